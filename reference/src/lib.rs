@@ -1,0 +1,2 @@
+//! The scalar reference.
+#![forbid(unsafe_code)]

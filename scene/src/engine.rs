@@ -1,0 +1,73 @@
+//! What every engine offers to the command: iterate, develop, tell what it did.
+
+use crate::{Film, Plane};
+use serde::Serialize;
+
+/// A render in progress. Its state after n iterations depends on scene, settings and seed alone.
+pub trait Engine {
+    /// Runs one whole iteration of all passes (for the path tracer: one sample per pixel).
+    fn iterate(&mut self);
+
+    /// Iterations run so far.
+    fn iterations(&self) -> u32;
+
+    /// The image as it stands; black before the first iteration.
+    fn develop(&self) -> Film;
+
+    /// The search radius of every pixel, in scene units; `None` for engines without photons.
+    fn radius(&self) -> Option<Plane>;
+
+    /// `N` of every pixel: photons that counted so far, each past iteration's weighted by alpha; `None` for
+    /// engines without photons.
+    fn count(&self) -> Option<Plane>;
+
+    /// Seconds and counted work so far.
+    fn stats(&self) -> &Stats;
+}
+
+/// The passes of an iteration, in order (the last one runs on demand).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Pass {
+    /// Rays from the eye to visible points, with direct light.
+    Camera,
+    /// The spatial index of the join.
+    BuildGrid,
+    /// Photons from the lights, deposited on visible points.
+    Photon,
+    /// Radius, count and flux of every pixel.
+    Consolidate,
+    /// From sums to radiance.
+    Develop,
+}
+
+/// Seconds per pass and counted work, summed over all iterations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Stats {
+    /// Seconds in the camera pass.
+    pub camera_seconds: f64,
+    /// Seconds building the spatial index.
+    pub build_grid_seconds: f64,
+    /// Seconds tracing and depositing photons.
+    pub photon_seconds: f64,
+    /// Seconds consolidating.
+    pub consolidate_seconds: f64,
+    /// Ray segments traced from the eye, shadow rays not among them.
+    pub camera_segments: u64,
+    /// Shadow rays.
+    pub shadow_rays: u64,
+    /// Visible points stored.
+    pub visible_points: u64,
+    /// Photons emitted.
+    pub photons: u64,
+    /// Ray segments traced from the lights.
+    pub photon_segments: u64,
+    /// Photons that reached a diffuse surface from bounce 1 on.
+    pub deposits: u64,
+    /// Pairs of a photon and a visible point whose distance was tested.
+    pub candidates: u64,
+    /// Pairs that counted: near enough, and arriving on the visible side.
+    pub contributions: u64,
+    /// Bytes that the engine holds: film, visible points, index and photons.
+    pub bytes: u64,
+}

@@ -1,0 +1,44 @@
+//! Film: images in memory, linear `f32`, rows from the top.
+
+use crate::Rgb;
+
+/// The integer that stands for a photon's nominal power (see `reference::photon_pass`): fluxes are quantised to
+/// multiples of 2^-21 of it, an error of 2^-22 at most.
+pub const FLUX_ONE: u32 = 1 << 21;
+
+/// An RGB image of linear radiance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// `width * height` pixels, row by row from the top, each row from the left.
+    pub pixels: Vec<Rgb>,
+}
+
+/// An image of one value per pixel, such as the radius or the photon count.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plane {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// `width * height` values, row by row from the top, each row from the left.
+    pub values: Vec<f32>,
+}
+
+impl Film {
+    /// A black image.
+    pub fn new(width: u32, height: u32) -> Self {
+        Self { width, height, pixels: vec![Rgb::ZERO; width as usize * height as usize] }
+    }
+}
+
+impl Plane {
+    /// The same value thrice per pixel: a grey film, as image files store it.
+    pub fn to_film(&self) -> Film {
+        let pixels = self.values.iter().map(|&v| Rgb::splat(v)).collect();
+        Film { width: self.width, height: self.height, pixels }
+    }
+}

@@ -1,0 +1,44 @@
+//! The nouns that both engines share: vectors, rays, spheres, materials, camera, scene and its file, seeded
+//! random streams, settings, film and image files, statistics.
+//!
+//! There is no light transport here. What a ray hits, how light scatters and how photons are gathered is the
+//! business of the `reference` crate (which defines it) and of the `fast` crate (which must give the same bits).
+//!
+//! Units: lengths are in scene units; radiance is in W sr^-1 m^-2 per linear RGB channel; times are in shutter
+//! units. Every float of the light transport is an `f32`, and every operation on it is one of `+ - * / sqrt`,
+//! which IEEE 754 rounds exactly, so that the same expression gives the same bits on every machine.
+
+#![forbid(unsafe_code)]
+
+pub mod camera;
+pub mod engine;
+pub mod film;
+pub mod material;
+pub mod ray;
+pub mod rng;
+pub mod settings;
+pub mod sobol;
+pub mod sphere;
+pub mod still;
+pub mod world;
+
+pub use camera::Camera;
+pub use engine::{Engine, Pass, Stats};
+pub use film::{Film, Plane};
+pub use glam::Vec3;
+pub use material::Material;
+pub use ray::Ray;
+pub use settings::Settings;
+pub use sphere::Sphere;
+pub use still::Still;
+pub use world::Scene;
+
+/// A linear RGB triple (radiance, power or reflectance, per channel).
+pub type Rgb = Vec3;
+
+/// The largest of the three channels.
+#[inline]
+pub fn max_component(c: Rgb) -> f32 {
+    let xy = if c.x > c.y { c.x } else { c.y };
+    if xy > c.z { xy } else { c.z }
+}

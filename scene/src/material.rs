@@ -1,0 +1,41 @@
+//! What surfaces do to light.
+
+use crate::Rgb;
+use serde::{Deserialize, Serialize};
+
+/// A material; each of its channels is a reflectance in [0, 1].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "type", rename_all = "lowercase")]
+pub enum Material {
+    /// A Lambertian reflector: BRDF `albedo / pi`, opaque.
+    Diffuse {
+        /// Reflected share of the incoming light.
+        albedo: Rgb,
+    },
+    /// A perfect mirror, opaque.
+    Specular {
+        /// Reflected share of the incoming light, at every angle.
+        albedo: Rgb,
+    },
+    /// A smooth boundary between vacuum (outside) and glass (inside), with exact unpolarised Fresnel reflectance.
+    Dielectric {
+        /// Tint: multiplies what is reflected and what is transmitted, once per interface.
+        albedo: Rgb,
+        /// Index of refraction of the inside over that of the outside, at least 1.
+        ior: f32,
+    },
+}
+
+impl Material {
+    /// The reflectance (for glass: the tint).
+    pub fn albedo(&self) -> Rgb {
+        match *self {
+            Self::Diffuse { albedo } | Self::Specular { albedo } | Self::Dielectric { albedo, .. } => albedo,
+        }
+    }
+
+    /// True where no light crosses the surface.
+    pub fn is_opaque(&self) -> bool {
+        !matches!(self, Self::Dielectric { .. })
+    }
+}

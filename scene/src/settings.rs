@@ -1,0 +1,127 @@
+//! What a render is asked for, with the bounds that keep its memory and its integers sane.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// The parameters of a render. Together with the scene they determine every bit of the image.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Width of the image in pixels.
+    pub width: u32,
+    /// Height of the image in pixels.
+    pub height: u32,
+    /// Iterations of SPPM; for the path tracer, samples per pixel.
+    pub iterations: u32,
+    /// Photons that leave the lights in each iteration.
+    pub photons_per_iteration: u32,
+    /// At most so many camera segments up to the first diffuse hit, and from there so many to the light.
+    pub max_depth: u32,
+    /// Radius of the first iteration's density estimate, in scene units.
+    pub initial_radius: f32,
+    /// Seed of every random stream.
+    pub seed: u64,
+}
+
+impl Default for Settings {
+    /// The settings of the paper (section 4).
+    fn default() -> Self {
+        Self {
+            width: 512,
+            height: 384,
+            iterations: 6,
+            photons_per_iteration: 200_000,
+            max_depth: 5,
+            initial_radius: 2.0,
+            seed: 1,
+        }
+    }
+}
+
+/// Most pixels of an image.
+pub const MAX_PIXELS: u64 = 1 << 28;
+/// Most pixels of a side.
+pub const MAX_SIDE: u32 = 1 << 20;
+/// Most iterations: iteration numbers enter the random keys as 32 bits.
+pub const MAX_ITERATIONS: u32 = 1 << 30;
+/// Most photons of an iteration.
+pub const MAX_PHOTONS: u32 = 1 << 28;
+/// Most segments of a path.
+pub const MAX_DEPTH: u32 = 1 << 12;
+/// `photons_per_iteration * max_depth` stays below this, so that a count fits an `i32` and a sum of
+/// [`crate::film::FLUX_ONE`]-scaled fluxes is an exact `f64`: 2^31 * 2^21 < 2^53.
+pub const MAX_DEPOSITS: u64 = 1 << 31;
+/// A radius outside of these would square to an `f32` that is subnormal or infinite.
+pub const RADIUS_RANGE: [f32; 2] = [1e-15, 1e15];
+
+/// Bytes that a render holds per pixel: film, visible point and sums. Stated for people, checked by a test of
+/// the command.
+pub const BYTES_PER_PIXEL: u64 = 128;
+
+/// A setting out of bounds; `option` is its name in scene files and, with dashes, on the command line.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{option} {problem}")]
+pub struct SettingsError {
+    /// Name of the field of [`Settings`] at fault.
+    pub option: &'static str,
+    /// What is wrong and what would be right, to be read after the name.
+    pub problem: String,
+}
+
+impl Settings {
+    /// Checks every bound.
+    ///
+    /// # Errors
+    /// Names the first field out of bounds, and for sizes the memory it would take.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        let whole = |option, value: u32, most: u32| match value {
+            0 => Err(error(option, "is 0; it must be at least 1".into())),
+            v if v > most => Err(error(option, format!("is {v}; it must be at most {most}"))),
+            _ => Ok(()),
+        };
+        whole("width", self.width, MAX_SIDE)?;
+        whole("height", self.height, MAX_SIDE)?;
+        let pixels = u64::from(self.width) * u64::from(self.height);
+        if pixels > MAX_PIXELS {
+            let need = gibibytes(pixels * BYTES_PER_PIXEL);
+            let (w, h) = (self.width, self.height);
+            return Err(error(
+                "width",
+                format!("{w} x height {h} is {pixels} pixels and would need {need}; at most {MAX_PIXELS} pixels are rendered"),
+            ));
+        }
+        whole("iterations", self.iterations, MAX_ITERATIONS)?;
+        whole("photons_per_iteration", self.photons_per_iteration, MAX_PHOTONS)?;
+        whole("max_depth", self.max_depth, MAX_DEPTH)?;
+        if self.max_deposits() >= MAX_DEPOSITS {
+            let (l, d) = (self.photons_per_iteration, self.max_depth);
+            return Err(error(
+                "photons_per_iteration",
+                format!("{l} x max_depth {d} must stay below {MAX_DEPOSITS} photon segments; ask for more iterations instead"),
+            ));
+        }
+        let [low, high] = RADIUS_RANGE;
+        if !(low..=high).contains(&self.initial_radius) {
+            let r = self.initial_radius;
+            return Err(error("initial_radius", format!("is {r}; it must be from {low:e} to {high:e}")));
+        }
+        Ok(())
+    }
+
+    /// Pixels of the image.
+    pub fn pixels(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
+    /// Bound on the photons that one iteration deposits.
+    pub fn max_deposits(&self) -> u64 {
+        u64::from(self.photons_per_iteration) * u64::from(self.max_depth)
+    }
+}
+
+fn error(option: &'static str, problem: String) -> SettingsError {
+    SettingsError { option, problem }
+}
+
+fn gibibytes(bytes: u64) -> String {
+    format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30))
+}

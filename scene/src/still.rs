@@ -1,0 +1,229 @@
+//! A scene at one instant of the shutter, sorted out for tracing: what can be hit from which side, and what glows.
+//!
+//! Everything that light does between the eye and the lights happens in one connected region, the free space. An
+//! opaque sphere is therefore only ever met from one side, and which one is known beforehand: a sphere around the
+//! eye from inside ([`Role::Enclosure`]), any other from outside ([`Role::Solid`]). Only glass is met from both
+//! ([`Role::Glass`]). This is more than an economy. A point where surfaces meet may be computed to lie behind one
+//! of them by a rounding error; knowing that it cannot be there, the intersection closes such leaks exactly.
+
+use crate::ray::SphereId;
+use crate::{Material, Rgb, Scene, Sphere, Vec3, max_component};
+use std::borrow::Cow;
+use std::ops::Range;
+
+/// From which side a sphere is met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Opaque, the eye outside of it: met from outside.
+    Solid,
+    /// Opaque, the eye inside of it: met from inside. Holds the index into [`Still::enclosures`].
+    Enclosure(u32),
+    /// Transparent: met from both sides.
+    Glass,
+}
+
+/// What the intersection from inside needs to know of an enclosure.
+///
+/// With `g = p - anchor`, the vector from the centre to a point p is `g + offset`, and the power of p
+/// (its squared distance from the centre less the squared radius) is `g . (g + 2 offset) + power`. As the anchor is
+/// the point of the sphere nearest to the eye, both stay accurate to about 1e-6 of the distances in the picture
+/// even on walls of radius 10^4, where `|p - centre|^2 - radius^2` in `f32` is wrong by 10 square units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Enclosure {
+    /// Which sphere this is.
+    pub sphere: SphereId,
+    /// The point of the sphere nearest to the eye.
+    pub anchor: Vec3,
+    /// From the centre to the anchor.
+    pub offset: Vec3,
+    /// Twice `offset`, exactly.
+    pub twice_offset: Vec3,
+    /// The power of the (rounded) anchor with respect to the sphere: almost zero.
+    pub power: f32,
+    /// `-1 / radius`: turns the vector from the centre into the normal on the inside.
+    pub minus_inverse_radius: f32,
+    /// True if the enclosure can stand between a visible point and a light. It cannot if all lights lie within
+    /// it, as then so do the segments: a ball is convex.
+    pub casts_shadow: bool,
+}
+
+/// One side of a glowing sphere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Light {
+    /// Which sphere this is.
+    pub sphere: SphereId,
+    /// True for the side towards the centre.
+    pub inside: bool,
+    /// Probability that a photon or a shadow ray chooses this light: its share of [`Lights::power`].
+    pub probability: f32,
+    /// What a photon of this light carries, per channel: `pi * area * emission / probability`. Its largest channel
+    /// is [`Lights::power`] for every light.
+    pub photon_power: Rgb,
+    /// The opaque spheres that part of this one is sunk into, as a range of [`Lights::blockers`].
+    pub blockers: Range<u32>,
+}
+
+/// All the lights that free space sees.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Lights {
+    /// The lights, in order of their spheres.
+    pub entries: Vec<Light>,
+    /// For each light but the last, the sum of the probabilities up to and including it.
+    pub cumulative: Vec<f32>,
+    /// The sum over all lights of the power in their brightest channel, in W: the nominal power of a photon
+    /// (times the number of photons).
+    pub power: f32,
+    /// See [`Light::blockers`].
+    pub blockers: Vec<SphereId>,
+}
+
+/// A scene at one instant.
+#[derive(Clone, Debug)]
+pub struct Still<'a> {
+    /// The spheres where they stand at this instant. Ids index them.
+    pub spheres: Cow<'a, [Sphere]>,
+    /// The materials that spheres refer to.
+    pub materials: &'a [Material],
+    /// The role of each sphere.
+    pub roles: Vec<Role>,
+    /// The spheres around the eye, in order of their ids.
+    pub enclosures: Vec<Enclosure>,
+    /// What glows.
+    pub lights: Lights,
+}
+
+/// Relative slack within which surfaces count as touching, so that rounding never hides a blocker.
+const TOUCHING: f64 = 1e-5;
+
+impl Scene {
+    /// The scene at shutter time `time`.
+    pub fn at(&self, time: f32) -> Still<'_> {
+        let spheres = if self.spheres.iter().any(|s| s.velocity != Vec3::ZERO) {
+            Cow::Owned(self.spheres.iter().map(|s| s.at(time)).collect())
+        } else {
+            Cow::Borrowed(&self.spheres[..])
+        };
+        let mut still = Still {
+            spheres,
+            materials: &self.materials,
+            roles: Vec::new(),
+            enclosures: Vec::new(),
+            lights: Lights::default(),
+        };
+        still.assign_roles(self.camera.eye);
+        still.find_lights();
+        still
+    }
+}
+
+impl Still<'_> {
+    /// The material of sphere `id`.
+    #[inline]
+    pub fn material(&self, id: SphereId) -> &Material {
+        &self.materials[self.spheres[id as usize].material as usize]
+    }
+
+    fn assign_roles(&mut self, eye: Vec3) {
+        for (id, s) in self.spheres.iter().enumerate() {
+            let role = if !self.materials[s.material as usize].is_opaque() {
+                Role::Glass
+            } else if distance(eye, s.center) < f64::from(s.radius) {
+                self.enclosures.push(Enclosure::new(id as SphereId, s, eye));
+                Role::Enclosure(self.enclosures.len() as u32 - 1)
+            } else {
+                Role::Solid
+            };
+            self.roles.push(role);
+        }
+    }
+
+    fn find_lights(&mut self) {
+        let mut weights = Vec::new();
+        for (id, s) in self.spheres.iter().enumerate().filter(|(_, s)| s.is_emitter()) {
+            let Some(blockers) = self.blockers(id) else { continue };
+            let start = self.lights.blockers.len() as u32;
+            self.lights.blockers.extend(blockers);
+            let blockers = start..self.lights.blockers.len() as u32;
+            let area = 4.0 * std::f64::consts::PI * f64::from(s.radius) * f64::from(s.radius);
+            let sides: &[bool] = match self.roles[id] {
+                Role::Solid => &[false],
+                Role::Enclosure(_) => &[true],
+                Role::Glass => &[false, true],
+            };
+            for &inside in sides {
+                weights.push(std::f64::consts::PI * area * f64::from(max_component(s.emission)));
+                let blockers = blockers.clone();
+                let (sphere, probability, photon_power) = (id as SphereId, 0.0, s.emission);
+                self.lights.entries.push(Light { sphere, inside, probability, photon_power, blockers });
+            }
+        }
+        let total: f64 = weights.iter().sum();
+        self.lights.power = total as f32;
+        let mut sum = 0.0;
+        for (light, weight) in self.lights.entries.iter_mut().zip(weights) {
+            sum += weight / total;
+            light.probability = (weight / total) as f32;
+            let brightest = f64::from(max_component(light.photon_power));
+            light.photon_power = (light.photon_power.as_dvec3() * (total / brightest)).as_vec3();
+            self.lights.cumulative.push(sum as f32);
+        }
+        self.lights.cumulative.pop();
+        self.find_shadow_casters();
+    }
+
+    /// The opaque spheres that hide part of the surface of sphere `id` from free space; `None` if all of it.
+    fn blockers(&self, id: usize) -> Option<Vec<SphereId>> {
+        let (light, mut blockers) = (&self.spheres[id], Vec::new());
+        for (other, (s, role)) in self.spheres.iter().zip(&self.roles).enumerate().filter(|(i, _)| *i != id) {
+            let (d, r) = (distance(light.center, s.center), f64::from(s.radius));
+            // The surface of the light lies at distances from `nearest` to `farthest` of the other centre.
+            let (nearest, farthest) = ((d - f64::from(light.radius)).abs(), d + f64::from(light.radius));
+            let (some, all) = match role {
+                Role::Solid => (nearest < r * (1.0 + TOUCHING), farthest <= r),
+                Role::Enclosure(_) => (farthest > r * (1.0 - TOUCHING), nearest >= r),
+                Role::Glass => (false, false),
+            };
+            if all {
+                return None;
+            }
+            if some {
+                blockers.push(other as SphereId);
+            }
+        }
+        Some(blockers)
+    }
+
+    fn find_shadow_casters(&mut self) {
+        for id in &self.lights.blockers {
+            if let Role::Enclosure(e) = self.roles[*id as usize] {
+                self.enclosures[e as usize].casts_shadow = true;
+            }
+        }
+    }
+}
+
+impl Enclosure {
+    fn new(id: SphereId, s: &Sphere, eye: Vec3) -> Self {
+        let (center, radius) = (s.center.as_dvec3(), f64::from(s.radius));
+        let to_eye = eye.as_dvec3() - center;
+        let length = to_eye.dot(to_eye).sqrt();
+        let outward = if length > 0.0 { to_eye / length } else { glam::DVec3::X };
+        let anchor = (center + outward * radius).as_vec3();
+        let offset = anchor.as_dvec3() - center;
+        Self {
+            sphere: id,
+            anchor,
+            offset: offset.as_vec3(),
+            twice_offset: 2.0 * offset.as_vec3(),
+            power: (offset.dot(offset) - radius * radius) as f32,
+            minus_inverse_radius: (-1.0 / radius) as f32,
+            casts_shadow: false,
+        }
+    }
+}
+
+/// Distance in `f64`, from `f32` points.
+fn distance(a: Vec3, b: Vec3) -> f64 {
+    let v = a.as_dvec3() - b.as_dvec3();
+    v.dot(v).sqrt()
+}
