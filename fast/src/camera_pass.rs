@@ -62,7 +62,11 @@ pub(crate) struct TileTable {
 
 impl TileTable {
     pub(crate) fn new() -> Self {
-        let mut table = Self { digits: [[0; TILE]; DIMENSIONS], x: [0; TILE], y: [0; TILE] };
+        let mut table = Self {
+            digits: [[0; TILE]; DIMENSIONS],
+            x: [0; TILE],
+            y: [0; TILE],
+        };
         for (x, y) in (0..8).flat_map(|y| (0..8).map(move |x| (x, y))) {
             let place = morton(x, y) as usize;
             (table.x[place], table.y[place]) = (x, y);
@@ -128,7 +132,14 @@ impl CameraBatch {
         let (point, normal, beta) = (vectors.clone(), vectors.clone(), vectors.clone());
         Self {
             paths: Paths::new(),
-            ended: Box::new(Ended { point, normal, beta, sphere: words, slot: words, count: 0 }),
+            ended: Box::new(Ended {
+                point,
+                normal,
+                beta,
+                sphere: words,
+                slot: words,
+                count: 0,
+            }),
             direct: Box::new(vectors),
             numbers: Box::new([[0.0; ROOM]; DIMENSIONS]),
         }
@@ -138,7 +149,12 @@ impl CameraBatch {
 impl CameraPass<'_> {
     /// Renders the pixels of the slots from `first` on; `rows` holds one entry per slot, at most [`BATCH`].
     #[inline(always)]
-    pub(crate) fn run<L: Lanes>(&self, batch: &mut CameraBatch, first: usize, rows: &mut [PixelRows]) -> CameraCounts {
+    pub(crate) fn run<L: Lanes>(
+        &self,
+        batch: &mut CameraBatch,
+        first: usize,
+        rows: &mut [PixelRows],
+    ) -> CameraCounts {
         let mut counts = CameraCounts::default();
         batch.ended.count = 0;
         self.draw_numbers::<L>(batch, first, rows.len());
@@ -165,7 +181,10 @@ impl CameraPass<'_> {
             for (numbers, digits) in batch.numbers.iter_mut().zip(&self.tiles.digits) {
                 let shift = L::u(shifts.next_u32());
                 for at in (0..TILE).step_by(L::N) {
-                    L::store(unit_float::<L>(L::load_u(&digits[at..]) ^ shift), &mut numbers[start + at..]);
+                    L::store(
+                        unit_float::<L>(L::load_u(&digits[at..]) ^ shift),
+                        &mut numbers[start + at..],
+                    );
                 }
             }
         }
@@ -174,7 +193,9 @@ impl CameraPass<'_> {
     /// The camera rays of the batch, without those of slots that lie outside of the image; gives their number.
     #[inline(always)]
     fn make_rays<L: Lanes>(&self, batch: &mut CameraBatch, first: usize, count: usize) -> usize {
-        let Settings { width, height, seed, .. } = *self.settings;
+        let Settings {
+            width, height, seed, ..
+        } = *self.settings;
         let key = StreamKey::new(seed, Family::Camera, self.iteration);
         let tiles_across = width.div_ceil(8) as usize;
         let mut live = 0;
@@ -271,18 +292,36 @@ impl CameraPass<'_> {
             if L::any(is_visible) && !self.lights.is_empty() {
                 let number = |d: usize| gather::<L>(&batch.numbers[d], slots);
                 let [u, v] = dimension::LIGHT_POINT.map(number);
-                let numbers = ShadowNumbers { choice: number(dimension::LIGHT), u, v };
+                let numbers = ShadowNumbers {
+                    choice: number(dimension::LIGHT),
+                    u,
+                    v,
+                };
                 let e = estimate_irradiance(self.tables, self.lights, point, normal, sphere, &numbers);
                 direct = V3::select(is_visible, direct + beta * e, direct);
             }
             let zero = L::f(0.0);
-            let visible = [point.x, point.y, point.z, L::from_bits(sphere), beta.x, beta.y, beta.z, zero];
-            let light = [normal.x, normal.y, normal.z, direct.x, direct.y, direct.z, zero, zero];
+            let visible = [
+                point.x,
+                point.y,
+                point.z,
+                L::from_bits(sphere),
+                beta.x,
+                beta.y,
+                beta.z,
+                zero,
+            ];
+            let light = [
+                normal.x, normal.y, normal.z, direct.x, direct.y, direct.z, zero, zero,
+            ];
             let mut transposed = [[Row::default(); MOST_LANES]; 2];
             L::transpose(visible, &mut transposed[0]);
             L::transpose(light, &mut transposed[1]);
             for (lane, slot) in slots.iter().enumerate().take(ended.count - at) {
-                rows[*slot as usize] = PixelRows { visible: transposed[0][lane], light: transposed[1][lane] };
+                rows[*slot as usize] = PixelRows {
+                    visible: transposed[0][lane],
+                    light: transposed[1][lane],
+                };
             }
         }
         visible_points
@@ -292,7 +331,14 @@ impl CameraPass<'_> {
 impl Ended {
     /// Takes the lanes `ends`, of which `is_diffuse` may have a visible point.
     #[inline(always)]
-    fn append<L: Lanes>(&mut self, ends: L::M, is_diffuse: L::M, surface: &Surface<L>, hit: L::U, p: &Packet<L>) {
+    fn append<L: Lanes>(
+        &mut self,
+        ends: L::M,
+        is_diffuse: L::M,
+        surface: &Surface<L>,
+        hit: L::U,
+        p: &Packet<L>,
+    ) {
         let zero = V3::splat(Vec3::ZERO);
         let beta = p.weight.scale(L::f(FRAC_1_PI));
         let brightest = beta.max_component();
@@ -301,7 +347,11 @@ impl Ended {
         self.point.compress(ends, surface.point, at);
         self.normal.compress(ends, surface.normal, at);
         self.beta.compress(ends, V3::select(is_visible, beta, zero), at);
-        L::compress_u(ends, L::select_u(is_visible, hit, L::u(NO_SPHERE)), &mut self.sphere[at..]);
+        L::compress_u(
+            ends,
+            L::select_u(is_visible, hit, L::u(NO_SPHERE)),
+            &mut self.sphere[at..],
+        );
         L::compress_u(ends, p.slot, &mut self.slot[at..]);
         self.count += L::mask_bits(ends).count_ones() as usize;
     }
@@ -311,10 +361,18 @@ impl Ended {
 #[inline(always)]
 fn end_the_rest<L: Lanes>(batch: &mut CameraBatch, live: usize) {
     let nowhere = V3::splat(Vec3::ZERO);
-    let surface = Surface::<L> { point: nowhere, normal: nowhere, inside: L::first(0), scale: L::f(0.0), tag: L::u(0) };
+    let surface = Surface::<L> {
+        point: nowhere,
+        normal: nowhere,
+        inside: L::first(0),
+        scale: L::f(0.0),
+        tag: L::u(0),
+    };
     for at in (0..live).step_by(L::N) {
         let p = batch.paths.load::<L>(at);
-        batch.ended.append(L::first(live - at), L::first(0), &surface, L::u(NO_SPHERE), &p);
+        batch
+            .ended
+            .append(L::first(live - at), L::first(0), &surface, L::u(NO_SPHERE), &p);
     }
 }
 
@@ -330,7 +388,10 @@ fn ray_through<L: Lanes>(frame: &Frame, x: L::F, y: L::F, lens: [L::F; 2]) -> (V
         let aperture = L::f(frame.aperture_radius);
         let (dx, dy) = uniform_disk::<L>(lens[0], lens[1]);
         let offset = right.scale(dx * aperture) + up.scale(dy * aperture);
-        return (eye + offset, unit(to_image.scale(L::f(frame.focus_distance)) - offset));
+        return (
+            eye + offset,
+            unit(to_image.scale(L::f(frame.focus_distance)) - offset),
+        );
     }
     (eye, unit(to_image))
 }
@@ -348,7 +409,11 @@ fn gather<L: Lanes>(from: &Floats, index: &[u32]) -> L::F {
 impl Vectors {
     #[inline(always)]
     fn gather<L: Lanes>(&self, index: &[u32]) -> V3<L> {
-        V3::new(gather::<L>(&self.x, index), gather::<L>(&self.y, index), gather::<L>(&self.z, index))
+        V3::new(
+            gather::<L>(&self.x, index),
+            gather::<L>(&self.y, index),
+            gather::<L>(&self.z, index),
+        )
     }
 
     #[inline(always)]

@@ -33,7 +33,8 @@ pub(crate) fn consolidate_group<L: Lanes>(pixels: &mut [Row], rows: &[PixelRows]
         let new_n = n + L::f(ALPHA) * m;
         let ratio = new_n / (n + m);
         let flux = |channel: usize| {
-            let exact: [f32; MOST_LANES] = std::array::from_fn(|i| sums.flux[channel][at + i % L::N] as i64 as f64 as f32);
+            let exact: [f32; MOST_LANES] =
+                std::array::from_fn(|i| sums.flux[channel][at + i % L::N] as i64 as f64 as f32);
             L::load(&exact) * unit
         };
         let phi = V3::<L>::new(flux(0), flux(1), flux(2));
@@ -43,7 +44,19 @@ pub(crate) fn consolidate_group<L: Lanes>(pixels: &mut [Row], rows: &[PixelRows]
         let tau = V3::select(nothing, old, tau);
         let n = L::select(nothing, n, new_n);
         let radius_squared = L::select(nothing, radius_squared, radius_squared * ratio);
-        L::transpose([direct.x, direct.y, direct.z, tau.x, tau.y, tau.z, n, radius_squared], &mut pixels[at..]);
+        L::transpose(
+            [
+                direct.x,
+                direct.y,
+                direct.z,
+                tau.x,
+                tau.y,
+                tau.z,
+                n,
+                radius_squared,
+            ],
+            &mut pixels[at..],
+        );
     }
 }
 

@@ -41,7 +41,11 @@ impl LaneKind {
 
     /// The fastest kind that this processor has.
     pub fn best() -> Self {
-        Self::ALL.into_iter().rev().find(|kind| kind.is_available()).unwrap_or(Self::Emulated)
+        Self::ALL
+            .into_iter()
+            .rev()
+            .find(|kind| kind.is_available())
+            .unwrap_or(Self::Emulated)
     }
 }
 

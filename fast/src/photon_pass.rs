@@ -107,14 +107,22 @@ pub(crate) struct PhotonCounts {
 
 impl PhotonBatch {
     pub(crate) fn new() -> Self {
-        Self { paths: Paths::new(), first_bounce: Box::new(Vectors::ZERO) }
+        Self {
+            paths: Paths::new(),
+            first_bounce: Box::new(Vectors::ZERO),
+        }
     }
 }
 
 impl PhotonPass<'_> {
     /// Traces the photons of a range of indices, whose start is a multiple of the lanes.
     #[inline(always)]
-    pub(crate) fn run<L: Lanes>(&self, batch: &mut PhotonBatch, photons: Range<u32>, out: &mut Binned) -> PhotonCounts {
+    pub(crate) fn run<L: Lanes>(
+        &self,
+        batch: &mut PhotonBatch,
+        photons: Range<u32>,
+        out: &mut Binned,
+    ) -> PhotonCounts {
         let mut counts = PhotonCounts::default();
         for first in photons.clone().step_by(BATCH) {
             let count = (photons.end - first).min(BATCH as u32);
@@ -169,7 +177,9 @@ impl PhotonPass<'_> {
             };
             let free = L::first(count - at) & self.is_free(origin, &index);
             let [u, v, roulette] = dimension::FIRST_BOUNCE.map(number);
-            batch.first_bounce.compress(free, V3::<L>::new(u, v, roulette), live);
+            batch
+                .first_bounce
+                .compress(free, V3::<L>::new(u, v, roulette), live);
             live = batch.paths.append(live, free, &packet);
         }
         live
@@ -217,7 +227,11 @@ impl PhotonPass<'_> {
                 counts.deposits += u64::from(L::mask_bits(lands).count_ones());
                 self.deposit::<L>(lands, &surface, hit, &p, out);
             }
-            let V3 { x: u, y: v, z: roulette } = if bounce == 0 {
+            let V3 {
+                x: u,
+                y: v,
+                z: roulette,
+            } = if bounce == 0 {
                 batch.first_bounce.load::<L>(at)
             } else {
                 let u = next_uniform::<L>(&mut p.stream);
@@ -245,7 +259,14 @@ impl PhotonPass<'_> {
 
     /// Throws the photons of the lanes `lands` into their bins, those aside that no visible point can want.
     #[inline(always)]
-    fn deposit<L: Lanes>(&self, lands: L::M, surface: &Surface<L>, hit: L::U, p: &Packet<L>, out: &mut Binned) {
+    fn deposit<L: Lanes>(
+        &self,
+        lands: L::M,
+        surface: &Surface<L>,
+        hit: L::U,
+        p: &Packet<L>,
+        out: &mut Binned,
+    ) {
         let wanted = lands & self.occupancy.touches::<L>(surface.point);
         let mut rest = L::mask_bits(wanted);
         if rest == 0 {
@@ -260,11 +281,23 @@ impl PhotonPass<'_> {
         let bucket = L::from_bits(self.cells.buckets::<L>(surface.point));
         let (point, power) = (surface.point, p.weight);
         let [r, g, b] = [power.x, power.y, power.z].map(quantise);
-        let columns = [point.x, point.y, point.z, L::from_bits(hit | safe), r, g, b, bucket];
+        let columns = [
+            point.x,
+            point.y,
+            point.z,
+            L::from_bits(hit | safe),
+            r,
+            g,
+            b,
+            bucket,
+        ];
         let mut records = [Row::default(); MOST_LANES];
         L::transpose(columns, &mut records);
         let mut directions = [[0.0; MOST_LANES]; 3];
-        for (coordinate, channel) in [p.direction.x, p.direction.y, p.direction.z].into_iter().zip(&mut directions) {
+        for (coordinate, channel) in [p.direction.x, p.direction.y, p.direction.z]
+            .into_iter()
+            .zip(&mut directions)
+        {
             L::store(-coordinate, channel);
         }
         let shift = bin_shift(self.cells);

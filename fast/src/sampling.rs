@@ -48,7 +48,10 @@ pub(crate) fn sincos_turn<L: Lanes>(u: L::F) -> (L::F, L::F) {
     // Bit 1 of the quadrant, moved to the sign.
     let negate_s = L::shl::<30>(quadrant & L::u(2));
     let negate_c = L::shl::<30>((quadrant + L::u(1)) & L::u(2));
-    (L::from_bits(L::bits(s) ^ negate_s), L::from_bits(L::bits(c) ^ negate_c))
+    (
+        L::from_bits(L::bits(s) ^ negate_s),
+        L::from_bits(L::bits(c) ^ negate_c),
+    )
 }
 
 #[inline(always)]

@@ -10,9 +10,11 @@
 
 #![forbid(unsafe_code)]
 
+pub mod atomic_file;
 pub mod camera;
 pub mod engine;
 pub mod film;
+pub mod image_file;
 pub mod material;
 pub mod ray;
 pub mod rng;

@@ -45,7 +45,12 @@ impl Cells {
         while !rows_are_apart(stride_y, stride_z, mask) {
             stride_y += 2;
         }
-        Self { inverse_size: 1.0 / size, stride_y, stride_z, mask }
+        Self {
+            inverse_size: 1.0 / size,
+            stride_y,
+            stride_z,
+            mask,
+        }
     }
 
     #[inline(always)]
@@ -67,7 +72,11 @@ impl Cells {
     /// The buckets of points in lanes.
     #[inline(always)]
     pub(crate) fn buckets<L: Lanes>(self, p: V3<L>) -> L::U {
-        let (x, y, z) = (self.coordinates::<L>(p.x), self.coordinates::<L>(p.y), self.coordinates::<L>(p.z));
+        let (x, y, z) = (
+            self.coordinates::<L>(p.x),
+            self.coordinates::<L>(p.y),
+            self.coordinates::<L>(p.z),
+        );
         (x + y * L::u(self.stride_y) + z * L::u(self.stride_z)) & L::u(self.mask)
     }
 
@@ -75,7 +84,10 @@ impl Cells {
     #[inline(always)]
     pub(crate) fn span(self, low: Vec3, high: Vec3) -> Span {
         let corner = |p: Vec3| [self.coordinate(p.x), self.coordinate(p.y), self.coordinate(p.z)];
-        Span { low: corner(low), high: corner(high) }
+        Span {
+            low: corner(low),
+            high: corner(high),
+        }
     }
 
     /// Calls `visit` with the first bucket of every row of a span; the row has `span.length()` buckets, in which the

@@ -40,7 +40,10 @@ pub(crate) struct Sorted {
 
 impl Binned {
     pub(crate) fn new() -> Self {
-        Self { bins: vec![Vec::new(); BINS], count: 0 }
+        Self {
+            bins: vec![Vec::new(); BINS],
+            count: 0,
+        }
     }
 
     /// Forgets all deposits and keeps the memory.
@@ -59,7 +62,10 @@ impl Binned {
 
     /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        self.bins.iter().map(|bin| bin.capacity() * size_of::<(Record, Direction)>()).sum()
+        self.bins
+            .iter()
+            .map(|bin| bin.capacity() * size_of::<(Record, Direction)>())
+            .sum()
     }
 }
 
@@ -70,7 +76,11 @@ pub(crate) fn bin_shift(cells: Cells) -> u32 {
 
 impl Sorted {
     pub(crate) fn new() -> Self {
-        Self { records: Vec::new(), directions: Vec::new(), starts: Vec::new() }
+        Self {
+            records: Vec::new(),
+            directions: Vec::new(),
+            starts: Vec::new(),
+        }
     }
 
     /// Sorts the deposits of `parts`.
@@ -88,7 +98,13 @@ impl Sorted {
             let (mine, rest) = records.split_at_mut(count);
             let (my_directions, rest_directions) = directions.split_at_mut(count);
             (records, directions) = (rest, rest_directions);
-            work.push(BinWork { bin, first, records: mine, directions: my_directions, starts });
+            work.push(BinWork {
+                bin,
+                first,
+                records: mine,
+                directions: my_directions,
+                starts,
+            });
             first += count as u32;
         }
         work.into_par_iter().for_each(|bin| bin.sort(parts));

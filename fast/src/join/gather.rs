@@ -85,9 +85,20 @@ impl<L: Lanes> Group<L> {
             let [.., radius_squared] = L::load_rows(&pixels[from..]);
             let is_nothing = L::eq(L::bits(sphere), L::u(NO_SPHERE));
             let radius_squared = L::select(is_nothing, L::f(-1.0), radius_squared);
-            Part { point: V3::new(x, y, z), normal: V3::new(nx, ny, nz), radius_squared }
+            Part {
+                point: V3::new(x, y, z),
+                normal: V3::new(nx, ny, nz),
+                radius_squared,
+            }
         };
-        Self { parts: [part(0), part(1)], safe: if is_shared { safe_surface(shared) } else { NO_SPHERE } }
+        Self {
+            parts: [part(0), part(1)],
+            safe: if is_shared {
+                safe_surface(shared)
+            } else {
+                NO_SPHERE
+            },
+        }
     }
 }
 
@@ -104,9 +115,22 @@ pub(crate) struct Gathering<'a, L: Lanes> {
 
 impl<'a, L: Lanes> Gathering<'a, L> {
     #[inline(always)]
-    pub(crate) fn new(group: &'a Group<L>, sorted: &'a Sorted, sums: &'a mut Sums, counts: &'a mut JoinCounts) -> Self {
+    pub(crate) fn new(
+        group: &'a Group<L>,
+        sorted: &'a Sorted,
+        sums: &'a mut Sums,
+        counts: &'a mut JoinCounts,
+    ) -> Self {
         let zero = L::u(0);
-        Self { group, sorted, sums, counts, m: [zero; 2], flux: [[zero; 2]; 3], pending: 0 }
+        Self {
+            group,
+            sorted,
+            sums,
+            counts,
+            m: [zero; 2],
+            flux: [[zero; 2]; 3],
+            pending: 0,
+        }
     }
 
     /// Takes in a run of photons.

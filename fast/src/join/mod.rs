@@ -62,7 +62,9 @@ fn bounds(rows: &[PixelRows], pixels: &[crate::lanes::Row]) -> Option<(Vec3, Vec
 
 /// Marks the cells that a group's visible points reach.
 pub(crate) fn mark(occupancy: &mut Occupancy, rows: &[PixelRows], pixels: &[crate::lanes::Row]) {
-    let Some((low, high)) = bounds(rows, pixels) else { return };
+    let Some((low, high)) = bounds(rows, pixels) else {
+        return;
+    };
     let span = occupancy.cells().span(low, high);
     if span.fits() {
         occupancy.mark(span);
@@ -93,7 +95,9 @@ pub(crate) fn gather_group<L: crate::lanes::Lanes>(
     sums: &mut Sums,
     counts: &mut JoinCounts,
 ) {
-    let Some((low, high)) = bounds(rows, pixels) else { return };
+    let Some((low, high)) = bounds(rows, pixels) else {
+        return;
+    };
     let span = cells.span(low, high);
     if span.fits() {
         let group = Group::<L>::new(rows, pixels);

@@ -16,7 +16,10 @@ pub(crate) struct Occupancy {
 impl Occupancy {
     /// An empty map of cells of the given size.
     pub(crate) fn new(size: f32) -> Self {
-        Self { cells: Cells::new(size, BITS), words: vec![0; BITS / 32] }
+        Self {
+            cells: Cells::new(size, BITS),
+            words: vec![0; BITS / 32],
+        }
     }
 
     /// The map of points to cells.
