@@ -62,11 +62,7 @@ pub(crate) struct TileTable {
 
 impl TileTable {
     pub(crate) fn new() -> Self {
-        let mut table = Self {
-            digits: [[0; TILE]; DIMENSIONS],
-            x: [0; TILE],
-            y: [0; TILE],
-        };
+        let mut table = Self { digits: [[0; TILE]; DIMENSIONS], x: [0; TILE], y: [0; TILE] };
         for (x, y) in (0..8).flat_map(|y| (0..8).map(move |x| (x, y))) {
             let place = morton(x, y) as usize;
             (table.x[place], table.y[place]) = (x, y);
@@ -132,14 +128,7 @@ impl CameraBatch {
         let (point, normal, beta) = (vectors.clone(), vectors.clone(), vectors.clone());
         Self {
             paths: Paths::new(),
-            ended: Box::new(Ended {
-                point,
-                normal,
-                beta,
-                sphere: words,
-                slot: words,
-                count: 0,
-            }),
+            ended: Box::new(Ended { point, normal, beta, sphere: words, slot: words, count: 0 }),
             direct: Box::new(vectors),
             numbers: Box::new([[0.0; ROOM]; DIMENSIONS]),
         }
@@ -181,10 +170,7 @@ impl CameraPass<'_> {
             for (numbers, digits) in batch.numbers.iter_mut().zip(&self.tiles.digits) {
                 let shift = L::u(shifts.next_u32());
                 for at in (0..TILE).step_by(L::N) {
-                    L::store(
-                        unit_float::<L>(L::load_u(&digits[at..]) ^ shift),
-                        &mut numbers[start + at..],
-                    );
+                    L::store(unit_float::<L>(L::load_u(&digits[at..]) ^ shift), &mut numbers[start + at..]);
                 }
             }
         }
@@ -193,9 +179,7 @@ impl CameraPass<'_> {
     /// The camera rays of the batch, without those of slots that lie outside of the image; gives their number.
     #[inline(always)]
     fn make_rays<L: Lanes>(&self, batch: &mut CameraBatch, first: usize, count: usize) -> usize {
-        let Settings {
-            width, height, seed, ..
-        } = *self.settings;
+        let Settings { width, height, seed, .. } = *self.settings;
         let key = StreamKey::new(seed, Family::Camera, self.iteration);
         let tiles_across = width.div_ceil(8) as usize;
         let mut live = 0;
@@ -206,8 +190,9 @@ impl CameraPass<'_> {
             let y = L::load_u(&self.tiles.y[at % TILE..]) + L::u(corner.1);
             let (xf, yf) = (L::to_float(x), L::to_float(y));
             let in_image = L::lt(xf, L::f(width as f32)) & L::lt(yf, L::f(height as f32));
-            let place = dimension::PIXEL.map(|d| L::load(&batch.numbers[d][at..]));
-            let lens = dimension::LENS.map(|d| L::load(&batch.numbers[d][at..]));
+            let numbers = &batch.numbers;
+            let place = pair::<L>(numbers, dimension::PIXEL, at);
+            let lens = pair::<L>(numbers, dimension::LENS, at);
             let (origin, direction) = ray_through::<L>(&self.frame, xf + place[0], yf + place[1], lens);
             let packet = Packet {
                 origin,
@@ -263,9 +248,9 @@ impl CameraPass<'_> {
     fn add_emission<L: Lanes>(&self, batch: &mut CameraBatch, glows: L::M, p: &Packet<L>, ids: &[u32]) {
         let (mut slots, mut weights) = ([0; MOST_LANES], [[0.0; MOST_LANES]; 3]);
         L::store_u(p.slot, &mut slots);
-        for (weight, channel) in [p.weight.x, p.weight.y, p.weight.z].into_iter().zip(&mut weights) {
-            L::store(weight, channel);
-        }
+        L::store(p.weight.x, &mut weights[0]);
+        L::store(p.weight.y, &mut weights[1]);
+        L::store(p.weight.z, &mut weights[2]);
         let mut rest = L::mask_bits(glows);
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize;
@@ -290,38 +275,23 @@ impl CameraPass<'_> {
             visible_points += u64::from(L::mask_bits(is_visible).count_ones());
             let mut direct = batch.direct.gather::<L>(slots);
             if L::any(is_visible) && !self.lights.is_empty() {
-                let number = |d: usize| gather::<L>(&batch.numbers[d], slots);
-                let [u, v] = dimension::LIGHT_POINT.map(number);
+                let [u, v] = dimension::LIGHT_POINT;
                 let numbers = ShadowNumbers {
-                    choice: number(dimension::LIGHT),
-                    u,
-                    v,
+                    choice: gather::<L>(&batch.numbers[dimension::LIGHT], slots),
+                    u: gather::<L>(&batch.numbers[u], slots),
+                    v: gather::<L>(&batch.numbers[v], slots),
                 };
                 let e = estimate_irradiance(self.tables, self.lights, point, normal, sphere, &numbers);
                 direct = V3::select(is_visible, direct + beta * e, direct);
             }
             let zero = L::f(0.0);
-            let visible = [
-                point.x,
-                point.y,
-                point.z,
-                L::from_bits(sphere),
-                beta.x,
-                beta.y,
-                beta.z,
-                zero,
-            ];
-            let light = [
-                normal.x, normal.y, normal.z, direct.x, direct.y, direct.z, zero, zero,
-            ];
+            let visible = [point.x, point.y, point.z, L::from_bits(sphere), beta.x, beta.y, beta.z, zero];
+            let light = [normal.x, normal.y, normal.z, direct.x, direct.y, direct.z, zero, zero];
             let mut transposed = [[Row::default(); MOST_LANES]; 2];
             L::transpose(visible, &mut transposed[0]);
             L::transpose(light, &mut transposed[1]);
             for (lane, slot) in slots.iter().enumerate().take(ended.count - at) {
-                rows[*slot as usize] = PixelRows {
-                    visible: transposed[0][lane],
-                    light: transposed[1][lane],
-                };
+                rows[*slot as usize] = PixelRows { visible: transposed[0][lane], light: transposed[1][lane] };
             }
         }
         visible_points
@@ -347,11 +317,7 @@ impl Ended {
         self.point.compress(ends, surface.point, at);
         self.normal.compress(ends, surface.normal, at);
         self.beta.compress(ends, V3::select(is_visible, beta, zero), at);
-        L::compress_u(
-            ends,
-            L::select_u(is_visible, hit, L::u(NO_SPHERE)),
-            &mut self.sphere[at..],
-        );
+        L::compress_u(ends, L::select_u(is_visible, hit, L::u(NO_SPHERE)), &mut self.sphere[at..]);
         L::compress_u(ends, p.slot, &mut self.slot[at..]);
         self.count += L::mask_bits(ends).count_ones() as usize;
     }
@@ -361,18 +327,11 @@ impl Ended {
 #[inline(always)]
 fn end_the_rest<L: Lanes>(batch: &mut CameraBatch, live: usize) {
     let nowhere = V3::splat(Vec3::ZERO);
-    let surface = Surface::<L> {
-        point: nowhere,
-        normal: nowhere,
-        inside: L::first(0),
-        scale: L::f(0.0),
-        tag: L::u(0),
-    };
+    let surface =
+        Surface::<L> { point: nowhere, normal: nowhere, inside: L::first(0), scale: L::f(0.0), tag: L::u(0) };
     for at in (0..live).step_by(L::N) {
         let p = batch.paths.load::<L>(at);
-        batch
-            .ended
-            .append(L::first(live - at), L::first(0), &surface, L::u(NO_SPHERE), &p);
+        batch.ended.append(L::first(live - at), L::first(0), &surface, L::u(NO_SPHERE), &p);
     }
 }
 
@@ -388,12 +347,15 @@ fn ray_through<L: Lanes>(frame: &Frame, x: L::F, y: L::F, lens: [L::F; 2]) -> (V
         let aperture = L::f(frame.aperture_radius);
         let (dx, dy) = uniform_disk::<L>(lens[0], lens[1]);
         let offset = right.scale(dx * aperture) + up.scale(dy * aperture);
-        return (
-            eye + offset,
-            unit(to_image.scale(L::f(frame.focus_distance)) - offset),
-        );
+        return (eye + offset, unit(to_image.scale(L::f(frame.focus_distance)) - offset));
     }
     (eye, unit(to_image))
+}
+
+/// Two of the stratified numbers of the pixels from `at` on.
+#[inline(always)]
+fn pair<L: Lanes>(numbers: &[Floats; DIMENSIONS], [a, b]: [usize; 2], at: usize) -> [L::F; 2] {
+    [L::load(&numbers[a][at..]), L::load(&numbers[b][at..])]
 }
 
 /// Lane k of the result is `from[index[k]]`.
@@ -409,11 +371,7 @@ fn gather<L: Lanes>(from: &Floats, index: &[u32]) -> L::F {
 impl Vectors {
     #[inline(always)]
     fn gather<L: Lanes>(&self, index: &[u32]) -> V3<L> {
-        V3::new(
-            gather::<L>(&self.x, index),
-            gather::<L>(&self.y, index),
-            gather::<L>(&self.z, index),
-        )
+        V3::new(gather::<L>(&self.x, index), gather::<L>(&self.y, index), gather::<L>(&self.z, index))
     }
 
     #[inline(always)]

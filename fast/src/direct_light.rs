@@ -21,23 +21,9 @@ impl LightTable {
         let row = |light: &scene::still::Light| {
             let s = &still.spheres[light.sphere as usize];
             let (c, e) = (s.center, light.radiance);
-            Row([
-                c.x,
-                c.y,
-                c.z,
-                s.radius * s.radius,
-                e.x,
-                e.y,
-                e.z,
-                f32::from_bits(light.sphere),
-            ])
+            Row([c.x, c.y, c.z, s.radius * s.radius, e.x, e.y, e.z, f32::from_bits(light.sphere)])
         };
-        let shells = still
-            .lights
-            .entries
-            .iter()
-            .enumerate()
-            .filter(|(_, light)| light.inside);
+        let shells = still.lights.entries.iter().enumerate().filter(|(_, light)| light.inside);
         let shells = shells.map(|(number, light)| (number as u32, tables.shapes[light.sphere as usize]));
         Self {
             rows: still.lights.entries.iter().map(row).collect(),
@@ -98,21 +84,18 @@ pub(crate) fn estimate_irradiance<L: Lanes>(
     let lamp = L::bits(lamp);
     let (mut direction, mut t, mut weight) = from_outside(V3::new(cx, cy, cz), r2, point, normal, numbers);
     let mut valid = L::lt(zero, weight) & !L::eq(sphere, lamp);
-    let ray = |direction| RayLanes::<L> {
-        origin: point,
-        direction,
-        leaves: sphere,
-    };
     for (shell_number, shape) in &lights.shells {
         let chosen = L::eq(number, L::u(*shell_number));
         let within = cosine_hemisphere(normal, numbers.u, numbers.v);
-        let (t_within, is_within) = distance_within(shape, &ray(within));
+        let (t_within, is_within) =
+            distance_within(shape, &RayLanes { origin: point, direction: within, leaves: sphere });
         direction = V3::select(chosen, within, direction);
         t = L::select(chosen, t_within, t);
         weight = L::select(chosen, L::f(PI), weight);
         valid = (chosen & is_within) | (!chosen & valid);
     }
-    let lit = valid & !occluded(&tables.shadow_casters, &ray(direction), t, lamp);
+    let ray = RayLanes { origin: point, direction, leaves: sphere };
+    let lit = valid & !occluded(&tables.shadow_casters, &ray, t, lamp);
     let radiance = V3::<L>::new(er, eg, eb).scale(weight);
     V3::select(lit, radiance, V3::new(zero, zero, zero))
 }
@@ -138,11 +121,7 @@ fn from_outside<L: Lanes>(
     let half_chord = L::select(L::lt(zero, half_chord2), L::sqrt(half_chord2), zero);
     let t = d * (one - h) - half_chord;
     let counts = L::lt(zero, cos) & L::lt(r2, d2);
-    (
-        direction,
-        t,
-        L::select(counts, cos * (L::f(2.0 * PI) * height), zero),
-    )
+    (direction, t, L::select(counts, cos * (L::f(2.0 * PI) * height), zero))
 }
 
 /// Distance to a glowing shell from within, and whether the ray starts there.

@@ -41,11 +41,7 @@ impl LaneKind {
 
     /// The fastest kind that this processor has.
     pub fn best() -> Self {
-        Self::ALL
-            .into_iter()
-            .rev()
-            .find(|kind| kind.is_available())
-            .unwrap_or(Self::Emulated)
+        Self::ALL.into_iter().rev().find(|kind| kind.is_available()).unwrap_or(Self::Emulated)
     }
 }
 

@@ -101,9 +101,5 @@ fn chord<L: Lanes>(ball: &Ball, ray: &RayLanes<L>) -> (L::F, L::F, L::F) {
     let b = f.dot(ray.direction);
     let radius_squared = L::f(ball.radius_squared);
     let nearest = f - ray.direction.scale(b);
-    (
-        b,
-        f.dot(f) - radius_squared,
-        radius_squared - nearest.dot(nearest),
-    )
+    (b, f.dot(f) - radius_squared, radius_squared - nearest.dot(nearest))
 }

@@ -26,19 +26,11 @@ pub(crate) struct Vectors {
 }
 
 impl Vectors {
-    pub(crate) const ZERO: Self = Self {
-        x: [0.0; ROOM],
-        y: [0.0; ROOM],
-        z: [0.0; ROOM],
-    };
+    pub(crate) const ZERO: Self = Self { x: [0.0; ROOM], y: [0.0; ROOM], z: [0.0; ROOM] };
 
     #[inline(always)]
     pub(crate) fn load<L: Lanes>(&self, at: usize) -> V3<L> {
-        V3::new(
-            L::load(&self.x[at..]),
-            L::load(&self.y[at..]),
-            L::load(&self.z[at..]),
-        )
+        V3::new(L::load(&self.x[at..]), L::load(&self.y[at..]), L::load(&self.z[at..]))
     }
 
     #[inline(always)]

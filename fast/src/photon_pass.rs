@@ -107,10 +107,7 @@ pub(crate) struct PhotonCounts {
 
 impl PhotonBatch {
     pub(crate) fn new() -> Self {
-        Self {
-            paths: Paths::new(),
-            first_bounce: Box::new(Vectors::ZERO),
-        }
+        Self { paths: Paths::new(), first_bounce: Box::new(Vectors::ZERO) }
     }
 }
 
@@ -147,6 +144,13 @@ impl PhotonPass<'_> {
         unit_float::<L>(L::load_u(&self.emitters.low_digits[d][low..]) ^ high)
     }
 
+    /// The directions in which photons `first..` leave the surface with the given normals.
+    #[inline(always)]
+    fn lambertian<L: Lanes>(&self, normal: V3<L>, first: u32) -> V3<L> {
+        let [u, v] = dimension::DIRECTION;
+        cosine_hemisphere(normal, self.stratified::<L>(first, u), self.stratified::<L>(first, v))
+    }
+
     #[inline(always)]
     fn emit<L: Lanes>(&self, batch: &mut PhotonBatch, first: u32, count: usize) -> usize {
         let key = StreamKey::new(self.settings.seed, Family::Photon, self.iteration);
@@ -156,30 +160,32 @@ impl PhotonPass<'_> {
         }
         for at in (0..count).step_by(L::N) {
             let start = first + at as u32;
-            let number = |d: usize| self.stratified::<L>(start, d);
-            let choice = choose_light::<L>(&self.still.lights.cumulative, number(dimension::LIGHT));
+            let u = self.stratified::<L>(start, dimension::LIGHT);
+            let choice = choose_light::<L>(&self.still.lights.cumulative, u);
             let mut index = [0; MOST_LANES];
             L::store_u(choice, &mut index);
             let [cx, cy, cz, radius, r, g, b, lamp] = L::gather_rows(&self.emitters.rows, &index);
-            let [u, v] = dimension::POSITION.map(number);
-            let outward = uniform_sphere::<L>(u, v);
+            let [u, v] = dimension::POSITION;
+            let outward = uniform_sphere::<L>(self.stratified::<L>(start, u), self.stratified::<L>(start, v));
             let origin = V3::new(cx, cy, cz) + outward.scale(radius);
             let inwards = L::eq(L::bits(lamp) & L::u(INWARDS), L::u(INWARDS));
             let normal = V3::select(inwards, -outward, outward);
-            let [u, v] = dimension::DIRECTION.map(number);
             let packet = Packet {
                 origin,
-                direction: cosine_hemisphere(normal, u, v),
+                direction: self.lambertian(normal, start),
                 weight: V3::new(r, g, b),
                 leaves: L::bits(lamp) & L::u(!INWARDS),
                 stream: stream_state::<L>(key, L::u(start) + L::iota()),
                 slot: L::u(start) + L::iota(),
             };
             let free = L::first(count - at) & self.is_free(origin, &index);
-            let [u, v, roulette] = dimension::FIRST_BOUNCE.map(number);
-            batch
-                .first_bounce
-                .compress(free, V3::<L>::new(u, v, roulette), live);
+            let [u, v, roulette] = dimension::FIRST_BOUNCE;
+            let numbers = V3::<L>::new(
+                self.stratified::<L>(start, u),
+                self.stratified::<L>(start, v),
+                self.stratified::<L>(start, roulette),
+            );
+            batch.first_bounce.compress(free, numbers, live);
             live = batch.paths.append(live, free, &packet);
         }
         live
@@ -192,9 +198,9 @@ impl PhotonPass<'_> {
             return L::first(L::N);
         }
         let mut points = [[0.0; MOST_LANES]; 3];
-        for (coordinate, channel) in [origin.x, origin.y, origin.z].into_iter().zip(&mut points) {
-            L::store(coordinate, channel);
-        }
+        L::store(origin.x, &mut points[0]);
+        L::store(origin.y, &mut points[1]);
+        L::store(origin.z, &mut points[2]);
         let is_free = |lane: usize| {
             let point = Vec3::new(points[0][lane], points[1][lane], points[2][lane]);
             !is_blocked(self.still, lights[lane], point)
@@ -227,11 +233,7 @@ impl PhotonPass<'_> {
                 counts.deposits += u64::from(L::mask_bits(lands).count_ones());
                 self.deposit::<L>(lands, &surface, hit, &p, out);
             }
-            let V3 {
-                x: u,
-                y: v,
-                z: roulette,
-            } = if bounce == 0 {
+            let V3 { x: u, y: v, z: roulette } = if bounce == 0 {
                 batch.first_bounce.load::<L>(at)
             } else {
                 let u = next_uniform::<L>(&mut p.stream);
@@ -274,32 +276,17 @@ impl PhotonPass<'_> {
         }
         let safe = L::select_u(self.is_safe::<L>(surface, p), L::u(SAFE), L::u(0));
         let scale = L::f(FLUX_ONE as f32 / self.still.lights.power);
-        let quantise = |power: L::F| {
-            let flux = L::min_u(L::truncate(power * scale + L::f(0.5)), L::u(FLUX_ONE));
-            L::from_bits(flux)
-        };
         let bucket = L::from_bits(self.cells.buckets::<L>(surface.point));
         let (point, power) = (surface.point, p.weight);
-        let [r, g, b] = [power.x, power.y, power.z].map(quantise);
-        let columns = [
-            point.x,
-            point.y,
-            point.z,
-            L::from_bits(hit | safe),
-            r,
-            g,
-            b,
-            bucket,
-        ];
+        let (r, g, b) =
+            (quantise::<L>(power.x * scale), quantise::<L>(power.y * scale), quantise::<L>(power.z * scale));
+        let columns = [point.x, point.y, point.z, L::from_bits(hit | safe), r, g, b, bucket];
         let mut records = [Row::default(); MOST_LANES];
         L::transpose(columns, &mut records);
         let mut directions = [[0.0; MOST_LANES]; 3];
-        for (coordinate, channel) in [p.direction.x, p.direction.y, p.direction.z]
-            .into_iter()
-            .zip(&mut directions)
-        {
-            L::store(-coordinate, channel);
-        }
+        L::store(-p.direction.x, &mut directions[0]);
+        L::store(-p.direction.y, &mut directions[1]);
+        L::store(-p.direction.z, &mut directions[2]);
         let shift = bin_shift(self.cells);
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize;
@@ -321,6 +308,12 @@ impl PhotonPass<'_> {
         let margin = curvature * L::f(self.reach + self.slack) + L::f(1e-5);
         L::lt(margin, cos)
     }
+}
+
+/// A flux in units of `FLUX_ONE` to the nominal power, rounded to a whole number, as the bits of a float.
+#[inline(always)]
+fn quantise<L: Lanes>(flux: L::F) -> L::F {
+    L::from_bits(L::min_u(L::truncate(flux + L::f(0.5)), L::u(FLUX_ONE)))
 }
 
 /// As `reference::photon_pass::is_blocked`.

@@ -48,10 +48,7 @@ pub(crate) fn sincos_turn<L: Lanes>(u: L::F) -> (L::F, L::F) {
     // Bit 1 of the quadrant, moved to the sign.
     let negate_s = L::shl::<30>(quadrant & L::u(2));
     let negate_c = L::shl::<30>((quadrant + L::u(1)) & L::u(2));
-    (
-        L::from_bits(L::bits(s) ^ negate_s),
-        L::from_bits(L::bits(c) ^ negate_c),
-    )
+    (L::from_bits(L::bits(s) ^ negate_s), L::from_bits(L::bits(c) ^ negate_c))
 }
 
 #[inline(always)]
@@ -91,10 +88,7 @@ pub(crate) fn frame<L: Lanes>(n: V3<L>) -> (V3<L>, V3<L>) {
     let sign = L::from_bits(L::bits(one) | (L::bits(n.z) & L::u(0x8000_0000)));
     let a = L::f(-1.0) / (sign + n.z);
     let b = n.x * n.y * a;
-    (
-        V3::new(one + sign * (n.x * n.x * a), sign * b, -sign * n.x),
-        V3::new(b, sign + n.y * n.y * a, -n.y),
-    )
+    (V3::new(one + sign * (n.x * n.x * a), sign * b, -sign * n.x), V3::new(b, sign + n.y * n.y * a, -n.y))
 }
 
 #[inline(always)]

@@ -18,11 +18,7 @@ pub(crate) fn dielectric<L: Lanes>(d: V3<L>, n: V3<L>, inside: L::M, ior: L::F, 
     let zero = L::f(0.0);
     let cos_t = L::select(L::lt(zero, cos2_t), L::sqrt(cos2_t), zero);
     let transmitted = d.scale(eta) + n.scale(eta * cos_i - cos_t);
-    V3::select(
-        L::le(fresnel::<L>(eta, cos_i, cos_t), u),
-        transmitted,
-        reflect(d, n),
-    )
+    V3::select(L::le(fresnel::<L>(eta, cos_i, cos_t), u), transmitted, reflect(d, n))
 }
 
 #[inline(always)]

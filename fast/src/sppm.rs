@@ -61,12 +61,7 @@ impl<'a> Prepared<'a> {
         let tables = Tables::new(&still);
         let lights = LightTable::new(&still, &tables);
         let emitters = Emitters::new(&still);
-        Self {
-            still,
-            tables,
-            lights,
-            emitters,
-        }
+        Self { still, tables, lights, emitters }
     }
 }
 
@@ -106,36 +101,19 @@ impl<'a> Sppm<'a> {
             iteration: self.iterations,
         };
         let (lanes, pixels) = (self.lanes, &self.pixels);
-        let jobs = self
-            .rows
-            .par_chunks_mut(PIXELS_PER_JOB)
-            .zip(pixels.par_chunks(PIXELS_PER_JOB))
-            .enumerate();
-        let new = || {
-            (
-                CameraBatch::new(),
-                Occupancy::new(occupancy_cell),
-                CameraCounts::default(),
-            )
-        };
-        let parts = jobs.fold(
-            new,
-            |(mut batch, mut occupancy, mut counts), (job, (rows, pixels))| {
-                let kernel = CameraJob {
-                    pass: &pass,
-                    batch: &mut batch,
-                    first: job * PIXELS_PER_JOB,
-                    rows,
-                };
-                let more = dispatch(lanes, kernel);
-                counts.segments += more.segments;
-                counts.visible_points += more.visible_points;
-                for (rows, pixels) in rows.chunks(GROUP).zip(pixels.chunks(GROUP)) {
-                    mark(&mut occupancy, rows, pixels);
-                }
-                (batch, occupancy, counts)
-            },
-        );
+        let jobs =
+            self.rows.par_chunks_mut(PIXELS_PER_JOB).zip(pixels.par_chunks(PIXELS_PER_JOB)).enumerate();
+        let new = || (CameraBatch::new(), Occupancy::new(occupancy_cell), CameraCounts::default());
+        let parts = jobs.fold(new, |(mut batch, mut occupancy, mut counts), (job, (rows, pixels))| {
+            let kernel = CameraJob { pass: &pass, batch: &mut batch, first: job * PIXELS_PER_JOB, rows };
+            let more = dispatch(lanes, kernel);
+            counts.segments += more.segments;
+            counts.visible_points += more.visible_points;
+            for (rows, pixels) in rows.chunks(GROUP).zip(pixels.chunks(GROUP)) {
+                mark(&mut occupancy, rows, pixels);
+            }
+            (batch, occupancy, counts)
+        });
         let parts: Vec<_> = parts.map(|(_, occupancy, counts)| (occupancy, counts)).collect();
         let mut all = Occupancy::new(occupancy_cell);
         for (occupancy, counts) in parts {
@@ -162,15 +140,7 @@ impl<'a> Sppm<'a> {
                 .collect();
             let new = || (PhotonBatch::new(), Binned::new(), PhotonCounts::default());
             let work = |(mut batch, mut out, mut counts): (_, _, PhotonCounts), photons| {
-                let more = dispatch(
-                    lanes,
-                    PhotonJob {
-                        pass,
-                        batch: &mut batch,
-                        photons,
-                        out: &mut out,
-                    },
-                );
+                let more = dispatch(lanes, PhotonJob { pass, batch: &mut batch, photons, out: &mut out });
                 counts.segments += more.segments;
                 counts.deposits += more.deposits;
                 (batch, out, counts)
@@ -203,25 +173,11 @@ impl<'a> Sppm<'a> {
         } else {
             self.sums.chunks_mut(per_job).collect()
         };
-        let jobs = self
-            .pixels
-            .par_chunks_mut(PIXELS_PER_JOB)
-            .zip(self.rows.par_chunks(PIXELS_PER_JOB))
-            .zip(sums);
+        let jobs =
+            self.pixels.par_chunks_mut(PIXELS_PER_JOB).zip(self.rows.par_chunks(PIXELS_PER_JOB)).zip(sums);
         let counts: Vec<JoinCounts> = jobs
             .map(|((pixels, rows), sums)| {
-                dispatch(
-                    lanes,
-                    JoinJob {
-                        sorted,
-                        cells,
-                        pixels,
-                        rows,
-                        sums,
-                        is_last,
-                        nominal,
-                    },
-                )
+                dispatch(lanes, JoinJob { sorted, cells, pixels, rows, sums, is_last, nominal })
             })
             .collect();
         for counts in counts {
@@ -232,19 +188,11 @@ impl<'a> Sppm<'a> {
 
     fn run_iteration(&mut self, p: &Prepared) {
         let start = Instant::now();
-        let largest = self
-            .pixels
-            .iter()
-            .map(|pixel| pixel.0[7])
-            .fold(0.0, f32::max)
-            .sqrt();
+        let largest = self.pixels.iter().map(|pixel| pixel.0[7]).fold(0.0, f32::max).sqrt();
         let occupancy = self.camera_pass(p, largest * OCCUPANCY_CELL_SIZE);
         let camera = Instant::now();
         self.stats.camera_seconds += (camera - start).as_secs_f64();
-        let cells = Cells::new(
-            largest * CELL_SIZE,
-            self.settings.photons_per_iteration as usize / 4,
-        );
+        let cells = Cells::new(largest * CELL_SIZE, self.settings.photons_per_iteration as usize / 4);
         let shifts = emission_shifts(self.settings.seed, self.iterations);
         let pass = PhotonPass {
             still: &p.still,
@@ -269,11 +217,7 @@ impl<'a> Sppm<'a> {
             self.stats.bytes = (self.bytes() + held) as u64;
             drop(parts);
             let joining = Instant::now();
-            self.join(
-                cells,
-                next == self.settings.photons_per_iteration,
-                p.still.lights.power,
-            );
+            self.join(cells, next == self.settings.photons_per_iteration, p.still.lights.power);
             self.stats.photon_seconds += (sorting - traced).as_secs_f64();
             self.stats.build_grid_seconds += (joining - sorting).as_secs_f64();
             self.stats.consolidate_seconds += joining.elapsed().as_secs_f64();
@@ -291,29 +235,17 @@ impl<'a> Sppm<'a> {
     fn plane(&self, value: impl Fn(&Row) -> f32) -> Plane {
         let Settings { width, height, .. } = self.settings;
         let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        let values = pixels
-            .map(|(x, y)| value(&self.pixels[slot_of(width, x, y)]))
-            .collect();
-        Plane {
-            width,
-            height,
-            values,
-        }
+        let values = pixels.map(|(x, y)| value(&self.pixels[slot_of(width, x, y)])).collect();
+        Plane { width, height, values }
     }
 }
 
 /// A bound on how far a point computed to lie on a solid ball is from where its normal says: some ulps of the
 /// largest coordinate of any such ball.
 fn rounding_of_points(still: &Still) -> f32 {
-    let solid = still
-        .spheres
-        .iter()
-        .zip(&still.roles)
-        .filter(|(_, role)| **role == scene::still::Role::Solid);
-    solid
-        .map(|(s, _)| s.center.abs().max_element() + s.radius)
-        .fold(0.0, f32::max)
-        * 1e-6
+    let solid =
+        still.spheres.iter().zip(&still.roles).filter(|(_, role)| **role == scene::still::Role::Solid);
+    solid.map(|(s, _)| s.center.abs().max_element() + s.radius).fold(0.0, f32::max) * 1e-6
 }
 
 impl Engine for Sppm<'_> {
@@ -322,10 +254,7 @@ impl Engine for Sppm<'_> {
             self.run_iteration(&prepared);
             self.prepared = Some(prepared);
         } else {
-            let time = self
-                .scene
-                .camera
-                .shutter_time(self.settings.seed, self.iterations);
+            let time = self.scene.camera.shutter_time(self.settings.seed, self.iterations);
             self.run_iteration(&Prepared::new(self.scene.at(time)));
         }
     }

@@ -60,34 +60,18 @@ pub(crate) struct Tables {
 
 impl Tables {
     pub(crate) fn new(still: &Still) -> Self {
-        let shapes: Vec<Shape> = (0..still.spheres.len() as SphereId)
-            .map(|id| shape(still, id))
-            .collect();
+        let shapes: Vec<Shape> = (0..still.spheres.len() as SphereId).map(|id| shape(still, id)).collect();
         let casts_shadow = |s: &&Shape| !matches!(s, Shape::Enclosure(e) if !e.casts_shadow);
         let shadow_casters = shapes.iter().filter(casts_shadow).copied().collect();
-        let surfaces = still
-            .spheres
-            .iter()
-            .zip(&shapes)
-            .map(|(s, shape)| surface_row(s, shape))
-            .collect();
+        let surfaces = still.spheres.iter().zip(&shapes).map(|(s, shape)| surface_row(s, shape)).collect();
         let materials = still.materials.iter().map(material_row).collect();
-        Self {
-            surfaces,
-            materials,
-            shapes,
-            shadow_casters,
-        }
+        Self { surfaces, materials, shapes, shadow_casters }
     }
 }
 
 fn shape(still: &Still, id: SphereId) -> Shape {
     let s = &still.spheres[id as usize];
-    let ball = Ball {
-        sphere: id,
-        center: s.center,
-        radius_squared: s.radius * s.radius,
-    };
+    let ball = Ball { sphere: id, center: s.center, radius_squared: s.radius * s.radius };
     match still.roles[id as usize] {
         Role::Solid => Shape::Solid(ball),
         Role::Glass => Shape::Glass(ball),
@@ -137,13 +121,7 @@ impl<L: Lanes> Surface<L> {
         let in_shell = L::eq(tag & L::u(tag::ENCLOSURE), L::u(tag::ENCLOSURE));
         let shell_normal = (from_a + V3::new(bx, by, bz)).scale(scale);
         if !L::any(!in_shell) {
-            return Self {
-                point,
-                normal: shell_normal,
-                inside: in_shell,
-                scale,
-                tag,
-            };
+            return Self { point, normal: shell_normal, inside: in_shell, scale, tag };
         }
         let outward = from_a.scale(L::f(1.0) / L::sqrt(from_a.dot(from_a)));
         let is_glass = L::eq(tag & L::u(tag::GLASS), L::u(tag::GLASS));
@@ -172,10 +150,6 @@ impl<L: Lanes> Materials<L> {
         let mut index = [0; crate::lanes::MOST_LANES];
         L::store_u(L::shr::<{ tag::MATERIAL_SHIFT }>(tag), &mut index);
         let [r, g, b, ior, kind, ..] = L::gather_rows(&tables.materials, &index);
-        Self {
-            albedo: V3::new(r, g, b),
-            ior,
-            kind: L::bits(kind),
-        }
+        Self { albedo: V3::new(r, g, b), ior, kind: L::bits(kind) }
     }
 }

@@ -20,11 +20,7 @@ impl<L: Lanes> V3<L> {
     /// The same vector in every lane.
     #[inline(always)]
     pub(crate) fn splat(v: Vec3) -> Self {
-        Self {
-            x: L::f(v.x),
-            y: L::f(v.y),
-            z: L::f(v.z),
-        }
+        Self { x: L::f(v.x), y: L::f(v.y), z: L::f(v.z) }
     }
 
     #[inline(always)]
@@ -34,20 +30,12 @@ impl<L: Lanes> V3<L> {
 
     #[inline(always)]
     pub(crate) fn scale(self, s: L::F) -> Self {
-        Self {
-            x: self.x * s,
-            y: self.y * s,
-            z: self.z * s,
-        }
+        Self { x: self.x * s, y: self.y * s, z: self.z * s }
     }
 
     #[inline(always)]
     pub(crate) fn select(m: L::M, a: Self, b: Self) -> Self {
-        Self {
-            x: L::select(m, a.x, b.x),
-            y: L::select(m, a.y, b.y),
-            z: L::select(m, a.z, b.z),
-        }
+        Self { x: L::select(m, a.x, b.x), y: L::select(m, a.y, b.y), z: L::select(m, a.z, b.z) }
     }
 
     /// The largest component, as `scene::max_component` finds it.
@@ -80,10 +68,6 @@ impl<L: Lanes> std::ops::Neg for V3<L> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self {
-            x: -self.x,
-            y: -self.y,
-            z: -self.z,
-        }
+        Self { x: -self.x, y: -self.y, z: -self.z }
     }
 }

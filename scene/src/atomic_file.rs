@@ -21,10 +21,7 @@ pub struct FileError {
 impl FileError {
     /// The error of file `path`.
     pub fn new(path: &Path, problem: impl Into<String>) -> Self {
-        Self {
-            path: path.to_owned(),
-            problem: problem.into(),
-        }
+        Self { path: path.to_owned(), problem: problem.into() }
     }
 }
 
@@ -50,9 +47,7 @@ pub fn replace(path: &Path, fill: impl FnOnce(&mut Output) -> io::Result<()>) ->
     fill(&mut output).map_err(failed)?;
     let mut file = output.into_inner().map_err(|e| failed(e.into_error()))?;
     file.flush().and_then(|()| file.sync_all()).map_err(failed)?;
-    temporary_path
-        .persist(&target.file)
-        .map_err(|e| failed(e.error))?;
+    temporary_path.persist(&target.file).map_err(|e| failed(e.error))?;
     sync_folder(&target.folder).map_err(failed)
 }
 
@@ -80,11 +75,7 @@ fn shown(path: &Path) -> String {
 
 /// The text, escaped if it would break the line.
 fn one_line(text: &str) -> String {
-    if text.chars().any(char::is_control) {
-        text.escape_debug().to_string()
-    } else {
-        text.to_owned()
-    }
+    if text.chars().any(char::is_control) { text.escape_debug().to_string() } else { text.to_owned() }
 }
 
 /// Where the bytes will end up.
@@ -99,11 +90,7 @@ struct Target {
 impl Target {
     fn find(path: &Path) -> Result<Self, FileError> {
         let error = |problem: String| Err(FileError::new(path, problem));
-        if path
-            .as_os_str()
-            .to_string_lossy()
-            .ends_with(std::path::is_separator)
-        {
+        if path.as_os_str().to_string_lossy().ends_with(std::path::is_separator) {
             return error("names a folder; name a file in it".into());
         }
         let file = follow(path)?;
@@ -115,17 +102,10 @@ impl Target {
             Ok(m) if m.is_dir() => {}
             Ok(_) => return error(format!("{} is not a folder", shown(&folder))),
             Err(e) if e.kind() == io::ErrorKind::NotFound => {
-                return error(format!(
-                    "the folder {} does not exist; make it first",
-                    shown(&folder)
-                ));
+                return error(format!("the folder {} does not exist; make it first", shown(&folder)));
             }
             Err(e) => {
-                return error(format!(
-                    "the folder {} cannot be used: {}",
-                    shown(&folder),
-                    reason(&e)
-                ));
+                return error(format!("the folder {} cannot be used: {}", shown(&folder), reason(&e)));
             }
         }
         let permissions = match fs::metadata(&file) {
@@ -140,28 +120,17 @@ impl Target {
             Err(e) if e.kind() == io::ErrorKind::NotFound => None,
             Err(e) => return error(format!("cannot be written: {}", reason(&e))),
         };
-        Ok(Self {
-            file,
-            folder,
-            permissions,
-        })
+        Ok(Self { file, folder, permissions })
     }
 
     /// An empty file in the target's folder, as only there a rename is atomic; removed when dropped.
     fn temporary(&self, path: &Path) -> Result<tempfile::NamedTempFile<File>, FileError> {
         // Opened by `OpenOptions`, as the crate's own way makes files that only their owner may read.
         let open = |p: &Path| OpenOptions::new().write(true).create_new(true).open(p);
-        tempfile::Builder::new()
-            .prefix(".sppm-")
-            .suffix(".part")
-            .make_in(&self.folder, open)
-            .map_err(|e| {
-                let folder = shown(&self.folder);
-                FileError::new(
-                    path,
-                    format!("no file can be made in the folder {folder}: {}", reason(&e)),
-                )
-            })
+        tempfile::Builder::new().prefix(".sppm-").suffix(".part").make_in(&self.folder, open).map_err(|e| {
+            let folder = shown(&self.folder);
+            FileError::new(path, format!("no file can be made in the folder {folder}: {}", reason(&e)))
+        })
     }
 }
 
@@ -169,10 +138,7 @@ impl Target {
 fn follow(path: &Path) -> Result<PathBuf, FileError> {
     match fs::symlink_metadata(path) {
         Ok(m) if m.file_type().is_symlink() => fs::canonicalize(path).map_err(|e| {
-            FileError::new(
-                path,
-                format!("is a symbolic link that leads nowhere: {}; remove it", reason(&e)),
-            )
+            FileError::new(path, format!("is a symbolic link that leads nowhere: {}; remove it", reason(&e)))
         }),
         _ => Ok(path.to_owned()),
     }

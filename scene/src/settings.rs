@@ -106,10 +106,7 @@ impl Settings {
         let [low, high] = RADIUS_RANGE;
         if !(low..=high).contains(&self.initial_radius) {
             let r = self.initial_radius;
-            return Err(error(
-                "initial_radius",
-                format!("is {r}; it must be from {low:e} to {high:e}"),
-            ));
+            return Err(error("initial_radius", format!("is {r}; it must be from {low:e} to {high:e}")));
         }
         Ok(())
     }

@@ -26,25 +26,10 @@ impl Bounds {
     pub fn broken(&self, m: &Metrics) -> Vec<String> {
         let most = [
             ("RMSE", m.rmse.all, "--max-rmse", self.max_rmse),
-            (
-                "relative MSE",
-                m.relative_mse.all,
-                "--max-relmse",
-                self.max_relmse,
-            ),
-            (
-                "8x8 relative MSE",
-                m.block_relative_mse.all,
-                "--max-block-relmse",
-                self.max_block_relmse,
-            ),
+            ("relative MSE", m.relative_mse.all, "--max-relmse", self.max_relmse),
+            ("8x8 relative MSE", m.block_relative_mse.all, "--max-block-relmse", self.max_block_relmse),
             ("FLIP", m.flip, "--max-flip", self.max_flip),
-            (
-                "the largest difference",
-                m.largest_difference.value,
-                "--max-abs",
-                self.max_abs,
-            ),
+            ("the largest difference", m.largest_difference.value, "--max-abs", self.max_abs),
         ];
         let least = [
             ("SSIM", m.ssim.all, "--min-ssim", self.min_ssim),

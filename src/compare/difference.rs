@@ -26,18 +26,8 @@ pub fn difference_image(a: &Film, b: &Film) -> Result<Difference, CompareError> 
     let worst = |(a, b): (&Rgb, &Rgb)| scene::max_component((*a - *b).abs()).min(f32::MAX);
     let differences: Vec<f32> = a.pixels.iter().zip(&b.pixels).map(worst).collect();
     let scale = scale(&differences);
-    let pixels = differences
-        .iter()
-        .map(|&d| color(if scale > 0.0 { d / scale } else { 0.0 }))
-        .collect();
-    Ok(Difference {
-        film: Film {
-            width: a.width,
-            height: a.height,
-            pixels,
-        },
-        scale,
-    })
+    let pixels = differences.iter().map(|&d| color(if scale > 0.0 { d / scale } else { 0.0 })).collect();
+    Ok(Difference { film: Film { width: a.width, height: a.height, pixels }, scale })
 }
 
 /// The difference that all but the most deviant pixels keep within; the greatest one if that is zero.
@@ -45,11 +35,7 @@ fn scale(differences: &[f32]) -> f32 {
     let mut sorted = differences.to_vec();
     let rank = ((sorted.len() - 1) as f64 * COVERED).ceil() as usize;
     let (_, &mut covered, rest) = sorted.select_nth_unstable_by(rank, f32::total_cmp);
-    if covered > 0.0 {
-        covered
-    } else {
-        rest.iter().copied().fold(0.0, f32::max)
-    }
+    if covered > 0.0 { covered } else { rest.iter().copied().fold(0.0, f32::max) }
 }
 
 /// The map's colour at `t`, which is clamped to [0, 1], as the linear values that PNG turns back into it.
@@ -90,14 +76,8 @@ mod tests {
     fn a_firefly_does_not_set_the_scale_unless_it_is_all_there_is() {
         let mut values = vec![1.0; 1000];
         values[17] = 1e6;
-        assert_eq!(
-            difference_image(&row(&values), &row(&[0.0; 1000])).unwrap().scale,
-            1.0
-        );
-        assert_eq!(
-            difference_image(&row(&values), &row(&[1.0; 1000])).unwrap().scale,
-            1e6 - 1.0
-        );
+        assert_eq!(difference_image(&row(&values), &row(&[0.0; 1000])).unwrap().scale, 1.0);
+        assert_eq!(difference_image(&row(&values), &row(&[1.0; 1000])).unwrap().scale, 1e6 - 1.0);
     }
 
     #[test]

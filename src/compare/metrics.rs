@@ -81,16 +81,11 @@ pub struct Metrics {
 pub fn compare(a: &Film, b: &Film) -> Result<Metrics, CompareError> {
     check(a, b)?;
     let pairs = || a.pixels.iter().zip(&b.pixels);
-    let differing_pixels = pairs()
-        .filter(|(p, q)| p.to_array().map(f32::to_bits) != q.to_array().map(f32::to_bits))
-        .count();
+    let differing_pixels =
+        pairs().filter(|(p, q)| p.to_array().map(f32::to_bits) != q.to_array().map(f32::to_bits)).count();
     let width = a.width as usize;
-    let shown = |film: &Film, c: usize| {
-        film.pixels
-            .iter()
-            .map(|p| srgb::encode(p[c].into()))
-            .collect::<Vec<f64>>()
-    };
+    let shown =
+        |film: &Film, c: usize| film.pixels.iter().map(|p| srgb::encode(p[c].into())).collect::<Vec<f64>>();
     let shown = [0, 1, 2].map(|c| (shown(a, c), shown(b, c)));
     let squares = |(a, b): &(Vec<f64>, Vec<f64>)| mean(a.iter().zip(b).map(|(&a, &b)| square_error(a, b)));
     Ok(Metrics {
@@ -115,21 +110,11 @@ impl Channels {
     /// From a figure per channel, of which the mean is that of all.
     fn new(of: impl Fn(usize) -> f64) -> Self {
         let [red, green, blue] = [0, 1, 2].map(of);
-        Self {
-            red,
-            green,
-            blue,
-            all: (red + green + blue) / 3.0,
-        }
+        Self { red, green, blue, all: (red + green + blue) / 3.0 }
     }
 
     fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        Self {
-            red: f(self.red),
-            green: f(self.green),
-            blue: f(self.blue),
-            all: f(self.all),
-        }
+        Self { red: f(self.red), green: f(self.green), blue: f(self.blue), all: f(self.all) }
     }
 
     /// Red, green, blue, all.
@@ -152,23 +137,13 @@ fn relative_error(a: f64, b: f64) -> f64 {
 }
 
 fn largest_difference(a: &Film, b: &Film) -> LargestDifference {
-    let mut largest = LargestDifference {
-        value: 0.0,
-        channel: "red",
-        x: 0,
-        y: 0,
-    };
+    let mut largest = LargestDifference { value: 0.0, channel: "red", x: 0, y: 0 };
     for (i, (p, q)) in a.pixels.iter().zip(&b.pixels).enumerate() {
         for (c, channel) in ["red", "green", "blue"].into_iter().enumerate() {
             let value = (f64::from(p[c]) - f64::from(q[c])).abs();
             if value > largest.value {
                 let width = a.width as usize;
-                largest = LargestDifference {
-                    value,
-                    channel,
-                    x: i % width,
-                    y: i / width,
-                };
+                largest = LargestDifference { value, channel, x: i % width, y: i / width };
             }
         }
     }
@@ -184,9 +159,7 @@ fn block_relative_mse(a: &Film, b: &Film, channel: usize) -> f64 {
             let pixels = columns * BLOCK.min(height - y);
             let block_mean = |film: &Film| {
                 let rows = film.pixels[y * width..].chunks(width).take(BLOCK);
-                let values = rows
-                    .flat_map(|row| &row[x..x + columns])
-                    .map(|p| f64::from(p[channel]));
+                let values = rows.flat_map(|row| &row[x..x + columns]).map(|p| f64::from(p[channel]));
                 values.sum::<f64>() / pixels as f64
             };
             sum += pixels as f64 * relative_error(block_mean(a), block_mean(b));

@@ -51,10 +51,7 @@ pub enum CompareError {
 /// Checks that two images can be compared.
 fn check(a: &Film, b: &Film) -> Result<(), CompareError> {
     if (a.width, a.height) != (b.width, b.height) {
-        return Err(CompareError::Size {
-            a: [a.width, a.height],
-            b: [b.width, b.height],
-        });
+        return Err(CompareError::Size { a: [a.width, a.height], b: [b.width, b.height] });
     }
     if a.pixels.is_empty() {
         return Err(CompareError::Empty);
@@ -69,10 +66,5 @@ fn check_finite(image: char, film: &Film) -> Result<(), CompareError> {
         return Ok(());
     };
     let width = film.width as usize;
-    Err(CompareError::NotFinite {
-        image,
-        count: broken().count(),
-        x: first % width,
-        y: first / width,
-    })
+    Err(CompareError::NotFinite { image, count: broken().count(), x: first % width, y: first / width })
 }

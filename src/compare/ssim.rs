@@ -17,11 +17,7 @@ const C2: f64 = 0.03 * 0.03;
 pub(super) fn ssim(a: &[f64], b: &[f64], width: usize) -> f64 {
     let moment = |f: &dyn Fn(f64, f64) -> f64| blur(a.iter().zip(b).map(|(&a, &b)| f(a, b)).collect(), width);
     let (mean_a, mean_b) = (moment(&|a, _| a), moment(&|_, b| b));
-    let (aa, bb, ab) = (
-        moment(&|a, _| a * a),
-        moment(&|_, b| b * b),
-        moment(&|a, b| a * b),
-    );
+    let (aa, bb, ab) = (moment(&|a, _| a * a), moment(&|_, b| b * b), moment(&|a, b| a * b));
     let index = |i: usize| {
         let (ma, mb) = (mean_a[i], mean_b[i]);
         let (variances, covariance) = (aa[i] - ma * ma + (bb[i] - mb * mb), ab[i] - ma * mb);
@@ -61,11 +57,7 @@ fn weights() -> [f64; 2 * REACH + 1] {
 
 /// The weighted mean around place `middle` of `length`.
 fn weighted(weights: &[f64], middle: usize, length: usize, at: impl Fn(usize) -> f64) -> f64 {
-    weights
-        .iter()
-        .enumerate()
-        .map(|(i, w)| w * at(reflect(middle + i, length)))
-        .sum()
+    weights.iter().enumerate().map(|(i, w)| w * at(reflect(middle + i, length))).sum()
 }
 
 /// Place `shifted - REACH` brought into `0..length` by reflection about the ends, which occur once.
@@ -85,11 +77,8 @@ mod tests {
 
     #[test]
     fn reflection_keeps_the_ends_single() {
-        let around = |middle: usize, length| {
-            (0..=2 * REACH)
-                .map(|i| reflect(middle + i, length))
-                .collect::<Vec<_>>()
-        };
+        let around =
+            |middle: usize, length| (0..=2 * REACH).map(|i| reflect(middle + i, length)).collect::<Vec<_>>();
         assert_eq!(around(0, 8), [5, 4, 3, 2, 1, 0, 1, 2, 3, 4, 5]);
         assert_eq!(around(7, 8), [2, 3, 4, 5, 6, 7, 6, 5, 4, 3, 2]);
         assert_eq!(around(0, 2), [1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1]);
@@ -114,10 +103,7 @@ mod tests {
         let value = |x: usize, y: usize, k: usize| ((x * 7 + y * k) % 13) as f64 / 13.0;
         let image = |k| (0..60).map(|i| value(i % 12, i / 12, k)).collect::<Vec<_>>();
         let transposed = |k| (0..60).map(|i| value(i / 5, i % 5, k)).collect::<Vec<_>>();
-        let (across, down) = (
-            ssim(&image(3), &image(5), 12),
-            ssim(&transposed(3), &transposed(5), 5),
-        );
+        let (across, down) = (ssim(&image(3), &image(5), 12), ssim(&transposed(3), &transposed(5), 5));
         assert!(across < 0.9, "{across}");
         approx::assert_relative_eq!(across, down, max_relative = 1e-12);
     }

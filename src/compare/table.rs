@@ -15,23 +15,14 @@ impl Metrics {
             return writeln!(f, "identical to the last bit");
         }
         let share = self.differing_pixels as f64 / (f64::from(self.width) * f64::from(self.height));
-        writeln!(
-            f,
-            "of which {} differ ({:.2} %)",
-            self.differing_pixels,
-            100.0 * share
-        )
+        writeln!(f, "of which {} differ ({:.2} %)", self.differing_pixels, 100.0 * share)
     }
 }
 
 impl fmt::Display for Metrics {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.write_pixels(f)?;
-        writeln!(
-            f,
-            "{:<18}{:>14}{:>14}{:>14}{:>14}",
-            "", "red", "green", "blue", "all"
-        )?;
+        writeln!(f, "{:<18}{:>14}{:>14}{:>14}{:>14}", "", "red", "green", "blue", "all")?;
         for (name, figures) in [
             ("mean of A", self.mean_a),
             ("mean of B", self.mean_b),
@@ -47,11 +38,7 @@ impl fmt::Display for Metrics {
         writeln!(f, "{:<60}{:>14}", "FLIP", figure(self.flip))?;
         let LargestDifference { value, channel, x, y } = self.largest_difference;
         if value > 0.0 {
-            writeln!(
-                f,
-                "largest difference {} in {channel} at ({x}, {y})",
-                figure(value)
-            )?;
+            writeln!(f, "largest difference {} in {channel} at ({x}, {y})", figure(value))?;
         }
         Ok(())
     }
@@ -60,9 +47,5 @@ impl fmt::Display for Metrics {
 /// A number with six digits, by powers of ten where it is very small or large.
 fn figure(v: f64) -> String {
     let plain = v == 0.0 || !v.is_finite() || (1e-3..1e5).contains(&v.abs());
-    if plain {
-        format!("{v:.6}")
-    } else {
-        format!("{v:.5e}")
-    }
+    if plain { format!("{v:.6}") } else { format!("{v:.5e}") }
 }

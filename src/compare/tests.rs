@@ -6,15 +6,9 @@ use scene::Rgb;
 use scene::image_file::srgb;
 
 fn image(width: u32, height: u32, pixel: impl Fn(u32, u32) -> Rgb) -> Film {
-    let pixels = (0..height)
-        .flat_map(|y| (0..width).map(move |x| (x, y)))
-        .map(|(x, y)| pixel(x, y))
-        .collect();
-    Film {
-        width,
-        height,
-        pixels,
-    }
+    let pixels =
+        (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect();
+    Film { width, height, pixels }
 }
 
 fn flat(width: u32, height: u32, value: [f32; 3]) -> Film {
@@ -32,15 +26,7 @@ fn of_an_image_and_itself_nothing_differs() {
         let m = compare(&a, &a).unwrap();
         assert!(m.identical && m.differing_pixels == 0 && m.largest_difference.value == 0.0);
         for zero in [m.rmse, m.relative_mse, m.block_relative_mse] {
-            assert_eq!(
-                zero,
-                Channels {
-                    red: 0.0,
-                    green: 0.0,
-                    blue: 0.0,
-                    all: 0.0
-                }
-            );
+            assert_eq!(zero, Channels { red: 0.0, green: 0.0, blue: 0.0, all: 0.0 });
         }
         assert_eq!((m.psnr, m.ssim.all, m.flip), (f64::INFINITY, 1.0, 0.0));
         assert!(m.table().contains("identical to the last bit"));
@@ -66,15 +52,7 @@ fn a_constant_offset_is_measured_exactly() {
         assert_relative_eq!(of.all, relative.iter().sum::<f64>() / 3.0, max_relative = 1e-12);
     }
     assert_eq!(m.differing_pixels, 200);
-    assert_eq!(
-        m.largest_difference,
-        LargestDifference {
-            value: 0.25,
-            channel: "red",
-            x: 0,
-            y: 0
-        }
-    );
+    assert_eq!(m.largest_difference, LargestDifference { value: 0.25, channel: "red", x: 0, y: 0 });
 }
 
 #[test]
@@ -96,9 +74,7 @@ fn flip_of_the_farthest_colours_is_one() {
 #[test]
 fn noise_that_averages_out_leaves_the_blocks_alone() {
     let b = flat(16, 24, [0.5; 3]);
-    let a = image(16, 24, |x, y| {
-        Rgb::splat(if (x + y) % 2 == 0 { 0.25 } else { 0.75 })
-    });
+    let a = image(16, 24, |x, y| Rgb::splat(if (x + y) % 2 == 0 { 0.25 } else { 0.75 }));
     let m = compare(&a, &b).unwrap();
     assert_relative_eq!(m.relative_mse.all, 0.0625 / 0.26, max_relative = 1e-12);
     assert_eq!(m.block_relative_mse.all, 0.0);
@@ -145,19 +121,13 @@ fn images_that_do_not_match_are_refused() {
         line(&small, &flat(3, 2, [0.0; 3])),
         "image A is 2 x 3 pixels and image B 3 x 2; they must have the same size"
     );
-    assert_eq!(
-        line(&Film::new(0, 0), &Film::new(0, 0)),
-        "the images have no pixels"
-    );
+    assert_eq!(line(&Film::new(0, 0), &Film::new(0, 0)), "the images have no pixels");
     let mut broken = small.clone();
     broken.pixels[3].y = f32::NAN;
     broken.pixels[5].x = f32::INFINITY;
     let expected = "has 2 pixels with a NaN or an infinity, the first at (1, 1); all must be finite";
     assert_eq!(line(&small, &broken), format!("image B {expected}"));
-    assert_eq!(
-        difference_image(&broken, &small).unwrap_err().to_string(),
-        format!("image A {expected}")
-    );
+    assert_eq!(difference_image(&broken, &small).unwrap_err().to_string(), format!("image A {expected}"));
 }
 
 #[test]
@@ -188,8 +158,5 @@ fn bounds_speak_up_when_broken_and_only_then() {
     for (line, option) in broken.iter().zip(options) {
         assert!(line.contains(option), "{line}");
     }
-    assert_eq!(
-        broken[4],
-        format!("the largest difference is 0.25, above --max-abs {}", 0.25 - 1e-6)
-    );
+    assert_eq!(broken[4], format!("the largest difference is 0.25, above --max-abs {}", 0.25 - 1e-6));
 }

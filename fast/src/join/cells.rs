@@ -45,12 +45,7 @@ impl Cells {
         while !rows_are_apart(stride_y, stride_z, mask) {
             stride_y += 2;
         }
-        Self {
-            inverse_size: 1.0 / size,
-            stride_y,
-            stride_z,
-            mask,
-        }
+        Self { inverse_size: 1.0 / size, stride_y, stride_z, mask }
     }
 
     #[inline(always)]
@@ -72,11 +67,7 @@ impl Cells {
     /// The buckets of points in lanes.
     #[inline(always)]
     pub(crate) fn buckets<L: Lanes>(self, p: V3<L>) -> L::U {
-        let (x, y, z) = (
-            self.coordinates::<L>(p.x),
-            self.coordinates::<L>(p.y),
-            self.coordinates::<L>(p.z),
-        );
+        let (x, y, z) = (self.coordinates::<L>(p.x), self.coordinates::<L>(p.y), self.coordinates::<L>(p.z));
         (x + y * L::u(self.stride_y) + z * L::u(self.stride_z)) & L::u(self.mask)
     }
 
@@ -84,22 +75,37 @@ impl Cells {
     #[inline(always)]
     pub(crate) fn span(self, low: Vec3, high: Vec3) -> Span {
         let corner = |p: Vec3| [self.coordinate(p.x), self.coordinate(p.y), self.coordinate(p.z)];
-        Span {
-            low: corner(low),
-            high: corner(high),
-        }
+        Span { low: corner(low), high: corner(high) }
     }
 
-    /// Calls `visit` with the first bucket of every row of a span; the row has `span.length()` buckets, in which the
-    /// last bucket is followed by the first.
+    /// The first bucket of every row of a span that fits; the row has `span.length()` buckets, in which the last
+    /// bucket is followed by the first.
     #[inline(always)]
-    pub(crate) fn rows(self, span: Span, mut visit: impl FnMut(u32)) {
+    pub(crate) fn rows(self, span: Span) -> Rows {
+        let mut rows = Rows { first: [0; (WINDOW * WINDOW) as usize], count: 0 };
         for z in span.low[2]..=span.high[2] {
             let plane = (span.low[0] as u32).wrapping_add((z as u32).wrapping_mul(self.stride_z));
             for y in span.low[1]..=span.high[1] {
-                visit(plane.wrapping_add((y as u32).wrapping_mul(self.stride_y)) & self.mask);
+                rows.first[rows.count] =
+                    plane.wrapping_add((y as u32).wrapping_mul(self.stride_y)) & self.mask;
+                rows.count += 1;
             }
         }
+        rows
+    }
+}
+
+/// The rows of a span.
+pub(crate) struct Rows {
+    first: [u32; (WINDOW * WINDOW) as usize],
+    count: usize,
+}
+
+impl Rows {
+    /// Their first buckets.
+    #[inline(always)]
+    pub(crate) fn first_buckets(&self) -> &[u32] {
+        &self.first[..self.count]
     }
 }
 

@@ -40,17 +40,9 @@ pub(crate) struct Sorted {
 
 impl Binned {
     pub(crate) fn new() -> Self {
-        Self {
-            bins: vec![Vec::new(); BINS],
-            count: 0,
-        }
+        Self { bins: vec![Vec::new(); BINS], count: 0 }
     }
 
-    /// Forgets all deposits and keeps the memory.
-    pub(crate) fn clear(&mut self) {
-        self.bins.iter_mut().for_each(Vec::clear);
-        self.count = 0;
-    }
 
     /// Adds a deposit; `shift` takes a bucket to its bin.
     #[inline(always)]
@@ -62,10 +54,7 @@ impl Binned {
 
     /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        self.bins
-            .iter()
-            .map(|bin| bin.capacity() * size_of::<(Record, Direction)>())
-            .sum()
+        self.bins.iter().map(|bin| bin.capacity() * size_of::<(Record, Direction)>()).sum()
     }
 }
 
@@ -76,11 +65,7 @@ pub(crate) fn bin_shift(cells: Cells) -> u32 {
 
 impl Sorted {
     pub(crate) fn new() -> Self {
-        Self {
-            records: Vec::new(),
-            directions: Vec::new(),
-            starts: Vec::new(),
-        }
+        Self { records: Vec::new(), directions: Vec::new(), starts: Vec::new() }
     }
 
     /// Sorts the deposits of `parts`.
@@ -98,13 +83,7 @@ impl Sorted {
             let (mine, rest) = records.split_at_mut(count);
             let (my_directions, rest_directions) = directions.split_at_mut(count);
             (records, directions) = (rest, rest_directions);
-            work.push(BinWork {
-                bin,
-                first,
-                records: mine,
-                directions: my_directions,
-                starts,
-            });
+            work.push(BinWork { bin, first, records: mine, directions: my_directions, starts });
             first += count as u32;
         }
         work.into_par_iter().for_each(|bin| bin.sort(parts));

@@ -76,30 +76,35 @@ impl<L: Lanes> Group<L> {
             is_shared &= sphere == NO_SPHERE || shared == NO_SPHERE || sphere == shared;
             shared = if sphere == NO_SPHERE { shared } else { sphere };
         }
-        let part = |k: usize| {
-            let from = (k % Self::PARTS) * L::N;
-            let visible: [Row; MOST_LANES] = std::array::from_fn(|i| rows[from + i % L::N].visible);
-            let light: [Row; MOST_LANES] = std::array::from_fn(|i| rows[from + i % L::N].light);
-            let [x, y, z, sphere, ..] = L::load_rows(&visible);
-            let [nx, ny, nz, ..] = L::load_rows(&light);
-            let [.., radius_squared] = L::load_rows(&pixels[from..]);
-            let is_nothing = L::eq(L::bits(sphere), L::u(NO_SPHERE));
-            let radius_squared = L::select(is_nothing, L::f(-1.0), radius_squared);
-            Part {
-                point: V3::new(x, y, z),
-                normal: V3::new(nx, ny, nz),
-                radius_squared,
-            }
-        };
+        let safe = if is_shared { safe_surface(shared) } else { NO_SPHERE };
         Self {
-            parts: [part(0), part(1)],
-            safe: if is_shared {
-                safe_surface(shared)
-            } else {
-                NO_SPHERE
-            },
+            parts: [Part::new(rows, pixels), Part::new(&rows[GROUP - L::N..], &pixels[GROUP - L::N..])],
+            safe,
         }
     }
+}
+
+impl<L: Lanes> Part<L> {
+    /// The first `L::N` pixels.
+    #[inline(always)]
+    fn new(rows: &[PixelRows], pixels: &[Row]) -> Self {
+        let ([x, y, z, sphere, ..], [nx, ny, nz, ..]) = load_pixel_rows::<L>(rows);
+        let [.., radius_squared] = L::load_rows(pixels);
+        let is_nothing = L::eq(L::bits(sphere), L::u(NO_SPHERE));
+        let radius_squared = L::select(is_nothing, L::f(-1.0), radius_squared);
+        Self { point: V3::new(x, y, z), normal: V3::new(nx, ny, nz), radius_squared }
+    }
+}
+
+/// The two rows of `L::N` pixels, as columns.
+#[inline(always)]
+pub(crate) fn load_pixel_rows<L: Lanes>(rows: &[PixelRows]) -> ([L::F; 8], [L::F; 8]) {
+    let (mut visible, mut light) = ([Row::default(); MOST_LANES], [Row::default(); MOST_LANES]);
+    for k in 0..L::N {
+        visible[k] = rows[k].visible;
+        light[k] = rows[k].light;
+    }
+    (L::load_rows(&visible), L::load_rows(&light))
 }
 
 /// A group that gathers photons.
@@ -122,15 +127,7 @@ impl<'a, L: Lanes> Gathering<'a, L> {
         counts: &'a mut JoinCounts,
     ) -> Self {
         let zero = L::u(0);
-        Self {
-            group,
-            sorted,
-            sums,
-            counts,
-            m: [zero; 2],
-            flux: [[zero; 2]; 3],
-            pending: 0,
-        }
+        Self { group, sorted, sums, counts, m: [zero; 2], flux: [[zero; 2]; 3], pending: 0 }
     }
 
     /// Takes in a run of photons.
@@ -143,11 +140,11 @@ impl<'a, L: Lanes> Gathering<'a, L> {
             }
             self.pending += 1;
             let record = &self.sorted.records[index].0;
-            let [x, y, z, surface, flux @ ..] = *record;
+            let [x, y, z, surface, flux @ .., _] = *record;
             let point = V3::splat(Vec3::new(x, y, z));
             let is_safe = surface.to_bits() == self.group.safe;
             for k in 0..Group::<L>::PARTS {
-                let part = &self.group.parts[k];
+                let part = self.group.parts[k];
                 let d = point - part.point;
                 let mut counts = L::lt(d.dot(d), part.radius_squared);
                 if !is_safe {
@@ -156,8 +153,9 @@ impl<'a, L: Lanes> Gathering<'a, L> {
                     counts = counts & L::lt(L::f(0.0), wi.dot(part.normal));
                 }
                 self.m[k] = L::add_where(counts, self.m[k], L::u(1));
-                for (channel, flux) in self.flux.iter_mut().zip(flux) {
-                    channel[k] = L::add_where(counts, channel[k], L::u(flux.to_bits()));
+                for channel in 0..3 {
+                    let flux = L::u(flux[channel].to_bits());
+                    self.flux[channel][k] = L::add_where(counts, self.flux[channel][k], flux);
                 }
             }
         }
@@ -174,11 +172,11 @@ impl<'a, L: Lanes> Gathering<'a, L> {
             *sum += lane;
             self.counts.contributions += u64::from(lane);
         }
-        for (sums, flux) in self.sums.flux.iter_mut().zip(self.flux) {
+        for channel in 0..3 {
             for k in 0..Group::<L>::PARTS {
-                L::store_u(flux[k], &mut lanes[k * L::N..]);
+                L::store_u(self.flux[channel][k], &mut lanes[k * L::N..]);
             }
-            for (sum, lane) in sums.iter_mut().zip(lanes) {
+            for (sum, lane) in self.sums.flux[channel].iter_mut().zip(lanes) {
                 *sum += u64::from(lane);
             }
         }
@@ -223,19 +221,21 @@ pub(crate) fn single<L: Lanes>(
                 bits &= !hidden(&sorted.directions[at..], row, doubtful);
                 let counted = L::mask_from_bits(bits);
                 m += bits.count_ones();
-                for (sum, channel) in flux.iter_mut().zip([r, g, b]) {
-                    *sum = L::add_where(counted, *sum, L::bits(channel));
-                }
+                flux[0] = L::add_where(counted, flux[0], L::bits(r));
+                flux[1] = L::add_where(counted, flux[1], L::bits(g));
+                flux[2] = L::add_where(counted, flux[2], L::bits(b));
             }
             at += L::N;
         }
         at = end;
         counts.contributions += u64::from(m);
         sums.sums.m[sums.lane] += m;
-        for (sum, channel) in sums.sums.flux.iter_mut().zip(flux) {
+        for channel in 0..3 {
             let mut lanes = [0; MOST_LANES];
-            L::store_u(channel, &mut lanes);
-            sum[sums.lane] += lanes[..L::N].iter().map(|flux| u64::from(*flux)).sum::<u64>();
+            L::store_u(flux[channel], &mut lanes);
+            for lane in &lanes[..L::N] {
+                sums.sums.flux[channel][sums.lane] += u64::from(*lane);
+            }
         }
     }
 }

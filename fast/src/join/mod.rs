@@ -102,11 +102,11 @@ pub(crate) fn gather_group<L: crate::lanes::Lanes>(
     if span.fits() {
         let group = Group::<L>::new(rows, pixels);
         let mut gathering = gather::Gathering::new(&group, sorted, sums, counts);
-        cells.rows(span, |first| {
-            for run in sorted.runs(first, span.length()) {
+        for first in cells.rows(span).first_buckets() {
+            for run in sorted.runs(*first, span.length()) {
                 gathering.take(run);
             }
-        });
+        }
         gathering.finish();
         return;
     }
@@ -114,11 +114,11 @@ pub(crate) fn gather_group<L: crate::lanes::Lanes>(
         if let Some(point) = point_of(row) {
             let reach = Vec3::splat(reach(pixel));
             let span = cells.span(point - reach, point + reach);
-            cells.rows(span, |first| {
-                for run in sorted.runs(first, span.length()) {
+            for first in cells.rows(span).first_buckets() {
+                for run in sorted.runs(*first, span.length()) {
                     gather::single::<L>(sorted, run, row, pixel.0[7], sums.lane(lane), counts);
                 }
-            });
+            }
         }
     }
 }

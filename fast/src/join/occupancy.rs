@@ -16,10 +16,7 @@ pub(crate) struct Occupancy {
 impl Occupancy {
     /// An empty map of cells of the given size.
     pub(crate) fn new(size: f32) -> Self {
-        Self {
-            cells: Cells::new(size, BITS),
-            words: vec![0; BITS / 32],
-        }
+        Self { cells: Cells::new(size, BITS), words: vec![0; BITS / 32] }
     }
 
     /// The map of points to cells.
@@ -29,13 +26,12 @@ impl Occupancy {
 
     /// Marks all cells of a span.
     pub(crate) fn mark(&mut self, span: Span) {
-        let (cells, words) = (self.cells, &mut self.words);
-        cells.rows(span, |first| {
+        for first in self.cells.rows(span).first_buckets() {
             for i in 0..span.length() {
-                let bucket = first.wrapping_add(i) & cells.mask;
-                words[(bucket / 32) as usize] |= 1 << (bucket % 32);
+                let bucket = first.wrapping_add(i) & self.cells.mask;
+                self.words[(bucket / 32) as usize] |= 1 << (bucket % 32);
             }
-        });
+        }
     }
 
     /// Takes over the marks of another map of the same cells.

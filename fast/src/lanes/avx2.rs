@@ -121,6 +121,22 @@ pub(super) fn transpose8(r: [__m256; 8]) -> [__m256; 8] {
     }
 }
 
+/// Eight registers as eight vectors of lanes.
+#[inline(always)]
+fn columns([a, b, c, d, e, f, g, h]: [__m256; 8]) -> [F; 8] {
+    [F(a), F(b), F(c), F(d), F(e), F(f), F(g), F(h)]
+}
+
+/// Eight registers to as many rows.
+#[inline(always)]
+pub(super) fn store_rows(from: [__m256; 8], to: &mut [Row]) {
+    let to = &mut to[..8];
+    for k in 0..8 {
+        // SAFETY: a row is 32 bytes, aligned to 32.
+        unsafe { _mm256_store_ps(to[k].0.as_mut_ptr(), from[k]) }
+    }
+}
+
 /// A row as one register.
 #[inline(always)]
 pub(super) fn load_row(row: &Row) -> __m256 {
@@ -253,19 +269,25 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn gather_rows(table: &[Row], index: &[u32]) -> [F; 8] {
         let index = &index[..N];
-        transpose8(std::array::from_fn(|k| load_row(&table[index[k] as usize]))).map(F)
+        let mut rows = [Self::f(0.0).0; 8];
+        for k in 0..8 {
+            rows[k] = load_row(&table[index[k] as usize]);
+        }
+        columns(transpose8(rows))
     }
     #[inline(always)]
     fn transpose(columns: [F; 8], to: &mut [Row]) {
-        for (row, to) in transpose8(columns.map(|c| c.0)).into_iter().zip(&mut to[..N]) {
-            // SAFETY: a row is 32 bytes, aligned to 32.
-            unsafe { _mm256_store_ps(to.0.as_mut_ptr(), row) }
-        }
+        let [a, b, c, d, e, f, g, h] = columns;
+        store_rows(transpose8([a.0, b.0, c.0, d.0, e.0, f.0, g.0, h.0]), to);
     }
     #[inline(always)]
     fn load_rows(rows: &[Row]) -> [F; 8] {
         let rows = &rows[..N];
-        transpose8(std::array::from_fn(|k| load_row(&rows[k]))).map(F)
+        let mut loaded = [Self::f(0.0).0; 8];
+        for k in 0..8 {
+            loaded[k] = load_row(&rows[k]);
+        }
+        columns(transpose8(loaded))
     }
     #[inline(always)]
     fn compress(m: M, v: F, to: &mut [f32]) {

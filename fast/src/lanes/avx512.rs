@@ -85,12 +85,21 @@ fn join(low: __m256, high: __m256) -> F {
     F(unsafe { _mm512_insertf32x8::<1>(_mm512_castps256_ps512(low), high) })
 }
 
-/// Sixteen rows, each got by its number, as eight columns.
+/// Sixteen rows as eight columns.
 #[inline(always)]
-fn columns<'a>(row: impl Fn(usize) -> &'a Row) -> [F; 8] {
-    let low = avx2::transpose8(std::array::from_fn(|k| avx2::load_row(row(k))));
-    let high = avx2::transpose8(std::array::from_fn(|k| avx2::load_row(row(k + 8))));
-    std::array::from_fn(|column| join(low[column], high[column]))
+fn columns(rows: [&Row; 16]) -> [F; 8] {
+    let zero = avx2::load_row(&Row([0.0; 8]));
+    let (mut low, mut high) = ([zero; 8], [zero; 8]);
+    for k in 0..8 {
+        low[k] = avx2::load_row(rows[k]);
+        high[k] = avx2::load_row(rows[k + 8]);
+    }
+    let (low, high) = (avx2::transpose8(low), avx2::transpose8(high));
+    let mut columns = [join(low[0], high[0]); 8];
+    for k in 1..8 {
+        columns[k] = join(low[k], high[k]);
+    }
+    columns
 }
 
 impl Lanes for Avx512 {
@@ -215,27 +224,35 @@ impl Lanes for Avx512 {
     #[inline(always)]
     fn gather_rows(table: &[Row], index: &[u32]) -> [F; 8] {
         let index = &index[..N];
-        columns(|k| &table[index[k] as usize])
+        let mut rows = [&table[index[0] as usize]; 16];
+        for k in 1..16 {
+            rows[k] = &table[index[k] as usize];
+        }
+        columns(rows)
     }
     #[inline(always)]
     fn transpose(columns: [F; 8], to: &mut [Row]) {
         let (low, high) = to[..N].split_at_mut(8);
-        // SAFETY: a row is 32 bytes, aligned to 32.
-        unsafe {
-            let rows = avx2::transpose8(columns.map(|c| _mm512_castps512_ps256(c.0)));
-            for (row, to) in rows.into_iter().zip(low) {
-                _mm256_store_ps(to.0.as_mut_ptr(), row);
-            }
-            let rows = avx2::transpose8(columns.map(|c| _mm512_extractf32x8_ps::<1>(c.0)));
-            for (row, to) in rows.into_iter().zip(high) {
-                _mm256_store_ps(to.0.as_mut_ptr(), row);
+        let zero = avx2::load_row(&Row([0.0; 8]));
+        let (mut first, mut second) = ([zero; 8], [zero; 8]);
+        for k in 0..8 {
+            // SAFETY: AVX-512 DQ is there.
+            unsafe {
+                first[k] = _mm512_castps512_ps256(columns[k].0);
+                second[k] = _mm512_extractf32x8_ps::<1>(columns[k].0);
             }
         }
+        avx2::store_rows(avx2::transpose8(first), low);
+        avx2::store_rows(avx2::transpose8(second), high);
     }
     #[inline(always)]
     fn load_rows(rows: &[Row]) -> [F; 8] {
         let rows = &rows[..N];
-        columns(|k| &rows[k])
+        let mut all = [&rows[0]; 16];
+        for k in 1..16 {
+            all[k] = &rows[k];
+        }
+        columns(all)
     }
     #[inline(always)]
     fn compress(m: M, v: F, to: &mut [f32]) {

@@ -146,13 +146,7 @@ impl Lanes for Emulated {
     }
     #[inline(always)]
     fn add_where(m: M, a: U, b: U) -> U {
-        U(from_fn(|k| {
-            if m.0[k] {
-                a.0[k].wrapping_add(b.0[k])
-            } else {
-                a.0[k]
-            }
-        }))
+        U(from_fn(|k| if m.0[k] { a.0[k].wrapping_add(b.0[k]) } else { a.0[k] }))
     }
     #[inline(always)]
     fn min_u(a: U, b: U) -> U {

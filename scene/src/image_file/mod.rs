@@ -56,10 +56,7 @@ impl Format {
             "png" => Ok(Self::Png),
             "exr" => Ok(Self::Exr),
             "pfm" => Ok(Self::Pfm),
-            "" => Err(ImageError::new(
-                path,
-                "has no extension; it must be .png, .exr or .pfm",
-            )),
+            "" => Err(ImageError::new(path, "has no extension; it must be .png, .exr or .pfm")),
             other => {
                 let other = other.escape_debug();
                 Err(ImageError::new(
@@ -148,10 +145,7 @@ fn check_pixels(path: &Path, width: u32, height: u32, pixels: usize) -> Result<(
     if pixels as u64 == u64::from(width) * u64::from(height) {
         return Ok(());
     }
-    Err(ImageError::new(
-        path,
-        format!("cannot hold {pixels} pixels as an image of {width} x {height}"),
-    ))
+    Err(ImageError::new(path, format!("cannot hold {pixels} pixels as an image of {width} x {height}")))
 }
 
 fn check_size(width: u64, height: u64) -> Result<(), String> {

@@ -19,10 +19,7 @@ const MOST_BYTES_PER_BYTE_DWA: u64 = 1032 * 128;
 
 /// ZIP over 16 lines at a time: the method that most programs write, and read fastest.
 fn encoding() -> Encoding {
-    Encoding {
-        compression: Compression::ZIP16,
-        ..Encoding::UNCOMPRESSED
-    }
+    Encoding { compression: Compression::ZIP16, ..Encoding::UNCOMPRESSED }
 }
 
 pub(super) fn write(out: &mut (impl Write + io::Seek), film: &Film) -> io::Result<()> {
@@ -46,10 +43,8 @@ pub(super) fn write_plane(out: &mut (impl Write + io::Seek), plane: &Plane, name
 }
 
 pub(super) fn read(input: &mut impl Seekable, length: u64) -> Result<Film, String> {
-    let channels = inspect(
-        &MetaData::read_from_buffered(&mut *input, false).map_err(|e| problem(&e))?,
-        length,
-    )?;
+    let channels =
+        inspect(&MetaData::read_from_buffered(&mut *input, false).map_err(|e| problem(&e))?, length)?;
     input.seek(SeekFrom::Start(0)).map_err(|e| e.to_string())?;
     match channels {
         Channels::Rgb => read_rgb(input),
@@ -109,11 +104,7 @@ fn inspect(meta: &MetaData, length: u64) -> Result<Channels, String> {
     }
     let has = |h: &Header, name: &str| h.channels.list.iter().any(|c| c.name.eq(name));
     // The first layer that serves, as the reader chooses it.
-    let first = |needed: &[&str]| {
-        meta.headers
-            .iter()
-            .find(|h| needed.iter().all(|name| has(h, name)))
-    };
+    let first = |needed: &[&str]| meta.headers.iter().find(|h| needed.iter().all(|name| has(h, name)));
     let (layer, channels) = if let Some(layer) = first(&["R", "G", "B"]) {
         (layer, Channels::Rgb)
     } else if let Some(layer) = first(&["Y"]).filter(|h| !has(h, "RY") && !has(h, "BY")) {
@@ -137,25 +128,15 @@ fn check_header(header: &Header, length: u64) -> Result<(), String> {
     if header.deep {
         return Err("is a deep image; it must be a flat one".into());
     }
-    let (width, height) = (
-        header.layer_size.width() as u64,
-        header.layer_size.height() as u64,
-    );
+    let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
     check_size(width, height)?;
     if let BlockDescription::Tiles(tiles) = header.blocks {
         let (x, y) = (tiles.tile_size.width(), tiles.tile_size.height());
         if x.max(y) > MAX_SIDE as usize || x.min(y) == 0 {
-            return Err(format!(
-                "has tiles of {x} x {y} pixels; each side must be from 1 to {MAX_SIDE}"
-            ));
+            return Err(format!("has tiles of {x} x {y} pixels; each side must be from 1 to {MAX_SIDE}"));
         }
     }
-    let bytes: u64 = header
-        .channels
-        .list
-        .iter()
-        .map(|c| c.sample_type.bytes_per_sample() as u64)
-        .sum();
+    let bytes: u64 = header.channels.list.iter().map(|c| c.sample_type.bytes_per_sample() as u64).sum();
     let most = match header.compression {
         Compression::DWAA(_) | Compression::DWAB(_) => MOST_BYTES_PER_BYTE_DWA,
         _ => MOST_BYTES_PER_BYTE,
@@ -168,9 +149,7 @@ fn whole(channels: &[ChannelDescription]) -> Result<(), String> {
     match channels.iter().find(|c| c.sampling != Vec2(1, 1)) {
         Some(c) => {
             let name = shown(&c.name);
-            Err(format!(
-                "has a subsampled channel {name}; each must have a sample for every pixel"
-            ))
+            Err(format!("has a subsampled channel {name}; each must have a sample for every pixel"))
         }
         None => Ok(()),
     }
@@ -181,22 +160,14 @@ fn names(meta: &MetaData) -> String {
     const MOST: usize = 12;
     let all = || meta.headers.iter().flat_map(|h| &h.channels.list);
     let names: Vec<String> = all().take(MOST).map(|c| shown(&c.name)).collect();
-    let more = if all().nth(MOST).is_some() {
-        ", and more"
-    } else {
-        ""
-    };
+    let more = if all().nth(MOST).is_some() { ", and more" } else { "" };
     format!("{}{more}", names.join(", "))
 }
 
 /// A name as a file has it, cut short and escaped so that it cannot break a line of error.
 fn shown(name: &Text) -> String {
     const LONGEST: usize = 20;
-    name.to_string()
-        .chars()
-        .take(LONGEST)
-        .flat_map(char::escape_debug)
-        .collect()
+    name.to_string().chars().take(LONGEST).flat_map(char::escape_debug).collect()
 }
 
 fn problem(e: &exr::error::Error) -> String {

@@ -38,9 +38,7 @@ pub(super) fn read(input: &mut impl BufRead, length: u64) -> Result<Film, String
     let row_bytes = width as usize * header.channels * 4;
     let expected = header.bytes + row_bytes as u64 * u64::from(height);
     if length != expected {
-        return Err(format!(
-            "has {length} bytes; a map of {width} x {height} pixels has {expected}"
-        ));
+        return Err(format!("has {length} bytes; a map of {width} x {height} pixels has {expected}"));
     }
     let mut film = Film::new(width, height);
     let mut bytes = vec![0; row_bytes];
@@ -74,12 +72,8 @@ impl Header {
         };
         let mut side = |name| {
             let text = next()?;
-            text.parse().map_err(|_| {
-                format!(
-                    "its {name} is `{}`; it must be a whole number",
-                    text.escape_debug()
-                )
-            })
+            text.parse()
+                .map_err(|_| format!("its {name} is `{}`; it must be a whole number", text.escape_debug()))
         };
         let (width, height) = (side("width")?, side("height")?);
         let text = next()?;
@@ -90,14 +84,7 @@ impl Header {
                 "its scale is `{text}`; it must be a finite number other than 0, such as -1.0"
             ));
         }
-        Ok(Self {
-            channels,
-            width,
-            height,
-            little_endian: scale < 0.0,
-            scale: scale.abs(),
-            bytes,
-        })
+        Ok(Self { channels, width, height, little_endian: scale < 0.0, scale: scale.abs(), bytes })
     }
 
     /// The pixel stored as `bytes`.
@@ -105,11 +92,7 @@ impl Header {
         let sample = |i: usize| {
             let i = i % self.channels; // grey: the same for all three
             let word = std::array::from_fn(|k| bytes[4 * i + k]);
-            let v = if self.little_endian {
-                f32::from_le_bytes(word)
-            } else {
-                f32::from_be_bytes(word)
-            };
+            let v = if self.little_endian { f32::from_le_bytes(word) } else { f32::from_be_bytes(word) };
             // Not multiplied by 1, so that the bits of a NaN survive too.
             if self.scale == 1.0 { v } else { v * self.scale }
         };
@@ -129,10 +112,8 @@ fn token(input: &mut impl BufRead, bytes: &mut u64) -> Result<String, String> {
             return Ok(String::from_utf8_lossy(&word).into_owned());
         }
     }
-    Err(
-        "its header is broken: it must be PF or Pf, width, height and scale, such as `PF 512 384 -1.0`"
-            .into(),
-    )
+    Err("its header is broken: it must be PF or Pf, width, height and scale, such as `PF 512 384 -1.0`"
+        .into())
 }
 
 #[cfg(test)]
@@ -146,22 +127,11 @@ mod tests {
 
     #[test]
     fn known_bytes_out() {
-        let film = Film {
-            width: 1,
-            height: 2,
-            pixels: vec![vec3(1.0, 2.0, -0.0), vec3(0.5, 0.0, 4.0)],
-        };
+        let film = Film { width: 1, height: 2, pixels: vec![vec3(1.0, 2.0, -0.0), vec3(0.5, 0.0, 4.0)] };
         let mut bytes = Vec::new();
         write(&mut bytes, &film).unwrap();
         let mut expected = b"PF\n1 2\n-1.0\n".to_vec();
-        for word in [
-            0x3f00_0000_u32,
-            0,
-            0x4080_0000,
-            0x3f80_0000,
-            0x4000_0000,
-            0x8000_0000,
-        ] {
+        for word in [0x3f00_0000_u32, 0, 0x4080_0000, 0x3f80_0000, 0x4000_0000, 0x8000_0000] {
             expected.extend(word.to_le_bytes()); // the lower row first
         }
         assert_eq!(bytes, expected);
@@ -193,10 +163,7 @@ mod tests {
             (b"PF\n1 1\n-1.0\n0123456789abcdef", "bytes"),
             (b"PF\n16384 16384\n-1.0\n", "bytes"),
             (b"PF\n4294967295 4294967295\n-1.0\n", "at most"),
-            (
-                b"PF\n18446744073709551615 18446744073709551615\n-1.0\n",
-                "at most",
-            ),
+            (b"PF\n18446744073709551615 18446744073709551615\n-1.0\n", "at most"),
         ] {
             let problem = parse(bytes).unwrap_err();
             assert!(problem.contains(says), "{}: {problem}", bytes.escape_ascii());

@@ -5,20 +5,12 @@ use std::sync::LazyLock;
 /// The code value in [0, 1] of linear `v`, which is clamped to [0, 1]; NaN stays NaN.
 pub fn encode(v: f64) -> f64 {
     let v = v.clamp(0.0, 1.0);
-    if v <= 0.003_130_8 {
-        12.92 * v
-    } else {
-        1.055 * v.powf(1.0 / 2.4) - 0.055
-    }
+    if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
 }
 
 /// The linear value of code value `c`.
 pub fn decode(c: f64) -> f64 {
-    if c <= 0.040_45 {
-        c / 12.92
-    } else {
-        ((c + 0.055) / 1.055).powf(2.4)
-    }
+    if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
 }
 
 /// The linear values at which the code rounds to the next byte.
@@ -86,11 +78,7 @@ mod tests {
         for c in 0..=u16::MAX {
             let v = decode(f64::from(c) / 65535.0);
             let few_ulps = 4.0 * f64::EPSILON;
-            assert_eq!(
-                (v * (1.0 - few_ulps)) as f32,
-                (v * (1.0 + few_ulps)) as f32,
-                "{c}"
-            );
+            assert_eq!((v * (1.0 - few_ulps)) as f32, (v * (1.0 + few_ulps)) as f32, "{c}");
         }
     }
 }

@@ -32,33 +32,18 @@ const EXTREMES: [f32; 12] = [
 fn extreme_film(width: u32, height: u32) -> Film {
     let value = |i: u32| EXTREMES.get(i as usize).copied().unwrap_or(i as f32 * 0.37 - 1.0);
     let pixels = (0..width * height).map(|i| Rgb::new(value(3 * i), value(3 * i + 1), value(3 * i + 2)));
-    Film {
-        width,
-        height,
-        pixels: pixels.collect(),
-    }
+    Film { width, height, pixels: pixels.collect() }
 }
 
 /// A film of values that sRGB bytes stand for.
 fn byte_film(width: u32, height: u32) -> Film {
     let value = |i: u32| srgb::decode_code((i * 7 % 256) as u16, 255);
     let pixels = (0..width * height).map(|i| Rgb::new(value(i), value(i + 50), value(i + 99)));
-    Film {
-        width,
-        height,
-        pixels: pixels.collect(),
-    }
+    Film { width, height, pixels: pixels.collect() }
 }
 
 fn bits(film: &Film) -> (u32, u32, Vec<[u32; 3]>) {
-    (
-        film.width,
-        film.height,
-        film.pixels
-            .iter()
-            .map(|p| p.to_array().map(f32::to_bits))
-            .collect(),
-    )
+    (film.width, film.height, film.pixels.iter().map(|p| p.to_array().map(f32::to_bits)).collect())
 }
 
 fn folder() -> tempfile::TempDir {
@@ -66,10 +51,8 @@ fn folder() -> tempfile::TempDir {
 }
 
 fn names_in(folder: &Path) -> Vec<String> {
-    let mut names: Vec<_> = fs::read_dir(folder)
-        .unwrap()
-        .map(|e| e.unwrap().file_name().into_string().unwrap())
-        .collect();
+    let mut names: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
     names
 }
@@ -88,11 +71,7 @@ fn exr_and_pfm_keep_every_bit() {
         for name in ["a.exr", "a.pfm"] {
             let path = folder.path().join(name);
             write(&path, &film, &Encoding { exposure: 3.0 }).unwrap();
-            assert_eq!(
-                bits(&read(&path).unwrap()),
-                bits(&film),
-                "{name} {width}x{height}"
-            );
+            assert_eq!(bits(&read(&path).unwrap()), bits(&film), "{name} {width}x{height}");
         }
     }
     assert_eq!(names_in(folder.path()), ["a.exr", "a.pfm"]);
@@ -110,11 +89,7 @@ fn png_keeps_every_byte() {
 #[test]
 fn planes_survive_and_a_png_shows_shares_of_the_maximum() {
     let folder = folder();
-    let plane = Plane {
-        width: 3,
-        height: 2,
-        values: vec![0.0, 1.0, 4.0, 2.0, 0.5, 1e-40],
-    };
+    let plane = Plane { width: 3, height: 2, values: vec![0.0, 1.0, 4.0, 2.0, 0.5, 1e-40] };
     for name in ["a.exr", "a.pfm", "a.png"] {
         let path = folder.path().join(name);
         write_plane(&path, &plane, "radius").unwrap();
@@ -135,16 +110,7 @@ fn planes_survive_and_a_png_shows_shares_of_the_maximum() {
 fn png_of_a_plane_without_a_positive_value_is_black() {
     let folder = folder();
     let path = folder.path().join("a.png");
-    write_plane(
-        &path,
-        &Plane {
-            width: 2,
-            height: 1,
-            values: vec![0.0, -1.0],
-        },
-        "count",
-    )
-    .unwrap();
+    write_plane(&path, &Plane { width: 2, height: 1, values: vec![0.0, -1.0] }, "count").unwrap();
     assert_eq!(read(&path).unwrap().pixels, [Rgb::ZERO; 2]);
 }
 
@@ -158,23 +124,9 @@ fn png_heeds_exposure_and_marks_what_is_no_number() {
         Rgb::new(0.0, f32::NAN, 0.0),
         Rgb::splat(-3.0),
     ];
-    write(
-        &path,
-        &Film {
-            width: 4,
-            height: 1,
-            pixels,
-        },
-        &Encoding { exposure: 2.0 },
-    )
-    .unwrap();
+    write(&path, &Film { width: 4, height: 1, pixels }, &Encoding { exposure: 2.0 }).unwrap();
     let half = srgb::decode_code(188, 255);
-    let expected = [
-        Rgb::splat(half),
-        Rgb::new(1.0, 1.0, 0.0),
-        Rgb::new(1.0, 0.0, 1.0),
-        Rgb::ZERO,
-    ];
+    let expected = [Rgb::splat(half), Rgb::new(1.0, 1.0, 0.0), Rgb::new(1.0, 0.0, 1.0), Rgb::ZERO];
     assert_eq!(read(&path).unwrap().pixels, expected);
 }
 
@@ -222,54 +174,12 @@ fn png_of_every_kind_is_read() {
     let wide = |c| srgb::decode_code(c, 65535);
     let grey = |c| Rgb::splat(v(c));
     for (color, depth, width, row, palette, expected) in [
-        (
-            ColorType::Grayscale,
-            BitDepth::Eight,
-            2,
-            &[10, 200][..],
-            &[][..],
-            vec![grey(10), grey(200)],
-        ),
-        (
-            ColorType::Grayscale,
-            BitDepth::One,
-            2,
-            &[0b0100_0000],
-            &[],
-            vec![grey(0), grey(255)],
-        ),
-        (
-            ColorType::Grayscale,
-            BitDepth::Sixteen,
-            1,
-            &[0x12, 0x34],
-            &[],
-            vec![Rgb::splat(wide(0x1234))],
-        ),
-        (
-            ColorType::GrayscaleAlpha,
-            BitDepth::Eight,
-            2,
-            &[10, 0, 20, 255],
-            &[],
-            vec![grey(10), grey(20)],
-        ),
-        (
-            ColorType::Rgb,
-            BitDepth::Eight,
-            1,
-            &[1, 2, 3],
-            &[],
-            vec![Rgb::new(v(1), v(2), v(3))],
-        ),
-        (
-            ColorType::Rgba,
-            BitDepth::Eight,
-            1,
-            &[1, 2, 3, 0],
-            &[],
-            vec![Rgb::new(v(1), v(2), v(3))],
-        ),
+        (ColorType::Grayscale, BitDepth::Eight, 2, &[10, 200][..], &[][..], vec![grey(10), grey(200)]),
+        (ColorType::Grayscale, BitDepth::One, 2, &[0b0100_0000], &[], vec![grey(0), grey(255)]),
+        (ColorType::Grayscale, BitDepth::Sixteen, 1, &[0x12, 0x34], &[], vec![Rgb::splat(wide(0x1234))]),
+        (ColorType::GrayscaleAlpha, BitDepth::Eight, 2, &[10, 0, 20, 255], &[], vec![grey(10), grey(20)]),
+        (ColorType::Rgb, BitDepth::Eight, 1, &[1, 2, 3], &[], vec![Rgb::new(v(1), v(2), v(3))]),
+        (ColorType::Rgba, BitDepth::Eight, 1, &[1, 2, 3, 0], &[], vec![Rgb::new(v(1), v(2), v(3))]),
         (
             ColorType::Rgba,
             BitDepth::Sixteen,
@@ -288,32 +198,15 @@ fn png_of_every_kind_is_read() {
         ),
     ] {
         let film = decode_bytes(Format::Png, &png_bytes(color, depth, width, row, palette)).unwrap();
-        assert_eq!(
-            film,
-            Film {
-                width,
-                height: 1,
-                pixels: expected
-            },
-            "{color:?} {depth:?}"
-        );
+        assert_eq!(film, Film { width, height: 1, pixels: expected }, "{color:?} {depth:?}");
     }
 }
 
 /// An EXR file of 5 x 4 pixels with the given channels, its data window off the origin.
 fn exr_bytes(channels: Vec<AnyChannel<FlatSamples>>, compression: Compression, blocks: Blocks) -> Vec<u8> {
-    let encoding = exr::prelude::Encoding {
-        compression,
-        blocks,
-        line_order: LineOrder::Increasing,
-    };
+    let encoding = exr::prelude::Encoding { compression, blocks, line_order: LineOrder::Increasing };
     let layer = LayerAttributes::default().with_position(Vec2(-2, 7));
-    let image = Image::from_layer(Layer::new(
-        (5, 4),
-        layer,
-        encoding,
-        AnyChannels::sort(channels.into()),
-    ));
+    let image = Image::from_layer(Layer::new((5, 4), layer, encoding, AnyChannels::sort(channels.into())));
     let mut bytes = Cursor::new(Vec::new());
     image.write().non_parallel().to_buffered(&mut bytes).unwrap();
     bytes.into_inner()
@@ -329,16 +222,10 @@ fn exr_of_every_kind_is_read() {
     let words = FlatSamples::U32((0..20).collect());
     let colour = || {
         let alpha = AnyChannel::new("A", floats(0.0));
-        let (r, g) = (
-            AnyChannel::new("R", floats(0.5)),
-            AnyChannel::new("G", halves.clone()),
-        );
+        let (r, g) = (AnyChannel::new("R", floats(0.5)), AnyChannel::new("G", halves.clone()));
         vec![alpha, r, g, AnyChannel::new("B", words.clone())]
     };
-    let expected: Vec<_> = (0..20)
-        .map(|i| i as f32)
-        .map(|v| Rgb::new(v + 0.5, v + 0.25, v))
-        .collect();
+    let expected: Vec<_> = (0..20).map(|i| i as f32).map(|v| Rgb::new(v + 0.5, v + 0.25, v)).collect();
     for compression in [
         Compression::Uncompressed,
         Compression::RLE,
@@ -360,11 +247,8 @@ fn exr_of_one_channel_is_grey() {
     let expected: Vec<_> = (0..20).map(|i| Rgb::splat(i as f32)).collect();
     for names in [&["Y"][..], &["Y", "A"], &["radius"]] {
         let channels = names.iter().map(|&n| AnyChannel::new(n, floats(0.0))).collect();
-        let film = decode_bytes(
-            Format::Exr,
-            &exr_bytes(channels, Compression::ZIP16, Blocks::ScanLines),
-        )
-        .unwrap();
+        let film =
+            decode_bytes(Format::Exr, &exr_bytes(channels, Compression::ZIP16, Blocks::ScanLines)).unwrap();
         assert_eq!(film.pixels, expected, "{names:?}");
     }
 }
@@ -390,10 +274,7 @@ fn unknown_extensions_are_refused() {
     }
     for (format, extension) in EVERY_FORMAT {
         let upper = extension.to_uppercase();
-        assert_eq!(
-            Format::from_path(Path::new(&format!("/a.b/c.{upper}"))),
-            Ok(format)
-        );
+        assert_eq!(Format::from_path(Path::new(&format!("/a.b/c.{upper}"))), Ok(format));
     }
 }
 
@@ -427,11 +308,7 @@ fn sizes_without_bytes_to_match_are_refused() {
     let problem = decode_bytes(Format::Png, &png).unwrap_err();
     assert!(problem.contains("cannot hold the 805322752 bytes"), "{problem}");
 
-    let mut exr = exr_bytes(
-        vec![AnyChannel::new("Y", floats(0.0))],
-        Compression::ZIP16,
-        Blocks::ScanLines,
-    );
+    let mut exr = exr_bytes(vec![AnyChannel::new("Y", floats(0.0))], Compression::ZIP16, Blocks::ScanLines);
     let window = exr.windows(10).position(|w| w == b"dataWindow").unwrap() + 10 + 1 + 6 + 4;
     assert_eq!(exr[window..window + 4], (-2_i32).to_le_bytes());
     exr[window + 8..window + 12].copy_from_slice(&16381_i32.to_le_bytes());
@@ -443,27 +320,14 @@ fn sizes_without_bytes_to_match_are_refused() {
 /// The checksum of PNG chunks, bit by bit.
 fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(u32::MAX, |crc, &byte| {
-        (0..8).fold(crc ^ u32::from(byte), |c, _| {
-            if c & 1 == 1 {
-                (c >> 1) ^ 0xedb8_8320
-            } else {
-                c >> 1
-            }
-        })
+        (0..8).fold(crc ^ u32::from(byte), |c, _| if c & 1 == 1 { (c >> 1) ^ 0xedb8_8320 } else { c >> 1 })
     })
 }
 
 #[test]
 fn a_film_that_contradicts_itself_is_not_written() {
     let folder = folder();
-    for film in [
-        Film::new(0, 3),
-        Film {
-            width: 2,
-            height: 2,
-            pixels: vec![Rgb::ZERO; 3],
-        },
-    ] {
+    for film in [Film::new(0, 3), Film { width: 2, height: 2, pixels: vec![Rgb::ZERO; 3] }] {
         for (_, extension) in EVERY_FORMAT {
             let line = problem(write(
                 &folder.path().join("a").with_extension(extension),
@@ -486,10 +350,7 @@ fn a_failed_write_leaves_the_old_file_and_nothing_else() {
         Err(io::Error::from(io::ErrorKind::StorageFull))
     };
     let line = problem(atomic_file::replace(&path, full));
-    assert!(
-        line.contains("a.png: cannot be written: no storage space"),
-        "{line}"
-    );
+    assert!(line.contains("a.png: cannot be written: no storage space"), "{line}");
     assert_eq!(fs::read_to_string(&path).unwrap(), "old");
     assert_eq!(names_in(folder.path()), ["a.png"]);
 }
@@ -623,13 +484,7 @@ fn specimens() -> Vec<(Format, Vec<u8>)> {
             all.push((Format::Exr, exr_bytes(channels.to_vec(), compression, blocks)));
         }
     }
-    let grey = png_bytes(
-        ::png::ColorType::Indexed,
-        ::png::BitDepth::Two,
-        4,
-        &[0b0001_1011],
-        &[7; 12],
-    );
+    let grey = png_bytes(::png::ColorType::Indexed, ::png::BitDepth::Two, 4, &[0b0001_1011], &[7; 12]);
     all.push((Format::Png, grey));
     all
 }
