@@ -42,7 +42,7 @@ pub(super) fn camera(section: &Section<'_>) -> Result<Camera, Fault> {
     let aperture_radius = section.or("aperture_radius", 0.0, |field| {
         field.number()?.check(
             |v| v >= 0.0,
-            "is negative; 0 is a pinhole, and a lens has a radius above 0",
+            "must be a finite number, at least 0; 0 is a pinhole",
         )
     })?;
     let shutter = section.or("shutter", [0.0; 2], shutter)?;
@@ -118,22 +118,28 @@ fn check_up(section: &Section<'_>, view: Field<'_>, up: Vec3, direction: Vec3) -
 
 fn shutter(field: Field<'_>) -> Result<[f32; 2], Fault> {
     let [open, close] = field.numbers("[open, close]")?;
-    let problem = format!("closes the shutter before it opens at {}", open.value);
-    Ok([open.value, close.check(|v| v >= open.value, problem)?])
+    let begin = open.finite()?;
+    close.finite()?;
+    let end = close.check(
+        |v| v >= begin,
+        format_args!("closes before the shutter opens at {begin}"),
+    )?;
+    Ok([begin, end])
 }
 
 fn focus_distance(section: &Section<'_>, to_target: Option<f32>, aperture: f32) -> Result<f32, Fault> {
-    match (section.get("focus_distance"), to_target) {
-        (Some(field), _) => field.number()?.check(
+    let lens = section.get("aperture_radius").filter(|_| aperture > 0.0);
+    match (section.get("focus_distance"), to_target, lens) {
+        (Some(field), _, _) => field.number()?.check(
             |v| v > 0.0,
-            "must be above 0; it is measured from the eye along the view",
+            "must be a finite number above 0, the distance from the eye",
         ),
-        (None, Some(distance)) => Ok(distance),
+        (None, Some(distance), _) => Ok(distance),
+        (None, None, Some(lens)) => Err(Fault::new(
+            lens.at,
+            "[camera] has an aperture_radius but no focus_distance; add focus_distance = 100, say, or a target",
+        )),
         // A pinhole has everything in focus.
-        (None, None) if aperture == 0.0 => Ok(1.0),
-        (None, None) => Ok(section
-            .require("focus_distance", "focus_distance = 100, say")?
-            .number()?
-            .value),
+        (None, None, None) => Ok(1.0),
     }
 }

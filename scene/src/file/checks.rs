@@ -59,7 +59,7 @@ impl<'a> Checks<'a> {
             let message = format!("{subject} moves, but [camera] has no shutter; add shutter = [0, 1] there");
             return Err(Fault::new(velocity, message));
         }
-        let away = |time| s.at(time).center.abs().max_element() > LIMIT;
+        let away = |time| f64::from(s.at(time).center.abs().max_element()) > LIMIT;
         if scene.camera.shutter.into_iter().any(away) {
             let message =
                 format!("velocity of {subject} takes it beyond {LIMIT:e} while the shutter is open");

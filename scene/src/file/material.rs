@@ -113,10 +113,7 @@ fn material<'a>(
         .rgb(reflectance)?;
     if name == "dielectric" {
         let ior = section.require("ior", "ior = 1.5, say")?.number()?;
-        let ior = ior.check(
-            |v| v >= 1.0,
-            "is below 1; the index of refraction of glass is 1.5, of vacuum 1",
-        )?;
+        let ior = ior.check(|v| v >= 1.0, "must be a finite number, at least 1; glass has 1.5")?;
         return Ok(Material::Dielectric { albedo, ior });
     }
     if let Some(ior) = section.get("ior") {

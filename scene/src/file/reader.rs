@@ -11,7 +11,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// No coordinate or length may be beyond this, so that squares stay within an `f32`.
-pub(super) const LIMIT: f32 = 1e15;
+pub(super) const LIMIT: f64 = 1e15;
 
 /// Whose key it is, for messages.
 #[derive(Clone, Copy)]
@@ -115,18 +115,19 @@ pub(super) struct Field<'a> {
     pub(super) value: &'a DeValue<'a>,
 }
 
-/// A number as it is written, and what it is in `f32`.
+/// A number, not yet checked.
 #[derive(Clone, Copy)]
 pub(super) struct Number<'a> {
     field: Field<'a>,
-    pub(super) value: f32,
+    /// NaN if it is written so, is infinite or beyond [`LIMIT`]: no comparison accepts it then.
+    value: f32,
 }
 
 impl<'a> Field<'a> {
     /// `key` with its value as written is wrong: `problem` says why, and what would be right.
     pub(super) fn fault(&self, problem: impl fmt::Display) -> Fault {
         let written = match self.value {
-            DeValue::Integer(v) => format!(" {}", short(v.as_str())),
+            DeValue::Integer(v) => format!(" {}", short(&v.to_string())),
             DeValue::Float(v) => format!(" {}", short(v.as_str())),
             DeValue::String(v) => format!(" {}", quote(v)),
             _ => String::new(),
@@ -150,19 +151,14 @@ impl<'a> Field<'a> {
     }
 
     pub(super) fn number(&self) -> Result<Number<'a>, Fault> {
-        let Some(value) = float(self.value) else {
-            return Err(self.wrong_type("a number"));
+        let value = float(self.value).ok_or_else(|| self.wrong_type("a number"))?;
+        // Adding zero turns -0, which underflow may give too, into 0.
+        let value = if value.abs() <= LIMIT {
+            value as f32 + 0.0
+        } else {
+            f32::NAN
         };
-        if value.abs() <= f64::from(LIMIT) {
-            // Adding zero turns -0, which underflow may give too, into 0.
-            return Ok(Number {
-                field: *self,
-                value: value as f32 + 0.0,
-            });
-        }
-        Err(self.fault(format_args!(
-            "must be a finite number from -{LIMIT:e} to {LIMIT:e}"
-        )))
+        Ok(Number { field: *self, value })
     }
 
     /// A whole number from `low` to `high`.
@@ -200,20 +196,23 @@ impl<'a> Field<'a> {
             value: 0.0,
         }; N];
         for (number, element) in numbers.iter_mut().zip(array.iter()) {
-            let (at, value) = (element.span().start, element.get_ref());
-            if float(value).is_none() {
-                return Err(
-                    Self { at, value, ..*self }.wrong_type(&format!("{N} numbers, {what}, and nothing"))
-                );
-            }
-            *number = Self { at, value, ..*self }.number()?;
+            let field = Self {
+                at: element.span().start,
+                value: element.get_ref(),
+                ..*self
+            };
+            *number = field.number().map_err(|fault| Fault {
+                message: format!("each in {}", fault.message),
+                ..fault
+            })?;
         }
         Ok(numbers)
     }
 
     /// A point or a vector.
     pub(super) fn vector(&self) -> Result<Vec3, Fault> {
-        Ok(self.numbers("[x, y, z]")?.map(|n| n.value).into())
+        let [x, y, z] = self.numbers("[x, y, z]")?;
+        Ok(Vec3::new(x.finite()?, y.finite()?, z.finite()?))
     }
 
     /// A colour, each channel of which `check` accepts.
@@ -224,7 +223,15 @@ impl<'a> Field<'a> {
 }
 
 impl Number<'_> {
-    /// The number if it is `right`, else a fault that says what is wrong.
+    /// The number if it is finite and not too large.
+    pub(super) fn finite(self) -> Result<f32, Fault> {
+        self.check(
+            |v| !v.is_nan(),
+            format_args!("must be a finite number from -{LIMIT:e} to {LIMIT:e}"),
+        )
+    }
+
+    /// The number if it is `right`, which NaN must not be, else a fault that says what is wrong.
     pub(super) fn check(
         self,
         right: impl FnOnce(f32) -> bool,

@@ -2,6 +2,7 @@
 
 use super::error::Fault;
 use super::reader::{Field, Section, Subject, type_of};
+use super::sphere::positive;
 use crate::Settings;
 use crate::settings::{MAX_DEPTH, MAX_ITERATIONS, MAX_PHOTONS, MAX_SIDE};
 
@@ -38,7 +39,7 @@ pub(super) fn settings(field: Field<'_>) -> Result<Settings, Fault> {
         )?,
         max_depth: whole("max_depth", default.max_depth, MAX_DEPTH)?,
         initial_radius: section.or("initial_radius", default.initial_radius, |field| {
-            Ok(field.number()?.value)
+            positive(field.number()?)
         })?,
         seed: section.or("seed", default.seed, |field| field.whole(0, u64::MAX))?,
     };

@@ -2,7 +2,7 @@
 
 use super::error::Fault;
 use super::material::Materials;
-use super::reader::{Field, Number, Section, Subject, type_of};
+use super::reader::{Field, LIMIT, Number, Section, Subject, type_of};
 use crate::settings::RADIUS_RANGE;
 use crate::{Rgb, Sphere, Vec3};
 use toml::Spanned;
@@ -47,7 +47,7 @@ pub(super) fn sphere<'a>(section: &Section<'a>, materials: &mut Materials<'a>) -
     section.or("name", "", name)?;
     Ok(Sphere {
         center: section.require("center", "center = [x, y, z]")?.vector()?,
-        radius: radius(section.require("radius", "radius = 1, say")?.number()?)?,
+        radius: positive(section.require("radius", "radius = 1, say")?.number()?)?,
         material: materials.resolve(section.require("material", "material = \"NAME\"")?)?,
         emission: section.or("emission", Rgb::ZERO, |field| field.rgb(radiance))?,
         velocity: section.or("velocity", Vec3::ZERO, |field| field.vector())?,
@@ -65,13 +65,14 @@ pub(super) fn name(field: Field<'_>) -> Result<&str, Fault> {
 
 /// A channel of an emission or of the background.
 pub(super) fn radiance(channel: Number<'_>) -> Result<f32, Fault> {
-    channel.check(|v| v >= 0.0, "is negative; light cannot be taken away")
+    channel.check(|v| v >= 0.0, format_args!("is outside [0, {LIMIT:e}]"))
 }
 
-fn radius(radius: Number<'_>) -> Result<f32, Fault> {
-    let least = RADIUS_RANGE[0];
+/// A radius.
+pub(super) fn positive(radius: Number<'_>) -> Result<f32, Fault> {
+    let [low, high] = RADIUS_RANGE;
     radius.check(
-        |v| v >= least,
-        format_args!("must be above 0, and {least:e} at least"),
+        |v| (low..=high).contains(&v),
+        format_args!("must be above 0 (from {low:e} to {high:e})"),
     )
 }
