@@ -48,7 +48,7 @@ pub const SCENES: &[Builtin] = &[
     ),
     builtin!(
         "motion",
-        "motion blur: a bouncing, a rolling and a falling ball, and a caustic on the move"
+        "motion blur: a flying, a rolling and a falling ball, a spark, and a caustic on the move"
     ),
 ];
 

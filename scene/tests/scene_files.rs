@@ -302,6 +302,20 @@ fn every_built_in_scene_is_right() {
 }
 
 #[test]
+fn the_documented_example_is_right() {
+    let readme = include_str!("../../fixtures/scenes/README.md");
+    let example = readme
+        .split("```toml\n")
+        .nth(1)
+        .and_then(|rest| rest.split("```").next())
+        .unwrap();
+    let scene = parse(example);
+    assert_eq!(scene.camera.focus_distance, 200.0);
+    assert_eq!(scene.settings, Settings::default());
+    assert_eq!(scene.spheres.len(), 2, "the lamp and the sky");
+}
+
+#[test]
 fn a_file_loads_as_its_text_parses() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plain.toml");
