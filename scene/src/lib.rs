@@ -11,8 +11,10 @@
 #![forbid(unsafe_code)]
 
 pub mod atomic_file;
+pub mod builtin;
 pub mod camera;
 pub mod engine;
+pub mod file;
 pub mod film;
 pub mod image_file;
 pub mod material;
