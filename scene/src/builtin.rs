@@ -25,27 +25,12 @@ macro_rules! builtin {
 
 /// Every built-in scene: the five of the paper, then two for the camera's lens and shutter.
 pub const SCENES: &[Builtin] = &[
-    builtin!(
-        "cornell",
-        "a mirror ball and a glass ball in a box, two coloured lamps"
-    ),
-    builtin!(
-        "large",
-        "a large lamp, two grey mirror balls and a glass ball in a wide, tall box"
-    ),
-    builtin!(
-        "mirror",
-        "five glass balls from small to large before a mirror wall"
-    ),
+    builtin!("cornell", "a mirror ball and a glass ball in a box, two coloured lamps"),
+    builtin!("large", "a large lamp, two grey mirror balls and a glass ball in a wide, tall box"),
+    builtin!("mirror", "five glass balls from small to large before a mirror wall"),
     builtin!("random", "172 mirror and glass balls on a floor"),
-    builtin!(
-        "surgery",
-        "63 small lamps above two mirror balls and a glass ball"
-    ),
-    builtin!(
-        "focus",
-        "depth of field: a lens focused on a glass ball in a row that runs into the depth"
-    ),
+    builtin!("surgery", "63 small lamps above two mirror balls and a glass ball"),
+    builtin!("focus", "depth of field: a lens focused on a glass ball in a row that runs into the depth"),
     builtin!(
         "motion",
         "motion blur: a flying, a rolling and a falling ball, a spark, and a caustic on the move"

@@ -61,11 +61,8 @@ impl Scene {
     /// Centre and radius of a ball around the lens and every sphere, as long as the shutter is open.
     fn bounding_ball(&self) -> (Vec3, f64) {
         let camera = &self.camera;
-        let at_open_and_close = |s: &Sphere| {
-            camera
-                .shutter
-                .map(|time| (s.at(time).center.as_dvec3(), f64::from(s.radius)))
-        };
+        let at_open_and_close =
+            |s: &Sphere| camera.shutter.map(|time| (s.at(time).center.as_dvec3(), f64::from(s.radius)));
         let lens = (camera.eye.as_dvec3(), f64::from(camera.aperture_radius));
         let balls = || std::iter::once(lens).chain(self.spheres.iter().flat_map(at_open_and_close));
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);

@@ -39,9 +39,7 @@ fn plain() -> Scene {
             focus_distance: 10.0,
             shutter: [0.0, 0.0],
         },
-        materials: vec![Material::Diffuse {
-            albedo: Rgb::splat(0.5),
-        }],
+        materials: vec![Material::Diffuse { albedo: Rgb::splat(0.5) }],
         spheres: vec![Sphere {
             center: Vec3::new(0.0, 3.0, 0.0),
             velocity: Vec3::ZERO,
@@ -50,10 +48,7 @@ fn plain() -> Scene {
             emission: Rgb::new(1.0, 2.0, 3.0),
         }],
         background: Rgb::ZERO,
-        settings: Settings {
-            seed: u64::MAX,
-            ..Settings::default()
-        },
+        settings: Settings { seed: u64::MAX, ..Settings::default() },
     }
 }
 
@@ -89,10 +84,8 @@ fn every_spelling_gives_the_same_scene() {
         emission = [1, 2, 3]"#;
     let sub_table = PLAIN.replace("material = \"white\"\n", "")
         + "[sphere.material]\ntype = \"diffuse\"\nalbedo = [0.5, 0.5, 0.5]\n";
-    let sub_table = sub_table.replace(
-        "[materials.white]\ntype = \"diffuse\"\nalbedo = [0.5, 0.5, 0.5]\n",
-        "",
-    );
+    let sub_table =
+        sub_table.replace("[materials.white]\ntype = \"diffuse\"\nalbedo = [0.5, 0.5, 0.5]\n", "");
     let (crlf, bom) = (PLAIN.replace('\n', "\r\n"), format!("\u{feff}{PLAIN}"));
     for text in [PLAIN, inline, dotted, &sub_table, &crlf, &bom, PLAIN.trim_end()] {
         assert_eq!(parse(text), plain(), "for\n{text}");
@@ -109,9 +102,7 @@ fn a_lens_focuses_on_its_target_unless_told_otherwise() {
 
 #[test]
 fn names_may_be_in_any_script() {
-    let text = PLAIN
-        .replace("Plain", "Ka\u{308}se \u{1f9c0}")
-        .replace("white", "\"\u{767d}\"");
+    let text = PLAIN.replace("Plain", "Ka\u{308}se \u{1f9c0}").replace("white", "\"\u{767d}\"");
     let text = text.replace("\"\"\u{767d}\"\"", "\"\u{767d}\"");
     assert_eq!(parse(&text).name, "Ka\u{308}se \u{1f9c0}");
 }
@@ -143,23 +134,13 @@ fn a_background_becomes_a_sky_around_everything() {
         let scene = parse(&text);
         let (sky, others) = scene.spheres.split_last().unwrap();
         assert_eq!(sky.emission, scene.background);
-        assert_eq!(
-            scene.materials[sky.material as usize],
-            Material::Diffuse { albedo: Rgb::ZERO }
-        );
+        assert_eq!(scene.materials[sky.material as usize], Material::Diffuse { albedo: Rgb::ZERO });
         let mut needed = 0.0_f32;
-        for s in others
-            .iter()
-            .flat_map(|s| scene.camera.shutter.map(|time| s.at(time)))
-        {
+        for s in others.iter().flat_map(|s| scene.camera.shutter.map(|time| s.at(time))) {
             needed = needed.max(s.center.distance(sky.center) + s.radius);
         }
         assert!(scene.camera.eye.distance(sky.center) < sky.radius);
-        assert!(
-            needed < sky.radius && sky.radius < 1.02 * needed.max(10.0),
-            "{needed} {}",
-            sky.radius
-        );
+        assert!(needed < sky.radius && sky.radius < 1.02 * needed.max(10.0), "{needed} {}", sky.radius);
         let still = scene.at(scene.camera.shutter[0]);
         assert!(matches!(still.roles.last(), Some(Role::Enclosure(_))));
         let light = still.lights.entries.last().unwrap();
@@ -182,92 +163,30 @@ fn a_closed_room_keeps_its_sky_out() {
 #[test]
 fn the_papers_scenes_keep_their_numbers() {
     let spheres = |name| builtin::scene(name).unwrap().spheres.len();
-    assert_eq!(
-        ["cornell", "large", "mirror", "random", "surgery"].map(spheres),
-        [9, 9, 11, 178, 71]
-    );
+    assert_eq!(["cornell", "large", "mirror", "random", "surgery"].map(spheres), [9, 9, 11, 178, 71]);
     for name in ["cornell", "large", "mirror", "random", "surgery"] {
         let camera = builtin::scene(name).unwrap().camera;
         assert_eq!(camera.eye, Vec3::new(50.0, 52.0, 295.6));
         assert_eq!(camera.direction, Vec3::new(0.0, -0.042_612, -1.0));
         assert_eq!((camera.up, camera.vertical_fov_degrees), (Vec3::Y, 30.0));
     }
-    let glass = |tint| Material::Dielectric {
-        albedo: Rgb::splat(tint),
-        ior: 1.5,
-    };
-    check(
-        "cornell",
-        0,
-        [10001.0, 40.8, 81.6],
-        1e4,
-        Material::Diffuse {
-            albedo: Rgb::new(0.75, 0.25, 0.25),
-        },
-    );
+    let glass = |tint| Material::Dielectric { albedo: Rgb::splat(tint), ior: 1.5 };
+    check("cornell", 0, [10001.0, 40.8, 81.6], 1e4, Material::Diffuse { albedo: Rgb::new(0.75, 0.25, 0.25) });
     check("cornell", 6, [73.0, 16.5, 78.0], 16.5, glass(0.999));
-    check(
-        "large",
-        3,
-        [50.0, 1e4, 81.6],
-        1e4,
-        Material::Diffuse {
-            albedo: Rgb::new(0.212, 0.157, 0.127),
-        },
-    );
-    check(
-        "large",
-        8,
-        [87.0, 22.0, 24.0],
-        22.0,
-        Material::Specular {
-            albedo: Rgb::splat(0.4176),
-        },
-    );
-    check(
-        "mirror",
-        2,
-        [50.0, 40.8, 1e4],
-        1e4,
-        Material::Specular {
-            albedo: Rgb::splat(0.75),
-        },
-    );
+    check("large", 3, [50.0, 1e4, 81.6], 1e4, Material::Diffuse { albedo: Rgb::new(0.212, 0.157, 0.127) });
+    check("large", 8, [87.0, 22.0, 24.0], 22.0, Material::Specular { albedo: Rgb::splat(0.4176) });
+    check("mirror", 2, [50.0, 40.8, 1e4], 1e4, Material::Specular { albedo: Rgb::splat(0.75) });
     check("mirror", 10, [72.5, 12.5, 82.0], 12.5, glass(0.9216));
-    check(
-        "random",
-        86,
-        [58.0, 9.0, 54.0],
-        9.0,
-        Material::Specular {
-            albedo: Rgb::splat(0.9216),
-        },
-    );
+    check("random", 86, [58.0, 9.0, 54.0], 9.0, Material::Specular { albedo: Rgb::splat(0.9216) });
     check(
         "random",
         173,
         [-9880.0, 40.8, 81.6],
         1e4,
-        Material::Diffuse {
-            albedo: Rgb::new(0.25, 0.25, 0.75),
-        },
+        Material::Diffuse { albedo: Rgb::new(0.25, 0.25, 0.75) },
     );
-    check(
-        "surgery",
-        62,
-        [110.0, 80.0, 90.0],
-        5.0,
-        Material::Diffuse { albedo: Rgb::ZERO },
-    );
-    check(
-        "surgery",
-        66,
-        [50.0, 1e4, 81.6],
-        1e4,
-        Material::Specular {
-            albedo: Rgb::splat(0.5),
-        },
-    );
+    check("surgery", 62, [110.0, 80.0, 90.0], 5.0, Material::Diffuse { albedo: Rgb::ZERO });
+    check("surgery", 66, [50.0, 1e4, 81.6], 1e4, Material::Specular { albedo: Rgb::splat(0.5) });
     let emission = |name, i: usize| builtin::scene(name).unwrap().spheres[i].emission;
     assert_eq!(emission("cornell", 7), Rgb::new(20.0, 10.0, 10.0));
     assert_eq!(emission("large", 5), Rgb::new(45.0, 25.0, 25.0));
@@ -277,15 +196,8 @@ fn the_papers_scenes_keep_their_numbers() {
 fn check(name: &str, i: usize, center: [f32; 3], radius: f32, material: Material) {
     let scene = builtin::scene(name).unwrap();
     let s = scene.spheres[i];
-    assert_eq!(
-        (s.center, s.radius),
-        (center.into(), radius),
-        "sphere {i} of {name}"
-    );
-    assert_eq!(
-        scene.materials[s.material as usize], material,
-        "sphere {i} of {name}"
-    );
+    assert_eq!((s.center, s.radius), (center.into(), radius), "sphere {i} of {name}");
+    assert_eq!(scene.materials[s.material as usize], material, "sphere {i} of {name}");
 }
 
 #[test]
@@ -304,11 +216,7 @@ fn every_built_in_scene_is_right() {
 #[test]
 fn the_documented_example_is_right() {
     let readme = include_str!("../../fixtures/scenes/README.md");
-    let example = readme
-        .split("```toml\n")
-        .nth(1)
-        .and_then(|rest| rest.split("```").next())
-        .unwrap();
+    let example = readme.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     let scene = parse(example);
     assert_eq!(scene.camera.focus_distance, 200.0);
     assert_eq!(scene.settings, Settings::default());
@@ -321,13 +229,7 @@ fn a_file_loads_as_its_text_parses() {
     let path = folder.path().join("plain.toml");
     let nameless = PLAIN.replace("name = \"Plain\"", "");
     std::fs::write(&path, nameless).unwrap();
-    assert_eq!(
-        file::load(&path).unwrap(),
-        Scene {
-            name: "plain".into(),
-            ..plain()
-        }
-    );
+    assert_eq!(file::load(&path).unwrap(), Scene { name: "plain".into(), ..plain() });
 }
 
 /// The texts that mutations start from.

@@ -28,10 +28,7 @@ impl<'a> Checks<'a> {
             self.check_lens(scene, i, s)?;
         }
         if scene.background == Rgb::ZERO && !scene.spheres.iter().any(Sphere::is_emitter) {
-            let at = self
-                .root
-                .get("background")
-                .map_or(self.section(0)?.at, |field| field.at);
+            let at = self.root.get("background").map_or(self.section(0)?.at, |field| field.at);
             let message =
                 "there is no light; give a sphere an emission = [r, g, b], or the scene a background";
             return Err(Fault::new(at, message));
@@ -87,10 +84,7 @@ impl<'a> Checks<'a> {
         }
         let section = self.section(i)?;
         let line = Position::of(self.text, section.at).line;
-        let (sphere, eye) = (
-            format!("{} (line {line})", section.subject),
-            place(&self.camera, "eye"),
-        );
+        let (sphere, eye) = (format!("{} (line {line})", section.subject), place(&self.camera, "eye"));
         let choice = "it must lie clearly inside or outside of an opaque sphere";
         Err(if clear(open, close, 0.0) {
             let message = format!("the lens, {lens} around eye, cuts through {sphere}; {choice}");
@@ -100,18 +94,13 @@ impl<'a> Checks<'a> {
                 format!("{sphere} passes over the eye while the shutter is open; keep it clear of the eye");
             Fault::new(place(&section, "velocity"), message)
         } else {
-            Fault::new(
-                eye,
-                format!("eye of [camera] lies on the surface of {sphere}; {choice}"),
-            )
+            Fault::new(eye, format!("eye of [camera] lies on the surface of {sphere}; {choice}"))
         })
     }
 
     fn check_lights(&self, scene: &Scene, lights: &Lights) -> Result<(), Fault> {
         // The sky comes after the spheres of the file.
-        let emitter = scene.spheres[..self.spheres.len()]
-            .iter()
-            .position(Sphere::is_emitter);
+        let emitter = scene.spheres[..self.spheres.len()].iter().position(Sphere::is_emitter);
         let at = match emitter {
             Some(i) => self.field(i, "emission")?.1,
             None => place(&self.root, "background"),
@@ -149,10 +138,6 @@ fn place(section: &Section<'_>, key: &'static str) -> usize {
 fn nearest(from: DVec3, to: DVec3) -> f64 {
     let along = to - from;
     let length_squared = along.length_squared();
-    let t = if length_squared > 0.0 {
-        (-from.dot(along) / length_squared).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
+    let t = if length_squared > 0.0 { (-from.dot(along) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
     (from + along * t).length()
 }

@@ -39,21 +39,13 @@ impl FileError {
 
     /// A file that could not be read.
     pub(super) fn unread(name: &str, message: &str) -> Self {
-        Self {
-            name: name.into(),
-            position: None,
-            message: escape(message),
-        }
+        Self { name: name.into(), position: None, message: escape(message) }
     }
 
     /// A fault found in the text of a file.
     pub(super) fn in_text(name: &str, text: &str, fault: &Fault) -> Self {
         let position = Some(Position::of(text, fault.at));
-        Self {
-            name: name.into(),
-            position,
-            message: escape(&fault.message),
-        }
+        Self { name: name.into(), position, message: escape(&fault.message) }
     }
 }
 
@@ -63,19 +55,11 @@ impl Position {
         let before = &text[..text.floor_char_boundary(at)];
         let (line, start) = match before.rfind('\n') {
             Some(newline) => (1 + before.bytes().filter(|&b| b == b'\n').count(), newline + 1),
-            None => (
-                1,
-                if text.starts_with('\u{feff}') {
-                    '\u{feff}'.len_utf8().min(before.len())
-                } else {
-                    0
-                },
-            ),
+            None => {
+                (1, if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8().min(before.len()) } else { 0 })
+            }
         };
-        Self {
-            line,
-            column: 1 + before[start..].chars().count(),
-        }
+        Self { line, column: 1 + before[start..].chars().count() }
     }
 }
 
@@ -88,10 +72,7 @@ pub(super) struct Fault {
 
 impl Fault {
     pub(super) fn new(at: usize, message: impl Into<String>) -> Self {
-        Self {
-            at,
-            message: message.into(),
-        }
+        Self { at, message: message.into() }
     }
 }
 
@@ -113,10 +94,7 @@ pub(super) fn suggestion<'a>(word: &str, candidates: impl IntoIterator<Item = &'
     /// Similarity above which a guess is worth making; the bound that clap uses for its options.
     const NEAR: f64 = 0.7;
     let word = short(word);
-    let near = candidates
-        .into_iter()
-        .map(|c| (strsim::jaro(&word, &short(c)), c))
-        .filter(|(s, _)| *s > NEAR);
+    let near = candidates.into_iter().map(|c| (strsim::jaro(&word, &short(c)), c)).filter(|(s, _)| *s > NEAR);
     match near.max_by(|a, b| a.0.total_cmp(&b.0)) {
         Some((_, best)) => format!(" (did you mean {}?)", quote(best)),
         None => String::new(),
@@ -163,9 +141,6 @@ mod tests {
     #[test]
     fn a_path_or_message_with_line_breaks_stays_on_one_line() {
         let error = FileError::unread("a\nb.toml", "no\r\u{2028}such\u{1b}[31m file");
-        assert_eq!(
-            error.to_string(),
-            "a\\nb.toml: no\\r\\u{2028}such\\u{1b}[31m file"
-        );
+        assert_eq!(error.to_string(), "a\\nb.toml: no\\r\\u{2028}such\\u{1b}[31m file");
     }
 }

@@ -32,10 +32,7 @@ impl<'a> Materials<'a> {
             let (subject, at) = (Subject::Material(name), value.span().start);
             let Some(table) = value.get_ref().as_table() else {
                 let found = type_of(value.get_ref());
-                return Err(Fault::new(
-                    at,
-                    format!("{subject} must be a table, {EXAMPLE}, not {found}"),
-                ));
+                return Err(Fault::new(at, format!("{subject} must be a table, {EXAMPLE}, not {found}")));
             };
             let id = materials.add(material(subject, at, table)?);
             materials.names.insert(name, id);
@@ -46,11 +43,9 @@ impl<'a> Materials<'a> {
     /// The index of the material that a sphere's field `material` names or states.
     pub(super) fn resolve(&mut self, field: Field<'a>) -> Result<u32, Fault> {
         match (field.value, field.subject) {
-            (DeValue::String(name), _) => self
-                .names
-                .get(name.as_ref())
-                .copied()
-                .ok_or_else(|| self.unknown(field, name)),
+            (DeValue::String(name), _) => {
+                self.names.get(name.as_ref()).copied().ok_or_else(|| self.unknown(field, name))
+            }
             (DeValue::Table(table), Subject::Sphere(i, name)) => {
                 Ok(self.add(material(Subject::MaterialOf(i, name), field.at, table)?))
             }
@@ -71,25 +66,15 @@ impl<'a> Materials<'a> {
     fn unknown(&self, field: Field<'_>, name: &str) -> Fault {
         let names = self.names.keys().copied();
         let right = if TYPES.contains(&name) {
-            format!(
-                "; a type alone is none, write {{ type = {}, albedo = [...] }}",
-                quote(name)
-            )
+            format!("; a type alone is none, write {{ type = {}, albedo = [...] }}", quote(name))
         } else if self.names.is_empty() {
             format!("; write [materials.NAME] and use that name, or write the material here, {EXAMPLE}")
         } else {
             let some: Vec<String> = names.clone().take(8).map(quote).collect();
-            let more = if self.names.len() > some.len() {
-                ", ..."
-            } else {
-                ""
-            };
+            let more = if self.names.len() > some.len() { ", ..." } else { "" };
             format!("{}; there is {}{more}", suggestion(name, names), some.join(", "))
         };
-        Fault::new(
-            field.at,
-            format!("unknown material {} of {}{right}", quote(name), field.subject),
-        )
+        Fault::new(field.at, format!("unknown material {} of {}{right}", quote(name), field.subject))
     }
 }
 
@@ -103,30 +88,20 @@ fn material<'a>(
     let name = kind.text()?;
     if !TYPES.contains(&name) {
         let guess = suggestion(name, TYPES);
-        return Err(kind.fault(format_args!(
-            "is unknown{guess}; the types are {}",
-            TYPES.join(", ")
-        )));
+        return Err(kind.fault(format_args!("is unknown{guess}; the types are {}", TYPES.join(", "))));
     }
-    let albedo = section
-        .require("albedo", "albedo = [red, green, blue]")?
-        .rgb(reflectance)?;
+    let albedo = section.require("albedo", "albedo = [red, green, blue]")?.rgb(reflectance)?;
     if name == "dielectric" {
         let ior = section.require("ior", "ior = 1.5, say")?.number()?;
         let ior = ior.check(|v| v >= 1.0, "must be a finite number, at least 1; glass has 1.5")?;
         return Ok(Material::Dielectric { albedo, ior });
     }
     if let Some(ior) = section.get("ior") {
-        return Err(ior.fault(format_args!(
-            "has no meaning for type {}, only for \"dielectric\"",
-            quote(name)
-        )));
+        return Err(
+            ior.fault(format_args!("has no meaning for type {}, only for \"dielectric\"", quote(name)))
+        );
     }
-    Ok(if name == "diffuse" {
-        Material::Diffuse { albedo }
-    } else {
-        Material::Specular { albedo }
-    })
+    Ok(if name == "diffuse" { Material::Diffuse { albedo } } else { Material::Specular { albedo } })
 }
 
 fn reflectance(channel: Number<'_>) -> Result<f32, Fault> {

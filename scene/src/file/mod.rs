@@ -37,9 +37,9 @@ pub fn load(path: &Path) -> Result<Scene, FileError> {
     let bytes = read_bytes(path).map_err(|e| match e.kind() {
         ErrorKind::NotFound => unread("there is no such file"),
         ErrorKind::IsADirectory => unread("this is a directory; a scene is a file"),
-        ErrorKind::FileTooLarge => unread(&format!(
-            "is too large; a scene file has at most {MAX_BYTES} bytes"
-        )),
+        ErrorKind::FileTooLarge => {
+            unread(&format!("is too large; a scene file has at most {MAX_BYTES} bytes"))
+        }
         _ => unread(&format!("cannot be read: {e}")),
     })?;
     match std::str::from_utf8(&bytes) {
@@ -48,11 +48,7 @@ pub fn load(path: &Path) -> Result<Scene, FileError> {
             let (valid, rest) = bytes.split_at(e.valid_up_to());
             let message = format!("byte 0x{:02x} is not UTF-8; a scene file is UTF-8 text", rest[0]);
             let text = String::from_utf8_lossy(valid);
-            Err(FileError::in_text(
-                &name,
-                &text,
-                &Fault::new(valid.len(), message),
-            ))
+            Err(FileError::in_text(&name, &text, &Fault::new(valid.len(), message)))
         }
     }
 }
@@ -85,10 +81,7 @@ pub fn parse(name: &str, text: &str) -> Result<Scene, FileError> {
 fn read(name: &str, text: &str) -> Result<Scene, Fault> {
     let document = DeTable::parse(text).map_err(|e| syntax_fault(text, &e))?;
     if document.get_ref().is_empty() {
-        return Err(Fault::new(
-            0,
-            "there is no scene here; it takes a [camera], a [[sphere]] and a light",
-        ));
+        return Err(Fault::new(0, "there is no scene here; it takes a [camera], a [[sphere]] and a light"));
     }
     let root = Section::new(Subject::Scene, 0, document.get_ref(), &KEYS)?;
     let camera_section = camera::section(root.require("camera", "[camera]")?)?;
@@ -106,12 +99,7 @@ fn read(name: &str, text: &str) -> Result<Scene, Fault> {
         background: root.or("background", Rgb::ZERO, |field| field.rgb(sphere::radiance))?,
         settings,
     };
-    let checks = Checks {
-        text,
-        root,
-        camera: camera_section,
-        spheres: array,
-    };
+    let checks = Checks { text, root, camera: camera_section, spheres: array };
     checks.before_sky(&scene)?;
     let scene = scene.with_sky();
     checks.after_sky(&scene)?;
@@ -127,10 +115,8 @@ fn stem(name: &str) -> String {
 fn syntax_fault(text: &str, error: &toml::de::Error) -> Fault {
     let span = error.span().unwrap_or_default();
     let found = text.get(span.clone()).unwrap_or_default();
-    let (problem, expected) = error
-        .message()
-        .split_once(", expected ")
-        .unwrap_or((error.message(), "nothing"));
+    let (problem, expected) =
+        error.message().split_once(", expected ").unwrap_or((error.message(), "nothing"));
     let message = match problem {
         "duplicate key" if found == "sphere" => "head every sphere with [[sphere]]".into(),
         "duplicate key" => format!("key {} is given twice; keep one", quote(found)),

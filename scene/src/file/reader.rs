@@ -74,12 +74,7 @@ impl<'a> Section<'a> {
     /// The field `key`, if there.
     pub(super) fn get(&self, key: &'static str) -> Option<Field<'a>> {
         let value = self.table.get(key)?;
-        Some(Field {
-            subject: self.subject,
-            key,
-            at: value.span().start,
-            value: value.get_ref(),
-        })
+        Some(Field { subject: self.subject, key, at: value.span().start, value: value.get_ref() })
     }
 
     /// The field `key`, which must be there; `example` shows what it looks like.
@@ -100,9 +95,7 @@ impl<'a> Section<'a> {
 
     /// Every key and value, in order of the keys.
     pub(super) fn entries(&self) -> impl Iterator<Item = (&'a str, &'a Spanned<DeValue<'a>>)> {
-        self.table
-            .iter()
-            .map(|(key, value)| (key.get_ref().as_ref(), value))
+        self.table.iter().map(|(key, value)| (key.get_ref().as_ref(), value))
     }
 }
 
@@ -132,32 +125,20 @@ impl<'a> Field<'a> {
             DeValue::String(v) => format!(" {}", quote(v)),
             _ => String::new(),
         };
-        Fault::new(
-            self.at,
-            format!("{}{written} of {} {problem}", self.key, self.subject),
-        )
+        Fault::new(self.at, format!("{}{written} of {} {problem}", self.key, self.subject))
     }
 
     fn wrong_type(&self, expected: &str) -> Fault {
         Fault::new(
             self.at,
-            format!(
-                "{} of {} must be {expected}, not {}",
-                self.key,
-                self.subject,
-                type_of(self.value)
-            ),
+            format!("{} of {} must be {expected}, not {}", self.key, self.subject, type_of(self.value)),
         )
     }
 
     pub(super) fn number(&self) -> Result<Number<'a>, Fault> {
         let value = float(self.value).ok_or_else(|| self.wrong_type("a number"))?;
         // Adding zero turns -0, which underflow may give too, into 0.
-        let value = if value.abs() <= LIMIT {
-            value as f32 + 0.0
-        } else {
-            f32::NAN
-        };
+        let value = if value.abs() <= LIMIT { value as f32 + 0.0 } else { f32::NAN };
         Ok(Number { field: *self, value })
     }
 
@@ -191,20 +172,12 @@ impl<'a> Field<'a> {
             );
             return Err(Fault::new(self.at, message));
         }
-        let mut numbers = [Number {
-            field: *self,
-            value: 0.0,
-        }; N];
+        let mut numbers = [Number { field: *self, value: 0.0 }; N];
         for (number, element) in numbers.iter_mut().zip(array.iter()) {
-            let field = Self {
-                at: element.span().start,
-                value: element.get_ref(),
-                ..*self
-            };
-            *number = field.number().map_err(|fault| Fault {
-                message: format!("each in {}", fault.message),
-                ..fault
-            })?;
+            let field = Self { at: element.span().start, value: element.get_ref(), ..*self };
+            *number = field
+                .number()
+                .map_err(|fault| Fault { message: format!("each in {}", fault.message), ..fault })?;
         }
         Ok(numbers)
     }
@@ -225,10 +198,7 @@ impl<'a> Field<'a> {
 impl Number<'_> {
     /// The number if it is finite and not too large.
     pub(super) fn finite(self) -> Result<f32, Fault> {
-        self.check(
-            |v| !v.is_nan(),
-            format_args!("must be a finite number from -{LIMIT:e} to {LIMIT:e}"),
-        )
+        self.check(|v| !v.is_nan(), format_args!("must be a finite number from -{LIMIT:e} to {LIMIT:e}"))
     }
 
     /// The number if it is `right`, which NaN must not be, else a fault that says what is wrong.
@@ -237,11 +207,7 @@ impl Number<'_> {
         right: impl FnOnce(f32) -> bool,
         problem: impl fmt::Display,
     ) -> Result<f32, Fault> {
-        if right(self.value) {
-            Ok(self.value)
-        } else {
-            Err(self.field.fault(problem))
-        }
+        if right(self.value) { Ok(self.value) } else { Err(self.field.fault(problem)) }
     }
 }
 

@@ -6,23 +6,13 @@ use super::sphere::positive;
 use crate::Settings;
 use crate::settings::{MAX_DEPTH, MAX_ITERATIONS, MAX_PHOTONS, MAX_SIDE};
 
-const KEYS: [&str; 7] = [
-    "width",
-    "height",
-    "iterations",
-    "photons_per_iteration",
-    "max_depth",
-    "initial_radius",
-    "seed",
-];
+const KEYS: [&str; 7] =
+    ["width", "height", "iterations", "photons_per_iteration", "max_depth", "initial_radius", "seed"];
 
 pub(super) fn settings(field: Field<'_>) -> Result<Settings, Fault> {
     let Some(table) = field.value.as_table() else {
         let found = type_of(field.value);
-        return Err(Fault::new(
-            field.at,
-            format!("settings must be a table, [settings], not {found}"),
-        ));
+        return Err(Fault::new(field.at, format!("settings must be a table, [settings], not {found}")));
     };
     let section = Section::new(Subject::Settings, field.at, table, &KEYS)?;
     let whole =
@@ -32,20 +22,13 @@ pub(super) fn settings(field: Field<'_>) -> Result<Settings, Fault> {
         width: whole("width", default.width, MAX_SIDE)?,
         height: whole("height", default.height, MAX_SIDE)?,
         iterations: whole("iterations", default.iterations, MAX_ITERATIONS)?,
-        photons_per_iteration: whole(
-            "photons_per_iteration",
-            default.photons_per_iteration,
-            MAX_PHOTONS,
-        )?,
+        photons_per_iteration: whole("photons_per_iteration", default.photons_per_iteration, MAX_PHOTONS)?,
         max_depth: whole("max_depth", default.max_depth, MAX_DEPTH)?,
-        initial_radius: section.or("initial_radius", default.initial_radius, |field| {
-            positive(field.number()?)
-        })?,
+        initial_radius: section
+            .or("initial_radius", default.initial_radius, |field| positive(field.number()?))?,
         seed: section.or("seed", default.seed, |field| field.whole(0, u64::MAX))?,
     };
-    settings
-        .validate()
-        .map_err(|e| Fault::new(place(&section, e.option), e.to_string()))?;
+    settings.validate().map_err(|e| Fault::new(place(&section, e.option), e.to_string()))?;
     Ok(settings)
 }
 
@@ -56,8 +39,5 @@ fn place(section: &Section<'_>, option: &'static str) -> usize {
         "photons_per_iteration" => "max_depth",
         other => other,
     };
-    section
-        .get(option)
-        .or_else(|| section.get(partner))
-        .map_or(section.at, |field| field.at)
+    section.get(option).or_else(|| section.get(partner)).map_or(section.at, |field| field.at)
 }

@@ -12,20 +12,13 @@ const KEYS: [&str; 6] = ["name", "center", "radius", "material", "emission", "ve
 
 /// The spheres of the field `sphere`, unread.
 pub(super) fn array(field: Field<'_>) -> Result<&DeArray<'_>, Fault> {
-    let fault = |problem| {
-        Fault::new(
-            field.at,
-            format!("sphere {problem}; head every sphere with [[sphere]]"),
-        )
-    };
+    let fault =
+        |problem| Fault::new(field.at, format!("sphere {problem}; head every sphere with [[sphere]]"));
     match field.value {
         DeValue::Array(spheres) if spheres.is_empty() => Err(fault("is empty".into())),
         DeValue::Array(spheres) => Ok(spheres),
         DeValue::Table(_) => Err(fault("must be an array of tables, not one table".into())),
-        other => Err(fault(format!(
-            "must be an array of tables, not {}",
-            type_of(other)
-        ))),
+        other => Err(fault(format!("must be an array of tables, not {}", type_of(other)))),
     }
 }
 
@@ -34,10 +27,7 @@ pub(super) fn section<'a>(i: usize, value: &'a Spanned<DeValue<'a>>) -> Result<S
     let at = value.span().start;
     let Some(table) = value.get_ref().as_table() else {
         let (subject, found) = (Subject::Sphere(i, None), type_of(value.get_ref()));
-        return Err(Fault::new(
-            at,
-            format!("{subject} must be a table, [[sphere]], not {found}"),
-        ));
+        return Err(Fault::new(at, format!("{subject} must be a table, [[sphere]], not {found}")));
     };
     let name = table.get("name").and_then(|value| value.get_ref().as_str());
     Section::new(Subject::Sphere(i, name), at, table, &KEYS)
@@ -71,8 +61,5 @@ pub(super) fn radiance(channel: Number<'_>) -> Result<f32, Fault> {
 /// A radius.
 pub(super) fn positive(radius: Number<'_>) -> Result<f32, Fault> {
     let [low, high] = RADIUS_RANGE;
-    radius.check(
-        |v| (low..=high).contains(&v),
-        format_args!("must be above 0 (from {low:e} to {high:e})"),
-    )
+    radius.check(|v| (low..=high).contains(&v), format_args!("must be above 0 (from {low:e} to {high:e})"))
 }
