@@ -1,27 +1,25 @@
-//! The scalar reference.
+//! The scalar reference: what is right, in code to be checked against the equations in one sitting.
+//!
+//! Read it in this order: [`intersect`] (what a ray hits), [`sampling`] and [`scatter`] (where light goes),
+//! [`direct_light`], then the passes of an iteration as [`Sppm`] runs them: [`camera_pass`], [`grid`],
+//! [`photon_pass`], [`consolidate`]. [`PathTracer`] computes the same image by another algorithm, without bias.
+//!
+//! Every formula is part of the contract: the fast engine evaluates the same operations in the same order, so that
+//! both give the same bits. That is why comparisons are written out where a library's minimum or maximum would
+//! leave the case of NaN open, and why nothing is fused.
+
 #![forbid(unsafe_code)]
 
-use scene::{Engine, Film, Plane, Scene, Settings, Stats};
+pub mod camera_pass;
+pub mod consolidate;
+pub mod direct_light;
+pub mod grid;
+pub mod intersect;
+mod path_tracer;
+pub mod photon_pass;
+pub mod sampling;
+pub mod scatter;
+mod sppm;
 
-macro_rules! engine {
-    ($name:ident) => {
-        /// Stub.
-        pub struct $name { settings: Settings, done: u32, stats: Stats }
-        impl $name {
-            /// Starts a render.
-            pub fn new(_scene: &Scene, settings: &Settings) -> Self {
-                Self { settings: *settings, done: 0, stats: Stats::default() }
-            }
-        }
-        impl Engine for $name {
-            fn iterate(&mut self) { self.done += 1; }
-            fn iterations(&self) -> u32 { self.done }
-            fn develop(&self) -> Film { Film::new(self.settings.width, self.settings.height) }
-            fn radius(&self) -> Option<Plane> { None }
-            fn count(&self) -> Option<Plane> { None }
-            fn stats(&self) -> &Stats { &self.stats }
-        }
-    };
-}
-engine!(Sppm);
-engine!(PathTracer);
+pub use path_tracer::PathTracer;
+pub use sppm::Sppm;

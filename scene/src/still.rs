@@ -59,6 +59,8 @@ pub struct Light {
     /// What a photon of this light carries, per channel: `pi * area * emission / probability`. Its largest channel
     /// is [`Lights::power`] for every light.
     pub photon_power: Rgb,
+    /// `emission / probability`: what a shadow ray to this light may bring.
+    pub radiance: Rgb,
     /// The opaque spheres that part of this one is sunk into, as a range of [`Lights::blockers`].
     pub blockers: Range<u32>,
 }
@@ -153,8 +155,8 @@ impl Still<'_> {
             for &inside in sides {
                 weights.push(std::f64::consts::PI * area * f64::from(max_component(s.emission)));
                 let blockers = blockers.clone();
-                let (sphere, probability, photon_power) = (id as SphereId, 0.0, s.emission);
-                self.lights.entries.push(Light { sphere, inside, probability, photon_power, blockers });
+                let (sphere, probability, photon_power, radiance) = (id as SphereId, 0.0, Rgb::ZERO, Rgb::ZERO);
+                self.lights.entries.push(Light { sphere, inside, probability, photon_power, radiance, blockers });
             }
         }
         let total: f64 = weights.iter().sum();
@@ -163,8 +165,10 @@ impl Still<'_> {
         for (light, weight) in self.lights.entries.iter_mut().zip(weights) {
             sum += weight / total;
             light.probability = (weight / total) as f32;
-            let brightest = f64::from(max_component(light.photon_power));
-            light.photon_power = (light.photon_power.as_dvec3() * (total / brightest)).as_vec3();
+            let emission = self.spheres[light.sphere as usize].emission;
+            let (color, brightest) = (emission.as_dvec3(), f64::from(max_component(emission)));
+            light.photon_power = (color * (total / brightest)).as_vec3();
+            light.radiance = (color * (total / weight)).as_vec3();
             self.lights.cumulative.push(sum as f32);
         }
         self.lights.cumulative.pop();

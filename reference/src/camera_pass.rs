@@ -1,0 +1,139 @@
+//! Camera pass: from the eye through every pixel to its visible point.
+
+use crate::direct_light::{Receiver, estimate_irradiance};
+use crate::intersect::{Hit, intersect};
+use crate::sampling::{uniform_disk, unit};
+use crate::scatter::{dielectric, reflect};
+use scene::camera::Frame;
+use scene::ray::NO_SPHERE;
+use scene::rng::{Family, Stream, StreamKey, unit_float};
+use scene::sobol::{morton, sobol};
+use scene::{Material, Ray, Rgb, Settings, Stats, Still, Vec3};
+use std::f32::consts::FRAC_1_PI;
+
+/// The first diffuse surface that a camera path meets: where photons are gathered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VisiblePoint {
+    /// The point.
+    pub point: Vec3,
+    /// Unit normal on the side that the path came from.
+    pub normal: Vec3,
+    /// Radiance that the pixel receives per flux density that arrives here: the path's throughput times the BRDF
+    /// `albedo / pi`. Not zero in all channels.
+    pub beta: Rgb,
+}
+
+/// What one camera path brings to its pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CameraSample {
+    /// Radiance of lamps seen, and of direct light on the visible point.
+    pub direct: Rgb,
+    /// The visible point, unless the path escaped, was absorbed, or was cut off at the maximal depth.
+    pub visible: Option<VisiblePoint>,
+}
+
+/// How the dimensions of a pixel's stratified point are used: two each for the place in the pixel, on the light and
+/// on the lens, one for which light.
+mod dimension {
+    pub(super) const PIXEL: [usize; 2] = [0, 1];
+    pub(super) const LIGHT_POINT: [usize; 2] = [2, 3];
+    pub(super) const LIGHT: usize = 4;
+    pub(super) const LENS: [usize; 2] = [5, 6];
+}
+
+/// The random numbers of one camera path.
+///
+/// Those of the first dimensions are stratified over the tile of 8x8 pixels: a Sobol point per pixel, under digital
+/// shifts that are new for each tile and iteration. The rest (at glass) come from the pixel's own stream.
+pub struct CameraNumbers {
+    index: u32,
+    shifts: [u32; scene::sobol::DIMENSIONS],
+    stream: Stream,
+}
+
+impl CameraNumbers {
+    /// The numbers of pixel (x, y) in iteration `iteration`.
+    pub fn new(settings: &Settings, iteration: u32, x: u32, y: u32) -> Self {
+        let tile = (y / 8) * settings.width.div_ceil(8) + x / 8;
+        let mut tile_stream = StreamKey::new(settings.seed, Family::Tile, iteration).stream(tile);
+        let key = StreamKey::new(settings.seed, Family::Camera, iteration);
+        Self {
+            index: morton(x & 7, y & 7),
+            shifts: std::array::from_fn(|_| tile_stream.next_u32()),
+            stream: key.stream(y * settings.width + x),
+        }
+    }
+
+    fn stratified(&self, dimension: usize) -> f32 {
+        unit_float(sobol(self.index, dimension) ^ self.shifts[dimension])
+    }
+
+    fn pair(&self, [a, b]: [usize; 2]) -> (f32, f32) {
+        (self.stratified(a), self.stratified(b))
+    }
+}
+
+/// Traces one camera path: follows mirrors and glass, adds lamps met on the way, and at the first diffuse surface
+/// estimates direct light and stores the visible point.
+pub fn trace(
+    still: &Still,
+    ray: Ray,
+    max_depth: u32,
+    numbers: &mut CameraNumbers,
+    stats: &mut Stats,
+) -> CameraSample {
+    let (mut ray, mut throughput, mut direct) = (ray, Rgb::ONE, Rgb::ZERO);
+    for _ in 0..max_depth {
+        stats.camera_segments += 1;
+        let Some(hit) = intersect(still, &ray) else { break };
+        direct += throughput * still.spheres[hit.sphere as usize].emission;
+        let lobe = numbers.stream.next_f32();
+        let material = still.material(hit.sphere);
+        throughput *= material.albedo();
+        let direction = match *material {
+            Material::Diffuse { .. } => {
+                let beta = throughput * FRAC_1_PI;
+                if beta == Rgb::ZERO {
+                    break;
+                }
+                stats.shadow_rays += 1;
+                stats.visible_points += 1;
+                direct += beta * irradiance(still, &hit, numbers);
+                let visible = VisiblePoint { point: hit.point, normal: hit.normal, beta };
+                return CameraSample { direct, visible: Some(visible) };
+            }
+            Material::Specular { .. } => reflect(ray.direction, hit.normal),
+            Material::Dielectric { ior, .. } => dielectric(ray.direction, &hit, ior, lobe),
+        };
+        ray = Ray { origin: hit.point, direction, leaves: hit.sphere };
+    }
+    CameraSample { direct, visible: None }
+}
+
+fn irradiance(still: &Still, hit: &Hit, numbers: &CameraNumbers) -> Rgb {
+    let receiver = Receiver { point: hit.point, normal: hit.normal, sphere: hit.sphere };
+    let (u, v) = numbers.pair(dimension::LIGHT_POINT);
+    estimate_irradiance(still, &receiver, numbers.stratified(dimension::LIGHT), u, v)
+}
+
+/// The camera ray of pixel (x, y): jittered over the pixel, and over the lens if there is one.
+pub fn camera_ray(frame: &Frame, x: u32, y: u32, numbers: &CameraNumbers) -> Ray {
+    let pixel = numbers.pair(dimension::PIXEL);
+    let lens = if frame.aperture_radius > 0.0 { Some(numbers.pair(dimension::LENS)) } else { None };
+    ray_through(frame, (x as f32 + pixel.0, y as f32 + pixel.1), lens)
+}
+
+/// The ray through a place of the image, in pixels from the top left, that leaves the lens at a place given by two
+/// uniform numbers.
+pub fn ray_through(frame: &Frame, (x, y): (f32, f32), lens: Option<(f32, f32)>) -> Ray {
+    let sx = (x - frame.half[0]) * frame.pixel;
+    let sy = (frame.half[1] - y) * frame.pixel;
+    let to_image = frame.forward + frame.right * sx + frame.up * sy;
+    let Some((u, v)) = lens else {
+        return Ray { origin: frame.eye, direction: unit(to_image), leaves: NO_SPHERE };
+    };
+    let (dx, dy) = uniform_disk(u, v);
+    let offset = frame.right * (dx * frame.aperture_radius) + frame.up * (dy * frame.aperture_radius);
+    let direction = unit(to_image * frame.focus_distance - offset);
+    Ray { origin: frame.eye + offset, direction, leaves: NO_SPHERE }
+}

@@ -1,0 +1,73 @@
+//! Light that comes straight from a lamp: one shadow ray.
+
+use crate::intersect::{distance, occluded};
+use crate::sampling::{cosine_hemisphere, uniform_cone};
+use scene::ray::SphereId;
+use scene::still::{Light, Lights};
+use scene::{Ray, Rgb, Still, Vec3};
+use std::f32::consts::PI;
+
+/// A point to be lit.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
+    /// The point, on sphere `sphere`.
+    pub point: Vec3,
+    /// Unit normal of the side to be lit.
+    pub normal: Vec3,
+    /// The sphere that the point lies on.
+    pub sphere: SphereId,
+}
+
+/// The light that `u` in [0, 1) chooses, each with its probability.
+pub fn choose_light(lights: &Lights, u: f32) -> Option<&Light> {
+    lights.entries.get(lights.cumulative.partition_point(|&c| c <= u))
+}
+
+/// An unbiased estimate of the irradiance that reaches `receiver` straight from the lights, from three uniform
+/// numbers: one to choose the light, two for the direction.
+pub fn estimate_irradiance(still: &Still, receiver: &Receiver, choice: f32, u: f32, v: f32) -> Rgb {
+    let Some(light) = choose_light(&still.lights, choice) else { return Rgb::ZERO };
+    let sample =
+        if light.inside { from_inside(still, receiver, light, u, v) } else { from_outside(still, receiver, light, u, v) };
+    match sample {
+        Some((ray, t, weight)) if !occluded(still, &ray, t, light.sphere) => light.radiance * weight,
+        _ => Rgb::ZERO,
+    }
+}
+
+/// A shadow ray with its length, and the cosine at the receiver over the density of the direction.
+type Sample = Option<(Ray, f32, f32)>;
+
+/// Samples the cone under which a lamp appears (Shirley, Wang and Zimmerman 1996).
+fn from_outside(still: &Still, receiver: &Receiver, light: &Light, u: f32, v: f32) -> Sample {
+    let lamp = &still.spheres[light.sphere as usize];
+    let to_center = lamp.center - receiver.point;
+    let d2 = to_center.dot(to_center);
+    let r2 = lamp.radius * lamp.radius;
+    // A ball does not light itself, nor from its outside what lies within.
+    if receiver.sphere == light.sphere || d2 <= r2 {
+        return None;
+    }
+    let d = d2.sqrt();
+    let sin2_max = r2 / d2;
+    let height = sin2_max / (1.0 + (1.0 - sin2_max).sqrt());
+    let (direction, h) = uniform_cone(to_center * (1.0 / d), height, u, v);
+    let cos = receiver.normal.dot(direction);
+    let half_chord2 = r2 - d2 * (h * (2.0 - h));
+    let half_chord = if half_chord2 > 0.0 { half_chord2.sqrt() } else { 0.0 };
+    let t = d * (1.0 - h) - half_chord;
+    let ray = Ray { origin: receiver.point, direction, leaves: receiver.sphere };
+    (cos > 0.0).then_some((ray, t, cos * (2.0 * PI * height)))
+}
+
+/// Samples the half space by the cosine: a glowing shell fills it as seen from within.
+fn from_inside(still: &Still, receiver: &Receiver, light: &Light, u: f32, v: f32) -> Sample {
+    let direction = cosine_hemisphere(receiver.normal, u, v);
+    let ray = Ray { origin: receiver.point, direction, leaves: receiver.sphere };
+    let t = distance(still, light.sphere, &ray);
+    let shell = &still.spheres[light.sphere as usize];
+    let from_center = receiver.point - shell.center;
+    let is_within = still.material(light.sphere).is_opaque()
+        || from_center.dot(from_center) < shell.radius * shell.radius;
+    (is_within && t < f32::INFINITY).then_some((ray, t, PI))
+}

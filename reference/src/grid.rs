@@ -1,0 +1,88 @@
+//! The spatial hash grid of the join: which visible points may a photon reach?
+//!
+//! As in the paper (section 3.1), a visible point is entered in every cell that its sphere of search touches, and a
+//! photon looks into the one cell that it lies in; cells are hashed to a table of fixed length. Unlike the published
+//! program, an entry remembers its cell, so a point whose cells collide in the table is still found exactly once,
+//! and insertion and lookup share the one function that says which cell a coordinate is in.
+
+use crate::camera_pass::VisiblePoint;
+use scene::Vec3;
+
+/// Buckets of the table: any number will do, a prime spreads best.
+const BUCKETS: usize = 262_147;
+
+/// The sphere of search is widened by so much when entered, as the test of the distance rounds: it computes
+/// `dx^2 + dy^2 + dz^2 < R^2` within 4 roundings, a relative error below 2^-21 of the distance.
+const WIDENED: f32 = 1.0 + 1.0 / 1_048_576.0;
+
+type Cell = [i32; 3];
+
+struct Entry {
+    cell: Cell,
+    point: u32,
+}
+
+/// A hash grid over the visible points of one iteration.
+pub struct Grid {
+    inverse_cell_size: f32,
+    /// Entries of bucket b: `entries[starts[b]..starts[b + 1]]`.
+    starts: Vec<u32>,
+    entries: Vec<Entry>,
+}
+
+impl Grid {
+    /// Enters each point with its search radius. Cells measure `multiple` times the largest radius.
+    pub fn build(points: &[VisiblePoint], radius: impl Fn(usize) -> f32, multiple: f32) -> Self {
+        let largest = (0..points.len()).map(&radius).fold(0.0, f32::max);
+        let inverse_cell_size = 1.0 / (largest * multiple).max(f32::MIN_POSITIVE);
+        let mut entries: Vec<(u32, Entry)> = Vec::new();
+        for (index, visible) in points.iter().enumerate() {
+            let reach = Vec3::splat(radius(index) * WIDENED);
+            let low = cell_of(visible.point - reach, inverse_cell_size);
+            let high = cell_of(visible.point + reach, inverse_cell_size);
+            for cell in cells_between(low, high) {
+                entries.push((bucket_of(cell), Entry { cell, point: index as u32 }));
+            }
+        }
+        entries.sort_by_key(|(bucket, _)| *bucket);
+        let mut starts = vec![0; BUCKETS + 1];
+        for (bucket, _) in &entries {
+            starts[*bucket as usize + 1] += 1;
+        }
+        for b in 0..BUCKETS {
+            starts[b + 1] += starts[b];
+        }
+        Self { inverse_cell_size, starts, entries: entries.into_iter().map(|(_, e)| e).collect() }
+    }
+
+    /// The indices of all points that may be within reach of `point`, each once.
+    pub fn candidates(&self, point: Vec3) -> impl Iterator<Item = usize> {
+        let cell = cell_of(point, self.inverse_cell_size);
+        let bucket = bucket_of(cell) as usize;
+        let range = self.starts[bucket] as usize..self.starts[bucket + 1] as usize;
+        self.entries[range].iter().filter(move |e| e.cell == cell).map(|e| e.point as usize)
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.starts.len() * size_of::<u32>() + self.entries.len() * size_of::<Entry>()
+    }
+}
+
+/// The cell of a point. Monotone in each coordinate, also where it saturates, so the cells of a box are those
+/// between the cells of its corners.
+fn cell_of(point: Vec3, inverse_cell_size: f32) -> Cell {
+    let scaled = point * inverse_cell_size;
+    [scaled.x.floor() as i32, scaled.y.floor() as i32, scaled.z.floor() as i32]
+}
+
+fn cells_between(low: Cell, high: Cell) -> impl Iterator<Item = Cell> {
+    (low[0]..=high[0])
+        .flat_map(move |x| (low[1]..=high[1]).flat_map(move |y| (low[2]..=high[2]).map(move |z| [x, y, z])))
+}
+
+fn bucket_of(cell: Cell) -> u32 {
+    let [x, y, z] = cell.map(|c| c as u32);
+    let hash = x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663) ^ z.wrapping_mul(83_492_791);
+    hash % BUCKETS as u32
+}

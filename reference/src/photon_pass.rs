@@ -1,0 +1,165 @@
+//! Photon pass: light from the lamps, deposited wherever it meets a diffuse surface.
+
+use crate::direct_light::choose_light;
+use crate::intersect::{Hit, intersect};
+use crate::sampling::{cosine_hemisphere, uniform_sphere};
+use crate::scatter::{dielectric, reflect};
+use scene::film::FLUX_ONE;
+use scene::rng::{Family, Stream, StreamKey, unit_float};
+use scene::sobol::{DIMENSIONS, sobol};
+use scene::still::{Light, Role};
+use scene::{Material, Ray, Rgb, Settings, Stats, Still, Vec3, max_component};
+
+/// A photon where it is deposited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Flux(pub [u32; 3]);
+
+/// A photon that arrives at a diffuse surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deposit {
+    /// Where it arrives.
+    pub point: Vec3,
+    /// Unit direction that it comes from, away from the surface.
+    pub wi: Vec3,
+    /// Its power in units of `FLUX_ONE` to the nominal power [`scene::still::Lights::power`].
+    pub flux: Flux,
+}
+
+/// How the dimensions of a photon's stratified point are used.
+mod dimension {
+    pub(super) const DIRECTION: [usize; 2] = [0, 1];
+    pub(super) const POSITION: [usize; 2] = [2, 3];
+    pub(super) const FIRST_BOUNCE: [usize; 3] = [4, 5, 7];
+    pub(super) const LIGHT: usize = 6;
+}
+
+/// The random numbers of the photons of one iteration.
+///
+/// Emission and the first bounce take the photon's Sobol point, under digital shifts that are new for each
+/// iteration; later bounces draw from the photon's own stream.
+pub struct PhotonNumbers {
+    shifts: [u32; DIMENSIONS],
+    key: StreamKey,
+}
+
+impl PhotonNumbers {
+    /// The numbers of iteration `iteration`.
+    pub fn new(seed: u64, iteration: u32) -> Self {
+        let mut shifts = StreamKey::new(seed, Family::Emission, iteration).stream(0);
+        Self {
+            shifts: std::array::from_fn(|_| shifts.next_u32()),
+            key: StreamKey::new(seed, Family::Photon, iteration),
+        }
+    }
+
+    fn stratified<const N: usize>(&self, photon: u32, dimensions: [usize; N]) -> [f32; N] {
+        dimensions.map(|d| unit_float(sobol(photon, d) ^ self.shifts[d]))
+    }
+
+    /// The three numbers of a bounce: two for the direction (at glass the first decides), one for roulette.
+    fn bounce(&self, photon: u32, bounce: u32, stream: &mut Stream) -> [f32; 3] {
+        if bounce == 0 {
+            self.stratified(photon, dimension::FIRST_BOUNCE)
+        } else {
+            std::array::from_fn(|_| stream.next_f32())
+        }
+    }
+}
+
+/// Emits all photons of one iteration and calls `deposit` for each that arrives at a diffuse surface from bounce 1
+/// on; at bounce 0 it would be direct light, which the camera pass has counted.
+pub fn photon_pass(
+    still: &Still,
+    settings: &Settings,
+    iteration: u32,
+    stats: &mut Stats,
+    mut deposit: impl FnMut(&Deposit, &mut Stats),
+) {
+    let numbers = PhotonNumbers::new(settings.seed, iteration);
+    for photon in 0..settings.photons_per_iteration {
+        stats.photons += 1;
+        trace(still, settings.max_depth, &numbers, photon, stats, &mut deposit);
+    }
+}
+
+fn trace(
+    still: &Still,
+    max_depth: u32,
+    numbers: &PhotonNumbers,
+    photon: u32,
+    stats: &mut Stats,
+    deposit: &mut impl FnMut(&Deposit, &mut Stats),
+) {
+    let Some((mut ray, mut power)) = emit(still, numbers, photon) else { return };
+    let mut stream = numbers.key.stream(photon);
+    for bounce in 0..max_depth {
+        stats.photon_segments += 1;
+        let Some(hit) = intersect(still, &ray) else { return };
+        let material = still.material(hit.sphere);
+        if bounce > 0 && matches!(material, Material::Diffuse { .. }) {
+            stats.deposits += 1;
+            let flux = quantise(power, still.lights.power);
+            deposit(&Deposit { point: hit.point, wi: -ray.direction, flux }, stats);
+        }
+        let [u, v, roulette] = numbers.bounce(photon, bounce, &mut stream);
+        let Some(survivor) = survive(power, material.albedo(), roulette) else { return };
+        power = survivor;
+        ray = Ray { origin: hit.point, direction: scatter(material, &ray, &hit, u, v), leaves: hit.sphere };
+    }
+}
+
+/// A photon as it leaves its lamp: Lambertian, from a uniform point of the sphere. `None` where the point is sunk
+/// into another sphere.
+fn emit(still: &Still, numbers: &PhotonNumbers, photon: u32) -> Option<(Ray, Rgb)> {
+    let [choice] = numbers.stratified(photon, [dimension::LIGHT]);
+    let light = choose_light(&still.lights, choice)?;
+    let lamp = &still.spheres[light.sphere as usize];
+    let [u, v] = numbers.stratified(photon, dimension::POSITION);
+    let outward = uniform_sphere(u, v);
+    let origin = lamp.center + outward * lamp.radius;
+    if is_blocked(still, light, origin) {
+        return None;
+    }
+    let normal = if light.inside { -outward } else { outward };
+    let [u, v] = numbers.stratified(photon, dimension::DIRECTION);
+    let ray = Ray { origin, direction: cosine_hemisphere(normal, u, v), leaves: light.sphere };
+    Some((ray, light.photon_power))
+}
+
+/// True if `point` of the lamp lies within an opaque ball, or outside of a shell around the eye.
+fn is_blocked(still: &Still, light: &Light, point: Vec3) -> bool {
+    let blockers = light.blockers.start as usize..light.blockers.end as usize;
+    still.lights.blockers[blockers].iter().any(|&id| {
+        let sphere = &still.spheres[id as usize];
+        let from_center = point - sphere.center;
+        let within = from_center.dot(from_center) < sphere.radius * sphere.radius;
+        within == (still.roles[id as usize] == Role::Solid)
+    })
+}
+
+/// Russian roulette by the change of throughput: survival is as likely as the brightest channel stays bright, and
+/// the survivor's brightest channel is as bright as before. So all photons keep the nominal power.
+fn survive(power: Rgb, albedo: Rgb, roulette: f32) -> Option<Rgb> {
+    let scattered = power * albedo;
+    let (before, after) = (max_component(power), max_component(scattered));
+    if roulette * before < after { Some(scattered * (before / after)) } else { None }
+}
+
+fn scatter(material: &Material, ray: &Ray, hit: &Hit, u: f32, v: f32) -> Vec3 {
+    match *material {
+        Material::Diffuse { .. } => cosine_hemisphere(hit.normal, u, v),
+        Material::Specular { .. } => reflect(ray.direction, hit.normal),
+        Material::Dielectric { ior, .. } => dielectric(ray.direction, hit, ior, u),
+    }
+}
+
+/// Power to integer, once, so that sums do not depend on their order: rounded to the nearest multiple of
+/// `nominal / FLUX_ONE`, an error of 2^-22 of the nominal power at most.
+///
+/// A photon's brightest channel is the nominal power but for rounding, of which the bound takes care: no flux
+/// exceeds `FLUX_ONE` = 2^21, at most 2^31 photons are deposited ([`scene::settings::MAX_DEPOSITS`]), so no sum
+/// exceeds 2^52, which fits a `u64` and is exact as an `f64`.
+pub fn quantise(power: Rgb, nominal: f32) -> Flux {
+    let scale = FLUX_ONE as f32 / nominal;
+    Flux([power.x, power.y, power.z].map(|p| ((p * scale + 0.5) as u32).min(FLUX_ONE)))
+}
