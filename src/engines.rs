@@ -17,7 +17,7 @@ pub(crate) enum EngineName {
 
 impl EngineName {
     /// A render of `scene` before its first iteration.
-    pub(crate) fn start(self, scene: &Scene, settings: &Settings) -> Box<dyn Engine> {
+    pub(crate) fn start<'a>(self, scene: &'a Scene, settings: &Settings) -> Box<dyn Engine + 'a> {
         match self {
             Self::Reference => Box::new(Sppm::new(scene, settings)),
             Self::Path => Box::new(PathTracer::new(scene, settings)),

@@ -28,8 +28,7 @@ pub(crate) fn open(arg: &SceneArg) -> Result<Opened, Error> {
         return Ok(Opened { scene, stem, file: Some(path) });
     }
     let builtin = find(&arg.name)?;
-    let scene = builtin::scene(builtin.name);
-    Ok(Opened { scene, stem: builtin.name.into(), file: None })
+    Ok(Opened { scene: builtin.scene(), stem: builtin.name.into(), file: None })
 }
 
 /// The command `scenes`.
@@ -43,7 +42,7 @@ pub(crate) fn show(args: &ScenesArgs) -> Result<(), Error> {
 fn listing() -> String {
     let width = SCENES.iter().map(|s| s.name.len()).max().unwrap_or(0);
     let line = |builtin: &Builtin| {
-        let spheres = text::counted(builtin::scene(builtin.name).spheres.len() as u64, "sphere");
+        let spheres = text::counted(builtin.scene().spheres.len() as u64, "sphere");
         format!("{:width$}  {spheres:>12}  {}\n", builtin.name, builtin.about)
     };
     SCENES.iter().map(line).collect()

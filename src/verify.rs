@@ -10,7 +10,7 @@ use scene::{Engine, Plane, Scene, Settings};
 /// A way to render that must give the reference's bits.
 struct Variant {
     label: &'static str,
-    start: fn(&Scene, &Settings) -> Box<dyn Engine>,
+    start: for<'a> fn(&'a Scene, &Settings) -> Box<dyn Engine + 'a>,
 }
 
 /// What is compared with the reference. Cells of other sizes find the same candidates in another order.
@@ -30,10 +30,10 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<(), Error> {
     let opened = scenes::open(&args.scene)?;
     let settings = args.settings.apply(&opened)?;
     threads::start(args.machine.threads)?;
-    let mut reference: Box<dyn Engine> = Box::new(Sppm::new(&opened.scene, &settings));
-    let mut others: Vec<(&str, Box<dyn Engine>)> =
+    let mut reference = Sppm::new(&opened.scene, &settings);
+    let mut others: Vec<(&str, Box<dyn Engine + '_>)> =
         VARIANTS.iter().map(|v| (v.label, (v.start)(&opened.scene, &settings))).collect();
-    match first_difference(&mut *reference, &mut others, settings.iterations) {
+    match first_difference(&mut reference, &mut others, settings.iterations) {
         Some(difference) => Err(Error::Failed(difference)),
         None => print(verdict(&opened.scene.name, &settings).as_bytes()),
     }
@@ -52,7 +52,7 @@ fn verdict(scene: &str, settings: &Settings) -> String {
 /// Iterates all in step and describes the first difference from `reference`.
 fn first_difference(
     reference: &mut dyn Engine,
-    others: &mut [(&str, Box<dyn Engine>)],
+    others: &mut [(&str, Box<dyn Engine + '_>)],
     iterations: u32,
 ) -> Option<String> {
     (1..=iterations).find_map(|iteration| {
@@ -100,10 +100,9 @@ fn compare(expected: &[Shown], actual: &[Shown]) -> Option<String> {
         let (want, have) = (expected.values[index], actual.values[index]);
         let pixel = index / expected.channels;
         let (x, y) = (pixel % expected.width as usize, pixel / expected.width as usize);
-        let bits = [have.to_bits(), want.to_bits()];
+        let (have_bits, want_bits) = (have.to_bits(), want.to_bits());
         Some(format!(
-            "plane {name}, pixel ({x}, {y}): {have:?} ({:#010x}) instead of {want:?} ({:#010x})",
-            bits[0], bits[1]
+            "plane {name}, pixel ({x}, {y}): {have:?} ({have_bits:#010x}) instead of {want:?} ({want_bits:#010x})"
         ))
     })
 }
