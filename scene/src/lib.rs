@@ -10,8 +10,10 @@
 
 #![forbid(unsafe_code)]
 
+pub mod builtin;
 pub mod camera;
 pub mod engine;
+pub mod file;
 pub mod film;
 pub mod material;
 pub mod ray;
