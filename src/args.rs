@@ -1,8 +1,9 @@
 //! The command line: commands, options and the help that teaches them.
 
+use crate::compare::Bounds;
 use crate::engines::EngineName;
 use crate::threads::MAX_THREADS;
-use crate::values::{amount, number, whole};
+use crate::values::{amount, bound, number, whole};
 use clap::{Args as ClapArgs, Parser, Subcommand};
 use clap_complete::Shell;
 use scene::settings::{BYTES_PER_PIXEL, MAX_DEPTH, MAX_ITERATIONS, MAX_PHOTONS, MAX_SIDE, RADIUS_RANGE};
@@ -23,6 +24,9 @@ pub(crate) struct Args {
     pub command: Command,
 }
 
+/// What a photon would take if it were kept: where it lands, where it came from, and its flux, three floats each.
+const BYTES_PER_PHOTON: u64 = 36;
+
 const EXAMPLES: &str = "\
 Examples:
   sppm render cornell                      cornell.png, by the scene's own settings
@@ -38,6 +42,7 @@ Exit codes: 0 done; 1 failed while running, or the answer is no; 2 bad input; 13
 pub(crate) enum Command {
     Render(RenderArgs),
     Scenes(ScenesArgs),
+    Compare(CompareArgs),
 
     Verify(VerifyArgs),
     Completions(CompletionsArgs),
@@ -167,6 +172,85 @@ pub(crate) struct ScenesArgs {
     pub name: Option<OsString>,
 }
 
+/// Tell how alike two images are
+///
+/// Prints the means of both images, RMSE and relative MSE of linear radiance, and PSNR, SSIM and FLIP of what sRGB
+/// shows. Exits with 1, saying why, if a bound given by --max-... or --min-... does not hold.
+#[derive(Debug, ClapArgs)]
+#[command(after_long_help = COMPARE_EXAMPLES)]
+pub(crate) struct CompareArgs {
+    /// The image to judge: .png, .exr or .pfm
+    #[arg(value_name = "A")]
+    pub a: PathBuf,
+
+    /// The image that is right
+    #[arg(value_name = "B")]
+    pub b: PathBuf,
+
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+
+    /// Write a false-colour picture of the difference
+    #[arg(long, value_name = "FILE.png")]
+    pub difference: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub bounds: BoundsArgs,
+}
+
+const COMPARE_EXAMPLES: &str = "\
+Examples:
+  sppm compare cornell.exr truth.exr --difference where.png
+  sppm compare cornell.png old.png --max-abs 0 --json";
+
+/// What the images must satisfy.
+#[derive(Debug, ClapArgs)]
+#[command(next_help_heading = "Bounds")]
+pub(crate) struct BoundsArgs {
+    /// Greatest root-mean-square error, over all channels
+    #[arg(long, value_name = "X", value_parser = bound, allow_hyphen_values = true)]
+    pub max_rmse: Option<f64>,
+
+    /// Greatest relative mean-square error, over all channels
+    #[arg(long, value_name = "X", value_parser = bound, allow_hyphen_values = true)]
+    pub max_relmse: Option<f64>,
+
+    /// Greatest relative mean-square error of the means over blocks of 8x8 pixels
+    #[arg(long, value_name = "X", value_parser = bound, allow_hyphen_values = true)]
+    pub max_block_relmse: Option<f64>,
+
+    /// Greatest mean FLIP error, from 0 (alike) to 1
+    #[arg(long, value_name = "X", value_parser = bound, allow_hyphen_values = true)]
+    pub max_flip: Option<f64>,
+
+    /// Greatest difference of any channel of any pixel; 0 asks for equal images
+    #[arg(long, value_name = "X", value_parser = bound, allow_hyphen_values = true)]
+    pub max_abs: Option<f64>,
+
+    /// Least mean SSIM index, at most 1 (alike)
+    #[arg(long, value_name = "X", value_parser = bound, allow_hyphen_values = true)]
+    pub min_ssim: Option<f64>,
+
+    /// Least peak signal-to-noise ratio, in dB
+    #[arg(long, value_name = "X", value_parser = bound, allow_hyphen_values = true)]
+    pub min_psnr: Option<f64>,
+}
+
+impl From<&BoundsArgs> for Bounds {
+    fn from(args: &BoundsArgs) -> Self {
+        Self {
+            max_rmse: args.max_rmse,
+            max_relmse: args.max_relmse,
+            max_block_relmse: args.max_block_relmse,
+            max_flip: args.max_flip,
+            max_abs: args.max_abs,
+            min_ssim: args.min_ssim,
+            min_psnr: args.min_psnr,
+        }
+    }
+}
+
 /// Check that engines agree, bit for bit
 ///
 /// Renders the scene by the reference and by each other variant, and compares image, radius and photon count of
@@ -187,7 +271,9 @@ pub(crate) struct VerifyArgs {
 
 /// Print a script that completes commands and options in a shell
 #[derive(Debug, ClapArgs)]
-#[command(after_long_help = "Example:\n  sppm completions bash > ~/.local/share/bash-completion/completions/sppm")]
+#[command(
+    after_long_help = "Example:\n  sppm completions bash > ~/.local/share/bash-completion/completions/sppm"
+)]
 pub(crate) struct CompletionsArgs {
     /// The shell
     pub shell: Shell,

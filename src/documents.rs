@@ -22,7 +22,9 @@ pub(crate) fn man(args: &ManArgs) -> Result<(), Error> {
         return text::print(&page);
     };
     if !folder.is_dir() {
-        return Err(Error::BadInput(format!("DIR: {folder:?} is not a folder; make it first")));
+        return Err(Error::BadInput(format!(
+            "DIR: {folder:?} is not a folder; make it first"
+        )));
     }
     clap_mangen::generate_to(Args::command(), folder)
         .map_err(|error| Error::Failed(format!("cannot write the manual pages into {folder:?}: {error}")))

@@ -11,6 +11,7 @@
 #![forbid(unsafe_code)]
 
 mod args;
+pub mod compare;
 mod compare_command;
 mod documents;
 mod engines;
@@ -54,7 +55,7 @@ fn process(args: &Args) -> Result<(), Error> {
     match &args.command {
         Command::Render(args) => render::render(args),
         Command::Scenes(args) => scenes::show(args),
-
+        Command::Compare(args) => compare_command::run(args),
         Command::Verify(args) => verify::verify(args),
         Command::Completions(args) => documents::completions(args),
         Command::Man(args) => documents::man(args),

@@ -51,8 +51,16 @@ impl Outputs {
             (Content::Count, args.count_image.clone()),
             (Content::Stats, args.stats.clone()),
         ];
-        let files = wanted.into_iter().filter_map(|(content, path)| Some((content, path?))).collect();
-        let outputs = Self { files, encoding: Encoding { exposure: args.exposure.unwrap_or(0.0) } };
+        let files = wanted
+            .into_iter()
+            .filter_map(|(content, path)| Some((content, path?)))
+            .collect();
+        let outputs = Self {
+            files,
+            encoding: Encoding {
+                exposure: args.exposure.unwrap_or(0.0),
+            },
+        };
         outputs.check_engine(args)?;
         outputs.check_names(opened.file.as_deref())?;
         outputs.check_files()?;
@@ -65,23 +73,22 @@ impl Outputs {
         match self.files.iter().find(|(content, _)| of_photons(*content)) {
             Some((content, _)) if !args.engine.has_photons() => {
                 let (option, engine) = (content.option(), args.engine.name());
-                Err(Error::BadInput(format!("{option}: --engine {engine} has no photons; leave out one of the two")))
+                Err(Error::BadInput(format!(
+                    "{option}: --engine {engine} has no photons; leave out one of the two"
+                )))
             }
             _ => Ok(()),
         }
     }
 
     fn check_names(&self, scene_file: Option<&Path>) -> Result<(), Error> {
-        let mut taken: Vec<(&str, PathBuf)> = scene_file.iter().map(|path| ("the scene", identity(path))).collect();
-        for (content, path) in &self.files {
-            let file = identity(path);
-            if let Some((other, _)) = taken.iter().find(|(_, other)| *other == file) {
-                let option = content.option();
-                return Err(Error::BadInput(format!("{option}: {path:?} is also {other}; name another file")));
-            }
-            taken.push((content.option(), file));
-        }
-        Ok(())
+        let scene_file = scene_file.map(|path| ("the scene", path));
+        let outputs: Vec<_> = self
+            .files
+            .iter()
+            .map(|(content, path)| (content.option(), path.as_path()))
+            .collect();
+        check_distinct(scene_file.as_slice(), &outputs)
     }
 
     fn check_files(&self) -> Result<(), Error> {
@@ -100,7 +107,9 @@ impl Outputs {
         match Format::from_path(image) {
             Ok(Format::Png) => Ok(()),
             _ if args.exposure.is_none() => Ok(()),
-            _ => Err(Error::BadInput(format!("--exposure: {image:?} holds linear radiance; only .png is exposed"))),
+            _ => Err(Error::BadInput(format!(
+                "--exposure: {image:?} holds linear radiance; only .png is exposed"
+            ))),
         }
     }
 
@@ -122,7 +131,11 @@ impl Outputs {
         match (problems.is_empty(), written.is_empty()) {
             (true, _) => Ok(text::list(&written)),
             (false, true) => Err(Error::Failed(problems.join("; "))),
-            (false, false) => Err(Error::Failed(format!("{}; wrote {}", problems.join("; "), text::list(&written)))),
+            (false, false) => Err(Error::Failed(format!(
+                "{}; wrote {}",
+                problems.join("; "),
+                text::list(&written)
+            ))),
         }
     }
 
@@ -152,12 +165,36 @@ fn default_name(stem: &OsStr) -> PathBuf {
     name.into()
 }
 
+/// A file and what it is to the command.
+type Named<'a> = (&'a str, &'a Path);
+
+/// Checks that no output is also an input or another output.
+pub(crate) fn check_distinct(inputs: &[Named], outputs: &[Named]) -> Result<(), Error> {
+    let mut taken: Vec<(&str, PathBuf)> = inputs
+        .iter()
+        .map(|(what, path)| (*what, identity(path)))
+        .collect();
+    for (what, path) in outputs {
+        let file = identity(path);
+        if let Some((other, _)) = taken.iter().find(|(_, other)| *other == file) {
+            return Err(Error::BadInput(format!(
+                "{what}: {path:?} is also {other}; name another file"
+            )));
+        }
+        taken.push((what, file));
+    }
+    Ok(())
+}
+
 /// `path` without links and detours, so that two names of one file are seen to be so.
 fn identity(path: &Path) -> PathBuf {
     if let Ok(file) = fs::canonicalize(path) {
         return file;
     }
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = path
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
     match (fs::canonicalize(folder), path.file_name()) {
         (Ok(folder), Some(name)) => folder.join(name),
         _ => path.to_owned(),

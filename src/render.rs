@@ -22,7 +22,9 @@ pub(crate) fn render(args: &RenderArgs) -> Result<(), Error> {
         complain(&introduction(&name, args.engine.name(), threads, &settings));
     }
     let progress = Progress::new(settings.iterations, args.quiet);
-    let outcome = session::run(args.engine, opened.scene, settings, |snapshot| progress.show(snapshot));
+    let outcome = session::run(args.engine, opened.scene, settings, |snapshot| {
+        progress.show(snapshot)
+    });
     progress.clear();
     let outcome = outcome?;
     let report = report(name, args.engine, threads, settings, &outcome);
@@ -33,15 +35,27 @@ pub(crate) fn render(args: &RenderArgs) -> Result<(), Error> {
     let (done, seconds) = (report.iterations, duration(report.wall_seconds));
     if let Some(signal) = outcome.interrupted {
         let all = counted(settings.iterations, "iteration");
-        return Err(Error::Interrupted(signal, format!("wrote {written} after {done} of {all} in {seconds}")));
+        return Err(Error::Interrupted(
+            signal,
+            format!("wrote {written} after {done} of {all} in {seconds}"),
+        ));
     }
     if !args.quiet {
-        complain(&format!("wrote {written}: {} in {seconds}", counted(done, "iteration")));
+        complain(&format!(
+            "wrote {written}: {} in {seconds}",
+            counted(done, "iteration")
+        ));
     }
     Ok(())
 }
 
-fn report(scene: String, engine: EngineName, threads: usize, settings: Settings, outcome: &Outcome) -> Report {
+fn report(
+    scene: String,
+    engine: EngineName,
+    threads: usize,
+    settings: Settings,
+    outcome: &Outcome,
+) -> Report {
     let last = &outcome.last;
     Report {
         version: env!("CARGO_PKG_VERSION"),
@@ -58,7 +72,15 @@ fn report(scene: String, engine: EngineName, threads: usize, settings: Settings,
 }
 
 fn introduction(scene: &str, engine: &str, threads: usize, settings: &Settings) -> String {
-    let Settings { width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed } = settings;
+    let Settings {
+        width,
+        height,
+        iterations,
+        photons_per_iteration,
+        max_depth,
+        initial_radius,
+        seed,
+    } = settings;
     format!(
         "{scene}: {width} x {height} pixels, {}, {} each, depth {max_depth}, radius {initial_radius}, seed {seed}; \
          engine {engine}, {}",
@@ -70,7 +92,14 @@ fn introduction(scene: &str, engine: &str, threads: usize, settings: &Settings) 
 
 /// Where time and memory went.
 fn account(report: &Report) -> String {
-    let Stats { camera_seconds, build_grid_seconds, photon_seconds, consolidate_seconds, bytes, .. } = report.stats;
+    let Stats {
+        camera_seconds,
+        build_grid_seconds,
+        photon_seconds,
+        consolidate_seconds,
+        bytes,
+        ..
+    } = report.stats;
     let passes = [
         ("camera pass", camera_seconds),
         ("grid", build_grid_seconds),
@@ -78,6 +107,13 @@ fn account(report: &Report) -> String {
         ("consolidation", consolidate_seconds),
         ("developing", report.develop_seconds),
     ];
-    let times: Vec<String> = passes.iter().map(|(name, seconds)| format!("{name} {}", duration(*seconds))).collect();
-    format!("{}; {:.1} MiB", times.join(", "), bytes as f64 / f64::from(1 << 20))
+    let times: Vec<String> = passes
+        .iter()
+        .map(|(name, seconds)| format!("{name} {}", duration(*seconds)))
+        .collect();
+    format!(
+        "{}; {:.1} MiB",
+        times.join(", "),
+        bytes as f64 / f64::from(1 << 20)
+    )
 }

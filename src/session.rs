@@ -56,7 +56,11 @@ pub(crate) fn run(
     loop {
         last = match (last, requests.pending()) {
             (Some(last), interrupted) if interrupted.is_some() || last.iterations == settings.iterations => {
-                return Ok(Outcome { last, interrupted, elapsed: began.elapsed() });
+                return Ok(Outcome {
+                    last,
+                    interrupted,
+                    elapsed: began.elapsed(),
+                });
             }
             (None, Some(signal)) => {
                 let what = "not one iteration was over, so nothing is written";
@@ -71,7 +75,9 @@ pub(crate) fn run(
             }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => {
-                return Err(Error::Failed("the engine broke down; this is a fault of sppm, please report it".into()));
+                return Err(Error::Failed(
+                    "the engine broke down; this is a fault of sppm, please report it".into(),
+                ));
             }
         }
     }

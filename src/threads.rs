@@ -11,6 +11,10 @@ pub(crate) fn start(wanted: Option<usize>) -> Result<usize, Error> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(wanted.unwrap_or(0))
         .build_global()
-        .map_err(|error| Error::Failed(format!("cannot start the threads: {error}; ask for fewer by --threads")))?;
+        .map_err(|error| {
+            Error::Failed(format!(
+                "cannot start the threads: {error}; ask for fewer by --threads"
+            ))
+        })?;
     Ok(rayon::current_num_threads())
 }

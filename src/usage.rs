@@ -34,14 +34,24 @@ impl Wrong<'_> {
             ErrorKind::InvalidValue if self.value().is_empty() => {
                 format!("{argument}: the value is missing{}", self.choices())
             }
-            ErrorKind::InvalidValue => format!("{argument}: {:?} is no choice{}", self.value(), self.choices()),
-            ErrorKind::UnknownArgument if argument.starts_with('-') => {
-                format!("there is no option {argument}; {}", self.hint(ContextKind::SuggestedArg))
+            ErrorKind::InvalidValue => {
+                format!("{argument}: {:?} is no choice{}", self.value(), self.choices())
             }
-            ErrorKind::UnknownArgument => format!("{argument:?} is one argument too many; {}", self.see_help()),
+            ErrorKind::UnknownArgument if argument.starts_with('-') => {
+                format!(
+                    "there is no option {argument}; {}",
+                    self.hint(ContextKind::SuggestedArg)
+                )
+            }
+            ErrorKind::UnknownArgument => {
+                format!("{argument:?} is one argument too many; {}", self.see_help())
+            }
             ErrorKind::InvalidSubcommand => {
                 let name = self.strings(ContextKind::InvalidSubcommand).concat();
-                format!("there is no command {name:?}; {}", self.hint(ContextKind::SuggestedSubcommand))
+                format!(
+                    "there is no command {name:?}; {}",
+                    self.hint(ContextKind::SuggestedSubcommand)
+                )
             }
             ErrorKind::MissingSubcommand | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
                 "a command is missing; try `sppm render cornell`, or `sppm --help`".into()
@@ -55,7 +65,11 @@ impl Wrong<'_> {
 
     /// The argument at fault, without the names of its values.
     fn argument(&self) -> String {
-        let names: Vec<String> = self.strings(ContextKind::InvalidArg).iter().map(|s| bare(s)).collect();
+        let names: Vec<String> = self
+            .strings(ContextKind::InvalidArg)
+            .iter()
+            .map(|s| bare(s))
+            .collect();
         text::list(&names)
     }
 
@@ -65,13 +79,24 @@ impl Wrong<'_> {
 
     /// The values that would be right, if they can be counted.
     fn choices(&self) -> String {
-        let values: Vec<String> =
-            self.strings(ContextKind::ValidValue).into_iter().filter(|v| !v.is_empty()).collect();
-        if values.is_empty() { String::new() } else { format!("; there are {}", text::list(&values)) }
+        let values: Vec<String> = self
+            .strings(ContextKind::ValidValue)
+            .into_iter()
+            .filter(|v| !v.is_empty())
+            .collect();
+        if values.is_empty() {
+            String::new()
+        } else {
+            format!("; there are {}", text::list(&values))
+        }
     }
 
     fn conflict(&self, argument: &str) -> String {
-        let others: Vec<String> = self.strings(ContextKind::PriorArg).iter().map(|s| bare(s)).collect();
+        let others: Vec<String> = self
+            .strings(ContextKind::PriorArg)
+            .iter()
+            .map(|s| bare(s))
+            .collect();
         if others.is_empty() || others == [argument] {
             format!("{argument} is given twice; once is enough")
         } else {
@@ -99,7 +124,11 @@ impl Wrong<'_> {
         let usage = self.strings(ContextKind::Usage).concat();
         let is_name = |word: &&str| word.starts_with(|c: char| c.is_ascii_lowercase());
         let command: Vec<&str> = usage.split_whitespace().skip(1).take_while(is_name).collect();
-        if command.is_empty() { "see `sppm --help`".into() } else { format!("see `{} --help`", command.join(" ")) }
+        if command.is_empty() {
+            "see `sppm --help`".into()
+        } else {
+            format!("see `{} --help`", command.join(" "))
+        }
     }
 
     fn as_clap_says(&self) -> String {
@@ -120,5 +149,8 @@ impl Wrong<'_> {
 
 /// `--width` of `--width <W>`, `<SCENE>` of `<SCENE>`.
 fn bare(argument: &str) -> String {
-    argument.split_once([' ', '=']).map_or(argument, |(name, _)| name).into()
+    argument
+        .split_once([' ', '='])
+        .map_or(argument, |(name, _)| name)
+        .into()
 }
