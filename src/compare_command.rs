@@ -46,7 +46,8 @@ fn check_difference(args: &CompareArgs, path: &Path) -> Result<(), Error> {
     match Format::from_path(path) {
         Ok(Format::Png) | Err(_) => image_file::check_writable(path).map_err(|error| bad(&error)),
         Ok(_) => Err(bad(&format!(
-            "{path:?} is a picture in false colours; name a .png file"
+            "{} is a picture in false colours; name a .png file",
+            path.display()
         ))),
     }
 }

@@ -50,10 +50,7 @@ impl StreamKey {
     pub fn new(seed: u64, family: Family, iteration: u32) -> Self {
         let tag = (u64::from(family as u32) << 32) | u64::from(iteration);
         let key = splitmix64(splitmix64(seed) ^ tag);
-        Self {
-            before: key as u32,
-            between: (key >> 32) as u32,
-        }
+        Self { before: key as u32, between: (key >> 32) as u32 }
     }
 
     /// The start state of stream `index`: never 0.
@@ -70,9 +67,7 @@ impl StreamKey {
     /// Stream `index` at its start.
     #[inline]
     pub fn stream(self, index: u32) -> Stream {
-        Stream {
-            state: self.state(index),
-        }
+        Stream { state: self.state(index) }
     }
 }
 

@@ -100,7 +100,7 @@ pub fn write(path: &Path, film: &Film, encoding: &Encoding) -> Result<(), ImageE
 /// Writes `plane` to `path`; `name`, such as `radius`, is the name of the layer in an EXR file.
 ///
 /// # Errors
-/// Like [`write`].
+/// Like [`write()`].
 pub fn write_plane(path: &Path, plane: &Plane, name: &str) -> Result<(), ImageError> {
     let format = Format::from_path(path)?;
     check_pixels(path, plane.width, plane.height, plane.values.len())?;

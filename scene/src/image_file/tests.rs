@@ -482,7 +482,7 @@ fn a_failed_write_leaves_the_old_file_and_nothing_else() {
     let path = folder.path().join("a.png");
     fs::write(&path, "old").unwrap();
     let full = |out: &mut Output| {
-        out.write_all(&[0; 100_000])?;
+        out.write_all(&[0; 10_000])?;
         Err(io::Error::from(io::ErrorKind::StorageFull))
     };
     let line = problem(atomic_file::replace(&path, full));
