@@ -23,9 +23,12 @@ pub(crate) fn man(args: &ManArgs) -> Result<(), Error> {
     };
     if !folder.is_dir() {
         return Err(Error::BadInput(format!(
-            "DIR: {folder:?} is not a folder; make it first"
+            "DIR: {} is not a folder; make it first",
+            folder.display()
         )));
     }
-    clap_mangen::generate_to(Args::command(), folder)
-        .map_err(|error| Error::Failed(format!("cannot write the manual pages into {folder:?}: {error}")))
+    clap_mangen::generate_to(Args::command(), folder).map_err(|error| {
+        let folder = folder.display();
+        Error::Failed(format!("cannot write the manual pages into {folder}: {error}"))
+    })
 }

@@ -108,7 +108,8 @@ impl Outputs {
             Ok(Format::Png) => Ok(()),
             _ if args.exposure.is_none() => Ok(()),
             _ => Err(Error::BadInput(format!(
-                "--exposure: {image:?} holds linear radiance; only .png is exposed"
+                "--exposure: {} holds linear radiance; only .png is exposed",
+                image.display()
             ))),
         }
     }
@@ -178,7 +179,8 @@ pub(crate) fn check_distinct(inputs: &[Named], outputs: &[Named]) -> Result<(), 
         let file = identity(path);
         if let Some((other, _)) = taken.iter().find(|(_, other)| *other == file) {
             return Err(Error::BadInput(format!(
-                "{what}: {path:?} is also {other}; name another file"
+                "{what}: {} is also {other}; name another file",
+                path.display()
             )));
         }
         taken.push((what, file));

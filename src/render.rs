@@ -23,7 +23,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<(), Error> {
     }
     let progress = Progress::new(settings.iterations, args.quiet);
     let outcome = session::run(args.engine, opened.scene, settings, |snapshot| {
-        progress.show(snapshot)
+        progress.show(snapshot);
     });
     progress.clear();
     let outcome = outcome?;

@@ -106,7 +106,10 @@ impl Wrong<'_> {
 
     fn not_unicode(&self) -> String {
         match self.arguments.iter().find(|a| a.to_str().is_none()) {
-            Some(argument) => format!("{argument:?} is not valid UTF-8, which only file names need not be"),
+            Some(argument) => format!(
+                "{} is not valid UTF-8, which only file names need not be",
+                argument.display()
+            ),
             None => self.as_clap_says(),
         }
     }

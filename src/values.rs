@@ -42,7 +42,17 @@ pub(crate) fn number(
         f32::from_str(text)
             .ok()
             .filter(|value| (least..=most).contains(value))
-            .ok_or_else(|| format!("is not a number from {least:?} to {most:?}"))
+            .ok_or_else(|| format!("is not a number from {} to {}", short(least), short(most)))
+    }
+}
+
+/// `value` with an exponent where that is shorter.
+fn short(value: f32) -> String {
+    let (plain, exponential) = (value.to_string(), format!("{value:e}"));
+    if exponential.len() < plain.len() {
+        exponential
+    } else {
+        plain
     }
 }
 
@@ -115,7 +125,11 @@ mod tests {
                 "{text:?}"
             );
         }
-        assert_eq!(number(-2.0, 2.0)("-1.5"), Ok(-1.5));
+        assert_eq!(number(-100.0, 100.0)("-1.5"), Ok(-1.5));
+        assert_eq!(
+            number(-100.0, 100.0)("x"),
+            Err("is not a number from -100 to 100".into())
+        );
     }
 
     #[test]

@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::text::{counted, print};
 use crate::{scenes, threads};
 use reference::Sppm;
-use scene::{Engine, Plane, Scene, Settings};
+use scene::{Engine, Plane, Rgb, Scene, Settings};
 
 /// A way to render that must give the reference's bits.
 struct Variant {
@@ -49,10 +49,11 @@ fn verdict(scene: &str, settings: &Settings) -> String {
         ..
     } = settings;
     let iterations = counted(*iterations, "iteration");
-    let labels: String = VARIANTS.iter().map(|v| format!("  {}\n", v.label)).collect();
+    let labels: Vec<&str> = VARIANTS.iter().map(|v| v.label).collect();
+    let labels = labels.join("\n  ");
     format!(
         "{scene}: identical in every bit of image, radius and count, {width} x {height} pixels, after each of \
-         {iterations}:\n  the reference\n{labels}There is no second engine yet; the reference was compared with itself.\n"
+         {iterations}:\n  the reference\n  {labels}\nThere is no second engine yet; the reference was compared with itself.\n"
     )
 }
 
@@ -78,7 +79,7 @@ fn first_difference(
 /// Everything that an engine has to show: each plane by name, with its values per pixel.
 fn planes(engine: &dyn Engine) -> Vec<Shown> {
     let film = engine.develop();
-    let image = film.pixels.iter().flat_map(|p| p.to_array()).collect();
+    let image = film.pixels.iter().flat_map(Rgb::to_array).collect();
     let plane = |name, plane: Option<Plane>| {
         let values = plane.map_or(Vec::new(), |p| p.values);
         Shown {
@@ -129,7 +130,7 @@ fn compare(expected: &[Shown], actual: &[Shown]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use scene::{Film, Rgb, Stats};
+    use scene::{Film, Stats};
 
     /// Shows what it is told to; from iteration `from` on, `spoil` has its way with it.
     struct Fake {

@@ -56,11 +56,11 @@ impl Running {
         let mut stderr = String::new();
         self.stderr.read_to_string(&mut stderr).unwrap();
         // The account of passes, which -v gives, is not the matter here.
-        let stderr = stderr
-            .lines()
+        let lines: Vec<&str> = stderr
+            .split_inclusive('\n')
             .filter(|l| !l.starts_with("camera pass"))
-            .map(|l| format!("{l}\n"))
             .collect();
+        let stderr = lines.concat();
         Ended {
             code: self.child.wait().unwrap().code(),
             stdout: String::new(),

@@ -1,0 +1,20 @@
+//! The fast engine: the reference's image, bit for bit, in AVX2 or AVX-512.
+
+pub(crate) mod camera_pass;
+mod consolidate;
+mod direct_light;
+mod dispatch;
+mod intersect;
+mod join;
+mod lanes;
+mod paths;
+mod photon_pass;
+mod sampling;
+mod scatter;
+mod sppm;
+mod tables;
+mod trace;
+mod vec3;
+
+pub use dispatch::LaneKind;
+pub use sppm::Sppm;
