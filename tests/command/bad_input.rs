@@ -123,7 +123,7 @@ fn what_is_too_much_is_told_with_its_memory() {
         ),
         (
             &["render", "cornell", "--width", "1000000", "--height", "1000000"],
-            &["--width 1000000", "119209.3 GiB"],
+            &["--width 1000000", "238418.6 GiB"],
         ),
         (
             &["render", "cornell", "--height", "1000000"],

@@ -60,7 +60,7 @@ fn each_bound_can_be_broken_and_is_named() {
     let sandbox = prepared();
     for (option, bound) in [
         ("--max-rmse", "0.001"),
-        ("--max-relmse", "0.001"),
+        ("--max-relmse", "0.0005"),
         ("--max-block-relmse", "0"),
         ("--max-flip", "0"),
         ("--max-abs", "0.49"),

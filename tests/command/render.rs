@@ -219,9 +219,9 @@ fn memory_per_pixel_is_as_stated() {
     let sandbox = Sandbox::new();
     let size = [
         "--width",
-        "200",
+        "400",
         "--height",
-        "200",
+        "400",
         "--iterations",
         "1",
         "--photons",
@@ -235,9 +235,9 @@ fn memory_per_pixel_is_as_stated() {
     );
     let bytes = sandbox.json("s.json")["bytes"].as_u64().unwrap();
     assert!(
-        (1..=200 * 200 * BYTES_PER_PIXEL).contains(&bytes),
+        (1..=400 * 400 * BYTES_PER_PIXEL).contains(&bytes),
         "{} bytes per pixel",
-        bytes / (200 * 200)
+        bytes / (400 * 400)
     );
 }
 
