@@ -5,7 +5,7 @@ use crate::text::scaled;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::time::Duration;
 
-const TEMPLATE: &str = "{bar:24} {pos}/{len} iterations  {msg}  {elapsed} elapsed, {eta} left";
+const TEMPLATE: &str = "{wide_bar} {pos}/{len} iterations  {msg}  {elapsed} elapsed, {eta} left";
 
 /// A bar on standard error; draws nothing if that is no terminal.
 pub(crate) struct Progress {
@@ -49,11 +49,11 @@ fn message(snapshot: &Snapshot, seconds: f64) -> String {
             let sum: f64 = plane.values.iter().map(|&r| f64::from(r)).sum();
             let mean = sum / plane.values.len() as f64;
             format!(
-                "{}photons/s  mean radius {mean:.4}",
+                "{} photons/s  mean radius {mean:.4}",
                 per_second(snapshot.stats.photons)
             )
         }
-        None => format!("{}segments/s", per_second(snapshot.stats.camera_segments)),
+        None => format!("{} segments/s", per_second(snapshot.stats.camera_segments)),
     }
 }
 
@@ -84,7 +84,7 @@ mod tests {
     #[test]
     fn photons_and_mean_radius_are_shown() {
         let message = message(&snapshot(Some(vec![1.0, 2.0])), 2.0);
-        assert_eq!(message, "1.50 Mphotons/s  mean radius 1.5000");
+        assert_eq!(message, "1.50M photons/s  mean radius 1.5000");
     }
 
     #[test]

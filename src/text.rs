@@ -50,13 +50,13 @@ pub(crate) fn counted(number: impl Into<u64>, noun: &str) -> String {
     }
 }
 
-/// A quantity to three digits with a prefix of the SI: `1.23 M`.
+/// A quantity to three digits with a prefix of the SI: `1.23M`.
 pub(crate) fn scaled(value: f64) -> String {
-    const PREFIXES: [(f64, &str); 4] = [(1e9, " G"), (1e6, " M"), (1e3, " k"), (1.0, " ")];
+    const PREFIXES: [(f64, &str); 4] = [(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, "")];
     let (unit, prefix) = PREFIXES
         .into_iter()
         .find(|&(unit, _)| value >= unit)
-        .unwrap_or((1.0, " "));
+        .unwrap_or((1.0, ""));
     format!("{:.*}{prefix}", decimals(value / unit), value / unit)
 }
 
@@ -98,10 +98,10 @@ mod tests {
 
     #[test]
     fn quantities_have_three_digits() {
-        assert_eq!(scaled(0.0), "0.00 ");
-        assert_eq!(scaled(999.0), "999 ");
-        assert_eq!(scaled(1234.0), "1.23 k");
-        assert_eq!(scaled(45_678_901.0), "45.7 M");
+        assert_eq!(scaled(0.0), "0.00");
+        assert_eq!(scaled(999.0), "999");
+        assert_eq!(scaled(1234.0), "1.23k");
+        assert_eq!(scaled(45_678_901.0), "45.7M");
     }
 
     #[test]

@@ -141,7 +141,7 @@ mod tests {
     }
 
     impl Fake {
-        fn new(from: u32, spoil: fn(&mut Film, &mut Plane, &mut Plane)) -> Box<dyn Engine> {
+        fn boxed(from: u32, spoil: fn(&mut Film, &mut Plane, &mut Plane)) -> Box<dyn Engine> {
             Box::new(Self {
                 done: 0,
                 from,
@@ -187,10 +187,10 @@ mod tests {
     }
 
     fn differ(from: u32, spoil: fn(&mut Film, &mut Plane, &mut Plane)) -> Option<String> {
-        let mut reference = Fake::new(u32::MAX, |_, _, _| ());
+        let mut reference = Fake::boxed(u32::MAX, |_, _, _| ());
         let mut others = vec![
-            ("twin", Fake::new(u32::MAX, |_, _, _| ())),
-            ("other", Fake::new(from, spoil)),
+            ("twin", Fake::boxed(u32::MAX, |_, _, _| ())),
+            ("other", Fake::boxed(from, spoil)),
         ];
         first_difference(&mut *reference, &mut others, 4)
     }
