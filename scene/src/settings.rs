@@ -53,9 +53,9 @@ pub const MAX_DEPOSITS: u64 = 1 << 31;
 /// A radius outside of these would square to an `f32` that is subnormal or infinite.
 pub const RADIUS_RANGE: [f32; 2] = [1e-15, 1e15];
 
-/// Bytes that a render holds per pixel: film, visible point and sums. Stated for people, checked by a test of
+/// Bytes that a render holds per pixel: film, visible point, sums and index. Stated for people, checked by a test of
 /// the command.
-pub const BYTES_PER_PIXEL: u64 = 128;
+pub const BYTES_PER_PIXEL: u64 = 256;
 
 /// A setting out of bounds; `option` is its name in scene files and, with dashes, on the command line.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -86,9 +86,7 @@ impl Settings {
             let (w, h) = (self.width, self.height);
             return Err(error(
                 "width",
-                format!(
-                    "{w} x height {h} is {pixels} pixels and would need {need}; at most {MAX_PIXELS} pixels are rendered"
-                ),
+                format!("{w} x height {h} is {pixels} pixels and would need {need}; at most {MAX_PIXELS} pixels are rendered"),
             ));
         }
         whole("iterations", self.iterations, MAX_ITERATIONS)?;
@@ -98,9 +96,7 @@ impl Settings {
             let (l, d) = (self.photons_per_iteration, self.max_depth);
             return Err(error(
                 "photons_per_iteration",
-                format!(
-                    "{l} x max_depth {d} must stay below {MAX_DEPOSITS} photon segments; ask for more iterations instead"
-                ),
+                format!("{l} x max_depth {d} must stay below {MAX_DEPOSITS} photon segments; ask for more iterations instead"),
             ));
         }
         let [low, high] = RADIUS_RANGE;
