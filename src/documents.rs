@@ -22,10 +22,7 @@ pub(crate) fn man(args: &ManArgs) -> Result<(), Error> {
         return text::print(&page);
     };
     if !folder.is_dir() {
-        return Err(Error::BadInput(format!(
-            "DIR: {} is not a folder; make it first",
-            folder.display()
-        )));
+        return Err(Error::BadInput(format!("DIR: {} is not a folder; make it first", folder.display())));
     }
     clap_mangen::generate_to(Args::command(), folder).map_err(|error| {
         let folder = folder.display();

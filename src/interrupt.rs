@@ -30,9 +30,7 @@ pub(crate) struct Requests {
 impl Requests {
     /// From here on requests are remembered and do not end the process.
     pub(crate) fn listen() -> Result<Self, Error> {
-        let requests = Self {
-            signal: Arc::new(AtomicUsize::new(0)),
-        };
+        let requests = Self { signal: Arc::new(AtomicUsize::new(0)) };
         let asked = Arc::new(AtomicBool::new(false));
         for signal in [SIGINT, SIGTERM] {
             requests

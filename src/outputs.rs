@@ -51,16 +51,8 @@ impl Outputs {
             (Content::Count, args.count_image.clone()),
             (Content::Stats, args.stats.clone()),
         ];
-        let files = wanted
-            .into_iter()
-            .filter_map(|(content, path)| Some((content, path?)))
-            .collect();
-        let outputs = Self {
-            files,
-            encoding: Encoding {
-                exposure: args.exposure.unwrap_or(0.0),
-            },
-        };
+        let files = wanted.into_iter().filter_map(|(content, path)| Some((content, path?))).collect();
+        let outputs = Self { files, encoding: Encoding { exposure: args.exposure.unwrap_or(0.0) } };
         outputs.check_engine(args)?;
         outputs.check_names(opened.file.as_deref())?;
         outputs.check_files()?;
@@ -83,11 +75,8 @@ impl Outputs {
 
     fn check_names(&self, scene_file: Option<&Path>) -> Result<(), Error> {
         let scene_file = scene_file.map(|path| ("the scene", path));
-        let outputs: Vec<_> = self
-            .files
-            .iter()
-            .map(|(content, path)| (content.option(), path.as_path()))
-            .collect();
+        let outputs: Vec<_> =
+            self.files.iter().map(|(content, path)| (content.option(), path.as_path())).collect();
         check_distinct(scene_file.as_slice(), &outputs)
     }
 
@@ -132,11 +121,9 @@ impl Outputs {
         match (problems.is_empty(), written.is_empty()) {
             (true, _) => Ok(text::list(&written)),
             (false, true) => Err(Error::Failed(problems.join("; "))),
-            (false, false) => Err(Error::Failed(format!(
-                "{}; wrote {}",
-                problems.join("; "),
-                text::list(&written)
-            ))),
+            (false, false) => {
+                Err(Error::Failed(format!("{}; wrote {}", problems.join("; "), text::list(&written))))
+            }
         }
     }
 
@@ -171,10 +158,7 @@ type Named<'a> = (&'a str, &'a Path);
 
 /// Checks that no output is also an input or another output.
 pub(crate) fn check_distinct(inputs: &[Named], outputs: &[Named]) -> Result<(), Error> {
-    let mut taken: Vec<(&str, PathBuf)> = inputs
-        .iter()
-        .map(|(what, path)| (*what, identity(path)))
-        .collect();
+    let mut taken: Vec<(&str, PathBuf)> = inputs.iter().map(|(what, path)| (*what, identity(path))).collect();
     for (what, path) in outputs {
         let file = identity(path);
         if let Some((other, _)) = taken.iter().find(|(_, other)| *other == file) {
@@ -193,10 +177,7 @@ fn identity(path: &Path) -> PathBuf {
     if let Ok(file) = fs::canonicalize(path) {
         return file;
     }
-    let folder = path
-        .parent()
-        .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     match (fs::canonicalize(folder), path.file_name()) {
         (Ok(folder), Some(name)) => folder.join(name),
         _ => path.to_owned(),

@@ -16,9 +16,7 @@ impl Progress {
     /// A bar for `iterations` iterations; a hidden one if `quiet`.
     pub(crate) fn new(iterations: u32, quiet: bool) -> Self {
         if quiet {
-            return Self {
-                bar: ProgressBar::hidden(),
-            };
+            return Self { bar: ProgressBar::hidden() };
         }
         let style =
             ProgressStyle::with_template(TEMPLATE).expect("the template is valid: a test makes a bar");
@@ -30,8 +28,7 @@ impl Progress {
 
     /// Shows where the render is.
     pub(crate) fn show(&self, snapshot: &Snapshot) {
-        self.bar
-            .set_message(message(snapshot, self.bar.elapsed().as_secs_f64()));
+        self.bar.set_message(message(snapshot, self.bar.elapsed().as_secs_f64()));
         self.bar.set_position(snapshot.iterations.into());
     }
 
@@ -48,10 +45,7 @@ fn message(snapshot: &Snapshot, seconds: f64) -> String {
         Some(plane) => {
             let sum: f64 = plane.values.iter().map(|&r| f64::from(r)).sum();
             let mean = sum / plane.values.len() as f64;
-            format!(
-                "{} photons/s  mean radius {mean:.4}",
-                per_second(snapshot.stats.photons)
-            )
+            format!("{} photons/s  mean radius {mean:.4}", per_second(snapshot.stats.photons))
         }
         None => format!("{} segments/s", per_second(snapshot.stats.camera_segments)),
     }
@@ -65,17 +59,9 @@ mod tests {
     fn snapshot(radius: Option<Vec<f32>>) -> Snapshot {
         Snapshot {
             film: Film::new(2, 1),
-            radius: radius.map(|values| Plane {
-                width: 2,
-                height: 1,
-                values,
-            }),
+            radius: radius.map(|values| Plane { width: 2, height: 1, values }),
             count: None,
-            stats: Stats {
-                photons: 3_000_000,
-                camera_segments: 500,
-                ..Stats::default()
-            },
+            stats: Stats { photons: 3_000_000, camera_segments: 500, ..Stats::default() },
             iterations: 3,
             develop: Duration::ZERO,
         }

@@ -41,10 +41,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<(), Error> {
         ));
     }
     if !args.quiet {
-        complain(&format!(
-            "wrote {written}: {} in {seconds}",
-            counted(done, "iteration")
-        ));
+        complain(&format!("wrote {written}: {} in {seconds}", counted(done, "iteration")));
     }
     Ok(())
 }
@@ -72,15 +69,8 @@ fn report(
 }
 
 fn introduction(scene: &str, engine: &str, threads: usize, settings: &Settings) -> String {
-    let Settings {
-        width,
-        height,
-        iterations,
-        photons_per_iteration,
-        max_depth,
-        initial_radius,
-        seed,
-    } = settings;
+    let Settings { width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed } =
+        settings;
     format!(
         "{scene}: {width} x {height} pixels, {}, {} each, depth {max_depth}, radius {initial_radius}, seed {seed}; \
          engine {engine}, {}",
@@ -92,14 +82,8 @@ fn introduction(scene: &str, engine: &str, threads: usize, settings: &Settings) 
 
 /// Where time and memory went.
 fn account(report: &Report) -> String {
-    let Stats {
-        camera_seconds,
-        build_grid_seconds,
-        photon_seconds,
-        consolidate_seconds,
-        bytes,
-        ..
-    } = report.stats;
+    let Stats { camera_seconds, build_grid_seconds, photon_seconds, consolidate_seconds, bytes, .. } =
+        report.stats;
     let passes = [
         ("camera pass", camera_seconds),
         ("grid", build_grid_seconds),
@@ -107,13 +91,7 @@ fn account(report: &Report) -> String {
         ("consolidation", consolidate_seconds),
         ("developing", report.develop_seconds),
     ];
-    let times: Vec<String> = passes
-        .iter()
-        .map(|(name, seconds)| format!("{name} {}", duration(*seconds)))
-        .collect();
-    format!(
-        "{}; {:.1} MiB",
-        times.join(", "),
-        bytes as f64 / f64::from(1 << 20)
-    )
+    let times: Vec<String> =
+        passes.iter().map(|(name, seconds)| format!("{name} {}", duration(*seconds))).collect();
+    format!("{}; {:.1} MiB", times.join(", "), bytes as f64 / f64::from(1 << 20))
 }

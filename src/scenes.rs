@@ -25,18 +25,10 @@ pub(crate) fn open(arg: &SceneArg) -> Result<Opened, Error> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
         let scene = scene::file::load(&path).map_err(|error| Error::BadInput(error.to_string()))?;
         let stem = path.file_stem().unwrap_or(OsStr::new("scene")).to_owned();
-        return Ok(Opened {
-            scene,
-            stem,
-            file: Some(path),
-        });
+        return Ok(Opened { scene, stem, file: Some(path) });
     }
     let builtin = find(&arg.name)?;
-    Ok(Opened {
-        scene: builtin.scene(),
-        stem: builtin.name.into(),
-        file: None,
-    })
+    Ok(Opened { scene: builtin.scene(), stem: builtin.name.into(), file: None })
 }
 
 /// The command `scenes`.
@@ -57,9 +49,7 @@ fn listing() -> String {
 }
 
 fn find(name: &OsStr) -> Result<&'static Builtin, Error> {
-    name.to_str()
-        .and_then(builtin::find)
-        .ok_or_else(|| Error::BadInput(unknown(&name.to_string_lossy())))
+    name.to_str().and_then(builtin::find).ok_or_else(|| Error::BadInput(unknown(&name.to_string_lossy())))
 }
 
 /// What to say of `name`, which is neither a built-in scene nor a scene file.
@@ -69,9 +59,7 @@ fn unknown(name: &str) -> String {
         .map(|scene| (strsim::damerau_levenshtein(name, scene.name), scene.name))
         .filter(|&(distance, candidate)| distance <= candidate.len() / 2)
         .min_by_key(|&(distance, _)| distance)
-        .map_or(String::new(), |(_, candidate)| {
-            format!(" (did you mean {candidate}?)")
-        });
+        .map_or(String::new(), |(_, candidate)| format!(" (did you mean {candidate}?)"));
     let names: Vec<&str> = SCENES.iter().map(|s| s.name).collect();
     format!(
         "there is no scene {name:?}{near}; a scene is one of {}, or a file ending in .toml",
@@ -92,9 +80,7 @@ impl SettingsArgs {
             initial_radius: self.radius.unwrap_or(own.initial_radius),
             seed: self.seed.unwrap_or(own.seed),
         };
-        settings
-            .validate()
-            .map_err(|error| Error::BadInput(self.blame(&error)))?;
+        settings.validate().map_err(|error| Error::BadInput(self.blame(&error)))?;
         Ok(settings)
     }
 
@@ -105,12 +91,7 @@ impl SettingsArgs {
         let options = [
             ("width", "--width", self.width.is_some(), "--height"),
             ("height", "--height", self.height.is_some(), "--width"),
-            (
-                "photons_per_iteration",
-                "--photons",
-                self.photons.is_some(),
-                "--depth",
-            ),
+            ("photons_per_iteration", "--photons", self.photons.is_some(), "--depth"),
         ];
         match options.into_iter().find(|(field, ..)| field == option) {
             Some((_, name, true, _)) => format!("{name} {problem}"),

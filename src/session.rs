@@ -56,11 +56,7 @@ pub(crate) fn run(
     loop {
         last = match (last, requests.pending()) {
             (Some(last), interrupted) if interrupted.is_some() || last.iterations == settings.iterations => {
-                return Ok(Outcome {
-                    last,
-                    interrupted,
-                    elapsed: began.elapsed(),
-                });
+                return Ok(Outcome { last, interrupted, elapsed: began.elapsed() });
             }
             (None, Some(signal)) => {
                 let what = "not one iteration was over, so nothing is written";

@@ -53,10 +53,7 @@ pub(crate) fn counted(number: impl Into<u64>, noun: &str) -> String {
 /// A quantity to three digits with a prefix of the SI: `1.23M`.
 pub(crate) fn scaled(value: f64) -> String {
     const PREFIXES: [(f64, &str); 4] = [(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, "")];
-    let (unit, prefix) = PREFIXES
-        .into_iter()
-        .find(|&(unit, _)| value >= unit)
-        .unwrap_or((1.0, ""));
+    let (unit, prefix) = PREFIXES.into_iter().find(|&(unit, _)| value >= unit).unwrap_or((1.0, ""));
     format!("{:.*}{prefix}", decimals(value / unit), value / unit)
 }
 

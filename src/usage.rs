@@ -38,20 +38,14 @@ impl Wrong<'_> {
                 format!("{argument}: {:?} is no choice{}", self.value(), self.choices())
             }
             ErrorKind::UnknownArgument if argument.starts_with('-') => {
-                format!(
-                    "there is no option {argument}; {}",
-                    self.hint(ContextKind::SuggestedArg)
-                )
+                format!("there is no option {argument}; {}", self.hint(ContextKind::SuggestedArg))
             }
             ErrorKind::UnknownArgument => {
                 format!("{argument:?} is one argument too many; {}", self.see_help())
             }
             ErrorKind::InvalidSubcommand => {
                 let name = self.strings(ContextKind::InvalidSubcommand).concat();
-                format!(
-                    "there is no command {name:?}; {}",
-                    self.hint(ContextKind::SuggestedSubcommand)
-                )
+                format!("there is no command {name:?}; {}", self.hint(ContextKind::SuggestedSubcommand))
             }
             ErrorKind::MissingSubcommand | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
                 "a command is missing; try `sppm render cornell`, or `sppm --help`".into()
@@ -65,11 +59,7 @@ impl Wrong<'_> {
 
     /// The argument at fault, without the names of its values.
     fn argument(&self) -> String {
-        let names: Vec<String> = self
-            .strings(ContextKind::InvalidArg)
-            .iter()
-            .map(|s| bare(s))
-            .collect();
+        let names: Vec<String> = self.strings(ContextKind::InvalidArg).iter().map(|s| bare(s)).collect();
         text::list(&names)
     }
 
@@ -79,24 +69,13 @@ impl Wrong<'_> {
 
     /// The values that would be right, if they can be counted.
     fn choices(&self) -> String {
-        let values: Vec<String> = self
-            .strings(ContextKind::ValidValue)
-            .into_iter()
-            .filter(|v| !v.is_empty())
-            .collect();
-        if values.is_empty() {
-            String::new()
-        } else {
-            format!("; there are {}", text::list(&values))
-        }
+        let values: Vec<String> =
+            self.strings(ContextKind::ValidValue).into_iter().filter(|v| !v.is_empty()).collect();
+        if values.is_empty() { String::new() } else { format!("; there are {}", text::list(&values)) }
     }
 
     fn conflict(&self, argument: &str) -> String {
-        let others: Vec<String> = self
-            .strings(ContextKind::PriorArg)
-            .iter()
-            .map(|s| bare(s))
-            .collect();
+        let others: Vec<String> = self.strings(ContextKind::PriorArg).iter().map(|s| bare(s)).collect();
         if others.is_empty() || others == [argument] {
             format!("{argument} is given twice; once is enough")
         } else {
@@ -106,10 +85,9 @@ impl Wrong<'_> {
 
     fn not_unicode(&self) -> String {
         match self.arguments.iter().find(|a| a.to_str().is_none()) {
-            Some(argument) => format!(
-                "{} is not valid UTF-8, which only file names need not be",
-                argument.display()
-            ),
+            Some(argument) => {
+                format!("{} is not valid UTF-8, which only file names need not be", argument.display())
+            }
             None => self.as_clap_says(),
         }
     }
@@ -152,8 +130,5 @@ impl Wrong<'_> {
 
 /// `--width` of `--width <W>`, `<SCENE>` of `<SCENE>`.
 fn bare(argument: &str) -> String {
-    argument
-        .split_once([' ', '='])
-        .map_or(argument, |(name, _)| name)
-        .into()
+    argument.split_once([' ', '=']).map_or(argument, |(name, _)| name).into()
 }

@@ -49,11 +49,7 @@ pub(crate) fn number(
 /// `value` with an exponent where that is shorter.
 fn short(value: f32) -> String {
     let (plain, exponential) = (value.to_string(), format!("{value:e}"));
-    if exponential.len() < plain.len() {
-        exponential
-    } else {
-        plain
-    }
+    if exponential.len() < plain.len() { exponential } else { plain }
 }
 
 /// Bounds of a metric: any number from 0.
@@ -73,24 +69,8 @@ mod tests {
         let parse = whole::<u32>(1, 10);
         assert_eq!(parse("1"), Ok(1));
         assert_eq!(parse("10"), Ok(10));
-        for text in [
-            "0",
-            "11",
-            "-1",
-            "1.0",
-            "1e0",
-            "",
-            " 1",
-            "NaN",
-            "inf",
-            "0x1",
-            "99999999999999999999",
-        ] {
-            assert_eq!(
-                parse(text),
-                Err("is not a whole number from 1 to 10".into()),
-                "{text:?}"
-            );
+        for text in ["0", "11", "-1", "1.0", "1e0", "", " 1", "NaN", "inf", "0x1", "99999999999999999999"] {
+            assert_eq!(parse(text), Err("is not a whole number from 1 to 10".into()), "{text:?}");
         }
     }
 
@@ -104,10 +84,7 @@ mod tests {
         let parse = amount(1 << 20, 128);
         assert_eq!(parse("1048576"), Ok(1 << 20));
         let problem = "is not a whole number from 1 to 1048576";
-        assert_eq!(
-            parse("1099511627776"),
-            Err(format!("{problem}; so many would need 131072.0 GiB"))
-        );
+        assert_eq!(parse("1099511627776"), Err(format!("{problem}; so many would need 131072.0 GiB")));
         for text in ["0", "-1", "1e6", ""] {
             assert_eq!(parse(text), Err(problem.into()), "{text:?}");
         }
@@ -119,17 +96,10 @@ mod tests {
         assert_eq!(parse("0.5"), Ok(0.5));
         assert_eq!(parse("2e3"), Ok(2000.0));
         for text in ["0", "-1", "1e-16", "1e16", "NaN", "inf", "-inf", "", "2cm"] {
-            assert_eq!(
-                parse(text),
-                Err("is not a number from 1e-15 to 1e15".into()),
-                "{text:?}"
-            );
+            assert_eq!(parse(text), Err("is not a number from 1e-15 to 1e15".into()), "{text:?}");
         }
         assert_eq!(number(-100.0, 100.0)("-1.5"), Ok(-1.5));
-        assert_eq!(
-            number(-100.0, 100.0)("x"),
-            Err("is not a number from -100 to 100".into())
-        );
+        assert_eq!(number(-100.0, 100.0)("x"), Err("is not a number from -100 to 100".into()));
     }
 
     #[test]

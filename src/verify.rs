@@ -31,10 +31,8 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<(), Error> {
     let settings = args.settings.apply(&opened)?;
     threads::start(args.machine.threads)?;
     let mut reference = Sppm::new(&opened.scene, &settings);
-    let mut others: Vec<(&str, Box<dyn Engine + '_>)> = VARIANTS
-        .iter()
-        .map(|v| (v.label, (v.start)(&opened.scene, &settings)))
-        .collect();
+    let mut others: Vec<(&str, Box<dyn Engine + '_>)> =
+        VARIANTS.iter().map(|v| (v.label, (v.start)(&opened.scene, &settings))).collect();
     match first_difference(&mut reference, &mut others, settings.iterations) {
         Some(difference) => Err(Error::Failed(difference)),
         None => print(verdict(&opened.scene.name, &settings).as_bytes()),
@@ -42,12 +40,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<(), Error> {
 }
 
 fn verdict(scene: &str, settings: &Settings) -> String {
-    let Settings {
-        width,
-        height,
-        iterations,
-        ..
-    } = settings;
+    let Settings { width, height, iterations, .. } = settings;
     let iterations = counted(*iterations, "iteration");
     let labels: Vec<&str> = VARIANTS.iter().map(|v| v.label).collect();
     let labels = labels.join("\n  ");
@@ -69,9 +62,7 @@ fn first_difference(
         others.iter_mut().find_map(|(label, engine)| {
             engine.iterate();
             let place = compare(&expected, &planes(&**engine))?;
-            Some(format!(
-                "{label} differs from the reference after iteration {iteration}, {place}"
-            ))
+            Some(format!("{label} differs from the reference after iteration {iteration}, {place}"))
         })
     })
 }
@@ -82,20 +73,10 @@ fn planes(engine: &dyn Engine) -> Vec<Shown> {
     let image = film.pixels.iter().flat_map(Rgb::to_array).collect();
     let plane = |name, plane: Option<Plane>| {
         let values = plane.map_or(Vec::new(), |p| p.values);
-        Shown {
-            name,
-            width: film.width,
-            channels: 1,
-            values,
-        }
+        Shown { name, width: film.width, channels: 1, values }
     };
     vec![
-        Shown {
-            name: "image",
-            width: film.width,
-            channels: 3,
-            values: image,
-        },
+        Shown { name: "image", width: film.width, channels: 3, values: image },
         plane("radius", engine.radius()),
         plane("count", engine.count()),
     ]
@@ -142,20 +123,11 @@ mod tests {
 
     impl Fake {
         fn boxed(from: u32, spoil: fn(&mut Film, &mut Plane, &mut Plane)) -> Box<dyn Engine> {
-            Box::new(Self {
-                done: 0,
-                from,
-                spoil,
-                stats: Stats::default(),
-            })
+            Box::new(Self { done: 0, from, spoil, stats: Stats::default() })
         }
 
         fn show(&self) -> (Film, Plane, Plane) {
-            let plane = |value| Plane {
-                width: 3,
-                height: 2,
-                values: vec![value; 6],
-            };
+            let plane = |value| Plane { width: 3, height: 2, values: vec![value; 6] };
             let (mut film, mut radius, mut count) = (Film::new(3, 2), plane(1.5), plane(0.0));
             film.pixels.fill(Rgb::splat(0.25));
             if self.done >= self.from {
@@ -188,10 +160,8 @@ mod tests {
 
     fn differ(from: u32, spoil: fn(&mut Film, &mut Plane, &mut Plane)) -> Option<String> {
         let mut reference = Fake::boxed(u32::MAX, |_, _, _| ());
-        let mut others = vec![
-            ("twin", Fake::boxed(u32::MAX, |_, _, _| ())),
-            ("other", Fake::boxed(from, spoil)),
-        ];
+        let mut others =
+            vec![("twin", Fake::boxed(u32::MAX, |_, _, _| ())), ("other", Fake::boxed(from, spoil))];
         first_difference(&mut *reference, &mut others, 4)
     }
 
@@ -216,27 +186,18 @@ mod tests {
     #[test]
     fn a_radius_is_found() {
         let difference = differ(1, |_, radius, _| radius.values[2] = 1.25).unwrap();
-        assert!(
-            difference.contains("after iteration 1, plane radius, pixel (2, 0): 1.25"),
-            "{difference}"
-        );
+        assert!(difference.contains("after iteration 1, plane radius, pixel (2, 0): 1.25"), "{difference}");
     }
 
     #[test]
     fn a_negative_zero_is_a_difference() {
         let difference = differ(4, |_, _, count| count.values[3] = -0.0).unwrap();
-        assert!(
-            difference.contains("after iteration 4, plane count, pixel (0, 1): -0.0"),
-            "{difference}"
-        );
+        assert!(difference.contains("after iteration 4, plane count, pixel (0, 1): -0.0"), "{difference}");
     }
 
     #[test]
     fn a_missing_value_is_a_difference() {
         let difference = differ(1, |_, _, count| count.values.truncate(5)).unwrap();
-        assert!(
-            difference.contains("plane count: 5 values instead of 6"),
-            "{difference}"
-        );
+        assert!(difference.contains("plane count: 5 values instead of 6"), "{difference}");
     }
 }

@@ -21,11 +21,7 @@ fn all_refused(cases: &[(&[&str], &[&str])]) {
     let before = sandbox.contents();
     for (args, words) in cases {
         sandbox.run(*args).refused(words);
-        assert!(
-            sandbox.contents() == before,
-            "{args:?} changed the folder: {:?}",
-            sandbox.names()
-        );
+        assert!(sandbox.contents() == before, "{args:?} changed the folder: {:?}", sandbox.names());
     }
 }
 
@@ -33,10 +29,7 @@ fn all_refused(cases: &[(&[&str], &[&str])]) {
 fn commands() {
     all_refused(&[
         (&[], &["command is missing", "--help"]),
-        (
-            &["rendr", "cornell"],
-            &["no command \"rendr\"", "did you mean render"],
-        ),
+        (&["rendr", "cornell"], &["no command \"rendr\"", "did you mean render"]),
         (&["frobnicate"], &["no command \"frobnicate\"", "sppm --help"]),
         (&[""], &["no command \"\""]),
         (&["-x"], &["no option -x"]),
@@ -50,18 +43,9 @@ fn commands() {
 #[test]
 fn scene_names() {
     all_refused(&[
-        (
-            &["render", "cornel"],
-            &["no scene \"cornel\"", "did you mean cornell?", "surgery", ".toml"],
-        ),
-        (
-            &["render", "Mirror"],
-            &["no scene \"Mirror\"", "did you mean mirror?"],
-        ),
-        (
-            &["render", "zzzzzzzz"],
-            &["no scene \"zzzzzzzz\"; a scene is one of cornell, large"],
-        ),
+        (&["render", "cornel"], &["no scene \"cornel\"", "did you mean cornell?", "surgery", ".toml"]),
+        (&["render", "Mirror"], &["no scene \"Mirror\"", "did you mean mirror?"]),
+        (&["render", "zzzzzzzz"], &["no scene \"zzzzzzzz\"; a scene is one of cornell, large"]),
         (&["render", ""], &["no scene \"\""]),
         (&["render", "two\nlines"], &["no scene \"two\\nlines\""]),
         (&["render", "note.txt"], &["no scene \"note.txt\"", ".toml"]),
@@ -87,25 +71,11 @@ fn whole_numbers() {
         ("--threads", "1024"),
     ] {
         let range = format!("is not a whole number from 1 to {most}");
-        for value in [
-            "0",
-            "-1",
-            "1e6",
-            "2.5",
-            "abc",
-            "",
-            " 7",
-            "NaN",
-            "inf",
-            "0x10",
-            "99999999999",
-            "1099511627776",
-        ] {
+        for value in
+            ["0", "-1", "1e6", "2.5", "abc", "", " 7", "NaN", "inf", "0x10", "99999999999", "1099511627776"]
+        {
             let quoted = format!("{value:?}");
-            all_refused(&[(
-                &["render", "cornell", option, value],
-                &[&whole(option), &quoted, &range],
-            )]);
+            all_refused(&[(&["render", "cornell", option, value], &[&whole(option), &quoted, &range])]);
         }
     }
 }
@@ -113,14 +83,8 @@ fn whole_numbers() {
 #[test]
 fn what_is_too_much_is_told_with_its_memory() {
     all_refused(&[
-        (
-            &["render", "cornell", "--photons", "1099511627776"],
-            &["--photons", "GiB"],
-        ),
-        (
-            &["render", "cornell", "--width", "1000000000000"],
-            &["--width", "GiB"],
-        ),
+        (&["render", "cornell", "--photons", "1099511627776"], &["--photons", "GiB"]),
+        (&["render", "cornell", "--width", "1000000000000"], &["--width", "GiB"]),
         (
             &["render", "cornell", "--width", "1000000", "--height", "1000000"],
             &["--width 1000000", "238418.6 GiB"],
@@ -133,52 +97,25 @@ fn what_is_too_much_is_told_with_its_memory() {
             &["render", "cornell", "--depth", "4000", "--photons", "200000000"],
             &["--photons 200000000", "4000", "iterations"],
         ),
-        (
-            &["verify", "cornell", "--width", "1000000", "--height", "1000000"],
-            &["--width 1000000", "GiB"],
-        ),
+        (&["verify", "cornell", "--width", "1000000", "--height", "1000000"], &["--width 1000000", "GiB"]),
     ]);
 }
 
 #[test]
 fn other_numbers() {
     all_refused(&[
-        (
-            &["render", "cornell", "--radius", "0"],
-            &["--radius: \"0\" is not a number from 1e-15 to 1e15"],
-        ),
+        (&["render", "cornell", "--radius", "0"], &["--radius: \"0\" is not a number from 1e-15 to 1e15"]),
         (&["render", "cornell", "--radius", "-2"], &["--radius: \"-2\""]),
         (&["render", "cornell", "--radius", "NaN"], &["--radius: \"NaN\""]),
         (&["render", "cornell", "--radius", "inf"], &["--radius: \"inf\""]),
-        (
-            &["render", "cornell", "--radius", "-inf"],
-            &["--radius: \"-inf\""],
-        ),
-        (
-            &["render", "cornell", "--radius", "1e-40"],
-            &["--radius: \"1e-40\""],
-        ),
-        (
-            &["render", "cornell", "--radius", "2 cm"],
-            &["--radius: \"2 cm\""],
-        ),
+        (&["render", "cornell", "--radius", "-inf"], &["--radius: \"-inf\""]),
+        (&["render", "cornell", "--radius", "1e-40"], &["--radius: \"1e-40\""]),
+        (&["render", "cornell", "--radius", "2 cm"], &["--radius: \"2 cm\""]),
         (&["render", "cornell", "--radius="], &["--radius: \"\""]),
-        (
-            &["render", "cornell", "--seed", "-1"],
-            &["--seed: \"-1\" is not a whole number from 0 to"],
-        ),
-        (
-            &["render", "cornell", "--seed", "18446744073709551616"],
-            &["--seed", "18446744073709551615"],
-        ),
-        (
-            &["render", "cornell", "--exposure", "bright"],
-            &["--exposure: \"bright\"", "-100"],
-        ),
-        (
-            &["render", "cornell", "--exposure", "inf"],
-            &["--exposure: \"inf\""],
-        ),
+        (&["render", "cornell", "--seed", "-1"], &["--seed: \"-1\" is not a whole number from 0 to"]),
+        (&["render", "cornell", "--seed", "18446744073709551616"], &["--seed", "18446744073709551615"]),
+        (&["render", "cornell", "--exposure", "bright"], &["--exposure: \"bright\"", "-100"]),
+        (&["render", "cornell", "--exposure", "inf"], &["--exposure: \"inf\""]),
         (&["verify", "cornell", "--radius", "-2"], &["--radius: \"-2\""]),
     ]);
 }
@@ -186,39 +123,15 @@ fn other_numbers() {
 #[test]
 fn options() {
     all_refused(&[
-        (
-            &["render", "cornell", "--widht", "3"],
-            &["no option --widht", "did you mean --width?"],
-        ),
-        (
-            &["render", "cornell", "-z"],
-            &["no option -z", "sppm render --help"],
-        ),
-        (
-            &["render", "cornell", "--width"],
-            &["--width: the value is missing"],
-        ),
-        (
-            &["render", "cornell", "--width", "3", "--width", "4"],
-            &["--width is given twice"],
-        ),
-        (
-            &["render", "cornell", "--engine", "gpu"],
-            &["--engine: \"gpu\"", "reference and path"],
-        ),
-        (
-            &["render", "cornell", "--engine", ""],
-            &["--engine", "reference and path"],
-        ),
-        (
-            &["render", "cornell", "-q", "-v"],
-            &["--quiet", "--verbose", "one of them"],
-        ),
+        (&["render", "cornell", "--widht", "3"], &["no option --widht", "did you mean --width?"]),
+        (&["render", "cornell", "-z"], &["no option -z", "sppm render --help"]),
+        (&["render", "cornell", "--width"], &["--width: the value is missing"]),
+        (&["render", "cornell", "--width", "3", "--width", "4"], &["--width is given twice"]),
+        (&["render", "cornell", "--engine", "gpu"], &["--engine: \"gpu\"", "reference and path"]),
+        (&["render", "cornell", "--engine", ""], &["--engine", "reference and path"]),
+        (&["render", "cornell", "-q", "-v"], &["--quiet", "--verbose", "one of them"]),
         (&["render", "cornell", "--quiet=yes"], &["--quiet"]),
-        (
-            &["verify", "cornell", "--engine", "path"],
-            &["no option --engine"],
-        ),
+        (&["verify", "cornell", "--engine", "path"], &["no option --engine"]),
         (&["verify", "cornell", "-o", "a.png"], &["no option -o"]),
         (&["completions", "klingon"], &["\"klingon\"", "bash", "zsh"]),
         (&["completions"], &["<SHELL> is missing"]),
@@ -230,50 +143,17 @@ fn options() {
 #[test]
 fn outputs() {
     all_refused(&[
-        (
-            &["render", "cornell", "-o", ""],
-            &["--output: the value is missing"],
-        ),
-        (
-            &["render", "cornell", "-o", "a.jpg"],
-            &["--output: a.jpg", ".png, .exr or .pfm"],
-        ),
-        (
-            &["render", "cornell", "-o", "picture"],
-            &["--output: picture", ".png, .exr or .pfm"],
-        ),
-        (
-            &["render", "cornell", "-o", "missing/a.png"],
-            &["--output: missing/a.png", "does not exist"],
-        ),
-        (
-            &["render", "cornell", "-o", "note.txt/a.png"],
-            &["--output: note.txt/a.png", "not a folder"],
-        ),
-        (
-            &["render", "cornell", "-o", "folder.png"],
-            &["--output: folder.png", "is a folder"],
-        ),
-        (
-            &["render", "cornell", "--stats", "folder.png"],
-            &["--stats: folder.png", "is a folder"],
-        ),
-        (
-            &["render", "cornell", "--stats", "missing/s.json"],
-            &["--stats: missing/s.json", "does not exist"],
-        ),
-        (
-            &["render", "cornell", "--radius-image", "r.txt"],
-            &["--radius-image: r.txt", ".exr"],
-        ),
-        (
-            &["render", "cornell", "--count-image", "missing/c.exr"],
-            &["--count-image: missing/c.exr"],
-        ),
-        (
-            &["render", "cornell", "--stats", "two\nlines/s.json"],
-            &["--stats", "two\\nlines"],
-        ),
+        (&["render", "cornell", "-o", ""], &["--output: the value is missing"]),
+        (&["render", "cornell", "-o", "a.jpg"], &["--output: a.jpg", ".png, .exr or .pfm"]),
+        (&["render", "cornell", "-o", "picture"], &["--output: picture", ".png, .exr or .pfm"]),
+        (&["render", "cornell", "-o", "missing/a.png"], &["--output: missing/a.png", "does not exist"]),
+        (&["render", "cornell", "-o", "note.txt/a.png"], &["--output: note.txt/a.png", "not a folder"]),
+        (&["render", "cornell", "-o", "folder.png"], &["--output: folder.png", "is a folder"]),
+        (&["render", "cornell", "--stats", "folder.png"], &["--stats: folder.png", "is a folder"]),
+        (&["render", "cornell", "--stats", "missing/s.json"], &["--stats: missing/s.json", "does not exist"]),
+        (&["render", "cornell", "--radius-image", "r.txt"], &["--radius-image: r.txt", ".exr"]),
+        (&["render", "cornell", "--count-image", "missing/c.exr"], &["--count-image: missing/c.exr"]),
+        (&["render", "cornell", "--stats", "two\nlines/s.json"], &["--stats", "two\\nlines"]),
     ]);
 }
 
@@ -292,29 +172,13 @@ fn contradictions() {
             &["render", "cornell", "-o", "a.exr", "--radius-image", "./a.exr"],
             &["--radius-image", "./a.exr", "also --output"],
         ),
+        (&["render", "cornell", "--count-image", "cornell.png"], &["--count-image", "also --output"]),
         (
-            &["render", "cornell", "--count-image", "cornell.png"],
-            &["--count-image", "also --output"],
-        ),
-        (
-            &[
-                "render",
-                "cornell",
-                "--stats",
-                "folder.png/../s.json",
-                "--radius-image",
-                "s.json",
-            ],
+            &["render", "cornell", "--stats", "folder.png/../s.json", "--radius-image", "s.json"],
             &["--stats", "also --radius-image"],
         ),
-        (
-            &["render", "mine.toml", "--stats", "mine.toml"],
-            &["--stats", "also the scene"],
-        ),
-        (
-            &["render", "cornell", "-o", "a.exr", "--exposure", "1"],
-            &["--exposure", "a.exr", "only .png"],
-        ),
+        (&["render", "mine.toml", "--stats", "mine.toml"], &["--stats", "also the scene"]),
+        (&["render", "cornell", "-o", "a.exr", "--exposure", "1"], &["--exposure", "a.exr", "only .png"]),
     ]);
 }
 
@@ -329,11 +193,7 @@ fn arguments_that_are_not_unicode() {
     let new = OsStr::new;
     sandbox.run([new("render"), odd]).refused(&["no scene"]);
     sandbox.run([odd]).refused(&["a\u{fffd}"]);
-    sandbox
-        .run([new("render"), new("cornell"), new("--width"), odd])
-        .refused(&["a\u{fffd}", "UTF-8"]);
-    sandbox
-        .run([new("render"), new("cornell"), new("-o"), odd])
-        .refused(&[".png, .exr or .pfm"]);
+    sandbox.run([new("render"), new("cornell"), new("--width"), odd]).refused(&["a\u{fffd}", "UTF-8"]);
+    sandbox.run([new("render"), new("cornell"), new("-o"), odd]).refused(&[".png, .exr or .pfm"]);
     assert_eq!(sandbox.names(), [""; 0]);
 }

@@ -29,13 +29,7 @@ fn succeeded(ended: &Ended) -> &str {
 #[test]
 fn an_image_is_identical_to_itself() {
     let sandbox = prepared();
-    let strictest = [
-        "--max-rmse=0",
-        "--max-relmse=0",
-        "--max-flip=0",
-        "--max-abs=0",
-        "--min-ssim=1",
-    ];
+    let strictest = ["--max-rmse=0", "--max-relmse=0", "--max-flip=0", "--max-abs=0", "--min-ssim=1"];
     let ended = sandbox.run(["compare", "a.exr", "a.exr"].iter().chain(&strictest));
     assert!(succeeded(&ended).contains("identical"), "{ended:?}");
 }
@@ -82,10 +76,7 @@ fn the_difference_is_brightest_where_it_is_largest() {
     let sandbox = prepared();
     let ended = sandbox.run(["compare", "a.exr", "b.exr", "--difference", "d.png", "--json"]);
     assert_eq!(ended.code, Some(0), "{ended:?}");
-    assert!(
-        ended.stderr.starts_with("wrote d.png") && ended.stderr.contains("5e-1"),
-        "{ended:?}"
-    );
+    assert!(ended.stderr.starts_with("wrote d.png") && ended.stderr.contains("5e-1"), "{ended:?}");
     assert!(serde_json::from_str::<serde_json::Value>(&ended.stdout).is_ok());
     let film = sandbox.image("d.png");
     let brightness = |i: usize| film.pixels[i].element_sum();
@@ -101,64 +92,27 @@ fn bad_input_is_refused_and_nothing_written() {
     let cases: [(&[&str], &[&str]); 17] = [
         (&["compare"], &["<A> and <B> is missing", "sppm compare --help"]),
         (&["compare", "a.exr"], &["<B> is missing"]),
-        (
-            &["compare", "a.exr", "b.exr", "c.exr"],
-            &["\"c.exr\"", "too many"],
-        ),
+        (&["compare", "a.exr", "b.exr", "c.exr"], &["\"c.exr\"", "too many"]),
         (&["compare", "a.exr", "missing.exr"], &["missing.exr: "]),
         (&["compare", "note.png", "a.exr"], &["note.png: "]),
-        (
-            &["compare", "note.txt", "a.exr"],
-            &["note.txt", ".png, .exr or .pfm"],
-        ),
-        (
-            &["compare", "a.exr", "small.exr"],
-            &["a.exr and small.exr", "16 x 12", "8 x 12", "same size"],
-        ),
-        (
-            &["compare", "a.exr", "nan.exr"],
-            &["a.exr and nan.exr", "NaN", "(0, 0)"],
-        ),
+        (&["compare", "note.txt", "a.exr"], &["note.txt", ".png, .exr or .pfm"]),
+        (&["compare", "a.exr", "small.exr"], &["a.exr and small.exr", "16 x 12", "8 x 12", "same size"]),
+        (&["compare", "a.exr", "nan.exr"], &["a.exr and nan.exr", "NaN", "(0, 0)"]),
         (&["compare", "a.exr", "."], &["."]),
-        (
-            &["compare", "a.exr", "b.exr", "--max-rmse", "-1"],
-            &["--max-rmse: \"-1\""],
-        ),
-        (
-            &["compare", "a.exr", "b.exr", "--max-flip", "NaN"],
-            &["--max-flip: \"NaN\""],
-        ),
-        (
-            &["compare", "a.exr", "b.exr", "--min-ssim", "high"],
-            &["--min-ssim: \"high\""],
-        ),
+        (&["compare", "a.exr", "b.exr", "--max-rmse", "-1"], &["--max-rmse: \"-1\""]),
+        (&["compare", "a.exr", "b.exr", "--max-flip", "NaN"], &["--max-flip: \"NaN\""]),
+        (&["compare", "a.exr", "b.exr", "--min-ssim", "high"], &["--min-ssim: \"high\""]),
         (
             &["compare", "a.exr", "b.exr", "--max-rmsd", "1"],
             &["no option --max-rmsd", "did you mean --max-rmse?"],
         ),
-        (
-            &["compare", "a.exr", "b.exr", "--difference", "d.exr"],
-            &["--difference: d.exr", ".png"],
-        ),
-        (
-            &["compare", "a.exr", "b.exr", "--difference", "missing/d.png"],
-            &["--difference: missing/d.png"],
-        ),
-        (
-            &["compare", "note.png", "a.exr", "--difference", "./note.png"],
-            &["--difference", "also image A"],
-        ),
-        (
-            &["compare", "a.exr", "b.exr", "--difference", "d.jpg"],
-            &["--difference: d.jpg", ".png"],
-        ),
+        (&["compare", "a.exr", "b.exr", "--difference", "d.exr"], &["--difference: d.exr", ".png"]),
+        (&["compare", "a.exr", "b.exr", "--difference", "missing/d.png"], &["--difference: missing/d.png"]),
+        (&["compare", "note.png", "a.exr", "--difference", "./note.png"], &["--difference", "also image A"]),
+        (&["compare", "a.exr", "b.exr", "--difference", "d.jpg"], &["--difference: d.jpg", ".png"]),
     ];
     for (args, words) in cases {
         sandbox.run(args).refused(words);
-        assert!(
-            sandbox.contents() == before,
-            "{args:?} changed the folder: {:?}",
-            sandbox.names()
-        );
+        assert!(sandbox.contents() == before, "{args:?} changed the folder: {:?}", sandbox.names());
     }
 }

@@ -33,11 +33,7 @@ struct Running {
 impl Running {
     /// Starts `command`, and returns once it renders.
     fn start(command: &mut Command) -> Self {
-        let mut child = command
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
+        let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
         let mut stderr = BufReader::new(child.stderr.take().unwrap());
         // What -v says first is said just before the first iteration.
         let mut introduction = String::new();
@@ -56,16 +52,10 @@ impl Running {
         let mut stderr = String::new();
         self.stderr.read_to_string(&mut stderr).unwrap();
         // The account of passes, which -v gives, is not the matter here.
-        let lines: Vec<&str> = stderr
-            .split_inclusive('\n')
-            .filter(|l| !l.starts_with("camera pass"))
-            .collect();
+        let lines: Vec<&str> =
+            stderr.split_inclusive('\n').filter(|l| !l.starts_with("camera pass")).collect();
         let stderr = lines.concat();
-        Ended {
-            code: self.child.wait().unwrap().code(),
-            stdout: String::new(),
-            stderr,
-        }
+        Ended { code: self.child.wait().unwrap().code(), stdout: String::new(), stderr }
     }
 }
 
@@ -87,10 +77,7 @@ fn ctrl_c_writes_the_image_after_the_last_whole_iteration() {
     again[9] = &done;
     let ended = sandbox.run(again.iter().chain(&["-o", "b.exr"]));
     assert_eq!(ended.code, Some(0), "{ended:?}");
-    assert!(
-        sandbox.bytes("a.exr") == sandbox.bytes("b.exr"),
-        "not the image after {done} iterations"
-    );
+    assert!(sandbox.bytes("a.exr") == sandbox.bytes("b.exr"), "not the image after {done} iterations");
 }
 
 #[test]
@@ -113,16 +100,9 @@ fn before_the_first_iteration_is_over_there_is_nothing_to_write_and_no_wait() {
     let sent = Instant::now();
     running.send(Signal::INT);
     let ended = running.end();
-    assert!(
-        sent.elapsed() < Duration::from_secs(3),
-        "took {:?}",
-        sent.elapsed()
-    );
+    assert!(sent.elapsed() < Duration::from_secs(3), "took {:?}", sent.elapsed());
     assert_eq!(ended.code, Some(130));
-    ended.said_one_line(
-        "interrupted: not one iteration was over, so nothing is written",
-        &[],
-    );
+    ended.said_one_line("interrupted: not one iteration was over, so nothing is written", &[]);
     assert_eq!(sandbox.names(), [""; 0]);
 }
 
@@ -135,10 +115,7 @@ fn a_second_ctrl_c_tears_no_file() {
     running.send(Signal::INT);
     assert_eq!(running.end().code, Some(130));
     let bytes = sandbox.bytes("cornell.png");
-    assert!(
-        bytes == b"old" || sandbox.image("cornell.png").pixels.len() == 16 * 12,
-        "torn"
-    );
+    assert!(bytes == b"old" || sandbox.image("cornell.png").pixels.len() == 16 * 12, "torn");
 }
 
 #[test]
@@ -156,10 +133,7 @@ fn an_image_that_cannot_be_written_is_written_elsewhere() {
     assert_eq!(ended.code, Some(1));
     ended.said_one_line("error: out/a.exr: ", &["it is in ", "-rescued-", "wrote s.json"]);
     let names = sandbox.names();
-    let refuge = names
-        .iter()
-        .find(|name| name.starts_with("tmp/a-rescued-"))
-        .expect("a rescued image");
+    let refuge = names.iter().find(|name| name.starts_with("tmp/a-rescued-")).expect("a rescued image");
     assert_eq!(sandbox.image(refuge).pixels.len(), 16 * 12);
     assert!(sandbox.json("s.json").is_object());
 }

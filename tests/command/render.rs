@@ -17,28 +17,12 @@ fn every_size_renders() {
     let sandbox = Sandbox::new();
     for (width, height) in [(48, 27), (36, 30), (1, 1), (7, 3), (1, 1000)] {
         let size = [width.to_string(), height.to_string()];
-        let args = [
-            "render",
-            "cornell",
-            "-o",
-            "a.exr",
-            "--iterations",
-            "1",
-            "--photons",
-            "300",
-        ];
-        let ended = sandbox.run(
-            args.into_iter()
-                .chain(["--width", &size[0], "--height", &size[1]]),
-        );
+        let args = ["render", "cornell", "-o", "a.exr", "--iterations", "1", "--photons", "300"];
+        let ended = sandbox.run(args.into_iter().chain(["--width", &size[0], "--height", &size[1]]));
         assert_eq!(ended.code, Some(0), "{ended:?}");
         let film = sandbox.image("a.exr");
         assert_eq!((film.width, film.height), (width, height));
-        assert!(
-            film.pixels
-                .iter()
-                .all(|p| p.is_finite() && p.min_element() >= 0.0)
-        );
+        assert!(film.pixels.iter().all(|p| p.is_finite() && p.min_element() >= 0.0));
     }
 }
 
@@ -48,11 +32,7 @@ fn every_scene_renders_to_something() {
     for builtin in scene::builtin::SCENES {
         sandbox.render(&[builtin.name, "-o", "a.exr"]);
         let film = sandbox.image("a.exr");
-        assert!(
-            film.pixels.iter().any(|p| p.max_element() > 0.0),
-            "{} is black",
-            builtin.name
-        );
+        assert!(film.pixels.iter().any(|p| p.max_element() > 0.0), "{} is black", builtin.name);
     }
 }
 
@@ -61,17 +41,7 @@ fn same_seed_same_bytes_whatever_the_threads() {
     let sandbox = Sandbox::new();
     for engine in ["reference", "path"] {
         let render = |out, threads, seed| {
-            sandbox.render(&[
-                "cornell",
-                "--engine",
-                engine,
-                "-o",
-                out,
-                "--threads",
-                threads,
-                "--seed",
-                seed,
-            ]);
+            sandbox.render(&["cornell", "--engine", engine, "-o", out, "--threads", threads, "--seed", seed]);
             sandbox.bytes(out)
         };
         let first = render("a.exr", "1", "7");
@@ -94,14 +64,7 @@ fn an_old_file_is_replaced_and_nothing_else_is_left() {
 #[test]
 fn exposure_makes_a_png_brighter() {
     let sandbox = Sandbox::new();
-    let sum = |name: &str| {
-        sandbox
-            .image(name)
-            .pixels
-            .iter()
-            .map(|p| p.element_sum())
-            .sum::<f32>()
-    };
+    let sum = |name: &str| sandbox.image(name).pixels.iter().map(|p| p.element_sum()).sum::<f32>();
     sandbox.render(&["cornell", "-o", "dark.png", "--exposure", "-3"]);
     sandbox.render(&["cornell", "-o", "plain.png"]);
     sandbox.render(&["cornell", "-o", "zero.png", "--exposure", "0"]);
@@ -112,17 +75,8 @@ fn exposure_makes_a_png_brighter() {
 #[test]
 fn radius_and_count_images_hold_what_they_say() {
     let sandbox = Sandbox::new();
-    let out = [
-        "cornell",
-        "-o",
-        "a.exr",
-        "--radius-image",
-        "r.exr",
-        "--count-image",
-        "n.pfm",
-        "--radius",
-        "30",
-    ];
+    let out =
+        ["cornell", "-o", "a.exr", "--radius-image", "r.exr", "--count-image", "n.pfm", "--radius", "30"];
     let ended = sandbox.render(&out);
     ended.said_one_line("wrote a.exr, r.exr and n.pfm: ", &[]);
     let (radius, count) = (sandbox.image("r.exr"), sandbox.image("n.pfm"));
@@ -143,46 +97,21 @@ fn quiet_says_nothing_and_verbose_says_more() {
     assert_eq!(verbose.stdout, "");
     let lines: Vec<&str> = verbose.stderr.lines().collect();
     assert_eq!(lines.len(), 3, "{lines:?}");
-    for words in [
-        "16 x 12 pixels",
-        "2 iterations",
-        "500 photons each",
-        "engine reference",
-        "2 threads",
-    ] {
+    for words in ["16 x 12 pixels", "2 iterations", "500 photons each", "engine reference", "2 threads"] {
         assert!(lines[0].contains(words), "no {words:?} in {lines:?}");
     }
-    assert!(
-        lines[1].contains("photon pass") && lines[1].ends_with(" MiB"),
-        "{lines:?}"
-    );
+    assert!(lines[1].contains("photon pass") && lines[1].ends_with(" MiB"), "{lines:?}");
     assert!(lines[2].starts_with("wrote cornell.png"), "{lines:?}");
 }
 
 #[test]
 fn stats_tell_what_was_asked_for_and_done() {
     let sandbox = Sandbox::new();
-    sandbox.render(&[
-        "cornell",
-        "--stats",
-        "s.json",
-        "--depth",
-        "4",
-        "--seed",
-        "9",
-        "--threads",
-        "2",
-    ]);
+    sandbox.render(&["cornell", "--stats", "s.json", "--depth", "4", "--seed", "9", "--threads", "2"]);
     let stats = sandbox.json("s.json");
     assert_eq!(stats["version"], env!("CARGO_PKG_VERSION"));
-    assert_eq!(
-        (&stats["engine"], &stats["threads"]),
-        (&"reference".into(), &2.into())
-    );
-    assert_eq!(
-        (&stats["iterations"], &stats["interrupted"]),
-        (&2.into(), &false.into())
-    );
+    assert_eq!((&stats["engine"], &stats["threads"]), (&"reference".into(), &2.into()));
+    assert_eq!((&stats["iterations"], &stats["interrupted"]), (&2.into(), &false.into()));
     let settings = &stats["settings"];
     for (key, value) in [
         ("width", 16),
@@ -217,28 +146,10 @@ fn stats_tell_what_was_asked_for_and_done() {
 #[test]
 fn memory_per_pixel_is_as_stated() {
     let sandbox = Sandbox::new();
-    let size = [
-        "--width",
-        "400",
-        "--height",
-        "400",
-        "--iterations",
-        "1",
-        "--photons",
-        "100",
-    ];
-    assert_eq!(
-        sandbox
-            .run(["render", "cornell", "--stats", "s.json"].iter().chain(&size))
-            .code,
-        Some(0)
-    );
+    let size = ["--width", "400", "--height", "400", "--iterations", "1", "--photons", "100"];
+    assert_eq!(sandbox.run(["render", "cornell", "--stats", "s.json"].iter().chain(&size)).code, Some(0));
     let bytes = sandbox.json("s.json")["bytes"].as_u64().unwrap();
-    assert!(
-        (1..=400 * 400 * BYTES_PER_PIXEL).contains(&bytes),
-        "{} bytes per pixel",
-        bytes / (400 * 400)
-    );
+    assert!((1..=400 * 400 * BYTES_PER_PIXEL).contains(&bytes), "{} bytes per pixel", bytes / (400 * 400));
 }
 
 #[test]
@@ -257,8 +168,6 @@ fn two_links_to_one_file_are_seen_through() {
     sandbox.write("a.exr", "old");
     std::os::unix::fs::symlink("a.exr", sandbox.path("b.exr")).unwrap();
     let args = ["render", "cornell", "-o", "a.exr", "--radius-image", "b.exr"];
-    sandbox
-        .run(args.iter().chain(&TINY))
-        .refused(&["--radius-image", "also --output"]);
+    sandbox.run(args.iter().chain(&TINY)).refused(&["--radius-image", "also --output"]);
     assert_eq!(sandbox.bytes("a.exr"), b"old");
 }

@@ -9,16 +9,8 @@ use std::process::{Command, Stdio};
 use tempfile::TempDir;
 
 /// Options of a render that takes milliseconds.
-pub(crate) const TINY: [&str; 8] = [
-    "--width",
-    "16",
-    "--height",
-    "12",
-    "--iterations",
-    "2",
-    "--photons",
-    "500",
-];
+pub(crate) const TINY: [&str; 8] =
+    ["--width", "16", "--height", "12", "--iterations", "2", "--photons", "500"];
 
 /// A temporary folder that the command runs in.
 pub(crate) struct Sandbox {
@@ -35,18 +27,13 @@ pub(crate) struct Ended {
 
 impl Sandbox {
     pub(crate) fn new() -> Self {
-        Self {
-            folder: TempDir::new().unwrap(),
-        }
+        Self { folder: TempDir::new().unwrap() }
     }
 
     /// The command, about to run here.
     pub(crate) fn command<S: AsRef<OsStr>>(&self, args: impl IntoIterator<Item = S>) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_sppm"));
-        command
-            .args(args)
-            .current_dir(self.folder.path())
-            .stdin(Stdio::null());
+        command.args(args).current_dir(self.folder.path()).stdin(Stdio::null());
         command
     }
 
@@ -124,10 +111,7 @@ impl Ended {
     pub(crate) fn said_one_line(&self, start: &str, words: &[&str]) {
         assert_eq!(self.stdout, "", "{self:?}");
         assert!(self.stderr.starts_with(start), "{self:?}");
-        assert!(
-            self.stderr.ends_with('\n') && self.stderr.lines().count() == 1,
-            "{self:?}"
-        );
+        assert!(self.stderr.ends_with('\n') && self.stderr.lines().count() == 1, "{self:?}");
         for word in words {
             assert!(self.stderr.contains(word), "no {word:?} in {self:?}");
         }
