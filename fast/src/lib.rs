@@ -1,5 +1,10 @@
 //! The fast engine: the reference's image, bit for bit, in AVX2 or AVX-512.
 
+// Without it the processor's features do not reach the operations, see `lanes`.
+#![allow(clippy::inline_always)]
+// Iterators take closures, and closures do not inherit the features: loops over lanes count.
+#![allow(clippy::needless_range_loop)]
+
 pub(crate) mod camera_pass;
 mod consolidate;
 mod direct_light;

@@ -199,7 +199,7 @@ pub(crate) fn single<L: Lanes>(
     run: Range<usize>,
     row: &PixelRows,
     radius_squared: f32,
-    sums: LaneSums,
+    sums: &mut LaneSums,
     counts: &mut JoinCounts,
 ) {
     let [x, y, z, sphere, ..] = row.visible.0;

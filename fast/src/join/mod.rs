@@ -116,7 +116,7 @@ pub(crate) fn gather_group<L: crate::lanes::Lanes>(
             let span = cells.span(point - reach, point + reach);
             for first in cells.rows(span).first_buckets() {
                 for run in sorted.runs(*first, span.length()) {
-                    gather::single::<L>(sorted, run, row, pixel.0[7], sums.lane(lane), counts);
+                    gather::single::<L>(sorted, run, row, pixel.0[7], &mut sums.lane(lane), counts);
                 }
             }
         }

@@ -1,6 +1,7 @@
 //! Eight lanes in 256-bit registers.
 
 use super::{Lanes, Row};
+#[allow(clippy::wildcard_imports)] // some forty intrinsics
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 

@@ -1,6 +1,7 @@
 //! Sixteen lanes in 512-bit registers, with masks in registers of their own.
 
 use super::{Lanes, Row, avx2};
+#[allow(clippy::wildcard_imports)] // some forty intrinsics
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
