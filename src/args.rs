@@ -1,7 +1,7 @@
 //! The command line: commands, options and the help that teaches them.
 
 use crate::compare::Bounds;
-use crate::engines::EngineName;
+use crate::engines::{EngineName, LanesName};
 use crate::threads::MAX_THREADS;
 use crate::values::{amount, bound, number, whole};
 use clap::{Args as ClapArgs, Parser, Subcommand};
@@ -85,8 +85,12 @@ pub(crate) struct RenderArgs {
     pub settings: SettingsArgs,
 
     /// How to render
-    #[arg(long, value_enum, default_value = "reference", help_heading = "Machine")]
+    #[arg(long, value_enum, default_value = "fast", help_heading = "Machine")]
     pub engine: EngineName,
+
+    /// The vectors that the fast engine runs on; the image does not depend on it [default: auto]
+    #[arg(long, value_enum, value_name = "LANES", help_heading = "Machine")]
+    pub lanes: Option<LanesName>,
 
     #[command(flatten)]
     pub machine: MachineArgs,
@@ -253,9 +257,11 @@ impl From<&BoundsArgs> for Bounds {
 
 /// Check that engines agree, bit for bit
 ///
-/// Renders the scene by the reference and by each other variant, and compares image, radius and photon count of
-/// every pixel after every iteration. Until there is a second engine, the variants are the reference with other
-/// cells of its hash grid, on which no bit may depend. Exits with 1 and names the first difference if there is one.
+/// Renders the scene by the reference and by the fast engine, this on every kind of lanes that the processor has, on
+/// one thread and on several (--threads, or else one per core and at least 2), and compares direct light, photon
+/// count, radius and image of every pixel after every iteration. The reference with other cells of its hash grid is
+/// compared too. On no bit may they differ; exits with 1 and names iteration, pass and pixel of the first difference
+/// if there is one.
 #[derive(Debug, ClapArgs)]
 #[command(after_long_help = "Example:\n  sppm verify cornell --width 64 --height 48 --photons 10000")]
 pub(crate) struct VerifyArgs {

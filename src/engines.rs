@@ -1,7 +1,10 @@
-//! The engines that `--engine` chooses from.
+//! The engines that `--engine` chooses from, and the lanes that `--lanes` does.
 
+use crate::error::Error;
+use crate::text::list;
 use clap::ValueEnum;
-use reference::{PathTracer, Sppm};
+use fast::LaneKind;
+use reference::PathTracer;
 use scene::{Engine, Scene, Settings};
 use serde::Serialize;
 
@@ -9,25 +12,40 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum EngineName {
+    /// Stochastic progressive photon mapping on vectors and all threads: the reference's image, bit for bit
+    Fast,
     /// Stochastic progressive photon mapping in plain scalar code: the definition of the image
     Reference,
     /// A path tracer: ground truth without bias, noisy where there are caustics; iterations are samples per pixel
     Path,
 }
 
-impl EngineName {
-    /// A render of `scene` before its first iteration.
-    pub(crate) fn start<'a>(self, scene: &'a Scene, settings: &Settings) -> Box<dyn Engine + 'a> {
-        match self {
-            Self::Reference => Box::new(Sppm::new(scene, settings)),
-            Self::Path => Box::new(PathTracer::new(scene, settings)),
-        }
-    }
+/// The vectors that the fast engine runs on, by their name on the command line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum LanesName {
+    /// The widest that this processor has
+    Auto,
+    /// 8 lanes of AVX2
+    Avx2,
+    /// 16 lanes of AVX-512 (F, BW, DQ and VL)
+    Avx512,
+    /// 8 lanes of plain code, for any processor
+    Emulated,
+}
 
+/// An engine, with its lanes if it has any.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Chosen {
+    name: EngineName,
+    lanes: LaneKind,
+}
+
+impl EngineName {
     /// True if photons are traced, so that there are radii and photon counts.
     pub(crate) fn has_photons(self) -> bool {
         match self {
-            Self::Reference => true,
+            Self::Fast | Self::Reference => true,
             Self::Path => false,
         }
     }
@@ -35,8 +53,114 @@ impl EngineName {
     /// The name on the command line.
     pub(crate) fn name(self) -> &'static str {
         match self {
+            Self::Fast => "fast",
             Self::Reference => "reference",
             Self::Path => "path",
+        }
+    }
+}
+
+impl LanesName {
+    /// The name on the command line.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Avx2 => "avx2",
+            Self::Avx512 => "avx512",
+            Self::Emulated => "emulated",
+        }
+    }
+
+    fn kind(self) -> LaneKind {
+        match self {
+            Self::Auto => LaneKind::best(),
+            Self::Avx2 => LaneKind::Avx2,
+            Self::Avx512 => LaneKind::Avx512,
+            Self::Emulated => LaneKind::Emulated,
+        }
+    }
+}
+
+impl From<LaneKind> for LanesName {
+    fn from(kind: LaneKind) -> Self {
+        match kind {
+            LaneKind::Emulated => Self::Emulated,
+            LaneKind::Avx2 => Self::Avx2,
+            LaneKind::Avx512 => Self::Avx512,
+        }
+    }
+}
+
+/// The kinds of lanes that this processor has, the plainest first.
+pub(crate) fn available_lanes() -> impl Iterator<Item = LaneKind> {
+    LaneKind::ALL.into_iter().filter(|kind| kind.is_available())
+}
+
+impl Chosen {
+    /// The engine `name` on the lanes that were asked for, if any were and it can have them.
+    pub(crate) fn new(name: EngineName, lanes: Option<LanesName>) -> Result<Self, Error> {
+        let kind = lanes.map_or_else(LaneKind::best, LanesName::kind);
+        match lanes {
+            Some(_) if name != EngineName::Fast => Err(Error::BadInput(format!(
+                "--lanes: --engine {} has no lanes, only fast has; leave out one of the two",
+                name.name()
+            ))),
+            Some(lanes) if !kind.is_available() => Err(Error::BadInput(lacking(lanes))),
+            _ => Ok(Self { name, lanes: kind }),
+        }
+    }
+
+    /// A render of `scene` before its first iteration.
+    pub(crate) fn start<'a>(self, scene: &'a Scene, settings: &Settings) -> Box<dyn Engine + 'a> {
+        match self.name {
+            EngineName::Fast => Box::new(fast::Sppm::with_lanes(scene, settings, self.lanes)),
+            EngineName::Reference => Box::new(reference::Sppm::new(scene, settings)),
+            EngineName::Path => Box::new(PathTracer::new(scene, settings)),
+        }
+    }
+
+    /// The lanes that it runs on.
+    pub(crate) fn lanes(self) -> Option<LanesName> {
+        (self.name == EngineName::Fast).then(|| self.lanes.into())
+    }
+
+    /// The engine.
+    pub(crate) fn name(self) -> EngineName {
+        self.name
+    }
+}
+
+/// What to say where the processor lacks `lanes`.
+fn lacking(lanes: LanesName) -> String {
+    let there: Vec<_> = available_lanes().map(|kind| LanesName::from(kind).name()).collect();
+    format!("--lanes {}: this processor has none; it has {}", lanes.name(), list(&there))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_lacking_is_told_with_what_is_there() {
+        let said = lacking(LanesName::Avx512);
+        assert!(said.starts_with("--lanes avx512: this processor has none; it has emulated"), "{said}");
+    }
+
+    #[test]
+    fn lanes_go_with_the_fast_engine_alone() {
+        for lanes in [LanesName::Auto, LanesName::Emulated] {
+            assert!(Chosen::new(EngineName::Reference, Some(lanes)).is_err());
+            assert!(Chosen::new(EngineName::Fast, Some(lanes)).unwrap().lanes().is_some());
+        }
+        assert_eq!(Chosen::new(EngineName::Path, None).unwrap().lanes(), None);
+        assert_eq!(Chosen::new(EngineName::Fast, None).unwrap().lanes(), Some(LaneKind::best().into()));
+    }
+
+    #[test]
+    fn lanes_that_the_processor_lacks_are_refused() {
+        for lanes in [LanesName::Emulated, LanesName::Avx2, LanesName::Avx512] {
+            let chosen = Chosen::new(EngineName::Fast, Some(lanes));
+            assert_eq!(chosen.is_ok(), lanes.kind().is_available(), "{lanes:?}");
         }
     }
 }

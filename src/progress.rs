@@ -1,4 +1,4 @@
-//! The progress bar of a render.
+//! The progress bar of a render or a verification.
 
 use crate::session::Snapshot;
 use crate::text::scaled;
@@ -30,6 +30,12 @@ impl Progress {
     pub(crate) fn show(&self, snapshot: &Snapshot) {
         self.bar.set_message(message(snapshot, self.bar.elapsed().as_secs_f64()));
         self.bar.set_position(snapshot.iterations.into());
+    }
+
+    /// Shows that `done` iterations are over and that `what` is at work.
+    pub(crate) fn step(&self, done: u32, what: &str) {
+        self.bar.set_message(what.to_owned());
+        self.bar.set_position(done.into());
     }
 
     /// Takes the bar away.

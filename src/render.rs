@@ -1,7 +1,7 @@
 //! The command `render`.
 
 use crate::args::RenderArgs;
-use crate::engines::EngineName;
+use crate::engines::Chosen;
 use crate::error::Error;
 use crate::outputs::Outputs;
 use crate::progress::Progress;
@@ -15,19 +15,20 @@ use scene::{Settings, Stats};
 pub(crate) fn render(args: &RenderArgs) -> Result<(), Error> {
     let opened = scenes::open(&args.scene)?;
     let settings = args.settings.apply(&opened)?;
+    let engine = Chosen::new(args.engine, args.lanes)?;
     let outputs = Outputs::new(args, &opened)?;
     let threads = threads::start(args.machine.threads)?;
     let name = opened.scene.name.clone();
     if args.verbose {
-        complain(&introduction(&name, args.engine.name(), threads, &settings));
+        complain(&introduction(&name, engine, threads, &settings));
     }
     let progress = Progress::new(settings.iterations, args.quiet);
-    let outcome = session::run(args.engine, opened.scene, settings, |snapshot| {
+    let outcome = session::run(engine, opened.scene, settings, |snapshot| {
         progress.show(snapshot);
     });
     progress.clear();
     let outcome = outcome?;
-    let report = report(name, args.engine, threads, settings, &outcome);
+    let report = report(name, engine, threads, settings, &outcome);
     let written = outputs.write(&outcome.last, &report)?;
     if args.verbose {
         complain(&account(&report));
@@ -46,18 +47,13 @@ pub(crate) fn render(args: &RenderArgs) -> Result<(), Error> {
     Ok(())
 }
 
-fn report(
-    scene: String,
-    engine: EngineName,
-    threads: usize,
-    settings: Settings,
-    outcome: &Outcome,
-) -> Report {
+fn report(scene: String, engine: Chosen, threads: usize, settings: Settings, outcome: &Outcome) -> Report {
     let last = &outcome.last;
     Report {
         version: env!("CARGO_PKG_VERSION"),
         scene,
-        engine,
+        engine: engine.name(),
+        lanes: engine.lanes(),
         threads,
         settings,
         iterations: last.iterations,
@@ -68,14 +64,16 @@ fn report(
     }
 }
 
-fn introduction(scene: &str, engine: &str, threads: usize, settings: &Settings) -> String {
+fn introduction(scene: &str, engine: Chosen, threads: usize, settings: &Settings) -> String {
     let Settings { width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed } =
         settings;
+    let lanes = engine.lanes().map_or(String::new(), |lanes| format!(" on {} lanes", lanes.name()));
     format!(
         "{scene}: {width} x {height} pixels, {}, {} each, depth {max_depth}, radius {initial_radius}, seed {seed}; \
-         engine {engine}, {}",
+         engine {}{lanes}, {}",
         counted(*iterations, "iteration"),
         counted(*photons_per_iteration, "photon"),
+        engine.name().name(),
         counted(threads as u64, "thread"),
     )
 }

@@ -1,6 +1,6 @@
 //! What `--stats` writes: settings, seconds per pass and counted work, as one JSON object.
 
-use crate::engines::EngineName;
+use crate::engines::{EngineName, LanesName};
 use scene::{Settings, Stats};
 use serde::Serialize;
 use std::io::{self, Write};
@@ -14,6 +14,8 @@ pub(crate) struct Report {
     pub scene: String,
     /// What rendered.
     pub engine: EngineName,
+    /// The lanes that it ran on, if it has any.
+    pub lanes: Option<LanesName>,
     /// How many threads worked.
     pub threads: usize,
     /// What was asked for.

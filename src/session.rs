@@ -3,7 +3,7 @@
 //! The engine is developed after every iteration; that takes milliseconds, where an iteration may take seconds,
 //! and so the image after the last whole iteration is always at hand.
 
-use crate::engines::EngineName;
+use crate::engines::Chosen;
 use crate::error::Error;
 use crate::interrupt::{Requests, Signal};
 use scene::{Engine, Film, Plane, Scene, Settings, Stats};
@@ -41,7 +41,7 @@ const PATIENCE: Duration = Duration::from_millis(50);
 
 /// Renders `scene` until all iterations are done or a request to end comes, and calls `watch` after each of them.
 pub(crate) fn run(
-    engine: EngineName,
+    engine: Chosen,
     scene: Scene,
     settings: Settings,
     mut watch: impl FnMut(&Snapshot),
@@ -79,7 +79,7 @@ pub(crate) fn run(
     }
 }
 
-fn work(engine: EngineName, scene: &Scene, settings: &Settings, snapshots: &SyncSender<Snapshot>) {
+fn work(engine: Chosen, scene: &Scene, settings: &Settings, snapshots: &SyncSender<Snapshot>) {
     let mut engine = engine.start(scene, settings);
     let mut develop = Duration::ZERO;
     for _ in 0..settings.iterations {

@@ -1,101 +1,133 @@
 //! The command `verify`: engines must agree on every bit of every plane after every iteration.
 
 use crate::args::VerifyArgs;
+use crate::engines::{LanesName, available_lanes};
 use crate::error::Error;
+use crate::progress::Progress;
 use crate::text::{counted, print};
 use crate::{scenes, threads};
-use reference::Sppm;
-use scene::{Engine, Plane, Rgb, Scene, Settings};
+use rayon::ThreadPool;
+use scene::{Engine, Film, Plane, Rgb, Scene, Settings};
 
-/// A way to render that must give the reference's bits.
-struct Variant {
-    label: &'static str,
-    start: for<'a> fn(&'a Scene, &Settings) -> Box<dyn Engine + 'a>,
+/// The cells of the reference's other grid, over the largest radius: the same candidates in another order.
+const OTHER_CELL_SIZE: f32 = 3.7;
+
+/// A render that must give the reference's bits.
+struct Variant<'a> {
+    label: String,
+    engine: Box<dyn Engine + Send + 'a>,
+    /// The threads that it iterates on.
+    pool: &'a ThreadPool,
 }
-
-/// What is compared with the reference. Cells of other sizes find the same candidates in another order.
-const VARIANTS: &[Variant] = &[
-    Variant {
-        label: "the reference with grid cells of 1 radius",
-        start: |scene, settings| Box::new(Sppm::with_cell_size(scene, settings, 1.0)),
-    },
-    Variant {
-        label: "the reference with grid cells of 3.7 radii",
-        start: |scene, settings| Box::new(Sppm::with_cell_size(scene, settings, 3.7)),
-    },
-];
 
 /// Renders by the reference and by every variant, and says that they are identical or where they first differ.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<(), Error> {
     let opened = scenes::open(&args.scene)?;
     let settings = args.settings.apply(&opened)?;
-    threads::start(args.machine.threads)?;
-    let mut reference = Sppm::new(&opened.scene, &settings);
-    let mut others: Vec<(&str, Box<dyn Engine + '_>)> =
-        VARIANTS.iter().map(|v| (v.label, (v.start)(&opened.scene, &settings))).collect();
-    match first_difference(&mut reference, &mut others, settings.iterations) {
+    let most = args.machine.threads.unwrap_or_else(|| threads::cores().max(2));
+    let mut counts = vec![1, most];
+    counts.dedup();
+    let pools: Vec<ThreadPool> = counts.into_iter().map(threads::pool).collect::<Result<_, _>>()?;
+    let mut variants = variants(&opened.scene, &settings, &pools);
+    let verdict = verdict(&opened.scene.name, &settings, &variants);
+    let mut reference = reference::Sppm::new(&opened.scene, &settings);
+    let progress = Progress::new(settings.iterations, false);
+    let difference = first_difference(&mut reference, &mut variants, settings.iterations, &progress);
+    progress.clear();
+    match difference {
         Some(difference) => Err(Error::Failed(difference)),
-        None => print(verdict(&opened.scene.name, &settings).as_bytes()),
+        None => print(verdict.as_bytes()),
     }
 }
 
-fn verdict(scene: &str, settings: &Settings) -> String {
+/// Everything that is compared with the reference.
+fn variants<'a>(scene: &'a Scene, settings: &Settings, pools: &'a [ThreadPool]) -> Vec<Variant<'a>> {
+    let on = |pool: &ThreadPool| counted(pool.current_num_threads() as u64, "thread");
+    let fast = available_lanes().flat_map(|lanes| pools.iter().map(move |pool| (lanes, pool)));
+    let fast = fast.map(|(lanes, pool)| Variant {
+        label: format!("fast on {} lanes and {}", LanesName::from(lanes).name(), on(pool)),
+        engine: Box::new(fast::Sppm::with_lanes(scene, settings, lanes)),
+        pool,
+    });
+    let other_grid = pools.first().map(|pool| Variant {
+        label: format!("the reference with grid cells of {OTHER_CELL_SIZE} radii"),
+        engine: Box::new(reference::Sppm::with_cell_size(scene, settings, OTHER_CELL_SIZE)),
+        pool,
+    });
+    fast.chain(other_grid).collect()
+}
+
+fn verdict(scene: &str, settings: &Settings, variants: &[Variant]) -> String {
     let Settings { width, height, iterations, .. } = settings;
     let iterations = counted(*iterations, "iteration");
-    let labels: Vec<&str> = VARIANTS.iter().map(|v| v.label).collect();
+    let labels: Vec<&str> = variants.iter().map(|v| &v.label[..]).collect();
     let labels = labels.join("\n  ");
     format!(
-        "{scene}: identical in every bit of image, radius and count, {width} x {height} pixels, after each of \
-         {iterations}:\n  the reference\n  {labels}\nThere is no second engine yet; the reference was compared with itself.\n"
+        "{scene}: identical in every bit of direct light, count, radius and image, {width} x {height} pixels, after \
+         each of {iterations}:\n  the reference\n  {labels}\n"
     )
 }
 
 /// Iterates all in step and describes the first difference from `reference`.
 fn first_difference(
     reference: &mut dyn Engine,
-    others: &mut [(&str, Box<dyn Engine + '_>)],
+    variants: &mut [Variant],
     iterations: u32,
+    progress: &Progress,
 ) -> Option<String> {
     (1..=iterations).find_map(|iteration| {
+        progress.step(iteration - 1, "the reference");
         reference.iterate();
         let expected = planes(reference);
-        others.iter_mut().find_map(|(label, engine)| {
-            engine.iterate();
-            let place = compare(&expected, &planes(&**engine))?;
-            Some(format!("{label} differs from the reference after iteration {iteration}, {place}"))
+        variants.iter_mut().find_map(|Variant { label, engine, pool }| {
+            progress.step(iteration - 1, label);
+            let actual = pool.install(|| {
+                engine.iterate();
+                planes(&**engine)
+            });
+            let place = compare(&expected, &actual)?;
+            Some(format!("{label} differs from the reference in iteration {iteration}, {place}"))
         })
     })
 }
 
-/// Everything that an engine has to show: each plane by name, with its values per pixel.
-fn planes(engine: &dyn Engine) -> Vec<Shown> {
-    let film = engine.develop();
-    let image = film.pixels.iter().flat_map(Rgb::to_array).collect();
-    let plane = |name, plane: Option<Plane>| {
-        let values = plane.map_or(Vec::new(), |p| p.values);
-        Shown { name, width: film.width, channels: 1, values }
-    };
-    vec![
-        Shown { name: "image", width: film.width, channels: 3, values: image },
-        plane("radius", engine.radius()),
-        plane("count", engine.count()),
-    ]
-}
-
+/// A plane by its name, with the pass that it first shows a fault of, and its values pixel by pixel.
 struct Shown {
     name: &'static str,
+    pass: &'static str,
     width: u32,
     channels: usize,
     values: Vec<f32>,
 }
 
+/// Everything that an engine has to show, in the order of the passes that make it.
+fn planes(engine: &dyn Engine) -> Vec<Shown> {
+    let image = engine.develop();
+    let width = image.width;
+    let film = |name, pass, film: Option<Film>| {
+        let pixels = film.map_or(Vec::new(), |film| film.pixels);
+        Shown { name, pass, width, channels: 3, values: pixels.iter().flat_map(Rgb::to_array).collect() }
+    };
+    let plane = |name, pass, plane: Option<Plane>| {
+        let values = plane.map_or(Vec::new(), |plane| plane.values);
+        Shown { name, pass, width, channels: 1, values }
+    };
+    vec![
+        film("direct light", "camera pass", engine.direct()),
+        plane("count", "photon pass", engine.count()),
+        plane("radius", "consolidate", engine.radius()),
+        // The flux of the pixels shows here alone.
+        film("image", "flux of the photon pass, or develop", Some(image)),
+    ]
+}
+
 /// The first difference of `actual` from `expected`, by bits and not by value: 0 is not -0.
 fn compare(expected: &[Shown], actual: &[Shown]) -> Option<String> {
     expected.iter().zip(actual).find_map(|(expected, actual)| {
-        let name = expected.name;
+        let Shown { name, pass, .. } = expected;
         if expected.values.len() != actual.values.len() {
             let (want, have) = (expected.values.len(), actual.values.len());
-            return Some(format!("plane {name}: {have} values instead of {want}"));
+            return Some(format!("{pass}: {name} has {have} values instead of {want}"));
         }
         let index = expected.values.iter().zip(&actual.values).position(|(e, a)| e.to_bits() != a.to_bits())?;
         let (want, have) = (expected.values[index], actual.values[index]);
@@ -103,7 +135,7 @@ fn compare(expected: &[Shown], actual: &[Shown]) -> Option<String> {
         let (x, y) = (pixel % expected.width as usize, pixel / expected.width as usize);
         let (have_bits, want_bits) = (have.to_bits(), want.to_bits());
         Some(format!(
-            "plane {name}, pixel ({x}, {y}): {have:?} ({have_bits:#010x}) instead of {want:?} ({want_bits:#010x})"
+            "{pass}: {name} of pixel ({x}, {y}) is {have:?} ({have_bits:#010x}) instead of {want:?} ({want_bits:#010x})"
         ))
     })
 }
@@ -111,29 +143,38 @@ fn compare(expected: &[Shown], actual: &[Shown]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use scene::{Film, Stats};
+    use scene::Stats;
+
+    /// What an engine shows.
+    struct Planes {
+        direct: Film,
+        count: Plane,
+        radius: Plane,
+        image: Film,
+    }
 
     /// Shows what it is told to; from iteration `from` on, `spoil` has its way with it.
     struct Fake {
         done: u32,
         from: u32,
-        spoil: fn(&mut Film, &mut Plane, &mut Plane),
+        spoil: fn(&mut Planes),
         stats: Stats,
     }
 
     impl Fake {
-        fn boxed(from: u32, spoil: fn(&mut Film, &mut Plane, &mut Plane)) -> Box<dyn Engine> {
-            Box::new(Self { done: 0, from, spoil, stats: Stats::default() })
+        fn new(from: u32, spoil: fn(&mut Planes)) -> Self {
+            Self { done: 0, from, spoil, stats: Stats::default() }
         }
 
-        fn show(&self) -> (Film, Plane, Plane) {
+        fn show(&self) -> Planes {
             let plane = |value| Plane { width: 3, height: 2, values: vec![value; 6] };
-            let (mut film, mut radius, mut count) = (Film::new(3, 2), plane(1.5), plane(0.0));
-            film.pixels.fill(Rgb::splat(0.25));
+            let film = |value| Film { width: 3, height: 2, pixels: vec![Rgb::splat(value); 6] };
+            let mut planes =
+                Planes { direct: film(0.5), count: plane(0.0), radius: plane(1.5), image: film(0.25) };
             if self.done >= self.from {
-                (self.spoil)(&mut film, &mut radius, &mut count);
+                (self.spoil)(&mut planes);
             }
-            (film, radius, count)
+            planes
         }
     }
 
@@ -145,59 +186,78 @@ mod tests {
             self.done
         }
         fn develop(&self) -> Film {
-            self.show().0
+            self.show().image
+        }
+        fn direct(&self) -> Option<Film> {
+            Some(self.show().direct)
         }
         fn radius(&self) -> Option<Plane> {
-            Some(self.show().1)
+            Some(self.show().radius)
         }
         fn count(&self) -> Option<Plane> {
-            Some(self.show().2)
+            Some(self.show().count)
         }
         fn stats(&self) -> &Stats {
             &self.stats
         }
     }
 
-    fn differ(from: u32, spoil: fn(&mut Film, &mut Plane, &mut Plane)) -> Option<String> {
-        let mut reference = Fake::boxed(u32::MAX, |_, _, _| ());
-        let mut others =
-            vec![("twin", Fake::boxed(u32::MAX, |_, _, _| ())), ("other", Fake::boxed(from, spoil))];
-        first_difference(&mut *reference, &mut others, 4)
+    fn differ(from: u32, spoil: fn(&mut Planes)) -> Option<String> {
+        let pool = threads::pool(1).unwrap();
+        let variant =
+            |label: &str, engine| Variant { label: label.into(), engine: Box::new(engine), pool: &pool };
+        let mut variants =
+            [variant("twin", Fake::new(u32::MAX, |_| ())), variant("other", Fake::new(from, spoil))];
+        let mut reference = Fake::new(u32::MAX, |_| ());
+        first_difference(&mut reference, &mut variants, 4, &Progress::new(4, true))
     }
 
     #[test]
     fn equals_are_identical() {
-        assert_eq!(differ(u32::MAX, |_, _, _| ()), None);
+        assert_eq!(differ(u32::MAX, |_| ()), None);
     }
 
     #[test]
     fn a_bit_of_the_image_is_found() {
-        let spoil =
-            |film: &mut Film, _: &mut Plane, _: &mut Plane| film.pixels[4].z = f32::from_bits(0x3e80_0001);
         assert_eq!(
-            differ(3, spoil).as_deref(),
+            differ(3, |planes| planes.image.pixels[4].z = f32::from_bits(0x3e80_0001)).as_deref(),
             Some(
-                "other differs from the reference after iteration 3, plane image, pixel (1, 1): \
-                 0.25000003 (0x3e800001) instead of 0.25 (0x3e800000)"
+                "other differs from the reference in iteration 3, flux of the photon pass, or develop: \
+                 image of pixel (1, 1) is 0.25000003 (0x3e800001) instead of 0.25 (0x3e800000)"
             )
         );
     }
 
     #[test]
-    fn a_radius_is_found() {
-        let difference = differ(1, |_, radius, _| radius.values[2] = 1.25).unwrap();
-        assert!(difference.contains("after iteration 1, plane radius, pixel (2, 0): 1.25"), "{difference}");
+    fn the_first_pass_with_a_difference_is_named() {
+        let all = differ(2, |planes| {
+            planes.image.pixels[0].x = 0.0;
+            planes.radius.values[2] = 1.25;
+            planes.count.values[3] = 1.0;
+            planes.direct.pixels[5].y = 0.0;
+        });
+        let (place, values) = ("in iteration 2, camera pass: direct light of pixel (2, 1)", "is 0.0 (");
+        assert!(all.as_deref().is_some_and(|d| d.contains(place) && d.contains(values)), "{all:?}");
+
+        let radius = differ(1, |planes| planes.radius.values[2] = 1.25).unwrap();
+        assert!(radius.contains("in iteration 1, consolidate: radius of pixel (2, 0) is 1.25"), "{radius}");
     }
 
     #[test]
-    fn a_negative_zero_is_a_difference() {
-        let difference = differ(4, |_, _, count| count.values[3] = -0.0).unwrap();
-        assert!(difference.contains("after iteration 4, plane count, pixel (0, 1): -0.0"), "{difference}");
+    fn a_negative_zero_is_a_difference_and_nan_is_none() {
+        let zero = differ(4, |planes| planes.count.values[3] = -0.0).unwrap();
+        assert!(zero.contains("in iteration 4, photon pass: count of pixel (0, 1) is -0.0"), "{zero}");
+
+        let nan = || {
+            let values = vec![f32::NAN];
+            vec![Shown { name: "count", pass: "photon pass", width: 1, channels: 1, values }]
+        };
+        assert_eq!(compare(&nan(), &nan()), None);
     }
 
     #[test]
     fn a_missing_value_is_a_difference() {
-        let difference = differ(1, |_, _, count| count.values.truncate(5)).unwrap();
-        assert!(difference.contains("plane count: 5 values instead of 6"), "{difference}");
+        let difference = differ(1, |planes| planes.count.values.truncate(5)).unwrap();
+        assert!(difference.contains("photon pass: count has 5 values instead of 6"), "{difference}");
     }
 }

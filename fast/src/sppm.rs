@@ -26,14 +26,15 @@ const OCCUPANCY_CELL_SIZE: f32 = 2.0;
 const PIXELS_PER_JOB: usize = 8 * BATCH;
 /// Photons of a unit of parallel work: whole batches.
 const PHOTONS_PER_JOB: u32 = 16 * BATCH as u32;
-/// Deposits that are held at most (but for one round of jobs) before they are joined. Sums do not depend on it.
-const DEPOSITS_AT_ONCE: usize = 1 << 22;
+/// Deposits that are held at most (but for one round of jobs) before they are joined, unless one asks for others.
+const DEPOSITS_AT_ONCE: u32 = 1 << 22;
 
 /// The fast renderer.
 pub struct Sppm<'a> {
     scene: &'a Scene,
     settings: Settings,
     lanes: LaneKind,
+    deposits_at_once: u32,
     iterations: u32,
     tiles: TileTable,
     /// What pixels have gathered, in tile order.
@@ -79,6 +80,7 @@ impl<'a> Sppm<'a> {
             scene,
             settings: *settings,
             lanes,
+            deposits_at_once: DEPOSITS_AT_ONCE,
             iterations: 0,
             tiles: TileTable::new(),
             pixels: vec![new_pixel(settings.initial_radius); slots],
@@ -88,6 +90,14 @@ impl<'a> Sppm<'a> {
             prepared: (!moves).then(|| Prepared::new(scene.at(0.0))),
             stats: Stats::default(),
         }
+    }
+
+    /// The same render with the photons of an iteration traced and joined in rounds, each over (but for one round of
+    /// jobs) once it has `most` deposits: less memory, the same bits.
+    #[must_use]
+    pub fn deposits_at_once(mut self, most: u32) -> Self {
+        self.deposits_at_once = most.clamp(1, 1 << 30);
+        self
     }
 
     fn camera_pass(&mut self, p: &Prepared, occupancy_cell: f32) -> Occupancy {
@@ -131,8 +141,9 @@ impl<'a> Sppm<'a> {
         let mut all = Vec::new();
         let (mut next, mut deposits) = (from, 0);
         // A round is what may be deposited at once if every photon is deposited at every bounce.
-        let most = (DEPOSITS_AT_ONCE as u32 / self.settings.max_depth).next_multiple_of(PHOTONS_PER_JOB);
-        while next < total && deposits < DEPOSITS_AT_ONCE {
+        let at_once = self.deposits_at_once;
+        let most = at_once.div_ceil(self.settings.max_depth).next_multiple_of(PHOTONS_PER_JOB);
+        while next < total && deposits < at_once as usize {
             let end = total.min(next.saturating_add(most));
             let jobs: Vec<Range<u32>> = (next..end)
                 .step_by(PHOTONS_PER_JOB as usize)
@@ -232,11 +243,16 @@ impl<'a> Sppm<'a> {
         pixels + self.sorted.bytes()
     }
 
-    fn plane(&self, value: impl Fn(&Row) -> f32) -> Plane {
+    /// A value of every pixel, row by row.
+    fn in_rows<T>(&self, value: impl Fn(&Row) -> T) -> Vec<T> {
         let Settings { width, height, .. } = self.settings;
         let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        let values = pixels.map(|(x, y)| value(&self.pixels[slot_of(width, x, y)])).collect();
-        Plane { width, height, values }
+        pixels.map(|(x, y)| value(&self.pixels[slot_of(width, x, y)])).collect()
+    }
+
+    fn plane(&self, value: impl Fn(&Row) -> f32) -> Plane {
+        let Settings { width, height, .. } = self.settings;
+        Plane { width, height, values: self.in_rows(value) }
     }
 }
 
@@ -276,6 +292,12 @@ impl Engine for Sppm<'_> {
             });
         }
         film
+    }
+
+    fn direct(&self) -> Option<Film> {
+        let Settings { width, height, .. } = self.settings;
+        let pixels = self.in_rows(|pixel| Vec3::new(pixel.0[0], pixel.0[1], pixel.0[2]));
+        Some(Film { width, height, pixels })
     }
 
     fn radius(&self) -> Option<Plane> {

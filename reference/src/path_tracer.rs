@@ -72,6 +72,10 @@ impl Engine for PathTracer<'_> {
         Film { width, height, pixels }
     }
 
+    fn direct(&self) -> Option<Film> {
+        None
+    }
+
     fn radius(&self) -> Option<Plane> {
         None
     }

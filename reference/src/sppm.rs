@@ -123,6 +123,11 @@ impl Engine for Sppm<'_> {
         Film { width, height, pixels }
     }
 
+    fn direct(&self) -> Option<Film> {
+        let Settings { width, height, .. } = self.settings;
+        Some(Film { width, height, pixels: self.pixels.iter().map(|p| p.direct).collect() })
+    }
+
     fn radius(&self) -> Option<Plane> {
         Some(self.plane(|p| p.radius_squared.sqrt()))
     }

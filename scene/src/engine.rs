@@ -14,6 +14,10 @@ pub trait Engine {
     /// The image as it stands; black before the first iteration.
     fn develop(&self) -> Film;
 
+    /// The sum of direct light over all iterations, lamps seen among it: radiance times iterations; `None` for engines
+    /// that do not keep it apart.
+    fn direct(&self) -> Option<Film>;
+
     /// The search radius of every pixel, in scene units; `None` for engines without photons.
     fn radius(&self) -> Option<Plane>;
 

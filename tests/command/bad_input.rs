@@ -127,8 +127,10 @@ fn options() {
         (&["render", "cornell", "-z"], &["no option -z", "sppm render --help"]),
         (&["render", "cornell", "--width"], &["--width: the value is missing"]),
         (&["render", "cornell", "--width", "3", "--width", "4"], &["--width is given twice"]),
-        (&["render", "cornell", "--engine", "gpu"], &["--engine: \"gpu\"", "reference and path"]),
-        (&["render", "cornell", "--engine", ""], &["--engine", "reference and path"]),
+        (&["render", "cornell", "--engine", "gpu"], &["--engine: \"gpu\"", "fast, reference and path"]),
+        (&["render", "cornell", "--engine", ""], &["--engine", "fast, reference and path"]),
+        (&["render", "cornell", "--lanes", "sse"], &["--lanes: \"sse\"", "auto, avx2, avx512 and emulated"]),
+        (&["verify", "cornell", "--lanes", "avx2"], &["no option --lanes"]),
         (&["render", "cornell", "-q", "-v"], &["--quiet", "--verbose", "one of them"]),
         (&["render", "cornell", "--quiet=yes"], &["--quiet"]),
         (&["verify", "cornell", "--engine", "path"], &["no option --engine"]),
@@ -138,6 +140,16 @@ fn options() {
         (&["man", "missing"], &["DIR", "missing", "not a folder"]),
         (&["man", "note.txt"], &["note.txt", "not a folder"]),
     ]);
+}
+
+/// On processors that have all, the message is tested beside its code.
+#[test]
+fn lanes_that_the_processor_lacks() {
+    for kind in fast::LaneKind::ALL.into_iter().filter(|kind| !kind.is_available()) {
+        let name = format!("{kind:?}").to_lowercase();
+        let option = format!("--lanes {name}");
+        all_refused(&[(&["render", "cornell", "--lanes", &name], &[&option, "this processor", "emulated"])]);
+    }
 }
 
 #[test]
@@ -163,6 +175,10 @@ fn contradictions() {
         (
             &["render", "cornell", "--engine", "path", "--radius-image", "r.exr"],
             &["--radius-image", "--engine path has no photons"],
+        ),
+        (
+            &["render", "cornell", "--engine", "path", "--lanes", "auto"],
+            &["--lanes", "--engine path has no lanes", "only fast"],
         ),
         (
             &["render", "cornell", "--engine", "path", "--count-image", "c.exr"],

@@ -39,7 +39,7 @@ fn every_scene_renders_to_something() {
 #[test]
 fn same_seed_same_bytes_whatever_the_threads() {
     let sandbox = Sandbox::new();
-    for engine in ["reference", "path"] {
+    for engine in ["fast", "reference", "path"] {
         let render = |out, threads, seed| {
             sandbox.render(&["cornell", "--engine", engine, "-o", out, "--threads", threads, "--seed", seed]);
             sandbox.bytes(out)
@@ -47,6 +47,27 @@ fn same_seed_same_bytes_whatever_the_threads() {
         let first = render("a.exr", "1", "7");
         assert_eq!(first, render("b.exr", "3", "7"), "{engine}");
         assert_ne!(first, render("c.exr", "1", "8"), "{engine}");
+    }
+}
+
+#[test]
+fn fast_is_the_default_and_equals_the_reference_on_all_lanes() {
+    let sandbox = Sandbox::new();
+    let render = |args: &[&str]| {
+        sandbox.render(&[&["cornell", "-o", "a.exr", "--stats", "s.json"], args].concat());
+        let stats = sandbox.json("s.json");
+        (sandbox.bytes("a.exr"), stats["engine"].clone(), stats["lanes"].clone())
+    };
+    let (expected, engine, lanes) = render(&["--engine", "reference"]);
+    assert_eq!((&engine, &lanes), (&"reference".into(), &serde_json::Value::Null));
+    let (default, engine, best) = render(&[]);
+    assert!(default == expected && engine == "fast");
+    let (auto, _, lanes) = render(&["--lanes", "auto"]);
+    assert!(auto == expected && lanes == best);
+    for kind in fast::LaneKind::ALL.into_iter().filter(|kind| kind.is_available()) {
+        let name = format!("{kind:?}").to_lowercase();
+        let (bytes, _, lanes) = render(&["--engine", "fast", "--lanes", &name]);
+        assert!(bytes == expected && lanes == name, "{name}");
     }
 }
 
@@ -97,7 +118,9 @@ fn quiet_says_nothing_and_verbose_says_more() {
     assert_eq!(verbose.stdout, "");
     let lines: Vec<&str> = verbose.stderr.lines().collect();
     assert_eq!(lines.len(), 3, "{lines:?}");
-    for words in ["16 x 12 pixels", "2 iterations", "500 photons each", "engine reference", "2 threads"] {
+    for words in
+        ["16 x 12 pixels", "2 iterations", "500 photons each", "engine fast on ", " lanes, 2 threads"]
+    {
         assert!(lines[0].contains(words), "no {words:?} in {lines:?}");
     }
     assert!(lines[1].contains("photon pass") && lines[1].ends_with(" MiB"), "{lines:?}");
@@ -110,7 +133,8 @@ fn stats_tell_what_was_asked_for_and_done() {
     sandbox.render(&["cornell", "--stats", "s.json", "--depth", "4", "--seed", "9", "--threads", "2"]);
     let stats = sandbox.json("s.json");
     assert_eq!(stats["version"], env!("CARGO_PKG_VERSION"));
-    assert_eq!((&stats["engine"], &stats["threads"]), (&"reference".into(), &2.into()));
+    assert_eq!((&stats["engine"], &stats["threads"]), (&"fast".into(), &2.into()));
+    assert!(["avx512", "avx2", "emulated"].contains(&stats["lanes"].as_str().unwrap()), "{stats}");
     assert_eq!((&stats["iterations"], &stats["interrupted"]), (&2.into(), &false.into()));
     let settings = &stats["settings"];
     for (key, value) in [

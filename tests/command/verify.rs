@@ -3,16 +3,32 @@
 use crate::sandbox::{Ended, Sandbox, TINY};
 
 #[test]
-fn the_reference_equals_itself_on_other_grids_and_says_so() {
+fn engines_are_identical_on_all_lanes_and_threads_and_it_says_so() {
     let sandbox = Sandbox::new();
-    for scene in ["cornell", "mirror"] {
-        let Ended { code, stdout, stderr } = sandbox.run(["verify", scene].iter().chain(&TINY));
+    for scene in ["cornell", "motion"] {
+        let Ended { code, stdout, stderr } =
+            sandbox.run(["verify", scene, "--threads", "3"].iter().chain(&TINY));
         assert_eq!((code, stderr.as_str()), (Some(0), ""));
-        for words in
-            ["identical", "16 x 12 pixels", "2 iterations", "grid cells of 1 radius", "compared with itself"]
-        {
+        let words = [
+            "identical",
+            "16 x 12 pixels",
+            "2 iterations",
+            "grid cells of 3.7 radii",
+            "emulated lanes and 1 thread\n",
+        ];
+        for words in words {
             assert!(stdout.contains(words), "no {words:?} in {stdout}");
         }
+        let kinds = fast::LaneKind::ALL.into_iter().filter(|kind| kind.is_available()).count();
+        assert_eq!(stdout.matches("lanes and 1 thread\n").count(), kinds, "{stdout}");
+        assert_eq!(stdout.matches("lanes and 3 threads\n").count(), kinds, "{stdout}");
     }
     assert_eq!(sandbox.names(), [""; 0]);
+}
+
+#[test]
+fn one_thread_is_run_once() {
+    let ended = Sandbox::new().run(["verify", "cornell", "--threads", "1"].iter().chain(&TINY));
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    assert_eq!(ended.stdout.matches("emulated lanes").count(), 1, "{ended:?}");
 }

@@ -1,0 +1,197 @@
+//! Random scenes as drafts: written as a scene file and read by `scene::file`, so that what is rendered is what a
+//! user could render, and a scene that fails can be kept as it is.
+
+use crate::placement::{Placement, log_uniform, placement, point};
+use proptest::prelude::*;
+use scene::{Material, Rgb, Scene, Settings, Vec3, file};
+use std::fmt::Write;
+
+/// A scene that need not be valid.
+#[derive(Clone, Debug)]
+struct Draft {
+    eye: Eye,
+    target: Vec3,
+    fov: f32,
+    aperture: f32,
+    focus: f32,
+    shutter: [f32; 2],
+    background: Option<Rgb>,
+    spheres: Vec<Ball>,
+    /// Everything is so many times as large, and moved.
+    unit: f32,
+    offset: Vec3,
+}
+
+#[derive(Clone, Debug)]
+enum Eye {
+    At(Vec3),
+    /// Near the centre of a sphere, in so many radii: within it if this is glass, a shell or a lamp.
+    In(prop::sample::Index, Vec3),
+}
+
+#[derive(Clone, Debug)]
+struct Ball {
+    placement: Placement,
+    material: Material,
+    emission: Option<Rgb>,
+    velocity: Option<Vec3>,
+}
+
+/// A valid random scene with its file, and settings in which it renders in milliseconds.
+#[derive(Clone)]
+pub(crate) struct Case {
+    text: String,
+    pub(crate) scene: Scene,
+    pub(crate) settings: Settings,
+}
+
+impl std::fmt::Debug for Case {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:?}\n{}", self.settings, self.text)
+    }
+}
+
+/// Random scenes of `spheres` spheres.
+pub(crate) fn case(spheres: impl Into<prop::collection::SizeRange>) -> impl Strategy<Value = Case> {
+    (draft(spheres), settings()).prop_filter_map("the scene is not valid", |(draft, settings)| {
+        let settings = Settings { initial_radius: settings.initial_radius * draft.unit, ..settings };
+        let text = draft.to_toml();
+        let scene = file::parse("random.toml", &text).ok()?;
+        Some(Case { text, scene, settings })
+    })
+}
+
+fn settings() -> impl Strategy<Value = Settings> {
+    let photons = prop_oneof![Just(1), Just(7), Just(255), Just(256), Just(257), 1..600_u32, Just(4097)];
+    let depth = prop_oneof![8 => 1..8_u32, 1 => Just(24)];
+    let size = || prop_oneof![4 => 1..20_u32, 1 => Just(8), 1 => Just(16)];
+    (size(), size(), 1..4_u32, photons, depth, log_uniform(1e-3, 300.0), any::<u64>()).prop_map(
+        |(width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed)| Settings {
+            width,
+            height,
+            iterations,
+            photons_per_iteration,
+            max_depth,
+            initial_radius,
+            seed,
+        },
+    )
+}
+
+fn draft(spheres: impl Into<prop::collection::SizeRange>) -> impl Strategy<Value = Draft> {
+    let eye = prop_oneof![
+        4 => point(4.0).prop_map(Eye::At),
+        1 => (any::<prop::sample::Index>(), point(0.5)).prop_map(|(i, v)| Eye::In(i, v)),
+    ];
+    let camera = (eye, point(3.0), 5.0..150.0_f32, rarely(log_uniform(0.01, 1.0)), log_uniform(0.5, 30.0));
+    let shutter = prop_oneof![Just([0.0, 1.0]), Just([0.0, 0.0]), Just([-1.0, 0.5])];
+    let unit = prop_oneof![6 => Just(1.0), 1 => log_uniform(1e-4, 1e4)];
+    let offset = prop_oneof![6 => Just(Vec3::ZERO), 1 => point(300.0)];
+    let spheres = prop::collection::vec(ball(), spheres);
+    (camera, shutter, rarely(color()), spheres, unit, offset).prop_map(
+        |((eye, target, fov, aperture, focus), shutter, background, spheres, unit, offset)| Draft {
+            eye,
+            target,
+            fov,
+            aperture: aperture.unwrap_or(0.0),
+            focus,
+            shutter,
+            background,
+            spheres,
+            unit,
+            offset,
+        },
+    )
+}
+
+fn rarely<T: Strategy>(what: T) -> impl Strategy<Value = Option<T::Value>>
+where
+    T::Value: Clone,
+{
+    prop::option::weighted(0.25, what)
+}
+
+fn ball() -> impl Strategy<Value = Ball> {
+    let velocity = prop::option::weighted(0.15, point(1.0));
+    (placement(), material(), rarely(color()), velocity).prop_map(
+        |(placement, material, emission, velocity)| Ball { placement, material, emission, velocity },
+    )
+}
+
+fn material() -> impl Strategy<Value = Material> {
+    let ior = prop_oneof![Just(1.0), Just(1.5), 1.0..3.0_f32, Just(100.0)];
+    prop_oneof![
+        4 => albedo().prop_map(|albedo| Material::Diffuse { albedo }),
+        2 => albedo().prop_map(|albedo| Material::Specular { albedo }),
+        2 => (albedo(), ior).prop_map(|(albedo, ior)| Material::Dielectric { albedo, ior }),
+    ]
+}
+
+/// Black, white, any colour, and colours without some channel.
+fn albedo() -> impl Strategy<Value = Rgb> {
+    let channel = || prop_oneof![1 => Just(0.0), 1 => Just(1.0), 4 => 0.0..=1.0_f32];
+    prop_oneof![
+        1 => Just(Rgb::ZERO),
+        2 => Just(Rgb::ONE),
+        5 => [channel(), channel(), channel()].prop_map(Rgb::from_array),
+    ]
+}
+
+/// Radiance: of any strength, perhaps without some channel.
+fn color() -> impl Strategy<Value = Rgb> {
+    let channel = || prop_oneof![1 => Just(0.0), 4 => 0.0..1.0_f32];
+    let strength = prop_oneof![4 => Just(1.0), 1 => log_uniform(1e-6, 1e6)];
+    ([channel(), channel(), channel()], strength)
+        .prop_map(|(color, strength)| Rgb::from_array(color) * strength)
+}
+
+impl Draft {
+    fn to_toml(&self) -> String {
+        let mut balls: Vec<(Vec3, f32)> = Vec::new();
+        for ball in &self.spheres {
+            balls.push(ball.placement.resolve(&balls));
+        }
+        let place = |p: Vec3| array(p * self.unit + self.offset * self.unit);
+        let eye = match &self.eye {
+            Eye::At(eye) => *eye,
+            Eye::In(index, offset) => {
+                let (center, radius) = *index.get(&balls);
+                center + *offset * radius
+            }
+        };
+        let mut text = String::new();
+        if let Some(background) = self.background {
+            writeln!(text, "background = {}", array(background)).unwrap();
+        }
+        writeln!(text, "[camera]\neye = {}\ntarget = {}", place(eye), place(self.target)).unwrap();
+        writeln!(text, "vertical_fov_degrees = {:?}", self.fov).unwrap();
+        writeln!(text, "aperture_radius = {:?}", self.aperture * self.unit).unwrap();
+        writeln!(text, "focus_distance = {:?}\nshutter = {:?}", self.focus * self.unit, self.shutter)
+            .unwrap();
+        for (ball, (center, radius)) in self.spheres.iter().zip(&balls) {
+            writeln!(text, "[[sphere]]\ncenter = {}\nradius = {:?}", place(*center), radius * self.unit)
+                .unwrap();
+            writeln!(text, "material = {}", material_text(&ball.material)).unwrap();
+            if let Some(emission) = ball.emission {
+                writeln!(text, "emission = {}", array(emission)).unwrap();
+            }
+            if let Some(velocity) = ball.velocity {
+                writeln!(text, "velocity = {}", array(velocity * self.unit)).unwrap();
+            }
+        }
+        text
+    }
+}
+
+fn array(v: Vec3) -> String {
+    format!("{:?}", v.to_array())
+}
+
+fn material_text(material: &Material) -> String {
+    let (kind, ior) = match material {
+        Material::Diffuse { .. } => ("diffuse", String::new()),
+        Material::Specular { .. } => ("specular", String::new()),
+        Material::Dielectric { ior, .. } => ("dielectric", format!(", ior = {ior:?}")),
+    };
+    format!("{{ type = \"{kind}\", albedo = {}{ior} }}", array(material.albedo()))
+}

@@ -1,0 +1,167 @@
+//! Both engines in step, and where they first differ.
+
+use fast::LaneKind;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use scene::{Engine, Film, Plane, Rgb, Scene, Settings, Stats};
+use std::io::{Write, stderr};
+use std::sync::OnceLock;
+
+/// The most threads that tests run on.
+pub(crate) const MOST_THREADS: usize = 5;
+
+/// A way to run the fast engine.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Way {
+    pub(crate) lanes: LaneKind,
+    pub(crate) threads: usize,
+    /// As `fast::Sppm::deposits_at_once`.
+    pub(crate) deposits_at_once: Option<u32>,
+}
+
+/// Every kind of lanes that this processor has, on `threads` threads.
+pub(crate) fn all_lanes(threads: usize) -> Vec<Way> {
+    let lanes = LaneKind::ALL.into_iter().filter(|lanes| lanes.is_available());
+    lanes.map(|lanes| Way { lanes, threads, deposits_at_once: None }).collect()
+}
+
+/// How many times the usual work is asked for.
+pub(crate) fn effort() -> u32 {
+    const NAME: &str = "SPPM_EQUALITY_EFFORT";
+    let parse =
+        |text: String| text.parse().unwrap_or_else(|_| panic!("{NAME}: {text:?} is not a whole number"));
+    std::env::var(NAME).map_or(1, parse)
+}
+
+/// Tells on standard error how many cases ran, past the capture of the test harness.
+pub(crate) fn tell(cases: usize, what: &str) {
+    writeln!(stderr(), "equality: {cases} renders of {what} equal the reference").unwrap();
+}
+
+/// Expects equality, and gives the number of renders that were compared with the reference.
+pub(crate) fn assert_equal(scene: &Scene, settings: &Settings, ways: &[Way]) -> usize {
+    if let Some(difference) = first_difference(scene, settings, ways) {
+        panic!("{}, {settings:?}: {difference}", scene.name);
+    }
+    ways.len()
+}
+
+/// Iterates all in step and describes the first difference from the reference.
+pub(crate) fn first_difference(scene: &Scene, settings: &Settings, ways: &[Way]) -> Option<String> {
+    settings.validate().unwrap();
+    let mut reference = reference::Sppm::new(scene, settings);
+    let mut others: Vec<(Way, fast::Sppm)> =
+        ways.iter().map(|way| (*way, start(scene, settings, *way))).collect();
+    (0..settings.iterations).find_map(|iteration| {
+        reference.iterate();
+        let expected = Shown::of(&reference);
+        others.iter_mut().find_map(|(way, engine)| {
+            let actual = pool(way.threads).install(|| {
+                engine.iterate();
+                Shown::of(engine)
+            });
+            let difference = expected.difference(&actual)?;
+            Some(format!("{way:?} differs in iteration {iteration}: {difference}"))
+        })
+    })
+}
+
+fn start<'a>(scene: &'a Scene, settings: &Settings, way: Way) -> fast::Sppm<'a> {
+    let engine = fast::Sppm::with_lanes(scene, settings, way.lanes);
+    match way.deposits_at_once {
+        Some(most) => engine.deposits_at_once(most),
+        None => engine,
+    }
+}
+
+/// Pools of threads are dear, and cases many.
+fn pool(threads: usize) -> &'static ThreadPool {
+    static POOLS: [OnceLock<ThreadPool>; MOST_THREADS] = [const { OnceLock::new() }; MOST_THREADS];
+    POOLS[threads - 1].get_or_init(|| ThreadPoolBuilder::new().num_threads(threads).build().unwrap())
+}
+
+/// All that an engine shows: planes, in the order of the passes that make them, and counted work.
+struct Shown {
+    planes: [(&'static str, Vec<f32>); 4],
+    work: [(&'static str, u64); 7],
+}
+
+impl Shown {
+    fn of(engine: &impl Engine) -> Self {
+        let film = |film: Film| film.pixels.iter().flat_map(Rgb::to_array).collect();
+        let plane = |plane: Option<Plane>| plane.unwrap().values;
+        let Stats {
+            camera_segments,
+            shadow_rays,
+            visible_points,
+            photons,
+            photon_segments,
+            deposits,
+            contributions,
+            ..
+        } = *engine.stats();
+        Self {
+            planes: [
+                ("direct", film(engine.direct().unwrap())),
+                ("count", plane(engine.count())),
+                ("radius", plane(engine.radius())),
+                ("image", film(engine.develop())),
+            ],
+            work: [
+                ("camera_segments", camera_segments),
+                ("shadow_rays", shadow_rays),
+                ("visible_points", visible_points),
+                ("photons", photons),
+                ("photon_segments", photon_segments),
+                ("deposits", deposits),
+                ("contributions", contributions),
+            ],
+        }
+    }
+
+    /// The first difference of `actual`, by bits: 0 is not -0, and NaN is itself.
+    fn difference(&self, actual: &Self) -> Option<String> {
+        let planes = self.planes.iter().zip(&actual.planes);
+        let in_planes = planes.filter_map(|((name, expected), (_, actual))| {
+            assert_eq!(expected.len(), actual.len(), "{name}");
+            let pairs = expected.iter().zip(actual).enumerate();
+            let differs = |(_, (e, a)): &(usize, (&f32, &f32))| e.to_bits() != a.to_bits();
+            let count = pairs.clone().filter(differs).count();
+            let (index, (e, a)) = pairs.clone().find(differs)?;
+            let (have, want) = (a.to_bits(), e.to_bits());
+            Some(format!(
+                "{name}[{index}] is {a:?} ({have:#010x}) instead of {e:?} ({want:#010x}), {count} in all"
+            ))
+        });
+        let work = self.work.iter().zip(&actual.work).filter(|(expected, actual)| expected != actual);
+        let in_work = work.map(|((name, e), (_, a))| format!("{name} is {a} instead of {e}"));
+        let all: Vec<String> = in_planes.chain(in_work).collect();
+        (!all.is_empty()).then(|| all.join("; "))
+    }
+}
+
+/// That what compares can tell a difference.
+#[test]
+fn a_bit_makes_a_difference() {
+    let shown = |value: f32, deposits| Shown {
+        planes: ["direct", "count", "radius", "image"].map(|name| (name, vec![value])),
+        work: [("deposits", deposits); 7],
+    };
+    assert_eq!(shown(f32::NAN, 1).difference(&shown(f32::NAN, 1)), None);
+    let difference = shown(0.0, 1).difference(&shown(-0.0, 1)).unwrap();
+    assert!(difference.starts_with("direct[0] is -0.0 (0x80000000) instead of 0.0"), "{difference}");
+    assert!(shown(0.0, 1).difference(&shown(0.0, 2)).unwrap().starts_with("deposits is 2 instead of 1"));
+}
+
+/// That the effort of two settings is not silently the same: other settings make another image.
+#[test]
+fn another_seed_makes_a_difference() {
+    let scene = scene::builtin::scene("cornell").unwrap();
+    let settings = Settings { width: 9, height: 8, photons_per_iteration: 50, ..scene.settings };
+    let (mut one, mut other) = (
+        reference::Sppm::new(&scene, &settings),
+        fast::Sppm::new(&scene, &Settings { seed: settings.seed + 1, ..settings }),
+    );
+    one.iterate();
+    other.iterate();
+    assert!(Shown::of(&one).difference(&Shown::of(&other)).is_some());
+}

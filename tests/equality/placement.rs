@@ -1,0 +1,101 @@
+//! Where the spheres of a random scene stand: loosely, as walls and shells, and against one another.
+
+use proptest::prelude::*;
+use scene::Vec3;
+
+/// A sphere's place, perhaps told by another sphere's.
+#[derive(Clone, Debug)]
+pub(crate) enum Placement {
+    /// Anywhere near the origin.
+    Loose { center: Vec3, radius: f32 },
+    /// A solid wall: its nearest point is on an axis, so far from the origin.
+    Wall { axis: Vec3, distance: f32, radius: f32 },
+    /// Around the origin, which lies off its centre; its nearest point is on an axis.
+    Shell { axis: Vec3, distance: f32, radius: f32 },
+    /// By an earlier sphere, if there is one (and if not then at the origin).
+    By { other: prop::sample::Index, direction: Vec3, relation: Relation },
+}
+
+/// How a sphere stands to another.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Relation {
+    /// Centre and radius are the same.
+    Coincident,
+    /// From outside, at one point.
+    Touching { ratio: f32 },
+    /// From inside, at one point.
+    TouchingWithin { ratio: f32 },
+    /// The centre is the same; the radius so many times as large.
+    Concentric { ratio: f32 },
+    /// The centre is on the other's surface.
+    Sunk { ratio: f32 },
+}
+
+impl Placement {
+    /// Centre and radius, given those of the spheres before.
+    pub(crate) fn resolve(&self, before: &[(Vec3, f32)]) -> (Vec3, f32) {
+        match self {
+            Self::Loose { center, radius } => (*center, *radius),
+            Self::Wall { axis, distance, radius } => (*axis * (distance + radius), *radius),
+            Self::Shell { axis, distance, radius } => (*axis * (distance - radius), *radius),
+            Self::By { other, direction, relation } => {
+                let (center, radius) = if before.is_empty() { (Vec3::ZERO, 1.0) } else { *other.get(before) };
+                let mine = |ratio: f32| (radius * ratio).clamp(1e-3, 1e5);
+                match *relation {
+                    Relation::Coincident => (center, radius),
+                    Relation::Touching { ratio } => {
+                        (center + *direction * (radius + mine(ratio)), mine(ratio))
+                    }
+                    Relation::TouchingWithin { ratio } => {
+                        (center + *direction * (radius - mine(ratio)), mine(ratio))
+                    }
+                    Relation::Concentric { ratio } => (center, mine(ratio)),
+                    Relation::Sunk { ratio } => (center + *direction * radius, mine(ratio)),
+                }
+            }
+        }
+    }
+}
+
+/// A number whose logarithm is uniform.
+pub(crate) fn log_uniform(low: f32, high: f32) -> impl Strategy<Value = f32> + Clone {
+    (low.ln()..high.ln()).prop_map(f32::exp)
+}
+
+/// A point of the cube from `-side` to `side`.
+pub(crate) fn point(side: f32) -> impl Strategy<Value = Vec3> + Clone {
+    [-side..side, -side..side, -side..side].prop_map(Vec3::from_array)
+}
+
+fn axis() -> impl Strategy<Value = Vec3> {
+    prop::sample::select(vec![Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z])
+}
+
+fn direction() -> impl Strategy<Value = Vec3> {
+    prop_oneof![axis(), point(1.0).prop_map(|v| v.normalize_or(Vec3::X))]
+}
+
+fn relation() -> impl Strategy<Value = Relation> {
+    prop_oneof![
+        1 => Just(Relation::Coincident),
+        2 => log_uniform(0.02, 20.0).prop_map(|ratio| Relation::Touching { ratio }),
+        1 => log_uniform(0.02, 1.0).prop_map(|ratio| Relation::TouchingWithin { ratio }),
+        2 => log_uniform(0.5, 2.0).prop_map(|ratio| Relation::Concentric { ratio }),
+        2 => log_uniform(0.02, 2.0).prop_map(|ratio| Relation::Sunk { ratio }),
+    ]
+}
+
+/// Any placement.
+pub(crate) fn placement() -> impl Strategy<Value = Placement> {
+    let wall_radius = || prop_oneof![Just(1e4), log_uniform(20.0, 1e4)];
+    prop_oneof![
+        10 => (point(5.0), log_uniform(0.05, 2.0)).prop_map(|(center, radius)| Placement::Loose { center, radius }),
+        1 => (point(5.0), log_uniform(1e-3, 0.05)).prop_map(|(center, radius)| Placement::Loose { center, radius }),
+        3 => (axis(), 2.0..8.0_f32, wall_radius())
+            .prop_map(|(axis, distance, radius)| Placement::Wall { axis, distance, radius }),
+        2 => (axis(), 3.0..10.0_f32, log_uniform(8.0, 1e4))
+            .prop_map(|(axis, distance, radius)| Placement::Shell { axis, distance, radius }),
+        5 => (any::<prop::sample::Index>(), direction(), relation())
+            .prop_map(|(other, direction, relation)| Placement::By { other, direction, relation }),
+    ]
+}

@@ -1,0 +1,28 @@
+//! Photons of one iteration that are joined in several rounds.
+
+use crate::pair::{Way, all_lanes, assert_equal, tell};
+use scene::Settings;
+
+#[test]
+fn rounds_of_photons() {
+    let mut cases = 0;
+    for name in ["cornell", "motion"] {
+        let scene = scene::builtin::scene(name).unwrap();
+        // A round is of 4096 photons at least; the last has one.
+        let settings = Settings {
+            width: 40,
+            height: 27,
+            iterations: 3,
+            photons_per_iteration: 4 * 4096 + 1,
+            initial_radius: 5.0,
+            ..scene.settings
+        };
+        let in_rounds = |most| move |way| Way { deposits_at_once: Some(most), ..way };
+        let ways: Vec<Way> = [1, 6000, 20_000]
+            .into_iter()
+            .flat_map(|most| all_lanes(2).into_iter().map(in_rounds(most)))
+            .collect();
+        cases += assert_equal(&scene, &settings, &ways);
+    }
+    tell(cases, "photons in 2 to 5 rounds");
+}

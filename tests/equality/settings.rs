@@ -1,0 +1,57 @@
+//! Depth, photons and seed.
+
+use crate::pair::{MOST_THREADS, all_lanes, assert_equal, effort, tell};
+use scene::settings::MAX_DEPTH;
+use scene::{Scene, Settings};
+
+fn builtin(name: &str) -> (Scene, Settings) {
+    let scene = scene::builtin::scene(name).unwrap();
+    let settings = Settings {
+        width: 20,
+        height: 15,
+        iterations: 2,
+        photons_per_iteration: 400,
+        initial_radius: 12.0,
+        ..scene.settings
+    };
+    (scene, settings)
+}
+
+#[test]
+fn depths() {
+    let mut cases = 0;
+    for name in ["mirror", "motion"] {
+        let (scene, settings) = builtin(name);
+        for max_depth in (1..=64).chain([200, MAX_DEPTH]) {
+            let threads = 1 + max_depth as usize % MOST_THREADS;
+            cases += assert_equal(&scene, &Settings { max_depth, ..settings }, &all_lanes(threads));
+        }
+    }
+    tell(cases, "depths 1 to 64 and beyond");
+}
+
+#[test]
+fn photons() {
+    let mut cases = 0;
+    for name in ["cornell", "surgery"] {
+        let (scene, settings) = builtin(name);
+        for photons_per_iteration in [1, 7, 8, 15, 16, 17, 255, 256, 257, 4095, 4096, 4097] {
+            let settings = Settings { photons_per_iteration, ..settings };
+            cases += assert_equal(&scene, &settings, &all_lanes(1));
+            cases += assert_equal(&scene, &settings, &all_lanes(2));
+        }
+    }
+    tell(cases, "1 to 4097 photons");
+}
+
+#[test]
+fn seeds() {
+    let (scene, settings) = builtin("large");
+    let mut cases = 0;
+    for seed in
+        (0..16 * u64::from(effort())).map(|i| i.wrapping_mul(0x9e37_79b9_7f4a_7c15)).chain([1, u64::MAX])
+    {
+        cases += assert_equal(&scene, &Settings { seed, ..settings }, &all_lanes(2));
+    }
+    tell(cases, "seeds");
+}
