@@ -26,9 +26,14 @@ pub fn choose_light(lights: &Lights, u: f32) -> Option<&Light> {
 /// An unbiased estimate of the irradiance that reaches `receiver` straight from the lights, from three uniform
 /// numbers: one to choose the light, two for the direction.
 pub fn estimate_irradiance(still: &Still, receiver: &Receiver, choice: f32, u: f32, v: f32) -> Rgb {
-    let Some(light) = choose_light(&still.lights, choice) else { return Rgb::ZERO };
-    let sample =
-        if light.inside { from_inside(still, receiver, light, u, v) } else { from_outside(still, receiver, light, u, v) };
+    let Some(light) = choose_light(&still.lights, choice) else {
+        return Rgb::ZERO;
+    };
+    let sample = if light.inside {
+        from_inside(still, receiver, light, u, v)
+    } else {
+        from_outside(still, receiver, light, u, v)
+    };
     match sample {
         Some((ray, t, weight)) if !occluded(still, &ray, t, light.sphere) => light.radiance * weight,
         _ => Rgb::ZERO,
@@ -54,16 +59,28 @@ fn from_outside(still: &Still, receiver: &Receiver, light: &Light, u: f32, v: f3
     let (direction, h) = uniform_cone(to_center * (1.0 / d), height, u, v);
     let cos = receiver.normal.dot(direction);
     let half_chord2 = r2 - d2 * (h * (2.0 - h));
-    let half_chord = if half_chord2 > 0.0 { half_chord2.sqrt() } else { 0.0 };
+    let half_chord = if half_chord2 > 0.0 {
+        half_chord2.sqrt()
+    } else {
+        0.0
+    };
     let t = d * (1.0 - h) - half_chord;
-    let ray = Ray { origin: receiver.point, direction, leaves: receiver.sphere };
+    let ray = Ray {
+        origin: receiver.point,
+        direction,
+        leaves: receiver.sphere,
+    };
     (cos > 0.0).then_some((ray, t, cos * (2.0 * PI * height)))
 }
 
 /// Samples the half space by the cosine: a glowing shell fills it as seen from within.
 fn from_inside(still: &Still, receiver: &Receiver, light: &Light, u: f32, v: f32) -> Sample {
     let direction = cosine_hemisphere(receiver.normal, u, v);
-    let ray = Ray { origin: receiver.point, direction, leaves: receiver.sphere };
+    let ray = Ray {
+        origin: receiver.point,
+        direction,
+        leaves: receiver.sphere,
+    };
     let t = distance(still, light.sphere, &ray);
     let shell = &still.spheres[light.sphere as usize];
     let from_center = receiver.point - shell.center;

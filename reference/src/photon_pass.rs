@@ -90,7 +90,9 @@ fn trace(
     stats: &mut Stats,
     deposit: &mut impl FnMut(&Deposit, &mut Stats),
 ) {
-    let Some((mut ray, mut power)) = emit(still, numbers, photon) else { return };
+    let Some((mut ray, mut power)) = emit(still, numbers, photon) else {
+        return;
+    };
     let mut stream = numbers.key.stream(photon);
     for bounce in 0..max_depth {
         stats.photon_segments += 1;
@@ -99,12 +101,25 @@ fn trace(
         if bounce > 0 && matches!(material, Material::Diffuse { .. }) {
             stats.deposits += 1;
             let flux = quantise(power, still.lights.power);
-            deposit(&Deposit { point: hit.point, wi: -ray.direction, flux }, stats);
+            deposit(
+                &Deposit {
+                    point: hit.point,
+                    wi: -ray.direction,
+                    flux,
+                },
+                stats,
+            );
         }
         let [u, v, roulette] = numbers.bounce(photon, bounce, &mut stream);
-        let Some(survivor) = survive(power, material.albedo(), roulette) else { return };
+        let Some(survivor) = survive(power, material.albedo(), roulette) else {
+            return;
+        };
         power = survivor;
-        ray = Ray { origin: hit.point, direction: scatter(material, &ray, &hit, u, v), leaves: hit.sphere };
+        ray = Ray {
+            origin: hit.point,
+            direction: scatter(material, &ray, &hit, u, v),
+            leaves: hit.sphere,
+        };
     }
 }
 
@@ -122,7 +137,11 @@ fn emit(still: &Still, numbers: &PhotonNumbers, photon: u32) -> Option<(Ray, Rgb
     }
     let normal = if light.inside { -outward } else { outward };
     let [u, v] = numbers.stratified(photon, dimension::DIRECTION);
-    let ray = Ray { origin, direction: cosine_hemisphere(normal, u, v), leaves: light.sphere };
+    let ray = Ray {
+        origin,
+        direction: cosine_hemisphere(normal, u, v),
+        leaves: light.sphere,
+    };
     Some((ray, light.photon_power))
 }
 
@@ -142,7 +161,11 @@ fn is_blocked(still: &Still, light: &Light, point: Vec3) -> bool {
 fn survive(power: Rgb, albedo: Rgb, roulette: f32) -> Option<Rgb> {
     let scattered = power * albedo;
     let (before, after) = (max_component(power), max_component(scattered));
-    if roulette * before < after { Some(scattered * (before / after)) } else { None }
+    if roulette * before < after {
+        Some(scattered * (before / after))
+    } else {
+        None
+    }
 }
 
 fn scatter(material: &Material, ray: &Ray, hit: &Hit, u: f32, v: f32) -> Vec3 {

@@ -71,7 +71,9 @@ impl Camera {
     /// Times follow the van der Corput sequence under a random shift, so they fill the interval evenly.
     /// Independent times for camera and photons would light objects where they are not.
     pub fn shutter_time(&self, seed: u64, iteration: u32) -> f32 {
-        let shift = rng::StreamKey::new(seed, rng::Family::Shutter, 0).stream(0).next_u32();
+        let shift = rng::StreamKey::new(seed, rng::Family::Shutter, 0)
+            .stream(0)
+            .next_u32();
         let u = rng::unit_float(iteration.reverse_bits() ^ shift);
         self.shutter[0] + u * (self.shutter[1] - self.shutter[0])
     }

@@ -86,7 +86,9 @@ impl Settings {
             let (w, h) = (self.width, self.height);
             return Err(error(
                 "width",
-                format!("{w} x height {h} is {pixels} pixels and would need {need}; at most {MAX_PIXELS} pixels are rendered"),
+                format!(
+                    "{w} x height {h} is {pixels} pixels and would need {need}; at most {MAX_PIXELS} pixels are rendered"
+                ),
             ));
         }
         whole("iterations", self.iterations, MAX_ITERATIONS)?;
@@ -96,13 +98,18 @@ impl Settings {
             let (l, d) = (self.photons_per_iteration, self.max_depth);
             return Err(error(
                 "photons_per_iteration",
-                format!("{l} x max_depth {d} must stay below {MAX_DEPOSITS} photon segments; ask for more iterations instead"),
+                format!(
+                    "{l} x max_depth {d} must stay below {MAX_DEPOSITS} photon segments; ask for more iterations instead"
+                ),
             ));
         }
         let [low, high] = RADIUS_RANGE;
         if !(low..=high).contains(&self.initial_radius) {
             let r = self.initial_radius;
-            return Err(error("initial_radius", format!("is {r}; it must be from {low:e} to {high:e}")));
+            return Err(error(
+                "initial_radius",
+                format!("is {r}; it must be from {low:e} to {high:e}"),
+            ));
         }
         Ok(())
     }

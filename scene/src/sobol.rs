@@ -157,11 +157,19 @@ mod tests {
     fn points_are_those_of_joe_and_kuo() {
         for (dimension, points) in FIRST_POINTS.iter().enumerate() {
             for (index, sixteenths) in points.iter().enumerate() {
-                assert_eq!(sobol(index as u32, dimension), sixteenths << 28, "point {index}, dimension {dimension}");
+                assert_eq!(
+                    sobol(index as u32, dimension),
+                    sixteenths << 28,
+                    "point {index}, dimension {dimension}"
+                );
             }
         }
         for (index, point) in FAR_POINTS {
-            assert_eq!(std::array::from_fn(|dimension| sobol(index, dimension)), point, "point {index}");
+            assert_eq!(
+                std::array::from_fn(|dimension| sobol(index, dimension)),
+                point,
+                "point {index}"
+            );
         }
     }
 
@@ -198,7 +206,10 @@ mod tests {
             for run in [0, 3, 77] {
                 let mut cells: Vec<u32> = (0..256).map(|i| sobol((run << 8) + i, dimension) >> 24).collect();
                 cells.sort_unstable();
-                assert!(cells.iter().copied().eq(0..256), "dimension {dimension}, run {run}");
+                assert!(
+                    cells.iter().copied().eq(0..256),
+                    "dimension {dimension}, run {run}"
+                );
             }
         }
     }
@@ -208,8 +219,7 @@ mod tests {
         for side in [1, 2, 4, 8] {
             for (by, bx) in (0..8 / side).flat_map(|by| (0..8 / side).map(move |bx| (by, bx))) {
                 let block = (0..side).flat_map(|y| (0..side).map(move |x| (x, y)));
-                let mut places: Vec<u32> =
-                    block.map(|(x, y)| morton(bx * side + x, by * side + y)).collect();
+                let mut places: Vec<u32> = block.map(|(x, y)| morton(bx * side + x, by * side + y)).collect();
                 places.sort_unstable();
                 let first = places[0];
                 assert_eq!(first % (side * side), 0);
@@ -217,6 +227,9 @@ mod tests {
             }
         }
         // Z: x is the lower bit.
-        assert_eq!([morton(1, 0), morton(0, 1), morton(1, 1), morton(2, 0)], [1, 2, 3, 4]);
+        assert_eq!(
+            [morton(1, 0), morton(0, 1), morton(1, 1), morton(2, 0)],
+            [1, 2, 3, 4]
+        );
     }
 }

@@ -142,7 +142,9 @@ impl Still<'_> {
     fn find_lights(&mut self) {
         let mut weights = Vec::new();
         for (id, s) in self.spheres.iter().enumerate().filter(|(_, s)| s.is_emitter()) {
-            let Some(blockers) = self.blockers(id) else { continue };
+            let Some(blockers) = self.blockers(id) else {
+                continue;
+            };
             let start = self.lights.blockers.len() as u32;
             self.lights.blockers.extend(blockers);
             let blockers = start..self.lights.blockers.len() as u32;
@@ -155,8 +157,16 @@ impl Still<'_> {
             for &inside in sides {
                 weights.push(std::f64::consts::PI * area * f64::from(max_component(s.emission)));
                 let blockers = blockers.clone();
-                let (sphere, probability, photon_power, radiance) = (id as SphereId, 0.0, Rgb::ZERO, Rgb::ZERO);
-                self.lights.entries.push(Light { sphere, inside, probability, photon_power, radiance, blockers });
+                let (sphere, probability, photon_power, radiance) =
+                    (id as SphereId, 0.0, Rgb::ZERO, Rgb::ZERO);
+                self.lights.entries.push(Light {
+                    sphere,
+                    inside,
+                    probability,
+                    photon_power,
+                    radiance,
+                    blockers,
+                });
             }
         }
         let total: f64 = weights.iter().sum();
@@ -178,7 +188,13 @@ impl Still<'_> {
     /// The opaque spheres that hide part of the surface of sphere `id` from free space; `None` if all of it.
     fn blockers(&self, id: usize) -> Option<Vec<SphereId>> {
         let (light, mut blockers) = (&self.spheres[id], Vec::new());
-        for (other, (s, role)) in self.spheres.iter().zip(&self.roles).enumerate().filter(|(i, _)| *i != id) {
+        for (other, (s, role)) in self
+            .spheres
+            .iter()
+            .zip(&self.roles)
+            .enumerate()
+            .filter(|(i, _)| *i != id)
+        {
             let (d, r) = (distance(light.center, s.center), f64::from(s.radius));
             // The surface of the light lies at distances from `nearest` to `farthest` of the other centre.
             let (nearest, farthest) = ((d - f64::from(light.radius)).abs(), d + f64::from(light.radius));
@@ -211,7 +227,11 @@ impl Enclosure {
         let (center, radius) = (s.center.as_dvec3(), f64::from(s.radius));
         let to_eye = eye.as_dvec3() - center;
         let length = to_eye.dot(to_eye).sqrt();
-        let outward = if length > 0.0 { to_eye / length } else { glam::DVec3::X };
+        let outward = if length > 0.0 {
+            to_eye / length
+        } else {
+            glam::DVec3::X
+        };
         let anchor = (center + outward * radius).as_vec3();
         let offset = anchor.as_dvec3() - center;
         Self {

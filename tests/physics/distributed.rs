@@ -1,18 +1,18 @@
 //! Depth of field and motion blur: closed forms for the camera alone, and SPPM against the path tracer.
 
 use crate::harness::{
-    BLACK, Build, block_mean, coloured, diffuse, empty_scene, mean, pinhole, relative_error, render_path, render_sppm,
-    settings,
+    BLACK, Build, block_mean, coloured, diffuse, empty_scene, mean, pinhole, relative_error, render_path,
+    render_sppm, settings,
 };
 use scene::{Film, Rgb, Scene, Settings, Vec3};
 
-const BLOCKS: [u32; 2] = [8, 6];
+const BLOCKS: [u32; 2] = [4, 3];
 
 /// Both engines' image means differ by their noise, 0.1 % each, and by SPPM's bias.
 const SAME_MEAN: f64 = 5e-3;
 
-/// Blocks of 8 x 8 pixels have the noise of a fiftieth of the photons, and some of them an edge in them, at which
-/// density estimates are biased.
+/// Blocks of 12 x 12 pixels each see a hundredth of the photons and samples: up to 1 % of noise in both engines, and
+/// where an edge is in them some bias.
 const SAME_BLOCK: f64 = 3e-2;
 
 /// A dim shell with a lamp above, a ball near and one far.
@@ -27,14 +27,19 @@ fn two_balls() -> Scene {
 }
 
 fn sppm_settings(iterations: u32) -> Settings {
-    Settings { iterations, ..settings(64, 48, 20_000, 8, 0.3) }
+    Settings {
+        iterations,
+        ..settings(48, 36, 60_000, 8, 0.3)
+    }
 }
 
 fn block_means(film: &Film) -> Vec<[f64; 3]> {
     let [columns, rows] = BLOCKS;
     let (w, h) = (film.width / columns, film.height / rows);
     let blocks = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
-    blocks.map(|(x, y)| block_mean(film, x * w..(x + 1) * w, y * h..(y + 1) * h)).collect()
+    blocks
+        .map(|(x, y)| block_mean(film, x * w..(x + 1) * w, y * h..(y + 1) * h))
+        .collect()
 }
 
 /// The largest relative difference of two images over blocks.
@@ -43,17 +48,39 @@ fn worst_block(a: &Film, b: &Film) -> f64 {
     pairs.map(|(a, b)| relative_error(a, b)).fold(0.0, f64::max)
 }
 
-/// Asserts that both engines render `scene` alike, and that `effect` matters: that `without` looks different.
+/// Asserts that both engines render `scene` alike, and that the effect is seen: in 2 % of the pixels, a quarter.
 fn assert_converges(scene: &Scene, without: &Scene) {
     let settings = sppm_settings(64);
     let sppm = render_sppm(scene, &settings);
-    let path = render_path(scene, &Settings { iterations: 256, ..settings });
+    let path = render_path(
+        scene,
+        &Settings {
+            iterations: 1024,
+            ..settings
+        },
+    );
     let error = relative_error(mean(&sppm), mean(&path));
     assert!(error < SAME_MEAN, "means {:?} and {:?}", mean(&sppm), mean(&path));
     let error = worst_block(&sppm, &path);
     assert!(error < SAME_BLOCK, "a block differs by {error:.3}");
-    let effect = worst_block(&render_path(without, &Settings { iterations: 64, ..settings }), &path);
-    assert!(effect > 2.0 * SAME_BLOCK, "the effect changes no block by more than {effect:.3}");
+    let without = render_path(
+        without,
+        &Settings {
+            iterations: 256,
+            ..settings
+        },
+    );
+    let differs = |(a, b): (&Rgb, &Rgb)| (a.x / b.x - 1.0).abs() > 0.25;
+    let effect = without
+        .pixels
+        .iter()
+        .zip(&path.pixels)
+        .filter(|&pair| differs(pair))
+        .count();
+    assert!(
+        effect > path.pixels.len() / 50,
+        "the effect is seen in {effect} pixels only"
+    );
 }
 
 #[test]
@@ -91,7 +118,13 @@ fn a_point_out_of_focus_is_a_disc_of_the_lens_seen_from_it() {
         let mut scene = empty_scene(pinhole(Vec3::ZERO, Vec3::NEG_Z, 30.0));
         scene = scene.lamp(Vec3::NEG_Z * distance, lamp_radius, BLACK, Rgb::ONE);
         (scene.camera.aperture_radius, scene.camera.focus_distance) = (aperture, focus);
-        let film = render_path(&scene, &Settings { iterations: 400, ..settings(101, 101, 1, 1, 1.0) });
+        let film = render_path(
+            &scene,
+            &Settings {
+                iterations: 400,
+                ..settings(101, 101, 1, 1, 1.0)
+            },
+        );
         let pixel = 2.0 * 15.0_f64.to_radians().tan() / 101.0;
         let (mut light, mut second_moment) = (0.0, 0.0);
         for (index, value) in film.pixels.iter().enumerate() {
@@ -105,9 +138,15 @@ fn a_point_out_of_focus_is_a_disc_of_the_lens_seen_from_it() {
         let disc = f64::from(aperture) * (1.0 / f64::from(focus) - 1.0 / f64::from(distance)).abs();
         let expected_light = std::f64::consts::PI * 0.01_f64.powi(2);
         let expected = 0.5 * disc * disc + 0.5 * 0.01_f64.powi(2) - pixel * pixel / 6.0;
-        assert!((light / expected_light - 1.0).abs() < SMALL_LAMP, "distance {distance}: {light} {expected_light}");
+        assert!(
+            (light / expected_light - 1.0).abs() < SMALL_LAMP,
+            "distance {distance}: {light} {expected_light}"
+        );
         let mean_square = second_moment / light - pixel * pixel / 3.0;
-        assert!((mean_square / expected - 1.0).abs() < SMALL_LAMP, "distance {distance}: {mean_square} {expected}");
+        assert!(
+            (mean_square / expected - 1.0).abs() < SMALL_LAMP,
+            "distance {distance}: {mean_square} {expected}"
+        );
     }
 }
 
@@ -121,14 +160,22 @@ fn a_moving_lamp_leaves_a_trail_as_bright_as_long_it_stays() {
     scene = scene.lamp(Vec3::new(-1.0, 0.0, -4.0), 0.2, BLACK, Rgb::ONE);
     scene.spheres[0].velocity = Vec3::X * 2.0;
     scene.camera.shutter = [0.0, 1.0];
-    let film = render_path(&scene, &Settings { iterations: 1024, ..settings(65, 65, 1, 1, 1.0) });
+    let film = render_path(
+        &scene,
+        &Settings {
+            iterations: 1024,
+            ..settings(65, 65, 1, 1, 1.0)
+        },
+    );
     // In the middle of its way, it covers a point of its own middle line for 0.4 of 2 units.
     let middle = f64::from(film.pixels[32 * 65 + 32].x);
     assert!((middle - 0.2).abs() < TRAIL, "{middle}");
     // And nothing is where it never is.
     assert!(film.pixels[..65 * 20].iter().all(|&p| p == Rgb::ZERO));
     // Shutter times of 2^k iterations are evenly spread, each by its own interval.
-    let mut times: Vec<f32> = (0..1024).map(|i| scene.camera.shutter_time(1, i) * 1024.0).collect();
+    let mut times: Vec<f32> = (0..1024)
+        .map(|i| scene.camera.shutter_time(1, i) * 1024.0)
+        .collect();
     times.sort_by(f32::total_cmp);
     assert!(times.iter().enumerate().all(|(i, t)| t.floor() == i as f32));
 }

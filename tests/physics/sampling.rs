@@ -52,7 +52,11 @@ fn extremes() -> impl Iterator<Item = (f32, f32)> {
 /// An angle in turns, in [0, 1).
 fn turns(x: f64, y: f64) -> f64 {
     let turns = y.atan2(x) / TAU;
-    if turns < 0.0 { (turns + 1.0).min(1.0 - f64::EPSILON) } else { turns }
+    if turns < 0.0 {
+        (turns + 1.0).min(1.0 - f64::EPSILON)
+    } else {
+        turns
+    }
 }
 
 /// Puts what rounding brought to 1 or beyond back into [0, 1).
@@ -74,7 +78,10 @@ fn sine_and_cosine_are_right_for_every_float_that_streams_give() {
         let (s, c) = sincos_turn(u);
         let (sine, cosine) = (f64::from(u) * TAU).sin_cos();
         let (s, c) = (f64::from(s), f64::from(c));
-        assert!((s - sine).abs() < SINCOS && (c - cosine).abs() < SINCOS, "u = {u}");
+        assert!(
+            (s - sine).abs() < SINCOS && (c - cosine).abs() < SINCOS,
+            "u = {u}"
+        );
         assert!((s * s + c * c - 1.0).abs() < SQUARES, "u = {u}");
         assert!(s.abs() <= 1.0 && c.abs() <= 1.0, "u = {u}");
     });
@@ -88,17 +95,30 @@ fn sine_and_cosine_are_exact_at_quarter_turns() {
 
 #[test]
 fn spheres_are_covered_evenly() {
-    let unit_square = |d: Vec3| [clamp(f64::from(d.z) / 2.0 + 0.5), turns(f64::from(d.x), f64::from(d.y))];
-    assert_uniform_square(pairs(0).map(|(u, v)| unit_square(uniform_sphere(u, v))), CELLS, "uniform_sphere");
+    let unit_square = |d: Vec3| {
+        [
+            clamp(f64::from(d.z) / 2.0 + 0.5),
+            turns(f64::from(d.x), f64::from(d.y)),
+        ]
+    };
+    assert_uniform_square(
+        pairs(0).map(|(u, v)| unit_square(uniform_sphere(u, v))),
+        CELLS,
+        "uniform_sphere",
+    );
     for (u, v) in pairs(0).chain(extremes()) {
-        assert!((uniform_sphere(u, v).as_dvec3().length() - 1.0).abs() < UNIT_LENGTH, "{u}, {v}");
+        assert!(
+            (uniform_sphere(u, v).as_dvec3().length() - 1.0).abs() < UNIT_LENGTH,
+            "{u}, {v}"
+        );
     }
 }
 
 #[test]
 fn hemispheres_are_covered_by_the_cosine() {
     for (index, normal) in normals().into_iter().enumerate() {
-        let directions = || pairs(1 + index as u32).map(|(u, v)| local(normal, cosine_hemisphere(normal, u, v)));
+        let directions =
+            || pairs(1 + index as u32).map(|(u, v)| local(normal, cosine_hemisphere(normal, u, v)));
         // Of density cos / pi: the squared sine is uniform, and so is the angle around.
         let points = directions().map(|[x, y, _]| [clamp(x * x + y * y), turns(x, y)]);
         assert_uniform_square(points, CELLS, &format!("cosine_hemisphere about {normal}"));
@@ -107,7 +127,10 @@ fn hemispheres_are_covered_by_the_cosine() {
         assert!(below <= 5, "{below} directions below the horizon of {normal}");
         for (u, v) in pairs(1).take(1 << 14).chain(extremes()) {
             let length = cosine_hemisphere(normal, u, v).as_dvec3().length();
-            assert!((length - 1.0).abs() < UNIT_LENGTH, "{u}, {v} about {normal}: {length}");
+            assert!(
+                (length - 1.0).abs() < UNIT_LENGTH,
+                "{u}, {v} about {normal}: {length}"
+            );
         }
     }
 }
@@ -117,7 +140,10 @@ fn a_cosine_hemisphere_about_the_opposite_of_a_sphere_point_is_still_a_direction
     for (u, v) in pairs(9).take(1 << 16).chain(extremes()) {
         let normal = -unit(uniform_sphere(u, v));
         let direction = cosine_hemisphere(normal, u, v);
-        assert!((direction.as_dvec3().length() - 1.0).abs() < UNIT_LENGTH, "{u}, {v}: {direction}");
+        assert!(
+            (direction.as_dvec3().length() - 1.0).abs() < UNIT_LENGTH,
+            "{u}, {v}: {direction}"
+        );
     }
 }
 
@@ -125,15 +151,24 @@ fn a_cosine_hemisphere_about_the_opposite_of_a_sphere_point_is_still_a_direction
 fn cones_are_covered_evenly() {
     for (index, height) in [1e-6_f32, 1e-3, 0.3, 1.0, 2.0].into_iter().enumerate() {
         for (n, axis) in normals().into_iter().enumerate().skip(4) {
-            let samples = pairs(20 + 10 * index as u32 + n as u32).map(|(u, v)| uniform_cone(axis, height, u, v));
+            let samples =
+                pairs(20 + 10 * index as u32 + n as u32).map(|(u, v)| uniform_cone(axis, height, u, v));
             let points = samples.map(|(direction, h)| {
                 let [x, y, z] = local(axis, direction);
                 assert!((direction.as_dvec3().length() - 1.0).abs() < UNIT_LENGTH);
-                assert!((1.0 - z - f64::from(h)).abs() < UNIT_LENGTH, "1 - cos is {} and said to be {h}", 1.0 - z);
+                assert!(
+                    (1.0 - z - f64::from(h)).abs() < UNIT_LENGTH,
+                    "1 - cos is {} and said to be {h}",
+                    1.0 - z
+                );
                 assert!((0.0..=height).contains(&h));
                 [clamp(f64::from(h) / f64::from(height)), turns(x, y)]
             });
-            assert_uniform_square(points, CELLS, &format!("uniform_cone of height {height} about {axis}"));
+            assert_uniform_square(
+                points,
+                CELLS,
+                &format!("uniform_cone of height {height} about {axis}"),
+            );
         }
     }
 }
@@ -153,7 +188,10 @@ fn maps_preserve_stratification() {
     let place = |i: u32| (i as f32 + 0.5) / 256.0;
     for i in 0..255 {
         for j in 0..255 {
-            let (a, b) = (uniform_sphere(place(i), place(j)), uniform_sphere(place(i), place(j + 1)));
+            let (a, b) = (
+                uniform_sphere(place(i), place(j)),
+                uniform_sphere(place(i), place(j + 1)),
+            );
             assert!(a.distance(b) < 0.025);
         }
     }
@@ -165,7 +203,13 @@ fn frames_are_orthonormal_and_right_handed() {
     for n in directions.chain(normals()) {
         let (s, t) = frame(n);
         let [n64, s, t] = [n, s, t].map(Vec3::as_dvec3);
-        for error in [s.length() - 1.0, t.length() - 1.0, s.dot(t), s.dot(n64), t.dot(n64)] {
+        for error in [
+            s.length() - 1.0,
+            t.length() - 1.0,
+            s.dot(t),
+            s.dot(n64),
+            t.dot(n64),
+        ] {
             assert!(error.abs() < UNIT_LENGTH, "frame of {n}: {error:.1e}");
         }
         assert!(s.cross(t).distance(n64) < 2.0 * UNIT_LENGTH, "frame of {n}");
