@@ -99,37 +99,19 @@ pub fn trace(
                 stats.shadow_rays += 1;
                 stats.visible_points += 1;
                 direct += beta * irradiance(still, &hit, numbers);
-                let visible = VisiblePoint {
-                    point: hit.point,
-                    normal: hit.normal,
-                    beta,
-                };
-                return CameraSample {
-                    direct,
-                    visible: Some(visible),
-                };
+                let visible = VisiblePoint { point: hit.point, normal: hit.normal, beta };
+                return CameraSample { direct, visible: Some(visible) };
             }
             Material::Specular { .. } => reflect(ray.direction, hit.normal),
             Material::Dielectric { ior, .. } => dielectric(ray.direction, &hit, ior, lobe),
         };
-        ray = Ray {
-            origin: hit.point,
-            direction,
-            leaves: hit.sphere,
-        };
+        ray = Ray { origin: hit.point, direction, leaves: hit.sphere };
     }
-    CameraSample {
-        direct,
-        visible: None,
-    }
+    CameraSample { direct, visible: None }
 }
 
 fn irradiance(still: &Still, hit: &Hit, numbers: &CameraNumbers) -> Rgb {
-    let receiver = Receiver {
-        point: hit.point,
-        normal: hit.normal,
-        sphere: hit.sphere,
-    };
+    let receiver = Receiver { point: hit.point, normal: hit.normal, sphere: hit.sphere };
     let (u, v) = numbers.pair(dimension::LIGHT_POINT);
     estimate_irradiance(still, &receiver, numbers.stratified(dimension::LIGHT), u, v)
 }
@@ -137,11 +119,7 @@ fn irradiance(still: &Still, hit: &Hit, numbers: &CameraNumbers) -> Rgb {
 /// The camera ray of pixel (x, y): jittered over the pixel, and over the lens if there is one.
 pub fn camera_ray(frame: &Frame, x: u32, y: u32, numbers: &CameraNumbers) -> Ray {
     let pixel = numbers.pair(dimension::PIXEL);
-    let lens = if frame.aperture_radius > 0.0 {
-        Some(numbers.pair(dimension::LENS))
-    } else {
-        None
-    };
+    let lens = if frame.aperture_radius > 0.0 { Some(numbers.pair(dimension::LENS)) } else { None };
     ray_through(frame, (x as f32 + pixel.0, y as f32 + pixel.1), lens)
 }
 
@@ -152,18 +130,10 @@ pub fn ray_through(frame: &Frame, (x, y): (f32, f32), lens: Option<(f32, f32)>) 
     let sy = (frame.half[1] - y) * frame.pixel;
     let to_image = frame.forward + frame.right * sx + frame.up * sy;
     let Some((u, v)) = lens else {
-        return Ray {
-            origin: frame.eye,
-            direction: unit(to_image),
-            leaves: NO_SPHERE,
-        };
+        return Ray { origin: frame.eye, direction: unit(to_image), leaves: NO_SPHERE };
     };
     let (dx, dy) = uniform_disk(u, v);
     let offset = frame.right * (dx * frame.aperture_radius) + frame.up * (dy * frame.aperture_radius);
     let direction = unit(to_image * frame.focus_distance - offset);
-    Ray {
-        origin: frame.eye + offset,
-        direction,
-        leaves: NO_SPHERE,
-    }
+    Ray { origin: frame.eye + offset, direction, leaves: NO_SPHERE }
 }

@@ -33,12 +33,7 @@ impl Pixel {
     /// A pixel before the first iteration.
     pub fn new(initial_radius: f32) -> Self {
         let radius_squared = initial_radius * initial_radius;
-        Self {
-            direct: Rgb::ZERO,
-            tau: Rgb::ZERO,
-            n: 0.0,
-            radius_squared,
-        }
+        Self { direct: Rgb::ZERO, tau: Rgb::ZERO, n: 0.0, radius_squared }
     }
 
     /// Takes in the photons of one iteration (equations 9 to 11 of the paper of 2009):

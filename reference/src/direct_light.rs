@@ -59,28 +59,16 @@ fn from_outside(still: &Still, receiver: &Receiver, light: &Light, u: f32, v: f3
     let (direction, h) = uniform_cone(to_center * (1.0 / d), height, u, v);
     let cos = receiver.normal.dot(direction);
     let half_chord2 = r2 - d2 * (h * (2.0 - h));
-    let half_chord = if half_chord2 > 0.0 {
-        half_chord2.sqrt()
-    } else {
-        0.0
-    };
+    let half_chord = if half_chord2 > 0.0 { half_chord2.sqrt() } else { 0.0 };
     let t = d * (1.0 - h) - half_chord;
-    let ray = Ray {
-        origin: receiver.point,
-        direction,
-        leaves: receiver.sphere,
-    };
+    let ray = Ray { origin: receiver.point, direction, leaves: receiver.sphere };
     (cos > 0.0).then_some((ray, t, cos * (2.0 * PI * height)))
 }
 
 /// Samples the half space by the cosine: a glowing shell fills it as seen from within.
 fn from_inside(still: &Still, receiver: &Receiver, light: &Light, u: f32, v: f32) -> Sample {
     let direction = cosine_hemisphere(receiver.normal, u, v);
-    let ray = Ray {
-        origin: receiver.point,
-        direction,
-        leaves: receiver.sphere,
-    };
+    let ray = Ray { origin: receiver.point, direction, leaves: receiver.sphere };
     let t = distance(still, light.sphere, &ray);
     let shell = &still.spheres[light.sphere as usize];
     let from_center = receiver.point - shell.center;

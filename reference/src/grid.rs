@@ -41,13 +41,7 @@ impl Grid {
             let low = cell_of(visible.point - reach, inverse_cell_size);
             let high = cell_of(visible.point + reach, inverse_cell_size);
             for cell in cells_between(low, high) {
-                entries.push((
-                    bucket_of(cell),
-                    Entry {
-                        cell,
-                        point: index as u32,
-                    },
-                ));
+                entries.push((bucket_of(cell), Entry { cell, point: index as u32 }));
             }
         }
         entries.sort_by_key(|(bucket, _)| *bucket);
@@ -58,11 +52,7 @@ impl Grid {
         for b in 0..BUCKETS {
             starts[b + 1] += starts[b];
         }
-        Self {
-            inverse_cell_size,
-            starts,
-            entries: entries.into_iter().map(|(_, e)| e).collect(),
-        }
+        Self { inverse_cell_size, starts, entries: entries.into_iter().map(|(_, e)| e).collect() }
     }
 
     /// The indices of all points that may be within reach of `point`, each once.
@@ -70,10 +60,7 @@ impl Grid {
         let cell = cell_of(point, self.inverse_cell_size);
         let bucket = bucket_of(cell) as usize;
         let range = self.starts[bucket] as usize..self.starts[bucket + 1] as usize;
-        self.entries[range]
-            .iter()
-            .filter(move |e| e.cell == cell)
-            .map(|e| e.point as usize)
+        self.entries[range].iter().filter(move |e| e.cell == cell).map(|e| e.point as usize)
     }
 
     /// Bytes held.
@@ -86,11 +73,7 @@ impl Grid {
 /// between the cells of its corners.
 fn cell_of(point: Vec3, inverse_cell_size: f32) -> Cell {
     let scaled = point * inverse_cell_size;
-    [
-        scaled.x.floor() as i32,
-        scaled.y.floor() as i32,
-        scaled.z.floor() as i32,
-    ]
+    [scaled.x.floor() as i32, scaled.y.floor() as i32, scaled.z.floor() as i32]
 }
 
 fn cells_between(low: Cell, high: Cell) -> impl Iterator<Item = Cell> {

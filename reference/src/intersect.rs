@@ -66,11 +66,7 @@ pub fn distance(still: &Still, id: SphereId, ray: &Ray) -> f32 {
 
 /// Distance to an opaque sphere that is met from outside: the near root.
 pub fn from_outside(sphere: &Sphere, ray: &Ray, leaves: bool) -> f32 {
-    let Chord {
-        b,
-        power,
-        discriminant,
-    } = Chord::new(sphere, ray);
+    let Chord { b, power, discriminant } = Chord::new(sphere, ray);
     if !(b < 0.0 && discriminant >= 0.0) {
         return f32::INFINITY;
     }
@@ -80,11 +76,7 @@ pub fn from_outside(sphere: &Sphere, ray: &Ray, leaves: bool) -> f32 {
 
 /// Distance to a transparent sphere: the smaller positive root.
 pub fn from_either_side(sphere: &Sphere, ray: &Ray, leaves: bool) -> f32 {
-    let Chord {
-        b,
-        power,
-        discriminant,
-    } = Chord::new(sphere, ray);
+    let Chord { b, power, discriminant } = Chord::new(sphere, ray);
     let power = if leaves { 0.0 } else { power };
     let q = b.abs() + discriminant.sqrt(); // NaN where the ray passes by, and then so is t
     let t = if b > 0.0 {
@@ -122,11 +114,7 @@ impl Chord {
         let radius_squared = sphere.radius * sphere.radius;
         let nearest = f - ray.direction * b;
         let discriminant = radius_squared - nearest.dot(nearest);
-        Self {
-            b,
-            power: f.dot(f) - radius_squared,
-            discriminant,
-        }
+        Self { b, power: f.dot(f) - radius_squared, discriminant }
     }
 }
 
@@ -141,24 +129,12 @@ fn surface_at(still: &Still, id: SphereId, ray: &Ray, t: f32) -> Hit {
         let from_center = (point - enclosure.anchor) + enclosure.offset;
         let normal = from_center * enclosure.minus_inverse_radius;
         let normal = normal * (1.5 - 0.5 * normal.dot(normal));
-        return Hit {
-            sphere: id,
-            t,
-            point,
-            normal,
-            inside: true,
-        };
+        return Hit { sphere: id, t, point, normal, inside: true };
     }
     let sphere = &still.spheres[id as usize];
     let from_center = point - sphere.center;
     let outward = from_center * (1.0 / from_center.dot(from_center).sqrt());
     let point = sphere.center + outward * sphere.radius;
     let inside = outward.dot(ray.direction) > 0.0 && still.roles[id as usize] == Role::Glass;
-    Hit {
-        sphere: id,
-        t,
-        point,
-        normal: if inside { -outward } else { outward },
-        inside,
-    }
+    Hit { sphere: id, t, point, normal: if inside { -outward } else { outward }, inside }
 }

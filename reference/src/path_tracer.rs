@@ -29,23 +29,14 @@ impl<'a> PathTracer<'a> {
     /// A render that has not begun.
     pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
         let sums = vec![[0.0; 3]; settings.pixels()];
-        Self {
-            scene,
-            settings: *settings,
-            iterations: 0,
-            sums,
-            stats: Stats::default(),
-        }
+        Self { scene, settings: *settings, iterations: 0, sums, stats: Stats::default() }
     }
 }
 
 impl Engine for PathTracer<'_> {
     fn iterate(&mut self) {
         let start = Instant::now();
-        let still = self.scene.at(self
-            .scene
-            .camera
-            .shutter_time(self.settings.seed, self.iterations));
+        let still = self.scene.at(self.scene.camera.shutter_time(self.settings.seed, self.iterations));
         let frame = self.scene.camera.frame(self.settings.width, self.settings.height);
         let key = StreamKey::new(self.settings.seed, Family::Path, self.iterations);
         let (width, depth) = (self.settings.width, self.settings.max_depth);
@@ -77,16 +68,8 @@ impl Engine for PathTracer<'_> {
     fn develop(&self) -> Film {
         let Settings { width, height, .. } = self.settings;
         let scale = 1.0 / f64::from(self.iterations.max(1));
-        let pixels = self
-            .sums
-            .iter()
-            .map(|s| Rgb::from_array(s.map(|v| (v * scale) as f32)))
-            .collect();
-        Film {
-            width,
-            height,
-            pixels,
-        }
+        let pixels = self.sums.iter().map(|s| Rgb::from_array(s.map(|v| (v * scale) as f32))).collect();
+        Film { width, height, pixels }
     }
 
     fn radius(&self) -> Option<Plane> {
@@ -124,11 +107,7 @@ fn trace(still: &Still, ray: Ray, max_depth: u32, stream: &mut Stream, segments:
                     (seen_diffuse, length) = (true, 0);
                 }
                 if length < max_depth {
-                    let receiver = Receiver {
-                        point: hit.point,
-                        normal: hit.normal,
-                        sphere: hit.sphere,
-                    };
+                    let receiver = Receiver { point: hit.point, normal: hit.normal, sphere: hit.sphere };
                     let [choice, u, v] = std::array::from_fn(|_| stream.next_f32());
                     radiance += throughput * FRAC_1_PI * estimate_irradiance(still, &receiver, choice, u, v);
                 }
@@ -146,11 +125,7 @@ fn trace(still: &Still, ray: Ray, max_depth: u32, stream: &mut Stream, segments:
             }
             throughput /= survival;
         }
-        ray = Ray {
-            origin: hit.point,
-            direction,
-            leaves: hit.sphere,
-        };
+        ray = Ray { origin: hit.point, direction, leaves: hit.sphere };
     }
     radiance
 }

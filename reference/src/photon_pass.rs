@@ -101,25 +101,14 @@ fn trace(
         if bounce > 0 && matches!(material, Material::Diffuse { .. }) {
             stats.deposits += 1;
             let flux = quantise(power, still.lights.power);
-            deposit(
-                &Deposit {
-                    point: hit.point,
-                    wi: -ray.direction,
-                    flux,
-                },
-                stats,
-            );
+            deposit(&Deposit { point: hit.point, wi: -ray.direction, flux }, stats);
         }
         let [u, v, roulette] = numbers.bounce(photon, bounce, &mut stream);
         let Some(survivor) = survive(power, material.albedo(), roulette) else {
             return;
         };
         power = survivor;
-        ray = Ray {
-            origin: hit.point,
-            direction: scatter(material, &ray, &hit, u, v),
-            leaves: hit.sphere,
-        };
+        ray = Ray { origin: hit.point, direction: scatter(material, &ray, &hit, u, v), leaves: hit.sphere };
     }
 }
 
@@ -137,11 +126,7 @@ fn emit(still: &Still, numbers: &PhotonNumbers, photon: u32) -> Option<(Ray, Rgb
     }
     let normal = if light.inside { -outward } else { outward };
     let [u, v] = numbers.stratified(photon, dimension::DIRECTION);
-    let ray = Ray {
-        origin,
-        direction: cosine_hemisphere(normal, u, v),
-        leaves: light.sphere,
-    };
+    let ray = Ray { origin, direction: cosine_hemisphere(normal, u, v), leaves: light.sphere };
     Some((ray, light.photon_power))
 }
 
@@ -161,11 +146,7 @@ fn is_blocked(still: &Still, light: &Light, point: Vec3) -> bool {
 fn survive(power: Rgb, albedo: Rgb, roulette: f32) -> Option<Rgb> {
     let scattered = power * albedo;
     let (before, after) = (max_component(power), max_component(scattered));
-    if roulette * before < after {
-        Some(scattered * (before / after))
-    } else {
-        None
-    }
+    if roulette * before < after { Some(scattered * (before / after)) } else { None }
 }
 
 fn scatter(material: &Material, ray: &Ray, hit: &Hit, u: f32, v: f32) -> Vec3 {

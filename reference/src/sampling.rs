@@ -13,11 +13,7 @@ pub fn sincos_turn(u: f32) -> (f32, f32) {
     let x2 = x * x;
     let sine = x + x * x2 * (-1.666_665_5e-1 + x2 * (8.332_161e-3 + x2 * -1.951_529_6e-4));
     let cosine = 1.0 - 0.5 * x2 + x2 * x2 * (4.166_664_6e-2 + x2 * (-1.388_731_6e-3 + x2 * 2.443_315_7e-5));
-    let (s, c) = if quadrant & 1 == 1 {
-        (cosine, sine)
-    } else {
-        (sine, cosine)
-    };
+    let (s, c) = if quadrant & 1 == 1 { (cosine, sine) } else { (sine, cosine) };
     let negate_s = quadrant & 2 == 2;
     let negate_c = (quadrant + 1) & 2 == 2;
     (if negate_s { -s } else { s }, if negate_c { -c } else { c })
@@ -38,11 +34,7 @@ pub fn cosine_hemisphere(n: Vec3, u: f32, v: f32) -> Vec3 {
     let w = n + uniform_sphere(u, v);
     let length_squared = w.dot(w);
     // The point opposite of n: any direction will do, but its length must be 1.
-    if length_squared < 1e-10 {
-        n
-    } else {
-        w * (1.0 / length_squared.sqrt())
-    }
+    if length_squared < 1e-10 { n } else { w * (1.0 / length_squared.sqrt()) }
 }
 
 /// A unit direction in the cone about the unit `axis` with `1 - cos` up to `height`, uniformly: density
@@ -68,10 +60,7 @@ pub fn frame(n: Vec3) -> (Vec3, Vec3) {
     let sign = 1.0_f32.copysign(n.z);
     let a = -1.0 / (sign + n.z);
     let b = n.x * n.y * a;
-    (
-        Vec3::new(1.0 + sign * (n.x * n.x * a), sign * b, -sign * n.x),
-        Vec3::new(b, sign + n.y * n.y * a, -n.y),
-    )
+    (Vec3::new(1.0 + sign * (n.x * n.x * a), sign * b, -sign * n.x), Vec3::new(b, sign + n.y * n.y * a, -n.y))
 }
 
 /// `v` scaled to unit length.

@@ -22,11 +22,7 @@ pub fn dielectric(d: Vec3, hit: &Hit, ior: f32, u: f32) -> Vec3 {
     let cos2_t = 1.0 - sin2_t;
     let cos_t = if cos2_t > 0.0 { cos2_t.sqrt() } else { 0.0 };
     // NaN (grazing from inside, all zero) counts as total reflection, like every reflectance of 1.
-    if u >= fresnel(eta, cos_i, cos_t) {
-        d * eta + n * (eta * cos_i - cos_t)
-    } else {
-        reflect(d, n)
-    }
+    if u >= fresnel(eta, cos_i, cos_t) { d * eta + n * (eta * cos_i - cos_t) } else { reflect(d, n) }
 }
 
 /// Reflectance of a boundary for unpolarised light; `eta` is the index on the incident side over that on the other.

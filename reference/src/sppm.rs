@@ -29,14 +29,7 @@ impl<'a> Sppm<'a> {
     /// The same render over a grid whose cells measure `cell_size` times the largest radius; a number above 0.
     pub fn with_cell_size(scene: &'a Scene, settings: &Settings, cell_size: f32) -> Self {
         let pixels = vec![Pixel::new(settings.initial_radius); settings.pixels()];
-        Self {
-            scene,
-            settings: *settings,
-            cell_size,
-            iterations: 0,
-            pixels,
-            stats: Stats::default(),
-        }
+        Self { scene, settings: *settings, cell_size, iterations: 0, pixels, stats: Stats::default() }
     }
 
     /// One camera path per pixel: adds up direct light, and gives the visible points, each with its pixel's index.
@@ -44,10 +37,7 @@ impl<'a> Sppm<'a> {
         let frame = self.scene.camera.frame(self.settings.width, self.settings.height);
         let (mut points, mut owners) = (Vec::new(), Vec::new());
         for (index, pixel) in self.pixels.iter_mut().enumerate() {
-            let (x, y) = (
-                index as u32 % self.settings.width,
-                index as u32 / self.settings.width,
-            );
+            let (x, y) = (index as u32 % self.settings.width, index as u32 / self.settings.width);
             let mut numbers = CameraNumbers::new(&self.settings, self.iterations, x, y);
             let ray = camera_ray(&frame, x, y, &numbers);
             let sample = trace(still, ray, self.settings.max_depth, &mut numbers, &mut self.stats);
@@ -70,35 +60,25 @@ impl<'a> Sppm<'a> {
     ) -> Vec<Gathered> {
         let mut gathered = vec![Gathered::default(); points.len()];
         let pixels = &self.pixels;
-        photon_pass(
-            still,
-            &self.settings,
-            self.iterations,
-            &mut self.stats,
-            |deposit, stats| {
-                for index in grid.candidates(deposit.point) {
-                    stats.candidates += 1;
-                    if contributes(deposit, &points[index], pixels[owners[index]].radius_squared) {
-                        stats.contributions += 1;
-                        let sum = &mut gathered[index];
-                        sum.m += 1;
-                        for (total, flux) in sum.flux.iter_mut().zip(deposit.flux.0) {
-                            *total += u64::from(flux);
-                        }
+        photon_pass(still, &self.settings, self.iterations, &mut self.stats, |deposit, stats| {
+            for index in grid.candidates(deposit.point) {
+                stats.candidates += 1;
+                if contributes(deposit, &points[index], pixels[owners[index]].radius_squared) {
+                    stats.contributions += 1;
+                    let sum = &mut gathered[index];
+                    sum.m += 1;
+                    for (total, flux) in sum.flux.iter_mut().zip(deposit.flux.0) {
+                        *total += u64::from(flux);
                     }
                 }
-            },
-        );
+            }
+        });
         gathered
     }
 
     fn plane(&self, value: impl Fn(&Pixel) -> f32) -> Plane {
         let Settings { width, height, .. } = self.settings;
-        Plane {
-            width,
-            height,
-            values: self.pixels.iter().map(value).collect(),
-        }
+        Plane { width, height, values: self.pixels.iter().map(value).collect() }
     }
 }
 
@@ -110,18 +90,11 @@ fn contributes(deposit: &Deposit, visible: &VisiblePoint, radius_squared: f32) -
 
 impl Engine for Sppm<'_> {
     fn iterate(&mut self) {
-        let still = self.scene.at(self
-            .scene
-            .camera
-            .shutter_time(self.settings.seed, self.iterations));
+        let still = self.scene.at(self.scene.camera.shutter_time(self.settings.seed, self.iterations));
         let start = Instant::now();
         let (points, owners) = self.camera_pass(&still);
         let camera = Instant::now();
-        let grid = Grid::build(
-            &points,
-            |i| self.pixels[owners[i]].radius_squared.sqrt(),
-            self.cell_size,
-        );
+        let grid = Grid::build(&points, |i| self.pixels[owners[i]].radius_squared.sqrt(), self.cell_size);
         let built = Instant::now();
         let gathered = self.photon_pass(&still, &grid, &points, &owners);
         let traced = Instant::now();
@@ -146,16 +119,8 @@ impl Engine for Sppm<'_> {
         if self.iterations == 0 {
             return Film::new(width, height);
         }
-        let pixels = self
-            .pixels
-            .iter()
-            .map(|p| p.develop(&self.settings, self.iterations))
-            .collect();
-        Film {
-            width,
-            height,
-            pixels,
-        }
+        let pixels = self.pixels.iter().map(|p| p.develop(&self.settings, self.iterations)).collect();
+        Film { width, height, pixels }
     }
 
     fn radius(&self) -> Option<Plane> {

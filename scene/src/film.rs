@@ -31,11 +31,7 @@ pub struct Plane {
 impl Film {
     /// A black image.
     pub fn new(width: u32, height: u32) -> Self {
-        Self {
-            width,
-            height,
-            pixels: vec![Rgb::ZERO; width as usize * height as usize],
-        }
+        Self { width, height, pixels: vec![Rgb::ZERO; width as usize * height as usize] }
     }
 }
 
@@ -43,10 +39,6 @@ impl Plane {
     /// The same value thrice per pixel: a grey film, as image files store it.
     pub fn to_film(&self) -> Film {
         let pixels = self.values.iter().map(|&v| Rgb::splat(v)).collect();
-        Film {
-            width: self.width,
-            height: self.height,
-            pixels,
-        }
+        Film { width: self.width, height: self.height, pixels }
     }
 }

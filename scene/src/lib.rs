@@ -10,9 +10,13 @@
 
 #![forbid(unsafe_code)]
 
+pub mod atomic_file;
+pub mod builtin;
 pub mod camera;
 pub mod engine;
+pub mod file;
 pub mod film;
+pub mod image_file;
 pub mod material;
 pub mod ray;
 pub mod rng;

@@ -50,10 +50,7 @@ impl StreamKey {
     pub fn new(seed: u64, family: Family, iteration: u32) -> Self {
         let tag = (u64::from(family as u32) << 32) | u64::from(iteration);
         let key = splitmix64(splitmix64(seed) ^ tag);
-        Self {
-            before: key as u32,
-            between: (key >> 32) as u32,
-        }
+        Self { before: key as u32, between: (key >> 32) as u32 }
     }
 
     /// The start state of stream `index`: never 0.
@@ -70,9 +67,7 @@ impl StreamKey {
     /// Stream `index` at its start.
     #[inline]
     pub fn stream(self, index: u32) -> Stream {
-        Stream {
-            state: self.state(index),
-        }
+        Stream { state: self.state(index) }
     }
 }
 
@@ -211,10 +206,7 @@ mod tests {
     #[test]
     fn the_one_index_that_hashes_to_zero_starts_at_the_stand_in() {
         // Found by inverting the hash step by step.
-        assert_eq!(
-            StreamKey::new(1, Family::Photon, 0).state(98_778_080),
-            STATE_FOR_ZERO
-        );
+        assert_eq!(StreamKey::new(1, Family::Photon, 0).state(98_778_080), STATE_FOR_ZERO);
     }
 
     #[test]
@@ -241,9 +233,7 @@ mod tests {
         // The step is linear over GF(2), so it is enough that it sends no basis to a dependent set: rank 32.
         let mut rows: Vec<u32> = (0..32).map(|bit| Stream { state: 1 << bit }.next_u32()).collect();
         for bit in 0..32 {
-            let pivot = (bit..32)
-                .find(|&i| rows[i] >> bit & 1 == 1)
-                .expect("the step is not invertible");
+            let pivot = (bit..32).find(|&i| rows[i] >> bit & 1 == 1).expect("the step is not invertible");
             rows.swap(bit, pivot);
             for i in bit + 1..32 {
                 if rows[i] >> bit & 1 == 1 {

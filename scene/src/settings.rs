@@ -53,9 +53,9 @@ pub const MAX_DEPOSITS: u64 = 1 << 31;
 /// A radius outside of these would square to an `f32` that is subnormal or infinite.
 pub const RADIUS_RANGE: [f32; 2] = [1e-15, 1e15];
 
-/// Bytes that a render holds per pixel: film, visible point and sums. Stated for people, checked by a test of
+/// Bytes that a render holds per pixel: film, visible point, sums and index. Stated for people, checked by a test of
 /// the command.
-pub const BYTES_PER_PIXEL: u64 = 128;
+pub const BYTES_PER_PIXEL: u64 = 256;
 
 /// A setting out of bounds; `option` is its name in scene files and, with dashes, on the command line.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -106,10 +106,7 @@ impl Settings {
         let [low, high] = RADIUS_RANGE;
         if !(low..=high).contains(&self.initial_radius) {
             let r = self.initial_radius;
-            return Err(error(
-                "initial_radius",
-                format!("is {r}; it must be from {low:e} to {high:e}"),
-            ));
+            return Err(error("initial_radius", format!("is {r}; it must be from {low:e} to {high:e}")));
         }
         Ok(())
     }

@@ -165,11 +165,7 @@ mod tests {
             }
         }
         for (index, point) in FAR_POINTS {
-            assert_eq!(
-                std::array::from_fn(|dimension| sobol(index, dimension)),
-                point,
-                "point {index}"
-            );
+            assert_eq!(std::array::from_fn(|dimension| sobol(index, dimension)), point, "point {index}");
         }
     }
 
@@ -206,10 +202,7 @@ mod tests {
             for run in [0, 3, 77] {
                 let mut cells: Vec<u32> = (0..256).map(|i| sobol((run << 8) + i, dimension) >> 24).collect();
                 cells.sort_unstable();
-                assert!(
-                    cells.iter().copied().eq(0..256),
-                    "dimension {dimension}, run {run}"
-                );
+                assert!(cells.iter().copied().eq(0..256), "dimension {dimension}, run {run}");
             }
         }
     }
@@ -227,9 +220,6 @@ mod tests {
             }
         }
         // Z: x is the lower bit.
-        assert_eq!(
-            [morton(1, 0), morton(0, 1), morton(1, 1), morton(2, 0)],
-            [1, 2, 3, 4]
-        );
+        assert_eq!([morton(1, 0), morton(0, 1), morton(1, 1), morton(2, 0)], [1, 2, 3, 4]);
     }
 }

@@ -22,11 +22,7 @@ impl Sphere {
     /// The sphere as it stands at shutter time `time`.
     #[must_use]
     pub fn at(&self, time: f32) -> Self {
-        Self {
-            center: self.center + self.velocity * time,
-            velocity: Vec3::ZERO,
-            ..*self
-        }
+        Self { center: self.center + self.velocity * time, velocity: Vec3::ZERO, ..*self }
     }
 
     /// True if the sphere emits in any channel.

@@ -188,13 +188,7 @@ impl Still<'_> {
     /// The opaque spheres that hide part of the surface of sphere `id` from free space; `None` if all of it.
     fn blockers(&self, id: usize) -> Option<Vec<SphereId>> {
         let (light, mut blockers) = (&self.spheres[id], Vec::new());
-        for (other, (s, role)) in self
-            .spheres
-            .iter()
-            .zip(&self.roles)
-            .enumerate()
-            .filter(|(i, _)| *i != id)
-        {
+        for (other, (s, role)) in self.spheres.iter().zip(&self.roles).enumerate().filter(|(i, _)| *i != id) {
             let (d, r) = (distance(light.center, s.center), f64::from(s.radius));
             // The surface of the light lies at distances from `nearest` to `farthest` of the other centre.
             let (nearest, farthest) = ((d - f64::from(light.radius)).abs(), d + f64::from(light.radius));
@@ -227,11 +221,7 @@ impl Enclosure {
         let (center, radius) = (s.center.as_dvec3(), f64::from(s.radius));
         let to_eye = eye.as_dvec3() - center;
         let length = to_eye.dot(to_eye).sqrt();
-        let outward = if length > 0.0 {
-            to_eye / length
-        } else {
-            glam::DVec3::X
-        };
+        let outward = if length > 0.0 { to_eye / length } else { glam::DVec3::X };
         let anchor = (center + outward * radius).as_vec3();
         let offset = anchor.as_dvec3() - center;
         Self {

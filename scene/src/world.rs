@@ -1,6 +1,7 @@
 //! The scene: everything that is rendered, as its file states it.
 
-use crate::{Camera, Material, Rgb, Settings, Sphere};
+use crate::{Camera, Material, Rgb, Settings, Sphere, Vec3};
+use glam::DVec3;
 
 /// A scene that has been checked: `scene::file` makes no other, and so should whoever builds one by hand.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,7 +15,63 @@ pub struct Scene {
     /// The spheres, in file order; of equally near hits the one with the lower index counts.
     pub spheres: Vec<Sphere>,
     /// Radiance that arrives from every direction in which nothing stands; zero for a black surrounding.
+    ///
+    /// It is the last of `spheres`, the sky of [`Scene::with_sky`], that carries it. Engines need not know of it.
     pub background: Rgb,
     /// Settings that suit the scene; the command line may override each.
     pub settings: Settings,
+}
+
+/// How much larger than needed the sky is, so that rounding never lets anything touch it.
+const SKY_MARGIN: f64 = 1.01;
+
+impl Scene {
+    /// The scene with its background as a light: a black diffuse sphere around everything, which emits
+    /// `background` and comes last of the spheres. A scene with a black background is returned as it is.
+    ///
+    /// Radiance does not change along a ray, so a uniform sky gives the same image at any distance. It lights
+    /// surfaces, throws caustics and stands behind what is seen, as every emitter does. It also has every emitter's
+    /// cost: photons leave all of it alike, so where small spheres stand far apart (or on a ground of radius 10^4)
+    /// most of them meet nothing, and it takes more photons per iteration to see those that do. Where the eye is
+    /// in an opaque sphere no photon is lost: the sky is sealed off and is no light at all.
+    ///
+    /// ```
+    /// # let mut scene = scene::builtin::scene("cornell").unwrap();
+    /// scene.background = scene::Rgb::ONE;
+    /// let spheres = scene.spheres.len();
+    /// assert_eq!(scene.with_sky().spheres.len(), spheres + 1);
+    /// ```
+    #[must_use]
+    pub fn with_sky(mut self) -> Self {
+        if self.background == Rgb::ZERO {
+            return self;
+        }
+        let (center, radius) = self.bounding_ball();
+        self.spheres.push(Sphere {
+            center,
+            velocity: Vec3::ZERO,
+            radius: (radius * SKY_MARGIN) as f32,
+            material: self.materials.len() as u32,
+            emission: self.background,
+        });
+        self.materials.push(Material::Diffuse { albedo: Rgb::ZERO });
+        self
+    }
+
+    /// Centre and radius of a ball around the lens and every sphere, as long as the shutter is open.
+    fn bounding_ball(&self) -> (Vec3, f64) {
+        let camera = &self.camera;
+        let at_open_and_close =
+            |s: &Sphere| camera.shutter.map(|time| (s.at(time).center.as_dvec3(), f64::from(s.radius)));
+        let lens = (camera.eye.as_dvec3(), f64::from(camera.aperture_radius));
+        let balls = || std::iter::once(lens).chain(self.spheres.iter().flat_map(at_open_and_close));
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for (center, radius) in balls() {
+            low = low.min(center - radius);
+            high = high.max(center + radius);
+        }
+        let center = (0.5 * (low + high)).as_vec3();
+        let reach = |(c, r): (DVec3, f64)| c.distance(center.as_dvec3()) + r;
+        (center, balls().map(reach).fold(0.0, f64::max))
+    }
 }

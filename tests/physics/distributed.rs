@@ -27,19 +27,14 @@ fn two_balls() -> Scene {
 }
 
 fn sppm_settings(iterations: u32) -> Settings {
-    Settings {
-        iterations,
-        ..settings(48, 36, 60_000, 8, 0.3)
-    }
+    Settings { iterations, ..settings(48, 36, 60_000, 8, 0.3) }
 }
 
 fn block_means(film: &Film) -> Vec<[f64; 3]> {
     let [columns, rows] = BLOCKS;
     let (w, h) = (film.width / columns, film.height / rows);
     let blocks = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
-    blocks
-        .map(|(x, y)| block_mean(film, x * w..(x + 1) * w, y * h..(y + 1) * h))
-        .collect()
+    blocks.map(|(x, y)| block_mean(film, x * w..(x + 1) * w, y * h..(y + 1) * h)).collect()
 }
 
 /// The largest relative difference of two images over blocks.
@@ -52,35 +47,15 @@ fn worst_block(a: &Film, b: &Film) -> f64 {
 fn assert_converges(scene: &Scene, without: &Scene) {
     let settings = sppm_settings(64);
     let sppm = render_sppm(scene, &settings);
-    let path = render_path(
-        scene,
-        &Settings {
-            iterations: 1024,
-            ..settings
-        },
-    );
+    let path = render_path(scene, &Settings { iterations: 1024, ..settings });
     let error = relative_error(mean(&sppm), mean(&path));
     assert!(error < SAME_MEAN, "means {:?} and {:?}", mean(&sppm), mean(&path));
     let error = worst_block(&sppm, &path);
     assert!(error < SAME_BLOCK, "a block differs by {error:.3}");
-    let without = render_path(
-        without,
-        &Settings {
-            iterations: 256,
-            ..settings
-        },
-    );
+    let without = render_path(without, &Settings { iterations: 256, ..settings });
     let differs = |(a, b): (&Rgb, &Rgb)| (a.x / b.x - 1.0).abs() > 0.25;
-    let effect = without
-        .pixels
-        .iter()
-        .zip(&path.pixels)
-        .filter(|&pair| differs(pair))
-        .count();
-    assert!(
-        effect > path.pixels.len() / 50,
-        "the effect is seen in {effect} pixels only"
-    );
+    let effect = without.pixels.iter().zip(&path.pixels).filter(|&pair| differs(pair)).count();
+    assert!(effect > path.pixels.len() / 50, "the effect is seen in {effect} pixels only");
 }
 
 #[test]
@@ -118,13 +93,7 @@ fn a_point_out_of_focus_is_a_disc_of_the_lens_seen_from_it() {
         let mut scene = empty_scene(pinhole(Vec3::ZERO, Vec3::NEG_Z, 30.0));
         scene = scene.lamp(Vec3::NEG_Z * distance, lamp_radius, BLACK, Rgb::ONE);
         (scene.camera.aperture_radius, scene.camera.focus_distance) = (aperture, focus);
-        let film = render_path(
-            &scene,
-            &Settings {
-                iterations: 400,
-                ..settings(101, 101, 1, 1, 1.0)
-            },
-        );
+        let film = render_path(&scene, &Settings { iterations: 400, ..settings(101, 101, 1, 1, 1.0) });
         let pixel = 2.0 * 15.0_f64.to_radians().tan() / 101.0;
         let (mut light, mut second_moment) = (0.0, 0.0);
         for (index, value) in film.pixels.iter().enumerate() {
@@ -160,22 +129,14 @@ fn a_moving_lamp_leaves_a_trail_as_bright_as_long_it_stays() {
     scene = scene.lamp(Vec3::new(-1.0, 0.0, -4.0), 0.2, BLACK, Rgb::ONE);
     scene.spheres[0].velocity = Vec3::X * 2.0;
     scene.camera.shutter = [0.0, 1.0];
-    let film = render_path(
-        &scene,
-        &Settings {
-            iterations: 1024,
-            ..settings(65, 65, 1, 1, 1.0)
-        },
-    );
+    let film = render_path(&scene, &Settings { iterations: 1024, ..settings(65, 65, 1, 1, 1.0) });
     // In the middle of its way, it covers a point of its own middle line for 0.4 of 2 units.
     let middle = f64::from(film.pixels[32 * 65 + 32].x);
     assert!((middle - 0.2).abs() < TRAIL, "{middle}");
     // And nothing is where it never is.
     assert!(film.pixels[..65 * 20].iter().all(|&p| p == Rgb::ZERO));
     // Shutter times of 2^k iterations are evenly spread, each by its own interval.
-    let mut times: Vec<f32> = (0..1024)
-        .map(|i| scene.camera.shutter_time(1, i) * 1024.0)
-        .collect();
+    let mut times: Vec<f32> = (0..1024).map(|i| scene.camera.shutter_time(1, i) * 1024.0).collect();
     times.sort_by(f32::total_cmp);
     assert!(times.iter().enumerate().all(|(i, t)| t.floor() == i as f32));
 }

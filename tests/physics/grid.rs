@@ -12,11 +12,7 @@ use scene::{Engine, Rgb, Scene, Settings, Stats, Vec3};
 const CELL_SIZES: [f32; 7] = [0.5, 0.75, 1.0, 2.0, 3.3, 5.0, 8.0];
 
 fn visible_at(point: Vec3) -> VisiblePoint {
-    VisiblePoint {
-        point,
-        normal: Vec3::Z,
-        beta: Rgb::ONE,
-    }
+    VisiblePoint { point, normal: Vec3::Z, beta: Rgb::ONE }
 }
 
 /// Asserts that of the points within their radius of `photon`, the grid finds each, once; and none twice.
@@ -101,34 +97,20 @@ fn one_point_and_no_point() {
 #[test]
 fn many_points_in_one_place_are_each_found_once() {
     let points = vec![visible_at(Vec3::splat(2.0)); 1000];
-    check(
-        &points,
-        &vec![1.0; 1000],
-        &[Vec3::splat(2.0), Vec3::new(2.9, 2.0, 2.0)],
-        2.0,
-    )
-    .unwrap();
+    check(&points, &vec![1.0; 1000], &[Vec3::splat(2.0), Vec3::new(2.9, 2.0, 2.0)], 2.0).unwrap();
 }
 
 /// A closed room of huge walls with a lamp, a mirror and glass.
 fn room() -> Scene {
     let mut scene = empty_scene(pinhole(Vec3::new(0.0, 0.0, 9.0), Vec3::new(0.0, -1.0, 0.0), 60.0));
-    for (axis, albedo) in [
-        (Vec3::X, [0.7, 0.2, 0.2]),
-        (Vec3::Y, [0.7, 0.7, 0.7]),
-        (Vec3::Z, [0.3, 0.6, 0.8]),
-    ] {
+    for (axis, albedo) in [(Vec3::X, [0.7, 0.2, 0.2]), (Vec3::Y, [0.7, 0.7, 0.7]), (Vec3::Z, [0.3, 0.6, 0.8])]
+    {
         for side in [-1.0, 1.0] {
             scene = scene.ball(axis * (side * (10.0 - 1e4)), 1e4, coloured(albedo));
         }
     }
     scene
-        .lamp(
-            Vec3::new(0.0, 7.0, 0.0),
-            1.5,
-            diffuse(0.3),
-            Rgb::new(30.0, 20.0, 10.0),
-        )
+        .lamp(Vec3::new(0.0, 7.0, 0.0), 1.5, diffuse(0.3), Rgb::new(30.0, 20.0, 10.0))
         .ball(Vec3::new(-4.0, -7.0, -2.0), 3.0, mirror(0.9))
         .ball(Vec3::new(4.0, -7.0, 1.0), 3.0, glass(0.95, 1.5))
 }
@@ -136,26 +118,15 @@ fn room() -> Scene {
 #[test]
 fn images_radii_and_counts_do_not_depend_on_the_cell_size() {
     let scene = room();
-    let settings = Settings {
-        iterations: 3,
-        ..settings(48, 27, 5000, 6, 1.0)
-    };
+    let settings = Settings { iterations: 3, ..settings(48, 27, 5000, 6, 1.0) };
     let render = |cell_size| {
         let mut engine = Sppm::with_cell_size(&scene, &settings, cell_size);
         (0..settings.iterations).for_each(|_| engine.iterate());
-        (
-            engine.develop(),
-            engine.radius(),
-            engine.count(),
-            engine.stats().contributions,
-        )
+        (engine.develop(), engine.radius(), engine.count(), engine.stats().contributions)
     };
     let expected = render(1.0);
     for cell_size in CELL_SIZES {
-        assert!(
-            render(cell_size) == expected,
-            "cells of {cell_size} radii give another image"
-        );
+        assert!(render(cell_size) == expected, "cells of {cell_size} radii give another image");
     }
     assert!(
         run(Sppm::new(&scene, &settings), &settings) == expected.0,
@@ -187,9 +158,7 @@ fn photon_counts_are_those_of_brute_force() {
             let ray = camera_ray(&frame, x, y, &numbers);
             let visible = trace(&still, ray, settings.max_depth, &mut numbers, &mut stats).visible;
             let m = visible.map_or(0, |v| {
-                let near = deposits
-                    .iter()
-                    .filter(|d| (d.point - v.point).length_squared() < 2.25);
+                let near = deposits.iter().filter(|d| (d.point - v.point).length_squared() < 2.25);
                 near.filter(|d| d.wi.dot(v.normal) > 0.0).count()
             });
             assert_eq!(count, ALPHA * m as f32, "pixel ({x}, {y})");

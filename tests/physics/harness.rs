@@ -8,39 +8,26 @@ pub(crate) const BLACK: Material = diffuse(0.0);
 
 /// A grey diffuse material.
 pub(crate) const fn diffuse(albedo: f32) -> Material {
-    Material::Diffuse {
-        albedo: Rgb::splat(albedo),
-    }
+    Material::Diffuse { albedo: Rgb::splat(albedo) }
 }
 
 /// A diffuse material with an albedo per channel.
 pub(crate) const fn coloured(albedo: [f32; 3]) -> Material {
-    Material::Diffuse {
-        albedo: Rgb::from_array(albedo),
-    }
+    Material::Diffuse { albedo: Rgb::from_array(albedo) }
 }
 
 pub(crate) const fn mirror(albedo: f32) -> Material {
-    Material::Specular {
-        albedo: Rgb::splat(albedo),
-    }
+    Material::Specular { albedo: Rgb::splat(albedo) }
 }
 
 pub(crate) const fn glass(tint: f32, ior: f32) -> Material {
-    Material::Dielectric {
-        albedo: Rgb::splat(tint),
-        ior,
-    }
+    Material::Dielectric { albedo: Rgb::splat(tint), ior }
 }
 
 /// A pinhole at `eye` that looks at `target`, with a vertical field of view in degrees.
 pub(crate) fn pinhole(eye: Vec3, target: Vec3, fov: f32) -> Camera {
     let direction = target - eye;
-    let up = if direction.y.abs() > 0.9 * direction.length() {
-        Vec3::X
-    } else {
-        Vec3::Y
-    };
+    let up = if direction.y.abs() > 0.9 * direction.length() { Vec3::X } else { Vec3::Y };
     Camera {
         eye,
         direction,
@@ -79,13 +66,7 @@ impl Build for Scene {
     fn lamp(mut self, center: Vec3, radius: f32, material: Material, emission: Rgb) -> Self {
         let index = self.materials.len() as u32;
         self.materials.push(material);
-        self.spheres.push(Sphere {
-            center,
-            velocity: Vec3::ZERO,
-            radius,
-            material: index,
-            emission,
-        });
+        self.spheres.push(Sphere { center, velocity: Vec3::ZERO, radius, material: index, emission });
         self
     }
 }
@@ -165,14 +146,8 @@ pub(crate) const SIGNIFICANCE: f64 = 1e-6;
 pub(crate) fn chi_square_p(counts: &[u32]) -> f64 {
     let total: u64 = counts.iter().map(|&c| u64::from(c)).sum();
     let expected = total as f64 / counts.len() as f64;
-    assert!(
-        expected >= 20.0,
-        "too few samples per cell for the chi-square approximation"
-    );
-    let statistic: f64 = counts
-        .iter()
-        .map(|&c| (f64::from(c) - expected).powi(2) / expected)
-        .sum();
+    assert!(expected >= 20.0, "too few samples per cell for the chi-square approximation");
+    let statistic: f64 = counts.iter().map(|&c| (f64::from(c) - expected).powi(2) / expected).sum();
     ChiSquared::new((counts.len() - 1) as f64).unwrap().sf(statistic)
 }
 

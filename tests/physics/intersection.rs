@@ -17,13 +17,7 @@ const U: f64 = 1.0 / 16_777_216.0;
 const ROUNDINGS: f64 = 16.0;
 
 fn ball(center: Vec3, radius: f32) -> Sphere {
-    Sphere {
-        center,
-        velocity: Vec3::ZERO,
-        radius,
-        material: 0,
-        emission: Rgb::ZERO,
-    }
+    Sphere { center, velocity: Vec3::ZERO, radius, material: 0, emission: Rgb::ZERO }
 }
 
 /// The exact geometry of a ray and a sphere, with bounds on how far `f32` may be off.
@@ -77,10 +71,7 @@ impl Exact {
         let q_error = self.root_error() + self.b_error;
         if self.b > 0.0 {
             let t = -self.power / q;
-            (
-                t,
-                (self.square_error + t * q_error) / (q - q_error).max(0.0) + U * t,
-            )
+            (t, (self.square_error + t * q_error) / (q - q_error).max(0.0) + U * t)
         } else {
             (q, q_error + U * q)
         }
@@ -265,24 +256,12 @@ fn a_million_bounces_do_not_leave_a_room_of_huge_walls() {
     let scene = room();
     let still = scene.at(0.0);
     let mut stream = numbers(0);
-    let mut ray = Ray {
-        origin: scene.camera.eye,
-        direction: Vec3::X,
-        leaves: NO_SPHERE,
-    };
+    let mut ray = Ray { origin: scene.camera.eye, direction: Vec3::X, leaves: NO_SPHERE };
     for bounce in 0..1_000_000 {
         let hit = intersect(&still, &ray).unwrap_or_else(|| panic!("bounce {bounce} escapes: {ray:?}"));
-        assert!(
-            out_of(&scene, hit.point).abs() < WALL_ERROR,
-            "bounce {bounce} at {:?}",
-            hit.point
-        );
+        assert!(out_of(&scene, hit.point).abs() < WALL_ERROR, "bounce {bounce} at {:?}", hit.point);
         let direction = cosine_hemisphere(hit.normal, stream.next_f32(), stream.next_f32());
-        ray = Ray {
-            origin: hit.point,
-            direction,
-            leaves: hit.sphere,
-        };
+        ray = Ray { origin: hit.point, direction, leaves: hit.sphere };
     }
 }
 
@@ -297,20 +276,13 @@ fn rays_into_the_corners_of_a_room_do_not_leak() {
         let edge = |bit: u32| if index >> bit & 1 == 1 { HALF } else { -HALF };
         let along = if index & 8 == 0 { edge(2) } else { jitter() * 9e5 };
         let corner = Vec3::new(edge(0) + jitter(), edge(1) + jitter(), along);
-        let mut ray = Ray {
-            origin: scene.camera.eye,
-            direction: unit(corner - scene.camera.eye),
-            leaves: NO_SPHERE,
-        };
+        let mut ray =
+            Ray { origin: scene.camera.eye, direction: unit(corner - scene.camera.eye), leaves: NO_SPHERE };
         for _ in 0..4 {
             let hit = intersect(&still, &ray).expect("the ray leaks");
             assert!(out_of(&scene, hit.point) < WALL_ERROR, "{:?}", hit.point);
             let direction = cosine_hemisphere(hit.normal, stream.next_f32(), stream.next_f32());
-            ray = Ray {
-                origin: hit.point,
-                direction,
-                leaves: hit.sphere,
-            };
+            ray = Ray { origin: hit.point, direction, leaves: hit.sphere };
         }
     }
 }
@@ -324,11 +296,7 @@ fn distances_to_huge_walls_are_right_to_a_hundred_thousandth_of_the_room() {
         let mut coordinate = || (stream.next_f32() - 0.5) * 99.0;
         let origin = Vec3::new(coordinate(), coordinate(), coordinate());
         let direction = unit(uniform_sphere(stream.next_f32(), stream.next_f32()));
-        let ray = Ray {
-            origin,
-            direction,
-            leaves: NO_SPHERE,
-        };
+        let ray = Ray { origin, direction, leaves: NO_SPHERE };
         let hit = intersect(&still, &ray).unwrap();
         let (o, d) = (origin.as_dvec3(), direction.as_dvec3().normalize());
         let far = |s: &Sphere| {
@@ -339,11 +307,7 @@ fn distances_to_huge_walls_are_right_to_a_hundred_thousandth_of_the_room() {
         let expected = scene.spheres.iter().map(far).fold(f64::INFINITY, f64::min);
         // What is asked for: 10^-4 units across the wall's surface; along a grazing ray it spreads by the cosine.
         let cosine = f64::from(-hit.normal.dot(direction));
-        assert!(
-            (f64::from(hit.t) - expected).abs() * cosine < WALL_ERROR,
-            "{} instead of {expected}",
-            hit.t
-        );
+        assert!((f64::from(hit.t) - expected).abs() * cosine < WALL_ERROR, "{} instead of {expected}", hit.t);
     }
 }
 
@@ -353,24 +317,14 @@ fn of_coincident_spheres_the_lower_index_is_hit() {
     for material in [BLACK, glass(1.0, 1.5), Material::Specular { albedo: Rgb::ONE }] {
         let mut scene = empty_scene(pinhole(eye, Vec3::ZERO, 60.0)).ball(Vec3::Y * 3.0, 0.5, BLACK);
         for _ in 0..3 {
-            scene = scene
-                .ball(Vec3::ZERO, 1.0, material)
-                .ball(Vec3::ZERO, 10.0, BLACK);
+            scene = scene.ball(Vec3::ZERO, 1.0, material).ball(Vec3::ZERO, 10.0, BLACK);
         }
         let still = scene.at(0.0);
         let mut stream = numbers(3);
         let mut hits = [0; 3];
         for _ in 0..10_000 {
             let direction = unit(Vec3::NEG_Z + 0.5 * uniform_sphere(stream.next_f32(), stream.next_f32()));
-            let hit = intersect(
-                &still,
-                &Ray {
-                    origin: eye,
-                    direction,
-                    leaves: NO_SPHERE,
-                },
-            )
-            .unwrap();
+            let hit = intersect(&still, &Ray { origin: eye, direction, leaves: NO_SPHERE }).unwrap();
             hits[hit.sphere as usize] += 1;
         }
         assert!(hits[1] > 0 && hits[2] > 0, "{hits:?}");
@@ -386,26 +340,15 @@ fn a_mirror_ball_is_followed_inside_for_a_thousand_bounces() {
     let mut stream = numbers(4);
     for _ in 0..100 {
         let direction = unit(uniform_sphere(stream.next_f32(), stream.next_f32()));
-        let mut ray = Ray {
-            origin: eye,
-            direction,
-            leaves: NO_SPHERE,
-        };
+        let mut ray = Ray { origin: eye, direction, leaves: NO_SPHERE };
         // All chords of a path in a ball pass its centre at the same distance.
         let distance = |ray: &Ray| ray.origin.as_dvec3().cross(ray.direction.as_dvec3()).length();
         let expected = distance(&ray);
         for bounce in 0..1000 {
             let hit = intersect(&still, &ray).unwrap_or_else(|| panic!("bounce {bounce} escapes"));
             let direction = reference::scatter::reflect(ray.direction, hit.normal);
-            ray = Ray {
-                origin: hit.point,
-                direction,
-                leaves: hit.sphere,
-            };
-            assert!(
-                (distance(&ray) - expected).abs() < MIRROR_DRIFT,
-                "bounce {bounce}"
-            );
+            ray = Ray { origin: hit.point, direction, leaves: hit.sphere };
+            assert!((distance(&ray) - expected).abs() < MIRROR_DRIFT, "bounce {bounce}");
         }
     }
 }

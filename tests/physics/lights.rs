@@ -34,30 +34,23 @@ fn irradiance(still: &Still, receiver: &Receiver, side: u32) -> f64 {
 
 /// A lamp of radiance 1 over a receiving sphere (sphere 1) at the origin.
 fn lamp_over_ball(center: Vec3, radius: f32) -> Scene {
-    empty_scene(pinhole(Vec3::Z * 1e3, Vec3::ZERO, 1.0))
-        .lamp(center, radius, BLACK, Rgb::ONE)
-        .ball(Vec3::ZERO, 1.0, diffuse(0.8))
+    empty_scene(pinhole(Vec3::Z * 1e3, Vec3::ZERO, 1.0)).lamp(center, radius, BLACK, Rgb::ONE).ball(
+        Vec3::ZERO,
+        1.0,
+        diffuse(0.8),
+    )
 }
 
 #[test]
 fn irradiance_of_a_lamp_above_the_horizon() {
-    for (distance, radius) in [
-        (1.5_f32, 0.4_f32),
-        (4.0, 2.0),
-        (10.0, 1.0),
-        (300.0, 1.0),
-        (1e4, 100.0),
-        (50.0, 0.01),
-    ] {
+    for (distance, radius) in
+        [(1.5_f32, 0.4_f32), (4.0, 2.0), (10.0, 1.0), (300.0, 1.0), (1e4, 100.0), (50.0, 0.01)]
+    {
         for tilt in [0.0_f64, 0.3, 0.8] {
             let normal = Vec3::new(0.0, tilt.sin() as f32, tilt.cos() as f32);
             let center = Vec3::Z * distance;
             let scene = lamp_over_ball(center, radius);
-            let receiver = Receiver {
-                point: normal,
-                normal,
-                sphere: 1,
-            };
+            let receiver = Receiver { point: normal, normal, sphere: 1 };
             let to_lamp = center.as_dvec3() - normal.as_dvec3();
             let d = to_lamp.length();
             let (sine, cosine) = (f64::from(radius) / d, to_lamp.dot(normal.as_dvec3()) / d);
@@ -79,18 +72,11 @@ fn irradiance_of_a_lamp_above_the_horizon() {
 fn irradiance_of_a_lamp_that_the_horizon_halves() {
     for sine in [0.1_f32, 0.5, 0.9] {
         let scene = lamp_over_ball(Vec3::new(10.0, 0.0, 1.0), 10.0 * sine);
-        let receiver = Receiver {
-            point: Vec3::Z,
-            normal: Vec3::Z,
-            sphere: 1,
-        };
+        let receiver = Receiver { point: Vec3::Z, normal: Vec3::Z, sphere: 1 };
         let s = f64::from(sine);
         let expected = s.asin() - s * (1.0 - s * s).sqrt();
         let actual = irradiance(&scene.at(0.0), &receiver, 512);
-        assert!(
-            (actual / expected - 1.0).abs() < QUADRATURE,
-            "sine {sine}: {actual} instead of {expected}"
-        );
+        assert!((actual / expected - 1.0).abs() < QUADRATURE, "sine {sine}: {actual} instead of {expected}");
     }
 }
 
@@ -98,31 +84,21 @@ fn irradiance_of_a_lamp_that_the_horizon_halves() {
 fn lamps_below_the_horizon_and_one_on_itself_give_nothing() {
     let scene = lamp_over_ball(Vec3::NEG_Z * 10.0, 1.0);
     let still = scene.at(0.0);
-    let away = Receiver {
-        point: Vec3::Z,
-        normal: Vec3::Z,
-        sphere: 1,
-    };
+    let away = Receiver { point: Vec3::Z, normal: Vec3::Z, sphere: 1 };
     assert_eq!(irradiance(&still, &away, 16), 0.0);
-    let itself = Receiver {
-        point: Vec3::NEG_Z * 9.0,
-        normal: Vec3::Z,
-        sphere: 0,
-    };
+    let itself = Receiver { point: Vec3::NEG_Z * 9.0, normal: Vec3::Z, sphere: 0 };
     assert_eq!(irradiance(&still, &itself, 16), 0.0);
 }
 
 #[test]
 fn a_shell_gives_pi_times_its_radiance_everywhere_within() {
-    let scene = empty_scene(pinhole(Vec3::X, Vec3::ZERO, 60.0))
-        .lamp(Vec3::ZERO, 7.0, BLACK, Rgb::ONE)
-        .ball(Vec3::new(2.0, 1.0, 0.0), 1.0, diffuse(0.5));
+    let scene = empty_scene(pinhole(Vec3::X, Vec3::ZERO, 60.0)).lamp(Vec3::ZERO, 7.0, BLACK, Rgb::ONE).ball(
+        Vec3::new(2.0, 1.0, 0.0),
+        1.0,
+        diffuse(0.5),
+    );
     for normal in [Vec3::X, Vec3::NEG_Y, Vec3::new(0.6, 0.0, -0.8)] {
-        let receiver = Receiver {
-            point: scene.spheres[1].center + normal,
-            normal,
-            sphere: 1,
-        };
+        let receiver = Receiver { point: scene.spheres[1].center + normal, normal, sphere: 1 };
         let actual = irradiance(&scene.at(0.0), &receiver, 16);
         assert!((actual / PI - 1.0).abs() < EXACT, "{actual}");
     }
@@ -141,10 +117,7 @@ fn a_ball_under_a_far_lamp_is_lambertian() {
         let (sine2, cosine) = (1.0 / to_lamp.length_squared(), to_lamp.z / to_lamp.length());
         let expected = [0, 1, 2].map(|c| f64::from(albedo[c]) * f64::from(emission[c]) * sine2 * cosine);
         for depth in [1, 5] {
-            let settings = Settings {
-                iterations: 4,
-                ..settings(64, 64, 1000, depth, 0.1)
-            };
+            let settings = Settings { iterations: 4, ..settings(64, 64, 1000, depth, 0.1) };
             assert_mean(&render_sppm(&scene, &settings), expected, PATCH, "SPPM");
             assert_mean(&render_path(&scene, &settings), expected, PATCH, "path tracer");
         }
@@ -156,9 +129,12 @@ const AXIS: Vec3 = Vec3::new(0.48, 0.6, 0.64);
 
 /// A diffuse shell of radius 3 with a lamp of radius 1 whose centre is at distance `offset` from the shell's.
 fn lamp_in_shell(offset: f32) -> Scene {
-    empty_scene(pinhole(Vec3::Z * -1.5, Vec3::ZERO, 60.0))
-        .ball(Vec3::ZERO, 3.0, diffuse(0.5))
-        .lamp(AXIS * offset, 1.0, diffuse(0.5), Rgb::ONE)
+    empty_scene(pinhole(Vec3::Z * -1.5, Vec3::ZERO, 60.0)).ball(Vec3::ZERO, 3.0, diffuse(0.5)).lamp(
+        AXIS * offset,
+        1.0,
+        diffuse(0.5),
+        Rgb::ONE,
+    )
 }
 
 /// Area of the part of the lamp that lies within the shell: by Archimedes, `2 pi a` times its height.
@@ -185,20 +161,13 @@ fn a_sunk_lamp_lights_the_shell_with_the_power_of_what_is_not_sunk() {
         let mut sum = 0.0;
         for (i, j) in (0..side).flat_map(|i| (0..side).map(move |j| (i, j))) {
             let outward = uniform_sphere(place(i), place(j));
-            let receiver = Receiver {
-                point: outward * 3.0,
-                normal: -outward,
-                sphere: 0,
-            };
+            let receiver = Receiver { point: outward * 3.0, normal: -outward, sphere: 0 };
             sum += irradiance(&still, &receiver, 8);
         }
         let power = sum / f64::from(side * side) * 36.0 * PI;
         let expected = PI * area_within(offset);
         let error = (power / expected - 1.0).abs();
-        assert!(
-            error < SINGULAR,
-            "offset {offset}: {power} instead of {expected}, off by {error:.1e}"
-        );
+        assert!(error < SINGULAR, "offset {offset}: {power} instead of {expected}, off by {error:.1e}");
     }
 }
 
@@ -225,27 +194,10 @@ fn both_engines_agree_about_sunk_lamps() {
     for offset in [2.0, 2.5, 3.0] {
         let mut scene = lamp_in_shell(offset);
         scene.camera = pinhole(AXIS * -2.8, AXIS, 70.0);
-        let sppm = render_sppm(
-            &scene,
-            &Settings {
-                iterations: 8,
-                ..settings(64, 64, 100_000, 8, 0.15)
-            },
-        );
-        let path = render_path(
-            &scene,
-            &Settings {
-                iterations: 64,
-                ..settings(64, 64, 1, 8, 0.15)
-            },
-        );
+        let sppm = render_sppm(&scene, &Settings { iterations: 8, ..settings(64, 64, 100_000, 8, 0.15) });
+        let path = render_path(&scene, &Settings { iterations: 64, ..settings(64, 64, 1, 8, 0.15) });
         let error = relative_error(mean(&sppm), mean(&path));
-        assert!(
-            error < SAME_MEAN,
-            "offset {offset}: {:?} and {:?}",
-            mean(&sppm),
-            mean(&path)
-        );
+        assert!(error < SAME_MEAN, "offset {offset}: {:?} and {:?}", mean(&sppm), mean(&path));
     }
 }
 
@@ -255,10 +207,7 @@ const SAME_MEAN: f64 = 5e-3;
 #[test]
 fn a_lamp_sealed_off_is_no_light_and_changes_no_pixel() {
     let scene = lamp_in_shell(1.0).ball(Vec3::Y * -1.5, 0.7, diffuse(0.4));
-    let settings = Settings {
-        iterations: 2,
-        ..settings(16, 12, 2000, 5, 1.0)
-    };
+    let settings = Settings { iterations: 2, ..settings(16, 12, 2000, 5, 1.0) };
     let images =
         |scene: &Scene| -> [Film; 2] { [render_sppm(scene, &settings), render_path(scene, &settings)] };
     let expected = images(&scene);

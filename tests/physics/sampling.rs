@@ -52,11 +52,7 @@ fn extremes() -> impl Iterator<Item = (f32, f32)> {
 /// An angle in turns, in [0, 1).
 fn turns(x: f64, y: f64) -> f64 {
     let turns = y.atan2(x) / TAU;
-    if turns < 0.0 {
-        (turns + 1.0).min(1.0 - f64::EPSILON)
-    } else {
-        turns
-    }
+    if turns < 0.0 { (turns + 1.0).min(1.0 - f64::EPSILON) } else { turns }
 }
 
 /// Puts what rounding brought to 1 or beyond back into [0, 1).
@@ -78,10 +74,7 @@ fn sine_and_cosine_are_right_for_every_float_that_streams_give() {
         let (s, c) = sincos_turn(u);
         let (sine, cosine) = (f64::from(u) * TAU).sin_cos();
         let (s, c) = (f64::from(s), f64::from(c));
-        assert!(
-            (s - sine).abs() < SINCOS && (c - cosine).abs() < SINCOS,
-            "u = {u}"
-        );
+        assert!((s - sine).abs() < SINCOS && (c - cosine).abs() < SINCOS, "u = {u}");
         assert!((s * s + c * c - 1.0).abs() < SQUARES, "u = {u}");
         assert!(s.abs() <= 1.0 && c.abs() <= 1.0, "u = {u}");
     });
@@ -95,22 +88,10 @@ fn sine_and_cosine_are_exact_at_quarter_turns() {
 
 #[test]
 fn spheres_are_covered_evenly() {
-    let unit_square = |d: Vec3| {
-        [
-            clamp(f64::from(d.z) / 2.0 + 0.5),
-            turns(f64::from(d.x), f64::from(d.y)),
-        ]
-    };
-    assert_uniform_square(
-        pairs(0).map(|(u, v)| unit_square(uniform_sphere(u, v))),
-        CELLS,
-        "uniform_sphere",
-    );
+    let unit_square = |d: Vec3| [clamp(f64::from(d.z) / 2.0 + 0.5), turns(f64::from(d.x), f64::from(d.y))];
+    assert_uniform_square(pairs(0).map(|(u, v)| unit_square(uniform_sphere(u, v))), CELLS, "uniform_sphere");
     for (u, v) in pairs(0).chain(extremes()) {
-        assert!(
-            (uniform_sphere(u, v).as_dvec3().length() - 1.0).abs() < UNIT_LENGTH,
-            "{u}, {v}"
-        );
+        assert!((uniform_sphere(u, v).as_dvec3().length() - 1.0).abs() < UNIT_LENGTH, "{u}, {v}");
     }
 }
 
@@ -127,10 +108,7 @@ fn hemispheres_are_covered_by_the_cosine() {
         assert!(below <= 5, "{below} directions below the horizon of {normal}");
         for (u, v) in pairs(1).take(1 << 14).chain(extremes()) {
             let length = cosine_hemisphere(normal, u, v).as_dvec3().length();
-            assert!(
-                (length - 1.0).abs() < UNIT_LENGTH,
-                "{u}, {v} about {normal}: {length}"
-            );
+            assert!((length - 1.0).abs() < UNIT_LENGTH, "{u}, {v} about {normal}: {length}");
         }
     }
 }
@@ -140,10 +118,7 @@ fn a_cosine_hemisphere_about_the_opposite_of_a_sphere_point_is_still_a_direction
     for (u, v) in pairs(9).take(1 << 16).chain(extremes()) {
         let normal = -unit(uniform_sphere(u, v));
         let direction = cosine_hemisphere(normal, u, v);
-        assert!(
-            (direction.as_dvec3().length() - 1.0).abs() < UNIT_LENGTH,
-            "{u}, {v}: {direction}"
-        );
+        assert!((direction.as_dvec3().length() - 1.0).abs() < UNIT_LENGTH, "{u}, {v}: {direction}");
     }
 }
 
@@ -164,11 +139,7 @@ fn cones_are_covered_evenly() {
                 assert!((0.0..=height).contains(&h));
                 [clamp(f64::from(h) / f64::from(height)), turns(x, y)]
             });
-            assert_uniform_square(
-                points,
-                CELLS,
-                &format!("uniform_cone of height {height} about {axis}"),
-            );
+            assert_uniform_square(points, CELLS, &format!("uniform_cone of height {height} about {axis}"));
         }
     }
 }
@@ -188,10 +159,7 @@ fn maps_preserve_stratification() {
     let place = |i: u32| (i as f32 + 0.5) / 256.0;
     for i in 0..255 {
         for j in 0..255 {
-            let (a, b) = (
-                uniform_sphere(place(i), place(j)),
-                uniform_sphere(place(i), place(j + 1)),
-            );
+            let (a, b) = (uniform_sphere(place(i), place(j)), uniform_sphere(place(i), place(j + 1)));
             assert!(a.distance(b) < 0.025);
         }
     }
@@ -203,13 +171,7 @@ fn frames_are_orthonormal_and_right_handed() {
     for n in directions.chain(normals()) {
         let (s, t) = frame(n);
         let [n64, s, t] = [n, s, t].map(Vec3::as_dvec3);
-        for error in [
-            s.length() - 1.0,
-            t.length() - 1.0,
-            s.dot(t),
-            s.dot(n64),
-            t.dot(n64),
-        ] {
+        for error in [s.length() - 1.0, t.length() - 1.0, s.dot(t), s.dot(n64), t.dot(n64)] {
             assert!(error.abs() < UNIT_LENGTH, "frame of {n}: {error:.1e}");
         }
         assert!(s.cross(t).distance(n64) < 2.0 * UNIT_LENGTH, "frame of {n}");

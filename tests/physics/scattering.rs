@@ -47,13 +47,7 @@ fn incoming(n: Vec3) -> impl Iterator<Item = Vec3> {
 }
 
 fn hit(normal: Vec3, inside: bool) -> Hit {
-    Hit {
-        sphere: 0,
-        t: 1.0,
-        point: Vec3::ZERO,
-        normal,
-        inside,
-    }
+    Hit { sphere: 0, t: 1.0, point: Vec3::ZERO, normal, inside }
 }
 
 fn normal() -> Vec3 {
@@ -69,17 +63,10 @@ fn reflectance_agrees_with_f64() {
                 let sin2_t = f64::from(eta).powi(2) * (1.0 - f64::from(cos_i).powi(2));
                 // At the critical angle the reflectance is a square root's distance from 1.
                 let near_critical = (1.0 - sin2_t).abs() < 1e-4;
-                let bound = if near_critical {
-                    1e-2
-                } else {
-                    REFLECTANCE / (1.0 - sin2_t).abs().sqrt()
-                };
+                let bound = if near_critical { 1e-2 } else { REFLECTANCE / (1.0 - sin2_t).abs().sqrt() };
                 let expected = expected_fresnel(f64::from(eta), f64::from(cos_i));
                 let actual = reflectance(eta, cos_i);
-                assert!(
-                    (actual - expected).abs() < bound,
-                    "eta {eta}, cos {cos_i}: {actual} not {expected}"
-                );
+                assert!((actual - expected).abs() < bound, "eta {eta}, cos {cos_i}: {actual} not {expected}");
                 assert!((0.0..=1.0 + REFLECTANCE).contains(&actual));
             }
         }
@@ -111,10 +98,7 @@ fn reflectance_is_the_same_from_both_sides() {
             let outside = step as f32 / 1000.0;
             let within = refracted_cosine(1.0 / ior, outside);
             let (there, back) = (fresnel(1.0 / ior, outside, within), fresnel(ior, within, outside));
-            assert!(
-                f64::from(there - back).abs() < REFLECTANCE,
-                "ior {ior}, cos {outside}: {there}, {back}"
-            );
+            assert!(f64::from(there - back).abs() < REFLECTANCE, "ior {ior}, cos {outside}: {there}, {back}");
         }
     }
 }
@@ -126,14 +110,8 @@ fn mirrors_reflect_by_the_law() {
         let r = reflect(d, n);
         assert!((f64::from(r.length()) - 1.0).abs() < DIRECTION);
         assert!(f64::from((r.dot(n) + d.dot(n)).abs()) < DIRECTION);
-        assert!(
-            f64::from((r - d).cross(n).length()) < DIRECTION,
-            "out of the plane of incidence"
-        );
-        assert!(
-            f64::from(reflect(r, n).distance(d)) < 2.0 * DIRECTION,
-            "not its own inverse"
-        );
+        assert!(f64::from((r - d).cross(n).length()) < DIRECTION, "out of the plane of incidence");
+        assert!(f64::from(reflect(r, n).distance(d)) < 2.0 * DIRECTION, "not its own inverse");
     }
 }
 
@@ -182,10 +160,7 @@ fn refraction_is_undone_on_the_way_back() {
             let within = dielectric(d, &hit(n, false), ior, 0.999_999);
             let back = dielectric(-within, &hit(-n, true), ior, 0.999_999);
             // The way back magnifies by the index and, at a slant, by the ratio of the cosines: below 30.
-            assert!(
-                f64::from(back.distance(-d)) < 30.0 * DIRECTION,
-                "ior {ior}, d {d}: {back}"
-            );
+            assert!(f64::from(back.distance(-d)) < 30.0 * DIRECTION, "ior {ior}, d {d}: {back}");
         }
     }
 }

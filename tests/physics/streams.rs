@@ -3,14 +3,8 @@
 use crate::harness::{SIGNIFICANCE, assert_uniform_square, chi_square_p};
 use scene::rng::{Family, Stream, StreamKey};
 
-const FAMILIES: [Family; 6] = [
-    Family::Camera,
-    Family::Tile,
-    Family::Photon,
-    Family::Emission,
-    Family::Shutter,
-    Family::Path,
-];
+const FAMILIES: [Family; 6] =
+    [Family::Camera, Family::Tile, Family::Photon, Family::Emission, Family::Shutter, Family::Path];
 
 const PAIRS: u32 = 1 << 18;
 
@@ -43,16 +37,10 @@ fn assert_unrelated(pair: impl Fn(u32) -> [u32; 2], what: &str) {
     }
     // A product of two centred uniform numbers has the variance (1/12)^2.
     let correlation = covariance * 12.0 / f64::from(PAIRS).sqrt();
-    assert!(
-        correlation.abs() < DEVIATIONS,
-        "{what}: correlated by {correlation:.1} standard errors"
-    );
+    assert!(correlation.abs() < DEVIATIONS, "{what}: correlated by {correlation:.1} standard errors");
     for (bit, &count) in equal.iter().enumerate().skip(UNUSED_BITS) {
         let excess = (2.0 * f64::from(count) - f64::from(PAIRS)) / f64::from(PAIRS).sqrt();
-        assert!(
-            excess.abs() < DEVIATIONS,
-            "{what}: bit {bit} agrees {excess:.1} standard errors too often"
-        );
+        assert!(excess.abs() < DEVIATIONS, "{what}: bit {bit} agrees {excess:.1} standard errors too often");
     }
 }
 
@@ -69,10 +57,7 @@ fn words_are_uniform_in_their_high_and_low_bits() {
             }
             for (which, counts) in [("high", high), ("low", low)] {
                 let p = chi_square_p(&counts);
-                assert!(
-                    p > SIGNIFICANCE,
-                    "{family:?}, word {n}, {which} bits: p = {p:.1e}"
-                );
+                assert!(p > SIGNIFICANCE, "{family:?}, word {n}, {which} bits: p = {p:.1e}");
             }
         }
     }
@@ -120,16 +105,9 @@ fn neighbouring_iterations_are_unrelated() {
 fn neighbouring_seeds_are_unrelated() {
     for seed in [0, 1, 1 << 32] {
         let keys = [seed, seed + 1].map(|s| StreamKey::new(s, Family::Path, 0));
-        assert_unrelated(
-            |i| keys.map(|k| k.stream(i).next_u32()),
-            &format!("seed {seed} and the next"),
-        );
+        assert_unrelated(|i| keys.map(|k| k.stream(i).next_u32()), &format!("seed {seed} and the next"));
     }
-    let first = |seed: u32| {
-        StreamKey::new(u64::from(seed), Family::Emission, 0)
-            .stream(0)
-            .next_u32()
-    };
+    let first = |seed: u32| StreamKey::new(u64::from(seed), Family::Emission, 0).stream(0).next_u32();
     assert_unrelated(|i| [first(i), first(i + 1)], "one index, seeds s and s + 1");
 }
 
@@ -138,10 +116,7 @@ fn families_are_unrelated() {
     for (a, first) in FAMILIES.into_iter().enumerate() {
         for second in FAMILIES.into_iter().skip(a + 1) {
             let keys = [first, second].map(|family| StreamKey::new(1, family, 0));
-            assert_unrelated(
-                |i| keys.map(|k| k.stream(i).next_u32()),
-                &format!("{first:?} and {second:?}"),
-            );
+            assert_unrelated(|i| keys.map(|k| k.stream(i).next_u32()), &format!("{first:?} and {second:?}"));
         }
     }
 }

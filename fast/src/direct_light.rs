@@ -1,0 +1,143 @@
+//! One shadow ray per lane: `reference::direct_light`, in lanes.
+
+use crate::intersect::{RayLanes, from_either_side, from_inside, occluded};
+use crate::lanes::{Lanes, MOST_LANES, Row};
+use crate::sampling::{cosine_hemisphere, uniform_cone};
+use crate::tables::{Shape, Tables};
+use crate::vec3::V3;
+use scene::Still;
+use std::f32::consts::PI;
+
+/// The lights as lanes fetch them: centre, squared radius, radiance over probability, and sphere.
+pub(crate) struct LightTable {
+    rows: Vec<Row>,
+    pub(crate) cumulative: Vec<f32>,
+    /// The lights seen from within, which are few: their numbers and shapes.
+    shells: Vec<(u32, Shape)>,
+}
+
+impl LightTable {
+    pub(crate) fn new(still: &Still, tables: &Tables) -> Self {
+        let row = |light: &scene::still::Light| {
+            let s = &still.spheres[light.sphere as usize];
+            let (c, e) = (s.center, light.radiance);
+            Row([c.x, c.y, c.z, s.radius * s.radius, e.x, e.y, e.z, f32::from_bits(light.sphere)])
+        };
+        let shells = still.lights.entries.iter().enumerate().filter(|(_, light)| light.inside);
+        let shells = shells.map(|(number, light)| (number as u32, tables.shapes[light.sphere as usize]));
+        Self {
+            rows: still.lights.entries.iter().map(row).collect(),
+            cumulative: still.lights.cumulative.clone(),
+            shells: shells.collect(),
+        }
+    }
+
+    /// True if nothing glows.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+}
+
+/// The numbers of the lights that `u` chooses: how many of the cumulative probabilities do not exceed it.
+#[inline(always)]
+pub(crate) fn choose_light<L: Lanes>(cumulative: &[f32], u: L::F) -> L::U {
+    /// Up to so many, all are compared.
+    const FEW: usize = 16;
+    let one = L::u(1);
+    let mut number = L::u(0);
+    if cumulative.len() <= FEW {
+        for c in cumulative {
+            number = L::add_where(L::le(L::f(*c), u), number, one);
+        }
+        return number;
+    }
+    let (mut values, mut numbers) = ([0.0; MOST_LANES], [0; MOST_LANES]);
+    L::store(u, &mut values);
+    for (value, number) in values.iter().zip(&mut numbers).take(L::N) {
+        *number = cumulative.partition_point(|c| c <= value) as u32;
+    }
+    L::load_u(&numbers)
+}
+
+/// The uniform numbers of a shadow ray.
+pub(crate) struct ShadowNumbers<L: Lanes> {
+    pub(crate) choice: L::F,
+    pub(crate) u: L::F,
+    pub(crate) v: L::F,
+}
+
+/// Irradiance straight from the lights at `point` with `normal` on sphere `sphere`.
+#[inline(always)]
+pub(crate) fn estimate_irradiance<L: Lanes>(
+    tables: &Tables,
+    lights: &LightTable,
+    point: V3<L>,
+    normal: V3<L>,
+    sphere: L::U,
+    numbers: &ShadowNumbers<L>,
+) -> V3<L> {
+    let zero = L::f(0.0);
+    let number = choose_light::<L>(&lights.cumulative, numbers.choice);
+    let mut index = [0; MOST_LANES];
+    L::store_u(number, &mut index);
+    let [cx, cy, cz, r2, er, eg, eb, lamp] = L::gather_rows(&lights.rows, &index);
+    let lamp = L::bits(lamp);
+    let (mut direction, mut t, mut weight) = from_outside(V3::new(cx, cy, cz), r2, point, normal, numbers);
+    let mut valid = L::lt(zero, weight) & !L::eq(sphere, lamp);
+    for (shell_number, shape) in &lights.shells {
+        let chosen = L::eq(number, L::u(*shell_number));
+        let within = cosine_hemisphere(normal, numbers.u, numbers.v);
+        let (t_within, is_within) =
+            distance_within(shape, &RayLanes { origin: point, direction: within, leaves: sphere });
+        direction = V3::select(chosen, within, direction);
+        t = L::select(chosen, t_within, t);
+        weight = L::select(chosen, L::f(PI), weight);
+        valid = (chosen & is_within) | (!chosen & valid);
+    }
+    let ray = RayLanes { origin: point, direction, leaves: sphere };
+    let lit = valid & !occluded(&tables.shadow_casters, &ray, t, lamp);
+    let radiance = V3::<L>::new(er, eg, eb).scale(weight);
+    V3::select(lit, radiance, V3::new(zero, zero, zero))
+}
+
+/// Direction in the cone of the lamp, distance to it, and weight: not positive where the lamp does not count.
+#[inline(always)]
+fn from_outside<L: Lanes>(
+    center: V3<L>,
+    r2: L::F,
+    point: V3<L>,
+    normal: V3<L>,
+    numbers: &ShadowNumbers<L>,
+) -> (V3<L>, L::F, L::F) {
+    let (zero, one, two) = (L::f(0.0), L::f(1.0), L::f(2.0));
+    let to_center = center - point;
+    let d2 = to_center.dot(to_center);
+    let d = L::sqrt(d2);
+    let sin2_max = r2 / d2;
+    let height = sin2_max / (one + L::sqrt(one - sin2_max));
+    let (direction, h) = uniform_cone(to_center.scale(one / d), height, numbers.u, numbers.v);
+    let cos = normal.dot(direction);
+    let half_chord2 = r2 - d2 * (h * (two - h));
+    let half_chord = L::select(L::lt(zero, half_chord2), L::sqrt(half_chord2), zero);
+    let t = d * (one - h) - half_chord;
+    let counts = L::lt(zero, cos) & L::lt(r2, d2);
+    (direction, t, L::select(counts, cos * (L::f(2.0 * PI) * height), zero))
+}
+
+/// Distance to a glowing shell from within, and whether the ray starts there.
+#[inline(always)]
+fn distance_within<L: Lanes>(shape: &Shape, ray: &RayLanes<L>) -> (L::F, L::M) {
+    let infinity = L::f(f32::INFINITY);
+    match shape {
+        Shape::Enclosure(e) => {
+            let t = from_inside(e, ray);
+            (t, L::lt(t, infinity))
+        }
+        Shape::Solid(ball) | Shape::Glass(ball) => {
+            let (t, valid) = from_either_side(ball, ray);
+            let f = ray.origin - V3::splat(ball.center);
+            let within = L::lt(f.dot(f), L::f(ball.radius_squared));
+            (t, valid & L::lt(t, infinity) & within)
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! The one place where a back end is chosen.
+
+use crate::lanes::{Emulated, Lanes};
+#[cfg(target_arch = "x86_64")]
+use crate::lanes::{avx2::Avx2, avx512::Avx512};
+
+/// Which vectors the kernels run on. Each gives the same bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LaneKind {
+    /// Eight lanes of plain Rust; runs anywhere.
+    Emulated,
+    /// Eight lanes of AVX2.
+    Avx2,
+    /// Sixteen lanes of AVX-512 (F, BW, DQ, VL).
+    Avx512,
+}
+
+impl LaneKind {
+    /// All kinds, the plainest first.
+    pub const ALL: [Self; 3] = [Self::Emulated, Self::Avx2, Self::Avx512];
+
+    /// True if this processor has them.
+    pub fn is_available(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        match self {
+            Self::Emulated => true,
+            Self::Avx2 => is_x86_feature_detected!("avx2"),
+            Self::Avx512 => {
+                is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512bw")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512vl")
+                    && is_x86_feature_detected!("avx2")
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        {
+            self == Self::Emulated
+        }
+    }
+
+    /// The fastest kind that this processor has.
+    pub fn best() -> Self {
+        Self::ALL.into_iter().rev().find(|kind| kind.is_available()).unwrap_or(Self::Emulated)
+    }
+}
+
+/// Work that can be done on any lanes.
+pub(crate) trait Kernel {
+    /// What comes of it.
+    type Output;
+    /// Does the work. To be marked `#[inline(always)]`, as all that it calls on lanes, lest the features get lost.
+    fn run<L: Lanes>(self) -> Self::Output;
+}
+
+/// Runs a kernel on lanes of the given kind; on emulated ones where the processor lacks it.
+pub(crate) fn dispatch<K: Kernel>(kind: LaneKind, kernel: K) -> K::Output {
+    if !kind.is_available() {
+        return kernel.run::<Emulated>();
+    }
+    match kind {
+        LaneKind::Emulated => kernel.run::<Emulated>(),
+        // SAFETY: the processor has been asked for exactly these features.
+        #[cfg(target_arch = "x86_64")]
+        LaneKind::Avx2 => unsafe { on_avx2(kernel) },
+        // SAFETY: the processor has been asked for exactly these features.
+        #[cfg(target_arch = "x86_64")]
+        LaneKind::Avx512 => unsafe { on_avx512(kernel) },
+        #[cfg(not(target_arch = "x86_64"))]
+        _ => kernel.run::<Emulated>(),
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn on_avx2<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<Avx2>()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,avx512f,avx512bw,avx512dq,avx512vl")]
+fn on_avx512<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<Avx512>()
+}

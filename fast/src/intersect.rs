@@ -1,0 +1,105 @@
+//! Rays in lanes against spheres, one sphere at a time: `reference::intersect`, operation by operation.
+
+use crate::lanes::Lanes;
+use crate::tables::{Ball, Shape};
+use crate::vec3::V3;
+use scene::ray::NO_SPHERE;
+use scene::still::Enclosure;
+
+/// Rays in lanes.
+#[derive(Clone, Copy)]
+pub(crate) struct RayLanes<L: Lanes> {
+    pub(crate) origin: V3<L>,
+    pub(crate) direction: V3<L>,
+    pub(crate) leaves: L::U,
+}
+
+/// The nearest hits: distance (infinite if none) and sphere ([`NO_SPHERE`] if none).
+#[inline(always)]
+pub(crate) fn nearest<L: Lanes>(shapes: &[Shape], ray: &RayLanes<L>) -> (L::F, L::U) {
+    let (mut t, mut hit) = (L::f(f32::INFINITY), L::u(NO_SPHERE));
+    for shape in shapes {
+        let (candidate, valid, sphere) = distance(shape, ray);
+        let nearer = valid & L::lt(candidate, t);
+        t = L::select(nearer, candidate, t);
+        hit = L::select_u(nearer, L::u(sphere), hit);
+    }
+    (t, hit)
+}
+
+/// The lanes whose ray meets a shape nearer than `t`, other than the sphere `light`.
+#[inline(always)]
+pub(crate) fn occluded<L: Lanes>(shapes: &[Shape], ray: &RayLanes<L>, t: L::F, light: L::U) -> L::M {
+    let mut blocked = L::first(0);
+    for shape in shapes {
+        let (candidate, valid, sphere) = distance(shape, ray);
+        blocked = blocked | (valid & L::lt(candidate, t) & !L::eq(L::u(sphere), light));
+    }
+    blocked
+}
+
+/// Distance to a shape, whether it is one (NaN is none, either way), and the shape's sphere.
+#[inline(always)]
+fn distance<L: Lanes>(shape: &Shape, ray: &RayLanes<L>) -> (L::F, L::M, u32) {
+    match shape {
+        Shape::Solid(ball) => {
+            let (t, valid) = from_outside(ball, ray);
+            (t, valid, ball.sphere)
+        }
+        Shape::Glass(ball) => {
+            let (t, valid) = from_either_side(ball, ray);
+            (t, valid, ball.sphere)
+        }
+        Shape::Enclosure(e) => {
+            let t = from_inside(e, ray);
+            (t, L::le(t, t), e.sphere)
+        }
+    }
+}
+
+/// As `reference::intersect::from_outside`.
+#[inline(always)]
+pub(crate) fn from_outside<L: Lanes>(ball: &Ball, ray: &RayLanes<L>) -> (L::F, L::M) {
+    let zero = L::f(0.0);
+    let (b, power, discriminant) = chord(ball, ray);
+    let valid = L::lt(b, zero) & L::le(zero, discriminant);
+    let counts = L::lt(zero, power) & !L::eq(ray.leaves, L::u(ball.sphere));
+    let power = L::select(counts, power, zero);
+    (power / (L::sqrt(discriminant) - b), valid)
+}
+
+/// As `reference::intersect::from_either_side`.
+#[inline(always)]
+pub(crate) fn from_either_side<L: Lanes>(ball: &Ball, ray: &RayLanes<L>) -> (L::F, L::M) {
+    let zero = L::f(0.0);
+    let (b, power, discriminant) = chord(ball, ray);
+    let power = L::select(L::eq(ray.leaves, L::u(ball.sphere)), zero, power);
+    let q = L::abs(b) + L::sqrt(discriminant);
+    let leaving = L::lt(zero, b);
+    let ratio = L::select(leaving, -power, power) / q;
+    let t = L::select(leaving | L::lt(zero, power), ratio, q);
+    (t, L::lt(zero, t))
+}
+
+/// As `reference::intersect::from_inside`.
+#[inline(always)]
+pub(crate) fn from_inside<L: Lanes>(e: &Enclosure, ray: &RayLanes<L>) -> L::F {
+    let zero = L::f(0.0);
+    let g = ray.origin - V3::splat(e.anchor);
+    let b = (g + V3::splat(e.offset)).dot(ray.direction);
+    let power = g.dot(g + V3::splat(e.twice_offset)) + L::f(e.power);
+    let counts = L::lt(power, zero) & !L::eq(ray.leaves, L::u(e.sphere));
+    let power = L::select(counts, power, zero);
+    let q = L::abs(b) + L::sqrt(b * b - power);
+    L::select(L::lt(zero, b), -power / q, q)
+}
+
+/// As `reference::intersect::Chord`.
+#[inline(always)]
+fn chord<L: Lanes>(ball: &Ball, ray: &RayLanes<L>) -> (L::F, L::F, L::F) {
+    let f = ray.origin - V3::splat(ball.center);
+    let b = f.dot(ray.direction);
+    let radius_squared = L::f(ball.radius_squared);
+    let nearest = f - ray.direction.scale(b);
+    (b, f.dot(f) - radius_squared, radius_squared - nearest.dot(nearest))
+}

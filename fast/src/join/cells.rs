@@ -1,0 +1,135 @@
+//! Which bucket a point of space falls into.
+//!
+//! Space is cut into cubic cells, and cell (x, y, z) goes to bucket `x + y * stride_y + z * stride_z`, modulo the
+//! number of buckets. So a row of cells along x is a run of buckets, and the photons of a row, once sorted by bucket,
+//! lie together: one look-up finds a whole row. The strides are chosen such that within any window of
+//! [`WINDOW`]^3 cells no two rows share a bucket; so a query no larger than the window meets no photon twice, though
+//! the whole of space is folded onto a small table.
+
+use crate::lanes::Lanes;
+use crate::vec3::V3;
+use scene::Vec3;
+
+/// Cells along each axis within which buckets are distinct, and the most that a query may span.
+pub(crate) const WINDOW: u32 = 8;
+
+/// Beyond so many cells from the origin, coordinates are clamped: an order that saturates, where integers would wrap.
+const FARTHEST: f32 = 1_073_741_824.0;
+
+/// A map from points to buckets.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cells {
+    inverse_size: f32,
+    stride_y: u32,
+    stride_z: u32,
+    /// Number of buckets less one; the number is a power of two.
+    pub(crate) mask: u32,
+}
+
+/// The cells between two corners, both included.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Span {
+    low: [i32; 3],
+    high: [i32; 3],
+}
+
+impl Cells {
+    /// A map of cells of the given size onto at least `buckets` buckets.
+    pub(crate) fn new(size: f32, buckets: usize) -> Self {
+        let buckets = buckets.next_power_of_two().clamp(1 << 12, 1 << 22) as u32;
+        let mask = buckets - 1;
+        // Shares of the table whose multiples stay apart (square roots of small primes); odd, and moved until the
+        // rows of a window are apart.
+        let mut stride_y = (f64::from(buckets) * 0.236_067_977) as u32 | 1;
+        let stride_z = (f64::from(buckets) * 0.414_213_562) as u32 | 1;
+        while !rows_are_apart(stride_y, stride_z, mask) {
+            stride_y += 2;
+        }
+        Self { inverse_size: 1.0 / size, stride_y, stride_z, mask }
+    }
+
+    #[inline(always)]
+    fn coordinate(self, x: f32) -> i32 {
+        let scaled = x * self.inverse_size;
+        let below = if scaled < FARTHEST { scaled } else { FARTHEST };
+        let within = if below > -FARTHEST { below } else { -FARTHEST };
+        within.floor() as i32
+    }
+
+    #[inline(always)]
+    fn coordinates<L: Lanes>(self, x: L::F) -> L::U {
+        let (scaled, far) = (x * L::f(self.inverse_size), L::f(FARTHEST));
+        let below = L::select(L::lt(scaled, far), scaled, far);
+        let within = L::select(L::lt(-far, below), below, -far);
+        L::truncate(L::floor(within))
+    }
+
+    /// The buckets of points in lanes.
+    #[inline(always)]
+    pub(crate) fn buckets<L: Lanes>(self, p: V3<L>) -> L::U {
+        let (x, y, z) = (self.coordinates::<L>(p.x), self.coordinates::<L>(p.y), self.coordinates::<L>(p.z));
+        (x + y * L::u(self.stride_y) + z * L::u(self.stride_z)) & L::u(self.mask)
+    }
+
+    /// The cells that a box touches.
+    #[inline(always)]
+    pub(crate) fn span(self, low: Vec3, high: Vec3) -> Span {
+        let corner = |p: Vec3| [self.coordinate(p.x), self.coordinate(p.y), self.coordinate(p.z)];
+        Span { low: corner(low), high: corner(high) }
+    }
+
+    /// The first bucket of every row of a span that fits; the row has `span.length()` buckets, in which the last
+    /// bucket is followed by the first.
+    #[inline(always)]
+    pub(crate) fn rows(self, span: Span) -> Rows {
+        let mut rows = Rows { first: [0; (WINDOW * WINDOW) as usize], count: 0 };
+        for z in span.low[2]..=span.high[2] {
+            let plane = (span.low[0] as u32).wrapping_add((z as u32).wrapping_mul(self.stride_z));
+            for y in span.low[1]..=span.high[1] {
+                rows.first[rows.count] =
+                    plane.wrapping_add((y as u32).wrapping_mul(self.stride_y)) & self.mask;
+                rows.count += 1;
+            }
+        }
+        rows
+    }
+}
+
+/// The rows of a span.
+pub(crate) struct Rows {
+    first: [u32; (WINDOW * WINDOW) as usize],
+    count: usize,
+}
+
+impl Rows {
+    /// Their first buckets.
+    #[inline(always)]
+    pub(crate) fn first_buckets(&self) -> &[u32] {
+        &self.first[..self.count]
+    }
+}
+
+impl Span {
+    /// Cells of a row.
+    #[inline(always)]
+    pub(crate) fn length(self) -> u32 {
+        (self.high[0] - self.low[0]) as u32 + 1
+    }
+
+    /// True if the span is within the window.
+    #[inline(always)]
+    pub(crate) fn fits(self) -> bool {
+        (0..3).all(|axis| i64::from(self.high[axis]) - i64::from(self.low[axis]) < i64::from(WINDOW))
+    }
+}
+
+/// True if no two rows of a window, each of its length, share a bucket.
+fn rows_are_apart(stride_y: u32, stride_z: u32, mask: u32) -> bool {
+    let w = WINDOW as i32;
+    let pairs = (1 - w..w).flat_map(|y| (1 - w..w).map(move |z| (y as u32, z as u32)));
+    pairs.filter(|pair| *pair != (0, 0)).all(|(y, z)| {
+        let shift = y.wrapping_mul(stride_y).wrapping_add(z.wrapping_mul(stride_z)) & mask;
+        let apart = shift.min(mask - shift + 1);
+        apart >= WINDOW
+    })
+}

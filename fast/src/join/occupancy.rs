@@ -1,0 +1,59 @@
+//! Where visible points are: a bit per bucket of coarse cells, by which most photons that nobody sees are dropped.
+
+use super::cells::{Cells, Span};
+use crate::lanes::Lanes;
+use crate::vec3::V3;
+
+/// Bits of the map: 64 KiB, small enough to stay in the second-level cache, large enough that few cells collide.
+const BITS: usize = 1 << 19;
+
+/// The occupancy of space by visible points.
+pub(crate) struct Occupancy {
+    cells: Cells,
+    words: Vec<u32>,
+}
+
+impl Occupancy {
+    /// An empty map of cells of the given size.
+    pub(crate) fn new(size: f32) -> Self {
+        Self { cells: Cells::new(size, BITS), words: vec![0; BITS / 32] }
+    }
+
+    /// The map of points to cells.
+    pub(crate) fn cells(&self) -> Cells {
+        self.cells
+    }
+
+    /// Marks all cells of a span.
+    pub(crate) fn mark(&mut self, span: Span) {
+        for first in self.cells.rows(span).first_buckets() {
+            for i in 0..span.length() {
+                let bucket = first.wrapping_add(i) & self.cells.mask;
+                self.words[(bucket / 32) as usize] |= 1 << (bucket % 32);
+            }
+        }
+    }
+
+    /// Takes over the marks of another map of the same cells.
+    pub(crate) fn merge(&mut self, other: &Self) {
+        for (word, theirs) in self.words.iter_mut().zip(&other.words) {
+            *word |= theirs;
+        }
+    }
+
+    /// The lanes whose point lies in a marked cell.
+    #[inline(always)]
+    pub(crate) fn touches<L: Lanes>(&self, p: V3<L>) -> L::M {
+        let bucket = self.cells.buckets::<L>(p);
+        let words = L::gather_u(&self.words, L::shr::<5>(bucket));
+        let mut bits = [0; crate::lanes::MOST_LANES];
+        let mut chosen = [0; crate::lanes::MOST_LANES];
+        L::store_u(bucket, &mut bits);
+        L::store_u(words, &mut chosen);
+        let mut mask = 0;
+        for lane in 0..L::N {
+            mask |= ((chosen[lane] >> (bits[lane] & 31)) & 1) << lane;
+        }
+        L::mask_from_bits(mask)
+    }
+}

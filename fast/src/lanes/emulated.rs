@@ -1,0 +1,204 @@
+//! Eight lanes in plain Rust: the definition of every operation, and the back end of last resort.
+
+use super::{Lanes, Row};
+use std::array::from_fn;
+use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+
+/// The back end.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Emulated;
+
+const N: usize = 8;
+
+/// `f32` lanes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct F([f32; N]);
+/// `u32` lanes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct U([u32; N]);
+/// Truth values.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct M([bool; N]);
+
+macro_rules! lanewise {
+    ($($op:ident $method:ident $on:ident $lane:expr;)*) => {$(
+        impl $op for $on {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self(from_fn(|k| $lane(self.0[k], other.0[k])))
+            }
+        }
+    )*};
+}
+
+lanewise! {
+    Add add F |a: f32, b: f32| a + b;
+    Sub sub F |a: f32, b: f32| a - b;
+    Mul mul F |a: f32, b: f32| a * b;
+    Div div F |a: f32, b: f32| a / b;
+    Add add U u32::wrapping_add;
+    Mul mul U u32::wrapping_mul;
+    BitAnd bitand U |a: u32, b: u32| a & b;
+    BitOr bitor U |a: u32, b: u32| a | b;
+    BitXor bitxor U |a: u32, b: u32| a ^ b;
+    BitAnd bitand M |a: bool, b: bool| a & b;
+    BitOr bitor M |a: bool, b: bool| a | b;
+}
+
+impl Neg for F {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(self.0.map(|a| -a))
+    }
+}
+
+impl Not for M {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(self.0.map(|a| !a))
+    }
+}
+
+impl Lanes for Emulated {
+    const N: usize = N;
+    type F = F;
+    type U = U;
+    type M = M;
+
+    #[inline(always)]
+    fn f(x: f32) -> F {
+        F([x; N])
+    }
+    #[inline(always)]
+    fn load(from: &[f32]) -> F {
+        F(from_fn(|k| from[k]))
+    }
+    #[inline(always)]
+    fn store(v: F, to: &mut [f32]) {
+        to[..N].copy_from_slice(&v.0);
+    }
+    #[inline(always)]
+    fn sqrt(v: F) -> F {
+        F(v.0.map(f32::sqrt))
+    }
+    #[inline(always)]
+    fn abs(v: F) -> F {
+        F(v.0.map(f32::abs))
+    }
+    #[inline(always)]
+    fn floor(v: F) -> F {
+        F(v.0.map(f32::floor))
+    }
+    #[inline(always)]
+    fn lt(a: F, b: F) -> M {
+        M(from_fn(|k| a.0[k] < b.0[k]))
+    }
+    #[inline(always)]
+    fn le(a: F, b: F) -> M {
+        M(from_fn(|k| a.0[k] <= b.0[k]))
+    }
+    #[inline(always)]
+    fn truncate(v: F) -> U {
+        U(v.0.map(|a| a as i32 as u32))
+    }
+    #[inline(always)]
+    fn to_float(v: U) -> F {
+        F(v.0.map(|a| a as i32 as f32))
+    }
+    #[inline(always)]
+    fn bits(v: F) -> U {
+        U(v.0.map(f32::to_bits))
+    }
+    #[inline(always)]
+    fn from_bits(v: U) -> F {
+        F(v.0.map(f32::from_bits))
+    }
+    #[inline(always)]
+    fn select(m: M, a: F, b: F) -> F {
+        F(from_fn(|k| if m.0[k] { a.0[k] } else { b.0[k] }))
+    }
+    #[inline(always)]
+    fn u(x: u32) -> U {
+        U([x; N])
+    }
+    #[inline(always)]
+    fn load_u(from: &[u32]) -> U {
+        U(from_fn(|k| from[k]))
+    }
+    #[inline(always)]
+    fn store_u(v: U, to: &mut [u32]) {
+        to[..N].copy_from_slice(&v.0);
+    }
+    #[inline(always)]
+    fn shl<const K: i32>(v: U) -> U {
+        U(v.0.map(|a| a << K))
+    }
+    #[inline(always)]
+    fn shr<const K: i32>(v: U) -> U {
+        U(v.0.map(|a| a >> K))
+    }
+    #[inline(always)]
+    fn eq(a: U, b: U) -> M {
+        M(from_fn(|k| a.0[k] == b.0[k]))
+    }
+    #[inline(always)]
+    fn add_where(m: M, a: U, b: U) -> U {
+        U(from_fn(|k| if m.0[k] { a.0[k].wrapping_add(b.0[k]) } else { a.0[k] }))
+    }
+    #[inline(always)]
+    fn min_u(a: U, b: U) -> U {
+        U(from_fn(|k| a.0[k].min(b.0[k])))
+    }
+    #[inline(always)]
+    fn select_u(m: M, a: U, b: U) -> U {
+        U(from_fn(|k| if m.0[k] { a.0[k] } else { b.0[k] }))
+    }
+    #[inline(always)]
+    fn mask_bits(m: M) -> u32 {
+        m.0.iter().enumerate().map(|(k, &set)| u32::from(set) << k).sum()
+    }
+    #[inline(always)]
+    fn mask_from_bits(bits: u32) -> M {
+        M(from_fn(|k| (bits >> k) & 1 == 1))
+    }
+    #[inline(always)]
+    fn gather_u(table: &[u32], index: U) -> U {
+        assert!(table.len().is_power_of_two());
+        U(index.0.map(|i| table[i as usize & (table.len() - 1)]))
+    }
+    #[inline(always)]
+    fn gather_rows(table: &[Row], index: &[u32]) -> [F; 8] {
+        from_fn(|column| F(from_fn(|k| table[index[k] as usize].0[column])))
+    }
+    #[inline(always)]
+    fn transpose(columns: [F; 8], to: &mut [Row]) {
+        for (k, row) in to[..N].iter_mut().enumerate() {
+            *row = Row(from_fn(|column| columns[column].0[k]));
+        }
+    }
+    #[inline(always)]
+    fn load_rows(rows: &[Row]) -> [F; 8] {
+        from_fn(|column| F(from_fn(|k| rows[k].0[column])))
+    }
+    #[inline(always)]
+    fn compress(m: M, v: F, to: &mut [f32]) {
+        let mut rest = to[..N].iter_mut();
+        for (value, _) in v.0.iter().zip(m.0).filter(|(_, set)| *set) {
+            if let Some(place) = rest.next() {
+                *place = *value;
+            }
+        }
+    }
+    #[inline(always)]
+    fn compress_u(m: M, v: U, to: &mut [u32]) {
+        let mut rest = to[..N].iter_mut();
+        for (value, _) in v.0.iter().zip(m.0).filter(|(_, set)| *set) {
+            if let Some(place) = rest.next() {
+                *place = *value;
+            }
+        }
+    }
+}

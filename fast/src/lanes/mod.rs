@@ -1,0 +1,130 @@
+//! Lanes: the vectors of `f32`, `u32` and truth values that all kernels are written in.
+//!
+//! The trait is small on purpose: what the kernels need, each operation exactly rounded or exact, so that a kernel
+//! gives the same bits whichever back end runs it. [`Emulated`] is the definition; the others must agree with it.
+//!
+//! All methods are `#[inline(always)]`: the processor's features are enabled once, on the outermost entry (see
+//! [`crate::dispatch`]), and reach the operations by inlining alone. This module and the dispatch hold all `unsafe`
+//! code of the crate.
+
+#[cfg(target_arch = "x86_64")]
+pub(crate) mod avx2;
+#[cfg(target_arch = "x86_64")]
+pub(crate) mod avx512;
+pub(crate) mod emulated;
+
+pub(crate) use emulated::Emulated;
+use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+
+/// The most lanes of any back end: room that buffers keep past their end.
+pub(crate) const MOST_LANES: usize = 16;
+
+/// Eight words that lie together in memory: a row of a table, or a record.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
+pub(crate) struct Row(pub(crate) [f32; 8]);
+
+/// A back end.
+pub(crate) trait Lanes: Copy + Send + Sync + 'static {
+    /// How many lanes there are: 8 or 16.
+    const N: usize;
+    /// `f32` lanes.
+    type F: Copy
+        + Add<Output = Self::F>
+        + Sub<Output = Self::F>
+        + Mul<Output = Self::F>
+        + Div<Output = Self::F>
+        + Neg<Output = Self::F>;
+    /// `u32` lanes; sums and products wrap.
+    type U: Copy
+        + Add<Output = Self::U>
+        + Mul<Output = Self::U>
+        + BitAnd<Output = Self::U>
+        + BitOr<Output = Self::U>
+        + BitXor<Output = Self::U>;
+    /// Truth values.
+    type M: Copy + BitAnd<Output = Self::M> + BitOr<Output = Self::M> + Not<Output = Self::M>;
+
+    /// The same float in every lane.
+    fn f(x: f32) -> Self::F;
+    /// The first `N` floats of a slice.
+    fn load(from: &[f32]) -> Self::F;
+    /// Writes the first `N` floats of a slice.
+    fn store(v: Self::F, to: &mut [f32]);
+    /// Square root.
+    fn sqrt(v: Self::F) -> Self::F;
+    /// Absolute value.
+    fn abs(v: Self::F) -> Self::F;
+    /// Largest whole number not above (for |v| < 2^31).
+    fn floor(v: Self::F) -> Self::F;
+    /// `a < b`, false for NaN.
+    fn lt(a: Self::F, b: Self::F) -> Self::M;
+    /// `a <= b`, false for NaN.
+    fn le(a: Self::F, b: Self::F) -> Self::M;
+    /// Toward zero, for values that an `i32` holds.
+    fn truncate(v: Self::F) -> Self::U;
+    /// From a whole number below 2^31, rounded to nearest.
+    fn to_float(v: Self::U) -> Self::F;
+    /// The bits of the floats.
+    fn bits(v: Self::F) -> Self::U;
+    /// Floats of these bits.
+    fn from_bits(v: Self::U) -> Self::F;
+    /// `if m { a } else { b }`.
+    fn select(m: Self::M, a: Self::F, b: Self::F) -> Self::F;
+
+    /// The same word in every lane.
+    fn u(x: u32) -> Self::U;
+    /// The first `N` words of a slice.
+    fn load_u(from: &[u32]) -> Self::U;
+    /// Writes the first `N` words of a slice.
+    fn store_u(v: Self::U, to: &mut [u32]);
+    /// `v << K`.
+    fn shl<const K: i32>(v: Self::U) -> Self::U;
+    /// `v >> K`.
+    fn shr<const K: i32>(v: Self::U) -> Self::U;
+    /// Equality.
+    fn eq(a: Self::U, b: Self::U) -> Self::M;
+    /// `if m { a + b } else { a }`.
+    fn add_where(m: Self::M, a: Self::U, b: Self::U) -> Self::U;
+    /// The smaller of unsigned words.
+    fn min_u(a: Self::U, b: Self::U) -> Self::U;
+    /// `if m { a } else { b }`.
+    fn select_u(m: Self::M, a: Self::U, b: Self::U) -> Self::U;
+
+    /// Bit k is lane k.
+    fn mask_bits(m: Self::M) -> u32;
+    /// Lane k is bit k.
+    fn mask_from_bits(bits: u32) -> Self::M;
+
+    /// Lane k is `table[index[k]]`; every index is first reduced modulo the length, a power of two.
+    fn gather_u(table: &[u32], index: Self::U) -> Self::U;
+    /// Eight columns of a table: lane k of result j is word j of row `index[k]`.
+    fn gather_rows(table: &[Row], index: &[u32]) -> [Self::F; 8];
+    /// The inverse of [`Lanes::gather_rows`]: row k of `to` is lane k of the eight vectors.
+    fn transpose(columns: [Self::F; 8], to: &mut [Row]);
+    /// `N` consecutive rows as eight columns.
+    fn load_rows(rows: &[Row]) -> [Self::F; 8];
+    /// The lanes that `m` names, in order, at the start of `to`, which has room for `N`; what follows them is lost.
+    fn compress(m: Self::M, v: Self::F, to: &mut [f32]);
+    /// As [`Lanes::compress`], of words.
+    fn compress_u(m: Self::M, v: Self::U, to: &mut [u32]);
+
+    /// 0, 1, 2, ...
+    #[inline(always)]
+    fn iota() -> Self::U {
+        const COUNT: [u32; MOST_LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+        Self::load_u(&COUNT)
+    }
+
+    /// True in any lane.
+    #[inline(always)]
+    fn any(m: Self::M) -> bool {
+        Self::mask_bits(m) != 0
+    }
+
+    /// The first `n` lanes (all, if there are no more).
+    #[inline(always)]
+    fn first(n: usize) -> Self::M {
+        Self::mask_from_bits(if n >= Self::N { u32::MAX } else { (1 << n) - 1 })
+    }
+}

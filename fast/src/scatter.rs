@@ -1,0 +1,29 @@
+//! Mirrors and glass, as `reference::scatter` defines them, in lanes.
+
+use crate::lanes::Lanes;
+use crate::vec3::V3;
+
+#[inline(always)]
+pub(crate) fn reflect<L: Lanes>(d: V3<L>, n: V3<L>) -> V3<L> {
+    d - n.scale(L::f(2.0) * d.dot(n))
+}
+
+#[inline(always)]
+pub(crate) fn dielectric<L: Lanes>(d: V3<L>, n: V3<L>, inside: L::M, ior: L::F, u: L::F) -> V3<L> {
+    let one = L::f(1.0);
+    let eta = L::select(inside, ior, one / ior);
+    let cos_i = -d.dot(n);
+    let sin2_t = eta * eta * (one - cos_i * cos_i);
+    let cos2_t = one - sin2_t;
+    let zero = L::f(0.0);
+    let cos_t = L::select(L::lt(zero, cos2_t), L::sqrt(cos2_t), zero);
+    let transmitted = d.scale(eta) + n.scale(eta * cos_i - cos_t);
+    V3::select(L::le(fresnel::<L>(eta, cos_i, cos_t), u), transmitted, reflect(d, n))
+}
+
+#[inline(always)]
+pub(crate) fn fresnel<L: Lanes>(eta: L::F, cos_i: L::F, cos_t: L::F) -> L::F {
+    let s = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+    let p = (eta * cos_t - cos_i) / (eta * cos_t + cos_i);
+    L::f(0.5) * (s * s + p * p)
+}

@@ -1,0 +1,358 @@
+//! The fast renderer: the passes of an iteration, over all threads.
+
+use crate::camera_pass::{CameraBatch, CameraCounts, CameraPass, PixelRows, TileTable, slot_of, slots};
+use crate::consolidate::{consolidate_group, develop, new_pixel};
+use crate::direct_light::LightTable;
+use crate::dispatch::{Kernel, LaneKind, dispatch};
+use crate::join::cells::Cells;
+use crate::join::deposits::{Binned, Sorted};
+use crate::join::gather::Sums;
+use crate::join::occupancy::Occupancy;
+use crate::join::{GROUP, JoinCounts, gather_group, mark};
+use crate::lanes::{Lanes, Row};
+use crate::paths::BATCH;
+use crate::photon_pass::{Emitters, PhotonBatch, PhotonCounts, PhotonPass, emission_shifts};
+use crate::tables::Tables;
+use rayon::prelude::*;
+use scene::{Engine, Film, Plane, Scene, Settings, Stats, Still, Vec3};
+use std::ops::Range;
+use std::time::Instant;
+
+/// Size of the join's cells over the largest radius. Measured: 0.5 to 1 are alike.
+const CELL_SIZE: f32 = 0.75;
+/// Size of the occupancy's cells over the largest radius.
+const OCCUPANCY_CELL_SIZE: f32 = 2.0;
+/// Pixels of a unit of parallel work: whole batches.
+const PIXELS_PER_JOB: usize = 8 * BATCH;
+/// Photons of a unit of parallel work: whole batches.
+const PHOTONS_PER_JOB: u32 = 16 * BATCH as u32;
+/// Deposits that are held at most (but for one round of jobs) before they are joined. Sums do not depend on it.
+const DEPOSITS_AT_ONCE: usize = 1 << 22;
+
+/// The fast renderer.
+pub struct Sppm<'a> {
+    scene: &'a Scene,
+    settings: Settings,
+    lanes: LaneKind,
+    iterations: u32,
+    tiles: TileTable,
+    /// What pixels have gathered, in tile order.
+    pixels: Vec<Row>,
+    /// This iteration's visible points and direct light, in tile order.
+    rows: Vec<PixelRows>,
+    /// This iteration's sums, in tile order; empty while one round of photons suffices.
+    sums: Vec<Sums>,
+    sorted: Sorted,
+    /// What follows from the scene alone, if nothing moves.
+    prepared: Option<Prepared<'a>>,
+    stats: Stats,
+}
+
+/// A still, as the passes read it.
+struct Prepared<'a> {
+    still: Still<'a>,
+    tables: Tables,
+    lights: LightTable,
+    emitters: Emitters,
+}
+
+impl<'a> Prepared<'a> {
+    fn new(still: Still<'a>) -> Self {
+        let tables = Tables::new(&still);
+        let lights = LightTable::new(&still, &tables);
+        let emitters = Emitters::new(&still);
+        Self { still, tables, lights, emitters }
+    }
+}
+
+impl<'a> Sppm<'a> {
+    /// A render that has not begun, on the best lanes there are.
+    pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
+        Self::with_lanes(scene, settings, LaneKind::best())
+    }
+
+    /// The same render on other lanes.
+    pub fn with_lanes(scene: &'a Scene, settings: &Settings, lanes: LaneKind) -> Self {
+        let slots = slots(settings);
+        let moves = scene.spheres.iter().any(|s| s.velocity != Vec3::ZERO);
+        Self {
+            scene,
+            settings: *settings,
+            lanes,
+            iterations: 0,
+            tiles: TileTable::new(),
+            pixels: vec![new_pixel(settings.initial_radius); slots],
+            rows: vec![PixelRows::NOTHING; slots],
+            sums: Vec::new(),
+            sorted: Sorted::new(),
+            prepared: (!moves).then(|| Prepared::new(scene.at(0.0))),
+            stats: Stats::default(),
+        }
+    }
+
+    fn camera_pass(&mut self, p: &Prepared, occupancy_cell: f32) -> Occupancy {
+        let pass = CameraPass {
+            still: &p.still,
+            tables: &p.tables,
+            lights: &p.lights,
+            tiles: &self.tiles,
+            frame: self.scene.camera.frame(self.settings.width, self.settings.height),
+            settings: &self.settings,
+            iteration: self.iterations,
+        };
+        let (lanes, pixels) = (self.lanes, &self.pixels);
+        let jobs =
+            self.rows.par_chunks_mut(PIXELS_PER_JOB).zip(pixels.par_chunks(PIXELS_PER_JOB)).enumerate();
+        let new = || (CameraBatch::new(), Occupancy::new(occupancy_cell), CameraCounts::default());
+        let parts = jobs.fold(new, |(mut batch, mut occupancy, mut counts), (job, (rows, pixels))| {
+            let kernel = CameraJob { pass: &pass, batch: &mut batch, first: job * PIXELS_PER_JOB, rows };
+            let more = dispatch(lanes, kernel);
+            counts.segments += more.segments;
+            counts.visible_points += more.visible_points;
+            for (rows, pixels) in rows.chunks(GROUP).zip(pixels.chunks(GROUP)) {
+                mark(&mut occupancy, rows, pixels);
+            }
+            (batch, occupancy, counts)
+        });
+        let parts: Vec<_> = parts.map(|(_, occupancy, counts)| (occupancy, counts)).collect();
+        let mut all = Occupancy::new(occupancy_cell);
+        for (occupancy, counts) in parts {
+            all.merge(&occupancy);
+            self.stats.camera_segments += counts.segments;
+            self.stats.shadow_rays += counts.visible_points;
+            self.stats.visible_points += counts.visible_points;
+        }
+        all
+    }
+
+    /// Traces photons from `from` on until there are enough for a join; gives their deposits and where it stopped.
+    fn photon_pass(&mut self, pass: &PhotonPass, from: u32) -> (Vec<Binned>, u32) {
+        let (lanes, total) = (self.lanes, self.settings.photons_per_iteration);
+        let mut all = Vec::new();
+        let (mut next, mut deposits) = (from, 0);
+        // A round is what may be deposited at once if every photon is deposited at every bounce.
+        let most = (DEPOSITS_AT_ONCE as u32 / self.settings.max_depth).next_multiple_of(PHOTONS_PER_JOB);
+        while next < total && deposits < DEPOSITS_AT_ONCE {
+            let end = total.min(next.saturating_add(most));
+            let jobs: Vec<Range<u32>> = (next..end)
+                .step_by(PHOTONS_PER_JOB as usize)
+                .map(|start| start..end.min(start.saturating_add(PHOTONS_PER_JOB)))
+                .collect();
+            let new = || (PhotonBatch::new(), Binned::new(), PhotonCounts::default());
+            let work = |(mut batch, mut out, mut counts): (_, _, PhotonCounts), photons| {
+                let more = dispatch(lanes, PhotonJob { pass, batch: &mut batch, photons, out: &mut out });
+                counts.segments += more.segments;
+                counts.deposits += more.deposits;
+                (batch, out, counts)
+            };
+            let parts: Vec<_> = jobs.into_par_iter().fold(new, work).collect();
+            for (_, out, counts) in parts {
+                deposits += out.count;
+                all.push(out);
+                self.stats.photon_segments += counts.segments;
+                self.stats.deposits += counts.deposits;
+            }
+            self.stats.photons += u64::from(end - next);
+            next = end;
+        }
+        (all, next)
+    }
+
+    /// Joins the sorted deposits with all visible points; on the last round of the iteration, consolidates.
+    fn join(&mut self, cells: Cells, is_last: bool, nominal: f32) {
+        let groups = self.pixels.len() / GROUP;
+        if !(is_last && self.sums.is_empty()) {
+            self.sums.resize(groups, Sums::default());
+        }
+        let (lanes, sorted) = (self.lanes, &self.sorted);
+        let per_job = PIXELS_PER_JOB / GROUP;
+        let mut no_sums: Vec<&mut [Sums]> = Vec::new();
+        let sums: Vec<&mut [Sums]> = if self.sums.is_empty() {
+            no_sums.resize_with(groups.div_ceil(per_job), Default::default);
+            no_sums
+        } else {
+            self.sums.chunks_mut(per_job).collect()
+        };
+        let jobs =
+            self.pixels.par_chunks_mut(PIXELS_PER_JOB).zip(self.rows.par_chunks(PIXELS_PER_JOB)).zip(sums);
+        let counts: Vec<JoinCounts> = jobs
+            .map(|((pixels, rows), sums)| {
+                dispatch(lanes, JoinJob { sorted, cells, pixels, rows, sums, is_last, nominal })
+            })
+            .collect();
+        for counts in counts {
+            self.stats.candidates += counts.candidates;
+            self.stats.contributions += counts.contributions;
+        }
+    }
+
+    fn run_iteration(&mut self, p: &Prepared) {
+        let start = Instant::now();
+        let largest = self.pixels.iter().map(|pixel| pixel.0[7]).fold(0.0, f32::max).sqrt();
+        let occupancy = self.camera_pass(p, largest * OCCUPANCY_CELL_SIZE);
+        let camera = Instant::now();
+        self.stats.camera_seconds += (camera - start).as_secs_f64();
+        let cells = Cells::new(largest * CELL_SIZE, self.settings.photons_per_iteration as usize / 4);
+        let shifts = emission_shifts(self.settings.seed, self.iterations);
+        let pass = PhotonPass {
+            still: &p.still,
+            tables: &p.tables,
+            emitters: &p.emitters,
+            settings: &self.settings.clone(),
+            iteration: self.iterations,
+            cells,
+            occupancy: &occupancy,
+            reach: largest * 1.001,
+            slack: rounding_of_points(&p.still),
+            shifts,
+        };
+        let mut next = 0;
+        while next < self.settings.photons_per_iteration {
+            let traced = Instant::now();
+            let (parts, reached) = self.photon_pass(&pass, next);
+            next = reached;
+            let sorting = Instant::now();
+            self.sorted.fill(&parts, cells);
+            let held: usize = parts.iter().map(Binned::bytes).sum();
+            self.stats.bytes = (self.bytes() + held) as u64;
+            drop(parts);
+            let joining = Instant::now();
+            self.join(cells, next == self.settings.photons_per_iteration, p.still.lights.power);
+            self.stats.photon_seconds += (sorting - traced).as_secs_f64();
+            self.stats.build_grid_seconds += (joining - sorting).as_secs_f64();
+            self.stats.consolidate_seconds += joining.elapsed().as_secs_f64();
+        }
+        self.sums.clear();
+        self.iterations += 1;
+    }
+
+    fn bytes(&self) -> usize {
+        let pixels =
+            size_of_val(&self.pixels[..]) + size_of_val(&self.rows[..]) + size_of_val(&self.sums[..]);
+        pixels + self.sorted.bytes()
+    }
+
+    fn plane(&self, value: impl Fn(&Row) -> f32) -> Plane {
+        let Settings { width, height, .. } = self.settings;
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let values = pixels.map(|(x, y)| value(&self.pixels[slot_of(width, x, y)])).collect();
+        Plane { width, height, values }
+    }
+}
+
+/// A bound on how far a point computed to lie on a solid ball is from where its normal says: some ulps of the
+/// largest coordinate of any such ball.
+fn rounding_of_points(still: &Still) -> f32 {
+    let solid =
+        still.spheres.iter().zip(&still.roles).filter(|(_, role)| **role == scene::still::Role::Solid);
+    solid.map(|(s, _)| s.center.abs().max_element() + s.radius).fold(0.0, f32::max) * 1e-6
+}
+
+impl Engine for Sppm<'_> {
+    fn iterate(&mut self) {
+        if let Some(prepared) = self.prepared.take() {
+            self.run_iteration(&prepared);
+            self.prepared = Some(prepared);
+        } else {
+            let time = self.scene.camera.shutter_time(self.settings.seed, self.iterations);
+            self.run_iteration(&Prepared::new(self.scene.at(time)));
+        }
+    }
+
+    fn iterations(&self) -> u32 {
+        self.iterations
+    }
+
+    fn develop(&self) -> Film {
+        let Settings { width, height, .. } = self.settings;
+        let mut film = Film::new(width, height);
+        if self.iterations > 0 {
+            let rows = film.pixels.par_chunks_mut(width as usize).enumerate();
+            rows.for_each(|(y, row)| {
+                for (x, pixel) in row.iter_mut().enumerate() {
+                    let slot = slot_of(width, x as u32, y as u32);
+                    *pixel = develop(&self.pixels[slot], &self.settings, self.iterations);
+                }
+            });
+        }
+        film
+    }
+
+    fn radius(&self) -> Option<Plane> {
+        Some(self.plane(|pixel| pixel.0[7].sqrt()))
+    }
+
+    fn count(&self) -> Option<Plane> {
+        Some(self.plane(|pixel| pixel.0[6]))
+    }
+
+    fn stats(&self) -> &Stats {
+        &self.stats
+    }
+}
+
+struct CameraJob<'a> {
+    pass: &'a CameraPass<'a>,
+    batch: &'a mut CameraBatch,
+    first: usize,
+    rows: &'a mut [PixelRows],
+}
+
+impl Kernel for CameraJob<'_> {
+    type Output = CameraCounts;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> CameraCounts {
+        let mut counts = CameraCounts::default();
+        for (number, rows) in self.rows.chunks_mut(BATCH).enumerate() {
+            let more = self.pass.run::<L>(self.batch, self.first + number * BATCH, rows);
+            counts.segments += more.segments;
+            counts.visible_points += more.visible_points;
+        }
+        counts
+    }
+}
+
+struct PhotonJob<'a> {
+    pass: &'a PhotonPass<'a>,
+    batch: &'a mut PhotonBatch,
+    photons: Range<u32>,
+    out: &'a mut Binned,
+}
+
+impl Kernel for PhotonJob<'_> {
+    type Output = PhotonCounts;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> PhotonCounts {
+        self.pass.run::<L>(self.batch, self.photons, self.out)
+    }
+}
+
+struct JoinJob<'a> {
+    sorted: &'a Sorted,
+    cells: Cells,
+    pixels: &'a mut [Row],
+    rows: &'a [PixelRows],
+    /// Sums of earlier rounds; empty if there is but one.
+    sums: &'a mut [Sums],
+    is_last: bool,
+    nominal: f32,
+}
+
+impl Kernel for JoinJob<'_> {
+    type Output = JoinCounts;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> JoinCounts {
+        let mut counts = JoinCounts::default();
+        let groups = self.pixels.chunks_mut(GROUP).zip(self.rows.chunks(GROUP));
+        for (number, (pixels, rows)) in groups.enumerate() {
+            let mut sums = self.sums.get(number).copied().unwrap_or_default();
+            gather_group::<L>(self.sorted, self.cells, rows, pixels, &mut sums, &mut counts);
+            if self.is_last {
+                consolidate_group::<L>(pixels, rows, &sums, self.nominal);
+            } else if let Some(kept) = self.sums.get_mut(number) {
+                *kept = sums;
+            }
+        }
+        counts
+    }
+}

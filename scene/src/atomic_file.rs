@@ -1,0 +1,164 @@
+//! Files that appear whole or not at all: written beside the target, synced, and renamed over it.
+//!
+//! Whoever opens the target sees the old file or the new one, never a part; a write that fails leaves the old file
+//! and nothing beside it.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, Write as _};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// A file that cannot be read or written. Displays as one line that names it.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{}: {}", shown(.path), one_line(.problem))]
+pub struct FileError {
+    /// The file as the caller named it.
+    pub path: PathBuf,
+    /// What is wrong and what would be right, to be read after the path.
+    pub problem: String,
+}
+
+impl FileError {
+    /// The error of file `path`.
+    pub fn new(path: &Path, problem: impl Into<String>) -> Self {
+        Self { path: path.to_owned(), problem: problem.into() }
+    }
+}
+
+/// What `fill` writes to: a file that can seek.
+pub type Output = BufWriter<File>;
+
+/// Replaces the file `path` by what `fill` writes.
+///
+/// A new file gets the permissions that the user's umask leaves, a replaced one keeps its own. A symbolic link stays
+/// one: the file that it points at is replaced.
+///
+/// # Errors
+/// What [`check`] finds, an error of `fill`, or one of the file system. The target is then as it was.
+pub fn replace(path: &Path, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> Result<(), FileError> {
+    let target = Target::find(path)?;
+    let temporary = target.temporary(path)?;
+    let failed = |e: io::Error| FileError::new(path, format!("cannot be written: {}", reason(&e)));
+    let (file, temporary_path) = temporary.into_parts();
+    if let Some(permissions) = target.permissions {
+        file.set_permissions(permissions).map_err(failed)?;
+    }
+    let mut output = BufWriter::new(file);
+    fill(&mut output).map_err(failed)?;
+    let mut file = output.into_inner().map_err(|e| failed(e.into_error()))?;
+    file.flush().and_then(|()| file.sync_all()).map_err(failed)?;
+    temporary_path.persist(&target.file).map_err(|e| failed(e.error))?;
+    sync_folder(&target.folder).map_err(failed)
+}
+
+/// Finds out what [`replace`] would complain about, before the work whose result it is to write.
+///
+/// # Errors
+/// If `path` names a folder, a device, a read-only file or a broken link, or if no file can be made beside it.
+pub fn check(path: &Path) -> Result<(), FileError> {
+    Target::find(path)?.temporary(path).map(drop)
+}
+
+/// What an input/output error says, without the number that Rust appends.
+pub(crate) fn reason(e: &io::Error) -> String {
+    let text = e.to_string();
+    match text.find(" (os error ") {
+        Some(end) => text[..end].to_owned(),
+        None => text,
+    }
+}
+
+/// The path as people know it.
+fn shown(path: &Path) -> String {
+    one_line(&path.display().to_string())
+}
+
+/// The text, escaped if it would break the line.
+fn one_line(text: &str) -> String {
+    if text.chars().any(char::is_control) { text.escape_debug().to_string() } else { text.to_owned() }
+}
+
+/// Where the bytes will end up.
+struct Target {
+    /// The file itself: links are followed.
+    file: PathBuf,
+    folder: PathBuf,
+    /// Of the file to be replaced, if there is one.
+    permissions: Option<fs::Permissions>,
+}
+
+impl Target {
+    fn find(path: &Path) -> Result<Self, FileError> {
+        let error = |problem: String| Err(FileError::new(path, problem));
+        if path.as_os_str().to_string_lossy().ends_with(std::path::is_separator) {
+            return error("names a folder; name a file in it".into());
+        }
+        let file = follow(path)?;
+        let folder = match file.parent() {
+            Some(parent) if parent != Path::new("") => parent.to_owned(),
+            _ => PathBuf::from("."),
+        };
+        match fs::metadata(&folder) {
+            Ok(m) if m.is_dir() => {}
+            Ok(_) => return error(format!("{} is not a folder", shown(&folder))),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => {
+                return error(format!("the folder {} does not exist; make it first", shown(&folder)));
+            }
+            Err(e) => {
+                return error(format!("the folder {} cannot be used: {}", shown(&folder), reason(&e)));
+            }
+        }
+        let permissions = match fs::metadata(&file) {
+            Ok(m) if m.is_dir() => return error("is a folder; name a file in it".into()),
+            Ok(m) if !m.is_file() => {
+                return error("is a device or a pipe; name a file, which can be replaced as a whole".into());
+            }
+            Ok(m) if m.permissions().readonly() => {
+                return error("is read-only; make it writable, or name another file".into());
+            }
+            Ok(m) => Some(m.permissions()),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => None,
+            Err(e) => return error(format!("cannot be written: {}", reason(&e))),
+        };
+        Ok(Self { file, folder, permissions })
+    }
+
+    /// An empty file in the target's folder, as only there a rename is atomic; removed when dropped.
+    fn temporary(&self, path: &Path) -> Result<tempfile::NamedTempFile<File>, FileError> {
+        // Opened by `OpenOptions`, as the crate's own way makes files that only their owner may read.
+        let open = |p: &Path| OpenOptions::new().write(true).create_new(true).open(p);
+        tempfile::Builder::new().prefix(".sppm-").suffix(".part").make_in(&self.folder, open).map_err(|e| {
+            let folder = shown(&self.folder);
+            FileError::new(path, format!("no file can be made in the folder {folder}: {}", reason(&e)))
+        })
+    }
+}
+
+/// The file that `path` names in the end.
+fn follow(path: &Path) -> Result<PathBuf, FileError> {
+    match fs::symlink_metadata(path) {
+        Ok(m) if m.file_type().is_symlink() => fs::canonicalize(path).map_err(|e| {
+            FileError::new(path, format!("is a symbolic link that leads nowhere: {}; remove it", reason(&e)))
+        }),
+        _ => Ok(path.to_owned()),
+    }
+}
+
+/// Makes the rename last through a power failure.
+fn sync_folder(folder: &Path) -> io::Result<()> {
+    if cfg!(not(unix)) {
+        return Ok(()); // folders cannot be opened
+    }
+    match File::open(folder).and_then(|f| f.sync_all()) {
+        // Some file systems know no sync of folders, and a folder may be writable without being readable.
+        Err(e)
+            if matches!(
+                e.kind(),
+                io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported | io::ErrorKind::PermissionDenied
+            ) =>
+        {
+            Ok(())
+        }
+        other => other,
+    }
+}

@@ -1,0 +1,182 @@
+//! `OpenEXR`: linear `f32`, ZIP compression, which loses nothing, out; any flat scan-line or tiled picture in.
+
+use super::{Seekable, check_expansion, check_size};
+use crate::settings::MAX_SIDE;
+use crate::{Film, Plane, Rgb};
+use exr::meta::attribute::{ChannelDescription, Text};
+use exr::meta::header::{Header, LayerAttributes};
+use exr::meta::{BlockDescription, MetaData};
+use exr::prelude::{
+    Compression, Encoding, Image, Layer, ReadChannels, ReadLayers, ReadSpecificChannel, SpecificChannels,
+    Vec2, WritableImage,
+};
+use std::io::{self, SeekFrom, Write};
+
+/// Deflate makes 258 bytes of 2 bits at best, and PXR24 has dropped a quarter before.
+const MOST_BYTES_PER_BYTE: u64 = 1032 * 4 / 3;
+/// DWA keeps two bytes of a flat block of 8x8 `f32`, and deflates those.
+const MOST_BYTES_PER_BYTE_DWA: u64 = 1032 * 128;
+
+/// ZIP over 16 lines at a time: the method that most programs write, and read fastest.
+fn encoding() -> Encoding {
+    Encoding { compression: Compression::ZIP16, ..Encoding::UNCOMPRESSED }
+}
+
+pub(super) fn write(out: &mut (impl Write + io::Seek), film: &Film) -> io::Result<()> {
+    let size = (film.width as usize, film.height as usize);
+    let channels = SpecificChannels::rgb(|p: Vec2<usize>| -> (f32, f32, f32) {
+        film.pixels[p.y() * size.0 + p.x()].into()
+    });
+    let image = Image::from_layer(Layer::new(size, LayerAttributes::default(), encoding(), channels));
+    image.write().non_parallel().to_buffered(out).map_err(into_io)
+}
+
+/// One channel `Y`, which every program shows, in a layer called `name`.
+pub(super) fn write_plane(out: &mut (impl Write + io::Seek), plane: &Plane, name: &str) -> io::Result<()> {
+    let size = (plane.width as usize, plane.height as usize);
+    let channels = SpecificChannels::build()
+        .with_channel("Y")
+        .with_pixel_fn(|p: Vec2<usize>| (plane.values[p.y() * size.0 + p.x()],));
+    let layer = Text::new_or_none(name).map_or_else(LayerAttributes::default, LayerAttributes::named);
+    let image = Image::from_layer(Layer::new(size, layer, encoding(), channels));
+    image.write().non_parallel().to_buffered(out).map_err(into_io)
+}
+
+pub(super) fn read(input: &mut impl Seekable, length: u64) -> Result<Film, String> {
+    let channels =
+        inspect(&MetaData::read_from_buffered(&mut *input, false).map_err(|e| problem(&e))?, length)?;
+    input.seek(SeekFrom::Start(0)).map_err(|e| e.to_string())?;
+    match channels {
+        Channels::Rgb => read_rgb(input),
+        Channels::Grey(name) => read_grey(input, name),
+    }
+    .map_err(|e| problem(&e))
+}
+
+fn read_rgb(input: &mut impl Seekable) -> exr::error::Result<Film> {
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .specific_channels()
+        .required("R")
+        .required("G")
+        .required("B")
+        .collect_pixels(black, |film, p, rgb: (f32, f32, f32)| set(film, p, rgb.into()))
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(input)?;
+    Ok(image.layer_data.channel_data.pixels)
+}
+
+fn read_grey(input: &mut impl Seekable, name: Text) -> exr::error::Result<Film> {
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .specific_channels()
+        .required(name)
+        .collect_pixels(black, |film, p, (y,): (f32,)| set(film, p, Rgb::splat(y)))
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(input)?;
+    Ok(image.layer_data.channel_data.pixels)
+}
+
+fn black<T>(size: Vec2<usize>, _: &T) -> Film {
+    Film::new(size.width() as u32, size.height() as u32)
+}
+
+fn set(film: &mut Film, p: Vec2<usize>, pixel: Rgb) {
+    film.pixels[p.y() * film.width as usize + p.x()] = pixel;
+}
+
+/// What to read.
+enum Channels {
+    Rgb,
+    Grey(Text),
+}
+
+/// Checks the headers, and finds the channels of the picture.
+fn inspect(meta: &MetaData, length: u64) -> Result<Channels, String> {
+    for header in &meta.headers {
+        check_header(header, length)?;
+    }
+    let has = |h: &Header, name: &str| h.channels.list.iter().any(|c| c.name.eq(name));
+    // The first layer that serves, as the reader chooses it.
+    let first = |needed: &[&str]| meta.headers.iter().find(|h| needed.iter().all(|name| has(h, name)));
+    let (layer, channels) = if let Some(layer) = first(&["R", "G", "B"]) {
+        (layer, Channels::Rgb)
+    } else if let Some(layer) = first(&["Y"]).filter(|h| !has(h, "RY") && !has(h, "BY")) {
+        (layer, Channels::Grey(Text::from("Y")))
+    } else if let [layer] = &meta.headers[..]
+        && let [only] = &layer.channels.list[..]
+    {
+        (layer, Channels::Grey(only.name.clone()))
+    } else {
+        let names = names(meta);
+        return Err(format!(
+            "has channels {names}; it must have R, G and B, or Y without RY and BY, or a single one"
+        ));
+    };
+    whole(&layer.channels.list)?;
+    Ok(channels)
+}
+
+/// Refuses what would take much more memory than the file accounts for, or is not a picture.
+fn check_header(header: &Header, length: u64) -> Result<(), String> {
+    if header.deep {
+        return Err("is a deep image; it must be a flat one".into());
+    }
+    let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
+    check_size(width, height)?;
+    if let BlockDescription::Tiles(tiles) = header.blocks {
+        let (x, y) = (tiles.tile_size.width(), tiles.tile_size.height());
+        if x.max(y) > MAX_SIDE as usize || x.min(y) == 0 {
+            return Err(format!("has tiles of {x} x {y} pixels; each side must be from 1 to {MAX_SIDE}"));
+        }
+    }
+    let bytes: u64 = header.channels.list.iter().map(|c| c.sample_type.bytes_per_sample() as u64).sum();
+    let most = match header.compression {
+        Compression::DWAA(_) | Compression::DWAB(_) => MOST_BYTES_PER_BYTE_DWA,
+        _ => MOST_BYTES_PER_BYTE,
+    };
+    check_expansion(width * height * bytes, length, most)
+}
+
+/// The decoder takes every channel to have one sample per pixel.
+fn whole(channels: &[ChannelDescription]) -> Result<(), String> {
+    match channels.iter().find(|c| c.sampling != Vec2(1, 1)) {
+        Some(c) => {
+            let name = shown(&c.name);
+            Err(format!("has a subsampled channel {name}; each must have a sample for every pixel"))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The channels for people, not too many.
+fn names(meta: &MetaData) -> String {
+    const MOST: usize = 12;
+    let all = || meta.headers.iter().flat_map(|h| &h.channels.list);
+    let names: Vec<String> = all().take(MOST).map(|c| shown(&c.name)).collect();
+    let more = if all().nth(MOST).is_some() { ", and more" } else { "" };
+    format!("{}{more}", names.join(", "))
+}
+
+/// A name as a file has it, cut short and escaped so that it cannot break a line of error.
+fn shown(name: &Text) -> String {
+    const LONGEST: usize = 20;
+    name.to_string().chars().take(LONGEST).flat_map(char::escape_debug).collect()
+}
+
+fn problem(e: &exr::error::Error) -> String {
+    format!("is no EXR file that can be read: {e}")
+}
+
+fn into_io(e: exr::error::Error) -> io::Error {
+    match e {
+        exr::error::Error::Io(e) => e,
+        other => io::Error::other(other),
+    }
+}

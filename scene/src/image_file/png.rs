@@ -1,0 +1,77 @@
+//! PNG: 8 bits of sRGB out; whatever there is in.
+
+use super::{Encoding, Seekable, check_expansion, check_size, srgb};
+use crate::{Film, Plane, Rgb};
+use std::io::{self, Write};
+
+/// Deflate makes 258 bytes of 2 bits at best.
+const MOST_BYTES_PER_BYTE: u64 = 1032;
+
+/// What stands for a pixel with a NaN: magenta, which no one takes for light.
+const NOT_A_NUMBER: [u8; 3] = [255, 0, 255];
+
+pub(super) fn write(out: &mut impl Write, film: &Film, encoding: Encoding) -> io::Result<()> {
+    let gain = f64::from(encoding.exposure).exp2();
+    let byte = |v: f32| srgb::encode_byte(f64::from(v) * gain);
+    let bytes: Vec<u8> = film
+        .pixels
+        .iter()
+        .flat_map(|p| if p.is_nan() { NOT_A_NUMBER } else { p.to_array().map(byte) })
+        .collect();
+    let mut encoder = png::Encoder::new(out, film.width, film.height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+    encoder.write_header().and_then(|mut w| w.write_image_data(&bytes).and_then(|()| w.finish())).map_err(
+        |e| match e {
+            png::EncodingError::IoError(e) => e,
+            other => io::Error::other(other),
+        },
+    )
+}
+
+/// The plane as a grey picture, its greatest finite value white.
+pub(super) fn write_plane(out: &mut impl Write, plane: &Plane) -> io::Result<()> {
+    let greatest = plane.values.iter().copied().filter(|v| v.is_finite()).fold(0.0, f32::max);
+    let scale = if greatest > 0.0 { greatest } else { 1.0 };
+    let values = plane.values.iter().map(|v| v / scale).collect();
+    write(out, &Plane { values, ..*plane }.to_film(), Encoding::default())
+}
+
+pub(super) fn read(input: &mut impl Seekable, length: u64) -> Result<Film, String> {
+    // The decoder's own limit concerns what it holds beside the picture, such as compressed profiles.
+    let mut decoder = png::Decoder::new(input);
+    decoder.set_transformations(png::Transformations::EXPAND);
+    decoder.set_ignore_text_chunk(true);
+    decoder.set_ignore_iccp_chunk(true);
+    let info = decoder.read_header_info().map_err(|e| problem(&e))?;
+    let (width, height) = (info.width, info.height);
+    check_size(width.into(), height.into())?;
+    let packed = info.raw_row_length() as u64 * u64::from(height);
+    check_expansion(packed, length, MOST_BYTES_PER_BYTE)?;
+
+    let mut reader = decoder.read_info().map_err(|e| problem(&e))?;
+    let (color, depth) = reader.output_color_type();
+    let size = reader.output_buffer_size().ok_or("is too large for this machine")?;
+    let mut bytes = vec![0; size];
+    reader.next_frame(&mut bytes).map_err(|e| problem(&e))?;
+    Ok(Film { width, height, pixels: pixels(&bytes, color.samples(), depth) })
+}
+
+/// Linear pixels out of codes, `samples` of which make a pixel: grey or RGB, with or without alpha.
+fn pixels(bytes: &[u8], samples: usize, depth: png::BitDepth) -> Vec<Rgb> {
+    let (wide, largest) = if depth == png::BitDepth::Sixteen { (2, u16::MAX) } else { (1, 255) };
+    let table: Vec<f32> = (0..=largest).map(|c| srgb::decode_code(c, largest)).collect();
+    let pixel = |codes: &[u8]| {
+        let value = |i: usize| {
+            let code = codes[wide * i..][..wide].iter().fold(0, |code, &byte| code << 8 | usize::from(byte));
+            table[code]
+        };
+        if samples < 3 { Rgb::splat(value(0)) } else { Rgb::new(value(0), value(1), value(2)) }
+    };
+    bytes.chunks_exact(wide * samples).map(pixel).collect()
+}
+
+fn problem(e: &png::DecodingError) -> String {
+    format!("is no PNG file that can be read: {e}")
+}

@@ -1,0 +1,84 @@
+//! The transfer function of sRGB (IEC 61966-2-1), piecewise as the standard has it.
+
+use std::sync::LazyLock;
+
+/// The code value in [0, 1] of linear `v`, which is clamped to [0, 1]; NaN stays NaN.
+pub fn encode(v: f64) -> f64 {
+    let v = v.clamp(0.0, 1.0);
+    if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// The linear value of code value `c`.
+pub fn decode(c: f64) -> f64 {
+    if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+}
+
+/// The linear values at which the code rounds to the next byte.
+static THRESHOLDS: LazyLock<[f64; 255]> =
+    LazyLock::new(|| std::array::from_fn(|i| decode((i as f64 + 0.5) / 255.0)));
+
+/// The nearest of 256 codes for linear `v`; 0 for NaN.
+///
+/// By table, which is as fast as it is exact: the C library's power function, which may differ between machines,
+/// only enters 255 numbers.
+pub fn encode_byte(v: f64) -> u8 {
+    THRESHOLDS.partition_point(|&t| t <= v) as u8
+}
+
+/// The linear value of code `c` out of `0..=largest`.
+pub fn decode_code(c: u16, largest: u16) -> f32 {
+    decode(f64::from(c) / f64::from(largest)) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_values() {
+        // From the standard's formulas, to six digits or more.
+        for (code, linear) in [
+            (0, 0.0),
+            (1, 3.035_27e-4),
+            (10, 3.035_27e-3),
+            (11, 3.346_536e-3),
+            (128, 0.215_860_5),
+            (255, 1.0),
+        ] {
+            approx::assert_relative_eq!(decode_code(code, 255), linear, max_relative = 2e-7);
+        }
+        assert_eq!(encode_byte(0.18), 118); // middle grey
+        assert_eq!(encode_byte(0.5), 188);
+        approx::assert_relative_eq!(encode(0.5), 0.735_356_983, max_relative = 1e-9);
+    }
+
+    #[test]
+    fn every_code_survives_a_round_trip() {
+        for c in 0..=255 {
+            assert_eq!(u16::from(encode_byte(f64::from(decode_code(c, 255)))), c);
+        }
+    }
+
+    #[test]
+    fn bytes_are_the_rounded_function() {
+        for i in 0..=100_000 {
+            let v = f64::from(i) / 100_000.0;
+            assert_eq!(f64::from(encode_byte(v)), (255.0 * encode(v)).round(), "{v}");
+        }
+    }
+
+    #[test]
+    fn what_is_out_of_range_is_clamped() {
+        assert_eq!([-1.0, f64::NEG_INFINITY, f64::NAN, -0.0].map(encode_byte), [0; 4]);
+        assert_eq!([1.0, 1e30, f64::INFINITY].map(encode_byte), [255; 3]);
+    }
+
+    #[test]
+    fn no_decoded_value_is_near_enough_to_a_rounding_boundary_for_c_libraries_to_disagree() {
+        for c in 0..=u16::MAX {
+            let v = decode(f64::from(c) / 65535.0);
+            let few_ulps = 4.0 * f64::EPSILON;
+            assert_eq!((v * (1.0 - few_ulps)) as f32, (v * (1.0 + few_ulps)) as f32, "{c}");
+        }
+    }
+}

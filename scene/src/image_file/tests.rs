@@ -1,0 +1,525 @@
+//! Round trips on bits, known files, broken files, and what becomes of the target when a write fails.
+
+use super::*;
+use crate::Rgb;
+use exr::prelude::{
+    AnyChannel, AnyChannels, Blocks, Compression, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
+    Vec2, WritableImage, f16,
+};
+use proptest::prelude::*;
+use std::io::{Cursor, Write};
+use std::path::PathBuf;
+
+const EVERY_FORMAT: [(Format, &str); 3] = [(Format::Png, "png"), (Format::Exr, "exr"), (Format::Pfm, "pfm")];
+
+/// Values where formats go wrong: signed zeros, subnormals, the ends of the range, infinities, NaN.
+const EXTREMES: [f32; 12] = [
+    0.0,
+    -0.0,
+    1.0,
+    -1.5,
+    1e-45,
+    -1.1e-38,
+    f32::MIN_POSITIVE,
+    f32::MAX,
+    f32::MIN,
+    f32::INFINITY,
+    f32::NEG_INFINITY,
+    f32::NAN,
+];
+
+/// A film in which no two pixels are alike and all extremes occur.
+fn extreme_film(width: u32, height: u32) -> Film {
+    let value = |i: u32| EXTREMES.get(i as usize).copied().unwrap_or(i as f32 * 0.37 - 1.0);
+    let pixels = (0..width * height).map(|i| Rgb::new(value(3 * i), value(3 * i + 1), value(3 * i + 2)));
+    Film { width, height, pixels: pixels.collect() }
+}
+
+/// A film of values that sRGB bytes stand for.
+fn byte_film(width: u32, height: u32) -> Film {
+    let value = |i: u32| srgb::decode_code((i * 7 % 256) as u16, 255);
+    let pixels = (0..width * height).map(|i| Rgb::new(value(i), value(i + 50), value(i + 99)));
+    Film { width, height, pixels: pixels.collect() }
+}
+
+fn bits(film: &Film) -> (u32, u32, Vec<[u32; 3]>) {
+    (film.width, film.height, film.pixels.iter().map(|p| p.to_array().map(f32::to_bits)).collect())
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+fn names_in(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+fn problem(result: Result<impl std::fmt::Debug, ImageError>) -> String {
+    let line = result.unwrap_err().to_string();
+    assert!(!line.contains('\n') && line.len() < 400, "{line}");
+    line
+}
+
+#[test]
+fn exr_and_pfm_keep_every_bit() {
+    let folder = folder();
+    for (width, height) in [(1, 1), (7, 3), (1, 100), (100, 1), (48, 27), (33, 65)] {
+        let film = extreme_film(width, height);
+        for name in ["a.exr", "a.pfm"] {
+            let path = folder.path().join(name);
+            write(&path, &film, &Encoding { exposure: 3.0 }).unwrap();
+            assert_eq!(bits(&read(&path).unwrap()), bits(&film), "{name} {width}x{height}");
+        }
+    }
+    assert_eq!(names_in(folder.path()), ["a.exr", "a.pfm"]);
+}
+
+#[test]
+fn png_keeps_every_byte() {
+    let folder = folder();
+    let path = folder.path().join("a.PNG");
+    let film = byte_film(31, 17);
+    write(&path, &film, &Encoding::default()).unwrap();
+    assert_eq!(bits(&read(&path).unwrap()), bits(&film));
+}
+
+#[test]
+fn planes_survive_and_a_png_shows_shares_of_the_maximum() {
+    let folder = folder();
+    let plane = Plane { width: 3, height: 2, values: vec![0.0, 1.0, 4.0, 2.0, 0.5, 1e-40] };
+    for name in ["a.exr", "a.pfm", "a.png"] {
+        let path = folder.path().join(name);
+        write_plane(&path, &plane, "radius").unwrap();
+        let film = read(&path).unwrap();
+        if name == "a.png" {
+            let shares = [0.0, 0.25, 1.0, 0.5, 0.125, 0.0];
+            let expected = shares.map(|v| srgb::decode_code(srgb::encode_byte(v).into(), 255));
+            assert_eq!(film.pixels, expected.map(Rgb::splat));
+        } else {
+            assert_eq!(bits(&film), bits(&plane.to_film()), "{name}");
+        }
+    }
+    let exr = fs::read(folder.path().join("a.exr")).unwrap();
+    assert!(exr.windows(6).any(|w| w == b"radius"));
+}
+
+#[test]
+fn png_of_a_plane_without_a_positive_value_is_black() {
+    let folder = folder();
+    let path = folder.path().join("a.png");
+    write_plane(&path, &Plane { width: 2, height: 1, values: vec![0.0, -1.0] }, "count").unwrap();
+    assert_eq!(read(&path).unwrap().pixels, [Rgb::ZERO; 2]);
+}
+
+#[test]
+fn png_heeds_exposure_and_marks_what_is_no_number() {
+    let folder = folder();
+    let path = folder.path().join("a.png");
+    let pixels = vec![
+        Rgb::splat(0.125),
+        Rgb::new(0.25, f32::INFINITY, f32::NEG_INFINITY),
+        Rgb::new(0.0, f32::NAN, 0.0),
+        Rgb::splat(-3.0),
+    ];
+    write(&path, &Film { width: 4, height: 1, pixels }, &Encoding { exposure: 2.0 }).unwrap();
+    let half = srgb::decode_code(188, 255);
+    let expected = [Rgb::splat(half), Rgb::new(1.0, 1.0, 0.0), Rgb::new(1.0, 0.0, 1.0), Rgb::ZERO];
+    assert_eq!(read(&path).unwrap().pixels, expected);
+}
+
+#[test]
+fn the_same_film_gives_the_same_bytes() {
+    let folder = folder();
+    let film = extreme_film(40, 30);
+    for (_, extension) in EVERY_FORMAT {
+        let [a, b] = ["a", "b"].map(|name| {
+            let path = folder.path().join(name).with_extension(extension);
+            write(&path, &film, &Encoding::default()).unwrap();
+            fs::read(path).unwrap()
+        });
+        assert_eq!(a, b, "{extension}");
+    }
+}
+
+/// A PNG file of one row, made by the encoder alone.
+fn png_bytes(
+    color: ::png::ColorType,
+    depth: ::png::BitDepth,
+    width: u32,
+    row: &[u8],
+    palette: &[u8],
+) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = ::png::Encoder::new(&mut bytes, width, 1);
+    encoder.set_color(color);
+    encoder.set_depth(depth);
+    if !palette.is_empty() {
+        encoder.set_palette(palette);
+    }
+    encoder.write_header().unwrap().write_image_data(row).unwrap();
+    bytes
+}
+
+fn decode_bytes(format: Format, bytes: &[u8]) -> Result<Film, String> {
+    decode(format, &mut Cursor::new(bytes), bytes.len() as u64)
+}
+
+#[test]
+fn png_of_every_kind_is_read() {
+    use ::png::{BitDepth, ColorType};
+    let v = |c| srgb::decode_code(c, 255);
+    let wide = |c| srgb::decode_code(c, 65535);
+    let grey = |c| Rgb::splat(v(c));
+    for (color, depth, width, row, palette, expected) in [
+        (ColorType::Grayscale, BitDepth::Eight, 2, &[10, 200][..], &[][..], vec![grey(10), grey(200)]),
+        (ColorType::Grayscale, BitDepth::One, 2, &[0b0100_0000], &[], vec![grey(0), grey(255)]),
+        (ColorType::Grayscale, BitDepth::Sixteen, 1, &[0x12, 0x34], &[], vec![Rgb::splat(wide(0x1234))]),
+        (ColorType::GrayscaleAlpha, BitDepth::Eight, 2, &[10, 0, 20, 255], &[], vec![grey(10), grey(20)]),
+        (ColorType::Rgb, BitDepth::Eight, 1, &[1, 2, 3], &[], vec![Rgb::new(v(1), v(2), v(3))]),
+        (ColorType::Rgba, BitDepth::Eight, 1, &[1, 2, 3, 0], &[], vec![Rgb::new(v(1), v(2), v(3))]),
+        (
+            ColorType::Rgba,
+            BitDepth::Sixteen,
+            1,
+            &[0, 1, 0xff, 0xff, 0x80, 0, 9, 9],
+            &[],
+            vec![Rgb::new(wide(1), wide(65535), wide(0x8000))],
+        ),
+        (
+            ColorType::Indexed,
+            BitDepth::Eight,
+            2,
+            &[1, 0],
+            &[5, 6, 7, 8, 9, 10],
+            vec![Rgb::new(v(8), v(9), v(10)), Rgb::new(v(5), v(6), v(7))],
+        ),
+    ] {
+        let film = decode_bytes(Format::Png, &png_bytes(color, depth, width, row, palette)).unwrap();
+        assert_eq!(film, Film { width, height: 1, pixels: expected }, "{color:?} {depth:?}");
+    }
+}
+
+/// An EXR file of 5 x 4 pixels with the given channels, its data window off the origin.
+fn exr_bytes(channels: Vec<AnyChannel<FlatSamples>>, compression: Compression, blocks: Blocks) -> Vec<u8> {
+    let encoding = exr::prelude::Encoding { compression, blocks, line_order: LineOrder::Increasing };
+    let layer = LayerAttributes::default().with_position(Vec2(-2, 7));
+    let image = Image::from_layer(Layer::new((5, 4), layer, encoding, AnyChannels::sort(channels.into())));
+    let mut bytes = Cursor::new(Vec::new());
+    image.write().non_parallel().to_buffered(&mut bytes).unwrap();
+    bytes.into_inner()
+}
+
+fn floats(offset: f32) -> FlatSamples {
+    FlatSamples::F32((0..20).map(|i| i as f32 + offset).collect())
+}
+
+#[test]
+fn exr_of_every_kind_is_read() {
+    let halves = FlatSamples::F16((0..20).map(|i| f16::from_f32(i as f32 + 0.25)).collect());
+    let words = FlatSamples::U32((0..20).collect());
+    let colour = || {
+        let alpha = AnyChannel::new("A", floats(0.0));
+        let (r, g) = (AnyChannel::new("R", floats(0.5)), AnyChannel::new("G", halves.clone()));
+        vec![alpha, r, g, AnyChannel::new("B", words.clone())]
+    };
+    let expected: Vec<_> = (0..20).map(|i| i as f32).map(|v| Rgb::new(v + 0.5, v + 0.25, v)).collect();
+    for compression in [
+        Compression::Uncompressed,
+        Compression::RLE,
+        Compression::ZIP1,
+        Compression::ZIP16,
+        Compression::PIZ,
+        Compression::PXR24,
+    ] {
+        for blocks in [Blocks::ScanLines, Blocks::Tiles(Vec2(3, 2))] {
+            let film = decode_bytes(Format::Exr, &exr_bytes(colour(), compression, blocks)).unwrap();
+            assert_eq!((film.width, film.height), (5, 4));
+            assert_eq!(film.pixels, expected, "{compression:?} {blocks:?}");
+        }
+    }
+}
+
+#[test]
+fn exr_of_one_channel_is_grey() {
+    let expected: Vec<_> = (0..20).map(|i| Rgb::splat(i as f32)).collect();
+    for names in [&["Y"][..], &["Y", "A"], &["radius"]] {
+        let channels = names.iter().map(|&n| AnyChannel::new(n, floats(0.0))).collect();
+        let film =
+            decode_bytes(Format::Exr, &exr_bytes(channels, Compression::ZIP16, Blocks::ScanLines)).unwrap();
+        assert_eq!(film.pixels, expected, "{names:?}");
+    }
+}
+
+#[test]
+fn exr_without_colours_names_its_channels() {
+    for names in [&["R", "G"][..], &["Y", "RY", "BY"], &["U", "V"]] {
+        let channels = names.iter().map(|&n| AnyChannel::new(n, floats(0.0))).collect();
+        let bytes = exr_bytes(channels, Compression::ZIP16, Blocks::ScanLines);
+        let problem = decode_bytes(Format::Exr, &bytes).unwrap_err();
+        assert!(
+            names.iter().all(|n| problem.contains(n)) && problem.contains("must have R, G and B"),
+            "{problem}"
+        );
+    }
+}
+
+#[test]
+fn unknown_extensions_are_refused() {
+    for name in ["a.jpg", "a", "png", ".png", "a.png.", ""] {
+        let line = problem(Format::from_path(Path::new(name)));
+        assert!(line.contains(".png, .exr or .pfm"), "{line}");
+    }
+    for (format, extension) in EVERY_FORMAT {
+        let upper = extension.to_uppercase();
+        assert_eq!(Format::from_path(Path::new(&format!("/a.b/c.{upper}"))), Ok(format));
+    }
+}
+
+#[test]
+fn missing_and_odd_files_are_not_read() {
+    let folder = folder();
+    let here = |name: &str| folder.path().join(name);
+    fs::create_dir(here("folder.png")).unwrap();
+    fs::write(here("text.png"), "not a picture").unwrap();
+    fs::write(here("text.exr"), "not a picture").unwrap();
+    fs::write(here("empty.exr"), "").unwrap();
+    for (name, says) in [
+        ("missing.png", "No such file"),
+        ("folder.png", "no regular file"),
+        ("text.png", "no PNG file"),
+        ("text.exr", "no EXR file"),
+        ("empty.exr", "no EXR file"),
+    ] {
+        let line = problem(read(&here(name)));
+        assert!(line.contains(says) && line.contains(name), "{line}");
+    }
+}
+
+#[test]
+fn sizes_without_bytes_to_match_are_refused() {
+    // A PNG header, checksum and all, that announces 16384 x 16384 pixels.
+    let mut png = png_bytes(::png::ColorType::Rgb, ::png::BitDepth::Eight, 1, &[0; 3], &[]);
+    png[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x40, 0]);
+    let crc = crc32(&png[12..29]);
+    png[29..33].copy_from_slice(&crc.to_be_bytes());
+    let problem = decode_bytes(Format::Png, &png).unwrap_err();
+    assert!(problem.contains("cannot hold the 805322752 bytes"), "{problem}");
+
+    let mut exr = exr_bytes(vec![AnyChannel::new("Y", floats(0.0))], Compression::ZIP16, Blocks::ScanLines);
+    let window = exr.windows(10).position(|w| w == b"dataWindow").unwrap() + 10 + 1 + 6 + 4;
+    assert_eq!(exr[window..window + 4], (-2_i32).to_le_bytes());
+    exr[window + 8..window + 12].copy_from_slice(&16381_i32.to_le_bytes());
+    exr[window + 12..window + 16].copy_from_slice(&16390_i32.to_le_bytes());
+    let problem = decode_bytes(Format::Exr, &exr).unwrap_err();
+    assert!(problem.contains("cannot hold the 1073741824 bytes"), "{problem}");
+}
+
+/// The checksum of PNG chunks, bit by bit.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(u32::MAX, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |c, _| if c & 1 == 1 { (c >> 1) ^ 0xedb8_8320 } else { c >> 1 })
+    })
+}
+
+#[test]
+fn a_film_that_contradicts_itself_is_not_written() {
+    let folder = folder();
+    for film in [Film::new(0, 3), Film { width: 2, height: 2, pixels: vec![Rgb::ZERO; 3] }] {
+        for (_, extension) in EVERY_FORMAT {
+            let line = problem(write(
+                &folder.path().join("a").with_extension(extension),
+                &film,
+                &Encoding::default(),
+            ));
+            assert!(line.contains("pixels"), "{line}");
+        }
+    }
+    assert!(names_in(folder.path()).is_empty());
+}
+
+#[test]
+fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+    let folder = folder();
+    let path = folder.path().join("a.png");
+    fs::write(&path, "old").unwrap();
+    let full = |out: &mut Output| {
+        out.write_all(&[0; 10_000])?;
+        Err(io::Error::from(io::ErrorKind::StorageFull))
+    };
+    let line = problem(atomic_file::replace(&path, full));
+    assert!(line.contains("a.png: cannot be written: no storage space"), "{line}");
+    assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+    assert_eq!(names_in(folder.path()), ["a.png"]);
+}
+
+#[test]
+fn the_old_file_stands_until_the_new_one_is_whole() {
+    let folder = folder();
+    let path = folder.path().join("a.png");
+    fs::write(&path, "old").unwrap();
+    atomic_file::replace(&path, |out| {
+        out.write_all(b"new")?;
+        out.flush()?;
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        Ok(())
+    })
+    .unwrap();
+    assert_eq!(fs::read_to_string(&path).unwrap(), "new");
+    assert_eq!(names_in(folder.path()), ["a.png"]);
+}
+
+#[test]
+fn targets_that_cannot_be_written_are_named_beforehand() {
+    let folder = folder();
+    let here = |name: &str| folder.path().join(name);
+    fs::create_dir(here("folder.png")).unwrap();
+    fs::write(here("file"), "").unwrap();
+    fs::write(here("locked.png"), "old").unwrap();
+    let mut permissions = fs::metadata(here("locked.png")).unwrap().permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(here("locked.png"), permissions).unwrap();
+    let before = names_in(folder.path());
+    for (name, says) in [
+        ("folder.png", "is a folder"),
+        ("missing/a.png", "does not exist; make it first"),
+        ("file/a.png", "is not a folder"),
+        ("a.png/", "names a folder"),
+        ("locked.png", "read-only"),
+        ("a.jpg", ".png, .exr or .pfm"),
+        (&format!("{}.png", "x".repeat(300)), "too long"),
+    ] {
+        let path = here(name);
+        let line = problem(check_writable(&path).map_err(|e| {
+            let short = ImageError::new(Path::new("?"), &e.problem);
+            assert_eq!(e.path, path);
+            short
+        }));
+        assert!(line.contains(says), "{name}: {line}");
+        assert!(write(&path, &Film::new(1, 1), &Encoding::default()).is_err());
+    }
+    check_writable(&here("fine.png")).unwrap();
+    assert_eq!(names_in(folder.path()), before);
+}
+
+#[test]
+fn a_control_character_does_not_break_the_line() {
+    let line = problem(Format::from_path(Path::new("a\nb.jp\ng")));
+    assert!(line.starts_with("a\\nb.jp\\ng: "), "{line}");
+}
+
+#[cfg(unix)]
+mod unix {
+    use super::*;
+    use std::os::unix::fs::{PermissionsExt, symlink};
+
+    fn mode(path: &Path) -> u32 {
+        fs::metadata(path).unwrap().permissions().mode() & 0o777
+    }
+
+    #[test]
+    fn permissions_are_the_usual_or_those_of_the_replaced_file() {
+        let folder = folder();
+        let [plain, ours] = ["plain", "ours.pfm"].map(|name| folder.path().join(name));
+        File::create(&plain).unwrap();
+        write(&ours, &Film::new(1, 1), &Encoding::default()).unwrap();
+        assert_eq!(mode(&ours), mode(&plain));
+        for wanted in [0o600, 0o666, 0o640] {
+            fs::set_permissions(&ours, fs::Permissions::from_mode(wanted)).unwrap();
+            write(&ours, &Film::new(1, 1), &Encoding::default()).unwrap();
+            assert_eq!(mode(&ours), wanted);
+        }
+    }
+
+    #[test]
+    fn a_link_stays_a_link() {
+        let folder = folder();
+        let [link, broken]: [PathBuf; 2] = ["link.pfm", "broken.pfm"].map(|name| folder.path().join(name));
+        let real = folder.path().join("there").join("real.pfm");
+        fs::create_dir(real.parent().unwrap()).unwrap();
+        fs::write(&real, "old").unwrap();
+        symlink("there/real.pfm", &link).unwrap();
+        write(&link, &byte_film(3, 2), &Encoding::default()).unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(read(&real).unwrap(), byte_film(3, 2));
+
+        symlink("nowhere.pfm", &broken).unwrap();
+        assert!(problem(check_writable(&broken)).contains("link that leads nowhere"));
+    }
+
+    #[test]
+    fn devices_are_left_alone() {
+        let folder = folder();
+        let link = folder.path().join("null.png");
+        symlink("/dev/null", &link).unwrap();
+        assert!(problem(check_writable(&link)).contains("device"));
+        assert!(problem(read(&link)).contains("no regular file"));
+    }
+}
+
+/// A small valid file of each format, and EXR files of every compression.
+fn specimens() -> Vec<(Format, Vec<u8>)> {
+    let folder = folder();
+    let mut all: Vec<_> = EVERY_FORMAT
+        .iter()
+        .map(|&(format, extension)| {
+            let path = folder.path().join("a").with_extension(extension);
+            write(&path, &byte_film(9, 20), &Encoding::default()).unwrap();
+            (format, fs::read(path).unwrap())
+        })
+        .collect();
+    for compression in [
+        Compression::Uncompressed,
+        Compression::RLE,
+        Compression::PIZ,
+        Compression::PXR24,
+        Compression::B44,
+        Compression::DWAA(None),
+    ] {
+        for blocks in [Blocks::ScanLines, Blocks::Tiles(Vec2(3, 2))] {
+            let halves = FlatSamples::F16((0..20).map(|i| f16::from_f32(i as f32)).collect());
+            let channels = ["R", "G", "B"].map(|n| AnyChannel::new(n, halves.clone()));
+            all.push((Format::Exr, exr_bytes(channels.to_vec(), compression, blocks)));
+        }
+    }
+    let grey = png_bytes(::png::ColorType::Indexed, ::png::BitDepth::Two, 4, &[0b0001_1011], &[7; 12]);
+    all.push((Format::Png, grey));
+    all
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 4000, ..ProptestConfig::default() })]
+
+    /// Whatever is cut off or overwritten, reading ends in a film of the stated size or in one line.
+    #[test]
+    fn broken_files_are_errors(
+        which in 0_usize..16,
+        cut in proptest::option::of(0.0..1.0),
+        edits in proptest::collection::vec((0.0..1.0, any::<u8>()), 0..6),
+        word in proptest::option::of((0.0..1.0, prop_oneof![Just(-1), Just(0), Just(i32::MAX), Just(i32::MIN), any::<i32>()])),
+    ) {
+        thread_local!(static SPECIMENS: Vec<(Format, Vec<u8>)> = specimens());
+        let (format, mut bytes) = SPECIMENS.with(|all| all[which % all.len()].clone());
+        let place = |share: f64, length: usize| (share * length as f64) as usize;
+        for (share, byte) in edits {
+            let i = place(share, bytes.len());
+            bytes[i] = byte;
+        }
+        if let Some((share, word)) = word {
+            let i = place(share, bytes.len() - 4);
+            bytes[i..i + 4].copy_from_slice(&word.to_le_bytes());
+        }
+        if let Some(share) = cut {
+            bytes.truncate(place(share, bytes.len()));
+        }
+        match decode_bytes(format, &bytes) {
+            Ok(film) => prop_assert_eq!(film.pixels.len() as u64, u64::from(film.width) * u64::from(film.height)),
+            Err(line) => {
+                let line = ImageError::new(Path::new("a"), line).to_string();
+                prop_assert!(!line.contains('\n') && line.len() < 400, "{}", line);
+            }
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! The command `sppm`: renders scenes of spheres by stochastic progressive photon mapping, compares images, and
+//! verifies that engines agree bit for bit.
+//!
+//! The command is thin. Scenes and image files are the business of the `scene` crate, light transport that of the
+//! engines; here options become settings, and what an engine computes becomes files and lines of text.
+//!
+//! Exit codes: 0 done; 1 failed while running, an image out of bounds (`compare`) or engines that differ
+//! (`verify`); 2 bad input; 130 or 143 ended by SIGINT
+//! or SIGTERM. Whatever goes wrong is told in one line on standard error.
+
+#![forbid(unsafe_code)]
+
+mod args;
+pub mod compare;
+mod compare_command;
+mod documents;
+mod engines;
+mod error;
+mod interrupt;
+mod outputs;
+mod progress;
+mod render;
+mod report;
+mod scenes;
+mod session;
+mod text;
+mod threads;
+mod usage;
+mod values;
+mod verify;
+
+use args::{Args, Command};
+use clap::Parser;
+use error::Error;
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+/// Runs the command with `arguments`, of which the first is the program's name, and returns how it ended.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let result = match Args::try_parse_from(&arguments) {
+        Ok(args) => process(&args),
+        Err(error) => usage::answer(&error, &arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            text::complain(&error);
+            error.exit_code()
+        }
+    }
+}
+
+fn process(args: &Args) -> Result<(), Error> {
+    match &args.command {
+        Command::Render(args) => render::render(args),
+        Command::Scenes(args) => scenes::show(args),
+        Command::Compare(args) => compare_command::run(args),
+        Command::Verify(args) => verify::verify(args),
+        Command::Completions(args) => documents::completions(args),
+        Command::Man(args) => documents::man(args),
+    }
+}

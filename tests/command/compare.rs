@@ -1,0 +1,118 @@
+//! The command `compare`. What the metrics are worth is tested beside them.
+
+use crate::sandbox::{Ended, Sandbox};
+use scene::image_file::{self, Encoding};
+use scene::{Film, Rgb};
+
+/// A folder with a grey image `a.exr`, one that is brighter in one pixel, `b.exr`, and one of another size.
+fn prepared() -> Sandbox {
+    let sandbox = Sandbox::new();
+    let mut film = Film::new(16, 12);
+    film.pixels.fill(Rgb::splat(0.25));
+    let write = |name: &str, film: &Film| {
+        image_file::write(&sandbox.path(name), film, &Encoding::default()).unwrap();
+    };
+    write("a.exr", &film);
+    film.pixels[5 * 16 + 3].y = 0.75;
+    write("b.exr", &film);
+    film.pixels[0].x = f32::NAN;
+    write("nan.exr", &film);
+    write("small.exr", &Film::new(8, 12));
+    sandbox
+}
+
+fn succeeded(ended: &Ended) -> &str {
+    assert_eq!((ended.code, ended.stderr.as_str()), (Some(0), ""), "{ended:?}");
+    &ended.stdout
+}
+
+#[test]
+fn an_image_is_identical_to_itself() {
+    let sandbox = prepared();
+    let strictest = ["--max-rmse=0", "--max-relmse=0", "--max-flip=0", "--max-abs=0", "--min-ssim=1"];
+    let ended = sandbox.run(["compare", "a.exr", "a.exr"].iter().chain(&strictest));
+    assert!(succeeded(&ended).contains("identical"), "{ended:?}");
+}
+
+#[test]
+fn metrics_are_printed_for_people_and_programs() {
+    let sandbox = prepared();
+    let ended = sandbox.run(["compare", "a.exr", "b.exr"]);
+    for word in ["RMSE", "relative MSE", "PSNR", "SSIM", "FLIP", "red", "(3, 5)"] {
+        assert!(succeeded(&ended).contains(word), "no {word:?} in {ended:?}");
+    }
+    let ended = sandbox.run(["compare", "a.exr", "b.exr", "--json"]);
+    let metrics: serde_json::Value = serde_json::from_str(succeeded(&ended)).unwrap();
+    assert_eq!(metrics["largest_difference"]["value"], 0.5);
+    assert_eq!(metrics["rmse"]["red"], 0.0);
+    let rmse = metrics["rmse"]["green"].as_f64().unwrap();
+    approx::assert_relative_eq!(rmse, 0.5 / 192.0_f64.sqrt(), max_relative = 1e-12);
+}
+
+#[test]
+fn each_bound_can_be_broken_and_is_named() {
+    let sandbox = prepared();
+    for (option, bound) in [
+        ("--max-rmse", "0.001"),
+        ("--max-relmse", "0.0005"),
+        ("--max-block-relmse", "0"),
+        ("--max-flip", "0"),
+        ("--max-abs", "0.49"),
+        ("--min-ssim", "1"),
+        ("--min-psnr", "90"),
+    ] {
+        let ended = sandbox.run(["compare", "a.exr", "b.exr", option, bound]);
+        assert_eq!(ended.code, Some(1), "{option}: {ended:?}");
+        assert_eq!(ended.stderr.lines().count(), 1, "{ended:?}");
+        assert!(ended.stderr.contains(&format!("{option} {bound}")), "{ended:?}");
+        assert!(ended.stdout.contains("RMSE"), "{ended:?}");
+    }
+    let lax = ["--max-rmse", "1", "--max-abs", "0.51", "--min-psnr", "0"];
+    succeeded(&sandbox.run(["compare", "a.exr", "b.exr"].iter().chain(&lax)));
+}
+
+#[test]
+fn the_difference_is_brightest_where_it_is_largest() {
+    let sandbox = prepared();
+    let ended = sandbox.run(["compare", "a.exr", "b.exr", "--difference", "d.png", "--json"]);
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    assert!(ended.stderr.starts_with("wrote d.png") && ended.stderr.contains("5e-1"), "{ended:?}");
+    assert!(serde_json::from_str::<serde_json::Value>(&ended.stdout).is_ok());
+    let film = sandbox.image("d.png");
+    let brightness = |i: usize| film.pixels[i].element_sum();
+    assert!((0..192).all(|i| i == 5 * 16 + 3 || brightness(i) < brightness(5 * 16 + 3)));
+}
+
+#[test]
+fn bad_input_is_refused_and_nothing_written() {
+    let sandbox = prepared();
+    sandbox.write("note.png", "no image");
+    sandbox.write("note.txt", "no image");
+    let before = sandbox.contents();
+    let cases: [(&[&str], &[&str]); 17] = [
+        (&["compare"], &["<A> and <B> is missing", "sppm compare --help"]),
+        (&["compare", "a.exr"], &["<B> is missing"]),
+        (&["compare", "a.exr", "b.exr", "c.exr"], &["\"c.exr\"", "too many"]),
+        (&["compare", "a.exr", "missing.exr"], &["missing.exr: "]),
+        (&["compare", "note.png", "a.exr"], &["note.png: "]),
+        (&["compare", "note.txt", "a.exr"], &["note.txt", ".png, .exr or .pfm"]),
+        (&["compare", "a.exr", "small.exr"], &["a.exr and small.exr", "16 x 12", "8 x 12", "same size"]),
+        (&["compare", "a.exr", "nan.exr"], &["a.exr and nan.exr", "NaN", "(0, 0)"]),
+        (&["compare", "a.exr", "."], &["."]),
+        (&["compare", "a.exr", "b.exr", "--max-rmse", "-1"], &["--max-rmse: \"-1\""]),
+        (&["compare", "a.exr", "b.exr", "--max-flip", "NaN"], &["--max-flip: \"NaN\""]),
+        (&["compare", "a.exr", "b.exr", "--min-ssim", "high"], &["--min-ssim: \"high\""]),
+        (
+            &["compare", "a.exr", "b.exr", "--max-rmsd", "1"],
+            &["no option --max-rmsd", "did you mean --max-rmse?"],
+        ),
+        (&["compare", "a.exr", "b.exr", "--difference", "d.exr"], &["--difference: d.exr", ".png"]),
+        (&["compare", "a.exr", "b.exr", "--difference", "missing/d.png"], &["--difference: missing/d.png"]),
+        (&["compare", "note.png", "a.exr", "--difference", "./note.png"], &["--difference", "also image A"]),
+        (&["compare", "a.exr", "b.exr", "--difference", "d.jpg"], &["--difference: d.jpg", ".png"]),
+    ];
+    for (args, words) in cases {
+        sandbox.run(args).refused(words);
+        assert!(sandbox.contents() == before, "{args:?} changed the folder: {:?}", sandbox.names());
+    }
+}

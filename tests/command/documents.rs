@@ -1,0 +1,71 @@
+//! Help, version, completions and manual pages.
+
+use crate::sandbox::{Ended, Sandbox};
+use std::fs;
+
+const COMMANDS: [&str; 6] = ["render", "scenes", "compare", "verify", "completions", "man"];
+
+/// Standard output of a run that succeeds and says nothing else.
+fn output(args: &[&str]) -> String {
+    let sandbox = Sandbox::new();
+    let Ended { code, stdout, stderr } = sandbox.run(args);
+    assert_eq!((code, stderr.as_str()), (Some(0), ""), "{args:?}");
+    assert_eq!(sandbox.names(), [""; 0], "{args:?}");
+    stdout
+}
+
+#[test]
+fn help_names_every_command_and_shows_examples() {
+    for args in [["--help"], ["-h"], ["help"]] {
+        let help = output(&args);
+        for command in COMMANDS {
+            assert!(help.contains(&format!("  {command}  ")), "no {command} in {help}");
+        }
+    }
+    assert!(output(&["--help"]).contains("sppm render cornell"));
+}
+
+#[test]
+fn every_command_has_help() {
+    for command in COMMANDS {
+        let help = output(&[command, "--help"]);
+        assert!(help.contains(&format!("Usage: sppm {command}")), "{help}");
+        assert!(help.contains("Example"), "{help}");
+        assert_eq!(help, output(&["help", command]));
+    }
+}
+
+#[test]
+fn version_is_the_packages() {
+    for option in ["--version", "-V"] {
+        assert_eq!(output(&[option]), format!("sppm {}\n", env!("CARGO_PKG_VERSION")));
+    }
+}
+
+#[test]
+fn completions_know_the_commands() {
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let script = output(&["completions", shell]);
+        for word in COMMANDS.iter().chain(&["radius-image"]) {
+            assert!(script.contains(word), "no {word} for {shell}");
+        }
+    }
+}
+
+#[test]
+fn the_manual_page_goes_to_standard_output() {
+    let page = output(&["man"]);
+    assert!(page.contains(".TH sppm 1"), "{page}");
+}
+
+#[test]
+fn manual_pages_of_all_commands_go_into_a_folder() {
+    let sandbox = Sandbox::new();
+    fs::create_dir(sandbox.path("man1")).unwrap();
+    assert_eq!(sandbox.run(["man", "man1"]).code, Some(0));
+    for command in COMMANDS {
+        let page = String::from_utf8(sandbox.bytes(&format!("man1/sppm-{command}.1"))).unwrap();
+        assert!(page.contains(&format!(".TH sppm-{command} 1")), "{page}");
+    }
+    assert!(sandbox.path("man1/sppm.1").exists());
+}

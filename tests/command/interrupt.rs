@@ -1,0 +1,139 @@
+//! Ctrl-C and SIGTERM, and files that cannot be written after all.
+
+use crate::sandbox::{Ended, Sandbox};
+use rustix::process::{Pid, Signal, kill_process};
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, ChildStderr, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// A render that would go on for hours, of short iterations.
+const LONG: [&str; 12] = [
+    "render",
+    "cornell",
+    "--engine",
+    "path",
+    "--width",
+    "16",
+    "--height",
+    "12",
+    "--iterations",
+    "100000000",
+    "-v",
+    "--threads=1",
+];
+
+/// A render on its way.
+struct Running {
+    child: Child,
+    stderr: BufReader<ChildStderr>,
+}
+
+impl Running {
+    /// Starts `command`, and returns once it renders.
+    fn start(command: &mut Command) -> Self {
+        let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut stderr = BufReader::new(child.stderr.take().unwrap());
+        // What -v says first is said just before the first iteration.
+        let mut introduction = String::new();
+        stderr.read_line(&mut introduction).unwrap();
+        assert!(introduction.contains("engine path"), "{introduction}");
+        sleep(Duration::from_millis(300));
+        Self { child, stderr }
+    }
+
+    fn send(&self, signal: Signal) {
+        kill_process(Pid::from_child(&self.child), signal).unwrap();
+    }
+
+    /// Waits for the end.
+    fn end(mut self) -> Ended {
+        let mut stderr = String::new();
+        self.stderr.read_to_string(&mut stderr).unwrap();
+        // The account of passes, which -v gives, is not the matter here.
+        let lines: Vec<&str> =
+            stderr.split_inclusive('\n').filter(|l| !l.starts_with("camera pass")).collect();
+        let stderr = lines.concat();
+        Ended { code: self.child.wait().unwrap().code(), stdout: String::new(), stderr }
+    }
+}
+
+#[test]
+fn ctrl_c_writes_the_image_after_the_last_whole_iteration() {
+    let sandbox = Sandbox::new();
+    let out = ["-o", "a.exr", "--stats", "s.json"];
+    let running = Running::start(&mut sandbox.command(LONG.iter().chain(&out)));
+    running.send(Signal::INT);
+    let ended = running.end();
+    assert_eq!(ended.code, Some(130));
+    let stats = sandbox.json("s.json");
+    let done = stats["iterations"].as_u64().unwrap().to_string();
+    let says = format!("interrupted: wrote a.exr and s.json after {done} of 100000000 iterations in ");
+    ended.said_one_line(&says, &[]);
+    assert_eq!(stats["interrupted"], true);
+
+    let mut again = LONG;
+    again[9] = &done;
+    let ended = sandbox.run(again.iter().chain(&["-o", "b.exr"]));
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    assert!(sandbox.bytes("a.exr") == sandbox.bytes("b.exr"), "not the image after {done} iterations");
+}
+
+#[test]
+fn a_request_to_terminate_is_answered_alike() {
+    let sandbox = Sandbox::new();
+    let running = Running::start(&mut sandbox.command(LONG));
+    running.send(Signal::TERM);
+    let ended = running.end();
+    assert_eq!(ended.code, Some(143));
+    ended.said_one_line("interrupted: wrote cornell.png after ", &[]);
+    assert_eq!(sandbox.image("cornell.png").pixels.len(), 16 * 12);
+}
+
+#[test]
+fn before_the_first_iteration_is_over_there_is_nothing_to_write_and_no_wait() {
+    let sandbox = Sandbox::new();
+    let mut large = LONG;
+    (large[5], large[7]) = ("6000", "4000");
+    let running = Running::start(&mut sandbox.command(large));
+    let sent = Instant::now();
+    running.send(Signal::INT);
+    let ended = running.end();
+    assert!(sent.elapsed() < Duration::from_secs(3), "took {:?}", sent.elapsed());
+    assert_eq!(ended.code, Some(130));
+    ended.said_one_line("interrupted: not one iteration was over, so nothing is written", &[]);
+    assert_eq!(sandbox.names(), [""; 0]);
+}
+
+#[test]
+fn a_second_ctrl_c_tears_no_file() {
+    let sandbox = Sandbox::new();
+    sandbox.write("cornell.png", "old");
+    let running = Running::start(&mut sandbox.command(LONG));
+    running.send(Signal::INT);
+    running.send(Signal::INT);
+    assert_eq!(running.end().code, Some(130));
+    let bytes = sandbox.bytes("cornell.png");
+    assert!(bytes == b"old" || sandbox.image("cornell.png").pixels.len() == 16 * 12, "torn");
+}
+
+#[test]
+fn an_image_that_cannot_be_written_is_written_elsewhere() {
+    let sandbox = Sandbox::new();
+    for folder in ["out", "tmp"] {
+        fs::create_dir(sandbox.path(folder)).unwrap();
+    }
+    let out = ["-o", "out/a.exr", "--stats", "s.json"];
+    let mut command = sandbox.command(LONG.iter().chain(&out));
+    let running = Running::start(command.env("TMPDIR", sandbox.path("tmp")));
+    fs::remove_dir(sandbox.path("out")).unwrap();
+    running.send(Signal::INT);
+    let ended = running.end();
+    assert_eq!(ended.code, Some(1));
+    ended.said_one_line("error: out/a.exr: ", &["it is in ", "-rescued-", "wrote s.json"]);
+    let names = sandbox.names();
+    let refuge = names.iter().find(|name| name.starts_with("tmp/a-rescued-")).expect("a rescued image");
+    assert_eq!(sandbox.image(refuge).pixels.len(), 16 * 12);
+    assert!(sandbox.json("s.json").is_object());
+}

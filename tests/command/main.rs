@@ -1,0 +1,11 @@
+//! The command as its users meet it: arguments in; files, lines and an exit code out.
+
+mod bad_input;
+mod compare;
+mod documents;
+#[cfg(unix)]
+mod interrupt;
+mod render;
+mod sandbox;
+mod scenes;
+mod verify;

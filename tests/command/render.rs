@@ -1,0 +1,173 @@
+//! The command `render` when all is well, or goes wrong late.
+
+use crate::sandbox::{Sandbox, TINY};
+use scene::settings::BYTES_PER_PIXEL;
+use std::fs;
+
+#[test]
+fn the_image_is_named_after_the_scene() {
+    let sandbox = Sandbox::new();
+    let ended = sandbox.render(&["cornell"]);
+    ended.said_one_line("wrote cornell.png: 2 iterations in ", &[" s"]);
+    assert_eq!(sandbox.names(), ["cornell.png"]);
+}
+
+#[test]
+fn every_size_renders() {
+    let sandbox = Sandbox::new();
+    for (width, height) in [(48, 27), (36, 30), (1, 1), (7, 3), (1, 1000)] {
+        let size = [width.to_string(), height.to_string()];
+        let args = ["render", "cornell", "-o", "a.exr", "--iterations", "1", "--photons", "300"];
+        let ended = sandbox.run(args.into_iter().chain(["--width", &size[0], "--height", &size[1]]));
+        assert_eq!(ended.code, Some(0), "{ended:?}");
+        let film = sandbox.image("a.exr");
+        assert_eq!((film.width, film.height), (width, height));
+        assert!(film.pixels.iter().all(|p| p.is_finite() && p.min_element() >= 0.0));
+    }
+}
+
+#[test]
+fn every_scene_renders_to_something() {
+    let sandbox = Sandbox::new();
+    for builtin in scene::builtin::SCENES {
+        sandbox.render(&[builtin.name, "-o", "a.exr"]);
+        let film = sandbox.image("a.exr");
+        assert!(film.pixels.iter().any(|p| p.max_element() > 0.0), "{} is black", builtin.name);
+    }
+}
+
+#[test]
+fn same_seed_same_bytes_whatever_the_threads() {
+    let sandbox = Sandbox::new();
+    for engine in ["reference", "path"] {
+        let render = |out, threads, seed| {
+            sandbox.render(&["cornell", "--engine", engine, "-o", out, "--threads", threads, "--seed", seed]);
+            sandbox.bytes(out)
+        };
+        let first = render("a.exr", "1", "7");
+        assert_eq!(first, render("b.exr", "3", "7"), "{engine}");
+        assert_ne!(first, render("c.exr", "1", "8"), "{engine}");
+    }
+}
+
+#[test]
+fn an_old_file_is_replaced_and_nothing_else_is_left() {
+    let sandbox = Sandbox::new();
+    sandbox.write("a.png", "old");
+    sandbox.write("s.json", "old");
+    sandbox.render(&["cornell", "-o", "a.png", "--stats", "s.json"]);
+    assert_eq!(sandbox.image("a.png").pixels.len(), 16 * 12);
+    assert!(sandbox.json("s.json").is_object());
+    assert_eq!(sandbox.names(), ["a.png", "s.json"]);
+}
+
+#[test]
+fn exposure_makes_a_png_brighter() {
+    let sandbox = Sandbox::new();
+    let sum = |name: &str| sandbox.image(name).pixels.iter().map(|p| p.element_sum()).sum::<f32>();
+    sandbox.render(&["cornell", "-o", "dark.png", "--exposure", "-3"]);
+    sandbox.render(&["cornell", "-o", "plain.png"]);
+    sandbox.render(&["cornell", "-o", "zero.png", "--exposure", "0"]);
+    assert_eq!(sandbox.bytes("plain.png"), sandbox.bytes("zero.png"));
+    assert!(sum("dark.png") < 0.5 * sum("plain.png"));
+}
+
+#[test]
+fn radius_and_count_images_hold_what_they_say() {
+    let sandbox = Sandbox::new();
+    let out =
+        ["cornell", "-o", "a.exr", "--radius-image", "r.exr", "--count-image", "n.pfm", "--radius", "30"];
+    let ended = sandbox.render(&out);
+    ended.said_one_line("wrote a.exr, r.exr and n.pfm: ", &[]);
+    let (radius, count) = (sandbox.image("r.exr"), sandbox.image("n.pfm"));
+    assert!(radius.pixels.iter().all(|p| p.x > 0.0 && p.x <= 30.0));
+    assert!(count.pixels.iter().any(|p| p.x > 0.0), "no photon counted");
+    for (radius, count) in radius.pixels.iter().zip(&count.pixels) {
+        // A radius only shrinks where photons came.
+        assert!(radius.x == 30.0 || count.x > 0.0);
+    }
+}
+
+#[test]
+fn quiet_says_nothing_and_verbose_says_more() {
+    let sandbox = Sandbox::new();
+    let quiet = sandbox.render(&["cornell", "-q"]);
+    assert_eq!((quiet.stdout.as_str(), quiet.stderr.as_str()), ("", ""));
+    let verbose = sandbox.render(&["cornell", "-v", "--threads", "2"]);
+    assert_eq!(verbose.stdout, "");
+    let lines: Vec<&str> = verbose.stderr.lines().collect();
+    assert_eq!(lines.len(), 3, "{lines:?}");
+    for words in ["16 x 12 pixels", "2 iterations", "500 photons each", "engine reference", "2 threads"] {
+        assert!(lines[0].contains(words), "no {words:?} in {lines:?}");
+    }
+    assert!(lines[1].contains("photon pass") && lines[1].ends_with(" MiB"), "{lines:?}");
+    assert!(lines[2].starts_with("wrote cornell.png"), "{lines:?}");
+}
+
+#[test]
+fn stats_tell_what_was_asked_for_and_done() {
+    let sandbox = Sandbox::new();
+    sandbox.render(&["cornell", "--stats", "s.json", "--depth", "4", "--seed", "9", "--threads", "2"]);
+    let stats = sandbox.json("s.json");
+    assert_eq!(stats["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!((&stats["engine"], &stats["threads"]), (&"reference".into(), &2.into()));
+    assert_eq!((&stats["iterations"], &stats["interrupted"]), (&2.into(), &false.into()));
+    let settings = &stats["settings"];
+    for (key, value) in [
+        ("width", 16),
+        ("height", 12),
+        ("iterations", 2),
+        ("photons_per_iteration", 500),
+        ("max_depth", 4),
+        ("seed", 9),
+    ] {
+        assert_eq!(settings[key], value, "{key}");
+    }
+    let own = scene::builtin::find("cornell").unwrap().scene().settings;
+    assert_eq!(settings["initial_radius"], f64::from(own.initial_radius));
+
+    let count = |key: &str| stats[key].as_u64().unwrap_or_else(|| panic!("{key}: {stats}"));
+    assert_eq!(count("photons"), 2 * 500);
+    assert!((2 * 16 * 12..=2 * 16 * 12 * 4).contains(&count("camera_segments")));
+    assert!(count("visible_points") <= 2 * 16 * 12);
+    assert!(count("photon_segments") <= 2 * 500 * 4);
+    assert!(count("deposits") <= count("photon_segments"));
+    assert!(count("contributions") <= count("candidates"));
+
+    let seconds = |key: &str| stats[key].as_f64().unwrap_or_else(|| panic!("{key}: {stats}"));
+    let passes = ["camera", "build_grid", "photon", "consolidate", "develop"]
+        .map(|p| seconds(&format!("{p}_seconds")));
+    assert!(
+        passes.iter().all(|&s| s >= 0.0) && passes.iter().sum::<f64>() <= seconds("wall_seconds"),
+        "{stats}"
+    );
+}
+
+#[test]
+fn memory_per_pixel_is_as_stated() {
+    let sandbox = Sandbox::new();
+    let size = ["--width", "400", "--height", "400", "--iterations", "1", "--photons", "100"];
+    assert_eq!(sandbox.run(["render", "cornell", "--stats", "s.json"].iter().chain(&size)).code, Some(0));
+    let bytes = sandbox.json("s.json")["bytes"].as_u64().unwrap();
+    assert!((1..=400 * 400 * BYTES_PER_PIXEL).contains(&bytes), "{} bytes per pixel", bytes / (400 * 400));
+}
+
+#[test]
+fn a_scene_in_another_folder_is_rendered_here() {
+    let sandbox = Sandbox::new();
+    fs::create_dir(sandbox.path("scenes")).unwrap();
+    sandbox.write("scenes/box.toml", scene::builtin::find("cornell").unwrap().text);
+    sandbox.render(&["scenes/box.toml"]);
+    assert_eq!(sandbox.names(), ["box.png", "scenes/", "scenes/box.toml"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn two_links_to_one_file_are_seen_through() {
+    let sandbox = Sandbox::new();
+    sandbox.write("a.exr", "old");
+    std::os::unix::fs::symlink("a.exr", sandbox.path("b.exr")).unwrap();
+    let args = ["render", "cornell", "-o", "a.exr", "--radius-image", "b.exr"];
+    sandbox.run(args.iter().chain(&TINY)).refused(&["--radius-image", "also --output"]);
+    assert_eq!(sandbox.bytes("a.exr"), b"old");
+}
