@@ -12,7 +12,7 @@ use scene::{Engine, Rgb, Scene, Settings, Stats, Vec3};
 const CELL_SIZES: [f32; 7] = [0.5, 0.75, 1.0, 2.0, 3.3, 5.0, 8.0];
 
 fn visible_at(point: Vec3) -> VisiblePoint {
-    VisiblePoint { point, normal: Vec3::Z, beta: Rgb::ONE }
+    VisiblePoint { point, normal: Vec3::Z, sphere: 0, beta: Rgb::ONE }
 }
 
 /// Asserts that of the points within their radius of `photon`, the grid finds each, once; and none twice.
