@@ -14,6 +14,7 @@ mod join;
 mod lanes;
 mod paths;
 mod photon_pass;
+mod pool;
 mod sampling;
 mod scatter;
 mod sppm;

@@ -296,17 +296,16 @@ impl PhotonPass<'_> {
         }
     }
 
-    /// The lanes whose photon arrives on the visible side of every point of its sphere within reach.
+    /// The lanes whose photon counts on the visible side of every point of its sphere within reach.
     ///
-    /// Normals of a sphere at a distance d differ by d / r, so with a cosine above `reach / r` at the photon's
-    /// own point, and something for rounding, it is positive at all of them.
+    /// That is so inside of a shell, by definition. On a ball, normals at a distance d differ by d / r, so with a
+    /// cosine above `reach / r` at the photon's own point, and something for rounding, it is positive at all of them.
     #[inline(always)]
     fn is_safe<L: Lanes>(&self, surface: &Surface<L>, p: &Packet<L>) -> L::M {
         let in_shell = L::eq(surface.tag & L::u(tag::ENCLOSURE), L::u(tag::ENCLOSURE));
-        let curvature = L::select(in_shell, L::abs(surface.scale), L::f(1.0) / surface.scale);
         let cos = -p.direction.dot(surface.normal);
-        let margin = curvature * L::f(self.reach + self.slack) + L::f(1e-5);
-        L::lt(margin, cos)
+        let margin = L::f(self.reach + self.slack) / surface.scale + L::f(1e-5);
+        in_shell | L::lt(margin, cos)
     }
 }
 

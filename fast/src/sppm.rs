@@ -12,14 +12,16 @@ use crate::join::{GROUP, JoinCounts, gather_group, mark};
 use crate::lanes::{Lanes, Row};
 use crate::paths::BATCH;
 use crate::photon_pass::{Emitters, PhotonBatch, PhotonCounts, PhotonPass, emission_shifts};
+use crate::pool::Pool;
 use crate::tables::Tables;
 use rayon::prelude::*;
 use scene::{Engine, Film, Plane, Scene, Settings, Stats, Still, Vec3};
+use std::mem::take;
 use std::ops::Range;
 use std::time::Instant;
 
 /// Size of the join's cells over the largest radius. Measured: 0.5 to 1 are alike.
-const CELL_SIZE: f32 = 0.75;
+const CELL_SIZE: f32 = 2.0;
 /// Size of the occupancy's cells over the largest radius.
 const OCCUPANCY_CELL_SIZE: f32 = 2.0;
 /// Pixels of a unit of parallel work: whole batches.
@@ -44,9 +46,39 @@ pub struct Sppm<'a> {
     /// This iteration's sums, in tile order; empty while one round of photons suffices.
     sums: Vec<Sums>,
     sorted: Sorted,
+    camera_workers: Pool<CameraWorker>,
+    photon_workers: Pool<PhotonWorker>,
     /// What follows from the scene alone, if nothing moves.
     prepared: Option<Prepared<'a>>,
     stats: Stats,
+}
+
+/// What a thread needs for the camera pass, and what it has found.
+struct CameraWorker {
+    batch: CameraBatch,
+    occupancy: Option<Occupancy>,
+    segments: u64,
+    visible_points: u64,
+}
+
+impl CameraWorker {
+    fn new() -> Self {
+        Self { batch: CameraBatch::new(), occupancy: None, segments: 0, visible_points: 0 }
+    }
+}
+
+/// What a thread needs for the photon pass, and what it has deposited.
+struct PhotonWorker {
+    batch: PhotonBatch,
+    out: Binned,
+    segments: u64,
+    deposits: u64,
+}
+
+impl PhotonWorker {
+    fn new() -> Self {
+        Self { batch: PhotonBatch::new(), out: Binned::new(), segments: 0, deposits: 0 }
+    }
 }
 
 /// A still, as the passes read it.
@@ -87,6 +119,8 @@ impl<'a> Sppm<'a> {
             rows: vec![PixelRows::NOTHING; slots],
             sums: Vec::new(),
             sorted: Sorted::new(),
+            camera_workers: Pool::new(),
+            photon_workers: Pool::new(),
             prepared: (!moves).then(|| Prepared::new(scene.at(0.0))),
             stats: Stats::default(),
         }
@@ -113,60 +147,69 @@ impl<'a> Sppm<'a> {
         let (lanes, pixels) = (self.lanes, &self.pixels);
         let jobs =
             self.rows.par_chunks_mut(PIXELS_PER_JOB).zip(pixels.par_chunks(PIXELS_PER_JOB)).enumerate();
-        let new = || (CameraBatch::new(), Occupancy::new(occupancy_cell), CameraCounts::default());
-        let parts = jobs.fold(new, |(mut batch, mut occupancy, mut counts), (job, (rows, pixels))| {
-            let kernel = CameraJob { pass: &pass, batch: &mut batch, first: job * PIXELS_PER_JOB, rows };
-            let more = dispatch(lanes, kernel);
-            counts.segments += more.segments;
-            counts.visible_points += more.visible_points;
+        let workers = &self.camera_workers;
+        jobs.for_each(|(job, (rows, pixels))| {
+            let mut worker = workers.take(CameraWorker::new);
+            let kernel =
+                CameraJob { pass: &pass, batch: &mut worker.batch, first: job * PIXELS_PER_JOB, rows };
+            let counts = dispatch(lanes, kernel);
+            worker.segments += counts.segments;
+            worker.visible_points += counts.visible_points;
+            let occupancy = worker.occupancy.get_or_insert_with(|| Occupancy::new(occupancy_cell));
             for (rows, pixels) in rows.chunks(GROUP).zip(pixels.chunks(GROUP)) {
-                mark(&mut occupancy, rows, pixels);
+                mark(occupancy, rows, pixels);
             }
-            (batch, occupancy, counts)
+            workers.put(worker);
         });
-        let parts: Vec<_> = parts.map(|(_, occupancy, counts)| (occupancy, counts)).collect();
         let mut all = Occupancy::new(occupancy_cell);
-        for (occupancy, counts) in parts {
-            all.merge(&occupancy);
-            self.stats.camera_segments += counts.segments;
-            self.stats.shadow_rays += counts.visible_points;
-            self.stats.visible_points += counts.visible_points;
+        for worker in self.camera_workers.all() {
+            worker.occupancy.take().iter().for_each(|occupancy| all.merge(occupancy));
+            self.stats.camera_segments += take(&mut worker.segments);
+            let visible_points = take(&mut worker.visible_points);
+            self.stats.shadow_rays += visible_points;
+            self.stats.visible_points += visible_points;
         }
         all
     }
 
-    /// Traces photons from `from` on until there are enough for a join; gives their deposits and where it stopped.
-    fn photon_pass(&mut self, pass: &PhotonPass, from: u32) -> (Vec<Binned>, u32) {
+    /// Traces photons from `from` on until there are enough for a join, into the workers' bins; gives where it
+    /// stopped.
+    fn photon_pass(&mut self, pass: &PhotonPass, from: u32) -> u32 {
         let (lanes, total) = (self.lanes, self.settings.photons_per_iteration);
-        let mut all = Vec::new();
         let (mut next, mut deposits) = (from, 0);
         // A round is what may be deposited at once if every photon is deposited at every bounce.
         let at_once = self.deposits_at_once;
         let most = at_once.div_ceil(self.settings.max_depth).next_multiple_of(PHOTONS_PER_JOB);
         while next < total && deposits < at_once as usize {
             let end = total.min(next.saturating_add(most));
-            let jobs: Vec<Range<u32>> = (next..end)
-                .step_by(PHOTONS_PER_JOB as usize)
-                .map(|start| start..end.min(start.saturating_add(PHOTONS_PER_JOB)))
-                .collect();
-            let new = || (PhotonBatch::new(), Binned::new(), PhotonCounts::default());
-            let work = |(mut batch, mut out, mut counts): (_, _, PhotonCounts), photons| {
-                let more = dispatch(lanes, PhotonJob { pass, batch: &mut batch, photons, out: &mut out });
-                counts.segments += more.segments;
-                counts.deposits += more.deposits;
-                (batch, out, counts)
-            };
-            let parts: Vec<_> = jobs.into_par_iter().fold(new, work).collect();
-            for (_, out, counts) in parts {
-                deposits += out.count;
-                all.push(out);
-                self.stats.photon_segments += counts.segments;
-                self.stats.deposits += counts.deposits;
-            }
+            let jobs: Vec<u32> = (next..end).step_by(PHOTONS_PER_JOB as usize).collect();
+            let workers = &self.photon_workers;
+            jobs.into_par_iter().for_each(|start| {
+                let mut worker = workers.take(PhotonWorker::new);
+                let photons = start..end.min(start.saturating_add(PHOTONS_PER_JOB));
+                let (batch, out) = (&mut worker.batch, &mut worker.out);
+                let counts = dispatch(lanes, PhotonJob { pass, batch, photons, out });
+                worker.segments += counts.segments;
+                worker.deposits += counts.deposits;
+                workers.put(worker);
+            });
+            deposits = self.photon_workers.all().iter().map(|worker| worker.out.count).sum();
             self.stats.photons += u64::from(end - next);
             next = end;
         }
-        (all, next)
+        for worker in self.photon_workers.all() {
+            self.stats.photon_segments += take(&mut worker.segments);
+            self.stats.deposits += take(&mut worker.deposits);
+        }
+        next
+    }
+
+    /// Sorts the deposits in the workers' bins, and empties these.
+    fn build_grid(&mut self, cells: Cells) {
+        let workers = self.photon_workers.all();
+        let parts: Vec<&Binned> = workers.iter().map(|worker| &worker.out).collect();
+        self.sorted.fill(&parts, cells);
+        workers.iter_mut().for_each(|worker| worker.out.clear());
     }
 
     /// Joins the sorted deposits with all visible points; on the last round of the iteration, consolidates.
@@ -203,7 +246,7 @@ impl<'a> Sppm<'a> {
         let occupancy = self.camera_pass(p, largest * OCCUPANCY_CELL_SIZE);
         let camera = Instant::now();
         self.stats.camera_seconds += (camera - start).as_secs_f64();
-        let cells = Cells::new(largest * CELL_SIZE, self.settings.photons_per_iteration as usize / 4);
+        let cells = Cells::new(largest * CELL_SIZE, self.settings.photons_per_iteration as usize);
         let shifts = emission_shifts(self.settings.seed, self.iterations);
         let pass = PhotonPass {
             still: &p.still,
@@ -220,27 +263,25 @@ impl<'a> Sppm<'a> {
         let mut next = 0;
         while next < self.settings.photons_per_iteration {
             let traced = Instant::now();
-            let (parts, reached) = self.photon_pass(&pass, next);
-            next = reached;
+            next = self.photon_pass(&pass, next);
             let sorting = Instant::now();
-            self.sorted.fill(&parts, cells);
-            let held: usize = parts.iter().map(Binned::bytes).sum();
-            self.stats.bytes = (self.bytes() + held) as u64;
-            drop(parts);
+            self.build_grid(cells);
             let joining = Instant::now();
             self.join(cells, next == self.settings.photons_per_iteration, p.still.lights.power);
             self.stats.photon_seconds += (sorting - traced).as_secs_f64();
             self.stats.build_grid_seconds += (joining - sorting).as_secs_f64();
             self.stats.consolidate_seconds += joining.elapsed().as_secs_f64();
         }
+        self.stats.bytes = self.bytes() as u64;
         self.sums.clear();
         self.iterations += 1;
     }
 
-    fn bytes(&self) -> usize {
+    fn bytes(&mut self) -> usize {
         let pixels =
             size_of_val(&self.pixels[..]) + size_of_val(&self.rows[..]) + size_of_val(&self.sums[..]);
-        pixels + self.sorted.bytes()
+        let bins: usize = self.photon_workers.all().iter().map(|worker| worker.out.bytes()).sum();
+        pixels + self.sorted.bytes() + bins
     }
 
     /// A value of every pixel, row by row.

@@ -120,6 +120,8 @@ impl<L: Lanes> Surface<L> {
         let from_a = point - a;
         let in_shell = L::eq(tag & L::u(tag::ENCLOSURE), L::u(tag::ENCLOSURE));
         let shell_normal = (from_a + V3::new(bx, by, bz)).scale(scale);
+        // To unit length, by the reference's step.
+        let shell_normal = shell_normal.scale(L::f(1.5) - L::f(0.5) * shell_normal.dot(shell_normal));
         if !L::any(!in_shell) {
             return Self { point, normal: shell_normal, inside: in_shell, scale, tag };
         }

@@ -5,7 +5,7 @@ use crate::intersect::{Hit, intersect};
 use crate::sampling::{uniform_disk, unit};
 use crate::scatter::{dielectric, reflect};
 use scene::camera::Frame;
-use scene::ray::NO_SPHERE;
+use scene::ray::{NO_SPHERE, SphereId};
 use scene::rng::{Family, Stream, StreamKey, unit_float};
 use scene::sobol::{morton, sobol};
 use scene::{Material, Ray, Rgb, Settings, Stats, Still, Vec3};
@@ -18,6 +18,8 @@ pub struct VisiblePoint {
     pub point: Vec3,
     /// Unit normal on the side that the path came from.
     pub normal: Vec3,
+    /// The sphere that the point lies on.
+    pub sphere: SphereId,
     /// Radiance that the pixel receives per flux density that arrives here: the path's throughput times the BRDF
     /// `albedo / pi`. Not zero in all channels.
     pub beta: Rgb,
@@ -99,7 +101,7 @@ pub fn trace(
                 stats.shadow_rays += 1;
                 stats.visible_points += 1;
                 direct += beta * irradiance(still, &hit, numbers);
-                let visible = VisiblePoint { point: hit.point, normal: hit.normal, beta };
+                let visible = VisiblePoint { point: hit.point, normal: hit.normal, sphere: hit.sphere, beta };
                 return CameraSample { direct, visible: Some(visible) };
             }
             Material::Specular { .. } => reflect(ray.direction, hit.normal),

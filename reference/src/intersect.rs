@@ -123,9 +123,12 @@ fn surface_at(still: &Still, id: SphereId, ray: &Ray, t: f32) -> Hit {
     let point = ray.origin + ray.direction * t;
     if let Role::Enclosure(e) = still.roles[id as usize] {
         let enclosure = &still.enclosures[e as usize];
-        // The far root is accurate to rounding, and so is the length of this vector to within it: no square root.
+        // The far root is accurate to rounding, and so is the length of this vector, almost: a step of Newton's
+        // makes it 1. Left as it is, its error would lengthen a mirrored direction by up to 4 times as much, and
+        // that the next hit's error in turn: inside of a mirror ball, without bound.
         let from_center = (point - enclosure.anchor) + enclosure.offset;
         let normal = from_center * enclosure.minus_inverse_radius;
+        let normal = normal * (1.5 - 0.5 * normal.dot(normal));
         return Hit { sphere: id, t, point, normal, inside: true };
     }
     let sphere = &still.spheres[id as usize];

@@ -5,12 +5,13 @@ use crate::intersect::{Hit, intersect};
 use crate::sampling::{cosine_hemisphere, uniform_sphere};
 use crate::scatter::{dielectric, reflect};
 use scene::film::FLUX_ONE;
+use scene::ray::SphereId;
 use scene::rng::{Family, Stream, StreamKey, unit_float};
 use scene::sobol::{DIMENSIONS, sobol};
 use scene::still::{Light, Role};
 use scene::{Material, Ray, Rgb, Settings, Stats, Still, Vec3, max_component};
 
-/// A photon where it is deposited.
+/// A photon's power per channel, in multiples of the nominal power over `FLUX_ONE`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Flux(pub [u32; 3]);
 
@@ -21,6 +22,8 @@ pub struct Deposit {
     pub point: Vec3,
     /// Unit direction that it comes from, away from the surface.
     pub wi: Vec3,
+    /// The sphere that it arrives at.
+    pub sphere: SphereId,
     /// Its power in units of `FLUX_ONE` to the nominal power [`scene::still::Lights::power`].
     pub flux: Flux,
 }
@@ -101,7 +104,7 @@ fn trace(
         if bounce > 0 && matches!(material, Material::Diffuse { .. }) {
             stats.deposits += 1;
             let flux = quantise(power, still.lights.power);
-            deposit(&Deposit { point: hit.point, wi: -ray.direction, flux }, stats);
+            deposit(&Deposit { point: hit.point, wi: -ray.direction, sphere: hit.sphere, flux }, stats);
         }
         let [u, v, roulette] = numbers.bounce(photon, bounce, &mut stream);
         let Some(survivor) = survive(power, material.albedo(), roulette) else {

@@ -4,6 +4,7 @@ use crate::camera_pass::{CameraNumbers, VisiblePoint, camera_ray, trace};
 use crate::consolidate::{Gathered, Pixel};
 use crate::grid::Grid;
 use crate::photon_pass::{Deposit, photon_pass};
+use scene::still::Role;
 use scene::{Engine, Film, Plane, Scene, Settings, Stats, Still};
 use std::time::Instant;
 
@@ -63,7 +64,7 @@ impl<'a> Sppm<'a> {
         photon_pass(still, &self.settings, self.iterations, &mut self.stats, |deposit, stats| {
             for index in grid.candidates(deposit.point) {
                 stats.candidates += 1;
-                if contributes(deposit, &points[index], pixels[owners[index]].radius_squared) {
+                if contributes(still, deposit, &points[index], pixels[owners[index]].radius_squared) {
                     stats.contributions += 1;
                     let sum = &mut gathered[index];
                     sum.m += 1;
@@ -83,9 +84,15 @@ impl<'a> Sppm<'a> {
 }
 
 /// True if a photon counts at a visible point: it arrives within the radius, and on the side that is seen.
-fn contributes(deposit: &Deposit, visible: &VisiblePoint, radius_squared: f32) -> bool {
+///
+/// Inside of one and the same shell it always does, whatever the angle to the visible point's normal. To reject what
+/// grazes there would lose `R^2 / (8 r^2)` of an even light, and by just so much a furnace would be too dark.
+fn contributes(still: &Still, deposit: &Deposit, visible: &VisiblePoint, radius_squared: f32) -> bool {
     let d = deposit.point - visible.point;
-    d.dot(d) < radius_squared && deposit.wi.dot(visible.normal) > 0.0
+    let is_near = d.dot(d) < radius_squared;
+    let shares_shell = deposit.sphere == visible.sphere
+        && matches!(still.roles[visible.sphere as usize], Role::Enclosure(_));
+    is_near && (shares_shell || deposit.wi.dot(visible.normal) > 0.0)
 }
 
 impl Engine for Sppm<'_> {

@@ -109,3 +109,137 @@ impl Stream {
 pub fn unit_float(bits: u32) -> f32 {
     (bits >> 8) as f32 * UNIT
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Seed, family, iteration, index; then the key, the start state, and the first three words.
+    type KnownAnswer = (u64, Family, u32, u32, [u32; 2], u32, [u32; 3]);
+
+    /// Computed by an independent implementation in another language's unbounded integers.
+    const KNOWN_ANSWERS: [KnownAnswer; 7] = [
+        (
+            0,
+            Family::Camera,
+            0,
+            0,
+            [0xeef1_5b4b, 0x2d3c_4559],
+            0xa056_7fd6,
+            [0x9a3d_8800, 0x4c8e_2e5e, 0xa1f0_f57c],
+        ),
+        (
+            1,
+            Family::Camera,
+            0,
+            0,
+            [0xdce6_1845, 0x210a_ee97],
+            0xc335_f79e,
+            [0xc507_26dd, 0x1a4e_5053, 0xd8cf_5651],
+        ),
+        (
+            1,
+            Family::Tile,
+            0,
+            7,
+            [0x745a_6c2a, 0x4abf_92be],
+            0x1c2c_89e4,
+            [0x2f19_a2ec, 0x73c1_c68e, 0x2914_43c6],
+        ),
+        (
+            1,
+            Family::Photon,
+            5,
+            199_999,
+            [0x5942_946a, 0x6497_7274],
+            0xb72d_8650,
+            [0xfb17_31c3, 0xb8c4_b5d4, 0xe1ba_7f8b],
+        ),
+        (
+            u64::MAX,
+            Family::Emission,
+            0,
+            0,
+            [0x3e6e_2228, 0x3cf7_505c],
+            0x4cb8_ab71,
+            [0x6302_54da, 0x1ab9_02d6, 0x6698_2b47],
+        ),
+        (
+            0x0123_4567_89ab_cdef,
+            Family::Shutter,
+            0,
+            0,
+            [0xbf74_f4cf, 0xbe35_197f],
+            0x6649_f40c,
+            [0x41c3_5568, 0x46a6_5b3f, 0x35fe_463f],
+        ),
+        (
+            42,
+            Family::Path,
+            (1 << 30) - 1,
+            u32::MAX,
+            [0xe1cb_7fc4, 0xa464_11a3],
+            0x678b_2466,
+            [0x63fb_5945, 0x12ac_58ac, 0xae8b_1a70],
+        ),
+    ];
+
+    #[test]
+    fn keys_states_and_words_are_the_known_ones() {
+        for (seed, family, iteration, index, [before, between], state, words) in KNOWN_ANSWERS {
+            let key = StreamKey::new(seed, family, iteration);
+            assert_eq!(key, StreamKey { before, between });
+            assert_eq!(key.state(index), state);
+            let mut stream = key.stream(index);
+            assert_eq!([(); 3].map(|()| stream.next_u32()), words);
+            // Of the first word, the float keeps the top 24 bits, exactly.
+            let float = key.stream(index).next_f32();
+            assert_eq!(f64::from(float) * f64::from(1 << 24), f64::from(words[0] >> 8));
+        }
+    }
+
+    #[test]
+    fn splitmix64_gives_the_published_first_value_of_seed_1234567() {
+        assert_eq!(splitmix64(1_234_567), 6_457_827_717_110_365_317);
+    }
+
+    #[test]
+    fn the_one_index_that_hashes_to_zero_starts_at_the_stand_in() {
+        // Found by inverting the hash step by step.
+        assert_eq!(StreamKey::new(1, Family::Photon, 0).state(98_778_080), STATE_FOR_ZERO);
+    }
+
+    #[test]
+    fn unit_floats_are_the_multiples_of_two_to_the_minus_24_below_one() {
+        for top in 0..1_u32 << 24 {
+            let expected = f64::from(top) / f64::from(1 << 24);
+            assert_eq!(f64::from(unit_float(top << 8)), expected);
+            assert_eq!(f64::from(unit_float(top << 8 | 0xff)), expected);
+        }
+        assert!(unit_float(u32::MAX) < 1.0);
+    }
+
+    #[test]
+    fn streams_of_one_key_start_at_different_states() {
+        let key = StreamKey::new(7, Family::Camera, 3);
+        let mut states: Vec<u32> = (0..1 << 20).map(|index| key.state(index)).collect();
+        states.sort_unstable();
+        assert!(states.windows(2).all(|pair| pair[0] < pair[1]));
+        assert_ne!(states[0], 0);
+    }
+
+    #[test]
+    fn xorshift_never_reaches_zero() {
+        // The step is linear over GF(2), so it is enough that it sends no basis to a dependent set: rank 32.
+        let mut rows: Vec<u32> = (0..32).map(|bit| Stream { state: 1 << bit }.next_u32()).collect();
+        for bit in 0..32 {
+            let pivot = (bit..32).find(|&i| rows[i] >> bit & 1 == 1).expect("the step is not invertible");
+            rows.swap(bit, pivot);
+            for i in bit + 1..32 {
+                if rows[i] >> bit & 1 == 1 {
+                    rows[i] ^= rows[bit];
+                }
+            }
+        }
+    }
+}

@@ -79,3 +79,147 @@ pub fn morton(x: u32, y: u32) -> u32 {
     let spread = |v: u32| (v & 1) | ((v & 2) << 1) | ((v & 4) << 2);
     spread(x) | (spread(y) << 1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The first 16 points of each dimension in sixteenths, as another library computes them from the tables of
+    /// Joe and Kuo (its points come in Gray code order, and are put in natural order here).
+    const FIRST_POINTS: [[u32; 16]; DIMENSIONS] = [
+        [0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15],
+        [0, 8, 12, 4, 10, 2, 6, 14, 15, 7, 3, 11, 5, 13, 9, 1],
+        [0, 8, 12, 4, 6, 14, 10, 2, 9, 1, 5, 13, 15, 7, 3, 11],
+        [0, 8, 12, 4, 2, 10, 14, 6, 5, 13, 9, 1, 7, 15, 11, 3],
+        [0, 8, 4, 12, 2, 10, 6, 14, 11, 3, 15, 7, 9, 1, 13, 5],
+        [0, 8, 4, 12, 6, 14, 2, 10, 3, 11, 7, 15, 5, 13, 1, 9],
+        [0, 8, 12, 4, 10, 2, 6, 14, 13, 5, 1, 9, 7, 15, 11, 3],
+        [0, 8, 4, 12, 10, 2, 14, 6, 5, 13, 1, 9, 15, 7, 11, 3],
+    ];
+
+    /// Points that take all 32 columns, of the same origin.
+    const FAR_POINTS: [(u32, [u32; DIMENSIONS]); 4] = [
+        (
+            0xdead_beef,
+            [
+                0xf77d_b57b,
+                0x0c66_ae4d,
+                0xa928_2de3,
+                0x2027_a979,
+                0x00af_e2cf,
+                0x29cb_b0b5,
+                0x5634_3c19,
+                0x7e1a_011b,
+            ],
+        ),
+        (
+            0x8000_0000,
+            [
+                0x0000_0001,
+                0xffff_ffff,
+                0xc500_5555,
+                0x5005_0093,
+                0xb00d_db9d,
+                0x40bb_bbbb,
+                0xc010_4477,
+                0x8763_9641,
+            ],
+        ),
+        (
+            0xffff_ffff,
+            [
+                0xffff_ffff,
+                0x0000_0001,
+                0x4f00_ffff,
+                0x300c_ff8d,
+                0x5005_0093,
+                0xc011_1111,
+                0x4070_ccdd,
+                0x84f0_027f,
+            ],
+        ),
+        (
+            0x0001_2345,
+            [
+                0xa2c4_8000,
+                0x868c_8000,
+                0xb25c_8000,
+                0x6b43_8000,
+                0xe203_8000,
+                0xb1e4_8000,
+                0x22bc_8000,
+                0xbdf0_8000,
+            ],
+        ),
+    ];
+
+    #[test]
+    fn points_are_those_of_joe_and_kuo() {
+        for (dimension, points) in FIRST_POINTS.iter().enumerate() {
+            for (index, sixteenths) in points.iter().enumerate() {
+                assert_eq!(
+                    sobol(index as u32, dimension),
+                    sixteenths << 28,
+                    "point {index}, dimension {dimension}"
+                );
+            }
+        }
+        for (index, point) in FAR_POINTS {
+            assert_eq!(std::array::from_fn(|dimension| sobol(index, dimension)), point, "point {index}");
+        }
+    }
+
+    /// True if of the 2^`bits` points that `shifted` gives, each box of 2^-`a` by 2^-(`bits` - `a`) holds one.
+    fn is_stratified(bits: u32, shifted: impl Fn(u32) -> [u32; 2]) -> bool {
+        (0..=bits).all(|a| {
+            let mut boxes: Vec<u64> = (0..1 << bits)
+                .map(|index| {
+                    let [x, y] = shifted(index).map(u64::from);
+                    let (column, row) = (x << a >> 32, y << (bits - a) >> 32);
+                    column << (bits - a) | row
+                })
+                .collect();
+            boxes.sort_unstable();
+            boxes.iter().copied().eq(0..1 << bits)
+        })
+    }
+
+    #[test]
+    fn dimensions_0_and_1_are_a_net_in_every_aligned_run_under_any_shift() {
+        for bits in 0..=10 {
+            for run in [0, 1, 5, 1000] {
+                let point = |i: u32| [0, 1].map(|d| sobol((run << bits) + i, d));
+                assert!(is_stratified(bits, point), "run {run} of 2^{bits}");
+                let shifted = |i: u32| [point(i)[0] ^ 0x9e37_79b9, point(i)[1] ^ 0x1234_5678];
+                assert!(is_stratified(bits, shifted), "shifted run {run} of 2^{bits}");
+            }
+        }
+    }
+
+    #[test]
+    fn each_dimension_is_stratified_in_every_aligned_run() {
+        for dimension in 0..DIMENSIONS {
+            for run in [0, 3, 77] {
+                let mut cells: Vec<u32> = (0..256).map(|i| sobol((run << 8) + i, dimension) >> 24).collect();
+                cells.sort_unstable();
+                assert!(cells.iter().copied().eq(0..256), "dimension {dimension}, run {run}");
+            }
+        }
+    }
+
+    #[test]
+    fn morton_numbers_the_tile_so_that_every_aligned_block_is_a_run() {
+        for side in [1, 2, 4, 8] {
+            for (by, bx) in (0..8 / side).flat_map(|by| (0..8 / side).map(move |bx| (by, bx))) {
+                let block = (0..side).flat_map(|y| (0..side).map(move |x| (x, y)));
+                let mut places: Vec<u32> = block.map(|(x, y)| morton(bx * side + x, by * side + y)).collect();
+                places.sort_unstable();
+                let first = places[0];
+                assert_eq!(first % (side * side), 0);
+                assert!(places.iter().copied().eq(first..first + side * side));
+            }
+        }
+        // Z: x is the lower bit.
+        assert_eq!([morton(1, 0), morton(0, 1), morton(1, 1), morton(2, 0)], [1, 2, 3, 4]);
+    }
+}

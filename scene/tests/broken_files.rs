@@ -365,7 +365,7 @@ const NUMBERS: &[Case<'static>] = &[
     ),
     (
         &[("width = 64", "width = 1000000\nheight = 1000000")],
-        "8:9: width 1000000 x height 1000000 is 1000000000000 pixels and would need 119209.3 GiB; at most 268435456 pixels are rendered",
+        "8:9: width 1000000 x height 1000000 is 1000000000000 pixels and would need 238418.6 GiB; at most 268435456 pixels are rendered",
     ),
     (
         &[("width = 64", "photons_per_iteration = 1099511627776")],

@@ -34,7 +34,8 @@ pub(crate) fn effort() -> u32 {
 
 /// Tells on standard error how many cases ran, past the capture of the test harness.
 pub(crate) fn tell(cases: usize, what: &str) {
-    writeln!(stderr(), "equality: {cases} renders of {what} equal the reference").unwrap();
+    let line = format!("equality: {cases} renders of {what} equal the reference\n");
+    stderr().write_all(line.as_bytes()).unwrap();
 }
 
 /// Expects equality, and gives the number of renders that were compared with the reference.

@@ -23,9 +23,16 @@ pub(crate) type Direction = [f32; 4];
 
 /// The deposits of some photons, in bins.
 pub(crate) struct Binned {
-    bins: Vec<Vec<(Record, Direction)>>,
+    bins: Vec<Bin>,
     /// How many there are.
     pub(crate) count: usize,
+}
+
+/// Deposits in no particular order, and the directions that belong to them.
+#[derive(Clone, Default)]
+struct Bin {
+    records: Vec<Record>,
+    directions: Vec<Direction>,
 }
 
 /// The deposits of all photons, in order of their buckets.
@@ -40,20 +47,31 @@ pub(crate) struct Sorted {
 
 impl Binned {
     pub(crate) fn new() -> Self {
-        Self { bins: vec![Vec::new(); BINS], count: 0 }
+        Self { bins: vec![Bin::default(); BINS], count: 0 }
+    }
+
+    /// Forgets all deposits and keeps the memory.
+    pub(crate) fn clear(&mut self) {
+        for bin in &mut self.bins {
+            bin.records.clear();
+            bin.directions.clear();
+        }
+        self.count = 0;
     }
 
     /// Adds a deposit; `shift` takes a bucket to its bin.
     #[inline(always)]
     pub(crate) fn push(&mut self, record: Record, direction: Direction, shift: u32) {
-        let bin = (record.0[7].to_bits() >> shift) as usize & (BINS - 1);
-        self.bins[bin].push((record, direction));
+        let bin = &mut self.bins[(record.0[7].to_bits() >> shift) as usize & (BINS - 1)];
+        bin.records.push(record);
+        bin.directions.push(direction);
         self.count += 1;
     }
 
     /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        self.bins.iter().map(|bin| bin.capacity() * size_of::<(Record, Direction)>()).sum()
+        let each = size_of::<Record>() + size_of::<Direction>();
+        self.bins.iter().map(|bin| bin.records.capacity() * each).sum()
     }
 }
 
@@ -68,7 +86,7 @@ impl Sorted {
     }
 
     /// Sorts the deposits of `parts`.
-    pub(crate) fn fill(&mut self, parts: &[Binned], cells: Cells) {
+    pub(crate) fn fill(&mut self, parts: &[&Binned], cells: Cells) {
         let total: usize = parts.iter().map(|part| part.count).sum();
         self.records.resize(total + MOST_LANES, Row::default());
         self.directions.resize(total + MOST_LANES, [0.0; 4]);
@@ -78,7 +96,7 @@ impl Sorted {
         let (mut records, mut directions) = (&mut self.records[..], &mut self.directions[..]);
         let mut first = 0;
         for (bin, starts) in self.starts[..buckets * BINS].chunks_mut(buckets).enumerate() {
-            let count = parts.iter().map(|part| part.bins[bin].len()).sum();
+            let count = parts.iter().map(|part| part.bins[bin].records.len()).sum();
             let (mine, rest) = records.split_at_mut(count);
             let (my_directions, rest_directions) = directions.split_at_mut(count);
             (records, directions) = (rest, rest_directions);
@@ -105,19 +123,19 @@ struct BinWork<'a> {
 }
 
 impl BinWork<'_> {
-    fn sort(self, parts: &[Binned]) {
-        let deposits = || parts.iter().flat_map(|part| &part.bins[self.bin]);
+    fn sort(self, parts: &[&Binned]) {
+        let bins = || parts.iter().map(|part| &part.bins[self.bin]);
         let local = self.starts.len() as u32 - 1;
         let bucket = |record: &Record| (record.0[7].to_bits() & local) as usize;
         self.starts.fill(0);
-        deposits().for_each(|(record, _)| self.starts[bucket(record)] += 1);
+        bins().flat_map(|bin| &bin.records).for_each(|record| self.starts[bucket(record)] += 1);
         let mut end = 0;
         for start in self.starts.iter_mut() {
             end += *start;
             *start = end;
         }
         // Filled from the back, each bucket's end becomes its start.
-        for (record, direction) in deposits() {
+        for (record, direction) in bins().flat_map(|bin| bin.records.iter().zip(&bin.directions)) {
             let place = &mut self.starts[bucket(record)];
             *place -= 1;
             self.records[*place as usize] = *record;

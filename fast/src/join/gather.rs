@@ -154,7 +154,8 @@ impl<'a, L: Lanes> Gathering<'a, L> {
                 }
                 self.m[k] = L::add_where(counts, self.m[k], L::u(1));
                 for channel in 0..3 {
-                    let flux = L::u(flux[channel].to_bits());
+                    // As a float: a broadcast from memory, where an integer would pass through a scalar register.
+                    let flux = L::bits(L::f(flux[channel]));
                     self.flux[channel][k] = L::add_where(counts, self.flux[channel][k], flux);
                 }
             }

@@ -1,0 +1,101 @@
+//! The progress of progressive photon mapping: radii shrink by their law, and errors vanish.
+
+use crate::harness::{Build, diffuse, empty_scene, pinhole, relative_error, settings};
+use reference::Sppm;
+use reference::consolidate::{ALPHA, Gathered, Pixel};
+use scene::film::FLUX_ONE;
+use scene::{Engine, Film, Rgb, Scene, Settings, Vec3};
+use statrs::function::gamma::ln_gamma;
+
+const ITERATIONS: u32 = 64;
+
+/// The law holds for mean counts; a pixel counts some 50 photons in an iteration, whose noise enters at second
+/// order, below 1 %.
+const RADIUS_LAW: f64 = 0.01;
+
+/// A glowing shell: light is even everywhere, radiance 2.
+fn even_light() -> Scene {
+    empty_scene(pinhole(Vec3::Z * 2.9, Vec3::ZERO, 90.0)).lamp(Vec3::ZERO, 3.0, diffuse(0.5), Rgb::ONE)
+}
+
+fn even_settings() -> Settings {
+    settings(16, 16, 40_000, 32, 0.3)
+}
+
+fn mean_square(engine: &impl Engine) -> f64 {
+    let radii = engine.radius().unwrap().values;
+    radii.iter().map(|&r| f64::from(r).powi(2)).sum::<f64>() / radii.len() as f64
+}
+
+#[test]
+fn radii_never_grow_and_follow_the_law() {
+    let (scene, settings) = (even_light(), even_settings());
+    let mut engine = Sppm::new(&scene, &settings);
+    let mut before = engine.radius().unwrap();
+    for n in 1..=ITERATIONS {
+        engine.iterate();
+        let after = engine.radius().unwrap();
+        assert!(after.values.iter().zip(&before.values).all(|(a, b)| a <= b && *a > 0.0));
+        before = after;
+        // Under even light R^2 shrinks by (i + alpha) / (i + 1) in iteration i, from 0: the product of these is
+        // Gamma(n + alpha) / (Gamma(alpha) n!), of order n^(alpha - 1).
+        let (n, alpha) = (f64::from(n), f64::from(ALPHA));
+        let law = (ln_gamma(n + alpha) - ln_gamma(alpha) - ln_gamma(n + 1.0)).exp();
+        let ratio = mean_square(&engine) / f64::from(settings.initial_radius).powi(2);
+        assert!((ratio / law - 1.0).abs() < RADIUS_LAW, "after {n}: {ratio} instead of {law}");
+    }
+}
+
+#[test]
+fn errors_fall_with_the_iterations() {
+    let (scene, settings) = (even_light(), even_settings());
+    let mut engine = Sppm::new(&scene, &settings);
+    let rmse = |film: &Film| {
+        let square: f64 = film.pixels.iter().map(|p| (f64::from(p.x) - 2.0).powi(2)).sum();
+        (square / film.pixels.len() as f64).sqrt()
+    };
+    let mut errors = Vec::new();
+    for n in 1..=ITERATIONS {
+        engine.iterate();
+        if [1, 4, 16, 64].contains(&n) {
+            errors.push(rmse(&engine.develop()));
+        }
+    }
+    // The variance falls by the number of photons under the shrinking discs, n^-alpha: by 4^(-1/3) = 0.63 in error
+    // for four times as many iterations. Two thirds more is the noise of an error estimated over 256 pixels.
+    for pair in errors.windows(2) {
+        assert!(pair[1] < 0.75 * pair[0], "{errors:?}");
+    }
+    assert!(errors[3] < 0.3 * errors[0], "{errors:?}");
+}
+
+/// Half a dozen roundings in each of seven iterations, of 2^-24 each.
+const CONSOLIDATION: f64 = 2e-6;
+
+#[test]
+fn consolidation_is_that_of_the_paper() {
+    let power = 3.0;
+    let (beta, radius) = (Rgb::new(0.5, 0.25, 0.125), 2.0);
+    let mut pixel = Pixel::new(radius);
+    let (mut n, mut r2, mut tau) = (0.0_f64, 4.0_f64, [0.0_f64; 3]);
+    for m in [10_u32, 0, 1, 250, 3, 0, 17] {
+        let flux = [u64::from(m * FLUX_ONE), u64::from(m * (FLUX_ONE / 2)), u64::from(m)];
+        pixel.consolidate(beta, &Gathered { m, flux }, power);
+        if m > 0 {
+            let kept = n + f64::from(m) * 2.0 / 3.0;
+            let ratio = kept / (n + f64::from(m));
+            for ((tau, beta), flux) in tau.iter_mut().zip(beta.to_array()).zip(flux) {
+                let phi = flux as f64 / f64::from(FLUX_ONE) * f64::from(power);
+                *tau = (*tau + f64::from(beta) * phi) * ratio;
+            }
+            (n, r2) = (kept, r2 * ratio);
+        }
+        assert!((f64::from(pixel.n) - n).abs() <= CONSOLIDATION * n);
+        assert!((f64::from(pixel.radius_squared) / r2 - 1.0).abs() < CONSOLIDATION);
+        assert!(relative_error(pixel.tau.as_dvec3().to_array(), tau) < CONSOLIDATION);
+    }
+    let settings = settings(1, 1, 1000, 5, radius);
+    let expected = tau.map(|t| t / (7.0 * 1000.0 * std::f64::consts::PI * r2));
+    let actual = pixel.develop(&settings, 7);
+    assert!(relative_error(actual.as_dvec3().to_array(), expected) < CONSOLIDATION);
+}

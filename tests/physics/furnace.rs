@@ -1,0 +1,377 @@
+//! Furnaces: closed scenes whose radiance is known in closed form, rendered by both engines.
+//!
+//! On the inside (and the outside) of a sphere the points within distance R of one of its points form a cap of area
+//! `pi R^2`, exactly, so where light arrives evenly the density estimate of SPPM has no bias from its area. It has one
+//! from its side test: a photon that arrives at distance r at a grazing angle may come from below the horizon of the
+//! visible point. Under an even sky that loses `r^2 / (4 b^2)` of them, `R^2 / (8 b^2)` on average over the cap.
+
+use crate::harness::{
+    BLACK, Build, assert_mean, coloured, diffuse, empty_scene, glass, mean, mirror, pinhole, relative_error,
+    render_path, render_sppm, settings,
+};
+use scene::{Film, Material, Rgb, Scene, Settings, Vec3};
+
+/// What the issue asks of furnaces, relative.
+const FURNACE: f64 = 1e-3;
+
+/// A furnace without randomness that matters: some hundred roundings of 2^-24, and quantised fluxes of 2^-22.
+const ROUNDING: f64 = 1e-5;
+
+/// Photons and samples are chosen so that [`FURNACE`] is this many standard errors.
+const SIGMAS: f64 = 2.2;
+
+/// Iterations of every furnace, so that the first, the following, and the shrunken radius all take part.
+const ITERATIONS: u32 = 2;
+
+const DEPTHS: [u32; 5] = [1, 2, 3, 5, 64];
+
+/// Radius of the shell of all furnaces.
+const SHELL: f32 = 3.0;
+
+/// First radius of the density estimates: the side test loses 0.05 % of the indirect light at most.
+const RADIUS: f32 = 0.2;
+
+/// The eye of all furnaces: from close to the shell, with the opposite half of it in view.
+const EYE: Vec3 = Vec3::new(0.0, 0.0, 2.9);
+const FOV: f32 = 90.0;
+
+/// Share of the shell in view, weighted by how many pixels see it.
+const IN_VIEW: f64 = 0.4;
+
+/// The sum of the first `terms` powers of `q`.
+fn geometric(q: f64, terms: u32) -> f64 {
+    (0..terms as i32).map(|k| q.powi(k)).sum()
+}
+
+/// Random walks that it takes until the image mean is within [`FURNACE`] by [`SIGMAS`] standard errors, if each step
+/// survives with probability `q`, of at most `depth - 1`, and ends somewhere on the shell.
+fn walks_for(q: f64, depth: u32) -> u32 {
+    let survive = |k: i32| q.powi(k);
+    let first: f64 = (1..depth as i32).map(survive).sum();
+    let second: f64 = (1..depth as i32).map(|k| f64::from(2 * k - 1) * survive(k)).sum();
+    let variance = (second - first * first).max(0.0) + first / IN_VIEW;
+    let relative_variance = variance / (1.0 + first).powi(2);
+    ((SIGMAS / FURNACE).powi(2) * relative_variance).max(20_000.0) as u32
+}
+
+/// SPPM with `walks` photons in all.
+fn photons(walks: u32, depth: u32) -> Settings {
+    Settings { iterations: ITERATIONS, ..settings(32, 32, walks / ITERATIONS, depth, RADIUS) }
+}
+
+/// The path tracer with about `walks` samples in all. Where SPPM takes as many photons, half will do: paths start in
+/// view.
+fn samples(walks: u32, depth: u32) -> Settings {
+    let side = 64;
+    Settings { iterations: walks.div_ceil(side * side), ..settings(side, side, 1, depth, 1.0) }
+}
+
+/// Renders by both engines with noise for [`FURNACE`] if walks survive with probability `q`, and compares means.
+fn assert_both(scene: &Scene, depth: u32, q: f64, expected: [f64; 3], what: &str) {
+    let walks = walks_for(q, depth);
+    let sppm = render_sppm(scene, &photons(walks, depth));
+    assert_mean(&sppm, expected, FURNACE, &format!("SPPM, {what}, depth {depth}"));
+    let path = render_path(scene, &samples(walks / 2, depth));
+    assert_mean(&path, expected, FURNACE, &format!("path tracer, {what}, depth {depth}"));
+}
+
+/// A black lamp of radius 1 at the centre of a diffuse shell.
+fn concentric(albedo: [f32; 3], emission: Rgb) -> Scene {
+    empty_scene(pinhole(EYE, Vec3::ZERO, FOV)).ball(Vec3::ZERO, SHELL, coloured(albedo)).lamp(
+        Vec3::ZERO,
+        1.0,
+        BLACK,
+        emission,
+    )
+}
+
+/// Radiance of the shell of [`concentric`]: `rho / pi E0 (1 + rho F + (rho F)^2 + ...)` with `E0 = pi Le (a/b)^2`,
+/// where `F = 1 - (a/b)^2` is the share of what leaves the shell that comes back to it.
+fn concentric_radiance(albedo: [f32; 3], emission: [f32; 3], depth: u32) -> [f64; 3] {
+    let ratio = 1.0 / f64::from(SHELL * SHELL);
+    let radiance = |(rho, emission)| rho * emission * ratio * geometric(rho * (1.0 - ratio), depth);
+    [0, 1, 2].map(|c| radiance((f64::from(albedo[c]), f64::from(emission[c]))))
+}
+
+/// The pixels of a square image of [`concentric`] that show nothing but the lamp, and those that show nothing but
+/// the shell, each as an image of one row.
+fn lamp_and_shell(film: &Film) -> [Film; 2] {
+    let row = |pixels: Vec<Rgb>| Film { width: pixels.len() as u32, height: 1, pixels };
+    let edge = f64::from(1.0 / EYE.z).asin().tan();
+    let half = f64::from(film.width) / 2.0;
+    let (mut lamp, mut shell) = (Vec::new(), Vec::new());
+    for (index, pixel) in film.pixels.iter().enumerate() {
+        // The image plane is at distance 1, and 2 x 2 large.
+        let place = |i: usize| i as f64 / half - 1.0;
+        let (x, y) = (index % film.width as usize, index / film.width as usize);
+        let corners = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)].map(|(x, y)| place(x).hypot(place(y)));
+        // Between two corners the edge of the lamp bulges by less than a tenth of a pixel.
+        if corners.iter().all(|&r| r < edge - 0.1 / half) {
+            lamp.push(*pixel);
+        } else if corners.iter().all(|&r| r > edge + 0.1 / half) {
+            shell.push(*pixel);
+        }
+    }
+    [row(lamp), row(shell)]
+}
+
+fn assert_concentric(albedo: [f32; 3], depth: u32) {
+    let emission = [4.0, 2.0, 1.0];
+    let scene = concentric(albedo, Rgb::from_array(emission));
+    let brightest = albedo.into_iter().fold(0.0_f32, f32::max);
+    let walks = walks_for(f64::from(brightest) * (1.0 - 1.0 / f64::from(SHELL * SHELL)), depth);
+    let expected = concentric_radiance(albedo, emission, depth);
+    for (engine, film) in [
+        ("SPPM", render_sppm(&scene, &photons(walks, depth))),
+        ("path tracer", render_path(&scene, &samples(walks / 2, depth))),
+    ] {
+        let [lamp, shell] = lamp_and_shell(&film);
+        assert!(lamp.pixels.len() > 50 && shell.pixels.len() > 500);
+        assert!(lamp.pixels.iter().all(|&pixel| pixel == Rgb::from_array(emission)));
+        assert_mean(&shell, expected, FURNACE, &format!("{engine}, albedo {albedo:?}, depth {depth}"));
+    }
+}
+
+#[test]
+fn lamp_at_the_centre_of_a_bright_shell() {
+    for depth in DEPTHS {
+        assert_concentric([0.75, 0.5, 0.2], depth);
+    }
+}
+
+#[test]
+fn lamp_at_the_centre_of_a_dark_shell() {
+    for depth in [1, 2, 64] {
+        assert_concentric([0.1, 0.3, 0.0], depth);
+    }
+}
+
+#[test]
+fn lamp_at_the_centre_behind_the_eye() {
+    let mut scene = concentric([0.5; 3], Rgb::ONE);
+    scene.camera = pinhole(Vec3::Z * 2.0, Vec3::Z * SHELL, 120.0);
+    let depth = 3;
+    let expected = concentric_radiance([0.5; 3], [1.0; 3], depth);
+    let sppm = render_sppm(&scene, &photons(6_000_000, depth));
+    assert_mean(&sppm, expected, FURNACE, "SPPM");
+    let path = render_path(&scene, &samples(1_000_000, depth));
+    assert_mean(&path, expected, FURNACE, "path tracer");
+}
+
+fn glowing_shell(material: Material, emission: Rgb) -> Scene {
+    empty_scene(pinhole(EYE, Vec3::ZERO, FOV)).lamp(Vec3::ZERO, SHELL, material, emission)
+}
+
+/// Photons count on all of the shell, whatever the angle to the visible point's normal: a test of the angle would
+/// lose half of all the light but that of the first two terms.
+#[test]
+fn closed_emitting_shell_within_one_radius() {
+    // The brightest channel reflects all, so roulette kills nobody and other channels are weighted.
+    let (albedo, emission) = ([1.0, 0.5, 0.2], [3.0, 1.0, 0.5]);
+    let scene = glowing_shell(coloured(albedo), Rgb::from_array(emission));
+    for depth in [1, 2, 3, 5] {
+        let expected = [0, 1, 2].map(|c| {
+            let rho = f64::from(albedo[c]);
+            f64::from(emission[c]) * geometric(rho, depth + 1)
+        });
+        let settings = Settings { iterations: 1, ..settings(16, 16, 400_000, depth, 2.0 * SHELL) };
+        assert_mean(&render_sppm(&scene, &settings), expected, FURNACE, &format!("depth {depth}"));
+    }
+}
+
+#[test]
+fn closed_emitting_shell_for_walks_that_never_end() {
+    let (albedo, emission) = ([1.0, 0.5, 0.2], [0.5, 1.0, 3.0]);
+    let scene = glowing_shell(coloured(albedo), Rgb::from_array(emission));
+    for depth in DEPTHS {
+        let expected = [0, 1, 2].map(|c| f64::from(emission[c]) * geometric(f64::from(albedo[c]), depth + 1));
+        let path = render_path(&scene, &samples(5000, depth));
+        assert_mean(&path, expected, ROUNDING, &format!("depth {depth}"));
+    }
+}
+
+#[test]
+fn closed_emitting_shell_with_roulette() {
+    for (albedo, depths) in [(0.0, &DEPTHS[..]), (0.5, &DEPTHS), (0.8, &[64])] {
+        let scene = glowing_shell(diffuse(albedo), Rgb::new(1.0, 2.0, 4.0));
+        for &depth in depths {
+            let radiance = geometric(f64::from(albedo), depth + 1);
+            let expected = [1.0, 2.0, 4.0].map(|emission| emission * radiance);
+            assert_both(&scene, depth, f64::from(albedo), expected, &format!("albedo {albedo}"));
+        }
+    }
+}
+
+/// Adds mirrors and glass that take no light: apart, one within the other, and overlapping.
+fn lossless_objects(scene: Scene) -> Scene {
+    scene
+        .ball(Vec3::new(-1.0, 0.0, -0.5), 0.7, glass(1.0, 1.5))
+        .ball(Vec3::new(1.0, 0.2, -0.6), 0.6, mirror(1.0))
+        .ball(Vec3::new(0.2, 1.1, -1.0), 0.3, mirror(1.0))
+        .ball(Vec3::new(0.0, -1.2, -0.2), 0.6, glass(1.0, 1.3))
+        .ball(Vec3::new(0.0, -1.2, -0.2), 0.4, glass(1.0, 2.4))
+        .ball(Vec3::new(0.9, -1.0, 0.2), 0.5, glass(1.0, 1.7))
+}
+
+#[test]
+fn glass_and_mirrors_are_invisible_in_a_black_furnace() {
+    let emission = Rgb::new(1.0, 2.0, 4.0);
+    let scene = lossless_objects(glowing_shell(BLACK, emission));
+    // Light may go around in grazing glass for long: at this depth none of these paths is cut off.
+    let depth = 1024;
+    let sppm = render_sppm(&scene, &Settings { iterations: 2, ..settings(96, 96, 1, depth, 1.0) });
+    let path = render_path(&scene, &Settings { iterations: 2, ..settings(96, 96, 1, depth, 1.0) });
+    for film in [sppm, path] {
+        let odd = film.pixels.iter().filter(|&&pixel| pixel != emission).count();
+        assert_eq!(odd, 0, "pixels that show the glass or the mirrors");
+    }
+}
+
+#[test]
+fn glass_and_mirrors_are_invisible_in_a_reflecting_furnace() {
+    let albedo = 0.5;
+    let scene = lossless_objects(glowing_shell(diffuse(albedo), Rgb::ONE));
+    // Segments through glass count as depth; 0.5^64 of the light is cut off even if each bounce takes four.
+    let depth = 256;
+    let walks = walks_for(f64::from(albedo), depth);
+    // Objects block a tenth of the shadow rays: direct light, else without noise, takes more pixels and iterations.
+    let sppm = Settings { iterations: 16, ..settings(64, 64, walks / 16, depth, RADIUS) };
+    assert_mean(&render_sppm(&scene, &sppm), [2.0; 3], FURNACE, "SPPM");
+    assert_mean(&render_path(&scene, &samples(walks / 2, depth)), [2.0; 3], FURNACE, "path tracer");
+}
+
+#[test]
+fn a_mirror_shows_the_shell_times_its_albedo() {
+    let (albedo, emission) = (Rgb::new(0.25, 0.5, 0.999), Rgb::new(1.0, 3.0, 7.0));
+    let mut scene = glowing_shell(BLACK, emission).ball(Vec3::ZERO, 0.5, Material::Specular { albedo });
+    scene.camera.vertical_fov_degrees = 10.0;
+    for (depth, expected) in [(1, Rgb::ZERO), (2, albedo * emission), (5, albedo * emission)] {
+        let settings = settings(16, 16, 1, depth, 1.0);
+        for film in [render_sppm(&scene, &settings), render_path(&scene, &settings)] {
+            assert!(film.pixels.iter().all(|&pixel| pixel == expected), "depth {depth}");
+        }
+    }
+}
+
+#[test]
+fn a_glowing_mirror_shell_adds_up_its_reflections() {
+    let (albedo, emission) = (Rgb::new(0.9, 0.5, 1.0), Rgb::new(1.0, 2.0, 0.5));
+    let scene = glowing_shell(Material::Specular { albedo }, emission);
+    for depth in DEPTHS {
+        let settings = settings(16, 16, 1, depth, 1.0);
+        // The eye sees `depth` surfaces in a row.
+        let expected = [0, 1, 2].map(|c| f64::from(emission[c]) * geometric(f64::from(albedo[c]), depth));
+        for film in [render_sppm(&scene, &settings), render_path(&scene, &settings)] {
+            assert_mean(&film, expected, ROUNDING, &format!("depth {depth}"));
+        }
+    }
+}
+
+/// Reflectance of a boundary at incidence of sine `sine` from outside, by the textbook's amplitudes.
+fn reflectance(sine: f64, ior: f64) -> f64 {
+    let (incident, refracted) = (sine.asin(), (sine / ior).asin());
+    let s = (incident - refracted).sin() / (incident + refracted).sin();
+    let p = (incident - refracted).tan() / (incident + refracted).tan();
+    f64::midpoint(s * s, p * p)
+}
+
+#[test]
+fn tinted_glass_shows_the_series_of_its_inner_reflections() {
+    let (tint, ior) = (0.8, 1.5);
+    for sine in [0.3_f32, 0.8, 0.95] {
+        // A ray that passes the centre at `sine` radii: its angles repeat at each bounce.
+        let shell = glowing_shell(BLACK, Rgb::ONE).ball(Vec3::new(sine, 0.0, 0.0), 1.0, glass(tint, ior));
+        let scene = Scene { camera: pinhole(EYE, Vec3::ZERO, 1e-3), ..shell };
+        let (r, t) = (reflectance(f64::from(sine), f64::from(ior)), f64::from(tint));
+        let expected = r * t + (1.0 - r).powi(2) * t * t / (1.0 - r * t);
+        // Its values differ by `t - t^2` and less: half a million samples have a standard error below 0.03 %.
+        let settings = samples(500_000, 64);
+        assert_mean(
+            &render_path(&scene, &settings),
+            [expected; 3],
+            FURNACE,
+            &format!("path tracer, sine {sine}"),
+        );
+        let few_photons = Settings { photons_per_iteration: 1, ..settings };
+        assert_mean(
+            &render_sppm(&scene, &few_photons),
+            [expected; 3],
+            FURNACE,
+            &format!("SPPM, sine {sine}"),
+        );
+    }
+}
+
+/// A sphere in a shell, both glowing and both reflecting: radiosity with two unknowns.
+struct TwoSurfaces {
+    albedo: [[f32; 3]; 2],
+    emission: [[f32; 3]; 2],
+}
+
+const TWO_SURFACES: TwoSurfaces =
+    TwoSurfaces { albedo: [[0.2, 0.6, 0.4], [0.5, 0.3, 0.6]], emission: [[4.0, 1.0, 2.0], [0.25, 1.0, 1.0]] };
+
+impl TwoSurfaces {
+    fn scene(&self) -> Scene {
+        let [inner, outer] = self.albedo.map(coloured);
+        let [inner_emission, outer_emission] = self.emission.map(Rgb::from_array);
+        empty_scene(pinhole(EYE, Vec3::ZERO, FOV)).lamp(Vec3::ZERO, 1.0, inner, inner_emission).lamp(
+            Vec3::ZERO,
+            SHELL,
+            outer,
+            outer_emission,
+        )
+    }
+
+    /// Radiance of both after `depth` exchanges, for one channel: the sphere sees nothing but the shell, and a
+    /// share `(a/b)^2` of what the shell sees is the sphere.
+    fn radiance(&self, channel: usize, depth: u32) -> [f64; 2] {
+        let value = |table: [[f32; 3]; 2]| table.map(|surface| f64::from(surface[channel]));
+        let (rho, emission) = (value(self.albedo), value(self.emission));
+        let share = 1.0 / f64::from(SHELL * SHELL);
+        (0..depth).fold(emission, |[inner, outer], _| {
+            [emission[0] + rho[0] * outer, emission[1] + rho[1] * (share * inner + (1.0 - share) * outer)]
+        })
+    }
+}
+
+/// On the small sphere arrive a ninth of the photons, and fewer of each colour: the noise of SPPM is three times as
+/// large.
+const SMALL_SPHERE: f64 = 3e-3;
+
+#[test]
+fn two_glowing_and_reflecting_surfaces() {
+    let scene = TWO_SURFACES.scene();
+    for depth in [1, 3, 16] {
+        let expected = [0, 1, 2].map(|channel| TWO_SURFACES.radiance(channel, depth));
+        // Each shadow ray goes to one of two lights: pixels and iterations enough to choose both often.
+        let sppm = Settings { iterations: 10, ..settings(64, 64, 400_000, depth, RADIUS / 2.0) };
+        for (engine, film, tolerances) in [
+            ("SPPM", render_sppm(&scene, &sppm), [SMALL_SPHERE, FURNACE]),
+            ("path tracer", render_path(&scene, &samples(6_000_000, depth)), [FURNACE, FURNACE]),
+        ] {
+            for (surface, pixels) in lamp_and_shell(&film).iter().enumerate() {
+                let expected = expected.map(|radiance| radiance[surface]);
+                let what = format!("{engine}, surface {surface}, depth {depth}");
+                assert_mean(pixels, expected, tolerances[surface], &what);
+            }
+        }
+    }
+}
+
+#[test]
+fn furnaces_scale_with_the_unit_of_length_and_of_light() {
+    let (size, power) = (1.0 / 128.0, 1024.0);
+    let scene = concentric([0.5; 3], Rgb::ONE);
+    let mut scaled = scene.clone();
+    scaled.camera.eye *= size;
+    for sphere in &mut scaled.spheres {
+        (sphere.center, sphere.radius) = (sphere.center * size, sphere.radius * size);
+        sphere.emission *= power;
+    }
+    let settings = photons(20_000, 3);
+    let scaled_settings = Settings { initial_radius: settings.initial_radius * size, ..settings };
+    let (one, other) = (render_sppm(&scene, &settings), render_sppm(&scaled, &scaled_settings));
+    let [expected, actual] = [mean(&one).map(|v| v * f64::from(power)), mean(&other)];
+    assert!(relative_error(actual, expected) < ROUNDING, "{actual:?} instead of {expected:?}");
+}

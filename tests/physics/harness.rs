@@ -1,0 +1,174 @@
+//! Scenes built in code, renders in one line, and the statistics to judge them by.
+
+use reference::{PathTracer, Sppm};
+use scene::{Camera, Engine, Film, Material, Rgb, Scene, Settings, Sphere, Vec3};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+pub(crate) const BLACK: Material = diffuse(0.0);
+
+/// A grey diffuse material.
+pub(crate) const fn diffuse(albedo: f32) -> Material {
+    Material::Diffuse { albedo: Rgb::splat(albedo) }
+}
+
+/// A diffuse material with an albedo per channel.
+pub(crate) const fn coloured(albedo: [f32; 3]) -> Material {
+    Material::Diffuse { albedo: Rgb::from_array(albedo) }
+}
+
+pub(crate) const fn mirror(albedo: f32) -> Material {
+    Material::Specular { albedo: Rgb::splat(albedo) }
+}
+
+pub(crate) const fn glass(tint: f32, ior: f32) -> Material {
+    Material::Dielectric { albedo: Rgb::splat(tint), ior }
+}
+
+/// A pinhole at `eye` that looks at `target`, with a vertical field of view in degrees.
+pub(crate) fn pinhole(eye: Vec3, target: Vec3, fov: f32) -> Camera {
+    let direction = target - eye;
+    let up = if direction.y.abs() > 0.9 * direction.length() { Vec3::X } else { Vec3::Y };
+    Camera {
+        eye,
+        direction,
+        up,
+        vertical_fov_degrees: fov,
+        aperture_radius: 0.0,
+        focus_distance: 1.0,
+        shutter: [0.0, 0.0],
+    }
+}
+
+/// A scene without spheres yet.
+pub(crate) fn empty_scene(camera: Camera) -> Scene {
+    Scene {
+        name: "built in code".into(),
+        camera,
+        materials: Vec::new(),
+        spheres: Vec::new(),
+        background: Rgb::ZERO,
+        settings: Settings::default(),
+    }
+}
+
+/// Adds spheres one by one, each with a material of its own.
+pub(crate) trait Build: Sized {
+    /// Adds a sphere that does not glow.
+    fn ball(self, center: Vec3, radius: f32, material: Material) -> Self {
+        self.lamp(center, radius, material, Rgb::ZERO)
+    }
+
+    /// Adds a sphere that glows.
+    fn lamp(self, center: Vec3, radius: f32, material: Material, emission: Rgb) -> Self;
+}
+
+impl Build for Scene {
+    fn lamp(mut self, center: Vec3, radius: f32, material: Material, emission: Rgb) -> Self {
+        let index = self.materials.len() as u32;
+        self.materials.push(material);
+        self.spheres.push(Sphere { center, velocity: Vec3::ZERO, radius, material: index, emission });
+        self
+    }
+}
+
+/// Settings of one iteration of `photons` photons with radius `radius`.
+pub(crate) fn settings(width: u32, height: u32, photons: u32, depth: u32, radius: f32) -> Settings {
+    Settings {
+        width,
+        height,
+        iterations: 1,
+        photons_per_iteration: photons,
+        max_depth: depth,
+        initial_radius: radius,
+        seed: 1,
+    }
+}
+
+/// The image after `settings.iterations` iterations.
+pub(crate) fn run(mut engine: impl Engine, settings: &Settings) -> Film {
+    for _ in 0..settings.iterations {
+        engine.iterate();
+    }
+    engine.develop()
+}
+
+pub(crate) fn render_sppm(scene: &Scene, settings: &Settings) -> Film {
+    settings.validate().unwrap();
+    run(Sppm::new(scene, settings), settings)
+}
+
+pub(crate) fn render_path(scene: &Scene, settings: &Settings) -> Film {
+    settings.validate().unwrap();
+    run(PathTracer::new(scene, settings), settings)
+}
+
+/// The mean over all pixels, summed in `f64`.
+pub(crate) fn mean(film: &Film) -> [f64; 3] {
+    block_mean(film, 0..film.width, 0..film.height)
+}
+
+/// The mean over a rectangle of pixels, summed in `f64`.
+pub(crate) fn block_mean(film: &Film, xs: std::ops::Range<u32>, ys: std::ops::Range<u32>) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    let count = f64::from(xs.len() as u32 * ys.len() as u32);
+    for (y, x) in ys.flat_map(|y| xs.clone().map(move |x| (y, x))) {
+        let pixel = film.pixels[(y * film.width + x) as usize];
+        for (total, value) in sum.iter_mut().zip(pixel.to_array()) {
+            *total += f64::from(value);
+        }
+    }
+    sum.map(|total| total / count)
+}
+
+/// The largest relative difference of two triples, over the channels of `expected` that are not zero; infinite
+/// where one is zero and the other is not.
+pub(crate) fn relative_error(actual: [f64; 3], expected: [f64; 3]) -> f64 {
+    let error = |(a, e): (f64, f64)| if a == e { 0.0 } else { ((a - e) / e).abs() };
+    actual.into_iter().zip(expected).map(error).fold(0.0, f64::max)
+}
+
+/// Asserts that the image mean is `expected` to within `tolerance`, relative, in every channel.
+#[track_caller]
+pub(crate) fn assert_mean(film: &Film, expected: [f64; 3], tolerance: f64, what: &str) {
+    let actual = mean(film);
+    let error = relative_error(actual, expected);
+    assert!(
+        error <= tolerance,
+        "{what}: mean {actual:?}, expected {expected:?}, off by {error:.2e} > {tolerance:.0e}"
+    );
+}
+
+/// The probability below which a fixed-seed test of randomness fails. As there are about a hundred such tests, a
+/// sound generator fails one in 10^4 choices of seeds, while any real fault gives 10^-20 and less.
+pub(crate) const SIGNIFICANCE: f64 = 1e-6;
+
+/// Pearson's test that all cells of `counts` are equally likely: the probability of a misfit as large by chance.
+pub(crate) fn chi_square_p(counts: &[u32]) -> f64 {
+    let total: u64 = counts.iter().map(|&c| u64::from(c)).sum();
+    let expected = total as f64 / counts.len() as f64;
+    assert!(expected >= 20.0, "too few samples per cell for the chi-square approximation");
+    let statistic: f64 = counts.iter().map(|&c| (f64::from(c) - expected).powi(2) / expected).sum();
+    ChiSquared::new((counts.len() - 1) as f64).unwrap().sf(statistic)
+}
+
+/// Counts points of the unit square in `columns` x `rows` cells and tests that they are uniform.
+///
+/// # Panics
+/// If a point lies outside of the square.
+#[track_caller]
+pub(crate) fn assert_uniform_square(
+    points: impl Iterator<Item = [f64; 2]>,
+    [columns, rows]: [usize; 2],
+    what: &str,
+) {
+    let mut counts = vec![0; columns * rows];
+    for [x, y] in points {
+        assert!(
+            (0.0..1.0).contains(&x) && (0.0..1.0).contains(&y),
+            "{what}: ({x}, {y}) is out of the square"
+        );
+        counts[(y * rows as f64) as usize * columns + (x * columns as f64) as usize] += 1;
+    }
+    let p = chi_square_p(&counts);
+    assert!(p > SIGNIFICANCE, "{what}: not uniform, p = {p:.1e}");
+}

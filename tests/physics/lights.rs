@@ -1,0 +1,239 @@
+//! Direct light in closed form, and lamps that touch, sink into, or are sealed off by other surfaces.
+
+use crate::harness::{
+    BLACK, Build, assert_mean, coloured, diffuse, empty_scene, mean, pinhole, relative_error, render_path,
+    render_sppm, settings,
+};
+use reference::direct_light::{Receiver, estimate_irradiance};
+use reference::photon_pass::photon_pass;
+use reference::sampling::uniform_sphere;
+use scene::{Film, Rgb, Scene, Settings, Stats, Still, Vec3};
+use std::f64::consts::PI;
+
+/// Irradiance from a few roundings per sample, averaged in `f64`: cosines lose the most, near the horizon.
+const EXACT: f64 = 5e-6;
+
+/// Integrals over regular grids whose integrand has an edge (a horizon, a shadow).
+const QUADRATURE: f64 = 2e-3;
+
+/// The same where a lamp meets the wall, and the irradiance jumps from 0 to half its maximum.
+const SINGULAR: f64 = 5e-3;
+
+/// Image means of a pixel-sized patch, where stratified noise is below.
+const PATCH: f64 = 1e-3;
+
+/// Mean of the estimates over a regular grid of `side` x `side` directions, for a scene of one light, in red.
+fn irradiance(still: &Still, receiver: &Receiver, side: u32) -> f64 {
+    let place = |i: u32| (i as f32 + 0.5) / side as f32;
+    let mut sum = 0.0;
+    for (i, j) in (0..side).flat_map(|i| (0..side).map(move |j| (i, j))) {
+        sum += f64::from(estimate_irradiance(still, receiver, 0.5, place(i), place(j)).x);
+    }
+    sum / f64::from(side * side)
+}
+
+/// A lamp of radiance 1 over a receiving sphere (sphere 1) at the origin.
+fn lamp_over_ball(center: Vec3, radius: f32) -> Scene {
+    empty_scene(pinhole(Vec3::Z * 1e3, Vec3::ZERO, 1.0)).lamp(center, radius, BLACK, Rgb::ONE).ball(
+        Vec3::ZERO,
+        1.0,
+        diffuse(0.8),
+    )
+}
+
+#[test]
+fn irradiance_of_a_lamp_above_the_horizon() {
+    for (distance, radius) in
+        [(1.5_f32, 0.4_f32), (4.0, 2.0), (10.0, 1.0), (300.0, 1.0), (1e4, 100.0), (50.0, 0.01)]
+    {
+        for tilt in [0.0_f64, 0.3, 0.8] {
+            let normal = Vec3::new(0.0, tilt.sin() as f32, tilt.cos() as f32);
+            let center = Vec3::Z * distance;
+            let scene = lamp_over_ball(center, radius);
+            let receiver = Receiver { point: normal, normal, sphere: 1 };
+            let to_lamp = center.as_dvec3() - normal.as_dvec3();
+            let d = to_lamp.length();
+            let (sine, cosine) = (f64::from(radius) / d, to_lamp.dot(normal.as_dvec3()) / d);
+            if cosine < sine {
+                continue; // The horizon cuts the lamp.
+            }
+            // pi Le sin^2 cos: the solid angle projected.
+            let expected = PI * sine * sine * cosine;
+            let actual = irradiance(&scene.at(0.0), &receiver, 32);
+            assert!(
+                (actual / expected - 1.0).abs() < EXACT,
+                "{distance}, {radius}, {tilt}: {actual} not {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn irradiance_of_a_lamp_that_the_horizon_halves() {
+    for sine in [0.1_f32, 0.5, 0.9] {
+        let scene = lamp_over_ball(Vec3::new(10.0, 0.0, 1.0), 10.0 * sine);
+        let receiver = Receiver { point: Vec3::Z, normal: Vec3::Z, sphere: 1 };
+        let s = f64::from(sine);
+        let expected = s.asin() - s * (1.0 - s * s).sqrt();
+        let actual = irradiance(&scene.at(0.0), &receiver, 512);
+        assert!((actual / expected - 1.0).abs() < QUADRATURE, "sine {sine}: {actual} instead of {expected}");
+    }
+}
+
+#[test]
+fn lamps_below_the_horizon_and_one_on_itself_give_nothing() {
+    let scene = lamp_over_ball(Vec3::NEG_Z * 10.0, 1.0);
+    let still = scene.at(0.0);
+    let away = Receiver { point: Vec3::Z, normal: Vec3::Z, sphere: 1 };
+    assert_eq!(irradiance(&still, &away, 16), 0.0);
+    let itself = Receiver { point: Vec3::NEG_Z * 9.0, normal: Vec3::Z, sphere: 0 };
+    assert_eq!(irradiance(&still, &itself, 16), 0.0);
+}
+
+#[test]
+fn a_shell_gives_pi_times_its_radiance_everywhere_within() {
+    let scene = empty_scene(pinhole(Vec3::X, Vec3::ZERO, 60.0)).lamp(Vec3::ZERO, 7.0, BLACK, Rgb::ONE).ball(
+        Vec3::new(2.0, 1.0, 0.0),
+        1.0,
+        diffuse(0.5),
+    );
+    for normal in [Vec3::X, Vec3::NEG_Y, Vec3::new(0.6, 0.0, -0.8)] {
+        let receiver = Receiver { point: scene.spheres[1].center + normal, normal, sphere: 1 };
+        let actual = irradiance(&scene.at(0.0), &receiver, 16);
+        assert!((actual / PI - 1.0).abs() < EXACT, "{actual}");
+    }
+}
+
+#[test]
+fn a_ball_under_a_far_lamp_is_lambertian() {
+    // The eye looks at the top of the ball, in a field so narrow that it shows one point of it.
+    let (albedo, emission) = ([0.8, 0.4, 0.2], [1000.0, 2000.0, 500.0]);
+    for tilt in [0.0_f64, 0.7, 1.3] {
+        let lamp = Vec3::new(0.0, tilt.sin() as f32, tilt.cos() as f32) * 100.0;
+        let scene = empty_scene(pinhole(Vec3::Z * 3.0, Vec3::Z, 0.01))
+            .lamp(lamp, 1.0, BLACK, Rgb::from_array(emission))
+            .ball(Vec3::ZERO, 1.0, coloured(albedo));
+        let to_lamp = (lamp - Vec3::Z).as_dvec3();
+        let (sine2, cosine) = (1.0 / to_lamp.length_squared(), to_lamp.z / to_lamp.length());
+        let expected = [0, 1, 2].map(|c| f64::from(albedo[c]) * f64::from(emission[c]) * sine2 * cosine);
+        for depth in [1, 5] {
+            let settings = Settings { iterations: 4, ..settings(64, 64, 1000, depth, 0.1) };
+            assert_mean(&render_sppm(&scene, &settings), expected, PATCH, "SPPM");
+            assert_mean(&render_path(&scene, &settings), expected, PATCH, "path tracer");
+        }
+    }
+}
+
+/// Towards the lamp: no axis of any grid of directions.
+const AXIS: Vec3 = Vec3::new(0.48, 0.6, 0.64);
+
+/// A diffuse shell of radius 3 with a lamp of radius 1 whose centre is at distance `offset` from the shell's.
+fn lamp_in_shell(offset: f32) -> Scene {
+    empty_scene(pinhole(Vec3::Z * -1.5, Vec3::ZERO, 60.0)).ball(Vec3::ZERO, 3.0, diffuse(0.5)).lamp(
+        AXIS * offset,
+        1.0,
+        diffuse(0.5),
+        Rgb::ONE,
+    )
+}
+
+/// Area of the part of the lamp that lies within the shell: by Archimedes, `2 pi a` times its height.
+fn area_within(offset: f32) -> f64 {
+    let d = f64::from(offset);
+    if d <= 2.0 {
+        return 4.0 * PI;
+    }
+    // The plane in which both spheres meet is this far from the lamp's centre, towards the outside.
+    let plane = (d * d + 9.0 - 1.0) / (2.0 * d) - d;
+    2.0 * PI * (1.0 + plane.clamp(-1.0, 1.0))
+}
+
+/// In the middle, close to the wall, touching it, sunk in by a part, by half, by more.
+const OFFSETS: [f32; 6] = [0.0, 1.9, 2.0, 2.5, 3.0, 3.5];
+
+#[test]
+fn a_sunk_lamp_lights_the_shell_with_the_power_of_what_is_not_sunk() {
+    for offset in OFFSETS {
+        let scene = lamp_in_shell(offset);
+        let still = scene.at(0.0);
+        let side = 200;
+        let place = |i: u32| (i as f32 + 0.5) / side as f32;
+        let mut sum = 0.0;
+        for (i, j) in (0..side).flat_map(|i| (0..side).map(move |j| (i, j))) {
+            let outward = uniform_sphere(place(i), place(j));
+            let receiver = Receiver { point: outward * 3.0, normal: -outward, sphere: 0 };
+            sum += irradiance(&still, &receiver, 8);
+        }
+        let power = sum / f64::from(side * side) * 36.0 * PI;
+        let expected = PI * area_within(offset);
+        let error = (power / expected - 1.0).abs();
+        assert!(error < SINGULAR, "offset {offset}: {power} instead of {expected}, off by {error:.1e}");
+    }
+}
+
+#[test]
+fn photons_leave_a_sunk_lamp_where_it_is_not_sunk() {
+    for offset in OFFSETS {
+        let scene = lamp_in_shell(offset);
+        let settings = settings(1, 1, 1 << 18, 1, 1.0);
+        let mut stats = Stats::default();
+        photon_pass(&scene.at(0.0), &settings, 0, &mut stats, |_, _| {
+            panic!("a photon is deposited at bounce 0")
+        });
+        let share = stats.photon_segments as f64 / f64::from(1 << 18);
+        let expected = area_within(offset) / (4.0 * PI);
+        assert!(
+            (share - expected).abs() < QUADRATURE * expected,
+            "offset {offset}: {share} instead of {expected}"
+        );
+    }
+}
+
+#[test]
+fn both_engines_agree_about_sunk_lamps() {
+    for offset in [2.0, 2.5, 3.0] {
+        let mut scene = lamp_in_shell(offset);
+        scene.camera = pinhole(AXIS * -2.8, AXIS, 70.0);
+        let sppm = render_sppm(&scene, &Settings { iterations: 8, ..settings(64, 64, 100_000, 8, 0.15) });
+        let path = render_path(&scene, &Settings { iterations: 64, ..settings(64, 64, 1, 8, 0.15) });
+        let error = relative_error(mean(&sppm), mean(&path));
+        assert!(error < SAME_MEAN, "offset {offset}: {:?} and {:?}", mean(&sppm), mean(&path));
+    }
+}
+
+/// Both engines' noise in image means, 0.1 % each, and the bias of SPPM where lamp and wall meet at a sharp angle.
+const SAME_MEAN: f64 = 5e-3;
+
+#[test]
+fn a_lamp_sealed_off_is_no_light_and_changes_no_pixel() {
+    let scene = lamp_in_shell(1.0).ball(Vec3::Y * -1.5, 0.7, diffuse(0.4));
+    let settings = Settings { iterations: 2, ..settings(16, 12, 2000, 5, 1.0) };
+    let images =
+        |scene: &Scene| -> [Film; 2] { [render_sppm(scene, &settings), render_path(scene, &settings)] };
+    let expected = images(&scene);
+    // Within a ball, and beyond the shell.
+    for (center, radius) in [(Vec3::Y * -1.5, 0.5), (AXIS * 10.0, 2.0), (Vec3::ZERO, 4.0)] {
+        let sealed = scene.clone().lamp(center, radius, BLACK, Rgb::splat(1e6));
+        assert_eq!(sealed.at(0.0).lights.entries.len(), 1);
+        assert!(images(&sealed) == expected, "a sealed lamp at {center} shows");
+    }
+}
+
+#[test]
+fn lights_are_weighted_by_their_power() {
+    let scene = empty_scene(pinhole(Vec3::ZERO, Vec3::X, 60.0))
+        .lamp(Vec3::X * 5.0, 1.0, BLACK, Rgb::new(1.0, 4.0, 2.0))
+        .lamp(Vec3::X * -5.0, 2.0, BLACK, Rgb::new(3.0, 1.0, 0.5))
+        .lamp(Vec3::ZERO, 20.0, BLACK, Rgb::splat(0.01));
+    let still = scene.at(0.0);
+    // pi times the area times the brightest channel.
+    let weights = [4.0 * 1.0, 3.0 * 4.0, 0.01 * 400.0].map(|w: f64| w * 4.0 * PI * PI);
+    let total: f64 = weights.iter().sum();
+    assert!((f64::from(still.lights.power) / total - 1.0).abs() < EXACT);
+    assert_eq!(still.lights.entries.len(), 3);
+    for (light, weight) in still.lights.entries.iter().zip(weights) {
+        assert!((f64::from(light.probability) * total / weight - 1.0).abs() < EXACT);
+        // The brightest channel of a photon is the same for all lights.
+        assert!((f64::from(light.photon_power.max_element()) / total - 1.0).abs() < EXACT);
+    }
+}

@@ -1,0 +1,16 @@
+//! The tests that prove the reference right: closed forms, `f64`, statistics and an independent algorithm.
+//!
+//! One file per concern. All seeds are fixed, so every test gives the same verdict each time; every tolerance is a
+//! named constant with its reason.
+
+mod convergence;
+mod determinism;
+mod distributed;
+mod furnace;
+mod grid;
+mod harness;
+mod intersection;
+mod lights;
+mod sampling;
+mod scattering;
+mod streams;

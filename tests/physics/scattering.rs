@@ -1,0 +1,190 @@
+//! Mirrors and glass: the laws of reflection, Snell and Fresnel.
+
+use reference::intersect::Hit;
+use reference::sampling::{uniform_sphere, unit};
+use reference::scatter::{dielectric, fresnel, reflect};
+use scene::Vec3;
+use scene::rng::{Family, StreamKey};
+
+/// A reflectance is of order 1, from some ten roundings; near grazing the cosine of refraction adds its own.
+const REFLECTANCE: f64 = 2e-6;
+
+/// Components of directions: a dozen roundings of values up to 2.4, the largest index tried.
+const DIRECTION: f64 = 1e-6;
+
+const INDICES: [f32; 5] = [1.0, 1.1, 1.33, 1.5, 2.4];
+
+/// Reflectance for unpolarised light from the textbook's amplitudes, with cosines of both sides.
+fn expected_fresnel(eta: f64, cos_i: f64) -> f64 {
+    let sin2_t = eta * eta * (1.0 - cos_i * cos_i);
+    if sin2_t >= 1.0 {
+        return 1.0;
+    }
+    let cos_t = (1.0 - sin2_t).sqrt();
+    // n_i = eta, n_t = 1 is the same boundary as any other of this ratio.
+    let s = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+    let p = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+    f64::midpoint(s * s, p * p)
+}
+
+/// The cosine of refraction, as the engine computes it.
+fn refracted_cosine(eta: f32, cos_i: f32) -> f32 {
+    (1.0 - eta * eta * (1.0 - cos_i * cos_i)).max(0.0).sqrt()
+}
+
+fn reflectance(eta: f32, cos_i: f32) -> f64 {
+    f64::from(fresnel(eta, cos_i, refracted_cosine(eta, cos_i)))
+}
+
+/// Directions that meet the normal `n` from its side.
+fn incoming(n: Vec3) -> impl Iterator<Item = Vec3> {
+    let key = StreamKey::new(3, Family::Path, 0);
+    (0..20_000).map(move |i| {
+        let mut stream = key.stream(i);
+        let d = unit(uniform_sphere(stream.next_f32(), stream.next_f32()));
+        if d.dot(n) > 0.0 { -d } else { d }
+    })
+}
+
+fn hit(normal: Vec3, inside: bool) -> Hit {
+    Hit { sphere: 0, t: 1.0, point: Vec3::ZERO, normal, inside }
+}
+
+fn normal() -> Vec3 {
+    unit(Vec3::new(0.36, -0.48, 0.8))
+}
+
+#[test]
+fn reflectance_agrees_with_f64() {
+    for ior in INDICES {
+        for eta in [ior, 1.0 / ior] {
+            for step in 1..=1000 {
+                let cos_i = step as f32 / 1000.0;
+                let sin2_t = f64::from(eta).powi(2) * (1.0 - f64::from(cos_i).powi(2));
+                // At the critical angle the reflectance is a square root's distance from 1.
+                let near_critical = (1.0 - sin2_t).abs() < 1e-4;
+                let bound = if near_critical { 1e-2 } else { REFLECTANCE / (1.0 - sin2_t).abs().sqrt() };
+                let expected = expected_fresnel(f64::from(eta), f64::from(cos_i));
+                let actual = reflectance(eta, cos_i);
+                assert!((actual - expected).abs() < bound, "eta {eta}, cos {cos_i}: {actual} not {expected}");
+                assert!((0.0..=1.0 + REFLECTANCE).contains(&actual));
+            }
+        }
+    }
+}
+
+#[test]
+fn reflectance_at_normal_incidence_is_that_of_the_textbooks() {
+    for (ior, expected) in [(1.5, 0.04), (1.33, 0.020_058_6), (2.4, 0.169_550_2), (1.0, 0.0)] {
+        assert!((reflectance(1.0 / ior, 1.0) - expected).abs() < REFLECTANCE);
+        assert!((reflectance(ior, 1.0) - expected).abs() < REFLECTANCE);
+    }
+}
+
+#[test]
+fn at_brewsters_angle_only_the_one_polarisation_is_reflected() {
+    for ior in [1.33_f64, 1.5, 2.4] {
+        // tan = ior; what is left is half the reflectance of the other: ((ior^2 - 1) / (ior^2 + 1))^2.
+        let cos_i = 1.0 / (1.0 + ior * ior).sqrt();
+        let expected = 0.5 * ((ior * ior - 1.0) / (ior * ior + 1.0)).powi(2);
+        assert!((reflectance((1.0 / ior) as f32, cos_i as f32) - expected).abs() < REFLECTANCE);
+    }
+}
+
+#[test]
+fn reflectance_is_the_same_from_both_sides() {
+    for ior in INDICES {
+        for step in 1..=1000 {
+            let outside = step as f32 / 1000.0;
+            let within = refracted_cosine(1.0 / ior, outside);
+            let (there, back) = (fresnel(1.0 / ior, outside, within), fresnel(ior, within, outside));
+            assert!(f64::from(there - back).abs() < REFLECTANCE, "ior {ior}, cos {outside}: {there}, {back}");
+        }
+    }
+}
+
+#[test]
+fn mirrors_reflect_by_the_law() {
+    let n = normal();
+    for d in incoming(n) {
+        let r = reflect(d, n);
+        assert!((f64::from(r.length()) - 1.0).abs() < DIRECTION);
+        assert!(f64::from((r.dot(n) + d.dot(n)).abs()) < DIRECTION);
+        assert!(f64::from((r - d).cross(n).length()) < DIRECTION, "out of the plane of incidence");
+        assert!(f64::from(reflect(r, n).distance(d)) < 2.0 * DIRECTION, "not its own inverse");
+    }
+}
+
+#[test]
+fn glass_refracts_by_snells_law_or_reflects_as_fresnel_shares() {
+    let n = normal();
+    for ior in INDICES {
+        for inside in [false, true] {
+            let eta = f64::from(if inside { ior } else { 1.0 / ior });
+            for d in incoming(n) {
+                let share = expected_fresnel(eta, -d.as_dvec3().dot(n.as_dvec3()));
+                let sine = d.as_dvec3().cross(n.as_dvec3());
+                let sin2_t = eta * eta * sine.length_squared();
+                if (1.0 - sin2_t).abs() < 1e-3 {
+                    continue; // Near the critical angle see `reflectance_agrees_with_f64`.
+                }
+                let out = |u: f64| dielectric(d, &hit(n, inside), ior, u as f32).as_dvec3();
+                let mirrored = reflect(d, n).as_dvec3();
+                // Just below and above the share; 10^-4 is the bound of that test this near to critical.
+                assert!(share < 2e-4 || out(share - 1e-4).distance(mirrored) < DIRECTION);
+                if share < 0.9998 {
+                    let refracted = out(share + 1e-4);
+                    // The cosine of refraction is a root of what is left of 1.
+                    let bound = 2.0 * DIRECTION / (1.0 - sin2_t).sqrt();
+                    assert!((refracted.length() - 1.0).abs() < bound);
+                    assert!(refracted.dot(n.as_dvec3()) < 0.0, "does not cross");
+                    // Both sines as vectors: of the right length, and in one plane.
+                    let snell = refracted.cross(n.as_dvec3()).distance(sine * eta);
+                    assert!(snell < bound, "ior {ior}, inside {inside}: off by {snell:.1e}");
+                } else {
+                    assert!(
+                        sin2_t < 1.0 || out(0.999_999).distance(mirrored) < DIRECTION,
+                        "no total reflection"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn refraction_is_undone_on_the_way_back() {
+    let n = normal();
+    for ior in INDICES {
+        for d in incoming(n).filter(|d| d.dot(n) < -0.05) {
+            let within = dielectric(d, &hit(n, false), ior, 0.999_999);
+            let back = dielectric(-within, &hit(-n, true), ior, 0.999_999);
+            // The way back magnifies by the index and, at a slant, by the ratio of the cosines: below 30.
+            assert!(f64::from(back.distance(-d)) < 30.0 * DIRECTION, "ior {ior}, d {d}: {back}");
+        }
+    }
+}
+
+#[test]
+fn glass_of_index_one_is_not_there() {
+    let n = normal();
+    for d in incoming(n).filter(|d| d.dot(n) < -0.01) {
+        for inside in [false, true] {
+            assert!(f64::from(dielectric(d, &hit(n, inside), 1.0, 1e-6).distance(d)) < 100.0 * DIRECTION);
+        }
+    }
+}
+
+#[test]
+fn total_reflection_begins_beyond_the_critical_angle() {
+    let n = normal();
+    for ior in [1.1_f32, 1.5, 2.4] {
+        let critical = (1.0 / f64::from(ior)).asin();
+        let tangent = n.any_orthonormal_vector();
+        for (angle, is_total) in [(critical - 1e-2, false), (critical + 1e-3, true), (1.57, true)] {
+            let d = -n * angle.cos() as f32 + tangent * angle.sin() as f32;
+            let crosses = dielectric(d, &hit(n, true), ior, 0.999_999).dot(n) < 0.0;
+            assert_eq!(crosses, !is_total, "ior {ior}, angle {angle}");
+        }
+    }
+}
