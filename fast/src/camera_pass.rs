@@ -1,11 +1,13 @@
 //! Camera pass: `reference::camera_pass` over batches of pixels.
 //!
-//!     for each batch of 256 pixels (four tiles of 8x8):
-//!         make the rays
-//!         until none is left, at most max_depth times:
-//!             intersect all; shade all: paths that end go to a list, others to the front of the batch
-//!         direct light for all on the list, in full packets
-//!         write two rows per pixel
+//! ```text
+//! for each batch of 256 pixels (four tiles of 8x8):
+//!     make the rays
+//!     until none is left, at most max_depth times:
+//!         intersect all; shade all: paths that end go to a list, others to the front of the batch
+//!     direct light for all on the list, in full packets
+//!     write two rows per pixel
+//! ```
 //!
 //! Pixels are kept in tile order, along the Z curve within a tile: neighbours in memory are neighbours in the
 //! picture, so they see the same things, and gather photons together ([`crate::join`]).

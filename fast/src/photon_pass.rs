@@ -1,10 +1,12 @@
 //! Photon pass: `reference::photon_pass` over batches of photons, up to the deposits that may matter.
 //!
-//!     for each batch of 256 photons:
-//!         emit all
-//!         until none is left, at most max_depth times:
-//!             intersect all
-//!             for each packet: fetch surface and material; deposit; roulette; scatter; survivors to the front
+//! ```text
+//! for each batch of 256 photons:
+//!     emit all
+//!     until none is left, at most max_depth times:
+//!         intersect all
+//!         for each packet: fetch surface and material; deposit; roulette; scatter; survivors to the front
+//! ```
 //!
 //! How it differs from the plain loop, and why:
 //!

@@ -1,10 +1,12 @@
 //! The join: which photons count at which visible points, and what they bring.
 //!
-//!     for each group of 16 pixels (a block of 4x4):
-//!         if the group's visible points, with their radii, fit into a window of cells:
-//!             for each row of cells, for each photon of the row: test it against all 16 points at once
-//!         else, for each point, for each row of its own cells: test it against 8 or 16 photons at once
-//!         consolidate
+//! ```text
+//! for each group of 16 pixels (a block of 4x4):
+//!     if the group's visible points, with their radii, fit into a window of cells:
+//!         for each row of cells, for each photon of the row: test it against all 16 points at once
+//!     else, for each point, for each row of its own cells: test it against 8 or 16 photons at once
+//!     consolidate
+//! ```
 //!
 //! How it differs from the reference's hash grid, and why:
 //!
