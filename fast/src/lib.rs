@@ -4,6 +4,7 @@ pub(crate) mod camera_pass;
 mod consolidate;
 mod direct_light;
 mod dispatch;
+mod hierarchy;
 mod intersect;
 mod join;
 mod lanes;

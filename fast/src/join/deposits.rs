@@ -43,7 +43,6 @@ impl Binned {
         Self { bins: vec![Vec::new(); BINS], count: 0 }
     }
 
-
     /// Adds a deposit; `shift` takes a bucket to its bin.
     #[inline(always)]
     pub(crate) fn push(&mut self, record: Record, direction: Direction, shift: u32) {
