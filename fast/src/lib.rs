@@ -6,6 +6,7 @@ mod direct_light;
 mod dispatch;
 mod hierarchy;
 mod intersect;
+mod intersector;
 mod join;
 mod lanes;
 mod paths;
@@ -18,4 +19,6 @@ mod trace;
 mod vec3;
 
 pub use dispatch::LaneKind;
+pub use hierarchy::Search;
+pub use intersector::Intersector;
 pub use sppm::Sppm;

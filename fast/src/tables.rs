@@ -4,7 +4,7 @@
 //! machines at hand four times faster than eight gathers), a list of shapes to broadcast, and the balls in a hierarchy
 //! if they are many.
 
-use crate::hierarchy::Hierarchy;
+use crate::hierarchy::{Hierarchy, Search};
 use crate::lanes::{Lanes, Row};
 use crate::vec3::V3;
 use scene::ray::SphereId;
@@ -63,7 +63,14 @@ pub(crate) struct Tables {
 
 impl Tables {
     pub(crate) fn new(still: &Still) -> Self {
-        let hierarchy = Hierarchy::new(still);
+        Self::with_hierarchy(still, Hierarchy::new(still))
+    }
+
+    pub(crate) fn with_search(still: &Still, search: Search) -> Self {
+        Self::with_hierarchy(still, Hierarchy::with_search(still, search))
+    }
+
+    fn with_hierarchy(still: &Still, hierarchy: Hierarchy) -> Self {
         let is_apart = |role: &Role| matches!(role, Role::Enclosure(_)) || !hierarchy.holds_balls();
         let ids = (0..still.spheres.len() as SphereId).filter(|id| is_apart(&still.roles[*id as usize]));
         let shapes: Vec<Shape> = ids.map(|id| shape(still, id)).collect();
@@ -73,6 +80,13 @@ impl Tables {
             still.spheres.iter().zip(&still.roles).map(|(s, role)| surface_row(still, s, *role)).collect();
         let materials = still.materials.iter().map(material_row).collect();
         Self { surfaces, materials, shapes, shadow_casters, hierarchy }
+    }
+
+    /// Bytes of memory held.
+    pub(crate) fn bytes(&self) -> usize {
+        let rows = size_of_val(&self.surfaces[..]) + size_of_val(&self.materials[..]);
+        let shapes = size_of_val(&self.shapes[..]) + size_of_val(&self.shadow_casters[..]);
+        rows + shapes + self.hierarchy.bytes()
     }
 }
 

@@ -47,7 +47,18 @@ pub(crate) static PASSES_NONE: Words = [NO_SPHERE; ROOM];
 /// The distance left to a shadow ray that meets something.
 pub(crate) const BLOCKED: f32 = f32::NEG_INFINITY;
 
-/// How balls are searched.
+/// How balls can be searched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Search {
+    /// One by one: for few.
+    InTurn,
+    /// In clusters of eight, before which rays queue: up to about a thousand.
+    Clusters,
+    /// In a tree of boxes: for many.
+    Tree,
+}
+
+/// Balls, and how they are searched.
 #[derive(Debug)]
 pub(crate) enum Hierarchy {
     /// They are tried one by one, as the walls are.
@@ -57,13 +68,25 @@ pub(crate) enum Hierarchy {
 }
 
 impl Hierarchy {
+    /// The search that is fastest for so many balls.
     pub(crate) fn new(still: &Still) -> Self {
-        let mut balls = balls(still);
-        if balls.len() <= MOST_IN_TURN {
+        let is_ball = |role: &&Role| !matches!(role, Role::Enclosure(_));
+        let search = match still.roles.iter().filter(is_ball).count() {
+            0..=MOST_IN_TURN => Search::InTurn,
+            ..=MOST_IN_CLUSTERS => Search::Clusters,
+            _ => Search::Tree,
+        };
+        Self::with_search(still, search)
+    }
+
+    /// The given search, whatever the number of balls.
+    pub(crate) fn with_search(still: &Still, search: Search) -> Self {
+        let mut balls = if search == Search::InTurn { Vec::new() } else { balls(still) };
+        if balls.is_empty() {
             return Self::InTurn;
         }
         arrange(&mut balls);
-        if balls.len() <= MOST_IN_CLUSTERS {
+        if search == Search::Clusters {
             Self::Clusters(Clusters::new(&balls))
         } else {
             Self::Tree(Tree::new(&balls))
