@@ -92,7 +92,7 @@ struct Prepared<'a> {
 impl<'a> Prepared<'a> {
     fn new(still: Still<'a>) -> Self {
         let tables = Tables::new(&still);
-        let lights = LightTable::new(&still, &tables);
+        let lights = LightTable::new(&still);
         let emitters = Emitters::new(&still);
         Self { still, tables, lights, emitters }
     }
