@@ -21,6 +21,8 @@ pub(super) fn write(out: &mut impl Write, film: &Film, encoding: Encoding) -> io
     let mut encoder = png::Encoder::new(out, film.width, film.height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
+    // Noise hardly compresses: the best effort takes ten times as long for some percent.
+    encoder.set_compression(png::Compression::Fast);
     encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
     encoder.write_header().and_then(|mut w| w.write_image_data(&bytes).and_then(|()| w.finish())).map_err(
         |e| match e {

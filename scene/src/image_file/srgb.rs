@@ -17,12 +17,25 @@ pub fn decode(c: f64) -> f64 {
 static THRESHOLDS: LazyLock<[f64; 255]> =
     LazyLock::new(|| std::array::from_fn(|i| decode((i as f64 + 0.5) / 255.0)));
 
+/// Steps of linear value for which [`FIRST_CODES`] knows where to begin.
+const STEPS: usize = 4096;
+
+/// The code of the least value of each step: no more than two thresholds lie within a step.
+static FIRST_CODES: LazyLock<[u8; STEPS + 1]> = LazyLock::new(|| {
+    std::array::from_fn(|step| THRESHOLDS.partition_point(|&t| t <= step as f64 / STEPS as f64) as u8)
+});
+
 /// The nearest of 256 codes for linear `v`; 0 for NaN.
 ///
-/// By table, which is as fast as it is exact: the C library's power function, which may differ between machines,
+/// By tables, which is as fast as it is exact: the C library's power function, which may differ between machines,
 /// only enters 255 numbers.
 pub fn encode_byte(v: f64) -> u8 {
-    THRESHOLDS.partition_point(|&t| t <= v) as u8
+    let step = (v.clamp(0.0, 1.0) * STEPS as f64) as usize; // 0 for NaN
+    let mut code = FIRST_CODES[step];
+    while code < 255 && THRESHOLDS[usize::from(code)] <= v {
+        code += 1;
+    }
+    code
 }
 
 /// The linear value of code `c` out of `0..=largest`.
@@ -50,6 +63,18 @@ mod tests {
         assert_eq!(encode_byte(0.18), 118); // middle grey
         assert_eq!(encode_byte(0.5), 188);
         approx::assert_relative_eq!(encode(0.5), 0.735_356_983, max_relative = 1e-9);
+    }
+
+    #[test]
+    fn bytes_are_those_of_the_thresholds() {
+        for i in -10..200_000 {
+            let v = f64::from(i) / 190_000.0;
+            assert_eq!(usize::from(encode_byte(v)), THRESHOLDS.partition_point(|&t| t <= v), "{v}");
+        }
+        assert_eq!(
+            [encode_byte(f64::NAN), encode_byte(f64::INFINITY), encode_byte(f64::NEG_INFINITY)],
+            [0, 255, 0]
+        );
     }
 
     #[test]
