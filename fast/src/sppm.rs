@@ -209,7 +209,9 @@ impl<'a> Sppm<'a> {
         let workers = self.photon_workers.all();
         let parts: Vec<&Binned> = workers.iter().map(|worker| &worker.out).collect();
         self.sorted.fill(&parts, cells);
-        workers.iter_mut().for_each(|worker| worker.out.clear());
+        for worker in workers {
+            worker.out.clear();
+        }
     }
 
     /// Joins the sorted deposits with all visible points; on the last round of the iteration, consolidates.

@@ -1,6 +1,6 @@
 //! The two loops of the join: many points against one photon, and one point against many photons.
 
-use super::deposits::Sorted;
+use super::deposits::{SAFE, Sorted};
 use super::{GROUP, JoinCounts, safe_surface};
 use crate::camera_pass::PixelRows;
 use crate::lanes::{Lanes, MOST_LANES, Row};
@@ -59,6 +59,8 @@ pub(crate) struct Group<L: Lanes> {
 struct Part<L: Lanes> {
     point: V3<L>,
     normal: V3<L>,
+    /// The surface whose photons need no test of the side.
+    safe: L::U,
     /// Squared radius; negative where there is no point, so that nothing is nearer.
     radius_squared: L::F,
 }
@@ -92,7 +94,8 @@ impl<L: Lanes> Part<L> {
         let [.., radius_squared] = L::load_rows(pixels);
         let is_nothing = L::eq(L::bits(sphere), L::u(NO_SPHERE));
         let radius_squared = L::select(is_nothing, L::f(-1.0), radius_squared);
-        Self { point: V3::new(x, y, z), normal: V3::new(nx, ny, nz), radius_squared }
+        let safe = L::bits(sphere) | L::u(SAFE);
+        Self { point: V3::new(x, y, z), normal: V3::new(nx, ny, nz), safe, radius_squared }
     }
 }
 
@@ -150,7 +153,8 @@ impl<'a, L: Lanes> Gathering<'a, L> {
                 if !is_safe {
                     let [wx, wy, wz, _] = self.sorted.directions[index];
                     let wi = V3::splat(Vec3::new(wx, wy, wz));
-                    counts = counts & L::lt(L::f(0.0), wi.dot(part.normal));
+                    let is_safe = L::eq(part.safe, L::u(surface.to_bits()));
+                    counts = counts & (is_safe | L::lt(L::f(0.0), wi.dot(part.normal)));
                 }
                 self.m[k] = L::add_where(counts, self.m[k], L::u(1));
                 for channel in 0..3 {
