@@ -1,7 +1,7 @@
 //! Random scenes as drafts: written as a scene file and read by `scene::file`, so that what is rendered is what a
 //! user could render, and a scene that fails can be kept as it is.
 
-use crate::placement::{Placement, log_uniform, placement, point};
+use crate::placement::{Placement, among_others, around_all, log_uniform, point};
 use proptest::prelude::*;
 use scene::{Material, Rgb, Scene, Settings, Vec3, file};
 use std::fmt::Write;
@@ -16,6 +16,7 @@ struct Draft {
     focus: f32,
     shutter: [f32; 2],
     background: Option<Rgb>,
+    /// In the order of the file.
     spheres: Vec<Ball>,
     /// Everything is so many times as large, and moved.
     unit: f32,
@@ -33,7 +34,8 @@ enum Eye {
 struct Ball {
     placement: Placement,
     material: Material,
-    emission: Option<Rgb>,
+    /// Radiance times the square of the radius: a lamp of any size has its share of the photons.
+    intensity: Option<Rgb>,
     velocity: Option<Vec3>,
 }
 
@@ -51,7 +53,7 @@ impl std::fmt::Debug for Case {
     }
 }
 
-/// Random scenes of `spheres` spheres.
+/// Random scenes of `spheres` spheres, and perhaps up to six around them.
 pub(crate) fn case(spheres: impl Into<prop::collection::SizeRange>) -> impl Strategy<Value = Case> {
     (draft(spheres), settings()).prop_filter_map("the scene is not valid", |(draft, settings)| {
         let settings = Settings { initial_radius: settings.initial_radius * draft.unit, ..settings };
@@ -62,10 +64,12 @@ pub(crate) fn case(spheres: impl Into<prop::collection::SizeRange>) -> impl Stra
 }
 
 fn settings() -> impl Strategy<Value = Settings> {
-    let photons = prop_oneof![Just(1), Just(7), Just(255), Just(256), Just(257), 1..600_u32, Just(4097)];
+    let few = prop_oneof![Just(1), Just(7), 1..255_u32];
+    let photons = prop_oneof![1 => few, 1 => 255..=257_u32, 3 => 300..1500_u32, 1 => Just(4097)];
     let depth = prop_oneof![8 => 1..8_u32, 1 => Just(24)];
+    let radius = prop_oneof![1 => log_uniform(1e-3, 300.0), 3 => log_uniform(0.3, 10.0)];
     let size = || prop_oneof![4 => 1..20_u32, 1 => Just(8), 1 => Just(16)];
-    (size(), size(), 1..4_u32, photons, depth, log_uniform(1e-3, 300.0), any::<u64>()).prop_map(
+    (size(), size(), 1..4_u32, photons, depth, radius, any::<u64>()).prop_map(
         |(width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed)| Settings {
             width,
             height,
@@ -87,7 +91,11 @@ fn draft(spheres: impl Into<prop::collection::SizeRange>) -> impl Strategy<Value
     let shutter = prop_oneof![Just([0.0, 1.0]), Just([0.0, 0.0]), Just([-1.0, 0.5])];
     let unit = prop_oneof![6 => Just(1.0), 1 => log_uniform(1e-4, 1e4)];
     let offset = prop_oneof![6 => Just(Vec3::ZERO), 1 => point(300.0)];
-    let spheres = prop::collection::vec(ball(), spheres);
+    let room = prop::collection::vec(ball(around_all(), 0.1), 0..=6);
+    let things = prop::collection::vec(ball(among_others(), 0.3), spheres);
+    let spheres = (room, things, any::<bool>()).prop_map(|(room, things, room_first)| {
+        if room_first { [room, things].concat() } else { [things, room].concat() }
+    });
     (camera, shutter, rarely(color()), spheres, unit, offset).prop_map(
         |((eye, target, fov, aperture, focus), shutter, background, spheres, unit, offset)| Draft {
             eye,
@@ -111,11 +119,15 @@ where
     prop::option::weighted(0.25, what)
 }
 
-fn ball() -> impl Strategy<Value = Ball> {
+fn ball(placement: impl Strategy<Value = Placement>, glows: f64) -> impl Strategy<Value = Ball> {
     let velocity = prop::option::weighted(0.15, point(1.0));
-    (placement(), material(), rarely(color()), velocity).prop_map(
-        |(placement, material, emission, velocity)| Ball { placement, material, emission, velocity },
-    )
+    let intensity = prop::option::weighted(glows, color());
+    (placement, material(), intensity, velocity).prop_map(|(placement, material, intensity, velocity)| Ball {
+        placement,
+        material,
+        intensity,
+        velocity,
+    })
 }
 
 fn material() -> impl Strategy<Value = Material> {
@@ -172,8 +184,8 @@ impl Draft {
             writeln!(text, "[[sphere]]\ncenter = {}\nradius = {:?}", place(*center), radius * self.unit)
                 .unwrap();
             writeln!(text, "material = {}", material_text(&ball.material)).unwrap();
-            if let Some(emission) = ball.emission {
-                writeln!(text, "emission = {}", array(emission)).unwrap();
+            if let Some(intensity) = ball.intensity {
+                writeln!(text, "emission = {}", array(intensity / (radius * radius))).unwrap();
             }
             if let Some(velocity) = ball.velocity {
                 writeln!(text, "velocity = {}", array(velocity * self.unit)).unwrap();
