@@ -1,16 +1,19 @@
 //! Camera pass: `reference::camera_pass` over batches of pixels.
 //!
-//!     for each batch of 256 pixels (four tiles of 8x8):
-//!         make the rays
-//!         until none is left, at most max_depth times:
-//!             intersect all; shade all: paths that end go to a list, others to the front of the batch
-//!         direct light for all on the list, in full packets
-//!         write two rows per pixel
+//! ```text
+//! for each batch of 256 pixels (four tiles of 8x8):
+//!     make the rays
+//!     until none is left, at most max_depth times:
+//!         intersect all; shade all: paths that end go to a list, others to the front of the batch
+//!     direct light for all on the list, in full packets
+//!     write two rows per pixel
+//! ```
 //!
 //! Pixels are kept in tile order, along the Z curve within a tile: neighbours in memory are neighbours in the
 //! picture, so they see the same things, and gather photons together ([`crate::join`]).
 
-use crate::direct_light::{LightTable, ShadowNumbers, estimate_irradiance};
+use crate::direct_light::{LightTable, Receivers, ShadowNumbers, ShadowRays};
+use crate::hierarchy::Queues;
 use crate::lanes::{Lanes, MOST_LANES, Row};
 use crate::paths::{BATCH, Floats, Packet, Paths, ROOM, Vectors, Words};
 use crate::sampling::{next_uniform, stream_state, uniform_disk, unit, unit_float};
@@ -106,6 +109,8 @@ pub(crate) struct CameraCounts {
 /// Buffers of one batch.
 pub(crate) struct CameraBatch {
     paths: Box<Paths>,
+    queues: Queues,
+    shadows: Box<ShadowRays>,
     ended: Box<Ended>,
     direct: Box<Vectors>,
     numbers: Box<[Floats; DIMENSIONS]>,
@@ -128,6 +133,8 @@ impl CameraBatch {
         let (point, normal, beta) = (vectors.clone(), vectors.clone(), vectors.clone());
         Self {
             paths: Paths::new(),
+            queues: Queues::new(),
+            shadows: Box::new(ShadowRays::new()),
             ended: Box::new(Ended { point, normal, beta, sphere: words, slot: words, count: 0 }),
             direct: Box::new(vectors),
             numbers: Box::new([[0.0; ROOM]; DIMENSIONS]),
@@ -153,11 +160,14 @@ impl CameraPass<'_> {
                 break;
             }
             counts.segments += live as u64;
-            intersect_batch::<L>(self.tables, &mut batch.paths, live);
+            intersect_batch::<L>(self.tables, &mut batch.paths, &mut batch.queues, live);
             live = self.shade::<L>(batch, live);
         }
         end_the_rest::<L>(batch, live);
-        counts.visible_points = self.light_and_write::<L>(batch, rows);
+        if !self.lights.is_empty() {
+            self.light::<L>(batch);
+        }
+        counts.visible_points = self.write::<L>(batch, rows);
         counts
     }
 
@@ -261,9 +271,33 @@ impl CameraPass<'_> {
         }
     }
 
-    /// Direct light on all visible points, then the rows of all pixels; gives the number of visible points.
+    /// Direct light on all visible points.
     #[inline(always)]
-    fn light_and_write<L: Lanes>(&self, batch: &CameraBatch, rows: &mut [PixelRows]) -> u64 {
+    fn light<L: Lanes>(&self, batch: &mut CameraBatch) {
+        let CameraBatch { ended, shadows, queues, numbers, .. } = batch;
+        for at in (0..ended.count).step_by(L::N) {
+            let slots = &ended.slot[at..at + L::N];
+            let [u, v] = dimension::LIGHT_POINT;
+            let numbers = ShadowNumbers {
+                choice: gather::<L>(&numbers[dimension::LIGHT], slots),
+                u: gather::<L>(&numbers[u], slots),
+                v: gather::<L>(&numbers[v], slots),
+            };
+            let sphere = L::load_u(&ended.sphere[at..]);
+            let receivers = Receivers {
+                live: L::first(ended.count - at) & !L::eq(sphere, L::u(NO_SPHERE)),
+                point: ended.point.load::<L>(at),
+                normal: ended.normal.load::<L>(at),
+                sphere,
+            };
+            shadows.aim(at, self.tables, self.lights, &receivers, &numbers);
+        }
+        shadows.follow::<L>(self.tables, &ended.point, &ended.sphere, queues, ended.count);
+    }
+
+    /// The rows of all pixels; gives the number of visible points.
+    #[inline(always)]
+    fn write<L: Lanes>(&self, batch: &CameraBatch, rows: &mut [PixelRows]) -> u64 {
         let ended = &batch.ended;
         let mut visible_points = 0;
         for at in (0..ended.count).step_by(L::N) {
@@ -274,14 +308,8 @@ impl CameraPass<'_> {
             let is_visible = L::first(ended.count - at) & !L::eq(sphere, L::u(NO_SPHERE));
             visible_points += u64::from(L::mask_bits(is_visible).count_ones());
             let mut direct = batch.direct.gather::<L>(slots);
-            if L::any(is_visible) && !self.lights.is_empty() {
-                let [u, v] = dimension::LIGHT_POINT;
-                let numbers = ShadowNumbers {
-                    choice: gather::<L>(&batch.numbers[dimension::LIGHT], slots),
-                    u: gather::<L>(&batch.numbers[u], slots),
-                    v: gather::<L>(&batch.numbers[v], slots),
-                };
-                let e = estimate_irradiance(self.tables, self.lights, point, normal, sphere, &numbers);
+            if !self.lights.is_empty() {
+                let e = batch.shadows.irradiance(at);
                 direct = V3::select(is_visible, direct + beta * e, direct);
             }
             let zero = L::f(0.0);

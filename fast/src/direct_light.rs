@@ -1,9 +1,14 @@
-//! One shadow ray per lane: `reference::direct_light`, in lanes.
+//! One shadow ray per visible point: `reference::direct_light`, over a batch.
+//!
+//!     for each packet: choose a lamp and a point on it; what it may bring; walls in between
+//!     for the batch: balls in between
 
+use crate::hierarchy::{BLOCKED, Queues, Rays};
 use crate::intersect::{RayLanes, from_either_side, from_inside, occluded};
 use crate::lanes::{Lanes, MOST_LANES, Row};
+use crate::paths::{Floats, ROOM, Vectors, Words};
 use crate::sampling::{cosine_hemisphere, uniform_cone};
-use crate::tables::{Shape, Tables};
+use crate::tables::{Shape, Tables, shape};
 use crate::vec3::V3;
 use scene::Still;
 use std::f32::consts::PI;
@@ -17,14 +22,14 @@ pub(crate) struct LightTable {
 }
 
 impl LightTable {
-    pub(crate) fn new(still: &Still, tables: &Tables) -> Self {
+    pub(crate) fn new(still: &Still) -> Self {
         let row = |light: &scene::still::Light| {
             let s = &still.spheres[light.sphere as usize];
             let (c, e) = (s.center, light.radiance);
             Row([c.x, c.y, c.z, s.radius * s.radius, e.x, e.y, e.z, f32::from_bits(light.sphere)])
         };
         let shells = still.lights.entries.iter().enumerate().filter(|(_, light)| light.inside);
-        let shells = shells.map(|(number, light)| (number as u32, tables.shapes[light.sphere as usize]));
+        let shells = shells.map(|(number, light)| (number as u32, shape(still, light.sphere)));
         Self {
             rows: still.lights.entries.iter().map(row).collect(),
             cumulative: still.lights.cumulative.clone(),
@@ -66,38 +71,91 @@ pub(crate) struct ShadowNumbers<L: Lanes> {
     pub(crate) v: L::F,
 }
 
-/// Irradiance straight from the lights at `point` with `normal` on sphere `sphere`.
-#[inline(always)]
-pub(crate) fn estimate_irradiance<L: Lanes>(
-    tables: &Tables,
-    lights: &LightTable,
-    point: V3<L>,
-    normal: V3<L>,
-    sphere: L::U,
-    numbers: &ShadowNumbers<L>,
-) -> V3<L> {
-    let zero = L::f(0.0);
-    let number = choose_light::<L>(&lights.cumulative, numbers.choice);
-    let mut index = [0; MOST_LANES];
-    L::store_u(number, &mut index);
-    let [cx, cy, cz, r2, er, eg, eb, lamp] = L::gather_rows(&lights.rows, &index);
-    let lamp = L::bits(lamp);
-    let (mut direction, mut t, mut weight) = from_outside(V3::new(cx, cy, cz), r2, point, normal, numbers);
-    let mut valid = L::lt(zero, weight) & !L::eq(sphere, lamp);
-    for (shell_number, shape) in &lights.shells {
-        let chosen = L::eq(number, L::u(*shell_number));
-        let within = cosine_hemisphere(normal, numbers.u, numbers.v);
-        let (t_within, is_within) =
-            distance_within(shape, &RayLanes { origin: point, direction: within, leaves: sphere });
-        direction = V3::select(chosen, within, direction);
-        t = L::select(chosen, t_within, t);
-        weight = L::select(chosen, L::f(PI), weight);
-        valid = (chosen & is_within) | (!chosen & valid);
+/// Points that want light.
+pub(crate) struct Receivers<L: Lanes> {
+    /// Which lanes there are.
+    pub(crate) live: L::M,
+    pub(crate) point: V3<L>,
+    pub(crate) normal: V3<L>,
+    pub(crate) sphere: L::U,
+}
+
+/// The shadow rays of a batch.
+pub(crate) struct ShadowRays {
+    direction: Vectors,
+    /// Distance of the lamp; negative for what need not be followed.
+    t: Floats,
+    lamp: Words,
+    /// Irradiance, if nothing is in between.
+    irradiance: Vectors,
+}
+
+impl ShadowRays {
+    pub(crate) fn new() -> Self {
+        Self { direction: Vectors::ZERO, t: [0.0; ROOM], lamp: [0; ROOM], irradiance: Vectors::ZERO }
     }
-    let ray = RayLanes { origin: point, direction, leaves: sphere };
-    let lit = valid & !occluded(&tables.shadow_casters, &ray, t, lamp);
-    let radiance = V3::<L>::new(er, eg, eb).scale(weight);
-    V3::select(lit, radiance, V3::new(zero, zero, zero))
+
+    /// Aims one ray per lane, the rays from `at` on, and follows them as far as walls are concerned.
+    #[inline(always)]
+    pub(crate) fn aim<L: Lanes>(
+        &mut self,
+        at: usize,
+        tables: &Tables,
+        lights: &LightTable,
+        to: &Receivers<L>,
+        numbers: &ShadowNumbers<L>,
+    ) {
+        let zero = L::f(0.0);
+        let &Receivers { live, point, normal, sphere } = to;
+        let number = choose_light::<L>(&lights.cumulative, numbers.choice);
+        let mut index = [0; MOST_LANES];
+        L::store_u(number, &mut index);
+        let [cx, cy, cz, r2, er, eg, eb, lamp] = L::gather_rows(&lights.rows, &index);
+        let lamp = L::bits(lamp);
+        let (mut direction, mut t, mut weight) =
+            from_outside(V3::new(cx, cy, cz), r2, point, normal, numbers);
+        let mut valid = L::lt(zero, weight) & !L::eq(sphere, lamp);
+        for (shell_number, shape) in &lights.shells {
+            let chosen = L::eq(number, L::u(*shell_number));
+            let within = cosine_hemisphere(normal, numbers.u, numbers.v);
+            let (t_within, is_within) =
+                distance_within(shape, &RayLanes { origin: point, direction: within, leaves: sphere });
+            direction = V3::select(chosen, within, direction);
+            t = L::select(chosen, t_within, t);
+            weight = L::select(chosen, L::f(PI), weight);
+            valid = (chosen & is_within) | (!chosen & valid);
+        }
+        let ray = RayLanes { origin: point, direction, leaves: sphere };
+        let lit = live & valid & !occluded(&tables.shadow_casters, &ray, t, lamp);
+        let irradiance = V3::<L>::new(er, eg, eb).scale(weight);
+        self.direction.store(at, direction);
+        L::store(L::select(lit, t, L::f(-1.0)), &mut self.t[at..]);
+        L::store_u(lamp, &mut self.lamp[at..]);
+        self.irradiance.store(at, V3::select(lit, irradiance, V3::new(zero, zero, zero)));
+    }
+
+    /// Follows the first `count` rays, from `points` on `spheres`, as far as balls are concerned.
+    #[inline(always)]
+    pub(crate) fn follow<L: Lanes>(
+        &mut self,
+        tables: &Tables,
+        points: &Vectors,
+        spheres: &Words,
+        queues: &mut Queues,
+        count: usize,
+    ) {
+        let rays =
+            Rays { origin: points, direction: &self.direction, leaves: spheres, passes: &self.lamp, count };
+        tables.hierarchy.occlude::<L>(&tables.surfaces, &rays, queues, &mut self.t);
+    }
+
+    /// The irradiance that the rays from `at` on have brought.
+    #[inline(always)]
+    pub(crate) fn irradiance<L: Lanes>(&self, at: usize) -> V3<L> {
+        let is_blocked = L::eq(L::bits(L::load(&self.t[at..])), L::u(BLOCKED.to_bits()));
+        let zero = L::f(0.0);
+        V3::select(is_blocked, V3::new(zero, zero, zero), self.irradiance.load(at))
+    }
 }
 
 /// Direction in the cone of the lamp, distance to it, and weight: not positive where the lamp does not count.

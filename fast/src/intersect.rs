@@ -94,6 +94,36 @@ pub(crate) fn from_inside<L: Lanes>(e: &Enclosure, ray: &RayLanes<L>) -> L::F {
     L::select(L::lt(zero, b), -power / q, q)
 }
 
+/// As both `from_outside` and `from_either_side`, for lanes that each have a ball of their own: the roots, quotients
+/// and powers of the two are the same but for signs.
+#[inline(always)]
+pub(crate) fn meet<L: Lanes>(
+    origin: V3<L>,
+    direction: V3<L>,
+    leaves: L::M,
+    center: V3<L>,
+    radius_squared: L::F,
+    is_glass: L::M,
+) -> (L::F, L::M) {
+    let zero = L::f(0.0);
+    let f = origin - center;
+    let b = f.dot(direction);
+    let nearest = f - direction.scale(b);
+    let discriminant = radius_squared - nearest.dot(nearest);
+    let in_reach = L::le(zero, discriminant);
+    let plausible = in_reach & (is_glass | L::lt(b, zero));
+    if !L::any(plausible) {
+        return (zero, plausible);
+    }
+    let power = L::select(leaves, zero, f.dot(f) - radius_squared);
+    let (is_outside, is_leaving) = (L::lt(zero, power), L::lt(zero, b));
+    let power = L::select(is_outside | is_glass, power, zero);
+    let q = L::abs(b) + L::sqrt(discriminant);
+    let ratio = L::select(is_leaving, -power, power) / q;
+    let t = L::select(is_glass & !is_leaving & !is_outside, q, ratio);
+    (t, plausible & (!is_glass | L::lt(zero, t)))
+}
+
 /// As `reference::intersect::Chord`.
 #[inline(always)]
 fn chord<L: Lanes>(ball: &Ball, ray: &RayLanes<L>) -> (L::F, L::F, L::F) {

@@ -9,7 +9,9 @@ pub(crate) mod camera_pass;
 mod consolidate;
 mod direct_light;
 mod dispatch;
+mod hierarchy;
 mod intersect;
+mod intersector;
 mod join;
 mod lanes;
 mod paths;
@@ -23,4 +25,6 @@ mod trace;
 mod vec3;
 
 pub use dispatch::LaneKind;
+pub use hierarchy::Search;
+pub use intersector::Intersector;
 pub use sppm::Sppm;

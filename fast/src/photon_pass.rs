@@ -1,10 +1,12 @@
 //! Photon pass: `reference::photon_pass` over batches of photons, up to the deposits that may matter.
 //!
-//!     for each batch of 256 photons:
-//!         emit all
-//!         until none is left, at most max_depth times:
-//!             intersect all
-//!             for each packet: fetch surface and material; deposit; roulette; scatter; survivors to the front
+//! ```text
+//! for each batch of 256 photons:
+//!     emit all
+//!     until none is left, at most max_depth times:
+//!         intersect all
+//!         for each packet: fetch surface and material; deposit; roulette; scatter; survivors to the front
+//! ```
 //!
 //! How it differs from the plain loop, and why:
 //!
@@ -15,6 +17,7 @@
 //!    reach, normals differ little. Such deposits are marked, and the join skips the test.
 
 use crate::direct_light::choose_light;
+use crate::hierarchy::Queues;
 use crate::join::cells::Cells;
 use crate::join::deposits::{Binned, SAFE, bin_shift};
 use crate::join::occupancy::Occupancy;
@@ -94,6 +97,7 @@ pub(crate) fn emission_shifts(seed: u64, iteration: u32) -> [u32; DIMENSIONS] {
 /// Buffers of one batch.
 pub(crate) struct PhotonBatch {
     paths: Box<Paths>,
+    queues: Queues,
     /// The stratified numbers of bounce 0.
     first_bounce: Box<Vectors>,
 }
@@ -107,7 +111,7 @@ pub(crate) struct PhotonCounts {
 
 impl PhotonBatch {
     pub(crate) fn new() -> Self {
-        Self { paths: Paths::new(), first_bounce: Box::new(Vectors::ZERO) }
+        Self { paths: Paths::new(), queues: Queues::new(), first_bounce: Box::new(Vectors::ZERO) }
     }
 }
 
@@ -129,7 +133,7 @@ impl PhotonPass<'_> {
                     break;
                 }
                 counts.segments += live as u64;
-                intersect_batch::<L>(self.tables, &mut batch.paths, live);
+                intersect_batch::<L>(self.tables, &mut batch.paths, &mut batch.queues, live);
                 live = self.bounce::<L>(batch, live, bounce, out, &mut counts);
             }
         }

@@ -1,8 +1,10 @@
 //! A still scene as the kernels read it.
 //!
 //! Two tables of rows of eight words, from which lanes fetch what they hit by loads and a transpose (on the
-//! machines at hand four times faster than eight gathers), and a list of shapes to broadcast.
+//! machines at hand four times faster than eight gathers), a list of shapes to broadcast, and the balls in a hierarchy
+//! if they are many.
 
+use crate::hierarchy::{Hierarchy, Search};
 use crate::lanes::{Lanes, Row};
 use crate::vec3::V3;
 use scene::ray::SphereId;
@@ -52,24 +54,44 @@ pub(crate) struct Tables {
     pub(crate) surfaces: Vec<Row>,
     /// Per material: red, green, blue, index of refraction, kind.
     pub(crate) materials: Vec<Row>,
-    /// What rays may hit, in order of the spheres.
+    /// What rays may hit outside of the hierarchy, in order of the spheres.
     pub(crate) shapes: Vec<Shape>,
-    /// What may stand before a light, in order of the spheres.
+    /// What may stand before a light outside of the hierarchy, in order of the spheres.
     pub(crate) shadow_casters: Vec<Shape>,
+    pub(crate) hierarchy: Hierarchy,
 }
 
 impl Tables {
     pub(crate) fn new(still: &Still) -> Self {
-        let shapes: Vec<Shape> = (0..still.spheres.len() as SphereId).map(|id| shape(still, id)).collect();
+        Self::with_hierarchy(still, Hierarchy::new(still))
+    }
+
+    pub(crate) fn with_search(still: &Still, search: Search) -> Self {
+        Self::with_hierarchy(still, Hierarchy::with_search(still, search))
+    }
+
+    fn with_hierarchy(still: &Still, hierarchy: Hierarchy) -> Self {
+        let is_apart = |role: &Role| matches!(role, Role::Enclosure(_)) || !hierarchy.holds_balls();
+        let ids = (0..still.spheres.len() as SphereId).filter(|id| is_apart(&still.roles[*id as usize]));
+        let shapes: Vec<Shape> = ids.map(|id| shape(still, id)).collect();
         let casts_shadow = |s: &&Shape| !matches!(s, Shape::Enclosure(e) if !e.casts_shadow);
         let shadow_casters = shapes.iter().filter(casts_shadow).copied().collect();
-        let surfaces = still.spheres.iter().zip(&shapes).map(|(s, shape)| surface_row(s, shape)).collect();
+        let surfaces =
+            still.spheres.iter().zip(&still.roles).map(|(s, role)| surface_row(still, s, *role)).collect();
         let materials = still.materials.iter().map(material_row).collect();
-        Self { surfaces, materials, shapes, shadow_casters }
+        Self { surfaces, materials, shapes, shadow_casters, hierarchy }
+    }
+
+    /// Bytes of memory held.
+    pub(crate) fn bytes(&self) -> usize {
+        let rows = size_of_val(&self.surfaces[..]) + size_of_val(&self.materials[..]);
+        let shapes = size_of_val(&self.shapes[..]) + size_of_val(&self.shadow_casters[..]);
+        rows + shapes + self.hierarchy.bytes()
     }
 }
 
-fn shape(still: &Still, id: SphereId) -> Shape {
+/// What the intersection broadcasts of sphere `id`.
+pub(crate) fn shape(still: &Still, id: SphereId) -> Shape {
     let s = &still.spheres[id as usize];
     let ball = Ball { sphere: id, center: s.center, radius_squared: s.radius * s.radius };
     match still.roles[id as usize] {
@@ -79,11 +101,14 @@ fn shape(still: &Still, id: SphereId) -> Shape {
     }
 }
 
-fn surface_row(sphere: &Sphere, shape: &Shape) -> Row {
-    let (a, scale, b, side) = match shape {
-        Shape::Solid(_) => (sphere.center, sphere.radius, scene::Vec3::ZERO, 0),
-        Shape::Glass(_) => (sphere.center, sphere.radius, scene::Vec3::ZERO, tag::GLASS),
-        Shape::Enclosure(e) => (e.anchor, e.minus_inverse_radius, e.offset, tag::ENCLOSURE),
+fn surface_row(still: &Still, sphere: &Sphere, role: Role) -> Row {
+    let (a, scale, b, side) = match role {
+        Role::Solid => (sphere.center, sphere.radius, scene::Vec3::ZERO, 0),
+        Role::Glass => (sphere.center, sphere.radius, scene::Vec3::ZERO, tag::GLASS),
+        Role::Enclosure(e) => {
+            let e = &still.enclosures[e as usize];
+            (e.anchor, e.minus_inverse_radius, e.offset, tag::ENCLOSURE)
+        }
     };
     let glow = if sphere.is_emitter() { tag::EMITTER } else { 0 };
     let tag = f32::from_bits((sphere.material << tag::MATERIAL_SHIFT) | glow | side);

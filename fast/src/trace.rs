@@ -1,5 +1,6 @@
 //! The stage that all paths share: what do the rays of a batch hit?
 
+use crate::hierarchy::{PASSES_NONE, Queues, Rays};
 use crate::intersect::{RayLanes, nearest};
 use crate::lanes::Lanes;
 use crate::paths::Paths;
@@ -7,7 +8,12 @@ use crate::tables::Tables;
 
 /// Fills in distance and sphere of the nearest hit for the first `count` paths.
 #[inline(always)]
-pub(crate) fn intersect_batch<L: Lanes>(tables: &Tables, paths: &mut Paths, count: usize) {
+pub(crate) fn intersect_batch<L: Lanes>(
+    tables: &Tables,
+    paths: &mut Paths,
+    queues: &mut Queues,
+    count: usize,
+) {
     for at in (0..count).step_by(L::N) {
         let ray = RayLanes::<L> {
             origin: paths.origin.load(at),
@@ -18,6 +24,9 @@ pub(crate) fn intersect_batch<L: Lanes>(tables: &Tables, paths: &mut Paths, coun
         L::store(t, &mut paths.t[at..]);
         L::store_u(hit, &mut paths.hit[at..]);
     }
+    let Paths { origin, direction, leaves, t, hit, .. } = paths;
+    let rays = Rays { origin, direction, leaves, passes: &PASSES_NONE, count };
+    tables.hierarchy.nearest::<L>(&tables.surfaces, &rays, queues, t, hit);
 }
 
 /// The spheres hit by `L::N` paths from `at` on, those that escape replaced by sphere 0, which is there to be

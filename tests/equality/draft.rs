@@ -3,6 +3,7 @@
 
 use crate::placement::{Placement, among_others, around_all, log_uniform, point};
 use proptest::prelude::*;
+use scene::settings::RADIUS_RANGE;
 use scene::{Material, Rgb, Scene, Settings, Vec3, file};
 use std::fmt::Write;
 
@@ -56,7 +57,9 @@ impl std::fmt::Debug for Case {
 /// Random scenes of `spheres` spheres, and perhaps up to six around them.
 pub(crate) fn case(spheres: impl Into<prop::collection::SizeRange>) -> impl Strategy<Value = Case> {
     (draft(spheres), settings()).prop_filter_map("the scene is not valid", |(draft, settings)| {
-        let settings = Settings { initial_radius: settings.initial_radius * draft.unit, ..settings };
+        let [low, high] = RADIUS_RANGE;
+        let initial_radius = (settings.initial_radius * draft.unit).clamp(low, high);
+        let settings = Settings { initial_radius, ..settings };
         let text = draft.to_toml();
         let scene = file::parse("random.toml", &text).ok()?;
         Some(Case { text, scene, settings })
@@ -67,7 +70,8 @@ fn settings() -> impl Strategy<Value = Settings> {
     let few = prop_oneof![Just(1), Just(7), 1..255_u32];
     let photons = prop_oneof![1 => few, 1 => 255..=257_u32, 3 => 300..1500_u32, 1 => Just(4097)];
     let depth = prop_oneof![8 => 1..8_u32, 1 => Just(24)];
-    let radius = prop_oneof![1 => log_uniform(1e-3, 300.0), 3 => log_uniform(0.3, 10.0)];
+    let any_radius = log_uniform(1e-15, 1e15);
+    let radius = prop_oneof![1 => any_radius, 4 => log_uniform(1e-3, 300.0), 12 => log_uniform(0.3, 10.0)];
     let size = || prop_oneof![4 => 1..20_u32, 1 => Just(8), 1 => Just(16)];
     (size(), size(), 1..4_u32, photons, depth, radius, any::<u64>()).prop_map(
         |(width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed)| Settings {
@@ -87,7 +91,8 @@ fn draft(spheres: impl Into<prop::collection::SizeRange>) -> impl Strategy<Value
         4 => point(4.0).prop_map(Eye::At),
         1 => (any::<prop::sample::Index>(), point(0.5)).prop_map(|(i, v)| Eye::In(i, v)),
     ];
-    let camera = (eye, point(3.0), 5.0..150.0_f32, rarely(log_uniform(0.01, 1.0)), log_uniform(0.5, 30.0));
+    let fov = prop_oneof![8 => 5.0..150.0_f32, 1 => 0.001..179.9_f32];
+    let camera = (eye, point(3.0), fov, rarely(log_uniform(0.01, 1.0)), log_uniform(0.5, 30.0));
     let shutter = prop_oneof![Just([0.0, 1.0]), Just([0.0, 0.0]), Just([-1.0, 0.5])];
     let unit = prop_oneof![6 => Just(1.0), 1 => log_uniform(1e-4, 1e4)];
     let offset = prop_oneof![6 => Just(Vec3::ZERO), 1 => point(300.0)];
@@ -141,7 +146,8 @@ fn material() -> impl Strategy<Value = Material> {
 
 /// Black, white, any colour, and colours without some channel.
 fn albedo() -> impl Strategy<Value = Rgb> {
-    let channel = || prop_oneof![1 => Just(0.0), 1 => Just(1.0), 4 => 0.0..=1.0_f32];
+    let channel =
+        || prop_oneof![2 => Just(0.0), 2 => Just(1.0), 8 => 0.0..=1.0_f32, 1 => log_uniform(1e-38, 1e-3)];
     prop_oneof![
         1 => Just(Rgb::ZERO),
         2 => Just(Rgb::ONE),
@@ -152,7 +158,7 @@ fn albedo() -> impl Strategy<Value = Rgb> {
 /// Radiance: of any strength, perhaps without some channel.
 fn color() -> impl Strategy<Value = Rgb> {
     let channel = || prop_oneof![1 => Just(0.0), 4 => 0.0..1.0_f32];
-    let strength = prop_oneof![4 => Just(1.0), 1 => log_uniform(1e-6, 1e6)];
+    let strength = prop_oneof![16 => Just(1.0), 3 => log_uniform(1e-6, 1e6), 1 => log_uniform(1e-37, 1e30)];
     ([channel(), channel(), channel()], strength)
         .prop_map(|(color, strength)| Rgb::from_array(color) * strength)
 }

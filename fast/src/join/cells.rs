@@ -71,56 +71,90 @@ impl Cells {
         (x + y * L::u(self.stride_y) + z * L::u(self.stride_z)) & L::u(self.mask)
     }
 
-    /// The cells that a box touches.
+    /// The cells that may hold a point within `reach` of a box.
     #[inline(always)]
-    pub(crate) fn span(self, low: Vec3, high: Vec3) -> Span {
-        let corner = |p: Vec3| [self.coordinate(p.x), self.coordinate(p.y), self.coordinate(p.z)];
-        Span { low: corner(low), high: corner(high) }
+    pub(crate) fn span(self, bounds: &Bounds) -> Span {
+        let (low, high) = (bounds.low - Vec3::splat(bounds.reach), bounds.high + Vec3::splat(bounds.reach));
+        Span {
+            low: [self.coordinate(low.x), self.coordinate(low.y), self.coordinate(low.z)],
+            high: [self.coordinate(high.x), self.coordinate(high.y), self.coordinate(high.z)],
+        }
     }
 
-    /// The first bucket of every row of a span that fits; the row has `span.length()` buckets, in which the last
-    /// bucket is followed by the first.
+    /// The rows of a span that fits, as runs of buckets (in which the last bucket is followed by the first), without
+    /// those cells that lie farther than `reach` from the box.
     #[inline(always)]
-    pub(crate) fn rows(self, span: Span) -> Rows {
-        let mut rows = Rows { first: [0; (WINDOW * WINDOW) as usize], count: 0 };
+    pub(crate) fn rows(self, span: Span, bounds: &Bounds) -> Rows {
+        let (low, high) = (bounds.low * self.inverse_size, bounds.high * self.inverse_size);
+        // Distances in cells, lessened by what the coordinates of points and cells may be rounded by.
+        let rounding = 1e-3 + 1e-6 * low.abs().max(high.abs()).max_element();
+        let reach = bounds.reach * self.inverse_size + rounding;
+        let mut rows = Rows { runs: [Run::default(); (WINDOW * WINDOW) as usize], count: 0 };
         for z in span.low[2]..=span.high[2] {
-            let plane = (span.low[0] as u32).wrapping_add((z as u32).wrapping_mul(self.stride_z));
+            let dz = gap(z, low.z, high.z);
             for y in span.low[1]..=span.high[1] {
-                rows.first[rows.count] =
-                    plane.wrapping_add((y as u32).wrapping_mul(self.stride_y)) & self.mask;
-                rows.count += 1;
+                let dy = gap(y, low.y, high.y);
+                let across = reach * reach - dy * dy - dz * dz;
+                if across >= 0.0 {
+                    let along = across.sqrt() + rounding;
+                    let first = span.low[0].max((low.x - along).floor() as i32);
+                    let last = span.high[0].min((high.x + along).floor() as i32);
+                    let row = (y as u32)
+                        .wrapping_mul(self.stride_y)
+                        .wrapping_add((z as u32).wrapping_mul(self.stride_z));
+                    let bucket = (first as u32).wrapping_add(row) & self.mask;
+                    rows.runs[rows.count] = Run { bucket, length: (last - first + 1).max(0) as u32 };
+                    rows.count += 1;
+                }
             }
         }
         rows
     }
 }
 
+/// A box of points and the distance within which photons matter to them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bounds {
+    pub(crate) low: Vec3,
+    pub(crate) high: Vec3,
+    pub(crate) reach: f32,
+}
+
+/// Consecutive buckets.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Run {
+    pub(crate) bucket: u32,
+    pub(crate) length: u32,
+}
+
 /// The rows of a span.
 pub(crate) struct Rows {
-    first: [u32; (WINDOW * WINDOW) as usize],
+    runs: [Run; (WINDOW * WINDOW) as usize],
     count: usize,
 }
 
 impl Rows {
-    /// Their first buckets.
+    /// Their buckets.
     #[inline(always)]
-    pub(crate) fn first_buckets(&self) -> &[u32] {
-        &self.first[..self.count]
+    pub(crate) fn runs(&self) -> &[Run] {
+        &self.runs[..self.count]
     }
 }
 
 impl Span {
-    /// Cells of a row.
-    #[inline(always)]
-    pub(crate) fn length(self) -> u32 {
-        (self.high[0] - self.low[0]) as u32 + 1
-    }
-
     /// True if the span is within the window.
     #[inline(always)]
     pub(crate) fn fits(self) -> bool {
         (0..3).all(|axis| i64::from(self.high[axis]) - i64::from(self.low[axis]) < i64::from(WINDOW))
     }
+}
+
+/// Distance of the cell that begins at `cell` from an interval, in cells.
+#[inline(always)]
+fn gap(cell: i32, low: f32, high: f32) -> f32 {
+    let below = low - (cell as f32 + 1.0);
+    let above = cell as f32 - high;
+    below.max(above).max(0.0)
 }
 
 /// True if no two rows of a window, each of its length, share a bucket.

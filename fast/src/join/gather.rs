@@ -1,5 +1,6 @@
 //! The two loops of the join: many points against one photon, and one point against many photons.
 
+use super::cells::Run;
 use super::deposits::{SAFE, Sorted};
 use super::{GROUP, JoinCounts, safe_surface};
 use crate::camera_pass::PixelRows;
@@ -34,11 +35,11 @@ impl Sums {
 }
 
 impl Sorted {
-    /// The runs of records in `length` buckets from `first` on: two where the last bucket is passed.
+    /// The photons of some buckets: in two ranges, where the last bucket is passed.
     #[inline(always)]
-    pub(crate) fn runs(&self, first: u32, length: u32) -> [Range<usize>; 2] {
+    pub(crate) fn photons(&self, run: Run) -> [Range<usize>; 2] {
         let buckets = self.starts.len() - 1;
-        let (first, end) = (first as usize, first as usize + length as usize);
+        let (first, end) = (run.bucket as usize, run.bucket as usize + run.length as usize);
         let start = |bucket: usize| self.starts[bucket] as usize;
         if end <= buckets {
             [start(first)..start(end), 0..0]
@@ -153,8 +154,8 @@ impl<'a, L: Lanes> Gathering<'a, L> {
                 if !is_safe {
                     let [wx, wy, wz, _] = self.sorted.directions[index];
                     let wi = V3::splat(Vec3::new(wx, wy, wz));
-                    let is_safe = L::eq(part.safe, L::u(surface.to_bits()));
-                    counts = counts & (is_safe | L::lt(L::f(0.0), wi.dot(part.normal)));
+                    let own = L::eq(part.safe, L::u(surface.to_bits()));
+                    counts = counts & (own | L::lt(L::f(0.0), wi.dot(part.normal)));
                 }
                 self.m[k] = L::add_where(counts, self.m[k], L::u(1));
                 for channel in 0..3 {

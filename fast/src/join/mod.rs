@@ -1,10 +1,12 @@
 //! The join: which photons count at which visible points, and what they bring.
 //!
-//!     for each group of 16 pixels (a block of 4x4):
-//!         if the group's visible points, with their radii, fit into a window of cells:
-//!             for each row of cells, for each photon of the row: test it against all 16 points at once
-//!         else, for each point, for each row of its own cells: test it against 8 or 16 photons at once
-//!         consolidate
+//! ```text
+//! for each group of 16 pixels (a block of 4x4):
+//!     if the group's visible points, with their radii, fit into a window of cells:
+//!         for each row of cells, for each photon of the row: test it against all 16 points at once
+//!     else, for each point, for each row of its own cells: test it against 8 or 16 photons at once
+//!     consolidate
+//! ```
 //!
 //! How it differs from the reference's hash grid, and why:
 //!
@@ -21,7 +23,8 @@ pub(crate) mod gather;
 pub(crate) mod occupancy;
 
 use crate::camera_pass::PixelRows;
-use cells::Cells;
+use crate::lanes::{Lanes, Row};
+use cells::{Bounds, Cells};
 use deposits::{SAFE, Sorted};
 use gather::{Group, Sums};
 use occupancy::Occupancy;
@@ -36,45 +39,41 @@ const WIDENED: f32 = 1.0 + 1.0 / 1_048_576.0;
 
 /// The search radius of a pixel, for looking up cells.
 #[inline(always)]
-fn reach(pixel: &crate::lanes::Row) -> f32 {
+fn reach(pixel: &Row) -> f32 {
     pixel.0[7].sqrt() * WIDENED
 }
 
-/// Where a pixel's visible point is, if it has one.
+/// Where a pixel's visible point is and how far it gathers, if it has one.
 #[inline(always)]
-fn point_of(rows: &PixelRows) -> Option<Vec3> {
+fn bounds_of_one(rows: &PixelRows, pixel: &Row) -> Option<Bounds> {
     let [x, y, z, sphere, ..] = rows.visible.0;
-    (sphere.to_bits() != NO_SPHERE).then_some(Vec3::new(x, y, z))
+    let point = Vec3::new(x, y, z);
+    (sphere.to_bits() != NO_SPHERE).then(|| Bounds { low: point, high: point, reach: reach(pixel) })
 }
 
-/// The box around the spheres of search of some pixels; `None` if none has a visible point.
+/// The same of some pixels; `None` if none has a visible point.
 #[inline(always)]
-fn bounds(rows: &[PixelRows], pixels: &[crate::lanes::Row]) -> Option<(Vec3, Vec3)> {
-    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+fn bounds_of_all(rows: &[PixelRows], pixels: &[Row]) -> Option<Bounds> {
+    let mut all = Bounds { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY, reach: 0.0 };
     for (row, pixel) in rows.iter().zip(pixels) {
-        if let Some(point) = point_of(row) {
-            let reach = Vec3::splat(reach(pixel));
-            (low, high) = (low.min(point - reach), high.max(point + reach));
+        if let Some(one) = bounds_of_one(row, pixel) {
+            let (low, high) = (all.low.min(one.low), all.high.max(one.high));
+            all = Bounds { low, high, reach: all.reach.max(one.reach) };
         }
     }
-    (low.x <= high.x).then_some((low, high))
+    (all.reach > 0.0).then_some(all)
 }
 
 /// Marks the cells that a group's visible points reach.
-pub(crate) fn mark(occupancy: &mut Occupancy, rows: &[PixelRows], pixels: &[crate::lanes::Row]) {
-    let Some((low, high)) = bounds(rows, pixels) else {
+pub(crate) fn mark(occupancy: &mut Occupancy, rows: &[PixelRows], pixels: &[Row]) {
+    let Some(all) = bounds_of_all(rows, pixels) else {
         return;
     };
-    let span = occupancy.cells().span(low, high);
-    if span.fits() {
-        occupancy.mark(span);
+    if occupancy.mark(&all) {
         return;
     }
-    for (row, pixel) in rows.iter().zip(pixels) {
-        if let Some(point) = point_of(row) {
-            let reach = Vec3::splat(reach(pixel));
-            occupancy.mark(occupancy.cells().span(point - reach, point + reach));
-        }
+    for one in rows.iter().zip(pixels).filter_map(|(row, pixel)| bounds_of_one(row, pixel)) {
+        occupancy.mark(&one);
     }
 }
 
@@ -87,36 +86,34 @@ pub(crate) struct JoinCounts {
 
 /// Adds up the photons that count at each pixel of a group.
 #[inline(always)]
-pub(crate) fn gather_group<L: crate::lanes::Lanes>(
+pub(crate) fn gather_group<L: Lanes>(
     sorted: &Sorted,
     cells: Cells,
     rows: &[PixelRows],
-    pixels: &[crate::lanes::Row],
+    pixels: &[Row],
     sums: &mut Sums,
     counts: &mut JoinCounts,
 ) {
-    let Some((low, high)) = bounds(rows, pixels) else {
+    let Some(all) = bounds_of_all(rows, pixels) else {
         return;
     };
-    let span = cells.span(low, high);
+    let span = cells.span(&all);
     if span.fits() {
         let group = Group::<L>::new(rows, pixels);
         let mut gathering = gather::Gathering::new(&group, sorted, sums, counts);
-        for first in cells.rows(span).first_buckets() {
-            for run in sorted.runs(*first, span.length()) {
+        for row in cells.rows(span, &all).runs() {
+            for run in sorted.photons(*row) {
                 gathering.take(run);
             }
         }
         gathering.finish();
         return;
     }
-    for (lane, (row, pixel)) in rows.iter().zip(pixels).enumerate() {
-        if let Some(point) = point_of(row) {
-            let reach = Vec3::splat(reach(pixel));
-            let span = cells.span(point - reach, point + reach);
-            for first in cells.rows(span).first_buckets() {
-                for run in sorted.runs(*first, span.length()) {
-                    gather::single::<L>(sorted, run, row, pixel.0[7], &mut sums.lane(lane), counts);
+    for (lane, (rows, pixel)) in rows.iter().zip(pixels).enumerate() {
+        if let Some(one) = bounds_of_one(rows, pixel) {
+            for row in cells.rows(cells.span(&one), &one).runs() {
+                for run in sorted.photons(*row) {
+                    gather::single::<L>(sorted, run, rows, pixel.0[7], &mut sums.lane(lane), counts);
                 }
             }
         }

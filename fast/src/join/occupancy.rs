@@ -1,6 +1,6 @@
 //! Where visible points are: a bit per bucket of coarse cells, by which most photons that nobody sees are dropped.
 
-use super::cells::{Cells, Span};
+use super::cells::{Bounds, Cells};
 use crate::lanes::Lanes;
 use crate::vec3::V3;
 
@@ -19,19 +19,19 @@ impl Occupancy {
         Self { cells: Cells::new(size, BITS), words: vec![0; BITS / 32] }
     }
 
-    /// The map of points to cells.
-    pub(crate) fn cells(&self) -> Cells {
-        self.cells
-    }
-
-    /// Marks all cells of a span.
-    pub(crate) fn mark(&mut self, span: Span) {
-        for first in self.cells.rows(span).first_buckets() {
-            for i in 0..span.length() {
-                let bucket = first.wrapping_add(i) & self.cells.mask;
+    /// Marks the cells within reach of a box, if they fit into a window; else does nothing and gives false.
+    pub(crate) fn mark(&mut self, bounds: &Bounds) -> bool {
+        let span = self.cells.span(bounds);
+        if !span.fits() {
+            return false;
+        }
+        for run in self.cells.rows(span, bounds).runs() {
+            for i in 0..run.length {
+                let bucket = run.bucket.wrapping_add(i) & self.cells.mask;
                 self.words[(bucket / 32) as usize] |= 1 << (bucket % 32);
             }
         }
+        true
     }
 
     /// Takes over the marks of another map of the same cells.

@@ -5,7 +5,7 @@ use super::{Lanes, Row};
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-/// The back end. To be used only where [`crate::dispatch`] has found AVX2.
+/// The back end. To be used only where [`crate::dispatch`] has found AVX2 and FMA.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx2;
 
@@ -147,6 +147,7 @@ pub(super) fn load_row(row: &Row) -> __m256 {
 
 impl Lanes for Avx2 {
     const N: usize = N;
+    type Eight = Self;
     type F = F;
     type U = U;
     type M = M;
@@ -175,6 +176,18 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn abs(v: F) -> F {
         F(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), v.0) })
+    }
+    #[inline(always)]
+    fn max(a: F, b: F) -> F {
+        F(unsafe { _mm256_max_ps(a.0, b.0) })
+    }
+    #[inline(always)]
+    fn min(a: F, b: F) -> F {
+        F(unsafe { _mm256_min_ps(a.0, b.0) })
+    }
+    #[inline(always)]
+    fn fused(a: F, b: F, c: F) -> F {
+        F(unsafe { _mm256_fmadd_ps(a.0, b.0, c.0) })
     }
     #[inline(always)]
     fn floor(v: F) -> F {

@@ -5,7 +5,7 @@ use super::{Lanes, Row, avx2};
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-/// The back end. To be used only where [`crate::dispatch`] has found AVX-512 F, BW, DQ and VL.
+/// The back end. To be used only where [`crate::dispatch`] has found AVX-512 F, BW, DQ and VL, and all of AVX2.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx512;
 
@@ -105,6 +105,7 @@ fn columns(rows: [&Row; 16]) -> [F; 8] {
 
 impl Lanes for Avx512 {
     const N: usize = N;
+    type Eight = avx2::Avx2;
     type F = F;
     type U = U;
     type M = M;
@@ -133,6 +134,18 @@ impl Lanes for Avx512 {
     #[inline(always)]
     fn abs(v: F) -> F {
         F(unsafe { _mm512_abs_ps(v.0) })
+    }
+    #[inline(always)]
+    fn max(a: F, b: F) -> F {
+        F(unsafe { _mm512_max_ps(a.0, b.0) })
+    }
+    #[inline(always)]
+    fn min(a: F, b: F) -> F {
+        F(unsafe { _mm512_min_ps(a.0, b.0) })
+    }
+    #[inline(always)]
+    fn fused(a: F, b: F, c: F) -> F {
+        F(unsafe { _mm512_fmadd_ps(a.0, b.0, c.0) })
     }
     #[inline(always)]
     fn floor(v: F) -> F {

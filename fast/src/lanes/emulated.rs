@@ -64,6 +64,7 @@ impl Not for M {
 
 impl Lanes for Emulated {
     const N: usize = N;
+    type Eight = Self;
     type F = F;
     type U = U;
     type M = M;
@@ -87,6 +88,18 @@ impl Lanes for Emulated {
     #[inline(always)]
     fn abs(v: F) -> F {
         F(v.0.map(f32::abs))
+    }
+    #[inline(always)]
+    fn max(a: F, b: F) -> F {
+        F(from_fn(|k| if a.0[k] > b.0[k] { a.0[k] } else { b.0[k] }))
+    }
+    #[inline(always)]
+    fn min(a: F, b: F) -> F {
+        F(from_fn(|k| if a.0[k] < b.0[k] { a.0[k] } else { b.0[k] }))
+    }
+    #[inline(always)]
+    fn fused(a: F, b: F, c: F) -> F {
+        a * b + c
     }
     #[inline(always)]
     fn floor(v: F) -> F {

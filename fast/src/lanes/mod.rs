@@ -28,6 +28,8 @@ pub(crate) struct Row(pub(crate) [f32; 8]);
 pub(crate) trait Lanes: Copy + Send + Sync + 'static {
     /// How many lanes there are: 8 or 16.
     const N: usize;
+    /// Eight lanes, for what comes in eights.
+    type Eight: Lanes;
     /// `f32` lanes.
     type F: Copy
         + Add<Output = Self::F>
@@ -55,6 +57,12 @@ pub(crate) trait Lanes: Copy + Send + Sync + 'static {
     fn sqrt(v: Self::F) -> Self::F;
     /// Absolute value.
     fn abs(v: Self::F) -> Self::F;
+    /// `if a > b { a } else { b }`.
+    fn max(a: Self::F, b: Self::F) -> Self::F;
+    /// `if a < b { a } else { b }`.
+    fn min(a: Self::F, b: Self::F) -> Self::F;
+    /// `a * b + c`, rounded once or twice, as the processor likes it: for bounds with slack, never for the image.
+    fn fused(a: Self::F, b: Self::F, c: Self::F) -> Self::F;
     /// Largest whole number not above (for |v| < 2^31).
     fn floor(v: Self::F) -> Self::F;
     /// `a < b`, false for NaN.

@@ -1,0 +1,93 @@
+//! Balls in leaves of eight, side by side in space.
+//!
+//! Both searches end in the same leaves, and both want them full and compact. Splitting at the median of the longest
+//! axis, with the left side a whole number of subtrees, gives a complete tree: all leaves but the last are full, and
+//! no node needs to say where its children are.
+
+use super::GLASS;
+use rayon::join;
+use scene::Vec3;
+
+/// Balls of a leaf, and children of a node.
+pub(crate) const WIDTH: usize = 8;
+/// From so many balls on, the halves of a split are worth a thread each.
+const WORTH_A_THREAD: usize = 1 << 12;
+
+/// A ball before it comes into a leaf.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ball {
+    pub(crate) center: Vec3,
+    pub(crate) radius: f32,
+    /// The sphere's id, and perhaps [`GLASS`].
+    pub(crate) word: u32,
+}
+
+/// Eight balls, structure of arrays. Places left over at the end have a squared radius of minus infinity: never hit.
+#[derive(Clone, Debug)]
+#[repr(C, align(32))]
+pub(crate) struct Leaf {
+    pub(crate) x: [f32; WIDTH],
+    pub(crate) y: [f32; WIDTH],
+    pub(crate) z: [f32; WIDTH],
+    pub(crate) radius_squared: [f32; WIDTH],
+    /// The spheres' ids, and perhaps [`GLASS`].
+    pub(crate) words: [u32; WIDTH],
+}
+
+impl Leaf {
+    pub(crate) fn new(balls: &[Ball]) -> Self {
+        let (zero, nothing) = ([0.0; WIDTH], [f32::NEG_INFINITY; WIDTH]);
+        let mut leaf = Self { x: zero, y: zero, z: zero, radius_squared: nothing, words: [0; WIDTH] };
+        for (k, ball) in balls.iter().enumerate() {
+            (leaf.x[k], leaf.y[k], leaf.z[k]) = ball.center.into();
+            leaf.radius_squared[k] = ball.radius * ball.radius;
+            leaf.words[k] = ball.word;
+        }
+        leaf
+    }
+
+    /// The sphere in place `k`.
+    #[inline(always)]
+    pub(crate) fn sphere(&self, k: usize) -> u32 {
+        self.words[k] & !GLASS
+    }
+}
+
+/// Orders balls such that each aligned run of 8, 64, 512, ... is compact.
+pub(crate) fn arrange(balls: &mut [Ball]) {
+    let mut unit = WIDTH;
+    while unit < balls.len() {
+        unit *= WIDTH;
+    }
+    arrange_in_units(balls, unit);
+}
+
+/// As [`arrange`], where runs of `unit` balls become the children of one node.
+fn arrange_in_units(balls: &mut [Ball], unit: usize) {
+    if balls.len() <= WIDTH {
+        return;
+    }
+    let units = balls.len().div_ceil(unit);
+    if units == 1 {
+        return arrange_in_units(balls, unit / WIDTH);
+    }
+    let axis = longest_axis(balls);
+    let left = units / 2 * unit;
+    balls.select_nth_unstable_by(left, |a, b| a.center[axis].total_cmp(&b.center[axis]));
+    let (left, right) = balls.split_at_mut(left);
+    if left.len() < WORTH_A_THREAD {
+        arrange_in_units(left, unit);
+        arrange_in_units(right, unit);
+    } else {
+        join(|| arrange_in_units(left, unit), || arrange_in_units(right, unit));
+    }
+}
+
+/// The axis along which the centres spread widest.
+fn longest_axis(balls: &[Ball]) -> usize {
+    let (mut low, mut high) = (balls[0].center, balls[0].center);
+    for ball in balls {
+        (low, high) = (low.min(ball.center), high.max(ball.center));
+    }
+    (high - low).max_position()
+}

@@ -1,0 +1,118 @@
+//! The engine's ray queries by themselves, for tests and benches.
+
+use crate::dispatch::{Kernel, LaneKind, dispatch};
+use crate::hierarchy::{BLOCKED, Queues, Rays, Search};
+use crate::intersect::{RayLanes, occluded};
+use crate::lanes::Lanes;
+use crate::paths::{BATCH, Paths, ROOM, Words};
+use crate::tables::Tables;
+use crate::trace::intersect_batch;
+use scene::ray::SphereId;
+use scene::{Ray, Still};
+
+/// What rays meet in a still, found as the passes find it: in batches, on any lanes.
+pub struct Intersector {
+    tables: Tables,
+    lanes: LaneKind,
+}
+
+impl Intersector {
+    /// As the renderer would search this still.
+    pub fn new(still: &Still, lanes: LaneKind) -> Self {
+        Self { tables: Tables::new(still), lanes }
+    }
+
+    /// With the given search, however many balls there are.
+    pub fn with_search(still: &Still, lanes: LaneKind, search: Search) -> Self {
+        Self { tables: Tables::with_search(still, search), lanes }
+    }
+
+    /// Bytes held beside the still.
+    pub fn bytes(&self) -> usize {
+        self.tables.bytes()
+    }
+
+    /// Distance and sphere of each ray's nearest hit; an infinite distance where there is none.
+    pub fn nearest(&self, rays: &[Ray]) -> Vec<(f32, SphereId)> {
+        dispatch(self.lanes, Nearest { tables: &self.tables, rays })
+    }
+
+    /// Which rays meet a surface other than `light` nearer than `t`; one of each per ray.
+    pub fn occluded(&self, rays: &[Ray], t: &[f32], lights: &[SphereId]) -> Vec<bool> {
+        dispatch(self.lanes, Occluded { tables: &self.tables, rays, t, lights })
+    }
+}
+
+struct Nearest<'a> {
+    tables: &'a Tables,
+    rays: &'a [Ray],
+}
+
+impl Kernel for Nearest<'_> {
+    type Output = Vec<(f32, SphereId)>;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let (mut paths, mut queues) = (Paths::new(), Queues::new());
+        let mut found = Vec::with_capacity(self.rays.len());
+        for rays in self.rays.chunks(BATCH) {
+            fill(&mut paths, rays);
+            intersect_batch::<L>(self.tables, &mut paths, &mut queues, rays.len());
+            found.extend(paths.t.iter().copied().zip(paths.hit).take(rays.len()));
+        }
+        found
+    }
+}
+
+struct Occluded<'a> {
+    tables: &'a Tables,
+    rays: &'a [Ray],
+    t: &'a [f32],
+    lights: &'a [SphereId],
+}
+
+impl Kernel for Occluded<'_> {
+    type Output = Vec<bool>;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let (mut paths, mut queues) = (Paths::new(), Queues::new());
+        let mut lights: Words = [0; ROOM];
+        let mut found = Vec::with_capacity(self.rays.len());
+        let chunks = self.rays.chunks(BATCH).zip(self.t.chunks(BATCH)).zip(self.lights.chunks(BATCH));
+        for ((rays, t), some_lights) in chunks {
+            fill(&mut paths, rays);
+            paths.t[..t.len()].copy_from_slice(t);
+            lights[..t.len()].copy_from_slice(some_lights);
+            occlude_batch::<L>(self.tables, &mut paths, &lights, &mut queues, t.len());
+            found.extend(paths.t[..t.len()].iter().map(|t| *t == BLOCKED));
+        }
+        found
+    }
+}
+
+#[inline(always)]
+fn occlude_batch<L: Lanes>(
+    tables: &Tables,
+    paths: &mut Paths,
+    lights: &Words,
+    queues: &mut Queues,
+    count: usize,
+) {
+    let Paths { origin, direction, leaves, t, .. } = paths;
+    for at in (0..count).step_by(L::N) {
+        let leaves = L::load_u(&leaves[at..]);
+        let ray = RayLanes::<L> { origin: origin.load(at), direction: direction.load(at), leaves };
+        let (limit, light) = (L::load(&t[at..]), L::load_u(&lights[at..]));
+        let blocked = occluded(&tables.shadow_casters, &ray, limit, light);
+        L::store(L::select(blocked, L::f(BLOCKED), limit), &mut t[at..]);
+    }
+    let rays = Rays { origin, direction, leaves, passes: lights, count };
+    tables.hierarchy.occlude::<L>(&tables.surfaces, &rays, queues, t);
+}
+
+fn fill(paths: &mut Paths, rays: &[Ray]) {
+    for (k, ray) in rays.iter().enumerate() {
+        (paths.origin.x[k], paths.origin.y[k], paths.origin.z[k]) = ray.origin.into();
+        (paths.direction.x[k], paths.direction.y[k], paths.direction.z[k]) = ray.direction.into();
+        paths.leaves[k] = ray.leaves;
+    }
+}
