@@ -397,7 +397,7 @@ const NUMBERS: &[Case<'static>] = &[
     ),
     (
         &[("width = 64", "height = 600000\n\nwidth = 600000")],
-        "10:9: width 600000 x height 600000 is 360000000000 pixels and would need 42915.3 GiB; at most 268435456 pixels are rendered",
+        "10:9: width 600000 x height 600000 is 360000000000 pixels and would need 85830.7 GiB; at most 268435456 pixels are rendered",
     ),
     (
         &[("target = [0, 0, 0]", "target = [0, 0, 10]")],

@@ -1,8 +1,9 @@
 //! Random scenes as drafts: written as a scene file and read by `scene::file`, so that what is rendered is what a
 //! user could render, and a scene that fails can be kept as it is.
 
-use crate::placement::{Placement, log_uniform, placement, point};
+use crate::placement::{Placement, among_others, around_all, log_uniform, point};
 use proptest::prelude::*;
+use scene::settings::RADIUS_RANGE;
 use scene::{Material, Rgb, Scene, Settings, Vec3, file};
 use std::fmt::Write;
 
@@ -16,6 +17,7 @@ struct Draft {
     focus: f32,
     shutter: [f32; 2],
     background: Option<Rgb>,
+    /// In the order of the file.
     spheres: Vec<Ball>,
     /// Everything is so many times as large, and moved.
     unit: f32,
@@ -33,7 +35,8 @@ enum Eye {
 struct Ball {
     placement: Placement,
     material: Material,
-    emission: Option<Rgb>,
+    /// Radiance times the square of the radius: a lamp of any size has its share of the photons.
+    intensity: Option<Rgb>,
     velocity: Option<Vec3>,
 }
 
@@ -51,10 +54,12 @@ impl std::fmt::Debug for Case {
     }
 }
 
-/// Random scenes of `spheres` spheres.
+/// Random scenes of `spheres` spheres, and perhaps up to six around them.
 pub(crate) fn case(spheres: impl Into<prop::collection::SizeRange>) -> impl Strategy<Value = Case> {
     (draft(spheres), settings()).prop_filter_map("the scene is not valid", |(draft, settings)| {
-        let settings = Settings { initial_radius: settings.initial_radius * draft.unit, ..settings };
+        let [low, high] = RADIUS_RANGE;
+        let initial_radius = (settings.initial_radius * draft.unit).clamp(low, high);
+        let settings = Settings { initial_radius, ..settings };
         let text = draft.to_toml();
         let scene = file::parse("random.toml", &text).ok()?;
         Some(Case { text, scene, settings })
@@ -62,10 +67,13 @@ pub(crate) fn case(spheres: impl Into<prop::collection::SizeRange>) -> impl Stra
 }
 
 fn settings() -> impl Strategy<Value = Settings> {
-    let photons = prop_oneof![Just(1), Just(7), Just(255), Just(256), Just(257), 1..600_u32, Just(4097)];
+    let few = prop_oneof![Just(1), Just(7), 1..255_u32];
+    let photons = prop_oneof![1 => few, 1 => 255..=257_u32, 3 => 300..1500_u32, 1 => Just(4097)];
     let depth = prop_oneof![8 => 1..8_u32, 1 => Just(24)];
+    let any_radius = log_uniform(1e-15, 1e15);
+    let radius = prop_oneof![1 => any_radius, 4 => log_uniform(1e-3, 300.0), 12 => log_uniform(0.3, 10.0)];
     let size = || prop_oneof![4 => 1..20_u32, 1 => Just(8), 1 => Just(16)];
-    (size(), size(), 1..4_u32, photons, depth, log_uniform(1e-3, 300.0), any::<u64>()).prop_map(
+    (size(), size(), 1..4_u32, photons, depth, radius, any::<u64>()).prop_map(
         |(width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed)| Settings {
             width,
             height,
@@ -83,11 +91,16 @@ fn draft(spheres: impl Into<prop::collection::SizeRange>) -> impl Strategy<Value
         4 => point(4.0).prop_map(Eye::At),
         1 => (any::<prop::sample::Index>(), point(0.5)).prop_map(|(i, v)| Eye::In(i, v)),
     ];
-    let camera = (eye, point(3.0), 5.0..150.0_f32, rarely(log_uniform(0.01, 1.0)), log_uniform(0.5, 30.0));
+    let fov = prop_oneof![8 => 5.0..150.0_f32, 1 => 0.001..179.9_f32];
+    let camera = (eye, point(3.0), fov, rarely(log_uniform(0.01, 1.0)), log_uniform(0.5, 30.0));
     let shutter = prop_oneof![Just([0.0, 1.0]), Just([0.0, 0.0]), Just([-1.0, 0.5])];
     let unit = prop_oneof![6 => Just(1.0), 1 => log_uniform(1e-4, 1e4)];
     let offset = prop_oneof![6 => Just(Vec3::ZERO), 1 => point(300.0)];
-    let spheres = prop::collection::vec(ball(), spheres);
+    let room = prop::collection::vec(ball(around_all(), 0.1), 0..=6);
+    let things = prop::collection::vec(ball(among_others(), 0.3), spheres);
+    let spheres = (room, things, any::<bool>()).prop_map(|(room, things, room_first)| {
+        if room_first { [room, things].concat() } else { [things, room].concat() }
+    });
     (camera, shutter, rarely(color()), spheres, unit, offset).prop_map(
         |((eye, target, fov, aperture, focus), shutter, background, spheres, unit, offset)| Draft {
             eye,
@@ -111,11 +124,15 @@ where
     prop::option::weighted(0.25, what)
 }
 
-fn ball() -> impl Strategy<Value = Ball> {
+fn ball(placement: impl Strategy<Value = Placement>, glows: f64) -> impl Strategy<Value = Ball> {
     let velocity = prop::option::weighted(0.15, point(1.0));
-    (placement(), material(), rarely(color()), velocity).prop_map(
-        |(placement, material, emission, velocity)| Ball { placement, material, emission, velocity },
-    )
+    let intensity = prop::option::weighted(glows, color());
+    (placement, material(), intensity, velocity).prop_map(|(placement, material, intensity, velocity)| Ball {
+        placement,
+        material,
+        intensity,
+        velocity,
+    })
 }
 
 fn material() -> impl Strategy<Value = Material> {
@@ -129,7 +146,8 @@ fn material() -> impl Strategy<Value = Material> {
 
 /// Black, white, any colour, and colours without some channel.
 fn albedo() -> impl Strategy<Value = Rgb> {
-    let channel = || prop_oneof![1 => Just(0.0), 1 => Just(1.0), 4 => 0.0..=1.0_f32];
+    let channel =
+        || prop_oneof![2 => Just(0.0), 2 => Just(1.0), 8 => 0.0..=1.0_f32, 1 => log_uniform(1e-38, 1e-3)];
     prop_oneof![
         1 => Just(Rgb::ZERO),
         2 => Just(Rgb::ONE),
@@ -140,7 +158,7 @@ fn albedo() -> impl Strategy<Value = Rgb> {
 /// Radiance: of any strength, perhaps without some channel.
 fn color() -> impl Strategy<Value = Rgb> {
     let channel = || prop_oneof![1 => Just(0.0), 4 => 0.0..1.0_f32];
-    let strength = prop_oneof![4 => Just(1.0), 1 => log_uniform(1e-6, 1e6)];
+    let strength = prop_oneof![16 => Just(1.0), 3 => log_uniform(1e-6, 1e6), 1 => log_uniform(1e-37, 1e30)];
     ([channel(), channel(), channel()], strength)
         .prop_map(|(color, strength)| Rgb::from_array(color) * strength)
 }
@@ -172,8 +190,8 @@ impl Draft {
             writeln!(text, "[[sphere]]\ncenter = {}\nradius = {:?}", place(*center), radius * self.unit)
                 .unwrap();
             writeln!(text, "material = {}", material_text(&ball.material)).unwrap();
-            if let Some(emission) = ball.emission {
-                writeln!(text, "emission = {}", array(emission)).unwrap();
+            if let Some(intensity) = ball.intensity {
+                writeln!(text, "emission = {}", array(intensity / (radius * radius))).unwrap();
             }
             if let Some(velocity) = ball.velocity {
                 writeln!(text, "velocity = {}", array(velocity * self.unit)).unwrap();

@@ -40,30 +40,32 @@ pub(crate) fn tell(cases: usize, what: &str) {
 
 /// Expects equality, and gives the number of renders that were compared with the reference.
 pub(crate) fn assert_equal(scene: &Scene, settings: &Settings, ways: &[Way]) -> usize {
-    if let Some(difference) = first_difference(scene, settings, ways) {
-        panic!("{}, {settings:?}: {difference}", scene.name);
+    match compare(scene, settings, ways) {
+        Ok(_) => ways.len(),
+        Err(difference) => panic!("{}, {settings:?}: {difference}", scene.name),
     }
-    ways.len()
 }
 
-/// Iterates all in step and describes the first difference from the reference.
-pub(crate) fn first_difference(scene: &Scene, settings: &Settings, ways: &[Way]) -> Option<String> {
+/// Iterates all in step. Gives the reference's account, or describes the first difference from the reference.
+pub(crate) fn compare(scene: &Scene, settings: &Settings, ways: &[Way]) -> Result<Stats, String> {
     settings.validate().unwrap();
     let mut reference = reference::Sppm::new(scene, settings);
     let mut others: Vec<(Way, fast::Sppm)> =
         ways.iter().map(|way| (*way, start(scene, settings, *way))).collect();
-    (0..settings.iterations).find_map(|iteration| {
+    for iteration in 0..settings.iterations {
         reference.iterate();
         let expected = Shown::of(&reference);
-        others.iter_mut().find_map(|(way, engine)| {
+        for (way, engine) in &mut others {
             let actual = pool(way.threads).install(|| {
                 engine.iterate();
                 Shown::of(engine)
             });
-            let difference = expected.difference(&actual)?;
-            Some(format!("{way:?} differs in iteration {iteration}: {difference}"))
-        })
-    })
+            if let Some(difference) = expected.difference(&actual) {
+                return Err(format!("{way:?} differs in iteration {iteration}: {difference}"));
+            }
+        }
+    }
+    Ok(*reference.stats())
 }
 
 fn start<'a>(scene: &'a Scene, settings: &Settings, way: Way) -> fast::Sppm<'a> {

@@ -85,17 +85,30 @@ fn relation() -> impl Strategy<Value = Relation> {
     ]
 }
 
-/// Any placement.
-pub(crate) fn placement() -> impl Strategy<Value = Placement> {
-    let wall_radius = || prop_oneof![Just(1e4), log_uniform(20.0, 1e4)];
+/// Loose, or by another sphere.
+pub(crate) fn among_others() -> impl Strategy<Value = Placement> {
     prop_oneof![
         10 => (point(5.0), log_uniform(0.05, 2.0)).prop_map(|(center, radius)| Placement::Loose { center, radius }),
         1 => (point(5.0), log_uniform(1e-3, 0.05)).prop_map(|(center, radius)| Placement::Loose { center, radius }),
-        3 => (axis(), 2.0..8.0_f32, wall_radius())
-            .prop_map(|(axis, distance, radius)| Placement::Wall { axis, distance, radius }),
-        2 => (axis(), 3.0..10.0_f32, log_uniform(8.0, 1e4))
-            .prop_map(|(axis, distance, radius)| Placement::Shell { axis, distance, radius }),
         5 => (any::<prop::sample::Index>(), direction(), relation())
             .prop_map(|(other, direction, relation)| Placement::By { other, direction, relation }),
+    ]
+}
+
+/// Walls and shells.
+pub(crate) fn around_all() -> impl Strategy<Value = Placement> {
+    let distance = 4.0..9.0_f32;
+    let radius = prop_oneof![1 => Just(1e4), 2 => log_uniform(20.0, 1e4)];
+    prop_oneof![
+        (axis(), distance.clone(), radius).prop_map(|(axis, distance, radius)| Placement::Wall {
+            axis,
+            distance,
+            radius
+        }),
+        (axis(), distance, log_uniform(8.0, 1e4)).prop_map(|(axis, distance, radius)| Placement::Shell {
+            axis,
+            distance,
+            radius
+        }),
     ]
 }

@@ -58,3 +58,35 @@ fn radii_that_spread() {
     }
     tell(cases, "48 iterations");
 }
+
+/// Where the radius is of the size of the coordinates' last digits, rounding makes spheres of search into boxes of
+/// some few cells. The scene lies so far out that this is the case at radii that photons still hit.
+#[test]
+fn radii_of_the_size_of_rounding() {
+    let mut cases = 0;
+    for offset in [0.0_f32, 3000.0, 100_000.0, 1e6] {
+        let text = format!(
+            "[camera]\neye = [{offset:?}, 1, 4]\ndirection = [0, -0.2, -1]\nvertical_fov_degrees = 60\n\
+             [[sphere]]\ncenter = [{offset:?}, 0, 0]\nradius = 1\n\
+             material = {{ type = \"diffuse\", albedo = [0.9, 0.8, 0.7] }}\n\
+             [[sphere]]\ncenter = [{offset:?}, 0, 0]\nradius = 9\nemission = [1, 1, 1]\n\
+             material = {{ type = \"diffuse\", albedo = [0.5, 0.5, 0.5] }}\n"
+        );
+        let scene = scene::file::parse("far.toml", &text).unwrap();
+        for step in 0..48 {
+            // From far below the rounding of coordinates to well above.
+            let ulp = offset.max(1.0) * f32::EPSILON;
+            let initial_radius = ulp * 0.05 * 1.2_f32.powi(step);
+            let settings = Settings {
+                width: 16,
+                height: 16,
+                iterations: 2,
+                photons_per_iteration: 1000,
+                initial_radius,
+                ..scene.settings
+            };
+            cases += assert_equal(&scene, &settings, &all_lanes(1));
+        }
+    }
+    tell(cases, "radii of the size of rounding");
+}

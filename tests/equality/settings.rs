@@ -55,3 +55,19 @@ fn seeds() {
     }
     tell(cases, "seeds");
 }
+
+/// More photons at a point than a sum of 32 bits holds.
+#[test]
+fn many_photons_at_a_point() {
+    let mut cases = 0;
+    for name in ["cornell", "focus"] {
+        let (scene, settings) = builtin(name);
+        // Pixels of one block of 4x4, and pixels far apart in space.
+        for (width, height) in [(4, 4), (2, 9)] {
+            let settings =
+                Settings { width, height, photons_per_iteration: 20_000, initial_radius: 1e3, ..settings };
+            cases += assert_equal(&scene, &settings, &all_lanes(1));
+        }
+    }
+    tell(cases, "many photons at a point");
+}
