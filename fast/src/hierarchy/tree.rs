@@ -19,11 +19,13 @@ use super::candidates::Candidates;
 use super::leaves::{Ball, Leaf, WIDTH};
 use super::{Rays, key_distance, may_meet, trust};
 use crate::lanes::{Lanes, MOST_LANES, Row};
-use crate::paths::{BATCH, Floats, ROOM};
+use crate::paths::{Floats, ROOM};
 use crate::vec3::V3;
 use rayon::prelude::*;
 use scene::Vec3;
 
+/// Rays that walk in step: few enough for their stacks to stay in the first-level cache.
+const IN_STEP: usize = 64;
 /// Levels of a tree of 2^31 balls.
 const LEVELS: usize = 11;
 /// Boxes that may wait: seven per level, and what vectors write past the end.
@@ -54,29 +56,32 @@ pub(crate) struct Tree {
 
 /// The rays of a batch on their way.
 pub(crate) struct Wave {
-    /// Per ray, what [`Slabs`] holds.
+    /// Per ray of the batch, what [`Slabs`] holds.
     slabs: [[Row; 2]; ROOM],
-    /// Per ray, the boxes that wait, and their distances.
-    places: [[u32; STACK]; BATCH],
-    entries: [[f32; STACK]; BATCH],
-    heights: [u32; BATCH],
+    /// Per ray that walks, the boxes that wait, and their distances.
+    places: [[u32; STACK]; IN_STEP],
+    entries: [[f32; STACK]; IN_STEP],
+    heights: [u32; IN_STEP],
+    /// The batch's number of the first ray that walks.
+    first: usize,
     /// Rays whose stack is not empty.
-    live: [u32; BATCH],
+    live: [u32; IN_STEP],
     /// Rays at an inner node or at a leaf, and which.
-    at_nodes: [(u32, u32); BATCH],
-    at_leaves: [(u32, u32); BATCH],
+    at_nodes: [(u32, u32); IN_STEP],
+    at_leaves: [(u32, u32); IN_STEP],
 }
 
 impl Wave {
     pub(crate) fn new() -> Box<Self> {
         Box::new(Self {
             slabs: [[Row::default(); 2]; ROOM],
-            places: [[0; STACK]; BATCH],
-            entries: [[0.0; STACK]; BATCH],
-            heights: [0; BATCH],
-            live: [0; BATCH],
-            at_nodes: [(0, 0); BATCH],
-            at_leaves: [(0, 0); BATCH],
+            places: [[0; STACK]; IN_STEP],
+            entries: [[0.0; STACK]; IN_STEP],
+            heights: [0; IN_STEP],
+            first: 0,
+            live: [0; IN_STEP],
+            at_nodes: [(0, 0); IN_STEP],
+            at_leaves: [(0, 0); IN_STEP],
         })
     }
 }
@@ -157,34 +162,48 @@ impl Tree {
             candidates.take_rays::<L>(rays, at, origin, direction);
             Slabs::store::<L>(origin, direction, self.extent, &mut wave.slabs[at..]);
         }
-        let mut live = wave.start(rays.count, t, self.height << INDEX_BITS);
-        let start = *keys;
-        while live > 0 {
-            let popped = wave.pop::<ANY>(live, keys, &start);
-            for k in 0..popped.nodes {
-                let (ray, place) = wave.at_nodes[k];
-                self.visit_node::<L::Eight>(wave, ray, place, key_distance(keys[ray as usize]));
+        for first in (0..rays.count).step_by(IN_STEP) {
+            wave.first = first;
+            let count = IN_STEP.min(rays.count - first);
+            let mut live = wave.start(t, count, self.height << INDEX_BITS);
+            while live > 0 {
+                live = self.step::<L, ANY>(surfaces, t, live, wave, candidates, keys);
             }
-            for k in 0..popped.leaves {
-                let (ray, leaf) = wave.at_leaves[k];
-                visit_leaf::<L::Eight>(&self.leaves[leaf as usize], ray, candidates);
-                if candidates.are_enough() {
-                    candidates.evaluate::<L>(surfaces, keys);
-                }
-            }
-            candidates.evaluate::<L>(surfaces, keys);
-            live = popped.live;
         }
+    }
+
+    /// Lets the first `live` rays take a step each; gives the number of those that are to go on.
+    #[inline(always)]
+    fn step<L: Lanes, const ANY: bool>(
+        &self,
+        surfaces: &[Row],
+        t: &Floats,
+        live: usize,
+        wave: &mut Wave,
+        candidates: &mut Candidates,
+        keys: &mut [u64; ROOM],
+    ) -> usize {
+        let popped = wave.pop::<ANY>(live, keys, t);
+        for k in 0..popped.nodes {
+            let (ray, place) = wave.at_nodes[k];
+            self.visit_node::<L::Eight>(wave, ray as usize, place, keys);
+        }
+        for k in 0..popped.leaves {
+            let (ray, leaf) = wave.at_leaves[k];
+            visit_leaf::<L::Eight>(&self.leaves[leaf as usize], wave.first as u32 + ray, candidates);
+        }
+        candidates.evaluate::<L>(surfaces, keys);
+        popped.live
     }
 
     /// Pushes the boxes of a node that the ray may meet before `t`, the nearest on top.
     #[inline(always)]
-    fn visit_node<L: Lanes>(&self, wave: &mut Wave, ray: u32, place: u32, t: f32) {
-        let ray = ray as usize;
+    fn visit_node<L: Lanes>(&self, wave: &mut Wave, ray: usize, place: u32, keys: &[u64; ROOM]) {
+        let t = key_distance(keys[wave.first + ray]);
         let (level, index) = (place >> INDEX_BITS, place & ((1 << INDEX_BITS) - 1));
         let node = &self.nodes[(self.offsets[level as usize] + index) as usize];
         let first = ((level - 1) << INDEX_BITS) + index * WIDTH as u32;
-        let (entries, hit) = Slabs::meet::<L>(&wave.slabs[ray], node, t);
+        let (entries, hit) = Slabs::meet::<L>(&wave.slabs[wave.first + ray], node, t);
         let nearest = L::min_lane(L::select(hit, entries, L::f(f32::INFINITY)));
         let bits = L::mask_bits(hit);
         let others = bits & !(1 << nearest);
@@ -212,29 +231,30 @@ struct Popped {
 impl Wave {
     /// Puts the root on the stacks of the rays that are to be searched; gives their number.
     #[inline(always)]
-    fn start(&mut self, count: usize, t: &Floats, root: u32) -> usize {
+    fn start(&mut self, t: &Floats, count: usize, root: u32) -> usize {
         let mut live = 0;
         for ray in 0..count {
             self.heights[ray] = 1;
             self.places[ray][0] = root;
             self.entries[ray][0] = 0.0;
             self.live[live] = ray as u32;
-            live += usize::from(t[ray] >= 0.0);
+            live += usize::from(t[self.first + ray] >= 0.0);
         }
         live
     }
 
     /// Takes a box from each stack.
     #[inline(always)]
-    fn pop<const ANY: bool>(&mut self, live: usize, keys: &[u64; ROOM], start: &[u64; ROOM]) -> Popped {
+    fn pop<const ANY: bool>(&mut self, live: usize, keys: &[u64; ROOM], t: &Floats) -> Popped {
         let mut popped = Popped { live: 0, nodes: 0, leaves: 0 };
         for k in 0..live {
             let id = self.live[k];
             let ray = id as usize;
-            let is_done = self.heights[ray] == 0 || (ANY && keys[ray] != start[ray]);
+            let nearest = key_distance(keys[self.first + ray]);
+            let is_done = (self.heights[ray] == 0) | (ANY & (nearest < t[self.first + ray]));
             let top = self.heights[ray].saturating_sub(1) as usize;
             let (place, entry) = (self.places[ray][top], self.entries[ray][top]);
-            let counts = !is_done & (entry <= key_distance(keys[ray]) * (1.0 + LOOSE));
+            let counts = !is_done & (entry <= nearest * (1.0 + LOOSE));
             let is_leaf = place >> INDEX_BITS == 0;
             self.heights[ray] = top as u32;
             self.live[popped.live] = id;

@@ -4,7 +4,7 @@ use super::{Lanes, Row};
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-/// The back end. To be used only where [`crate::dispatch`] has found AVX2 and FMA.
+/// The back end. To be used only where [`crate::dispatch`] has found AVX2 and what came with it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx2;
 
