@@ -13,7 +13,7 @@
 //! picture, so they see the same things, and gather photons together ([`crate::join`]).
 
 use crate::direct_light::{LightTable, Receivers, ShadowNumbers, ShadowRays};
-use crate::hierarchy::Queues;
+use crate::hierarchy::Scratch;
 use crate::lanes::{Lanes, MOST_LANES, Row};
 use crate::paths::{BATCH, Floats, Packet, Paths, ROOM, Vectors, Words};
 use crate::sampling::{next_uniform, stream_state, uniform_disk, unit, unit_float};
@@ -109,7 +109,7 @@ pub(crate) struct CameraCounts {
 /// Buffers of one batch.
 pub(crate) struct CameraBatch {
     paths: Box<Paths>,
-    queues: Queues,
+    scratch: Scratch,
     shadows: Box<ShadowRays>,
     ended: Box<Ended>,
     direct: Box<Vectors>,
@@ -133,7 +133,7 @@ impl CameraBatch {
         let (point, normal, beta) = (vectors.clone(), vectors.clone(), vectors.clone());
         Self {
             paths: Paths::new(),
-            queues: Queues::new(),
+            scratch: Scratch::new(),
             shadows: Box::new(ShadowRays::new()),
             ended: Box::new(Ended { point, normal, beta, sphere: words, slot: words, count: 0 }),
             direct: Box::new(vectors),
@@ -160,7 +160,7 @@ impl CameraPass<'_> {
                 break;
             }
             counts.segments += live as u64;
-            intersect_batch::<L>(self.tables, &mut batch.paths, &mut batch.queues, live);
+            intersect_batch::<L>(self.tables, &mut batch.paths, &mut batch.scratch, live);
             live = self.shade::<L>(batch, live);
         }
         end_the_rest::<L>(batch, live);
@@ -274,7 +274,7 @@ impl CameraPass<'_> {
     /// Direct light on all visible points.
     #[inline(always)]
     fn light<L: Lanes>(&self, batch: &mut CameraBatch) {
-        let CameraBatch { ended, shadows, queues, numbers, .. } = batch;
+        let CameraBatch { ended, shadows, scratch, numbers, .. } = batch;
         for at in (0..ended.count).step_by(L::N) {
             let slots = &ended.slot[at..at + L::N];
             let [u, v] = dimension::LIGHT_POINT;
@@ -292,7 +292,7 @@ impl CameraPass<'_> {
             };
             shadows.aim(at, self.tables, self.lights, &receivers, &numbers);
         }
-        shadows.follow::<L>(self.tables, &ended.point, &ended.sphere, queues, ended.count);
+        shadows.follow::<L>(self.tables, &ended.point, &ended.sphere, scratch, ended.count);
     }
 
     /// The rows of all pixels; gives the number of visible points.

@@ -3,7 +3,7 @@
 //!     for each packet: choose a lamp and a point on it; what it may bring; walls in between
 //!     for the batch: balls in between
 
-use crate::hierarchy::{BLOCKED, Queues, Rays};
+use crate::hierarchy::{BLOCKED, Scratch, Rays};
 use crate::intersect::{RayLanes, from_either_side, from_inside, occluded};
 use crate::lanes::{Lanes, MOST_LANES, Row};
 use crate::paths::{Floats, ROOM, Vectors, Words};
@@ -141,12 +141,12 @@ impl ShadowRays {
         tables: &Tables,
         points: &Vectors,
         spheres: &Words,
-        queues: &mut Queues,
+        scratch: &mut Scratch,
         count: usize,
     ) {
         let rays =
             Rays { origin: points, direction: &self.direction, leaves: spheres, passes: &self.lamp, count };
-        tables.hierarchy.occlude::<L>(&tables.surfaces, &rays, queues, &mut self.t);
+        tables.hierarchy.occlude::<L>(&tables.surfaces, &rays, scratch, &mut self.t);
     }
 
     /// The irradiance that the rays from `at` on have brought.

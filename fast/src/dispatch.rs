@@ -9,7 +9,7 @@ use crate::lanes::{avx2::Avx2, avx512::Avx512};
 pub enum LaneKind {
     /// Eight lanes of plain Rust; runs anywhere.
     Emulated,
-    /// Eight lanes of AVX2 (and FMA, which came with it).
+    /// Eight lanes of AVX2 (and FMA, BMI, LZCNT and POPCNT, which came with it).
     Avx2,
     /// Sixteen lanes of AVX-512 (F, BW, DQ, VL).
     Avx512,
@@ -24,7 +24,14 @@ impl LaneKind {
         #[cfg(target_arch = "x86_64")]
         match self {
             Self::Emulated => true,
-            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            Self::Avx2 => {
+                is_x86_feature_detected!("avx2")
+                    && is_x86_feature_detected!("fma")
+                    && is_x86_feature_detected!("bmi1")
+                    && is_x86_feature_detected!("bmi2")
+                    && is_x86_feature_detected!("lzcnt")
+                    && is_x86_feature_detected!("popcnt")
+            }
             Self::Avx512 => {
                 is_x86_feature_detected!("avx512f")
                     && is_x86_feature_detected!("avx512bw")
@@ -72,13 +79,13 @@ pub(crate) fn dispatch<K: Kernel>(kind: LaneKind, kernel: K) -> K::Output {
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 fn on_avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Avx2>()
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,avx512f,avx512bw,avx512dq,avx512vl")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512bw,avx512dq,avx512vl")]
 fn on_avx512<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Avx512>()
 }

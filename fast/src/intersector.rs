@@ -1,7 +1,7 @@
 //! The engine's ray queries by themselves, for tests and benches.
 
 use crate::dispatch::{Kernel, LaneKind, dispatch};
-use crate::hierarchy::{BLOCKED, Queues, Rays, Search};
+use crate::hierarchy::{BLOCKED, Scratch, Rays, Search};
 use crate::intersect::{RayLanes, occluded};
 use crate::lanes::Lanes;
 use crate::paths::{BATCH, Paths, ROOM, Words};
@@ -52,11 +52,11 @@ impl Kernel for Nearest<'_> {
     type Output = Vec<(f32, SphereId)>;
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
-        let (mut paths, mut queues) = (Paths::new(), Queues::new());
+        let (mut paths, mut scratch) = (Paths::new(), Scratch::new());
         let mut found = Vec::with_capacity(self.rays.len());
         for rays in self.rays.chunks(BATCH) {
             fill(&mut paths, rays);
-            intersect_batch::<L>(self.tables, &mut paths, &mut queues, rays.len());
+            intersect_batch::<L>(self.tables, &mut paths, &mut scratch, rays.len());
             found.extend(paths.t.iter().copied().zip(paths.hit).take(rays.len()));
         }
         found
@@ -74,7 +74,7 @@ impl Kernel for Occluded<'_> {
     type Output = Vec<bool>;
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
-        let (mut paths, mut queues) = (Paths::new(), Queues::new());
+        let (mut paths, mut scratch) = (Paths::new(), Scratch::new());
         let mut lights: Words = [0; ROOM];
         let mut found = Vec::with_capacity(self.rays.len());
         let chunks = self.rays.chunks(BATCH).zip(self.t.chunks(BATCH)).zip(self.lights.chunks(BATCH));
@@ -82,7 +82,7 @@ impl Kernel for Occluded<'_> {
             fill(&mut paths, rays);
             paths.t[..t.len()].copy_from_slice(t);
             lights[..t.len()].copy_from_slice(some_lights);
-            occlude_batch::<L>(self.tables, &mut paths, &lights, &mut queues, t.len());
+            occlude_batch::<L>(self.tables, &mut paths, &lights, &mut scratch, t.len());
             found.extend(paths.t[..t.len()].iter().map(|t| *t == BLOCKED));
         }
         found
@@ -94,7 +94,7 @@ fn occlude_batch<L: Lanes>(
     tables: &Tables,
     paths: &mut Paths,
     lights: &Words,
-    queues: &mut Queues,
+    scratch: &mut Scratch,
     count: usize,
 ) {
     let Paths { origin, direction, leaves, t, .. } = paths;
@@ -106,7 +106,7 @@ fn occlude_batch<L: Lanes>(
         L::store(L::select(blocked, L::f(BLOCKED), limit), &mut t[at..]);
     }
     let rays = Rays { origin, direction, leaves, passes: lights, count };
-    tables.hierarchy.occlude::<L>(&tables.surfaces, &rays, queues, t);
+    tables.hierarchy.occlude::<L>(&tables.surfaces, &rays, scratch, t);
 }
 
 fn fill(paths: &mut Paths, rays: &[Ray]) {

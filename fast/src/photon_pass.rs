@@ -17,7 +17,7 @@
 //!    reach, normals differ little. Such deposits are marked, and the join skips the test.
 
 use crate::direct_light::choose_light;
-use crate::hierarchy::Queues;
+use crate::hierarchy::Scratch;
 use crate::join::cells::Cells;
 use crate::join::deposits::{Binned, SAFE, bin_shift};
 use crate::join::occupancy::Occupancy;
@@ -97,7 +97,7 @@ pub(crate) fn emission_shifts(seed: u64, iteration: u32) -> [u32; DIMENSIONS] {
 /// Buffers of one batch.
 pub(crate) struct PhotonBatch {
     paths: Box<Paths>,
-    queues: Queues,
+    scratch: Scratch,
     /// The stratified numbers of bounce 0.
     first_bounce: Box<Vectors>,
 }
@@ -111,7 +111,7 @@ pub(crate) struct PhotonCounts {
 
 impl PhotonBatch {
     pub(crate) fn new() -> Self {
-        Self { paths: Paths::new(), queues: Queues::new(), first_bounce: Box::new(Vectors::ZERO) }
+        Self { paths: Paths::new(), scratch: Scratch::new(), first_bounce: Box::new(Vectors::ZERO) }
     }
 }
 
@@ -133,7 +133,7 @@ impl PhotonPass<'_> {
                     break;
                 }
                 counts.segments += live as u64;
-                intersect_batch::<L>(self.tables, &mut batch.paths, &mut batch.queues, live);
+                intersect_batch::<L>(self.tables, &mut batch.paths, &mut batch.scratch, live);
                 live = self.bounce::<L>(batch, live, bounce, out, &mut counts);
             }
         }

@@ -1,6 +1,6 @@
 //! The stage that all paths share: what do the rays of a batch hit?
 
-use crate::hierarchy::{PASSES_NONE, Queues, Rays};
+use crate::hierarchy::{PASSES_NONE, Scratch, Rays};
 use crate::intersect::{RayLanes, nearest};
 use crate::lanes::Lanes;
 use crate::paths::Paths;
@@ -11,7 +11,7 @@ use crate::tables::Tables;
 pub(crate) fn intersect_batch<L: Lanes>(
     tables: &Tables,
     paths: &mut Paths,
-    queues: &mut Queues,
+    scratch: &mut Scratch,
     count: usize,
 ) {
     for at in (0..count).step_by(L::N) {
@@ -26,7 +26,7 @@ pub(crate) fn intersect_batch<L: Lanes>(
     }
     let Paths { origin, direction, leaves, t, hit, .. } = paths;
     let rays = Rays { origin, direction, leaves, passes: &PASSES_NONE, count };
-    tables.hierarchy.nearest::<L>(&tables.surfaces, &rays, queues, t, hit);
+    tables.hierarchy.nearest::<L>(&tables.surfaces, &rays, scratch, t, hit);
 }
 
 /// The spheres hit by `L::N` paths from `at` on, those that escape replaced by sphere 0, which is there to be

@@ -15,19 +15,13 @@
 //! 3. Candidates come in no order. A hit packs distance and sphere into one integer, whose minimum is the nearest
 //!    hit, and of equal distances the lower id.
 
+use super::candidates::Candidates;
 use super::leaves::{Ball, Leaf, WIDTH};
-use super::{Rays, key, may_meet};
-use crate::intersect::meet;
-use crate::lanes::{Lanes, MOST_LANES, Row};
+use super::{Rays, may_meet, trust};
+use crate::lanes::{Lanes, Row};
 use crate::paths::{Floats, ROOM, Words};
-use crate::tables::tag;
 use crate::vec3::V3;
 use scene::Vec3;
-
-/// Candidates at which they are evaluated.
-const ENOUGH: usize = 1024;
-/// Room for them and for what one packet may add, and for what vectors write past the end.
-const CANDIDATE_ROOM: usize = ENOUGH + (WIDTH + 1) * MOST_LANES;
 
 /// Balls in clusters.
 #[derive(Debug)]
@@ -37,30 +31,14 @@ pub(crate) struct Clusters {
     bounds: Vec<[f32; 4]>,
 }
 
-/// What the search writes, kept from batch to batch.
+/// Per cluster, the rays that may meet it.
+#[derive(Default)]
 pub(crate) struct Queues {
-    /// Per ray: origin, direction, the spheres that it leaves and that it passes over.
-    rows: Box<[Row; ROOM]>,
-    /// Per cluster, the rays that may meet it.
     waiting: Vec<Words>,
     counts: Vec<usize>,
-    rays: Box<[u32; CANDIDATE_ROOM]>,
-    balls: Box<[u32; CANDIDATE_ROOM]>,
-    candidates: usize,
 }
 
 impl Queues {
-    pub(crate) fn new() -> Self {
-        Self {
-            rows: Box::new([Row::default(); ROOM]),
-            waiting: Vec::new(),
-            counts: Vec::new(),
-            rays: Box::new([0; CANDIDATE_ROOM]),
-            balls: Box::new([0; CANDIDATE_ROOM]),
-            candidates: 0,
-        }
-    }
-
     fn clear(&mut self, clusters: usize) {
         self.waiting.resize(clusters, [0; ROOM]);
         self.counts.clear();
@@ -87,85 +65,63 @@ impl Clusters {
         rays: &Rays,
         t: &Floats,
         queues: &mut Queues,
+        candidates: &mut Candidates,
         keys: &mut [u64; ROOM],
     ) {
         queues.clear(self.leaves.len());
         for at in (0..rays.count).step_by(L::N) {
-            self.enqueue::<L>(rays, t, at, queues);
+            let (origin, direction) = (rays.origin.load::<L>(at), rays.direction.load::<L>(at));
+            let live = L::first(rays.count - at) & L::le(L::f(0.0), L::load(&t[at..]));
+            candidates.take_rays::<L>(rays, at, origin, direction);
+            self.enqueue::<L>(origin, direction, live, at, queues);
         }
-        for cluster in 0..self.leaves.len() {
-            for at in (0..queues.counts[cluster]).step_by(L::N) {
-                self.sift::<L>(cluster, at, queues);
-                if queues.candidates >= ENOUGH {
-                    evaluate::<L>(surfaces, queues, keys);
+        for (leaf, (waiting, count)) in self.leaves.iter().zip(queues.waiting.iter().zip(&queues.counts)) {
+            for at in (0..*count).step_by(L::N) {
+                sift::<L>(leaf, &waiting[at..], L::first(*count - at), candidates);
+                if candidates.are_enough() {
+                    candidates.evaluate::<L>(surfaces, keys);
                 }
             }
         }
-        evaluate::<L>(surfaces, queues, keys);
+        candidates.evaluate::<L>(surfaces, keys);
     }
 
-    /// Lets a packet queue before the clusters that it may meet.
+    /// Lets a packet, the rays from `at` on, queue before the clusters that they may meet.
     #[inline(always)]
-    fn enqueue<L: Lanes>(&self, rays: &Rays, t: &Floats, at: usize, queues: &mut Queues) {
-        let (origin, direction) = (rays.origin.load::<L>(at), rays.direction.load::<L>(at));
-        let (leaves, passes) = (L::load_u(&rays.leaves[at..]), L::load_u(&rays.passes[at..]));
-        let [o, d] = [origin, direction];
-        let columns = [o.x, o.y, o.z, d.x, d.y, d.z, L::from_bits(leaves), L::from_bits(passes)];
-        L::transpose(columns, &mut queues.rows[at..]);
-        let ids = L::u(at as u32) + L::iota();
-        let here = L::first(rays.count - at) & L::le(L::f(0.0), L::load(&t[at..]));
-        let trust = super::trust(direction);
+    fn enqueue<L: Lanes>(
+        &self,
+        origin: V3<L>,
+        direction: V3<L>,
+        live: L::M,
+        at: usize,
+        queues: &mut Queues,
+    ) {
+        let (ids, trust) = (L::u(at as u32) + L::iota(), trust(direction));
         let queues = queues.waiting.iter_mut().zip(&mut queues.counts);
         for ([x, y, z, r2], (waiting, count)) in self.bounds.iter().zip(queues) {
             let center = V3::new(L::f(*x), L::f(*y), L::f(*z));
-            let may = here & may_meet(origin, direction, trust, center, L::f(*r2));
+            let may = live & may_meet(origin, direction, trust, center, L::f(*r2));
             L::compress_u(may, ids, &mut waiting[*count..]);
             *count += L::mask_bits(may).count_ones() as usize;
         }
     }
-
-    /// Finds which balls of a cluster a packet of its queue may meet.
-    #[inline(always)]
-    fn sift<L: Lanes>(&self, cluster: usize, at: usize, queues: &mut Queues) {
-        let leaf = &self.leaves[cluster];
-        let waiting = &queues.waiting[cluster][at..];
-        let here = L::first(queues.counts[cluster] - at);
-        let [ox, oy, oz, dx, dy, dz, ..] = L::gather_rows(&queues.rows[..], waiting);
-        let (origin, direction) = (V3::<L>::new(ox, oy, oz), V3::new(dx, dy, dz));
-        let (ids, trust) = (L::load_u(waiting), super::trust(direction));
-        let mut count = queues.candidates;
-        for k in 0..WIDTH {
-            let center = V3::new(L::f(leaf.x[k]), L::f(leaf.y[k]), L::f(leaf.z[k]));
-            let may = here & may_meet(origin, direction, trust, center, L::f(leaf.radius_squared[k]));
-            L::compress_u(may, ids, &mut queues.rays[count..]);
-            L::store_u(L::u(leaf.sphere(k)), &mut queues.balls[count..]);
-            count += L::mask_bits(may).count_ones() as usize;
-        }
-        queues.candidates = count;
-    }
 }
 
-/// Evaluates all candidates.
+/// Adds the pairs of a ball of a leaf and a waiting ray that may meet it to the candidates.
 #[inline(always)]
-fn evaluate<L: Lanes>(surfaces: &[Row], queues: &mut Queues, keys: &mut [u64; ROOM]) {
-    for at in (0..queues.candidates).step_by(L::N) {
-        let (rays, balls) = (&queues.rays[at..at + L::N], &queues.balls[at..at + L::N]);
-        let [ox, oy, oz, dx, dy, dz, leaves, passes] = L::gather_rows(&queues.rows[..], rays);
-        let [cx, cy, cz, radius, _, _, _, tag] = L::gather_rows(surfaces, balls);
-        let sphere = L::load_u(balls);
-        let is_glass = L::eq(L::bits(tag) & L::u(tag::GLASS), L::u(tag::GLASS));
-        let leaves = L::eq(sphere, L::bits(leaves));
-        let (origin, direction) = (V3::<L>::new(ox, oy, oz), V3::new(dx, dy, dz));
-        let (t, valid) = meet(origin, direction, leaves, V3::new(cx, cy, cz), radius * radius, is_glass);
-        let valid = valid & L::first(queues.candidates - at) & !L::eq(sphere, L::bits(passes));
-        let mut distances = [0; MOST_LANES];
-        L::store_u(L::select_u(valid, L::bits(t), L::u(u32::MAX)), &mut distances);
-        for k in 0..L::N {
-            let nearest = &mut keys[rays[k] as usize];
-            *nearest = (*nearest).min(key(distances[k], balls[k]));
-        }
+fn sift<L: Lanes>(leaf: &Leaf, waiting: &[u32], live: L::M, candidates: &mut Candidates) {
+    let [ox, oy, oz, dx, dy, dz, ..] = L::gather_rows(&candidates.rows[..], waiting);
+    let (origin, direction) = (V3::<L>::new(ox, oy, oz), V3::new(dx, dy, dz));
+    let (ids, trust) = (L::load_u(waiting), trust(direction));
+    let mut count = candidates.count;
+    for k in 0..WIDTH {
+        let center = V3::new(L::f(leaf.x[k]), L::f(leaf.y[k]), L::f(leaf.z[k]));
+        let may = live & may_meet(origin, direction, trust, center, L::f(leaf.radius_squared[k]));
+        L::compress_u(may, ids, &mut candidates.rays[count..]);
+        L::store_u(L::u(leaf.spheres[k]), &mut candidates.balls[count..]);
+        count += L::mask_bits(may).count_ones() as usize;
     }
-    queues.candidates = 0;
+    candidates.count = count;
 }
 
 /// A small sphere around balls: centre and squared radius.

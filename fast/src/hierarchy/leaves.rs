@@ -4,9 +4,9 @@
 //! axis, with the left side a whole number of subtrees, gives a complete tree: all leaves but the last are full, and
 //! no node needs to say where its children are.
 
-use super::GLASS;
 use rayon::join;
 use scene::Vec3;
+use scene::ray::SphereId;
 
 /// Balls of a leaf, and children of a node.
 pub(crate) const WIDTH: usize = 8;
@@ -18,8 +18,7 @@ const WORTH_A_THREAD: usize = 1 << 12;
 pub(crate) struct Ball {
     pub(crate) center: Vec3,
     pub(crate) radius: f32,
-    /// The sphere's id, and perhaps [`GLASS`].
-    pub(crate) word: u32,
+    pub(crate) sphere: SphereId,
 }
 
 /// Eight balls, structure of arrays. Places left over at the end have a squared radius of minus infinity: never hit.
@@ -30,26 +29,19 @@ pub(crate) struct Leaf {
     pub(crate) y: [f32; WIDTH],
     pub(crate) z: [f32; WIDTH],
     pub(crate) radius_squared: [f32; WIDTH],
-    /// The spheres' ids, and perhaps [`GLASS`].
-    pub(crate) words: [u32; WIDTH],
+    pub(crate) spheres: [SphereId; WIDTH],
 }
 
 impl Leaf {
     pub(crate) fn new(balls: &[Ball]) -> Self {
         let (zero, nothing) = ([0.0; WIDTH], [f32::NEG_INFINITY; WIDTH]);
-        let mut leaf = Self { x: zero, y: zero, z: zero, radius_squared: nothing, words: [0; WIDTH] };
+        let mut leaf = Self { x: zero, y: zero, z: zero, radius_squared: nothing, spheres: [0; WIDTH] };
         for (k, ball) in balls.iter().enumerate() {
             (leaf.x[k], leaf.y[k], leaf.z[k]) = ball.center.into();
             leaf.radius_squared[k] = ball.radius * ball.radius;
-            leaf.words[k] = ball.word;
+            leaf.spheres[k] = ball.sphere;
         }
         leaf
-    }
-
-    /// The sphere in place `k`.
-    #[inline(always)]
-    pub(crate) fn sphere(&self, k: usize) -> u32 {
-        self.words[k] & !GLASS
     }
 }
 

@@ -7,24 +7,22 @@
 //! Every search works on *keys*: distance in the high half, sphere in the low. As distances are not negative, keys
 //! order as the contract demands: by distance, and of equal distances the lower sphere first.
 
+mod candidates;
 mod clusters;
 mod leaves;
 mod tree;
 
-use crate::lanes::Lanes;
-use crate::lanes::Row;
+use crate::lanes::{Lanes, Row};
 use crate::paths::{Floats, ROOM, Vectors, Words};
 use crate::vec3::V3;
-use clusters::Clusters;
-pub(crate) use clusters::Queues;
+use clusters::{Clusters, Queues};
+use candidates::Candidates;
 use leaves::{Ball, arrange};
 use scene::Still;
 use scene::ray::{NO_SPHERE, SphereId};
 use scene::still::Role;
-use tree::Tree;
+use tree::{Tree, Wave};
 
-/// Marks a glass ball's word.
-const GLASS: u32 = 1 << 31;
 /// The most balls that are tried one by one.
 const MOST_IN_TURN: usize = 12;
 /// The most balls in clusters.
@@ -56,6 +54,19 @@ pub enum Search {
     Clusters,
     /// In a tree of boxes: for many.
     Tree,
+}
+
+/// What searches write, kept from batch to batch.
+pub(crate) struct Scratch {
+    queues: Queues,
+    wave: Box<Wave>,
+    candidates: Candidates,
+}
+
+impl Scratch {
+    pub(crate) fn new() -> Self {
+        Self { queues: Queues::default(), wave: Wave::new(), candidates: Candidates::new() }
+    }
 }
 
 /// Balls, and how they are searched.
@@ -113,18 +124,21 @@ impl Hierarchy {
         &self,
         surfaces: &[Row],
         rays: &Rays,
-        queues: &mut Queues,
+        scratch: &mut Scratch,
         t: &mut Floats,
         hit: &mut Words,
     ) {
+        let Scratch { queues, wave, candidates } = scratch;
         let mut keys = [0; ROOM];
         for k in 0..rays.count {
             keys[k] = hit_key(t[k], hit[k]);
         }
         match self {
             Self::InTurn => return,
-            Self::Clusters(clusters) => clusters.search::<L>(surfaces, rays, t, queues, &mut keys),
-            Self::Tree(tree) => tree.search::<L, false>(rays, t, &mut keys),
+            Self::Clusters(clusters) => {
+                clusters.search::<L>(surfaces, rays, t, queues, candidates, &mut keys);
+            }
+            Self::Tree(tree) => tree.search::<L, false>(surfaces, rays, t, wave, candidates, &mut keys),
         }
         for k in 0..rays.count {
             // Where nothing is nearer, the distance stays as it is, be it minus zero.
@@ -140,17 +154,20 @@ impl Hierarchy {
         &self,
         surfaces: &[Row],
         rays: &Rays,
-        queues: &mut Queues,
+        scratch: &mut Scratch,
         t: &mut Floats,
     ) {
+        let Scratch { queues, wave, candidates } = scratch;
         let mut keys = [0; ROOM];
         for k in 0..rays.count {
             keys[k] = limit_key(t[k]);
         }
         match self {
             Self::InTurn => return,
-            Self::Clusters(clusters) => clusters.search::<L>(surfaces, rays, t, queues, &mut keys),
-            Self::Tree(tree) => tree.search::<L, true>(rays, t, &mut keys),
+            Self::Clusters(clusters) => {
+                clusters.search::<L>(surfaces, rays, t, queues, candidates, &mut keys);
+            }
+            Self::Tree(tree) => tree.search::<L, true>(surfaces, rays, t, wave, candidates, &mut keys),
         }
         for k in 0..rays.count {
             t[k] = if keys[k] == limit_key(t[k]) { t[k] } else { BLOCKED };
@@ -162,12 +179,8 @@ impl Hierarchy {
 fn balls(still: &Still) -> Vec<Ball> {
     let ball = |(id, role): (usize, &Role)| {
         let s = &still.spheres[id];
-        let flag = match role {
-            Role::Solid => 0,
-            Role::Glass => GLASS,
-            Role::Enclosure(_) => return None,
-        };
-        Some(Ball { center: s.center, radius: s.radius, word: id as SphereId | flag })
+        let ball = Ball { center: s.center, radius: s.radius, sphere: id as SphereId };
+        (!matches!(role, Role::Enclosure(_))).then_some(ball)
     };
     still.roles.iter().enumerate().filter_map(ball).collect()
 }

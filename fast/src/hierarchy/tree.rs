@@ -1,40 +1,45 @@
-//! Many balls: a tree of boxes, eight to a node, that each ray walks by itself, nearest box first.
+//! Many balls: a tree of boxes, eight to a node, that rays walk nearest box first, all rays of a batch in step.
 //!
-//!     walk from the root:
-//!         inner node: test its eight boxes at once, push those hit, farthest first
-//!         leaf: the reference's formula on its eight balls at once; keep the nearest hit
-//!         pop until a box is nearer than the nearest hit
+//!     push the root on every ray's stack
+//!     until all stacks are empty:
+//!         pop a box from each stack; if it is farther than the nearest hit, forget it
+//!         those of inner nodes: test the node's eight boxes at once, push those hit, the nearest on top
+//!         those of leaves: append those of the eight balls that the ray may meet to the candidates
+//!         evaluate the candidates by the reference's formula, keep the nearest hit of each ray
 //!
 //! How it differs from a textbook's, and why:
 //!
-//! 1. The tree is complete ([`super::leaves`]): levels are arrays, children follow from the index, and a ball takes
+//! 1. In step: a ray that walks by itself mispredicts a branch at nearly every box, and waits for each node to come
+//!    from memory. Here each stage is a loop without branches, and many rays wait at the same time.
+//! 2. The tree is complete ([`super::leaves`]): levels are arrays, children follow from the index, and a ball takes
 //!    20 bytes in its leaf and 3.5 in the boxes above.
-//! 2. Boxes lie around what the reference's *rounding* may hit, so that the nearest hit is the same: see
-//!    [`RaySlabs`].
+//! 3. Boxes lie around what the reference's *rounding* may hit, so that the nearest hit is the same: see [`Slabs`].
 
+use super::candidates::Candidates;
 use super::leaves::{Ball, Leaf, WIDTH};
-use super::{GLASS, Rays, key, key_distance};
-use crate::intersect::meet;
-use crate::lanes::Lanes;
+use super::{Rays, key_distance, may_meet, trust};
+use crate::lanes::{Lanes, MOST_LANES, Row};
 use crate::paths::{Floats, ROOM};
 use crate::vec3::V3;
 use rayon::prelude::*;
 use scene::Vec3;
 
+/// Rays that walk in step: few enough for their stacks to stay in the first-level cache.
+const IN_STEP: usize = 64;
 /// Levels of a tree of 2^31 balls.
 const LEVELS: usize = 11;
-/// Boxes that may wait: seven per level, and eight.
-const STACK: usize = 7 * LEVELS + 8;
-/// Low bits of a place: the index within its level.
+/// Boxes that may wait: seven per level, and what vectors write past the end.
+const STACK: usize = 7 * LEVELS + MOST_LANES;
+/// Low bits of a place: the index within its level, whose number stands above.
 const INDEX_BITS: u32 = 28;
 /// What balls are enlarged by, relative to their radius; and what distances to boxes are trusted to.
 const LOOSE: f32 = 1.0 / 512.0;
 
-/// The boxes of eight children: per side and axis, eight numbers. A missing child's box is empty.
+/// The boxes of eight children: low x y z, high x y z. A missing child's box is empty.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 struct Node {
-    bounds: [[[f32; WIDTH]; 3]; 2],
+    planes: [[f32; WIDTH]; 6],
 }
 
 /// A tree of balls.
@@ -42,11 +47,43 @@ struct Node {
 pub(crate) struct Tree {
     leaves: Vec<Leaf>,
     nodes: Vec<Node>,
-    /// Where each level's nodes begin; level 1 stands above the leaves, level 0 are the leaves.
+    /// Where each level's nodes begin; level 1 stands above the leaves.
     offsets: [u32; LEVELS + 1],
     height: u32,
     /// The largest coordinate of all boxes.
     extent: f32,
+}
+
+/// The rays of a batch on their way.
+pub(crate) struct Wave {
+    /// Per ray of the batch, what [`Slabs`] holds.
+    slabs: [[Row; 2]; ROOM],
+    /// Per ray that walks, the boxes that wait, and their distances.
+    places: [[u32; STACK]; IN_STEP],
+    entries: [[f32; STACK]; IN_STEP],
+    heights: [u32; IN_STEP],
+    /// The batch's number of the first ray that walks.
+    first: usize,
+    /// Rays whose stack is not empty.
+    live: [u32; IN_STEP],
+    /// Rays at an inner node or at a leaf, and which.
+    at_nodes: [(u32, u32); IN_STEP],
+    at_leaves: [(u32, u32); IN_STEP],
+}
+
+impl Wave {
+    pub(crate) fn new() -> Box<Self> {
+        Box::new(Self {
+            slabs: [[Row::default(); 2]; ROOM],
+            places: [[0; STACK]; IN_STEP],
+            entries: [[0.0; STACK]; IN_STEP],
+            heights: [0; IN_STEP],
+            first: 0,
+            live: [0; IN_STEP],
+            at_nodes: [(0, 0); IN_STEP],
+            at_leaves: [(0, 0); IN_STEP],
+        })
+    }
 }
 
 /// An axis-aligned box.
@@ -73,15 +110,17 @@ impl Bounds {
 
 impl Node {
     fn new(children: &[Bounds]) -> Self {
-        let (low, high) = ([[f32::INFINITY; WIDTH]; 3], [[f32::NEG_INFINITY; WIDTH]; 3]);
-        let mut node = Self { bounds: [low, high] };
+        let mut planes = [[f32::INFINITY; WIDTH]; 6];
+        for side in &mut planes[3..] {
+            *side = [f32::NEG_INFINITY; WIDTH];
+        }
         for (k, child) in children.iter().enumerate() {
             for axis in 0..3 {
-                node.bounds[0][axis][k] = child.low[axis];
-                node.bounds[1][axis][k] = child.high[axis];
+                planes[axis][k] = child.low[axis];
+                planes[3 + axis][k] = child.high[axis];
             }
         }
-        node
+        Self { planes }
     }
 }
 
@@ -109,170 +148,203 @@ impl Tree {
     /// Lowers the keys of the rays to those of their nearest hits (if `ANY`, to that of any hit); of rays with a
     /// negative `t`, none.
     #[inline(always)]
-    pub(crate) fn search<L: Lanes, const ANY: bool>(&self, rays: &Rays, t: &Floats, keys: &mut [u64; ROOM]) {
-        for (k, key) in keys.iter_mut().enumerate().take(rays.count) {
-            if t[k] < 0.0 {
-                continue;
-            }
-            let ray = RaySlabs::<L::Eight>::new(rays, k, self.extent);
-            *key = self.walk::<L::Eight, ANY>(&ray, *key);
-        }
-    }
-
-    #[inline(always)]
-    fn walk<L: Lanes, const ANY: bool>(&self, ray: &RaySlabs<L>, start: u64) -> u64 {
-        let mut best = start;
-        let mut stack = [(0_u32, 0.0_f32); STACK];
-        let mut height = 0;
-        let mut place = self.height << INDEX_BITS;
-        loop {
-            if place >> INDEX_BITS == 0 {
-                best = ray.meet_leaf(&self.leaves[place as usize], best);
-                if ANY && best != start {
-                    return best;
-                }
-            } else {
-                height = self.push_children(ray, place, key_distance(best), &mut stack, height);
-            }
-            loop {
-                if height == 0 {
-                    return best;
-                }
-                height -= 1;
-                if stack[height].1 <= key_distance(best) * (1.0 + LOOSE) {
-                    break;
-                }
-            }
-            place = stack[height].0;
-        }
-    }
-
-    /// Puts the children that the ray may meet before `t` on the stack, the nearest on top.
-    #[inline(always)]
-    fn push_children<L: Lanes>(
+    pub(crate) fn search<L: Lanes, const ANY: bool>(
         &self,
-        ray: &RaySlabs<L>,
-        place: u32,
-        t: f32,
-        stack: &mut [(u32, f32); STACK],
-        bottom: usize,
+        surfaces: &[Row],
+        rays: &Rays,
+        t: &Floats,
+        wave: &mut Wave,
+        candidates: &mut Candidates,
+        keys: &mut [u64; ROOM],
+    ) {
+        for at in (0..rays.count).step_by(L::N) {
+            let (origin, direction) = (rays.origin.load::<L>(at), rays.direction.load::<L>(at));
+            candidates.take_rays::<L>(rays, at, origin, direction);
+            Slabs::store::<L>(origin, direction, self.extent, &mut wave.slabs[at..]);
+        }
+        for first in (0..rays.count).step_by(IN_STEP) {
+            wave.first = first;
+            let count = IN_STEP.min(rays.count - first);
+            let mut live = wave.start(t, count, self.height << INDEX_BITS);
+            while live > 0 {
+                live = self.step::<L, ANY>(surfaces, t, live, wave, candidates, keys);
+            }
+        }
+    }
+
+    /// Lets the first `live` rays take a step each; gives the number of those that are to go on.
+    #[inline(always)]
+    fn step<L: Lanes, const ANY: bool>(
+        &self,
+        surfaces: &[Row],
+        t: &Floats,
+        live: usize,
+        wave: &mut Wave,
+        candidates: &mut Candidates,
+        keys: &mut [u64; ROOM],
     ) -> usize {
+        let popped = wave.pop::<ANY>(live, keys, t);
+        for k in 0..popped.nodes {
+            let (ray, place) = wave.at_nodes[k];
+            self.visit_node::<L::Eight>(wave, ray as usize, place, keys);
+        }
+        for k in 0..popped.leaves {
+            let (ray, leaf) = wave.at_leaves[k];
+            visit_leaf::<L::Eight>(&self.leaves[leaf as usize], wave.first as u32 + ray, candidates);
+        }
+        candidates.evaluate::<L>(surfaces, keys);
+        popped.live
+    }
+
+    /// Pushes the boxes of a node that the ray may meet before `t`, the nearest on top.
+    #[inline(always)]
+    fn visit_node<L: Lanes>(&self, wave: &mut Wave, ray: usize, place: u32, keys: &[u64; ROOM]) {
+        let t = key_distance(keys[wave.first + ray]);
         let (level, index) = (place >> INDEX_BITS, place & ((1 << INDEX_BITS) - 1));
         let node = &self.nodes[(self.offsets[level as usize] + index) as usize];
         let first = ((level - 1) << INDEX_BITS) + index * WIDTH as u32;
-        let (near, hit) = ray.meet_boxes(node, t);
-        let mut entries = [0.0; WIDTH];
-        L::store(near, &mut entries);
-        let (mut rest, mut top) = (L::mask_bits(hit), bottom);
-        while rest != 0 {
-            let k = rest.trailing_zeros();
-            rest &= rest - 1;
-            let entry = entries[k as usize];
-            let mut place = top;
-            while place > bottom && stack[place - 1].1 < entry {
-                stack[place] = stack[place - 1];
-                place -= 1;
-            }
-            stack[place] = (first + k, entry);
-            top += 1;
-        }
-        top
+        let (entries, hit) = Slabs::meet::<L>(&wave.slabs[wave.first + ray], node, t);
+        let nearest = L::min_lane(L::select(hit, entries, L::f(f32::INFINITY)));
+        let bits = L::mask_bits(hit);
+        let others = bits & !(1 << nearest);
+        let bottom = wave.heights[ray] as usize;
+        let places = &mut wave.places[ray][bottom..bottom + WIDTH];
+        let mut distances = [0.0; WIDTH];
+        L::store(entries, &mut distances);
+        let top = others.count_ones() as usize;
+        L::compress_u(L::mask_from_bits(others), L::u(first) + L::iota(), places);
+        places[top] = first + nearest;
+        let waiting = &mut wave.entries[ray][bottom..bottom + WIDTH];
+        L::compress(L::mask_from_bits(others), entries, waiting);
+        waiting[top] = distances[nearest as usize];
+        wave.heights[ray] += bits.count_ones();
     }
+}
+
+/// How many rays a step has brought where.
+struct Popped {
+    live: usize,
+    nodes: usize,
+    leaves: usize,
+}
+
+impl Wave {
+    /// Puts the root on the stacks of the rays that are to be searched; gives their number.
+    #[inline(always)]
+    fn start(&mut self, t: &Floats, count: usize, root: u32) -> usize {
+        let mut live = 0;
+        for ray in 0..count {
+            self.heights[ray] = 1;
+            self.places[ray][0] = root;
+            self.entries[ray][0] = 0.0;
+            self.live[live] = ray as u32;
+            live += usize::from(t[self.first + ray] >= 0.0);
+        }
+        live
+    }
+
+    /// Takes a box from each stack.
+    #[inline(always)]
+    fn pop<const ANY: bool>(&mut self, live: usize, keys: &[u64; ROOM], t: &Floats) -> Popped {
+        let mut popped = Popped { live: 0, nodes: 0, leaves: 0 };
+        for k in 0..live {
+            let id = self.live[k];
+            let ray = id as usize;
+            let nearest = key_distance(keys[self.first + ray]);
+            let is_done = (self.heights[ray] == 0) | (ANY & (nearest < t[self.first + ray]));
+            let top = self.heights[ray].saturating_sub(1) as usize;
+            let (place, entry) = (self.places[ray][top], self.entries[ray][top]);
+            let counts = !is_done & (entry <= nearest * (1.0 + LOOSE));
+            let is_leaf = place >> INDEX_BITS == 0;
+            self.heights[ray] = top as u32;
+            self.live[popped.live] = id;
+            self.at_nodes[popped.nodes] = (id, place);
+            self.at_leaves[popped.leaves] = (id, place);
+            popped.live += usize::from(!is_done);
+            popped.nodes += usize::from(counts & !is_leaf);
+            popped.leaves += usize::from(counts & is_leaf);
+        }
+        popped
+    }
+}
+
+/// Adds the balls of a leaf that a ray may meet to the candidates.
+#[inline(always)]
+fn visit_leaf<L: Lanes>(leaf: &Leaf, ray: u32, candidates: &mut Candidates) {
+    let Row([ox, oy, oz, dx, dy, dz, ..]) = candidates.rows[ray as usize];
+    let origin = V3::<L>::new(L::f(ox), L::f(oy), L::f(oz));
+    let direction = V3::new(L::f(dx), L::f(dy), L::f(dz));
+    let center = V3::new(L::load(&leaf.x), L::load(&leaf.y), L::load(&leaf.z));
+    let may = may_meet(origin, direction, trust(direction), center, L::load(&leaf.radius_squared));
+    let count = candidates.count;
+    L::compress_u(may, L::load_u(&leaf.spheres), &mut candidates.balls[count..]);
+    L::store_u(L::u(ray), &mut candidates.rays[count..]);
+    candidates.count = count + L::mask_bits(may).count_ones() as usize;
 }
 
 fn union(children: &[Bounds]) -> Bounds {
     children.iter().fold(Bounds::EMPTY, |all, child| all.union(*child))
 }
 
-/// One ray in all lanes.
+/// What the test of a ray and boxes needs of the ray, in two rows: inverse direction, what added to
+/// `plane * inverse` makes the distance to the near and far planes of each axis, and which planes are near.
 ///
 /// Why no box that matters is missed. With f from the centre of a ball to the origin, u = 2^-24, and D the distance
 /// of the centre from the line of the ray, the reference accepts a ball only if D <= r (1 + 4u) + 8u |f|
-/// ([`super::may_meet`] derives it). So the line meets the box around the ball if the box grows by 8u |f|, which is
-/// at most 8u times the sum of the largest coordinates of origin and boxes, times the root of 3, twice. `slack` is
-/// 64u times that sum, and so also outweighs the rounding of this test, whose every step errs by a few u times the
-/// sum over the direction's component. The distance that the reference finds, `power / (root - b)`, can be smaller
-/// than that to the grown ball only by the rounding of `power`, 4u |f|^2, over |b|: less than 5e-4 |f|, in which |f|
-/// is at most the distance plus the radius. Hence `LOOSE` in both.
-struct RaySlabs<L: Lanes> {
-    origin: V3<L>,
-    direction: V3<L>,
-    leaves: L::U,
-    passes: L::U,
-    inverse: V3<L>,
-    /// Added to `bound * inverse`, they make the distance to the near and far planes of a slab.
-    near: V3<L>,
-    far: V3<L>,
-    /// Per axis, which side is near.
-    side: [usize; 3],
-}
+/// ([`may_meet`] derives it). So the line meets the box around the ball if the box grows by 8u |f|, and |f| is at
+/// most 4 times the sum of the largest coordinates of origin and boxes. `slack` is 64u times that sum, and so also
+/// outweighs the rounding of this test, whose every step errs by a few u times the sum over the direction's
+/// component. The distance that the reference finds, `power / (root - b)`, can be smaller than that to the grown
+/// ball only by the rounding of `power`, 4u |f|^2, over |b|: less than 5e-4 |f|, in which |f| is at most the
+/// distance plus the radius. Hence `LOOSE` in both.
+struct Slabs;
 
-impl<L: Lanes> RaySlabs<L> {
+impl Slabs {
+    /// Works out the rows of a packet of rays, for boxes with coordinates up to `extent`.
     #[inline(always)]
-    fn new(rays: &Rays, k: usize, extent: f32) -> Self {
-        let origin = Vec3::new(rays.origin.x[k], rays.origin.y[k], rays.origin.z[k]);
-        let direction = Vec3::new(rays.direction.x[k], rays.direction.y[k], rays.direction.z[k]);
-        let slack = (origin.abs().max_element() + extent) * (1.0 / (1 << 18) as f32);
-        let inverse = Vec3::new(invert(direction.x), invert(direction.y), invert(direction.z));
-        let (middle, slack) = (-origin * inverse, inverse.abs() * slack);
-        let side = |inverse: f32| usize::from(inverse < 0.0);
-        Self {
-            origin: V3::splat(origin),
-            direction: V3::splat(direction),
-            leaves: L::u(rays.leaves[k]),
-            passes: L::u(rays.passes[k]),
-            inverse: V3::splat(inverse),
-            near: V3::splat(middle - slack),
-            far: V3::splat(middle + slack),
-            side: [side(inverse.x), side(inverse.y), side(inverse.z)],
+    fn store<L: Lanes>(origin: V3<L>, direction: V3<L>, extent: f32, to: &mut [[Row; 2]]) {
+        let largest = L::max(L::abs(origin.x), L::max(L::abs(origin.y), L::abs(origin.z)));
+        let slack = (largest + L::f(extent)) * L::f(1.0 / (1 << 18) as f32);
+        let (ix, nx, fx, sx) = slab::<L>(origin.x, direction.x, slack, 0);
+        let (iy, ny, fy, sy) = slab::<L>(origin.y, direction.y, slack, 1);
+        let (iz, nz, fz, sz) = slab::<L>(origin.z, direction.z, slack, 2);
+        let side = sx + L::shl::<4>(sy) + L::shl::<8>(sz);
+        let zero = L::f(0.0);
+        let mut rows = [[Row::default(); MOST_LANES]; 2];
+        L::transpose([ix, iy, iz, nx, ny, nz, zero, L::from_bits(side)], &mut rows[0]);
+        L::transpose([fx, fy, fz, zero, zero, zero, zero, zero], &mut rows[1]);
+        for k in 0..L::N {
+            to[k] = [rows[0][k], rows[1][k]];
         }
     }
 
     /// Distances to the boxes of a node, and which are met before `t`.
     #[inline(always)]
-    fn meet_boxes(&self, node: &Node, t: f32) -> (L::F, L::M) {
-        let [x, y, z] = self.side;
-        let near = [&node.bounds[x][0], &node.bounds[y][1], &node.bounds[z][2]];
-        let far = [&node.bounds[1 - x][0], &node.bounds[1 - y][1], &node.bounds[1 - z][2]];
-        let near_x = L::fused(L::load(near[0]), self.inverse.x, self.near.x);
-        let near_y = L::fused(L::load(near[1]), self.inverse.y, self.near.y);
-        let near_z = L::fused(L::load(near[2]), self.inverse.z, self.near.z);
-        let far_x = L::fused(L::load(far[0]), self.inverse.x, self.far.x);
-        let far_y = L::fused(L::load(far[1]), self.inverse.y, self.far.y);
-        let far_z = L::fused(L::load(far[2]), self.inverse.z, self.far.z);
+    fn meet<L: Lanes>(rows: &[Row; 2], node: &Node, t: f32) -> (L::F, L::M) {
+        let [Row([ix, iy, iz, nx, ny, nz, _, side]), Row([fx, fy, fz, ..])] = rows;
+        let side = side.to_bits() as usize;
+        let (x, y, z) = (side & 15, (side >> 4) & 15, side >> 8);
+        let [ix, iy, iz] = [L::f(*ix), L::f(*iy), L::f(*iz)];
+        let near_x = L::fused(L::load(&node.planes[x]), ix, L::f(*nx));
+        let near_y = L::fused(L::load(&node.planes[y]), iy, L::f(*ny));
+        let near_z = L::fused(L::load(&node.planes[z]), iz, L::f(*nz));
+        let far_x = L::fused(L::load(&node.planes[3 - x]), ix, L::f(*fx));
+        let far_y = L::fused(L::load(&node.planes[5 - y]), iy, L::f(*fy));
+        let far_z = L::fused(L::load(&node.planes[7 - z]), iz, L::f(*fz));
         let enters = L::max(L::max(near_x, near_y), L::max(near_z, L::f(0.0)));
         let exits = L::min(L::min(far_x, far_y), L::min(far_z, L::f(t * (1.0 + LOOSE))));
         (enters, L::le(enters, exits))
     }
-
-    /// The key of the nearest hit, when those of a leaf are added.
-    #[inline(always)]
-    fn meet_leaf(&self, leaf: &Leaf, best: u64) -> u64 {
-        let center = V3::new(L::load(&leaf.x), L::load(&leaf.y), L::load(&leaf.z));
-        let words = L::load_u(&leaf.words);
-        let sphere = words & L::u(!GLASS);
-        let is_glass = !L::eq(words, sphere);
-        let leaves = L::eq(sphere, self.leaves);
-        let radius_squared = L::load(&leaf.radius_squared);
-        let (t, valid) = meet(self.origin, self.direction, leaves, center, radius_squared, is_glass);
-        let mut rest = L::mask_bits(valid & !L::eq(sphere, self.passes));
-        if rest == 0 {
-            return best;
-        }
-        let (mut distances, mut best) = ([0; WIDTH], best);
-        L::store_u(L::bits(t), &mut distances);
-        while rest != 0 {
-            let k = rest.trailing_zeros() as usize;
-            rest &= rest - 1;
-            best = best.min(key(distances[k], leaf.sphere(k)));
-        }
-        best
-    }
 }
 
-/// The inverse, for zero that of a number too small to matter.
+/// Along one axis: the inverse direction, offsets to the near and far planes, and which plane is near.
 #[inline(always)]
-fn invert(x: f32) -> f32 {
-    const TINY: f32 = 1e-18;
-    1.0 / if x.abs() < TINY { TINY.copysign(x) } else { x }
+fn slab<L: Lanes>(origin: L::F, direction: L::F, slack: L::F, axis: u32) -> (L::F, L::F, L::F, L::U) {
+    // For zero, a number too small to matter.
+    let tiny = L::f(1e-18);
+    let is_tiny = L::lt(L::abs(direction), tiny);
+    let inverse = L::f(1.0) / L::select(is_tiny, tiny, direction);
+    let (middle, slack) = (-(origin * inverse), L::abs(inverse) * slack);
+    let side = L::select_u(L::lt(inverse, L::f(0.0)), L::u(3 + axis), L::u(axis));
+    (inverse, middle - slack, middle + slack, side)
 }

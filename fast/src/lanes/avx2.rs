@@ -5,7 +5,7 @@ use super::{Lanes, Row};
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-/// The back end. To be used only where [`crate::dispatch`] has found AVX2 and FMA.
+/// The back end. To be used only where [`crate::dispatch`] has found AVX2 and what came with it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx2;
 
@@ -184,6 +184,16 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn min(a: F, b: F) -> F {
         F(unsafe { _mm256_min_ps(a.0, b.0) })
+    }
+    #[inline(always)]
+    fn min_lane(v: F) -> u32 {
+        // SAFETY: AVX2 is there.
+        let least = unsafe {
+            let pairs = _mm256_min_ps(v.0, _mm256_permute_ps::<0b10_11_00_01>(v.0));
+            let quads = _mm256_min_ps(pairs, _mm256_permute_ps::<0b01_00_11_10>(pairs));
+            F(_mm256_min_ps(quads, _mm256_permute2f128_ps::<1>(quads, quads)))
+        };
+        Self::mask_bits(Self::le(v, least)).trailing_zeros()
     }
     #[inline(always)]
     fn fused(a: F, b: F, c: F) -> F {

@@ -144,6 +144,12 @@ impl Lanes for Avx512 {
         F(unsafe { _mm512_min_ps(a.0, b.0) })
     }
     #[inline(always)]
+    fn min_lane(v: F) -> u32 {
+        // SAFETY: AVX-512 is there.
+        let least = Self::f(unsafe { _mm512_reduce_min_ps(v.0) });
+        Self::mask_bits(Self::le(v, least)).trailing_zeros()
+    }
+    #[inline(always)]
     fn fused(a: F, b: F, c: F) -> F {
         F(unsafe { _mm512_fmadd_ps(a.0, b.0, c.0) })
     }

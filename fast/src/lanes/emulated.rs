@@ -98,6 +98,10 @@ impl Lanes for Emulated {
         F(from_fn(|k| if a.0[k] < b.0[k] { a.0[k] } else { b.0[k] }))
     }
     #[inline(always)]
+    fn min_lane(v: F) -> u32 {
+        (1..N).fold(0, |best, k| if v.0[k] < v.0[best] { k } else { best }) as u32
+    }
+    #[inline(always)]
     fn fused(a: F, b: F, c: F) -> F {
         a * b + c
     }

@@ -61,6 +61,8 @@ pub(crate) trait Lanes: Copy + Send + Sync + 'static {
     fn max(a: Self::F, b: Self::F) -> Self::F;
     /// `if a < b { a } else { b }`.
     fn min(a: Self::F, b: Self::F) -> Self::F;
+    /// A lane with the smallest value; none may be NaN.
+    fn min_lane(v: Self::F) -> u32;
     /// `a * b + c`, rounded once or twice, as the processor likes it: for bounds with slack, never for the image.
     fn fused(a: Self::F, b: Self::F, c: Self::F) -> Self::F;
     /// Largest whole number not above (for |v| < 2^31).
