@@ -251,7 +251,7 @@ impl PhotonPass<'_> {
             let mut direction = cosine_hemisphere(surface.normal, u, v);
             if L::any(survives & !is_diffuse) {
                 let is_glass = L::eq(material.kind, L::u(kind::DIELECTRIC));
-                let through = dielectric(p.direction, surface.normal, surface.inside, material.ior, u);
+                let (through, _) = dielectric(p.direction, surface.normal, surface.inside, material.ior, u);
                 let smooth = V3::select(is_glass, through, reflect(p.direction, surface.normal));
                 direction = V3::select(is_diffuse, direction, smooth);
             }

@@ -156,7 +156,7 @@ fn scatter(material: &Material, ray: &Ray, hit: &Hit, u: f32, v: f32) -> Vec3 {
     match *material {
         Material::Diffuse { .. } => cosine_hemisphere(hit.normal, u, v),
         Material::Specular { .. } => reflect(ray.direction, hit.normal),
-        Material::Dielectric { ior, .. } => dielectric(ray.direction, hit, ior, u),
+        Material::Dielectric { ior, .. } => dielectric(ray.direction, hit, ior, u).0,
     }
 }
 
