@@ -279,11 +279,9 @@ impl PhotonPass<'_> {
             return;
         }
         let safe = L::select_u(self.is_safe::<L>(surface, p), L::u(SAFE), L::u(0));
-        let scale = L::f(FLUX_ONE as f32 / self.still.lights.power);
         let bucket = L::from_bits(self.cells.buckets::<L>(surface.point));
-        let (point, power) = (surface.point, p.weight);
-        let (r, g, b) =
-            (quantise::<L>(power.x * scale), quantise::<L>(power.y * scale), quantise::<L>(power.z * scale));
+        let point = surface.point;
+        let [r, g, b] = flux_in_units::<L>(p.weight, self.still.lights.power);
         let columns = [point.x, point.y, point.z, L::from_bits(hit | safe), r, g, b, bucket];
         let mut records = [Row::default(); MOST_LANES];
         L::transpose(columns, &mut records);
@@ -313,9 +311,16 @@ impl PhotonPass<'_> {
     }
 }
 
-/// A flux in units of `FLUX_ONE` to the nominal power, rounded to a whole number, as the bits of a float.
+/// As `reference::photon_pass::quantise`: whole numbers, as the bits of floats.
 #[inline(always)]
-fn quantise<L: Lanes>(flux: L::F) -> L::F {
+pub(crate) fn flux_in_units<L: Lanes>(power: V3<L>, nominal: f32) -> [L::F; 3] {
+    let scale = L::f(FLUX_ONE as f32 / nominal);
+    [rounded::<L>(power.x * scale), rounded::<L>(power.y * scale), rounded::<L>(power.z * scale)]
+}
+
+/// A flux rounded to a whole number, as the bits of a float.
+#[inline(always)]
+fn rounded<L: Lanes>(flux: L::F) -> L::F {
     L::from_bits(L::min_u(L::truncate(flux + L::f(0.5)), L::u(FLUX_ONE)))
 }
 

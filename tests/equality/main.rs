@@ -5,6 +5,7 @@
 
 mod builtin_scenes;
 mod draft;
+mod kernels;
 mod pair;
 mod placement;
 mod radii;

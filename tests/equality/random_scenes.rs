@@ -27,8 +27,9 @@ fn check(cases: u32, spheres: std::ops::RangeInclusive<usize>) {
     match result {
         Ok(()) => {
             tell(renders.get(), &what);
-            // Scenes in which no photon reaches a visible point put only half of the engine to the test.
-            let least = cases * effort() / 3;
+            // Scenes in which no photon reaches a visible point put only half of the engine to the test. In a third
+            // and more photons do count, so a tenth leaves room for chance.
+            let least = cases * effort() / 10;
             assert!(reached.get() > least, "photons count in {} scenes alone", reached.get());
         }
         Err(TestError::Fail(why, case)) => panic!("{why}\n{case:?}"),
