@@ -251,7 +251,7 @@ impl PhotonPass<'_> {
             let mut direction = cosine_hemisphere(surface.normal, u, v);
             if L::any(survives & !is_diffuse) {
                 let is_glass = L::eq(material.kind, L::u(kind::DIELECTRIC));
-                let through = dielectric(p.direction, surface.normal, surface.inside, material.ior, u);
+                let (through, _) = dielectric(p.direction, surface.normal, surface.inside, material.ior, u);
                 let smooth = V3::select(is_glass, through, reflect(p.direction, surface.normal));
                 direction = V3::select(is_diffuse, direction, smooth);
             }
@@ -280,8 +280,8 @@ impl PhotonPass<'_> {
         }
         let safe = L::select_u(self.is_safe::<L>(surface, p), L::u(SAFE), L::u(0));
         let bucket = L::from_bits(self.cells.buckets::<L>(surface.point));
-        let point = surface.point;
-        let [r, g, b] = flux_in_units::<L>(p.weight, self.still.lights.power);
+        let (point, power) = (surface.point, p.weight);
+        let (r, g, b) = (quantise::<L>(power.x), quantise::<L>(power.y), quantise::<L>(power.z));
         let columns = [point.x, point.y, point.z, L::from_bits(hit | safe), r, g, b, bucket];
         let mut records = [Row::default(); MOST_LANES];
         L::transpose(columns, &mut records);
@@ -311,17 +311,11 @@ impl PhotonPass<'_> {
     }
 }
 
-/// As `reference::photon_pass::quantise`: whole numbers, as the bits of floats.
+/// As `reference::photon_pass::quantise`, as the bits of a float.
 #[inline(always)]
-pub(crate) fn flux_in_units<L: Lanes>(power: V3<L>, nominal: f32) -> [L::F; 3] {
-    let scale = L::f(FLUX_ONE as f32 / nominal);
-    [rounded::<L>(power.x * scale), rounded::<L>(power.y * scale), rounded::<L>(power.z * scale)]
-}
-
-/// A flux rounded to a whole number, as the bits of a float.
-#[inline(always)]
-fn rounded<L: Lanes>(flux: L::F) -> L::F {
-    L::from_bits(L::min_u(L::truncate(flux + L::f(0.5)), L::u(FLUX_ONE)))
+pub(crate) fn quantise<L: Lanes>(power: L::F) -> L::F {
+    let flux = power * L::f(FLUX_ONE as f32) + L::f(0.5);
+    L::from_bits(L::min_u(L::truncate(flux), L::u(FLUX_ONE)))
 }
 
 /// As `reference::photon_pass::is_blocked`.

@@ -4,7 +4,7 @@ use crate::camera_pass::ray_through;
 use crate::direct_light;
 use crate::dispatch::{Kernel, LaneKind, dispatch};
 use crate::lanes::{Lanes, MOST_LANES};
-use crate::photon_pass::flux_in_units;
+use crate::photon_pass;
 use crate::vec3::V3;
 use crate::{sampling, scatter};
 use scene::camera::Frame;
@@ -174,15 +174,17 @@ maps! {
         [scatter::fresnel::<L>(eta, cos_i, cos_t)]
     }
 
-    /// Directions `d` after a boundary of glass with normal `n`, met from inside where `inside` is above zero.
-    dielectric() [dx, dy, dz, nx, ny, nz, inside, ior, u] -> 3 {
+    /// Directions `d` after a boundary of glass with normal `n`, met from inside where `inside` is above zero; and
+    /// the factor of radiance.
+    dielectric() [dx, dy, dz, nx, ny, nz, inside, ior, u] -> 4 {
         let (d, n) = (V3::new(dx, dy, dz), V3::new(nx, ny, nz));
-        columns(scatter::dielectric::<L>(d, n, L::lt(L::f(0.0), inside), ior, u))
+        let (d, scale) = scatter::dielectric::<L>(d, n, L::lt(L::f(0.0), inside), ior, u);
+        [d.x, d.y, d.z, scale]
     }
 
-    /// Powers as fluxes (words) in units of `FLUX_ONE` to the nominal power.
-    quantise(nominal: f32) [r, g, b] -> 3 {
-        flux_in_units::<L>(V3::new(r, g, b), *nominal)
+    /// Powers, in multiples of the nominal power, as fluxes (words) in units of `FLUX_ONE` to it.
+    quantise() [power] -> 1 {
+        [photon_pass::quantise::<L>(power)]
     }
 
     /// Origins and directions of the rays through places of the image, and (where there is one) of the lens.
