@@ -1,6 +1,7 @@
 //! Cells, occupancy and sorting: what is near is looked up, once, and little else.
 
-use super::{GUARD, GUARDS, assert_same, check, check_map, lane_kinds, numbers};
+use super::inputs::numbers;
+use super::{GUARD, GUARDS, assert_same, check, check_map, lane_kinds};
 use crate::placement::log_uniform;
 use fast::LaneKind;
 use fast::kernels::{Cells, Join, Occupancy, Photon, Query, Run};

@@ -1,13 +1,14 @@
 //! What rays meet: nearest and any hit, by all three searches.
 
-use super::rays::{RayCase, ray_case, scene_of};
-use super::{assert_same, assert_same_vector, check, lane_kinds, numbers, random_direction, tell};
+use super::inputs::{scattered, scene_of};
+use super::rays::{RayCase, ray_case};
+use super::{assert_same, assert_same_vector, check, lane_kinds, tell};
 use crate::placement::log_uniform;
 use fast::{Intersector, LaneKind, Met, Search};
 use proptest::prelude::*;
 use reference::intersect::{Hit, intersect, occluded};
 use scene::ray::{NO_SPHERE, SphereId};
-use scene::{Material, Ray, Rgb, Sphere, Still, Vec3};
+use scene::{Material, Ray, Rgb, Still, Vec3};
 
 const SEARCHES: [Search; 3] = [Search::InTurn, Search::Clusters, Search::Tree];
 
@@ -107,33 +108,7 @@ fn many_spheres_and_more_than_a_batch_of_rays() {
     check_cases(60, "rays against many spheres", &ray_case(41..=150, 200..=300));
 }
 
-/// Spheres scattered in a cube, and rays among them.
-fn scattered(count: usize, copies: usize, index: u32) -> (Vec<Sphere>, Vec<Ray>) {
-    let mut stream = numbers(index);
-    let side = (count as f32).cbrt();
-    let mut place = move || Vec3::from_array([(); 3].map(|()| (stream.next_f32() - 0.5) * side));
-    let mut stream = numbers(index + 1);
-    let mut spheres = Vec::new();
-    for k in 0..count / copies {
-        let material = if k % 3 == 0 { 2 } else { 0 };
-        let radius = 0.05 + 0.6 * stream.next_f32();
-        let sphere = Sphere { center: place(), velocity: Vec3::ZERO, radius, material, emission: Rgb::ZERO };
-        spheres.extend(std::iter::repeat_n(sphere, copies));
-    }
-    // Copies lie far apart in the order of ids.
-    let stride = (1..).map(|k| 7919 + k).find(|stride| gcd(*stride, spheres.len().max(1)) == 1).unwrap();
-    let shuffled = (0..spheres.len()).map(|k| spheres[k * stride % spheres.len()]).collect();
-    let rays = (0..400).map(|k| {
-        let direction = random_direction(&mut stream);
-        let origin = place() * if k % 4 == 0 { 3.0 } else { 1.0 };
-        Ray { origin, direction, leaves: NO_SPHERE }
-    });
-    (shuffled, rays.collect())
-}
-
-fn gcd(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { gcd(b, a % b) }
-}
+const RAYS: usize = 400;
 
 /// Around the sizes at which a leaf, a node or a level is full, and where threads share the building.
 #[test]
@@ -142,7 +117,7 @@ fn hierarchies_of_every_shape() {
         [1, 2, 7, 8, 9, 15, 16, 17, 63, 64, 65, 72, 100, 511, 512, 513, 520, 1500, 4095, 4096, 4097, 20_000];
     let mut cases = 0;
     for (index, count) in sizes.into_iter().enumerate() {
-        let (spheres, rays) = scattered(count, 1, 300 + 2 * index as u32);
+        let (spheres, rays) = scattered(count, 1, RAYS, 300 + 2 * index as u32);
         let scene = scene_of(spheres, Vec3::splat(1e3));
         let searches = if count > 2000 { &SEARCHES[2..] } else { &SEARCHES[..] };
         let hits = compare(&scene.at(0.0), &rays, searches);
@@ -158,7 +133,7 @@ fn of_equal_distances_the_lower_sphere() {
     for (index, (count, copies)) in
         [(4, 2), (12, 3), (40, 4), (300, 3), (1200, 2), (64, 64)].into_iter().enumerate()
     {
-        let (spheres, rays) = scattered(count, copies, 400 + 2 * index as u32);
+        let (spheres, rays) = scattered(count, copies, RAYS, 400 + 2 * index as u32);
         let scene = scene_of(spheres, Vec3::splat(1e3));
         assert!(compare(&scene.at(0.0), &rays, &SEARCHES) > 0);
         cases += rays.len() * SEARCHES.len();
@@ -171,7 +146,7 @@ fn of_equal_distances_the_lower_sphere() {
 fn the_search_of_choice() {
     let mut cases = 0;
     for (index, count) in [1, 11, 12, 13, 14, 1023, 1024, 1025, 1026].into_iter().enumerate() {
-        let (spheres, rays) = scattered(count, 1, 500 + 2 * index as u32);
+        let (spheres, rays) = scattered(count, 1, RAYS, 500 + 2 * index as u32);
         let scene = scene_of(spheres, Vec3::splat(1e3));
         let still = scene.at(0.0);
         let chosen = Intersector::new(&still, LaneKind::best());
@@ -194,7 +169,7 @@ fn the_search_of_choice() {
 #[test]
 fn memory_per_sphere() {
     for count in [1000, 20_000] {
-        let (spheres, _) = scattered(count, 1, 600);
+        let (spheres, _) = scattered(count, 1, RAYS, 600);
         let scene = scene_of(spheres, Vec3::splat(1e3));
         let still = scene.at(0.0);
         let tree = Intersector::with_search(&still, LaneKind::best(), Search::Tree).bytes();

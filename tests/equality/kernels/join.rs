@@ -1,6 +1,7 @@
 //! The join against all pairs: which photons count at which visible points, and what they bring.
 
-use super::{check, lane_kinds, numbers, random_direction, tell};
+use super::inputs::{self, crowd, numbers};
+use super::{check, lane_kinds, tell};
 use crate::placement::log_uniform;
 use fast::kernels::{Gathered, Join, Photon, Point};
 use proptest::prelude::*;
@@ -112,7 +113,7 @@ impl Scatter {
 
 /// What a visible point gathers, of all photons: those within the radius that arrive on its side, or of whose side
 /// there is no doubt.
-fn all_pairs(photons: &[Photon], point: &Option<Point>) -> Gathered {
+fn all_pairs(photons: &[Photon], point: Option<&Point>) -> Gathered {
     let mut sum = Gathered::default();
     let Some(point) = point else { return sum };
     for photon in photons {
@@ -131,7 +132,7 @@ fn all_pairs(photons: &[Photon], point: &Option<Point>) -> Gathered {
 
 /// Compares on all lanes; gives the number of contributions.
 fn compare(photons: &[Photon], points: &[Option<Point>], cell_size: f32, buckets: usize) -> u64 {
-    let expected: Vec<Gathered> = points.iter().map(|point| all_pairs(photons, point)).collect();
+    let expected: Vec<Gathered> = points.iter().map(|point| all_pairs(photons, point.as_ref())).collect();
     for lanes in lane_kinds() {
         let half = photons.len() / 2;
         let join = Join::new(lanes, &[&photons[..half], &photons[half..]], points, cell_size, buckets);
@@ -185,13 +186,28 @@ fn more_photons_than_a_word_can_sum() {
     tell(cases, "joins of up to 5000 photons");
 }
 
+/// As in a picture: neighbours lie close together; and the same points in an order that tears groups apart.
+#[test]
+fn crowds() {
+    let mut cases = 0;
+    for (density, points) in [(0.5, 160), (8.0, 250), (40.0, 31)] {
+        let (photons, together) = crowd(points, density, 62);
+        let apart: Vec<Option<Point>> = (0..points).map(|k| together[k * 17 % points]).collect();
+        for (points, cell_size) in [(&together, 1.5), (&together, 0.5), (&apart, 1.5), (&apart, 3.0)] {
+            assert!(compare(&photons, points, cell_size, photons.len()) > 0);
+            cases += points.len();
+        }
+    }
+    tell(cases, "points among photons on a plane");
+}
+
 /// Photons that come along the surface, where the sign of a cosine decides, with and without doubt of their side.
 #[test]
 fn grazing_photons() {
     let mut stream = numbers(61);
     let mut cases = 0;
     for round in 0..60 {
-        let normal = random_direction(&mut stream);
+        let normal = inputs::direction(&mut stream);
         let (s, t) = reference::sampling::frame(normal);
         let photons: Vec<Photon> = (0..100)
             .map(|k| {

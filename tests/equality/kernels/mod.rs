@@ -3,6 +3,8 @@
 
 mod consolidation;
 mod grid;
+#[path = "../../../fast/benches/inputs.rs"]
+mod inputs;
 mod intersection;
 mod join;
 mod operations;
@@ -12,12 +14,12 @@ mod sampling;
 mod scattering;
 mod streams;
 
-use crate::pair::effort;
+use crate::pair::scaled;
 use fast::LaneKind;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestCaseResult, TestError, TestRunner};
 use scene::Vec3;
-use scene::rng::{Family, Stream, StreamKey, UNIT};
+use scene::rng::UNIT;
 use std::cell::Cell;
 use std::fmt::Debug;
 use std::io::{Write, stderr};
@@ -103,7 +105,7 @@ where
     S::Value: Debug,
 {
     let config = Config {
-        cases: cases * effort(),
+        cases: scaled(cases),
         failure_persistence: None,
         max_local_rejects: u32::MAX,
         max_shrink_time: 20_000,
@@ -119,11 +121,6 @@ where
         Err(TestError::Fail(why, input)) => panic!("{what}: {why}\n{input:?}"),
         Err(TestError::Abort(why)) => panic!("{what}: {why}"),
     }
-}
-
-/// A stream of numbers for sweeps, another for each `index`.
-fn numbers(index: u32) -> Stream {
-    StreamKey::new(11, Family::Path, 0).stream(index)
 }
 
 /// Uniform numbers as the streams give them, the ends of the unit interval and of its quarters among them.
@@ -145,9 +142,4 @@ fn edge_directions() -> Vec<Vec3> {
         Vec3::new(-0.6, 0.0, -0.8),
     ];
     axes.chain(others.into_iter().map(reference::sampling::unit)).collect()
-}
-
-/// A random unit vector.
-fn random_direction(stream: &mut Stream) -> Vec3 {
-    reference::sampling::unit(reference::sampling::uniform_sphere(stream.next_f32(), stream.next_f32()))
 }

@@ -1,6 +1,7 @@
 //! The operations of the lanes, against plain Rust: the kernels' equality rests on theirs.
 
-use super::{GUARD, check_map, lane_kinds, numbers, tell};
+use super::inputs::numbers;
+use super::{GUARD, check_map, lane_kinds, tell};
 use fast::kernels::operations::{
     Memory, arithmetic, comparison, count, fused, integers, mask, masks, rounding, shifts,
 };
@@ -103,7 +104,7 @@ fn masks_are_truth_values() {
     let rows: Vec<[f32; 3]> = word_pairs()
         .into_iter()
         .enumerate()
-        .map(|(k, [w, _])| [f32::from_bits(k as u32 & 1), f32::from_bits(k as u32 / 2 & 1), w])
+        .map(|(k, [w, _])| [f32::from_bits(k as u32 & 1), f32::from_bits((k as u32 >> 1) & 1), w])
         .collect();
     let definition = |row: [f32; 3]| {
         let [p, q, w] = row.map(f32::to_bits);

@@ -1,11 +1,12 @@
 //! Random spheres and rays, on purpose where rounding decides: tangent, from the surface, from within, along axes.
 
+use super::inputs::scene_of;
 use crate::placement::{Placement, among_others, around_all, log_uniform, point};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use reference::sampling::{frame, unit};
 use scene::ray::NO_SPHERE;
-use scene::{Camera, Material, Ray, Rgb, Scene, Settings, Sphere, Vec3};
+use scene::{Ray, Rgb, Scene, Sphere, Vec3};
 
 /// A scene, and rays through it.
 #[derive(Clone, Debug)]
@@ -66,30 +67,6 @@ pub(super) fn ray_case(
         let rays = rays.iter().map(|spec| spec.resolve(&places)).collect();
         RayCase { scene: scene_of(spheres, eye), rays }
     })
-}
-
-/// A scene of these spheres, whose materials are diffuse, mirror and glass.
-pub(super) fn scene_of(spheres: Vec<Sphere>, eye: Vec3) -> Scene {
-    Scene {
-        name: "of rays".into(),
-        camera: Camera {
-            eye,
-            direction: Vec3::NEG_Z,
-            up: Vec3::Y,
-            vertical_fov_degrees: 60.0,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-            shutter: [0.0, 0.0],
-        },
-        materials: vec![
-            Material::Diffuse { albedo: Rgb::new(0.2, 0.4, 0.8) },
-            Material::Specular { albedo: Rgb::new(0.9, 0.7, 0.5) },
-            Material::Dielectric { albedo: Rgb::new(1.0, 0.9, 0.95), ior: 1.5 },
-        ],
-        spheres,
-        background: Rgb::ZERO,
-        settings: Settings::default(),
-    }
 }
 
 fn sphere(ball: &BallSpec, center: Vec3, radius: f32) -> Sphere {

@@ -1,8 +1,7 @@
 //! The maps from uniform numbers to points and directions.
 
-use super::{
-    assert_same, check_map, edge_directions, edge_uniforms, lane_kinds, numbers, random_direction, tell,
-};
+use super::inputs::{direction, numbers};
+use super::{assert_same, check_map, edge_directions, edge_uniforms, lane_kinds, tell};
 use fast::kernels::{
     camera_ray, choose_light, cosine_hemisphere, max_component, orthonormal_frame, sincos_turn, uniform_cone,
     uniform_disk, uniform_sphere, unit,
@@ -30,7 +29,7 @@ fn directions_and_uniforms() -> Vec<(Vec3, [f32; 2])> {
     let mut stream = numbers(21);
     let edges = edge_directions();
     let many = edges.iter().flat_map(|d| pairs.iter().take(700).map(|pair| (*d, *pair)));
-    let random = pairs.iter().map(|pair| (random_direction(&mut stream), *pair));
+    let random = pairs.iter().map(|pair| (direction(&mut stream), *pair));
     many.chain(random.collect::<Vec<_>>()).collect()
 }
 
@@ -99,7 +98,7 @@ fn cones() {
 #[test]
 fn frames_and_unit_vectors() {
     let mut stream = numbers(22);
-    let random = (0..RANDOM).map(|_| random_direction(&mut stream));
+    let random = (0..RANDOM).map(|_| direction(&mut stream));
     let directions: Vec<Vec3> = edge_directions().into_iter().chain(random).collect();
     let rows: Vec<[f32; 3]> = directions.iter().map(Vec3::to_array).collect();
     let frame = |n: [f32; 3]| {

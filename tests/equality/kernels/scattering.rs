@@ -1,6 +1,7 @@
 //! Mirrors, glass, and the quantisation of fluxes.
 
-use super::{check_map, edge_directions, edge_uniforms, numbers, random_direction, tell};
+use super::inputs::{direction, numbers};
+use super::{check_map, edge_directions, edge_uniforms, tell};
 use fast::kernels::{dielectric, fresnel, quantise, reflect};
 use reference::intersect::Hit;
 use reference::{photon_pass, scatter};
@@ -23,7 +24,7 @@ fn meetings() -> Vec<(Vec3, Vec3)> {
             all.push((reference::sampling::unit(tangent + n * grazing), n));
         }
     }
-    all.extend((0..20_000).map(|_| (random_direction(&mut stream), random_direction(&mut stream))));
+    all.extend((0..20_000).map(|_| (direction(&mut stream), direction(&mut stream))));
     all
 }
 

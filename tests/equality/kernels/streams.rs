@@ -1,6 +1,7 @@
 //! Random streams: start states, words and floats.
 
-use super::{check_map, edge_uniforms, numbers, tell};
+use super::inputs::numbers;
+use super::{check_map, edge_uniforms, tell};
 use fast::kernels::{next_uniform, stream_state, unit_float};
 use scene::rng::{Family, STATE_FOR_ZERO, StreamKey};
 
