@@ -41,6 +41,8 @@ mod hierarchy;
 mod intersect;
 mod intersector;
 mod join;
+#[doc(hidden)]
+pub mod kernels;
 mod lanes;
 mod paths;
 mod photon_pass;
@@ -54,5 +56,5 @@ mod vec3;
 
 pub use dispatch::LaneKind;
 pub use hierarchy::Search;
-pub use intersector::Intersector;
+pub use intersector::{Intersector, Met};
 pub use sppm::Sppm;

@@ -313,7 +313,7 @@ impl PhotonPass<'_> {
 
 /// As `reference::photon_pass::quantise`, as the bits of a float.
 #[inline(always)]
-fn quantise<L: Lanes>(power: L::F) -> L::F {
+pub(crate) fn quantise<L: Lanes>(power: L::F) -> L::F {
     let flux = power * L::f(FLUX_ONE as f32) + L::f(0.5);
     L::from_bits(L::min_u(L::truncate(flux), L::u(FLUX_ONE)))
 }

@@ -299,7 +299,7 @@ impl<'a> Sppm<'a> {
 
 /// A bound on how far a point computed to lie on a solid ball is from where its normal says: some ulps of the
 /// largest coordinate of any such ball.
-fn rounding_of_points(still: &Still) -> f32 {
+pub(crate) fn rounding_of_points(still: &Still) -> f32 {
     let solid =
         still.spheres.iter().zip(&still.roles).filter(|(_, role)| **role == scene::still::Role::Solid);
     solid.map(|(s, _)| s.center.abs().max_element() + s.radius).fold(0.0, f32::max) * 1e-6
@@ -354,13 +354,13 @@ impl Engine for Sppm<'_> {
     }
 }
 
-struct CameraJob<'a> {
-    pass: &'a CameraPass<'a>,
-    batch: &'a mut CameraBatch,
-    first: usize,
-    rows: &'a mut [PixelRows],
-    pixels: &'a [Row],
-    occupancy: &'a mut Occupancy,
+pub(crate) struct CameraJob<'a> {
+    pub(crate) pass: &'a CameraPass<'a>,
+    pub(crate) batch: &'a mut CameraBatch,
+    pub(crate) first: usize,
+    pub(crate) rows: &'a mut [PixelRows],
+    pub(crate) pixels: &'a [Row],
+    pub(crate) occupancy: &'a mut Occupancy,
 }
 
 impl Kernel for CameraJob<'_> {
@@ -380,11 +380,11 @@ impl Kernel for CameraJob<'_> {
     }
 }
 
-struct PhotonJob<'a> {
-    pass: &'a PhotonPass<'a>,
-    batch: &'a mut PhotonBatch,
-    photons: Range<u32>,
-    out: &'a mut Binned,
+pub(crate) struct PhotonJob<'a> {
+    pub(crate) pass: &'a PhotonPass<'a>,
+    pub(crate) batch: &'a mut PhotonBatch,
+    pub(crate) photons: Range<u32>,
+    pub(crate) out: &'a mut Binned,
 }
 
 impl Kernel for PhotonJob<'_> {

@@ -33,4 +33,4 @@ pub mod scatter;
 mod sppm;
 
 pub use path_tracer::PathTracer;
-pub use sppm::Sppm;
+pub use sppm::{Sppm, contributes};

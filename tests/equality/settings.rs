@@ -1,6 +1,6 @@
 //! Depth, photons and seed.
 
-use crate::pair::{MOST_THREADS, all_lanes, assert_equal, effort, tell};
+use crate::pair::{MOST_THREADS, all_lanes, assert_equal, scaled, tell};
 use scene::settings::MAX_DEPTH;
 use scene::{Scene, Settings};
 
@@ -48,8 +48,7 @@ fn photons() {
 fn seeds() {
     let (scene, settings) = builtin("large");
     let mut cases = 0;
-    for seed in
-        (0..16 * u64::from(effort())).map(|i| i.wrapping_mul(0x9e37_79b9_7f4a_7c15)).chain([1, u64::MAX])
+    for seed in (0..u64::from(scaled(16))).map(|i| i.wrapping_mul(0x9e37_79b9_7f4a_7c15)).chain([1, u64::MAX])
     {
         cases += assert_equal(&scene, &Settings { seed, ..settings }, &all_lanes(2));
     }

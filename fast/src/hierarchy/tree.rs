@@ -74,6 +74,7 @@ pub(crate) struct Wave {
 }
 
 impl Wave {
+    #[allow(clippy::large_stack_arrays)] // On their way into the box, once per thread.
     pub(crate) fn new() -> Box<Self> {
         Box::new(Self {
             slabs: [[Row::default(); 2]; ROOM],
@@ -246,6 +247,7 @@ impl Wave {
     }
 
     /// Takes a box from each stack.
+    #[allow(clippy::needless_bitwise_bool)] // Lazy ones would be branches, which this stage is there to avoid.
     #[inline(always)]
     fn pop<const ANY: bool>(&mut self, live: usize, keys: &[u64; ROOM], t: &Floats) -> Popped {
         let mut popped = Popped { live: 0, nodes: 0, leaves: 0 };
