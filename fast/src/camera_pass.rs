@@ -243,7 +243,9 @@ impl CameraPass<'_> {
             if L::any(is_smooth) {
                 let mirrored = reflect(p.direction, surface.normal);
                 let is_glass = L::eq(material.kind, L::u(kind::DIELECTRIC));
-                let through = dielectric(p.direction, surface.normal, surface.inside, material.ior, lobe);
+                let (through, scale) =
+                    dielectric(p.direction, surface.normal, surface.inside, material.ior, lobe);
+                p.weight = p.weight.scale(L::select(is_glass, scale, L::f(1.0)));
                 p.direction = V3::select(is_glass, through, mirrored);
                 p.origin = surface.point;
                 p.leaves = hit;

@@ -71,3 +71,20 @@ fn many_photons_at_a_point() {
     }
     tell(cases, "many photons at a point");
 }
+
+/// Down to where radiance is subnormal and up to where powers leave the range of `f32`.
+#[test]
+fn units_of_light() {
+    let mut cases = 0;
+    for exponent in [-118, -100, -50, 50, 100] {
+        let (mut scene, settings) = builtin("cornell");
+        for sphere in &mut scene.spheres {
+            sphere.emission *= f32::powi(2.0, exponent);
+        }
+        // One channel without light, too.
+        scene.spheres.iter_mut().for_each(|sphere| sphere.emission.y = 0.0);
+        assert!(scene.at(0.0).lights.power.is_normal());
+        cases += assert_equal(&scene, &settings, &all_lanes(1));
+    }
+    tell(cases, "units of light");
+}

@@ -133,7 +133,7 @@ fn glass_refracts_by_snells_law_or_reflects_as_fresnel_shares() {
                 if (1.0 - sin2_t).abs() < 1e-3 {
                     continue; // Near the critical angle see `reflectance_agrees_with_f64`.
                 }
-                let out = |u: f64| dielectric(d, &hit(n, inside), ior, u as f32).as_dvec3();
+                let out = |u: f64| dielectric(d, &hit(n, inside), ior, u as f32).0.as_dvec3();
                 let mirrored = reflect(d, n).as_dvec3();
                 // Just below and above the share; 10^-4 is the bound of that test this near to critical.
                 assert!(share < 2e-4 || out(share - 1e-4).distance(mirrored) < DIRECTION);
@@ -163,10 +163,12 @@ fn refraction_is_undone_on_the_way_back() {
     let n = normal();
     for ior in INDICES {
         for d in incoming(n).filter(|d| d.dot(n) < -0.05) {
-            let within = dielectric(d, &hit(n, false), ior, 0.999_999);
-            let back = dielectric(-within, &hit(-n, true), ior, 0.999_999);
+            let (within, narrowed) = dielectric(d, &hit(n, false), ior, 0.999_999);
+            let (back, widened) = dielectric(-within, &hit(-n, true), ior, 0.999_999);
             // The way back magnifies by the index and, at a slant, by the ratio of the cosines: below 30.
             assert!(f64::from(back.distance(-d)) < 30.0 * DIRECTION, "ior {ior}, d {d}: {back}");
+            approx::assert_relative_eq!(narrowed, 1.0 / (ior * ior), max_relative = 4.0 * f32::EPSILON);
+            approx::assert_relative_eq!(narrowed * widened, 1.0, max_relative = 4.0 * f32::EPSILON);
         }
     }
 }
@@ -176,7 +178,9 @@ fn glass_of_index_one_is_not_there() {
     let n = normal();
     for d in incoming(n).filter(|d| d.dot(n) < -0.01) {
         for inside in [false, true] {
-            assert!(f64::from(dielectric(d, &hit(n, inside), 1.0, 1e-6).distance(d)) < 100.0 * DIRECTION);
+            let (direction, scale) = dielectric(d, &hit(n, inside), 1.0, 1e-6);
+            assert!(f64::from(direction.distance(d)) < 100.0 * DIRECTION);
+            assert_eq!(scale, 1.0);
         }
     }
 }
@@ -189,8 +193,9 @@ fn total_reflection_begins_beyond_the_critical_angle() {
         let tangent = n.any_orthonormal_vector();
         for (angle, is_total) in [(critical - 1e-2, false), (critical + 1e-3, true), (1.57, true)] {
             let d = -n * angle.cos() as f32 + tangent * angle.sin() as f32;
-            let crosses = dielectric(d, &hit(n, true), ior, 0.999_999).dot(n) < 0.0;
-            assert_eq!(crosses, !is_total, "ior {ior}, angle {angle}");
+            let (direction, scale) = dielectric(d, &hit(n, true), ior, 0.999_999);
+            assert_eq!(direction.dot(n) < 0.0, !is_total, "ior {ior}, angle {angle}");
+            assert_eq!(scale, if is_total { 1.0 } else { ior * ior });
         }
     }
 }
