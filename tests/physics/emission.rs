@@ -195,19 +195,19 @@ const FLUX_ROUNDING: u32 = 1;
 
 #[test]
 fn quantisation_rounds_to_the_nearest_and_never_overflows() {
-    let nominal = 37.5_f32;
     for i in 0..=100_000_u32 {
-        let power = nominal * (i as f32 / 100_000.0);
-        let Flux([r, g, b]) = quantise(Rgb::new(power, 0.5 * power, 0.0), nominal);
-        let exact = f64::from(power) / f64::from(nominal) * f64::from(FLUX_ONE);
-        // Half a step, and the rounding of the scale and the product.
+        let power = i as f32 / 100_000.0;
+        let Flux([r, g, b]) = quantise(Rgb::new(power, 0.5 * power, 0.0));
+        let exact = f64::from(power) * f64::from(FLUX_ONE);
+        // Half a step, and the rounding of the sum before the fraction is cut off.
         for (flux, exact) in [(r, exact), (g, 0.5 * exact)] {
             assert!((f64::from(flux) - exact).abs() <= 0.75, "{power}: {flux} instead of {exact}");
         }
         assert_eq!(b, 0);
     }
-    assert_eq!(quantise(Rgb::splat(nominal), nominal), Flux([FLUX_ONE; 3]));
-    assert_eq!(quantise(Rgb::splat(2.0 * nominal), nominal), Flux([FLUX_ONE; 3]));
+    for power in [1.0, 1.0 + f32::EPSILON, 2.0, f32::INFINITY] {
+        assert_eq!(quantise(Rgb::splat(power)), Flux([FLUX_ONE; 3]));
+    }
     tell("physics", 100_001, "quantised powers");
 }
 

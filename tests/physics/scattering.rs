@@ -213,7 +213,7 @@ fn a_boundary_reflects_as_often_as_fresnel_says() {
         let eta = f64::from(if inside { ior } else { 1.0 / ior });
         let share = expected_fresnel(eta, -d.as_dvec3().dot(n.as_dvec3()));
         let mut stream = StreamKey::new(4, Family::Path, 0).stream(index as u32);
-        let reflects = |_: &u32| dielectric(d, &hit(n, inside), ior, stream.next_f32()).dot(n) > 0.0;
+        let reflects = |_: &u32| dielectric(d, &hit(n, inside), ior, stream.next_f32()).0.dot(n) > 0.0;
         let reflected = (0..count).filter(reflects).count();
         let p = chi_square_p_of(&[reflected as u32, count - reflected as u32], &[share, 1.0 - share]);
         assert!(p > SIGNIFICANCE, "ior {ior}, angle {angle}: {reflected} of {count}, p = {p:.1e}");
