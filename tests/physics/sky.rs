@@ -11,6 +11,9 @@ const SKY: Rgb = Rgb::new(0.5, 1.0, 2.0);
 /// A dozen roundings of 2^-24.
 const ROUNDING: f32 = 1e-6;
 
+/// The roundings of some hundred reflections in grazing glass and between mirrors.
+const THROUGH_GLASS: f32 = 1e-5;
+
 fn under_the_sky(scene: Scene) -> Scene {
     Scene { background: SKY, ..scene }.with_sky()
 }
@@ -48,9 +51,14 @@ fn what_takes_no_light_is_invisible_under_the_sky() {
         .ball(Vec3::new(1.0, 0.0, 0.0), 1.0, mirror(1.0))
         .ball(Vec3::new(-1.0, 0.0, 0.0), 0.4, mirror(1.0));
     for film in images(&under_the_sky(scene), 1024) {
-        assert!(film.pixels.iter().all(|&p| p == SKY), "something shows");
+        // Radiance is scaled by the squared index on the way in, and by its inverse on the way out.
+        let shows = |p: &&Rgb| ((**p - SKY) / SKY).abs().max_element() > THROUGH_GLASS;
+        assert_eq!(film.pixels.iter().find(shows), None, "something shows");
     }
 }
+
+/// Relative: rounding may decide whether one ray or another of 1650 hits the edge of the ball, or misses it.
+const EDGE: f64 = 2e-3;
 
 #[test]
 fn the_sky_does_not_move_with_what_stands_under_it() {
@@ -63,8 +71,7 @@ fn the_sky_does_not_move_with_what_stands_under_it() {
     let expected = mean(&scene(Vec3::ZERO, 1.0));
     for (offset, size) in [(Vec3::new(3.0, 0.0, -7.0), 1.0), (Vec3::ZERO, 8.0)] {
         for (actual, expected) in mean(&scene(offset, size)).into_iter().zip(expected) {
-            // A pixel of the edge or two may be hit by another ray's rounding: each of 825 pixels twice.
-            assert!((actual / expected - 1.0).abs() < 2e-3, "{actual} instead of {expected}");
+            assert!((actual / expected - 1.0).abs() < EDGE, "{actual} instead of {expected}");
         }
     }
 }
