@@ -1,7 +1,7 @@
 //! The table of all rows: which parts each is made of.
 
 use crate::counted::Operations;
-use crate::index::{ByBlock, BySphere, ByteBins, HashGrid, LinkedBins, Partitioned, Tuning, TypedBins};
+use crate::index::{ByBlock, BySphere, ByteBins, HashGrid, Kiddo, LinkedBins, Partitioned, Tree, Tuning, TypedBins};
 use crate::numbers::Generator;
 use crate::one::One;
 use crate::pipeline::{Parts, Pipeline};
@@ -153,6 +153,8 @@ parts! {
     Stage6: Vertical, Lines<Line8>, HashGrid<TypedBins>, columns: false;
     SortedTables: Vertical, Lines<Line8>, HashGrid<Partitioned<BySphere>>, columns: false;
     BlockedTables: Vertical, Lines<Line8>, HashGrid<Partitioned<ByBlock>>, columns: false;
+    KiddoTree: Vertical, Lines<Line8>, Kiddo, columns: false;
+    OwnTree: Vertical, Lines<Line8>, Tree, columns: false;
 }
 
 const FAST: &str = "fast";
@@ -241,8 +243,22 @@ pub static ROWS: &[Row] = &[
         start::<BlockedTables>,
     ),
     row(
+        "kdtree",
+        "future work: a k-d tree, that of the crate kiddo",
+        Description { index: "k-d tree of kiddo", ..STAGE6 },
+        XORSHIFT_8,
+        start::<KiddoTree>,
+    ),
+    row(
+        "kdtree-own",
+        "future work: a k-d tree of ours, whose leaves are tested in lanes",
+        Description { index: "k-d tree, leaves of up to 32 points", ..STAGE6 },
+        XORSHIFT_8,
+        start::<OwnTree>,
+    ),
+    row(
         FAST,
-        "the fast engine of this project, on one thread's worth of its lanes",
+        "the fast engine of this project, on one thread",
         Description {
             random: "keyed streams, Sobol points",
             layout: "tiles of rows",

@@ -5,10 +5,12 @@
 
 mod bins;
 mod grid;
+mod kdtree;
 mod partitioned;
 
 pub(crate) use bins::{ByteBins, LinkedBins, TypedBins};
 pub(crate) use grid::HashGrid;
+pub(crate) use kdtree::{Kiddo, Tree};
 pub(crate) use partitioned::{ByBlock, BySphere, Partitioned};
 
 use crate::pixels::Pixels;
