@@ -2,6 +2,7 @@
 
 use crate::compare::Bounds;
 use crate::engines::{EngineName, LanesName};
+use crate::ladder_command::args::LadderArgs;
 use crate::threads::MAX_THREADS;
 use crate::values::{amount, bound, number, whole};
 use clap::{Args as ClapArgs, Parser, Subcommand};
@@ -44,6 +45,7 @@ pub(crate) enum Command {
     Scenes(ScenesArgs),
     Compare(CompareArgs),
     Verify(VerifyArgs),
+    Ladder(LadderArgs),
     Completions(CompletionsArgs),
     Man(ManArgs),
 }

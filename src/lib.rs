@@ -21,6 +21,7 @@ mod documents;
 mod engines;
 mod error;
 mod interrupt;
+mod ladder_command;
 mod outputs;
 mod progress;
 mod render;
@@ -61,6 +62,7 @@ fn process(args: &Args) -> Result<(), Error> {
         Command::Scenes(args) => scenes::show(args),
         Command::Compare(args) => compare_command::run(args),
         Command::Verify(args) => verify::verify(args),
+        Command::Ladder(args) => ladder_command::run(args),
         Command::Completions(args) => documents::completions(args),
         Command::Man(args) => documents::man(args),
     }

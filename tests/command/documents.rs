@@ -3,7 +3,7 @@
 use crate::sandbox::{Ended, Sandbox};
 use std::fs;
 
-const COMMANDS: [&str; 6] = ["render", "scenes", "compare", "verify", "completions", "man"];
+const COMMANDS: [&str; 7] = ["render", "scenes", "compare", "verify", "ladder", "completions", "man"];
 
 /// Standard output of a run that succeeds and says nothing else.
 fn output(args: &[&str]) -> String {

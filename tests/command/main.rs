@@ -6,6 +6,7 @@ mod documents;
 mod failures;
 #[cfg(unix)]
 mod interrupt;
+mod ladder;
 mod render;
 mod sandbox;
 mod scenes;

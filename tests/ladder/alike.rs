@@ -55,7 +55,10 @@ fn rows_agree_with_the_baseline_as_it_does_with_itself() {
             assert!(other_many > other_few, "{case}: {other_few}, then {other_many}");
             assert!(other_many > many - SLACK, "{case}: {other_many}, the baseline with itself {many}");
             let ratio = mean(&other[1]) / mean(&baseline[1]);
-            assert!((ratio - 1.0).abs() < MEAN_SLACK, "{case}: mean radiance is {ratio} times the baseline's");
+            assert!(
+                (ratio - 1.0).abs() < MEAN_SLACK,
+                "{case}: mean radiance is {ratio} times the baseline's"
+            );
         }
     }
 }
