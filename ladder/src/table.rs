@@ -1,7 +1,9 @@
 //! The table of all rows: which parts each is made of.
 
 use crate::counted::Operations;
-use crate::index::{ByBlock, BySphere, ByteBins, HashGrid, Kiddo, LinkedBins, Partitioned, Tree, Tuning, TypedBins};
+use crate::index::{
+    ByBlock, BySphere, ByteBins, HashGrid, Kiddo, LinkedBins, Partitioned, Tree, Tuning, TypedBins,
+};
 use crate::numbers::Generator;
 use crate::one::One;
 use crate::pipeline::{Parts, Pipeline};
