@@ -151,15 +151,12 @@ impl<'a> Sppm<'a> {
         let workers = &self.camera_workers;
         jobs.for_each(|(job, (rows, pixels))| {
             let mut worker = workers.take(CameraWorker::new);
-            let kernel =
-                CameraJob { pass: &pass, batch: &mut worker.batch, first: job * PIXELS_PER_JOB, rows };
-            let counts = dispatch(lanes, kernel);
+            let CameraWorker { batch, occupancy, .. } = &mut worker;
+            let occupancy = occupancy.get_or_insert_with(|| Occupancy::new(occupancy_cell));
+            let first = job * PIXELS_PER_JOB;
+            let counts = dispatch(lanes, CameraJob { pass: &pass, batch, first, rows, pixels, occupancy });
             worker.segments += counts.segments;
             worker.visible_points += counts.visible_points;
-            let occupancy = worker.occupancy.get_or_insert_with(|| Occupancy::new(occupancy_cell));
-            for (rows, pixels) in rows.chunks(GROUP).zip(pixels.chunks(GROUP)) {
-                mark(occupancy, rows, pixels);
-            }
             workers.put(worker);
         });
         let mut all = Occupancy::new(occupancy_cell);
@@ -362,6 +359,8 @@ pub(crate) struct CameraJob<'a> {
     pub(crate) batch: &'a mut CameraBatch,
     pub(crate) first: usize,
     pub(crate) rows: &'a mut [PixelRows],
+    pub(crate) pixels: &'a [Row],
+    pub(crate) occupancy: &'a mut Occupancy,
 }
 
 impl Kernel for CameraJob<'_> {
@@ -373,6 +372,9 @@ impl Kernel for CameraJob<'_> {
             let more = self.pass.run::<L>(self.batch, self.first + number * BATCH, rows);
             counts.segments += more.segments;
             counts.visible_points += more.visible_points;
+        }
+        for (rows, pixels) in self.rows.chunks(GROUP).zip(self.pixels.chunks(GROUP)) {
+            mark::<L>(self.occupancy, rows, pixels);
         }
         counts
     }

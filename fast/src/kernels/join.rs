@@ -59,14 +59,33 @@ impl Cells {
     }
 
     /// The runs of buckets in which the points near a box lie; `None` if there are more cells than a window has.
-    pub fn runs(self, near: Query) -> Option<Vec<Run>> {
-        let bounds = near.bounds();
-        let span = self.0.span(&bounds);
-        let runs = |rows: &cells::Rows| {
-            let run = |run: &cells::Run| Run { bucket: run.bucket, length: run.length };
-            rows.runs().iter().map(run).collect()
-        };
-        span.fits().then(|| runs(&self.0.rows(span, &bounds)))
+    pub fn runs(self, lanes: LaneKind, near: Query) -> Option<Vec<Run>> {
+        dispatch(lanes, Runs { cells: self.0, bounds: near.bounds() })
+    }
+}
+
+struct Runs {
+    cells: cells::Cells,
+    bounds: cells::Bounds,
+}
+
+impl Kernel for Runs {
+    type Output = Option<Vec<Run>>;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let span = self.cells.span(&self.bounds);
+        if !span.fits() {
+            return None;
+        }
+        let query = self.cells.query::<L>(span, &self.bounds);
+        let mut runs = Vec::new();
+        for z in query.slabs() {
+            let mut rows = query.rows(z);
+            while let Some(cells::Run { bucket, length }) = rows.next() {
+                runs.push(Run { bucket, length });
+            }
+        }
+        Some(runs)
     }
 }
 
@@ -87,8 +106,8 @@ impl Occupancy {
     }
 
     /// Marks what is near a box, and gives true, unless it is more than a window.
-    pub fn mark(&mut self, near: Query) -> bool {
-        self.0.mark(&near.bounds())
+    pub fn mark(&mut self, lanes: LaneKind, near: Query) -> bool {
+        dispatch(lanes, Mark { occupancy: &mut self.0, bounds: near.bounds() })
     }
 
     /// Marks what is marked in another one with cells of the same size.
@@ -99,6 +118,19 @@ impl Occupancy {
     /// For each point 1 where its cell is marked, else 0.
     pub fn touches(&self, lanes: LaneKind, points: [&[f32]; 3], touched: &mut [f32]) {
         OverColumns { map: &self.0, inputs: points, outputs: [touched] }.on(lanes);
+    }
+}
+
+struct Mark<'a> {
+    occupancy: &'a mut occupancy::Occupancy,
+    bounds: cells::Bounds,
+}
+
+impl Kernel for Mark<'_> {
+    type Output = bool;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> bool {
+        self.occupancy.mark::<L>(&self.bounds)
     }
 }
 

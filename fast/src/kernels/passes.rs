@@ -7,7 +7,7 @@ use crate::direct_light::{LightTable, Receivers, ShadowNumbers, ShadowRays};
 use crate::dispatch::{Kernel, LaneKind, dispatch};
 use crate::hierarchy::Scratch;
 use crate::join::deposits::{Binned, Sorted};
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, Row};
 use crate::paths::{BATCH, ROOM, Vectors, Words};
 use crate::photon_pass::{Emitters, PhotonBatch, PhotonCounts, PhotonPass, emission_shifts};
 use crate::sppm::{CameraJob, PhotonJob, rounding_of_points};
@@ -49,7 +49,10 @@ pub fn camera_pass(
         settings,
         iteration,
     };
-    let job = CameraJob { pass: &pass, batch: &mut CameraBatch::new(), first: 0, rows: &mut rows };
+    let pixels = vec![Row([1.0; 8]); rows.len()];
+    let (batch, occupancy) = (&mut CameraBatch::new(), &mut Occupancy::new(1.0).0);
+    let (pass, rows_of_job) = (&pass, &mut rows[..]);
+    let job = CameraJob { pass, batch, first: 0, rows: rows_of_job, pixels: &pixels, occupancy };
     let counts = dispatch(lanes, job);
     let sample = |x, y| {
         let PixelRows { visible, light } = rows[slot_of(settings.width, x, y)];

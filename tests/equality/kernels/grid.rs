@@ -163,7 +163,12 @@ fn queries_find_each_cell_once_and_few_in_vain() {
             })
             .max()
             .unwrap();
-        let Some(runs) = cells.runs(query) else {
+        let mut on_lanes = lane_kinds().into_iter().map(|lanes| cells.runs(lanes, query));
+        let runs = on_lanes.next().unwrap();
+        for other in on_lanes {
+            prop_assert_eq!(&runs, &other);
+        }
+        let Some(runs) = runs else {
             prop_assert!(spanned > WINDOW, "{} cells do not fit", spanned);
             return Ok(());
         };
@@ -213,12 +218,12 @@ fn occupancy_knows_what_is_near_and_little_else() {
         let mut photons = Vec::new();
         for (k, near) in boxes.iter().enumerate() {
             let query = near.query(size);
-            let is_marked = all.mark(query);
-            prop_assert_eq!(is_marked, Cells::new(size, 1 << 19).runs(query).is_some());
+            let is_marked = all.mark(LaneKind::Emulated, query);
+            prop_assert_eq!(is_marked, Cells::new(size, 1 << 19).runs(LaneKind::Emulated, query).is_some());
             if k == 0 {
-                first.mark(query)
+                first.mark(LaneKind::best(), query)
             } else {
-                rest.mark(query)
+                rest.mark(LaneKind::best(), query)
             };
             if is_marked {
                 photons.extend(near.counted(size));

@@ -2,6 +2,7 @@
 
 use super::{assert_same_vector, check, lane_kinds};
 use crate::draft::{Case, case};
+use fast::LaneKind;
 use fast::kernels::{
     CameraSample, Cells, Occupancy, Photon, PhotonRun, Query, Receiver, camera_pass, direct_light,
     photon_pass, pixel_slot,
@@ -98,7 +99,7 @@ fn dropped(run: &PhotonRun, deposits: &[Deposit]) -> Result<Vec<Deposit>, TestCa
 fn all_of(deposits: &[Deposit], size: f32) -> Occupancy {
     let mut wanted = Occupancy::new(size);
     for deposit in deposits {
-        wanted.mark(Query { low: deposit.point, high: deposit.point, reach: size * 1e-3 });
+        wanted.mark(LaneKind::best(), Query { low: deposit.point, high: deposit.point, reach: size * 1e-3 });
     }
     wanted
 }
@@ -108,7 +109,7 @@ fn what_is_seen(visible: &[VisiblePoint], radius: f32) -> Occupancy {
     let mut wanted = Occupancy::new(radius * 2.0);
     for v in visible {
         let reach = radius * (1.0 + 1.0 / 1_048_576.0);
-        assert!(wanted.mark(Query { low: v.point, high: v.point, reach }));
+        assert!(wanted.mark(LaneKind::best(), Query { low: v.point, high: v.point, reach }));
     }
     wanted
 }
@@ -199,7 +200,10 @@ fn photons_from_the_middle() {
         let mut wanted = Occupancy::new(100.0);
         for corner in 0..64 {
             let place = Vec3::new((corner % 4) as f32, (corner / 4 % 4) as f32, (corner / 16) as f32);
-            wanted.mark(Query { low: place * 50.0 - 100.0, high: place * 50.0 - 50.0, reach: 60.0 });
+            wanted.mark(
+                LaneKind::best(),
+                Query { low: place * 50.0 - 100.0, high: place * 50.0 - 50.0, reach: 60.0 },
+            );
         }
         photon_pass(&still, &settings, 3, photons, (&wanted, Cells::new(3.0, 1000), 2.0), lanes)
     };
