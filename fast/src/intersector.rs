@@ -3,12 +3,13 @@
 use crate::dispatch::{Kernel, LaneKind, dispatch};
 use crate::hierarchy::{BLOCKED, Rays, Scratch, Search};
 use crate::intersect::{RayLanes, occluded};
-use crate::lanes::Lanes;
-use crate::paths::{BATCH, Paths, ROOM, Words};
-use crate::tables::Tables;
-use crate::trace::intersect_batch;
+use crate::lanes::{Lanes, MOST_LANES};
+use crate::paths::{BATCH, Paths, ROOM, Vectors, Words};
+use crate::tables::{Surface, Tables};
+use crate::trace::{hits, intersect_batch};
+use crate::vec3::V3;
 use scene::ray::SphereId;
-use scene::{Ray, Still};
+use scene::{Ray, Still, Vec3};
 
 /// What rays meet in a still, found as the passes find it: in batches, on any lanes.
 pub struct Intersector {
@@ -37,6 +38,12 @@ impl Intersector {
         dispatch(self.lanes, Nearest { tables: &self.tables, rays })
     }
 
+    /// What [`Self::nearest`] tells, with the unit normal on the side that the ray comes from, as the passes compute it;
+    /// zero where there is no hit.
+    pub fn surfaces(&self, rays: &[Ray]) -> Vec<(f32, SphereId, Vec3)> {
+        dispatch(self.lanes, Surfaces { tables: &self.tables, rays })
+    }
+
     /// Which rays meet a surface other than `light` nearer than `t`; one of each per ray.
     pub fn occluded(&self, rays: &[Ray], t: &[f32], lights: &[SphereId]) -> Vec<bool> {
         dispatch(self.lanes, Occluded { tables: &self.tables, rays, t, lights })
@@ -58,6 +65,38 @@ impl Kernel for Nearest<'_> {
             fill(&mut paths, rays);
             intersect_batch::<L>(self.tables, &mut paths, &mut scratch, rays.len());
             found.extend(paths.t.iter().copied().zip(paths.hit).take(rays.len()));
+        }
+        found
+    }
+}
+
+struct Surfaces<'a> {
+    tables: &'a Tables,
+    rays: &'a [Ray],
+}
+
+impl Kernel for Surfaces<'_> {
+    type Output = Vec<(f32, SphereId, Vec3)>;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let (mut paths, mut scratch) = (Paths::new(), Scratch::new());
+        let mut normals = Vectors::ZERO;
+        let mut found = Vec::with_capacity(self.rays.len());
+        for rays in self.rays.chunks(BATCH) {
+            fill(&mut paths, rays);
+            intersect_batch::<L>(self.tables, &mut paths, &mut scratch, rays.len());
+            for at in (0..rays.len()).step_by(L::N) {
+                let (t, hit, arrived) = hits::<L>(&paths, at, L::first(rays.len() - at));
+                let mut ids = [0; MOST_LANES];
+                L::store_u(hit, &mut ids);
+                let (origin, direction) = (paths.origin.load::<L>(at), paths.direction.load::<L>(at));
+                let normal = Surface::<L>::at(self.tables, origin, direction, t, &ids).normal;
+                normals.store::<L>(at, V3::select(arrived, normal, V3::splat(Vec3::ZERO)));
+            }
+            for k in 0..rays.len() {
+                let normal = Vec3::new(normals.x[k], normals.y[k], normals.z[k]);
+                found.push((paths.t[k], paths.hit[k], normal));
+            }
         }
         found
     }

@@ -3,9 +3,11 @@
 mod bad_input;
 mod compare;
 mod documents;
+mod export;
 #[cfg(unix)]
 mod interrupt;
 mod render;
 mod sandbox;
 mod scenes;
+mod trace;
 mod verify;
