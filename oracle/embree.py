@@ -275,6 +275,9 @@ class AnalyticSpheres:
         return Answer(t, np.where(missed, -1, ids[:, 18].astype(np.int64)), table[:, 12:15].astype(np.float64))
 
 
+KINDS = (AnalyticSpheres.name, Triangles.name)
+
+
 def rounding(rays: np.ndarray, world: Spheres, sphere: np.ndarray) -> np.ndarray:
     """How far roundings may move the distance to a sphere, per ray.
 

@@ -9,7 +9,7 @@ import numpy as np
 
 
 def read(path: str | Path) -> np.ndarray:
-    """Linear RGB of a .pfm, .exr or .png file: (height, width, 3) of float32, rows from the top.
+    """Linear RGB of a .pfm, .exr or .png file: (height, width, 3) of float32, rows from the top; grey is three equal channels.
 
     OpenCV reads PFM only with IMREAD_UNCHANGED, as blue, green, red; its wheel has no OpenEXR, so .exr goes through
     Mitsuba; of a .png the sRGB curve is undone.
@@ -21,6 +21,8 @@ def read(path: str | Path) -> np.ndarray:
     if path.suffix not in readers:
         raise ValueError(f"{path} is none of {', '.join(readers)}")
     image = readers[path.suffix](path)
+    if image.ndim == 2:
+        image = np.repeat(image[..., None], 3, axis=2)
     if image.ndim != 3 or image.shape[2] != 3:
         raise ValueError(f"{path} is not red, green and blue: it has the shape {image.shape}")
     return np.ascontiguousarray(image, dtype=np.float32)

@@ -73,10 +73,18 @@ class Render:
 
     def image(self) -> np.ndarray:
         """Linear radiance, (height, width, 3) of float32."""
+        return self.image_and_count()[0]
+
+    def image_and_count(self) -> tuple[np.ndarray, np.ndarray]:
+        """The image, and how many photons each pixel has counted, (height, width, 1); 0 where there are none."""
         with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "image.pfm"
-            run("render", self.scene, "--quiet", "--output", path, *self.options())
-            return images.read(path)
+            path, count = Path(folder) / "image.pfm", Path(folder) / "count.pfm"
+            has_photons = self.engine != "path"
+            options = [*self.options(), *(["--count-image", str(count)] if has_photons else [])]
+            run("render", self.scene, "--quiet", "--output", path, *options)
+            image = images.read(path)
+            counted = images.read(count)[..., :1] if has_photons else np.zeros_like(image[..., :1])
+            return image, counted
 
 
 @cache

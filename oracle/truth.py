@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from oracle import sppm
+from oracle import sppm, ztest
 
 FOLDER = sppm.ROOT / "fixtures" / "truth"
 WIDTH, HEIGHT = 128, 96
@@ -38,6 +38,14 @@ class Plan:
     batches: int
     samples_per_batch: int
     seed: int = 1
+
+
+def reduced(truth: Truth, factor: int) -> Truth:
+    """The same truth with fewer pixels, each the mean of factor x factor: what a box filter of that size sees."""
+    count = factor * factor
+    mean = ztest.block_sums(truth.mean, factor) / count
+    stderr = np.sqrt(ztest.block_sums(truth.stderr**2, factor)) / count
+    return Truth(mean, stderr, truth.batches)
 
 
 def path(scene: str) -> Path:

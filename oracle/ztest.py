@@ -10,12 +10,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import ndimage, stats
 
 # Probability that two renders of the same image are told apart, over all levels of a verdict.
 SIGNIFICANCE = 1e-3
-# Sides of the blocks whose means are compared, in pixels; 1 is single pixels.
-BLOCKS = (1, 8, 32)
+# Sides of the blocks whose means are compared, in pixels; 1 is single pixels, WHOLE is the image.
+WHOLE = 0
+BLOCKS = (1, 8, 32, WHOLE)
+# Images are float32, summed from float32: so far are two from each other, relatively, that have no noise at all.
+ROUNDING = 1e-5
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,15 @@ class Estimate:
             raise ValueError("it takes two samples to know an error")
         stderr = samples.std(axis=0, ddof=1) / np.sqrt(count)
         return Estimate(samples.mean(axis=0), stderr, np.full(stderr.shape, count - 1.0))
+
+    def steadied(self) -> Estimate:
+        """With errors at least as large as the root mean square of those around, over 3x3 pixels.
+
+        Where light comes seldom, some pixels have seen none of it yet, and their measured error is far too small; their
+        neighbours have. At edges this takes the larger error of both sides: less power, but no false alarm.
+        """
+        around = ndimage.uniform_filter(self.stderr**2, size=(3, 3, 1), mode="nearest")
+        return Estimate(self.mean, np.maximum(self.stderr, np.sqrt(np.maximum(around, 0.0))), self.dof)
 
 
 @dataclass(frozen=True)
@@ -66,15 +78,13 @@ class Verdict:
 
 def welch(a: Estimate, b: Estimate) -> tuple[np.ndarray, np.ndarray]:
     """Welch's t of every difference, and the two-sided probability of so large a one (Welch 1947)."""
-    va, vb = a.stderr**2, b.stderr**2
+    va, vb = (e.stderr**2 + (ROUNDING * e.mean) ** 2 for e in (a, b))
     variance = va + vb
-    difference = a.mean - b.mean
     with np.errstate(divide="ignore", invalid="ignore"):
-        t = np.where(difference == 0, 0.0, difference / np.sqrt(variance))
-        dof = variance**2 / (va**2 / a.dof + vb**2 / b.dof)
-    # Two values without noise are equal or they are not.
-    dof = np.where(variance > 0, dof, np.inf)
-    return t, 2 * stats.t.sf(np.abs(t), np.maximum(dof, 1.0))
+        # Black on both sides, without error, is no difference.
+        t = np.where(a.mean == b.mean, 0.0, (a.mean - b.mean) / np.sqrt(variance))
+        dof = np.where(variance > 0, variance**2 / (va**2 / a.dof + vb**2 / b.dof), 1.0)
+    return t, 2 * stats.t.sf(np.abs(t), dof)
 
 
 def family_p(p: np.ndarray) -> float:
@@ -85,6 +95,8 @@ def family_p(p: np.ndarray) -> float:
 
 def block_sums(image: np.ndarray, block: int) -> np.ndarray:
     """Sums over blocks of block x block pixels of (..., height, width, 3); what is left at the edges is left out."""
+    if block == WHOLE:
+        return image.sum(axis=(-3, -2), keepdims=True)
     height, width = (side // block for side in image.shape[-3:-1])
     trimmed = image[..., : height * block, : width * block, :]
     shape = (*image.shape[:-3], height, block, width, block, 3)
@@ -92,18 +104,22 @@ def block_sums(image: np.ndarray, block: int) -> np.ndarray:
 
 
 def of_renders(renders: np.ndarray, block: int, mask: np.ndarray) -> Estimate:
-    """Block means of independent renders (n, height, width, 3); their pixels may depend on each other."""
-    return Estimate.of_samples(block_sums(renders * mask, block) / _counts(mask, block))
+    """Block means over the pixels of `mask`, of independent renders (n, height, width, 3).
+
+    The pixels of one render may depend on each other, as photons are shared: the error is that between renders.
+    """
+    found = Estimate.of_samples(block_sums(renders * mask, block) / _counts(mask, block))
+    return found.steadied() if block == 1 else found
 
 
 def of_pixels(mean: np.ndarray, stderr: np.ndarray, dof: int, block: int, mask: np.ndarray) -> Estimate:
-    """Block means of an image whose pixels are independent, each with its own error."""
+    """Block means over the pixels of `mask`, of an image whose pixels are independent, each with its own error."""
     count = _counts(mask, block)
     variance = block_sums(stderr**2 * mask, block)
     fourth = block_sums(stderr**4 * mask, block)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        freedom = np.where(fourth > 0, dof * variance**2 / fourth, dof)
-    return Estimate(block_sums(mean * mask, block) / count, np.sqrt(variance) / count, freedom)
+    freedom = np.where(fourth > 0, dof * variance**2 / np.where(fourth > 0, fourth, 1.0), dof)
+    found = Estimate(block_sums(mean * mask, block) / count, np.sqrt(variance) / count, freedom)
+    return found.steadied() if block == 1 else found
 
 
 def _counts(mask: np.ndarray, block: int) -> np.ndarray:
@@ -121,5 +137,5 @@ def _level(block: int, a: Estimate, b: Estimate) -> Level:
     t, p = welch(a, b)
     y, x, channel = np.unravel_index(int(np.argmin(p)), p.shape)
     place = f"({x * block}, {y * block}) {('red', 'green', 'blue')[channel]}"
-    what = "pixels" if block == 1 else f"blocks of {block}x{block}"
+    what = {1: "pixels", WHOLE: "channel means"}.get(block, f"blocks of {block}x{block}")
     return Level(what, p.size, float(np.abs(t[y, x, channel])), family_p(p), place)
