@@ -150,14 +150,17 @@ impl Chosen {
 
     /// Distance, sphere and normal of the nearest hit of each ray; a miss is infinitely far.
     pub(crate) fn surfaces(self, still: &Still, rays: &[Ray]) -> Vec<(f32, SphereId, Vec3)> {
+        const MISS: (f32, SphereId, Vec3) = (f32::INFINITY, NO_SPHERE, Vec3::ZERO);
         let intersector = Intersector::new(still, self.lanes);
-        let one_by_one = |ray: &Ray| {
-            let hit = intersect(still, ray);
-            hit.map_or((f32::INFINITY, NO_SPHERE, Vec3::ZERO), |hit| (hit.t, hit.sphere, hit.normal))
-        };
-        let trace = |rays: &[Ray]| match self.name {
-            EngineName::Fast => intersector.surfaces(rays),
-            EngineName::Reference | EngineName::Path => rays.iter().map(one_by_one).collect(),
+        let one_by_one = |ray: &Ray| intersect(still, ray).map_or(MISS, |hit| (hit.t, hit.sphere, hit.normal));
+        let trace = |rays: &[Ray]| -> Vec<_> {
+            match self.name {
+                EngineName::Fast => {
+                    let met = intersector.surfaces(rays).into_iter();
+                    met.map(|met| met.map_or(MISS, |met| (met.t, met.sphere, met.normal))).collect()
+                }
+                EngineName::Reference | EngineName::Path => rays.iter().map(one_by_one).collect(),
+            }
         };
         rays.par_chunks(RAYS_AT_ONCE).flat_map_iter(trace).collect()
     }

@@ -57,7 +57,10 @@ impl Scene<'_> {
         xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("utf-8"), None)))?;
         let mut lines = self.view.introduction();
         if self.shift != 0.0 {
-            lines.push(format!("The world is moved by {} along z, where Mitsuba loses light: see docs/oracle.md of sppm.", self.shift));
+            lines.push(format!(
+                "The world is moved by {} along z, where Mitsuba loses light: see docs/oracle.md of sppm.",
+                self.shift
+            ));
         }
         for line in lines {
             let line = format!(" {} ", comment(&line));

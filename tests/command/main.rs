@@ -4,6 +4,7 @@ mod bad_input;
 mod compare;
 mod documents;
 mod export;
+mod failures;
 #[cfg(unix)]
 mod interrupt;
 mod render;

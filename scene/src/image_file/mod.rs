@@ -84,6 +84,14 @@ pub fn read(path: &Path) -> Result<Film, ImageError> {
     decode(format, &mut input, status.len()).map_err(|problem| ImageError::new(path, problem))
 }
 
+/// Decodes an image file that is in memory, with the bounds of [`read`].
+///
+/// # Errors
+/// What is wrong with it, if `bytes` are no image of that format: a sentence to be read after the file's name.
+pub fn decode_bytes(format: Format, bytes: &[u8]) -> Result<Film, String> {
+    decode(format, &mut io::Cursor::new(bytes), bytes.len() as u64)
+}
+
 /// Writes `film` to `path`, in the format of its extension, as a whole or not at all.
 ///
 /// # Errors

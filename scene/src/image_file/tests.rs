@@ -163,10 +163,6 @@ fn png_bytes(
     bytes
 }
 
-fn decode_bytes(format: Format, bytes: &[u8]) -> Result<Film, String> {
-    decode(format, &mut Cursor::new(bytes), bytes.len() as u64)
-}
-
 #[test]
 fn png_of_every_kind_is_read() {
     use ::png::{BitDepth, ColorType};
