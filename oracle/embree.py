@@ -31,8 +31,8 @@ MOST_SUBDIVISIONS = 12
 WALL = 2.0
 # Half a unit in the last place of a float32 that is 1.
 EPSILON = 2.0**-24
-# Roundings that a distance may be off by: some twenty operations on each side, times two for the test itself.
-ROUNDINGS = 64
+# Roundings that a term may be off by, of both programs together; a fault in the third digit is far beyond.
+ROUNDINGS = 8
 BATCH = 200_000
 
 
