@@ -3,7 +3,8 @@
 use crate::sandbox::{Ended, Sandbox};
 use std::fs;
 
-const COMMANDS: [&str; 6] = ["render", "scenes", "compare", "verify", "completions", "man"];
+const COMMANDS: [&str; 8] =
+    ["render", "scenes", "compare", "verify", "trace", "export", "completions", "man"];
 
 /// Standard output of a run that succeeds and says nothing else.
 fn output(args: &[&str]) -> String {

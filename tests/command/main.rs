@@ -3,10 +3,12 @@
 mod bad_input;
 mod compare;
 mod documents;
+mod export;
 mod failures;
 #[cfg(unix)]
 mod interrupt;
 mod render;
 mod sandbox;
 mod scenes;
+mod trace;
 mod verify;
