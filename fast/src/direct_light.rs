@@ -3,7 +3,7 @@
 //!     for each packet: choose a lamp and a point on it; what it may bring; walls in between
 //!     for the batch: balls in between
 
-use crate::hierarchy::{BLOCKED, Scratch, Rays};
+use crate::hierarchy::{BLOCKED, Rays, Scratch};
 use crate::intersect::{RayLanes, from_either_side, from_inside, occluded};
 use crate::lanes::{Lanes, MOST_LANES, Row};
 use crate::paths::{Floats, ROOM, Vectors, Words};

@@ -1,7 +1,7 @@
 //! The engine's ray queries by themselves, for tests and benches.
 
 use crate::dispatch::{Kernel, LaneKind, dispatch};
-use crate::hierarchy::{BLOCKED, Scratch, Rays, Search};
+use crate::hierarchy::{BLOCKED, Rays, Scratch, Search};
 use crate::intersect::{RayLanes, occluded};
 use crate::lanes::Lanes;
 use crate::paths::{BATCH, Paths, ROOM, Words};

@@ -1,6 +1,6 @@
 //! The stage that all paths share: what do the rays of a batch hit?
 
-use crate::hierarchy::{PASSES_NONE, Scratch, Rays};
+use crate::hierarchy::{PASSES_NONE, Rays, Scratch};
 use crate::intersect::{RayLanes, nearest};
 use crate::lanes::Lanes;
 use crate::paths::Paths;

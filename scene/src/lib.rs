@@ -23,6 +23,7 @@ pub mod rng;
 pub mod settings;
 pub mod sobol;
 pub mod sphere;
+pub mod state;
 pub mod still;
 pub mod world;
 
@@ -34,6 +35,7 @@ pub use material::Material;
 pub use ray::Ray;
 pub use settings::Settings;
 pub use sphere::Sphere;
+pub use state::{Resumable, Stop, Sums};
 pub use still::Still;
 pub use world::Scene;
 

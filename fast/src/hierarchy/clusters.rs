@@ -88,14 +88,7 @@ impl Clusters {
 
     /// Lets a packet, the rays from `at` on, queue before the clusters that they may meet.
     #[inline(always)]
-    fn enqueue<L: Lanes>(
-        &self,
-        origin: V3<L>,
-        direction: V3<L>,
-        live: L::M,
-        at: usize,
-        queues: &mut Queues,
-    ) {
+    fn enqueue<L: Lanes>(&self, origin: V3<L>, direction: V3<L>, live: L::M, at: usize, queues: &mut Queues) {
         let (ids, trust) = (L::u(at as u32) + L::iota(), trust(direction));
         let queues = queues.waiting.iter_mut().zip(&mut queues.counts);
         for ([x, y, z, r2], (waiting, count)) in self.bounds.iter().zip(queues) {
