@@ -5,11 +5,11 @@ use crate::text::list;
 use clap::ValueEnum;
 use fast::LaneKind;
 use reference::PathTracer;
-use scene::{Engine, Scene, Settings};
-use serde::Serialize;
+use scene::{Resumable, Scene, Settings, Sums};
+use serde::{Deserialize, Serialize};
 
 /// An engine by its name on the command line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum EngineName {
     /// Stochastic progressive photon mapping on vectors and all threads: the reference's image, bit for bit
@@ -21,7 +21,7 @@ pub(crate) enum EngineName {
 }
 
 /// The vectors that the fast engine runs on, by their name on the command line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum LanesName {
     /// The widest that this processor has
@@ -48,6 +48,26 @@ impl EngineName {
             Self::Fast | Self::Reference => true,
             Self::Path => false,
         }
+    }
+
+    /// The usual engine that goes on with `sums`.
+    pub(crate) fn of(sums: Sums) -> Self {
+        match sums {
+            Sums::Photons => Self::Fast,
+            Sums::Paths => Self::Path,
+        }
+    }
+
+    /// Every engine that goes on with `sums`, by its name.
+    pub(crate) fn all_of(sums: Sums) -> String {
+        let names =
+            Self::value_variants().iter().filter(|engine| engine.sums() == sums).map(|engine| engine.name());
+        list(&names.collect::<Vec<_>>())
+    }
+
+    /// What it keeps of a pixel.
+    pub(crate) fn sums(self) -> Sums {
+        if self.has_photons() { Sums::Photons } else { Sums::Paths }
     }
 
     /// The name on the command line.
@@ -111,9 +131,18 @@ impl Chosen {
     }
 
     /// A render of `scene` before its first iteration.
-    pub(crate) fn start<'a>(self, scene: &'a Scene, settings: &Settings) -> Box<dyn Engine + 'a> {
+    /// The fast engine holds so many `deposits` at once.
+    pub(crate) fn start<'a>(
+        self,
+        scene: &'a Scene,
+        settings: &Settings,
+        deposits: u32,
+    ) -> Box<dyn Resumable + 'a> {
         match self.name {
-            EngineName::Fast => Box::new(fast::Sppm::with_lanes(scene, settings, self.lanes)),
+            EngineName::Fast => {
+                let engine = fast::Sppm::with_lanes(scene, settings, self.lanes);
+                Box::new(engine.deposits_at_once(deposits))
+            }
             EngineName::Reference => Box::new(reference::Sppm::new(scene, settings)),
             EngineName::Path => Box::new(PathTracer::new(scene, settings)),
         }

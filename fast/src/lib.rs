@@ -27,4 +27,4 @@ mod vec3;
 pub use dispatch::LaneKind;
 pub use hierarchy::Search;
 pub use intersector::Intersector;
-pub use sppm::Sppm;
+pub use sppm::{DEPOSITS_AT_ONCE, Sppm};

@@ -1,5 +1,6 @@
 //! The fast renderer: the passes of an iteration, over all threads.
 
+mod memory;
 mod state;
 
 use crate::camera_pass::{CameraBatch, CameraCounts, CameraPass, PixelRows, TileTable, slot_of, slots};
@@ -32,7 +33,7 @@ const PIXELS_PER_JOB: usize = 8 * BATCH;
 /// Photons of a unit of parallel work: whole batches.
 const PHOTONS_PER_JOB: u32 = 16 * BATCH as u32;
 /// Deposits that are held at most (but for one round of jobs) before they are joined, unless one asks for others.
-const DEPOSITS_AT_ONCE: u32 = 1 << 22;
+pub const DEPOSITS_AT_ONCE: u32 = 1 << 22;
 /// See [`Sppm::long_join`].
 const LONG_JOIN: f64 = 0.25;
 /// So many deposits are taken for a long join until one has been measured.

@@ -13,6 +13,7 @@
 pub mod atomic_file;
 pub mod builtin;
 pub mod camera;
+pub mod checkpoint;
 pub mod engine;
 pub mod file;
 pub mod film;

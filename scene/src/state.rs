@@ -5,10 +5,14 @@
 //! and the image is the one of a render that never stopped.
 
 use crate::{Engine, Settings, Stats};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What a pixel's words are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Sums {
     /// Of photon mapping: eight `f32` by their bits: the sum of direct light r g b over all iterations, `tau` r g b,
     /// `N`, and the squared search radius.
@@ -19,6 +23,20 @@ pub enum Sums {
 }
 
 impl Sums {
+    /// What no engine leaves of a pixel, if its words are of that kind: a count that is none, or a radius that is none
+    /// or has grown.
+    pub fn fault(self, words: &[u32], initial_radius: f32) -> Option<&'static str> {
+        let (Self::Photons, [.., n, radius_squared]) = (self, words) else {
+            return None;
+        };
+        let (n, radius_squared) = (f32::from_bits(*n), f32::from_bits(*radius_squared));
+        if !(n >= 0.0 && n.is_finite()) {
+            return Some("has a pixel whose count of photons is none");
+        }
+        let is_radius = radius_squared > 0.0 && radius_squared <= initial_radius * initial_radius;
+        (!is_radius).then_some("has a pixel whose radius is none, or larger than the first")
+    }
+
     /// Words per pixel.
     pub fn words(self) -> usize {
         match self {
@@ -28,14 +46,30 @@ impl Sums {
     }
 }
 
+impl fmt::Display for Sums {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Photons => "photon mapping",
+            Self::Paths => "path tracing",
+        })
+    }
+}
+
 /// A request, from another thread or a signal, to abandon the iteration in progress.
-#[derive(Debug, Default)]
-pub struct Stop(AtomicBool);
+///
+/// Clones are the same request.
+#[derive(Clone, Debug, Default)]
+pub struct Stop(Arc<AtomicBool>);
 
 impl Stop {
     /// No request yet.
-    pub const fn new() -> Self {
-        Self(AtomicBool::new(false))
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The flag itself, for handlers of signals: setting it makes the request.
+    pub fn shared(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.0)
     }
 
     /// Makes the request.
