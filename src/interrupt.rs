@@ -50,8 +50,6 @@ impl Requests {
                 .register(signal, &asked)
                 .map_err(|error| Error::Failed(format!("cannot listen for signals: {error}")))?;
         }
-        // A file beyond the limit of the process shall be an error of writing and not the end of it.
-        let _ = flag::register(SIGXFSZ, Arc::default());
         Ok(requests)
     }
 
@@ -76,6 +74,11 @@ impl Requests {
     pub(crate) fn stop(&self) -> &Stop {
         &self.stop
     }
+}
+
+/// From here on a file beyond the limit of the process is an error of writing, and not the end of the process.
+pub(crate) fn outlive_limits() {
+    let _ = flag::register(SIGXFSZ, Arc::default()); // without it all is as before
 }
 
 /// Whether the process was started with `signal` ignored, as far as the system tells.

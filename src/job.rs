@@ -160,6 +160,9 @@ impl Watch<'_> {
             return Ok(false);
         }
         let is_saved = self.save(engine).map_err(|error| warn!("{error}; rendering goes on")).is_ok();
+        if is_saved {
+            debug!(iterations, "saved after {}", counted(iterations, "iteration"));
+        }
         let shown = self.shown(engine)?;
         for error in self.job.outputs.refresh(&shown) {
             warn!("{error}; rendering goes on");
@@ -170,11 +173,7 @@ impl Watch<'_> {
     /// Saves the render if it is to be saved at all.
     fn save(&mut self, engine: &dyn Resumable) -> Result<(), scene::atomic_file::FileError> {
         let Some(keeper) = &mut self.keeper else { return Ok(()) };
-        keeper.save(engine, self.estimate.past())?;
-        if let Some((path, iterations)) = keeper.saved() {
-            debug!(iterations, "saved {} after {}", path.display(), counted(iterations, "iteration"));
-        }
-        Ok(())
+        keeper.save(engine, self.estimate.past())
     }
 
     fn metadata(&self, engine: &dyn Resumable) -> Metadata {
@@ -226,7 +225,8 @@ impl Watch<'_> {
                 MAX_ITERATIONS => iterations,
                 all => format!("{done} of {}", counted(all, "iteration")),
             };
-            let next = unsaved.map_or_else(|| self.how_to_go_on(), |error| format!("; {error}"));
+            let next =
+                unsaved.map_or_else(|| self.how_to_go_on().unwrap_or_default(), |error| format!("; {error}"));
             return Err(Error::Interrupted(
                 signal,
                 format!("wrote {written} after {all} in {seconds}{next}"),
@@ -265,18 +265,17 @@ impl Watch<'_> {
     /// What to say when a file could not be written: what is left of the render, and how to go on.
     fn lament(&mut self, engine: &dyn Resumable, error: Error) -> Error {
         let Error::Failed(problem) = error else { return error };
-        if let Err(error) = self.save(engine) {
-            debug!("{error}");
-        }
-        Error::Failed(format!("{problem}{}", self.how_to_go_on()))
+        // Where neither can be written, the last checkpoint is what is left.
+        let _ = self.save(engine);
+        let elsewhere =
+            self.how_to_go_on().map_or(String::new(), |how| format!("{how}, by -o to another image"));
+        Error::Failed(format!("{problem}{elsewhere}"))
     }
 
-    fn how_to_go_on(&self) -> String {
-        let saved = self.keeper.as_ref().and_then(Keeper::saved);
-        saved.map_or(String::new(), |(path, iterations)| {
-            let done = counted(iterations, "iteration");
-            format!("; `sppm resume {}` goes on after {done}, and -o names another image", path.display())
-        })
+    fn how_to_go_on(&self) -> Option<String> {
+        let (path, iterations) = self.keeper.as_ref()?.saved()?;
+        let done = counted(iterations, "iteration");
+        Some(format!("; `sppm resume {}` goes on after {done}", path.display()))
     }
 
     /// The image is written, but those who follow the progress were not told.

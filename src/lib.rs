@@ -45,6 +45,7 @@ use std::process::ExitCode;
 
 /// Runs the command with `arguments`, of which the first is the program's name, and returns how it ended.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    interrupt::outlive_limits();
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let result = match Args::try_parse_from(&arguments) {
         Ok(args) => process(&args),

@@ -60,7 +60,8 @@ impl Outputs {
         ];
         let files = wanted.into_iter().filter_map(|(content, path)| Some((content, path?))).collect();
         let snapshots = args.snapshots || usual.snapshots;
-        let mut outputs = Self { files, exposure: args.exposure.or(usual.exposure), snapshots };
+        let exposure = args.exposure.or(usual.exposure).filter(|&stops| stops != 0.0);
+        let mut outputs = Self { files, exposure, snapshots };
         outputs.check_engine(engine)?;
         check_distinct(inputs, &outputs.named())?;
         outputs.check_files()?;

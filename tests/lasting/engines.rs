@@ -154,6 +154,9 @@ fn an_abandoned_iteration_leaves_no_trace() {
             loop {
                 let before = (words(&*engine), *engine.stats());
                 let stop = Stop::new();
+                if abandoned == 0 {
+                    stop.request();
+                }
                 let is_whole = thread::scope(|scope| {
                     scope.spawn(|| {
                         thread::sleep(wait);
