@@ -27,7 +27,7 @@ struct Specimen {
     name: &'static str,
     bytes: Vec<u8>,
     read: Reader,
-    /// Whether every flipped bit must be found: all of it is under a checksum.
+    /// Whether every flipped bit must be found or do no harm: what is read of it is under a checksum.
     is_summed: bool,
 }
 
@@ -42,14 +42,14 @@ fn read_scene(bytes: &[u8]) -> Result<String, String> {
     file::parse("a.toml", text).map(|scene| scene.name).map_err(|e| e.to_string())
 }
 
+/// The pixels by a checksum; whatever the note says, it can be read or is refused too.
 fn read_image(format: Format, bytes: &[u8]) -> Result<String, String> {
+    let _ = read_note_of_bytes(format, bytes)?;
     let film = read_bytes(format, bytes)?;
     assert_eq!(film.pixels.len() as u64, u64::from(film.width) * u64::from(film.height));
-    Ok(format!("{} x {}", film.width, film.height))
-}
-
-fn note(format: Format, bytes: &[u8]) -> Result<String, String> {
-    read_note_of_bytes(format, bytes).map(Option::unwrap_or_default)
+    let values = film.pixels.iter().flat_map(|p| p.to_array());
+    let sum = values.fold(0_u64, |sum, v| sum.rotate_left(7) ^ u64::from(v.to_bits()));
+    Ok(format!("{} x {} {sum:x}", film.width, film.height))
 }
 
 /// A file of an image, noisy in one half and flat in the other, as renders of few iterations are.
@@ -96,8 +96,6 @@ fn specimens() -> Vec<Specimen> {
         image("PNG", "png", |bytes| read_image(Format::Png, bytes)),
         image("EXR", "exr", |bytes| read_image(Format::Exr, bytes)),
         image("PFM", "pfm", |bytes| read_image(Format::Pfm, bytes)),
-        image("note of PNG", "png", |bytes| note(Format::Png, bytes)),
-        image("note of EXR", "exr", |bytes| note(Format::Exr, bytes)),
     ]
 }
 
@@ -167,7 +165,7 @@ fn damaged_files_are_refused_in_a_line_and_take_no_memory() {
                     let is_line = !line.is_empty() && line.len() < 600 && !line.contains(char::is_control);
                     assert!(is_line, "{name}, {what}: {line:?}");
                 }
-                Ok(_) if is_summed && damaged != bytes => {
+                Ok(read) if is_summed && read != whole => {
                     faults.push(format!("{name}, {what}: was taken for whole"))
                 }
                 Ok(_) => {}

@@ -17,6 +17,11 @@ const MOST_BYTES_PER_BYTE: u64 = 1032 * 4 / 3;
 /// DWA keeps two bytes of a flat block of 8x8 `f32`, and deflates those.
 const MOST_BYTES_PER_BYTE_DWA: u64 = 1032 * 128;
 
+/// A picture has at most so many times the pixels of its frame, the display window.
+const MOST_OVERSCAN: u64 = 2;
+/// The frame of a small picture may be any.
+const SMALL_FRAME: u64 = 1 << 10;
+
 /// ZIP over 16 lines at a time: the method that most programs write, and read fastest.
 fn encoding() -> Encoding {
     Encoding { compression: Compression::ZIP16, ..Encoding::UNCOMPRESSED }
@@ -160,6 +165,14 @@ fn check_header(header: &Header, length: u64) -> Result<(), String> {
         if x.max(y) > MAX_SIDE as usize || x.min(y) == 0 {
             return Err(format!("has tiles of {x} x {y} pixels; each side must be from 1 to {MAX_SIDE}"));
         }
+    }
+    // One of the two windows is wrong if the picture is far larger than its frame: a single broken number shall not
+    // cost memory.
+    let frame = header.shared_attributes.display_window.size.area() as u64;
+    if width * height > MOST_OVERSCAN * frame.max(SMALL_FRAME) {
+        return Err(format!(
+            "has {width} x {height} pixels for a display window of {frame}; one of them is wrong"
+        ));
     }
     let bytes: u64 = header.channels.list.iter().map(|c| c.sample_type.bytes_per_sample() as u64).sum();
     let most = match header.compression {
