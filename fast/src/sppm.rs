@@ -35,7 +35,7 @@ const PHOTONS_PER_JOB: u32 = 16 * BATCH as u32;
 /// Deposits that are held at most (but for one round of jobs) before they are joined, unless one asks for others.
 pub const DEPOSITS_AT_ONCE: u32 = 1 << 22;
 /// See [`Sppm::long_join`].
-const LONG_JOIN: f64 = 0.25;
+const LONG_JOIN: u64 = 1 << 29;
 /// So many deposits are taken for a long join until one has been measured.
 const MANY_DEPOSITS: usize = 1 << 20;
 
@@ -45,7 +45,7 @@ pub struct Sppm<'a> {
     settings: Settings,
     lanes: LaneKind,
     deposits_at_once: u32,
-    long_join: f64,
+    long_join: u64,
     iterations: u32,
     tiles: TileTable,
     /// What pixels have gathered, in tile order.
@@ -147,11 +147,11 @@ impl<'a> Sppm<'a> {
         self
     }
 
-    /// The same render with joins that can be abandoned half-way if the last one took longer than `seconds`: they add
-    /// up all photons before they consolidate, for a little more time and memory.
+    /// The same render with joins that can be abandoned half-way if the last one tested more than so many `pairs`:
+    /// they add up all photons before they consolidate, for a little more time and memory.
     #[must_use]
-    pub fn long_join(mut self, seconds: f64) -> Self {
-        (self.long_join, self.has_long_joins) = (seconds, (seconds < 0.0).then_some(true));
+    pub fn long_join(mut self, pairs: u64) -> Self {
+        (self.long_join, self.has_long_joins) = (pairs, (pairs == 0).then_some(true));
         self
     }
 
@@ -317,13 +317,13 @@ impl<'a> Sppm<'a> {
             next = self.photon_pass(&pass, next, stop)?;
             let sorting = Instant::now();
             self.build_grid(cells);
-            let joining = Instant::now();
+            let (joining, tested) = (Instant::now(), self.stats.candidates);
             self.join(cells, next == self.settings.photons_per_iteration, p.still.lights.power, stop)?;
-            let join_seconds = joining.elapsed().as_secs_f64();
-            self.has_long_joins = Some(join_seconds > self.long_join);
+            // By counted work and not by the clock: so memory does not depend on how busy the machine is.
+            self.has_long_joins = Some(self.stats.candidates - tested >= self.long_join);
             self.stats.photon_seconds += (sorting - traced).as_secs_f64();
             self.stats.build_grid_seconds += (joining - sorting).as_secs_f64();
-            self.stats.consolidate_seconds += join_seconds;
+            self.stats.consolidate_seconds += joining.elapsed().as_secs_f64();
         }
         self.stats.bytes = self.bytes() as u64;
         self.sums.clear();

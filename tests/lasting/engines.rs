@@ -12,7 +12,7 @@ use std::time::Duration;
 #[derive(Clone, Copy, Debug)]
 enum Way {
     Reference,
-    Fast { lanes: LaneKind, threads: usize, deposits_at_once: u32, long_join: f64 },
+    Fast { lanes: LaneKind, threads: usize, deposits_at_once: u32, long_join: u64 },
     Paths { threads: usize },
 }
 
@@ -39,7 +39,7 @@ impl Way {
 /// Every way to map photons: in one round and in several, on one thread and on three, with short joins and with long.
 fn photon_ways() -> Vec<Way> {
     let lanes = LaneKind::ALL.into_iter().filter(|lanes| lanes.is_available());
-    let ways = [(1, u32::MAX, f64::INFINITY), (3, 300, f64::INFINITY), (2, 1000, -1.0)];
+    let ways = [(1, u32::MAX, u64::MAX), (3, 300, u64::MAX), (2, 1000, 0)];
     let fast = lanes.flat_map(|lanes| {
         ways.map(|(threads, deposits_at_once, long_join)| Way::Fast {
             lanes,

@@ -94,7 +94,7 @@ fn other_renders_are_not_overwritten() {
         (&["render", "cornell", "--checkpoint=a.sppm", "--seed=2"], &["other settings"]),
         (&["render", "cornell", "--checkpoint=a.sppm", "--engine=path"], &["photon mapping"]),
         (&["render", "cornell", "--checkpoint=a.sppm", "--iterations=3"], &["more than 3"]),
-        (&["render", "cornell", "--checkpoint=whole.exr"], &["whole.exr is no checkpoint of sppm"]),
+        (&["render", "cornell", "--checkpoint=whole.exr"], &["whole.exr: is no checkpoint of sppm"]),
         (&["render", "cornell", "-o", "a.png", "--checkpoint=a.png"], &["--checkpoint", "also --output"]),
         (&["render", "cornell", "--checkpoint=missing/a.sppm"], &["--checkpoint", "does not exist"]),
         (&["render", "cornell", "--checkpoint=a.sppm", "--no-checkpoint"], &["--no-checkpoint"]),

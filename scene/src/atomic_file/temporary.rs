@@ -47,7 +47,7 @@ pub(super) fn rename_new(
     target: &Path,
     make: impl FnMut(&Path) -> io::Result<()>,
 ) -> io::Result<()> {
-    let (_, path) = builder(&mut Builder::new()).make_in(folder, make)?.into_parts();
+    let ((), path) = builder(&mut Builder::new()).make_in(folder, make)?.into_parts();
     let made = path.to_path_buf();
     path.persist(target).map_err(|e| e.error)?;
     // A rename does nothing if both are names of one file.
@@ -90,9 +90,9 @@ pub(super) fn reserve(file: &File, bytes: u64) -> io::Result<()> {
     {
         use rustix::fs::{FallocateFlags, fallocate};
         use rustix::io::Errno;
-        match fallocate(file, FallocateFlags::empty(), 0, bytes.max(1)) {
-            Err(e @ (Errno::NOSPC | Errno::DQUOT | Errno::FBIG)) => return Err(e.into()),
-            Ok(()) | Err(_) => {}
+        let reserved = fallocate(file, FallocateFlags::empty(), 0, bytes.max(1));
+        if let Err(e @ (Errno::NOSPC | Errno::DQUOT | Errno::FBIG)) = reserved {
+            return Err(e.into());
         }
     }
     #[cfg(not(target_os = "linux"))]

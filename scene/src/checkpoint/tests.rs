@@ -318,7 +318,7 @@ fn a_write_that_fails_changes_nothing() {
     let (folder, store) = store();
     (1..3).for_each(|done| save(&store, done));
     let failed = store.save(|out| {
-        out.write_all(&[0; 100_000])?;
+        out.write_all(&vec![0; 100_000])?;
         Err(io::ErrorKind::StorageFull.into())
     });
     assert!(failed.is_err());
