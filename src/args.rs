@@ -50,7 +50,6 @@ pub(crate) enum Command {
     Info(InfoArgs),
     Scenes(ScenesArgs),
     Compare(CompareArgs),
-
     Verify(VerifyArgs),
     Completions(CompletionsArgs),
     Man(ManArgs),
@@ -118,11 +117,13 @@ pub(crate) struct OutputArgs {
     #[arg(long)]
     pub snapshots: bool,
 
-    /// Write the last search radius of every pixel, in scene units
+    /// Write the last search radius of every pixel, in scene units (as .exr or .pfm; in a .png the largest is white)
     #[arg(long, value_name = "FILE")]
     pub radius_image: Option<PathBuf>,
 
-    /// Write N of every pixel: its photons, each iteration's but the last weighted by 2/3
+    /// Write N of every pixel: the photons it has counted, weighted by 2/3
+    ///
+    /// 2/3 is the method's alpha, the share of new photons that is kept while the radius shrinks.
     #[arg(long, value_name = "FILE")]
     pub count_image: Option<PathBuf>,
 
@@ -171,14 +172,21 @@ pub(crate) struct SettingsArgs {
     pub iterations: Option<u32>,
 
     /// Photons that leave the lights in each iteration
+    ///
+    /// More of them smooth indirect light and caustics; direct light only takes more iterations.
     #[arg(long, value_name = "L", value_parser = amount(MAX_PHOTONS, BYTES_PER_PHOTON), allow_hyphen_values = true)]
     pub photons: Option<u32>,
 
     /// Most segments of a path: from the eye to the first diffuse hit, and from there to the light
+    ///
+    /// A glass ball before the eye takes 3 of the first, light that comes through another 3 of the second.
     #[arg(long, value_name = "D", value_parser = whole::<u32>(1, MAX_DEPTH.into()), allow_hyphen_values = true)]
     pub depth: Option<u32>,
 
     /// Search radius of the first iteration, in scene units
+    ///
+    /// Photons count within it, so indirect light is blurred over it. It shrinks as photons come, slowly: to a half
+    /// after some 25 iterations, to a third after 300. A hundredth of the width of what is seen is a good start.
     #[arg(long, value_name = "R", value_parser = number(RADIUS_RANGE[0], RADIUS_RANGE[1]), allow_hyphen_values = true)]
     pub radius: Option<f32>,
 
@@ -200,7 +208,7 @@ pub(crate) struct MachineArgs {
 #[derive(Debug, ClapArgs)]
 #[command(after_long_help = "Example:\n  sppm scenes cornell > mine.toml && sppm render mine.toml")]
 pub(crate) struct ScenesArgs {
-    /// The scene whose file to print
+    /// The scene whose file to print; without a name, all are listed
     #[arg(value_name = "NAME")]
     pub name: Option<OsString>,
 }
@@ -208,7 +216,9 @@ pub(crate) struct ScenesArgs {
 /// Tell how alike two images are
 ///
 /// Prints the means of both images, RMSE and relative MSE of linear radiance, and PSNR, SSIM and FLIP of what sRGB
-/// shows. Exits with 1, saying why, if a bound given by --max-... or --min-... does not hold.
+/// shows. Relative MSE divides each square error by the square of B (and a little more), so that dark places count as
+/// bright ones do; by blocks of 8x8 pixels it shows wrong light rather than noise. FLIP estimates what someone sees who
+/// flips between the two. Exits with 1, saying why, if a bound given by --max-... or --min-... does not hold.
 #[derive(Debug, ClapArgs)]
 #[command(after_long_help = COMPARE_EXAMPLES)]
 pub(crate) struct CompareArgs {
@@ -291,6 +301,8 @@ impl From<&BoundsArgs> for Bounds {
 /// count, radius and image of every pixel after every iteration. The reference with other cells of its hash grid is
 /// compared too. On no bit may they differ; exits with 1 and names iteration, pass and pixel of the first difference
 /// if there is one.
+///
+/// The reference is plain code and takes seconds for an iteration at full size; a small image is as good a test.
 #[derive(Debug, ClapArgs)]
 #[command(after_long_help = "Example:\n  sppm verify cornell --width 64 --height 48 --photons 10000")]
 pub(crate) struct VerifyArgs {

@@ -66,7 +66,7 @@ impl Estimate {
     /// Takes in the image after iteration `n`, if it is one of those that are looked at.
     pub(crate) fn update(&mut self, n: u32, develop: impl FnOnce() -> Film) {
         let octave = 1 << n.ilog2();
-        if n % (octave / CHECKS_PER_OCTAVE).max(1) != 0 {
+        if !n.is_multiple_of((octave / CHECKS_PER_OCTAVE).max(1)) {
             return;
         }
         let film = develop();

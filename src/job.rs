@@ -213,8 +213,7 @@ impl Watch<'_> {
             return Err(Error::Interrupted(signal, what.into()));
         }
         // The checkpoint first: the image follows from it.
-        let is_over = conclusion.end == End::Iterations;
-        let unsaved = if is_over { None } else { self.save(engine).err() };
+        let unsaved = signal.and_then(|_| self.save(engine).err());
         let shown = self.shown(engine)?;
         let report = self.report(engine, conclusion);
         let written = self.job.outputs.write(&shown, &report).map_err(|error| self.lament(engine, error))?;
@@ -232,7 +231,7 @@ impl Watch<'_> {
                 format!("wrote {written} after {all} in {seconds}{next}"),
             ));
         }
-        self.finish(engine, unsaved)?;
+        self.finish(engine)?;
         let why = match (conclusion.end, self.estimate.error) {
             (End::Time, _) => "; time is up".into(),
             (End::Error, Some(error)) => format!("; the estimated error is {error:.3e}"),
@@ -248,18 +247,10 @@ impl Watch<'_> {
     }
 
     /// Everything is written, so the checkpoint has served.
-    fn finish(
-        &mut self,
-        engine: &dyn Resumable,
-        unsaved: Option<scene::atomic_file::FileError>,
-    ) -> Result<(), Error> {
-        let finished = match (&mut self.keeper, unsaved) {
-            (_, Some(error)) => Err(error),
-            (Some(keeper), None) => keeper.finish(engine, self.estimate.past()),
-            (None, None) => Ok(()),
-        };
+    fn finish(&mut self, engine: &dyn Resumable) -> Result<(), Error> {
+        let Some(keeper) = &mut self.keeper else { return Ok(()) };
         let failed = |error| Error::Failed(format!("the image is written, but not its checkpoint: {error}"));
-        finished.map_err(failed)
+        keeper.finish(engine, self.estimate.past()).map_err(failed)
     }
 
     /// What to say when a file could not be written: what is left of the render, and how to go on.

@@ -243,7 +243,9 @@ impl CameraPass<'_> {
             if L::any(is_smooth) {
                 let mirrored = reflect(p.direction, surface.normal);
                 let is_glass = L::eq(material.kind, L::u(kind::DIELECTRIC));
-                let through = dielectric(p.direction, surface.normal, surface.inside, material.ior, lobe);
+                let (through, scale) =
+                    dielectric(p.direction, surface.normal, surface.inside, material.ior, lobe);
+                p.weight = p.weight.scale(L::select(is_glass, scale, L::f(1.0)));
                 p.direction = V3::select(is_glass, through, mirrored);
                 p.origin = surface.point;
                 p.leaves = hit;
@@ -365,7 +367,7 @@ fn end_the_rest<L: Lanes>(batch: &mut CameraBatch, live: usize) {
 
 /// As `reference::camera_pass::ray_through`.
 #[inline(always)]
-fn ray_through<L: Lanes>(frame: &Frame, x: L::F, y: L::F, lens: [L::F; 2]) -> (V3<L>, V3<L>) {
+pub(crate) fn ray_through<L: Lanes>(frame: &Frame, x: L::F, y: L::F, lens: [L::F; 2]) -> (V3<L>, V3<L>) {
     let sx = (x - L::f(frame.half[0])) * L::f(frame.pixel);
     let sy = (L::f(frame.half[1]) - y) * L::f(frame.pixel);
     let (right, up) = (V3::<L>::splat(frame.right), V3::<L>::splat(frame.up));

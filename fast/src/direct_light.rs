@@ -1,7 +1,9 @@
 //! One shadow ray per visible point: `reference::direct_light`, over a batch.
 //!
-//!     for each packet: choose a lamp and a point on it; what it may bring; walls in between
-//!     for the batch: balls in between
+//! ```text
+//! for each packet: choose a lamp and a point on it; what it may bring; walls in between
+//! for the batch: balls in between
+//! ```
 
 use crate::hierarchy::{BLOCKED, Rays, Scratch};
 use crate::intersect::{RayLanes, from_either_side, from_inside, occluded};

@@ -3,12 +3,12 @@
 use crate::dispatch::{Kernel, LaneKind, dispatch};
 use crate::hierarchy::{BLOCKED, Rays, Scratch, Search};
 use crate::intersect::{RayLanes, occluded};
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, MOST_LANES};
 use crate::paths::{BATCH, Paths, ROOM, Words};
-use crate::tables::Tables;
-use crate::trace::intersect_batch;
+use crate::tables::{Materials, Surface, Tables};
+use crate::trace::{hits, intersect_batch};
 use scene::ray::SphereId;
-use scene::{Ray, Still};
+use scene::{Ray, Rgb, Still, Vec3};
 
 /// What rays meet in a still, found as the passes find it: in batches, on any lanes.
 pub struct Intersector {
@@ -37,10 +37,101 @@ impl Intersector {
         dispatch(self.lanes, Nearest { tables: &self.tables, rays })
     }
 
+    /// What each ray meets, with the surface there; `None` where it meets nothing.
+    pub fn surfaces(&self, rays: &[Ray]) -> Vec<Option<Met>> {
+        dispatch(self.lanes, Surfaces { tables: &self.tables, rays })
+    }
+
     /// Which rays meet a surface other than `light` nearer than `t`; one of each per ray.
     pub fn occluded(&self, rays: &[Ray], t: &[f32], lights: &[SphereId]) -> Vec<bool> {
         dispatch(self.lanes, Occluded { tables: &self.tables, rays, t, lights })
     }
+}
+
+/// What a ray meets: `reference::intersect::Hit`, and the material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Met {
+    /// The sphere.
+    pub sphere: SphereId,
+    /// Distance along the ray.
+    pub t: f32,
+    /// The point, moved onto the sphere.
+    pub point: Vec3,
+    /// Unit normal on the side that the ray comes from.
+    pub normal: Vec3,
+    /// True if the ray comes from the inside.
+    pub inside: bool,
+    /// Reflectance or tint.
+    pub albedo: Rgb,
+    /// Index of refraction; 1 for what is opaque.
+    pub ior: f32,
+    /// 0 if diffuse, 1 if a mirror, 2 if glass.
+    pub kind: u32,
+}
+
+struct Surfaces<'a> {
+    tables: &'a Tables,
+    rays: &'a [Ray],
+}
+
+impl Kernel for Surfaces<'_> {
+    type Output = Vec<Option<Met>>;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let (mut paths, mut scratch) = (Paths::new(), Scratch::new());
+        let mut found = Vec::with_capacity(self.rays.len());
+        for rays in self.rays.chunks(BATCH) {
+            fill(&mut paths, rays);
+            intersect_batch::<L>(self.tables, &mut paths, &mut scratch, rays.len());
+            for at in (0..rays.len()).step_by(L::N) {
+                let (t, hit, arrived) = hits::<L>(&paths, at, L::first(rays.len() - at));
+                let mut ids = [0; MOST_LANES];
+                L::store_u(hit, &mut ids);
+                let (origin, direction) = (paths.origin.load::<L>(at), paths.direction.load::<L>(at));
+                let surface = Surface::<L>::at(self.tables, origin, direction, t, &ids);
+                let material = Materials::<L>::of(self.tables, surface.tag);
+                let met = met::<L>(t, &surface, &material, L::mask_bits(arrived), &ids);
+                found.extend_from_slice(&met[..L::N.min(rays.len() - at)]);
+            }
+        }
+        found
+    }
+}
+
+/// The lanes of a packet one by one.
+#[inline(always)]
+fn met<L: Lanes>(
+    t: L::F,
+    surface: &Surface<L>,
+    material: &Materials<L>,
+    arrived: u32,
+    ids: &[u32; MOST_LANES],
+) -> [Option<Met>; MOST_LANES] {
+    let inside = L::select(surface.inside, L::f(1.0), L::f(0.0));
+    let (p, n, c) = (surface.point, surface.normal, material.albedo);
+    let columns = [t, p.x, p.y, p.z, n.x, n.y, n.z, inside, c.x, c.y, c.z, material.ior];
+    let mut rows = [[0.0; MOST_LANES]; 12];
+    for k in 0..columns.len() {
+        L::store(columns[k], &mut rows[k]);
+    }
+    let mut kinds = [0; MOST_LANES];
+    L::store_u(material.kind, &mut kinds);
+    let mut all = [None; MOST_LANES];
+    for lane in 0..L::N {
+        let [t, px, py, pz, nx, ny, nz, inside, r, g, b, ior] = std::array::from_fn(|k| rows[k][lane]);
+        let met = Met {
+            sphere: ids[lane],
+            t,
+            point: Vec3::new(px, py, pz),
+            normal: Vec3::new(nx, ny, nz),
+            inside: inside > 0.0,
+            albedo: Rgb::new(r, g, b),
+            ior,
+            kind: kinds[lane],
+        };
+        all[lane] = (arrived >> lane & 1 == 1).then_some(met);
+    }
+    all
 }
 
 struct Nearest<'a> {

@@ -251,7 +251,7 @@ impl PhotonPass<'_> {
             let mut direction = cosine_hemisphere(surface.normal, u, v);
             if L::any(survives & !is_diffuse) {
                 let is_glass = L::eq(material.kind, L::u(kind::DIELECTRIC));
-                let through = dielectric(p.direction, surface.normal, surface.inside, material.ior, u);
+                let (through, _) = dielectric(p.direction, surface.normal, surface.inside, material.ior, u);
                 let smooth = V3::select(is_glass, through, reflect(p.direction, surface.normal));
                 direction = V3::select(is_diffuse, direction, smooth);
             }
@@ -279,11 +279,9 @@ impl PhotonPass<'_> {
             return;
         }
         let safe = L::select_u(self.is_safe::<L>(surface, p), L::u(SAFE), L::u(0));
-        let scale = L::f(FLUX_ONE as f32 / self.still.lights.power);
         let bucket = L::from_bits(self.cells.buckets::<L>(surface.point));
         let (point, power) = (surface.point, p.weight);
-        let (r, g, b) =
-            (quantise::<L>(power.x * scale), quantise::<L>(power.y * scale), quantise::<L>(power.z * scale));
+        let (r, g, b) = (quantise::<L>(power.x), quantise::<L>(power.y), quantise::<L>(power.z));
         let columns = [point.x, point.y, point.z, L::from_bits(hit | safe), r, g, b, bucket];
         let mut records = [Row::default(); MOST_LANES];
         L::transpose(columns, &mut records);
@@ -313,10 +311,11 @@ impl PhotonPass<'_> {
     }
 }
 
-/// A flux in units of `FLUX_ONE` to the nominal power, rounded to a whole number, as the bits of a float.
+/// As `reference::photon_pass::quantise`, as the bits of a float.
 #[inline(always)]
-fn quantise<L: Lanes>(flux: L::F) -> L::F {
-    L::from_bits(L::min_u(L::truncate(flux + L::f(0.5)), L::u(FLUX_ONE)))
+pub(crate) fn quantise<L: Lanes>(power: L::F) -> L::F {
+    let flux = power * L::f(FLUX_ONE as f32) + L::f(0.5);
+    L::from_bits(L::min_u(L::truncate(flux), L::u(FLUX_ONE)))
 }
 
 /// As `reference::photon_pass::is_blocked`.

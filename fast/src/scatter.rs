@@ -9,7 +9,7 @@ pub(crate) fn reflect<L: Lanes>(d: V3<L>, n: V3<L>) -> V3<L> {
 }
 
 #[inline(always)]
-pub(crate) fn dielectric<L: Lanes>(d: V3<L>, n: V3<L>, inside: L::M, ior: L::F, u: L::F) -> V3<L> {
+pub(crate) fn dielectric<L: Lanes>(d: V3<L>, n: V3<L>, inside: L::M, ior: L::F, u: L::F) -> (V3<L>, L::F) {
     let one = L::f(1.0);
     let eta = L::select(inside, ior, one / ior);
     let cos_i = -d.dot(n);
@@ -18,7 +18,8 @@ pub(crate) fn dielectric<L: Lanes>(d: V3<L>, n: V3<L>, inside: L::M, ior: L::F, 
     let zero = L::f(0.0);
     let cos_t = L::select(L::lt(zero, cos2_t), L::sqrt(cos2_t), zero);
     let transmitted = d.scale(eta) + n.scale(eta * cos_i - cos_t);
-    V3::select(L::le(fresnel::<L>(eta, cos_i, cos_t), u), transmitted, reflect(d, n))
+    let refracts = L::le(fresnel::<L>(eta, cos_i, cos_t), u);
+    (V3::select(refracts, transmitted, reflect(d, n)), L::select(refracts, eta * eta, one))
 }
 
 #[inline(always)]

@@ -175,15 +175,12 @@ impl<'a> Sppm<'a> {
                 return;
             }
             let mut worker = workers.take(CameraWorker::new);
-            let kernel =
-                CameraJob { pass: &pass, batch: &mut worker.batch, first: job * PIXELS_PER_JOB, rows };
-            let counts = dispatch(lanes, kernel);
+            let CameraWorker { batch, occupancy, .. } = &mut worker;
+            let occupancy = occupancy.get_or_insert_with(|| Occupancy::new(occupancy_cell));
+            let first = job * PIXELS_PER_JOB;
+            let counts = dispatch(lanes, CameraJob { pass: &pass, batch, first, rows, pixels, occupancy });
             worker.segments += counts.segments;
             worker.visible_points += counts.visible_points;
-            let occupancy = worker.occupancy.get_or_insert_with(|| Occupancy::new(occupancy_cell));
-            for (rows, pixels) in rows.chunks(GROUP).zip(pixels.chunks(GROUP)) {
-                mark(occupancy, rows, pixels);
-            }
             workers.put(worker);
         });
         let mut all = Occupancy::new(occupancy_cell);
@@ -353,7 +350,7 @@ impl<'a> Sppm<'a> {
 
 /// A bound on how far a point computed to lie on a solid ball is from where its normal says: some ulps of the
 /// largest coordinate of any such ball.
-fn rounding_of_points(still: &Still) -> f32 {
+pub(crate) fn rounding_of_points(still: &Still) -> f32 {
     let solid =
         still.spheres.iter().zip(&still.roles).filter(|(_, role)| **role == scene::still::Role::Solid);
     solid.map(|(s, _)| s.center.abs().max_element() + s.radius).fold(0.0, f32::max) * 1e-6
@@ -403,11 +400,13 @@ impl Engine for Sppm<'_> {
     }
 }
 
-struct CameraJob<'a> {
-    pass: &'a CameraPass<'a>,
-    batch: &'a mut CameraBatch,
-    first: usize,
-    rows: &'a mut [PixelRows],
+pub(crate) struct CameraJob<'a> {
+    pub(crate) pass: &'a CameraPass<'a>,
+    pub(crate) batch: &'a mut CameraBatch,
+    pub(crate) first: usize,
+    pub(crate) rows: &'a mut [PixelRows],
+    pub(crate) pixels: &'a [Row],
+    pub(crate) occupancy: &'a mut Occupancy,
 }
 
 impl Kernel for CameraJob<'_> {
@@ -420,15 +419,18 @@ impl Kernel for CameraJob<'_> {
             counts.segments += more.segments;
             counts.visible_points += more.visible_points;
         }
+        for (rows, pixels) in self.rows.chunks(GROUP).zip(self.pixels.chunks(GROUP)) {
+            mark::<L>(self.occupancy, rows, pixels);
+        }
         counts
     }
 }
 
-struct PhotonJob<'a> {
-    pass: &'a PhotonPass<'a>,
-    batch: &'a mut PhotonBatch,
-    photons: Range<u32>,
-    out: &'a mut Binned,
+pub(crate) struct PhotonJob<'a> {
+    pub(crate) pass: &'a PhotonPass<'a>,
+    pub(crate) batch: &'a mut PhotonBatch,
+    pub(crate) photons: Range<u32>,
+    pub(crate) out: &'a mut Binned,
 }
 
 impl Kernel for PhotonJob<'_> {

@@ -105,7 +105,11 @@ pub fn trace(
                 return CameraSample { direct, visible: Some(visible) };
             }
             Material::Specular { .. } => reflect(ray.direction, hit.normal),
-            Material::Dielectric { ior, .. } => dielectric(ray.direction, &hit, ior, lobe),
+            Material::Dielectric { ior, .. } => {
+                let (direction, scale) = dielectric(ray.direction, &hit, ior, lobe);
+                throughput *= scale;
+                direction
+            }
         };
         ray = Ray { origin: hit.point, direction, leaves: hit.sphere };
     }

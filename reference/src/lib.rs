@@ -1,5 +1,16 @@
 //! The scalar reference: what is right, in code to be checked against the equations in one sitting.
 //!
+//! ```
+//! use scene::{Engine, Settings, builtin};
+//!
+//! let scene = builtin::scene("cornell").unwrap();
+//! let settings = Settings { width: 32, height: 24, photons_per_iteration: 1000, ..scene.settings };
+//! let mut engine = reference::Sppm::new(&scene, &settings);
+//! engine.iterate();
+//! assert_eq!(engine.iterations(), 1);
+//! assert_eq!(engine.develop().pixels.len(), 32 * 24);
+//! ```
+//!
 //! Read it in this order: [`intersect`] (what a ray hits), [`sampling`] and [`scatter`] (where light goes),
 //! [`direct_light`], then the passes of an iteration as [`Sppm`] runs them: [`camera_pass`], [`grid`],
 //! [`photon_pass`], [`consolidate`]. [`PathTracer`] computes the same image by another algorithm, without bias.
@@ -22,4 +33,4 @@ pub mod scatter;
 mod sppm;
 
 pub use path_tracer::PathTracer;
-pub use sppm::Sppm;
+pub use sppm::{Sppm, contributes};

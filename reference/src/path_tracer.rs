@@ -145,6 +145,8 @@ impl Resumable for PathTracer<'_> {
 /// The radiance that one random path brings.
 fn trace(still: &Still, ray: Ray, max_depth: u32, stream: &mut Stream, segments: &mut u64) -> Rgb {
     let (mut ray, mut throughput, mut radiance) = (ray, Rgb::ONE, Rgb::ZERO);
+    // The squared relative index of where the path is. Kept apart, as roulette is about the chance to find light.
+    let mut radiance_scale = 1.0;
     let mut length = 0;
     let mut seen_diffuse = false;
     // Lamps met straight from a diffuse surface have been counted there, as direct light.
@@ -154,7 +156,7 @@ fn trace(still: &Still, ray: Ray, max_depth: u32, stream: &mut Stream, segments:
         *segments += 1;
         let Some(hit) = intersect(still, &ray) else { break };
         if counts_lamps {
-            radiance += throughput * still.spheres[hit.sphere as usize].emission;
+            radiance += throughput * radiance_scale * still.spheres[hit.sphere as usize].emission;
         }
         let material = still.material(hit.sphere);
         throughput *= material.albedo();
@@ -166,12 +168,17 @@ fn trace(still: &Still, ray: Ray, max_depth: u32, stream: &mut Stream, segments:
                 if length < max_depth {
                     let receiver = Receiver { point: hit.point, normal: hit.normal, sphere: hit.sphere };
                     let [choice, u, v] = std::array::from_fn(|_| stream.next_f32());
-                    radiance += throughput * FRAC_1_PI * estimate_irradiance(still, &receiver, choice, u, v);
+                    let irradiance = estimate_irradiance(still, &receiver, choice, u, v);
+                    radiance += throughput * (radiance_scale * FRAC_1_PI) * irradiance;
                 }
                 cosine_hemisphere(hit.normal, stream.next_f32(), stream.next_f32())
             }
             Material::Specular { .. } => reflect(ray.direction, hit.normal),
-            Material::Dielectric { ior, .. } => dielectric(ray.direction, &hit, ior, stream.next_f32()),
+            Material::Dielectric { ior, .. } => {
+                let (direction, scale) = dielectric(ray.direction, &hit, ior, stream.next_f32());
+                radiance_scale *= scale;
+                direction
+            }
         };
         counts_lamps = !matches!(material, Material::Diffuse { .. });
         // Roulette by the throughput, which starts at 1, once direct light has been had.

@@ -105,7 +105,7 @@ fn trace(
         let material = still.material(hit.sphere);
         if bounce > 0 && matches!(material, Material::Diffuse { .. }) {
             stats.deposits += 1;
-            let flux = quantise(power, still.lights.power);
+            let flux = quantise(power);
             deposit(&Deposit { point: hit.point, wi: -ray.direction, sphere: hit.sphere, flux }, stats);
         }
         let [u, v, roulette] = numbers.bounce(photon, bounce, &mut stream);
@@ -158,17 +158,16 @@ fn scatter(material: &Material, ray: &Ray, hit: &Hit, u: f32, v: f32) -> Vec3 {
     match *material {
         Material::Diffuse { .. } => cosine_hemisphere(hit.normal, u, v),
         Material::Specular { .. } => reflect(ray.direction, hit.normal),
-        Material::Dielectric { ior, .. } => dielectric(ray.direction, hit, ior, u),
+        Material::Dielectric { ior, .. } => dielectric(ray.direction, hit, ior, u).0,
     }
 }
 
-/// Power to integer, once, so that sums do not depend on their order: rounded to the nearest multiple of
-/// `nominal / FLUX_ONE`, an error of 2^-22 of the nominal power at most.
+/// Power, in multiples of the nominal power, to integer, once, so that sums do not depend on their order: rounded to
+/// the nearest multiple of `1 / FLUX_ONE`, an error of 2^-22 of the nominal power at most.
 ///
 /// A photon's brightest channel is the nominal power but for rounding, of which the bound takes care: no flux
 /// exceeds `FLUX_ONE` = 2^21, at most 2^31 photons are deposited ([`scene::settings::MAX_DEPOSITS`]), so no sum
 /// exceeds 2^52, which fits a `u64` and is exact as an `f64`.
-pub fn quantise(power: Rgb, nominal: f32) -> Flux {
-    let scale = FLUX_ONE as f32 / nominal;
-    Flux([power.x, power.y, power.z].map(|p| ((p * scale + 0.5) as u32).min(FLUX_ONE)))
+pub fn quantise(power: Rgb) -> Flux {
+    Flux(power.to_array().map(|p| ((p * FLUX_ONE as f32 + 0.5) as u32).min(FLUX_ONE)))
 }

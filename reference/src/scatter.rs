@@ -10,11 +10,12 @@ pub fn reflect(d: Vec3, n: Vec3) -> Vec3 {
 
 /// Reflects or refracts direction `d` at the boundary of glass, with the probability of either given by the exact
 /// Fresnel equations for unpolarised light; `u` decides. As the probability equals the share of the power, the
-/// throughput changes by the tint alone.
+/// throughput changes by the tint alone, but for the factor that is returned with the direction.
 ///
-/// Radiance is not scaled by the square of the relative index across the boundary: eye and lights are taken to be
-/// outside of glass, so that what would be gained on the way in is lost on the way out.
-pub fn dielectric(d: Vec3, hit: &Hit, ior: f32, u: f32) -> Vec3 {
+/// That factor is for paths from the eye: the square of the relative index, `(n_i / n_t)^2`, where light refracts, 1
+/// where it reflects. A beam that enters glass narrows, and its radiance grows as the square of the index (Veach
+/// 1997, section 5.2); seen from the eye that is taken back. The power of photons does not change.
+pub fn dielectric(d: Vec3, hit: &Hit, ior: f32, u: f32) -> (Vec3, f32) {
     let n = hit.normal;
     let eta = if hit.inside { ior } else { 1.0 / ior };
     let cos_i = -d.dot(n);
@@ -22,7 +23,11 @@ pub fn dielectric(d: Vec3, hit: &Hit, ior: f32, u: f32) -> Vec3 {
     let cos2_t = 1.0 - sin2_t;
     let cos_t = if cos2_t > 0.0 { cos2_t.sqrt() } else { 0.0 };
     // NaN (grazing from inside, all zero) counts as total reflection, like every reflectance of 1.
-    if u >= fresnel(eta, cos_i, cos_t) { d * eta + n * (eta * cos_i - cos_t) } else { reflect(d, n) }
+    if u >= fresnel(eta, cos_i, cos_t) {
+        (d * eta + n * (eta * cos_i - cos_t), eta * eta)
+    } else {
+        (reflect(d, n), 1.0)
+    }
 }
 
 /// Reflectance of a boundary for unpolarised light; `eta` is the index on the incident side over that on the other.

@@ -151,7 +151,7 @@ impl<'a> Sppm<'a> {
 ///
 /// Inside of one and the same shell it always does, whatever the angle to the visible point's normal. To reject what
 /// grazes there would lose `R^2 / (8 r^2)` of an even light, and by just so much a furnace would be too dark.
-fn contributes(still: &Still, deposit: &Deposit, visible: &VisiblePoint, radius_squared: f32) -> bool {
+pub fn contributes(still: &Still, deposit: &Deposit, visible: &VisiblePoint, radius_squared: f32) -> bool {
     let d = deposit.point - visible.point;
     let is_near = d.dot(d) < radius_squared;
     let shares_shell = deposit.sphere == visible.sphere

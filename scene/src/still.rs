@@ -56,8 +56,8 @@ pub struct Light {
     pub inside: bool,
     /// Probability that a photon or a shadow ray chooses this light: its share of [`Lights::power`].
     pub probability: f32,
-    /// What a photon of this light carries, per channel: `pi * area * emission / probability`. Its largest channel
-    /// is [`Lights::power`] for every light.
+    /// What a photon of this light carries, `pi * area * emission / probability`, per channel and in multiples of
+    /// [`Lights::power`]: its largest channel is 1 for every light.
     pub photon_power: Rgb,
     /// `emission / probability`: what a shadow ray to this light may bring.
     pub radiance: Rgb,
@@ -177,7 +177,7 @@ impl Still<'_> {
             light.probability = (weight / total) as f32;
             let emission = self.spheres[light.sphere as usize].emission;
             let (color, brightest) = (emission.as_dvec3(), f64::from(max_component(emission)));
-            light.photon_power = (color * (total / brightest)).as_vec3();
+            light.photon_power = (color / brightest).as_vec3();
             light.radiance = (color * (total / weight)).as_vec3();
             self.lights.cumulative.push(sum as f32);
         }

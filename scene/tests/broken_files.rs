@@ -339,11 +339,11 @@ const NUMBERS: &[Case<'static>] = &[
     ),
     (
         &[("ior = 1.5", "ior = 0.9")],
-        "21:61: ior 0.9 of the material of sphere 2 must be a finite number, at least 1; glass has 1.5",
+        "21:61: ior 0.9 of the material of sphere 2 must be a number from 1 to 100; glass has 1.5",
     ),
     (
         &[("ior = 1.5", "ior = nan")],
-        "21:61: ior nan of the material of sphere 2 must be a finite number, at least 1; glass has 1.5",
+        "21:61: ior nan of the material of sphere 2 must be a number from 1 to 100; glass has 1.5",
     ),
     (
         &[("type = \"diffuse\"\n", "type = \"diffuse\"\nior = 1.5\n")],

@@ -224,6 +224,15 @@ fn the_documented_example_is_right() {
 }
 
 #[test]
+fn the_scene_of_the_readme_is_right() {
+    let readme = include_str!("../../README.md");
+    let example = readme.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let scene = parse(example);
+    assert_eq!(scene.name, "A glass ball");
+    assert_eq!(scene.spheres.len(), 4);
+}
+
+#[test]
 fn a_file_loads_as_its_text_parses() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plain.toml");

@@ -3,6 +3,7 @@
 mod bad_input;
 mod compare;
 mod documents;
+mod failures;
 #[cfg(unix)]
 mod interrupt;
 mod render;

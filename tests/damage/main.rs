@@ -5,7 +5,7 @@
 
 use peak_alloc::PeakAlloc;
 use scene::checkpoint::{Checkpoint, Contents, write};
-use scene::image_file::{self, Encoding, Format, read_bytes, read_note_of_bytes};
+use scene::image_file::{self, Encoding, Format, decode_bytes, decode_note_bytes};
 use scene::rng::{Family, Stream, StreamKey};
 use scene::{Engine, Film, Resumable, Settings, file};
 use std::collections::BTreeSet;
@@ -44,8 +44,8 @@ fn read_scene(bytes: &[u8]) -> Result<String, String> {
 
 /// The pixels by a checksum; whatever the note says, it can be read or is refused too.
 fn read_image(format: Format, bytes: &[u8]) -> Result<String, String> {
-    let _ = read_note_of_bytes(format, bytes)?;
-    let film = read_bytes(format, bytes)?;
+    let _ = decode_note_bytes(format, bytes)?;
+    let film = decode_bytes(format, bytes)?;
     assert_eq!(film.pixels.len() as u64, u64::from(film.width) * u64::from(film.height));
     let values = film.pixels.iter().flat_map(|p| p.to_array());
     let sum = values.fold(0_u64, |sum, v| sum.rotate_left(7) ^ u64::from(v.to_bits()));

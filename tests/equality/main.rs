@@ -1,10 +1,11 @@
 //! The fast engine gives the reference's bits: on every kind of lanes that the processor has, on any number of
 //! threads, for whatever scene and settings. Nothing is compared by a tolerance.
 //!
-//! `SPPM_EQUALITY_EFFORT=N` tries N times as many random scenes and seeds (1 if it is not set).
+//! `SPPM_EQUALITY_EFFORT=X` tries X times as many random cases (1 if it is not set; 0.1 is a tenth).
 
 mod builtin_scenes;
 mod draft;
+mod kernels;
 mod pair;
 mod placement;
 mod radii;

@@ -24,12 +24,15 @@ pub(crate) fn all_lanes(threads: usize) -> Vec<Way> {
     lanes.map(|lanes| Way { lanes, threads, deposits_at_once: None }).collect()
 }
 
-/// How many times the usual work is asked for.
-pub(crate) fn effort() -> u32 {
+/// So many cases, or as many times that as is asked for; at least one.
+pub(crate) fn scaled(cases: u32) -> u32 {
     const NAME: &str = "SPPM_EQUALITY_EFFORT";
-    let parse =
-        |text: String| text.parse().unwrap_or_else(|_| panic!("{NAME}: {text:?} is not a whole number"));
-    std::env::var(NAME).map_or(1, parse)
+    let parse = |text: String| {
+        let effort = text.parse().ok().filter(|effort| (0.0..=1e6).contains(effort));
+        effort.unwrap_or_else(|| panic!("{NAME}: {text:?} is not a number from 0 to 1e6"))
+    };
+    let effort = std::env::var(NAME).map_or(1.0, parse);
+    ((f64::from(cases) * effort) as u32).max(1)
 }
 
 /// Tells on standard error how many cases ran, past the capture of the test harness.

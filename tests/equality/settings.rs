@@ -1,6 +1,6 @@
 //! Depth, photons and seed.
 
-use crate::pair::{MOST_THREADS, all_lanes, assert_equal, effort, tell};
+use crate::pair::{MOST_THREADS, all_lanes, assert_equal, scaled, tell};
 use scene::settings::MAX_DEPTH;
 use scene::{Scene, Settings};
 
@@ -48,8 +48,7 @@ fn photons() {
 fn seeds() {
     let (scene, settings) = builtin("large");
     let mut cases = 0;
-    for seed in
-        (0..16 * u64::from(effort())).map(|i| i.wrapping_mul(0x9e37_79b9_7f4a_7c15)).chain([1, u64::MAX])
+    for seed in (0..u64::from(scaled(16))).map(|i| i.wrapping_mul(0x9e37_79b9_7f4a_7c15)).chain([1, u64::MAX])
     {
         cases += assert_equal(&scene, &Settings { seed, ..settings }, &all_lanes(2));
     }
@@ -70,4 +69,21 @@ fn many_photons_at_a_point() {
         }
     }
     tell(cases, "many photons at a point");
+}
+
+/// Down to where radiance is subnormal and up to where powers leave the range of `f32`.
+#[test]
+fn units_of_light() {
+    let mut cases = 0;
+    for exponent in [-118, -100, -50, 50, 100] {
+        let (mut scene, settings) = builtin("cornell");
+        for sphere in &mut scene.spheres {
+            sphere.emission *= f32::powi(2.0, exponent);
+        }
+        // One channel without light, too.
+        scene.spheres.iter_mut().for_each(|sphere| sphere.emission.y = 0.0);
+        assert!(scene.at(0.0).lights.power.is_normal());
+        cases += assert_equal(&scene, &settings, &all_lanes(1));
+    }
+    tell(cases, "units of light");
 }

@@ -85,7 +85,12 @@ fn what_says_nothing_is_told() {
     let sandbox = Sandbox::new();
     sandbox.render(&["cornell", "-o", "a.pfm"]);
     sandbox.render(&["cornell", "-o", "a.png"]);
-    scene::image_file::write(&sandbox.path("b.png"), &sandbox.image("a.pfm"), &Default::default()).unwrap();
+    scene::image_file::write(
+        &sandbox.path("b.png"),
+        &sandbox.image("a.pfm"),
+        &scene::image_file::Encoding::default(),
+    )
+    .unwrap();
     sandbox.write("c.png", "no image");
     for file in ["a.pfm", "b.png", "c.png", "missing.png", "missing.sppm", "a.jpg"] {
         sandbox.run(["info", file]).refused(&[file]);

@@ -1,8 +1,9 @@
 //! The progress of progressive photon mapping: radii shrink by their law, and errors vanish.
 
+use crate::cases::tell;
 use crate::harness::{Build, diffuse, empty_scene, pinhole, relative_error, settings};
-use reference::Sppm;
 use reference::consolidate::{ALPHA, Gathered, Pixel};
+use reference::{PathTracer, Sppm};
 use scene::film::FLUX_ONE;
 use scene::{Engine, Film, Rgb, Scene, Settings, Vec3};
 use statrs::function::gamma::ln_gamma;
@@ -32,6 +33,7 @@ fn radii_never_grow_and_follow_the_law() {
     let (scene, settings) = (even_light(), even_settings());
     let mut engine = Sppm::new(&scene, &settings);
     let mut before = engine.radius().unwrap();
+    let mut radii = Vec::new();
     for n in 1..=ITERATIONS {
         engine.iterate();
         let after = engine.radius().unwrap();
@@ -43,8 +45,46 @@ fn radii_never_grow_and_follow_the_law() {
         let law = (ln_gamma(n + alpha) - ln_gamma(alpha) - ln_gamma(n + 1.0)).exp();
         let ratio = mean_square(&engine) / f64::from(settings.initial_radius).powi(2);
         assert!((ratio / law - 1.0).abs() < RADIUS_LAW, "after {n}: {ratio} instead of {law}");
+        radii.push(mean_square(&engine).sqrt());
     }
+    // For the paper's alpha of 2/3 that is a radius of order n^(-1/6).
+    let order = (radii[63] / radii[3]).ln() / 16.0_f64.ln();
+    assert!((order + 1.0 / 6.0).abs() < RADIUS_ORDER, "the radius is of order n^{order:.3}");
 }
+
+/// The law is of its order up to a factor of 1 - 1 / (9 n), from 4 iterations on below 3 %: 0.005 in the exponent.
+/// As much again is the noise of the counts.
+const RADIUS_ORDER: f64 = 0.01;
+
+#[test]
+fn the_error_of_direct_light_falls_with_the_square_root_of_the_iterations() {
+    // A lamp that the horizon halves: every second shadow ray brings nothing, and all pixels see the same point.
+    let sine = 0.5_f64;
+    let scene = empty_scene(pinhole(Vec3::Z * 3.0, Vec3::Z, 0.01))
+        .lamp(Vec3::new(10.0, 0.0, 1.0), 5.0, diffuse(0.0), Rgb::ONE)
+        .ball(Vec3::ZERO, 1.0, diffuse(0.5));
+    let expected = 0.5 * (sine.asin() - sine * (1.0 - sine * sine).sqrt()) / std::f64::consts::PI;
+    let settings = settings(64, 64, 1, 1, 1.0);
+    let (mut sppm, mut path) = (Sppm::new(&scene, &settings), PathTracer::new(&scene, &settings));
+    for engine in [&mut sppm as &mut dyn Engine, &mut path] {
+        let mut errors = Vec::new();
+        for n in 1..=256_u32 {
+            engine.iterate();
+            if n.is_power_of_two() && n.trailing_zeros() % 2 == 0 {
+                let film = engine.develop();
+                let square: f64 = film.pixels.iter().map(|p| (f64::from(p.x) - expected).powi(2)).sum();
+                errors.push((square / film.pixels.len() as f64).sqrt());
+            }
+        }
+        let order = (errors[4] / errors[0]).ln() / 256.0_f64.ln();
+        assert!((order + 0.5).abs() < ERROR_ORDER, "errors {errors:?} are of order n^{order:.3}");
+    }
+    tell("physics", 2, "orders of convergence of direct light");
+}
+
+/// Pixels of a tile share their random shifts, so it takes the 64 tiles to know an error, to 9 %: 0.02 in the order
+/// that two of them give over 256 iterations.
+const ERROR_ORDER: f64 = 0.05;
 
 #[test]
 fn errors_fall_with_the_iterations() {

@@ -1,5 +1,6 @@
 //! An image is a function of scene, settings and seed.
 
+use crate::cases::tell;
 use crate::harness::{Build, diffuse, empty_scene, glass, mirror, pinhole, run, settings};
 use reference::{PathTracer, Sppm};
 use scene::{Engine, Film, Rgb, Scene, Settings, Vec3};
@@ -51,6 +52,7 @@ fn the_same_seed_gives_the_same_bits_and_another_seed_another_image() {
             assert!(film != render(other.as_mut(), 2), "{width}x{height} does not depend on the seed");
         }
     }
+    tell("physics", 2 * SIZES.len(), "images repeated and compared with another seed");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Depth of field and motion blur: closed forms for the camera alone, and SPPM against the path tracer.
 
+use crate::cases::tell;
 use crate::harness::{
     BLACK, Build, block_mean, coloured, diffuse, empty_scene, mean, pinhole, relative_error, render_path,
     render_sppm, settings,
@@ -117,6 +118,7 @@ fn a_point_out_of_focus_is_a_disc_of_the_lens_seen_from_it() {
             "distance {distance}: {mean_square} {expected}"
         );
     }
+    tell("physics", 3, "discs of a point out of focus");
 }
 
 /// Noise of some thousand samples that hit the lamp, and second-order terms of its size and the lens'.

@@ -1,5 +1,6 @@
 //! The spatial index against brute force.
 
+use crate::cases::tell;
 use crate::harness::{Build, coloured, diffuse, empty_scene, glass, mirror, pinhole, run, settings};
 use proptest::prelude::*;
 use reference::Sppm;
@@ -132,6 +133,7 @@ fn images_radii_and_counts_do_not_depend_on_the_cell_size() {
         run(Sppm::new(&scene, &settings), &settings) == expected.0,
         "the default cells give another image"
     );
+    tell("physics", CELL_SIZES.len(), "sizes of cells");
 }
 
 #[test]
@@ -167,4 +169,5 @@ fn photon_counts_are_those_of_brute_force() {
         assert_eq!(engine.stats().contributions, total as u64);
         assert!(total > 100, "too few photons for a test");
     }
+    tell("physics", 48 * 27 + 36 * 30 + 7 * 3, "pixels whose photons are those of brute force");
 }

@@ -144,10 +144,19 @@ pub(crate) const SIGNIFICANCE: f64 = 1e-6;
 
 /// Pearson's test that all cells of `counts` are equally likely: the probability of a misfit as large by chance.
 pub(crate) fn chi_square_p(counts: &[u32]) -> f64 {
+    chi_square_p_of(counts, &vec![1.0 / counts.len() as f64; counts.len()])
+}
+
+/// Pearson's test that cells are as likely as `probabilities` says.
+pub(crate) fn chi_square_p_of(counts: &[u32], probabilities: &[f64]) -> f64 {
+    assert_eq!(counts.len(), probabilities.len());
     let total: u64 = counts.iter().map(|&c| u64::from(c)).sum();
-    let expected = total as f64 / counts.len() as f64;
-    assert!(expected >= 20.0, "too few samples per cell for the chi-square approximation");
-    let statistic: f64 = counts.iter().map(|&c| (f64::from(c) - expected).powi(2) / expected).sum();
+    let misfit = |(&count, probability): (&u32, &f64)| {
+        let expected = total as f64 * probability;
+        assert!(expected >= 20.0, "too few samples per cell for the chi-square approximation");
+        (f64::from(count) - expected).powi(2) / expected
+    };
+    let statistic: f64 = counts.iter().zip(probabilities).map(misfit).sum();
     ChiSquared::new((counts.len() - 1) as f64).unwrap().sf(statistic)
 }
 

@@ -1,5 +1,6 @@
 //! Ray-sphere intersection against `f64`, and what must never happen: self-hits, leaks, wrong ties.
 
+use crate::cases::tell;
 use crate::harness::{BLACK, Build, empty_scene, glass, pinhole};
 use proptest::prelude::*;
 use reference::intersect::{distance, from_either_side, from_outside, intersect};
@@ -121,6 +122,7 @@ prop_compose! {
 }
 
 fn cases(count: u32) -> ProptestConfig {
+    tell("physics", count as usize, "random rays and spheres");
     // A fixed seed, and nothing written to the source tree.
     ProptestConfig {
         cases: count,
@@ -263,6 +265,7 @@ fn a_million_bounces_do_not_leave_a_room_of_huge_walls() {
         let direction = cosine_hemisphere(hit.normal, stream.next_f32(), stream.next_f32());
         ray = Ray { origin: hit.point, direction, leaves: hit.sphere };
     }
+    tell("physics", 1_000_000, "bounces in a room of huge walls");
 }
 
 #[test]
@@ -285,6 +288,7 @@ fn rays_into_the_corners_of_a_room_do_not_leak() {
             ray = Ray { origin: hit.point, direction, leaves: hit.sphere };
         }
     }
+    tell("physics", 400_000, "rays into corners");
 }
 
 #[test]
@@ -309,6 +313,7 @@ fn distances_to_huge_walls_are_right_to_a_hundred_thousandth_of_the_room() {
         let cosine = f64::from(-hit.normal.dot(direction));
         assert!((f64::from(hit.t) - expected).abs() * cosine < WALL_ERROR, "{} instead of {expected}", hit.t);
     }
+    tell("physics", 200_000, "distances to huge walls");
 }
 
 #[test]
@@ -329,6 +334,7 @@ fn of_coincident_spheres_the_lower_index_is_hit() {
         }
         assert!(hits[1] > 0 && hits[2] > 0, "{hits:?}");
     }
+    tell("physics", 30_000, "hits of coincident spheres");
 }
 
 #[test]
@@ -351,6 +357,7 @@ fn a_mirror_ball_is_followed_inside_for_a_thousand_bounces() {
             assert!((distance(&ray) - expected).abs() < MIRROR_DRIFT, "bounce {bounce}");
         }
     }
+    tell("physics", 100_000, "bounces in a mirror ball");
 }
 
 /// A thousand bounces, each with a rounding error of 10^-7 in the length of the direction, which shifts all hits

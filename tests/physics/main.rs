@@ -3,9 +3,13 @@
 //! One file per concern. All seeds are fixed, so every test gives the same verdict each time; every tolerance is a
 //! named constant with its reason.
 
+mod camera;
+#[path = "../shared/cases.rs"]
+mod cases;
 mod convergence;
 mod determinism;
 mod distributed;
+mod emission;
 mod furnace;
 mod grid;
 mod harness;
@@ -13,4 +17,5 @@ mod intersection;
 mod lights;
 mod sampling;
 mod scattering;
+mod sky;
 mod streams;

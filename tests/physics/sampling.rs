@@ -1,5 +1,6 @@
 //! The maps from uniform numbers to directions, each against the density that it states.
 
+use crate::cases::tell;
 use crate::harness::assert_uniform_square;
 use rayon::prelude::*;
 use reference::sampling::{
@@ -78,6 +79,7 @@ fn sine_and_cosine_are_right_for_every_float_that_streams_give() {
         assert!((s * s + c * c - 1.0).abs() < SQUARES, "u = {u}");
         assert!(s.abs() <= 1.0 && c.abs() <= 1.0, "u = {u}");
     });
+    tell("physics", 1 << 24, "sines and cosines: all there are");
 }
 
 #[test]
@@ -93,6 +95,7 @@ fn spheres_are_covered_evenly() {
     for (u, v) in pairs(0).chain(extremes()) {
         assert!((uniform_sphere(u, v).as_dvec3().length() - 1.0).abs() < UNIT_LENGTH, "{u}, {v}");
     }
+    tell("physics", SAMPLES as usize, "points of the sphere");
 }
 
 #[test]
@@ -111,6 +114,7 @@ fn hemispheres_are_covered_by_the_cosine() {
             assert!((length - 1.0).abs() < UNIT_LENGTH, "{u}, {v} about {normal}: {length}");
         }
     }
+    tell("physics", 7 * SAMPLES as usize, "directions of hemispheres");
 }
 
 #[test]
@@ -142,6 +146,7 @@ fn cones_are_covered_evenly() {
             assert_uniform_square(points, CELLS, &format!("uniform_cone of height {height} about {axis}"));
         }
     }
+    tell("physics", 15 * SAMPLES as usize, "directions of cones");
 }
 
 #[test]
@@ -151,6 +156,7 @@ fn disks_are_covered_evenly() {
         [clamp(x * x + y * y), turns(x, y)]
     });
     assert_uniform_square(points, CELLS, "uniform_disk");
+    tell("physics", SAMPLES as usize, "points of the disk");
 }
 
 #[test]
@@ -176,4 +182,5 @@ fn frames_are_orthonormal_and_right_handed() {
         }
         assert!(s.cross(t).distance(n64) < 2.0 * UNIT_LENGTH, "frame of {n}");
     }
+    tell("physics", (1 << 16) + 7, "frames");
 }

@@ -1,5 +1,7 @@
 //! Mirrors and glass: the laws of reflection, Snell and Fresnel.
 
+use crate::cases::tell;
+use crate::harness::{SIGNIFICANCE, chi_square_p_of};
 use reference::intersect::Hit;
 use reference::sampling::{uniform_sphere, unit};
 use reference::scatter::{dielectric, fresnel, reflect};
@@ -71,6 +73,7 @@ fn reflectance_agrees_with_f64() {
             }
         }
     }
+    tell("physics", 2 * 1000 * INDICES.len(), "reflectances against f64");
 }
 
 #[test]
@@ -101,6 +104,7 @@ fn reflectance_is_the_same_from_both_sides() {
             assert!(f64::from(there - back).abs() < REFLECTANCE, "ior {ior}, cos {outside}: {there}, {back}");
         }
     }
+    tell("physics", 1000 * INDICES.len(), "reflectances from both sides");
 }
 
 #[test]
@@ -113,6 +117,7 @@ fn mirrors_reflect_by_the_law() {
         assert!(f64::from((r - d).cross(n).length()) < DIRECTION, "out of the plane of incidence");
         assert!(f64::from(reflect(r, n).distance(d)) < 2.0 * DIRECTION, "not its own inverse");
     }
+    tell("physics", 20_000, "mirrored directions");
 }
 
 #[test]
@@ -128,7 +133,7 @@ fn glass_refracts_by_snells_law_or_reflects_as_fresnel_shares() {
                 if (1.0 - sin2_t).abs() < 1e-3 {
                     continue; // Near the critical angle see `reflectance_agrees_with_f64`.
                 }
-                let out = |u: f64| dielectric(d, &hit(n, inside), ior, u as f32).as_dvec3();
+                let out = |u: f64| dielectric(d, &hit(n, inside), ior, u as f32).0.as_dvec3();
                 let mirrored = reflect(d, n).as_dvec3();
                 // Just below and above the share; 10^-4 is the bound of that test this near to critical.
                 assert!(share < 2e-4 || out(share - 1e-4).distance(mirrored) < DIRECTION);
@@ -150,6 +155,7 @@ fn glass_refracts_by_snells_law_or_reflects_as_fresnel_shares() {
             }
         }
     }
+    tell("physics", 2 * 20_000 * INDICES.len(), "directions into and out of glass");
 }
 
 #[test]
@@ -157,10 +163,12 @@ fn refraction_is_undone_on_the_way_back() {
     let n = normal();
     for ior in INDICES {
         for d in incoming(n).filter(|d| d.dot(n) < -0.05) {
-            let within = dielectric(d, &hit(n, false), ior, 0.999_999);
-            let back = dielectric(-within, &hit(-n, true), ior, 0.999_999);
+            let (within, narrowed) = dielectric(d, &hit(n, false), ior, 0.999_999);
+            let (back, widened) = dielectric(-within, &hit(-n, true), ior, 0.999_999);
             // The way back magnifies by the index and, at a slant, by the ratio of the cosines: below 30.
             assert!(f64::from(back.distance(-d)) < 30.0 * DIRECTION, "ior {ior}, d {d}: {back}");
+            approx::assert_relative_eq!(narrowed, 1.0 / (ior * ior), max_relative = 4.0 * f32::EPSILON);
+            approx::assert_relative_eq!(narrowed * widened, 1.0, max_relative = 4.0 * f32::EPSILON);
         }
     }
 }
@@ -170,7 +178,9 @@ fn glass_of_index_one_is_not_there() {
     let n = normal();
     for d in incoming(n).filter(|d| d.dot(n) < -0.01) {
         for inside in [false, true] {
-            assert!(f64::from(dielectric(d, &hit(n, inside), 1.0, 1e-6).distance(d)) < 100.0 * DIRECTION);
+            let (direction, scale) = dielectric(d, &hit(n, inside), 1.0, 1e-6);
+            assert!(f64::from(direction.distance(d)) < 100.0 * DIRECTION);
+            assert_eq!(scale, 1.0);
         }
     }
 }
@@ -183,8 +193,30 @@ fn total_reflection_begins_beyond_the_critical_angle() {
         let tangent = n.any_orthonormal_vector();
         for (angle, is_total) in [(critical - 1e-2, false), (critical + 1e-3, true), (1.57, true)] {
             let d = -n * angle.cos() as f32 + tangent * angle.sin() as f32;
-            let crosses = dielectric(d, &hit(n, true), ior, 0.999_999).dot(n) < 0.0;
-            assert_eq!(crosses, !is_total, "ior {ior}, angle {angle}");
+            let (direction, scale) = dielectric(d, &hit(n, true), ior, 0.999_999);
+            assert_eq!(direction.dot(n) < 0.0, !is_total, "ior {ior}, angle {angle}");
+            assert_eq!(scale, if is_total { 1.0 } else { ior * ior });
         }
     }
+}
+
+#[test]
+fn a_boundary_reflects_as_often_as_fresnel_says() {
+    let (n, count) = (normal(), 1_u32 << 20);
+    let tangent = n.any_orthonormal_vector();
+    for (index, (ior, inside, angle)) in
+        [(1.5, false, 0.0_f32), (1.5, false, 1.2), (1.5, true, 0.6), (2.4, false, 1.5), (1.1, true, 1.1)]
+            .into_iter()
+            .enumerate()
+    {
+        let d = -n * angle.cos() + tangent * angle.sin();
+        let eta = f64::from(if inside { ior } else { 1.0 / ior });
+        let share = expected_fresnel(eta, -d.as_dvec3().dot(n.as_dvec3()));
+        let mut stream = StreamKey::new(4, Family::Path, 0).stream(index as u32);
+        let reflects = |_: &u32| dielectric(d, &hit(n, inside), ior, stream.next_f32()).0.dot(n) > 0.0;
+        let reflected = (0..count).filter(reflects).count();
+        let p = chi_square_p_of(&[reflected as u32, count - reflected as u32], &[share, 1.0 - share]);
+        assert!(p > SIGNIFICANCE, "ior {ior}, angle {angle}: {reflected} of {count}, p = {p:.1e}");
+    }
+    tell("physics", 5, "shares of reflection");
 }

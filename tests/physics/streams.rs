@@ -1,7 +1,9 @@
 //! Random streams: uniform each, and unrelated between neighbouring keys.
 
+use crate::cases::tell;
 use crate::harness::{SIGNIFICANCE, assert_uniform_square, chi_square_p};
-use scene::rng::{Family, Stream, StreamKey};
+use scene::rng::{Family, Stream, StreamKey, unit_float};
+use scene::sobol::{DIMENSIONS, sobol};
 
 const FAMILIES: [Family; 6] =
     [Family::Camera, Family::Tile, Family::Photon, Family::Emission, Family::Shutter, Family::Path];
@@ -61,6 +63,7 @@ fn words_are_uniform_in_their_high_and_low_bits() {
             }
         }
     }
+    tell("physics", 2 * 5 * FAMILIES.len(), "histograms of words");
 }
 
 #[test]
@@ -85,6 +88,7 @@ fn neighbouring_indices_are_unrelated() {
             assert_unrelated(pair, &format!("seed {seed}, indices i and i + {distance}"));
         }
     }
+    tell("physics", 9, "pairs of neighbouring indices");
 }
 
 #[test]
@@ -119,6 +123,7 @@ fn families_are_unrelated() {
             assert_unrelated(|i| keys.map(|k| k.stream(i).next_u32()), &format!("{first:?} and {second:?}"));
         }
     }
+    tell("physics", 15, "pairs of families");
 }
 
 #[test]
@@ -128,4 +133,21 @@ fn words_of_one_stream_are_unrelated() {
         let pair = |i: u32| [word(key.stream(i), m), word(key.stream(i), n)];
         assert_unrelated(pair, &format!("words {m} and {n}"));
     }
+    tell("physics", 5, "pairs of words");
+}
+
+#[test]
+fn shifted_sobol_points_are_uniform_in_every_two_dimensions() {
+    // 16 shifts of 2^14 points each, as iterations shift the points of photons.
+    let mut cases = 0;
+    for (a, b) in (0..DIMENSIONS).flat_map(|a| (a + 1..DIMENSIONS).map(move |b| (a, b))) {
+        let points = (0..16).flat_map(|shift| {
+            let mut words = StreamKey::new(9, Family::Emission, shift).stream(0);
+            let shifts = [(); DIMENSIONS].map(|()| words.next_u32());
+            (0..1 << 14).map(move |index| [a, b].map(|d| f64::from(unit_float(sobol(index, d) ^ shifts[d]))))
+        });
+        assert_uniform_square(points, [32, 32], &format!("dimensions {a} and {b}"));
+        cases += 1;
+    }
+    tell("physics", cases, "pairs of Sobol dimensions");
 }

@@ -1,10 +1,12 @@
 //! Up to about a thousand balls: rays queue before clusters of eight.
 //!
-//!     for each packet of rays, for each cluster:
-//!         append the rays that may meet the sphere around the cluster to its queue
-//!     for each cluster, for each packet of its queue, for each of its balls:
-//!         append the rays that may meet the ball, and the ball, to the candidates
-//!     for each packet of candidates: the reference's formula; keep the nearest hit of each ray
+//! ```text
+//! for each packet of rays, for each cluster:
+//!     append the rays that may meet the sphere around the cluster to its queue
+//! for each cluster, for each packet of its queue, for each of its balls:
+//!     append the rays that may meet the ball, and the ball, to the candidates
+//! for each packet of candidates: the reference's formula; keep the nearest hit of each ray
+//! ```
 //!
 //! How it differs from trying all balls, and why:
 //!

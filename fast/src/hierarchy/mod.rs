@@ -82,10 +82,13 @@ impl Hierarchy {
     /// The search that is fastest for so many balls.
     pub(crate) fn new(still: &Still) -> Self {
         let is_ball = |role: &&Role| !matches!(role, Role::Enclosure(_));
-        let search = match still.roles.iter().filter(is_ball).count() {
-            0..=MOST_IN_TURN => Search::InTurn,
-            ..=MOST_IN_CLUSTERS => Search::Clusters,
-            _ => Search::Tree,
+        let count = still.roles.iter().filter(is_ball).count();
+        let search = if count <= MOST_IN_TURN {
+            Search::InTurn
+        } else if count <= MOST_IN_CLUSTERS {
+            Search::Clusters
+        } else {
+            Search::Tree
         };
         Self::with_search(still, search)
     }

@@ -1,11 +1,13 @@
 //! Many balls: a tree of boxes, eight to a node, that rays walk nearest box first, all rays of a batch in step.
 //!
-//!     push the root on every ray's stack
-//!     until all stacks are empty:
-//!         pop a box from each stack; if it is farther than the nearest hit, forget it
-//!         those of inner nodes: test the node's eight boxes at once, push those hit, the nearest on top
-//!         those of leaves: append those of the eight balls that the ray may meet to the candidates
-//!         evaluate the candidates by the reference's formula, keep the nearest hit of each ray
+//! ```text
+//! push the root on every ray's stack
+//! until all stacks are empty:
+//!     pop a box from each stack; if it is farther than the nearest hit, forget it
+//!     those of inner nodes: test the node's eight boxes at once, push those hit, the nearest on top
+//!     those of leaves: append those of the eight balls that the ray may meet to the candidates
+//!     evaluate the candidates by the reference's formula, keep the nearest hit of each ray
+//! ```
 //!
 //! How it differs from a textbook's, and why:
 //!
@@ -72,6 +74,7 @@ pub(crate) struct Wave {
 }
 
 impl Wave {
+    #[allow(clippy::large_stack_arrays)] // On their way into the box, once per thread.
     pub(crate) fn new() -> Box<Self> {
         Box::new(Self {
             slabs: [[Row::default(); 2]; ROOM],
@@ -244,6 +247,7 @@ impl Wave {
     }
 
     /// Takes a box from each stack.
+    #[allow(clippy::needless_bitwise_bool)] // Lazy ones would be branches, which this stage is there to avoid.
     #[inline(always)]
     fn pop<const ANY: bool>(&mut self, live: usize, keys: &[u64; ROOM], t: &Floats) -> Popped {
         let mut popped = Popped { live: 0, nodes: 0, leaves: 0 };

@@ -81,33 +81,74 @@ impl Cells {
         }
     }
 
-    /// The rows of a span that fits, as runs of buckets (in which the last bucket is followed by the first), without
-    /// those cells that lie farther than `reach` from the box.
+    /// The rows of a span that fits, without those cells that lie farther than `reach` from the box.
     #[inline(always)]
-    pub(crate) fn rows(self, span: Span, bounds: &Bounds) -> Rows {
+    pub(crate) fn query<L: Lanes>(self, span: Span, bounds: &Bounds) -> Query<L> {
         let (low, high) = (bounds.low * self.inverse_size, bounds.high * self.inverse_size);
         // Distances in cells, lessened by what the coordinates of points and cells may be rounded by.
         let rounding = 1e-3 + 1e-6 * low.abs().max(high.abs()).max_element();
         let reach = bounds.reach * self.inverse_size + rounding;
-        let mut rows = Rows { runs: [Run::default(); (WINDOW * WINDOW) as usize], count: 0 };
-        for z in span.low[2]..=span.high[2] {
-            let dz = gap(z, low.z, high.z);
-            for y in span.low[1]..=span.high[1] {
-                let dy = gap(y, low.y, high.y);
-                let across = reach * reach - dy * dy - dz * dz;
-                if across >= 0.0 {
-                    let along = across.sqrt() + rounding;
-                    let first = span.low[0].max((low.x - along).floor() as i32);
-                    let last = span.high[0].min((high.x + along).floor() as i32);
-                    let row = (y as u32)
-                        .wrapping_mul(self.stride_y)
-                        .wrapping_add((z as u32).wrapping_mul(self.stride_z));
-                    let bucket = (first as u32).wrapping_add(row) & self.mask;
-                    rows.runs[rows.count] = Run { bucket, length: (last - first + 1).max(0) as u32 };
-                    rows.count += 1;
-                }
-            }
+        let mut cells = [0.0; WINDOW as usize];
+        for (y, cell) in (span.low[1]..).zip(&mut cells) {
+            *cell = gap(y, low.y, high.y);
         }
+        let gap_y = L::Eight::load(&cells);
+        let y = L::Eight::iota() + L::Eight::u(span.low[1] as u32);
+        Query {
+            cells: self,
+            span,
+            low,
+            high,
+            rounding,
+            reach,
+            gap_y_squared: gap_y * gap_y,
+            row_y: y * L::Eight::u(self.stride_y),
+        }
+    }
+}
+
+/// The rows of cells near a box, a slab of equal z at a time.
+pub(crate) struct Query<L: Lanes> {
+    cells: Cells,
+    span: Span,
+    low: Vec3,
+    high: Vec3,
+    rounding: f32,
+    reach: f32,
+    /// For up to [`WINDOW`] values of y: the squared distance from the box along y.
+    gap_y_squared: <L::Eight as Lanes>::F,
+    /// The same values' part of the bucket.
+    row_y: <L::Eight as Lanes>::U,
+}
+
+impl<L: Lanes> Query<L> {
+    /// The values of z.
+    #[inline(always)]
+    pub(crate) fn slabs(&self) -> std::ops::RangeInclusive<i32> {
+        self.span.low[2]..=self.span.high[2]
+    }
+
+    /// The rows of one z, as runs of buckets (in which the last bucket is followed by the first).
+    #[inline(always)]
+    pub(crate) fn rows(&self, z: i32) -> Rows {
+        let gap_z = gap(z, self.low.z, self.high.z);
+        let across = L::Eight::f(self.reach * self.reach - gap_z * gap_z) - self.gap_y_squared;
+        let is_near = L::Eight::le(L::Eight::f(0.0), across);
+        let rounding = L::Eight::f(self.rounding);
+        let along = L::Eight::sqrt(across) + rounding;
+        // The ends of a span are whole numbers that came from floats.
+        let first = L::Eight::floor(L::Eight::f(self.low.x) - along);
+        let first = L::Eight::max(first, L::Eight::f(self.span.low[0] as f32));
+        let last = L::Eight::floor(L::Eight::f(self.high.x) + along);
+        let last = L::Eight::min(last, L::Eight::f(self.span.high[0] as f32));
+        let length = last - first + L::Eight::f(1.0);
+        let in_span = L::Eight::first((self.span.high[1] - self.span.low[1] + 1) as usize);
+        let is_row = is_near & in_span & L::Eight::lt(L::Eight::f(0.0), length);
+        let row = self.row_y + L::Eight::u((z as u32).wrapping_mul(self.cells.stride_z));
+        let bucket = (L::Eight::truncate(first) + row) & L::Eight::u(self.cells.mask);
+        let mut rows = Rows { buckets: [0; _], lengths: [0; _], rest: L::Eight::mask_bits(is_row) };
+        L::Eight::store_u(bucket, &mut rows.buckets);
+        L::Eight::store_u(L::Eight::truncate(length), &mut rows.lengths);
         rows
     }
 }
@@ -127,17 +168,24 @@ pub(crate) struct Run {
     pub(crate) length: u32,
 }
 
-/// The rows of a span.
+/// The rows of a slab.
 pub(crate) struct Rows {
-    runs: [Run; (WINDOW * WINDOW) as usize],
-    count: usize,
+    buckets: [u32; WINDOW as usize],
+    lengths: [u32; WINDOW as usize],
+    /// Bit k: row k has cells.
+    rest: u32,
 }
 
 impl Rows {
-    /// Their buckets.
+    /// The buckets of the next row.
     #[inline(always)]
-    pub(crate) fn runs(&self) -> &[Run] {
-        &self.runs[..self.count]
+    pub(crate) fn next(&mut self) -> Option<Run> {
+        if self.rest == 0 {
+            return None;
+        }
+        let row = self.rest.trailing_zeros() as usize % WINDOW as usize;
+        self.rest &= self.rest - 1;
+        Some(Run { bucket: self.buckets[row], length: self.lengths[row] })
     }
 }
 

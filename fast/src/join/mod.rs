@@ -37,10 +37,10 @@ pub(crate) const GROUP: usize = 16;
 /// The sphere of search is widened by so much where cells are looked up, as the test of the distance rounds.
 const WIDENED: f32 = 1.0 + 1.0 / 1_048_576.0;
 
-/// The search radius of a pixel, for looking up cells.
+/// The search radius, for looking up cells.
 #[inline(always)]
-fn reach(pixel: &Row) -> f32 {
-    pixel.0[7].sqrt() * WIDENED
+fn reach(radius_squared: f32) -> f32 {
+    radius_squared.sqrt() * WIDENED
 }
 
 /// Where a pixel's visible point is and how far it gathers, if it has one.
@@ -48,32 +48,37 @@ fn reach(pixel: &Row) -> f32 {
 fn bounds_of_one(rows: &PixelRows, pixel: &Row) -> Option<Bounds> {
     let [x, y, z, sphere, ..] = rows.visible.0;
     let point = Vec3::new(x, y, z);
-    (sphere.to_bits() != NO_SPHERE).then(|| Bounds { low: point, high: point, reach: reach(pixel) })
+    (sphere.to_bits() != NO_SPHERE).then(|| Bounds { low: point, high: point, reach: reach(pixel.0[7]) })
 }
 
 /// The same of some pixels; `None` if none has a visible point.
 #[inline(always)]
 fn bounds_of_all(rows: &[PixelRows], pixels: &[Row]) -> Option<Bounds> {
-    let mut all = Bounds { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY, reach: 0.0 };
+    let (mut low, mut high, mut radius_squared) = (Vec3::INFINITY, Vec3::NEG_INFINITY, 0.0);
     for (row, pixel) in rows.iter().zip(pixels) {
-        if let Some(one) = bounds_of_one(row, pixel) {
-            let (low, high) = (all.low.min(one.low), all.high.max(one.high));
-            all = Bounds { low, high, reach: all.reach.max(one.reach) };
+        let [x, y, z, sphere, ..] = row.visible.0;
+        if sphere.to_bits() != NO_SPHERE {
+            let point = Vec3::new(x, y, z);
+            (low, high) = (low.min(point), high.max(point));
+            radius_squared = if radius_squared < pixel.0[7] { pixel.0[7] } else { radius_squared };
         }
     }
-    (all.reach > 0.0).then_some(all)
+    (radius_squared > 0.0).then(|| Bounds { low, high, reach: reach(radius_squared) })
 }
 
 /// Marks the cells that a group's visible points reach.
-pub(crate) fn mark(occupancy: &mut Occupancy, rows: &[PixelRows], pixels: &[Row]) {
+#[inline(always)]
+pub(crate) fn mark<L: Lanes>(occupancy: &mut Occupancy, rows: &[PixelRows], pixels: &[Row]) {
     let Some(all) = bounds_of_all(rows, pixels) else {
         return;
     };
-    if occupancy.mark(&all) {
+    if occupancy.mark::<L>(&all) {
         return;
     }
-    for one in rows.iter().zip(pixels).filter_map(|(row, pixel)| bounds_of_one(row, pixel)) {
-        occupancy.mark(&one);
+    for (row, pixel) in rows.iter().zip(pixels) {
+        if let Some(one) = bounds_of_one(row, pixel) {
+            occupancy.mark::<L>(&one);
+        }
     }
 }
 
@@ -101,9 +106,13 @@ pub(crate) fn gather_group<L: Lanes>(
     if span.fits() {
         let group = Group::<L>::new(rows, pixels);
         let mut gathering = gather::Gathering::new(&group, sorted, sums, counts);
-        for row in cells.rows(span, &all).runs() {
-            for run in sorted.photons(*row) {
+        let query = cells.query::<L>(span, &all);
+        for z in query.slabs() {
+            let mut rows = query.rows(z);
+            while let Some(row) = rows.next() {
+                let [run, wrapped] = sorted.photons(row);
                 gathering.take(run);
+                gathering.take(wrapped);
             }
         }
         gathering.finish();
@@ -111,9 +120,13 @@ pub(crate) fn gather_group<L: Lanes>(
     }
     for (lane, (rows, pixel)) in rows.iter().zip(pixels).enumerate() {
         if let Some(one) = bounds_of_one(rows, pixel) {
-            for row in cells.rows(cells.span(&one), &one).runs() {
-                for run in sorted.photons(*row) {
-                    gather::single::<L>(sorted, run, rows, pixel.0[7], &mut sums.lane(lane), counts);
+            let query = cells.query::<L>(cells.span(&one), &one);
+            for z in query.slabs() {
+                let mut found = query.rows(z);
+                while let Some(row) = found.next() {
+                    for run in sorted.photons(row) {
+                        gather::single::<L>(sorted, run, rows, pixel.0[7], &mut sums.lane(lane), counts);
+                    }
                 }
             }
         }

@@ -20,15 +20,20 @@ impl Occupancy {
     }
 
     /// Marks the cells within reach of a box, if they fit into a window; else does nothing and gives false.
-    pub(crate) fn mark(&mut self, bounds: &Bounds) -> bool {
+    #[inline(always)]
+    pub(crate) fn mark<L: Lanes>(&mut self, bounds: &Bounds) -> bool {
         let span = self.cells.span(bounds);
         if !span.fits() {
             return false;
         }
-        for run in self.cells.rows(span, bounds).runs() {
-            for i in 0..run.length {
-                let bucket = run.bucket.wrapping_add(i) & self.cells.mask;
-                self.words[(bucket / 32) as usize] |= 1 << (bucket % 32);
+        let query = self.cells.query::<L>(span, bounds);
+        for z in query.slabs() {
+            let mut rows = query.rows(z);
+            while let Some(run) = rows.next() {
+                for i in 0..run.length {
+                    let bucket = run.bucket.wrapping_add(i) & self.cells.mask;
+                    self.words[(bucket / 32) as usize] |= 1 << (bucket % 32);
+                }
             }
         }
         true

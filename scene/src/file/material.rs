@@ -6,6 +6,9 @@ use crate::Material;
 use std::collections::BTreeMap;
 use toml::de::DeValue;
 
+/// Far beyond any matter (germanium has 4), so that squares of indices along a path stay within `f32`.
+const MAX_IOR: f32 = 100.0;
+
 const TYPES: [&str; 3] = ["diffuse", "specular", "dielectric"];
 const EXAMPLE: &str = "for example { type = \"diffuse\", albedo = [0.5, 0.5, 0.5] }";
 
@@ -93,7 +96,8 @@ fn material<'a>(
     let albedo = section.require("albedo", "albedo = [red, green, blue]")?.rgb(reflectance)?;
     if name == "dielectric" {
         let ior = section.require("ior", "ior = 1.5, say")?.number()?;
-        let ior = ior.check(|v| v >= 1.0, "must be a finite number, at least 1; glass has 1.5")?;
+        let ior =
+            ior.check(|v| (1.0..=MAX_IOR).contains(&v), "must be a number from 1 to 100; glass has 1.5")?;
         return Ok(Material::Dielectric { albedo, ior });
     }
     if let Some(ior) = section.get("ior") {

@@ -93,22 +93,6 @@ pub fn read_note(path: &Path) -> Result<Option<String>, ImageError> {
     decode_note(format, &mut input, length).map_err(|problem| ImageError::new(path, problem))
 }
 
-/// Reads an image out of the bytes of a file.
-///
-/// # Errors
-/// What is to be read after the file's name.
-pub fn read_bytes(format: Format, bytes: &[u8]) -> Result<Film, String> {
-    decode(format, &mut Cursor::new(bytes), bytes.len() as u64)
-}
-
-/// Reads the note out of the bytes of a file.
-///
-/// # Errors
-/// As [`read_bytes`].
-pub fn read_note_of_bytes(format: Format, bytes: &[u8]) -> Result<Option<String>, String> {
-    decode_note(format, &mut Cursor::new(bytes), bytes.len() as u64)
-}
-
 /// The format, the bytes and the length of an image file.
 fn open(path: &Path) -> Result<(Format, BufReader<File>, u64), ImageError> {
     let format = Format::from_path(path)?;
@@ -120,6 +104,22 @@ fn open(path: &Path) -> Result<(Format, BufReader<File>, u64), ImageError> {
     }
     let input = BufReader::new(File::open(path).map_err(unreadable)?);
     Ok((format, input, status.len()))
+}
+
+/// Decodes an image file that is in memory, with the bounds of [`read`].
+///
+/// # Errors
+/// What is wrong with it, if `bytes` are no image of that format: a sentence to be read after the file's name.
+pub fn decode_bytes(format: Format, bytes: &[u8]) -> Result<Film, String> {
+    decode(format, &mut Cursor::new(bytes), bytes.len() as u64)
+}
+
+/// The note in an image file that is in memory.
+///
+/// # Errors
+/// As [`decode_bytes`], but for the pixels, which are not read.
+pub fn decode_note_bytes(format: Format, bytes: &[u8]) -> Result<Option<String>, String> {
+    decode_note(format, &mut Cursor::new(bytes), bytes.len() as u64)
 }
 
 /// Writes `film` to `path`, in the format of its extension, as a whole or not at all.

@@ -170,10 +170,6 @@ fn png_bytes(
     bytes
 }
 
-fn decode_bytes(format: Format, bytes: &[u8]) -> Result<Film, String> {
-    decode(format, &mut Cursor::new(bytes), bytes.len() as u64)
-}
-
 #[test]
 fn png_of_every_kind_is_read() {
     use ::png::{BitDepth, ColorType};
@@ -286,8 +282,8 @@ fn a_note_is_read_back_and_changes_no_pixel() {
         write(&path, &byte_film(9, 20), &encoding).unwrap();
         let bytes = fs::read(&path).unwrap();
         let expected = if format == Format::Pfm { None } else { Some(note.clone()) };
-        assert_eq!(read_note_of_bytes(format, &bytes).unwrap(), expected);
-        assert_eq!(read_bytes(format, &bytes).unwrap(), film);
+        assert_eq!(decode_note_bytes(format, &bytes).unwrap(), expected);
+        assert_eq!(decode_bytes(format, &bytes).unwrap(), film);
         write(&path, &byte_film(9, 20), &encoding).unwrap();
         assert_eq!(fs::read(&path).unwrap(), bytes);
     }

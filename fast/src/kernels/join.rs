@@ -1,0 +1,284 @@
+//! The join and what it stands on: cells, occupancy, sorting.
+
+use super::Gathered;
+use super::maps::{Map, OverColumns};
+use crate::camera_pass::PixelRows;
+use crate::dispatch::{Kernel, LaneKind, dispatch};
+use crate::join::deposits::{Binned, SAFE, Sorted, bin_shift};
+use crate::join::gather::Sums;
+use crate::join::{GROUP, JoinCounts, cells, gather_group, occupancy};
+use crate::lanes::{Lanes, Row};
+use crate::vec3::V3;
+use scene::Vec3;
+use scene::ray::SphereId;
+
+/// A map from points of space to buckets.
+#[derive(Clone, Copy, Debug)]
+pub struct Cells(pub(super) cells::Cells);
+
+/// A box of points, and the distance from it within which photons matter.
+#[derive(Clone, Copy, Debug)]
+pub struct Query {
+    /// The lower corner.
+    pub low: Vec3,
+    /// The upper corner.
+    pub high: Vec3,
+    /// The distance.
+    pub reach: f32,
+}
+
+/// Consecutive buckets; the last bucket is followed by the first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// The first.
+    pub bucket: u32,
+    /// How many.
+    pub length: u32,
+}
+
+impl Query {
+    fn bounds(self) -> cells::Bounds {
+        cells::Bounds { low: self.low, high: self.high, reach: self.reach }
+    }
+}
+
+impl Cells {
+    /// Cells of the given size on at least `buckets` buckets.
+    pub fn new(size: f32, buckets: usize) -> Self {
+        Self(cells::Cells::new(size, buckets))
+    }
+
+    /// The number of buckets.
+    pub fn count(self) -> u32 {
+        self.0.mask + 1
+    }
+
+    /// The buckets (words) of points.
+    pub fn buckets(self, lanes: LaneKind, points: [&[f32]; 3], buckets: &mut [f32]) {
+        OverColumns { map: self.0, inputs: points, outputs: [buckets] }.on(lanes);
+    }
+
+    /// The runs of buckets in which the points near a box lie; `None` if there are more cells than a window has.
+    pub fn runs(self, lanes: LaneKind, near: Query) -> Option<Vec<Run>> {
+        dispatch(lanes, Runs { cells: self.0, bounds: near.bounds() })
+    }
+}
+
+struct Runs {
+    cells: cells::Cells,
+    bounds: cells::Bounds,
+}
+
+impl Kernel for Runs {
+    type Output = Option<Vec<Run>>;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let span = self.cells.span(&self.bounds);
+        if !span.fits() {
+            return None;
+        }
+        let query = self.cells.query::<L>(span, &self.bounds);
+        let mut runs = Vec::new();
+        for z in query.slabs() {
+            let mut rows = query.rows(z);
+            while let Some(cells::Run { bucket, length }) = rows.next() {
+                runs.push(Run { bucket, length });
+            }
+        }
+        Some(runs)
+    }
+}
+
+impl Map<3, 1> for cells::Cells {
+    #[inline(always)]
+    fn apply<L: Lanes>(&self, [x, y, z]: [L::F; 3]) -> [L::F; 1] {
+        [L::from_bits(self.buckets::<L>(V3::new(x, y, z)))]
+    }
+}
+
+/// A map of the cells that something wants to hear of.
+pub struct Occupancy(pub(super) occupancy::Occupancy);
+
+impl Occupancy {
+    /// An empty one.
+    pub fn new(cell_size: f32) -> Self {
+        Self(occupancy::Occupancy::new(cell_size))
+    }
+
+    /// Marks what is near a box, and gives true, unless it is more than a window.
+    pub fn mark(&mut self, lanes: LaneKind, near: Query) -> bool {
+        dispatch(lanes, Mark { occupancy: &mut self.0, bounds: near.bounds() })
+    }
+
+    /// Marks what is marked in another one with cells of the same size.
+    pub fn merge(&mut self, other: &Self) {
+        self.0.merge(&other.0);
+    }
+
+    /// For each point 1 where its cell is marked, else 0.
+    pub fn touches(&self, lanes: LaneKind, points: [&[f32]; 3], touched: &mut [f32]) {
+        OverColumns { map: &self.0, inputs: points, outputs: [touched] }.on(lanes);
+    }
+}
+
+struct Mark<'a> {
+    occupancy: &'a mut occupancy::Occupancy,
+    bounds: cells::Bounds,
+}
+
+impl Kernel for Mark<'_> {
+    type Output = bool;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> bool {
+        self.occupancy.mark::<L>(&self.bounds)
+    }
+}
+
+impl Map<3, 1> for &occupancy::Occupancy {
+    #[inline(always)]
+    fn apply<L: Lanes>(&self, [x, y, z]: [L::F; 3]) -> [L::F; 1] {
+        [L::select(self.touches::<L>(V3::new(x, y, z)), L::f(1.0), L::f(0.0))]
+    }
+}
+
+/// A photon that has arrived.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Photon {
+    /// Where.
+    pub point: Vec3,
+    /// The direction that it comes from.
+    pub wi: Vec3,
+    /// On which sphere.
+    pub sphere: SphereId,
+    /// True if it counts at any point of that sphere within the radius, from whichever side.
+    pub is_safe: bool,
+    /// Its flux.
+    pub flux: [u32; 3],
+}
+
+/// A visible point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Where.
+    pub point: Vec3,
+    /// The normal on the visible side.
+    pub normal: Vec3,
+    /// On which sphere.
+    pub sphere: SphereId,
+    /// Squared search radius.
+    pub radius_squared: f32,
+}
+
+/// Sorted photons, and visible points in groups of 16.
+pub struct Join {
+    count: usize,
+    cells: cells::Cells,
+    sorted: Sorted,
+    pixels: Vec<Row>,
+    rows: Vec<PixelRows>,
+}
+
+impl Join {
+    /// Sorts the photons that several workers have deposited by cells of the given size on at least `buckets`
+    /// buckets. Pixels without a visible point are `None`.
+    pub fn new(
+        lanes: LaneKind,
+        parts: &[&[Photon]],
+        points: &[Option<Point>],
+        cell_size: f32,
+        buckets: usize,
+    ) -> Self {
+        let cells = cells::Cells::new(cell_size, buckets);
+        let parts: Vec<Binned> = parts.iter().map(|part| bin(lanes, part, cells)).collect();
+        let mut sorted = Sorted::new();
+        sorted.fill(&parts.iter().collect::<Vec<_>>(), cells);
+        let slots = points.len().next_multiple_of(GROUP);
+        let mut rows = vec![PixelRows::NOTHING; slots];
+        let mut pixels = vec![Row::default(); slots];
+        for ((rows, pixel), point) in rows.iter_mut().zip(&mut pixels).zip(points) {
+            // A pixel keeps its radius where nothing is seen.
+            pixel.0[7] = 1.0;
+            if let Some(Point { point: p, normal: n, sphere, radius_squared }) = *point {
+                rows.visible = Row([p.x, p.y, p.z, f32::from_bits(sphere), 0.0, 0.0, 0.0, 0.0]);
+                rows.light = Row([n.x, n.y, n.z, 0.0, 0.0, 0.0, 0.0, 0.0]);
+                pixel.0[7] = radius_squared;
+            }
+        }
+        Self { count: points.len(), cells, sorted, pixels, rows }
+    }
+
+    /// The photons in the order in which they have been sorted, each with its bucket.
+    pub fn photons(&self) -> Vec<(Photon, u32)> {
+        sorted_photons(&self.sorted)
+    }
+
+    /// Where the photons of each bucket begin, and at the end how many there are.
+    pub fn starts(&self) -> &[u32] {
+        &self.sorted.starts
+    }
+
+    /// What each visible point gathers, and how many pairs were tested.
+    pub fn gather(&self, lanes: LaneKind) -> (Vec<Gathered>, u64) {
+        let (sums, counts) = dispatch(lanes, Gather(self));
+        let gathered = |k: usize| {
+            let sums: &Sums = &sums[k / GROUP];
+            Gathered { m: sums.m[k % GROUP], flux: std::array::from_fn(|c| sums.flux[c][k % GROUP]) }
+        };
+        let all: Vec<Gathered> = (0..self.count).map(gathered).collect();
+        let total: u64 = all.iter().map(|gathered| u64::from(gathered.m)).sum();
+        assert_eq!(counts.contributions, total, "the count of contributions is not their number");
+        (all, counts.candidates)
+    }
+}
+
+struct Gather<'a>(&'a Join);
+
+impl Kernel for Gather<'_> {
+    type Output = (Vec<Sums>, JoinCounts);
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let Join { cells, sorted, pixels, rows, .. } = self.0;
+        let mut all = Vec::with_capacity(pixels.len() / GROUP);
+        let mut counts = JoinCounts::default();
+        for (pixels, rows) in pixels.chunks(GROUP).zip(rows.chunks(GROUP)) {
+            let mut sums = Sums::default();
+            gather_group::<L>(sorted, *cells, rows, pixels, &mut sums, &mut counts);
+            all.push(sums);
+        }
+        (all, counts)
+    }
+}
+
+/// Photons in bins, by the buckets that lanes find.
+fn bin(lanes: LaneKind, photons: &[Photon], cells: cells::Cells) -> Binned {
+    let column = |axis: usize| photons.iter().map(|photon| photon.point[axis]).collect::<Vec<f32>>();
+    let [x, y, z] = [column(0), column(1), column(2)];
+    let mut buckets = vec![0.0; photons.len()];
+    Cells(cells).buckets(lanes, [&x, &y, &z], &mut buckets);
+    let mut binned = Binned::new();
+    for (photon, bucket) in photons.iter().zip(buckets) {
+        let Photon { point: p, wi, sphere, is_safe, flux } = *photon;
+        let surface = f32::from_bits(sphere | if is_safe { SAFE } else { 0 });
+        let [r, g, b] = flux.map(f32::from_bits);
+        let record = Row([p.x, p.y, p.z, surface, r, g, b, bucket]);
+        binned.push(record, [wi.x, wi.y, wi.z, 0.0], bin_shift(cells));
+    }
+    binned
+}
+
+/// The photons in the order in which they have been sorted, each with its bucket.
+pub(super) fn sorted_photons(sorted: &Sorted) -> Vec<(Photon, u32)> {
+    let count = sorted.starts.last().map_or(0, |end| *end as usize);
+    let photon = |(record, direction): (&Row, &[f32; 4])| {
+        let [x, y, z, surface, r, g, b, bucket] = record.0;
+        let photon = Photon {
+            point: Vec3::new(x, y, z),
+            wi: Vec3::new(direction[0], direction[1], direction[2]),
+            sphere: surface.to_bits() & !SAFE,
+            is_safe: surface.to_bits() & SAFE != 0,
+            flux: [r, g, b].map(f32::to_bits),
+        };
+        (photon, bucket.to_bits())
+    };
+    sorted.records.iter().zip(&sorted.directions).take(count).map(photon).collect()
+}

@@ -1,0 +1,22 @@
+//! The engine's kernels one by one, over slices: for tests and benches, not for rendering.
+//!
+//! Each entry takes the kind of lanes, dispatches as the renderer does, and runs the renderer's own code; nothing
+//! here computes anything itself. What is written as columns of floats may hold words: a word is then the float of
+//! the same bits, as in the rows of the engine.
+//!
+//! No stable interface: it changes with the engine.
+
+mod consolidation;
+mod join;
+mod maps;
+pub mod operations;
+mod passes;
+
+pub use consolidation::{Consolidation, Gathered, Pixel, Seen};
+pub use join::{Cells, Join, Occupancy, Photon, Point, Query, Run};
+pub use maps::{
+    camera_ray, choose_light, cosine_hemisphere, dielectric, fresnel, max_component, next_uniform,
+    orthonormal_frame, quantise, reflect, sincos_turn, stream_state, uniform_cone, uniform_disk,
+    uniform_sphere, unit, unit_float,
+};
+pub use passes::{CameraSample, PhotonRun, Receiver, camera_pass, direct_light, photon_pass, pixel_slot};

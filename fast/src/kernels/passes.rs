@@ -1,0 +1,188 @@
+//! Whole passes over what one asks for, before anything is summed up.
+
+use super::join::sorted_photons;
+use super::{Cells, Occupancy, Photon};
+use crate::camera_pass::{CameraBatch, CameraPass, PixelRows, TileTable, slot_of, slots};
+use crate::direct_light::{LightTable, Receivers, ShadowNumbers, ShadowRays};
+use crate::dispatch::{Kernel, LaneKind, dispatch};
+use crate::hierarchy::Scratch;
+use crate::join::deposits::{Binned, Sorted};
+use crate::lanes::{Lanes, Row};
+use crate::paths::{BATCH, ROOM, Vectors, Words};
+use crate::photon_pass::{Emitters, PhotonBatch, PhotonCounts, PhotonPass, emission_shifts};
+use crate::sppm::{CameraJob, PhotonJob, rounding_of_points};
+use crate::tables::Tables;
+use scene::ray::{NO_SPHERE, SphereId};
+use scene::{Rgb, Scene, Settings, Still, Vec3};
+use std::ops::Range;
+
+/// What a camera path has found: as `reference::camera_pass::CameraSample`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraSample {
+    /// Direct light, lamps seen among it.
+    pub direct: Rgb,
+    /// The visible point (point, normal, sphere, beta), if there is one.
+    pub visible: Option<(Vec3, Vec3, SphereId, Rgb)>,
+}
+
+/// The slot in which the engine keeps pixel (x, y) of an image of that width.
+pub fn pixel_slot(width: u32, x: u32, y: u32) -> usize {
+    slot_of(width, x, y)
+}
+
+/// The camera pass of one iteration: what each pixel sees, row by row, then the numbers of segments and of visible
+/// points.
+pub fn camera_pass(
+    scene: &Scene,
+    still: &Still,
+    settings: &Settings,
+    iteration: u32,
+    lanes: LaneKind,
+) -> (Vec<CameraSample>, u64, u64) {
+    let mut rows = vec![PixelRows::NOTHING; slots(settings)];
+    let pass = CameraPass {
+        still,
+        tables: &Tables::new(still),
+        lights: &LightTable::new(still),
+        tiles: &TileTable::new(),
+        frame: scene.camera.frame(settings.width, settings.height),
+        settings,
+        iteration,
+    };
+    let pixels = vec![Row([1.0; 8]); rows.len()];
+    let (batch, occupancy) = (&mut CameraBatch::new(), &mut Occupancy::new(1.0).0);
+    let (pass, rows_of_job) = (&pass, &mut rows[..]);
+    let job = CameraJob { pass, batch, first: 0, rows: rows_of_job, pixels: &pixels, occupancy };
+    let counts = dispatch(lanes, job);
+    let sample = |x, y| {
+        let PixelRows { visible, light } = rows[slot_of(settings.width, x, y)];
+        let three = |words: &[f32]| Vec3::new(words[0], words[1], words[2]);
+        let sphere = visible.0[3].to_bits();
+        let point = (three(&visible.0[..3]), three(&light.0[..3]), sphere, three(&visible.0[4..7]));
+        CameraSample { direct: three(&light.0[3..6]), visible: (sphere != NO_SPHERE).then_some(point) }
+    };
+    let pixels = (0..settings.height).flat_map(|y| (0..settings.width).map(move |x| (x, y)));
+    (pixels.map(|(x, y)| sample(x, y)).collect(), counts.segments, counts.visible_points)
+}
+
+/// What photons have brought.
+#[derive(Clone, Debug)]
+pub struct PhotonRun {
+    /// Those that somebody may want, with their buckets, in order of these.
+    pub photons: Vec<(Photon, u32)>,
+    /// Segments traced.
+    pub segments: u64,
+    /// Photons that arrived at diffuse surfaces from bounce 1 on.
+    pub deposits: u64,
+}
+
+/// The photon pass of one iteration over a range of photons, whose start is a multiple of 16: what is `wanted` is
+/// kept. Photons are taken to be safe for visible points within `reach`.
+pub fn photon_pass(
+    still: &Still,
+    settings: &Settings,
+    iteration: u32,
+    photons: Range<u32>,
+    (wanted, cells, reach): (&Occupancy, Cells, f32),
+    lanes: LaneKind,
+) -> PhotonRun {
+    let pass = PhotonPass {
+        still,
+        tables: &Tables::new(still),
+        emitters: &Emitters::new(still),
+        settings,
+        iteration,
+        cells: cells.0,
+        occupancy: &wanted.0,
+        reach,
+        slack: rounding_of_points(still),
+        shifts: emission_shifts(settings.seed, iteration),
+    };
+    let mut out = Binned::new();
+    let job = PhotonJob { pass: &pass, batch: &mut PhotonBatch::new(), photons, out: &mut out };
+    let PhotonCounts { segments, deposits } = dispatch(lanes, job);
+    let mut sorted = Sorted::new();
+    sorted.fill(&[&out], cells.0);
+    PhotonRun { photons: sorted_photons(&sorted), segments, deposits }
+}
+
+/// A point to be lit; as `reference::direct_light::Receiver`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Receiver {
+    /// Where.
+    pub point: Vec3,
+    /// The normal of the side to be lit.
+    pub normal: Vec3,
+    /// On which sphere.
+    pub sphere: SphereId,
+}
+
+/// The irradiance that each receiver gets straight from the lights; per receiver, a number to choose the light and
+/// two for the direction. There must be a light.
+pub fn direct_light(
+    still: &Still,
+    receivers: &[Receiver],
+    numbers: [&[f32]; 3],
+    lanes: LaneKind,
+) -> Vec<Rgb> {
+    let (tables, lights) = (Tables::new(still), LightTable::new(still));
+    dispatch(lanes, Light { tables: &tables, lights: &lights, receivers, numbers })
+}
+
+struct Light<'a> {
+    tables: &'a Tables,
+    lights: &'a LightTable,
+    receivers: &'a [Receiver],
+    numbers: [&'a [f32]; 3],
+}
+
+impl Kernel for Light<'_> {
+    type Output = Vec<Rgb>;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Vec<Rgb> {
+        let (mut shadows, mut scratch) = (Box::new(ShadowRays::new()), Scratch::new());
+        let mut all = Vec::with_capacity(self.receivers.len());
+        for first in (0..self.receivers.len()).step_by(BATCH) {
+            let count = BATCH.min(self.receivers.len() - first);
+            let (points, normals, spheres) = arrays(&self.receivers[first..first + count]);
+            let numbers = self.numbers.map(|numbers| padded(&numbers[first..first + count]));
+            for at in (0..count).step_by(L::N) {
+                let receivers = Receivers::<L> {
+                    live: L::first(count - at),
+                    point: points.load(at),
+                    normal: normals.load(at),
+                    sphere: L::load_u(&spheres[at..]),
+                };
+                let numbers = ShadowNumbers {
+                    choice: L::load(&numbers[0][at..]),
+                    u: L::load(&numbers[1][at..]),
+                    v: L::load(&numbers[2][at..]),
+                };
+                shadows.aim(at, self.tables, self.lights, &receivers, &numbers);
+            }
+            shadows.follow::<L>(self.tables, &points, &spheres, &mut scratch, count);
+            let mut found = Vectors::ZERO;
+            for at in (0..count).step_by(L::N) {
+                found.store::<L>(at, shadows.irradiance(at));
+            }
+            all.extend((0..count).map(|k| Rgb::new(found.x[k], found.y[k], found.z[k])));
+        }
+        all
+    }
+}
+
+fn arrays(receivers: &[Receiver]) -> (Vectors, Vectors, Words) {
+    let (mut points, mut normals, mut spheres) = (Vectors::ZERO, Vectors::ZERO, [NO_SPHERE; ROOM]);
+    for (k, receiver) in receivers.iter().enumerate() {
+        (points.x[k], points.y[k], points.z[k]) = receiver.point.into();
+        (normals.x[k], normals.y[k], normals.z[k]) = receiver.normal.into();
+        spheres[k] = receiver.sphere;
+    }
+    (points, normals, spheres)
+}
+
+fn padded(numbers: &[f32]) -> [f32; ROOM] {
+    let mut padded = [0.0; ROOM];
+    padded[..numbers.len()].copy_from_slice(numbers);
+    padded
+}

@@ -1,0 +1,8 @@
+//! PNG files, broken and whole.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use scene::image_file::Format;
+
+fuzz_target!(|bytes: &[u8]| sppm_fuzz::read(Format::Png, bytes));

@@ -1,0 +1,114 @@
+//! What goes wrong while a command runs: exit code 1, one line; and inputs that are there but no use: exit code 2.
+
+use crate::sandbox::{Ended, Sandbox, TINY};
+use std::fs;
+
+/// Runs a command whose standard output is a full disk.
+#[cfg(target_os = "linux")]
+fn on_a_full_disk(sandbox: &Sandbox, args: &[&str]) -> Ended {
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let output = sandbox.command(args).stdout(full).output().unwrap();
+    Ended {
+        code: output.status.code(),
+        stdout: String::new(),
+        stderr: String::from_utf8(output.stderr).unwrap(),
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn every_command_that_prints_fails_on_a_full_disk() {
+    let sandbox = Sandbox::new();
+    sandbox.render(&["cornell", "-o", "a.pfm"]);
+    let verify: Vec<&str> = ["verify", "cornell", "--threads", "1"].into_iter().chain(TINY).collect();
+    let commands: [&[&str]; 7] = [
+        &["scenes"],
+        &["scenes", "cornell"],
+        &["compare", "a.pfm", "a.pfm"],
+        &["compare", "a.pfm", "a.pfm", "--json"],
+        &["completions", "bash"],
+        &["man"],
+        &verify,
+    ];
+    for args in commands {
+        let ended = on_a_full_disk(&sandbox, args);
+        assert_eq!(ended.code, Some(1), "{args:?}: {ended:?}");
+        ended.said_one_line("error: cannot write to standard output", &["No space left"]);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_nobody_can_be_told_does_not_keep_a_render_from_its_end() {
+    let sandbox = Sandbox::new();
+    let full = || fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let args: Vec<&str> = ["render", "cornell", "-v"].into_iter().chain(TINY).collect();
+    let status = sandbox.command(args).stdout(full()).stderr(full()).status().unwrap();
+    assert_eq!(status.code(), Some(0));
+    assert_eq!(sandbox.image("cornell.png").pixels.len(), 16 * 12);
+}
+
+#[test]
+fn manual_pages_that_cannot_be_written_are_a_failure() {
+    let sandbox = Sandbox::new();
+    fs::create_dir_all(sandbox.path("man1/sppm.1")).unwrap();
+    let ended = sandbox.run(["man", "man1"]);
+    assert_eq!(ended.code, Some(1), "{ended:?}");
+    ended.said_one_line("error: cannot write the manual pages into man1: ", &[]);
+}
+
+#[test]
+fn images_out_of_bounds_are_a_failure_that_names_each_bound() {
+    let sandbox = Sandbox::new();
+    for (seed, name) in [("1", "a.exr"), ("2", "b.exr")] {
+        sandbox.render(&["cornell", "--seed", seed, "-o", name]);
+    }
+    let ended = sandbox.run(["compare", "a.exr", "b.exr", "--max-abs", "0", "--min-ssim", "1"]);
+    assert_eq!(ended.code, Some(1), "{ended:?}");
+    assert!(ended.stderr.contains("--max-abs 0; ") && ended.stderr.contains("--min-ssim 1"), "{ended:?}");
+    assert_eq!(ended.stderr.lines().count(), 1, "{ended:?}");
+}
+
+#[test]
+fn scene_files_that_are_no_text() {
+    let sandbox = Sandbox::new();
+    fs::create_dir(sandbox.path("folder.toml")).unwrap();
+    fs::write(sandbox.path("latin.toml"), b"name = \"caf\xe9\"\n").unwrap();
+    fs::write(sandbox.path("image.toml"), b"\x89PNG\r\n\x1a\n").unwrap();
+    for (name, words) in [
+        ("folder.toml", &["directory"][..]),
+        ("latin.toml", &["latin.toml:1:12", "0xe9", "UTF-8"]),
+        ("image.toml", &["image.toml:1:1", "UTF-8"]),
+    ] {
+        for command in ["render", "verify"] {
+            sandbox.run([command, name]).refused(&[&[name], words].concat());
+        }
+    }
+}
+
+#[test]
+fn images_that_are_broken() {
+    let sandbox = Sandbox::new();
+    for name in ["a.png", "a.exr", "a.pfm"] {
+        sandbox.render(&["cornell", "-o", name]);
+        let whole = sandbox.bytes(name);
+        for (bytes, what) in
+            [(&whole[..whole.len() / 2], "half"), (&whole[..0], "empty"), (&[7; 999], "noise")]
+        {
+            let broken = name.replace('a', what);
+            fs::write(sandbox.path(&broken), bytes).unwrap();
+            sandbox.run(["compare", name, &broken]).refused(&[&format!("{broken}: ")]);
+            sandbox.run(["compare", &broken, name]).refused(&[&format!("{broken}: ")]);
+        }
+    }
+}
+
+#[test]
+fn a_refused_render_leaves_old_files_alone() {
+    let sandbox = Sandbox::new();
+    sandbox.write("a.png", "old");
+    sandbox.run(["render", "cornell", "-o", "a.png", "--width", "0"]).refused(&["--width"]);
+    sandbox.run(["render", "missing.toml", "-o", "a.png"]).refused(&["missing.toml"]);
+    assert_eq!(sandbox.bytes("a.png"), b"old");
+    assert_eq!(sandbox.names(), ["a.png"]);
+}

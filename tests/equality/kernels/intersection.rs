@@ -1,0 +1,201 @@
+//! What rays meet: nearest and any hit, by all three searches.
+
+use super::inputs::{scattered, scene_of};
+use super::rays::{RayCase, ray_case};
+use super::{assert_same, assert_same_vector, check, lane_kinds, tell};
+use crate::placement::log_uniform;
+use fast::{Intersector, LaneKind, Met, Search};
+use proptest::prelude::*;
+use reference::intersect::{Hit, intersect, occluded};
+use scene::ray::{NO_SPHERE, SphereId};
+use scene::{Material, Ray, Rgb, Still, Vec3};
+
+const SEARCHES: [Search; 3] = [Search::InTurn, Search::Clusters, Search::Tree];
+
+/// Shadow rays along `rays`: limits at, just below and just above the nearest hit, and others; lamps to be passed.
+fn shadow_rays(rays: &[Ray], hits: &[Option<Hit>]) -> (Vec<f32>, Vec<SphereId>) {
+    let limit = |(k, hit): (usize, &Option<Hit>)| {
+        let t = hit.map_or(1.0, |hit| hit.t);
+        [t, t.next_up(), t.next_down(), f32::INFINITY, 0.0, t * 2.0, t + 1e4, -1.0][k % 8]
+    };
+    let lamp = |(k, hit): (usize, &Option<Hit>)| {
+        let id = hit.map_or(0, |hit| hit.sphere);
+        [NO_SPHERE, id, id.saturating_sub(1)][k / 8 % 3]
+    };
+    assert_eq!(rays.len(), hits.len());
+    (hits.iter().enumerate().map(limit).collect(), hits.iter().enumerate().map(lamp).collect())
+}
+
+fn of_material(material: &Material) -> (Rgb, f32, u32) {
+    match *material {
+        Material::Diffuse { albedo } => (albedo, 1.0, 0),
+        Material::Specular { albedo } => (albedo, 1.0, 1),
+        Material::Dielectric { albedo, ior } => (albedo, ior, 2),
+    }
+}
+
+/// Expects the engine's account of a surface to be the reference's.
+fn assert_met(
+    still: &Still,
+    actual: Option<Met>,
+    expected: Option<Hit>,
+    ray: &Ray,
+    what: (LaneKind, Search),
+) {
+    let what = (what, ray, expected);
+    assert_eq!(actual.map(|met| met.sphere), expected.map(|hit| hit.sphere), "{what:?}");
+    if let (Some(met), Some(hit)) = (actual, expected) {
+        assert_same(&[met.t], &[hit.t], &what);
+        assert_same_vector(met.point, hit.point, &what);
+        assert_same_vector(met.normal, hit.normal, &what);
+        assert_eq!(met.inside, hit.inside, "{what:?}");
+        let (albedo, ior, kind) = of_material(still.material(hit.sphere));
+        assert_eq!((met.albedo, met.ior, met.kind), (albedo, ior, kind), "{what:?}");
+    }
+}
+
+/// Expects all searches on all lanes to find what the reference finds; gives the number of rays that hit.
+fn compare(still: &Still, rays: &[Ray], searches: &[Search]) -> usize {
+    let expected: Vec<Option<Hit>> = rays.iter().map(|ray| intersect(still, ray)).collect();
+    let (limits, lamps) = shadow_rays(rays, &expected);
+    let blocked: Vec<bool> = rays
+        .iter()
+        .zip(limits.iter().zip(&lamps))
+        .map(|(ray, (limit, lamp))| occluded(still, ray, *limit, *lamp))
+        .collect();
+    for search in searches {
+        for lanes in lane_kinds() {
+            let intersector = Intersector::with_search(still, lanes, *search);
+            let nearest = intersector.nearest(rays);
+            let surfaces = intersector.surfaces(rays);
+            let actual = intersector.occluded(rays, &limits, &lamps);
+            assert_eq!((nearest.len(), surfaces.len(), actual.len()), (rays.len(), rays.len(), rays.len()));
+            for (k, ray) in rays.iter().enumerate() {
+                let (t, sphere) = expected[k].map_or((f32::INFINITY, NO_SPHERE), |hit| (hit.t, hit.sphere));
+                assert_eq!(nearest[k].1, sphere, "{lanes:?} {search:?} {ray:?} hits at {t}");
+                assert_same(&[nearest[k].0], &[t], &(lanes, search, ray));
+                assert_met(still, surfaces[k], expected[k], ray, (lanes, *search));
+                assert_eq!(
+                    actual[k], blocked[k],
+                    "{lanes:?} {search:?} {ray:?} up to {} past {}",
+                    limits[k], lamps[k]
+                );
+            }
+        }
+    }
+    expected.iter().flatten().count()
+}
+
+fn check_cases(cases: u32, what: &str, strategy: &impl Strategy<Value = RayCase>) {
+    check(cases, what, strategy, |case| {
+        compare(&case.scene.at(0.0), &case.rays, &SEARCHES);
+        Ok(())
+    });
+}
+
+#[test]
+fn few_spheres_and_every_tail_of_rays() {
+    check_cases(1500, "rays against few spheres", &ray_case(1..=6, 0..=31));
+}
+
+#[test]
+fn some_spheres() {
+    check_cases(400, "rays against some spheres", &ray_case(7..=40, 0..=70));
+}
+
+#[test]
+fn many_spheres_and_more_than_a_batch_of_rays() {
+    check_cases(60, "rays against many spheres", &ray_case(41..=150, 200..=300));
+}
+
+const RAYS: usize = 400;
+
+/// Around the sizes at which a leaf, a node or a level is full, and where threads share the building.
+#[test]
+fn hierarchies_of_every_shape() {
+    let sizes =
+        [1, 2, 7, 8, 9, 15, 16, 17, 63, 64, 65, 72, 100, 511, 512, 513, 520, 1500, 4095, 4096, 4097, 20_000];
+    let mut cases = 0;
+    for (index, count) in sizes.into_iter().enumerate() {
+        let (spheres, rays) = scattered(count, 1, RAYS, 300 + 2 * index as u32);
+        let scene = scene_of(spheres, Vec3::splat(1e3));
+        let searches = if count > 2000 { &SEARCHES[2..] } else { &SEARCHES[..] };
+        let hits = compare(&scene.at(0.0), &rays, searches);
+        assert!(count < 100 || hits > 100, "{hits} hits on {count} spheres put nothing to the test");
+        cases += rays.len() * searches.len();
+    }
+    tell(cases, "rays against 1 to 20 000 spheres");
+}
+
+#[test]
+fn of_equal_distances_the_lower_sphere() {
+    let mut cases = 0;
+    for (index, (count, copies)) in
+        [(4, 2), (12, 3), (40, 4), (300, 3), (1200, 2), (64, 16)].into_iter().enumerate()
+    {
+        let (spheres, rays) = scattered(count, copies, RAYS, 400 + 2 * index as u32);
+        let scene = scene_of(spheres, Vec3::splat(1e3));
+        assert!(compare(&scene.at(0.0), &rays, &SEARCHES) > 0);
+        cases += rays.len() * SEARCHES.len();
+    }
+    tell(cases, "rays against copies of spheres");
+}
+
+/// The renderer's own choice of a search finds the same, on both sides of the limits.
+#[test]
+fn the_search_of_choice() {
+    let mut cases = 0;
+    for (index, count) in [1, 11, 12, 13, 14, 1023, 1024, 1025, 1026].into_iter().enumerate() {
+        let (spheres, rays) = scattered(count, 1, RAYS, 500 + 2 * index as u32);
+        let scene = scene_of(spheres, Vec3::splat(1e3));
+        let still = scene.at(0.0);
+        let chosen = Intersector::new(&still, LaneKind::best());
+        let bytes = |search| Intersector::with_search(&still, LaneKind::best(), search).bytes();
+        let expected = match count {
+            0..=12 => Search::InTurn,
+            13..=1024 => Search::Clusters,
+            _ => Search::Tree,
+        };
+        assert_eq!(chosen.bytes(), bytes(expected), "{count} spheres");
+        let found: Vec<SphereId> = chosen.nearest(&rays).into_iter().map(|(_, sphere)| sphere).collect();
+        let reference = rays.iter().map(|ray| intersect(&still, ray).map_or(NO_SPHERE, |hit| hit.sphere));
+        assert!(reference.eq(found), "{count} spheres");
+        cases += rays.len();
+    }
+    tell(cases, "rays by the search of choice");
+}
+
+/// At most 64 bytes per sphere beside the scene, and the count is of what is held.
+#[test]
+fn memory_per_sphere() {
+    for count in [1000, 20_000] {
+        let (spheres, _) = scattered(count, 1, RAYS, 600);
+        let scene = scene_of(spheres, Vec3::splat(1e3));
+        let still = scene.at(0.0);
+        let tree = Intersector::with_search(&still, LaneKind::best(), Search::Tree).bytes();
+        assert!(tree <= 64 * count, "{tree} bytes for {count} spheres");
+        let in_turn = Intersector::with_search(&still, LaneKind::best(), Search::InTurn).bytes();
+        let clusters = Intersector::with_search(&still, LaneKind::best(), Search::Clusters).bytes();
+        // A row of 32 bytes per sphere, and a leaf's share of 20 at least.
+        for bytes in [tree, in_turn, clusters] {
+            assert!(bytes >= 52 * count, "{bytes} bytes for {count} spheres");
+        }
+        assert!(clusters < tree, "{clusters} bytes in clusters, {tree} in a tree");
+    }
+}
+
+/// A ray leaves and meets the spheres it should at any scale.
+#[test]
+fn one_sphere_of_any_size() {
+    let strategy = (log_uniform(1e-3, 1e5), ray_case(1..=1, 16..=16)).prop_map(|(scale, mut case)| {
+        for sphere in &mut case.scene.spheres {
+            sphere.radius *= scale;
+            sphere.center *= scale;
+        }
+        for ray in &mut case.rays {
+            ray.origin *= scale;
+        }
+        case
+    });
+    check_cases(600, "rays against one sphere of any size", &strategy);
+}

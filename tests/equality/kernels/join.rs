@@ -1,0 +1,231 @@
+//! The join against all pairs: which photons count at which visible points, and what they bring.
+
+use super::inputs::{self, crowd, numbers};
+use super::{check, lane_kinds, tell};
+use crate::placement::log_uniform;
+use fast::kernels::{Gathered, Join, Photon, Point};
+use proptest::prelude::*;
+use proptest::sample::Index;
+use scene::Vec3;
+use scene::film::FLUX_ONE;
+
+/// Photons of one lookup, and visible points, scattered about few places.
+#[derive(Clone, Debug)]
+struct Scatter {
+    places: Vec<Vec3>,
+    /// How far from its place anything lies.
+    spread: f32,
+    photons: Vec<(Index, Vec3, Photon)>,
+    points: Vec<Option<(Index, Vec3, Point, Radius)>>,
+    radius: f32,
+    cell_size: f32,
+    buckets: usize,
+}
+
+/// The radius of a visible point.
+#[derive(Clone, Debug)]
+enum Radius {
+    /// So many times that of the scatter, at most 1.
+    Times(f32),
+    /// Such that some photon lies exactly at it, or by one float within.
+    To(Index, bool),
+}
+
+fn vector(side: f32) -> impl Strategy<Value = Vec3> {
+    [-side..=side, -side..=side, -side..=side].prop_map(Vec3::from_array)
+}
+
+fn direction() -> impl Strategy<Value = Vec3> {
+    prop_oneof![
+        1 => prop::sample::select(vec![Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z]),
+        3 => vector(1.0).prop_map(|v| v.normalize_or(Vec3::X)),
+    ]
+}
+
+fn scatter(points: std::ops::RangeInclusive<usize>) -> impl Strategy<Value = Scatter> {
+    let flux = || prop_oneof![1 => Just(0), 4 => 0..=FLUX_ONE, 1 => Just(FLUX_ONE)];
+    let photon = (direction(), 0..3_u32, any::<bool>(), [flux(), flux(), flux()])
+        .prop_map(|(wi, sphere, is_safe, flux)| Photon { point: Vec3::ZERO, wi, sphere, is_safe, flux });
+    let offset = || prop_oneof![1 => Just(Vec3::ZERO), 6 => vector(1.0)];
+    let photons = prop::collection::vec((any::<Index>(), offset(), photon), 0..120);
+    let radius = prop_oneof![
+        2 => (0.05..=1.0_f32).prop_map(Radius::Times),
+        2 => Just(Radius::Times(1.0)),
+        2 => (any::<Index>(), any::<bool>()).prop_map(|(photon, is_within)| Radius::To(photon, is_within)),
+    ];
+    let point = (direction(), 0..3_u32).prop_map(|(normal, sphere)| Point {
+        point: Vec3::ZERO,
+        normal,
+        sphere,
+        radius_squared: 0.0,
+    });
+    let points =
+        prop::collection::vec(prop::option::weighted(0.9, (any::<Index>(), offset(), point, radius)), points);
+    let places = prop_oneof![
+        4 => prop::collection::vec(vector(10.0), 1..=1),
+        2 => prop::collection::vec(vector(1e3), 2..=4),
+        1 => prop::collection::vec(vector(1e6), 1..=3),
+    ];
+    let spread = prop_oneof![Just(0.0_f32), Just(1e-6), 0.1..2.0_f32, 2.0..8.0_f32];
+    let cell_size = prop_oneof![2 => Just(1.5_f32), 1 => 0.5..4.0_f32];
+    (places, spread, photons, points, log_uniform(1e-3, 30.0), cell_size, 1..100_000_usize).prop_map(
+        |(places, spread, photons, points, radius, cell_size, buckets)| Scatter {
+            places,
+            spread: spread * radius,
+            photons,
+            points,
+            radius,
+            cell_size,
+            buckets,
+        },
+    )
+}
+
+impl Scatter {
+    fn resolve(&self) -> (Vec<Photon>, Vec<Option<Point>>) {
+        let place = |index: &Index, offset: Vec3| *index.get(&self.places) + offset * self.spread;
+        let photons: Vec<Photon> = self
+            .photons
+            .iter()
+            .map(|(index, offset, photon)| Photon { point: place(index, *offset), ..*photon })
+            .collect();
+        let points = self.points.iter().map(|point| {
+            let (index, offset, point, radius) = point.as_ref()?;
+            let at = place(index, *offset);
+            let largest = self.radius * self.radius;
+            let radius_squared = match radius {
+                Radius::To(photon, is_within) if !photons.is_empty() => {
+                    let d = photon.get(&photons).point - at;
+                    let exact = d.dot(d);
+                    if *is_within { exact.next_up() } else { exact }
+                }
+                Radius::Times(share) => largest * (share * share),
+                Radius::To(..) => largest,
+            };
+            // A radius is never zero, nor larger than the one that cells are made for.
+            let radius_squared = if radius_squared > 0.0 { radius_squared.min(largest) } else { largest };
+            Some(Point { point: at, radius_squared, ..*point })
+        });
+        let points = points.collect();
+        (photons, points)
+    }
+}
+
+/// What a visible point gathers, of all photons: those within the radius that arrive on its side, or of whose side
+/// there is no doubt.
+fn all_pairs(photons: &[Photon], point: Option<&Point>) -> Gathered {
+    let mut sum = Gathered::default();
+    let Some(point) = point else { return sum };
+    for photon in photons {
+        let d = photon.point - point.point;
+        let is_near = d.dot(d) < point.radius_squared;
+        let is_seen = (photon.is_safe && photon.sphere == point.sphere) || photon.wi.dot(point.normal) > 0.0;
+        if is_near && is_seen {
+            sum.m += 1;
+            for (total, flux) in sum.flux.iter_mut().zip(photon.flux) {
+                *total += u64::from(flux);
+            }
+        }
+    }
+    sum
+}
+
+/// Compares on all lanes; gives the number of contributions.
+fn compare(photons: &[Photon], points: &[Option<Point>], cell_size: f32, buckets: usize) -> u64 {
+    let expected: Vec<Gathered> = points.iter().map(|point| all_pairs(photons, point.as_ref())).collect();
+    for lanes in lane_kinds() {
+        let half = photons.len() / 2;
+        let join = Join::new(lanes, &[&photons[..half], &photons[half..]], points, cell_size, buckets);
+        let (actual, candidates) = join.gather(lanes);
+        assert_eq!(actual.len(), expected.len());
+        for (k, (a, e)) in actual.iter().zip(&expected).enumerate() {
+            assert_eq!(a, e, "{lanes:?}, point {k}: {:?}", points[k]);
+        }
+        let contributions: u64 = expected.iter().map(|gathered| u64::from(gathered.m)).sum();
+        assert!(candidates >= contributions, "{lanes:?}: {candidates} candidates for {contributions}");
+    }
+    expected.iter().map(|gathered| u64::from(gathered.m)).sum()
+}
+
+#[test]
+fn groups_of_any_size() {
+    check(1200, "the join", &scatter(0..=48), |scatter| {
+        let (photons, points) = scatter.resolve();
+        compare(&photons, &points, scatter.radius * scatter.cell_size, scatter.buckets);
+        Ok(())
+    });
+}
+
+/// Sums that a word does not hold, in one cell and in several, for points that gather together and apart.
+#[test]
+fn more_photons_than_a_word_can_sum() {
+    let mut cases = 0;
+    let mut stream = numbers(60);
+    for count in [1, 7, 8, 9, 1015, 1016, 1017, 2046, 2047, 2048, 2049, 4094, 4095, 5000] {
+        for spread in [0.0, 1.0] {
+            let mut offset = || Vec3::from_array([(); 3].map(|()| (stream.next_f32() - 0.5) * spread));
+            let photon = |at: Vec3| Photon {
+                point: at,
+                wi: Vec3::Z,
+                sphere: 0,
+                is_safe: false,
+                flux: [FLUX_ONE, FLUX_ONE - 1, 1],
+            };
+            let photons: Vec<Photon> = (0..count).map(|_| photon(offset())).collect();
+            let point = |at: Vec3| Some(Point { point: at, normal: Vec3::Z, sphere: 0, radius_squared: 1.0 });
+            let together = [point(Vec3::ZERO); 16];
+            let mut apart = together;
+            apart[5] = point(Vec3::splat(100.0));
+            for points in [&together, &apart] {
+                let contributions = compare(&photons, points, 1.5, 1000);
+                assert!(contributions > 14 * count / 2);
+                cases += 1;
+            }
+        }
+    }
+    tell(cases, "joins of up to 5000 photons");
+}
+
+/// As in a picture: neighbours lie close together; and the same points in an order that tears groups apart.
+#[test]
+fn crowds() {
+    let mut cases = 0;
+    for (density, points) in [(0.5, 160), (8.0, 250), (40.0, 31)] {
+        let (photons, together) = crowd(points, density, 62);
+        let apart: Vec<Option<Point>> = (0..points).map(|k| together[k * 17 % points]).collect();
+        for (points, cell_size) in [(&together, 1.5), (&together, 0.5), (&apart, 1.5), (&apart, 3.0)] {
+            assert!(compare(&photons, points, cell_size, photons.len()) > 0);
+            cases += points.len();
+        }
+    }
+    tell(cases, "points among photons on a plane");
+}
+
+/// Photons that come along the surface, where the sign of a cosine decides, with and without doubt of their side.
+#[test]
+fn grazing_photons() {
+    let mut stream = numbers(61);
+    let mut cases = 0;
+    for round in 0..60 {
+        let normal = inputs::direction(&mut stream);
+        let (s, t) = reference::sampling::frame(normal);
+        let photons: Vec<Photon> = (0..100)
+            .map(|k| {
+                let angle = reference::sampling::uniform_disk(1.0 - f32::EPSILON, stream.next_f32());
+                let tilt = [0.0, 1e-7, -1e-7, 1e-9, -1e-9][k % 5];
+                let wi = s * angle.0 + t * angle.1 + normal * tilt;
+                let point = (s * stream.next_f32() + t * stream.next_f32()) * 0.6;
+                Photon { point, wi, sphere: k as u32 % 2, is_safe: k % 3 == 0, flux: [k as u32, 1, 2] }
+            })
+            .collect();
+        let points: Vec<Option<Point>> = (0..round % 35)
+            .map(|k| {
+                let point = (s * stream.next_f32() + t * stream.next_f32()) * 0.6;
+                Some(Point { point, normal, sphere: k % 2, radius_squared: 0.25 })
+            })
+            .collect();
+        compare(&photons, &points, 0.75, 4096);
+        cases += 1;
+    }
+    tell(cases, "joins of grazing photons");
+}

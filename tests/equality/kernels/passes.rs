@@ -1,0 +1,226 @@
+//! Camera pass, photon pass and direct light by themselves, before anything is summed up.
+
+use super::{assert_same_vector, check, lane_kinds};
+use crate::draft::{Case, case};
+use fast::LaneKind;
+use fast::kernels::{
+    CameraSample, Cells, Occupancy, Photon, PhotonRun, Query, Receiver, camera_pass, direct_light,
+    photon_pass, pixel_slot,
+};
+use proptest::prelude::*;
+use reference::camera_pass::{CameraNumbers, VisiblePoint, camera_ray, trace};
+use reference::contributes;
+use reference::direct_light::estimate_irradiance;
+use reference::photon_pass::Deposit;
+use scene::{Rgb, Scene, Settings, Stats, Still, Vec3};
+use std::collections::HashMap;
+
+/// What the reference's camera pass finds, pixel by pixel.
+fn samples(scene: &Scene, still: &Still, settings: &Settings, iteration: u32) -> (Vec<CameraSample>, Stats) {
+    let frame = scene.camera.frame(settings.width, settings.height);
+    let mut stats = Stats::default();
+    let pixels = (0..settings.height).flat_map(|y| (0..settings.width).map(move |x| (x, y)));
+    let sample = |(x, y)| {
+        let mut numbers = CameraNumbers::new(settings, iteration, x, y);
+        let ray = camera_ray(&frame, x, y, &numbers);
+        let sample = trace(still, ray, settings.max_depth, &mut numbers, &mut stats);
+        let visible = sample.visible.map(|v| (v.point, v.normal, v.sphere, v.beta));
+        CameraSample { direct: sample.direct, visible }
+    };
+    (pixels.map(sample).collect(), stats)
+}
+
+#[test]
+fn camera_passes() {
+    check(150, "the camera pass", &(case(1..=20), 0..5_u32), |(Case { scene, settings, .. }, iteration)| {
+        let still = scene.at(scene.camera.shutter_time(settings.seed, iteration));
+        let (expected, stats) = samples(&scene, &still, &settings, iteration);
+        for lanes in lane_kinds() {
+            let (actual, segments, visible_points) = camera_pass(&scene, &still, &settings, iteration, lanes);
+            prop_assert_eq!(actual.len(), expected.len());
+            for (pixel, (a, e)) in actual.iter().zip(&expected).enumerate() {
+                let what = (lanes, pixel, e);
+                assert_same_vector(a.direct, e.direct, &what);
+                prop_assert_eq!(a.visible.map(|v| v.2), e.visible.map(|v| v.2), "{:?}", what);
+                if let (Some(a), Some(e)) = (a.visible, e.visible) {
+                    assert_same_vector(a.0, e.0, &what);
+                    assert_same_vector(a.1, e.1, &what);
+                    assert_same_vector(a.3, e.3, &what);
+                }
+            }
+            prop_assert_eq!(segments, stats.camera_segments);
+            prop_assert_eq!(visible_points, stats.visible_points);
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn pixels_have_slots_of_their_own() {
+    for (width, height) in [(1, 1), (8, 8), (9, 7), (17, 33)] {
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let mut slots: Vec<usize> = pixels.map(|(x, y)| pixel_slot(width, x, y)).collect();
+        slots.sort_unstable();
+        slots.dedup();
+        assert_eq!(slots.len(), (width * height) as usize);
+        assert!(slots[slots.len() - 1] < (width.div_ceil(8) * height.div_ceil(8) * 64) as usize);
+    }
+}
+
+/// The bits of a deposit, by which two are told apart.
+fn bits(deposit: &Deposit) -> [u32; 10] {
+    let (p, wi) = (deposit.point.to_array(), deposit.wi.to_array());
+    // Minus zero and zero are one direction, and subtraction may give either.
+    let [px, py, pz] = p.map(f32::to_bits);
+    let [wx, wy, wz] = wi.map(f32::to_bits);
+    let [r, g, b] = deposit.flux.0;
+    [px, py, pz, wx, wy, wz, deposit.sphere, r, g, b]
+}
+
+fn as_deposit(photon: &Photon) -> Deposit {
+    let Photon { point, wi, sphere, flux, .. } = *photon;
+    Deposit { point, wi, sphere, flux: reference::photon_pass::Flux(flux) }
+}
+
+/// Expects every photon that the engine keeps to be one of the reference's, and gives those that it drops.
+fn dropped(run: &PhotonRun, deposits: &[Deposit]) -> Result<Vec<Deposit>, TestCaseError> {
+    let mut left: HashMap<[u32; 10], Vec<Deposit>> = HashMap::new();
+    for deposit in deposits {
+        left.entry(bits(deposit)).or_default().push(*deposit);
+    }
+    for (photon, _) in &run.photons {
+        let one = left.get_mut(&bits(&as_deposit(photon))).and_then(Vec::pop);
+        prop_assert!(one.is_some(), "{:?} is none of the reference's deposits", photon);
+    }
+    Ok(left.into_values().flatten().collect())
+}
+
+/// A map on which every deposit is wanted.
+fn all_of(deposits: &[Deposit], size: f32) -> Occupancy {
+    let mut wanted = Occupancy::new(size);
+    for deposit in deposits {
+        wanted.mark(LaneKind::best(), Query { low: deposit.point, high: deposit.point, reach: size * 1e-3 });
+    }
+    wanted
+}
+
+/// A map on which is wanted what visible points can reach.
+fn what_is_seen(visible: &[VisiblePoint], radius: f32) -> Occupancy {
+    let mut wanted = Occupancy::new(radius * 2.0);
+    for v in visible {
+        let reach = radius * (1.0 + 1.0 / 1_048_576.0);
+        assert!(wanted.mark(LaneKind::best(), Query { low: v.point, high: v.point, reach }));
+    }
+    wanted
+}
+
+#[test]
+fn photon_passes() {
+    check(150, "the photon pass", &(case(1..=20), 0..5_u32), |(Case { scene, settings, .. }, iteration)| {
+        let still = scene.at(scene.camera.shutter_time(settings.seed, iteration));
+        let (samples, _) = samples(&scene, &still, &settings, iteration);
+        let point = |(point, normal, sphere, beta)| VisiblePoint { point, normal, sphere, beta };
+        let visible: Vec<VisiblePoint> = samples.iter().filter_map(|s| s.visible).map(point).collect();
+        let (mut stats, mut deposits) = (Stats::default(), Vec::new());
+        reference::photon_pass::photon_pass(&still, &settings, iteration, &mut stats, |deposit, _| {
+            deposits.push(*deposit);
+        });
+        let (radius, photons) = (settings.initial_radius, 0..settings.photons_per_iteration);
+        let radius_squared = radius * radius;
+        let cells = Cells::new(radius * 1.5, settings.photons_per_iteration as usize);
+        let (all, seen) = (all_of(&deposits, radius.max(1e-3)), what_is_seen(&visible, radius));
+        for lanes in lane_kinds() {
+            for (wanted, drops) in [(&all, false), (&seen, true)] {
+                let by = (wanted, cells, radius * 1.001);
+                let run = photon_pass(&still, &settings, iteration, photons.clone(), by, lanes);
+                prop_assert_eq!((run.segments, run.deposits), (stats.photon_segments, stats.deposits));
+                let dropped = dropped(&run, &deposits)?;
+                prop_assert!(drops || dropped.is_empty(), "{:?} is dropped", dropped);
+                for v in &visible {
+                    let lost = dropped.iter().find(|d| contributes(&still, d, v, radius_squared));
+                    prop_assert!(lost.is_none(), "{:?} is dropped, and counts at {:?}", lost, v);
+                    for (photon, _) in run.photons.iter().filter(|(photon, _)| photon.is_safe) {
+                        let d = photon.point - v.point;
+                        let is_near = photon.sphere == v.sphere && d.dot(d) < radius_squared;
+                        let counts = contributes(&still, &as_deposit(photon), v, radius_squared);
+                        prop_assert!(counts || !is_near, "{:?} is not safe at {:?}", photon, v);
+                    }
+                }
+            }
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn direct_light_on_any_point() {
+    let number = || prop_oneof![1 => Just(0.0_f32), 1 => Just(1.0 - f32::EPSILON / 2.0), 6 => 0.0..1.0_f32];
+    let numbers = prop::collection::vec((number(), number(), number()), 0..=40);
+    check(300, "direct light", &(case(1..=20), numbers), |(Case { scene, settings, .. }, numbers)| {
+        let still = scene.at(scene.camera.shutter_time(settings.seed, 0));
+        if still.lights.entries.is_empty() {
+            return Ok(());
+        }
+        let (samples, _) = samples(&scene, &still, &settings, 0);
+        let seen: Vec<Receiver> = samples
+            .iter()
+            .filter_map(|sample| sample.visible)
+            .map(|(point, normal, sphere, _)| Receiver { point, normal, sphere })
+            .collect();
+        let receivers: Vec<Receiver> = seen.iter().copied().cycle().take(numbers.len()).collect();
+        let column = |k: usize| receivers.iter().zip(&numbers).map(|(_, n)| [n.0, n.1, n.2][k]).collect();
+        let columns: [Vec<f32>; 3] = std::array::from_fn(column);
+        let expected: Vec<Rgb> = receivers
+            .iter()
+            .zip(&numbers)
+            .map(|(r, (choice, u, v))| {
+                let Receiver { point, normal, sphere } = *r;
+                let receiver = reference::direct_light::Receiver { point, normal, sphere };
+                estimate_irradiance(&still, &receiver, *choice, *u, *v)
+            })
+            .collect();
+        for lanes in lane_kinds() {
+            let actual = direct_light(&still, &receivers, columns.each_ref().map(|c| &c[..]), lanes);
+            prop_assert_eq!(actual.len(), expected.len());
+            for (k, (a, e)) in actual.iter().zip(&expected).enumerate() {
+                assert_same_vector(*a, *e, &(lanes, receivers[k], numbers[k]));
+            }
+        }
+        Ok(())
+    });
+}
+
+/// The engines agree on photons in any piece of the range, not only on all.
+#[test]
+fn photons_from_the_middle() {
+    let scene = scene::builtin::scene("cornell").unwrap();
+    let settings = Settings { photons_per_iteration: 1000, ..scene.settings };
+    let still = scene.at(0.0);
+    let run = |lanes, photons| {
+        let mut wanted = Occupancy::new(100.0);
+        for corner in 0..64 {
+            let place = Vec3::new((corner % 4) as f32, (corner / 4 % 4) as f32, (corner / 16) as f32);
+            wanted.mark(
+                LaneKind::best(),
+                Query { low: place * 50.0 - 100.0, high: place * 50.0 - 50.0, reach: 60.0 },
+            );
+        }
+        photon_pass(&still, &settings, 3, photons, (&wanted, Cells::new(3.0, 1000), 2.0), lanes)
+    };
+    for lanes in lane_kinds() {
+        let whole = run(lanes, 0..1000);
+        let parts = [run(lanes, 0..16), run(lanes, 16..512), run(lanes, 512..1000)];
+        assert_eq!(whole.segments, parts.iter().map(|part| part.segments).sum::<u64>());
+        let mut all: Vec<[u32; 10]> = parts
+            .iter()
+            .flat_map(|part| &part.photons)
+            .map(|(photon, _)| bits(&as_deposit(photon)))
+            .collect();
+        let mut expected: Vec<[u32; 10]> =
+            whole.photons.iter().map(|(photon, _)| bits(&as_deposit(photon))).collect();
+        all.sort_unstable();
+        expected.sort_unstable();
+        assert!(expected.len() > 100);
+        assert_eq!(all, expected, "{lanes:?}");
+    }
+}

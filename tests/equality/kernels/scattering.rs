@@ -1,0 +1,94 @@
+//! Mirrors, glass, and the quantisation of fluxes.
+
+use super::inputs::{direction, numbers};
+use super::{check_map, edge_directions, edge_uniforms, tell};
+use fast::kernels::{dielectric, fresnel, quantise, reflect};
+use reference::intersect::Hit;
+use reference::{photon_pass, scatter};
+use scene::film::FLUX_ONE;
+use scene::{Rgb, Vec3};
+
+const INDICES: [f32; 7] = [1.0, 1.000_001, 1.1, 1.5, 2.4, 10.0, 100.0];
+
+/// Pairs of a direction and a normal: from straight to grazing, at right angles, and from behind.
+fn meetings() -> Vec<(Vec3, Vec3)> {
+    let mut stream = numbers(30);
+    let mut all = Vec::new();
+    for n in edge_directions() {
+        for d in edge_directions() {
+            all.push((d, n));
+        }
+        let tangent = reference::sampling::frame(n).0;
+        for grazing in [1e-7, 1e-5, 1e-3, 0.1, 0.5] {
+            all.push((reference::sampling::unit(tangent - n * grazing), n));
+            all.push((reference::sampling::unit(tangent + n * grazing), n));
+        }
+    }
+    all.extend((0..20_000).map(|_| (direction(&mut stream), direction(&mut stream))));
+    all
+}
+
+#[test]
+fn mirrors() {
+    let rows: Vec<[f32; 6]> = meetings().into_iter().map(|(d, n)| [d.x, d.y, d.z, n.x, n.y, n.z]).collect();
+    let exact = |[dx, dy, dz, nx, ny, nz]: [f32; 6]| {
+        scatter::reflect(Vec3::new(dx, dy, dz), Vec3::new(nx, ny, nz)).to_array()
+    };
+    tell(check_map("reflect", &rows, reflect, exact), "mirrors");
+}
+
+#[test]
+fn reflectances() {
+    let cosines = [0.0, 1e-30, 1e-6, 1e-3, 0.1, 0.5, 0.707_106_77, 0.9, 1.0, 1.000_000_1];
+    let mut rows = Vec::new();
+    for eta in INDICES.into_iter().flat_map(|ior| [ior, 1.0 / ior]) {
+        rows.extend(cosines.iter().flat_map(|a| cosines.iter().map(move |b| [eta, *a, *b])));
+    }
+    let mut stream = numbers(31);
+    rows.extend((0..20_000).map(|_| [0.2 + 3.0 * stream.next_f32(), stream.next_f32(), stream.next_f32()]));
+    let exact = |[eta, a, b]: [f32; 3]| [scatter::fresnel(eta, a, b)];
+    tell(check_map("fresnel", &rows, fresnel, exact), "reflectances");
+}
+
+/// The numbers that decide are at the reflectance itself, so that both outcomes of a tie are told apart.
+#[test]
+fn glass() {
+    let uniforms = edge_uniforms();
+    let mut rows = Vec::new();
+    for (k, (d, n)) in meetings().into_iter().enumerate() {
+        let ior = INDICES[k % INDICES.len()];
+        let is_inside = k % 2 == 1;
+        let eta = if is_inside { ior } else { 1.0 / ior };
+        let cos_i = -d.dot(n);
+        let cos2_t = 1.0 - eta * eta * (1.0 - cos_i * cos_i);
+        let share = scatter::fresnel(eta, cos_i, if cos2_t > 0.0 { cos2_t.sqrt() } else { 0.0 });
+        let inside = f32::from(u8::from(is_inside));
+        for u in [share, share.next_up(), share.next_down(), uniforms[k % uniforms.len()], 0.0, 0.999_999_94]
+        {
+            rows.push([d.x, d.y, d.z, n.x, n.y, n.z, inside, ior, u]);
+        }
+    }
+    let exact = |[dx, dy, dz, nx, ny, nz, inside, ior, u]: [f32; 9]| {
+        let normal = Vec3::new(nx, ny, nz);
+        let hit = Hit { sphere: 0, t: 1.0, point: Vec3::ZERO, normal, inside: inside > 0.0 };
+        let (d, scale) = scatter::dielectric(Vec3::new(dx, dy, dz), &hit, ior, u);
+        [d.x, d.y, d.z, scale]
+    };
+    tell(check_map("dielectric", &rows, dielectric, exact), "glass");
+}
+
+/// Halves of a unit, the largest flux, and what rounding brings beyond it.
+#[test]
+fn fluxes() {
+    let unit = 1.0 / FLUX_ONE as f32;
+    let mut powers = vec![0.0, 1e-30, unit, 1.0, 1.0_f32.next_up(), 1.0_f32.next_down(), 1.000_01, 1.1];
+    for k in [0.5, 1.5, 2.5, 1000.5, 1_048_575.5, 2_097_150.5, 2_097_151.5] {
+        let half: f32 = unit * k;
+        powers.extend([half.next_down(), half, half.next_up()]);
+    }
+    let mut stream = numbers(32);
+    powers.extend((0..50_000).map(|_| stream.next_f32()));
+    let rows: Vec<[f32; 1]> = powers.into_iter().map(|power| [power]).collect();
+    let exact = |[power]: [f32; 1]| [f32::from_bits(photon_pass::quantise(Rgb::splat(power)).0[2])];
+    tell(check_map("quantise", &rows, quantise, exact), "quantised fluxes");
+}

@@ -1,0 +1,220 @@
+//! The camera: where things appear, and how its rays are spread over the pixel, the lens and the exposure.
+
+use crate::cases::tell;
+use crate::harness::{
+    BLACK, Build, SIGNIFICANCE, assert_uniform_square, chi_square_p, empty_scene, mean, pinhole, render_path,
+    render_sppm, settings,
+};
+use glam::DVec3;
+use reference::camera_pass::{CameraNumbers, camera_ray, ray_through};
+use scene::{Camera, Film, Ray, Rgb, Settings, Vec3};
+
+/// Eye and direction of no symmetry, so that any two axes can be told apart.
+fn tilted() -> Camera {
+    Camera {
+        eye: Vec3::new(1.0, -2.0, 3.0),
+        direction: Vec3::new(2.0, 1.0, -4.0),
+        up: Vec3::new(0.3, 1.0, 0.2),
+        ..pinhole(Vec3::ZERO, Vec3::NEG_Z, 50.0)
+    }
+}
+
+/// Forward, right and up of a camera, by the textbook: right-handed, up in the plane of view and `up`.
+fn axes(camera: &Camera) -> [DVec3; 3] {
+    let forward = camera.direction.as_dvec3().normalize();
+    let right = forward.cross(camera.up.as_dvec3()).normalize();
+    [forward, right, right.cross(forward)]
+}
+
+/// Where a point appears, in pixels from the top left of an image: the pinhole's projection.
+fn project(camera: &Camera, point: DVec3, [width, height]: [u32; 2]) -> [f64; 2] {
+    let [forward, right, up] = axes(camera);
+    let v = point - camera.eye.as_dvec3();
+    let half_height = f64::from(camera.vertical_fov_degrees / 2.0).to_radians().tan();
+    let scale = 0.5 * f64::from(height) / half_height / v.dot(forward);
+    [0.5 * f64::from(width) + v.dot(right) * scale, 0.5 * f64::from(height) - v.dot(up) * scale]
+}
+
+/// The centre of what glows in an image of one lamp, in pixels from the top left.
+fn centre_of_light(film: &Film) -> [f64; 2] {
+    let (mut sum, mut at) = (0.0, [0.0; 2]);
+    for (index, pixel) in film.pixels.iter().enumerate() {
+        let place = [index as u32 % film.width, index as u32 / film.width].map(|i| f64::from(i) + 0.5);
+        sum += f64::from(pixel.x);
+        at = [0, 1].map(|i| at[i] + place[i] * f64::from(pixel.x));
+    }
+    at.map(|a| a / sum)
+}
+
+/// Pixels: a lamp of 1.6 pixels' radius is centred to the noise of its edge, a few hundredths; its picture is an
+/// ellipse, whose centre is up to 0.03 pixels off the picture of its centre.
+const CENTRE: f64 = 0.1;
+
+#[test]
+fn lamps_appear_where_the_pinhole_projects_them() {
+    let (camera, size) = (tilted(), [60, 40]);
+    let [forward, right, up] = axes(&camera);
+    for (x, y) in [(0.0, 0.0), (2.0, 0.0), (-2.0, 0.0), (0.0, 1.4), (0.0, -1.4), (2.2, 1.2), (-1.0, -0.7)] {
+        let point = camera.eye.as_dvec3() + forward * 4.0 + right * x + up * y;
+        let scene = empty_scene(camera).lamp(point.as_vec3(), 0.15, BLACK, Rgb::ONE);
+        let settings = Settings { iterations: 128, ..settings(size[0], size[1], 1, 1, 1.0) };
+        let expected = project(&camera, point, size);
+        for film in [render_sppm(&scene, &settings), render_path(&scene, &settings)] {
+            let actual = centre_of_light(&film);
+            let error = (actual[0] - expected[0]).hypot(actual[1] - expected[1]);
+            assert!(error < CENTRE, "a lamp at {x}, {y} appears at {actual:?} instead of {expected:?}");
+        }
+    }
+    tell("physics", 14, "lamps appear where they should");
+}
+
+#[test]
+fn right_is_right_and_up_is_up() {
+    // Without any formula: the eye at the origin looks along -z, with y up.
+    let camera = pinhole(Vec3::ZERO, Vec3::NEG_Z, 60.0);
+    let scene = empty_scene(camera).lamp(Vec3::new(1.0, 0.5, -4.0), 0.2, BLACK, Rgb::X).lamp(
+        Vec3::new(-1.0, -0.5, -4.0),
+        0.2,
+        BLACK,
+        Rgb::Y,
+    );
+    let settings = Settings { iterations: 4, ..settings(32, 24, 1, 1, 1.0) };
+    for film in [render_sppm(&scene, &settings), render_path(&scene, &settings)] {
+        let quarter =
+            |x: u32, y: u32| crate::harness::block_mean(&film, x * 16..(x + 1) * 16, y * 12..(y + 1) * 12);
+        assert!(quarter(1, 0)[0] > 0.0 && quarter(0, 1)[1] > 0.0);
+        assert_eq!((quarter(0, 0), quarter(1, 1)), ([0.0; 3], [0.0; 3]));
+        assert_eq!((quarter(1, 0)[1], quarter(0, 1)[0]), (0.0, 0.0));
+    }
+}
+
+/// Image means of a lamp of a quarter of the pixels, by 4 samples each, whose noise is that of the edge.
+const AREA: f64 = 2e-3;
+
+#[test]
+fn the_field_of_view_is_vertical_and_in_degrees() {
+    // A lamp in the middle is a disc of radius tan(asin(r / d)) at distance 1.
+    for (fov, size) in [(20.0_f32, [90, 60]), (60.0, [60, 90]), (90.0, [120, 30])] {
+        let half_height = f64::from(fov / 2.0).to_radians().tan();
+        let shortest = half_height * f64::from(size[0].min(size[1])) / f64::from(size[1]);
+        let tangent = 0.7 * shortest;
+        let radius = tangent.atan().sin();
+        let scene =
+            empty_scene(pinhole(Vec3::ZERO, Vec3::X, fov)).lamp(Vec3::X, radius as f32, BLACK, Rgb::ONE);
+        let settings = Settings { iterations: 64, ..settings(size[0], size[1], 1, 1, 1.0) };
+        let [width, height] = size.map(|side| f64::from(side) * 2.0 * half_height / f64::from(size[1]));
+        let expected = std::f64::consts::PI * tangent * tangent / (width * height);
+        for film in [render_sppm(&scene, &settings), render_path(&scene, &settings)] {
+            let actual = mean(&film)[0];
+            assert!((actual / expected - 1.0).abs() < AREA, "{fov} degrees: {actual} instead of {expected}");
+        }
+    }
+}
+
+const SIDE: u32 = 64;
+
+/// The camera rays of all pixels of several iterations, with their pixels, for a camera of its own.
+fn rays(camera: &Camera, iterations: u32) -> impl Iterator<Item = ([u32; 2], Ray)> {
+    rays_of(camera, iterations, (0..SIDE * SIDE).map(|index| [index % SIDE, index / SIDE]).collect())
+}
+
+fn rays_of(camera: &Camera, iterations: u32, pixels: Vec<[u32; 2]>) -> impl Iterator<Item = ([u32; 2], Ray)> {
+    let frame = camera.frame(SIDE, SIDE);
+    let settings = settings(SIDE, SIDE, 1, 1, 1.0);
+    (0..iterations).flat_map(move |iteration| {
+        let of_pixel = move |[x, y]: [u32; 2]| {
+            let numbers = CameraNumbers::new(&settings, iteration, x, y);
+            ([x, y], camera_ray(&frame, x, y, &numbers))
+        };
+        pixels.clone().into_iter().map(of_pixel)
+    })
+}
+
+/// Pixels: coordinates of up to 64 from directions of a dozen roundings.
+const PLACE: f64 = 1e-4;
+
+#[test]
+fn rays_are_spread_evenly_over_their_pixel() {
+    let camera = tilted();
+    let eye = camera.eye.as_dvec3();
+    let points = rays(&camera, 64).map(|(pixel, ray)| {
+        let place = project(&camera, eye + ray.direction.as_dvec3(), [SIDE; 2]);
+        [0, 1].map(|i| {
+            let within = place[i] - f64::from(pixel[i]);
+            assert!((-PLACE..1.0 + PLACE).contains(&within), "pixel {pixel:?} is seen at {place:?}");
+            within.clamp(0.0, 1.0 - f64::EPSILON)
+        })
+    });
+    // Points of a net are more even than chance, so its test has but one side.
+    assert_uniform_square(points, [16, 16], "places in the pixel");
+    tell("physics", 64 * 64 * 64, "camera rays in their pixels");
+}
+
+/// The points at which rays leave the lens, and those at which they meet the plane in focus, in units of the lens'
+/// radius about its centre and of the pixel.
+#[test]
+fn rays_are_spread_evenly_over_the_lens_and_meet_in_focus() {
+    let (aperture, focus) = (0.25_f32, 7.0_f32);
+    let camera = Camera { aperture_radius: aperture, focus_distance: focus, ..tilted() };
+    let [forward, right, up] = axes(&camera);
+    let eye = camera.eye.as_dvec3();
+    let lens = rays(&camera, 64).map(|(pixel, ray)| {
+        let (from_eye, direction) = (ray.origin.as_dvec3() - eye, ray.direction.as_dvec3());
+        assert!(from_eye.dot(forward).abs() < 1e-6, "a ray leaves off the lens");
+        // Where it meets the plane in focus, a pinhole would see the same pixel.
+        let in_focus = ray.origin.as_dvec3()
+            + direction * (f64::from(focus) - from_eye.dot(forward)) / direction.dot(forward);
+        let place = project(&camera, in_focus, [SIDE; 2]);
+        for (at, pixel) in place.into_iter().zip(pixel) {
+            let within = at - f64::from(pixel);
+            assert!((-PLACE..1.0 + PLACE).contains(&within), "pixel {pixel:?} is focused at {place:?}");
+        }
+        let [x, y] = [right, up].map(|axis| from_eye.dot(axis) / f64::from(aperture));
+        let angle = y.atan2(x) / std::f64::consts::TAU;
+        [(x * x + y * y).clamp(0.0, 1.0 - f64::EPSILON), (angle + 1.0).fract()]
+    });
+    assert_uniform_square(lens, [16, 16], "points of the lens");
+}
+
+#[test]
+fn the_place_in_the_pixel_and_on_the_lens_have_nothing_to_do_with_each_other() {
+    let camera =
+        Camera { aperture_radius: 1.0, focus_distance: 1.0, ..pinhole(Vec3::ZERO, Vec3::NEG_Z, 90.0) };
+    // Pixels of one tile share their random shifts, so one of each tile is taken: those are independent.
+    let pixels: Vec<_> = (0..64).map(|tile| [tile % 8 * 8 + 3, tile / 8 * 8 + 6]).collect();
+    for axis in [0, 1] {
+        let points = rays_of(&camera, 1024, pixels.clone()).map(|(pixel, ray)| {
+            let in_focus = ray.origin + ray.direction / -ray.direction.z;
+            let place = [in_focus.x, -in_focus.y].map(|v| f64::from(v) * 32.0 + 32.0);
+            let within = (place[axis] - f64::from(pixel[axis])).clamp(0.0, 1.0 - f64::EPSILON);
+            let angle = f64::from(ray.origin.y).atan2(f64::from(ray.origin.x)) / std::f64::consts::TAU;
+            [within, (angle + 1.0).fract()]
+        });
+        assert_uniform_square(points, [16, 16], "pixel against lens");
+    }
+}
+
+#[test]
+fn the_lens_is_used_only_where_there_is_one() {
+    let frame = tilted().frame(8, 8);
+    assert_eq!(ray_through(&frame, (3.0, 4.0), None).origin, frame.eye);
+    assert!(rays(&tilted(), 1).all(|(_, ray)| ray.origin == frame.eye));
+}
+
+#[test]
+fn shutter_times_are_spread_evenly_over_the_exposure_for_any_seed() {
+    let camera = Camera { shutter: [-1.0, 3.0], ..tilted() };
+    // One iteration of many seeds: the random shift. Many iterations of one seed are tested as a sequence elsewhere.
+    for iteration in [0, 1, 2, 1000] {
+        let mut counts = vec![0; 256];
+        for seed in 0..1 << 16 {
+            let time = camera.shutter_time(seed, iteration);
+            assert!((-1.0..3.0).contains(&time));
+            counts[((time + 1.0) * 64.0) as usize] += 1;
+        }
+        let p = chi_square_p(&counts);
+        assert!(p > SIGNIFICANCE, "iteration {iteration}: p = {p:.1e}");
+    }
+    let closed = Camera { shutter: [0.5, 0.5], ..tilted() };
+    assert!((0..100).all(|i| closed.shutter_time(i, i as u32) == 0.5));
+}

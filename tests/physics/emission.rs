@@ -1,0 +1,305 @@
+//! Photons as they leave their lamps and are scattered on: each choice against its density, energy kept, and light
+//! the same in both directions.
+//!
+//! The first hit of a photon is direct light and not deposited. Glass of index 1 around a lamp reflects nothing and
+//! bends nothing, so photons cross it as if it were not there, but what they meet next is deposited.
+
+use crate::cases::tell;
+use crate::harness::{
+    BLACK, Build, SIGNIFICANCE, assert_uniform_square, chi_square_p_of, coloured, empty_scene, glass, mirror,
+    pinhole, settings,
+};
+use glam::DVec3;
+use reference::direct_light::choose_light;
+use reference::photon_pass::{Deposit, Flux, photon_pass, quantise};
+use scene::film::FLUX_ONE;
+use scene::{Rgb, Scene, Settings, Stats, Vec3};
+use std::f64::consts::TAU;
+
+/// The deposits of several iterations.
+fn deposits(scene: &Scene, settings: &Settings) -> (Vec<Deposit>, Stats) {
+    let (mut all, mut stats) = (Vec::new(), Stats::default());
+    for iteration in 0..settings.iterations {
+        photon_pass(&scene.at(0.0), settings, iteration, &mut stats, |deposit, _| all.push(*deposit));
+    }
+    (all, stats)
+}
+
+fn nowhere() -> Scene {
+    empty_scene(pinhole(Vec3::new(0.0, 0.0, 90.0), Vec3::ZERO, 60.0))
+}
+
+/// A lamp of radius 1 at `center` within glass that is not there, in a black shell.
+fn visible_emission(center: Vec3) -> Scene {
+    nowhere().ball(Vec3::ZERO, 100.0, BLACK).lamp(center, 1.0, BLACK, Rgb::ONE).ball(
+        center,
+        1.5,
+        glass(1.0, 1.0),
+    )
+}
+
+/// The first point, about the centre, in which a line that arrives at `d` meets the unit sphere.
+fn start(d: &Deposit, center: Vec3) -> DVec3 {
+    // A photon flies along -wi: the start is where the way back leaves the lamp's sphere first.
+    let (to_center, wi) = ((d.point - center).as_dvec3(), d.wi.as_dvec3());
+    let b = to_center.dot(wi);
+    let half_chord = (1.0 - (to_center.length_squared() - b * b)).max(0.0).sqrt();
+    to_center + wi * (-b - half_chord)
+}
+
+/// Distances of 100 in `f32` leave 10^-5 of the lamp's unit radius: less than a cell's width by a thousand.
+const CELLS: [usize; 2] = [24, 24];
+
+#[test]
+fn photons_leave_all_of_a_lamp_alike_and_by_the_cosine() {
+    let center = Vec3::new(20.0, -10.0, 5.0);
+    let settings = Settings { iterations: 4, ..settings(1, 1, 1 << 17, 2, 1.0) };
+    let (deposits, stats) = deposits(&visible_emission(center), &settings);
+    assert_eq!((deposits.len(), stats.photons), (4 << 17, 4 << 17));
+    let turns = |x: f64, y: f64| (y.atan2(x) / TAU + 1.0).fract();
+    let starts = || deposits.iter().map(|d| (start(d, center).normalize(), -d.wi.as_dvec3()));
+    let positions = starts().map(|(n, _)| [(0.5 * n.z + 0.5).min(1.0 - f64::EPSILON), turns(n.x, n.y)]);
+    assert_uniform_square(positions, CELLS, "starts on the lamp");
+    // Of density cos / pi about the normal: the squared sine is uniform, and so is the angle around.
+    let directions = starts().map(|(n, d)| {
+        let s = n.any_orthonormal_vector();
+        let sine2 = 1.0 - n.dot(d).clamp(0.0, 1.0).powi(2);
+        [sine2.min(1.0 - f64::EPSILON), turns(s.dot(d), n.cross(s).dot(d))]
+    });
+    assert_uniform_square(directions, CELLS, "directions about the normal");
+    // Which way it flies has nothing to do with where it starts.
+    let both = starts().map(|(n, d)| {
+        let sine2 = 1.0 - n.dot(d).clamp(0.0, 1.0).powi(2);
+        [sine2.min(1.0 - f64::EPSILON), (0.5 * n.z + 0.5).min(1.0 - f64::EPSILON)]
+    });
+    assert_uniform_square(both, CELLS, "directions against starts");
+    tell("physics", deposits.len(), "photons on their way from a lamp");
+}
+
+#[test]
+fn a_shell_emits_inward() {
+    // Every photon of a shell crosses the glass in it and arrives, or misses it and is direct light.
+    let scene = nowhere().lamp(Vec3::ZERO, 100.0, BLACK, Rgb::ONE).ball(Vec3::ZERO, 50.0, glass(1.0, 1.0));
+    let photons = 1 << 18;
+    let (deposits, _) = deposits(&scene, &settings(1, 1, photons, 3, 1.0));
+    // Cosine-weighted directions within asin(1/2) of the normal: a share of 1/4.
+    let share = deposits.len() as f64 / f64::from(photons);
+    assert!((share - 0.25).abs() < STRATIFIED, "{share} of the photons meet the inner ball");
+    assert!(deposits.iter().all(|d| d.wi.dot(d.point) < 0.0), "a photon comes from outside");
+}
+
+/// A share among 2^18 stratified photons, whose error is below that of as many independent ones, 10^-3.
+const STRATIFIED: f64 = 1e-3;
+
+#[test]
+fn lights_are_chosen_by_their_power() {
+    let scene = nowhere()
+        .lamp(Vec3::X * 5.0, 1.0, BLACK, Rgb::new(1.0, 4.0, 2.0))
+        .lamp(Vec3::X * -5.0, 2.0, BLACK, Rgb::new(3.0, 1.0, 0.5))
+        .lamp(Vec3::Y * 9.0, 0.1, BLACK, Rgb::new(0.0, 0.0, 100.0))
+        .lamp(Vec3::ZERO, 200.0, BLACK, Rgb::splat(0.001));
+    // The brightest channel times the squared radius.
+    let weights = [4.0, 12.0, 1.0, 40.0];
+    let lights = scene.at(0.0).lights;
+    let mut stream = scene::rng::StreamKey::new(8, scene::rng::Family::Path, 0).stream(0);
+    let mut counts = vec![0; weights.len()];
+    for _ in 0..1 << 20 {
+        let light = choose_light(&lights, stream.next_f32()).unwrap();
+        counts[light.sphere as usize] += 1;
+    }
+    let p = chi_square_p_of(&counts, &weights.map(|w| w / 57.0));
+    assert!(p > SIGNIFICANCE, "{counts:?}: p = {p:.1e}");
+    // And photons: each lamp has its share of the deposits.
+    let scene = nowhere()
+        .ball(Vec3::ZERO, 200.0, BLACK)
+        .lamp(Vec3::X * 50.0, 1.0, BLACK, Rgb::ONE)
+        .lamp(Vec3::X * -50.0, 3.0, BLACK, Rgb::ONE)
+        .ball(Vec3::X * 50.0, 2.0, glass(1.0, 1.0))
+        .ball(Vec3::X * -50.0, 4.0, glass(1.0, 1.0));
+    let photons = 1 << 18;
+    let (deposits, _) = deposits(&scene, &settings(1, 1, photons, 2, 1.0));
+    let missed = |d: &&Deposit| {
+        let from = (d.point - Vec3::X * 50.0).as_dvec3();
+        (from - d.wi.as_dvec3() * from.dot(d.wi.as_dvec3())).length() > 1.001
+    };
+    // A line from the large lamp may pass the small one, seen under (1/100)^2 / 4 of the sphere: below 10^-4.
+    let share = deposits.iter().filter(missed).count() as f64 / f64::from(photons);
+    assert!((share - 0.9).abs() < STRATIFIED, "{share} of the photons are of the lamp of 0.9 of the power");
+}
+
+/// A closed room: nothing is lost but by roulette.
+fn closed(albedo: Rgb, emission: Rgb) -> Scene {
+    nowhere().ball(Vec3::ZERO, 100.0, coloured(albedo.to_array())).lamp(
+        Vec3::new(10.0, 20.0, 0.0),
+        5.0,
+        coloured(albedo.to_array()),
+        emission,
+    )
+}
+
+#[test]
+fn roulette_survivors_are_as_many_as_the_brightest_channel_reflects() {
+    let (albedo, photons, depth) = (Rgb::new(0.3, 0.7, 0.5), 1 << 18, 8);
+    let scene = closed(albedo, Rgb::new(2.0, 1.0, 1.0));
+    // At depth d are those that survived d - 1 times. The first channel is the brightest of the lamp; after a
+    // reflection the second is: 0.35, 0.245, 0.171 of the next.
+    let segments = |depth| {
+        let (_, stats) = deposits(&scene, &settings(1, 1, photons, depth, 1.0));
+        stats.photon_segments as f64
+    };
+    let mut power = Rgb::new(2.0, 1.0, 1.0).as_dvec3();
+    let (mut alive, mut before) = (f64::from(photons), 0.0);
+    for depth in 1..=depth {
+        let actual = segments(depth) - before;
+        let sigma = (alive * (1.0 - alive / f64::from(photons))).sqrt();
+        assert!((actual - alive).abs() <= DEVIATIONS * sigma, "depth {depth}: {actual} instead of {alive}");
+        let after = power * albedo.as_dvec3();
+        alive *= after.max_element() / power.max_element();
+        (power, before) = (after, before + actual);
+    }
+    tell("physics", depth as usize, "steps of roulette");
+}
+
+/// Standard errors of a count: as unlikely as [`SIGNIFICANCE`].
+const DEVIATIONS: f64 = 5.0;
+
+#[test]
+fn survivors_keep_the_nominal_power_and_take_the_colour_of_what_they_met() {
+    let albedo = Rgb::new(0.25, 0.5, 1.0);
+    let scene = nowhere().ball(Vec3::ZERO, 100.0, coloured(albedo.to_array())).lamp(
+        Vec3::ZERO,
+        5.0,
+        BLACK,
+        Rgb::new(4.0, 4.0, 2.0),
+    );
+    let (deposits, _) = deposits(&scene, &settings(1, 1, 10_000, 4, 1.0));
+    // The lamp is grey but for blue, and reflects nothing: after k reflections the colour is a power of the albedo.
+    let colours: Vec<Flux> = (1..4)
+        .map(|k| {
+            let colour = Rgb::new(4.0, 4.0, 2.0).as_dvec3() * albedo.as_dvec3().powf(f64::from(k));
+            let scaled = colour / colour.max_element() * f64::from(FLUX_ONE);
+            Flux(scaled.round().to_array().map(|v| v as u32))
+        })
+        .collect();
+    let near = |a: &Flux, b: &Flux| a.0.iter().zip(b.0).all(|(a, b)| a.abs_diff(b) <= FLUX_ROUNDING);
+    for d in &deposits {
+        assert!(colours.iter().any(|colour| near(colour, &d.flux)), "{:?} is none of {colours:?}", d.flux);
+    }
+    for colour in &colours {
+        assert!(deposits.iter().any(|d| near(colour, &d.flux)), "no photon has {colour:?}");
+    }
+}
+
+/// A few roundings of 2^-24 of a flux of 2^21.
+const FLUX_ROUNDING: u32 = 1;
+
+#[test]
+fn quantisation_rounds_to_the_nearest_and_never_overflows() {
+    for i in 0..=100_000_u32 {
+        let power = i as f32 / 100_000.0;
+        let Flux([r, g, b]) = quantise(Rgb::new(power, 0.5 * power, 0.0));
+        let exact = f64::from(power) * f64::from(FLUX_ONE);
+        // Half a step, and the rounding of the sum before the fraction is cut off.
+        for (flux, exact) in [(r, exact), (g, 0.5 * exact)] {
+            assert!((f64::from(flux) - exact).abs() <= 0.75, "{power}: {flux} instead of {exact}");
+        }
+        assert_eq!(b, 0);
+    }
+    for power in [1.0, 1.0 + f32::EPSILON, 2.0, f32::INFINITY] {
+        assert_eq!(quantise(Rgb::splat(power)), Flux([FLUX_ONE; 3]));
+    }
+    tell("physics", 100_001, "quantised powers");
+}
+
+/// Mirrors and glass that take no light, apart, nested and overlapping, about a lamp in glass of index 1.
+fn lossless() -> Scene {
+    visible_emission(Vec3::ZERO)
+        .ball(Vec3::new(5.0, 0.0, 0.0), 3.0, glass(1.0, 1.5))
+        .ball(Vec3::new(5.0, 0.0, 0.0), 2.0, glass(1.0, 2.4))
+        .ball(Vec3::new(-5.0, 1.0, 0.0), 3.0, mirror(1.0))
+        .ball(Vec3::new(0.0, -6.0, 0.0), 4.0, glass(1.0, 1.3))
+        .ball(Vec3::new(1.0, 6.0, 2.0), 4.0, mirror(1.0))
+}
+
+#[test]
+fn what_takes_no_light_loses_none() {
+    let photons = 20_000;
+    let (deposits, stats) = deposits(&lossless(), &settings(1, 1, photons, 4096, 1.0));
+    // Each photon ends on black: the lamp or the shell, once, with all its power.
+    assert_eq!(deposits.len(), photons as usize);
+    assert!(deposits.iter().all(|d| d.flux == Flux([FLUX_ONE; 3])));
+    assert!(stats.photon_segments > 3 * u64::from(photons), "the balls are not met");
+    tell("physics", deposits.len(), "photons through mirrors and glass, none lost");
+}
+
+#[test]
+fn the_flux_in_a_closed_room_is_the_series_of_its_albedo() {
+    let (albedo, photons) = (Rgb::new(0.8, 0.4, 0.2), 1 << 17);
+    let (deposits, _) =
+        deposits(&closed(albedo, Rgb::new(1.0, 2.0, 4.0)), &settings(1, 1, photons, 200, 1.0));
+    let mut sum = [0_u64; 3];
+    for d in &deposits {
+        sum = [0, 1, 2].map(|c| sum[c] + u64::from(d.flux.0[c]));
+    }
+    for (c, (albedo, emission)) in albedo.to_array().into_iter().zip([1.0, 2.0, 4.0]).enumerate() {
+        // A photon of share e / 4 of the nominal power arrives for the second time with rho of it, and so on.
+        let rho = f64::from(albedo);
+        let expected = emission / 4.0 * rho / (1.0 - rho) * f64::from(photons) * f64::from(FLUX_ONE);
+        let actual = sum[c] as f64;
+        // The blue channel survives a fifth of the time; red is what few bright survivors carry.
+        assert!((actual / expected - 1.0).abs() < SERIES, "channel {c}: {actual} instead of {expected}");
+    }
+}
+
+/// Sums over 26 000 survivors and more, whose weights spread by their number of bounces: below 0.7 % of noise.
+const SERIES: f64 = 0.02;
+
+/// How many photons of lamp `from` arrive at ball `to`, per photon; both of radius 1, in a black shell with `optics`.
+fn exchange(from: usize, places: [Vec3; 2], radii: [f32; 2], optics: impl Fn(Scene) -> Scene) -> f64 {
+    let photons = 1 << 20;
+    let mut scene = nowhere().ball(Vec3::ZERO, 100.0, BLACK);
+    for (index, (place, radius)) in places.into_iter().zip(radii).enumerate() {
+        let emission = if index == from { Rgb::ONE } else { Rgb::ZERO };
+        scene = scene.lamp(place, radius, BLACK, emission);
+    }
+    let scene = optics(scene.ball(places[from], 1.25 * radii[from], glass(1.0, 1.0)));
+    let target = 2 - from as u32;
+    let (deposits, _) = deposits(&scene, &settings(1, 1, photons, 64, 1.0));
+    deposits.iter().filter(|d| d.sphere == target).count() as f64 / f64::from(photons)
+}
+
+/// Shares of two percent and more of 2^20 photons have a noise of 0.7 % at most, were they not stratified.
+const RECIPROCITY: f64 = 0.02;
+
+#[test]
+fn light_is_exchanged_alike_in_both_directions() {
+    let (places, radii) = ([Vec3::new(-5.0, 0.0, 0.0), Vec3::new(6.0, 1.0, 0.0)], [3.0, 4.0]);
+    let empty = |scene: Scene| scene;
+    let lens = |scene: Scene| scene.ball(Vec3::new(-0.2, 0.3, 0.0), 1.2, glass(1.0, 1.5));
+    let mirrors = |scene: Scene| {
+        scene.ball(Vec3::new(0.0, 8.0, 0.0), 5.0, mirror(1.0)).ball(
+            Vec3::new(0.0, -9.0, 1.0),
+            5.0,
+            mirror(0.5),
+        )
+    };
+    let cases: [(&str, &dyn Fn(Scene) -> Scene); 3] =
+        [("empty", &empty), ("a lens", &lens), ("mirrors", &mirrors)];
+    for (what, optics) in cases {
+        let [there, back] = [0, 1].map(|from| exchange(from, places, radii, optics));
+        // A1 F12 = A2 F21, whatever smooth surfaces are between.
+        let ratio = there * f64::from(radii[0] * radii[0]) / (back * f64::from(radii[1] * radii[1]));
+        assert!((ratio - 1.0).abs() < RECIPROCITY, "{what}: {there} and {back}, off by {:.1e}", ratio - 1.0);
+    }
+    tell("physics", 3, "exchanges of light in both directions");
+}
+
+#[test]
+fn the_power_that_a_ball_receives_is_the_solid_angle_of_a_small_lamp() {
+    // A lamp as small as a point: the share of its photons is (1 - cos) / 2 of the ball's cone.
+    let (distance, radius) = (10.0_f32, 4.0_f32);
+    let share = exchange(0, [Vec3::ZERO, Vec3::X * distance], [0.01, radius], |scene| scene);
+    let cosine = (1.0 - f64::from(radius / distance).powi(2)).sqrt();
+    let expected = 0.5 * (1.0 - cosine);
+    assert!((share / expected - 1.0).abs() < RECIPROCITY, "{share} instead of {expected}");
+}

@@ -1,0 +1,93 @@
+//! What a failure leaves behind: a picture, expected | difference | actual, and a list of the pixels that differ.
+
+use scene::image_file::{self, Encoding};
+use scene::{Film, Rgb};
+use serde_json::json;
+use sppm::compare::difference_image;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The side of a square that shows a pixel: snapshots are small.
+const ZOOM: u32 = 4;
+
+/// White columns between the pictures.
+const GAP: u32 = 4;
+
+/// The indices of the pixels that differ in any bit.
+pub(crate) fn pixels(expected: &Film, actual: &Film) -> Result<Vec<usize>, String> {
+    let size = |film: &Film| (film.width, film.height);
+    if size(expected) != size(actual) {
+        return Err(format!("the image is {:?} pixels instead of {:?}", size(actual), size(expected)));
+    }
+    let differs = |(e, a): (&Rgb, &Rgb)| e.to_array().map(f32::to_bits) != a.to_array().map(f32::to_bits);
+    let pairs = expected.pixels.iter().zip(&actual.pixels).enumerate();
+    Ok(pairs.filter(|(_, pair)| differs(*pair)).map(|(index, _)| index).collect())
+}
+
+/// Writes both files into the build's folder for tests, and gives their paths.
+pub(crate) fn show(name: &str, expected: &Film, actual: &Film, different: &[usize]) -> [PathBuf; 2] {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("snapshots");
+    fs::create_dir_all(&folder).unwrap();
+    let [png, json] = ["png", "json"].map(|extension| folder.join(format!("{name}.{extension}")));
+    image_file::write(&png, &picture(expected, actual), &Encoding::default()).unwrap();
+    fs::write(&json, list(expected, actual, different)).unwrap();
+    [png, json]
+}
+
+fn picture(expected: &Film, actual: &Film) -> Film {
+    let [e, a] = [expected, actual].map(finite);
+    let difference = difference_image(&a, &e).unwrap().film;
+    let (width, height) = (expected.width, expected.height);
+    let mut all = Film::new(3 * width * ZOOM + 2 * GAP, height * ZOOM);
+    all.pixels.fill(Rgb::ONE);
+    for (place, film) in [expected, &difference, actual].into_iter().enumerate() {
+        let left = place as u32 * (width * ZOOM + GAP);
+        for (y, x) in (0..height * ZOOM).flat_map(|y| (0..width * ZOOM).map(move |x| (y, x))) {
+            all.pixels[(y * all.width + left + x) as usize] =
+                film.pixels[(y / ZOOM * width + x / ZOOM) as usize];
+        }
+    }
+    all
+}
+
+/// The image with what no false colour stands for, NaN and infinity, as black.
+fn finite(film: &Film) -> Film {
+    let pixels = film.pixels.iter().map(|&p| if p.is_finite() { p } else { Rgb::ZERO }).collect();
+    Film { pixels, ..*film }
+}
+
+fn list(expected: &Film, actual: &Film, different: &[usize]) -> String {
+    let value = |p: Rgb| {
+        let [values, bits] =
+            [p.to_array().map(|v| format!("{v:?}")), p.to_array().map(|v| format!("{:08x}", v.to_bits()))];
+        json!({ "value": values, "bits": bits })
+    };
+    let width = expected.width as usize;
+    let pixels: Vec<_> = different
+        .iter()
+        .map(|&i| {
+            let (e, a) = (expected.pixels[i], actual.pixels[i]);
+            json!({ "x": i % width, "y": i / width, "expected": value(e), "actual": value(a) })
+        })
+        .collect();
+    let size = [expected.width, expected.height];
+    serde_json::to_string_pretty(&json!({ "size": size, "differing": pixels })).unwrap() + "\n"
+}
+
+#[test]
+fn pictures_show_expected_difference_and_actual_side_by_side() {
+    let film = |values: [f32; 2]| Film { width: 2, height: 1, pixels: values.map(Rgb::splat).to_vec() };
+    let (expected, actual) = (film([0.25, 0.5]), film([0.25, f32::NAN]));
+    assert_eq!(pixels(&expected, &actual), Ok(vec![1]));
+    assert_eq!(pixels(&film([0.0, 1.0]), &film([-0.0, 1.0])), Ok(vec![0]));
+    assert!(pixels(&expected, &Film::new(1, 2)).is_err());
+    let shown = picture(&expected, &actual);
+    assert_eq!((shown.width, shown.height), (3 * 2 * ZOOM + 2 * GAP, ZOOM));
+    let at = |place: u32, pixel: u32| shown.pixels[(place * (2 * ZOOM + GAP) + pixel * ZOOM) as usize];
+    assert_eq!((at(0, 0), at(0, 1), at(2, 0)), (Rgb::splat(0.25), Rgb::splat(0.5), Rgb::splat(0.25)));
+    assert!(at(2, 1).is_nan());
+    assert!(at(1, 1).element_sum() > at(1, 0).element_sum(), "the difference is not the brightest");
+    let json: serde_json::Value = serde_json::from_str(&list(&expected, &actual, &[1])).unwrap();
+    assert_eq!((&json["differing"][0]["x"], &json["differing"][0]["y"]), (&1.into(), &0.into()));
+    assert_eq!(json["differing"][0]["expected"]["bits"][0], "3f000000");
+}

@@ -1,0 +1,129 @@
+//! The blessed files. The reference may write them, when asked to; everything else is compared with them.
+
+use crate::difference;
+use crate::rows::Row;
+use crate::summary::summary;
+use scene::image_file::{self, Encoding};
+use scene::{Engine, Film};
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+
+/// Beside this file.
+const TEXT_FOLDER: &str = "text";
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The blessed image of a row.
+fn image_path(name: &str) -> PathBuf {
+    root().join("fixtures/snapshots").join(name).with_extension("pfm")
+}
+
+/// The blessed text of a row.
+fn text_path(name: &str) -> PathBuf {
+    root().join("tests/snapshots").join(TEXT_FOLDER).join(name).with_extension("snap")
+}
+
+/// True if what the reference renders is to be blessed: insta is told to overwrite its texts, as by `scripts/bless`.
+fn blesses() -> bool {
+    env::var("INSTA_UPDATE").is_ok_and(|mode| ["always", "force"].contains(&mode.as_str()))
+}
+
+/// Holds the reference to the blessed image and text; writes both first if that is asked for.
+pub(crate) fn check_reference(row: &Row, engine: &impl Engine) {
+    let path = image_path(row.name);
+    if blesses() {
+        image_file::write(&path, &engine.develop(), &Encoding::default()).unwrap();
+    }
+    // After the image, lest a text that differs keep it from being shown; so do not stop at it.
+    let image = check_image(row.name, "reference", &engine.develop());
+    insta::with_settings!(
+        { snapshot_path => TEXT_FOLDER, prepend_module_to_snapshot => false, omit_expression => true },
+        { insta::assert_snapshot!(row.name, summary(row, engine)) }
+    );
+    image.unwrap_or_else(|problem| panic!("{problem}"));
+}
+
+/// Holds another engine to the blessed image and text, which it cannot write.
+pub(crate) fn check_other(row: &Row, engine: &impl Engine, who: &str) {
+    check_image(row.name, who, &engine.develop()).unwrap_or_else(|problem| panic!("{problem}"));
+    let path = text_path(row.name);
+    let file = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let blessed = without_header(&file);
+    let actual = summary(row, engine);
+    assert!(
+        blessed.trim_end() == actual.trim_end(),
+        "{who} renders {} unlike the reference did when it was blessed; only the reference may bless.\n\
+         blessed:\n{blessed}\nactual:\n{actual}",
+        row.name
+    );
+}
+
+/// A snapshot file is a header between two lines of `---`, and the text.
+fn without_header(file: &str) -> &str {
+    file.splitn(3, "---\n").nth(2).unwrap_or_else(|| panic!("no snapshot file of insta: {file}"))
+}
+
+/// Compares bits; says where to look if they differ.
+fn check_image(name: &str, who: &str, actual: &Film) -> Result<(), String> {
+    let path = image_path(name);
+    let expected = image_file::read(&path)
+        .map_err(|error| format!("{error}; scripts/bless makes it, from the reference"))?;
+    let different = difference::pixels(&expected, actual)?;
+    if different.is_empty() {
+        return Ok(());
+    }
+    let [png, json] = difference::show(&format!("{name}-{who}"), &expected, actual, &different);
+    Err(format!(
+        "{who} renders {name} unlike {} in {} of {} pixels.\n  expected | difference | actual: {}\n  \
+         the pixels that differ: {}\nIf that is meant, look at both, and then run scripts/bless.",
+        path.display(),
+        different.len(),
+        actual.pixels.len(),
+        png.display(),
+        json.display()
+    ))
+}
+
+#[test]
+fn headers_are_cut_off_and_nothing_else() {
+    assert_eq!(without_header("---\nsource: a\n---\ntext\n--- more\n"), "text\n--- more\n");
+}
+
+#[test]
+fn every_blessed_file_is_of_a_test() {
+    // A row that is gone would leave files that nothing checks.
+    let names = |folder: &str, extension: &str| -> Vec<String> {
+        let entries = fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path());
+        let mut names: Vec<String> = entries
+            .filter(|path| path.extension().is_some_and(|e| e == extension))
+            .map(|path| path.file_stem().unwrap().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    };
+    let images = names("fixtures/snapshots", "pfm");
+    assert_eq!(images, names(&format!("tests/snapshots/{TEXT_FOLDER}"), "snap"));
+    let rows = include_str!("rows.rs");
+    for name in images {
+        assert!(
+            rows.contains(&format!("    {name}: ")) || rows.contains(&format!("\"{name}\"")),
+            "{name} is blessed, and no row renders it"
+        );
+    }
+}
+
+#[test]
+fn an_image_that_differs_in_one_bit_is_shown() {
+    let mut film = image_file::read(&image_path("cornell")).unwrap();
+    assert_eq!(check_image("cornell", "test", &film), Ok(()));
+    let pixel = &mut film.pixels[5 * 64 + 7];
+    pixel.y = f32::from_bits(pixel.y.to_bits() ^ 1);
+    let problem = check_image("cornell", "test", &film).unwrap_err();
+    assert!(problem.contains("1 of 3072 pixels"), "{problem}");
+    for (start, extension) in [("actual: ", "png"), ("differ: ", "json")] {
+        let path = problem.split(start).nth(1).unwrap().lines().next().unwrap();
+        assert!(path.ends_with(extension) && Path::new(path).is_file(), "{problem}");
+    }
+}
