@@ -39,6 +39,7 @@ pub(crate) struct Job {
 impl Job {
     /// Renders, and writes the files that were asked for. Everything that can be refused is refused before.
     pub(crate) fn run(mut self, messages: &MessageArgs) -> Result<(), Error> {
+        let requests = Requests::listen()?;
         let threads = threads::start(self.threads)?;
         let has_past = self.goals.error.is_some();
         let need = Need::new(self.engine, &self.scene, threads, has_past, self.memory_limit)?;
@@ -47,7 +48,6 @@ impl Job {
         let digest = file::digest(&self.scene);
         let resumed_after = self.from.as_ref().map_or(0, |from| from.checkpoint.account.iterations);
         let keeper = self.keeper(&digest)?;
-        let requests = Requests::listen()?;
         let mut engine = self.engine.start(&self.scene, &self.scene.settings, need.deposits);
         let mut estimate = Estimate::default();
         if let Some(from) = &mut self.from {

@@ -109,7 +109,7 @@ fn other_renders_are_not_overwritten() {
         (&["resume", "whole.exr"], &["whole.exr: is no checkpoint"]),
         (&["resume", "a.sppm", "--iterations=3"], &["--iterations 3", "holds 4 already"]),
         (&["resume", "a.sppm", "--engine=path"], &["--engine path", "photon mapping", "fast and reference"]),
-        (&["resume", "a.sppm", "-o", "a.sppm"], &["--output", ".png, .exr or .pfm"]),
+        (&["resume", "a.sppm", "-o", "a.sppm"], &["--output", "also the checkpoint"]),
         (&["resume", "a.sppm", "--stats", "a.sppm"], &["--stats", "also the checkpoint"]),
         (&["resume", "a.sppm", "--time=0s"], &["--time", "10m"]),
         (&["resume", "a.sppm", "--every=0"], &["--every", "iterations"]),
