@@ -7,6 +7,7 @@ mod export;
 mod failures;
 #[cfg(unix)]
 mod interrupt;
+mod ladder;
 mod render;
 mod sandbox;
 mod scenes;
