@@ -1,7 +1,6 @@
 //! What is to be timed: scenes, and the values of a sweep.
 
 use super::args::{LadderArgs, Sweep};
-use crate::args::SceneArg;
 use crate::error::Error;
 use crate::scenes::{self, Opened};
 use scene::still::Role;
@@ -40,7 +39,7 @@ pub(crate) fn cases(args: &LadderArgs) -> Result<Vec<Case>, Error> {
     }
     let mut all = Vec::new();
     for name in names {
-        let mut opened = scenes::open(&SceneArg { name })?;
+        let mut opened = scenes::open(&name)?;
         if args.quick {
             opened.scene.settings = Settings { seed: opened.scene.settings.seed, ..QUICK };
         }

@@ -3,6 +3,7 @@
 mod bad_input;
 mod compare;
 mod documents;
+mod export;
 mod failures;
 #[cfg(unix)]
 mod interrupt;
@@ -10,4 +11,5 @@ mod ladder;
 mod render;
 mod sandbox;
 mod scenes;
+mod trace;
 mod verify;
