@@ -62,6 +62,7 @@ def _parser() -> argparse.ArgumentParser:
     command = commands.add_parser("report", help="one HTML page of all verdicts, images and plots")
     command.add_argument("--output", type=Path, default=sppm.ROOT / "target" / "report" / "index.html")
     command.add_argument("--quick", action="store_true", help="less of everything: to look at the page, not at sppm")
+    command.add_argument("--most", type=_count, help="iterations of the last image of figure 8 [default: 2048]")
     command.set_defaults(run=_report)
     return parser
 
@@ -134,7 +135,7 @@ def _report(args: argparse.Namespace) -> bool:
     from oracle import report
 
     args.output.parent.mkdir(parents=True, exist_ok=True)
-    report.write(args.output, quick=args.quick)
+    report.write(args.output, quick=args.quick, most=args.most)
     print(args.output)
     return True
 
