@@ -8,14 +8,14 @@ use rayon::prelude::*;
 use reference::PathTracer;
 use reference::intersect::intersect;
 use scene::ray::{NO_SPHERE, SphereId};
-use scene::{Engine, Ray, Scene, Settings, Still, Vec3};
-use serde::Serialize;
+use scene::{Ray, Resumable, Scene, Settings, Still, Sums, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// Rays that a thread traces before it asks for more.
 const RAYS_AT_ONCE: usize = 1 << 14;
 
 /// An engine by its name on the command line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum EngineName {
     /// Stochastic progressive photon mapping on vectors and all threads: the reference's image, bit for bit
@@ -45,7 +45,7 @@ impl From<TracerName> for EngineName {
 }
 
 /// The vectors that the fast engine runs on, by their name on the command line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum LanesName {
     /// The widest that this processor has
@@ -72,6 +72,26 @@ impl EngineName {
             Self::Fast | Self::Reference => true,
             Self::Path => false,
         }
+    }
+
+    /// The usual engine that goes on with `sums`.
+    pub(crate) fn of(sums: Sums) -> Self {
+        match sums {
+            Sums::Photons => Self::Fast,
+            Sums::Paths => Self::Path,
+        }
+    }
+
+    /// Every engine that goes on with `sums`, by its name.
+    pub(crate) fn all_of(sums: Sums) -> String {
+        let names =
+            Self::value_variants().iter().filter(|engine| engine.sums() == sums).map(|engine| engine.name());
+        list(&names.collect::<Vec<_>>())
+    }
+
+    /// What it keeps of a pixel.
+    pub(crate) fn sums(self) -> Sums {
+        if self.has_photons() { Sums::Photons } else { Sums::Paths }
     }
 
     /// The name on the command line.
@@ -135,9 +155,18 @@ impl Chosen {
     }
 
     /// A render of `scene` before its first iteration.
-    pub(crate) fn start<'a>(self, scene: &'a Scene, settings: &Settings) -> Box<dyn Engine + 'a> {
+    /// The fast engine holds so many `deposits` at once.
+    pub(crate) fn start<'a>(
+        self,
+        scene: &'a Scene,
+        settings: &Settings,
+        deposits: u32,
+    ) -> Box<dyn Resumable + 'a> {
         match self.name {
-            EngineName::Fast => Box::new(fast::Sppm::with_lanes(scene, settings, self.lanes)),
+            EngineName::Fast => {
+                let engine = fast::Sppm::with_lanes(scene, settings, self.lanes);
+                Box::new(engine.deposits_at_once(deposits))
+            }
             EngineName::Reference => Box::new(reference::Sppm::new(scene, settings)),
             EngineName::Path => Box::new(PathTracer::new(scene, settings)),
         }
@@ -152,7 +181,8 @@ impl Chosen {
     pub(crate) fn surfaces(self, still: &Still, rays: &[Ray]) -> Vec<(f32, SphereId, Vec3)> {
         const MISS: (f32, SphereId, Vec3) = (f32::INFINITY, NO_SPHERE, Vec3::ZERO);
         let intersector = Intersector::new(still, self.lanes);
-        let one_by_one = |ray: &Ray| intersect(still, ray).map_or(MISS, |hit| (hit.t, hit.sphere, hit.normal));
+        let one_by_one =
+            |ray: &Ray| intersect(still, ray).map_or(MISS, |hit| (hit.t, hit.sphere, hit.normal));
         let trace = |rays: &[Ray]| -> Vec<_> {
             match self.name {
                 EngineName::Fast => {

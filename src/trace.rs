@@ -9,7 +9,7 @@ use scene::atomic_file;
 
 /// Traces the rays of one file and writes what they hit into another.
 pub(crate) fn trace(args: &TraceArgs) -> Result<(), Error> {
-    let opened = scenes::open(&args.scene)?;
+    let opened = scenes::open(&args.scene.name)?;
     let time = opened.instant(args.time)?;
     let engine = Chosen::new(args.engine.into(), args.lanes)?;
     let bad =

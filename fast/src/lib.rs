@@ -57,4 +57,4 @@ mod vec3;
 pub use dispatch::LaneKind;
 pub use hierarchy::Search;
 pub use intersector::{Intersector, Met};
-pub use sppm::Sppm;
+pub use sppm::{DEPOSITS_AT_ONCE, Sppm};

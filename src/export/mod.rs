@@ -41,7 +41,7 @@ struct Exported {
 
 /// Writes a scene in another renderer's format.
 pub(crate) fn export(args: &ExportArgs) -> Result<(), Error> {
-    let opened = scenes::open(&args.scene)?;
+    let opened = scenes::open(&args.scene.name)?;
     let time = instant(&opened, args.time)?;
     let settings = settings(&opened, args).map_err(|error| Error::BadInput(format!("--{error}")))?;
     if let Some(output) = &args.output {
