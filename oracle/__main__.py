@@ -45,7 +45,9 @@ def _parser() -> argparse.ArgumentParser:
 
     command = commands.add_parser("ssim-series", help="SSIM over iterations against a converged image: figure 8")
     _scenes(command)
-    command.add_argument("--most", type=_count, default=2048, help="iterations of the last image [default: %(default)s]")
+    command.add_argument(
+        "--most", type=_count, default=2048, help="iterations of the last image [default: %(default)s]"
+    )
     command.set_defaults(run=_ssim_series)
 
     command = commands.add_parser("truth", help="make truth by Mitsuba, or hold renders against it")

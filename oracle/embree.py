@@ -181,9 +181,7 @@ class Triangles:
         probes = np.concatenate([np.broadcast_to(world.eye, directions.shape), directions], axis=1)
         seen = caps(world, probes, sppm.trace(scene, probes))
         budget = min(TRIANGLES_OF_A_SPHERE, TRIANGLES // len(world))
-        self.meshes = [
-            tessellate(world.centers[k], world.radii[k], seen[k], budget) for k in range(len(world))
-        ]
+        self.meshes = [tessellate(world.centers[k], world.radii[k], seen[k], budget) for k in range(len(world))]
         self.scene = rtcore_scene.EmbreeScene(robust=True)
         for mesh in self.meshes:
             TriangleMesh(self.scene, mesh.vertices, mesh.faces)
@@ -321,9 +319,7 @@ def judge(scene: str, world: Spheres, other: Triangles | AnalyticSpheres, rays: 
         found = geometry.crossing(rays[:, :3], rays[:, 3:], world.centers[index], low - noise, high + noise)
         extra = rounding(rays, world, index)
         is_hit = sphere >= 0
-        return Crossing(
-            found.first - extra, found.last + extra, found.touches & is_hit, found.may_miss & is_hit
-        )
+        return Crossing(found.first - extra, found.last + extra, found.touches & is_hit, found.may_miss & is_hit)
 
     same = ours.sphere == theirs.sphere
     hit = same & (ours.sphere >= 0)
@@ -356,9 +352,7 @@ def _normals_agree(rays: np.ndarray, world: Spheres, ours: Answer, theirs: Answe
     length = np.linalg.norm(theirs.normal, axis=1)
     unit = theirs.normal / np.where(length > 0, length, 1.0)[:, None]
     faces = np.einsum("ij,ij->i", ours.normal, rays[:, 3:])
-    apart = np.minimum(
-        np.linalg.norm(ours.normal - unit, axis=1), np.linalg.norm(ours.normal + unit, axis=1)
-    )
+    apart = np.minimum(np.linalg.norm(ours.normal - unit, axis=1), np.linalg.norm(ours.normal + unit, axis=1))
     bound = width / world.radii[np.maximum(ours.sphere, 0)] + ROUNDINGS * EPSILON
     unit_length = np.abs(np.linalg.norm(ours.normal, axis=1) - 1) < ROUNDINGS * EPSILON
     return (apart <= bound) & unit_length & (faces <= bound)

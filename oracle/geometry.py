@@ -107,9 +107,7 @@ def rays(name: str, world: Spheres, count: int, margin: np.ndarray, seed: int) -
     """
     random = np.random.default_rng(seed)
     third = count // 3
-    from_eye = np.concatenate(
-        [np.broadcast_to(world.eye, (third, 3)), uniform_directions(third, random)], axis=1
-    )
+    from_eye = np.concatenate([np.broadcast_to(world.eye, (third, 3)), uniform_directions(third, random)], axis=1)
     hits = sppm.trace(name, from_eye)
     way = np.where(np.isfinite(hits["t"]), hits["t"], 0.0) * random.random(third)
     points = from_eye[:, :3] + way[:, None] * from_eye[:, 3:]
