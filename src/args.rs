@@ -1,10 +1,16 @@
 //! The command line: commands, options and the help that teaches them.
 
+mod lasting;
+
+pub(crate) use lasting::{CheckpointArgs, EngineArgs, GoalArgs, InfoArgs, MessageArgs, ResumeArgs};
+
 use crate::compare::Bounds;
-use crate::engines::{EngineName, LanesName};
+use crate::engines::{LanesName, TracerName};
+use crate::export::Format;
+use crate::ladder_command::args::LadderArgs;
 use crate::threads::MAX_THREADS;
 use crate::values::{amount, bound, number, whole};
-use clap::{Args as ClapArgs, Parser, Subcommand};
+use clap::{Args as ClapArgs, Parser, Subcommand, ValueHint};
 use clap_complete::Shell;
 use scene::settings::{BYTES_PER_PIXEL, MAX_DEPTH, MAX_ITERATIONS, MAX_PHOTONS, MAX_SIDE, RADIUS_RANGE};
 use std::ffi::OsString;
@@ -34,75 +40,102 @@ Examples:
   sppm scenes                              what can be rendered by name
   sppm scenes cornell > mine.toml          a scene file to start from
   sppm render mine.toml
+  sppm resume cornell.png.sppm             go on with a render that was interrupted
   sppm compare box.exr truth.exr --max-flip 0.05
 
-Exit codes: 0 done; 1 failed while running, or the answer is no; 2 bad input; 130 ended by Ctrl-C, 143 by SIGTERM.";
+Exit codes: 0 done; 1 failed while running, or the answer is no; 2 bad input; 130 ended by Ctrl-C, 143 by
+SIGTERM, 129 by SIGHUP.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     Render(RenderArgs),
+    Resume(ResumeArgs),
+    Info(InfoArgs),
     Scenes(ScenesArgs),
     Compare(CompareArgs),
     Verify(VerifyArgs),
+    Trace(TraceArgs),
+    Export(ExportArgs),
+    Ladder(LadderArgs),
     Completions(CompletionsArgs),
     Man(ManArgs),
 }
 
 /// Render a scene to an image file
 ///
-/// Ctrl-C (or SIGTERM) writes the image as it stands after the last whole iteration, says so, and exits with 130
-/// (143); a second one exits at once and writes nothing.
+/// Ctrl-C (SIGTERM, SIGHUP) writes a checkpoint and the image as it stands after the last whole iteration, says so, and
+/// exits with 130 (143, 129); a second one exits at once, and tears no file.
 #[derive(Debug, ClapArgs)]
 #[command(after_long_help = RENDER_EXAMPLES)]
 pub(crate) struct RenderArgs {
     #[command(flatten)]
-    pub scene: SceneArg,
+    pub source: SourceArgs,
 
+    #[command(flatten)]
+    pub outputs: OutputArgs,
+
+    #[command(flatten)]
+    pub settings: SettingsArgs,
+
+    #[command(flatten)]
+    pub goals: GoalArgs,
+
+    #[command(flatten)]
+    pub checkpoints: CheckpointArgs,
+
+    #[command(flatten)]
+    pub engine: EngineArgs,
+
+    #[command(flatten)]
+    pub messages: MessageArgs,
+}
+
+/// What is rendered: a scene, or what was rendered before.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct SourceArgs {
+    /// A built-in scene (see `sppm scenes`), or a scene file ending in .toml
+    #[arg(value_name = "SCENE", required_unless_present = "like")]
+    pub scene: Option<OsString>,
+
+    /// Repeat the render that wrote FILE, an image or a checkpoint: its scene, settings, engine and exposure, but for
+    /// what other options say
+    ///
+    /// A scene of more than a mebibyte is not in the file; then SCENE must be given too, and is checked to be the same.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub like: Option<PathBuf>,
+}
+
+/// The files that a render writes.
+#[derive(Debug, Default, ClapArgs)]
+#[command(next_help_heading = "Output")]
+pub(crate) struct OutputArgs {
     /// The image to write: .png (sRGB), .exr or .pfm (linear floats) [default: the scene's name, .png]
     ///
     /// Files are written beside their place and then renamed into it, so that nobody ever sees half an image.
-    #[arg(short, long, value_name = "OUT", help_heading = "Output")]
+    #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
 
     /// Make a .png brighter or darker by so many stops, each a factor of 2
-    #[arg(long, value_name = "E", help_heading = "Output", value_parser = number(-100.0, 100.0), allow_hyphen_values = true)]
+    #[arg(long, value_name = "E", value_parser = number(-100.0, 100.0), allow_hyphen_values = true)]
     pub exposure: Option<f32>,
 
+    /// Also write the image after 1, 2, 4, 8, ... iterations, as OUT-0001.png and so on
+    #[arg(long)]
+    pub snapshots: bool,
+
     /// Write the last search radius of every pixel, in scene units (as .exr or .pfm; in a .png the largest is white)
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    #[arg(long, value_name = "FILE")]
     pub radius_image: Option<PathBuf>,
 
     /// Write N of every pixel: the photons it has counted, weighted by 2/3
     ///
     /// 2/3 is the method's alpha, the share of new photons that is kept while the radius shrinks.
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    #[arg(long, value_name = "FILE")]
     pub count_image: Option<PathBuf>,
 
     /// Write settings, seconds per pass and counted work as one JSON object
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
-
-    #[command(flatten)]
-    pub settings: SettingsArgs,
-
-    /// How to render
-    #[arg(long, value_enum, default_value = "fast", help_heading = "Machine")]
-    pub engine: EngineName,
-
-    /// The vectors that the fast engine runs on; the image does not depend on it [default: auto]
-    #[arg(long, value_enum, value_name = "LANES", help_heading = "Machine")]
-    pub lanes: Option<LanesName>,
-
-    #[command(flatten)]
-    pub machine: MachineArgs,
-
-    /// Say nothing unless something goes wrong
-    #[arg(short, long, help_heading = "Messages", conflicts_with = "verbose")]
-    pub quiet: bool,
-
-    /// Also tell settings, memory and the seconds of each pass
-    #[arg(short, long, help_heading = "Messages")]
-    pub verbose: bool,
 }
 
 const RENDER_EXAMPLES: &str = "\
@@ -111,6 +144,8 @@ Examples:
   sppm render mirror -o mirror.exr --width 1024 --height 768 --iterations 200
   sppm render surgery --depth 64 --radius 1 --photons 1000000 --stats surgery.json
   sppm render cornell --engine path --iterations 1024 -o truth.exr
+  sppm render surgery --time 10m --until-error 0.02
+  sppm render --like mirror.exr -o again.exr
 
 What settings do:
   More iterations remove noise and bias both. A smaller first radius means less blur and more noise.
@@ -286,6 +321,94 @@ pub(crate) struct VerifyArgs {
     #[command(flatten)]
     pub machine: MachineArgs,
 }
+
+/// Tell what rays hit, from and into NumPy files
+///
+/// IN.npy holds an array of float32 of shape (N, 6): per ray its origin and its direction. A direction may have any
+/// length but zero. Rays start in free space: one that starts behind an opaque surface (in a ball, or outside of
+/// the room) meets that surface at distance 0 or passes it.
+///
+/// OUT.npy gets N records: t (float32), the distance in scene units (not in lengths of the direction), infinite for a
+/// miss; sphere (int32), the place of the sphere in the scene file, from 0, or -1 for a miss (a background counts as
+/// one more sphere, the last); and normal (3 of float32), of unit length on the side that the ray comes from, or zero.
+#[derive(Debug, ClapArgs)]
+#[command(after_long_help = TRACE_EXAMPLES)]
+pub(crate) struct TraceArgs {
+    #[command(flatten)]
+    pub scene: SceneArg,
+
+    /// The rays to trace
+    #[arg(long, value_name = "IN.npy")]
+    pub rays: PathBuf,
+
+    /// The file to write
+    #[arg(long, value_name = "OUT.npy")]
+    pub hits: PathBuf,
+
+    /// When, in shutter time [default: when the shutter opens]
+    #[arg(long, value_name = "T", value_parser = number(-1e15, 1e15), allow_hyphen_values = true)]
+    pub time: Option<f32>,
+
+    /// Whose intersections; both give the same bits
+    #[arg(long, value_enum, default_value = "fast", help_heading = "Machine")]
+    pub engine: TracerName,
+
+    /// The vectors that the fast engine runs on [default: auto]
+    #[arg(long, value_enum, value_name = "LANES", help_heading = "Machine")]
+    pub lanes: Option<LanesName>,
+
+    #[command(flatten)]
+    pub machine: MachineArgs,
+}
+
+const TRACE_EXAMPLES: &str = "\
+Example:
+  python -c 'import numpy; numpy.save(\"rays.npy\", numpy.float32([[50, 50, 200, 0, 0, -1]]))'
+  sppm trace cornell --rays rays.npy --hits hits.npy
+  python -c 'import numpy; print(numpy.load(\"hits.npy\")[\"t\"])'";
+
+/// Write a scene in the format of another renderer
+///
+/// The file asks that renderer for a path tracer of unlimited depth, which converges to the same image as sppm does
+/// with a large --depth. What the format cannot express is refused, or, where the image differs but little, told in
+/// the file and on standard error.
+#[derive(Debug, ClapArgs)]
+#[command(after_long_help = EXPORT_EXAMPLES)]
+pub(crate) struct ExportArgs {
+    #[command(flatten)]
+    pub scene: SceneArg,
+
+    /// The renderer to write for
+    #[arg(long, value_enum)]
+    pub format: Format,
+
+    /// The file to write [default: standard output]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// Freeze the scene at this instant, in shutter time
+    #[arg(long, value_name = "T", value_parser = number(-1e15, 1e15), allow_hyphen_values = true)]
+    pub time: Option<f32>,
+
+    /// Width of the image, in pixels [default: the scene's own]
+    #[arg(long, value_name = "W", value_parser = amount(MAX_SIDE, BYTES_PER_PIXEL), allow_hyphen_values = true)]
+    pub width: Option<u32>,
+
+    /// Height of the image, in pixels [default: the scene's own]
+    #[arg(long, value_name = "H", value_parser = amount(MAX_SIDE, BYTES_PER_PIXEL), allow_hyphen_values = true)]
+    pub height: Option<u32>,
+
+    /// Samples per pixel
+    #[arg(long, value_name = "N", default_value = "256", allow_hyphen_values = true)]
+    #[arg(value_parser = whole::<u32>(1, MAX_ITERATIONS.into()))]
+    pub samples: u32,
+}
+
+const EXPORT_EXAMPLES: &str = "\
+Examples:
+  sppm export cornell --format mitsuba -o cornell.xml && mitsuba -m scalar_rgb cornell.xml
+  sppm export motion --format mitsuba --time 0.5 -o motion.xml
+  sppm export surgery --format pbrt -o surgery.pbrt";
 
 /// Print a script that completes commands and options in a shell
 #[derive(Debug, ClapArgs)]

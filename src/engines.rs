@@ -3,13 +3,19 @@
 use crate::error::Error;
 use crate::text::list;
 use clap::ValueEnum;
-use fast::LaneKind;
+use fast::{Intersector, LaneKind};
+use rayon::prelude::*;
 use reference::PathTracer;
-use scene::{Engine, Scene, Settings};
-use serde::Serialize;
+use reference::intersect::intersect;
+use scene::ray::{NO_SPHERE, SphereId};
+use scene::{Ray, Resumable, Scene, Settings, Still, Sums, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// Rays that a thread traces before it asks for more.
+const RAYS_AT_ONCE: usize = 1 << 14;
 
 /// An engine by its name on the command line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum EngineName {
     /// Stochastic progressive photon mapping on vectors and all threads: the reference's image, bit for bit
@@ -20,8 +26,26 @@ pub(crate) enum EngineName {
     Path,
 }
 
+/// An engine whose intersections can be asked for by themselves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TracerName {
+    /// The fast engine's, on vectors
+    Fast,
+    /// The reference's, one ray at a time
+    Reference,
+}
+
+impl From<TracerName> for EngineName {
+    fn from(name: TracerName) -> Self {
+        match name {
+            TracerName::Fast => Self::Fast,
+            TracerName::Reference => Self::Reference,
+        }
+    }
+}
+
 /// The vectors that the fast engine runs on, by their name on the command line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum LanesName {
     /// The widest that this processor has
@@ -48,6 +72,26 @@ impl EngineName {
             Self::Fast | Self::Reference => true,
             Self::Path => false,
         }
+    }
+
+    /// The usual engine that goes on with `sums`.
+    pub(crate) fn of(sums: Sums) -> Self {
+        match sums {
+            Sums::Photons => Self::Fast,
+            Sums::Paths => Self::Path,
+        }
+    }
+
+    /// Every engine that goes on with `sums`, by its name.
+    pub(crate) fn all_of(sums: Sums) -> String {
+        let names =
+            Self::value_variants().iter().filter(|engine| engine.sums() == sums).map(|engine| engine.name());
+        list(&names.collect::<Vec<_>>())
+    }
+
+    /// What it keeps of a pixel.
+    pub(crate) fn sums(self) -> Sums {
+        if self.has_photons() { Sums::Photons } else { Sums::Paths }
     }
 
     /// The name on the command line.
@@ -111,9 +155,18 @@ impl Chosen {
     }
 
     /// A render of `scene` before its first iteration.
-    pub(crate) fn start<'a>(self, scene: &'a Scene, settings: &Settings) -> Box<dyn Engine + 'a> {
+    /// The fast engine holds so many `deposits` at once.
+    pub(crate) fn start<'a>(
+        self,
+        scene: &'a Scene,
+        settings: &Settings,
+        deposits: u32,
+    ) -> Box<dyn Resumable + 'a> {
         match self.name {
-            EngineName::Fast => Box::new(fast::Sppm::with_lanes(scene, settings, self.lanes)),
+            EngineName::Fast => {
+                let engine = fast::Sppm::with_lanes(scene, settings, self.lanes);
+                Box::new(engine.deposits_at_once(deposits))
+            }
             EngineName::Reference => Box::new(reference::Sppm::new(scene, settings)),
             EngineName::Path => Box::new(PathTracer::new(scene, settings)),
         }
@@ -122,6 +175,24 @@ impl Chosen {
     /// The lanes that it runs on.
     pub(crate) fn lanes(self) -> Option<LanesName> {
         (self.name == EngineName::Fast).then(|| self.lanes.into())
+    }
+
+    /// Distance, sphere and normal of the nearest hit of each ray; a miss is infinitely far.
+    pub(crate) fn surfaces(self, still: &Still, rays: &[Ray]) -> Vec<(f32, SphereId, Vec3)> {
+        const MISS: (f32, SphereId, Vec3) = (f32::INFINITY, NO_SPHERE, Vec3::ZERO);
+        let intersector = Intersector::new(still, self.lanes);
+        let one_by_one =
+            |ray: &Ray| intersect(still, ray).map_or(MISS, |hit| (hit.t, hit.sphere, hit.normal));
+        let trace = |rays: &[Ray]| -> Vec<_> {
+            match self.name {
+                EngineName::Fast => {
+                    let met = intersector.surfaces(rays).into_iter();
+                    met.map(|met| met.map_or(MISS, |met| (met.t, met.sphere, met.normal))).collect()
+                }
+                EngineName::Reference | EngineName::Path => rays.iter().map(one_by_one).collect(),
+            }
+        };
+        rays.par_chunks(RAYS_AT_ONCE).flat_map_iter(trace).collect()
     }
 
     /// The engine.

@@ -18,11 +18,24 @@ pub(crate) enum Error {
 impl Error {
     /// The exit code of a command that ends so.
     pub(crate) fn exit_code(&self) -> ExitCode {
+        ExitCode::from(self.code())
+    }
+
+    /// The same as a number.
+    pub(crate) fn code(&self) -> u8 {
         match self {
-            Self::BadInput(_) => ExitCode::from(2),
-            Self::Failed(_) => ExitCode::from(1),
-            Self::Interrupted(signal, _) => ExitCode::from(signal.exit_code()),
+            Self::BadInput(_) => 2,
+            Self::Failed(_) => 1,
+            Self::Interrupted(signal, _) => signal.exit_code(),
         }
+    }
+}
+
+impl Error {
+    /// What is wrong, without what kind of an end it is.
+    pub(crate) fn text(&self) -> &str {
+        let (Self::BadInput(what) | Self::Failed(what) | Self::Interrupted(_, what)) = self;
+        what
     }
 }
 

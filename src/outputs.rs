@@ -1,14 +1,15 @@
 //! The files that a render writes: checked before it begins, and not lost lightly when it is over.
 
-use crate::args::RenderArgs;
+use crate::args::OutputArgs;
+use crate::checkpoints::{self, Note};
+use crate::engines::EngineName;
 use crate::error::Error;
+use crate::metadata::Metadata;
 use crate::report::Report;
-use crate::scenes::Opened;
-use crate::session::Snapshot;
 use crate::text;
-use scene::Plane;
 use scene::atomic_file::{self, FileError};
 use scene::image_file::{self, Encoding, Format};
+use scene::{Film, Plane, Resumable};
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -37,47 +38,77 @@ impl Content {
 /// All the files of a render.
 pub(crate) struct Outputs {
     files: Vec<(Content, PathBuf)>,
-    encoding: Encoding,
+    exposure: Option<f32>,
+    snapshots: bool,
 }
 
 impl Outputs {
-    /// What `args` asks for, if it can be had: files of different names, in folders that may be written to, and
-    /// none of them the scene's own.
-    pub(crate) fn new(args: &RenderArgs, opened: &Opened) -> Result<Self, Error> {
-        let image = args.output.clone().unwrap_or_else(|| default_name(&opened.stem));
+    /// What `args` ask for, and else `usual`, if it can be had: files of different names, none of them one of
+    /// `inputs`, in folders that may be written to.
+    pub(crate) fn new(
+        args: &OutputArgs,
+        usual: Note,
+        image: PathBuf,
+        engine: EngineName,
+        inputs: &[Named],
+    ) -> Result<Self, Error> {
         let wanted = [
-            (Content::Image, Some(image)),
-            (Content::Radius, args.radius_image.clone()),
-            (Content::Count, args.count_image.clone()),
-            (Content::Stats, args.stats.clone()),
+            (Content::Image, args.output.clone().or(usual.image).or(Some(image))),
+            (Content::Radius, args.radius_image.clone().or(usual.radius_image)),
+            (Content::Count, args.count_image.clone().or(usual.count_image)),
+            (Content::Stats, args.stats.clone().or(usual.stats)),
         ];
         let files = wanted.into_iter().filter_map(|(content, path)| Some((content, path?))).collect();
-        let outputs = Self { files, encoding: Encoding { exposure: args.exposure.unwrap_or(0.0) } };
-        outputs.check_engine(args)?;
-        outputs.check_names(opened.file.as_deref())?;
+        let snapshots = args.snapshots || usual.snapshots;
+        let exposure = args.exposure.or(usual.exposure).filter(|&stops| stops != 0.0);
+        let mut outputs = Self { files, exposure, snapshots };
+        outputs.check_engine(engine)?;
+        check_distinct(inputs, &outputs.named())?;
         outputs.check_files()?;
         outputs.check_exposure(args)?;
         Ok(outputs)
     }
 
-    fn check_engine(&self, args: &RenderArgs) -> Result<(), Error> {
+    /// The image.
+    pub(crate) fn image(&self) -> &Path {
+        &self.files[0].1
+    }
+
+    /// In stops, if the image is exposed.
+    pub(crate) fn exposure(&self) -> Option<f32> {
+        self.exposure
+    }
+
+    /// Adds where things go to what a checkpoint at `store` notes.
+    pub(crate) fn note(&self, store: &Path, note: &mut Note) {
+        for (content, path) in &self.files {
+            let place = match content {
+                Content::Image => &mut note.image,
+                Content::Radius => &mut note.radius_image,
+                Content::Count => &mut note.count_image,
+                Content::Stats => &mut note.stats,
+            };
+            *place = checkpoints::noted(path, store);
+        }
+        (note.exposure, note.snapshots) = (self.exposure, self.snapshots);
+    }
+
+    /// Every file by the option that asks for it.
+    pub(crate) fn named(&self) -> Vec<Named<'_>> {
+        self.files.iter().map(|(content, path)| (content.option(), path.as_path())).collect()
+    }
+
+    fn check_engine(&self, engine: EngineName) -> Result<(), Error> {
         let of_photons = |content| matches!(content, Content::Radius | Content::Count);
         match self.files.iter().find(|(content, _)| of_photons(*content)) {
-            Some((content, _)) if !args.engine.has_photons() => {
-                let (option, engine) = (content.option(), args.engine.name());
+            Some((content, _)) if !engine.has_photons() => {
+                let (option, engine) = (content.option(), engine.name());
                 Err(Error::BadInput(format!(
                     "{option}: --engine {engine} has no photons; leave out one of the two"
                 )))
             }
             _ => Ok(()),
         }
-    }
-
-    fn check_names(&self, scene_file: Option<&Path>) -> Result<(), Error> {
-        let scene_file = scene_file.map(|path| ("the scene", path));
-        let outputs: Vec<_> =
-            self.files.iter().map(|(content, path)| (content.option(), path.as_path())).collect();
-        check_distinct(scene_file.as_slice(), &outputs)
     }
 
     fn check_files(&self) -> Result<(), Error> {
@@ -91,30 +122,68 @@ impl Outputs {
         Ok(())
     }
 
-    fn check_exposure(&self, args: &RenderArgs) -> Result<(), Error> {
-        let (_, image) = &self.files[0];
-        match Format::from_path(image) {
-            Ok(Format::Png) => Ok(()),
-            _ if args.exposure.is_none() => Ok(()),
-            _ => Err(Error::BadInput(format!(
-                "--exposure: {} holds linear radiance; only .png is exposed",
-                image.display()
-            ))),
+    /// Only PNG is exposed: what was asked for otherwise is refused, what was usual is forgotten.
+    fn check_exposure(&mut self, args: &OutputArgs) -> Result<(), Error> {
+        if Format::from_path(self.image()) == Ok(Format::Png) {
+            return Ok(());
         }
+        if args.exposure.is_some() {
+            let image = self.image().display();
+            return Err(Error::BadInput(format!(
+                "--exposure: {image} holds linear radiance; only .png is exposed"
+            )));
+        }
+        self.exposure = None;
+        Ok(())
+    }
+
+    /// Refuses a disk without room for images of so many pixels.
+    pub(crate) fn check_room(&self, pixels: u64) -> Result<(), Error> {
+        for (content, path) in &self.files {
+            let bytes = match (content, Format::from_path(path)) {
+                (Content::Stats, _) => 1 << 12,
+                (_, Ok(Format::Png)) => 3 * pixels,
+                _ => 12 * pixels,
+            };
+            let checked = atomic_file::check_room(path, bytes);
+            checked.map_err(|error| Error::BadInput(format!("{}: {error}", content.option())))?;
+        }
+        Ok(())
+    }
+
+    /// Writes all that is there before the end: the images. Gives what could not be written.
+    pub(crate) fn refresh(&self, shown: &Shown) -> Vec<FileError> {
+        let images = self.files.iter().filter(|(content, _)| *content != Content::Stats);
+        images.filter_map(|(content, path)| self.write_one(*content, path, shown, None).err()).collect()
+    }
+
+    /// Writes the image after an iteration that is to be kept, if this is one.
+    pub(crate) fn snapshot(
+        &self,
+        engine: &dyn Resumable,
+        show: impl FnOnce() -> Result<Shown, Error>,
+    ) -> Result<(), Error> {
+        let iteration = engine.iterations();
+        if !(self.snapshots && iteration.is_power_of_two()) {
+            return Ok(());
+        }
+        let path = numbered(self.image(), iteration);
+        let written = self.write_one(Content::Image, &path, &show()?, None);
+        written.map_err(|error| Error::Failed(error.to_string()))
     }
 
     /// Writes everything, and tells what was written. What cannot be written where it should be is written where
     /// it can be, and the error says where.
-    pub(crate) fn write(&self, snapshot: &Snapshot, report: &Report) -> Result<String, Error> {
+    pub(crate) fn write(&self, shown: &Shown, report: &Report) -> Result<String, Error> {
         let mut written = Vec::new();
         let mut problems = Vec::new();
         for (content, path) in &self.files {
-            let write = |path: &Path| self.write_one(*content, path, snapshot, report);
+            let write = |path: &Path| self.write_one(*content, path, shown, Some(report));
             match write(path) {
                 Ok(()) => written.push(path.display()),
                 Err(error) => problems.push(match rescue(path, write) {
                     Some(refuge) => format!("{error}; it is in {} instead", refuge.display()),
-                    None => format!("{error}; it is lost"),
+                    None => error.to_string(),
                 }),
             }
         }
@@ -131,30 +200,59 @@ impl Outputs {
         &self,
         content: Content,
         path: &Path,
-        snapshot: &Snapshot,
-        report: &Report,
+        shown: &Shown,
+        report: Option<&Report>,
     ) -> Result<(), FileError> {
+        let encoding = Encoding { exposure: self.exposure.unwrap_or(0.0), note: Some(&shown.note) };
         let plane = |plane: &Option<Plane>, name| match plane {
-            Some(plane) => image_file::write_plane(path, plane, name),
+            Some(plane) => image_file::write_plane(path, plane, name, &encoding),
             None => Ok(()), // never so: the engine was asked before whether it has photons
         };
         match content {
-            Content::Image => image_file::write(path, &snapshot.film, &self.encoding),
-            Content::Radius => plane(&snapshot.radius, "radius"),
-            Content::Count => plane(&snapshot.count, "count"),
-            Content::Stats => atomic_file::replace(path, |out| report.write(out)),
+            Content::Image => image_file::write(path, &shown.film, &encoding),
+            Content::Radius => plane(&shown.radius, "radius"),
+            Content::Count => plane(&shown.count, "count"),
+            Content::Stats => {
+                report.map_or(Ok(()), |report| atomic_file::replace(path, |out| report.write(out)))
+            }
         }
     }
 }
 
-fn default_name(stem: &OsStr) -> PathBuf {
+/// A render as it stands.
+pub(crate) struct Shown {
+    film: Film,
+    radius: Option<Plane>,
+    count: Option<Plane>,
+    /// What is written into the images beside the pixels.
+    note: String,
+}
+
+impl Shown {
+    /// The render of `engine`, whose images say `metadata`.
+    pub(crate) fn of(engine: &dyn Resumable, metadata: &Metadata) -> Result<Self, Error> {
+        let (film, radius, count) = (engine.develop(), engine.radius(), engine.count());
+        Ok(Self { film, radius, count, note: metadata.to_note()? })
+    }
+}
+
+/// `OUT-0001.png` for `OUT.png`.
+fn numbered(image: &Path, iteration: u32) -> PathBuf {
+    let mut name = image.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("-{iteration:04}."));
+    name.push(image.extension().unwrap_or_default());
+    image.with_file_name(name)
+}
+
+/// The image of a scene whose name is `stem`.
+pub(crate) fn default_name(stem: &OsStr) -> PathBuf {
     let mut name = stem.to_owned();
     name.push(".png");
     name.into()
 }
 
 /// A file and what it is to the command.
-type Named<'a> = (&'a str, &'a Path);
+pub(crate) type Named<'a> = (&'a str, &'a Path);
 
 /// Checks that no output is also an input or another output.
 pub(crate) fn check_distinct(inputs: &[Named], outputs: &[Named]) -> Result<(), Error> {

@@ -1,15 +1,95 @@
 //! The progress bar of a render or a verification.
 
-use crate::session::Snapshot;
+use crate::logs;
 use crate::text::scaled;
+use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
+use scene::{Engine, Plane};
+use serde::Serialize;
+use std::io::{self, ErrorKind, Write};
 use std::time::Duration;
 
-const TEMPLATE: &str = "{wide_bar} {pos}/{len} iterations  {msg}  {elapsed} elapsed, {eta} left";
+/// How progress is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Shown {
+    /// A bar on standard error, if that is a terminal
+    #[default]
+    Bar,
+    /// A JSON object per iteration on standard output
+    Json,
+}
+
+const TEMPLATE: &str = "{wide_bar} {pos}/{len} {prefix}  {msg}  {elapsed} elapsed, {eta} left";
 
 /// A bar on standard error; draws nothing if that is no terminal.
 pub(crate) struct Progress {
     bar: ProgressBar,
+}
+
+/// What there is to tell after an iteration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct Step {
+    /// Iterations done.
+    pub iteration: u32,
+    /// Iterations that were asked for.
+    pub iterations: u32,
+    /// Seconds of this iteration.
+    pub seconds: f64,
+    /// Seconds since the start.
+    pub elapsed_seconds: f64,
+    /// Photons so far.
+    pub photons: u64,
+    /// Camera segments so far.
+    pub camera_segments: u64,
+    /// The mean over all pixels, if there are photons.
+    pub mean_radius: Option<f64>,
+    /// The last estimate, if one was asked for.
+    pub estimated_error: Option<f64>,
+    /// Whether a checkpoint was written after it.
+    pub saved: bool,
+}
+
+impl Step {
+    /// The part of it that `engine` knows.
+    pub(crate) fn of(engine: &dyn Engine) -> Self {
+        let stats = engine.stats();
+        Self {
+            iteration: engine.iterations(),
+            photons: stats.photons,
+            camera_segments: stats.camera_segments,
+            mean_radius: engine.radius().map(|plane| mean(&plane)),
+            ..Self::default()
+        }
+    }
+}
+
+fn mean(plane: &Plane) -> f64 {
+    let sum: f64 = plane.values.iter().map(|&r| f64::from(r)).sum();
+    sum / plane.values.len() as f64
+}
+
+/// Lines on standard output, while somebody reads them.
+#[derive(Debug, Default)]
+pub(crate) struct Lines {
+    /// Nothing more is written.
+    is_over: bool,
+    /// Why, if that is a fault.
+    pub(crate) problem: Option<io::Error>,
+}
+
+impl Lines {
+    /// Writes a line. A reader that has seen enough is no fault.
+    pub(crate) fn tell(&mut self, step: &Step) {
+        if self.is_over {
+            return;
+        }
+        let line = serde_json::to_string(step).unwrap_or_default(); // never fails: it is numbers
+        let mut out = io::stdout().lock();
+        if let Err(error) = writeln!(out, "{line}").and_then(|()| out.flush()) {
+            self.is_over = true;
+            self.problem = (error.kind() != ErrorKind::BrokenPipe).then_some(error);
+        }
+    }
 }
 
 impl Progress {
@@ -18,18 +98,29 @@ impl Progress {
         if quiet {
             return Self { bar: ProgressBar::hidden() };
         }
+        Self::of(iterations, "iterations")
+    }
+
+    /// A bar for `count` things called `noun`.
+    pub(crate) fn of(count: u32, noun: &'static str) -> Self {
         let style =
             ProgressStyle::with_template(TEMPLATE).expect("the template is valid: a test makes a bar");
-        let bar = ProgressBar::new(iterations.into()).with_style(style);
+        let bar = ProgressBar::new(count.into()).with_style(style).with_prefix(noun);
         // The clock goes on while an iteration takes its time.
         bar.enable_steady_tick(Duration::from_millis(250));
+        logs::make_room(Some(bar.clone()));
         Self { bar }
     }
 
+    /// Whether nobody sees it.
+    pub(crate) fn is_hidden(&self) -> bool {
+        self.bar.is_hidden()
+    }
+
     /// Shows where the render is.
-    pub(crate) fn show(&self, snapshot: &Snapshot) {
-        self.bar.set_message(message(snapshot, self.bar.elapsed().as_secs_f64()));
-        self.bar.set_position(snapshot.iterations.into());
+    pub(crate) fn show(&self, step: &Step) {
+        self.bar.set_message(message(step, self.bar.elapsed().as_secs_f64()));
+        self.bar.set_position(step.iteration.into());
     }
 
     /// Shows that `done` iterations are over and that `what` is at work.
@@ -40,54 +131,46 @@ impl Progress {
 
     /// Takes the bar away.
     pub(crate) fn clear(&self) {
+        logs::make_room(None);
         self.bar.finish_and_clear();
     }
 }
 
 /// Speed and, where there are photons, the mean radius.
-fn message(snapshot: &Snapshot, seconds: f64) -> String {
+fn message(step: &Step, seconds: f64) -> String {
     let per_second = |count: u64| scaled(count as f64 / seconds.max(f64::MIN_POSITIVE));
-    match &snapshot.radius {
-        Some(plane) => {
-            let sum: f64 = plane.values.iter().map(|&r| f64::from(r)).sum();
-            let mean = sum / plane.values.len() as f64;
-            format!("{} photons/s  mean radius {mean:.4}", per_second(snapshot.stats.photons))
-        }
-        None => format!("{} segments/s", per_second(snapshot.stats.camera_segments)),
+    let error = step.estimated_error.map_or(String::new(), |error| format!("  error {error:.4}"));
+    match step.mean_radius {
+        Some(mean) => format!("{} photons/s  mean radius {mean:.4}{error}", per_second(step.photons)),
+        None => format!("{} segments/s{error}", per_second(step.camera_segments)),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use scene::{Film, Plane, Stats};
 
-    fn snapshot(radius: Option<Vec<f32>>) -> Snapshot {
-        Snapshot {
-            film: Film::new(2, 1),
-            radius: radius.map(|values| Plane { width: 2, height: 1, values }),
-            count: None,
-            stats: Stats { photons: 3_000_000, camera_segments: 500, ..Stats::default() },
-            iterations: 3,
-            develop: Duration::ZERO,
-        }
+    fn step(mean_radius: Option<f64>) -> Step {
+        Step { iteration: 3, photons: 3_000_000, camera_segments: 500, mean_radius, ..Step::default() }
     }
 
     #[test]
     fn photons_and_mean_radius_are_shown() {
-        let message = message(&snapshot(Some(vec![1.0, 2.0])), 2.0);
+        let radii = Plane { width: 2, height: 1, values: vec![1.0, 2.0] };
+        let message = message(&step(Some(mean(&radii))), 2.0);
         assert_eq!(message, "1.50M photons/s  mean radius 1.5000");
     }
 
     #[test]
     fn a_path_tracer_has_no_radius() {
-        assert_eq!(message(&snapshot(None), 2.0), "250 segments/s");
+        let step = Step { estimated_error: Some(0.25), ..step(None) };
+        assert_eq!(message(&step, 2.0), "250 segments/s  error 0.2500");
     }
 
     #[test]
     fn the_bar_follows_the_iterations() {
         let progress = Progress::new(10, false);
-        progress.show(&snapshot(None));
+        progress.show(&step(None));
         assert_eq!(progress.bar.position(), 3);
         progress.clear();
         assert!(progress.bar.is_finished());

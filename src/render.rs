@@ -1,95 +1,101 @@
 //! The command `render`.
 
-use crate::args::RenderArgs;
-use crate::engines::Chosen;
+use crate::args::{RenderArgs, SettingsArgs, SourceArgs};
+use crate::budget::Goals;
+use crate::checkpoints::{Note, Plan};
+use crate::engines::{Chosen, EngineName};
 use crate::error::Error;
-use crate::outputs::Outputs;
-use crate::progress::Progress;
-use crate::report::Report;
-use crate::session::{self, Outcome};
-use crate::text::{complain, counted, duration};
-use crate::{scenes, threads};
-use scene::{Settings, Stats};
+use crate::job::Job;
+use crate::like::{self, Like};
+use crate::outputs::{Outputs, default_name};
+use crate::scenes::{self, Opened};
+use crate::{logs, outputs};
+use scene::checkpoint::Loaded;
+use scene::{Scene, Settings, file};
+use std::path::Path;
 
-/// Renders a scene and writes the files that were asked for. Everything that can be refused is refused before.
+/// Renders a scene and writes the files that were asked for.
 pub(crate) fn render(args: &RenderArgs) -> Result<(), Error> {
-    let opened = scenes::open(&args.scene)?;
-    let settings = args.settings.apply(&opened)?;
-    let engine = Chosen::new(args.engine, args.lanes)?;
-    let outputs = Outputs::new(args, &opened)?;
-    let threads = threads::start(args.machine.threads)?;
-    let name = opened.scene.name.clone();
-    if args.verbose {
-        complain(&introduction(&name, engine, threads, &settings));
-    }
-    let progress = Progress::new(settings.iterations, args.quiet);
-    let outcome = session::run(engine, opened.scene, settings, |snapshot| {
-        progress.show(snapshot);
-    });
-    progress.clear();
-    let outcome = outcome?;
-    let report = report(name, engine, threads, settings, &outcome);
-    let written = outputs.write(&outcome.last, &report)?;
-    if args.verbose {
-        complain(&account(&report));
-    }
-    let (done, seconds) = (report.iterations, duration(report.wall_seconds));
-    if let Some(signal) = outcome.interrupted {
-        let all = counted(settings.iterations, "iteration");
-        return Err(Error::Interrupted(
-            signal,
-            format!("wrote {written} after {done} of {all} in {seconds}"),
-        ));
-    }
-    if !args.quiet {
-        complain(&format!("wrote {written}: {} in {seconds}", counted(done, "iteration")));
-    }
-    Ok(())
+    logs::init(&args.messages);
+    let (opened, like) = open(&args.source)?;
+    let goals = Goals::from(&args.goals);
+    let settings = settings(&args.settings, &opened, &goals)?;
+    let scene = Scene { settings, ..opened.scene };
+    let engine = args.engine.engine.or(like.as_ref().map(|like| like.engine)).unwrap_or(EngineName::Fast);
+    let engine = Chosen::new(engine, args.engine.lanes)?;
+    let mut inputs = Vec::new();
+    inputs.extend(opened.file.as_deref().map(|path| ("the scene", path)));
+    inputs.extend(args.source.like.as_deref().map(|path| ("--like", path)));
+    let exposure = like.and_then(|like| like.exposure);
+    let usual = Note { exposure, ..Note::default() };
+    let image = default_name(&opened.stem);
+    let outputs = Outputs::new(&args.outputs, usual, image, engine.name(), &inputs)?;
+    check_checkpoint(args, &outputs, &inputs)?;
+    let plan = Plan::new(&args.checkpoints, outputs.image())?;
+    let from = found(plan.as_ref(), &scene, engine.name())?;
+    let threads = args.engine.threads;
+    let memory_limit = args.engine.memory_limit;
+    Job { scene, engine, threads, memory_limit, outputs, goals, plan, from }.run(&args.messages)
 }
 
-fn report(scene: String, engine: Chosen, threads: usize, settings: Settings, outcome: &Outcome) -> Report {
-    let last = &outcome.last;
-    Report {
-        version: env!("CARGO_PKG_VERSION"),
-        scene,
-        engine: engine.name(),
-        lanes: engine.lanes(),
-        threads,
-        settings,
-        iterations: last.iterations,
-        interrupted: outcome.interrupted.is_some(),
-        wall_seconds: outcome.elapsed.as_secs_f64(),
-        develop_seconds: last.develop.as_secs_f64(),
-        stats: last.stats,
+/// The scene, and the render that is to be repeated.
+fn open(args: &SourceArgs) -> Result<(Opened, Option<Like>), Error> {
+    let like = args.like.as_deref().map(like::read).transpose()?;
+    let named = args.scene.as_ref().map(scenes::open).transpose()?;
+    let Some(mut like) = like else {
+        return match named {
+            Some(opened) => Ok((opened, None)),
+            None => Err(Error::BadInput("<SCENE> is missing".into())), // never so: the parser has seen to it
+        };
+    };
+    let opened = like.open(named, args.like.as_deref().unwrap_or(Path::new("")))?;
+    Ok((opened, Some(like)))
+}
+
+fn settings(args: &SettingsArgs, opened: &Opened, goals: &Goals) -> Result<Settings, Error> {
+    let settings = args.apply(opened)?;
+    Ok(Settings { iterations: goals.iterations(args.iterations, settings.iterations), ..settings })
+}
+
+/// A checkpoint is neither read nor written as something else.
+fn check_checkpoint(args: &RenderArgs, outputs: &Outputs, inputs: &[outputs::Named]) -> Result<(), Error> {
+    match args.checkpoints.checkpoint.as_deref() {
+        Some(path) => {
+            let taken: Vec<_> = inputs.iter().copied().chain(outputs.named()).collect();
+            outputs::check_distinct(&taken, &[("--checkpoint", path)])
+        }
+        None => Ok(()),
     }
 }
 
-fn introduction(scene: &str, engine: Chosen, threads: usize, settings: &Settings) -> String {
-    let Settings { width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed } =
-        settings;
-    let lanes = engine.lanes().map_or(String::new(), |lanes| format!(" on {} lanes", lanes.name()));
-    format!(
-        "{scene}: {width} x {height} pixels, {}, {} each, depth {max_depth}, radius {initial_radius}, seed {seed}; \
-         engine {}{lanes}, {}",
-        counted(*iterations, "iteration"),
-        counted(*photons_per_iteration, "photon"),
-        engine.name().name(),
-        counted(threads as u64, "thread"),
-    )
-}
-
-/// Where time and memory went.
-fn account(report: &Report) -> String {
-    let Stats { camera_seconds, build_grid_seconds, photon_seconds, consolidate_seconds, bytes, .. } =
-        report.stats;
-    let passes = [
-        ("camera pass", camera_seconds),
-        ("grid", build_grid_seconds),
-        ("photon pass", photon_seconds),
-        ("consolidation", consolidate_seconds),
-        ("developing", report.develop_seconds),
-    ];
-    let times: Vec<String> =
-        passes.iter().map(|(name, seconds)| format!("{name} {}", duration(*seconds))).collect();
-    format!("{}; {:.1} MiB", times.join(", "), bytes as f64 / f64::from(1 << 20))
+/// The checkpoint that is there, if it is one of this very render; another is not overwritten.
+fn found(plan: Option<&Plan>, scene: &Scene, engine: EngineName) -> Result<Option<Loaded>, Error> {
+    let Some(plan) = plan else { return Ok(None) };
+    let or_else = "remove it, or name another by --checkpoint";
+    let loaded = plan.store.load().map_err(|error| Error::BadInput(format!("{error}; {or_else}")))?;
+    let Some(loaded) = loaded else { return Ok(None) };
+    let there = &loaded.checkpoint;
+    let other = |what: String| {
+        let (path, done) = (plan.store.path().display(), there.account.iterations);
+        let text =
+            format!("{path} holds {done} iterations of {what}; continue it by `sppm resume`, {or_else}");
+        Err(Error::BadInput(text))
+    };
+    let iterations = scene.settings.iterations;
+    if file::digest(scene) != there.account.scene {
+        return other(format!("another scene, {}", there.scene.name));
+    }
+    if there.account.sums != engine.sums() {
+        return other(there.account.sums.to_string());
+    }
+    if (Settings { iterations, ..there.scene.settings }) != scene.settings {
+        return other("other settings".into());
+    }
+    if there.account.iterations > iterations {
+        return other(format!("this render, more than {iterations}"));
+    }
+    if loaded.fallback.is_some() {
+        plan.store.fall_back().map_err(|error| Error::Failed(error.to_string()))?;
+    }
+    Ok(Some(loaded))
 }

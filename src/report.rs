@@ -24,11 +24,21 @@ pub(crate) struct Report {
     pub iterations: u32,
     /// True if a request to end came before the last iteration did.
     pub interrupted: bool,
-    /// From the first iteration's start to the last one's end, developing included.
+    /// What ended the render.
+    pub ended_by: &'static str,
+    /// Iterations that were taken over from a checkpoint.
+    pub resumed_after: u32,
+    /// The last estimate of the relative error, if one was asked for.
+    pub estimated_error: Option<f64>,
+    /// From the first iteration's start to the last one's end, developing included; of this session alone.
     pub wall_seconds: f64,
-    /// Developing, once per iteration.
+    /// Developing, once for every image that was written; of this session alone.
     pub develop_seconds: f64,
-    /// The engine's own account.
+    /// The figure that was told before the start.
+    pub bytes_at_most: u64,
+    /// The most memory that the process held, where the system tells.
+    pub peak_bytes: Option<u64>,
+    /// The engine's own account, of all sessions.
     #[serde(flatten)]
     pub stats: Stats,
 }

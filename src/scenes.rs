@@ -1,6 +1,6 @@
 //! Scenes by name or by file, and the command `scenes`.
 
-use crate::args::{SceneArg, ScenesArgs, SettingsArgs};
+use crate::args::{ScenesArgs, SettingsArgs};
 use crate::error::Error;
 use crate::text;
 use scene::builtin::{self, Builtin, SCENES};
@@ -19,15 +19,29 @@ pub(crate) struct Opened {
     pub file: Option<PathBuf>,
 }
 
+impl Opened {
+    /// The instant that `--time` asks for, or else the one at which the shutter opens.
+    pub(crate) fn instant(&self, asked: Option<f32>) -> Result<f32, Error> {
+        let [open, close] = self.scene.camera.shutter;
+        match asked {
+            Some(time) if !(open..=close).contains(&time) => Err(Error::BadInput(format!(
+                "--time: {time} is not while the shutter is open, {open} to {close}"
+            ))),
+            Some(time) => Ok(time),
+            None => Ok(open),
+        }
+    }
+}
+
 /// Finds and reads the scene that the command line names.
-pub(crate) fn open(arg: &SceneArg) -> Result<Opened, Error> {
-    let path = PathBuf::from(&arg.name);
+pub(crate) fn open(name: &OsString) -> Result<Opened, Error> {
+    let path = PathBuf::from(name);
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
         let scene = scene::file::load(&path).map_err(|error| Error::BadInput(error.to_string()))?;
         let stem = path.file_stem().unwrap_or(OsStr::new("scene")).to_owned();
         return Ok(Opened { scene, stem, file: Some(path) });
     }
-    let builtin = find(&arg.name)?;
+    let builtin = find(name)?;
     Ok(Opened { scene: builtin.scene(), stem: builtin.name.into(), file: None })
 }
 

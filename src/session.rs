@@ -1,106 +1,87 @@
-//! A render on a thread of its own, so that a request to end is answered at once and not after an iteration.
+//! From iteration to iteration, until a goal is reached or somebody asks to end.
 //!
-//! The engine is developed after every iteration; that takes milliseconds, where an iteration may take seconds,
-//! and so the image after the last whole iteration is always at hand.
+//! A request to end, or the end of the time, stops the iteration in progress, so nobody waits for it; what the engine
+//! holds is then the render after the last whole iteration.
 
-use crate::engines::Chosen;
+use crate::budget::{Clock, Goals};
 use crate::error::Error;
 use crate::interrupt::{Requests, Signal};
-use scene::{Engine, Film, Plane, Scene, Settings, Stats};
-use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
+use scene::{Resumable, Stop};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread;
 use std::time::{Duration, Instant};
 
-/// A render after a whole iteration.
-pub(crate) struct Snapshot {
-    /// The image.
-    pub film: Film,
-    /// The radius of every pixel, for engines with photons.
-    pub radius: Option<Plane>,
-    /// The photons of every pixel, for engines with photons.
-    pub count: Option<Plane>,
-    /// What the engine did so far.
-    pub stats: Stats,
-    /// Iterations run so far.
-    pub iterations: u32,
-    /// Time spent developing so far.
-    pub develop: Duration,
+/// What ended a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum End {
+    /// All iterations are done.
+    Iterations,
+    /// Time is up.
+    Time,
+    /// The estimated error is small enough.
+    Error,
+    /// Somebody asked for it.
+    Signal(Signal),
 }
 
-/// How a session ended.
-pub(crate) struct Outcome {
-    /// The render after its last whole iteration.
-    pub last: Snapshot,
-    /// The request to end that came before the last iteration was over, if one did.
-    pub interrupted: Option<Signal>,
-    /// Wall-clock time from the start.
-    pub elapsed: Duration,
+impl End {
+    /// For accounts.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Iterations => "iterations",
+            Self::Time => "time",
+            Self::Error => "error",
+            Self::Signal(signal) => signal.name(),
+        }
+    }
 }
 
-/// How long a request to end may wait.
-const PATIENCE: Duration = Duration::from_millis(50);
-
-/// Renders `scene` until all iterations are done or a request to end comes, and calls `watch` after each of them.
+/// Iterates until the end. After each iteration `watch` is told how long it took, and gives the estimate of the error,
+/// if there is one.
 pub(crate) fn run(
-    engine: Chosen,
-    scene: Scene,
-    settings: Settings,
-    mut watch: impl FnMut(&Snapshot),
-) -> Result<Outcome, Error> {
-    let requests = Requests::listen()?;
-    let began = Instant::now();
-    // Room for one: an engine whose iterations are short waits rather than piles up films.
-    let (snapshots, inbox) = sync_channel(1);
-    std::thread::spawn(move || work(engine, &scene, &settings, &snapshots));
-
-    let mut last: Option<Snapshot> = None;
+    engine: &mut dyn Resumable,
+    goals: &Goals,
+    clock: &Clock,
+    requests: &Requests,
+    mut watch: impl FnMut(&dyn Resumable, Duration) -> Result<Option<f64>, Error>,
+) -> Result<End, Error> {
+    let (mut alarm, mut error) = (None, None);
     loop {
-        last = match (last, requests.pending()) {
-            (Some(last), interrupted) if interrupted.is_some() || last.iterations == settings.iterations => {
-                return Ok(Outcome { last, interrupted, elapsed: began.elapsed() });
+        if let Some(signal) = requests.pending() {
+            return Ok(End::Signal(signal));
+        }
+        if engine.iterations() >= engine.settings().iterations {
+            return Ok(End::Iterations);
+        }
+        if engine.iterations() > 0 {
+            if goals.error.zip(error).is_some_and(|(goal, error)| error <= goal) {
+                return Ok(End::Error);
             }
-            (None, Some(signal)) => {
-                let what = "not one iteration was over, so nothing is written";
-                return Err(Error::Interrupted(signal, what.into()));
+            match clock.left() {
+                Some(Duration::ZERO) => return Ok(End::Time),
+                Some(left) if alarm.is_none() => alarm = Some(ring(left, requests.stop().clone())),
+                _ => {}
             }
-            (last, _) => last,
-        };
-        match inbox.recv_timeout(PATIENCE) {
-            Ok(snapshot) => {
-                watch(&snapshot);
-                last = Some(snapshot);
-            }
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => {
-                return Err(Error::Failed(
-                    "the engine broke down; this is a fault of sppm, please report it".into(),
-                ));
-            }
+        }
+        let began = Instant::now();
+        let iterated = catch_unwind(AssertUnwindSafe(|| engine.iterate_unless(requests.stop())));
+        let is_whole = iterated.map_err(|_| {
+            Error::Failed("the engine broke down; this is a fault of sppm, please report it".into())
+        })?;
+        if is_whole {
+            error = watch(engine, began.elapsed())?;
         }
     }
 }
 
-fn work(engine: Chosen, scene: &Scene, settings: &Settings, snapshots: &SyncSender<Snapshot>) {
-    let mut engine = engine.start(scene, settings);
-    let mut develop = Duration::ZERO;
-    for _ in 0..settings.iterations {
-        engine.iterate();
-        // Nobody listens any more once the last image is being written.
-        if snapshots.send(snapshot(&*engine, &mut develop)).is_err() {
-            return;
+/// Requests to stop once `left` has passed, unless what it gives is dropped before.
+fn ring(left: Duration, stop: Stop) -> Sender<()> {
+    let (alarm, off) = channel();
+    thread::spawn(move || {
+        if off.recv_timeout(left) == Err(RecvTimeoutError::Timeout) {
+            stop.request();
         }
-    }
-}
-
-fn snapshot(engine: &dyn Engine, develop: &mut Duration) -> Snapshot {
-    let began = Instant::now();
-    let film = engine.develop();
-    *develop += began.elapsed();
-    Snapshot {
-        film,
-        radius: engine.radius(),
-        count: engine.count(),
-        stats: *engine.stats(),
-        iterations: engine.iterations(),
-        develop: *develop,
-    }
+    });
+    alarm
 }

@@ -21,7 +21,7 @@ pub(crate) fn complain(message: &impl Display) {
 }
 
 /// `text` with its control characters spelled out, so that no file name can make two lines of one.
-fn one_line(text: &str) -> String {
+pub(crate) fn one_line(text: &str) -> String {
     let mut line = String::with_capacity(text.len());
     for c in text.chars() {
         if c.is_control() {

@@ -1,6 +1,9 @@
 //! What the values of options may be, and what is said of those that may not.
 
+use crate::checkpoints::Every;
+use scene::settings::MAX_ITERATIONS;
 use std::str::FromStr;
+use std::time::Duration;
 
 /// Whole numbers from `least` to `most`.
 pub(crate) fn whole<T: TryFrom<u64>>(
@@ -52,6 +55,59 @@ fn short(value: f32) -> String {
     if exponential.len() < plain.len() { exponential } else { plain }
 }
 
+/// A time with its unit.
+pub(crate) fn time(text: &str) -> Result<Duration, String> {
+    duration(text).ok_or_else(|| "is not a time above 0 such as 90s, 10m or 2h".into())
+}
+
+/// A time, or a number of iterations.
+pub(crate) fn every(text: &str) -> Result<Every, String> {
+    let iterations = || whole::<u32>(1, MAX_ITERATIONS.into())(text).ok().map(Every::Iterations);
+    let either = duration(text).map(Every::Time).or_else(iterations);
+    either.ok_or_else(|| "is neither a time such as 30s or 5m nor a number of iterations".into())
+}
+
+fn duration(text: &str) -> Option<Duration> {
+    /// A century.
+    const MOST: f64 = 3.2e9;
+    let unit_at = text.find(|c: char| c.is_ascii_alphabetic())?;
+    let (value, unit) = text.split_at(unit_at);
+    let seconds = match unit {
+        "ms" => 1e-3,
+        "s" => 1.0,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        "d" => 86400.0,
+        _ => return None,
+    };
+    let value = f64::from_str(value).ok()? * seconds;
+    (value > 0.0 && value <= MOST).then(|| Duration::from_secs_f64(value)).filter(|time| !time.is_zero())
+}
+
+/// A size of memory.
+pub(crate) fn bytes(text: &str) -> Result<u64, String> {
+    let unit_at = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let (value, unit) = text.split_at(unit_at);
+    let unit = match unit.to_ascii_lowercase().trim_end_matches('b').trim_end_matches('i') {
+        "" => Some(0),
+        "k" => Some(10),
+        "m" => Some(20),
+        "g" => Some(30),
+        "t" => Some(40),
+        _ => None,
+    };
+    let size = unit.and_then(|shift| Some(f64::from_str(value).ok()? * f64::from(2).powi(shift)));
+    size.filter(|size| *size >= 1.0 && *size < 2f64.powi(60))
+        .map(|size| size as u64)
+        .ok_or_else(|| "is not a size such as 500M or 4G".into())
+}
+
+/// Numbers above 0.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    let value = f64::from_str(text).ok().filter(|value| value.is_finite() && *value > 0.0);
+    value.ok_or_else(|| "is not a number above 0".into())
+}
+
 /// Bounds of a metric: any number from 0.
 pub(crate) fn bound(text: &str) -> Result<f64, String> {
     f64::from_str(text)
@@ -100,6 +156,34 @@ mod tests {
         }
         assert_eq!(number(-100.0, 100.0)("-1.5"), Ok(-1.5));
         assert_eq!(number(-100.0, 100.0)("x"), Err("is not a number from -100 to 100".into()));
+    }
+
+    #[test]
+    fn times_have_units() {
+        for (text, seconds) in
+            [("90s", 90.0), ("10m", 600.0), ("1.5h", 5400.0), ("250ms", 0.25), ("2d", 172_800.0)]
+        {
+            assert_eq!(time(text), Ok(Duration::from_secs_f64(seconds)), "{text}");
+            assert_eq!(every(text), Ok(Every::Time(Duration::from_secs_f64(seconds))), "{text}");
+        }
+        for text in ["", "s", "10", "0s", "-1s", "1e-30s", "1e30s", "NaNs", "infs", "1 s", "1w", "1s1"] {
+            assert!(time(text).is_err(), "{text}");
+        }
+        assert_eq!(every("12"), Ok(Every::Iterations(12)));
+        for text in ["", "0", "-3", "1.5", "x"] {
+            assert!(every(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn sizes_are_binary() {
+        for (text, size) in [("1", 1), ("4096", 4096), ("1K", 1 << 10), ("1.5MiB", 3 << 19), ("4G", 1 << 32)]
+        {
+            assert_eq!(bytes(text), Ok(size), "{text}");
+        }
+        for text in ["", "0", "-1", "M", "1X", "NaN", "1e30G", "0.1", "1 M"] {
+            assert!(bytes(text).is_err(), "{text}");
+        }
     }
 
     #[test]

@@ -22,7 +22,7 @@ struct Variant<'a> {
 
 /// Renders by the reference and by every variant, and says that they are identical or where they first differ.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<(), Error> {
-    let opened = scenes::open(&args.scene)?;
+    let opened = scenes::open(&args.scene.name)?;
     let settings = args.settings.apply(&opened)?;
     let most = args.machine.threads.unwrap_or_else(|| threads::cores().max(2));
     let mut counts = vec![1, most];

@@ -36,14 +36,14 @@
 pub(crate) mod camera_pass;
 mod consolidate;
 mod direct_light;
-mod dispatch;
+pub mod dispatch;
 mod hierarchy;
 mod intersect;
 mod intersector;
 mod join;
 #[doc(hidden)]
 pub mod kernels;
-mod lanes;
+pub mod lanes;
 mod paths;
 mod photon_pass;
 mod pool;
@@ -57,4 +57,4 @@ mod vec3;
 pub use dispatch::LaneKind;
 pub use hierarchy::Search;
 pub use intersector::{Intersector, Met};
-pub use sppm::Sppm;
+pub use sppm::{DEPOSITS_AT_ONCE, Sppm};

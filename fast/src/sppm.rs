@@ -1,10 +1,13 @@
 //! The fast renderer: the passes of an iteration, over all threads.
 
+mod memory;
+mod state;
+
 use crate::camera_pass::{CameraBatch, CameraCounts, CameraPass, PixelRows, TileTable, slot_of, slots};
 use crate::consolidate::{consolidate_group, develop, new_pixel};
 use crate::direct_light::LightTable;
 use crate::dispatch::{Kernel, LaneKind, dispatch};
-use crate::join::cells::Cells;
+use crate::join::cells::{Cells, WINDOW};
 use crate::join::deposits::{Binned, Sorted};
 use crate::join::gather::Sums;
 use crate::join::occupancy::Occupancy;
@@ -15,22 +18,26 @@ use crate::photon_pass::{Emitters, PhotonBatch, PhotonCounts, PhotonPass, emissi
 use crate::pool::Pool;
 use crate::tables::Tables;
 use rayon::prelude::*;
-use scene::{Engine, Film, Plane, Scene, Settings, Stats, Still, Vec3};
+use scene::{Engine, Film, Plane, Resumable, Scene, Settings, Stats, Still, Stop, Vec3};
 use std::mem::take;
 use std::ops::Range;
 use std::time::Instant;
 
-/// Size of the cells of the join over the largest radius. Measured from 0.5 to 3: smaller cells look up more rows,
+/// Size of the cells of the join over the typical radius. Measured from 0.5 to 3: smaller cells look up more rows,
 /// larger ones test more photons; 1.5 to 2 is best but where photons are dense.
 const CELL_SIZE: f32 = 1.5;
-/// Size of the occupancy's cells over the largest radius.
+/// Size of the occupancy's cells over the typical radius.
 const OCCUPANCY_CELL_SIZE: f32 = 2.0;
 /// Pixels of a unit of parallel work: whole batches.
 const PIXELS_PER_JOB: usize = 8 * BATCH;
 /// Photons of a unit of parallel work: whole batches.
 const PHOTONS_PER_JOB: u32 = 16 * BATCH as u32;
 /// Deposits that are held at most (but for one round of jobs) before they are joined, unless one asks for others.
-const DEPOSITS_AT_ONCE: u32 = 1 << 22;
+pub const DEPOSITS_AT_ONCE: u32 = 1 << 22;
+/// See [`Sppm::long_join`].
+const LONG_JOIN: u64 = 1 << 29;
+/// So many deposits are taken for a long join until one has been measured.
+const MANY_DEPOSITS: usize = 1 << 20;
 
 /// The fast renderer.
 pub struct Sppm<'a> {
@@ -38,6 +45,7 @@ pub struct Sppm<'a> {
     settings: Settings,
     lanes: LaneKind,
     deposits_at_once: u32,
+    long_join: u64,
     iterations: u32,
     tiles: TileTable,
     /// What pixels have gathered, in tile order.
@@ -52,6 +60,8 @@ pub struct Sppm<'a> {
     /// What follows from the scene alone, if nothing moves.
     prepared: Option<Prepared<'a>>,
     stats: Stats,
+    /// Whether the last join took long.
+    has_long_joins: Option<bool>,
 }
 
 /// What a thread needs for the camera pass, and what it has found.
@@ -114,6 +124,7 @@ impl<'a> Sppm<'a> {
             settings: *settings,
             lanes,
             deposits_at_once: DEPOSITS_AT_ONCE,
+            long_join: LONG_JOIN,
             iterations: 0,
             tiles: TileTable::new(),
             pixels: vec![new_pixel(settings.initial_radius); slots],
@@ -124,6 +135,7 @@ impl<'a> Sppm<'a> {
             photon_workers: Pool::new(),
             prepared: (!moves).then(|| Prepared::new(scene.at(0.0))),
             stats: Stats::default(),
+            has_long_joins: None,
         }
     }
 
@@ -135,7 +147,16 @@ impl<'a> Sppm<'a> {
         self
     }
 
-    fn camera_pass(&mut self, p: &Prepared, occupancy_cell: f32) -> Occupancy {
+    /// The same render with joins that can be abandoned half-way if the last one tested more than so many `pairs`:
+    /// they add up all photons before they consolidate, for a little more time and memory.
+    #[must_use]
+    pub fn long_join(mut self, pairs: u64) -> Self {
+        (self.long_join, self.has_long_joins) = (pairs, (pairs == 0).then_some(true));
+        self
+    }
+
+    /// Fills this iteration's rows; `None` if stopped.
+    fn camera_pass(&mut self, p: &Prepared, occupancy_cell: f32, stop: &Stop) -> Option<Occupancy> {
         let pass = CameraPass {
             still: &p.still,
             tables: &p.tables,
@@ -150,6 +171,9 @@ impl<'a> Sppm<'a> {
             self.rows.par_chunks_mut(PIXELS_PER_JOB).zip(pixels.par_chunks(PIXELS_PER_JOB)).enumerate();
         let workers = &self.camera_workers;
         jobs.for_each(|(job, (rows, pixels))| {
+            if stop.is_requested() {
+                return;
+            }
             let mut worker = workers.take(CameraWorker::new);
             let CameraWorker { batch, occupancy, .. } = &mut worker;
             let occupancy = occupancy.get_or_insert_with(|| Occupancy::new(occupancy_cell));
@@ -167,12 +191,12 @@ impl<'a> Sppm<'a> {
             self.stats.shadow_rays += visible_points;
             self.stats.visible_points += visible_points;
         }
-        all
+        (!stop.is_requested()).then_some(all)
     }
 
     /// Traces photons from `from` on until there are enough for a join, into the workers' bins; gives where it
-    /// stopped.
-    fn photon_pass(&mut self, pass: &PhotonPass, from: u32) -> u32 {
+    /// ended. `None` if stopped.
+    fn photon_pass(&mut self, pass: &PhotonPass, from: u32, stop: &Stop) -> Option<u32> {
         let (lanes, total) = (self.lanes, self.settings.photons_per_iteration);
         let (mut next, mut deposits) = (from, 0);
         // A round is what may be deposited at once if every photon is deposited at every bounce.
@@ -183,6 +207,9 @@ impl<'a> Sppm<'a> {
             let jobs: Vec<u32> = (next..end).step_by(PHOTONS_PER_JOB as usize).collect();
             let workers = &self.photon_workers;
             jobs.into_par_iter().for_each(|start| {
+                if stop.is_requested() {
+                    return;
+                }
                 let mut worker = workers.take(PhotonWorker::new);
                 let photons = start..end.min(start.saturating_add(PHOTONS_PER_JOB));
                 let (batch, out) = (&mut worker.batch, &mut worker.out);
@@ -199,7 +226,7 @@ impl<'a> Sppm<'a> {
             self.stats.photon_segments += take(&mut worker.segments);
             self.stats.deposits += take(&mut worker.deposits);
         }
-        next
+        (!stop.is_requested()).then_some(next)
     }
 
     /// Sorts the deposits in the workers' bins, and empties these.
@@ -213,11 +240,28 @@ impl<'a> Sppm<'a> {
     }
 
     /// Joins the sorted deposits with all visible points; on the last round of the iteration, consolidates.
-    fn join(&mut self, cells: Cells, is_last: bool, nominal: f32) {
-        let groups = self.pixels.len() / GROUP;
-        if !(is_last && self.sums.is_empty()) {
-            self.sums.resize(groups, Sums::default());
+    /// `None` if stopped, with no pixel touched.
+    fn join(&mut self, cells: Cells, is_last: bool, nominal: f32, stop: &Stop) -> Option<()> {
+        let is_long = self.has_long_joins.unwrap_or(self.sorted.records.len() > MANY_DEPOSITS);
+        if is_last && !is_long {
+            self.join_round(cells, true, nominal, &Stop::new());
+            return Some(());
         }
+        self.sums.resize(self.pixels.len() / GROUP, Sums::default());
+        self.join_round(cells, false, nominal, stop);
+        if stop.is_requested() {
+            return None;
+        }
+        if is_last {
+            self.sorted.clear();
+            self.join_round(cells, true, nominal, &Stop::new());
+        }
+        Some(())
+    }
+
+    /// Adds the sorted deposits to the sums if there are any, and consolidates if this is the last round.
+    fn join_round(&mut self, cells: Cells, is_last: bool, nominal: f32, stop: &Stop) {
+        let groups = self.pixels.len() / GROUP;
         let (lanes, sorted) = (self.lanes, &self.sorted);
         let per_job = PIXELS_PER_JOB / GROUP;
         let mut no_sums: Vec<&mut [Sums]> = Vec::new();
@@ -231,6 +275,9 @@ impl<'a> Sppm<'a> {
             self.pixels.par_chunks_mut(PIXELS_PER_JOB).zip(self.rows.par_chunks(PIXELS_PER_JOB)).zip(sums);
         let counts: Vec<JoinCounts> = jobs
             .map(|((pixels, rows), sums)| {
+                if stop.is_requested() {
+                    return JoinCounts::default();
+                }
                 dispatch(lanes, JoinJob { sorted, cells, pixels, rows, sums, is_last, nominal })
             })
             .collect();
@@ -240,13 +287,14 @@ impl<'a> Sppm<'a> {
         }
     }
 
-    fn run_iteration(&mut self, p: &Prepared) {
+    /// All passes of an iteration; `None` if stopped, with no pixel touched.
+    fn run_iteration(&mut self, p: &Prepared, stop: &Stop) -> Option<()> {
         let start = Instant::now();
-        let largest = self.pixels.iter().map(|pixel| pixel.0[7]).fold(0.0, f32::max).sqrt();
-        let occupancy = self.camera_pass(p, largest * OCCUPANCY_CELL_SIZE);
+        let radii = Radii::of(&self.pixels);
+        let occupancy = self.camera_pass(p, radii.cell(OCCUPANCY_CELL_SIZE), stop)?;
         let camera = Instant::now();
         self.stats.camera_seconds += (camera - start).as_secs_f64();
-        let cells = Cells::new(largest * CELL_SIZE, self.settings.photons_per_iteration as usize);
+        let cells = Cells::new(radii.cell(CELL_SIZE), self.settings.photons_per_iteration as usize);
         let shifts = emission_shifts(self.settings.seed, self.iterations);
         let pass = PhotonPass {
             still: &p.still,
@@ -256,18 +304,20 @@ impl<'a> Sppm<'a> {
             iteration: self.iterations,
             cells,
             occupancy: &occupancy,
-            reach: largest * 1.001,
+            reach: radii.largest * 1.001,
             slack: rounding_of_points(&p.still),
             shifts,
         };
         let mut next = 0;
         while next < self.settings.photons_per_iteration {
             let traced = Instant::now();
-            next = self.photon_pass(&pass, next);
+            next = self.photon_pass(&pass, next, stop)?;
             let sorting = Instant::now();
             self.build_grid(cells);
-            let joining = Instant::now();
-            self.join(cells, next == self.settings.photons_per_iteration, p.still.lights.power);
+            let (joining, tested) = (Instant::now(), self.stats.candidates);
+            self.join(cells, next == self.settings.photons_per_iteration, p.still.lights.power, stop)?;
+            // By counted work and not by the clock: so memory does not depend on how busy the machine is.
+            self.has_long_joins = Some(self.stats.candidates - tested >= self.long_join);
             self.stats.photon_seconds += (sorting - traced).as_secs_f64();
             self.stats.build_grid_seconds += (joining - sorting).as_secs_f64();
             self.stats.consolidate_seconds += joining.elapsed().as_secs_f64();
@@ -275,6 +325,7 @@ impl<'a> Sppm<'a> {
         self.stats.bytes = self.bytes() as u64;
         self.sums.clear();
         self.iterations += 1;
+        Some(())
     }
 
     fn bytes(&mut self) -> usize {
@@ -297,6 +348,36 @@ impl<'a> Sppm<'a> {
     }
 }
 
+/// The search radii of an iteration.
+#[derive(Clone, Copy, Debug)]
+struct Radii {
+    largest: f32,
+    /// The quadratic mean over pixels that have counted photons; the largest, if there is none.
+    typical: f32,
+}
+
+impl Radii {
+    fn of(pixels: &[Row]) -> Self {
+        let (mut largest, mut sum, mut count) = (0.0_f32, 0.0_f64, 0.0);
+        for Row([.., n, radius_squared]) in pixels {
+            largest = largest.max(*radius_squared);
+            if *n > 0.0 {
+                sum += f64::from(*radius_squared);
+                count += 1.0;
+            }
+        }
+        let typical = if count > 0.0 { (sum / count).sqrt() as f32 } else { largest.sqrt() };
+        Self { largest: largest.sqrt(), typical }
+    }
+
+    /// The size of cells: `size` times the typical radius, but such that the span of a single visible point, twice
+    /// its radius, fits into the window (unless coordinates are so large that they round to many cells).
+    fn cell(self, size: f32) -> f32 {
+        const LEAST: f32 = 2.0 / (WINDOW - 3) as f32;
+        (self.typical * size).max(self.largest * LEAST)
+    }
+}
+
 /// A bound on how far a point computed to lie on a solid ball is from where its normal says: some ulps of the
 /// largest coordinate of any such ball.
 pub(crate) fn rounding_of_points(still: &Still) -> f32 {
@@ -307,13 +388,8 @@ pub(crate) fn rounding_of_points(still: &Still) -> f32 {
 
 impl Engine for Sppm<'_> {
     fn iterate(&mut self) {
-        if let Some(prepared) = self.prepared.take() {
-            self.run_iteration(&prepared);
-            self.prepared = Some(prepared);
-        } else {
-            let time = self.scene.camera.shutter_time(self.settings.seed, self.iterations);
-            self.run_iteration(&Prepared::new(self.scene.at(time)));
-        }
+        let is_whole = self.iterate_unless(&Stop::new());
+        debug_assert!(is_whole, "nobody asked to stop");
     }
 
     fn iterations(&self) -> u32 {

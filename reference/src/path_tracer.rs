@@ -11,7 +11,10 @@ use crate::sampling::cosine_hemisphere;
 use crate::scatter::{dielectric, reflect};
 use rayon::prelude::*;
 use scene::rng::{Family, Stream, StreamKey};
-use scene::{Engine, Film, Material, Plane, Ray, Rgb, Scene, Settings, Stats, Still, max_component};
+use scene::{
+    Engine, Film, Material, Plane, Ray, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums,
+    max_component,
+};
 use std::f32::consts::FRAC_1_PI;
 use std::time::Instant;
 
@@ -22,43 +25,23 @@ pub struct PathTracer<'a> {
     iterations: u32,
     /// Sums of radiance. In `f64`, as truth is asked for by the ten thousand samples.
     sums: Vec<[f64; 3]>,
+    /// This iteration's.
+    samples: Vec<Rgb>,
     stats: Stats,
 }
 
 impl<'a> PathTracer<'a> {
     /// A render that has not begun.
     pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
-        let sums = vec![[0.0; 3]; settings.pixels()];
-        Self { scene, settings: *settings, iterations: 0, sums, stats: Stats::default() }
+        let (sums, samples) = (vec![[0.0; 3]; settings.pixels()], vec![Rgb::ZERO; settings.pixels()]);
+        Self { scene, settings: *settings, iterations: 0, sums, samples, stats: Stats::default() }
     }
 }
 
 impl Engine for PathTracer<'_> {
     fn iterate(&mut self) {
-        let start = Instant::now();
-        let still = self.scene.at(self.scene.camera.shutter_time(self.settings.seed, self.iterations));
-        let frame = self.scene.camera.frame(self.settings.width, self.settings.height);
-        let key = StreamKey::new(self.settings.seed, Family::Path, self.iterations);
-        let (width, depth) = (self.settings.width, self.settings.max_depth);
-        let row_of_paths = |(y, row): (usize, &mut [[f64; 3]])| {
-            let mut segments = 0;
-            for (x, sum) in row.iter_mut().enumerate() {
-                let mut stream = key.stream(y as u32 * width + x as u32);
-                let place = (x as f32 + stream.next_f32(), y as f32 + stream.next_f32());
-                let lens = (stream.next_f32(), stream.next_f32());
-                let ray = ray_through(&frame, place, (frame.aperture_radius > 0.0).then_some(lens));
-                let radiance = trace(&still, ray, depth, &mut stream, &mut segments);
-                for (total, value) in sum.iter_mut().zip(radiance.to_array()) {
-                    *total += f64::from(value);
-                }
-            }
-            segments
-        };
-        let rows = self.sums.par_chunks_mut(width as usize).enumerate();
-        self.stats.camera_segments += rows.map(row_of_paths).sum::<u64>();
-        self.stats.bytes = size_of_val(&self.sums[..]) as u64;
-        self.iterations += 1;
-        self.stats.camera_seconds += start.elapsed().as_secs_f64();
+        let is_whole = self.iterate_unless(&Stop::new());
+        debug_assert!(is_whole, "nobody asked to stop");
     }
 
     fn iterations(&self) -> u32 {
@@ -86,6 +69,76 @@ impl Engine for PathTracer<'_> {
 
     fn stats(&self) -> &Stats {
         &self.stats
+    }
+}
+
+impl Resumable for PathTracer<'_> {
+    fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    fn sums(&self) -> Sums {
+        Sums::Paths
+    }
+
+    fn save_row(&self, y: u32, words: &mut [u32]) {
+        let width = self.settings.width as usize;
+        assert_eq!(words.len(), 6 * width, "not a row");
+        let sums = self.sums[y as usize * width..][..width].as_flattened();
+        for (words, sum) in words.chunks_exact_mut(2).zip(sums) {
+            let bits = sum.to_bits();
+            words.copy_from_slice(&[bits as u32, (bits >> 32) as u32]);
+        }
+    }
+
+    fn load_row(&mut self, y: u32, words: &[u32]) {
+        let width = self.settings.width as usize;
+        assert_eq!(words.len(), 6 * width, "not a row");
+        let sums = self.sums[y as usize * width..][..width].as_flattened_mut();
+        for (words, sum) in words.chunks_exact(2).zip(sums) {
+            *sum = f64::from_bits(u64::from(words[0]) | u64::from(words[1]) << 32);
+        }
+    }
+
+    fn go_on_after(&mut self, iterations: u32, stats: Stats) {
+        (self.iterations, self.stats) = (iterations, stats);
+    }
+
+    fn iterate_unless(&mut self, stop: &Stop) -> bool {
+        let start = Instant::now();
+        let still = self.scene.at(self.scene.camera.shutter_time(self.settings.seed, self.iterations));
+        let frame = self.scene.camera.frame(self.settings.width, self.settings.height);
+        let key = StreamKey::new(self.settings.seed, Family::Path, self.iterations);
+        let (width, depth) = (self.settings.width, self.settings.max_depth);
+        let row_of_paths = |(y, row): (usize, &mut [Rgb])| {
+            let mut segments = 0;
+            for (x, sample) in row.iter_mut().enumerate() {
+                if stop.is_requested() {
+                    return None;
+                }
+                let mut stream = key.stream(y as u32 * width + x as u32);
+                let place = (x as f32 + stream.next_f32(), y as f32 + stream.next_f32());
+                let lens = (stream.next_f32(), stream.next_f32());
+                let ray = ray_through(&frame, place, (frame.aperture_radius > 0.0).then_some(lens));
+                *sample = trace(&still, ray, depth, &mut stream, &mut segments);
+            }
+            Some(segments)
+        };
+        // Samples are added when all are there, so that an iteration can be abandoned.
+        let rows = self.samples.par_chunks_mut(width as usize).enumerate();
+        let Some(segments) = rows.map(row_of_paths).sum::<Option<u64>>() else {
+            return false;
+        };
+        for (sum, sample) in self.sums.iter_mut().zip(&self.samples) {
+            for (total, value) in sum.iter_mut().zip(sample.to_array()) {
+                *total += f64::from(value);
+            }
+        }
+        self.stats.camera_segments += segments;
+        self.stats.bytes = (size_of_val(&self.sums[..]) + size_of_val(&self.samples[..])) as u64;
+        self.iterations += 1;
+        self.stats.camera_seconds += start.elapsed().as_secs_f64();
+        true
     }
 }
 

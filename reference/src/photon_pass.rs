@@ -10,6 +10,7 @@ use scene::rng::{Family, Stream, StreamKey, unit_float};
 use scene::sobol::{DIMENSIONS, sobol};
 use scene::still::{Light, Role};
 use scene::{Material, Ray, Rgb, Settings, Stats, Still, Vec3, max_component};
+use std::ops::Range;
 
 /// A photon's power per channel, in multiples of the nominal power over `FLUX_ONE`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,17 +70,18 @@ impl PhotonNumbers {
     }
 }
 
-/// Emits all photons of one iteration and calls `deposit` for each that arrives at a diffuse surface from bounce 1
+/// Emits `photons`, some of one iteration's, and calls `deposit` for each that arrives at a diffuse surface from bounce 1
 /// on; at bounce 0 it would be direct light, which the camera pass has counted.
 pub fn photon_pass(
     still: &Still,
     settings: &Settings,
     iteration: u32,
+    photons: Range<u32>,
     stats: &mut Stats,
     mut deposit: impl FnMut(&Deposit, &mut Stats),
 ) {
     let numbers = PhotonNumbers::new(settings.seed, iteration);
-    for photon in 0..settings.photons_per_iteration {
+    for photon in photons {
         stats.photons += 1;
         trace(still, settings.max_depth, &numbers, photon, stats, &mut deposit);
     }

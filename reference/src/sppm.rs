@@ -5,11 +5,14 @@ use crate::consolidate::{Gathered, Pixel};
 use crate::grid::Grid;
 use crate::photon_pass::{Deposit, photon_pass};
 use scene::still::Role;
-use scene::{Engine, Film, Plane, Scene, Settings, Stats, Still};
+use scene::{Engine, Film, Plane, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums};
 use std::time::Instant;
 
 /// The grid's cell size over the largest radius, unless one asks for another. The image does not depend on it.
 const CELL_SIZE: f32 = 2.0;
+
+/// Photons between two looks at whether to stop.
+const PHOTONS_PER_STOP: u32 = 256;
 
 /// The reference renderer.
 pub struct Sppm<'a> {
@@ -19,6 +22,23 @@ pub struct Sppm<'a> {
     iterations: u32,
     pixels: Vec<Pixel>,
     stats: Stats,
+}
+
+/// What the camera pass of one iteration finds.
+#[derive(Default)]
+struct Seen {
+    /// Direct light of every pixel.
+    direct: Vec<Rgb>,
+    /// The visible points, in order of their pixels.
+    points: Vec<VisiblePoint>,
+    /// The pixel of each visible point.
+    owners: Vec<usize>,
+}
+
+impl Seen {
+    fn bytes(&self) -> usize {
+        size_of_val(&self.direct[..]) + size_of_val(&self.points[..]) + size_of_val(&self.owners[..])
+    }
 }
 
 impl<'a> Sppm<'a> {
@@ -33,48 +53,92 @@ impl<'a> Sppm<'a> {
         Self { scene, settings: *settings, cell_size, iterations: 0, pixels, stats: Stats::default() }
     }
 
-    /// One camera path per pixel: adds up direct light, and gives the visible points, each with its pixel's index.
-    fn camera_pass(&mut self, still: &Still) -> (Vec<VisiblePoint>, Vec<usize>) {
+    /// One camera path per pixel; `None` if stopped.
+    fn camera_pass(&mut self, still: &Still, stop: &Stop) -> Option<Seen> {
         let frame = self.scene.camera.frame(self.settings.width, self.settings.height);
-        let (mut points, mut owners) = (Vec::new(), Vec::new());
-        for (index, pixel) in self.pixels.iter_mut().enumerate() {
+        let mut seen = Seen::default();
+        for index in 0..self.pixels.len() {
+            if stop.is_requested() {
+                return None;
+            }
             let (x, y) = (index as u32 % self.settings.width, index as u32 / self.settings.width);
             let mut numbers = CameraNumbers::new(&self.settings, self.iterations, x, y);
             let ray = camera_ray(&frame, x, y, &numbers);
             let sample = trace(still, ray, self.settings.max_depth, &mut numbers, &mut self.stats);
-            pixel.direct += sample.direct;
+            seen.direct.push(sample.direct);
             if let Some(visible) = sample.visible {
-                points.push(visible);
-                owners.push(index);
+                seen.points.push(visible);
+                seen.owners.push(index);
             }
         }
-        (points, owners)
+        Some(seen)
     }
 
-    /// Traces the photons and joins each with the visible points that it reaches.
-    fn photon_pass(
-        &mut self,
-        still: &Still,
-        grid: &Grid,
-        points: &[VisiblePoint],
-        owners: &[usize],
-    ) -> Vec<Gathered> {
-        let mut gathered = vec![Gathered::default(); points.len()];
+    /// Traces the photons and joins each with the visible points that it reaches; `None` if stopped.
+    fn photon_pass(&mut self, still: &Still, grid: &Grid, seen: &Seen, stop: &Stop) -> Option<Vec<Gathered>> {
+        let mut gathered = vec![Gathered::default(); seen.points.len()];
         let pixels = &self.pixels;
-        photon_pass(still, &self.settings, self.iterations, &mut self.stats, |deposit, stats| {
-            for index in grid.candidates(deposit.point) {
-                stats.candidates += 1;
-                if contributes(still, deposit, &points[index], pixels[owners[index]].radius_squared) {
-                    stats.contributions += 1;
-                    let sum = &mut gathered[index];
-                    sum.m += 1;
-                    for (total, flux) in sum.flux.iter_mut().zip(deposit.flux.0) {
-                        *total += u64::from(flux);
-                    }
-                }
+        let all = self.settings.photons_per_iteration;
+        for first in (0..all).step_by(PHOTONS_PER_STOP as usize) {
+            if stop.is_requested() {
+                return None;
             }
-        });
-        gathered
+            let photons = first..all.min(first.saturating_add(PHOTONS_PER_STOP));
+            photon_pass(
+                still,
+                &self.settings,
+                self.iterations,
+                photons,
+                &mut self.stats,
+                |deposit, stats| {
+                    for index in grid.candidates(deposit.point) {
+                        stats.candidates += 1;
+                        let radius_squared = pixels[seen.owners[index]].radius_squared;
+                        if contributes(still, deposit, &seen.points[index], radius_squared) {
+                            stats.contributions += 1;
+                            let sum = &mut gathered[index];
+                            sum.m += 1;
+                            for (total, flux) in sum.flux.iter_mut().zip(deposit.flux.0) {
+                                *total += u64::from(flux);
+                            }
+                        }
+                    }
+                },
+            );
+        }
+        Some(gathered)
+    }
+
+    /// All passes of an iteration; `None` if stopped, with no pixel touched.
+    fn run_iteration(&mut self, stop: &Stop) -> Option<()> {
+        let still = self.scene.at(self.scene.camera.shutter_time(self.settings.seed, self.iterations));
+        let start = Instant::now();
+        let seen = self.camera_pass(&still, stop)?;
+        let camera = Instant::now();
+        let radius = |i: usize| self.pixels[seen.owners[i]].radius_squared.sqrt();
+        let grid = Grid::build(&seen.points, radius, self.cell_size);
+        let built = Instant::now();
+        let gathered = self.photon_pass(&still, &grid, &seen, stop)?;
+        let traced = Instant::now();
+        for (pixel, direct) in self.pixels.iter_mut().zip(&seen.direct) {
+            pixel.direct += *direct;
+        }
+        for ((visible, owner), gathered) in seen.points.iter().zip(&seen.owners).zip(&gathered) {
+            self.pixels[*owner].consolidate(visible.beta, gathered, still.lights.power);
+        }
+        self.iterations += 1;
+        let held = size_of_val(&self.pixels[..]) + seen.bytes();
+        self.stats.bytes = (held + size_of_val(&gathered[..]) + grid.bytes()) as u64;
+        self.stats.camera_seconds += (camera - start).as_secs_f64();
+        self.stats.build_grid_seconds += (built - camera).as_secs_f64();
+        self.stats.photon_seconds += (traced - built).as_secs_f64();
+        self.stats.consolidate_seconds += traced.elapsed().as_secs_f64();
+        Some(())
+    }
+
+    fn row(&self, y: u32) -> &[Pixel] {
+        let width = self.settings.width as usize;
+        &self.pixels[y as usize * width..][..width]
     }
 
     fn plane(&self, value: impl Fn(&Pixel) -> f32) -> Plane {
@@ -97,24 +161,8 @@ pub fn contributes(still: &Still, deposit: &Deposit, visible: &VisiblePoint, rad
 
 impl Engine for Sppm<'_> {
     fn iterate(&mut self) {
-        let still = self.scene.at(self.scene.camera.shutter_time(self.settings.seed, self.iterations));
-        let start = Instant::now();
-        let (points, owners) = self.camera_pass(&still);
-        let camera = Instant::now();
-        let grid = Grid::build(&points, |i| self.pixels[owners[i]].radius_squared.sqrt(), self.cell_size);
-        let built = Instant::now();
-        let gathered = self.photon_pass(&still, &grid, &points, &owners);
-        let traced = Instant::now();
-        for ((visible, owner), gathered) in points.iter().zip(&owners).zip(&gathered) {
-            self.pixels[*owner].consolidate(visible.beta, gathered, still.lights.power);
-        }
-        self.iterations += 1;
-        let held = size_of_val(&self.pixels[..]) + size_of_val(&points[..]) + size_of_val(&owners[..]);
-        self.stats.bytes = (held + size_of_val(&gathered[..]) + grid.bytes()) as u64;
-        self.stats.camera_seconds += (camera - start).as_secs_f64();
-        self.stats.build_grid_seconds += (built - camera).as_secs_f64();
-        self.stats.photon_seconds += (traced - built).as_secs_f64();
-        self.stats.consolidate_seconds += traced.elapsed().as_secs_f64();
+        let is_whole = self.iterate_unless(&Stop::new());
+        debug_assert!(is_whole, "nobody asked to stop");
     }
 
     fn iterations(&self) -> u32 {
@@ -145,5 +193,48 @@ impl Engine for Sppm<'_> {
 
     fn stats(&self) -> &Stats {
         &self.stats
+    }
+}
+
+impl Resumable for Sppm<'_> {
+    fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    fn sums(&self) -> Sums {
+        Sums::Photons
+    }
+
+    fn save_row(&self, y: u32, words: &mut [u32]) {
+        assert_eq!(words.len(), 8 * self.settings.width as usize, "not a row");
+        for (words, pixel) in words.chunks_exact_mut(8).zip(self.row(y)) {
+            let ([dr, dg, db], [tr, tg, tb]) = (pixel.direct.to_array(), pixel.tau.to_array());
+            let floats = [dr, dg, db, tr, tg, tb, pixel.n, pixel.radius_squared];
+            words.copy_from_slice(&floats.map(f32::to_bits));
+        }
+    }
+
+    fn load_row(&mut self, y: u32, words: &[u32]) {
+        let width = self.settings.width as usize;
+        assert_eq!(words.len(), 8 * width, "not a row");
+        let row = &mut self.pixels[y as usize * width..][..width];
+        for (words, pixel) in words.chunks_exact(8).zip(row) {
+            let [dr, dg, db, tr, tg, tb, n, radius_squared] =
+                std::array::from_fn(|i| f32::from_bits(words[i]));
+            *pixel = Pixel { direct: Rgb::new(dr, dg, db), tau: Rgb::new(tr, tg, tb), n, radius_squared };
+        }
+    }
+
+    fn go_on_after(&mut self, iterations: u32, stats: Stats) {
+        (self.iterations, self.stats) = (iterations, stats);
+    }
+
+    fn iterate_unless(&mut self, stop: &Stop) -> bool {
+        let before = self.stats;
+        let is_whole = self.run_iteration(stop).is_some();
+        if !is_whole {
+            self.stats = before;
+        }
+        is_whole
     }
 }

@@ -3,9 +3,12 @@
 //! Whoever opens the target sees the old file or the new one, never a part; a write that fails leaves the old file
 //! and nothing beside it.
 
-use std::fs::{self, File, OpenOptions};
+mod temporary;
+
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write as _};
 use std::path::{Path, PathBuf};
+use temporary::Place;
 use thiserror::Error;
 
 /// A file that cannot be read or written. Displays as one line that names it.
@@ -36,19 +39,48 @@ pub type Output = BufWriter<File>;
 /// # Errors
 /// What [`check`] finds, an error of `fill`, or one of the file system. The target is then as it was.
 pub fn replace(path: &Path, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> Result<(), FileError> {
+    replace_and_keep(path, None, fill)
+}
+
+/// Like [`replace`], with the old file, if there is one, kept as `previous`, a file in the same folder.
+///
+/// At no moment is there neither of them; where the file system knows no hard links, `path` may be missing for one.
+///
+/// # Errors
+/// Like [`replace`].
+pub fn replace_and_keep(
+    path: &Path,
+    previous: Option<&Path>,
+    fill: impl FnOnce(&mut Output) -> io::Result<()>,
+) -> Result<(), FileError> {
     let target = Target::find(path)?;
-    let temporary = target.temporary(path)?;
+    let (file, place) = target.temporary(path)?;
     let failed = |e: io::Error| FileError::new(path, format!("cannot be written: {}", reason(&e)));
-    let (file, temporary_path) = temporary.into_parts();
-    if let Some(permissions) = target.permissions {
-        file.set_permissions(permissions).map_err(failed)?;
+    if let Some(permissions) = &target.permissions {
+        file.set_permissions(permissions.clone()).map_err(failed)?;
     }
     let mut output = BufWriter::new(file);
     fill(&mut output).map_err(failed)?;
     let mut file = output.into_inner().map_err(|e| failed(e.into_error()))?;
     file.flush().and_then(|()| file.sync_all()).map_err(failed)?;
-    temporary_path.persist(&target.file).map_err(|e| failed(e.error))?;
+    if let (Some(previous), Some(_)) = (previous, &target.permissions) {
+        let linked = temporary::rename_new(&target.folder, previous, |new| fs::hard_link(&target.file, new));
+        linked.or_else(|_| fs::rename(&target.file, previous)).map_err(failed)?;
+    }
+    place.persist(&file, &target.folder, &target.file).map_err(failed)?;
     sync_folder(&target.folder).map_err(failed)
+}
+
+/// Finds out, like [`check`], what [`replace`] would complain about, and whether there is room for `bytes` bytes.
+///
+/// # Errors
+/// If there is not, by what the disk, a quota or a limit of the process says; and those of [`check`].
+pub fn check_room(path: &Path, bytes: u64) -> Result<(), FileError> {
+    let (file, _place) = Target::find(path)?.temporary(path)?;
+    temporary::reserve(&file, bytes).map_err(|e| {
+        let mebibytes = bytes as f64 / f64::from(1 << 20);
+        FileError::new(path, format!("there is no room for its {mebibytes:.1} MiB: {}", reason(&e)))
+    })
 }
 
 /// Finds out what [`replace`] would complain about, before the work whose result it is to write.
@@ -60,7 +92,7 @@ pub fn check(path: &Path) -> Result<(), FileError> {
 }
 
 /// What an input/output error says, without the number that Rust appends.
-pub(crate) fn reason(e: &io::Error) -> String {
+pub fn reason(e: &io::Error) -> String {
     let text = e.to_string();
     match text.find(" (os error ") {
         Some(end) => text[..end].to_owned(),
@@ -123,11 +155,9 @@ impl Target {
         Ok(Self { file, folder, permissions })
     }
 
-    /// An empty file in the target's folder, as only there a rename is atomic; removed when dropped.
-    fn temporary(&self, path: &Path) -> Result<tempfile::NamedTempFile<File>, FileError> {
-        // Opened by `OpenOptions`, as the crate's own way makes files that only their owner may read.
-        let open = |p: &Path| OpenOptions::new().write(true).create_new(true).open(p);
-        tempfile::Builder::new().prefix(".sppm-").suffix(".part").make_in(&self.folder, open).map_err(|e| {
+    /// An empty file in the target's folder.
+    fn temporary(&self, path: &Path) -> Result<(File, Place), FileError> {
+        temporary::create(&self.folder).map_err(|e| {
             let folder = shown(&self.folder);
             FileError::new(path, format!("no file can be made in the folder {folder}: {}", reason(&e)))
         })

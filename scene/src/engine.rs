@@ -1,7 +1,7 @@
 //! What every engine offers to the command: iterate, develop, tell what it did.
 
 use crate::{Film, Plane};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A render in progress. Its state after n iterations depends on scene, settings and seed alone.
 pub trait Engine {
@@ -46,7 +46,8 @@ pub enum Pass {
 }
 
 /// Seconds per pass and counted work, summed over all iterations.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Stats {
     /// Seconds in the camera pass.
     pub camera_seconds: f64,

@@ -39,6 +39,7 @@
 pub mod atomic_file;
 pub mod builtin;
 pub mod camera;
+pub mod checkpoint;
 pub mod engine;
 pub mod file;
 pub mod film;
@@ -49,6 +50,7 @@ pub mod rng;
 pub mod settings;
 pub mod sobol;
 pub mod sphere;
+pub mod state;
 pub mod still;
 pub mod world;
 
@@ -60,6 +62,7 @@ pub use material::Material;
 pub use ray::Ray;
 pub use settings::Settings;
 pub use sphere::Sphere;
+pub use state::{Resumable, Stop, Sums};
 pub use still::Still;
 pub use world::Scene;
 

@@ -5,10 +5,13 @@ mod bad_input;
 mod cases;
 mod compare;
 mod documents;
+mod export;
 mod failures;
 #[cfg(unix)]
 mod interrupt;
+mod ladder;
 mod render;
 mod sandbox;
 mod scenes;
+mod trace;
 mod verify;

@@ -149,7 +149,7 @@ fn photon_counts_are_those_of_brute_force() {
         let still = scene.at(0.0);
         let mut stats = Stats::default();
         let mut deposits = Vec::new();
-        photon_pass(&still, &settings, 0, &mut stats, |deposit, _| {
+        photon_pass(&still, &settings, 0, 0..settings.photons_per_iteration, &mut stats, |deposit, _| {
             deposits.push(*deposit);
         });
         let frame = scene.camera.frame(width, height);

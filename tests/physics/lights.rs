@@ -182,7 +182,7 @@ fn photons_leave_a_sunk_lamp_where_it_is_not_sunk() {
         let scene = lamp_in_shell(offset);
         let settings = settings(1, 1, 1 << 18, 1, 1.0);
         let mut stats = Stats::default();
-        photon_pass(&scene.at(0.0), &settings, 0, &mut stats, |_, _| {
+        photon_pass(&scene.at(0.0), &settings, 0, 0..settings.photons_per_iteration, &mut stats, |_, _| {
             panic!("a photon is deposited at bounce 0")
         });
         let share = stats.photon_segments as f64 / f64::from(1 << 18);

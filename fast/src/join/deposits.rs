@@ -85,6 +85,16 @@ impl Sorted {
         Self { records: Vec::new(), directions: Vec::new(), starts: Vec::new() }
     }
 
+    /// How many deposits there are.
+    pub(crate) fn count(&self) -> usize {
+        self.starts.last().map_or(0, |end| *end as usize)
+    }
+
+    /// Forgets all deposits and keeps the memory.
+    pub(crate) fn clear(&mut self) {
+        self.starts.fill(0);
+    }
+
     /// Sorts the deposits of `parts`.
     pub(crate) fn fill(&mut self, parts: &[&Binned], cells: Cells) {
         let total: usize = parts.iter().map(|part| part.count).sum();

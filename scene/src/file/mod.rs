@@ -9,8 +9,10 @@ mod material;
 mod reader;
 mod settings;
 mod sphere;
+mod write;
 
 pub use error::{FileError, Position};
+pub use write::{digest, to_text};
 
 use crate::{Rgb, Scene, Settings};
 use checks::Checks;

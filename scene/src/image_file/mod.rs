@@ -7,7 +7,8 @@
 //! | PFM | linear `f32`, the very bits | colour or grey, both byte orders; samples times the scale |
 //!
 //! Alpha is ignored. A plane (one value per pixel) is written to EXR as channel Y, to PFM as a grey map, and to PNG
-//! as a grey picture in which its greatest value is white. The bytes written depend on the pixels alone.
+//! as a grey picture in which its greatest value is white. The bytes written depend on the pixels and on the note
+//! ([`Encoding::note`]) alone.
 //!
 //! Readers trust nothing: a broken or hostile file gives one line of error, and takes no more memory than its own
 //! length accounts for.
@@ -24,7 +25,7 @@ use crate::atomic_file::{self, Output, reason};
 use crate::settings::{MAX_PIXELS, MAX_SIDE};
 use crate::{Film, Plane};
 use std::fs::{self, File};
-use std::io::{self, BufRead, BufReader, Seek};
+use std::io::{self, BufRead, BufReader, Cursor, Seek};
 use std::path::Path;
 
 /// The formats that are read and written, told apart by the file's extension.
@@ -38,12 +39,18 @@ pub enum Format {
     Pfm,
 }
 
-/// How radiance becomes a picture. Only PNG heeds it: EXR and PFM hold the radiance itself.
+/// How radiance becomes a picture, and what is written into the file beside it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Encoding {
-    /// In stops: radiance is multiplied by `2^exposure`.
+pub struct Encoding<'a> {
+    /// In stops: radiance is multiplied by `2^exposure`. Only PNG heeds it: EXR and PFM hold the radiance itself.
     pub exposure: f32,
+    /// A text of ASCII characters without NUL that [`read_note`] gives back: in a PNG file a `tEXt` chunk, in an EXR
+    /// file a text attribute, of the name `sppm`. PFM files have no place for one.
+    pub note: Option<&'a str>,
 }
+
+/// The name of [`Encoding::note`] in files.
+const NOTE: &str = "sppm";
 
 impl Format {
     /// The format of file `path` by its extension, in upper or lower case.
@@ -73,6 +80,21 @@ impl Format {
 /// # Errors
 /// If the file is missing, or is no image of the format that its extension promises.
 pub fn read(path: &Path) -> Result<Film, ImageError> {
+    let (format, mut input, length) = open(path)?;
+    decode(format, &mut input, length).map_err(|problem| ImageError::new(path, problem))
+}
+
+/// Reads the note in an image file; `None` if it has none.
+///
+/// # Errors
+/// As [`read()`], but for the pixels, which are not read.
+pub fn read_note(path: &Path) -> Result<Option<String>, ImageError> {
+    let (format, mut input, length) = open(path)?;
+    decode_note(format, &mut input, length).map_err(|problem| ImageError::new(path, problem))
+}
+
+/// The format, the bytes and the length of an image file.
+fn open(path: &Path) -> Result<(Format, BufReader<File>, u64), ImageError> {
     let format = Format::from_path(path)?;
     let unreadable = |e: io::Error| ImageError::new(path, format!("cannot be read: {}", reason(&e)));
     // Asked before opening, as opening a pipe waits for a writer.
@@ -80,8 +102,8 @@ pub fn read(path: &Path) -> Result<Film, ImageError> {
     if !status.is_file() {
         return Err(ImageError::new(path, "is no regular file; name an image file"));
     }
-    let mut input = BufReader::new(File::open(path).map_err(unreadable)?);
-    decode(format, &mut input, status.len()).map_err(|problem| ImageError::new(path, problem))
+    let input = BufReader::new(File::open(path).map_err(unreadable)?);
+    Ok((format, input, status.len()))
 }
 
 /// Decodes an image file that is in memory, with the bounds of [`read`].
@@ -89,7 +111,15 @@ pub fn read(path: &Path) -> Result<Film, ImageError> {
 /// # Errors
 /// What is wrong with it, if `bytes` are no image of that format: a sentence to be read after the file's name.
 pub fn decode_bytes(format: Format, bytes: &[u8]) -> Result<Film, String> {
-    decode(format, &mut io::Cursor::new(bytes), bytes.len() as u64)
+    decode(format, &mut Cursor::new(bytes), bytes.len() as u64)
+}
+
+/// The note in an image file that is in memory.
+///
+/// # Errors
+/// As [`decode_bytes`], but for the pixels, which are not read.
+pub fn decode_note_bytes(format: Format, bytes: &[u8]) -> Result<Option<String>, String> {
+    decode_note(format, &mut Cursor::new(bytes), bytes.len() as u64)
 }
 
 /// Writes `film` to `path`, in the format of its extension, as a whole or not at all.
@@ -102,16 +132,16 @@ pub fn write(path: &Path, film: &Film, encoding: &Encoding) -> Result<(), ImageE
     atomic_file::replace(path, |out| encode(format, out, film, *encoding))
 }
 
-/// Writes `plane` to `path`; `name`, such as `radius`, is the name of the layer in an EXR file.
+/// Writes `plane` to `path`; `name`, such as `radius`, is the name of the layer in an EXR file. There is no exposure.
 ///
 /// # Errors
 /// Like [`write()`].
-pub fn write_plane(path: &Path, plane: &Plane, name: &str) -> Result<(), ImageError> {
+pub fn write_plane(path: &Path, plane: &Plane, name: &str, encoding: &Encoding) -> Result<(), ImageError> {
     let format = Format::from_path(path)?;
     check_pixels(path, plane.width, plane.height, plane.values.len())?;
     atomic_file::replace(path, |out| match format {
-        Format::Png => png::write_plane(out, plane),
-        Format::Exr => openexr::write_plane(out, plane, name),
+        Format::Png => png::write_plane(out, plane, encoding.note),
+        Format::Exr => openexr::write_plane(out, plane, name, encoding.note),
         Format::Pfm => pfm::write_plane(out, plane),
     })
 }
@@ -128,7 +158,7 @@ pub fn check_writable(path: &Path) -> Result<(), ImageError> {
 fn encode(format: Format, out: &mut Output, film: &Film, encoding: Encoding) -> io::Result<()> {
     match format {
         Format::Png => png::write(out, film, encoding),
-        Format::Exr => openexr::write(out, film),
+        Format::Exr => openexr::write(out, film, encoding.note),
         Format::Pfm => pfm::write(out, film),
     }
 }
@@ -144,6 +174,14 @@ fn decode(format: Format, input: &mut impl Seekable, length: u64) -> Result<Film
         Format::Png => png::read(input, length),
         Format::Exr => openexr::read(input, length),
         Format::Pfm => pfm::read(input, length),
+    }
+}
+
+fn decode_note(format: Format, input: &mut impl Seekable, length: u64) -> Result<Option<String>, String> {
+    match format {
+        Format::Png => png::read_note(input, length),
+        Format::Exr => openexr::read_note(input, length),
+        Format::Pfm => Ok(None),
     }
 }
 

@@ -1,9 +1,9 @@
 //! `OpenEXR`: linear `f32`, ZIP compression, which loses nothing, out; any flat scan-line or tiled picture in.
 
-use super::{Seekable, check_expansion, check_size};
+use super::{NOTE, Seekable, check_expansion, check_size};
 use crate::settings::MAX_SIDE;
 use crate::{Film, Plane, Rgb};
-use exr::meta::attribute::{ChannelDescription, Text};
+use exr::meta::attribute::{AttributeValue, ChannelDescription, Text};
 use exr::meta::header::{Header, LayerAttributes};
 use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::{
@@ -17,29 +17,59 @@ const MOST_BYTES_PER_BYTE: u64 = 1032 * 4 / 3;
 /// DWA keeps two bytes of a flat block of 8x8 `f32`, and deflates those.
 const MOST_BYTES_PER_BYTE_DWA: u64 = 1032 * 128;
 
+/// A picture has at most so many times the pixels of its frame, the display window.
+const MOST_OVERSCAN: u64 = 2;
+/// The frame of a small picture may be any.
+const SMALL_FRAME: u64 = 1 << 10;
+
 /// ZIP over 16 lines at a time: the method that most programs write, and read fastest.
 fn encoding() -> Encoding {
     Encoding { compression: Compression::ZIP16, ..Encoding::UNCOMPRESSED }
 }
 
-pub(super) fn write(out: &mut (impl Write + io::Seek), film: &Film) -> io::Result<()> {
+/// `layer` with the note. It is the only attribute of its kind: others would come in any order.
+fn noted(mut layer: LayerAttributes, note: Option<&str>) -> LayerAttributes {
+    let note = note.and_then(Text::new_or_none).map(|note| (Text::from(NOTE), AttributeValue::Text(note)));
+    layer.other.extend(note);
+    layer
+}
+
+pub(super) fn write(out: &mut (impl Write + io::Seek), film: &Film, note: Option<&str>) -> io::Result<()> {
     let size = (film.width as usize, film.height as usize);
     let channels = SpecificChannels::rgb(|p: Vec2<usize>| -> (f32, f32, f32) {
         film.pixels[p.y() * size.0 + p.x()].into()
     });
-    let image = Image::from_layer(Layer::new(size, LayerAttributes::default(), encoding(), channels));
+    let layer = noted(LayerAttributes::default(), note);
+    let image = Image::from_layer(Layer::new(size, layer, encoding(), channels));
     image.write().non_parallel().to_buffered(out).map_err(into_io)
 }
 
 /// One channel `Y`, which every program shows, in a layer called `name`.
-pub(super) fn write_plane(out: &mut (impl Write + io::Seek), plane: &Plane, name: &str) -> io::Result<()> {
+pub(super) fn write_plane(
+    out: &mut (impl Write + io::Seek),
+    plane: &Plane,
+    name: &str,
+    note: Option<&str>,
+) -> io::Result<()> {
     let size = (plane.width as usize, plane.height as usize);
     let channels = SpecificChannels::build()
         .with_channel("Y")
         .with_pixel_fn(|p: Vec2<usize>| (plane.values[p.y() * size.0 + p.x()],));
     let layer = Text::new_or_none(name).map_or_else(LayerAttributes::default, LayerAttributes::named);
-    let image = Image::from_layer(Layer::new(size, layer, encoding(), channels));
+    let image = Image::from_layer(Layer::new(size, noted(layer, note), encoding(), channels));
     image.write().non_parallel().to_buffered(out).map_err(into_io)
+}
+
+pub(super) fn read_note(input: &mut impl Seekable, length: u64) -> Result<Option<String>, String> {
+    let meta = MetaData::read_from_buffered(&mut *input, false).map_err(|e| problem(&e))?;
+    for header in &meta.headers {
+        check_header(header, length)?;
+    }
+    let mut notes = meta.headers.iter().filter_map(|header| header.own_attributes.other.get(NOTE.as_bytes()));
+    Ok(notes.find_map(|note| match note {
+        AttributeValue::Text(text) => Some(text.to_string()),
+        _ => None,
+    }))
 }
 
 pub(super) fn read(input: &mut impl Seekable, length: u64) -> Result<Film, String> {
@@ -135,6 +165,14 @@ fn check_header(header: &Header, length: u64) -> Result<(), String> {
         if x.max(y) > MAX_SIDE as usize || x.min(y) == 0 {
             return Err(format!("has tiles of {x} x {y} pixels; each side must be from 1 to {MAX_SIDE}"));
         }
+    }
+    // One of the two windows is wrong if the picture is far larger than its frame: a single broken number shall not
+    // cost memory.
+    let frame = header.shared_attributes.display_window.size.area() as u64;
+    if width * height > MOST_OVERSCAN * frame.max(SMALL_FRAME) {
+        return Err(format!(
+            "has {width} x {height} pixels for a display window of {frame}; one of them is wrong"
+        ));
     }
     let bytes: u64 = header.channels.list.iter().map(|c| c.sample_type.bytes_per_sample() as u64).sum();
     let most = match header.compression {

@@ -1,6 +1,6 @@
 //! PNG: 8 bits of sRGB out; whatever there is in.
 
-use super::{Encoding, Seekable, check_expansion, check_size, srgb};
+use super::{Encoding, NOTE, Seekable, check_expansion, check_size, srgb};
 use crate::{Film, Plane, Rgb};
 use std::io::{self, Write};
 
@@ -24,6 +24,9 @@ pub(super) fn write(out: &mut impl Write, film: &Film, encoding: Encoding) -> io
     // Noise hardly compresses: the best effort takes ten times as long for some percent.
     encoder.set_compression(png::Compression::Fast);
     encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+    if let Some(note) = encoding.note {
+        encoder.add_text_chunk(NOTE.into(), note.into()).map_err(io::Error::other)?;
+    }
     encoder.write_header().and_then(|mut w| w.write_image_data(&bytes).and_then(|()| w.finish())).map_err(
         |e| match e {
             png::EncodingError::IoError(e) => e,
@@ -33,11 +36,11 @@ pub(super) fn write(out: &mut impl Write, film: &Film, encoding: Encoding) -> io
 }
 
 /// The plane as a grey picture, its greatest finite value white.
-pub(super) fn write_plane(out: &mut impl Write, plane: &Plane) -> io::Result<()> {
+pub(super) fn write_plane(out: &mut impl Write, plane: &Plane, note: Option<&str>) -> io::Result<()> {
     let greatest = plane.values.iter().copied().filter(|v| v.is_finite()).fold(0.0, f32::max);
     let scale = if greatest > 0.0 { greatest } else { 1.0 };
     let values = plane.values.iter().map(|v| v / scale).collect();
-    write(out, &Plane { values, ..*plane }.to_film(), Encoding::default())
+    write(out, &Plane { values, ..*plane }.to_film(), Encoding { note, ..Encoding::default() })
 }
 
 pub(super) fn read(input: &mut impl Seekable, length: u64) -> Result<Film, String> {
@@ -58,6 +61,17 @@ pub(super) fn read(input: &mut impl Seekable, length: u64) -> Result<Film, Strin
     let mut bytes = vec![0; size];
     reader.next_frame(&mut bytes).map_err(|e| problem(&e))?;
     Ok(Film { width, height, pixels: pixels(&bytes, color.samples(), depth) })
+}
+
+pub(super) fn read_note(input: &mut impl Seekable, length: u64) -> Result<Option<String>, String> {
+    // A text is held as it is stored and as it is read, and smallest files need some room too.
+    let bytes = usize::try_from(length.saturating_mul(2)).unwrap_or(usize::MAX).max(1 << 16);
+    let limits = png::Limits { bytes };
+    let mut decoder = png::Decoder::new_with_limits(input, limits);
+    decoder.set_ignore_iccp_chunk(true);
+    let reader = decoder.read_info().map_err(|e| problem(&e))?;
+    let mut texts = reader.info().uncompressed_latin1_text.iter();
+    Ok(texts.find(|text| text.keyword == NOTE).map(|text| text.text.clone()))
 }
 
 /// Linear pixels out of codes, `samples` of which make a pixel: grey or RGB, with or without alpha.

@@ -70,7 +70,7 @@ fn exr_and_pfm_keep_every_bit() {
         let film = extreme_film(width, height);
         for name in ["a.exr", "a.pfm"] {
             let path = folder.path().join(name);
-            write(&path, &film, &Encoding { exposure: 3.0 }).unwrap();
+            write(&path, &film, &Encoding { exposure: 3.0, ..Encoding::default() }).unwrap();
             assert_eq!(bits(&read(&path).unwrap()), bits(&film), "{name} {width}x{height}");
         }
     }
@@ -92,7 +92,7 @@ fn planes_survive_and_a_png_shows_shares_of_the_maximum() {
     let plane = Plane { width: 3, height: 2, values: vec![0.0, 1.0, 4.0, 2.0, 0.5, 1e-40] };
     for name in ["a.exr", "a.pfm", "a.png"] {
         let path = folder.path().join(name);
-        write_plane(&path, &plane, "radius").unwrap();
+        write_plane(&path, &plane, "radius", &Encoding::default()).unwrap();
         let film = read(&path).unwrap();
         if name == "a.png" {
             let shares = [0.0, 0.25, 1.0, 0.5, 0.125, 0.0];
@@ -110,7 +110,13 @@ fn planes_survive_and_a_png_shows_shares_of_the_maximum() {
 fn png_of_a_plane_without_a_positive_value_is_black() {
     let folder = folder();
     let path = folder.path().join("a.png");
-    write_plane(&path, &Plane { width: 2, height: 1, values: vec![0.0, -1.0] }, "count").unwrap();
+    write_plane(
+        &path,
+        &Plane { width: 2, height: 1, values: vec![0.0, -1.0] },
+        "count",
+        &Encoding::default(),
+    )
+    .unwrap();
     assert_eq!(read(&path).unwrap().pixels, [Rgb::ZERO; 2]);
 }
 
@@ -124,7 +130,8 @@ fn png_heeds_exposure_and_marks_what_is_no_number() {
         Rgb::new(0.0, f32::NAN, 0.0),
         Rgb::splat(-3.0),
     ];
-    write(&path, &Film { width: 4, height: 1, pixels }, &Encoding { exposure: 2.0 }).unwrap();
+    write(&path, &Film { width: 4, height: 1, pixels }, &Encoding { exposure: 2.0, ..Encoding::default() })
+        .unwrap();
     let half = srgb::decode_code(188, 255);
     let expected = [Rgb::splat(half), Rgb::new(1.0, 1.0, 0.0), Rgb::new(1.0, 0.0, 1.0), Rgb::ZERO];
     assert_eq!(read(&path).unwrap().pixels, expected);
@@ -259,6 +266,26 @@ fn exr_without_colours_names_its_channels() {
             names.iter().all(|n| problem.contains(n)) && problem.contains("must have R, G and B"),
             "{problem}"
         );
+    }
+}
+
+#[test]
+fn a_note_is_read_back_and_changes_no_pixel() {
+    let folder = folder();
+    let note: String = (1..128).map(char::from).cycle().take(5000).collect();
+    let encoding = Encoding { note: Some(&note), ..Encoding::default() };
+    for (format, extension) in EVERY_FORMAT {
+        let path = folder.path().join("a").with_extension(extension);
+        write(&path, &byte_film(9, 20), &Encoding::default()).unwrap();
+        let film = read(&path).unwrap();
+        assert_eq!(read_note(&path).unwrap(), None);
+        write(&path, &byte_film(9, 20), &encoding).unwrap();
+        let bytes = fs::read(&path).unwrap();
+        let expected = if format == Format::Pfm { None } else { Some(note.clone()) };
+        assert_eq!(decode_note_bytes(format, &bytes).unwrap(), expected);
+        assert_eq!(decode_bytes(format, &bytes).unwrap(), film);
+        write(&path, &byte_film(9, 20), &encoding).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), bytes);
     }
 }
 

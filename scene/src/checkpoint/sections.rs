@@ -1,0 +1,169 @@
+//! Sections of a file: written with their checksums, read with distrust.
+
+use super::{Damage, FORMAT};
+use crc32fast::Hasher;
+use std::io::{self, Read, Write};
+
+pub(super) const MAGIC: [u8; 8] = *b"\x89SPPM\r\n\x1a";
+/// Bytes of the header.
+pub(super) const HEADER: u64 = 24;
+/// Bytes of a section beside its content.
+pub(super) const FRAME: u64 = 16;
+
+/// A section by its name in the file and in messages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Name(pub(super) [u8; 4], pub(super) &'static str);
+
+pub(super) const SCENE: Name = Name(*b"SCEN", "its scene");
+pub(super) const ACCOUNT: Name = Name(*b"RNDR", "its account");
+pub(super) const NOTE: Name = Name(*b"NOTE", "its note");
+pub(super) const SUMS: Name = Name(*b"SUMS", "its sums");
+pub(super) const PAST: Name = Name(*b"PAST", "its earlier image");
+
+pub(super) fn write_header(out: &mut impl Write, length: u64) -> io::Result<()> {
+    let mut header = MAGIC.to_vec();
+    header.extend(FORMAT.to_le_bytes());
+    header.extend(length.to_le_bytes());
+    header.extend(crc32fast::hash(&header).to_le_bytes());
+    out.write_all(&header)
+}
+
+/// Checks the header of a file of `length` bytes.
+pub(super) fn read_header(input: &mut impl Read, length: u64) -> Result<(), Damage> {
+    let mut header = [0; HEADER as usize];
+    let has = length.min(HEADER) as usize;
+    input.read_exact(&mut header[..has])?;
+    let begun = has.min(MAGIC.len());
+    if header[..begun] != MAGIC[..begun] || begun == 0 {
+        return Err(Damage::NoCheckpoint);
+    }
+    if length < HEADER {
+        return Err(Damage::Truncated { has: length, length: HEADER });
+    }
+    let word = |at: usize| u32::from_le_bytes(std::array::from_fn(|i| header[at + i]));
+    if word(20) != crc32fast::hash(&header[..20]) {
+        return Err(Damage::Flipped { section: "its header" });
+    }
+    let stated = u64::from(word(12)) | u64::from(word(16)) << 32;
+    match word(8) {
+        FORMAT if length < stated => Err(Damage::Truncated { has: length, length: stated }),
+        FORMAT if length > stated => Err(Damage::Appended { has: length, length: stated }),
+        FORMAT => Ok(()),
+        found => Err(Damage::Version { found }),
+    }
+}
+
+/// Writes a section, whose content of `length` bytes `fill` writes.
+pub(super) fn write_section<W: Write>(
+    out: &mut W,
+    name: Name,
+    length: u64,
+    fill: impl FnOnce(&mut Summed<&mut W>) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut summed = Summed::new(out);
+    summed.write_all(&name.0)?;
+    summed.write_all(&length.to_le_bytes())?;
+    fill(&mut summed)?;
+    let Summed { inner, hasher } = summed;
+    inner.write_all(&hasher.finalize().to_le_bytes())
+}
+
+/// Bytes on their way, and their checksum.
+pub(super) struct Summed<T> {
+    inner: T,
+    hasher: Hasher,
+}
+
+impl<T> Summed<T> {
+    fn new(inner: T) -> Self {
+        Self { inner, hasher: Hasher::new() }
+    }
+}
+
+impl<T: Write> Write for Summed<T> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let count = self.inner.write(bytes)?;
+        self.hasher.update(&bytes[..count]);
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.inner.flush()
+    }
+}
+
+impl<T: Read> Read for Summed<T> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let count = self.inner.read(bytes)?;
+        self.hasher.update(&bytes[..count]);
+        Ok(count)
+    }
+}
+
+/// The content of a section that is being read.
+pub(super) struct Section<R> {
+    name: Name,
+    /// Bytes of the content.
+    pub(super) length: u64,
+    content: io::Take<Summed<R>>,
+}
+
+impl<R: Read> Section<R> {
+    /// Begins the next section, which must be `name`, of a file of which `left` bytes are left.
+    pub(super) fn begin(input: R, name: Name, left: u64) -> Result<Self, Damage> {
+        let flipped = Err(Damage::Flipped { section: name.1 });
+        if left < FRAME {
+            return flipped;
+        }
+        let mut summed = Summed::new(input);
+        let mut frame = [0; 12];
+        summed.read_exact(&mut frame)?;
+        let [tag @ .., _, _, _, _, _, _, _, _] = frame;
+        let length = u64::from_le_bytes(std::array::from_fn(|i| frame[4 + i]));
+        // Whatever follows from a wrong name or length would be wrong too.
+        if tag != name.0 || length > left - FRAME {
+            return flipped;
+        }
+        Ok(Self { name, length, content: summed.take(length) })
+    }
+
+    /// The whole content, of at most `most` bytes.
+    pub(super) fn read_all(mut self, most: u64) -> Result<Vec<u8>, Damage> {
+        if self.length > most {
+            return Err(self.invalid(format!("has {} bytes; at most {most} are read", self.length)));
+        }
+        let mut content = vec![0; self.length as usize];
+        self.content.read_exact(&mut content)?;
+        self.end()?;
+        Ok(content)
+    }
+
+    /// The next bytes of the content.
+    pub(super) fn read_exact(&mut self, bytes: &mut [u8]) -> Result<(), Damage> {
+        Ok(self.content.read_exact(bytes)?)
+    }
+
+    /// Expects the content to be over and the checksum to match.
+    pub(super) fn end(self) -> Result<(), Damage> {
+        let section = self.name.1;
+        let Summed { mut inner, hasher } = self.content.into_inner();
+        let mut checksum = [0; 4];
+        inner.read_exact(&mut checksum)?;
+        if u32::from_le_bytes(checksum) == hasher.finalize() {
+            Ok(())
+        } else {
+            Err(Damage::Flipped { section })
+        }
+    }
+
+    /// What is wrong with a section of a wrong length: its bits, or else, if the checksum matches, `problem`.
+    pub(super) fn refuse(mut self, problem: String) -> Damage {
+        let invalid = self.invalid(problem);
+        let skipped = io::copy(&mut self.content, &mut io::sink()).map_err(Damage::from);
+        skipped.and_then(|_| self.end()).err().unwrap_or(invalid)
+    }
+
+    fn invalid(&self, problem: impl Into<String>) -> Damage {
+        Damage::Invalid { section: self.name.1, problem: problem.into() }
+    }
+}

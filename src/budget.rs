@@ -1,0 +1,201 @@
+//! When a render ends: its iterations, its time, or an estimate of its error.
+
+use crate::args::GoalArgs;
+use scene::checkpoint::Past;
+use scene::settings::MAX_ITERATIONS;
+use scene::{Film, Settings};
+use std::time::{Duration, Instant};
+
+/// What a render is to reach; it ends with the first of these, or when all iterations are done.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Goals {
+    /// Time from the start of this process's work.
+    pub time: Option<Duration>,
+    /// Estimated relative error.
+    pub error: Option<f64>,
+}
+
+impl From<&GoalArgs> for Goals {
+    fn from(args: &GoalArgs) -> Self {
+        Self { time: args.time, error: args.until_error }
+    }
+}
+
+impl Goals {
+    /// The iterations of a render that was asked for `iterations`, if that is a word: without one, and with another
+    /// goal, there is no end to them.
+    pub(crate) fn iterations(&self, asked: Option<u32>, own: u32) -> u32 {
+        let is_open = self.time.is_some() || self.error.is_some();
+        asked.unwrap_or(if is_open { MAX_ITERATIONS } else { own })
+    }
+}
+
+/// As in `sppm compare`: keeps the relative error of black pixels finite.
+const EPSILON: f64 = crate::compare::RELATIVE_MSE_EPSILON;
+/// From one power of two to the next the error is estimated so often at most.
+const CHECKS_PER_OCTAVE: u32 = 16;
+
+/// The estimate of a render's relative error, from what its image was at an earlier iteration.
+///
+/// If the noise of iterations is independent and alike, of variance `s^2` each, then images after m and after n
+/// iterations differ by a variance of `s^2 (n - m) / (m n)`, and that of the latter is `s^2 / n`. So the mean square
+/// of their difference times `m / (n - m)` estimates the mean-square error. It is measured as `sppm compare` measures
+/// its relative mean-square error, `d^2 / (L^2 + 0.01)`, over all pixels and channels, and the root is the estimate.
+/// In photon mapping noise falls more slowly than that, and there is a bias that shrinks: both are in the difference,
+/// the bias in part.
+///
+/// It depends on the iterations alone, so a render that was interrupted ends where it would have ended.
+#[derive(Debug, Default)]
+pub(crate) struct Estimate {
+    past: Option<Past>,
+    /// The last one.
+    pub(crate) error: Option<f64>,
+}
+
+impl Estimate {
+    /// The estimate of a render that had come to `past`.
+    pub(crate) fn after(past: Option<Past>) -> Self {
+        Self { past, error: None }
+    }
+
+    /// What must be kept to go on.
+    pub(crate) fn past(&self) -> Option<&Past> {
+        self.past.as_ref()
+    }
+
+    /// Takes in the image after iteration `n`, if it is one of those that are looked at.
+    pub(crate) fn update(&mut self, n: u32, develop: impl FnOnce() -> Film) {
+        let octave = 1 << n.ilog2();
+        if !n.is_multiple_of((octave / CHECKS_PER_OCTAVE).max(1)) {
+            return;
+        }
+        let film = develop();
+        if let Some(past) = self.past.as_ref().filter(|past| past.iterations < n) {
+            let (m, n) = (f64::from(past.iterations), f64::from(n));
+            self.error = Some((relative_square(&film, &past.film) * m / (n - m)).sqrt());
+        }
+        if n == octave {
+            self.past = Some(Past { iterations: n, film });
+        }
+    }
+}
+
+/// The mean of `(a - b)^2 / (a^2 + epsilon)` over all channels of all pixels that are finite.
+fn relative_square(a: &Film, b: &Film) -> f64 {
+    let (mut sum, mut count) = (0.0, 0_u64);
+    for (a, b) in a.pixels.iter().zip(&b.pixels) {
+        for (a, b) in a.to_array().into_iter().zip(b.to_array()) {
+            let (a, b) = (f64::from(a), f64::from(b));
+            let term = (a - b) * (a - b) / (a * a + EPSILON);
+            if term.is_finite() {
+                (sum, count) = (sum + term, count + 1);
+            }
+        }
+    }
+    sum / count.max(1) as f64
+}
+
+/// The clock of a goal.
+#[derive(Debug)]
+pub(crate) struct Clock {
+    began: Instant,
+    goal: Option<Duration>,
+}
+
+impl Clock {
+    /// A clock that starts now.
+    pub(crate) fn start(goals: &Goals) -> Self {
+        Self { began: Instant::now(), goal: goals.time }
+    }
+
+    /// Time since then.
+    pub(crate) fn elapsed(&self) -> Duration {
+        self.began.elapsed()
+    }
+
+    /// Time that is left, if there is an end to it.
+    pub(crate) fn left(&self) -> Option<Duration> {
+        self.goal.map(|goal| goal.saturating_sub(self.elapsed()))
+    }
+}
+
+/// How many photons a render of `settings` has emitted after `iterations`.
+pub(crate) fn photons(settings: &Settings, iterations: u32) -> u64 {
+    u64::from(settings.photons_per_iteration) * u64::from(iterations)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene::Rgb;
+
+    /// Noise of variance 1 on a grey of 3: the image after n iterations is the mean of n.
+    struct Noise {
+        sums: Vec<f64>,
+        state: u64,
+        n: u32,
+    }
+
+    impl Noise {
+        fn new() -> Self {
+            Self { sums: vec![0.0; 3 * 4000], state: 1, n: 0 }
+        }
+
+        fn iterate(&mut self) {
+            self.n += 1;
+            for sum in &mut self.sums {
+                self.state = self.state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                let uniform = (self.state >> 11) as f64 / (1_u64 << 53) as f64;
+                *sum += 3.0 + (uniform - 0.5) * 12_f64.sqrt();
+            }
+        }
+
+        fn film(&self) -> Film {
+            let mean = |c: &f64| (c / f64::from(self.n)) as f32;
+            let pixels =
+                self.sums.chunks(3).map(|c| Rgb::new(mean(&c[0]), mean(&c[1]), mean(&c[2]))).collect();
+            Film { width: 4000, height: 1, pixels }
+        }
+    }
+
+    #[test]
+    fn the_error_of_independent_noise_is_estimated() {
+        let (mut noise, mut estimate) = (Noise::new(), Estimate::default());
+        for n in 1..=300 {
+            noise.iterate();
+            estimate.update(n, || noise.film());
+            let truth = (1.0 / (9.0 + EPSILON) / f64::from(n)).sqrt();
+            // 12000 samples give it to 1 %; between looks it is up to 1/16 of n old, and L^2 of few iterations noisy.
+            if n > 8 {
+                let error = estimate.error.unwrap();
+                assert!((0.95..1.1).contains(&(error / truth)), "iteration {n}: {error}, not {truth}");
+            }
+        }
+    }
+
+    #[test]
+    fn it_does_not_matter_whether_the_render_was_interrupted() {
+        let (mut noise, mut whole, mut broken) = (Noise::new(), Estimate::default(), Estimate::default());
+        for n in 1..=100 {
+            noise.iterate();
+            whole.update(n, || noise.film());
+            broken.update(n, || noise.film());
+            if n > 1 {
+                let again = Estimate::after(broken.past().cloned());
+                assert_eq!(again.past(), whole.past());
+                let is_looked_at = n < 32 || n % 2 == 0 && n < 64 || n % 4 == 0;
+                assert!(!is_looked_at || broken.error == whole.error);
+                broken = again;
+            }
+        }
+    }
+
+    #[test]
+    fn without_another_goal_the_scene_tells_the_iterations() {
+        let timed = Goals { time: Some(Duration::from_secs(1)), error: None };
+        assert_eq!(Goals::default().iterations(None, 6), 6);
+        assert_eq!(Goals::default().iterations(Some(9), 6), 9);
+        assert_eq!(timed.iterations(None, 6), MAX_ITERATIONS);
+        assert_eq!(timed.iterations(Some(9), 6), 9);
+    }
+}

@@ -1,0 +1,133 @@
+//! How much memory a render takes: told before it begins, and refused if it is too much.
+
+use crate::engines::{Chosen, EngineName};
+use crate::error::Error;
+use scene::Scene;
+use scene::settings::BYTES_PER_PIXEL;
+
+/// The process itself, with its libraries.
+const BYTES_OF_PROCESS: u64 = 16 << 20;
+/// What a pixel takes while an image is developed, encoded and written.
+const BYTES_PER_DEVELOPED_PIXEL: u64 = 36;
+/// What an earlier image takes, for the estimate of the error.
+const BYTES_PER_PAST_PIXEL: u64 = 12;
+/// A path tracer's sums and samples.
+const BYTES_PER_TRACED_PIXEL: u64 = 36;
+/// What a sphere takes in the scene, in its text and in its still.
+const BYTES_PER_SPHERE: u64 = 768;
+/// Rounds of photons are not made smaller than this.
+const FEWEST_DEPOSITS: u32 = 1 << 16;
+
+/// What a render will take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Need {
+    /// At most.
+    pub bytes: u64,
+    /// With so many deposits held at once.
+    pub deposits: u32,
+}
+
+impl Need {
+    /// The need of a render, if it can be kept within `limit` and the system grants it.
+    pub(crate) fn new(
+        engine: Chosen,
+        scene: &Scene,
+        threads: usize,
+        has_past: bool,
+        limit: Option<u64>,
+    ) -> Result<Self, Error> {
+        let with = |deposits| Self { bytes: bytes(engine, scene, threads, has_past, deposits), deposits };
+        let all = with(fast::DEPOSITS_AT_ONCE);
+        let need = match limit {
+            Some(limit) if all.bytes > limit => {
+                let fewer = std::iter::successors(Some(all.deposits / 2), |deposits| Some(deposits / 2));
+                let mut fewer = fewer.take_while(|&deposits| deposits >= FEWEST_DEPOSITS).map(with);
+                fewer
+                    .find(|need| need.bytes <= limit)
+                    .ok_or_else(|| too_much(with(FEWEST_DEPOSITS).bytes, limit))?
+            }
+            _ => all,
+        };
+        need.ask_the_system()?;
+        Ok(need)
+    }
+
+    /// Asks for all of it at once and gives it back: what is refused now would end the process later.
+    fn ask_the_system(self) -> Result<(), Error> {
+        let granted =
+            usize::try_from(self.bytes).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok());
+        if granted {
+            return Ok(());
+        }
+        let need = mebibytes(self.bytes);
+        Err(Error::Failed(format!(
+            "the render needs up to {need}, which the system refuses; ask for fewer pixels or photons"
+        )))
+    }
+}
+
+fn bytes(engine: Chosen, scene: &Scene, threads: usize, has_past: bool, deposits: u32) -> u64 {
+    let (settings, spheres) = (&scene.settings, scene.spheres.len());
+    let pixels = settings.pixels() as u64;
+    let of_engine = match engine.name() {
+        EngineName::Fast => fast::Sppm::bytes_at_most(settings, spheres, threads, deposits),
+        EngineName::Reference => pixels * BYTES_PER_PIXEL,
+        EngineName::Path => pixels * BYTES_PER_TRACED_PIXEL,
+    };
+    let past = if has_past { BYTES_PER_PAST_PIXEL } else { 0 };
+    of_engine
+        + BYTES_OF_PROCESS
+        + pixels * (BYTES_PER_DEVELOPED_PIXEL + past)
+        + spheres as u64 * BYTES_PER_SPHERE
+}
+
+fn too_much(bytes: u64, limit: u64) -> Error {
+    let (need, limit) = (mebibytes(bytes), mebibytes(limit));
+    Error::BadInput(format!(
+        "--memory-limit: the render needs up to {need}, more than {limit}; raise the limit, or ask for fewer pixels"
+    ))
+}
+
+/// Bytes for people.
+pub(crate) fn mebibytes(bytes: u64) -> String {
+    format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
+}
+
+/// The most memory that this process has held so far, as far as the system tells.
+pub(crate) fn peak() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? << 10)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene::Settings;
+
+    fn scene(settings: Settings) -> Scene {
+        Scene { settings, ..scene::builtin::scene("cornell").unwrap() }
+    }
+
+    fn fast(settings: Settings, limit: Option<u64>) -> Result<Need, Error> {
+        Need::new(Chosen::new(EngineName::Fast, None).unwrap(), &scene(settings), 2, false, limit)
+    }
+
+    #[test]
+    fn rounds_shrink_to_fit() {
+        let settings = Settings { photons_per_iteration: 10_000_000, ..Settings::default() };
+        let all = fast(settings, None).unwrap();
+        assert_eq!(all.deposits, fast::DEPOSITS_AT_ONCE);
+        let less = fast(settings, Some(all.bytes / 3)).unwrap();
+        assert!(less.bytes <= all.bytes / 3 && less.deposits < all.deposits, "{less:?}");
+        let Err(Error::BadInput(line)) = fast(settings, Some(1 << 20)) else { panic!("not refused") };
+        assert!(line.contains("more than 1.0 MiB") && line.contains("needs up to"), "{line}");
+    }
+
+    #[test]
+    fn what_the_system_refuses_is_told() {
+        let need = Need { bytes: u64::MAX / 4, deposits: 1 };
+        let Err(Error::Failed(line)) = need.ask_the_system() else { panic!("not refused") };
+        assert!(line.contains("which the system refuses"), "{line}");
+    }
+}

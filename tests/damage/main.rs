@@ -1,0 +1,184 @@
+//! Flipped bits and cuts in checkpoints, scene files and images: what is read is right or refused in one line, and
+//! takes no more than twice the memory of the undamaged file.
+//!
+//! A binary of its own with a single test, as it counts all memory of the process.
+
+use peak_alloc::PeakAlloc;
+use scene::checkpoint::{Checkpoint, Contents, write};
+use scene::image_file::{self, Encoding, Format, decode_bytes, decode_note_bytes};
+use scene::rng::{Family, Stream, StreamKey};
+use scene::{Engine, Film, Resumable, Settings, file};
+use std::collections::BTreeSet;
+use std::io::Cursor;
+
+#[global_allocator]
+static MEMORY: PeakAlloc = PeakAlloc;
+
+/// Damages per file, unless the environment asks for others.
+const DAMAGES: u32 = 400;
+/// What an error takes, with its text, and what is rounded up by those who allocate.
+const SLACK: usize = 1 << 13;
+
+/// A reader: a short account of what was read, or the line of an error.
+type Reader = fn(&[u8]) -> Result<String, String>;
+
+/// A file as it should be.
+struct Specimen {
+    name: &'static str,
+    bytes: Vec<u8>,
+    read: Reader,
+    /// Whether every flipped bit must be found or do no harm: what is read of it is under a checksum.
+    is_summed: bool,
+}
+
+fn read_checkpoint(bytes: &[u8]) -> Result<String, String> {
+    let checkpoint =
+        Checkpoint::read(&mut Cursor::new(bytes), bytes.len() as u64).map_err(|e| e.to_string())?;
+    Ok(checkpoint.scene.name)
+}
+
+fn read_scene(bytes: &[u8]) -> Result<String, String> {
+    let text = std::str::from_utf8(bytes).map_err(|e| e.to_string())?;
+    file::parse("a.toml", text).map(|scene| scene.name).map_err(|e| e.to_string())
+}
+
+/// The pixels by a checksum; whatever the note says, it can be read or is refused too.
+fn read_image(format: Format, bytes: &[u8]) -> Result<String, String> {
+    let _ = decode_note_bytes(format, bytes)?;
+    let film = decode_bytes(format, bytes)?;
+    assert_eq!(film.pixels.len() as u64, u64::from(film.width) * u64::from(film.height));
+    let values = film.pixels.iter().flat_map(|p| p.to_array());
+    let sum = values.fold(0_u64, |sum, v| sum.rotate_left(7) ^ u64::from(v.to_bits()));
+    Ok(format!("{} x {} {sum:x}", film.width, film.height))
+}
+
+/// A file of an image, noisy in one half and flat in the other, as renders of few iterations are.
+fn image(extension: &str) -> Vec<u8> {
+    let (mut numbers, mut film) = (StreamKey::new(1, Family::Path, 0).stream(0), Film::new(96, 64));
+    for pixel in &mut film.pixels[..96 * 32] {
+        *pixel = scene::Rgb::new(numbers.next_f32(), numbers.next_f32(), 3.0 * numbers.next_f32());
+    }
+    let folder = tempfile::TempDir::new().unwrap();
+    let path = folder.path().join("a").with_extension(extension);
+    let note = "{\"a\": \"text\"}".repeat(50);
+    image_file::write(&path, &film, &Encoding { note: Some(&note), ..Encoding::default() }).unwrap();
+    std::fs::read(path).unwrap()
+}
+
+fn checkpoint() -> Vec<u8> {
+    let scene = scene::builtin::scene("cornell").unwrap();
+    let settings = Settings { width: 48, height: 32, photons_per_iteration: 1000, ..scene.settings };
+    let mut engine = fast::Sppm::new(&scene, &settings);
+    engine.iterate();
+    let (text, digest) = (file::to_text(&scene, engine.settings()), file::digest(&scene));
+    let contents = Contents { scene: &text, digest: &digest, version: "1", note: "{}", past: None };
+    let mut bytes = Vec::new();
+    write(&mut bytes, &engine, &contents).unwrap();
+    bytes
+}
+
+fn specimens() -> Vec<Specimen> {
+    let scene = |name: &'static str| {
+        let bytes = scene::builtin::find(name).unwrap().text.as_bytes().to_vec();
+        Specimen { name, bytes, read: read_scene, is_summed: false }
+    };
+    let image = |name, extension: &str, read: Reader| Specimen {
+        name,
+        bytes: image(extension),
+        read,
+        is_summed: extension == "png",
+    };
+    vec![
+        Specimen { name: "checkpoint", bytes: checkpoint(), read: read_checkpoint, is_summed: true },
+        scene("cornell"),
+        scene("surgery"),
+        scene("motion"),
+        image("PNG", "png", |bytes| read_image(Format::Png, bytes)),
+        image("EXR", "exr", |bytes| read_image(Format::Exr, bytes)),
+        image("PFM", "pfm", |bytes| read_image(Format::Pfm, bytes)),
+    ]
+}
+
+/// Reads, and tells how much memory that took at its worst beside `bytes`.
+fn measured(read: Reader, bytes: &[u8]) -> (Result<String, String>, usize) {
+    let before = MEMORY.current_usage();
+    MEMORY.reset_peak_usage();
+    let result = read(bytes);
+    (result, MEMORY.peak_usage().saturating_sub(before))
+}
+
+/// Flips some bits, in half of the cases among the first, where sizes stand; or cuts; or overwrites a word.
+fn damage(bytes: &mut Vec<u8>, numbers: &mut Stream) -> String {
+    let length = bytes.len();
+    let span = if numbers.next_u32().is_multiple_of(2) { length.min(600) } else { length };
+    let at = numbers.next_u32() as usize % span;
+    match numbers.next_u32() % 8 {
+        0 => {
+            bytes.truncate(at);
+            format!("cut after {at} of {length} bytes")
+        }
+        1 if at + 4 <= length => {
+            let words = [0, u32::MAX, i32::MAX as u32, 1 << 31, 1 << 20, numbers.next_u32()];
+            let word = words[numbers.next_u32() as usize % words.len()];
+            bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
+            format!("{word:#x} at {at}")
+        }
+        more => {
+            // The first of them there, others anywhere.
+            let others = (0..more / 3).map(|_| numbers.next_u32() as usize % (8 * length));
+            let mut bits: BTreeSet<usize> = others.collect();
+            bits.insert(8 * at + numbers.next_u32() as usize % 8);
+            for bit in &bits {
+                bytes[bit / 8] ^= 1 << (bit % 8);
+            }
+            format!("bits {bits:?} flipped")
+        }
+    }
+}
+
+#[test]
+fn damaged_files_are_refused_in_a_line_and_take_no_memory() {
+    let asked = std::env::var("SPPM_DAMAGES").ok().map(|damages| damages.parse::<u32>().expect("a number"));
+    let mut faults = Vec::new();
+    for specimen in specimens() {
+        let Specimen { name, bytes, read, is_summed } = specimen;
+        // Twice, as the first reading fills tables that stay.
+        read(&bytes).unwrap();
+        let (whole, honest) = measured(read, &bytes);
+        let whole = whole.unwrap();
+        let (mut refused, mut worst) = (0, 0);
+        let damages = asked.unwrap_or(DAMAGES);
+        for number in 0..damages {
+            let mut numbers = StreamKey::new(2, Family::Path, 0).stream(number);
+            let mut damaged = bytes.clone();
+            let what = damage(&mut damaged, &mut numbers);
+            let (result, peak) = measured(read, &damaged);
+            worst = worst.max(peak);
+            if peak > 2 * honest + SLACK {
+                faults.push(format!(
+                    "{name}, {what}: {peak} bytes, where the whole file takes {honest}: {result:?}"
+                ));
+            }
+            match result {
+                Err(line) => {
+                    refused += 1;
+                    let is_line = !line.is_empty() && line.len() < 600 && !line.contains(char::is_control);
+                    assert!(is_line, "{name}, {what}: {line:?}");
+                }
+                Ok(read) if is_summed && read != whole => {
+                    faults.push(format!("{name}, {what}: was taken for whole"))
+                }
+                Ok(_) => {}
+            }
+        }
+        println!(
+            "{name}: {refused} of {damages} damages refused; {worst} bytes at worst, the whole file {honest} ({whole:.20})"
+        );
+    }
+    assert!(
+        faults.is_empty(),
+        "{} faults, the first of them:\n{}",
+        faults.len(),
+        faults[..faults.len().min(20)].join("\n")
+    );
+}

@@ -1,0 +1,129 @@
+//! Goals, snapshots, memory, and what is told on the way.
+
+use crate::sandbox::Sandbox;
+use serde_json::Value;
+
+#[test]
+fn time_ends_a_render() {
+    let sandbox = Sandbox::new();
+    let size = ["--width=16", "--height=12", "--photons=500", "--stats=s.json"];
+    let ended = sandbox.run(["render", "cornell", "--time=300ms"].iter().chain(&size));
+    assert_eq!(ended.code, Some(0));
+    ended.said_one_line("wrote cornell.png and s.json: ", &["iterations in ", "; time is up"]);
+    let stats = sandbox.json("s.json");
+    assert_eq!((&stats["ended_by"], &stats["interrupted"]), (&"time".into(), &false.into()));
+    let done = format!("--iterations={}", stats["iterations"]);
+    assert_eq!(sandbox.run(["render", "cornell", "-o", "b.png", &done].iter().chain(&size)).code, Some(0));
+    assert!(sandbox.bytes("cornell.png") == sandbox.bytes("b.png"), "not the image of {done}");
+    // Whatever comes first.
+    sandbox.run(["render", "cornell", "--time=1h", "--iterations=2"].iter().chain(&size));
+    assert_eq!(sandbox.json("s.json")["ended_by"], "iterations");
+}
+
+#[test]
+fn the_first_iteration_is_always_finished() {
+    let sandbox = Sandbox::new();
+    let args = ["render", "cornell", "--time=1ms", "--stats=s.json", "--photons=100000"];
+    assert_eq!(sandbox.run(args).code, Some(0));
+    assert!(sandbox.json("s.json")["iterations"].as_u64() >= Some(1));
+}
+
+#[test]
+fn a_small_error_ends_a_render_where_it_would_have_ended_uninterrupted() {
+    let sandbox = Sandbox::new();
+    let size = ["--width=32", "--height=24", "--photons=2000", "--until-error=0.1"];
+    let ended = sandbox.run(["render", "cornell", "-o", "a.exr", "--stats=s.json"].iter().chain(&size));
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    ended.said_one_line("wrote a.exr and s.json: ", &["the estimated error is "]);
+    let stats = sandbox.json("s.json");
+    let done = stats["iterations"].as_u64().unwrap();
+    assert!(stats["estimated_error"].as_f64().unwrap() <= 0.1 && done > 4, "{stats}");
+
+    // Against the converged image, as `compare` has it. The estimate leaves out part of the bias.
+    let truth = ["render", "cornell", "-o", "truth.exr", "--iterations=3000", "--engine=path", "--depth=5"];
+    assert_eq!(sandbox.run(truth.iter().chain(&size[..2])).code, Some(0));
+
+    let half = format!("--iterations={}", done / 2);
+    let saved = ["-o", "b.exr", "--checkpoint=b.sppm", "--every=1"];
+    assert_eq!(sandbox.run(["render", "cornell", &half].iter().chain(&saved).chain(&size)).code, Some(0));
+    let ended = sandbox.run(["resume", "b.sppm", "--iterations=100000", "--threads=1"]);
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    assert!(sandbox.bytes("a.exr") == sandbox.bytes("b.exr"), "{ended:?}");
+}
+
+#[test]
+fn snapshots_are_images_of_their_iterations() {
+    let sandbox = Sandbox::new();
+    sandbox.render(&["cornell", "-o", "a.png", "--snapshots"]);
+    assert_eq!(sandbox.names(), ["a-0001.png", "a-0002.png", "a.png"]);
+    assert!(sandbox.bytes("a-0002.png") == sandbox.bytes("a.png"));
+}
+
+#[test]
+fn a_limit_of_memory_is_kept_or_refused() {
+    let sandbox = Sandbox::new();
+    let large = ["render", "cornell", "--width=8000", "--height=8000"];
+    sandbox.run(large.iter().chain(&["--memory-limit=100M"])).refused(&[
+        "--memory-limit",
+        "needs up to",
+        "100.0 MiB",
+    ]);
+    sandbox.run(large.iter().chain(&["--memory-limit=lots"])).refused(&["--memory-limit", "500M or 4G"]);
+    sandbox.render(&["cornell", "--memory-limit=200M", "--stats=s.json"]);
+    let stats = sandbox.json("s.json");
+    assert!(stats["bytes_at_most"].as_u64() <= Some(200 << 20));
+}
+
+/// The figure before the start holds, for all engines.
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_is_as_told() {
+    for engine in ["fast", "reference", "path"] {
+        for size in [
+            ["--width=300", "--height=200", "--photons=1000"],
+            ["--width=64", "--height=64", "--photons=150000"],
+        ] {
+            let sandbox = Sandbox::new();
+            let args =
+                ["render", "cornell", "-o", "a.exr", "--iterations=3", "--stats=s.json", "--engine", engine];
+            assert_eq!(sandbox.run(args.iter().chain(&size)).code, Some(0));
+            let stats = sandbox.json("s.json");
+            let (told, held) =
+                (stats["bytes_at_most"].as_u64().unwrap(), stats["peak_bytes"].as_u64().unwrap());
+            assert!(held <= told, "{engine} {size:?}: held {held} bytes, told {told}");
+        }
+    }
+}
+
+#[test]
+fn progress_is_a_line_per_iteration() {
+    let sandbox = Sandbox::new();
+    let ended = sandbox.render(&["cornell", "--progress=json", "--checkpoint=a.sppm", "--every=1"]);
+    let lines: Vec<Value> = ended.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(lines.len(), 2);
+    for (i, line) in (1..).zip(&lines) {
+        assert_eq!((&line["iteration"], &line["iterations"]), (&i.into(), &2.into()));
+        assert_eq!((&line["photons"], &line["saved"]), (&(500 * i).into(), &(i == 1).into()));
+        assert!(line["seconds"].as_f64() > Some(0.0) && line["mean_radius"].as_f64() > Some(0.0), "{line}");
+    }
+}
+
+#[test]
+fn a_log_is_json_to_its_last_line() {
+    let sandbox = Sandbox::new();
+    let ended = sandbox.render(&["cornell", "--log-format=json", "-v"]);
+    let lines: Vec<Value> = ended.stderr.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(lines.len(), 3);
+    for line in &lines {
+        assert!(
+            line["timestamp"].is_string() && line["level"].is_string() && line["message"].is_string(),
+            "{line}"
+        );
+    }
+    assert_eq!(lines[2]["iterations"], 2);
+    let ended = sandbox.run(["render", "cornell", "-o", "missing/a.png", "--log-format=json"]);
+    assert_eq!(ended.code, Some(2));
+    let line: Value = serde_json::from_str(&ended.stderr).unwrap();
+    assert_eq!((&line["level"], &line["exit_code"]), (&"ERROR".into(), &2.into()));
+    assert!(line["message"].as_str().unwrap().contains("missing/a.png"));
+}

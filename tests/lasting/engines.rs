@@ -1,0 +1,187 @@
+//! What an engine saves between two iterations any other takes up, and an iteration that is abandoned leaves no trace.
+
+use fast::LaneKind;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use reference::PathTracer;
+use scene::state::transfer;
+use scene::{Resumable, Scene, Settings, Stop};
+use std::thread;
+use std::time::Duration;
+
+/// An engine, and the threads that it runs on.
+#[derive(Clone, Copy, Debug)]
+enum Way {
+    Reference,
+    Fast { lanes: LaneKind, threads: usize, deposits_at_once: u32, long_join: u64 },
+    Paths { threads: usize },
+}
+
+impl Way {
+    fn start<'a>(self, scene: &'a Scene, settings: &Settings) -> Box<dyn Resumable + Send + 'a> {
+        match self {
+            Self::Reference => Box::new(reference::Sppm::new(scene, settings)),
+            Self::Fast { lanes, deposits_at_once, long_join, .. } => {
+                let engine = fast::Sppm::with_lanes(scene, settings, lanes);
+                Box::new(engine.deposits_at_once(deposits_at_once).long_join(long_join))
+            }
+            Self::Paths { .. } => Box::new(PathTracer::new(scene, settings)),
+        }
+    }
+
+    fn pool(self) -> ThreadPool {
+        let (Self::Fast { threads, .. } | Self::Paths { threads }) = self else {
+            return ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        };
+        ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
+    }
+}
+
+/// Every way to map photons: in one round and in several, on one thread and on three, with short joins and with long.
+fn photon_ways() -> Vec<Way> {
+    let lanes = LaneKind::ALL.into_iter().filter(|lanes| lanes.is_available());
+    let ways = [(1, u32::MAX, u64::MAX), (3, 300, u64::MAX), (2, 1000, 0)];
+    let fast = lanes.flat_map(|lanes| {
+        ways.map(|(threads, deposits_at_once, long_join)| Way::Fast {
+            lanes,
+            threads,
+            deposits_at_once,
+            long_join,
+        })
+    });
+    [Way::Reference].into_iter().chain(fast).collect()
+}
+
+fn scenes() -> Vec<(Scene, Settings)> {
+    let tiny = |name| {
+        let scene = scene::builtin::scene(name).unwrap();
+        let settings = Settings {
+            width: 21,
+            height: 13,
+            iterations: 5,
+            photons_per_iteration: 700,
+            initial_radius: 12.0,
+            ..scene.settings
+        };
+        (scene, settings)
+    };
+    ["cornell", "motion", "random", "focus"].map(tiny).to_vec()
+}
+
+/// The words of all rows, and the iterations.
+fn words(engine: &dyn Resumable) -> (u32, Vec<u32>) {
+    let Settings { width, height, .. } = *engine.settings();
+    let mut row = vec![0; width as usize * engine.sums().words()];
+    let rows = (0..height).flat_map(|y| {
+        engine.save_row(y, &mut row);
+        row.clone()
+    });
+    (engine.iterations(), rows.collect())
+}
+
+/// Renders by `first` up to every iteration, goes on by `second`, and expects the words of a render by `whole`.
+fn check(scene: &Scene, settings: &Settings, [first, second]: [Way; 2], whole: &[(u32, Vec<u32>)]) {
+    let pools = [first.pool(), second.pool()];
+    let mut begun = first.start(scene, settings);
+    for done in 0..settings.iterations {
+        let mut other = second.start(scene, settings);
+        transfer(&*begun, &mut *other);
+        assert_eq!(other.stats(), begun.stats());
+        for (_, expected) in whole.iter().enumerate().skip(done as usize + 1) {
+            pools[1].install(|| other.iterate());
+            assert!(
+                words(&*other) == *expected,
+                "{}: {first:?} {done} iterations, then {second:?}",
+                scene.name
+            );
+        }
+        pools[0].install(|| begun.iterate());
+    }
+    let film = begun.develop();
+    let mut developed = second.start(scene, settings);
+    transfer(&*begun, &mut *developed);
+    assert_eq!(developed.develop(), film, "{}: {second:?} develops another image", scene.name);
+    assert_eq!((developed.radius(), developed.count()), (begun.radius(), begun.count()));
+    assert_eq!(developed.direct(), begun.direct());
+}
+
+/// The words after each iteration of a render that is left alone, from before the first on.
+fn whole(way: Way, scene: &Scene, settings: &Settings) -> Vec<(u32, Vec<u32>)> {
+    let mut engine = way.start(scene, settings);
+    let mut all = vec![words(&*engine)];
+    for _ in 0..settings.iterations {
+        engine.iterate();
+        all.push(words(&*engine));
+    }
+    all
+}
+
+#[test]
+fn any_engine_goes_on_where_any_other_stopped() {
+    for (scene, settings) in scenes() {
+        let expected = whole(Way::Reference, &scene, &settings);
+        let ways = photon_ways();
+        for (i, &first) in ways.iter().enumerate() {
+            for &second in &ways[i..] {
+                check(&scene, &settings, [first, second], &expected);
+                check(&scene, &settings, [second, first], &expected);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_path_tracer_goes_on_where_it_stopped() {
+    for (scene, settings) in scenes() {
+        let [one, three] = [1, 3].map(|threads| Way::Paths { threads });
+        let expected = whole(one, &scene, &settings);
+        check(&scene, &settings, [one, three], &expected);
+        check(&scene, &settings, [three, one], &expected);
+    }
+}
+
+/// Stops iterations at moments from their first to their last microseconds, some not at all.
+#[test]
+fn an_abandoned_iteration_leaves_no_trace() {
+    let (scene, settings) = (scene::builtin::scene("cornell").unwrap(), Settings::default());
+    let settings =
+        Settings { width: 96, height: 64, photons_per_iteration: 20_000, iterations: 2, ..settings };
+    for way in photon_ways().into_iter().chain([Way::Paths { threads: 2 }]) {
+        let expected = whole(way, &scene, &settings);
+        let mut engine = way.start(&scene, &settings);
+        let pool = way.pool();
+        let (mut abandoned, mut wait) = (0, Duration::from_micros(30));
+        for iteration in 1..=settings.iterations {
+            loop {
+                let before = (words(&*engine), *engine.stats());
+                let stop = Stop::new();
+                if abandoned == 0 {
+                    stop.request();
+                }
+                let is_whole = thread::scope(|scope| {
+                    scope.spawn(|| {
+                        thread::sleep(wait);
+                        stop.request();
+                    });
+                    pool.install(|| engine.iterate_unless(&stop))
+                });
+                if is_whole {
+                    break;
+                }
+                assert!((words(&*engine), *engine.stats()) == before, "{way:?} left a trace after {wait:?}");
+                abandoned += 1;
+                wait = wait.mul_f64(1.5);
+            }
+            assert!(words(&*engine) == expected[iteration as usize], "{way:?} went astray in {iteration}");
+            wait = Duration::from_micros(100);
+        }
+        assert!(abandoned > 0, "{way:?} was never stopped");
+        assert_eq!(engine.stats().photons, photons(way, &settings));
+    }
+}
+
+fn photons(way: Way, settings: &Settings) -> u64 {
+    match way {
+        Way::Paths { .. } => 0,
+        _ => u64::from(settings.iterations) * u64::from(settings.photons_per_iteration),
+    }
+}

@@ -1,0 +1,131 @@
+//! Files that cannot be written: refused before the work where that can be known, and else nothing is lost.
+
+use crate::sandbox::{Ended, Sandbox, TINY};
+use std::fs::{self, OpenOptions};
+use std::io;
+use std::process::{Command, Stdio};
+
+/// Runs `sppm` with files of at most `bytes` bytes, which stands for a full disk or a quota.
+fn run_limited(sandbox: &Sandbox, bytes: u64, args: &[&str]) -> Ended {
+    let script = format!("ulimit -f {}; exec \"$@\"", bytes.div_ceil(512));
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &script, "sh", env!("CARGO_BIN_EXE_sppm")]).args(args);
+    ended(shell.current_dir(sandbox.path("")))
+}
+
+fn ended(command: &mut Command) -> Ended {
+    let output = command.stdin(Stdio::null()).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    Ended { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
+}
+
+#[test]
+fn a_disk_without_room_is_told_before_the_work() {
+    let sandbox = Sandbox::new();
+    let endless = "--iterations=100000000";
+    let args = ["render", "cornell", "-o", "a.exr", endless];
+    run_limited(&sandbox, 1 << 20, &args).refused(&["--output: a.exr: there is no room for its 2.2 MiB"]);
+    let args = ["render", "cornell", "--checkpoint=a.sppm", endless];
+    run_limited(&sandbox, 1 << 20, &args).refused(&["--checkpoint: a.sppm: there is no room for its "]);
+    assert_eq!(sandbox.names(), [""; 0]);
+}
+
+/// The checkpoint has no room, the image has: rendering goes on, and the image is written.
+#[test]
+fn a_checkpoint_that_cannot_be_written_does_not_stop_a_render() {
+    let sandbox = Sandbox::new();
+    let args =
+        ["render", "cornell", "--width=64", "--height=64", "--photons=100", "--iterations=3", "--every=1"];
+    let ended = run_limited(&sandbox, 64 << 10, &args);
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    let lines: Vec<&str> = ended.stderr.lines().collect();
+    assert_eq!(lines.len(), 3, "{ended:?}");
+    for line in &lines[..2] {
+        assert!(
+            line.starts_with("warning: cornell.png.sppm: cannot be written: ")
+                && line.ends_with("rendering goes on")
+        );
+    }
+    assert_eq!(sandbox.names(), ["cornell.png"]);
+    sandbox.image("cornell.png");
+}
+
+/// The folder of the image goes while it renders: the image is saved elsewhere, and so is the render.
+#[test]
+fn a_render_whose_image_cannot_be_written_is_not_lost() {
+    let sandbox = Sandbox::new();
+    fs::create_dir(sandbox.path("tmp")).unwrap();
+    let args = ["render", "cornell", "-o", "a.exr", "--checkpoint=safe.sppm", "--every=1"];
+    // The image is larger than what is promised beforehand, as noise does not compress: at its end there is no room.
+    let size = ["--width=32", "--height=32", "--photons=100", "--iterations=3", "--stats=s.json"];
+    sandbox.render(&["cornell", "-o", "whole.exr", "--no-checkpoint"]);
+    let whole = sandbox.run(
+        args.iter().map(|a| a.replace("a.exr", "b.exr").replace("safe", "b")).chain(size.map(String::from)),
+    );
+    assert_eq!(whole.code, Some(0), "{whole:?}");
+    let script =
+        "mkdir out; \"$@\" & pid=$!; while [ ! -e safe.sppm ]; do sleep 0.01; done; rm -rf out; wait $pid";
+    let mut shell = Command::new("sh");
+    let args = args.map(|arg| arg.replace("a.exr", "out/a.exr"));
+    let size = size.map(|arg| arg.replace("iterations=3", "iterations=300"));
+    shell.args(["-c", script, "sh", env!("CARGO_BIN_EXE_sppm")]).args(args).args(size);
+    let ended = ended(shell.current_dir(sandbox.path("")).env("TMPDIR", sandbox.path("tmp")));
+    assert_eq!(ended.code, Some(1), "{ended:?}");
+    let last = ended.stderr.lines().last().unwrap();
+    for words in ["error: out/a.exr: ", "tmp/a-rescued-", "`sppm resume safe.sppm`", "wrote s.json"] {
+        assert!(last.contains(words), "no {words:?} in {last}");
+    }
+    let again = sandbox.run(["resume", "safe.sppm", "-o", "c.exr", "-q"]);
+    assert_eq!(again.code, Some(0), "{again:?}");
+    let rescued = sandbox.names().into_iter().find(|name| name.starts_with("tmp/a-rescued-")).unwrap();
+    assert_eq!(sandbox.image("c.exr"), sandbox.image(&rescued));
+}
+
+#[test]
+fn a_reader_of_progress_that_has_seen_enough_is_no_failure() {
+    let sandbox = Sandbox::new();
+    let (reader, writer) = io::pipe().unwrap();
+    drop(reader);
+    let args = ["render", "cornell", "--progress=json"];
+    let output = sandbox.command(args.iter().chain(&TINY)).stdout(writer).output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    sandbox.image("cornell.png");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn progress_onto_a_full_disk_is_a_failure_with_an_image() {
+    let sandbox = Sandbox::new();
+    let full = OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let args = ["render", "cornell", "--progress=json", "-q"];
+    let output = sandbox.command(args.iter().chain(&TINY)).stdout(full).output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.starts_with("error: cannot write to standard output: No space left"), "{stderr}");
+    sandbox.image("cornell.png");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn messages_onto_a_full_disk_do_not_stop_a_render() {
+    let sandbox = Sandbox::new();
+    let full = OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let output =
+        sandbox.command(["render", "cornell", "-v"].iter().chain(&TINY)).stderr(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    sandbox.image("cornell.png");
+}
+
+/// The checkpoint may be on another file system than the image: each file is made in its own folder.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_checkpoint_on_another_file_system() {
+    let elsewhere = tempfile::TempDir::new_in("/dev/shm").unwrap();
+    let path = elsewhere.path().join("a.sppm");
+    let checkpoint = format!("--checkpoint={}", path.display());
+    let sandbox = Sandbox::new();
+    sandbox.render(&["cornell", "-o", "a.exr", &checkpoint, "--every=1"]);
+    assert_eq!(sandbox.names(), ["a.exr"]);
+    let ended = sandbox.run(["resume".as_ref(), path.as_os_str(), "--iterations=4".as_ref()]);
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+}

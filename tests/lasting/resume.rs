@@ -1,0 +1,165 @@
+//! The command `resume`, and `render` where it finds its own checkpoint.
+
+use crate::sandbox::{Ended, Sandbox, TINY};
+use std::fs;
+
+/// A render of 4 iterations that is kept, in `a.exr` and `a.sppm`, and the same of 9 in `whole.exr`.
+fn kept() -> Sandbox {
+    let sandbox = Sandbox::new();
+    render(&sandbox, &["-o", "whole.exr", "--no-checkpoint", "--iterations=9"]);
+    render(&sandbox, &["-o", "a.exr", "--checkpoint=a.sppm", "--every=1", "--iterations=4"]);
+    assert_eq!(sandbox.names(), ["a.exr", "a.sppm", "a.sppm.1", "whole.exr"]);
+    sandbox
+}
+
+/// Options of [`TINY`] but for the iterations.
+fn render(sandbox: &Sandbox, args: &[&str]) -> Ended {
+    let tiny = TINY.iter().filter(|option| !["--iterations", "2"].contains(option));
+    let ended = sandbox.run(["render", "cornell"].iter().chain(args).chain(tiny));
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    ended
+}
+
+fn resume(sandbox: &Sandbox, args: &[&str]) -> Ended {
+    let ended = sandbox.run(["resume", "a.sppm"].iter().chain(args));
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    ended
+}
+
+#[test]
+fn iterations_are_added_to_a_finished_render() {
+    for way in
+        [["--engine=fast", "--threads=3"], ["--engine=reference", "--threads=1"], ["--lanes=emulated", "-q"]]
+    {
+        let sandbox = kept();
+        resume(&sandbox, &[&["--iterations=7"], &way[..]].concat());
+        resume(&sandbox, &["--iterations=9"]);
+        assert_eq!(sandbox.image("a.exr"), sandbox.image("whole.exr"), "{way:?}");
+        assert_eq!(sandbox.names(), ["a.exr", "a.sppm", "a.sppm.1", "whole.exr"]);
+    }
+}
+
+#[test]
+fn a_resumed_file_is_the_uninterrupted_file() {
+    let sandbox = kept();
+    let ended = resume(&sandbox, &["--iterations=9"]);
+    assert!(ended.stderr.contains("going on from a.sppm after 4 of 9 iterations"), "{ended:?}");
+    assert!(sandbox.bytes("a.exr") == sandbox.bytes("whole.exr"));
+}
+
+#[test]
+fn the_same_render_goes_on_by_itself() {
+    let sandbox = kept();
+    let ended = render(&sandbox, &["-o", "b.exr", "--checkpoint=a.sppm", "--iterations=9"]);
+    assert!(ended.stderr.starts_with("going on from a.sppm after 4 of 9 iterations\n"), "{ended:?}");
+    assert!(sandbox.bytes("b.exr") == sandbox.bytes("whole.exr"));
+}
+
+#[test]
+fn the_image_can_go_elsewhere() {
+    let sandbox = kept();
+    fs::create_dir(sandbox.path("moved")).unwrap();
+    fs::rename(sandbox.path("a.sppm"), sandbox.path("moved/b.sppm")).unwrap();
+    let ended = sandbox.run(["resume", "moved/b.sppm"]);
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    assert!(sandbox.bytes("moved/a.exr") == sandbox.bytes("a.exr"));
+    let ended = sandbox.run(["resume", "moved/b.sppm", "-o", "c.pfm", "--iterations=9"]);
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    assert_eq!(sandbox.image("c.pfm"), sandbox.image("whole.exr"));
+    assert_eq!(
+        sandbox.names(),
+        [
+            "a.exr",
+            "a.sppm.1",
+            "c.pfm",
+            "moved/",
+            "moved/a.exr",
+            "moved/b.sppm",
+            "moved/b.sppm.1",
+            "whole.exr"
+        ]
+    );
+}
+
+#[test]
+fn other_renders_are_not_overwritten() {
+    let sandbox = kept();
+    let before = sandbox.contents();
+    let tiny = ["--width=16", "--height=12", "--photons=500"];
+    let cases: &[(&[&str], &[&str])] = &[
+        (
+            &["render", "mirror", "--checkpoint=a.sppm"],
+            &["holds 4 iterations of another scene, Cornell Box", "sppm resume"],
+        ),
+        (&["render", "cornell", "--checkpoint=a.sppm", "--seed=2"], &["other settings"]),
+        (&["render", "cornell", "--checkpoint=a.sppm", "--engine=path"], &["photon mapping"]),
+        (&["render", "cornell", "--checkpoint=a.sppm", "--iterations=3"], &["more than 3"]),
+        (&["render", "cornell", "--checkpoint=whole.exr"], &["whole.exr: is no checkpoint of sppm"]),
+        (&["render", "cornell", "-o", "a.png", "--checkpoint=a.png"], &["--checkpoint", "also --output"]),
+        (&["render", "cornell", "--checkpoint=missing/a.sppm"], &["--checkpoint", "does not exist"]),
+        (&["render", "cornell", "--checkpoint=a.sppm", "--no-checkpoint"], &["--no-checkpoint"]),
+    ];
+    for (args, words) in cases {
+        sandbox.run(args.iter().chain(&tiny)).refused(words);
+        assert!(sandbox.contents() == before, "{args:?} changed the folder: {:?}", sandbox.names());
+    }
+    let cases: &[(&[&str], &[&str])] = &[
+        (&["resume"], &["<FILE> is missing"]),
+        (&["resume", "missing.sppm"], &["missing.sppm", "no such file"]),
+        (&["resume", "whole.exr"], &["whole.exr: is no checkpoint"]),
+        (&["resume", "a.sppm", "--iterations=3"], &["--iterations 3", "holds 4 already"]),
+        (&["resume", "a.sppm", "--engine=path"], &["--engine path", "photon mapping", "fast and reference"]),
+        (&["resume", "a.sppm", "-o", "a.sppm"], &["--output", "also the checkpoint"]),
+        (&["resume", "a.sppm", "--stats", "a.sppm"], &["--stats", "also the checkpoint"]),
+        (&["resume", "a.sppm", "--time=0s"], &["--time", "10m"]),
+        (&["resume", "a.sppm", "--every=0"], &["--every", "iterations"]),
+    ];
+    for (args, words) in cases {
+        sandbox.run(*args).refused(words);
+        assert!(sandbox.contents() == before, "{args:?} changed the folder: {:?}", sandbox.names());
+    }
+}
+
+#[test]
+fn one_render_at_a_time_has_a_checkpoint() {
+    let sandbox = kept();
+    let lock = scene::checkpoint::Store::new(sandbox.path("a.sppm")).lock().unwrap();
+    let process = format!("process {}", std::process::id());
+    for args in [["resume", "a.sppm", "-q"], ["render", "cornell", "--checkpoint=a.sppm"]] {
+        sandbox.run(args).refused(&["a.sppm", "in use by another render", &process]);
+    }
+    drop(lock);
+    resume(&sandbox, &[]);
+}
+
+#[test]
+fn damage_is_told_and_the_older_generation_goes_on() {
+    let sandbox = kept();
+    let whole = sandbox.bytes("a.sppm");
+    let flipped = |at: usize| {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 1;
+        bytes
+    };
+    for (bytes, says) in [
+        (whole[..whole.len() / 2].to_vec(), "cut short"),
+        (flipped(10), "the checksum of its header does not match"),
+        (flipped(60), "the checksum of its scene does not match"),
+        (flipped(whole.len() - 40), "the checksum of its sums does not match"),
+        (b"something else".to_vec(), "is no checkpoint of sppm"),
+        (Vec::new(), "is no checkpoint of sppm"),
+    ] {
+        let older = sandbox.bytes("a.sppm.1");
+        fs::write(sandbox.path("a.sppm"), &bytes).unwrap();
+        let ended = resume(&sandbox, &[]);
+        let lines: Vec<&str> = ended.stderr.lines().collect();
+        assert!(lines[0].starts_with("warning: a.sppm: ") && lines[0].contains(says), "{ended:?}");
+        assert!(lines[1].starts_with("going on from a.sppm.1 after 3 of 4 iterations"), "{ended:?}");
+
+        fs::write(sandbox.path("a.sppm"), &bytes).unwrap();
+        fs::remove_file(sandbox.path("a.sppm.1")).unwrap();
+        sandbox.run(["resume", "a.sppm"]).refused(&["a.sppm: ", says]);
+        assert!(sandbox.bytes("a.sppm") == bytes);
+        fs::write(sandbox.path("a.sppm.1"), older).unwrap();
+    }
+}

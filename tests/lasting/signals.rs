@@ -1,0 +1,99 @@
+//! What signals do.
+
+use crate::sandbox::{Ended, Sandbox};
+use rustix::process::{Pid, Signal, kill_process};
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, ChildStderr, Command, Stdio};
+
+/// A render that would go on for hours.
+const LONG: [&str; 8] = [
+    "render",
+    "cornell",
+    "--width=16",
+    "--height=12",
+    "--photons=500",
+    "--iterations=100000000",
+    "-v",
+    "--threads=2",
+];
+
+/// A render on its way.
+struct Running {
+    child: Child,
+    stderr: BufReader<ChildStderr>,
+}
+
+impl Running {
+    /// Starts `command`, and returns once it has begun and `words` were said.
+    fn start(command: &mut Command, words: &str) -> Self {
+        let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut stderr = BufReader::new(child.stderr.take().unwrap());
+        let mut line = String::new();
+        while !line.contains(words) {
+            line.clear();
+            assert!(stderr.read_line(&mut line).unwrap() > 0, "ended before it said {words:?}");
+        }
+        Self { child, stderr }
+    }
+
+    fn send(&self, signal: Signal) {
+        kill_process(Pid::from_child(&self.child), signal).unwrap();
+    }
+
+    fn end(mut self) -> Ended {
+        let mut stderr = String::new();
+        self.stderr.read_to_string(&mut stderr).unwrap();
+        let last = stderr.lines().last().unwrap_or_default();
+        Ended { code: self.child.wait().unwrap().code(), stdout: String::new(), stderr: format!("{last}\n") }
+    }
+}
+
+#[test]
+fn every_request_leaves_an_image_and_a_checkpoint() {
+    for (signal, code) in [(Signal::INT, 130), (Signal::TERM, 143), (Signal::HUP, 129)] {
+        let sandbox = Sandbox::new();
+        let running = Running::start(&mut sandbox.command(LONG.iter().chain(&["--every=1"])), "saved after ");
+        running.send(signal);
+        let ended = running.end();
+        assert_eq!(ended.code, Some(code), "{ended:?}");
+        ended.said_one_line("interrupted: wrote cornell.png after ", &["`sppm resume cornell.png.sppm`"]);
+        let info = sandbox.run(["info", "cornell.png", "--json"]);
+        let info: serde_json::Value = serde_json::from_str(&info.stdout).unwrap();
+        let done = info["iterations"].to_string();
+        let more = format!("--iterations={}", info["iterations"].as_u64().unwrap() + 3);
+        assert_eq!(sandbox.run(["resume", "cornell.png.sppm", "-q", &more]).code, Some(0));
+        let whole = LONG.map(|option| if option.starts_with("--iterations") { &more } else { option });
+        assert_eq!(sandbox.run(whole.iter().chain(&["-o", "whole.png"])).code, Some(0));
+        assert!(sandbox.bytes("cornell.png") == sandbox.bytes("whole.png"), "after {done} iterations");
+        assert_eq!(sandbox.names(), ["cornell.png", "whole.png"]);
+    }
+}
+
+#[test]
+fn what_nohup_has_ignored_stays_ignored() {
+    let sandbox = Sandbox::new();
+    let program = env!("CARGO_BIN_EXE_sppm");
+    let script = format!("trap '' HUP; exec {program} {} --every=1", LONG.join(" "));
+    let mut command = sandbox.command([""; 0]);
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &script]).current_dir(command.get_current_dir().unwrap()).stdin(Stdio::null());
+    std::mem::swap(&mut command, &mut shell);
+    let running = Running::start(&mut command, "saved after ");
+    running.send(Signal::HUP);
+    running.send(Signal::TERM);
+    assert_eq!(running.end().code, Some(143));
+}
+
+/// A large iteration is abandoned: it would take minutes.
+#[test]
+fn nobody_waits_for_an_iteration() {
+    let sandbox = Sandbox::new();
+    let args =
+        ["render", "cornell", "--width=64", "--height=48", "--photons=200000000", "--iterations=9", "-v"];
+    let running = Running::start(&mut sandbox.command(args), "engine fast");
+    running.send(Signal::INT);
+    let ended = running.end();
+    assert_eq!(ended.code, Some(130));
+    ended.said_one_line("interrupted: not one iteration was over, so nothing is written", &[]);
+    assert_eq!(sandbox.names(), [""; 0]);
+}
