@@ -5,6 +5,9 @@ mod lasting;
 pub(crate) use lasting::{CheckpointArgs, EngineArgs, GoalArgs, InfoArgs, MessageArgs, ResumeArgs};
 
 use crate::compare::Bounds;
+use crate::engines::{LanesName, TracerName};
+use crate::export::Format;
+use crate::ladder_command::args::LadderArgs;
 use crate::threads::MAX_THREADS;
 use crate::values::{amount, bound, number, whole};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueHint};
@@ -51,6 +54,9 @@ pub(crate) enum Command {
     Scenes(ScenesArgs),
     Compare(CompareArgs),
     Verify(VerifyArgs),
+    Trace(TraceArgs),
+    Export(ExportArgs),
+    Ladder(LadderArgs),
     Completions(CompletionsArgs),
     Man(ManArgs),
 }
@@ -315,6 +321,94 @@ pub(crate) struct VerifyArgs {
     #[command(flatten)]
     pub machine: MachineArgs,
 }
+
+/// Tell what rays hit, from and into NumPy files
+///
+/// IN.npy holds an array of float32 of shape (N, 6): per ray its origin and its direction. A direction may have any
+/// length but zero. Rays start in free space: one that starts behind an opaque surface (in a ball, or outside of
+/// the room) meets that surface at distance 0 or passes it.
+///
+/// OUT.npy gets N records: t (float32), the distance in scene units (not in lengths of the direction), infinite for a
+/// miss; sphere (int32), the place of the sphere in the scene file, from 0, or -1 for a miss (a background counts as
+/// one more sphere, the last); and normal (3 of float32), of unit length on the side that the ray comes from, or zero.
+#[derive(Debug, ClapArgs)]
+#[command(after_long_help = TRACE_EXAMPLES)]
+pub(crate) struct TraceArgs {
+    #[command(flatten)]
+    pub scene: SceneArg,
+
+    /// The rays to trace
+    #[arg(long, value_name = "IN.npy")]
+    pub rays: PathBuf,
+
+    /// The file to write
+    #[arg(long, value_name = "OUT.npy")]
+    pub hits: PathBuf,
+
+    /// When, in shutter time [default: when the shutter opens]
+    #[arg(long, value_name = "T", value_parser = number(-1e15, 1e15), allow_hyphen_values = true)]
+    pub time: Option<f32>,
+
+    /// Whose intersections; both give the same bits
+    #[arg(long, value_enum, default_value = "fast", help_heading = "Machine")]
+    pub engine: TracerName,
+
+    /// The vectors that the fast engine runs on [default: auto]
+    #[arg(long, value_enum, value_name = "LANES", help_heading = "Machine")]
+    pub lanes: Option<LanesName>,
+
+    #[command(flatten)]
+    pub machine: MachineArgs,
+}
+
+const TRACE_EXAMPLES: &str = "\
+Example:
+  python -c 'import numpy; numpy.save(\"rays.npy\", numpy.float32([[50, 50, 200, 0, 0, -1]]))'
+  sppm trace cornell --rays rays.npy --hits hits.npy
+  python -c 'import numpy; print(numpy.load(\"hits.npy\")[\"t\"])'";
+
+/// Write a scene in the format of another renderer
+///
+/// The file asks that renderer for a path tracer of unlimited depth, which converges to the same image as sppm does
+/// with a large --depth. What the format cannot express is refused, or, where the image differs but little, told in
+/// the file and on standard error.
+#[derive(Debug, ClapArgs)]
+#[command(after_long_help = EXPORT_EXAMPLES)]
+pub(crate) struct ExportArgs {
+    #[command(flatten)]
+    pub scene: SceneArg,
+
+    /// The renderer to write for
+    #[arg(long, value_enum)]
+    pub format: Format,
+
+    /// The file to write [default: standard output]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// Freeze the scene at this instant, in shutter time
+    #[arg(long, value_name = "T", value_parser = number(-1e15, 1e15), allow_hyphen_values = true)]
+    pub time: Option<f32>,
+
+    /// Width of the image, in pixels [default: the scene's own]
+    #[arg(long, value_name = "W", value_parser = amount(MAX_SIDE, BYTES_PER_PIXEL), allow_hyphen_values = true)]
+    pub width: Option<u32>,
+
+    /// Height of the image, in pixels [default: the scene's own]
+    #[arg(long, value_name = "H", value_parser = amount(MAX_SIDE, BYTES_PER_PIXEL), allow_hyphen_values = true)]
+    pub height: Option<u32>,
+
+    /// Samples per pixel
+    #[arg(long, value_name = "N", default_value = "256", allow_hyphen_values = true)]
+    #[arg(value_parser = whole::<u32>(1, MAX_ITERATIONS.into()))]
+    pub samples: u32,
+}
+
+const EXPORT_EXAMPLES: &str = "\
+Examples:
+  sppm export cornell --format mitsuba -o cornell.xml && mitsuba -m scalar_rgb cornell.xml
+  sppm export motion --format mitsuba --time 0.5 -o motion.xml
+  sppm export surgery --format pbrt -o surgery.pbrt";
 
 /// Print a script that completes commands and options in a shell
 #[derive(Debug, ClapArgs)]

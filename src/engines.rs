@@ -3,10 +3,16 @@
 use crate::error::Error;
 use crate::text::list;
 use clap::ValueEnum;
-use fast::LaneKind;
+use fast::{Intersector, LaneKind};
+use rayon::prelude::*;
 use reference::PathTracer;
-use scene::{Resumable, Scene, Settings, Sums};
+use reference::intersect::intersect;
+use scene::ray::{NO_SPHERE, SphereId};
+use scene::{Ray, Resumable, Scene, Settings, Still, Sums, Vec3};
 use serde::{Deserialize, Serialize};
+
+/// Rays that a thread traces before it asks for more.
+const RAYS_AT_ONCE: usize = 1 << 14;
 
 /// An engine by its name on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -18,6 +24,24 @@ pub(crate) enum EngineName {
     Reference,
     /// A path tracer: ground truth without bias, noisy where there are caustics; iterations are samples per pixel
     Path,
+}
+
+/// An engine whose intersections can be asked for by themselves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TracerName {
+    /// The fast engine's, on vectors
+    Fast,
+    /// The reference's, one ray at a time
+    Reference,
+}
+
+impl From<TracerName> for EngineName {
+    fn from(name: TracerName) -> Self {
+        match name {
+            TracerName::Fast => Self::Fast,
+            TracerName::Reference => Self::Reference,
+        }
+    }
 }
 
 /// The vectors that the fast engine runs on, by their name on the command line.
@@ -151,6 +175,24 @@ impl Chosen {
     /// The lanes that it runs on.
     pub(crate) fn lanes(self) -> Option<LanesName> {
         (self.name == EngineName::Fast).then(|| self.lanes.into())
+    }
+
+    /// Distance, sphere and normal of the nearest hit of each ray; a miss is infinitely far.
+    pub(crate) fn surfaces(self, still: &Still, rays: &[Ray]) -> Vec<(f32, SphereId, Vec3)> {
+        const MISS: (f32, SphereId, Vec3) = (f32::INFINITY, NO_SPHERE, Vec3::ZERO);
+        let intersector = Intersector::new(still, self.lanes);
+        let one_by_one =
+            |ray: &Ray| intersect(still, ray).map_or(MISS, |hit| (hit.t, hit.sphere, hit.normal));
+        let trace = |rays: &[Ray]| -> Vec<_> {
+            match self.name {
+                EngineName::Fast => {
+                    let met = intersector.surfaces(rays).into_iter();
+                    met.map(|met| met.map_or(MISS, |met| (met.t, met.sphere, met.normal))).collect()
+                }
+                EngineName::Reference | EngineName::Path => rays.iter().map(one_by_one).collect(),
+            }
+        };
+        rays.par_chunks(RAYS_AT_ONCE).flat_map_iter(trace).collect()
     }
 
     /// The engine.

@@ -1,5 +1,5 @@
-//! The command `sppm`: renders scenes of spheres by stochastic progressive photon mapping, compares images, and
-//! verifies that engines agree bit for bit.
+//! The command `sppm`: renders scenes of spheres by stochastic progressive photon mapping, compares images,
+//! verifies that engines agree bit for bit, traces rays, and exports scenes to other renderers.
 //!
 //! The command is thin. Scenes and image files are the business of the `scene` crate, light transport that of the
 //! engines; here options become settings, and what an engine computes becomes files and lines of text.
@@ -21,15 +21,18 @@ mod compare_command;
 mod documents;
 mod engines;
 mod error;
+mod export;
 mod info;
 mod interrupt;
 mod job;
+mod ladder_command;
 mod like;
 mod logs;
 mod memory;
 mod metadata;
 mod outputs;
 mod progress;
+mod rays;
 mod render;
 mod report;
 mod resume;
@@ -37,6 +40,7 @@ mod scenes;
 mod session;
 mod text;
 mod threads;
+mod trace;
 mod usage;
 mod values;
 mod verify;
@@ -72,6 +76,9 @@ fn process(args: &Args) -> Result<(), Error> {
         Command::Scenes(args) => scenes::show(args),
         Command::Compare(args) => compare_command::run(args),
         Command::Verify(args) => verify::verify(args),
+        Command::Trace(args) => trace::trace(args),
+        Command::Export(args) => export::export(args),
+        Command::Ladder(args) => ladder_command::run(args),
         Command::Completions(args) => documents::completions(args),
         Command::Man(args) => documents::man(args),
     }

@@ -19,7 +19,7 @@ pub(crate) enum Shown {
     Json,
 }
 
-const TEMPLATE: &str = "{wide_bar} {pos}/{len} iterations  {msg}  {elapsed} elapsed, {eta} left";
+const TEMPLATE: &str = "{wide_bar} {pos}/{len} {prefix}  {msg}  {elapsed} elapsed, {eta} left";
 
 /// A bar on standard error; draws nothing if that is no terminal.
 pub(crate) struct Progress {
@@ -98,9 +98,14 @@ impl Progress {
         if quiet {
             return Self { bar: ProgressBar::hidden() };
         }
+        Self::of(iterations, "iterations")
+    }
+
+    /// A bar for `count` things called `noun`.
+    pub(crate) fn of(count: u32, noun: &'static str) -> Self {
         let style =
             ProgressStyle::with_template(TEMPLATE).expect("the template is valid: a test makes a bar");
-        let bar = ProgressBar::new(iterations.into()).with_style(style);
+        let bar = ProgressBar::new(count.into()).with_style(style).with_prefix(noun);
         // The clock goes on while an iteration takes its time.
         bar.enable_steady_tick(Duration::from_millis(250));
         logs::make_room(Some(bar.clone()));

@@ -19,6 +19,20 @@ pub(crate) struct Opened {
     pub file: Option<PathBuf>,
 }
 
+impl Opened {
+    /// The instant that `--time` asks for, or else the one at which the shutter opens.
+    pub(crate) fn instant(&self, asked: Option<f32>) -> Result<f32, Error> {
+        let [open, close] = self.scene.camera.shutter;
+        match asked {
+            Some(time) if !(open..=close).contains(&time) => Err(Error::BadInput(format!(
+                "--time: {time} is not while the shutter is open, {open} to {close}"
+            ))),
+            Some(time) => Ok(time),
+            None => Ok(open),
+        }
+    }
+}
+
 /// Finds and reads the scene that the command line names.
 pub(crate) fn open(name: &OsString) -> Result<Opened, Error> {
     let path = PathBuf::from(name);

@@ -96,13 +96,13 @@ pub(crate) fn crowd(points: usize, density: f32, index: u32) -> (Vec<Photon>, Ve
         point: on_plane(&mut stream, SIDE),
         wi: direction(&mut stream),
         sphere: 0,
-        is_safe: k % 10 > 0,
+        is_safe: !k.is_multiple_of(10),
         flux: [FLUX_ONE, k % FLUX_ONE, FLUX_ONE / 2],
     };
     let photons = (0..count).map(photon).collect();
     let mut corner = Vec3::ZERO;
     let point = |k: usize| {
-        if k % 16 == 0 {
+        if k.is_multiple_of(16) {
             corner = on_plane(&mut stream, SIDE);
         }
         let point = corner + on_plane(&mut stream, 0.5);
@@ -120,7 +120,7 @@ pub(crate) fn pixels(count: usize) -> (Vec<Pixel>, Vec<Seen>, Vec<Gathered>) {
     let pixels = (0..count).map(pixel).collect();
     let seen = (0..count).map(|_| Seen { direct: color(), beta: color() }).collect();
     let gathered = |k: usize| {
-        let m = if k % 4 == 0 { 0 } else { 1 + k as u32 % 50 };
+        let m = if k.is_multiple_of(4) { 0 } else { 1 + k as u32 % 50 };
         Gathered { m, flux: color().to_array().map(|x| (x * m as f32 * FLUX_ONE as f32) as u64) }
     };
     let gathered = (0..count).map(gathered).collect();

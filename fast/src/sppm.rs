@@ -7,7 +7,7 @@ use crate::camera_pass::{CameraBatch, CameraCounts, CameraPass, PixelRows, TileT
 use crate::consolidate::{consolidate_group, develop, new_pixel};
 use crate::direct_light::LightTable;
 use crate::dispatch::{Kernel, LaneKind, dispatch};
-use crate::join::cells::Cells;
+use crate::join::cells::{Cells, WINDOW};
 use crate::join::deposits::{Binned, Sorted};
 use crate::join::gather::Sums;
 use crate::join::occupancy::Occupancy;
@@ -23,10 +23,10 @@ use std::mem::take;
 use std::ops::Range;
 use std::time::Instant;
 
-/// Size of the cells of the join over the largest radius. Measured from 0.5 to 3: smaller cells look up more rows,
+/// Size of the cells of the join over the typical radius. Measured from 0.5 to 3: smaller cells look up more rows,
 /// larger ones test more photons; 1.5 to 2 is best but where photons are dense.
 const CELL_SIZE: f32 = 1.5;
-/// Size of the occupancy's cells over the largest radius.
+/// Size of the occupancy's cells over the typical radius.
 const OCCUPANCY_CELL_SIZE: f32 = 2.0;
 /// Pixels of a unit of parallel work: whole batches.
 const PIXELS_PER_JOB: usize = 8 * BATCH;
@@ -290,11 +290,11 @@ impl<'a> Sppm<'a> {
     /// All passes of an iteration; `None` if stopped, with no pixel touched.
     fn run_iteration(&mut self, p: &Prepared, stop: &Stop) -> Option<()> {
         let start = Instant::now();
-        let largest = self.pixels.iter().map(|pixel| pixel.0[7]).fold(0.0, f32::max).sqrt();
-        let occupancy = self.camera_pass(p, largest * OCCUPANCY_CELL_SIZE, stop)?;
+        let radii = Radii::of(&self.pixels);
+        let occupancy = self.camera_pass(p, radii.cell(OCCUPANCY_CELL_SIZE), stop)?;
         let camera = Instant::now();
         self.stats.camera_seconds += (camera - start).as_secs_f64();
-        let cells = Cells::new(largest * CELL_SIZE, self.settings.photons_per_iteration as usize);
+        let cells = Cells::new(radii.cell(CELL_SIZE), self.settings.photons_per_iteration as usize);
         let shifts = emission_shifts(self.settings.seed, self.iterations);
         let pass = PhotonPass {
             still: &p.still,
@@ -304,7 +304,7 @@ impl<'a> Sppm<'a> {
             iteration: self.iterations,
             cells,
             occupancy: &occupancy,
-            reach: largest * 1.001,
+            reach: radii.largest * 1.001,
             slack: rounding_of_points(&p.still),
             shifts,
         };
@@ -345,6 +345,36 @@ impl<'a> Sppm<'a> {
     fn plane(&self, value: impl Fn(&Row) -> f32) -> Plane {
         let Settings { width, height, .. } = self.settings;
         Plane { width, height, values: self.in_rows(value) }
+    }
+}
+
+/// The search radii of an iteration.
+#[derive(Clone, Copy, Debug)]
+struct Radii {
+    largest: f32,
+    /// The quadratic mean over pixels that have counted photons; the largest, if there is none.
+    typical: f32,
+}
+
+impl Radii {
+    fn of(pixels: &[Row]) -> Self {
+        let (mut largest, mut sum, mut count) = (0.0_f32, 0.0_f64, 0.0);
+        for Row([.., n, radius_squared]) in pixels {
+            largest = largest.max(*radius_squared);
+            if *n > 0.0 {
+                sum += f64::from(*radius_squared);
+                count += 1.0;
+            }
+        }
+        let typical = if count > 0.0 { (sum / count).sqrt() as f32 } else { largest.sqrt() };
+        Self { largest: largest.sqrt(), typical }
+    }
+
+    /// The size of cells: `size` times the typical radius, but such that the span of a single visible point, twice
+    /// its radius, fits into the window (unless coordinates are so large that they round to many cells).
+    fn cell(self, size: f32) -> f32 {
+        const LEAST: f32 = 2.0 / (WINDOW - 3) as f32;
+        (self.typical * size).max(self.largest * LEAST)
     }
 }
 

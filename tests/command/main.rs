@@ -3,10 +3,13 @@
 mod bad_input;
 mod compare;
 mod documents;
+mod export;
 mod failures;
 #[cfg(unix)]
 mod interrupt;
+mod ladder;
 mod render;
 mod sandbox;
 mod scenes;
+mod trace;
 mod verify;

@@ -20,7 +20,10 @@ use std::f64::consts::TAU;
 fn deposits(scene: &Scene, settings: &Settings) -> (Vec<Deposit>, Stats) {
     let (mut all, mut stats) = (Vec::new(), Stats::default());
     for iteration in 0..settings.iterations {
-        photon_pass(&scene.at(0.0), settings, iteration, &mut stats, |deposit, _| all.push(*deposit));
+        let photons = 0..settings.photons_per_iteration;
+        photon_pass(&scene.at(0.0), settings, iteration, photons, &mut stats, |deposit, _| {
+            all.push(*deposit)
+        });
     }
     (all, stats)
 }

@@ -85,6 +85,11 @@ impl Sorted {
         Self { records: Vec::new(), directions: Vec::new(), starts: Vec::new() }
     }
 
+    /// How many deposits there are.
+    pub(crate) fn count(&self) -> usize {
+        self.starts.last().map_or(0, |end| *end as usize)
+    }
+
     /// Forgets all deposits and keeps the memory.
     pub(crate) fn clear(&mut self) {
         self.starts.fill(0);

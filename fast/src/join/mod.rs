@@ -76,8 +76,10 @@ pub(crate) fn mark<L: Lanes>(occupancy: &mut Occupancy, rows: &[PixelRows], pixe
         return;
     }
     for (row, pixel) in rows.iter().zip(pixels) {
-        if let Some(one) = bounds_of_one(row, pixel) {
-            occupancy.mark::<L>(&one);
+        if let Some(one) = bounds_of_one(row, pixel)
+            && !occupancy.mark::<L>(&one)
+        {
+            occupancy.mark_all();
         }
     }
 }
@@ -120,12 +122,18 @@ pub(crate) fn gather_group<L: Lanes>(
     }
     for (lane, (rows, pixel)) in rows.iter().zip(pixels).enumerate() {
         if let Some(one) = bounds_of_one(rows, pixel) {
-            let query = cells.query::<L>(cells.span(&one), &one);
+            let (span, mut own) = (cells.span(&one), sums.lane(lane));
+            if !span.fits() {
+                // Coordinates that round to many cells.
+                gather::single::<L>(sorted, 0..sorted.count(), rows, pixel.0[7], &mut own, counts);
+                continue;
+            }
+            let query = cells.query::<L>(span, &one);
             for z in query.slabs() {
                 let mut found = query.rows(z);
                 while let Some(row) = found.next() {
                     for run in sorted.photons(row) {
-                        gather::single::<L>(sorted, run, rows, pixel.0[7], &mut sums.lane(lane), counts);
+                        gather::single::<L>(sorted, run, rows, pixel.0[7], &mut own, counts);
                     }
                 }
             }

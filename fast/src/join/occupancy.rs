@@ -39,6 +39,11 @@ impl Occupancy {
         true
     }
 
+    /// Marks all cells.
+    pub(crate) fn mark_all(&mut self) {
+        self.words.fill(u32::MAX);
+    }
+
     /// Takes over the marks of another map of the same cells.
     pub(crate) fn merge(&mut self, other: &Self) {
         for (word, theirs) in self.words.iter_mut().zip(&other.words) {

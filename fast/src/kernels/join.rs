@@ -268,7 +268,6 @@ fn bin(lanes: LaneKind, photons: &[Photon], cells: cells::Cells) -> Binned {
 
 /// The photons in the order in which they have been sorted, each with its bucket.
 pub(super) fn sorted_photons(sorted: &Sorted) -> Vec<(Photon, u32)> {
-    let count = sorted.starts.last().map_or(0, |end| *end as usize);
     let photon = |(record, direction): (&Row, &[f32; 4])| {
         let [x, y, z, surface, r, g, b, bucket] = record.0;
         let photon = Photon {
@@ -280,5 +279,5 @@ pub(super) fn sorted_photons(sorted: &Sorted) -> Vec<(Photon, u32)> {
         };
         (photon, bucket.to_bits())
     };
-    sorted.records.iter().zip(&sorted.directions).take(count).map(photon).collect()
+    sorted.records.iter().zip(&sorted.directions).take(sorted.count()).map(photon).collect()
 }

@@ -163,7 +163,7 @@ fn queries_find_each_cell_once_and_few_in_vain() {
             })
             .max()
             .unwrap();
-        let mut on_lanes = lane_kinds().into_iter().map(|lanes| cells.runs(lanes, query));
+        let mut on_lanes = lane_kinds().map(|lanes| cells.runs(lanes, query));
         let runs = on_lanes.next().unwrap();
         for other in on_lanes {
             prop_assert_eq!(&runs, &other);

@@ -122,7 +122,8 @@ fn photon_passes() {
         let point = |(point, normal, sphere, beta)| VisiblePoint { point, normal, sphere, beta };
         let visible: Vec<VisiblePoint> = samples.iter().filter_map(|s| s.visible).map(point).collect();
         let (mut stats, mut deposits) = (Stats::default(), Vec::new());
-        reference::photon_pass::photon_pass(&still, &settings, iteration, &mut stats, |deposit, _| {
+        let all = 0..settings.photons_per_iteration;
+        reference::photon_pass::photon_pass(&still, &settings, iteration, all, &mut stats, |deposit, _| {
             deposits.push(*deposit);
         });
         let (radius, photons) = (settings.initial_radius, 0..settings.photons_per_iteration);

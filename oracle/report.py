@@ -1,0 +1,181 @@
+"""The report: everything that is known of sppm's correctness on one HTML page, with its pictures inside."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import cv2
+import jinja2
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from oracle import embree, images, judge, metrics, series, sppm, truth, ztest
+from oracle.judge import Effort
+from oracle.metrics import Metrics
+from oracle.sppm import Render
+from oracle.ztest import Verdict
+
+# Times the standard error at which a pixel of the difference image is fully red or blue.
+FULL_COLOUR = 5.0
+
+
+@dataclass(frozen=True)
+class Depth:
+    """How much is measured for a report."""
+
+    effort: Effort
+    path: Effort
+    rays: int
+    most_iterations: int
+
+
+FULL = Depth(Effort(), Effort(seeds=16, iterations=256), 1_000_000, 2048)
+QUICK = Depth(Effort(seeds=4, iterations=8, photons=10_000), Effort(seeds=4, iterations=16), 20_000, 16)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """An image inside the page."""
+
+    title: str
+    data: str
+
+
+@dataclass(frozen=True)
+class SceneReport:
+    """What there is to say of a scene."""
+
+    name: str
+    pictures: list[Picture]
+    metrics: Metrics
+    fast: Verdict
+    path: Verdict
+    identical: bool
+
+
+def write(output: Path, *, quick: bool) -> None:
+    """Measures everything and writes the page."""
+    depth = QUICK if quick else FULL
+    scenes = [_scene(name, depth) for name in sppm.SCENES]
+    outcomes = [embree.compare(name, depth.rays, kind) for name in sppm.SCENES for kind in embree.KINDS]
+    text = _template().render(
+        date=datetime.now(UTC).date().isoformat(),
+        version=sppm.run("--version").split()[-1],
+        quick=quick,
+        significance=ztest.SIGNIFICANCE,
+        scenes=scenes,
+        intersections=outcomes,
+        most=depth.most_iterations,
+        figure=_figure(depth.most_iterations),
+        suites=_suites(),
+        mutants=_mutants(),
+    )
+    beside = output.with_name(f".{output.name}.part")
+    beside.write_text(text)
+    beside.replace(output)
+
+
+def _template() -> jinja2.Template:
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=jinja2.StrictUndefined
+    )
+    return environment.get_template("report.html")
+
+
+def _scene(name: str, depth: Depth) -> SceneReport:
+    expected = truth.load(name)
+    height, width = expected.mean.shape[:2]
+    wanted = Render(name, width=width, height=height)
+    fast = judge.renders(wanted, depth.effort)
+    path, path_verdict = judge.scene(name, "path", depth.path)
+    # What a user gets, not what the extrapolation makes of it; few iterations, as the reference renders it too.
+    one = Render(name, width=width, height=height, iterations=depth.effort.iterations, photons=depth.effort.photons)
+    image, reference = one.image(), Render(**{**one.__dict__, "engine": "reference"}).image()
+    pictures = [
+        Picture("reference", _png(reference)),
+        Picture("fast", _png(image)),
+        Picture("truth (Mitsuba 3)", _png(expected.mean)),
+        Picture(
+            f"difference from truth, in standard errors: red brighter, blue darker, white at {FULL_COLOUR:g}",
+            _difference(fast, expected),
+        ),
+    ]
+    verdict = judge.verdict(fast, expected)
+    identical = image.tobytes() == reference.tobytes()
+    return SceneReport(name, pictures, metrics.compare(image, expected.mean), verdict, path_verdict, identical)
+
+
+def _inline(png: bytes) -> str:
+    return "data:image/png;base64," + base64.b64encode(png).decode()
+
+
+def _png(linear: np.ndarray) -> str:
+    eight_bits = np.rint(images.to_srgb(linear) * 255).astype(np.uint8)
+    return _inline(cv2.imencode(".png", eight_bits[..., ::-1])[1].tobytes())
+
+
+def _difference(ours: judge.Renders, expected: truth.Truth) -> str:
+    """Green's difference in units of its own noise, black where there is none."""
+    everything = np.ones_like(expected.mean)
+    mine = ztest.of_renders(ours.images, 1, everything)
+    theirs = ztest.of_pixels(expected.mean, expected.stderr, expected.batches - 1, 1, everything)
+    t = ztest.welch(mine, theirs)[0][..., 1] * ours.is_known[..., 0] / FULL_COLOUR
+    red, blue = np.clip(t, 0, 1), np.clip(-t, 0, 1)
+    full = (np.abs(t) >= 1)[..., None]
+    colours = np.where(full, 1.0, np.stack([red, np.zeros_like(t), blue], axis=-1))
+    return _inline(cv2.imencode(".png", np.rint(colours * 255).astype(np.uint8)[..., ::-1])[1].tobytes())
+
+
+def _figure(most: int) -> str:
+    mpl.rcParams["svg.hashsalt"] = "sppm"
+    figure = Figure(figsize=(9, 5), layout="constrained")
+    axes = figure.subplots()
+    for index, scene in enumerate(sppm.SCENES):
+        points = list(series.measure(scene, most))
+        for engine, style in (("reference", "-"), ("fast", ":")):
+            of_engine = [point for point in points if point.what == engine]
+            axes.plot(
+                [point.iterations for point in of_engine],
+                [point.ssim for point in of_engine],
+                style,
+                color=f"C{index}",
+                marker="o" if engine == "fast" else None,
+                markersize=4,
+                label=scene if engine == "reference" else None,
+            )
+    axes.set_xscale("log", base=2)
+    axes.set_xlabel("iterations (lines: reference; dots: fast)")
+    axes.set_ylabel("SSIM")
+    axes.grid(alpha=0.3)
+    axes.legend()
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=110)
+    return _inline(buffer.getvalue())
+
+
+def _suites() -> dict[str, Any] | None:
+    path = sppm.ROOT / "target" / "suites.json"
+    return json.loads(path.read_text()) if path.exists() else None
+
+
+def _mutants() -> list[dict[str, Any]]:
+    """Counts of what cargo-mutants left in target/mutants."""
+    rows = []
+    for folder in sorted((sppm.ROOT / "target" / "mutants").glob("*/mutants.out")):
+        count = {kind: _lines(folder / f"{kind}.txt") for kind in ("caught", "missed", "timeout", "unviable")}
+        viable = count["caught"] + count["missed"] + count["timeout"]
+        if viable:
+            score = 100 * (viable - count["missed"]) / viable
+            rows.append({"crate": folder.parent.name, "score": score, **count})
+    return rows
+
+
+def _lines(path: Path) -> int:
+    return len(path.read_text().splitlines()) if path.exists() else 0

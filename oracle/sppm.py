@@ -1,0 +1,109 @@
+"""The command `sppm`, run as its users run it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import tempfile
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from oracle import images
+
+ROOT = Path(__file__).resolve().parent.parent
+SCENES = ("cornell", "large", "mirror", "random", "surgery", "focus", "motion")
+# Segments after which nothing of an image is left to be seen; truth knows no limit.
+DEEP = 64
+
+
+class OracleError(Exception):
+    """What stopped the oracle, in one line."""
+
+
+def binary() -> Path:
+    """The program: $SPPM, or the newest that cargo has built."""
+    if named := os.environ.get("SPPM"):
+        return Path(named)
+    built = [path for kind in ("release", "debug") if (path := ROOT / "target" / kind / "sppm").exists()]
+    if not built:
+        raise OracleError("there is no target/release/sppm or target/debug/sppm; run cargo build, or set SPPM")
+    return max(built, key=lambda path: path.stat().st_mtime)
+
+
+def run(*args: str | Path) -> str:
+    """Standard output of `sppm ARGS`; what it says of a failure becomes an OracleError."""
+    ended = subprocess.run([binary(), *map(str, args)], capture_output=True, text=True, check=False)
+    if ended.returncode != 0:
+        raise OracleError(f"sppm {args[0]}: {ended.stderr.strip()}")
+    return ended.stdout
+
+
+@dataclass(frozen=True)
+class Render:
+    """What is asked of `sppm render`."""
+
+    scene: str
+    width: int = 128
+    height: int = 96
+    iterations: int = 32
+    photons: int = 20_000
+    radius: float = 1.0
+    depth: int = DEEP
+    seed: int = 1
+    engine: str = "fast"
+
+    def options(self) -> list[str]:
+        """The options of the command line."""
+        values = {
+            "width": self.width,
+            "height": self.height,
+            "iterations": self.iterations,
+            "photons": self.photons,
+            "radius": self.radius,
+            "depth": self.depth,
+            "seed": self.seed,
+            "engine": self.engine,
+        }
+        return [f"--{name}={value}" for name, value in values.items()]
+
+    def image(self) -> np.ndarray:
+        """Linear radiance, (height, width, 3) of float32."""
+        return self.image_and_count()[0]
+
+    def image_and_count(self) -> tuple[np.ndarray, np.ndarray]:
+        """The image, and how many photons each pixel has counted, (height, width, 1); 0 where there are none."""
+        with tempfile.TemporaryDirectory() as folder:
+            path, count = Path(folder) / "image.pfm", Path(folder) / "count.pfm"
+            has_photons = self.engine != "path"
+            options = [*self.options(), *(["--count-image", str(count)] if has_photons else [])]
+            run("render", self.scene, "--quiet", "--output", path, *options)
+            image = images.read(path)
+            counted = images.read(count)[..., :1] if has_photons else np.zeros_like(image[..., :1])
+            return image, counted
+
+
+@cache
+def scene(name: str) -> dict[str, Any]:
+    """A scene's own file, by the name of a built-in scene or of a .toml file."""
+    text = Path(name).read_text() if name.endswith(".toml") else run("scenes", name)
+    return tomllib.loads(text)
+
+
+def export(name: str, width: int, height: int, time: float | None = None) -> str:
+    """The scene as XML for Mitsuba."""
+    instant = [] if time is None else ["--time", repr(time)]
+    return run("export", name, "--format", "mitsuba", f"--width={width}", f"--height={height}", *instant)
+
+
+def trace(name: str, rays: np.ndarray, *options: str) -> np.ndarray:
+    """What rays (n, 6) hit: records of t, sphere and normal."""
+    with tempfile.TemporaryDirectory() as folder:
+        there, back = Path(folder) / "rays.npy", Path(folder) / "hits.npy"
+        np.save(there, np.asarray(rays, dtype=np.float32))
+        run("trace", name, "--rays", there, "--hits", back, *options)
+        return np.load(back)

@@ -1,0 +1,1 @@
+"""Tests of the oracle: what it must accept, and what it must not."""

@@ -1,0 +1,192 @@
+//! The command `export`.
+
+use crate::sandbox::{Ended, Sandbox};
+use roxmltree::{Document, Node};
+use scene::Vec3;
+use scene::builtin::{self, SCENES};
+
+/// Standard output of an export that succeeds.
+fn export(sandbox: &Sandbox, args: &[&str]) -> String {
+    let Ended { code, stdout, stderr } = sandbox.run(["export"].iter().chain(args));
+    assert_eq!(code, Some(0), "{args:?}: {stderr}");
+    stdout
+}
+
+/// The child called `name` of a node, by its attribute.
+fn child<'a>(node: Node<'a, 'a>, name: &str) -> Option<Node<'a, 'a>> {
+    node.children().find(|c| c.attribute("name") == Some(name))
+}
+
+fn number(node: Node, attribute: &str) -> f32 {
+    node.attribute(attribute).unwrap().parse().unwrap()
+}
+
+fn triple(node: Node, name: &str) -> [f32; 3] {
+    let text = child(node, name).unwrap().attribute("value").unwrap();
+    let values: Vec<f32> = text.split(", ").map(|v| v.parse().unwrap()).collect();
+    values.try_into().unwrap()
+}
+
+#[test]
+fn every_built_in_scene_is_there_number_by_number_for_mitsuba() {
+    let sandbox = Sandbox::new();
+    for builtin in SCENES {
+        let scene = builtin.scene();
+        let time = scene.camera.shutter[0];
+        let text = export(&sandbox, &[builtin.name, "--format", "mitsuba", "--time", &time.to_string()]);
+        let document = Document::parse(&text).unwrap();
+        let root = document.root_element();
+        let shapes: Vec<Node> = root.children().filter(|n| n.has_tag_name("shape")).collect();
+        assert_eq!(shapes.len(), scene.spheres.len(), "{}", builtin.name);
+        let moved = text.split("moved by ").nth(1).expect("rooms of this size stand near the origin");
+        let shift: f32 = moved.split(' ').next().unwrap().parse().unwrap();
+        for (shape, sphere) in shapes.iter().zip(&scene.spheres) {
+            let center = child(*shape, "center").unwrap();
+            let [x, y, z] = ["x", "y", "z"].map(|axis| number(center, axis));
+            let expected = sphere.at(time).center + Vec3::new(0.0, 0.0, shift);
+            assert_eq!([x, y, z], expected.to_array(), "{}", builtin.name);
+            assert_eq!(number(child(*shape, "radius").unwrap(), "value"), sphere.radius);
+            let around = sphere.center.distance(scene.camera.eye) < sphere.radius;
+            assert_eq!(child(*shape, "flip_normals").is_some(), around, "{}", builtin.name);
+            let emitter = shape.children().find(|n| n.has_tag_name("emitter"));
+            assert_eq!(emitter.is_some(), sphere.is_emitter());
+            if let Some(emitter) = emitter {
+                assert_eq!(triple(emitter, "radiance"), sphere.emission.to_array());
+            }
+            let material = shape.children().find(|n| n.has_tag_name("ref")).unwrap().attribute("id").unwrap();
+            let bsdf = root.children().find(|n| n.attribute("id") == Some(material)).unwrap();
+            let albedo = scene.materials[sphere.material as usize].albedo().to_array();
+            let names: &[&str] = match bsdf.attribute("type").unwrap() {
+                "diffuse" => &["reflectance"],
+                "conductor" => &["specular_reflectance"],
+                "dielectric" => &["specular_reflectance", "specular_transmittance"],
+                other => panic!("{other}"),
+            };
+            for name in names {
+                assert_eq!(triple(bsdf, name), albedo, "{}", builtin.name);
+            }
+        }
+        let sensor = root.children().find(|n| n.has_tag_name("sensor")).unwrap();
+        assert_eq!(number(child(sensor, "fov").unwrap(), "value"), scene.camera.vertical_fov_degrees);
+        let is_lens = scene.camera.aperture_radius > 0.0;
+        assert_eq!(sensor.attribute("type"), Some(if is_lens { "thinlens" } else { "perspective" }));
+        let film = sensor.children().find(|n| n.has_tag_name("film")).unwrap();
+        assert_eq!(number(child(film, "width").unwrap(), "value"), 512.0);
+    }
+}
+
+#[test]
+fn every_built_in_scene_is_there_number_by_number_for_pbrt() {
+    let sandbox = Sandbox::new();
+    for builtin in SCENES {
+        let scene = builtin.scene();
+        let time = scene.camera.shutter[1];
+        let text = export(&sandbox, &[builtin.name, "--format", "pbrt", "--time", &time.to_string()]);
+        let all = |word: &str| {
+            let rest =
+                |line: &str| Some(line.trim().strip_prefix(word)?.trim_matches(['[', ']', ' ']).to_owned());
+            text.lines().filter_map(rest).collect::<Vec<_>>()
+        };
+        let numbers = |v: &[f32]| v.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ");
+        let (centers, radii) = (all("Translate "), all("Shape \"sphere\" \"float radius\""));
+        assert_eq!(
+            (centers.len(), radii.len()),
+            (scene.spheres.len(), scene.spheres.len()),
+            "{}",
+            builtin.name
+        );
+        for ((center, radius), sphere) in centers.iter().zip(&radii).zip(&scene.spheres) {
+            assert_eq!(*center, numbers(&sphere.at(time).center.to_array()));
+            assert_eq!(*radius, sphere.radius.to_string());
+        }
+        let lit: Vec<_> = scene
+            .spheres
+            .iter()
+            .filter(|s| s.is_emitter())
+            .map(|s| numbers(&s.emission.to_array()))
+            .collect();
+        assert_eq!(all("AreaLightSource \"diffuse\" \"rgb L\""), lit, "{}", builtin.name);
+        let around = |s: &&scene::Sphere| s.center.distance(scene.camera.eye) < s.radius;
+        assert_eq!(all("ReverseOrientation").len(), scene.spheres.iter().filter(around).count());
+        let open = |line: &&str| line.contains("AttributeBegin");
+        assert_eq!(text.lines().filter(open).count(), text.matches("AttributeEnd").count());
+    }
+}
+
+#[test]
+fn sizes_samples_and_files_are_as_asked() {
+    let sandbox = Sandbox::new();
+    let args = ["cornell", "--format=mitsuba", "--width=40", "--height=30", "--samples=7"];
+    let text = export(&sandbox, &args);
+    for part in
+        [r#"name="width" value="40""#, r#"name="height" value="30""#, r#"name="sample_count" value="7""#]
+    {
+        assert!(text.contains(part), "no {part} in {text}");
+    }
+    assert_eq!(export(&sandbox, &[&args[..], &["-o", "box.xml"]].concat()), "");
+    assert_eq!(String::from_utf8(sandbox.bytes("box.xml")).unwrap(), text);
+}
+
+#[test]
+fn a_portrait_keeps_its_vertical_angle_in_pbrt() {
+    let text = export(&Sandbox::new(), &["cornell", "--format=pbrt", "--width=30", "--height=60"]);
+    let angle =
+        text.split("\"float fov\" [ ").nth(1).unwrap().split(' ').next().unwrap().parse::<f64>().unwrap();
+    let expected = 2.0 * (15_f64.to_radians().tan() / 2.0).atan().to_degrees();
+    approx::assert_relative_eq!(angle, expected, max_relative = 1e-6);
+}
+
+#[test]
+fn the_name_of_a_scene_cannot_break_out_of_its_comment() {
+    let sandbox = Sandbox::new();
+    let text = builtin::find("cornell").unwrap().text;
+    sandbox.write("odd.toml", &text.replace("\"Cornell Box\"", r#""a --> <b/> & ---- c""#));
+    let xml = export(&sandbox, &["odd.toml", "--format", "mitsuba"]);
+    assert!(Document::parse(&xml).unwrap().descendants().all(|n| !n.has_tag_name("b")));
+}
+
+#[test]
+fn what_pbrt_renders_otherwise_is_told() {
+    let ended = Sandbox::new().run(["export", "cornell", "--format", "pbrt"]);
+    assert_eq!(ended.code, Some(0));
+    for word in ["note: ", "mirrors", "tint"] {
+        assert!(ended.stderr.contains(word), "{}", ended.stderr);
+    }
+    assert_eq!(ended.stderr.lines().count(), 1, "{}", ended.stderr);
+    assert!(ended.stdout.lines().any(|line| line.starts_with("# ") && line.contains("tint")));
+    assert_eq!(Sandbox::new().run(["export", "cornell", "--format", "mitsuba"]).stderr, "");
+}
+
+const GLOWING_GLASS: &str = "
+camera = { eye = [0, 0, 10], direction = [0, 0, -1], vertical_fov_degrees = 40 }
+[[sphere]]
+center = [0, 0, 0]
+radius = 2
+emission = [1, 1, 1]
+material = { type = \"dielectric\", albedo = [1, 1, 1], ior = 1.5 }
+";
+
+#[test]
+fn what_cannot_be_expressed_is_refused() {
+    let sandbox = Sandbox::new();
+    sandbox.write("glow.toml", GLOWING_GLASS);
+    let before = sandbox.contents();
+    let cases: [(&[&str], &[&str]); 10] = [
+        (&["glow.toml", "--format", "mitsuba", "-o", "g.xml"], &["sphere 1", "glows", "pbrt"]),
+        (&["motion", "--format", "mitsuba"], &["Motion", "--time", "from 0 to 1"]),
+        (&["motion", "--format", "pbrt", "-o", "m.pbrt"], &["--time"]),
+        (&["motion", "--format", "pbrt", "--time", "1.5"], &["--time: 1.5", "open, 0 to 1"]),
+        (&["cornell"], &["--format is missing"]),
+        (&["cornell", "--format", "luxrender"], &["--format", "\"luxrender\"", "mitsuba and pbrt"]),
+        (&["cornell", "--format", "pbrt", "-o", "no/c.pbrt"], &["--output: no/c.pbrt", "does not exist"]),
+        (&["glow.toml", "--format", "pbrt", "-o", "glow.toml"], &["--output", "also the scene"]),
+        (&["cornell", "--format", "pbrt", "--samples", "0"], &["--samples: \"0\""]),
+        (&["cornell", "--format", "pbrt", "--width", "1000000", "--height", "1000000"], &["--width", "GiB"]),
+    ];
+    for (args, words) in cases {
+        sandbox.run(["export"].iter().chain(args)).refused(words);
+        assert!(sandbox.contents() == before, "{args:?} changed the folder: {:?}", sandbox.names());
+    }
+    let pbrt = export(&sandbox, &["glow.toml", "--format", "pbrt"]);
+    assert!(pbrt.contains("\"bool twosided\" [ true ]"), "{pbrt}");
+}
