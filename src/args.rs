@@ -7,6 +7,7 @@ pub(crate) use lasting::{CheckpointArgs, EngineArgs, GoalArgs, InfoArgs, Message
 use crate::compare::Bounds;
 use crate::engines::{LanesName, TracerName};
 use crate::export::Format;
+use crate::ladder_command::args::LadderArgs;
 use crate::threads::MAX_THREADS;
 use crate::values::{amount, bound, number, whole};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueHint};
@@ -55,6 +56,7 @@ pub(crate) enum Command {
     Verify(VerifyArgs),
     Trace(TraceArgs),
     Export(ExportArgs),
+    Ladder(LadderArgs),
     Completions(CompletionsArgs),
     Man(ManArgs),
 }

@@ -25,6 +25,7 @@ mod export;
 mod info;
 mod interrupt;
 mod job;
+mod ladder_command;
 mod like;
 mod logs;
 mod memory;
@@ -77,6 +78,7 @@ fn process(args: &Args) -> Result<(), Error> {
         Command::Verify(args) => verify::verify(args),
         Command::Trace(args) => trace::trace(args),
         Command::Export(args) => export::export(args),
+        Command::Ladder(args) => ladder_command::run(args),
         Command::Completions(args) => documents::completions(args),
         Command::Man(args) => documents::man(args),
     }

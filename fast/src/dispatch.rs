@@ -53,7 +53,7 @@ impl LaneKind {
 }
 
 /// Work that can be done on any lanes.
-pub(crate) trait Kernel {
+pub trait Kernel {
     /// What comes of it.
     type Output;
     /// Does the work. To be marked `#[inline(always)]`, as all that it calls on lanes, lest the features get lost.
@@ -61,7 +61,7 @@ pub(crate) trait Kernel {
 }
 
 /// Runs a kernel on lanes of the given kind; on emulated ones where the processor lacks it.
-pub(crate) fn dispatch<K: Kernel>(kind: LaneKind, kernel: K) -> K::Output {
+pub fn dispatch<K: Kernel>(kind: LaneKind, kernel: K) -> K::Output {
     if !kind.is_available() {
         return kernel.run::<Emulated>();
     }
@@ -69,23 +69,36 @@ pub(crate) fn dispatch<K: Kernel>(kind: LaneKind, kernel: K) -> K::Output {
         LaneKind::Emulated => kernel.run::<Emulated>(),
         // SAFETY: the processor has been asked for exactly these features.
         #[cfg(target_arch = "x86_64")]
-        LaneKind::Avx2 => unsafe { on_avx2(kernel) },
+        LaneKind::Avx2 => unsafe { run_on_avx2(kernel) },
         // SAFETY: the processor has been asked for exactly these features.
         #[cfg(target_arch = "x86_64")]
-        LaneKind::Avx512 => unsafe { on_avx512(kernel) },
+        LaneKind::Avx512 => unsafe { run_on_avx512(kernel) },
         #[cfg(not(target_arch = "x86_64"))]
         _ => kernel.run::<Emulated>(),
     }
 }
 
+/// Runs a kernel on lanes of AVX2 alone, which takes one instance of it instead of three.
+///
+/// # Errors
+/// Gives the kernel back where the processor lacks them.
+pub fn on_avx2<K: Kernel>(kernel: K) -> Result<K::Output, K> {
+    #[cfg(target_arch = "x86_64")]
+    if LaneKind::Avx2.is_available() {
+        // SAFETY: the processor has been asked for exactly these features.
+        return Ok(unsafe { run_on_avx2(kernel) });
+    }
+    Err(kernel)
+}
+
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn on_avx2<K: Kernel>(kernel: K) -> K::Output {
+fn run_on_avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Avx2>()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512bw,avx512dq,avx512vl")]
-fn on_avx512<K: Kernel>(kernel: K) -> K::Output {
+fn run_on_avx512<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Avx512>()
 }

@@ -36,14 +36,14 @@
 pub(crate) mod camera_pass;
 mod consolidate;
 mod direct_light;
-mod dispatch;
+pub mod dispatch;
 mod hierarchy;
 mod intersect;
 mod intersector;
 mod join;
 #[doc(hidden)]
 pub mod kernels;
-mod lanes;
+pub mod lanes;
 mod paths;
 mod photon_pass;
 mod pool;

@@ -3,8 +3,19 @@
 use crate::sandbox::{Ended, Sandbox};
 use std::fs;
 
-const COMMANDS: [&str; 8] =
-    ["render", "scenes", "compare", "verify", "trace", "export", "completions", "man"];
+const COMMANDS: [&str; 11] = [
+    "render",
+    "resume",
+    "info",
+    "scenes",
+    "compare",
+    "verify",
+    "trace",
+    "export",
+    "ladder",
+    "completions",
+    "man",
+];
 
 /// Standard output of a run that succeeds and says nothing else.
 fn output(args: &[&str]) -> String {

@@ -6,19 +6,19 @@ use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 /// The back end.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Emulated;
+pub struct Emulated;
 
 const N: usize = 8;
 
 /// `f32` lanes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct F([f32; N]);
+pub struct F([f32; N]);
 /// `u32` lanes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct U([u32; N]);
+pub struct U([u32; N]);
 /// Truth values.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct M([bool; N]);
+pub struct M([bool; N]);
 
 macro_rules! lanewise {
     ($($op:ident $method:ident $on:ident $lane:expr;)*) => {$(

@@ -11,21 +11,21 @@
 pub(crate) mod avx2;
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod avx512;
-pub(crate) mod emulated;
+pub mod emulated;
 
-pub(crate) use emulated::Emulated;
+pub use emulated::Emulated;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 /// The most lanes of any back end: room that buffers keep past their end.
-pub(crate) const MOST_LANES: usize = 16;
+pub const MOST_LANES: usize = 16;
 
 /// Eight words that lie together in memory: a row of a table, or a record.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(32))]
-pub(crate) struct Row(pub(crate) [f32; 8]);
+pub struct Row(pub [f32; 8]);
 
 /// A back end.
-pub(crate) trait Lanes: Copy + Send + Sync + 'static {
+pub trait Lanes: Copy + Send + Sync + 'static {
     /// How many lanes there are: 8 or 16.
     const N: usize;
     /// Eight lanes, for what comes in eights.

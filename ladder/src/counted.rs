@@ -1,0 +1,332 @@
+//! Lanes that count: every operation is carried out by other lanes, and entered in this thread's account.
+//!
+//! What is counted is what the vectors do, so a masked lane counts as any other. Bytes are those of loads, stores and
+//! gathers: of pixels, visible points, bins and tables; not those of constants, of what the scene broadcasts to all
+//! lanes, or of what a compiler may spill.
+
+use fast::lanes::{Lanes, Row};
+use serde::Serialize;
+use std::cell::Cell;
+use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+
+/// Counted operations, lane by lane.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Operations {
+    /// Additions and subtractions of floats.
+    pub additions: u64,
+    /// Multiplications of floats.
+    pub multiplications: u64,
+    /// Divisions of floats.
+    pub divisions: u64,
+    /// Square roots.
+    pub square_roots: u64,
+    /// Comparisons, minima and maxima of floats.
+    pub comparisons: u64,
+    /// Bytes loaded or gathered.
+    pub bytes_loaded: u64,
+    /// Bytes stored or scattered.
+    pub bytes_stored: u64,
+}
+
+impl Operations {
+    /// Floating-point operations: additions, multiplications, divisions and square roots, one each.
+    pub fn flops(&self) -> u64 {
+        self.additions + self.multiplications + self.divisions + self.square_roots
+    }
+
+    /// Bytes moved either way.
+    pub fn bytes(&self) -> u64 {
+        self.bytes_loaded + self.bytes_stored
+    }
+}
+
+impl std::ops::AddAssign for Operations {
+    fn add_assign(&mut self, other: Self) {
+        self.additions += other.additions;
+        self.multiplications += other.multiplications;
+        self.divisions += other.divisions;
+        self.square_roots += other.square_roots;
+        self.comparisons += other.comparisons;
+        self.bytes_loaded += other.bytes_loaded;
+        self.bytes_stored += other.bytes_stored;
+    }
+}
+
+thread_local! {
+    static ACCOUNT: Account = const { Account::new() };
+}
+
+/// The kinds of operations, as places of the account.
+#[derive(Clone, Copy)]
+enum Kind {
+    Addition,
+    Multiplication,
+    Division,
+    SquareRoot,
+    Comparison,
+    Load,
+    Store,
+}
+
+struct Account([Cell<u64>; 7]);
+
+impl Account {
+    const fn new() -> Self {
+        Self([const { Cell::new(0) }; 7])
+    }
+}
+
+#[inline(always)]
+fn count(kind: Kind, number: usize) {
+    ACCOUNT.with(|account| {
+        let place = &account.0[kind as usize];
+        place.set(place.get() + number as u64);
+    });
+}
+
+/// What this thread has counted since it was last asked.
+pub(crate) fn take() -> Operations {
+    let take = |kind: Kind| ACCOUNT.with(|account| account.0[kind as usize].take());
+    Operations {
+        additions: take(Kind::Addition),
+        multiplications: take(Kind::Multiplication),
+        divisions: take(Kind::Division),
+        square_roots: take(Kind::SquareRoot),
+        comparisons: take(Kind::Comparison),
+        bytes_loaded: take(Kind::Load),
+        bytes_stored: take(Kind::Store),
+    }
+}
+
+/// The lanes `L`, counting.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Counted<L>(std::marker::PhantomData<L>);
+
+/// Counting `f32` lanes.
+#[derive(Clone, Copy)]
+pub(crate) struct Floats<L: Lanes>(L::F);
+/// `u32` lanes.
+#[derive(Clone, Copy)]
+pub(crate) struct Words<L: Lanes>(L::U);
+/// Truth values.
+#[derive(Clone, Copy)]
+pub(crate) struct Masks<L: Lanes>(L::M);
+
+macro_rules! operators {
+    ($($on:ident $op:ident $method:ident $(as $kind:ident)?;)*) => {$(
+        impl<L: Lanes> $op for $on<L> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                $(count(Kind::$kind, L::N);)?
+                Self(self.0.$method(other.0))
+            }
+        }
+    )*};
+}
+
+operators! {
+    Floats Add add as Addition;
+    Floats Sub sub as Addition;
+    Floats Mul mul as Multiplication;
+    Floats Div div as Division;
+    Words Add add;
+    Words Mul mul;
+    Words BitAnd bitand;
+    Words BitOr bitor;
+    Words BitXor bitxor;
+    Masks BitAnd bitand;
+    Masks BitOr bitor;
+}
+
+impl<L: Lanes> Neg for Floats<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+impl<L: Lanes> Not for Masks<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(!self.0)
+    }
+}
+
+/// Bytes of a word in every lane.
+#[inline(always)]
+const fn words<L: Lanes>(number: usize) -> usize {
+    4 * L::N * number
+}
+
+#[inline(always)]
+fn wrap<L: Lanes>(columns: [L::F; 8]) -> [Floats<L>; 8] {
+    let [a, b, c, d, e, f, g, h] = columns;
+    [Floats(a), Floats(b), Floats(c), Floats(d), Floats(e), Floats(f), Floats(g), Floats(h)]
+}
+
+impl<L: Lanes> Lanes for Counted<L> {
+    const N: usize = L::N;
+    type Eight = L::Eight;
+    type F = Floats<L>;
+    type U = Words<L>;
+    type M = Masks<L>;
+
+    #[inline(always)]
+    fn f(x: f32) -> Floats<L> {
+        Floats(L::f(x))
+    }
+    #[inline(always)]
+    fn load(from: &[f32]) -> Floats<L> {
+        count(Kind::Load, words::<L>(1));
+        Floats(L::load(from))
+    }
+    #[inline(always)]
+    fn store(v: Floats<L>, to: &mut [f32]) {
+        count(Kind::Store, words::<L>(1));
+        L::store(v.0, to);
+    }
+    #[inline(always)]
+    fn sqrt(v: Floats<L>) -> Floats<L> {
+        count(Kind::SquareRoot, L::N);
+        Floats(L::sqrt(v.0))
+    }
+    #[inline(always)]
+    fn abs(v: Floats<L>) -> Floats<L> {
+        Floats(L::abs(v.0))
+    }
+    #[inline(always)]
+    fn max(a: Floats<L>, b: Floats<L>) -> Floats<L> {
+        count(Kind::Comparison, L::N);
+        Floats(L::max(a.0, b.0))
+    }
+    #[inline(always)]
+    fn min(a: Floats<L>, b: Floats<L>) -> Floats<L> {
+        count(Kind::Comparison, L::N);
+        Floats(L::min(a.0, b.0))
+    }
+    #[inline(always)]
+    fn min_lane(v: Floats<L>) -> u32 {
+        count(Kind::Comparison, L::N);
+        L::min_lane(v.0)
+    }
+    #[inline(always)]
+    fn fused(a: Floats<L>, b: Floats<L>, c: Floats<L>) -> Floats<L> {
+        count(Kind::Addition, L::N);
+        count(Kind::Multiplication, L::N);
+        Floats(L::fused(a.0, b.0, c.0))
+    }
+    #[inline(always)]
+    fn floor(v: Floats<L>) -> Floats<L> {
+        Floats(L::floor(v.0))
+    }
+    #[inline(always)]
+    fn lt(a: Floats<L>, b: Floats<L>) -> Masks<L> {
+        count(Kind::Comparison, L::N);
+        Masks(L::lt(a.0, b.0))
+    }
+    #[inline(always)]
+    fn le(a: Floats<L>, b: Floats<L>) -> Masks<L> {
+        count(Kind::Comparison, L::N);
+        Masks(L::le(a.0, b.0))
+    }
+    #[inline(always)]
+    fn truncate(v: Floats<L>) -> Words<L> {
+        Words(L::truncate(v.0))
+    }
+    #[inline(always)]
+    fn to_float(v: Words<L>) -> Floats<L> {
+        Floats(L::to_float(v.0))
+    }
+    #[inline(always)]
+    fn bits(v: Floats<L>) -> Words<L> {
+        Words(L::bits(v.0))
+    }
+    #[inline(always)]
+    fn from_bits(v: Words<L>) -> Floats<L> {
+        Floats(L::from_bits(v.0))
+    }
+    #[inline(always)]
+    fn select(m: Masks<L>, a: Floats<L>, b: Floats<L>) -> Floats<L> {
+        Floats(L::select(m.0, a.0, b.0))
+    }
+    #[inline(always)]
+    fn u(x: u32) -> Words<L> {
+        Words(L::u(x))
+    }
+    #[inline(always)]
+    fn load_u(from: &[u32]) -> Words<L> {
+        count(Kind::Load, words::<L>(1));
+        Words(L::load_u(from))
+    }
+    #[inline(always)]
+    fn store_u(v: Words<L>, to: &mut [u32]) {
+        count(Kind::Store, words::<L>(1));
+        L::store_u(v.0, to);
+    }
+    #[inline(always)]
+    fn shl<const K: i32>(v: Words<L>) -> Words<L> {
+        Words(L::shl::<K>(v.0))
+    }
+    #[inline(always)]
+    fn shr<const K: i32>(v: Words<L>) -> Words<L> {
+        Words(L::shr::<K>(v.0))
+    }
+    #[inline(always)]
+    fn eq(a: Words<L>, b: Words<L>) -> Masks<L> {
+        Masks(L::eq(a.0, b.0))
+    }
+    #[inline(always)]
+    fn add_where(m: Masks<L>, a: Words<L>, b: Words<L>) -> Words<L> {
+        Words(L::add_where(m.0, a.0, b.0))
+    }
+    #[inline(always)]
+    fn min_u(a: Words<L>, b: Words<L>) -> Words<L> {
+        Words(L::min_u(a.0, b.0))
+    }
+    #[inline(always)]
+    fn select_u(m: Masks<L>, a: Words<L>, b: Words<L>) -> Words<L> {
+        Words(L::select_u(m.0, a.0, b.0))
+    }
+    #[inline(always)]
+    fn mask_bits(m: Masks<L>) -> u32 {
+        L::mask_bits(m.0)
+    }
+    #[inline(always)]
+    fn mask_from_bits(bits: u32) -> Masks<L> {
+        Masks(L::mask_from_bits(bits))
+    }
+    #[inline(always)]
+    fn gather_u(table: &[u32], index: Words<L>) -> Words<L> {
+        count(Kind::Load, words::<L>(1));
+        Words(L::gather_u(table, index.0))
+    }
+    #[inline(always)]
+    fn gather_rows(table: &[Row], index: &[u32]) -> [Floats<L>; 8] {
+        count(Kind::Load, words::<L>(8));
+        wrap(L::gather_rows(table, index))
+    }
+    #[inline(always)]
+    fn transpose(columns: [Floats<L>; 8], to: &mut [Row]) {
+        count(Kind::Store, words::<L>(8));
+        let [a, b, c, d, e, f, g, h] = columns;
+        L::transpose([a.0, b.0, c.0, d.0, e.0, f.0, g.0, h.0], to);
+    }
+    #[inline(always)]
+    fn load_rows(rows: &[Row]) -> [Floats<L>; 8] {
+        count(Kind::Load, words::<L>(8));
+        wrap(L::load_rows(rows))
+    }
+    #[inline(always)]
+    fn compress(m: Masks<L>, v: Floats<L>, to: &mut [f32]) {
+        count(Kind::Store, words::<L>(1));
+        L::compress(m.0, v.0, to);
+    }
+    #[inline(always)]
+    fn compress_u(m: Masks<L>, v: Words<L>, to: &mut [u32]) {
+        count(Kind::Store, words::<L>(1));
+        L::compress_u(m.0, v.0, to);
+    }
+}

@@ -1,0 +1,254 @@
+//! The bins of the hash grid: linked lists (stage 0), generic growable arrays (stage 1) and typed ones (from stage 2).
+//!
+//! A point's cells are entered one after the other, so if two of them share a bin, the second finds the point at the
+//! bin's end, and is not entered again. (In the published program it is, and counts twice.)
+
+use super::Tuning;
+use fast::lanes::{Lanes, MOST_LANES};
+
+/// The bins of a table.
+pub(crate) trait Bins {
+    /// What of a bin is still to be read.
+    type Cursor<'a>
+    where
+        Self: 'a;
+    /// So many empty bins, for so many points.
+    fn new(bins: usize, points: usize, tuning: &Tuning) -> Self;
+    /// Empties all bins.
+    fn clear(&mut self);
+    /// Appends a point, and the sphere that it lies on, to a bin, unless it stands last there.
+    fn insert(&mut self, bin: usize, point: u32, sphere: u32);
+    /// Begins to read a bin.
+    fn open(&self, bin: usize) -> Self::Cursor<'_>;
+    /// As `Index::next`.
+    fn next<L: Lanes>(cursor: &mut Self::Cursor<'_>) -> Option<(L::U, L::M)>;
+    /// As `Index::shared_sphere`.
+    #[inline(always)]
+    fn shared_sphere(_: &Self::Cursor<'_>) -> Option<u32> {
+        None
+    }
+    /// Bytes held.
+    fn bytes(&self) -> usize;
+}
+
+/// Stage 0: a linked list per bin, allocated anew for each iteration, its nodes one by one. As in the published
+/// program a node is appended by walking to the end of its list.
+pub(crate) struct LinkedBins {
+    heads: Vec<Link>,
+    nodes: usize,
+}
+
+type Link = Option<Box<Node>>;
+
+/// What stands in a list.
+pub(crate) struct Node {
+    point: u32,
+    next: Link,
+}
+
+impl Bins for LinkedBins {
+    type Cursor<'a> = Option<&'a Node>;
+
+    fn new(bins: usize, _: usize, _: &Tuning) -> Self {
+        let mut heads = Vec::new();
+        heads.resize_with(bins, || None);
+        Self { heads, nodes: 0 }
+    }
+
+    fn clear(&mut self) {
+        let bins = self.heads.len();
+        *self = Self::new(bins, 0, &Tuning::PAPER);
+    }
+
+    #[inline(always)]
+    fn insert(&mut self, bin: usize, point: u32, _: u32) {
+        let mut link = &mut self.heads[bin];
+        let mut last = None;
+        while let Some(node) = link {
+            last = Some(node.point);
+            link = &mut node.next;
+        }
+        if last != Some(point) {
+            *link = Some(Box::new(Node { point, next: None }));
+            self.nodes += 1;
+        }
+    }
+
+    #[inline(always)]
+    fn open(&self, bin: usize) -> Option<&Node> {
+        self.heads[bin].as_deref()
+    }
+
+    #[inline(always)]
+    fn next<L: Lanes>(cursor: &mut Option<&Node>) -> Option<(L::U, L::M)> {
+        let node = (*cursor)?;
+        *cursor = node.next.as_deref();
+        Some((L::load_u(std::slice::from_ref(&node.point)), L::first(1)))
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(&self.heads[..]) + self.nodes * size_of::<Node>()
+    }
+}
+
+impl Drop for LinkedBins {
+    /// Node by node: dropping a list as a whole would recurse to its length.
+    fn drop(&mut self) {
+        for head in &mut self.heads {
+            let mut link = head.take();
+            while let Some(mut node) = link {
+                link = node.next.take();
+            }
+        }
+    }
+}
+
+/// A growable array of items of any one size, which are copied through bytes by functions that are called.
+struct ByteArray {
+    data: Vec<u8>,
+    item_size: usize,
+}
+
+impl ByteArray {
+    #[inline(never)]
+    fn add(&mut self, item: &[u8]) {
+        self.data.extend_from_slice(item);
+    }
+    #[inline(never)]
+    fn get(&self, index: usize) -> &[u8] {
+        &self.data[index * self.item_size..(index + 1) * self.item_size]
+    }
+    fn len(&self) -> usize {
+        self.data.len() / self.item_size
+    }
+}
+
+/// Stage 1: a generic array per bin, kept over iterations.
+pub(crate) struct ByteBins(Vec<ByteArray>);
+
+/// What a bin holds of a point: its index, as wide as the pointer that the published program stores.
+type Item = u64;
+
+#[inline(always)]
+fn item(bytes: &[u8]) -> Item {
+    Item::from_ne_bytes(bytes.try_into().unwrap_or_default())
+}
+
+impl Bins for ByteBins {
+    type Cursor<'a> = ByteCursor<'a>;
+
+    fn new(bins: usize, _: usize, tuning: &Tuning) -> Self {
+        let item_size = size_of::<Item>();
+        let array = || ByteArray { data: Vec::with_capacity(item_size * tuning.first_capacity), item_size };
+        Self((0..bins).map(|_| array()).collect())
+    }
+
+    fn clear(&mut self) {
+        for array in &mut self.0 {
+            array.data.clear();
+        }
+    }
+
+    #[inline(always)]
+    fn insert(&mut self, bin: usize, point: u32, _: u32) {
+        let array = &mut self.0[bin];
+        let len = array.len();
+        if len == 0 || item(array.get(len - 1)) != u64::from(point) {
+            array.add(&u64::from(point).to_ne_bytes());
+        }
+    }
+
+    #[inline(always)]
+    fn open(&self, bin: usize) -> ByteCursor<'_> {
+        ByteCursor { array: &self.0[bin], next: 0 }
+    }
+
+    #[inline(always)]
+    fn next<L: Lanes>(cursor: &mut ByteCursor<'_>) -> Option<(L::U, L::M)> {
+        if cursor.next == cursor.array.len() {
+            return None;
+        }
+        let point = item(cursor.array.get(cursor.next)) as u32;
+        cursor.next += 1;
+        Some((L::load_u(&[point]), L::first(1)))
+    }
+
+    fn bytes(&self) -> usize {
+        let data: usize = self.0.iter().map(|array| array.data.capacity()).sum();
+        size_of_val(&self.0[..]) + data
+    }
+}
+
+/// What of a generic array is still to be read.
+pub(crate) struct ByteCursor<'a> {
+    array: &'a ByteArray,
+    next: usize,
+}
+
+/// From stage 2 on: a typed array per bin, kept over iterations.
+pub(crate) struct TypedBins(Vec<Vec<u32>>);
+
+/// The next indices of a slice, as many as there are lanes.
+#[inline(always)]
+pub(super) fn next_of_slice<L: Lanes>(rest: &mut &[u32]) -> Option<(L::U, L::M)> {
+    if rest.len() >= L::N {
+        let (now, later) = rest.split_at(L::N);
+        *rest = later;
+        return Some((L::load_u(now), L::first(L::N)));
+    }
+    if rest.is_empty() {
+        return None;
+    }
+    let mut last = [0; MOST_LANES];
+    for (place, point) in last.iter_mut().zip(*rest) {
+        *place = *point;
+    }
+    let live = L::first(rest.len());
+    *rest = &[];
+    Some((L::load_u(&last), live))
+}
+
+impl TypedBins {
+    /// The points in a bin.
+    #[inline(always)]
+    pub(super) fn points(&self, bin: usize) -> &[u32] {
+        &self.0[bin]
+    }
+}
+
+impl Bins for TypedBins {
+    type Cursor<'a> = &'a [u32];
+
+    fn new(bins: usize, _: usize, tuning: &Tuning) -> Self {
+        Self((0..bins).map(|_| Vec::with_capacity(tuning.first_capacity)).collect())
+    }
+
+    fn clear(&mut self) {
+        for points in &mut self.0 {
+            points.clear();
+        }
+    }
+
+    #[inline(always)]
+    fn insert(&mut self, bin: usize, point: u32, _: u32) {
+        let points = &mut self.0[bin];
+        if points.last() != Some(&point) {
+            points.push(point);
+        }
+    }
+
+    #[inline(always)]
+    fn open(&self, bin: usize) -> &[u32] {
+        self.points(bin)
+    }
+
+    #[inline(always)]
+    fn next<L: Lanes>(cursor: &mut &[u32]) -> Option<(L::U, L::M)> {
+        next_of_slice::<L>(cursor)
+    }
+
+    fn bytes(&self) -> usize {
+        let points: usize = self.0.iter().map(|points| points.capacity() * size_of::<u32>()).sum();
+        size_of_val(&self.0[..]) + points
+    }
+}

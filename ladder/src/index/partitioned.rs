@@ -1,0 +1,117 @@
+//! Failed attempt 2: several tables in place of one. Sorted by sphere, a table's points share their colour; blocked,
+//! they lie together in memory and fit the cache. A photon has to look into each of them.
+
+use super::Tuning;
+use super::bins::{Bins, TypedBins, next_of_slice};
+use fast::lanes::Lanes;
+
+/// Which table a point is entered in.
+pub(crate) trait Partition: 'static {
+    /// True if a table's points lie on one sphere.
+    const BY_SPHERE: bool;
+    /// The key of the table; tables come in the order in which keys are first seen.
+    fn key(point: u32, sphere: u32, tuning: &Tuning) -> u32;
+}
+
+/// Points of the same sphere.
+pub(crate) struct BySphere;
+
+impl Partition for BySphere {
+    const BY_SPHERE: bool = true;
+    #[inline(always)]
+    fn key(_: u32, sphere: u32, _: &Tuning) -> u32 {
+        sphere
+    }
+}
+
+/// Points of the same block of pixels.
+pub(crate) struct ByBlock;
+
+impl Partition for ByBlock {
+    const BY_SPHERE: bool = false;
+    #[inline(always)]
+    fn key(point: u32, _: u32, tuning: &Tuning) -> u32 {
+        point / tuning.block as u32
+    }
+}
+
+/// The bins of several tables.
+pub(crate) struct Partitioned<K> {
+    tables: Vec<(u32, TypedBins)>,
+    /// For each key, the table that it has; none is `u32::MAX`.
+    table_of: Vec<u32>,
+    bins: usize,
+    tuning: Tuning,
+    partition: std::marker::PhantomData<K>,
+}
+
+/// What of a bin of all tables is still to be read.
+pub(crate) struct Cursor<'a> {
+    tables: &'a [(u32, TypedBins)],
+    bin: usize,
+    key: u32,
+    rest: &'a [u32],
+    by_sphere: bool,
+}
+
+impl<K: Partition> Partitioned<K> {
+    #[inline(always)]
+    fn table(&mut self, key: u32) -> &mut TypedBins {
+        if self.table_of.len() <= key as usize {
+            self.table_of.resize(key as usize + 1, u32::MAX);
+        }
+        if self.table_of[key as usize] == u32::MAX {
+            self.table_of[key as usize] = self.tables.len() as u32;
+            // Room is not made ahead: most of these bins stay empty.
+            let tuning = Tuning { first_capacity: 0, ..self.tuning };
+            self.tables.push((key, TypedBins::new(self.bins, 0, &tuning)));
+        }
+        &mut self.tables[self.table_of[key as usize] as usize].1
+    }
+}
+
+impl<K: Partition> Bins for Partitioned<K> {
+    type Cursor<'a> = Cursor<'a>;
+
+    fn new(bins: usize, _: usize, tuning: &Tuning) -> Self {
+        let partition = std::marker::PhantomData;
+        Self { tables: Vec::new(), table_of: Vec::new(), bins, tuning: *tuning, partition }
+    }
+
+    fn clear(&mut self) {
+        for (_, table) in &mut self.tables {
+            table.clear();
+        }
+    }
+
+    #[inline(always)]
+    fn insert(&mut self, bin: usize, point: u32, sphere: u32) {
+        let key = K::key(point, sphere, &self.tuning);
+        self.table(key).insert(bin, point, sphere);
+    }
+
+    #[inline(always)]
+    fn open(&self, bin: usize) -> Cursor<'_> {
+        Cursor { tables: &self.tables, bin, key: 0, rest: &[], by_sphere: K::BY_SPHERE }
+    }
+
+    #[inline(always)]
+    fn next<L: Lanes>(cursor: &mut Cursor<'_>) -> Option<(L::U, L::M)> {
+        while cursor.rest.is_empty() {
+            let ((key, table), later) = cursor.tables.split_first()?;
+            cursor.tables = later;
+            cursor.key = *key;
+            cursor.rest = table.points(cursor.bin);
+        }
+        next_of_slice::<L>(&mut cursor.rest)
+    }
+
+    #[inline(always)]
+    fn shared_sphere(cursor: &Cursor<'_>) -> Option<u32> {
+        cursor.by_sphere.then_some(cursor.key)
+    }
+
+    fn bytes(&self) -> usize {
+        self.tables.iter().map(|(_, table)| table.bytes()).sum::<usize>() + self.table_of.len() * 4
+    }
+}

@@ -1,0 +1,115 @@
+//! Stage 3: xorshift32 in eight lanes, several vectors at a time, into a pool from which the program takes.
+
+use fast::LaneKind;
+use fast::dispatch::{Kernel, dispatch};
+use fast::lanes::Lanes;
+use scene::rng::{Family, StreamKey, UNIT};
+
+/// Lanes of a vector.
+const LANES: usize = 8;
+/// The most vectors of a refill.
+const MOST: usize = 16;
+
+/// Random numbers, made ahead.
+pub(crate) struct Pool {
+    state: [u32; LANES * MOST],
+    values: [f32; LANES * MOST + LANES],
+    next: usize,
+    unroll: usize,
+}
+
+impl Pool {
+    /// Vectors per refill, of which the paper found 8 to be the best.
+    pub(crate) const UNROLLS: [usize; 5] = [1, 2, 4, 8, 16];
+
+    pub(crate) fn new(seed: u64, unroll: usize) -> Self {
+        assert!(Self::UNROLLS.contains(&unroll), "no refill of {unroll} vectors");
+        let key = StreamKey::new(seed, Family::Photon, 0);
+        let state = std::array::from_fn(|lane| key.state(lane as u32));
+        Self { state, values: [0.0; LANES * MOST + LANES], next: LANES * unroll, unroll }
+    }
+
+    /// The next `lanes` numbers, and whatever follows them.
+    #[inline(always)]
+    pub(crate) fn take(&mut self, lanes: usize) -> &[f32] {
+        if self.next + lanes > LANES * self.unroll {
+            self.refill();
+        }
+        let at = self.next;
+        self.next += lanes;
+        &self.values[at..]
+    }
+
+    #[inline(never)]
+    fn refill(&mut self) {
+        self.next = 0;
+        dispatch(LaneKind::Avx2, Refill(self));
+    }
+}
+
+struct Refill<'a>(&'a mut Pool);
+
+impl Kernel for Refill<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        match self.0.unroll {
+            1 => refill::<L, 1>(self.0),
+            2 => refill::<L, 2>(self.0),
+            4 => refill::<L, 4>(self.0),
+            8 => refill::<L, 8>(self.0),
+            _ => refill::<L, 16>(self.0),
+        }
+    }
+}
+
+/// Steps `UNROLL` vectors side by side, so that their chains of operations overlap.
+#[inline(always)]
+fn refill<L: Lanes, const UNROLL: usize>(pool: &mut Pool) {
+    let mut x = [L::u(0); UNROLL];
+    for k in 0..UNROLL {
+        x[k] = L::load_u(&pool.state[LANES * k..]);
+    }
+    for k in 0..UNROLL {
+        x[k] = x[k] ^ L::shl::<13>(x[k]);
+    }
+    for k in 0..UNROLL {
+        x[k] = x[k] ^ L::shr::<17>(x[k]);
+    }
+    for k in 0..UNROLL {
+        x[k] = x[k] ^ L::shl::<5>(x[k]);
+    }
+    for k in 0..UNROLL {
+        L::store_u(x[k], &mut pool.state[LANES * k..]);
+        L::store(L::to_float(L::shr::<8>(x[k])) * L::f(UNIT), &mut pool.values[LANES * k..]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_unroll_factor_gives_each_lane_its_own_xorshift_sequence() {
+        for unroll in Pool::UNROLLS {
+            let key = StreamKey::new(5, Family::Photon, 0);
+            let mut streams: Vec<_> = (0..LANES * unroll).map(|lane| key.stream(lane as u32)).collect();
+            let mut pool = Pool::new(5, unroll);
+            for draw in 0..5 * LANES * unroll {
+                let lane = draw % (LANES * unroll);
+                assert_eq!(pool.take(1)[0], streams[lane].next_f32(), "factor {unroll}, draw {draw}");
+            }
+        }
+    }
+
+    #[test]
+    fn eight_at_a_time_come_whole() {
+        let (mut ones, mut eights) = (Pool::new(7, 8), Pool::new(7, 8));
+        for _ in 0..40 {
+            let eight: Vec<f32> = eights.take(8)[..8].to_vec();
+            for value in eight {
+                assert_eq!(ones.take(1)[0], value);
+            }
+        }
+    }
+}

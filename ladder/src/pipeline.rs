@@ -1,0 +1,186 @@
+//! The one pipeline of all rows: the passes of an iteration, made of the parts that a row names.
+
+use crate::camera_pass::CameraPass;
+use crate::counted::{self, Operations};
+use crate::flux::IntegerSums;
+use crate::index::Index;
+use crate::numbers::{Generator, Numbers};
+use crate::photon_pass::PhotonPass;
+use crate::pixels::{PixelState, Pixels};
+use crate::table::{Options, Random, Rung, Sums};
+use crate::tables::Tables;
+use crate::vector::{Pass, Vector, Width};
+use fast::lanes::Lanes;
+use scene::{Engine, Film, Plane, Rgb, Scene, Settings, Stats};
+use std::f32::consts::PI;
+use std::time::Instant;
+
+/// What a row is made of.
+pub(crate) trait Parts: 'static {
+    /// Vectors, and how many paths and candidates are followed at a time.
+    type Width: Width;
+    /// The layout of pixels and visible points.
+    type Pixels: Pixels;
+    /// The spatial index.
+    type Index: Index;
+    /// True if lanes fetch the properties of what they have hit from columns, word by word.
+    const FROM_COLUMNS: bool;
+}
+
+/// A render by the parts `P`.
+pub(crate) struct Pipeline<'a, P: Parts> {
+    scene: &'a Scene,
+    settings: Settings,
+    iterations: u32,
+    numbers: Numbers,
+    pixels: P::Pixels,
+    index: P::Index,
+    stats: Stats,
+    /// By pass, if operations are counted.
+    operations: Option<[Operations; 4]>,
+}
+
+impl<'a, P: Parts> Pipeline<'a, P> {
+    /// A render that has not begun.
+    pub(crate) fn new(
+        scene: &'a Scene,
+        settings: &Settings,
+        options: &Options,
+        generator: Generator,
+    ) -> Self {
+        let numbers = match options.random {
+            Random::Keyed => Numbers::keyed(settings),
+            Random::Paper => Numbers::of(generator, settings.seed),
+        };
+        let sums = IntegerSums::new(settings.pixels(), options.sums == Sums::Integer);
+        Self {
+            scene,
+            settings: *settings,
+            iterations: 0,
+            numbers,
+            pixels: Pixels::new(settings.pixels(), settings.initial_radius, sums),
+            index: Index::new(settings.pixels(), &options.tuning),
+            stats: Stats::default(),
+            operations: options.counts_operations.then(Default::default),
+        }
+    }
+
+    /// All passes of one iteration.
+    #[inline(always)]
+    fn run<V: Vector>(&mut self, tables: &Tables) {
+        let Self { settings, iterations, numbers, pixels, index, stats, operations, .. } = self;
+        let (iteration, count) = (*iterations, settings.pixels());
+        let frame = self.scene.camera.frame(settings.width, settings.height);
+        let from_columns = P::FROM_COLUMNS;
+
+        let start = Instant::now();
+        let pass = CameraPass { tables, frame: &frame, settings, iteration, from_columns };
+        pass.run::<V, _>(pixels, numbers, stats);
+        enter(operations, 0);
+        let camera = Instant::now();
+        index.build::<V, _>(pixels, count);
+        enter(operations, 1);
+        let built = Instant::now();
+        let pass = PhotonPass { tables, settings, iteration, from_columns };
+        pass.run::<V, _, _>(pixels, index, numbers, stats);
+        enter(operations, 2);
+        let traced = Instant::now();
+        for at in (0..count).step_by(V::L::N) {
+            pixels.consolidate::<V>(at, tables.still.lights.power);
+        }
+        enter(operations, 3);
+
+        stats.camera_seconds += (camera - start).as_secs_f64();
+        stats.build_grid_seconds += (built - camera).as_secs_f64();
+        stats.photon_seconds += (traced - built).as_secs_f64();
+        stats.consolidate_seconds += traced.elapsed().as_secs_f64();
+        stats.bytes = (pixels.bytes() + index.bytes()) as u64;
+    }
+
+    fn states(&self) -> impl Iterator<Item = PixelState> {
+        (0..self.settings.pixels()).map(|index| self.pixels.state(index))
+    }
+
+    fn plane(&self, value: impl Fn(PixelState) -> f32) -> Plane {
+        let Settings { width, height, .. } = self.settings;
+        Plane { width, height, values: self.states().map(value).collect() }
+    }
+
+    /// As `reference::consolidate::Pixel::develop`.
+    fn developed(&self, pixel: PixelState) -> Rgb {
+        let n = self.iterations as f32;
+        let photons = n * self.settings.photons_per_iteration as f32;
+        let density = 1.0 / (photons * (PI * pixel.radius_squared));
+        pixel.direct * (1.0 / n) + pixel.tau * density
+    }
+}
+
+/// Enters what a pass has counted.
+#[inline(always)]
+fn enter(operations: &mut Option<[Operations; 4]>, pass: usize) {
+    if let Some(operations) = operations {
+        operations[pass] += counted::take();
+    }
+}
+
+/// One iteration.
+struct Iteration<'a, 'b, P: Parts> {
+    pipeline: &'a mut Pipeline<'b, P>,
+    tables: &'a Tables<'a>,
+}
+
+impl<P: Parts> Pass for Iteration<'_, '_, P> {
+    #[inline(always)]
+    fn run<V: Vector>(self) {
+        self.pipeline.run::<V>(self.tables);
+    }
+}
+
+impl<P: Parts> Engine for Pipeline<'_, P> {
+    fn iterate(&mut self) {
+        let still = self.scene.at(self.scene.camera.shutter_time(self.settings.seed, self.iterations));
+        let tables = Tables::new(&still);
+        if self.operations.is_some() {
+            counted::take();
+            P::Width::run_counted(Iteration { pipeline: self, tables: &tables });
+        } else {
+            P::Width::run(Iteration { pipeline: self, tables: &tables });
+        }
+        self.iterations += 1;
+    }
+
+    fn iterations(&self) -> u32 {
+        self.iterations
+    }
+
+    fn develop(&self) -> Film {
+        let Settings { width, height, .. } = self.settings;
+        if self.iterations == 0 {
+            return Film::new(width, height);
+        }
+        Film { width, height, pixels: self.states().map(|pixel| self.developed(pixel)).collect() }
+    }
+
+    fn direct(&self) -> Option<Film> {
+        let Settings { width, height, .. } = self.settings;
+        Some(Film { width, height, pixels: self.states().map(|pixel| pixel.direct).collect() })
+    }
+
+    fn radius(&self) -> Option<Plane> {
+        Some(self.plane(|pixel| pixel.radius_squared.sqrt()))
+    }
+
+    fn count(&self) -> Option<Plane> {
+        Some(self.plane(|pixel| pixel.n))
+    }
+
+    fn stats(&self) -> &Stats {
+        &self.stats
+    }
+}
+
+impl<P: Parts> Rung for Pipeline<'_, P> {
+    fn operations(&self) -> Option<[Operations; 4]> {
+        self.operations
+    }
+}

@@ -1,0 +1,312 @@
+//! The table of all rows: which parts each is made of.
+
+use crate::counted::Operations;
+use crate::index::{
+    ByBlock, BySphere, ByteBins, HashGrid, Kiddo, LinkedBins, Partitioned, Tree, Tuning, TypedBins,
+};
+use crate::numbers::Generator;
+use crate::one::One;
+use crate::pipeline::{Parts, Pipeline};
+use crate::pixels::{Columns, Line8, Line16, Lines, Objects, ScalarPixels, TypedArrays};
+use crate::vector::{Called, Horizontal, Inlined, MathInlined, Scalar, Vertical};
+use scene::{Engine, Film, Plane, Scene, Settings, Stats};
+use serde::Serialize;
+
+/// A render by one row of the ladder.
+pub trait Rung: Engine {
+    /// What has been counted in the camera pass, the building of the index, the photon pass and the consolidation, if
+    /// it was asked for ([`Options::counts_operations`]) and can be had.
+    fn operations(&self) -> Option<[Operations; 4]>;
+}
+
+/// Where random numbers come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Random {
+    /// The row's own generator, as in the paper.
+    Paper,
+    /// The keyed streams of the reference: the same paths in every row.
+    Keyed,
+}
+
+/// How flux is summed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sums {
+    /// In floats, as in the paper; what comes of it depends on the order.
+    Float,
+    /// In integers, as in the reference.
+    Integer,
+}
+
+/// How a row is to be run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Where random numbers come from.
+    pub random: Random,
+    /// How flux is summed.
+    pub sums: Sums,
+    /// Count operations and bytes, which takes some ten times as long and gives the same image.
+    pub counts_operations: bool,
+    /// Free parameters of the index.
+    pub tuning: Tuning,
+}
+
+impl Options {
+    /// As in the paper.
+    pub const fn paper() -> Self {
+        let tuning = Tuning::PAPER;
+        Self { random: Random::Paper, sums: Sums::Float, counts_operations: false, tuning }
+    }
+
+    /// As in the reference: every row gives its bits.
+    pub const fn exact() -> Self {
+        Self { random: Random::Keyed, sums: Sums::Integer, ..Self::paper() }
+    }
+}
+
+/// The parts of a row, in words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Description {
+    /// The generator of random numbers.
+    pub random: &'static str,
+    /// How pixels and visible points lie in memory.
+    pub layout: &'static str,
+    /// The spatial index.
+    pub index: &'static str,
+    /// How vector functions are called.
+    pub math: &'static str,
+    /// Rays traced at a time.
+    pub width: u32,
+    /// Candidates joined with a photon at a time.
+    pub join: u32,
+}
+
+type Start = for<'a> fn(&'a Scene, &Settings, &Options, Generator) -> Box<dyn Rung + 'a>;
+
+/// A row of the ladder.
+#[derive(Clone, Copy)]
+pub struct Row {
+    /// What the command line calls it.
+    pub name: &'static str,
+    /// What it shows, in a line.
+    pub about: &'static str,
+    /// Its parts.
+    pub parts: Description,
+    /// True if it is one of the paper's seven stages.
+    pub is_stage: bool,
+    generator: Generator,
+    start: Start,
+}
+
+impl Row {
+    /// A render that has not begun.
+    pub fn start<'a>(&self, scene: &'a Scene, settings: &Settings, options: &Options) -> Box<dyn Rung + 'a> {
+        (self.start)(scene, settings, options, self.generator)
+    }
+
+    /// True if the row has the reference's image with whatever random numbers and sums are asked for.
+    pub fn is_always_exact(&self) -> bool {
+        self.name == FAST
+    }
+}
+
+impl std::fmt::Debug for Row {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Row").field("name", &self.name).field("parts", &self.parts).finish_non_exhaustive()
+    }
+}
+
+/// The row called `name`.
+pub fn find(name: &str) -> Option<&'static Row> {
+    ROWS.iter().find(|row| row.name == name)
+}
+
+/// Starts a render by parts `P`.
+fn start<'a, P: Parts>(
+    scene: &'a Scene,
+    settings: &Settings,
+    options: &Options,
+    generator: Generator,
+) -> Box<dyn Rung + 'a> {
+    Box::new(Pipeline::<P>::new(scene, settings, options, generator))
+}
+
+/// A row made of four types: width, layout, index, and whether the scene is read from columns.
+macro_rules! parts {
+    ($($name:ident: $width:ty, $pixels:ty, $index:ty, columns: $columns:literal;)*) => {$(
+        struct $name;
+        impl Parts for $name {
+            type Width = $width;
+            type Pixels = $pixels;
+            type Index = $index;
+            const FROM_COLUMNS: bool = $columns;
+        }
+    )*};
+}
+
+parts! {
+    Stage0: Scalar<Called<One>>, ScalarPixels<Objects>, HashGrid<LinkedBins>, columns: false;
+    Stage1: Scalar<MathInlined<One>>, ScalarPixels<Objects>, HashGrid<ByteBins>, columns: false;
+    Stage2: Scalar<Inlined<One>>, ScalarPixels<TypedArrays<[f32; 3]>>, HashGrid<TypedBins>, columns: false;
+    OneRegister: Scalar<Horizontal>, ScalarPixels<TypedArrays<glam::Vec3A>>, HashGrid<TypedBins>, columns: false;
+    Stage4: Vertical, Columns, HashGrid<TypedBins>, columns: true;
+    Stage5: Vertical, Lines<Line16>, HashGrid<TypedBins>, columns: false;
+    Stage6: Vertical, Lines<Line8>, HashGrid<TypedBins>, columns: false;
+    SortedTables: Vertical, Lines<Line8>, HashGrid<Partitioned<BySphere>>, columns: false;
+    BlockedTables: Vertical, Lines<Line8>, HashGrid<Partitioned<ByBlock>>, columns: false;
+    KiddoTree: Vertical, Lines<Line8>, Kiddo, columns: false;
+    OwnTree: Vertical, Lines<Line8>, Tree, columns: false;
+}
+
+const FAST: &str = "fast";
+const XORSHIFT_8: Generator = Generator::Xorshift { unroll: 8 };
+const XORSHIFT: &str = "xorshift32, 8 lanes, 8 vectors at a time";
+
+const BASELINE: Description = Description {
+    random: "rand of the C library",
+    layout: "array of objects",
+    index: "hash grid, linked lists allocated anew",
+    math: "called",
+    width: 1,
+    join: 1,
+};
+const STAGE1: Description =
+    Description { index: "hash grid, generic arrays kept", math: "vector math inlined", ..BASELINE };
+const STAGE2: Description = Description {
+    layout: "typed arrays, flags for zero throughput",
+    index: "hash grid, typed arrays kept",
+    math: "inlined",
+    ..STAGE1
+};
+const STAGE3: Description = Description { random: XORSHIFT, ..STAGE2 };
+const STAGE4: Description =
+    Description { layout: "structure of arrays, 16 gathers", width: 8, join: 8, ..STAGE3 };
+const STAGE5: Description = Description { layout: "cache lines of 16 words, two transposes", ..STAGE4 };
+const STAGE6: Description = Description { layout: "lines of 8 words, one transpose", ..STAGE4 };
+
+const fn row(
+    name: &'static str,
+    about: &'static str,
+    parts: Description,
+    generator: Generator,
+    start: Start,
+) -> Row {
+    Row { name, about, parts, is_stage: false, generator, start }
+}
+
+const fn stage(
+    name: &'static str,
+    about: &'static str,
+    parts: Description,
+    generator: Generator,
+    start: Start,
+) -> Row {
+    Row { is_stage: true, ..row(name, about, parts, generator, start) }
+}
+
+const fn unrolled(name: &'static str, random: &'static str, unroll: usize) -> Row {
+    let about = "stage 3 with another unroll factor of its generator";
+    row(name, about, Description { random, ..STAGE3 }, Generator::Xorshift { unroll }, start::<Stage2>)
+}
+
+/// Every row, in the order of the paper.
+pub static ROWS: &[Row] = &[
+    stage("0", "baseline", BASELINE, Generator::Rand, start::<Stage0>),
+    stage("1", "vector math inlined, bins kept", STAGE1, Generator::Rand, start::<Stage1>),
+    stage("2", "everything inlined, typed arrays", STAGE2, Generator::Rand, start::<Stage2>),
+    stage("3", "xorshift in vectors", STAGE3, XORSHIFT_8, start::<Stage2>),
+    unrolled("3-unroll-1", "xorshift32, 8 lanes, one vector at a time", 1),
+    unrolled("3-unroll-2", "xorshift32, 8 lanes, 2 vectors at a time", 2),
+    unrolled("3-unroll-4", "xorshift32, 8 lanes, 4 vectors at a time", 4),
+    unrolled("3-unroll-16", "xorshift32, 8 lanes, 16 vectors at a time", 16),
+    row(
+        "horizontal",
+        "failed attempt 1: one vector in one register",
+        Description { math: "inlined, a vector in a 128-bit register", ..STAGE3 },
+        XORSHIFT_8,
+        start::<OneRegister>,
+    ),
+    stage("4", "vertical vectors everywhere", STAGE4, XORSHIFT_8, start::<Stage4>),
+    stage("5", "what is gathered lies in one cache line", STAGE5, XORSHIFT_8, start::<Stage5>),
+    stage("6", "half as many words", STAGE6, XORSHIFT_8, start::<Stage6>),
+    row(
+        "sorted",
+        "failed attempt 2: a table per sphere",
+        Description { index: "a hash grid per sphere", ..STAGE6 },
+        XORSHIFT_8,
+        start::<SortedTables>,
+    ),
+    row(
+        "blocked",
+        "failed attempt 2: a table per block of pixels that fits the cache",
+        Description { index: "a hash grid per block", ..STAGE6 },
+        XORSHIFT_8,
+        start::<BlockedTables>,
+    ),
+    row(
+        "kdtree",
+        "future work: a k-d tree, that of the crate kiddo",
+        Description { index: "k-d tree of kiddo", ..STAGE6 },
+        XORSHIFT_8,
+        start::<KiddoTree>,
+    ),
+    row(
+        "kdtree-own",
+        "future work: a k-d tree of ours, whose leaves are tested in lanes",
+        Description { index: "k-d tree, leaves of up to 32 points", ..STAGE6 },
+        XORSHIFT_8,
+        start::<OwnTree>,
+    ),
+    row(
+        FAST,
+        "the fast engine of this project, on one thread",
+        Description {
+            random: "keyed streams, Sobol points",
+            layout: "tiles of rows",
+            index: "photons sorted into cells",
+            math: "inlined",
+            width: 256,
+            join: 8,
+        },
+        XORSHIFT_8,
+        start_fast,
+    ),
+];
+
+/// The fast engine as a row. Its random numbers and sums are always the reference's.
+struct Fast<'a>(fast::Sppm<'a>);
+
+fn start_fast<'a>(scene: &'a Scene, settings: &Settings, _: &Options, _: Generator) -> Box<dyn Rung + 'a> {
+    Box::new(Fast(fast::Sppm::new(scene, settings)))
+}
+
+impl Engine for Fast<'_> {
+    fn iterate(&mut self) {
+        self.0.iterate();
+    }
+    fn iterations(&self) -> u32 {
+        self.0.iterations()
+    }
+    fn develop(&self) -> Film {
+        self.0.develop()
+    }
+    fn direct(&self) -> Option<Film> {
+        self.0.direct()
+    }
+    fn radius(&self) -> Option<Plane> {
+        self.0.radius()
+    }
+    fn count(&self) -> Option<Plane> {
+        self.0.count()
+    }
+    fn stats(&self) -> &Stats {
+        self.0.stats()
+    }
+}
+
+impl Rung for Fast<'_> {
+    fn operations(&self) -> Option<[Operations; 4]> {
+        None
+    }
+}

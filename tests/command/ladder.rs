@@ -1,0 +1,84 @@
+//! The command `ladder`. That its rows render what they should is tested in `tests/ladder`.
+
+use crate::sandbox::{Ended, Sandbox, TINY};
+
+fn ladder(sandbox: &Sandbox, args: &[&str]) -> Ended {
+    let ended = sandbox.run(["ladder"].iter().chain(args).chain(&TINY));
+    assert_eq!(ended.code, Some(0), "{args:?}: {ended:?}");
+    ended
+}
+
+/// The table's lines after the header, split into fields.
+fn records(sandbox: &Sandbox, name: &str) -> Vec<Vec<String>> {
+    let text = String::from_utf8(sandbox.bytes(name)).unwrap();
+    text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
+}
+
+#[test]
+fn every_row_is_timed_and_told() {
+    let sandbox = Sandbox::new();
+    let ended = ladder(&sandbox, &["--scene", "cornell", "--csv", "times.csv", "--repeat", "2"]);
+    let records = records(&sandbox, "times.csv");
+    let column = |name: &str| records[0].iter().position(|field| field == name).unwrap();
+    let (row, speedup, runs, scene) = (column("row"), column("speedup"), column("runs"), column("scene"));
+    assert_eq!(records.len() - 1, ladder::ROWS.len());
+    for (record, expected) in records[1..].iter().zip(ladder::ROWS) {
+        assert_eq!(record[row], expected.name);
+        assert_eq!((&record[scene][..], &record[runs][..]), ("cornell", "2"));
+        assert!(record[speedup].parse::<f64>().unwrap() > 0.0);
+        assert!(ended.stdout.contains(&format!("\n  {} ", expected.name)), "{ended:?}");
+    }
+    assert_eq!(records[1][speedup], "1.0");
+    assert_eq!(sandbox.names(), ["times.csv"]);
+}
+
+/// Under the reference's random numbers all rows count the same photons.
+#[test]
+fn keyed_rows_do_the_same_work() {
+    let sandbox = Sandbox::new();
+    ladder(&sandbox, &["--scene", "mirror", "--rng", "keyed", "--csv", "a.csv", "--repeat", "1"]);
+    let records = records(&sandbox, "a.csv");
+    let column = records[0].iter().position(|field| field == "contributions").unwrap();
+    assert!(records[2..].iter().all(|record| record[column] == records[1][column]), "{records:?}");
+}
+
+#[test]
+fn sweeps_have_a_line_per_value_and_plots() {
+    let sandbox = Sandbox::new();
+    std::fs::create_dir(sandbox.path("plots")).unwrap();
+    let sweeps = [("iterations", 3), ("photons", 3), ("size", 3), ("depth", 3), ("spheres", 4)];
+    for (sweep, values) in sweeps {
+        let args = ["--quick", "--scene", "random", "--sweep", sweep, "--rows", "3,6"];
+        let csv = format!("{sweep}.csv");
+        let ended = ladder(&sandbox, &[&args[..], &["--plots", "plots", "--csv", &csv]].concat());
+        assert_eq!(records(&sandbox, &csv).len() - 1, 2 * values, "{sweep}");
+        assert!(ended.stdout.contains("grows as"), "{ended:?}");
+    }
+    ladder(&sandbox, &["--scene", "cornell", "--rows", "0,fast", "--plots", "plots", "--repeat", "1"]);
+    for name in ["speedup", "speedup-depth-random", "complexity-pixels-random", "speedup-spheres-random"] {
+        let svg = String::from_utf8(sandbox.bytes(&format!("plots/{name}.svg"))).unwrap();
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{name}");
+    }
+}
+
+#[test]
+fn what_cannot_be_run_is_refused() {
+    let sandbox = Sandbox::new();
+    let cases: [(&[&str], &[&str]); 6] = [
+        (&["--rows", "7"], &["--rows", "\"7\"", "is no row", "kdtree-own and fast"]),
+        (&["--sweep", "colour"], &["--sweep", "\"colour\"", "iterations, photons, size, depth and spheres"]),
+        (&["--scene", "cornell", "--sweep", "spheres"], &["--sweep spheres", "too few balls", "random"]),
+        (&["--scene", "kornell"], &["\"kornell\"", "did you mean cornell?"]),
+        (&["--plots", "missing"], &["--plots", "missing is not a folder"]),
+        (&["--csv", "missing/a.csv"], &["--csv", "missing"]),
+    ];
+    for (args, words) in cases {
+        let ended = sandbox.run(["ladder"].iter().chain(args));
+        assert_eq!(ended.code, Some(2), "{args:?}: {ended:?}");
+        assert_eq!(ended.stderr.lines().count(), 1, "{ended:?}");
+        for word in words {
+            assert!(ended.stderr.contains(word), "no {word:?} in {ended:?}");
+        }
+    }
+    assert_eq!(sandbox.names(), [""; 0]);
+}

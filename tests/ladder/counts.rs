@@ -1,0 +1,78 @@
+//! Counted operations.
+
+use crate::pair::{Shown, builtin};
+use ladder::{Operations, Options, ROWS, Rung, find};
+use scene::Settings;
+
+const CAMERA: usize = 0;
+const PHOTON: usize = 2;
+
+fn counted(name: &str, settings: &Settings) -> (Box<dyn Rung>, [Operations; 4]) {
+    let (scene, _) = builtin("cornell");
+    let options = Options { counts_operations: true, ..Options::exact() };
+    // The scene outlives the test: leaked, once per row.
+    let mut rung = find(name).unwrap().start(Box::leak(Box::new(scene)), settings, &options);
+    rung.iterate();
+    let operations = rung.operations().unwrap();
+    (rung, operations)
+}
+
+fn small() -> Settings {
+    Settings { photons_per_iteration: 300, ..builtin("cornell").1 }
+}
+
+#[test]
+fn counting_does_not_change_the_image() {
+    let settings = small();
+    let (scene, _) = builtin("cornell");
+    for row in ROWS.iter().filter(|row| !row.is_always_exact()) {
+        let (rung, _) = counted(row.name, &settings);
+        let mut plain = row.start(&scene, &settings, &Options::exact());
+        plain.iterate();
+        let difference = Shown::of(&*plain).difference(&Shown::of(&*rung), &crate::pair::ALL);
+        assert_eq!(difference, None, "row {}", row.name);
+    }
+}
+
+#[test]
+fn counts_are_the_same_each_time() {
+    for name in ["0", "3", "4", "5", "6"] {
+        assert_eq!(counted(name, &small()).1, counted(name, &small()).1, "row {name}");
+    }
+}
+
+/// The scalar stages differ in how they compute, not in what.
+#[test]
+fn scalar_stages_compute_the_same() {
+    let [zero, one, two, three] = ["0", "1", "2", "3"].map(|name| counted(name, &small()).1);
+    for pass in [CAMERA, PHOTON] {
+        let flops = [zero, one, two, three].map(|operations| operations[pass].flops());
+        assert_eq!(flops[0], flops[1]);
+        assert_eq!(flops[2], flops[3]);
+        assert_eq!(flops[0], flops[2]);
+    }
+}
+
+/// Masked lanes compute too, so vertical stages compute more; and stage 6 gathers half of what stage 5 does.
+#[test]
+fn vertical_stages_compute_more_and_the_last_moves_less() {
+    let [three, four, five, six] = ["3", "4", "5", "6"].map(|name| counted(name, &small()).1);
+    assert!(four[PHOTON].flops() > three[PHOTON].flops());
+    assert!(six[PHOTON].bytes_loaded < five[PHOTON].bytes_loaded);
+    for operations in [three, four, five, six] {
+        for pass in [CAMERA, PHOTON] {
+            assert!(operations[pass].square_roots > 0 && operations[pass].divisions > 0);
+        }
+    }
+}
+
+/// Work grows with photons: the photon pass in proportion but for the samples' noise, the camera pass not at all.
+#[test]
+fn counts_follow_the_work() {
+    let few = small();
+    let many = Settings { photons_per_iteration: 4 * few.photons_per_iteration, ..few };
+    let (few, many) = (counted("6", &few).1, counted("6", &many).1);
+    assert_eq!(few[CAMERA], many[CAMERA]);
+    let ratio = many[PHOTON].flops() as f64 / few[PHOTON].flops() as f64;
+    assert!((3.0..5.0).contains(&ratio), "{ratio}");
+}

@@ -1,0 +1,40 @@
+//! Keyed random numbers and integer flux: the reference's bits from every row.
+
+use crate::pair::{assert_exact, builtin};
+use ladder::{Options, ROWS, Row};
+use scene::Settings;
+
+fn all_rows() -> Vec<&'static Row> {
+    ROWS.iter().collect()
+}
+
+#[test]
+fn builtin_scenes() {
+    for about in scene::builtin::SCENES {
+        let (scene, settings) = builtin(about.name);
+        assert_exact(&scene, &settings, &all_rows(), &Options::exact());
+    }
+}
+
+/// Sizes that the published program stumbles over: bin counts that divide its hash's differences, and widths and
+/// sizes that leave lanes without a pixel.
+#[test]
+fn sizes() {
+    let (scene, settings) = builtin("cornell");
+    for (width, height) in [(48, 27), (36, 30), (1, 1), (7, 3), (8, 8), (9, 8), (1, 17), (16, 16), (257, 2)] {
+        let settings = Settings { width, height, initial_radius: 20.0, ..settings };
+        assert_exact(&scene, &settings, &all_rows(), &Options::exact());
+    }
+}
+
+#[test]
+fn depths_and_photons() {
+    let (scene, settings) = builtin("mirror");
+    for (max_depth, photons_per_iteration) in [(1, 100), (2, 1), (3, 7), (8, 8), (24, 1001)] {
+        let settings = Settings { max_depth, photons_per_iteration, initial_radius: 200.0, ..settings };
+        let expects_photons = max_depth > 1 && photons_per_iteration > 8;
+        if expects_photons || max_depth == 1 {
+            assert_exact(&scene, &settings, &all_rows(), &Options::exact());
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Keyed random numbers, flux summed in floats as in the paper: the same radius and count, and an image within what
+//! the order of additions can do.
+
+use crate::pair::{Shown, builtin};
+use ladder::{Options, ROWS, Random};
+use scene::{Engine, Scene, Settings};
+use std::f64::consts::PI;
+
+/// Relative error of one rounding of an `f32`.
+const ROUNDING: f64 = 1.0 / 16_777_216.0;
+/// Error of the reference's quantised flux, over the nominal power of a photon.
+const QUANTISATION: f64 = 1.0 / 4_194_304.0;
+/// Roundings of a term besides those of the sum: BSDF times power, throughput, ratio and density, in either engine.
+const ROUNDINGS_OF_A_TERM: f64 = 16.0;
+
+/// By how much the radiance of a pixel may differ that has counted `photons` photons in all iterations together.
+///
+/// Its photons bring at most `throughput / pi * nominal` each, before the density. A sum of so many terms of one sign
+/// is wrong by at most so many roundings of itself (Higham 2002, section 4.2), in whatever order; over iterations the
+/// sums of sums add to that no more than there are photons.
+fn bound(throughput: f64, nominal: f64, photons: f64, density: f64) -> f64 {
+    let most = throughput / PI * nominal * photons * density;
+    most * ((photons + ROUNDINGS_OF_A_TERM) * ROUNDING + QUANTISATION)
+}
+
+/// Alpha of the radius reduction: of N, each photon is worth so much.
+const ALPHA: f64 = 2.0 / 3.0;
+
+fn assert_within_the_bound(scene: &Scene, settings: &Settings) {
+    let options = Options { random: Random::Keyed, ..Options::paper() };
+    let mut reference = reference::Sppm::new(scene, settings);
+    for _ in 0..settings.iterations {
+        reference.iterate();
+    }
+    let expected = Shown::of(&reference);
+    let [_, (_, counts), (_, radii), (_, image)] = &expected.planes;
+    let nominal = f64::from(scene.at(0.0).lights.power);
+    // Radiance seen through glass from within it is scaled by the squared index, so a path's throughput may exceed 1.
+    let throughput = 1.5_f64.powi(2);
+    let shot = f64::from(settings.iterations * settings.photons_per_iteration);
+    for row in ROWS {
+        let mut rung = row.start(scene, settings, &options);
+        for _ in 0..settings.iterations {
+            rung.iterate();
+        }
+        let actual = Shown::of(&*rung);
+        let difference = expected.difference(&actual, &["direct", "count", "radius"]);
+        assert_eq!(difference, None, "{}, row {}", scene.name, row.name);
+        for (index, (&want, &have)) in image.iter().zip(&actual.planes[3].1).enumerate() {
+            let (count, radius) = (f64::from(counts[index / 3]), f64::from(radii[index / 3]));
+            let density = 1.0 / (shot * PI * radius * radius);
+            let photons_may = bound(throughput, nominal, count / ALPHA, density);
+            // What is added to direct light is rounded once more.
+            let may = photons_may + 2.0 * ROUNDING * f64::from(want.abs());
+            let difference = f64::from(want - have).abs();
+            assert!(
+                difference <= may,
+                "{}, row {}: value {index} is {have:?} instead of {want:?}, {difference:e} away, more than {may:e}",
+                scene.name,
+                row.name
+            );
+        }
+    }
+}
+
+#[test]
+fn builtin_scenes() {
+    for name in ["cornell", "large", "mirror", "random", "surgery", "motion"] {
+        let (scene, settings) = builtin(name);
+        assert_within_the_bound(&scene, &Settings { iterations: 4, ..settings });
+    }
+}
+
+/// Sums of thousands of photons.
+#[test]
+fn many_photons_at_a_point() {
+    let (scene, settings) = builtin("cornell");
+    let settings =
+        Settings { width: 9, height: 5, photons_per_iteration: 20_000, initial_radius: 60.0, ..settings };
+    assert_within_the_bound(&scene, &settings);
+}
+
+/// That the bound is no barn door: it is far below what one photon more or less would do.
+#[test]
+fn the_bound_tells_a_photon() {
+    let (photons, density) = (1000.0, 1.0);
+    let one_photon = density / PI;
+    assert!(bound(1.0, 1.0, photons, density) < 0.1 * one_photon);
+}

@@ -1,0 +1,8 @@
+//! Every row of the ladder renders the reference's physics: the same bits with keyed random numbers and integer flux,
+//! within a bound with flux summed in floats, and alike in the mean with the paper's own generators.
+
+mod alike;
+mod counts;
+mod exact;
+mod floats;
+mod pair;
