@@ -10,7 +10,8 @@ use std::f32::consts::FRAC_1_PI;
 /// A photon's power, ready to be added.
 #[derive(Clone, Copy)]
 pub(crate) struct Photon {
-    pub(crate) power: Vec3,
+    /// In W.
+    power: Vec3,
     /// The power as the reference quantises it; of no meaning where floats are summed.
     quantised: [u64; 3],
 }
@@ -25,16 +26,16 @@ impl IntegerSums {
         Self(are_wanted.then(|| vec![[0; 4]; pixels.next_multiple_of(MOST_LANES)]))
     }
 
-    /// A photon of the given power.
+    /// A photon whose power is given in multiples of the nominal one.
     #[inline(always)]
     pub(crate) fn photon(&self, power: Vec3, nominal: f32) -> Photon {
         let mut quantised = [0; 3];
         if self.0.is_some() {
-            let scale = FLUX_ONE as f32 / nominal;
+            let scale = FLUX_ONE as f32;
             quantised =
                 [power.x, power.y, power.z].map(|p| u64::from(((p * scale + 0.5) as u32).min(FLUX_ONE)));
         }
-        Photon { power, quantised }
+        Photon { power: power * nominal, quantised }
     }
 
     /// Adds a photon to the pixels `ids[lane]` of the lanes whose bits are set; false if floats are to be summed.

@@ -16,6 +16,7 @@ pub(crate) struct Arrival {
     /// Where it comes from.
     pub(crate) wi: Vec3,
     pub(crate) sphere: SphereId,
+    /// In multiples of the nominal power.
     pub(crate) power: Vec3,
 }
 

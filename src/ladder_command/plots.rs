@@ -11,6 +11,8 @@ use std::path::Path;
 
 const SIZE: (u32, u32) = (900, 560);
 type Drawn = Result<(), Box<dyn std::error::Error>>;
+/// A pass and its seconds.
+type PassTime = (&'static str, fn(&Stats) -> f64);
 
 /// A line of a plot.
 struct Series {
@@ -111,14 +113,14 @@ fn speedups(measured: &Measured, cases: &[usize]) -> Vec<Series> {
 
 /// Time of every pass over its most, against the value over its most: a straight line through 1 where it is linear.
 fn normalised(measured: &Measured, cases: &[usize], row: usize, sweep: Sweep) -> Vec<Series> {
-    let passes: [(&str, fn(&Stats) -> f64); 4] = [
+    let passes: [PassTime; 4] = [
         ("camera pass", |stats| stats.camera_seconds),
         ("index", |stats| stats.build_grid_seconds),
         ("photon pass", |stats| stats.photon_seconds),
         ("consolidate", |stats| stats.consolidate_seconds),
     ];
     let most = cases.iter().map(|&case| measured.cases[case].value).max().unwrap_or(1) as f64;
-    let series = |(label, seconds): (&str, fn(&Stats) -> f64)| {
+    let series = |(label, seconds): PassTime| {
         let times: Vec<f64> =
             cases.iter().map(|&case| seconds(&measured.runs[case][row].median().stats)).collect();
         let longest = times.iter().copied().fold(f64::MIN_POSITIVE, f64::max);

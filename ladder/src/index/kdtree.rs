@@ -137,7 +137,7 @@ impl Index for Tree {
     fn build<V: Vector, P: Pixels>(&mut self, pixels: &P, count: usize) {
         let reach = largest_radius::<V, P>(pixels, count) * WIDENED;
         let points = Points::of::<V, P>(pixels, count);
-        self.build_tree(points, reach);
+        self.build_tree(&points, reach);
     }
 
     #[inline(always)]
@@ -187,7 +187,7 @@ impl<'a> Walk<'a> {
 
 impl Tree {
     #[inline(never)]
-    fn build_tree(&mut self, points: Points, reach: f32) {
+    fn build_tree(&mut self, points: &Points, reach: f32) {
         let mut order: Vec<u32> = (0..points.ids.len() as u32).collect();
         self.nodes.clear();
         if !order.is_empty() {

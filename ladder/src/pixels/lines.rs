@@ -217,7 +217,7 @@ impl Line for Line8 {
 /// The layout: columns for what is read in order, lines for what is read at random.
 pub(crate) struct Lines<T> {
     film: Film,
-    lines: T,
+    candidates: T,
     sums: Vec<[f32; 4]>,
 }
 
@@ -226,7 +226,7 @@ impl<T: Line> Pixels for Lines<T> {
 
     fn new(count: usize, initial_radius: f32, integer_sums: IntegerSums) -> Self {
         let sums = vec![[0.0; 4]; count.next_multiple_of(MOST_LANES)];
-        Self { film: Film::new(count, initial_radius, integer_sums), lines: T::new(count), sums }
+        Self { film: Film::new(count, initial_radius, integer_sums), candidates: T::new(count), sums }
     }
 
     #[inline(always)]
@@ -237,12 +237,12 @@ impl<T: Line> Pixels for Lines<T> {
     #[inline(always)]
     fn see<V: Vector>(&mut self, at: usize, seen: &Seen<V>) {
         self.film.see::<V>(at, seen);
-        self.lines.write(at, seen, self.film.radius_squared.load::<V::L>(at));
+        self.candidates.write(at, seen, self.film.radius_squared.load::<V::L>(at));
     }
 
     #[inline(always)]
     fn site<V: Vector>(&self, at: usize) -> Site<V> {
-        let (point, sphere) = self.lines.site::<V>(at);
+        let (point, sphere) = self.candidates.site::<V>(at);
         Site {
             is_set: is_not_zero(self.film.attenuation.load::<V>(at)),
             point,
@@ -253,7 +253,7 @@ impl<T: Line> Pixels for Lines<T> {
 
     #[inline(always)]
     fn fetch<V: Vector>(&self, ids: U<V>) -> T::Held<V> {
-        self.lines.fetch(ids)
+        self.candidates.fetch(ids)
     }
     #[inline(always)]
     fn is_set<V: Vector>(&self, held: &T::Held<V>) -> M<V> {
@@ -273,7 +273,7 @@ impl<T: Line> Pixels for Lines<T> {
     }
     #[inline(always)]
     fn is_in_shell<V: Vector>(&self, held: &T::Held<V>, sphere: u32) -> M<V> {
-        self.lines.is_in_shell(held, sphere)
+        self.candidates.is_in_shell(held, sphere)
     }
     #[inline(always)]
     fn colour<V: Vector>(&self, tables: &Tables, held: &T::Held<V>) -> V {
@@ -312,6 +312,6 @@ impl<T: Line> Pixels for Lines<T> {
     }
 
     fn bytes(&self) -> usize {
-        self.film.bytes() + self.lines.bytes() + size_of_val(&self.sums[..])
+        self.film.bytes() + self.candidates.bytes() + size_of_val(&self.sums[..])
     }
 }
