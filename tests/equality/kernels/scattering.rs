@@ -100,7 +100,8 @@ fn roulette() {
     let mut stream = numbers(33);
     let mut rows: Vec<[f32; 7]> = Vec::new();
     for k in 0..30_000 {
-        let mut number = |k: usize| if k % 3 == 0 { shares[k / 3 % shares.len()] } else { stream.next_f32() };
+        let mut number =
+            |k: usize| if k.is_multiple_of(3) { shares[k / 3 % shares.len()] } else { stream.next_f32() };
         let power = [1.0, number(k), number(k / 2)];
         let albedo = [number(k / 5), number(k + 1), number(k + 2)];
         let after = scene::max_component(Rgb::from_array(power) * Rgb::from_array(albedo));
