@@ -45,7 +45,9 @@ def _parser() -> argparse.ArgumentParser:
 
     command = commands.add_parser("ssim-series", help="SSIM over iterations against a converged image: figure 8")
     _scenes(command)
-    command.add_argument("--most", type=_count, default=2048, help="iterations of the last image [default: %(default)s]")
+    command.add_argument(
+        "--most", type=_count, default=2048, help="iterations of the last image [default: %(default)s]"
+    )
     command.set_defaults(run=_ssim_series)
 
     command = commands.add_parser("truth", help="make truth by Mitsuba, or hold renders against it")
@@ -62,6 +64,7 @@ def _parser() -> argparse.ArgumentParser:
     command = commands.add_parser("report", help="one HTML page of all verdicts, images and plots")
     command.add_argument("--output", type=Path, default=sppm.ROOT / "target" / "report" / "index.html")
     command.add_argument("--quick", action="store_true", help="less of everything: to look at the page, not at sppm")
+    command.add_argument("--most", type=_count, help="iterations of the last image of figure 8 [default: 2048]")
     command.set_defaults(run=_report)
     return parser
 
@@ -134,7 +137,7 @@ def _report(args: argparse.Namespace) -> bool:
     from oracle import report
 
     args.output.parent.mkdir(parents=True, exist_ok=True)
-    report.write(args.output, quick=args.quick)
+    report.write(args.output, quick=args.quick, most=args.most)
     print(args.output)
     return True
 

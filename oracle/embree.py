@@ -19,7 +19,7 @@ from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
 
 from oracle import geometry, sppm
-from oracle.geometry import Spheres
+from oracle.geometry import Crossing, Spheres
 
 # Triangles of all meshes of a scene together: seconds to build.
 TRIANGLES = 2_000_000
@@ -181,9 +181,7 @@ class Triangles:
         probes = np.concatenate([np.broadcast_to(world.eye, directions.shape), directions], axis=1)
         seen = caps(world, probes, sppm.trace(scene, probes))
         budget = min(TRIANGLES_OF_A_SPHERE, TRIANGLES // len(world))
-        self.meshes = [
-            tessellate(world.centers[k], world.radii[k], seen[k], budget) for k in range(len(world))
-        ]
+        self.meshes = [tessellate(world.centers[k], world.radii[k], seen[k], budget) for k in range(len(world))]
         self.scene = rtcore_scene.EmbreeScene(robust=True)
         for mesh in self.meshes:
             TriangleMesh(self.scene, mesh.vertices, mesh.faces)
@@ -313,27 +311,30 @@ def judge(scene: str, world: Spheres, other: Triangles | AnalyticSpheres, rays: 
     theirs = other.intersect(rays)
     inner, outer = other.shells()
 
-    def slack(sphere: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        # Distances between which the surface of `sphere` is met, roundings included, and whether it may be missed.
+    def crossing(sphere: np.ndarray) -> Crossing:
+        # Where the surface of `sphere` is met, by either program: roundings included. Nowhere, for a miss.
         index = np.maximum(sphere, 0)
         low, high = np.minimum(inner, world.radii)[index], np.maximum(outer, world.radii)[index]
         noise = ROUNDINGS * EPSILON * np.linalg.norm(world.centers[index] - rays[:, :3], axis=1)
-        crossed = geometry.crossing(rays[:, :3], rays[:, 3:], world.centers[index], low - noise, high + noise)
+        found = geometry.crossing(rays[:, :3], rays[:, 3:], world.centers[index], low - noise, high + noise)
         extra = rounding(rays, world, index)
-        return crossed.first - extra, crossed.last + extra, crossed.may_miss
+        is_hit = sphere >= 0
+        return Crossing(found.first - extra, found.last + extra, found.touches & is_hit, found.may_miss & is_hit)
 
     same = ours.sphere == theirs.sphere
     hit = same & (ours.sphere >= 0)
-    first, last, may_miss = slack(ours.sphere)
-    width = last - first
-    difference = np.where(hit, np.abs(ours.t - np.where(hit, theirs.t, 0.0)), 0.0)
-    fits = hit & (difference <= width)
+    mine, their = crossing(ours.sphere), crossing(theirs.sphere)
+    width = mine.last - mine.first
+    difference = np.abs(np.where(hit, ours.t, 0.0) - np.where(hit, theirs.t, 0.0))
     normals = _normals_agree(rays, world, ours, theirs, width) | (other.name == "triangles")
-    # Another sphere: right if ours may be missed, or if both surfaces may be met at one distance.
-    their_first, their_last, they_may_miss = slack(theirs.sphere)
-    overlap = (ours.sphere >= 0) & (theirs.sphere >= 0) & (their_first <= last) & (first <= their_last)
-    at_rim = np.where(ours.sphere >= 0, may_miss, False) | np.where(theirs.sphere >= 0, they_may_miss, False)
-    explained = np.where(same, (fits & normals) | (ours.sphere < 0), overlap | at_rim)
+    fits = (difference <= width) & normals
+    # Another sphere: what we say must be on ours, and then either both surfaces may be met at one distance, or the
+    # nearer of the two may be missed: ours by them, or theirs by us.
+    on_ours = (ours.sphere < 0) | (mine.touches & (mine.first <= ours.t) & (ours.t <= mine.last))
+    overlap = mine.touches & their.touches & (their.first <= mine.last) & (mine.first <= their.last)
+    missed_by_them = mine.may_miss & (mine.first <= theirs.t)
+    missed_by_us = their.may_miss & (their.first <= ours.t)
+    explained = np.where(same, fits | ~hit, on_ours & (overlap | missed_by_them | missed_by_us))
     return Outcome(
         scene=scene,
         against=other.name,
@@ -351,9 +352,7 @@ def _normals_agree(rays: np.ndarray, world: Spheres, ours: Answer, theirs: Answe
     length = np.linalg.norm(theirs.normal, axis=1)
     unit = theirs.normal / np.where(length > 0, length, 1.0)[:, None]
     faces = np.einsum("ij,ij->i", ours.normal, rays[:, 3:])
-    apart = np.minimum(
-        np.linalg.norm(ours.normal - unit, axis=1), np.linalg.norm(ours.normal + unit, axis=1)
-    )
+    apart = np.minimum(np.linalg.norm(ours.normal - unit, axis=1), np.linalg.norm(ours.normal + unit, axis=1))
     bound = width / world.radii[np.maximum(ours.sphere, 0)] + ROUNDINGS * EPSILON
     unit_length = np.abs(np.linalg.norm(ours.normal, axis=1) - 1) < ROUNDINGS * EPSILON
     return (apart <= bound) & unit_length & (faces <= bound)

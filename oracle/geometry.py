@@ -64,12 +64,14 @@ def _is_glass(document: dict[str, Any], material: str | dict[str, Any]) -> bool:
 class Crossing:
     """Where rays cross the shell between two radii around a centre, on the side where they meet the sphere.
 
-    `first` and `last` bound the distances at which any surface within the shell is met; `may_miss` is true where the
-    ray passes between the inner sphere and the outer, so that a surface within the shell may not be met at all.
+    `first` and `last` bound the distances at which any surface within the shell is met, if `touches` is true: if the
+    ray comes near enough. `may_miss` is true where it passes between the inner sphere and the outer, so that a surface
+    within the shell may or may not be met.
     """
 
     first: np.ndarray
     last: np.ndarray
+    touches: np.ndarray
     may_miss: np.ndarray
 
 
@@ -84,11 +86,12 @@ def crossing(
     half_outer = np.sqrt(np.maximum(outer**2 - squared, 0.0))
     half_inner = np.sqrt(np.maximum(inner**2 - squared, 0.0))
     from_outside = np.einsum("ij,ij->i", to_origin, to_origin) > outer**2
-    may_miss = squared >= inner**2
+    touches = squared <= outer**2
+    may_miss = touches & (squared >= inner**2)
     # From outside the near side is met; where the inner sphere is passed by, anything up to the far one may be.
     first = np.where(from_outside, along - half_outer, along + half_inner)
     last = np.where(from_outside, np.where(may_miss, along + half_outer, along - half_inner), along + half_outer)
-    return Crossing(first, last, may_miss)
+    return Crossing(first, last, touches, may_miss)
 
 
 def uniform_directions(count: int, random: np.random.Generator) -> np.ndarray:
@@ -104,9 +107,7 @@ def rays(name: str, world: Spheres, count: int, margin: np.ndarray, seed: int) -
     """
     random = np.random.default_rng(seed)
     third = count // 3
-    from_eye = np.concatenate(
-        [np.broadcast_to(world.eye, (third, 3)), uniform_directions(third, random)], axis=1
-    )
+    from_eye = np.concatenate([np.broadcast_to(world.eye, (third, 3)), uniform_directions(third, random)], axis=1)
     hits = sppm.trace(name, from_eye)
     way = np.where(np.isfinite(hits["t"]), hits["t"], 0.0) * random.random(third)
     points = from_eye[:, :3] + way[:, None] * from_eye[:, 3:]

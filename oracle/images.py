@@ -9,7 +9,9 @@ import numpy as np
 
 
 def read(path: str | Path) -> np.ndarray:
-    """Linear RGB of a .pfm, .exr or .png file: (height, width, 3) of float32, rows from the top; grey is three equal channels.
+    """Linear RGB of a .pfm, .exr or .png file: (height, width, 3) of float32, rows from the top.
+
+    Grey is three equal channels.
 
     OpenCV reads PFM only with IMREAD_UNCHANGED, as blue, green, red; its wheel has no OpenEXR, so .exr goes through
     Mitsuba; of a .png the sRGB curve is undone.

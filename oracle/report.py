@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -36,8 +36,8 @@ class Depth:
     most_iterations: int
 
 
-FULL = Depth(Effort(), Effort(seeds=16, iterations=256), 1_000_000, 2048)
-QUICK = Depth(Effort(seeds=4, iterations=8, photons=10_000), Effort(seeds=4, iterations=16), 20_000, 16)
+FULL = Depth(Effort(), Effort(iterations=32), 1_000_000, 2048)
+QUICK = Depth(Effort(seeds=8, iterations=16, photons=20_000), Effort(seeds=8, iterations=16), 20_000, 16)
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,10 @@ class SceneReport:
     identical: bool
 
 
-def write(output: Path, *, quick: bool) -> None:
-    """Measures everything and writes the page."""
+def write(output: Path, *, quick: bool, most: int | None = None) -> None:
+    """Measures everything, figure 8 up to `most` iterations, and writes the page."""
     depth = QUICK if quick else FULL
+    depth = depth if most is None else replace(depth, most_iterations=most)
     scenes = [_scene(name, depth) for name in sppm.SCENES]
     outcomes = [embree.compare(name, depth.rays, kind) for name in sppm.SCENES for kind in embree.KINDS]
     text = _template().render(
@@ -84,7 +85,9 @@ def write(output: Path, *, quick: bool) -> None:
 
 def _template() -> jinja2.Template:
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=jinja2.StrictUndefined
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
     )
     return environment.get_template("report.html")
 
@@ -97,7 +100,7 @@ def _scene(name: str, depth: Depth) -> SceneReport:
     path, path_verdict = judge.scene(name, "path", depth.path)
     # What a user gets, not what the extrapolation makes of it; few iterations, as the reference renders it too.
     one = Render(name, width=width, height=height, iterations=depth.effort.iterations, photons=depth.effort.photons)
-    image, reference = one.image(), Render(**{**one.__dict__, "engine": "reference"}).image()
+    image, reference = one.image(), replace(one, engine="reference").image()
     pictures = [
         Picture("reference", _png(reference)),
         Picture("fast", _png(image)),

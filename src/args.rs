@@ -322,7 +322,7 @@ pub(crate) struct VerifyArgs {
     pub machine: MachineArgs,
 }
 
-/// Tell what rays hit, from and into NumPy files
+/// Tell what rays hit, from and into npy files
 ///
 /// IN.npy holds an array of float32 of shape (N, 6): per ray its origin and its direction. A direction may have any
 /// length but zero. Rays start in free space: one that starts behind an opaque surface (in a ball, or outside of

@@ -196,7 +196,7 @@ impl Watch<'_> {
 
     fn shown(&self, engine: &dyn Resumable) -> Result<Shown, Error> {
         let began = Instant::now();
-        let shown = Shown::of(engine, &self.metadata(engine));
+        let shown = Shown::of(engine, &self.job.outputs, &self.metadata(engine));
         self.develop.set(self.develop.get() + began.elapsed());
         shown
     }

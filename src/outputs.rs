@@ -229,10 +229,15 @@ pub(crate) struct Shown {
 }
 
 impl Shown {
-    /// The render of `engine`, whose images say `metadata`.
-    pub(crate) fn of(engine: &dyn Resumable, metadata: &Metadata) -> Result<Self, Error> {
-        let (film, radius, count) = (engine.develop(), engine.radius(), engine.count());
-        Ok(Self { film, radius, count, note: metadata.to_note()? })
+    /// What `outputs` hold of the render of `engine`, whose images say `metadata`.
+    pub(crate) fn of(engine: &dyn Resumable, outputs: &Outputs, metadata: &Metadata) -> Result<Self, Error> {
+        let wants = |content| outputs.files.iter().any(|(wanted, _)| *wanted == content);
+        Ok(Self {
+            film: engine.develop(),
+            radius: wants(Content::Radius).then(|| engine.radius()).flatten(),
+            count: wants(Content::Count).then(|| engine.count()).flatten(),
+            note: metadata.to_note()?,
+        })
     }
 }
 

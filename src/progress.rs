@@ -4,7 +4,7 @@ use crate::logs;
 use crate::text::scaled;
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
-use scene::{Engine, Plane};
+use scene::{Resumable, Sums};
 use serde::Serialize;
 use std::io::{self, ErrorKind, Write};
 use std::time::Duration;
@@ -51,21 +51,27 @@ pub(crate) struct Step {
 
 impl Step {
     /// The part of it that `engine` knows.
-    pub(crate) fn of(engine: &dyn Engine) -> Self {
+    pub(crate) fn of(engine: &dyn Resumable) -> Self {
         let stats = engine.stats();
         Self {
             iteration: engine.iterations(),
             photons: stats.photons,
             camera_segments: stats.camera_segments,
-            mean_radius: engine.radius().map(|plane| mean(&plane)),
+            mean_radius: (engine.sums() == Sums::Photons).then(|| mean_radius(engine)),
             ..Self::default()
         }
     }
 }
 
-fn mean(plane: &Plane) -> f64 {
-    let sum: f64 = plane.values.iter().map(|&r| f64::from(r)).sum();
-    sum / plane.values.len() as f64
+/// The mean search radius, row by row: an image of it at every iteration would make memory rise and fall.
+fn mean_radius(engine: &dyn Resumable) -> f64 {
+    let (settings, words) = (engine.settings(), Sums::Photons.words());
+    let mut row = vec![0; settings.width as usize * words];
+    let of_row = |y| {
+        engine.save_row(y, &mut row);
+        row.chunks_exact(words).map(|pixel| f64::from(f32::from_bits(pixel[7]).sqrt())).sum::<f64>()
+    };
+    (0..settings.height).map(of_row).sum::<f64>() / settings.pixels() as f64
 }
 
 /// Lines on standard output, while somebody reads them.
@@ -156,9 +162,14 @@ mod tests {
 
     #[test]
     fn photons_and_mean_radius_are_shown() {
-        let radii = Plane { width: 2, height: 1, values: vec![1.0, 2.0] };
-        let message = message(&step(Some(mean(&radii))), 2.0);
+        let message = message(&step(Some(1.5)), 2.0);
         assert_eq!(message, "1.50M photons/s  mean radius 1.5000");
+
+        let scene = scene::builtin::scene("cornell").unwrap();
+        let settings = scene::Settings { width: 3, height: 2, initial_radius: 2.5, ..scene.settings };
+        let engine = fast::Sppm::new(&scene, &settings);
+        assert_eq!(Step::of(&engine).mean_radius, Some(2.5));
+        assert_eq!(Step::of(&reference::PathTracer::new(&scene, &settings)).mean_radius, None);
     }
 
     #[test]

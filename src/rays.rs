@@ -1,4 +1,4 @@
-//! Rays in, hits out: the NumPy files of the command `trace`.
+//! Rays in, hits out: the `NumPy` files of the command `trace`.
 
 use npyz::{DType, NpyFile, Order, WriterBuilder as _};
 use scene::atomic_file::{self, FileError};

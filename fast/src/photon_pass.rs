@@ -244,10 +244,9 @@ impl PhotonPass<'_> {
                 let v = next_uniform::<L>(&mut p.stream);
                 V3::new(u, v, next_uniform::<L>(&mut p.stream))
             };
-            let scattered = p.weight * material.albedo;
-            let (before, after) = (p.weight.max_component(), scattered.max_component());
-            let survives = arrived & L::lt(roulette * before, after);
-            p.weight = scattered.scale(before / after);
+            let (survives, survivor) = survive::<L>(p.weight, material.albedo, roulette);
+            let survives = arrived & survives;
+            p.weight = survivor;
             let mut direction = cosine_hemisphere(surface.normal, u, v);
             if L::any(survives & !is_diffuse) {
                 let is_glass = L::eq(material.kind, L::u(kind::DIELECTRIC));
@@ -309,6 +308,14 @@ impl PhotonPass<'_> {
         let margin = L::f(self.reach + self.slack) / surface.scale + L::f(1e-5);
         in_shell | L::lt(margin, cos)
     }
+}
+
+/// As `reference::photon_pass::survive`: which lanes do, and the survivors' power.
+#[inline(always)]
+pub(crate) fn survive<L: Lanes>(power: V3<L>, albedo: V3<L>, roulette: L::F) -> (L::M, V3<L>) {
+    let scattered = power * albedo;
+    let (before, after) = (power.max_component(), scattered.max_component());
+    (L::lt(roulette * before, after), scattered.scale(before / after))
 }
 
 /// As `reference::photon_pass::quantise`, as the bits of a float.

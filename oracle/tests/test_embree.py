@@ -92,5 +92,3 @@ def test_crossings_bound_every_surface_in_the_shell() -> None:
         met = outside_shell & (squared < radius**2) & (t > 0)
         assert met.sum() > 500
         assert (crossed.first[met] <= t[met] + 1e-9).all() and (t[met] <= crossed.last[met] + 1e-9).all()
-
-

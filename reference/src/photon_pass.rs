@@ -148,7 +148,7 @@ fn is_blocked(still: &Still, light: &Light, point: Vec3) -> bool {
 
 /// Russian roulette by the change of throughput: survival is as likely as the brightest channel stays bright, and
 /// the survivor's brightest channel is as bright as before. So all photons keep the nominal power.
-fn survive(power: Rgb, albedo: Rgb, roulette: f32) -> Option<Rgb> {
+pub fn survive(power: Rgb, albedo: Rgb, roulette: f32) -> Option<Rgb> {
     let scattered = power * albedo;
     let (before, after) = (max_component(power), max_component(scattered));
     if roulette * before < after { Some(scattered * (before / after)) } else { None }

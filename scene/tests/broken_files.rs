@@ -1,5 +1,9 @@
 //! Broken scene files: each must be told in one line, at its place, with what would be right.
 
+#[path = "../../tests/shared/cases.rs"]
+mod cases;
+
+use cases::tell;
 use scene::file;
 
 /// A scene without fault, for the tests to break.
@@ -33,6 +37,7 @@ fn check(cases: &[Case<'_>]) {
     for (edits, expected) in cases {
         expect(&edit(edits), expected);
     }
+    tell("broken_files", cases.len(), "broken scene files");
 }
 
 fn edit(edits: &[(&str, &str)]) -> String {

@@ -27,14 +27,13 @@ pub(super) fn write(view: &View) -> Exported {
 /// What pbrt's materials are not.
 fn note((index, material): (usize, &Material)) -> Option<String> {
     match *material {
-        Material::Diffuse { .. } => None,
         Material::Specular { .. } => Some(format!(
             "material-{index}: mirrors of pbrt are metals, which reflect more at grazing angles than sppm's do"
         )),
-        Material::Dielectric { albedo: Rgb::ONE, .. } => None,
-        Material::Dielectric { albedo, .. } => {
+        Material::Dielectric { albedo, .. } if albedo != Rgb::ONE => {
             Some(format!("material-{index}: glass of pbrt has no tint; left out was {}", color(albedo)))
         }
+        Material::Diffuse { .. } | Material::Dielectric { .. } => None,
     }
 }
 

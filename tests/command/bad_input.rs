@@ -1,5 +1,6 @@
 //! Bad input: exit code 2, one line that says what is wrong and what would be right, and nothing written.
 
+use crate::cases::tell;
 use crate::sandbox::Sandbox;
 use std::fs;
 
@@ -15,8 +16,13 @@ fn prepared() -> Sandbox {
     sandbox
 }
 
-/// Runs each case and expects it to be refused with its words and to leave the folder as it was.
+/// Expects each case to be refused with its words and to leave the folder as it was.
 fn all_refused(cases: &[(&[&str], &[&str])]) {
+    refuse(cases);
+    tell("command", cases.len(), "refused command lines");
+}
+
+fn refuse(cases: &[(&[&str], &[&str])]) {
     let sandbox = prepared();
     let before = sandbox.contents();
     for (args, words) in cases {
@@ -75,9 +81,10 @@ fn whole_numbers() {
             ["0", "-1", "1e6", "2.5", "abc", "", " 7", "NaN", "inf", "0x10", "99999999999", "1099511627776"]
         {
             let quoted = format!("{value:?}");
-            all_refused(&[(&["render", "cornell", option, value], &[&whole(option), &quoted, &range])]);
+            refuse(&[(&["render", "cornell", option, value], &[&whole(option), &quoted, &range])]);
         }
     }
+    tell("command", 72, "refused whole numbers");
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! The command as its users meet it: arguments in; files, lines and an exit code out.
 
 mod bad_input;
+#[path = "../shared/cases.rs"]
+mod cases;
 mod compare;
 mod documents;
 mod export;

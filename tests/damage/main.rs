@@ -47,7 +47,7 @@ fn read_image(format: Format, bytes: &[u8]) -> Result<String, String> {
     let _ = decode_note_bytes(format, bytes)?;
     let film = decode_bytes(format, bytes)?;
     assert_eq!(film.pixels.len() as u64, u64::from(film.width) * u64::from(film.height));
-    let values = film.pixels.iter().flat_map(|p| p.to_array());
+    let values = film.pixels.iter().flat_map(scene::Vec3::to_array);
     let sum = values.fold(0_u64, |sum, v| sum.rotate_left(7) ^ u64::from(v.to_bits()));
     Ok(format!("{} x {} {sum:x}", film.width, film.height))
 }
@@ -166,7 +166,7 @@ fn damaged_files_are_refused_in_a_line_and_take_no_memory() {
                     assert!(is_line, "{name}, {what}: {line:?}");
                 }
                 Ok(read) if is_summed && read != whole => {
-                    faults.push(format!("{name}, {what}: was taken for whole"))
+                    faults.push(format!("{name}, {what}: was taken for whole"));
                 }
                 Ok(_) => {}
             }

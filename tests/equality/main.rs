@@ -4,6 +4,8 @@
 //! `SPPM_EQUALITY_EFFORT=X` tries X times as many random cases (1 if it is not set; 0.1 is a tenth).
 
 mod builtin_scenes;
+#[path = "../shared/cases.rs"]
+mod cases;
 mod draft;
 mod kernels;
 mod pair;

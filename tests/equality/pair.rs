@@ -1,9 +1,9 @@
 //! Both engines in step, and where they first differ.
 
+use crate::cases;
 use fast::LaneKind;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use scene::{Engine, Film, Plane, Rgb, Scene, Settings, Stats};
-use std::io::{Write, stderr};
 use std::sync::OnceLock;
 
 /// The most threads that tests run on.
@@ -36,9 +36,8 @@ pub(crate) fn scaled(cases: u32) -> u32 {
 }
 
 /// Tells on standard error how many cases ran, past the capture of the test harness.
-pub(crate) fn tell(cases: usize, what: &str) {
-    let line = format!("equality: {cases} renders of {what} equal the reference\n");
-    stderr().write_all(line.as_bytes()).unwrap();
+pub(crate) fn tell(count: usize, what: &str) {
+    cases::tell("equality", count, &format!("renders of {what} equal the reference"));
 }
 
 /// Expects equality, and gives the number of renders that were compared with the reference.

@@ -22,7 +22,7 @@ fn deposits(scene: &Scene, settings: &Settings) -> (Vec<Deposit>, Stats) {
     for iteration in 0..settings.iterations {
         let photons = 0..settings.photons_per_iteration;
         photon_pass(&scene.at(0.0), settings, iteration, photons, &mut stats, |deposit, _| {
-            all.push(*deposit)
+            all.push(*deposit);
         });
     }
     (all, stats)

@@ -187,6 +187,12 @@ maps! {
         [photon_pass::quantise::<L>(power)]
     }
 
+    /// 1 where a photon of power `p` survives the roulette at albedo `a`, else 0; and its power then.
+    survive() [px, py, pz, ax, ay, az, roulette] -> 4 {
+        let (survives, p) = photon_pass::survive::<L>(V3::new(px, py, pz), V3::new(ax, ay, az), roulette);
+        [L::select(survives, L::f(1.0), L::f(0.0)), p.x, p.y, p.z]
+    }
+
     /// Origins and directions of the rays through places of the image, and (where there is one) of the lens.
     camera_ray(frame: Frame) [x, y, u, v] -> 6 {
         let (o, d) = ray_through::<L>(frame, x, y, [u, v]);

@@ -98,7 +98,8 @@ fn near() -> impl Strategy<Value = Near> {
     });
     let extent = prop_oneof![1 => Just(Vec3::ZERO), 2 => vector(0.0, 0.5), 2 => vector(0.0, 7.0)];
     let radius = prop_oneof![Just(1.0_f32 / 1.5), Just(0.5), Just(1.0), log_uniform(1e-4, 4.0)];
-    let distance = prop_oneof![Just(0.0_f32), Just(1.0), 0.99..1.0_f32, 0.0..1.0_f32];
+    let roundings = (1..40_i32).prop_map(|k| 1.0 - k as f32 * (0.5 * f32::EPSILON));
+    let distance = prop_oneof![Just(0.0_f32), roundings, 0.99..1.0_f32, 0.0..1.0_f32];
     let direction = prop_oneof![
         prop::sample::select(vec![Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z]),
         vector(-1.0, 1.0).prop_map(|v| v.normalize_or(Vec3::X)),

@@ -201,6 +201,52 @@ fn crowds() {
     tell(cases, "points among photons on a plane");
 }
 
+/// Photons at the borders of cells, and points as far from there as their radius, but for a few roundings: a look-up
+/// that reaches a little too short misses a cell.
+#[test]
+fn photons_at_the_borders_of_cells() {
+    let mut cases = 0;
+    for (cell_size, radius) in [(1.5_f32, 1.0_f32), (0.75, 0.5), (3.0, 1.0), (0.5, 0.9), (0.3, 0.2)] {
+        let inverse = 1.0 / cell_size;
+        for (axis, sign) in (0..3).flat_map(|axis| [(axis, -1.0_f32), (axis, 1.0)]) {
+            for cell in [-37_i32, -1, 0, 1, 2, 90] {
+                // The least coordinate of the cell, as the division by its size rounds.
+                let mut border = cell as f32 * cell_size;
+                while (border * inverse).floor() >= cell as f32 {
+                    border = border.next_down();
+                }
+                let border = border.next_up();
+                let at = |x: f32| {
+                    let mut p = Vec3::new(0.1, 0.2, 0.3) * cell_size;
+                    p[axis] = x;
+                    p
+                };
+                let photon = |x: f32, number| Photon {
+                    point: at(x),
+                    wi: Vec3::Z,
+                    sphere: 0,
+                    is_safe: true,
+                    flux: [number, 1, 0],
+                };
+                let near = [border.next_down(), border, border.next_up(), border - 1e-7, border + 1e-7];
+                let photons: Vec<Photon> = near.into_iter().zip(1..).map(|(x, k)| photon(x, k)).collect();
+                let point = |roundings: i32| {
+                    let x = border + sign * radius * (1.0 - roundings as f32 * f32::EPSILON);
+                    let radius_squared = radius * radius;
+                    Some(Point { point: at(x), normal: Vec3::Z, sphere: 0, radius_squared })
+                };
+                let points: Vec<Option<Point>> = (-3..12).map(point).collect();
+                compare(&photons, &points, cell_size, 4096);
+                for point in points {
+                    compare(&photons, &[point], cell_size, 4096);
+                }
+                cases += 1;
+            }
+        }
+    }
+    tell(cases, "joins at the borders of cells");
+}
+
 /// Photons that come along the surface, where the sign of a cosine decides, with and without doubt of their side.
 #[test]
 fn grazing_photons() {

@@ -14,6 +14,7 @@ mod sampling;
 mod scattering;
 mod streams;
 
+use crate::cases;
 use crate::pair::scaled;
 use fast::LaneKind;
 use proptest::prelude::*;
@@ -22,7 +23,6 @@ use scene::Vec3;
 use scene::rng::UNIT;
 use std::cell::Cell;
 use std::fmt::Debug;
-use std::io::{Write, stderr};
 
 /// Lengths around whole packets of 8 and 16: every tail.
 const TAILS: std::ops::RangeInclusive<usize> = 0..=31;
@@ -39,10 +39,9 @@ fn lane_kinds() -> impl Iterator<Item = LaneKind> {
 }
 
 /// Tells how many cases a kernel has passed, and on which lanes, past the capture of the test harness.
-fn tell(cases: usize, kernel: &str) {
+fn tell(count: usize, kernel: &str) {
     let lanes: Vec<String> = lane_kinds().map(|lanes| format!("{lanes:?}")).collect();
-    let line = format!("kernels: {cases} cases of {kernel} equal on {}\n", lanes.join(", "));
-    stderr().write_all(line.as_bytes()).unwrap();
+    cases::tell("equality", count, &format!("cases of {kernel} equal on {}", lanes.join(", ")));
 }
 
 /// Equality by bits, but that any NaN is as good as another: the language leaves its bits open.

@@ -2,7 +2,7 @@
 
 use super::inputs::{direction, numbers};
 use super::{check_map, edge_directions, edge_uniforms, tell};
-use fast::kernels::{dielectric, fresnel, quantise, reflect};
+use fast::kernels::{dielectric, fresnel, quantise, reflect, survive};
 use reference::intersect::Hit;
 use reference::{photon_pass, scatter};
 use scene::film::FLUX_ONE;
@@ -91,4 +91,34 @@ fn fluxes() {
     let rows: Vec<[f32; 1]> = powers.into_iter().map(|power| [power]).collect();
     let exact = |[power]: [f32; 1]| [f32::from_bits(photon_pass::quantise(Rgb::splat(power)).0[2])];
     tell(check_map("quantise", &rows, quantise, exact), "quantised fluxes");
+}
+
+/// The numbers that decide are at the share that survives, so that both outcomes of a tie are told apart.
+#[test]
+fn roulette() {
+    let shares = [0.0, 1e-30, 0.25, 0.5, 0.75, 1.0];
+    let mut stream = numbers(33);
+    let mut rows: Vec<[f32; 7]> = Vec::new();
+    for k in 0..30_000 {
+        let mut number =
+            |k: usize| if k.is_multiple_of(3) { shares[k / 3 % shares.len()] } else { stream.next_f32() };
+        let power = [1.0, number(k), number(k / 2)];
+        let albedo = [number(k / 5), number(k + 1), number(k + 2)];
+        let after = scene::max_component(Rgb::from_array(power) * Rgb::from_array(albedo));
+        for u in [after, after.next_up(), after.next_down().max(0.0), 0.0, 0.5, number(k + 4)] {
+            rows.push([power[0], power[1], power[2], albedo[0], albedo[1], albedo[2], u]);
+        }
+    }
+    let exact = |[px, py, pz, ax, ay, az, u]: [f32; 7]| {
+        let survivor = photon_pass::survive(Vec3::new(px, py, pz), Vec3::new(ax, ay, az), u);
+        survivor.map_or([0.0; 4], |p| [1.0, p.x, p.y, p.z])
+    };
+    // What is left of the power of one that does not survive is of no interest.
+    let kernel = |lanes, inputs: [&[f32]; 7], [survives, x, y, z]: [&mut [f32]; 4]| {
+        survive(lanes, inputs, [&mut *survives, &mut *x, &mut *y, &mut *z]);
+        for (k, survives) in survives.iter().enumerate().filter(|(_, survives)| **survives == 0.0) {
+            (x[k], y[k], z[k]) = (*survives, *survives, *survives);
+        }
+    };
+    tell(check_map("survive", &rows, kernel, exact), "roulette");
 }
