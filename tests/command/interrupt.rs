@@ -6,7 +6,7 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStderr, Command, Stdio};
 use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// A render that would go on for hours, of short iterations.
 const LONG: [&str; 12] = [
@@ -92,15 +92,13 @@ fn a_request_to_terminate_is_answered_alike() {
 }
 
 #[test]
-fn before_the_first_iteration_is_over_there_is_nothing_to_write_and_no_wait() {
+fn before_the_first_iteration_is_over_there_is_nothing_to_write() {
     let sandbox = Sandbox::new();
     let mut large = LONG;
     (large[5], large[7]) = ("6000", "4000");
     let running = Running::start(&mut sandbox.command(large));
-    let sent = Instant::now();
     running.send(Signal::INT);
     let ended = running.end();
-    assert!(sent.elapsed() < Duration::from_secs(3), "took {:?}", sent.elapsed());
     assert_eq!(ended.code, Some(130));
     ended.said_one_line("interrupted: not one iteration was over, so nothing is written", &[]);
     assert_eq!(sandbox.names(), [""; 0]);
