@@ -337,6 +337,11 @@ fn sizes_without_bytes_to_match_are_refused() {
     exr[window + 8..window + 12].copy_from_slice(&16381_i32.to_le_bytes());
     exr[window + 12..window + 16].copy_from_slice(&16390_i32.to_le_bytes());
     let problem = decode_bytes(Format::Exr, &exr).unwrap_err();
+    assert!(problem.contains("16384 x 16384 pixels for a display window of 20"), "{problem}");
+    // A frame of that size, too.
+    let frame = exr.windows(13).position(|w| w == b"displayWindow").unwrap() + 13 + 1 + 6 + 4;
+    exr.copy_within(window..window + 16, frame);
+    let problem = decode_bytes(Format::Exr, &exr).unwrap_err();
     assert!(problem.contains("cannot hold the 1073741824 bytes"), "{problem}");
 }
 
