@@ -128,6 +128,25 @@ fn a_ball_under_a_far_lamp_is_lambertian() {
     tell("physics", 12, "images of a ball under a far lamp");
 }
 
+/// Two lamps of different colours, each large: which is chosen must have nothing to do with the point chosen on it.
+#[test]
+fn a_ball_under_two_near_lamps_gets_the_light_of_each() {
+    let lamps = [(Vec3::new(0.0, 3.0, 5.0), 3.0_f32, Rgb::X), (Vec3::new(-4.0, 0.0, 3.0), 1.5, Rgb::Y * 3.0)];
+    let scene = lamps.into_iter().fold(
+        empty_scene(pinhole(Vec3::Z * 3.0, Vec3::Z, 0.01)).ball(Vec3::ZERO, 1.0, diffuse(0.5)),
+        |scene, (center, radius, emission)| scene.lamp(center, radius, BLACK, emission),
+    );
+    let share = |(center, radius, _): (Vec3, f32, Rgb)| {
+        let to_lamp = (center - Vec3::Z).as_dvec3();
+        (f64::from(radius) / to_lamp.length()).powi(2) * to_lamp.z / to_lamp.length()
+    };
+    let expected = [0.5 * share(lamps[0]), 0.5 * 3.0 * share(lamps[1]), 0.0];
+    let settings = Settings { iterations: 128, ..settings(64, 64, 100, 1, 0.1) };
+    assert_mean(&render_sppm(&scene, &settings), expected, CHOSEN, "SPPM");
+    assert_mean(&render_path(&scene, &settings), expected, CHOSEN, "path tracer");
+    tell("physics", 2, "images of a ball under two lamps");
+}
+
 /// Towards the lamp: no axis of any grid of directions.
 const AXIS: Vec3 = Vec3::new(0.48, 0.6, 0.64);
 
@@ -302,7 +321,7 @@ fn a_glowing_glass_ball_lights_what_is_within_from_its_inner_side() {
     tell("physics", 6, "irradiances and images of a ball in glowing glass");
 }
 
-/// Means of 2^18 shadow rays that go to one of two lights by chance: a noise of 0.2 %.
+/// Means of 2^18 shadow rays and more that go to one of two lights by chance: a noise of 0.2 %.
 const CHOSEN: f64 = 1e-2;
 
 /// From the middle of glowing glass of index n all is met at right angles, and the share r = ((n - 1) / (n + 1))^2
