@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::text::list;
 use clap::ValueEnum;
-use fast::{Intersector, LaneKind};
+use fast::{Intersector, LaneKind, Parameters};
 use rayon::prelude::*;
 use reference::PathTracer;
 use reference::intersect::intersect;
@@ -58,11 +58,12 @@ pub(crate) enum LanesName {
     Emulated,
 }
 
-/// An engine, with its lanes if it has any.
+/// An engine, with its lanes and free parameters if it has any.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Chosen {
     name: EngineName,
     lanes: LaneKind,
+    parameters: Parameters,
 }
 
 impl EngineName {
@@ -150,7 +151,7 @@ impl Chosen {
                 name.name()
             ))),
             Some(lanes) if !kind.is_available() => Err(Error::BadInput(lacking(lanes))),
-            _ => Ok(Self { name, lanes: kind }),
+            _ => Ok(Self { name, lanes: kind, parameters: Parameters::default() }),
         }
     }
 
@@ -164,12 +165,17 @@ impl Chosen {
     ) -> Box<dyn Resumable + 'a> {
         match self.name {
             EngineName::Fast => {
-                let engine = fast::Sppm::with_lanes(scene, settings, self.lanes);
+                let engine = fast::Sppm::with_parameters(scene, settings, self.lanes, &self.parameters);
                 Box::new(engine.deposits_at_once(deposits))
             }
             EngineName::Reference => Box::new(reference::Sppm::new(scene, settings)),
             EngineName::Path => Box::new(PathTracer::new(scene, settings)),
         }
+    }
+
+    /// The free parameters of the fast engine.
+    pub(crate) fn parameters(&self) -> &Parameters {
+        &self.parameters
     }
 
     /// The lanes that it runs on.
