@@ -1,6 +1,8 @@
 //! The engines that `--engine` chooses from, and the lanes that `--lanes` does.
 
+use crate::args::EngineArgs;
 use crate::error::Error;
+use crate::profile::Profile;
 use crate::text::list;
 use clap::ValueEnum;
 use fast::{Intersector, LaneKind, Parameters};
@@ -155,6 +157,24 @@ impl Chosen {
         }
     }
 
+    /// The engine `name` as the options ask for it.
+    pub(crate) fn from_args(name: EngineName, args: &EngineArgs) -> Result<Self, Error> {
+        let Some(path) = &args.profile else { return Self::new(name, args.lanes) };
+        if name != EngineName::Fast {
+            return Err(Error::BadInput(format!(
+                "--profile: --engine {} has no free parameters, only fast has; leave out one of the two",
+                name.name()
+            )));
+        }
+        let profile = Profile::read(path)?;
+        let from_profile = |error: Error| match args.lanes {
+            Some(_) => error,
+            None => Error::BadInput(format!("--profile: {}: {}", path.display(), error.text())),
+        };
+        let chosen = Self::new(name, args.lanes.or(profile.lanes)).map_err(from_profile)?;
+        Ok(Self { parameters: profile.parameters, ..chosen })
+    }
+
     /// A render of `scene` before its first iteration.
     /// The fast engine holds so many `deposits` at once.
     pub(crate) fn start<'a>(
@@ -176,6 +196,11 @@ impl Chosen {
     /// The free parameters of the fast engine.
     pub(crate) fn parameters(&self) -> &Parameters {
         &self.parameters
+    }
+
+    /// The lanes that it would run on, whether it has any or not.
+    pub(crate) fn lane_kind(self) -> LaneKind {
+        self.lanes
     }
 
     /// The lanes that it runs on.

@@ -52,7 +52,7 @@ pub(crate) struct TuneArgs {
     pub pairs: Option<u32>,
 
     /// Pairs by which the best is measured anew [default: 25; with --quick, 7]
-    #[arg(long, value_name = "N", value_parser = whole::<u32>(6, 10_000), allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(6, 1000), allow_hyphen_values = true)]
     #[arg(help_heading = "Search")]
     pub final_pairs: Option<u32>,
 
