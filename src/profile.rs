@@ -102,16 +102,31 @@ mod tests {
     #[test]
     fn faults_are_told_at_their_place() {
         let cases = [
-            ("[parameters]\ncell_size = 9", "a.toml:2:13: cell_size 9 of [parameters] must be a number from 0.5 to 4"),
-            ("[parameters]\ncell_size = \"a\"", "a.toml:2:13: cell_size of [parameters] must be a number, not a string"),
+            (
+                "[parameters]\ncell_size = 9",
+                "a.toml:2:13: cell_size 9 of [parameters] must be a number from 0.5 to 4",
+            ),
+            (
+                "[parameters]\ncell_size = \"a\"",
+                "a.toml:2:13: cell_size of [parameters] must be a number, not a string",
+            ),
             (
                 "[parameters]\n  pixels_per_job = 1000",
                 "a.toml:2:20: pixels_per_job 1000 of [parameters] must be a power of two from 256 to 16384",
             ),
-            ("[parameters]\ncel_size = 1", "a.toml:2:1: unknown key \"cel_size\" in [parameters] (did you mean \"cell_size\"?)"),
-            ("[parametres]", "a.toml:1:2: unknown key \"parametres\" in profile (did you mean \"parameters\"?)"),
+            (
+                "[parameters]\ncel_size = 1",
+                "a.toml:2:1: unknown key \"cel_size\" in [parameters] (did you mean \"cell_size\"?)",
+            ),
+            (
+                "[parametres]",
+                "a.toml:1:2: unknown key \"parametres\" in profile (did you mean \"parameters\"?)",
+            ),
             ("parameters = 1", "a.toml:1:14: parameters of profile must be a table, not a number"),
-            ("[parameters]\nlanes = \"mmx\"", "a.toml:2:9: lanes \"mmx\" of [parameters] must be one of auto, avx2"),
+            (
+                "[parameters]\nlanes = \"mmx\"",
+                "a.toml:2:9: lanes \"mmx\" of [parameters] must be one of auto, avx2",
+            ),
             ("cell_size = ", "a.toml:1:13: a value is missing here"),
         ];
         for (text, expected) in cases {

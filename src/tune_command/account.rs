@@ -135,7 +135,8 @@ impl Account<'_> {
             let [least, most] = ratios.ends();
             let lanes = LanesName::from(candidate.lanes).name();
             let figures = [ratios.median(), least, most].map(|ratio| format!("{ratio:.5}"));
-            let start = [vec![number.to_string()], figures.into(), vec![ratios.count().to_string(), lanes.into()]];
+            let start =
+                [vec![number.to_string()], figures.into(), vec![ratios.count().to_string(), lanes.into()]];
             let values = candidate.parameters.values().into_iter().map(|value| (value as f32).to_string());
             start.concat().into_iter().chain(values).collect::<Vec<_>>()
         };
@@ -171,7 +172,11 @@ impl Account<'_> {
             .x_label_area_size(40)
             .y_label_area_size(50)
             .build_cartesian_2d(0.0..last + 1.0, least - 0.02..most + 0.02)?;
-        chart.configure_mesh().x_desc("points tried; at last the best, measured anew").y_desc("ratio").draw()?;
+        chart
+            .configure_mesh()
+            .x_desc("points tried; at last the best, measured anew")
+            .y_desc("ratio")
+            .draw()?;
         let numbered = |values: Vec<f64>| (1..).map(f64::from).zip(values).collect::<Vec<_>>();
         chart.draw_series(LineSeries::new([(0.0, 1.0), (last + 1.0, 1.0)], BLACK))?;
         let (point, line) = (Palette99::pick(0).filled(), Palette99::pick(1).stroke_width(2));
@@ -190,7 +195,11 @@ impl Account<'_> {
             .label("the best, 95 % interval")
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 14, y)], bar));
         chart.draw_series([Circle::new((last, median), 5, bar)])?;
-        chart.configure_series_labels().position(SeriesLabelPosition::UpperRight).border_style(BLACK).draw()?;
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperRight)
+            .border_style(BLACK)
+            .draw()?;
         Ok(())
     }
 
@@ -208,7 +217,9 @@ impl Account<'_> {
         let certainty = format!("95 % interval {low:.3} to {high:.3}, {} pairs", best.ratios.count());
         let difference = difference(best.candidate, self.space.usual());
         let _ = match (is_confirmed, self.found.is_gain()) {
-            (false, _) => write!(text, "\nthe best so far takes {median:.3} of the defaults' time: {difference}"),
+            (false, _) => {
+                write!(text, "\nthe best so far takes {median:.3} of the defaults' time: {difference}")
+            }
             (true, true) => {
                 write!(text, "\na gain: {median:.3} of the defaults' time ({certainty}) by {difference}")
             }

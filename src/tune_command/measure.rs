@@ -157,7 +157,9 @@ mod tests {
     /// As in tables of the sign test's interval for the median.
     #[test]
     fn intervals_are_those_of_the_sign_test() {
-        for (n, k) in [(6, 1), (8, 1), (9, 2), (11, 2), (12, 3), (15, 4), (20, 6), (21, 6), (25, 8), (1000, 469)] {
+        for (n, k) in
+            [(6, 1), (8, 1), (9, 2), (11, 2), (12, 3), (15, 4), (20, 6), (21, 6), (25, 8), (1000, 469)]
+        {
             assert_eq!(ratios(1..=n).interval(), [f64::from(k), f64::from(n + 1 - k)], "{n}");
         }
         assert_eq!(ratios([2, 1]).interval(), [1.0, 2.0]);
@@ -166,7 +168,8 @@ mod tests {
     #[test]
     fn renders_are_in_turns_and_alike() {
         let scene = scene::builtin::scene("cornell").unwrap();
-        let settings = Settings { width: 16, height: 12, iterations: 1, photons_per_iteration: 200, ..scene.settings };
+        let settings =
+            Settings { width: 16, height: 12, iterations: 1, photons_per_iteration: 200, ..scene.settings };
         let usual = Candidate { lanes: LaneKind::best(), parameters: Parameters::default() };
         let stop = Stop::new();
         let bench = Bench::new(&scene, &settings, threads::pool(1).unwrap(), usual, &stop).unwrap();

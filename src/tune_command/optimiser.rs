@@ -40,7 +40,12 @@ pub(super) struct Learnt {
 
 impl Optimiser {
     /// Starts it in `python`, or in the Python that is at hand.
-    pub(super) fn start(python: Option<&Path>, space: &Space, initial: u32, seed: u32) -> Result<Self, Error> {
+    pub(super) fn start(
+        python: Option<&Path>,
+        space: &Space,
+        initial: u32,
+        seed: u32,
+    ) -> Result<Self, Error> {
         let checkout = std::env::current_exe().ok().and_then(|path| checkout(&path));
         let python = match (python, &checkout) {
             (Some(python), _) => python.into(),
@@ -105,7 +110,10 @@ impl Optimiser {
     }
 
     fn failure(&self, what: &str) -> Error {
-        Error::Failed(format!("--python: {}: did not answer as the optimiser does: {what}", self.python.display()))
+        Error::Failed(format!(
+            "--python: {}: did not answer as the optimiser does: {what}",
+            self.python.display()
+        ))
     }
 
     fn lacking(&self, missing: &str) -> Error {

@@ -72,7 +72,8 @@ pub(super) fn search(
     progress: &Progress,
 ) -> Result<Option<Found>, Error> {
     let (tried, is_stopped) = try_points(bench, space, optimiser, budget, progress)?;
-    let Some(best) = tried.iter().min_by(|a, b| a.ratios.median().total_cmp(&b.ratios.median())).cloned() else {
+    let Some(best) = tried.iter().min_by(|a, b| a.ratios.median().total_cmp(&b.ratios.median())).cloned()
+    else {
         return Ok(None);
     };
     let mut found = Found { tried, learnt: None, best, is_confirmed: false };
@@ -129,7 +130,8 @@ fn try_points(
 fn finalists(tried: &[Tried], order: &[usize], usual: Candidate) -> Vec<Tried> {
     let mut chosen: Vec<Tried> = Vec::new();
     for tried in order.iter().map(|place| &tried[*place]) {
-        let is_new = tried.candidate != usual && chosen.iter().all(|other| other.candidate != tried.candidate);
+        let is_new =
+            tried.candidate != usual && chosen.iter().all(|other| other.candidate != tried.candidate);
         if is_new && chosen.len() < FINALISTS {
             chosen.push(tried.clone());
         }
@@ -166,7 +168,8 @@ mod tests {
     }
 
     fn found(best: Vec<f64>, is_confirmed: bool) -> Found {
-        let all: Vec<Tried> = [(1.5, 1.01), (1.0, 0.9), (2.0, 1.2)].map(|(size, ratio)| tried(size, ratio)).into();
+        let all: Vec<Tried> =
+            [(1.5, 1.01), (1.0, 0.9), (2.0, 1.2)].map(|(size, ratio)| tried(size, ratio)).into();
         let best = Tried { ratios: Ratios::new(best), ..all[1].clone() };
         Found { tried: all, learnt: None, best, is_confirmed }
     }

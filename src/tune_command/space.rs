@@ -205,9 +205,15 @@ mod tests {
     fn jobs_and_lanes_are_searched_where_they_matter() {
         let names = |space: &Space| -> Vec<_> { space.dimensions.iter().map(|d| d.name).collect() };
         let one = Space::new(0, 1, Some(LaneKind::Emulated));
-        assert!(!names(&one).iter().any(|name| name.ends_with("_per_job") || *name == "lanes" || *name == "search"));
+        assert!(
+            !names(&one)
+                .iter()
+                .any(|name| name.ends_with("_per_job") || *name == "lanes" || *name == "search")
+        );
         let two = Space::new(172, 2, Some(LaneKind::Emulated));
-        assert!(["pixels_per_job", "photons_per_job", "search"].iter().all(|name| names(&two).contains(name)));
+        assert!(
+            ["pixels_per_job", "photons_per_job", "search"].iter().all(|name| names(&two).contains(name))
+        );
     }
 
     #[test]

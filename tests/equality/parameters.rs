@@ -26,9 +26,7 @@ fn value(parameter: &Parameter) -> BoxedStrategy<f64> {
         Values::Any => prop_oneof![1 => ends, 4 => least..=most].boxed(),
         // Limits of the number of balls: small ones decide.
         Values::Whole => prop_oneof![1 => ends, 4 => (0..300_u32).prop_map(f64::from)].boxed(),
-        Values::PowersOfTwo => {
-            (least.log2() as i32..=most.log2() as i32).prop_map(|k| 2_f64.powi(k)).boxed()
-        }
+        Values::PowersOfTwo => (least.log2() as i32..=most.log2() as i32).prop_map(|k| 2_f64.powi(k)).boxed(),
     }
 }
 
