@@ -86,9 +86,9 @@ mod tests {
         for parameter in Parameters::ALL {
             profile.parameters = profile.parameters.with(parameter.name, parameter.least).unwrap();
         }
-        profile.parameters = profile.parameters.with("cell_size", 1.37).unwrap();
+        profile.parameters = profile.parameters.with("cell_size", 4.37).unwrap();
         profile.lanes = Some(LanesName::Emulated);
-        assert!(profile.to_text().contains("cell_size = 1.37\n"));
+        assert!(profile.to_text().contains("cell_size = 4.37\n"));
         assert_eq!(read(&profile.to_text()), Ok(profile));
     }
 
@@ -103,8 +103,8 @@ mod tests {
     fn faults_are_told_at_their_place() {
         let cases = [
             (
-                "[parameters]\ncell_size = 9",
-                "a.toml:2:13: cell_size 9 of [parameters] must be a number from 0.5 to 4",
+                "[parameters]\ncell_size = 90",
+                "a.toml:2:13: cell_size 90 of [parameters] must be a number from 2 to 12",
             ),
             (
                 "[parameters]\ncell_size = \"a\"",

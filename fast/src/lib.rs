@@ -45,6 +45,7 @@ mod join;
 #[doc(hidden)]
 pub mod kernels;
 pub mod lanes;
+mod light_choice;
 mod parameters;
 mod paths;
 mod photon_pass;

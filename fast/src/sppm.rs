@@ -10,7 +10,7 @@ use crate::dispatch::{Kernel, LaneKind, dispatch};
 use crate::hierarchy::ball_count;
 use crate::join::cells::{Cells, WINDOW};
 use crate::join::deposits::{Binned, Sorted};
-use crate::join::gather::Sums;
+use crate::join::gather::{Scratch, Sums};
 use crate::join::occupancy::Occupancy;
 use crate::join::{GROUP, JoinCounts, gather_group, mark};
 use crate::lanes::{Lanes, Row};
@@ -55,6 +55,8 @@ pub struct Sppm<'a> {
     stats: Stats,
     /// Whether the last join took long.
     has_long_joins: Option<bool>,
+    /// Photons that counted at a visible point in the last iteration, on average.
+    neighbours: f64,
 }
 
 /// What a thread needs for the camera pass, and what it has found.
@@ -140,6 +142,7 @@ impl<'a> Sppm<'a> {
             prepared: (!moves).then(|| Prepared::new(scene.at(0.0), parameters)),
             stats: Stats::default(),
             has_long_joins: None,
+            neighbours: parameters.neighbours_at_first.into(),
         }
     }
 
@@ -251,7 +254,7 @@ impl<'a> Sppm<'a> {
     /// Joins the sorted deposits with all visible points; on the last round of the iteration, consolidates.
     /// `None` if stopped, with no pixel touched.
     fn join(&mut self, cells: Cells, is_last: bool, nominal: f32, stop: &Stop) -> Option<()> {
-        let is_long = self.has_long_joins.unwrap_or(self.sorted.records.len() > MANY_DEPOSITS);
+        let is_long = self.has_long_joins.unwrap_or(self.sorted.count() > MANY_DEPOSITS);
         if is_last && !is_long {
             self.join_round(cells, true, nominal, &Stop::new());
             return Some(());
@@ -298,19 +301,20 @@ impl<'a> Sppm<'a> {
 
     /// All passes of an iteration; `None` if stopped, with no pixel touched.
     fn run_iteration(&mut self, p: &Prepared, stop: &Stop) -> Option<()> {
-        let start = Instant::now();
+        let (start, before) = (Instant::now(), (self.stats.contributions, self.stats.visible_points));
         let radii = Radii::of(&self.pixels);
         let occupancy = self.camera_pass(p, radii, stop)?;
         let camera = Instant::now();
         self.stats.camera_seconds += (camera - start).as_secs_f64();
         let Parameters { cell_size, photons_per_batch, .. } = self.parameters;
         let buckets = self.parameters.buckets(self.settings.photons_per_iteration);
-        let cells = Cells::new(radii.cell(cell_size), buckets);
+        let cells = Cells::new(radii.cell(fitting_cells(cell_size, self.neighbours)), buckets);
         let shifts = emission_shifts(self.settings.seed, self.iterations);
         let pass = PhotonPass {
             still: &p.still,
             tables: &p.tables,
             emitters: &p.emitters,
+            lights: &p.lights.choice,
             settings: &self.settings.clone(),
             iteration: self.iterations,
             cells,
@@ -334,6 +338,9 @@ impl<'a> Sppm<'a> {
             self.stats.build_grid_seconds += (joining - sorting).as_secs_f64();
             self.stats.consolidate_seconds += joining.elapsed().as_secs_f64();
         }
+        let (contributions, points) =
+            (self.stats.contributions - before.0, self.stats.visible_points - before.1);
+        self.neighbours = contributions as f64 / points.max(1) as f64;
         self.stats.bytes = self.bytes() as u64;
         self.sums.clear();
         self.iterations += 1;
@@ -358,6 +365,12 @@ impl<'a> Sppm<'a> {
         let Settings { width, height, .. } = self.settings;
         Plane { width, height, values: self.in_rows(value) }
     }
+}
+
+/// Size of the cells of the join over the typical radius, where so many photons count at a point; `for_one` is what it
+/// would be for one.
+fn fitting_cells(for_one: f32, neighbours: f64) -> f32 {
+    (f64::from(for_one) / neighbours.max(0.1).sqrt().sqrt()).clamp(1.0, 6.0) as f32
 }
 
 /// The search radii of an iteration.
@@ -500,11 +513,11 @@ impl Kernel for JoinJob<'_> {
     type Output = JoinCounts;
     #[inline(always)]
     fn run<L: Lanes>(self) -> JoinCounts {
-        let mut counts = JoinCounts::default();
+        let (mut counts, mut scratch) = (JoinCounts::default(), Scratch::new());
         let groups = self.pixels.chunks_mut(GROUP).zip(self.rows.chunks(GROUP));
         for (number, (pixels, rows)) in groups.enumerate() {
             let mut sums = self.sums.get(number).copied().unwrap_or_default();
-            gather_group::<L>(self.sorted, self.cells, rows, pixels, &mut sums, &mut counts);
+            gather_group::<L>(self.sorted, self.cells, rows, pixels, &mut scratch, &mut sums, &mut counts);
             if self.is_last {
                 consolidate_group::<L>(pixels, rows, &sums, self.nominal);
             } else if let Some(kept) = self.sums.get_mut(number) {

@@ -173,7 +173,7 @@ mod tests {
         let usual = Candidate { lanes: LaneKind::best(), parameters: Parameters::default() };
         let stop = Stop::new();
         let bench = Bench::new(&scene, &settings, threads::pool(1).unwrap(), usual, &stop).unwrap();
-        let other = Candidate { parameters: usual.parameters.with("cell_size", 1.0).unwrap(), ..usual };
+        let other = Candidate { parameters: usual.parameters.with("cell_size", 4.0).unwrap(), ..usual };
         let ratios = bench.ratios(other, 3).unwrap().unwrap();
         assert!(ratios.count() == 3 && ratios.median() > 0.0);
         stop.request();

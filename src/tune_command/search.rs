@@ -169,19 +169,19 @@ mod tests {
 
     fn found(best: Vec<f64>, is_confirmed: bool) -> Found {
         let all: Vec<Tried> =
-            [(1.5, 1.01), (1.0, 0.9), (2.0, 1.2)].map(|(size, ratio)| tried(size, ratio)).into();
+            [(5.0, 1.01), (4.0, 0.9), (6.0, 1.2)].map(|(size, ratio)| tried(size, ratio)).into();
         let best = Tried { ratios: Ratios::new(best), ..all[1].clone() };
         Found { tried: all, learnt: None, best, is_confirmed }
     }
 
     #[test]
     fn finalists_differ_from_each_other_and_from_the_defaults() {
-        let all: Vec<Tried> = [1.5, 1.0, 2.0, 1.0, 3.0, 4.0].map(|size| tried(size, 1.0)).into();
+        let all: Vec<Tried> = [5.0, 4.0, 6.0, 4.0, 7.0, 8.0].map(|size| tried(size, 1.0)).into();
         let usual = all[0].candidate;
         let sizes = |order: &[usize]| -> Vec<_> {
             finalists(&all, order, usual).iter().map(|t| t.candidate.parameters.values()[0]).collect()
         };
-        assert_eq!(sizes(&[0, 3, 1, 5, 4, 2]), [1.0, 4.0, 3.0]);
+        assert_eq!(sizes(&[0, 3, 1, 5, 4, 2]), [4.0, 8.0, 7.0]);
         assert_eq!(finalists(&all[..1], &[0], usual).len(), 1);
     }
 

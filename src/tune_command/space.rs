@@ -182,7 +182,7 @@ mod tests {
                 let space = Space::new(balls, threads, None);
                 let start = space.candidate(&space.start()).unwrap();
                 assert_eq!(start.lanes, LaneKind::best());
-                let of = |c: Candidate| (c.parameters.search(balls), c.parameters.values()[..8].to_vec());
+                let of = |c: Candidate| (c.parameters.search(balls), c.parameters.values()[..9].to_vec());
                 assert_eq!(of(start), of(space.usual()), "{balls} balls");
             }
         }
@@ -220,11 +220,11 @@ mod tests {
     fn coordinates_become_values() {
         let space = Space::new(172, 1, Some(LaneKind::Emulated));
         let mut point = space.start();
-        point[0] = 1.234_567.into();
-        point[1] = (-2).into();
+        point[0] = 4.234_567.into();
+        point[2] = (-2).into();
         *point.last_mut().unwrap() = "tree".into();
         let candidate = space.candidate(&point).unwrap();
-        let usual = Parameters::default().with("cell_size", 1.23).unwrap();
+        let usual = Parameters::default().with("cell_size", 4.23).unwrap();
         let expected = usual.with("buckets_per_photon", 0.25).unwrap().with(IN_CLUSTERS, 171.0).unwrap();
         assert_eq!(candidate, Candidate { lanes: LaneKind::Emulated, parameters: expected });
     }

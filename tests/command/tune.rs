@@ -21,9 +21,9 @@ while read line; do
         asked=$((asked + 1))
         {on_ask}
         case $asked in
-        1) echo '{{"point": [1.5, 0, 2.0, 19, 8, 8, "in_turn"]}}' ;;
-        2) echo '{{"point": [0.75, -3, 0.5, 15, 6, 6, "tree"]}}' ;;
-        *) echo '{{"point": [3.333333, 2, 8.0, 21, 7, 8, "clusters"]}}' ;;
+        1) echo '{{"point": [5.0, 8.0, 0, 2.0, 19, 8, 8, "in_turn"]}}' ;;
+        2) echo '{{"point": [2.75, 1.0, -3, 0.5, 15, 6, 6, "tree"]}}' ;;
+        *) echo '{{"point": [7.333333, 9.0, 2, 8.0, 21, 7, 8, "clusters"]}}' ;;
         esac ;;
     *tell*) echo '{{"told": 1}}' ;;
     *) echo '{{"order": [2, 1, 0], "noise": 0.01, "length_scales": {{"cell_size": 0.5}}}}' ;;
@@ -66,14 +66,14 @@ fn a_search_leaves_a_profile_that_renders_load() {
     assert_eq!(search["ratios"].as_array().map(Vec::len), Some(3));
     // Times are what they are: the profile holds the best or the defaults, as it says.
     let cell_size = profile["parameters"]["cell_size"].as_float().unwrap();
-    assert_eq!(tuned["is_gain"].as_bool(), Some(cell_size != 1.5), "{profile}");
+    assert_eq!(tuned["is_gain"].as_bool(), Some(cell_size != 5.0), "{profile}");
 
     let tried = String::from_utf8(sandbox.bytes("tried.csv")).unwrap();
     let lines: Vec<&str> = tried.lines().collect();
     assert_eq!(lines.len(), 1 + 3 + 1, "{tried}");
-    assert!(lines[0].starts_with("evaluation,ratio,least,most,pairs,lanes,cell_size,buckets_per_photon"));
-    assert!(lines[2].ends_with(",3,emulated,0.75,0.125,0.5,32768,64,64,2048,4096,2,2"), "{tried}");
-    assert!(lines[3].ends_with(",3,emulated,3.33,4,8,2097152,128,256,2048,4096,2,1024"), "{tried}");
+    assert!(lines[0].starts_with("evaluation,ratio,least,most,pairs,lanes,cell_size,neighbours_at_first"));
+    assert!(lines[2].ends_with(",3,emulated,2.75,1,0.125,0.5,32768,64,64,2048,4096,2,2"), "{tried}");
+    assert!(lines[3].ends_with(",3,emulated,7.33,9,4,8,2097152,128,256,2048,4096,2,1024"), "{tried}");
     let svg = String::from_utf8(sandbox.bytes("search.svg")).unwrap();
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
 
@@ -86,7 +86,7 @@ fn a_search_leaves_a_profile_that_renders_load() {
 #[test]
 fn a_profile_changes_no_bit() {
     let sandbox = Sandbox::new();
-    let odd = "[parameters]\ncell_size = 0.6\nbuckets_per_photon = 4\noccupancy_cell_size = 7\noccupancy_bits = 32768\n\
+    let odd = "[parameters]\ncell_size = 3.6\nbuckets_per_photon = 4\noccupancy_cell_size = 7\noccupancy_bits = 32768\n\
                pixels_per_batch = 64\nphotons_per_batch = 128\npixels_per_job = 256\nphotons_per_job = 512\n\
                most_balls_in_turn = 0\nmost_balls_in_clusters = 0\nlanes = \"emulated\"\n";
     sandbox.write("odd.toml", odd);
@@ -117,7 +117,7 @@ fn wrong_profiles_are_refused() {
     sandbox.write("far.toml", "# mine\n[parameters]\ncell_size = 50\n");
     sandbox.write("other.toml", "[parameters]\nlanes = \"emulated\"\n");
     let cases: [(&[&str], &[&str]); 5] = [
-        (&["--profile", "far.toml"], &["--profile: far.toml:3:13: cell_size 50", "from 0.5 to 4"]),
+        (&["--profile", "far.toml"], &["--profile: far.toml:3:13: cell_size 50", "from 2 to 12"]),
         (&["--profile", "none.toml"], &["--profile: none.toml: there is no such file"]),
         (&["--profile", "."], &["--profile: .: this is a directory; a profile is a file"]),
         (
@@ -161,7 +161,7 @@ fn an_optimiser_that_fails_is_told() {
         ("echo nothing of the kind", "did not answer as the optimiser does"),
         ("echo '{\"missing\": \"No module named skopt\"}'", "has no scikit-optimize (No module named skopt)"),
         ("echo '{\"point\": [9]}'", "the optimiser proposed what cannot be: 1 coordinates"),
-        ("echo '{\"point\": [9, 0, 2.0, 19, 8, 8, \"tree\"]}'", "cannot be: cell_size 9"),
+        ("echo '{\"point\": [90, 8.0, 0, 2.0, 19, 8, 8, \"tree\"]}'", "cannot be: cell_size 90"),
         ("echo it went wrong >&2; exit 1", "the optimiser ended: it went wrong"),
     ];
     for (on_ask, words) in cases {
