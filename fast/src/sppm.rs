@@ -383,6 +383,18 @@ struct Radii {
 
 impl Radii {
     fn of(pixels: &[Row]) -> Self {
+        // Of chunks and in their order, so that it does not depend on threads.
+        let of_chunks: Vec<_> = pixels.par_chunks(PIXELS_PER_JOB).map(Self::of_some).collect();
+        let (mut largest, mut sum, mut count) = (0.0_f32, 0.0, 0.0);
+        for (of_chunk, more, further) in of_chunks {
+            (largest, sum, count) = (largest.max(of_chunk), sum + more, count + further);
+        }
+        let typical = if count > 0.0 { (sum / count).sqrt() as f32 } else { largest.sqrt() };
+        Self { largest: largest.sqrt(), typical }
+    }
+
+    /// The largest squared radius; and the sum and number of those of pixels that have counted photons.
+    fn of_some(pixels: &[Row]) -> (f32, f64, f64) {
         let (mut largest, mut sum, mut count) = (0.0_f32, 0.0_f64, 0.0);
         for Row([.., n, radius_squared]) in pixels {
             largest = largest.max(*radius_squared);
@@ -391,8 +403,7 @@ impl Radii {
                 count += 1.0;
             }
         }
-        let typical = if count > 0.0 { (sum / count).sqrt() as f32 } else { largest.sqrt() };
-        Self { largest: largest.sqrt(), typical }
+        (largest, sum, count)
     }
 
     /// The size of cells: `size` times the typical radius, but such that the span of a single visible point, twice

@@ -123,13 +123,16 @@ impl Hierarchy {
         t: &mut Floats,
         hit: &mut Words,
     ) {
+        if !self.holds_balls() {
+            return;
+        }
         let Scratch { queues, wave, candidates } = scratch;
         let mut keys = [0; ROOM];
         for k in 0..rays.count {
             keys[k] = hit_key(t[k], hit[k]);
         }
         match self {
-            Self::InTurn => return,
+            Self::InTurn => {}
             Self::Clusters(clusters) => {
                 clusters.search::<L>(surfaces, rays, t, queues, candidates, &mut keys);
             }
@@ -152,13 +155,16 @@ impl Hierarchy {
         scratch: &mut Scratch,
         t: &mut Floats,
     ) {
+        if !self.holds_balls() {
+            return;
+        }
         let Scratch { queues, wave, candidates } = scratch;
         let mut keys = [0; ROOM];
         for k in 0..rays.count {
             keys[k] = limit_key(t[k]);
         }
         match self {
-            Self::InTurn => return,
+            Self::InTurn => {}
             Self::Clusters(clusters) => {
                 clusters.search::<L>(surfaces, rays, t, queues, candidates, &mut keys);
             }
