@@ -22,7 +22,7 @@ use crate::join::deposits::{Binned, SAFE, bin_shift};
 use crate::join::occupancy::Occupancy;
 use crate::lanes::{Lanes, MOST_LANES, Row};
 use crate::light_choice::LightChoice;
-use crate::paths::{Packet, Paths, Vectors};
+use crate::paths::{BATCH, Packet, Paths, Vectors};
 use crate::sampling::{cosine_hemisphere, next_uniform, stream_state, uniform_sphere, unit_float};
 use crate::scatter::{dielectric, reflect};
 use crate::tables::{Materials, Surface, Tables, kind, tag};
@@ -87,7 +87,7 @@ pub(crate) struct PhotonPass<'a> {
     pub(crate) slack: f32,
     /// Digital shifts of the iteration.
     pub(crate) shifts: [u32; DIMENSIONS],
-    /// Photons in flight at once: a multiple of the lanes, at most [`BATCH`](crate::paths::BATCH).
+    /// Photons in flight at once: a multiple of the lanes, at most [`BATCH`].
     pub(crate) at_once: usize,
 }
 

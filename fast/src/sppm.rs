@@ -373,6 +373,9 @@ fn fitting_cells(for_one: f32, neighbours: f64) -> f32 {
     (f64::from(for_one) / neighbours.max(0.1).sqrt().sqrt()).clamp(1.0, 6.0) as f32
 }
 
+/// Radii of a unit of parallel work.
+const RADII_AT_ONCE: usize = 4096;
+
 /// The search radii of an iteration.
 #[derive(Clone, Copy, Debug)]
 struct Radii {
@@ -384,7 +387,7 @@ struct Radii {
 impl Radii {
     fn of(pixels: &[Row]) -> Self {
         // Of chunks and in their order, so that it does not depend on threads.
-        let of_chunks: Vec<_> = pixels.par_chunks(PIXELS_PER_JOB).map(Self::of_some).collect();
+        let of_chunks: Vec<_> = pixels.par_chunks(RADII_AT_ONCE).map(Self::of_some).collect();
         let (mut largest, mut sum, mut count) = (0.0_f32, 0.0, 0.0);
         for (of_chunk, more, further) in of_chunks {
             (largest, sum, count) = (largest.max(of_chunk), sum + more, count + further);
