@@ -1,7 +1,7 @@
 //! Photon pass: `reference::photon_pass` over batches of photons, up to the deposits that may matter.
 //!
 //! ```text
-//! for each batch of 256 photons:
+//! for each batch of up to 256 photons:
 //!     emit all
 //!     until none is left, at most max_depth times:
 //!         intersect all
@@ -87,6 +87,8 @@ pub(crate) struct PhotonPass<'a> {
     pub(crate) slack: f32,
     /// Digital shifts of the iteration.
     pub(crate) shifts: [u32; DIMENSIONS],
+    /// Photons in flight at once: a multiple of the lanes, at most [`BATCH`].
+    pub(crate) at_once: usize,
 }
 
 /// The digital shifts of an iteration.
@@ -142,8 +144,8 @@ impl PhotonPass<'_> {
         out: &mut Binned,
     ) -> PhotonCounts {
         let mut counts = PhotonCounts::default();
-        for first in photons.clone().step_by(BATCH) {
-            let count = (photons.end - first).min(BATCH as u32);
+        for first in photons.clone().step_by(self.at_once) {
+            let count = (photons.end - first).min(self.at_once as u32);
             let mut live = self.emit::<L>(batch, first, count as usize);
             for bounce in 0..self.settings.max_depth {
                 if live == 0 {
