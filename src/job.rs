@@ -17,8 +17,7 @@ use crate::threads;
 use scene::checkpoint::Loaded;
 use scene::settings::MAX_ITERATIONS;
 use scene::{Resumable, Scene, Settings, Stats, file};
-use std::cell::Cell;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tracing::{debug, info, warn};
 
 /// What is to be rendered, and where to.
@@ -64,7 +63,6 @@ impl Job {
             progress: Progress::new(self.scene.settings.iterations, messages.quiet || is_json(messages)),
             lines: is_json(messages).then(Lines::default),
             clock: &clock,
-            develop: Cell::new(Duration::ZERO),
         };
         let ended = session::run(&mut *engine, &self.goals, &clock, &requests, |engine, time| {
             watch.after_iteration(engine, time)
@@ -119,8 +117,6 @@ struct Watch<'a> {
     progress: Progress,
     lines: Option<Lines>,
     clock: &'a Clock,
-    /// Time spent developing.
-    develop: Cell<Duration>,
 }
 
 impl Watch<'_> {
@@ -129,7 +125,7 @@ impl Watch<'_> {
         if self.job.goals.error.is_some() {
             self.estimate.update(iterations, || engine.develop());
         }
-        if let Err(error) = self.job.outputs.snapshot(engine, || self.shown(engine)) {
+        if let Err(error) = self.job.outputs.snapshot(iterations, || self.shown(engine)) {
             warn!("{}", error.text());
         }
         let saved = self.save_if_due(engine)?;
@@ -194,11 +190,8 @@ impl Watch<'_> {
         }
     }
 
-    fn shown(&self, engine: &dyn Resumable) -> Result<Shown, Error> {
-        let began = Instant::now();
-        let shown = Shown::of(engine, &self.job.outputs, &self.metadata(engine));
-        self.develop.set(self.develop.get() + began.elapsed());
-        shown
+    fn shown<'a>(&self, engine: &'a dyn Resumable) -> Result<Shown<'a>, Error> {
+        Shown::of(engine, &self.metadata(engine))
     }
 
     /// Writes what there is to write in the end, and says so.
@@ -217,7 +210,7 @@ impl Watch<'_> {
         let shown = self.shown(engine)?;
         let report = self.report(engine, conclusion);
         let written = self.job.outputs.write(&shown, &report).map_err(|error| self.lament(engine, error))?;
-        account(&report);
+        account(&report, self.job.outputs.writing());
         let (iterations, seconds) = (counted(done, "iteration"), duration(report.wall_seconds));
         if let Some(signal) = signal {
             let all = match engine.settings().iterations {
@@ -292,7 +285,7 @@ impl Watch<'_> {
             resumed_after: conclusion.resumed_after,
             estimated_error: self.estimate.error,
             wall_seconds: self.clock.elapsed().as_secs_f64(),
-            develop_seconds: self.develop.get().as_secs_f64(),
+            write_seconds: self.job.outputs.writing().as_secs_f64(),
             bytes_at_most: conclusion.need.bytes,
             peak_bytes: memory::peak(),
             stats: *engine.stats(),
@@ -335,7 +328,7 @@ fn introduce(scene: &Scene, engine: Chosen, threads: usize, need: Need) {
 }
 
 /// Where time and memory went.
-fn account(report: &Report) {
+fn account(report: &Report, writing: Duration) {
     let Stats { camera_seconds, build_grid_seconds, photon_seconds, consolidate_seconds, bytes, .. } =
         report.stats;
     let passes = [
@@ -343,7 +336,7 @@ fn account(report: &Report) {
         ("grid", build_grid_seconds),
         ("photon pass", photon_seconds),
         ("consolidation", consolidate_seconds),
-        ("developing", report.develop_seconds),
+        ("developing and writing", writing.as_secs_f64()),
     ];
     let times: Vec<String> =
         passes.iter().map(|(name, seconds)| format!("{name} {}", duration(*seconds))).collect();

@@ -23,6 +23,16 @@ impl<T> Pool<T> {
         self.lock().push(buffer);
     }
 
+    /// Puts many to rest.
+    pub(crate) fn put_all(&self, buffers: impl Iterator<Item = T>) {
+        self.lock().extend(buffers);
+    }
+
+    /// How many are at rest.
+    pub(crate) fn count(&self) -> usize {
+        self.lock().len()
+    }
+
     /// All buffers at rest.
     pub(crate) fn all(&mut self) -> &mut Vec<T> {
         self.0.get_mut().unwrap_or_else(PoisonError::into_inner)

@@ -8,7 +8,7 @@ use crate::consolidate::{consolidate_group, develop, new_pixel};
 use crate::direct_light::LightTable;
 use crate::dispatch::{Kernel, LaneKind, dispatch};
 use crate::join::cells::{Cells, WINDOW};
-use crate::join::deposits::{Binned, Sorted};
+use crate::join::deposits::{Binned, Chunks, Sorted, bytes_at_rest};
 use crate::join::gather::Sums;
 use crate::join::occupancy::Occupancy;
 use crate::join::{GROUP, JoinCounts, gather_group, mark};
@@ -21,6 +21,7 @@ use rayon::prelude::*;
 use scene::{Engine, Film, Plane, Resumable, Scene, Settings, Stats, Still, Stop, Vec3};
 use std::mem::take;
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Size of the cells of the join over the typical radius. Measured from 0.5 to 3: smaller cells look up more rows,
@@ -57,6 +58,8 @@ pub struct Sppm<'a> {
     sorted: Sorted,
     camera_workers: Pool<CameraWorker>,
     photon_workers: Pool<PhotonWorker>,
+    /// Room for deposits in bins.
+    chunks: Arc<Chunks>,
     /// What follows from the scene alone, if nothing moves.
     prepared: Option<Prepared<'a>>,
     stats: Stats,
@@ -87,8 +90,8 @@ struct PhotonWorker {
 }
 
 impl PhotonWorker {
-    fn new() -> Self {
-        Self { batch: PhotonBatch::new(), out: Binned::new(), segments: 0, deposits: 0 }
+    fn new(chunks: &Arc<Chunks>) -> Self {
+        Self { batch: PhotonBatch::new(), out: Binned::new(chunks), segments: 0, deposits: 0 }
     }
 }
 
@@ -133,6 +136,7 @@ impl<'a> Sppm<'a> {
             sorted: Sorted::new(),
             camera_workers: Pool::new(),
             photon_workers: Pool::new(),
+            chunks: Arc::new(Pool::new()),
             prepared: (!moves).then(|| Prepared::new(scene.at(0.0))),
             stats: Stats::default(),
             has_long_joins: None,
@@ -205,12 +209,12 @@ impl<'a> Sppm<'a> {
         while next < total && deposits < at_once as usize {
             let end = total.min(next.saturating_add(most));
             let jobs: Vec<u32> = (next..end).step_by(PHOTONS_PER_JOB as usize).collect();
-            let workers = &self.photon_workers;
+            let (workers, chunks) = (&self.photon_workers, &self.chunks);
             jobs.into_par_iter().for_each(|start| {
                 if stop.is_requested() {
                     return;
                 }
-                let mut worker = workers.take(PhotonWorker::new);
+                let mut worker = workers.take(|| PhotonWorker::new(chunks));
                 let photons = start..end.min(start.saturating_add(PHOTONS_PER_JOB));
                 let (batch, out) = (&mut worker.batch, &mut worker.out);
                 let counts = dispatch(lanes, PhotonJob { pass, batch, photons, out });
@@ -332,7 +336,7 @@ impl<'a> Sppm<'a> {
         let pixels =
             size_of_val(&self.pixels[..]) + size_of_val(&self.rows[..]) + size_of_val(&self.sums[..]);
         let bins: usize = self.photon_workers.all().iter().map(|worker| worker.out.bytes()).sum();
-        pixels + self.sorted.bytes() + bins
+        pixels + self.sorted.bytes() + bins + bytes_at_rest(&self.chunks)
     }
 
     /// A value of every pixel, row by row.

@@ -3,13 +3,24 @@
 //! Deposits are thrown into [`BINS`] bins by the top bits of their bucket as they come, and each bin is then
 //! put in order by counting. Both steps write to few places at a time, where one sort of all would scatter over
 //! megabytes; and the bins are the units of parallel work.
+//!
+//! Bins are lists of chunks out of one pool: which thread deposits how much differs from iteration to iteration, and
+//! what grew with each thread's largest share would grow as long as the render lasts.
 
 use super::cells::Cells;
 use crate::lanes::{MOST_LANES, Row};
+use crate::pool::Pool;
 use rayon::prelude::*;
+use std::array;
+use std::iter::once;
+use std::mem::{replace, size_of};
+use std::sync::Arc;
 
 /// Number of bins.
 pub(crate) const BINS: usize = 64;
+
+/// A share of the deposits: room for so many more is kept.
+pub(crate) const MARGIN: usize = 16;
 
 /// The bit of a record's surface that says: for any visible point on that sphere within the largest radius, the
 /// photon arrives on the visible side.
@@ -21,18 +32,35 @@ pub(crate) type Record = Row;
 /// Where a photon comes from; the last word is unused.
 pub(crate) type Direction = [f32; 4];
 
+/// Deposits of a chunk: 12 KiB. The pool is locked once for so many, and every thread holds [`BINS`] chunks.
+const CHUNK: usize = 256;
+
+/// Room for some deposits.
+pub(crate) struct Chunk {
+    records: [Record; CHUNK],
+    directions: [Direction; CHUNK],
+}
+
+/// Bytes of empty bins.
+pub(crate) const BYTES_OF_BINS: usize = BINS * size_of::<Chunk>();
+
+/// Chunks at rest, shared by all that bin for one render.
+pub(crate) type Chunks = Pool<Box<Chunk>>;
+
 /// The deposits of some photons, in bins.
 pub(crate) struct Binned {
-    bins: Vec<Bin>,
+    bins: Box<[Bin; BINS]>,
+    chunks: Arc<Chunks>,
     /// How many there are.
     pub(crate) count: usize,
 }
 
 /// Deposits in no particular order, and the directions that belong to them.
-#[derive(Clone, Default)]
 struct Bin {
-    records: Vec<Record>,
-    directions: Vec<Direction>,
+    /// The chunk that is being filled, and how far it is. It stays when the bin is emptied.
+    open: Box<Chunk>,
+    used: usize,
+    full: Vec<Box<Chunk>>,
 }
 
 /// The deposits of all photons, in order of their buckets.
@@ -45,17 +73,47 @@ pub(crate) struct Sorted {
     pub(crate) starts: Vec<u32>,
 }
 
-impl Binned {
-    pub(crate) fn new() -> Self {
-        Self { bins: vec![Bin::default(); BINS], count: 0 }
+impl Chunk {
+    fn new() -> Box<Self> {
+        Box::new(Self { records: [Row::default(); CHUNK], directions: [[0.0; 4]; CHUNK] })
     }
 
-    /// Forgets all deposits and keeps the memory.
+    /// The first `count` deposits.
+    fn first(&self, count: usize) -> (&[Record], &[Direction]) {
+        (&self.records[..count], &self.directions[..count])
+    }
+}
+
+impl Bin {
+    /// Another chunk to fill, in the place of a full one.
+    #[cold]
+    #[inline(never)]
+    fn go_on(&mut self, chunks: &Chunks) {
+        self.full.push(replace(&mut self.open, chunks.take(Chunk::new)));
+        self.used = 0;
+    }
+
+    fn count(&self) -> usize {
+        self.full.len() * CHUNK + self.used
+    }
+
+    /// The deposits, chunk by chunk.
+    fn runs(&self) -> impl Iterator<Item = (&[Record], &[Direction])> {
+        self.full.iter().map(|chunk| chunk.first(CHUNK)).chain(once(self.open.first(self.used)))
+    }
+}
+
+impl Binned {
+    /// Empty bins that take their chunks from `chunks`.
+    pub(crate) fn new(chunks: &Arc<Chunks>) -> Self {
+        let bin = |_| Bin { open: chunks.take(Chunk::new), used: 0, full: Vec::new() };
+        Self { bins: Box::new(array::from_fn(bin)), chunks: Arc::clone(chunks), count: 0 }
+    }
+
+    /// Forgets all deposits, and gives back all chunks but one per bin.
     pub(crate) fn clear(&mut self) {
-        for bin in &mut self.bins {
-            bin.records.clear();
-            bin.directions.clear();
-        }
+        self.chunks.put_all(self.bins.iter_mut().flat_map(|bin| bin.full.drain(..)));
+        self.bins.iter_mut().for_each(|bin| bin.used = 0);
         self.count = 0;
     }
 
@@ -63,16 +121,25 @@ impl Binned {
     #[inline(always)]
     pub(crate) fn push(&mut self, record: Record, direction: Direction, shift: u32) {
         let bin = &mut self.bins[(record.0[7].to_bits() >> shift) as usize & (BINS - 1)];
-        bin.records.push(record);
-        bin.directions.push(direction);
+        if bin.used == CHUNK {
+            bin.go_on(&self.chunks);
+        }
+        let place = bin.used % CHUNK; // it is less, but the compiler does not know
+        bin.open.records[place] = record;
+        bin.open.directions[place] = direction;
+        bin.used += 1;
         self.count += 1;
     }
 
     /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        let each = size_of::<Record>() + size_of::<Direction>();
-        self.bins.iter().map(|bin| bin.records.capacity() * each).sum()
+        BYTES_OF_BINS + self.bins.iter().map(|bin| bin.full.len() * size_of::<Chunk>()).sum::<usize>()
     }
+}
+
+/// Bytes of all chunks at rest.
+pub(crate) fn bytes_at_rest(chunks: &Chunks) -> usize {
+    chunks.count() * size_of::<Chunk>()
 }
 
 /// What takes a bucket of `cells` to its bin.
@@ -98,15 +165,15 @@ impl Sorted {
     /// Sorts the deposits of `parts`.
     pub(crate) fn fill(&mut self, parts: &[&Binned], cells: Cells) {
         let total: usize = parts.iter().map(|part| part.count).sum();
-        self.records.resize(total + MOST_LANES, Row::default());
-        self.directions.resize(total + MOST_LANES, [0.0; 4]);
+        resize(&mut self.records, total + MOST_LANES, Row::default());
+        resize(&mut self.directions, total + MOST_LANES, [0.0; 4]);
         self.starts.resize(cells.mask as usize + 2, 0);
         let buckets = self.starts.len() / BINS;
         let mut work = Vec::with_capacity(BINS);
         let (mut records, mut directions) = (&mut self.records[..], &mut self.directions[..]);
         let mut first = 0;
         for (bin, starts) in self.starts[..buckets * BINS].chunks_mut(buckets).enumerate() {
-            let count = parts.iter().map(|part| part.bins[bin].records.len()).sum();
+            let count = parts.iter().map(|part| part.bins[bin].count()).sum();
             let (mine, rest) = records.split_at_mut(count);
             let (my_directions, rest_directions) = directions.split_at_mut(count);
             (records, directions) = (rest, rest_directions);
@@ -119,8 +186,19 @@ impl Sorted {
 
     /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&self.records[..]) + size_of_val(&self.directions[..]) + size_of_val(&self.starts[..])
+        self.records.capacity() * size_of::<Record>()
+            + self.directions.capacity() * size_of::<Direction>()
+            + size_of_val(&self.starts[..])
     }
+}
+
+/// Like [`Vec::resize`], but where it must grow, by little: iterations differ in their deposits by some percent.
+fn resize<T: Copy>(values: &mut Vec<T>, count: usize, value: T) {
+    if count > values.capacity() {
+        values.clear();
+        values.reserve_exact(count + count / MARGIN);
+    }
+    values.resize(count, value);
 }
 
 /// A bin to be sorted into its part of the output.
@@ -134,22 +212,28 @@ struct BinWork<'a> {
 
 impl BinWork<'_> {
     fn sort(self, parts: &[&Binned]) {
-        let bins = || parts.iter().map(|part| &part.bins[self.bin]);
+        let runs = || parts.iter().flat_map(|part| part.bins[self.bin].runs());
         let local = self.starts.len() as u32 - 1;
         let bucket = |record: &Record| (record.0[7].to_bits() & local) as usize;
         self.starts.fill(0);
-        bins().flat_map(|bin| &bin.records).for_each(|record| self.starts[bucket(record)] += 1);
+        for (records, _) in runs() {
+            for record in records {
+                self.starts[bucket(record)] += 1;
+            }
+        }
         let mut end = 0;
         for start in self.starts.iter_mut() {
             end += *start;
             *start = end;
         }
         // Filled from the back, each bucket's end becomes its start.
-        for (record, direction) in bins().flat_map(|bin| bin.records.iter().zip(&bin.directions)) {
-            let place = &mut self.starts[bucket(record)];
-            *place -= 1;
-            self.records[*place as usize] = *record;
-            self.directions[*place as usize] = *direction;
+        for (records, directions) in runs() {
+            for (record, direction) in records.iter().zip(directions) {
+                let place = &mut self.starts[bucket(record)];
+                *place -= 1;
+                self.records[*place as usize] = *record;
+                self.directions[*place as usize] = *direction;
+            }
         }
         self.starts.iter_mut().for_each(|start| *start += self.first);
     }
