@@ -172,6 +172,12 @@ impl Watch<'_> {
         keeper.save(engine, self.estimate.past())
     }
 
+    /// The same for the last time, where there is room for it.
+    fn save_somewhere(&mut self, engine: &dyn Resumable) -> Result<(), scene::atomic_file::FileError> {
+        let Some(keeper) = &mut self.keeper else { return Ok(()) };
+        keeper.save_somewhere(engine, self.estimate.past())
+    }
+
     fn metadata(&self, engine: &dyn Resumable) -> Metadata {
         let (job, done) = (self.job, engine.iterations());
         // An image is what so many iterations make, whatever was asked for.
@@ -206,7 +212,7 @@ impl Watch<'_> {
             return Err(Error::Interrupted(signal, what.into()));
         }
         // The checkpoint first: the image follows from it.
-        let unsaved = signal.and_then(|_| self.save(engine).err());
+        let unsaved = signal.and_then(|_| self.save_somewhere(engine).err());
         let shown = self.shown(engine)?;
         let report = self.report(engine, conclusion);
         let written = self.job.outputs.write(&shown, &report).map_err(|error| self.lament(engine, error))?;
@@ -217,8 +223,8 @@ impl Watch<'_> {
                 MAX_ITERATIONS => iterations,
                 all => format!("{done} of {}", counted(all, "iteration")),
             };
-            let next =
-                unsaved.map_or_else(|| self.how_to_go_on().unwrap_or_default(), |error| format!("; {error}"));
+            let unsaved = unsaved.map_or(String::new(), |error| format!("; {error}"));
+            let next = unsaved + &self.how_to_go_on().unwrap_or_default();
             return Err(Error::Interrupted(
                 signal,
                 format!("wrote {written} after {all} in {seconds}{next}"),
@@ -250,7 +256,7 @@ impl Watch<'_> {
     fn lament(&mut self, engine: &dyn Resumable, error: Error) -> Error {
         let Error::Failed(problem) = error else { return error };
         // Where neither can be written, the last checkpoint is what is left.
-        let _ = self.save(engine);
+        let _ = self.save_somewhere(engine);
         let elsewhere =
             self.how_to_go_on().map_or(String::new(), |how| format!("{how}, by -o to another image"));
         Error::Failed(format!("{problem}{elsewhere}"))

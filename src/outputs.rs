@@ -301,7 +301,7 @@ fn identity(path: &Path) -> PathBuf {
 
 /// Writes what should have become `path` beside it or, failing that, into the folder for temporary files; tells
 /// where. Overwrites nothing.
-fn rescue(path: &Path, write: impl Fn(&Path) -> Result<(), FileError>) -> Option<PathBuf> {
+pub(crate) fn rescue(path: &Path, write: impl Fn(&Path) -> Result<(), FileError>) -> Option<PathBuf> {
     let mut name = path.file_stem().unwrap_or(OsStr::new("image")).to_owned();
     name.push(format!("-rescued-{}.", std::process::id()));
     name.push(path.extension().unwrap_or(OsStr::new("json")));

@@ -28,6 +28,14 @@ impl<T> Pool<T> {
         self.lock().extend(buffers);
     }
 
+    /// Makes sure that so many are at rest.
+    pub(crate) fn fill(&self, count: usize, new: impl Fn() -> T) {
+        let mut rested = self.lock();
+        while rested.len() < count {
+            rested.push(new());
+        }
+    }
+
     /// How many are at rest.
     pub(crate) fn count(&self) -> usize {
         self.lock().len()

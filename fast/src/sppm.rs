@@ -8,7 +8,7 @@ use crate::consolidate::{consolidate_group, develop, new_pixel};
 use crate::direct_light::LightTable;
 use crate::dispatch::{Kernel, LaneKind, dispatch};
 use crate::join::cells::{Cells, WINDOW};
-use crate::join::deposits::{Binned, Chunks, Sorted, bytes_at_rest};
+use crate::join::deposits::{Binned, Chunks, Sorted, bytes_at_rest, reserve};
 use crate::join::gather::Sums;
 use crate::join::occupancy::Occupancy;
 use crate::join::{GROUP, JoinCounts, gather_group, mark};
@@ -17,6 +17,7 @@ use crate::paths::BATCH;
 use crate::photon_pass::{Emitters, PhotonBatch, PhotonCounts, PhotonPass, emission_shifts};
 use crate::pool::Pool;
 use crate::tables::Tables;
+use rayon::current_num_threads;
 use rayon::prelude::*;
 use scene::{Engine, Film, Plane, Resumable, Scene, Settings, Stats, Still, Stop, Vec3};
 use std::mem::take;
@@ -174,6 +175,7 @@ impl<'a> Sppm<'a> {
         let jobs =
             self.rows.par_chunks_mut(PIXELS_PER_JOB).zip(pixels.par_chunks(PIXELS_PER_JOB)).enumerate();
         let workers = &self.camera_workers;
+        workers.fill(jobs.len().min(current_num_threads()), CameraWorker::new);
         jobs.for_each(|(job, (rows, pixels))| {
             if stop.is_requested() {
                 return;
@@ -210,6 +212,7 @@ impl<'a> Sppm<'a> {
             let end = total.min(next.saturating_add(most));
             let jobs: Vec<u32> = (next..end).step_by(PHOTONS_PER_JOB as usize).collect();
             let (workers, chunks) = (&self.photon_workers, &self.chunks);
+            workers.fill(jobs.len().min(current_num_threads()), || PhotonWorker::new(chunks));
             jobs.into_par_iter().for_each(|start| {
                 if stop.is_requested() {
                     return;
@@ -238,15 +241,17 @@ impl<'a> Sppm<'a> {
         let workers = self.photon_workers.all();
         let parts: Vec<&Binned> = workers.iter().map(|worker| &worker.out).collect();
         self.sorted.fill(&parts, cells);
+        let deposits = parts.iter().map(|part| part.count).sum();
         for worker in workers {
             worker.out.clear();
         }
+        reserve(&self.chunks, deposits);
     }
 
     /// Joins the sorted deposits with all visible points; on the last round of the iteration, consolidates.
     /// `None` if stopped, with no pixel touched.
     fn join(&mut self, cells: Cells, is_last: bool, nominal: f32, stop: &Stop) -> Option<()> {
-        let is_long = self.has_long_joins.unwrap_or(self.sorted.records.len() > MANY_DEPOSITS);
+        let is_long = self.has_long_joins.unwrap_or(self.sorted.count() > MANY_DEPOSITS);
         if is_last && !is_long {
             self.join_round(cells, true, nominal, &Stop::new());
             return Some(());

@@ -20,7 +20,7 @@ use std::sync::Arc;
 pub(crate) const BINS: usize = 64;
 
 /// A share of the deposits: room for so many more is kept.
-pub(crate) const MARGIN: usize = 16;
+const MARGIN: u64 = 16;
 
 /// The bit of a record's surface that says: for any visible point on that sphere within the largest radius, the
 /// photon arrives on the visible side.
@@ -65,7 +65,7 @@ struct Bin {
 
 /// The deposits of all photons, in order of their buckets.
 pub(crate) struct Sorted {
-    /// Records, followed by room for vectors that read past the end.
+    /// Records, followed by room for more, and for vectors that read past the end.
     pub(crate) records: Vec<Record>,
     /// Directions, in the order of the records.
     pub(crate) directions: Vec<Direction>,
@@ -137,6 +137,12 @@ impl Binned {
     }
 }
 
+/// Makes sure that as many deposits as these, and some more, find chunks at rest, whichever bins they go to: so the
+/// first round takes what all later ones will need.
+pub(crate) fn reserve(chunks: &Chunks, deposits: usize) {
+    chunks.fill((with_margin(deposits as u64) as usize).div_ceil(CHUNK), Chunk::new);
+}
+
 /// Bytes of all chunks at rest.
 pub(crate) fn bytes_at_rest(chunks: &Chunks) -> usize {
     chunks.count() * size_of::<Chunk>()
@@ -165,8 +171,8 @@ impl Sorted {
     /// Sorts the deposits of `parts`.
     pub(crate) fn fill(&mut self, parts: &[&Binned], cells: Cells) {
         let total: usize = parts.iter().map(|part| part.count).sum();
-        resize(&mut self.records, total + MOST_LANES, Row::default());
-        resize(&mut self.directions, total + MOST_LANES, [0.0; 4]);
+        make_room(&mut self.records, total + MOST_LANES, Row::default());
+        make_room(&mut self.directions, total + MOST_LANES, [0.0; 4]);
         self.starts.resize(cells.mask as usize + 2, 0);
         let buckets = self.starts.len() / BINS;
         let mut work = Vec::with_capacity(BINS);
@@ -186,19 +192,23 @@ impl Sorted {
 
     /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        self.records.capacity() * size_of::<Record>()
-            + self.directions.capacity() * size_of::<Direction>()
-            + size_of_val(&self.starts[..])
+        size_of_val(&self.records[..]) + size_of_val(&self.directions[..]) + size_of_val(&self.starts[..])
     }
 }
 
-/// Like [`Vec::resize`], but where it must grow, by little: iterations differ in their deposits by some percent.
-fn resize<T: Copy>(values: &mut Vec<T>, count: usize, value: T) {
-    if count > values.capacity() {
+/// Lengthens `values` if they are fewer than `count`.
+fn make_room<T: Copy>(values: &mut Vec<T>, count: usize, value: T) {
+    if count > values.len() {
+        let room = with_margin(count as u64) as usize;
         values.clear();
-        values.reserve_exact(count + count / MARGIN);
+        values.reserve_exact(room);
+        values.resize(room, value);
     }
-    values.resize(count, value);
+}
+
+/// What is held for so many deposits: iterations differ by some percent.
+pub(crate) fn with_margin(deposits: u64) -> u64 {
+    deposits + deposits / MARGIN
 }
 
 /// A bin to be sorted into its part of the output.

@@ -3,7 +3,7 @@
 use super::{PHOTONS_PER_JOB, Sppm};
 use crate::camera_pass::{PixelRows, slots};
 use crate::join::GROUP;
-use crate::join::deposits::{BYTES_OF_BINS, Direction, MARGIN, Record};
+use crate::join::deposits::{BYTES_OF_BINS, Direction, Record, with_margin};
 use crate::join::gather::Sums;
 use crate::lanes::Row;
 use scene::Settings;
@@ -24,9 +24,8 @@ impl Sppm<'_> {
         let all = u64::from(settings.photons_per_iteration) * bounces;
         let round = 2 * u64::from(deposits_at_once) + u64::from(PHOTONS_PER_JOB) * bounces;
         let each = (size_of::<Record>() + size_of::<Direction>()) as u64;
-        // Once in the bins' chunks, and once sorted, with some room to spare.
-        let deposits = all.min(round);
-        let deposits = (2 * deposits + deposits / MARGIN as u64) * each;
+        // Once in the bins' chunks, and once sorted.
+        let deposits = 2 * with_margin(all.min(round)) * each;
         let buckets = u64::from(settings.photons_per_iteration).next_power_of_two().clamp(1 << 12, 1 << 22);
         pixels
             + deposits
