@@ -30,6 +30,7 @@ impl Sppm<'_> {
         pixels
             + deposits
             + 4 * buckets
+            + buckets / 8
             + threads as u64 * (BYTES_PER_THREAD + BYTES_OF_BINS as u64)
             + spheres as u64 * BYTES_PER_SPHERE
     }
