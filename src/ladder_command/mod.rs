@@ -1,9 +1,9 @@
 //! The command `ladder`: the rows of the ladder side by side.
 
 pub(crate) mod args;
-mod cases;
+pub(crate) mod cases;
 mod measure;
-mod plots;
+pub(crate) mod plots;
 mod records;
 
 use crate::error::Error;

@@ -10,7 +10,7 @@ use std::io::Write;
 use std::path::Path;
 
 const SIZE: (u32, u32) = (900, 560);
-type Drawn = Result<(), Box<dyn std::error::Error>>;
+pub(crate) type Drawn = Result<(), Box<dyn std::error::Error>>;
 /// A pass and its seconds.
 type PassTime = (&'static str, fn(&Stats) -> f64);
 
@@ -41,8 +41,8 @@ pub(super) fn write(folder: &Path, measured: &Measured) -> Result<(), Error> {
     Ok(())
 }
 
-/// Draws into a string and writes that to `name`.svg.
-fn save(
+/// Draws into a string and writes that to `name`.svg in `folder`.
+pub(crate) fn save(
     folder: &Path,
     name: &str,
     draw: impl FnOnce(&DrawingArea<SVGBackend, plotters::coord::Shift>) -> Drawn,
