@@ -8,6 +8,7 @@
 use crate::hierarchy::{BLOCKED, Rays, Scratch};
 use crate::intersect::{RayLanes, from_either_side, from_inside, occluded};
 use crate::lanes::{Lanes, MOST_LANES, Row};
+use crate::light_choice::LightChoice;
 use crate::paths::{Floats, ROOM, Vectors, Words};
 use crate::sampling::{cosine_hemisphere, uniform_cone};
 use crate::tables::{Shape, Tables, shape};
@@ -18,7 +19,8 @@ use std::f32::consts::PI;
 /// The lights as lanes fetch them: centre, squared radius, radiance over probability, and sphere.
 pub(crate) struct LightTable {
     rows: Vec<Row>,
-    pub(crate) cumulative: Vec<f32>,
+    /// How one of them is chosen.
+    pub(crate) choice: LightChoice,
     /// The lights seen from within, which are few: their numbers and shapes.
     shells: Vec<(u32, Shape)>,
 }
@@ -34,7 +36,7 @@ impl LightTable {
         let shells = shells.map(|(number, light)| (number as u32, shape(still, light.sphere)));
         Self {
             rows: still.lights.entries.iter().map(row).collect(),
-            cumulative: still.lights.cumulative.clone(),
+            choice: LightChoice::new(&still.lights.cumulative),
             shells: shells.collect(),
         }
     }
@@ -43,27 +45,6 @@ impl LightTable {
     pub(crate) fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
-}
-
-/// The numbers of the lights that `u` chooses: how many of the cumulative probabilities do not exceed it.
-#[inline(always)]
-pub(crate) fn choose_light<L: Lanes>(cumulative: &[f32], u: L::F) -> L::U {
-    /// Up to so many, all are compared.
-    const FEW: usize = 16;
-    let one = L::u(1);
-    let mut number = L::u(0);
-    if cumulative.len() <= FEW {
-        for c in cumulative {
-            number = L::add_where(L::le(L::f(*c), u), number, one);
-        }
-        return number;
-    }
-    let (mut values, mut numbers) = ([0.0; MOST_LANES], [0; MOST_LANES]);
-    L::store(u, &mut values);
-    for (value, number) in values.iter().zip(&mut numbers).take(L::N) {
-        *number = cumulative.partition_point(|c| c <= value) as u32;
-    }
-    L::load_u(&numbers)
 }
 
 /// The uniform numbers of a shadow ray.
@@ -109,7 +90,7 @@ impl ShadowRays {
     ) {
         let zero = L::f(0.0);
         let &Receivers { live, point, normal, sphere } = to;
-        let number = choose_light::<L>(&lights.cumulative, numbers.choice);
+        let number = lights.choice.choose::<L>(numbers.choice);
         let mut index = [0; MOST_LANES];
         L::store_u(number, &mut index);
         let [cx, cy, cz, r2, er, eg, eb, lamp] = L::gather_rows(&lights.rows, &index);

@@ -44,6 +44,7 @@ mod join;
 #[doc(hidden)]
 pub mod kernels;
 pub mod lanes;
+mod light_choice;
 mod paths;
 mod photon_pass;
 mod pool;

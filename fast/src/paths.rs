@@ -17,16 +17,16 @@ pub(crate) type Floats = [f32; ROOM];
 /// An array of the batch.
 pub(crate) type Words = [u32; ROOM];
 
-/// Three arrays of the batch.
+/// Three arrays, of the batch unless another size is given.
 #[derive(Clone)]
-pub(crate) struct Vectors {
-    pub(crate) x: Floats,
-    pub(crate) y: Floats,
-    pub(crate) z: Floats,
+pub(crate) struct Vectors<const SIZE: usize = ROOM> {
+    pub(crate) x: [f32; SIZE],
+    pub(crate) y: [f32; SIZE],
+    pub(crate) z: [f32; SIZE],
 }
 
-impl Vectors {
-    pub(crate) const ZERO: Self = Self { x: [0.0; ROOM], y: [0.0; ROOM], z: [0.0; ROOM] };
+impl<const SIZE: usize> Vectors<SIZE> {
+    pub(crate) const ZERO: Self = Self { x: [0.0; SIZE], y: [0.0; SIZE], z: [0.0; SIZE] };
 
     #[inline(always)]
     pub(crate) fn load<L: Lanes>(&self, at: usize) -> V3<L> {

@@ -16,12 +16,12 @@
 //! 3. Whether a photon arrives on the visible side is mostly known from its own surface: on the same sphere, within
 //!    reach, normals differ little. Such deposits are marked, and the join skips the test.
 
-use crate::direct_light::choose_light;
 use crate::hierarchy::Scratch;
 use crate::join::cells::Cells;
 use crate::join::deposits::{Binned, SAFE, bin_shift};
 use crate::join::occupancy::Occupancy;
 use crate::lanes::{Lanes, MOST_LANES, Row};
+use crate::light_choice::LightChoice;
 use crate::paths::{BATCH, Packet, Paths, Vectors};
 use crate::sampling::{cosine_hemisphere, next_uniform, stream_state, uniform_sphere, unit_float};
 use crate::scatter::{dielectric, reflect};
@@ -74,6 +74,7 @@ pub(crate) struct PhotonPass<'a> {
     pub(crate) still: &'a Still<'a>,
     pub(crate) tables: &'a Tables,
     pub(crate) emitters: &'a Emitters,
+    pub(crate) lights: &'a LightChoice,
     pub(crate) settings: &'a Settings,
     pub(crate) iteration: u32,
     /// The cells of the join.
@@ -165,7 +166,7 @@ impl PhotonPass<'_> {
         for at in (0..count).step_by(L::N) {
             let start = first + at as u32;
             let u = self.stratified::<L>(start, dimension::LIGHT);
-            let choice = choose_light::<L>(&self.still.lights.cumulative, u);
+            let choice = self.lights.choose::<L>(u);
             let mut index = [0; MOST_LANES];
             L::store_u(choice, &mut index);
             let [cx, cy, cz, radius, r, g, b, lamp] = L::gather_rows(&self.emitters.rows, &index);

@@ -161,6 +161,24 @@ pub(crate) struct Bounds {
     pub(crate) reach: f32,
 }
 
+impl Bounds {
+    /// The bounds of nothing.
+    pub(crate) const EMPTY: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY, reach: 0.0 };
+
+    /// True of the bounds of nothing; else something is within reach.
+    #[inline(always)]
+    pub(crate) fn is_empty(&self) -> bool {
+        self.reach <= 0.0
+    }
+
+    /// The bounds of both, as far as either reaches.
+    #[inline(always)]
+    pub(crate) fn and(&self, other: &Self) -> Self {
+        let (low, high) = (self.low.min(other.low), self.high.max(other.high));
+        Self { low, high, reach: self.reach.max(other.reach) }
+    }
+}
+
 /// Consecutive buckets.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Run {

@@ -4,7 +4,7 @@
 //! put in order by counting. Both steps write to few places at a time, where one sort of all would scatter over
 //! megabytes; and the bins are the units of parallel work.
 
-use super::cells::Cells;
+use super::cells::{Cells, Run, WINDOW};
 use crate::lanes::{MOST_LANES, Row};
 use rayon::prelude::*;
 
@@ -17,6 +17,9 @@ pub(crate) const SAFE: u32 = 1 << 31;
 
 /// A deposit: words point x y z, surface (sphere, and perhaps [`SAFE`]), flux r g b, bucket.
 pub(crate) type Record = Row;
+
+// A run and the bits before it in its byte fit into the two bytes that `Sorted::is_empty` reads.
+const _: () = assert!(WINDOW <= 9);
 
 /// Where a photon comes from; the last word is unused.
 pub(crate) type Direction = [f32; 4];
@@ -37,12 +40,15 @@ struct Bin {
 
 /// The deposits of all photons, in order of their buckets.
 pub(crate) struct Sorted {
-    /// Records, followed by room for vectors that read past the end.
-    pub(crate) records: Vec<Record>,
-    /// Directions, in the order of the records.
-    pub(crate) directions: Vec<Direction>,
+    /// Where they lie, for searching: a column per axis, followed by room for vectors that read past the end.
+    pub(crate) points: [Vec<f32>; 3],
+    /// What they bring, for those that have been found: words surface, flux r g b, direction x y z, bucket.
+    pub(crate) arrivals: Vec<Row>,
     /// The deposits of bucket b are those from `starts[b]` to `starts[b + 1]`.
     pub(crate) starts: Vec<u32>,
+    /// A bit per bucket that has deposits, from the lowest bit of the first byte on; the first byte stands at the end
+    /// once more. Most of what is looked up is empty, and this stays in the cache, where `starts` does not.
+    filled: Vec<u8>,
 }
 
 impl Binned {
@@ -82,7 +88,7 @@ pub(crate) fn bin_shift(cells: Cells) -> u32 {
 
 impl Sorted {
     pub(crate) fn new() -> Self {
-        Self { records: Vec::new(), directions: Vec::new(), starts: Vec::new() }
+        Self { points: Default::default(), arrivals: Vec::new(), starts: Vec::new(), filled: Vec::new() }
     }
 
     /// How many deposits there are.
@@ -93,33 +99,47 @@ impl Sorted {
     /// Forgets all deposits and keeps the memory.
     pub(crate) fn clear(&mut self) {
         self.starts.fill(0);
+        self.filled.fill(0);
     }
 
     /// Sorts the deposits of `parts`.
     pub(crate) fn fill(&mut self, parts: &[&Binned], cells: Cells) {
         let total: usize = parts.iter().map(|part| part.count).sum();
-        self.records.resize(total + MOST_LANES, Row::default());
-        self.directions.resize(total + MOST_LANES, [0.0; 4]);
-        self.starts.resize(cells.mask as usize + 2, 0);
-        let buckets = self.starts.len() / BINS;
+        self.points.iter_mut().for_each(|column| column.resize(total + MOST_LANES, 0.0));
+        self.arrivals.resize(total, Row::default());
+        let buckets = cells.mask as usize + 1;
+        self.starts.resize(buckets + 1, 0);
+        self.filled.resize(buckets / 8 + 1, 0);
+        let mut columns = self.points.each_mut().map(Vec::as_mut_slice);
+        let mut arrivals = &mut self.arrivals[..];
+        let per_bin = buckets / BINS;
+        let places = self.starts[..buckets].chunks_mut(per_bin).zip(self.filled.chunks_mut(per_bin / 8));
         let mut work = Vec::with_capacity(BINS);
-        let (mut records, mut directions) = (&mut self.records[..], &mut self.directions[..]);
         let mut first = 0;
-        for (bin, starts) in self.starts[..buckets * BINS].chunks_mut(buckets).enumerate() {
+        for (bin, (starts, filled)) in places.enumerate() {
             let count = parts.iter().map(|part| part.bins[bin].records.len()).sum();
-            let (mine, rest) = records.split_at_mut(count);
-            let (my_directions, rest_directions) = directions.split_at_mut(count);
-            (records, directions) = (rest, rest_directions);
-            work.push(BinWork { bin, first, records: mine, directions: my_directions, starts });
+            let points = columns.each_mut().map(|column| column.split_off_mut(..count).unwrap_or_default());
+            let mine = arrivals.split_off_mut(..count).unwrap_or_default();
+            work.push(BinWork { bin, first, points, arrivals: mine, starts, filled });
             first += count as u32;
         }
         work.into_par_iter().for_each(|bin| bin.sort(parts));
-        self.starts[buckets * BINS] = total as u32;
+        self.starts[buckets] = total as u32;
+        self.filled[buckets / 8] = self.filled[0];
+    }
+
+    /// True if some buckets, in which the last is followed by the first, have no deposits.
+    #[inline(always)]
+    pub(crate) fn is_empty(&self, run: Run) -> bool {
+        let byte = run.bucket as usize / 8;
+        let bits = u32::from(self.filled[byte]) | u32::from(self.filled[byte + 1]) << 8;
+        (bits >> (run.bucket % 8)) & ((1 << run.length) - 1) == 0
     }
 
     /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&self.records[..]) + size_of_val(&self.directions[..]) + size_of_val(&self.starts[..])
+        let points: usize = self.points.iter().map(|column| size_of_val(&column[..])).sum();
+        points + size_of_val(&self.arrivals[..]) + size_of_val(&self.starts[..]) + self.filled.len()
     }
 }
 
@@ -127,9 +147,10 @@ impl Sorted {
 struct BinWork<'a> {
     bin: usize,
     first: u32,
-    records: &'a mut [Record],
-    directions: &'a mut [Direction],
+    points: [&'a mut [f32]; 3],
+    arrivals: &'a mut [Row],
     starts: &'a mut [u32],
+    filled: &'a mut [u8],
 }
 
 impl BinWork<'_> {
@@ -140,16 +161,23 @@ impl BinWork<'_> {
         self.starts.fill(0);
         bins().flat_map(|bin| &bin.records).for_each(|record| self.starts[bucket(record)] += 1);
         let mut end = 0;
-        for start in self.starts.iter_mut() {
-            end += *start;
-            *start = end;
+        for (starts, filled) in self.starts.chunks_mut(8).zip(self.filled) {
+            *filled = 0;
+            for (k, start) in starts.iter_mut().enumerate() {
+                *filled |= u8::from(*start > 0) << k;
+                end += *start;
+                *start = end;
+            }
         }
+        let [xs, ys, zs] = self.points;
         // Filled from the back, each bucket's end becomes its start.
         for (record, direction) in bins().flat_map(|bin| bin.records.iter().zip(&bin.directions)) {
-            let place = &mut self.starts[bucket(record)];
-            *place -= 1;
-            self.records[*place as usize] = *record;
-            self.directions[*place as usize] = *direction;
+            let start = &mut self.starts[bucket(record)];
+            *start -= 1;
+            let place = *start as usize;
+            let ([x, y, z, surface, r, g, b, number], [wx, wy, wz, _]) = (record.0, *direction);
+            (xs[place], ys[place], zs[place]) = (x, y, z);
+            self.arrivals[place] = Row([surface, r, g, b, wx, wy, wz, number]);
         }
         self.starts.iter_mut().for_each(|start| *start += self.first);
     }

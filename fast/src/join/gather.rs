@@ -1,10 +1,11 @@
 //! The two loops of the join: many points against one photon, and one point against many photons.
 
-use super::cells::Run;
+use super::cells::{Bounds, Query, Run, WINDOW};
 use super::deposits::{SAFE, Sorted};
 use super::{GROUP, JoinCounts, safe_surface};
 use crate::camera_pass::PixelRows;
-use crate::lanes::{Lanes, MOST_LANES, Row};
+use crate::lanes::{Lanes, MOST_LANES, Row, prefetch};
+use crate::paths::Vectors;
 use crate::vec3::V3;
 use scene::Vec3;
 use scene::ray::NO_SPHERE;
@@ -22,22 +23,51 @@ pub(crate) struct Sums {
     pub(crate) flux: [[u64; GROUP]; 3],
 }
 
-/// The sums of one pixel.
-pub(crate) struct LaneSums<'a> {
-    sums: &'a mut Sums,
-    lane: usize,
+/// The photons that a query is to look at, as ranges of the sorted deposits.
+pub(crate) struct Runs {
+    ranges: [(u32, u32); Self::MOST],
+    count: usize,
 }
 
-impl Sums {
-    pub(crate) fn lane(&mut self, lane: usize) -> LaneSums<'_> {
-        LaneSums { sums: self, lane }
+impl Runs {
+    /// A row of cells is one run, or two where the last bucket is passed.
+    const MOST: usize = 2 * (WINDOW * WINDOW) as usize;
+
+    pub(crate) fn new() -> Self {
+        Self { ranges: [(0, 0); Self::MOST], count: 0 }
+    }
+
+    /// Looks up a query. What is found is asked for at once: memory answers while the other rows are looked up.
+    #[inline(always)]
+    pub(crate) fn look_up<L: Lanes>(&mut self, sorted: &Sorted, query: &Query<L>) {
+        self.count = 0;
+        for z in query.slabs() {
+            let mut rows = query.rows(z);
+            while let Some(row) = rows.next() {
+                if sorted.is_empty(row) {
+                    continue;
+                }
+                for Range { start, end } in sorted.photons(row) {
+                    if start < end {
+                        sorted.points.iter().for_each(|column| prefetch(column, start));
+                        self.ranges[self.count] = (start as u32, end as u32);
+                        self.count += 1;
+                    }
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn range(&self, k: usize) -> Range<usize> {
+        self.ranges[k].0 as usize..self.ranges[k].1 as usize
     }
 }
 
 impl Sorted {
     /// The photons of some buckets: in two ranges, where the last bucket is passed.
     #[inline(always)]
-    pub(crate) fn photons(&self, run: Run) -> [Range<usize>; 2] {
+    fn photons(&self, run: Run) -> [Range<usize>; 2] {
         let buckets = self.starts.len() - 1;
         let (first, end) = (run.bucket as usize, run.bucket as usize + run.length as usize);
         let start = |bucket: usize| self.starts[bucket] as usize;
@@ -47,57 +77,142 @@ impl Sorted {
             [start(first)..start(buckets), 0..start(end - buckets)]
         }
     }
+
+    /// Photons from `at` on, as lanes.
+    #[inline(always)]
+    fn load_points<L: Lanes>(&self, at: usize) -> V3<L> {
+        let [xs, ys, zs] = &self.points;
+        V3::new(L::load(&xs[at..]), L::load(&ys[at..]), L::load(&zs[at..]))
+    }
+
+    /// Asks for what `L::N` photons from `at` on bring.
+    #[inline(always)]
+    fn prefetch_arrivals<L: Lanes>(&self, at: usize) {
+        /// Two rows share a cache line.
+        const STEP: usize = 2;
+        for k in (0..L::N).step_by(STEP) {
+            prefetch(&self.arrivals, at + k);
+        }
+    }
 }
 
-/// The visible points of a group as lanes: one vector of 16, or two of 8.
-pub(crate) struct Group<L: Lanes> {
-    parts: [Part<L>; 2],
-    /// The surface whose photons need no test of the side: that of all points, if they share one.
-    safe: u32,
+/// What gathering needs, kept from group to group.
+pub(crate) struct Scratch {
+    pub(crate) runs: Runs,
+    found: [Found; 2],
 }
 
+impl Scratch {
+    pub(crate) fn new() -> Self {
+        Self { runs: Runs::new(), found: [Found::new(), Found::new()] }
+    }
+}
+
+/// So many photons are found before they are tested; no more than [`FLUSH`].
+const MOST_FOUND: usize = 1024;
+/// Room for what vectors write past the end.
+const FOUND_ROOM: usize = MOST_FOUND + MOST_LANES;
+
+/// Photons that may count at some point of a part of a group.
+struct Found {
+    points: Box<Vectors<FOUND_ROOM>>,
+    indices: Box<[u32; FOUND_ROOM]>,
+    count: usize,
+}
+
+impl Found {
+    fn new() -> Self {
+        Self { points: Box::new(Vectors::ZERO), indices: Box::new([0; FOUND_ROOM]), count: 0 }
+    }
+
+    /// Takes the lanes `near` of photons `from` on, which lie at `p`.
+    #[inline(always)]
+    fn append<L: Lanes>(&mut self, near: L::M, p: V3<L>, from: usize) {
+        self.points.compress(near, p, self.count);
+        self.append_indices::<L>(near, from);
+    }
+
+    /// The same, but not where they lie.
+    #[inline(always)]
+    fn append_indices<L: Lanes>(&mut self, near: L::M, from: usize) {
+        L::compress_u(near, L::u(from as u32) + L::iota(), &mut self.indices[self.count..]);
+        self.count += L::mask_bits(near).count_ones() as usize;
+    }
+}
+
+/// The sphere of search around all points of a part: nothing outside counts at any of them.
+///
+/// With the box's distance from a photon instead of a point's, each difference, square and sum is of terms no larger
+/// than before, and rounding keeps that order: so what this refuses the test of the points refuses, bit for bit.
+#[derive(Clone, Copy)]
+struct Around<L: Lanes> {
+    low: V3<L>,
+    high: V3<L>,
+    reach_squared: L::F,
+}
+
+impl<L: Lanes> Around<L> {
+    #[inline(always)]
+    fn new(bounds: &Bounds) -> Self {
+        // The reach has been widened by more than its square may be rounded by.
+        let reach_squared = L::f(bounds.reach * bounds.reach);
+        Self { low: V3::splat(bounds.low), high: V3::splat(bounds.high), reach_squared }
+    }
+
+    #[inline(always)]
+    fn contains(&self, p: V3<L>) -> L::M {
+        let (below, above, zero) = (self.low - p, p - self.high, L::f(0.0));
+        let d = V3::<L>::new(
+            L::max(L::max(below.x, above.x), zero),
+            L::max(L::max(below.y, above.y), zero),
+            L::max(L::max(below.z, above.z), zero),
+        );
+        L::lt(d.dot(d), self.reach_squared)
+    }
+}
+
+/// As many visible points of a group as there are lanes.
 #[derive(Clone, Copy)]
 struct Part<L: Lanes> {
     point: V3<L>,
     normal: V3<L>,
-    /// The surface whose photons need no test of the side.
-    safe: L::U,
     /// Squared radius; negative where there is no point, so that nothing is nearer.
     radius_squared: L::F,
-}
-
-impl<L: Lanes> Group<L> {
-    /// How many vectors a group takes.
-    const PARTS: usize = GROUP / L::N;
-
-    #[inline(always)]
-    pub(crate) fn new(rows: &[PixelRows], pixels: &[Row]) -> Self {
-        let mut shared = NO_SPHERE;
-        let mut is_shared = true;
-        for row in &rows[..GROUP] {
-            let sphere = row.visible.0[3].to_bits();
-            is_shared &= sphere == NO_SPHERE || shared == NO_SPHERE || sphere == shared;
-            shared = if sphere == NO_SPHERE { shared } else { sphere };
-        }
-        let safe = if is_shared { safe_surface(shared) } else { NO_SPHERE };
-        Self {
-            parts: [Part::new(rows, pixels), Part::new(&rows[GROUP - L::N..], &pixels[GROUP - L::N..])],
-            safe,
-        }
-    }
+    /// The surface whose photons need no test of the side, per point.
+    safe: L::U,
+    /// The same of all points, if they share one; else [`NO_SPHERE`].
+    shared: u32,
+    around: Around<L>,
 }
 
 impl<L: Lanes> Part<L> {
-    /// The first `L::N` pixels.
+    /// The first `L::N` pixels, which have these bounds.
     #[inline(always)]
-    fn new(rows: &[PixelRows], pixels: &[Row]) -> Self {
+    fn new(rows: &[PixelRows], pixels: &[Row], bounds: &Bounds) -> Self {
         let ([x, y, z, sphere, ..], [nx, ny, nz, ..]) = load_pixel_rows::<L>(rows);
         let [.., radius_squared] = L::load_rows(pixels);
         let is_nothing = L::eq(L::bits(sphere), L::u(NO_SPHERE));
-        let radius_squared = L::select(is_nothing, L::f(-1.0), radius_squared);
-        let safe = L::bits(sphere) | L::u(SAFE);
-        Self { point: V3::new(x, y, z), normal: V3::new(nx, ny, nz), safe, radius_squared }
+        Self {
+            point: V3::new(x, y, z),
+            normal: V3::new(nx, ny, nz),
+            radius_squared: L::select(is_nothing, L::f(-1.0), radius_squared),
+            safe: L::bits(sphere) | L::u(SAFE),
+            shared: shared_safe_surface(&rows[..L::N]),
+            around: Around::new(bounds),
+        }
     }
+}
+
+/// The surface whose photons need no test of the side at any pixel that sees something; [`NO_SPHERE`] if there is none.
+#[inline(always)]
+fn shared_safe_surface(rows: &[PixelRows]) -> u32 {
+    let (mut shared, mut is_shared) = (NO_SPHERE, true);
+    for row in rows {
+        let sphere = row.visible.0[3].to_bits();
+        is_shared &= sphere == NO_SPHERE || shared == NO_SPHERE || sphere == shared;
+        shared = if sphere == NO_SPHERE { shared } else { sphere };
+    }
+    if is_shared { safe_surface(shared) } else { NO_SPHERE }
 }
 
 /// The two rows of `L::N` pixels, as columns.
@@ -113,150 +228,196 @@ pub(crate) fn load_pixel_rows<L: Lanes>(rows: &[PixelRows]) -> ([L::F; 8], [L::F
 
 /// A group that gathers photons.
 pub(crate) struct Gathering<'a, L: Lanes> {
-    group: &'a Group<L>,
+    parts: [Part<L>; 2],
     sorted: &'a Sorted,
+    found: &'a mut [Found; 2],
     sums: &'a mut Sums,
     counts: &'a mut JoinCounts,
-    m: [L::U; 2],
-    flux: [[L::U; 2]; 3],
-    pending: usize,
+}
+
+/// The pixels of a group, and what of them the search needs to know.
+pub(crate) struct Group<'a> {
+    pub(crate) rows: &'a [PixelRows],
+    pub(crate) pixels: &'a [Row],
+    /// The bounds of its halves.
+    pub(crate) halves: [Bounds; 2],
+    /// The bounds of all.
+    pub(crate) all: Bounds,
 }
 
 impl<'a, L: Lanes> Gathering<'a, L> {
+    /// How many parts there are: one vector of 16, or two of 8. With one, the second repeats it and is not used.
+    const PARTS: usize = GROUP / L::N;
+
+    /// Adds up what a group gathers from the runs that have been looked up.
     #[inline(always)]
-    pub(crate) fn new(
-        group: &'a Group<L>,
+    pub(crate) fn run(
+        group: &Group,
         sorted: &'a Sorted,
+        scratch: &'a mut Scratch,
         sums: &'a mut Sums,
         counts: &'a mut JoinCounts,
-    ) -> Self {
-        let zero = L::u(0);
-        Self { group, sorted, sums, counts, m: [zero; 2], flux: [[zero; 2]; 3], pending: 0 }
+    ) {
+        let Group { rows, pixels, halves, all } = group;
+        let first = Part::new(rows, pixels, if Self::PARTS == 1 { all } else { &halves[0] });
+        let second =
+            if Self::PARTS == 1 { first } else { Part::new(&rows[L::N..], &pixels[L::N..], &halves[1]) };
+        let Scratch { runs, found } = scratch;
+        (found[0].count, found[1].count) = (0, 0);
+        let mut this = Self { parts: [first, second], sorted, found, sums, counts };
+        for k in 0..runs.count {
+            this.find(runs.range(k));
+        }
+        for part in 0..Self::PARTS {
+            this.test(part);
+        }
     }
 
-    /// Takes in a run of photons.
+    /// Finds those photons of a run that are near.
     #[inline(always)]
-    pub(crate) fn take(&mut self, run: Range<usize>) {
-        self.counts.candidates += (run.len() * GROUP) as u64;
-        for index in run {
-            if self.pending == FLUSH {
-                self.flush();
-            }
-            self.pending += 1;
-            let record = &self.sorted.records[index].0;
-            let [x, y, z, surface, flux @ .., _] = *record;
-            let point = V3::splat(Vec3::new(x, y, z));
-            let is_safe = surface.to_bits() == self.group.safe;
-            for k in 0..Group::<L>::PARTS {
-                let part = self.group.parts[k];
-                let d = point - part.point;
-                let mut counts = L::lt(d.dot(d), part.radius_squared);
-                if !is_safe {
-                    let [wx, wy, wz, _] = self.sorted.directions[index];
-                    let wi = V3::splat(Vec3::new(wx, wy, wz));
-                    let own = L::eq(part.safe, L::u(surface.to_bits()));
-                    counts = counts & (own | L::lt(L::f(0.0), wi.dot(part.normal)));
-                }
-                self.m[k] = L::add_where(counts, self.m[k], L::u(1));
-                for channel in 0..3 {
-                    // As a float: a broadcast from memory, where an integer would pass through a scalar register.
-                    let flux = L::bits(L::f(flux[channel]));
-                    self.flux[channel][k] = L::add_where(counts, self.flux[channel][k], flux);
+    fn find(&mut self, run: Range<usize>) {
+        for at in run.clone().step_by(L::N) {
+            let p = self.sorted.load_points::<L>(at);
+            self.sorted.prefetch_arrivals::<L>(at);
+            let in_run = L::first(run.end - at);
+            for k in 0..Self::PARTS {
+                let near = self.parts[k].around.contains(p) & in_run;
+                self.found[k].append(near, p, at);
+                if self.found[k].count > MOST_FOUND - L::N {
+                    self.test(k);
                 }
             }
         }
     }
 
-    /// Moves the 32-bit sums to where they cannot overflow.
+    /// Tests what has been found against the points of a part, and adds up what counts.
     #[inline(always)]
-    fn flush(&mut self) {
-        let mut lanes = [0; GROUP];
-        for k in 0..Group::<L>::PARTS {
-            L::store_u(self.m[k], &mut lanes[k * L::N..]);
-        }
-        for (sum, lane) in self.sums.m.iter_mut().zip(lanes) {
-            *sum += lane;
-            self.counts.contributions += u64::from(lane);
-        }
-        for channel in 0..3 {
-            for k in 0..Group::<L>::PARTS {
-                L::store_u(self.flux[channel][k], &mut lanes[k * L::N..]);
+    fn test(&mut self, part: usize) {
+        let Found { points, indices, count } = &mut self.found[part];
+        let (Part { point, normal, radius_squared, safe, shared, .. }, count) =
+            (self.parts[part], std::mem::take(count));
+        let (xs, ys, zs) = (&points.x[..count], &points.y[..count], &points.z[..count]);
+        let (indices, arrivals) = (&indices[..count], &self.sorted.arrivals[..]);
+        let (mut m, mut sums) = (L::u(0), [L::u(0); 3]);
+        for k in 0..count {
+            let [surface, flux @ .., wx, wy, wz, _] = arrivals[indices[k] as usize].0;
+            let d = V3::splat(Vec3::new(xs[k], ys[k], zs[k])) - point;
+            let mut counts = L::lt(d.dot(d), radius_squared);
+            if surface.to_bits() != shared {
+                let wi = V3::splat(Vec3::new(wx, wy, wz));
+                let own = L::eq(safe, L::u(surface.to_bits()));
+                counts = counts & (own | L::lt(L::f(0.0), wi.dot(normal)));
             }
-            for (sum, lane) in self.sums.flux[channel].iter_mut().zip(lanes) {
-                *sum += u64::from(lane);
+            m = L::add_where(counts, m, L::u(1));
+            for channel in 0..3 {
+                // As a float: a broadcast from memory, where an integer would pass through a scalar register.
+                sums[channel] = L::add_where(counts, sums[channel], L::bits(L::f(flux[channel])));
             }
         }
-        self.m = [L::u(0); 2];
-        self.flux = [[L::u(0); 2]; 3];
-        self.pending = 0;
+        self.counts.candidates += (count * L::N) as u64;
+        if count > 0 {
+            self.add(part * L::N, m, sums);
+        }
     }
 
-    /// Gives the sums.
+    /// Adds to the 64-bit sums of the pixels from `first` on.
     #[inline(always)]
-    pub(crate) fn finish(mut self) {
-        self.flush();
-    }
-}
-
-/// One visible point against a run of photons, these in lanes.
-#[inline(always)]
-pub(crate) fn single<L: Lanes>(
-    sorted: &Sorted,
-    run: Range<usize>,
-    row: &PixelRows,
-    radius_squared: f32,
-    sums: &mut LaneSums,
-    counts: &mut JoinCounts,
-) {
-    let [x, y, z, sphere, ..] = row.visible.0;
-    let point = V3::<L>::splat(Vec3::new(x, y, z));
-    let safe = L::u(safe_surface(sphere.to_bits()));
-    counts.candidates += run.len() as u64;
-    let mut at = run.start;
-    while at < run.end {
-        let end = run.end.min(at + FLUSH / MOST_LANES * L::N);
-        let mut flux = [L::u(0); 3];
-        let mut m = 0;
-        while at < end {
-            let [px, py, pz, surface, r, g, b, _] = L::load_rows(&sorted.records[at..]);
-            let d = V3::<L>::new(px, py, pz) - point;
-            let near = L::lt(d.dot(d), L::f(radius_squared)) & L::first(end - at);
-            let mut bits = L::mask_bits(near);
-            if bits != 0 {
-                let doubtful = L::mask_bits(near & !L::eq(L::bits(surface), safe));
-                bits &= !hidden(&sorted.directions[at..], row, doubtful);
-                let counted = L::mask_from_bits(bits);
-                m += bits.count_ones();
-                flux[0] = L::add_where(counted, flux[0], L::bits(r));
-                flux[1] = L::add_where(counted, flux[1], L::bits(g));
-                flux[2] = L::add_where(counted, flux[2], L::bits(b));
-            }
-            at += L::N;
+    fn add(&mut self, first: usize, m: L::U, flux: [L::U; 3]) {
+        let mut lanes = [0; MOST_LANES];
+        L::store_u(m, &mut lanes);
+        for k in 0..L::N {
+            self.sums.m[first + k] += lanes[k];
+            self.counts.contributions += u64::from(lanes[k]);
         }
-        at = end;
-        counts.contributions += u64::from(m);
-        sums.sums.m[sums.lane] += m;
         for channel in 0..3 {
-            let mut lanes = [0; MOST_LANES];
             L::store_u(flux[channel], &mut lanes);
-            for lane in &lanes[..L::N] {
-                sums.sums.flux[channel][sums.lane] += u64::from(*lane);
+            for k in 0..L::N {
+                self.sums.flux[channel][first + k] += u64::from(lanes[k]);
             }
         }
     }
 }
 
-/// Those of the doubtful photons that arrive on the side that is not seen.
-#[inline(always)]
-fn hidden(directions: &[[f32; 4]], row: &PixelRows, doubtful: u32) -> u32 {
-    let [nx, ny, nz, ..] = row.light.0;
-    let (mut rest, mut hidden) = (doubtful, 0);
-    while rest != 0 {
-        let lane = rest.trailing_zeros();
-        rest &= rest - 1;
-        let [x, y, z, _] = directions[lane as usize];
-        let faces = Vec3::new(x, y, z).dot(Vec3::new(nx, ny, nz)) > 0.0;
-        hidden |= u32::from(!faces) << lane;
-    }
-    hidden
+/// The visible point of one pixel that gathers photons by itself.
+pub(crate) struct Single<'a> {
+    pub(crate) row: &'a PixelRows,
+    pub(crate) radius_squared: f32,
+    pub(crate) sums: &'a mut Sums,
+    /// Which pixel of the group this is.
+    pub(crate) lane: usize,
 }
+
+impl Single<'_> {
+    /// Adds up what the point gathers from the runs that have been looked up.
+    #[inline(always)]
+    pub(crate) fn run<L: Lanes>(&mut self, sorted: &Sorted, scratch: &mut Scratch, counts: &mut JoinCounts) {
+        let Scratch { runs, found: [found, _] } = scratch;
+        found.count = 0;
+        for k in 0..runs.count {
+            self.find::<L>(sorted, runs.range(k), found, counts);
+        }
+        self.add(sorted, found, counts);
+    }
+
+    /// Adds up what the point gathers from all photons.
+    #[inline(always)]
+    pub(crate) fn run_on_all<L: Lanes>(
+        &mut self,
+        sorted: &Sorted,
+        scratch: &mut Scratch,
+        counts: &mut JoinCounts,
+    ) {
+        let [found, _] = &mut scratch.found;
+        found.count = 0;
+        self.find::<L>(sorted, 0..sorted.count(), found, counts);
+        self.add(sorted, found, counts);
+    }
+
+    /// Finds those photons of a run that are within the radius, these in lanes.
+    #[inline(always)]
+    fn find<L: Lanes>(
+        &mut self,
+        sorted: &Sorted,
+        run: Range<usize>,
+        found: &mut Found,
+        counts: &mut JoinCounts,
+    ) {
+        let [x, y, z, ..] = self.row.visible.0;
+        let point = V3::<L>::splat(Vec3::new(x, y, z));
+        counts.candidates += run.len() as u64;
+        for at in run.clone().step_by(L::N) {
+            let d = sorted.load_points::<L>(at) - point;
+            let near = L::lt(d.dot(d), L::f(self.radius_squared)) & L::first(run.end - at);
+            sorted.prefetch_arrivals::<L>(at);
+            found.append_indices::<L>(near, at);
+            if found.count > MOST_FOUND - L::N {
+                self.add(sorted, found, counts);
+            }
+        }
+    }
+
+    /// Adds up the photons found, but for those that arrive on the side that is not seen; and forgets them.
+    #[inline(always)]
+    fn add(&mut self, sorted: &Sorted, found: &mut Found, counts: &mut JoinCounts) {
+        let ([.., sphere, _, _, _, _], [nx, ny, nz, ..]) = (self.row.visible.0, self.row.light.0);
+        let (safe, normal) = (safe_surface(sphere.to_bits()), Vec3::new(nx, ny, nz));
+        let (mut m, mut sums) = (0, [0; 3]);
+        for index in &found.indices[..found.count] {
+            let [surface, r, g, b, wx, wy, wz, _] = sorted.arrivals[*index as usize].0;
+            if surface.to_bits() == safe || Vec3::new(wx, wy, wz).dot(normal) > 0.0 {
+                m += 1;
+                for (sum, flux) in sums.iter_mut().zip([r, g, b]) {
+                    *sum += u64::from(flux.to_bits());
+                }
+            }
+        }
+        self.sums.m[self.lane] += m;
+        counts.contributions += u64::from(m);
+        for (sum, more) in self.sums.flux.iter_mut().zip(sums) {
+            sum[self.lane] += more;
+        }
+        found.count = 0;
+    }
+}
+
+const _: () = assert!(MOST_FOUND <= FLUSH);

@@ -3,7 +3,8 @@
 //! ```text
 //! for each group of 16 pixels (a block of 4x4):
 //!     if the group's visible points, with their radii, fit into a window of cells:
-//!         for each row of cells, for each photon of the row: test it against all 16 points at once
+//!         for each row of cells, for 8 or 16 photons of the row at once: keep those near the box of all points
+//!         for each photon kept: test it against all points at once
 //!     else, for each point, for each row of its own cells: test it against 8 or 16 photons at once
 //!     consolidate
 //! ```
@@ -14,8 +15,10 @@
 //! 2. Points of a group lie close together, so they share the look-up and each photon is loaded once for 16 tests,
 //!    by broadcast, with no gather, no scatter and no horizontal sum. Behind a glass ball neighbours in the picture
 //!    are far apart in space: such groups go point by point, with photons in lanes.
-//! 3. The side on which a photon arrives is tested only where it is in doubt (see [`deposits::SAFE`]).
-//! 4. Sums are integers. A sum of 32 bits holds 2047 photons of at most 2^21; it is emptied before that.
+//! 3. Rows of cells hold several times the photons that the box of the points reaches. Testing the box costs a
+//!    tenth of testing the points, as photons then stand in lanes.
+//! 4. The side on which a photon arrives is tested only where it is in doubt (see [`deposits::SAFE`]).
+//! 5. Sums are integers. A sum of 32 bits holds 2047 photons of at most 2^21; it is emptied before that.
 
 pub(crate) mod cells;
 pub(crate) mod deposits;
@@ -26,7 +29,7 @@ use crate::camera_pass::PixelRows;
 use crate::lanes::{Lanes, Row};
 use cells::{Bounds, Cells};
 use deposits::{SAFE, Sorted};
-use gather::{Group, Sums};
+use gather::{Gathering, Group, Scratch, Single, Sums};
 use occupancy::Occupancy;
 use scene::Vec3;
 use scene::ray::NO_SPHERE;
@@ -51,10 +54,11 @@ fn bounds_of_one(rows: &PixelRows, pixel: &Row) -> Option<Bounds> {
     (sphere.to_bits() != NO_SPHERE).then(|| Bounds { low: point, high: point, reach: reach(pixel.0[7]) })
 }
 
-/// The same of some pixels; `None` if none has a visible point.
+/// The same of some pixels; [`Bounds::EMPTY`] if none has a visible point.
 #[inline(always)]
-fn bounds_of_all(rows: &[PixelRows], pixels: &[Row]) -> Option<Bounds> {
-    let (mut low, mut high, mut radius_squared) = (Vec3::INFINITY, Vec3::NEG_INFINITY, 0.0);
+fn bounds_of_all(rows: &[PixelRows], pixels: &[Row]) -> Bounds {
+    let Bounds { mut low, mut high, .. } = Bounds::EMPTY;
+    let mut radius_squared = 0.0;
     for (row, pixel) in rows.iter().zip(pixels) {
         let [x, y, z, sphere, ..] = row.visible.0;
         if sphere.to_bits() != NO_SPHERE {
@@ -63,15 +67,16 @@ fn bounds_of_all(rows: &[PixelRows], pixels: &[Row]) -> Option<Bounds> {
             radius_squared = if radius_squared < pixel.0[7] { pixel.0[7] } else { radius_squared };
         }
     }
-    (radius_squared > 0.0).then(|| Bounds { low, high, reach: reach(radius_squared) })
+    Bounds { low, high, reach: reach(radius_squared) }
 }
 
 /// Marks the cells that a group's visible points reach.
 #[inline(always)]
 pub(crate) fn mark<L: Lanes>(occupancy: &mut Occupancy, rows: &[PixelRows], pixels: &[Row]) {
-    let Some(all) = bounds_of_all(rows, pixels) else {
+    let all = bounds_of_all(rows, pixels);
+    if all.is_empty() {
         return;
-    };
+    }
     if occupancy.mark::<L>(&all) {
         return;
     }
@@ -98,44 +103,32 @@ pub(crate) fn gather_group<L: Lanes>(
     cells: Cells,
     rows: &[PixelRows],
     pixels: &[Row],
+    scratch: &mut Scratch,
     sums: &mut Sums,
     counts: &mut JoinCounts,
 ) {
-    let Some(all) = bounds_of_all(rows, pixels) else {
-        return;
-    };
-    let span = cells.span(&all);
-    if span.fits() {
-        let group = Group::<L>::new(rows, pixels);
-        let mut gathering = gather::Gathering::new(&group, sorted, sums, counts);
-        let query = cells.query::<L>(span, &all);
-        for z in query.slabs() {
-            let mut rows = query.rows(z);
-            while let Some(row) = rows.next() {
-                let [run, wrapped] = sorted.photons(row);
-                gathering.take(run);
-                gathering.take(wrapped);
-            }
-        }
-        gathering.finish();
+    let halves = [0, GROUP / 2].map(|at| bounds_of_all(&rows[at..][..GROUP / 2], &pixels[at..]));
+    let all = halves[0].and(&halves[1]);
+    if all.is_empty() {
         return;
     }
-    for (lane, (rows, pixel)) in rows.iter().zip(pixels).enumerate() {
-        if let Some(one) = bounds_of_one(rows, pixel) {
-            let (span, mut own) = (cells.span(&one), sums.lane(lane));
-            if !span.fits() {
+    let span = cells.span(&all);
+    if span.fits() {
+        scratch.runs.look_up(sorted, &cells.query::<L>(span, &all));
+        let group = Group { rows, pixels, halves, all };
+        Gathering::<L>::run(&group, sorted, scratch, sums, counts);
+        return;
+    }
+    for (lane, (row, pixel)) in rows.iter().zip(pixels).enumerate() {
+        if let Some(bounds) = bounds_of_one(row, pixel) {
+            let mut one = Single { row, radius_squared: pixel.0[7], sums, lane };
+            let span = cells.span(&bounds);
+            if span.fits() {
+                scratch.runs.look_up(sorted, &cells.query::<L>(span, &bounds));
+                one.run::<L>(sorted, scratch, counts);
+            } else {
                 // Coordinates that round to many cells.
-                gather::single::<L>(sorted, 0..sorted.count(), rows, pixel.0[7], &mut own, counts);
-                continue;
-            }
-            let query = cells.query::<L>(span, &one);
-            for z in query.slabs() {
-                let mut found = query.rows(z);
-                while let Some(row) = found.next() {
-                    for run in sorted.photons(row) {
-                        gather::single::<L>(sorted, run, rows, pixel.0[7], &mut own, counts);
-                    }
-                }
+                one.run_on_all::<L>(sorted, scratch, counts);
             }
         }
     }

@@ -5,7 +5,7 @@ use super::maps::{Map, OverColumns};
 use crate::camera_pass::PixelRows;
 use crate::dispatch::{Kernel, LaneKind, dispatch};
 use crate::join::deposits::{Binned, SAFE, Sorted, bin_shift};
-use crate::join::gather::Sums;
+use crate::join::gather::{Scratch, Sums};
 use crate::join::{GROUP, JoinCounts, cells, gather_group, occupancy};
 use crate::lanes::{Lanes, Row};
 use crate::vec3::V3;
@@ -239,10 +239,10 @@ impl Kernel for Gather<'_> {
     fn run<L: Lanes>(self) -> Self::Output {
         let Join { cells, sorted, pixels, rows, .. } = self.0;
         let mut all = Vec::with_capacity(pixels.len() / GROUP);
-        let mut counts = JoinCounts::default();
+        let (mut counts, mut scratch) = (JoinCounts::default(), Scratch::new());
         for (pixels, rows) in pixels.chunks(GROUP).zip(rows.chunks(GROUP)) {
             let mut sums = Sums::default();
-            gather_group::<L>(sorted, *cells, rows, pixels, &mut sums, &mut counts);
+            gather_group::<L>(sorted, *cells, rows, pixels, &mut scratch, &mut sums, &mut counts);
             all.push(sums);
         }
         (all, counts)
@@ -268,16 +268,17 @@ fn bin(lanes: LaneKind, photons: &[Photon], cells: cells::Cells) -> Binned {
 
 /// The photons in the order in which they have been sorted, each with its bucket.
 pub(super) fn sorted_photons(sorted: &Sorted) -> Vec<(Photon, u32)> {
-    let photon = |(record, direction): (&Row, &[f32; 4])| {
-        let [x, y, z, surface, r, g, b, bucket] = record.0;
+    let [xs, ys, zs] = &sorted.points;
+    let photon = |(index, arrival): (usize, &Row)| {
+        let [surface, r, g, b, wx, wy, wz, bucket] = arrival.0;
         let photon = Photon {
-            point: Vec3::new(x, y, z),
-            wi: Vec3::new(direction[0], direction[1], direction[2]),
+            point: Vec3::new(xs[index], ys[index], zs[index]),
+            wi: Vec3::new(wx, wy, wz),
             sphere: surface.to_bits() & !SAFE,
             is_safe: surface.to_bits() & SAFE != 0,
             flux: [r, g, b].map(f32::to_bits),
         };
         (photon, bucket.to_bits())
     };
-    sorted.records.iter().zip(&sorted.directions).take(sorted.count()).map(photon).collect()
+    sorted.arrivals.iter().enumerate().map(photon).collect()
 }

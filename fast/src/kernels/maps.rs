@@ -1,9 +1,9 @@
 //! Maps that act on every lane by itself: random streams, sampling, scattering.
 
 use crate::camera_pass::ray_through;
-use crate::direct_light;
 use crate::dispatch::{Kernel, LaneKind, dispatch};
 use crate::lanes::{Lanes, MOST_LANES};
+use crate::light_choice::LightChoice;
 use crate::photon_pass;
 use crate::vec3::V3;
 use crate::{sampling, scatter};
@@ -201,6 +201,6 @@ maps! {
 
     /// The numbers (words) of the lights that `u` chooses by their cumulative probabilities.
     choose_light(cumulative: Vec<f32>) [u] -> 1 {
-        [L::from_bits(direct_light::choose_light::<L>(cumulative, u))]
+        [L::from_bits(LightChoice::new(cumulative).choose::<L>(u))]
     }
 }

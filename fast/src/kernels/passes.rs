@@ -8,6 +8,7 @@ use crate::dispatch::{Kernel, LaneKind, dispatch};
 use crate::hierarchy::Scratch;
 use crate::join::deposits::{Binned, Sorted};
 use crate::lanes::{Lanes, Row};
+use crate::light_choice::LightChoice;
 use crate::paths::{BATCH, ROOM, Vectors, Words};
 use crate::photon_pass::{Emitters, PhotonBatch, PhotonCounts, PhotonPass, emission_shifts};
 use crate::sppm::{CameraJob, PhotonJob, rounding_of_points};
@@ -90,6 +91,7 @@ pub fn photon_pass(
         still,
         tables: &Tables::new(still),
         emitters: &Emitters::new(still),
+        lights: &LightChoice::new(&still.lights.cumulative),
         settings,
         iteration,
         cells: cells.0,
@@ -161,7 +163,7 @@ impl Kernel for Light<'_> {
                 shadows.aim(at, self.tables, self.lights, &receivers, &numbers);
             }
             shadows.follow::<L>(self.tables, &points, &spheres, &mut scratch, count);
-            let mut found = Vectors::ZERO;
+            let mut found: Vectors = Vectors::ZERO;
             for at in (0..count).step_by(L::N) {
                 found.store::<L>(at, shadows.irradiance(at));
             }

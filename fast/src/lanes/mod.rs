@@ -24,6 +24,19 @@ pub const MOST_LANES: usize = 16;
 #[repr(C, align(32))]
 pub struct Row(pub [f32; 8]);
 
+/// Asks for the memory around `from[at]`, which will be read soon; it need not be there.
+#[inline(always)]
+pub(crate) fn prefetch<T>(from: &[T], at: usize) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: every processor of this architecture can, and a prefetch neither reads nor faults.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(from.as_ptr().wrapping_add(at).cast()) }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (from, at);
+}
+
 /// A back end.
 pub trait Lanes: Copy + Send + Sync + 'static {
     /// How many lanes there are: 8 or 16.
