@@ -41,6 +41,24 @@ pub(crate) struct LadderArgs {
     #[arg(long)]
     pub quick: bool,
 
+    #[command(flatten)]
+    pub also: AlsoArgs,
+
+    /// Write every time and count as a table of comma-separated values
+    #[arg(long, value_name = "FILE.csv")]
+    pub csv: Option<PathBuf>,
+
+    /// Write plots (.svg) into a folder
+    #[arg(long, value_name = "DIR")]
+    pub plots: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub settings: SettingsArgs,
+}
+
+/// What is done besides timing the rows, or instead.
+#[derive(Debug, Args)]
+pub(crate) struct AlsoArgs {
     /// Also count operations and bytes, which takes some ten times as long, and hold them against the machine's peaks
     ///
     /// Peaks and rows are measured here and now. Reports floating-point operations (FLOPs) per cycle and operational
@@ -56,17 +74,6 @@ pub(crate) struct LadderArgs {
     /// Time generators of random numbers instead of rows
     #[arg(long, conflicts_with_all = ["scene", "rows", "sweep", "rng", "repeat", "quick", "roofline", "similarity", "plots"])]
     pub numbers: bool,
-
-    /// Write every time and count as a table of comma-separated values
-    #[arg(long, value_name = "FILE.csv")]
-    pub csv: Option<PathBuf>,
-
-    /// Write plots (.svg) into a folder
-    #[arg(long, value_name = "DIR")]
-    pub plots: Option<PathBuf>,
-
-    #[command(flatten)]
-    pub settings: SettingsArgs,
 }
 
 const EXAMPLES: &str = "\

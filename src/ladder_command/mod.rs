@@ -39,10 +39,10 @@ pub(crate) fn run(args: &LadderArgs) -> Result<(), Error> {
         let folder = folder.display();
         return Err(Error::BadInput(format!("--plots: {folder} is not a folder; make it first")));
     }
-    if args.numbers {
+    if args.also.numbers {
         return numbers::run(args.csv.as_deref());
     }
-    if args.similarity && args.sweep != Some(Sweep::Iterations) {
+    if args.also.similarity && args.sweep != Some(Sweep::Iterations) {
         return Err(Error::BadInput("--similarity: goes with --sweep iterations only".into()));
     }
     let cases = cases::cases(args)?;
@@ -58,14 +58,14 @@ pub(crate) fn run(args: &LadderArgs) -> Result<(), Error> {
         plots::write(folder, &measured)?;
     }
     let mut text = report(&measured);
-    if args.roofline {
-        let roofline = roofline::count(&cases, &rows, &options, args.sweep)?;
+    if args.also.roofline {
+        let roofline = roofline::count(&cases, &rows, &options, args.sweep);
         if let Some(folder) = &args.plots {
             roofline.write(folder, &measured)?;
         }
         text += &roofline.report(&measured);
     }
-    if args.similarity {
+    if args.also.similarity {
         let similarity = similarity::compared(&measured, &options)?;
         if let Some(folder) = &args.plots {
             similarity.write(folder, &measured)?;

@@ -53,7 +53,7 @@ pub(super) fn run(csv: Option<&Path>) -> Result<(), Error> {
             writeln!(text, "{generator:widest$}  {latency:>8}{in_cycles:>9}  {each}  {:>12}", told(taken_ns));
     }
     if let Some(csv) = csv {
-        table(csv, records)?;
+        table(csv, &records)?;
     }
     print(text.as_bytes())
 }

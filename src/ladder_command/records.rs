@@ -41,7 +41,8 @@ struct Record<'a> {
 pub(super) fn write(path: &Path, measured: &Measured, random: Rng) -> Result<(), Error> {
     let places =
         (0..measured.cases.len()).flat_map(|case| (0..measured.rows.len()).map(move |row| (case, row)));
-    table(path, places.map(|(case, row)| record(measured, case, row, random)).collect())
+    let records: Vec<Record> = places.map(|(case, row)| record(measured, case, row, random)).collect();
+    table(path, &records)
 }
 
 fn record<'a>(measured: &'a Measured, case: usize, row: usize, random: Rng) -> Record<'a> {

@@ -48,12 +48,7 @@ impl Point {
 }
 
 /// Measures the peaks, and runs every row in every case once more, counting.
-pub(super) fn count(
-    cases: &[Case],
-    rows: &[&Row],
-    options: &Options,
-    sweep: Option<Sweep>,
-) -> Result<Roofline, Error> {
+pub(super) fn count(cases: &[Case], rows: &[&Row], options: &Options, sweep: Option<Sweep>) -> Roofline {
     let peaks = Peaks::measure();
     let options = Options { counts_operations: true, ..*options };
     let mut counted = vec![vec![None; rows.len()]; cases.len()];
@@ -67,7 +62,7 @@ pub(super) fn count(
         let together = first..=first + more;
         for (number, row) in rows.iter().enumerate() {
             progress.step(done, &format!("{} row {}", cases[first].name, row.name));
-            done += 1 + more as u64;
+            done += 1 + more as u32;
             let last = &cases[first + more];
             let mut rung = row.start(&last.scene, &last.settings, &options);
             // None of those that do not count.
@@ -84,7 +79,7 @@ pub(super) fn count(
         first += more + 1;
     }
     progress.clear();
-    Ok(Roofline { peaks, counted })
+    Roofline { peaks, counted }
 }
 
 impl Roofline {
@@ -155,8 +150,8 @@ impl Roofline {
 
     /// Writes plots, points and peaks into a folder.
     pub(super) fn write(&self, folder: &Path, measured: &Measured) -> Result<(), Error> {
-        table(&folder.join("peaks.csv"), self.peak_records())?;
-        table(&folder.join("roofline.csv"), self.records(measured))?;
+        table(&folder.join("peaks.csv"), &self.peak_records())?;
+        table(&folder.join("roofline.csv"), &self.records(measured))?;
         match measured.sweep {
             Some(sweep) => plots::flops(folder, measured, sweep, self),
             None => rooflines::write(folder, measured, self),
@@ -248,10 +243,10 @@ struct Record<'a> {
 }
 
 /// Writes records as comma-separated values.
-pub(super) fn table(path: &Path, records: Vec<impl Serialize>) -> Result<(), Error> {
+pub(super) fn table(path: &Path, records: &[impl Serialize]) -> Result<(), Error> {
     let fill = |out: &mut atomic_file::Output| {
         let mut csv = csv::Writer::from_writer(out);
-        for record in &records {
+        for record in records {
             csv.serialize(record).map_err(io::Error::other)?;
         }
         csv.flush()

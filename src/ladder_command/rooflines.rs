@@ -109,6 +109,7 @@ fn draw(root: &Area, title: &str, peaks: &Peaks, dots: &[Dot]) -> Drawn {
 }
 
 /// A number on an axis: as many digits as it has.
+#[allow(clippy::trivially_copy_pass_by_ref)] // as plotters wants it
 pub(super) fn plain(value: &f64) -> String {
     format!("{}", (value * 1e6).round() / 1e6)
 }

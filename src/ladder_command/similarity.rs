@@ -111,6 +111,6 @@ impl Similarity {
                 records.push(Record { scene: &case.name, iterations: case.value, row: row.name, ssim });
             }
         }
-        table(&folder.join("similarity.csv"), records)
+        table(&folder.join("similarity.csv"), &records)
     }
 }

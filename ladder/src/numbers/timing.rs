@@ -77,7 +77,7 @@ fn vectors(unroll: usize) -> NumberTimes {
     let mut pool = Pool::new(1, unroll);
     let refill = each(refills, || {
         let pool = &mut pool;
-        on_avx2(Refills { pool, refills }).unwrap_or_else(|refills| refills.run::<Emulated>());
+        on_avx2(Refills { pool, refills }).unwrap_or_else(Kernel::run::<Emulated>);
     });
     let mut pool = Pool::new(1, unroll);
     let taken = each(COUNT, || {
