@@ -13,6 +13,8 @@ use std::io::Write;
 use std::path::Path;
 
 const SIZE: (u32, u32) = (900, 560);
+/// Room for the legend to the right of all lines, over their width.
+const ROOM: f64 = 0.25;
 /// What is drawn on.
 pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(super) type Drawn = Result<(), Box<dyn std::error::Error>>;
@@ -125,6 +127,8 @@ fn bars(root: &Area, measured: &Measured) -> Drawn {
     chart
         .configure_mesh()
         .disable_x_mesh()
+        .light_line_style(WHITE)
+        .label_style(("sans-serif", 11))
         .x_labels(2 * rows + 1)
         .x_label_formatter(&name)
         .y_desc("speedup")
@@ -210,6 +214,7 @@ pub(super) fn lines(
             let mut chart = $chart;
             chart
                 .configure_mesh()
+                .light_line_style(WHITE)
                 .x_desc(x_axis)
                 .y_desc(y_axis)
                 .x_label_formatter(&plain)
@@ -222,15 +227,16 @@ pub(super) fn lines(
                     .label(&one.label)
                     .legend(move |(x, y)| PathElement::new([(x, y), (x + 14, y)], colour));
             }
-            let labels = SeriesLabelPosition::UpperLeft;
+            let labels = SeriesLabelPosition::MiddleRight;
             chart.configure_series_labels().position(labels).border_style(BLACK).draw()?;
         }};
     }
     if is_logarithmic {
-        let (x, y) = ((left..right * 1.001).log_scale(), (low * 0.9..high * 1.2).log_scale());
+        let (x, y) =
+            ((left..right * (right / left).powf(ROOM)).log_scale(), (low * 0.9..high * 1.2).log_scale());
         draw!(builder.build_cartesian_2d(x, y)?);
     } else {
-        draw!(builder.build_cartesian_2d(left..right, low..high * 1.1)?);
+        draw!(builder.build_cartesian_2d(left..right + ROOM * (right - left), low..high * 1.1)?);
     }
     Ok(())
 }

@@ -31,7 +31,7 @@ pub(super) fn write(folder: &Path, measured: &Measured, roofline: &Roofline) -> 
                 colour: RGBColor(colour.0, colour.1, colour.2),
                 size: 5,
             });
-            let mut dots = vec![Dot { name: "all", point: all, colour: BLACK, size: 6 }];
+            let mut dots = vec![Dot { name: "all", point: all, colour: BLACK, size: 8 }];
             // The pass that takes longest is red, as in the paper.
             let longest = passes.iter().fold(0.0, |most: f64, pass| most.max(pass.seconds));
             for (pass, point) in PASSES.iter().zip(passes) {
@@ -103,7 +103,9 @@ fn draw(root: &Area, title: &str, peaks: &Peaks, dots: &[Dot]) -> Drawn {
         let at = (dot.point.intensity(), dot.point.performance() / 1e9);
         chart.draw_series([Circle::new(at, dot.size, dot.colour.filled())])?;
         let font = ("sans-serif", 14).into_font().color(&dot.colour);
-        chart.draw_series([EmptyElement::at(at) + Text::new(dot.name.to_owned(), (9, -6), font)])?;
+        // The whole lies upon its longest pass: their names go to different sides.
+        let beside = if dot.colour == BLACK { (-4, 10) } else { (9, -6) };
+        chart.draw_series([EmptyElement::at(at) + Text::new(dot.name.to_owned(), beside, font)])?;
     }
     Ok(())
 }
