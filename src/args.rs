@@ -9,6 +9,7 @@ use crate::engines::{LanesName, TracerName};
 use crate::export::Format;
 use crate::ladder_command::args::LadderArgs;
 use crate::threads::MAX_THREADS;
+use crate::tune_command::args::TuneArgs;
 use crate::values::{amount, bound, number, whole};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueHint};
 use clap_complete::Shell;
@@ -57,6 +58,7 @@ pub(crate) enum Command {
     Trace(TraceArgs),
     Export(ExportArgs),
     Ladder(LadderArgs),
+    Tune(TuneArgs),
     Completions(CompletionsArgs),
     Man(ManArgs),
 }
@@ -314,6 +316,10 @@ impl From<&BoundsArgs> for Bounds {
 pub(crate) struct VerifyArgs {
     #[command(flatten)]
     pub scene: SceneArg,
+
+    /// Have the fast engine go by the free parameters of this profile, which `sppm tune` wrote, on all lanes
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Machine")]
+    pub profile: Option<PathBuf>,
 
     #[command(flatten)]
     pub settings: SettingsArgs,

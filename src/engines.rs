@@ -1,9 +1,11 @@
 //! The engines that `--engine` chooses from, and the lanes that `--lanes` does.
 
+use crate::args::EngineArgs;
 use crate::error::Error;
+use crate::profile::Profile;
 use crate::text::list;
 use clap::ValueEnum;
-use fast::{Intersector, LaneKind};
+use fast::{Intersector, LaneKind, Parameters};
 use rayon::prelude::*;
 use reference::PathTracer;
 use reference::intersect::intersect;
@@ -58,11 +60,12 @@ pub(crate) enum LanesName {
     Emulated,
 }
 
-/// An engine, with its lanes if it has any.
+/// An engine, with its lanes and free parameters if it has any.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Chosen {
     name: EngineName,
     lanes: LaneKind,
+    parameters: Parameters,
 }
 
 impl EngineName {
@@ -150,8 +153,26 @@ impl Chosen {
                 name.name()
             ))),
             Some(lanes) if !kind.is_available() => Err(Error::BadInput(lacking(lanes))),
-            _ => Ok(Self { name, lanes: kind }),
+            _ => Ok(Self { name, lanes: kind, parameters: Parameters::default() }),
         }
+    }
+
+    /// The engine `name` as the options ask for it.
+    pub(crate) fn from_args(name: EngineName, args: &EngineArgs) -> Result<Self, Error> {
+        let Some(path) = &args.profile else { return Self::new(name, args.lanes) };
+        if name != EngineName::Fast {
+            return Err(Error::BadInput(format!(
+                "--profile: --engine {} has no free parameters, only fast has; leave out one of the two",
+                name.name()
+            )));
+        }
+        let profile = Profile::read(path)?;
+        let from_profile = |error: Error| match args.lanes {
+            Some(_) => error,
+            None => Error::BadInput(format!("--profile: {}: {}", path.display(), error.text())),
+        };
+        let chosen = Self::new(name, args.lanes.or(profile.lanes)).map_err(from_profile)?;
+        Ok(Self { parameters: profile.parameters, ..chosen })
     }
 
     /// A render of `scene` before its first iteration.
@@ -164,12 +185,22 @@ impl Chosen {
     ) -> Box<dyn Resumable + 'a> {
         match self.name {
             EngineName::Fast => {
-                let engine = fast::Sppm::with_lanes(scene, settings, self.lanes);
+                let engine = fast::Sppm::with_parameters(scene, settings, self.lanes, &self.parameters);
                 Box::new(engine.deposits_at_once(deposits))
             }
             EngineName::Reference => Box::new(reference::Sppm::new(scene, settings)),
             EngineName::Path => Box::new(PathTracer::new(scene, settings)),
         }
+    }
+
+    /// The free parameters of the fast engine.
+    pub(crate) fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// The lanes that it would run on, whether it has any or not.
+    pub(crate) fn lane_kind(self) -> LaneKind {
+        self.lanes
     }
 
     /// The lanes that it runs on.

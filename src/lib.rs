@@ -31,6 +31,7 @@ mod logs;
 mod memory;
 mod metadata;
 mod outputs;
+mod profile;
 mod progress;
 mod rays;
 mod render;
@@ -41,6 +42,7 @@ mod session;
 mod text;
 mod threads;
 mod trace;
+mod tune_command;
 mod usage;
 mod values;
 mod verify;
@@ -79,6 +81,7 @@ fn process(args: &Args) -> Result<(), Error> {
         Command::Trace(args) => trace::trace(args),
         Command::Export(args) => export::export(args),
         Command::Ladder(args) => ladder_command::run(args),
+        Command::Tune(args) => tune_command::run(args),
         Command::Completions(args) => documents::completions(args),
         Command::Man(args) => documents::man(args),
     }

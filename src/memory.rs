@@ -70,7 +70,9 @@ fn bytes(engine: Chosen, scene: &Scene, threads: usize, has_past: bool, deposits
     let (settings, spheres) = (&scene.settings, scene.spheres.len());
     let pixels = settings.pixels() as u64;
     let of_engine = match engine.name() {
-        EngineName::Fast => fast::Sppm::bytes_at_most(settings, spheres, threads, deposits),
+        EngineName::Fast => {
+            fast::Sppm::bytes_at_most(settings, spheres, threads, deposits, engine.parameters())
+        }
         EngineName::Reference => pixels * BYTES_PER_PIXEL,
         EngineName::Path => pixels * BYTES_PER_TRACED_PIXEL,
     };

@@ -22,10 +22,11 @@ pub(crate) fn render(args: &RenderArgs) -> Result<(), Error> {
     let settings = settings(&args.settings, &opened, &goals)?;
     let scene = Scene { settings, ..opened.scene };
     let engine = args.engine.engine.or(like.as_ref().map(|like| like.engine)).unwrap_or(EngineName::Fast);
-    let engine = Chosen::new(engine, args.engine.lanes)?;
+    let engine = Chosen::from_args(engine, &args.engine)?;
     let mut inputs = Vec::new();
     inputs.extend(opened.file.as_deref().map(|path| ("the scene", path)));
     inputs.extend(args.source.like.as_deref().map(|path| ("--like", path)));
+    inputs.extend(args.engine.profile.as_deref().map(|path| ("--profile", path)));
     let exposure = like.and_then(|like| like.exposure);
     let usual = Note { exposure, ..Note::default() };
     let image = default_name(&opened.stem);

@@ -75,7 +75,7 @@ fn engine(args: &ResumeArgs, loaded: &Loaded, note: &Note) -> Result<Chosen, Err
             EngineName::all_of(sums)
         )));
     }
-    Chosen::new(name, args.engine.lanes)
+    Chosen::from_args(name, &args.engine)
 }
 
 /// The files of the render, as it was asked for and as it is now.

@@ -3,9 +3,11 @@
 use crate::args::VerifyArgs;
 use crate::engines::{LanesName, available_lanes};
 use crate::error::Error;
+use crate::profile::Profile;
 use crate::progress::Progress;
 use crate::text::{counted, print};
 use crate::{scenes, threads};
+use fast::Parameters;
 use rayon::ThreadPool;
 use scene::{Engine, Film, Plane, Rgb, Scene, Settings};
 
@@ -28,7 +30,9 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<(), Error> {
     let mut counts = vec![1, most];
     counts.dedup();
     let pools: Vec<ThreadPool> = counts.into_iter().map(threads::pool).collect::<Result<_, _>>()?;
-    let mut variants = variants(&opened.scene, &settings, &pools);
+    let profile = args.profile.as_deref().map(Profile::read).transpose()?;
+    let parameters = profile.unwrap_or_default().parameters;
+    let mut variants = variants(&opened.scene, &settings, &pools, &parameters);
     let verdict = verdict(&opened.scene.name, &settings, &variants);
     let mut reference = reference::Sppm::new(&opened.scene, &settings);
     let progress = Progress::new(settings.iterations, false);
@@ -41,12 +45,17 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<(), Error> {
 }
 
 /// Everything that is compared with the reference.
-fn variants<'a>(scene: &'a Scene, settings: &Settings, pools: &'a [ThreadPool]) -> Vec<Variant<'a>> {
+fn variants<'a>(
+    scene: &'a Scene,
+    settings: &Settings,
+    pools: &'a [ThreadPool],
+    parameters: &Parameters,
+) -> Vec<Variant<'a>> {
     let on = |pool: &ThreadPool| counted(pool.current_num_threads() as u64, "thread");
     let fast = available_lanes().flat_map(|lanes| pools.iter().map(move |pool| (lanes, pool)));
     let fast = fast.map(|(lanes, pool)| Variant {
         label: format!("fast on {} lanes and {}", LanesName::from(lanes).name(), on(pool)),
-        engine: Box::new(fast::Sppm::with_lanes(scene, settings, lanes)),
+        engine: Box::new(fast::Sppm::with_parameters(scene, settings, lanes, parameters)),
         pool,
     });
     let other_grid = pools.first().map(|pool| Variant {

@@ -21,7 +21,8 @@
 //! ```
 //!
 //! [`Sppm`] runs the passes of an iteration over all threads of the current rayon pool, each pass in jobs of whole
-//! batches. [`LaneKind`] names the vectors that it may run on; [`Intersector`] gives its ray queries by themselves.
+//! batches. [`LaneKind`] names the vectors that it may run on, [`Parameters`] what else is free; [`Intersector`]
+//! gives its ray queries by themselves.
 //!
 //! To read the code, begin with `lanes/mod.rs` (the operations that all kernels are written in) and `dispatch.rs`
 //! (where a back end is chosen); then `sppm.rs` (the passes in order), and per pass `camera_pass.rs`,
@@ -45,6 +46,7 @@ mod join;
 pub mod kernels;
 pub mod lanes;
 mod light_choice;
+mod parameters;
 mod paths;
 mod photon_pass;
 mod pool;
@@ -56,6 +58,7 @@ mod trace;
 mod vec3;
 
 pub use dispatch::LaneKind;
-pub use hierarchy::Search;
+pub use hierarchy::{Search, ball_count};
 pub use intersector::{Intersector, Met};
+pub use parameters::{Parameter, ParameterError, Parameters, Values};
 pub use sppm::{DEPOSITS_AT_ONCE, Sppm};

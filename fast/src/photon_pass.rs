@@ -1,7 +1,7 @@
 //! Photon pass: `reference::photon_pass` over batches of photons, up to the deposits that may matter.
 //!
 //! ```text
-//! for each batch of 256 photons:
+//! for each batch of up to 256 photons:
 //!     emit all
 //!     until none is left, at most max_depth times:
 //!         intersect all
@@ -50,8 +50,8 @@ const INWARDS: u32 = 1 << 31;
 pub(crate) struct Emitters {
     /// Per light: centre, radius, photon power, sphere and perhaps [`INWARDS`].
     rows: Vec<Row>,
-    /// The Sobol digits of indices 0..16: the low bits of any index.
-    low_digits: [[u32; MOST_LANES]; DIMENSIONS],
+    /// The Sobol digits of indices 0..256: what the low bits of any index contribute.
+    low_digits: Box<[[u32; BATCH]; DIMENSIONS]>,
 }
 
 impl Emitters {
@@ -64,7 +64,7 @@ impl Emitters {
         };
         Self {
             rows: still.lights.entries.iter().map(row).collect(),
-            low_digits: std::array::from_fn(|d| std::array::from_fn(|i| sobol(i as u32, d))),
+            low_digits: Box::new(std::array::from_fn(|d| std::array::from_fn(|i| sobol(i as u32, d)))),
         }
     }
 }
@@ -87,6 +87,8 @@ pub(crate) struct PhotonPass<'a> {
     pub(crate) slack: f32,
     /// Digital shifts of the iteration.
     pub(crate) shifts: [u32; DIMENSIONS],
+    /// Photons in flight at once: a multiple of the lanes, at most [`BATCH`].
+    pub(crate) at_once: usize,
 }
 
 /// The digital shifts of an iteration.
@@ -116,6 +118,22 @@ impl PhotonBatch {
     }
 }
 
+/// The shifted Sobol points of [`BATCH`] photons: exclusive ors of what the low bits of the index and the others
+/// contribute.
+struct StratifiedPoints<'a> {
+    low: &'a [[u32; BATCH]; DIMENSIONS],
+    high: [u32; DIMENSIONS],
+}
+
+impl StratifiedPoints<'_> {
+    /// Dimension `d` of the photons from `photon` on, a multiple of the lanes.
+    #[inline(always)]
+    fn at<L: Lanes>(&self, photon: u32, d: usize) -> L::F {
+        let low = L::load_u(&self.low[d][photon as usize % BATCH..]);
+        unit_float::<L>(low ^ L::u(self.high[d]))
+    }
+}
+
 impl PhotonPass<'_> {
     /// Traces the photons of a range of indices, whose start is a multiple of the lanes.
     #[inline(always)]
@@ -126,8 +144,8 @@ impl PhotonPass<'_> {
         out: &mut Binned,
     ) -> PhotonCounts {
         let mut counts = PhotonCounts::default();
-        for first in photons.clone().step_by(BATCH) {
-            let count = (photons.end - first).min(BATCH as u32);
+        for first in photons.clone().step_by(self.at_once) {
+            let count = (photons.end - first).min(self.at_once as u32);
             let mut live = self.emit::<L>(batch, first, count as usize);
             for bounce in 0..self.settings.max_depth {
                 if live == 0 {
@@ -141,19 +159,13 @@ impl PhotonPass<'_> {
         counts
     }
 
-    /// The stratified number of photons `first..`, in one dimension.
-    #[inline(always)]
-    fn stratified<L: Lanes>(&self, first: u32, d: usize) -> L::F {
-        let low = first as usize % MOST_LANES;
-        let high = L::u(sobol(first - low as u32, d) ^ self.shifts[d]);
-        unit_float::<L>(L::load_u(&self.emitters.low_digits[d][low..]) ^ high)
-    }
-
-    /// The directions in which photons `first..` leave the surface with the given normals.
-    #[inline(always)]
-    fn lambertian<L: Lanes>(&self, normal: V3<L>, first: u32) -> V3<L> {
-        let [u, v] = dimension::DIRECTION;
-        cosine_hemisphere(normal, self.stratified::<L>(first, u), self.stratified::<L>(first, v))
+    /// The stratified points of the photons around `photon` whose indices differ in their low bits only.
+    fn points_around(&self, photon: u32) -> StratifiedPoints<'_> {
+        let high = photon - photon % BATCH as u32;
+        StratifiedPoints {
+            low: &self.emitters.low_digits,
+            high: std::array::from_fn(|d| sobol(high, d) ^ self.shifts[d]),
+        }
     }
 
     #[inline(always)]
@@ -163,21 +175,26 @@ impl PhotonPass<'_> {
         if self.emitters.rows.is_empty() {
             return 0;
         }
+        let mut points = self.points_around(first);
         for at in (0..count).step_by(L::N) {
             let start = first + at as u32;
-            let u = self.stratified::<L>(start, dimension::LIGHT);
+            if start.is_multiple_of(BATCH as u32) {
+                points = self.points_around(start);
+            }
+            let u = points.at::<L>(start, dimension::LIGHT);
             let choice = self.lights.choose::<L>(u);
             let mut index = [0; MOST_LANES];
             L::store_u(choice, &mut index);
             let [cx, cy, cz, radius, r, g, b, lamp] = L::gather_rows(&self.emitters.rows, &index);
             let [u, v] = dimension::POSITION;
-            let outward = uniform_sphere::<L>(self.stratified::<L>(start, u), self.stratified::<L>(start, v));
+            let outward = uniform_sphere::<L>(points.at::<L>(start, u), points.at::<L>(start, v));
             let origin = V3::new(cx, cy, cz) + outward.scale(radius);
             let inwards = L::eq(L::bits(lamp) & L::u(INWARDS), L::u(INWARDS));
             let normal = V3::select(inwards, -outward, outward);
+            let [right, up] = dimension::DIRECTION;
             let packet = Packet {
                 origin,
-                direction: self.lambertian(normal, start),
+                direction: cosine_hemisphere(normal, points.at::<L>(start, right), points.at::<L>(start, up)),
                 weight: V3::new(r, g, b),
                 leaves: L::bits(lamp) & L::u(!INWARDS),
                 stream: stream_state::<L>(key, L::u(start) + L::iota()),
@@ -186,9 +203,9 @@ impl PhotonPass<'_> {
             let free = L::first(count - at) & self.is_free(origin, &index);
             let [u, v, roulette] = dimension::FIRST_BOUNCE;
             let numbers = V3::<L>::new(
-                self.stratified::<L>(start, u),
-                self.stratified::<L>(start, v),
-                self.stratified::<L>(start, roulette),
+                points.at::<L>(start, u),
+                points.at::<L>(start, v),
+                points.at::<L>(start, roulette),
             );
             batch.first_bounce.compress(free, numbers, live);
             live = batch.paths.append(live, free, &packet);

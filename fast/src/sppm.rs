@@ -7,13 +7,14 @@ use crate::camera_pass::{CameraBatch, CameraCounts, CameraPass, PixelRows, TileT
 use crate::consolidate::{consolidate_group, develop, new_pixel};
 use crate::direct_light::LightTable;
 use crate::dispatch::{Kernel, LaneKind, dispatch};
+use crate::hierarchy::ball_count;
 use crate::join::cells::{Cells, WINDOW};
 use crate::join::deposits::{Binned, Sorted};
 use crate::join::gather::{Scratch, Sums};
 use crate::join::occupancy::Occupancy;
 use crate::join::{GROUP, JoinCounts, gather_group, mark};
 use crate::lanes::{Lanes, Row};
-use crate::paths::BATCH;
+use crate::parameters::Parameters;
 use crate::photon_pass::{Emitters, PhotonBatch, PhotonCounts, PhotonPass, emission_shifts};
 use crate::pool::Pool;
 use crate::tables::Tables;
@@ -23,14 +24,6 @@ use std::mem::take;
 use std::ops::Range;
 use std::time::Instant;
 
-/// Photons that count at a visible point in an iteration, until one has been counted.
-const GUESSED_NEIGHBOURS: f64 = 8.0;
-/// Size of the occupancy's cells over the typical radius.
-const OCCUPANCY_CELL_SIZE: f32 = 2.0;
-/// Pixels of a unit of parallel work: whole batches.
-const PIXELS_PER_JOB: usize = 8 * BATCH;
-/// Photons of a unit of parallel work: whole batches.
-const PHOTONS_PER_JOB: u32 = 16 * BATCH as u32;
 /// Deposits that are held at most (but for one round of jobs) before they are joined, unless one asks for others.
 pub const DEPOSITS_AT_ONCE: u32 = 1 << 22;
 /// See [`Sppm::long_join`].
@@ -43,6 +36,7 @@ pub struct Sppm<'a> {
     scene: &'a Scene,
     settings: Settings,
     lanes: LaneKind,
+    parameters: Parameters,
     deposits_at_once: u32,
     long_join: u64,
     iterations: u32,
@@ -102,8 +96,8 @@ struct Prepared<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    fn new(still: Still<'a>) -> Self {
-        let tables = Tables::new(&still);
+    fn new(still: Still<'a>, parameters: &Parameters) -> Self {
+        let tables = Tables::with_search(&still, parameters.search(ball_count(&still)));
         let lights = LightTable::new(&still);
         let emitters = Emitters::new(&still);
         Self { still, tables, lights, emitters }
@@ -118,12 +112,23 @@ impl<'a> Sppm<'a> {
 
     /// The same render on other lanes.
     pub fn with_lanes(scene: &'a Scene, settings: &Settings, lanes: LaneKind) -> Self {
+        Self::with_parameters(scene, settings, lanes, &Parameters::default())
+    }
+
+    /// The same render, faster or slower.
+    pub fn with_parameters(
+        scene: &'a Scene,
+        settings: &Settings,
+        lanes: LaneKind,
+        parameters: &Parameters,
+    ) -> Self {
         let slots = slots(settings);
         let moves = scene.spheres.iter().any(|s| s.velocity != Vec3::ZERO);
         Self {
             scene,
             settings: *settings,
             lanes,
+            parameters: *parameters,
             deposits_at_once: DEPOSITS_AT_ONCE,
             long_join: LONG_JOIN,
             iterations: 0,
@@ -134,10 +139,10 @@ impl<'a> Sppm<'a> {
             sorted: Sorted::new(),
             camera_workers: Pool::new(),
             photon_workers: Pool::new(),
-            prepared: (!moves).then(|| Prepared::new(scene.at(0.0))),
+            prepared: (!moves).then(|| Prepared::new(scene.at(0.0), parameters)),
             stats: Stats::default(),
             has_long_joins: None,
-            neighbours: GUESSED_NEIGHBOURS,
+            neighbours: parameters.neighbours_at_first.into(),
         }
     }
 
@@ -158,7 +163,11 @@ impl<'a> Sppm<'a> {
     }
 
     /// Fills this iteration's rows; `None` if stopped.
-    fn camera_pass(&mut self, p: &Prepared, occupancy_cell: f32, stop: &Stop) -> Option<Occupancy> {
+    fn camera_pass(&mut self, p: &Prepared, radii: Radii, stop: &Stop) -> Option<Occupancy> {
+        let Parameters { occupancy_cell_size, occupancy_bits, pixels_per_batch, pixels_per_job, .. } =
+            self.parameters;
+        let nothing_marked = || Occupancy::new(radii.cell(occupancy_cell_size), occupancy_bits);
+        let (at_once, per_job) = (pixels_per_batch as usize, pixels_per_job as usize);
         let pass = CameraPass {
             still: &p.still,
             tables: &p.tables,
@@ -169,8 +178,7 @@ impl<'a> Sppm<'a> {
             iteration: self.iterations,
         };
         let (lanes, pixels) = (self.lanes, &self.pixels);
-        let jobs =
-            self.rows.par_chunks_mut(PIXELS_PER_JOB).zip(pixels.par_chunks(PIXELS_PER_JOB)).enumerate();
+        let jobs = self.rows.par_chunks_mut(per_job).zip(pixels.par_chunks(per_job)).enumerate();
         let workers = &self.camera_workers;
         jobs.for_each(|(job, (rows, pixels))| {
             if stop.is_requested() {
@@ -178,14 +186,15 @@ impl<'a> Sppm<'a> {
             }
             let mut worker = workers.take(CameraWorker::new);
             let CameraWorker { batch, occupancy, .. } = &mut worker;
-            let occupancy = occupancy.get_or_insert_with(|| Occupancy::new(occupancy_cell));
-            let first = job * PIXELS_PER_JOB;
-            let counts = dispatch(lanes, CameraJob { pass: &pass, batch, first, rows, pixels, occupancy });
+            let occupancy = occupancy.get_or_insert_with(nothing_marked);
+            let job =
+                CameraJob { pass: &pass, batch, at_once, first: job * per_job, rows, pixels, occupancy };
+            let counts = dispatch(lanes, job);
             worker.segments += counts.segments;
             worker.visible_points += counts.visible_points;
             workers.put(worker);
         });
-        let mut all = Occupancy::new(occupancy_cell);
+        let mut all = nothing_marked();
         for worker in self.camera_workers.all() {
             worker.occupancy.take().iter().for_each(|occupancy| all.merge(occupancy));
             self.stats.camera_segments += take(&mut worker.segments);
@@ -203,17 +212,18 @@ impl<'a> Sppm<'a> {
         let (mut next, mut deposits) = (from, 0);
         // A round is what may be deposited at once if every photon is deposited at every bounce.
         let at_once = self.deposits_at_once;
-        let most = at_once.div_ceil(self.settings.max_depth).next_multiple_of(PHOTONS_PER_JOB);
+        let per_job = self.parameters.photons_per_job;
+        let most = at_once.div_ceil(self.settings.max_depth).next_multiple_of(per_job);
         while next < total && deposits < at_once as usize {
             let end = total.min(next.saturating_add(most));
-            let jobs: Vec<u32> = (next..end).step_by(PHOTONS_PER_JOB as usize).collect();
+            let jobs: Vec<u32> = (next..end).step_by(per_job as usize).collect();
             let workers = &self.photon_workers;
             jobs.into_par_iter().for_each(|start| {
                 if stop.is_requested() {
                     return;
                 }
                 let mut worker = workers.take(PhotonWorker::new);
-                let photons = start..end.min(start.saturating_add(PHOTONS_PER_JOB));
+                let photons = start..end.min(start.saturating_add(per_job));
                 let (batch, out) = (&mut worker.batch, &mut worker.out);
                 let counts = dispatch(lanes, PhotonJob { pass, batch, photons, out });
                 worker.segments += counts.segments;
@@ -265,16 +275,16 @@ impl<'a> Sppm<'a> {
     fn join_round(&mut self, cells: Cells, is_last: bool, nominal: f32, stop: &Stop) {
         let groups = self.pixels.len() / GROUP;
         let (lanes, sorted) = (self.lanes, &self.sorted);
-        let per_job = PIXELS_PER_JOB / GROUP;
+        let per_job = self.parameters.pixels_per_job as usize;
+        let groups_per_job = per_job / GROUP;
         let mut no_sums: Vec<&mut [Sums]> = Vec::new();
         let sums: Vec<&mut [Sums]> = if self.sums.is_empty() {
-            no_sums.resize_with(groups.div_ceil(per_job), Default::default);
+            no_sums.resize_with(groups.div_ceil(groups_per_job), Default::default);
             no_sums
         } else {
-            self.sums.chunks_mut(per_job).collect()
+            self.sums.chunks_mut(groups_per_job).collect()
         };
-        let jobs =
-            self.pixels.par_chunks_mut(PIXELS_PER_JOB).zip(self.rows.par_chunks(PIXELS_PER_JOB)).zip(sums);
+        let jobs = self.pixels.par_chunks_mut(per_job).zip(self.rows.par_chunks(per_job)).zip(sums);
         let counts: Vec<JoinCounts> = jobs
             .map(|((pixels, rows), sums)| {
                 if stop.is_requested() {
@@ -293,11 +303,12 @@ impl<'a> Sppm<'a> {
     fn run_iteration(&mut self, p: &Prepared, stop: &Stop) -> Option<()> {
         let (start, before) = (Instant::now(), (self.stats.contributions, self.stats.visible_points));
         let radii = Radii::of(&self.pixels);
-        let occupancy = self.camera_pass(p, radii.cell(OCCUPANCY_CELL_SIZE), stop)?;
+        let occupancy = self.camera_pass(p, radii, stop)?;
         let camera = Instant::now();
         self.stats.camera_seconds += (camera - start).as_secs_f64();
-        let cells =
-            Cells::new(radii.cell(cell_size(self.neighbours)), self.settings.photons_per_iteration as usize);
+        let Parameters { cell_size, photons_per_batch, .. } = self.parameters;
+        let buckets = self.parameters.buckets(self.settings.photons_per_iteration);
+        let cells = Cells::new(radii.cell(fitting_cells(cell_size, self.neighbours)), buckets);
         let shifts = emission_shifts(self.settings.seed, self.iterations);
         let pass = PhotonPass {
             still: &p.still,
@@ -311,6 +322,7 @@ impl<'a> Sppm<'a> {
             reach: radii.largest * 1.001,
             slack: rounding_of_points(&p.still),
             shifts,
+            at_once: photons_per_batch as usize,
         };
         let mut next = 0;
         while next < self.settings.photons_per_iteration {
@@ -355,13 +367,14 @@ impl<'a> Sppm<'a> {
     }
 }
 
-/// Size of the cells of the join over the typical radius, where so many photons count at a point.
-///
-/// Smaller cells take more look-ups, larger ones bring more photons that are too far away. Measured on the five scenes
-/// of the paper: 2 is best at 26 photons to a point, 3 at 7, 4 at 3, and 6 at 1; and 1 is worse everywhere.
-fn cell_size(neighbours: f64) -> f32 {
-    (5.0 / neighbours.max(0.1).sqrt().sqrt()).clamp(1.0, 6.0) as f32
+/// Size of the cells of the join over the typical radius, where so many photons count at a point; `for_one` is what it
+/// would be for one.
+fn fitting_cells(for_one: f32, neighbours: f64) -> f32 {
+    (f64::from(for_one) / neighbours.max(0.1).sqrt().sqrt()).clamp(1.0, 6.0) as f32
 }
+
+/// Radii of a unit of parallel work.
+const RADII_AT_ONCE: usize = 4096;
 
 /// The search radii of an iteration.
 #[derive(Clone, Copy, Debug)]
@@ -373,6 +386,18 @@ struct Radii {
 
 impl Radii {
     fn of(pixels: &[Row]) -> Self {
+        // Of chunks and in their order, so that it does not depend on threads.
+        let of_chunks: Vec<_> = pixels.par_chunks(RADII_AT_ONCE).map(Self::of_some).collect();
+        let (mut largest, mut sum, mut count) = (0.0_f32, 0.0, 0.0);
+        for (of_chunk, more, further) in of_chunks {
+            (largest, sum, count) = (largest.max(of_chunk), sum + more, count + further);
+        }
+        let typical = if count > 0.0 { (sum / count).sqrt() as f32 } else { largest.sqrt() };
+        Self { largest: largest.sqrt(), typical }
+    }
+
+    /// The largest squared radius; and the sum and number of those of pixels that have counted photons.
+    fn of_some(pixels: &[Row]) -> (f32, f64, f64) {
         let (mut largest, mut sum, mut count) = (0.0_f32, 0.0_f64, 0.0);
         for Row([.., n, radius_squared]) in pixels {
             largest = largest.max(*radius_squared);
@@ -381,8 +406,7 @@ impl Radii {
                 count += 1.0;
             }
         }
-        let typical = if count > 0.0 { (sum / count).sqrt() as f32 } else { largest.sqrt() };
-        Self { largest: largest.sqrt(), typical }
+        (largest, sum, count)
     }
 
     /// The size of cells: `size` times the typical radius, but such that the span of a single visible point, twice
@@ -448,6 +472,8 @@ impl Engine for Sppm<'_> {
 pub(crate) struct CameraJob<'a> {
     pub(crate) pass: &'a CameraPass<'a>,
     pub(crate) batch: &'a mut CameraBatch,
+    /// Pixels of a batch.
+    pub(crate) at_once: usize,
     pub(crate) first: usize,
     pub(crate) rows: &'a mut [PixelRows],
     pub(crate) pixels: &'a [Row],
@@ -459,8 +485,8 @@ impl Kernel for CameraJob<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> CameraCounts {
         let mut counts = CameraCounts::default();
-        for (number, rows) in self.rows.chunks_mut(BATCH).enumerate() {
-            let more = self.pass.run::<L>(self.batch, self.first + number * BATCH, rows);
+        for (number, rows) in self.rows.chunks_mut(self.at_once).enumerate() {
+            let more = self.pass.run::<L>(self.batch, self.first + number * self.at_once, rows);
             counts.segments += more.segments;
             counts.visible_points += more.visible_points;
         }

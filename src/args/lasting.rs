@@ -60,6 +60,11 @@ pub(crate) struct EngineArgs {
     #[arg(long, value_enum, value_name = "LANES")]
     pub lanes: Option<LanesName>,
 
+    /// Have the fast engine go by the free parameters of this profile, which `sppm tune` wrote; the image does not depend
+    /// on them
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub profile: Option<PathBuf>,
+
     /// Threads that work [default: one per core]; the image does not depend on it
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     #[arg(value_parser = whole::<usize>(1, MAX_THREADS))]

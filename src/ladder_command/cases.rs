@@ -20,7 +20,7 @@ pub(crate) struct Case {
 const SCENES: [&str; 5] = ["cornell", "large", "mirror", "random", "surgery"];
 
 /// What `--quick` means for settings that are not given.
-const QUICK: Settings = Settings {
+pub(crate) const QUICK: Settings = Settings {
     width: 128,
     height: 96,
     iterations: 2,

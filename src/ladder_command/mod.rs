@@ -1,11 +1,11 @@
 //! The command `ladder`: the rows of the ladder side by side.
 
 pub(crate) mod args;
-mod cases;
+pub(crate) mod cases;
 mod measure;
 mod numbers;
 mod passes;
-mod plots;
+pub(crate) mod plots;
 mod records;
 mod roofline;
 mod rooflines;

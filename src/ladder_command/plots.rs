@@ -16,8 +16,8 @@ const SIZE: (u32, u32) = (900, 560);
 /// Room for the legend to the right of all lines, over their width.
 const ROOM: f64 = 0.25;
 /// What is drawn on.
-pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-pub(super) type Drawn = Result<(), Box<dyn std::error::Error>>;
+pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(crate) type Drawn = Result<(), Box<dyn std::error::Error>>;
 
 /// A line of a plot.
 pub(super) struct Series {
@@ -92,8 +92,8 @@ pub(super) fn flops(
     Ok(())
 }
 
-/// Draws into a string and writes that to `name`.svg.
-pub(super) fn save(folder: &Path, name: &str, draw: impl FnOnce(&Area) -> Drawn) -> Result<(), Error> {
+/// Draws into a string and writes that to `name`.svg in `folder`.
+pub(crate) fn save(folder: &Path, name: &str, draw: impl FnOnce(&Area) -> Drawn) -> Result<(), Error> {
     let path = folder.join(format!("{name}.svg"));
     let mut svg = String::new();
     {

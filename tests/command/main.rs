@@ -14,4 +14,6 @@ mod render;
 mod sandbox;
 mod scenes;
 mod trace;
+#[cfg(unix)]
+mod tune;
 mod verify;

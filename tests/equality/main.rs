@@ -9,6 +9,7 @@ mod cases;
 mod draft;
 mod kernels;
 mod pair;
+mod parameters;
 mod placement;
 mod radii;
 mod random_scenes;

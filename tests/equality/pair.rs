@@ -1,7 +1,7 @@
 //! Both engines in step, and where they first differ.
 
 use crate::cases;
-use fast::LaneKind;
+use fast::{LaneKind, Parameters};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use scene::{Engine, Film, Plane, Rgb, Scene, Settings, Stats};
 use std::sync::OnceLock;
@@ -16,12 +16,15 @@ pub(crate) struct Way {
     pub(crate) threads: usize,
     /// As `fast::Sppm::deposits_at_once`.
     pub(crate) deposits_at_once: Option<u32>,
+    /// The free parameters.
+    pub(crate) parameters: Parameters,
 }
 
 /// Every kind of lanes that this processor has, on `threads` threads.
 pub(crate) fn all_lanes(threads: usize) -> Vec<Way> {
     let lanes = LaneKind::ALL.into_iter().filter(|lanes| lanes.is_available());
-    lanes.map(|lanes| Way { lanes, threads, deposits_at_once: None }).collect()
+    let parameters = Parameters::default();
+    lanes.map(|lanes| Way { lanes, threads, deposits_at_once: None, parameters }).collect()
 }
 
 /// So many cases, or as many times that as is asked for; at least one.
@@ -71,7 +74,7 @@ pub(crate) fn compare(scene: &Scene, settings: &Settings, ways: &[Way]) -> Resul
 }
 
 fn start<'a>(scene: &'a Scene, settings: &Settings, way: Way) -> fast::Sppm<'a> {
-    let engine = fast::Sppm::with_lanes(scene, settings, way.lanes);
+    let engine = fast::Sppm::with_parameters(scene, settings, way.lanes, &way.parameters);
     match way.deposits_at_once {
         Some(most) => engine.deposits_at_once(most),
         None => engine,

@@ -2,7 +2,7 @@
 //!
 //! Balls are the spheres met from outside: solid ones and glass. Walls around the eye are few, and are tried one by
 //! one elsewhere. Few balls are tried one by one as well; more stand in [`clusters`], many in a [`tree`]. The limits
-//! are measured (`benches/hierarchy.rs`), and the hits the same, bit for bit.
+//! ([`Parameters::search`]) are measured (`benches/intersection.rs`), and the hits the same, bit for bit.
 //!
 //! Every search works on *keys*: distance in the high half, sphere in the low. As distances are not negative, keys
 //! order as the contract demands: by distance, and of equal distances the lower sphere first.
@@ -13,6 +13,7 @@ mod leaves;
 mod tree;
 
 use crate::lanes::{Lanes, Row};
+use crate::parameters::Parameters;
 use crate::paths::{Floats, ROOM, Vectors, Words};
 use crate::vec3::V3;
 use candidates::Candidates;
@@ -22,11 +23,6 @@ use scene::Still;
 use scene::ray::{NO_SPHERE, SphereId};
 use scene::still::Role;
 use tree::{Tree, Wave};
-
-/// The most balls that are tried one by one.
-const MOST_IN_TURN: usize = 12;
-/// The most balls in clusters.
-const MOST_IN_CLUSTERS: usize = 1024;
 
 /// Rays of a batch, as a search reads them.
 pub(crate) struct Rays<'a> {
@@ -69,6 +65,11 @@ impl Scratch {
     }
 }
 
+/// How many balls there are: spheres that are met from outside, solid or glass.
+pub fn ball_count(still: &Still) -> usize {
+    still.roles.iter().filter(|role| !matches!(role, Role::Enclosure(_))).count()
+}
+
 /// Balls, and how they are searched.
 #[derive(Debug)]
 pub(crate) enum Hierarchy {
@@ -79,18 +80,9 @@ pub(crate) enum Hierarchy {
 }
 
 impl Hierarchy {
-    /// The search that is fastest for so many balls.
+    /// The search that is usually fastest for so many balls.
     pub(crate) fn new(still: &Still) -> Self {
-        let is_ball = |role: &&Role| !matches!(role, Role::Enclosure(_));
-        let count = still.roles.iter().filter(is_ball).count();
-        let search = if count <= MOST_IN_TURN {
-            Search::InTurn
-        } else if count <= MOST_IN_CLUSTERS {
-            Search::Clusters
-        } else {
-            Search::Tree
-        };
-        Self::with_search(still, search)
+        Self::with_search(still, Parameters::default().search(ball_count(still)))
     }
 
     /// The given search, whatever the number of balls.
@@ -131,13 +123,16 @@ impl Hierarchy {
         t: &mut Floats,
         hit: &mut Words,
     ) {
+        if !self.holds_balls() {
+            return;
+        }
         let Scratch { queues, wave, candidates } = scratch;
         let mut keys = [0; ROOM];
         for k in 0..rays.count {
             keys[k] = hit_key(t[k], hit[k]);
         }
         match self {
-            Self::InTurn => return,
+            Self::InTurn => {}
             Self::Clusters(clusters) => {
                 clusters.search::<L>(surfaces, rays, t, queues, candidates, &mut keys);
             }
@@ -160,13 +155,16 @@ impl Hierarchy {
         scratch: &mut Scratch,
         t: &mut Floats,
     ) {
+        if !self.holds_balls() {
+            return;
+        }
         let Scratch { queues, wave, candidates } = scratch;
         let mut keys = [0; ROOM];
         for k in 0..rays.count {
             keys[k] = limit_key(t[k]);
         }
         match self {
-            Self::InTurn => return,
+            Self::InTurn => {}
             Self::Clusters(clusters) => {
                 clusters.search::<L>(surfaces, rays, t, queues, candidates, &mut keys);
             }

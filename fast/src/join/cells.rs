@@ -26,6 +26,11 @@ pub(crate) struct Cells {
     pub(crate) mask: u32,
 }
 
+/// The size of a table of at least `buckets` buckets, within reason.
+pub(crate) fn table_size(buckets: usize) -> usize {
+    buckets.next_power_of_two().clamp(1 << 12, 1 << 22)
+}
+
 /// The cells between two corners, both included.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span {
@@ -36,7 +41,7 @@ pub(crate) struct Span {
 impl Cells {
     /// A map of cells of the given size onto at least `buckets` buckets.
     pub(crate) fn new(size: f32, buckets: usize) -> Self {
-        let buckets = buckets.next_power_of_two().clamp(1 << 12, 1 << 22) as u32;
+        let buckets = table_size(buckets) as u32;
         let mask = buckets - 1;
         // Shares of the table whose multiples stay apart (square roots of small primes); odd, and moved until the
         // rows of a window are apart.

@@ -4,9 +4,6 @@ use super::cells::{Bounds, Cells};
 use crate::lanes::Lanes;
 use crate::vec3::V3;
 
-/// Bits of the map: 64 KiB, small enough to stay in the second-level cache, large enough that few cells collide.
-const BITS: usize = 1 << 19;
-
 /// The occupancy of space by visible points.
 pub(crate) struct Occupancy {
     cells: Cells,
@@ -14,9 +11,9 @@ pub(crate) struct Occupancy {
 }
 
 impl Occupancy {
-    /// An empty map of cells of the given size.
-    pub(crate) fn new(size: f32) -> Self {
-        Self { cells: Cells::new(size, BITS), words: vec![0; BITS / 32] }
+    /// An empty map of cells of the given size, of so many bits, a power of two.
+    pub(crate) fn new(size: f32, bits: u32) -> Self {
+        Self { cells: Cells::new(size, bits as usize), words: vec![0; bits as usize / 32] }
     }
 
     /// Marks the cells within reach of a box, if they fit into a window; else does nothing and gives false.

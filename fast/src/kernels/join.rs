@@ -8,6 +8,7 @@ use crate::join::deposits::{Binned, SAFE, Sorted, bin_shift};
 use crate::join::gather::{Scratch, Sums};
 use crate::join::{GROUP, JoinCounts, cells, gather_group, occupancy};
 use crate::lanes::{Lanes, Row};
+use crate::parameters::Parameters;
 use crate::vec3::V3;
 use scene::Vec3;
 use scene::ray::SphereId;
@@ -102,7 +103,7 @@ pub struct Occupancy(pub(super) occupancy::Occupancy);
 impl Occupancy {
     /// An empty one.
     pub fn new(cell_size: f32) -> Self {
-        Self(occupancy::Occupancy::new(cell_size))
+        Self(occupancy::Occupancy::new(cell_size, Parameters::default().occupancy_bits))
     }
 
     /// Marks what is near a box, and gives true, unless it is more than a window.

@@ -53,7 +53,8 @@ pub fn camera_pass(
     let pixels = vec![Row([1.0; 8]); rows.len()];
     let (batch, occupancy) = (&mut CameraBatch::new(), &mut Occupancy::new(1.0).0);
     let (pass, rows_of_job) = (&pass, &mut rows[..]);
-    let job = CameraJob { pass, batch, first: 0, rows: rows_of_job, pixels: &pixels, occupancy };
+    let job =
+        CameraJob { pass, batch, at_once: BATCH, first: 0, rows: rows_of_job, pixels: &pixels, occupancy };
     let counts = dispatch(lanes, job);
     let sample = |x, y| {
         let PixelRows { visible, light } = rows[slot_of(settings.width, x, y)];
@@ -99,6 +100,7 @@ pub fn photon_pass(
         reach,
         slack: rounding_of_points(still),
         shifts: emission_shifts(settings.seed, iteration),
+        at_once: BATCH,
     };
     let mut out = Binned::new();
     let job = PhotonJob { pass: &pass, batch: &mut PhotonBatch::new(), photons, out: &mut out };

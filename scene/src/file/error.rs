@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use thiserror::Error;
 
-/// A scene file that cannot be used. Displays as one line, `path:line:column: what is wrong and would be right`.
+/// A scene file, or another of our TOML files, that cannot be used. Displays as one line, `path:line:column: what is wrong and would be right`.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{}{}: {message}", escape(.name), place(*.position))]
 pub struct FileError {
@@ -65,7 +65,7 @@ impl Position {
 
 /// A fault at a byte of the text, on its way to a [`FileError`].
 #[derive(Debug)]
-pub(super) struct Fault {
+pub struct Fault {
     pub(super) at: usize,
     pub(super) message: String,
 }

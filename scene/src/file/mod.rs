@@ -11,14 +11,15 @@ mod settings;
 mod sphere;
 mod write;
 
-pub use error::{FileError, Position};
+pub use error::{Fault, FileError, Position};
+pub use reader::{Field, Section};
 pub use write::{digest, to_text};
 
 use crate::{Rgb, Scene, Settings};
 use checks::Checks;
-use error::{Fault, escape, quote};
+use error::{escape, quote};
 use material::Materials;
-use reader::{Section, Subject};
+use reader::Subject;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
@@ -34,25 +35,46 @@ const KEYS: [&str; 6] = ["name", "background", "camera", "settings", "materials"
 /// # Errors
 /// If the file cannot be read, or as [`parse`].
 pub fn load(path: &Path) -> Result<Scene, FileError> {
+    parse(&path.to_string_lossy(), &load_text(path, "scene")?)
+}
+
+/// Reads a TOML file of another kind than a scene as strictly: its root may have only the keys `keys`, and is what
+/// `read` understands; `kind` is what messages call it.
+///
+/// # Errors
+/// If the file cannot be read or is no TOML, for another key, or a fault of `read`, at its place.
+pub fn load_other<T>(
+    path: &Path,
+    kind: &str,
+    keys: &[&str],
+    read: impl FnOnce(&Section) -> Result<T, Fault>,
+) -> Result<T, FileError> {
+    let (name, text) = (path.to_string_lossy(), load_text(path, kind)?);
+    let read = || {
+        let document = DeTable::parse(&text).map_err(|e| syntax_fault(&text, &e))?;
+        read(&Section::new(Subject::Other(kind), 0, document.get_ref(), keys)?)
+    };
+    read().map_err(|fault| FileError::in_text(&name, &text, &fault))
+}
+
+/// The text in the file `path`, which should be of this kind.
+fn load_text(path: &Path, kind: &str) -> Result<String, FileError> {
     let name = path.to_string_lossy();
     let unread = |message: &str| FileError::unread(&name, message);
     let bytes = read_bytes(path).map_err(|e| match e.kind() {
         ErrorKind::NotFound => unread("there is no such file"),
-        ErrorKind::IsADirectory => unread("this is a directory; a scene is a file"),
+        ErrorKind::IsADirectory => unread(&format!("this is a directory; a {kind} is a file")),
         ErrorKind::FileTooLarge => {
-            unread(&format!("is too large; a scene file has at most {MAX_BYTES} bytes"))
+            unread(&format!("is too large; a {kind} file has at most {MAX_BYTES} bytes"))
         }
         _ => unread(&format!("cannot be read: {e}")),
     })?;
-    match std::str::from_utf8(&bytes) {
-        Ok(text) => parse(&name, text),
-        Err(e) => {
-            let (valid, rest) = bytes.split_at(e.valid_up_to());
-            let message = format!("byte 0x{:02x} is not UTF-8; a scene file is UTF-8 text", rest[0]);
-            let text = String::from_utf8_lossy(valid);
-            Err(FileError::in_text(&name, &text, &Fault::new(valid.len(), message)))
-        }
-    }
+    String::from_utf8(bytes).map_err(|error| {
+        let (valid, rest) = error.as_bytes().split_at(error.utf8_error().valid_up_to());
+        let message = format!("byte 0x{:02x} is not UTF-8; a {kind} file is UTF-8 text", rest[0]);
+        let text = String::from_utf8_lossy(valid);
+        FileError::in_text(&name, &text, &Fault::new(valid.len(), message))
+    })
 }
 
 /// The bytes of a file that is not too large, a pipe among others, which tells its length only at its end.

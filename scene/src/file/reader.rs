@@ -16,6 +16,8 @@ pub(super) const LIMIT: f64 = 1e15;
 /// Whose key it is, for messages.
 #[derive(Clone, Copy)]
 pub(super) enum Subject<'a> {
+    /// A file of another kind, or a part of it, as messages name it.
+    Other(&'a str),
     Scene,
     Camera,
     Settings,
@@ -30,6 +32,7 @@ pub(super) enum Subject<'a> {
 impl fmt::Display for Subject<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
+            Self::Other(name) => write!(f, "{name}"),
             Self::Scene => write!(f, "the scene"),
             Self::Camera => write!(f, "[camera]"),
             Self::Settings => write!(f, "[settings]"),
@@ -44,7 +47,7 @@ impl fmt::Display for Subject<'_> {
 
 /// A table whose keys are known to be right.
 #[derive(Clone, Copy)]
-pub(super) struct Section<'a> {
+pub struct Section<'a> {
     pub(super) subject: Subject<'a>,
     /// Where it begins, which is where a missing key is reported.
     pub(super) at: usize,
@@ -72,7 +75,7 @@ impl<'a> Section<'a> {
     }
 
     /// The field `key`, if there.
-    pub(super) fn get(&self, key: &'static str) -> Option<Field<'a>> {
+    pub fn get(&self, key: &'static str) -> Option<Field<'a>> {
         let value = self.table.get(key)?;
         Some(Field { subject: self.subject, key, at: value.span().start, value: value.get_ref() })
     }
@@ -101,9 +104,10 @@ impl<'a> Section<'a> {
 
 /// A value and whose it is.
 #[derive(Clone, Copy)]
-pub(super) struct Field<'a> {
+pub struct Field<'a> {
     pub(super) subject: Subject<'a>,
     pub(super) key: &'static str,
+    /// Where the value begins.
     pub(super) at: usize,
     pub(super) value: &'a DeValue<'a>,
 }
@@ -118,7 +122,7 @@ pub(super) struct Number<'a> {
 
 impl<'a> Field<'a> {
     /// `key` with its value as written is wrong: `problem` says why, and what would be right.
-    pub(super) fn fault(&self, problem: impl fmt::Display) -> Fault {
+    pub fn fault(&self, problem: impl fmt::Display) -> Fault {
         let written = match self.value {
             DeValue::Integer(v) => format!(" {}", short(&v.to_string())),
             DeValue::Float(v) => format!(" {}", short(v.as_str())),
@@ -126,6 +130,23 @@ impl<'a> Field<'a> {
             _ => String::new(),
         };
         Fault::new(self.at, format!("{}{written} of {} {problem}", self.key, self.subject))
+    }
+
+    /// The value as a table that may have only the keys `keys`; messages call it `name`.
+    ///
+    /// # Errors
+    /// If it is no table, or has another key.
+    pub fn section(&self, name: &'a str, keys: &[&str]) -> Result<Section<'a>, Fault> {
+        let table = self.value.as_table().ok_or_else(|| self.wrong_type("a table"))?;
+        Section::new(Subject::Other(name), self.at, table, keys)
+    }
+
+    /// The value as a number, whatever its size.
+    ///
+    /// # Errors
+    /// If it is none.
+    pub fn float(&self) -> Result<f64, Fault> {
+        float(self.value).ok_or_else(|| self.wrong_type("a number"))
     }
 
     fn wrong_type(&self, expected: &str) -> Fault {
@@ -136,7 +157,7 @@ impl<'a> Field<'a> {
     }
 
     pub(super) fn number(&self) -> Result<Number<'a>, Fault> {
-        let value = float(self.value).ok_or_else(|| self.wrong_type("a number"))?;
+        let value = self.float()?;
         // Adding zero turns -0, which underflow may give too, into 0.
         let value = if value.abs() <= LIMIT { value as f32 + 0.0 } else { f32::NAN };
         Ok(Number { field: *self, value })
@@ -154,7 +175,11 @@ impl<'a> Field<'a> {
             .ok_or_else(|| self.fault(format_args!("must be a whole number from {low} to {high}")))
     }
 
-    pub(super) fn text(&self) -> Result<&'a str, Fault> {
+    /// The value as a string.
+    ///
+    /// # Errors
+    /// If it is none.
+    pub fn text(&self) -> Result<&'a str, Fault> {
         self.value.as_str().ok_or_else(|| self.wrong_type("a string"))
     }
 
