@@ -129,3 +129,63 @@ fn error(option: &'static str, problem: String) -> SettingsError {
 fn gibibytes(bytes: u64) -> String {
     format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Settings within all bounds, changed by `change`, are refused for the named option, or not at all.
+    fn assert_verdict(change: impl FnOnce(&mut Settings), refused: Option<&str>) {
+        let mut settings = Settings { width: 1, height: 1, photons_per_iteration: 1, ..Settings::default() };
+        change(&mut settings);
+        let verdict = settings.validate();
+        assert_eq!(verdict.err().map(|error| error.option), refused, "{settings:?}");
+    }
+
+    #[test]
+    fn each_bound_holds_to_the_last_step() {
+        type Field = fn(&mut Settings) -> &mut u32;
+        let fields: [(&str, Field, u32); 5] = [
+            ("width", |s| &mut s.width, MAX_SIDE),
+            ("height", |s| &mut s.height, MAX_SIDE),
+            ("iterations", |s| &mut s.iterations, MAX_ITERATIONS),
+            ("photons_per_iteration", |s| &mut s.photons_per_iteration, MAX_PHOTONS),
+            ("max_depth", |s| &mut s.max_depth, MAX_DEPTH),
+        ];
+        for (name, field, most) in fields {
+            assert_verdict(|s| *field(s) = 0, Some(name));
+            assert_verdict(|s| *field(s) = 1, None);
+            assert_verdict(|s| *field(s) = most, None);
+            assert_verdict(|s| *field(s) = most + 1, Some(name));
+        }
+    }
+
+    #[test]
+    fn pixels_and_photon_segments_have_bounds_of_their_own() {
+        let size = |width, height| move |s: &mut Settings| (s.width, s.height) = (width, height);
+        assert_verdict(size(1 << 14, 1 << 14), None);
+        assert_verdict(size((1 << 14) + 1, 1 << 14), Some("width"));
+        assert_verdict(size(1 << 8, 1 << 20), None);
+        assert_verdict(size((1 << 8) + 1, 1 << 20), Some("width"));
+        let paths = |photons, depth| {
+            move |s: &mut Settings| (s.photons_per_iteration, s.max_depth) = (photons, depth)
+        };
+        assert_verdict(paths(1 << 28, 7), None);
+        assert_verdict(paths(1 << 28, 8), Some("photons_per_iteration"));
+        assert_verdict(paths(1 << 19, 1 << 12), Some("photons_per_iteration"));
+        assert_verdict(paths((1 << 19) - 1, 1 << 12), None);
+    }
+
+    #[test]
+    fn radii_are_those_whose_squares_are_normal() {
+        let [low, high] = RADIUS_RANGE;
+        assert!([low, high].into_iter().all(|radius| (radius * radius).is_normal()));
+        let of = |radius| move |s: &mut Settings| s.initial_radius = radius;
+        for radius in [low, 1.0, high] {
+            assert_verdict(of(radius), None);
+        }
+        for radius in [low.next_down(), high.next_up(), 0.0, -1.0, f32::INFINITY, f32::NAN] {
+            assert_verdict(of(radius), Some("initial_radius"));
+        }
+    }
+}

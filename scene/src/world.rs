@@ -75,3 +75,46 @@ impl Scene {
         (center, balls().map(reach).fold(0.0, f64::max))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every sphere moves to where it is outermost, one at the end and one at the beginning of the exposure.
+    #[test]
+    fn the_sky_lies_around_everything_as_long_as_the_shutter_is_open() {
+        let mut scene = crate::builtin::scene("cornell").unwrap();
+        scene.background = Rgb::ONE;
+        let at = |center: Vec3, velocity: Vec3, radius: f32| Sphere {
+            center,
+            velocity,
+            radius,
+            material: 0,
+            emission: Rgb::ZERO,
+        };
+        scene.camera.shutter = [-1.0, 2.0];
+        scene.camera.eye = Vec3::new(0.0, 0.0, 300.0);
+        scene.camera.aperture_radius = 20.0;
+        scene.spheres = vec![
+            at(Vec3::X * 10.0, Vec3::X * 100.0, 1.0),
+            at(Vec3::Y * -10.0, Vec3::Y * 200.0, 5.0),
+            at(Vec3::ZERO, Vec3::ZERO, 2.0),
+        ];
+        let moving = scene.spheres.clone();
+        let (eye, lens) = (scene.camera.eye, scene.camera.aperture_radius);
+        let scene = scene.with_sky();
+        let sky = *scene.spheres.last().unwrap();
+        assert_eq!((sky.velocity, sky.emission), (Vec3::ZERO, Rgb::ONE));
+        assert_eq!(scene.materials[sky.material as usize], Material::Diffuse { albedo: Rgb::ZERO });
+        let reach = |center: Vec3, radius: f32| center.distance(sky.center) + radius;
+        let farthest = scene
+            .camera
+            .shutter
+            .into_iter()
+            .flat_map(|time| moving.iter().map(move |s| reach(s.at(time).center, s.radius)))
+            .fold(reach(eye, lens), f32::max);
+        // Nothing touches it, nor is it much larger than need be.
+        let share = farthest / sky.radius;
+        assert!((0.98..0.995).contains(&share), "the farthest is at {share} of the sky's radius");
+    }
+}

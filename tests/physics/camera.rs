@@ -150,6 +150,33 @@ fn rays_are_spread_evenly_over_their_pixel() {
     tell("physics", 64 * 64 * 64, "camera rays in their pixels");
 }
 
+#[test]
+fn each_tile_and_iteration_has_places_of_its_own() {
+    // Sides that are no multiples of a tile's, a short and a long one.
+    let camera = tilted();
+    let mut cases = 0;
+    for size in [[20, 44], [44, 20]] {
+        let [width, height] = size;
+        let (frame, settings) = (camera.frame(width, height), settings(width, height, 1, 1, 1.0));
+        let tiles = (0..height).step_by(8).flat_map(|y| (0..width).step_by(8).map(move |x| [x, y]));
+        let mut places: Vec<[i32; 2]> = tiles
+            .flat_map(|tile| (0..3).map(move |iteration| (tile, iteration)))
+            .map(|([x, y], iteration)| {
+                let numbers = CameraNumbers::new(&settings, iteration, x, y);
+                let direction = camera_ray(&frame, x, y, &numbers).direction.as_dvec3();
+                let place = project(&camera, camera.eye.as_dvec3() + direction, size);
+                [place[0] - f64::from(x), place[1] - f64::from(y)].map(|v| (v * 1024.0) as i32)
+            })
+            .collect();
+        let count = places.len();
+        places.sort_unstable();
+        places.dedup();
+        assert_eq!(places.len(), count, "tiles of {width} x {height} share a place");
+        cases += count;
+    }
+    tell("physics", cases, "places of tiles");
+}
+
 /// The points at which rays leave the lens, and those at which they meet the plane in focus, in units of the lens'
 /// radius about its centre and of the pixel.
 #[test]

@@ -2,8 +2,8 @@
 
 use crate::cases::tell;
 use crate::harness::{
-    BLACK, Build, assert_mean, coloured, diffuse, empty_scene, mean, pinhole, relative_error, render_path,
-    render_sppm, settings,
+    BLACK, Build, assert_mean, coloured, diffuse, empty_scene, glass, mean, pinhole, relative_error,
+    render_path, render_sppm, settings,
 };
 use reference::direct_light::{Receiver, estimate_irradiance};
 use reference::photon_pass::photon_pass;
@@ -128,6 +128,25 @@ fn a_ball_under_a_far_lamp_is_lambertian() {
     tell("physics", 12, "images of a ball under a far lamp");
 }
 
+/// Two lamps of different colours, each large: which is chosen must have nothing to do with the point chosen on it.
+#[test]
+fn a_ball_under_two_near_lamps_gets_the_light_of_each() {
+    let lamps = [(Vec3::new(0.0, 3.0, 5.0), 3.0_f32, Rgb::X), (Vec3::new(-4.0, 0.0, 3.0), 1.5, Rgb::Y * 3.0)];
+    let scene = lamps.into_iter().fold(
+        empty_scene(pinhole(Vec3::Z * 3.0, Vec3::Z, 0.01)).ball(Vec3::ZERO, 1.0, diffuse(0.5)),
+        |scene, (center, radius, emission)| scene.lamp(center, radius, BLACK, emission),
+    );
+    let share = |(center, radius, _): (Vec3, f32, Rgb)| {
+        let to_lamp = (center - Vec3::Z).as_dvec3();
+        (f64::from(radius) / to_lamp.length()).powi(2) * to_lamp.z / to_lamp.length()
+    };
+    let expected = [0.5 * share(lamps[0]), 0.5 * 3.0 * share(lamps[1]), 0.0];
+    let settings = Settings { iterations: 128, ..settings(64, 64, 100, 1, 0.1) };
+    assert_mean(&render_sppm(&scene, &settings), expected, CHOSEN, "SPPM");
+    assert_mean(&render_path(&scene, &settings), expected, CHOSEN, "path tracer");
+    tell("physics", 2, "images of a ball under two lamps");
+}
+
 /// Towards the lamp: no axis of any grid of directions.
 const AXIS: Vec3 = Vec3::new(0.48, 0.6, 0.64);
 
@@ -152,8 +171,8 @@ fn area_within(offset: f32) -> f64 {
     2.0 * PI * (1.0 + plane.clamp(-1.0, 1.0))
 }
 
-/// In the middle, close to the wall, touching it, sunk in by a part, by half, by more.
-const OFFSETS: [f32; 6] = [0.0, 1.9, 2.0, 2.5, 3.0, 3.5];
+/// In the middle, close to the wall, touching it, sunk in by very little, by a part, by half, by more.
+const OFFSETS: [f32; 7] = [0.0, 1.9, 2.0, 2.02, 2.5, 3.0, 3.5];
 
 #[test]
 fn a_sunk_lamp_lights_the_shell_with_the_power_of_what_is_not_sunk() {
@@ -195,6 +214,71 @@ fn photons_leave_a_sunk_lamp_where_it_is_not_sunk() {
     tell("physics", OFFSETS.len(), "powers of sunk lamps by photons");
 }
 
+/// A lamp of radius 1 at the origin, and a black ball of the given radius at that distance.
+fn lamp_by_ball(radius: f32, distance: f32) -> Scene {
+    empty_scene(pinhole(Vec3::Z * -500.0, Vec3::ZERO, 60.0)).lamp(Vec3::ZERO, 1.0, BLACK, Rgb::ONE).ball(
+        AXIS * distance,
+        radius,
+        BLACK,
+    )
+}
+
+/// The share of that lamp's surface which lies outside of the ball, by Archimedes.
+fn share_outside(radius: f32, distance: f32) -> f64 {
+    let (r, d) = (f64::from(radius), f64::from(distance));
+    // The plane in which both spheres meet is this far from the lamp's centre, towards the ball.
+    let plane = (d * d + 1.0 - r * r) / (2.0 * d);
+    0.5 * (1.0 + plane.clamp(-1.0, 1.0))
+}
+
+/// A small step, relative to the radius of the ball: the bounds of what is blocked are right to that.
+const STEP: f32 = 1e-3;
+
+#[test]
+fn a_lamp_shines_where_no_ball_covers_it_however_little_that_is() {
+    let photons = 1 << 17;
+    let mut cases = 0;
+    for radius in [0.5_f32, 2.0, 40.0] {
+        // Where it begins to touch the ball, and where (if it can) it vanishes within, from a touch to half-way.
+        let (touching, swallowed) = (radius + 1.0, radius - 1.0);
+        let by_a_part = [0.3, 0.05, 0.01, STEP].map(|part| part * radius.min(1.0));
+        let sunk = by_a_part.map(|depth| touching - depth);
+        let peeking = by_a_part.map(|depth| swallowed + depth).into_iter().filter(|_| radius > 1.0);
+        for distance in sunk.into_iter().chain(peeking).chain([touching + STEP]) {
+            let (scene, what) = (lamp_by_ball(radius, distance), format!("ball {radius} at {distance}"));
+            let still = scene.at(0.0);
+            let expected = share_outside(radius, distance);
+            assert_eq!(still.lights.blockers.contains(&1), expected < 1.0, "{what}: is it sunk?");
+            let settings = settings(1, 1, photons, 1, 1.0);
+            let mut stats = Stats::default();
+            photon_pass(&still, &settings, 0, 0..photons, &mut stats, |_, _| {});
+            let share = stats.photon_segments as f64 / f64::from(photons);
+            assert!((share - expected).abs() < STRATIFIED, "{what}: {share} instead of {expected}");
+            cases += 1;
+        }
+        if radius > 1.0 {
+            let within = lamp_by_ball(radius, swallowed * (1.0 - STEP));
+            assert!(within.at(0.0).lights.entries.is_empty(), "a lamp within a ball of {radius} shines");
+            cases += 1;
+        }
+    }
+    // The same within a shell, whose wall it touches from inside and leaves.
+    for (offset, entries, blockers) in [
+        (2.0 - 3.0 * STEP, 1, 0),
+        (2.0 + 3.0 * STEP, 1, 1),
+        (4.0 - 3.0 * STEP, 1, 1),
+        (4.0 + 3.0 * STEP, 0, 0),
+    ] {
+        let lights = lamp_in_shell(offset).at(0.0).lights;
+        assert_eq!((lights.entries.len(), lights.blockers.len()), (entries, blockers), "offset {offset}");
+        cases += 1;
+    }
+    tell("physics", cases, "lamps sunk into balls and walls, by a touch and almost wholly");
+}
+
+/// Shares of 2^17 stratified photons: below the 10^-3 of as many independent ones.
+const STRATIFIED: f64 = 5e-4;
+
 #[test]
 fn both_engines_agree_about_sunk_lamps() {
     for offset in [2.0, 2.5, 3.0] {
@@ -206,6 +290,71 @@ fn both_engines_agree_about_sunk_lamps() {
         assert!(error < SAME_MEAN, "offset {offset}: {:?} and {:?}", mean(&sppm), mean(&path));
     }
     tell("physics", 3, "images of sunk lamps");
+}
+
+/// Glass of index 1 bends and reflects nothing: a sphere that glows and is otherwise not there.
+#[test]
+fn a_glowing_glass_ball_lights_what_is_within_from_its_inner_side() {
+    let albedo = [0.8, 0.4, 0.2];
+    let scene = |eye: Vec3| {
+        empty_scene(pinhole(eye, Vec3::ZERO, 2.0)).lamp(Vec3::ZERO, 7.0, glass(1.0, 1.0), Rgb::ONE).ball(
+            Vec3::ZERO,
+            1.0,
+            coloured(albedo),
+        )
+    };
+    let receiver = Receiver { point: Vec3::X, normal: Vec3::X, sphere: 1 };
+    // Half of the power is of the inner side, so half of the shadow rays go there: twice pi.
+    for (choice, expected) in [(0.25, 0.0), (0.75, 2.0 * PI)] {
+        let actual =
+            f64::from(estimate_irradiance(&scene(Vec3::X * 5.0).at(0.0), &receiver, choice, 0.3, 0.6).x);
+        assert!((actual - expected).abs() < EXACT * 2.0 * PI, "{actual} instead of {expected}");
+    }
+    // From within the ball reflects its albedo; from outside the near side of the glass is seen before it.
+    for (eye, seen) in [(5.0, 0.0), (12.0, 1.0)] {
+        let scene = scene(Vec3::Z * eye);
+        let settings = Settings { iterations: 64, ..settings(64, 64, 100, 5, 0.1) };
+        let expected = albedo.map(|albedo| seen + f64::from(albedo));
+        assert_mean(&render_sppm(&scene, &settings), expected, CHOSEN, "SPPM");
+        assert_mean(&render_path(&scene, &settings), expected, CHOSEN, "path tracer");
+    }
+    tell("physics", 6, "irradiances and images of a ball in glowing glass");
+}
+
+/// Means of 2^18 shadow rays and more that go to one of two lights by chance: a noise of 0.2 %.
+const CHOSEN: f64 = 1e-2;
+
+/// From the middle of glowing glass of index n all is met at right angles, and the share r = ((n - 1) / (n + 1))^2
+/// is reflected to the other side of it: radiance Le (1 + r + r^2 + ...).
+#[test]
+fn glowing_glass_shines_inwards_and_reflects_its_own_light() {
+    for ior in [1.0_f32, 1.5, 2.4] {
+        let scene =
+            empty_scene(pinhole(Vec3::ZERO, Vec3::X, 60.0)).lamp(Vec3::ZERO, 3.0, glass(1.0, ior), Rgb::ONE);
+        let n = f64::from(ior);
+        let expected = [1.0 / (1.0 - ((n - 1.0) / (n + 1.0)).powi(2)); 3];
+        let settings = Settings { iterations: 32, ..settings(64, 64, 1, 64, 1.0) };
+        assert_mean(&render_sppm(&scene, &settings), expected, QUADRATURE, "SPPM");
+        assert_mean(&render_path(&scene, &settings), expected, QUADRATURE, "path tracer");
+    }
+    tell("physics", 6, "images from within glowing glass");
+}
+
+/// A glowing ball of glass of index 1 at the centre of a diffuse shell: what its inner side emits comes out of the
+/// other, so it lights the shell by twice its radiance, and being no obstacle leaves it in a furnace.
+#[test]
+fn both_sides_of_a_glowing_glass_ball_light_the_shell_around_it() {
+    let (albedo, depth) = (0.5_f64, 64);
+    let scene = empty_scene(pinhole(Vec3::Z * 2.0, Vec3::Z * 3.0, 120.0))
+        .ball(Vec3::ZERO, 3.0, diffuse(0.5))
+        .lamp(Vec3::ZERO, 1.0, glass(1.0, 1.0), Rgb::ONE);
+    // Pi times the area, twice.
+    let power = f64::from(scene.at(0.0).lights.power);
+    assert!((power / (8.0 * PI * PI) - 1.0).abs() < EXACT, "power {power} is not that of two sides");
+    let expected = [albedo * 2.0 / 9.0 / (1.0 - albedo); 3];
+    let sppm = Settings { iterations: 2, ..settings(32, 32, 750_000, depth, 0.2) };
+    assert_mean(&render_sppm(&scene, &sppm), expected, SAME_MEAN, "SPPM");
+    tell("physics", 1, "furnaces with glowing glass");
 }
 
 /// Both engines' noise in image means, 0.1 % each, and the bias of SPPM where lamp and wall meet at a sharp angle.

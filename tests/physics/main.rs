@@ -19,3 +19,4 @@ mod sampling;
 mod scattering;
 mod sky;
 mod streams;
+mod ties;

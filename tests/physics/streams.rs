@@ -1,9 +1,13 @@
 //! Random streams: uniform each, and unrelated between neighbouring keys.
 
 use crate::cases::tell;
-use crate::harness::{SIGNIFICANCE, assert_uniform_square, chi_square_p};
+use crate::harness::{
+    Build, SIGNIFICANCE, assert_uniform_square, chi_square_p, empty_scene, glass, pinhole, settings,
+};
+use reference::Sppm;
 use scene::rng::{Family, Stream, StreamKey, unit_float};
 use scene::sobol::{DIMENSIONS, sobol};
+use scene::{Engine, Rgb, Vec3};
 
 const FAMILIES: [Family; 6] =
     [Family::Camera, Family::Tile, Family::Photon, Family::Emission, Family::Shutter, Family::Path];
@@ -150,4 +154,38 @@ fn shifted_sobol_points_are_uniform_in_every_two_dimensions() {
         cases += 1;
     }
     tell("physics", cases, "pairs of Sobol dimensions");
+}
+
+/// Each pixel, in each iteration, draws numbers of its own. Seen from the middle of a glowing glass ball that reflects
+/// half of the light, a pixel shows how often its path was reflected: k times in 2^-k of all cases, so two paths
+/// that have nothing to do with each other show the same in a third.
+#[test]
+fn paths_of_neighbouring_pixels_and_iterations_are_unrelated() {
+    let (width, height) = (90, 70);
+    // The reflectance at right angles is ((n - 1) / (n + 1))^2.
+    let ior = 3.0 + 8.0_f32.sqrt();
+    let scene =
+        empty_scene(pinhole(Vec3::ZERO, Vec3::X, 60.0)).lamp(Vec3::ZERO, 3.0, glass(1.0, ior), Rgb::ONE);
+    let mut engine = Sppm::new(&scene, &settings(width as u32, height as u32, 1, 64, 1.0));
+    let mut shown = || {
+        engine.iterate();
+        engine.direct().unwrap().pixels.iter().map(|p| p.x.round() as i32).collect::<Vec<i32>>()
+    };
+    let first = shown();
+    let second: Vec<i32> = shown().iter().zip(&first).map(|(sum, first)| sum - first).collect();
+    // So many standard errors more pixels show the same as that other pixel than a third.
+    let excess = |other: &[i32], dx: i32, dy: i32| {
+        let inner = (1..height - 1).flat_map(|y| (1..width - 1).map(move |x| (x, y)));
+        let at = |x, y| (y * width + x) as usize;
+        let total = f64::from((width - 2) * (height - 2));
+        let equal = inner.filter(|&(x, y)| first[at(x, y)] == other[at(x + dx, y + dy)]).count();
+        (equal as f64 - total / 3.0) / (total * 2.0 / 9.0).sqrt()
+    };
+    for (dx, dy) in [(1, 0), (0, 1), (1, 1), (1, -1)] {
+        let excess = excess(&first, dx, dy);
+        assert!(excess.abs() < DEVIATIONS, "pixels and those {dx}, {dy} away: {excess:.1} standard errors");
+    }
+    let excess = excess(&second, 0, 0);
+    assert!(excess.abs() < DEVIATIONS, "iterations: {excess:.1} standard errors");
+    tell("physics", 5, "pairs of neighbouring paths");
 }

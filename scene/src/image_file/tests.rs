@@ -107,6 +107,17 @@ fn planes_survive_and_a_png_shows_shares_of_the_maximum() {
 }
 
 #[test]
+fn png_of_a_plane_takes_the_greatest_finite_value_for_white() {
+    let folder = folder();
+    let path = folder.path().join("a.png");
+    let values = vec![f32::INFINITY, 2.0, f32::NAN, 0.5];
+    write_plane(&path, &Plane { width: 2, height: 2, values }, "radius", &Encoding::default()).unwrap();
+    let quarter = srgb::decode_code(srgb::encode_byte(0.25).into(), 255);
+    let expected = [Rgb::ONE, Rgb::ONE, Rgb::new(1.0, 0.0, 1.0), Rgb::splat(quarter)];
+    assert_eq!(read(&path).unwrap().pixels, expected);
+}
+
+#[test]
 fn png_of_a_plane_without_a_positive_value_is_black() {
     let folder = folder();
     let path = folder.path().join("a.png");

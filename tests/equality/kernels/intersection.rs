@@ -1,6 +1,6 @@
 //! What rays meet: nearest and any hit, by all three searches.
 
-use super::inputs::{scattered, scene_of};
+use super::inputs::{self, scattered, scene_of};
 use super::rays::{RayCase, ray_case};
 use super::{assert_same, assert_same_vector, check, lane_kinds, tell};
 use crate::placement::log_uniform;
@@ -8,7 +8,7 @@ use fast::{Intersector, LaneKind, Met, Search};
 use proptest::prelude::*;
 use reference::intersect::{Hit, intersect, occluded};
 use scene::ray::{NO_SPHERE, SphereId};
-use scene::{Material, Ray, Rgb, Still, Vec3};
+use scene::{Material, Ray, Rgb, Sphere, Still, Vec3};
 
 const SEARCHES: [Search; 3] = [Search::InTurn, Search::Clusters, Search::Tree];
 
@@ -139,6 +139,33 @@ fn of_equal_distances_the_lower_sphere() {
         cases += rays.len() * SEARCHES.len();
     }
     tell(cases, "rays against copies of spheres");
+}
+
+/// From a thousand units away a ball of a thousandth is smaller than what the reference rounds by: it is hit by rays
+/// that pass it, and missed by some that do not. What boxes and bounds refuse must allow for all of that.
+#[test]
+fn small_spheres_seen_from_far() {
+    let mut cases = 0;
+    for (index, (radius, distance)) in
+        [(1e-3_f32, 1e3_f32), (1e-3, 100.0), (0.02, 1e4), (0.3, 300.0)].into_iter().enumerate()
+    {
+        let mut stream = inputs::numbers(700 + index as u32);
+        let ball = |center| Sphere { center, velocity: Vec3::ZERO, radius, material: 0, emission: Rgb::ZERO };
+        let spheres: Vec<Sphere> =
+            (0..300).map(|_| ball(inputs::place(&mut stream, 300.0 * radius.max(0.1)))).collect();
+        let past = |sphere: &Sphere| {
+            let direction = inputs::direction(&mut stream);
+            let (s, t) = reference::sampling::frame(direction);
+            let (x, y) = reference::sampling::uniform_disk(stream.next_f32(), stream.next_f32());
+            let aside = (s * x + t * y) * (radius * 2.0);
+            Ray { origin: sphere.center + aside - direction * distance, direction, leaves: NO_SPHERE }
+        };
+        let rays: Vec<Ray> = spheres.iter().cycle().take(1500).map(past).collect();
+        let scene = scene_of(spheres, Vec3::splat(1e5));
+        assert!(compare(&scene.at(0.0), &rays, &SEARCHES) > 200);
+        cases += rays.len() * SEARCHES.len();
+    }
+    tell(cases, "rays from far to small spheres");
 }
 
 /// The renderer's own choice of a search finds the same, on both sides of the limits.

@@ -1,6 +1,7 @@
 //! Camera pass, photon pass and direct light by themselves, before anything is summed up.
 
-use super::{assert_same_vector, check, lane_kinds};
+use super::inputs::{self, numbers, scene_of};
+use super::{assert_same_vector, check, lane_kinds, tell};
 use crate::draft::{Case, case};
 use fast::LaneKind;
 use fast::kernels::{
@@ -11,8 +12,10 @@ use proptest::prelude::*;
 use reference::camera_pass::{CameraNumbers, VisiblePoint, camera_ray, trace};
 use reference::contributes;
 use reference::direct_light::estimate_irradiance;
+use reference::intersect::{Hit, intersect};
 use reference::photon_pass::Deposit;
-use scene::{Rgb, Scene, Settings, Stats, Still, Vec3};
+use scene::ray::NO_SPHERE;
+use scene::{Ray, Rgb, Scene, Settings, Sphere, Stats, Still, Vec3};
 use std::collections::HashMap;
 
 /// What the reference's camera pass finds, pixel by pixel.
@@ -189,6 +192,104 @@ fn direct_light_on_any_point() {
         }
         Ok(())
     });
+}
+
+/// A ball of radius 1 in a glowing shell, at that x.
+fn ball_in_shell(offset: f32) -> Scene {
+    let sphere = |radius, emission| Sphere {
+        center: Vec3::X * offset,
+        velocity: Vec3::ZERO,
+        radius,
+        material: 0,
+        emission: Rgb::splat(emission),
+    };
+    scene_of(vec![sphere(1.0, 0.0), sphere(9.0, 1.0)], Vec3::new(offset, 3.0, 4.0))
+}
+
+/// What lies far out is rounded to points whose normals say something else than their places: a photon that is called
+/// safe has to count all the same at every point within reach, on the far side of the ball's edge not.
+#[test]
+fn safe_photons_count_at_all_points_within_reach() {
+    let mut cases = 0;
+    for offset in [0.0_f32, 3e3, 1e5] {
+        let scene = ball_in_shell(offset);
+        let still = scene.at(0.0);
+        let photons = 1 << 13;
+        let settings = Settings { photons_per_iteration: photons, max_depth: 4, ..scene.settings };
+        // Points of the ball, as rays find them.
+        let mut stream = numbers(71);
+        let points: Vec<Hit> = (0..4000)
+            .filter_map(|_| {
+                let start = inputs::direction(&mut stream);
+                let aim = inputs::direction(&mut stream);
+                let (origin, target) = (scene.spheres[0].center + start * 5.0, scene.spheres[0].center + aim);
+                let direction = reference::sampling::unit(target - origin);
+                intersect(&still, &Ray { origin, direction, leaves: NO_SPHERE }).filter(|hit| hit.sphere == 0)
+            })
+            .collect();
+        // From a step of the coordinates to what is plain to see.
+        for reach in [1e-3_f32, 0.02, 0.1, 0.4].map(|reach| reach.max(offset * f32::EPSILON)) {
+            let mut wanted = Occupancy::new(20.0);
+            let (low, high) = (scene.spheres[0].center - 1.0, scene.spheres[0].center + 1.0);
+            assert!(wanted.mark(LaneKind::best(), Query { low, high, reach }));
+            let by = (&wanted, Cells::new(reach * 1.5, 4096), reach);
+            for lanes in lane_kinds() {
+                let run = photon_pass(&still, &settings, 0, 0..photons, by, lanes);
+                let on_ball: Vec<&Photon> = run.photons.iter().map(|(photon, _)| photon).collect();
+                let safe = on_ball.iter().filter(|photon| photon.is_safe && photon.sphere == 0);
+                for (photon, hit) in safe.flat_map(|photon| points.iter().map(move |hit| (photon, hit))) {
+                    let d = photon.point - hit.point;
+                    let counts = photon.wi.dot(hit.normal) > 0.0;
+                    assert!(
+                        counts || d.dot(d) >= reach * reach,
+                        "{lanes:?}, reach {reach}: {photon:?} at {hit:?}"
+                    );
+                }
+                cases += points.len();
+            }
+        }
+    }
+    tell(cases, "points among safe photons");
+}
+
+/// Where a ball touches the lamp, the distance to the lamp's centre is its radius: the reference sees no light there.
+#[test]
+fn where_a_lamp_is_touched_it_gives_nothing() {
+    let sphere = |x: f32, radius, emission| Sphere {
+        center: Vec3::X * x,
+        velocity: Vec3::ZERO,
+        radius,
+        material: 0,
+        emission: Rgb::splat(emission),
+    };
+    let mut cases = 0;
+    for (radius, other) in [(1.0_f32, 1.0_f32), (2.0, 0.5), (0.5, 4.0)] {
+        let scene =
+            scene_of(vec![sphere(0.0, radius, 1.0), sphere(radius + other, other, 0.0)], Vec3::Z * 99.0);
+        let still = scene.at(0.0);
+        let steps = [radius.next_down(), radius, radius.next_up(), radius * 1.01, radius * 0.99];
+        let normals = [Vec3::NEG_X, Vec3::Y, Vec3::new(-0.6, 0.8, 0.0), Vec3::X];
+        let receivers: Vec<Receiver> = steps
+            .into_iter()
+            .flat_map(|x| normals.map(|normal| Receiver { point: Vec3::X * x, normal, sphere: 1 }))
+            .collect();
+        for (u, v) in [(0.0, 0.0), (0.3, 0.6), (0.9, 0.2), (1.0 - f32::EPSILON, 0.5)] {
+            let column = |x: f32| vec![x; receivers.len()];
+            let columns = [column(0.0), column(u), column(v)];
+            for lanes in lane_kinds() {
+                let actual = direct_light(&still, &receivers, columns.each_ref().map(|c| &c[..]), lanes);
+                for (receiver, actual) in receivers.iter().zip(actual) {
+                    let Receiver { point, normal, sphere } = *receiver;
+                    let as_reference = reference::direct_light::Receiver { point, normal, sphere };
+                    let expected = estimate_irradiance(&still, &as_reference, 0.0, u, v);
+                    assert_same_vector(actual, expected, &(lanes, receiver, u, v));
+                    assert!(point.x != radius || expected == Rgb::ZERO, "{receiver:?} is lit");
+                    cases += 1;
+                }
+            }
+        }
+    }
+    tell(cases, "direct light where a lamp is touched");
 }
 
 /// The engines agree on photons in any piece of the range, not only on all.
