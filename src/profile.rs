@@ -3,7 +3,7 @@
 use crate::engines::LanesName;
 use crate::error::Error;
 use clap::ValueEnum;
-use fast::{ParameterError, Parameters};
+use fast::{ParameterError, Parameters, Values};
 use scene::file::{Fault, Field, Section, load_other};
 use std::fmt::Write;
 use std::path::Path;
@@ -45,7 +45,11 @@ impl Profile {
         let mut text = String::from("[parameters]\n");
         for (parameter, value) in Parameters::ALL.iter().zip(self.parameters.values()) {
             // As it was before it became an `f64`: the shortest text that gives the same value.
-            let _ = writeln!(text, "{} = {}", parameter.name, value as f32);
+            let value = value as f32;
+            let _ = match parameter.values {
+                Values::Any => writeln!(text, "{} = {value:?}", parameter.name),
+                Values::Whole | Values::PowersOfTwo => writeln!(text, "{} = {value}", parameter.name),
+            };
         }
         if let Some(lanes) = self.lanes {
             let _ = writeln!(text, "{LANES} = \"{}\"", lanes.name());
