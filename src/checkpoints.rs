@@ -3,6 +3,7 @@
 use crate::args::CheckpointArgs;
 use crate::engines::EngineName;
 use crate::error::Error;
+use crate::outputs::rescue;
 use scene::atomic_file::{self, FileError};
 use scene::checkpoint::{self, Contents, Loaded, Lock, Past, Store};
 use scene::{Resumable, Scene, Settings, Sums, file};
@@ -131,6 +132,8 @@ pub(crate) struct Keeper {
     last: Instant,
     /// The iterations that the newest checkpoint holds.
     saved: Option<u32>,
+    /// Where that is, if it could not be where it should be.
+    refuge: Option<PathBuf>,
     next: u32,
 }
 
@@ -139,8 +142,16 @@ impl Keeper {
     pub(crate) fn new(plan: Plan, scene: &Scene, digest: &str, note: &Note, saved: Option<u32>) -> Self {
         let note = serde_json::to_string(note).unwrap_or_default(); // never fails: paths are Unicode
         let text = file::to_text(scene, &scene.settings);
-        let mut keeper =
-            Self { plan, scene: text, digest: digest.into(), note, last: Instant::now(), saved, next: 0 };
+        let mut keeper = Self {
+            plan,
+            scene: text,
+            digest: digest.into(),
+            note,
+            last: Instant::now(),
+            saved,
+            refuge: None,
+            next: 0,
+        };
         keeper.schedule(saved.unwrap_or(0));
         keeper
     }
@@ -180,16 +191,39 @@ impl Keeper {
         if self.plan.lock.is_none() {
             self.plan.lock = Some(self.plan.store.lock()?);
         }
-        let (scene, digest, note) = (&self.scene, &self.digest, &self.note);
-        let contents = Contents { scene, digest, version: env!("CARGO_PKG_VERSION"), note, past };
+        let contents = self.contents(past);
         self.plan.store.save(|out| checkpoint::write(out, engine, &contents))?;
         self.saved = Some(iterations);
         Ok(())
     }
 
+    /// Saves the render for the last time: where that fails, beside it or in the folder for temporary files. Then
+    /// the error is why.
+    pub(crate) fn save_somewhere(
+        &mut self,
+        engine: &dyn Resumable,
+        past: Option<&Past>,
+    ) -> Result<(), FileError> {
+        let saved = self.save(engine, past);
+        if saved.is_err() {
+            let contents = self.contents(past);
+            let write =
+                |path: &Path| atomic_file::replace(path, |out| checkpoint::write(out, engine, &contents));
+            self.refuge = rescue(self.plan.store.path(), write);
+            self.saved = self.refuge.as_ref().map(|_| engine.iterations()).or(self.saved);
+        }
+        saved
+    }
+
+    fn contents<'a>(&'a self, past: Option<&'a Past>) -> Contents<'a> {
+        let (scene, digest, note) = (&self.scene, &self.digest, &self.note);
+        Contents { scene, digest, version: env!("CARGO_PKG_VERSION"), note, past }
+    }
+
     /// The checkpoint that is there, and the iterations it holds.
     pub(crate) fn saved(&self) -> Option<(&Path, u32)> {
-        self.saved.map(|iterations| (self.plan.store.path(), iterations))
+        let path = self.refuge.as_deref().unwrap_or(self.plan.store.path());
+        self.saved.map(|iterations| (path, iterations))
     }
 
     /// All is done: the checkpoint goes, unless it was asked for.

@@ -17,8 +17,7 @@ use crate::threads;
 use scene::checkpoint::Loaded;
 use scene::settings::MAX_ITERATIONS;
 use scene::{Resumable, Scene, Settings, Stats, file};
-use std::cell::Cell;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tracing::{debug, info, warn};
 
 /// What is to be rendered, and where to.
@@ -64,7 +63,6 @@ impl Job {
             progress: Progress::new(self.scene.settings.iterations, messages.quiet || is_json(messages)),
             lines: is_json(messages).then(Lines::default),
             clock: &clock,
-            develop: Cell::new(Duration::ZERO),
         };
         let ended = session::run(&mut *engine, &self.goals, &clock, &requests, |engine, time| {
             watch.after_iteration(engine, time)
@@ -119,8 +117,6 @@ struct Watch<'a> {
     progress: Progress,
     lines: Option<Lines>,
     clock: &'a Clock,
-    /// Time spent developing.
-    develop: Cell<Duration>,
 }
 
 impl Watch<'_> {
@@ -129,7 +125,7 @@ impl Watch<'_> {
         if self.job.goals.error.is_some() {
             self.estimate.update(iterations, || engine.develop());
         }
-        if let Err(error) = self.job.outputs.snapshot(engine, || self.shown(engine)) {
+        if let Err(error) = self.job.outputs.snapshot(iterations, || self.shown(engine)) {
             warn!("{}", error.text());
         }
         let saved = self.save_if_due(engine)?;
@@ -176,6 +172,12 @@ impl Watch<'_> {
         keeper.save(engine, self.estimate.past())
     }
 
+    /// The same for the last time, where there is room for it.
+    fn save_somewhere(&mut self, engine: &dyn Resumable) -> Result<(), scene::atomic_file::FileError> {
+        let Some(keeper) = &mut self.keeper else { return Ok(()) };
+        keeper.save_somewhere(engine, self.estimate.past())
+    }
+
     fn metadata(&self, engine: &dyn Resumable) -> Metadata {
         let (job, done) = (self.job, engine.iterations());
         // An image is what so many iterations make, whatever was asked for.
@@ -194,11 +196,8 @@ impl Watch<'_> {
         }
     }
 
-    fn shown(&self, engine: &dyn Resumable) -> Result<Shown, Error> {
-        let began = Instant::now();
-        let shown = Shown::of(engine, &self.job.outputs, &self.metadata(engine));
-        self.develop.set(self.develop.get() + began.elapsed());
-        shown
+    fn shown<'a>(&self, engine: &'a dyn Resumable) -> Result<Shown<'a>, Error> {
+        Shown::of(engine, &self.metadata(engine))
     }
 
     /// Writes what there is to write in the end, and says so.
@@ -213,19 +212,19 @@ impl Watch<'_> {
             return Err(Error::Interrupted(signal, what.into()));
         }
         // The checkpoint first: the image follows from it.
-        let unsaved = signal.and_then(|_| self.save(engine).err());
+        let unsaved = signal.and_then(|_| self.save_somewhere(engine).err());
         let shown = self.shown(engine)?;
         let report = self.report(engine, conclusion);
         let written = self.job.outputs.write(&shown, &report).map_err(|error| self.lament(engine, error))?;
-        account(&report);
+        account(&report, self.job.outputs.writing());
         let (iterations, seconds) = (counted(done, "iteration"), duration(report.wall_seconds));
         if let Some(signal) = signal {
             let all = match engine.settings().iterations {
                 MAX_ITERATIONS => iterations,
                 all => format!("{done} of {}", counted(all, "iteration")),
             };
-            let next =
-                unsaved.map_or_else(|| self.how_to_go_on().unwrap_or_default(), |error| format!("; {error}"));
+            let unsaved = unsaved.map_or(String::new(), |error| format!("; {error}"));
+            let next = unsaved + &self.how_to_go_on().unwrap_or_default();
             return Err(Error::Interrupted(
                 signal,
                 format!("wrote {written} after {all} in {seconds}{next}"),
@@ -257,7 +256,7 @@ impl Watch<'_> {
     fn lament(&mut self, engine: &dyn Resumable, error: Error) -> Error {
         let Error::Failed(problem) = error else { return error };
         // Where neither can be written, the last checkpoint is what is left.
-        let _ = self.save(engine);
+        let _ = self.save_somewhere(engine);
         let elsewhere =
             self.how_to_go_on().map_or(String::new(), |how| format!("{how}, by -o to another image"));
         Error::Failed(format!("{problem}{elsewhere}"))
@@ -292,7 +291,7 @@ impl Watch<'_> {
             resumed_after: conclusion.resumed_after,
             estimated_error: self.estimate.error,
             wall_seconds: self.clock.elapsed().as_secs_f64(),
-            develop_seconds: self.develop.get().as_secs_f64(),
+            write_seconds: self.job.outputs.writing().as_secs_f64(),
             bytes_at_most: conclusion.need.bytes,
             peak_bytes: memory::peak(),
             stats: *engine.stats(),
@@ -335,7 +334,7 @@ fn introduce(scene: &Scene, engine: Chosen, threads: usize, need: Need) {
 }
 
 /// Where time and memory went.
-fn account(report: &Report) {
+fn account(report: &Report, writing: Duration) {
     let Stats { camera_seconds, build_grid_seconds, photon_seconds, consolidate_seconds, bytes, .. } =
         report.stats;
     let passes = [
@@ -343,7 +342,7 @@ fn account(report: &Report) {
         ("grid", build_grid_seconds),
         ("photon pass", photon_seconds),
         ("consolidation", consolidate_seconds),
-        ("developing", report.develop_seconds),
+        ("developing and writing", writing.as_secs_f64()),
     ];
     let times: Vec<String> =
         passes.iter().map(|(name, seconds)| format!("{name} {}", duration(*seconds))).collect();

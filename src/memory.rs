@@ -7,10 +7,10 @@ use scene::settings::BYTES_PER_PIXEL;
 
 /// The process itself, with its libraries.
 const BYTES_OF_PROCESS: u64 = 16 << 20;
-/// What a pixel takes while an image is developed, encoded and written.
-const BYTES_PER_DEVELOPED_PIXEL: u64 = 36;
-/// What an earlier image takes, for the estimate of the error.
-const BYTES_PER_PAST_PIXEL: u64 = 12;
+/// What a column takes while an image is written, by 16 rows at a time in EXR: as they are, by channels, and packed.
+const BYTES_PER_WRITTEN_COLUMN: u64 = 1 << 10;
+/// What an earlier image and this one take, for the estimate of the error.
+const BYTES_PER_PAST_PIXEL: u64 = 24;
 /// A path tracer's sums and samples.
 const BYTES_PER_TRACED_PIXEL: u64 = 36;
 /// What a sphere takes in the scene, in its text and in its still.
@@ -79,7 +79,8 @@ fn bytes(engine: Chosen, scene: &Scene, threads: usize, has_past: bool, deposits
     let past = if has_past { BYTES_PER_PAST_PIXEL } else { 0 };
     of_engine
         + BYTES_OF_PROCESS
-        + pixels * (BYTES_PER_DEVELOPED_PIXEL + past)
+        + u64::from(settings.width) * BYTES_PER_WRITTEN_COLUMN
+        + pixels * past
         + spheres as u64 * BYTES_PER_SPHERE
 }
 

@@ -9,10 +9,12 @@ use crate::report::Report;
 use crate::text;
 use scene::atomic_file::{self, FileError};
 use scene::image_file::{self, Encoding, Format};
-use scene::{Film, Plane, Resumable};
+use scene::{Picture, Probe, Resumable, Settings};
+use std::cell::Cell;
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// What there is to write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +42,8 @@ pub(crate) struct Outputs {
     files: Vec<(Content, PathBuf)>,
     exposure: Option<f32>,
     snapshots: bool,
+    /// Time spent writing.
+    writing: Cell<Duration>,
 }
 
 impl Outputs {
@@ -61,7 +65,7 @@ impl Outputs {
         let files = wanted.into_iter().filter_map(|(content, path)| Some((content, path?))).collect();
         let snapshots = args.snapshots || usual.snapshots;
         let exposure = args.exposure.or(usual.exposure).filter(|&stops| stops != 0.0);
-        let mut outputs = Self { files, exposure, snapshots };
+        let mut outputs = Self { files, exposure, snapshots, writing: Cell::default() };
         outputs.check_engine(engine)?;
         check_distinct(inputs, &outputs.named())?;
         outputs.check_files()?;
@@ -77,6 +81,11 @@ impl Outputs {
     /// In stops, if the image is exposed.
     pub(crate) fn exposure(&self) -> Option<f32> {
         self.exposure
+    }
+
+    /// Time spent developing and writing so far.
+    pub(crate) fn writing(&self) -> Duration {
+        self.writing.get()
     }
 
     /// Adds where things go to what a checkpoint at `store` notes.
@@ -158,12 +167,11 @@ impl Outputs {
     }
 
     /// Writes the image after an iteration that is to be kept, if this is one.
-    pub(crate) fn snapshot(
+    pub(crate) fn snapshot<'a>(
         &self,
-        engine: &dyn Resumable,
-        show: impl FnOnce() -> Result<Shown, Error>,
+        iteration: u32,
+        show: impl FnOnce() -> Result<Shown<'a>, Error>,
     ) -> Result<(), Error> {
-        let iteration = engine.iterations();
         if !(self.snapshots && iteration.is_power_of_two()) {
             return Ok(());
         }
@@ -203,41 +211,45 @@ impl Outputs {
         shown: &Shown,
         report: Option<&Report>,
     ) -> Result<(), FileError> {
+        let began = Instant::now();
         let encoding = Encoding { exposure: self.exposure.unwrap_or(0.0), note: Some(&shown.note) };
-        let plane = |plane: &Option<Plane>, name| match plane {
-            Some(plane) => image_file::write_plane(path, plane, name, &encoding),
-            None => Ok(()), // never so: the engine was asked before whether it has photons
+        let values = |name, value: fn(Probe) -> f32| {
+            let pixel = |x, y| value(shown.engine.probe(x, y));
+            image_file::write_values(path, &shown.picture(&pixel), name, &encoding)
         };
-        match content {
-            Content::Image => image_file::write(path, &shown.film, &encoding),
-            Content::Radius => plane(&shown.radius, "radius"),
-            Content::Count => plane(&shown.count, "count"),
-            Content::Stats => {
-                report.map_or(Ok(()), |report| atomic_file::replace(path, |out| report.write(out)))
+        let written = match content {
+            Content::Image => {
+                let pixel = |x, y| shown.engine.probe(x, y).radiance;
+                image_file::write_picture(path, &shown.picture(&pixel), &encoding)
             }
-        }
+            Content::Radius => values("radius", |probe| probe.radius),
+            Content::Count => values("count", |probe| probe.count),
+            Content::Stats => report.map_or(Ok(()), |report| {
+                let report = Report { write_seconds: self.writing().as_secs_f64(), ..report.clone() };
+                atomic_file::replace(path, |out| report.write(out))
+            }),
+        };
+        self.writing.set(self.writing() + began.elapsed());
+        written
     }
 }
 
-/// A render as it stands.
-pub(crate) struct Shown {
-    film: Film,
-    radius: Option<Plane>,
-    count: Option<Plane>,
+/// A render as it stands. Its pixels are developed as they are written.
+pub(crate) struct Shown<'a> {
+    engine: &'a dyn Resumable,
     /// What is written into the images beside the pixels.
     note: String,
 }
 
-impl Shown {
-    /// What `outputs` hold of the render of `engine`, whose images say `metadata`.
-    pub(crate) fn of(engine: &dyn Resumable, outputs: &Outputs, metadata: &Metadata) -> Result<Self, Error> {
-        let wants = |content| outputs.files.iter().any(|(wanted, _)| *wanted == content);
-        Ok(Self {
-            film: engine.develop(),
-            radius: wants(Content::Radius).then(|| engine.radius()).flatten(),
-            count: wants(Content::Count).then(|| engine.count()).flatten(),
-            note: metadata.to_note()?,
-        })
+impl<'a> Shown<'a> {
+    /// The render of `engine`, whose images say `metadata`.
+    pub(crate) fn of(engine: &'a dyn Resumable, metadata: &Metadata) -> Result<Self, Error> {
+        Ok(Self { engine, note: metadata.to_note()? })
+    }
+
+    fn picture<'b, T>(&self, pixel: &'b (dyn Fn(u32, u32) -> T + Sync)) -> Picture<'b, T> {
+        let Settings { width, height, .. } = *self.engine.settings();
+        Picture { width, height, pixel }
     }
 }
 
@@ -289,7 +301,7 @@ fn identity(path: &Path) -> PathBuf {
 
 /// Writes what should have become `path` beside it or, failing that, into the folder for temporary files; tells
 /// where. Overwrites nothing.
-fn rescue(path: &Path, write: impl Fn(&Path) -> Result<(), FileError>) -> Option<PathBuf> {
+pub(crate) fn rescue(path: &Path, write: impl Fn(&Path) -> Result<(), FileError>) -> Option<PathBuf> {
     let mut name = path.file_stem().unwrap_or(OsStr::new("image")).to_owned();
     name.push(format!("-rescued-{}.", std::process::id()));
     name.push(path.extension().unwrap_or(OsStr::new("json")));

@@ -6,7 +6,7 @@ use serde::Serialize;
 use std::io::{self, Write};
 
 /// A render, for people who measure.
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 pub(crate) struct Report {
     /// Of this command.
     pub version: &'static str,
@@ -30,10 +30,10 @@ pub(crate) struct Report {
     pub resumed_after: u32,
     /// The last estimate of the relative error, if one was asked for.
     pub estimated_error: Option<f64>,
-    /// From the first iteration's start to the last one's end, developing included; of this session alone.
+    /// From the first iteration's start to the last one's end; of this session alone.
     pub wall_seconds: f64,
-    /// Developing, once for every image that was written; of this session alone.
-    pub develop_seconds: f64,
+    /// Developing and writing images; of this session alone. Only the last ones are not part of `wall_seconds`.
+    pub write_seconds: f64,
     /// The figure that was told before the start.
     pub bytes_at_most: u64,
     /// The most memory that the process held, where the system tells.

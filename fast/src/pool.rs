@@ -23,6 +23,24 @@ impl<T> Pool<T> {
         self.lock().push(buffer);
     }
 
+    /// Puts many to rest.
+    pub(crate) fn put_all(&self, buffers: impl Iterator<Item = T>) {
+        self.lock().extend(buffers);
+    }
+
+    /// Makes sure that so many are at rest.
+    pub(crate) fn fill(&self, count: usize, new: impl Fn() -> T) {
+        let mut rested = self.lock();
+        while rested.len() < count {
+            rested.push(new());
+        }
+    }
+
+    /// How many are at rest.
+    pub(crate) fn count(&self) -> usize {
+        self.lock().len()
+    }
+
     /// All buffers at rest.
     pub(crate) fn all(&mut self) -> &mut Vec<T> {
         self.0.get_mut().unwrap_or_else(PoisonError::into_inner)

@@ -9,7 +9,7 @@ use crate::direct_light::LightTable;
 use crate::dispatch::{Kernel, LaneKind, dispatch};
 use crate::hierarchy::ball_count;
 use crate::join::cells::{Cells, WINDOW};
-use crate::join::deposits::{Binned, Sorted};
+use crate::join::deposits::{Binned, Chunks, Sorted, bytes_at_rest, reserve};
 use crate::join::gather::{Scratch, Sums};
 use crate::join::occupancy::Occupancy;
 use crate::join::{GROUP, JoinCounts, gather_group, mark};
@@ -18,10 +18,12 @@ use crate::parameters::Parameters;
 use crate::photon_pass::{Emitters, PhotonBatch, PhotonCounts, PhotonPass, emission_shifts};
 use crate::pool::Pool;
 use crate::tables::Tables;
+use rayon::current_num_threads;
 use rayon::prelude::*;
 use scene::{Engine, Film, Plane, Resumable, Scene, Settings, Stats, Still, Stop, Vec3};
 use std::mem::take;
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Deposits that are held at most (but for one round of jobs) before they are joined, unless one asks for others.
@@ -50,6 +52,8 @@ pub struct Sppm<'a> {
     sorted: Sorted,
     camera_workers: Pool<CameraWorker>,
     photon_workers: Pool<PhotonWorker>,
+    /// Room for deposits in bins.
+    chunks: Arc<Chunks>,
     /// What follows from the scene alone, if nothing moves.
     prepared: Option<Prepared<'a>>,
     stats: Stats,
@@ -82,8 +86,8 @@ struct PhotonWorker {
 }
 
 impl PhotonWorker {
-    fn new() -> Self {
-        Self { batch: PhotonBatch::new(), out: Binned::new(), segments: 0, deposits: 0 }
+    fn new(chunks: &Arc<Chunks>) -> Self {
+        Self { batch: PhotonBatch::new(), out: Binned::new(chunks), segments: 0, deposits: 0 }
     }
 }
 
@@ -139,6 +143,7 @@ impl<'a> Sppm<'a> {
             sorted: Sorted::new(),
             camera_workers: Pool::new(),
             photon_workers: Pool::new(),
+            chunks: Arc::new(Pool::new()),
             prepared: (!moves).then(|| Prepared::new(scene.at(0.0), parameters)),
             stats: Stats::default(),
             has_long_joins: None,
@@ -180,6 +185,7 @@ impl<'a> Sppm<'a> {
         let (lanes, pixels) = (self.lanes, &self.pixels);
         let jobs = self.rows.par_chunks_mut(per_job).zip(pixels.par_chunks(per_job)).enumerate();
         let workers = &self.camera_workers;
+        workers.fill(jobs.len().min(current_num_threads()), CameraWorker::new);
         jobs.for_each(|(job, (rows, pixels))| {
             if stop.is_requested() {
                 return;
@@ -217,12 +223,13 @@ impl<'a> Sppm<'a> {
         while next < total && deposits < at_once as usize {
             let end = total.min(next.saturating_add(most));
             let jobs: Vec<u32> = (next..end).step_by(per_job as usize).collect();
-            let workers = &self.photon_workers;
+            let (workers, chunks) = (&self.photon_workers, &self.chunks);
+            workers.fill(jobs.len().min(current_num_threads()), || PhotonWorker::new(chunks));
             jobs.into_par_iter().for_each(|start| {
                 if stop.is_requested() {
                     return;
                 }
-                let mut worker = workers.take(PhotonWorker::new);
+                let mut worker = workers.take(|| PhotonWorker::new(chunks));
                 let photons = start..end.min(start.saturating_add(per_job));
                 let (batch, out) = (&mut worker.batch, &mut worker.out);
                 let counts = dispatch(lanes, PhotonJob { pass, batch, photons, out });
@@ -246,9 +253,11 @@ impl<'a> Sppm<'a> {
         let workers = self.photon_workers.all();
         let parts: Vec<&Binned> = workers.iter().map(|worker| &worker.out).collect();
         self.sorted.fill(&parts, cells);
+        let deposits = parts.iter().map(|part| part.count).sum();
         for worker in workers {
             worker.out.clear();
         }
+        reserve(&self.chunks, deposits);
     }
 
     /// Joins the sorted deposits with all visible points; on the last round of the iteration, consolidates.
@@ -351,7 +360,7 @@ impl<'a> Sppm<'a> {
         let pixels =
             size_of_val(&self.pixels[..]) + size_of_val(&self.rows[..]) + size_of_val(&self.sums[..]);
         let bins: usize = self.photon_workers.all().iter().map(|worker| worker.out.bytes()).sum();
-        pixels + self.sorted.bytes() + bins
+        pixels + self.sorted.bytes() + bins + bytes_at_rest(&self.chunks)
     }
 
     /// A value of every pixel, row by row.

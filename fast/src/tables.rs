@@ -76,9 +76,9 @@ impl Tables {
         let shapes: Vec<Shape> = ids.map(|id| shape(still, id)).collect();
         let casts_shadow = |s: &&Shape| !matches!(s, Shape::Enclosure(e) if !e.casts_shadow);
         let shadow_casters = shapes.iter().filter(casts_shadow).copied().collect();
-        let surfaces =
-            still.spheres.iter().zip(&still.roles).map(|(s, role)| surface_row(still, s, *role)).collect();
-        let materials = still.materials.iter().map(material_row).collect();
+        let spheres = still.spheres.iter().zip(&still.roles);
+        let surfaces = never_empty(spheres.map(|(s, role)| surface_row(still, s, *role)).collect());
+        let materials = never_empty(still.materials.iter().map(material_row).collect());
         Self { surfaces, materials, shapes, shadow_casters, hierarchy }
     }
 
@@ -88,6 +88,14 @@ impl Tables {
         let shapes = size_of_val(&self.shapes[..]) + size_of_val(&self.shadow_casters[..]);
         rows + shapes + self.hierarchy.bytes()
     }
+}
+
+/// Lanes that have hit nothing fetch row 0, so there is one even where there is nothing to hit.
+fn never_empty(mut rows: Vec<Row>) -> Vec<Row> {
+    if rows.is_empty() {
+        rows.push(Row::default());
+    }
+    rows
 }
 
 /// What the intersection broadcasts of sphere `id`.

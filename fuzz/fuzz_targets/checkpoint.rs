@@ -1,15 +1,35 @@
-//! Checkpoints, broken and whole: refused in one line, or taken up by an engine.
+//! Checkpoints, broken and whole: refused in one line, or taken up by an engine. Chance never makes a checksum right, so
+//! each input is also tried with all of them mended.
 
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
 use scene::checkpoint::Checkpoint;
+use scene::file;
 use std::io::Cursor;
+use std::ops::Range;
 
 /// Larger images would only be slower.
 const MOST_PIXELS: usize = 1 << 16;
 
+/// Bytes of the header, the last four of them its checksum; before those the length of the file.
+const HEADER: usize = 24;
+const LENGTH: Range<usize> = 12..20;
+/// Bytes of a section's name and length, before its content; its checksum follows that.
+const FRAME: usize = 12;
+const CHECKSUM: usize = 4;
+const SECTIONS: [&[u8; 4]; 5] = [b"SCEN", b"RNDR", b"NOTE", b"SUMS", b"PAST"];
+/// What stands before the digest in the account.
+const DIGEST: &[u8] = b"\"scene\":\"";
+
 fuzz_target!(|bytes: &[u8]| {
+    read(bytes);
+    if let Some(mended) = mended(bytes) {
+        read(&mended);
+    }
+});
+
+fn read(bytes: &[u8]) {
     let (mut input, length) = (Cursor::new(bytes), bytes.len() as u64);
     match Checkpoint::read(&mut input, length) {
         Ok(checkpoint) if checkpoint.scene.settings.pixels() <= MOST_PIXELS => {
@@ -24,4 +44,45 @@ fuzz_target!(|bytes: &[u8]| {
             assert!(!line.is_empty() && !line.contains('\n'), "{line:?}");
         }
     }
-});
+}
+
+/// The same sections with their names, lengths and checksums, and with the digest of the scene, as they should be.
+fn mended(bytes: &[u8]) -> Option<Vec<u8>> {
+    let mut bytes = bytes.to_vec();
+    let header = bytes.get_mut(..HEADER)?;
+    header[..12].copy_from_slice(b"\x89SPPM\r\n\x1a\x01\0\0\0");
+    let (mut at, mut digest) = (HEADER, None);
+    for name in SECTIONS {
+        let Some(left) = (bytes.len() - at).checked_sub(FRAME + CHECKSUM) else { break };
+        let stated = u64::from_le_bytes(bytes[at + 4..at + FRAME].try_into().unwrap());
+        // The last section that there is ends with the file.
+        let length = usize::try_from(stated).map_or(left, |stated| stated.min(left));
+        bytes[at..at + 4].copy_from_slice(name);
+        bytes[at + 4..at + FRAME].copy_from_slice(&(length as u64).to_le_bytes());
+        let content = &mut bytes[at + FRAME..][..length];
+        match name {
+            b"SCEN" => {
+                let scene = file::parse("fuzz", std::str::from_utf8(content).ok()?).ok()?;
+                digest = Some(file::digest(&scene));
+            }
+            b"RNDR" => put_digest(content, digest.as_deref().unwrap_or_default()),
+            _ => {}
+        }
+        let end = at + FRAME + length;
+        let checksum = crc32fast::hash(&bytes[at..end]);
+        bytes[end..end + CHECKSUM].copy_from_slice(&checksum.to_le_bytes());
+        at = end + CHECKSUM;
+    }
+    bytes.truncate(at);
+    bytes[LENGTH].copy_from_slice(&(at as u64).to_le_bytes());
+    let checksum = crc32fast::hash(&bytes[..HEADER - CHECKSUM]);
+    bytes[HEADER - CHECKSUM..HEADER].copy_from_slice(&checksum.to_le_bytes());
+    Some(bytes)
+}
+
+fn put_digest(account: &mut [u8], digest: &str) {
+    let Some(at) = account.windows(DIGEST.len()).position(|window| window == DIGEST) else { return };
+    if let Some(place) = account.get_mut(at + DIGEST.len()..).and_then(|rest| rest.get_mut(..digest.len())) {
+        place.copy_from_slice(digest.as_bytes());
+    }
+}

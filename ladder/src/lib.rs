@@ -23,6 +23,7 @@ mod flux;
 mod index;
 mod intersect;
 mod join;
+mod machine;
 mod numbers;
 mod one;
 mod photon_pass;
@@ -36,4 +37,7 @@ mod vector;
 
 pub use counted::Operations;
 pub use index::Tuning;
+pub use machine::{Bandwidth, Clock, CycleCounter, CycleSource, Level, Peaks};
+pub use numbers::timing::{NumberTimes, time_numbers};
+pub use numbers::words::Words;
 pub use table::{Description, Options, ROWS, Random, Row, Rung, Sums, find};

@@ -12,7 +12,7 @@ use crate::scatter::{dielectric, reflect};
 use rayon::prelude::*;
 use scene::rng::{Family, Stream, StreamKey};
 use scene::{
-    Engine, Film, Material, Plane, Ray, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums,
+    Engine, Film, Material, Plane, Probe, Ray, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums,
     max_component,
 };
 use std::f32::consts::FRAC_1_PI;
@@ -36,6 +36,12 @@ impl<'a> PathTracer<'a> {
         let (sums, samples) = (vec![[0.0; 3]; settings.pixels()], vec![Rgb::ZERO; settings.pixels()]);
         Self { scene, settings: *settings, iterations: 0, sums, samples, stats: Stats::default() }
     }
+
+    /// What a pixel shows; black before the first iteration.
+    fn mean(&self, sums: &[f64; 3]) -> Rgb {
+        let scale = 1.0 / f64::from(self.iterations.max(1));
+        Rgb::from_array(sums.map(|sum| (sum * scale) as f32))
+    }
 }
 
 impl Engine for PathTracer<'_> {
@@ -50,8 +56,7 @@ impl Engine for PathTracer<'_> {
 
     fn develop(&self) -> Film {
         let Settings { width, height, .. } = self.settings;
-        let scale = 1.0 / f64::from(self.iterations.max(1));
-        let pixels = self.sums.iter().map(|s| Rgb::from_array(s.map(|v| (v * scale) as f32))).collect();
+        let pixels = self.sums.iter().map(|sums| self.mean(sums)).collect();
         Film { width, height, pixels }
     }
 
@@ -98,6 +103,11 @@ impl Resumable for PathTracer<'_> {
         for (words, sum) in words.chunks_exact(2).zip(sums) {
             *sum = f64::from_bits(u64::from(words[0]) | u64::from(words[1]) << 32);
         }
+    }
+
+    fn probe(&self, x: u32, y: u32) -> Probe {
+        let row = &self.sums[y as usize * self.settings.width as usize..][..self.settings.width as usize];
+        Probe { radiance: self.mean(&row[x as usize]), ..Probe::default() }
     }
 
     fn go_on_after(&mut self, iterations: u32, stats: Stats) {

@@ -5,7 +5,7 @@ use crate::consolidate::{Gathered, Pixel};
 use crate::grid::Grid;
 use crate::photon_pass::{Deposit, photon_pass};
 use scene::still::Role;
-use scene::{Engine, Film, Plane, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums};
+use scene::{Engine, Film, Plane, Probe, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums};
 use std::time::Instant;
 
 /// The grid's cell size over the largest radius, unless one asks for another. The image does not depend on it.
@@ -223,6 +223,13 @@ impl Resumable for Sppm<'_> {
                 std::array::from_fn(|i| f32::from_bits(words[i]));
             *pixel = Pixel { direct: Rgb::new(dr, dg, db), tau: Rgb::new(tr, tg, tb), n, radius_squared };
         }
+    }
+
+    fn probe(&self, x: u32, y: u32) -> Probe {
+        let pixel = &self.row(y)[x as usize];
+        let radiance =
+            if self.iterations > 0 { pixel.develop(&self.settings, self.iterations) } else { Rgb::ZERO };
+        Probe { radiance, radius: pixel.radius_squared.sqrt(), count: pixel.n }
     }
 
     fn go_on_after(&mut self, iterations: u32, stats: Stats) {

@@ -28,6 +28,17 @@ pub struct Plane {
     pub values: Vec<f32>,
 }
 
+/// An image whose pixels are asked for one by one, so that it need not be held in memory: colours, or single values.
+#[derive(Clone, Copy)]
+pub struct Picture<'a, T> {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// The pixel in column x, from the left, and row y, from the top, both from 0.
+    pub pixel: &'a (dyn Fn(u32, u32) -> T + Sync),
+}
+
 impl Film {
     /// A black image.
     pub fn new(width: u32, height: u32) -> Self {
@@ -40,5 +51,12 @@ impl Plane {
     pub fn to_film(&self) -> Film {
         let pixels = self.values.iter().map(|&v| Rgb::splat(v)).collect();
         Film { width: self.width, height: self.height, pixels }
+    }
+}
+
+impl<T> Picture<'_, T> {
+    /// The pixels of a row, from the left.
+    pub(crate) fn row(&self, y: u32) -> impl Iterator<Item = T> {
+        (0..self.width).map(move |x| (self.pixel)(x, y))
     }
 }

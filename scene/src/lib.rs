@@ -56,13 +56,13 @@ pub mod world;
 
 pub use camera::Camera;
 pub use engine::{Engine, Pass, Stats};
-pub use film::{Film, Plane};
+pub use film::{Film, Picture, Plane};
 pub use glam::Vec3;
 pub use material::Material;
 pub use ray::Ray;
 pub use settings::Settings;
 pub use sphere::Sphere;
-pub use state::{Resumable, Stop, Sums};
+pub use state::{Probe, Resumable, Stop, Sums};
 pub use still::Still;
 pub use world::Scene;
 

@@ -4,7 +4,7 @@
 //! same whichever engine, lanes or threads computed them, so a render that one engine began another may go on with,
 //! and the image is the one of a render that never stopped.
 
-use crate::{Engine, Settings, Stats};
+use crate::{Engine, Rgb, Settings, Stats};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::Arc;
@@ -84,8 +84,19 @@ impl Stop {
     }
 }
 
+/// What a pixel shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Probe {
+    /// As in [`Engine::develop`].
+    pub radiance: Rgb,
+    /// As in [`Engine::radius`]; 0 without photons.
+    pub radius: f32,
+    /// As in [`Engine::count`]; 0 without photons.
+    pub count: f32,
+}
+
 /// An engine whose render can be stopped within an iteration, saved and taken up again.
-pub trait Resumable: Engine {
+pub trait Resumable: Engine + Sync {
     /// What was asked for.
     fn settings(&self) -> &Settings;
 
@@ -103,6 +114,12 @@ pub trait Resumable: Engine {
     /// # Panics
     /// Like that.
     fn load_row(&mut self, y: u32, words: &[u32]);
+
+    /// What the pixel in column `x` and row `y` shows as it stands, for images that are written without being held.
+    ///
+    /// # Panics
+    /// If there is no such pixel.
+    fn probe(&self, x: u32, y: u32) -> Probe;
 
     /// Goes on as if `iterations` iterations had been run and `stats` were their account; their sums are loaded by
     /// [`Self::load_row`].

@@ -84,10 +84,8 @@ pub fn compare(a: &Film, b: &Film) -> Result<Metrics, CompareError> {
     let differing_pixels =
         pairs().filter(|(p, q)| p.to_array().map(f32::to_bits) != q.to_array().map(f32::to_bits)).count();
     let width = a.width as usize;
-    let shown =
-        |film: &Film, c: usize| film.pixels.iter().map(|p| srgb::encode(p[c].into())).collect::<Vec<f64>>();
-    let shown = [0, 1, 2].map(|c| (shown(a, c), shown(b, c)));
-    let squares = |(a, b): &(Vec<f64>, Vec<f64>)| mean(a.iter().zip(b).map(|(&a, &b)| square_error(a, b)));
+    let shown = |p: &Rgb, c: usize| srgb::encode(p[c].into());
+    let row = |film: &Film, c, y| film.pixels[y * width..][..width].iter().map(|p| shown(p, c)).collect();
     Ok(Metrics {
         width: a.width,
         height: a.height,
@@ -100,8 +98,11 @@ pub fn compare(a: &Film, b: &Film) -> Result<Metrics, CompareError> {
             .map(f64::sqrt),
         relative_mse: Channels::new(|c| mean(pairs().map(|(p, q)| relative_error(p[c].into(), q[c].into())))),
         block_relative_mse: Channels::new(|c| block_relative_mse(a, b, c)),
-        psnr: -10.0 * Channels::new(|c| squares(&shown[c])).all.log10(),
-        ssim: Channels::new(|c| ssim(&shown[c].0, &shown[c].1, width)),
+        psnr: -10.0
+            * Channels::new(|c| mean(pairs().map(|(p, q)| square_error(shown(p, c), shown(q, c)))))
+                .all
+                .log10(),
+        ssim: Channels::new(|c| ssim(width, a.height as usize, |y| [row(a, c, y), row(b, c, y)])),
         flip: flip(a, b),
     })
 }

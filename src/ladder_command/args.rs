@@ -41,6 +41,9 @@ pub(crate) struct LadderArgs {
     #[arg(long)]
     pub quick: bool,
 
+    #[command(flatten)]
+    pub also: AlsoArgs,
+
     /// Write every time and count as a table of comma-separated values
     #[arg(long, value_name = "FILE.csv")]
     pub csv: Option<PathBuf>,
@@ -53,11 +56,32 @@ pub(crate) struct LadderArgs {
     pub settings: SettingsArgs,
 }
 
+/// What is done besides timing the rows, or instead.
+#[derive(Debug, Args)]
+pub(crate) struct AlsoArgs {
+    /// Also count operations and bytes, which takes some ten times as long, and hold them against the machine's peaks
+    ///
+    /// Peaks and rows are measured here and now. Reports floating-point operations (FLOPs) per cycle and operational
+    /// intensity; with --plots also writes rooflines, as in the paper's figures 10 to 12, roofline.csv and peaks.csv,
+    /// and in a sweep FLOPs per cycle, as in figure 5. The fast engine is timed, but its operations are not counted.
+    #[arg(long)]
+    pub roofline: bool,
+
+    /// In a sweep of iterations, also compare the rows' images with the first row's, as in the paper's figure 8
+    #[arg(long, requires = "sweep")]
+    pub similarity: bool,
+
+    /// Time generators of random numbers instead of rows
+    #[arg(long, conflicts_with_all = ["scene", "rows", "sweep", "rng", "repeat", "quick", "roofline", "similarity", "plots"])]
+    pub numbers: bool,
+}
+
 const EXAMPLES: &str = "\
 Examples:
   sppm ladder --quick
   sppm ladder --scene cornell --rows 0,6,fast --csv times.csv --plots plots
   sppm ladder --scene random --sweep spheres --plots plots
+  sppm ladder --scene cornell --rows 0,4,6 --roofline --plots plots
 
 At the paper's settings the baseline takes half a minute per scene and run on machines of today.";
 

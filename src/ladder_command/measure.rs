@@ -4,7 +4,7 @@ use super::cases::Case;
 use crate::error::Error;
 use crate::progress::Progress;
 use crate::threads;
-use ladder::{Options, Row};
+use ladder::{CycleCounter, Options, Row};
 use scene::Stats;
 use std::time::Instant;
 
@@ -13,6 +13,8 @@ use std::time::Instant;
 pub(crate) struct Run {
     /// Wall-clock seconds from the start to the developed image.
     pub seconds: f64,
+    /// Cycles of all of it, where the machine lends a counter.
+    pub cycles: Option<u64>,
     pub stats: Stats,
 }
 
@@ -68,6 +70,10 @@ pub(crate) fn measure(
 }
 
 fn run(case: &Case, row: &Row, options: &Options) -> Run {
+    let mut counter = CycleCounter::open();
+    if let Some(counter) = &mut counter {
+        counter.start();
+    }
     let began = Instant::now();
     let mut rung = row.start(&case.scene, &case.settings, options);
     for _ in 0..case.settings.iterations {
@@ -75,9 +81,10 @@ fn run(case: &Case, row: &Row, options: &Options) -> Run {
     }
     let film = rung.develop();
     let seconds = began.elapsed().as_secs_f64();
+    let cycles = counter.and_then(|mut counter| counter.stop());
     // So that developing is not optimised away.
     std::hint::black_box(&film);
-    Run { seconds, stats: *rung.stats() }
+    Run { seconds, cycles, stats: *rung.stats() }
 }
 
 /// The exponent with which `y` grows as a power of `x`: the slope of the line of least squares through the logarithms.
@@ -99,7 +106,7 @@ mod tests {
 
     #[test]
     fn medians_are_of_the_run_in_the_middle() {
-        let run = |seconds| Run { seconds, stats: Stats::default() };
+        let run = |seconds| Run { seconds, cycles: None, stats: Stats::default() };
         let median = |all: &[f64]| Runs::new(all.iter().copied().map(run).collect()).median().seconds;
         assert_eq!(median(&[3.0, 1.0, 2.0]), 2.0);
         assert_eq!(median(&[4.0, 1.0]), 1.0);

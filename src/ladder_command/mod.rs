@@ -3,8 +3,13 @@
 pub(crate) mod args;
 pub(crate) mod cases;
 mod measure;
+mod numbers;
+mod passes;
 pub(crate) mod plots;
 mod records;
+mod roofline;
+mod rooflines;
+mod similarity;
 
 use crate::error::Error;
 use crate::text::print;
@@ -12,6 +17,7 @@ use args::{LadderArgs, Sweep};
 use cases::Case;
 use ladder::{Options, ROWS, Row};
 use measure::{Runs, exponent, measure};
+use passes::PASSES;
 use scene::atomic_file;
 use std::fmt::Write;
 
@@ -26,7 +32,6 @@ pub(crate) struct Measured<'a> {
 
 /// Runs the ladder. Everything that can be refused is refused before.
 pub(crate) fn run(args: &LadderArgs) -> Result<(), Error> {
-    let cases = cases::cases(args)?;
     if let Some(csv) = &args.csv {
         atomic_file::check(csv).map_err(|error| Error::BadInput(format!("--csv: {error}")))?;
     }
@@ -34,6 +39,13 @@ pub(crate) fn run(args: &LadderArgs) -> Result<(), Error> {
         let folder = folder.display();
         return Err(Error::BadInput(format!("--plots: {folder} is not a folder; make it first")));
     }
+    if args.also.numbers {
+        return numbers::run(args.csv.as_deref());
+    }
+    if args.also.similarity && args.sweep != Some(Sweep::Iterations) {
+        return Err(Error::BadInput("--similarity: goes with --sweep iterations only".into()));
+    }
+    let cases = cases::cases(args)?;
     let rows = rows(args);
     let options = Options { random: args.rng.into(), ..Options::paper() };
     let repeat = args.repeat.unwrap_or(if args.quick { 1 } else { 3 });
@@ -45,7 +57,22 @@ pub(crate) fn run(args: &LadderArgs) -> Result<(), Error> {
     if let Some(folder) = &args.plots {
         plots::write(folder, &measured)?;
     }
-    print(report(&measured).as_bytes())
+    let mut text = report(&measured);
+    if args.also.roofline {
+        let roofline = roofline::count(&cases, &rows, &options, args.sweep);
+        if let Some(folder) = &args.plots {
+            roofline.write(folder, &measured)?;
+        }
+        text += &roofline.report(&measured);
+    }
+    if args.also.similarity {
+        let similarity = similarity::compared(&measured, &options)?;
+        if let Some(folder) = &args.plots {
+            similarity.write(folder, &measured)?;
+        }
+        text += &similarity.report(&measured);
+    }
+    print(text.as_bytes())
 }
 
 fn rows(args: &LadderArgs) -> Vec<&'static Row> {
@@ -73,6 +100,17 @@ impl Measured<'_> {
             }
         }
         scenes
+    }
+
+    /// Median seconds of a row's pass.
+    pub(crate) fn pass_seconds(&self, cases: &[usize], row: usize, pass: usize) -> Vec<f64> {
+        cases.iter().map(|&case| (PASSES[pass].seconds)(&self.runs[case][row].median().stats)).collect()
+    }
+
+    /// Seconds over the work that the paper's analysis predicts of a pass.
+    pub(crate) fn cost_of_work(&self, cases: &[usize], row: usize, pass: usize, sweep: Sweep) -> Vec<f64> {
+        let times = self.pass_seconds(cases, row, pass).into_iter();
+        times.zip(cases).map(|(t, &case)| t / PASSES[pass].predicted(sweep, self.cases[case].value)).collect()
     }
 
     /// How a row's time grows with what is varied.
@@ -105,6 +143,20 @@ fn report(measured: &Measured) -> String {
                 None => writeln!(text, "  {:>8.2}", measured.speedup(cases[0], number)),
                 Some(_) => writeln!(text, "  {:.2}", measured.growth(&cases, number)),
             };
+        }
+        if let Some(sweep) = measured.sweep {
+            let _ =
+                writeln!(text, "  seconds over the work that the paper's analysis predicts, most over least");
+            let names = PASSES.map(|pass| format!("{:>13}", pass.name)).concat();
+            let _ = writeln!(text, "  {:widest$}  {names}", "row");
+            for (number, row) in measured.rows.iter().enumerate() {
+                let spread = |pass| {
+                    let costs = measured.cost_of_work(&cases, number, pass, sweep);
+                    let most = costs.iter().copied().fold(0.0, f64::max);
+                    format!("{:>13.2}", most / costs.into_iter().fold(f64::INFINITY, f64::min))
+                };
+                let _ = writeln!(text, "  {:widest$}  {}", row.name, [0, 1, 2, 3].map(spread).concat());
+            }
         }
     }
     text

@@ -2,22 +2,27 @@
 
 use super::Measured;
 use super::args::Sweep;
+use super::passes::PASSES;
+use super::roofline::Roofline;
+use super::rooflines::plain;
 use crate::error::Error;
+use plotters::coord::Shift;
 use plotters::prelude::*;
-use scene::Stats;
 use scene::atomic_file;
 use std::io::Write;
 use std::path::Path;
 
 const SIZE: (u32, u32) = (900, 560);
+/// Room for the legend to the right of all lines, over their width.
+const ROOM: f64 = 0.25;
+/// What is drawn on.
+pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(crate) type Drawn = Result<(), Box<dyn std::error::Error>>;
-/// A pass and its seconds.
-type PassTime = (&'static str, fn(&Stats) -> f64);
 
 /// A line of a plot.
-struct Series {
-    label: String,
-    points: Vec<(f64, f64)>,
+pub(super) struct Series {
+    pub(super) label: String,
+    pub(super) points: Vec<(f64, f64)>,
 }
 
 /// Writes all plots into `folder`.
@@ -37,16 +42,58 @@ pub(super) fn write(folder: &Path, measured: &Measured) -> Result<(), Error> {
             let axis = format!("{noun} over their most");
             lines(root, &title, &axis, "normalised time", &normalised(measured, &cases, row, sweep), false)
         })?;
+        let title = format!("{name}, row {}: time of each pass over predicted work", measured.rows[row].name);
+        save(folder, &format!("flat-{noun}-{name}"), |root| {
+            lines(
+                root,
+                &title,
+                noun,
+                "time over work, of its mean",
+                &over_work(measured, &cases, row, sweep),
+                true,
+            )
+        })?;
+    }
+    Ok(())
+}
+
+/// Writes how many FLOPs a cycle the rows take as the value of a sweep grows (figure 5 of the paper).
+pub(super) fn flops(
+    folder: &Path,
+    measured: &Measured,
+    sweep: Sweep,
+    roofline: &Roofline,
+) -> Result<(), Error> {
+    for (name, cases) in measured.scenes() {
+        let mut series = Vec::new();
+        for (number, row) in measured.rows.iter().enumerate() {
+            let point = |&case: &usize| {
+                let (all, _) = roofline.points(measured, case, number)?;
+                Some((measured.cases[case].value as f64, all.flops_per_cycle()))
+            };
+            let points: Vec<(f64, f64)> = cases.iter().filter_map(point).collect();
+            if !points.is_empty() {
+                series.push(Series { label: row.name.into(), points });
+            }
+        }
+        let peaks = &roofline.peaks;
+        for (label, flops) in
+            [("peak, one float", peaks.scalar_flops), ("peak, 8 floats", peaks.vector_flops)]
+        {
+            let points =
+                cases.iter().map(|&case| (measured.cases[case].value as f64, flops / peaks.clock.hertz));
+            series.push(Series { label: label.into(), points: points.collect() });
+        }
+        let noun = sweep.noun();
+        save(folder, &format!("flops-{noun}-{name}"), |root| {
+            lines(root, &format!("{name}: FLOPs per cycle"), noun, "FLOPs/cycle", &series, true)
+        })?;
     }
     Ok(())
 }
 
 /// Draws into a string and writes that to `name`.svg in `folder`.
-pub(crate) fn save(
-    folder: &Path,
-    name: &str,
-    draw: impl FnOnce(&DrawingArea<SVGBackend, plotters::coord::Shift>) -> Drawn,
-) -> Result<(), Error> {
+pub(crate) fn save(folder: &Path, name: &str, draw: impl FnOnce(&Area) -> Drawn) -> Result<(), Error> {
     let path = folder.join(format!("{name}.svg"));
     let mut svg = String::new();
     {
@@ -60,7 +107,7 @@ pub(crate) fn save(
 }
 
 /// Speedup over the first row, as bars: a group for each row, a bar for each scene; logarithmic.
-fn bars(root: &DrawingArea<SVGBackend, plotters::coord::Shift>, measured: &Measured) -> Drawn {
+fn bars(root: &Area, measured: &Measured) -> Drawn {
     let (rows, scenes) = (measured.rows.len(), measured.cases.len());
     let all: Vec<f64> =
         (0..scenes).flat_map(|case| (0..rows).map(move |row| measured.speedup(case, row))).collect();
@@ -80,6 +127,8 @@ fn bars(root: &DrawingArea<SVGBackend, plotters::coord::Shift>, measured: &Measu
     chart
         .configure_mesh()
         .disable_x_mesh()
+        .light_line_style(WHITE)
+        .label_style(("sans-serif", 11))
         .x_labels(2 * rows + 1)
         .x_label_formatter(&name)
         .y_desc("speedup")
@@ -113,27 +162,38 @@ fn speedups(measured: &Measured, cases: &[usize]) -> Vec<Series> {
 
 /// Time of every pass over its most, against the value over its most: a straight line through 1 where it is linear.
 fn normalised(measured: &Measured, cases: &[usize], row: usize, sweep: Sweep) -> Vec<Series> {
-    let passes: [PassTime; 4] = [
-        ("camera pass", |stats| stats.camera_seconds),
-        ("index", |stats| stats.build_grid_seconds),
-        ("photon pass", |stats| stats.photon_seconds),
-        ("consolidate", |stats| stats.consolidate_seconds),
-    ];
     let most = cases.iter().map(|&case| measured.cases[case].value).max().unwrap_or(1) as f64;
-    let series = |(label, seconds): PassTime| {
-        let times: Vec<f64> =
-            cases.iter().map(|&case| seconds(&measured.runs[case][row].median().stats)).collect();
+    let series = |pass: usize| {
+        let times = measured.pass_seconds(cases, row, pass);
         let longest = times.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let values = cases.iter().map(|&case| measured.cases[case].value as f64 / most);
-        Series { label: label.into(), points: values.zip(times.iter().map(|t| t / longest)).collect() }
+        Series {
+            label: PASSES[pass].name.into(),
+            points: values.zip(times.iter().map(|t| t / longest)).collect(),
+        }
     };
     let linear =
         Series { label: format!("linear in {}", sweep.noun()), points: vec![(0.0, 0.0), (1.0, 1.0)] };
-    passes.into_iter().map(series).chain([linear]).collect()
+    (0..PASSES.len()).map(series).chain([linear]).collect()
 }
 
-fn lines(
-    root: &DrawingArea<SVGBackend, plotters::coord::Shift>,
+/// Time of every pass over the work that the paper's analysis predicts, over the mean of that: 1 throughout where the
+/// analysis is exact, falling where it is a bound only.
+fn over_work(measured: &Measured, cases: &[usize], row: usize, sweep: Sweep) -> Vec<Series> {
+    let series = |pass: usize| {
+        let costs = measured.cost_of_work(cases, row, pass, sweep);
+        let mean = costs.iter().sum::<f64>() / costs.len() as f64;
+        let values = cases.iter().map(|&case| measured.cases[case].value as f64);
+        Series {
+            label: PASSES[pass].name.into(),
+            points: values.zip(costs.iter().map(|c| c / mean)).collect(),
+        }
+    };
+    (0..PASSES.len()).map(series).collect()
+}
+
+pub(super) fn lines(
+    root: &Area,
     title: &str,
     x_axis: &str,
     y_axis: &str,
@@ -152,7 +212,14 @@ fn lines(
     macro_rules! draw {
         ($chart:expr) => {{
             let mut chart = $chart;
-            chart.configure_mesh().x_desc(x_axis).y_desc(y_axis).draw()?;
+            chart
+                .configure_mesh()
+                .light_line_style(WHITE)
+                .x_desc(x_axis)
+                .y_desc(y_axis)
+                .x_label_formatter(&plain)
+                .y_label_formatter(&plain)
+                .draw()?;
             for (number, one) in series.iter().enumerate() {
                 let colour = Palette99::pick(number).stroke_width(2);
                 chart
@@ -160,15 +227,16 @@ fn lines(
                     .label(&one.label)
                     .legend(move |(x, y)| PathElement::new([(x, y), (x + 14, y)], colour));
             }
-            let labels = SeriesLabelPosition::UpperLeft;
+            let labels = SeriesLabelPosition::MiddleRight;
             chart.configure_series_labels().position(labels).border_style(BLACK).draw()?;
         }};
     }
     if is_logarithmic {
-        let (x, y) = ((left..right * 1.001).log_scale(), (low * 0.9..high * 1.2).log_scale());
+        let (x, y) =
+            ((left..right * (right / left).powf(ROOM)).log_scale(), (low * 0.9..high * 1.2).log_scale());
         draw!(builder.build_cartesian_2d(x, y)?);
     } else {
-        draw!(builder.build_cartesian_2d(left..right, low..high * 1.1)?);
+        draw!(builder.build_cartesian_2d(left..right + ROOM * (right - left), low..high * 1.1)?);
     }
     Ok(())
 }

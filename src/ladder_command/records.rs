@@ -2,10 +2,9 @@
 
 use super::Measured;
 use super::args::{Rng, Sweep};
+use super::roofline::table;
 use crate::error::Error;
-use scene::atomic_file;
 use serde::Serialize;
-use std::io;
 use std::path::Path;
 
 /// A row of the ladder in one case. Seconds are of the median run.
@@ -40,16 +39,10 @@ struct Record<'a> {
 
 /// Writes a line per case and row.
 pub(super) fn write(path: &Path, measured: &Measured, random: Rng) -> Result<(), Error> {
-    let fill = |out: &mut atomic_file::Output| {
-        let mut csv = csv::Writer::from_writer(out);
-        for case in 0..measured.cases.len() {
-            for row in 0..measured.rows.len() {
-                csv.serialize(record(measured, case, row, random)).map_err(io::Error::other)?;
-            }
-        }
-        csv.flush()
-    };
-    atomic_file::replace(path, fill).map_err(|error| Error::Failed(error.to_string()))
+    let places =
+        (0..measured.cases.len()).flat_map(|case| (0..measured.rows.len()).map(move |row| (case, row)));
+    let records: Vec<Record> = places.map(|(case, row)| record(measured, case, row, random)).collect();
+    table(path, &records)
 }
 
 fn record<'a>(measured: &'a Measured, case: usize, row: usize, random: Rng) -> Record<'a> {

@@ -61,10 +61,71 @@ fn sweeps_have_a_line_per_value_and_plots() {
     }
 }
 
+/// Figures 5, 8 and 10 to 12 of the paper.
+#[test]
+fn counted_rows_stand_under_their_roofs() {
+    let sandbox = Sandbox::new();
+    std::fs::create_dir(sandbox.path("plots")).unwrap();
+    let rows =
+        ["--scene", "cornell", "--rows", "0,6,fast", "--repeat", "1", "--roofline", "--plots", "plots"];
+    let ended = ladder(&sandbox, &rows);
+    for words in ["GHz; ", "peak by FMA of 8 floats", "peak reading DRAM", "not counted"] {
+        assert!(ended.stdout.contains(words), "no {words:?} in {ended:?}");
+    }
+    let points = records(&sandbox, "plots/roofline.csv");
+    // Two rows, each as a whole and by four passes; the fast engine is not counted.
+    assert_eq!(points.len() - 1, 2 * 5);
+    let column = |name: &str| points[0].iter().position(|field| field == name).unwrap();
+    let number = |record: &[String], name: &str| record[column(name)].parse::<f64>().unwrap();
+    for record in &points[1..] {
+        let (flops, bytes) =
+            (number(record, "flops"), number(record, "bytes_loaded") + number(record, "bytes_stored"));
+        assert!(
+            (flops / bytes - number(record, "flops_per_byte")).abs() < 1e-9 * flops / bytes,
+            "{record:?}"
+        );
+    }
+    for row in points[1..].chunks(5) {
+        let of_passes: f64 = row[1..].iter().map(|record| number(record, "flops")).sum();
+        assert_eq!(number(&row[0], "flops"), of_passes);
+    }
+    assert_eq!(records(&sandbox, "plots/peaks.csv").len() - 1, 7);
+    let sweep = ["--sweep", "iterations", "--quick", "--similarity"];
+    let ended = ladder(&sandbox, &[&rows[..], &sweep[..]].concat());
+    assert!(ended.stdout.contains("structural similarity"), "{ended:?}");
+    // The first row is like itself, and iterations make the others more like it.
+    let compared = records(&sandbox, "plots/similarity.csv");
+    assert_eq!(compared.len() - 1, 3 * 3);
+    assert!(
+        compared[1..].iter().filter(|record| record[2] == "0").all(|record| record[3] == "1.0"),
+        "{compared:?}"
+    );
+    for name in ["roofline-cornell", "roofline-cornell-0", "flops-iterations-cornell", "ssim-cornell"] {
+        let svg = String::from_utf8(sandbox.bytes(&format!("plots/{name}.svg"))).unwrap();
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{name}");
+    }
+}
+
+#[test]
+fn generators_are_timed_and_told() {
+    let sandbox = Sandbox::new();
+    let ended = sandbox.run(["ladder", "--numbers", "--csv", "numbers.csv"]);
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    let records = records(&sandbox, "numbers.csv");
+    // rand, xorshift32 by itself and by five unroll factors, keyed streams in two ways.
+    assert_eq!(records.len() - 1, 9);
+    for record in &records[1..] {
+        let name = record[0].trim_start_matches('"');
+        assert!(ended.stdout.contains(name), "no {name:?} in {ended:?}");
+    }
+}
+
 #[test]
 fn what_cannot_be_run_is_refused() {
     let sandbox = Sandbox::new();
-    let cases: [(&[&str], &[&str]); 6] = [
+    let cases: [(&[&str], &[&str]); 8] = [
+        (&["--similarity", "--sweep", "depth"], &["--similarity", "--sweep iterations"]),
+        (&["--numbers", "--quick"], &["--numbers", "--quick"]),
         (&["--rows", "7"], &["--rows", "\"7\"", "is no row", "kdtree-own and fast"]),
         (&["--sweep", "colour"], &["--sweep", "\"colour\"", "iterations, photons, size, depth and spheres"]),
         (&["--scene", "cornell", "--sweep", "spheres"], &["--sweep spheres", "too few balls", "random"]),

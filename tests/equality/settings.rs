@@ -2,7 +2,7 @@
 
 use crate::pair::{MOST_THREADS, all_lanes, assert_equal, scaled, tell};
 use scene::settings::MAX_DEPTH;
-use scene::{Scene, Settings};
+use scene::{Engine, Film, Rgb, Scene, Settings, Sphere};
 
 fn builtin(name: &str) -> (Scene, Settings) {
     let scene = scene::builtin::scene(name).unwrap();
@@ -86,4 +86,23 @@ fn units_of_light() {
         cases += assert_equal(&scene, &settings, &all_lanes(1));
     }
     tell(cases, "units of light");
+}
+
+/// Scenes that no file states, but a program may build: black, by both engines.
+#[test]
+fn nothing_to_see_and_nothing_that_glows() {
+    let (whole, settings) = builtin("surgery");
+    let dark: Vec<Sphere> =
+        whole.spheres.iter().map(|sphere| Sphere { emission: Rgb::ZERO, ..*sphere }).collect();
+    let mut cases = 0;
+    for (spheres, materials) in
+        [(vec![], vec![]), (vec![], whole.materials.clone()), (dark, whole.materials.clone())]
+    {
+        let scene = Scene { spheres, materials, ..whole.clone() };
+        cases += assert_equal(&scene, &settings, &all_lanes(2));
+        let mut engine = reference::Sppm::new(&scene, &settings);
+        engine.iterate();
+        assert_eq!(engine.develop(), Film::new(settings.width, settings.height));
+    }
+    tell(cases, "nothing");
 }

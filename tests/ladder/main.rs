@@ -3,6 +3,11 @@
 
 mod alike;
 mod counts;
+#[path = "../equality/draft.rs"]
+mod draft;
 mod exact;
 mod floats;
 mod pair;
+#[path = "../equality/placement.rs"]
+mod placement;
+mod random_scenes;

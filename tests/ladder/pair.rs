@@ -71,8 +71,14 @@ pub(crate) fn builtin(name: &str) -> (Scene, Settings) {
     (scene, settings)
 }
 
-/// Expects of every row of `rows`, after each iteration, the reference's bits.
-pub(crate) fn assert_exact(scene: &Scene, settings: &Settings, rows: &[&Row], options: &Options) {
+/// The first difference of a row's bits from the reference's, after each iteration; without any, how often photons
+/// have counted.
+pub(crate) fn first_difference(
+    scene: &Scene,
+    settings: &Settings,
+    rows: &[&Row],
+    options: &Options,
+) -> Result<u64, String> {
     let mut reference = reference::Sppm::new(scene, settings);
     let mut rungs: Vec<_> = rows.iter().map(|row| (row.name, row.start(scene, settings, options))).collect();
     for iteration in 0..settings.iterations {
@@ -81,14 +87,20 @@ pub(crate) fn assert_exact(scene: &Scene, settings: &Settings, rows: &[&Row], op
         for (name, rung) in &mut rungs {
             rung.iterate();
             if let Some(difference) = expected.difference(&Shown::of(&**rung), &ALL) {
-                panic!(
+                return Err(format!(
                     "{}, {settings:?}: row {name} differs in iteration {iteration}: {difference}",
                     scene.name
-                );
+                ));
             }
         }
     }
-    let Stats { contributions, .. } = *reference.stats();
+    Ok(reference.stats().contributions)
+}
+
+/// Expects of every row of `rows` the reference's bits, and that photons count.
+pub(crate) fn assert_exact(scene: &Scene, settings: &Settings, rows: &[&Row], options: &Options) {
+    let contributions =
+        first_difference(scene, settings, rows, options).unwrap_or_else(|difference| panic!("{difference}"));
     assert!(
         contributions > 0 || settings.max_depth == 1,
         "{}: no photon counts, so nothing is shown",

@@ -4,7 +4,7 @@ use fast::LaneKind;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use reference::PathTracer;
 use scene::state::transfer;
-use scene::{Resumable, Scene, Settings, Stop};
+use scene::{Film, Probe, Resumable, Scene, Settings, Stop};
 use std::thread;
 use std::time::Duration;
 
@@ -102,6 +102,17 @@ fn check(scene: &Scene, settings: &Settings, [first, second]: [Way; 2], whole: &
     assert_eq!(developed.develop(), film, "{}: {second:?} develops another image", scene.name);
     assert_eq!((developed.radius(), developed.count()), (begun.radius(), begun.count()));
     assert_eq!(developed.direct(), begun.direct());
+    check_probes(&*developed, &film);
+}
+
+/// What pixels show is what they show in the whole images.
+fn check_probes(engine: &dyn Resumable, film: &Film) {
+    let [radius, count] = [engine.radius(), engine.count()].map(|plane| plane.map(|plane| plane.values));
+    let of = |values: &Option<Vec<f32>>, i: usize| values.as_ref().map_or(0.0, |values| values[i]);
+    for (i, &radiance) in film.pixels.iter().enumerate() {
+        let probe = engine.probe(i as u32 % film.width, i as u32 / film.width);
+        assert_eq!(probe, Probe { radiance, radius: of(&radius, i), count: of(&count, i) });
+    }
 }
 
 /// The words after each iteration of a render that is left alone, from before the first on.

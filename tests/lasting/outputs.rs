@@ -50,35 +50,54 @@ fn a_checkpoint_that_cannot_be_written_does_not_stop_a_render() {
     sandbox.image("cornell.png");
 }
 
-/// The folder of the image goes while it renders: the image is saved elsewhere, and so is the render.
+/// Renders out/a.exr for so long that its folder is gone, with all that is in it, before the end; but not before
+/// there is `checkpoint`.
+fn render_while_the_folder_goes(sandbox: &Sandbox, checkpoint: &str) -> Ended {
+    fs::create_dir(sandbox.path("tmp")).unwrap();
+    let script = "mkdir out; \"$@\" & pid=$!; while [ ! -e $0 ]; do sleep 0.01; done
+        until rm -rf out; do :; done; wait $pid";
+    let option = format!("--checkpoint={checkpoint}");
+    let args = ["render", "cornell", "-o", "out/a.exr", &option, "--every=1", "--stats=s.json"];
+    let size = ["--width=32", "--height=32", "--photons=100", "--iterations=300"];
+    let mut shell = Command::new("sh");
+    shell.args(["-c", script, checkpoint, env!("CARGO_BIN_EXE_sppm")]).args(args).args(size);
+    let ended = ended(shell.current_dir(sandbox.path("")).env("TMPDIR", sandbox.path("tmp")));
+    assert_eq!(ended.code, Some(1), "{ended:?}");
+    ended
+}
+
+/// Goes on from `checkpoint`, where nothing is left to do, and expects the image that was rescued.
+fn expect_all_iterations(sandbox: &Sandbox, checkpoint: &str) {
+    let again = sandbox.run(["resume", checkpoint, "-o", "c.exr", "-q", "--stats=again.json"]);
+    assert_eq!(again.code, Some(0), "{again:?}");
+    assert_eq!(sandbox.json("again.json")["resumed_after"], 300);
+    let rescued = sandbox.names().into_iter().find(|name| name.starts_with("tmp/a-rescued-")).unwrap();
+    assert_eq!(sandbox.image("c.exr"), sandbox.image(&rescued));
+}
+
+/// The image is written elsewhere, and the render is saved.
 #[test]
 fn a_render_whose_image_cannot_be_written_is_not_lost() {
     let sandbox = Sandbox::new();
-    fs::create_dir(sandbox.path("tmp")).unwrap();
-    let args = ["render", "cornell", "-o", "a.exr", "--checkpoint=safe.sppm", "--every=1"];
-    // The image is larger than what is promised beforehand, as noise does not compress: at its end there is no room.
-    let size = ["--width=32", "--height=32", "--photons=100", "--iterations=3", "--stats=s.json"];
-    sandbox.render(&["cornell", "-o", "whole.exr", "--no-checkpoint"]);
-    let whole = sandbox.run(
-        args.iter().map(|a| a.replace("a.exr", "b.exr").replace("safe", "b")).chain(size.map(String::from)),
-    );
-    assert_eq!(whole.code, Some(0), "{whole:?}");
-    let script =
-        "mkdir out; \"$@\" & pid=$!; while [ ! -e safe.sppm ]; do sleep 0.01; done; rm -rf out; wait $pid";
-    let mut shell = Command::new("sh");
-    let args = args.map(|arg| arg.replace("a.exr", "out/a.exr"));
-    let size = size.map(|arg| arg.replace("iterations=3", "iterations=300"));
-    shell.args(["-c", script, "sh", env!("CARGO_BIN_EXE_sppm")]).args(args).args(size);
-    let ended = ended(shell.current_dir(sandbox.path("")).env("TMPDIR", sandbox.path("tmp")));
-    assert_eq!(ended.code, Some(1), "{ended:?}");
+    let ended = render_while_the_folder_goes(&sandbox, "safe.sppm");
     let last = ended.stderr.lines().last().unwrap();
     for words in ["error: out/a.exr: ", "tmp/a-rescued-", "`sppm resume safe.sppm`", "wrote s.json"] {
         assert!(last.contains(words), "no {words:?} in {last}");
     }
-    let again = sandbox.run(["resume", "safe.sppm", "-o", "c.exr", "-q"]);
-    assert_eq!(again.code, Some(0), "{again:?}");
-    let rescued = sandbox.names().into_iter().find(|name| name.starts_with("tmp/a-rescued-")).unwrap();
-    assert_eq!(sandbox.image("c.exr"), sandbox.image(&rescued));
+    expect_all_iterations(&sandbox, "safe.sppm");
+}
+
+/// Both are written elsewhere.
+#[test]
+fn a_render_whose_checkpoint_cannot_be_written_either_is_not_lost() {
+    let sandbox = Sandbox::new();
+    let ended = render_while_the_folder_goes(&sandbox, "out/gone.sppm");
+    let last = ended.stderr.lines().last().unwrap();
+    for words in ["error: out/a.exr: ", "tmp/a-rescued-", "tmp/gone-rescued-", "after 300 iterations"] {
+        assert!(last.contains(words), "no {words:?} in {last}");
+    }
+    let saved = sandbox.names().into_iter().find(|name| name.starts_with("tmp/gone-rescued-")).unwrap();
+    expect_all_iterations(&sandbox, &saved);
 }
 
 #[test]

@@ -3,13 +3,24 @@
 //! Deposits are thrown into [`BINS`] bins by the top bits of their bucket as they come, and each bin is then
 //! put in order by counting. Both steps write to few places at a time, where one sort of all would scatter over
 //! megabytes; and the bins are the units of parallel work.
+//!
+//! Bins are lists of chunks out of one pool: which thread deposits how much differs from iteration to iteration, and
+//! what grew with each thread's largest share would grow as long as the render lasts.
 
 use super::cells::{Cells, Run, WINDOW};
 use crate::lanes::{MOST_LANES, Row};
+use crate::pool::Pool;
 use rayon::prelude::*;
+use std::array;
+use std::iter::once;
+use std::mem::{replace, size_of};
+use std::sync::Arc;
 
 /// Number of bins.
 pub(crate) const BINS: usize = 64;
+
+/// A share of the deposits: room for so many more is kept.
+const MARGIN: u64 = 16;
 
 /// The bit of a record's surface that says: for any visible point on that sphere within the largest radius, the
 /// photon arrives on the visible side.
@@ -24,23 +35,41 @@ const _: () = assert!(WINDOW <= 9);
 /// Where a photon comes from; the last word is unused.
 pub(crate) type Direction = [f32; 4];
 
+/// Deposits of a chunk: 12 KiB. The pool is locked once for so many, and every thread holds [`BINS`] chunks.
+const CHUNK: usize = 256;
+
+/// Room for some deposits.
+pub(crate) struct Chunk {
+    records: [Record; CHUNK],
+    directions: [Direction; CHUNK],
+}
+
+/// Bytes of empty bins.
+pub(crate) const BYTES_OF_BINS: usize = BINS * size_of::<Chunk>();
+
+/// Chunks at rest, shared by all that bin for one render.
+pub(crate) type Chunks = Pool<Box<Chunk>>;
+
 /// The deposits of some photons, in bins.
 pub(crate) struct Binned {
-    bins: Vec<Bin>,
+    bins: Box<[Bin; BINS]>,
+    chunks: Arc<Chunks>,
     /// How many there are.
     pub(crate) count: usize,
 }
 
 /// Deposits in no particular order, and the directions that belong to them.
-#[derive(Clone, Default)]
 struct Bin {
-    records: Vec<Record>,
-    directions: Vec<Direction>,
+    /// The chunk that is being filled, and how far it is. It stays when the bin is emptied.
+    open: Box<Chunk>,
+    used: usize,
+    full: Vec<Box<Chunk>>,
 }
 
 /// The deposits of all photons, in order of their buckets.
 pub(crate) struct Sorted {
-    /// Where they lie, for searching: a column per axis, followed by room for vectors that read past the end.
+    /// Where they lie, for searching: a column per axis, followed by room for more, and for vectors that read past
+    /// the end.
     pub(crate) points: [Vec<f32>; 3],
     /// What they bring, for those that have been found: words surface, flux r g b, direction x y z, bucket.
     pub(crate) arrivals: Vec<Row>,
@@ -51,17 +80,47 @@ pub(crate) struct Sorted {
     filled: Vec<u8>,
 }
 
-impl Binned {
-    pub(crate) fn new() -> Self {
-        Self { bins: vec![Bin::default(); BINS], count: 0 }
+impl Chunk {
+    fn new() -> Box<Self> {
+        Box::new(Self { records: [Row::default(); CHUNK], directions: [[0.0; 4]; CHUNK] })
     }
 
-    /// Forgets all deposits and keeps the memory.
+    /// The first `count` deposits.
+    fn first(&self, count: usize) -> (&[Record], &[Direction]) {
+        (&self.records[..count], &self.directions[..count])
+    }
+}
+
+impl Bin {
+    /// Another chunk to fill, in the place of a full one.
+    #[cold]
+    #[inline(never)]
+    fn go_on(&mut self, chunks: &Chunks) {
+        self.full.push(replace(&mut self.open, chunks.take(Chunk::new)));
+        self.used = 0;
+    }
+
+    fn count(&self) -> usize {
+        self.full.len() * CHUNK + self.used
+    }
+
+    /// The deposits, chunk by chunk.
+    fn runs(&self) -> impl Iterator<Item = (&[Record], &[Direction])> {
+        self.full.iter().map(|chunk| chunk.first(CHUNK)).chain(once(self.open.first(self.used)))
+    }
+}
+
+impl Binned {
+    /// Empty bins that take their chunks from `chunks`.
+    pub(crate) fn new(chunks: &Arc<Chunks>) -> Self {
+        let bin = |_| Bin { open: chunks.take(Chunk::new), used: 0, full: Vec::new() };
+        Self { bins: Box::new(array::from_fn(bin)), chunks: Arc::clone(chunks), count: 0 }
+    }
+
+    /// Forgets all deposits, and gives back all chunks but one per bin.
     pub(crate) fn clear(&mut self) {
-        for bin in &mut self.bins {
-            bin.records.clear();
-            bin.directions.clear();
-        }
+        self.chunks.put_all(self.bins.iter_mut().flat_map(|bin| bin.full.drain(..)));
+        self.bins.iter_mut().for_each(|bin| bin.used = 0);
         self.count = 0;
     }
 
@@ -69,16 +128,31 @@ impl Binned {
     #[inline(always)]
     pub(crate) fn push(&mut self, record: Record, direction: Direction, shift: u32) {
         let bin = &mut self.bins[(record.0[7].to_bits() >> shift) as usize & (BINS - 1)];
-        bin.records.push(record);
-        bin.directions.push(direction);
+        if bin.used == CHUNK {
+            bin.go_on(&self.chunks);
+        }
+        let place = bin.used % CHUNK; // it is less, but the compiler does not know
+        bin.open.records[place] = record;
+        bin.open.directions[place] = direction;
+        bin.used += 1;
         self.count += 1;
     }
 
     /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        let each = size_of::<Record>() + size_of::<Direction>();
-        self.bins.iter().map(|bin| bin.records.capacity() * each).sum()
+        BYTES_OF_BINS + self.bins.iter().map(|bin| bin.full.len() * size_of::<Chunk>()).sum::<usize>()
     }
+}
+
+/// Makes sure that as many deposits as these, and some more, find chunks at rest, whichever bins they go to: so the
+/// first round takes what all later ones will need.
+pub(crate) fn reserve(chunks: &Chunks, deposits: usize) {
+    chunks.fill((with_margin(deposits as u64) as usize).div_ceil(CHUNK), Chunk::new);
+}
+
+/// Bytes of all chunks at rest.
+pub(crate) fn bytes_at_rest(chunks: &Chunks) -> usize {
+    chunks.count() * size_of::<Chunk>()
 }
 
 /// What takes a bucket of `cells` to its bin.
@@ -105,8 +179,8 @@ impl Sorted {
     /// Sorts the deposits of `parts`.
     pub(crate) fn fill(&mut self, parts: &[&Binned], cells: Cells) {
         let total: usize = parts.iter().map(|part| part.count).sum();
-        self.points.iter_mut().for_each(|column| column.resize(total + MOST_LANES, 0.0));
-        self.arrivals.resize(total, Row::default());
+        self.points.iter_mut().for_each(|column| make_room(column, total + MOST_LANES, 0.0));
+        make_room(&mut self.arrivals, total, Row::default());
         let buckets = cells.mask as usize + 1;
         self.starts.resize(buckets + 1, 0);
         self.filled.resize(buckets / 8 + 1, 0);
@@ -117,7 +191,7 @@ impl Sorted {
         let mut work = Vec::with_capacity(BINS);
         let mut first = 0;
         for (bin, (starts, filled)) in places.enumerate() {
-            let count = parts.iter().map(|part| part.bins[bin].records.len()).sum();
+            let count = parts.iter().map(|part| part.bins[bin].count()).sum();
             let points = columns.each_mut().map(|column| column.split_off_mut(..count).unwrap_or_default());
             let mine = arrivals.split_off_mut(..count).unwrap_or_default();
             work.push(BinWork { bin, first, points, arrivals: mine, starts, filled });
@@ -143,6 +217,21 @@ impl Sorted {
     }
 }
 
+/// Lengthens `values` if they are fewer than `count`.
+fn make_room<T: Copy>(values: &mut Vec<T>, count: usize, value: T) {
+    if count > values.len() {
+        let room = with_margin(count as u64) as usize;
+        values.clear();
+        values.reserve_exact(room);
+        values.resize(room, value);
+    }
+}
+
+/// What is held for so many deposits: iterations differ by some percent.
+pub(crate) fn with_margin(deposits: u64) -> u64 {
+    deposits + deposits / MARGIN
+}
+
 /// A bin to be sorted into its part of the output.
 struct BinWork<'a> {
     bin: usize,
@@ -155,11 +244,15 @@ struct BinWork<'a> {
 
 impl BinWork<'_> {
     fn sort(self, parts: &[&Binned]) {
-        let bins = || parts.iter().map(|part| &part.bins[self.bin]);
+        let runs = || parts.iter().flat_map(|part| part.bins[self.bin].runs());
         let local = self.starts.len() as u32 - 1;
         let bucket = |record: &Record| (record.0[7].to_bits() & local) as usize;
         self.starts.fill(0);
-        bins().flat_map(|bin| &bin.records).for_each(|record| self.starts[bucket(record)] += 1);
+        for (records, _) in runs() {
+            for record in records {
+                self.starts[bucket(record)] += 1;
+            }
+        }
         let mut end = 0;
         for (starts, filled) in self.starts.chunks_mut(8).zip(self.filled) {
             *filled = 0;
@@ -171,13 +264,15 @@ impl BinWork<'_> {
         }
         let [xs, ys, zs] = self.points;
         // Filled from the back, each bucket's end becomes its start.
-        for (record, direction) in bins().flat_map(|bin| bin.records.iter().zip(&bin.directions)) {
-            let start = &mut self.starts[bucket(record)];
-            *start -= 1;
-            let place = *start as usize;
-            let ([x, y, z, surface, r, g, b, number], [wx, wy, wz, _]) = (record.0, *direction);
-            (xs[place], ys[place], zs[place]) = (x, y, z);
-            self.arrivals[place] = Row([surface, r, g, b, wx, wy, wz, number]);
+        for (records, directions) in runs() {
+            for (record, direction) in records.iter().zip(directions) {
+                let start = &mut self.starts[bucket(record)];
+                *start -= 1;
+                let place = *start as usize;
+                let ([x, y, z, surface, r, g, b, number], [wx, wy, wz, _]) = (record.0, *direction);
+                (xs[place], ys[place], zs[place]) = (x, y, z);
+                self.arrivals[place] = Row([surface, r, g, b, wx, wy, wz, number]);
+            }
         }
         self.starts.iter_mut().for_each(|start| *start += self.first);
     }

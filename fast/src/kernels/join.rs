@@ -4,7 +4,7 @@ use super::Gathered;
 use super::maps::{Map, OverColumns};
 use crate::camera_pass::PixelRows;
 use crate::dispatch::{Kernel, LaneKind, dispatch};
-use crate::join::deposits::{Binned, SAFE, Sorted, bin_shift};
+use crate::join::deposits::{Binned, Chunks, SAFE, Sorted, bin_shift};
 use crate::join::gather::{Scratch, Sums};
 use crate::join::{GROUP, JoinCounts, cells, gather_group, occupancy};
 use crate::lanes::{Lanes, Row};
@@ -12,6 +12,7 @@ use crate::parameters::Parameters;
 use crate::vec3::V3;
 use scene::Vec3;
 use scene::ray::SphereId;
+use std::sync::Arc;
 
 /// A map from points of space to buckets.
 #[derive(Clone, Copy, Debug)]
@@ -256,7 +257,7 @@ fn bin(lanes: LaneKind, photons: &[Photon], cells: cells::Cells) -> Binned {
     let [x, y, z] = [column(0), column(1), column(2)];
     let mut buckets = vec![0.0; photons.len()];
     Cells(cells).buckets(lanes, [&x, &y, &z], &mut buckets);
-    let mut binned = Binned::new();
+    let mut binned = Binned::new(&Arc::new(Chunks::new()));
     for (photon, bucket) in photons.iter().zip(buckets) {
         let Photon { point: p, wi, sphere, is_safe, flux } = *photon;
         let surface = f32::from_bits(sphere | if is_safe { SAFE } else { 0 });
@@ -281,5 +282,5 @@ pub(super) fn sorted_photons(sorted: &Sorted) -> Vec<(Photon, u32)> {
         };
         (photon, bucket.to_bits())
     };
-    sorted.arrivals.iter().enumerate().map(photon).collect()
+    sorted.arrivals.iter().enumerate().take(sorted.count()).map(photon).collect()
 }

@@ -6,7 +6,7 @@ use crate::camera_pass::{CameraBatch, CameraPass, PixelRows, TileTable, slot_of,
 use crate::direct_light::{LightTable, Receivers, ShadowNumbers, ShadowRays};
 use crate::dispatch::{Kernel, LaneKind, dispatch};
 use crate::hierarchy::Scratch;
-use crate::join::deposits::{Binned, Sorted};
+use crate::join::deposits::{Binned, Chunks, Sorted};
 use crate::lanes::{Lanes, Row};
 use crate::light_choice::LightChoice;
 use crate::paths::{BATCH, ROOM, Vectors, Words};
@@ -16,6 +16,7 @@ use crate::tables::Tables;
 use scene::ray::{NO_SPHERE, SphereId};
 use scene::{Rgb, Scene, Settings, Still, Vec3};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// What a camera path has found: as `reference::camera_pass::CameraSample`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,7 +103,7 @@ pub fn photon_pass(
         shifts: emission_shifts(settings.seed, iteration),
         at_once: BATCH,
     };
-    let mut out = Binned::new();
+    let mut out = Binned::new(&Arc::new(Chunks::new()));
     let job = PhotonJob { pass: &pass, batch: &mut PhotonBatch::new(), photons, out: &mut out };
     let PhotonCounts { segments, deposits } = dispatch(lanes, job);
     let mut sorted = Sorted::new();

@@ -4,7 +4,7 @@ use super::Sppm;
 use crate::camera_pass::{PixelRows, slots};
 use crate::join::GROUP;
 use crate::join::cells::table_size;
-use crate::join::deposits::{Direction, Record};
+use crate::join::deposits::{BYTES_OF_BINS, Direction, Record, with_margin};
 use crate::join::gather::Sums;
 use crate::lanes::Row;
 use crate::parameters::Parameters;
@@ -32,13 +32,14 @@ impl Sppm<'_> {
         let all = u64::from(settings.photons_per_iteration) * bounces;
         let round = 2 * u64::from(deposits_at_once) + u64::from(parameters.photons_per_job) * bounces;
         let each = (size_of::<Record>() + size_of::<Direction>()) as u64;
-        // Once sorted and once in bins, whose room grows by doubling.
-        let deposits = all.min(round) * each * 3;
+        // Once in the bins' chunks, and once sorted.
+        let deposits = 2 * with_margin(all.min(round)) * each;
         let buckets = table_size(parameters.buckets(settings.photons_per_iteration)) as u64;
         pixels
             + deposits
             + 4 * buckets
-            + threads as u64 * BYTES_PER_THREAD
+            + buckets / 8
+            + threads as u64 * (BYTES_PER_THREAD + BYTES_OF_BINS as u64)
             + spheres as u64 * BYTES_PER_SPHERE
     }
 }

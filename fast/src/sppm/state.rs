@@ -2,8 +2,9 @@
 
 use super::{Prepared, Sppm};
 use crate::camera_pass::slot_of;
+use crate::consolidate::develop;
 use crate::lanes::Row;
-use scene::{Resumable, Settings, Stats, Stop, Sums};
+use scene::{Probe, Resumable, Rgb, Settings, Stats, Stop, Sums};
 use std::mem::take;
 
 impl Sppm<'_> {
@@ -44,6 +45,15 @@ impl Resumable for Sppm<'_> {
         for (words, x) in words.chunks_exact(8).zip(0..width) {
             self.pixels[slot_of(width, x, y)] = Row(std::array::from_fn(|i| f32::from_bits(words[i])));
         }
+    }
+
+    fn probe(&self, x: u32, y: u32) -> Probe {
+        assert!(x < self.settings.width && y < self.settings.height, "no such pixel");
+        let pixel = &self.pixels[slot_of(self.settings.width, x, y)];
+        let [.., n, radius_squared] = pixel.0;
+        let radiance =
+            if self.iterations > 0 { develop(pixel, &self.settings, self.iterations) } else { Rgb::ZERO };
+        Probe { radiance, radius: radius_squared.sqrt(), count: n }
     }
 
     fn go_on_after(&mut self, iterations: u32, stats: Stats) {

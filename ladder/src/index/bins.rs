@@ -199,7 +199,8 @@ pub(super) fn next_of_slice<L: Lanes>(rest: &mut &[u32]) -> Option<(L::U, L::M)>
     if rest.is_empty() {
         return None;
     }
-    let mut last = [0; MOST_LANES];
+    // Lanes without a candidate repeat the first one: what they fetch of it is that of a visible point.
+    let mut last = [rest[0]; MOST_LANES];
     for (place, point) in last.iter_mut().zip(*rest) {
         *place = *point;
     }

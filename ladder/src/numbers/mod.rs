@@ -3,6 +3,8 @@
 
 mod keyed;
 mod rand;
+pub(crate) mod timing;
+pub(crate) mod words;
 mod xorshift;
 
 use fast::lanes::Lanes;

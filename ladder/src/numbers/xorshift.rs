@@ -53,19 +53,25 @@ impl Kernel for Refill<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        match self.0.unroll {
-            1 => refill::<L, 1>(self.0),
-            2 => refill::<L, 2>(self.0),
-            4 => refill::<L, 4>(self.0),
-            8 => refill::<L, 8>(self.0),
-            _ => refill::<L, 16>(self.0),
-        }
+        refill::<L>(self.0);
+    }
+}
+
+/// Makes new numbers in place of all that there are.
+#[inline(always)]
+pub(super) fn refill<L: Lanes>(pool: &mut Pool) {
+    match pool.unroll {
+        1 => step::<L, 1>(pool),
+        2 => step::<L, 2>(pool),
+        4 => step::<L, 4>(pool),
+        8 => step::<L, 8>(pool),
+        _ => step::<L, 16>(pool),
     }
 }
 
 /// Steps `UNROLL` vectors side by side, so that their chains of operations overlap.
 #[inline(always)]
-fn refill<L: Lanes, const UNROLL: usize>(pool: &mut Pool) {
+fn step<L: Lanes, const UNROLL: usize>(pool: &mut Pool) {
     let mut x = [L::u(0); UNROLL];
     for k in 0..UNROLL {
         x[k] = L::load_u(&pool.state[LANES * k..]);

@@ -3,7 +3,7 @@
 use super::sections::{ACCOUNT, FRAME, HEADER, NOTE, PAST, SCENE, SUMS};
 use super::*;
 use crate::atomic_file::Output;
-use crate::{Engine, Plane, Resumable, Rgb, Scene, Settings, Stop, file};
+use crate::{Engine, Plane, Probe, Resumable, Rgb, Scene, Settings, Stop, file};
 use std::fs;
 use std::io::{self, Cursor, Write as _};
 use tempfile::TempDir;
@@ -76,6 +76,9 @@ impl Resumable for Memory {
     }
     fn load_row(&mut self, y: u32, words: &[u32]) {
         self.row(y).copy_from_slice(words);
+    }
+    fn probe(&self, _: u32, _: u32) -> Probe {
+        Probe::default()
     }
     fn go_on_after(&mut self, iterations: u32, stats: Stats) {
         (self.iterations, self.stats) = (iterations, stats);

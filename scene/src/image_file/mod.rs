@@ -21,9 +21,9 @@ pub mod srgb;
 mod tests;
 
 pub use crate::atomic_file::FileError as ImageError;
-use crate::atomic_file::{self, Output, reason};
+use crate::atomic_file::{self, reason};
 use crate::settings::{MAX_PIXELS, MAX_SIDE};
-use crate::{Film, Plane};
+use crate::{Film, Picture, Plane, Rgb};
 use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader, Cursor, Seek};
 use std::path::Path;
@@ -127,9 +127,26 @@ pub fn decode_note_bytes(format: Format, bytes: &[u8]) -> Result<Option<String>,
 /// # Errors
 /// What [`check_writable`] finds, a film without pixels, or an error of the file system.
 pub fn write(path: &Path, film: &Film, encoding: &Encoding) -> Result<(), ImageError> {
-    let format = Format::from_path(path)?;
+    Format::from_path(path)?;
     check_pixels(path, film.width, film.height, film.pixels.len())?;
-    atomic_file::replace(path, |out| encode(format, out, film, *encoding))
+    let Film { width, height, .. } = *film;
+    let pixel = |x, y| film.pixels[y as usize * width as usize + x as usize];
+    write_picture(path, &Picture { width, height, pixel: &pixel }, encoding)
+}
+
+/// Like [`write()`], with pixels that are asked for as they are written: no more than some rows are held. Each is
+/// asked for once or more, in whatever order suits the format.
+///
+/// # Errors
+/// Like [`write()`].
+pub fn write_picture(path: &Path, picture: &Picture<Rgb>, encoding: &Encoding) -> Result<(), ImageError> {
+    let format = Format::from_path(path)?;
+    check_sides(path, picture)?;
+    atomic_file::replace(path, |out| match format {
+        Format::Png => png::write(out, picture, *encoding),
+        Format::Exr => openexr::write(out, picture, encoding.note),
+        Format::Pfm => pfm::write(out, picture),
+    })
 }
 
 /// Writes `plane` to `path`; `name`, such as `radius`, is the name of the layer in an EXR file. There is no exposure.
@@ -137,12 +154,29 @@ pub fn write(path: &Path, film: &Film, encoding: &Encoding) -> Result<(), ImageE
 /// # Errors
 /// Like [`write()`].
 pub fn write_plane(path: &Path, plane: &Plane, name: &str, encoding: &Encoding) -> Result<(), ImageError> {
-    let format = Format::from_path(path)?;
+    Format::from_path(path)?;
     check_pixels(path, plane.width, plane.height, plane.values.len())?;
+    let Plane { width, height, .. } = *plane;
+    let pixel = |x, y| plane.values[y as usize * width as usize + x as usize];
+    write_values(path, &Picture { width, height, pixel: &pixel }, name, encoding)
+}
+
+/// Like [`write_plane`], with values that are asked for as they are written; see [`write_picture`].
+///
+/// # Errors
+/// Like [`write()`].
+pub fn write_values(
+    path: &Path,
+    values: &Picture<f32>,
+    name: &str,
+    encoding: &Encoding,
+) -> Result<(), ImageError> {
+    let format = Format::from_path(path)?;
+    check_sides(path, values)?;
     atomic_file::replace(path, |out| match format {
-        Format::Png => png::write_plane(out, plane, encoding.note),
-        Format::Exr => openexr::write_plane(out, plane, name, encoding.note),
-        Format::Pfm => pfm::write_plane(out, plane),
+        Format::Png => png::write_values(out, values, encoding.note),
+        Format::Exr => openexr::write_values(out, values, name, encoding.note),
+        Format::Pfm => pfm::write_values(out, values),
     })
 }
 
@@ -153,14 +187,6 @@ pub fn write_plane(path: &Path, plane: &Plane, name: &str, encoding: &Encoding) 
 pub fn check_writable(path: &Path) -> Result<(), ImageError> {
     Format::from_path(path)?;
     atomic_file::check(path)
-}
-
-fn encode(format: Format, out: &mut Output, film: &Film, encoding: Encoding) -> io::Result<()> {
-    match format {
-        Format::Png => png::write(out, film, encoding),
-        Format::Exr => openexr::write(out, film, encoding.note),
-        Format::Pfm => pfm::write(out, film),
-    }
 }
 
 /// What decoders read from.
@@ -187,11 +213,14 @@ fn decode_note(format: Format, input: &mut impl Seekable, length: u64) -> Result
 
 /// A film's fields are public, so they may contradict each other.
 fn check_pixels(path: &Path, width: u32, height: u32, pixels: usize) -> Result<(), ImageError> {
-    check_size(width.into(), height.into()).map_err(|problem| ImageError::new(path, problem))?;
     if pixels as u64 == u64::from(width) * u64::from(height) {
         return Ok(());
     }
     Err(ImageError::new(path, format!("cannot hold {pixels} pixels as an image of {width} x {height}")))
+}
+
+fn check_sides<T>(path: &Path, picture: &Picture<T>) -> Result<(), ImageError> {
+    check_size(picture.width.into(), picture.height.into()).map_err(|problem| ImageError::new(path, problem))
 }
 
 fn check_size(width: u64, height: u64) -> Result<(), String> {

@@ -2,7 +2,7 @@
 
 use super::{NOTE, Seekable, check_expansion, check_size};
 use crate::settings::MAX_SIDE;
-use crate::{Film, Plane, Rgb};
+use crate::{Film, Picture, Rgb};
 use exr::meta::attribute::{AttributeValue, ChannelDescription, Text};
 use exr::meta::header::{Header, LayerAttributes};
 use exr::meta::{BlockDescription, MetaData};
@@ -34,30 +34,35 @@ fn noted(mut layer: LayerAttributes, note: Option<&str>) -> LayerAttributes {
     layer
 }
 
-pub(super) fn write(out: &mut (impl Write + io::Seek), film: &Film, note: Option<&str>) -> io::Result<()> {
-    let size = (film.width as usize, film.height as usize);
-    let channels = SpecificChannels::rgb(|p: Vec2<usize>| -> (f32, f32, f32) {
-        film.pixels[p.y() * size.0 + p.x()].into()
-    });
+pub(super) fn write(
+    out: &mut (impl Write + io::Seek),
+    picture: &Picture<Rgb>,
+    note: Option<&str>,
+) -> io::Result<()> {
+    let size = (picture.width as usize, picture.height as usize);
+    let channels = SpecificChannels::rgb(|p: Vec2<usize>| -> (f32, f32, f32) { at(picture, p).into() });
     let layer = noted(LayerAttributes::default(), note);
     let image = Image::from_layer(Layer::new(size, layer, encoding(), channels));
     image.write().non_parallel().to_buffered(out).map_err(into_io)
 }
 
 /// One channel `Y`, which every program shows, in a layer called `name`.
-pub(super) fn write_plane(
+pub(super) fn write_values(
     out: &mut (impl Write + io::Seek),
-    plane: &Plane,
+    values: &Picture<f32>,
     name: &str,
     note: Option<&str>,
 ) -> io::Result<()> {
-    let size = (plane.width as usize, plane.height as usize);
-    let channels = SpecificChannels::build()
-        .with_channel("Y")
-        .with_pixel_fn(|p: Vec2<usize>| (plane.values[p.y() * size.0 + p.x()],));
+    let size = (values.width as usize, values.height as usize);
+    let channels =
+        SpecificChannels::build().with_channel("Y").with_pixel_fn(|p: Vec2<usize>| (at(values, p),));
     let layer = Text::new_or_none(name).map_or_else(LayerAttributes::default, LayerAttributes::named);
     let image = Image::from_layer(Layer::new(size, noted(layer, note), encoding(), channels));
     image.write().non_parallel().to_buffered(out).map_err(into_io)
+}
+
+fn at<T>(picture: &Picture<T>, p: Vec2<usize>) -> T {
+    (picture.pixel)(p.x() as u32, p.y() as u32)
 }
 
 pub(super) fn read_note(input: &mut impl Seekable, length: u64) -> Result<Option<String>, String> {

@@ -4,30 +4,33 @@
 //! little-endian) and whose absolute value multiplies the samples. We write little-endian and scale 1: exact bits.
 
 use super::{check_size, truncated};
-use crate::{Film, Plane, Rgb};
+use crate::{Film, Picture, Rgb};
 use std::io::{self, BufRead, Read, Write};
 
 /// No honest token of a header is longer.
 const LONGEST_TOKEN: u64 = 32;
 
-pub(super) fn write(out: &mut impl Write, film: &Film) -> io::Result<()> {
-    writeln!(out, "PF\n{} {}\n-1.0", film.width, film.height)?;
-    for row in film.pixels.chunks_exact(film.width as usize).rev() {
-        write_row(out, row.iter().flat_map(Rgb::to_array))?;
-    }
-    Ok(())
+pub(super) fn write(out: &mut impl Write, picture: &Picture<Rgb>) -> io::Result<()> {
+    write_samples(out, "PF", picture, |pixel| pixel.to_array())
 }
 
-pub(super) fn write_plane(out: &mut impl Write, plane: &Plane) -> io::Result<()> {
-    writeln!(out, "Pf\n{} {}\n-1.0", plane.width, plane.height)?;
-    for row in plane.values.chunks_exact(plane.width as usize).rev() {
-        write_row(out, row.iter().copied())?;
-    }
-    Ok(())
+pub(super) fn write_values(out: &mut impl Write, values: &Picture<f32>) -> io::Result<()> {
+    write_samples(out, "Pf", values, |value| [value])
 }
 
-fn write_row(out: &mut impl Write, mut samples: impl Iterator<Item = f32>) -> io::Result<()> {
-    samples.try_for_each(|v| out.write_all(&v.to_le_bytes()))
+fn write_samples<T, const CHANNELS: usize>(
+    out: &mut impl Write,
+    magic: &str,
+    picture: &Picture<T>,
+    samples: impl Fn(T) -> [f32; CHANNELS],
+) -> io::Result<()> {
+    writeln!(out, "{magic}\n{} {}\n-1.0", picture.width, picture.height)?;
+    for y in (0..picture.height).rev() {
+        for sample in picture.row(y).flat_map(&samples) {
+            out.write_all(&sample.to_le_bytes())?;
+        }
+    }
+    Ok(())
 }
 
 /// Reads a map out of a file of `length` bytes.
@@ -127,9 +130,9 @@ mod tests {
 
     #[test]
     fn known_bytes_out() {
-        let film = Film { width: 1, height: 2, pixels: vec![vec3(1.0, 2.0, -0.0), vec3(0.5, 0.0, 4.0)] };
+        let pixels = [vec3(1.0, 2.0, -0.0), vec3(0.5, 0.0, 4.0)];
         let mut bytes = Vec::new();
-        write(&mut bytes, &film).unwrap();
+        write(&mut bytes, &Picture { width: 1, height: 2, pixel: &|_, y| pixels[y as usize] }).unwrap();
         let mut expected = b"PF\n1 2\n-1.0\n".to_vec();
         for word in [0x3f00_0000_u32, 0, 0x4080_0000, 0x3f80_0000, 0x4000_0000, 0x8000_0000] {
             expected.extend(word.to_le_bytes()); // the lower row first

@@ -1,7 +1,7 @@
 //! PNG: 8 bits of sRGB out; whatever there is in.
 
 use super::{Encoding, NOTE, Seekable, check_expansion, check_size, srgb};
-use crate::{Film, Plane, Rgb};
+use crate::{Film, Picture, Rgb};
 use std::io::{self, Write};
 
 /// Deflate makes 258 bytes of 2 bits at best.
@@ -10,37 +10,59 @@ const MOST_BYTES_PER_BYTE: u64 = 1032;
 /// What stands for a pixel with a NaN: magenta, which no one takes for light.
 const NOT_A_NUMBER: [u8; 3] = [255, 0, 255];
 
-pub(super) fn write(out: &mut impl Write, film: &Film, encoding: Encoding) -> io::Result<()> {
+/// Bytes of pixels in a chunk of the file.
+const CHUNK: usize = 1 << 15;
+
+pub(super) fn write(out: &mut impl Write, picture: &Picture<Rgb>, encoding: Encoding) -> io::Result<()> {
     let gain = f64::from(encoding.exposure).exp2();
     let byte = |v: f32| srgb::encode_byte(f64::from(v) * gain);
-    let bytes: Vec<u8> = film
-        .pixels
-        .iter()
-        .flat_map(|p| if p.is_nan() { NOT_A_NUMBER } else { p.to_array().map(byte) })
-        .collect();
-    let mut encoder = png::Encoder::new(out, film.width, film.height);
+    let code = |p: Rgb| if p.is_nan() { NOT_A_NUMBER } else { p.to_array().map(byte) };
+    write_codes(out, picture, encoding.note, code).map_err(|e| match e {
+        png::EncodingError::IoError(e) => e,
+        other => io::Error::other(other),
+    })
+}
+
+/// The values as a grey picture, the greatest finite one white.
+pub(super) fn write_values(
+    out: &mut impl Write,
+    values: &Picture<f32>,
+    note: Option<&str>,
+) -> io::Result<()> {
+    let all = (0..values.height).flat_map(|y| values.row(y));
+    let greatest = all.filter(|v| v.is_finite()).fold(0.0, f32::max);
+    let scale = if greatest > 0.0 { greatest } else { 1.0 };
+    let pixel = |x, y| Rgb::splat((values.pixel)(x, y) / scale);
+    let grey = Picture { width: values.width, height: values.height, pixel: &pixel };
+    write(out, &grey, Encoding { note, ..Encoding::default() })
+}
+
+/// Row by row.
+fn write_codes(
+    out: &mut impl Write,
+    picture: &Picture<Rgb>,
+    note: Option<&str>,
+    code: impl Fn(Rgb) -> [u8; 3],
+) -> Result<(), png::EncodingError> {
+    let mut encoder = png::Encoder::new(out, picture.width, picture.height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     // Noise hardly compresses: the best effort takes ten times as long for some percent.
     encoder.set_compression(png::Compression::Fast);
     encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
-    if let Some(note) = encoding.note {
-        encoder.add_text_chunk(NOTE.into(), note.into()).map_err(io::Error::other)?;
+    if let Some(note) = note {
+        encoder.add_text_chunk(NOTE.into(), note.into())?;
     }
-    encoder.write_header().and_then(|mut w| w.write_image_data(&bytes).and_then(|()| w.finish())).map_err(
-        |e| match e {
-            png::EncodingError::IoError(e) => e,
-            other => io::Error::other(other),
-        },
-    )
-}
-
-/// The plane as a grey picture, its greatest finite value white.
-pub(super) fn write_plane(out: &mut impl Write, plane: &Plane, note: Option<&str>) -> io::Result<()> {
-    let greatest = plane.values.iter().copied().filter(|v| v.is_finite()).fold(0.0, f32::max);
-    let scale = if greatest > 0.0 { greatest } else { 1.0 };
-    let values = plane.values.iter().map(|v| v / scale).collect();
-    write(out, &Plane { values, ..*plane }.to_film(), Encoding { note, ..Encoding::default() })
+    let mut writer = encoder.write_header()?;
+    let mut rows = writer.stream_writer_with_size(CHUNK)?;
+    let mut row = Vec::with_capacity(3 * picture.width as usize);
+    for y in 0..picture.height {
+        row.clear();
+        row.extend(picture.row(y).flat_map(&code));
+        rows.write_all(&row)?;
+    }
+    rows.finish()?;
+    writer.finish()
 }
 
 pub(super) fn read(input: &mut impl Seekable, length: u64) -> Result<Film, String> {

@@ -1,7 +1,7 @@
 //! Round trips on bits, known files, broken files, and what becomes of the target when a write fails.
 
 use super::*;
-use crate::Rgb;
+use crate::atomic_file::Output;
 use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
     Vec2, WritableImage, f16,

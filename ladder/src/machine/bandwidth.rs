@@ -1,0 +1,157 @@
+//! The most bytes in a second that one thread reads from each level of memory.
+
+use super::best_rate;
+use fast::dispatch::{Kernel, on_avx2};
+use fast::lanes::{Emulated, Lanes, Row};
+use serde::Serialize;
+use std::fs;
+use std::hint::black_box;
+
+/// A level of memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Level {
+    /// The first-level cache.
+    L1,
+    /// The second-level cache.
+    L2,
+    /// The third-level cache.
+    L3,
+    /// What lies behind all caches.
+    #[serde(rename = "DRAM")]
+    Dram,
+}
+
+impl Level {
+    /// Its usual name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::L1 => "L1",
+            Self::L2 => "L2",
+            Self::L3 => "L3",
+            Self::Dram => "DRAM",
+        }
+    }
+}
+
+/// How fast a level is read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bandwidth {
+    /// What is read.
+    pub level: Level,
+    /// How much is read over and over, bytes.
+    pub bytes: usize,
+    /// Bytes in a second.
+    pub bytes_per_second: f64,
+}
+
+/// Cache sizes where the system does not tell.
+const USUAL_CACHES: [usize; 3] = [32 << 10, 512 << 10, 16 << 20];
+/// Read for memory: so many times the largest cache, but no more than [`MOST`].
+const BEYOND_CACHES: usize = 4;
+const MOST: usize = 256 << 20;
+/// Bytes that a trial reads, or once all there are.
+const TRIAL: usize = 32 << 20;
+
+/// Reads half of what each cache holds, and much more than all of them hold.
+pub(super) fn measure() -> Vec<Bandwidth> {
+    let caches = caches();
+    let most = (BEYOND_CACHES * caches[2]).min(MOST);
+    let data = vec![Row([1.5; 8]); most / size_of::<Row>()];
+    let sizes = [caches[0] / 2, caches[1] / 2, caches[2] / 2, most];
+    let levels = [Level::L1, Level::L2, Level::L3, Level::Dram];
+    let level = |(level, bytes): (Level, usize)| {
+        let passes = TRIAL.div_ceil(bytes);
+        let read = || {
+            let xor = Xor { rows: &data[..bytes / size_of::<Row>()], passes };
+            black_box(on_avx2(xor).unwrap_or_else(Kernel::run::<Emulated>));
+        };
+        Bandwidth { level, bytes, bytes_per_second: best_rate((passes * bytes) as f64, read) }
+    };
+    levels.into_iter().zip(sizes).map(level).collect()
+}
+
+/// Bytes of the data caches of three levels.
+fn caches() -> [usize; 3] {
+    let mut caches = USUAL_CACHES;
+    for index in 0..8 {
+        let read = |name: &str| {
+            fs::read_to_string(format!("/sys/devices/system/cpu/cpu0/cache/index{index}/{name}")).ok()
+        };
+        let (Some(level), Some(kind), Some(size)) = (read("level"), read("type"), read("size")) else {
+            continue;
+        };
+        let level = level.trim().parse::<usize>().unwrap_or(0);
+        if let (1..=3, "Data" | "Unified", Some(bytes)) = (level, kind.trim(), bytes_of(size.trim())) {
+            caches[level - 1] = bytes;
+        }
+    }
+    caches
+}
+
+/// A size as the system writes it: `512K`, `32M`.
+fn bytes_of(size: &str) -> Option<usize> {
+    let (number, unit) = size.split_at(size.find(|c: char| !c.is_ascii_digit()).unwrap_or(size.len()));
+    let shift = match unit {
+        "" => 0,
+        "K" => 10,
+        "M" => 20,
+        "G" => 30,
+        _ => return None,
+    };
+    number.parse::<usize>().ok().filter(|n| *n > 0).map(|n| n << shift)
+}
+
+/// Reads all of the rows so many times over. Rows are aligned, so that no load straddles two cache lines.
+struct Xor<'a> {
+    rows: &'a [Row],
+    passes: usize,
+}
+
+/// Loads in flight.
+const LOADS: usize = 8;
+
+impl Kernel for Xor<'_> {
+    type Output = u32;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> u32 {
+        let mut sums = [<L::Eight as Lanes>::u(0); LOADS];
+        for _ in 0..self.passes {
+            for block in black_box(self.rows).chunks_exact(LOADS) {
+                for k in 0..LOADS {
+                    sums[k] = sums[k] ^ L::Eight::bits(L::Eight::load(&block[k].0));
+                }
+            }
+        }
+        let mut total = sums[0];
+        for k in 1..LOADS {
+            total = total ^ sums[k];
+        }
+        let mut lanes = [0; fast::lanes::MOST_LANES];
+        L::Eight::store_u(total, &mut lanes);
+        lanes[0]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_read_as_the_system_writes_them() {
+        let sizes =
+            [("32K", Some(32 << 10)), ("1M", Some(1 << 20)), ("512", Some(512)), ("x", None), ("", None)];
+        for (size, bytes) in sizes {
+            assert_eq!(bytes_of(size), bytes, "{size}");
+        }
+    }
+
+    #[test]
+    fn every_word_of_whole_blocks_is_read() {
+        let word = |k: u32| f32::from_bits(1 << (k % 31));
+        let rows: Vec<Row> =
+            (0..128).map(|row| Row(std::array::from_fn(|k| word(8 * row + k as u32)))).collect();
+        let expected = rows.iter().fold(0, |sum, row| sum ^ row.0[0].to_bits());
+        assert_eq!(Xor { rows: &rows, passes: 1 }.run::<Emulated>(), expected);
+        assert_eq!(Xor { rows: &rows, passes: 2 }.run::<Emulated>(), 0);
+    }
+}

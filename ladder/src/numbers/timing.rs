@@ -1,0 +1,159 @@
+//! How long random numbers take: to wait for (latency), to make many of (throughput), and to take from a pool as the
+//! stages do.
+
+use super::rand::Rand;
+use super::xorshift::{Pool, refill};
+use crate::machine::best_seconds;
+use fast::LaneKind;
+use fast::dispatch::{Kernel, on_avx2};
+use fast::kernels::{next_uniform, stream_state};
+use fast::lanes::{Emulated, Lanes};
+use scene::rng::{Family, StreamKey};
+use std::hint::black_box;
+
+/// What a generator costs; nanoseconds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NumberTimes {
+    /// Which it is.
+    pub name: String,
+    /// From a state to the one that follows, when nothing else is done meanwhile; none if it has no such chain.
+    pub latency: Option<f64>,
+    /// Each number, when many are made.
+    pub throughput: f64,
+    /// Each number, when they are made ahead and taken one at a time; none if they are not made ahead.
+    pub taken: Option<f64>,
+}
+
+/// Numbers of a measurement: about 2 ms of the slowest generator.
+const COUNT: u32 = 1 << 18;
+
+/// Times all generators.
+pub fn time_numbers() -> Vec<NumberTimes> {
+    let mut times = vec![rand(), scalar()];
+    times.extend(Pool::UNROLLS.map(vectors));
+    times.push(keyed());
+    times.push(keyed_in_lanes());
+    times
+}
+
+/// Nanoseconds of each of `count` things that `run` does.
+fn each(count: u32, run: impl FnMut()) -> f64 {
+    best_seconds(run) * 1e9 / f64::from(count)
+}
+
+/// Calls wait for one another: the state is behind a lock.
+fn rand() -> NumberTimes {
+    let rand = Rand::new(1);
+    let call = each(COUNT, || {
+        let mut total = 0.0;
+        for _ in 0..COUNT {
+            total += rand.next_f32();
+        }
+        black_box(total);
+    });
+    NumberTimes {
+        name: "rand of the C library (our copy of it)".into(),
+        latency: Some(call),
+        throughput: call,
+        taken: None,
+    }
+}
+
+fn scalar() -> NumberTimes {
+    let mut stream = StreamKey::new(1, Family::Photon, 0).stream(0);
+    let step = each(COUNT, || {
+        let mut total = 0.0;
+        for _ in 0..COUNT {
+            total += stream.next_f32();
+        }
+        black_box(total);
+    });
+    NumberTimes { name: "xorshift32, scalar".into(), latency: Some(step), throughput: step, taken: None }
+}
+
+/// Eight lanes, `unroll` vectors at a time. The latency is that of a refill, whose state goes through memory.
+fn vectors(unroll: usize) -> NumberTimes {
+    let refills = COUNT / (8 * unroll as u32);
+    let mut pool = Pool::new(1, unroll);
+    let refill = each(refills, || {
+        let pool = &mut pool;
+        on_avx2(Refills { pool, refills }).unwrap_or_else(Kernel::run::<Emulated>);
+    });
+    let mut pool = Pool::new(1, unroll);
+    let taken = each(COUNT, || {
+        let mut total = 0.0;
+        for _ in 0..COUNT {
+            total += pool.take(1)[0];
+        }
+        black_box(total);
+    });
+    NumberTimes {
+        name: format!("xorshift32, 8 lanes, {unroll} at a time"),
+        latency: Some(refill),
+        throughput: refill / (8 * unroll) as f64,
+        taken: Some(taken),
+    }
+}
+
+/// Refills a pool and does nothing else.
+struct Refills<'a> {
+    pool: &'a mut Pool,
+    refills: u32,
+}
+
+impl Kernel for Refills<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for _ in 0..self.refills {
+            refill::<L>(black_box(&mut *self.pool));
+        }
+    }
+}
+
+/// Numbers drawn of each stream: about as many as a photon's path draws from its.
+const DRAWS: u32 = 4;
+
+fn keyed() -> NumberTimes {
+    let key = StreamKey::new(1, Family::Photon, 0);
+    let throughput = each(COUNT, || {
+        let mut total = 0.0;
+        for index in 0..COUNT / DRAWS {
+            let mut stream = key.stream(index);
+            for _ in 0..DRAWS {
+                total += stream.next_f32();
+            }
+        }
+        black_box(total);
+    });
+    NumberTimes {
+        name: format!("keyed streams, scalar, {DRAWS} numbers of each"),
+        latency: None,
+        throughput,
+        taken: None,
+    }
+}
+
+/// Streams whose numbers are made together; their states stay in the first-level cache.
+const BLOCK: usize = 256;
+
+fn keyed_in_lanes() -> NumberTimes {
+    let key = StreamKey::new(1, Family::Photon, 0);
+    let index: Vec<f32> = (0..BLOCK as u32).map(f32::from_bits).collect();
+    let (mut states, mut after, mut values) = ([0.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK]);
+    let throughput = each(COUNT, || {
+        for _ in 0..COUNT / DRAWS / BLOCK as u32 {
+            stream_state(LaneKind::Avx2, key, [black_box(&index)], [&mut states]);
+            for _ in 0..DRAWS {
+                next_uniform(LaneKind::Avx2, [&states], [&mut after, black_box(&mut values)]);
+                std::mem::swap(&mut states, &mut after);
+            }
+        }
+    });
+    NumberTimes {
+        name: format!("keyed streams, 8 lanes, {DRAWS} numbers of each"),
+        latency: None,
+        throughput,
+        taken: None,
+    }
+}

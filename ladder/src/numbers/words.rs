@@ -1,0 +1,70 @@
+//! The generators as sequences of 32-bit words, for batteries of statistical tests.
+
+use super::rand::Rand;
+use scene::rng::{Family, Stream, StreamKey};
+
+/// A sequence of words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Words {
+    /// The C library's `rand`: the upper 16 of its 31 bits, two calls to a word.
+    Rand,
+    /// One xorshift32 generator, which is also one keyed stream as long as its period.
+    Xorshift,
+    /// xorshift32 as stage 3 takes it: 8 lanes by 8 vectors, one number of each in turn.
+    Interleaved,
+    /// The first four numbers of the keyed streams of photons 0, 1, 2, ..., which is about how renders use them.
+    Keyed,
+    /// The first number of the keyed streams of photons 0, 1, 2, ...: the hash that they start from.
+    FirstOfKeyed,
+}
+
+impl Words {
+    /// All of them, with the names by which they are asked for.
+    pub const ALL: [(&'static str, Self); 5] = [
+        ("rand", Self::Rand),
+        ("xorshift32", Self::Xorshift),
+        ("xorshift32-lanes", Self::Interleaved),
+        ("keyed", Self::Keyed),
+        ("keyed-first", Self::FirstOfKeyed),
+    ];
+
+    /// The words without end.
+    pub fn from_seed(self, seed: u64) -> Box<dyn Iterator<Item = u32>> {
+        match self {
+            Self::Rand => {
+                let rand = Rand::new(seed as u32);
+                Box::new(std::iter::repeat_with(move || {
+                    let (high, low) = (rand.next_i31() >> 15, rand.next_i31() >> 15);
+                    (high << 16) | low
+                }))
+            }
+            Self::Xorshift => {
+                let mut stream = photons(seed, 0).stream(0);
+                Box::new(std::iter::repeat_with(move || stream.next_u32()))
+            }
+            Self::Interleaved => {
+                let mut lanes: Vec<Stream> = (0..64).map(|lane| photons(seed, 0).stream(lane)).collect();
+                let mut lane = 0;
+                Box::new(std::iter::repeat_with(move || {
+                    lane = (lane + 1) % lanes.len();
+                    lanes[lane].next_u32()
+                }))
+            }
+            Self::Keyed => starts(seed, 4),
+            Self::FirstOfKeyed => starts(seed, 1),
+        }
+    }
+}
+
+fn photons(seed: u64, iteration: u32) -> StreamKey {
+    StreamKey::new(seed, Family::Photon, iteration)
+}
+
+/// The first `count` numbers of every photon's stream, iteration by iteration.
+fn starts(seed: u64, count: usize) -> Box<dyn Iterator<Item = u32>> {
+    let streams = (0..).flat_map(move |iteration| {
+        let key = photons(seed, iteration);
+        (0..=u32::MAX).map(move |index| key.stream(index))
+    });
+    Box::new(streams.flat_map(move |mut stream: Stream| (0..count).map(move |_| stream.next_u32())))
+}

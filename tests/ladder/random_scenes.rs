@@ -1,0 +1,37 @@
+//! Every row gives the reference's bits on scenes made fresh in every run, the same kind that the fast engine is
+//! tested on.
+
+use crate::draft::{Case, case};
+use crate::pair::first_difference;
+use ladder::{Options, ROWS, Row};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestError, TestRunner};
+use std::cell::Cell;
+
+/// Scenes that are tried; all rows render each.
+const CASES: u32 = 40;
+
+#[test]
+fn random_scenes() {
+    let config = Config {
+        cases: CASES,
+        failure_persistence: None,
+        max_local_rejects: u32::MAX,
+        max_shrink_time: 20_000,
+        ..Config::default()
+    };
+    let rows: Vec<&Row> = ROWS.iter().collect();
+    let reached = Cell::new(0);
+    let result = TestRunner::new(config).run(&case(1..=16), |Case { scene, settings, .. }: Case| {
+        let contributions =
+            first_difference(&scene, &settings, &rows, &Options::exact()).map_err(TestCaseError::fail)?;
+        reached.set(reached.get() + u32::from(contributions > 0));
+        Ok(())
+    });
+    match result {
+        // In a third of the scenes photons count; a tenth leaves room for chance.
+        Ok(()) => assert!(reached.get() > CASES / 10, "photons count in {} scenes alone", reached.get()),
+        Err(TestError::Fail(why, case)) => panic!("{why}\n{case:?}"),
+        Err(TestError::Abort(why)) => panic!("{why}"),
+    }
+}
