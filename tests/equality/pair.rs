@@ -2,6 +2,7 @@
 
 use crate::cases;
 use fast::{LaneKind, Parameters};
+use proptest::test_runner::Config;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use scene::{Engine, Film, Plane, Rgb, Scene, Settings, Stats};
 use std::sync::OnceLock;
@@ -25,6 +26,17 @@ pub(crate) fn all_lanes(threads: usize) -> Vec<Way> {
     let lanes = LaneKind::ALL.into_iter().filter(|lanes| lanes.is_available());
     let parameters = Parameters::default();
     lanes.map(|lanes| Way { lanes, threads, deposits_at_once: None, parameters }).collect()
+}
+
+/// How properties are tried, on so many cases or as many times that as is asked for.
+pub(crate) fn effort(cases: u32) -> Config {
+    Config {
+        cases: scaled(cases),
+        failure_persistence: None,
+        max_local_rejects: u32::MAX,
+        max_shrink_time: 20_000,
+        ..Config::default()
+    }
 }
 
 /// So many cases, or as many times that as is asked for; at least one.

@@ -1,10 +1,10 @@
 //! The free parameters of the fast engine: whatever their values, the image is the same.
 
 use crate::draft::{Case, case};
-use crate::pair::{Way, all_lanes, assert_equal, compare, scaled, tell};
+use crate::pair::{Way, all_lanes, assert_equal, compare, effort, tell};
 use fast::{Parameter, Parameters, Values};
 use proptest::prelude::*;
-use proptest::test_runner::{Config, TestError, TestRunner};
+use proptest::test_runner::{TestError, TestRunner};
 use scene::{Scene, Settings};
 use std::cell::Cell;
 
@@ -51,15 +51,8 @@ fn check<T: std::fmt::Debug>(
     strategy: &impl Strategy<Value = T>,
     test: impl Fn(&T) -> Result<usize, String>,
 ) {
-    let config = Config {
-        cases: scaled(cases),
-        failure_persistence: None,
-        max_local_rejects: u32::MAX,
-        max_shrink_time: 20_000,
-        ..Config::default()
-    };
     let renders = Cell::new(0);
-    let result = TestRunner::new(config).run(strategy, |case| {
+    let result = TestRunner::new(effort(cases)).run(strategy, |case| {
         renders.set(renders.get() + test(&case).map_err(TestCaseError::fail)?);
         Ok(())
     });

@@ -1,23 +1,16 @@
 //! Scenes made fresh in every run: all materials and lamps, in places where rounding decides.
 
 use crate::draft::{Case, case};
-use crate::pair::{all_lanes, compare, scaled, tell};
+use crate::pair::{all_lanes, compare, effort, scaled, tell};
 use proptest::prelude::*;
-use proptest::test_runner::{Config, TestError, TestRunner};
+use proptest::test_runner::{TestError, TestRunner};
 use std::cell::Cell;
 
 /// Compares `cases` scenes of `spheres` spheres, and for one that fails shows the simplest that does.
 fn check(cases: u32, spheres: std::ops::RangeInclusive<usize>) {
     let what = format!("random scenes of {} to {} spheres in a room", spheres.start(), spheres.end());
-    let config = Config {
-        cases: scaled(cases),
-        failure_persistence: None,
-        max_local_rejects: u32::MAX,
-        max_shrink_time: 20_000,
-        ..Config::default()
-    };
     let (renders, reached) = (Cell::new(0), Cell::new(0));
-    let result = TestRunner::new(config).run(&case(spheres), |Case { scene, settings, .. }: Case| {
+    let result = TestRunner::new(effort(cases)).run(&case(spheres), |Case { scene, settings, .. }: Case| {
         let ways = all_lanes(1 + settings.seed as usize % 3);
         let stats = compare(&scene, &settings, &ways).map_err(TestCaseError::fail)?;
         renders.set(renders.get() + ways.len());

@@ -15,10 +15,10 @@ mod scattering;
 mod streams;
 
 use crate::cases;
-use crate::pair::scaled;
+use crate::pair::effort;
 use fast::LaneKind;
 use proptest::prelude::*;
-use proptest::test_runner::{Config, TestCaseResult, TestError, TestRunner};
+use proptest::test_runner::{TestCaseResult, TestError, TestRunner};
 use scene::Vec3;
 use scene::rng::UNIT;
 use std::cell::Cell;
@@ -103,15 +103,8 @@ fn check<S: Strategy>(cases: u32, what: &str, inputs: &S, property: impl Fn(S::V
 where
     S::Value: Debug,
 {
-    let config = Config {
-        cases: scaled(cases),
-        failure_persistence: None,
-        max_local_rejects: u32::MAX,
-        max_shrink_time: 20_000,
-        ..Config::default()
-    };
     let tried = Cell::new(0);
-    let result = TestRunner::new(config).run(inputs, |input| {
+    let result = TestRunner::new(effort(cases)).run(inputs, |input| {
         tried.set(tried.get() + 1);
         property(input)
     });
