@@ -24,7 +24,7 @@ use crate::vec3::V3;
 use scene::camera::Frame;
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, StreamKey};
-use scene::sobol::{DIMENSIONS, morton, sobol};
+use scene::sobol::{DIMENSIONS, morton, moved_on, sobol};
 use scene::{Settings, Still, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
@@ -37,6 +37,8 @@ mod dimension {
     pub(super) const LIGHT_POINT: [usize; 2] = [2, 3];
     pub(super) const LIGHT: usize = 4;
     pub(super) const LENS: [usize; 2] = [5, 6];
+    /// Those before are drawn for all pixels, these where a path meets glass.
+    pub(super) const LOBES: [usize; 4] = [7, 8, 9, 10];
 }
 
 /// A pixel's visible point and direct light of this iteration.
@@ -113,8 +115,13 @@ pub(crate) struct CameraBatch {
     shadows: Box<ShadowRays>,
     ended: Box<Ended>,
     direct: Box<Vectors>,
-    numbers: Box<[Floats; DIMENSIONS]>,
+    /// The digital shifts of the batch's tiles.
+    shifts: [[u32; DIMENSIONS]; BATCH / TILE],
+    numbers: Box<Numbers>,
 }
+
+/// The stratified numbers of all pixels of a batch, but for those at glass.
+type Numbers = [Floats; dimension::LOBES[0]];
 
 /// The paths that have ended, in any order.
 #[derive(Clone)]
@@ -137,7 +144,8 @@ impl CameraBatch {
             shadows: Box::new(ShadowRays::new()),
             ended: Box::new(Ended { point, normal, beta, sphere: words, slot: words, count: 0 }),
             direct: Box::new(vectors),
-            numbers: Box::new([[0.0; ROOM]; DIMENSIONS]),
+            shifts: [[0; DIMENSIONS]; BATCH / TILE],
+            numbers: Box::new([[0.0; ROOM]; dimension::LOBES[0]]),
         }
     }
 }
@@ -155,13 +163,13 @@ impl CameraPass<'_> {
         batch.ended.count = 0;
         self.draw_numbers::<L>(batch, first, rows.len());
         let mut live = self.make_rays::<L>(batch, first, rows.len());
-        for _ in 0..self.settings.max_depth {
+        for segment in 0..self.settings.max_depth {
             if live == 0 {
                 break;
             }
             counts.segments += live as u64;
             intersect_batch::<L>(self.tables, &mut batch.paths, &mut batch.scratch, live);
-            live = self.shade::<L>(batch, live);
+            live = self.shade::<L>(batch, live, segment);
         }
         end_the_rest::<L>(batch, live);
         if !self.lights.is_empty() {
@@ -171,19 +179,46 @@ impl CameraPass<'_> {
         counts
     }
 
-    /// The stratified numbers of all pixels: Sobol points under the digital shifts of their tiles.
+    /// The stratified numbers of all pixels: Sobol points under the digital shifts of their tiles, moved on.
     #[inline(always)]
     fn draw_numbers<L: Lanes>(&self, batch: &mut CameraBatch, first: usize, count: usize) {
-        let key = StreamKey::new(self.settings.seed, Family::Tile, self.iteration);
+        let key = StreamKey::new(self.settings.seed, Family::Tile, 0);
         for start in (0..count).step_by(TILE) {
-            let mut shifts = key.stream(((first + start) / TILE) as u32);
-            for (numbers, digits) in batch.numbers.iter_mut().zip(&self.tiles.digits) {
-                let shift = L::u(shifts.next_u32());
+            let mut stream = key.stream(((first + start) / TILE) as u32);
+            let shifts = std::array::from_fn(|_| stream.next_u32());
+            batch.shifts[start / TILE] = shifts;
+            for (d, numbers) in batch.numbers.iter_mut().enumerate() {
+                let (shift, moved) = (L::u(shifts[d]), L::u(moved_on(self.iteration, d)));
                 for at in (0..TILE).step_by(L::N) {
-                    L::store(unit_float::<L>(L::load_u(&digits[at..]) ^ shift), &mut numbers[start + at..]);
+                    let word = (L::load_u(&self.tiles.digits[d][at..]) ^ shift) + moved;
+                    L::store(unit_float::<L>(word), &mut numbers[start + at..]);
                 }
             }
         }
+    }
+
+    /// As `reference::camera_pass::CameraNumbers::lobe`; where none of `needed` is set, anything.
+    #[inline(always)]
+    fn lobe<L: Lanes>(
+        &self,
+        shifts: &[[u32; DIMENSIONS]; BATCH / TILE],
+        p: &mut Packet<L>,
+        segment: u32,
+        needed: L::M,
+    ) -> L::F {
+        let Some(&d) = dimension::LOBES.get(segment as usize) else {
+            return next_uniform::<L>(&mut p.stream);
+        };
+        if !L::any(needed) {
+            return L::f(0.0);
+        }
+        let (mut slots, mut words) = ([0; MOST_LANES], [0; MOST_LANES]);
+        L::store_u(p.slot, &mut slots);
+        for (word, slot) in words.iter_mut().zip(slots).take(L::N) {
+            let (tile, place) = (slot as usize / TILE % (BATCH / TILE), slot as usize % TILE);
+            *word = self.tiles.digits[d][place] ^ shifts[tile][d];
+        }
+        unit_float::<L>(L::load_u(&words) + L::u(moved_on(self.iteration, d)))
     }
 
     /// The camera rays of the batch, without those of slots that lie outside of the image; gives their number.
@@ -220,7 +255,7 @@ impl CameraPass<'_> {
 
     /// One bounce of the first `live` paths; gives the number of those that go on.
     #[inline(always)]
-    fn shade<L: Lanes>(&self, batch: &mut CameraBatch, live: usize) -> usize {
+    fn shade<L: Lanes>(&self, batch: &mut CameraBatch, live: usize, segment: u32) -> usize {
         let mut go_on = 0;
         for at in (0..live).step_by(L::N) {
             let here = L::first(live - at);
@@ -234,7 +269,8 @@ impl CameraPass<'_> {
             if L::any(glows) {
                 self.add_emission::<L>(batch, glows, &p, &ids);
             }
-            let lobe = next_uniform::<L>(&mut p.stream);
+            let is_glass = arrived & L::eq(material.kind, L::u(kind::DIELECTRIC));
+            let lobe = self.lobe::<L>(&batch.shifts, &mut p, segment, is_glass);
             p.weight = p.weight * material.albedo;
             let is_diffuse = arrived & L::eq(material.kind, L::u(kind::DIFFUSE));
             let ends = here & (!arrived | is_diffuse);
@@ -242,7 +278,6 @@ impl CameraPass<'_> {
             let is_smooth = arrived & !is_diffuse;
             if L::any(is_smooth) {
                 let mirrored = reflect(p.direction, surface.normal);
-                let is_glass = L::eq(material.kind, L::u(kind::DIELECTRIC));
                 let (through, scale) =
                     dielectric(p.direction, surface.normal, surface.inside, material.ior, lobe);
                 p.weight = p.weight.scale(L::select(is_glass, scale, L::f(1.0)));
@@ -384,7 +419,7 @@ pub(crate) fn ray_through<L: Lanes>(frame: &Frame, x: L::F, y: L::F, lens: [L::F
 
 /// Two of the stratified numbers of the pixels from `at` on.
 #[inline(always)]
-fn pair<L: Lanes>(numbers: &[Floats; DIMENSIONS], [a, b]: [usize; 2], at: usize) -> [L::F; 2] {
+fn pair<L: Lanes>(numbers: &Numbers, [a, b]: [usize; 2], at: usize) -> [L::F; 2] {
     [L::load(&numbers[a][at..]), L::load(&numbers[b][at..])]
 }
 

@@ -10,7 +10,8 @@ const FEW: usize = 16;
 /// A search by halves would mispredict every other step, lane by lane. Instead the number's top bits say where to
 /// begin, so that nearly always at most one step is left.
 pub(crate) struct LightChoice {
-    cumulative: Vec<f32>,
+    /// They themselves, of few lights; else empty.
+    few: Vec<f32>,
     /// The bits of the cumulative probabilities, and then infinities up to a power of two; empty for few lights.
     padded: Vec<u32>,
     /// For k of as many equal parts of [0, 1) how many cumulative probabilities do not exceed k's lower end.
@@ -19,9 +20,8 @@ pub(crate) struct LightChoice {
 
 impl LightChoice {
     pub(crate) fn new(cumulative: &[f32]) -> Self {
-        let cumulative = cumulative.to_vec();
         if cumulative.len() <= FEW {
-            return Self { cumulative, padded: Vec::new(), guide: Vec::new() };
+            return Self { few: cumulative.to_vec(), padded: Vec::new(), guide: Vec::new() };
         }
         let mut padded: Vec<u32> = cumulative.iter().map(|c| c.to_bits()).collect();
         padded.resize((cumulative.len() + 1).next_power_of_two(), f32::INFINITY.to_bits());
@@ -29,7 +29,7 @@ impl LightChoice {
         let parts = (2 * cumulative.len()).next_power_of_two().min(1 << 24);
         let below = |part: usize| cumulative.partition_point(|c| *c <= part as f32 / parts as f32) as u32;
         let guide = (0..parts).map(below).collect();
-        Self { cumulative, padded, guide }
+        Self { few: Vec::new(), padded, guide }
     }
 
     /// The numbers of the lights that `u`, in [0, 1), chooses: how many of the cumulative probabilities do not exceed it.
@@ -38,7 +38,7 @@ impl LightChoice {
         let one = L::u(1);
         if self.guide.is_empty() {
             let mut number = L::u(0);
-            for c in &self.cumulative {
+            for c in &self.few {
                 number = L::add_where(L::le(L::f(*c), u), number, one);
             }
             return number;

@@ -59,7 +59,7 @@ impl CameraPass<'_> {
             colour: zero,
             in_shell: V::L::first(0),
         };
-        for _ in 0..self.settings.max_depth {
+        for segment in 0..self.settings.max_depth {
             if !V::L::any(paths.live) {
                 break;
             }
@@ -75,7 +75,7 @@ impl CameraPass<'_> {
             let surface = surface_at::<V>(self.tables, &paths.rays, t, hit, self.from_columns);
             let lit = seen.direct + paths.throughput * surface.emission;
             seen.direct = V::select(arrived, lit, seen.direct);
-            let lobe = numbers.next::<V::L>();
+            let lobe = numbers.lobe::<V::L>(segment);
             let attenuation = paths.throughput;
             paths.throughput = attenuation * surface.albedo;
             let ends = arrived & surface.is_diffuse;

@@ -7,7 +7,7 @@ use crate::scatter::{dielectric, reflect};
 use scene::camera::Frame;
 use scene::ray::{NO_SPHERE, SphereId};
 use scene::rng::{Family, Stream, StreamKey, unit_float};
-use scene::sobol::{morton, sobol};
+use scene::sobol::{DIMENSIONS, morton, moved_on, sobol};
 use scene::{Material, Ray, Rgb, Settings, Stats, Still, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
@@ -35,21 +35,24 @@ pub struct CameraSample {
 }
 
 /// How the dimensions of a pixel's stratified point are used: two each for the place in the pixel, on the light and
-/// on the lens, one for which light.
+/// on the lens, one for which light, and one each for the first segments, where those end at glass.
 mod dimension {
     pub(super) const PIXEL: [usize; 2] = [0, 1];
     pub(super) const LIGHT_POINT: [usize; 2] = [2, 3];
     pub(super) const LIGHT: usize = 4;
     pub(super) const LENS: [usize; 2] = [5, 6];
+    pub(super) const LOBES: [usize; 4] = [7, 8, 9, 10];
 }
 
 /// The random numbers of one camera path.
 ///
-/// Those of the first dimensions are stratified over the tile of 8x8 pixels: a Sobol point per pixel, under digital
-/// shifts that are new for each tile and iteration. The rest (at glass) come from the pixel's own stream.
+/// Those of the first dimensions are stratified over the tile of 8x8 pixels and over the iterations: a Sobol point per
+/// pixel, under digital shifts that are the tile's own, and moved on from iteration to iteration. The rest (at glass,
+/// after some segments) come from the pixel's own stream.
 pub struct CameraNumbers {
+    iteration: u32,
     index: u32,
-    shifts: [u32; scene::sobol::DIMENSIONS],
+    shifts: [u32; DIMENSIONS],
     stream: Stream,
 }
 
@@ -57,9 +60,10 @@ impl CameraNumbers {
     /// The numbers of pixel (x, y) in iteration `iteration`.
     pub fn new(settings: &Settings, iteration: u32, x: u32, y: u32) -> Self {
         let tile = (y / 8) * settings.width.div_ceil(8) + x / 8;
-        let mut tile_stream = StreamKey::new(settings.seed, Family::Tile, iteration).stream(tile);
+        let mut tile_stream = StreamKey::new(settings.seed, Family::Tile, 0).stream(tile);
         let key = StreamKey::new(settings.seed, Family::Camera, iteration);
         Self {
+            iteration,
             index: morton(x & 7, y & 7),
             shifts: std::array::from_fn(|_| tile_stream.next_u32()),
             stream: key.stream(y * settings.width + x),
@@ -67,11 +71,20 @@ impl CameraNumbers {
     }
 
     fn stratified(&self, dimension: usize) -> f32 {
-        unit_float(sobol(self.index, dimension) ^ self.shifts[dimension])
+        let shifted = sobol(self.index, dimension) ^ self.shifts[dimension];
+        unit_float(shifted.wrapping_add(moved_on(self.iteration, dimension)))
     }
 
     fn pair(&self, [a, b]: [usize; 2]) -> (f32, f32) {
         (self.stratified(a), self.stratified(b))
+    }
+
+    /// What decides where segment `segment` goes on, if it ends at glass.
+    fn lobe(&mut self, segment: u32) -> f32 {
+        match dimension::LOBES.get(segment as usize) {
+            Some(&dimension) => self.stratified(dimension),
+            None => self.stream.next_f32(),
+        }
     }
 }
 
@@ -85,11 +98,11 @@ pub fn trace(
     stats: &mut Stats,
 ) -> CameraSample {
     let (mut ray, mut throughput, mut direct) = (ray, Rgb::ONE, Rgb::ZERO);
-    for _ in 0..max_depth {
+    for segment in 0..max_depth {
         stats.camera_segments += 1;
         let Some(hit) = intersect(still, &ray) else { break };
         direct += throughput * still.spheres[hit.sphere as usize].emission;
-        let lobe = numbers.stream.next_f32();
+        let lobe = numbers.lobe(segment);
         let material = still.material(hit.sphere);
         throughput *= material.albedo();
         let direction = match *material {

@@ -16,7 +16,7 @@
 pub enum Family {
     /// Camera paths; the index is `y * width + x`.
     Camera = 1,
-    /// The digital shifts of one 8x8 tile of pixels; the index is the tile's, row by row.
+    /// The digital shifts of one 8x8 tile of pixels, of iteration 0 for all; the index is the tile's, row by row.
     Tile = 2,
     /// Photon paths; the index is the photon's.
     Photon = 3,

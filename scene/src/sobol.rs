@@ -4,11 +4,16 @@
 //! which point of the light is sampled. Points of a Sobol sequence (Sobol 1967; direction numbers of Joe and Kuo
 //! 2008) spread evenly, and the exclusive or with a random word per dimension (a digital shift) makes each of them
 //! uniform, so estimates stay unbiased. A point is a pure function of its index, like a stream of [`crate::rng`].
+//!
+//! The points of a tile of pixels move on from iteration to iteration, modulo 1 ([`moved_on`]): each pixel's numbers
+//! are evenly spread over the iterations too, and those of the whole tile over both. After six
+//! iterations that leaves half of the mean square error of 8x8 pixels (docs/benchmarks.md), and what is smooth, as
+//! direct light mostly is, converges as 1/n instead of 1/sqrt(n).
 
 /// How many dimensions there are direction numbers for.
-pub const DIMENSIONS: usize = 8;
+pub const DIMENSIONS: usize = 11;
 
-/// Degree, coefficients and initial values of the primitive polynomials: dimensions 2..=8 of `new-joe-kuo-6.21201`.
+/// Degree, coefficients and initial values of the primitive polynomials: dimensions 2..=11 of `new-joe-kuo-6.21201`.
 const POLYNOMIALS: [(u32, u32, &[u32]); DIMENSIONS - 1] = [
     (1, 0, &[1]),
     (2, 1, &[1, 3]),
@@ -17,6 +22,9 @@ const POLYNOMIALS: [(u32, u32, &[u32]); DIMENSIONS - 1] = [
     (4, 1, &[1, 1, 3, 3]),
     (4, 4, &[1, 3, 5, 13]),
     (5, 2, &[1, 1, 5, 5, 17]),
+    (5, 4, &[1, 1, 5, 5, 5]),
+    (5, 7, &[1, 1, 7, 11, 19]),
+    (5, 11, &[1, 1, 5, 1, 1]),
 ];
 
 /// Column `b` of dimension `d`: what bit `b` of the index contributes.
@@ -71,6 +79,36 @@ pub fn sobol(index: u32, dimension: usize) -> u32 {
     digits
 }
 
+/// A prime per dimension. Multiples of square roots of primes are evenly spread modulo 1, also all together (Richtmyer
+/// 1951), as these are irrational and no sum of multiples of them is whole. But some are nearly so: as
+/// 3 sqrt 5 + 2 sqrt 7 = 11.9997, a thousand points of these two lie on a few lines. These were found by simulated
+/// annealing over the primes below 700, for the least diaphony of each dimension and of each two after 2 to 1024
+/// iterations, with more weight on those that a pass uses as a pair.
+const PRIMES: [u32; DIMENSIONS] = [211, 331, 179, 137, 109, 277, 523, 199, 563, 173, 163];
+
+/// The fractional part of the square root of each, in units of 2^-32.
+static STEPS: [u32; DIMENSIONS] = steps();
+
+const fn steps() -> [u32; DIMENSIONS] {
+    let mut steps = [0; DIMENSIONS];
+    let mut d = 0;
+    while d < DIMENSIONS {
+        steps[d] = ((PRIMES[d] as u128) << 64).isqrt() as u32;
+        d += 1;
+    }
+    steps
+}
+
+/// How far the points of a tile have moved on in dimension `dimension` by iteration `iteration`, in units of 2^-32: to be
+/// added modulo 2^32 to what [`sobol`] and the tile's digital shift give.
+///
+/// # Panics
+/// If `dimension >= DIMENSIONS`.
+#[inline]
+pub fn moved_on(iteration: u32, dimension: usize) -> u32 {
+    iteration.wrapping_mul(STEPS[dimension])
+}
+
 /// The place of pixel (x, y) in its 8x8 tile along the Z curve, 0..64: the index of its Sobol point.
 ///
 /// Along this curve every aligned 2x2 or 4x4 block is a run of the sequence, so it is stratified in itself.
@@ -95,6 +133,9 @@ mod tests {
         [0, 8, 4, 12, 6, 14, 2, 10, 3, 11, 7, 15, 5, 13, 1, 9],
         [0, 8, 12, 4, 10, 2, 6, 14, 13, 5, 1, 9, 7, 15, 11, 3],
         [0, 8, 4, 12, 10, 2, 14, 6, 5, 13, 1, 9, 15, 7, 11, 3],
+        [0, 8, 4, 12, 10, 2, 14, 6, 5, 13, 1, 9, 15, 7, 11, 3],
+        [0, 8, 4, 12, 14, 6, 10, 2, 11, 3, 15, 7, 5, 13, 1, 9],
+        [0, 8, 4, 12, 10, 2, 14, 6, 1, 9, 5, 13, 11, 3, 15, 7],
     ];
 
     /// Points that take all 32 columns, of the same origin.
@@ -110,6 +151,9 @@ mod tests {
                 0x29cb_b0b5,
                 0x5634_3c19,
                 0x7e1a_011b,
+                0x9c35_c4cb,
+                0x6cb0_51bb,
+                0x8627_34df,
             ],
         ),
         (
@@ -123,6 +167,9 @@ mod tests {
                 0x40bb_bbbb,
                 0xc010_4477,
                 0x8763_9641,
+                0x8435_0611,
+                0x82ff_78f1,
+                0x81d0_0a2d,
             ],
         ),
         (
@@ -136,6 +183,9 @@ mod tests {
                 0xc011_1111,
                 0x4070_ccdd,
                 0x84f0_027f,
+                0x87f3_05cf,
+                0x812a_d7a7,
+                0x8762_9643,
             ],
         ),
         (
@@ -149,6 +199,9 @@ mod tests {
                 0xb1e4_8000,
                 0x22bc_8000,
                 0xbdf0_8000,
+                0xd026_8000,
+                0xac96_8000,
+                0xb499_8000,
             ],
         ),
     ];
@@ -204,6 +257,59 @@ mod tests {
                 cells.sort_unstable();
                 assert!(cells.iter().copied().eq(0..256), "dimension {dimension}, run {run}");
             }
+        }
+    }
+
+    /// The largest gap between the first n multiples of a step, times n: what the continued fractions of these square roots
+    /// allow (three-distance theorem) is little more than their largest partial quotients, but after very few steps.
+    const GAP: f64 = 12.0;
+
+    #[test]
+    fn iterations_are_spread_evenly_in_every_dimension() {
+        for (d, prime) in PRIMES.into_iter().enumerate() {
+            let expected = f64::from(prime).sqrt().fract() * 4_294_967_296.0;
+            assert!((f64::from(moved_on(1, d)) - expected).abs() < 1.0, "dimension {d}");
+            for n in [1, 2, 6, 10, 64, 1000] {
+                let mut places: Vec<u64> = (0..n).map(|i| u64::from(moved_on(i, d))).collect();
+                places.sort_unstable();
+                places.push(places[0] + (1 << 32));
+                let gap = places.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap();
+                let gap = gap as f64 / 4_294_967_296.0 * f64::from(n);
+                assert!(gap < GAP, "dimension {d}: a gap of {gap:.1} / {n} after {n} iterations");
+            }
+        }
+    }
+
+    /// The diaphony (Zinterhof 1976) of the first `n` points of two dimensions, squared, over that of independent points.
+    fn diaphony(n: u32, [a, b]: [usize; 2]) -> f64 {
+        let kernel = |k: u32, d| {
+            let x = f64::from(moved_on(k, d)) / 4_294_967_296.0;
+            2.0 * std::f64::consts::PI.powi(2) * (x * x - x + 1.0 / 6.0)
+        };
+        let both = |k| (1.0 + kernel(k, a)) * (1.0 + kernel(k, b)) - 1.0;
+        let apart: f64 = (1..n).map(|k| 2.0 * f64::from(n - k) * both(k)).sum();
+        (both(0) + apart / f64::from(n)) / both(0)
+    }
+
+    /// A little more than what the worst two have, at a few iterations.
+    const WORST: f64 = 1.5;
+
+    /// Of the two for the place in the pixel, on the light and on the lens, after 64 iterations and after 1024.
+    const PAIR: [(u32, f64); 2] = [(64, 0.3), (1024, 0.05)];
+
+    #[test]
+    fn no_two_dimensions_move_together() {
+        for (a, b) in (0..DIMENSIONS).flat_map(|b| (0..b).map(move |a| (a, b))) {
+            for n in [3, 4, 6, 8, 12, 16, 32, 64, 128, 256, 512, 1024] {
+                let diaphony = diaphony(n, [a, b]);
+                assert!(diaphony < WORST, "dimensions {a} and {b} after {n} iterations: {diaphony:.2}");
+            }
+        }
+        for (pair, (n, most)) in
+            [[0, 1], [2, 3], [5, 6]].into_iter().flat_map(|p| PAIR.map(|limit| (p, limit)))
+        {
+            let diaphony = diaphony(n, pair);
+            assert!(diaphony < most, "dimensions {pair:?} after {n} iterations: {diaphony:.3}");
         }
     }
 

@@ -151,6 +151,27 @@ fn rays_are_spread_evenly_over_their_pixel() {
 }
 
 #[test]
+fn rays_of_one_pixel_are_spread_evenly_over_the_iterations() {
+    const ITERATIONS: u32 = 1024;
+    // By chance the count of a cell would have a standard deviation of 4.
+    const FROM_SIXTEEN: i32 = 6;
+    let camera = tilted();
+    let eye = camera.eye.as_dvec3();
+    for pixel in [[0, 0], [13, 50], [63, 31]] {
+        let mut cells = [0; 64];
+        for (_, ray) in rays_of(&camera, ITERATIONS, vec![pixel]) {
+            let place = project(&camera, eye + ray.direction.as_dvec3(), [SIDE; 2]);
+            let [column, row] =
+                [0, 1].map(|i| ((place[i] - f64::from(pixel[i])) * 8.0).clamp(0.0, 7.0) as usize);
+            cells[8 * row + column] += 1;
+        }
+        let furthest = cells.iter().map(|count| (count - 16_i32).abs()).max().unwrap();
+        assert!(furthest <= FROM_SIXTEEN, "pixel {pixel:?}: {cells:?}");
+    }
+    tell("physics", 3 * 64, "cells of a pixel");
+}
+
+#[test]
 fn each_tile_and_iteration_has_places_of_its_own() {
     // Sides that are no multiples of a tile's, a short and a long one.
     let camera = tilted();

@@ -156,36 +156,78 @@ fn shifted_sobol_points_are_uniform_in_every_two_dimensions() {
     tell("physics", cases, "pairs of Sobol dimensions");
 }
 
-/// Each pixel, in each iteration, draws numbers of its own. Seen from the middle of a glowing glass ball that reflects
-/// half of the light, a pixel shows how often its path was reflected: k times in 2^-k of all cases, so two paths
-/// that have nothing to do with each other show the same in a third.
-#[test]
-fn paths_of_neighbouring_pixels_and_iterations_are_unrelated() {
-    let (width, height) = (90, 70);
+/// Seen from the middle of a glowing glass ball that reflects half of the light, a pixel shows how often its path was
+/// reflected, and one more: k in 2^-k of all cases. Per iteration, by pixels row by row.
+fn reflections(width: u32, height: u32, iterations: u32) -> Vec<Vec<i32>> {
     // The reflectance at right angles is ((n - 1) / (n + 1))^2.
     let ior = 3.0 + 8.0_f32.sqrt();
     let scene =
         empty_scene(pinhole(Vec3::ZERO, Vec3::X, 60.0)).lamp(Vec3::ZERO, 3.0, glass(1.0, ior), Rgb::ONE);
-    let mut engine = Sppm::new(&scene, &settings(width as u32, height as u32, 1, 64, 1.0));
+    let mut engine = Sppm::new(&scene, &settings(width, height, 1, 64, 1.0));
+    let mut before = vec![0; (width * height) as usize];
     let mut shown = || {
         engine.iterate();
-        engine.direct().unwrap().pixels.iter().map(|p| p.x.round() as i32).collect::<Vec<i32>>()
+        let sums = engine.direct().unwrap().pixels.iter().map(|p| p.x.round() as i32).collect::<Vec<i32>>();
+        let shown = sums.iter().zip(&before).map(|(sum, before)| sum - before).collect();
+        before = sums;
+        shown
     };
-    let first = shown();
-    let second: Vec<i32> = shown().iter().zip(&first).map(|(sum, first)| sum - first).collect();
+    (0..iterations).map(|_| shown()).collect()
+}
+
+/// Segments of a path whose numbers are stratified; those after come from its own stream.
+const STRATIFIED: i32 = 4;
+
+/// Each pixel, in each iteration, draws numbers of its own: of two paths that both go on for longer than numbers are
+/// stratified and have nothing to do with each other, a third are equally long.
+#[test]
+fn paths_of_neighbouring_pixels_and_iterations_are_unrelated() {
+    let (width, height) = (720, 560);
+    let shown = reflections(width as u32, height as u32, 2);
     // So many standard errors more pixels show the same as that other pixel than a third.
     let excess = |other: &[i32], dx: i32, dy: i32| {
         let inner = (1..height - 1).flat_map(|y| (1..width - 1).map(move |x| (x, y)));
         let at = |x, y| (y * width + x) as usize;
-        let total = f64::from((width - 2) * (height - 2));
-        let equal = inner.filter(|&(x, y)| first[at(x, y)] == other[at(x + dx, y + dy)]).count();
-        (equal as f64 - total / 3.0) / (total * 2.0 / 9.0).sqrt()
+        let pairs = inner.map(|(x, y)| (shown[0][at(x, y)], other[at(x + dx, y + dy)]));
+        let long: Vec<_> = pairs.filter(|(a, b)| *a.min(b) > STRATIFIED).collect();
+        let (total, equal) = (long.len() as f64, long.iter().filter(|(a, b)| a == b).count() as f64);
+        assert!(total > 100.0, "only {total} pairs of long paths");
+        (equal - total / 3.0) / (total * 2.0 / 9.0).sqrt()
     };
     for (dx, dy) in [(1, 0), (0, 1), (1, 1), (1, -1)] {
-        let excess = excess(&first, dx, dy);
+        let excess = excess(&shown[0], dx, dy);
         assert!(excess.abs() < DEVIATIONS, "pixels and those {dx}, {dy} away: {excess:.1} standard errors");
     }
-    let excess = excess(&second, 0, 0);
+    let excess = excess(&shown[1], 0, 0);
     assert!(excess.abs() < DEVIATIONS, "iterations: {excess:.1} standard errors");
     tell("physics", 5, "pairs of neighbouring paths");
+}
+
+/// Of the 64 pixels of a tile half are reflected, in each iteration, and each in half of the iterations.
+#[test]
+fn choices_at_glass_are_spread_evenly_over_tiles_and_iterations() {
+    const ITERATIONS: u32 = 64;
+    // By chance the counts would have a standard deviation of 4. What is rounded is the reflectance, by 2^-24.
+    const OF_TILE: i32 = 1;
+    const OF_PIXEL: i32 = 3;
+    let side = 32;
+    let shown = reflections(side, side, ITERATIONS);
+    let (mut tiles, mut furthest) = (0, 0);
+    let mut reflected = vec![0; (side * side) as usize];
+    for shown in &shown {
+        for corner in (0..side).step_by(8).flat_map(|y| (0..side).step_by(8).map(move |x| y * side + x)) {
+            let pixels = (0..8).flat_map(|y| (0..8).map(move |x| (corner + y * side + x) as usize));
+            let count = pixels.filter(|pixel| shown[*pixel] > 1).count() as i32;
+            assert!((count - 32).abs() <= OF_TILE, "{count} of the 64 pixels of a tile are reflected");
+            tiles += 1;
+        }
+        for (reflected, shown) in reflected.iter_mut().zip(shown) {
+            *reflected += i32::from(*shown > 1);
+        }
+    }
+    for count in reflected {
+        furthest = furthest.max((count - ITERATIONS as i32 / 2).abs());
+    }
+    assert!(furthest <= OF_PIXEL, "a pixel is reflected {furthest} times too often or too seldom");
+    tell("physics", tiles + (side * side) as usize, "counts of reflections");
 }

@@ -3,13 +3,15 @@
 use fast::lanes::MOST_LANES;
 use scene::Settings;
 use scene::rng::{Family, Stream, StreamKey, unit_float};
-use scene::sobol::{DIMENSIONS, morton, sobol};
+use scene::sobol::{DIMENSIONS, morton, moved_on, sobol};
 
 /// The numbers of the paths that are being followed.
 pub(crate) struct Keyed {
     seed: u64,
     width: u32,
     pixels: u32,
+    /// The iteration of camera paths; 0 for photons, whose shifts are new for each.
+    moves: u32,
     index: [u32; MOST_LANES],
     shifts: [[u32; DIMENSIONS]; MOST_LANES],
     streams: [Stream; MOST_LANES],
@@ -23,6 +25,7 @@ impl Keyed {
             seed: settings.seed,
             width: settings.width,
             pixels: settings.pixels() as u32,
+            moves: 0,
             index: [0; MOST_LANES],
             shifts: [[0; DIMENSIONS]; MOST_LANES],
             streams: [stream; MOST_LANES],
@@ -31,7 +34,8 @@ impl Keyed {
     }
 
     pub(super) fn begin_camera_paths(&mut self, iteration: u32, at: usize, lanes: usize) {
-        let tiles = StreamKey::new(self.seed, Family::Tile, iteration);
+        self.moves = iteration;
+        let tiles = StreamKey::new(self.seed, Family::Tile, 0);
         let key = StreamKey::new(self.seed, Family::Camera, iteration);
         for lane in 0..lanes {
             // Lanes past the last pixel repeat it; nothing comes of them.
@@ -45,6 +49,7 @@ impl Keyed {
     }
 
     pub(super) fn begin_photon_paths(&mut self, iteration: u32, at: u32, lanes: usize) {
+        self.moves = 0;
         let mut emission = StreamKey::new(self.seed, Family::Emission, iteration).stream(0);
         let shifts = std::array::from_fn(|_| emission.next_u32());
         let key = StreamKey::new(self.seed, Family::Photon, iteration);
@@ -57,7 +62,8 @@ impl Keyed {
 
     pub(super) fn stratified(&mut self, dimension: usize, lanes: usize) -> &[f32; MOST_LANES] {
         for lane in 0..lanes {
-            self.values[lane] = unit_float(sobol(self.index[lane], dimension) ^ self.shifts[lane][dimension]);
+            let shifted = sobol(self.index[lane], dimension) ^ self.shifts[lane][dimension];
+            self.values[lane] = unit_float(shifted.wrapping_add(moved_on(self.moves, dimension)));
         }
         &self.values
     }

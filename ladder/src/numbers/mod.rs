@@ -19,6 +19,7 @@ pub(crate) mod camera_dimension {
     pub(crate) const LIGHT_POINT: [usize; 2] = [2, 3];
     pub(crate) const LIGHT: usize = 4;
     pub(crate) const LENS: [usize; 2] = [5, 6];
+    pub(crate) const LOBES: [usize; 4] = [7, 8, 9, 10];
 }
 
 /// The dimensions of a photon's stratified numbers.
@@ -89,6 +90,15 @@ impl Numbers {
     pub(crate) fn pair<L: Lanes>(&mut self, [a, b]: [usize; 2]) -> [L::F; 2] {
         let first = self.stratified::<L>(a);
         [first, self.stratified::<L>(b)]
+    }
+
+    /// What decides where segment `segment` of camera paths goes on, if it ends at glass.
+    #[inline(always)]
+    pub(crate) fn lobe<L: Lanes>(&mut self, segment: u32) -> L::F {
+        match camera_dimension::LOBES.get(segment as usize) {
+            Some(&dimension) => self.stratified::<L>(dimension),
+            None => self.next::<L>(),
+        }
     }
 
     /// Uniform numbers in [0, 1), one per lane.
