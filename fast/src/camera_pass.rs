@@ -21,6 +21,7 @@ use crate::scatter::{dielectric, reflect};
 use crate::tables::{Materials, Surface, Tables, kind, tag};
 use crate::trace::{hits, intersect_batch};
 use crate::vec3::V3;
+use bytemuck::{Pod, Zeroable};
 use scene::camera::Frame;
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, StreamKey};
@@ -42,7 +43,8 @@ mod dimension {
 }
 
 /// A pixel's visible point and direct light of this iteration.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
 pub(crate) struct PixelRows {
     /// Words: point x y z, sphere ([`NO_SPHERE`] if there is no visible point), beta r g b, unused.
     pub(crate) visible: Row,

@@ -46,6 +46,7 @@ mod join;
 pub mod kernels;
 pub mod lanes;
 mod light_choice;
+mod pages;
 mod parameters;
 mod paths;
 mod photon_pass;

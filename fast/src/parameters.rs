@@ -132,9 +132,9 @@ parameters! {
     /// Photons in flight at once.
     photons_per_batch: u32 = 256, PowersOfTwo 64.0..=256.0;
     /// Pixels of a unit of parallel work. Small units spread evenly over threads, large ones begin less often.
-    pixels_per_job: u32 = 2048, PowersOfTwo 256.0..=16_384.0;
+    pixels_per_job: u32 = 1024, PowersOfTwo 256.0..=16_384.0;
     /// Photons of a unit of parallel work.
-    photons_per_job: u32 = 4096, PowersOfTwo 256.0..=32_768.0;
+    photons_per_job: u32 = 1024, PowersOfTwo 256.0..=32_768.0;
     /// The most balls (spheres that are no walls) that rays try one by one.
     most_balls_in_turn: u32 = 12, Whole 0.0..=4096.0;
     /// The most balls in clusters; more stand in a tree.

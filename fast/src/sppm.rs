@@ -14,6 +14,7 @@ use crate::join::gather::{Scratch, Sums};
 use crate::join::occupancy::Occupancy;
 use crate::join::{GROUP, JoinCounts, gather_group, mark};
 use crate::lanes::{Lanes, Row};
+use crate::pages::Pages;
 use crate::parameters::Parameters;
 use crate::photon_pass::{Emitters, PhotonBatch, PhotonCounts, PhotonPass, emission_shifts};
 use crate::pool::Pool;
@@ -44,9 +45,9 @@ pub struct Sppm<'a> {
     iterations: u32,
     tiles: TileTable,
     /// What pixels have gathered, in tile order.
-    pixels: Vec<Row>,
+    pixels: Pages<Row>,
     /// This iteration's visible points and direct light, in tile order.
-    rows: Vec<PixelRows>,
+    rows: Pages<PixelRows>,
     /// This iteration's sums, in tile order; empty while one round of photons suffices.
     sums: Vec<Sums>,
     sorted: Sorted,
@@ -137,8 +138,8 @@ impl<'a> Sppm<'a> {
             long_join: LONG_JOIN,
             iterations: 0,
             tiles: TileTable::new(),
-            pixels: vec![new_pixel(settings.initial_radius); slots],
-            rows: vec![PixelRows::NOTHING; slots],
+            pixels: Pages::filled(new_pixel(settings.initial_radius), slots),
+            rows: Pages::filled(PixelRows::NOTHING, slots),
             sums: Vec::new(),
             sorted: Sorted::new(),
             camera_workers: Pool::new(),

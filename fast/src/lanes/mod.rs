@@ -13,6 +13,7 @@ pub(crate) mod avx2;
 pub(crate) mod avx512;
 pub mod emulated;
 
+use bytemuck::{Pod, Zeroable};
 pub use emulated::Emulated;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
@@ -20,7 +21,7 @@ use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 pub const MOST_LANES: usize = 16;
 
 /// Eight words that lie together in memory: a row of a table, or a record.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub struct Row(pub [f32; 8]);
 
