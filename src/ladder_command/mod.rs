@@ -6,6 +6,7 @@ mod measure;
 mod numbers;
 mod passes;
 pub(crate) mod plots;
+mod quality;
 mod records;
 mod roofline;
 mod rooflines;
@@ -71,6 +72,13 @@ pub(crate) fn run(args: &LadderArgs) -> Result<(), Error> {
             similarity.write(folder, &measured)?;
         }
         text += &similarity.report(&measured);
+    }
+    if args.also.quality {
+        let quality = quality::compared(&measured, &options, repeat);
+        if let Some(folder) = &args.plots {
+            quality.write(folder, &measured)?;
+        }
+        text += &quality.report(&measured);
     }
     print(text.as_bytes())
 }

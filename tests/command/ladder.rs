@@ -107,6 +107,25 @@ fn counted_rows_stand_under_their_roofs() {
 }
 
 #[test]
+fn quality_is_told_of_the_image_alone() {
+    let sandbox = Sandbox::new();
+    std::fs::create_dir(sandbox.path("plots")).unwrap();
+    let quality = |options: &[&str]| {
+        let common = ["ladder", "--quick", "--rows", "6,fast", "--quality", "--plots", "plots"];
+        let ended = sandbox.run(common.iter().chain(options));
+        assert!(ended.stdout.contains("over the least"), "{ended:?}");
+        let records = records(&sandbox, "plots/quality.csv");
+        let column = records[0].iter().position(|field| field == "relative_square_error").unwrap();
+        [1, 2].map(|row| records[row][column].parse::<f64>().unwrap())
+    };
+    // By the same numbers both have the same image, but for the order of sums.
+    let [six, fast] = quality(&["--rng", "keyed"]);
+    assert!(fast > 0.0 && (six / fast - 1.0).abs() < 1e-3, "{six} and {fast}");
+    let [_, better] = quality(&["--iterations", "6"]);
+    assert!(better < 0.6 * fast, "{better} after three times the iterations, {fast} before");
+}
+
+#[test]
 fn generators_are_timed_and_told() {
     let sandbox = Sandbox::new();
     let ended = sandbox.run(["ladder", "--numbers", "--csv", "numbers.csv"]);
