@@ -19,7 +19,9 @@ WHOLE = 0
 BLOCKS = (1, 8, 32, WHOLE)
 # Those so small that light which comes seldom may be lacking from one and not from the next.
 STEADIED = (1, 8)
-# Images are float32, summed from float32: so far are two from each other, relatively, that have no noise at all.
+# Images are float32, summed from float32, and photons tell each channel as multiples of 2^-21 of their brightest: so far
+# are two from each other, relative to the brightest channel, that have no noise at all. Of a channel that is fainter than
+# that a few rare paths bring all, so nothing is known of its noise either.
 ROUNDING = 1e-5
 
 
@@ -80,7 +82,7 @@ class Verdict:
 
 def welch(a: Estimate, b: Estimate) -> tuple[np.ndarray, np.ndarray]:
     """Welch's t of every difference, and the two-sided probability of so large a one (Welch 1947)."""
-    va, vb = (e.stderr**2 + (ROUNDING * e.mean) ** 2 for e in (a, b))
+    va, vb = (e.stderr**2 + (ROUNDING * np.abs(e.mean).max(axis=-1, keepdims=True)) ** 2 for e in (a, b))
     variance = va + vb
     with np.errstate(divide="ignore", invalid="ignore"):
         # Black on both sides, without error, is no difference.

@@ -551,3 +551,22 @@ impl Kernel for JoinJob<'_> {
         counts
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn typical_radii_are_those_of_pixels_that_count_photons() {
+        let pixel = |n, radius: f32| Row([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, n, radius * radius]);
+        // In three chunks, the last of which is short.
+        let mut pixels = vec![pixel(0.0, 9.0); 2 * RADII_AT_ONCE + 5];
+        for at in [1, RADII_AT_ONCE + 2, 2 * RADII_AT_ONCE] {
+            pixels[at] = pixel(3.0, 2.0);
+        }
+        let Radii { largest, typical } = Radii::of(&pixels);
+        assert_eq!((largest, typical), (9.0, 2.0));
+        let Radii { largest, typical } = Radii::of(&pixels[3..9]);
+        assert_eq!((largest, typical), (9.0, 9.0));
+    }
+}

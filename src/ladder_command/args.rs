@@ -57,6 +57,7 @@ pub(crate) struct LadderArgs {
 }
 
 /// What is done besides timing the rows, or instead.
+#[allow(clippy::struct_excessive_bools)] // switches of a command line
 #[derive(Debug, Args)]
 pub(crate) struct AlsoArgs {
     /// Also count operations and bytes, which takes some ten times as long, and hold them against the machine's peaks

@@ -83,3 +83,30 @@ fn longest_axis(balls: &[Ball]) -> usize {
     }
     (high - low).max_position()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arranged_runs_of_eight_are_compact() {
+        // A cube of 8^3 places, in an order that leaps about.
+        let place = |k: u32| [k & 7, k >> 3 & 7, k >> 6].map(|c| c as f32);
+        let ball = |k: u32| Ball { center: place(k * 197 % 512).into(), radius: 0.5, sphere: k };
+        let mut balls: Vec<Ball> = (0..512).map(ball).collect();
+        let extent = |run: &[Ball]| {
+            let bound = |pick: fn(f32, f32) -> f32, axis: usize| {
+                run.iter().map(|ball| ball.center[axis]).reduce(pick).unwrap()
+            };
+            (0..3).map(|axis| bound(f32::max, axis) - bound(f32::min, axis)).sum::<f32>()
+        };
+        let before = balls.chunks(8).map(extent).sum::<f32>();
+        arrange(&mut balls);
+        let after = balls.chunks(8).map(extent).sum::<f32>();
+        // Cubes of 2^3 have an extent of 3.
+        assert!(after < 0.5 * before && after < 64.0 * 4.5, "{before} before, {after} after");
+        let mut spheres: Vec<SphereId> = balls.iter().map(|ball| ball.sphere).collect();
+        spheres.sort_unstable();
+        assert!(spheres.into_iter().eq(0..512), "a ball is lost");
+    }
+}
