@@ -7,8 +7,8 @@
 //!
 //! The points of a tile of pixels move on from iteration to iteration, modulo 1 ([`moved_on`]): each pixel's numbers
 //! are evenly spread over the iterations too, and those of the whole tile over both. After six
-//! iterations that leaves half of the mean square error of 8x8 pixels (docs/benchmarks.md), and what is smooth, as
-//! direct light mostly is, converges as 1/n instead of 1/sqrt(n).
+//! iterations that leaves a half to two thirds of the mean square error of 8x8 pixels (docs/computed.md), and what is
+//! smooth, as direct light mostly is, converges as 1/n instead of 1/sqrt(n).
 
 /// How many dimensions there are direction numbers for.
 pub const DIMENSIONS: usize = 11;
