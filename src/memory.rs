@@ -7,7 +7,8 @@ use scene::settings::BYTES_PER_PIXEL;
 
 /// The process itself, with its libraries.
 const BYTES_OF_PROCESS: u64 = 16 << 20;
-/// What a column takes while an image is written, by 16 rows at a time in EXR: as they are, by channels, and packed.
+/// What a column takes per thread while an image is written, by 16 rows at a time in EXR: as they are, by channels, and
+/// packed.
 const BYTES_PER_WRITTEN_COLUMN: u64 = 1 << 10;
 /// What an earlier image and this one take, for the estimate of the error.
 const BYTES_PER_PAST_PIXEL: u64 = 24;
@@ -79,7 +80,7 @@ fn bytes(engine: Chosen, scene: &Scene, threads: usize, has_past: bool, deposits
     let past = if has_past { BYTES_PER_PAST_PIXEL } else { 0 };
     of_engine
         + BYTES_OF_PROCESS
-        + u64::from(settings.width) * BYTES_PER_WRITTEN_COLUMN
+        + threads as u64 * u64::from(settings.width) * BYTES_PER_WRITTEN_COLUMN
         + pixels * past
         + spheres as u64 * BYTES_PER_SPHERE
 }

@@ -3,6 +3,9 @@
 use super::{NOTE, Seekable, check_expansion, check_size};
 use crate::settings::MAX_SIDE;
 use crate::{Film, Picture, Rgb};
+use exr::block::writer::ChunksWriter;
+use exr::block::{BlockIndex, UncompressedBlock};
+use exr::image::write::channels::{ChannelsWriter, WritableChannels};
 use exr::meta::attribute::{AttributeValue, ChannelDescription, Text};
 use exr::meta::header::{Header, LayerAttributes};
 use exr::meta::{BlockDescription, MetaData};
@@ -10,6 +13,7 @@ use exr::prelude::{
     Compression, Encoding, Image, Layer, ReadChannels, ReadLayers, ReadSpecificChannel, SpecificChannels,
     Vec2, WritableImage,
 };
+use rayon::prelude::*;
 use std::io::{self, SeekFrom, Write};
 
 /// Deflate makes 258 bytes of 2 bits at best, and PXR24 has dropped a quarter before.
@@ -42,8 +46,7 @@ pub(super) fn write(
     let size = (picture.width as usize, picture.height as usize);
     let channels = SpecificChannels::rgb(|p: Vec2<usize>| -> (f32, f32, f32) { at(picture, p).into() });
     let layer = noted(LayerAttributes::default(), note);
-    let image = Image::from_layer(Layer::new(size, layer, encoding(), channels));
-    image.write().non_parallel().to_buffered(out).map_err(into_io)
+    write_image(out, &Image::from_layer(Layer::new(size, layer, encoding(), channels))).map_err(into_io)
 }
 
 /// One channel `Y`, which every program shows, in a layer called `name`.
@@ -57,8 +60,31 @@ pub(super) fn write_values(
     let channels =
         SpecificChannels::build().with_channel("Y").with_pixel_fn(|p: Vec2<usize>| (at(values, p),));
     let layer = Text::new_or_none(name).map_or_else(LayerAttributes::default, LayerAttributes::named);
-    let image = Image::from_layer(Layer::new(size, noted(layer, note), encoding(), channels));
-    image.write().non_parallel().to_buffered(out).map_err(into_io)
+    let layer = noted(layer, note);
+    write_image(out, &Image::from_layer(Layer::new(size, layer, encoding(), channels))).map_err(into_io)
+}
+
+/// As the crate would write it, but with blocks packed by the threads of this process, where the crate would start some
+/// of its own: as many blocks at once as there are threads.
+fn write_image<'a>(
+    out: &mut (impl Write + io::Seek),
+    image: &'a Image<Layer<impl WritableChannels<'a>>>,
+) -> exr::error::UnitResult {
+    let headers = image.write().infer_meta_data();
+    exr::block::write(out, headers, true, |meta, chunks| {
+        let header = &meta.headers[0];
+        let pixels = image.layer_data.channel_data.create_writer(header);
+        let pack = |&(number, index): &(usize, BlockIndex)| {
+            let data = pixels.extract_uncompressed_block(header, index);
+            Ok((number, UncompressedBlock { index, data }.compress_to_chunk(&meta.headers)?))
+        };
+        let blocks: Vec<_> = meta.enumerate_ordered_header_block_indices().collect();
+        for some in blocks.chunks(rayon::current_num_threads()) {
+            let packed: exr::error::Result<Vec<_>> = some.par_iter().map(pack).collect();
+            packed?.into_iter().try_for_each(|(number, chunk)| chunks.write_chunk(number, chunk))?;
+        }
+        Ok(())
+    })
 }
 
 fn at<T>(picture: &Picture<T>, p: Vec2<usize>) -> T {

@@ -4,6 +4,7 @@
 //! little-endian) and whose absolute value multiplies the samples. We write little-endian and scale 1: exact bits.
 
 use super::{check_size, truncated};
+use crate::film::From;
 use crate::{Film, Picture, Rgb};
 use std::io::{self, BufRead, Read, Write};
 
@@ -11,26 +12,27 @@ use std::io::{self, BufRead, Read, Write};
 const LONGEST_TOKEN: u64 = 32;
 
 pub(super) fn write(out: &mut impl Write, picture: &Picture<Rgb>) -> io::Result<()> {
-    write_samples(out, "PF", picture, |pixel| pixel.to_array())
+    write_pixels(out, "PF", picture, |pixel| {
+        let mut bytes = [0; 12];
+        for (bytes, sample) in bytes.chunks_exact_mut(4).zip(pixel.to_array()) {
+            bytes.copy_from_slice(&sample.to_le_bytes());
+        }
+        bytes
+    })
 }
 
 pub(super) fn write_values(out: &mut impl Write, values: &Picture<f32>) -> io::Result<()> {
-    write_samples(out, "Pf", values, |value| [value])
+    write_pixels(out, "Pf", values, f32::to_le_bytes)
 }
 
-fn write_samples<T, const CHANNELS: usize>(
+fn write_pixels<T, const BYTES: usize>(
     out: &mut impl Write,
     magic: &str,
     picture: &Picture<T>,
-    samples: impl Fn(T) -> [f32; CHANNELS],
+    encode: impl Fn(T) -> [u8; BYTES] + Sync,
 ) -> io::Result<()> {
     writeln!(out, "{magic}\n{} {}\n-1.0", picture.width, picture.height)?;
-    for y in (0..picture.height).rev() {
-        for sample in picture.row(y).flat_map(&samples) {
-            out.write_all(&sample.to_le_bytes())?;
-        }
-    }
-    Ok(())
+    picture.write_rows(From::Bottom, encode, |rows| out.write_all(rows))
 }
 
 /// Reads a map out of a file of `length` bytes.

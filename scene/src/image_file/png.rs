@@ -1,6 +1,7 @@
 //! PNG: 8 bits of sRGB out; whatever there is in.
 
 use super::{Encoding, NOTE, Seekable, check_expansion, check_size, srgb};
+use crate::film::From;
 use crate::{Film, Picture, Rgb};
 use std::io::{self, Write};
 
@@ -37,12 +38,11 @@ pub(super) fn write_values(
     write(out, &grey, Encoding { note, ..Encoding::default() })
 }
 
-/// Row by row.
 fn write_codes(
     out: &mut impl Write,
     picture: &Picture<Rgb>,
     note: Option<&str>,
-    code: impl Fn(Rgb) -> [u8; 3],
+    code: impl Fn(Rgb) -> [u8; 3] + Sync,
 ) -> Result<(), png::EncodingError> {
     let mut encoder = png::Encoder::new(out, picture.width, picture.height);
     encoder.set_color(png::ColorType::Rgb);
@@ -55,12 +55,7 @@ fn write_codes(
     }
     let mut writer = encoder.write_header()?;
     let mut rows = writer.stream_writer_with_size(CHUNK)?;
-    let mut row = Vec::with_capacity(3 * picture.width as usize);
-    for y in 0..picture.height {
-        row.clear();
-        row.extend(picture.row(y).flat_map(&code));
-        rows.write_all(&row)?;
-    }
+    picture.write_rows(From::Top, code, |encoded| rows.write_all(encoded))?;
     rows.finish()?;
     writer.finish()
 }
