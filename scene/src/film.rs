@@ -2,6 +2,8 @@
 
 use crate::Rgb;
 use rayon::prelude::*;
+use std::mem::swap;
+use std::ops::Range;
 
 /// The integer that stands for a photon's nominal power (see `reference::photon_pass`): fluxes are quantised to
 /// multiples of 2^-21 of it, an error of 2^-22 at most.
@@ -74,31 +76,51 @@ impl<T> Picture<'_, T> {
         (0..self.width).map(move |x| (self.pixel)(x, y))
     }
 
-    /// Encodes every pixel as `N` bytes, and hands whole rows to `write`. All threads share the work on some rows, so
-    /// that no more are held.
+    /// Encodes every pixel as `N` bytes, and hands whole rows to `write`. All threads share the work on some rows, while
+    /// the rows before are written; no more are held.
     pub(crate) fn write_rows<const N: usize, E>(
         &self,
         from: From,
         encode: impl Fn(T) -> [u8; N] + Sync,
         mut write: impl FnMut(&[u8]) -> Result<(), E>,
     ) -> Result<(), E> {
-        let row_bytes = N * self.width as usize;
         let height = self.height as usize;
-        let at_once = (ENCODED_AT_ONCE / row_bytes).next_multiple_of(BAND);
-        let mut bytes = vec![0; at_once.min(height) * row_bytes];
+        let at_once = (ENCODED_AT_ONCE / (N * self.width as usize)).next_multiple_of(BAND);
         let parts = height.div_ceil(at_once);
-        for number in 0..parts {
-            let top = at_once * if from == From::Top { number } else { parts - 1 - number };
-            let part = &mut bytes[..at_once.min(height - top) * row_bytes];
-            let mut bands: Vec<_> = match from {
-                From::Top => part.chunks_mut(BAND * row_bytes).collect(),
-                From::Bottom => part.rchunks_mut(BAND * row_bytes).collect(),
-            };
-            let numbered = bands.par_iter_mut().enumerate();
-            numbered.for_each(|(band, bytes)| self.encode_band(top + BAND * band, from, &encode, bytes));
-            write(part)?;
+        let rows = |number| {
+            let first = at_once * if from == From::Top { number } else { parts - 1 - number };
+            first..height.min(first + at_once)
+        };
+        let (mut encoded, mut next) = (Vec::new(), Vec::new());
+        self.encode_rows(rows(0), from, &encode, &mut next);
+        for number in 1..=parts {
+            swap(&mut encoded, &mut next);
+            rayon::in_place_scope(|scope| {
+                if number < parts {
+                    scope.spawn(|_| self.encode_rows(rows(number), from, &encode, &mut next));
+                }
+                write(&encoded)
+            })?;
         }
         Ok(())
+    }
+
+    /// Encodes rows by all threads.
+    fn encode_rows<const N: usize>(
+        &self,
+        rows: Range<usize>,
+        from: From,
+        encode: &(impl Fn(T) -> [u8; N] + Sync),
+        bytes: &mut Vec<u8>,
+    ) {
+        let row_bytes = N * self.width as usize;
+        bytes.resize(rows.len() * row_bytes, 0);
+        let mut bands: Vec<_> = match from {
+            From::Top => bytes.chunks_mut(BAND * row_bytes).collect(),
+            From::Bottom => bytes.rchunks_mut(BAND * row_bytes).collect(),
+        };
+        let numbered = bands.par_iter_mut().enumerate();
+        numbered.for_each(|(band, bytes)| self.encode_band(rows.start + BAND * band, from, encode, bytes));
     }
 
     /// Encodes rows from `top` on, as many as there is room for in `bytes`.
@@ -108,7 +130,7 @@ impl<T> Picture<'_, T> {
         &self,
         top: usize,
         from: From,
-        encode: impl Fn(T) -> [u8; N],
+        encode: &impl Fn(T) -> [u8; N],
         bytes: &mut [u8],
     ) {
         let width = self.width as usize;

@@ -3,6 +3,9 @@
 //!
 //! A binary of its own with a single test, as it counts all memory of the process.
 
+#[path = "../shared/cases.rs"]
+mod cases;
+
 use peak_alloc::PeakAlloc;
 use scene::checkpoint::{Checkpoint, Contents, write};
 use scene::image_file::{self, Encoding, Format, decode_bytes, decode_note_bytes};
@@ -139,7 +142,7 @@ fn damage(bytes: &mut Vec<u8>, numbers: &mut Stream) -> String {
 #[test]
 fn damaged_files_are_refused_in_a_line_and_take_no_memory() {
     let asked = std::env::var("SPPM_DAMAGES").ok().map(|damages| damages.parse::<u32>().expect("a number"));
-    let mut faults = Vec::new();
+    let (mut faults, mut all) = (Vec::new(), 0);
     for specimen in specimens() {
         let Specimen { name, bytes, read, is_summed } = specimen;
         // Twice, as the first reading fills tables that stay.
@@ -171,6 +174,7 @@ fn damaged_files_are_refused_in_a_line_and_take_no_memory() {
                 Ok(_) => {}
             }
         }
+        all += damages as usize;
         println!(
             "{name}: {refused} of {damages} damages refused; {worst} bytes at worst, the whole file {honest} ({whole:.20})"
         );
@@ -181,4 +185,5 @@ fn damaged_files_are_refused_in_a_line_and_take_no_memory() {
         faults.len(),
         faults[..faults.len().min(20)].join("\n")
     );
+    cases::tell("damage", all, "damaged files");
 }

@@ -16,3 +16,4 @@ mod random_scenes;
 mod rounds;
 mod settings;
 mod sizes;
+mod ties;

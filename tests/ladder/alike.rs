@@ -1,6 +1,7 @@
 //! The paper's own generators: rows agree with the baseline as the baseline does with itself under another seed, and
 //! the more so the more iterations there are (figure 8 of the paper).
 
+use crate::cases::tell;
 use crate::pair::builtin;
 use ladder::{Options, ROWS, Row};
 use scene::{Film, Scene, Settings};
@@ -48,7 +49,8 @@ fn mean(film: &Film) -> f64 {
 
 #[test]
 fn rows_agree_with_the_baseline_as_it_does_with_itself() {
-    for name in ["cornell", "surgery"] {
+    let names = ["cornell", "surgery"];
+    for name in names {
         let (scene, settings) = builtin(name);
         let settings = Settings {
             width: 48,
@@ -79,4 +81,9 @@ fn rows_agree_with_the_baseline_as_it_does_with_itself() {
             assert!(errors.abs() < MOST_ERRORS, "{case}: mean radiance is {errors} standard errors from it");
         }
     }
+    tell(
+        "ladder",
+        names.len() * (ROWS.len() - 1),
+        "rows compared with the baseline by the paper's own generators",
+    );
 }

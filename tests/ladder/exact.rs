@@ -1,5 +1,6 @@
 //! Keyed random numbers and integer flux: the reference's bits from every row.
 
+use crate::cases::tell;
 use crate::pair::{assert_exact, builtin};
 use ladder::{Options, ROWS, Row};
 use scene::Settings;
@@ -14,6 +15,7 @@ fn builtin_scenes() {
         let (scene, settings) = builtin(about.name);
         assert_exact(&scene, &settings, &all_rows(), &Options::exact());
     }
+    tell("ladder", scene::builtin::SCENES.len() * ROWS.len(), "built-in scenes, by all rows, on bits");
 }
 
 /// Sizes that the published program stumbles over: bin counts that divide its hash's differences, and widths and

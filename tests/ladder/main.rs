@@ -2,6 +2,8 @@
 //! within a bound with flux summed in floats, and alike in the mean with the paper's own generators.
 
 mod alike;
+#[path = "../shared/cases.rs"]
+mod cases;
 mod counts;
 #[path = "../equality/draft.rs"]
 mod draft;

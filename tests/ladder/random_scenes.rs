@@ -1,6 +1,7 @@
 //! Every row gives the reference's bits on scenes made fresh in every run, the same kind that the fast engine is
 //! tested on.
 
+use crate::cases::tell;
 use crate::draft::{Case, case};
 use crate::pair::first_difference;
 use ladder::{Options, ROWS, Row};
@@ -30,7 +31,10 @@ fn random_scenes() {
     });
     match result {
         // In a third of the scenes photons count; a tenth leaves room for chance.
-        Ok(()) => assert!(reached.get() > CASES / 10, "photons count in {} scenes alone", reached.get()),
+        Ok(()) => {
+            assert!(reached.get() > CASES / 10, "photons count in {} scenes alone", reached.get());
+            tell("ladder", CASES as usize * rows.len(), "renders of random scenes, by all rows");
+        }
         Err(TestError::Fail(why, case)) => panic!("{why}\n{case:?}"),
         Err(TestError::Abort(why)) => panic!("{why}"),
     }

@@ -1,5 +1,6 @@
 //! What an engine saves between two iterations any other takes up, and an iteration that is abandoned leaves no trace.
 
+use crate::cases::tell;
 use fast::LaneKind;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use reference::PathTracer;
@@ -128,6 +129,7 @@ fn whole(way: Way, scene: &Scene, settings: &Settings) -> Vec<(u32, Vec<u32>)> {
 
 #[test]
 fn any_engine_goes_on_where_any_other_stopped() {
+    let mut pairs = 0;
     for (scene, settings) in scenes() {
         let expected = whole(Way::Reference, &scene, &settings);
         let ways = photon_ways();
@@ -135,9 +137,11 @@ fn any_engine_goes_on_where_any_other_stopped() {
             for &second in &ways[i..] {
                 check(&scene, &settings, [first, second], &expected);
                 check(&scene, &settings, [second, first], &expected);
+                pairs += 2 * settings.iterations as usize;
             }
         }
     }
+    tell("lasting", pairs, "renders begun by one engine and ended by another");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Kills at random moments, during writes too, over random renders: every one ends in the image of a render that was
 //! left alone, and no file is ever torn.
 
+use crate::cases::tell;
 use crate::sandbox::Sandbox;
 use fast::LaneKind;
 use rustix::process::{Pid, Signal, kill_process};
@@ -158,7 +159,9 @@ fn killed_renders_go_on_to_the_same_image() {
         (kills, renders) = (kills + trial.kills, renders + 1);
     }
     assert!(kills >= KILLS, "hardly a render was killed: {kills}");
-    if asked.is_some() {
-        println!("{kills} kills of {renders} renders: every image identical, no file torn");
-    }
+    tell(
+        "lasting",
+        kills as usize,
+        &format!("kills of {renders} renders: every image identical, no file torn"),
+    );
 }

@@ -3,6 +3,8 @@
 
 #[cfg(unix)]
 mod budgets;
+#[path = "../shared/cases.rs"]
+mod cases;
 mod engines;
 #[cfg(unix)]
 mod kills;
