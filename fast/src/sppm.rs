@@ -569,4 +569,20 @@ mod tests {
         let Radii { largest, typical } = Radii::of(&pixels[3..9]);
         assert_eq!((largest, typical), (9.0, 9.0));
     }
+    #[test]
+    fn seconds_of_passes_add_up_to_no_more_than_all() {
+        let scene = scene::builtin::scene("cornell").unwrap();
+        let settings = Settings { width: 40, height: 30, photons_per_iteration: 5000, ..scene.settings };
+        let began = std::time::Instant::now();
+        let mut engine = Sppm::new(&scene, &settings);
+        for _ in 0..3 {
+            engine.iterate();
+            let all = began.elapsed().as_secs_f64();
+            let Stats { camera_seconds, build_grid_seconds, photon_seconds, consolidate_seconds, .. } =
+                *engine.stats();
+            let passes = [camera_seconds, build_grid_seconds, photon_seconds, consolidate_seconds];
+            assert!(passes.iter().all(|&seconds| seconds > 0.0), "{passes:?}");
+            assert!(passes.iter().sum::<f64>() <= all, "{passes:?} in {all}");
+        }
+    }
 }

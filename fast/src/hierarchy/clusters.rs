@@ -139,3 +139,26 @@ fn bounding_sphere(balls: &[Ball]) -> [f32; 4] {
     let radius = radius * (1.0 + 1e-6) + best.abs().max_element() * 1e-6;
     [best.x, best.y, best.z, radius * radius]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounding_spheres_hold_their_balls_and_hardly_more() {
+        // A long row, and balls far from the origin: around their mean both are far too large.
+        let row = |k: u32| ([(k * k) as f32, 0.0, 0.0], 0.5);
+        let far = |k: u32| ([100.0 + k as f32, 50.0 * (k % 2) as f32, -30.0], 1.0 + k as f32);
+        // What holds the balls at both ends of the row, and the greatest of the others with the farthest of it.
+        for (places, least) in
+            [((0..8).map(row).collect::<Vec<_>>(), 25.0), ((0..8).map(far).collect(), 32.5)]
+        {
+            let ball = |(center, radius): ([f32; 3], f32)| Ball { center: center.into(), radius, sphere: 0 };
+            let balls: Vec<Ball> = places.into_iter().map(ball).collect();
+            let [x, y, z, radius_squared] = bounding_sphere(&balls);
+            let (center, radius) = (Vec3::new(x, y, z), radius_squared.sqrt());
+            assert!(balls.iter().all(|ball| center.distance(ball.center) + ball.radius <= radius));
+            assert!((0.99 * least..1.03 * least).contains(&radius), "{radius}, where {least} would do");
+        }
+    }
+}
