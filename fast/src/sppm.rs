@@ -573,7 +573,7 @@ mod tests {
     fn seconds_of_passes_add_up_to_no_more_than_all() {
         let scene = scene::builtin::scene("cornell").unwrap();
         let settings = Settings { width: 40, height: 30, photons_per_iteration: 5000, ..scene.settings };
-        let began = std::time::Instant::now();
+        let began = Instant::now();
         let mut engine = Sppm::new(&scene, &settings);
         for _ in 0..3 {
             engine.iterate();
