@@ -41,6 +41,7 @@ pub mod dispatch;
 mod hierarchy;
 mod intersect;
 mod intersector;
+mod jobs;
 mod join;
 #[doc(hidden)]
 pub mod kernels;

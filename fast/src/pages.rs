@@ -21,6 +21,11 @@ pub(crate) struct Pages<T> {
 }
 
 impl<T: Pod + Send + Sync> Pages<T> {
+    /// `count` elements whose bytes are zero, as [`Pages::filled`].
+    pub(crate) fn zeros(count: usize) -> Self {
+        Self::filled(T::zeroed(), count)
+    }
+
     /// `count` times the same value. Without memory it ends the process, as a vector does.
     pub(crate) fn filled(value: T, count: usize) -> Self {
         let bytes = count * size_of::<T>();

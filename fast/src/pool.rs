@@ -1,6 +1,7 @@
 //! Buffers that outlive an iteration: memory that goes back to the system has to be faulted in again, at half a
 //! millisecond a megabyte.
 
+use rayon::prelude::*;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Buffers at rest. One is taken or made per unit of parallel work that needs it.
@@ -28,12 +29,14 @@ impl<T> Pool<T> {
         self.lock().extend(buffers);
     }
 
-    /// Makes sure that so many are at rest.
-    pub(crate) fn fill(&self, count: usize, new: impl Fn() -> T) {
-        let mut rested = self.lock();
-        while rested.len() < count {
-            rested.push(new());
-        }
+    /// Makes sure that so many are at rest. All threads make new ones.
+    pub(crate) fn fill(&self, count: usize, new: impl Fn() -> T + Sync)
+    where
+        T: Send,
+    {
+        let missing = count.saturating_sub(self.count());
+        let made: Vec<T> = (0..missing).into_par_iter().map(|_| new()).collect();
+        self.put_all(made.into_iter());
     }
 
     /// How many are at rest.

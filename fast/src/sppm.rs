@@ -8,6 +8,7 @@ use crate::consolidate::{consolidate_group, develop, new_pixel};
 use crate::direct_light::LightTable;
 use crate::dispatch::{Kernel, LaneKind, dispatch};
 use crate::hierarchy::ball_count;
+use crate::jobs::singly;
 use crate::join::cells::{Cells, WINDOW};
 use crate::join::deposits::{Binned, Chunks, Sorted, bytes_at_rest, reserve};
 use crate::join::gather::{Scratch, Sums};
@@ -187,7 +188,7 @@ impl<'a> Sppm<'a> {
         let jobs = self.rows.par_chunks_mut(per_job).zip(pixels.par_chunks(per_job)).enumerate();
         let workers = &self.camera_workers;
         workers.fill(jobs.len().min(current_num_threads()), CameraWorker::new);
-        jobs.for_each(|(job, (rows, pixels))| {
+        singly(jobs).for_each(|(job, (rows, pixels))| {
             if stop.is_requested() {
                 return;
             }
@@ -226,7 +227,7 @@ impl<'a> Sppm<'a> {
             let jobs: Vec<u32> = (next..end).step_by(per_job as usize).collect();
             let (workers, chunks) = (&self.photon_workers, &self.chunks);
             workers.fill(jobs.len().min(current_num_threads()), || PhotonWorker::new(chunks));
-            jobs.into_par_iter().for_each(|start| {
+            singly(jobs.into_par_iter()).for_each(|start| {
                 if stop.is_requested() {
                     return;
                 }
@@ -295,7 +296,7 @@ impl<'a> Sppm<'a> {
             self.sums.chunks_mut(groups_per_job).collect()
         };
         let jobs = self.pixels.par_chunks_mut(per_job).zip(self.rows.par_chunks(per_job)).zip(sums);
-        let counts: Vec<JoinCounts> = jobs
+        let counts: Vec<JoinCounts> = singly(jobs)
             .map(|((pixels, rows), sums)| {
                 if stop.is_requested() {
                     return JoinCounts::default();

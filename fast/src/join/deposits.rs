@@ -8,8 +8,11 @@
 //! what grew with each thread's largest share would grow as long as the render lasts.
 
 use super::cells::{Cells, Run, WINDOW};
+use crate::jobs::singly;
 use crate::lanes::{MOST_LANES, Row};
+use crate::pages::Pages;
 use crate::pool::Pool;
+use bytemuck::Pod;
 use rayon::prelude::*;
 use std::array;
 use std::iter::once;
@@ -70,9 +73,9 @@ struct Bin {
 pub(crate) struct Sorted {
     /// Where they lie, for searching: a column per axis, followed by room for more, and for vectors that read past
     /// the end.
-    pub(crate) points: [Vec<f32>; 3],
+    pub(crate) points: [Pages<f32>; 3],
     /// What they bring, for those that have been found: words surface, flux r g b, direction x y z, bucket.
-    pub(crate) arrivals: Vec<Row>,
+    pub(crate) arrivals: Pages<Row>,
     /// The deposits of bucket b are those from `starts[b]` to `starts[b + 1]`.
     pub(crate) starts: Vec<u32>,
     /// A bit per bucket that has deposits, from the lowest bit of the first byte on; the first byte stands at the end
@@ -162,7 +165,8 @@ pub(crate) fn bin_shift(cells: Cells) -> u32 {
 
 impl Sorted {
     pub(crate) fn new() -> Self {
-        Self { points: Default::default(), arrivals: Vec::new(), starts: Vec::new(), filled: Vec::new() }
+        let points = array::from_fn(|_| Pages::zeros(0));
+        Self { points, arrivals: Pages::zeros(0), starts: Vec::new(), filled: Vec::new() }
     }
 
     /// How many deposits there are.
@@ -179,12 +183,12 @@ impl Sorted {
     /// Sorts the deposits of `parts`.
     pub(crate) fn fill(&mut self, parts: &[&Binned], cells: Cells) {
         let total: usize = parts.iter().map(|part| part.count).sum();
-        self.points.iter_mut().for_each(|column| make_room(column, total + MOST_LANES, 0.0));
-        make_room(&mut self.arrivals, total, Row::default());
+        self.points.iter_mut().for_each(|column| make_room(column, total + MOST_LANES));
+        make_room(&mut self.arrivals, total);
         let buckets = cells.mask as usize + 1;
         self.starts.resize(buckets + 1, 0);
         self.filled.resize(buckets / 8 + 1, 0);
-        let mut columns = self.points.each_mut().map(Vec::as_mut_slice);
+        let mut columns = self.points.each_mut().map(|column| &mut column[..]);
         let mut arrivals = &mut self.arrivals[..];
         let per_bin = buckets / BINS;
         let places = self.starts[..buckets].chunks_mut(per_bin).zip(self.filled.chunks_mut(per_bin / 8));
@@ -197,7 +201,7 @@ impl Sorted {
             work.push(BinWork { bin, first, points, arrivals: mine, starts, filled });
             first += count as u32;
         }
-        work.into_par_iter().for_each(|bin| bin.sort(parts));
+        singly(work.into_par_iter()).for_each(|bin| bin.sort(parts));
         self.starts[buckets] = total as u32;
         self.filled[buckets / 8] = self.filled[0];
     }
@@ -218,12 +222,11 @@ impl Sorted {
 }
 
 /// Lengthens `values` if they are fewer than `count`.
-fn make_room<T: Copy>(values: &mut Vec<T>, count: usize, value: T) {
+fn make_room<T: Pod + Send + Sync>(values: &mut Pages<T>, count: usize) {
     if count > values.len() {
-        let room = with_margin(count as u64) as usize;
-        values.clear();
-        values.reserve_exact(room);
-        values.resize(room, value);
+        // The old ones first, so that there are never both.
+        *values = Pages::zeros(0);
+        *values = Pages::zeros(with_margin(count as u64) as usize);
     }
 }
 
