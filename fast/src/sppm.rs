@@ -173,7 +173,10 @@ impl<'a> Sppm<'a> {
     fn camera_pass(&mut self, p: &Prepared, radii: Radii, stop: &Stop) -> Option<Occupancy> {
         let Parameters { occupancy_cell_size, occupancy_bits, pixels_per_batch, pixels_per_job, .. } =
             self.parameters;
-        let nothing_marked = || Occupancy::new(radii.cell(occupancy_cell_size), occupancy_bits);
+        // By the largest radius, though some pixels keep theirs: as cells shrank such a pixel would mark ever more of them,
+        // until most are marked, and memory would grow.
+        let cell = radii.largest * occupancy_cell_size;
+        let nothing_marked = || Occupancy::new(cell, occupancy_bits);
         let (at_once, per_job) = (pixels_per_batch as usize, pixels_per_job as usize);
         let pass = CameraPass {
             still: &p.still,
