@@ -41,7 +41,7 @@ fn a_lamp_that_all_but_coincides_with_a_ball() {
             ..scene.settings
         };
         let segments = |spheres: &[usize]| {
-            let spheres = spheres.iter().map(|&i| scene.spheres[i].clone()).collect();
+            let spheres = spheres.iter().map(|&i| scene.spheres[i]).collect();
             let scene = Scene { spheres, ..scene.clone() };
             let mut engine = fast::Sppm::new(&scene, &settings);
             engine.iterate();

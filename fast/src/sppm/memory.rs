@@ -43,3 +43,40 @@ impl Sppm<'_> {
             + spheres as u64 * BYTES_PER_SPHERE
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every term stands for itself: what one more of something takes does not depend on the rest.
+    #[test]
+    fn each_thing_takes_its_own_bytes() {
+        let parameters = Parameters::default();
+        let few = Settings { width: 64, height: 64, photons_per_iteration: 1 << 16, ..Settings::default() };
+        let bytes = |settings: &Settings, spheres, threads, deposits| {
+            Sppm::bytes_at_most(settings, spheres, threads, deposits, &parameters)
+        };
+        let base = bytes(&few, 10, 2, 1 << 22);
+        // As ARCHITECTURE.md has it: 96 bytes, and 28 in several rounds.
+        let wide = Settings { width: 128, ..few };
+        assert_eq!(bytes(&wide, 10, 2, 1 << 22) - base, 64 * 64 * (96 + 28));
+        assert_eq!(bytes(&few, 11, 2, 1 << 22) - base, BYTES_PER_SPHERE);
+        assert_eq!(bytes(&few, 10, 3, 1 << 22) - base, BYTES_PER_THREAD + BYTES_OF_BINS as u64);
+        // One bounce more: a deposit per photon and a sixteenth, of 48 bytes, twice.
+        let deep = Settings { max_depth: few.max_depth + 1, ..few };
+        assert_eq!(bytes(&deep, 10, 2, 1 << 22) - base, (1 << 16) * 17 / 16 * 48 * 2);
+        // No more deposits than two rounds and what is in work, however many photons there are: then buckets alone.
+        let many = Settings { photons_per_iteration: 1 << 20, ..few };
+        let more = Settings { photons_per_iteration: 1 << 21, ..few };
+        let buckets = |photons| table_size(parameters.buckets(photons)) as u64;
+        let added = buckets(1 << 21) - buckets(1 << 20);
+        assert!(added > 0);
+        assert_eq!(bytes(&more, 10, 2, 1 << 18) - bytes(&many, 10, 2, 1 << 18), 4 * added + added / 8);
+        // Of deposits those of a round: twice what is held at once, and a job's.
+        let bounces = u64::from(few.max_depth - 1);
+        let in_work = u64::from(parameters.photons_per_job) * bounces;
+        let round = with_margin((2 << 18) + in_work) * 48 * 2;
+        let none = bytes(&Settings { max_depth: 1, ..many }, 10, 2, 1 << 18);
+        assert_eq!(bytes(&many, 10, 2, 1 << 18) - none, round);
+    }
+}
