@@ -573,6 +573,7 @@ mod tests {
         let Radii { largest, typical } = Radii::of(&pixels[3..9]);
         assert_eq!((largest, typical), (9.0, 9.0));
     }
+
     #[test]
     fn seconds_of_passes_add_up_to_no_more_than_all() {
         let scene = scene::builtin::scene("cornell").unwrap();

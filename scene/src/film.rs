@@ -85,7 +85,7 @@ impl<T> Picture<'_, T> {
         mut write: impl FnMut(&[u8]) -> Result<(), E>,
     ) -> Result<(), E> {
         let height = self.height as usize;
-        let at_once = (ENCODED_AT_ONCE / (N * self.width as usize)).next_multiple_of(BAND);
+        let at_once = (ENCODED_AT_ONCE / (N * self.width as usize)).max(1).next_multiple_of(BAND);
         let parts = height.div_ceil(at_once);
         let rows = |number| {
             let first = at_once * if from == From::Top { number } else { parts - 1 - number };
@@ -165,8 +165,9 @@ mod tests {
 
     #[test]
     fn rows_are_written_in_order_whatever_the_size() {
-        // Of many parts, the last of which is short; of one part; of one band; of less than a tile.
-        for (width, height) in [(1024, 601), (40, 27), (13, 8), (3, 5), (1, 1)] {
+        // Of many parts, the last of which is short; of one part; of one band; of less than a tile; of rows longer than what
+        // is encoded at once.
+        for (width, height) in [(1024, 601), (40, 27), (13, 8), (3, 5), (1, 1), (140_000, 9)] {
             let pixel = |x, y| (x, y);
             let picture = Picture { width, height, pixel: &pixel };
             let row = |y: u32| (0..width).flat_map(move |x| [x, y]).flat_map(u32::to_le_bytes);
