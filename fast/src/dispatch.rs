@@ -4,7 +4,8 @@ use crate::lanes::{Emulated, Lanes};
 #[cfg(target_arch = "x86_64")]
 use crate::lanes::{avx2::Avx2, avx512::Avx512};
 
-/// Which vectors the kernels run on. Each gives the same bits.
+/// Which vectors the kernels run on. Each gives the same bits. A kind that a processor lacks is emulated there, so that
+/// tests reach the kernels at every width on any machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LaneKind {
     /// Eight lanes of plain Rust; runs anywhere.
@@ -60,21 +61,17 @@ pub trait Kernel {
     fn run<L: Lanes>(self) -> Self::Output;
 }
 
-/// Runs a kernel on lanes of the given kind; on emulated ones where the processor lacks it.
+/// Runs a kernel on lanes of the given kind; on as many emulated ones where the processor lacks it.
 pub fn dispatch<K: Kernel>(kind: LaneKind, kernel: K) -> K::Output {
-    if !kind.is_available() {
-        return kernel.run::<Emulated>();
-    }
     match kind {
-        LaneKind::Emulated => kernel.run::<Emulated>(),
         // SAFETY: the processor has been asked for exactly these features.
         #[cfg(target_arch = "x86_64")]
-        LaneKind::Avx2 => unsafe { run_on_avx2(kernel) },
+        LaneKind::Avx2 if kind.is_available() => unsafe { run_on_avx2(kernel) },
         // SAFETY: the processor has been asked for exactly these features.
         #[cfg(target_arch = "x86_64")]
-        LaneKind::Avx512 => unsafe { run_on_avx512(kernel) },
-        #[cfg(not(target_arch = "x86_64"))]
-        _ => kernel.run::<Emulated>(),
+        LaneKind::Avx512 if kind.is_available() => unsafe { run_on_avx512(kernel) },
+        LaneKind::Emulated | LaneKind::Avx2 => kernel.run::<Emulated<8>>(),
+        LaneKind::Avx512 => kernel.run::<Emulated<16>>(),
     }
 }
 

@@ -21,11 +21,13 @@ pub(crate) struct Way {
     pub(crate) parameters: Parameters,
 }
 
-/// Every kind of lanes that this processor has, on `threads` threads.
+/// Every kind of lanes, on `threads` threads; one that this processor lacks is emulated.
 pub(crate) fn all_lanes(threads: usize) -> Vec<Way> {
-    let lanes = LaneKind::ALL.into_iter().filter(|lanes| lanes.is_available());
     let parameters = Parameters::default();
-    lanes.map(|lanes| Way { lanes, threads, deposits_at_once: None, parameters }).collect()
+    LaneKind::ALL
+        .into_iter()
+        .map(|lanes| Way { lanes, threads, deposits_at_once: None, parameters })
+        .collect()
 }
 
 /// How properties are tried, on so many cases or as many times that as is asked for.

@@ -1,28 +1,26 @@
-//! Eight lanes in plain Rust: the definition of every operation, and the back end of last resort.
+//! Lanes in plain Rust, of any number: the definition of every operation, and the back end of last resort.
 
 use super::{Lanes, Row};
 use std::array::from_fn;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-/// The back end.
+/// The back end, of 8 or 16 lanes.
 #[derive(Clone, Copy, Debug)]
-pub struct Emulated;
-
-const N: usize = 8;
+pub struct Emulated<const N: usize = 8>;
 
 /// `f32` lanes.
 #[derive(Clone, Copy, Debug)]
-pub struct F([f32; N]);
+pub struct F<const N: usize>([f32; N]);
 /// `u32` lanes.
 #[derive(Clone, Copy, Debug)]
-pub struct U([u32; N]);
+pub struct U<const N: usize>([u32; N]);
 /// Truth values.
 #[derive(Clone, Copy, Debug)]
-pub struct M([bool; N]);
+pub struct M<const N: usize>([bool; N]);
 
 macro_rules! lanewise {
     ($($op:ident $method:ident $on:ident $lane:expr;)*) => {$(
-        impl $op for $on {
+        impl<const N: usize> $op for $on<N> {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
@@ -46,7 +44,7 @@ lanewise! {
     BitOr bitor M |a: bool, b: bool| a | b;
 }
 
-impl Neg for F {
+impl<const N: usize> Neg for F<N> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -54,7 +52,7 @@ impl Neg for F {
     }
 }
 
-impl Not for M {
+impl<const N: usize> Not for M<N> {
     type Output = Self;
     #[inline(always)]
     fn not(self) -> Self {
@@ -62,146 +60,146 @@ impl Not for M {
     }
 }
 
-impl Lanes for Emulated {
+impl<const N: usize> Lanes for Emulated<N> {
     const N: usize = N;
-    type Eight = Self;
-    type F = F;
-    type U = U;
-    type M = M;
+    type Eight = Emulated<8>;
+    type F = F<N>;
+    type U = U<N>;
+    type M = M<N>;
 
     #[inline(always)]
-    fn f(x: f32) -> F {
+    fn f(x: f32) -> F<N> {
         F([x; N])
     }
     #[inline(always)]
-    fn load(from: &[f32]) -> F {
+    fn load(from: &[f32]) -> F<N> {
         F(from_fn(|k| from[k]))
     }
     #[inline(always)]
-    fn store(v: F, to: &mut [f32]) {
+    fn store(v: F<N>, to: &mut [f32]) {
         to[..N].copy_from_slice(&v.0);
     }
     #[inline(always)]
-    fn sqrt(v: F) -> F {
+    fn sqrt(v: F<N>) -> F<N> {
         F(v.0.map(f32::sqrt))
     }
     #[inline(always)]
-    fn abs(v: F) -> F {
+    fn abs(v: F<N>) -> F<N> {
         F(v.0.map(f32::abs))
     }
     #[inline(always)]
-    fn max(a: F, b: F) -> F {
+    fn max(a: F<N>, b: F<N>) -> F<N> {
         F(from_fn(|k| if a.0[k] > b.0[k] { a.0[k] } else { b.0[k] }))
     }
     #[inline(always)]
-    fn min(a: F, b: F) -> F {
+    fn min(a: F<N>, b: F<N>) -> F<N> {
         F(from_fn(|k| if a.0[k] < b.0[k] { a.0[k] } else { b.0[k] }))
     }
     #[inline(always)]
-    fn min_lane(v: F) -> u32 {
+    fn min_lane(v: F<N>) -> u32 {
         (1..N).fold(0, |best, k| if v.0[k] < v.0[best] { k } else { best }) as u32
     }
     #[inline(always)]
-    fn fused(a: F, b: F, c: F) -> F {
+    fn fused(a: F<N>, b: F<N>, c: F<N>) -> F<N> {
         a * b + c
     }
     #[inline(always)]
-    fn floor(v: F) -> F {
+    fn floor(v: F<N>) -> F<N> {
         F(v.0.map(f32::floor))
     }
     #[inline(always)]
-    fn lt(a: F, b: F) -> M {
+    fn lt(a: F<N>, b: F<N>) -> M<N> {
         M(from_fn(|k| a.0[k] < b.0[k]))
     }
     #[inline(always)]
-    fn le(a: F, b: F) -> M {
+    fn le(a: F<N>, b: F<N>) -> M<N> {
         M(from_fn(|k| a.0[k] <= b.0[k]))
     }
     #[inline(always)]
-    fn truncate(v: F) -> U {
+    fn truncate(v: F<N>) -> U<N> {
         U(v.0.map(|a| a as i32 as u32))
     }
     #[inline(always)]
-    fn to_float(v: U) -> F {
+    fn to_float(v: U<N>) -> F<N> {
         F(v.0.map(|a| a as i32 as f32))
     }
     #[inline(always)]
-    fn bits(v: F) -> U {
+    fn bits(v: F<N>) -> U<N> {
         U(v.0.map(f32::to_bits))
     }
     #[inline(always)]
-    fn from_bits(v: U) -> F {
+    fn from_bits(v: U<N>) -> F<N> {
         F(v.0.map(f32::from_bits))
     }
     #[inline(always)]
-    fn select(m: M, a: F, b: F) -> F {
+    fn select(m: M<N>, a: F<N>, b: F<N>) -> F<N> {
         F(from_fn(|k| if m.0[k] { a.0[k] } else { b.0[k] }))
     }
     #[inline(always)]
-    fn u(x: u32) -> U {
+    fn u(x: u32) -> U<N> {
         U([x; N])
     }
     #[inline(always)]
-    fn load_u(from: &[u32]) -> U {
+    fn load_u(from: &[u32]) -> U<N> {
         U(from_fn(|k| from[k]))
     }
     #[inline(always)]
-    fn store_u(v: U, to: &mut [u32]) {
+    fn store_u(v: U<N>, to: &mut [u32]) {
         to[..N].copy_from_slice(&v.0);
     }
     #[inline(always)]
-    fn shl<const K: i32>(v: U) -> U {
+    fn shl<const K: i32>(v: U<N>) -> U<N> {
         U(v.0.map(|a| a << K))
     }
     #[inline(always)]
-    fn shr<const K: i32>(v: U) -> U {
+    fn shr<const K: i32>(v: U<N>) -> U<N> {
         U(v.0.map(|a| a >> K))
     }
     #[inline(always)]
-    fn eq(a: U, b: U) -> M {
+    fn eq(a: U<N>, b: U<N>) -> M<N> {
         M(from_fn(|k| a.0[k] == b.0[k]))
     }
     #[inline(always)]
-    fn add_where(m: M, a: U, b: U) -> U {
+    fn add_where(m: M<N>, a: U<N>, b: U<N>) -> U<N> {
         U(from_fn(|k| if m.0[k] { a.0[k].wrapping_add(b.0[k]) } else { a.0[k] }))
     }
     #[inline(always)]
-    fn min_u(a: U, b: U) -> U {
+    fn min_u(a: U<N>, b: U<N>) -> U<N> {
         U(from_fn(|k| a.0[k].min(b.0[k])))
     }
     #[inline(always)]
-    fn select_u(m: M, a: U, b: U) -> U {
+    fn select_u(m: M<N>, a: U<N>, b: U<N>) -> U<N> {
         U(from_fn(|k| if m.0[k] { a.0[k] } else { b.0[k] }))
     }
     #[inline(always)]
-    fn mask_bits(m: M) -> u32 {
+    fn mask_bits(m: M<N>) -> u32 {
         m.0.iter().enumerate().map(|(k, &set)| u32::from(set) << k).sum()
     }
     #[inline(always)]
-    fn mask_from_bits(bits: u32) -> M {
+    fn mask_from_bits(bits: u32) -> M<N> {
         M(from_fn(|k| (bits >> k) & 1 == 1))
     }
     #[inline(always)]
-    fn gather_u(table: &[u32], index: U) -> U {
+    fn gather_u(table: &[u32], index: U<N>) -> U<N> {
         assert!(table.len().is_power_of_two());
         U(index.0.map(|i| table[i as usize & (table.len() - 1)]))
     }
     #[inline(always)]
-    fn gather_rows(table: &[Row], index: &[u32]) -> [F; 8] {
+    fn gather_rows(table: &[Row], index: &[u32]) -> [F<N>; 8] {
         from_fn(|column| F(from_fn(|k| table[index[k] as usize].0[column])))
     }
     #[inline(always)]
-    fn transpose(columns: [F; 8], to: &mut [Row]) {
+    fn transpose(columns: [F<N>; 8], to: &mut [Row]) {
         for (k, row) in to[..N].iter_mut().enumerate() {
             *row = Row(from_fn(|column| columns[column].0[k]));
         }
     }
     #[inline(always)]
-    fn load_rows(rows: &[Row]) -> [F; 8] {
+    fn load_rows(rows: &[Row]) -> [F<N>; 8] {
         from_fn(|column| F(from_fn(|k| rows[k].0[column])))
     }
     #[inline(always)]
-    fn compress(m: M, v: F, to: &mut [f32]) {
+    fn compress(m: M<N>, v: F<N>, to: &mut [f32]) {
         let mut rest = to[..N].iter_mut();
         for (value, _) in v.0.iter().zip(m.0).filter(|(_, set)| *set) {
             if let Some(place) = rest.next() {
@@ -210,7 +208,7 @@ impl Lanes for Emulated {
         }
     }
     #[inline(always)]
-    fn compress_u(m: M, v: U, to: &mut [u32]) {
+    fn compress_u(m: M<N>, v: U<N>, to: &mut [u32]) {
         let mut rest = to[..N].iter_mut();
         for (value, _) in v.0.iter().zip(m.0).filter(|(_, set)| *set) {
             if let Some(place) = rest.next() {

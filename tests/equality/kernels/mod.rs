@@ -33,14 +33,16 @@ const GUARDS: usize = 32;
 /// A float that no kernel gives.
 const GUARD: f32 = f32::from_bits(0xdead_beef);
 
-/// Every kind of lanes that this processor has.
+/// Every kind of lanes; one that this processor lacks is emulated.
 fn lane_kinds() -> impl Iterator<Item = LaneKind> {
-    LaneKind::ALL.into_iter().filter(|lanes| lanes.is_available())
+    LaneKind::ALL.into_iter()
 }
 
 /// Tells how many cases a kernel has passed, and on which lanes, past the capture of the test harness.
 fn tell(count: usize, kernel: &str) {
-    let lanes: Vec<String> = lane_kinds().map(|lanes| format!("{lanes:?}")).collect();
+    let name =
+        |lanes: LaneKind| format!("{lanes:?}{}", if lanes.is_available() { "" } else { " (emulated)" });
+    let lanes: Vec<String> = lane_kinds().map(name).collect();
     cases::tell("equality", count, &format!("cases of {kernel} equal on {}", lanes.join(", ")));
 }
 
