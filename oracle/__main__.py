@@ -109,9 +109,8 @@ def _images(args: argparse.Namespace) -> bool:
 def _ssim_series(args: argparse.Namespace) -> bool:
     from oracle import series
 
-    for scene in _named(args):
-        for line in series.measure(scene, args.most):
-            print(line, flush=True)
+    for points in series.measure_all(_named(args), args.most):
+        print(*points, sep="\n", flush=True)
     return True
 
 

@@ -24,6 +24,11 @@ from oracle.ztest import Verdict
 
 # Times the standard error at which a pixel of the difference image is fully red or blue.
 FULL_COLOUR = 5.0
+# How figure 8 draws the two engines; the paper's stages are thin lines.
+FIGURE_STYLES = {
+    "reference": {"color": "black", "linewidth": 2.5},
+    "fast": {"color": "white", "linewidth": 0, "marker": "o", "markersize": 4, "markeredgecolor": "black"},
+}
 
 
 @dataclass(frozen=True)
@@ -137,27 +142,24 @@ def _difference(ours: judge.Renders, expected: truth.Truth) -> str:
 
 
 def _figure(most: int) -> str:
+    """Panels of scenes: the reference's line, fast's dots on it, and the paper's stages."""
     mpl.rcParams["svg.hashsalt"] = "sppm"
-    figure = Figure(figsize=(9, 5), layout="constrained")
-    axes = figure.subplots()
-    for index, scene in enumerate(sppm.SCENES):
-        points = list(series.measure(scene, most))
-        for engine, style in (("reference", "-"), ("fast", ":")):
-            of_engine = [point for point in points if point.what == engine]
-            axes.plot(
-                [point.iterations for point in of_engine],
-                [point.ssim for point in of_engine],
-                style,
-                color=f"C{index}",
-                marker="o" if engine == "fast" else None,
-                markersize=4,
-                label=scene if engine == "reference" else None,
-            )
-    axes.set_xscale("log", base=2)
-    axes.set_xlabel("iterations (lines: reference; dots: fast)")
-    axes.set_ylabel("SSIM")
-    axes.grid(alpha=0.3)
-    axes.legend()
+    figure = Figure(figsize=(11, 6), layout="constrained")
+    panels = figure.subplots(2, 3, sharex=True, sharey=True).flat
+    measured = series.measure_all(sppm.PAPER_SCENES, most)
+    for scene, points, axes in zip(sppm.PAPER_SCENES, measured, panels, strict=False):
+        for what in dict.fromkeys(point.what for point in points):
+            some = [(point.iterations, point.ssim) for point in points if point.what == what]
+            axes.plot(*zip(*some, strict=True), label=what, **FIGURE_STYLES.get(what, {"linewidth": 1}))
+        axes.set_xscale("log", base=2)
+        axes.set_title(scene, fontsize="medium")
+        axes.grid(alpha=0.3)
+    handles, labels = axes.get_legend_handles_labels()
+    last = figure.axes[-1]
+    last.set_axis_off()
+    last.legend(handles, labels, loc="center")
+    figure.supxlabel("iterations")
+    figure.supylabel("SSIM")
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=110)
     return _inline(buffer.getvalue())

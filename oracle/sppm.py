@@ -16,7 +16,8 @@ import numpy as np
 from oracle import images
 
 ROOT = Path(__file__).resolve().parent.parent
-SCENES = ("cornell", "large", "mirror", "random", "surgery", "focus", "motion")
+PAPER_SCENES = ("cornell", "large", "mirror", "random", "surgery")
+SCENES = (*PAPER_SCENES, "focus", "motion")
 # Segments after which nothing of an image is left to be seen; truth knows no limit.
 DEEP = 64
 
@@ -57,8 +58,8 @@ class Render:
     seed: int = 1
     engine: str = "fast"
 
-    def options(self) -> list[str]:
-        """The options of the command line."""
+    def settings(self) -> list[str]:
+        """The options that state the settings."""
         values = {
             "width": self.width,
             "height": self.height,
@@ -67,9 +68,12 @@ class Render:
             "radius": self.radius,
             "depth": self.depth,
             "seed": self.seed,
-            "engine": self.engine,
         }
         return [f"--{name}={value}" for name, value in values.items()]
+
+    def options(self) -> list[str]:
+        """The options of the command line."""
+        return [*self.settings(), f"--engine={self.engine}"]
 
     def image(self) -> np.ndarray:
         """Linear radiance, (height, width, 3) of float32."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from oracle import images, metrics, sppm
+from oracle import images, metrics, series, sppm
 
 TINY = ["--width=24", "--height=16", "--iterations=2", "--photons=2000", "--quiet"]
 
@@ -83,3 +83,13 @@ def test_ours_agrees_with_sppm_compare(rendered: Path) -> None:
     a, b = rendered / "image.exr", rendered / "image.png"
     theirs = json.loads(sppm.run("compare", b, a, "--json"))
     assert metrics.compare(images.read(b), images.read(a)).psnr == pytest.approx(theirs["psnr"], abs=0.5)
+
+
+def test_the_series_has_both_engines_alike_and_every_stage() -> None:
+    points = list(series.measure("cornell", 4))
+    of = {what: [p.ssim for p in points if p.what == what] for what in {p.what for p in points}}
+    assert sorted(of) == ["fast", "reference", *(f"stage {k}" for k in range(7))]
+    assert of["fast"] == of["reference"]
+    # More iterations are nearer to the converged image; stages have other random numbers, hence other noise.
+    assert all(0 < first < second < 1 for first, second in of.values())
+    assert len({second for _, second in of.values()}) > 3

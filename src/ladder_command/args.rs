@@ -80,8 +80,14 @@ pub(crate) struct AlsoArgs {
     #[arg(long, conflicts_with = "sweep")]
     pub quality: bool,
 
+    /// Write the rows' images into a folder instead of timing them: of 2, 4, 8, ... iterations, up to all
+    ///
+    /// They are called SCENE-ROW-ITERATIONS.pfm. A row renders once, on its way to the last.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["sweep", "repeat", "roofline", "similarity", "quality", "csv", "plots"])]
+    pub images: Option<PathBuf>,
+
     /// Time generators of random numbers instead of rows
-    #[arg(long, conflicts_with_all = ["scene", "rows", "sweep", "rng", "repeat", "quick", "roofline", "similarity", "quality", "plots"])]
+    #[arg(long, conflicts_with_all = ["scene", "rows", "sweep", "rng", "repeat", "quick", "roofline", "similarity", "quality", "images", "plots"])]
     pub numbers: bool,
 }
 

@@ -2,6 +2,7 @@
 
 pub(crate) mod args;
 pub(crate) mod cases;
+mod films;
 mod measure;
 mod numbers;
 mod passes;
@@ -36,9 +37,11 @@ pub(crate) fn run(args: &LadderArgs) -> Result<(), Error> {
     if let Some(csv) = &args.csv {
         atomic_file::check(csv).map_err(|error| Error::BadInput(format!("--csv: {error}")))?;
     }
-    if let Some(folder) = args.plots.as_ref().filter(|folder| !folder.is_dir()) {
-        let folder = folder.display();
-        return Err(Error::BadInput(format!("--plots: {folder} is not a folder; make it first")));
+    for (option, folder) in [("--plots", &args.plots), ("--images", &args.also.images)] {
+        if let Some(folder) = folder.as_ref().filter(|folder| !folder.is_dir()) {
+            let folder = folder.display();
+            return Err(Error::BadInput(format!("{option}: {folder} is not a folder; make it first")));
+        }
     }
     if args.also.numbers {
         return numbers::run(args.csv.as_deref());
@@ -49,6 +52,9 @@ pub(crate) fn run(args: &LadderArgs) -> Result<(), Error> {
     let cases = cases::cases(args)?;
     let rows = rows(args);
     let options = Options { random: args.rng.into(), ..Options::paper() };
+    if let Some(folder) = &args.also.images {
+        return films::write(folder, &cases, &rows, &options);
+    }
     let repeat = args.repeat.unwrap_or(if args.quick { 1 } else { 3 });
     let runs = measure(&cases, &rows, &options, repeat)?;
     let measured = Measured { rows: &rows, cases: &cases, runs: &runs, sweep: args.sweep };

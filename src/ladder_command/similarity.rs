@@ -2,6 +2,7 @@
 
 use super::Measured;
 use super::cases::Case;
+use super::films::films;
 use super::plots::{Series, lines, save};
 use super::roofline::table;
 use crate::compare::compare;
@@ -30,7 +31,9 @@ pub(super) fn compared(measured: &Measured, options: &Options) -> Result<Similar
         for row in measured.rows {
             progress.step(done, &format!("{name} row {}", row.name));
             done += 1;
-            let films = films(&cases, row, options);
+            let counts = cases.iter().map(|case| case.settings.iterations);
+            let films: Vec<Film> =
+                cases.last().map_or_else(Vec::new, |case| films(case, row, options, counts).collect());
             if first.is_empty() {
                 first.clone_from(&films);
             }
@@ -42,19 +45,6 @@ pub(super) fn compared(measured: &Measured, options: &Options) -> Result<Similar
     }
     progress.clear();
     Ok(Similarity { ssim })
-}
-
-/// What a row has rendered after the iterations of each case; fewer are the beginning of more.
-fn films(cases: &[&Case], row: &Row, options: &Options) -> Vec<Film> {
-    let Some(last) = cases.last() else { return Vec::new() };
-    let mut rung = row.start(&last.scene, &last.settings, options);
-    let film = |case: &&Case| {
-        while rung.iterations() < case.settings.iterations {
-            rung.iterate();
-        }
-        rung.develop()
-    };
-    cases.iter().map(film).collect()
 }
 
 /// A comparison as a line of a table.

@@ -140,9 +140,28 @@ fn generators_are_timed_and_told() {
 }
 
 #[test]
+fn images_are_those_of_renders_with_fewer_iterations() {
+    let sandbox = Sandbox::new();
+    std::fs::create_dir(sandbox.path("images")).unwrap();
+    let settings = ["--width=24", "--height=16", "--photons=2000"];
+    let args = ["ladder", "--scene", "cornell", "--rows", "6,fast", "--images", "images", "--iterations=5"];
+    let ended = sandbox.run([&args[..], &settings].concat());
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    for iterations in ["2", "4", "5"] {
+        let args = ["render", "cornell", "-q", "-o", "render.pfm", "--iterations", iterations];
+        assert_eq!(sandbox.run([&args[..], &settings].concat()).code, Some(0));
+        let of_row = |row| sandbox.bytes(&format!("images/cornell-{row}-{iterations}.pfm"));
+        assert!(of_row("fast") == sandbox.bytes("render.pfm"), "{iterations}");
+        assert_eq!(of_row("6").len(), of_row("fast").len());
+        assert!(of_row("6") != of_row("fast"), "{iterations}");
+    }
+    assert_eq!(std::fs::read_dir(sandbox.path("images")).unwrap().count(), 6);
+}
+
+#[test]
 fn what_cannot_be_run_is_refused() {
     let sandbox = Sandbox::new();
-    let cases: [(&[&str], &[&str]); 8] = [
+    let cases: [(&[&str], &[&str]); 10] = [
         (&["--similarity", "--sweep", "depth"], &["--similarity", "--sweep iterations"]),
         (&["--numbers", "--quick"], &["--numbers", "--quick"]),
         (&["--rows", "7"], &["--rows", "\"7\"", "is no row", "kdtree-own and fast"]),
@@ -150,6 +169,8 @@ fn what_cannot_be_run_is_refused() {
         (&["--scene", "cornell", "--sweep", "spheres"], &["--sweep spheres", "too few balls", "random"]),
         (&["--scene", "kornell"], &["\"kornell\"", "did you mean cornell?"]),
         (&["--plots", "missing"], &["--plots", "missing is not a folder"]),
+        (&["--images", "missing"], &["--images", "missing is not a folder"]),
+        (&["--images", ".", "--sweep", "depth"], &["--images", "--sweep"]),
         (&["--csv", "missing/a.csv"], &["--csv", "missing"]),
     ];
     for (args, words) in cases {
