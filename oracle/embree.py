@@ -33,6 +33,11 @@ WALL = 2.0
 EPSILON = 2.0**-24
 # Roundings that a term may be off by, of both programs together; a fault in the third digit is far beyond.
 ROUNDINGS = 8
+# The same for an edge of a triangle, from a ray's origin at the edge's distance. Embree asks on which side of the edge a
+# ray passes by dot(cross(a - b, a + b), direction), a and b relative to the origin: the differences are off by one
+# rounding, the sum by one more, the edge by one, the cross product by three and the dot product by three. That is nine in
+# each of three components, with one for ours: 10 sqrt(3).
+EDGE_ROUNDINGS = 17.4
 BATCH = 200_000
 
 
@@ -174,6 +179,7 @@ class Triangles:
     """A scene of tessellated spheres in Embree."""
 
     name = "triangles"
+    roundings = EDGE_ROUNDINGS
 
     def __init__(self, scene: str, world: Spheres) -> None:
         random = np.random.default_rng(7)
@@ -232,6 +238,7 @@ class AnalyticSpheres:
     """A scene of Embree's own spheres (RTC_GEOMETRY_TYPE_SPHERE_POINT)."""
 
     name = "spheres"
+    roundings = float(ROUNDINGS)
 
     _SPHERE_POINT, _VERTEX, _FLOAT4, _ROBUST = 50, 1, 0x9004, 1 << 2
     # RTCRayHit in 4-byte words: origin 0..3, direction 4..7, tfar 8, Ng 12..15, geomID 18; with room to spare.
@@ -315,7 +322,7 @@ def judge(scene: str, world: Spheres, other: Triangles | AnalyticSpheres, rays: 
         # Where the surface of `sphere` is met, by either program: roundings included. Nowhere, for a miss.
         index = np.maximum(sphere, 0)
         low, high = np.minimum(inner, world.radii)[index], np.maximum(outer, world.radii)[index]
-        noise = ROUNDINGS * EPSILON * np.linalg.norm(world.centers[index] - rays[:, :3], axis=1)
+        noise = other.roundings * EPSILON * np.linalg.norm(world.centers[index] - rays[:, :3], axis=1)
         found = geometry.crossing(rays[:, :3], rays[:, 3:], world.centers[index], low - noise, high + noise)
         extra = rounding(rays, world, index)
         is_hit = sphere >= 0
