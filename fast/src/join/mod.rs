@@ -139,3 +139,16 @@ pub(crate) fn gather_group<L: Lanes>(
 fn safe_surface(sphere: u32) -> u32 {
     sphere | SAFE
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_are_looked_up_within_the_radius_and_hardly_beyond() {
+        for radius in [1e-3_f32, 0.1, 1.0, 7.0, 1e5] {
+            let (reached, radius) = (f64::from(reach(radius * radius)), f64::from(radius));
+            assert!(radius < reached && reached < 1.000_003 * radius, "{reached} of {radius}");
+        }
+    }
+}
