@@ -561,6 +561,12 @@ mod tests {
     use super::*;
 
     #[test]
+    fn cells_shrink_as_more_photons_count() {
+        assert_eq!([1.0, 16.0, 1e9].map(|neighbours| fitting_cells(5.0, neighbours)), [5.0, 2.5, 1.0]);
+        assert_eq!(fitting_cells(12.0, 0.0), 6.0);
+    }
+
+    #[test]
     fn typical_radii_are_those_of_pixels_that_count_photons() {
         let pixel = |n, radius: f32| Row([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, n, radius * radius]);
         // In three chunks, the last of which is short.
