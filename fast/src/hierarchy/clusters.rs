@@ -146,13 +146,15 @@ mod tests {
 
     #[test]
     fn bounding_spheres_hold_their_balls_and_hardly_more() {
-        // A long row, and balls far from the origin: around their mean both are far too large.
+        // A long row, and balls far from the origin: around their mean both are far too large. A ball by itself.
         let row = |k: u32| ([(k * k) as f32, 0.0, 0.0], 0.5);
         let far = |k: u32| ([100.0 + k as f32, 50.0 * (k % 2) as f32, -30.0], 1.0 + k as f32);
         // What holds the balls at both ends of the row, and the greatest of the others with the farthest of it.
-        for (places, least) in
-            [((0..8).map(row).collect::<Vec<_>>(), 25.0), ((0..8).map(far).collect(), 32.5)]
-        {
+        for (places, least) in [
+            ((0..8).map(row).collect::<Vec<_>>(), 25.0),
+            ((0..8).map(far).collect(), 32.5),
+            (vec![([0.0; 3], 1.0)], 1.0),
+        ] {
             let ball = |(center, radius): ([f32; 3], f32)| Ball { center: center.into(), radius, sphere: 0 };
             let balls: Vec<Ball> = places.into_iter().map(ball).collect();
             let [x, y, z, radius_squared] = bounding_sphere(&balls);
