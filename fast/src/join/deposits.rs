@@ -280,3 +280,19 @@ impl BinWork<'_> {
         self.starts.iter_mut().for_each(|start| *start += self.first);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sorted_deposits_take_their_room_and_what_vectors_read_behind() {
+        let mut sorted = Sorted::new();
+        assert_eq!(sorted.bytes(), 0);
+        let cells = Cells::new(1.0, 1 << 12);
+        sorted.fill(&[], cells);
+        let coordinates = 3 * size_of::<f32>() * with_margin(MOST_LANES as u64) as usize;
+        let of_buckets = size_of::<u32>() * ((1 << 12) + 1) + (1 << 12) / 8 + 1;
+        assert_eq!((sorted.count(), sorted.bytes()), (0, coordinates + of_buckets));
+    }
+}
