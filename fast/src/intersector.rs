@@ -1,7 +1,7 @@
 //! The engine's ray queries by themselves, for tests and benches.
 
 use crate::dispatch::{Kernel, LaneKind, dispatch};
-use crate::hierarchy::{BLOCKED, Rays, Scratch, Search};
+use crate::hierarchy::{BLOCKED, Rays, Scratch, Search, Work};
 use crate::intersect::{RayLanes, occluded};
 use crate::lanes::{Lanes, MOST_LANES};
 use crate::paths::{BATCH, Paths, ROOM, Words};
@@ -34,7 +34,7 @@ impl Intersector {
 
     /// Distance and sphere of each ray's nearest hit; an infinite distance where there is none.
     pub fn nearest(&self, rays: &[Ray]) -> Vec<(f32, SphereId)> {
-        dispatch(self.lanes, Nearest { tables: &self.tables, rays })
+        dispatch(self.lanes, Nearest { tables: &self.tables, rays }).0
     }
 
     /// What each ray meets, with the surface there; `None` where it meets nothing.
@@ -44,7 +44,14 @@ impl Intersector {
 
     /// Which rays meet a surface other than `light` nearer than `t`; one of each per ray.
     pub fn occluded(&self, rays: &[Ray], t: &[f32], lights: &[SphereId]) -> Vec<bool> {
-        dispatch(self.lanes, Occluded { tables: &self.tables, rays, t, lights })
+        dispatch(self.lanes, Occluded { tables: &self.tables, rays, t, lights }).0
+    }
+
+    /// What it takes to find the rays' nearest hits, and whether they meet a surface other than `light` nearer than `t`.
+    pub fn work(&self, rays: &[Ray], t: &[f32], lights: &[SphereId]) -> [Work; 2] {
+        let tables = &self.tables;
+        let nearest = dispatch(self.lanes, Nearest { tables, rays }).1;
+        [nearest, dispatch(self.lanes, Occluded { tables, rays, t, lights }).1]
     }
 }
 
@@ -140,7 +147,7 @@ struct Nearest<'a> {
 }
 
 impl Kernel for Nearest<'_> {
-    type Output = Vec<(f32, SphereId)>;
+    type Output = (Vec<(f32, SphereId)>, Work);
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
         let (mut paths, mut scratch) = (Paths::new(), Scratch::new());
@@ -150,7 +157,7 @@ impl Kernel for Nearest<'_> {
             intersect_batch::<L>(self.tables, &mut paths, &mut scratch, rays.len());
             found.extend(paths.t.iter().copied().zip(paths.hit).take(rays.len()));
         }
-        found
+        (found, scratch.work())
     }
 }
 
@@ -162,7 +169,7 @@ struct Occluded<'a> {
 }
 
 impl Kernel for Occluded<'_> {
-    type Output = Vec<bool>;
+    type Output = (Vec<bool>, Work);
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
         let (mut paths, mut scratch) = (Paths::new(), Scratch::new());
@@ -176,7 +183,7 @@ impl Kernel for Occluded<'_> {
             occlude_batch::<L>(self.tables, &mut paths, &lights, &mut scratch, t.len());
             found.extend(paths.t[..t.len()].iter().map(|t| *t == BLOCKED));
         }
-        found
+        (found, scratch.work())
     }
 }
 

@@ -60,7 +60,7 @@ mod trace;
 mod vec3;
 
 pub use dispatch::LaneKind;
-pub use hierarchy::{Search, ball_count};
+pub use hierarchy::{Search, Work, ball_count};
 pub use intersector::{Intersector, Met};
 pub use parameters::{Parameter, ParameterError, Parameters, Values};
 pub use sppm::{DEPOSITS_AT_ONCE, Sppm};

@@ -1,7 +1,7 @@
 //! Pairs of a ray and a ball that it may meet, gathered until they fill the lanes.
 
 use super::leaves::WIDTH;
-use super::{Rays, key};
+use super::{Rays, Work, key};
 use crate::intersect::meet;
 use crate::lanes::{Lanes, MOST_LANES, Row};
 use crate::paths::ROOM;
@@ -20,6 +20,8 @@ pub(crate) struct Candidates {
     pub(crate) rays: Box<[u32; CANDIDATE_ROOM]>,
     pub(crate) balls: Box<[u32; CANDIDATE_ROOM]>,
     pub(crate) count: usize,
+    /// All that has been done.
+    pub(crate) work: Work,
 }
 
 impl Candidates {
@@ -29,6 +31,7 @@ impl Candidates {
             rays: Box::new([0; CANDIDATE_ROOM]),
             balls: Box::new([0; CANDIDATE_ROOM]),
             count: 0,
+            work: Work::default(),
         }
     }
 
@@ -50,6 +53,7 @@ impl Candidates {
     /// Lowers the keys of the rays to those of the hits among the candidates, and forgets these.
     #[inline(always)]
     pub(crate) fn evaluate<L: Lanes>(&mut self, surfaces: &[Row], keys: &mut [u64; ROOM]) {
+        self.work.balls += self.count as u64;
         for at in (0..self.count).step_by(L::N) {
             let (rays, balls) = (&self.rays[at..at + L::N], &self.balls[at..at + L::N]);
             let [ox, oy, oz, dx, dy, dz, leaves, passes] = L::gather_rows(&self.rows[..], rays);

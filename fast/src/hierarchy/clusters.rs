@@ -77,6 +77,7 @@ impl Clusters {
             candidates.take_rays::<L>(rays, at, origin, direction);
             self.enqueue::<L>(origin, direction, live, at, queues);
         }
+        candidates.work.boxes += queues.counts.iter().sum::<usize>() as u64;
         for (leaf, (waiting, count)) in self.leaves.iter().zip(queues.waiting.iter().zip(&queues.counts)) {
             for at in (0..*count).step_by(L::N) {
                 sift::<L>(leaf, &waiting[at..], L::first(*count - at), candidates);

@@ -63,6 +63,20 @@ impl Scratch {
     pub(crate) fn new() -> Self {
         Self { queues: Queues::default(), wave: Wave::new(), candidates: Candidates::new() }
     }
+
+    /// All that searches have done on it.
+    pub(crate) fn work(&self) -> Work {
+        self.candidates.work
+    }
+}
+
+/// What searches have done. No image depends on it, but the time does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Boxes of a tree, or clusters, that rays have entered.
+    pub boxes: u64,
+    /// Balls that were tried by the whole formula.
+    pub balls: u64,
 }
 
 /// How many balls there are: spheres that are met from outside, solid or glass.

@@ -187,6 +187,7 @@ impl Tree {
         keys: &mut [u64; ROOM],
     ) -> usize {
         let popped = wave.pop::<ANY>(live, keys, t);
+        candidates.work.boxes += (popped.nodes + popped.leaves) as u64;
         for k in 0..popped.nodes {
             let (ray, place) = wave.at_nodes[k];
             self.visit_node::<L::Eight>(wave, ray as usize, place, keys);

@@ -13,6 +13,7 @@ mod rays;
 mod sampling;
 mod scattering;
 mod streams;
+mod work;
 
 use crate::cases;
 use crate::pair::effort;

@@ -1,0 +1,65 @@
+//! How much the engine does for an image, counted. No bit depends on it, so no other test would notice if bounds grew
+//! so loose that everything is tried; here every such change shows. If one is meant, say so and state the new numbers.
+
+use super::inputs::{scattered, scene_of};
+use super::tell;
+use fast::{Intersector, LaneKind, Search, Sppm};
+use scene::ray::NO_SPHERE;
+use scene::{Engine, Settings, Vec3};
+
+/// Back ends may fuse a product and a sum where bounds are compared, and round some of them the other way.
+const NEAR: f64 = 2e-3;
+
+#[track_caller]
+fn assert_near(actual: &[u64], expected: &[u64], what: &str) {
+    let is_near = |(&a, &e): (&u64, &u64)| (a as f64 - e as f64).abs() <= NEAR * e as f64;
+    assert!(actual.len() == expected.len() && actual.iter().zip(expected).all(is_near), "{what}: {actual:?}");
+}
+
+/// Boxes and balls of nearest hits, then of short shadow rays.
+#[test]
+fn searches_try_few_balls() {
+    let cases = [
+        (60, Search::Clusters, [1963, 749, 1963, 749]),
+        (1000, Search::Clusters, [4606, 1803, 4606, 1803]),
+        (1000, Search::Tree, [6076, 992, 4853, 698]),
+        (20_000, Search::Tree, [8208, 1242, 6026, 841]),
+    ];
+    for (count, search, expected) in cases {
+        let (spheres, rays) = scattered(count, 1, 1000, 900);
+        let scene = scene_of(spheres, Vec3::splat(1e3));
+        let intersector = Intersector::with_search(&scene.at(0.0), LaneKind::Emulated, search);
+        let (limits, lamps) = (vec![2.0; rays.len()], vec![NO_SPHERE; rays.len()]);
+        let work = intersector.work(&rays, &limits, &lamps).map(|work| [work.boxes, work.balls]);
+        assert_near(work.as_flattened(), &expected, &format!("{count} balls, {search:?}"));
+    }
+    tell(cases.len(), "searches' work");
+}
+
+/// Pairs whose distance is tested, and bytes held, which tell how many photons were kept.
+#[test]
+fn joins_test_few_pairs() {
+    let cases = [
+        ("cornell", [1_267_767, 4_516_577]),
+        ("large", [53_199, 2_235_597]),
+        ("mirror", [83_819, 2_418_117]),
+        ("random", [289_889, 2_781_297]),
+        ("surgery", [214_121, 2_521_345]),
+    ];
+    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    for (name, expected) in cases {
+        let scene = scene::builtin::scene(name).unwrap();
+        let settings = Settings {
+            width: 128,
+            height: 96,
+            photons_per_iteration: 20_000,
+            initial_radius: 2.0,
+            ..scene.settings
+        };
+        let mut engine = Sppm::with_lanes(&scene, &settings, LaneKind::Emulated);
+        one_thread.install(|| (0..3).for_each(|_| engine.iterate()));
+        let stats = engine.stats();
+        assert_near(&[stats.candidates, stats.bytes], &expected, name);
+    }
+    tell(cases.len(), "joins' work");
+}
