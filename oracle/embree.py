@@ -33,10 +33,10 @@ WALL = 2.0
 EPSILON = 2.0**-24
 # Roundings that a term may be off by, of both programs together; a fault in the third digit is far beyond.
 ROUNDINGS = 8
-# The same for an edge of a triangle, from a ray's origin at the edge's distance. Embree asks on which side of the edge a
-# ray passes by dot(cross(a - b, a + b), direction), a and b relative to the origin: the differences are off by one
-# rounding, the sum by one more, the edge by one, the cross product by three and the dot product by three. That is nine in
-# each of three components, with one for ours: 10 sqrt(3).
+# The same for an edge of a triangle, from a ray's origin at the edge's distance. Embree asks on which side of the edge
+# a ray passes by dot(cross(a - b, a + b), direction), a and b relative to the origin: the differences are off by one
+# rounding, the sum by one more, the edge by one, the cross product by three and the dot product by three. That is nine
+# in each of three components, with one for ours: 10 sqrt(3).
 EDGE_ROUNDINGS = 17.4
 BATCH = 200_000
 
