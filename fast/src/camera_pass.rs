@@ -217,7 +217,7 @@ impl CameraPass<'_> {
         let (mut slots, mut words) = ([0; MOST_LANES], [0; MOST_LANES]);
         L::store_u(p.slot, &mut slots);
         for (word, slot) in words.iter_mut().zip(slots).take(L::N) {
-            let (tile, place) = (slot as usize / TILE % (BATCH / TILE), slot as usize % TILE);
+            let (tile, place) = (slot as usize / TILE % shifts.len(), slot as usize % TILE);
             *word = self.tiles.digits[d][place] ^ shifts[tile][d];
         }
         unit_float::<L>(L::load_u(&words) + L::u(moved_on(self.iteration, d)))

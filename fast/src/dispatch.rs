@@ -25,21 +25,25 @@ impl LaneKind {
         #[cfg(target_arch = "x86_64")]
         match self {
             Self::Emulated => true,
-            Self::Avx2 => {
-                is_x86_feature_detected!("avx2")
-                    && is_x86_feature_detected!("fma")
-                    && is_x86_feature_detected!("bmi1")
-                    && is_x86_feature_detected!("bmi2")
-                    && is_x86_feature_detected!("lzcnt")
-                    && is_x86_feature_detected!("popcnt")
-            }
-            Self::Avx512 => {
-                is_x86_feature_detected!("avx512f")
-                    && is_x86_feature_detected!("avx512bw")
-                    && is_x86_feature_detected!("avx512dq")
-                    && is_x86_feature_detected!("avx512vl")
-                    && Self::Avx2.is_available()
-            }
+            Self::Avx2 => [
+                is_x86_feature_detected!("avx2"),
+                is_x86_feature_detected!("fma"),
+                is_x86_feature_detected!("bmi1"),
+                is_x86_feature_detected!("bmi2"),
+                is_x86_feature_detected!("lzcnt"),
+                is_x86_feature_detected!("popcnt"),
+            ]
+            .into_iter()
+            .all(|has_it| has_it),
+            Self::Avx512 => [
+                is_x86_feature_detected!("avx512f"),
+                is_x86_feature_detected!("avx512bw"),
+                is_x86_feature_detected!("avx512dq"),
+                is_x86_feature_detected!("avx512vl"),
+                Self::Avx2.is_available(),
+            ]
+            .into_iter()
+            .all(|has_it| has_it),
         }
         #[cfg(not(target_arch = "x86_64"))]
         {
@@ -98,4 +102,53 @@ fn run_on_avx2<K: Kernel>(kernel: K) -> K::Output {
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512bw,avx512dq,avx512vl")]
 fn run_on_avx512<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Avx512>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::any::type_name;
+
+    struct Name;
+    impl Kernel for Name {
+        type Output = &'static str;
+        #[inline(always)]
+        fn run<L: Lanes>(self) -> Self::Output {
+            type_name::<L>()
+        }
+    }
+
+    #[test]
+    fn kernels_run_on_the_lanes_that_they_are_sent_to() {
+        let name = |kind: LaneKind, own: &'static str, emulated: &'static str| {
+            if kind.is_available() { own } else { emulated }
+        };
+        let (eight, sixteen) = (type_name::<Emulated<8>>(), type_name::<Emulated<16>>());
+        assert_eq!(dispatch(LaneKind::Emulated, Name), eight);
+        #[cfg(target_arch = "x86_64")]
+        {
+            let avx2 = name(LaneKind::Avx2, type_name::<Avx2>(), eight);
+            assert_eq!(dispatch(LaneKind::Avx2, Name), avx2);
+            assert_eq!(on_avx2(Name).ok(), LaneKind::Avx2.is_available().then_some(avx2));
+            let avx512 = name(LaneKind::Avx512, type_name::<Avx512>(), sixteen);
+            assert_eq!(dispatch(LaneKind::Avx512, Name), avx512);
+        }
+    }
+
+    /// By what the system says, which has been told by the same processor, but not by our means.
+    #[cfg(all(target_arch = "x86_64", target_os = "linux"))]
+    #[test]
+    fn lanes_are_available_where_the_processor_has_all_they_need() {
+        let Ok(told) = std::fs::read_to_string("/proc/cpuinfo") else { return };
+        let Some(flags) = told.lines().find(|line| line.starts_with("flags")) else { return };
+        let has =
+            |names: &str| names.split(' ').all(|name| flags.split_whitespace().any(|flag| flag == name));
+        // "abm" is LZCNT and POPCNT as AMD brought them.
+        let avx2 = has("avx2 fma bmi1 bmi2 abm popcnt");
+        let avx512 = avx2 && has("avx512f avx512bw avx512dq avx512vl");
+        assert_eq!(LaneKind::ALL.map(LaneKind::is_available), [true, avx2, avx512]);
+        let best =
+            [LaneKind::Emulated, LaneKind::Avx2, LaneKind::Avx512][usize::from(avx2) + usize::from(avx512)];
+        assert_eq!(LaneKind::best(), best);
+    }
 }

@@ -91,14 +91,15 @@ impl Kernel for Surfaces<'_> {
             fill(&mut paths, rays);
             intersect_batch::<L>(self.tables, &mut paths, &mut scratch, rays.len());
             for at in (0..rays.len()).step_by(L::N) {
-                let (t, hit, arrived) = hits::<L>(&paths, at, L::first(rays.len() - at));
+                let rest = rays.len() - at;
+                let (t, hit, arrived) = hits::<L>(&paths, at, L::first(rest));
                 let mut ids = [0; MOST_LANES];
                 L::store_u(hit, &mut ids);
                 let (origin, direction) = (paths.origin.load::<L>(at), paths.direction.load::<L>(at));
                 let surface = Surface::<L>::at(self.tables, origin, direction, t, &ids);
                 let material = Materials::<L>::of(self.tables, surface.tag);
                 let met = met::<L>(t, &surface, &material, L::mask_bits(arrived), &ids);
-                found.extend_from_slice(&met[..L::N.min(rays.len() - at)]);
+                found.extend_from_slice(&met[..L::N.min(rest)]);
             }
         }
         found

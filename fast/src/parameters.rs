@@ -54,7 +54,8 @@ impl Parameter {
         let is_allowed = match self.values {
             Values::Any => true,
             Values::Whole => value.fract() == 0.0,
-            Values::PowersOfTwo => value > 0.0 && value.log2().fract() == 0.0,
+            // The logarithm of what is not above zero, and of an infinity, has no fraction that is zero.
+            Values::PowersOfTwo => value.log2().fract() == 0.0,
         };
         if is_allowed && (self.least..=self.most).contains(&value) {
             return Ok(());

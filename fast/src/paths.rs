@@ -12,6 +12,9 @@ pub(crate) const BATCH: usize = 256;
 /// Room for what vectors write past the end.
 pub(crate) const ROOM: usize = BATCH + MOST_LANES;
 
+// As above.
+const _: () = assert!(ROOM * 14 * 4 <= 15 << 10);
+
 /// An array of the batch.
 pub(crate) type Floats = [f32; ROOM];
 /// An array of the batch.

@@ -198,7 +198,8 @@ impl PhotonPass<'_> {
                 weight: V3::new(r, g, b),
                 leaves: L::bits(lamp) & L::u(!INWARDS),
                 stream: stream_state::<L>(key, L::u(start) + L::iota()),
-                slot: L::u(start) + L::iota(),
+                // Nobody asks which photon a deposit came from.
+                slot: L::u(0),
             };
             let free = L::first(count - at) & self.is_free(origin, &index);
             let [u, v, roulette] = dimension::FIRST_BOUNCE;

@@ -2,6 +2,8 @@
 
 mod memory;
 mod state;
+#[cfg(test)]
+mod tests;
 
 use crate::camera_pass::{CameraBatch, CameraCounts, CameraPass, PixelRows, TileTable, slot_of, slots};
 use crate::consolidate::{consolidate_group, develop, new_pixel};
@@ -287,17 +289,11 @@ impl<'a> Sppm<'a> {
 
     /// Adds the sorted deposits to the sums if there are any, and consolidates if this is the last round.
     fn join_round(&mut self, cells: Cells, is_last: bool, nominal: f32, stop: &Stop) {
-        let groups = self.pixels.len() / GROUP;
         let (lanes, sorted) = (self.lanes, &self.sorted);
         let per_job = self.parameters.pixels_per_job as usize;
-        let groups_per_job = per_job / GROUP;
-        let mut no_sums: Vec<&mut [Sums]> = Vec::new();
-        let sums: Vec<&mut [Sums]> = if self.sums.is_empty() {
-            no_sums.resize_with(groups.div_ceil(groups_per_job), Default::default);
-            no_sums
-        } else {
-            self.sums.chunks_mut(groups_per_job).collect()
-        };
+        // None for any job, where one round suffices.
+        let mut sums: Vec<&mut [Sums]> = self.sums.chunks_mut(per_job / GROUP).collect();
+        sums.resize_with(self.pixels.len().div_ceil(per_job), Default::default);
         let jobs = self.pixels.par_chunks_mut(per_job).zip(self.rows.par_chunks(per_job)).zip(sums);
         let counts: Vec<JoinCounts> = singly(jobs)
             .map(|((pixels, rows), sums)| {
@@ -333,7 +329,7 @@ impl<'a> Sppm<'a> {
             iteration: self.iterations,
             cells,
             occupancy: &occupancy,
-            reach: radii.largest * 1.001,
+            reach: radii.largest,
             slack: rounding_of_points(&p.still),
             shifts,
             at_once: photons_per_batch as usize,
@@ -553,47 +549,5 @@ impl Kernel for JoinJob<'_> {
             }
         }
         counts
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn cells_shrink_as_more_photons_count() {
-        assert_eq!([1.0, 16.0, 1e9].map(|neighbours| fitting_cells(5.0, neighbours)), [5.0, 2.5, 1.0]);
-        assert_eq!(fitting_cells(12.0, 0.0), 6.0);
-    }
-
-    #[test]
-    fn typical_radii_are_those_of_pixels_that_count_photons() {
-        let pixel = |n, radius: f32| Row([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, n, radius * radius]);
-        // In three chunks, the last of which is short.
-        let mut pixels = vec![pixel(0.0, 9.0); 2 * RADII_AT_ONCE + 5];
-        for at in [1, RADII_AT_ONCE + 2, 2 * RADII_AT_ONCE] {
-            pixels[at] = pixel(3.0, 2.0);
-        }
-        let Radii { largest, typical } = Radii::of(&pixels);
-        assert_eq!((largest, typical), (9.0, 2.0));
-        let Radii { largest, typical } = Radii::of(&pixels[3..9]);
-        assert_eq!((largest, typical), (9.0, 9.0));
-    }
-
-    #[test]
-    fn seconds_of_passes_add_up_to_no_more_than_all() {
-        let scene = scene::builtin::scene("cornell").unwrap();
-        let settings = Settings { width: 40, height: 30, photons_per_iteration: 5000, ..scene.settings };
-        let began = Instant::now();
-        let mut engine = Sppm::new(&scene, &settings);
-        for _ in 0..3 {
-            engine.iterate();
-            let all = began.elapsed().as_secs_f64();
-            let Stats { camera_seconds, build_grid_seconds, photon_seconds, consolidate_seconds, .. } =
-                *engine.stats();
-            let passes = [camera_seconds, build_grid_seconds, photon_seconds, consolidate_seconds];
-            assert!(passes.iter().all(|&seconds| seconds > 0.0), "{passes:?}");
-            assert!(passes.iter().sum::<f64>() <= all, "{passes:?} in {all}");
-        }
     }
 }

@@ -7,6 +7,7 @@ mod builtin_scenes;
 #[path = "../shared/cases.rs"]
 mod cases;
 mod draft;
+mod engines;
 mod kernels;
 mod pair;
 mod parameters;

@@ -5,7 +5,6 @@
 mod budgets;
 #[path = "../shared/cases.rs"]
 mod cases;
-mod engines;
 #[cfg(unix)]
 mod kills;
 mod metadata;

@@ -13,6 +13,9 @@ const ENOUGH: usize = 1024;
 /// Room for them, for what is added at once, and for what vectors write past the end.
 const CANDIDATE_ROOM: usize = ENOUGH + (WIDTH + 1) * MOST_LANES;
 
+// A packet adds a pair per lane and ball of a leaf at most, and then one vector is written behind.
+const _: () = assert!(CANDIDATE_ROOM == ENOUGH + WIDTH * MOST_LANES + MOST_LANES);
+
 /// The rays of a batch as rows, and the balls that they may meet.
 pub(crate) struct Candidates {
     /// Per ray: origin, direction, the spheres that it leaves and that it passes over.

@@ -37,6 +37,10 @@ const INDEX_BITS: u32 = 28;
 /// What balls are enlarged by, relative to their radius; and what distances to boxes are trusted to.
 const LOOSE: f32 = 1.0 / 512.0;
 
+// As many levels as eight to a node take, and stacks that stay in a first-level cache of 48 KiB.
+const _: () = assert!(1_u64 << (3 * LEVELS) >= 1 << 31 && 1_u64 << (3 * (LEVELS - 1)) < 1 << 31);
+const _: () = assert!(STACK >= (WIDTH - 1) * LEVELS + 1 + WIDTH && IN_STEP * STACK * 8 <= 48 << 10);
+
 /// The boxes of eight children: low x y z, high x y z. A missing child's box is empty.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]

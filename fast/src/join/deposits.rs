@@ -295,4 +295,26 @@ mod tests {
         let of_buckets = size_of::<u32>() * ((1 << 12) + 1) + (1 << 12) / 8 + 1;
         assert_eq!((sorted.count(), sorted.bytes()), (0, coordinates + of_buckets));
     }
+
+    /// Of the buckets that are looked up most are empty, and so few of `starts` are read.
+    #[test]
+    fn runs_are_empty_where_no_bucket_has_a_deposit() {
+        let cells = Cells::new(1.0, 1 << 12);
+        let is_filled = |bucket: u32| bucket % 61 == 0 || bucket % 64 == 17 || bucket == cells.mask;
+        let mut binned = Binned::new(&Arc::new(Chunks::new()));
+        for bucket in (0..=cells.mask).filter(|bucket| is_filled(*bucket)) {
+            let record = Row([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, f32::from_bits(bucket)]);
+            binned.push(record, [0.0; 4], bin_shift(cells));
+        }
+        let mut sorted = Sorted::new();
+        sorted.fill(&[&binned], cells);
+        for bucket in 0..=cells.mask {
+            for length in 1..=WINDOW {
+                let expected = !(0..length).any(|k| is_filled((bucket + k) & cells.mask));
+                assert_eq!(sorted.is_empty(Run { bucket, length }), expected, "{length} from {bucket}");
+            }
+        }
+        sorted.clear();
+        assert!((0..=cells.mask).all(|bucket| sorted.is_empty(Run { bucket, length: WINDOW })));
+    }
 }

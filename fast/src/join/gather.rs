@@ -30,8 +30,8 @@ pub(crate) struct Runs {
 }
 
 impl Runs {
-    /// A row of cells is one run, or two where the last bucket is passed.
-    const MOST: usize = 2 * (WINDOW * WINDOW) as usize;
+    /// A row of cells is one run, or two where the last bucket is passed: one row at most, as rows share no bucket.
+    const MOST: usize = (WINDOW * WINDOW) as usize + 1;
 
     pub(crate) fn new() -> Self {
         Self { ranges: [(0, 0); Self::MOST], count: 0 }
@@ -123,6 +123,12 @@ struct Found {
 impl Found {
     fn new() -> Self {
         Self { points: Box::new(Vectors::ZERO), indices: Box::new([0; FOUND_ROOM]), count: 0 }
+    }
+
+    /// True if no more vectors fit.
+    #[inline(always)]
+    fn is_full<L: Lanes>(&self) -> bool {
+        self.count > MOST_FOUND - L::N
     }
 
     /// Takes the lanes `near` of photons `from` on, which lie at `p`.
@@ -283,7 +289,7 @@ impl<'a, L: Lanes> Gathering<'a, L> {
             for k in 0..Self::PARTS {
                 let near = self.parts[k].around.contains(p) & in_run;
                 self.found[k].append(near, p, at);
-                if self.found[k].count > MOST_FOUND - L::N {
+                if self.found[k].is_full::<L>() {
                     self.test(k);
                 }
             }
@@ -390,7 +396,7 @@ impl Single<'_> {
             let near = L::lt(d.dot(d), L::f(self.radius_squared)) & L::first(run.end - at);
             sorted.prefetch_arrivals::<L>(at);
             found.append_indices::<L>(near, at);
-            if found.count > MOST_FOUND - L::N {
+            if found.is_full::<L>() {
                 self.add(sorted, found, counts);
             }
         }
@@ -421,3 +427,62 @@ impl Single<'_> {
 }
 
 const _: () = assert!(MOST_FOUND <= FLUSH);
+// What is full is emptied before the next vector is written; and no more room than that.
+const _: () = assert!(FOUND_ROOM == MOST_FOUND + MOST_LANES);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::join::cells::Cells;
+    use crate::join::deposits::{Binned, Chunks, bin_shift};
+    use crate::lanes::Emulated;
+    use std::sync::Arc;
+
+    /// Nothing that is found may be lost for want of room.
+    #[test]
+    fn the_runs_of_a_full_window_have_room() {
+        let (cells, wide) = (Cells::new(1.0, 1 << 12), WINDOW as f32);
+        let mut binned = Binned::new(&Arc::new(Chunks::new()));
+        for bucket in 0..=cells.mask {
+            let record = Row([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, f32::from_bits(bucket)]);
+            binned.push(record, [0.0; 4], bin_shift(cells));
+        }
+        let mut sorted = Sorted::new();
+        sorted.fill(&[&binned], cells);
+        let (mut runs, mut most) = (Runs::new(), 0);
+        for x in (0..=cells.mask).step_by(WINDOW as usize - 1) {
+            // All but the outermost thousandth of a window of cells.
+            let low = Vec3::new(x as f32, 0.0, 0.0) + 1e-3;
+            let bounds = Bounds { low, high: low + wide - 2e-3, reach: 1e-4 };
+            let span = cells.span(&bounds);
+            assert!(span.fits());
+            runs.look_up(&sorted, &cells.query::<Emulated>(span, &bounds));
+            let found: usize = (0..runs.count).map(|k| runs.range(k).len()).sum();
+            assert_eq!(found, (WINDOW * WINDOW * WINDOW) as usize);
+            most = most.max(runs.count);
+        }
+        assert_eq!(most, Runs::MOST, "no row that passes the last bucket was looked up");
+    }
+
+    #[test]
+    fn a_surface_is_shared_where_no_other_is_seen() {
+        let shared = |spheres: &[u32]| {
+            let rows: Vec<PixelRows> = spheres
+                .iter()
+                .map(|sphere| {
+                    let mut rows = PixelRows::NOTHING;
+                    rows.visible.0[3] = f32::from_bits(*sphere);
+                    rows
+                })
+                .collect();
+            shared_safe_surface(&rows)
+        };
+        for sphere in [0, 1, 7] {
+            assert_eq!(shared(&[sphere, sphere]), sphere | SAFE);
+            assert_eq!(shared(&[NO_SPHERE, sphere, NO_SPHERE, sphere]), sphere | SAFE);
+            assert_eq!(shared(&[sphere, sphere, sphere + 1]), NO_SPHERE);
+            assert_eq!(shared(&[sphere + 1, NO_SPHERE, sphere, sphere]), NO_SPHERE);
+        }
+        assert_eq!(shared(&[NO_SPHERE; 3]), NO_SPHERE);
+    }
+}

@@ -47,6 +47,7 @@ impl Sppm<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::paths::Paths;
 
     /// Every term stands for itself: what one more of something takes does not depend on the rest.
     #[test]
@@ -57,6 +58,9 @@ mod tests {
             Sppm::bytes_at_most(settings, spheres, threads, deposits, &parameters)
         };
         let base = bytes(&few, 10, 2, 1 << 22);
+        // Of a thread's, two batches of paths and the largest map alone.
+        let map = Parameters::ALL.iter().find(|p| p.name == "occupancy_bits").unwrap().most as u64 / 8;
+        assert!(BYTES_PER_THREAD > 2 * size_of::<Paths>() as u64 + map);
         // As ARCHITECTURE.md has it: 96 bytes, and 28 in several rounds.
         let wide = Settings { width: 128, ..few };
         assert_eq!(bytes(&wide, 10, 2, 1 << 22) - base, 64 * 64 * (96 + 28));

@@ -16,11 +16,11 @@ const SEARCHES: [Search; 3] = [Search::InTurn, Search::Clusters, Search::Tree];
 fn shadow_rays(rays: &[Ray], hits: &[Option<Hit>]) -> (Vec<f32>, Vec<SphereId>) {
     let limit = |(k, hit): (usize, &Option<Hit>)| {
         let t = hit.map_or(1.0, |hit| hit.t);
-        [t, t.next_up(), t.next_down(), f32::INFINITY, 0.0, t * 2.0, t + 1e4, -1.0][k % 8]
+        [t, t.next_up(), t.next_down(), f32::INFINITY, 0.0, -0.0, t * 2.0, t + 1e4, -1.0][k % 9]
     };
     let lamp = |(k, hit): (usize, &Option<Hit>)| {
         let id = hit.map_or(0, |hit| hit.sphere);
-        [NO_SPHERE, id, id.saturating_sub(1)][k / 8 % 3]
+        [NO_SPHERE, id, id.saturating_sub(1)][k / 9 % 3]
     };
     assert_eq!(rays.len(), hits.len());
     (hits.iter().enumerate().map(limit).collect(), hits.iter().enumerate().map(lamp).collect())
@@ -166,6 +166,32 @@ fn small_spheres_seen_from_far() {
         cases += rays.len() * SEARCHES.len();
     }
     tell(cases, "rays from far to small spheres");
+}
+
+/// Directions that are handed in may be rounded by more than the engine's own; bounds allow for that.
+#[test]
+fn directions_that_are_not_quite_of_unit_length() {
+    let mut cases = 0;
+    for (index, factor) in [1.0 - 1e-4, 1.0 + 1e-4, 1.0 - 1e-5, 1.0 + 1e-5_f32].into_iter().enumerate() {
+        let mut stream = inputs::numbers(800 + index as u32);
+        let spheres: Vec<Sphere> = (0..200)
+            .map(|_| {
+                let center = inputs::place(&mut stream, 30.0);
+                Sphere { center, velocity: Vec3::ZERO, radius: 0.05, material: 0, emission: Rgb::ZERO }
+            })
+            .collect();
+        let towards = |sphere: &Sphere| {
+            let origin = inputs::place(&mut stream, 60.0);
+            let aside = inputs::direction(&mut stream) * 0.06;
+            let direction = reference::sampling::unit(sphere.center + aside - origin) * factor;
+            Ray { origin, direction, leaves: NO_SPHERE }
+        };
+        let rays: Vec<Ray> = spheres.iter().cycle().take(1500).map(towards).collect();
+        let scene = scene_of(spheres, Vec3::splat(1e5));
+        assert!(compare(&scene.at(0.0), &rays, &SEARCHES) > 200);
+        cases += rays.len() * SEARCHES.len();
+    }
+    tell(cases, "rays of directions that are too short or too long");
 }
 
 /// The renderer's own choice of a search finds the same, on both sides of the limits.

@@ -141,7 +141,7 @@ fn any_engine_goes_on_where_any_other_stopped() {
             }
         }
     }
-    tell("lasting", pairs, "renders begun by one engine and ended by another");
+    tell("equality", pairs, "renders begun by one engine and ended by another");
 }
 
 #[test]
