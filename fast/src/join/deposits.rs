@@ -300,7 +300,7 @@ mod tests {
     #[test]
     fn runs_are_empty_where_no_bucket_has_a_deposit() {
         let cells = Cells::new(1.0, 1 << 12);
-        let is_filled = |bucket: u32| bucket % 61 == 0 || bucket % 64 == 17 || bucket == cells.mask;
+        let is_filled = |bucket: u32| bucket.is_multiple_of(61) || bucket % 64 == 17 || bucket == cells.mask;
         let mut binned = Binned::new(&Arc::new(Chunks::new()));
         for bucket in (0..=cells.mask).filter(|bucket| is_filled(*bucket)) {
             let record = Row([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, f32::from_bits(bucket)]);
