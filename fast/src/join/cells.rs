@@ -87,7 +87,10 @@ impl Cells {
     #[inline(always)]
     pub(crate) fn query<L: Lanes>(self, span: Span, bounds: &Bounds) -> Query<L> {
         let (low, high) = (bounds.low * self.inverse_size, bounds.high * self.inverse_size);
-        // Distances in cells, lessened by what the coordinates of points and cells may be rounded by.
+        // What is within `reach` but for rounding is within this. Coordinates and ends of the box, in cells, and their
+        // differences err by e = 2.4e-7 of the largest in sum. With gaps along y and z too large by that, and one along x
+        // too small by twice that, the squares of the three exceed the square of a distance R by less than
+        // 5 e R + 6 e^2: less than (R + 2.5 e)^2 - R^2.
         let rounding = 1e-3 + 1e-6 * low.abs().max(high.abs()).max_element();
         let reach = bounds.reach * self.inverse_size + rounding;
         let mut cells = [0.0; WINDOW as usize];
@@ -101,7 +104,6 @@ impl Cells {
             span,
             low,
             high,
-            rounding,
             reach,
             gap_y_squared: gap_y * gap_y,
             row_y: y * L::Eight::u(self.stride_y),
@@ -115,7 +117,6 @@ pub(crate) struct Query<L: Lanes> {
     span: Span,
     low: Vec3,
     high: Vec3,
-    rounding: f32,
     reach: f32,
     /// For up to [`WINDOW`] values of y: the squared distance from the box along y.
     gap_y_squared: <L::Eight as Lanes>::F,
@@ -136,8 +137,7 @@ impl<L: Lanes> Query<L> {
         let gap_z = gap(z, self.low.z, self.high.z);
         let across = L::Eight::f(self.reach * self.reach - gap_z * gap_z) - self.gap_y_squared;
         let is_near = L::Eight::le(L::Eight::f(0.0), across);
-        let rounding = L::Eight::f(self.rounding);
-        let along = L::Eight::sqrt(across) + rounding;
+        let along = L::Eight::sqrt(across);
         // The ends of a span are whole numbers that came from floats.
         let first = L::Eight::floor(L::Eight::f(self.low.x) - along);
         let first = L::Eight::max(first, L::Eight::f(self.span.low[0] as f32));

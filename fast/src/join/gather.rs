@@ -110,22 +110,20 @@ impl Scratch {
 
 /// So many photons are found before they are tested; no more than [`FLUSH`].
 const MOST_FOUND: usize = 1024;
-/// Room for what vectors write past the end.
-const FOUND_ROOM: usize = MOST_FOUND + MOST_LANES;
 
 /// Photons that may count at some point of a part of a group.
 struct Found {
-    points: Box<Vectors<FOUND_ROOM>>,
-    indices: Box<[u32; FOUND_ROOM]>,
+    points: Box<Vectors<MOST_FOUND>>,
+    indices: Box<[u32; MOST_FOUND]>,
     count: usize,
 }
 
 impl Found {
     fn new() -> Self {
-        Self { points: Box::new(Vectors::ZERO), indices: Box::new([0; FOUND_ROOM]), count: 0 }
+        Self { points: Box::new(Vectors::ZERO), indices: Box::new([0; MOST_FOUND]), count: 0 }
     }
 
-    /// True if no more vectors fit.
+    /// True if no other vector fits.
     #[inline(always)]
     fn is_full<L: Lanes>(&self) -> bool {
         self.count > MOST_FOUND - L::N
@@ -427,8 +425,6 @@ impl Single<'_> {
 }
 
 const _: () = assert!(MOST_FOUND <= FLUSH);
-// What is full is emptied before the next vector is written; and no more room than that.
-const _: () = assert!(FOUND_ROOM == MOST_FOUND + MOST_LANES);
 
 #[cfg(test)]
 mod tests {
