@@ -318,15 +318,20 @@ impl PhotonPass<'_> {
 
     /// The lanes whose photon counts on the visible side of every point of its sphere within reach.
     ///
-    /// That is so inside of a shell, by definition. On a ball, normals at a distance d differ by d / r, so with a
-    /// cosine above `reach / r` at the photon's own point, and something for rounding, it is positive at all of them.
+    /// That is so inside of a shell, by definition; on a ball, where the cosine at the photon's own point is large enough.
     #[inline(always)]
     fn is_safe<L: Lanes>(&self, surface: &Surface<L>, p: &Packet<L>) -> L::M {
         let in_shell = L::eq(surface.tag & L::u(tag::ENCLOSURE), L::u(tag::ENCLOSURE));
         let cos = -p.direction.dot(surface.normal);
-        let margin = L::f(self.reach + self.slack) / surface.scale + L::f(1e-5);
-        in_shell | L::lt(margin, cos)
+        in_shell | L::lt(safe_cosine::<L>(self.reach, self.slack, surface.scale), cos)
     }
+}
+
+/// Above this cosine at one point of a ball of radius r, cosines at all points within `reach` are positive: normals at a
+/// distance d differ by d / r. Points are off by `slack`, and cosines by some roundings.
+#[inline(always)]
+fn safe_cosine<L: Lanes>(reach: f32, slack: f32, radius: L::F) -> L::F {
+    L::f(reach + slack) / radius + L::f(1e-5)
 }
 
 /// As `reference::photon_pass::survive`: which lanes do, and the survivors' power.
@@ -354,4 +359,23 @@ fn is_blocked(still: &Still, light: u32, point: Vec3) -> bool {
         let within = from_center.dot(from_center) < sphere.radius * sphere.radius;
         within == (still.roles[id as usize] == Role::Solid)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::Emulated;
+
+    #[test]
+    fn safe_cosines_allow_for_reach_slack_and_roundings_and_hardly_more() {
+        for (reach, slack, radius) in [(1e-3_f32, 0.0_f32, 1.0_f32), (0.2, 1e-2, 0.5), (3.0, 0.5, 16.0)] {
+            let mut cosines = [0.0; MOST_LANES];
+            let radii = <Emulated as Lanes>::f(radius);
+            Emulated::store(safe_cosine::<Emulated>(reach, slack, radii), &mut cosines);
+            let exact = (f64::from(reach) + f64::from(slack)) / f64::from(radius);
+            // A dot product of unit vectors that are themselves rounded is off by some 10 roundings of 1.
+            let least = exact + 10.0 * f64::from(f32::EPSILON);
+            assert!((least..exact + 2e-5).contains(&f64::from(cosines[0])), "{} at {exact}", cosines[0]);
+        }
+    }
 }
