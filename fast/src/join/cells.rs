@@ -86,7 +86,10 @@ impl Cells {
     /// The rows of a span that fits, without those cells that lie farther than `reach` from the box.
     #[inline(always)]
     pub(crate) fn query<L: Lanes>(self, span: Span, bounds: &Bounds) -> Query<L> {
-        let (low, high) = (bounds.low * self.inverse_size, bounds.high * self.inverse_size);
+        // Clamped as coordinates are: what is beyond lies in the last cell.
+        let farthest = Vec3::splat(FARTHEST);
+        let [low, high] =
+            [bounds.low, bounds.high].map(|corner| (corner * self.inverse_size).clamp(-farthest, farthest));
         // What is within `reach` but for rounding is within this. Coordinates and ends of the box, in cells, and their
         // differences err by e = 2.4e-7 of the largest in sum. With gaps along y and z too large by that, and one along x
         // too small by twice that, the squares of the three exceed the square of a distance R by less than

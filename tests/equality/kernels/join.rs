@@ -147,6 +147,29 @@ fn compare(photons: &[Photon], points: &[Option<Point>], cell_size: f32, buckets
     expected.iter().map(|gathered| u64::from(gathered.m)).sum()
 }
 
+/// All that lies beyond 2^30 cells from the origin shares the last cell along that axis.
+#[test]
+fn photons_and_points_beyond_the_last_cell() {
+    let radius = 1e-3_f32;
+    let mut cases = 0;
+    for far in [7.5e5_f32, 1e6, 1e9] {
+        for axis in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::ONE] {
+            for at in [axis * far, -axis * far] {
+                let photon = Photon { point: at, wi: Vec3::X, sphere: 0, is_safe: false, flux: [1, 2, 3] };
+                let point = Point { point: at, normal: Vec3::X, sphere: 0, radius_squared: radius * radius };
+                // Alone, and among others that are too far away for a window.
+                let elsewhere = Point { point: Vec3::ZERO, ..point };
+                for points in [vec![Some(point)], vec![Some(point); 16], vec![Some(elsewhere), Some(point)]] {
+                    let expected = points.iter().filter(|p| p.is_some_and(|p| p.point == at)).count();
+                    assert_eq!(compare(&[photon; 3], &points, 0.5 * radius, 1 << 12), 3 * expected as u64);
+                    cases += 1;
+                }
+            }
+        }
+    }
+    tell(cases, "joins beyond the last cell");
+}
+
 #[test]
 fn groups_of_any_size() {
     check(1200, "the join", &scatter(0..=48), |scatter| {
