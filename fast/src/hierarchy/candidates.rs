@@ -13,8 +13,10 @@ const ENOUGH: usize = 1024;
 /// Room for them, for what is added at once, and for what vectors write past the end.
 const CANDIDATE_ROOM: usize = ENOUGH + (WIDTH + 1) * MOST_LANES;
 
-// A packet adds a pair per lane and ball of a leaf at most, and then one vector is written behind.
-const _: () = assert!(CANDIDATE_ROOM == ENOUGH + WIDTH * MOST_LANES + MOST_LANES);
+// A packet adds a pair per lane and ball of a leaf at most; and the two lists take no more than a third of a first-level
+// cache of 32 KiB.
+const _: () =
+    assert!(ENOUGH - 1 + WIDTH * MOST_LANES <= CANDIDATE_ROOM && 2 * 4 * CANDIDATE_ROOM <= (32 << 10) / 3);
 
 /// The rays of a batch as rows, and the balls that they may meet.
 pub(crate) struct Candidates {

@@ -206,6 +206,13 @@ fn ball_in_shell(offset: f32) -> Scene {
     scene_of(vec![sphere(1.0, 0.0), sphere(4.0, 1.0)], Vec3::splat(offset) + Vec3::X * 3.0)
 }
 
+/// What the engine allows for the rounding of a point, over its largest coordinate: some 8 roundings.
+const ROUNDED: f64 = 1e-6;
+/// How well a test in `f64` of points that are rounded to `f32` knows that: by a rounding of such a point.
+const ROUNDED_BY: f64 = 0.1 * ROUNDED;
+/// What the engine allows for the rounding of cosines, and as much again.
+const COSINES: f64 = 3e-5;
+
 /// What lies far out is rounded to points whose normals say something else than their places: a photon that is called
 /// safe has to count all the same at every point within reach, on the far side of the ball's edge not. As long as that
 /// is so, all should be called safe that can be: normals differ by the reach, and by what points are rounded by.
@@ -240,9 +247,11 @@ fn safe_photons_count_at_all_points_within_reach() {
                 for photon in &on_ball {
                     let normal = (photon.point - scene.spheres[0].center).as_dvec3().normalize();
                     let spare = photon.wi.as_dvec3().dot(normal) - f64::from(reach);
-                    let rounded = 1e-6 * f64::from(offset + 1.0);
-                    let is_decided = !(0.9 * rounded..1.1 * rounded + 3e-5).contains(&spare);
-                    let expected = photon.sphere == 1 || spare > rounded;
+                    let largest = f64::from(offset + 1.0);
+                    let (least, most) =
+                        ((ROUNDED - ROUNDED_BY) * largest, (ROUNDED + ROUNDED_BY) * largest + COSINES);
+                    let is_decided = !(least..most).contains(&spare);
+                    let expected = photon.sphere == 1 || spare >= most;
                     assert!(
                         !is_decided || photon.is_safe == expected,
                         "{lanes:?}, reach {reach}: {photon:?}"
