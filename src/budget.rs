@@ -1,7 +1,7 @@
 //! When a render ends: its iterations, its time, or an estimate of its error.
 
 use crate::args::GoalArgs;
-use scene::checkpoint::Past;
+use files::checkpoint::Past;
 use scene::settings::MAX_ITERATIONS;
 use scene::{Film, Settings};
 use std::time::{Duration, Instant};

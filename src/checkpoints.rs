@@ -4,9 +4,10 @@ use crate::args::CheckpointArgs;
 use crate::engines::EngineName;
 use crate::error::Error;
 use crate::outputs::rescue;
-use scene::atomic_file::{self, FileError};
-use scene::checkpoint::{self, Contents, Loaded, Lock, Past, Store};
-use scene::{Resumable, Scene, Settings, Sums, file};
+use files::atomic_file::{self, FileError};
+use files::checkpoint::{self, Contents, Loaded, Lock, Past, Store};
+use files::scene_file;
+use scene::{Resumable, Scene, Settings, Sums};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -141,7 +142,7 @@ impl Keeper {
     /// The keeper of a render of `scene` that has done `iterations`, some of them kept if it `is_resumed`.
     pub(crate) fn new(plan: Plan, scene: &Scene, digest: &str, note: &Note, saved: Option<u32>) -> Self {
         let note = serde_json::to_string(note).unwrap_or_default(); // never fails: paths are Unicode
-        let text = file::to_text(scene, &scene.settings);
+        let text = scene_file::to_text(scene, &scene.settings);
         let mut keeper = Self {
             plan,
             scene: text,

@@ -5,8 +5,8 @@ use crate::compare::{Bounds, CompareError, compare, difference_image};
 use crate::error::Error;
 use crate::outputs::check_distinct;
 use crate::text::{complain, print};
+use files::image_file::{self, Encoding, Format};
 use scene::Film;
-use scene::image_file::{self, Encoding, Format};
 use std::path::Path;
 
 /// Prints how alike two images are; fails if a bound does not hold.

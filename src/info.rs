@@ -7,9 +7,10 @@ use crate::error::Error;
 use crate::like::{self, Made};
 use crate::metadata::Metadata;
 use crate::text::{one_line, print};
-use scene::checkpoint::Loaded;
+use files::checkpoint::Loaded;
+use files::scene_file;
+use scene::Settings;
 use scene::settings::MAX_ITERATIONS;
-use scene::{Settings, file};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -91,7 +92,7 @@ fn of_checkpoint(loaded: &Loaded) -> Info {
         lanes: None,
         exposure: note.exposure,
         estimated_error: None,
-        scene_file: Some(file::to_text(&checkpoint.scene, &checkpoint.scene.settings)),
+        scene_file: Some(scene_file::to_text(&checkpoint.scene, &checkpoint.scene.settings)),
         fault: loaded.fallback.as_ref().map(ToString::to_string),
     }
 }

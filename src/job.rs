@@ -14,9 +14,10 @@ use crate::report::Report;
 use crate::session::{self, End};
 use crate::text::{counted, duration};
 use crate::threads;
-use scene::checkpoint::Loaded;
+use files::checkpoint::Loaded;
+use files::scene_file;
 use scene::settings::MAX_ITERATIONS;
-use scene::{Resumable, Scene, Settings, Stats, file};
+use scene::{Resumable, Scene, Settings, Stats};
 use std::time::Duration;
 use tracing::{debug, info, warn};
 
@@ -44,7 +45,7 @@ impl Job {
         let need = Need::new(self.engine, &self.scene, threads, has_past, self.memory_limit)?;
         self.outputs.check_room(self.scene.settings.pixels() as u64)?;
         introduce(&self.scene, self.engine, threads, need);
-        let digest = file::digest(&self.scene);
+        let digest = scene_file::digest(&self.scene);
         let resumed_after = self.from.as_ref().map_or(0, |from| from.checkpoint.account.iterations);
         let keeper = self.keeper(&digest)?;
         let mut engine = self.engine.start(&self.scene, &self.scene.settings, need.deposits);
@@ -89,7 +90,7 @@ impl Job {
             // Two generations, and a third on its way.
             let sums = self.engine.name().sums();
             let bytes = 3 * keeper.bytes(&self.scene.settings, sums, self.goals.error.is_some());
-            let room = scene::atomic_file::check_room(path, bytes);
+            let room = files::atomic_file::check_room(path, bytes);
             room.map_err(|error| Error::BadInput(format!("--checkpoint: {error}")))?;
         }
         Ok(Some(keeper))
@@ -167,13 +168,13 @@ impl Watch<'_> {
     }
 
     /// Saves the render if it is to be saved at all.
-    fn save(&mut self, engine: &dyn Resumable) -> Result<(), scene::atomic_file::FileError> {
+    fn save(&mut self, engine: &dyn Resumable) -> Result<(), files::atomic_file::FileError> {
         let Some(keeper) = &mut self.keeper else { return Ok(()) };
         keeper.save(engine, self.estimate.past())
     }
 
     /// The same for the last time, where there is room for it.
-    fn save_somewhere(&mut self, engine: &dyn Resumable) -> Result<(), scene::atomic_file::FileError> {
+    fn save_somewhere(&mut self, engine: &dyn Resumable) -> Result<(), files::atomic_file::FileError> {
         let Some(keeper) = &mut self.keeper else { return Ok(()) };
         keeper.save_somewhere(engine, self.estimate.past())
     }

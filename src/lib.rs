@@ -33,7 +33,6 @@ mod metadata;
 mod outputs;
 mod profile;
 mod progress;
-mod rays;
 mod render;
 mod report;
 mod resume;
@@ -79,7 +78,7 @@ fn process(args: &Args) -> Result<(), Error> {
         Command::Compare(args) => compare_command::run(args),
         Command::Verify(args) => verify::verify(args),
         Command::Trace(args) => trace::trace(args),
-        Command::Export(args) => export::export(args),
+        Command::Export(args) => export::run(args),
         Command::Ladder(args) => ladder_command::run(args),
         Command::Tune(args) => tune_command::run(args),
         Command::Completions(args) => documents::completions(args),

@@ -5,8 +5,9 @@ use crate::engines::EngineName;
 use crate::error::Error;
 use crate::metadata::Metadata;
 use crate::scenes::Opened;
-use scene::checkpoint::{Loaded, Store};
-use scene::{Scene, Settings, file, image_file};
+use files::checkpoint::{Loaded, Store};
+use files::{image_file, scene_file};
+use scene::{Scene, Settings};
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::Read;
@@ -64,7 +65,7 @@ pub(crate) fn read(path: &Path) -> Result<Like, Error> {
     match made(path)? {
         Made::Image(metadata) => {
             let Metadata { scene_file, scene_digest, settings, engine, exposure, .. } = metadata;
-            let parsed = scene_file.map(|text| file::parse("scene", &text)).transpose();
+            let parsed = scene_file.map(|text| scene_file::parse("scene", &text)).transpose();
             let scene = parsed.map_err(|error| {
                 Error::BadInput(format!("{}: its scene cannot be used: {error}", path.display()))
             })?;
@@ -93,7 +94,7 @@ impl Like {
             }
             (None, None) => return bad("its scene is too large to stand in it; name the scene too"),
         };
-        if file::digest(&opened.scene) != self.digest {
+        if scene_file::digest(&opened.scene) != self.digest {
             return bad("the scene is another than the one that made it");
         }
         Ok(Opened { scene: Scene { settings: self.settings, ..opened.scene }, ..opened })

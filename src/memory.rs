@@ -110,7 +110,7 @@ mod tests {
     use scene::Settings;
 
     fn scene(settings: Settings) -> Scene {
-        Scene { settings, ..scene::builtin::scene("cornell").unwrap() }
+        Scene { settings, ..files::builtin::scene("cornell").unwrap() }
     }
 
     fn fast(settings: Settings, limit: Option<u64>) -> Result<Need, Error> {

@@ -5,7 +5,8 @@
 
 use crate::engines::{EngineName, LanesName};
 use crate::error::Error;
-use scene::{Scene, Settings, file};
+use files::scene_file;
+use scene::{Scene, Settings};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
@@ -19,7 +20,7 @@ pub(crate) struct Metadata {
     pub version: String,
     /// The scene's own name.
     pub scene: String,
-    /// SHA-256 of the scene, see `scene::file::digest`.
+    /// SHA-256 of the scene, see `files::scene_file::digest`.
     pub scene_digest: String,
     /// Of the render; the iterations are those that the image holds.
     pub settings: Settings,
@@ -59,7 +60,7 @@ pub(crate) fn scene_file(scene: &Scene, settings: &Settings) -> Option<String> {
     /// No sphere takes fewer bytes: do not make what will not be used.
     const BYTES_PER_SPHERE: usize = 64;
     (scene.spheres.len() <= MOST_SCENE / BYTES_PER_SPHERE)
-        .then(|| file::to_text(scene, settings))
+        .then(|| scene_file::to_text(scene, settings))
         .filter(|text| text.len() <= MOST_SCENE)
 }
 
@@ -84,11 +85,11 @@ mod tests {
 
     #[test]
     fn notes_are_ascii_and_read_back() {
-        let scene = scene::builtin::scene("cornell").unwrap();
+        let scene = files::builtin::scene("cornell").unwrap();
         let metadata = Metadata {
             version: "1".into(),
             scene: "a \"b\"\\ é \u{1f600}\u{7f}\u{1}".into(),
-            scene_digest: file::digest(&scene),
+            scene_digest: scene_file::digest(&scene),
             settings: Settings { initial_radius: 0.1, seed: u64::MAX, ..scene.settings },
             photons: 3,
             engine: EngineName::Fast,
@@ -105,7 +106,7 @@ mod tests {
 
     #[test]
     fn long_scenes_are_left_out() {
-        let mut scene = scene::builtin::scene("cornell").unwrap();
+        let mut scene = files::builtin::scene("cornell").unwrap();
         scene.spheres = scene.spheres.iter().copied().cycle().take(1 << 14).collect();
         assert_eq!(scene_file(&scene, &scene.settings), None);
         scene.spheres.extend_from_within(..);

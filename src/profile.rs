@@ -4,7 +4,7 @@ use crate::engines::LanesName;
 use crate::error::Error;
 use clap::ValueEnum;
 use fast::{ParameterError, Parameters, Values};
-use scene::file::{Fault, Field, Section, load_other};
+use files::scene_file::{Fault, Field, Section, load_other};
 use std::fmt::Write;
 use std::path::Path;
 

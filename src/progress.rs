@@ -165,7 +165,7 @@ mod tests {
         let message = message(&step(Some(1.5)), 2.0);
         assert_eq!(message, "1.50M photons/s  mean radius 1.5000");
 
-        let scene = scene::builtin::scene("cornell").unwrap();
+        let scene = files::builtin::scene("cornell").unwrap();
         let settings = scene::Settings { width: 3, height: 2, initial_radius: 2.5, ..scene.settings };
         let engine = fast::Sppm::new(&scene, &settings);
         assert_eq!(Step::of(&engine).mean_radius, Some(2.5));

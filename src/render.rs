@@ -10,8 +10,9 @@ use crate::like::{self, Like};
 use crate::outputs::{Outputs, default_name};
 use crate::scenes::{self, Opened};
 use crate::{logs, outputs};
-use scene::checkpoint::Loaded;
-use scene::{Scene, Settings, file};
+use files::checkpoint::Loaded;
+use files::scene_file;
+use scene::{Scene, Settings};
 use std::path::Path;
 
 /// Renders a scene and writes the files that were asked for.
@@ -83,7 +84,7 @@ fn found(plan: Option<&Plan>, scene: &Scene, engine: EngineName) -> Result<Optio
         Err(Error::BadInput(text))
     };
     let iterations = scene.settings.iterations;
-    if file::digest(scene) != there.account.scene {
+    if scene_file::digest(scene) != there.account.scene {
         return other(format!("another scene, {}", there.scene.name));
     }
     if there.account.sums != engine.sums() {

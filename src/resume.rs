@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::job::Job;
 use crate::logs;
 use crate::outputs::{Outputs, default_name};
-use scene::checkpoint::{Loaded, Store};
+use files::checkpoint::{Loaded, Store};
 use scene::settings::MAX_ITERATIONS;
 use scene::{Scene, Settings};
 use std::ffi::OsStr;

@@ -3,7 +3,7 @@
 use crate::args::{ScenesArgs, SettingsArgs};
 use crate::error::Error;
 use crate::text;
-use scene::builtin::{self, Builtin, SCENES};
+use files::builtin::{self, Builtin, SCENES};
 use scene::settings::SettingsError;
 use scene::{Scene, Settings};
 use std::ffi::{OsStr, OsString};
@@ -37,7 +37,7 @@ impl Opened {
 pub(crate) fn open(name: &OsString) -> Result<Opened, Error> {
     let path = PathBuf::from(name);
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-        let scene = scene::file::load(&path).map_err(|error| Error::BadInput(error.to_string()))?;
+        let scene = files::scene_file::load(&path).map_err(|error| Error::BadInput(error.to_string()))?;
         let stem = path.file_stem().unwrap_or(OsStr::new("scene")).to_owned();
         return Ok(Opened { scene, stem, file: Some(path) });
     }

@@ -4,8 +4,8 @@ use crate::args::TraceArgs;
 use crate::engines::Chosen;
 use crate::error::Error;
 use crate::outputs::check_distinct;
-use crate::{rays, scenes, threads};
-use scene::atomic_file;
+use crate::{scenes, threads};
+use files::{atomic_file, npy};
 
 /// Traces the rays of one file and writes what they hit into another.
 pub(crate) fn trace(args: &TraceArgs) -> Result<(), Error> {
@@ -21,9 +21,9 @@ pub(crate) fn trace(args: &TraceArgs) -> Result<(), Error> {
     let inputs: Vec<_> = scene_file.into_iter().chain([("--rays", args.rays.as_path())]).collect();
     check_distinct(&inputs, &[("--hits", &args.hits)])?;
     atomic_file::check(&args.hits).map_err(|error| bad("--hits", &error))?;
-    let rays = rays::read(&args.rays).map_err(|error| bad("--rays", &error))?;
+    let rays = npy::read(&args.rays).map_err(|error| bad("--rays", &error))?;
     threads::start(args.machine.threads)?;
     let still = opened.scene.at(time);
     let hits = engine.surfaces(&still, &rays);
-    rays::write(&args.hits, &hits).map_err(|error| Error::Failed(error.to_string()))
+    npy::write(&args.hits, &hits).map_err(|error| Error::Failed(error.to_string()))
 }

@@ -1,7 +1,8 @@
 //! The fast engine: the reference's image, bit for bit, in AVX2 or AVX-512.
 //!
 //! ```
-//! use scene::{Engine, Settings, builtin};
+//! use files::builtin;
+//! use scene::{Engine, Settings};
 //!
 //! let scene = builtin::scene("cornell").unwrap();
 //! let settings =

@@ -4,8 +4,8 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use scene::checkpoint::Checkpoint;
-use scene::file;
+use files::checkpoint::Checkpoint;
+use files::scene_file;
 use std::io::Cursor;
 use std::ops::Range;
 
@@ -62,8 +62,8 @@ fn mended(bytes: &[u8]) -> Option<Vec<u8>> {
         let content = &mut bytes[at + FRAME..][..length];
         match name {
             b"SCEN" => {
-                let scene = file::parse("fuzz", std::str::from_utf8(content).ok()?).ok()?;
-                digest = Some(file::digest(&scene));
+                let scene = scene_file::parse("fuzz", std::str::from_utf8(content).ok()?).ok()?;
+                digest = Some(scene_file::digest(&scene));
             }
             b"RNDR" => put_digest(content, digest.as_deref().unwrap_or_default()),
             _ => {}

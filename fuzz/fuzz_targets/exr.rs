@@ -3,6 +3,6 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use scene::image_file::Format;
+use files::image_file::Format;
 
 fuzz_target!(|bytes: &[u8]| sppm_fuzz::read(Format::Exr, bytes));

@@ -9,7 +9,7 @@ use scene::{Engine, Rgb, Scene, Settings};
 const MOST_SPHERES: usize = 48;
 
 fuzz_target!(|text: &str| {
-    if let Ok(scene) = scene::file::parse("fuzz.toml", text)
+    if let Ok(scene) = files::scene_file::parse("fuzz.toml", text)
         && scene.spheres.len() <= MOST_SPHERES
     {
         compare(&scene);

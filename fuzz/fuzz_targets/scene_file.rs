@@ -6,7 +6,7 @@ use libfuzzer_sys::fuzz_target;
 use scene::{Rgb, Scene};
 
 fuzz_target!(|text: &str| {
-    match scene::file::parse("fuzz.toml", text) {
+    match files::scene_file::parse("fuzz.toml", text) {
         Ok(scene) => check(&scene),
         Err(error) => {
             let line = error.to_string();

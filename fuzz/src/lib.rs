@@ -1,6 +1,6 @@
 //! What all fuzz targets of image files ask for.
 
-use scene::image_file::{Format, decode_bytes};
+use files::image_file::{Format, decode_bytes};
 
 /// Bytes are refused in one line, or make an image with all of its pixels.
 pub fn read(format: Format, bytes: &[u8]) {

@@ -1,7 +1,8 @@
 //! The scalar reference: what is right, in code to be checked against the equations in one sitting.
 //!
 //! ```
-//! use scene::{Engine, Settings, builtin};
+//! use files::builtin;
+//! use scene::{Engine, Settings};
 //!
 //! let scene = builtin::scene("cornell").unwrap();
 //! let settings = Settings { width: 32, height: 24, photons_per_iteration: 1000, ..scene.settings };

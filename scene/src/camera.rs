@@ -45,6 +45,21 @@ pub struct Frame {
     pub focus_distance: f32,
 }
 
+impl Default for Camera {
+    /// A pinhole at the origin that looks along -z, 40 degrees high.
+    fn default() -> Self {
+        Self {
+            eye: Vec3::ZERO,
+            direction: -Vec3::Z,
+            up: Vec3::Y,
+            vertical_fov_degrees: 40.0,
+            aperture_radius: 0.0,
+            focus_distance: 1.0,
+            shutter: [0.0, 0.0],
+        }
+    }
+}
+
 impl Camera {
     /// The frame for an image of `width` x `height` pixels.
     pub fn frame(&self, width: u32, height: u32) -> Frame {

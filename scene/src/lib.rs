@@ -1,34 +1,12 @@
-//! The nouns that both engines share: vectors, rays, spheres, materials, camera, scene and its file, seeded
-//! random streams, settings, film and image files, statistics.
+//! The nouns that both engines share: vectors, rays, spheres, materials, camera, scene, seeded random
+//! streams, settings, film, statistics, and the trait of engines.
 //!
 //! There is no light transport here. What a ray hits, how light scatters and how photons are gathered is the
 //! business of the `reference` crate (which defines it) and of the `fast` crate (which must give the same bits).
 //!
-//! ```
-//! use scene::{Settings, builtin, file};
-//!
-//! let text = r#"
-//!     [camera]
-//!     eye = [0, 0, 9]
-//!     target = [0, 0, 0]
-//!     vertical_fov_degrees = 30
-//!
-//!     [[sphere]]
-//!     center = [0, 0, 0]
-//!     radius = 1
-//!     material = { type = "diffuse", albedo = [0, 0, 0] }
-//!     emission = [1, 1, 1]
-//! "#;
-//! let scene = file::parse("lamp.toml", text)?;
-//! assert_eq!(scene.name, "lamp");
-//! assert_eq!(scene.settings, Settings::default());
-//! assert_eq!(builtin::scene("cornell").unwrap().spheres.len(), 9);
-//! # Ok::<(), file::FileError>(())
-//! ```
-//!
-//! A [`Scene`] is what a file states ([`mod@file`], [`builtin`]); [`Still`] is the scene at one instant, sorted out
-//! for tracing. An [`Engine`] turns a scene and [`Settings`] into a [`Film`], which [`image_file`] writes. The random
-//! numbers that engines must share are in [`rng`] and [`sobol`].
+//! A [`Scene`] is what a scene file states; [`Still`] is the scene at one instant, sorted out
+//! for tracing. An [`Engine`] turns a scene and [`Settings`] into a [`Film`]; files are read and written by the crate `files`.
+//! The random numbers that engines must share are in [`rng`] and [`sobol`].
 //!
 //! Units: lengths are in scene units; radiance is in W sr^-1 m^-2 per linear RGB channel; times are in shutter
 //! units. Every float of the light transport is an `f32`, and every operation on it is one of `+ - * / sqrt`,
@@ -36,14 +14,9 @@
 
 #![forbid(unsafe_code)]
 
-pub mod atomic_file;
-pub mod builtin;
 pub mod camera;
-pub mod checkpoint;
 pub mod engine;
-pub mod file;
 pub mod film;
-pub mod image_file;
 pub mod material;
 pub mod ray;
 pub mod rng;

@@ -36,10 +36,13 @@ impl Scene {
     /// in an opaque sphere no photon is lost: the sky is sealed off and is no light at all.
     ///
     /// ```
-    /// # let mut scene = scene::builtin::scene("cornell").unwrap();
-    /// scene.background = scene::Rgb::ONE;
-    /// let spheres = scene.spheres.len();
-    /// assert_eq!(scene.with_sky().spheres.len(), spheres + 1);
+    /// use scene::{Camera, Rgb, Scene, Settings};
+    ///
+    /// let camera = Camera::default();
+    /// let (spheres, materials) = (Vec::new(), Vec::new());
+    /// let scene =
+    ///     Scene { name: "fog".into(), camera, spheres, materials, background: Rgb::ONE, settings: Settings::default() };
+    /// assert_eq!(scene.with_sky().spheres.len(), 1);
     /// ```
     #[must_use]
     pub fn with_sky(mut self) -> Self {
@@ -83,8 +86,14 @@ mod tests {
     /// Every sphere moves to where it is outermost, one at the end and one at the beginning of the exposure.
     #[test]
     fn the_sky_lies_around_everything_as_long_as_the_shutter_is_open() {
-        let mut scene = crate::builtin::scene("cornell").unwrap();
-        scene.background = Rgb::ONE;
+        let mut scene = Scene {
+            name: "moving".into(),
+            camera: Camera::default(),
+            materials: Vec::new(),
+            spheres: Vec::new(),
+            background: Rgb::ONE,
+            settings: Settings::default(),
+        };
         let at = |center: Vec3, velocity: Vec3, radius: f32| Sphere {
             center,
             velocity,

@@ -1,7 +1,7 @@
 //! A picture of where two images differ.
 
 use super::{CompareError, check};
-use scene::image_file::srgb;
+use files::image_file::srgb;
 use scene::{Film, Rgb};
 
 /// Where two images differ, in the colours of the map "magma": black for alike, through red, to pale yellow.

@@ -2,7 +2,7 @@
 
 use super::ssim::ssim;
 use super::{CompareError, check};
-use scene::image_file::srgb;
+use files::image_file::srgb;
 use scene::{Film, Rgb};
 use serde::Serialize;
 

@@ -2,8 +2,8 @@
 
 use super::*;
 use approx::assert_relative_eq;
+use files::image_file::srgb;
 use scene::Rgb;
-use scene::image_file::srgb;
 
 fn image(width: u32, height: u32, pixel: impl Fn(u32, u32) -> Rgb) -> Film {
     let pixels =

@@ -124,7 +124,7 @@ mod tests {
 
     #[test]
     fn balls_are_left_out_and_walls_and_lamps_stay() {
-        let scene = scene::builtin::scene("random").unwrap();
+        let scene = files::builtin::scene("random").unwrap();
         let thinned = thinned(&scene).unwrap();
         let counts: Vec<usize> = thinned.iter().map(|scene| scene.spheres.len()).collect();
         assert!(counts.windows(2).all(|pair| pair[0] < pair[1]), "{counts:?}");

@@ -3,9 +3,9 @@
 use super::cases::Case;
 use crate::error::Error;
 use crate::progress::Progress;
+use files::image_file::{self, Encoding};
 use ladder::{Options, Row};
 use scene::Film;
-use scene::image_file::{self, Encoding};
 use std::path::Path;
 
 /// What a row has rendered after each of `counts` iterations, which increase: fewer are the beginning of more.
@@ -58,7 +58,7 @@ mod tests {
     #[test]
     fn images_are_of_powers_of_two_and_of_all_iterations() {
         let of = |iterations| {
-            let scene = scene::builtin::scene("cornell").unwrap();
+            let scene = files::builtin::scene("cornell").unwrap();
             let settings = Settings { iterations, ..scene.settings };
             counts(&Case { name: String::new(), scene, settings, value: 0 }).collect::<Vec<_>>()
         };

@@ -17,10 +17,10 @@ use crate::error::Error;
 use crate::text::print;
 use args::{LadderArgs, Sweep};
 use cases::Case;
+use files::atomic_file;
 use ladder::{Options, ROWS, Row};
 use measure::{Runs, exponent, measure};
 use passes::PASSES;
-use scene::atomic_file;
 use std::fmt::Write;
 
 /// What has been measured.

@@ -6,9 +6,9 @@ use super::passes::PASSES;
 use super::roofline::Roofline;
 use super::rooflines::plain;
 use crate::error::Error;
+use files::atomic_file;
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use scene::atomic_file;
 use std::io::Write;
 use std::path::Path;
 

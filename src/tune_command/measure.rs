@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn renders_are_in_turns_and_alike() {
-        let scene = scene::builtin::scene("cornell").unwrap();
+        let scene = files::builtin::scene("cornell").unwrap();
         let settings =
             Settings { width: 16, height: 12, iterations: 1, photons_per_iteration: 200, ..scene.settings };
         let usual = Candidate { lanes: LaneKind::best(), parameters: Parameters::default() };

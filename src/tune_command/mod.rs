@@ -26,9 +26,10 @@ use crate::text::print;
 use crate::threads;
 use account::{Account, Subject};
 use args::TuneArgs;
+use files::{atomic_file, scene_file};
 use measure::Bench;
 use optimiser::Optimiser;
-use scene::{Settings, atomic_file, file};
+use scene::Settings;
 use search::{Budget, search};
 use space::Space;
 use std::path::{Path, PathBuf};
@@ -127,7 +128,7 @@ fn budget(args: &TuneArgs) -> Budget {
 fn subject(opened: &Opened, settings: Settings, threads: usize) -> Subject {
     Subject {
         scene: opened.stem.to_string_lossy().into_owned(),
-        scene_digest: file::digest(&opened.scene),
+        scene_digest: scene_file::digest(&opened.scene),
         settings,
         threads,
         machine: processor(),

@@ -12,7 +12,7 @@ fn prepared() -> Sandbox {
     sandbox.write("empty.toml", "");
     sandbox.write("note.txt", "no image");
     sandbox.write("note.png", "no image either");
-    sandbox.write("mine.toml", scene::builtin::find("cornell").unwrap().text);
+    sandbox.write("mine.toml", files::builtin::find("cornell").unwrap().text);
     sandbox
 }
 

@@ -1,7 +1,7 @@
 //! The command `compare`. What the metrics are worth is tested beside them.
 
 use crate::sandbox::{Ended, Sandbox};
-use scene::image_file::{self, Encoding};
+use files::image_file::{self, Encoding};
 use scene::{Film, Rgb};
 
 /// A folder with a grey image `a.exr`, one that is brighter in one pixel, `b.exr`, and one of another size.

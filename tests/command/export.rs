@@ -1,9 +1,9 @@
 //! The command `export`.
 
 use crate::sandbox::{Ended, Sandbox};
+use files::builtin::{self, SCENES};
 use roxmltree::{Document, Node};
 use scene::Vec3;
-use scene::builtin::{self, SCENES};
 
 /// Standard output of an export that succeeds.
 fn export(sandbox: &Sandbox, args: &[&str]) -> String {

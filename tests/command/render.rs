@@ -29,7 +29,7 @@ fn every_size_renders() {
 #[test]
 fn every_scene_renders_to_something() {
     let sandbox = Sandbox::new();
-    for builtin in scene::builtin::SCENES {
+    for builtin in files::builtin::SCENES {
         sandbox.render(&[builtin.name, "-o", "a.exr"]);
         let film = sandbox.image("a.exr");
         assert!(film.pixels.iter().any(|p| p.max_element() > 0.0), "{} is black", builtin.name);
@@ -148,7 +148,7 @@ fn stats_tell_what_was_asked_for_and_done() {
     ] {
         assert_eq!(settings[key], value, "{key}");
     }
-    let own = scene::builtin::find("cornell").unwrap().scene().settings;
+    let own = files::builtin::find("cornell").unwrap().scene().settings;
     assert_eq!(settings["initial_radius"], f64::from(own.initial_radius));
 
     let count = |key: &str| stats[key].as_u64().unwrap_or_else(|| panic!("{key}: {stats}"));
@@ -181,7 +181,7 @@ fn memory_per_pixel_is_as_stated() {
 fn a_scene_in_another_folder_is_rendered_here() {
     let sandbox = Sandbox::new();
     fs::create_dir(sandbox.path("scenes")).unwrap();
-    sandbox.write("scenes/box.toml", scene::builtin::find("cornell").unwrap().text);
+    sandbox.write("scenes/box.toml", files::builtin::find("cornell").unwrap().text);
     sandbox.render(&["scenes/box.toml"]);
     assert_eq!(sandbox.names(), ["box.png", "scenes/", "scenes/box.toml"]);
 }

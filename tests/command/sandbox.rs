@@ -67,7 +67,7 @@ impl Sandbox {
     }
 
     pub(crate) fn image(&self, name: &str) -> Film {
-        scene::image_file::read(&self.path(name)).unwrap()
+        files::image_file::read(&self.path(name)).unwrap()
     }
 
     pub(crate) fn json(&self, name: &str) -> serde_json::Value {

@@ -1,7 +1,7 @@
 //! The command `scenes`.
 
 use crate::sandbox::{Ended, Sandbox};
-use scene::builtin::SCENES;
+use files::builtin::SCENES;
 use std::io;
 
 #[test]

@@ -1,9 +1,10 @@
 //! The command `trace`.
 
 use crate::sandbox::Sandbox;
+use files::builtin;
 use npyz::{NpyFile, Order, WriterBuilder as _};
 use scene::ray::NO_SPHERE;
-use scene::{Ray, Vec3, builtin};
+use scene::{Ray, Vec3};
 
 /// A row of the file of hits, as numpy users see it.
 #[derive(Clone, Copy, Debug, PartialEq, npyz::Deserialize)]

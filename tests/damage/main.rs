@@ -6,11 +6,12 @@
 #[path = "../shared/cases.rs"]
 mod cases;
 
+use files::checkpoint::{Checkpoint, Contents, write};
+use files::image_file::{self, Encoding, Format, decode_bytes, decode_note_bytes};
+use files::scene_file;
 use peak_alloc::PeakAlloc;
-use scene::checkpoint::{Checkpoint, Contents, write};
-use scene::image_file::{self, Encoding, Format, decode_bytes, decode_note_bytes};
 use scene::rng::{Family, Stream, StreamKey};
-use scene::{Engine, Film, Resumable, Settings, file};
+use scene::{Engine, Film, Resumable, Settings};
 use std::collections::BTreeSet;
 use std::io::Cursor;
 
@@ -42,7 +43,7 @@ fn read_checkpoint(bytes: &[u8]) -> Result<String, String> {
 
 fn read_scene(bytes: &[u8]) -> Result<String, String> {
     let text = std::str::from_utf8(bytes).map_err(|e| e.to_string())?;
-    file::parse("a.toml", text).map(|scene| scene.name).map_err(|e| e.to_string())
+    scene_file::parse("a.toml", text).map(|scene| scene.name).map_err(|e| e.to_string())
 }
 
 /// The pixels by a checksum; whatever the note says, it can be read or is refused too.
@@ -69,11 +70,11 @@ fn image(extension: &str) -> Vec<u8> {
 }
 
 fn checkpoint() -> Vec<u8> {
-    let scene = scene::builtin::scene("cornell").unwrap();
+    let scene = files::builtin::scene("cornell").unwrap();
     let settings = Settings { width: 48, height: 32, photons_per_iteration: 1000, ..scene.settings };
     let mut engine = fast::Sppm::new(&scene, &settings);
     engine.iterate();
-    let (text, digest) = (file::to_text(&scene, engine.settings()), file::digest(&scene));
+    let (text, digest) = (scene_file::to_text(&scene, engine.settings()), scene_file::digest(&scene));
     let contents = Contents { scene: &text, digest: &digest, version: "1", note: "{}", past: None };
     let mut bytes = Vec::new();
     write(&mut bytes, &engine, &contents).unwrap();
@@ -82,7 +83,7 @@ fn checkpoint() -> Vec<u8> {
 
 fn specimens() -> Vec<Specimen> {
     let scene = |name: &'static str| {
-        let bytes = scene::builtin::find(name).unwrap().text.as_bytes().to_vec();
+        let bytes = files::builtin::find(name).unwrap().text.as_bytes().to_vec();
         Specimen { name, bytes, read: read_scene, is_summed: false }
     };
     let image = |name, extension: &str, read: Reader| Specimen {

@@ -1,8 +1,8 @@
 //! Every built-in scene, by its own settings but for size, photons and iterations.
 
 use crate::pair::{all_lanes, assert_equal, tell};
+use files::builtin::SCENES;
 use scene::Settings;
-use scene::builtin::SCENES;
 
 #[test]
 fn built_in_scenes() {
@@ -19,7 +19,7 @@ fn built_in_scenes() {
 
 #[test]
 fn every_number_of_threads() {
-    let scene = scene::builtin::scene("cornell").unwrap();
+    let scene = files::builtin::scene("cornell").unwrap();
     // More than one unit of parallel work for every thread: 20 of photons, 12 of pixels.
     let settings =
         Settings { width: 192, height: 128, iterations: 2, photons_per_iteration: 80_001, ..scene.settings };

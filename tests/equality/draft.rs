@@ -1,10 +1,11 @@
-//! Random scenes as drafts: written as a scene file and read by `scene::file`, so that what is rendered is what a
+//! Random scenes as drafts: written as a scene file and read by `files::scene_file`, so that what is rendered is what a
 //! user could render, and a scene that fails can be kept as it is.
 
 use crate::placement::{Placement, among_others, around_all, log_uniform, point};
+use files::scene_file;
 use proptest::prelude::*;
 use scene::settings::RADIUS_RANGE;
-use scene::{Material, Rgb, Scene, Settings, Vec3, file};
+use scene::{Material, Rgb, Scene, Settings, Vec3};
 use std::fmt::Write;
 
 /// A scene that need not be valid.
@@ -61,7 +62,7 @@ pub(crate) fn case(spheres: impl Into<prop::collection::SizeRange>) -> impl Stra
         let initial_radius = (settings.initial_radius * draft.unit).clamp(low, high);
         let settings = Settings { initial_radius, ..settings };
         let text = draft.to_toml();
-        let scene = file::parse("random.toml", &text).ok()?;
+        let scene = scene_file::parse("random.toml", &text).ok()?;
         Some(Case { text, scene, settings })
     })
 }

@@ -54,7 +54,7 @@ fn photon_ways() -> Vec<Way> {
 
 fn scenes() -> Vec<(Scene, Settings)> {
     let tiny = |name| {
-        let scene = scene::builtin::scene(name).unwrap();
+        let scene = files::builtin::scene(name).unwrap();
         let settings = Settings {
             width: 21,
             height: 13,
@@ -157,7 +157,7 @@ fn the_path_tracer_goes_on_where_it_stopped() {
 /// Stops iterations at moments from their first to their last microseconds, some not at all.
 #[test]
 fn an_abandoned_iteration_leaves_no_trace() {
-    let (scene, settings) = (scene::builtin::scene("cornell").unwrap(), Settings::default());
+    let (scene, settings) = (files::builtin::scene("cornell").unwrap(), Settings::default());
     let settings =
         Settings { width: 96, height: 64, photons_per_iteration: 20_000, iterations: 2, ..settings };
     for way in photon_ways().into_iter().chain([Way::Paths { threads: 2 }]) {

@@ -177,7 +177,7 @@ fn a_bit_makes_a_difference() {
 /// That the effort of two settings is not silently the same: other settings make another image.
 #[test]
 fn another_seed_makes_a_difference() {
-    let scene = scene::builtin::scene("cornell").unwrap();
+    let scene = files::builtin::scene("cornell").unwrap();
     let settings = Settings { width: 9, height: 8, photons_per_iteration: 50, ..scene.settings };
     let (mut one, mut other) = (
         reference::Sppm::new(&scene, &settings),

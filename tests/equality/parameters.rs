@@ -11,7 +11,7 @@ use std::cell::Cell;
 /// Scenes with few balls, with many, and with some that move; the radii are large, so that photons count.
 fn scenes() -> Vec<(Scene, Settings)> {
     let small = |name| {
-        let scene = scene::builtin::scene(name).unwrap();
+        let scene = files::builtin::scene(name).unwrap();
         let size = Settings { width: 40, height: 27, iterations: 2, ..scene.settings };
         (scene, Settings { photons_per_iteration: 3000, initial_radius: 5.0, ..size })
     };

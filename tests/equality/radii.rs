@@ -25,7 +25,7 @@ const RADII: [(f32, u32, u32); 14] = [
 fn first_radii() {
     let mut cases = 0;
     for name in ["cornell", "random", "motion"] {
-        let scene = scene::builtin::scene(name).unwrap();
+        let scene = files::builtin::scene(name).unwrap();
         for (initial_radius, width, height) in RADII {
             let settings = Settings {
                 width,
@@ -45,7 +45,7 @@ fn first_radii() {
 fn radii_that_spread() {
     let mut cases = 0;
     for (name, initial_radius) in [("cornell", 40.0), ("mirror", 15.0), ("focus", 6.0)] {
-        let scene = scene::builtin::scene(name).unwrap();
+        let scene = files::builtin::scene(name).unwrap();
         let settings = Settings {
             width: 24,
             height: 24,
@@ -72,7 +72,7 @@ fn radii_of_the_size_of_rounding() {
              [[sphere]]\ncenter = [{offset:?}, 0, 0]\nradius = 9\nemission = [1, 1, 1]\n\
              material = {{ type = \"diffuse\", albedo = [0.5, 0.5, 0.5] }}\n"
         );
-        let scene = scene::file::parse("far.toml", &text).unwrap();
+        let scene = files::scene_file::parse("far.toml", &text).unwrap();
         for step in 0..48 {
             // From far below the rounding of coordinates to well above.
             let ulp = offset.max(1.0) * f32::EPSILON;

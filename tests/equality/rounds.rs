@@ -7,7 +7,7 @@ use scene::Settings;
 fn rounds_of_photons() {
     let mut cases = 0;
     for name in ["cornell", "motion"] {
-        let scene = scene::builtin::scene(name).unwrap();
+        let scene = files::builtin::scene(name).unwrap();
         // A round is of 1024 photons at least, a job's; the last has one.
         let settings = Settings {
             width: 40,

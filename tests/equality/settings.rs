@@ -5,7 +5,7 @@ use scene::settings::MAX_DEPTH;
 use scene::{Engine, Film, Rgb, Scene, Settings, Sphere};
 
 fn builtin(name: &str) -> (Scene, Settings) {
-    let scene = scene::builtin::scene(name).unwrap();
+    let scene = files::builtin::scene(name).unwrap();
     let settings = Settings {
         width: 20,
         height: 15,

@@ -37,7 +37,7 @@ const SIZES: [(u32, u32); 26] = [
 fn sizes() {
     let mut cases = 0;
     for name in ["cornell", "focus"] {
-        let scene = scene::builtin::scene(name).unwrap();
+        let scene = files::builtin::scene(name).unwrap();
         for (number, (width, height)) in SIZES.into_iter().enumerate() {
             let settings = Settings {
                 width,

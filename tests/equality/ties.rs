@@ -31,7 +31,7 @@ fn a_lamp_that_all_but_coincides_with_a_ball() {
             "#,
             4.0 * f32::EPSILON * radius
         );
-        let scene = scene::file::parse("ties.toml", &text).unwrap();
+        let scene = files::scene_file::parse("ties.toml", &text).unwrap();
         let settings = Settings {
             width: 16,
             height: 16,

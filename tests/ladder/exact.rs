@@ -11,11 +11,11 @@ fn all_rows() -> Vec<&'static Row> {
 
 #[test]
 fn builtin_scenes() {
-    for about in scene::builtin::SCENES {
+    for about in files::builtin::SCENES {
         let (scene, settings) = builtin(about.name);
         assert_exact(&scene, &settings, &all_rows(), &Options::exact());
     }
-    tell("ladder", scene::builtin::SCENES.len() * ROWS.len(), "built-in scenes, by all rows, on bits");
+    tell("ladder", files::builtin::SCENES.len() * ROWS.len(), "built-in scenes, by all rows, on bits");
 }
 
 /// Sizes that the published program stumbles over: bin counts that divide its hash's differences, and widths and

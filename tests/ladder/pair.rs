@@ -59,7 +59,7 @@ pub(crate) const ALL: [&str; 4] = ["direct", "count", "radius", "image"];
 
 /// A built-in scene, small, but with wide radii, so that visible points lie in several cells and get many photons.
 pub(crate) fn builtin(name: &str) -> (Scene, Settings) {
-    let scene = scene::builtin::scene(name).unwrap();
+    let scene = files::builtin::scene(name).unwrap();
     let settings = Settings {
         width: 33,
         height: 21,

@@ -4,10 +4,10 @@
 use crate::cases::tell;
 use crate::sandbox::Sandbox;
 use fast::LaneKind;
+use files::builtin::SCENES;
+use files::checkpoint::Store;
+use files::image_file;
 use rustix::process::{Pid, Signal, kill_process};
-use scene::builtin::SCENES;
-use scene::checkpoint::Store;
-use scene::image_file;
 use scene::rng::{Family, Stream, StreamKey};
 use std::process::Stdio;
 use std::thread::sleep;

@@ -14,14 +14,14 @@ fn images_and_checkpoints_say_what_made_them() {
     let sandbox = Sandbox::new();
     sandbox.render(&["mirror", "-o", "a.png", "--seed=7", "--exposure=1", "--checkpoint=a.sppm"]);
     sandbox.render(&["mirror", "-o", "a.exr", "--seed=7", "--radius-image=r.exr", "--engine=reference"]);
-    let scene = scene::builtin::scene("mirror").unwrap();
+    let scene = files::builtin::scene("mirror").unwrap();
     for file in ["a.png", "a.exr", "r.exr", "a.sppm"] {
         let info = info(&sandbox, file);
         assert_eq!(info["version"], env!("CARGO_PKG_VERSION"));
         assert_eq!(info["kind"], if file == "a.sppm" { "checkpoint" } else { "image" });
         assert_eq!(
             (&info["scene"], &info["scene_digest"]),
-            (&scene.name.clone().into(), &scene::file::digest(&scene).into())
+            (&scene.name.clone().into(), &files::scene_file::digest(&scene).into())
         );
         assert_eq!((&info["iterations"], &info["photons"]), (&2.into(), &1000.into()));
         assert_eq!((&info["settings"]["seed"], &info["settings"]["width"]), (&7.into(), &16.into()));
@@ -41,7 +41,7 @@ fn images_and_checkpoints_say_what_made_them() {
 #[test]
 fn like_repeats_a_render_bit_for_bit() {
     let sandbox = Sandbox::new();
-    sandbox.write("mine.toml", &scene::builtin::find("focus").unwrap().text.replace("seed", "# seed"));
+    sandbox.write("mine.toml", &files::builtin::find("focus").unwrap().text.replace("seed", "# seed"));
     for (scene, file, args) in [
         ("cornell", "a.png", &["--exposure=-1.5", "--seed=9"][..]),
         ("motion", "a.exr", &["--engine=reference"]),
@@ -85,10 +85,10 @@ fn what_says_nothing_is_told() {
     let sandbox = Sandbox::new();
     sandbox.render(&["cornell", "-o", "a.pfm"]);
     sandbox.render(&["cornell", "-o", "a.png"]);
-    scene::image_file::write(
+    files::image_file::write(
         &sandbox.path("b.png"),
         &sandbox.image("a.pfm"),
-        &scene::image_file::Encoding::default(),
+        &files::image_file::Encoding::default(),
     )
     .unwrap();
     sandbox.write("c.png", "no image");

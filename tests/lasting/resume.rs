@@ -123,7 +123,7 @@ fn other_renders_are_not_overwritten() {
 #[test]
 fn one_render_at_a_time_has_a_checkpoint() {
     let sandbox = kept();
-    let lock = scene::checkpoint::Store::new(sandbox.path("a.sppm")).lock().unwrap();
+    let lock = files::checkpoint::Store::new(sandbox.path("a.sppm")).lock().unwrap();
     let process = format!("process {}", std::process::id());
     for args in [["resume", "a.sppm", "-q"], ["render", "cornell", "--checkpoint=a.sppm"]] {
         sandbox.run(args).refused(&["a.sppm", "in use by another render", &process]);

@@ -1,6 +1,6 @@
 //! What a failure leaves behind: a picture, expected | difference | actual, and a list of the pixels that differ.
 
-use scene::image_file::{self, Encoding};
+use files::image_file::{self, Encoding};
 use scene::{Film, Rgb};
 use serde_json::json;
 use sppm::compare::difference_image;

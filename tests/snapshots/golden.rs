@@ -3,7 +3,7 @@
 use crate::difference;
 use crate::rows::Row;
 use crate::summary::summary;
-use scene::image_file::{self, Encoding};
+use files::image_file::{self, Encoding};
 use scene::{Engine, Film};
 use std::path::{Path, PathBuf};
 use std::{env, fs};

@@ -3,8 +3,9 @@
 use crate::cases::tell;
 use crate::golden;
 use fast::LaneKind;
+use files::scene_file;
 use reference::PathTracer;
-use scene::{Engine, Scene, Settings, file};
+use scene::{Engine, Scene, Settings};
 
 /// A scene with the settings that it is rendered by.
 pub(crate) struct Row {
@@ -27,7 +28,7 @@ impl Row {
 }
 
 fn builtin(name: &str) -> Scene {
-    scene::builtin::scene(name).unwrap()
+    files::builtin::scene(name).unwrap()
 }
 
 /// Balls under an open sky: no walls, and most paths escape.
@@ -59,7 +60,7 @@ radius = 0.3
 material = { type = "diffuse", albedo = [0.2, 0.2, 0.2] }
 emission = [12, 8, 4]
 "#;
-    file::parse("open_sky", TEXT).unwrap()
+    scene_file::parse("open_sky", TEXT).unwrap()
 }
 
 fn run(mut engine: impl Engine, settings: &Settings) -> impl Engine {

@@ -39,7 +39,7 @@ fn points_are_trusted_to_a_few_roundings_of_the_largest_coordinate_of_a_ball() {
         emission: Rgb::ZERO,
     };
     let bound = |balls: &[Sphere]| {
-        let mut scene = scene::builtin::scene("cornell").unwrap();
+        let mut scene = files::builtin::scene("cornell").unwrap();
         // Walls do not count.
         scene.spheres.retain(|sphere| sphere.radius > 1e3);
         scene.spheres.extend_from_slice(balls);
@@ -65,7 +65,7 @@ fn iterations(mut engine: Sppm, count: u32) -> Vec<(u64, u64, Option<bool>)> {
 /// Sums of all pixels are held for a join that is long, as the last one tells.
 #[test]
 fn a_join_is_long_after_one_that_tested_many_pairs() {
-    let scene = scene::builtin::scene("cornell").unwrap();
+    let scene = files::builtin::scene("cornell").unwrap();
     let settings = Settings { width: 64, height: 48, photons_per_iteration: 20_000, ..scene.settings };
     let engine = || Sppm::new(&scene, &settings);
     let short = iterations(engine(), 3);
@@ -86,7 +86,7 @@ fn a_join_is_long_after_one_that_tested_many_pairs() {
 /// The first join is long if there are many deposits, as no other has told.
 #[test]
 fn a_first_join_is_long_where_there_are_many_deposits() {
-    let scene = scene::builtin::scene("cornell").unwrap();
+    let scene = files::builtin::scene("cornell").unwrap();
     let bytes = |photons, long_join: Option<u64>| {
         let settings = Settings {
             width: 16,
@@ -104,7 +104,7 @@ fn a_first_join_is_long_where_there_are_many_deposits() {
 
 #[test]
 fn seconds_of_passes_add_up_to_no_more_than_all() {
-    let scene = scene::builtin::scene("cornell").unwrap();
+    let scene = files::builtin::scene("cornell").unwrap();
     let settings = Settings { width: 40, height: 30, photons_per_iteration: 5000, ..scene.settings };
     let began = Instant::now();
     let mut engine = Sppm::new(&scene, &settings);

@@ -318,7 +318,7 @@ fn where_a_lamp_is_touched_it_gives_nothing() {
 /// The engines agree on photons in any piece of the range, not only on all.
 #[test]
 fn photons_from_the_middle() {
-    let scene = scene::builtin::scene("cornell").unwrap();
+    let scene = files::builtin::scene("cornell").unwrap();
     let settings = Settings { photons_per_iteration: 1000, ..scene.settings };
     let still = scene.at(0.0);
     let run = |lanes, photons| {

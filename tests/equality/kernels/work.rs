@@ -50,7 +50,7 @@ fn joins_test_few_pairs() {
     ];
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     for (name, expected) in cases {
-        let scene = scene::builtin::scene(name).unwrap();
+        let scene = files::builtin::scene(name).unwrap();
         let settings = Settings {
             width: 128,
             height: 96,

@@ -1,0 +1,59 @@
+//! The scenes that come with the program, embedded from `fixtures/scenes`.
+
+use crate::scene_file;
+use scene::Scene;
+
+/// A scene that needs no file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Builtin {
+    /// What the command line calls it.
+    pub name: &'static str,
+    /// Its scene file.
+    pub text: &'static str,
+    /// What there is to see, in a line.
+    pub about: &'static str,
+}
+
+macro_rules! builtin {
+    ($name:literal, $about:literal) => {
+        Builtin {
+            name: $name,
+            text: include_str!(concat!("../../fixtures/scenes/", $name, ".toml")),
+            about: $about,
+        }
+    };
+}
+
+/// Every built-in scene: the five of the paper, then two for the camera's lens and shutter.
+pub const SCENES: &[Builtin] = &[
+    builtin!("cornell", "a mirror ball and a glass ball in a box, two coloured lamps"),
+    builtin!("large", "a large lamp, two grey mirror balls and a glass ball in a wide, tall box"),
+    builtin!("mirror", "five glass balls from small to large before a mirror wall"),
+    builtin!("random", "172 mirror and glass balls on a floor"),
+    builtin!("surgery", "63 small lamps above two mirror balls and a glass ball"),
+    builtin!("focus", "depth of field: a lens focused on a glass ball in a row that runs into the depth"),
+    builtin!(
+        "motion",
+        "motion blur: a flying, a rolling and a falling ball, a spark, and a caustic on the move"
+    ),
+];
+
+/// The built-in scene called `name`.
+pub fn find(name: &str) -> Option<&'static Builtin> {
+    SCENES.iter().find(|b| b.name == name)
+}
+
+/// The built-in scene called `name`, ready to render.
+pub fn scene(name: &str) -> Option<Scene> {
+    find(name).map(Builtin::scene)
+}
+
+impl Builtin {
+    /// The scene, ready to render.
+    ///
+    /// # Panics
+    /// Never: a test reads every built-in scene.
+    pub fn scene(&self) -> Scene {
+        scene_file::parse(self.name, self.text).unwrap_or_else(|e| panic!("built-in scene: {e}"))
+    }
+}

@@ -1,0 +1,183 @@
+//! Checkpoints in.
+
+use super::sections::{ACCOUNT, FRAME, HEADER, NOTE, Name, PAST, SCENE, SUMS, Section, read_header};
+use super::write::{past_bytes, sums_bytes};
+use super::{Account, Damage, Past};
+use crate::scene_file;
+use scene::settings::MAX_ITERATIONS;
+use scene::{Film, Resumable, Rgb, Scene, Settings, Sums};
+use std::io::{Read, Seek, SeekFrom};
+
+/// No honest account or note is longer.
+const MOST_TEXT: u64 = 1 << 20;
+
+/// A checkpoint that was read and found to be whole. Its sums stay in the file until an engine takes them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checkpoint {
+    /// The scene; its settings are those of the render.
+    pub scene: Scene,
+    /// What was done.
+    pub account: Account,
+    /// What the program noted for itself.
+    pub note: String,
+    /// The earlier image, if there is one.
+    pub past: Option<Past>,
+    /// Where the section of the sums begins.
+    sums_at: u64,
+}
+
+impl Checkpoint {
+    /// Reads a file of `length` bytes and checks all of it.
+    ///
+    /// # Errors
+    /// If a bit is not as it was written.
+    pub fn read(input: &mut (impl Read + Seek), length: u64) -> Result<Self, Damage> {
+        input.seek(SeekFrom::Start(0))?;
+        read_header(input, length)?;
+        let mut at = HEADER;
+        let text = text(input, SCENE, &mut at, length, scene_file::MAX_BYTES)?;
+        let account_text = self::text(input, ACCOUNT, &mut at, length, MOST_TEXT)?;
+        let note = self::text(input, NOTE, &mut at, length, MOST_TEXT)?;
+        let digest_and_scene = parse_scene(&text);
+        drop(text);
+        let (digest, scene) = digest_and_scene?;
+        let account = parse_account(&account_text, &scene, digest)?;
+        let sums_at = at;
+        let mut sums = begin_sums(&mut *input, &scene.settings, account.sums, at, length)?;
+        at += FRAME + sums.length;
+        let mut fault = None;
+        for_each_row(&mut sums, &scene.settings, account.sums, |_, words| {
+            let mut pixels = words.chunks_exact(account.sums.words());
+            let radius = scene.settings.initial_radius;
+            fault = fault.or_else(|| pixels.find_map(|words| account.sums.fault(words, radius)));
+        })?;
+        sums.end()?;
+        if let Some(fault) = fault {
+            return Err(invalid(SUMS, fault));
+        }
+        let past = match length - at {
+            0 => None,
+            left => Some(read_past(&mut *input, left, &scene.settings, &account)?),
+        };
+        Ok(Self { scene, account, note, past, sums_at })
+    }
+
+    /// Lets `engine`, a render of this scene and its settings that has not begun, go on from here. `input` is the
+    /// file that this was read from.
+    ///
+    /// # Errors
+    /// If the file has changed since, or is of another algorithm. Then `engine` may hold part of it, and is of no use.
+    pub fn restore(&self, input: &mut (impl Read + Seek), engine: &mut dyn Resumable) -> Result<(), Damage> {
+        let (settings, sums) = (&self.scene.settings, self.account.sums);
+        if engine.sums() != sums {
+            return Err(invalid(ACCOUNT, format!("is of {sums}, and the engine's is of {}", engine.sums())));
+        }
+        input.seek(SeekFrom::Start(self.sums_at))?;
+        let left = FRAME + sums_bytes(sums, settings.pixels() as u64);
+        let mut section = begin_sums(input, settings, sums, self.sums_at, self.sums_at + left)?;
+        for_each_row(&mut section, settings, sums, |y, words| engine.load_row(y, words))?;
+        section.end()?;
+        engine.go_on_after(self.account.iterations, self.account.stats);
+        Ok(())
+    }
+}
+
+fn invalid(section: Name, problem: impl Into<String>) -> Damage {
+    Damage::Invalid { section: section.1, problem: problem.into() }
+}
+
+/// The text of the section at `at` of a file of `length` bytes; moves `at` behind it.
+fn text(input: &mut impl Read, name: Name, at: &mut u64, length: u64, most: u64) -> Result<String, Damage> {
+    let section = Section::begin(input, name, length - *at)?;
+    *at += FRAME + section.length;
+    String::from_utf8(section.read_all(most)?).map_err(|_| invalid(name, "is not UTF-8"))
+}
+
+/// The scene, with its digest.
+fn parse_scene(text: &str) -> Result<(String, Scene), Damage> {
+    let scene = scene_file::parse("scene", text)
+        .map_err(|error| invalid(SCENE, format!("cannot be used: {error}")))?;
+    Ok((scene_file::digest(&scene), scene))
+}
+
+fn parse_account(text: &str, scene: &Scene, ours: String) -> Result<Account, Damage> {
+    let account: Account =
+        serde_json::from_str(text).map_err(|error| invalid(ACCOUNT, format!("cannot be used: {error}")))?;
+    if account.scene != ours {
+        let theirs = account.scene.chars().take(64).flat_map(char::escape_debug).collect();
+        return Err(Damage::OtherScene { theirs, ours });
+    }
+    let Account { iterations, .. } = account;
+    if iterations > MAX_ITERATIONS.min(scene.settings.iterations) {
+        let all = scene.settings.iterations;
+        return Err(invalid(ACCOUNT, format!("has {iterations} iterations, of {all} that were asked for")));
+    }
+    Ok(account)
+}
+
+/// Begins the section of the sums, at `at` of a file of `length` bytes.
+fn begin_sums<R: Read>(
+    input: R,
+    settings: &Settings,
+    sums: Sums,
+    at: u64,
+    length: u64,
+) -> Result<Section<R>, Damage> {
+    let section = Section::begin(input, SUMS, length - at)?;
+    let (has, expected) = (section.length, sums_bytes(sums, settings.pixels() as u64));
+    if has == expected {
+        Ok(section)
+    } else {
+        Err(section.refuse(format!("has {has} bytes where the image takes {expected}")))
+    }
+}
+
+/// Gives every row, once it is known to hold what an engine can go on from.
+fn for_each_row<R: Read>(
+    section: &mut Section<R>,
+    settings: &Settings,
+    sums: Sums,
+    mut take: impl FnMut(u32, &[u32]),
+) -> Result<(), Damage> {
+    let mut words = vec![0; settings.width as usize * sums.words()];
+    let mut bytes = vec![0; 4 * words.len()];
+    for y in 0..settings.height {
+        section.read_exact(&mut bytes)?;
+        for (word, bytes) in words.iter_mut().zip(bytes.chunks_exact(4)) {
+            *word = u32::from_le_bytes(std::array::from_fn(|i| bytes[i]));
+        }
+        take(y, &words);
+    }
+    Ok(())
+}
+
+/// The earlier image, which is all that is left.
+fn read_past(
+    input: &mut impl Read,
+    left: u64,
+    settings: &Settings,
+    account: &Account,
+) -> Result<Past, Damage> {
+    let mut section = Section::begin(input, PAST, left)?;
+    let (has, expected) = (section.length, past_bytes(settings.pixels() as u64));
+    if has != expected || left != FRAME + has {
+        return Err(section.refuse(format!("has {has} bytes where it takes {expected}")));
+    }
+    let mut word = [0; 4];
+    section.read_exact(&mut word)?;
+    let iterations = u32::from_le_bytes(word);
+    let mut film = Film::new(settings.width, settings.height);
+    let mut bytes = vec![0; 12 * settings.width as usize];
+    for row in film.pixels.chunks_exact_mut(settings.width as usize) {
+        section.read_exact(&mut bytes)?;
+        for (pixel, bytes) in row.iter_mut().zip(bytes.chunks_exact(12)) {
+            let channel = |c: usize| f32::from_le_bytes(std::array::from_fn(|i| bytes[4 * c + i]));
+            *pixel = Rgb::new(channel(0), channel(1), channel(2));
+        }
+    }
+    section.end()?;
+    if !(1..=account.iterations).contains(&iterations) {
+        return Err(invalid(PAST, format!("is of iteration {iterations}, of {}", account.iterations)));
+    }
+    Ok(Past { iterations, film })
+}

@@ -1,0 +1,355 @@
+//! Checkpoints out and in, and what is wrong with those that are not as they were written.
+
+use super::sections::{ACCOUNT, FRAME, HEADER, NOTE, PAST, SCENE, SUMS};
+use super::*;
+use crate::atomic_file::Output;
+use crate::scene_file;
+use scene::{Engine, Plane, Probe, Resumable, Rgb, Scene, Settings, Stop};
+use std::fs;
+use std::io::{self, Cursor, Write as _};
+use tempfile::TempDir;
+
+/// An engine that knows its words and nothing else.
+struct Memory {
+    settings: Settings,
+    sums: Sums,
+    words: Vec<u32>,
+    iterations: u32,
+    stats: Stats,
+}
+
+impl Memory {
+    /// With words that an engine may leave, all different.
+    fn new(settings: Settings, sums: Sums) -> Self {
+        let radius_squared = settings.initial_radius * settings.initial_radius;
+        let word = |i: usize| match (sums, i % 8) {
+            (Sums::Photons, 6) => (i as f32).to_bits(),
+            (Sums::Photons, 7) => (radius_squared / (1.0 + i as f32)).to_bits(),
+            _ => (i as u32).wrapping_mul(0x9e37_79b9),
+        };
+        let words = (0..settings.pixels() * sums.words()).map(word).collect();
+        let stats = Stats { photons: u64::MAX, camera_seconds: 0.1, ..Stats::default() };
+        Self { settings, sums, words, iterations: 3, stats }
+    }
+
+    fn blank(settings: Settings, sums: Sums) -> Self {
+        let words = vec![0; settings.pixels() * sums.words()];
+        Self { settings, sums, words, iterations: 0, stats: Stats::default() }
+    }
+
+    fn row(&mut self, y: u32) -> &mut [u32] {
+        let length = self.settings.width as usize * self.sums.words();
+        &mut self.words[y as usize * length..][..length]
+    }
+}
+
+impl Engine for Memory {
+    fn iterate(&mut self) {}
+    fn iterations(&self) -> u32 {
+        self.iterations
+    }
+    fn develop(&self) -> Film {
+        Film::new(self.settings.width, self.settings.height)
+    }
+    fn direct(&self) -> Option<Film> {
+        None
+    }
+    fn radius(&self) -> Option<Plane> {
+        None
+    }
+    fn count(&self) -> Option<Plane> {
+        None
+    }
+    fn stats(&self) -> &Stats {
+        &self.stats
+    }
+}
+
+impl Resumable for Memory {
+    fn settings(&self) -> &Settings {
+        &self.settings
+    }
+    fn sums(&self) -> Sums {
+        self.sums
+    }
+    fn save_row(&self, y: u32, words: &mut [u32]) {
+        words.copy_from_slice(&self.words[y as usize * words.len()..][..words.len()]);
+    }
+    fn load_row(&mut self, y: u32, words: &[u32]) {
+        self.row(y).copy_from_slice(words);
+    }
+    fn probe(&self, _: u32, _: u32) -> Probe {
+        Probe::default()
+    }
+    fn go_on_after(&mut self, iterations: u32, stats: Stats) {
+        (self.iterations, self.stats) = (iterations, stats);
+    }
+    fn iterate_unless(&mut self, _: &Stop) -> bool {
+        true
+    }
+}
+
+fn scene() -> Scene {
+    let scene = crate::builtin::scene("cornell").unwrap();
+    Scene { settings: Settings { width: 5, height: 3, iterations: 7, ..scene.settings }, ..scene }
+}
+
+/// A checkpoint as bytes.
+fn bytes(engine: &Memory, digest: &str, past: Option<&Past>) -> Vec<u8> {
+    let text = scene_file::to_text(&scene(), &engine.settings);
+    let contents = Contents { scene: &text, digest, version: "1.2.3", note: "{}", past };
+    let mut bytes = Vec::new();
+    write(&mut bytes, engine, &contents).unwrap();
+    bytes
+}
+
+fn whole(sums: Sums, past: Option<&Past>) -> Vec<u8> {
+    bytes(&Memory::new(scene().settings, sums), &scene_file::digest(&scene()), past)
+}
+
+fn read(bytes: &[u8]) -> Result<Checkpoint, Damage> {
+    Checkpoint::read(&mut Cursor::new(bytes), bytes.len() as u64)
+}
+
+fn past() -> Past {
+    let pixels = (0..15).map(|i| Rgb::new(i as f32, -0.5, f32::MAX)).collect();
+    Past { iterations: 2, film: Film { width: 5, height: 3, pixels } }
+}
+
+#[test]
+fn what_is_written_is_read() {
+    for sums in [Sums::Photons, Sums::Paths] {
+        for past in [None, Some(past())] {
+            let bytes = whole(sums, past.as_ref());
+            let checkpoint = read(&bytes).unwrap();
+            assert_eq!(checkpoint.scene, scene());
+            assert_eq!((checkpoint.past.as_ref(), &checkpoint.note[..]), (past.as_ref(), "{}"));
+            let engine = Memory::new(scene().settings, sums);
+            let account = Account {
+                version: "1.2.3".into(),
+                scene: scene_file::digest(&scene()),
+                sums,
+                iterations: 3,
+                stats: engine.stats,
+            };
+            assert_eq!(checkpoint.account, account);
+            let mut again = Memory::blank(scene().settings, sums);
+            checkpoint.restore(&mut Cursor::new(&bytes), &mut again).unwrap();
+            assert_eq!((again.words, again.iterations, again.stats), (engine.words, 3, engine.stats));
+            let text = scene_file::to_text(&scene(), &scene().settings);
+            let estimate = length(&text, "{}", &scene().settings, sums, past.is_some());
+            assert!((estimate - 4096..=estimate).contains(&(bytes.len() as u64)));
+        }
+    }
+}
+
+#[test]
+fn the_format_is_as_documented() {
+    let bytes = whole(Sums::Photons, Some(&past()));
+    assert_eq!(bytes[..8], *b"\x89SPPM\r\n\x1a");
+    assert_eq!(bytes[8..12], FORMAT.to_le_bytes());
+    assert_eq!(bytes[12..20], (bytes.len() as u64).to_le_bytes());
+    assert_eq!(bytes[20..24], crc32fast::hash(&bytes[..20]).to_le_bytes());
+    let mut at = HEADER as usize;
+    for name in [SCENE, ACCOUNT, NOTE, SUMS, PAST] {
+        assert_eq!(bytes[at..at + 4], name.0);
+        let length = u64::from_le_bytes(bytes[at + 4..at + 12].try_into().unwrap()) as usize;
+        let end = at + 12 + length;
+        assert_eq!(bytes[end..end + 4], crc32fast::hash(&bytes[at..end]).to_le_bytes());
+        at += FRAME as usize + length;
+    }
+    assert_eq!(at, bytes.len());
+}
+
+#[test]
+fn every_flipped_bit_is_found() {
+    for sums in [Sums::Photons, Sums::Paths] {
+        let mut bytes = whole(sums, Some(&past()));
+        for bit in 0..8 * bytes.len() {
+            bytes[bit / 8] ^= 1 << (bit % 8);
+            let damage = read(&bytes).unwrap_err();
+            let is_told = match bit / 8 {
+                0..8 => matches!(damage, Damage::NoCheckpoint),
+                8..24 => matches!(damage, Damage::Flipped { section: "its header" }),
+                _ => matches!(damage, Damage::Flipped { section } if section != "its header"),
+            };
+            assert!(is_told, "bit {bit}: {damage}");
+            bytes[bit / 8] ^= 1 << (bit % 8);
+        }
+    }
+}
+
+#[test]
+fn every_cut_is_found() {
+    let bytes = whole(Sums::Photons, None);
+    for length in 0..bytes.len() {
+        let damage = read(&bytes[..length]).unwrap_err();
+        assert!(
+            matches!((length, &damage), (0, Damage::NoCheckpoint) | (1.., Damage::Truncated { .. })),
+            "{length}: {damage}"
+        );
+    }
+    let mut longer = bytes.clone();
+    longer.push(0);
+    assert!(matches!(read(&longer), Err(Damage::Appended { .. })));
+}
+
+/// Sets the four bytes at `at`, and the checksum that covers them and ends at `end`.
+fn forge(bytes: &mut [u8], [start, at, end]: [usize; 3], word: u32) {
+    bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
+    let checksum = crc32fast::hash(&bytes[start..end - 4]);
+    bytes[end - 4..end].copy_from_slice(&checksum.to_le_bytes());
+}
+
+#[test]
+fn another_version_is_told() {
+    let mut bytes = whole(Sums::Photons, None);
+    forge(&mut bytes, [0, 8, 24], 2);
+    assert_eq!(read(&bytes).unwrap_err().to_string(), "has format 2; this version of sppm reads format 1");
+}
+
+#[test]
+fn sums_of_another_scene_are_told() {
+    let bytes = bytes(&Memory::new(scene().settings, Sums::Photons), "0123abcd", None);
+    let line = read(&bytes).unwrap_err().to_string();
+    assert!(line.contains("another scene") && line.contains("0123abcd"), "{line}");
+}
+
+/// Checksums that match are no proof of sense.
+#[test]
+fn what_no_engine_leaves_is_refused() {
+    let bytes = whole(Sums::Photons, None);
+    let end = bytes.len();
+    let start = end - 16 - 4 * 8 * 15;
+    let pixel = start + 12 + 5 * 32;
+    for (word, value) in [(6, -1.0), (6, f32::NAN), (6, f32::INFINITY), (7, 0.0), (7, 5.0), (7, f32::NAN)] {
+        let mut bytes = bytes.clone();
+        forge(&mut bytes, [start, pixel + 4 * word, end], value.to_bits());
+        let damage = read(&bytes).unwrap_err();
+        assert!(matches!(damage, Damage::Invalid { section: "its sums", .. }), "{damage}");
+    }
+    let mut iterations = Memory::new(scene().settings, Sums::Photons);
+    iterations.iterations = 8;
+    let damage = read(&self::bytes(&iterations, &scene_file::digest(&scene()), None)).unwrap_err();
+    assert!(damage.to_string().contains("8 iterations, of 7"), "{damage}");
+    let late = Past { iterations: 4, ..past() };
+    let damage = read(&whole(Sums::Photons, Some(&late))).unwrap_err();
+    assert!(matches!(damage, Damage::Invalid { section: "its earlier image", .. }), "{damage}");
+}
+
+#[test]
+fn an_engine_of_another_kind_is_refused() {
+    let bytes = whole(Sums::Photons, None);
+    let mut engine = Memory::blank(scene().settings, Sums::Paths);
+    let damage = read(&bytes).unwrap().restore(&mut Cursor::new(&bytes), &mut engine).unwrap_err();
+    assert!(damage.to_string().contains("photon mapping, and the engine's is of path tracing"), "{damage}");
+}
+
+fn store() -> (TempDir, Store) {
+    let folder = TempDir::new().unwrap();
+    let store = Store::new(folder.path().join("a.sppm"));
+    (folder, store)
+}
+
+fn save(store: &Store, iterations: u32) {
+    let mut engine = Memory::new(scene().settings, Sums::Photons);
+    engine.iterations = iterations;
+    let bytes = bytes(&engine, &scene_file::digest(&scene()), None);
+    store.save(|out: &mut Output| out.write_all(&bytes)).unwrap();
+}
+
+fn iterations(store: &Store) -> Option<(u32, bool)> {
+    let loaded = store.load().unwrap()?;
+    Some((loaded.checkpoint.account.iterations, loaded.fallback.is_some()))
+}
+
+fn names(folder: &TempDir) -> Vec<String> {
+    let name = |entry: io::Result<fs::DirEntry>| entry.unwrap().file_name().into_string().unwrap();
+    let mut names: Vec<_> = fs::read_dir(folder.path()).unwrap().map(name).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn two_generations_are_kept() {
+    let (folder, store) = store();
+    assert_eq!(iterations(&store), None);
+    for done in 1..5 {
+        save(&store, done);
+        assert_eq!(iterations(&store), Some((done, false)));
+    }
+    assert_eq!(names(&folder), ["a.sppm", "a.sppm.1"]);
+    assert_eq!(iterations(&Store::new(store.previous())), Some((3, false)));
+    store.remove().unwrap();
+    assert_eq!(names(&folder), [""; 0]);
+    store.remove().unwrap();
+}
+
+#[test]
+fn the_older_generation_stands_in_for_a_damaged_one() {
+    let (_folder, store) = store();
+    (1..3).for_each(|done| save(&store, done));
+    let bytes = fs::read(store.path()).unwrap();
+    fs::write(store.path(), &bytes[..bytes.len() - 1]).unwrap();
+    let loaded = store.load().unwrap().unwrap();
+    assert_eq!((loaded.checkpoint.account.iterations, &loaded.path), (1, &store.previous()));
+    assert!(loaded.fallback.unwrap().problem.contains("cut short"));
+
+    fs::write(store.previous(), "nothing").unwrap();
+    let line = store.load().unwrap_err().to_string();
+    assert!(
+        line.contains("cut short") && line.contains("and the older generation is no checkpoint"),
+        "{line}"
+    );
+
+    fs::remove_file(store.path()).unwrap();
+    save(&store, 6);
+    save(&store, 7);
+    fs::remove_file(store.path()).unwrap();
+    assert_eq!(iterations(&store), Some((6, true)));
+    store.fall_back().unwrap();
+    assert_eq!(iterations(&store), Some((6, false)));
+
+    let mut newer = fs::read(store.path()).unwrap();
+    forge(&mut newer, [0, 8, 24], 2);
+    save(&store, 7);
+    fs::write(store.path(), newer).unwrap();
+    assert!(store.load().unwrap_err().problem.contains("format 2"));
+}
+
+#[test]
+fn a_write_that_fails_changes_nothing() {
+    let (folder, store) = store();
+    (1..3).for_each(|done| save(&store, done));
+    let failed = store.save(|out| {
+        out.write_all(&vec![0; 100_000])?;
+        Err(io::ErrorKind::StorageFull.into())
+    });
+    assert!(failed.is_err());
+    assert_eq!(iterations(&store), Some((2, false)));
+    assert_eq!(iterations(&Store::new(store.previous())), Some((1, false)));
+    assert_eq!(names(&folder), ["a.sppm", "a.sppm.1"]);
+}
+
+/// A process that dies after it has linked the older generation leaves one file under both names.
+#[test]
+fn generations_that_are_one_file_come_apart() {
+    let (folder, store) = store();
+    save(&store, 1);
+    fs::hard_link(store.path(), store.previous()).unwrap();
+    save(&store, 2);
+    assert_eq!(iterations(&store), Some((2, false)));
+    assert_eq!(iterations(&Store::new(store.previous())), Some((1, false)));
+    assert_eq!(names(&folder), ["a.sppm", "a.sppm.1"]);
+}
+
+#[test]
+fn one_holds_the_lock() {
+    let (folder, store) = store();
+    let lock = store.lock().unwrap();
+    let line = store.lock().unwrap_err().to_string();
+    assert!(line.contains("in use by another render, process "), "{line}");
+    drop(lock);
+    assert_eq!(names(&folder), [""; 0]);
+    store.lock().unwrap();
+}

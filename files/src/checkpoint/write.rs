@@ -1,0 +1,94 @@
+//! Checkpoints out.
+
+use super::sections::{ACCOUNT, FRAME, HEADER, NOTE, PAST, SCENE, SUMS, write_header, write_section};
+use super::{Account, Past};
+use scene::{Resumable, Settings, Sums};
+use std::io::{self, Write};
+
+/// What a checkpoint holds beside the sums.
+#[derive(Clone, Copy, Debug)]
+pub struct Contents<'a> {
+    /// The scene file of the render, with its settings.
+    pub scene: &'a str,
+    /// The scene's digest.
+    pub digest: &'a str,
+    /// The version of the program that writes.
+    pub version: &'a str,
+    /// What it notes for itself.
+    pub note: &'a str,
+    /// An earlier image, if it is needed again.
+    pub past: Option<&'a Past>,
+}
+
+/// Bytes of `PAST` for so many pixels.
+pub(super) fn past_bytes(pixels: u64) -> u64 {
+    4 + 12 * pixels
+}
+
+/// Bytes of `SUMS` for so many pixels.
+pub(super) fn sums_bytes(sums: Sums, pixels: u64) -> u64 {
+    4 * sums.words() as u64 * pixels
+}
+
+/// About how long the checkpoint of a render will be, for those who look for room.
+pub fn length(scene: &str, note: &str, settings: &Settings, sums: Sums, has_past: bool) -> u64 {
+    /// More than an account takes.
+    const ACCOUNT_BYTES: u64 = 1 << 12;
+    let pixels = settings.pixels() as u64;
+    let past = if has_past { past_bytes(pixels) + FRAME } else { 0 };
+    let texts = scene.len() as u64 + note.len() as u64 + ACCOUNT_BYTES;
+    HEADER + 4 * FRAME + texts + sums_bytes(sums, pixels) + past
+}
+
+/// Writes the checkpoint of a render after a whole iteration.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write(out: &mut impl Write, engine: &dyn Resumable, contents: &Contents) -> io::Result<()> {
+    let settings = engine.settings();
+    let pixels = settings.pixels() as u64;
+    let account = serde_json::to_vec(&Account {
+        version: contents.version.into(),
+        scene: contents.digest.into(),
+        sums: engine.sums(),
+        iterations: engine.iterations(),
+        stats: *engine.stats(),
+    })?;
+    let texts = [(SCENE, contents.scene.as_bytes()), (ACCOUNT, &account), (NOTE, contents.note.as_bytes())];
+    let sums = sums_bytes(engine.sums(), pixels);
+    let past = contents.past.map_or(0, |_| FRAME + past_bytes(pixels));
+    let texts_bytes: u64 = texts.iter().map(|(_, text)| FRAME + text.len() as u64).sum();
+    write_header(out, HEADER + texts_bytes + FRAME + sums + past)?;
+    for (name, text) in texts {
+        write_section(out, name, text.len() as u64, |out| out.write_all(text))?;
+    }
+    write_section(out, SUMS, sums, |out| write_sums(out, engine))?;
+    match contents.past {
+        Some(past) => write_section(out, PAST, past_bytes(pixels), |out| write_past(out, past)),
+        None => Ok(()),
+    }
+}
+
+fn write_sums(out: &mut impl Write, engine: &dyn Resumable) -> io::Result<()> {
+    let Settings { width, height, .. } = *engine.settings();
+    let mut words = vec![0; width as usize * engine.sums().words()];
+    let mut bytes = Vec::with_capacity(4 * words.len());
+    for y in 0..height {
+        engine.save_row(y, &mut words);
+        bytes.clear();
+        bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+        out.write_all(&bytes)?;
+    }
+    Ok(())
+}
+
+fn write_past(out: &mut impl Write, past: &Past) -> io::Result<()> {
+    out.write_all(&past.iterations.to_le_bytes())?;
+    let mut bytes = Vec::new();
+    for row in past.film.pixels.chunks(past.film.width as usize) {
+        bytes.clear();
+        bytes.extend(row.iter().flat_map(|p| p.to_array().map(f32::to_le_bytes)).flatten());
+        out.write_all(&bytes)?;
+    }
+    Ok(())
+}

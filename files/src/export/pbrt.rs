@@ -1,0 +1,109 @@
+//! pbrt-v4: analytic spheres, as its text format.
+
+use super::view::{Exported, View, comment};
+use scene::still::Role;
+use scene::{Material, Rgb, Sphere};
+use std::fmt::Write as _;
+
+/// Bounces that stand for any number of them; pbrt has no word for unlimited.
+const MAX_DEPTH: u32 = 100_000;
+
+/// The scene as a file for pbrt.
+pub(super) fn write(view: &View) -> Exported {
+    let notes: Vec<String> = view.still.materials.iter().enumerate().filter_map(note).collect();
+    let mut lines: Vec<String> =
+        view.introduction().iter().chain(&notes).map(|line| format!("# {}", comment(line))).collect();
+    lines.extend(camera(view));
+    lines.push("WorldBegin".into());
+    for (index, material) in view.still.materials.iter().enumerate() {
+        lines.push(format!("MakeNamedMaterial \"material-{index}\" {}", parameters(material)));
+    }
+    for (sphere, role) in view.still.spheres.iter().zip(&view.still.roles) {
+        lines.extend(shape(sphere, *role));
+    }
+    Exported { text: lines.join("\n") + "\n", notes }
+}
+
+/// What pbrt's materials are not.
+fn note((index, material): (usize, &Material)) -> Option<String> {
+    match *material {
+        Material::Specular { .. } => Some(format!(
+            "material-{index}: mirrors of pbrt are metals, which reflect more at grazing angles than sppm's do"
+        )),
+        Material::Dielectric { albedo, .. } if albedo != Rgb::ONE => {
+            Some(format!("material-{index}: glass of pbrt has no tint; left out was {}", color(albedo)))
+        }
+        Material::Diffuse { .. } | Material::Dielectric { .. } => None,
+    }
+}
+
+fn camera(view: &View) -> Vec<String> {
+    let camera = view.camera;
+    // pbrt's angle is that of the shorter side of the image.
+    let (width, height) = (f64::from(view.width), f64::from(view.height));
+    let vertical = f64::from(camera.vertical_fov_degrees);
+    let fov = if width < height {
+        2.0 * ((vertical.to_radians() / 2.0).tan() * width / height).atan().to_degrees()
+    } else {
+        vertical
+    };
+    let [eye, up] = [camera.eye, camera.up].map(|v| v.as_dvec3().to_array());
+    let look: Vec<String> = [eye, view.target(), up].iter().map(|v| numbers(v)).collect();
+    let mut perspective = format!("Camera \"perspective\" \"float fov\" [ {fov} ]");
+    if camera.aperture_radius > 0.0 {
+        let (radius, distance) = (camera.aperture_radius, camera.focus_distance);
+        let _ =
+            write!(perspective, " \"float lensradius\" [ {radius} ] \"float focaldistance\" [ {distance} ]");
+    }
+    vec![
+        "Scale -1 1 1 # pbrt is left-handed".into(),
+        format!("LookAt {}", look.join("  ")),
+        perspective,
+        format!("Sampler \"independent\" \"integer pixelsamples\" [ {} ]", view.samples),
+        format!("Integrator \"path\" \"integer maxdepth\" [ {MAX_DEPTH} ]"),
+        "PixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]".into(),
+        format!(
+            "Film \"rgb\" \"integer xresolution\" [ {} ] \"integer yresolution\" [ {} ] \"string filename\" [ \"out.exr\" ]",
+            view.width, view.height
+        ),
+    ]
+}
+
+/// Type and parameters of a material.
+fn parameters(material: &Material) -> String {
+    match *material {
+        Material::Diffuse { albedo } => {
+            format!("\"string type\" [ \"diffuse\" ] \"rgb reflectance\" [ {} ]", color(albedo))
+        }
+        Material::Specular { albedo } => {
+            format!("\"string type\" [ \"conductor\" ] \"rgb reflectance\" [ {} ]", color(albedo))
+        }
+        Material::Dielectric { ior, .. } => {
+            format!("\"string type\" [ \"dielectric\" ] \"float eta\" [ {ior} ]")
+        }
+    }
+}
+
+fn shape(sphere: &Sphere, role: Role) -> Vec<String> {
+    let mut lines = vec!["AttributeBegin".to_owned()];
+    if matches!(role, Role::Enclosure(_)) {
+        lines.push("  ReverseOrientation # seen, and lit, from inside".into());
+    }
+    lines.push(format!("  NamedMaterial \"material-{}\"", sphere.material));
+    if sphere.is_emitter() {
+        let both = if role == Role::Glass { " \"bool twosided\" [ true ]" } else { "" };
+        lines.push(format!("  AreaLightSource \"diffuse\" \"rgb L\" [ {} ]{both}", color(sphere.emission)));
+    }
+    lines.push(format!("  Translate {}", numbers(&sphere.center.to_array())));
+    lines.push(format!("  Shape \"sphere\" \"float radius\" [ {} ]", sphere.radius));
+    lines.push("AttributeEnd".into());
+    lines
+}
+
+fn color(color: Rgb) -> String {
+    numbers(&color.to_array())
+}
+
+fn numbers<T: ToString>(values: &[T]) -> String {
+    values.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
+}

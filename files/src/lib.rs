@@ -1,0 +1,44 @@
+//! Everything that sppm reads from files or writes to them.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`scene_file`] | scenes in TOML; every fault is told in one line with its place |
+//! | [`builtin`] | the scenes that come with the program |
+//! | [`image_file`] | PNG, EXR and PFM images |
+//! | [`checkpoint`] | renders that can be resumed |
+//! | [`export`] | scenes for Mitsuba 3 and pbrt-v4 |
+//! | [`npy`] | rays and hits as `NumPy` arrays |
+//! | [`atomic_file`] | files that appear whole or not at all, which all of the above are |
+//!
+//! ```
+//! use files::{builtin, scene_file};
+//! use scene::Settings;
+//!
+//! let text = r#"
+//!     [camera]
+//!     eye = [0, 0, 9]
+//!     target = [0, 0, 0]
+//!     vertical_fov_degrees = 30
+//!
+//!     [[sphere]]
+//!     center = [0, 0, 0]
+//!     radius = 1
+//!     material = { type = "diffuse", albedo = [0, 0, 0] }
+//!     emission = [1, 1, 1]
+//! "#;
+//! let scene = scene_file::parse("lamp.toml", text)?;
+//! assert_eq!(scene.name, "lamp");
+//! assert_eq!(scene.settings, Settings::default());
+//! assert_eq!(builtin::scene("cornell").unwrap().spheres.len(), 9);
+//! # Ok::<(), scene_file::FileError>(())
+//! ```
+
+#![forbid(unsafe_code)]
+
+pub mod atomic_file;
+pub mod builtin;
+pub mod checkpoint;
+pub mod export;
+pub mod image_file;
+pub mod npy;
+pub mod scene_file;

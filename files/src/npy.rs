@@ -1,0 +1,103 @@
+//! Rays in, hits out: the `NumPy` files of the command `trace`.
+
+use crate::atomic_file::{self, FileError};
+use npyz::{DType, NpyFile, Order, WriterBuilder as _};
+use scene::ray::{NO_SPHERE, SphereId};
+use scene::{Ray, Vec3};
+use std::fs::File;
+use std::io::{self, BufReader};
+use std::path::Path;
+
+/// Numbers of a ray: origin and direction.
+const COLUMNS: usize = 6;
+/// A direction this near to unit length is taken as it is: rounding its components leaves it so.
+const UNIT_TOLERANCE: f64 = 1e-6;
+
+/// A row of the file of hits.
+#[derive(Clone, Copy, Debug, npyz::Serialize, npyz::AutoSerialize)]
+struct Row {
+    t: f32,
+    sphere: i32,
+    normal: [f32; 3],
+}
+
+/// Reads an array of rays.
+///
+/// # Errors
+/// If the file is no array of float32 of shape (N, 6), or a ray has no direction; says what would be right.
+pub fn read(path: &Path) -> Result<Vec<Ray>, FileError> {
+    let fail = |problem: String| FileError::new(path, problem);
+    let unreadable = |error: io::Error| fail(format!("cannot be read: {error}"));
+    let file = File::open(path).map_err(unreadable)?;
+    let metadata = file.metadata().map_err(unreadable)?;
+    if !metadata.is_file() {
+        return Err(fail("is no file; name a .npy file".into()));
+    }
+    let array = NpyFile::new(BufReader::new(file)).map_err(|error| {
+        fail(format!("is no .npy file that can be read: {error}; write one by numpy.save"))
+    })?;
+    check_header(&array, metadata.len()).map_err(fail)?;
+    let (rows, order) = (array.shape()[0] as usize, array.order());
+    let numbers: Vec<f32> = array.into_vec().map_err(unreadable)?;
+    let number = |row: usize, column: usize| match order {
+        Order::C => numbers[row * COLUMNS + column],
+        Order::Fortran => numbers[column * rows + row],
+    };
+    let ray = |row| {
+        let [x, y, z, dx, dy, dz] = std::array::from_fn(|column| number(row, column));
+        ray(Vec3::new(x, y, z), Vec3::new(dx, dy, dz)).map_err(|problem| fail(format!("ray {row} {problem}")))
+    };
+    (0..rows).map(ray).collect()
+}
+
+fn check_header<R: io::Read>(array: &NpyFile<R>, bytes: u64) -> Result<(), String> {
+    let wanted = format!("rays are float32 of shape (N, {COLUMNS}), origin and direction");
+    if !matches!(array.dtype(), DType::Plain(plain) if matches!(plain.to_string().as_str(), "<f4" | ">f4")) {
+        return Err(format!("is of dtype {}; {wanted}: use rays.astype(\"f4\")", array.dtype().descr()));
+    }
+    let shape = array.shape();
+    let &[rows, columns] = shape else {
+        return Err(format!("has {} dimensions; {wanted}", shape.len()));
+    };
+    if columns != COLUMNS as u64 {
+        return Err(format!("is of shape ({rows}, {columns}); {wanted}"));
+    }
+    let size = rows.checked_mul((COLUMNS * size_of::<f32>()) as u64);
+    if size.is_none_or(|size| size > bytes) {
+        return Err(format!("ends before its {rows} rays do: it has {bytes} bytes"));
+    }
+    Ok(())
+}
+
+/// The ray of two vectors as they were read.
+fn ray(origin: Vec3, direction: Vec3) -> Result<Ray, String> {
+    if !(origin.is_finite() && direction.is_finite()) {
+        return Err("is not finite".into());
+    }
+    let exact = direction.as_dvec3();
+    let length_squared = exact.dot(exact);
+    if length_squared == 0.0 {
+        return Err("has a direction of length 0".into());
+    }
+    let is_unit = (length_squared - 1.0).abs() <= UNIT_TOLERANCE;
+    let direction = if is_unit { direction } else { (exact / length_squared.sqrt()).as_vec3() };
+    Ok(Ray { origin, direction, leaves: NO_SPHERE })
+}
+
+/// Writes what rays hit: distance, sphere and normal of each, a miss infinitely far.
+///
+/// # Errors
+/// Those of [`atomic_file::replace`].
+pub fn write(path: &Path, hits: &[(f32, SphereId, Vec3)]) -> Result<(), FileError> {
+    let row = |&(t, sphere, normal): &(f32, SphereId, Vec3)| {
+        let sphere = if t < f32::INFINITY { sphere as i32 } else { -1 };
+        Row { t, sphere, normal: normal.to_array() }
+    };
+    atomic_file::replace(path, |out| {
+        let shape = [hits.len() as u64];
+        let options = npyz::WriteOptions::new().default_dtype().shape(&shape);
+        let mut writer = options.writer(out).begin_nd()?;
+        writer.extend(hits.iter().map(row))?;
+        writer.finish()
+    })
+}

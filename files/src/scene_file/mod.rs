@@ -1,0 +1,167 @@
+//! The scene file: TOML, read strictly, with every fault told in one line that names its place.
+//!
+//! `fixtures/scenes/README.md` documents each key, and the scenes beside it show them in use.
+
+mod camera;
+mod checks;
+mod error;
+mod material;
+mod reader;
+mod settings;
+mod sphere;
+mod write;
+
+pub use error::{Fault, FileError, Position};
+pub use reader::{Field, Section};
+pub use write::{digest, to_text};
+
+use checks::Checks;
+use error::{escape, quote};
+use material::Materials;
+use reader::Subject;
+use scene::{Rgb, Scene, Settings};
+use std::fs::File;
+use std::io::{self, ErrorKind, Read};
+use std::path::Path;
+use toml::de::DeTable;
+
+/// Larger files are refused. A million spheres take a third of this; reading takes 40 times the memory of the text.
+pub const MAX_BYTES: u64 = 1 << 28;
+
+const KEYS: [&str; 6] = ["name", "background", "camera", "settings", "materials", "sphere"];
+
+/// Reads the scene in the file `path`.
+///
+/// # Errors
+/// If the file cannot be read, or as [`parse`].
+pub fn load(path: &Path) -> Result<Scene, FileError> {
+    parse(&path.to_string_lossy(), &load_text(path, "scene")?)
+}
+
+/// Reads a TOML file of another kind than a scene as strictly: its root may have only the keys `keys`, and is what
+/// `read` understands; `kind` is what messages call it.
+///
+/// # Errors
+/// If the file cannot be read or is no TOML, for another key, or a fault of `read`, at its place.
+pub fn load_other<T>(
+    path: &Path,
+    kind: &str,
+    keys: &[&str],
+    read: impl FnOnce(&Section) -> Result<T, Fault>,
+) -> Result<T, FileError> {
+    let (name, text) = (path.to_string_lossy(), load_text(path, kind)?);
+    let read = || {
+        let document = DeTable::parse(&text).map_err(|e| syntax_fault(&text, &e))?;
+        read(&Section::new(Subject::Other(kind), 0, document.get_ref(), keys)?)
+    };
+    read().map_err(|fault| FileError::in_text(&name, &text, &fault))
+}
+
+/// The text in the file `path`, which should be of this kind.
+fn load_text(path: &Path, kind: &str) -> Result<String, FileError> {
+    let name = path.to_string_lossy();
+    let unread = |message: &str| FileError::unread(&name, message);
+    let bytes = read_bytes(path).map_err(|e| match e.kind() {
+        ErrorKind::NotFound => unread("there is no such file"),
+        ErrorKind::IsADirectory => unread(&format!("this is a directory; a {kind} is a file")),
+        ErrorKind::FileTooLarge => {
+            unread(&format!("is too large; a {kind} file has at most {MAX_BYTES} bytes"))
+        }
+        _ => unread(&format!("cannot be read: {e}")),
+    })?;
+    String::from_utf8(bytes).map_err(|error| {
+        let (valid, rest) = error.as_bytes().split_at(error.utf8_error().valid_up_to());
+        let message = format!("byte 0x{:02x} is not UTF-8; a {kind} file is UTF-8 text", rest[0]);
+        let text = String::from_utf8_lossy(valid);
+        FileError::in_text(&name, &text, &Fault::new(valid.len(), message))
+    })
+}
+
+/// The bytes of a file that is not too large, a pipe among others, which tells its length only at its end.
+fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
+    let file = File::open(path)?;
+    let mut bytes = Vec::new();
+    if file.metadata()?.len() <= MAX_BYTES {
+        file.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
+        if bytes.len() as u64 <= MAX_BYTES {
+            return Ok(bytes);
+        }
+    }
+    Err(ErrorKind::FileTooLarge.into())
+}
+
+/// Reads the scene in `text`; `name` is the path that errors show.
+///
+/// A scene that is returned can be rendered: every number is in its range, the lens lies clear of all opaque
+/// surfaces, light reaches the space that the eye is in, and a background has become a sky
+/// ([`Scene::with_sky`]).
+///
+/// # Errors
+/// Names the first fault, its place, and what would be right.
+pub fn parse(name: &str, text: &str) -> Result<Scene, FileError> {
+    read(name, text).map_err(|fault| FileError::in_text(name, text, &fault))
+}
+
+fn read(name: &str, text: &str) -> Result<Scene, Fault> {
+    let document = DeTable::parse(text).map_err(|e| syntax_fault(text, &e))?;
+    if document.get_ref().is_empty() {
+        return Err(Fault::new(0, "there is no scene here; it takes a [camera], a [[sphere]] and a light"));
+    }
+    let root = Section::new(Subject::Scene, 0, document.get_ref(), &KEYS)?;
+    let camera_section = camera::section(root.require("camera", "[camera]")?)?;
+    let camera = camera::camera(&camera_section)?;
+    let settings = root.or("settings", Settings::default(), settings::settings)?;
+    let mut materials = root.or("materials", Materials::default(), Materials::read)?;
+    let array = sphere::array(root.require("sphere", "[[sphere]] with center, radius and material")?)?;
+    let spheres = array.iter().enumerate();
+    let spheres = spheres.map(|(i, value)| sphere::sphere(&sphere::section(i, value)?, &mut materials));
+    let scene = Scene {
+        name: root.or("name", stem(name), |field| sphere::name(field).map(Into::into))?,
+        camera,
+        spheres: spheres.collect::<Result<_, _>>()?,
+        materials: materials.list,
+        background: root.or("background", Rgb::ZERO, |field| field.rgb(sphere::radiance))?,
+        settings,
+    };
+    let checks = Checks { text, root, camera: camera_section, spheres: array };
+    checks.before_sky(&scene)?;
+    let scene = scene.with_sky();
+    checks.after_sky(&scene)?;
+    Ok(scene)
+}
+
+/// What a scene without a name is called: the name of its file, without folders and extension.
+fn stem(name: &str) -> String {
+    escape(&Path::new(name).file_stem().unwrap_or_default().to_string_lossy())
+}
+
+/// What the parser says, in the words of someone who wants a scene.
+fn syntax_fault(text: &str, error: &toml::de::Error) -> Fault {
+    let span = error.span().unwrap_or_default();
+    let found = text.get(span.clone()).unwrap_or_default();
+    let (problem, expected) =
+        error.message().split_once(", expected ").unwrap_or((error.message(), "nothing"));
+    let message = match problem {
+        "duplicate key" if found == "sphere" => "head every sphere with [[sphere]]".into(),
+        "duplicate key" => format!("key {} is given twice; keep one", quote(found)),
+        "cannot recurse further; max recursion depth met" | "recursion limit" => {
+            "tables or arrays are nested too deeply; a scene needs three levels".into()
+        }
+        "string values must be quoted" if found.is_empty() => "a value is missing here".into(),
+        "string values must be quoted" | "invalid boolean" => {
+            format!(
+                "{} is no value; write a number as 1.5, a string as \"...\", an array as [1, 2, 3]",
+                quote(found)
+            )
+        }
+        "missing comma between array elements" => {
+            "an array must go on with a comma or end with ] here".into()
+        }
+        "invalid basic string" if expected == "`\"`" => {
+            "a string must end with \" on the line it begins on".into()
+        }
+        _ if expected == "nothing" => format!("this is not TOML: {problem}"),
+        _ => format!("this is not TOML: {problem}; expected {expected}"),
+    };
+    Fault::new(span.start, message)
+}

@@ -1,0 +1,193 @@
+//! A scene as text again: one text for one scene, whatever file it was read from.
+//!
+//! The text is a scene file. Read by [`super::parse`] it gives the same scene, every bit of every number, but for the
+//! names of spheres and materials, which a [`Scene`] does not keep.
+
+use scene::{Camera, Material, Rgb, Scene, Settings, Sphere, Vec3};
+use sha2::{Digest, Sha256};
+use std::fmt::{self, Display, Write};
+
+/// The scene file of `scene` with `settings` as its settings.
+pub fn to_text(scene: &Scene, settings: &Settings) -> String {
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let _ = write_scene(&mut text, scene).and_then(|()| write_settings(&mut text, settings));
+    text
+}
+
+/// What tells scenes apart: SHA-256, in hexadecimal, of the scene file of `scene` without settings.
+pub fn digest(scene: &Scene) -> String {
+    let mut text = Hashed(Sha256::new());
+    let _ = write_scene(&mut text, scene); // hashing cannot fail either
+    let mut hexadecimal = String::new();
+    for byte in text.0.finalize() {
+        let _ = write!(hexadecimal, "{byte:02x}");
+    }
+    hexadecimal
+}
+
+/// A text of which only the hash is kept: that of a million spheres would be long.
+struct Hashed(Sha256);
+
+impl Write for Hashed {
+    fn write_str(&mut self, s: &str) -> fmt::Result {
+        self.0.update(s);
+        Ok(())
+    }
+}
+
+fn write_scene(out: &mut impl Write, scene: &Scene) -> fmt::Result {
+    writeln!(out, "name = {}", toml::Value::from(scene.name.as_str()))?;
+    // The sky, which comes last, is made anew of the background.
+    let skies = usize::from(scene.background != Rgb::ZERO);
+    if skies > 0 {
+        writeln!(out, "background = {}", Triple(scene.background))?;
+    }
+    write_camera(out, &scene.camera)?;
+    for (i, material) in scene.materials[..scene.materials.len() - skies].iter().enumerate() {
+        write_material(out, i, material)?;
+    }
+    for sphere in &scene.spheres[..scene.spheres.len() - skies] {
+        write_sphere(out, sphere)?;
+    }
+    Ok(())
+}
+
+fn write_camera(out: &mut impl Write, camera: &Camera) -> fmt::Result {
+    let Camera { eye, direction, up, vertical_fov_degrees, aperture_radius, focus_distance, shutter } =
+        camera;
+    writeln!(
+        out,
+        "\n[camera]\neye = {}\ndirection = {}\nup = {}",
+        Triple(*eye),
+        Triple(*direction),
+        Triple(*up)
+    )?;
+    writeln!(out, "vertical_fov_degrees = {}", Float(*vertical_fov_degrees))?;
+    writeln!(out, "aperture_radius = {}", Float(*aperture_radius))?;
+    writeln!(out, "focus_distance = {}", Float(*focus_distance))?;
+    writeln!(out, "shutter = [{}, {}]", Float(shutter[0]), Float(shutter[1]))
+}
+
+/// The name of a material: names of one length, so that their order is that of the numbers.
+struct Name(usize);
+
+impl Display for Name {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "m{:010}", self.0)
+    }
+}
+
+fn write_material(out: &mut impl Write, i: usize, material: &Material) -> fmt::Result {
+    let kind = match material {
+        Material::Diffuse { .. } => "diffuse",
+        Material::Specular { .. } => "specular",
+        Material::Dielectric { .. } => "dielectric",
+    };
+    writeln!(out, "\n[materials.{}]\ntype = \"{kind}\"\nalbedo = {}", Name(i), Triple(material.albedo()))?;
+    match material {
+        Material::Dielectric { ior, .. } => writeln!(out, "ior = {}", Float(*ior)),
+        _ => Ok(()),
+    }
+}
+
+fn write_sphere(out: &mut impl Write, sphere: &Sphere) -> fmt::Result {
+    let Sphere { center, velocity, radius, material, emission } = sphere;
+    writeln!(out, "\n[[sphere]]\ncenter = {}\nradius = {}", Triple(*center), Float(*radius))?;
+    writeln!(out, "material = \"{}\"", Name(*material as usize))?;
+    for (key, vector) in [("emission", emission), ("velocity", velocity)] {
+        if *vector != Vec3::ZERO {
+            writeln!(out, "{key} = {}", Triple(*vector))?;
+        }
+    }
+    Ok(())
+}
+
+fn write_settings(out: &mut impl Write, settings: &Settings) -> fmt::Result {
+    let Settings { width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed } =
+        settings;
+    writeln!(out, "\n[settings]\nwidth = {width}\nheight = {height}\niterations = {iterations}")?;
+    writeln!(out, "photons_per_iteration = {photons_per_iteration}\nmax_depth = {max_depth}")?;
+    writeln!(out, "initial_radius = {}\nseed = {seed}", Float(*initial_radius))
+}
+
+/// A number that reads as the same `f32`.
+struct Float(f32);
+
+impl Display for Float {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let short = format!("{:?}", self.0);
+        // A reader goes by way of an `f64`; in the rare case that it rounds to another number, all digits are written.
+        if short.parse::<f64>().is_ok_and(|value| value as f32 == self.0) {
+            f.write_str(&short)
+        } else {
+            write!(f, "{:?}", f64::from(self.0))
+        }
+    }
+}
+
+struct Triple(Vec3);
+
+impl Display for Triple {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Vec3 { x, y, z } = self.0;
+        write!(f, "[{}, {}, {}]", Float(x), Float(y), Float(z))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::builtin::SCENES;
+    use crate::scene_file::parse;
+    use proptest::prelude::*;
+
+    fn again(scene: &Scene, settings: &Settings) -> Scene {
+        parse("again.toml", &to_text(scene, settings)).unwrap()
+    }
+
+    #[test]
+    fn every_built_in_scene_is_read_back() {
+        for builtin in SCENES {
+            let scene = builtin.scene();
+            let settings = Settings { seed: u64::MAX, initial_radius: 0.1, ..scene.settings };
+            assert_eq!(again(&scene, &settings), Scene { settings, ..scene });
+        }
+    }
+
+    #[test]
+    fn a_sky_is_read_back() {
+        let text = "name = \"a \\\"b\\\" \\\\ c\"\nbackground = [0.1, 0.2, 0.3]\n[camera]\neye = [0, 0, 0]\n\
+            target = [1, 2, 3.3]\nvertical_fov_degrees = 33.3\naperture_radius = 0.1\nshutter = [0.25, 0.75]\n\
+            [[sphere]]\ncenter = [9, 9.1, 9.7]\nvelocity = [0, 1e-3, 0]\nradius = 0.7\n\
+            material = { type = \"dielectric\", albedo = [1, 1, 1], ior = 1.33 }\n";
+        let scene = parse("sky.toml", text).unwrap();
+        assert_eq!(scene.spheres.len(), 2);
+        assert_eq!(again(&scene, &scene.settings), scene);
+    }
+
+    #[test]
+    fn the_digest_is_of_the_scene_and_not_of_its_settings() {
+        let scene = crate::builtin::scene("cornell").unwrap();
+        let mut other = scene.clone();
+        other.settings.seed += 1;
+        assert_eq!(digest(&scene), digest(&other));
+        other.spheres[0].radius = other.spheres[0].radius.next_up();
+        assert_ne!(digest(&scene), digest(&other));
+        let whole = to_text(&scene, &scene.settings);
+        let (text, _) = whole.split_once("\n[settings]").unwrap();
+        assert_eq!(digest(&scene), format!("{:x}", Sha256::digest(text)));
+    }
+
+    proptest! {
+        #[test]
+        fn every_number_is_read_back(bits in any::<u32>()) {
+            let value = f32::from_bits(bits);
+            prop_assume!(value.is_finite());
+            let read = Float(value).to_string().parse::<f64>().unwrap() as f32;
+            prop_assert_eq!(read.to_bits(), bits);
+            let table = format!("v = {}", Float(value)).parse::<toml::Table>();
+            prop_assert!(table.is_ok());
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! Scene files that are right, in every spelling, and files broken by chance.
+
+use files::builtin::{self, SCENES};
+use files::scene_file;
+use proptest::prelude::*;
+use scene::still::Role;
+use scene::{Camera, Material, Rgb, Scene, Settings, Sphere, Vec3};
+
+/// The smallest scene, spelled plainly; the tests below spell it in other ways.
+const PLAIN: &str = r#"name = "Plain"
+
+[camera]
+eye = [0, 0, 10]
+target = [0, 0, 0]
+vertical_fov_degrees = 40
+
+[settings]
+seed = 18446744073709551615
+
+[materials.white]
+type = "diffuse"
+albedo = [0.5, 0.5, 0.5]
+
+[[sphere]]
+center = [0, 3, 0]
+radius = 1
+material = "white"
+emission = [1, 2, 3]
+"#;
+
+fn plain() -> Scene {
+    Scene {
+        name: "Plain".into(),
+        camera: Camera {
+            eye: Vec3::new(0.0, 0.0, 10.0),
+            direction: Vec3::new(0.0, 0.0, -10.0),
+            up: Vec3::Y,
+            vertical_fov_degrees: 40.0,
+            aperture_radius: 0.0,
+            focus_distance: 10.0,
+            shutter: [0.0, 0.0],
+        },
+        materials: vec![Material::Diffuse { albedo: Rgb::splat(0.5) }],
+        spheres: vec![Sphere {
+            center: Vec3::new(0.0, 3.0, 0.0),
+            velocity: Vec3::ZERO,
+            radius: 1.0,
+            material: 0,
+            emission: Rgb::new(1.0, 2.0, 3.0),
+        }],
+        background: Rgb::ZERO,
+        settings: Settings { seed: u64::MAX, ..Settings::default() },
+    }
+}
+
+fn parse(text: &str) -> Scene {
+    scene_file::parse("dir/Plain.toml", text).unwrap_or_else(|e| panic!("{e} in\n{text}"))
+}
+
+#[test]
+fn every_spelling_gives_the_same_scene() {
+    let inline = r#"
+        sphere = [{ center = [0.0, +3.0, -0.0], radius = 1e0, emission = [0x1, 0b10, 3], material.type = "diffuse",
+                    material.albedo = [0.5, 5e-1, 0.5] }]
+        camera = { eye = [0, 0, 1_0], target = [0, 0, 0], vertical_fov_degrees = 40.0 }
+        settings = { seed = 0xffff_ffff_ffff_ffff, width = 512 }"#;
+    let dotted = r#"
+        "name" = 'Plain'
+        camera.eye = [0, 0, 10]
+        camera.target = [0, 0, 0]
+        camera.up = [0, 1, 0]
+        camera."vertical_fov_degrees" = 40
+        camera.shutter = [0, 0]
+        settings.seed = 18446744073709551615
+        materials.white.type = "diffuse"
+        materials.white.albedo = [0.5, 0.5, 0.5,]
+        [[sphere]]
+        center = [
+            0, # a comment in between
+            3,
+            0,
+        ]
+        radius = 1
+        material = "white"
+        emission = [1, 2, 3]"#;
+    let sub_table = PLAIN.replace("material = \"white\"\n", "")
+        + "[sphere.material]\ntype = \"diffuse\"\nalbedo = [0.5, 0.5, 0.5]\n";
+    let sub_table =
+        sub_table.replace("[materials.white]\ntype = \"diffuse\"\nalbedo = [0.5, 0.5, 0.5]\n", "");
+    let (crlf, bom) = (PLAIN.replace('\n', "\r\n"), format!("\u{feff}{PLAIN}"));
+    for text in [PLAIN, inline, dotted, &sub_table, &crlf, &bom, PLAIN.trim_end()] {
+        assert_eq!(parse(text), plain(), "for\n{text}");
+    }
+}
+
+#[test]
+fn a_lens_focuses_on_its_target_unless_told_otherwise() {
+    let lens = PLAIN.replace("[settings]", "aperture_radius = 0.5\n[settings]");
+    assert_eq!(parse(&lens).camera.focus_distance, 10.0);
+    let told = lens.replace("aperture_radius", "focus_distance = 7\naperture_radius");
+    assert_eq!(parse(&told).camera.focus_distance, 7.0);
+}
+
+#[test]
+fn names_may_be_in_any_script() {
+    let text = PLAIN.replace("Plain", "Ka\u{308}se \u{1f9c0}").replace("white", "\"\u{767d}\"");
+    let text = text.replace("\"\"\u{767d}\"\"", "\"\u{767d}\"");
+    assert_eq!(parse(&text).name, "Ka\u{308}se \u{1f9c0}");
+}
+
+#[test]
+fn a_moving_sphere_may_pass_beside_the_lens_but_not_over_it() {
+    let moving = |velocity: &str| {
+        let text = PLAIN.replace("[settings]", "shutter = [0, 1]\n[settings]");
+        let text = text.replace("emission", &format!("velocity = {velocity}\nemission"));
+        scene_file::parse("moving.toml", &text)
+    };
+    assert!(moving("[0, 0, 20]").is_ok());
+    assert!(moving("[0, -6, 20]").is_err());
+    assert!(moving("[0, -3, 10]").is_err());
+}
+
+#[test]
+fn a_background_becomes_a_sky_around_everything() {
+    let open = PLAIN.replace("name", "background = [0.1, 0.2, 0.3]\nname");
+    let ground = "[[sphere]]\ncenter = [0, -10002, 0]\nradius = 10000\nmaterial = \"white\"\n";
+    let far = "[[sphere]]\ncenter = [900, 0, 0]\nvelocity = [0, 500, 0]\nradius = 3\nmaterial = \"white\"\n";
+    let shutter = open.replace("[settings]", "shutter = [-1, 1]\n[settings]");
+    for text in [
+        open.clone(),
+        format!("{open}{ground}"),
+        format!("{shutter}{ground}{far}"),
+        format!("{shutter}{far}"),
+    ] {
+        let scene = parse(&text);
+        let (sky, others) = scene.spheres.split_last().unwrap();
+        assert_eq!(sky.emission, scene.background);
+        assert_eq!(scene.materials[sky.material as usize], Material::Diffuse { albedo: Rgb::ZERO });
+        let mut needed = 0.0_f32;
+        for s in others.iter().flat_map(|s| scene.camera.shutter.map(|time| s.at(time))) {
+            needed = needed.max(s.center.distance(sky.center) + s.radius);
+        }
+        assert!(scene.camera.eye.distance(sky.center) < sky.radius);
+        assert!(needed < sky.radius && sky.radius < 1.02 * needed.max(10.0), "{needed} {}", sky.radius);
+        let still = scene.at(scene.camera.shutter[0]);
+        assert!(matches!(still.roles.last(), Some(Role::Enclosure(_))));
+        let light = still.lights.entries.last().unwrap();
+        assert!(light.inside && light.blockers.is_empty());
+        assert_eq!(light.sphere as usize, others.len());
+    }
+}
+
+#[test]
+fn a_closed_room_keeps_its_sky_out() {
+    let text = builtin::find("cornell")
+        .unwrap()
+        .text
+        .replace("name = \"Cornell", "background = [1, 1, 1]\nname = \"C");
+    let scene = parse(&text);
+    assert_eq!(scene.spheres.len(), 10);
+    assert_eq!(scene.at(0.0).lights.entries.len(), 2);
+}
+
+#[test]
+fn the_papers_scenes_keep_their_numbers() {
+    let spheres = |name| builtin::scene(name).unwrap().spheres.len();
+    assert_eq!(["cornell", "large", "mirror", "random", "surgery"].map(spheres), [9, 9, 11, 178, 71]);
+    for name in ["cornell", "large", "mirror", "random", "surgery"] {
+        let camera = builtin::scene(name).unwrap().camera;
+        assert_eq!(camera.eye, Vec3::new(50.0, 52.0, 295.6));
+        assert_eq!(camera.direction, Vec3::new(0.0, -0.042_612, -1.0));
+        assert_eq!((camera.up, camera.vertical_fov_degrees), (Vec3::Y, 30.0));
+    }
+    let glass = |tint| Material::Dielectric { albedo: Rgb::splat(tint), ior: 1.5 };
+    check("cornell", 0, [10001.0, 40.8, 81.6], 1e4, Material::Diffuse { albedo: Rgb::new(0.75, 0.25, 0.25) });
+    check("cornell", 6, [73.0, 16.5, 78.0], 16.5, glass(0.999));
+    check("large", 3, [50.0, 1e4, 81.6], 1e4, Material::Diffuse { albedo: Rgb::new(0.212, 0.157, 0.127) });
+    check("large", 8, [87.0, 22.0, 24.0], 22.0, Material::Specular { albedo: Rgb::splat(0.4176) });
+    check("mirror", 2, [50.0, 40.8, 1e4], 1e4, Material::Specular { albedo: Rgb::splat(0.75) });
+    check("mirror", 10, [72.5, 12.5, 82.0], 12.5, glass(0.9216));
+    check("random", 86, [58.0, 9.0, 54.0], 9.0, Material::Specular { albedo: Rgb::splat(0.9216) });
+    check(
+        "random",
+        173,
+        [-9880.0, 40.8, 81.6],
+        1e4,
+        Material::Diffuse { albedo: Rgb::new(0.25, 0.25, 0.75) },
+    );
+    check("surgery", 62, [110.0, 80.0, 90.0], 5.0, Material::Diffuse { albedo: Rgb::ZERO });
+    check("surgery", 66, [50.0, 1e4, 81.6], 1e4, Material::Specular { albedo: Rgb::splat(0.5) });
+    let emission = |name, i: usize| builtin::scene(name).unwrap().spheres[i].emission;
+    assert_eq!(emission("cornell", 7), Rgb::new(20.0, 10.0, 10.0));
+    assert_eq!(emission("large", 5), Rgb::new(45.0, 25.0, 25.0));
+    assert_eq!(emission("surgery", 0), Rgb::new(4.5, 4.5, 6.5));
+}
+
+fn check(name: &str, i: usize, center: [f32; 3], radius: f32, material: Material) {
+    let scene = builtin::scene(name).unwrap();
+    let s = scene.spheres[i];
+    assert_eq!((s.center, s.radius), (center.into(), radius), "sphere {i} of {name}");
+    assert_eq!(scene.materials[s.material as usize], material, "sphere {i} of {name}");
+}
+
+#[test]
+fn every_built_in_scene_is_right() {
+    for builtin in SCENES {
+        let scene = scene_file::parse(builtin.name, builtin.text).unwrap();
+        assert_eq!(builtin::scene(builtin.name), Some(scene.clone()));
+        assert!(!scene.name.is_empty() && !builtin.about.contains('\n'));
+    }
+    assert!(builtin::scene("focus").unwrap().camera.aperture_radius > 0.0);
+    let motion = builtin::scene("motion").unwrap();
+    assert!(motion.spheres.iter().filter(|s| s.velocity != Vec3::ZERO).count() >= 3);
+    assert_eq!(builtin::find("Cornell"), None);
+}
+
+#[test]
+fn the_documented_example_is_right() {
+    let readme = include_str!("../../fixtures/scenes/README.md");
+    let example = readme.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let scene = parse(example);
+    assert_eq!(scene.camera.focus_distance, 200.0);
+    assert_eq!(scene.settings, Settings::default());
+    assert_eq!(scene.spheres.len(), 2, "the lamp and the sky");
+}
+
+#[test]
+fn the_scene_of_the_readme_is_right() {
+    let readme = include_str!("../../README.md");
+    let example = readme.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let scene = parse(example);
+    assert_eq!(scene.name, "A glass ball");
+    assert_eq!(scene.spheres.len(), 4);
+}
+
+#[test]
+fn a_file_loads_as_its_text_parses() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plain.toml");
+    let nameless = PLAIN.replace("name = \"Plain\"", "");
+    std::fs::write(&path, nameless).unwrap();
+    assert_eq!(scene_file::load(&path).unwrap(), Scene { name: "plain".into(), ..plain() });
+}
+
+/// The texts that mutations start from.
+fn texts() -> Vec<&'static str> {
+    let small = SCENES.iter().filter(|b| b.name != "random").map(|b| b.text);
+    small.chain([PLAIN]).collect()
+}
+
+/// What a mutation puts in: bytes that TOML and numbers are sensitive to.
+const PIECES: [&[u8]; 26] = [
+    b"",
+    b"\0",
+    b"\n",
+    b"\r",
+    b"\t",
+    b"\"",
+    b"'",
+    b"[",
+    b"]",
+    b"{",
+    b"}",
+    b"=",
+    b".",
+    b",",
+    b"#",
+    b"-",
+    b"e99",
+    b"9999",
+    b"nan",
+    b"inf",
+    b"0",
+    b"\xff",
+    b"\xe2\x80\xa8",
+    b"\xef\xbb\xbf",
+    b"[[sphere]]\n",
+    b"\"\"\"",
+];
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    /// Whatever happens to a file, it is a scene that can be set up for tracing or an error of one line.
+    #[test]
+    fn a_mutated_file_is_a_scene_or_a_line(
+        text in prop::sample::select(texts()),
+        edits in prop::collection::vec((any::<prop::sample::Index>(), 0..4_usize, prop::sample::select(&PIECES[..])), 1..6),
+        end in prop::option::weighted(0.2, any::<prop::sample::Index>()),
+    ) {
+        let mut bytes = text.as_bytes().to_vec();
+        for (at, delete, insert) in edits {
+            let at = at.index(bytes.len() + 1);
+            let end = bytes.len().min(at + delete);
+            bytes.splice(at..end, insert.iter().copied());
+        }
+        if let Some(end) = end {
+            bytes.truncate(end.index(bytes.len() + 1));
+        }
+        let text = String::from_utf8_lossy(&bytes);
+        match scene_file::parse("mutated.toml", &text) {
+            Ok(scene) => {
+                prop_assert!(scene.settings.validate().is_ok());
+                prop_assert!(!scene.at(scene.camera.shutter[0]).lights.entries.is_empty());
+            }
+            Err(error) => {
+                let line = error.to_string();
+                let position = error.position().unwrap();
+                let column = position.column - 1;
+                prop_assert!(line.starts_with("mutated.toml:"), "{}", line);
+                prop_assert!(!line.chars().any(char::is_control), "{:?}", line);
+                prop_assert!(line.len() < 400, "{}", line);
+                let in_file = text.split('\n').nth(position.line - 1).is_some_and(|l| column <= l.chars().count());
+                prop_assert!(in_file, "{}", line);
+            }
+        }
+    }
+}
