@@ -11,7 +11,10 @@ use crate::sampling::cosine_hemisphere;
 use crate::scatter::{dielectric, reflect};
 use rayon::prelude::*;
 use scene::rng::{Family, Stream, StreamKey};
-use scene::{Engine, Film, Material, Plane, Probe, Ray, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums, max_component};
+use scene::{
+    Engine, Film, Material, Plane, Probe, Ray, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums,
+    max_component,
+};
 use std::f32::consts::FRAC_1_PI;
 use std::time::Instant;
 
