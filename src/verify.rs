@@ -152,7 +152,7 @@ fn compare(expected: &[Shown], actual: &[Shown]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use scene::Stats;
+    use scene::{Probe, Stats, Stop};
 
     /// What an engine shows.
     struct Planes {
@@ -168,11 +168,12 @@ mod tests {
         from: u32,
         spoil: fn(&mut Planes),
         stats: Stats,
+        settings: Settings,
     }
 
     impl Fake {
         fn new(from: u32, spoil: fn(&mut Planes)) -> Self {
-            Self { done: 0, from, spoil, stats: Stats::default() }
+            Self { done: 0, from, spoil, stats: Stats::default(), settings: Settings::default() }
         }
 
         fn show(&self) -> Planes {
@@ -188,8 +189,15 @@ mod tests {
     }
 
     impl Engine for Fake {
-        fn iterate(&mut self) {
+        fn settings(&self) -> &Settings {
+            &self.settings
+        }
+        fn iterate_unless(&mut self, _: &Stop) -> bool {
             self.done += 1;
+            true
+        }
+        fn probe(&self, _: u32, _: u32) -> Probe {
+            Probe::default()
         }
         fn iterations(&self) -> u32 {
             self.done
