@@ -26,6 +26,7 @@ pub mod sphere;
 pub mod state;
 pub mod still;
 pub mod stop;
+pub mod text;
 pub mod world;
 
 pub use camera::Camera;
