@@ -4,13 +4,14 @@ mod lasting;
 
 pub(crate) use lasting::{CheckpointArgs, EngineArgs, GoalArgs, InfoArgs, MessageArgs, ResumeArgs};
 
-use crate::compare::Bounds;
+use crate::commands::compare::CompareArgs;
+use crate::commands::verify::VerifyArgs;
 use crate::engines::{LanesName, TracerName};
 use crate::export::Format;
 use crate::ladder_command::args::LadderArgs;
 use crate::threads::MAX_THREADS;
 use crate::tune_command::args::TuneArgs;
-use crate::values::{amount, bound, number, whole};
+use crate::values::{amount, number, whole};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueHint};
 use clap_complete::Shell;
 use scene::settings::{BYTES_PER_PIXEL, MAX_DEPTH, MAX_ITERATIONS, MAX_PHOTONS, MAX_SIDE, RADIUS_RANGE};
@@ -219,113 +220,6 @@ pub(crate) struct ScenesArgs {
     /// The scene whose file to print; without a name, all are listed
     #[arg(value_name = "NAME")]
     pub name: Option<OsString>,
-}
-
-/// Tell how alike two images are
-///
-/// Prints the means of both images, RMSE and relative MSE of linear radiance, and PSNR, SSIM and FLIP of what sRGB
-/// shows. Relative MSE divides each square error by the square of B (and a little more), so that dark places count as
-/// bright ones do; by blocks of 8x8 pixels it shows wrong light rather than noise. FLIP estimates what someone sees who
-/// flips between the two. Exits with 1, saying why, if a bound given by --max-... or --min-... does not hold.
-#[derive(Debug, ClapArgs)]
-#[command(after_long_help = COMPARE_EXAMPLES)]
-pub(crate) struct CompareArgs {
-    /// The image to judge: .png, .exr or .pfm
-    #[arg(value_name = "A")]
-    pub a: PathBuf,
-
-    /// The image that is right
-    #[arg(value_name = "B")]
-    pub b: PathBuf,
-
-    /// Print one JSON object
-    #[arg(long)]
-    pub json: bool,
-
-    /// Write a false-colour picture of the difference
-    #[arg(long, value_name = "FILE.png")]
-    pub difference: Option<PathBuf>,
-
-    #[command(flatten)]
-    pub bounds: BoundsArgs,
-}
-
-const COMPARE_EXAMPLES: &str = "\
-Examples:
-  sppm compare cornell.exr truth.exr --difference where.png
-  sppm compare cornell.png old.png --max-abs 0 --json";
-
-/// What the images must satisfy.
-#[derive(Debug, ClapArgs)]
-#[command(next_help_heading = "Bounds")]
-pub(crate) struct BoundsArgs {
-    /// Greatest root-mean-square error, over all channels
-    #[arg(long, value_name = "X", value_parser = bound, allow_hyphen_values = true)]
-    pub max_rmse: Option<f64>,
-
-    /// Greatest relative mean-square error, over all channels
-    #[arg(long, value_name = "X", value_parser = bound, allow_hyphen_values = true)]
-    pub max_relmse: Option<f64>,
-
-    /// Greatest relative mean-square error of the means over blocks of 8x8 pixels
-    #[arg(long, value_name = "X", value_parser = bound, allow_hyphen_values = true)]
-    pub max_block_relmse: Option<f64>,
-
-    /// Greatest mean FLIP error, from 0 (alike) to 1
-    #[arg(long, value_name = "X", value_parser = bound, allow_hyphen_values = true)]
-    pub max_flip: Option<f64>,
-
-    /// Greatest difference of any channel of any pixel; 0 asks for equal images
-    #[arg(long, value_name = "X", value_parser = bound, allow_hyphen_values = true)]
-    pub max_abs: Option<f64>,
-
-    /// Least mean SSIM index, at most 1 (alike)
-    #[arg(long, value_name = "X", value_parser = bound, allow_hyphen_values = true)]
-    pub min_ssim: Option<f64>,
-
-    /// Least peak signal-to-noise ratio, in dB
-    #[arg(long, value_name = "X", value_parser = bound, allow_hyphen_values = true)]
-    pub min_psnr: Option<f64>,
-}
-
-impl From<&BoundsArgs> for Bounds {
-    fn from(args: &BoundsArgs) -> Self {
-        Self {
-            max_rmse: args.max_rmse,
-            max_relmse: args.max_relmse,
-            max_block_relmse: args.max_block_relmse,
-            max_flip: args.max_flip,
-            max_abs: args.max_abs,
-            min_ssim: args.min_ssim,
-            min_psnr: args.min_psnr,
-        }
-    }
-}
-
-/// Check that engines agree, bit for bit
-///
-/// Renders the scene by the reference and by the fast engine, this on every kind of lanes that the processor has, on
-/// one thread and on several (--threads, or else one per core and at least 2), and compares direct light, photon
-/// count, radius and image of every pixel after every iteration. The reference with other cells of its hash grid is
-/// compared too. On no bit may they differ; exits with 1 and names iteration, pass and pixel of the first difference
-/// if there is one.
-///
-/// The reference is plain code and takes seconds for an iteration at full size; a small image is as good a test.
-#[derive(Debug, ClapArgs)]
-#[command(after_long_help = "Example:\n  sppm verify cornell --width 64 --height 48 --photons 10000")]
-pub(crate) struct VerifyArgs {
-    #[command(flatten)]
-    pub scene: SceneArg,
-
-    /// Have the fast engine go by the free parameters of this profile, which `sppm tune` wrote, on all lanes
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Machine")]
-    pub profile: Option<PathBuf>,
-
-    #[command(flatten)]
-    pub settings: SettingsArgs,
-
-    #[command(flatten)]
-    pub machine: MachineArgs,
 }
 
 /// Tell what rays hit, from and into npy files

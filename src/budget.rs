@@ -31,7 +31,7 @@ impl Goals {
 }
 
 /// As in `sppm compare`: keeps the relative error of black pixels finite.
-const EPSILON: f64 = crate::compare::RELATIVE_MSE_EPSILON;
+const EPSILON: f64 = scene::film::RELATIVE_MSE_EPSILON;
 /// From one power of two to the next the error is estimated so often at most.
 const CHECKS_PER_OCTAVE: u32 = 16;
 

@@ -16,8 +16,7 @@ struct Readme;
 mod args;
 mod budget;
 mod checkpoints;
-pub mod compare;
-mod compare_command;
+mod commands;
 mod documents;
 mod engines;
 mod error;
@@ -44,7 +43,6 @@ mod trace;
 mod tune_command;
 mod usage;
 mod values;
-mod verify;
 
 use args::{Args, Command};
 use clap::Parser;
@@ -75,8 +73,8 @@ fn process(args: &Args) -> Result<(), Error> {
         Command::Resume(args) => resume::resume(args),
         Command::Info(args) => info::info(args),
         Command::Scenes(args) => scenes::show(args),
-        Command::Compare(args) => compare_command::run(args),
-        Command::Verify(args) => verify::verify(args),
+        Command::Compare(args) => commands::compare::run(args),
+        Command::Verify(args) => commands::verify::run(args),
         Command::Trace(args) => trace::trace(args),
         Command::Export(args) => export::run(args),
         Command::Ladder(args) => ladder_command::run(args),

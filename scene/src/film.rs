@@ -6,6 +6,10 @@ use crate::Rgb;
 /// multiples of 2^-21 of it, an error of 2^-22 at most.
 pub const FLUX_ONE: u32 = 1 << 21;
 
+/// Keeps the relative error of black pixels finite: the usual 0.01, the square of a tenth of white. Errors of pixels
+/// darker than that count by their absolute size, as they do to the eye.
+pub const RELATIVE_MSE_EPSILON: f64 = 0.01;
+
 /// An RGB image of linear radiance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {

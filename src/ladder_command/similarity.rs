@@ -5,9 +5,9 @@ use super::cases::Case;
 use super::films::films;
 use super::plots::{Series, lines, save};
 use super::roofline::table;
-use crate::compare::compare;
 use crate::error::Error;
 use crate::progress::Progress;
+use compare::Metrics;
 use ladder::{Options, Row};
 use scene::Film;
 use serde::Serialize;
@@ -38,7 +38,7 @@ pub(super) fn compared(measured: &Measured, options: &Options) -> Result<Similar
                 first.clone_from(&films);
             }
             for ((&number, film), first) in numbers.iter().zip(&films).zip(&first) {
-                let compared = compare(first, film).map_err(|error| Error::Failed(error.to_string()))?;
+                let compared = Metrics::of(first, film).map_err(|error| Error::Failed(error.to_string()))?;
                 ssim[number].push(compared.ssim.all);
             }
         }

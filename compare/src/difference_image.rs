@@ -1,36 +1,34 @@
 //! A picture of where two images differ.
 
-use super::{CompareError, check};
-use files::image_file::srgb;
-use scene::{Film, Rgb};
+use crate::error::{CompareError, check};
+use scene::{Film, Rgb, srgb};
 
 /// Where two images differ, in the colours of the map "magma": black for alike, through red, to pale yellow.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Difference {
+pub struct DifferenceImage {
     /// The picture, made to be written as PNG at exposure 0.
     pub film: Film,
-    /// The absolute difference (of a pixel's worst channel) that the brightest colour stands for. Greater ones
-    /// look like it.
+    /// The absolute difference, of a pixel's worst channel, from which on the brightest colour is shown.
     pub scale: f32,
 }
 
-/// The share of pixels that the scale covers. Not all, lest one firefly leave the rest of the picture black.
+/// The share of pixels whose difference is within the scale. Not all: one firefly would leave the rest black.
 const COVERED: f64 = 0.995;
 
 /// Shows the absolute difference of each pixel's worst channel in false colours.
 ///
 /// # Errors
 /// If the images differ in size, have no pixels, or have some that are not finite.
-pub fn difference_image(a: &Film, b: &Film) -> Result<Difference, CompareError> {
+pub fn difference_image(a: &Film, b: &Film) -> Result<DifferenceImage, CompareError> {
     check(a, b)?;
     let worst = |(a, b): (&Rgb, &Rgb)| scene::max_component((*a - *b).abs()).min(f32::MAX);
     let differences: Vec<f32> = a.pixels.iter().zip(&b.pixels).map(worst).collect();
     let scale = scale(&differences);
     let pixels = differences.iter().map(|&d| color(if scale > 0.0 { d / scale } else { 0.0 })).collect();
-    Ok(Difference { film: Film { width: a.width, height: a.height, pixels }, scale })
+    Ok(DifferenceImage { film: Film { width: a.width, height: a.height, pixels }, scale })
 }
 
-/// The difference that all but the most deviant pixels keep within; the greatest one if that is zero.
+/// The difference that the share [`COVERED`] of the pixels does not exceed; the greatest one if that is zero.
 fn scale(differences: &[f32]) -> f32 {
     let mut sorted = differences.to_vec();
     let rank = ((sorted.len() - 1) as f64 * COVERED).ceil() as usize;

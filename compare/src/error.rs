@@ -1,19 +1,4 @@
-//! How alike two images are: the field's metrics, a picture of the difference, and bounds to check.
-//!
-//! RMSE, relative MSE and means are of linear radiance. PSNR, SSIM and FLIP judge what one sees, so they are of the
-//! images as sRGB shows them, clamped to [0, 1] at exposure 0. Of two images, A is judged and B is the reference.
-
-mod bounds;
-mod difference;
-mod metrics;
-mod ssim;
-mod table;
-#[cfg(test)]
-mod tests;
-
-pub use bounds::Bounds;
-pub use difference::{Difference, difference_image};
-pub use metrics::{Channels, LargestDifference, Metrics, RELATIVE_MSE_EPSILON, compare};
+//! Why two images cannot be compared.
 
 use scene::Film;
 use thiserror::Error;
@@ -48,11 +33,17 @@ pub enum CompareError {
     },
 }
 
-/// Checks that two images can be compared.
-fn check(a: &Film, b: &Film) -> Result<(), CompareError> {
-    if (a.width, a.height) != (b.width, b.height) {
-        return Err(CompareError::Size { a: [a.width, a.height], b: [b.width, b.height] });
+/// Checks that the images have the same size.
+pub(crate) fn check_size(a: &Film, b: &Film) -> Result<(), CompareError> {
+    if (a.width, a.height) == (b.width, b.height) {
+        return Ok(());
     }
+    Err(CompareError::Size { a: [a.width, a.height], b: [b.width, b.height] })
+}
+
+/// Checks that metrics of the images make sense: same size, at least one pixel, all finite.
+pub(crate) fn check(a: &Film, b: &Film) -> Result<(), CompareError> {
+    check_size(a, b)?;
     if a.pixels.is_empty() {
         return Err(CompareError::Empty);
     }

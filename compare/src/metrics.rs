@@ -1,14 +1,11 @@
 //! The metrics themselves.
 
-use super::ssim::ssim;
-use super::{CompareError, check};
-use files::image_file::srgb;
-use scene::{Film, Rgb};
+use crate::bits::differing_pixels;
+use crate::error::{CompareError, check};
+use crate::ssim::ssim;
+use scene::film::RELATIVE_MSE_EPSILON;
+use scene::{Film, Rgb, srgb};
 use serde::Serialize;
-
-/// Keeps the relative error of black pixels finite: the usual 0.01, the square of a tenth of white. Pixels that are
-/// darker than that count by their absolute error, as the eye would have it.
-pub const RELATIVE_MSE_EPSILON: f64 = 0.01;
 
 /// Side of the blocks of [`Metrics::block_relative_mse`].
 const BLOCK: usize = 8;
@@ -62,10 +59,10 @@ pub struct Metrics {
     pub relative_mse: Channels,
     /// The same of the means over blocks of 8x8 pixels, weighted by the pixels of a block, as those at the right and
     /// lower border may have fewer. It judges noise that is correlated between neighbours, such as that of photons,
-    /// which the plain figure takes for an improvement.
+    /// which makes the figure by single pixels smaller.
     pub block_relative_mse: Channels,
     /// Peak signal-to-noise ratio of the sRGB images in dB: `-10 log10` of their mean-square error over all
-    /// channels. Infinite if they look alike to the last digit; JSON knows no infinity and has `null`.
+    /// channels. Infinite if they look alike to the last digit; JSON has no infinity, and `null` instead.
     pub psnr: f64,
     /// Mean index of structural similarity of the sRGB images; 1 if they look alike.
     pub ssim: Channels,
@@ -74,37 +71,40 @@ pub struct Metrics {
     pub flip: f64,
 }
 
-/// Compares `a` with the reference `b`.
-///
-/// # Errors
-/// If the images differ in size, have no pixels, or have some that are not finite.
-pub fn compare(a: &Film, b: &Film) -> Result<Metrics, CompareError> {
-    check(a, b)?;
-    let pairs = || a.pixels.iter().zip(&b.pixels);
-    let differing_pixels =
-        pairs().filter(|(p, q)| p.to_array().map(f32::to_bits) != q.to_array().map(f32::to_bits)).count();
-    let width = a.width as usize;
-    let shown = |p: &Rgb, c: usize| srgb::encode(p[c].into());
-    let row = |film: &Film, c, y| film.pixels[y * width..][..width].iter().map(|p| shown(p, c)).collect();
-    Ok(Metrics {
-        width: a.width,
-        height: a.height,
-        identical: differing_pixels == 0,
-        differing_pixels,
-        largest_difference: largest_difference(a, b),
-        mean_a: Channels::new(|c| mean(a.pixels.iter().map(|p| p[c].into()))),
-        mean_b: Channels::new(|c| mean(b.pixels.iter().map(|p| p[c].into()))),
-        rmse: Channels::new(|c| mean(pairs().map(|(p, q)| square_error(p[c].into(), q[c].into()))))
-            .map(f64::sqrt),
-        relative_mse: Channels::new(|c| mean(pairs().map(|(p, q)| relative_error(p[c].into(), q[c].into())))),
-        block_relative_mse: Channels::new(|c| block_relative_mse(a, b, c)),
-        psnr: -10.0
-            * Channels::new(|c| mean(pairs().map(|(p, q)| square_error(shown(p, c), shown(q, c)))))
-                .all
-                .log10(),
-        ssim: Channels::new(|c| ssim(width, a.height as usize, |y| [row(a, c, y), row(b, c, y)])),
-        flip: flip(a, b),
-    })
+impl Metrics {
+    /// Compares `a` with the reference `b`.
+    ///
+    /// # Errors
+    /// If the images differ in size, have no pixels, or have some that are not finite.
+    pub fn of(a: &Film, b: &Film) -> Result<Self, CompareError> {
+        check(a, b)?;
+        let pairs = || a.pixels.iter().zip(&b.pixels);
+        let differing_pixels = differing_pixels(a, b)?.len();
+        let width = a.width as usize;
+        let shown = |p: &Rgb, c: usize| srgb::encode(p[c].into());
+        let row = |film: &Film, c, y| film.pixels[y * width..][..width].iter().map(|p| shown(p, c)).collect();
+        Ok(Self {
+            width: a.width,
+            height: a.height,
+            identical: differing_pixels == 0,
+            differing_pixels,
+            largest_difference: largest_difference(a, b),
+            mean_a: Channels::new(|c| mean(a.pixels.iter().map(|p| p[c].into()))),
+            mean_b: Channels::new(|c| mean(b.pixels.iter().map(|p| p[c].into()))),
+            rmse: Channels::new(|c| mean(pairs().map(|(p, q)| square_error(p[c].into(), q[c].into()))))
+                .map(f64::sqrt),
+            relative_mse: Channels::new(|c| {
+                mean(pairs().map(|(p, q)| relative_error(p[c].into(), q[c].into())))
+            }),
+            block_relative_mse: Channels::new(|c| block_relative_mse(a, b, c)),
+            psnr: -10.0
+                * Channels::new(|c| mean(pairs().map(|(p, q)| square_error(shown(p, c), shown(q, c)))))
+                    .all
+                    .log10(),
+            ssim: Channels::new(|c| ssim(width, a.height as usize, |y| [row(a, c, y), row(b, c, y)])),
+            flip: flip(a, b),
+        })
+    }
 }
 
 impl Channels {
@@ -119,7 +119,7 @@ impl Channels {
     }
 
     /// Red, green, blue, all.
-    pub(super) fn to_array(self) -> [f64; 4] {
+    pub(crate) fn to_array(self) -> [f64; 4] {
         [self.red, self.green, self.blue, self.all]
     }
 }

@@ -18,7 +18,7 @@ const C2: f64 = 0.03 * 0.03;
 
 /// The mean SSIM index of two images of one channel, of `height` rows of `width` values in [0, 1]; `rows` gives one row
 /// of each. No more rows are held than a window is high.
-pub(super) fn ssim(width: usize, height: usize, rows: impl Fn(usize) -> [Vec<f64>; 2]) -> f64 {
+pub(crate) fn ssim(width: usize, height: usize, rows: impl Fn(usize) -> [Vec<f64>; 2]) -> f64 {
     let weights = weights();
     let mut ring: [Moments; WINDOW] = array::from_fn(|_| Moments::default());
     let (mut sum, mut next) = (0.0, 0);

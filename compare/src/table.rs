@@ -1,6 +1,6 @@
-//! Metrics for people.
+//! Metrics as a table for people.
 
-use super::{LargestDifference, Metrics};
+use crate::metrics::{LargestDifference, Metrics};
 use std::fmt;
 
 impl Metrics {
