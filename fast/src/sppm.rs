@@ -5,8 +5,8 @@ mod state;
 #[cfg(test)]
 mod tests;
 
-use crate::camera_pass::{CameraBatch, CameraCounts, CameraPass, PixelRows, TileTable, slot_of, slots};
-use crate::consolidate::{consolidate_group, develop, new_pixel};
+use crate::camera_pass::{CameraBatch, CameraCounts, CameraPass, PixelRows, TileTable, slots};
+use crate::consolidate::{consolidate_group, new_pixel};
 use crate::direct_light::LightTable;
 use crate::dispatch::{Kernel, LaneKind, dispatch};
 use crate::hierarchy::ball_count;
@@ -24,7 +24,7 @@ use crate::pool::Pool;
 use crate::tables::Tables;
 use rayon::current_num_threads;
 use rayon::prelude::*;
-use scene::{Engine, Film, Plane, Resumable, Scene, Settings, Stats, Still, Stop, Vec3};
+use scene::{Scene, Settings, Stats, Still, Stop, Vec3};
 use std::mem::take;
 use std::ops::Range;
 use std::sync::Arc;
@@ -363,18 +363,6 @@ impl<'a> Sppm<'a> {
         let bins: usize = self.photon_workers.all().iter().map(|worker| worker.out.bytes()).sum();
         pixels + self.sorted.bytes() + bins + bytes_at_rest(&self.chunks)
     }
-
-    /// A value of every pixel, row by row.
-    fn in_rows<T>(&self, value: impl Fn(&Row) -> T) -> Vec<T> {
-        let Settings { width, height, .. } = self.settings;
-        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        pixels.map(|(x, y)| value(&self.pixels[slot_of(width, x, y)])).collect()
-    }
-
-    fn plane(&self, value: impl Fn(&Row) -> f32) -> Plane {
-        let Settings { width, height, .. } = self.settings;
-        Plane { width, height, values: self.in_rows(value) }
-    }
 }
 
 /// Size of the cells of the join over the typical radius, where so many photons count at a point; `for_one` is what it
@@ -433,50 +421,6 @@ pub(crate) fn rounding_of_points(still: &Still) -> f32 {
     let solid =
         still.spheres.iter().zip(&still.roles).filter(|(_, role)| **role == scene::still::Role::Solid);
     solid.map(|(s, _)| s.center.abs().max_element() + s.radius).fold(0.0, f32::max) * 1e-6
-}
-
-impl Engine for Sppm<'_> {
-    fn iterate(&mut self) {
-        let is_whole = self.iterate_unless(&Stop::new());
-        debug_assert!(is_whole, "nobody asked to stop");
-    }
-
-    fn iterations(&self) -> u32 {
-        self.iterations
-    }
-
-    fn develop(&self) -> Film {
-        let Settings { width, height, .. } = self.settings;
-        let mut film = Film::new(width, height);
-        if self.iterations > 0 {
-            let rows = film.pixels.par_chunks_mut(width as usize).enumerate();
-            rows.for_each(|(y, row)| {
-                for (x, pixel) in row.iter_mut().enumerate() {
-                    let slot = slot_of(width, x as u32, y as u32);
-                    *pixel = develop(&self.pixels[slot], &self.settings, self.iterations);
-                }
-            });
-        }
-        film
-    }
-
-    fn direct(&self) -> Option<Film> {
-        let Settings { width, height, .. } = self.settings;
-        let pixels = self.in_rows(|pixel| Vec3::new(pixel.0[0], pixel.0[1], pixel.0[2]));
-        Some(Film { width, height, pixels })
-    }
-
-    fn radius(&self) -> Option<Plane> {
-        Some(self.plane(|pixel| pixel.0[7].sqrt()))
-    }
-
-    fn count(&self) -> Option<Plane> {
-        Some(self.plane(|pixel| pixel.0[6]))
-    }
-
-    fn stats(&self) -> &Stats {
-        &self.stats
-    }
 }
 
 pub(crate) struct CameraJob<'a> {

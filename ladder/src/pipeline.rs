@@ -11,7 +11,7 @@ use crate::table::{Options, Random, Rung, Sums};
 use crate::tables::Tables;
 use crate::vector::{Pass, Vector, Width};
 use fast::lanes::Lanes;
-use scene::{Engine, Film, Plane, Rgb, Scene, Settings, Stats};
+use scene::{Engine, Probe, Rgb, Scene, Settings, Stats, Stop};
 use std::f32::consts::PI;
 use std::time::Instant;
 
@@ -97,17 +97,8 @@ impl<'a, P: Parts> Pipeline<'a, P> {
         stats.bytes = (pixels.bytes() + index.bytes()) as u64;
     }
 
-    fn states(&self) -> impl Iterator<Item = PixelState> {
-        (0..self.settings.pixels()).map(|index| self.pixels.state(index))
-    }
-
-    fn plane(&self, value: impl Fn(PixelState) -> f32) -> Plane {
-        let Settings { width, height, .. } = self.settings;
-        Plane { width, height, values: self.states().map(value).collect() }
-    }
-
     /// As `reference::consolidate::Pixel::develop`.
-    fn developed(&self, pixel: PixelState) -> Rgb {
+    fn developed(&self, pixel: &PixelState) -> Rgb {
         let n = self.iterations as f32;
         let photons = n * self.settings.photons_per_iteration as f32;
         let density = 1.0 / (photons * (PI * pixel.radius_squared));
@@ -137,7 +128,19 @@ impl<P: Parts> Pass for Iteration<'_, '_, P> {
 }
 
 impl<P: Parts> Engine for Pipeline<'_, P> {
-    fn iterate(&mut self) {
+    fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    fn iterations(&self) -> u32 {
+        self.iterations
+    }
+
+    fn stats(&self) -> &Stats {
+        &self.stats
+    }
+
+    fn iterate_unless(&mut self, _: &Stop) -> bool {
         let still = self.scene.at(self.scene.camera.shutter_time(self.settings.seed, self.iterations));
         let tables = Tables::new(&still);
         if self.operations.is_some() {
@@ -147,35 +150,14 @@ impl<P: Parts> Engine for Pipeline<'_, P> {
             P::Width::run(Iteration { pipeline: self, tables: &tables });
         }
         self.iterations += 1;
+        true
     }
 
-    fn iterations(&self) -> u32 {
-        self.iterations
-    }
-
-    fn develop(&self) -> Film {
-        let Settings { width, height, .. } = self.settings;
-        if self.iterations == 0 {
-            return Film::new(width, height);
-        }
-        Film { width, height, pixels: self.states().map(|pixel| self.developed(pixel)).collect() }
-    }
-
-    fn direct(&self) -> Option<Film> {
-        let Settings { width, height, .. } = self.settings;
-        Some(Film { width, height, pixels: self.states().map(|pixel| pixel.direct).collect() })
-    }
-
-    fn radius(&self) -> Option<Plane> {
-        Some(self.plane(|pixel| pixel.radius_squared.sqrt()))
-    }
-
-    fn count(&self) -> Option<Plane> {
-        Some(self.plane(|pixel| pixel.n))
-    }
-
-    fn stats(&self) -> &Stats {
-        &self.stats
+    fn probe(&self, x: u32, y: u32) -> Probe {
+        let pixel = self.pixels.state(y as usize * self.settings.width as usize + x as usize);
+        let radiance = if self.iterations > 0 { self.developed(&pixel) } else { Rgb::ZERO };
+        let PixelState { direct, n, radius_squared, .. } = pixel;
+        Probe { radiance, direct, radius: radius_squared.sqrt(), count: n }
     }
 }
 

@@ -9,7 +9,7 @@ use crate::one::One;
 use crate::pipeline::{Parts, Pipeline};
 use crate::pixels::{Columns, Line8, Line16, Lines, Objects, ScalarPixels, TypedArrays};
 use crate::vector::{Called, Horizontal, Inlined, MathInlined, Scalar, Vertical};
-use scene::{Engine, Film, Plane, Scene, Settings, Stats};
+use scene::{Engine, Film, Probe, Scene, Settings, Stats, Stop};
 use serde::Serialize;
 
 /// A render by one row of the ladder.
@@ -282,26 +282,23 @@ fn start_fast<'a>(scene: &'a Scene, settings: &Settings, _: &Options, _: Generat
 }
 
 impl Engine for Fast<'_> {
-    fn iterate(&mut self) {
-        self.0.iterate();
+    fn settings(&self) -> &Settings {
+        self.0.settings()
     }
     fn iterations(&self) -> u32 {
         self.0.iterations()
     }
-    fn develop(&self) -> Film {
-        self.0.develop()
-    }
-    fn direct(&self) -> Option<Film> {
-        self.0.direct()
-    }
-    fn radius(&self) -> Option<Plane> {
-        self.0.radius()
-    }
-    fn count(&self) -> Option<Plane> {
-        self.0.count()
-    }
     fn stats(&self) -> &Stats {
         self.0.stats()
+    }
+    fn iterate_unless(&mut self, stop: &Stop) -> bool {
+        self.0.iterate_unless(stop)
+    }
+    fn probe(&self, x: u32, y: u32) -> Probe {
+        self.0.probe(x, y)
+    }
+    fn develop(&self) -> Film {
+        self.0.develop()
     }
 }
 

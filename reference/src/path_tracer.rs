@@ -12,8 +12,7 @@ use crate::scatter::{dielectric, reflect};
 use rayon::prelude::*;
 use scene::rng::{Family, Stream, StreamKey};
 use scene::{
-    Engine, Film, Material, Plane, Probe, Ray, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums,
-    max_component,
+    Engine, Material, Probe, Ray, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums, max_component,
 };
 use std::f32::consts::FRAC_1_PI;
 use std::time::Instant;
@@ -45,73 +44,25 @@ impl<'a> PathTracer<'a> {
 }
 
 impl Engine for PathTracer<'_> {
-    fn iterate(&mut self) {
-        let is_whole = self.iterate_unless(&Stop::new());
-        debug_assert!(is_whole, "nobody asked to stop");
+    fn settings(&self) -> &Settings {
+        &self.settings
     }
 
     fn iterations(&self) -> u32 {
         self.iterations
     }
 
-    fn develop(&self) -> Film {
-        let Settings { width, height, .. } = self.settings;
-        let pixels = self.sums.iter().map(|sums| self.mean(sums)).collect();
-        Film { width, height, pixels }
-    }
-
-    fn direct(&self) -> Option<Film> {
-        None
-    }
-
-    fn radius(&self) -> Option<Plane> {
-        None
-    }
-
-    fn count(&self) -> Option<Plane> {
-        None
-    }
-
     fn stats(&self) -> &Stats {
         &self.stats
     }
-}
 
-impl Resumable for PathTracer<'_> {
-    fn settings(&self) -> &Settings {
-        &self.settings
-    }
-
-    fn sums(&self) -> Sums {
-        Sums::Paths
-    }
-
-    fn save_row(&self, y: u32, words: &mut [u32]) {
-        let width = self.settings.width as usize;
-        assert_eq!(words.len(), 6 * width, "not a row");
-        let sums = self.sums[y as usize * width..][..width].as_flattened();
-        for (words, sum) in words.chunks_exact_mut(2).zip(sums) {
-            let bits = sum.to_bits();
-            words.copy_from_slice(&[bits as u32, (bits >> 32) as u32]);
-        }
-    }
-
-    fn load_row(&mut self, y: u32, words: &[u32]) {
-        let width = self.settings.width as usize;
-        assert_eq!(words.len(), 6 * width, "not a row");
-        let sums = self.sums[y as usize * width..][..width].as_flattened_mut();
-        for (words, sum) in words.chunks_exact(2).zip(sums) {
-            *sum = f64::from_bits(u64::from(words[0]) | u64::from(words[1]) << 32);
-        }
+    fn has_photons(&self) -> bool {
+        false
     }
 
     fn probe(&self, x: u32, y: u32) -> Probe {
         let row = &self.sums[y as usize * self.settings.width as usize..][..self.settings.width as usize];
         Probe { radiance: self.mean(&row[x as usize]), ..Probe::default() }
-    }
-
-    fn go_on_after(&mut self, iterations: u32, stats: Stats) {
-        (self.iterations, self.stats) = (iterations, stats);
     }
 
     fn iterate_unless(&mut self, stop: &Stop) -> bool {
@@ -149,6 +100,35 @@ impl Resumable for PathTracer<'_> {
         self.iterations += 1;
         self.stats.camera_seconds += start.elapsed().as_secs_f64();
         true
+    }
+}
+
+impl Resumable for PathTracer<'_> {
+    fn sums(&self) -> Sums {
+        Sums::Paths
+    }
+
+    fn save_row(&self, y: u32, words: &mut [u32]) {
+        let width = self.settings.width as usize;
+        assert_eq!(words.len(), 6 * width, "not a row");
+        let sums = self.sums[y as usize * width..][..width].as_flattened();
+        for (words, sum) in words.chunks_exact_mut(2).zip(sums) {
+            let bits = sum.to_bits();
+            words.copy_from_slice(&[bits as u32, (bits >> 32) as u32]);
+        }
+    }
+
+    fn load_row(&mut self, y: u32, words: &[u32]) {
+        let width = self.settings.width as usize;
+        assert_eq!(words.len(), 6 * width, "not a row");
+        let sums = self.sums[y as usize * width..][..width].as_flattened_mut();
+        for (words, sum) in words.chunks_exact(2).zip(sums) {
+            *sum = f64::from_bits(u64::from(words[0]) | u64::from(words[1]) << 32);
+        }
+    }
+
+    fn go_on_after(&mut self, iterations: u32, stats: Stats) {
+        (self.iterations, self.stats) = (iterations, stats);
     }
 }
 

@@ -5,7 +5,7 @@ use crate::consolidate::{Gathered, Pixel};
 use crate::grid::Grid;
 use crate::photon_pass::{Deposit, photon_pass};
 use scene::still::Role;
-use scene::{Engine, Film, Plane, Probe, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums};
+use scene::{Engine, PhotonSums, Probe, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums};
 use std::time::Instant;
 
 /// The grid's cell size over the largest radius, unless one asks for another. The image does not depend on it.
@@ -140,11 +140,6 @@ impl<'a> Sppm<'a> {
         let width = self.settings.width as usize;
         &self.pixels[y as usize * width..][..width]
     }
-
-    fn plane(&self, value: impl Fn(&Pixel) -> f32) -> Plane {
-        let Settings { width, height, .. } = self.settings;
-        Plane { width, height, values: self.pixels.iter().map(value).collect() }
-    }
 }
 
 /// True if a photon counts at a visible point: it arrives within the radius, and on the side that is seen.
@@ -160,80 +155,16 @@ pub fn contributes(still: &Still, deposit: &Deposit, visible: &VisiblePoint, rad
 }
 
 impl Engine for Sppm<'_> {
-    fn iterate(&mut self) {
-        let is_whole = self.iterate_unless(&Stop::new());
-        debug_assert!(is_whole, "nobody asked to stop");
+    fn settings(&self) -> &Settings {
+        &self.settings
     }
 
     fn iterations(&self) -> u32 {
         self.iterations
     }
 
-    fn develop(&self) -> Film {
-        let Settings { width, height, .. } = self.settings;
-        if self.iterations == 0 {
-            return Film::new(width, height);
-        }
-        let pixels = self.pixels.iter().map(|p| p.develop(&self.settings, self.iterations)).collect();
-        Film { width, height, pixels }
-    }
-
-    fn direct(&self) -> Option<Film> {
-        let Settings { width, height, .. } = self.settings;
-        Some(Film { width, height, pixels: self.pixels.iter().map(|p| p.direct).collect() })
-    }
-
-    fn radius(&self) -> Option<Plane> {
-        Some(self.plane(|p| p.radius_squared.sqrt()))
-    }
-
-    fn count(&self) -> Option<Plane> {
-        Some(self.plane(|p| p.n))
-    }
-
     fn stats(&self) -> &Stats {
         &self.stats
-    }
-}
-
-impl Resumable for Sppm<'_> {
-    fn settings(&self) -> &Settings {
-        &self.settings
-    }
-
-    fn sums(&self) -> Sums {
-        Sums::Photons
-    }
-
-    fn save_row(&self, y: u32, words: &mut [u32]) {
-        assert_eq!(words.len(), 8 * self.settings.width as usize, "not a row");
-        for (words, pixel) in words.chunks_exact_mut(8).zip(self.row(y)) {
-            let ([dr, dg, db], [tr, tg, tb]) = (pixel.direct.to_array(), pixel.tau.to_array());
-            let floats = [dr, dg, db, tr, tg, tb, pixel.n, pixel.radius_squared];
-            words.copy_from_slice(&floats.map(f32::to_bits));
-        }
-    }
-
-    fn load_row(&mut self, y: u32, words: &[u32]) {
-        let width = self.settings.width as usize;
-        assert_eq!(words.len(), 8 * width, "not a row");
-        let row = &mut self.pixels[y as usize * width..][..width];
-        for (words, pixel) in words.chunks_exact(8).zip(row) {
-            let [dr, dg, db, tr, tg, tb, n, radius_squared] =
-                std::array::from_fn(|i| f32::from_bits(words[i]));
-            *pixel = Pixel { direct: Rgb::new(dr, dg, db), tau: Rgb::new(tr, tg, tb), n, radius_squared };
-        }
-    }
-
-    fn probe(&self, x: u32, y: u32) -> Probe {
-        let pixel = &self.row(y)[x as usize];
-        let radiance =
-            if self.iterations > 0 { pixel.develop(&self.settings, self.iterations) } else { Rgb::ZERO };
-        Probe { radiance, radius: pixel.radius_squared.sqrt(), count: pixel.n }
-    }
-
-    fn go_on_after(&mut self, iterations: u32, stats: Stats) {
-        (self.iterations, self.stats) = (iterations, stats);
     }
 
     fn iterate_unless(&mut self, stop: &Stop) -> bool {
@@ -243,5 +174,40 @@ impl Resumable for Sppm<'_> {
             self.stats = before;
         }
         is_whole
+    }
+
+    fn probe(&self, x: u32, y: u32) -> Probe {
+        let pixel = &self.row(y)[x as usize];
+        let radiance =
+            if self.iterations > 0 { pixel.develop(&self.settings, self.iterations) } else { Rgb::ZERO };
+        Probe { radiance, direct: pixel.direct, radius: pixel.radius_squared.sqrt(), count: pixel.n }
+    }
+}
+
+impl Resumable for Sppm<'_> {
+    fn sums(&self) -> Sums {
+        Sums::Photons
+    }
+
+    fn save_row(&self, y: u32, words: &mut [u32]) {
+        let (row, words) = (self.row(y), words.as_chunks_mut().0);
+        assert_eq!(words.len(), row.len(), "not a row");
+        for (words, &Pixel { direct, tau, n, radius_squared }) in words.iter_mut().zip(row) {
+            *words = PhotonSums { direct, tau, n, radius_squared }.to_words();
+        }
+    }
+
+    fn load_row(&mut self, y: u32, words: &[u32]) {
+        let (width, words) = (self.settings.width as usize, words.as_chunks().0);
+        assert_eq!(words.len(), width, "not a row");
+        let row = &mut self.pixels[y as usize * width..][..width];
+        for (words, pixel) in words.iter().zip(row) {
+            let PhotonSums { direct, tau, n, radius_squared } = PhotonSums::from_words(*words);
+            *pixel = Pixel { direct, tau, n, radius_squared };
+        }
+    }
+
+    fn go_on_after(&mut self, iterations: u32, stats: Stats) {
+        (self.iterations, self.stats) = (iterations, stats);
     }
 }

@@ -1,32 +1,84 @@
-//! What every engine offers to the command: iterate, develop, tell what it did.
+//! What every engine offers: iterate, develop, tell what it did.
 
-use crate::{Film, Plane};
+use crate::stop::Stop;
+use crate::{Film, Plane, Rgb, Settings};
 use serde::{Deserialize, Serialize};
 
 /// A render in progress. Its state after n iterations depends on scene, settings and seed alone.
+///
+/// An engine states how it iterates and what a pixel shows; images follow from that.
 pub trait Engine {
-    /// Runs one whole iteration of all passes (for the path tracer: one sample per pixel).
-    fn iterate(&mut self);
+    /// What was asked for.
+    fn settings(&self) -> &Settings;
 
     /// Iterations run so far.
     fn iterations(&self) -> u32;
 
+    /// Seconds and counted work so far.
+    fn stats(&self) -> &Stats;
+
+    /// Runs one whole iteration of all passes (for the path tracer: one sample per pixel), or abandons it soon after
+    /// `stop` is requested. True if it was run: an abandoned iteration leaves no trace.
+    ///
+    /// An engine that cannot abandon an iteration runs it and returns true.
+    #[must_use]
+    fn iterate_unless(&mut self, stop: &Stop) -> bool;
+
+    /// What the pixel in column `x` and row `y` shows as it stands, black before the first iteration.
+    ///
+    /// # Panics
+    /// If there is no such pixel.
+    fn probe(&self, x: u32, y: u32) -> Probe;
+
+    /// Whether photons are traced, so that there are direct light, radii and counts of their own.
+    fn has_photons(&self) -> bool {
+        true
+    }
+
+    /// Runs one whole iteration.
+    fn iterate(&mut self) {
+        let is_whole = self.iterate_unless(&Stop::new());
+        debug_assert!(is_whole, "nobody asked to stop");
+    }
+
     /// The image as it stands; black before the first iteration.
-    fn develop(&self) -> Film;
+    fn develop(&self) -> Film {
+        let Settings { width, height, .. } = *self.settings();
+        Film::from_fn(width, height, |x, y| self.probe(x, y).radiance)
+    }
 
     /// The sum of direct light over all iterations, lamps seen among it: radiance times iterations; `None` for engines
     /// that do not keep it apart.
-    fn direct(&self) -> Option<Film>;
+    fn direct(&self) -> Option<Film> {
+        let Settings { width, height, .. } = *self.settings();
+        self.has_photons().then(|| Film::from_fn(width, height, |x, y| self.probe(x, y).direct))
+    }
 
     /// The search radius of every pixel, in scene units; `None` for engines without photons.
-    fn radius(&self) -> Option<Plane>;
+    fn radius(&self) -> Option<Plane> {
+        let Settings { width, height, .. } = *self.settings();
+        self.has_photons().then(|| Plane::from_fn(width, height, |x, y| self.probe(x, y).radius))
+    }
 
     /// `N` of every pixel: photons that counted so far, each past iteration's weighted by alpha; `None` for
     /// engines without photons.
-    fn count(&self) -> Option<Plane>;
+    fn count(&self) -> Option<Plane> {
+        let Settings { width, height, .. } = *self.settings();
+        self.has_photons().then(|| Plane::from_fn(width, height, |x, y| self.probe(x, y).count))
+    }
+}
 
-    /// Seconds and counted work so far.
-    fn stats(&self) -> &Stats;
+/// What a pixel shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Probe {
+    /// Radiance as it stands; black before the first iteration.
+    pub radiance: Rgb,
+    /// The sum of direct light over all iterations, lamps seen among it; 0 without photons.
+    pub direct: Rgb,
+    /// The search radius, in scene units; 0 without photons.
+    pub radius: f32,
+    /// `N`, the weighted count of photons; 0 without photons.
+    pub count: f32,
 }
 
 /// The passes of an iteration, in order (the last one runs on demand).

@@ -48,12 +48,30 @@ impl Film {
     pub fn new(width: u32, height: u32) -> Self {
         Self { width, height, pixels: vec![Rgb::ZERO; width as usize * height as usize] }
     }
+
+    /// The image whose pixel in column x and row y is `pixel(x, y)`.
+    pub fn from_fn(width: u32, height: u32, pixel: impl Fn(u32, u32) -> Rgb) -> Self {
+        Self { width, height, pixels: row_by_row(width, height, pixel) }
+    }
 }
 
 impl Plane {
+    /// The image whose value in column x and row y is `value(x, y)`.
+    pub fn from_fn(width: u32, height: u32, value: impl Fn(u32, u32) -> f32) -> Self {
+        Self { width, height, values: row_by_row(width, height, value) }
+    }
+
     /// The same value thrice per pixel: a grey film, as image files store it.
     pub fn to_film(&self) -> Film {
         let pixels = self.values.iter().map(|&v| Rgb::splat(v)).collect();
         Film { width: self.width, height: self.height, pixels }
     }
+}
+
+fn row_by_row<T>(width: u32, height: u32, pixel: impl Fn(u32, u32) -> T) -> Vec<T> {
+    let mut pixels = Vec::with_capacity(width as usize * height as usize);
+    for y in 0..height {
+        pixels.extend((0..width).map(|x| pixel(x, y)));
+    }
+    pixels
 }

@@ -26,18 +26,20 @@ pub mod sphere;
 pub mod srgb;
 pub mod state;
 pub mod still;
+pub mod stop;
 pub mod world;
 
 pub use camera::Camera;
-pub use engine::{Engine, Pass, Stats};
+pub use engine::{Engine, Pass, Probe, Stats};
 pub use film::{Film, Picture, Plane};
 pub use glam::Vec3;
 pub use material::Material;
 pub use ray::Ray;
 pub use settings::Settings;
 pub use sphere::Sphere;
-pub use state::{Probe, Resumable, Stop, Sums};
+pub use state::{PhotonSums, Resumable, Sums};
 pub use still::Still;
+pub use stop::Stop;
 pub use world::Scene;
 
 /// A linear RGB triple (radiance, power or reflectance, per channel).

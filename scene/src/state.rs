@@ -4,18 +4,15 @@
 //! same whichever engine, lanes or threads computed them, so a render that one engine began another may go on with,
 //! and the image is the one of a render that never stopped.
 
-use crate::{Engine, Rgb, Settings, Stats};
+use crate::{Engine, Rgb, Stats};
 use serde::{Deserialize, Serialize};
 use std::fmt;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What a pixel's words are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sums {
-    /// Of photon mapping: eight `f32` by their bits: the sum of direct light r g b over all iterations, `tau` r g b,
-    /// `N`, and the squared search radius.
+    /// Of photon mapping: the eight words of [`PhotonSums`].
     Photons,
     /// Of path tracing: the sums of radiance r g b over all iterations, three `f64` by their bits, of each the lower
     /// word first.
@@ -23,13 +20,13 @@ pub enum Sums {
 }
 
 impl Sums {
-    /// What no engine leaves of a pixel, if its words are of that kind: a count that is none, or a radius that is none
+    /// What is wrong with the words of a pixel that no engine leaves so: an invalid count, or a radius that is invalid
     /// or has grown.
     pub fn fault(self, words: &[u32], initial_radius: f32) -> Option<&'static str> {
-        let (Self::Photons, [.., n, radius_squared]) = (self, words) else {
+        let (Self::Photons, Ok(words)) = (self, words.try_into()) else {
             return None;
         };
-        let (n, radius_squared) = (f32::from_bits(*n), f32::from_bits(*radius_squared));
+        let PhotonSums { n, radius_squared, .. } = PhotonSums::from_words(words);
         if !(n >= 0.0 && n.is_finite()) {
             return Some("has a pixel whose count of photons is none");
         }
@@ -40,9 +37,39 @@ impl Sums {
     /// Words per pixel.
     pub fn words(self) -> usize {
         match self {
-            Self::Photons => 8,
+            Self::Photons => PhotonSums::WORDS,
             Self::Paths => 6,
         }
+    }
+}
+
+/// What photon mapping keeps of a pixel from one iteration to the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhotonSums {
+    /// The sum of direct light over all iterations, lamps seen among it: radiance times iterations.
+    pub direct: Rgb,
+    /// `tau`, the flux that counts, scaled with the radius as that shrinks.
+    pub tau: Rgb,
+    /// `N`, the photons that counted, each past iteration's weighted by alpha.
+    pub n: f32,
+    /// The squared search radius, in square scene units.
+    pub radius_squared: f32,
+}
+
+impl PhotonSums {
+    /// Words of a pixel.
+    pub const WORDS: usize = 8;
+
+    /// Every number by its bits, in the order of the fields.
+    pub fn to_words(self) -> [u32; Self::WORDS] {
+        let ([dr, dg, db], [tr, tg, tb]) = (self.direct.to_array(), self.tau.to_array());
+        [dr, dg, db, tr, tg, tb, self.n, self.radius_squared].map(f32::to_bits)
+    }
+
+    /// The reverse of [`Self::to_words`].
+    pub fn from_words(words: [u32; Self::WORDS]) -> Self {
+        let [dr, dg, db, tr, tg, tb, n, radius_squared] = words.map(f32::from_bits);
+        Self { direct: Rgb::new(dr, dg, db), tau: Rgb::new(tr, tg, tb), n, radius_squared }
     }
 }
 
@@ -55,51 +82,8 @@ impl fmt::Display for Sums {
     }
 }
 
-/// A request, from another thread or a signal, to abandon the iteration in progress.
-///
-/// Clones are the same request.
-#[derive(Clone, Debug, Default)]
-pub struct Stop(Arc<AtomicBool>);
-
-impl Stop {
-    /// No request yet.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// The flag itself, for handlers of signals: setting it makes the request.
-    pub fn shared(&self) -> Arc<AtomicBool> {
-        Arc::clone(&self.0)
-    }
-
-    /// Makes the request.
-    pub fn request(&self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-
-    /// Whether it was made.
-    #[inline]
-    pub fn is_requested(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-}
-
-/// What a pixel shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Probe {
-    /// As in [`Engine::develop`].
-    pub radiance: Rgb,
-    /// As in [`Engine::radius`]; 0 without photons.
-    pub radius: f32,
-    /// As in [`Engine::count`]; 0 without photons.
-    pub count: f32,
-}
-
-/// An engine whose render can be stopped within an iteration, saved and taken up again.
-pub trait Resumable: Engine + Sync {
-    /// What was asked for.
-    fn settings(&self) -> &Settings;
-
+/// An engine whose render can be saved and taken up again.
+pub trait Resumable: Engine + Send + Sync {
     /// What it keeps of a pixel.
     fn sums(&self) -> Sums;
 
@@ -115,20 +99,9 @@ pub trait Resumable: Engine + Sync {
     /// Like that.
     fn load_row(&mut self, y: u32, words: &[u32]);
 
-    /// What the pixel in column `x` and row `y` shows as it stands, for images that are written without being held.
-    ///
-    /// # Panics
-    /// If there is no such pixel.
-    fn probe(&self, x: u32, y: u32) -> Probe;
-
     /// Goes on as if `iterations` iterations had been run and `stats` were their account; their sums are loaded by
     /// [`Self::load_row`].
     fn go_on_after(&mut self, iterations: u32, stats: Stats);
-
-    /// Runs a whole iteration, or abandons it soon after `stop` is requested. True if it was run: what was abandoned
-    /// leaves no trace.
-    #[must_use]
-    fn iterate_unless(&mut self, stop: &Stop) -> bool;
 }
 
 /// Copies all words of a render from one engine to another of the same kind and size.

@@ -132,84 +132,75 @@ fn first_difference(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use scene::{Film, Plane, Rgb, Stats};
+    use scene::{Probe, Rgb, Stats, Stop};
 
-    /// The planes of [`Fake`].
-    struct Planes {
-        direct: Film,
-        count: Plane,
-        radius: Plane,
-        image: Film,
-    }
+    /// Changes what the pixel in some column and row shows.
+    type Spoil = fn([u32; 2], &mut Probe);
 
-    /// An engine with constant planes; from iteration `from` on, `spoil` changes them.
+    /// An engine whose pixels are all alike; from iteration `from` on, `spoil` changes them.
     struct Fake {
         done: u32,
         from: u32,
-        spoil: fn(&mut Planes),
+        spoil: Spoil,
         stats: Stats,
+        settings: Settings,
     }
 
     impl Fake {
-        fn new(from: u32, spoil: fn(&mut Planes)) -> Self {
-            Self { done: 0, from, spoil, stats: Stats::default() }
-        }
-
-        fn planes(&self) -> Planes {
-            let plane = |value| Plane { width: 3, height: 2, values: vec![value; 6] };
-            let film = |value| Film { width: 3, height: 2, pixels: vec![Rgb::splat(value); 6] };
-            let mut planes =
-                Planes { direct: film(0.5), count: plane(0.0), radius: plane(1.5), image: film(0.25) };
-            if self.done >= self.from {
-                (self.spoil)(&mut planes);
-            }
-            planes
+        fn new(from: u32, spoil: Spoil) -> Self {
+            let settings = Settings { width: 3, height: 2, ..Settings::default() };
+            Self { done: 0, from, spoil, stats: Stats::default(), settings }
         }
     }
 
     impl Engine for Fake {
-        fn iterate(&mut self) {
-            self.done += 1;
+        fn settings(&self) -> &Settings {
+            &self.settings
         }
         fn iterations(&self) -> u32 {
             self.done
         }
-        fn develop(&self) -> Film {
-            self.planes().image
-        }
-        fn direct(&self) -> Option<Film> {
-            Some(self.planes().direct)
-        }
-        fn radius(&self) -> Option<Plane> {
-            Some(self.planes().radius)
-        }
-        fn count(&self) -> Option<Plane> {
-            Some(self.planes().count)
-        }
         fn stats(&self) -> &Stats {
             &self.stats
         }
+        fn iterate_unless(&mut self, _: &Stop) -> bool {
+            self.done += 1;
+            true
+        }
+        fn probe(&self, x: u32, y: u32) -> Probe {
+            let mut probe =
+                Probe { radiance: Rgb::splat(0.25), direct: Rgb::splat(0.5), radius: 1.5, count: 0.0 };
+            if self.done >= self.from {
+                (self.spoil)([x, y], &mut probe);
+            }
+            probe
+        }
     }
 
-    fn differ(from: u32, spoil: fn(&mut Planes)) -> Option<String> {
+    fn differ(from: u32, spoil: Spoil) -> Option<String> {
         let pool = threads::pool(1).unwrap();
         let variant =
             |label: &str, engine| Variant { label: label.into(), engine: Box::new(engine), pool: &pool };
         let mut variants =
-            [variant("twin", Fake::new(u32::MAX, |_| ())), variant("other", Fake::new(from, spoil))];
-        let mut reference = Fake::new(u32::MAX, |_| ());
+            [variant("twin", Fake::new(u32::MAX, |_, _| ())), variant("other", Fake::new(from, spoil))];
+        let mut reference = Fake::new(u32::MAX, |_, _| ());
         first_difference(&mut reference, &mut variants, 4, &Progress::new(4, true))
     }
 
     #[test]
     fn equals_are_identical() {
-        assert_eq!(differ(u32::MAX, |_| ()), None);
+        assert_eq!(differ(u32::MAX, |_, _| ()), None);
     }
 
     #[test]
     fn a_bit_of_the_image_is_found() {
+        let spoil: Spoil = |place, probe| {
+            if place == [1, 1] {
+                probe.radiance.z = f32::from_bits(0x3e80_0001);
+            }
+        };
         assert_eq!(
-            differ(3, |planes| planes.image.pixels[4].z = f32::from_bits(0x3e80_0001)).as_deref(),
+            differ(3, spoil).as_deref(),
             Some(
                 "other differs from the reference in iteration 3, flux of the photon pass, or develop: \
                  image of pixel (1, 1) is 0.25000003 (0x3e800001) instead of 0.25 (0x3e800000)"
@@ -219,22 +210,14 @@ mod tests {
 
     #[test]
     fn the_first_pass_with_a_difference_is_named() {
-        let all = differ(2, |planes| {
-            planes.image.pixels[0].x = 0.0;
-            planes.radius.values[2] = 1.25;
-            planes.count.values[3] = 1.0;
-            planes.direct.pixels[5].y = 0.0;
+        let all = differ(2, |place, probe| match place {
+            [0, 0] => probe.radiance.x = 0.0,
+            [2, 0] => probe.radius = 1.25,
+            [0, 1] => probe.count = 1.0,
+            [2, 1] => probe.direct.y = 0.0,
+            _ => (),
         });
         let (place, values) = ("in iteration 2, camera pass: direct light of pixel (2, 1)", "is 0.0 (");
         assert!(all.as_deref().is_some_and(|d| d.contains(place) && d.contains(values)), "{all:?}");
-
-        let radius = differ(1, |planes| planes.radius.values[2] = 1.25).unwrap();
-        assert!(radius.contains("in iteration 1, consolidate: radius of pixel (2, 0) is 1.25"), "{radius}");
-    }
-
-    #[test]
-    fn a_negative_zero_is_a_difference() {
-        let zero = differ(4, |planes| planes.count.values[3] = -0.0).unwrap();
-        assert!(zero.contains("in iteration 4, photon pass: count of pixel (0, 1) is -0.0"), "{zero}");
     }
 }

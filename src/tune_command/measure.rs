@@ -3,7 +3,7 @@
 use super::space::Candidate;
 use crate::error::Error;
 use rayon::ThreadPool;
-use scene::{Engine, Film, Resumable, Rgb, Scene, Settings, Stop};
+use scene::{Engine, Film, Rgb, Scene, Settings, Stop};
 use std::time::Instant;
 
 /// How sure an interval is.

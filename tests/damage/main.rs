@@ -11,7 +11,7 @@ use files::image_file::{self, Encoding, Format, decode_bytes, decode_note_bytes}
 use files::scene_file;
 use peak_alloc::PeakAlloc;
 use scene::rng::{Family, Stream, StreamKey};
-use scene::{Engine, Film, Resumable, Settings};
+use scene::{Engine, Film, Settings};
 use std::collections::BTreeSet;
 use std::io::Cursor;
 

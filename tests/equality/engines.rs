@@ -5,7 +5,7 @@ use fast::LaneKind;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use reference::PathTracer;
 use scene::state::transfer;
-use scene::{Film, Probe, Resumable, Scene, Settings, Stop};
+use scene::{Film, Probe, Resumable, Rgb, Scene, Settings, Stop};
 use std::thread;
 use std::time::Duration;
 
@@ -18,7 +18,7 @@ enum Way {
 }
 
 impl Way {
-    fn start<'a>(self, scene: &'a Scene, settings: &Settings) -> Box<dyn Resumable + Send + 'a> {
+    fn start<'a>(self, scene: &'a Scene, settings: &Settings) -> Box<dyn Resumable + 'a> {
         match self {
             Self::Reference => Box::new(reference::Sppm::new(scene, settings)),
             Self::Fast { lanes, deposits_at_once, long_join, .. } => {
@@ -109,10 +109,19 @@ fn check(scene: &Scene, settings: &Settings, [first, second]: [Way; 2], whole: &
 /// What pixels show is what they show in the whole images.
 fn check_probes(engine: &dyn Resumable, film: &Film) {
     let [radius, count] = [engine.radius(), engine.count()].map(|plane| plane.map(|plane| plane.values));
+    let direct = engine.direct().map(|film| film.pixels);
     let of = |values: &Option<Vec<f32>>, i: usize| values.as_ref().map_or(0.0, |values| values[i]);
     for (i, &radiance) in film.pixels.iter().enumerate() {
         let probe = engine.probe(i as u32 % film.width, i as u32 / film.width);
-        assert_eq!(probe, Probe { radiance, radius: of(&radius, i), count: of(&count, i) });
+        assert_eq!(
+            probe,
+            Probe {
+                radiance,
+                direct: direct.as_ref().map_or(Rgb::ZERO, |direct| direct[i]),
+                radius: of(&radius, i),
+                count: of(&count, i)
+            }
+        );
     }
 }
 

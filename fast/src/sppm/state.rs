@@ -4,7 +4,8 @@ use super::{Prepared, Sppm};
 use crate::camera_pass::slot_of;
 use crate::consolidate::develop;
 use crate::lanes::Row;
-use scene::{Probe, Resumable, Rgb, Settings, Stats, Stop, Sums};
+use rayon::prelude::*;
+use scene::{Engine, Film, Probe, Resumable, Rgb, Settings, Stats, Stop, Sums};
 use std::mem::take;
 
 impl Sppm<'_> {
@@ -22,42 +23,17 @@ impl Sppm<'_> {
     }
 }
 
-impl Resumable for Sppm<'_> {
+impl Engine for Sppm<'_> {
     fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    fn sums(&self) -> Sums {
-        Sums::Photons
+    fn iterations(&self) -> u32 {
+        self.iterations
     }
 
-    fn save_row(&self, y: u32, words: &mut [u32]) {
-        let width = self.settings.width;
-        assert_eq!(words.len(), 8 * width as usize, "not a row");
-        for (words, x) in words.chunks_exact_mut(8).zip(0..width) {
-            words.copy_from_slice(&self.pixels[slot_of(width, x, y)].0.map(f32::to_bits));
-        }
-    }
-
-    fn load_row(&mut self, y: u32, words: &[u32]) {
-        let width = self.settings.width;
-        assert_eq!(words.len(), 8 * width as usize, "not a row");
-        for (words, x) in words.chunks_exact(8).zip(0..width) {
-            self.pixels[slot_of(width, x, y)] = Row(std::array::from_fn(|i| f32::from_bits(words[i])));
-        }
-    }
-
-    fn probe(&self, x: u32, y: u32) -> Probe {
-        assert!(x < self.settings.width && y < self.settings.height, "no such pixel");
-        let pixel = &self.pixels[slot_of(self.settings.width, x, y)];
-        let [.., n, radius_squared] = pixel.0;
-        let radiance =
-            if self.iterations > 0 { develop(pixel, &self.settings, self.iterations) } else { Rgb::ZERO };
-        Probe { radiance, radius: radius_squared.sqrt(), count: n }
-    }
-
-    fn go_on_after(&mut self, iterations: u32, stats: Stats) {
-        (self.iterations, self.stats) = (iterations, stats);
+    fn stats(&self) -> &Stats {
+        &self.stats
     }
 
     fn iterate_unless(&mut self, stop: &Stop) -> bool {
@@ -74,5 +50,56 @@ impl Resumable for Sppm<'_> {
             self.abandon(before);
         }
         done.is_some()
+    }
+
+    fn probe(&self, x: u32, y: u32) -> Probe {
+        assert!(x < self.settings.width && y < self.settings.height, "no such pixel");
+        let pixel = &self.pixels[slot_of(self.settings.width, x, y)];
+        let [dr, dg, db, .., n, radius_squared] = pixel.0;
+        let radiance =
+            if self.iterations > 0 { develop(pixel, &self.settings, self.iterations) } else { Rgb::ZERO };
+        Probe { radiance, direct: Rgb::new(dr, dg, db), radius: radius_squared.sqrt(), count: n }
+    }
+
+    /// By all threads.
+    fn develop(&self) -> Film {
+        let Settings { width, height, .. } = self.settings;
+        let mut film = Film::new(width, height);
+        if self.iterations > 0 {
+            let rows = film.pixels.par_chunks_mut(width as usize).enumerate();
+            rows.for_each(|(y, row)| {
+                for (x, pixel) in row.iter_mut().enumerate() {
+                    let slot = slot_of(width, x as u32, y as u32);
+                    *pixel = develop(&self.pixels[slot], &self.settings, self.iterations);
+                }
+            });
+        }
+        film
+    }
+}
+
+impl Resumable for Sppm<'_> {
+    fn sums(&self) -> Sums {
+        Sums::Photons
+    }
+
+    fn save_row(&self, y: u32, words: &mut [u32]) {
+        let (width, words) = (self.settings.width, words.as_chunks_mut().0);
+        assert_eq!(words.len(), width as usize, "not a row");
+        for (words, x) in words.iter_mut().zip(0..width) {
+            *words = self.pixels[slot_of(width, x, y)].0.map(f32::to_bits);
+        }
+    }
+
+    fn load_row(&mut self, y: u32, words: &[u32]) {
+        let (width, words) = (self.settings.width, words.as_chunks().0);
+        assert_eq!(words.len(), width as usize, "not a row");
+        for (words, x) in words.iter().zip(0..width) {
+            self.pixels[slot_of(width, x, y)] = Row(words.map(f32::from_bits));
+        }
+    }
+
+    fn go_on_after(&mut self, iterations: u32, stats: Stats) {
+        (self.iterations, self.stats) = (iterations, stats);
     }
 }

@@ -1,6 +1,7 @@
 //! Unit tests of the passes in order.
 
 use super::*;
+use scene::Engine;
 use scene::{Rgb, Sphere};
 
 #[test]

@@ -4,7 +4,7 @@ use super::sections::{ACCOUNT, FRAME, HEADER, NOTE, PAST, SCENE, SUMS};
 use super::*;
 use crate::atomic_file::Output;
 use crate::scene_file;
-use scene::{Engine, Plane, Probe, Resumable, Rgb, Scene, Settings, Stop};
+use scene::{Engine, Probe, Resumable, Rgb, Scene, Settings, Stop};
 use std::fs;
 use std::io::{self, Cursor, Write as _};
 use tempfile::TempDir;
@@ -44,31 +44,24 @@ impl Memory {
 }
 
 impl Engine for Memory {
-    fn iterate(&mut self) {}
+    fn settings(&self) -> &Settings {
+        &self.settings
+    }
     fn iterations(&self) -> u32 {
         self.iterations
-    }
-    fn develop(&self) -> Film {
-        Film::new(self.settings.width, self.settings.height)
-    }
-    fn direct(&self) -> Option<Film> {
-        None
-    }
-    fn radius(&self) -> Option<Plane> {
-        None
-    }
-    fn count(&self) -> Option<Plane> {
-        None
     }
     fn stats(&self) -> &Stats {
         &self.stats
     }
+    fn iterate_unless(&mut self, _: &Stop) -> bool {
+        true
+    }
+    fn probe(&self, _: u32, _: u32) -> Probe {
+        Probe::default()
+    }
 }
 
 impl Resumable for Memory {
-    fn settings(&self) -> &Settings {
-        &self.settings
-    }
     fn sums(&self) -> Sums {
         self.sums
     }
@@ -78,14 +71,8 @@ impl Resumable for Memory {
     fn load_row(&mut self, y: u32, words: &[u32]) {
         self.row(y).copy_from_slice(words);
     }
-    fn probe(&self, _: u32, _: u32) -> Probe {
-        Probe::default()
-    }
     fn go_on_after(&mut self, iterations: u32, stats: Stats) {
         (self.iterations, self.stats) = (iterations, stats);
-    }
-    fn iterate_unless(&mut self, _: &Stop) -> bool {
-        true
     }
 }
 
