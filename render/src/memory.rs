@@ -95,7 +95,9 @@ fn too_much(bytes: u64, limit: u64) -> Error {
     let (need, limit) = (mebibytes(bytes), mebibytes(limit));
     Error::named(
         Field::MemoryLimit,
-        format_args!("the render needs up to {need}, more than {limit}; raise the limit, or ask for fewer pixels"),
+        format_args!(
+            "the render needs up to {need}, more than {limit}; raise the limit, or ask for fewer pixels"
+        ),
     )
 }
 

@@ -23,6 +23,7 @@ pub mod rng;
 pub mod settings;
 pub mod sobol;
 pub mod sphere;
+pub mod srgb;
 pub mod state;
 pub mod still;
 pub mod stop;

@@ -1,10 +1,10 @@
 //! The options of `ladder`.
 
-use crate::args::SettingsArgs;
-use crate::text::list;
-use crate::values::whole;
+use crate::args::settings::SettingsArgs;
+use crate::args::values::whole;
 use clap::{Args, ValueEnum};
 use ladder::{ROWS, Random, Row};
+use scene::text::list;
 use serde::Serialize;
 use std::ffi::OsString;
 use std::path::PathBuf;

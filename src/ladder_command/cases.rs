@@ -1,8 +1,9 @@
 //! What is to be timed: scenes, and the values of a sweep.
 
 use super::args::{LadderArgs, Sweep};
-use crate::error::Error;
-use crate::scenes::{self, Opened};
+use crate::args::scene::open;
+use crate::terminal::error::Error;
+use files::named::Opened;
 use scene::still::Role;
 use scene::{Scene, Settings, Sphere};
 
@@ -39,11 +40,11 @@ pub(crate) fn cases(args: &LadderArgs) -> Result<Vec<Case>, Error> {
     }
     let mut all = Vec::new();
     for name in names {
-        let mut opened = scenes::open(&name)?;
+        let mut opened = open(&name)?;
         if args.quick {
             opened.scene.settings = Settings { seed: opened.scene.settings.seed, ..QUICK };
         }
-        let settings = args.settings.apply(&opened)?;
+        let settings = args.settings.apply(&opened.scene.settings)?;
         all.extend(values(args, opened, settings)?);
     }
     Ok(all)

@@ -1,8 +1,8 @@
 //! Images of rows as iterations go by, and their files.
 
 use super::cases::Case;
-use crate::error::Error;
-use crate::progress::Progress;
+use crate::terminal::bar::Bar;
+use crate::terminal::error::Error;
 use files::image_file::{self, Encoding};
 use ladder::{Options, Row};
 use scene::Film;
@@ -27,7 +27,7 @@ pub(super) fn films<'a>(
 /// Writes every row's image after 2, 4, 8, ... iterations, and after all, as `SCENE-ROW-ITERATIONS.pfm`.
 pub(super) fn write(folder: &Path, cases: &[Case], rows: &[&Row], options: &Options) -> Result<(), Error> {
     let total: usize = cases.iter().map(|case| rows.len() * counts(case).count()).sum();
-    let progress = Progress::of(total as u32, "images");
+    let progress = Bar::of(total as u32, "images");
     let mut done = 0;
     for case in cases {
         for row in rows {

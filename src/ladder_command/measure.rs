@@ -1,10 +1,10 @@
 //! Interleaved runs, and what comes of them.
 
 use super::cases::Case;
-use crate::error::Error;
-use crate::progress::Progress;
-use crate::threads;
+use crate::terminal::bar::Bar;
+use crate::terminal::error::Error;
 use ladder::{CycleCounter, Options, Row};
+use render::pool;
 use scene::Stats;
 use std::time::Instant;
 
@@ -52,8 +52,8 @@ pub(crate) fn measure(
     repeat: u32,
 ) -> Result<Vec<Vec<Runs>>, Error> {
     let total = repeat as usize * cases.len() * rows.len();
-    let progress = Progress::of(total as u32, "runs");
-    let one_thread = threads::pool(1)?;
+    let progress = Bar::of(total as u32, "runs");
+    let one_thread = pool(Some(1))?;
     let mut runs = vec![vec![Vec::new(); rows.len()]; cases.len()];
     let mut done = 0;
     for _ in 0..repeat {

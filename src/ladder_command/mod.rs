@@ -13,8 +13,8 @@ mod roofline;
 mod rooflines;
 mod similarity;
 
-use crate::error::Error;
-use crate::text::print;
+use crate::terminal::error::Error;
+use crate::terminal::text::print;
 use args::{LadderArgs, Sweep};
 use cases::Case;
 use files::atomic_file;

@@ -1,8 +1,8 @@
 //! The table of random-number generators (section 3.4 of the paper): what a number costs.
 
 use super::roofline::table;
-use crate::error::Error;
-use crate::text::print;
+use crate::terminal::error::Error;
+use crate::terminal::text::print;
 use ladder::{Clock, CycleSource, time_numbers};
 use serde::Serialize;
 use std::fmt::Write;

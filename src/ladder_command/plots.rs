@@ -5,7 +5,7 @@ use super::args::Sweep;
 use super::passes::PASSES;
 use super::roofline::Roofline;
 use super::rooflines::plain;
-use crate::error::Error;
+use crate::terminal::error::Error;
 use files::atomic_file;
 use plotters::coord::Shift;
 use plotters::prelude::*;

@@ -8,8 +8,8 @@
 use super::Measured;
 use super::cases::Case;
 use super::roofline::table;
-use crate::error::Error;
-use crate::progress::Progress;
+use crate::terminal::bar::Bar;
+use crate::terminal::error::Error;
 use ladder::{Options, Row};
 use rayon::prelude::*;
 use scene::{Engine, Film, Settings, Vec3};
@@ -35,7 +35,7 @@ pub(crate) struct Quality {
 
 /// Renders every case by every row with so many seeds, and compares.
 pub(super) fn compared(measured: &Measured, options: &Options, seeds: u32) -> Quality {
-    let progress = Progress::of((measured.cases.len() * (measured.rows.len() + 1)) as u32, "compared rows");
+    let progress = Bar::of((measured.cases.len() * (measured.rows.len() + 1)) as u32, "compared rows");
     let (mut errors, mut done) = (Vec::new(), 0);
     let mut step = |what: &str| {
         progress.step(done, what);

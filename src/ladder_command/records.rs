@@ -3,7 +3,7 @@
 use super::Measured;
 use super::args::{Rng, Sweep};
 use super::roofline::table;
-use crate::error::Error;
+use crate::terminal::error::Error;
 use serde::Serialize;
 use std::path::Path;
 

@@ -6,8 +6,8 @@ use super::cases::Case;
 use super::measure::Run;
 use super::passes::PASSES;
 use super::{Measured, plots, rooflines};
-use crate::error::Error;
-use crate::progress::Progress;
+use crate::terminal::bar::Bar;
+use crate::terminal::error::Error;
 use files::atomic_file;
 use ladder::{CycleSource, Operations, Options, Peaks, Row};
 use serde::Serialize;
@@ -52,7 +52,7 @@ pub(super) fn count(cases: &[Case], rows: &[&Row], options: &Options, sweep: Opt
     let peaks = Peaks::measure();
     let options = Options { counts_operations: true, ..*options };
     let mut counted = vec![vec![None; rows.len()]; cases.len()];
-    let progress = Progress::of((cases.len() * rows.len()) as u32, "counted runs");
+    let progress = Bar::of((cases.len() * rows.len()) as u32, "counted runs");
     let mut done = 0;
     let mut first = 0;
     while first < cases.len() {

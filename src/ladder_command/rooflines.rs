@@ -5,7 +5,7 @@ use super::Measured;
 use super::passes::PASSES;
 use super::plots::{Area, Drawn, save};
 use super::roofline::{Point, Roofline};
-use crate::error::Error;
+use crate::terminal::error::Error;
 use ladder::Peaks;
 use plotters::prelude::*;
 use std::path::Path;

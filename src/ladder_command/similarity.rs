@@ -5,9 +5,9 @@ use super::cases::Case;
 use super::films::films;
 use super::plots::{Series, lines, save};
 use super::roofline::table;
-use crate::compare::compare;
-use crate::error::Error;
-use crate::progress::Progress;
+use crate::terminal::bar::Bar;
+use crate::terminal::error::Error;
+use compare::Metrics;
 use ladder::{Options, Row};
 use scene::Film;
 use serde::Serialize;
@@ -23,7 +23,7 @@ pub(crate) struct Similarity {
 /// Renders the cases of a sweep over iterations once more, and compares.
 pub(super) fn compared(measured: &Measured, options: &Options) -> Result<Similarity, Error> {
     let scenes = measured.scenes();
-    let progress = Progress::of((scenes.len() * measured.rows.len()) as u32, "compared rows");
+    let progress = Bar::of((scenes.len() * measured.rows.len()) as u32, "compared rows");
     let (mut ssim, mut done) = (vec![Vec::new(); measured.cases.len()], 0);
     for (name, numbers) in scenes {
         let cases: Vec<&Case> = numbers.iter().map(|&number| &measured.cases[number]).collect();
@@ -38,7 +38,7 @@ pub(super) fn compared(measured: &Measured, options: &Options) -> Result<Similar
                 first.clone_from(&films);
             }
             for ((&number, film), first) in numbers.iter().zip(&films).zip(&first) {
-                let compared = compare(first, film).map_err(|error| Error::Failed(error.to_string()))?;
+                let compared = Metrics::of(first, film).map_err(|error| Error::Failed(error.to_string()))?;
                 ssim[number].push(compared.ssim.all);
             }
         }

@@ -6,6 +6,8 @@
 mod builtin_scenes;
 #[path = "../shared/cases.rs"]
 mod cases;
+#[path = "../shared/difference.rs"]
+mod difference;
 mod draft;
 mod engines;
 mod kernels;

@@ -1,10 +1,11 @@
 //! Both engines in step, and where they first differ.
 
 use crate::cases;
+use crate::difference::Outcome;
 use fast::{LaneKind, Parameters};
 use proptest::test_runner::Config;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use scene::{Engine, Film, Plane, Rgb, Scene, Settings, Stats};
+use scene::{Engine, Scene, Settings, Stats};
 use std::sync::OnceLock;
 
 /// The most threads that tests run on.
@@ -73,11 +74,11 @@ pub(crate) fn compare(scene: &Scene, settings: &Settings, ways: &[Way]) -> Resul
         ways.iter().map(|way| (*way, start(scene, settings, *way))).collect();
     for iteration in 0..settings.iterations {
         reference.iterate();
-        let expected = Shown::of(&reference);
+        let expected = Outcome::of(&reference);
         for (way, engine) in &mut others {
             let actual = pool(way.threads).install(|| {
                 engine.iterate();
-                Shown::of(engine)
+                Outcome::of(engine)
             });
             if let Some(difference) = expected.difference(&actual) {
                 return Err(format!("{way:?} differs in iteration {iteration}: {difference}"));
@@ -101,80 +102,7 @@ fn pool(threads: usize) -> &'static ThreadPool {
     POOLS[threads - 1].get_or_init(|| ThreadPoolBuilder::new().num_threads(threads).build().unwrap())
 }
 
-/// All that an engine shows: planes, in the order of the passes that make them, and counted work.
-struct Shown {
-    planes: [(&'static str, Vec<f32>); 4],
-    work: [(&'static str, u64); 7],
-}
-
-impl Shown {
-    fn of(engine: &impl Engine) -> Self {
-        let film = |film: Film| film.pixels.iter().flat_map(Rgb::to_array).collect();
-        let plane = |plane: Option<Plane>| plane.unwrap().values;
-        let Stats {
-            camera_segments,
-            shadow_rays,
-            visible_points,
-            photons,
-            photon_segments,
-            deposits,
-            contributions,
-            ..
-        } = *engine.stats();
-        Self {
-            planes: [
-                ("direct", film(engine.direct().unwrap())),
-                ("count", plane(engine.count())),
-                ("radius", plane(engine.radius())),
-                ("image", film(engine.develop())),
-            ],
-            work: [
-                ("camera_segments", camera_segments),
-                ("shadow_rays", shadow_rays),
-                ("visible_points", visible_points),
-                ("photons", photons),
-                ("photon_segments", photon_segments),
-                ("deposits", deposits),
-                ("contributions", contributions),
-            ],
-        }
-    }
-
-    /// The first difference of `actual`, by bits: 0 is not -0, and NaN is itself.
-    fn difference(&self, actual: &Self) -> Option<String> {
-        let planes = self.planes.iter().zip(&actual.planes);
-        let in_planes = planes.filter_map(|((name, expected), (_, actual))| {
-            assert_eq!(expected.len(), actual.len(), "{name}");
-            let pairs = expected.iter().zip(actual).enumerate();
-            let differs = |(_, (e, a)): &(usize, (&f32, &f32))| e.to_bits() != a.to_bits();
-            let count = pairs.clone().filter(differs).count();
-            let (index, (e, a)) = pairs.clone().find(differs)?;
-            let (have, want) = (a.to_bits(), e.to_bits());
-            Some(format!(
-                "{name}[{index}] is {a:?} ({have:#010x}) instead of {e:?} ({want:#010x}), {count} in all"
-            ))
-        });
-        let work = self.work.iter().zip(&actual.work).filter(|(expected, actual)| expected != actual);
-        let in_work = work.map(|((name, e), (_, a))| format!("{name} is {a} instead of {e}"));
-        let all: Vec<String> = in_planes.chain(in_work).collect();
-        (!all.is_empty()).then(|| all.join("; "))
-    }
-}
-
-/// That what compares can tell a difference.
-#[test]
-fn a_bit_makes_a_difference() {
-    let shown = |value: f32, deposits| Shown {
-        planes: ["direct", "count", "radius", "image"].map(|name| (name, vec![value])),
-        work: [("deposits", deposits); 7],
-    };
-    assert_eq!(shown(f32::NAN, 1).difference(&shown(f32::NAN, 1)), None);
-    let difference = shown(0.0, 1).difference(&shown(-0.0, 1)).unwrap();
-    assert!(difference.starts_with("direct[0] is -0.0 (0x80000000) instead of 0.0"), "{difference}");
-    assert!(shown(0.0, 1).difference(&shown(0.0, 2)).unwrap().starts_with("deposits is 2 instead of 1"));
-}
-
-/// That the effort of two settings is not silently the same: other settings make another image.
+/// That the comparison is not of a render with itself: another seed makes another image.
 #[test]
 fn another_seed_makes_a_difference() {
     let scene = files::builtin::scene("cornell").unwrap();
@@ -185,5 +113,5 @@ fn another_seed_makes_a_difference() {
     );
     one.iterate();
     other.iterate();
-    assert!(Shown::of(&one).difference(&Shown::of(&other)).is_some());
+    assert!(Outcome::of(&one).difference(&Outcome::of(&other)).is_some());
 }

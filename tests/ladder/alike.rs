@@ -3,9 +3,9 @@
 
 use crate::cases::tell;
 use crate::pair::builtin;
+use compare::Metrics;
 use ladder::{Options, ROWS, Row};
 use scene::{Film, Scene, Settings};
-use sppm::compare::compare;
 
 /// A row's similarity to the baseline may fall short of the least that the baseline has with itself by so much: about
 /// what the similarity of two noisy images of this size varies by from seed to seed.
@@ -32,7 +32,7 @@ fn render(row: &Row, scene: &Scene, settings: &Settings, seed: u64) -> [Film; 2]
 }
 
 fn similarity(a: &Film, b: &Film) -> f64 {
-    compare(a, b).unwrap().ssim.all
+    Metrics::of(a, b).unwrap().ssim.all
 }
 
 /// Mean, and variance of a single value.

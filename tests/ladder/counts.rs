@@ -1,6 +1,7 @@
 //! Counted operations.
 
-use crate::pair::{Shown, builtin};
+use crate::difference::Outcome;
+use crate::pair::builtin;
 use ladder::{Operations, Options, ROWS, Rung, find};
 use scene::Settings;
 
@@ -29,7 +30,7 @@ fn counting_does_not_change_the_image() {
         let (rung, _) = counted(row.name, &settings);
         let mut plain = row.start(&scene, &settings, &Options::exact());
         plain.iterate();
-        let difference = Shown::of(&*plain).difference(&Shown::of(&*rung), &crate::pair::ALL);
+        let difference = Outcome::of(&*plain).difference(&Outcome::of(&*rung));
         assert_eq!(difference, None, "row {}", row.name);
     }
 }

@@ -1,7 +1,9 @@
 //! Keyed random numbers, flux summed in floats as in the paper: the same radius and count, and an image within what
 //! the order of additions can do.
 
-use crate::pair::{Shown, builtin};
+use crate::difference::Outcome;
+use crate::pair::builtin;
+use compare::PlaneKind;
 use ladder::{Options, ROWS, Random};
 use scene::{Engine, Scene, Settings};
 use std::f64::consts::PI;
@@ -32,8 +34,8 @@ fn assert_within_the_bound(scene: &Scene, settings: &Settings) {
     for _ in 0..settings.iterations {
         reference.iterate();
     }
-    let expected = Shown::of(&reference);
-    let [_, (_, counts), (_, radii), (_, image)] = &expected.planes;
+    let expected = Outcome::of(&reference);
+    let [_, counts, radii, image] = expected.planes.each_ref().map(|plane| &plane.values);
     let nominal = f64::from(scene.at(0.0).lights.power);
     // Radiance seen through glass from within it is scaled by the squared index, so a path's throughput may exceed 1.
     let throughput = 1.5_f64.powi(2);
@@ -43,10 +45,11 @@ fn assert_within_the_bound(scene: &Scene, settings: &Settings) {
         for _ in 0..settings.iterations {
             rung.iterate();
         }
-        let actual = Shown::of(&*rung);
-        let difference = expected.difference(&actual, &["direct", "count", "radius"]);
+        let actual = Outcome::of(&*rung);
+        let exact = [PlaneKind::DirectLight, PlaneKind::Count, PlaneKind::Radius];
+        let difference = expected.difference_in(&actual, &exact);
         assert_eq!(difference, None, "{}, row {}", scene.name, row.name);
-        for (index, (&want, &have)) in image.iter().zip(&actual.planes[3].1).enumerate() {
+        for (index, (&want, &have)) in image.iter().zip(&actual.planes[3].values).enumerate() {
             let (count, radius) = (f64::from(counts[index / 3]), f64::from(radii[index / 3]));
             let density = 1.0 / (shot * PI * radius * radius);
             let photons_may = bound(throughput, nominal, count / ALPHA, density);

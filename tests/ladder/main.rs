@@ -5,6 +5,8 @@ mod alike;
 #[path = "../shared/cases.rs"]
 mod cases;
 mod counts;
+#[path = "../shared/difference.rs"]
+mod difference;
 #[path = "../equality/draft.rs"]
 mod draft;
 mod exact;

@@ -1,9 +1,9 @@
 //! What a failure leaves behind: a picture, expected | difference | actual, and a list of the pixels that differ.
 
+use compare::difference_image;
 use files::image_file::{self, Encoding};
 use scene::{Film, Rgb};
 use serde_json::json;
-use sppm::compare::difference_image;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -12,17 +12,6 @@ const ZOOM: u32 = 4;
 
 /// White columns between the pictures.
 const GAP: u32 = 4;
-
-/// The indices of the pixels that differ in any bit.
-pub(crate) fn pixels(expected: &Film, actual: &Film) -> Result<Vec<usize>, String> {
-    let size = |film: &Film| (film.width, film.height);
-    if size(expected) != size(actual) {
-        return Err(format!("the image is {:?} pixels instead of {:?}", size(actual), size(expected)));
-    }
-    let differs = |(e, a): (&Rgb, &Rgb)| e.to_array().map(f32::to_bits) != a.to_array().map(f32::to_bits);
-    let pairs = expected.pixels.iter().zip(&actual.pixels).enumerate();
-    Ok(pairs.filter(|(_, pair)| differs(*pair)).map(|(index, _)| index).collect())
-}
 
 /// Writes both files into the build's folder for tests, and gives their paths.
 pub(crate) fn show(name: &str, expected: &Film, actual: &Film, different: &[usize]) -> [PathBuf; 2] {
@@ -78,9 +67,6 @@ fn list(expected: &Film, actual: &Film, different: &[usize]) -> String {
 fn pictures_show_expected_difference_and_actual_side_by_side() {
     let film = |values: [f32; 2]| Film { width: 2, height: 1, pixels: values.map(Rgb::splat).to_vec() };
     let (expected, actual) = (film([0.25, 0.5]), film([0.25, f32::NAN]));
-    assert_eq!(pixels(&expected, &actual), Ok(vec![1]));
-    assert_eq!(pixels(&film([0.0, 1.0]), &film([-0.0, 1.0])), Ok(vec![0]));
-    assert!(pixels(&expected, &Film::new(1, 2)).is_err());
     let shown = picture(&expected, &actual);
     assert_eq!((shown.width, shown.height), (3 * 2 * ZOOM + 2 * GAP, ZOOM));
     let at = |place: u32, pixel: u32| shown.pixels[(place * (2 * ZOOM + GAP) + pixel * ZOOM) as usize];

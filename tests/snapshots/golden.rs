@@ -3,6 +3,7 @@
 use crate::difference;
 use crate::rows::Row;
 use crate::summary::summary;
+use compare::differing_pixels;
 use files::image_file::{self, Encoding};
 use scene::{Engine, Film};
 use std::path::{Path, PathBuf};
@@ -70,7 +71,7 @@ fn check_image(name: &str, who: &str, actual: &Film) -> Result<(), String> {
     let path = image_path(name);
     let expected = image_file::read(&path)
         .map_err(|error| format!("{error}; scripts/bless makes it, from the reference"))?;
-    let different = difference::pixels(&expected, actual)?;
+    let different = differing_pixels(&expected, actual).map_err(|error| error.to_string())?;
     if different.is_empty() {
         return Ok(());
     }

@@ -17,7 +17,6 @@ mod openexr;
 mod pfm;
 mod png;
 mod rows;
-pub mod srgb;
 #[cfg(test)]
 mod tests;
 

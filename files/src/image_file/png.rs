@@ -1,8 +1,8 @@
 //! PNG: 8 bits of sRGB out; whatever there is in.
 
 use super::rows::{First, Rows};
-use super::{Encoding, NOTE, Seekable, check_expansion, check_size, srgb};
-use scene::{Film, Picture, Rgb};
+use super::{Encoding, NOTE, Seekable, check_expansion, check_size};
+use scene::{Film, Picture, Rgb, srgb};
 use std::io::{self, Write};
 
 /// Deflate makes 258 bytes of 2 bits at best.

@@ -7,6 +7,7 @@ use exr::prelude::{
     Vec2, WritableImage, f16,
 };
 use proptest::prelude::*;
+use scene::srgb;
 use std::io::{Cursor, Write};
 use std::path::PathBuf;
 

@@ -1,0 +1,61 @@
+//! Why two images cannot be compared.
+
+use scene::Film;
+use thiserror::Error;
+
+/// Why two images cannot be compared.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum CompareError {
+    /// Their pixels do not correspond.
+    #[error("image A is {} x {} pixels and image B {} x {}; they must have the same size", .a[0], .a[1], .b[0], .b[1])]
+    Size {
+        /// Width and height of the judged image.
+        a: [u32; 2],
+        /// Width and height of the reference.
+        b: [u32; 2],
+    },
+    /// There is nothing to compare.
+    #[error("the images have no pixels")]
+    Empty,
+    /// No metric makes sense of NaN or infinity.
+    #[error(
+        "image {image} has {count} pixels with a NaN or an infinity, the first at ({x}, {y}); all must be finite"
+    )]
+    NotFinite {
+        /// `A` or `B`.
+        image: char,
+        /// How many pixels are at fault.
+        count: usize,
+        /// Column of the first, from the left, from 0.
+        x: usize,
+        /// Row of the first, from the top, from 0.
+        y: usize,
+    },
+}
+
+/// Checks that the images have the same size.
+pub(crate) fn check_size(a: &Film, b: &Film) -> Result<(), CompareError> {
+    if (a.width, a.height) == (b.width, b.height) {
+        return Ok(());
+    }
+    Err(CompareError::Size { a: [a.width, a.height], b: [b.width, b.height] })
+}
+
+/// Checks that metrics of the images make sense: same size, at least one pixel, all finite.
+pub(crate) fn check(a: &Film, b: &Film) -> Result<(), CompareError> {
+    check_size(a, b)?;
+    if a.pixels.is_empty() {
+        return Err(CompareError::Empty);
+    }
+    check_finite('A', a)?;
+    check_finite('B', b)
+}
+
+fn check_finite(image: char, film: &Film) -> Result<(), CompareError> {
+    let broken = || film.pixels.iter().enumerate().filter(|(_, p)| !p.is_finite());
+    let Some((first, _)) = broken().next() else {
+        return Ok(());
+    };
+    let width = film.width as usize;
+    Err(CompareError::NotFinite { image, count: broken().count(), x: first % width, y: first / width })
+}

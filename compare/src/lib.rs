@@ -1,0 +1,32 @@
+//! How alike two images are, and where two engines first differ.
+//!
+//! | Question | Answer |
+//! | --- | --- |
+//! | How alike are two images? | [`Metrics::of`]: RMSE, relative MSE, PSNR, SSIM, FLIP |
+//! | Are they alike enough? | [`Thresholds::exceeded`] |
+//! | Where do they differ? | [`difference_image`]: a picture in false colours |
+//! | Which pixels differ in any bit? | [`differing_pixels`] |
+//! | Which value of two engines differs first? | [`planes`] of each, then [`first_difference`] |
+//!
+//! RMSE, relative MSE and means are of linear radiance. PSNR, SSIM and FLIP judge what one sees, so they are of the
+//! images as sRGB shows them, clamped to [0, 1] at exposure 0. Of two images, A is judged and B is the reference.
+
+#![forbid(unsafe_code)]
+
+mod bits;
+mod difference_image;
+mod error;
+mod metrics;
+mod planes;
+mod ssim;
+mod table;
+#[cfg(test)]
+mod tests;
+mod thresholds;
+
+pub use bits::differing_pixels;
+pub use difference_image::{DifferenceImage, difference_image};
+pub use error::CompareError;
+pub use metrics::{Channels, LargestDifference, Metrics};
+pub use planes::{EnginePlane, PlaneDifference, PlaneKind, first_difference, planes};
+pub use thresholds::{Exceeded, Thresholds};

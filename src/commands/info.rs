@@ -1,0 +1,153 @@
+//! The command `info`: what made an image, or what a checkpoint holds.
+
+use crate::terminal::error::Error;
+use crate::terminal::text::{complain, print};
+use clap::{Args as ClapArgs, ValueHint};
+use files::checkpoint::Loaded;
+use files::scene_file;
+use render::{EngineName, LanesName, Made, Metadata, Note};
+use scene::Settings;
+use scene::settings::MAX_ITERATIONS;
+use scene::text::one_line;
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// Tell what made an image, or what a checkpoint holds
+///
+/// Prints version, scene, settings, engine and iterations as they are written into .png and .exr images and into
+/// checkpoints.
+#[derive(Debug, ClapArgs)]
+#[command(
+    after_long_help = "Examples:\n  sppm info cornell.png\n  sppm info cornell.png --scene > again.toml"
+)]
+pub(crate) struct InfoArgs {
+    /// An image by sppm, .png or .exr, or a checkpoint
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+    file: PathBuf,
+
+    /// Print one JSON object
+    #[arg(long, conflicts_with = "scene")]
+    json: bool,
+
+    /// Print the scene file, with the settings of the render
+    #[arg(long)]
+    scene: bool,
+}
+
+/// What there is to tell.
+#[derive(Serialize)]
+struct Info {
+    /// `image` or `checkpoint`.
+    kind: &'static str,
+    version: String,
+    scene: String,
+    scene_digest: String,
+    settings: Settings,
+    /// Whole iterations that it holds; `settings.iterations` are those that were asked for.
+    iterations: u32,
+    photons: u64,
+    engine: EngineName,
+    lanes: Option<LanesName>,
+    exposure: Option<f32>,
+    estimated_error: Option<f64>,
+    #[serde(skip)]
+    scene_file: Option<String>,
+    #[serde(skip)]
+    fault: Option<String>,
+}
+
+/// Prints what made a file.
+pub(crate) fn run(args: &InfoArgs) -> Result<(), Error> {
+    let info = match Made::read(&args.file)? {
+        Made::Image(metadata) => of_image(metadata),
+        Made::Checkpoint(loaded) => of_checkpoint(&loaded),
+    };
+    if let Some(fault) = &info.fault {
+        complain(&format!("warning: {fault}; this is the older generation"));
+    }
+    if args.scene {
+        let path = args.file.display();
+        let too_large = || Error::Failed(format!("{path}: its scene is too large to stand in it"));
+        return print(info.scene_file.ok_or_else(too_large)?.as_bytes());
+    }
+    if args.json {
+        let json = serde_json::to_string_pretty(&info);
+        let failed = |error| Error::Failed(format!("cannot make JSON: {error}"));
+        return print((json.map_err(failed)? + "\n").as_bytes());
+    }
+    print(info.to_text().as_bytes())
+}
+
+fn of_image(metadata: Metadata) -> Info {
+    Info {
+        kind: "image",
+        version: metadata.version,
+        scene: metadata.scene,
+        scene_digest: metadata.scene_digest,
+        settings: metadata.settings,
+        iterations: metadata.settings.iterations,
+        photons: metadata.photons,
+        engine: metadata.engine,
+        lanes: metadata.lanes,
+        exposure: metadata.exposure,
+        estimated_error: metadata.estimated_error,
+        scene_file: metadata.scene_file,
+        fault: None,
+    }
+}
+
+fn of_checkpoint(loaded: &Loaded) -> Info {
+    let note = Note::of(loaded);
+    let checkpoint = &loaded.checkpoint;
+    let account = &checkpoint.account;
+    Info {
+        kind: "checkpoint",
+        version: account.version.clone(),
+        scene: checkpoint.scene.name.clone(),
+        scene_digest: account.scene.clone(),
+        settings: checkpoint.scene.settings,
+        iterations: account.iterations,
+        photons: account.stats.photons,
+        engine: note.engine.unwrap_or(EngineName::of(account.sums)),
+        lanes: None,
+        exposure: note.exposure,
+        estimated_error: None,
+        scene_file: Some(scene_file::to_text(&checkpoint.scene, &checkpoint.scene.settings)),
+        fault: loaded.fallback.as_ref().map(ToString::to_string),
+    }
+}
+
+impl Info {
+    fn to_text(&self) -> String {
+        let Settings { width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed } =
+            self.settings;
+        let of = match iterations {
+            MAX_ITERATIONS => " of as many as it takes".into(),
+            all if all != self.iterations => format!(" of {all}"),
+            _ => String::new(),
+        };
+        let lanes = self.lanes.map_or(String::new(), |lanes| format!(" on {} lanes", lanes.name()));
+        let optional = |value: Option<String>| value.unwrap_or_default();
+        let rows = [
+            ("file", self.kind.into()),
+            ("version", format!("sppm {}", self.version)),
+            ("scene", self.scene.clone()),
+            ("digest", self.scene_digest.clone()),
+            ("size", format!("{width} x {height} pixels")),
+            ("iterations", format!("{}{of}", self.iterations)),
+            ("photons", format!("{} ({photons_per_iteration} per iteration)", self.photons)),
+            ("depth", max_depth.to_string()),
+            ("radius", initial_radius.to_string()),
+            ("seed", seed.to_string()),
+            ("engine", format!("{}{lanes}", self.engine.name())),
+            ("exposure", optional(self.exposure.map(|stops| format!("{stops} stops")))),
+            ("error", optional(self.estimated_error.map(|error| format!("about {error:.3e}, relative")))),
+        ];
+        let mut text = String::new();
+        for (name, value) in rows.iter().filter(|(_, value)| !value.is_empty()) {
+            let _ = writeln!(text, "{name:<11}{}", one_line(value)); // writing to a String cannot fail
+        }
+        text
+    }
+}

@@ -1,0 +1,225 @@
+//! The command `verify`: engines must agree on every bit of every plane after every iteration.
+
+use crate::args::engine::MachineArgs;
+use crate::args::scene::SceneArg;
+use crate::args::settings::SettingsArgs;
+use crate::terminal::bar::Bar;
+use crate::terminal::error::Error;
+use crate::terminal::text::print;
+use clap::{Args, ValueHint};
+use compare::planes;
+use fast::Parameters;
+use rayon::ThreadPool;
+use render::{LanesName, Profile, available_lanes, cores, pool};
+use scene::text::counted;
+use scene::{Engine, Scene, Settings};
+use std::path::PathBuf;
+
+/// Check that engines agree, bit for bit
+///
+/// Renders the scene by the reference and by the fast engine, this on every kind of lanes that the processor has, on
+/// one thread and on several (--threads, or else one per core and at least 2), and compares direct light, photon
+/// count, radius and image of every pixel after every iteration. The reference with other cells of its hash grid is
+/// compared too. On no bit may they differ; exits with 1 and names iteration, pass and pixel of the first difference
+/// if there is one.
+///
+/// The reference is plain code and takes seconds for an iteration at full size; a small image is as good a test.
+#[derive(Debug, Args)]
+#[command(after_long_help = "Example:\n  sppm verify cornell --width 64 --height 48 --photons 10000")]
+pub(crate) struct VerifyArgs {
+    #[command(flatten)]
+    scene: SceneArg,
+
+    /// Have the fast engine go by the free parameters of this profile, which `sppm tune` wrote, on all lanes
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Machine")]
+    profile: Option<PathBuf>,
+
+    #[command(flatten)]
+    settings: SettingsArgs,
+
+    #[command(flatten)]
+    machine: MachineArgs,
+}
+
+/// The cell size of the reference's other grid, in largest radii: it gives the same candidates in another order.
+const OTHER_CELL_SIZE: f32 = 3.7;
+
+/// A render that must give the reference's bits.
+struct Variant<'a> {
+    label: String,
+    engine: Box<dyn Engine + Send + 'a>,
+    /// The threads that it iterates on.
+    pool: &'a ThreadPool,
+}
+
+/// Renders by the reference and by every variant, and says that they are identical or where they first differ.
+pub(crate) fn run(args: &VerifyArgs) -> Result<(), Error> {
+    let opened = args.scene.open()?;
+    let settings = args.settings.apply(&opened.scene.settings)?;
+    let most = args.machine.threads.unwrap_or_else(|| cores().max(2));
+    let mut counts = vec![1, most];
+    counts.dedup();
+    let pools: Vec<ThreadPool> =
+        counts.into_iter().map(|threads| pool(Some(threads))).collect::<Result<_, _>>()?;
+    let profile = args.profile.as_deref().map(Profile::read).transpose()?;
+    let parameters = profile.unwrap_or_default().parameters;
+    let mut variants = variants(&opened.scene, &settings, &pools, &parameters);
+    let verdict = verdict(&opened.scene.name, &settings, &variants);
+    let mut reference = reference::Sppm::new(&opened.scene, &settings);
+    let progress = Bar::new(settings.iterations, false);
+    let difference = first_difference(&mut reference, &mut variants, settings.iterations, &progress);
+    progress.clear();
+    match difference {
+        Some(difference) => Err(Error::Failed(difference)),
+        None => print(verdict.as_bytes()),
+    }
+}
+
+/// Everything that is compared with the reference.
+fn variants<'a>(
+    scene: &'a Scene,
+    settings: &Settings,
+    pools: &'a [ThreadPool],
+    parameters: &Parameters,
+) -> Vec<Variant<'a>> {
+    let on = |pool: &ThreadPool| counted(pool.current_num_threads() as u64, "thread");
+    let fast = available_lanes().flat_map(|lanes| pools.iter().map(move |pool| (lanes, pool)));
+    let fast = fast.map(|(lanes, pool)| Variant {
+        label: format!("fast on {} lanes and {}", LanesName::from(lanes).name(), on(pool)),
+        engine: Box::new(fast::Sppm::with_parameters(scene, settings, lanes, parameters)),
+        pool,
+    });
+    let other_grid = pools.first().map(|pool| Variant {
+        label: format!("the reference with grid cells of {OTHER_CELL_SIZE} radii"),
+        engine: Box::new(reference::Sppm::with_cell_size(scene, settings, OTHER_CELL_SIZE)),
+        pool,
+    });
+    fast.chain(other_grid).collect()
+}
+
+fn verdict(scene: &str, settings: &Settings, variants: &[Variant]) -> String {
+    let Settings { width, height, iterations, .. } = settings;
+    let iterations = counted(*iterations, "iteration");
+    let labels: Vec<&str> = variants.iter().map(|v| &v.label[..]).collect();
+    let labels = labels.join("\n  ");
+    format!(
+        "{scene}: identical in every bit of direct light, count, radius and image, {width} x {height} pixels, after \
+         each of {iterations}:\n  the reference\n  {labels}\n"
+    )
+}
+
+/// Iterates all in step and describes the first difference from `reference`.
+fn first_difference(
+    reference: &mut dyn Engine,
+    variants: &mut [Variant],
+    iterations: u32,
+    progress: &Bar,
+) -> Option<String> {
+    (1..=iterations).find_map(|iteration| {
+        progress.step(iteration - 1, "the reference");
+        reference.iterate();
+        let expected = planes(reference);
+        variants.iter_mut().find_map(|Variant { label, engine, pool }| {
+            progress.step(iteration - 1, label);
+            let actual = pool.install(|| {
+                engine.iterate();
+                planes(&**engine)
+            });
+            let difference = compare::first_difference(&expected, &actual)?;
+            Some(format!("{label} differs from the reference in iteration {iteration}, {difference}"))
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene::{Probe, Rgb, Stats, Stop};
+
+    /// Changes what the pixel in some column and row shows.
+    type Spoil = fn([u32; 2], &mut Probe);
+
+    /// An engine whose pixels are all alike; from iteration `from` on, `spoil` changes them.
+    struct Fake {
+        done: u32,
+        from: u32,
+        spoil: Spoil,
+        stats: Stats,
+        settings: Settings,
+    }
+
+    impl Fake {
+        fn new(from: u32, spoil: Spoil) -> Self {
+            let settings = Settings { width: 3, height: 2, ..Settings::default() };
+            Self { done: 0, from, spoil, stats: Stats::default(), settings }
+        }
+    }
+
+    impl Engine for Fake {
+        fn settings(&self) -> &Settings {
+            &self.settings
+        }
+        fn iterations(&self) -> u32 {
+            self.done
+        }
+        fn stats(&self) -> &Stats {
+            &self.stats
+        }
+        fn iterate_unless(&mut self, _: &Stop) -> bool {
+            self.done += 1;
+            true
+        }
+        fn probe(&self, x: u32, y: u32) -> Probe {
+            let mut probe =
+                Probe { radiance: Rgb::splat(0.25), direct: Rgb::splat(0.5), radius: 1.5, count: 0.0 };
+            if self.done >= self.from {
+                (self.spoil)([x, y], &mut probe);
+            }
+            probe
+        }
+    }
+
+    fn differ(from: u32, spoil: Spoil) -> Option<String> {
+        let pool = pool(Some(1)).unwrap();
+        let variant =
+            |label: &str, engine| Variant { label: label.into(), engine: Box::new(engine), pool: &pool };
+        let mut variants =
+            [variant("twin", Fake::new(u32::MAX, |_, _| ())), variant("other", Fake::new(from, spoil))];
+        let mut reference = Fake::new(u32::MAX, |_, _| ());
+        first_difference(&mut reference, &mut variants, 4, &Bar::new(4, true))
+    }
+
+    #[test]
+    fn equals_are_identical() {
+        assert_eq!(differ(u32::MAX, |_, _| ()), None);
+    }
+
+    #[test]
+    fn a_bit_of_the_image_is_found() {
+        let spoil: Spoil = |place, probe| {
+            if place == [1, 1] {
+                probe.radiance.z = f32::from_bits(0x3e80_0001);
+            }
+        };
+        assert_eq!(
+            differ(3, spoil).as_deref(),
+            Some(
+                "other differs from the reference in iteration 3, flux of the photon pass, or develop: \
+                 image of pixel (1, 1) is 0.25000003 (0x3e800001) instead of 0.25 (0x3e800000)"
+            )
+        );
+    }
+
+    #[test]
+    fn the_first_pass_with_a_difference_is_named() {
+        let all = differ(2, |place, probe| match place {
+            [0, 0] => probe.radiance.x = 0.0,
+            [2, 0] => probe.radius = 1.25,
+            [0, 1] => probe.count = 1.0,
+            [2, 1] => probe.direct.y = 0.0,
+            _ => (),
+        });
+        let (place, values) = ("in iteration 2, camera pass: direct light of pixel (2, 1)", "is 0.0 (");
+        assert!(all.as_deref().is_some_and(|d| d.contains(place) && d.contains(values)), "{all:?}");
+    }
+}

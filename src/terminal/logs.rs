@@ -1,0 +1,107 @@
+//! Messages on standard error: lines for people, or JSON for machines, through `tracing`.
+
+use super::error::Error;
+use super::text::complain;
+use clap::ValueEnum;
+use indicatif::ProgressBar;
+use scene::text::one_line;
+use std::fmt;
+use std::io::{self, Write};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+pub(crate) use tracing::Level;
+use tracing::{Event, Subscriber};
+use tracing_subscriber::fmt::format::{Writer, debug_fn};
+use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
+use tracing_subscriber::registry::LookupSpan;
+
+/// How messages are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// A line each, for people
+    #[default]
+    Text,
+    /// A JSON object each, with time, level, message and figures
+    Json,
+}
+
+static CHOSEN: OnceLock<Format> = OnceLock::new();
+/// What is drawn at the bottom of the terminal, and must make way for messages.
+static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
+
+/// Begins to write messages of `level` and above.
+pub(crate) fn init(format: Format, level: Level) {
+    let format = *CHOSEN.get_or_init(|| format);
+    let builder = tracing_subscriber::fmt().with_max_level(level).with_writer(|| Screen);
+    // Only the first of a process counts, which has but one command.
+    let _ = match format {
+        Format::Json => tracing::subscriber::set_global_default(
+            builder.json().flatten_event(true).with_target(false).finish(),
+        ),
+        Format::Text => {
+            let message = debug_fn(|out, field, value| match field.name() {
+                "message" => write!(out, "{value:?}"),
+                _ => Ok(()),
+            });
+            tracing::subscriber::set_global_default(builder.fmt_fields(message).event_format(Lines).finish())
+        }
+    };
+}
+
+/// Tells that the command failed.
+pub(crate) fn fail(error: &Error) {
+    if CHOSEN.get() == Some(&Format::Json) {
+        let exit_code = error.code();
+        tracing::error!(exit_code, "{error}");
+    } else {
+        complain(error);
+    }
+}
+
+/// Lets messages appear above `bar`.
+pub(crate) fn make_room(bar: Option<ProgressBar>) {
+    *lock() = bar;
+}
+
+fn lock() -> MutexGuard<'static, Option<ProgressBar>> {
+    BAR.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Standard error, above the progress bar.
+struct Screen;
+
+impl Write for Screen {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let write = || io::stderr().write_all(bytes);
+        let bar = lock().clone();
+        // There is nowhere to tell if that fails.
+        let _ = bar.map_or_else(write, |bar| bar.suspend(write));
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Messages as people read them: nothing but the text, and what it is if that is not good.
+struct Lines;
+
+impl<S: Subscriber + for<'a> LookupSpan<'a>, N: for<'a> FormatFields<'a> + 'static> FormatEvent<S, N>
+    for Lines
+{
+    fn format_event(
+        &self,
+        ctx: &FmtContext<'_, S, N>,
+        mut out: Writer<'_>,
+        event: &Event<'_>,
+    ) -> fmt::Result {
+        let mut text = String::new();
+        ctx.field_format().format_fields(Writer::new(&mut text), event)?;
+        let label = match *event.metadata().level() {
+            Level::ERROR => "error: ",
+            Level::WARN => "warning: ",
+            _ => "",
+        };
+        writeln!(out, "{label}{}", one_line(&text))
+    }
+}

@@ -1,0 +1,134 @@
+//! What clap says of a command line, in one line: what is wrong, and what would be right.
+
+use super::error::Error;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use scene::text::list;
+use std::error::Error as _;
+use std::ffi::OsString;
+
+/// Prints what was asked for (help, version), or makes one line of what is wrong with `arguments`.
+pub(crate) fn answer(error: &clap::Error, arguments: &[OsString]) -> Result<(), Error> {
+    match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            // Clap knows whether the terminal wants colours. Who closed the pipe has read enough.
+            let _ = error.print();
+            Ok(())
+        }
+        kind => Err(Error::BadInput(Wrong { error, arguments }.describe(kind))),
+    }
+}
+
+struct Wrong<'a> {
+    error: &'a clap::Error,
+    arguments: &'a [OsString],
+}
+
+impl Wrong<'_> {
+    fn describe(&self, kind: ErrorKind) -> String {
+        let argument = self.argument();
+        match kind {
+            ErrorKind::ValueValidation => {
+                let reason = self.error.source().map(ToString::to_string).unwrap_or_default();
+                format!("{argument}: {:?} {reason}", self.value())
+            }
+            ErrorKind::InvalidValue if self.value().is_empty() => {
+                format!("{argument}: the value is missing{}", self.choices())
+            }
+            ErrorKind::InvalidValue => {
+                format!("{argument}: {:?} is no choice{}", self.value(), self.choices())
+            }
+            ErrorKind::UnknownArgument if argument.starts_with('-') => {
+                format!("there is no option {argument}; {}", self.hint(ContextKind::SuggestedArg))
+            }
+            ErrorKind::UnknownArgument => {
+                format!("{argument:?} is one argument too many; {}", self.see_help())
+            }
+            ErrorKind::InvalidSubcommand => {
+                let name = self.strings(ContextKind::InvalidSubcommand).concat();
+                format!("there is no command {name:?}; {}", self.hint(ContextKind::SuggestedSubcommand))
+            }
+            ErrorKind::MissingSubcommand | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+                "a command is missing; try `sppm render cornell`, or `sppm --help`".into()
+            }
+            ErrorKind::MissingRequiredArgument => format!("{argument} is missing; {}", self.see_help()),
+            ErrorKind::ArgumentConflict => self.conflict(&argument),
+            ErrorKind::InvalidUtf8 => self.not_unicode(),
+            _ => self.as_clap_says(),
+        }
+    }
+
+    /// The argument at fault, without the names of its values.
+    fn argument(&self) -> String {
+        let names: Vec<String> = self.strings(ContextKind::InvalidArg).iter().map(|s| bare(s)).collect();
+        list(&names)
+    }
+
+    fn value(&self) -> String {
+        self.strings(ContextKind::InvalidValue).concat()
+    }
+
+    /// The values that would be right, if they can be counted.
+    fn choices(&self) -> String {
+        let values: Vec<String> =
+            self.strings(ContextKind::ValidValue).into_iter().filter(|v| !v.is_empty()).collect();
+        if values.is_empty() { String::new() } else { format!("; there are {}", list(&values)) }
+    }
+
+    fn conflict(&self, argument: &str) -> String {
+        let others: Vec<String> = self.strings(ContextKind::PriorArg).iter().map(|s| bare(s)).collect();
+        if others.is_empty() || others == [argument] {
+            format!("{argument} is given twice; once is enough")
+        } else {
+            format!("{argument} contradicts {}; give one of them", list(&others))
+        }
+    }
+
+    fn not_unicode(&self) -> String {
+        match self.arguments.iter().find(|a| a.to_str().is_none()) {
+            Some(argument) => {
+                format!("{} is not valid UTF-8, which only file names need not be", argument.display())
+            }
+            None => self.as_clap_says(),
+        }
+    }
+
+    /// The nearest right spelling, or where to read of all.
+    fn hint(&self, kind: ContextKind) -> String {
+        match self.strings(kind).as_slice() {
+            [] => self.see_help(),
+            near => format!("did you mean {}?", near.join(" or ")),
+        }
+    }
+
+    fn see_help(&self) -> String {
+        // The usage line names the command: "Usage: sppm render [OPTIONS] <SCENE>".
+        let usage = self.strings(ContextKind::Usage).concat();
+        let is_name = |word: &&str| word.starts_with(|c: char| c.is_ascii_lowercase());
+        let command: Vec<&str> = usage.split_whitespace().skip(1).take_while(is_name).collect();
+        if command.is_empty() {
+            "see `sppm --help`".into()
+        } else {
+            format!("see `{} --help`", command.join(" "))
+        }
+    }
+
+    fn as_clap_says(&self) -> String {
+        let text = self.error.to_string();
+        let first = text.lines().next().unwrap_or_default();
+        first.trim_start_matches("error: ").into()
+    }
+
+    fn strings(&self, kind: ContextKind) -> Vec<String> {
+        match self.error.get(kind) {
+            Some(ContextValue::String(s)) => vec![s.clone()],
+            Some(ContextValue::Strings(all)) => all.clone(),
+            Some(ContextValue::StyledStr(s)) => vec![s.to_string()],
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// `--width` of `--width <W>`, `<SCENE>` of `<SCENE>`.
+fn bare(argument: &str) -> String {
+    argument.split_once([' ', '=']).map_or(argument, |(name, _)| name).into()
+}
