@@ -1,0 +1,129 @@
+//! The renderer as an engine: iterations that can be stopped, images, and state that can be saved and resumed.
+
+use super::prepared::Prepared;
+use super::render::Sppm;
+use crate::consolidate::develop;
+use crate::pixels::{Pixel, slot_of};
+use rayon::prelude::*;
+use scene::{Engine, Film, Plane, Probe, Resumable, Rgb, Settings, Stats, Stop, Sums};
+use std::mem::take;
+
+impl Sppm<'_> {
+    /// A value of every pixel, row by row.
+    fn in_rows<T>(&self, value: impl Fn(&Pixel) -> T) -> Vec<T> {
+        let Settings { width, height, .. } = self.settings;
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        pixels.map(|(x, y)| value(&self.pixels[slot_of(width, x, y)])).collect()
+    }
+
+    fn plane(&self, value: impl Fn(&Pixel) -> f32) -> Plane {
+        let Settings { width, height, .. } = self.settings;
+        Plane { width, height, values: self.in_rows(value) }
+    }
+
+    /// Clears what a stopped iteration has left.
+    fn abandon(&mut self, before: Stats) {
+        self.stats = before;
+        self.join.clear();
+        self.camera_workers.clear();
+        self.photon_workers.clear();
+    }
+}
+
+impl Engine for Sppm<'_> {
+    fn iterate(&mut self) {
+        let is_whole = self.iterate_unless(&Stop::new());
+        debug_assert!(is_whole, "nobody asked to stop");
+    }
+
+    fn iterations(&self) -> u32 {
+        self.iterations
+    }
+
+    fn develop(&self) -> Film {
+        let Settings { width, height, .. } = self.settings;
+        let mut film = Film::new(width, height);
+        if self.iterations > 0 {
+            let rows = film.pixels.par_chunks_mut(width as usize).enumerate();
+            rows.for_each(|(y, row)| {
+                for (x, pixel) in row.iter_mut().enumerate() {
+                    let slot = slot_of(width, x as u32, y as u32);
+                    *pixel = develop(&self.pixels[slot], &self.settings, self.iterations);
+                }
+            });
+        }
+        film
+    }
+
+    fn direct(&self) -> Option<Film> {
+        let Settings { width, height, .. } = self.settings;
+        let pixels = self.in_rows(|pixel| Rgb::from_array(pixel.direct));
+        Some(Film { width, height, pixels })
+    }
+
+    fn radius(&self) -> Option<Plane> {
+        Some(self.plane(Pixel::radius))
+    }
+
+    fn count(&self) -> Option<Plane> {
+        Some(self.plane(|pixel| pixel.n))
+    }
+
+    fn stats(&self) -> &Stats {
+        &self.stats
+    }
+}
+
+impl Resumable for Sppm<'_> {
+    fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    fn sums(&self) -> Sums {
+        Sums::Photons
+    }
+
+    fn save_row(&self, y: u32, words: &mut [u32]) {
+        let width = self.settings.width;
+        assert_eq!(words.len(), 8 * width as usize, "not a row");
+        for (words, x) in words.chunks_exact_mut(8).zip(0..width) {
+            words.copy_from_slice(&self.pixels[slot_of(width, x, y)].words());
+        }
+    }
+
+    fn load_row(&mut self, y: u32, words: &[u32]) {
+        let width = self.settings.width;
+        assert_eq!(words.len(), 8 * width as usize, "not a row");
+        for (words, x) in words.chunks_exact(8).zip(0..width) {
+            self.pixels[slot_of(width, x, y)] = Pixel::from_words(std::array::from_fn(|i| words[i]));
+        }
+    }
+
+    fn probe(&self, x: u32, y: u32) -> Probe {
+        assert!(x < self.settings.width && y < self.settings.height, "no such pixel");
+        let pixel = &self.pixels[slot_of(self.settings.width, x, y)];
+        let radiance =
+            if self.iterations > 0 { develop(pixel, &self.settings, self.iterations) } else { Rgb::ZERO };
+        Probe { radiance, radius: pixel.radius(), count: pixel.n }
+    }
+
+    fn go_on_after(&mut self, iterations: u32, stats: Stats) {
+        (self.iterations, self.stats) = (iterations, stats);
+    }
+
+    fn iterate_unless(&mut self, stop: &Stop) -> bool {
+        let before = self.stats;
+        let prepared = take(&mut self.prepared);
+        let done = if let Some(prepared) = &prepared {
+            self.run_iteration(prepared, stop)
+        } else {
+            let time = self.scene.camera.shutter_time(self.settings.seed, self.iterations);
+            self.run_iteration(&Prepared::new(self.scene.at(time), &self.parameters), stop)
+        };
+        self.prepared = prepared;
+        if done.is_none() {
+            self.abandon(before);
+        }
+        done.is_some()
+    }
+}
