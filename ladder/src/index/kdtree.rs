@@ -6,8 +6,8 @@ use super::grid::largest_radius;
 use super::{Index, Tuning, WIDENED};
 use crate::pixels::Pixels;
 use crate::vector::Vector;
-use fast::lanes::{Lanes, MOST_LANES};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use lanes::{Lanes, MOST_LANES};
 use scene::Vec3;
 
 /// Visible points by place and pixel.

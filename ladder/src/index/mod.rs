@@ -15,7 +15,7 @@ pub(crate) use partitioned::{ByBlock, BySphere, Partitioned};
 
 use crate::pixels::Pixels;
 use crate::vector::Vector;
-use fast::lanes::Lanes;
+use lanes::Lanes;
 use scene::Vec3;
 use scene::ray::SphereId;
 

@@ -3,7 +3,7 @@
 
 use super::Tuning;
 use super::bins::{Bins, TypedBins, next_of_slice};
-use fast::lanes::Lanes;
+use lanes::Lanes;
 
 /// Which table a point is entered in.
 pub(crate) trait Partition: 'static {

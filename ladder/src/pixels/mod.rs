@@ -11,7 +11,7 @@ pub(crate) use scalar::{Objects, ScalarPixels, TypedArrays};
 use crate::flux::{IntegerSums, Photon};
 use crate::tables::Tables;
 use crate::vector::{F, M, U, Vector};
-use fast::lanes::{Lanes, MOST_LANES};
+use lanes::{Lanes, MOST_LANES};
 use scene::Vec3;
 
 /// The share of new photons that is kept, as in the reference.
