@@ -26,6 +26,17 @@ impl<T: Pod + Send + Sync> Pages<T> {
         Self::filled(T::zeroed(), count)
     }
 
+    /// As [`Pages::filled`], in the memory of `old` if that holds as many.
+    pub(crate) fn refilled(old: Option<Self>, value: T, count: usize) -> Self {
+        match old {
+            Some(mut pages) if pages.len() == count => {
+                pages.par_chunks_mut(PER_JOB).for_each(|elements| elements.fill(value));
+                pages
+            }
+            _ => Self::filled(value, count),
+        }
+    }
+
     /// `count` times the same value. Without memory it ends the process, as a vector does.
     pub(crate) fn filled(value: T, count: usize) -> Self {
         let bytes = count * size_of::<T>();

@@ -155,6 +155,10 @@ impl Tree {
         size_of_val(&self.leaves[..]) + size_of_val(&self.nodes[..])
     }
 
+    pub(crate) fn leaves(&self) -> &[Leaf] {
+        &self.leaves
+    }
+
     /// Lowers the keys of the rays to those of their nearest hits; if `ANY`, of any hit. Rays with a negative `t` are
     /// skipped.
     #[inline(always)]
