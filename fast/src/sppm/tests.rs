@@ -22,7 +22,7 @@ fn iterations(mut engine: Sppm, count: u32) -> Vec<(u64, u64, Option<bool>)> {
     (0..count).map(iteration).collect()
 }
 
-/// Sums of all pixels are held for a join that is long, as the last one tells.
+/// Sums of all pixels are held if the last join was long.
 #[test]
 fn a_join_is_long_after_one_that_tested_many_pairs() {
     let scene = files::builtin::scene("cornell").unwrap();
@@ -43,7 +43,7 @@ fn a_join_is_long_after_one_that_tested_many_pairs() {
     }
 }
 
-/// The first join is long if there are many deposits, as no other has told.
+/// The first join is long if there are many deposits.
 #[test]
 fn a_first_join_is_long_where_there_are_many_deposits() {
     let scene = files::builtin::scene("cornell").unwrap();
