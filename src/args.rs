@@ -5,10 +5,10 @@ mod lasting;
 pub(crate) use lasting::{CheckpointArgs, EngineArgs, GoalArgs, InfoArgs, MessageArgs, ResumeArgs};
 
 use crate::commands::compare::CompareArgs;
+use crate::commands::ladder::LadderArgs;
 use crate::commands::verify::VerifyArgs;
 use crate::engines::{LanesName, TracerName};
 use crate::export::Format;
-use crate::ladder_command::args::LadderArgs;
 use crate::threads::MAX_THREADS;
 use crate::tune_command::args::TuneArgs;
 use crate::values::{amount, number, whole};

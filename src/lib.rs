@@ -24,7 +24,6 @@ mod export;
 mod info;
 mod interrupt;
 mod job;
-mod ladder_command;
 mod like;
 mod logs;
 mod memory;
@@ -77,7 +76,7 @@ fn process(args: &Args) -> Result<(), Error> {
         Command::Verify(args) => commands::verify::run(args),
         Command::Trace(args) => trace::trace(args),
         Command::Export(args) => export::run(args),
-        Command::Ladder(args) => ladder_command::run(args),
+        Command::Ladder(args) => commands::ladder::run(args),
         Command::Tune(args) => tune_command::run(args),
         Command::Completions(args) => documents::completions(args),
         Command::Man(args) => documents::man(args),

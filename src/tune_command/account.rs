@@ -4,11 +4,11 @@ use super::search::{Found, Tried};
 use super::space::{Candidate, Space};
 use crate::engines::LanesName;
 use crate::error::Error;
-use crate::ladder_command::plots::{Drawn, save};
 use crate::profile::Profile;
 use crate::text::counted;
 use fast::Parameters;
 use files::atomic_file;
+use plots::{Canvas, Drawn, save};
 use plotters::prelude::*;
 use scene::Settings;
 use serde::Serialize;
@@ -155,12 +155,10 @@ impl Account<'_> {
 
     /// Draws the ratio of every point, the least so far, and the best with its interval.
     pub(super) fn write_plot(&self, path: &Path) -> Result<(), Error> {
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        save(folder, &name, |root| self.draw(root))
+        save(path, |canvas| self.draw(canvas)).map_err(|error| Error::Failed(error.to_string()))
     }
 
-    fn draw(&self, root: &DrawingArea<SVGBackend, plotters::coord::Shift>) -> Drawn {
+    fn draw(&self, root: &Canvas) -> Drawn {
         let ratios: Vec<f64> = self.found.tried.iter().map(|tried| tried.ratios.median()).collect();
         let [low, high] = self.found.best.ratios.interval();
         let all = || ratios.iter().copied().chain([low, high, 1.0]);

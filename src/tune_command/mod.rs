@@ -15,10 +15,10 @@ mod optimiser;
 mod search;
 mod space;
 
+use crate::commands::quick::quick;
 use crate::engines::{Chosen, EngineName};
 use crate::error::Error;
 use crate::interrupt::Requests;
-use crate::ladder_command::cases::QUICK;
 use crate::outputs::check_distinct;
 use crate::progress::Progress;
 use crate::scenes::{self, Opened};
@@ -38,7 +38,7 @@ use std::path::{Path, PathBuf};
 pub(crate) fn run(args: &TuneArgs) -> Result<(), Error> {
     let mut opened = scenes::open(&args.scene.name)?;
     if args.quick {
-        opened.scene.settings = Settings { seed: opened.scene.settings.seed, ..QUICK };
+        opened.scene.settings = quick(&opened.scene.settings);
     }
     let settings = args.settings.apply(&opened)?;
     let asked = args.lanes.map(|lanes| Chosen::new(EngineName::Fast, Some(lanes))).transpose()?;

@@ -1,10 +1,12 @@
-//! Interleaved runs, and what comes of them.
+//! Interleaved runs of all rows, timed.
 
-use super::cases::Case;
+use super::case::Case;
+use super::progress::Progress;
 use crate::error::Error;
-use crate::progress::Progress;
-use crate::threads;
-use ladder::{CycleCounter, Options, Row};
+use crate::machine::CycleCounter;
+use crate::options::Options;
+use crate::table::Row;
+use rayon::ThreadPoolBuilder;
 use scene::Stats;
 use std::time::Instant;
 
@@ -12,10 +14,11 @@ use std::time::Instant;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Run {
     /// Wall-clock seconds from the start to the developed image.
-    pub seconds: f64,
-    /// Cycles of all of it, where the machine lends a counter.
-    pub cycles: Option<u64>,
-    pub stats: Stats,
+    pub(crate) seconds: f64,
+    /// Cycles of all of it, where the system gives access to a counter.
+    pub(crate) cycles: Option<u64>,
+    /// Seconds and counts by pass.
+    pub(crate) stats: Stats,
 }
 
 /// All runs of one row in one case.
@@ -30,30 +33,34 @@ impl Runs {
         runs.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
         Self { sorted: runs }
     }
+
     /// The run in the middle (of two, the faster).
     pub(crate) fn median(&self) -> &Run {
         &self.sorted[(self.sorted.len() - 1) / 2]
     }
+
     /// Seconds of the fastest run.
     pub(crate) fn least(&self) -> f64 {
         self.sorted[0].seconds
     }
+
     /// How many there are.
     pub(crate) fn count(&self) -> usize {
         self.sorted.len()
     }
 }
 
-/// Runs every row in every case, `repeat` times over. Gives, for each case, the runs of each row.
+/// Runs every row in every case on one thread, `repeat` times over. Gives, for each case, the runs of each row.
 pub(crate) fn measure(
     cases: &[Case],
     rows: &[&Row],
     options: &Options,
     repeat: u32,
+    progress: &mut dyn Progress,
 ) -> Result<Vec<Vec<Runs>>, Error> {
-    let total = repeat as usize * cases.len() * rows.len();
-    let progress = Progress::of(total as u32, "runs");
-    let one_thread = threads::pool(1)?;
+    let one_thread = ThreadPoolBuilder::new().num_threads(1).build();
+    let one_thread = one_thread.map_err(|error| Error::Failed(format!("cannot start a thread: {error}")))?;
+    progress.begin((repeat as usize * cases.len() * rows.len()) as u32, "runs");
     let mut runs = vec![vec![Vec::new(); rows.len()]; cases.len()];
     let mut done = 0;
     for _ in 0..repeat {
@@ -65,7 +72,7 @@ pub(crate) fn measure(
             }
         }
     }
-    progress.clear();
+    progress.end();
     Ok(runs.into_iter().map(|of_case| of_case.into_iter().map(Runs::new).collect()).collect())
 }
 
@@ -87,19 +94,6 @@ fn run(case: &Case, row: &Row, options: &Options) -> Run {
     Run { seconds, cycles, stats: *rung.stats() }
 }
 
-/// The exponent with which `y` grows as a power of `x`: the slope of the line of least squares through the logarithms.
-pub(crate) fn exponent(points: &[(f64, f64)]) -> f64 {
-    let logarithms: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
-    let n = logarithms.len() as f64;
-    let (mean_x, mean_y) = logarithms.iter().fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
-    let (mut covariance, mut variance) = (0.0, 0.0);
-    for (x, y) in logarithms {
-        covariance += (x - mean_x) * (y - mean_y);
-        variance += (x - mean_x) * (x - mean_x);
-    }
-    covariance / variance
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,13 +105,5 @@ mod tests {
         assert_eq!(median(&[3.0, 1.0, 2.0]), 2.0);
         assert_eq!(median(&[4.0, 1.0]), 1.0);
         assert_eq!(median(&[5.0]), 5.0);
-    }
-
-    #[test]
-    fn exponents_of_powers_are_found() {
-        let points = |p: f64| [1.0_f64, 2.0, 8.0].map(|x| (x, 3.0 * x.powf(p)));
-        for power in [0.0, 1.0, 1.5] {
-            approx::assert_abs_diff_eq!(exponent(&points(power)), power, epsilon = 1e-12);
-        }
     }
 }

@@ -1,11 +1,11 @@
-//! The passes of an iteration: their names, their seconds, and how the paper says that their work grows.
+//! The passes of an iteration: their names, their seconds, and how their work grows by the paper's analysis.
 
-use super::args::Sweep;
+use super::sweep::Sweep;
 use scene::Stats;
 
 /// A pass.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PassOf {
+pub(crate) struct PassInfo {
     /// Its name in reports.
     pub name: &'static str,
     /// Its seconds.
@@ -16,32 +16,32 @@ pub(crate) struct PassOf {
     grows_with: &'static [Sweep],
 }
 
-/// In the order of [`ladder::Rung::operations`].
-pub(crate) const PASSES: [PassOf; 4] = [
-    PassOf {
+/// In the order of [`crate::Rung::operations`].
+pub(crate) const PASSES: [PassInfo; 4] = [
+    PassInfo {
         name: "camera pass",
         seconds: |stats| stats.camera_seconds,
         grows_with: &[Sweep::Iterations, Sweep::Size, Sweep::Depth, Sweep::Spheres],
     },
-    PassOf {
+    PassInfo {
         name: "index",
         seconds: |stats| stats.build_grid_seconds,
         grows_with: &[Sweep::Iterations, Sweep::Size],
     },
-    PassOf {
+    PassInfo {
         name: "photon pass",
         seconds: |stats| stats.photon_seconds,
         grows_with: &[Sweep::Iterations, Sweep::Size, Sweep::Depth, Sweep::Spheres, Sweep::Photons],
     },
-    PassOf {
+    PassInfo {
         name: "consolidate",
         seconds: |stats| stats.consolidate_seconds,
         grows_with: &[Sweep::Iterations, Sweep::Size],
     },
 ];
 
-impl PassOf {
-    /// What the paper's analysis makes of `value`, in units of nothing.
+impl PassInfo {
+    /// The work that the paper's analysis predicts for `value`, up to a constant factor.
     pub(crate) fn predicted(&self, sweep: Sweep, value: u64) -> f64 {
         if self.grows_with.contains(&sweep) { value as f64 } else { 1.0 }
     }

@@ -5,12 +5,13 @@
 //! is what an image of given quality costs. The means of blocks of pixels are compared, as single pixels after few
 //! iterations show the noise of direct light alone.
 
-use super::Measured;
-use super::cases::Case;
-use super::roofline::table;
+use super::case::Case;
+use super::csv;
+use super::measured::Measured;
+use super::progress::Progress;
 use crate::error::Error;
-use crate::progress::Progress;
-use ladder::{Options, Row};
+use crate::options::Options;
+use crate::table::Row;
 use rayon::prelude::*;
 use scene::{Engine, Film, Settings, Vec3};
 use serde::Serialize;
@@ -34,8 +35,13 @@ pub(crate) struct Quality {
 }
 
 /// Renders every case by every row with so many seeds, and compares.
-pub(super) fn compared(measured: &Measured, options: &Options, seeds: u32) -> Quality {
-    let progress = Progress::of((measured.cases.len() * (measured.rows.len() + 1)) as u32, "compared rows");
+pub(crate) fn compared(
+    measured: &Measured,
+    options: &Options,
+    seeds: u32,
+    progress: &mut dyn Progress,
+) -> Quality {
+    progress.begin((measured.cases.len() * (measured.rows.len() + 1)) as u32, "compared rows");
     let (mut errors, mut done) = (Vec::new(), 0);
     let mut step = |what: &str| {
         progress.step(done, what);
@@ -47,7 +53,7 @@ pub(super) fn compared(measured: &Measured, options: &Options, seeds: u32) -> Qu
         let mut of_case = Vec::new();
         for row in measured.rows {
             step(&format!("{} row {}", case.name, row.name));
-            // In order, so that the sum does not depend on threads.
+            // Collected in order, so that the sum does not depend on threads.
             let of_seeds: Vec<f64> = (1..=seeds)
                 .into_par_iter()
                 .map(|seed| relative_square_error(&block_means(&film(case, row, options, seed)), &truth))
@@ -56,7 +62,7 @@ pub(super) fn compared(measured: &Measured, options: &Options, seeds: u32) -> Qu
         }
         errors.push(of_case);
     }
-    progress.clear();
+    progress.end();
     Quality { errors, seeds }
 }
 
@@ -80,7 +86,7 @@ fn film(case: &Case, row: &Row, options: &Options, seed: u32) -> Film {
     rung.develop()
 }
 
-/// Means of blocks, row by row; those at the right and bottom edge may have fewer pixels.
+/// Means of blocks, row by row. Blocks at the right and bottom edge may have fewer pixels.
 fn block_means(film: &Film) -> Vec<[f64; 3]> {
     let (width, height) = (film.width as usize, film.height as usize);
     let across = width.div_ceil(BLOCK);
@@ -121,13 +127,13 @@ impl Quality {
     }
 
     /// A table for people.
-    pub(super) fn report(&self, measured: &Measured) -> String {
+    pub(crate) fn text(&self, measured: &Measured) -> String {
         let mut text = format!(
             "\nError: mean square of the means of {BLOCK}x{BLOCK} pixels against a converged image, relative, in \
              millionths; mean of {} seeds.\nCost of equal quality: error times seconds.\n",
             self.seeds
         );
-        let widest = measured.rows.iter().map(|row| row.name.len()).max().unwrap_or(0).max(3);
+        let widest = measured.widest_name().max(3);
         for (case, of_case) in measured.cases.iter().enumerate() {
             let least = (0..measured.rows.len())
                 .map(|row| self.cost(measured, case, row))
@@ -154,7 +160,7 @@ impl Quality {
     }
 
     /// Writes all values.
-    pub(super) fn write(&self, folder: &Path, measured: &Measured) -> Result<(), Error> {
+    pub(crate) fn write(&self, folder: &Path, measured: &Measured) -> Result<(), Error> {
         let mut records = Vec::new();
         for (case, of_case) in measured.cases.iter().enumerate() {
             for (number, row) in measured.rows.iter().enumerate() {
@@ -167,7 +173,7 @@ impl Quality {
                 });
             }
         }
-        table(&folder.join("quality.csv"), &records)
+        csv::write(&folder.join("quality.csv"), &records)
     }
 }
 

@@ -1,15 +1,17 @@
 //! Images of rows as iterations go by, and their files.
 
-use super::cases::Case;
-use crate::error::Error;
-use crate::progress::Progress;
+use super::case::Case;
+use super::outputs::check_folder;
+use super::progress::Progress;
+use crate::error::{Error, Field};
+use crate::options::Options;
+use crate::table::Row;
 use files::image_file::{self, Encoding};
-use ladder::{Options, Row};
 use scene::Film;
 use std::path::Path;
 
-/// What a row has rendered after each of `counts` iterations, which increase: fewer are the beginning of more.
-pub(super) fn films<'a>(
+/// What a row has rendered after each of `counts` iterations, which increase: it renders once, up to the last.
+pub(crate) fn films<'a>(
     case: &'a Case,
     row: &Row,
     options: &Options,
@@ -24,10 +26,27 @@ pub(super) fn films<'a>(
     })
 }
 
+/// Checks that images can be written into a folder.
+///
+/// # Errors
+/// If there is no such folder.
+pub fn check(folder: &Path) -> Result<(), Error> {
+    check_folder(folder, Field::Images)
+}
+
 /// Writes every row's image after 2, 4, 8, ... iterations, and after all, as `SCENE-ROW-ITERATIONS.pfm`.
-pub(super) fn write(folder: &Path, cases: &[Case], rows: &[&Row], options: &Options) -> Result<(), Error> {
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write(
+    folder: &Path,
+    cases: &[Case],
+    rows: &[&Row],
+    options: &Options,
+    progress: &mut dyn Progress,
+) -> Result<(), Error> {
     let total: usize = cases.iter().map(|case| rows.len() * counts(case).count()).sum();
-    let progress = Progress::of(total as u32, "images");
+    progress.begin(total as u32, "images");
     let mut done = 0;
     for case in cases {
         for row in rows {
@@ -40,7 +59,7 @@ pub(super) fn write(folder: &Path, cases: &[Case], rows: &[&Row], options: &Opti
             }
         }
     }
-    progress.clear();
+    progress.end();
     Ok(())
 }
 

@@ -1,14 +1,15 @@
 //! How alike the rows' images are to the first row's as iterations go by (figure 8 of the paper).
 
-use super::Measured;
-use super::cases::Case;
+use super::case::Case;
+use super::csv;
 use super::films::films;
-use super::plots::{Series, lines, save};
-use super::roofline::table;
+use super::measured::Measured;
+use super::progress::Progress;
 use crate::error::Error;
-use crate::progress::Progress;
+use crate::options::Options;
+use crate::table::Row;
 use compare::Metrics;
-use ladder::{Options, Row};
+use plots::{LinePlot, Scale, Series, save};
 use scene::Film;
 use serde::Serialize;
 use std::fmt::Write;
@@ -21,9 +22,13 @@ pub(crate) struct Similarity {
 }
 
 /// Renders the cases of a sweep over iterations once more, and compares.
-pub(super) fn compared(measured: &Measured, options: &Options) -> Result<Similarity, Error> {
+pub(crate) fn compared(
+    measured: &Measured,
+    options: &Options,
+    progress: &mut dyn Progress,
+) -> Result<Similarity, Error> {
     let scenes = measured.scenes();
-    let progress = Progress::of((scenes.len() * measured.rows.len()) as u32, "compared rows");
+    progress.begin((scenes.len() * measured.rows.len()) as u32, "compared rows");
     let (mut ssim, mut done) = (vec![Vec::new(); measured.cases.len()], 0);
     for (name, numbers) in scenes {
         let cases: Vec<&Case> = numbers.iter().map(|&number| &measured.cases[number]).collect();
@@ -31,20 +36,23 @@ pub(super) fn compared(measured: &Measured, options: &Options) -> Result<Similar
         for row in measured.rows {
             progress.step(done, &format!("{name} row {}", row.name));
             done += 1;
-            let counts = cases.iter().map(|case| case.settings.iterations);
-            let films: Vec<Film> =
-                cases.last().map_or_else(Vec::new, |case| films(case, row, options, counts).collect());
+            let films = films_of(&cases, row, options);
             if first.is_empty() {
                 first.clone_from(&films);
             }
             for ((&number, film), first) in numbers.iter().zip(&films).zip(&first) {
-                let compared = Metrics::of(first, film).map_err(|error| Error::Failed(error.to_string()))?;
-                ssim[number].push(compared.ssim.all);
+                ssim[number].push(Metrics::of(first, film)?.ssim.all);
             }
         }
     }
-    progress.clear();
+    progress.end();
     Ok(Similarity { ssim })
+}
+
+/// A row's images in cases of increasing iterations: by one render of the last.
+fn films_of(cases: &[&Case], row: &Row, options: &Options) -> Vec<Film> {
+    let counts = cases.iter().map(|case| case.settings.iterations);
+    cases.last().map_or_else(Vec::new, |case| films(case, row, options, counts).collect())
 }
 
 /// A comparison as a line of a table.
@@ -58,9 +66,9 @@ struct Record<'a> {
 
 impl Similarity {
     /// A table for people.
-    pub(super) fn report(&self, measured: &Measured) -> String {
+    pub(crate) fn text(&self, measured: &Measured) -> String {
         let mut text = String::new();
-        let widest = measured.rows.iter().map(|row| row.name.len()).max().unwrap_or(0);
+        let widest = measured.widest_name();
         for (name, cases) in measured.scenes() {
             let _ = writeln!(
                 text,
@@ -80,27 +88,36 @@ impl Similarity {
     }
 
     /// Writes a plot for each scene, and all values.
-    pub(super) fn write(&self, folder: &Path, measured: &Measured) -> Result<(), Error> {
+    pub(crate) fn write(&self, folder: &Path, measured: &Measured) -> Result<(), Error> {
         for (name, cases) in measured.scenes() {
-            let series = |(number, row): (usize, &&'static Row)| Series {
-                label: row.name.into(),
-                points: cases
-                    .iter()
-                    .map(|&case| (measured.cases[case].value as f64, self.ssim[case][number]))
-                    .collect(),
+            let plot = LinePlot {
+                title: &format!("{name}: similarity to row {}", measured.rows[0].name),
+                x_axis: "iterations",
+                y_axis: "SSIM",
+                scale: Scale::Linear,
+                series: &self.series(measured, &cases),
             };
-            let series: Vec<Series> = measured.rows.iter().enumerate().skip(1).map(series).collect();
-            let title = format!("{name}: similarity to row {}", measured.rows[0].name);
-            save(folder, &format!("ssim-{name}"), |root| {
-                lines(root, &title, "iterations", "SSIM", &series, false)
-            })?;
+            save(&folder.join(format!("ssim-{name}.svg")), |canvas| plot.draw(canvas))?;
         }
+        csv::write(&folder.join("similarity.csv"), &self.records(measured))
+    }
+
+    /// A line for every row but the first.
+    fn series(&self, measured: &Measured, cases: &[usize]) -> Vec<Series> {
+        let series = |(number, row): (usize, &&'static Row)| {
+            let point = |&case: &usize| (measured.cases[case].value as f64, self.ssim[case][number]);
+            Series { label: row.name.into(), points: cases.iter().map(point).collect() }
+        };
+        measured.rows.iter().enumerate().skip(1).map(series).collect()
+    }
+
+    fn records<'a>(&self, measured: &'a Measured) -> Vec<Record<'a>> {
         let mut records = Vec::new();
         for (case, of_rows) in measured.cases.iter().zip(&self.ssim) {
             for (row, &ssim) in measured.rows.iter().zip(of_rows) {
                 records.push(Record { scene: &case.name, iterations: case.value, row: row.name, ssim });
             }
         }
-        table(&folder.join("similarity.csv"), &records)
+        records
     }
 }

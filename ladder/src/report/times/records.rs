@@ -1,9 +1,10 @@
-//! The table of comma-separated values.
+//! All times and counts as a table of comma-separated values.
 
-use super::Measured;
-use super::args::{Rng, Sweep};
-use super::roofline::table;
 use crate::error::Error;
+use crate::options::Random;
+use crate::report::csv;
+use crate::report::measured::Measured;
+use crate::report::sweep::Sweep;
 use serde::Serialize;
 use std::path::Path;
 
@@ -12,7 +13,7 @@ use std::path::Path;
 struct Record<'a> {
     scene: &'a str,
     row: &'a str,
-    random: Rng,
+    random: Random,
     sweep: Option<Sweep>,
     value: Option<u64>,
     width: u32,
@@ -38,14 +39,14 @@ struct Record<'a> {
 }
 
 /// Writes a line per case and row.
-pub(super) fn write(path: &Path, measured: &Measured, random: Rng) -> Result<(), Error> {
+pub(crate) fn write(path: &Path, measured: &Measured, random: Random) -> Result<(), Error> {
     let places =
         (0..measured.cases.len()).flat_map(|case| (0..measured.rows.len()).map(move |row| (case, row)));
     let records: Vec<Record> = places.map(|(case, row)| record(measured, case, row, random)).collect();
-    table(path, &records)
+    csv::write(path, &records)
 }
 
-fn record<'a>(measured: &'a Measured, case: usize, row: usize, random: Rng) -> Record<'a> {
+fn record<'a>(measured: &'a Measured, case: usize, row: usize, random: Random) -> Record<'a> {
     let (runs, number) = (&measured.runs[case][row], case);
     let (case, run) = (&measured.cases[case], runs.median());
     Record {
