@@ -5,6 +5,7 @@
 
 mod temporary;
 
+use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write as _};
 use std::path::{Path, PathBuf};
@@ -69,6 +70,17 @@ pub fn replace_and_keep(
     }
     place.persist(&file, &target.folder, &target.file).map_err(failed)?;
     sync_folder(&target.folder).map_err(failed)
+}
+
+/// Writes what should have become `path` beside it or, failing that, into the folder for temporary files; tells
+/// where. Overwrites nothing.
+pub fn rescue(path: &Path, write: impl Fn(&Path) -> Result<(), FileError>) -> Option<PathBuf> {
+    let mut name = path.file_stem().unwrap_or(OsStr::new("image")).to_owned();
+    name.push(format!("-rescued-{}.", std::process::id()));
+    name.push(path.extension().unwrap_or(OsStr::new("json")));
+    [path.with_file_name(&name), std::env::temp_dir().join(&name)]
+        .into_iter()
+        .find(|refuge| !refuge.exists() && write(refuge).is_ok())
 }
 
 /// Finds out, like [`check`], what [`replace`] would complain about, and whether there is room for `bytes` bytes.

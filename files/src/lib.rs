@@ -4,10 +4,12 @@
 //! |---|---|
 //! | [`scene_file`] | scenes in TOML; every fault is told in one line with its place |
 //! | [`builtin`] | the scenes that come with the program |
+//! | [`named`] | either of them, by what people call it |
 //! | [`image_file`] | PNG, EXR and PFM images |
 //! | [`checkpoint`] | renders that can be resumed |
 //! | [`export`] | scenes for Mitsuba 3 and pbrt-v4 |
 //! | [`npy`] | rays and hits as `NumPy` arrays |
+//! | [`paths`] | whether two paths are one file |
 //! | [`atomic_file`] | files that appear whole or not at all, which all of the above are |
 //!
 //! ```
@@ -40,5 +42,7 @@ pub mod builtin;
 pub mod checkpoint;
 pub mod export;
 pub mod image_file;
+pub mod named;
 pub mod npy;
+pub mod paths;
 pub mod scene_file;

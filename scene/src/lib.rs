@@ -27,6 +27,7 @@ pub mod srgb;
 pub mod state;
 pub mod still;
 pub mod stop;
+pub mod text;
 pub mod world;
 
 pub use camera::Camera;

@@ -1,37 +1,9 @@
-//! When a render ends: its iterations, its time, or an estimate of its error.
+//! The estimate of a render's relative error.
 
-use crate::args::GoalArgs;
 use files::checkpoint::Past;
-use scene::settings::MAX_ITERATIONS;
-use scene::{Film, Settings};
-use std::time::{Duration, Instant};
+use scene::Film;
+use scene::film::RELATIVE_MSE_EPSILON;
 
-/// What a render is to reach; it ends with the first of these, or when all iterations are done.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Goals {
-    /// Time from the start of this process's work.
-    pub time: Option<Duration>,
-    /// Estimated relative error.
-    pub error: Option<f64>,
-}
-
-impl From<&GoalArgs> for Goals {
-    fn from(args: &GoalArgs) -> Self {
-        Self { time: args.time, error: args.until_error }
-    }
-}
-
-impl Goals {
-    /// The iterations of a render that was asked for `iterations`, if that is a word: without one, and with another
-    /// goal, there is no end to them.
-    pub(crate) fn iterations(&self, asked: Option<u32>, own: u32) -> u32 {
-        let is_open = self.time.is_some() || self.error.is_some();
-        asked.unwrap_or(if is_open { MAX_ITERATIONS } else { own })
-    }
-}
-
-/// As in `sppm compare`: keeps the relative error of black pixels finite.
-const EPSILON: f64 = scene::film::RELATIVE_MSE_EPSILON;
 /// From one power of two to the next the error is estimated so often at most.
 const CHECKS_PER_OCTAVE: u32 = 16;
 
@@ -46,25 +18,25 @@ const CHECKS_PER_OCTAVE: u32 = 16;
 ///
 /// It depends on the iterations alone, so a render that was interrupted ends where it would have ended.
 #[derive(Debug, Default)]
-pub(crate) struct Estimate {
+pub struct Estimate {
     past: Option<Past>,
     /// The last one.
-    pub(crate) error: Option<f64>,
+    pub error: Option<f64>,
 }
 
 impl Estimate {
     /// The estimate of a render that had come to `past`.
-    pub(crate) fn after(past: Option<Past>) -> Self {
+    pub fn after(past: Option<Past>) -> Self {
         Self { past, error: None }
     }
 
     /// What must be kept to go on.
-    pub(crate) fn past(&self) -> Option<&Past> {
+    pub fn past(&self) -> Option<&Past> {
         self.past.as_ref()
     }
 
     /// Takes in the image after iteration `n`, if it is one of those that are looked at.
-    pub(crate) fn update(&mut self, n: u32, develop: impl FnOnce() -> Film) {
+    pub fn update(&mut self, n: u32, develop: impl FnOnce() -> Film) {
         let octave = 1 << n.ilog2();
         if !n.is_multiple_of((octave / CHECKS_PER_OCTAVE).max(1)) {
             return;
@@ -86,42 +58,13 @@ fn relative_square(a: &Film, b: &Film) -> f64 {
     for (a, b) in a.pixels.iter().zip(&b.pixels) {
         for (a, b) in a.to_array().into_iter().zip(b.to_array()) {
             let (a, b) = (f64::from(a), f64::from(b));
-            let term = (a - b) * (a - b) / (a * a + EPSILON);
+            let term = (a - b) * (a - b) / (a * a + RELATIVE_MSE_EPSILON);
             if term.is_finite() {
                 (sum, count) = (sum + term, count + 1);
             }
         }
     }
     sum / count.max(1) as f64
-}
-
-/// The clock of a goal.
-#[derive(Debug)]
-pub(crate) struct Clock {
-    began: Instant,
-    goal: Option<Duration>,
-}
-
-impl Clock {
-    /// A clock that starts now.
-    pub(crate) fn start(goals: &Goals) -> Self {
-        Self { began: Instant::now(), goal: goals.time }
-    }
-
-    /// Time since then.
-    pub(crate) fn elapsed(&self) -> Duration {
-        self.began.elapsed()
-    }
-
-    /// Time that is left, if there is an end to it.
-    pub(crate) fn left(&self) -> Option<Duration> {
-        self.goal.map(|goal| goal.saturating_sub(self.elapsed()))
-    }
-}
-
-/// How many photons a render of `settings` has emitted after `iterations`.
-pub(crate) fn photons(settings: &Settings, iterations: u32) -> u64 {
-    u64::from(settings.photons_per_iteration) * u64::from(iterations)
 }
 
 #[cfg(test)]
@@ -164,7 +107,7 @@ mod tests {
         for n in 1..=300 {
             noise.iterate();
             estimate.update(n, || noise.film());
-            let truth = (1.0 / (9.0 + EPSILON) / f64::from(n)).sqrt();
+            let truth = (1.0 / (9.0 + RELATIVE_MSE_EPSILON) / f64::from(n)).sqrt();
             // 12000 samples give it to 1 %; between looks it is up to 1/16 of n old, and L^2 of few iterations noisy.
             if n > 8 {
                 let error = estimate.error.unwrap();
@@ -188,14 +131,5 @@ mod tests {
                 broken = again;
             }
         }
-    }
-
-    #[test]
-    fn without_another_goal_the_scene_tells_the_iterations() {
-        let timed = Goals { time: Some(Duration::from_secs(1)), error: None };
-        assert_eq!(Goals::default().iterations(None, 6), 6);
-        assert_eq!(Goals::default().iterations(Some(9), 6), 9);
-        assert_eq!(timed.iterations(None, 6), MAX_ITERATIONS);
-        assert_eq!(timed.iterations(Some(9), 6), 9);
     }
 }

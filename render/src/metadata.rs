@@ -3,8 +3,7 @@
 //! It depends on the render alone, with neither times nor names of machines or files, so that the same render gives
 //! the same bytes.
 
-use crate::engines::{EngineName, LanesName};
-use crate::error::Error;
+use crate::names::{EngineName, LanesName};
 use files::scene_file;
 use scene::{Scene, Settings};
 use serde::{Deserialize, Serialize};
@@ -15,7 +14,7 @@ pub(crate) const MOST_SCENE: usize = 1 << 20;
 
 /// The JSON object that stands in the files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Metadata {
+pub struct Metadata {
     /// Of the program that wrote it.
     pub version: String,
     /// The scene's own name.
@@ -43,14 +42,12 @@ pub(crate) struct Metadata {
 
 impl Metadata {
     /// As it is written: JSON in ASCII.
-    pub(crate) fn to_note(&self) -> Result<String, Error> {
-        let json = serde_json::to_string(self)
-            .map_err(|error| Error::Failed(format!("cannot make the metadata: {error}")))?;
-        Ok(ascii(&json))
+    pub fn to_note(&self) -> String {
+        ascii(&serde_json::to_string(self).unwrap_or_default()) // never fails: it is numbers and texts
     }
 
     /// As it is read; `None` if the note is no such thing.
-    pub(crate) fn from_note(note: &str) -> Option<Self> {
+    pub fn from_note(note: &str) -> Option<Self> {
         serde_json::from_str(note).ok()
     }
 }
@@ -98,7 +95,7 @@ mod tests {
             estimated_error: None,
             scene_file: scene_file(&scene, &scene.settings),
         };
-        let note = metadata.to_note().unwrap();
+        let note = metadata.to_note();
         assert!(note.bytes().all(|b| (b' '..0x7f).contains(&b)));
         assert_eq!(Metadata::from_note(&note), Some(metadata));
         assert_eq!(Metadata::from_note("{}"), None);

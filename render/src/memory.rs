@@ -1,9 +1,11 @@
 //! How much memory a render takes: told before it begins, and refused if it is too much.
 
-use crate::engines::{Chosen, EngineName};
-use crate::error::Error;
+use crate::choice::EngineChoice;
+use crate::error::{Error, Field};
+use crate::names::EngineName;
 use scene::Scene;
 use scene::settings::BYTES_PER_PIXEL;
+use scene::text::mebibytes;
 
 /// The process itself, with its libraries.
 const BYTES_OF_PROCESS: u64 = 16 << 20;
@@ -29,9 +31,13 @@ pub(crate) struct Need {
 }
 
 impl Need {
-    /// The need of a render, if it can be kept within `limit` and the system grants it.
+    /// The need of a render, if it can be kept within `limit` and the system grants it; `has_past` if the error is
+    /// estimated, for which an earlier image is kept.
+    ///
+    /// # Errors
+    /// If it needs more, however few deposits are held at once, or the system refuses as much.
     pub(crate) fn new(
-        engine: Chosen,
+        engine: EngineChoice,
         scene: &Scene,
         threads: usize,
         has_past: bool,
@@ -61,13 +67,13 @@ impl Need {
             return Ok(());
         }
         let need = mebibytes(self.bytes);
-        Err(Error::Failed(format!(
+        Err(Error::failed(format!(
             "the render needs up to {need}, which the system refuses; ask for fewer pixels or photons"
         )))
     }
 }
 
-fn bytes(engine: Chosen, scene: &Scene, threads: usize, has_past: bool, deposits: u32) -> u64 {
+fn bytes(engine: EngineChoice, scene: &Scene, threads: usize, has_past: bool, deposits: u32) -> u64 {
     let (settings, spheres) = (&scene.settings, scene.spheres.len());
     let pixels = settings.pixels() as u64;
     let of_engine = match engine.name() {
@@ -87,14 +93,12 @@ fn bytes(engine: Chosen, scene: &Scene, threads: usize, has_past: bool, deposits
 
 fn too_much(bytes: u64, limit: u64) -> Error {
     let (need, limit) = (mebibytes(bytes), mebibytes(limit));
-    Error::BadInput(format!(
-        "--memory-limit: the render needs up to {need}, more than {limit}; raise the limit, or ask for fewer pixels"
-    ))
-}
-
-/// Bytes for people.
-pub(crate) fn mebibytes(bytes: u64) -> String {
-    format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
+    Error::named(
+        Field::MemoryLimit,
+        format_args!(
+            "the render needs up to {need}, more than {limit}; raise the limit, or ask for fewer pixels"
+        ),
+    )
 }
 
 /// The most memory that this process has held so far, as far as the system tells.
@@ -114,7 +118,7 @@ mod tests {
     }
 
     fn fast(settings: Settings, limit: Option<u64>) -> Result<Need, Error> {
-        Need::new(Chosen::new(EngineName::Fast, None).unwrap(), &scene(settings), 2, false, limit)
+        Need::new(EngineChoice::new(EngineName::Fast, None).unwrap(), &scene(settings), 2, false, limit)
     }
 
     #[test]
@@ -124,14 +128,14 @@ mod tests {
         assert_eq!(all.deposits, fast::DEPOSITS_AT_ONCE);
         let less = fast(settings, Some(all.bytes / 3)).unwrap();
         assert!(less.bytes <= all.bytes / 3 && less.deposits < all.deposits, "{less:?}");
-        let Err(Error::BadInput(line)) = fast(settings, Some(1 << 20)) else { panic!("not refused") };
+        let line = fast(settings, Some(1 << 20)).unwrap_err().to_string();
         assert!(line.contains("more than 1.0 MiB") && line.contains("needs up to"), "{line}");
     }
 
     #[test]
     fn what_the_system_refuses_is_told() {
         let need = Need { bytes: u64::MAX / 4, deposits: 1 };
-        let Err(Error::Failed(line)) = need.ask_the_system() else { panic!("not refused") };
+        let line = need.ask_the_system().unwrap_err().to_string();
         assert!(line.contains("which the system refuses"), "{line}");
     }
 }

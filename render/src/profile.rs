@@ -1,8 +1,7 @@
-//! Profiles: the free parameters of the fast engine in a file. `sppm tune` writes them, `--profile` reads them.
+//! Profiles: the free parameters of the fast engine in a file, as `sppm tune` writes them.
 
-use crate::engines::LanesName;
-use crate::error::Error;
-use clap::ValueEnum;
+use crate::error::{Error, Field as Asked};
+use crate::names::LanesName;
 use fast::{ParameterError, Parameters, Values};
 use files::scene_file::{Fault, Field, Section, load_other};
 use std::fmt::Write;
@@ -16,18 +15,23 @@ const LANES: &str = "lanes";
 
 /// What a profile asks for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Profile {
+pub struct Profile {
+    /// The free parameters.
     pub parameters: Parameters,
+    /// The lanes, if it asks for some.
     pub lanes: Option<LanesName>,
 }
 
 impl Profile {
     /// Reads the profile in the file `path`. What it does not state is as usual.
-    pub(crate) fn read(path: &Path) -> Result<Self, Error> {
+    ///
+    /// # Errors
+    /// If it cannot be read: the file, line and column of the first fault, and what would be right.
+    pub fn read(path: &Path) -> Result<Self, Error> {
         let read = load_other(path, "profile", &TABLES, |root| {
             root.get("parameters").map_or(Ok(Self::default()), Self::parse)
         });
-        read.map_err(|error| Error::BadInput(format!("--profile: {error}")))
+        read.map_err(|error| Error::named(Asked::Profile, error))
     }
 
     fn parse(field: Field) -> Result<Self, Fault> {
@@ -41,7 +45,7 @@ impl Profile {
     }
 
     /// The table `[parameters]`.
-    pub(crate) fn to_text(self) -> String {
+    pub fn to_text(self) -> String {
         let mut text = String::from("[parameters]\n");
         for (parameter, value) in Parameters::ALL.iter().zip(self.parameters.values()) {
             // As it was before it became an `f64`: the shortest text that gives the same value.
@@ -66,9 +70,10 @@ fn set(section: &Section, parameters: Parameters, name: &'static str) -> Result<
 }
 
 fn lanes(field: Field) -> Result<LanesName, Fault> {
-    let names: Vec<_> = LanesName::value_variants().iter().map(|lanes| lanes.name()).collect();
-    LanesName::from_str(field.text()?, false)
-        .map_err(|_| field.fault(format_args!("must be one of {}", names.join(", "))))
+    let name = field.text()?;
+    let known = LanesName::ALL.into_iter().find(|lanes| lanes.name() == name);
+    let names = LanesName::ALL.map(LanesName::name).join(", ");
+    known.ok_or_else(|| field.fault(format_args!("must be one of {names}")))
 }
 
 #[cfg(test)]
@@ -80,7 +85,7 @@ mod tests {
         let path = folder.path().join("a.toml");
         std::fs::write(&path, text).unwrap();
         let shown = path.display().to_string();
-        Profile::read(&path).map_err(|error| error.text().replace(&shown, "a.toml"))
+        Profile::read(&path).map_err(|error| error.to_string().replace(&shown, "a.toml"))
     }
 
     #[test]
@@ -135,7 +140,7 @@ mod tests {
         ];
         for (text, expected) in cases {
             let said = read(text).unwrap_err();
-            assert!(said.starts_with(&format!("--profile: {expected}")), "{said}");
+            assert!(said.starts_with(&format!("profile: {expected}")), "{said}");
         }
     }
 }

@@ -1,13 +1,13 @@
 //! What `--stats` writes: settings, seconds per pass and counted work, as one JSON object.
 
-use crate::engines::{EngineName, LanesName};
+use crate::names::{EngineName, LanesName};
 use scene::{Settings, Stats};
 use serde::Serialize;
 use std::io::{self, Write};
 
 /// A render, for people who measure.
-#[derive(Clone, Serialize)]
-pub(crate) struct Report {
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
     /// Of this command.
     pub version: &'static str,
     /// The scene's own name.
@@ -45,7 +45,10 @@ pub(crate) struct Report {
 
 impl Report {
     /// Writes the object as JSON for programs and people.
-    pub(crate) fn write(&self, out: &mut impl Write) -> io::Result<()> {
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
         serde_json::to_writer_pretty(&mut *out, self)?;
         out.write_all(b"\n")
     }

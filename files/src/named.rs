@@ -1,0 +1,56 @@
+//! Scenes by what people call them: the name of a built-in scene, or the path of a scene file.
+
+use crate::builtin::{self, Builtin, SCENES};
+use crate::scene_file;
+use scene::Scene;
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
+
+/// A scene and where it came from.
+#[derive(Clone, Debug)]
+pub struct Opened {
+    /// The scene.
+    pub scene: Scene,
+    /// The name of its image: the built-in name, or the file's without its extension.
+    pub stem: OsString,
+    /// The file it was read from.
+    pub file: Option<PathBuf>,
+}
+
+/// Finds and reads the scene `name`.
+///
+/// # Errors
+/// If there is no such scene, or its file cannot be used: one line that says what would be right.
+pub fn open(name: &OsStr) -> Result<Opened, String> {
+    let path = Path::new(name);
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+        let scene = scene_file::load(path).map_err(|error| error.to_string())?;
+        let stem = path.file_stem().unwrap_or(OsStr::new("scene")).to_owned();
+        return Ok(Opened { scene, stem, file: Some(path.into()) });
+    }
+    let builtin = find(name)?;
+    Ok(Opened { scene: builtin.scene(), stem: builtin.name.into(), file: None })
+}
+
+/// Finds the built-in scene `name`.
+///
+/// # Errors
+/// If there is none: one line that says which there are.
+pub fn find(name: &OsStr) -> Result<&'static Builtin, String> {
+    name.to_str().and_then(builtin::find).ok_or_else(|| unknown(&name.to_string_lossy()))
+}
+
+/// What to say of `name`, which is neither a built-in scene nor a scene file.
+fn unknown(name: &str) -> String {
+    let near = SCENES
+        .iter()
+        .map(|scene| (strsim::damerau_levenshtein(name, scene.name), scene.name))
+        .filter(|&(distance, candidate)| distance <= candidate.len() / 2)
+        .min_by_key(|&(distance, _)| distance)
+        .map_or(String::new(), |(_, candidate)| format!(" (did you mean {candidate}?)"));
+    let names: Vec<&str> = SCENES.iter().map(|s| s.name).collect();
+    format!(
+        "there is no scene {name:?}{near}; a scene is one of {}, or a file ending in .toml",
+        names.join(", ")
+    )
+}

@@ -1,0 +1,137 @@
+//! The engine that renders: which one, on which vectors, by which free parameters.
+
+use crate::error::{Error, Field, Problem};
+use crate::names::{EngineName, LanesName, available_lanes};
+use crate::profile::Profile;
+use fast::{LaneKind, Parameters};
+use reference::PathTracer;
+use scene::text::list;
+use scene::{Resumable, Scene};
+use std::path::Path;
+
+/// An engine, with its lanes and free parameters if it has any.
+#[derive(Clone, Copy, Debug)]
+pub struct EngineChoice {
+    name: EngineName,
+    lanes: LaneKind,
+    parameters: Parameters,
+}
+
+impl Default for EngineChoice {
+    /// The fast engine on the widest lanes.
+    fn default() -> Self {
+        Self { name: EngineName::Fast, lanes: LaneKind::best(), parameters: Parameters::default() }
+    }
+}
+
+impl EngineChoice {
+    /// The engine `name` on `lanes`, if they are given.
+    ///
+    /// # Errors
+    /// If lanes are asked of an engine that has none, or the processor lacks them.
+    pub fn new(name: EngineName, lanes: Option<LanesName>) -> Result<Self, Error> {
+        let kind = lanes.map_or_else(LaneKind::best, LanesName::kind);
+        match lanes {
+            Some(_) if name != EngineName::Fast => Err(only_fast_has(Field::Lanes, name, "lanes")),
+            Some(lanes) if !kind.is_available() => Err(lacking(lanes)),
+            _ => Ok(Self { name, lanes: kind, parameters: Parameters::default() }),
+        }
+    }
+
+    /// The engine `name` by the free parameters in the file `profile`, on `lanes` or else on those of the profile.
+    ///
+    /// # Errors
+    /// If the file cannot be read, the engine has no free parameters, or as [`Self::new`].
+    pub fn with_profile(name: EngineName, lanes: Option<LanesName>, profile: &Path) -> Result<Self, Error> {
+        if name != EngineName::Fast {
+            return Err(only_fast_has(Field::Profile, name, "free parameters"));
+        }
+        let Profile { parameters, lanes: usual } = Profile::read(profile)?;
+        let chosen = Self::new(name, lanes.or(usual)).map_err(|error| match lanes {
+            Some(_) => error,
+            None => {
+                let said = Problem::of(Field::Profile).text(format_args!(": {}: ", profile.display()));
+                Error::input(Field::Profile, said.join(error.problem()))
+            }
+        })?;
+        Ok(Self { parameters, ..chosen })
+    }
+
+    /// The engine.
+    pub fn name(self) -> EngineName {
+        self.name
+    }
+
+    /// The lanes that it runs on; `None` if it has none.
+    pub fn lanes(self) -> Option<LanesName> {
+        (self.name == EngineName::Fast).then(|| self.lanes.into())
+    }
+
+    /// The lanes that the fast engine would run on.
+    pub fn lane_kind(self) -> LaneKind {
+        self.lanes
+    }
+
+    /// The free parameters of the fast engine.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// A render of `scene` by its settings, before the first iteration. The fast engine holds so many `deposits` at
+    /// once.
+    pub fn start(self, scene: &Scene, deposits: u32) -> Box<dyn Resumable + '_> {
+        let settings = &scene.settings;
+        match self.name {
+            EngineName::Fast => {
+                let engine = fast::Sppm::with_parameters(scene, settings, self.lanes, &self.parameters);
+                Box::new(engine.deposits_at_once(deposits))
+            }
+            EngineName::Reference => Box::new(reference::Sppm::new(scene, settings)),
+            EngineName::Path => Box::new(PathTracer::new(scene, settings)),
+        }
+    }
+}
+
+/// What to say of an engine that lacks `what`, which `field` asks for.
+fn only_fast_has(field: Field, name: EngineName, what: &str) -> Error {
+    let problem = Problem::of(field).text(": ").field(Field::Engine);
+    let rest = format!(" {} has no {what}, only fast has; leave out one of the two", name.name());
+    Error::input(field, problem.text(rest))
+}
+
+/// What to say where the processor lacks `lanes`.
+fn lacking(lanes: LanesName) -> Error {
+    let there: Vec<_> = available_lanes().map(|kind| LanesName::from(kind).name()).collect();
+    let problem = format!(" {}: this processor has none; it has {}", lanes.name(), list(&there));
+    Error::input(Field::Lanes, Problem::of(Field::Lanes).text(problem))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_lacking_is_told_with_what_is_there() {
+        let said = lacking(LanesName::Avx512).to_string();
+        assert!(said.starts_with("lanes avx512: this processor has none; it has emulated"), "{said}");
+    }
+
+    #[test]
+    fn lanes_go_with_the_fast_engine_alone() {
+        for lanes in [LanesName::Auto, LanesName::Emulated] {
+            assert!(EngineChoice::new(EngineName::Reference, Some(lanes)).is_err());
+            assert!(EngineChoice::new(EngineName::Fast, Some(lanes)).unwrap().lanes().is_some());
+        }
+        assert_eq!(EngineChoice::new(EngineName::Path, None).unwrap().lanes(), None);
+        let usual = EngineChoice::new(EngineName::Fast, None).unwrap();
+        assert_eq!(usual.lanes(), Some(LaneKind::best().into()));
+    }
+
+    #[test]
+    fn lanes_that_the_processor_lacks_are_refused() {
+        for lanes in [LanesName::Emulated, LanesName::Avx2, LanesName::Avx512] {
+            let chosen = EngineChoice::new(EngineName::Fast, Some(lanes));
+            assert_eq!(chosen.is_ok(), lanes.kind().is_available(), "{lanes:?}");
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! What can go wrong with a render, told such that each front end can say it in its own words.
+
+use std::fmt;
+
+/// Why a render was not begun, or broke off.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Error {
+    /// Something that was asked for cannot be had; nothing was written.
+    Input {
+        /// What is at fault.
+        field: Field,
+        /// One sentence: what is wrong, and what would be right.
+        problem: Problem,
+    },
+    /// The render failed while it ran, or the system refused what it needs. One sentence.
+    Failed(Problem),
+}
+
+/// What a front end can ask of a render: a field of [`crate::Job`] or what that was made from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Field {
+    /// The scene, or its file.
+    Scene,
+    /// A setting, by its name in scene files.
+    Setting(&'static str),
+    /// `engine`.
+    Engine,
+    /// The vectors of the fast engine.
+    Lanes,
+    /// A file of free parameters.
+    Profile,
+    /// `threads`.
+    Threads,
+    /// `memory_limit`.
+    MemoryLimit,
+    /// `outputs.image`.
+    Image,
+    /// `outputs.exposure`.
+    Exposure,
+    /// `outputs.radius_image`.
+    RadiusImage,
+    /// `outputs.count_image`.
+    CountImage,
+    /// `outputs.stats`.
+    Stats,
+    /// `save`.
+    Checkpoint,
+    /// The checkpoint that is resumed.
+    Resumed,
+    /// The file whose render is repeated.
+    Like,
+    /// Not a field, but what resumes a render from its checkpoint.
+    Resume,
+}
+
+impl Field {
+    /// The name in this library.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Scene => "scene",
+            Self::Setting(name) => name,
+            Self::Engine => "engine",
+            Self::Lanes => "lanes",
+            Self::Profile => "profile",
+            Self::Threads => "threads",
+            Self::MemoryLimit => "memory_limit",
+            Self::Image => "image",
+            Self::Exposure => "exposure",
+            Self::RadiusImage => "radius_image",
+            Self::CountImage => "count_image",
+            Self::Stats => "stats",
+            Self::Checkpoint => "checkpoint",
+            Self::Resumed => "the checkpoint",
+            Self::Like => "like",
+            Self::Resume => "Job::resume",
+        }
+    }
+}
+
+/// A sentence that names fields, each of which a front end calls by its own name.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Problem(Vec<Piece>);
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Piece {
+    Text(String),
+    Field(Field),
+}
+
+impl Problem {
+    /// A sentence that begins with the name of `field`.
+    pub fn of(field: Field) -> Self {
+        Self(vec![Piece::Field(field)])
+    }
+
+    /// Goes on with `text`.
+    #[must_use]
+    pub fn text(mut self, text: impl fmt::Display) -> Self {
+        self.0.push(Piece::Text(text.to_string()));
+        self
+    }
+
+    /// Goes on with the name of `field`.
+    #[must_use]
+    pub fn field(mut self, field: Field) -> Self {
+        self.0.push(Piece::Field(field));
+        self
+    }
+
+    /// Goes on with another sentence.
+    #[must_use]
+    pub fn join(mut self, rest: &Self) -> Self {
+        self.0.extend_from_slice(&rest.0);
+        self
+    }
+
+    /// The sentence, with fields called as `name` says.
+    pub fn say(&self, name: impl Fn(Field) -> String) -> String {
+        let piece = |piece: &Piece| match piece {
+            Piece::Text(text) => text.clone(),
+            Piece::Field(field) => name(*field),
+        };
+        self.0.iter().map(piece).collect()
+    }
+}
+
+impl From<String> for Problem {
+    fn from(text: String) -> Self {
+        Self(vec![Piece::Text(text)])
+    }
+}
+
+impl From<&str> for Problem {
+    fn from(text: &str) -> Self {
+        text.to_owned().into()
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.say(|field| field.name().into()))
+    }
+}
+
+impl Error {
+    /// A fault of `field`, told by `problem`, a whole sentence.
+    pub fn input(field: Field, problem: impl Into<Problem>) -> Self {
+        Self::Input { field, problem: problem.into() }
+    }
+
+    /// A fault of `field`, in a sentence that begins with its name: `name: problem`.
+    pub fn named(field: Field, problem: impl fmt::Display) -> Self {
+        Self::input(field, Problem::of(field).text(": ").text(problem))
+    }
+
+    /// A failure.
+    pub fn failed(problem: impl Into<Problem>) -> Self {
+        Self::Failed(problem.into())
+    }
+
+    /// The sentence.
+    pub fn problem(&self) -> &Problem {
+        let (Self::Input { problem, .. } | Self::Failed(problem)) = self;
+        problem
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.problem().fmt(f)
+    }
+}
+
+impl std::error::Error for Error {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_front_end_names_fields_in_its_own_words() {
+        let problem = Problem::of(Field::Lanes).text(": ").field(Field::Engine).text(" path has no lanes");
+        assert_eq!(problem.to_string(), "lanes: engine path has no lanes");
+        let dashed = problem.say(|field| format!("--{}", field.name()));
+        assert_eq!(dashed, "--lanes: --engine path has no lanes");
+        let error = Error::named(Field::Setting("width"), "is 0");
+        assert_eq!(error.to_string(), "width: is 0");
+    }
+}

@@ -1,0 +1,67 @@
+//! The life of a render, for any front end: from a scene and goals to images, checkpoints and a report.
+//!
+//! ```
+//! use render::Job;
+//!
+//! let mut scene = files::builtin::scene("cornell").unwrap();
+//! (scene.settings.width, scene.settings.height, scene.settings.iterations) = (32, 24, 3);
+//! let running = Job::new(scene).start(())?;
+//! let outcome = running.wait()?;
+//! assert_eq!(outcome.last.unwrap().iterations, 3);
+//! # Ok::<(), render::Error>(())
+//! ```
+//!
+//! A [`Job`] says what is wanted. [`Job::start`] checks it and gives a [`Running`] render, which can be asked for its
+//! newest image and stopped from any thread; [`Running::wait`] gives the [`Outcome`], with the job, to be changed and
+//! started again. An [`Observer`] is told of every iteration and of what else happens.
+//!
+//! The library owns its threads and prints nothing: it has no global state, listens to no signals, and never ends the
+//! process. [`Error`] names the [`Field`] at fault, so that each front end can say it in its own words.
+
+#![forbid(unsafe_code)]
+
+mod choice;
+mod error;
+mod estimate;
+mod goals;
+mod job;
+mod keeper;
+mod made;
+mod memory;
+mod metadata;
+mod names;
+mod observer;
+mod outcome;
+mod outputs;
+mod pool;
+mod prepare;
+mod profile;
+mod report;
+mod running;
+mod save;
+mod session;
+mod snapshot;
+mod step;
+mod trace;
+mod warm;
+mod writer;
+
+pub use choice::EngineChoice;
+pub use error::{Error, Field, Problem};
+pub use estimate::Estimate;
+pub use goals::Goals;
+pub use job::Job;
+pub use made::Made;
+pub use metadata::Metadata;
+pub use names::{EngineName, LanesName, available_lanes};
+pub use observer::{Notice, Observer};
+pub use outcome::{End, Outcome, Saved, Unwritten};
+pub use outputs::{Outputs, is_exposed};
+pub use pool::{cores, pool};
+pub use profile::Profile;
+pub use report::Report;
+pub use running::Running;
+pub use save::{Every, Note, Save};
+pub use snapshot::Snapshot;
+pub use step::Step;
+pub use trace::trace;

@@ -1,0 +1,84 @@
+//! What made a file: read out of an image or a checkpoint.
+
+use crate::error::{Error, Field};
+use crate::metadata::Metadata;
+use crate::names::EngineName;
+use crate::save::Note;
+use files::checkpoint::{Loaded, Store};
+use files::{image_file, scene_file};
+use scene::{Scene, Settings};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// What made a file.
+#[derive(Debug)]
+pub enum Made {
+    /// It is an image, which says this of itself.
+    Image(Metadata),
+    /// It is a checkpoint.
+    Checkpoint(Box<Loaded>),
+}
+
+impl Made {
+    /// Finds out what made the file `path`.
+    ///
+    /// # Errors
+    /// If it cannot be read, or does not say.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let bad = |problem: String| Error::input(Field::Like, problem);
+        if is_checkpoint(path) {
+            let loaded = Store::new(path).load().map_err(|error| bad(error.to_string()))?;
+            let missing = || bad(format!("{}: there is no such file", path.display()));
+            return loaded.map(|loaded| Self::Checkpoint(Box::new(loaded))).ok_or_else(missing);
+        }
+        let note = image_file::read_note(path).map_err(|error| bad(error.to_string()))?;
+        let metadata = note.as_deref().and_then(Metadata::from_note);
+        metadata.map(Self::Image).ok_or_else(|| {
+            let path = path.display();
+            bad(format!("{path} does not say what made it; .png and .exr images by sppm do"))
+        })
+    }
+}
+
+/// Whether a file begins like a checkpoint, or has the name of one.
+fn is_checkpoint(path: &Path) -> bool {
+    let is_file = path.metadata().is_ok_and(|status| status.is_file());
+    let mut start = [0; 5];
+    let begins = is_file && File::open(path).and_then(|mut file| file.read_exact(&mut start)).is_ok();
+    (begins && start == *b"\x89SPPM") || path.extension().is_some_and(|extension| extension == "sppm")
+}
+
+/// A render that can be repeated.
+pub(crate) struct Repeated {
+    /// The scene, unless it is too large to stand in an image.
+    pub(crate) scene: Option<Scene>,
+    pub(crate) digest: String,
+    pub(crate) settings: Settings,
+    pub(crate) engine: EngineName,
+    pub(crate) exposure: Option<f32>,
+}
+
+impl Repeated {
+    /// Reads what made the file `path`.
+    pub(crate) fn read(path: &Path) -> Result<Self, Error> {
+        let bad = |problem: String| Error::input(Field::Like, format!("{}: {problem}", path.display()));
+        match Made::read(path)? {
+            Made::Image(metadata) => {
+                let Metadata { scene_file, scene_digest, settings, engine, exposure, .. } = metadata;
+                let parsed = scene_file.map(|text| scene_file::parse("scene", &text)).transpose();
+                let scene = parsed.map_err(|error| bad(format!("its scene cannot be used: {error}")))?;
+                settings.validate().map_err(|error| bad(error.to_string()))?;
+                Ok(Self { scene, digest: scene_digest, settings, engine, exposure })
+            }
+            Made::Checkpoint(loaded) => {
+                let note = Note::of(&loaded);
+                let checkpoint = loaded.checkpoint;
+                let (settings, digest) = (checkpoint.scene.settings, checkpoint.account.scene);
+                let engine = note.engine.unwrap_or(EngineName::of(checkpoint.account.sums));
+                let scene = Some(checkpoint.scene);
+                Ok(Self { scene, digest, settings, engine, exposure: note.exposure })
+            }
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! The files that a render writes: which ones, and whether they can be had.
+
+use crate::error::{Error, Field, Problem};
+use crate::names::EngineName;
+use files::image_file::{self, Format};
+use files::{atomic_file, paths};
+use std::path::{Path, PathBuf};
+
+/// More than a report takes.
+const STATS_BYTES: u64 = 1 << 12;
+
+/// All the files of a render. None is needed: images can be had in memory, too.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outputs {
+    /// The image: `.png` (sRGB), `.exr` or `.pfm` (linear radiance).
+    pub image: Option<PathBuf>,
+    /// In stops: makes a `.png` brighter or darker, each stop by a factor of 2.
+    pub exposure: Option<f32>,
+    /// Whether the image is also written after iterations 1, 2, 4, 8, ..., with the number in its name.
+    pub snapshots: bool,
+    /// The search radius of every pixel, in scene units.
+    pub radius_image: Option<PathBuf>,
+    /// `N` of every pixel.
+    pub count_image: Option<PathBuf>,
+    /// The [`crate::Report`] as JSON.
+    pub stats: Option<PathBuf>,
+}
+
+/// What a file holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Content {
+    Image,
+    Radius,
+    Count,
+    Stats,
+}
+
+impl Content {
+    /// What asks for it.
+    pub(crate) fn field(self) -> Field {
+        match self {
+            Self::Image => Field::Image,
+            Self::Radius => Field::RadiusImage,
+            Self::Count => Field::CountImage,
+            Self::Stats => Field::Stats,
+        }
+    }
+}
+
+impl Outputs {
+    /// Every file with what it holds, in the order in which they are written.
+    pub(crate) fn files(&self) -> impl Iterator<Item = (Content, &Path)> {
+        let all = [
+            (Content::Image, &self.image),
+            (Content::Radius, &self.radius_image),
+            (Content::Count, &self.count_image),
+            (Content::Stats, &self.stats),
+        ];
+        all.into_iter().filter_map(|(content, path)| Some((content, path.as_deref()?)))
+    }
+
+    /// Checks that all of it can be had from `engine`: files of different names, none of them one of `inputs`, in
+    /// folders that may be written to.
+    pub(crate) fn check(&self, engine: EngineName, inputs: &[(Field, PathBuf)]) -> Result<(), Error> {
+        self.check_engine(engine)?;
+        let inputs: Vec<_> = inputs.iter().map(|(field, path)| (*field, path.as_path())).collect();
+        let outputs: Vec<_> = self.files().map(|(content, path)| (content.field(), path)).collect();
+        check_distinct(&inputs, &outputs)?;
+        for (content, path) in self.files() {
+            let checked = match content {
+                Content::Stats => atomic_file::check(path),
+                _ => image_file::check_writable(path),
+            };
+            checked.map_err(|error| Error::named(content.field(), error))?;
+        }
+        self.check_exposure()
+    }
+
+    fn check_engine(&self, engine: EngineName) -> Result<(), Error> {
+        let of_photons = |content| matches!(content, Content::Radius | Content::Count);
+        match self.files().find(|(content, _)| of_photons(*content)) {
+            Some((content, _)) if !engine.has_photons() => {
+                let field = content.field();
+                let problem = Problem::of(field).text(": ").field(Field::Engine);
+                let rest = format!(" {} has no photons; leave out one of the two", engine.name());
+                Err(Error::input(field, problem.text(rest)))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Only PNG is exposed.
+    fn check_exposure(&self) -> Result<(), Error> {
+        match &self.image {
+            Some(image) if self.exposure.is_some() && !is_exposed(image) => {
+                let problem = format!("{} holds linear radiance; only .png is exposed", image.display());
+                Err(Error::named(Field::Exposure, problem))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Refuses a disk without room for images of so many pixels.
+    pub(crate) fn check_room(&self, pixels: u64) -> Result<(), Error> {
+        for (content, path) in self.files() {
+            let bytes = match (content, Format::from_path(path)) {
+                (Content::Stats, _) => STATS_BYTES,
+                (_, Ok(Format::Png)) => 3 * pixels,
+                _ => 12 * pixels,
+            };
+            let checked = atomic_file::check_room(path, bytes);
+            checked.map_err(|error| Error::named(content.field(), error))?;
+        }
+        Ok(())
+    }
+}
+
+/// Whether an image of that name is exposed: the others hold radiance as it is.
+pub fn is_exposed(image: &Path) -> bool {
+    Format::from_path(image) == Ok(Format::Png)
+}
+
+/// Checks that no output is also an input or another output.
+pub(crate) fn check_distinct(inputs: &[(Field, &Path)], outputs: &[(Field, &Path)]) -> Result<(), Error> {
+    let [all_inputs, all_outputs] =
+        [inputs, outputs].map(|named| named.iter().map(|(_, path)| *path).collect::<Vec<_>>());
+    let Some((index, other)) = paths::first_clash(&all_inputs, &all_outputs) else { return Ok(()) };
+    let (field, path) = outputs[index];
+    let (other, _) = inputs.iter().chain(outputs).nth(other).copied().unwrap_or((Field::Scene, path));
+    let problem = Problem::of(field).text(format_args!(": {} is also ", path.display()));
+    Err(Error::input(field, problem.field(other).text("; name another file")))
+}

@@ -1,0 +1,157 @@
+//! From a job to a render that can begin: everything that can be refused is refused here, before any work.
+
+use crate::error::{Error, Field, Problem};
+use crate::job::Job;
+use crate::keeper::Keeper;
+use crate::memory::Need;
+use crate::names::EngineName;
+use crate::outputs::check_distinct;
+use crate::save::{Note, Save};
+use files::checkpoint::{Loaded, Store};
+use files::{atomic_file, scene_file};
+use rayon::ThreadPool;
+use scene::Settings;
+use std::path::Path;
+
+/// A job that is checked.
+pub(crate) struct Ready {
+    pub(crate) job: Job,
+    pub(crate) pool: ThreadPool,
+    pub(crate) need: Need,
+    /// Of the scene, as [`scene_file::digest`].
+    pub(crate) digest: String,
+    pub(crate) keeper: Option<Keeper>,
+    /// What the render is resumed from.
+    pub(crate) from: Option<Loaded>,
+}
+
+/// Checks `job` and takes what it needs: the lock of its checkpoint, threads, memory.
+pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
+    check_settings(&job)?;
+    if let Some(from) = &job.from {
+        check_resumed(&job, from)?;
+    }
+    job.outputs.check(job.engine.name(), &job.inputs)?;
+    if job.from.is_none() && job.save.is_some() {
+        take_checkpoint(&mut job)?;
+    }
+    let from = job.from.take();
+    if from.as_ref().is_some_and(|from| from.fallback.is_some())
+        && let Some(save) = &job.save
+    {
+        let fallen = Store::new(&save.path).fall_back();
+        fallen.map_err(|error| Error::failed(error.to_string()))?;
+    }
+    let pool = job.warm.take_pool(job.threads)?;
+    let threads = pool.current_num_threads();
+    let need = Need::new(job.engine, &job.scene, threads, job.goals.error.is_some(), job.memory_limit)?;
+    job.outputs.check_room(job.scene.settings.pixels() as u64)?;
+    let digest = scene_file::digest(&job.scene);
+    let keeper = keeper(&mut job, &digest, from.as_ref())?;
+    Ok(Ready { job, pool, need, digest, keeper, from })
+}
+
+fn check_settings(job: &Job) -> Result<(), Error> {
+    job.scene.settings.validate().map_err(|error| {
+        let field = Field::Setting(error.option);
+        Error::input(field, Problem::of(field).text(format_args!(" {}", error.problem)))
+    })
+}
+
+/// Whether engine and iterations are such that `job` can go on from a checkpoint.
+fn check_resumed(job: &Job, from: &Loaded) -> Result<(), Error> {
+    let (path, account) = (from.path.display(), &from.checkpoint.account);
+    let (asked, done) = (job.scene.settings.iterations, account.iterations);
+    if asked < done {
+        let field = Field::Setting("iterations");
+        let problem = format!(" {asked}: {path} holds {done} already; ask for at least as many");
+        return Err(Error::input(field, Problem::of(field).text(problem)));
+    }
+    let (name, sums) = (job.engine.name(), account.sums);
+    if name.sums() != sums {
+        let others = EngineName::all_of(sums);
+        let problem = format!(" {}: {path} is of {sums}, and goes on by {others} alone", name.name());
+        return Err(Error::input(Field::Engine, Problem::of(Field::Engine).text(problem)));
+    }
+    Ok(())
+}
+
+/// Checks where the render is saved and takes the lock, if it is to stay or is there already. A checkpoint of this very
+/// render is resumed; that of another is not overwritten.
+fn take_checkpoint(job: &mut Job) -> Result<(), Error> {
+    let Some(save) = &job.save else { return Ok(()) };
+    let store = Store::new(&save.path);
+    if save.keep {
+        check_checkpoint(job, save)?;
+    }
+    if save.keep || store.exists() {
+        let lock = store.lock();
+        let said = |error| Error::input(Field::Checkpoint, format!("checkpoint: {error}"));
+        job.lock = Some(lock.map_err(said)?);
+    }
+    job.from = found(&store, job)?;
+    Ok(())
+}
+
+/// A checkpoint is neither read nor written as something else.
+fn check_checkpoint(job: &Job, save: &Save) -> Result<(), Error> {
+    let inputs = job.inputs.iter().map(|(field, path)| (*field, path.as_path()));
+    let outputs = job.outputs.files().map(|(content, path)| (content.field(), path));
+    let taken: Vec<(Field, &Path)> = inputs.chain(outputs).collect();
+    check_distinct(&taken, &[(Field::Checkpoint, &save.path)])?;
+    atomic_file::check(&save.path).map_err(|error| Error::named(Field::Checkpoint, error))
+}
+
+/// The checkpoint that is there, if it is one of this very render; another is not overwritten.
+fn found(store: &Store, job: &Job) -> Result<Option<Loaded>, Error> {
+    let refuse = |problem: Problem| {
+        let problem = problem.text("remove it, or name another by ").field(Field::Checkpoint);
+        Error::input(Field::Checkpoint, problem)
+    };
+    let loaded = store.load().map_err(|error| refuse(Problem::from(format!("{error}; "))))?;
+    let Some(loaded) = loaded else { return Ok(None) };
+    let there = &loaded.checkpoint;
+    let other = |what: String| {
+        let (path, done) = (store.path().display(), there.account.iterations);
+        let problem = Problem::from(format!("{path} holds {done} iterations of {what}; continue it by "));
+        Err(refuse(problem.field(Field::Resume).text(", ")))
+    };
+    let scene = &job.scene;
+    let iterations = scene.settings.iterations;
+    if scene_file::digest(scene) != there.account.scene {
+        return other(format!("another scene, {}", there.scene.name));
+    }
+    if there.account.sums != job.engine.name().sums() {
+        return other(there.account.sums.to_string());
+    }
+    if (Settings { iterations, ..there.scene.settings }) != scene.settings {
+        return other("other settings".into());
+    }
+    if there.account.iterations > iterations {
+        return other(format!("this render, more than {iterations}"));
+    }
+    Ok(Some(loaded))
+}
+
+/// Who saves the render, if somebody does.
+fn keeper(job: &mut Job, digest: &str, from: Option<&Loaded>) -> Result<Option<Keeper>, Error> {
+    let Some(save) = &job.save else { return Ok(None) };
+    let mut note = Note {
+        engine: Some(job.engine.name()),
+        until_error: job.goals.error,
+        every: save.every,
+        keep: save.keep,
+        ..Note::default()
+    };
+    job.outputs.note(&save.path, &mut note);
+    let saved = from.map(|from| from.checkpoint.account.iterations);
+    let keeper = Keeper::new(save.clone(), job.lock.take(), &job.scene, digest, &note, saved);
+    if save.keep {
+        // Two generations, and a third on its way.
+        let sums = job.engine.name().sums();
+        let bytes = 3 * keeper.bytes(&job.scene.settings, sums, job.goals.error.is_some());
+        let room = atomic_file::check_room(&save.path, bytes);
+        room.map_err(|error| Error::named(Field::Checkpoint, error))?;
+    }
+    Ok(Some(keeper))
+}

@@ -1,0 +1,140 @@
+//! Where and how often a render is saved, and what is noted beside its sums.
+
+use crate::names::EngineName;
+use crate::outputs::Outputs;
+use files::checkpoint::Loaded;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// How a render is saved.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Save {
+    /// The checkpoint.
+    pub path: PathBuf,
+    /// How often it is written.
+    pub every: Every,
+    /// Whether it stays when all is done. Then the path is also checked before the start.
+    pub keep: bool,
+}
+
+impl Save {
+    /// Saves beside the image `OUT`, as `OUT.sppm`, once a minute; the checkpoint goes when all is done.
+    pub fn beside(image: &Path) -> Self {
+        let mut path = image.as_os_str().to_owned();
+        path.push(".sppm");
+        Self { path: path.into(), every: Every::default(), keep: false }
+    }
+}
+
+/// The interval between two checkpoints.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Every {
+    /// At the end of the first iteration after so much time.
+    Time(Duration),
+    /// After so many iterations.
+    Iterations(u32),
+}
+
+impl Default for Every {
+    fn default() -> Self {
+        Self::Time(Duration::from_mins(1))
+    }
+}
+
+/// What a checkpoint notes of its render: above all, where its files go. Names of files in the checkpoint's own folder are
+/// noted without the folder, so that all of it can be moved; others from the root.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Note {
+    /// The engine that rendered last.
+    pub engine: Option<EngineName>,
+    /// The image.
+    pub image: Option<PathBuf>,
+    /// Exposure of the image, in stops.
+    pub exposure: Option<f32>,
+    /// Whether there are images of iterations 1, 2, 4, 8, ...
+    pub snapshots: bool,
+    /// The image of radii.
+    pub radius_image: Option<PathBuf>,
+    /// The image of counts.
+    pub count_image: Option<PathBuf>,
+    /// The report in JSON.
+    pub stats: Option<PathBuf>,
+    /// The estimated error at which the render is to end.
+    pub until_error: Option<f64>,
+    /// How often it is saved.
+    pub every: Every,
+    /// Whether the checkpoint stays when all is done.
+    pub keep: bool,
+}
+
+impl Note {
+    /// The note in a checkpoint; an empty one if another program wrote that.
+    pub fn of(loaded: &Loaded) -> Self {
+        serde_json::from_str(&loaded.checkpoint.note).unwrap_or_default()
+    }
+}
+
+/// `path` as a checkpoint at `store` notes it; `None` if it is not Unicode.
+fn noted(path: &Path, store: &Path) -> Option<PathBuf> {
+    let whole = std::path::absolute(path).ok()?;
+    let folder = std::path::absolute(store).ok()?.parent()?.to_owned();
+    let noted = whole.strip_prefix(folder).ok().filter(|rest| rest.components().count() == 1);
+    let noted = noted.map_or_else(|| whole.clone(), Path::to_path_buf);
+    noted.to_str().is_some().then_some(noted)
+}
+
+/// The reverse of [`noted`].
+fn resolved(noted: &Path, store: &Path) -> PathBuf {
+    match store.parent() {
+        Some(folder) if noted.is_relative() => folder.join(noted),
+        _ => noted.to_owned(),
+    }
+}
+
+impl Outputs {
+    /// Adds where files go to what a checkpoint at `store` notes.
+    pub(crate) fn note(&self, store: &Path, note: &mut Note) {
+        let noted = |path: &Option<PathBuf>| path.as_deref().and_then(|path| noted(path, store));
+        note.image = noted(&self.image);
+        note.radius_image = noted(&self.radius_image);
+        note.count_image = noted(&self.count_image);
+        note.stats = noted(&self.stats);
+        (note.exposure, note.snapshots) = (self.exposure, self.snapshots);
+    }
+
+    /// The files that a checkpoint at `store` notes.
+    pub(crate) fn noted(note: &Note, store: &Path) -> Self {
+        let there = |path: &Option<PathBuf>| path.as_deref().map(|path| resolved(path, store));
+        Self {
+            image: there(&note.image),
+            exposure: note.exposure,
+            snapshots: note.snapshots,
+            radius_image: there(&note.radius_image),
+            count_image: there(&note.count_image),
+            stats: there(&note.stats),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_move_with_their_checkpoint() {
+        let there = Path::new("/a/b/x.sppm");
+        for (path, as_noted, elsewhere) in [
+            ("/a/b/x.png", "x.png", "/c/x.png"),
+            ("/a/b/c/x.png", "/a/b/c/x.png", "/a/b/c/x.png"),
+            ("/a/x.png", "/a/x.png", "/a/x.png"),
+        ] {
+            let note = noted(Path::new(path), there).unwrap();
+            assert_eq!(note, Path::new(as_noted));
+            assert_eq!(resolved(&note, there), Path::new(path));
+            assert_eq!(resolved(&note, Path::new("/c/x.sppm")), Path::new(elsewhere));
+        }
+        assert_eq!(resolved(Path::new("x.png"), Path::new("x.sppm")), Path::new("x.png"));
+    }
+}

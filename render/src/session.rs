@@ -1,0 +1,300 @@
+//! From the first iteration to the last file, on the thread of the render.
+//!
+//! A request to stop, or the end of the time, abandons the iteration in progress, so nobody waits for it; what the engine
+//! holds is then the render after the last whole iteration.
+
+use crate::error::{Error, Field};
+use crate::estimate::Estimate;
+use crate::goals::Clock;
+use crate::job::Job;
+use crate::keeper::Keeper;
+use crate::memory;
+use crate::metadata::{self, Metadata};
+use crate::observer::{Notice, Observer};
+use crate::outcome::{End, Outcome, Unwritten};
+use crate::prepare::Ready;
+use crate::report::Report;
+use crate::snapshot::{Snapshot, Window};
+use crate::step::Step;
+use crate::writer::{Shown, Writer};
+use files::atomic_file::FileError;
+use files::checkpoint::{Loaded, Past};
+use scene::{Resumable, Scene, Settings, Stop};
+use std::mem::replace;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Renders what is `ready`, on the threads of its pool.
+pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) -> Result<Outcome, Error> {
+    let Ready { mut job, pool, need, digest, keeper, from } = ready;
+    // The engine borrows the scene, and the job goes back to the caller.
+    let nothing = Scene { spheres: Vec::new(), materials: Vec::new(), name: String::new(), ..job.scene };
+    let scene = replace(&mut job.scene, nothing);
+    let threads = pool.current_num_threads();
+    let ended = pool.install(|| {
+        let mut session = Session {
+            clock: Clock::start(&job.goals),
+            writer: Writer::new(job.outputs.clone()),
+            job: &job,
+            scene: &scene,
+            threads,
+            bytes_at_most: need.bytes,
+            digest,
+            keeper,
+            estimate: Estimate::default(),
+            resumed_after: 0,
+            observer,
+            window,
+        };
+        session.render(need.deposits, from)
+    });
+    job.scene = scene;
+    job.warm.keep_pool(job.threads, pool);
+    job.stop = Stop::new();
+    let Ended { end, report, writing, unsaved, keeper, written, failed } = ended?;
+    let saved = keeper.and_then(|keeper| keeper.saved());
+    let last = window.snapshot();
+    Ok(Outcome { end, report, writing, saved, unsaved, written, failed, last, job })
+}
+
+/// What a session leaves.
+struct Ended {
+    end: End,
+    report: Report,
+    writing: Duration,
+    unsaved: Option<FileError>,
+    keeper: Option<Keeper>,
+    written: Vec<PathBuf>,
+    failed: Vec<Unwritten>,
+}
+
+struct Session<'a> {
+    job: &'a Job,
+    scene: &'a Scene,
+    threads: usize,
+    bytes_at_most: u64,
+    digest: String,
+    keeper: Option<Keeper>,
+    writer: Writer,
+    estimate: Estimate,
+    clock: Clock,
+    resumed_after: u32,
+    observer: &'a mut dyn Observer,
+    window: &'a Window,
+}
+
+impl Session<'_> {
+    fn render(&mut self, deposits: u32, from: Option<Loaded>) -> Result<Ended, Error> {
+        self.introduce();
+        let mut engine = self.job.engine.start(self.scene, deposits);
+        if let Some(from) = from {
+            self.resume(from, &mut *engine)?;
+        }
+        self.clock = Clock::start(&self.job.goals);
+        let end = self.iterate(&mut *engine)?;
+        Ok(self.conclude(&*engine, end))
+    }
+
+    fn introduce(&mut self) {
+        self.observer.notice(&Notice::Begun {
+            scene: self.scene.name.clone(),
+            settings: self.scene.settings,
+            engine: self.job.engine.name(),
+            lanes: self.job.engine.lanes(),
+            threads: self.threads,
+            bytes_at_most: self.bytes_at_most,
+        });
+    }
+
+    fn resume(&mut self, mut from: Loaded, engine: &mut dyn Resumable) -> Result<(), Error> {
+        let bad = |error: FileError| Error::input(Field::Resumed, error.to_string());
+        from.restore(engine).map_err(bad)?;
+        let has_past = self.job.goals.error.is_some();
+        self.estimate = Estimate::after(from.checkpoint.past.take().filter(|_| has_past));
+        self.resumed_after = from.checkpoint.account.iterations;
+        self.observer.notice(&Notice::Resumed {
+            path: from.path,
+            iterations: self.resumed_after,
+            of: self.scene.settings.iterations,
+            fallback: from.fallback,
+        });
+        Ok(())
+    }
+
+    /// Iterates until a goal is reached or somebody asks to stop.
+    fn iterate(&mut self, engine: &mut dyn Resumable) -> Result<End, Error> {
+        let (job, goals) = (self.job, &self.job.goals);
+        // The end of the time stops the iteration, and is nobody's request.
+        let (stop, mut alarm) = (job.stop.child(), None);
+        loop {
+            if job.stop.is_requested() {
+                return Ok(End::Stopped);
+            }
+            if engine.iterations() >= engine.settings().iterations {
+                return Ok(End::Iterations);
+            }
+            if engine.iterations() > 0 {
+                if goals.error.zip(self.estimate.error).is_some_and(|(goal, error)| error <= goal) {
+                    return Ok(End::Error);
+                }
+                match self.clock.left() {
+                    Some(Duration::ZERO) => return Ok(End::Time),
+                    Some(left) if alarm.is_none() => alarm = Some(ring(left, stop.clone())),
+                    _ => {}
+                }
+            }
+            let began = Instant::now();
+            let iterated = catch_unwind(AssertUnwindSafe(|| engine.iterate_unless(&stop)));
+            let broken = "the engine broke down; this is a fault of sppm, please report it";
+            if iterated.map_err(|_| Error::failed(broken))? {
+                self.after_iteration(engine, began.elapsed());
+            }
+        }
+    }
+
+    fn after_iteration(&mut self, engine: &dyn Resumable, time: Duration) {
+        let iterations = engine.iterations();
+        if self.job.goals.error.is_some() {
+            self.estimate.update(iterations, || engine.develop());
+        }
+        if let Err(error) = self.writer.snapshot(iterations, || self.shown(engine)) {
+            self.observer.notice(&Notice::NoSnapshot(error));
+        }
+        let saved = self.save_if_due(engine);
+        let follows = self.observer.follows();
+        let step = Step {
+            seconds: time.as_secs_f64(),
+            elapsed_seconds: self.clock.elapsed().as_secs_f64(),
+            estimated_error: self.estimate.error,
+            saved,
+            ..if follows { Step::of(engine) } else { Step::brief(engine) }
+        };
+        self.window.show_step(step);
+        if self.job.live {
+            self.window.show_snapshot(Snapshot { iterations, film: engine.develop() });
+        }
+        if follows {
+            self.observer.after(&step, engine);
+        }
+    }
+
+    /// Saves the render and refreshes its images, if it is time. What cannot be written is no reason to stop: another
+    /// time it may work.
+    fn save_if_due(&mut self, engine: &dyn Resumable) -> bool {
+        let iterations = engine.iterations();
+        if iterations >= engine.settings().iterations
+            || !self.keeper.as_ref().is_some_and(|keeper| keeper.is_due(iterations))
+        {
+            return false;
+        }
+        let saved = self.save(engine, Keeper::save);
+        let is_saved = saved.is_ok();
+        self.observer.notice(&match saved {
+            Ok(()) => Notice::Saved { iterations },
+            Err(error) => Notice::NotSaved(error),
+        });
+        for error in self.writer.refresh(&self.shown(engine)) {
+            self.observer.notice(&Notice::NotRefreshed(error));
+        }
+        is_saved
+    }
+
+    /// Saves the render in one of the ways of [`Keeper`], if it is to be saved at all.
+    fn save(&mut self, engine: &dyn Resumable, way: Way) -> Result<(), FileError> {
+        let Some(keeper) = &mut self.keeper else { return Ok(()) };
+        way(keeper, engine, self.estimate.past())
+    }
+
+    fn shown<'b>(&self, engine: &'b dyn Resumable) -> Shown<'b> {
+        Shown { engine, note: self.metadata(engine).to_note() }
+    }
+
+    fn metadata(&self, engine: &dyn Resumable) -> Metadata {
+        let (job, done) = (self.job, engine.iterations());
+        // An image is what so many iterations make, whatever was asked for.
+        let settings = Settings { iterations: done.max(1), ..*engine.settings() };
+        let photons = u64::from(settings.photons_per_iteration) * u64::from(done);
+        Metadata {
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene: self.scene.name.clone(),
+            scene_digest: self.digest.clone(),
+            settings,
+            photons: if engine.has_photons() { photons } else { 0 },
+            engine: job.engine.name(),
+            lanes: job.engine.lanes(),
+            exposure: self.writer.outputs().exposure,
+            estimated_error: self.estimate.error,
+            scene_file: metadata::scene_file(self.scene, &settings),
+        }
+    }
+
+    /// Writes what there is to write in the end. A render that was stopped stays saved, one that is over needs no
+    /// checkpoint any more, unless that is to stay.
+    fn conclude(&mut self, engine: &dyn Resumable, end: End) -> Ended {
+        let is_stopped = end == End::Stopped;
+        let has_image = engine.iterations() > 0 || !is_stopped;
+        // The checkpoint first: the image follows from it.
+        let mut unsaved = None;
+        if is_stopped && has_image {
+            unsaved = self.save(engine, Keeper::save_somewhere).err();
+        }
+        let report = self.report(engine, end);
+        let (mut written, mut failed) = (Vec::new(), Vec::new());
+        if has_image {
+            (written, failed) = self.writer.write(&self.shown(engine), &report);
+        }
+        if !failed.is_empty() {
+            // Where neither can be written, the last checkpoint is what is left.
+            let _ = self.save(engine, Keeper::save_somewhere);
+        } else if !is_stopped {
+            unsaved = self.save(engine, Keeper::finish).err();
+        }
+        let (writing, keeper) = (self.writer.writing(), self.keeper.take());
+        Ended { end, report, writing, unsaved, keeper, written, failed }
+    }
+
+    fn report(&self, engine: &dyn Resumable, end: End) -> Report {
+        let job = self.job;
+        let ended_by = match end {
+            End::Iterations => "iterations",
+            End::Time => "time",
+            End::Error => "error",
+            End::Stopped => self.observer.stopped_by(),
+        };
+        Report {
+            version: env!("CARGO_PKG_VERSION"),
+            scene: self.scene.name.clone(),
+            engine: job.engine.name(),
+            lanes: job.engine.lanes(),
+            threads: self.threads,
+            settings: *engine.settings(),
+            iterations: engine.iterations(),
+            interrupted: end == End::Stopped,
+            ended_by,
+            resumed_after: self.resumed_after,
+            estimated_error: self.estimate.error,
+            wall_seconds: self.clock.elapsed().as_secs_f64(),
+            write_seconds: self.writer.writing().as_secs_f64(),
+            bytes_at_most: self.bytes_at_most,
+            peak_bytes: memory::peak(),
+            stats: *engine.stats(),
+        }
+    }
+}
+
+/// A way to save.
+type Way = fn(&mut Keeper, &dyn Resumable, Option<&Past>) -> Result<(), FileError>;
+
+/// Requests to stop once `left` has passed, unless what it gives is dropped before.
+fn ring(left: Duration, stop: Stop) -> Sender<()> {
+    let (alarm, off) = channel();
+    thread::spawn(move || {
+        if off.recv_timeout(left) == Err(RecvTimeoutError::Timeout) {
+            stop.request();
+        }
+    });
+    alarm
+}

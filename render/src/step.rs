@@ -1,0 +1,73 @@
+//! What there is to tell after an iteration.
+
+use scene::{PhotonSums, Resumable, Sums};
+use serde::Serialize;
+
+/// The progress of a render after an iteration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Step {
+    /// Iterations done.
+    pub iteration: u32,
+    /// Iterations that were asked for.
+    pub iterations: u32,
+    /// Seconds of this iteration.
+    pub seconds: f64,
+    /// Seconds since the start.
+    pub elapsed_seconds: f64,
+    /// Photons so far.
+    pub photons: u64,
+    /// Camera segments so far.
+    pub camera_segments: u64,
+    /// The mean over all pixels, in scene units, if there are photons.
+    pub mean_radius: Option<f64>,
+    /// The last estimate of the relative error, if one was asked for.
+    pub estimated_error: Option<f64>,
+    /// Whether a checkpoint was written after it.
+    pub saved: bool,
+}
+
+impl Step {
+    /// The part of it that `engine` knows.
+    pub fn of(engine: &dyn Resumable) -> Self {
+        let mean_radius = (engine.sums() == Sums::Photons).then(|| mean_radius(engine));
+        Self { mean_radius, ..Self::brief(engine) }
+    }
+
+    /// The same without the mean radius, for which every pixel must be looked at.
+    pub(crate) fn brief(engine: &dyn Resumable) -> Self {
+        let stats = engine.stats();
+        Self {
+            iteration: engine.iterations(),
+            iterations: engine.settings().iterations,
+            photons: stats.photons,
+            camera_segments: stats.camera_segments,
+            ..Self::default()
+        }
+    }
+}
+
+/// The mean search radius, row by row: an image of it at every iteration would make memory rise and fall.
+fn mean_radius(engine: &dyn Resumable) -> f64 {
+    let settings = engine.settings();
+    let mut row = vec![0; settings.width as usize * PhotonSums::WORDS];
+    let of_row = |y| {
+        engine.save_row(y, &mut row);
+        let pixels = row.as_chunks().0.iter().map(|words| PhotonSums::from_words(*words));
+        pixels.map(|pixel| f64::from(pixel.radius_squared.sqrt())).sum::<f64>()
+    };
+    (0..settings.height).map(of_row).sum::<f64>() / settings.pixels() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_photon_mapping_has_a_radius() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let settings = scene::Settings { width: 3, height: 2, initial_radius: 2.5, ..scene.settings };
+        let engine = fast::Sppm::new(&scene, &settings);
+        assert_eq!(Step::of(&engine).mean_radius, Some(2.5));
+        assert_eq!(Step::of(&reference::PathTracer::new(&scene, &settings)).mean_radius, None);
+    }
+}

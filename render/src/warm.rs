@@ -1,0 +1,34 @@
+//! What a job keeps for its next start: threads, and what does not change with camera, materials or settings.
+
+use crate::error::Error;
+use crate::pool::pool;
+use rayon::ThreadPool;
+use std::fmt;
+
+/// What a job keeps for its next start.
+#[derive(Default)]
+pub(crate) struct Warm {
+    /// The pool, and for how many threads it was asked.
+    pool: Option<(Option<usize>, ThreadPool)>,
+}
+
+impl Warm {
+    /// The pool of the start before, if it has as many threads; else a new one.
+    pub(crate) fn take_pool(&mut self, threads: Option<usize>) -> Result<ThreadPool, Error> {
+        match self.pool.take() {
+            Some((asked, pool)) if asked == threads => Ok(pool),
+            _ => pool(threads),
+        }
+    }
+
+    /// Keeps a pool of so many threads, as they were asked for.
+    pub(crate) fn keep_pool(&mut self, threads: Option<usize>, pool: ThreadPool) {
+        self.pool = Some((threads, pool));
+    }
+}
+
+impl fmt::Debug for Warm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Warm").field("has_pool", &self.pool.is_some()).finish()
+    }
+}

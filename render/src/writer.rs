@@ -1,0 +1,117 @@
+//! Writes what a render shows into its files. Pixels are developed as they are written.
+
+use crate::outcome::Unwritten;
+use crate::outputs::{Content, Outputs};
+use crate::report::Report;
+use files::atomic_file::{self, FileError, rescue};
+use files::image_file::{self, Encoding};
+use scene::{Picture, Probe, Resumable, Settings};
+use std::cell::Cell;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Writes the files of a render, and tells how long that took.
+#[derive(Debug)]
+pub(crate) struct Writer {
+    outputs: Outputs,
+    writing: Cell<Duration>,
+}
+
+/// A render as it stands, and what is written into its images beside the pixels.
+pub(crate) struct Shown<'a> {
+    pub(crate) engine: &'a dyn Resumable,
+    pub(crate) note: String,
+}
+
+impl Shown<'_> {
+    fn picture<'b, T>(&self, pixel: &'b (dyn Fn(u32, u32) -> T + Sync)) -> Picture<'b, T> {
+        let Settings { width, height, .. } = *self.engine.settings();
+        Picture { width, height, pixel }
+    }
+}
+
+impl Writer {
+    pub(crate) fn new(outputs: Outputs) -> Self {
+        Self { outputs, writing: Cell::default() }
+    }
+
+    pub(crate) fn outputs(&self) -> &Outputs {
+        &self.outputs
+    }
+
+    /// Time spent developing and writing so far.
+    pub(crate) fn writing(&self) -> Duration {
+        self.writing.get()
+    }
+
+    /// Writes the images before the end. Gives what could not be written.
+    pub(crate) fn refresh(&self, shown: &Shown) -> Vec<FileError> {
+        let images = self.outputs.files().filter(|(content, _)| *content != Content::Stats);
+        images.filter_map(|(content, path)| self.write_one(content, path, shown, None).err()).collect()
+    }
+
+    /// Writes the image after `iteration`, if that is one of which a snapshot is wanted.
+    pub(crate) fn snapshot<'a>(
+        &self,
+        iteration: u32,
+        show: impl FnOnce() -> Shown<'a>,
+    ) -> Result<(), FileError> {
+        match &self.outputs.image {
+            Some(image) if self.outputs.snapshots && iteration.is_power_of_two() => {
+                self.write_one(Content::Image, &numbered(image, iteration), &show(), None)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Writes everything: what was written, and what was not. What cannot be written where it should be is written
+    /// where it can be.
+    pub(crate) fn write(&self, shown: &Shown, report: &Report) -> (Vec<PathBuf>, Vec<Unwritten>) {
+        let (mut written, mut failed) = (Vec::new(), Vec::new());
+        for (content, path) in self.outputs.files() {
+            let write = |path: &Path| self.write_one(content, path, shown, Some(report));
+            match write(path) {
+                Ok(()) => written.push(path.to_owned()),
+                Err(error) => failed.push(Unwritten { error, refuge: rescue(path, write) }),
+            }
+        }
+        (written, failed)
+    }
+
+    fn write_one(
+        &self,
+        content: Content,
+        path: &Path,
+        shown: &Shown,
+        report: Option<&Report>,
+    ) -> Result<(), FileError> {
+        let began = Instant::now();
+        let encoding = Encoding { exposure: self.outputs.exposure.unwrap_or(0.0), note: Some(&shown.note) };
+        let values = |name, value: fn(Probe) -> f32| {
+            let pixel = |x, y| value(shown.engine.probe(x, y));
+            image_file::write_values(path, &shown.picture(&pixel), name, &encoding)
+        };
+        let written = match content {
+            Content::Image => {
+                let pixel = |x, y| shown.engine.probe(x, y).radiance;
+                image_file::write_picture(path, &shown.picture(&pixel), &encoding)
+            }
+            Content::Radius => values("radius", |probe| probe.radius),
+            Content::Count => values("count", |probe| probe.count),
+            Content::Stats => report.map_or(Ok(()), |report| {
+                let report = Report { write_seconds: self.writing().as_secs_f64(), ..report.clone() };
+                atomic_file::replace(path, |out| report.write(out))
+            }),
+        };
+        self.writing.set(self.writing() + began.elapsed());
+        written
+    }
+}
+
+/// `OUT-0001.png` for `OUT.png`.
+fn numbered(image: &Path, iteration: u32) -> PathBuf {
+    let mut name = image.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("-{iteration:04}."));
+    name.push(image.extension().unwrap_or_default());
+    image.with_file_name(name)
+}

@@ -1,0 +1,99 @@
+//! Phrases for messages: lists, counts, times and sizes as people write them.
+
+use std::fmt::{Display, Write as _};
+
+/// `text` with its control characters spelled out, so that no file name can make two lines of one.
+pub fn one_line(text: &str) -> String {
+    let mut line = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c.is_control() {
+            let _ = write!(line, "{}", c.escape_default());
+        } else {
+            line.push(c);
+        }
+    }
+    line
+}
+
+/// `items` as people write a list: `a, b and c`.
+pub fn list<T: Display>(items: &[T]) -> String {
+    let words: Vec<String> = items.iter().map(ToString::to_string).collect();
+    match words.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
+        _ => words.concat(),
+    }
+}
+
+/// `1 iteration`, `2 iterations`.
+pub fn counted(number: impl Into<u64>, noun: &str) -> String {
+    match number.into() {
+        1 => format!("1 {noun}"),
+        n => format!("{n} {noun}s"),
+    }
+}
+
+/// A quantity to three digits with a prefix of the SI: `1.23M`.
+pub fn scaled(value: f64) -> String {
+    const PREFIXES: [(f64, &str); 4] = [(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, "")];
+    let (unit, prefix) = PREFIXES.into_iter().find(|&(unit, _)| value >= unit).unwrap_or((1.0, ""));
+    format!("{:.*}{prefix}", decimals(value / unit), value / unit)
+}
+
+/// Decimals that give three digits.
+fn decimals(value: f64) -> usize {
+    match value {
+        v if v >= 100.0 => 0,
+        v if v >= 10.0 => 1,
+        _ => 2,
+    }
+}
+
+/// A time as people read it: `0.42 s`, `12.3 s`, `3 min 20 s`, `2 h 5 min`.
+pub fn duration(seconds: f64) -> String {
+    let whole = seconds.round() as u64;
+    match whole {
+        0..60 => format!("{seconds:.*} s", decimals(seconds)),
+        60..3600 => format!("{} min {} s", whole / 60, whole % 60),
+        _ => format!("{} h {} min", whole / 3600, whole % 3600 / 60),
+    }
+}
+
+/// Bytes for people: `1.5 MiB`.
+pub fn mebibytes(bytes: u64) -> String {
+    format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn control_characters_are_spelled_out() {
+        assert_eq!(one_line("a\nb\u{7f}\tc é"), "a\\nb\\u{7f}\\tc é");
+    }
+
+    #[test]
+    fn lists_read_well() {
+        assert_eq!(list::<&str>(&[]), "");
+        assert_eq!(list(&["a"]), "a");
+        assert_eq!(list(&["a", "b"]), "a and b");
+        assert_eq!(list(&["a", "b", "c"]), "a, b and c");
+    }
+
+    #[test]
+    fn quantities_have_three_digits() {
+        assert_eq!(scaled(0.0), "0.00");
+        assert_eq!(scaled(999.0), "999");
+        assert_eq!(scaled(1234.0), "1.23k");
+        assert_eq!(scaled(45_678_901.0), "45.7M");
+    }
+
+    #[test]
+    fn durations_carry_into_the_next_unit() {
+        assert_eq!(duration(0.424), "0.42 s");
+        assert_eq!(duration(12.34), "12.3 s");
+        assert_eq!(duration(59.7), "1 min 0 s");
+        assert_eq!(duration(200.0), "3 min 20 s");
+        assert_eq!(duration(7500.0), "2 h 5 min");
+    }
+}
