@@ -1,9 +1,9 @@
 //! The command `compare`: how alike two images are.
 
-use crate::error::Error;
-use crate::outputs::check_distinct;
-use crate::text::{complain, print};
-use crate::values::bound;
+use crate::args::files::check_distinct;
+use crate::args::values::bound;
+use crate::terminal::error::Error;
+use crate::terminal::text::{complain, print};
 use clap::Args;
 use compare::{CompareError, Exceeded, Metrics, Thresholds, difference_image};
 use files::image_file::{self, Encoding, Format};

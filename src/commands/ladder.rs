@@ -1,15 +1,16 @@
 //! The command `ladder`: the rows of the ladder side by side.
 
-use crate::args::SettingsArgs;
-use crate::commands::quick::quick;
-use crate::error::Error;
-use crate::progress::Progress;
-use crate::scenes;
-use crate::text::{list, print};
-use crate::values::whole;
+use crate::args::quick::quick;
+use crate::args::scene::open;
+use crate::args::settings::SettingsArgs;
+use crate::args::values::whole;
+use crate::terminal::bar::Bar;
+use crate::terminal::error::Error;
+use crate::terminal::text::print;
 use clap::{Args, ValueEnum};
 use ladder::report::{self, Case, Extras, Outputs, Plan, Sweep, films, generators::Generators};
 use ladder::{Field, Options, ROWS, Random, Row};
+use scene::text::list;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -212,11 +213,11 @@ fn cases(args: &LadderArgs) -> Result<Vec<Case>, Error> {
     }
     let mut all = Vec::new();
     for name in names {
-        let mut opened = scenes::open(&name)?;
+        let mut opened = open(&name)?;
         if args.quick {
             opened.scene.settings = quick(&opened.scene.settings);
         }
-        let settings = args.settings.apply(&opened)?;
+        let settings = args.settings.apply(&opened.scene.settings)?;
         let (name, scene) = (opened.stem.to_string_lossy().into_owned(), opened.scene);
         match args.sweep.map(Sweep::from) {
             Some(sweep) => all.extend(sweep.cases(&name, &scene, settings, args.quick).map_err(told)?),
@@ -240,12 +241,12 @@ fn told(error: ladder::Error) -> Error {
 /// A bar for each stage of the work.
 #[derive(Default)]
 struct Stages {
-    bar: Option<Progress>,
+    bar: Option<Bar>,
 }
 
 impl report::Progress for Stages {
     fn begin(&mut self, count: u32, noun: &'static str) {
-        self.bar = Some(Progress::of(count, noun));
+        self.bar = Some(Bar::of(count, noun));
     }
 
     fn step(&mut self, done: u32, what: &str) {

@@ -1,6 +1,90 @@
 //! The commands, one file each: the options and what they run.
 
 pub(crate) mod compare;
-pub(crate) mod ladder;
-pub(crate) mod quick;
+mod documents;
+mod export;
+mod info;
+mod ladder;
+mod render;
+mod resume;
+mod scenes;
+mod trace;
 pub(crate) mod verify;
+mod watch;
+
+use crate::terminal::error::Error;
+use crate::tune_command::args::TuneArgs;
+use clap::{CommandFactory, Parser, Subcommand};
+use compare::CompareArgs;
+use documents::{CompletionsArgs, ManArgs};
+use export::ExportArgs;
+use info::InfoArgs;
+use ladder::LadderArgs;
+use render::RenderArgs;
+use resume::ResumeArgs;
+use scenes::ScenesArgs;
+use trace::TraceArgs;
+use verify::VerifyArgs;
+
+/// Render scenes of spheres with full global illumination, caustics and all
+///
+/// sppm renders by stochastic progressive photon mapping (Hachisuka and Jensen 2009). Every iteration sends one
+/// ray per pixel from the eye and a batch of photons from the lights; photons that land near what a pixel sees add
+/// to its radiance. As iterations go by the search radius of each pixel shrinks, and the image converges.
+///
+/// An image is a function of scene, settings and seed: the same on any machine, with any number of threads.
+#[derive(Debug, Parser)]
+#[command(name = "sppm", version, after_long_help = EXAMPLES)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  sppm render cornell                      cornell.png, by the scene's own settings
+  sppm render cornell -o box.exr -n 64     linear radiance, 64 iterations
+  sppm scenes                              what can be rendered by name
+  sppm scenes cornell > mine.toml          a scene file to start from
+  sppm render mine.toml
+  sppm resume cornell.png.sppm             go on with a render that was interrupted
+  sppm compare box.exr truth.exr --max-flip 0.05
+
+Exit codes: 0 done; 1 failed while running, or the answer is no; 2 bad input; 130 ended by Ctrl-C, 143 by
+SIGTERM, 129 by SIGHUP.";
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    Render(RenderArgs),
+    Resume(ResumeArgs),
+    Info(InfoArgs),
+    Scenes(ScenesArgs),
+    Compare(CompareArgs),
+    Verify(VerifyArgs),
+    Trace(TraceArgs),
+    Export(ExportArgs),
+    Ladder(LadderArgs),
+    Tune(TuneArgs),
+    Completions(CompletionsArgs),
+    Man(ManArgs),
+}
+
+impl Args {
+    /// Runs the command.
+    pub(crate) fn run(&self) -> Result<(), Error> {
+        match &self.command {
+            Command::Render(args) => render::run(args),
+            Command::Resume(args) => resume::run(args),
+            Command::Info(args) => info::run(args),
+            Command::Scenes(args) => scenes::run(args),
+            Command::Compare(args) => compare::run(args),
+            Command::Verify(args) => verify::run(args),
+            Command::Trace(args) => trace::run(args),
+            Command::Export(args) => export::run(args),
+            Command::Ladder(args) => ladder::run(args),
+            Command::Tune(args) => crate::tune_command::run(args),
+            Command::Completions(args) => documents::completions(Self::command(), args),
+            Command::Man(args) => documents::man(Self::command(), args),
+        }
+    }
+}

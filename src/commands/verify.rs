@@ -1,16 +1,17 @@
 //! The command `verify`: engines must agree on every bit of every plane after every iteration.
 
-use crate::args::{MachineArgs, SceneArg, SettingsArgs};
-use crate::engines::{LanesName, available_lanes};
-use crate::error::Error;
-use crate::profile::Profile;
-use crate::progress::Progress;
-use crate::text::{counted, print};
-use crate::{scenes, threads};
+use crate::args::engine::MachineArgs;
+use crate::args::scene::SceneArg;
+use crate::args::settings::SettingsArgs;
+use crate::terminal::bar::Bar;
+use crate::terminal::error::Error;
+use crate::terminal::text::print;
 use clap::{Args, ValueHint};
 use compare::planes;
 use fast::Parameters;
 use rayon::ThreadPool;
+use render::{LanesName, Profile, available_lanes, cores, pool};
+use scene::text::counted;
 use scene::{Engine, Scene, Settings};
 use std::path::PathBuf;
 
@@ -53,18 +54,19 @@ struct Variant<'a> {
 
 /// Renders by the reference and by every variant, and says that they are identical or where they first differ.
 pub(crate) fn run(args: &VerifyArgs) -> Result<(), Error> {
-    let opened = scenes::open(&args.scene.name)?;
-    let settings = args.settings.apply(&opened)?;
-    let most = args.machine.threads.unwrap_or_else(|| threads::cores().max(2));
+    let opened = args.scene.open()?;
+    let settings = args.settings.apply(&opened.scene.settings)?;
+    let most = args.machine.threads.unwrap_or_else(|| cores().max(2));
     let mut counts = vec![1, most];
     counts.dedup();
-    let pools: Vec<ThreadPool> = counts.into_iter().map(threads::pool).collect::<Result<_, _>>()?;
+    let pools: Vec<ThreadPool> =
+        counts.into_iter().map(|threads| pool(Some(threads))).collect::<Result<_, _>>()?;
     let profile = args.profile.as_deref().map(Profile::read).transpose()?;
     let parameters = profile.unwrap_or_default().parameters;
     let mut variants = variants(&opened.scene, &settings, &pools, &parameters);
     let verdict = verdict(&opened.scene.name, &settings, &variants);
     let mut reference = reference::Sppm::new(&opened.scene, &settings);
-    let progress = Progress::new(settings.iterations, false);
+    let progress = Bar::new(settings.iterations, false);
     let difference = first_difference(&mut reference, &mut variants, settings.iterations, &progress);
     progress.clear();
     match difference {
@@ -111,7 +113,7 @@ fn first_difference(
     reference: &mut dyn Engine,
     variants: &mut [Variant],
     iterations: u32,
-    progress: &Progress,
+    progress: &Bar,
 ) -> Option<String> {
     (1..=iterations).find_map(|iteration| {
         progress.step(iteration - 1, "the reference");
@@ -178,13 +180,13 @@ mod tests {
     }
 
     fn differ(from: u32, spoil: Spoil) -> Option<String> {
-        let pool = threads::pool(1).unwrap();
+        let pool = pool(Some(1)).unwrap();
         let variant =
             |label: &str, engine| Variant { label: label.into(), engine: Box::new(engine), pool: &pool };
         let mut variants =
             [variant("twin", Fake::new(u32::MAX, |_, _| ())), variant("other", Fake::new(from, spoil))];
         let mut reference = Fake::new(u32::MAX, |_, _| ());
-        first_difference(&mut reference, &mut variants, 4, &Progress::new(4, true))
+        first_difference(&mut reference, &mut variants, 4, &Bar::new(4, true))
     }
 
     #[test]

@@ -2,15 +2,15 @@
 
 use super::search::{Found, Tried};
 use super::space::{Candidate, Space};
-use crate::engines::LanesName;
-use crate::error::Error;
-use crate::profile::Profile;
-use crate::text::counted;
+use crate::terminal::error::Error;
 use fast::Parameters;
 use files::atomic_file;
 use plots::{Canvas, Drawn, save};
 use plotters::prelude::*;
+use render::LanesName;
+use render::Profile;
 use scene::Settings;
+use scene::text::counted;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -120,8 +120,8 @@ impl Account<'_> {
         let text = format!(
             "# Free parameters of the fast engine for {}, by `sppm tune`. The image does not depend on them.\n\
              # sppm render SCENE --profile {}\n\n{}\n# For people: what they were tuned for, and how.\n{record}",
-            crate::text::one_line(scene),
-            crate::text::one_line(&path.display().to_string()),
+            scene::text::one_line(scene),
+            scene::text::one_line(&path.display().to_string()),
             self.profile().to_text()
         );
         let written = atomic_file::replace(path, |out| out.write_all(text.as_bytes()));

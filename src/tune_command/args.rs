@@ -1,9 +1,11 @@
 //! The options of `tune`.
 
-use crate::args::{MachineArgs, SceneArg, SettingsArgs};
-use crate::engines::LanesName;
-use crate::values::{time, whole};
+use crate::args::engine::MachineArgs;
+use crate::args::scene::SceneArg;
+use crate::args::settings::SettingsArgs;
+use crate::args::values::{time, whole};
 use clap::{Args, ValueHint};
+use render::LanesName;
 use std::path::PathBuf;
 use std::time::Duration;
 

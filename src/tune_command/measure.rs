@@ -1,7 +1,7 @@
 //! Renders in turns with the defaults, and what their times say.
 
 use super::space::Candidate;
-use crate::error::Error;
+use crate::terminal::error::Error;
 use rayon::ThreadPool;
 use scene::{Engine, Film, Rgb, Scene, Settings, Stop};
 use std::time::Instant;
@@ -139,8 +139,8 @@ impl Ratios {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::threads;
     use fast::{LaneKind, Parameters};
+    use render::pool;
 
     fn ratios(values: impl IntoIterator<Item = u32>) -> Ratios {
         Ratios::new(values.into_iter().map(f64::from).collect())
@@ -172,7 +172,7 @@ mod tests {
             Settings { width: 16, height: 12, iterations: 1, photons_per_iteration: 200, ..scene.settings };
         let usual = Candidate { lanes: LaneKind::best(), parameters: Parameters::default() };
         let stop = Stop::new();
-        let bench = Bench::new(&scene, &settings, threads::pool(1).unwrap(), usual, &stop).unwrap();
+        let bench = Bench::new(&scene, &settings, pool(Some(1)).unwrap(), usual, &stop).unwrap();
         let other = Candidate { parameters: usual.parameters.with("cell_size", 4.0).unwrap(), ..usual };
         let ratios = bench.ratios(other, 3).unwrap().unwrap();
         assert!(ratios.count() == 3 && ratios.median() > 0.0);

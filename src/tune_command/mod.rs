@@ -15,20 +15,21 @@ mod optimiser;
 mod search;
 mod space;
 
-use crate::commands::quick::quick;
-use crate::engines::{Chosen, EngineName};
-use crate::error::Error;
-use crate::interrupt::Requests;
-use crate::outputs::check_distinct;
-use crate::progress::Progress;
-use crate::scenes::{self, Opened};
-use crate::text::print;
-use crate::threads;
+use crate::args::files::check_distinct;
+use crate::args::quick::quick;
+use crate::args::scene::open;
+use crate::terminal::bar::Bar;
+use crate::terminal::error::Error;
+use crate::terminal::signals::Requests;
+use crate::terminal::text::print;
 use account::{Account, Subject};
 use args::TuneArgs;
+use files::named::Opened;
 use files::{atomic_file, scene_file};
 use measure::Bench;
 use optimiser::Optimiser;
+use render::pool;
+use render::{EngineChoice, EngineName};
 use scene::Settings;
 use search::{Budget, search};
 use space::Space;
@@ -36,19 +37,19 @@ use std::path::{Path, PathBuf};
 
 /// Searches, and writes what was found. Everything that can be refused is refused before.
 pub(crate) fn run(args: &TuneArgs) -> Result<(), Error> {
-    let mut opened = scenes::open(&args.scene.name)?;
+    let mut opened = open(&args.scene.name)?;
     if args.quick {
         opened.scene.settings = quick(&opened.scene.settings);
     }
-    let settings = args.settings.apply(&opened)?;
-    let asked = args.lanes.map(|lanes| Chosen::new(EngineName::Fast, Some(lanes))).transpose()?;
+    let settings = args.settings.apply(&opened.scene.settings)?;
+    let asked = args.lanes.map(|lanes| EngineChoice::new(EngineName::Fast, Some(lanes))).transpose()?;
     let profile = profile_path(args, &opened);
     check_files(args, &opened, &profile)?;
-    let pool = threads::pool(args.machine.threads.unwrap_or_else(threads::cores))?;
+    let pool = pool(args.machine.threads)?;
     let threads = pool.current_num_threads();
     let budget = budget(args);
     let still = opened.scene.at(opened.scene.camera.shutter[0]);
-    let space = Space::new(fast::ball_count(&still), threads, asked.map(Chosen::lane_kind));
+    let space = Space::new(fast::ball_count(&still), threads, asked.map(EngineChoice::lane_kind));
 
     let requests = Requests::listen()?;
     let interrupted = |what: &str| {
@@ -56,7 +57,7 @@ pub(crate) fn run(args: &TuneArgs) -> Result<(), Error> {
         requests.pending().map_or(Ok(()), |signal| Err(ended(signal)))
     };
     let nothing = "nothing has been tried, and nothing is written";
-    let progress = Progress::of(budget.evaluations, "points");
+    let progress = Bar::of(budget.evaluations, "points");
     progress.step(0, "starting the optimiser; the first time it is installed");
     let optimiser = Optimiser::start(args.python.as_deref(), &space, budget.initial(), args.search_seed);
     let mut optimiser = optimiser.or_else(|error| interrupted(nothing).and(Err(error)))?;

@@ -1,7 +1,7 @@
 //! The optimiser: a Python process that proposes points, asked line by line. See `tuner/optimiser.py`.
 
 use super::space::Space;
-use crate::error::Error;
+use crate::terminal::error::Error;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;

@@ -3,8 +3,8 @@
 use super::measure::{Bench, Ratios};
 use super::optimiser::{Learnt, Optimiser};
 use super::space::{Candidate, Space};
-use crate::error::Error;
-use crate::progress::Progress;
+use crate::terminal::bar::Bar;
+use crate::terminal::error::Error;
 use std::time::{Duration, Instant};
 
 /// Of the points that look best, so many are measured once more before one of them is chosen.
@@ -69,7 +69,7 @@ pub(super) fn search(
     space: &Space,
     optimiser: &mut Optimiser,
     budget: &Budget,
-    progress: &Progress,
+    progress: &Bar,
 ) -> Result<Option<Found>, Error> {
     let (tried, is_stopped) = try_points(bench, space, optimiser, budget, progress)?;
     let Some(best) = tried.iter().min_by(|a, b| a.ratios.median().total_cmp(&b.ratios.median())).cloned()
@@ -102,7 +102,7 @@ fn try_points(
     space: &Space,
     optimiser: &mut Optimiser,
     budget: &Budget,
-    progress: &Progress,
+    progress: &Bar,
 ) -> Result<(Vec<Tried>, bool), Error> {
     let began = Instant::now();
     let mut tried = Vec::<Tried>::new();

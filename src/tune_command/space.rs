@@ -1,9 +1,9 @@
 //! What is searched: a dimension per free parameter that can matter, and what a point in it stands for.
 
-use crate::engines::LanesName;
-use crate::error::Error;
-use crate::profile::Profile;
+use crate::terminal::error::Error;
 use fast::{LaneKind, Parameters, Search, Values};
+use render::LanesName;
+use render::Profile;
 use serde::Serialize;
 use serde_json::Value;
 

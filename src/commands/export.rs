@@ -1,30 +1,75 @@
 //! The command `export`: scenes in the formats of other renderers.
 
-use crate::args::ExportArgs;
-use crate::error::Error;
-use crate::outputs::check_distinct;
-use crate::scenes::{self, Opened};
-use crate::text::{complain, print};
-use clap::ValueEnum;
+use crate::args::files::check_distinct;
+use crate::args::scene::{SceneArg, instant};
+use crate::args::values::{amount, number, whole};
+use crate::terminal::error::Error;
+use crate::terminal::text::{complain, print};
+use clap::{Args as ClapArgs, ValueEnum};
 use files::atomic_file;
 use files::export::{self, Exported, Renderer, View};
-use scene::settings::SettingsError;
+use files::named::Opened;
+use scene::settings::{BYTES_PER_PIXEL, MAX_ITERATIONS, MAX_SIDE, SettingsError};
 use scene::{Settings, Vec3};
 use std::io::Write as _;
+use std::path::PathBuf;
 
 /// A renderer to write for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Format {
+enum Format {
     /// Mitsuba 3: XML
     Mitsuba,
     /// pbrt-v4
     Pbrt,
 }
 
+/// Write a scene in the format of another renderer
+///
+/// The file asks that renderer for a path tracer of unlimited depth, which converges to the same image as sppm does
+/// with a large --depth. What the format cannot express is refused, or, where the image differs but little, told in
+/// the file and on standard error.
+#[derive(Debug, ClapArgs)]
+#[command(after_long_help = EXPORT_EXAMPLES)]
+pub(crate) struct ExportArgs {
+    #[command(flatten)]
+    scene: SceneArg,
+
+    /// The renderer to write for
+    #[arg(long, value_enum)]
+    format: Format,
+
+    /// The file to write [default: standard output]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+
+    /// Freeze the scene at this instant, in shutter time
+    #[arg(long, value_name = "T", value_parser = number(-1e15, 1e15), allow_hyphen_values = true)]
+    time: Option<f32>,
+
+    /// Width of the image, in pixels [default: the scene's own]
+    #[arg(long, value_name = "W", value_parser = amount(MAX_SIDE, BYTES_PER_PIXEL), allow_hyphen_values = true)]
+    width: Option<u32>,
+
+    /// Height of the image, in pixels [default: the scene's own]
+    #[arg(long, value_name = "H", value_parser = amount(MAX_SIDE, BYTES_PER_PIXEL), allow_hyphen_values = true)]
+    height: Option<u32>,
+
+    /// Samples per pixel
+    #[arg(long, value_name = "N", default_value = "256", allow_hyphen_values = true)]
+    #[arg(value_parser = whole::<u32>(1, MAX_ITERATIONS.into()))]
+    samples: u32,
+}
+
+const EXPORT_EXAMPLES: &str = "\
+Examples:
+  sppm export cornell --format mitsuba -o cornell.xml && mitsuba -m scalar_rgb cornell.xml
+  sppm export motion --format mitsuba --time 0.5 -o motion.xml
+  sppm export surgery --format pbrt -o surgery.pbrt";
+
 /// Writes a scene in another renderer's format.
 pub(crate) fn run(args: &ExportArgs) -> Result<(), Error> {
-    let opened = scenes::open(&args.scene.name)?;
-    let time = instant(&opened, args.time)?;
+    let opened = args.scene.open()?;
+    let time = still_instant(&opened, args.time)?;
     let settings = settings(&opened, args).map_err(|error| Error::BadInput(format!("--{error}")))?;
     if let Some(output) = &args.output {
         let scene_file = opened.file.as_deref().map(|path| ("the scene", path));
@@ -59,7 +104,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<(), Error> {
 }
 
 /// The instant to export; a scene in motion needs one.
-fn instant(opened: &Opened, asked: Option<f32>) -> Result<f32, Error> {
+fn still_instant(opened: &Opened, asked: Option<f32>) -> Result<f32, Error> {
     let [open, close] = opened.scene.camera.shutter;
     let moves = opened.scene.spheres.iter().any(|s| s.velocity != Vec3::ZERO);
     if moves && open < close && asked.is_none() {
@@ -69,7 +114,7 @@ fn instant(opened: &Opened, asked: Option<f32>) -> Result<f32, Error> {
             opened.scene.name
         )));
     }
-    opened.instant(asked)
+    instant(opened, asked)
 }
 
 fn settings(opened: &Opened, args: &ExportArgs) -> Result<Settings, SettingsError> {

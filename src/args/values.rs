@@ -1,6 +1,6 @@
 //! What the values of options may be, and what is said of those that may not.
 
-use crate::checkpoints::Every;
+use render::Every;
 use scene::settings::MAX_ITERATIONS;
 use std::str::FromStr;
 use std::time::Duration;

@@ -1,6 +1,6 @@
 //! Text out: what goes to standard output and to standard error, and never panics there.
 
-use crate::error::Error;
+use super::error::Error;
 use scene::text::one_line;
 use std::fmt::Display;
 use std::io::{self, ErrorKind, Write as _};

@@ -1,14 +1,15 @@
 //! Messages on standard error: lines for people, or JSON for machines, through `tracing`.
 
-use crate::args::MessageArgs;
-use crate::error::Error;
-use crate::text::one_line;
+use super::error::Error;
+use super::text::complain;
 use clap::ValueEnum;
 use indicatif::ProgressBar;
+use scene::text::one_line;
 use std::fmt;
 use std::io::{self, Write};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
-use tracing::{Event, Level, Subscriber};
+pub(crate) use tracing::Level;
+use tracing::{Event, Subscriber};
 use tracing_subscriber::fmt::format::{Writer, debug_fn};
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
 use tracing_subscriber::registry::LookupSpan;
@@ -27,14 +28,9 @@ static CHOSEN: OnceLock<Format> = OnceLock::new();
 /// What is drawn at the bottom of the terminal, and must make way for messages.
 static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
-/// Begins to write messages as `args` ask.
-pub(crate) fn init(args: &MessageArgs) {
-    let format = *CHOSEN.get_or_init(|| args.log_format);
-    let level = match (args.quiet, args.verbose) {
-        (true, _) => Level::WARN,
-        (_, true) => Level::DEBUG,
-        _ => Level::INFO,
-    };
+/// Begins to write messages of `level` and above.
+pub(crate) fn init(format: Format, level: Level) {
+    let format = *CHOSEN.get_or_init(|| format);
     let builder = tracing_subscriber::fmt().with_max_level(level).with_writer(|| Screen);
     // Only the first of a process counts, which has but one command.
     let _ = match format {
@@ -57,7 +53,7 @@ pub(crate) fn fail(error: &Error) {
         let exit_code = error.code();
         tracing::error!(exit_code, "{error}");
     } else {
-        crate::text::complain(error);
+        complain(error);
     }
 }
 

@@ -1,17 +1,16 @@
-//! The progress bar of a render or a verification.
+//! Progress: a bar on standard error, or lines on standard output.
 
-use crate::logs;
-use crate::text::scaled;
+use super::logs;
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
-use scene::{Resumable, Sums};
-use serde::Serialize;
+use render::Step;
+use scene::text::scaled;
 use std::io::{self, ErrorKind, Write};
 use std::time::Duration;
 
 /// How progress is shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Shown {
+pub(crate) enum Progress {
     /// A bar on standard error, if that is a terminal
     #[default]
     Bar,
@@ -22,56 +21,8 @@ pub(crate) enum Shown {
 const TEMPLATE: &str = "{wide_bar} {pos}/{len} {prefix}  {msg}  {elapsed} elapsed, {eta} left";
 
 /// A bar on standard error; draws nothing if that is no terminal.
-pub(crate) struct Progress {
+pub(crate) struct Bar {
     bar: ProgressBar,
-}
-
-/// What there is to tell after an iteration.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub(crate) struct Step {
-    /// Iterations done.
-    pub iteration: u32,
-    /// Iterations that were asked for.
-    pub iterations: u32,
-    /// Seconds of this iteration.
-    pub seconds: f64,
-    /// Seconds since the start.
-    pub elapsed_seconds: f64,
-    /// Photons so far.
-    pub photons: u64,
-    /// Camera segments so far.
-    pub camera_segments: u64,
-    /// The mean over all pixels, if there are photons.
-    pub mean_radius: Option<f64>,
-    /// The last estimate, if one was asked for.
-    pub estimated_error: Option<f64>,
-    /// Whether a checkpoint was written after it.
-    pub saved: bool,
-}
-
-impl Step {
-    /// The part of it that `engine` knows.
-    pub(crate) fn of(engine: &dyn Resumable) -> Self {
-        let stats = engine.stats();
-        Self {
-            iteration: engine.iterations(),
-            photons: stats.photons,
-            camera_segments: stats.camera_segments,
-            mean_radius: (engine.sums() == Sums::Photons).then(|| mean_radius(engine)),
-            ..Self::default()
-        }
-    }
-}
-
-/// The mean search radius, row by row: an image of it at every iteration would make memory rise and fall.
-fn mean_radius(engine: &dyn Resumable) -> f64 {
-    let (settings, words) = (engine.settings(), Sums::Photons.words());
-    let mut row = vec![0; settings.width as usize * words];
-    let of_row = |y| {
-        engine.save_row(y, &mut row);
-        row.chunks_exact(words).map(|pixel| f64::from(f32::from_bits(pixel[7]).sqrt())).sum::<f64>()
-    };
-    (0..settings.height).map(of_row).sum::<f64>() / settings.pixels() as f64
 }
 
 /// Lines on standard output, while somebody reads them.
@@ -98,7 +49,7 @@ impl Lines {
     }
 }
 
-impl Progress {
+impl Bar {
     /// A bar for `iterations` iterations; a hidden one if `quiet`.
     pub(crate) fn new(iterations: u32, quiet: bool) -> Self {
         if quiet {
@@ -164,12 +115,6 @@ mod tests {
     fn photons_and_mean_radius_are_shown() {
         let message = message(&step(Some(1.5)), 2.0);
         assert_eq!(message, "1.50M photons/s  mean radius 1.5000");
-
-        let scene = files::builtin::scene("cornell").unwrap();
-        let settings = scene::Settings { width: 3, height: 2, initial_radius: 2.5, ..scene.settings };
-        let engine = fast::Sppm::new(&scene, &settings);
-        assert_eq!(Step::of(&engine).mean_radius, Some(2.5));
-        assert_eq!(Step::of(&reference::PathTracer::new(&scene, &settings)).mean_radius, None);
     }
 
     #[test]
@@ -180,7 +125,7 @@ mod tests {
 
     #[test]
     fn the_bar_follows_the_iterations() {
-        let progress = Progress::new(10, false);
+        let progress = Bar::new(10, false);
         progress.show(&step(None));
         assert_eq!(progress.bar.position(), 3);
         progress.clear();

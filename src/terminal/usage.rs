@@ -1,8 +1,8 @@
 //! What clap says of a command line, in one line: what is wrong, and what would be right.
 
-use crate::error::Error;
-use crate::text;
+use super::error::Error;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
+use scene::text::list;
 use std::error::Error as _;
 use std::ffi::OsString;
 
@@ -60,7 +60,7 @@ impl Wrong<'_> {
     /// The argument at fault, without the names of its values.
     fn argument(&self) -> String {
         let names: Vec<String> = self.strings(ContextKind::InvalidArg).iter().map(|s| bare(s)).collect();
-        text::list(&names)
+        list(&names)
     }
 
     fn value(&self) -> String {
@@ -71,7 +71,7 @@ impl Wrong<'_> {
     fn choices(&self) -> String {
         let values: Vec<String> =
             self.strings(ContextKind::ValidValue).into_iter().filter(|v| !v.is_empty()).collect();
-        if values.is_empty() { String::new() } else { format!("; there are {}", text::list(&values)) }
+        if values.is_empty() { String::new() } else { format!("; there are {}", list(&values)) }
     }
 
     fn conflict(&self, argument: &str) -> String {
@@ -79,7 +79,7 @@ impl Wrong<'_> {
         if others.is_empty() || others == [argument] {
             format!("{argument} is given twice; once is enough")
         } else {
-            format!("{argument} contradicts {}; give one of them", text::list(&others))
+            format!("{argument} contradicts {}; give one of them", list(&others))
         }
     }
 

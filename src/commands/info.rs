@@ -1,18 +1,39 @@
 //! The command `info`: what made an image, or what a checkpoint holds.
 
-use crate::args::InfoArgs;
-use crate::checkpoints::Note;
-use crate::engines::{EngineName, LanesName};
-use crate::error::Error;
-use crate::like::{self, Made};
-use crate::metadata::Metadata;
-use crate::text::{one_line, print};
+use crate::terminal::error::Error;
+use crate::terminal::text::{complain, print};
+use clap::{Args as ClapArgs, ValueHint};
 use files::checkpoint::Loaded;
 use files::scene_file;
+use render::{EngineName, LanesName, Made, Metadata, Note};
 use scene::Settings;
 use scene::settings::MAX_ITERATIONS;
+use scene::text::one_line;
 use serde::Serialize;
 use std::fmt::Write;
+use std::path::PathBuf;
+
+/// Tell what made an image, or what a checkpoint holds
+///
+/// Prints version, scene, settings, engine and iterations as they are written into .png and .exr images and into
+/// checkpoints.
+#[derive(Debug, ClapArgs)]
+#[command(
+    after_long_help = "Examples:\n  sppm info cornell.png\n  sppm info cornell.png --scene > again.toml"
+)]
+pub(crate) struct InfoArgs {
+    /// An image by sppm, .png or .exr, or a checkpoint
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+    file: PathBuf,
+
+    /// Print one JSON object
+    #[arg(long, conflicts_with = "scene")]
+    json: bool,
+
+    /// Print the scene file, with the settings of the render
+    #[arg(long)]
+    scene: bool,
+}
 
 /// What there is to tell.
 #[derive(Serialize)]
@@ -37,13 +58,13 @@ struct Info {
 }
 
 /// Prints what made a file.
-pub(crate) fn info(args: &InfoArgs) -> Result<(), Error> {
-    let info = match like::made(&args.file)? {
+pub(crate) fn run(args: &InfoArgs) -> Result<(), Error> {
+    let info = match Made::read(&args.file)? {
         Made::Image(metadata) => of_image(metadata),
         Made::Checkpoint(loaded) => of_checkpoint(&loaded),
     };
     if let Some(fault) = &info.fault {
-        crate::text::complain(&format!("warning: {fault}; this is the older generation"));
+        complain(&format!("warning: {fault}; this is the older generation"));
     }
     if args.scene {
         let path = args.file.display();

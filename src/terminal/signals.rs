@@ -3,7 +3,6 @@
 //! The first stops the iteration in progress; the render then ends in order. The second ends the process on the spot.
 //! As files are renamed into place when whole, none is torn.
 
-use crate::error::Error;
 use scene::Stop;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::flag;
@@ -31,7 +30,13 @@ impl Signal {
     }
 }
 
+/// The system does not let the process listen for signals.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot listen for signals: {0}")]
+pub(crate) struct SignalError(#[from] io::Error);
+
 /// Remembers the first request to end.
+#[derive(Clone)]
 pub(crate) struct Requests {
     /// The signal's number, 0 for none.
     signal: Arc<AtomicUsize>,
@@ -40,15 +45,13 @@ pub(crate) struct Requests {
 
 impl Requests {
     /// From here on requests are remembered and do not end the process.
-    pub(crate) fn listen() -> Result<Self, Error> {
+    pub(crate) fn listen() -> Result<Self, SignalError> {
         let requests = Self { signal: Arc::new(AtomicUsize::new(0)), stop: Stop::default() };
         let asked = Arc::new(AtomicBool::new(false));
         // What `nohup` has the process ignore stays ignored, so that the render outlives its terminal.
         let hang_up = (!is_ignored(SIGHUP)).then_some(SIGHUP);
         for signal in [SIGINT, SIGTERM].into_iter().chain(hang_up) {
-            requests
-                .register(signal, &asked)
-                .map_err(|error| Error::Failed(format!("cannot listen for signals: {error}")))?;
+            requests.register(signal, &asked)?;
         }
         Ok(requests)
     }

@@ -1,6 +1,6 @@
 //! How a command can end other than well.
 
-use crate::interrupt::Signal;
+use super::signals::{Signal, SignalError};
 use std::fmt;
 use std::process::ExitCode;
 
@@ -31,11 +31,9 @@ impl Error {
     }
 }
 
-impl Error {
-    /// What is wrong, without what kind of an end it is.
-    pub(crate) fn text(&self) -> &str {
-        let (Self::BadInput(what) | Self::Failed(what) | Self::Interrupted(_, what)) = self;
-        what
+impl From<SignalError> for Error {
+    fn from(error: SignalError) -> Self {
+        Self::Failed(error.to_string())
     }
 }
 

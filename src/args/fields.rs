@@ -1,0 +1,39 @@
+//! What the command calls the fields of a render.
+
+use crate::terminal::error::Error;
+use render::Field;
+
+impl From<render::Error> for Error {
+    fn from(error: render::Error) -> Self {
+        let text = error.problem().say(|field| name(field).into_owned());
+        match error {
+            render::Error::Input { .. } => Self::BadInput(text),
+            render::Error::Failed(_) => Self::Failed(text),
+        }
+    }
+}
+
+/// The option that asks for `field`, or what else people know it by.
+fn name(field: Field) -> std::borrow::Cow<'static, str> {
+    match field {
+        Field::Scene => "the scene".into(),
+        Field::Setting("photons_per_iteration") => "--photons".into(),
+        Field::Setting("max_depth") => "--depth".into(),
+        Field::Setting("initial_radius") => "--radius".into(),
+        Field::Setting(name) => format!("--{name}").into(),
+        Field::Engine => "--engine".into(),
+        Field::Lanes => "--lanes".into(),
+        Field::Profile => "--profile".into(),
+        Field::Threads => "--threads".into(),
+        Field::MemoryLimit => "--memory-limit".into(),
+        Field::Image => "--output".into(),
+        Field::Exposure => "--exposure".into(),
+        Field::RadiusImage => "--radius-image".into(),
+        Field::CountImage => "--count-image".into(),
+        Field::Stats => "--stats".into(),
+        Field::Checkpoint => "--checkpoint".into(),
+        Field::Resumed => "the checkpoint".into(),
+        Field::Like => "--like".into(),
+        Field::Resume => "`sppm resume`".into(),
+    }
+}

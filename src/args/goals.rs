@@ -1,0 +1,65 @@
+//! When a render ends, and how it is saved on its way.
+
+use super::values::{every, positive, time};
+use clap::{Args as ClapArgs, ValueHint};
+use render::{Every, Goals, Save};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// When a render ends, beside its iterations.
+#[derive(Debug, Default, ClapArgs)]
+#[command(next_help_heading = "Goals (the render ends with the first that is reached)")]
+pub(crate) struct GoalArgs {
+    /// End after so much time, such as 90s, 10m or 2h; iterations are then as many as it takes, unless -n says more
+    ///
+    /// The first iteration is always finished; the one in progress when time is up is abandoned.
+    #[arg(long, value_name = "T", value_parser = time, allow_hyphen_values = true)]
+    pub time: Option<Duration>,
+
+    /// End once the estimated relative error is at most E, such as 0.05
+    ///
+    /// The estimate is the root of the relative mean-square error that `sppm compare` would give against the
+    /// converged image, so far as it is noise: from how much the image changed since an earlier iteration.
+    #[arg(long, value_name = "E", value_parser = positive, allow_hyphen_values = true)]
+    pub until_error: Option<f64>,
+}
+
+impl GoalArgs {
+    /// The goals that are asked for, else the `usual` error.
+    pub(crate) fn or(&self, usual: Goals) -> Goals {
+        Goals { time: self.time, error: self.until_error.or(usual.error) }
+    }
+}
+
+/// What is kept of a render on its way.
+#[derive(Debug, Default, ClapArgs)]
+#[command(next_help_heading = "Checkpoints")]
+pub(crate) struct CheckpointArgs {
+    /// Save the render to FILE as it goes, and keep the last state [default: OUT.sppm, which goes when all is done]
+    ///
+    /// `sppm resume FILE` goes on from there, and so does the same `sppm render`. The generation before is in FILE.1.
+    #[arg(long, value_name = "FILE", conflicts_with = "no_checkpoint", value_hint = ValueHint::FilePath)]
+    pub checkpoint: Option<PathBuf>,
+
+    /// How often to save, and to refresh the image: a time, such as 30s or 5m, or a number of iterations [default: 60s]
+    #[arg(long, value_name = "T|N", value_parser = every, conflicts_with = "no_checkpoint", allow_hyphen_values = true)]
+    pub every: Option<Every>,
+
+    /// Save nothing
+    #[arg(long)]
+    pub no_checkpoint: bool,
+}
+
+impl CheckpointArgs {
+    /// How the render is saved whose image is `image`, if it is.
+    pub(crate) fn save(&self, image: &Path) -> Option<Save> {
+        if self.no_checkpoint {
+            return None;
+        }
+        let beside = Save { every: self.every.unwrap_or_default(), ..Save::beside(image) };
+        Some(match &self.checkpoint {
+            Some(path) => Save { path: path.clone(), keep: true, ..beside },
+            None => beside,
+        })
+    }
+}

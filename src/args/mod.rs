@@ -1,0 +1,12 @@
+//! Groups of options that commands share, and what their values may be.
+
+pub(crate) mod engine;
+mod fields;
+pub(crate) mod files;
+pub(crate) mod goals;
+pub(crate) mod messages;
+pub(crate) mod outputs;
+pub(crate) mod quick;
+pub(crate) mod scene;
+pub(crate) mod settings;
+pub(crate) mod values;

@@ -1,0 +1,69 @@
+//! The files that a render writes.
+
+use super::values::number;
+use clap::Args as ClapArgs;
+use render::Outputs;
+use std::ffi::OsStr;
+use std::path::PathBuf;
+
+/// The files that a render writes.
+#[derive(Debug, Default, ClapArgs)]
+#[command(next_help_heading = "Output")]
+pub(crate) struct OutputArgs {
+    /// The image to write: .png (sRGB), .exr or .pfm (linear floats) [default: the scene's name, .png]
+    ///
+    /// Files are written beside their place and then renamed into it, so that nobody ever sees half an image.
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+
+    /// Make a .png brighter or darker by so many stops, each a factor of 2
+    #[arg(long, value_name = "E", value_parser = number(-100.0, 100.0), allow_hyphen_values = true)]
+    pub exposure: Option<f32>,
+
+    /// Also write the image after 1, 2, 4, 8, ... iterations, as OUT-0001.png and so on
+    #[arg(long)]
+    pub snapshots: bool,
+
+    /// Write the last search radius of every pixel, in scene units (as .exr or .pfm; in a .png the largest is white)
+    #[arg(long, value_name = "FILE")]
+    pub radius_image: Option<PathBuf>,
+
+    /// Write N of every pixel: the photons it has counted, weighted by 2/3
+    ///
+    /// 2/3 is the method's alpha, the share of new photons that is kept while the radius shrinks.
+    #[arg(long, value_name = "FILE")]
+    pub count_image: Option<PathBuf>,
+
+    /// Write settings, seconds per pass and counted work as one JSON object
+    #[arg(long, value_name = "FILE")]
+    pub stats: Option<PathBuf>,
+}
+
+impl OutputArgs {
+    /// The files that are asked for, else those of `usual`, else `image`.
+    pub(crate) fn or(&self, usual: Outputs, image: PathBuf) -> Outputs {
+        let image = self.output.clone().or(usual.image).unwrap_or(image);
+        // What is asked for and cannot be had is refused later; what was usual is forgotten.
+        let usual_exposure = usual.exposure.filter(|_| render::is_exposed(&image));
+        Outputs {
+            exposure: self.exposure.or(usual_exposure).filter(|&stops| stops != 0.0),
+            image: Some(image),
+            snapshots: self.snapshots || usual.snapshots,
+            radius_image: self.radius_image.clone().or(usual.radius_image),
+            count_image: self.count_image.clone().or(usual.count_image),
+            stats: self.stats.clone().or(usual.stats),
+        }
+    }
+}
+
+/// The image of a scene whose name is `stem`.
+pub(crate) fn default_name(stem: &OsStr) -> PathBuf {
+    let mut name = stem.to_owned();
+    name.push(".png");
+    name.into()
+}
+
+/// The image of a scene that is known by its own name alone.
+pub(crate) fn default_name_of(scene: &str) -> PathBuf {
+    default_name(OsStr::new(&scene.replace(['/', '\\'], "-")))
+}

@@ -1,0 +1,80 @@
+//! The command `resume`.
+
+use super::watch;
+use crate::args::engine::EngineArgs;
+use crate::args::goals::GoalArgs;
+use crate::args::messages::MessageArgs;
+use crate::args::outputs::{OutputArgs, default_name_of};
+use crate::args::values::{every, whole};
+use crate::terminal::error::Error;
+use crate::terminal::logs;
+use clap::{Args as ClapArgs, ValueHint};
+use render::{Every, Job};
+use scene::settings::MAX_ITERATIONS;
+use std::mem::take;
+use std::path::PathBuf;
+
+/// Go on with a render that was interrupted, or add iterations to one that is done
+///
+/// FILE is a checkpoint. Image, settings and outputs are those of the render that wrote it, and so are all bits of the
+/// image, whatever the engine, the lanes and the threads. Where FILE is damaged, the generation before, FILE.1, is
+/// gone on from.
+#[derive(Debug, ClapArgs)]
+#[command(after_long_help = RESUME_EXAMPLES)]
+pub(crate) struct ResumeArgs {
+    /// The checkpoint
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub file: PathBuf,
+
+    /// Iterations in all, those already done among them [default: as the render was asked for]
+    #[arg(short = 'n', long, value_name = "N", allow_hyphen_values = true)]
+    #[arg(value_parser = whole::<u32>(1, MAX_ITERATIONS.into()))]
+    pub iterations: Option<u32>,
+
+    #[command(flatten)]
+    pub outputs: OutputArgs,
+
+    #[command(flatten)]
+    pub goals: GoalArgs,
+
+    /// How often to save: a time, such as 30s or 5m, or a number of iterations [default: as before]
+    #[arg(long, value_name = "T|N", value_parser = every, help_heading = "Checkpoints", allow_hyphen_values = true)]
+    pub every: Option<Every>,
+
+    #[command(flatten)]
+    pub engine: EngineArgs,
+
+    #[command(flatten)]
+    pub messages: MessageArgs,
+}
+
+const RESUME_EXAMPLES: &str = "\
+Examples:
+  sppm resume cornell.png.sppm
+  sppm resume cornell.png.sppm --iterations 1000 -o more.exr
+  sppm resume cornell.png.sppm --time 1h --engine reference";
+
+/// Resumes a render from its checkpoint.
+pub(crate) fn run(args: &ResumeArgs) -> Result<(), Error> {
+    logs::init(args.messages.log_format, args.messages.level());
+    let mut job = Job::resume(&args.file)?;
+    job.goals = args.goals.or(job.goals);
+    job.scene.settings.iterations = iterations(args, &job);
+    job.engine = args.engine.choose(job.engine.name())?;
+    if let (Some(every), Some(save)) = (args.every, &mut job.save) {
+        save.every = every;
+    }
+    let image = args.file.with_file_name(default_name_of(&job.scene.name));
+    job.outputs = args.outputs.or(take(&mut job.outputs), image);
+    (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
+    watch::run(job, &args.messages)
+}
+
+/// Iterations in all, as many as are asked for now.
+fn iterations(args: &ResumeArgs, job: &Job) -> u32 {
+    let usual = job.scene.settings.iterations;
+    let is_done = job.resumed_after().is_some_and(|done| done >= usual);
+    let is_open = args.goals.time.is_some() || args.goals.until_error.is_some();
+    // More time for what was done is time for more.
+    args.iterations.unwrap_or(if is_done && is_open { MAX_ITERATIONS } else { usual })
+}

@@ -1,0 +1,35 @@
+//! The command `scenes`.
+
+use crate::terminal::error::Error;
+use crate::terminal::text::print;
+use clap::Args as ClapArgs;
+use files::builtin::{Builtin, SCENES};
+use files::named;
+use scene::text::counted;
+use std::ffi::OsString;
+
+/// List the built-in scenes, or print one as a scene file to start from
+#[derive(Debug, ClapArgs)]
+#[command(after_long_help = "Example:\n  sppm scenes cornell > mine.toml && sppm render mine.toml")]
+pub(crate) struct ScenesArgs {
+    /// The scene whose file to print; without a name, all are listed
+    #[arg(value_name = "NAME")]
+    pub name: Option<OsString>,
+}
+
+/// Lists the built-in scenes, or prints one.
+pub(crate) fn run(args: &ScenesArgs) -> Result<(), Error> {
+    match &args.name {
+        Some(name) => print(named::find(name).map_err(Error::BadInput)?.text.as_bytes()),
+        None => print(listing().as_bytes()),
+    }
+}
+
+fn listing() -> String {
+    let width = SCENES.iter().map(|s| s.name.len()).max().unwrap_or(0);
+    let line = |builtin: &Builtin| {
+        let spheres = counted(builtin.scene().spheres.len() as u64, "sphere");
+        format!("{:width$}  {spheres:>12}  {}\n", builtin.name, builtin.about)
+    };
+    SCENES.iter().map(line).collect()
+}
