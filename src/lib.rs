@@ -17,7 +17,6 @@ struct Readme;
 mod args;
 mod commands;
 mod terminal;
-mod tune_command;
 
 use clap::Parser;
 use commands::Args;

@@ -9,11 +9,11 @@ mod render;
 mod resume;
 mod scenes;
 mod trace;
+mod tune;
 pub(crate) mod verify;
 mod watch;
 
 use crate::terminal::error::Error;
-use crate::tune_command::args::TuneArgs;
 use clap::{CommandFactory, Parser, Subcommand};
 use compare::CompareArgs;
 use documents::{CompletionsArgs, ManArgs};
@@ -24,6 +24,7 @@ use render::RenderArgs;
 use resume::ResumeArgs;
 use scenes::ScenesArgs;
 use trace::TraceArgs;
+use tune::TuneArgs;
 use verify::VerifyArgs;
 
 /// Render scenes of spheres with full global illumination, caustics and all
@@ -82,7 +83,7 @@ impl Args {
             Command::Trace(args) => trace::run(args),
             Command::Export(args) => export::run(args),
             Command::Ladder(args) => ladder::run(args),
-            Command::Tune(args) => crate::tune_command::run(args),
+            Command::Tune(args) => tune::run(args),
             Command::Completions(args) => documents::completions(Self::command(), args),
             Command::Man(args) => documents::man(Self::command(), args),
         }

@@ -35,7 +35,7 @@ pub(crate) fn write(folder: &Path, roofline: &Roofline, measured: &Measured) -> 
             rows.push(Dot { name: row.name, point: all, colour, size: 5 });
             let title = format!("{}: roofline of row {} ({})", case.name, row.name, row.about);
             let path = folder.join(format!("roofline-{}-{}.svg", case.name, row.name));
-            save(&path, |canvas| draw(canvas, &title, &roofline.peaks, &dots(all, passes)))?;
+            save(&path, |canvas| draw(canvas, &title, &roofline.peaks, &dots(all, &passes)))?;
         }
         let title = format!("{}: rooflines of all rows", case.name);
         let path = folder.join(format!("roofline-{}.svg", case.name));
@@ -45,9 +45,9 @@ pub(crate) fn write(folder: &Path, roofline: &Roofline, measured: &Measured) -> 
 }
 
 /// A row as a whole, and its passes. The pass that takes longest is red, as in the paper.
-fn dots(all: Point, passes: [Point; 4]) -> Vec<Dot<'static>> {
+fn dots(all: Point, passes: &[Point; 4]) -> Vec<Dot<'static>> {
     let longest = passes.iter().fold(0.0, |most: f64, pass| most.max(pass.seconds));
-    let pass = |(name, point): (&'static str, Point)| {
+    let pass = |(name, &point): (&'static str, &Point)| {
         let colour = if point.seconds == longest { RED } else { RGBColor(30, 100, 200) };
         Dot { name, point, colour, size: 5 }
     };

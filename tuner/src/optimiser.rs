@@ -1,7 +1,7 @@
 //! The optimiser: a Python process that proposes points, asked line by line. See `tuner/optimiser.py`.
 
-use super::space::Space;
-use crate::terminal::error::Error;
+use crate::error::Error;
+use crate::space::Space;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -9,38 +9,38 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
-/// What Python runs.
-const PROGRAM: &str = include_str!("../../tuner/optimiser.py");
-/// What Python needs, in a checkout.
+/// The program that Python runs.
+const PROGRAM: &str = include_str!("../optimiser.py");
+/// The packages that it needs, in a checkout of the repository.
 const REQUIREMENTS: &str = "tuner/requirements.lock";
-/// What makes an environment with that, in a checkout.
+/// The script that installs them and runs Python, in a checkout.
 const SCRIPT: &str = "scripts/python";
 
 /// The process.
-pub(super) struct Optimiser {
+pub(crate) struct Optimiser {
     child: Child,
     input: ChildStdin,
     output: BufReader<ChildStdout>,
     /// How it was started, for messages.
     python: PathBuf,
     /// The library and its version.
-    pub name: String,
+    pub(crate) name: String,
 }
 
-/// What it has learnt.
+/// What the optimiser's model has learnt of the points.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-pub(super) struct Learnt {
+pub(crate) struct Learnt {
     /// The points by the model's mean, the best first.
-    pub order: Vec<usize>,
+    pub(crate) order: Vec<usize>,
     /// Standard deviation of the measured values, by the model.
-    pub noise: Option<f64>,
+    pub(crate) noise: Option<f64>,
     /// By dimension, in widths of its range: where large, it does not matter.
-    pub length_scales: BTreeMap<String, f64>,
+    pub(crate) length_scales: BTreeMap<String, f64>,
 }
 
 impl Optimiser {
     /// Starts it in `python`, or in the Python that is at hand.
-    pub(super) fn start(
+    pub(crate) fn start(
         python: Option<&Path>,
         space: &Space,
         initial: u32,
@@ -55,7 +55,7 @@ impl Optimiser {
         let mut command = Command::new(&python);
         command.args(["-c", PROGRAM]).env("SPPM_REQUIREMENTS", REQUIREMENTS);
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        let failure = |problem: String| Error::Failed(format!("--python: {}: {problem}", python.display()));
+        let failure = |problem: String| Error::Optimiser { python: python.clone(), problem };
         let mut child = command.spawn().map_err(|error| failure(format!("cannot be run: {error}")))?;
         let (Some(input), Some(output)) = (child.stdin.take(), child.stdout.take()) else {
             return Err(failure("has no input or output".into()));
@@ -71,18 +71,18 @@ impl Optimiser {
     }
 
     /// The next point to try.
-    pub(super) fn ask(&mut self) -> Result<Vec<Value>, Error> {
+    pub(crate) fn ask(&mut self) -> Result<Vec<Value>, Error> {
         let answer = self.request(&json!({ "ask": true }))?;
         field(&answer, "point").map_err(|what| self.failure(&what))
     }
 
     /// Tells the value that was measured at a point.
-    pub(super) fn tell(&mut self, point: &[Value], value: f64) -> Result<(), Error> {
+    pub(crate) fn tell(&mut self, point: &[Value], value: f64) -> Result<(), Error> {
         self.request(&json!({ "tell": point, "value": value })).map(drop)
     }
 
     /// Asks what it has learnt of the `told` points.
-    pub(super) fn conclude(&mut self, told: usize) -> Result<Learnt, Error> {
+    pub(crate) fn conclude(&mut self, told: usize) -> Result<Learnt, Error> {
         let answer = self.request(&json!({ "conclude": true }))?;
         let learnt: Learnt =
             serde_json::from_value(answer).map_err(|error| self.failure(&error.to_string()))?;
@@ -95,13 +95,15 @@ impl Optimiser {
 
     /// Sends a line and waits for the answer.
     fn request(&mut self, request: &Value) -> Result<Value, Error> {
-        // Where the process has ended, what it said before it did tells more than the broken pipe.
+        // If the process has ended, its last words, which `ended` reads, tell more than the broken pipe.
         let _ = writeln!(self.input, "{request}").and_then(|()| self.input.flush());
         let mut line = String::new();
         let read = self.output.read_line(&mut line);
         match serde_json::from_str::<Value>(&line) {
             Ok(answer) => match answer.get("missing").and_then(Value::as_str) {
-                Some(missing) => Err(self.lacking(missing)),
+                Some(missing) => {
+                    Err(Error::NoLibrary { python: self.python.clone(), problem: missing.into() })
+                }
                 None => Ok(answer),
             },
             Err(_) if read.is_ok() && line.is_empty() => Err(self.ended()),
@@ -110,18 +112,8 @@ impl Optimiser {
     }
 
     fn failure(&self, what: &str) -> Error {
-        Error::Failed(format!(
-            "--python: {}: did not answer as the optimiser does: {what}",
-            self.python.display()
-        ))
-    }
-
-    fn lacking(&self, missing: &str) -> Error {
-        let python = self.python.display();
-        Error::Failed(format!(
-            "{python} has no scikit-optimize ({missing}): install it (pip install scikit-optimize), name a Python that \
-             has it by --python, or run the sppm of a checkout, which installs it"
-        ))
+        let problem = format!("did not answer as the optimiser does: {what}");
+        Error::Optimiser { python: self.python.clone(), problem }
     }
 
     /// Why it has ended: the last line that it said.
@@ -132,13 +124,14 @@ impl Optimiser {
         }
         let said = String::from_utf8_lossy(&said);
         let last = said.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("it said nothing");
-        Error::Failed(format!("--python: {}: the optimiser ended: {}", self.python.display(), last.trim()))
+        let problem = format!("the optimiser ended: {}", last.trim());
+        Error::Optimiser { python: self.python.clone(), problem }
     }
 }
 
 impl Drop for Optimiser {
     fn drop(&mut self) {
-        let _ = self.child.kill(); // it may have ended by itself
+        let _ = self.child.kill(); // fails if it has ended
         let _ = self.child.wait();
     }
 }
@@ -160,7 +153,7 @@ mod tests {
 
     #[test]
     fn the_checkout_is_above_the_program() {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
         assert_eq!(checkout(&root.join("target/release/sppm")).as_deref(), Some(root));
         assert_eq!(checkout(Path::new("/usr/bin/sppm")), None);
     }

@@ -1,30 +1,30 @@
 //! What is searched: a dimension per free parameter that can matter, and what a point in it stands for.
 
-use crate::terminal::error::Error;
+use crate::candidate::Candidate;
+use crate::error::Error;
 use fast::{LaneKind, Parameters, Search, Values};
 use render::LanesName;
-use render::Profile;
 use serde::Serialize;
 use serde_json::Value;
 
-/// The most balls that are tried one by one: beyond, it takes too long to even try.
+/// The most balls for which a search one by one is tried: with more, even one render takes too long.
 const MOST_IN_TURN: usize = 512;
-/// Limits of the balls, as parameters.
+/// The parameters that limit the number of balls of each search.
 const IN_TURN: &str = "most_balls_in_turn";
 const IN_CLUSTERS: &str = "most_balls_in_clusters";
 
 /// A dimension, as the optimiser is told of it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Dimension {
-    pub name: &'static str,
+pub(crate) struct Dimension {
+    pub(crate) name: &'static str,
     #[serde(flatten)]
-    pub kind: Kind,
+    pub(crate) kind: Kind,
 }
 
 /// What its coordinates are.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     /// Numbers, by their logarithm.
     Real { least: f64, most: f64 },
     /// Whole numbers: exponents of two.
@@ -35,30 +35,17 @@ pub(super) enum Kind {
 
 /// The dimensions, for one scene on one machine.
 #[derive(Clone, Debug)]
-pub(super) struct Space {
-    pub dimensions: Vec<Dimension>,
+pub(crate) struct Space {
+    pub(crate) dimensions: Vec<Dimension>,
     balls: usize,
     /// The lanes of the defaults.
     lanes: LaneKind,
 }
 
-/// What can be measured: a value of everything that is free.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Candidate {
-    pub lanes: LaneKind,
-    pub parameters: Parameters,
-}
-
-impl Candidate {
-    pub(super) fn profile(self) -> Profile {
-        Profile { parameters: self.parameters, lanes: Some(self.lanes.into()) }
-    }
-}
-
 impl Space {
     /// The space for a scene of so many `balls`. On one thread the sizes of jobs do not matter; the lanes are free if
     /// none are `asked` for.
-    pub(super) fn new(balls: usize, threads: usize, asked: Option<LaneKind>) -> Self {
+    pub(crate) fn new(balls: usize, threads: usize, asked: Option<LaneKind>) -> Self {
         let is_job = |name: &str| name.ends_with("_per_job");
         let is_number = |name: &str| name != IN_TURN && name != IN_CLUSTERS && (threads > 1 || !is_job(name));
         let numbers = Parameters::ALL.iter().filter(|parameter| is_number(parameter.name));
@@ -87,13 +74,13 @@ impl Space {
     }
 
     /// The defaults.
-    pub(super) fn usual(&self) -> Candidate {
+    pub(crate) fn defaults(&self) -> Candidate {
         Candidate { lanes: self.lanes, parameters: Parameters::default() }
     }
 
     /// Where the defaults are.
-    pub(super) fn start(&self) -> Vec<Value> {
-        let usual = self.usual();
+    pub(crate) fn start(&self) -> Vec<Value> {
+        let usual = self.defaults();
         let of = |name: &str| {
             let place = Parameters::ALL.iter().position(|parameter| parameter.name == name);
             place.map(|place| usual.parameters.values()[place])
@@ -107,9 +94,12 @@ impl Space {
         self.dimensions.iter().map(coordinate).collect()
     }
 
-    /// What a point stands for.
-    pub(super) fn candidate(&self, point: &[Value]) -> Result<Candidate, Error> {
-        let mut candidate = self.usual();
+    /// The candidate at a point that the optimiser proposes.
+    ///
+    /// # Errors
+    /// If the point is not in the space.
+    pub(crate) fn candidate(&self, point: &[Value]) -> Result<Candidate, Error> {
+        let mut candidate = self.defaults();
         let fault = |what: String| Error::Failed(format!("the optimiser proposed what cannot be: {what}"));
         if point.len() != self.dimensions.len() {
             return Err(fault(format!("{} coordinates", point.len())));
@@ -165,7 +155,7 @@ fn search_name(search: Search) -> &'static str {
     }
 }
 
-/// To three digits: more would pretend to be measured.
+/// To three digits: more would have no effect that could be measured.
 fn rounded(value: f64) -> f64 {
     let digits = 10_f64.powf(2.0 - value.abs().log10().floor());
     (value * digits).round() / digits
@@ -183,7 +173,7 @@ mod tests {
                 let start = space.candidate(&space.start()).unwrap();
                 assert_eq!(start.lanes, LaneKind::best());
                 let of = |c: Candidate| (c.parameters.search(balls), c.parameters.values()[..9].to_vec());
-                assert_eq!(of(start), of(space.usual()), "{balls} balls");
+                assert_eq!(of(start), of(space.defaults()), "{balls} balls");
             }
         }
     }
