@@ -1,27 +1,43 @@
-//! One shadow ray per visible point: `reference::direct_light`, over a batch.
+//! Direct light: one shadow ray per visible point, `reference::direct_light` over a batch.
 //!
 //! ```text
-//! for each packet: choose a lamp and a point on it; what it may bring; walls in between
-//! for the batch: balls in between
+//! for each packet of visible points:
+//!     choose a lamp and a point on it; compute the irradiance if nothing blocks it
+//!     test the shadow rays against the walls
+//! for the batch: test the shadow rays against the balls
 //! ```
 
-use crate::hierarchy::{BLOCKED, Rays, Scratch};
+use crate::hierarchy::{BLOCKED, Rays, SearchBuffers};
 use crate::intersect::{RayLanes, from_either_side, from_inside, occluded};
-use crate::lanes::{Lanes, MOST_LANES, Row};
 use crate::light_choice::LightChoice;
 use crate::paths::{Floats, ROOM, Vectors, Words};
 use crate::sampling::{cosine_hemisphere, uniform_cone};
-use crate::tables::{Shape, Tables, shape};
-use crate::vec3::V3;
+use crate::shapes::Shape;
+use crate::tables::Tables;
+use bytemuck::{Pod, Zeroable};
+use lanes::{Lanes, MOST_LANES, Row, V3};
 use scene::Still;
+use scene::ray::SphereId;
 use std::f32::consts::PI;
 
-/// The lights as lanes fetch them: centre, squared radius, radiance over probability, and sphere.
+/// A light's row in the table.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct LightRow {
+    center: [f32; 3],
+    radius_squared: f32,
+    /// Radiance over the probability of choosing the light.
+    radiance: [f32; 3],
+    sphere: SphereId,
+}
+
+/// The lights, for lanes to choose and to fetch.
 pub(crate) struct LightTable {
+    /// [`LightRow`]s.
     rows: Vec<Row>,
-    /// How one of them is chosen.
+    /// Chooses a light.
     pub(crate) choice: LightChoice,
-    /// The lights seen from within, which are few: their numbers and shapes.
+    /// The numbers and shapes of the lights that shine inwards, which are few.
     shells: Vec<(u32, Shape)>,
 }
 
@@ -29,11 +45,15 @@ impl LightTable {
     pub(crate) fn new(still: &Still) -> Self {
         let row = |light: &scene::still::Light| {
             let s = &still.spheres[light.sphere as usize];
-            let (c, e) = (s.center, light.radiance);
-            Row([c.x, c.y, c.z, s.radius * s.radius, e.x, e.y, e.z, f32::from_bits(light.sphere)])
+            bytemuck::cast(LightRow {
+                center: s.center.into(),
+                radius_squared: s.radius * s.radius,
+                radiance: light.radiance.into(),
+                sphere: light.sphere,
+            })
         };
         let shells = still.lights.entries.iter().enumerate().filter(|(_, light)| light.inside);
-        let shells = shells.map(|(number, light)| (number as u32, shape(still, light.sphere)));
+        let shells = shells.map(|(number, light)| (number as u32, Shape::of(still, light.sphere)));
         Self {
             rows: still.lights.entries.iter().map(row).collect(),
             choice: LightChoice::new(&still.lights.cumulative),
@@ -45,6 +65,26 @@ impl LightTable {
     pub(crate) fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
+
+    /// The lights with these numbers.
+    #[inline(always)]
+    fn gather<L: Lanes>(&self, numbers: &[u32]) -> LightLanes<L> {
+        let [cx, cy, cz, radius_squared, r, g, b, sphere] = L::gather_rows(&self.rows, numbers);
+        LightLanes {
+            center: V3::new(cx, cy, cz),
+            radius_squared,
+            radiance: V3::new(r, g, b),
+            sphere: L::bits(sphere),
+        }
+    }
+}
+
+/// [`LightRow`]s in lanes.
+struct LightLanes<L: Lanes> {
+    center: V3<L>,
+    radius_squared: L::F,
+    radiance: V3<L>,
+    sphere: L::U,
 }
 
 /// The uniform numbers of a shadow ray.
@@ -54,9 +94,9 @@ pub(crate) struct ShadowNumbers<L: Lanes> {
     pub(crate) v: L::F,
 }
 
-/// Points that want light.
+/// Points to be lit.
 pub(crate) struct Receivers<L: Lanes> {
-    /// Which lanes there are.
+    /// The lanes that hold a point.
     pub(crate) live: L::M,
     pub(crate) point: V3<L>,
     pub(crate) normal: V3<L>,
@@ -66,10 +106,10 @@ pub(crate) struct Receivers<L: Lanes> {
 /// The shadow rays of a batch.
 pub(crate) struct ShadowRays {
     direction: Vectors,
-    /// Distance of the lamp; negative for what need not be followed.
+    /// Distance of the lamp; negative if the ray need not be traced.
     t: Floats,
     lamp: Words,
-    /// Irradiance, if nothing is in between.
+    /// Irradiance if nothing blocks the lamp.
     irradiance: Vectors,
 }
 
@@ -78,7 +118,7 @@ impl ShadowRays {
         Self { direction: Vectors::ZERO, t: [0.0; ROOM], lamp: [0; ROOM], irradiance: Vectors::ZERO }
     }
 
-    /// Aims one ray per lane, the rays from `at` on, and follows them as far as walls are concerned.
+    /// Aims one shadow ray per lane, the rays from `at` on, and tests them against the shapes outside of the hierarchy.
     #[inline(always)]
     pub(crate) fn aim<L: Lanes>(
         &mut self,
@@ -93,10 +133,8 @@ impl ShadowRays {
         let number = lights.choice.choose::<L>(numbers.choice);
         let mut index = [0; MOST_LANES];
         L::store_u(number, &mut index);
-        let [cx, cy, cz, r2, er, eg, eb, lamp] = L::gather_rows(&lights.rows, &index);
-        let lamp = L::bits(lamp);
-        let (mut direction, mut t, mut weight) =
-            from_outside(V3::new(cx, cy, cz), r2, point, normal, numbers);
+        let LightLanes { center, radius_squared, radiance, sphere: lamp } = lights.gather::<L>(&index);
+        let (mut direction, mut t, mut weight) = from_outside(center, radius_squared, point, normal, numbers);
         let mut valid = L::lt(zero, weight) & !L::eq(sphere, lamp);
         for (shell_number, shape) in &lights.shells {
             let chosen = L::eq(number, L::u(*shell_number));
@@ -110,29 +148,29 @@ impl ShadowRays {
         }
         let ray = RayLanes { origin: point, direction, leaves: sphere };
         let lit = live & valid & !occluded(&tables.shadow_casters, &ray, t, lamp);
-        let irradiance = V3::<L>::new(er, eg, eb).scale(weight);
+        let irradiance = radiance.scale(weight);
         self.direction.store(at, direction);
         L::store(L::select(lit, t, L::f(-1.0)), &mut self.t[at..]);
         L::store_u(lamp, &mut self.lamp[at..]);
         self.irradiance.store(at, V3::select(lit, irradiance, V3::new(zero, zero, zero)));
     }
 
-    /// Follows the first `count` rays, from `points` on `spheres`, as far as balls are concerned.
+    /// Tests the first `count` rays, from `points` on `spheres`, against the hierarchy.
     #[inline(always)]
     pub(crate) fn follow<L: Lanes>(
         &mut self,
         tables: &Tables,
         points: &Vectors,
         spheres: &Words,
-        scratch: &mut Scratch,
+        buffers: &mut SearchBuffers,
         count: usize,
     ) {
         let rays =
-            Rays { origin: points, direction: &self.direction, leaves: spheres, passes: &self.lamp, count };
-        tables.hierarchy.occlude::<L>(&tables.surfaces, &rays, scratch, &mut self.t);
+            Rays { origin: points, direction: &self.direction, leaves: spheres, ignores: &self.lamp, count };
+        tables.hierarchy.occlude::<L>(&tables.surfaces, &rays, buffers, &mut self.t);
     }
 
-    /// The irradiance that the rays from `at` on have brought.
+    /// The irradiance by the rays from `at` on; zero where something blocks them.
     #[inline(always)]
     pub(crate) fn irradiance<L: Lanes>(&self, at: usize) -> V3<L> {
         let is_blocked = L::eq(L::bits(L::load(&self.t[at..])), L::u(BLOCKED.to_bits()));
@@ -141,7 +179,7 @@ impl ShadowRays {
     }
 }
 
-/// Direction in the cone of the lamp, distance to it, and weight: not positive where the lamp does not count.
+/// A direction in the cone of the lamp, the distance to it, and the weight, which is zero where the lamp does not count.
 #[inline(always)]
 fn from_outside<L: Lanes>(
     center: V3<L>,
@@ -165,7 +203,7 @@ fn from_outside<L: Lanes>(
     (direction, t, L::select(counts, cos * (L::f(2.0 * PI) * height), zero))
 }
 
-/// Distance to a glowing shell from within, and whether the ray starts there.
+/// The distance to a glowing shell from inside, and whether the ray starts inside and hits it.
 #[inline(always)]
 fn distance_within<L: Lanes>(shape: &Shape, ray: &RayLanes<L>) -> (L::F, L::M) {
     let infinity = L::f(f32::INFINITY);

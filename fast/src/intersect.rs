@@ -1,8 +1,7 @@
-//! Rays in lanes against spheres, one sphere at a time: `reference::intersect`, operation by operation.
+//! Intersection of rays in lanes with one sphere at a time: `reference::intersect`, operation by operation.
 
-use crate::lanes::Lanes;
-use crate::tables::{Ball, Shape};
-use crate::vec3::V3;
+use crate::shapes::{BallShape, Shape};
+use lanes::{Lanes, V3};
 use scene::ray::NO_SPHERE;
 use scene::still::Enclosure;
 
@@ -14,7 +13,7 @@ pub(crate) struct RayLanes<L: Lanes> {
     pub(crate) leaves: L::U,
 }
 
-/// The nearest hits: distance (infinite if none) and sphere ([`NO_SPHERE`] if none).
+/// The nearest hits among some shapes: distance (infinite if none) and sphere ([`NO_SPHERE`] if none).
 #[inline(always)]
 pub(crate) fn nearest<L: Lanes>(shapes: &[Shape], ray: &RayLanes<L>) -> (L::F, L::U) {
     let (mut t, mut hit) = (L::f(f32::INFINITY), L::u(NO_SPHERE));
@@ -27,7 +26,7 @@ pub(crate) fn nearest<L: Lanes>(shapes: &[Shape], ray: &RayLanes<L>) -> (L::F, L
     (t, hit)
 }
 
-/// The lanes whose ray meets a shape nearer than `t`, other than the sphere `light`.
+/// The lanes whose ray hits a shape nearer than `t`, other than the sphere `light`.
 #[inline(always)]
 pub(crate) fn occluded<L: Lanes>(shapes: &[Shape], ray: &RayLanes<L>, t: L::F, light: L::U) -> L::M {
     let mut blocked = L::first(0);
@@ -38,7 +37,7 @@ pub(crate) fn occluded<L: Lanes>(shapes: &[Shape], ray: &RayLanes<L>, t: L::F, l
     blocked
 }
 
-/// Distance to a shape, whether it is one (NaN is none, either way), and the shape's sphere.
+/// The distance to a shape, whether it is valid (NaN never counts as nearer, valid or not), and the sphere.
 #[inline(always)]
 fn distance<L: Lanes>(shape: &Shape, ray: &RayLanes<L>) -> (L::F, L::M, u32) {
     match shape {
@@ -59,7 +58,7 @@ fn distance<L: Lanes>(shape: &Shape, ray: &RayLanes<L>) -> (L::F, L::M, u32) {
 
 /// As `reference::intersect::from_outside`.
 #[inline(always)]
-pub(crate) fn from_outside<L: Lanes>(ball: &Ball, ray: &RayLanes<L>) -> (L::F, L::M) {
+pub(crate) fn from_outside<L: Lanes>(ball: &BallShape, ray: &RayLanes<L>) -> (L::F, L::M) {
     let zero = L::f(0.0);
     let (b, power, discriminant) = chord(ball, ray);
     let valid = L::lt(b, zero) & L::le(zero, discriminant);
@@ -70,7 +69,7 @@ pub(crate) fn from_outside<L: Lanes>(ball: &Ball, ray: &RayLanes<L>) -> (L::F, L
 
 /// As `reference::intersect::from_either_side`.
 #[inline(always)]
-pub(crate) fn from_either_side<L: Lanes>(ball: &Ball, ray: &RayLanes<L>) -> (L::F, L::M) {
+pub(crate) fn from_either_side<L: Lanes>(ball: &BallShape, ray: &RayLanes<L>) -> (L::F, L::M) {
     let zero = L::f(0.0);
     let (b, power, discriminant) = chord(ball, ray);
     let power = L::select(L::eq(ray.leaves, L::u(ball.sphere)), zero, power);
@@ -94,8 +93,8 @@ pub(crate) fn from_inside<L: Lanes>(e: &Enclosure, ray: &RayLanes<L>) -> L::F {
     L::select(L::lt(zero, b), -power / q, q)
 }
 
-/// As both `from_outside` and `from_either_side`, for lanes that each have a ball of their own: the roots, quotients
-/// and powers of the two are the same but for signs.
+/// As `from_outside` where the ball is solid and `from_either_side` where it is glass, for a ball per lane. The two share
+/// root, quotient and power but for signs.
 #[inline(always)]
 pub(crate) fn meet<L: Lanes>(
     origin: V3<L>,
@@ -126,7 +125,7 @@ pub(crate) fn meet<L: Lanes>(
 
 /// As `reference::intersect::Chord`.
 #[inline(always)]
-fn chord<L: Lanes>(ball: &Ball, ray: &RayLanes<L>) -> (L::F, L::F, L::F) {
+fn chord<L: Lanes>(ball: &BallShape, ray: &RayLanes<L>) -> (L::F, L::F, L::F) {
     let f = ray.origin - V3::splat(ball.center);
     let b = f.dot(ray.direction);
     let radius_squared = L::f(ball.radius_squared);

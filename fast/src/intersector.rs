@@ -1,23 +1,25 @@
-//! The engine's ray queries by themselves, for tests and benches.
+//! Ray queries without a render: for `sppm trace`, tests and benches.
 
-use crate::dispatch::{Kernel, LaneKind, dispatch};
-use crate::hierarchy::{BLOCKED, Rays, Scratch, Search, Work};
+use crate::hierarchy::{BLOCKED, Rays, SearchBuffers};
 use crate::intersect::{RayLanes, occluded};
-use crate::lanes::{Lanes, MOST_LANES};
+use crate::material::Materials;
 use crate::paths::{BATCH, Paths, ROOM, Words};
-use crate::tables::{Materials, Surface, Tables};
+use crate::search::{Search, Work};
+use crate::surface::Hit;
+use crate::tables::Tables;
 use crate::trace::{hits, intersect_batch};
+use lanes::{Kernel, LaneKind, Lanes, MOST_LANES, dispatch};
 use scene::ray::SphereId;
 use scene::{Ray, Rgb, Still, Vec3};
 
-/// What rays meet in a still, found as the passes find it: in batches, on any lanes.
+/// Finds what rays hit in a still, by the code of the passes: in batches, on any lanes.
 pub struct Intersector {
     tables: Tables,
     lanes: LaneKind,
 }
 
 impl Intersector {
-    /// As the renderer would search this still.
+    /// With the search that the renderer would use.
     pub fn new(still: &Still, lanes: LaneKind) -> Self {
         Self { tables: Tables::new(still), lanes }
     }
@@ -27,7 +29,7 @@ impl Intersector {
         Self { tables: Tables::with_search(still, search), lanes }
     }
 
-    /// Bytes held beside the still.
+    /// Bytes of memory held.
     pub fn bytes(&self) -> usize {
         self.tables.bytes()
     }
@@ -37,17 +39,17 @@ impl Intersector {
         dispatch(self.lanes, Nearest { tables: &self.tables, rays }).0
     }
 
-    /// What each ray meets, with the surface there; `None` where it meets nothing.
+    /// What each ray hits, with the surface there; `None` where it hits nothing.
     pub fn surfaces(&self, rays: &[Ray]) -> Vec<Option<Met>> {
         dispatch(self.lanes, Surfaces { tables: &self.tables, rays })
     }
 
-    /// Which rays meet a surface other than `light` nearer than `t`; one of each per ray.
+    /// Which rays hit a surface other than `light` nearer than `t`; there is one `t` and one `light` per ray.
     pub fn occluded(&self, rays: &[Ray], t: &[f32], lights: &[SphereId]) -> Vec<bool> {
         dispatch(self.lanes, Occluded { tables: &self.tables, rays, t, lights }).0
     }
 
-    /// What it takes to find the rays' nearest hits, and whether they meet a surface other than `light` nearer than `t`.
+    /// The work of [`Intersector::nearest`] and of [`Intersector::occluded`] on these rays.
     pub fn work(&self, rays: &[Ray], t: &[f32], lights: &[SphereId]) -> [Work; 2] {
         let tables = &self.tables;
         let nearest = dispatch(self.lanes, Nearest { tables, rays }).1;
@@ -55,7 +57,7 @@ impl Intersector {
     }
 }
 
-/// What a ray meets: `reference::intersect::Hit`, and the material.
+/// What a ray hits: `reference::intersect::Hit`, and the material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Met {
     /// The sphere.
@@ -85,19 +87,19 @@ impl Kernel for Surfaces<'_> {
     type Output = Vec<Option<Met>>;
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
-        let (mut paths, mut scratch) = (Paths::new(), Scratch::new());
+        let (mut paths, mut buffers) = (Paths::new(), SearchBuffers::new());
         let mut found = Vec::with_capacity(self.rays.len());
         for rays in self.rays.chunks(BATCH) {
             fill(&mut paths, rays);
-            intersect_batch::<L>(self.tables, &mut paths, &mut scratch, rays.len());
+            intersect_batch::<L>(self.tables, &mut paths, &mut buffers, rays.len());
             for at in (0..rays.len()).step_by(L::N) {
                 let rest = rays.len() - at;
                 let (t, hit, arrived) = hits::<L>(&paths, at, L::first(rest));
                 let mut ids = [0; MOST_LANES];
                 L::store_u(hit, &mut ids);
                 let (origin, direction) = (paths.origin.load::<L>(at), paths.direction.load::<L>(at));
-                let surface = Surface::<L>::at(self.tables, origin, direction, t, &ids);
-                let material = Materials::<L>::of(self.tables, surface.tag);
+                let surface = Hit::<L>::at(&self.tables.surfaces, origin, direction, t, &ids);
+                let material = Materials::<L>::gather(&self.tables.materials, surface.tag);
                 let met = met::<L>(t, &surface, &material, L::mask_bits(arrived), &ids);
                 found.extend_from_slice(&met[..L::N.min(rest)]);
             }
@@ -106,11 +108,11 @@ impl Kernel for Surfaces<'_> {
     }
 }
 
-/// The lanes of a packet one by one.
+/// The hits of a packet, lane by lane.
 #[inline(always)]
 fn met<L: Lanes>(
     t: L::F,
-    surface: &Surface<L>,
+    surface: &Hit<L>,
     material: &Materials<L>,
     arrived: u32,
     ids: &[u32; MOST_LANES],
@@ -151,14 +153,14 @@ impl Kernel for Nearest<'_> {
     type Output = (Vec<(f32, SphereId)>, Work);
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
-        let (mut paths, mut scratch) = (Paths::new(), Scratch::new());
+        let (mut paths, mut buffers) = (Paths::new(), SearchBuffers::new());
         let mut found = Vec::with_capacity(self.rays.len());
         for rays in self.rays.chunks(BATCH) {
             fill(&mut paths, rays);
-            intersect_batch::<L>(self.tables, &mut paths, &mut scratch, rays.len());
+            intersect_batch::<L>(self.tables, &mut paths, &mut buffers, rays.len());
             found.extend(paths.t.iter().copied().zip(paths.hit).take(rays.len()));
         }
-        (found, scratch.work())
+        (found, buffers.work())
     }
 }
 
@@ -173,7 +175,7 @@ impl Kernel for Occluded<'_> {
     type Output = (Vec<bool>, Work);
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
-        let (mut paths, mut scratch) = (Paths::new(), Scratch::new());
+        let (mut paths, mut buffers) = (Paths::new(), SearchBuffers::new());
         let mut lights: Words = [0; ROOM];
         let mut found = Vec::with_capacity(self.rays.len());
         let chunks = self.rays.chunks(BATCH).zip(self.t.chunks(BATCH)).zip(self.lights.chunks(BATCH));
@@ -181,10 +183,10 @@ impl Kernel for Occluded<'_> {
             fill(&mut paths, rays);
             paths.t[..t.len()].copy_from_slice(t);
             lights[..t.len()].copy_from_slice(some_lights);
-            occlude_batch::<L>(self.tables, &mut paths, &lights, &mut scratch, t.len());
+            occlude_batch::<L>(self.tables, &mut paths, &lights, &mut buffers, t.len());
             found.extend(paths.t[..t.len()].iter().map(|t| *t == BLOCKED));
         }
-        (found, scratch.work())
+        (found, buffers.work())
     }
 }
 
@@ -193,7 +195,7 @@ fn occlude_batch<L: Lanes>(
     tables: &Tables,
     paths: &mut Paths,
     lights: &Words,
-    scratch: &mut Scratch,
+    buffers: &mut SearchBuffers,
     count: usize,
 ) {
     let Paths { origin, direction, leaves, t, .. } = paths;
@@ -204,8 +206,8 @@ fn occlude_batch<L: Lanes>(
         let blocked = occluded(&tables.shadow_casters, &ray, limit, light);
         L::store(L::select(blocked, L::f(BLOCKED), limit), &mut t[at..]);
     }
-    let rays = Rays { origin, direction, leaves, passes: lights, count };
-    tables.hierarchy.occlude::<L>(&tables.surfaces, &rays, scratch, t);
+    let rays = Rays { origin, direction, leaves, ignores: lights, count };
+    tables.hierarchy.occlude::<L>(&tables.surfaces, &rays, buffers, t);
 }
 
 fn fill(paths: &mut Paths, rays: &[Ray]) {

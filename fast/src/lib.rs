@@ -21,47 +21,49 @@
 //! assert_eq!(plain.develop(), film);
 //! ```
 //!
-//! [`Sppm`] runs the passes of an iteration over all threads of the current rayon pool, each pass in jobs of whole
-//! batches. [`LaneKind`] names the vectors that it may run on, [`Parameters`] what else is free; [`Intersector`]
-//! gives its ray queries by themselves.
+//! [`Sppm`] renders on the threads of the current rayon pool. [`LaneKind`] names the vectors that it runs on,
+//! [`Parameters`] what else its speed depends on. [`Intersector`] answers ray queries without a render.
 //!
-//! To read the code, begin with `lanes/mod.rs` (the operations that all kernels are written in) and `dispatch.rs`
-//! (where a back end is chosen); then `sppm.rs` (the passes in order), and per pass `camera_pass.rs`,
-//! `photon_pass.rs`, `join/mod.rs` and `consolidate.rs`. Each of them opens with its loop as pseudo code and with how
-//! it differs from the reference's, and why. `ARCHITECTURE.md` says what bounds each pass and what was tried.
+//! To read the code, begin with the crate `lanes`, whose operations all kernels are written in. Then follow an iteration:
+//! `sppm/render.rs` runs the passes in order, and each pass has a folder or file that opens with its loop as pseudo code,
+//! with how it differs from the reference's, and why: `camera_pass`, `photon_pass`, `join`, `consolidate`.
+//! `ARCHITECTURE.md` says what bounds each pass and what was tried.
 
-// Without it the processor's features do not reach the operations, see `lanes`.
+#![forbid(unsafe_code)]
+// Features reach the operations of lanes by inlining only, see `lanes`.
 #![allow(clippy::inline_always)]
 // Iterators take closures, and closures do not inherit the features: loops over lanes count.
 #![allow(clippy::needless_range_loop)]
 
-pub(crate) mod camera_pass;
+mod camera_pass;
 mod consolidate;
 mod direct_light;
-pub mod dispatch;
 mod hierarchy;
 mod intersect;
 mod intersector;
-mod jobs;
 mod join;
 #[doc(hidden)]
 pub mod kernels;
-pub mod lanes;
 mod light_choice;
+mod material;
 mod pages;
 mod parameters;
 mod paths;
 mod photon_pass;
+mod pixels;
 mod pool;
 mod sampling;
 mod scatter;
+mod search;
+mod shapes;
 mod sppm;
+mod surface;
 mod tables;
 mod trace;
-mod vec3;
+mod work_items;
 
-pub use dispatch::LaneKind;
-pub use hierarchy::{Search, Work, ball_count};
 pub use intersector::{Intersector, Met};
+pub use lanes::LaneKind;
 pub use parameters::{Parameter, ParameterError, Parameters, Values};
+pub use search::{Search, Work, ball_count};
 pub use sppm::{DEPOSITS_AT_ONCE, Sppm};

@@ -1,6 +1,6 @@
 //! Which light a number chooses, in proportion to power.
 
-use crate::lanes::Lanes;
+use lanes::Lanes;
 
 /// Up to so many lights, the number is compared with all.
 const FEW: usize = 16;

@@ -5,8 +5,8 @@
 //! them: the room of a batch (its arrays), the pixels that gather together, the window of a look-up, and the bins of
 //! deposits. Nor is [`crate::DEPOSITS_AT_ONCE`], which is a matter of memory.
 
-use crate::hierarchy::Search;
 use crate::paths::BATCH;
+use crate::search::Search;
 use std::fmt;
 
 /// What is known of a parameter beside its value.

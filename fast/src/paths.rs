@@ -4,8 +4,7 @@
 //! by compression, so that lanes stay full. One loop over everything a path does would be bound by the latency of
 //! its chain of operations; a stage overlaps many packets.
 
-use crate::lanes::{Lanes, MOST_LANES};
-use crate::vec3::V3;
+use lanes::{Lanes, MOST_LANES, V3};
 
 /// Paths of a batch. At 14 words a path, a batch takes 15 KiB with its room.
 pub(crate) const BATCH: usize = 256;

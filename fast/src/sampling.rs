@@ -1,7 +1,6 @@
 //! The sampling maps of `reference::sampling`, in lanes.
 
-use crate::lanes::Lanes;
-use crate::vec3::V3;
+use lanes::{Lanes, V3};
 use scene::rng::{HASH_MULTIPLIERS, STATE_FOR_ZERO, StreamKey, UNIT};
 use std::f32::consts::FRAC_PI_2;
 

@@ -1,7 +1,6 @@
 //! Mirrors and glass, as `reference::scatter` defines them, in lanes.
 
-use crate::lanes::Lanes;
-use crate::vec3::V3;
+use lanes::{Lanes, V3};
 
 #[inline(always)]
 pub(crate) fn reflect<L: Lanes>(d: V3<L>, n: V3<L>) -> V3<L> {

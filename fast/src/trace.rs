@@ -1,17 +1,17 @@
-//! The stage that all paths share: what do the rays of a batch hit?
+//! The stage that camera paths and photons share: the nearest hits of a batch of rays.
 
-use crate::hierarchy::{PASSES_NONE, Rays, Scratch};
+use crate::hierarchy::{IGNORES_NONE, Rays, SearchBuffers};
 use crate::intersect::{RayLanes, nearest};
-use crate::lanes::Lanes;
 use crate::paths::Paths;
 use crate::tables::Tables;
+use lanes::Lanes;
 
-/// Fills in distance and sphere of the nearest hit for the first `count` paths.
+/// Computes distance and sphere of the nearest hit of the first `count` paths.
 #[inline(always)]
 pub(crate) fn intersect_batch<L: Lanes>(
     tables: &Tables,
     paths: &mut Paths,
-    scratch: &mut Scratch,
+    buffers: &mut SearchBuffers,
     count: usize,
 ) {
     for at in (0..count).step_by(L::N) {
@@ -25,12 +25,12 @@ pub(crate) fn intersect_batch<L: Lanes>(
         L::store_u(hit, &mut paths.hit[at..]);
     }
     let Paths { origin, direction, leaves, t, hit, .. } = paths;
-    let rays = Rays { origin, direction, leaves, passes: &PASSES_NONE, count };
-    tables.hierarchy.nearest::<L>(&tables.surfaces, &rays, scratch, t, hit);
+    let rays = Rays { origin, direction, leaves, ignores: &IGNORES_NONE, count };
+    tables.hierarchy.nearest::<L>(&tables.surfaces, &rays, buffers, t, hit);
 }
 
-/// The spheres hit by `L::N` paths from `at` on, those that escape replaced by sphere 0, which is there to be
-/// fetched; and the lanes of `live` that did hit.
+/// The hits of `L::N` paths from `at` on: distances, spheres, and which lanes of `live` hit anything. Lanes that hit
+/// nothing have sphere 0, whose table row can be fetched.
 #[inline(always)]
 pub(crate) fn hits<L: Lanes>(paths: &Paths, at: usize, live: L::M) -> (L::F, L::U, L::M) {
     let t = L::load(&paths.t[at..]);

@@ -8,7 +8,7 @@ use crate::sampling::{uniform_disk, unit};
 use crate::scatter::{dielectric, reflect};
 use crate::tables::Tables;
 use crate::vector::{F, M, U, Vector};
-use fast::lanes::{Lanes, MOST_LANES};
+use lanes::{Lanes, MOST_LANES};
 use scene::camera::Frame;
 use scene::ray::NO_SPHERE;
 use scene::{Settings, Stats};

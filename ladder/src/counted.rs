@@ -4,7 +4,7 @@
 //! gathers: of pixels, visible points, bins and tables; not those of constants, of what the scene broadcasts to all
 //! lanes, or of what a compiler may spill.
 
-use fast::lanes::{Lanes, Row};
+use lanes::{Lanes, Row};
 use serde::Serialize;
 use std::cell::Cell;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};

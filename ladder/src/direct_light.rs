@@ -4,7 +4,7 @@ use crate::intersect::{Rays, from_either_side, from_inside, occluded};
 use crate::sampling::{cosine_hemisphere, uniform_cone};
 use crate::tables::{Shape, Tables, fetch_pairs};
 use crate::vector::{F, M, U, Vector, callable};
-use fast::lanes::{Lanes, MOST_LANES};
+use lanes::{Lanes, MOST_LANES};
 use std::f32::consts::PI;
 
 /// The numbers of the lights that `u` chooses: how many of the cumulative probabilities do not exceed it.

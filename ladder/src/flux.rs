@@ -2,7 +2,7 @@
 //! sums do not depend on any order.
 
 use crate::vector::Vector;
-use fast::lanes::{Lanes, MOST_LANES};
+use lanes::{Lanes, MOST_LANES};
 use scene::Vec3;
 use scene::film::FLUX_ONE;
 use std::f32::consts::FRAC_1_PI;

@@ -5,7 +5,7 @@
 
 use crate::tables::{Ball, Shape, Tables, kind, tag};
 use crate::vector::{F, M, U, Vector, callable};
-use fast::lanes::{Lanes, MOST_LANES};
+use lanes::{Lanes, MOST_LANES};
 use scene::ray::NO_SPHERE;
 use scene::still::Enclosure;
 

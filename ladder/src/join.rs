@@ -5,7 +5,7 @@ use crate::index::Index;
 use crate::pixels::Pixels;
 use crate::tables::Tables;
 use crate::vector::Vector;
-use fast::lanes::{Lanes, MOST_LANES};
+use lanes::{Lanes, MOST_LANES};
 use scene::ray::SphereId;
 use scene::{Stats, Vec3};
 

@@ -13,7 +13,7 @@
 //! vectors of one or of eight lanes; on one lane a mask is a `bool` and a blend is a branch.
 
 #![forbid(unsafe_code)]
-// Without it the processor's features do not reach the operations, see `fast::lanes`.
+// Without it the processor's features do not reach the operations, see `lanes`.
 #![allow(clippy::inline_always)]
 // Iterators take closures, and closures do not inherit the features: loops over lanes count.
 #![allow(clippy::needless_range_loop)]

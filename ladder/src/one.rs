@@ -1,7 +1,7 @@
 //! One lane: the scalar rows, through the same trait as the vertical ones. A mask is a `bool`, and a loop that ends
 //! once no lane is left is an ordinary branch.
 
-use fast::lanes::{Emulated, Lanes, Row};
+use lanes::{Emulated, Lanes, Row};
 use std::num::Wrapping;
 
 /// The back end of scalar rows.

@@ -11,7 +11,7 @@ use crate::sampling::{cosine_hemisphere, uniform_sphere};
 use crate::scatter::{dielectric, reflect};
 use crate::tables::{Tables, fetch_pairs};
 use crate::vector::{F, M, U, Vector};
-use fast::lanes::{Lanes, MOST_LANES};
+use lanes::{Lanes, MOST_LANES};
 use scene::still::Role;
 use scene::{Settings, Stats, Still, Vec3};
 

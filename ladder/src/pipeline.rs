@@ -11,7 +11,7 @@ use crate::pixels::{PixelState, Pixels};
 use crate::rung::Rung;
 use crate::tables::Tables;
 use crate::vector::{Pass, Vector, Width};
-use fast::lanes::Lanes;
+use lanes::Lanes;
 use scene::{Engine, Probe, Rgb, Scene, Settings, Stats, Stop};
 use std::f32::consts::PI;
 use std::time::Instant;

@@ -1,7 +1,7 @@
 //! The sampling maps of `reference::sampling`, on any lanes.
 
 use crate::vector::{F, Vector, callable};
-use fast::lanes::Lanes;
+use lanes::Lanes;
 use std::f32::consts::FRAC_PI_2;
 
 /// `(sin, cos)` of `2 pi u`.

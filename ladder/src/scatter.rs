@@ -1,7 +1,7 @@
 //! Mirrors and glass, as `reference::scatter` defines them, on any lanes.
 
 use crate::vector::{F, M, Vector, callable};
-use fast::lanes::Lanes;
+use lanes::Lanes;
 
 callable! {
     /// The mirror images of directions `d` about the normals `n`.

@@ -1,7 +1,7 @@
 //! A still scene as the kernels read it: shapes to broadcast to the lanes, and what lanes fetch of the sphere that
 //! they have hit, as an array of structures or as a structure of arrays.
 
-use fast::lanes::{Lanes, Row};
+use lanes::{Lanes, Row};
 use scene::ray::SphereId;
 use scene::still::{Enclosure, Light, Role};
 use scene::{Material, Still, Vec3};
@@ -104,7 +104,7 @@ impl<'a> Tables<'a> {
     /// The colours of the spheres `ids`.
     #[inline(always)]
     pub(crate) fn albedos<L: Lanes>(&self, ids: L::U) -> [L::F; 3] {
-        let mut numbers = [0; fast::lanes::MOST_LANES];
+        let mut numbers = [0; lanes::MOST_LANES];
         L::store_u(ids + ids + L::u(1), &mut numbers);
         let [r, g, b, ..] = L::gather_rows(&self.rows, &numbers);
         [r, g, b]
@@ -120,7 +120,7 @@ impl<'a> Tables<'a> {
 /// Two rows each: `rows[2 i]` and `rows[2 i + 1]` for every index i.
 #[inline(always)]
 pub(crate) fn fetch_pairs<L: Lanes>(rows: &[Row], index: &[u32]) -> [[L::F; 8]; 2] {
-    let (mut first, mut second) = ([0; fast::lanes::MOST_LANES], [0; fast::lanes::MOST_LANES]);
+    let (mut first, mut second) = ([0; lanes::MOST_LANES], [0; lanes::MOST_LANES]);
     for lane in 0..L::N {
         first[lane] = 2 * index[lane];
         second[lane] = 2 * index[lane] + 1;

@@ -3,9 +3,8 @@
 
 use crate::counted::Counted;
 use crate::one::One;
-use fast::dispatch::{Kernel, on_avx2};
-use fast::lanes::{Emulated, Lanes};
 use glam::Vec3A;
+use lanes::{Emulated, Kernel, Lanes, on_avx2};
 use scene::Vec3;
 use std::ops::{Add, Mul, Neg, Sub};
 

@@ -1,16 +1,17 @@
-//! Pairs of a ray and a ball that it may meet, gathered until they fill the lanes.
+//! Candidates: pairs of a ray and a ball that it may hit, collected and then tested by the exact formula in full packets.
 
+use super::keys::key;
 use super::leaves::WIDTH;
-use super::{Rays, Work, key};
+use super::rays::Rays;
 use crate::intersect::meet;
-use crate::lanes::{Lanes, MOST_LANES, Row};
 use crate::paths::ROOM;
-use crate::tables::tag;
-use crate::vec3::V3;
+use crate::search::Work;
+use crate::surface::{SurfaceLanes, tag};
+use lanes::{Lanes, MOST_LANES, Row, V3};
 
-/// Candidates at which they are to be evaluated.
+/// Evaluate once there are so many.
 const ENOUGH: usize = 1024;
-/// Room for them, for what is added at once, and for what vectors write past the end.
+/// Room for them, for those that are added at once, and for what vectors write past the end.
 const CANDIDATE_ROOM: usize = ENOUGH + (WIDTH + 1) * MOST_LANES;
 
 // A packet adds a pair per lane and ball of a leaf at most; and the two lists take no more than a third of a first-level
@@ -18,15 +19,40 @@ const CANDIDATE_ROOM: usize = ENOUGH + (WIDTH + 1) * MOST_LANES;
 const _: () =
     assert!(ENOUGH - 1 + WIDTH * MOST_LANES <= CANDIDATE_ROOM && 2 * 4 * CANDIDATE_ROOM <= (32 << 10) / 3);
 
-/// The rays of a batch as rows, and the balls that they may meet.
+/// The rays of a batch as rows, and the balls that they may hit.
 pub(crate) struct Candidates {
-    /// Per ray: origin, direction, the spheres that it leaves and that it passes over.
-    pub(crate) rows: Box<[Row; ROOM]>,
+    /// A row per ray of the batch, see [`RayLanes`].
+    rows: Box<[Row; ROOM]>,
+    /// Of each pair, the ray and the ball.
     pub(crate) rays: Box<[u32; CANDIDATE_ROOM]>,
     pub(crate) balls: Box<[u32; CANDIDATE_ROOM]>,
     pub(crate) count: usize,
-    /// All that has been done.
+    /// Counted work so far.
     pub(crate) work: Work,
+}
+
+/// Rays in lanes. Their rows hold the words origin x y z, direction x y z, the sphere that the ray leaves, and the
+/// sphere that it ignores.
+struct RayLanes<L: Lanes> {
+    origin: V3<L>,
+    direction: V3<L>,
+    leaves: L::U,
+    ignores: L::U,
+}
+
+impl<L: Lanes> RayLanes<L> {
+    #[inline(always)]
+    fn gather(rows: &[Row], index: &[u32]) -> Self {
+        let [ox, oy, oz, dx, dy, dz, leaves, ignores] = L::gather_rows(rows, index);
+        let (origin, direction) = (V3::new(ox, oy, oz), V3::new(dx, dy, dz));
+        Self { origin, direction, leaves: L::bits(leaves), ignores: L::bits(ignores) }
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut [Row]) {
+        let Self { origin: o, direction: d, leaves, ignores } = self;
+        L::transpose([o.x, o.y, o.z, d.x, d.y, d.z, L::from_bits(leaves), L::from_bits(ignores)], to);
+    }
 }
 
 impl Candidates {
@@ -40,36 +66,46 @@ impl Candidates {
         }
     }
 
-    /// Takes a packet of rays.
+    /// Stores a packet of rays, those from `at` on.
     #[inline(always)]
     pub(crate) fn take_rays<L: Lanes>(&mut self, rays: &Rays, at: usize, origin: V3<L>, direction: V3<L>) {
-        let (leaves, passes) = (L::load_u(&rays.leaves[at..]), L::load_u(&rays.passes[at..]));
-        let [o, d] = [origin, direction];
-        let columns = [o.x, o.y, o.z, d.x, d.y, d.z, L::from_bits(leaves), L::from_bits(passes)];
-        L::transpose(columns, &mut self.rows[at..]);
+        let (leaves, ignores) = (L::load_u(&rays.leaves[at..]), L::load_u(&rays.ignores[at..]));
+        RayLanes { origin, direction, leaves, ignores }.store(&mut self.rows[at..]);
     }
 
-    /// True if they are to be evaluated before more are added.
+    /// Origins and directions of the rays with these indices.
+    #[inline(always)]
+    pub(crate) fn gather_rays<L: Lanes>(&self, index: &[u32]) -> (V3<L>, V3<L>) {
+        let RayLanes { origin, direction, .. } = RayLanes::<L>::gather(&self.rows[..], index);
+        (origin, direction)
+    }
+
+    /// Origin and direction of one ray, in every lane.
+    #[inline(always)]
+    pub(crate) fn broadcast_ray<L: Lanes>(&self, ray: usize) -> (V3<L>, V3<L>) {
+        let Row([ox, oy, oz, dx, dy, dz, ..]) = self.rows[ray];
+        (V3::new(L::f(ox), L::f(oy), L::f(oz)), V3::new(L::f(dx), L::f(dy), L::f(dz)))
+    }
+
+    /// True if the candidates must be evaluated before more are added.
     #[inline(always)]
     pub(crate) fn are_enough(&self) -> bool {
         self.count >= ENOUGH
     }
 
-    /// Lowers the keys of the rays to those of the hits among the candidates, and forgets these.
+    /// Tests all candidates by the exact formula, lowers the keys of the rays to those of the hits, and empties the list.
     #[inline(always)]
     pub(crate) fn evaluate<L: Lanes>(&mut self, surfaces: &[Row], keys: &mut [u64; ROOM]) {
         self.work.balls += self.count as u64;
         for at in (0..self.count).step_by(L::N) {
             let (rays, balls) = (&self.rays[at..at + L::N], &self.balls[at..at + L::N]);
-            let [ox, oy, oz, dx, dy, dz, leaves, passes] = L::gather_rows(&self.rows[..], rays);
-            let [cx, cy, cz, radius, _, _, _, tag] = L::gather_rows(surfaces, balls);
-            let sphere = L::load_u(balls);
-            let is_glass = L::eq(L::bits(tag) & L::u(tag::GLASS), L::u(tag::GLASS));
-            let leaves = L::eq(sphere, L::bits(leaves));
-            let (origin, direction) = (V3::<L>::new(ox, oy, oz), V3::new(dx, dy, dz));
-            let center = V3::new(cx, cy, cz);
-            let (t, valid) = meet(origin, direction, leaves, center, radius * radius, is_glass);
-            let valid = valid & L::first(self.count - at) & !L::eq(sphere, L::bits(passes));
+            let RayLanes { origin, direction, leaves, ignores } = RayLanes::<L>::gather(&self.rows[..], rays);
+            let surface = SurfaceLanes::<L>::gather(surfaces, balls);
+            let (sphere, radius) = (L::load_u(balls), surface.scale);
+            let is_glass = surface.has(tag::GLASS);
+            let leaves = L::eq(sphere, leaves);
+            let (t, valid) = meet(origin, direction, leaves, surface.anchor, radius * radius, is_glass);
+            let valid = valid & L::first(self.count - at) & !L::eq(sphere, ignores);
             let mut distances = [0; MOST_LANES];
             L::store_u(L::select_u(valid, L::bits(t), L::u(u32::MAX)), &mut distances);
             for k in 0..L::N {

@@ -1,39 +1,38 @@
-//! Up to about a thousand balls: rays queue before clusters of eight.
+//! Clusters: the search for up to about a thousand balls.
 //!
 //! ```text
-//! for each packet of rays, for each cluster:
-//!     append the rays that may meet the sphere around the cluster to its queue
+//! for each packet of rays, for each cluster of eight balls:
+//!     append the rays that may hit the cluster's bounding sphere to its queue
 //! for each cluster, for each packet of its queue, for each of its balls:
-//!     append the rays that may meet the ball, and the ball, to the candidates
-//! for each packet of candidates: the reference's formula; keep the nearest hit of each ray
+//!     append the rays that may hit the ball, with the ball, to the candidates
+//! for each packet of candidates: the exact formula; keep the nearest hit of each ray
 //! ```
 //!
-//! How it differs from trying all balls, and why:
+//! How it differs from testing every ball, and why:
 //!
-//! 1. "May meet" is a test of 13 operations without root and division, sound for whatever the reference's rounding
-//!    accepts ([`super::may_meet`]). A root and a division cost as much as all else, and few rays need them.
+//! 1. "May hit" is a test of 13 operations without root and division ([`super::cull`]). A root and a division cost as
+//!    much as all the rest, and few rays need them.
 //! 2. Appending is a compression, not a branch: nothing is mispredicted, and lanes are full again in the next stage.
 //!    A tree walked ray by ray is slower up to about a thousand balls, for its branches and its chain of latencies.
-//! 3. Candidates come in no order. A hit packs distance and sphere into one integer, whose minimum is the nearest
-//!    hit, and of equal distances the lower id.
+//! 3. Candidates come in any order, and the minimum of their keys ([`super::keys`]) is the nearest hit.
 
 use super::candidates::Candidates;
+use super::cull::{may_meet, trust};
 use super::leaves::{Ball, Leaf, WIDTH};
-use super::{Rays, may_meet, trust};
-use crate::lanes::{Lanes, Row};
+use super::rays::Rays;
 use crate::paths::{Floats, ROOM, Words};
-use crate::vec3::V3;
+use lanes::{Lanes, Row, V3};
 use scene::Vec3;
 
 /// Balls in clusters.
 #[derive(Debug)]
 pub(crate) struct Clusters {
     leaves: Vec<Leaf>,
-    /// A sphere around each: centre and squared radius.
-    bounds: Vec<[f32; 4]>,
+    /// The bounding sphere of each leaf: centre and squared radius.
+    bounding_spheres: Vec<[f32; 4]>,
 }
 
-/// Per cluster, the rays that may meet it.
+/// Per cluster, the rays that may hit it.
 #[derive(Default)]
 pub(crate) struct Queues {
     waiting: Vec<Words>,
@@ -49,17 +48,17 @@ impl Queues {
 }
 
 impl Clusters {
-    /// Of balls that have been arranged.
+    /// From balls in the order of [`super::leaves::arrange`].
     pub(crate) fn new(balls: &[Ball]) -> Self {
         let leaves = balls.chunks(WIDTH).map(Leaf::new).collect();
-        Self { leaves, bounds: balls.chunks(WIDTH).map(bounding_sphere).collect() }
+        Self { leaves, bounding_spheres: balls.chunks(WIDTH).map(bounding_sphere).collect() }
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&self.leaves[..]) + size_of_val(&self.bounds[..])
+        size_of_val(&self.leaves[..]) + size_of_val(&self.bounding_spheres[..])
     }
 
-    /// Lowers the keys of the rays to those of their nearest hits; of rays with a negative `t`, none.
+    /// Lowers the keys of the rays to those of their nearest hits. Rays with a negative `t` are skipped.
     #[inline(always)]
     pub(crate) fn search<L: Lanes>(
         &self,
@@ -80,7 +79,7 @@ impl Clusters {
         candidates.work.boxes += queues.counts.iter().sum::<usize>() as u64;
         for (leaf, (waiting, count)) in self.leaves.iter().zip(queues.waiting.iter().zip(&queues.counts)) {
             for at in (0..*count).step_by(L::N) {
-                sift::<L>(leaf, &waiting[at..], L::first(*count - at), candidates);
+                cull::<L>(leaf, &waiting[at..], L::first(*count - at), candidates);
                 if candidates.are_enough() {
                     candidates.evaluate::<L>(surfaces, keys);
                 }
@@ -89,12 +88,12 @@ impl Clusters {
         candidates.evaluate::<L>(surfaces, keys);
     }
 
-    /// Lets a packet, the rays from `at` on, queue before the clusters that they may meet.
+    /// Appends a packet, the rays from `at` on, to the queues of the clusters that they may hit.
     #[inline(always)]
     fn enqueue<L: Lanes>(&self, origin: V3<L>, direction: V3<L>, live: L::M, at: usize, queues: &mut Queues) {
         let (ids, trust) = (L::u(at as u32) + L::iota(), trust(direction));
         let queues = queues.waiting.iter_mut().zip(&mut queues.counts);
-        for ([x, y, z, r2], (waiting, count)) in self.bounds.iter().zip(queues) {
+        for ([x, y, z, r2], (waiting, count)) in self.bounding_spheres.iter().zip(queues) {
             let center = V3::new(L::f(*x), L::f(*y), L::f(*z));
             let may = live & may_meet(origin, direction, trust, center, L::f(*r2));
             L::compress_u(may, ids, &mut waiting[*count..]);
@@ -103,11 +102,10 @@ impl Clusters {
     }
 }
 
-/// Adds the pairs of a ball of a leaf and a waiting ray that may meet it to the candidates.
+/// Adds to the candidates each ball of a leaf with each waiting ray that may hit it.
 #[inline(always)]
-fn sift<L: Lanes>(leaf: &Leaf, waiting: &[u32], live: L::M, candidates: &mut Candidates) {
-    let [ox, oy, oz, dx, dy, dz, ..] = L::gather_rows(&candidates.rows[..], waiting);
-    let (origin, direction) = (V3::<L>::new(ox, oy, oz), V3::new(dx, dy, dz));
+fn cull<L: Lanes>(leaf: &Leaf, waiting: &[u32], live: L::M, candidates: &mut Candidates) {
+    let (origin, direction) = candidates.gather_rays::<L>(waiting);
     let (ids, trust) = (L::load_u(waiting), trust(direction));
     let mut count = candidates.count;
     for k in 0..WIDTH {
@@ -120,9 +118,9 @@ fn sift<L: Lanes>(leaf: &Leaf, waiting: &[u32], live: L::M, candidates: &mut Can
     candidates.count = count;
 }
 
-/// A small sphere around balls: centre and squared radius.
+/// A small bounding sphere of some balls: centre and squared radius.
 fn bounding_sphere(balls: &[Ball]) -> [f32; 4] {
-    /// Steps towards the ball that sticks out most; the error falls with their number.
+    /// Steps towards the ball that sticks out most. More steps give a smaller sphere.
     const STEPS: u32 = 64;
     let reach = |center: Vec3, ball: &Ball| center.distance(ball.center) + ball.radius;
     let mut center = balls.iter().map(|ball| ball.center).sum::<Vec3>() / balls.len() as f32;

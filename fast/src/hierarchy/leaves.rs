@@ -1,8 +1,8 @@
-//! Balls in leaves of eight, side by side in space.
+//! Leaves: eight balls that are near each other.
 //!
-//! Both searches end in the same leaves, and both want them full and compact. Splitting at the median of the longest
-//! axis, with the left side a whole number of subtrees, gives a complete tree: all leaves but the last are full, and
-//! no node needs to say where its children are.
+//! Clusters and tree end in the same leaves, which should be full and compact. Balls are ordered by splitting them along
+//! the longest axis, so that the left side is a whole number of subtrees. That gives a complete tree: all leaves but the
+//! last are full, and nodes need no pointers to their children.
 
 use rayon::join;
 use scene::Vec3;
@@ -10,10 +10,10 @@ use scene::ray::SphereId;
 
 /// Balls of a leaf, and children of a node.
 pub(crate) const WIDTH: usize = 8;
-/// From so many balls on, the halves of a split are worth a thread each.
+/// With so many balls in the left side of a split, its sides go to different threads.
 const WORTH_A_THREAD: usize = 1 << 12;
 
-/// A ball before it comes into a leaf.
+/// A ball that is not yet in a leaf.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ball {
     pub(crate) center: Vec3,
@@ -21,7 +21,7 @@ pub(crate) struct Ball {
     pub(crate) sphere: SphereId,
 }
 
-/// Eight balls, structure of arrays. Places left over at the end have a squared radius of minus infinity: never hit.
+/// Eight balls as a structure of arrays. Missing balls have a squared radius of minus infinity and are never hit.
 #[derive(Clone, Debug)]
 #[repr(C, align(32))]
 pub(crate) struct Leaf {
@@ -45,7 +45,7 @@ impl Leaf {
     }
 }
 
-/// Orders balls such that each aligned run of 8, 64, 512, ... is compact.
+/// Orders balls so that each aligned run of 8, 64, 512, ... is compact.
 pub(crate) fn arrange(balls: &mut [Ball]) {
     let mut unit = WIDTH;
     while unit < balls.len() {
@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn arranged_runs_of_eight_are_compact() {
-        // A cube of 8^3 places, in an order that leaps about.
+        // A cube of 8^3 places in a scattered order.
         let place = |k: u32| [k & 7, k >> 3 & 7, k >> 6].map(|c| c as f32);
         let ball = |k: u32| Ball { center: place(k * 197 % 512).into(), radius: 0.5, sphere: k };
         let mut balls: Vec<Ball> = (0..512).map(ball).collect();

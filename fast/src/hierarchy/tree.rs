@@ -1,28 +1,31 @@
-//! Many balls: a tree of boxes, eight to a node, that rays walk nearest box first, all rays of a batch in step.
+//! A tree of bounding boxes with eight children per node: the search for many balls.
+//!
+//! All rays of a batch walk it in step, each visiting its nearest box first.
 //!
 //! ```text
 //! push the root on every ray's stack
 //! until all stacks are empty:
-//!     pop a box from each stack; if it is farther than the nearest hit, forget it
-//!     those of inner nodes: test the node's eight boxes at once, push those hit, the nearest on top
-//!     those of leaves: append those of the eight balls that the ray may meet to the candidates
-//!     evaluate the candidates by the reference's formula, keep the nearest hit of each ray
+//!     pop a box from each stack; drop it if it is farther than the ray's nearest hit
+//!     for each inner node popped: test its eight boxes at once, push those hit, the nearest on top
+//!     for each leaf popped: append those of its eight balls that the ray may hit to the candidates
+//!     test the candidates by the exact formula, keep the nearest hit of each ray
 //! ```
 //!
-//! How it differs from a textbook's, and why:
+//! How it differs from a textbook's tree, and why:
 //!
-//! 1. In step: a ray that walks by itself mispredicts a branch at nearly every box, and waits for each node to come
-//!    from memory. Here each stage is a loop without branches, and many rays wait at the same time.
-//! 2. The tree is complete ([`super::leaves`]): levels are arrays, children follow from the index, and a ball takes
-//!    20 bytes in its leaf and 3.5 in the boxes above.
-//! 3. Boxes lie around what the reference's *rounding* may hit, so that the nearest hit is the same: see [`Slabs`].
+//! 1. Rays walk in step. A ray that walks alone mispredicts a branch at nearly every box and waits for each node to come
+//!    from memory. Here each stage is a loop without branches, and many rays wait for memory at the same time.
+//! 2. The tree is complete ([`super::leaves`]): levels are arrays, the indices of children follow from their parent's, and
+//!    a ball takes 20 bytes in its leaf and 3.5 in the boxes above.
+//! 3. Boxes enclose all that the reference may hit *with its rounding*, so that the nearest hit is the same: see [`Slabs`].
 
 use super::candidates::Candidates;
+use super::cull::{may_meet, trust};
+use super::keys::key_distance;
 use super::leaves::{Ball, Leaf, WIDTH};
-use super::{Rays, key_distance, may_meet, trust};
-use crate::lanes::{Lanes, MOST_LANES, Row};
+use super::rays::Rays;
 use crate::paths::{Floats, ROOM};
-use crate::vec3::V3;
+use lanes::{Lanes, MOST_LANES, Row, V3};
 use rayon::prelude::*;
 use scene::Vec3;
 
@@ -30,14 +33,14 @@ use scene::Vec3;
 const IN_STEP: usize = 64;
 /// Levels of a tree of 2^31 balls.
 const LEVELS: usize = 11;
-/// Boxes that may wait: seven per level, and what vectors write past the end.
+/// Boxes on a stack: seven per level, and what vectors write past the end.
 const STACK: usize = 7 * LEVELS + MOST_LANES;
-/// Low bits of a place: the index within its level, whose number stands above.
+/// A place in the tree has the level above so many low bits, which hold the index within the level.
 const INDEX_BITS: u32 = 28;
-/// What balls are enlarged by, relative to their radius; and what distances to boxes are trusted to.
+/// Relative slack: of the radii of balls in boxes, and of distances to boxes. See [`Slabs`].
 const LOOSE: f32 = 1.0 / 512.0;
 
-// As many levels as eight to a node take, and stacks that stay in a first-level cache of 48 KiB.
+// As many levels as nodes of eight need, and stacks that stay in a first-level cache of 48 KiB.
 const _: () = assert!(1_u64 << (3 * LEVELS) >= 1 << 31 && 1_u64 << (3 * (LEVELS - 1)) < 1 << 31);
 const _: () = assert!(STACK >= (WIDTH - 1) * LEVELS + 1 + WIDTH && IN_STEP * STACK * 8 <= 48 << 10);
 
@@ -60,19 +63,19 @@ pub(crate) struct Tree {
     extent: f32,
 }
 
-/// The rays of a batch on their way.
+/// The state of the rays of a batch while they walk.
 pub(crate) struct Wave {
-    /// Per ray of the batch, what [`Slabs`] holds.
+    /// Per ray of the batch, its [`Slabs`].
     slabs: [[Row; 2]; ROOM],
-    /// Per ray that walks, the boxes that wait, and their distances.
+    /// Per ray in step, its stack: places of boxes, and their distances.
     places: [[u32; STACK]; IN_STEP],
     entries: [[f32; STACK]; IN_STEP],
     heights: [u32; IN_STEP],
-    /// The batch's number of the first ray that walks.
+    /// The number in the batch of the first ray in step.
     first: usize,
     /// Rays whose stack is not empty.
     live: [u32; IN_STEP],
-    /// Rays at an inner node or at a leaf, and which.
+    /// Rays that have popped an inner node or a leaf, with its place.
     at_nodes: [(u32, u32); IN_STEP],
     at_leaves: [(u32, u32); IN_STEP],
 }
@@ -95,12 +98,12 @@ impl Wave {
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug)]
-struct Bounds {
+struct BoundingBox {
     low: Vec3,
     high: Vec3,
 }
 
-impl Bounds {
+impl BoundingBox {
     const EMPTY: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
 
     fn of(balls: &[Ball]) -> Self {
@@ -116,7 +119,7 @@ impl Bounds {
 }
 
 impl Node {
-    fn new(children: &[Bounds]) -> Self {
+    fn new(children: &[BoundingBox]) -> Self {
         let mut planes = [[f32::INFINITY; WIDTH]; 6];
         for side in &mut planes[3..] {
             *side = [f32::NEG_INFINITY; WIDTH];
@@ -132,10 +135,10 @@ impl Node {
 }
 
 impl Tree {
-    /// Of balls that have been arranged.
+    /// From balls in the order of [`super::leaves::arrange`].
     pub(crate) fn new(balls: &[Ball]) -> Self {
         let leaves = balls.par_chunks(WIDTH).map(Leaf::new).collect();
-        let mut below: Vec<Bounds> = balls.par_chunks(WIDTH).map(Bounds::of).collect();
+        let mut below: Vec<BoundingBox> = balls.par_chunks(WIDTH).map(BoundingBox::of).collect();
         let mut tree = Self { leaves, nodes: Vec::new(), offsets: [0; LEVELS + 1], height: 0, extent: 0.0 };
         while tree.height == 0 || below.len() > 1 {
             tree.height += 1;
@@ -152,8 +155,8 @@ impl Tree {
         size_of_val(&self.leaves[..]) + size_of_val(&self.nodes[..])
     }
 
-    /// Lowers the keys of the rays to those of their nearest hits (if `ANY`, to that of any hit); of rays with a
-    /// negative `t`, none.
+    /// Lowers the keys of the rays to those of their nearest hits; if `ANY`, of any hit. Rays with a negative `t` are
+    /// skipped.
     #[inline(always)]
     pub(crate) fn search<L: Lanes, const ANY: bool>(
         &self,
@@ -179,7 +182,7 @@ impl Tree {
         }
     }
 
-    /// Lets the first `live` rays take a step each; gives the number of those that are to go on.
+    /// One step of the first `live` rays; returns the number of rays that still have boxes on their stacks.
     #[inline(always)]
     fn step<L: Lanes, const ANY: bool>(
         &self,
@@ -204,7 +207,7 @@ impl Tree {
         popped.live
     }
 
-    /// Pushes the boxes of a node that the ray may meet before `t`, the nearest on top.
+    /// Pushes the boxes of a node that the ray may enter before its nearest hit, the nearest box on top.
     #[inline(always)]
     fn visit_node<L: Lanes>(&self, wave: &mut Wave, ray: usize, place: u32, keys: &[u64; ROOM]) {
         let t = key_distance(keys[wave.first + ray]);
@@ -229,7 +232,7 @@ impl Tree {
     }
 }
 
-/// How many rays a step has brought where.
+/// The numbers of rays after a pop: still live, at an inner node, at a leaf.
 struct Popped {
     live: usize,
     nodes: usize,
@@ -237,7 +240,7 @@ struct Popped {
 }
 
 impl Wave {
-    /// Puts the root on the stacks of the rays that are to be searched; gives their number.
+    /// Puts the root on the stacks of the rays with `t >= 0`; returns their number.
     #[inline(always)]
     fn start(&mut self, t: &Floats, count: usize, root: u32) -> usize {
         let mut live = 0;
@@ -251,8 +254,8 @@ impl Wave {
         live
     }
 
-    /// Takes a box from each stack.
-    #[allow(clippy::needless_bitwise_bool)] // Lazy ones would be branches, which this stage is there to avoid.
+    /// Pops a box from each stack.
+    #[allow(clippy::needless_bitwise_bool)] // Lazy operators would be branches, which this stage avoids.
     #[inline(always)]
     fn pop<const ANY: bool>(&mut self, live: usize, keys: &[u64; ROOM], t: &Floats) -> Popped {
         let mut popped = Popped { live: 0, nodes: 0, leaves: 0 };
@@ -277,12 +280,10 @@ impl Wave {
     }
 }
 
-/// Adds the balls of a leaf that a ray may meet to the candidates.
+/// Adds the balls of a leaf that a ray may hit to the candidates.
 #[inline(always)]
 fn visit_leaf<L: Lanes>(leaf: &Leaf, ray: u32, candidates: &mut Candidates) {
-    let Row([ox, oy, oz, dx, dy, dz, ..]) = candidates.rows[ray as usize];
-    let origin = V3::<L>::new(L::f(ox), L::f(oy), L::f(oz));
-    let direction = V3::new(L::f(dx), L::f(dy), L::f(dz));
+    let (origin, direction) = candidates.broadcast_ray::<L>(ray as usize);
     let center = V3::new(L::load(&leaf.x), L::load(&leaf.y), L::load(&leaf.z));
     let may = may_meet(origin, direction, trust(direction), center, L::load(&leaf.radius_squared));
     let count = candidates.count;
@@ -291,14 +292,14 @@ fn visit_leaf<L: Lanes>(leaf: &Leaf, ray: u32, candidates: &mut Candidates) {
     candidates.count = count + L::mask_bits(may).count_ones() as usize;
 }
 
-fn union(children: &[Bounds]) -> Bounds {
-    children.iter().fold(Bounds::EMPTY, |all, child| all.union(*child))
+fn union(children: &[BoundingBox]) -> BoundingBox {
+    children.iter().fold(BoundingBox::EMPTY, |all, child| all.union(*child))
 }
 
-/// What the test of a ray and boxes needs of the ray, in two rows: inverse direction, what added to
-/// `plane * inverse` makes the distance to the near and far planes of each axis, and which planes are near.
+/// What the test of a ray against boxes needs to know of the ray, in two rows: the inverse direction, the offsets that
+/// added to `plane * inverse` give the distances to the near and far planes of each axis, and which planes are near.
 ///
-/// Why no box that matters is missed. With f from the centre of a ball to the origin, u = 2^-24, and D the distance
+/// Why it misses no box that matters. With f from the centre of a ball to the origin, u = 2^-24, and D the distance
 /// of the centre from the line of the ray, the reference accepts a ball only if D <= r (1 + 4u) + 8u |f|
 /// ([`may_meet`] derives it). So the line meets the box around the ball if the box grows by 8u |f|, and |f| is at
 /// most 4 times the sum of the largest coordinates of origin and boxes. `slack` is 64u times that sum, and so also
@@ -309,7 +310,7 @@ fn union(children: &[Bounds]) -> Bounds {
 struct Slabs;
 
 impl Slabs {
-    /// Works out the rows of a packet of rays, for boxes with coordinates up to `extent`.
+    /// Computes the rows of a packet of rays, for boxes with coordinates up to `extent`.
     #[inline(always)]
     fn store<L: Lanes>(origin: V3<L>, direction: V3<L>, extent: f32, to: &mut [[Row; 2]]) {
         let largest = L::max(L::abs(origin.x), L::max(L::abs(origin.y), L::abs(origin.z)));
@@ -327,7 +328,7 @@ impl Slabs {
         }
     }
 
-    /// Distances to the boxes of a node, and which are met before `t`.
+    /// Distances to the boxes of a node, and which of them the ray enters before `t`.
     #[inline(always)]
     fn meet<L: Lanes>(rows: &[Row; 2], node: &Node, t: f32) -> (L::F, L::M) {
         let [Row([ix, iy, iz, nx, ny, nz, _, side]), Row([fx, fy, fz, ..])] = rows;
@@ -349,7 +350,7 @@ impl Slabs {
 /// Along one axis: the inverse direction, offsets to the near and far planes, and which plane is near.
 #[inline(always)]
 fn slab<L: Lanes>(origin: L::F, direction: L::F, slack: L::F, axis: u32) -> (L::F, L::F, L::F, L::U) {
-    // For zero, a number too small to matter.
+    // Zero is replaced by a number too small to matter.
     let tiny = L::f(1e-18);
     let is_tiny = L::lt(L::abs(direction), tiny);
     let inverse = L::f(1.0) / L::select(is_tiny, tiny, direction);

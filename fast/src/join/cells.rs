@@ -1,19 +1,19 @@
-//! Which bucket a point of space falls into.
+//! Cells: which bucket does a point of space fall into, and which buckets hold the points near a region?
 //!
-//! Space is cut into cubic cells, and cell (x, y, z) goes to bucket `x + y * stride_y + z * stride_z`, modulo the
-//! number of buckets. So a row of cells along x is a run of buckets, and the photons of a row, once sorted by bucket,
-//! lie together: one look-up finds a whole row. The strides are chosen such that within any window of
-//! [`WINDOW`]^3 cells no two rows share a bucket; so a query no larger than the window meets no photon twice, though
-//! the whole of space is folded onto a small table.
+//! Space is cut into cubic cells. Cell (x, y, z) goes to bucket `x + y * stride_y + z * stride_z`, modulo the number of
+//! buckets. So a row of cells along x is a run of buckets, and its photons, once sorted by bucket, are consecutive: one
+//! look-up finds the photons of a row. The strides are chosen so that no two rows within any window of [`WINDOW`]^3 cells
+//! share a bucket. A query that fits into the window meets no photon twice, although all of space is folded onto a small
+//! table.
 
-use crate::lanes::Lanes;
-use crate::vec3::V3;
+use super::region::Region;
+use lanes::{Lanes, V3};
 use scene::Vec3;
 
-/// Cells along each axis within which buckets are distinct, and the most that a query may span.
+/// Cells along each axis of the window, within which buckets are distinct: the most that a query may span.
 pub(crate) const WINDOW: u32 = 8;
 
-/// Beyond so many cells from the origin, coordinates are clamped: an order that saturates, where integers would wrap.
+/// Coordinates in cells are clamped to this, as integers would wrap around.
 const FARTHEST: f32 = 1_073_741_824.0;
 
 /// A map from points to buckets.
@@ -22,16 +22,16 @@ pub(crate) struct Cells {
     inverse_size: f32,
     stride_y: u32,
     stride_z: u32,
-    /// Number of buckets less one; the number is a power of two.
+    /// The number of buckets, a power of two, less one.
     pub(crate) mask: u32,
 }
 
-/// The size of a table of at least `buckets` buckets, within reason.
+/// The number of buckets of a table for which `buckets` are asked.
 pub(crate) fn table_size(buckets: usize) -> usize {
     buckets.next_power_of_two().clamp(1 << 12, 1 << 22)
 }
 
-/// The cells between two corners, both included.
+/// A box of cells, both corners included.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span {
     low: [i32; 3],
@@ -43,8 +43,8 @@ impl Cells {
     pub(crate) fn new(size: f32, buckets: usize) -> Self {
         let buckets = table_size(buckets) as u32;
         let mask = buckets - 1;
-        // Shares of the table whose multiples stay apart (square roots of small primes), odd: by them the rows of a
-        // window are apart in a table of any size.
+        // Odd numbers near irrational fractions of the table (fractional parts of the square roots of 5 and 2), whose
+        // multiples are well apart: a test tries them in tables of every size.
         let stride_y = (f64::from(buckets) * 0.236_067_977) as u32 | 1;
         let stride_z = (f64::from(buckets) * 0.414_213_562) as u32 | 1;
         Self { inverse_size: 1.0 / size, stride_y, stride_z, mask }
@@ -73,29 +73,29 @@ impl Cells {
         (x + y * L::u(self.stride_y) + z * L::u(self.stride_z)) & L::u(self.mask)
     }
 
-    /// The cells that may hold a point within `reach` of a box.
+    /// The cells that may hold a point within reach of a region.
     #[inline(always)]
-    pub(crate) fn span(self, bounds: &Bounds) -> Span {
-        let (low, high) = (bounds.low - Vec3::splat(bounds.reach), bounds.high + Vec3::splat(bounds.reach));
+    pub(crate) fn span(self, region: &Region) -> Span {
+        let (low, high) = (region.low - Vec3::splat(region.reach), region.high + Vec3::splat(region.reach));
         Span {
             low: [self.coordinate(low.x), self.coordinate(low.y), self.coordinate(low.z)],
             high: [self.coordinate(high.x), self.coordinate(high.y), self.coordinate(high.z)],
         }
     }
 
-    /// The rows of a span that fits, without those cells that lie farther than `reach` from the box.
+    /// The rows of a span that fits, without the cells that are out of reach of the region.
     #[inline(always)]
-    pub(crate) fn query<L: Lanes>(self, span: Span, bounds: &Bounds) -> Query<L> {
-        // Clamped as coordinates are: what is beyond lies in the last cell.
+    pub(crate) fn query<L: Lanes>(self, span: Span, region: &Region) -> Query<L> {
+        // Clamped like coordinates: what is beyond lies in the last cell.
         let farthest = Vec3::splat(FARTHEST);
         let [low, high] =
-            [bounds.low, bounds.high].map(|corner| (corner * self.inverse_size).clamp(-farthest, farthest));
-        // What is within `reach` but for rounding is within this. Coordinates and ends of the box, in cells, and their
-        // differences err by e = 2.4e-7 of the largest in sum. With gaps along y and z too large by that, and one along x
-        // too small by twice that, the squares of the three exceed the square of a distance R by less than
-        // 5 e R + 6 e^2: less than (R + 2.5 e)^2 - R^2.
+            [region.low, region.high].map(|corner| (corner * self.inverse_size).clamp(-farthest, farthest));
+        // The reach in cells, and enough for rounding. Coordinates and corners of the box, in cells, and their differences
+        // err by e = 2.4e-7 of the largest in sum. If the gaps along y and z are too large by that, and the one along x too
+        // small by twice that, the sum of the three squares exceeds the square of a distance R by less than
+        // 5 e R + 6 e^2, which is less than (R + 2.5 e)^2 - R^2.
         let rounding = 1e-3 + 1e-6 * low.abs().max(high.abs()).max_element();
-        let reach = bounds.reach * self.inverse_size + rounding;
+        let reach = region.reach * self.inverse_size + rounding;
         let mut cells = [0.0; WINDOW as usize];
         for (y, cell) in (span.low[1]..).zip(&mut cells) {
             *cell = gap(y, low.y, high.y);
@@ -114,7 +114,7 @@ impl Cells {
     }
 }
 
-/// The rows of cells near a box, a slab of equal z at a time.
+/// The rows of cells within reach of a region, a slab of equal z at a time.
 pub(crate) struct Query<L: Lanes> {
     cells: Cells,
     span: Span,
@@ -123,7 +123,7 @@ pub(crate) struct Query<L: Lanes> {
     reach: f32,
     /// For up to [`WINDOW`] values of y: the squared distance from the box along y.
     gap_y_squared: <L::Eight as Lanes>::F,
-    /// The same values' part of the bucket.
+    /// The part of the bucket that these values of y contribute.
     row_y: <L::Eight as Lanes>::U,
 }
 
@@ -134,9 +134,9 @@ impl<L: Lanes> Query<L> {
         self.span.low[2]..=self.span.high[2]
     }
 
-    /// The rows of one z, as runs of buckets (in which the last bucket is followed by the first).
+    /// The rows of one z, as runs of buckets that may wrap around the table.
     #[inline(always)]
-    pub(crate) fn rows(&self, z: i32) -> Rows {
+    pub(crate) fn rows(&self, z: i32) -> SlabRows {
         let gap_z = gap(z, self.low.z, self.high.z);
         let across = L::Eight::f(self.reach * self.reach - gap_z * gap_z) - self.gap_y_squared;
         let is_near = L::Eight::le(L::Eight::f(0.0), across);
@@ -151,40 +151,14 @@ impl<L: Lanes> Query<L> {
         let is_row = is_near & in_span & L::Eight::lt(L::Eight::f(0.0), length);
         let row = self.row_y + L::Eight::u((z as u32).wrapping_mul(self.cells.stride_z));
         let bucket = (L::Eight::truncate(first) + row) & L::Eight::u(self.cells.mask);
-        let mut rows = Rows { buckets: [0; _], lengths: [0; _], rest: L::Eight::mask_bits(is_row) };
+        let mut rows = SlabRows { buckets: [0; _], lengths: [0; _], rest: L::Eight::mask_bits(is_row) };
         L::Eight::store_u(bucket, &mut rows.buckets);
         L::Eight::store_u(L::Eight::truncate(length), &mut rows.lengths);
         rows
     }
 }
 
-/// A box of points and the distance within which photons matter to them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Bounds {
-    pub(crate) low: Vec3,
-    pub(crate) high: Vec3,
-    pub(crate) reach: f32,
-}
-
-impl Bounds {
-    /// The bounds of nothing.
-    pub(crate) const EMPTY: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY, reach: 0.0 };
-
-    /// True of the bounds of nothing; else something is within reach.
-    #[inline(always)]
-    pub(crate) fn is_empty(&self) -> bool {
-        self.reach <= 0.0
-    }
-
-    /// The bounds of both, as far as either reaches.
-    #[inline(always)]
-    pub(crate) fn and(&self, other: &Self) -> Self {
-        let (low, high) = (self.low.min(other.low), self.high.max(other.high));
-        Self { low, high, reach: self.reach.max(other.reach) }
-    }
-}
-
-/// Consecutive buckets.
+/// Consecutive buckets; the last bucket of the table is followed by the first.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Run {
     pub(crate) bucket: u32,
@@ -192,15 +166,15 @@ pub(crate) struct Run {
 }
 
 /// The rows of a slab.
-pub(crate) struct Rows {
+pub(crate) struct SlabRows {
     buckets: [u32; WINDOW as usize],
     lengths: [u32; WINDOW as usize],
-    /// Bit k: row k has cells.
+    /// Bit k is set if row k has cells and is still to come.
     rest: u32,
 }
 
-impl Rows {
-    /// The buckets of the next row.
+impl SlabRows {
+    /// The next row.
     #[inline(always)]
     pub(crate) fn next(&mut self) -> Option<Run> {
         if self.rest == 0 {
@@ -213,14 +187,14 @@ impl Rows {
 }
 
 impl Span {
-    /// True if the span is within the window.
+    /// True if the span fits into a window.
     #[inline(always)]
     pub(crate) fn fits(self) -> bool {
         (0..3).all(|axis| i64::from(self.high[axis]) - i64::from(self.low[axis]) < i64::from(WINDOW))
     }
 }
 
-/// Distance of the cell that begins at `cell` from an interval, in cells.
+/// The distance from an interval to the cell that begins at `cell`, in cells.
 #[inline(always)]
 fn gap(cell: i32, low: f32, high: f32) -> f32 {
     let below = low - (cell as f32 + 1.0);

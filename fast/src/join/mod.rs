@@ -1,99 +1,197 @@
-//! The join: which photons count at which visible points, and what they bring.
+//! The join: which photons count at which visible points, and what do they bring?
 //!
 //! ```text
-//! for each group of 16 pixels (a block of 4x4):
-//!     if the group's visible points, with their radii, fit into a window of cells:
-//!         for each row of cells, for 8 or 16 photons of the row at once: keep those near the box of all points
-//!         for each photon kept: test it against all points at once
-//!     else, for each point, for each row of its own cells: test it against 8 or 16 photons at once
-//!     consolidate
+//! for each work item of 1024 pixels, on any thread:
+//!     for each group of 16 pixels (a block of 4x4):
+//!         if the region of the group's visible points fits into a window of cells:
+//!             look up the photons of the region; gather for all points at once            (group.rs)
+//!         else, for each point:
+//!             look up the photons of the point's own region; gather for it alone          (point.rs)
+//!         in the last round of the iteration: consolidate                                 (consolidate.rs)
 //! ```
 //!
 //! How it differs from the reference's hash grid, and why:
 //!
-//! 1. Photons are sorted and visible points look them up, not the other way round: then sums stay in registers.
-//! 2. Points of a group lie close together, so they share the look-up and each photon is loaded once for 16 tests,
-//!    by broadcast, with no gather, no scatter and no horizontal sum. Behind a glass ball neighbours in the picture
-//!    are far apart in space: such groups go point by point, with photons in lanes.
-//! 3. Rows of cells hold several times the photons that the box of the points reaches. Testing the box costs a
-//!    tenth of testing the points, as photons then stand in lanes.
-//! 4. The side on which a photon arrives is tested only where it is in doubt (see [`deposits::SAFE`]).
-//! 5. Sums are integers. A sum of 32 bits holds 2047 photons of at most 2^21; it is emptied before that.
+//! 1. Photons are sorted and visible points look them up, not the other way round: so sums stay in registers.
+//! 2. Points of a group are near each other, so they share the look-up. Photons are culled by the bounding box of the
+//!    points, with photons in lanes. Each that remains is loaded once for up to 16 tests, with points in lanes: a
+//!    broadcast, with no gather, no scatter and no sum across lanes. Behind a glass ball neighbours in the picture are
+//!    far apart in space; such points gather by themselves.
+//! 3. Rows of cells hold several times the photons that are within reach of the box. The test of the box costs a tenth of
+//!    the test of the points.
+//! 4. The side on which a photon arrives is tested only where it is in doubt ([`SAFE`]).
+//! 5. Sums are integers, so their order does not matter. A sum of 32 bits holds 2047 photons of at most 2^21; it is
+//!    emptied before that.
 
-pub(crate) mod cells;
-pub(crate) mod deposits;
-pub(crate) mod gather;
-pub(crate) mod occupancy;
+mod bins;
+mod cells;
+mod deposit;
+mod found;
+mod group;
+mod occupancy;
+mod point;
+mod radii;
+mod region;
+mod runs;
+mod sorted;
+mod sums;
 
-use crate::camera_pass::PixelRows;
-use crate::lanes::{Lanes, Row};
-use cells::{Bounds, Cells};
-use deposits::{SAFE, Sorted};
-use gather::{Gathering, Group, Scratch, Single, Sums};
-use occupancy::Occupancy;
-use scene::Vec3;
-use scene::ray::NO_SPHERE;
+use crate::consolidate::consolidate_group;
+use crate::pixels::{GROUP, Pixel, PixelRows};
+use crate::work_items::singly;
+pub(crate) use bins::{BYTES_OF_BINS, Binned, Chunks, bin_shift, bytes_at_rest, reserve, with_margin};
+pub(crate) use cells::{Cells, Run, table_size};
+pub(crate) use deposit::{Arrival, Direction, Record, SAFE};
+pub(crate) use found::JoinBuffers;
+use group::{Gathering, Group};
+use lanes::{Kernel, LaneKind, Lanes, dispatch};
+pub(crate) use occupancy::Occupancy;
+use point::SinglePoint;
+pub(crate) use radii::Radii;
+use rayon::prelude::*;
+pub(crate) use region::Region;
+use scene::{Stats, Stop};
+pub(crate) use sorted::Sorted;
+pub(crate) use sums::{GroupSums, JoinCounts};
 
-/// Pixels of a group.
-pub(crate) const GROUP: usize = 16;
+/// A join of more pairs than this is long.
+const LONG_JOIN: u64 = 1 << 29;
+/// Until a join has been counted, one of more deposits than this counts as long.
+const MANY_DEPOSITS: usize = 1 << 20;
 
-/// The sphere of search is widened by so much where cells are looked up, as the test of the distance rounds.
-const WIDENED: f32 = 1.0 + 1.0 / 1_048_576.0;
-
-/// The search radius, for looking up cells.
-#[inline(always)]
-fn reach(radius_squared: f32) -> f32 {
-    radius_squared.sqrt() * WIDENED
+/// Joins of a render. Those that take long can be stopped: they add up the photons of all pixels first, and consolidate
+/// after that. The others consolidate each group at once, which takes less time and memory.
+pub(crate) struct Join {
+    /// This iteration's sums of all groups, in tile order. Empty while no join is long and one round of photons suffices.
+    sums: Vec<GroupSums>,
+    /// The number of pairs from which on a join is long.
+    long_from: u64,
+    /// Whether the last join was long.
+    pub(crate) was_long: Option<bool>,
 }
 
-/// Where a pixel's visible point is and how far it gathers, if it has one.
-#[inline(always)]
-fn bounds_of_one(rows: &PixelRows, pixel: &Row) -> Option<Bounds> {
-    let [x, y, z, sphere, ..] = rows.visible.0;
-    let point = Vec3::new(x, y, z);
-    (sphere.to_bits() != NO_SPHERE).then(|| Bounds { low: point, high: point, reach: reach(pixel.0[7]) })
+/// The photons and cells of a round.
+#[derive(Clone, Copy)]
+pub(crate) struct Round<'a> {
+    /// The photons to be gathered; `None` if all are in the sums.
+    pub(crate) sorted: Option<&'a Sorted>,
+    pub(crate) cells: Cells,
+    /// True if no round of this iteration follows.
+    pub(crate) is_last: bool,
+    /// The nominal power of photons.
+    pub(crate) nominal: f32,
 }
 
-/// The same of some pixels; [`Bounds::EMPTY`] if none has a visible point.
-#[inline(always)]
-fn bounds_of_all(rows: &[PixelRows], pixels: &[Row]) -> Bounds {
-    let Bounds { mut low, mut high, .. } = Bounds::EMPTY;
-    let mut radius_squared = 0.0;
-    for (row, pixel) in rows.iter().zip(pixels) {
-        let [x, y, z, sphere, ..] = row.visible.0;
-        if sphere.to_bits() != NO_SPHERE {
-            let point = Vec3::new(x, y, z);
-            (low, high) = (low.min(point), high.max(point));
-            radius_squared = if radius_squared < pixel.0[7] { pixel.0[7] } else { radius_squared };
+impl Join {
+    pub(crate) fn new() -> Self {
+        Self { sums: Vec::new(), long_from: LONG_JOIN, was_long: None }
+    }
+
+    /// Sets the number of pairs from which on a join is long.
+    pub(crate) fn set_long(&mut self, pairs: u64) {
+        (self.long_from, self.was_long) = (pairs, (pairs == 0).then_some(true));
+    }
+
+    /// Joins the photons of a round with the visible points of all pixels; in the last round, consolidates the pixels.
+    /// `None` if stopped, and then no pixel has changed.
+    pub(crate) fn run(
+        &mut self,
+        round: Round,
+        (lanes, per_job): (LaneKind, usize),
+        pixels: &mut [Pixel],
+        rows: &[PixelRows],
+        stats: &mut Stats,
+        stop: &Stop,
+    ) -> Option<()> {
+        let before = stats.candidates;
+        let is_long =
+            self.was_long.unwrap_or(round.sorted.is_some_and(|sorted| sorted.count() > MANY_DEPOSITS));
+        if round.is_last && !is_long {
+            self.run_round(round, (lanes, per_job), pixels, rows, stats, &Stop::new());
+        } else {
+            self.sums.resize(pixels.len() / GROUP, GroupSums::default());
+            self.run_round(Round { is_last: false, ..round }, (lanes, per_job), pixels, rows, stats, stop);
+            if stop.is_requested() {
+                return None;
+            }
+            if round.is_last {
+                let round = Round { sorted: None, ..round };
+                self.run_round(round, (lanes, per_job), pixels, rows, stats, &Stop::new());
+            }
+        }
+        // By counted work and not by the clock, so that memory does not depend on how busy the machine is.
+        self.was_long = Some(stats.candidates - before >= self.long_from);
+        Some(())
+    }
+
+    /// Adds the photons of a round to the sums, if these are kept; in the last round, consolidates.
+    fn run_round(
+        &mut self,
+        round: Round,
+        (lanes, per_job): (LaneKind, usize),
+        pixels: &mut [Pixel],
+        rows: &[PixelRows],
+        stats: &mut Stats,
+        stop: &Stop,
+    ) {
+        // Empty slices, if no sums are kept.
+        let mut sums: Vec<&mut [GroupSums]> = self.sums.chunks_mut(per_job / GROUP).collect();
+        sums.resize_with(pixels.len().div_ceil(per_job), Default::default);
+        let jobs = pixels.par_chunks_mut(per_job).zip(rows.par_chunks(per_job)).zip(sums);
+        let counts: Vec<JoinCounts> = singly(jobs)
+            .map(|((pixels, rows), sums)| {
+                if stop.is_requested() {
+                    return JoinCounts::default();
+                }
+                dispatch(lanes, JoinJob { round, pixels, rows, sums })
+            })
+            .collect();
+        for counts in counts {
+            stats.candidates += counts.candidates;
+            stats.contributions += counts.contributions;
         }
     }
-    Bounds { low, high, reach: reach(radius_squared) }
+
+    /// Clears the sums after an iteration.
+    pub(crate) fn clear(&mut self) {
+        self.sums.clear();
+    }
+
+    /// Bytes of memory held.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&self.sums[..])
+    }
 }
 
-/// Marks the cells that a group's visible points reach.
-#[inline(always)]
-pub(crate) fn mark<L: Lanes>(occupancy: &mut Occupancy, rows: &[PixelRows], pixels: &[Row]) {
-    let all = bounds_of_all(rows, pixels);
-    if all.is_empty() {
-        return;
-    }
-    if occupancy.mark::<L>(&all) {
-        return;
-    }
-    for (row, pixel) in rows.iter().zip(pixels) {
-        if let Some(one) = bounds_of_one(row, pixel)
-            && !occupancy.mark::<L>(&one)
-        {
-            occupancy.mark_all();
+/// A work item: some pixels.
+struct JoinJob<'a> {
+    round: Round<'a>,
+    pixels: &'a mut [Pixel],
+    rows: &'a [PixelRows],
+    /// The sums of earlier rounds; empty if none are kept.
+    sums: &'a mut [GroupSums],
+}
+
+impl Kernel for JoinJob<'_> {
+    type Output = JoinCounts;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> JoinCounts {
+        let Round { sorted, cells, is_last, nominal } = self.round;
+        let (mut counts, mut buffers) = (JoinCounts::default(), JoinBuffers::new());
+        let groups = self.pixels.chunks_mut(GROUP).zip(self.rows.chunks(GROUP));
+        for (number, (pixels, rows)) in groups.enumerate() {
+            let mut sums = self.sums.get(number).copied().unwrap_or_default();
+            if let Some(sorted) = sorted {
+                gather_group::<L>(sorted, cells, rows, pixels, &mut buffers, &mut sums, &mut counts);
+            }
+            if is_last {
+                consolidate_group::<L>(pixels, rows, &sums, nominal);
+            } else if let Some(kept) = self.sums.get_mut(number) {
+                *kept = sums;
+            }
         }
+        counts
     }
-}
-
-/// Counted work.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct JoinCounts {
-    pub(crate) candidates: u64,
-    pub(crate) contributions: u64,
 }
 
 /// Adds up the photons that count at each pixel of a group.
@@ -102,53 +200,34 @@ pub(crate) fn gather_group<L: Lanes>(
     sorted: &Sorted,
     cells: Cells,
     rows: &[PixelRows],
-    pixels: &[Row],
-    scratch: &mut Scratch,
-    sums: &mut Sums,
+    pixels: &[Pixel],
+    buffers: &mut JoinBuffers,
+    sums: &mut GroupSums,
     counts: &mut JoinCounts,
 ) {
-    let halves = [0, GROUP / 2].map(|at| bounds_of_all(&rows[at..][..GROUP / 2], &pixels[at..]));
+    let halves = [0, GROUP / 2].map(|at| Region::of_all(&rows[at..][..GROUP / 2], &pixels[at..]));
     let all = halves[0].and(&halves[1]);
     if all.is_empty() {
         return;
     }
     let span = cells.span(&all);
     if span.fits() {
-        scratch.runs.look_up(sorted, &cells.query::<L>(span, &all));
+        buffers.runs.look_up(sorted, &cells.query::<L>(span, &all));
         let group = Group { rows, pixels, halves, all };
-        Gathering::<L>::run(&group, sorted, scratch, sums, counts);
+        Gathering::<L>::run(&group, sorted, buffers, sums, counts);
         return;
     }
     for (lane, (row, pixel)) in rows.iter().zip(pixels).enumerate() {
-        if let Some(bounds) = bounds_of_one(row, pixel) {
-            let mut one = Single { row, radius_squared: pixel.0[7], sums, lane };
-            let span = cells.span(&bounds);
+        if let Some(region) = Region::of_one(row, pixel) {
+            let mut point = SinglePoint { row, radius_squared: pixel.radius_squared, sums, lane };
+            let span = cells.span(&region);
             if span.fits() {
-                scratch.runs.look_up(sorted, &cells.query::<L>(span, &bounds));
-                one.run::<L>(sorted, scratch, counts);
+                buffers.runs.look_up(sorted, &cells.query::<L>(span, &region));
+                point.run::<L>(sorted, buffers, counts);
             } else {
-                // Coordinates that round to many cells.
-                one.run_on_all::<L>(sorted, scratch, counts);
+                // Coordinates are so large that they round to many cells.
+                point.run_on_all::<L>(sorted, buffers, counts);
             }
-        }
-    }
-}
-
-/// What a photon's surface must be for its side not to be in doubt.
-#[inline(always)]
-fn safe_surface(sphere: u32) -> u32 {
-    sphere | SAFE
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn cells_are_looked_up_within_the_radius_and_hardly_beyond() {
-        for radius in [1e-3_f32, 0.1, 1.0, 7.0, 1e5] {
-            let (reached, radius) = (f64::from(reach(radius * radius)), f64::from(radius));
-            assert!(radius < reached && reached < 1.000_003 * radius, "{reached} of {radius}");
         }
     }
 }

@@ -1,29 +1,30 @@
-//! Where visible points are: a bit per bucket of coarse cells, by which most photons that nobody sees are dropped.
+//! Occupancy: which cells do visible points reach? Photons that land in other cells are dropped.
 
-use super::cells::{Bounds, Cells};
-use crate::lanes::Lanes;
-use crate::vec3::V3;
+use super::cells::Cells;
+use super::region::Region;
+use crate::pixels::{Pixel, PixelRows};
+use lanes::{Lanes, MOST_LANES, V3};
 
-/// The occupancy of space by visible points.
+/// A bit per bucket of coarse cells, set if some visible point reaches the cell.
 pub(crate) struct Occupancy {
     cells: Cells,
     words: Vec<u32>,
 }
 
 impl Occupancy {
-    /// An empty map of cells of the given size, of so many bits, a power of two.
+    /// An empty map of cells of the given size, with so many bits, a power of two.
     pub(crate) fn new(size: f32, bits: u32) -> Self {
         Self { cells: Cells::new(size, bits as usize), words: vec![0; bits as usize / 32] }
     }
 
-    /// Marks the cells within reach of a box, if they fit into a window; else does nothing and gives false.
+    /// Marks the cells within reach of a region. If they do not fit into a window, marks none and returns false.
     #[inline(always)]
-    pub(crate) fn mark<L: Lanes>(&mut self, bounds: &Bounds) -> bool {
-        let span = self.cells.span(bounds);
+    pub(crate) fn mark<L: Lanes>(&mut self, region: &Region) -> bool {
+        let span = self.cells.span(region);
         if !span.fits() {
             return false;
         }
-        let query = self.cells.query::<L>(span, bounds);
+        let query = self.cells.query::<L>(span, region);
         for z in query.slabs() {
             let mut rows = query.rows(z);
             while let Some(run) = rows.next() {
@@ -36,25 +37,41 @@ impl Occupancy {
         true
     }
 
+    /// Marks the cells that the visible points of a group reach.
+    #[inline(always)]
+    pub(crate) fn mark_group<L: Lanes>(&mut self, rows: &[PixelRows], pixels: &[Pixel]) {
+        let all = Region::of_all(rows, pixels);
+        if all.is_empty() || self.mark::<L>(&all) {
+            return;
+        }
+        for (row, pixel) in rows.iter().zip(pixels) {
+            if let Some(one) = Region::of_one(row, pixel)
+                && !self.mark::<L>(&one)
+            {
+                self.mark_all();
+            }
+        }
+    }
+
     /// Marks all cells.
-    pub(crate) fn mark_all(&mut self) {
+    fn mark_all(&mut self) {
         self.words.fill(u32::MAX);
     }
 
-    /// Takes over the marks of another map of the same cells.
+    /// Adds the marks of another map of the same cells.
     pub(crate) fn merge(&mut self, other: &Self) {
         for (word, theirs) in self.words.iter_mut().zip(&other.words) {
             *word |= theirs;
         }
     }
 
-    /// The lanes whose point lies in a marked cell.
+    /// The lanes whose point is in a marked cell.
     #[inline(always)]
     pub(crate) fn touches<L: Lanes>(&self, p: V3<L>) -> L::M {
         let bucket = self.cells.buckets::<L>(p);
         let words = L::gather_u(&self.words, L::shr::<5>(bucket));
-        let mut bits = [0; crate::lanes::MOST_LANES];
-        let mut chosen = [0; crate::lanes::MOST_LANES];
+        let mut bits = [0; MOST_LANES];
+        let mut chosen = [0; MOST_LANES];
         L::store_u(bucket, &mut bits);
         L::store_u(words, &mut chosen);
         let mut mask = 0;

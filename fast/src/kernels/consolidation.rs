@@ -1,11 +1,9 @@
 //! Consolidate and develop.
 
-use crate::camera_pass::PixelRows;
 use crate::consolidate::{self, consolidate_group};
-use crate::dispatch::{Kernel, LaneKind, dispatch};
-use crate::join::GROUP;
-use crate::join::gather::Sums;
-use crate::lanes::{Lanes, Row};
+use crate::join::GroupSums;
+use crate::pixels::{self, GROUP, PixelRows};
+use lanes::{Kernel, LaneKind, Lanes, dispatch};
 use scene::{Rgb, Settings};
 
 /// What a pixel has gathered over all iterations; as `reference::consolidate::Pixel`.
@@ -42,31 +40,31 @@ pub struct Seen {
 impl Pixel {
     /// Before the first iteration.
     pub fn new(initial_radius: f32) -> Self {
-        Self::of(&consolidate::new_pixel(initial_radius))
+        Self::of(&pixels::Pixel::new(initial_radius))
     }
 
     /// Radiance after so many iterations.
     pub fn develop(&self, settings: &Settings, iterations: u32) -> Rgb {
-        consolidate::develop(&self.row(), settings, iterations)
+        consolidate::develop(&self.inner(), settings, iterations)
     }
 
-    fn of(row: &Row) -> Self {
-        let [dr, dg, db, tr, tg, tb, n, radius_squared] = row.0;
-        Self { direct: Rgb::new(dr, dg, db), tau: Rgb::new(tr, tg, tb), n, radius_squared }
+    fn of(pixel: &pixels::Pixel) -> Self {
+        let pixels::Pixel { direct, tau, n, radius_squared } = *pixel;
+        Self { direct: direct.into(), tau: tau.into(), n, radius_squared }
     }
 
-    fn row(&self) -> Row {
-        let (d, t) = (self.direct, self.tau);
-        Row([d.x, d.y, d.z, t.x, t.y, t.z, self.n, self.radius_squared])
+    fn inner(&self) -> pixels::Pixel {
+        let Self { direct, tau, n, radius_squared } = *self;
+        pixels::Pixel { direct: direct.into(), tau: tau.into(), n, radius_squared }
     }
 }
 
 /// Pixels with what an iteration brings to them, laid out as the engine does.
 pub struct Consolidation {
     count: usize,
-    pixels: Vec<Row>,
+    pixels: Vec<pixels::Pixel>,
     rows: Vec<PixelRows>,
-    sums: Vec<Sums>,
+    sums: Vec<GroupSums>,
 }
 
 impl Consolidation {
@@ -75,15 +73,13 @@ impl Consolidation {
         let slots = pixels.len().next_multiple_of(GROUP);
         let mut this = Self {
             count: pixels.len(),
-            pixels: vec![consolidate::new_pixel(1.0); slots],
+            pixels: vec![pixels::Pixel::new(1.0); slots],
             rows: vec![PixelRows::NOTHING; slots],
-            sums: vec![Sums::default(); slots / GROUP],
+            sums: vec![GroupSums::default(); slots / GROUP],
         };
         for (k, ((pixel, seen), gathered)) in pixels.iter().zip(seen).zip(gathered).enumerate() {
-            this.pixels[k] = pixel.row();
-            let (b, d) = (seen.beta, seen.direct);
-            this.rows[k].visible.0[4..7].copy_from_slice(&b.to_array());
-            this.rows[k].light.0[3..6].copy_from_slice(&d.to_array());
+            this.pixels[k] = pixel.inner();
+            (this.rows[k].beta, this.rows[k].direct) = (seen.beta.into(), seen.direct.into());
             let sums = &mut this.sums[k / GROUP];
             sums.m[k % GROUP] = gathered.m;
             for (channel, flux) in gathered.flux.into_iter().enumerate() {

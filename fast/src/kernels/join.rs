@@ -1,22 +1,21 @@
 //! The join and what it stands on: cells, occupancy, sorting.
 
-use super::Gathered;
+use super::consolidation::Gathered;
 use super::maps::{Map, OverColumns};
-use crate::camera_pass::PixelRows;
-use crate::dispatch::{Kernel, LaneKind, dispatch};
-use crate::join::deposits::{Binned, Chunks, SAFE, Sorted, bin_shift};
-use crate::join::gather::{Scratch, Sums};
-use crate::join::{GROUP, JoinCounts, cells, gather_group, occupancy};
-use crate::lanes::{Lanes, Row};
+use crate::join::{
+    self, Arrival, Binned, Chunks, GroupSums, JoinBuffers, JoinCounts, Record, Region, SAFE, Sorted,
+    bin_shift, gather_group,
+};
 use crate::parameters::Parameters;
-use crate::vec3::V3;
+use crate::pixels::{GROUP, Pixel, PixelRows};
+use lanes::{Kernel, LaneKind, Lanes, V3, dispatch};
 use scene::Vec3;
 use scene::ray::SphereId;
 use std::sync::Arc;
 
 /// A map from points of space to buckets.
 #[derive(Clone, Copy, Debug)]
-pub struct Cells(pub(super) cells::Cells);
+pub struct Cells(pub(super) join::Cells);
 
 /// A box of points, and the distance from it within which photons matter.
 #[derive(Clone, Copy, Debug)]
@@ -39,15 +38,15 @@ pub struct Run {
 }
 
 impl Query {
-    fn bounds(self) -> cells::Bounds {
-        cells::Bounds { low: self.low, high: self.high, reach: self.reach }
+    fn region(self) -> Region {
+        Region { low: self.low, high: self.high, reach: self.reach }
     }
 }
 
 impl Cells {
     /// Cells of the given size on at least `buckets` buckets.
     pub fn new(size: f32, buckets: usize) -> Self {
-        Self(cells::Cells::new(size, buckets))
+        Self(join::Cells::new(size, buckets))
     }
 
     /// The number of buckets.
@@ -62,28 +61,28 @@ impl Cells {
 
     /// The runs of buckets in which the points near a box lie; `None` if there are more cells than a window has.
     pub fn runs(self, lanes: LaneKind, near: Query) -> Option<Vec<Run>> {
-        dispatch(lanes, Runs { cells: self.0, bounds: near.bounds() })
+        dispatch(lanes, Runs { cells: self.0, region: near.region() })
     }
 }
 
 struct Runs {
-    cells: cells::Cells,
-    bounds: cells::Bounds,
+    cells: join::Cells,
+    region: Region,
 }
 
 impl Kernel for Runs {
     type Output = Option<Vec<Run>>;
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
-        let span = self.cells.span(&self.bounds);
+        let span = self.cells.span(&self.region);
         if !span.fits() {
             return None;
         }
-        let query = self.cells.query::<L>(span, &self.bounds);
+        let query = self.cells.query::<L>(span, &self.region);
         let mut runs = Vec::new();
         for z in query.slabs() {
             let mut rows = query.rows(z);
-            while let Some(cells::Run { bucket, length }) = rows.next() {
+            while let Some(join::Run { bucket, length }) = rows.next() {
                 runs.push(Run { bucket, length });
             }
         }
@@ -91,7 +90,7 @@ impl Kernel for Runs {
     }
 }
 
-impl Map<3, 1> for cells::Cells {
+impl Map<3, 1> for join::Cells {
     #[inline(always)]
     fn apply<L: Lanes>(&self, [x, y, z]: [L::F; 3]) -> [L::F; 1] {
         [L::from_bits(self.buckets::<L>(V3::new(x, y, z)))]
@@ -99,17 +98,17 @@ impl Map<3, 1> for cells::Cells {
 }
 
 /// A map of the cells that something wants to hear of.
-pub struct Occupancy(pub(super) occupancy::Occupancy);
+pub struct Occupancy(pub(super) join::Occupancy);
 
 impl Occupancy {
     /// An empty one.
     pub fn new(cell_size: f32) -> Self {
-        Self(occupancy::Occupancy::new(cell_size, Parameters::default().occupancy_bits))
+        Self(join::Occupancy::new(cell_size, Parameters::default().occupancy_bits))
     }
 
     /// Marks what is near a box, and gives true, unless it is more than a window.
     pub fn mark(&mut self, lanes: LaneKind, near: Query) -> bool {
-        dispatch(lanes, Mark { occupancy: &mut self.0, bounds: near.bounds() })
+        dispatch(lanes, Mark { occupancy: &mut self.0, region: near.region() })
     }
 
     /// Marks what is marked in another one with cells of the same size.
@@ -124,19 +123,19 @@ impl Occupancy {
 }
 
 struct Mark<'a> {
-    occupancy: &'a mut occupancy::Occupancy,
-    bounds: cells::Bounds,
+    occupancy: &'a mut join::Occupancy,
+    region: Region,
 }
 
 impl Kernel for Mark<'_> {
     type Output = bool;
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
-        self.occupancy.mark::<L>(&self.bounds)
+        self.occupancy.mark::<L>(&self.region)
     }
 }
 
-impl Map<3, 1> for &occupancy::Occupancy {
+impl Map<3, 1> for &join::Occupancy {
     #[inline(always)]
     fn apply<L: Lanes>(&self, [x, y, z]: [L::F; 3]) -> [L::F; 1] {
         [L::select(self.touches::<L>(V3::new(x, y, z)), L::f(1.0), L::f(0.0))]
@@ -174,9 +173,9 @@ pub struct Point {
 /// Sorted photons, and visible points in groups of 16.
 pub struct Join {
     count: usize,
-    cells: cells::Cells,
+    cells: join::Cells,
     sorted: Sorted,
-    pixels: Vec<Row>,
+    pixels: Vec<Pixel>,
     rows: Vec<PixelRows>,
 }
 
@@ -190,20 +189,18 @@ impl Join {
         cell_size: f32,
         buckets: usize,
     ) -> Self {
-        let cells = cells::Cells::new(cell_size, buckets);
+        let cells = join::Cells::new(cell_size, buckets);
         let parts: Vec<Binned> = parts.iter().map(|part| bin(lanes, part, cells)).collect();
         let mut sorted = Sorted::new();
         sorted.fill(&parts.iter().collect::<Vec<_>>(), cells);
         let slots = points.len().next_multiple_of(GROUP);
         let mut rows = vec![PixelRows::NOTHING; slots];
-        let mut pixels = vec![Row::default(); slots];
+        // A pixel keeps its radius where nothing is seen.
+        let mut pixels = vec![Pixel::new(1.0); slots];
         for ((rows, pixel), point) in rows.iter_mut().zip(&mut pixels).zip(points) {
-            // A pixel keeps its radius where nothing is seen.
-            pixel.0[7] = 1.0;
-            if let Some(Point { point: p, normal: n, sphere, radius_squared }) = *point {
-                rows.visible = Row([p.x, p.y, p.z, f32::from_bits(sphere), 0.0, 0.0, 0.0, 0.0]);
-                rows.light = Row([n.x, n.y, n.z, 0.0, 0.0, 0.0, 0.0, 0.0]);
-                pixel.0[7] = radius_squared;
+            if let Some(Point { point, normal, sphere, radius_squared }) = *point {
+                (rows.point, rows.normal, rows.sphere) = (point.into(), normal.into(), sphere);
+                pixel.radius_squared = radius_squared;
             }
         }
         Self { count: points.len(), cells, sorted, pixels, rows }
@@ -216,14 +213,14 @@ impl Join {
 
     /// Where the photons of each bucket begin, and at the end how many there are.
     pub fn starts(&self) -> &[u32] {
-        &self.sorted.starts
+        self.sorted.starts()
     }
 
     /// What each visible point gathers, and how many pairs were tested.
     pub fn gather(&self, lanes: LaneKind) -> (Vec<Gathered>, u64) {
         let (sums, counts) = dispatch(lanes, Gather(self));
         let gathered = |k: usize| {
-            let sums: &Sums = &sums[k / GROUP];
+            let sums: &GroupSums = &sums[k / GROUP];
             Gathered { m: sums.m[k % GROUP], flux: std::array::from_fn(|c| sums.flux[c][k % GROUP]) }
         };
         let all: Vec<Gathered> = (0..self.count).map(gathered).collect();
@@ -236,15 +233,15 @@ impl Join {
 struct Gather<'a>(&'a Join);
 
 impl Kernel for Gather<'_> {
-    type Output = (Vec<Sums>, JoinCounts);
+    type Output = (Vec<GroupSums>, JoinCounts);
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
         let Join { cells, sorted, pixels, rows, .. } = self.0;
         let mut all = Vec::with_capacity(pixels.len() / GROUP);
-        let (mut counts, mut scratch) = (JoinCounts::default(), Scratch::new());
+        let (mut counts, mut buffers) = (JoinCounts::default(), JoinBuffers::new());
         for (pixels, rows) in pixels.chunks(GROUP).zip(rows.chunks(GROUP)) {
-            let mut sums = Sums::default();
-            gather_group::<L>(sorted, *cells, rows, pixels, &mut scratch, &mut sums, &mut counts);
+            let mut sums = GroupSums::default();
+            gather_group::<L>(sorted, *cells, rows, pixels, &mut buffers, &mut sums, &mut counts);
             all.push(sums);
         }
         (all, counts)
@@ -252,17 +249,17 @@ impl Kernel for Gather<'_> {
 }
 
 /// Photons in bins, by the buckets that lanes find.
-fn bin(lanes: LaneKind, photons: &[Photon], cells: cells::Cells) -> Binned {
+fn bin(lanes: LaneKind, photons: &[Photon], cells: join::Cells) -> Binned {
     let column = |axis: usize| photons.iter().map(|photon| photon.point[axis]).collect::<Vec<f32>>();
     let [x, y, z] = [column(0), column(1), column(2)];
     let mut buckets = vec![0.0; photons.len()];
     Cells(cells).buckets(lanes, [&x, &y, &z], &mut buckets);
     let mut binned = Binned::new(&Arc::new(Chunks::new()));
     for (photon, bucket) in photons.iter().zip(buckets) {
-        let Photon { point: p, wi, sphere, is_safe, flux } = *photon;
-        let surface = f32::from_bits(sphere | if is_safe { SAFE } else { 0 });
-        let [r, g, b] = flux.map(f32::from_bits);
-        let record = Row([p.x, p.y, p.z, surface, r, g, b, bucket]);
+        let Photon { point, wi, sphere, is_safe, flux } = *photon;
+        let surface = sphere | if is_safe { SAFE } else { 0 };
+        let (flux, bucket) = (flux.map(f32::from_bits), bucket.to_bits());
+        let record = Record { point: point.into(), surface, flux, bucket };
         binned.push(record, [wi.x, wi.y, wi.z, 0.0], bin_shift(cells));
     }
     binned
@@ -270,17 +267,16 @@ fn bin(lanes: LaneKind, photons: &[Photon], cells: cells::Cells) -> Binned {
 
 /// The photons in the order in which they have been sorted, each with its bucket.
 pub(super) fn sorted_photons(sorted: &Sorted) -> Vec<(Photon, u32)> {
-    let [xs, ys, zs] = &sorted.points;
-    let photon = |(index, arrival): (usize, &Row)| {
-        let [surface, r, g, b, wx, wy, wz, bucket] = arrival.0;
+    let photon = |(index, arrival): (usize, &Arrival)| {
+        let Arrival { surface, flux, wi, bucket } = *arrival;
         let photon = Photon {
-            point: Vec3::new(xs[index], ys[index], zs[index]),
-            wi: Vec3::new(wx, wy, wz),
-            sphere: surface.to_bits() & !SAFE,
-            is_safe: surface.to_bits() & SAFE != 0,
-            flux: [r, g, b].map(f32::to_bits),
+            point: sorted.point(index),
+            wi: wi.into(),
+            sphere: surface & !SAFE,
+            is_safe: surface & SAFE != 0,
+            flux: flux.map(f32::to_bits),
         };
-        (photon, bucket.to_bits())
+        (photon, bucket)
     };
-    sorted.arrivals.iter().enumerate().take(sorted.count()).map(photon).collect()
+    sorted.arrivals().iter().enumerate().take(sorted.count()).map(photon).collect()
 }

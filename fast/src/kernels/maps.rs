@@ -1,12 +1,10 @@
 //! Maps that act on every lane by itself: random streams, sampling, scattering.
 
 use crate::camera_pass::ray_through;
-use crate::dispatch::{Kernel, LaneKind, dispatch};
-use crate::lanes::{Lanes, MOST_LANES};
 use crate::light_choice::LightChoice;
 use crate::photon_pass;
-use crate::vec3::V3;
 use crate::{sampling, scatter};
+use lanes::{Kernel, LaneKind, Lanes, MOST_LANES, V3, dispatch};
 use scene::camera::Frame;
 use scene::rng::StreamKey;
 
@@ -75,7 +73,7 @@ macro_rules! maps {
         /// # Panics
         /// If the columns differ in length.
         pub fn $name(
-            lanes: $crate::LaneKind,
+            lanes: lanes::LaneKind,
             $($parameter: $type,)*
             inputs: [&[f32]; [$(stringify!($input)),*].len()],
             outputs: [&mut [f32]; $outputs],

@@ -1,9 +1,8 @@
 //! The operations of the lanes themselves.
 
 use super::maps::maps;
-use crate::dispatch::{Kernel, LaneKind, dispatch};
-use crate::lanes::{Lanes, MOST_LANES, Row};
 use crate::paths::{BATCH, Packet, Paths};
+use lanes::{Kernel, LaneKind, Lanes, MOST_LANES, Row, dispatch};
 
 maps! {
     /// `a + b`, `a - b`, `a * b`, `a / b`, `-a`, square root and absolute value of a, maximum and minimum of a and b.

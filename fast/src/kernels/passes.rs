@@ -1,18 +1,18 @@
 //! Whole passes over what one asks for, before anything is summed up.
 
-use super::join::sorted_photons;
-use super::{Cells, Occupancy, Photon};
-use crate::camera_pass::{CameraBatch, CameraPass, PixelRows, TileTable, slot_of, slots};
+use super::join::{Cells, Occupancy, Photon, sorted_photons};
+use crate::camera_pass::{CameraBatch, CameraJob, CameraPass, TileTable};
 use crate::direct_light::{LightTable, Receivers, ShadowNumbers, ShadowRays};
-use crate::dispatch::{Kernel, LaneKind, dispatch};
-use crate::hierarchy::Scratch;
-use crate::join::deposits::{Binned, Chunks, Sorted};
-use crate::lanes::{Lanes, Row};
+use crate::hierarchy::SearchBuffers;
+use crate::join::{Binned, Chunks, Sorted};
 use crate::light_choice::LightChoice;
 use crate::paths::{BATCH, ROOM, Vectors, Words};
-use crate::photon_pass::{Emitters, PhotonBatch, PhotonCounts, PhotonPass, emission_shifts};
-use crate::sppm::{CameraJob, PhotonJob, rounding_of_points};
+use crate::photon_pass::{
+    Emission, Emitters, PhotonBatch, PhotonCounts, PhotonJob, PhotonPass, rounding_of_points,
+};
+use crate::pixels::{Pixel, PixelRows, slot_of, slots};
 use crate::tables::Tables;
+use lanes::{Kernel, LaneKind, Lanes, dispatch};
 use scene::ray::{NO_SPHERE, SphereId};
 use scene::{Rgb, Scene, Settings, Still, Vec3};
 use std::ops::Range;
@@ -51,18 +51,16 @@ pub fn camera_pass(
         settings,
         iteration,
     };
-    let pixels = vec![Row([1.0; 8]); rows.len()];
+    let pixels = vec![Pixel::new(1.0); rows.len()];
     let (batch, occupancy) = (&mut CameraBatch::new(), &mut Occupancy::new(1.0).0);
     let (pass, rows_of_job) = (&pass, &mut rows[..]);
     let job =
         CameraJob { pass, batch, at_once: BATCH, first: 0, rows: rows_of_job, pixels: &pixels, occupancy };
     let counts = dispatch(lanes, job);
     let sample = |x, y| {
-        let PixelRows { visible, light } = rows[slot_of(settings.width, x, y)];
-        let three = |words: &[f32]| Vec3::new(words[0], words[1], words[2]);
-        let sphere = visible.0[3].to_bits();
-        let point = (three(&visible.0[..3]), three(&light.0[..3]), sphere, three(&visible.0[4..7]));
-        CameraSample { direct: three(&light.0[3..6]), visible: (sphere != NO_SPHERE).then_some(point) }
+        let row = rows[slot_of(settings.width, x, y)];
+        let visible = row.visible().map(|point| (point, row.normal.into(), row.sphere, row.beta.into()));
+        CameraSample { direct: row.direct_light(), visible }
     };
     let pixels = (0..settings.height).flat_map(|y| (0..settings.width).map(move |x| (x, y)));
     (pixels.map(|(x, y)| sample(x, y)).collect(), counts.segments, counts.visible_points)
@@ -89,18 +87,15 @@ pub fn photon_pass(
     (wanted, cells, reach): (&Occupancy, Cells, f32),
     lanes: LaneKind,
 ) -> PhotonRun {
+    let (emitters, lights) = (Emitters::new(still), LightChoice::new(&still.lights.cumulative));
     let pass = PhotonPass {
-        still,
+        emission: Emission::new(still, &emitters, &lights, (settings.seed, iteration)),
         tables: &Tables::new(still),
-        emitters: &Emitters::new(still),
-        lights: &LightChoice::new(&still.lights.cumulative),
-        settings,
-        iteration,
+        max_depth: settings.max_depth,
         cells: cells.0,
         occupancy: &wanted.0,
         reach,
         slack: rounding_of_points(still),
-        shifts: emission_shifts(settings.seed, iteration),
         at_once: BATCH,
     };
     let mut out = Binned::new(&Arc::new(Chunks::new()));
@@ -145,7 +140,7 @@ impl Kernel for Light<'_> {
     type Output = Vec<Rgb>;
     #[inline(always)]
     fn run<L: Lanes>(self) -> Vec<Rgb> {
-        let (mut shadows, mut scratch) = (Box::new(ShadowRays::new()), Scratch::new());
+        let (mut shadows, mut search) = (Box::new(ShadowRays::new()), SearchBuffers::new());
         let mut all = Vec::with_capacity(self.receivers.len());
         for first in (0..self.receivers.len()).step_by(BATCH) {
             let count = BATCH.min(self.receivers.len() - first);
@@ -165,7 +160,7 @@ impl Kernel for Light<'_> {
                 };
                 shadows.aim(at, self.tables, self.lights, &receivers, &numbers);
             }
-            shadows.follow::<L>(self.tables, &points, &spheres, &mut scratch, count);
+            shadows.follow::<L>(self.tables, &points, &spheres, &mut search, count);
             let mut found: Vectors = Vectors::ZERO;
             for at in (0..count).step_by(L::N) {
                 found.store::<L>(at, shadows.irradiance(at));

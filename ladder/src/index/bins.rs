@@ -4,7 +4,7 @@
 //! bin's end, and is not entered again. (In the published program it is, and counts twice.)
 
 use super::tuning::Tuning;
-use fast::lanes::{Lanes, MOST_LANES};
+use lanes::{Lanes, MOST_LANES};
 
 /// The bins of a table.
 pub(crate) trait Bins {

@@ -7,7 +7,7 @@ use super::tuning::Tuning;
 use crate::one::One;
 use crate::pixels::Pixels;
 use crate::vector::{F, U, Vector};
-use fast::lanes::{Lanes, MOST_LANES};
+use lanes::{Lanes, MOST_LANES};
 use scene::Vec3;
 
 /// Cells are numbered up to so much in either direction; what lies beyond counts to the outermost.

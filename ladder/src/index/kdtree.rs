@@ -7,8 +7,8 @@ use super::lookup::{Index, WIDENED};
 use super::tuning::Tuning;
 use crate::pixels::Pixels;
 use crate::vector::Vector;
-use fast::lanes::{Lanes, MOST_LANES};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use lanes::{Lanes, MOST_LANES};
 use scene::Vec3;
 
 /// Visible points by place and pixel.

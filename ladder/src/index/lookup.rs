@@ -3,7 +3,7 @@
 use super::tuning::Tuning;
 use crate::pixels::Pixels;
 use crate::vector::Vector;
-use fast::lanes::Lanes;
+use lanes::Lanes;
 use scene::Vec3;
 use scene::ray::SphereId;
 

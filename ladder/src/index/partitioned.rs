@@ -3,7 +3,7 @@
 
 use super::bins::{Bins, TypedBins, next_of_slice};
 use super::tuning::Tuning;
-use fast::lanes::Lanes;
+use lanes::Lanes;
 
 /// Which table a point is entered in.
 pub(crate) trait Partition: 'static {

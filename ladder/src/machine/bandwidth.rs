@@ -1,8 +1,7 @@
 //! The most bytes in a second that one thread reads from each level of memory.
 
 use super::best::best_rate;
-use fast::dispatch::{Kernel, on_avx2};
-use fast::lanes::{Emulated, Lanes, Row};
+use lanes::{Emulated, Kernel, Lanes, Row, on_avx2};
 use serde::Serialize;
 use std::fs;
 use std::hint::black_box;
@@ -126,7 +125,7 @@ impl Kernel for Xor<'_> {
         for k in 1..LOADS {
             total = total ^ sums[k];
         }
-        let mut lanes = [0; fast::lanes::MOST_LANES];
+        let mut lanes = [0; lanes::MOST_LANES];
         L::Eight::store_u(total, &mut lanes);
         lanes[0]
     }

@@ -1,8 +1,7 @@
 //! The most floating-point operations in a second: fused multiply-adds in chains that do not wait for one another.
 
 use super::best::best_rate;
-use fast::dispatch::{Kernel, on_avx2};
-use fast::lanes::{Emulated, Lanes};
+use lanes::{Emulated, Kernel, Lanes, on_avx2};
 use std::hint::black_box;
 
 /// Chains side by side: at least latency times throughput, which is 8 to 10 on processors of today, and few enough for
@@ -54,7 +53,7 @@ impl Kernel for Vectors {
         for chain in 1..CHAINS {
             total = total + x[chain];
         }
-        let mut lanes = [0.0; fast::lanes::MOST_LANES];
+        let mut lanes = [0.0; lanes::MOST_LANES];
         L::store(total, &mut lanes);
         lanes[0]
     }

@@ -1,6 +1,6 @@
 //! The streams and stratified points of the reference, for as many paths as there are lanes.
 
-use fast::lanes::MOST_LANES;
+use lanes::MOST_LANES;
 use scene::Settings;
 use scene::rng::{Family, Stream, StreamKey, unit_float};
 use scene::sobol::{DIMENSIONS, morton, moved_on, sobol};

@@ -7,8 +7,8 @@ pub(crate) mod timing;
 pub(crate) mod words;
 mod xorshift;
 
-use fast::lanes::Lanes;
 use keyed::Keyed;
+use lanes::Lanes;
 use rand::Rand;
 use scene::Settings;
 use xorshift::Pool;
@@ -107,7 +107,7 @@ impl Numbers {
         match self {
             Self::Keyed(keyed) => L::load(keyed.next(L::N)),
             Self::Rand(rand) => {
-                let mut values = [0.0; fast::lanes::MOST_LANES];
+                let mut values = [0.0; lanes::MOST_LANES];
                 for lane in 0..L::N {
                     values[lane] = rand.next_f32();
                 }

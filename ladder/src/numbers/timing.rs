@@ -4,10 +4,8 @@
 use super::rand::Rand;
 use super::xorshift::{Pool, refill};
 use crate::machine::best_seconds;
-use fast::LaneKind;
-use fast::dispatch::{Kernel, on_avx2};
 use fast::kernels::{next_uniform, stream_state};
-use fast::lanes::{Emulated, Lanes};
+use lanes::{Emulated, Kernel, LaneKind, Lanes, on_avx2};
 use scene::rng::{Family, StreamKey};
 use std::hint::black_box;
 

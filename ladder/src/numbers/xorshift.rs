@@ -1,8 +1,6 @@
 //! Stage 3: xorshift32 in eight lanes, several vectors at a time, into a pool from which the program takes.
 
-use fast::LaneKind;
-use fast::dispatch::{Kernel, dispatch};
-use fast::lanes::Lanes;
+use lanes::{Kernel, LaneKind, Lanes, dispatch};
 use scene::rng::{Family, StreamKey, UNIT};
 
 /// Lanes of a vector.

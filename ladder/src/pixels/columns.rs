@@ -5,7 +5,7 @@ use super::layout::{PixelState, Pixels, Seen, Site, from_the_front, is_not_zero}
 use crate::flux::{IntegerSums, Photon};
 use crate::tables::Tables;
 use crate::vector::{F, M, U, Vector};
-use fast::lanes::{Lanes, MOST_LANES};
+use lanes::{Lanes, MOST_LANES};
 use scene::Vec3;
 
 /// One word per pixel, of a power of two pixels, as gathers want it.

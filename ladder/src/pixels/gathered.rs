@@ -1,7 +1,7 @@
 //! The update of pixels as an iteration ends.
 
 use crate::vector::{F, Vector};
-use fast::lanes::{Lanes, MOST_LANES};
+use lanes::{Lanes, MOST_LANES};
 
 /// The share of new photons that is kept, as in the reference.
 const ALPHA: f32 = 2.0 / 3.0;

@@ -3,7 +3,7 @@
 use crate::flux::{IntegerSums, Photon};
 use crate::tables::Tables;
 use crate::vector::{F, M, U, Vector};
-use fast::lanes::{Lanes, MOST_LANES};
+use lanes::{Lanes, MOST_LANES};
 use scene::Vec3;
 
 /// What one camera path per lane brings.

@@ -6,7 +6,7 @@ use super::layout::{PixelState, Pixels, Seen, Site, from_the_front, is_not_zero}
 use crate::flux::{IntegerSums, Photon};
 use crate::tables::{Tables, fetch_pairs};
 use crate::vector::{F, M, U, Vector};
-use fast::lanes::{Lanes, MOST_LANES, Row};
+use lanes::{Lanes, MOST_LANES, Row};
 
 /// Rows that begin with a cache line of 64 bytes.
 struct CacheLines {

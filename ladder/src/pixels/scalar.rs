@@ -6,7 +6,7 @@ use super::layout::{PixelState, Pixels, Seen, Site, from_the_front, is_not_zero}
 use crate::flux::{IntegerSums, Photon};
 use crate::tables::Tables;
 use crate::vector::{F, M, U, Vector};
-use fast::lanes::{Lanes, MOST_LANES};
+use lanes::{Lanes, MOST_LANES};
 use scene::Vec3;
 use scene::ray::NO_SPHERE;
 

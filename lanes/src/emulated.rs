@@ -1,10 +1,11 @@
-//! Lanes in plain Rust, of any number: the definition of every operation, and the back end of last resort.
+//! Lanes in plain Rust: the definition of every operation, and the back end for processors without AVX2.
 
-use super::{Lanes, Row};
+use crate::operations::Lanes;
+use crate::row::Row;
 use std::array::from_fn;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-/// The back end, of 8 or 16 lanes.
+/// The back end in plain Rust, of `N` lanes.
 #[derive(Clone, Copy, Debug)]
 pub struct Emulated<const N: usize = 8>;
 

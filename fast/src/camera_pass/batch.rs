@@ -1,96 +1,22 @@
-//! Camera pass: `reference::camera_pass` over batches of pixels.
-//!
-//! ```text
-//! for each batch of 256 pixels (four tiles of 8x8):
-//!     make the rays
-//!     until none is left, at most max_depth times:
-//!         intersect all; shade all: paths that end go to a list, others to the front of the batch
-//!     direct light for all on the list, in full packets
-//!     write two rows per pixel
-//! ```
-//!
-//! Pixels are kept in tile order, along the Z curve within a tile: neighbours in memory are neighbours in the
-//! picture, so they see the same things, and gather photons together ([`crate::join`]).
+//! The camera paths of a batch of pixels.
 
+use super::numbers::{Numbers, TileTable, dimension, gather};
 use crate::direct_light::{LightTable, Receivers, ShadowNumbers, ShadowRays};
-use crate::hierarchy::Scratch;
-use crate::lanes::{Lanes, MOST_LANES, Row};
-use crate::paths::{BATCH, Floats, Packet, Paths, ROOM, Vectors, Words};
-use crate::sampling::{next_uniform, stream_state, uniform_disk, unit, unit_float};
+use crate::hierarchy::SearchBuffers;
+use crate::material::{Materials, kind};
+use crate::paths::{Packet, Paths, ROOM, Vectors, Words};
+use crate::pixels::{PixelRows, PixelRowsLanes, TILE};
+use crate::sampling::{next_uniform, stream_state, uniform_disk, unit};
 use crate::scatter::{dielectric, reflect};
-use crate::tables::{Materials, Surface, Tables, kind, tag};
+use crate::surface::{Hit, tag};
+use crate::tables::Tables;
 use crate::trace::{hits, intersect_batch};
-use crate::vec3::V3;
-use bytemuck::{Pod, Zeroable};
+use lanes::{Lanes, MOST_LANES, V3};
 use scene::camera::Frame;
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, StreamKey};
-use scene::sobol::{DIMENSIONS, morton, moved_on, sobol};
 use scene::{Settings, Still, Vec3};
 use std::f32::consts::FRAC_1_PI;
-
-/// Pixels of a tile.
-pub(crate) const TILE: usize = 64;
-
-/// How the dimensions of a pixel's stratified point are used; as in `reference::camera_pass`.
-mod dimension {
-    pub(super) const PIXEL: [usize; 2] = [0, 1];
-    pub(super) const LIGHT_POINT: [usize; 2] = [2, 3];
-    pub(super) const LIGHT: usize = 4;
-    pub(super) const LENS: [usize; 2] = [5, 6];
-    /// Those before are drawn for all pixels, these where a path meets glass.
-    pub(super) const LOBES: [usize; 4] = [7, 8, 9, 10];
-}
-
-/// A pixel's visible point and direct light of this iteration.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-pub(crate) struct PixelRows {
-    /// Words: point x y z, sphere ([`NO_SPHERE`] if there is no visible point), beta r g b, unused.
-    pub(crate) visible: Row,
-    /// Words: normal x y z, direct light r g b, unused.
-    pub(crate) light: Row,
-}
-
-impl PixelRows {
-    /// A pixel that sees nothing.
-    pub(crate) const NOTHING: Self = Self {
-        visible: Row([0.0, 0.0, 0.0, f32::from_bits(NO_SPHERE), 0.0, 0.0, 0.0, 0.0]),
-        light: Row([0.0; 8]),
-    };
-}
-
-/// The Sobol digits of the pixels of a tile, and where these lie in it; the same for all tiles and iterations.
-pub(crate) struct TileTable {
-    digits: [[u32; TILE]; DIMENSIONS],
-    x: [u32; TILE],
-    y: [u32; TILE],
-}
-
-impl TileTable {
-    pub(crate) fn new() -> Self {
-        let mut table = Self { digits: [[0; TILE]; DIMENSIONS], x: [0; TILE], y: [0; TILE] };
-        for (x, y) in (0..8).flat_map(|y| (0..8).map(move |x| (x, y))) {
-            let place = morton(x, y) as usize;
-            (table.x[place], table.y[place]) = (x, y);
-        }
-        for (d, digits) in table.digits.iter_mut().enumerate() {
-            *digits = std::array::from_fn(|index| sobol(index as u32, d));
-        }
-        table
-    }
-}
-
-/// How many slots there are for the pixels of an image: whole tiles.
-pub(crate) fn slots(settings: &Settings) -> usize {
-    settings.width.div_ceil(8) as usize * settings.height.div_ceil(8) as usize * TILE
-}
-
-/// The slot of pixel (x, y).
-pub(crate) fn slot_of(width: u32, x: u32, y: u32) -> usize {
-    let tile = (y / 8) as usize * width.div_ceil(8) as usize + (x / 8) as usize;
-    tile * TILE + morton(x & 7, y & 7) as usize
-}
 
 /// What the camera pass of one iteration reads.
 pub(crate) struct CameraPass<'a> {
@@ -103,29 +29,33 @@ pub(crate) struct CameraPass<'a> {
     pub(crate) iteration: u32,
 }
 
-/// Counted work of a batch.
+/// Counted work.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct CameraCounts {
     pub(crate) segments: u64,
     pub(crate) visible_points: u64,
 }
 
+impl CameraCounts {
+    #[inline(always)]
+    pub(super) fn add(&mut self, more: Self) {
+        self.segments += more.segments;
+        self.visible_points += more.visible_points;
+    }
+}
+
 /// Buffers of one batch.
 pub(crate) struct CameraBatch {
     paths: Box<Paths>,
-    scratch: Scratch,
+    search: SearchBuffers,
     shadows: Box<ShadowRays>,
     ended: Box<Ended>,
+    /// Direct light of each pixel: of lamps that its path meets.
     direct: Box<Vectors>,
-    /// The digital shifts of the batch's tiles.
-    shifts: [[u32; DIMENSIONS]; BATCH / TILE],
-    numbers: Box<Numbers>,
+    numbers: Numbers,
 }
 
-/// The stratified numbers of all pixels of a batch, but for those at glass.
-type Numbers = [Floats; dimension::LOBES[0]];
-
-/// The paths that have ended, in any order.
+/// The paths that have ended, in any order. Those without a visible point have [`NO_SPHERE`].
 #[derive(Clone)]
 struct Ended {
     point: Vectors,
@@ -142,18 +72,18 @@ impl CameraBatch {
         let (point, normal, beta) = (vectors.clone(), vectors.clone(), vectors.clone());
         Self {
             paths: Paths::new(),
-            scratch: Scratch::new(),
+            search: SearchBuffers::new(),
             shadows: Box::new(ShadowRays::new()),
             ended: Box::new(Ended { point, normal, beta, sphere: words, slot: words, count: 0 }),
             direct: Box::new(vectors),
-            shifts: [[0; DIMENSIONS]; BATCH / TILE],
-            numbers: Box::new([[0.0; ROOM]; dimension::LOBES[0]]),
+            numbers: Numbers::new(),
         }
     }
 }
 
 impl CameraPass<'_> {
-    /// Renders the pixels of the slots from `first` on; `rows` holds one entry per slot, at most [`BATCH`].
+    /// Renders the pixels of the slots from `first` on, one per element of `rows`, at most
+    /// [`BATCH`](crate::paths::BATCH).
     #[inline(always)]
     pub(crate) fn run<L: Lanes>(
         &self,
@@ -163,14 +93,15 @@ impl CameraPass<'_> {
     ) -> CameraCounts {
         let mut counts = CameraCounts::default();
         batch.ended.count = 0;
-        self.draw_numbers::<L>(batch, first, rows.len());
+        let key = (self.settings.seed, self.iteration);
+        batch.numbers.draw::<L>(self.tiles, key, first, rows.len());
         let mut live = self.make_rays::<L>(batch, first, rows.len());
         for segment in 0..self.settings.max_depth {
             if live == 0 {
                 break;
             }
             counts.segments += live as u64;
-            intersect_batch::<L>(self.tables, &mut batch.paths, &mut batch.scratch, live);
+            intersect_batch::<L>(self.tables, &mut batch.paths, &mut batch.search, live);
             live = self.shade::<L>(batch, live, segment);
         }
         end_the_rest::<L>(batch, live);
@@ -181,49 +112,20 @@ impl CameraPass<'_> {
         counts
     }
 
-    /// The stratified numbers of all pixels: Sobol points under the digital shifts of their tiles, moved on.
+    /// The number by which a path chooses between reflection and refraction, as
+    /// `reference::camera_pass::CameraNumbers::lobe`; anything if no lane is `needed`.
     #[inline(always)]
-    fn draw_numbers<L: Lanes>(&self, batch: &mut CameraBatch, first: usize, count: usize) {
-        let key = StreamKey::new(self.settings.seed, Family::Tile, 0);
-        for start in (0..count).step_by(TILE) {
-            let mut stream = key.stream(((first + start) / TILE) as u32);
-            let shifts = std::array::from_fn(|_| stream.next_u32());
-            batch.shifts[start / TILE] = shifts;
-            for (d, numbers) in batch.numbers.iter_mut().enumerate() {
-                let (shift, moved) = (L::u(shifts[d]), L::u(moved_on(self.iteration, d)));
-                for at in (0..TILE).step_by(L::N) {
-                    let word = (L::load_u(&self.tiles.digits[d][at..]) ^ shift) + moved;
-                    L::store(unit_float::<L>(word), &mut numbers[start + at..]);
-                }
-            }
-        }
-    }
-
-    /// As `reference::camera_pass::CameraNumbers::lobe`; where none of `needed` is set, anything.
-    #[inline(always)]
-    fn lobe<L: Lanes>(
-        &self,
-        shifts: &[[u32; DIMENSIONS]; BATCH / TILE],
-        p: &mut Packet<L>,
-        segment: u32,
-        needed: L::M,
-    ) -> L::F {
+    fn lobe<L: Lanes>(&self, numbers: &Numbers, p: &mut Packet<L>, segment: u32, needed: L::M) -> L::F {
         let Some(&d) = dimension::LOBES.get(segment as usize) else {
             return next_uniform::<L>(&mut p.stream);
         };
         if !L::any(needed) {
             return L::f(0.0);
         }
-        let (mut slots, mut words) = ([0; MOST_LANES], [0; MOST_LANES]);
-        L::store_u(p.slot, &mut slots);
-        for (word, slot) in words.iter_mut().zip(slots).take(L::N) {
-            let (tile, place) = (slot as usize / TILE % shifts.len(), slot as usize % TILE);
-            *word = self.tiles.digits[d][place] ^ shifts[tile][d];
-        }
-        unit_float::<L>(L::load_u(&words) + L::u(moved_on(self.iteration, d)))
+        numbers.compute::<L>(self.tiles, self.iteration, d, p.slot)
     }
 
-    /// The camera rays of the batch, without those of slots that lie outside of the image; gives their number.
+    /// Makes the camera rays of the batch, except for slots outside of the image; returns their number.
     #[inline(always)]
     fn make_rays<L: Lanes>(&self, batch: &mut CameraBatch, first: usize, count: usize) -> usize {
         let Settings { width, height, seed, .. } = *self.settings;
@@ -237,9 +139,8 @@ impl CameraPass<'_> {
             let y = L::load_u(&self.tiles.y[at % TILE..]) + L::u(corner.1);
             let (xf, yf) = (L::to_float(x), L::to_float(y));
             let in_image = L::lt(xf, L::f(width as f32)) & L::lt(yf, L::f(height as f32));
-            let numbers = &batch.numbers;
-            let place = pair::<L>(numbers, dimension::PIXEL, at);
-            let lens = pair::<L>(numbers, dimension::LENS, at);
+            let place = batch.numbers.load_pair::<L>(dimension::PIXEL, at);
+            let lens = batch.numbers.load_pair::<L>(dimension::LENS, at);
             let (origin, direction) = ray_through::<L>(&self.frame, xf + place[0], yf + place[1], lens);
             let packet = Packet {
                 origin,
@@ -255,7 +156,7 @@ impl CameraPass<'_> {
         live
     }
 
-    /// One bounce of the first `live` paths; gives the number of those that go on.
+    /// Shades the first `live` paths where they have hit; returns the number of those that go on.
     #[inline(always)]
     fn shade<L: Lanes>(&self, batch: &mut CameraBatch, live: usize, segment: u32) -> usize {
         let mut go_on = 0;
@@ -265,14 +166,14 @@ impl CameraPass<'_> {
             let (t, hit, arrived) = hits::<L>(&batch.paths, at, here);
             let mut ids = [0; MOST_LANES];
             L::store_u(hit, &mut ids);
-            let surface = Surface::<L>::at(self.tables, p.origin, p.direction, t, &ids);
-            let material = Materials::<L>::of(self.tables, surface.tag);
-            let glows = arrived & L::eq(surface.tag & L::u(tag::EMITTER), L::u(tag::EMITTER));
+            let surface = Hit::<L>::at(&self.tables.surfaces, p.origin, p.direction, t, &ids);
+            let material = Materials::<L>::gather(&self.tables.materials, surface.tag);
+            let glows = arrived & surface.has(tag::EMITTER);
             if L::any(glows) {
                 self.add_emission::<L>(batch, glows, &p, &ids);
             }
             let is_glass = arrived & L::eq(material.kind, L::u(kind::DIELECTRIC));
-            let lobe = self.lobe::<L>(&batch.shifts, &mut p, segment, is_glass);
+            let lobe = self.lobe::<L>(&batch.numbers, &mut p, segment, is_glass);
             p.weight = p.weight * material.albedo;
             let is_diffuse = arrived & L::eq(material.kind, L::u(kind::DIFFUSE));
             let ends = here & (!arrived | is_diffuse);
@@ -292,7 +193,7 @@ impl CameraPass<'_> {
         go_on
     }
 
-    /// Lamps seen are rare: lane by lane.
+    /// Adds the emission of lamps that paths meet: rare, so lane by lane.
     #[inline(always)]
     fn add_emission<L: Lanes>(&self, batch: &mut CameraBatch, glows: L::M, p: &Packet<L>, ids: &[u32]) {
         let (mut slots, mut weights) = ([0; MOST_LANES], [[0.0; MOST_LANES]; 3]);
@@ -313,14 +214,14 @@ impl CameraPass<'_> {
     /// Direct light on all visible points.
     #[inline(always)]
     fn light<L: Lanes>(&self, batch: &mut CameraBatch) {
-        let CameraBatch { ended, shadows, scratch, numbers, .. } = batch;
+        let CameraBatch { ended, shadows, search, numbers, .. } = batch;
         for at in (0..ended.count).step_by(L::N) {
             let slots = &ended.slot[at..at + L::N];
             let [u, v] = dimension::LIGHT_POINT;
             let numbers = ShadowNumbers {
-                choice: gather::<L>(&numbers[dimension::LIGHT], slots),
-                u: gather::<L>(&numbers[u], slots),
-                v: gather::<L>(&numbers[v], slots),
+                choice: numbers.gather::<L>(dimension::LIGHT, slots),
+                u: numbers.gather::<L>(u, slots),
+                v: numbers.gather::<L>(v, slots),
             };
             let sphere = L::load_u(&ended.sphere[at..]);
             let receivers = Receivers {
@@ -331,10 +232,10 @@ impl CameraPass<'_> {
             };
             shadows.aim(at, self.tables, self.lights, &receivers, &numbers);
         }
-        shadows.follow::<L>(self.tables, &ended.point, &ended.sphere, scratch, ended.count);
+        shadows.follow::<L>(self.tables, &ended.point, &ended.sphere, search, ended.count);
     }
 
-    /// The rows of all pixels; gives the number of visible points.
+    /// Writes the results of all pixels; returns the number of visible points.
     #[inline(always)]
     fn write<L: Lanes>(&self, batch: &CameraBatch, rows: &mut [PixelRows]) -> u64 {
         let ended = &batch.ended;
@@ -351,31 +252,17 @@ impl CameraPass<'_> {
                 let e = batch.shadows.irradiance(at);
                 direct = V3::select(is_visible, direct + beta * e, direct);
             }
-            let zero = L::f(0.0);
-            let visible = [point.x, point.y, point.z, L::from_bits(sphere), beta.x, beta.y, beta.z, zero];
-            let light = [normal.x, normal.y, normal.z, direct.x, direct.y, direct.z, zero, zero];
-            let mut transposed = [[Row::default(); MOST_LANES]; 2];
-            L::transpose(visible, &mut transposed[0]);
-            L::transpose(light, &mut transposed[1]);
-            for (lane, slot) in slots.iter().enumerate().take(ended.count - at) {
-                rows[*slot as usize] = PixelRows { visible: transposed[0][lane], light: transposed[1][lane] };
-            }
+            let found = PixelRowsLanes { point, sphere, beta, normal, direct };
+            found.scatter(slots, ended.count - at, rows);
         }
         visible_points
     }
 }
 
 impl Ended {
-    /// Takes the lanes `ends`, of which `is_diffuse` may have a visible point.
+    /// Appends the lanes `ends`. Those on diffuse surfaces have a visible point, unless their path carries no light.
     #[inline(always)]
-    fn append<L: Lanes>(
-        &mut self,
-        ends: L::M,
-        is_diffuse: L::M,
-        surface: &Surface<L>,
-        hit: L::U,
-        p: &Packet<L>,
-    ) {
+    fn append<L: Lanes>(&mut self, ends: L::M, is_diffuse: L::M, surface: &Hit<L>, hit: L::U, p: &Packet<L>) {
         let zero = V3::splat(Vec3::ZERO);
         let beta = p.weight.scale(L::f(FRAC_1_PI));
         let brightest = beta.max_component();
@@ -390,12 +277,12 @@ impl Ended {
     }
 }
 
-/// Paths cut off at the maximal depth have no visible point.
+/// Ends the paths that have reached the maximal depth: they have no visible point.
 #[inline(always)]
 fn end_the_rest<L: Lanes>(batch: &mut CameraBatch, live: usize) {
     let nowhere = V3::splat(Vec3::ZERO);
     let surface =
-        Surface::<L> { point: nowhere, normal: nowhere, inside: L::first(0), scale: L::f(0.0), tag: L::u(0) };
+        Hit::<L> { point: nowhere, normal: nowhere, inside: L::first(0), scale: L::f(0.0), tag: L::u(0) };
     for at in (0..live).step_by(L::N) {
         let p = batch.paths.load::<L>(at);
         batch.ended.append(L::first(live - at), L::first(0), &surface, L::u(NO_SPHERE), &p);
@@ -419,23 +306,8 @@ pub(crate) fn ray_through<L: Lanes>(frame: &Frame, x: L::F, y: L::F, lens: [L::F
     (eye, unit(to_image))
 }
 
-/// Two of the stratified numbers of the pixels from `at` on.
-#[inline(always)]
-fn pair<L: Lanes>(numbers: &Numbers, [a, b]: [usize; 2], at: usize) -> [L::F; 2] {
-    [L::load(&numbers[a][at..]), L::load(&numbers[b][at..])]
-}
-
-/// Lane k of the result is `from[index[k]]`.
-#[inline(always)]
-fn gather<L: Lanes>(from: &Floats, index: &[u32]) -> L::F {
-    let mut values = [0.0; MOST_LANES];
-    for (value, i) in values.iter_mut().zip(index).take(L::N) {
-        *value = from[*i as usize];
-    }
-    L::load(&values)
-}
-
 impl Vectors {
+    /// The vectors at these indices.
     #[inline(always)]
     fn gather<L: Lanes>(&self, index: &[u32]) -> V3<L> {
         V3::new(gather::<L>(&self.x, index), gather::<L>(&self.y, index), gather::<L>(&self.z, index))
@@ -448,5 +320,3 @@ impl Vectors {
         self.z[at] += v.z;
     }
 }
-
-const _: () = assert!(BATCH.is_multiple_of(TILE));

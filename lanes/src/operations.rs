@@ -1,48 +1,23 @@
-//! Lanes: the vectors of `f32`, `u32` and truth values that all kernels are written in.
+//! The trait [`Lanes`]: what a vector can do.
 //!
-//! The trait is small on purpose: what the kernels need, each operation exactly rounded or exact, so that a kernel
-//! gives the same bits whichever back end runs it. [`Emulated`] is the definition; the others must agree with it.
-//!
-//! All methods are `#[inline(always)]`: the processor's features are enabled once, on the outermost entry (see
-//! [`crate::dispatch`]), and reach the operations by inlining alone. This module and the dispatch hold all `unsafe`
-//! code of the crate.
+//! It holds what the kernels need and no more. Each operation is exact or exactly rounded, so a kernel gives the same
+//! bits whichever back end runs it. [`Emulated`](crate::Emulated) defines every operation; the other back ends must agree
+//! with it.
 
-#[cfg(target_arch = "x86_64")]
-pub(crate) mod avx2;
-#[cfg(target_arch = "x86_64")]
-pub(crate) mod avx512;
-pub mod emulated;
-
-use bytemuck::{Pod, Zeroable};
-pub use emulated::Emulated;
+use crate::row::Row;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-/// The most lanes of any back end: room that buffers keep past their end.
+/// The most lanes of any back end: how far buffers extend beyond their last element.
 pub const MOST_LANES: usize = 16;
 
-/// Eight words that lie together in memory: a row of a table, or a record.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-#[repr(C, align(32))]
-pub struct Row(pub [f32; 8]);
-
-/// Asks for the memory around `from[at]`, which will be read soon; it need not be there.
-#[inline(always)]
-pub(crate) fn prefetch<T>(from: &[T], at: usize) {
-    #[cfg(target_arch = "x86_64")]
-    {
-        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: every processor of this architecture can, and a prefetch neither reads nor faults.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(from.as_ptr().wrapping_add(at).cast()) }
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = (from, at);
-}
-
-/// A back end.
+/// A back end: types of vectors, and operations on them.
+///
+/// `F`, `U` and `M` are vectors of `N` lanes. Functions that take a slice read or write its first `N` elements, and panic
+/// if it is shorter. All methods are `#[inline(always)]` (see the [crate](crate)).
 pub trait Lanes: Copy + Send + Sync + 'static {
-    /// How many lanes there are: 8 or 16.
+    /// The number of lanes: 8 or 16 in this crate.
     const N: usize;
-    /// Eight lanes, for what comes in eights.
+    /// A back end of eight lanes, for things that come in eights.
     type Eight: Lanes;
     /// `f32` lanes.
     type F: Copy
@@ -77,17 +52,17 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     fn min(a: Self::F, b: Self::F) -> Self::F;
     /// A lane with the smallest value; none may be NaN.
     fn min_lane(v: Self::F) -> u32;
-    /// `a * b + c`, rounded once or twice, as the processor likes it: for bounds with slack, never for the image.
+    /// `a * b + c`, rounded once or twice, depending on the back end: for bounds with slack, never for the image.
     fn fused(a: Self::F, b: Self::F, c: Self::F) -> Self::F;
-    /// Largest whole number not above (for |v| < 2^31).
+    /// The largest whole number that is not greater, for |v| < 2^31.
     fn floor(v: Self::F) -> Self::F;
     /// `a < b`, false for NaN.
     fn lt(a: Self::F, b: Self::F) -> Self::M;
     /// `a <= b`, false for NaN.
     fn le(a: Self::F, b: Self::F) -> Self::M;
-    /// Toward zero, for values that an `i32` holds.
+    /// To a whole number toward zero, for values that an `i32` holds.
     fn truncate(v: Self::F) -> Self::U;
-    /// From a whole number below 2^31, rounded to nearest.
+    /// To the nearest float, for words below 2^31.
     fn to_float(v: Self::U) -> Self::F;
     /// The bits of the floats.
     fn bits(v: Self::F) -> Self::U;
@@ -106,11 +81,11 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     fn shl<const K: i32>(v: Self::U) -> Self::U;
     /// `v >> K`.
     fn shr<const K: i32>(v: Self::U) -> Self::U;
-    /// Equality.
+    /// `a == b`.
     fn eq(a: Self::U, b: Self::U) -> Self::M;
     /// `if m { a + b } else { a }`.
     fn add_where(m: Self::M, a: Self::U, b: Self::U) -> Self::U;
-    /// The smaller of unsigned words.
+    /// The smaller of two unsigned words.
     fn min_u(a: Self::U, b: Self::U) -> Self::U;
     /// `if m { a } else { b }`.
     fn select_u(m: Self::M, a: Self::U, b: Self::U) -> Self::U;
@@ -128,25 +103,26 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     fn transpose(columns: [Self::F; 8], to: &mut [Row]);
     /// `N` consecutive rows as eight columns.
     fn load_rows(rows: &[Row]) -> [Self::F; 8];
-    /// The lanes that `m` names, in order, at the start of `to`, which has room for `N`; what follows them is lost.
+    /// Writes the lanes where `m` is true to the start of `to`, in order. It writes all `N` elements; those that follow
+    /// the selected lanes hold anything.
     fn compress(m: Self::M, v: Self::F, to: &mut [f32]);
     /// As [`Lanes::compress`], of words.
     fn compress_u(m: Self::M, v: Self::U, to: &mut [u32]);
 
-    /// 0, 1, 2, ...
+    /// Lane k is k.
     #[inline(always)]
     fn iota() -> Self::U {
         const COUNT: [u32; MOST_LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
         Self::load_u(&COUNT)
     }
 
-    /// True in any lane.
+    /// True if any lane is true.
     #[inline(always)]
     fn any(m: Self::M) -> bool {
         Self::mask_bits(m) != 0
     }
 
-    /// The first `n` lanes (all, if there are no more).
+    /// True in the first `n` lanes; in all, if `n` is `N` or more.
     #[inline(always)]
     fn first(n: usize) -> Self::M {
         Self::mask_from_bits(if n >= Self::N { u32::MAX } else { (1 << n) - 1 })

@@ -1,11 +1,13 @@
 //! Eight lanes in 256-bit registers.
 
-use super::{Lanes, Row};
+use crate::operations::Lanes;
+use crate::row::Row;
 #[allow(clippy::wildcard_imports)] // some forty intrinsics
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-/// The back end. To be used only where [`crate::dispatch`] has found AVX2 and what came with it.
+/// The back end. Only [`dispatch`](crate::dispatch()) names it outside of this file, after it has asked the processor for
+/// AVX2, FMA, BMI, LZCNT and POPCNT: the contract that makes the intrinsics below safe to call.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx2;
 
@@ -17,7 +19,7 @@ pub(crate) struct F(__m256);
 /// `u32` lanes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct U(__m256i);
-/// Truth values: all bits of a lane set, or none.
+/// Truth values: a true lane has all bits set, a false one none.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct M(__m256);
 
@@ -27,7 +29,7 @@ macro_rules! binary {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                // SAFETY: AVX2 is there, by the contract of the back end.
+                // SAFETY: the processor has AVX2, by the contract of the back end.
                 Self(unsafe { $intrinsic(self.0, other.0) })
             }
         }
@@ -52,7 +54,7 @@ impl Neg for F {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        // SAFETY: AVX2 is there, by the contract of the back end.
+        // SAFETY: the processor has AVX2, by the contract of the back end.
         Self(unsafe { _mm256_xor_ps(self.0, _mm256_set1_ps(-0.0)) })
     }
 }
@@ -61,12 +63,12 @@ impl Not for M {
     type Output = Self;
     #[inline(always)]
     fn not(self) -> Self {
-        // SAFETY: AVX2 is there, by the contract of the back end.
+        // SAFETY: the processor has AVX2, by the contract of the back end.
         Self(unsafe { _mm256_xor_ps(self.0, _mm256_castsi256_ps(_mm256_set1_epi32(-1))) })
     }
 }
 
-/// For each mask of eight lanes, the permutation that moves the named lanes to the front.
+/// For each mask of eight lanes, the permutation that moves the selected lanes to the front.
 static TO_FRONT: [[u32; 8]; 256] = {
     let mut table = [[0; 8]; 256];
     let mut mask = 0;
@@ -86,8 +88,8 @@ static TO_FRONT: [[u32; 8]; 256] = {
 
 /// Transposes the 8x8 matrix whose rows are given: 8 + 8 + 8 shuffles within and across the 128-bit halves.
 #[inline(always)]
-pub(super) fn transpose8(r: [__m256; 8]) -> [__m256; 8] {
-    // SAFETY: AVX2 is there, by the contract of the back end.
+pub(crate) fn transpose8(r: [__m256; 8]) -> [__m256; 8] {
+    // SAFETY: the processor has AVX2, by the contract of the back end.
     unsafe {
         let pairs = [
             _mm256_unpacklo_ps(r[0], r[1]),
@@ -130,7 +132,7 @@ fn columns([a, b, c, d, e, f, g, h]: [__m256; 8]) -> [F; 8] {
 
 /// Eight registers to as many rows.
 #[inline(always)]
-pub(super) fn store_rows(from: [__m256; 8], to: &mut [Row]) {
+pub(crate) fn store_rows(from: [__m256; 8], to: &mut [Row]) {
     let to = &mut to[..8];
     for k in 0..8 {
         // SAFETY: a row is 32 bytes, aligned to 32.
@@ -140,8 +142,8 @@ pub(super) fn store_rows(from: [__m256; 8], to: &mut [Row]) {
 
 /// A row as one register.
 #[inline(always)]
-pub(super) fn load_row(row: &Row) -> __m256 {
-    // SAFETY: a row is 32 bytes, aligned to 32; AVX2 is there.
+pub(crate) fn load_row(row: &Row) -> __m256 {
+    // SAFETY: a row is 32 bytes, aligned to 32; the processor has AVX2, by the contract.
     unsafe { _mm256_load_ps(row.0.as_ptr()) }
 }
 
@@ -154,7 +156,7 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn f(x: f32) -> F {
-        // SAFETY: AVX2 is there (so for all that follow).
+        // SAFETY: the processor has AVX2 and FMA, by the contract of the back end (also for all methods below).
         F(unsafe { _mm256_set1_ps(x) })
     }
     #[inline(always)]
@@ -187,7 +189,7 @@ impl Lanes for Avx2 {
     }
     #[inline(always)]
     fn min_lane(v: F) -> u32 {
-        // SAFETY: AVX2 is there.
+        // SAFETY: as above.
         let least = unsafe {
             let pairs = _mm256_min_ps(v.0, _mm256_permute_ps::<0b10_11_00_01>(v.0));
             let quads = _mm256_min_ps(pairs, _mm256_permute_ps::<0b01_00_11_10>(pairs));

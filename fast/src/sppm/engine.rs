@@ -1,25 +1,20 @@
-//! Stopping within an iteration, saving, and taking up again.
+//! The renderer as an engine: iterations that can be stopped, images, and state that can be saved and resumed.
 
-use super::{Prepared, Sppm};
-use crate::camera_pass::slot_of;
+use super::prepared::Prepared;
+use super::render::Sppm;
 use crate::consolidate::develop;
-use crate::lanes::Row;
+use crate::pixels::{Pixel, slot_of};
 use rayon::prelude::*;
 use scene::{Engine, Film, Probe, Resumable, Rgb, Settings, Stats, Stop, Sums};
 use std::mem::take;
 
 impl Sppm<'_> {
-    /// Forgets an iteration that was abandoned.
+    /// Clears what a stopped iteration has left.
     fn abandon(&mut self, before: Stats) {
         self.stats = before;
-        self.sums.clear();
-        for worker in self.camera_workers.all() {
-            (worker.occupancy, worker.segments, worker.visible_points) = (None, 0, 0);
-        }
-        for worker in self.photon_workers.all() {
-            worker.out.clear();
-            (worker.segments, worker.deposits) = (0, 0);
-        }
+        self.join.clear();
+        self.camera_workers.clear();
+        self.photon_workers.clear();
     }
 }
 
@@ -55,10 +50,9 @@ impl Engine for Sppm<'_> {
     fn probe(&self, x: u32, y: u32) -> Probe {
         assert!(x < self.settings.width && y < self.settings.height, "no such pixel");
         let pixel = &self.pixels[slot_of(self.settings.width, x, y)];
-        let [dr, dg, db, .., n, radius_squared] = pixel.0;
         let radiance =
             if self.iterations > 0 { develop(pixel, &self.settings, self.iterations) } else { Rgb::ZERO };
-        Probe { radiance, direct: Rgb::new(dr, dg, db), radius: radius_squared.sqrt(), count: n }
+        Probe { radiance, direct: Rgb::from_array(pixel.direct), radius: pixel.radius(), count: pixel.n }
     }
 
     /// By all threads.
@@ -87,7 +81,7 @@ impl Resumable for Sppm<'_> {
         let (width, words) = (self.settings.width, words.as_chunks_mut().0);
         assert_eq!(words.len(), width as usize, "not a row");
         for (words, x) in words.iter_mut().zip(0..width) {
-            *words = self.pixels[slot_of(width, x, y)].0.map(f32::to_bits);
+            *words = self.pixels[slot_of(width, x, y)].words();
         }
     }
 
@@ -95,7 +89,7 @@ impl Resumable for Sppm<'_> {
         let (width, words) = (self.settings.width, words.as_chunks().0);
         assert_eq!(words.len(), width as usize, "not a row");
         for (words, x) in words.iter().zip(0..width) {
-            self.pixels[slot_of(width, x, y)] = Row(words.map(f32::from_bits));
+            self.pixels[slot_of(width, x, y)] = Pixel::from_words(*words);
         }
     }
 

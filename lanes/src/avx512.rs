@@ -1,11 +1,14 @@
-//! Sixteen lanes in 512-bit registers, with masks in registers of their own.
+//! Sixteen lanes in 512-bit registers. Truth values are bits of mask registers.
 
-use super::{Lanes, Row, avx2};
+use crate::avx2;
+use crate::operations::Lanes;
+use crate::row::Row;
 #[allow(clippy::wildcard_imports)] // some forty intrinsics
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-/// The back end. To be used only where [`crate::dispatch`] has found AVX-512 F, BW, DQ and VL, and all of AVX2.
+/// The back end. Only [`dispatch`](crate::dispatch()) names it outside of this file, after it has asked the processor for
+/// AVX-512 F, BW, DQ and VL, and for what AVX2 needs: the contract that makes the intrinsics below safe to call.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx512;
 
@@ -27,7 +30,7 @@ macro_rules! binary {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                // SAFETY: AVX-512 is there, by the contract of the back end.
+                // SAFETY: the processor has AVX-512, by the contract of the back end.
                 Self(unsafe { $intrinsic(self.0, other.0) })
             }
         }
@@ -74,7 +77,7 @@ impl Neg for F {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        // SAFETY: AVX-512 is there, by the contract of the back end.
+        // SAFETY: the processor has AVX-512, by the contract of the back end.
         Self(unsafe { _mm512_xor_ps(self.0, _mm512_set1_ps(-0.0)) })
     }
 }
@@ -82,7 +85,7 @@ impl Neg for F {
 /// Two registers of eight lanes as one of sixteen.
 #[inline(always)]
 fn join(low: __m256, high: __m256) -> F {
-    // SAFETY: AVX-512 DQ is there, by the contract of the back end.
+    // SAFETY: the processor has AVX-512 DQ, by the contract of the back end.
     F(unsafe { _mm512_insertf32x8::<1>(_mm512_castps256_ps512(low), high) })
 }
 
@@ -112,7 +115,7 @@ impl Lanes for Avx512 {
 
     #[inline(always)]
     fn f(x: f32) -> F {
-        // SAFETY: AVX-512 is there (so for all that follow).
+        // SAFETY: the processor has AVX-512, by the contract of the back end (also for all methods below).
         F(unsafe { _mm512_set1_ps(x) })
     }
     #[inline(always)]
@@ -145,7 +148,7 @@ impl Lanes for Avx512 {
     }
     #[inline(always)]
     fn min_lane(v: F) -> u32 {
-        // SAFETY: AVX-512 is there.
+        // SAFETY: as above.
         let least = Self::f(unsafe { _mm512_reduce_min_ps(v.0) });
         Self::mask_bits(Self::le(v, least)).trailing_zeros()
     }
@@ -256,7 +259,7 @@ impl Lanes for Avx512 {
         let zero = avx2::load_row(&Row([0.0; 8]));
         let (mut first, mut second) = ([zero; 8], [zero; 8]);
         for k in 0..8 {
-            // SAFETY: AVX-512 DQ is there.
+            // SAFETY: as above.
             unsafe {
                 first[k] = _mm512_castps512_ps256(columns[k].0);
                 second[k] = _mm512_extractf32x8_ps::<1>(columns[k].0);

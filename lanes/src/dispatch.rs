@@ -1,11 +1,14 @@
-//! The one place where a back end is chosen.
+//! Running a kernel on a back end: the one place that asks the processor for features and enables them.
 
-use crate::lanes::{Emulated, Lanes};
 #[cfg(target_arch = "x86_64")]
-use crate::lanes::{avx2::Avx2, avx512::Avx512};
+use crate::avx2::Avx2;
+#[cfg(target_arch = "x86_64")]
+use crate::avx512::Avx512;
+use crate::emulated::Emulated;
+use crate::operations::Lanes;
 
-/// Which vectors the kernels run on. Each gives the same bits. A kind that a processor lacks is emulated there, so that
-/// tests reach the kernels at every width on any machine.
+/// Which vectors kernels run on. All give the same bits. A kind that the processor lacks is emulated, so that tests reach
+/// the kernels at every width on any machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LaneKind {
     /// Eight lanes of plain Rust; runs anywhere.
@@ -20,7 +23,7 @@ impl LaneKind {
     /// All kinds, the plainest first.
     pub const ALL: [Self; 3] = [Self::Emulated, Self::Avx2, Self::Avx512];
 
-    /// True if this processor has them.
+    /// True if this processor has the kind.
     pub fn is_available(self) -> bool {
         #[cfg(target_arch = "x86_64")]
         match self {
@@ -57,21 +60,22 @@ impl LaneKind {
     }
 }
 
-/// Work that can be done on any lanes.
+/// Work that runs on any lanes.
 pub trait Kernel {
-    /// What comes of it.
+    /// The result.
     type Output;
-    /// Does the work. To be marked `#[inline(always)]`, as all that it calls on lanes, lest the features get lost.
+    /// Does the work. Mark it `#[inline(always)]`, and all that it calls on lanes: features reach operations by inlining
+    /// only.
     fn run<L: Lanes>(self) -> Self::Output;
 }
 
-/// Runs a kernel on lanes of the given kind; on as many emulated ones where the processor lacks it.
+/// Runs a kernel on lanes of the given kind, or on as many emulated lanes where the processor lacks it.
 pub fn dispatch<K: Kernel>(kind: LaneKind, kernel: K) -> K::Output {
     match kind {
-        // SAFETY: the processor has been asked for exactly these features.
+        // SAFETY: `is_available` has asked the processor for the features that the function enables.
         #[cfg(target_arch = "x86_64")]
         LaneKind::Avx2 if kind.is_available() => unsafe { run_on_avx2(kernel) },
-        // SAFETY: the processor has been asked for exactly these features.
+        // SAFETY: `is_available` has asked the processor for the features that the function enables.
         #[cfg(target_arch = "x86_64")]
         LaneKind::Avx512 if kind.is_available() => unsafe { run_on_avx512(kernel) },
         LaneKind::Emulated | LaneKind::Avx2 => kernel.run::<Emulated<8>>(),
@@ -79,14 +83,14 @@ pub fn dispatch<K: Kernel>(kind: LaneKind, kernel: K) -> K::Output {
     }
 }
 
-/// Runs a kernel on lanes of AVX2 alone, which takes one instance of it instead of three.
+/// Runs a kernel on AVX2. Unlike [`dispatch`], which compiles a kernel for three back ends, this compiles it for one.
 ///
 /// # Errors
-/// Gives the kernel back where the processor lacks them.
+/// Returns the kernel if the processor lacks AVX2.
 pub fn on_avx2<K: Kernel>(kernel: K) -> Result<K::Output, K> {
     #[cfg(target_arch = "x86_64")]
     if LaneKind::Avx2.is_available() {
-        // SAFETY: the processor has been asked for exactly these features.
+        // SAFETY: `is_available` has asked the processor for the features that the function enables.
         return Ok(unsafe { run_on_avx2(kernel) });
     }
     Err(kernel)
@@ -132,7 +136,7 @@ mod tests {
         }
     }
 
-    /// By what the system says, which has been told by the same processor, but not by our means.
+    /// Compares with what the operating system reports of the processor.
     #[cfg(all(target_arch = "x86_64", target_os = "linux"))]
     #[test]
     fn lanes_are_available_where_the_processor_has_all_they_need() {

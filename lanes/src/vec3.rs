@@ -1,46 +1,54 @@
-//! Three-vectors in lanes. Operations mirror glam's on one lane, in its order.
+//! Vectors of three components, one per lane.
 
-use crate::lanes::Lanes;
-use scene::Vec3;
+use crate::operations::Lanes;
+use glam::Vec3;
 
-/// As many vectors as there are lanes.
+/// A vector of three components in each lane. Operations are glam's, in the same order, so with the same bits.
 #[derive(Clone, Copy)]
-pub(crate) struct V3<L: Lanes> {
-    pub(crate) x: L::F,
-    pub(crate) y: L::F,
-    pub(crate) z: L::F,
+pub struct V3<L: Lanes> {
+    /// The first components.
+    pub x: L::F,
+    /// The second.
+    pub y: L::F,
+    /// The third.
+    pub z: L::F,
 }
 
 impl<L: Lanes> V3<L> {
+    /// From components.
     #[inline(always)]
-    pub(crate) fn new(x: L::F, y: L::F, z: L::F) -> Self {
+    pub fn new(x: L::F, y: L::F, z: L::F) -> Self {
         Self { x, y, z }
     }
 
     /// The same vector in every lane.
     #[inline(always)]
-    pub(crate) fn splat(v: Vec3) -> Self {
+    pub fn splat(v: Vec3) -> Self {
         Self { x: L::f(v.x), y: L::f(v.y), z: L::f(v.z) }
     }
 
+    /// Dot product.
     #[inline(always)]
-    pub(crate) fn dot(self, other: Self) -> L::F {
+    pub fn dot(self, other: Self) -> L::F {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
+    /// Times a number.
+    #[must_use]
     #[inline(always)]
-    pub(crate) fn scale(self, s: L::F) -> Self {
+    pub fn scale(self, s: L::F) -> Self {
         Self { x: self.x * s, y: self.y * s, z: self.z * s }
     }
 
+    /// `if m { a } else { b }`.
     #[inline(always)]
-    pub(crate) fn select(m: L::M, a: Self, b: Self) -> Self {
+    pub fn select(m: L::M, a: Self, b: Self) -> Self {
         Self { x: L::select(m, a.x, b.x), y: L::select(m, a.y, b.y), z: L::select(m, a.z, b.z) }
     }
 
-    /// The largest component, as `scene::max_component` finds it.
+    /// The largest component, by the comparisons of `scene::max_component`.
     #[inline(always)]
-    pub(crate) fn max_component(self) -> L::F {
+    pub fn max_component(self) -> L::F {
         let xy = L::select(L::lt(self.y, self.x), self.x, self.y);
         L::select(L::lt(self.z, xy), xy, self.z)
     }

@@ -1,0 +1,93 @@
+//! Looking up the photons of a query.
+
+use super::cells::{Query, WINDOW};
+use super::sorted::Sorted;
+use lanes::Lanes;
+use std::ops::Range;
+
+/// The photons of a query, as ranges of the sorted deposits.
+pub(crate) struct Runs {
+    ranges: [(u32, u32); Self::MOST],
+    count: usize,
+}
+
+impl Runs {
+    /// Each row of cells is one range, but one row may wrap around the table and is two. It is one row at most, as rows of
+    /// a window share no bucket.
+    const MOST: usize = (WINDOW * WINDOW) as usize + 1;
+
+    pub(crate) fn new() -> Self {
+        Self { ranges: [(0, 0); Self::MOST], count: 0 }
+    }
+
+    /// Looks up a query. Prefetches each run found, so that memory answers while the other rows are looked up.
+    #[inline(always)]
+    pub(crate) fn look_up<L: Lanes>(&mut self, sorted: &Sorted, query: &Query<L>) {
+        self.count = 0;
+        for z in query.slabs() {
+            let mut rows = query.rows(z);
+            while let Some(row) = rows.next() {
+                if sorted.is_empty(row) {
+                    continue;
+                }
+                for Range { start, end } in sorted.photons(row) {
+                    if start < end {
+                        sorted.prefetch_points(start);
+                        self.ranges[self.count] = (start as u32, end as u32);
+                        self.count += 1;
+                    }
+                }
+            }
+        }
+    }
+
+    /// The number of ranges.
+    #[inline(always)]
+    pub(crate) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Range number `k`.
+    #[inline(always)]
+    pub(crate) fn range(&self, k: usize) -> Range<usize> {
+        self.ranges[k].0 as usize..self.ranges[k].1 as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::join::bins::{Binned, Chunks, bin_shift};
+    use crate::join::cells::Cells;
+    use crate::join::deposit::Record;
+    use crate::join::region::Region;
+    use lanes::Emulated;
+    use scene::Vec3;
+    use std::sync::Arc;
+
+    /// Nothing that is found may be lost for want of room.
+    #[test]
+    fn the_runs_of_a_full_window_have_room() {
+        let (cells, wide) = (Cells::new(1.0, 1 << 12), WINDOW as f32);
+        let mut binned = Binned::new(&Arc::new(Chunks::new()));
+        for bucket in 0..=cells.mask {
+            let record = Record { bucket, ..Record::default() };
+            binned.push(record, [0.0; 4], bin_shift(cells));
+        }
+        let mut sorted = Sorted::new();
+        sorted.fill(&[&binned], cells);
+        let (mut runs, mut most) = (Runs::new(), 0);
+        for x in (0..=cells.mask).step_by(WINDOW as usize - 1) {
+            // All but the outermost thousandth of a window of cells.
+            let low = Vec3::new(x as f32, 0.0, 0.0) + 1e-3;
+            let region = Region { low, high: low + wide - 2e-3, reach: 1e-4 };
+            let span = cells.span(&region);
+            assert!(span.fits());
+            runs.look_up(&sorted, &cells.query::<Emulated>(span, &region));
+            let found: usize = (0..runs.count).map(|k| runs.range(k).len()).sum();
+            assert_eq!(found, (WINDOW * WINDOW * WINDOW) as usize);
+            most = most.max(runs.count);
+        }
+        assert_eq!(most, Runs::MOST, "no row that wraps around the table was looked up");
+    }
+}

@@ -1,0 +1,229 @@
+//! The deposits of all photons, sorted by bucket: sorting, and looking up a run of buckets.
+
+use super::bins::{BINS, Binned, with_margin};
+use super::cells::{Cells, Run, WINDOW};
+use super::deposit::{Arrival, Record};
+use crate::pages::Pages;
+use crate::work_items::singly;
+use bytemuck::Pod;
+use lanes::{Lanes, MOST_LANES, V3, prefetch};
+use rayon::prelude::*;
+use scene::Vec3;
+use std::array;
+use std::ops::Range;
+
+// A run and the bits before it in its byte fit into the two bytes that `Sorted::is_empty` reads.
+const _: () = assert!(WINDOW <= 9);
+
+/// The deposits of all photons, in order of their buckets.
+pub(crate) struct Sorted {
+    /// Their points, which the search reads: a column per axis, with room for more and for vectors that read past the end.
+    points: [Pages<f32>; 3],
+    /// What they bring, which is read once they are found.
+    arrivals: Pages<Arrival>,
+    /// The deposits of bucket b are those from `starts[b]` to `starts[b + 1]`.
+    starts: Vec<u32>,
+    /// A bit per bucket, set if it has deposits; the lowest bit of the first byte is bucket 0, and the first byte is
+    /// repeated at the end. Most buckets that are looked up are empty, and this stays in the cache where `starts` does not.
+    filled: Vec<u8>,
+}
+
+impl Sorted {
+    pub(crate) fn new() -> Self {
+        let points = array::from_fn(|_| Pages::zeros(0));
+        Self { points, arrivals: Pages::zeros(0), starts: Vec::new(), filled: Vec::new() }
+    }
+
+    /// How many deposits there are.
+    pub(crate) fn count(&self) -> usize {
+        self.starts.last().map_or(0, |end| *end as usize)
+    }
+
+    /// What each deposit brings.
+    #[inline(always)]
+    pub(crate) fn arrivals(&self) -> &[Arrival] {
+        &self.arrivals
+    }
+
+    /// The point of a deposit.
+    pub(crate) fn point(&self, index: usize) -> Vec3 {
+        let [xs, ys, zs] = &self.points;
+        Vec3::new(xs[index], ys[index], zs[index])
+    }
+
+    /// Per bucket, the index of its first deposit; and at the end the number of deposits.
+    pub(crate) fn starts(&self) -> &[u32] {
+        &self.starts
+    }
+
+    /// Replaces the deposits by those of `parts`, sorted.
+    pub(crate) fn fill(&mut self, parts: &[&Binned], cells: Cells) {
+        let total: usize = parts.iter().map(|part| part.count).sum();
+        self.points.iter_mut().for_each(|column| make_room(column, total + MOST_LANES));
+        make_room(&mut self.arrivals, total);
+        let buckets = cells.mask as usize + 1;
+        self.starts.resize(buckets + 1, 0);
+        self.filled.resize(buckets / 8 + 1, 0);
+        let mut columns = self.points.each_mut().map(|column| &mut column[..]);
+        let mut arrivals = &mut self.arrivals[..];
+        let per_bin = buckets / BINS;
+        let places = self.starts[..buckets].chunks_mut(per_bin).zip(self.filled.chunks_mut(per_bin / 8));
+        let mut work = Vec::with_capacity(BINS);
+        let mut first = 0;
+        for (bin, (starts, filled)) in places.enumerate() {
+            let count = parts.iter().map(|part| part.count_of(bin)).sum();
+            let points = columns.each_mut().map(|column| column.split_off_mut(..count).unwrap_or_default());
+            let mine = arrivals.split_off_mut(..count).unwrap_or_default();
+            work.push(BinWork { bin, first, points, arrivals: mine, starts, filled });
+            first += count as u32;
+        }
+        singly(work.into_par_iter()).for_each(|bin| bin.sort(parts));
+        self.starts[buckets] = total as u32;
+        self.filled[buckets / 8] = self.filled[0];
+    }
+
+    /// True if a run of buckets, which may wrap around the table, has no deposits.
+    #[inline(always)]
+    pub(crate) fn is_empty(&self, run: Run) -> bool {
+        let byte = run.bucket as usize / 8;
+        let bits = u32::from(self.filled[byte]) | u32::from(self.filled[byte + 1]) << 8;
+        (bits >> (run.bucket % 8)) & ((1 << run.length) - 1) == 0
+    }
+
+    /// The deposits of a run of buckets: two ranges, if the run wraps around the table.
+    #[inline(always)]
+    pub(crate) fn photons(&self, run: Run) -> [Range<usize>; 2] {
+        let buckets = self.starts.len() - 1;
+        let (first, end) = (run.bucket as usize, run.bucket as usize + run.length as usize);
+        let start = |bucket: usize| self.starts[bucket] as usize;
+        if end <= buckets {
+            [start(first)..start(end), 0..0]
+        } else {
+            [start(first)..start(buckets), 0..start(end - buckets)]
+        }
+    }
+
+    /// Prefetches the points of deposits from `at` on.
+    #[inline(always)]
+    pub(crate) fn prefetch_points(&self, at: usize) {
+        self.points.iter().for_each(|column| prefetch(column, at));
+    }
+
+    /// The points of `L::N` deposits from `at` on.
+    #[inline(always)]
+    pub(crate) fn load_points<L: Lanes>(&self, at: usize) -> V3<L> {
+        let [xs, ys, zs] = &self.points;
+        V3::new(L::load(&xs[at..]), L::load(&ys[at..]), L::load(&zs[at..]))
+    }
+
+    /// Prefetches what `L::N` deposits from `at` on bring.
+    #[inline(always)]
+    pub(crate) fn prefetch_arrivals<L: Lanes>(&self, at: usize) {
+        /// Two rows share a cache line.
+        const STEP: usize = 2;
+        for k in (0..L::N).step_by(STEP) {
+            prefetch(&self.arrivals, at + k);
+        }
+    }
+
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        let points: usize = self.points.iter().map(|column| size_of_val(&column[..])).sum();
+        points + size_of_val(&self.arrivals[..]) + size_of_val(&self.starts[..]) + self.filled.len()
+    }
+}
+
+/// Replaces `values` by longer ones if they are fewer than `count`.
+fn make_room<T: Pod + Send + Sync>(values: &mut Pages<T>, count: usize) {
+    if count > values.len() {
+        // Frees the old ones first, so that both are never held.
+        *values = Pages::zeros(0);
+        *values = Pages::zeros(with_margin(count as u64) as usize);
+    }
+}
+
+/// A bin to be sorted into its part of the output.
+struct BinWork<'a> {
+    bin: usize,
+    first: u32,
+    points: [&'a mut [f32]; 3],
+    arrivals: &'a mut [Arrival],
+    starts: &'a mut [u32],
+    filled: &'a mut [u8],
+}
+
+impl BinWork<'_> {
+    fn sort(self, parts: &[&Binned]) {
+        let chunks = || parts.iter().flat_map(|part| part.bin(self.bin));
+        let local = self.starts.len() as u32 - 1;
+        let bucket = |record: &Record| (record.bucket & local) as usize;
+        self.starts.fill(0);
+        for (records, _) in chunks() {
+            for record in records {
+                self.starts[bucket(record)] += 1;
+            }
+        }
+        let mut end = 0;
+        for (starts, filled) in self.starts.chunks_mut(8).zip(self.filled) {
+            *filled = 0;
+            for (k, start) in starts.iter_mut().enumerate() {
+                *filled |= u8::from(*start > 0) << k;
+                end += *start;
+                *start = end;
+            }
+        }
+        let [xs, ys, zs] = self.points;
+        // Buckets are filled from the back: so the end of each becomes its start.
+        for (records, directions) in chunks() {
+            for (record, direction) in records.iter().zip(directions) {
+                let start = &mut self.starts[bucket(record)];
+                *start -= 1;
+                let place = *start as usize;
+                let (Record { point, surface, flux, bucket }, [x, y, z, _]) = (*record, *direction);
+                [xs[place], ys[place], zs[place]] = point;
+                self.arrivals[place] = Arrival { surface, flux, wi: [x, y, z], bucket };
+            }
+        }
+        self.starts.iter_mut().for_each(|start| *start += self.first);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::join::bins::{Chunks, bin_shift};
+    use std::sync::Arc;
+
+    #[test]
+    fn sorted_deposits_have_room_for_vectors_that_read_past_the_end() {
+        let mut sorted = Sorted::new();
+        assert_eq!(sorted.bytes(), 0);
+        let cells = Cells::new(1.0, 1 << 12);
+        sorted.fill(&[], cells);
+        let coordinates = 3 * size_of::<f32>() * with_margin(MOST_LANES as u64) as usize;
+        let of_buckets = size_of::<u32>() * ((1 << 12) + 1) + (1 << 12) / 8 + 1;
+        assert_eq!((sorted.count(), sorted.bytes()), (0, coordinates + of_buckets));
+    }
+
+    /// Of the buckets that are looked up most are empty, and so few of `starts` are read.
+    #[test]
+    fn runs_are_empty_where_no_bucket_has_a_deposit() {
+        let cells = Cells::new(1.0, 1 << 12);
+        let is_filled = |bucket: u32| bucket.is_multiple_of(61) || bucket % 64 == 17 || bucket == cells.mask;
+        let mut binned = Binned::new(&Arc::new(Chunks::new()));
+        for bucket in (0..=cells.mask).filter(|bucket| is_filled(*bucket)) {
+            let record = Record { bucket, ..Record::default() };
+            binned.push(record, [0.0; 4], bin_shift(cells));
+        }
+        let mut sorted = Sorted::new();
+        sorted.fill(&[&binned], cells);
+        for bucket in 0..=cells.mask {
+            for length in 1..=WINDOW {
+                let expected = !(0..length).any(|k| is_filled((bucket + k) & cells.mask));
+                assert_eq!(sorted.is_empty(Run { bucket, length }), expected, "{length} from {bucket}");
+            }
+        }
+        sorted.fill(&[], cells);
+        assert!((0..=cells.mask).all(|bucket| sorted.is_empty(Run { bucket, length: WINDOW })));
+    }
+}

@@ -1,0 +1,161 @@
+//! Photon pass: photons from the lights to their deposits. `reference::photon_pass`, over batches of photons.
+//!
+//! ```text
+//! for each work item of 1024 photons, on any thread, until there are enough deposits for a join:
+//!     for each batch of up to 256 photons:
+//!         emit all
+//!         until none is left, at most max_depth times:
+//!             intersect all
+//!             for each packet: fetch surface and material; deposit; roulette; scatter; survivors to the front
+//! ```
+//!
+//! How it differs from the plain loop, and why:
+//!
+//! 1. Stages over a batch: see [`crate::paths`].
+//! 2. A deposit is dropped at once unless some visible point reaches its cell ([`Occupancy`](crate::join::Occupancy)):
+//!    what cannot count need not be sorted. The others go into the thread's bins ([`Binned`]).
+//! 3. Whether a photon arrives on the visible side is mostly known from its own surface: on the same sphere, within
+//!    reach, normals differ little. Such deposits are marked as safe, and the join skips the test.
+
+mod batch;
+mod emission;
+
+use crate::join::{Binned, Cells, Chunks, Sorted, bytes_at_rest, reserve};
+use crate::pool::Pool;
+use crate::work_items::singly;
+pub(crate) use batch::{PhotonBatch, PhotonCounts, PhotonPass, quantise, rounding_of_points, survive};
+pub(crate) use emission::{Emission, Emitters};
+use lanes::{Kernel, LaneKind, Lanes, dispatch};
+use rayon::current_num_threads;
+use rayon::prelude::*;
+use scene::{Stats, Stop};
+use std::mem::take;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Buffers of all threads, with the deposits that they hold in bins.
+pub(crate) struct PhotonWorkers {
+    workers: Pool<PhotonWorker>,
+    /// Room for deposits in bins.
+    chunks: Arc<Chunks>,
+}
+
+/// Buffers of a thread, its deposits, and what it has counted.
+struct PhotonWorker {
+    batch: PhotonBatch,
+    out: Binned,
+    counts: PhotonCounts,
+}
+
+impl PhotonWorker {
+    fn new(chunks: &Arc<Chunks>) -> Self {
+        Self { batch: PhotonBatch::new(), out: Binned::new(chunks), counts: PhotonCounts::default() }
+    }
+}
+
+/// The photons of a round, and how they are divided.
+#[derive(Clone, Copy)]
+pub(crate) struct PhotonPlan {
+    /// The round begins at this photon.
+    pub(crate) from: u32,
+    /// The photons of the iteration.
+    pub(crate) total: u32,
+    /// The round ends once there are so many deposits.
+    pub(crate) deposits_at_once: u32,
+    pub(crate) photons_per_job: u32,
+}
+
+impl PhotonWorkers {
+    pub(crate) fn new() -> Self {
+        Self { workers: Pool::new(), chunks: Arc::new(Pool::new()) }
+    }
+
+    /// Traces the photons of a round on all threads, into the workers' bins, and adds to `stats`. Returns where the next
+    /// round begins; `None` if stopped.
+    pub(crate) fn run(
+        &mut self,
+        pass: &PhotonPass,
+        (lanes, plan): (LaneKind, PhotonPlan),
+        stats: &mut Stats,
+        stop: &Stop,
+    ) -> Option<u32> {
+        let PhotonPlan { total, deposits_at_once, photons_per_job: per_job, .. } = plan;
+        let (mut next, mut deposits) = (plan.from, 0);
+        // At first so many photons as make a round if every photon is deposited at every bounce; then again as many.
+        let most = deposits_at_once.div_ceil(pass.max_depth).next_multiple_of(per_job);
+        while next < total && deposits < deposits_at_once as usize {
+            let end = total.min(next.saturating_add(most));
+            self.trace(pass, (lanes, per_job), next..end, stop);
+            deposits = self.workers.all().iter().map(|worker| worker.out.count).sum();
+            stats.photons += u64::from(end - next);
+            next = end;
+        }
+        for worker in self.workers.all() {
+            let PhotonCounts { segments, deposits } = take(&mut worker.counts);
+            stats.photon_segments += segments;
+            stats.deposits += deposits;
+        }
+        (!stop.is_requested()).then_some(next)
+    }
+
+    /// Traces a range of photons.
+    fn trace(&self, pass: &PhotonPass, (lanes, per_job): (LaneKind, u32), photons: Range<u32>, stop: &Stop) {
+        let jobs: Vec<u32> = photons.clone().step_by(per_job as usize).collect();
+        let Self { workers, chunks } = self;
+        workers.fill(jobs.len().min(current_num_threads()), || PhotonWorker::new(chunks));
+        singly(jobs.into_par_iter()).for_each(|start| {
+            if stop.is_requested() {
+                return;
+            }
+            let mut worker = workers.take(|| PhotonWorker::new(chunks));
+            let photons = start..photons.end.min(start.saturating_add(per_job));
+            let (batch, out) = (&mut worker.batch, &mut worker.out);
+            let counts = dispatch(lanes, PhotonJob { pass, batch, photons, out });
+            worker.counts.segments += counts.segments;
+            worker.counts.deposits += counts.deposits;
+            workers.put(worker);
+        });
+    }
+
+    /// Sorts the deposits in the workers' bins by the buckets of `cells`, and empties the bins.
+    pub(crate) fn sort_into(&mut self, sorted: &mut Sorted, cells: Cells) {
+        let workers = self.workers.all();
+        let parts: Vec<&Binned> = workers.iter().map(|worker| &worker.out).collect();
+        sorted.fill(&parts, cells);
+        let deposits = parts.iter().map(|part| part.count).sum();
+        for worker in workers {
+            worker.out.clear();
+        }
+        reserve(&self.chunks, deposits);
+    }
+
+    /// Clears what a stopped pass has left.
+    pub(crate) fn clear(&mut self) {
+        for worker in self.workers.all() {
+            worker.out.clear();
+            worker.counts = PhotonCounts::default();
+        }
+    }
+
+    /// Bytes of bins and chunks.
+    pub(crate) fn bytes(&mut self) -> usize {
+        let bins: usize = self.workers.all().iter().map(|worker| worker.out.bytes()).sum();
+        bins + bytes_at_rest(&self.chunks)
+    }
+}
+
+/// A work item: some photons.
+pub(crate) struct PhotonJob<'a> {
+    pub(crate) pass: &'a PhotonPass<'a>,
+    pub(crate) batch: &'a mut PhotonBatch,
+    pub(crate) photons: Range<u32>,
+    pub(crate) out: &'a mut Binned,
+}
+
+impl Kernel for PhotonJob<'_> {
+    type Output = PhotonCounts;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> PhotonCounts {
+        self.pass.run::<L>(self.batch, self.photons, self.out)
+    }
+}

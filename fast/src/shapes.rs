@@ -1,0 +1,37 @@
+//! The spheres that every ray is tested against, one by one.
+
+use scene::ray::SphereId;
+use scene::still::{Enclosure, Role};
+use scene::{Still, Vec3};
+
+/// A sphere as the intersection broadcasts it to all lanes, by the side that rays meet it from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Shape {
+    /// From outside.
+    Solid(BallShape),
+    /// From both sides.
+    Glass(BallShape),
+    /// From inside.
+    Enclosure(Enclosure),
+}
+
+/// A sphere that rays meet from outside, or from both sides.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BallShape {
+    pub(crate) sphere: SphereId,
+    pub(crate) center: Vec3,
+    pub(crate) radius_squared: f32,
+}
+
+impl Shape {
+    /// Sphere `id` of a still.
+    pub(crate) fn of(still: &Still, id: SphereId) -> Self {
+        let s = &still.spheres[id as usize];
+        let ball = BallShape { sphere: id, center: s.center, radius_squared: s.radius * s.radius };
+        match still.roles[id as usize] {
+            Role::Solid => Self::Solid(ball),
+            Role::Glass => Self::Glass(ball),
+            Role::Enclosure(e) => Self::Enclosure(still.enclosures[e as usize]),
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! A still with the tables that the passes read.
+
+use crate::direct_light::LightTable;
+use crate::parameters::Parameters;
+use crate::photon_pass::Emitters;
+use crate::search::ball_count;
+use crate::tables::Tables;
+use scene::Still;
+
+/// A still with its tables.
+pub(super) struct Prepared<'a> {
+    pub(super) still: Still<'a>,
+    pub(super) tables: Tables,
+    pub(super) lights: LightTable,
+    pub(super) emitters: Emitters,
+}
+
+impl<'a> Prepared<'a> {
+    pub(super) fn new(still: Still<'a>, parameters: &Parameters) -> Self {
+        let tables = Tables::with_search(&still, parameters.search(ball_count(&still)));
+        let lights = LightTable::new(&still);
+        let emitters = Emitters::new(&still);
+        Self { still, tables, lights, emitters }
+    }
+}

@@ -1,0 +1,201 @@
+//! An iteration: the passes in order, each over all threads.
+//!
+//! ```text
+//! camera pass: visible points and direct light of all pixels         (camera_pass/)
+//! until all photons of the iteration are traced:
+//!     photon pass: photons to deposits in bins                       (photon_pass/)
+//!     sort the deposits by cell                                      (join/sorted.rs)
+//!     join: each visible point adds up the photons that count        (join/)
+//! consolidate: add the sums to the pixels, and shrink their radii    (consolidate.rs, as part of the last join)
+//! ```
+
+use super::memory::bytes_at_most;
+use super::prepared::Prepared;
+use crate::camera_pass::{CameraPass, CameraPlan, CameraWorkers, TileTable};
+use crate::join::{Cells, Join, Occupancy, Radii, Round, Sorted};
+use crate::pages::Pages;
+use crate::parameters::Parameters;
+use crate::photon_pass::{Emission, PhotonPass, PhotonPlan, PhotonWorkers, rounding_of_points};
+use crate::pixels::{Pixel, PixelRows, slots};
+use lanes::LaneKind;
+use scene::{Scene, Settings, Stats, Stop, Vec3};
+use std::time::Instant;
+
+/// Once there are so many deposits, they are joined before more photons are traced (unless
+/// [`Sppm::deposits_at_once`] says otherwise).
+pub const DEPOSITS_AT_ONCE: u32 = 1 << 22;
+
+/// The fast renderer.
+pub struct Sppm<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) settings: Settings,
+    lanes: LaneKind,
+    pub(super) parameters: Parameters,
+    deposits_at_once: u32,
+    pub(super) iterations: u32,
+    tiles: TileTable,
+    /// What pixels have gathered, in tile order.
+    pub(super) pixels: Pages<Pixel>,
+    /// This iteration's visible points and direct light, in tile order.
+    rows: Pages<PixelRows>,
+    sorted: Sorted,
+    pub(super) camera_workers: CameraWorkers,
+    pub(super) photon_workers: PhotonWorkers,
+    pub(super) join: Join,
+    /// The scene's only still and its tables, if nothing moves.
+    pub(super) prepared: Option<Prepared<'a>>,
+    pub(super) stats: Stats,
+    /// Photons that counted at a visible point in the last iteration, on average.
+    neighbours: f64,
+}
+
+impl<'a> Sppm<'a> {
+    /// A render before its first iteration, on the best lanes that the processor has.
+    pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
+        Self::with_lanes(scene, settings, LaneKind::best())
+    }
+
+    /// The same on other lanes.
+    pub fn with_lanes(scene: &'a Scene, settings: &Settings, lanes: LaneKind) -> Self {
+        Self::with_parameters(scene, settings, lanes, &Parameters::default())
+    }
+
+    /// The same with other parameters, which change its speed.
+    pub fn with_parameters(
+        scene: &'a Scene,
+        settings: &Settings,
+        lanes: LaneKind,
+        parameters: &Parameters,
+    ) -> Self {
+        let slots = slots(settings);
+        let moves = scene.spheres.iter().any(|s| s.velocity != Vec3::ZERO);
+        Self {
+            scene,
+            settings: *settings,
+            lanes,
+            parameters: *parameters,
+            deposits_at_once: DEPOSITS_AT_ONCE,
+            iterations: 0,
+            tiles: TileTable::new(),
+            pixels: Pages::filled(Pixel::new(settings.initial_radius), slots),
+            rows: Pages::filled(PixelRows::NOTHING, slots),
+            sorted: Sorted::new(),
+            camera_workers: CameraWorkers::new(),
+            photon_workers: PhotonWorkers::new(),
+            join: Join::new(),
+            prepared: (!moves).then(|| Prepared::new(scene.at(0.0), parameters)),
+            stats: Stats::default(),
+            neighbours: parameters.neighbours_at_first.into(),
+        }
+    }
+
+    /// The same render with the photons of an iteration traced and joined in rounds, each of which ends once it has
+    /// `most` deposits: less memory, the same bits.
+    #[must_use]
+    pub fn deposits_at_once(mut self, most: u32) -> Self {
+        self.deposits_at_once = most.clamp(1, 1 << 30);
+        self
+    }
+
+    /// The same render with a join that can be stopped half-way whenever the last one tested `pairs` or more. Such a
+    /// join adds up all photons before it consolidates, which takes a little more time and memory.
+    #[must_use]
+    pub fn long_join(mut self, pairs: u64) -> Self {
+        self.join.set_long(pairs);
+        self
+    }
+
+    /// The most bytes that a render of a scene of so many `spheres` takes, with so many `deposits_at_once`
+    /// ([`Sppm::deposits_at_once`]): if every photon is deposited at every bounce where something can be seen.
+    pub fn bytes_at_most(
+        settings: &Settings,
+        spheres: usize,
+        threads: usize,
+        deposits_at_once: u32,
+        parameters: &Parameters,
+    ) -> u64 {
+        bytes_at_most(settings, spheres, threads, deposits_at_once, parameters)
+    }
+
+    /// All passes of an iteration; `None` if stopped, and then no pixel has changed.
+    pub(super) fn run_iteration(&mut self, p: &Prepared, stop: &Stop) -> Option<()> {
+        let (start, before) = (Instant::now(), (self.stats.contributions, self.stats.visible_points));
+        let radii = Radii::of(&self.pixels);
+        let occupancy = self.camera_pass(p, radii, stop)?;
+        self.stats.camera_seconds += start.elapsed().as_secs_f64();
+        let Parameters { cell_size, photons_per_batch, .. } = self.parameters;
+        let total = self.settings.photons_per_iteration;
+        let cells = Cells::new(radii.cell_size(cell_size, self.neighbours), self.parameters.buckets(total));
+        let key = (self.settings.seed, self.iterations);
+        let pass = PhotonPass {
+            emission: Emission::new(&p.still, &p.emitters, &p.lights.choice, key),
+            tables: &p.tables,
+            max_depth: self.settings.max_depth,
+            cells,
+            occupancy: &occupancy,
+            reach: radii.largest,
+            slack: rounding_of_points(&p.still),
+            at_once: photons_per_batch as usize,
+        };
+        let mut next = 0;
+        while next < total {
+            next = self.round(&pass, next, p.still.lights.power, stop)?;
+        }
+        let (contributions, points) =
+            (self.stats.contributions - before.0, self.stats.visible_points - before.1);
+        self.neighbours = contributions as f64 / points.max(1) as f64;
+        self.stats.bytes = self.bytes() as u64;
+        self.join.clear();
+        self.iterations += 1;
+        Some(())
+    }
+
+    /// The camera pass; returns the cells that visible points reach.
+    fn camera_pass(&mut self, p: &Prepared, radii: Radii, stop: &Stop) -> Option<Occupancy> {
+        let parameters = &self.parameters;
+        let plan = CameraPlan {
+            pixels_per_job: parameters.pixels_per_job as usize,
+            pixels_per_batch: parameters.pixels_per_batch as usize,
+            // By the largest radius, although only some pixels keep it. If cells shrank, such a pixel would mark ever more
+            // of them, until most are marked, and memory would grow.
+            occupancy_cell: radii.largest * parameters.occupancy_cell_size,
+            occupancy_bits: parameters.occupancy_bits,
+        };
+        let pass = CameraPass {
+            still: &p.still,
+            tables: &p.tables,
+            lights: &p.lights,
+            tiles: &self.tiles,
+            frame: self.scene.camera.frame(self.settings.width, self.settings.height),
+            settings: &self.settings,
+            iteration: self.iterations,
+        };
+        let lanes = (self.lanes, plan);
+        self.camera_workers.run(&pass, lanes, &mut self.rows, &self.pixels, &mut self.stats, stop)
+    }
+
+    /// A round: traces the photons from `from` on until there are enough deposits, sorts these, and joins them with the
+    /// visible points. Returns where the next round begins.
+    fn round(&mut self, pass: &PhotonPass, from: u32, nominal: f32, stop: &Stop) -> Option<u32> {
+        let start = Instant::now();
+        let total = self.settings.photons_per_iteration;
+        let Parameters { photons_per_job, pixels_per_job, .. } = self.parameters;
+        let plan = PhotonPlan { from, total, deposits_at_once: self.deposits_at_once, photons_per_job };
+        let next = self.photon_workers.run(pass, (self.lanes, plan), &mut self.stats, stop)?;
+        let traced = Instant::now();
+        self.photon_workers.sort_into(&mut self.sorted, pass.cells);
+        let sorted = Instant::now();
+        let round = Round { sorted: Some(&self.sorted), cells: pass.cells, is_last: next == total, nominal };
+        let lanes = (self.lanes, pixels_per_job as usize);
+        self.join.run(round, lanes, &mut self.pixels, &self.rows, &mut self.stats, stop)?;
+        self.stats.photon_seconds += (traced - start).as_secs_f64();
+        self.stats.build_grid_seconds += (sorted - traced).as_secs_f64();
+        self.stats.consolidate_seconds += sorted.elapsed().as_secs_f64();
+        Some(next)
+    }
+
+    fn bytes(&mut self) -> usize {
+        let pixels = size_of_val(&self.pixels[..]) + size_of_val(&self.rows[..]) + self.join.bytes();
+        pixels + self.sorted.bytes() + self.photon_workers.bytes()
+    }
+}

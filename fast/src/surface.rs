@@ -1,0 +1,119 @@
+//! The surfaces that rays hit: a table with a row per sphere, and the point and normal of each hit.
+
+use bytemuck::{Pod, Zeroable};
+use lanes::{Lanes, Row, V3};
+use scene::still::Role;
+use scene::{Sphere, Still, Vec3};
+
+/// The bits of a surface's tag.
+pub(crate) mod tag {
+    /// Met from inside.
+    pub(crate) const ENCLOSURE: u32 = 1;
+    /// Met from both sides.
+    pub(crate) const GLASS: u32 = 2;
+    /// Glows.
+    pub(crate) const EMITTER: u32 = 4;
+    /// The number of the material stands above these bits.
+    pub(crate) const MATERIAL_SHIFT: i32 = 3;
+}
+
+/// A sphere's row in the table of surfaces.
+///
+/// For a point p on the sphere, the vector from the centre is `(p - anchor) + offset`. For an enclosure the anchor is the
+/// point nearest to the eye (`scene::still::Enclosure`) and `scale` is `-1 / radius`. For a ball the anchor is the centre,
+/// the offset is zero and `scale` is the radius.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct SurfaceRow {
+    anchor: [f32; 3],
+    scale: f32,
+    offset: [f32; 3],
+    /// See [`tag`].
+    tag: u32,
+}
+
+/// The row of a sphere.
+pub(crate) fn surface_row(still: &Still, sphere: &Sphere, role: Role) -> Row {
+    let (anchor, scale, offset, side) = match role {
+        Role::Solid => (sphere.center, sphere.radius, Vec3::ZERO, 0),
+        Role::Glass => (sphere.center, sphere.radius, Vec3::ZERO, tag::GLASS),
+        Role::Enclosure(e) => {
+            let e = &still.enclosures[e as usize];
+            (e.anchor, e.minus_inverse_radius, e.offset, tag::ENCLOSURE)
+        }
+    };
+    let glow = if sphere.is_emitter() { tag::EMITTER } else { 0 };
+    let tag = (sphere.material << tag::MATERIAL_SHIFT) | glow | side;
+    bytemuck::cast(SurfaceRow { anchor: anchor.into(), scale, offset: offset.into(), tag })
+}
+
+/// [`SurfaceRow`]s in lanes.
+pub(crate) struct SurfaceLanes<L: Lanes> {
+    pub(crate) anchor: V3<L>,
+    pub(crate) scale: L::F,
+    pub(crate) offset: V3<L>,
+    pub(crate) tag: L::U,
+}
+
+impl<L: Lanes> SurfaceLanes<L> {
+    /// The rows of the spheres with these ids.
+    #[inline(always)]
+    pub(crate) fn gather(surfaces: &[Row], ids: &[u32]) -> Self {
+        let [ax, ay, az, scale, bx, by, bz, tag] = L::gather_rows(surfaces, ids);
+        Self { anchor: V3::new(ax, ay, az), scale, offset: V3::new(bx, by, bz), tag: L::bits(tag) }
+    }
+
+    /// The lanes whose tag has `bit`.
+    #[inline(always)]
+    pub(crate) fn has(&self, bit: u32) -> L::M {
+        L::eq(self.tag & L::u(bit), L::u(bit))
+    }
+}
+
+/// Where rays hit surfaces.
+pub(crate) struct Hit<L: Lanes> {
+    /// The point, moved onto the sphere.
+    pub(crate) point: V3<L>,
+    /// Unit normal, on the side that the ray comes from.
+    pub(crate) normal: V3<L>,
+    /// True where the ray comes from inside.
+    pub(crate) inside: L::M,
+    /// `-1 / radius` of an enclosure, the radius of a ball.
+    pub(crate) scale: L::F,
+    /// See [`tag`].
+    pub(crate) tag: L::U,
+}
+
+impl<L: Lanes> Hit<L> {
+    /// The points at distance `t` along the rays, on the spheres with these ids.
+    #[inline(always)]
+    pub(crate) fn at(surfaces: &[Row], origin: V3<L>, direction: V3<L>, t: L::F, ids: &[u32]) -> Self {
+        let surface = SurfaceLanes::<L>::gather(surfaces, ids);
+        let SurfaceLanes { anchor, scale, offset, tag } = surface;
+        let point = origin + direction.scale(t);
+        let from_anchor = point - anchor;
+        let in_shell = surface.has(tag::ENCLOSURE);
+        let shell_normal = (from_anchor + offset).scale(scale);
+        // One step of Newton's method to unit length, as in the reference.
+        let shell_normal = shell_normal.scale(L::f(1.5) - L::f(0.5) * shell_normal.dot(shell_normal));
+        if !L::any(!in_shell) {
+            return Self { point, normal: shell_normal, inside: in_shell, scale, tag };
+        }
+        let outward = from_anchor.scale(L::f(1.0) / L::sqrt(from_anchor.dot(from_anchor)));
+        let inside_glass = surface.has(tag::GLASS) & L::lt(L::f(0.0), outward.dot(direction));
+        let ball_normal = V3::select(inside_glass, -outward, outward);
+        Self {
+            point: V3::select(in_shell, point, anchor + outward.scale(scale)),
+            normal: V3::select(in_shell, shell_normal, ball_normal),
+            inside: in_shell | inside_glass,
+            scale,
+            tag,
+        }
+    }
+
+    /// The lanes whose surface has `bit` in its tag.
+    #[inline(always)]
+    pub(crate) fn has(&self, bit: u32) -> L::M {
+        L::eq(self.tag & L::u(bit), L::u(bit))
+    }
+}
