@@ -20,7 +20,7 @@ pub(crate) struct Bench<'a> {
 }
 
 impl<'a> Bench<'a> {
-    /// Renders once by the defaults, `defaults`; `None` if stopped meanwhile.
+    /// Renders once by the defaults, for the image; `None` if stopped meanwhile.
     pub(crate) fn new(
         scene: &'a Scene,
         settings: &'a Settings,
@@ -38,7 +38,7 @@ impl<'a> Bench<'a> {
         self.stop.is_requested()
     }
 
-    /// Seconds from the start to the developed image, and this; `None` if stopped.
+    /// Seconds from the start to the developed image, and the image; `None` if stopped.
     fn render(&self, candidate: Candidate) -> Option<(f64, Film)> {
         let Candidate { lanes, parameters } = candidate;
         self.pool.install(|| {
