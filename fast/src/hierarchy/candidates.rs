@@ -102,7 +102,7 @@ impl Candidates {
             let RayLanes { origin, direction, leaves, ignores } = RayLanes::<L>::gather(&self.rows[..], rays);
             let surface = SurfaceLanes::<L>::gather(surfaces, balls);
             let (sphere, radius) = (L::load_u(balls), surface.scale);
-            let is_glass = surface.has(tag::GLASS);
+            let is_glass = tag::has::<L>(surface.tag, tag::GLASS);
             let leaves = L::eq(sphere, leaves);
             let (t, valid) = meet(origin, direction, leaves, surface.anchor, radius * radius, is_glass);
             let valid = valid & L::first(self.count - at) & !L::eq(sphere, ignores);
