@@ -13,7 +13,7 @@ pub(crate) mod tag {
     pub(crate) const GLASS: u32 = 2;
     /// Glows.
     pub(crate) const EMITTER: u32 = 4;
-    /// The number of the material stands above these bits.
+    /// The bits above these hold the number of the material.
     pub(crate) const MATERIAL_SHIFT: i32 = 3;
 }
 

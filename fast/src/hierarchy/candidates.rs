@@ -9,7 +9,7 @@ use crate::search::Work;
 use crate::surface::{SurfaceLanes, tag};
 use lanes::{Lanes, MOST_LANES, Row, V3};
 
-/// Evaluate once there are so many.
+/// The list is evaluated once it has this many candidates.
 const ENOUGH: usize = 1024;
 /// Room for them, for those that are added at once, and for what vectors write past the end.
 const CANDIDATE_ROOM: usize = ENOUGH + (WIDTH + 1) * MOST_LANES;
