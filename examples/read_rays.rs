@@ -1,4 +1,4 @@
-//! Tells what rays of a NumPy file hit: `cargo run --release --example read_rays -- rays.npy`
+//! Tells what rays of a `NumPy` file hit: `cargo run --release --example read_rays -- rays.npy`
 //!
 //! The file holds float32 of shape (N, 6), origin and direction of each ray. Without one, three rays are made up.
 

@@ -47,13 +47,14 @@ impl EngineChoice {
             return Err(only_fast_has(Field::Profile, name, "free parameters"));
         }
         let Profile { parameters, lanes: usual } = Profile::read(profile)?;
-        let chosen = Self::new(name, lanes.or(usual)).map_err(|error| match lanes {
-            Some(_) => error,
-            None => {
-                let said = Problem::of(Field::Profile).text(format_args!(": {}: ", profile.display()));
-                Error::input(Field::Profile, said.join(error.problem()))
-            }
-        })?;
+        let told = |error: Error| {
+            let said = Problem::of(Field::Profile).text(format_args!(": {}: ", profile.display()));
+            Error::input(Field::Profile, said.join(error.problem()))
+        };
+        let chosen = match lanes {
+            Some(_) => Self::new(name, lanes)?,
+            None => Self::new(name, usual).map_err(told)?,
+        };
         Ok(Self { parameters, ..chosen })
     }
 

@@ -32,6 +32,6 @@ impl Warm {
 
 impl fmt::Debug for Warm {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Warm").field("has_pool", &self.pool.is_some()).finish()
+        f.debug_struct("Warm").field("has_pool", &self.pool.is_some()).finish_non_exhaustive()
     }
 }
