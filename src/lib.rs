@@ -16,9 +16,7 @@ struct Readme;
 
 mod args;
 mod commands;
-mod ladder_command;
 mod terminal;
-mod tune_command;
 
 use clap::Parser;
 use commands::Args;

@@ -10,6 +10,20 @@
 //!
 //! RMSE, relative MSE and means are of linear radiance. PSNR, SSIM and FLIP judge what one sees, so they are of the
 //! images as sRGB shows them, clamped to [0, 1] at exposure 0. Of two images, A is judged and B is the reference.
+//!
+//! ```
+//! use compare::{Metrics, Thresholds};
+//! use scene::{Film, Rgb};
+//!
+//! let black = Film::new(16, 12);
+//! let mut grey = black.clone();
+//! grey.pixels.fill(Rgb::splat(0.25));
+//! let metrics = Metrics::of(&grey, &black)?;
+//! assert_eq!(metrics.rmse.all, 0.25);
+//! let thresholds = Thresholds { max_rmse: Some(0.1), ..Thresholds::default() };
+//! assert_eq!(thresholds.exceeded(&metrics)[0].to_string(), "RMSE is 0.25, above max_rmse 0.1");
+//! # Ok::<(), compare::CompareError>(())
+//! ```
 
 #![forbid(unsafe_code)]
 

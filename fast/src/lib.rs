@@ -66,4 +66,4 @@ pub use intersector::{Intersector, Met};
 pub use lanes::LaneKind;
 pub use parameters::{Parameter, ParameterError, Parameters, Values};
 pub use search::{Search, Work, ball_count};
-pub use sppm::{DEPOSITS_AT_ONCE, Sppm};
+pub use sppm::{DEPOSITS_AT_ONCE, Parts, Sppm};

@@ -1,20 +1,21 @@
-//! Which light a number chooses, in proportion to power.
+//! Choosing a light, with probabilities proportional to power.
 
 use lanes::Lanes;
 
-/// Up to so many lights, the number is compared with all.
+/// Up to so many lights, the random number is compared with all cumulative probabilities.
 const FEW: usize = 16;
 
-/// The cumulative probabilities of lights, made ready to be searched in lanes.
+/// The cumulative probabilities of lights, for a search in lanes.
 ///
-/// A search by halves would mispredict every other step, lane by lane. Instead the number's top bits say where to
-/// begin, so that nearly always at most one step is left.
+/// A binary search, lane by lane, would mispredict every other step. Instead the top bits of the random number look up
+/// where to begin in a guide table, after which there is nearly always at most one step.
 pub(crate) struct LightChoice {
-    /// They themselves, of few lights; else empty.
+    /// The cumulative probabilities, if there are few lights; otherwise empty.
     few: Vec<f32>,
-    /// The bits of the cumulative probabilities, and then infinities up to a power of two; empty for few lights.
+    /// The bits of the cumulative probabilities, then infinities up to a power of two; empty if there are few lights.
     padded: Vec<u32>,
-    /// For k of as many equal parts of [0, 1) how many cumulative probabilities do not exceed k's lower end.
+    /// The guide table: for each of a number of equal parts of [0, 1), how many cumulative probabilities do not exceed its
+    /// lower end.
     guide: Vec<u32>,
 }
 
@@ -25,14 +26,14 @@ impl LightChoice {
         }
         let mut padded: Vec<u32> = cumulative.iter().map(|c| c.to_bits()).collect();
         padded.resize((cumulative.len() + 1).next_power_of_two(), f32::INFINITY.to_bits());
-        // Numbers are multiples of 2^-24, so no more parts than that are of use; and then all products are exact.
+        // Random numbers are multiples of 2^-24, so more parts are of no use; and with these all products are exact.
         let parts = (2 * cumulative.len()).next_power_of_two().min(1 << 24);
         let below = |part: usize| cumulative.partition_point(|c| *c <= part as f32 / parts as f32) as u32;
         let guide = (0..parts).map(below).collect();
         Self { few: Vec::new(), padded, guide }
     }
 
-    /// The numbers of the lights that `u`, in [0, 1), chooses: how many of the cumulative probabilities do not exceed it.
+    /// The light that `u`, in [0, 1), chooses: its number is how many cumulative probabilities do not exceed `u`.
     #[inline(always)]
     pub(crate) fn choose<L: Lanes>(&self, u: L::F) -> L::U {
         let one = L::u(1);

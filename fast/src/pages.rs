@@ -1,7 +1,7 @@
 //! Arrays on large pages.
 //!
-//! A fresh array costs a page fault per 4 KiB, when it is first written, and that is a tenth of a short render. On Linux
-//! such an array asks for pages of 2 MiB, and on all systems it is written first by all threads.
+//! The first write to a new array costs a page fault per 4 KiB, which takes a tenth of a short render. These arrays ask for
+//! pages of 2 MiB (on Linux), and all threads share the first write (everywhere).
 
 use bytemuck::Pod;
 use memmap2::MmapMut;
@@ -10,12 +10,12 @@ use std::alloc::{Layout, handle_alloc_error};
 use std::marker::PhantomData;
 use std::ops::{Deref, DerefMut};
 
-/// Elements that a job fills.
+/// Elements of a work item.
 const PER_JOB: usize = 1 << 14;
 
 /// An array of a fixed length.
 pub(crate) struct Pages<T> {
-    /// Aligned to a page, so to any element; none if there are no elements.
+    /// Aligned to a page, so for any element; `None` if there are no elements.
     map: Option<MmapMut>,
     elements: PhantomData<T>,
 }
@@ -26,7 +26,18 @@ impl<T: Pod + Send + Sync> Pages<T> {
         Self::filled(T::zeroed(), count)
     }
 
-    /// `count` times the same value. Without memory it ends the process, as a vector does.
+    /// As [`Pages::filled`], in the memory of `old` if that holds as many.
+    pub(crate) fn refilled(old: Option<Self>, value: T, count: usize) -> Self {
+        match old {
+            Some(mut pages) if pages.len() == count => {
+                pages.par_chunks_mut(PER_JOB).for_each(|elements| elements.fill(value));
+                pages
+            }
+            _ => Self::filled(value, count),
+        }
+    }
+
+    /// `count` times the same value. If memory runs out this ends the process, as it does for a vector.
     pub(crate) fn filled(value: T, count: usize) -> Self {
         let bytes = count * size_of::<T>();
         let map = (bytes > 0).then(|| {
@@ -37,7 +48,7 @@ impl<T: Pod + Send + Sync> Pages<T> {
         });
         #[cfg(target_os = "linux")]
         if let Some(map) = &map {
-            // A wish: without large pages it is slower.
+            // If the system refuses, it is only slower.
             let _ = map.advise(memmap2::Advice::HugePage);
         }
         let mut pages = Self { map, elements: PhantomData };

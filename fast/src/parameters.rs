@@ -1,39 +1,39 @@
-//! The free parameters: how fast an image comes depends on them, the image does not.
+//! The free parameters: speed depends on them, the image does not.
 //!
-//! The defaults are measured (`ARCHITECTURE.md`), and what is best differs a little from scene to scene and from
-//! machine to machine; `sppm tune` searches for it. What kernels need to know when they are compiled is not among
-//! them: the room of a batch (its arrays), the pixels that gather together, the window of a look-up, and the bins of
-//! deposits. Nor is [`crate::DEPOSITS_AT_ONCE`], which is a matter of memory.
+//! The defaults are measured (`ARCHITECTURE.md`). The best values differ a little between scenes and machines;
+//! `sppm tune` searches for them. Sizes that kernels need when they are compiled are constants instead: the room of a
+//! batch, the pixels of a group, the window of a look-up, and the number of bins. So is
+//! [`DEPOSITS_AT_ONCE`](crate::DEPOSITS_AT_ONCE), on which memory depends more than speed.
 
 use crate::paths::BATCH;
 use crate::search::Search;
 use std::fmt;
 
-/// What is known of a parameter beside its value.
+/// The name and range of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameter {
     /// Its name.
     pub name: &'static str,
-    /// The least value it may have.
+    /// The least value that is allowed.
     pub least: f64,
-    /// The greatest.
+    /// The greatest value that is allowed.
     pub most: f64,
-    /// Which values between are allowed.
+    /// Which values between them are allowed.
     pub values: Values,
 }
 
-/// Which values a parameter may have.
+/// Which values of its range a parameter may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Values {
     /// Any number in its range.
     Any,
     /// Whole numbers.
     Whole,
-    /// Powers of two, those below 1 among them.
+    /// Powers of two, including those below 1.
     PowersOfTwo,
 }
 
-/// A value that a parameter cannot have, or a name that none has.
+/// A value that a parameter cannot have, or an unknown name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ParameterError(String);
 
@@ -46,15 +46,15 @@ impl fmt::Display for ParameterError {
 impl std::error::Error for ParameterError {}
 
 impl Parameter {
-    /// Whether it may have this value.
+    /// Checks a value.
     ///
     /// # Errors
-    /// Tells which values it may have.
+    /// If the value is not allowed; the message says which values are.
     pub fn check(&self, value: f64) -> Result<(), ParameterError> {
         let is_allowed = match self.values {
             Values::Any => true,
             Values::Whole => value.fract() == 0.0,
-            // The logarithm of what is not above zero, and of an infinity, has no fraction that is zero.
+            // The logarithm of a number that is not positive, or is infinite, is not finite: its fraction is NaN, not zero.
             Values::PowersOfTwo => value.log2().fract() == 0.0,
         };
         if is_allowed && (self.least..=self.most).contains(&value) {
@@ -69,10 +69,10 @@ impl Parameter {
     }
 }
 
-/// The struct, its defaults, and the table by which all are reached by name.
+/// Makes the struct, its defaults, and the table of names.
 macro_rules! parameters {
     ($($(#[$about:meta])* $name:ident: $type:ty = $default:expr, $values:ident $least:literal ..= $most:literal;)*) => {
-        /// Values of all free parameters. Every value is allowed; [`Parameters::default`] has those that are usual.
+        /// Values of all free parameters, each within its range. [`Parameters::default`] has the measured ones.
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub struct Parameters {
             $($(#[$about])* pub(crate) $name: $type,)*
@@ -98,7 +98,7 @@ macro_rules! parameters {
             /// The same with another value of the parameter `name`.
             ///
             /// # Errors
-            /// If there is no such parameter, or if it cannot have this value; tells which it may have.
+            /// If there is no such parameter, or if the value is not allowed; the message says which values are.
             pub fn with(mut self, name: &str, value: f64) -> Result<Self, ParameterError> {
                 let parameter = Self::ALL.iter().find(|parameter| parameter.name == name);
                 parameter.ok_or_else(|| ParameterError(format!("is no parameter: {name}")))?.check(value)?;
@@ -113,37 +113,38 @@ macro_rules! parameters {
 }
 
 parameters! {
-    /// Size of the cells of the join over the typical search radius, where one photon counts at a visible point; it
-    /// falls with the fourth root of their number. Smaller cells take more look-ups, larger ones bring more photons
-    /// that are too far away. Measured on the five scenes of the paper: a size of 2 is best at 26 photons to a point,
-    /// 3 at 7, 4 at 3, and 6 at 1; and 1 is worse everywhere.
+    /// Size of the join's cells over the typical search radius, if one photon counts at a visible point. With more
+    /// photons at a point, cells are smaller by the fourth root of their number. Smaller cells take more look-ups, larger
+    /// ones bring more photons that are too far away. Measured on the five scenes of the paper: a size of 2 is best at 26
+    /// photons per point, 3 at 7, 4 at 3, and 6 at 1; a size of 1 is worse everywhere.
     cell_size: f32 = 5.0, Any 2.0..=12.0;
-    /// Photons that count at a visible point in an iteration, until an iteration has told.
+    /// Photons that count at a visible point, as assumed for the first iteration. Later ones take the last iteration's.
     neighbours_at_first: f32 = 8.0, Any 0.25..=64.0;
-    /// Buckets of the join's table, over the photons of an iteration. With few, photons of elsewhere are tested; many
-    /// do not fit the cache.
+    /// Buckets of the join's table, over the photons of an iteration. With few buckets, photons from elsewhere are
+    /// tested; many do not fit into the cache.
     buckets_per_photon: f32 = 1.0, PowersOfTwo 0.125..=4.0;
-    /// Size of the cells by which photons that nobody can see are dropped, over the typical search radius. Smaller
-    /// cells drop more and are more work to mark.
+    /// Size of the occupancy map's cells over the largest search radius. The map drops photons that no visible point can
+    /// reach; smaller cells drop more of them and are more work to mark.
     occupancy_cell_size: f32 = 2.0, Any 0.5..=8.0;
-    /// Bits of the map of those cells. With few, cells collide and less is dropped; many do not fit the cache.
+    /// Bits of the occupancy map. With few bits, cells collide and fewer photons are dropped; many do not fit into the
+    /// cache.
     occupancy_bits: u32 = 1 << 19, PowersOfTwo 32_768.0..=2_097_152.0;
-    /// Camera paths in flight at once. Many overlap better, few stay nearer in the caches.
+    /// Camera paths of a batch. Large batches overlap more packets, small ones stay nearer in the caches.
     pixels_per_batch: u32 = 256, PowersOfTwo 64.0..=256.0;
-    /// Photons in flight at once.
+    /// Photons of a batch.
     photons_per_batch: u32 = 256, PowersOfTwo 64.0..=256.0;
-    /// Pixels of a unit of parallel work. Small units spread evenly over threads, large ones begin less often.
+    /// Pixels of a work item. Small items spread evenly over threads, large ones start less often.
     pixels_per_job: u32 = 1024, PowersOfTwo 256.0..=16_384.0;
-    /// Photons of a unit of parallel work.
+    /// Photons of a work item.
     photons_per_job: u32 = 1024, PowersOfTwo 256.0..=32_768.0;
-    /// The most balls (spheres that are no walls) that rays try one by one.
+    /// The most balls (spheres that rays meet from outside) that are tested one by one.
     most_balls_in_turn: u32 = 12, Whole 0.0..=4096.0;
-    /// The most balls in clusters; more stand in a tree.
+    /// The most balls that are put in clusters; more are put in a tree.
     most_balls_in_clusters: u32 = 1024, Whole 0.0..=4096.0;
 }
 
 impl Parameters {
-    /// How so many balls are searched.
+    /// The search for so many balls.
     pub fn search(&self, balls: usize) -> Search {
         if balls <= self.most_balls_in_turn as usize {
             Search::InTurn
@@ -154,13 +155,13 @@ impl Parameters {
         }
     }
 
-    /// Buckets that are asked for so many photons.
+    /// The least number of buckets for so many photons.
     pub(crate) fn buckets(&self, photons: u32) -> usize {
         (f64::from(photons) * f64::from(self.buckets_per_photon)).ceil() as usize
     }
 }
 
-// The ranges above name what batches have room for.
+// The ranges above end with what batches have room for.
 const _: () = assert!(BATCH == 256);
 
 #[cfg(test)]

@@ -1,25 +1,25 @@
-//! A batch of paths in flight: structure of arrays, small enough for the first-level cache.
+//! A batch of paths: a structure of arrays, small enough for the first-level cache.
 //!
-//! Paths run in stages over the whole batch (intersect all, shade all), and those that go on are moved to the front
-//! by compression, so that lanes stay full. One loop over everything a path does would be bound by the latency of
-//! its chain of operations; a stage overlaps many packets.
+//! Paths run in stages over the whole batch: intersect all, then shade all. Compression moves the paths that continue to
+//! the front, so that lanes stay full. A loop that took each packet through all that its paths do would be bound by the
+//! latency of that chain of operations; a stage overlaps many packets.
 
 use lanes::{Lanes, MOST_LANES, V3};
 
-/// Paths of a batch. At 14 words a path, a batch takes 15 KiB with its room.
+/// The most paths of a batch. At 14 words a path, a batch takes 15 KiB.
 pub(crate) const BATCH: usize = 256;
-/// Room for what vectors write past the end.
+/// The length of a batch's arrays: vectors write past the last path.
 pub(crate) const ROOM: usize = BATCH + MOST_LANES;
 
 // As above.
 const _: () = assert!(ROOM * 14 * 4 <= 15 << 10);
 
-/// An array of the batch.
+/// A float per path of a batch.
 pub(crate) type Floats = [f32; ROOM];
-/// An array of the batch.
+/// A word per path of a batch.
 pub(crate) type Words = [u32; ROOM];
 
-/// Three arrays, of the batch unless another size is given.
+/// A vector per path of a batch, or of `SIZE` other things.
 #[derive(Clone)]
 pub(crate) struct Vectors<const SIZE: usize = ROOM> {
     pub(crate) x: [f32; SIZE],
@@ -61,7 +61,7 @@ pub(crate) struct Paths {
     pub(crate) leaves: Words,
     /// State of the random stream.
     pub(crate) stream: Words,
-    /// Which pixel or photon of the batch this is.
+    /// The index of the pixel in the batch.
     pub(crate) slot: Words,
     /// Distance of the nearest hit.
     pub(crate) t: Floats,
@@ -107,8 +107,8 @@ impl Paths {
         }
     }
 
-    /// Appends the named lanes at `at`, and gives the place behind them. As paths only ever move to the front, this
-    /// overwrites none that is yet to be read.
+    /// Writes the lanes where `m` is true from `at` on, and returns the place after them. Paths only move towards the
+    /// front, so this overwrites none that is still to be read.
     #[inline(always)]
     pub(crate) fn append<L: Lanes>(&mut self, at: usize, m: L::M, p: &Packet<L>) -> usize {
         self.origin.compress(m, p.origin, at);

@@ -1,10 +1,10 @@
-//! Buffers that outlive an iteration: memory that goes back to the system has to be faulted in again, at half a
-//! millisecond a megabyte.
+//! Buffers that are kept for later iterations. Memory that is returned to the system must be faulted in again, which takes
+//! half a millisecond per megabyte.
 
 use rayon::prelude::*;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Buffers at rest. One is taken or made per unit of parallel work that needs it.
+/// Buffers that are not in use. Each work item takes one, and puts it back.
 pub(crate) struct Pool<T>(Mutex<Vec<T>>);
 
 impl<T> Pool<T> {
@@ -13,23 +13,23 @@ impl<T> Pool<T> {
         Self(Mutex::new(Vec::new()))
     }
 
-    /// A buffer that is not in use, or a new one.
+    /// Takes a buffer, or makes one if there is none.
     pub(crate) fn take(&self, new: impl FnOnce() -> T) -> T {
-        let rested = self.lock().pop();
-        rested.unwrap_or_else(new)
+        let kept = self.lock().pop();
+        kept.unwrap_or_else(new)
     }
 
-    /// Puts a buffer to rest.
+    /// Puts a buffer back.
     pub(crate) fn put(&self, buffer: T) {
         self.lock().push(buffer);
     }
 
-    /// Puts many to rest.
+    /// Puts many buffers back.
     pub(crate) fn put_all(&self, buffers: impl Iterator<Item = T>) {
         self.lock().extend(buffers);
     }
 
-    /// Makes sure that so many are at rest. All threads make new ones.
+    /// Makes buffers, on all threads, until there are `count`.
     pub(crate) fn fill(&self, count: usize, new: impl Fn() -> T + Sync)
     where
         T: Send,
@@ -39,12 +39,12 @@ impl<T> Pool<T> {
         self.put_all(made.into_iter());
     }
 
-    /// How many are at rest.
+    /// The number of buffers that are not in use.
     pub(crate) fn count(&self) -> usize {
         self.lock().len()
     }
 
-    /// All buffers at rest.
+    /// All buffers that are not in use.
     pub(crate) fn all(&mut self) -> &mut Vec<T> {
         self.0.get_mut().unwrap_or_else(PoisonError::into_inner)
     }

@@ -1,4 +1,5 @@
-//! The sampling maps of `reference::sampling`, in lanes.
+//! Random numbers, and the sampling maps of `reference::sampling`, in lanes. Functions without a comment are the
+//! reference's of the same name.
 
 use lanes::{Lanes, V3};
 use scene::rng::{HASH_MULTIPLIERS, STATE_FOR_ZERO, StreamKey, UNIT};
@@ -15,7 +16,7 @@ pub(crate) fn stream_state<L: Lanes>(key: StreamKey, index: L::U) -> L::U {
     L::select_u(L::eq(x, L::u(0)), L::u(STATE_FOR_ZERO), x)
 }
 
-/// Steps the streams and gives their next uniform numbers.
+/// Steps the streams and returns their next uniform numbers.
 #[inline(always)]
 pub(crate) fn next_uniform<L: Lanes>(state: &mut L::U) -> L::F {
     let x = *state;

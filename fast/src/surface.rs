@@ -7,14 +7,22 @@ use scene::{Sphere, Still, Vec3};
 
 /// The bits of a surface's tag.
 pub(crate) mod tag {
+    use lanes::Lanes;
+
     /// Met from inside.
     pub(crate) const ENCLOSURE: u32 = 1;
     /// Met from both sides.
     pub(crate) const GLASS: u32 = 2;
     /// Glows.
     pub(crate) const EMITTER: u32 = 4;
-    /// The number of the material stands above these bits.
+    /// The bits above these hold the number of the material.
     pub(crate) const MATERIAL_SHIFT: i32 = 3;
+
+    /// The lanes whose tag has the bit.
+    #[inline(always)]
+    pub(crate) fn has<L: Lanes>(tag: L::U, bit: u32) -> L::M {
+        L::eq(tag & L::u(bit), L::u(bit))
+    }
 }
 
 /// A sphere's row in the table of surfaces.
@@ -62,12 +70,6 @@ impl<L: Lanes> SurfaceLanes<L> {
         let [ax, ay, az, scale, bx, by, bz, tag] = L::gather_rows(surfaces, ids);
         Self { anchor: V3::new(ax, ay, az), scale, offset: V3::new(bx, by, bz), tag: L::bits(tag) }
     }
-
-    /// The lanes whose tag has `bit`.
-    #[inline(always)]
-    pub(crate) fn has(&self, bit: u32) -> L::M {
-        L::eq(self.tag & L::u(bit), L::u(bit))
-    }
 }
 
 /// Where rays hit surfaces.
@@ -88,11 +90,10 @@ impl<L: Lanes> Hit<L> {
     /// The points at distance `t` along the rays, on the spheres with these ids.
     #[inline(always)]
     pub(crate) fn at(surfaces: &[Row], origin: V3<L>, direction: V3<L>, t: L::F, ids: &[u32]) -> Self {
-        let surface = SurfaceLanes::<L>::gather(surfaces, ids);
-        let SurfaceLanes { anchor, scale, offset, tag } = surface;
+        let SurfaceLanes { anchor, scale, offset, tag } = SurfaceLanes::<L>::gather(surfaces, ids);
         let point = origin + direction.scale(t);
         let from_anchor = point - anchor;
-        let in_shell = surface.has(tag::ENCLOSURE);
+        let in_shell = tag::has::<L>(tag, tag::ENCLOSURE);
         let shell_normal = (from_anchor + offset).scale(scale);
         // One step of Newton's method to unit length, as in the reference.
         let shell_normal = shell_normal.scale(L::f(1.5) - L::f(0.5) * shell_normal.dot(shell_normal));
@@ -100,7 +101,7 @@ impl<L: Lanes> Hit<L> {
             return Self { point, normal: shell_normal, inside: in_shell, scale, tag };
         }
         let outward = from_anchor.scale(L::f(1.0) / L::sqrt(from_anchor.dot(from_anchor)));
-        let inside_glass = surface.has(tag::GLASS) & L::lt(L::f(0.0), outward.dot(direction));
+        let inside_glass = tag::has::<L>(tag, tag::GLASS) & L::lt(L::f(0.0), outward.dot(direction));
         let ball_normal = V3::select(inside_glass, -outward, outward);
         Self {
             point: V3::select(in_shell, point, anchor + outward.scale(scale)),
@@ -109,11 +110,5 @@ impl<L: Lanes> Hit<L> {
             scale,
             tag,
         }
-    }
-
-    /// The lanes whose surface has `bit` in its tag.
-    #[inline(always)]
-    pub(crate) fn has(&self, bit: u32) -> L::M {
-        L::eq(self.tag & L::u(bit), L::u(bit))
     }
 }

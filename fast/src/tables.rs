@@ -35,7 +35,8 @@ impl Tables {
         Self::with_hierarchy(still, Hierarchy::with_search(still, search))
     }
 
-    fn with_hierarchy(still: &Still, hierarchy: Hierarchy) -> Self {
+    /// With the given hierarchy, which must be of this still.
+    pub(crate) fn with_hierarchy(still: &Still, hierarchy: Hierarchy) -> Self {
         let is_shape = |role: &Role| matches!(role, Role::Enclosure(_)) || !hierarchy.holds_balls();
         let ids = (0..still.spheres.len() as SphereId).filter(|id| is_shape(&still.roles[*id as usize]));
         let shapes: Vec<Shape> = ids.map(|id| Shape::of(still, id)).collect();

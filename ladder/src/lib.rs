@@ -7,6 +7,8 @@
 //! the published program's: with keyed random numbers and integer flux ([`Options::exact`]) every row gives the
 //! reference's image bit for bit, and so what differs between rows is time alone.
 //!
+//! [`report`] runs rows, measures them, and makes tables and plots of that, as `sppm ladder` shows them.
+//!
 //! Nothing here is for use in a product: the rows are there to be measured. Kernels are written once, generic over
 //! vectors of one or of eight lanes; on one lane a mask is a `bool` and a blend is a branch.
 
@@ -19,6 +21,7 @@
 mod camera_pass;
 mod counted;
 mod direct_light;
+mod error;
 mod flux;
 mod index;
 mod intersect;
@@ -26,9 +29,12 @@ mod join;
 mod machine;
 mod numbers;
 mod one;
+mod options;
 mod photon_pass;
 mod pipeline;
 mod pixels;
+pub mod report;
+mod rung;
 mod sampling;
 mod scatter;
 mod table;
@@ -36,8 +42,11 @@ mod tables;
 mod vector;
 
 pub use counted::Operations;
+pub use error::{Error, Field};
 pub use index::Tuning;
 pub use machine::{Bandwidth, Clock, CycleCounter, CycleSource, Level, Peaks};
 pub use numbers::timing::{NumberTimes, time_numbers};
 pub use numbers::words::Words;
-pub use table::{Description, Options, ROWS, Random, Row, Rung, Sums, find};
+pub use options::{Options, Random, Sums};
+pub use rung::Rung;
+pub use table::{Description, ROWS, Row, find};

@@ -1,69 +1,16 @@
 //! The table of all rows: which parts each is made of.
 
 use crate::counted::Operations;
-use crate::index::{
-    ByBlock, BySphere, ByteBins, HashGrid, Kiddo, LinkedBins, Partitioned, Tree, Tuning, TypedBins,
-};
+use crate::index::{ByBlock, BySphere, ByteBins, HashGrid, Kiddo, LinkedBins, Partitioned, Tree, TypedBins};
 use crate::numbers::Generator;
 use crate::one::One;
+use crate::options::Options;
 use crate::pipeline::{Parts, Pipeline};
 use crate::pixels::{Columns, Line8, Line16, Lines, Objects, ScalarPixels, TypedArrays};
+use crate::rung::Rung;
 use crate::vector::{Called, Horizontal, Inlined, MathInlined, Scalar, Vertical};
 use scene::{Engine, Film, Probe, Scene, Settings, Stats, Stop};
 use serde::Serialize;
-
-/// A render by one row of the ladder.
-pub trait Rung: Engine {
-    /// What has been counted in the camera pass, the building of the index, the photon pass and the consolidation, if
-    /// it was asked for ([`Options::counts_operations`]) and can be had.
-    fn operations(&self) -> Option<[Operations; 4]>;
-}
-
-/// Where random numbers come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Random {
-    /// The row's own generator, as in the paper.
-    Paper,
-    /// The keyed streams of the reference: the same paths in every row.
-    Keyed,
-}
-
-/// How flux is summed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Sums {
-    /// In floats, as in the paper; what comes of it depends on the order.
-    Float,
-    /// In integers, as in the reference.
-    Integer,
-}
-
-/// How a row is to be run.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
-    /// Where random numbers come from.
-    pub random: Random,
-    /// How flux is summed.
-    pub sums: Sums,
-    /// Count operations and bytes, which takes some ten times as long and gives the same image.
-    pub counts_operations: bool,
-    /// Free parameters of the index.
-    pub tuning: Tuning,
-}
-
-impl Options {
-    /// As in the paper.
-    pub const fn paper() -> Self {
-        let tuning = Tuning::PAPER;
-        Self { random: Random::Paper, sums: Sums::Float, counts_operations: false, tuning }
-    }
-
-    /// As in the reference: every row gives its bits.
-    pub const fn exact() -> Self {
-        Self { random: Random::Keyed, sums: Sums::Integer, ..Self::paper() }
-    }
-}
 
 /// The parts of a row, in words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

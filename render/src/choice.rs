@@ -3,7 +3,7 @@
 use crate::error::{Error, Field, Problem};
 use crate::names::{EngineName, LanesName, available_lanes};
 use crate::profile::Profile;
-use fast::{LaneKind, Parameters};
+use fast::{LaneKind, Parameters, Parts};
 use reference::PathTracer;
 use scene::text::list;
 use scene::{Resumable, Scene};
@@ -78,16 +78,39 @@ impl EngineChoice {
     }
 
     /// A new render of `scene` with the scene's settings. The fast engine holds at most about `deposits` deposits at a
-    /// time.
-    pub fn start(self, scene: &Scene, deposits: u32) -> Box<dyn Resumable + '_> {
+    /// time, and reuses the `parts` of an earlier render.
+    pub(crate) fn start(self, scene: &Scene, deposits: u32, parts: Parts) -> Started<'_> {
         let settings = &scene.settings;
         match self.name {
             EngineName::Fast => {
-                let engine = fast::Sppm::with_parameters(scene, settings, self.lanes, &self.parameters);
-                Box::new(engine.deposits_at_once(deposits))
+                let engine = fast::Sppm::with_parts(scene, settings, self.lanes, &self.parameters, parts);
+                Started::Fast(Box::new(engine.deposits_at_once(deposits)))
             }
-            EngineName::Reference => Box::new(reference::Sppm::new(scene, settings)),
-            EngineName::Path => Box::new(PathTracer::new(scene, settings)),
+            EngineName::Reference => Started::Other(Box::new(reference::Sppm::new(scene, settings))),
+            EngineName::Path => Started::Other(Box::new(PathTracer::new(scene, settings))),
+        }
+    }
+}
+
+/// A started engine. The fast engine is told apart, because its parts can be reused.
+pub(crate) enum Started<'a> {
+    Fast(Box<fast::Sppm<'a>>),
+    Other(Box<dyn Resumable + 'a>),
+}
+
+impl<'a> Started<'a> {
+    pub(crate) fn engine(&mut self) -> &mut (dyn Resumable + 'a) {
+        match self {
+            Self::Fast(engine) => &mut **engine,
+            Self::Other(engine) => &mut **engine,
+        }
+    }
+
+    /// The parts that a later render can reuse.
+    pub(crate) fn into_parts(self) -> Parts {
+        match self {
+            Self::Fast(engine) => engine.into_parts(),
+            Self::Other(_) => Parts::default(),
         }
     }
 }

@@ -17,10 +17,11 @@ use crate::report::Report;
 use crate::snapshot::{Snapshot, Window};
 use crate::step::Step;
 use crate::writer::{Shown, Writer};
+use fast::Parts;
 use files::atomic_file::FileError;
 use files::checkpoint::{Loaded, Past};
 use scene::{Resumable, Scene, Settings, Stop};
-use std::mem::replace;
+use std::mem::{replace, take};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
@@ -33,7 +34,7 @@ pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) ->
     // The engine borrows the scene. Move it out of the job, which is returned to the caller.
     let nothing = Scene { spheres: Vec::new(), materials: Vec::new(), name: String::new(), ..job.scene };
     let scene = replace(&mut job.scene, nothing);
-    let threads = pool.current_num_threads();
+    let (threads, mut parts) = (pool.current_num_threads(), take(&mut job.warm.parts));
     let ended = pool.install(|| {
         let mut session = Session {
             clock: Clock::start(&job.goals),
@@ -49,11 +50,11 @@ pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) ->
             observer,
             window,
         };
-        session.render(need.deposits, from)
+        session.render(need.deposits, from, &mut parts)
     });
     job.scene = scene;
     job.warm.keep_pool(job.threads, pool);
-    job.stop = Stop::new();
+    (job.warm.parts, job.stop) = (parts, Stop::new());
     let Ended { end, report, writing, unsaved, keeper, written, failed } = ended?;
     let saved = keeper.and_then(|keeper| keeper.saved());
     let last = window.snapshot();
@@ -87,15 +88,19 @@ struct Session<'a> {
 }
 
 impl Session<'_> {
-    fn render(&mut self, deposits: u32, from: Option<Loaded>) -> Result<Ended, Error> {
+    /// Renders with the `parts` of an earlier render, and leaves those of this one.
+    fn render(&mut self, deposits: u32, from: Option<Loaded>, parts: &mut Parts) -> Result<Ended, Error> {
         self.introduce();
-        let mut engine = self.job.engine.start(self.scene, deposits);
+        let mut started = self.job.engine.start(self.scene, deposits, take(parts));
+        let engine = started.engine();
         if let Some(from) = from {
-            self.resume(from, &mut *engine)?;
+            self.resume(from, engine)?;
         }
         self.clock = Clock::start(&self.job.goals);
-        let end = self.iterate(&mut *engine)?;
-        Ok(self.conclude(&*engine, end))
+        let end = self.iterate(engine)?;
+        let ended = self.conclude(engine, end);
+        *parts = started.into_parts();
+        Ok(ended)
     }
 
     fn introduce(&mut self) {

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::pool::pool;
+use fast::Parts;
 use rayon::ThreadPool;
 use std::fmt;
 
@@ -10,6 +11,8 @@ use std::fmt;
 pub(crate) struct Warm {
     /// The pool, and the number of threads that was requested for it.
     pool: Option<(Option<usize>, ThreadPool)>,
+    /// Of the fast engine.
+    pub(crate) parts: Parts,
 }
 
 impl Warm {

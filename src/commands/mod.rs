@@ -4,25 +4,27 @@ pub(crate) mod compare;
 mod documents;
 mod export;
 mod info;
+mod ladder;
 mod render;
 mod resume;
 mod scenes;
 mod trace;
+mod tune;
 pub(crate) mod verify;
 mod watch;
 
-use crate::ladder_command::args::LadderArgs;
 use crate::terminal::error::Error;
-use crate::tune_command::args::TuneArgs;
 use clap::{CommandFactory, Parser, Subcommand};
 use compare::CompareArgs;
 use documents::{CompletionsArgs, ManArgs};
 use export::ExportArgs;
 use info::InfoArgs;
+use ladder::LadderArgs;
 use render::RenderArgs;
 use resume::ResumeArgs;
 use scenes::ScenesArgs;
 use trace::TraceArgs;
+use tune::TuneArgs;
 use verify::VerifyArgs;
 
 /// Render scenes of spheres with full global illumination, caustics and all
@@ -80,8 +82,8 @@ impl Args {
             Command::Verify(args) => verify::run(args),
             Command::Trace(args) => trace::run(args),
             Command::Export(args) => export::run(args),
-            Command::Ladder(args) => crate::ladder_command::run(args),
-            Command::Tune(args) => crate::tune_command::run(args),
+            Command::Ladder(args) => ladder::run(args),
+            Command::Tune(args) => tune::run(args),
             Command::Completions(args) => documents::completions(Self::command(), args),
             Command::Man(args) => documents::man(Self::command(), args),
         }

@@ -168,7 +168,7 @@ impl CameraPass<'_> {
             L::store_u(hit, &mut ids);
             let surface = Hit::<L>::at(&self.tables.surfaces, p.origin, p.direction, t, &ids);
             let material = Materials::<L>::gather(&self.tables.materials, surface.tag);
-            let glows = arrived & surface.has(tag::EMITTER);
+            let glows = arrived & tag::has::<L>(surface.tag, tag::EMITTER);
             if L::any(glows) {
                 self.add_emission::<L>(batch, glows, &p, &ids);
             }

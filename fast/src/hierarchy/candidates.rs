@@ -9,7 +9,7 @@ use crate::search::Work;
 use crate::surface::{SurfaceLanes, tag};
 use lanes::{Lanes, MOST_LANES, Row, V3};
 
-/// Evaluate once there are so many.
+/// The list is evaluated once it has this many candidates.
 const ENOUGH: usize = 1024;
 /// Room for them, for those that are added at once, and for what vectors write past the end.
 const CANDIDATE_ROOM: usize = ENOUGH + (WIDTH + 1) * MOST_LANES;
@@ -102,7 +102,7 @@ impl Candidates {
             let RayLanes { origin, direction, leaves, ignores } = RayLanes::<L>::gather(&self.rows[..], rays);
             let surface = SurfaceLanes::<L>::gather(surfaces, balls);
             let (sphere, radius) = (L::load_u(balls), surface.scale);
-            let is_glass = surface.has(tag::GLASS);
+            let is_glass = tag::has::<L>(surface.tag, tag::GLASS);
             let leaves = L::eq(sphere, leaves);
             let (t, valid) = meet(origin, direction, leaves, surface.anchor, radius * radius, is_glass);
             let valid = valid & L::first(self.count - at) & !L::eq(sphere, ignores);

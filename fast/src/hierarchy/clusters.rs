@@ -54,6 +54,10 @@ impl Clusters {
         Self { leaves, bounding_spheres: balls.chunks(WIDTH).map(bounding_sphere).collect() }
     }
 
+    pub(crate) fn leaves(&self) -> &[Leaf] {
+        &self.leaves
+    }
+
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(&self.leaves[..]) + size_of_val(&self.bounding_spheres[..])
     }

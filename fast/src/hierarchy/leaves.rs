@@ -5,8 +5,9 @@
 //! last are full, and nodes need no pointers to their children.
 
 use rayon::join;
-use scene::Vec3;
 use scene::ray::SphereId;
+use scene::still::Role;
+use scene::{Still, Vec3};
 
 /// Balls of a leaf, and children of a node.
 pub(crate) const WIDTH: usize = 8;
@@ -42,6 +43,22 @@ impl Leaf {
             leaf.spheres[k] = ball.sphere;
         }
         leaf
+    }
+
+    /// The number of its balls, if all of them are balls of `still`, at the same place and of the same size.
+    pub(crate) fn count_in(&self, still: &Still) -> Option<usize> {
+        let is_missing = |k: &usize| self.radius_squared[*k] == f32::NEG_INFINITY;
+        let held: Vec<usize> = (0..WIDTH).filter(|k| !is_missing(k)).collect();
+        let is_same = |k: &usize| {
+            let id = self.spheres[*k] as usize;
+            let is_ball = still.roles.get(id).is_some_and(|role| !matches!(role, Role::Enclosure(_)));
+            is_ball && {
+                let sphere = &still.spheres[id];
+                let center = Vec3::new(self.x[*k], self.y[*k], self.z[*k]);
+                center == sphere.center && self.radius_squared[*k] == sphere.radius * sphere.radius
+            }
+        };
+        held.iter().all(is_same).then_some(held.len())
     }
 }
 

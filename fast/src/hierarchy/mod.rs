@@ -22,6 +22,7 @@ use clusters::{Clusters, Queues};
 use keys::{hit_key, key_distance, limit_key};
 use lanes::{Lanes, Row};
 use leaves::{Ball, arrange};
+use rayon::prelude::*;
 pub(crate) use rays::{BLOCKED, IGNORES_NONE, Rays};
 use scene::Still;
 use scene::ray::SphereId;
@@ -75,6 +76,24 @@ impl Hierarchy {
         } else {
             Self::Tree(Tree::new(&balls))
         }
+    }
+
+    /// The hierarchy that `old` is if it holds the same balls for the same search; else a new one.
+    pub(crate) fn reuse(old: Option<Self>, still: &Still, search: Search) -> Self {
+        old.filter(|old| old.is_of(still, search)).unwrap_or_else(|| Self::with_search(still, search))
+    }
+
+    /// Whether it holds the balls of `still`, and no others, for `search`. Where the squares of two radii are equal the
+    /// radii differ by a rounding, for which bounding spheres and boxes have room.
+    pub(crate) fn is_of(&self, still: &Still, search: Search) -> bool {
+        let (leaves, arranged_for) = match self {
+            Self::InTurn => return false,
+            Self::Clusters(clusters) => (clusters.leaves(), Search::Clusters),
+            Self::Tree(tree) => (tree.leaves(), Search::Tree),
+        };
+        // Leaves hold no ball twice, so equal counts mean that none is missing.
+        let counts = leaves.par_iter().map(|leaf| leaf.count_in(still));
+        arranged_for == search && counts.sum::<Option<usize>>() == Some(ball_count(still))
     }
 
     /// True if this holds the balls; otherwise they must be tested one by one.

@@ -35,7 +35,7 @@ const IN_STEP: usize = 64;
 const LEVELS: usize = 11;
 /// Boxes on a stack: seven per level, and what vectors write past the end.
 const STACK: usize = 7 * LEVELS + MOST_LANES;
-/// A place in the tree has the level above so many low bits, which hold the index within the level.
+/// Low bits of a place in the tree: the index within its level. The bits above hold the level.
 const INDEX_BITS: u32 = 28;
 /// Relative slack: of the radii of balls in boxes, and of distances to boxes. See [`Slabs`].
 const LOOSE: f32 = 1.0 / 512.0;
@@ -56,7 +56,7 @@ struct Node {
 pub(crate) struct Tree {
     leaves: Vec<Leaf>,
     nodes: Vec<Node>,
-    /// Where each level's nodes begin; level 1 stands above the leaves.
+    /// Where each level's nodes begin; level 1 is just above the leaves.
     offsets: [u32; LEVELS + 1],
     height: u32,
     /// The largest coordinate of all boxes.
@@ -153,6 +153,10 @@ impl Tree {
 
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(&self.leaves[..]) + size_of_val(&self.nodes[..])
+    }
+
+    pub(crate) fn leaves(&self) -> &[Leaf] {
+        &self.leaves
     }
 
     /// Lowers the keys of the rays to those of their nearest hits; if `ANY`, of any hit. Rays with a negative `t` are

@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// Number of bins.
 pub(crate) const BINS: usize = 64;
 
-/// Room is kept for this fraction more deposits than there were, as iterations differ by some percent.
+/// Room is kept for one in so many deposits more than there were, as iterations differ by some percent.
 const MARGIN: u64 = 16;
 
 /// Deposits of a chunk, which takes 12 KiB. The pool is locked once per chunk, and every thread holds at least [`BINS`] of

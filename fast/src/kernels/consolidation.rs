@@ -1,4 +1,4 @@
-//! Consolidate and develop.
+//! Consolidation and development of pixels.
 
 use crate::consolidate::{self, consolidate_group};
 use crate::join::GroupSums;
@@ -19,7 +19,7 @@ pub struct Pixel {
     pub radius_squared: f32,
 }
 
-/// What an iteration's photons bring to a pixel; as `reference::consolidate::Gathered`.
+/// What a pixel gathers in an iteration: as `reference::consolidate::Gathered`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Gathered {
     /// `M`.
@@ -28,7 +28,7 @@ pub struct Gathered {
     pub flux: [u64; 3],
 }
 
-/// What an iteration's camera path brings to a pixel.
+/// What a pixel's camera path finds in an iteration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
     /// Direct light.
@@ -38,7 +38,7 @@ pub struct Seen {
 }
 
 impl Pixel {
-    /// Before the first iteration.
+    /// A pixel before the first iteration.
     pub fn new(initial_radius: f32) -> Self {
         Self::of(&pixels::Pixel::new(initial_radius))
     }
@@ -59,7 +59,7 @@ impl Pixel {
     }
 }
 
-/// Pixels with what an iteration brings to them, laid out as the engine does.
+/// Pixels and what an iteration brings to them, laid out as in the engine.
 pub struct Consolidation {
     count: usize,
     pixels: Vec<pixels::Pixel>,
@@ -68,7 +68,7 @@ pub struct Consolidation {
 }
 
 impl Consolidation {
-    /// One of each per pixel; filled up to whole groups by pixels that see and gather nothing.
+    /// Takes one of each per pixel, and fills up whole groups with pixels that see and gather nothing.
     pub fn new(pixels: &[Pixel], seen: &[Seen], gathered: &[Gathered]) -> Self {
         let slots = pixels.len().next_multiple_of(GROUP);
         let mut this = Self {
@@ -94,7 +94,7 @@ impl Consolidation {
         dispatch(lanes, ConsolidateAll { this: self, nominal });
     }
 
-    /// The pixels as they stand.
+    /// The pixels as they are now.
     pub fn pixels(&self) -> Vec<Pixel> {
         self.pixels[..self.count].iter().map(Pixel::of).collect()
     }

@@ -1,4 +1,4 @@
-//! The join and what it stands on: cells, occupancy, sorting.
+//! The join, and what it needs: cells, occupancy, sorting.
 
 use super::consolidation::Gathered;
 use super::maps::{Map, OverColumns};
@@ -17,7 +17,7 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug)]
 pub struct Cells(pub(super) join::Cells);
 
-/// A box of points, and the distance from it within which photons matter.
+/// A box of points, and the distance from it within which photons may count.
 #[derive(Clone, Copy, Debug)]
 pub struct Query {
     /// The lower corner.
@@ -97,21 +97,21 @@ impl Map<3, 1> for join::Cells {
     }
 }
 
-/// A map of the cells that something wants to hear of.
+/// A map of the cells that visible points reach.
 pub struct Occupancy(pub(super) join::Occupancy);
 
 impl Occupancy {
-    /// An empty one.
+    /// An empty map.
     pub fn new(cell_size: f32) -> Self {
         Self(join::Occupancy::new(cell_size, Parameters::default().occupancy_bits))
     }
 
-    /// Marks what is near a box, and gives true, unless it is more than a window.
+    /// Marks the cells near a box and returns true, unless they do not fit into a window.
     pub fn mark(&mut self, lanes: LaneKind, near: Query) -> bool {
         dispatch(lanes, Mark { occupancy: &mut self.0, region: near.region() })
     }
 
-    /// Marks what is marked in another one with cells of the same size.
+    /// Adds the marks of another map with cells of the same size.
     pub fn merge(&mut self, other: &Self) {
         self.0.merge(&other.0);
     }
@@ -142,7 +142,7 @@ impl Map<3, 1> for &join::Occupancy {
     }
 }
 
-/// A photon that has arrived.
+/// A photon at a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Photon {
     /// Where.
@@ -151,7 +151,7 @@ pub struct Photon {
     pub wi: Vec3,
     /// On which sphere.
     pub sphere: SphereId,
-    /// True if it counts at any point of that sphere within the radius, from whichever side.
+    /// True if it arrives on the visible side of all points of the sphere within the radius.
     pub is_safe: bool,
     /// Its flux.
     pub flux: [u32; 3],
@@ -180,8 +180,8 @@ pub struct Join {
 }
 
 impl Join {
-    /// Sorts the photons that several workers have deposited by cells of the given size on at least `buckets`
-    /// buckets. Pixels without a visible point are `None`.
+    /// Sorts the photons of several workers by cells of the given size on at least `buckets` buckets. Pixels without a
+    /// visible point are `None`.
     pub fn new(
         lanes: LaneKind,
         parts: &[&[Photon]],
@@ -206,17 +206,17 @@ impl Join {
         Self { count: points.len(), cells, sorted, pixels, rows }
     }
 
-    /// The photons in the order in which they have been sorted, each with its bucket.
+    /// The photons in sorted order, each with its bucket.
     pub fn photons(&self) -> Vec<(Photon, u32)> {
         sorted_photons(&self.sorted)
     }
 
-    /// Where the photons of each bucket begin, and at the end how many there are.
+    /// Per bucket, the index of its first photon; and at the end the number of photons.
     pub fn starts(&self) -> &[u32] {
         self.sorted.starts()
     }
 
-    /// What each visible point gathers, and how many pairs were tested.
+    /// What each visible point gathers, and the number of pairs that were tested.
     pub fn gather(&self, lanes: LaneKind) -> (Vec<Gathered>, u64) {
         let (sums, counts) = dispatch(lanes, Gather(self));
         let gathered = |k: usize| {
@@ -248,7 +248,7 @@ impl Kernel for Gather<'_> {
     }
 }
 
-/// Photons in bins, by the buckets that lanes find.
+/// Photons in bins, by the buckets that the kernel computes.
 fn bin(lanes: LaneKind, photons: &[Photon], cells: join::Cells) -> Binned {
     let column = |axis: usize| photons.iter().map(|photon| photon.point[axis]).collect::<Vec<f32>>();
     let [x, y, z] = [column(0), column(1), column(2)];
@@ -265,7 +265,7 @@ fn bin(lanes: LaneKind, photons: &[Photon], cells: join::Cells) -> Binned {
     binned
 }
 
-/// The photons in the order in which they have been sorted, each with its bucket.
+/// The photons in sorted order, each with its bucket.
 pub(super) fn sorted_photons(sorted: &Sorted) -> Vec<(Photon, u32)> {
     let photon = |(index, arrival): (usize, &Arrival)| {
         let Arrival { surface, flux, wi, bucket } = *arrival;

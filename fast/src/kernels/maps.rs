@@ -1,4 +1,4 @@
-//! Maps that act on every lane by itself: random streams, sampling, scattering.
+//! Functions of one lane: random streams, sampling, scattering.
 
 use crate::camera_pass::ray_through;
 use crate::light_choice::LightChoice;
@@ -10,7 +10,7 @@ use scene::rng::StreamKey;
 
 /// A map of `A` floats to `B` floats.
 pub(super) trait Map<const A: usize, const B: usize> {
-    /// To be marked `#[inline(always)]`.
+    /// Mark it `#[inline(always)]`.
     fn apply<L: Lanes>(&self, inputs: [L::F; A]) -> [L::F; B];
 }
 

@@ -1,10 +1,9 @@
 //! The engine's kernels one by one, over slices: for tests and benches, not for rendering.
 //!
-//! Each entry takes the kind of lanes, dispatches as the renderer does, and runs the renderer's own code; nothing
-//! here computes anything itself. What is written as columns of floats may hold words: a word is then the float of
-//! the same bits, as in the rows of the engine.
+//! Each function takes the kind of lanes, dispatches as the renderer does, and runs the renderer's own code: nothing is
+//! computed here. Columns of floats may hold words; a word is then the float of the same bits, as in the engine's rows.
 //!
-//! No stable interface: it changes with the engine.
+//! This interface is not stable: it changes with the engine.
 
 mod consolidation;
 mod join;

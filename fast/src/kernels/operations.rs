@@ -74,7 +74,7 @@ pub fn count(lanes: LaneKind) -> usize {
     dispatch(lanes, Count)
 }
 
-/// A mask from bits, and what can be told of it and of the first `n` lanes.
+/// A mask made from bits, and the mask of the first `n` lanes.
 pub fn mask(lanes: LaneKind, bits: u32, n: usize) -> MaskFacts {
     struct Mask(u32, usize);
     impl Kernel for Mask {
@@ -104,11 +104,11 @@ pub struct MaskFacts {
     pub any: bool,
     /// The bits of the first `n` lanes.
     pub first: u32,
-    /// 0, 1, 2, ..., and what stands behind the last lane untouched.
+    /// 0, 1, 2, ... in the lanes; the words after the last lane are untouched.
     pub counted: [u32; MOST_LANES],
 }
 
-/// What a packet of lanes does to memory: each method is one operation on the first lanes of slices.
+/// Operations on memory, each on the first elements of slices.
 #[derive(Clone, Copy, Debug)]
 pub struct Memory(pub LaneKind);
 
@@ -163,7 +163,7 @@ impl Memory {
         lane
     }
 
-    /// Compacts a batch as the passes do: packets that keep some lanes, to the front of the same arrays.
+    /// Compacts a batch as the passes do: moves the lanes that are kept to the front of the same arrays.
     ///
     /// # Panics
     /// If there are more than a batch holds.

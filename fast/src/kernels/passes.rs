@@ -1,4 +1,4 @@
-//! Whole passes over what one asks for, before anything is summed up.
+//! Camera pass, photon pass and direct light, with their results before the join.
 
 use super::join::{Cells, Occupancy, Photon, sorted_photons};
 use crate::camera_pass::{CameraBatch, CameraJob, CameraPass, TileTable};
@@ -18,10 +18,10 @@ use scene::{Rgb, Scene, Settings, Still, Vec3};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// What a camera path has found: as `reference::camera_pass::CameraSample`.
+/// The result of a camera path: as `reference::camera_pass::CameraSample`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraSample {
-    /// Direct light, lamps seen among it.
+    /// Direct light, including lamps that the path meets.
     pub direct: Rgb,
     /// The visible point (point, normal, sphere, beta), if there is one.
     pub visible: Option<(Vec3, Vec3, SphereId, Rgb)>,
@@ -32,7 +32,7 @@ pub fn pixel_slot(width: u32, x: u32, y: u32) -> usize {
     slot_of(width, x, y)
 }
 
-/// The camera pass of one iteration: what each pixel sees, row by row, then the numbers of segments and of visible
+/// The camera pass of one iteration: the result of each pixel, row by row, and the numbers of segments and of visible
 /// points.
 pub fn camera_pass(
     scene: &Scene,
@@ -66,10 +66,10 @@ pub fn camera_pass(
     (pixels.map(|(x, y)| sample(x, y)).collect(), counts.segments, counts.visible_points)
 }
 
-/// What photons have brought.
+/// The result of a photon pass.
 #[derive(Clone, Debug)]
 pub struct PhotonRun {
-    /// Those that somebody may want, with their buckets, in order of these.
+    /// The deposits that visible points may reach, each with its bucket, in order of buckets.
     pub photons: Vec<(Photon, u32)>,
     /// Segments traced.
     pub segments: u64,
@@ -77,8 +77,8 @@ pub struct PhotonRun {
     pub deposits: u64,
 }
 
-/// The photon pass of one iteration over a range of photons, whose start is a multiple of 16: what is `wanted` is
-/// kept. Photons are taken to be safe for visible points within `reach`.
+/// The photon pass of one iteration over a range of photons, whose start is a multiple of 16. Keeps the deposits that are
+/// `wanted`; photons are safe for visible points within `reach`.
 pub fn photon_pass(
     still: &Still,
     settings: &Settings,

@@ -164,7 +164,7 @@ impl PhotonPass<'_> {
     /// Inside of a shell that is always so. On a ball it is so if the cosine at the photon's own point is large enough.
     #[inline(always)]
     fn is_safe<L: Lanes>(&self, surface: &Hit<L>, p: &Packet<L>) -> L::M {
-        let in_shell = surface.has(tag::ENCLOSURE);
+        let in_shell = tag::has::<L>(surface.tag, tag::ENCLOSURE);
         let cos = -p.direction.dot(surface.normal);
         in_shell | L::lt(safe_cosine::<L>(self.reach, self.slack, surface.scale), cos)
     }

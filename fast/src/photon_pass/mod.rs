@@ -81,7 +81,8 @@ impl PhotonWorkers {
     ) -> Option<u32> {
         let PhotonPlan { total, deposits_at_once, photons_per_job: per_job, .. } = plan;
         let (mut next, mut deposits) = (plan.from, 0);
-        // At first so many photons as make a round if every photon is deposited at every bounce; then again as many.
+        // So many photons fill a round if every photon is deposited at every bounce. They are traced, again and again, until
+        // the round is full.
         let most = deposits_at_once.div_ceil(pass.max_depth).next_multiple_of(per_job);
         while next < total && deposits < deposits_at_once as usize {
             let end = total.min(next.saturating_add(most));

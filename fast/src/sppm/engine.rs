@@ -38,7 +38,7 @@ impl Engine for Sppm<'_> {
             self.run_iteration(prepared, stop)
         } else {
             let time = self.scene.camera.shutter_time(self.settings.seed, self.iterations);
-            self.run_iteration(&Prepared::new(self.scene.at(time), &self.parameters), stop)
+            self.run_iteration(&Prepared::new(self.scene.at(time), &self.parameters, None), stop)
         };
         self.prepared = prepared;
         if done.is_none() {

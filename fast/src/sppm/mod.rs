@@ -8,4 +8,4 @@ mod render;
 #[cfg(test)]
 mod tests;
 
-pub use render::{DEPOSITS_AT_ONCE, Sppm};
+pub use render::{DEPOSITS_AT_ONCE, Parts, Sppm};

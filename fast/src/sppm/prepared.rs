@@ -1,6 +1,7 @@
 //! A still with the tables that the passes read.
 
 use crate::direct_light::LightTable;
+use crate::hierarchy::Hierarchy;
 use crate::parameters::Parameters;
 use crate::photon_pass::Emitters;
 use crate::search::ball_count;
@@ -16,8 +17,11 @@ pub(super) struct Prepared<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    pub(super) fn new(still: Still<'a>, parameters: &Parameters) -> Self {
-        let tables = Tables::with_search(&still, parameters.search(ball_count(&still)));
+    /// With the hierarchy `old`, if that is of this still.
+    pub(super) fn new(still: Still<'a>, parameters: &Parameters, old: Option<Hierarchy>) -> Self {
+        let search = parameters.search(ball_count(&still));
+        let hierarchy = Hierarchy::reuse(old, &still, search);
+        let tables = Tables::with_hierarchy(&still, hierarchy);
         let lights = LightTable::new(&still);
         let emitters = Emitters::new(&still);
         Self { still, tables, lights, emitters }

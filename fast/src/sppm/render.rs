@@ -12,6 +12,7 @@
 use super::memory::bytes_at_most;
 use super::prepared::Prepared;
 use crate::camera_pass::{CameraPass, CameraPlan, CameraWorkers, TileTable};
+use crate::hierarchy::Hierarchy;
 use crate::join::{Cells, Join, Occupancy, Radii, Round, Sorted};
 use crate::pages::Pages;
 use crate::parameters::Parameters;
@@ -24,6 +25,17 @@ use std::time::Instant;
 /// Once there are so many deposits, they are joined before more photons are traced (unless
 /// [`Sppm::deposits_at_once`] says otherwise).
 pub const DEPOSITS_AT_ONCE: u32 = 1 << 22;
+
+/// What outlives a render, for another one.
+#[derive(Default)]
+pub struct Parts {
+    pixels: Option<Pages<Pixel>>,
+    rows: Option<Pages<PixelRows>>,
+    sorted: Option<Sorted>,
+    camera_workers: Option<CameraWorkers>,
+    photon_workers: Option<PhotonWorkers>,
+    hierarchy: Option<Hierarchy>,
+}
 
 /// The fast renderer.
 pub struct Sppm<'a> {
@@ -67,6 +79,18 @@ impl<'a> Sppm<'a> {
         lanes: LaneKind,
         parameters: &Parameters,
     ) -> Self {
+        Self::with_parts(scene, settings, lanes, parameters, Parts::default())
+    }
+
+    /// The same with the `parts` of an earlier render, of this scene or another: what did not change is not built again.
+    /// The image does not depend on them.
+    pub fn with_parts(
+        scene: &'a Scene,
+        settings: &Settings,
+        lanes: LaneKind,
+        parameters: &Parameters,
+        parts: Parts,
+    ) -> Self {
         let slots = slots(settings);
         let moves = scene.spheres.iter().any(|s| s.velocity != Vec3::ZERO);
         Self {
@@ -77,15 +101,27 @@ impl<'a> Sppm<'a> {
             deposits_at_once: DEPOSITS_AT_ONCE,
             iterations: 0,
             tiles: TileTable::new(),
-            pixels: Pages::filled(Pixel::new(settings.initial_radius), slots),
-            rows: Pages::filled(PixelRows::NOTHING, slots),
-            sorted: Sorted::new(),
-            camera_workers: CameraWorkers::new(),
-            photon_workers: PhotonWorkers::new(),
+            pixels: Pages::refilled(parts.pixels, Pixel::new(settings.initial_radius), slots),
+            rows: Pages::refilled(parts.rows, PixelRows::NOTHING, slots),
+            sorted: parts.sorted.unwrap_or_else(Sorted::new),
+            camera_workers: parts.camera_workers.unwrap_or_else(CameraWorkers::new),
+            photon_workers: parts.photon_workers.unwrap_or_else(PhotonWorkers::new),
             join: Join::new(),
-            prepared: (!moves).then(|| Prepared::new(scene.at(0.0), parameters)),
+            prepared: (!moves).then(|| Prepared::new(scene.at(0.0), parameters, parts.hierarchy)),
             stats: Stats::default(),
             neighbours: parameters.neighbours_at_first.into(),
+        }
+    }
+
+    /// What another render can use: memory, and the hierarchy of balls.
+    pub fn into_parts(self) -> Parts {
+        Parts {
+            pixels: Some(self.pixels),
+            rows: Some(self.rows),
+            sorted: Some(self.sorted),
+            camera_workers: Some(self.camera_workers),
+            photon_workers: Some(self.photon_workers),
+            hierarchy: self.prepared.map(|prepared| prepared.tables.hierarchy),
         }
     }
 

@@ -1,9 +1,14 @@
 //! Unit tests of whole iterations.
 
-use super::render::Sppm;
+use super::render::{Parts, Sppm};
+use crate::hierarchy::Hierarchy;
 use crate::join::GroupSums;
+use crate::parameters::Parameters;
 use crate::pixels::GROUP;
-use scene::{Engine, Settings, Stats};
+use crate::search::Search;
+use lanes::LaneKind;
+use scene::still::Role;
+use scene::{Engine, Rgb, Scene, Settings, Stats, Vec3};
 use std::time::Instant;
 
 /// Per iteration, on one thread: the pairs tested, the bytes held, and whether the next join will be long.
@@ -17,7 +22,7 @@ fn iterations(mut engine: Sppm, count: u32) -> Vec<(u64, u64, Option<bool>)> {
     (0..count).map(iteration).collect()
 }
 
-/// Sums of all pixels are held for a join that is long, as the last one tells.
+/// Sums of all pixels are held if the last join was long.
 #[test]
 fn a_join_is_long_after_one_that_tested_many_pairs() {
     let scene = files::builtin::scene("cornell").unwrap();
@@ -38,7 +43,7 @@ fn a_join_is_long_after_one_that_tested_many_pairs() {
     }
 }
 
-/// The first join is long if there are many deposits, as no other has told.
+/// The first join is long if there are many deposits.
 #[test]
 fn a_first_join_is_long_where_there_are_many_deposits() {
     let scene = files::builtin::scene("cornell").unwrap();
@@ -72,4 +77,69 @@ fn seconds_of_passes_add_up_to_no_more_than_all() {
         assert!(passes.iter().all(|&seconds| seconds > 0.0), "{passes:?}");
         assert!(passes.iter().sum::<f64>() <= all, "{passes:?} in {all}");
     }
+}
+
+/// Camera, materials, sizes and spheres change from render to render; the parts go on.
+#[test]
+fn an_image_does_not_depend_on_the_parts_of_renders_before() {
+    let small = Settings { width: 24, height: 17, photons_per_iteration: 3000, ..Settings::default() };
+    let mut scene = files::builtin::scene("random").unwrap();
+    let mut parts = Parts::default();
+    let changes: [fn(&mut Scene, &mut Settings); 6] = [
+        |_, _| {},
+        |scene, _| scene.camera.eye.x += 1.0,
+        |scene, _| scene.materials.rotate_left(1),
+        |_, settings| settings.width = 40,
+        |scene, _| scene.spheres.swap(7, 8),
+        |scene, settings| (scene.spheres[9].radius, settings.height) = (scene.spheres[9].radius * 0.5, 9),
+    ];
+    let mut settings = small;
+    for (number, change) in changes.into_iter().enumerate() {
+        change(&mut scene, &mut settings);
+        let image = |parts| {
+            let (lanes, parameters) = (LaneKind::best(), Parameters::default());
+            let mut engine = Sppm::with_parts(&scene, &settings, lanes, &parameters, parts);
+            engine.iterate();
+            engine.iterate();
+            (engine.develop(), engine.into_parts())
+        };
+        let (fresh, _) = image(Parts::default());
+        let (warm, used) = image(parts);
+        assert_eq!(warm, fresh, "after change {number}");
+        parts = used;
+    }
+}
+
+/// A hierarchy is used again exactly if it holds the same balls.
+#[test]
+fn a_hierarchy_is_of_the_balls_that_it_was_built_for() {
+    let scene = files::builtin::scene("random").unwrap();
+    let reused = |scene: &Scene| {
+        let built = |scene: &Scene| Hierarchy::with_search(&scene.at(0.0), Search::Clusters);
+        let old = built(&files::builtin::scene("random").unwrap());
+        old.is_of(&scene.at(0.0), Search::Clusters)
+    };
+    assert!(reused(&scene));
+    let ball = ball_of(&scene);
+    let changes: [fn(&mut Scene, usize); 4] = [
+        |scene, ball| scene.spheres[ball].center.x += 1.0,
+        |scene, ball| scene.spheres[ball].radius *= 1.5,
+        |scene, ball| _ = scene.spheres.remove(ball),
+        |scene, ball| scene.spheres.push(scene.spheres[ball]),
+    ];
+    for change in changes {
+        let mut other = scene.clone();
+        change(&mut other, ball);
+        assert!(!reused(&other));
+    }
+    let mut recoloured = scene.clone();
+    recoloured.spheres[ball].emission = Rgb::ONE;
+    recoloured.camera.eye += Vec3::splat(0.5);
+    assert!(reused(&recoloured));
+}
+
+/// A sphere that is met from outside.
+fn ball_of(scene: &Scene) -> usize {
+    let still = scene.at(0.0);
+    still.roles.iter().rposition(|role| *role == Role::Solid).unwrap()
 }

@@ -3,7 +3,7 @@
 //! A point's cells are entered one after the other, so if two of them share a bin, the second finds the point at the
 //! bin's end, and is not entered again. (In the published program it is, and counts twice.)
 
-use super::Tuning;
+use super::tuning::Tuning;
 use lanes::{Lanes, MOST_LANES};
 
 /// The bins of a table.

@@ -2,7 +2,8 @@
 //! the one that it lies in. Cells are hashed to the bins of a table of fixed length.
 
 use super::bins::Bins;
-use super::{Index, Tuning, WIDENED};
+use super::lookup::{Index, WIDENED};
+use super::tuning::Tuning;
 use crate::one::One;
 use crate::pixels::Pixels;
 use crate::vector::{F, U, Vector};

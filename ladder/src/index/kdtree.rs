@@ -3,7 +3,8 @@
 
 use super::bins::next_of_slice;
 use super::grid::largest_radius;
-use super::{Index, Tuning, WIDENED};
+use super::lookup::{Index, WIDENED};
+use super::tuning::Tuning;
 use crate::pixels::Pixels;
 use crate::vector::Vector;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};

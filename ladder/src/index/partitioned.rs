@@ -1,8 +1,8 @@
 //! Failed attempt 2: several tables in place of one. Sorted by sphere, a table's points share their colour; blocked,
 //! they lie together in memory and fit the cache. A photon has to look into each of them.
 
-use super::Tuning;
 use super::bins::{Bins, TypedBins, next_of_slice};
+use super::tuning::Tuning;
 use lanes::Lanes;
 
 /// Which table a point is entered in.

@@ -1,6 +1,6 @@
 //! The most bytes in a second that one thread reads from each level of memory.
 
-use super::best_rate;
+use super::best::best_rate;
 use lanes::{Emulated, Kernel, Lanes, Row, on_avx2};
 use serde::Serialize;
 use std::fs;

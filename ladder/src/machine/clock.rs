@@ -1,6 +1,6 @@
 //! Cycles: from the processor's counter where the system lends one, else from time and a measured clock.
 
-use super::best_rate;
+use super::best::best_rate;
 use serde::Serialize;
 use std::hint::black_box;
 

@@ -1,6 +1,6 @@
 //! The most floating-point operations in a second: fused multiply-adds in chains that do not wait for one another.
 
-use super::best_rate;
+use super::best::best_rate;
 use lanes::{Emulated, Kernel, Lanes, on_avx2};
 use std::hint::black_box;
 

@@ -1,6 +1,7 @@
 //! Stage 4: structure of arrays, every word of a visible point in an array of its own.
 
-use super::{Gathered, PixelState, Pixels, Seen, Site, from_the_front, is_not_zero};
+use super::gathered::Gathered;
+use super::layout::{PixelState, Pixels, Seen, Site, from_the_front, is_not_zero};
 use crate::flux::{IntegerSums, Photon};
 use crate::tables::Tables;
 use crate::vector::{F, M, U, Vector};

@@ -2,7 +2,7 @@
 //! so does what it writes. As many lines as there are lanes become vectors by transposes of 8x8 words.
 
 use super::columns::{Column, Film, Held16, IN_SHELL, sphere_word};
-use super::{PixelState, Pixels, Seen, Site, from_the_front, is_not_zero};
+use super::layout::{PixelState, Pixels, Seen, Site, from_the_front, is_not_zero};
 use crate::flux::{IntegerSums, Photon};
 use crate::tables::{Tables, fetch_pairs};
 use crate::vector::{F, M, U, Vector};

@@ -1,7 +1,8 @@
 //! Layouts of the scalar stages: an array of objects (stages 0 and 1), and arrays of floats, vectors and
 //! intersections (stages 2 and 3).
 
-use super::{Gathered, PixelState, Pixels, Seen, Site, from_the_front, is_not_zero};
+use super::gathered::Gathered;
+use super::layout::{PixelState, Pixels, Seen, Site, from_the_front, is_not_zero};
 use crate::flux::{IntegerSums, Photon};
 use crate::tables::Tables;
 use crate::vector::{F, M, U, Vector};

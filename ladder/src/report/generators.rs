@@ -1,0 +1,81 @@
+//! The table of random-number generators (section 3.4 of the paper): what a number costs.
+
+use super::csv;
+use crate::error::Error;
+use crate::machine::{Clock, CycleSource};
+use crate::numbers::timing::{NumberTimes, time_numbers};
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::Path;
+
+/// A generator as a line of the table.
+#[derive(Serialize)]
+struct Record {
+    generator: String,
+    latency_ns: Option<f64>,
+    latency_cycles: Option<f64>,
+    throughput_ns: f64,
+    throughput_cycles: f64,
+    taken_ns: Option<f64>,
+    cycles_from: CycleSource,
+}
+
+/// What the numbers of all generators cost.
+pub struct Generators {
+    clock: Clock,
+    records: Vec<Record>,
+}
+
+impl Generators {
+    /// Times all generators.
+    pub fn measure() -> Self {
+        let clock = Clock::measure();
+        let records = time_numbers().into_iter().map(|times| Record::new(times, &clock)).collect();
+        Self { clock, records }
+    }
+
+    /// A table for people.
+    pub fn text(&self) -> String {
+        let Self { clock, records } = self;
+        let mut text = format!("{:.2} GHz; {}\n", clock.hertz / 1e9, clock.source.about());
+        let widest = records.iter().map(|record| record.generator.len()).max().unwrap_or(0);
+        let _ = writeln!(text, "{:widest$}  {:^17}  {:^17}  taken one by", "", "latency", "throughput");
+        let _ = writeln!(
+            text,
+            "{:widest$}  {:>8}{:>9}  {:>8}{:>9}  one, ns each",
+            "generator", "ns", "cycles", "ns", "cycles"
+        );
+        for record in records {
+            let Record { generator, throughput_ns, throughput_cycles, .. } = record;
+            let told = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.2}"));
+            let (latency, in_cycles) = (told(record.latency_ns), told(record.latency_cycles));
+            let (each, taken) =
+                (format!("{throughput_ns:>8.3}{throughput_cycles:>9.2}"), told(record.taken_ns));
+            let _ = writeln!(text, "{generator:widest$}  {latency:>8}{in_cycles:>9}  {each}  {taken:>12}");
+        }
+        text
+    }
+
+    /// Writes the table as comma-separated values.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), Error> {
+        csv::write(path, &self.records)
+    }
+}
+
+impl Record {
+    fn new(times: NumberTimes, clock: &Clock) -> Self {
+        let cycles = |nanoseconds: f64| nanoseconds * 1e-9 * clock.hertz;
+        Self {
+            generator: times.name,
+            latency_ns: times.latency,
+            latency_cycles: times.latency.map(cycles),
+            throughput_ns: times.throughput,
+            throughput_cycles: cycles(times.throughput),
+            taken_ns: times.taken,
+            cycles_from: clock.source,
+        }
+    }
+}

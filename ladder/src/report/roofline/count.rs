@@ -1,0 +1,110 @@
+//! Counted operations and bytes beside measured times.
+
+use crate::counted::Operations;
+use crate::machine::Peaks;
+use crate::options::Options;
+use crate::report::case::Case;
+use crate::report::measured::Measured;
+use crate::report::passes::PASSES;
+use crate::report::progress::Progress;
+use crate::report::runs::Run;
+use crate::report::sweep::Sweep;
+use crate::table::Row;
+
+/// Operations by pass, if the row counts them.
+type Counted = Option<[Operations; 4]>;
+
+/// What has been counted, and what the machine can do.
+pub(crate) struct Roofline {
+    pub(crate) peaks: Peaks,
+    /// For each case, the operations of each row.
+    counted: Vec<Vec<Counted>>,
+}
+
+/// A row, or a pass of it, as a point of the plot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Point {
+    pub(crate) seconds: f64,
+    pub(crate) cycles: f64,
+    pub(crate) operations: Operations,
+}
+
+impl Point {
+    /// FLOPs in a second.
+    pub(crate) fn performance(&self) -> f64 {
+        self.operations.flops() as f64 / self.seconds
+    }
+
+    /// FLOPs in a cycle.
+    pub(crate) fn flops_per_cycle(&self) -> f64 {
+        self.operations.flops() as f64 / self.cycles
+    }
+
+    /// FLOPs for every byte that is loaded or stored.
+    pub(crate) fn intensity(&self) -> f64 {
+        self.operations.flops() as f64 / self.operations.bytes() as f64
+    }
+}
+
+/// Measures the peaks, and runs every row in every case once more, counting.
+pub(crate) fn count(
+    cases: &[Case],
+    rows: &[&Row],
+    options: &Options,
+    sweep: Option<Sweep>,
+    progress: &mut dyn Progress,
+) -> Roofline {
+    let peaks = Peaks::measure();
+    let options = Options { counts_operations: true, ..*options };
+    let mut counted = vec![vec![None; rows.len()]; cases.len()];
+    progress.begin((cases.len() * rows.len()) as u32, "counted runs");
+    let mut done = 0;
+    let mut first = 0;
+    while first < cases.len() {
+        // A render of fewer iterations is the beginning of one of more, so it is counted on the way.
+        let is_longer = |pair: &[Case]| sweep == Some(Sweep::Iterations) && pair[0].name == pair[1].name;
+        let more = cases[first..].windows(2).take_while(|pair| is_longer(pair)).count();
+        let together = first..=first + more;
+        for (number, row) in rows.iter().enumerate() {
+            progress.step(done, &format!("{} row {}", cases[first].name, row.name));
+            done += 1 + more as u32;
+            let last = &cases[first + more];
+            let mut rung = row.start(&last.scene, &last.settings, &options);
+            // Rows that do not count need not run.
+            if rung.operations().is_none() {
+                continue;
+            }
+            for case in together.clone() {
+                while rung.iterations() < cases[case].settings.iterations {
+                    rung.iterate();
+                }
+                counted[case][number] = rung.operations();
+            }
+        }
+        first += more + 1;
+    }
+    progress.end();
+    Roofline { peaks, counted }
+}
+
+impl Roofline {
+    /// All passes together, and each by itself; none if the row does not count.
+    pub(crate) fn points(&self, measured: &Measured, case: usize, row: usize) -> Option<(Point, [Point; 4])> {
+        let operations = self.counted[case][row]?;
+        let run = measured.runs[case][row].median();
+        let clock = self.clock(run);
+        let point = |seconds: f64, operations| Point { seconds, cycles: seconds * clock, operations };
+        let passes: [Point; 4] =
+            std::array::from_fn(|pass| point((PASSES[pass].seconds)(&run.stats), operations[pass]));
+        let mut all = Operations::default();
+        for one in operations {
+            all += one;
+        }
+        Some((point(passes.iter().map(|pass| pass.seconds).sum(), all), passes))
+    }
+
+    /// Cycles in a second of the run.
+    fn clock(&self, run: &Run) -> f64 {
+        run.cycles.map_or(self.peaks.clock.hertz, |cycles| cycles as f64 / run.seconds)
+    }
+}

@@ -1,0 +1,149 @@
+//! Roofline plots (Williams, Waterman and Patterson 2009; figures 10 to 12 of the paper): performance over operational
+//! intensity, under the roofs of the machine.
+
+use super::count::{Point, Roofline};
+use crate::error::Error;
+use crate::machine::{Bandwidth, Peaks};
+use crate::report::measured::Measured;
+use crate::report::passes::PASSES;
+use plots::{Canvas, Drawn, label, save};
+use plotters::prelude::*;
+use std::path::Path;
+
+/// Least and greatest FLOPs a byte that are shown, and more if points lie beyond.
+const INTENSITIES: (f64, f64) = (0.05, 20.0);
+
+/// The colour of roofs.
+const GREY: RGBColor = RGBColor(90, 90, 90);
+
+/// A point with its name and colour.
+struct Dot<'a> {
+    name: &'a str,
+    point: Point,
+    colour: RGBColor,
+    size: u32,
+}
+
+/// For each scene, one plot of all rows, and one of each row's passes.
+pub(crate) fn write(folder: &Path, roofline: &Roofline, measured: &Measured) -> Result<(), Error> {
+    for (number, case) in measured.cases.iter().enumerate() {
+        let mut rows = Vec::new();
+        for (place, row) in measured.rows.iter().enumerate() {
+            let Some((all, passes)) = roofline.points(measured, number, place) else { continue };
+            let colour = Palette99::pick(place).to_rgba();
+            let colour = RGBColor(colour.0, colour.1, colour.2);
+            rows.push(Dot { name: row.name, point: all, colour, size: 5 });
+            let title = format!("{}: roofline of row {} ({})", case.name, row.name, row.about);
+            let path = folder.join(format!("roofline-{}-{}.svg", case.name, row.name));
+            save(&path, |canvas| draw(canvas, &title, &roofline.peaks, &dots(all, &passes)))?;
+        }
+        let title = format!("{}: rooflines of all rows", case.name);
+        let path = folder.join(format!("roofline-{}.svg", case.name));
+        save(&path, |canvas| draw(canvas, &title, &roofline.peaks, &rows))?;
+    }
+    Ok(())
+}
+
+/// A row as a whole, and its passes. The pass that takes longest is red, as in the paper.
+fn dots(all: Point, passes: &[Point; 4]) -> Vec<Dot<'static>> {
+    let longest = passes.iter().fold(0.0, |most: f64, pass| most.max(pass.seconds));
+    let pass = |(name, &point): (&'static str, &Point)| {
+        let colour = if point.seconds == longest { RED } else { RGBColor(30, 100, 200) };
+        Dot { name, point, colour, size: 5 }
+    };
+    let whole = Dot { name: "all", point: all, colour: BLACK, size: 8 };
+    std::iter::once(whole).chain(PASSES.map(|pass| pass.name).into_iter().zip(passes).map(pass)).collect()
+}
+
+/// Both axes are logarithmic.
+type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<LogCoord<f64>, LogCoord<f64>>>;
+
+/// Least and greatest values along the axes: FLOPs a byte, and billions of FLOPs a second.
+#[derive(Clone, Copy)]
+struct View {
+    left: f64,
+    right: f64,
+    low: f64,
+    high: f64,
+}
+
+impl View {
+    /// Of all dots, the roofs, and some room on all sides.
+    fn of(peaks: &Peaks, dots: &[&Dot]) -> Self {
+        let fold = |value: fn(&Point) -> f64, start: f64, pick: fn(f64, f64) -> f64| {
+            dots.iter().fold(start, |chosen, dot| pick(chosen, value(&dot.point)))
+        };
+        Self {
+            left: fold(Point::intensity, INTENSITIES.0, f64::min) * 0.8,
+            right: fold(Point::intensity, INTENSITIES.1, f64::max) * 1.2,
+            low: fold(Point::performance, 1e9, f64::min) * 0.4 / 1e9,
+            high: peaks.vector_flops * 2.0 / 1e9,
+        }
+    }
+}
+
+/// Draws roofs and points.
+fn draw(canvas: &Canvas, title: &str, peaks: &Peaks, dots: &[Dot]) -> Drawn {
+    let is_drawn = |dot: &&Dot| dot.point.intensity().is_finite() && dot.point.performance() > 0.0;
+    let dots: Vec<&Dot> = dots.iter().filter(is_drawn).collect();
+    let view = View::of(peaks, &dots);
+    let mut chart = ChartBuilder::on(canvas)
+        .caption(title, ("sans-serif", 18))
+        .margin(12)
+        .x_label_area_size(42)
+        .y_label_area_size(56)
+        .build_cartesian_2d((view.left..view.right).log_scale(), (view.low..view.high).log_scale())?;
+    chart
+        .configure_mesh()
+        .light_line_style(WHITE)
+        .x_desc("operational intensity, FLOPs per byte loaded or stored")
+        .y_desc("GFLOP/s")
+        .x_label_formatter(&label)
+        .y_label_formatter(&label)
+        .draw()?;
+    draw_flop_roofs(&mut chart, view, peaks)?;
+    draw_memory_roofs(&mut chart, view, peaks)?;
+    draw_dots(&mut chart, &dots)
+}
+
+/// Roofs of arithmetic. Each begins where the fastest memory meets it.
+fn draw_flop_roofs(chart: &mut Chart, view: View, peaks: &Peaks) -> Drawn {
+    let fastest = peaks.bandwidths.iter().fold(0.0, |most: f64, level| most.max(level.bytes_per_second));
+    for (name, flops) in [("FMA, 8 floats", peaks.vector_flops), ("FMA, one float", peaks.scalar_flops)] {
+        let (begin, height) = ((flops / fastest).max(view.left), flops / 1e9);
+        chart.draw_series(LineSeries::new([(begin, height), (view.right, height)], GREY.stroke_width(2)))?;
+        let text = format!("{name}: {height:.0} GFLOP/s");
+        let small = ("sans-serif", 13).into_font().color(&GREY);
+        chart.draw_series([Text::new(text, (view.right / 6.5, height * 1.3), small)])?;
+    }
+    Ok(())
+}
+
+/// Roofs of memory, up to the roof of vector arithmetic.
+fn draw_memory_roofs(chart: &mut Chart, view: View, peaks: &Peaks) -> Drawn {
+    for (number, Bandwidth { level, bytes_per_second, .. }) in peaks.bandwidths.iter().enumerate() {
+        let bytes = bytes_per_second / 1e9;
+        let (begin, end) =
+            (view.left.max(view.low / bytes), (peaks.vector_flops / bytes_per_second).min(view.right));
+        let slope = [(begin, begin * bytes), (end, end * bytes)];
+        chart.draw_series(LineSeries::new(slope, GREY.stroke_width(1)))?;
+        // Levels may be equally fast: each label stands further to the right, so that none covers another.
+        let at = begin * 1.15 * 1.9_f64.powi(number as i32);
+        let text = format!("{} {bytes:.0} GB/s", level.name());
+        let small = ("sans-serif", 13).into_font().color(&GREY);
+        chart.draw_series([Text::new(text, (at, at * bytes * 1.25), small)])?;
+    }
+    Ok(())
+}
+
+fn draw_dots(chart: &mut Chart, dots: &[&Dot]) -> Drawn {
+    for dot in dots {
+        let at = (dot.point.intensity(), dot.point.performance() / 1e9);
+        chart.draw_series([Circle::new(at, dot.size, dot.colour.filled())])?;
+        let font = ("sans-serif", 14).into_font().color(&dot.colour);
+        // The whole is often close to its longest pass: their names go to different sides.
+        let beside = if dot.colour == BLACK { (-4, 10) } else { (9, -6) };
+        chart.draw_series([EmptyElement::at(at) + Text::new(dot.name.to_owned(), beside, font)])?;
+    }
+    Ok(())
+}

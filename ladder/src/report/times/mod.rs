@@ -1,0 +1,5 @@
+//! How long rows take: text, table and plots.
+
+pub(crate) mod plots;
+pub(crate) mod records;
+pub(crate) mod text;

@@ -1,0 +1,79 @@
+//! All times and counts as a table of comma-separated values.
+
+use crate::error::Error;
+use crate::options::Random;
+use crate::report::csv;
+use crate::report::measured::Measured;
+use crate::report::sweep::Sweep;
+use serde::Serialize;
+use std::path::Path;
+
+/// A row of the ladder in one case. Seconds are of the median run.
+#[derive(Serialize)]
+struct Record<'a> {
+    scene: &'a str,
+    row: &'a str,
+    random: Random,
+    sweep: Option<Sweep>,
+    value: Option<u64>,
+    width: u32,
+    height: u32,
+    iterations: u32,
+    photons_per_iteration: u32,
+    max_depth: u32,
+    spheres: usize,
+    runs: usize,
+    seconds: f64,
+    least_seconds: f64,
+    camera_seconds: f64,
+    index_seconds: f64,
+    photon_seconds: f64,
+    consolidate_seconds: f64,
+    speedup: f64,
+    visible_points: u64,
+    photon_segments: u64,
+    deposits: u64,
+    candidates: u64,
+    contributions: u64,
+    bytes: u64,
+}
+
+/// Writes a line per case and row.
+pub(crate) fn write(path: &Path, measured: &Measured, random: Random) -> Result<(), Error> {
+    let places =
+        (0..measured.cases.len()).flat_map(|case| (0..measured.rows.len()).map(move |row| (case, row)));
+    let records: Vec<Record> = places.map(|(case, row)| record(measured, case, row, random)).collect();
+    csv::write(path, &records)
+}
+
+fn record<'a>(measured: &'a Measured, case: usize, row: usize, random: Random) -> Record<'a> {
+    let (runs, number) = (&measured.runs[case][row], case);
+    let (case, run) = (&measured.cases[case], runs.median());
+    Record {
+        scene: &case.name,
+        row: measured.rows[row].name,
+        random,
+        sweep: measured.sweep,
+        value: measured.sweep.map(|_| case.value),
+        width: case.settings.width,
+        height: case.settings.height,
+        iterations: case.settings.iterations,
+        photons_per_iteration: case.settings.photons_per_iteration,
+        max_depth: case.settings.max_depth,
+        spheres: case.scene.spheres.len(),
+        runs: runs.count(),
+        seconds: run.seconds,
+        least_seconds: runs.least(),
+        camera_seconds: run.stats.camera_seconds,
+        index_seconds: run.stats.build_grid_seconds,
+        photon_seconds: run.stats.photon_seconds,
+        consolidate_seconds: run.stats.consolidate_seconds,
+        speedup: measured.speedup(number, row),
+        visible_points: run.stats.visible_points,
+        photon_segments: run.stats.photon_segments,
+        deposits: run.stats.deposits,
+        candidates: run.stats.candidates,
+        contributions: run.stats.contributions,
+        bytes: run.stats.bytes,
+    }
+}

@@ -1,0 +1,57 @@
+//! Median seconds and speedups, and in a sweep how they grow.
+
+use crate::report::measured::Measured;
+use crate::report::passes::PASSES;
+use crate::report::sweep::Sweep;
+use std::fmt::Write;
+
+/// Median seconds and speedups as a table for people, scene by scene.
+pub(crate) fn text(measured: &Measured) -> String {
+    let mut text = String::new();
+    for (name, cases) in measured.scenes() {
+        write_scene(&mut text, measured, name, &cases);
+        if let Some(sweep) = measured.sweep {
+            write_spreads(&mut text, measured, &cases, sweep);
+        }
+    }
+    text
+}
+
+fn write_scene(text: &mut String, measured: &Measured, name: &str, cases: &[usize]) {
+    let widest = measured.widest_name();
+    let header = match measured.sweep {
+        None => format!("{:>10}  {:>8}", "seconds", "speedup"),
+        Some(sweep) => {
+            let values: Vec<String> =
+                cases.iter().map(|case| format!("{:>10}", measured.cases[*case].value)).collect();
+            format!("{}  grows as {} to the", values.concat(), sweep.noun())
+        }
+    };
+    let _ = writeln!(text, "{name}\n  {:widest$}  {header}", "row");
+    for (number, row) in measured.rows.iter().enumerate() {
+        let _ = write!(text, "  {:widest$}  ", row.name);
+        for &case in cases {
+            let _ = write!(text, "{:>10.3}", measured.runs[case][number].median().seconds);
+        }
+        let _ = match measured.sweep {
+            None => writeln!(text, "  {:>8.2}", measured.speedup(cases[0], number)),
+            Some(_) => writeln!(text, "  {:.2}", measured.growth(cases, number)),
+        };
+    }
+}
+
+/// How far each pass is from growing as the paper's analysis predicts: 1 would be exact.
+fn write_spreads(text: &mut String, measured: &Measured, cases: &[usize], sweep: Sweep) {
+    let widest = measured.widest_name();
+    let _ = writeln!(text, "  seconds over the work that the paper's analysis predicts, most over least");
+    let names = PASSES.map(|pass| format!("{:>13}", pass.name)).concat();
+    let _ = writeln!(text, "  {:widest$}  {names}", "row");
+    for (number, row) in measured.rows.iter().enumerate() {
+        let spread = |pass| {
+            let costs = measured.cost_of_work(cases, number, pass, sweep);
+            let most = costs.iter().copied().fold(0.0, f64::max);
+            format!("{:>13.2}", most / costs.into_iter().fold(f64::INFINITY, f64::min))
+        };
+        let _ = writeln!(text, "  {:widest$}  {}", row.name, [0, 1, 2, 3].map(spread).concat());
+    }
+}

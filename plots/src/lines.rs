@@ -1,0 +1,101 @@
+//! Lines over a common axis, with a legend to their right.
+
+use crate::axis::label;
+use crate::canvas::{Canvas, Drawn};
+use plotters::coord::ranged1d::ValueFormatter;
+use plotters::prelude::*;
+
+/// Room for the legend to the right of all lines, over their width.
+const ROOM: f64 = 0.25;
+
+/// A line, by its points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// What the legend calls it.
+    pub label: String,
+    /// x and y, in the order of x.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// How the axes of a plot are divided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// Both evenly.
+    Linear,
+    /// Both by logarithms; all values must be positive.
+    Logarithmic,
+}
+
+/// A plot of lines.
+#[derive(Clone, Copy, Debug)]
+pub struct LinePlot<'a> {
+    /// The caption.
+    pub title: &'a str,
+    /// What is along the horizontal axis.
+    pub x_axis: &'a str,
+    /// What is along the vertical axis.
+    pub y_axis: &'a str,
+    /// How the axes are divided.
+    pub scale: Scale,
+    /// The lines.
+    pub series: &'a [Series],
+}
+
+impl LinePlot<'_> {
+    /// Draws it.
+    ///
+    /// # Errors
+    /// If the backend fails.
+    pub fn draw(&self, canvas: &Canvas) -> Drawn {
+        let ((left, right), (low, high)) = (self.range(|point| point.0), self.range(|point| point.1));
+        let mut builder = ChartBuilder::on(canvas);
+        builder
+            .caption(self.title, ("sans-serif", 20))
+            .margin(10)
+            .x_label_area_size(40)
+            .y_label_area_size(50);
+        match self.scale {
+            Scale::Logarithmic => {
+                let x = (left..right * (right / left).powf(ROOM)).log_scale();
+                let y = (low * 0.9..high * 1.2).log_scale();
+                self.draw_on(builder.build_cartesian_2d(x, y)?)
+            }
+            Scale::Linear => {
+                let x = left..right + ROOM * (right - left);
+                self.draw_on(builder.build_cartesian_2d(x, low..high * 1.1)?)
+            }
+        }
+    }
+
+    /// The least and the greatest `value` of all points.
+    fn range(&self, value: fn(&(f64, f64)) -> f64) -> (f64, f64) {
+        let values = self.series.iter().flat_map(|series| &series.points).map(value);
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+    }
+
+    fn draw_on<'a, 'b, X, Y>(&self, mut chart: ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, Y>>) -> Drawn
+    where
+        'b: 'a,
+        X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+        Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    {
+        chart
+            .configure_mesh()
+            .light_line_style(WHITE)
+            .x_desc(self.x_axis)
+            .y_desc(self.y_axis)
+            .x_label_formatter(&label)
+            .y_label_formatter(&label)
+            .draw()?;
+        for (number, series) in self.series.iter().enumerate() {
+            let colour = Palette99::pick(number).stroke_width(2);
+            chart
+                .draw_series(LineSeries::new(series.points.iter().copied(), colour).point_size(3))?
+                .label(&series.label)
+                .legend(move |(x, y)| PathElement::new([(x, y), (x + 14, y)], colour));
+        }
+        let labels = SeriesLabelPosition::MiddleRight;
+        chart.configure_series_labels().position(labels).border_style(BLACK).draw()?;
+        Ok(())
+    }
+}

@@ -1,0 +1,16 @@
+//! What `--quick` means for commands that measure.
+
+use scene::Settings;
+
+/// Small images and few photons, with the scene's own seed.
+pub(crate) fn quick(own: &Settings) -> Settings {
+    Settings {
+        width: 128,
+        height: 96,
+        iterations: 2,
+        photons_per_iteration: 20_000,
+        max_depth: 5,
+        initial_radius: 2.0,
+        seed: own.seed,
+    }
+}

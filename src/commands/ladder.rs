@@ -1,0 +1,263 @@
+//! The command `ladder`: the rows of the ladder side by side.
+
+use crate::args::quick::quick;
+use crate::args::scene::open;
+use crate::args::settings::SettingsArgs;
+use crate::args::values::whole;
+use crate::terminal::bar::Bar;
+use crate::terminal::error::Error;
+use crate::terminal::text::print;
+use clap::{Args, ValueEnum};
+use ladder::report::{self, Case, Extras, Outputs, Plan, Sweep, films, generators::Generators};
+use ladder::{Field, Options, ROWS, Random, Row};
+use scene::text::list;
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+/// Run the ladder of the paper's stages and time them
+///
+/// Every row renders the same physics; what differs is how. Runs of all rows are interleaved, on one thread, and the
+/// median counts. Rows: the paper's stages 0 to 6, stage 3 with other unroll factors, the paper's failed attempts
+/// (horizontal, sorted, blocked), the k-d trees that it proposes, and the fast engine of this program.
+#[derive(Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub(crate) struct LadderArgs {
+    /// A scene, as for `render`; may be given more than once [default: the paper's five; with --quick, cornell]
+    #[arg(long, value_name = "SCENE")]
+    scene: Vec<OsString>,
+
+    /// The rows to run, separated by commas [default: all; in a sweep, the stages and the fast engine]
+    #[arg(long, value_name = "ROWS", value_delimiter = ',', value_parser = row)]
+    rows: Vec<&'static Row>,
+
+    /// Vary one parameter, as in the paper's figures 4, 6, 7 and 9
+    #[arg(long, value_enum, value_name = "WHAT")]
+    sweep: Option<SweepName>,
+
+    /// Where random numbers come from
+    #[arg(long, value_enum, default_value = "paper")]
+    rng: RngName,
+
+    /// Runs of every row, of which the median counts [default: 3; with --quick, 1]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1, 1000), allow_hyphen_values = true)]
+    repeat: Option<u32>,
+
+    /// Small images and few photons: less than a minute in all
+    #[arg(long)]
+    quick: bool,
+
+    #[command(flatten)]
+    also: AlsoArgs,
+
+    /// Write every time and count as a table of comma-separated values
+    #[arg(long, value_name = "FILE.csv")]
+    csv: Option<PathBuf>,
+
+    /// Write plots (.svg) into a folder
+    #[arg(long, value_name = "DIR")]
+    plots: Option<PathBuf>,
+
+    #[command(flatten)]
+    settings: SettingsArgs,
+}
+
+/// What is done besides timing the rows, or instead.
+#[allow(clippy::struct_excessive_bools)] // switches of a command line
+#[derive(Debug, Args)]
+struct AlsoArgs {
+    /// Also count operations and bytes, which takes some ten times as long, and hold them against the machine's peaks
+    ///
+    /// Peaks and rows are measured here and now. Reports floating-point operations (FLOPs) per cycle and operational
+    /// intensity; with --plots also writes rooflines, as in the paper's figures 10 to 12, roofline.csv and peaks.csv,
+    /// and in a sweep FLOPs per cycle, as in figure 5. The fast engine is timed, but its operations are not counted.
+    #[arg(long)]
+    roofline: bool,
+
+    /// In a sweep of iterations, also compare the rows' images with the first row's, as in the paper's figure 8
+    #[arg(long, requires = "sweep")]
+    similarity: bool,
+
+    /// Also render with as many seeds as there are runs, and tell the rows' errors and what equal quality costs
+    ///
+    /// Compares the means of 8x8 pixels with those of a hundred times the iterations, at least 600, by the fast engine:
+    /// the error is their mean square difference, relative to their mean square, and the cost the error times the
+    /// seconds. With --plots also writes quality.csv.
+    #[arg(long, conflicts_with = "sweep")]
+    quality: bool,
+
+    /// Write the rows' images into a folder instead of timing them: of 2, 4, 8, ... iterations, up to all
+    ///
+    /// They are called SCENE-ROW-ITERATIONS.pfm. A row renders once, on its way to the last.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["sweep", "repeat", "roofline", "similarity", "quality", "csv", "plots"])]
+    images: Option<PathBuf>,
+
+    /// Time generators of random numbers instead of rows
+    #[arg(long, conflicts_with_all = ["scene", "rows", "sweep", "rng", "repeat", "quick", "roofline", "similarity", "quality", "images", "plots"])]
+    numbers: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  sppm ladder --quick
+  sppm ladder --scene cornell --rows 0,6,fast --csv times.csv --plots plots
+  sppm ladder --scene random --sweep spheres --plots plots
+  sppm ladder --scene cornell --rows 0,4,6 --roofline --plots plots
+  sppm ladder --rows 6,fast --quality --repeat 8
+
+At the paper's settings the baseline takes half a minute per scene and run on machines of today.";
+
+/// What a sweep varies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum SweepName {
+    /// Iterations, from 2 to 64
+    Iterations,
+    /// Photons of an iteration, from 12500 to 800000
+    Photons,
+    /// Pixels, from 32x24 to 1024x768
+    Size,
+    /// The most segments of a path, from 1 to 10
+    Depth,
+    /// Spheres: the scene without most of its balls, up to all
+    Spheres,
+}
+
+impl From<SweepName> for Sweep {
+    fn from(name: SweepName) -> Self {
+        match name {
+            SweepName::Iterations => Self::Iterations,
+            SweepName::Photons => Self::Photons,
+            SweepName::Size => Self::Size,
+            SweepName::Depth => Self::Depth,
+            SweepName::Spheres => Self::Spheres,
+        }
+    }
+}
+
+/// Where random numbers come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum RngName {
+    /// Each row's own generator: rand of the C library, from stage 3 on xorshift
+    Paper,
+    /// The reference's streams: every row traces the same paths
+    Keyed,
+}
+
+impl From<RngName> for Random {
+    fn from(rng: RngName) -> Self {
+        match rng {
+            RngName::Paper => Self::Paper,
+            RngName::Keyed => Self::Keyed,
+        }
+    }
+}
+
+fn row(name: &str) -> Result<&'static Row, String> {
+    let names: Vec<&str> = ROWS.iter().map(|row| row.name).collect();
+    ladder::find(name).ok_or_else(|| format!("is no row; there are {}", list(&names)))
+}
+
+/// The scenes of the paper.
+const SCENES: [&str; 5] = ["cornell", "large", "mirror", "random", "surgery"];
+
+/// Runs the ladder. Everything that can be refused is refused before.
+pub(crate) fn run(args: &LadderArgs) -> Result<(), Error> {
+    let outputs = Outputs { csv: args.csv.clone(), plots: args.plots.clone() };
+    outputs.check().map_err(told)?;
+    args.also.images.as_deref().map_or(Ok(()), films::check).map_err(told)?;
+    if args.also.numbers {
+        return numbers(&outputs);
+    }
+    let AlsoArgs { roofline, similarity, quality, .. } = args.also;
+    let extras = Extras { roofline, similarity, quality };
+    extras.check(args.sweep.map(Sweep::from)).map_err(told)?;
+    let plan = plan(args)?;
+    let mut progress = Stages::default();
+    if let Some(folder) = &args.also.images {
+        return films::write(folder, &plan.cases, &plan.rows, &plan.options, &mut progress).map_err(told);
+    }
+    let text = report::run(&plan, extras, &outputs, &mut progress).map_err(told)?;
+    print(text.as_bytes())
+}
+
+/// Times generators of random numbers.
+fn numbers(outputs: &Outputs) -> Result<(), Error> {
+    let generators = Generators::measure();
+    outputs.csv.as_deref().map_or(Ok(()), |path| generators.write(path)).map_err(told)?;
+    print(generators.text().as_bytes())
+}
+
+fn plan(args: &LadderArgs) -> Result<Plan, Error> {
+    Ok(Plan {
+        cases: cases(args)?,
+        rows: rows(args),
+        sweep: args.sweep.map(Sweep::from),
+        options: Options { random: args.rng.into(), ..Options::paper() },
+        repeat: args.repeat.unwrap_or(if args.quick { 1 } else { 3 }),
+    })
+}
+
+fn rows(args: &LadderArgs) -> Vec<&'static Row> {
+    if !args.rows.is_empty() {
+        return args.rows.clone();
+    }
+    let is_wanted = |row: &&Row| args.sweep.is_none() || row.is_stage || row.is_always_exact();
+    ROWS.iter().filter(is_wanted).collect()
+}
+
+/// All cases, scene by scene.
+fn cases(args: &LadderArgs) -> Result<Vec<Case>, Error> {
+    let mut names = args.scene.clone();
+    if names.is_empty() {
+        let wanted = if args.quick { &SCENES[..1] } else { &SCENES[..] };
+        names = wanted.iter().map(Into::into).collect();
+    }
+    let mut all = Vec::new();
+    for name in names {
+        let mut opened = open(&name)?;
+        if args.quick {
+            opened.scene.settings = quick(&opened.scene.settings);
+        }
+        let settings = args.settings.apply(&opened.scene.settings)?;
+        let (name, scene) = (opened.stem.to_string_lossy().into_owned(), opened.scene);
+        match args.sweep.map(Sweep::from) {
+            Some(sweep) => all.extend(sweep.cases(&name, &scene, settings, args.quick).map_err(told)?),
+            None => all.push(Case { name, scene, settings, value: 0 }),
+        }
+    }
+    Ok(all)
+}
+
+/// An error of the ladder in terms of options.
+fn told(error: ladder::Error) -> Error {
+    match error {
+        ladder::Error::Input { field: Field::Similarity, .. } => {
+            Error::BadInput("--similarity: goes with --sweep iterations only".into())
+        }
+        ladder::Error::Input { field, problem } => Error::BadInput(format!("--{}: {problem}", field.name())),
+        ladder::Error::Failed(problem) => Error::Failed(problem),
+    }
+}
+
+/// A bar for each stage of the work.
+#[derive(Default)]
+struct Stages {
+    bar: Option<Bar>,
+}
+
+impl report::Progress for Stages {
+    fn begin(&mut self, count: u32, noun: &'static str) {
+        self.bar = Some(Bar::of(count, noun));
+    }
+
+    fn step(&mut self, done: u32, what: &str) {
+        if let Some(bar) = &self.bar {
+            bar.step(done, what);
+        }
+    }
+
+    fn end(&mut self) {
+        if let Some(bar) = self.bar.take() {
+            bar.clear();
+        }
+    }
+}

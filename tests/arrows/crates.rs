@@ -1,0 +1,139 @@
+//! The arrows between crates: each may depend only on those that the table permits.
+
+use serde_json::Value;
+use std::collections::{BTreeMap, BTreeSet};
+use std::process::Command;
+
+/// Each crate, and those of ours that it may depend on. Those that do not exist yet are planned.
+const PERMITTED: &[(&str, &[&str])] = &[
+    // The nouns, and what engines offer.
+    ("scene", &[]),
+    // Vectors; all unsafe code.
+    ("lanes", &[]),
+    // Files: scenes, images, checkpoints, exports.
+    ("files", &["scene"]),
+    // The engines know of each other through tests only, so that a fault in a shared helper cannot hide in both.
+    ("reference", &["scene"]),
+    ("fast", &["scene", "lanes"]),
+    // Metrics.
+    ("compare", &["scene"]),
+    // The life of a render.
+    ("render", &["scene", "files", "reference", "fast"]),
+    // Molecules and particles as scenes.
+    ("importers", &["scene"]),
+    // Front ends.
+    ("view", &["render", "files"]),
+    ("python", &["render", "importers", "compare"]),
+    // The paper's stages; `fast` to be measured beside them.
+    ("ladder", &["scene", "lanes", "fast"]),
+    ("tuner", &["scene", "fast", "render"]),
+    // The command: all but the other front end for programs.
+    (
+        "sppm",
+        &[
+            "scene",
+            "lanes",
+            "files",
+            "reference",
+            "fast",
+            "compare",
+            "render",
+            "importers",
+            "view",
+            "ladder",
+            "tuner",
+        ],
+    ),
+];
+
+/// What tests of a crate may use beside that. The engines meet in the tests of the root package, which has both.
+const PERMITTED_TO_TESTS: &[(&str, &[&str])] = &[];
+
+/// The arrows that a table does not permit: of the kind "fast -> reference", or "fast is not in the table".
+fn violations(arrows: &BTreeMap<String, BTreeSet<String>>, tables: &[&[(&str, &[&str])]]) -> Vec<String> {
+    let mut all = Vec::new();
+    for (from, to) in arrows {
+        let mut rows = tables.iter().flat_map(|table| table.iter()).filter(|row| row.0 == from).peekable();
+        if rows.peek().is_none() {
+            all.push(format!("{from} is not in the table"));
+            continue;
+        }
+        let permitted: BTreeSet<&str> = rows.flat_map(|row| row.1.iter().copied()).collect();
+        let wrong = to.iter().filter(|to| !permitted.contains(to.as_str()));
+        all.extend(wrong.map(|to| format!("{from} -> {to}")));
+    }
+    all
+}
+
+/// The short name of a package: "sppm-fast" is "fast".
+fn short(name: &str) -> String {
+    name.strip_prefix("sppm-").unwrap_or(name).to_owned()
+}
+
+/// From what `cargo metadata` tells, the dependencies of each crate on others of the workspace: of its library and
+/// programs, and of its tests.
+fn arrows(metadata: &Value) -> [BTreeMap<String, BTreeSet<String>>; 2] {
+    let packages = metadata["packages"].as_array().expect("packages");
+    let ours: BTreeSet<&str> = packages.iter().filter_map(|package| package["name"].as_str()).collect();
+    let mut all = [BTreeMap::new(), BTreeMap::new()];
+    for package in packages {
+        let name = short(package["name"].as_str().expect("a name"));
+        for arrows in &mut all {
+            arrows.insert(name.clone(), BTreeSet::new());
+        }
+        for dependency in package["dependencies"].as_array().expect("dependencies") {
+            let to = dependency["name"].as_str().expect("a name");
+            if ours.contains(to) {
+                // Build scripts count as the crate itself.
+                let for_tests = dependency["kind"].as_str() == Some("dev");
+                all[usize::from(for_tests)].entry(name.clone()).or_default().insert(short(to));
+            }
+        }
+    }
+    all
+}
+
+/// What cargo tells of this workspace.
+pub(crate) fn metadata() -> Value {
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--no-deps", "--format-version", "1", "--offline"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("cargo metadata runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("cargo metadata is JSON")
+}
+
+#[test]
+fn crates_depend_on_those_that_the_table_permits() {
+    let [normal, of_tests] = arrows(&metadata());
+    assert!(normal.contains_key("fast") && normal["fast"].contains("lanes"), "the metadata was misread");
+    assert_eq!(violations(&normal, &[PERMITTED]), [""; 0]);
+    assert_eq!(violations(&of_tests, &[PERMITTED, PERMITTED_TO_TESTS]), [""; 0], "in [dev-dependencies]");
+}
+
+#[test]
+fn an_arrow_or_a_crate_that_is_not_in_the_table_is_told() {
+    let packages = r#"{"packages": [
+        {"name": "sppm-scene", "dependencies": [{"name": "glam", "kind": null}]},
+        {"name": "sppm-reference", "dependencies": [{"name": "sppm-scene", "kind": null}]},
+        {"name": "sppm-fast", "dependencies": [
+            {"name": "sppm-scene", "kind": null},
+            {"name": "sppm-reference", "kind": "dev"},
+            {"name": "sppm-other", "kind": "build"}
+        ]},
+        {"name": "sppm-other", "dependencies": []}
+    ]}"#;
+    let [normal, of_tests] = arrows(&serde_json::from_str(packages).unwrap());
+    assert_eq!(violations(&normal, &[PERMITTED]), ["fast -> other", "other is not in the table"]);
+    assert_eq!(violations(&of_tests, &[PERMITTED]), ["fast -> reference", "other is not in the table"]);
+    let extra: &[(&str, &[&str])] = &[("fast", &["reference"]), ("other", &[])];
+    assert_eq!(violations(&of_tests, &[PERMITTED, extra]), [""; 0]);
+}
+
+#[test]
+fn the_table_itself_has_no_circle() {
+    let edges =
+        PERMITTED.iter().flat_map(|(from, to)| to.iter().map(|to| (from.to_string(), to.to_string())));
+    assert_eq!(crate::cycles::cycles(&edges.collect()), Vec::<BTreeSet<String>>::new());
+}

@@ -1,0 +1,152 @@
+//! The arrows between the files of a crate: no files import each other, directly or in a circle.
+
+use crate::crates::metadata;
+use crate::cycles::cycles;
+use crate::imports::{Import, Source};
+use std::collections::BTreeSet;
+use std::fs::read_to_string;
+use std::path::Path;
+
+/// Circles that are still to be opened, each by its files; a circle among some of them is permitted as well. Take an entry
+/// out once its circle is open. `lanes`, `reference` and `fast` have none.
+const STILL_CIRCULAR: &[&[&str]] = &[
+    // scene: a `mod.rs` or `lib.rs` defines what its children import, and imports them.
+    &[
+        "checkpoint/damage.rs",
+        "checkpoint/mod.rs",
+        "checkpoint/read.rs",
+        "checkpoint/sections.rs",
+        "checkpoint/store.rs",
+        "checkpoint/write.rs",
+    ],
+    &["engine.rs", "film.rs", "lib.rs", "material.rs", "sphere.rs", "state.rs", "still.rs", "world.rs"],
+    &["image_file/mod.rs", "image_file/openexr.rs", "image_file/pfm.rs", "image_file/png.rs"],
+    // ladder
+    &["index/bins.rs", "index/grid.rs", "index/kdtree.rs", "index/mod.rs", "index/partitioned.rs"],
+    &["machine/bandwidth.rs", "machine/clock.rs", "machine/flops.rs", "machine/mod.rs"],
+    &["pipeline.rs", "table.rs"],
+    &["pixels/columns.rs", "pixels/lines.rs", "pixels/mod.rs", "pixels/scalar.rs"],
+    // The command: what it does takes the structs of its options.
+    &[
+        "args.rs",
+        "args/lasting.rs",
+        "checkpoints.rs",
+        "engines.rs",
+        "export/mitsuba.rs",
+        "export/mod.rs",
+        "export/pbrt.rs",
+        "ladder_command/args.rs",
+        "logs.rs",
+        "metadata.rs",
+        "outputs.rs",
+        "profile.rs",
+        "progress.rs",
+        "report.rs",
+        "scenes.rs",
+        "tune_command/args.rs",
+        "values.rs",
+    ],
+    &["compare/bounds.rs", "compare/difference.rs", "compare/metrics.rs", "compare/mod.rs"],
+    &["error.rs", "interrupt.rs"],
+    &[
+        "ladder_command/mod.rs",
+        "ladder_command/numbers.rs",
+        "ladder_command/plots.rs",
+        "ladder_command/quality.rs",
+        "ladder_command/records.rs",
+        "ladder_command/roofline.rs",
+        "ladder_command/rooflines.rs",
+        "ladder_command/similarity.rs",
+    ],
+];
+
+/// The crates in which no circle is permitted, whatever the list says.
+const CLEAN: [&str; 3] = ["sppm-lanes", "sppm-reference", "sppm-fast"];
+
+/// All imports between the files of a folder `src`, from its library and its program; files are named from the folder.
+pub(crate) fn imports(src: &Path) -> BTreeSet<Import> {
+    let plain = |name: &str| {
+        let name = Path::new(name).strip_prefix(src).expect("a file of the folder");
+        name.display().to_string().replace('\\', "/")
+    };
+    let mut all = BTreeSet::new();
+    for root in ["lib.rs", "main.rs"].map(|root| src.join(root)).iter().filter(|root| root.exists()) {
+        let found = Source::read(root, &|file| read_to_string(file).ok()).imports();
+        all.extend(found.into_iter().map(|i| Import {
+            from: plain(&i.from),
+            to: plain(&i.to),
+            path: i.path,
+        }));
+    }
+    all
+}
+
+/// The circles among imports, but for `permitted` ones: the files of each, and how they import each other.
+fn circles(imports: &BTreeSet<Import>, permitted: &[&[&str]]) -> Vec<String> {
+    let edges = imports.iter().map(|import| (import.from.clone(), import.to.clone())).collect();
+    let is_permitted = |files: &BTreeSet<String>| {
+        permitted.iter().any(|permitted| files.iter().all(|file| permitted.contains(&file.as_str())))
+    };
+    let tell = |files: BTreeSet<String>| {
+        let mut text = format!("in a circle: {}\n", files.iter().cloned().collect::<Vec<_>>().join(", "));
+        for Import { from, to, path } in imports {
+            if files.contains(from) && files.contains(to) {
+                text.extend(["    ", from, " -> ", to, " by ", path, "\n"]);
+            }
+        }
+        text
+    };
+    cycles(&edges).into_iter().filter(|files| !is_permitted(files)).map(tell).collect()
+}
+
+#[test]
+fn no_files_of_a_crate_import_each_other_in_a_circle() {
+    let metadata = metadata();
+    let mut told = String::new();
+    for package in metadata["packages"].as_array().expect("packages") {
+        let name = package["name"].as_str().expect("a name");
+        let manifest = Path::new(package["manifest_path"].as_str().expect("a manifest"));
+        let imports = imports(&manifest.with_file_name("src"));
+        assert!(!imports.is_empty(), "{name} was misread");
+        let permitted = if CLEAN.contains(&name) { &[] } else { STILL_CIRCULAR };
+        for circle in circles(&imports, permitted) {
+            told.extend([name, ": ", &circle]);
+        }
+    }
+    assert!(told.is_empty(), "{told}");
+}
+
+#[test]
+fn a_circle_is_told_with_its_imports() {
+    let import = |from: &str, to: &str| Import {
+        from: from.to_owned(),
+        to: to.to_owned(),
+        path: format!("crate::{to}"),
+    };
+    let imports = BTreeSet::from([import("a", "b"), import("b", "c"), import("c", "a"), import("c", "d")]);
+    let told =
+        "in a circle: a, b, c\n    a -> b by crate::b\n    b -> c by crate::c\n    c -> a by crate::a\n";
+    assert_eq!(circles(&imports, &[]), [told]);
+    assert_eq!(circles(&imports, &[&["a", "b"]]), [told]);
+    assert_eq!(circles(&imports, &[&["a", "b", "c"]]), [""; 0]);
+}
+
+/// A child that imports from the file which imports it, by a re-export and a macro: read, resolved and found.
+#[test]
+fn a_circle_in_source_text_is_found() {
+    let files = [
+        ("lib.rs", "mod a; mod b; pub use a::top;"),
+        ("a/mod.rs", "mod child; pub use child::Child; pub fn top() {}"),
+        ("a/child.rs", "pub struct Child; fn f() { println!(\"{:?}\", crate::top()); }"),
+        ("b.rs", "use crate::a::Child;"),
+    ];
+    let imports = crate::imports::tests::imports_of(&files);
+    let import = |told: &String| {
+        let (from, rest) = told.split_once(" -> ").unwrap();
+        let (to, path) = rest.split_once(" by ").unwrap();
+        Import { from: from.to_owned(), to: to.to_owned(), path: path.to_owned() }
+    };
+    let told = circles(&imports.iter().map(import).collect(), &[]);
+    assert_eq!(told.len(), 1);
+    assert!(told[0].starts_with("in a circle: a/child.rs, a/mod.rs\n"), "{told:?}");
+}

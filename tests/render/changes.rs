@@ -1,0 +1,62 @@
+//! A job that comes back from a render is changed and started again.
+
+use crate::{endless, image, small};
+use render::{End, Job};
+use scene::{Material, Rgb};
+use std::time::Duration;
+
+#[test]
+fn camera_materials_and_settings_change_between_starts() {
+    let mut job = Job::new(small(3));
+    job.threads = Some(2);
+    let changes: [fn(&mut Job); 5] = [
+        |_| {},
+        |job| job.scene.camera.eye.x += 3.0,
+        |job| job.scene.materials[0] = Material::Diffuse { albedo: Rgb::new(0.2, 0.4, 0.6) },
+        |job| (job.scene.settings.width, job.scene.settings.seed) = (33, 7),
+        |job| job.threads = Some(1),
+    ];
+    for change in changes {
+        change(&mut job);
+        let expected = image(&job.scene);
+        let outcome = job.start(()).unwrap().wait().unwrap();
+        assert_eq!(outcome.last.unwrap().film, expected);
+        job = outcome.job;
+    }
+}
+
+#[test]
+fn a_render_that_was_stopped_starts_again() {
+    let running = endless().start(()).unwrap();
+    std::thread::sleep(Duration::from_millis(20));
+    running.stopper().request();
+    let mut job = running.wait().unwrap().job;
+    job.scene.settings.iterations = 2;
+    let expected = image(&job.scene);
+    let outcome = job.start(()).unwrap().wait().unwrap();
+    assert_eq!((outcome.end, outcome.report.iterations), (End::Iterations, 2));
+    assert_eq!(outcome.last.unwrap().film, expected);
+}
+
+#[test]
+fn a_checkpoint_goes_from_job_to_job() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut job = Job::new(small(4));
+    let image_file = folder.path().join("a.pfm");
+    job.outputs.image = Some(image_file.clone());
+    job.save = Some(render::Save { keep: true, ..render::Save::beside(&image_file) });
+    let outcome = job.start(()).unwrap().wait().unwrap();
+    let saved = outcome.saved.unwrap();
+    assert_eq!((saved.iterations, saved.path.file_name().unwrap().to_str()), (4, Some("a.pfm.sppm")));
+    assert_eq!(outcome.written, [image_file]);
+
+    let mut resumed = Job::resume(&saved.path).unwrap();
+    assert_eq!(resumed.resumed_after(), Some(4));
+    resumed.scene.settings.iterations = 6;
+    let outcome = resumed.start(()).unwrap().wait().unwrap();
+    assert_eq!(outcome.report.resumed_after, 4);
+    assert_eq!(outcome.last.unwrap().film, image(&small(6)));
+
+    let like = Job::like(&saved.path, None).unwrap();
+    assert_eq!(like.scene.settings, small(6).settings);
+}

@@ -1,0 +1,75 @@
+//! What is refused names the field at fault, and leaves nothing behind.
+
+use crate::{path_tracer, small};
+use render::{EngineChoice, EngineName, Error, Field, Job, LanesName};
+use std::path::PathBuf;
+
+/// What is said of a job that `change` made impossible, and the field that it blames.
+fn refused(change: impl FnOnce(&mut Job)) -> (Field, String) {
+    let mut job = Job::new(small(1));
+    change(&mut job);
+    match job.start(()).map(drop) {
+        Err(Error::Input { field, problem }) => (field, problem.to_string()),
+        other => panic!("not refused: {other:?}"),
+    }
+}
+
+#[test]
+fn the_field_at_fault_is_named() {
+    let width = refused(|job| job.scene.settings.width = 0);
+    assert_eq!(width, (Field::Setting("width"), "width is 0; it must be at least 1".into()));
+
+    let radius = refused(|job| {
+        job.engine = path_tracer();
+        job.outputs.radius_image = Some("r.exr".into());
+    });
+    let said = "radius_image: engine path has no photons; leave out one of the two";
+    assert_eq!(radius, (Field::RadiusImage, said.into()));
+
+    let exposure = refused(|job| {
+        job.outputs.image = Some("a.exr".into());
+        job.outputs.exposure = Some(1.0);
+    });
+    assert_eq!(exposure.0, Field::Exposure);
+
+    let twice = refused(|job| {
+        job.outputs.image = Some("a.exr".into());
+        job.outputs.radius_image = Some("./a.exr".into());
+    });
+    assert_eq!(twice, (Field::RadiusImage, "radius_image: ./a.exr is also image; name another file".into()));
+
+    let memory = refused(|job| job.memory_limit = Some(1));
+    assert_eq!(memory.0, Field::MemoryLimit);
+
+    let (field, _) = refused(|job| job.outputs.image = Some("no/such/folder/a.png".into()));
+    assert_eq!(field, Field::Image);
+}
+
+#[test]
+fn lanes_and_files_that_are_not_there_are_told() {
+    let lanes = EngineChoice::new(EngineName::Reference, Some(LanesName::Emulated)).unwrap_err();
+    assert_eq!(
+        lanes.to_string(),
+        "lanes: engine reference has no lanes, only fast has; leave out one of the two"
+    );
+    let dashed = lanes.problem().say(|field| format!("--{}", field.name()));
+    assert!(dashed.starts_with("--lanes: --engine reference has no lanes"), "{dashed}");
+
+    let missing = PathBuf::from("no such.sppm");
+    for error in [Job::resume(&missing).unwrap_err(), Job::like(&missing, None).unwrap_err()] {
+        assert_eq!(error.to_string(), "no such.sppm: there is no such file");
+    }
+}
+
+/// Nothing was written, locked or begun.
+#[test]
+fn a_refused_job_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let image = folder.path().join("a.png");
+    refused(|job| {
+        job.outputs.image = Some(image.clone());
+        job.save = Some(render::Save { keep: true, ..render::Save::beside(&image) });
+        job.memory_limit = Some(1);
+    });
+    assert_eq!(folder.path().read_dir().unwrap().count(), 0);
+}

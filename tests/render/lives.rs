@@ -1,0 +1,173 @@
+//! Renders from their start to their end: side by side, watched, stopped.
+
+use crate::cases::tell;
+use crate::{endless, image, path_tracer, small};
+use render::{End, Job, Notice, Observer, Step};
+use scene::{Resumable, Settings, Stop};
+use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::thread::{sleep, spawn};
+use std::time::{Duration, Instant};
+
+/// Stops its render after some iteration.
+struct StopAfter(u32, Stop);
+
+impl Observer for StopAfter {
+    fn after(&mut self, step: &Step, _: &dyn Resumable) {
+        if step.iteration == self.0 {
+            self.1.request();
+        }
+    }
+}
+
+#[test]
+fn two_renders_at_once_are_those_of_the_engine_alone() {
+    let (first, second) = (small(1 << 30), small(8));
+    let job = Job::new(first.clone());
+    let stop = job.stop.clone();
+    let stopped = job.start(StopAfter(3, stop)).unwrap();
+    let whole = Job::new(second.clone()).start(()).unwrap();
+    let (mut seen, deadline) = (0, Instant::now() + Duration::from_mins(2));
+    while !(stopped.is_over() && whole.is_over()) {
+        for running in [&stopped, &whole] {
+            if let Some(snapshot) = running.latest() {
+                let settings = Settings { iterations: snapshot.iterations, ..first.settings };
+                assert_eq!(snapshot.film, image(&scene::Scene { settings, ..first.clone() }));
+                seen += 1;
+            }
+        }
+        assert!(Instant::now() < deadline, "the renders do not end");
+    }
+    let (stopped, whole) = (stopped.wait().unwrap(), whole.wait().unwrap());
+    assert_eq!((stopped.end, stopped.report.iterations), (End::Stopped, 3));
+    assert_eq!((whole.end, whole.report.iterations), (End::Iterations, 8));
+    assert_eq!(stopped.last.unwrap().film, image(&small(3)));
+    assert_eq!(whole.last.unwrap().film, image(&second));
+    tell("render", seen, "snapshots compared");
+}
+
+#[test]
+fn a_render_stops_from_any_thread_and_is_no_error() {
+    let running = endless().start(()).unwrap();
+    let stop = running.stopper();
+    let other = spawn(move || {
+        sleep(Duration::from_millis(100));
+        stop.request();
+    });
+    let outcome = running.wait().unwrap();
+    other.join().unwrap();
+    assert_eq!(outcome.end, End::Stopped);
+    assert!(outcome.report.interrupted && outcome.report.ended_by == "stop");
+    assert!(outcome.written.is_empty() && outcome.failed.is_empty() && outcome.saved.is_none());
+}
+
+#[test]
+fn dropping_a_render_stops_it() {
+    let job = endless();
+    let stop = job.stop.clone();
+    drop(job.start(()).unwrap());
+    assert!(stop.is_requested());
+}
+
+#[test]
+fn time_that_is_up_stops_nobody_else() {
+    let mut job = endless();
+    job.goals.time = Some(Duration::from_millis(50));
+    let stop = job.stop.clone();
+    let outcome = job.start(()).unwrap().wait().unwrap();
+    assert_eq!(outcome.end, End::Time);
+    assert!(!stop.is_requested());
+    assert!(outcome.report.iterations >= 1);
+}
+
+#[test]
+fn an_error_that_is_reached_ends_a_render() {
+    let mut job = endless();
+    job.goals.error = Some(1e9);
+    let outcome = job.start(()).unwrap().wait().unwrap();
+    assert_eq!((outcome.end, outcome.report.iterations), (End::Error, 2));
+    assert!(outcome.report.estimated_error.is_some_and(|error| error > 0.0));
+}
+
+/// Sends all that it is told.
+struct Told(Sender<String>);
+
+impl Observer for Told {
+    fn after(&mut self, step: &Step, render: &dyn Resumable) {
+        assert_eq!(step.iteration, render.iterations());
+        let radius = step.mean_radius.map_or("none".into(), |radius| format!("{radius:.1}"));
+        self.0.send(format!("{} of {}, radius {radius}", step.iteration, step.iterations)).unwrap();
+    }
+
+    fn notice(&mut self, notice: &Notice) {
+        if let Notice::Begun { threads, settings, .. } = notice {
+            self.0.send(format!("{} iterations on {threads}", settings.iterations)).unwrap();
+        }
+    }
+}
+
+#[test]
+fn an_observer_is_told_of_every_iteration() {
+    let (sender, told) = channel();
+    let mut job = Job::new(small(2));
+    (job.threads, job.scene.settings.initial_radius) = (Some(2), 2.0);
+    job.engine = path_tracer();
+    let running = job.start(Told(sender)).unwrap();
+    let outcome = running.wait().unwrap();
+    let told: Vec<String> = told.iter().collect();
+    assert_eq!(told, ["2 iterations on 2", "1 of 2, radius none", "2 of 2, radius none"]);
+    assert_eq!(outcome.report.threads, 2);
+}
+
+#[test]
+fn progress_is_there_without_an_observer() {
+    let running = Job::new(small(4)).start(()).unwrap();
+    while !running.is_over() {
+        sleep(Duration::from_millis(1));
+    }
+    let step = running.progress().unwrap();
+    assert_eq!((step.iteration, step.iterations, step.photons), (4, 4, 20_000));
+    assert!(step.elapsed_seconds >= step.seconds && step.seconds > 0.0);
+}
+
+#[test]
+fn images_are_made_only_for_those_who_look() {
+    let mut job = Job::new(small(3));
+    job.live = false;
+    let running = job.start(()).unwrap();
+    assert!(running.latest().is_none());
+    assert!(running.wait().unwrap().last.is_none());
+}
+
+/// What one thread reads while another writes is a whole image of some iteration.
+#[test]
+fn snapshots_are_never_torn() {
+    let running = Arc::new(Mutex::new(Job::new(small(40)).start(()).unwrap()));
+    let images: Vec<_> = (1..=40).map(|n| image(&small(n))).collect();
+    let images = Arc::new(images);
+    let readers: Vec<_> = (0..3)
+        .map(|_| {
+            let (running, images) = (Arc::clone(&running), Arc::clone(&images));
+            spawn(move || {
+                let mut last = 0;
+                loop {
+                    let (snapshot, is_over) = {
+                        let running = running.lock().unwrap();
+                        (running.latest(), running.is_over())
+                    };
+                    if let Some(snapshot) = snapshot {
+                        assert!(snapshot.iterations >= last, "an older image after a newer one");
+                        last = snapshot.iterations;
+                        assert!(snapshot.film == images[last as usize - 1]);
+                    }
+                    if is_over {
+                        return last;
+                    }
+                }
+            })
+        })
+        .collect();
+    for reader in readers {
+        assert!(reader.join().unwrap() >= 1);
+    }
+}

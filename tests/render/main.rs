@@ -1,0 +1,39 @@
+//! The library `render` as front ends use it.
+
+#[path = "../shared/cases.rs"]
+mod cases;
+mod changes;
+mod errors;
+mod lives;
+
+use render::{EngineChoice, EngineName, Job};
+use scene::{Engine, Film, Scene, Settings};
+
+/// Cornell, small, with so many iterations.
+fn small(iterations: u32) -> Scene {
+    let scene = files::builtin::scene("cornell").unwrap();
+    let settings =
+        Settings { width: 40, height: 30, iterations, photons_per_iteration: 5000, ..scene.settings };
+    Scene { settings, ..scene }
+}
+
+/// The image of `scene` by the engine alone, without the library.
+fn image(scene: &Scene) -> Film {
+    let mut engine = fast::Sppm::new(scene, &scene.settings);
+    for _ in 0..scene.settings.iterations {
+        engine.iterate();
+    }
+    engine.develop()
+}
+
+/// A job whose render takes much longer than a test.
+fn endless() -> Job {
+    let mut job = Job::new(small(1 << 30));
+    job.threads = Some(1);
+    job
+}
+
+/// The path tracer.
+fn path_tracer() -> EngineChoice {
+    EngineChoice::new(EngineName::Path, None).unwrap()
+}

@@ -1,0 +1,42 @@
+//! What was tuned, and where.
+
+use files::scene_file;
+use scene::{Scene, Settings};
+use serde::Serialize;
+
+/// What was tuned, for readers of the profile.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Subject {
+    /// The scene's name on the command line.
+    pub(crate) scene: String,
+    /// SHA-256 of it.
+    pub(crate) scene_digest: String,
+    #[serde(flatten)]
+    pub(crate) settings: Settings,
+    pub(crate) threads: usize,
+    pub(crate) machine: String,
+    pub(crate) version: &'static str,
+    pub(crate) date: String,
+}
+
+impl Subject {
+    /// Of a scene on this machine, today. The settings are those of the renders, not the scene's own.
+    pub(crate) fn new(name: &str, scene: &Scene, settings: Settings, threads: usize) -> Self {
+        Self {
+            scene: name.into(),
+            scene_digest: scene_file::digest(scene),
+            settings,
+            threads,
+            machine: processor(),
+            version: env!("CARGO_PKG_VERSION"),
+            date: jiff::Timestamp::now().strftime("%Y-%m-%d").to_string(),
+        }
+    }
+}
+
+/// The processor's name, or the architecture where the system does not tell it.
+fn processor() -> String {
+    let about = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = about.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    model.map_or(std::env::consts::ARCH, |(_, model)| model.trim()).to_owned()
+}

@@ -1,0 +1,102 @@
+//! Renders in turns with the defaults.
+
+use crate::candidate::Candidate;
+use crate::error::Error;
+use crate::ratios::Ratios;
+use compare::differing_pixels;
+use rayon::ThreadPool;
+use scene::{Engine, Film, Scene, Settings, Stop};
+use std::time::Instant;
+
+/// What is rendered, and where.
+pub(crate) struct Bench<'a> {
+    scene: &'a Scene,
+    settings: &'a Settings,
+    pool: &'a ThreadPool,
+    defaults: Candidate,
+    /// Their image, which every candidate must give too.
+    image: Film,
+    stop: &'a Stop,
+}
+
+impl<'a> Bench<'a> {
+    /// Renders once by the defaults, for the image; `None` if stopped meanwhile.
+    pub(crate) fn new(
+        scene: &'a Scene,
+        settings: &'a Settings,
+        pool: &'a ThreadPool,
+        defaults: Candidate,
+        stop: &'a Stop,
+    ) -> Option<Self> {
+        let mut bench = Self { scene, settings, pool, defaults, image: Film::new(0, 0), stop };
+        bench.image = bench.render(defaults)?.1;
+        Some(bench)
+    }
+
+    /// Whether somebody asked to stop.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stop.is_requested()
+    }
+
+    /// Seconds from the start to the developed image, and the image; `None` if stopped.
+    fn render(&self, candidate: Candidate) -> Option<(f64, Film)> {
+        let Candidate { lanes, parameters } = candidate;
+        self.pool.install(|| {
+            let began = Instant::now();
+            let mut engine = fast::Sppm::with_parameters(self.scene, self.settings, lanes, &parameters);
+            for _ in 0..self.settings.iterations {
+                if !engine.iterate_unless(self.stop) {
+                    return None;
+                }
+            }
+            let image = engine.develop();
+            Some((began.elapsed().as_secs_f64(), image))
+        })
+    }
+
+    /// The seconds of [`Self::render`], if the image is the defaults' in every bit.
+    fn seconds(&self, candidate: Candidate) -> Result<Option<f64>, Error> {
+        let Some((seconds, image)) = self.render(candidate) else { return Ok(None) };
+        if differing_pixels(&image, &self.image).is_ok_and(|pixels| pixels.is_empty()) {
+            return Ok(Some(seconds));
+        }
+        let profile = candidate.profile().to_text().replace('\n', ", ");
+        Err(Error::Failed(format!("another image by other free parameters, a fault of sppm: {profile}")))
+    }
+
+    /// The ratios of `pairs` pairs, of which every other begins with the defaults; `None` if stopped.
+    pub(crate) fn ratios(&self, candidate: Candidate, pairs: u32) -> Result<Option<Ratios>, Error> {
+        let mut ratios = Vec::new();
+        for pair in 0..pairs {
+            let order = if pair % 2 == 0 { [self.defaults, candidate] } else { [candidate, self.defaults] };
+            let (Some(first), Some(second)) = (self.seconds(order[0])?, self.seconds(order[1])?) else {
+                return Ok(None);
+            };
+            ratios.push(if pair % 2 == 0 { second / first } else { first / second });
+        }
+        Ok(Some(Ratios::new(ratios)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fast::{LaneKind, Parameters};
+
+    #[test]
+    fn renders_are_in_turns_and_alike() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let settings =
+            Settings { width: 16, height: 12, iterations: 1, photons_per_iteration: 200, ..scene.settings };
+        let pool = render::pool(Some(1)).unwrap();
+        let defaults = Candidate { lanes: LaneKind::best(), parameters: Parameters::default() };
+        let stop = Stop::new();
+        let bench = Bench::new(&scene, &settings, &pool, defaults, &stop).unwrap();
+        let other = Candidate { parameters: defaults.parameters.with("cell_size", 4.0).unwrap(), ..defaults };
+        let ratios = bench.ratios(other, 3).unwrap().unwrap();
+        assert!(ratios.count() == 3 && ratios.median() > 0.0);
+        stop.request();
+        assert_eq!(bench.ratios(other, 3).unwrap(), None);
+        assert!(!differing_pixels(&bench.image, &Film::new(16, 12)).unwrap().is_empty());
+    }
+}

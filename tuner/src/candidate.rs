@@ -1,0 +1,18 @@
+//! What can be measured.
+
+use fast::{LaneKind, Parameters};
+use render::Profile;
+
+/// A value of every free parameter, and the lanes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Candidate {
+    pub(crate) lanes: LaneKind,
+    pub(crate) parameters: Parameters,
+}
+
+impl Candidate {
+    /// As renders read it.
+    pub(crate) fn profile(self) -> Profile {
+        Profile { parameters: self.parameters, lanes: Some(self.lanes.into()) }
+    }
+}
