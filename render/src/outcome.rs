@@ -27,7 +27,8 @@ pub struct Outcome {
     pub failed: Vec<Unwritten>,
     /// The last image, if [`Job::live`] is set and an iteration was completed.
     pub last: Option<Arc<Snapshot>>,
-    /// The job, which can be changed and started again. It keeps its thread pool and has a new [`Job::stop`].
+    /// The job, which can be changed and started again, with a new [`Job::stop`]. It keeps its thread pool and reusable
+    /// parts of the engine.
     pub job: Job,
 }
 

@@ -88,7 +88,7 @@ struct Session<'a> {
 }
 
 impl Session<'_> {
-    /// Renders with the `parts` of an earlier render, and leaves those of this one.
+    /// Renders with the reusable `parts` of an earlier render, and replaces them with those of this one.
     fn render(&mut self, deposits: u32, from: Option<Loaded>, parts: &mut Parts) -> Result<Ended, Error> {
         self.introduce();
         let mut started = self.job.engine.start(self.scene, deposits, take(parts));

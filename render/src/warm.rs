@@ -1,4 +1,4 @@
-//! What a job keeps for its next start: its thread pool.
+//! What a job keeps for its next start: its thread pool and reusable parts of the fast engine.
 
 use crate::error::Error;
 use crate::pool::pool;
@@ -11,7 +11,7 @@ use std::fmt;
 pub(crate) struct Warm {
     /// The pool, and the number of threads that was requested for it.
     pool: Option<(Option<usize>, ThreadPool)>,
-    /// Of the fast engine.
+    /// Reusable parts of the fast engine.
     pub(crate) parts: Parts,
 }
 
