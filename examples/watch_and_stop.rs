@@ -1,4 +1,5 @@
-//! Watches a render and stops it once its image hardly changes: `cargo run --release --example watch_and_stop`
+//! Watches a render, and stops it once the search radius has shrunk far enough:
+//! `cargo run --release --example watch_and_stop`
 
 use render::{End, Job, Notice, Observer, Step};
 use scene::{Resumable, Stop};
@@ -47,10 +48,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let outcome = running.wait()?;
     assert_eq!(outcome.end, End::Stopped);
 
-    // Somewhat brighter glass, and again: threads and buffers are still there.
+    // From another place, and again: threads, buffers and what follows from the spheres are still there.
     let mut job = outcome.job;
+    job.scene.camera.eye.x += 5.0;
     job.scene.settings.iterations = 4;
     let again = job.start(())?.wait()?;
-    println!("{} more iterations of another render", again.report.iterations);
+    println!("{} iterations from another place", again.report.iterations);
     Ok(())
 }

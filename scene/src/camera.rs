@@ -1,6 +1,7 @@
 //! The camera: pinhole or thin lens, with a shutter.
 
-use crate::{Vec3, rng};
+use crate::rng;
+use glam::Vec3;
 use serde::Serialize;
 
 /// A perspective camera as the scene file states it.

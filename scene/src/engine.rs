@@ -1,7 +1,9 @@
 //! What every engine offers: iterate, develop, tell what it did.
 
+use crate::color::Rgb;
+use crate::film::{Film, Plane};
+use crate::settings::Settings;
 use crate::stop::Stop;
-use crate::{Film, Plane, Rgb, Settings};
 use serde::{Deserialize, Serialize};
 
 /// A render in progress. Its state after n iterations depends on scene, settings and seed alone.

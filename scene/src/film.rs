@@ -1,6 +1,6 @@
 //! Film: images in memory, linear `f32`, rows from the top.
 
-use crate::Rgb;
+use crate::color::Rgb;
 
 /// The integer that stands for a photon's nominal power (see `reference::photon_pass`): fluxes are quantised to
 /// multiples of 2^-21 of it, an error of 2^-22 at most.

@@ -15,6 +15,7 @@
 #![forbid(unsafe_code)]
 
 pub mod camera;
+mod color;
 pub mod engine;
 pub mod film;
 pub mod material;
@@ -31,6 +32,7 @@ pub mod text;
 pub mod world;
 
 pub use camera::Camera;
+pub use color::{Rgb, max_component};
 pub use engine::{Engine, Pass, Probe, Stats};
 pub use film::{Film, Picture, Plane};
 pub use glam::Vec3;
@@ -42,13 +44,3 @@ pub use state::{PhotonSums, Resumable, Sums};
 pub use still::Still;
 pub use stop::Stop;
 pub use world::Scene;
-
-/// A linear RGB triple (radiance, power or reflectance, per channel).
-pub type Rgb = Vec3;
-
-/// The largest of the three channels.
-#[inline]
-pub fn max_component(c: Rgb) -> f32 {
-    let xy = if c.x > c.y { c.x } else { c.y };
-    if xy > c.z { xy } else { c.z }
-}

@@ -1,6 +1,6 @@
 //! What surfaces do to light.
 
-use crate::Rgb;
+use crate::color::Rgb;
 use serde::{Deserialize, Serialize};
 
 /// A material; each of its channels is a reflectance in [0, 1].

@@ -1,6 +1,6 @@
 //! Rays.
 
-use crate::Vec3;
+use glam::Vec3;
 
 /// The name of a surface in [`crate::Still::spheres`]; [`NO_SPHERE`] stands for none.
 pub type SphereId = u32;

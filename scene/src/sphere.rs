@@ -1,6 +1,7 @@
 //! The only shape there is.
 
-use crate::{Rgb, Vec3};
+use crate::color::Rgb;
+use glam::Vec3;
 
 /// A sphere that may emit, and that may move along a line while the shutter is open.
 #[derive(Clone, Copy, Debug, PartialEq)]

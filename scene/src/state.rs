@@ -4,7 +4,8 @@
 //! same whichever engine, lanes or threads computed them, so a render that one engine began another may go on with,
 //! and the image is the one of a render that never stopped.
 
-use crate::{Engine, Rgb, Stats};
+use crate::color::Rgb;
+use crate::engine::{Engine, Stats};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 

@@ -6,8 +6,12 @@
 //! ([`Role::Glass`]). This is more than an economy. A point where surfaces meet may be computed to lie behind one
 //! of them by a rounding error; knowing that it cannot be there, the intersection closes such leaks exactly.
 
+use crate::color::{Rgb, max_component};
+use crate::material::Material;
 use crate::ray::SphereId;
-use crate::{Material, Rgb, Scene, Sphere, Vec3, max_component};
+use crate::sphere::Sphere;
+use crate::world::Scene;
+use glam::Vec3;
 use std::borrow::Cow;
 use std::ops::Range;
 

@@ -1,9 +1,13 @@
 //! The scene: everything that is rendered, as its file states it.
 
-use crate::{Camera, Material, Rgb, Settings, Sphere, Vec3};
-use glam::DVec3;
+use crate::camera::Camera;
+use crate::color::Rgb;
+use crate::material::Material;
+use crate::settings::Settings;
+use crate::sphere::Sphere;
+use glam::{DVec3, Vec3};
 
-/// A scene that has been checked: `scene::file` makes no other, and so should whoever builds one by hand.
+/// A scene. Scene files are checked when they are read; a scene that is built by hand should keep to the same bounds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// What people call it.

@@ -28,7 +28,7 @@ fn watch_and_stop() {
     let folder = tempfile::tempdir().unwrap();
     let said = run("watch_and_stop", folder.path(), &[]);
     assert!(said.contains("iteration 1: 20000 photons, mean radius 2.000"), "{said}");
-    assert!(said.contains("Begun") && said.ends_with("4 more iterations of another render\n"), "{said}");
+    assert!(said.contains("Begun") && said.ends_with("4 iterations from another place\n"), "{said}");
 }
 
 #[test]
