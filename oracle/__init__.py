@@ -1,5 +1,5 @@
-"""The oracle: what other people's code says of sppm's rays and images.
+"""The oracle: tests sppm's rays and images against independent software.
 
-Embree and plain f64 geometry judge its intersections, OpenCV measures its images, and Mitsuba 3 renders the truth that
-they are held against. It reads files and runs the command `sppm`; nothing of sppm imports it.
+Intersections are compared with Embree and with geometry in f64, images are measured by OpenCV, and Mitsuba 3 renders
+the ground truth. The oracle only reads files and runs the command `sppm`; no part of sppm depends on it.
 """

@@ -1,9 +1,9 @@
-"""Intersections against Embree: its triangles, with the bound that the triangles set, and its own spheres.
+"""Compares ray-sphere intersections with Embree: with tessellated spheres, and with Embree's own analytic spheres.
 
-Tessellated spheres know nothing of our formulas, and miss the sphere by as much as their triangles do: every mesh lies
-between two radii that are computed from its vertices and its planes, and where a ray crosses that shell bounds how far
-the two answers may differ. Embree's analytic spheres, which the Python binding lacks, are called through ctypes; they
-agree to the rounding of f32.
+Tessellated spheres do not depend on any sphere formula, but differ from the true sphere. Each mesh lies in a shell
+between two radii, which are computed from its vertices and the planes of its triangles. The interval in which a ray
+crosses that shell bounds how far the two answers may differ. Embree's analytic spheres agree to the rounding of f32.
+The Python binding lacks them, so they are called through ctypes.
 """
 
 from __future__ import annotations
@@ -21,29 +21,30 @@ from embreex.mesh_construction import TriangleMesh
 from oracle import geometry, sppm
 from oracle.geometry import Crossing, Spheres
 
-# Triangles of all meshes of a scene together: seconds to build.
+# Most triangles of all meshes of a scene together. Embree builds these in seconds.
 TRIANGLES = 2_000_000
-# Of one, lest a single wall takes all.
+# Most triangles of one sphere, so that a single wall does not use up all of them.
 TRIANGLES_OF_A_SPHERE = 400_000
-# Leaves a sagitta of 2e-8 of the radius; finer faces would be lost in the rounding of their vertices.
+# The sagitta of the faces is then 2e-8 of the radius; finer faces would be lost in the rounding of their vertices.
 MOST_SUBDIVISIONS = 12
-# A sphere whose radius is so many times its distance is a wall, and finely tessellated where it is seen.
+# A sphere whose radius is more than this multiple of the distance to it is a wall: only its visible part is tessellated
+# finely.
 WALL = 2.0
-# Half a unit in the last place of a float32 that is 1.
+# Half a unit in the last place of a float32 of value 1: the relative error of one rounding.
 EPSILON = 2.0**-24
-# Roundings that a term may be off by, of both programs together; a fault in the third digit is far beyond.
+# Error bound of a term in roundings, for both programs together. An error in the third digit is far larger.
 ROUNDINGS = 8
-# The same for an edge of a triangle, from a ray's origin at the edge's distance. Embree asks on which side of the edge
-# a ray passes by dot(cross(a - b, a + b), direction), a and b relative to the origin: the differences are off by one
-# rounding, the sum by one more, the edge by one, the cross product by three and the dot product by three. That is nine
-# in each of three components, with one for ours: 10 sqrt(3).
+# The same for the edge of a triangle, at the edge's distance from the ray's origin. Embree decides on which side of an
+# edge a ray passes by dot(cross(a - b, a + b), direction), with a and b relative to the origin. The differences have an
+# error of one rounding, the sum one more, the edge one, the cross product three and the dot product three. That is nine
+# in each of three components, plus one for ours: 10 sqrt(3).
 EDGE_ROUNDINGS = 17.4
 BATCH = 200_000
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """A tessellated sphere, f32 as Embree gets it, and the radii that its surface lies between."""
+    """A tessellated sphere in float32, as passed to Embree, and the radii between which its surface lies."""
 
     vertices: np.ndarray
     faces: np.ndarray
@@ -53,7 +54,7 @@ class Mesh:
 
 @dataclass(frozen=True)
 class Answer:
-    """Distance, sphere (-1 for a miss) and normal of hits; normals as Embree gives them, of any length and sign."""
+    """Distance, sphere (-1 for a miss) and normal of each hit. Embree's normals may have any length and sign."""
 
     t: np.ndarray
     sphere: np.ndarray
@@ -62,16 +63,16 @@ class Answer:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a comparison found."""
+    """The result of a comparison."""
 
     scene: str
     against: str
     rays: int
-    # Rays whose spheres or distances differ by more than the bound allows.
+    # Rays whose sphere, distance or normal differs by more than the bound allows.
     unexplained: int
-    # Rays whose spheres differ, as the bound allows: at rims, and where surfaces meet.
+    # Rays that hit different spheres; the bound allows that at rims and where surfaces meet.
     other_sphere: int
-    # The largest share of its bound that a difference took, of rays that hit the same sphere.
+    # The largest difference as a share of its bound, among rays that hit the same sphere.
     largest_share: float
     median_difference: float
     largest_difference: float
@@ -91,7 +92,7 @@ class Outcome:
 
 
 def icosahedron() -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (12, 3) on the unit sphere, and faces (20, 3) that wind outwards."""
+    """Vertices (12, 3) on the unit sphere, and faces (20, 3) with outward orientation."""
     g = (1 + 5**0.5) / 2
     vertices = np.array(
         [(0, a, b) for a in (-1, 1) for b in (-g, g)]
@@ -112,7 +113,7 @@ def icosahedron() -> tuple[np.ndarray, np.ndarray]:
 
 
 def subdivide(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Every face in four, the new vertices moved onto the unit sphere."""
+    """Splits every face into four and moves the new vertices onto the unit sphere."""
     edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     unique, index = np.unique(edges, axis=0, return_inverse=True)
     middle = vertices[unique].sum(axis=1)
@@ -124,10 +125,10 @@ def subdivide(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def tessellate(center: np.ndarray, radius: float, cap: np.ndarray, budget: int) -> Mesh:
-    """An icosphere around `center`, as fine as `budget` triangles allow within a cap, coarse outside of it.
+    """An icosphere around `center`: within a cap as fine as `budget` triangles allow, coarse elsewhere.
 
-    `cap` is (4,): a unit direction, and the angle around it within which rays hit the sphere. Faces beyond the cap are
-    left as they are; the cracks that this leaves are beyond it too.
+    `cap` is (4,): a unit direction and the angle around it in which rays hit the sphere. Faces outside the cap are not
+    subdivided. This leaves cracks in the mesh, but only outside the cap.
     """
     vertices, faces = icosahedron()
     kept = [faces[:0]]
@@ -143,7 +144,7 @@ def tessellate(center: np.ndarray, radius: float, cap: np.ndarray, budget: int) 
         within = angle <= cap[3] + 2 * reach
         kept.append(faces[~within])
         faces = faces[within]
-    # Radii of what rays can meet: vertices as Embree sees them, faces by their planes.
+    # The shell of the faces within the cap: its outer radius by the rounded vertices, its inner radius by the planes.
     rounded = (center + radius * vertices).astype(np.float32)
     used = np.unique(faces)
     exact = rounded.astype(np.float64) - center
@@ -156,10 +157,10 @@ def tessellate(center: np.ndarray, radius: float, cap: np.ndarray, budget: int) 
 
 
 def caps(world: Spheres, probes: np.ndarray, hits: np.ndarray) -> np.ndarray:
-    """Per sphere the cap that rays hit: unit direction and angle; (n, 4).
+    """For each sphere, the cap that rays can hit: unit direction and angle; (n, 4).
 
-    Of a wall, probing rays from the eye find it, and twice their angle is taken to be sure. Anything else may be hit
-    anywhere.
+    For walls it is the cap that probe rays from the eye hit, with twice the angle to be safe. For other spheres it is
+    the whole sphere.
     """
     found = np.tile([0.0, 0.0, 1.0, np.pi], (len(world), 1))
     points = probes[:, :3] + hits["t"][:, None] * probes[:, 3:]
@@ -193,11 +194,11 @@ class Triangles:
             TriangleMesh(self.scene, mesh.vertices, mesh.faces)
 
     def shells(self) -> tuple[np.ndarray, np.ndarray]:
-        """The radii between which each surface lies."""
+        """The inner and outer radius of each sphere's shell."""
         return np.array([m.inner for m in self.meshes]), np.array([m.outer for m in self.meshes])
 
     def intersect(self, rays: np.ndarray) -> Answer:
-        """The nearest hits."""
+        """The nearest hit of each ray."""
         parts = []
         for at in range(0, len(rays), BATCH):
             some = np.ascontiguousarray(rays[at : at + BATCH], dtype=np.float32)
@@ -211,7 +212,7 @@ class Triangles:
 
 @cache
 def _library() -> ctypes.CDLL:
-    """The libembree4 that the wheel brings along."""
+    """The libembree4 in the wheel of embreex."""
     folder = Path(embreex.__file__).resolve().parent
     found = sorted([*folder.glob("**/libembree4*"), *folder.parent.glob("embreex.libs/libembree4*")])
     if not found:
@@ -241,7 +242,7 @@ class AnalyticSpheres:
     roundings = float(ROUNDINGS)
 
     _SPHERE_POINT, _VERTEX, _FLOAT4, _ROBUST = 50, 1, 0x9004, 1 << 2
-    # RTCRayHit in 4-byte words: origin 0..3, direction 4..7, tfar 8, Ng 12..15, geomID 18; with room to spare.
+    # RTCRayHit in 4-byte words: origin 0..3, direction 4..7, tfar 8, Ng 12..15, geomID 18; the rest is padding.
     _WORDS = 32
 
     def __init__(self, world: Spheres) -> None:
@@ -249,7 +250,7 @@ class AnalyticSpheres:
         device = library.rtcNewDevice(None)
         self.scene = library.rtcNewScene(device)
         library.rtcSetSceneFlags(self.scene, self._ROBUST)
-        # A geometry each, so that the geometry's id is the sphere's.
+        # One geometry per sphere, so that geometry ids are sphere indices.
         for center, radius in zip(world.centers, world.radii, strict=True):
             sphere = library.rtcNewGeometry(device, self._SPHERE_POINT)
             buffer = library.rtcSetNewGeometryBuffer(sphere, self._VERTEX, 0, self._FLOAT4, 16, 1)
@@ -260,11 +261,11 @@ class AnalyticSpheres:
         self.radii = world.radii
 
     def shells(self) -> tuple[np.ndarray, np.ndarray]:
-        """The spheres themselves."""
+        """The radii of the spheres, as both bounds."""
         return self.radii, self.radii
 
     def intersect(self, rays: np.ndarray) -> Answer:
-        """The nearest hits."""
+        """The nearest hit of each ray."""
         words = np.zeros(len(rays) * self._WORDS + self._WORDS, dtype=np.float32)
         start = -words.ctypes.data % (4 * self._WORDS) // 4
         table = words[start : start + len(rays) * self._WORDS].reshape(-1, self._WORDS)
@@ -284,10 +285,11 @@ KINDS = (AnalyticSpheres.name, Triangles.name)
 
 
 def rounding(rays: np.ndarray, world: Spheres, sphere: np.ndarray) -> np.ndarray:
-    """How far roundings may move the distance to a sphere, per ray.
+    """For each ray, a bound on the rounding error of the distance to a sphere.
 
-    Embree computes the half chord h from r^2 - d^2, where each term is off by roundings of the squared distance to
-    the centre; h is off by that over 2 h, and the distance by the roundings of its two parts besides.
+    Embree computes the half chord h from r^2 - d^2. Each term has a rounding error in proportion to the squared
+    distance to the centre, so h has that error divided by 2 h. The distance also has the rounding errors of its two
+    parts.
     """
     to_center = world.centers[sphere] - rays[:, :3]
     squared = np.einsum("ij,ij->i", to_center, to_center)
@@ -295,17 +297,17 @@ def rounding(rays: np.ndarray, world: Spheres, sphere: np.ndarray) -> np.ndarray
     half = np.sqrt(np.maximum(world.radii[sphere] ** 2 - (squared - along**2), 0.0))
     scale = np.maximum(squared, world.radii[sphere] ** 2)
     noise = ROUNDINGS * EPSILON
-    # At a rim the half chord is itself of the size of its error: sqrt(error), where error / (2 h) would have no bound.
+    # At a rim h is as small as its error, and error / (2 h) has no bound; the error of h is then at most sqrt(error).
     of_half = np.minimum(noise * scale / np.maximum(2 * half, 1e-30), np.sqrt(noise * scale))
     return of_half + noise * (np.abs(along) + half)
 
 
 def compare(scene: str, count: int, kind: str = "spheres", seed: int = 1, *options: str) -> Outcome:
-    """Holds what `sppm trace` says of random rays against Embree."""
+    """Compares `sppm trace` with Embree on random rays."""
     world = geometry.spheres(scene)
     other = AnalyticSpheres(world) if kind == "spheres" else Triangles(scene, world)
     inner, outer = other.shells()
-    # Nearer to a surface than its mesh, a ray may start on the wrong side of it.
+    # A ray that starts closer to a surface than its mesh may be on the wrong side of the mesh.
     margin = np.maximum(2 * (world.radii - inner), ROUNDINGS * EPSILON * world.radii)
     rays = geometry.rays(scene, world, count, margin, seed)
     ours = sppm.trace(scene, rays, *options)
@@ -314,12 +316,12 @@ def compare(scene: str, count: int, kind: str = "spheres", seed: int = 1, *optio
 
 
 def judge(scene: str, world: Spheres, other: Triangles | AnalyticSpheres, rays: np.ndarray, ours: Answer) -> Outcome:
-    """Finds every ray on which the two differ by more than their bounds."""
+    """Counts the rays on which the two programs differ by more than the bounds allow."""
     theirs = other.intersect(rays)
     inner, outer = other.shells()
 
     def crossing(sphere: np.ndarray) -> Crossing:
-        # Where the surface of `sphere` is met, by either program: roundings included. Nowhere, for a miss.
+        # Where either program may hit `sphere`, rounding errors included; nowhere for a miss.
         index = np.maximum(sphere, 0)
         low, high = np.minimum(inner, world.radii)[index], np.maximum(outer, world.radii)[index]
         noise = other.roundings * EPSILON * np.linalg.norm(world.centers[index] - rays[:, :3], axis=1)
@@ -335,8 +337,8 @@ def judge(scene: str, world: Spheres, other: Triangles | AnalyticSpheres, rays: 
     difference = np.abs(np.where(hit, ours.t, 0.0) - np.where(hit, theirs.t, 0.0))
     normals = _normals_agree(rays, world, ours, theirs, width) | (other.name == "triangles")
     fits = (difference <= width) & normals
-    # Another sphere: what we say must be on ours, and then either both surfaces may be met at one distance, or the
-    # nearer of the two may be missed: ours by them, or theirs by us.
+    # If the spheres differ, our hit must be on our sphere. Then either both surfaces may be hit at the same distance,
+    # or the nearer one may be missed: ours by Embree, or Embree's by us.
     on_ours = (ours.sphere < 0) | (mine.touches & (mine.first <= ours.t) & (ours.t <= mine.last))
     overlap = mine.touches & their.touches & (their.first <= mine.last) & (mine.first <= their.last)
     missed_by_them = mine.may_miss & (mine.first <= theirs.t)
@@ -355,7 +357,7 @@ def judge(scene: str, world: Spheres, other: Triangles | AnalyticSpheres, rays: 
 
 
 def _normals_agree(rays: np.ndarray, world: Spheres, ours: Answer, theirs: Answer, width: np.ndarray) -> np.ndarray:
-    """Ours must face the ray, be of unit length, and lie along Embree's but for what the difference in place turns."""
+    """Our normals must face the ray, have unit length, and match Embree's up to the effect of a difference in place."""
     length = np.linalg.norm(theirs.normal, axis=1)
     unit = theirs.normal / np.where(length > 0, length, 1.0)[:, None]
     faces = np.einsum("ij,ij->i", ours.normal, rays[:, 3:])

@@ -1,4 +1,4 @@
-"""Spheres and rays in f64: the scene as its file states it, rays to ask about, and where a line meets a shell."""
+"""Geometry in f64: the spheres of a scene file, random test rays, and the intersection of rays with shells."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class Spheres:
         return len(self.radii)
 
     def distances(self, points: np.ndarray) -> np.ndarray:
-        """Of points (n, 3) from every surface, negative inside: (n, spheres)."""
+        """Signed distances of points (n, 3) from every sphere, negative inside: (n, spheres)."""
         squared = sum((points[:, None, k] - self.centers[None, :, k]) ** 2 for k in range(3))
         return np.sqrt(squared) - self.radii
 
     def is_free(self, points: np.ndarray, margin: np.ndarray) -> np.ndarray:
-        """True for points in free space, as far as `margin` (per sphere) from every surface."""
+        """True for points outside of opaque matter and more than `margin` (one per sphere) from every surface."""
         outside = self.distances(points)
         around_eye = (self.distances(self.eye[None])[0] < 0) & ~self.is_glass
         room = np.where(around_eye, -outside, outside)
@@ -36,7 +36,7 @@ class Spheres:
 
 
 def spheres(name: str) -> Spheres:
-    """The spheres of a scene without a background, which would be one more."""
+    """The spheres of a scene. It must not have a background, which would be an additional sphere."""
     document = sppm.scene(name)
     if any(document.get("background", [0])):
         raise sppm.OracleError(f"{name} has a background; name a scene without")
@@ -51,7 +51,7 @@ def spheres(name: str) -> Spheres:
 
 
 def _at(sphere: dict[str, Any], time: np.float32) -> np.ndarray:
-    # In f32, as the program does it.
+    # In f32, as in sppm.
     return np.float32(sphere["center"]) + np.float32(sphere.get("velocity", [0, 0, 0])) * time
 
 
@@ -62,11 +62,11 @@ def _is_glass(document: dict[str, Any], material: str | dict[str, Any]) -> bool:
 
 @dataclass(frozen=True)
 class Crossing:
-    """Where rays cross the shell between two radii around a centre, on the side where they meet the sphere.
+    """Where rays cross the shell between two radii around a centre, on the side where they hit the sphere.
 
-    `first` and `last` bound the distances at which any surface within the shell is met, if `touches` is true: if the
-    ray comes near enough. `may_miss` is true where it passes between the inner sphere and the outer, so that a surface
-    within the shell may or may not be met.
+    `touches` is true if the ray comes near enough to hit a surface within the shell; `first` and `last` then bound the
+    distance of the hit. `may_miss` is true if the ray meets the outer sphere but not the inner one, so that a surface
+    within the shell may be missed.
     """
 
     first: np.ndarray
@@ -78,7 +78,7 @@ class Crossing:
 def crossing(
     origins: np.ndarray, directions: np.ndarray, centers: np.ndarray, inner: np.ndarray, outer: np.ndarray
 ) -> Crossing:
-    """The crossing of each ray (n, 3) with a shell of its own; unit directions."""
+    """The crossing of each ray (n, 3) with its own shell; directions are unit vectors."""
     to_origin = origins - centers
     along = -np.einsum("ij,ij->i", to_origin, directions)
     nearest = to_origin + along[:, None] * directions
@@ -88,14 +88,15 @@ def crossing(
     from_outside = np.einsum("ij,ij->i", to_origin, to_origin) > outer**2
     touches = squared <= outer**2
     may_miss = touches & (squared >= inner**2)
-    # From outside the near side is met; where the inner sphere is passed by, anything up to the far one may be.
+    # From outside, the near side of the shell is hit. If the ray misses the inner sphere, the hit may be as far as the
+    # far side.
     first = np.where(from_outside, along - half_outer, along + half_inner)
     last = np.where(from_outside, np.where(may_miss, along + half_outer, along - half_inner), along + half_outer)
     return Crossing(first, last, touches, may_miss)
 
 
 def uniform_directions(count: int, random: np.random.Generator) -> np.ndarray:
-    """Unit vectors, alike in all directions, (count, 3)."""
+    """Uniformly distributed unit vectors, (count, 3)."""
     vectors = random.normal(size=(count, 3))
     return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
@@ -103,7 +104,8 @@ def uniform_directions(count: int, random: np.random.Generator) -> np.ndarray:
 def rays(name: str, world: Spheres, count: int, margin: np.ndarray, seed: int) -> np.ndarray:
     """Rays (about count, 6) of float32 that start in free space, at least `margin` from every surface.
 
-    A third leaves the eye, a third starts anywhere along those, and a third aims at the rim of some sphere.
+    A third start at the eye in random directions. A third start at random points along these, in random directions. A
+    third start at the same points and aim at the rims of random spheres.
     """
     random = np.random.default_rng(seed)
     third = count // 3
@@ -118,7 +120,7 @@ def rays(name: str, world: Spheres, count: int, margin: np.ndarray, seed: int) -
 
 
 def _towards_rims(points: np.ndarray, world: Spheres, random: np.random.Generator) -> np.ndarray:
-    """Directions that pass near the edge of a sphere, up to a thousandth of its radius beside it."""
+    """Directions towards the rim of a random sphere, off by up to a thousandth of its radius."""
     chosen = random.integers(len(world), size=len(points))
     to_center = world.centers[chosen] - points
     side = np.cross(to_center, uniform_directions(len(points), random))

@@ -1,4 +1,4 @@
-"""Image files, read without surprises, and what a screen shows of them."""
+"""Reads image files as linear RGB, and converts to and from sRGB."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ import numpy as np
 def read(path: str | Path) -> np.ndarray:
     """Linear RGB of a .pfm, .exr or .png file: (height, width, 3) of float32, rows from the top.
 
-    Grey is three equal channels.
+    A grey image becomes three equal channels.
 
-    OpenCV reads PFM only with IMREAD_UNCHANGED, as blue, green, red; its wheel has no OpenEXR, so .exr goes through
-    Mitsuba; of a .png the sRGB curve is undone.
+    OpenCV reads PFM only with IMREAD_UNCHANGED, and as blue, green, red. Its wheel is built without OpenEXR, so Mitsuba
+    reads .exr files. The pixels of .png files are decoded from sRGB.
     """
     path = Path(path)
     if not path.is_file():
@@ -52,7 +52,7 @@ def _exr(path: Path) -> np.ndarray:
 
 
 def to_srgb(linear: np.ndarray) -> np.ndarray:
-    """What sRGB shows of linear light: clipped to [0, 1], and encoded (IEC 61966-2-1)."""
+    """Encodes linear light as sRGB (IEC 61966-2-1), clipped to [0, 1]."""
     clipped = np.clip(np.asarray(linear, dtype=np.float64), 0.0, 1.0)
     return np.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * clipped ** (1 / 2.4) - 0.055)
 
@@ -64,7 +64,7 @@ def from_srgb(encoded: np.ndarray) -> np.ndarray:
 
 
 def write_png(path: str | Path, linear: np.ndarray) -> None:
-    """Writes what a screen shows."""
+    """Writes an 8-bit sRGB image."""
     eight_bits = np.rint(to_srgb(linear) * 255).astype(np.uint8)
     if not cv2.imwrite(str(path), eight_bits[..., ::-1]):
         raise ValueError(f"{path} cannot be written")

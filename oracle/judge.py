@@ -1,11 +1,11 @@
-"""The verdict on a scene: is what sppm renders the truth?
+"""Tests whether the renders of a scene agree with the ground truth.
 
-SPPM is consistent but biased: at a search radius R its density estimate blurs, and what it blurs over an edge (of a
-shadow, a caustic, a wall) is off in a strip of width R, so that a block's mean is off by a share that is linear in R,
-and quadratic elsewhere. Rendering at R and at R / 2 with the same seeds, hence the same photons, and extrapolating
-linearly to R = 0 removes the first, and leaves half as much of the second with the other sign. No tolerance is needed:
-what is extrapolated is compared with truth by its measured noise alone. The path tracer has no bias, and is compared
-as it is.
+SPPM is consistent but biased: its density estimate blurs over the search radius R. Near an edge (of a shadow, a caustic
+or a wall) the error is confined to a strip of width R, so a block's mean has an error that is linear in R; elsewhere it
+is quadratic. We render at R and at R / 2 with the same seeds, hence with the same photons, and extrapolate linearly to
+R = 0. This removes the linear error, and leaves half of the quadratic one with opposite sign. No tolerance is needed:
+the extrapolated image is compared with the truth by its measured noise alone. The path tracer has no bias and is
+compared directly.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from oracle.sppm import Render
 from oracle.truth import Truth
 from oracle.ztest import Verdict
 
-# First radii of the extrapolation, in scene units: one and two pixels of the built-in scenes at 128x96.
+# Initial radii for the extrapolation, in scene units: two pixels and one pixel of the built-in scenes at 128x96.
 RADII = (2.0, 1.0)
-# Photons that all renders together must have counted in a pixel before the noise between them says how far off they
-# may be. Where fewer came, as on walls far behind a mirror, all renders may lack the same light.
+# Photons that a pixel must have counted, in all renders together, for their variance to be a valid error estimate. With
+# fewer, as on walls far behind a mirror, all renders may be missing the same rare light.
 ENOUGH_PHOTONS = 30
 
 
 @dataclass(frozen=True)
 class Renders:
-    """Independent renders of one image: (n, height, width, 3), without SPPM's bias.
+    """Independent renders of the same image, with SPPM's bias removed: (n, height, width, 3).
 
-    `is_known` is (height, width, 1), 1 where the noise of a single pixel is known, else 0.
+    `is_known` is (height, width, 1): 1 where the noise of a single pixel can be estimated, else 0.
     """
 
     images: np.ndarray
@@ -39,7 +39,7 @@ class Renders:
 
 @dataclass(frozen=True)
 class Effort:
-    """How much is rendered: independent renders (seeds from `first_seed` on), and the size of each."""
+    """The number of independent renders, with seeds from `first_seed` on, and the iterations and photons of each."""
 
     seeds: int = 16
     iterations: int = 48
@@ -48,7 +48,7 @@ class Effort:
 
 
 def renders(wanted: Render, effort: Effort) -> Renders:
-    """Renders an image several times, each from other seeds."""
+    """Renders an image several times with different seeds."""
     some = replace(wanted, iterations=effort.iterations, photons=effort.photons)
     seeds = range(effort.first_seed, effort.first_seed + effort.seeds)
 
@@ -65,12 +65,12 @@ def renders(wanted: Render, effort: Effort) -> Renders:
 
 
 def extrapolated(large: np.ndarray, small: np.ndarray) -> np.ndarray:
-    """What renders at a radius and at half of it tell of radius 0."""
+    """Extrapolates linearly to radius 0 from renders at a radius and at half of it."""
     return 2 * small - large
 
 
 def verdict(ours: Renders, expected: Truth, mask: np.ndarray | None = None) -> Verdict:
-    """Holds renders against truth on all sizes of blocks; `mask` (height, width, 1) is 1 where pixels count, else 0."""
+    """Compares renders with the truth at all block sizes. `mask` (height, width, 1) is 1 for pixels to use, else 0."""
     whole = np.ones_like(ours.is_known) if mask is None else mask
     pairs = {}
     for block in ztest.BLOCKS:
@@ -82,7 +82,7 @@ def verdict(ours: Renders, expected: Truth, mask: np.ndarray | None = None) -> V
 
 
 def scene(name: str, engine: str, effort: Effort) -> tuple[np.ndarray, Verdict]:
-    """Renders a built-in scene and judges it by its truth; the mean of the renders, and the verdict."""
+    """Renders a built-in scene and compares it with its truth; returns the mean of the renders and the verdict."""
     expected = truth.load(name)
     height, width = expected.mean.shape[:2]
     ours = renders(Render(name, width=width, height=height, engine=engine), effort)

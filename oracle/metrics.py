@@ -1,4 +1,4 @@
-"""How alike two images are to a viewer, by OpenCV: SSIM and PSNR of what sRGB shows of them."""
+"""Similarity of two images as displayed: SSIM and PSNR of their sRGB values, by OpenCV."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ def compare(image: np.ndarray, reference: np.ndarray) -> Metrics:
 def ssim(image: np.ndarray, reference: np.ndarray) -> float:
     """Mean SSIM index (Wang et al. 2004) over the three channels.
 
-    OpenCV's constants are those of 0..255: on images in [0, 1] it silently finds everything alike.
+    OpenCV's constants assume values of 0..255; for images in [0, 1] it silently returns values near 1.
     """
     per_channel, _ = cv2.quality.QualitySSIM_compute(_shown(reference), _shown(image))
-    # The fourth is of a channel that is not there.
+    # OpenCV returns four values; the fourth belongs to no channel.
     return float(np.mean(per_channel[:3]))
 
 

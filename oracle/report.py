@@ -1,4 +1,4 @@
-"""The report: everything that is known of sppm's correctness on one HTML page, with its pictures inside."""
+"""Writes the report: all evidence of sppm's correctness on one HTML page with embedded images."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from oracle.metrics import Metrics
 from oracle.sppm import Render
 from oracle.ztest import Verdict
 
-# Times the standard error at which a pixel of the difference image is fully red or blue.
+# Difference in standard errors at which a pixel of the difference image is white; it is fully red or blue just below.
 FULL_COLOUR = 5.0
-# How figure 8 draws the two engines; the paper's stages are thin lines.
+# Line styles of the two engines in figure 8; the paper's stages are thin lines.
 FIGURE_STYLES = {
     "reference": {"color": "black", "linewidth": 2.5},
     "fast": {"color": "white", "linewidth": 0, "marker": "o", "markersize": 4, "markeredgecolor": "black"},
@@ -33,7 +33,7 @@ FIGURE_STYLES = {
 
 @dataclass(frozen=True)
 class Depth:
-    """How much is measured for a report."""
+    """How much to measure for a report."""
 
     effort: Effort
     path: Effort
@@ -47,7 +47,7 @@ QUICK = Depth(Effort(seeds=8, iterations=16, photons=20_000), Effort(seeds=8, it
 
 @dataclass(frozen=True)
 class Picture:
-    """An image inside the page."""
+    """An image embedded in the page, as a data URL."""
 
     title: str
     data: str
@@ -55,7 +55,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class SceneReport:
-    """What there is to say of a scene."""
+    """The results for a scene."""
 
     name: str
     pictures: list[Picture]
@@ -66,7 +66,7 @@ class SceneReport:
 
 
 def write(output: Path, *, quick: bool, most: int | None = None) -> None:
-    """Measures everything, figure 8 up to `most` iterations, and writes the page."""
+    """Makes all measurements, with figure 8 up to `most` iterations, and writes the page."""
     depth = QUICK if quick else FULL
     depth = depth if most is None else replace(depth, most_iterations=most)
     scenes = [_scene(name, depth) for name in sppm.SCENES]
@@ -103,7 +103,7 @@ def _scene(name: str, depth: Depth) -> SceneReport:
     wanted = Render(name, width=width, height=height)
     fast = judge.renders(wanted, depth.effort)
     path, path_verdict = judge.scene(name, "path", depth.path)
-    # What a user gets, not what the extrapolation makes of it; few iterations, as the reference renders it too.
+    # The image that a user gets, without extrapolation. Few iterations, because the slow reference renders it too.
     one = Render(name, width=width, height=height, iterations=depth.effort.iterations, photons=depth.effort.photons)
     image, reference = one.image(), replace(one, engine="reference").image()
     pictures = [
@@ -130,7 +130,7 @@ def _png(linear: np.ndarray) -> str:
 
 
 def _difference(ours: judge.Renders, expected: truth.Truth) -> str:
-    """Green's difference in units of its own noise, black where there is none."""
+    """The difference in the green channel in standard errors: red if brighter, blue if darker, black if none."""
     everything = np.ones_like(expected.mean)
     mine = ztest.of_renders(ours.images, 1, everything)
     theirs = ztest.of_pixels(expected.mean, expected.stderr, expected.batches - 1, 1, everything)
@@ -142,7 +142,7 @@ def _difference(ours: judge.Renders, expected: truth.Truth) -> str:
 
 
 def _figure(most: int) -> str:
-    """Panels of scenes: the reference's line, fast's dots on it, and the paper's stages."""
+    """Figure 8, one panel per scene: the reference as a line, the fast engine as dots, the paper's stages."""
     mpl.rcParams["svg.hashsalt"] = "sppm"
     figure = Figure(figsize=(11, 6), layout="constrained")
     panels = figure.subplots(2, 3, sharex=True, sharey=True).flat
@@ -171,7 +171,7 @@ def _suites() -> dict[str, Any] | None:
 
 
 def _mutants() -> list[dict[str, Any]]:
-    """Counts of what cargo-mutants left in target/mutants."""
+    """The counts of cargo-mutants in target/mutants."""
     rows = []
     for folder in sorted((sppm.ROOT / "target" / "mutants").glob("*/mutants.out")):
         count = {kind: _lines(folder / f"{kind}.txt") for kind in ("caught", "missed", "timeout", "unviable")}

@@ -1,4 +1,4 @@
-"""The paper's figure 8: how SSIM grows as an image converges."""
+"""The paper's figure 8: SSIM over iterations, as an image converges."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from pathlib import Path
 from oracle import images, metrics, sppm
 from oracle.sppm import Render
 
-# Seeds of what is measured, and of the image that it is measured against: other noise.
+# Seeds of the measured images and of the converged image, different so that their noise is independent.
 SEED, OTHER_SEED = 1, 2
-# As large as truth, and as quick.
+# The size of the ground truth, with settings that render quickly.
 WIDTH, HEIGHT, PHOTONS, DEPTH, RADIUS = 128, 96, 20_000, 5, 2.0
-# Rows of the ladder: the engine and the paper's stages.
+# Rows of the ladder: the fast engine and the paper's stages.
 ROWS = ("fast", "0", "1", "2", "3", "4", "5", "6")
 
 
@@ -34,11 +34,11 @@ class Point:
 
 
 def measure(scene: str, most: int = 2048) -> Iterator[Point]:
-    """SSIM of fast, of reference and of the paper's stages, at 2, 4, 8, ... iterations, against as many as `most`.
+    """SSIM of fast, reference and the paper's stages after 2, 4, 8, ... iterations, against an image of `most`.
 
-    As in the paper, the settings are those of its timings (depth 5), and its stages have their own random numbers. The
-    image that all are held against is converged, from another seed; it is fast's, which spares half the time and is the
-    reference's in every bit.
+    As in the paper, the settings are those of the timings (depth 5), and the stages use their own random numbers. All
+    are compared with a converged image from another seed. That image is rendered by fast, which halves the time and
+    gives the same bits as the reference.
     """
     converged = _render(scene, "fast", most, OTHER_SEED).image()
     counts = [2**k for k in range(1, most.bit_length()) if 2**k <= most]
@@ -55,7 +55,7 @@ def measure(scene: str, most: int = 2048) -> Iterator[Point]:
 
 
 def measure_all(scenes: Sequence[str], most: int) -> Iterator[list[Point]]:
-    """The points of each scene, as many scenes at a time as there are processors."""
+    """The points of each scene; runs one scene per processor at a time."""
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         yield from pool.map(lambda scene: list(measure(scene, most)), scenes)
 

@@ -1,4 +1,4 @@
-"""The command `sppm`, run as its users run it."""
+"""Runs the command `sppm`, as a user would."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from oracle import images
 ROOT = Path(__file__).resolve().parent.parent
 PAPER_SCENES = ("cornell", "large", "mirror", "random", "surgery")
 SCENES = (*PAPER_SCENES, "focus", "motion")
-# Segments after which nothing of an image is left to be seen; truth knows no limit.
+# Path depth at which the rest of the light is negligible; the ground truth has unlimited depth.
 DEEP = 64
 
 
 class OracleError(Exception):
-    """What stopped the oracle, in one line."""
+    """Why the oracle cannot continue, in one line."""
 
 
 def binary() -> Path:
-    """The program: $SPPM, or the newest that cargo has built."""
+    """The program to test: $SPPM, or the newest that cargo has built."""
     if named := os.environ.get("SPPM"):
         return Path(named)
     built = [path for kind in ("release", "debug") if (path := ROOT / "target" / kind / "sppm").exists()]
@@ -37,7 +37,7 @@ def binary() -> Path:
 
 
 def run(*args: str | Path) -> str:
-    """Standard output of `sppm ARGS`; what it says of a failure becomes an OracleError."""
+    """Standard output of `sppm ARGS`. If it fails, its error message becomes an OracleError."""
     ended = subprocess.run([binary(), *map(str, args)], capture_output=True, text=True, check=False)
     if ended.returncode != 0:
         raise OracleError(f"sppm {args[0]}: {ended.stderr.strip()}")
@@ -46,7 +46,7 @@ def run(*args: str | Path) -> str:
 
 @dataclass(frozen=True)
 class Render:
-    """What is asked of `sppm render`."""
+    """Arguments of `sppm render`."""
 
     scene: str
     width: int = 128
@@ -59,7 +59,7 @@ class Render:
     engine: str = "fast"
 
     def settings(self) -> list[str]:
-        """The options that state the settings."""
+        """The options for the settings."""
         values = {
             "width": self.width,
             "height": self.height,
@@ -72,7 +72,7 @@ class Render:
         return [f"--{name}={value}" for name, value in values.items()]
 
     def options(self) -> list[str]:
-        """The options of the command line."""
+        """All options of the command line."""
         return [*self.settings(), f"--engine={self.engine}"]
 
     def image(self) -> np.ndarray:
@@ -80,7 +80,7 @@ class Render:
         return self.image_and_count()[0]
 
     def image_and_count(self) -> tuple[np.ndarray, np.ndarray]:
-        """The image, and how many photons each pixel has counted, (height, width, 1); 0 where there are none."""
+        """The image, and the photon count of each pixel (height, width, 1), which is 0 for the path tracer."""
         with tempfile.TemporaryDirectory() as folder:
             path, count = Path(folder) / "image.pfm", Path(folder) / "count.pfm"
             has_photons = self.engine != "path"
@@ -93,19 +93,19 @@ class Render:
 
 @cache
 def scene(name: str) -> dict[str, Any]:
-    """A scene's own file, by the name of a built-in scene or of a .toml file."""
+    """The parsed scene file of a built-in scene, or a .toml file."""
     text = Path(name).read_text() if name.endswith(".toml") else run("scenes", name)
     return tomllib.loads(text)
 
 
 def export(name: str, width: int, height: int, time: float | None = None) -> str:
-    """The scene as XML for Mitsuba."""
+    """The scene exported as XML for Mitsuba."""
     instant = [] if time is None else ["--time", repr(time)]
     return run("export", name, "--format", "mitsuba", f"--width={width}", f"--height={height}", *instant)
 
 
 def trace(name: str, rays: np.ndarray, *options: str) -> np.ndarray:
-    """What rays (n, 6) hit: records of t, sphere and normal."""
+    """The nearest hits of rays (n, 6): records of t, sphere and normal."""
     with tempfile.TemporaryDirectory() as folder:
         there, back = Path(folder) / "rays.npy", Path(folder) / "hits.npy"
         np.save(there, np.asarray(rays, dtype=np.float32))

@@ -1,4 +1,4 @@
-"""Truth: what Mitsuba 3 makes of the same scene, as a mean and its standard error."""
+"""The ground truth of a scene: renders by Mitsuba 3, stored as a mean image and its standard error."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from oracle import sppm, ztest
 
 FOLDER = sppm.ROOT / "fixtures" / "truth"
 WIDTH, HEIGHT = 128, 96
-# Instants of a scene in motion; each batch sees all of them, under a shift of its own.
+# Number of instants for a scene in motion. Each batch renders all of them, shifted by its own random offset.
 INSTANTS = 32
 
 
 @dataclass(frozen=True)
 class Truth:
-    """An image with its uncertainty: `mean` and `stderr` of shape (height, width, 3), of `batches` batches."""
+    """An image with its uncertainty: `mean` and `stderr` (height, width, 3), from `batches` independent renders."""
 
     mean: np.ndarray
     stderr: np.ndarray
@@ -41,7 +41,7 @@ class Plan:
 
 
 def reduced(truth: Truth, factor: int) -> Truth:
-    """The same truth with fewer pixels, each the mean of factor x factor: what a box filter of that size sees."""
+    """The same truth at a lower resolution: each pixel is the mean of factor x factor pixels."""
     count = factor * factor
     mean = ztest.block_sums(truth.mean, factor) / count
     stderr = np.sqrt(ztest.block_sums(truth.stderr**2, factor)) / count
@@ -49,7 +49,7 @@ def reduced(truth: Truth, factor: int) -> Truth:
 
 
 def path(scene: str) -> Path:
-    """The file of a scene's truth; its provenance lies beside it."""
+    """The file of a scene's truth; its provenance is in the .json file next to it."""
     return FOLDER / f"{scene}.npz"
 
 
@@ -62,9 +62,9 @@ def load(scene: str) -> Truth:
 
 
 def save(scene: str, truth: Truth, provenance: dict[str, Any]) -> None:
-    """Writes a truth and where it is from, each as a whole or not at all."""
+    """Writes a truth and its provenance, each atomically."""
     FOLDER.mkdir(parents=True, exist_ok=True)
-    # Rounding the mean to float32 is nothing beside its error, of which three digits are plenty.
+    # Rounding the mean to float32 is negligible against its standard error, for which three digits are enough.
     buffer = io.BytesIO()
     np.savez_compressed(
         buffer,
@@ -89,9 +89,9 @@ def from_batches(batches: np.ndarray) -> Truth:
 
 
 def mitsuba() -> Any:
-    """Mitsuba, on a variant that works here: llvm_ad_rgb with libLLVM 19, which is faster, or scalar_rgb.
+    """Mitsuba with the fastest variant available: llvm_ad_rgb if there is libLLVM 19, else scalar_rgb.
 
-    Other versions of libLLVM were seen to abort the process, so they are not tried.
+    Other versions of libLLVM have been seen to abort the process, so they are not tried.
     """
     found = sorted(glob.glob("/usr/lib/*/libLLVM.so.19*") + glob.glob("/usr/lib/llvm-19/lib/libLLVM*.so*"))
     if found:
@@ -103,7 +103,7 @@ def mitsuba() -> Any:
 
 
 def shutter(scene: str) -> tuple[float, float] | None:
-    """When the shutter opens and closes, if anything moves meanwhile."""
+    """When the shutter opens and closes, if anything moves in between; else None."""
     document = sppm.scene(scene)
     if not any("velocity" in sphere for sphere in document["sphere"]):
         return None
@@ -123,7 +123,7 @@ def make(scene: str, plan: Plan, width: int = WIDTH, height: int = HEIGHT) -> Tr
 
 
 def _load(mi: Any, xml: str) -> Any:
-    # load_string of Mitsuba 3.9 takes no comments before the root; a file does.
+    # load_string of Mitsuba 3.9 rejects comments before the root element; load_file accepts them.
     with tempfile.NamedTemporaryFile("w", suffix=".xml") as file:
         file.write(xml)
         file.flush()
@@ -145,7 +145,7 @@ def _moving_batch(
     plan: Plan,
     size: tuple[int, int],
 ) -> np.ndarray:
-    """One batch of a scene in motion: even times through the shutter, shifted at random, a static scene at each."""
+    """One batch of a scene in motion: static renders at evenly spaced times, shifted by a random offset."""
     shift = np.random.default_rng(seed).random()
     samples = max(1, plan.samples_per_batch // INSTANTS)
     total = np.zeros((size[1], size[0], 3))
@@ -157,7 +157,7 @@ def _moving_batch(
 
 
 def provenance(scene: str, plan: Plan, truth: Truth) -> dict[str, Any]:
-    """Where a truth is from."""
+    """How a truth was made."""
     import mitsuba as mi
 
     moving = shutter(scene) is not None

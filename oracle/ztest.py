@@ -1,8 +1,8 @@
-"""Are two noisy images the same image? Welch's t-test per pixel, per block and of the whole, with Sidak's correction.
+"""Tests whether two noisy images are equal: Welch's t-test per pixel, per block and of the whole image.
 
-A difference is held against the noise that was measured, never against a tolerance. Of the thousands of values of an
-image some are far off by chance; Sidak's correction asks of each so much that all of them together cry wolf with a
-probability of `SIGNIFICANCE` only.
+Differences are judged by the measured noise, never by a tolerance. An image has thousands of values, some of which
+differ a lot by chance. Sidak's correction for multiple tests keeps the probability of a false alarm, over all of them
+together, at `SIGNIFICANCE`.
 """
 
 from __future__ import annotations
@@ -12,22 +12,22 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage, stats
 
-# Probability that two renders of the same image are told apart, over all levels of a verdict.
+# Probability of a false alarm: that equal images are judged different, over all levels of a verdict.
 SIGNIFICANCE = 1e-3
-# Sides of the blocks whose means are compared, in pixels; 1 is single pixels, WHOLE is the image.
+# Sides of the blocks whose means are compared, in pixels: 1 is single pixels, WHOLE is the whole image.
 WHOLE = 0
 BLOCKS = (1, 8, 32, WHOLE)
-# Those so small that light which comes seldom may be lacking from one and not from the next.
+# Blocks so small that rare light may be missing from one and present in the next; their errors are smoothed.
 STEADIED = (1, 8)
-# Images are float32, summed from float32, and photons tell each channel as multiples of 2^-21 of their brightest: so far
-# are two from each other, relative to the brightest channel, that have no noise at all. Of a channel that is fainter than
-# that a few rare paths bring all, so nothing is known of its noise either.
+# Error without noise, relative to the brightest channel: images are sums of float32, and the channels of photons are
+# quantised to 2^-21 of their brightest one. The noise of channels fainter than this cannot be measured either, as a few
+# rare paths carry all of their light.
 ROUNDING = 1e-5
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """Means with their standard errors, and the degrees of freedom these were measured with; arrays of one shape."""
+    """Means, their standard errors, and the degrees of freedom of these; arrays of the same shape."""
 
     mean: np.ndarray
     stderr: np.ndarray
@@ -35,7 +35,7 @@ class Estimate:
 
     @staticmethod
     def of_samples(samples: np.ndarray) -> Estimate:
-        """From independent samples along the first axis."""
+        """The estimate from independent samples along the first axis."""
         count = len(samples)
         if count < 2:
             raise ValueError("it takes two samples to know an error")
@@ -43,10 +43,11 @@ class Estimate:
         return Estimate(samples.mean(axis=0), stderr, np.full(stderr.shape, count - 1.0))
 
     def steadied(self) -> Estimate:
-        """With errors at least as large as the root mean square of those around, over 3x3 of them.
+        """Raises each error to at least the root mean square of the errors in its 3x3 neighbourhood.
 
-        Where light comes seldom, some pixels or blocks have seen none of it yet, and their measured error is far too small; their
-        neighbours have. At edges this takes the larger error of both sides: less power, but no false alarm.
+        Where light is rare, some pixels or blocks have received none of it yet, so their measured error is far too
+        small, while their neighbours have received some. At edges this uses the larger error of both sides, which makes
+        the test less sensitive but causes no false alarms.
         """
         around = ndimage.uniform_filter(self.stderr**2, size=(3, 3, 1), mode="nearest")
         return Estimate(self.mean, np.maximum(self.stderr, np.sqrt(np.maximum(around, 0.0))), self.dof)
@@ -54,7 +55,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Level:
-    """What a comparison at one size of blocks found."""
+    """The result of a comparison at one block size."""
 
     block: str
     tests: int
@@ -65,7 +66,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Verdict:
-    """All levels of a comparison; `p` is the probability of so much difference, or more, by chance."""
+    """The result at all block sizes. `p` is the probability of at least this much difference by chance."""
 
     same: bool
     p: float
@@ -81,24 +82,24 @@ class Verdict:
 
 
 def welch(a: Estimate, b: Estimate) -> tuple[np.ndarray, np.ndarray]:
-    """Welch's t of every difference, and the two-sided probability of so large a one (Welch 1947)."""
+    """Welch's t of every difference, and its two-sided p-value (Welch 1947)."""
     va, vb = (e.stderr**2 + (ROUNDING * np.abs(e.mean).max(axis=-1, keepdims=True)) ** 2 for e in (a, b))
     variance = va + vb
     with np.errstate(divide="ignore", invalid="ignore"):
-        # Black on both sides, without error, is no difference.
+        # Equal values without error, such as black in both images, give 0 rather than 0 / 0.
         t = np.where(a.mean == b.mean, 0.0, (a.mean - b.mean) / np.sqrt(variance))
         dof = np.where(variance > 0, variance**2 / (va**2 / a.dof + vb**2 / b.dof), 1.0)
     return t, 2 * stats.t.sf(np.abs(t), dof)
 
 
 def family_p(p: np.ndarray) -> float:
-    """The probability that the least of so many independent probabilities is this small (Sidak 1967)."""
+    """The probability that the least of this many independent p-values is this small (Sidak 1967)."""
     least = float(np.min(p))
     return float(-np.expm1(p.size * np.log1p(-least))) if least < 1 else 1.0
 
 
 def block_sums(image: np.ndarray, block: int) -> np.ndarray:
-    """Sums over blocks of block x block pixels of (..., height, width, 3); what is left at the edges is left out."""
+    """Sums over blocks of block x block pixels of (..., height, width, 3), without incomplete blocks at the edges."""
     if block == WHOLE:
         return image.sum(axis=(-3, -2), keepdims=True)
     height, width = (side // block for side in image.shape[-3:-1])
@@ -108,16 +109,17 @@ def block_sums(image: np.ndarray, block: int) -> np.ndarray:
 
 
 def of_renders(renders: np.ndarray, block: int, mask: np.ndarray) -> Estimate:
-    """Block means over the pixels of `mask`, of independent renders (n, height, width, 3).
+    """Block means over the pixels in `mask`, from independent renders (n, height, width, 3).
 
-    The pixels of one render may depend on each other, as photons are shared: the error is that between renders.
+    The pixels of one render are correlated, because they share photons. So the error is taken from the variance between
+    renders.
     """
     found = Estimate.of_samples(block_sums(renders * mask, block) / _counts(mask, block))
     return found.steadied() if block in STEADIED else found
 
 
 def of_pixels(mean: np.ndarray, stderr: np.ndarray, dof: int, block: int, mask: np.ndarray) -> Estimate:
-    """Block means over the pixels of `mask`, of an image whose pixels are independent, each with its own error."""
+    """Block means over the pixels in `mask`, from an image with independent pixels, each with its own error."""
     count = _counts(mask, block)
     variance = block_sums(stderr**2 * mask, block)
     fourth = block_sums(stderr**4 * mask, block)
@@ -131,7 +133,7 @@ def _counts(mask: np.ndarray, block: int) -> np.ndarray:
 
 
 def compare(pairs: dict[int, tuple[Estimate, Estimate]], significance: float = SIGNIFICANCE) -> Verdict:
-    """The verdict over several sizes of blocks, of which each gets an equal share of the significance."""
+    """The verdict over several block sizes, with Sidak's correction for their number."""
     levels = [_level(block, a, b) for block, (a, b) in pairs.items()]
     p = family_p(np.array([level.p for level in levels]))
     return Verdict(p >= significance, p, levels)

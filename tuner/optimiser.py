@@ -1,16 +1,17 @@
-"""Proposes what to try next: Bayesian optimisation by scikit-optimize, asked line by line.
+"""Proposes the next point to try: Bayesian optimisation by scikit-optimize, controlled line by line.
 
-`sppm tune` has this file within and runs it; it measures, this proposes. Every line is a JSON object. The first line
-on standard input states the space, and every line after it is a request; to each there is one line on standard output.
+`sppm tune` contains this file and runs it. `sppm tune` measures points, and this process proposes them. Every line is a
+JSON object. The first line on standard input defines the search space; each line after it is a request. Each of them is
+answered by one line on standard output.
 
     {"dimensions": [...], "start": [...], "initial": 10, "seed": 1}    {"optimiser": "scikit-optimize 0.10.2"}
     {"ask": true}                                                      {"point": [...]}
     {"tell": [...], "value": -0.01}                                    {"told": 3}
     {"conclude": true}                                                 {"order": [...], "noise": 0.01, ...}
 
-The model is a Gaussian process with a Matern kernel (5/2, a length scale per dimension) and white noise, and the
-acquisition is hedged among lower confidence bound, expected improvement and probability of improvement, as in the
-paper's autotuner. The smaller a value, the better.
+The model is a Gaussian process with a Matern kernel (5/2, one length scale per dimension) and white noise. The
+acquisition function is hedged among lower confidence bound, expected improvement and probability of improvement, as in
+the paper's autotuner. Smaller values are better.
 """
 
 import json
@@ -18,9 +19,9 @@ import os
 import signal
 import sys
 
-# Ctrl-C goes to both processes; the one that measures decides.
+# Ctrl-C reaches both processes; `sppm tune` handles it.
 signal.signal(signal.SIGINT, signal.SIG_IGN)
-# Threads of a linear algebra library that wait for work would disturb what is measured.
+# Idle threads of a linear algebra library would disturb the measurements.
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[name] = "1"
 
@@ -39,7 +40,8 @@ except ImportError as error:
     answer(missing=str(error))
     sys.exit(1)
 
-# That a point was tried before is no fault where values are noisy; a length scale at its bound means: does not matter.
+# Two harmless warnings: trying a point again makes sense with noisy values, and a length scale at its upper bound means
+# that the dimension does not matter.
 warnings.simplefilter("ignore")
 
 KINDS = {
@@ -52,14 +54,14 @@ CANDIDATES = 4000
 
 
 def plain(value):
-    """A coordinate as JSON knows it."""
+    """A coordinate as a type that JSON supports."""
     if isinstance(value, (bool, str)):
         return value
     return int(value) if isinstance(value, (int, numpy.integer)) else float(value)
 
 
 class Search:
-    """A search under way."""
+    """A search in progress."""
 
     def __init__(self, setup):
         self.dimensions = setup["dimensions"]
@@ -76,20 +78,20 @@ class Search:
         )
 
     def ask(self, _):
-        """The next point; the first is where one would start without a search."""
+        """The next point to try; the first one is the given start."""
         point = self.optimizer.ask() if self.optimizer.Xi else self.start
         return {"point": [plain(value) for value in point]}
 
     def tell(self, request):
-        """Takes the value measured at a point."""
+        """Records the value measured at a point."""
         self.optimizer.tell(request["tell"], request["value"])
         return {"told": len(self.optimizer.yi)}
 
     def conclude(self, _):
-        """The places of all points by the model's mean, the best first, and what the model has learnt.
+        """The indices of all points ordered by the model's mean, best first, and the parameters of the model.
 
-        The noise is a standard deviation. A length scale is in widths of its dimension's range: a large one says that
-        the dimension does not matter.
+        The noise is a standard deviation. A length scale is relative to the range of its dimension; if it is large, the
+        dimension does not matter.
         """
         values = numpy.array(self.optimizer.yi)
         if not self.optimizer.models:

@@ -1,7 +1,7 @@
-//! Files that appear whole or not at all: written beside the target, synced, and renamed over it.
+//! Atomic file replacement: a file is written next to its target, synced, and renamed over it.
 //!
-//! Whoever opens the target sees the old file or the new one, never a part; a write that fails leaves the old file
-//! and nothing beside it.
+//! A reader sees either the old file or the complete new one. If a write fails, the old file stays and no temporary
+//! file is left behind.
 
 mod temporary;
 
@@ -12,40 +12,41 @@ use std::path::{Path, PathBuf};
 use temporary::Place;
 use thiserror::Error;
 
-/// A file that cannot be read or written. Displays as one line that names it.
+/// A file that cannot be read or written. Displays as one line that starts with the path.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{}: {}", shown(.path), one_line(.problem))]
 pub struct FileError {
     /// The file as the caller named it.
     pub path: PathBuf,
-    /// What is wrong and what would be right, to be read after the path.
+    /// What is wrong and how to fix it; reads as a continuation of the path.
     pub problem: String,
 }
 
 impl FileError {
-    /// The error of file `path`.
+    /// An error about the file `path`.
     pub fn new(path: &Path, problem: impl Into<String>) -> Self {
         Self { path: path.to_owned(), problem: problem.into() }
     }
 }
 
-/// What `fill` writes to: a file that can seek.
+/// The buffered, seekable file that `fill` writes to.
 pub type Output = BufWriter<File>;
 
-/// Replaces the file `path` by what `fill` writes.
+/// Replaces the file `path` with what `fill` writes.
 ///
-/// A new file gets the permissions that the user's umask leaves, a replaced one keeps its own. A symbolic link stays
-/// one: the file that it points at is replaced.
+/// A new file gets the default permissions (by the umask); a replaced file keeps its own. If `path` is a symbolic
+/// link, the link stays and the file that it points to is replaced.
 ///
 /// # Errors
-/// What [`check`] finds, an error of `fill`, or one of the file system. The target is then as it was.
+/// If [`check`] fails, or on an error of `fill` or the file system. The target is then unchanged.
 pub fn replace(path: &Path, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> Result<(), FileError> {
     replace_and_keep(path, None, fill)
 }
 
-/// Like [`replace`], with the old file, if there is one, kept as `previous`, a file in the same folder.
+/// Like [`replace`], but keeps the old file, if there is one, as `previous` in the same folder.
 ///
-/// At no moment is there neither of them; where the file system knows no hard links, `path` may be missing for one.
+/// At least one of the two files exists at any time. On file systems without hard links, `path` is missing for a
+/// moment.
 ///
 /// # Errors
 /// Like [`replace`].
@@ -72,8 +73,8 @@ pub fn replace_and_keep(
     sync_folder(&target.folder).map_err(failed)
 }
 
-/// Writes what should have become `path` beside it or, failing that, into the folder for temporary files; tells
-/// where. Overwrites nothing.
+/// Saves the content of `path`, which could not be written, under another name: in the same folder or, failing that,
+/// in the temporary folder. Never overwrites a file. Returns the path, if one of the two could be written.
 pub fn rescue(path: &Path, write: impl Fn(&Path) -> Result<(), FileError>) -> Option<PathBuf> {
     let mut name = path.file_stem().unwrap_or(OsStr::new("image")).to_owned();
     name.push(format!("-rescued-{}.", std::process::id()));
@@ -83,10 +84,10 @@ pub fn rescue(path: &Path, write: impl Fn(&Path) -> Result<(), FileError>) -> Op
         .find(|refuge| !refuge.exists() && write(refuge).is_ok())
 }
 
-/// Finds out, like [`check`], what [`replace`] would complain about, and whether there is room for `bytes` bytes.
+/// Like [`check`], and also checks that the disk has room for `bytes` bytes.
 ///
 /// # Errors
-/// If there is not, by what the disk, a quota or a limit of the process says; and those of [`check`].
+/// If there is too little room on the disk, in a quota or within the process's file size limit, or if [`check`] fails.
 pub fn check_room(path: &Path, bytes: u64) -> Result<(), FileError> {
     let (file, _place) = Target::find(path)?.temporary(path)?;
     temporary::reserve(&file, bytes).map_err(|e| {
@@ -95,15 +96,15 @@ pub fn check_room(path: &Path, bytes: u64) -> Result<(), FileError> {
     })
 }
 
-/// Finds out what [`replace`] would complain about, before the work whose result it is to write.
+/// Checks in advance whether [`replace`] can write to `path`.
 ///
 /// # Errors
-/// If `path` names a folder, a device, a read-only file or a broken link, or if no file can be made beside it.
+/// If `path` names a folder, a device, a read-only file or a broken link, or if no file can be created in its folder.
 pub fn check(path: &Path) -> Result<(), FileError> {
     Target::find(path)?.temporary(path).map(drop)
 }
 
-/// What an input/output error says, without the number that Rust appends.
+/// The message of an I/O error, without the error number that Rust appends.
 pub fn reason(e: &io::Error) -> String {
     let text = e.to_string();
     match text.find(" (os error ") {
@@ -112,22 +113,22 @@ pub fn reason(e: &io::Error) -> String {
     }
 }
 
-/// The path as people know it.
+/// The path for messages, on one line.
 fn shown(path: &Path) -> String {
     one_line(&path.display().to_string())
 }
 
-/// The text, escaped if it would break the line.
+/// The text, escaped if it contains control characters such as line breaks.
 fn one_line(text: &str) -> String {
     if text.chars().any(char::is_control) { text.escape_debug().to_string() } else { text.to_owned() }
 }
 
-/// Where the bytes will end up.
+/// The file to be written.
 struct Target {
-    /// The file itself: links are followed.
+    /// Its path, with symbolic links resolved.
     file: PathBuf,
     folder: PathBuf,
-    /// Of the file to be replaced, if there is one.
+    /// Permissions of the file to be replaced, if it exists.
     permissions: Option<fs::Permissions>,
 }
 
@@ -176,7 +177,7 @@ impl Target {
     }
 }
 
-/// The file that `path` names in the end.
+/// `path` with a symbolic link resolved.
 fn follow(path: &Path) -> Result<PathBuf, FileError> {
     match fs::symlink_metadata(path) {
         Ok(m) if m.file_type().is_symlink() => fs::canonicalize(path).map_err(|e| {
@@ -186,13 +187,13 @@ fn follow(path: &Path) -> Result<PathBuf, FileError> {
     }
 }
 
-/// Makes the rename last through a power failure.
+/// Syncs the folder, so that the rename survives a power failure.
 fn sync_folder(folder: &Path) -> io::Result<()> {
     if cfg!(not(unix)) {
-        return Ok(()); // folders cannot be opened
+        return Ok(()); // other systems cannot open folders as files
     }
     match File::open(folder).and_then(|f| f.sync_all()) {
-        // Some file systems know no sync of folders, and a folder may be writable without being readable.
+        // Some file systems cannot sync folders, and a folder may be writable without being readable.
         Err(e)
             if matches!(
                 e.kind(),

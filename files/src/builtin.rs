@@ -1,16 +1,16 @@
-//! The scenes that come with the program, embedded from `fixtures/scenes`.
+//! The built-in scenes, embedded from `fixtures/scenes`.
 
 use crate::scene_file;
 use scene::Scene;
 
-/// A scene that needs no file.
+/// A built-in scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Builtin {
-    /// What the command line calls it.
+    /// Its name on the command line.
     pub name: &'static str,
-    /// Its scene file.
+    /// The text of its scene file.
     pub text: &'static str,
-    /// What there is to see, in a line.
+    /// A one-line description.
     pub about: &'static str,
 }
 
@@ -24,7 +24,7 @@ macro_rules! builtin {
     };
 }
 
-/// Every built-in scene: the five of the paper, then two for the camera's lens and shutter.
+/// All built-in scenes: the paper's five, then one for depth of field and one for motion blur.
 pub const SCENES: &[Builtin] = &[
     builtin!("cornell", "a mirror ball and a glass ball in a box, two coloured lamps"),
     builtin!("large", "a large lamp, two grey mirror balls and a glass ball in a wide, tall box"),
@@ -43,16 +43,16 @@ pub fn find(name: &str) -> Option<&'static Builtin> {
     SCENES.iter().find(|b| b.name == name)
 }
 
-/// The built-in scene called `name`, ready to render.
+/// The built-in scene called `name`, parsed.
 pub fn scene(name: &str) -> Option<Scene> {
     find(name).map(Builtin::scene)
 }
 
 impl Builtin {
-    /// The scene, ready to render.
+    /// The parsed scene.
     ///
     /// # Panics
-    /// Never: a test reads every built-in scene.
+    /// Never: a test parses every built-in scene.
     pub fn scene(&self) -> Scene {
         scene_file::parse(self.name, self.text).unwrap_or_else(|e| panic!("built-in scene: {e}"))
     }

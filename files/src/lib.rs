@@ -1,16 +1,16 @@
-//! Everything that sppm reads from files or writes to them.
+//! All file formats that sppm reads and writes.
 //!
 //! | module | what |
 //! |---|---|
-//! | [`scene_file`] | scenes in TOML; every fault is told in one line with its place |
-//! | [`builtin`] | the scenes that come with the program |
-//! | [`named`] | either of them, by what people call it |
+//! | [`scene_file`] | scenes in TOML; every error is one line with its position in the file |
+//! | [`builtin`] | the built-in scenes |
+//! | [`named`] | finds a scene by its built-in name or its file |
 //! | [`image_file`] | PNG, EXR and PFM images |
 //! | [`checkpoint`] | renders that can be resumed |
 //! | [`export`] | scenes for Mitsuba 3 and pbrt-v4 |
 //! | [`npy`] | rays and hits as `NumPy` arrays |
-//! | [`paths`] | whether two paths are one file |
-//! | [`atomic_file`] | files that appear whole or not at all, which all of the above are |
+//! | [`paths`] | detects paths that refer to the same file |
+//! | [`atomic_file`] | atomic file replacement, by which all of these files are written |
 //!
 //! ```
 //! use files::{builtin, scene_file};

@@ -1,4 +1,4 @@
-//! Scenes by what people call them: the name of a built-in scene, or the path of a scene file.
+//! Finds scenes by name: the name of a built-in scene, or the path of a scene file.
 
 use crate::builtin::{self, Builtin, SCENES};
 use crate::scene_file;
@@ -6,21 +6,21 @@ use scene::Scene;
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-/// A scene and where it came from.
+/// A scene and its source.
 #[derive(Clone, Debug)]
 pub struct Opened {
     /// The scene.
     pub scene: Scene,
-    /// The name of its image: the built-in name, or the file's without its extension.
+    /// The default name of its image, without extension: the built-in name, or the file's name.
     pub stem: OsString,
-    /// The file it was read from.
+    /// The file that it was read from, unless it is built in.
     pub file: Option<PathBuf>,
 }
 
 /// Finds and reads the scene `name`.
 ///
 /// # Errors
-/// If there is no such scene, or its file cannot be used: one line that says what would be right.
+/// If there is no such scene, or its file is not valid: one line that says how to fix it.
 pub fn open(name: &OsStr) -> Result<Opened, String> {
     let path = Path::new(name);
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
@@ -35,12 +35,12 @@ pub fn open(name: &OsStr) -> Result<Opened, String> {
 /// Finds the built-in scene `name`.
 ///
 /// # Errors
-/// If there is none: one line that says which there are.
+/// If there is no such scene: one line that lists the built-in scenes.
 pub fn find(name: &OsStr) -> Result<&'static Builtin, String> {
     name.to_str().and_then(builtin::find).ok_or_else(|| unknown(&name.to_string_lossy()))
 }
 
-/// What to say of `name`, which is neither a built-in scene nor a scene file.
+/// The message for a `name` that is neither a built-in scene nor a scene file.
 fn unknown(name: &str) -> String {
     let near = SCENES
         .iter()

@@ -1,4 +1,4 @@
-//! Rays in, hits out: the `NumPy` files of the command `trace`.
+//! The `NumPy` files of the command `trace`: reads rays, writes hits.
 
 use crate::atomic_file::{self, FileError};
 use npyz::{DType, NpyFile, Order, WriterBuilder as _};
@@ -8,9 +8,10 @@ use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::Path;
 
-/// Numbers of a ray: origin and direction.
+/// Numbers per ray: origin and direction.
 const COLUMNS: usize = 6;
-/// A direction this near to unit length is taken as it is: rounding its components leaves it so.
+/// A direction whose squared length is this close to 1 is used unchanged: rounding a unit vector's components to `f32`
+/// can leave it that far off.
 const UNIT_TOLERANCE: f64 = 1e-6;
 
 /// A row of the file of hits.
@@ -24,7 +25,7 @@ struct Row {
 /// Reads an array of rays.
 ///
 /// # Errors
-/// If the file is no array of float32 of shape (N, 6), or a ray has no direction; says what would be right.
+/// If the file is not an array of float32 of shape (N, 6), or if a ray is not finite or has a zero direction.
 pub fn read(path: &Path) -> Result<Vec<Ray>, FileError> {
     let fail = |problem: String| FileError::new(path, problem);
     let unreadable = |error: io::Error| fail(format!("cannot be read: {error}"));
@@ -69,7 +70,7 @@ fn check_header<R: io::Read>(array: &NpyFile<R>, bytes: u64) -> Result<(), Strin
     Ok(())
 }
 
-/// The ray of two vectors as they were read.
+/// A ray, with its direction normalised unless it is a unit vector already.
 fn ray(origin: Vec3, direction: Vec3) -> Result<Ray, String> {
     if !(origin.is_finite() && direction.is_finite()) {
         return Err("is not finite".into());
@@ -84,10 +85,10 @@ fn ray(origin: Vec3, direction: Vec3) -> Result<Ray, String> {
     Ok(Ray { origin, direction, leaves: NO_SPHERE })
 }
 
-/// Writes what rays hit: distance, sphere and normal of each, a miss infinitely far.
+/// Writes the hit of each ray: distance, sphere and normal. A miss has an infinite distance and sphere -1.
 ///
 /// # Errors
-/// Those of [`atomic_file::replace`].
+/// As [`atomic_file::replace`].
 pub fn write(path: &Path, hits: &[(f32, SphereId, Vec3)]) -> Result<(), FileError> {
     let row = |&(t, sphere, normal): &(f32, SphereId, Vec3)| {
         let sphere = if t < f32::INFINITY { sphere as i32 } else { -1 };

@@ -1,10 +1,10 @@
-//! Paths: whether two of them are one file.
+//! Detects paths that refer to the same file.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The first of `outputs` that is also one of `inputs` or an output before it: its index, and the index of the other,
-/// counted from the inputs on.
+/// Finds the first of `outputs` that is the same file as an input or an earlier output. Returns its index in `outputs`,
+/// and the index of the other path in the inputs followed by the outputs.
 pub fn first_clash(inputs: &[&Path], outputs: &[&Path]) -> Option<(usize, usize)> {
     let mut taken: Vec<PathBuf> = inputs.iter().map(|path| identity(path)).collect();
     for (index, path) in outputs.iter().enumerate() {
@@ -17,7 +17,7 @@ pub fn first_clash(inputs: &[&Path], outputs: &[&Path]) -> Option<(usize, usize)
     None
 }
 
-/// `path` without links and detours, so that two names of one file are seen to be so.
+/// `path` with symbolic links and `..` resolved, so that two paths to the same file compare equal.
 fn identity(path: &Path) -> PathBuf {
     if let Ok(file) = fs::canonicalize(path) {
         return file;

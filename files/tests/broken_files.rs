@@ -1,4 +1,4 @@
-//! Broken scene files: each must be told in one line, at its place, with what would be right.
+//! Broken scene files: each must give a one-line error with the position of the fault and how to fix it.
 
 #[path = "../../tests/shared/cases.rs"]
 mod cases;
@@ -6,7 +6,7 @@ mod cases;
 use cases::tell;
 use files::scene_file;
 
-/// A scene without fault, for the tests to break.
+/// A valid scene, which the tests break.
 const BASE: &str = r#"name = "test"
 background = [0, 0, 0]
 [camera]
@@ -30,7 +30,7 @@ radius = 1
 material = { type = "dielectric", albedo = [1, 1, 1], ior = 1.5 }
 "#;
 
-/// Edits of [`BASE`], each replacing the first occurrence of a text, and the line that must come of them.
+/// Edits of [`BASE`], each of which replaces the first occurrence of a text, and the expected error.
 type Case<'a> = (&'a [(&'a str, &'a str)], &'a str);
 
 fn check(cases: &[Case<'_>]) {
@@ -53,12 +53,12 @@ fn expect(text: &str, expected: &str) {
 }
 
 #[test]
-fn the_base_has_no_fault() {
+fn the_base_is_valid() {
     assert_eq!(scene_file::parse("base.toml", BASE).unwrap().spheres.len(), 2);
 }
 
 #[test]
-fn what_is_not_toml() {
+fn invalid_toml() {
     check(SYNTAX);
 }
 
@@ -572,7 +572,7 @@ const WHOLE: &[Case<'static>] = &[
 ];
 
 #[test]
-fn files_that_are_hardly_scenes() {
+fn files_that_are_far_from_a_scene() {
     for (text, expected) in [
         ("", "1:1: there is no scene here; it takes a [camera], a [[sphere]] and a light"),
         ("# nothing", "1:1: there is no scene here; it takes a [camera], a [[sphere]] and a light"),
@@ -631,7 +631,7 @@ fn files_that_are_hardly_scenes() {
 }
 
 #[test]
-fn long_and_deep_faults_make_short_messages() {
+fn long_values_and_deep_nesting_give_short_messages() {
     let (deep, dotted) = (format!("eye = {}", "[".repeat(100_000)), format!("a{} = 1", ".a".repeat(100_000)));
     let nested = "tables or arrays are nested too deeply; a scene needs three levels";
     let digits = format!("radius = {}\n", "9".repeat(100_000));

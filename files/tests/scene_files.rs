@@ -1,4 +1,4 @@
-//! Scene files that are right, in every spelling, and files broken by chance.
+//! Valid scene files in every TOML spelling, and randomly mutated files.
 
 use files::builtin::{self, SCENES};
 use files::scene_file;
@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use scene::still::Role;
 use scene::{Camera, Material, Rgb, Scene, Settings, Sphere, Vec3};
 
-/// The smallest scene, spelled plainly; the tests below spell it in other ways.
+/// A small scene in plain TOML; the tests below write it in other ways.
 const PLAIN: &str = r#"name = "Plain"
 
 [camera]
@@ -202,7 +202,7 @@ fn check(name: &str, i: usize, center: [f32; 3], radius: f32, material: Material
 }
 
 #[test]
-fn every_built_in_scene_is_right() {
+fn every_built_in_scene_is_valid() {
     for builtin in SCENES {
         let scene = scene_file::parse(builtin.name, builtin.text).unwrap();
         assert_eq!(builtin::scene(builtin.name), Some(scene.clone()));
@@ -215,7 +215,7 @@ fn every_built_in_scene_is_right() {
 }
 
 #[test]
-fn the_documented_example_is_right() {
+fn the_documented_example_is_valid() {
     let readme = include_str!("../../fixtures/scenes/README.md");
     let example = readme.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     let scene = parse(example);
@@ -225,7 +225,7 @@ fn the_documented_example_is_right() {
 }
 
 #[test]
-fn the_scene_of_the_readme_is_right() {
+fn the_scene_in_the_readme_is_valid() {
     let readme = include_str!("../../README.md");
     let example = readme.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     let scene = parse(example);
@@ -242,13 +242,13 @@ fn a_file_loads_as_its_text_parses() {
     assert_eq!(scene_file::load(&path).unwrap(), Scene { name: "plain".into(), ..plain() });
 }
 
-/// The texts that mutations start from.
+/// The texts to be mutated.
 fn texts() -> Vec<&'static str> {
     let small = SCENES.iter().filter(|b| b.name != "random").map(|b| b.text);
     small.chain([PLAIN]).collect()
 }
 
-/// What a mutation puts in: bytes that TOML and numbers are sensitive to.
+/// What a mutation inserts: bytes that have a meaning in TOML or in numbers.
 const PIECES: [&[u8]; 26] = [
     b"",
     b"\0",
@@ -281,9 +281,9 @@ const PIECES: [&[u8]; 26] = [
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// Whatever happens to a file, it is a scene that can be set up for tracing or an error of one line.
+    /// A mutated file gives either a scene that can be set up for rendering or a one-line error.
     #[test]
-    fn a_mutated_file_is_a_scene_or_a_line(
+    fn a_mutated_file_gives_a_scene_or_an_error(
         text in prop::sample::select(texts()),
         edits in prop::collection::vec((any::<prop::sample::Index>(), 0..4_usize, prop::sample::select(&PIECES[..])), 1..6),
         end in prop::option::weighted(0.2, any::<prop::sample::Index>()),

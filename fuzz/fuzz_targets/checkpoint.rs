@@ -1,5 +1,6 @@
-//! Checkpoints, broken and whole: refused in one line, or taken up by an engine. Chance never makes a checksum right, so
-//! each input is also tried with all of them mended.
+//! Fuzzes checkpoints: each gives a one-line error or can be loaded by an engine.
+//!
+//! Random changes practically never give a valid checksum, so each input is also tried with its checksums corrected.
 
 #![no_main]
 
@@ -9,17 +10,17 @@ use files::scene_file;
 use std::io::Cursor;
 use std::ops::Range;
 
-/// Larger images would only be slower.
+/// Larger images are skipped, as they would only be slower.
 const MOST_PIXELS: usize = 1 << 16;
 
-/// Bytes of the header, the last four of them its checksum; before those the length of the file.
+/// Bytes of the header. The last four are its checksum, and the eight before those the length of the file.
 const HEADER: usize = 24;
 const LENGTH: Range<usize> = 12..20;
-/// Bytes of a section's name and length, before its content; its checksum follows that.
+/// Bytes of a section's name and length, which precede its content; the checksum follows the content.
 const FRAME: usize = 12;
 const CHECKSUM: usize = 4;
 const SECTIONS: [&[u8; 4]; 5] = [b"SCEN", b"RNDR", b"NOTE", b"SUMS", b"PAST"];
-/// What stands before the digest in the account.
+/// The text before the scene's digest in the account.
 const DIGEST: &[u8] = b"\"scene\":\"";
 
 fuzz_target!(|bytes: &[u8]| {
@@ -35,7 +36,7 @@ fn read(bytes: &[u8]) {
         Ok(checkpoint) if checkpoint.scene.settings.pixels() <= MOST_PIXELS => {
             let settings = checkpoint.scene.settings;
             let mut engine = reference::Sppm::new(&checkpoint.scene, &settings);
-            // What was read as whole may be of the path tracer, and is then refused.
+            // A valid checkpoint may be one of the path tracer, which this engine rejects.
             let _ = checkpoint.restore(&mut input, &mut engine);
         }
         Ok(_) => {}
@@ -46,7 +47,7 @@ fn read(bytes: &[u8]) {
     }
 }
 
-/// The same sections with their names, lengths and checksums, and with the digest of the scene, as they should be.
+/// The same sections with corrected names, lengths, checksums and scene digest.
 fn mended(bytes: &[u8]) -> Option<Vec<u8>> {
     let mut bytes = bytes.to_vec();
     let header = bytes.get_mut(..HEADER)?;
@@ -55,7 +56,7 @@ fn mended(bytes: &[u8]) -> Option<Vec<u8>> {
     for name in SECTIONS {
         let Some(left) = (bytes.len() - at).checked_sub(FRAME + CHECKSUM) else { break };
         let stated = u64::from_le_bytes(bytes[at + 4..at + FRAME].try_into().unwrap());
-        // The last section that there is ends with the file.
+        // The last section ends at the end of the file.
         let length = usize::try_from(stated).map_or(left, |stated| stated.min(left));
         bytes[at..at + 4].copy_from_slice(name);
         bytes[at + 4..at + FRAME].copy_from_slice(&(length as u64).to_le_bytes());

@@ -1,4 +1,4 @@
-//! EXR files, broken and whole.
+//! Fuzzes the reader of EXR files.
 
 #![no_main]
 

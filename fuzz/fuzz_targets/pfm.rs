@@ -1,4 +1,4 @@
-//! PFM files, broken and whole.
+//! Fuzzes the reader of PFM files.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! PNG files, broken and whole.
+//! Fuzzes the reader of PNG files.
 
 #![no_main]
 

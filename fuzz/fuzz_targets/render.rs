@@ -1,11 +1,11 @@
-//! Scenes of any kind that a file can state, rendered by both engines: they agree on every bit.
+//! Fuzzes rendering: any valid scene file must give the same bits in both engines.
 
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
 use scene::{Engine, Rgb, Scene, Settings};
 
-/// More would only be slower.
+/// Scenes with more spheres are skipped, as they would only be slower.
 const MOST_SPHERES: usize = 48;
 
 fuzz_target!(|text: &str| {
@@ -32,7 +32,7 @@ fn compare(scene: &Scene) {
     }
 }
 
-/// Image, radius and count after two iterations, by their bits.
+/// The bits of image, radii and counts after two iterations.
 fn shown(mut engine: impl Engine) -> [Vec<u32>; 3] {
     engine.iterate();
     engine.iterate();

@@ -1,4 +1,4 @@
-//! Scene files: a text is refused in one line, or makes a scene that keeps what the engines rely on.
+//! Fuzzes scene files: each text gives a one-line error or a scene that satisfies what the engines rely on.
 
 #![no_main]
 

@@ -1,8 +1,8 @@
-//! What all fuzz targets of image files ask for.
+//! The check that all fuzz targets for image files share.
 
 use files::image_file::{Format, decode_bytes};
 
-/// Bytes are refused in one line, or make an image with all of its pixels.
+/// Checks that decoding `bytes` gives a one-line error or an image with all of its pixels.
 pub fn read(format: Format, bytes: &[u8]) {
     match decode_bytes(format, bytes) {
         Ok(film) => {

@@ -1,1 +1,1 @@
-"""Tests of the oracle: what it must accept, and what it must not."""
+"""Tests of the oracle: it must accept correct results and reject wrong ones."""

@@ -1,4 +1,4 @@
-"""Intersections: ours agree with Embree's, and a fault in ours is found."""
+"""Tests that our intersections agree with Embree's, and that the comparison finds errors in them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def test_spheres_agree(scene: str, engine: str) -> None:
 def test_triangles_agree() -> None:
     outcome = embree.compare("cornell", RAYS, "triangles")
     assert outcome.agrees, outcome
-    # The bound is no blank cheque: on the whole, answers differ by little.
+    # The bounds must not hide large errors: typical differences are small.
     assert outcome.median_difference < 0.01
     assert outcome.other_sphere < 0.01 * RAYS
 
@@ -47,13 +47,13 @@ def test_faults_are_found(asked: tuple[geometry.Spheres, AnalyticSpheres, np.nda
     ours = asked[3]
     assert judged(asked).agrees
     one = np.arange(len(ours.t)) == 1234
-    # Of one ray: a distance off in the third digit, the next sphere, a miss, a normal on the wrong side or too long.
+    # Errors in one ray: a distance off in the third digit, another sphere, a miss, a flipped or too long normal.
     assert judged(asked, t=np.where(one, 1.005 * ours.t, ours.t)).unexplained == 1
     assert judged(asked, sphere=np.where(one, (ours.sphere + 1) % 9, ours.sphere)).unexplained == 1
     assert judged(asked, sphere=np.where(one, -1, ours.sphere), t=np.where(one, np.inf, ours.t)).unexplained == 1
     for factor in (-1.0, 1.001):
         assert judged(asked, normal=np.where(one[:, None], factor * ours.normal, ours.normal)).unexplained == 1
-    # A wall moved by 0.1.
+    # An error in many rays: a wall moved by 0.1.
     moved = ours.sphere == 3
     found = judged(asked, t=np.where(moved, ours.t + 0.1, ours.t)).unexplained
     assert found > 0.9 * moved.sum()
@@ -76,7 +76,7 @@ def test_meshes_lie_in_their_shells(levels: int) -> None:
 
 
 def test_crossings_bound_every_surface_in_the_shell() -> None:
-    """Spheres of any radius within the shell are met between the bounds, from outside and from inside."""
+    """Hits on spheres of any radius within the shell lie between the bounds, from outside and from inside."""
     random = np.random.default_rng(2)
     origins = random.normal(size=(20_000, 3)) * 3
     directions = geometry.uniform_directions(len(origins), random)

@@ -1,4 +1,4 @@
-"""Files and metrics: what is read is what was written, and numbers mean what they say."""
+"""Tests of reading and writing images, and of the metrics."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_exr_and_pfm_hold_the_same_floats(rendered: Path) -> None:
     np.testing.assert_array_equal(pfm, exr)
 
 
-def test_rows_and_channels_are_where_they_belong(rendered: Path) -> None:
+def test_rows_and_channels_are_in_order(rendered: Path) -> None:
     image = images.read(rendered / "image.pfm")
     # The red wall is on the left, the blue one on the right, the ceiling with its lamps above.
     assert image[4:12, :3, 0].mean() > 1.5 * image[4:12, :3, 2].mean()
@@ -36,11 +36,11 @@ def test_rows_and_channels_are_where_they_belong(rendered: Path) -> None:
 
 def test_png_is_what_a_screen_shows(rendered: Path) -> None:
     png, exact = images.read(rendered / "image.png"), images.read(rendered / "image.exr")
-    # Half a step of 8 bits, and what float32 rounds.
+    # Half a step of 8 bits, plus rounding to float32.
     assert np.abs(images.to_srgb(png) - images.to_srgb(exact)).max() <= 0.5 / 255 + 1e-6
 
 
-def test_what_is_written_is_read(tmp_path: Path) -> None:
+def test_a_written_image_is_read_back(tmp_path: Path) -> None:
     image = np.random.default_rng(1).random((5, 7, 3))
     images.write_png(tmp_path / "a.png", image)
     assert np.abs(images.to_srgb(images.read(tmp_path / "a.png")) - images.to_srgb(image)).max() <= 0.5 / 255 + 1e-6
@@ -77,7 +77,7 @@ def test_psnr_is_its_definition() -> None:
 
 
 def test_ours_agrees_with_sppm_compare(rendered: Path) -> None:
-    """The program's own SSIM, of other authors' formula, is near OpenCV's."""
+    """Our PSNR is close to that of `sppm compare`."""
     import json
 
     a, b = rendered / "image.exr", rendered / "image.png"
@@ -90,6 +90,6 @@ def test_the_series_has_both_engines_alike_and_every_stage() -> None:
     of = {what: [p.ssim for p in points if p.what == what] for what in {p.what for p in points}}
     assert sorted(of) == ["fast", "reference", *(f"stage {k}" for k in range(7))]
     assert of["fast"] == of["reference"]
-    # More iterations are nearer to the converged image; stages have other random numbers, hence other noise.
+    # SSIM grows with the iterations. The stages have other random numbers, hence other values.
     assert all(0 < first < second < 1 for first, second in of.values())
     assert len({second for _, second in of.values()}) > 3

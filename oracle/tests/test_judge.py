@@ -1,4 +1,4 @@
-"""The oracle fails when it should, on real renders, and only then."""
+"""Tests of the verdict on real renders: correct images pass, and images with errors fail."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from oracle import judge, sppm, truth
 from oracle.judge import Effort, Renders
 from oracle.sppm import Render
 
-# Half the size of the truth: quarter the time.
+# Render at half the size of the truth, in a quarter of the time.
 FACTOR = 2
 QUICK = Effort(seeds=16, iterations=24, photons=40_000)
 SEEDS = (1, 1001, 2001)
@@ -32,12 +32,12 @@ def renders(scene: str, first_seed: int = 1, engine: str = "fast") -> Renders:
 
 
 def other(ours: Renders, images: np.ndarray) -> Renders:
-    """The same renders with other images."""
+    """The same renders with different images."""
     return Renders(images, ours.is_known)
 
 
 def changed(folder: Path, scene: str, pattern: str, replacement: str) -> str:
-    """A scene file of the same name that differs by what `pattern` matches."""
+    """A scene file of the same name in which matches of `pattern` are replaced."""
     text, count = re.subn(pattern, replacement, sppm.run("scenes", scene), flags=re.MULTILINE)
     assert count > 0, pattern
     path = folder / f"{scene}.toml"
@@ -87,12 +87,12 @@ def test_a_shift_by_one_pixel_fails(axis: int, step: int, first_seed: int) -> No
 
 
 def test_a_missing_caustic_fails(tmp_path: Path) -> None:
-    """Only the caustic is missing: the glass ball and all else stay as they are."""
+    """Removes only the caustic; the glass ball and everything else stay."""
     glass = r'type = "dielectric", albedo = \[0.999, 0.999, 0.999\], ior = 1.5'
     black = changed(tmp_path, "cornell", glass, 'type = "diffuse", albedo = [0, 0, 0]')
     ours = renders("cornell")
     whole, without = ours.images, renders(black).images
-    # The caustic is where the floor is brighter than truth allows a shadow to be; the ball itself is left alone.
+    # The caustic is where the floor is brighter than with a black ball; the rows of the ball itself are left out.
     ball_and_above = np.zeros(whole.shape[1:], dtype=bool)
     ball_and_above[:36] = True
     brighter = (whole.mean(axis=0) > 1.2 * without.mean(axis=0)) & ~ball_and_above

@@ -1,4 +1,4 @@
-"""Truth: what is stored is whole, and Mitsuba still makes the same of a scene."""
+"""Tests of the stored ground truth: it is complete, and Mitsuba still renders the same."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_truth_is_small() -> None:
 
 
 def test_mitsuba_still_renders_the_stored_truth() -> None:
-    """A few samples of the scene as it is exported today, against what is stored."""
+    """Compares a few samples of the scene, as it is exported now, with the stored truth."""
     fresh = truth.make("cornell", Plan(batches=8, samples_per_batch=8, seed=77), 64, 48)
     stored = truth.reduced(truth.load("cornell"), 2)
     pairs = {}

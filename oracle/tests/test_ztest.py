@@ -1,4 +1,4 @@
-"""The statistics, on numbers whose distribution is known."""
+"""Tests of the statistics on numbers with a known distribution."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def noisy(random: np.random.Generator, count: int, scale: float = 0.1) -> np.nda
 
 
 def test_p_of_equals_is_uniform() -> None:
-    """Welch's p of samples of one distribution, 3456 of them, by Kolmogorov and Smirnov."""
+    """Tests that 3456 of Welch's p-values, from samples with equal means, are uniform (Kolmogorov-Smirnov)."""
     random = np.random.default_rng(3)
     found = [
         ztest.welch(Estimate.of_samples(noisy(random, 8)), Estimate.of_samples(noisy(random, 20, 0.3)))[1]
@@ -40,7 +40,7 @@ def test_sidak_is_the_chance_of_one_among_many() -> None:
 
 
 def test_false_alarms_are_as_rare_as_stated() -> None:
-    """At a significance of 1 in 10, of 200 comparisons of equals 20 fail, give or take."""
+    """At a significance of 0.1, about 20 of 200 comparisons of equal distributions fail."""
     random = np.random.default_rng(5)
     alarms = 0
     for _ in range(200):

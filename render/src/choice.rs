@@ -1,4 +1,4 @@
-//! The engine that renders: which one, on which vectors, by which free parameters.
+//! The choice of an engine, with the fast engine's lanes and free parameters.
 
 use crate::error::{Error, Field, Problem};
 use crate::names::{EngineName, LanesName, available_lanes};
@@ -9,7 +9,7 @@ use scene::text::list;
 use scene::{Resumable, Scene};
 use std::path::Path;
 
-/// An engine, with its lanes and free parameters if it has any.
+/// An engine, with lanes and free parameters if it is the fast engine.
 #[derive(Clone, Copy, Debug)]
 pub struct EngineChoice {
     name: EngineName,
@@ -25,10 +25,10 @@ impl Default for EngineChoice {
 }
 
 impl EngineChoice {
-    /// The engine `name` on `lanes`, if they are given.
+    /// The engine `name`, on `lanes` or else on the widest lanes.
     ///
     /// # Errors
-    /// If lanes are asked of an engine that has none, or the processor lacks them.
+    /// If `lanes` are given for an engine without lanes, or if the processor does not support them.
     pub fn new(name: EngineName, lanes: Option<LanesName>) -> Result<Self, Error> {
         let kind = lanes.map_or_else(LaneKind::best, LanesName::kind);
         match lanes {
@@ -38,10 +38,10 @@ impl EngineChoice {
         }
     }
 
-    /// The engine `name` by the free parameters in the file `profile`, on `lanes` or else on those of the profile.
+    /// The engine `name` with the free parameters in the file `profile`, on `lanes` or else on those of the profile.
     ///
     /// # Errors
-    /// If the file cannot be read, the engine has no free parameters, or as [`Self::new`].
+    /// If the file is not a valid profile, if the engine has no free parameters, or as [`Self::new`].
     pub fn with_profile(name: EngineName, lanes: Option<LanesName>, profile: &Path) -> Result<Self, Error> {
         if name != EngineName::Fast {
             return Err(only_fast_has(Field::Profile, name, "free parameters"));
@@ -58,7 +58,7 @@ impl EngineChoice {
         Ok(Self { parameters, ..chosen })
     }
 
-    /// The engine.
+    /// The name of the engine.
     pub fn name(self) -> EngineName {
         self.name
     }
@@ -78,8 +78,8 @@ impl EngineChoice {
         &self.parameters
     }
 
-    /// A render of `scene` by its settings, before the first iteration. The fast engine holds so many `deposits` at
-    /// once, and uses the `parts` of an earlier render.
+    /// A new render of `scene` with the scene's settings. The fast engine holds at most about `deposits` deposits at a
+    /// time, and reuses the `parts` of an earlier render.
     pub(crate) fn start(self, scene: &Scene, deposits: u32, parts: Parts) -> Started<'_> {
         let settings = &scene.settings;
         match self.name {
@@ -93,7 +93,7 @@ impl EngineChoice {
     }
 }
 
-/// An engine that has been started.
+/// A started engine. The fast engine is told apart, because its parts can be reused.
 pub(crate) enum Started<'a> {
     Fast(Box<fast::Sppm<'a>>),
     Other(Box<dyn Resumable + 'a>),
@@ -107,7 +107,7 @@ impl<'a> Started<'a> {
         }
     }
 
-    /// What another render can use.
+    /// The parts that a later render can reuse.
     pub(crate) fn into_parts(self) -> Parts {
         match self {
             Self::Fast(engine) => engine.into_parts(),
@@ -116,14 +116,14 @@ impl<'a> Started<'a> {
     }
 }
 
-/// What to say of an engine that lacks `what`, which `field` asks for.
+/// The error for a `field` that needs `what`, which this engine does not have.
 fn only_fast_has(field: Field, name: EngineName, what: &str) -> Error {
     let problem = Problem::of(field).text(": ").field(Field::Engine);
     let rest = format!(" {} has no {what}, only fast has; leave out one of the two", name.name());
     Error::input(field, problem.text(rest))
 }
 
-/// What to say where the processor lacks `lanes`.
+/// The error for `lanes` that the processor does not support.
 fn lacking(lanes: LanesName) -> Error {
     let there: Vec<_> = available_lanes().map(|kind| LanesName::from(kind).name()).collect();
     let problem = format!(" {}: this processor has none; it has {}", lanes.name(), list(&there));
@@ -135,13 +135,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_lacking_is_told_with_what_is_there() {
+    fn the_error_for_missing_lanes_lists_the_available_ones() {
         let said = lacking(LanesName::Avx512).to_string();
         assert!(said.starts_with("lanes avx512: this processor has none; it has emulated"), "{said}");
     }
 
     #[test]
-    fn lanes_go_with_the_fast_engine_alone() {
+    fn only_the_fast_engine_has_lanes() {
         for lanes in [LanesName::Auto, LanesName::Emulated] {
             assert!(EngineChoice::new(EngineName::Reference, Some(lanes)).is_err());
             assert!(EngineChoice::new(EngineName::Fast, Some(lanes)).unwrap().lanes().is_some());
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn lanes_that_the_processor_lacks_are_refused() {
+    fn lanes_that_the_processor_lacks_are_rejected() {
         for lanes in [LanesName::Emulated, LanesName::Avx2, LanesName::Avx512] {
             let chosen = EngineChoice::new(EngineName::Fast, Some(lanes));
             assert_eq!(chosen.is_ok(), lanes.kind().is_available(), "{lanes:?}");

@@ -1,22 +1,22 @@
-//! What can go wrong with a render, told such that each front end can say it in its own words.
+//! Errors of a render. Messages refer to fields, which each front end can print under its own names.
 
 use std::fmt;
 
-/// Why a render was not begun, or broke off.
+/// Why a render could not start, or failed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Error {
-    /// Something that was asked for cannot be had; nothing was written.
+    /// A request is invalid. No image was written.
     Input {
-        /// What is at fault.
+        /// The field at fault.
         field: Field,
-        /// One sentence: what is wrong, and what would be right.
+        /// One sentence: what is wrong, and how to fix it.
         problem: Problem,
     },
-    /// The render failed while it ran, or the system refused what it needs. One sentence.
+    /// The render failed while it ran, or the system denied a resource. One sentence.
     Failed(Problem),
 }
 
-/// What a front end can ask of a render: a field of [`crate::Job`] or what that was made from.
+/// An input of a render: a field of [`crate::Job`], or something that the job was made from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Field {
     /// The scene, or its file.
@@ -27,7 +27,7 @@ pub enum Field {
     Engine,
     /// The vectors of the fast engine.
     Lanes,
-    /// A file of free parameters.
+    /// The file of free parameters.
     Profile,
     /// `threads`.
     Threads,
@@ -49,12 +49,12 @@ pub enum Field {
     Resumed,
     /// The file whose render is repeated.
     Like,
-    /// Not a field, but what resumes a render from its checkpoint.
+    /// Not a field: the operation that resumes a render from its checkpoint.
     Resume,
 }
 
 impl Field {
-    /// The name in this library.
+    /// The name of the field in this library.
     pub fn name(self) -> &'static str {
         match self {
             Self::Scene => "scene",
@@ -77,7 +77,7 @@ impl Field {
     }
 }
 
-/// A sentence that names fields, each of which a front end calls by its own name.
+/// A sentence that may contain names of fields, which a front end replaces by its own.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Problem(Vec<Piece>);
 
@@ -93,28 +93,28 @@ impl Problem {
         Self(vec![Piece::Field(field)])
     }
 
-    /// Goes on with `text`.
+    /// Appends `text`.
     #[must_use]
     pub fn text(mut self, text: impl fmt::Display) -> Self {
         self.0.push(Piece::Text(text.to_string()));
         self
     }
 
-    /// Goes on with the name of `field`.
+    /// Appends the name of `field`.
     #[must_use]
     pub fn field(mut self, field: Field) -> Self {
         self.0.push(Piece::Field(field));
         self
     }
 
-    /// Goes on with another sentence.
+    /// Appends another problem.
     #[must_use]
     pub fn join(mut self, rest: &Self) -> Self {
         self.0.extend_from_slice(&rest.0);
         self
     }
 
-    /// The sentence, with fields called as `name` says.
+    /// The sentence, with the names that `name` gives to fields.
     pub fn say(&self, name: impl Fn(Field) -> String) -> String {
         let piece = |piece: &Piece| match piece {
             Piece::Text(text) => text.clone(),
@@ -143,12 +143,12 @@ impl fmt::Display for Problem {
 }
 
 impl Error {
-    /// A fault of `field`, told by `problem`, a whole sentence.
+    /// An input error of `field`; `problem` is the whole sentence.
     pub fn input(field: Field, problem: impl Into<Problem>) -> Self {
         Self::Input { field, problem: problem.into() }
     }
 
-    /// A fault of `field`, in a sentence that begins with its name: `name: problem`.
+    /// An input error of `field` with the message `name: problem`.
     pub fn named(field: Field, problem: impl fmt::Display) -> Self {
         Self::input(field, Problem::of(field).text(": ").text(problem))
     }
@@ -158,7 +158,7 @@ impl Error {
         Self::Failed(problem.into())
     }
 
-    /// The sentence.
+    /// The message.
     pub fn problem(&self) -> &Problem {
         let (Self::Input { problem, .. } | Self::Failed(problem)) = self;
         problem

@@ -1,41 +1,42 @@
-//! The estimate of a render's relative error.
+//! Estimates the relative error of a render.
 
 use files::checkpoint::Past;
 use scene::Film;
 use scene::film::RELATIVE_MSE_EPSILON;
 
-/// From one power of two to the next the error is estimated so often at most.
+/// At most this many estimates are made from one power of two of iterations to the next.
 const CHECKS_PER_OCTAVE: u32 = 16;
 
-/// The estimate of a render's relative error, from what its image was at an earlier iteration.
+/// Estimates the relative error of a render by comparing its image with that of an earlier iteration.
 ///
-/// If the noise of iterations is independent and alike, of variance `s^2` each, then images after m and after n
-/// iterations differ by a variance of `s^2 (n - m) / (m n)`, and that of the latter is `s^2 / n`. So the mean square
-/// of their difference times `m / (n - m)` estimates the mean-square error. It is measured as `sppm compare` measures
-/// its relative mean-square error, `d^2 / (L^2 + 0.01)`, over all pixels and channels, and the root is the estimate.
-/// In photon mapping noise falls more slowly than that, and there is a bias that shrinks: both are in the difference,
-/// the bias in part.
+/// Assume that the iterations have independent noise of equal variance `s^2`. Then the images after m and after n > m
+/// iterations differ with a variance of `s^2 (n - m) / (m n)`, and the later image has a variance of `s^2 / n`. So the
+/// mean square of their difference, times `m / (n - m)`, estimates the mean square error. The square is taken relative,
+/// `d^2 / (L^2 + 0.01)`, over all pixels and channels, as in the relative MSE of `sppm compare`; its root is the
+/// estimate. In photon mapping, noise falls more slowly and there is a bias that shrinks. The difference includes the
+/// noise fully and the bias in part.
 ///
-/// It depends on the iterations alone, so a render that was interrupted ends where it would have ended.
+/// The estimate depends only on the number of iterations and their images, so a resumed render stops at the same
+/// iteration as one that was never interrupted.
 #[derive(Debug, Default)]
 pub struct Estimate {
     past: Option<Past>,
-    /// The last one.
+    /// The last estimate.
     pub error: Option<f64>,
 }
 
 impl Estimate {
-    /// The estimate of a render that had come to `past`.
+    /// Continues the estimate of a resumed render from the earlier image `past`.
     pub fn after(past: Option<Past>) -> Self {
         Self { past, error: None }
     }
 
-    /// What must be kept to go on.
+    /// The earlier image, which a checkpoint must keep.
     pub fn past(&self) -> Option<&Past> {
         self.past.as_ref()
     }
 
-    /// Takes in the image after iteration `n`, if it is one of those that are looked at.
+    /// Updates the estimate after iteration `n`. Only some iterations are used; `develop` is called for those.
     pub fn update(&mut self, n: u32, develop: impl FnOnce() -> Film) {
         let octave = 1 << n.ilog2();
         if !n.is_multiple_of((octave / CHECKS_PER_OCTAVE).max(1)) {
@@ -52,7 +53,7 @@ impl Estimate {
     }
 }
 
-/// The mean of `(a - b)^2 / (a^2 + epsilon)` over all channels of all pixels that are finite.
+/// The mean of `(a - b)^2 / (a^2 + epsilon)` over all channels of all pixels, leaving out terms that are not finite.
 fn relative_square(a: &Film, b: &Film) -> f64 {
     let (mut sum, mut count) = (0.0, 0_u64);
     for (a, b) in a.pixels.iter().zip(&b.pixels) {
@@ -72,7 +73,7 @@ mod tests {
     use super::*;
     use scene::Rgb;
 
-    /// Noise of variance 1 on a grey of 3: the image after n iterations is the mean of n.
+    /// A grey image of value 3 with noise of variance 1: the image after n iterations is the mean of n samples.
     struct Noise {
         sums: Vec<f64>,
         state: u64,
@@ -108,7 +109,8 @@ mod tests {
             noise.iterate();
             estimate.update(n, || noise.film());
             let truth = (1.0 / (9.0 + RELATIVE_MSE_EPSILON) / f64::from(n)).sqrt();
-            // 12000 samples give it to 1 %; between looks it is up to 1/16 of n old, and L^2 of few iterations noisy.
+            // 12000 samples are accurate to 1 %. Between updates the estimate is up to n / 16 iterations old, and after
+            // few iterations L^2 is noisy.
             if n > 8 {
                 let error = estimate.error.unwrap();
                 assert!((0.95..1.1).contains(&(error / truth)), "iteration {n}: {error}, not {truth}");
@@ -117,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn it_does_not_matter_whether_the_render_was_interrupted() {
+    fn the_estimate_of_a_resumed_render_is_the_same() {
         let (mut noise, mut whole, mut broken) = (Noise::new(), Estimate::default(), Estimate::default());
         for n in 1..=100 {
             noise.iterate();

@@ -1,27 +1,26 @@
-//! When a render ends: its iterations, its time, or an estimate of its error.
+//! The goals of a render besides its iterations: a time limit and an estimated error.
 
 use scene::settings::MAX_ITERATIONS;
 use std::time::{Duration, Instant};
 
-/// What a render is to reach; it ends with the first of these, or when all iterations are done.
+/// Goals of a render. It ends when the first goal is reached, or when all iterations are done.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Goals {
-    /// Time from the start of the render.
+    /// Time limit, from the start of the render.
     pub time: Option<Duration>,
-    /// Estimated relative error.
+    /// Estimated relative error to reach.
     pub error: Option<f64>,
 }
 
 impl Goals {
-    /// The iterations of a render: those `asked` for if given, else those that the scene states as its `own`; without
-    /// end if there is another goal.
+    /// The number of iterations: `asked` if given, else the maximum if there is a goal, else `own`, the scene's number.
     pub fn iterations(&self, asked: Option<u32>, own: u32) -> u32 {
         let is_open = self.time.is_some() || self.error.is_some();
         asked.unwrap_or(if is_open { MAX_ITERATIONS } else { own })
     }
 }
 
-/// The clock of a goal.
+/// Measures the time of a render against its time limit.
 #[derive(Debug)]
 pub(crate) struct Clock {
     began: Instant,
@@ -34,12 +33,12 @@ impl Clock {
         Self { began: Instant::now(), goal: goals.time }
     }
 
-    /// Time since then.
+    /// Time since the start.
     pub(crate) fn elapsed(&self) -> Duration {
         self.began.elapsed()
     }
 
-    /// Time that is left, if there is an end to it.
+    /// Time that is left, if there is a limit.
     pub(crate) fn left(&self) -> Option<Duration> {
         self.goal.map(|goal| goal.saturating_sub(self.elapsed()))
     }
@@ -50,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn without_another_goal_the_scene_tells_the_iterations() {
+    fn without_a_goal_the_scene_sets_the_iterations() {
         let timed = Goals { time: Some(Duration::from_secs(1)), error: None };
         assert_eq!(Goals::default().iterations(None, 6), 6);
         assert_eq!(Goals::default().iterations(Some(9), 6), 9);

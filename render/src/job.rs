@@ -1,4 +1,4 @@
-//! What is to be rendered, and how.
+//! The description of a render: its scene and everything that controls how it runs.
 
 use crate::choice::EngineChoice;
 use crate::error::{Error, Field};
@@ -13,38 +13,38 @@ use files::scene_file;
 use scene::{Scene, Stop};
 use std::path::{Path, PathBuf};
 
-/// A render to be done: a scene and everything that can be said of how. [`Job::start`] checks all of it and begins.
+/// The description of a render. [`Job::start`] validates it and starts the render.
 #[derive(Debug)]
 pub struct Job {
-    /// The scene. Its settings are those of the render.
+    /// The scene, with the settings of the render.
     pub scene: Scene,
-    /// What renders.
+    /// The engine.
     pub engine: EngineChoice,
-    /// When it ends, beside its iterations.
+    /// Goals that can end the render before its last iteration.
     pub goals: Goals,
-    /// Threads that work; one per core if not given.
+    /// Number of threads; one per core if not given.
     pub threads: Option<usize>,
-    /// The most bytes of memory that it may take.
+    /// Limit on the memory of the render, in bytes.
     pub memory_limit: Option<u64>,
-    /// How it is saved, if it is.
+    /// Where and how often to write checkpoints, if at all.
     pub save: Option<Save>,
-    /// The files that it writes.
+    /// The files to write.
     pub outputs: Outputs,
-    /// Files that no output may be, and what they are.
+    /// Input files, which no output may overwrite.
     pub inputs: Vec<(Field, PathBuf)>,
-    /// Whether [`crate::Running::latest`] shows the image after every iteration; that costs a development each.
+    /// Whether [`crate::Running::latest`] is updated after every iteration, which costs developing the image each time.
     pub live: bool,
-    /// What stops it. A front end may share it with handlers of signals.
+    /// Requests the render to stop. A front end may share it with signal handlers.
     pub stop: Stop,
-    /// What it is resumed from.
+    /// The checkpoint to resume.
     pub(crate) from: Option<Loaded>,
-    /// On the checkpoint that it is resumed from.
+    /// The lock on the checkpoint to resume.
     pub(crate) lock: Option<Lock>,
     pub(crate) warm: Warm,
 }
 
 impl Job {
-    /// Renders `scene` by its own settings with the fast engine on all cores, saves nothing and writes no files.
+    /// A render of `scene` with its own settings by the fast engine on all cores, without checkpoints and output files.
     pub fn new(scene: Scene) -> Self {
         Self {
             scene,
@@ -63,11 +63,11 @@ impl Job {
         }
     }
 
-    /// Resumes the render that wrote the checkpoint `file`: its scene, settings, engine, goals and files. Where `file` is
-    /// damaged, the generation before is resumed.
+    /// Resumes the render that wrote the checkpoint `file`, with its scene, settings, engine, error goal and output
+    /// files. If `file` is damaged, the older generation is resumed.
     ///
     /// # Errors
-    /// If there is no such checkpoint, none that is whole, or another render has it.
+    /// If the checkpoint does not exist, has no valid generation, or is locked by another render.
     pub fn resume(file: &Path) -> Result<Self, Error> {
         let bad = |problem: String| Error::input(Field::Resumed, problem);
         let store = Store::new(file);
@@ -93,13 +93,13 @@ impl Job {
         })
     }
 
-    /// Repeats the render that wrote `file`, an image or a checkpoint: its scene, settings, engine and exposure.
+    /// Repeats the render that wrote `file`, an image or a checkpoint, with its scene, settings, engine and exposure.
     ///
-    /// `scene`, if given, is checked to be the same; a scene of more than a mebibyte is not in an image and must be
-    /// given.
+    /// If `scene` is given, it must be the same scene. It must be given if its text is longer than a mebibyte, because
+    /// images do not contain larger scenes.
     ///
     /// # Errors
-    /// If `file` does not say what made it, or `scene` is another or missing.
+    /// If `file` has no metadata, or if the scene is a different one or is needed and not given.
     pub fn like(file: &Path, scene: Option<Scene>) -> Result<Self, Error> {
         let bad = |what: &str| Err(Error::named(Field::Like, format_args!("{}: {what}", file.display())));
         let Repeated { scene: own, digest, settings, engine, exposure } = Repeated::read(file)?;
@@ -117,7 +117,7 @@ impl Job {
         })
     }
 
-    /// Iterations that the checkpoint holds which it is resumed from; `None` if it begins anew.
+    /// Iterations in the checkpoint to resume; `None` if the render starts from scratch.
     pub fn resumed_after(&self) -> Option<u32> {
         self.from.as_ref().map(|from| from.checkpoint.account.iterations)
     }

@@ -1,4 +1,4 @@
-//! Saves a render as it goes.
+//! Writes the checkpoints of a running render.
 
 use crate::outcome::Saved;
 use crate::save::{Every, Note, Save};
@@ -9,7 +9,7 @@ use scene::{Resumable, Scene, Settings, Sums};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Saves a render.
+/// Writes the checkpoints of a render.
 #[derive(Debug)]
 pub(crate) struct Keeper {
     store: Store,
@@ -20,15 +20,15 @@ pub(crate) struct Keeper {
     digest: String,
     note: String,
     last: Instant,
-    /// The iterations that the newest checkpoint holds.
+    /// Iterations in the newest checkpoint.
     saved: Option<u32>,
-    /// Where that is, if it could not be where it should be.
+    /// The path of the newest checkpoint, if it had to be written elsewhere.
     refuge: Option<PathBuf>,
     next: u32,
 }
 
 impl Keeper {
-    /// The keeper of a render of `scene`, of which a checkpoint holds `saved` iterations, if there is one.
+    /// The keeper of a render of `scene`. If it resumes a checkpoint, `saved` is the number of iterations in that.
     pub(crate) fn new(
         save: Save,
         lock: Option<Lock>,
@@ -37,7 +37,7 @@ impl Keeper {
         note: &Note,
         saved: Option<u32>,
     ) -> Self {
-        let note = serde_json::to_string(note).unwrap_or_default(); // never fails: paths are Unicode
+        let note = serde_json::to_string(note).unwrap_or_default(); // cannot fail: noted paths are Unicode
         let text = scene_file::to_text(scene, &scene.settings);
         let mut keeper = Self {
             store: Store::new(save.path),
@@ -63,12 +63,12 @@ impl Keeper {
         }
     }
 
-    /// Bytes of a checkpoint.
+    /// An upper bound of a checkpoint's bytes.
     pub(crate) fn bytes(&self, settings: &Settings, sums: Sums, has_past: bool) -> u64 {
         checkpoint::length(&self.scene, &self.note, settings, sums, has_past)
     }
 
-    /// Whether it is time.
+    /// Whether it is time for the next checkpoint.
     pub(crate) fn is_due(&self, iterations: u32) -> bool {
         match self.every {
             Every::Time(interval) => self.last.elapsed() >= interval,
@@ -76,7 +76,7 @@ impl Keeper {
         }
     }
 
-    /// Saves the render as it stands, unless that is saved already.
+    /// Writes a checkpoint, unless there is one of this iteration already.
     pub(crate) fn save(&mut self, engine: &dyn Resumable, past: Option<&Past>) -> Result<(), FileError> {
         let iterations = engine.iterations();
         self.schedule(iterations);
@@ -92,8 +92,8 @@ impl Keeper {
         Ok(())
     }
 
-    /// Saves the render for the last time: where that fails, beside its place or in the folder for temporary files, and
-    /// gives the error.
+    /// Writes the last checkpoint. If that fails, writes it under another name, in the same folder or in the temporary
+    /// folder, and still returns the error.
     pub(crate) fn save_somewhere(
         &mut self,
         engine: &dyn Resumable,
@@ -115,13 +115,13 @@ impl Keeper {
         Contents { scene, digest, version: env!("CARGO_PKG_VERSION"), note, past }
     }
 
-    /// The checkpoint that is there.
+    /// The newest checkpoint, if there is one.
     pub(crate) fn saved(&self) -> Option<Saved> {
         let path = self.refuge.as_deref().unwrap_or(self.store.path()).to_owned();
         self.saved.map(|iterations| Saved { path, iterations })
     }
 
-    /// All is done: the checkpoint goes, unless it is to stay.
+    /// After the end of the render: writes the last checkpoint if checkpoints are kept, else removes them.
     pub(crate) fn finish(&mut self, engine: &dyn Resumable, past: Option<&Past>) -> Result<(), FileError> {
         if self.keep {
             return self.save(engine, past);

@@ -1,4 +1,4 @@
-//! The life of a render, for any front end: from a scene and goals to images, checkpoints and a report.
+//! Runs renders for any front end: takes a scene and goals, and produces images, checkpoints and a report.
 //!
 //! ```
 //! use render::Job;
@@ -11,12 +11,13 @@
 //! # Ok::<(), render::Error>(())
 //! ```
 //!
-//! A [`Job`] says what is wanted. [`Job::start`] checks it and gives a [`Running`] render, which can be asked for its
-//! newest image and stopped from any thread; [`Running::wait`] gives the [`Outcome`], with the job, to be changed and
-//! started again. An [`Observer`] is told of every iteration and of what else happens.
+//! A [`Job`] describes a render. [`Job::start`] validates it and returns a [`Running`] render, which any thread can ask
+//! for its newest image or stop. [`Running::wait`] returns the [`Outcome`], including the job, which can be changed and
+//! started again. An [`Observer`] is notified of every iteration and of other events.
 //!
-//! The library owns its threads and prints nothing: it has no global state, listens to no signals, and never ends the
-//! process. [`Error`] names the [`Field`] at fault, so that each front end can say it in its own words.
+//! The library owns its threads and prints nothing. It has no global state, installs no signal handlers, and never
+//! exits the process. An [`Error`] names the [`Field`] at fault, so that each front end can use its own names in
+//! messages.
 
 #![forbid(unsafe_code)]
 

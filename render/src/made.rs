@@ -1,4 +1,4 @@
-//! What made a file: read out of an image or a checkpoint.
+//! Reads which render made an image or a checkpoint.
 
 use crate::error::{Error, Field};
 use crate::metadata::Metadata;
@@ -11,20 +11,20 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// What made a file.
+/// The origin of a file.
 #[derive(Debug)]
 pub enum Made {
-    /// It is an image, which says this of itself.
+    /// The metadata of an image.
     Image(Metadata),
-    /// It is a checkpoint.
+    /// A checkpoint.
     Checkpoint(Box<Loaded>),
 }
 
 impl Made {
-    /// Finds out what made the file `path`.
+    /// Reads the origin of the file `path`.
     ///
     /// # Errors
-    /// If it cannot be read, or does not say.
+    /// If it cannot be read, or is an image without metadata.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let bad = |problem: String| Error::input(Field::Like, problem);
         if is_checkpoint(path) {
@@ -41,7 +41,7 @@ impl Made {
     }
 }
 
-/// Whether a file begins like a checkpoint, or has the name of one.
+/// Whether a file begins with a checkpoint's magic number or has its extension.
 fn is_checkpoint(path: &Path) -> bool {
     let is_file = path.metadata().is_ok_and(|status| status.is_file());
     let mut start = [0; 5];
@@ -49,9 +49,9 @@ fn is_checkpoint(path: &Path) -> bool {
     (begins && start == *b"\x89SPPM") || path.extension().is_some_and(|extension| extension == "sppm")
 }
 
-/// A render that can be repeated.
+/// What is needed to repeat a render.
 pub(crate) struct Repeated {
-    /// The scene, unless it is too large to stand in an image.
+    /// The scene, unless it was too large to be stored in an image.
     pub(crate) scene: Option<Scene>,
     pub(crate) digest: String,
     pub(crate) settings: Settings,
@@ -60,7 +60,7 @@ pub(crate) struct Repeated {
 }
 
 impl Repeated {
-    /// Reads what made the file `path`.
+    /// Reads how to repeat the render that wrote the file `path`.
     pub(crate) fn read(path: &Path) -> Result<Self, Error> {
         let bad = |problem: String| Error::input(Field::Like, format!("{}: {problem}", path.display()));
         match Made::read(path)? {

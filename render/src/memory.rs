@@ -1,4 +1,4 @@
-//! How much memory a render takes: told before it begins, and refused if it is too much.
+//! Bounds the memory of a render before it starts, and rejects renders that need too much.
 
 use crate::choice::EngineChoice;
 use crate::error::{Error, Field};
@@ -7,35 +7,35 @@ use scene::Scene;
 use scene::settings::BYTES_PER_PIXEL;
 use scene::text::mebibytes;
 
-/// The process itself, with its libraries.
+/// Memory of the process itself, with its libraries.
 const BYTES_OF_PROCESS: u64 = 16 << 20;
-/// What a column takes per thread while an image is written, by 16 rows at a time in EXR: as they are, by channels, and
-/// packed.
+/// Memory per column and thread while an image is written. EXR has blocks of 16 rows, each in memory as pixels, as
+/// channels, and compressed.
 const BYTES_PER_WRITTEN_COLUMN: u64 = 1 << 10;
-/// What an earlier image and this one take, for the estimate of the error.
+/// Memory per pixel for the estimate of the error: the earlier image and the current one.
 const BYTES_PER_PAST_PIXEL: u64 = 24;
-/// A path tracer's sums and samples.
+/// Memory per pixel of the path tracer: sums and samples.
 const BYTES_PER_TRACED_PIXEL: u64 = 36;
-/// What a sphere takes in the scene, in its text and in its still.
+/// Memory per sphere: in the scene, in its text, and in the still.
 const BYTES_PER_SPHERE: u64 = 768;
-/// Rounds of photons are not made smaller than this.
+/// Least number of deposits to hold at a time.
 const FEWEST_DEPOSITS: u32 = 1 << 16;
 
-/// What a render will take.
+/// The memory that a render needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Need {
-    /// At most.
+    /// Upper bound in bytes.
     pub bytes: u64,
-    /// With so many deposits held at once.
+    /// Deposits held at a time, on which the bound depends.
     pub deposits: u32,
 }
 
 impl Need {
-    /// The need of a render, if it can be kept within `limit` and the system grants it; `has_past` if the error is
-    /// estimated, for which an earlier image is kept.
+    /// The memory that a render needs. Holds fewer deposits at a time if that is necessary to stay within `limit`.
+    /// `has_past` says that the error is estimated, for which an earlier image is kept.
     ///
     /// # Errors
-    /// If it needs more, however few deposits are held at once, or the system refuses as much.
+    /// If the limit is too low even with the fewest deposits, or if the system cannot provide the memory.
     pub(crate) fn new(
         engine: EngineChoice,
         scene: &Scene,
@@ -59,7 +59,7 @@ impl Need {
         Ok(need)
     }
 
-    /// Asks for all of it at once and gives it back: what is refused now would end the process later.
+    /// Allocates the memory and frees it again. Without this check, a lack of memory would abort the process later.
     fn ask_the_system(self) -> Result<(), Error> {
         let granted =
             usize::try_from(self.bytes).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok());
@@ -101,7 +101,7 @@ fn too_much(bytes: u64, limit: u64) -> Error {
     )
 }
 
-/// The most memory that this process has held so far, as far as the system tells.
+/// The peak memory of this process so far, where `/proc` provides it.
 pub(crate) fn peak() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn rounds_shrink_to_fit() {
+    fn fewer_deposits_are_held_under_a_limit() {
         let settings = Settings { photons_per_iteration: 10_000_000, ..Settings::default() };
         let all = fast(settings, None).unwrap();
         assert_eq!(all.deposits, fast::DEPOSITS_AT_ONCE);
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_system_refuses_is_told() {
+    fn memory_that_the_system_cannot_provide_is_an_error() {
         let need = Need { bytes: u64::MAX / 4, deposits: 1 };
         let line = need.ask_the_system().unwrap_err().to_string();
         assert!(line.contains("which the system refuses"), "{line}");

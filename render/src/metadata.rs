@@ -1,7 +1,6 @@
-//! What an image says of itself: enough to know what it is, and to make it again bit for bit.
+//! Metadata stored in images: enough to identify the render and to repeat it bit for bit.
 //!
-//! It depends on the render alone, with neither times nor names of machines or files, so that the same render gives
-//! the same bytes.
+//! It contains no times and no names of machines or files, so that the same render always writes the same bytes.
 
 use crate::names::{EngineName, LanesName};
 use files::scene_file;
@@ -9,59 +8,59 @@ use scene::{Scene, Settings};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
-/// Longer scene files are left out.
+/// Longer scene files are not stored.
 pub(crate) const MOST_SCENE: usize = 1 << 20;
 
-/// The JSON object that stands in the files.
+/// The JSON object that is stored in images.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Metadata {
-    /// Of the program that wrote it.
+    /// Version of the program that wrote it.
     pub version: String,
     /// The scene's own name.
     pub scene: String,
     /// SHA-256 of the scene, see `files::scene_file::digest`.
     pub scene_digest: String,
-    /// Of the render; the iterations are those that the image holds.
+    /// Settings of the render, with the number of iterations in the image.
     pub settings: Settings,
-    /// Photons emitted over all iterations; none by the path tracer.
+    /// Photons emitted in all iterations; 0 for the path tracer.
     pub photons: u64,
-    /// What rendered.
+    /// The engine.
     pub engine: EngineName,
-    /// On which lanes, if it has any.
+    /// The lanes that it ran on, if it has any.
     pub lanes: Option<LanesName>,
-    /// In stops; only of images that are exposed.
+    /// Exposure in stops, if one was given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exposure: Option<f32>,
-    /// The last estimate of the relative error, if one was asked for.
+    /// The last estimate of the relative error, if there is an error goal.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimated_error: Option<f64>,
-    /// The scene file with the settings, if it is not too long.
+    /// The scene file with the settings, unless it is too long.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene_file: Option<String>,
 }
 
 impl Metadata {
-    /// As it is written: JSON in ASCII.
+    /// The text stored in images: JSON in ASCII.
     pub fn to_note(&self) -> String {
-        ascii(&serde_json::to_string(self).unwrap_or_default()) // never fails: it is numbers and texts
+        ascii(&serde_json::to_string(self).unwrap_or_default()) // cannot fail: there are only numbers and strings
     }
 
-    /// As it is read; `None` if the note is no such thing.
+    /// Parses the text stored in an image; `None` if it is not valid metadata.
     pub fn from_note(note: &str) -> Option<Self> {
         serde_json::from_str(note).ok()
     }
 }
 
-/// The scene file of `scene`, if it is short enough to be written into images.
+/// The scene file of `scene`, if it is short enough to be stored in images.
 pub(crate) fn scene_file(scene: &Scene, settings: &Settings) -> Option<String> {
-    /// No sphere takes fewer bytes: do not make what will not be used.
+    /// The text of a sphere is at least this long, so scenes with more spheres need not be written out to be measured.
     const BYTES_PER_SPHERE: usize = 64;
     (scene.spheres.len() <= MOST_SCENE / BYTES_PER_SPHERE)
         .then(|| scene_file::to_text(scene, settings))
         .filter(|text| text.len() <= MOST_SCENE)
 }
 
-/// JSON with all that is not ASCII, which stands in strings alone, escaped.
+/// JSON with all non-ASCII characters escaped; they occur only in strings.
 fn ascii(json: &str) -> String {
     let mut text = String::with_capacity(json.len());
     for c in json.chars() {

@@ -1,11 +1,11 @@
-//! Engines and vectors by their names.
+//! The names of engines and lanes, in files and on the command line.
 
 use fast::LaneKind;
 use scene::Sums;
 use scene::text::list;
 use serde::{Deserialize, Serialize};
 
-/// An engine by its name.
+/// The name of an engine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
@@ -18,7 +18,7 @@ pub enum EngineName {
     Path,
 }
 
-/// The vectors that the fast engine runs on, by their names.
+/// The name of the lanes that the fast engine runs on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
@@ -37,7 +37,7 @@ impl EngineName {
     /// All engines.
     pub const ALL: [Self; 3] = [Self::Fast, Self::Reference, Self::Path];
 
-    /// True if photons are traced, so that there are radii and photon counts.
+    /// Whether the engine traces photons, so that there are radii and photon counts.
     pub fn has_photons(self) -> bool {
         match self {
             Self::Fast | Self::Reference => true,
@@ -45,7 +45,7 @@ impl EngineName {
         }
     }
 
-    /// The engine that resumes `sums` unless another is asked for.
+    /// The default engine to resume `sums`.
     pub fn of(sums: Sums) -> Self {
         match sums {
             Sums::Photons => Self::Fast,
@@ -53,13 +53,13 @@ impl EngineName {
         }
     }
 
-    /// Every engine that can resume `sums`, by its name.
+    /// The names of all engines that can resume `sums`, as a list for messages.
     pub fn all_of(sums: Sums) -> String {
         let names = Self::ALL.iter().filter(|engine| engine.sums() == sums).map(|engine| engine.name());
         list(&names.collect::<Vec<_>>())
     }
 
-    /// What it keeps of a pixel.
+    /// The kind of sums that the engine keeps for each pixel.
     pub fn sums(self) -> Sums {
         if self.has_photons() { Sums::Photons } else { Sums::Paths }
     }
@@ -88,7 +88,7 @@ impl LanesName {
         }
     }
 
-    /// The lanes of that name.
+    /// The lanes with that name; the widest available ones for `Auto`.
     pub fn kind(self) -> LaneKind {
         match self {
             Self::Auto => LaneKind::best(),
@@ -109,7 +109,7 @@ impl From<LaneKind> for LanesName {
     }
 }
 
-/// The kinds of lanes that this processor has, the plainest first.
+/// The kinds of lanes that this processor supports, starting with the emulated ones.
 pub fn available_lanes() -> impl Iterator<Item = LaneKind> {
     LaneKind::ALL.into_iter().filter(|kind| kind.is_available())
 }

@@ -1,4 +1,4 @@
-//! Who follows a render.
+//! The interface through which a front end follows a render.
 
 use crate::names::{EngineName, LanesName};
 use crate::step::Step;
@@ -6,70 +6,71 @@ use files::atomic_file::FileError;
 use scene::{Resumable, Settings};
 use std::path::PathBuf;
 
-/// Follows a render from the thread that it runs on. What takes long here holds the render up.
+/// Follows a render. The methods are called on the render's thread and delay it while they run.
 pub trait Observer: Send + 'static {
-    /// Whether [`Self::after`] is of use. Asked before every iteration's end, as a step costs a look at every pixel.
+    /// Whether [`Self::after`] is to be called. Asked after every iteration; if not, the mean radius, which takes a
+    /// pass over all pixels, is not computed.
     fn follows(&self) -> bool {
         true
     }
 
-    /// Called after each iteration, with the render as it stands.
+    /// Called after each iteration, with the state of the render.
     fn after(&mut self, _step: &Step, _render: &dyn Resumable) {}
 
-    /// Called when there is something else to tell.
+    /// Called on events other than iterations.
     fn notice(&mut self, _notice: &Notice) {}
 
-    /// What [`crate::Report::ended_by`] says if the render was stopped.
+    /// The value of [`crate::Report::ended_by`] if the render was stopped.
     fn stopped_by(&self) -> &'static str {
         "stop"
     }
 }
 
-/// Nobody follows.
+/// No observer.
 impl Observer for () {
     fn follows(&self) -> bool {
         false
     }
 }
 
-/// Something that happens beside the iterations.
+/// An event other than an iteration.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Notice {
-    /// All is checked, and the render begins.
+    /// The job is validated, and the render starts.
     Begun {
         /// The scene's own name.
         scene: String,
         /// The settings.
         settings: Settings,
-        /// What renders.
+        /// The engine.
         engine: EngineName,
-        /// On which lanes, if it has any.
+        /// The lanes that it runs on, if it has any.
         lanes: Option<LanesName>,
-        /// How many threads work.
+        /// Number of threads.
         threads: usize,
-        /// The most memory that it will take.
+        /// Upper bound of the memory that the render takes.
         bytes_at_most: u64,
     },
     /// The render was resumed from a checkpoint.
     Resumed {
         /// The checkpoint.
         path: PathBuf,
-        /// Iterations that it holds.
+        /// Iterations in the checkpoint.
         iterations: u32,
-        /// Iterations that are asked for.
+        /// Total iterations of the render.
         of: u32,
-        /// Why this is the older generation, if it is.
+        /// Why the newest generation could not be used, if this is the older one.
         fallback: Option<FileError>,
     },
     /// A checkpoint was written.
     Saved {
-        /// Iterations that it holds.
+        /// Iterations in the checkpoint.
         iterations: u32,
     },
-    /// A checkpoint could not be written. The render goes on.
+    /// A checkpoint could not be written. The render continues.
     NotSaved(FileError),
-    /// An image could not be refreshed. The render goes on.
+    /// An image could not be refreshed. The render continues.
     NotRefreshed(FileError),
-    /// The snapshot of an iteration could not be written. The render goes on.
+    /// The snapshot of an iteration could not be written. The render continues.
     NoSnapshot(FileError),
 }

@@ -1,4 +1,4 @@
-//! How a render ended, and what it left.
+//! The result of a render.
 
 use crate::job::Job;
 use crate::report::Report;
@@ -8,40 +8,40 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How a render ended, and what it left.
+/// The result of a render.
 #[derive(Debug)]
 pub struct Outcome {
-    /// What ended it.
+    /// Why the render ended.
     pub end: End,
-    /// What was done.
+    /// Times, counts and settings of the render.
     pub report: Report,
-    /// Time spent developing and writing files.
+    /// Time spent developing images and writing files.
     pub writing: Duration,
-    /// The checkpoint that is there.
+    /// The last checkpoint written or resumed, if any. If the render was completed, it may have been removed since.
     pub saved: Option<Saved>,
-    /// Why the last checkpoint could not be written where it should be, or not be removed.
+    /// Why the last checkpoint could not be written at its path, or not be removed.
     pub unsaved: Option<FileError>,
     /// The files that were written.
     pub written: Vec<PathBuf>,
-    /// The files that were not.
+    /// The files that could not be written.
     pub failed: Vec<Unwritten>,
-    /// The last image, if [`Job::live`] asked for images and an iteration was done.
+    /// The last image, if [`Job::live`] is set and an iteration was completed.
     pub last: Option<Arc<Snapshot>>,
-    /// The job, to be changed and started again, with a new [`Job::stop`]. Threads and what the engine prepared are kept
-    /// with it.
+    /// The job, which can be changed and started again, with a new [`Job::stop`]. It keeps its thread pool and reusable
+    /// parts of the engine.
     pub job: Job,
 }
 
-/// What ended a render.
+/// Why a render ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
     /// All iterations are done.
     Iterations,
-    /// Time is up.
+    /// The time limit is reached.
     Time,
     /// The estimated error is small enough.
     Error,
-    /// Somebody asked it to stop.
+    /// A stop was requested.
     Stopped,
 }
 
@@ -50,15 +50,15 @@ pub enum End {
 pub struct Saved {
     /// The file.
     pub path: PathBuf,
-    /// Iterations that it holds.
+    /// Iterations in it.
     pub iterations: u32,
 }
 
 /// A file that could not be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unwritten {
-    /// Which file, and why.
+    /// The file, and why it could not be written.
     pub error: FileError,
-    /// Where its content is instead, if there was a place.
+    /// Where its content was written instead, if that was possible.
     pub refuge: Option<PathBuf>,
 }

@@ -1,4 +1,4 @@
-//! The files that a render writes: which ones, and whether they can be had.
+//! The output files of a render, and the checks that they can be written.
 
 use crate::error::{Error, Field, Problem};
 use crate::names::EngineName;
@@ -6,27 +6,27 @@ use files::image_file::{self, Format};
 use files::{atomic_file, paths};
 use std::path::{Path, PathBuf};
 
-/// More than a report takes.
+/// Upper bound of a report's bytes.
 const STATS_BYTES: u64 = 1 << 12;
 
-/// All the files of a render. None is needed: images can be had in memory, too.
+/// The output files of a render. All are optional, as images are also available in memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outputs {
     /// The image: `.png` (sRGB), `.exr` or `.pfm` (linear radiance).
     pub image: Option<PathBuf>,
-    /// In stops: makes a `.png` brighter or darker, each stop by a factor of 2.
+    /// Exposure of a `.png` in stops: each stop is a factor of 2 in brightness.
     pub exposure: Option<f32>,
-    /// Whether the image is also written after iterations 1, 2, 4, 8, ..., with the number in its name.
+    /// Whether the image is also written after iterations 1, 2, 4, 8, ..., with the iteration in the file name.
     pub snapshots: bool,
-    /// The search radius of every pixel, in scene units.
+    /// An image of the search radius of every pixel, in scene units.
     pub radius_image: Option<PathBuf>,
-    /// `N` of every pixel.
+    /// An image of the accumulated photon count `N` of every pixel.
     pub count_image: Option<PathBuf>,
     /// The [`crate::Report`] as JSON.
     pub stats: Option<PathBuf>,
 }
 
-/// What a file holds.
+/// The content of an output file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Content {
     Image,
@@ -36,7 +36,7 @@ pub(crate) enum Content {
 }
 
 impl Content {
-    /// What asks for it.
+    /// The field with its path.
     pub(crate) fn field(self) -> Field {
         match self {
             Self::Image => Field::Image,
@@ -48,7 +48,7 @@ impl Content {
 }
 
 impl Outputs {
-    /// Every file with what it holds, in the order in which they are written.
+    /// The requested files with their contents, in the order in which they are written.
     pub(crate) fn files(&self) -> impl Iterator<Item = (Content, &Path)> {
         let all = [
             (Content::Image, &self.image),
@@ -59,8 +59,8 @@ impl Outputs {
         all.into_iter().filter_map(|(content, path)| Some((content, path.as_deref()?)))
     }
 
-    /// Checks that all of it can be had from `engine`: files of different names, none of them one of `inputs`, in
-    /// folders that may be written to.
+    /// Checks that `engine` can produce all outputs, that they are different files and none of `inputs`, that they can
+    /// be written, and that the exposure applies.
     pub(crate) fn check(&self, engine: EngineName, inputs: &[(Field, PathBuf)]) -> Result<(), Error> {
         self.check_engine(engine)?;
         let inputs: Vec<_> = inputs.iter().map(|(field, path)| (*field, path.as_path())).collect();
@@ -89,7 +89,7 @@ impl Outputs {
         }
     }
 
-    /// Only PNG is exposed.
+    /// Rejects an exposure for formats other than PNG.
     fn check_exposure(&self) -> Result<(), Error> {
         match &self.image {
             Some(image) if self.exposure.is_some() && !is_exposed(image) => {
@@ -100,7 +100,7 @@ impl Outputs {
         }
     }
 
-    /// Refuses a disk without room for images of so many pixels.
+    /// Checks that the disk has room for images of `pixels` pixels.
     pub(crate) fn check_room(&self, pixels: u64) -> Result<(), Error> {
         for (content, path) in self.files() {
             let bytes = match (content, Format::from_path(path)) {
@@ -115,7 +115,7 @@ impl Outputs {
     }
 }
 
-/// Whether an image of that name is exposed: the others hold radiance as it is.
+/// Whether exposure applies to the image file: to PNG only, as the other formats store radiance unchanged.
 pub fn is_exposed(image: &Path) -> bool {
     Format::from_path(image) == Ok(Format::Png)
 }

@@ -1,4 +1,4 @@
-//! From a job to a render that can begin: everything that can be refused is refused here, before any work.
+//! Validates a job and acquires its resources, so that errors are found before the render starts.
 
 use crate::error::{Error, Field, Problem};
 use crate::job::Job;
@@ -13,19 +13,20 @@ use rayon::ThreadPool;
 use scene::Settings;
 use std::path::Path;
 
-/// A job that is checked.
+/// A validated job with its resources.
 pub(crate) struct Ready {
     pub(crate) job: Job,
     pub(crate) pool: ThreadPool,
     pub(crate) need: Need,
-    /// Of the scene, as [`scene_file::digest`].
+    /// Digest of the scene, by [`scene_file::digest`].
     pub(crate) digest: String,
     pub(crate) keeper: Option<Keeper>,
-    /// What the render is resumed from.
+    /// The checkpoint to resume.
     pub(crate) from: Option<Loaded>,
 }
 
-/// Checks `job` and takes what it needs: the lock of its checkpoint, threads, memory.
+/// Validates `job` and acquires the lock of its checkpoint and its threads; checks that there is enough memory and disk
+/// space.
 pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     check_settings(&job)?;
     if let Some(from) = &job.from {
@@ -58,7 +59,7 @@ fn check_settings(job: &Job) -> Result<(), Error> {
     })
 }
 
-/// Whether engine and iterations are such that `job` can go on from a checkpoint.
+/// Checks that engine and iterations of `job` are compatible with the checkpoint to resume.
 fn check_resumed(job: &Job, from: &Loaded) -> Result<(), Error> {
     let (path, account) = (from.path.display(), &from.checkpoint.account);
     let (asked, done) = (job.scene.settings.iterations, account.iterations);
@@ -76,8 +77,8 @@ fn check_resumed(job: &Job, from: &Loaded) -> Result<(), Error> {
     Ok(())
 }
 
-/// Checks where the render is saved and takes the lock, if it is to stay or is there already. A checkpoint of this very
-/// render is resumed; that of another is not overwritten.
+/// Checks and locks the checkpoint, if it is to be kept or exists already. An existing checkpoint of the same render
+/// will be resumed; one of another render is an error.
 fn take_checkpoint(job: &mut Job) -> Result<(), Error> {
     let Some(save) = &job.save else { return Ok(()) };
     let store = Store::new(&save.path);
@@ -93,7 +94,7 @@ fn take_checkpoint(job: &mut Job) -> Result<(), Error> {
     Ok(())
 }
 
-/// A checkpoint is neither read nor written as something else.
+/// Checks that the checkpoint is not also an input or another output, and that it can be written.
 fn check_checkpoint(job: &Job, save: &Save) -> Result<(), Error> {
     let inputs = job.inputs.iter().map(|(field, path)| (*field, path.as_path()));
     let outputs = job.outputs.files().map(|(content, path)| (content.field(), path));
@@ -102,7 +103,8 @@ fn check_checkpoint(job: &Job, save: &Save) -> Result<(), Error> {
     atomic_file::check(&save.path).map_err(|error| Error::named(Field::Checkpoint, error))
 }
 
-/// The checkpoint that is there, if it is one of this very render; another is not overwritten.
+/// The existing checkpoint, if it is of the same render. One of another render is an error, as it must not be
+/// overwritten.
 fn found(store: &Store, job: &Job) -> Result<Option<Loaded>, Error> {
     let refuse = |problem: Problem| {
         let problem = problem.text("remove it, or name another by ").field(Field::Checkpoint);
@@ -133,7 +135,7 @@ fn found(store: &Store, job: &Job) -> Result<Option<Loaded>, Error> {
     Ok(Some(loaded))
 }
 
-/// Who saves the render, if somebody does.
+/// The keeper that will write checkpoints, if the job asks for them.
 fn keeper(job: &mut Job, digest: &str, from: Option<&Loaded>) -> Result<Option<Keeper>, Error> {
     let Some(save) = &job.save else { return Ok(None) };
     let mut note = Note {
@@ -147,7 +149,7 @@ fn keeper(job: &mut Job, digest: &str, from: Option<&Loaded>) -> Result<Option<K
     let saved = from.map(|from| from.checkpoint.account.iterations);
     let keeper = Keeper::new(save.clone(), job.lock.take(), &job.scene, digest, &note, saved);
     if save.keep {
-        // Two generations, and a third on its way.
+        // Two generations, and a third while it is being written.
         let sums = job.engine.name().sums();
         let bytes = 3 * keeper.bytes(&job.scene.settings, sums, job.goals.error.is_some());
         let room = atomic_file::check_room(&save.path, bytes);

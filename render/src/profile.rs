@@ -1,4 +1,4 @@
-//! Profiles: the free parameters of the fast engine in a file, as `sppm tune` writes them.
+//! Profiles: files with the free parameters of the fast engine, as written by `sppm tune`.
 
 use crate::error::{Error, Field as Asked};
 use crate::names::LanesName;
@@ -7,26 +7,25 @@ use files::scene_file::{Fault, Field, Section, load_other};
 use std::fmt::Write;
 use std::path::Path;
 
-/// The tables of a profile: what a render goes by, what it was tuned for, and how the search went. Only the first is
-/// read.
+/// The tables of a profile: the parameters, what they were tuned for, and how the search went. Only the first is used.
 const TABLES: [&str; 3] = ["parameters", "tuned", "search"];
-/// The key of the lanes, beside the parameters.
+/// The key of the lanes in the table of parameters.
 const LANES: &str = "lanes";
 
-/// What a profile asks for.
+/// The content of a profile.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Profile {
     /// The free parameters.
     pub parameters: Parameters,
-    /// The lanes, if it asks for some.
+    /// The lanes, if given.
     pub lanes: Option<LanesName>,
 }
 
 impl Profile {
-    /// Reads the profile in the file `path`. What it does not state is as usual.
+    /// Reads the profile in the file `path`. Missing values are the defaults.
     ///
     /// # Errors
-    /// If it cannot be read: the file, line and column of the first fault, and what would be right.
+    /// If it is not valid: file, line and column of the first fault, and how to fix it.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let read = load_other(path, "profile", &TABLES, |root| {
             root.get("parameters").map_or(Ok(Self::default()), Self::parse)
@@ -48,7 +47,7 @@ impl Profile {
     pub fn to_text(self) -> String {
         let mut text = String::from("[parameters]\n");
         for (parameter, value) in Parameters::ALL.iter().zip(self.parameters.values()) {
-            // As it was before it became an `f64`: the shortest text that gives the same value.
+            // Convert back to the original `f32`, whose shortest text reads back as the same value.
             let value = value as f32;
             let _ = match parameter.values {
                 Values::Any => writeln!(text, "{} = {value:?}", parameter.name),
@@ -62,7 +61,7 @@ impl Profile {
     }
 }
 
-/// `parameters` with the value that the section gives to `name`, if it does.
+/// `parameters` with the value of `name` in the section, if given.
 fn set(section: &Section, parameters: Parameters, name: &'static str) -> Result<Parameters, Fault> {
     let Some(field) = section.get(name) else { return Ok(parameters) };
     let told = |error: ParameterError| field.fault(error);
@@ -102,14 +101,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_stated_is_as_usual() {
+    fn missing_values_are_the_defaults() {
         for text in ["", "[parameters]", "[tuned]\nscene = 1\n[search]"] {
             assert_eq!(read(text), Ok(Profile::default()), "{text:?}");
         }
     }
 
     #[test]
-    fn faults_are_told_at_their_place() {
+    fn errors_have_a_position() {
         let cases = [
             (
                 "[parameters]\ncell_size = 90",

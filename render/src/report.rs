@@ -1,53 +1,54 @@
-//! What `--stats` writes: settings, seconds per pass and counted work, as one JSON object.
+//! The report of a render, which `--stats` writes as JSON: settings, seconds per pass, and counted work.
 
 use crate::names::{EngineName, LanesName};
 use scene::{Settings, Stats};
 use serde::Serialize;
 use std::io::{self, Write};
 
-/// A render, for people who measure.
+/// Measurements of a render.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
-    /// Of this command.
+    /// Version of sppm.
     pub version: &'static str,
     /// The scene's own name.
     pub scene: String,
-    /// What rendered.
+    /// The engine.
     pub engine: EngineName,
     /// The lanes that it ran on, if it has any.
     pub lanes: Option<LanesName>,
-    /// How many threads worked.
+    /// Number of threads.
     pub threads: usize,
-    /// What was asked for.
+    /// The requested settings.
     pub settings: Settings,
-    /// Iterations that the image holds; fewer than asked for if the render was interrupted.
+    /// Iterations in the image; fewer than requested if the render ended early.
     pub iterations: u32,
-    /// True if a request to end came before the last iteration did.
+    /// Whether a stop request ended the render.
     pub interrupted: bool,
     /// What ended the render.
     pub ended_by: &'static str,
-    /// Iterations that were taken over from a checkpoint.
+    /// Iterations that were resumed from a checkpoint.
     pub resumed_after: u32,
-    /// The last estimate of the relative error, if one was asked for.
+    /// The last estimate of the relative error, if there is an error goal.
     pub estimated_error: Option<f64>,
-    /// From the first iteration's start to the last one's end; of this session alone.
+    /// Seconds from the start of the first iteration to the end of the last, in this session. If the render was
+    /// stopped, writing its last checkpoint is included.
     pub wall_seconds: f64,
-    /// Developing and writing images; of this session alone. Only the last ones are not part of `wall_seconds`.
+    /// Seconds for developing and writing images, in this session. All but the final images are part of `wall_seconds`.
     pub write_seconds: f64,
-    /// The figure that was told before the start.
+    /// The bound on memory that was computed before the start.
     pub bytes_at_most: u64,
-    /// The most memory that the process held, where the system tells.
+    /// Peak memory of the process, where the system provides it.
     pub peak_bytes: Option<u64>,
-    /// The engine's own account, of all sessions.
+    /// The engine's own counts and times, over all sessions.
     #[serde(flatten)]
     pub stats: Stats,
 }
 
 impl Report {
-    /// Writes the object as JSON for programs and people.
+    /// Writes the report as indented JSON.
     ///
     /// # Errors
-    /// Those of `out`.
+    /// If writing to `out` fails.
     pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
         serde_json::to_writer_pretty(&mut *out, self)?;
         out.write_all(b"\n")

@@ -1,4 +1,4 @@
-//! A render on its way, on a thread of its own.
+//! Starts a job on its own thread, and controls the running render.
 
 use crate::error::Error;
 use crate::job::Job;
@@ -12,7 +12,7 @@ use scene::Stop;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
-/// A render on its way. Dropping it stops the render and waits for that.
+/// A running render. Dropping it stops the render and waits until it has ended.
 #[derive(Debug)]
 pub struct Running {
     stop: Stop,
@@ -21,10 +21,10 @@ pub struct Running {
 }
 
 impl Job {
-    /// Checks everything that can be refused, and begins to render, on a thread and a pool of its own.
+    /// Validates the job and starts the render on its own thread and thread pool.
     ///
     /// # Errors
-    /// Names the field at fault, or says what the system refuses. Nothing is written then.
+    /// If the job is not valid, with the field at fault, or if the system denies a resource. No output is written then.
     pub fn start(self, mut observer: impl Observer) -> Result<Running, Error> {
         let ready = prepare(self)?;
         let (stop, window) = (ready.job.stop.clone(), Arc::new(Window::default()));
@@ -38,33 +38,32 @@ impl Job {
 }
 
 impl Running {
-    /// What stops the render, from any thread: the iteration in progress is abandoned, and what was asked for is
-    /// written.
+    /// A handle that stops the render from any thread. The current iteration is abandoned, and the outputs are written.
     pub fn stopper(&self) -> Stop {
         self.stop.clone()
     }
 
-    /// The newest whole image, at any time and without stopping; `None` before the first, and if the job is not
-    /// [`Job::live`].
+    /// The image after the latest complete iteration, without stopping the render; `None` before the first, or if the
+    /// job is not [`Job::live`].
     pub fn latest(&self) -> Option<Arc<Snapshot>> {
         self.window.snapshot()
     }
 
-    /// The newest progress; `None` before the end of the first iteration. Its mean radius is known only while an
-    /// observer follows.
+    /// The latest progress; `None` before the end of the first iteration. The mean radius is given only if the observer
+    /// follows the render.
     pub fn progress(&self) -> Option<Step> {
         self.window.step()
     }
 
-    /// Whether the render is over, so that [`Self::wait`] returns at once.
+    /// Whether the render has ended, so that [`Self::wait`] returns at once.
     pub fn is_over(&self) -> bool {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Waits for the end.
+    /// Waits for the end of the render.
     ///
     /// # Errors
-    /// If the render broke down, or its checkpoint changed since it was checked. A render that was stopped is no error.
+    /// If the render panicked, or its checkpoint has changed since it was checked. Stopping a render is not an error.
     pub fn wait(mut self) -> Result<Outcome, Error> {
         let thread = self.thread.take().ok_or_else(|| Error::failed("the render is over"))?;
         let broken = "the render broke down; this is a fault of sppm, please report it";
@@ -76,7 +75,7 @@ impl Drop for Running {
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
             self.stop.request();
-            let _ = thread.join(); // nobody is left to tell
+            let _ = thread.join(); // there is nobody to report an error to
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Where and how often a render is saved, and what is noted beside its sums.
+//! Where and how often checkpoints are written, and the note that they contain.
 
 use crate::names::EngineName;
 use crate::outputs::Outputs;
@@ -7,19 +7,19 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// How a render is saved.
+/// Where and how often to write checkpoints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Save {
-    /// The checkpoint.
+    /// The checkpoint file.
     pub path: PathBuf,
     /// How often it is written.
     pub every: Every,
-    /// Whether it stays when all is done. Then the path is also checked before the start.
+    /// Whether it is kept after the render is complete. If so, the path is also checked before the start.
     pub keep: bool,
 }
 
 impl Save {
-    /// Saves beside the image `OUT`, as `OUT.sppm`, once a minute; the checkpoint goes when all is done.
+    /// Writes `OUT.sppm` next to the image `OUT` once a minute, and removes it after the render is complete.
     pub fn beside(image: &Path) -> Self {
         let mut path = image.as_os_str().to_owned();
         path.push(".sppm");
@@ -31,9 +31,9 @@ impl Save {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Every {
-    /// At the end of the first iteration after so much time.
+    /// After the first iteration that ends at least this long after the last checkpoint.
     Time(Duration),
-    /// After so many iterations.
+    /// After this many iterations.
     Iterations(u32),
 }
 
@@ -43,8 +43,8 @@ impl Default for Every {
     }
 }
 
-/// What a checkpoint notes of its render: above all, where its files go. Names of files in the checkpoint's own folder are
-/// noted without the folder, so that all of it can be moved; others from the root.
+/// The note in a checkpoint: the outputs and options of the render. Files in the checkpoint's own folder are noted by
+/// name, so that they can be moved together with it; others by absolute path.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Note {
     /// The engine that rendered last.
@@ -53,7 +53,7 @@ pub struct Note {
     pub image: Option<PathBuf>,
     /// Exposure of the image, in stops.
     pub exposure: Option<f32>,
-    /// Whether there are images of iterations 1, 2, 4, 8, ...
+    /// Whether snapshots of iterations 1, 2, 4, 8, ... are written.
     pub snapshots: bool,
     /// The image of radii.
     pub radius_image: Option<PathBuf>,
@@ -63,20 +63,20 @@ pub struct Note {
     pub stats: Option<PathBuf>,
     /// The estimated error at which the render is to end.
     pub until_error: Option<f64>,
-    /// How often it is saved.
+    /// How often the checkpoint is written.
     pub every: Every,
-    /// Whether the checkpoint stays when all is done.
+    /// Whether the checkpoint is kept after the render is complete.
     pub keep: bool,
 }
 
 impl Note {
-    /// The note in a checkpoint; an empty one if another program wrote that.
+    /// The note in a checkpoint; the default if it cannot be parsed.
     pub fn of(loaded: &Loaded) -> Self {
         serde_json::from_str(&loaded.checkpoint.note).unwrap_or_default()
     }
 }
 
-/// `path` as a checkpoint at `store` notes it; `None` if it is not Unicode.
+/// `path` as noted in a checkpoint at `store`; `None` if it is not Unicode.
 fn noted(path: &Path, store: &Path) -> Option<PathBuf> {
     let whole = std::path::absolute(path).ok()?;
     let folder = std::path::absolute(store).ok()?.parent()?.to_owned();
@@ -94,7 +94,7 @@ fn resolved(noted: &Path, store: &Path) -> PathBuf {
 }
 
 impl Outputs {
-    /// Adds where files go to what a checkpoint at `store` notes.
+    /// Adds the output files to the `note` of a checkpoint at `store`.
     pub(crate) fn note(&self, store: &Path, note: &mut Note) {
         let noted = |path: &Option<PathBuf>| path.as_deref().and_then(|path| noted(path, store));
         note.image = noted(&self.image);
@@ -104,7 +104,7 @@ impl Outputs {
         (note.exposure, note.snapshots) = (self.exposure, self.snapshots);
     }
 
-    /// The files that a checkpoint at `store` notes.
+    /// The output files in the `note` of a checkpoint at `store`.
     pub(crate) fn noted(note: &Note, store: &Path) -> Self {
         let there = |path: &Option<PathBuf>| path.as_deref().map(|path| resolved(path, store));
         Self {

@@ -1,7 +1,7 @@
-//! From the first iteration to the last file, on the thread of the render.
+//! The main loop of a render, from the first iteration to the last output file, on the render's own thread.
 //!
-//! A request to stop, or the end of the time, abandons the iteration in progress, so nobody waits for it; what the engine
-//! holds is then the render after the last whole iteration.
+//! A stop request or the time limit abandons the current iteration instead of waiting for it. The engine then holds the
+//! state after the last complete iteration.
 
 use crate::error::{Error, Field};
 use crate::estimate::Estimate;
@@ -28,10 +28,10 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Renders what is `ready`, on the threads of its pool.
+/// Runs a prepared job on its thread pool.
 pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) -> Result<Outcome, Error> {
     let Ready { mut job, pool, need, digest, keeper, from } = ready;
-    // The engine borrows the scene, and the job goes back to the caller.
+    // The engine borrows the scene. Move it out of the job, which is returned to the caller.
     let nothing = Scene { spheres: Vec::new(), materials: Vec::new(), name: String::new(), ..job.scene };
     let scene = replace(&mut job.scene, nothing);
     let (threads, mut parts) = (pool.current_num_threads(), take(&mut job.warm.parts));
@@ -61,7 +61,7 @@ pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) ->
     Ok(Outcome { end, report, writing, saved, unsaved, written, failed, last, job })
 }
 
-/// What a session leaves.
+/// The results of a session.
 struct Ended {
     end: End,
     report: Report,
@@ -88,7 +88,7 @@ struct Session<'a> {
 }
 
 impl Session<'_> {
-    /// Renders with the `parts` of an earlier render, and leaves those of this one.
+    /// Renders with the reusable `parts` of an earlier render, and replaces them with those of this one.
     fn render(&mut self, deposits: u32, from: Option<Loaded>, parts: &mut Parts) -> Result<Ended, Error> {
         self.introduce();
         let mut started = self.job.engine.start(self.scene, deposits, take(parts));
@@ -129,10 +129,10 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Iterates until a goal is reached or somebody asks to stop.
+    /// Iterates until all iterations are done, a goal is reached or a stop is requested.
     fn iterate(&mut self, engine: &mut dyn Resumable) -> Result<End, Error> {
         let (job, goals) = (self.job, &self.job.goals);
-        // The end of the time stops the iteration, and is nobody's request.
+        // A child of the job's stop: the time limit ends the iteration, but must not count as a stop request.
         let (stop, mut alarm) = (job.stop.child(), None);
         loop {
             if job.stop.is_requested() {
@@ -186,8 +186,8 @@ impl Session<'_> {
         }
     }
 
-    /// Saves the render and refreshes its images, if it is time. What cannot be written is no reason to stop: another
-    /// time it may work.
+    /// Writes a checkpoint and the images, if it is time. If that fails, the render continues, as the next attempt may
+    /// succeed. Returns whether a checkpoint was written.
     fn save_if_due(&mut self, engine: &dyn Resumable) -> bool {
         let iterations = engine.iterations();
         if iterations >= engine.settings().iterations
@@ -207,7 +207,7 @@ impl Session<'_> {
         is_saved
     }
 
-    /// Saves the render in one of the ways of [`Keeper`], if it is to be saved at all.
+    /// Calls one of the saving methods of [`Keeper`], if checkpoints are written at all.
     fn save(&mut self, engine: &dyn Resumable, way: Way) -> Result<(), FileError> {
         let Some(keeper) = &mut self.keeper else { return Ok(()) };
         way(keeper, engine, self.estimate.past())
@@ -219,7 +219,7 @@ impl Session<'_> {
 
     fn metadata(&self, engine: &dyn Resumable) -> Metadata {
         let (job, done) = (self.job, engine.iterations());
-        // An image is what so many iterations make, whatever was asked for.
+        // The number of iterations in the image, which may be fewer than requested.
         let settings = Settings { iterations: done.max(1), ..*engine.settings() };
         let photons = u64::from(settings.photons_per_iteration) * u64::from(done);
         Metadata {
@@ -236,12 +236,12 @@ impl Session<'_> {
         }
     }
 
-    /// Writes what there is to write in the end. A render that was stopped stays saved, one that is over needs no
-    /// checkpoint any more, unless that is to stay.
+    /// Writes the final files. The checkpoint of a stopped render stays; that of a completed render is removed, unless
+    /// it is to be kept.
     fn conclude(&mut self, engine: &dyn Resumable, end: End) -> Ended {
         let is_stopped = end == End::Stopped;
         let has_image = engine.iterations() > 0 || !is_stopped;
-        // The checkpoint first: the image follows from it.
+        // The checkpoint first: the image can be made from it.
         let mut unsaved = None;
         if is_stopped && has_image {
             unsaved = self.save(engine, Keeper::save_somewhere).err();
@@ -252,7 +252,7 @@ impl Session<'_> {
             (written, failed) = self.writer.write(&self.shown(engine), &report);
         }
         if !failed.is_empty() {
-            // Where neither can be written, the last checkpoint is what is left.
+            // If this fails too, the last checkpoint remains.
             let _ = self.save(engine, Keeper::save_somewhere);
         } else if !is_stopped {
             unsaved = self.save(engine, Keeper::finish).err();
@@ -290,10 +290,10 @@ impl Session<'_> {
     }
 }
 
-/// A way to save.
+/// A saving method of [`Keeper`].
 type Way = fn(&mut Keeper, &dyn Resumable, Option<&Past>) -> Result<(), FileError>;
 
-/// Requests to stop once `left` has passed, unless what it gives is dropped before.
+/// Starts a timer that requests a stop after `left`. Dropping the returned sender cancels it.
 fn ring(left: Duration, stop: Stop) -> Sender<()> {
     let (alarm, off) = channel();
     thread::spawn(move || {

@@ -1,19 +1,19 @@
-//! The newest image of a render, for other threads.
+//! Shares the latest image and progress of a render with other threads.
 
 use crate::step::Step;
 use scene::Film;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// A render after a whole iteration.
+/// The image after a complete iteration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Snapshot {
-    /// Whole iterations that the image holds.
+    /// Iterations in the image.
     pub iterations: u32,
     /// The image.
     pub film: Film,
 }
 
-/// What the thread of a render shows to others.
+/// The latest state of a render, written by its thread and read by others.
 #[derive(Debug, Default)]
 pub(crate) struct Window {
     shown: Mutex<Shown>,
@@ -34,10 +34,10 @@ impl Window {
         self.lock().step
     }
 
-    /// Shows an image, which was developed before: nobody waits for that.
+    /// Publishes an image. It was developed before, so that readers do not wait for that.
     pub(crate) fn show_snapshot(&self, snapshot: Snapshot) {
         let snapshot = Some(Arc::new(snapshot));
-        // The old one is freed after the lock.
+        // Frees the old image after the lock is released.
         let _old = std::mem::replace(&mut self.lock().snapshot, snapshot);
     }
 

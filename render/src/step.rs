@@ -1,4 +1,4 @@
-//! What there is to tell after an iteration.
+//! The progress of a render after each iteration.
 
 use scene::{PhotonSums, Resumable, Sums};
 use serde::Serialize;
@@ -8,32 +8,32 @@ use serde::Serialize;
 pub struct Step {
     /// Iterations done.
     pub iteration: u32,
-    /// Iterations that were asked for.
+    /// Iterations requested.
     pub iterations: u32,
     /// Seconds of this iteration.
     pub seconds: f64,
-    /// Seconds since the start.
+    /// Seconds since the start of this session.
     pub elapsed_seconds: f64,
     /// Photons so far.
     pub photons: u64,
     /// Camera segments so far.
     pub camera_segments: u64,
-    /// The mean over all pixels, in scene units, if there are photons.
+    /// The mean search radius of all pixels, in scene units; only in photon mapping, and if an observer follows.
     pub mean_radius: Option<f64>,
-    /// The last estimate of the relative error, if one was asked for.
+    /// The last estimate of the relative error, if there is an error goal.
     pub estimated_error: Option<f64>,
-    /// Whether a checkpoint was written after it.
+    /// Whether a checkpoint was written after this iteration.
     pub saved: bool,
 }
 
 impl Step {
-    /// The part of it that `engine` knows.
+    /// The part of the progress that `engine` provides.
     pub fn of(engine: &dyn Resumable) -> Self {
         let mean_radius = (engine.sums() == Sums::Photons).then(|| mean_radius(engine));
         Self { mean_radius, ..Self::brief(engine) }
     }
 
-    /// The same without the mean radius, for which every pixel must be looked at.
+    /// The same without the mean radius, which takes a pass over all pixels.
     pub(crate) fn brief(engine: &dyn Resumable) -> Self {
         let stats = engine.stats();
         Self {
@@ -46,7 +46,7 @@ impl Step {
     }
 }
 
-/// The mean search radius, row by row: an image of it at every iteration would make memory rise and fall.
+/// The mean search radius. Computed row by row, to avoid allocating an image after every iteration.
 fn mean_radius(engine: &dyn Resumable) -> f64 {
     let settings = engine.settings();
     let mut row = vec![0; settings.width as usize * PhotonSums::WORDS];

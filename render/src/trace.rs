@@ -1,4 +1,4 @@
-//! Rays in, hits out: what rays of a still scene meet.
+//! Intersects rays with a scene at one instant.
 
 use crate::choice::EngineChoice;
 use crate::names::EngineName;
@@ -8,13 +8,13 @@ use reference::intersect::intersect;
 use scene::ray::{NO_SPHERE, SphereId};
 use scene::{Ray, Still, Vec3};
 
-/// Rays that a thread traces before it asks for more.
+/// Rays per work item.
 const RAYS_AT_ONCE: usize = 1 << 14;
-/// A ray that meets nothing.
+/// The result for a ray that hits nothing.
 const MISS: (f32, SphereId, Vec3) = (f32::INFINITY, NO_SPHERE, Vec3::ZERO);
 
-/// Distance in scene units, sphere and unit normal of the nearest hit of each ray, by the threads of the current rayon
-/// pool; a miss is infinitely far. Every engine gives the same bits.
+/// Distance in scene units, sphere and unit normal of the nearest hit of each ray, computed on the current rayon pool.
+/// A miss has an infinite distance. Every engine gives the same bits.
 pub fn trace(engine: EngineChoice, still: &Still, rays: &[Ray]) -> Vec<(f32, SphereId, Vec3)> {
     let intersector = Intersector::new(still, engine.lane_kind());
     let one_by_one = |ray: &Ray| intersect(still, ray).map_or(MISS, |hit| (hit.t, hit.sphere, hit.normal));

@@ -1,4 +1,4 @@
-//! What a job keeps for its next start: threads, and what does not change with camera, materials or settings.
+//! What a job keeps for its next start: its thread pool and reusable parts of the fast engine.
 
 use crate::error::Error;
 use crate::pool::pool;
@@ -9,14 +9,14 @@ use std::fmt;
 /// What a job keeps for its next start.
 #[derive(Default)]
 pub(crate) struct Warm {
-    /// The pool, and for how many threads it was asked.
+    /// The pool, and the number of threads that was requested for it.
     pool: Option<(Option<usize>, ThreadPool)>,
-    /// Of the fast engine.
+    /// Reusable parts of the fast engine.
     pub(crate) parts: Parts,
 }
 
 impl Warm {
-    /// The pool of the start before, if it has as many threads; else a new one.
+    /// The kept pool, if it was made for the same number of threads; else a new one.
     pub(crate) fn take_pool(&mut self, threads: Option<usize>) -> Result<ThreadPool, Error> {
         match self.pool.take() {
             Some((asked, pool)) if asked == threads => Ok(pool),
@@ -24,7 +24,7 @@ impl Warm {
         }
     }
 
-    /// Keeps a pool of so many threads, as they were asked for.
+    /// Keeps a pool that was made for `threads`.
     pub(crate) fn keep_pool(&mut self, threads: Option<usize>, pool: ThreadPool) {
         self.pool = Some((threads, pool));
     }

@@ -1,4 +1,4 @@
-//! Writes what a render shows into its files. Pixels are developed as they are written.
+//! Writes the output files of a render. Pixels are developed while they are written, without an image in memory.
 
 use crate::outcome::Unwritten;
 use crate::outputs::{Content, Outputs};
@@ -10,14 +10,14 @@ use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Writes the files of a render, and tells how long that took.
+/// Writes the output files of a render and measures the time that takes.
 #[derive(Debug)]
 pub(crate) struct Writer {
     outputs: Outputs,
     writing: Cell<Duration>,
 }
 
-/// A render as it stands, and what is written into its images beside the pixels.
+/// The state of a render, and the note to store in its images.
 pub(crate) struct Shown<'a> {
     pub(crate) engine: &'a dyn Resumable,
     pub(crate) note: String,
@@ -44,13 +44,13 @@ impl Writer {
         self.writing.get()
     }
 
-    /// Writes the images before the end. Gives what could not be written.
+    /// Writes the images of a render in progress. Returns the errors.
     pub(crate) fn refresh(&self, shown: &Shown) -> Vec<FileError> {
         let images = self.outputs.files().filter(|(content, _)| *content != Content::Stats);
         images.filter_map(|(content, path)| self.write_one(content, path, shown, None).err()).collect()
     }
 
-    /// Writes the image after `iteration`, if that is one of which a snapshot is wanted.
+    /// Writes the snapshot after `iteration`, if snapshots are requested and it is a power of two.
     pub(crate) fn snapshot<'a>(
         &self,
         iteration: u32,
@@ -64,8 +64,8 @@ impl Writer {
         }
     }
 
-    /// Writes everything: what was written, and what was not. What cannot be written where it should be is written
-    /// where it can be.
+    /// Writes all outputs. A file that cannot be written is saved elsewhere if possible. Returns the files that were
+    /// written and those that were not.
     pub(crate) fn write(&self, shown: &Shown, report: &Report) -> (Vec<PathBuf>, Vec<Unwritten>) {
         let (mut written, mut failed) = (Vec::new(), Vec::new());
         for (content, path) in self.outputs.files() {
@@ -108,7 +108,7 @@ impl Writer {
     }
 }
 
-/// `OUT-0001.png` for `OUT.png`.
+/// The path of a snapshot: `OUT-0001.png` for `OUT.png`.
 fn numbered(image: &Path, iteration: u32) -> PathBuf {
     let mut name = image.file_stem().unwrap_or_default().to_owned();
     name.push(format!("-{iteration:04}."));

@@ -1,23 +1,23 @@
-//! The arrows between crates: each may depend only on those that the table permits.
+//! Dependencies between crates: each may depend only on those that a table permits.
 
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
-/// Each crate, and those of ours that it may depend on. Those that do not exist yet are planned.
+/// Each crate, with the crates of this workspace that it may depend on. Crates that do not exist yet are planned.
 const PERMITTED: &[(&str, &[&str])] = &[
-    // The nouns, and what engines offer.
+    // Common data types, and the interface of engines.
     ("scene", &[]),
     // Vectors; all unsafe code.
     ("lanes", &[]),
-    // Files: scenes, images, checkpoints, exports.
+    // File formats: scenes, images, checkpoints, exports.
     ("files", &["scene"]),
-    // The engines know of each other through tests only, so that a fault in a shared helper cannot hide in both.
+    // The engines share no code besides `scene`, so that an error in a common helper cannot hide in both.
     ("reference", &["scene"]),
     ("fast", &["scene", "lanes"]),
     // Metrics.
     ("compare", &["scene"]),
-    // The life of a render.
+    // Running renders, for all front ends.
     ("render", &["scene", "files", "reference", "fast"]),
     // Molecules and particles as scenes.
     ("importers", &["scene"]),
@@ -26,10 +26,10 @@ const PERMITTED: &[(&str, &[&str])] = &[
     ("python", &["render", "importers", "compare"]),
     // Line plots as SVG files.
     ("plots", &["files"]),
-    // The paper's stages; `fast` to be measured beside them.
+    // The paper's stages. Depends on `fast` to measure it for comparison.
     ("ladder", &["scene", "files", "lanes", "fast", "compare", "plots"]),
     ("tuner", &["scene", "files", "fast", "compare", "render", "plots"]),
-    // The command: all but the other front end for programs.
+    // The command: everything except the Python module.
     (
         "sppm",
         &[
@@ -48,11 +48,11 @@ const PERMITTED: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// What tests of a crate may use beside that: the engines' tests take the built-in scenes. The engines meet in the tests
-/// of the root package, which has both.
+/// Additional crates that the tests of a crate may use: the engines' tests use the built-in scenes of `files`. Tests that
+/// compare the engines are in the root package, which depends on both.
 const PERMITTED_TO_TESTS: &[(&str, &[&str])] = &[("reference", &["files"]), ("fast", &["files"])];
 
-/// The arrows that a table does not permit: of the kind "fast -> reference", or "fast is not in the table".
+/// The dependencies that the tables do not permit, as "fast -> reference" or "fast is not in the table".
 fn violations(arrows: &BTreeMap<String, BTreeSet<String>>, tables: &[&[(&str, &[&str])]]) -> Vec<String> {
     let mut all = Vec::new();
     for (from, to) in arrows {
@@ -73,8 +73,8 @@ fn short(name: &str) -> String {
     name.strip_prefix("sppm-").unwrap_or(name).to_owned()
 }
 
-/// From what `cargo metadata` tells, the dependencies of each crate on others of the workspace: of its library and
-/// programs, and of its tests.
+/// The dependencies of each crate on others of the workspace, by the output of `cargo metadata`: first those of its
+/// library and programs, then those of its tests.
 fn arrows(metadata: &Value) -> [BTreeMap<String, BTreeSet<String>>; 2] {
     let packages = metadata["packages"].as_array().expect("packages");
     let ours: BTreeSet<&str> = packages.iter().filter_map(|package| package["name"].as_str()).collect();
@@ -96,7 +96,7 @@ fn arrows(metadata: &Value) -> [BTreeMap<String, BTreeSet<String>>; 2] {
     all
 }
 
-/// What cargo tells of this workspace.
+/// The output of `cargo metadata` for this workspace.
 pub(crate) fn metadata() -> Value {
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--no-deps", "--format-version", "1", "--offline"])
@@ -116,7 +116,7 @@ fn crates_depend_on_those_that_the_table_permits() {
 }
 
 #[test]
-fn an_arrow_or_a_crate_that_is_not_in_the_table_is_told() {
+fn dependencies_and_crates_that_are_not_in_the_table_are_reported() {
     let packages = r#"{"packages": [
         {"name": "sppm-scene", "dependencies": [{"name": "glam", "kind": null}]},
         {"name": "sppm-reference", "dependencies": [{"name": "sppm-scene", "kind": null}]},
@@ -135,7 +135,7 @@ fn an_arrow_or_a_crate_that_is_not_in_the_table_is_told() {
 }
 
 #[test]
-fn the_table_itself_has_no_circle() {
+fn the_table_itself_has_no_cycle() {
     let edges =
         PERMITTED.iter().flat_map(|(from, to)| to.iter().map(|to| (from.to_string(), to.to_string())));
     assert_eq!(crate::cycles::cycles(&edges.collect()), Vec::<BTreeSet<String>>::new());

@@ -1,8 +1,8 @@
-//! Circles in a graph.
+//! Finds cycles in a directed graph.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The sets of two or more nodes that all reach each other.
+/// The sets of two or more nodes that can all reach each other: the strongly connected components.
 pub(crate) fn cycles(edges: &BTreeSet<(String, String)>) -> Vec<BTreeSet<String>> {
     let mut onward: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for (from, to) in edges {
@@ -22,7 +22,7 @@ pub(crate) fn cycles(edges: &BTreeSet<(String, String)>) -> Vec<BTreeSet<String>
     all.into_iter().collect()
 }
 
-/// The nodes that a node reaches by one edge or more.
+/// The nodes that a node reaches by at least one edge.
 fn reachable<'a>(from: &str, onward: &BTreeMap<&'a str, Vec<&'a str>>) -> BTreeSet<&'a str> {
     let (mut found, mut open) = (BTreeSet::new(), onward[from].clone());
     while let Some(node) = open.pop() {
@@ -34,7 +34,7 @@ fn reachable<'a>(from: &str, onward: &BTreeMap<&'a str, Vec<&'a str>>) -> BTreeS
 }
 
 #[test]
-fn circles_are_found_and_nothing_else() {
+fn only_cycles_are_found() {
     let of = |edges: &[(&str, &str)]| {
         let edges = edges.iter().map(|(from, to)| ((*from).to_owned(), (*to).to_owned()));
         let sets = cycles(&edges.collect());

@@ -1,4 +1,4 @@
-//! The arrows between the files of a crate: no files import each other, directly or in a circle.
+//! Imports between the files of a crate: they must not form cycles.
 
 use crate::crates::metadata;
 use crate::cycles::cycles;
@@ -7,10 +7,10 @@ use std::collections::BTreeSet;
 use std::fs::read_to_string;
 use std::path::Path;
 
-/// Circles that are still to be opened, each by its files; a circle among some of them is permitted as well. Take an entry
-/// out once its circle is open. `lanes`, `reference` and `fast` have none.
+/// Cycles that are tolerated until they are removed, as sets of files. A cycle among some of these files is tolerated
+/// too. Remove an entry once its cycle is gone. `lanes`, `reference` and `fast` have none.
 const STILL_CIRCULAR: &[&[&str]] = &[
-    // scene: a `mod.rs` or `lib.rs` defines what its children import, and imports them.
+    // Modules in which `mod.rs` or `lib.rs` imports its children and defines items that these import.
     &[
         "checkpoint/damage.rs",
         "checkpoint/mod.rs",
@@ -22,10 +22,10 @@ const STILL_CIRCULAR: &[&[&str]] = &[
     &["image_file/mod.rs", "image_file/openexr.rs", "image_file/pfm.rs", "image_file/png.rs"],
 ];
 
-/// The crates in which no circle is permitted, whatever the list says.
+/// The crates in which no cycle is tolerated, even if it is in the list.
 const CLEAN: [&str; 3] = ["sppm-lanes", "sppm-reference", "sppm-fast"];
 
-/// All imports between the files of a folder `src`, from its library and its program; files are named from the folder.
+/// All imports between the files in a folder `src`, of its library and its program, with paths relative to the folder.
 pub(crate) fn imports(src: &Path) -> BTreeSet<Import> {
     let plain = |name: &str| {
         let name = Path::new(name).strip_prefix(src).expect("a file of the folder");
@@ -43,7 +43,7 @@ pub(crate) fn imports(src: &Path) -> BTreeSet<Import> {
     all
 }
 
-/// The circles among imports, but for `permitted` ones: the files of each, and how they import each other.
+/// Describes the cycles among imports, except for `permitted` ones: the files of each, and their imports.
 fn circles(imports: &BTreeSet<Import>, permitted: &[&[&str]]) -> Vec<String> {
     let edges = imports.iter().map(|import| (import.from.clone(), import.to.clone())).collect();
     let is_permitted = |files: &BTreeSet<String>| {
@@ -62,7 +62,7 @@ fn circles(imports: &BTreeSet<Import>, permitted: &[&[&str]]) -> Vec<String> {
 }
 
 #[test]
-fn no_files_of_a_crate_import_each_other_in_a_circle() {
+fn imports_in_a_crate_form_no_cycles() {
     let metadata = metadata();
     let mut told = String::new();
     for package in metadata["packages"].as_array().expect("packages") {
@@ -79,7 +79,7 @@ fn no_files_of_a_crate_import_each_other_in_a_circle() {
 }
 
 #[test]
-fn a_circle_is_told_with_its_imports() {
+fn a_cycle_is_reported_with_its_imports() {
     let import = |from: &str, to: &str| Import {
         from: from.to_owned(),
         to: to.to_owned(),
@@ -93,9 +93,9 @@ fn a_circle_is_told_with_its_imports() {
     assert_eq!(circles(&imports, &[&["a", "b", "c"]]), [""; 0]);
 }
 
-/// A child that imports from the file which imports it, by a re-export and a macro: read, resolved and found.
+/// A module that imports from its parent through a re-export and inside a macro, while its parent imports from it.
 #[test]
-fn a_circle_in_source_text_is_found() {
+fn a_cycle_in_source_text_is_found() {
     let files = [
         ("lib.rs", "mod a; mod b; pub use a::top;"),
         ("a/mod.rs", "mod child; pub use child::Child; pub fn top() {}"),

@@ -1,15 +1,15 @@
-//! The arrows between the folders of the command: `commands` to `args` and `terminal`, and never back. The rule holds as
-//! soon as there are such folders.
+//! Imports between the folders of the command: `commands` may import from `args` and `terminal`, and `args` from
+//! `terminal`, but not the other way round. Folders that do not exist yet break no rule.
 
 use crate::files::imports;
 use crate::imports::Import;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Folders (or files of the same name), and those that they never import.
+/// Folders (or files of the same name), with the folders that they must not import from.
 const NEVER: [(&str, &[&str]); 2] = [("terminal", &["args", "commands"]), ("args", &["commands"])];
 
-/// The imports that the rule forbids.
+/// The forbidden imports.
 fn forbidden(imports: &BTreeSet<Import>) -> Vec<String> {
     let folder = |file: &str| file.split('/').next().unwrap_or(file).trim_end_matches(".rs").to_owned();
     let is_forbidden = |import: &&Import| {
@@ -21,13 +21,13 @@ fn forbidden(imports: &BTreeSet<Import>) -> Vec<String> {
 }
 
 #[test]
-fn the_command_imports_from_commands_down_to_the_terminal() {
+fn folders_of_the_command_import_only_downwards() {
     let imports = imports(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));
     assert_eq!(forbidden(&imports), [""; 0]);
 }
 
 #[test]
-fn imports_upwards_are_told() {
+fn imports_upwards_are_reported() {
     let import = |from: &str, to: &str| Import { from: from.into(), to: to.into(), path: "crate::x".into() };
     let upwards = [
         import("args.rs", "commands/render.rs"),

@@ -1,9 +1,9 @@
-//! Which files of a crate import from which, as syn reads them.
+//! Finds the imports between the files of a crate, parsed by syn.
 //!
-//! What counts as an import: the leaves of `use` declarations, and paths within code that begin with `crate`, `self`,
-//! `super` or a module below, also in the arguments and definitions of macros. A name that is re-exported belongs to the
-//! file that defines it, as far as `use` declarations tell; a name that nothing tells of belongs to the module asked for
-//! it. What `#[cfg(test)]` guards does not count, nor does a `mod` declaration by itself.
+//! Imports are the leaves of `use` declarations, and paths in code that begin with `crate`, `self`, `super` or a child
+//! module. Paths from `crate` are also found in the arguments and definitions of macros. A re-exported name belongs to
+//! the file that defines it, as far as `use` declarations show. A name whose definition is not found belongs to the
+//! module in which it was looked up. Code under `#[cfg(test)]` and `mod` declarations do not count.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -13,26 +13,26 @@ use syn::{Attribute, File, Item, ItemMod, ItemUse, Macro, UseTree, VisRestricted
 /// A module's path from the root of the crate.
 type ModulePath = Vec<String>;
 
-/// One module: a file, or a part of one.
+/// A module: a file, or an inline module in one.
 #[derive(Default)]
 struct Module {
     file: PathBuf,
-    /// The names that it defines itself.
+    /// The names that it defines.
     defines: BTreeSet<String>,
-    /// The names that it brings in, with the paths that they stand for.
+    /// The names that it imports by `use`, with their paths.
     brings: BTreeMap<String, Vec<String>>,
-    /// Paths whose names it brings in all at once.
+    /// The paths of its glob imports.
     globs: Vec<Vec<String>>,
-    /// All paths that it names, its own among them.
+    /// All paths in its code, including those to its own items.
     paths: Vec<Vec<String>>,
 }
 
-/// One crate.
+/// The modules of a crate.
 pub(crate) struct Source {
     modules: BTreeMap<ModulePath, Module>,
 }
 
-/// An import: which file, from which, by which path.
+/// An import: the importing file, the file that it imports from, and the path in the code.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Import {
     pub(crate) from: String,
@@ -40,17 +40,17 @@ pub(crate) struct Import {
     pub(crate) path: String,
 }
 
-/// What a path leads to.
+/// What a path refers to.
 enum Target {
     Module(ModulePath),
     /// An item of this module.
     Item(ModulePath),
-    /// Something outside of the crate.
+    /// Something outside the crate.
     Outside,
 }
 
 impl Source {
-    /// Reads the crate whose root is `root`; `read` gives the text of a file if it exists.
+    /// Parses the crate with the root file `root`. `read` returns the text of a file, if it exists.
     pub(crate) fn read(root: &Path, read: &dyn Fn(&Path) -> Option<String>) -> Self {
         let mut source = Self { modules: BTreeMap::new() };
         let folder = root.parent().expect("a folder").to_owned();
@@ -70,7 +70,7 @@ impl Source {
         self.take_items(module, file, folder, &items, read);
     }
 
-    /// Takes the items of a module, whose files are in `folder`.
+    /// Adds a module with its items. The files of its child modules are in `folder`.
     fn take_items(
         &mut self,
         module: &ModulePath,
@@ -103,7 +103,7 @@ impl Source {
         self.modules.insert(module.clone(), this);
     }
 
-    /// What a path leads to that stands in a module. `seen` holds the re-exports that are being followed.
+    /// Resolves a path in the module `at`. `seen` holds the re-exports that are being followed, to detect loops.
     fn resolve(&self, at: &ModulePath, path: &[String], seen: &mut Vec<(ModulePath, String)>) -> Target {
         let mut module = at.clone();
         let mut rest = path;
@@ -138,7 +138,7 @@ impl Source {
             match target {
                 Some(Target::Module(brought)) => (module, rest, is_anchored) = (brought, more, true),
                 Some(found) => return found,
-                // A name that macros make, or of another crate.
+                // The name is defined by a macro or in another crate.
                 None if is_anchored => return Target::Item(module),
                 None => return Target::Outside,
             }
@@ -146,11 +146,11 @@ impl Source {
         Target::Module(module)
     }
 
-    /// What a name leads to that a module brings in.
+    /// Resolves a name that the module `at` imports.
     fn brought(&self, at: &ModulePath, name: &str, seen: &mut Vec<(ModulePath, String)>) -> Option<Target> {
         let here = &self.modules[at];
         if let Some(path) = here.brings.get(name) {
-            // `use name;` and `use name::...` of another crate would lead here again.
+            // `use name;` and `use name::...` of another crate would otherwise recurse.
             if path.first().is_some_and(|first| first == name) && !self.modules.contains_key(&join(at, name))
             {
                 return Some(Target::Outside);
@@ -167,7 +167,7 @@ impl Source {
         })
     }
 
-    /// All imports of a file from another.
+    /// All imports of one file from another.
     pub(crate) fn imports(&self) -> BTreeSet<Import> {
         let mut all = BTreeSet::new();
         for (at, module) in &self.modules {
@@ -195,7 +195,7 @@ fn join(module: &ModulePath, name: &str) -> ModulePath {
 struct Visitor<'a>(&'a mut Module);
 
 impl Visitor<'_> {
-    /// Takes the leaves of a `use` declaration.
+    /// Adds the leaves of a `use` declaration.
     fn take_tree(&mut self, prefix: &[String], tree: &UseTree) {
         let with = |name: String| prefix.iter().cloned().chain([name]).collect::<Vec<_>>();
         let (path, binds) = match tree {
@@ -241,7 +241,7 @@ impl<'a> Visit<'a> for Visitor<'_> {
     // `pub(in path)` imports nothing.
     fn visit_vis_restricted(&mut self, _: &'a VisRestricted) {}
 
-    // Modules within functions are none of the crate's.
+    // Modules inside functions do not count as modules of the crate.
     fn visit_item_mod(&mut self, _: &'a ItemMod) {}
 
     fn visit_item(&mut self, item: &'a Item) {
@@ -251,7 +251,7 @@ impl<'a> Visit<'a> for Visitor<'_> {
     }
 }
 
-/// The paths from `crate` among tokens, which are spaced.
+/// The paths that begin with `crate` in the text of tokens, in which tokens are separated by spaces.
 fn paths_of_tokens(tokens: &str) -> Vec<Vec<String>> {
     let is_name = |c: char| c.is_alphanumeric() || c == '_';
     let mut found = Vec::new();
@@ -339,7 +339,7 @@ fn is_for_tests(attributes: &[Attribute]) -> bool {
     attributes.iter().any(is_test)
 }
 
-/// Passes over what follows a name in an attribute.
+/// Skips the arguments or the value after a name in an attribute.
 fn skip(meta: &syn::meta::ParseNestedMeta) -> syn::Result<()> {
     if meta.input.peek(syn::token::Paren) {
         return meta.parse_nested_meta(|inner| skip(&inner));
@@ -354,7 +354,8 @@ fn skip(meta: &syn::meta::ParseNestedMeta) -> syn::Result<()> {
 pub(crate) mod tests {
     use super::*;
 
-    /// The imports of a crate made of files by name, of which one is `lib.rs`; as "a.rs -> b.rs by path".
+    /// The imports of a crate with the given files (name and text), one of which is `lib.rs`, as "a.rs -> b.rs by
+    /// path".
     pub(crate) fn imports_of(files: &[(&str, &str)]) -> Vec<String> {
         let files: BTreeMap<PathBuf, String> =
             files.iter().map(|(name, text)| (Path::new("src").join(name), (*text).to_owned())).collect();

@@ -1,4 +1,4 @@
-//! Who may import whom: crates by a table, files of a crate without a circle, and folders of the command in one direction.
+//! Checks the dependencies between crates, between the files of a crate, and between the folders of the command.
 
 mod crates;
 mod cycles;

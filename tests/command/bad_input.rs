@@ -1,10 +1,10 @@
-//! Bad input: exit code 2, one line that says what is wrong and what would be right, and nothing written.
+//! Invalid input: exit code 2, a one-line message that says what is wrong and how to fix it, and no file written.
 
 use crate::cases::tell;
 use crate::sandbox::Sandbox;
 use std::fs;
 
-/// A folder with things in it that an option may name by mistake.
+/// A folder with files and folders that an option may name by mistake.
 fn prepared() -> Sandbox {
     let sandbox = Sandbox::new();
     fs::create_dir(sandbox.path("folder.png")).unwrap();
@@ -16,7 +16,8 @@ fn prepared() -> Sandbox {
     sandbox
 }
 
-/// Expects each case to be refused with its words and to leave the folder as it was.
+/// Expects each command line to be rejected with a message that contains the given words, without changes to the
+/// folder.
 fn all_refused(cases: &[(&[&str], &[&str])]) {
     refuse(cases);
     tell("command", cases.len(), "refused command lines");
@@ -88,7 +89,7 @@ fn whole_numbers() {
 }
 
 #[test]
-fn what_is_too_much_is_told_with_its_memory() {
+fn sizes_that_are_too_large_are_rejected_with_their_memory() {
     all_refused(&[
         (&["render", "cornell", "--photons", "1099511627776"], &["--photons", "GiB"]),
         (&["render", "cornell", "--width", "1000000000000"], &["--width", "GiB"]),
@@ -149,7 +150,7 @@ fn options() {
     ]);
 }
 
-/// On processors that have all, the message is tested beside its code.
+/// Processors that support all lanes cannot test this; for those there is a unit test of the message.
 #[test]
 fn lanes_that_the_processor_lacks() {
     for kind in fast::LaneKind::ALL.into_iter().filter(|kind| !kind.is_available()) {

@@ -1,10 +1,11 @@
-//! The command `compare`. What the metrics are worth is tested beside them.
+//! The command `compare`. The metrics themselves have unit tests.
 
 use crate::sandbox::{Ended, Sandbox};
 use files::image_file::{self, Encoding};
 use scene::{Film, Rgb};
 
-/// A folder with a grey image `a.exr`, one that is brighter in one pixel, `b.exr`, and one of another size.
+/// A folder with a grey image `a.exr`, the same with one brighter pixel, `b.exr`, one with a NaN, and one of another
+/// size.
 fn prepared() -> Sandbox {
     let sandbox = Sandbox::new();
     let mut film = Film::new(16, 12);
@@ -35,7 +36,7 @@ fn an_image_is_identical_to_itself() {
 }
 
 #[test]
-fn metrics_are_printed_for_people_and_programs() {
+fn metrics_are_printed_as_text_and_as_json() {
     let sandbox = prepared();
     let ended = sandbox.run(["compare", "a.exr", "b.exr"]);
     for word in ["RMSE", "relative MSE", "PSNR", "SSIM", "FLIP", "red", "(3, 5)"] {
@@ -84,7 +85,7 @@ fn the_difference_is_brightest_where_it_is_largest() {
 }
 
 #[test]
-fn bad_input_is_refused_and_nothing_written() {
+fn invalid_input_is_rejected_and_nothing_written() {
     let sandbox = prepared();
     sandbox.write("note.png", "no image");
     sandbox.write("note.txt", "no image");

@@ -17,7 +17,7 @@ const COMMANDS: [&str; 11] = [
     "man",
 ];
 
-/// Standard output of a run that succeeds and says nothing else.
+/// Standard output of a run that succeeds, prints nothing to standard error and writes no files.
 fn output(args: &[&str]) -> String {
     let sandbox = Sandbox::new();
     let Ended { code, stdout, stderr } = sandbox.run(args);
@@ -55,7 +55,7 @@ fn version_is_the_packages() {
 }
 
 #[test]
-fn completions_know_the_commands() {
+fn completions_contain_all_commands() {
     for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
         let script = output(&["completions", shell]);
         for word in COMMANDS.iter().chain(&["radius-image"]) {

@@ -12,7 +12,7 @@ fn export(sandbox: &Sandbox, args: &[&str]) -> String {
     stdout
 }
 
-/// The child called `name` of a node, by its attribute.
+/// The child of a node whose attribute `name` has the given value.
 fn child<'a>(node: Node<'a, 'a>, name: &str) -> Option<Node<'a, 'a>> {
     node.children().find(|c| c.attribute("name") == Some(name))
 }
@@ -28,7 +28,7 @@ fn triple(node: Node, name: &str) -> [f32; 3] {
 }
 
 #[test]
-fn every_built_in_scene_is_there_number_by_number_for_mitsuba() {
+fn every_number_of_built_in_scenes_is_exported_to_mitsuba() {
     let sandbox = Sandbox::new();
     for builtin in SCENES {
         let scene = builtin.scene();
@@ -76,7 +76,7 @@ fn every_built_in_scene_is_there_number_by_number_for_mitsuba() {
 }
 
 #[test]
-fn every_built_in_scene_is_there_number_by_number_for_pbrt() {
+fn every_number_of_built_in_scenes_is_exported_to_pbrt() {
     let sandbox = Sandbox::new();
     for builtin in SCENES {
         let scene = builtin.scene();
@@ -146,7 +146,7 @@ fn the_name_of_a_scene_cannot_break_out_of_its_comment() {
 }
 
 #[test]
-fn what_pbrt_renders_otherwise_is_told() {
+fn differences_of_pbrt_are_reported() {
     let ended = Sandbox::new().run(["export", "cornell", "--format", "pbrt"]);
     assert_eq!(ended.code, Some(0));
     for word in ["note: ", "mirrors", "tint"] {
@@ -167,7 +167,7 @@ material = { type = \"dielectric\", albedo = [1, 1, 1], ior = 1.5 }
 ";
 
 #[test]
-fn what_cannot_be_expressed_is_refused() {
+fn scenes_that_cannot_be_exported_are_rejected() {
     let sandbox = Sandbox::new();
     sandbox.write("glow.toml", GLOWING_GLASS);
     let before = sandbox.contents();

@@ -1,9 +1,10 @@
-//! What goes wrong while a command runs: exit code 1, one line; and inputs that are there but no use: exit code 2.
+//! Failures while a command runs give exit code 1 and a one-line message; input files that are not valid give exit code
+//! 2.
 
 use crate::sandbox::{Ended, Sandbox, TINY};
 use std::fs;
 
-/// Runs a command whose standard output is a full disk.
+/// Runs a command with its standard output on a full disk.
 #[cfg(target_os = "linux")]
 fn on_a_full_disk(sandbox: &Sandbox, args: &[&str]) -> Ended {
     let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
@@ -39,7 +40,7 @@ fn every_command_that_prints_fails_on_a_full_disk() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn what_nobody_can_be_told_does_not_keep_a_render_from_its_end() {
+fn a_render_completes_even_if_no_message_can_be_written() {
     let sandbox = Sandbox::new();
     let full = || fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     let args: Vec<&str> = ["render", "cornell", "-v"].into_iter().chain(TINY).collect();
@@ -70,7 +71,7 @@ fn images_out_of_bounds_are_a_failure_that_names_each_bound() {
 }
 
 #[test]
-fn scene_files_that_are_no_text() {
+fn scene_files_that_are_not_text() {
     let sandbox = Sandbox::new();
     fs::create_dir(sandbox.path("folder.toml")).unwrap();
     fs::write(sandbox.path("latin.toml"), b"name = \"caf\xe9\"\n").unwrap();
@@ -104,7 +105,7 @@ fn images_that_are_broken() {
 }
 
 #[test]
-fn a_refused_render_leaves_old_files_alone() {
+fn a_rejected_render_does_not_change_old_files() {
     let sandbox = Sandbox::new();
     sandbox.write("a.png", "old");
     sandbox.run(["render", "cornell", "-o", "a.png", "--width", "0"]).refused(&["--width"]);

@@ -1,4 +1,4 @@
-//! Ctrl-C and SIGTERM, and files that cannot be written after all.
+//! Ctrl-C and SIGTERM, and files that turn out not to be writable.
 
 use crate::sandbox::{Ended, Sandbox};
 use rustix::process::{Pid, Signal, kill_process};
@@ -8,7 +8,7 @@ use std::process::{Child, ChildStderr, Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-/// A render that would go on for hours, of short iterations.
+/// A render with short iterations that would run for hours.
 const LONG: [&str; 12] = [
     "render",
     "cornell",
@@ -24,18 +24,18 @@ const LONG: [&str; 12] = [
     "--threads=1",
 ];
 
-/// A render on its way.
+/// A running render.
 struct Running {
     child: Child,
     stderr: BufReader<ChildStderr>,
 }
 
 impl Running {
-    /// Starts `command`, and returns once it renders.
+    /// Starts `command` and returns once it renders.
     fn start(command: &mut Command) -> Self {
         let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
         let mut stderr = BufReader::new(child.stderr.take().unwrap());
-        // What -v says first is said just before the first iteration.
+        // With -v, the first line is printed just before the first iteration.
         let mut introduction = String::new();
         stderr.read_line(&mut introduction).unwrap();
         assert!(introduction.contains("engine path"), "{introduction}");
@@ -51,7 +51,7 @@ impl Running {
     fn end(mut self) -> Ended {
         let mut stderr = String::new();
         self.stderr.read_to_string(&mut stderr).unwrap();
-        // The account of passes, which -v gives, is not the matter here.
+        // Leave out the times per pass, which -v prints.
         let lines: Vec<&str> =
             stderr.split_inclusive('\n').filter(|l| !l.starts_with("camera pass")).collect();
         let stderr = lines.concat();
@@ -81,7 +81,7 @@ fn ctrl_c_writes_the_image_after_the_last_whole_iteration() {
 }
 
 #[test]
-fn a_request_to_terminate_is_answered_alike() {
+fn sigterm_also_writes_the_image() {
     let sandbox = Sandbox::new();
     let running = Running::start(&mut sandbox.command(LONG));
     running.send(Signal::TERM);
@@ -105,7 +105,7 @@ fn before_the_first_iteration_is_over_there_is_nothing_to_write() {
 }
 
 #[test]
-fn a_second_ctrl_c_tears_no_file() {
+fn a_second_ctrl_c_leaves_no_incomplete_file() {
     let sandbox = Sandbox::new();
     sandbox.write("cornell.png", "old");
     let running = Running::start(&mut sandbox.command(LONG));

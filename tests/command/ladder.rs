@@ -1,4 +1,4 @@
-//! The command `ladder`. That its rows render what they should is tested in `tests/ladder`.
+//! The command `ladder`. The images of its rows are tested in `tests/ladder`.
 
 use crate::sandbox::{Ended, Sandbox, TINY};
 
@@ -8,7 +8,7 @@ fn ladder(sandbox: &Sandbox, args: &[&str]) -> Ended {
     ended
 }
 
-/// The table's lines after the header, split into fields.
+/// The lines of a CSV file, the header first, split into fields.
 fn records(sandbox: &Sandbox, name: &str) -> Vec<Vec<String>> {
     let text = String::from_utf8(sandbox.bytes(name)).unwrap();
     text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
@@ -32,7 +32,7 @@ fn every_row_is_timed_and_told() {
     assert_eq!(sandbox.names(), ["times.csv"]);
 }
 
-/// Under the reference's random numbers all rows count the same photons.
+/// With the reference's random numbers, all rows count the same photons.
 #[test]
 fn keyed_rows_do_the_same_work() {
     let sandbox = Sandbox::new();
@@ -73,7 +73,7 @@ fn counted_rows_stand_under_their_roofs() {
         assert!(ended.stdout.contains(words), "no {words:?} in {ended:?}");
     }
     let points = records(&sandbox, "plots/roofline.csv");
-    // Two rows, each as a whole and by four passes; the fast engine is not counted.
+    // Two rows, each with a total and four passes; operations of the fast engine are not counted.
     assert_eq!(points.len() - 1, 2 * 5);
     let column = |name: &str| points[0].iter().position(|field| field == name).unwrap();
     let number = |record: &[String], name: &str| record[column(name)].parse::<f64>().unwrap();
@@ -93,7 +93,7 @@ fn counted_rows_stand_under_their_roofs() {
     let sweep = ["--sweep", "iterations", "--quick", "--similarity"];
     let ended = ladder(&sandbox, &[&rows[..], &sweep[..]].concat());
     assert!(ended.stdout.contains("structural similarity"), "{ended:?}");
-    // The first row is like itself, and iterations make the others more like it.
+    // The first row is compared with itself, so its similarity is 1.
     let compared = records(&sandbox, "plots/similarity.csv");
     assert_eq!(compared.len() - 1, 3 * 3);
     assert!(
@@ -107,7 +107,7 @@ fn counted_rows_stand_under_their_roofs() {
 }
 
 #[test]
-fn quality_is_told_of_the_image_alone() {
+fn quality_depends_only_on_the_image() {
     let sandbox = Sandbox::new();
     std::fs::create_dir(sandbox.path("plots")).unwrap();
     let quality = |options: &[&str]| {
@@ -118,7 +118,7 @@ fn quality_is_told_of_the_image_alone() {
         let column = records[0].iter().position(|field| field == "relative_square_error").unwrap();
         [1, 2].map(|row| records[row][column].parse::<f64>().unwrap())
     };
-    // By the same numbers both have the same image, but for the order of sums.
+    // With the same random numbers both give the same image, up to the order of sums.
     let [six, fast] = quality(&["--rng", "keyed"]);
     assert!(fast > 0.0 && (six / fast - 1.0).abs() < 1e-3, "{six} and {fast}");
     let [_, better] = quality(&["--iterations", "6"]);
@@ -131,7 +131,7 @@ fn generators_are_timed_and_told() {
     let ended = sandbox.run(["ladder", "--numbers", "--csv", "numbers.csv"]);
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let records = records(&sandbox, "numbers.csv");
-    // rand, xorshift32 by itself and by five unroll factors, keyed streams in two ways.
+    // rand, xorshift32 on its own and with five unroll factors, keyed streams in two ways.
     assert_eq!(records.len() - 1, 9);
     for record in &records[1..] {
         let name = record[0].trim_start_matches('"');

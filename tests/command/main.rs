@@ -1,4 +1,4 @@
-//! The command as its users meet it: arguments in; files, lines and an exit code out.
+//! Tests the program `sppm` from outside: arguments, output files, messages and exit codes.
 
 mod bad_input;
 #[path = "../shared/cases.rs"]

@@ -1,4 +1,4 @@
-//! The command `render` when all is well, or goes wrong late.
+//! The command `render` with valid input.
 
 use crate::sandbox::{Sandbox, TINY};
 use scene::settings::BYTES_PER_PIXEL;
@@ -56,7 +56,7 @@ fn fast_is_the_default_and_equals_the_reference_on_all_lanes() {
     let render = |args: &[&str]| {
         sandbox.render(&[&["cornell", "-o", "a.exr", "--stats", "s.json"], args].concat());
         let stats = sandbox.json("s.json");
-        // Pixels and not bytes: the file says what rendered it.
+        // Compare pixels rather than bytes, because the file's metadata names the engine.
         (sandbox.image("a.exr"), stats["engine"].clone(), stats["lanes"].clone())
     };
     let (expected, engine, lanes) = render(&["--engine", "reference"]);
@@ -105,7 +105,7 @@ fn radius_and_count_images_hold_what_they_say() {
     assert!(radius.pixels.iter().all(|p| p.x > 0.0 && p.x <= 30.0));
     assert!(count.pixels.iter().any(|p| p.x > 0.0), "no photon counted");
     for (radius, count) in radius.pixels.iter().zip(&count.pixels) {
-        // A radius only shrinks where photons came.
+        // A radius shrinks only where photons were counted.
         assert!(radius.x == 30.0 || count.x > 0.0);
     }
 }
@@ -188,7 +188,7 @@ fn a_scene_in_another_folder_is_rendered_here() {
 
 #[cfg(unix)]
 #[test]
-fn two_links_to_one_file_are_seen_through() {
+fn links_to_the_same_file_are_detected() {
     let sandbox = Sandbox::new();
     sandbox.write("a.exr", "old");
     std::os::unix::fs::symlink("a.exr", sandbox.path("b.exr")).unwrap();

@@ -1,4 +1,4 @@
-//! A folder of its own for each test, and the command run in it.
+//! Runs the command in a temporary folder, one for each test.
 
 use scene::Film;
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ pub(crate) struct Sandbox {
     folder: TempDir,
 }
 
-/// What the command left behind.
+/// Exit code and output of a command.
 #[derive(Debug)]
 pub(crate) struct Ended {
     pub(crate) code: Option<i32>,
@@ -30,7 +30,7 @@ impl Sandbox {
         Self { folder: TempDir::new().unwrap() }
     }
 
-    /// The command, about to run here.
+    /// The command, prepared to run in this folder.
     pub(crate) fn command<S: AsRef<OsStr>>(&self, args: impl IntoIterator<Item = S>) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_sppm"));
         command.args(args).current_dir(self.folder.path()).stdin(Stdio::null());
@@ -47,7 +47,7 @@ impl Sandbox {
         }
     }
 
-    /// Runs `sppm render` with the options of [`TINY`] and then `args`, and expects it to succeed.
+    /// Runs `sppm render` with `args` and the options of [`TINY`], and expects it to succeed.
     pub(crate) fn render(&self, args: &[&str]) -> Ended {
         let ended = self.run(["render"].iter().chain(args).chain(&TINY));
         assert_eq!(ended.code, Some(0), "{args:?}: {ended:?}");
@@ -74,7 +74,7 @@ impl Sandbox {
         serde_json::from_slice(&self.bytes(name)).unwrap()
     }
 
-    /// Every file here, by its path from here, with its bytes; folders end in a slash.
+    /// The relative paths of all files in the folder, with their bytes. Paths of folders end in a slash.
     pub(crate) fn contents(&self) -> BTreeMap<String, Vec<u8>> {
         let mut found = BTreeMap::new();
         collect(self.folder.path(), "", &mut found);
@@ -101,13 +101,13 @@ fn collect(folder: &Path, prefix: &str, found: &mut BTreeMap<String, Vec<u8>>) {
 }
 
 impl Ended {
-    /// Expects the command to have refused: code 2, one line that has all of `words`, and nothing else.
+    /// Expects exit code 2, and as the only output a one-line error that contains all of `words`.
     pub(crate) fn refused(&self, words: &[&str]) {
         assert_eq!(self.code, Some(2), "{self:?}");
         self.said_one_line("error: ", words);
     }
 
-    /// Expects one line on standard error, from `start` on, that has all of `words`, and nothing else.
+    /// Expects as the only output a line on standard error that begins with `start` and contains all of `words`.
     pub(crate) fn said_one_line(&self, start: &str, words: &[&str]) {
         assert_eq!(self.stdout, "", "{self:?}");
         assert!(self.stderr.starts_with(start), "{self:?}");

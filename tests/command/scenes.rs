@@ -27,7 +27,7 @@ fn a_printed_scene_is_a_file_to_start_from() {
 }
 
 #[test]
-fn a_reader_that_has_seen_enough_is_no_failure() {
+fn a_closed_pipe_is_not_a_failure() {
     let (reader, writer) = io::pipe().unwrap();
     drop(reader);
     let sandbox = Sandbox::new();

@@ -6,7 +6,7 @@ use npyz::{NpyFile, Order, WriterBuilder as _};
 use scene::ray::NO_SPHERE;
 use scene::{Ray, Vec3};
 
-/// A row of the file of hits, as numpy users see it.
+/// A row of the file of hits.
 #[derive(Clone, Copy, Debug, PartialEq, npyz::Deserialize)]
 struct Hit {
     t: f32,
@@ -14,7 +14,7 @@ struct Hit {
     normal: [f32; 3],
 }
 
-/// Bytes of a `.npy` file.
+/// The bytes of a `.npy` file.
 fn array<T: npyz::AutoSerialize + Copy>(shape: &[u64], values: &[T], order: Order) -> Vec<u8> {
     let mut bytes = Vec::new();
     let options = npyz::WriteOptions::new().default_dtype().shape(shape).order(order);
@@ -45,7 +45,7 @@ fn trace(sandbox: &Sandbox, args: &[&str]) {
     assert_eq!((ended.code, ended.stdout.as_str(), ended.stderr.as_str()), (Some(0), "", ""), "{args:?}");
 }
 
-/// From the eye of a built-in scene into all directions of a grid.
+/// Rays from the eye of a built-in scene in a grid of directions.
 fn all_around(name: &str) -> Vec<[f32; 6]> {
     let eye = builtin::scene(name).unwrap().camera.eye;
     let mut found = Vec::new();
@@ -70,7 +70,7 @@ material = { type = \"dielectric\", albedo = [1, 1, 1], ior = 1.5 }
 ";
 
 #[test]
-fn hits_are_where_they_should_be() {
+fn hits_are_at_the_expected_places() {
     let sandbox = prepared(&rays(&[
         [0.0, 0.0, 10.0, 0.0, 0.0, -1.0],
         [0.0, 0.0, 10.0, 0.0, 0.0, -25.0],
@@ -83,13 +83,13 @@ fn hits_are_where_they_should_be() {
         let found = hits(&sandbox, "hits.npy");
         let front = Hit { t: 8.0, sphere: 0, normal: [0.0, 0.0, 1.0] };
         assert_eq!(found[..2], [front, front], "{engine}");
-        // From the inside, along a direction that is not of unit length: t is a distance all the same.
+        // From the inside, along a direction that is not a unit vector: t is still a distance in scene units.
         assert_eq!((found[2].t, found[2].sphere), (2.0, 0), "{engine}");
         assert!(
             (found[2].normal[1] + 0.6).abs() < 1e-6 && (found[2].normal[2] + 0.8).abs() < 1e-6,
             "{engine}"
         );
-        // The background is a sphere behind the last.
+        // The background is one more sphere, after those of the file.
         assert_eq!(found[3].sphere, 1, "{engine}");
 
         trace(&sandbox, &["late.npy", "ball.toml", "--engine", engine, "--time", "2"]);
@@ -123,7 +123,7 @@ fn engines_and_lanes_write_the_same_bytes() {
 }
 
 #[test]
-fn any_order_and_any_number_of_rays_will_do() {
+fn arrays_may_have_any_order_and_length() {
     let given = all_around("cornell");
     for count in [0, 1, 257, 1000] {
         let sandbox = prepared(&rays(&given[..count]));

@@ -1,14 +1,15 @@
-//! The command `tune`, and profiles. The optimiser is played by a shell script here; `tuner/tests` has the real one.
+//! The command `tune`, and profiles. Here a shell script replaces the optimiser; `tuner/tests` uses the real one.
 
 use crate::sandbox::{Ended, Sandbox, TINY};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 
-/// Options by which the space has the dimensions that [`stub`] knows.
+/// Options with which the search space has the dimensions that [`stub`] expects.
 const SMALL: [&str; 8] =
     ["--lanes", "emulated", "--threads", "1", "--evaluations", "3", "--python", "./optimiser"];
 
-/// A stand-in for Python: proposes three points, does `on_ask` at each request for one, and likes the last one best.
+/// Writes a script to replace Python. It proposes three points, runs `on_ask` at each request for one, and ranks the
+/// last one best.
 fn stub(sandbox: &Sandbox, on_ask: &str) {
     let script = format!(
         r#"#!/bin/sh
@@ -64,7 +65,7 @@ fn a_search_leaves_a_profile_that_renders_load() {
     assert_eq!(tuned["best_pairs"].as_integer(), Some(6));
     assert_eq!(search["optimiser"].as_str(), Some("stub 1.0"));
     assert_eq!(search["ratios"].as_array().map(Vec::len), Some(3));
-    // Times are what they are: the profile holds the best or the defaults, as it says.
+    // Depending on the measured times, the profile holds either the best point or the defaults.
     let cell_size = profile["parameters"]["cell_size"].as_float().unwrap();
     assert_eq!(tuned["is_gain"].as_bool(), Some(cell_size != 5.0), "{profile}");
 
@@ -94,7 +95,7 @@ fn a_profile_changes_no_bit() {
         sandbox.render(&[scene, "-o", "usual.pfm", "--stats", "usual.json"]);
         sandbox.render(&[scene, "-o", "odd.pfm", "--stats", "odd.json", "--profile", "odd.toml"]);
         assert_eq!(sandbox.bytes("usual.pfm"), sandbox.bytes("odd.pfm"));
-        // It was gone by, all the same.
+        // The profile did take effect.
         let (usual, odd) = (sandbox.json("usual.json"), sandbox.json("odd.json"));
         assert_eq!(odd["lanes"], "emulated");
         assert_ne!(usual["candidates"], odd["candidates"]);
@@ -155,7 +156,7 @@ fn wrong_searches_are_refused() {
 }
 
 #[test]
-fn an_optimiser_that_fails_is_told() {
+fn a_failing_optimiser_is_reported() {
     let sandbox = Sandbox::new();
     let cases = [
         ("echo nothing of the kind", "did not answer as the optimiser does"),
@@ -188,7 +189,7 @@ fn an_interruption_keeps_the_best_so_far() {
     let profile: toml::Table =
         String::from_utf8(sandbox.bytes("cornell.profile.toml")).unwrap().parse().unwrap();
     assert_eq!(profile["tuned"]["is_confirmed"].as_bool(), Some(false));
-    // The signal may come late in the third point, never after it.
+    // The signal may arrive late during the third point, but not after it.
     let tried = String::from_utf8(sandbox.bytes("tried.csv")).unwrap();
     assert!((3..=4).contains(&tried.lines().count()), "{tried}");
     sandbox.render(&["cornell", "--profile", "cornell.profile.toml"]);

@@ -1,9 +1,9 @@
-//! The command `verify`. That it finds differences is tested beside it, on engines that differ.
+//! The command `verify` on equal engines. Unit tests check that it finds differences.
 
 use crate::sandbox::{Ended, Sandbox, TINY};
 
 #[test]
-fn engines_are_identical_on_all_lanes_and_threads_and_it_says_so() {
+fn identical_engines_are_reported_for_all_lanes_and_threads() {
     let sandbox = Sandbox::new();
     for scene in ["cornell", "motion"] {
         let Ended { code, stdout, stderr } =

@@ -1,7 +1,7 @@
-//! Flipped bits and cuts in checkpoints, scene files and images: what is read is right or refused in one line, and
-//! takes no more than twice the memory of the undamaged file.
+//! Damages checkpoints, scene files and images. Readers must reject them with a one-line error or read them correctly
+//! where a checksum covers them, and must use at most twice the memory that the undamaged file takes.
 //!
-//! A binary of its own with a single test, as it counts all memory of the process.
+//! This is a separate binary with a single test because it measures the memory of the whole process.
 
 #[path = "../shared/cases.rs"]
 mod cases;
@@ -18,20 +18,20 @@ use std::io::Cursor;
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
 
-/// Damages per file, unless the environment asks for others.
+/// Damaged variants per file, unless `SPPM_DAMAGES` gives another number.
 const DAMAGES: u32 = 400;
-/// What an error takes, with its text, and what is rounded up by those who allocate.
+/// Additional memory allowed for error messages and for allocations that are rounded up.
 const SLACK: usize = 1 << 13;
 
-/// A reader: a short account of what was read, or the line of an error.
+/// A reader: returns a short summary of what was read, or an error message.
 type Reader = fn(&[u8]) -> Result<String, String>;
 
-/// A file as it should be.
+/// An undamaged file.
 struct Specimen {
     name: &'static str,
     bytes: Vec<u8>,
     read: Reader,
-    /// Whether every flipped bit must be found or do no harm: what is read of it is under a checksum.
+    /// Whether checksums cover all that is read, so that damage must be detected or have no effect.
     is_summed: bool,
 }
 
@@ -46,7 +46,7 @@ fn read_scene(bytes: &[u8]) -> Result<String, String> {
     scene_file::parse("a.toml", text).map(|scene| scene.name).map_err(|e| e.to_string())
 }
 
-/// The pixels by a checksum; whatever the note says, it can be read or is refused too.
+/// A checksum of the pixels. Also reads the note, without checking its content.
 fn read_image(format: Format, bytes: &[u8]) -> Result<String, String> {
     let _ = decode_note_bytes(format, bytes)?;
     let film = decode_bytes(format, bytes)?;
@@ -56,7 +56,7 @@ fn read_image(format: Format, bytes: &[u8]) -> Result<String, String> {
     Ok(format!("{} x {} {sum:x}", film.width, film.height))
 }
 
-/// A file of an image, noisy in one half and flat in the other, as renders of few iterations are.
+/// An image file, noisy in one half and black in the other, like a render after few iterations.
 fn image(extension: &str) -> Vec<u8> {
     let (mut numbers, mut film) = (StreamKey::new(1, Family::Path, 0).stream(0), Film::new(96, 64));
     for pixel in &mut film.pixels[..96 * 32] {
@@ -103,7 +103,7 @@ fn specimens() -> Vec<Specimen> {
     ]
 }
 
-/// Reads, and tells how much memory that took at its worst beside `bytes`.
+/// Reads a file in memory; returns the result and the peak memory used in addition to `bytes`.
 fn measured(read: Reader, bytes: &[u8]) -> (Result<String, String>, usize) {
     let before = MEMORY.current_usage();
     MEMORY.reset_peak_usage();
@@ -111,7 +111,8 @@ fn measured(read: Reader, bytes: &[u8]) -> (Result<String, String>, usize) {
     (result, MEMORY.peak_usage().saturating_sub(before))
 }
 
-/// Flips some bits, in half of the cases among the first, where sizes stand; or cuts; or overwrites a word.
+/// Flips some bits, truncates, or overwrites a word. In half of the cases this is near the beginning, where sizes are
+/// stored. Returns a description.
 fn damage(bytes: &mut Vec<u8>, numbers: &mut Stream) -> String {
     let length = bytes.len();
     let span = if numbers.next_u32().is_multiple_of(2) { length.min(600) } else { length };
@@ -128,7 +129,7 @@ fn damage(bytes: &mut Vec<u8>, numbers: &mut Stream) -> String {
             format!("{word:#x} at {at}")
         }
         more => {
-            // The first of them there, others anywhere.
+            // One bit at `at`, others anywhere.
             let others = (0..more / 3).map(|_| numbers.next_u32() as usize % (8 * length));
             let mut bits: BTreeSet<usize> = others.collect();
             bits.insert(8 * at + numbers.next_u32() as usize % 8);
@@ -141,12 +142,12 @@ fn damage(bytes: &mut Vec<u8>, numbers: &mut Stream) -> String {
 }
 
 #[test]
-fn damaged_files_are_refused_in_a_line_and_take_no_memory() {
+fn damaged_files_are_rejected_with_bounded_memory() {
     let asked = std::env::var("SPPM_DAMAGES").ok().map(|damages| damages.parse::<u32>().expect("a number"));
     let (mut faults, mut all) = (Vec::new(), 0);
     for specimen in specimens() {
         let Specimen { name, bytes, read, is_summed } = specimen;
-        // Twice, as the first reading fills tables that stay.
+        // Read once before measuring, as the first time fills tables that are kept.
         read(&bytes).unwrap();
         let (whole, honest) = measured(read, &bytes);
         let whole = whole.unwrap();

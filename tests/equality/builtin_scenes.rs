@@ -1,4 +1,4 @@
-//! Every built-in scene, by its own settings but for size, photons and iterations.
+//! Every built-in scene, with its own settings except for a smaller size and fewer photons and iterations.
 
 use crate::pair::{all_lanes, assert_equal, tell};
 use files::builtin::SCENES;
@@ -20,7 +20,7 @@ fn built_in_scenes() {
 #[test]
 fn every_number_of_threads() {
     let scene = files::builtin::scene("cornell").unwrap();
-    // More than one unit of parallel work for every thread: 20 of photons, 12 of pixels.
+    // Several work items for every thread: 79 of photons and 24 of pixels, as each has 1024 of them.
     let settings =
         Settings { width: 192, height: 128, iterations: 2, photons_per_iteration: 80_001, ..scene.settings };
     let ways: Vec<_> = (1..=crate::pair::MOST_THREADS).flat_map(all_lanes).collect();

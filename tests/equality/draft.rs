@@ -1,5 +1,5 @@
-//! Random scenes as drafts: written as a scene file and read by `files::scene_file`, so that what is rendered is what a
-//! user could render, and a scene that fails can be kept as it is.
+//! Generates random scenes for property tests. Each is written as a scene file and parsed by `files::scene_file`, so
+//! that only scenes are rendered that a user could render, and a failing scene can be kept as a file.
 
 use crate::placement::{Placement, among_others, around_all, log_uniform, point};
 use files::scene_file;
@@ -8,7 +8,7 @@ use scene::settings::RADIUS_RANGE;
 use scene::{Material, Rgb, Scene, Settings, Vec3};
 use std::fmt::Write;
 
-/// A scene that need not be valid.
+/// A random scene, which need not be valid.
 #[derive(Clone, Debug)]
 struct Draft {
     eye: Eye,
@@ -20,7 +20,7 @@ struct Draft {
     background: Option<Rgb>,
     /// In the order of the file.
     spheres: Vec<Ball>,
-    /// Everything is so many times as large, and moved.
+    /// The whole scene is scaled by this factor and moved by the offset.
     unit: f32,
     offset: Vec3,
 }
@@ -28,7 +28,8 @@ struct Draft {
 #[derive(Clone, Debug)]
 enum Eye {
     At(Vec3),
-    /// Near the centre of a sphere, in so many radii: within it if this is glass, a shell or a lamp.
+    /// At an offset from the centre of a sphere, in units of its radius. This puts the eye inside glass, shells and
+    /// lamps.
     In(prop::sample::Index, Vec3),
 }
 
@@ -36,12 +37,12 @@ enum Eye {
 struct Ball {
     placement: Placement,
     material: Material,
-    /// Radiance times the square of the radius: a lamp of any size has its share of the photons.
+    /// Radiance times the squared radius, so that lamps of all sizes get a share of the photons.
     intensity: Option<Rgb>,
     velocity: Option<Vec3>,
 }
 
-/// A valid random scene with its file, and settings in which it renders in milliseconds.
+/// A valid random scene with its scene file, and settings with which it renders within milliseconds.
 #[derive(Clone)]
 pub(crate) struct Case {
     text: String,
@@ -55,7 +56,7 @@ impl std::fmt::Debug for Case {
     }
 }
 
-/// Random scenes of `spheres` spheres, and perhaps up to six around them.
+/// Random scenes of `spheres` spheres, plus up to six walls and shells around them.
 pub(crate) fn case(spheres: impl Into<prop::collection::SizeRange>) -> impl Strategy<Value = Case> {
     (draft(spheres), settings()).prop_filter_map("the scene is not valid", |(draft, settings)| {
         let [low, high] = RADIUS_RANGE;
@@ -145,7 +146,7 @@ fn material() -> impl Strategy<Value = Material> {
     ]
 }
 
-/// Black, white, any colour, and colours without some channel.
+/// Black, white, and random colours, some with channels that are zero.
 fn albedo() -> impl Strategy<Value = Rgb> {
     let channel =
         || prop_oneof![2 => Just(0.0), 2 => Just(1.0), 8 => 0.0..=1.0_f32, 1 => log_uniform(1e-38, 1e-3)];
@@ -156,7 +157,7 @@ fn albedo() -> impl Strategy<Value = Rgb> {
     ]
 }
 
-/// Radiance: of any strength, perhaps without some channel.
+/// Radiance of any strength, sometimes with channels that are zero.
 fn color() -> impl Strategy<Value = Rgb> {
     let channel = || prop_oneof![1 => Just(0.0), 4 => 0.0..1.0_f32];
     let strength = prop_oneof![16 => Just(1.0), 3 => log_uniform(1e-6, 1e6), 1 => log_uniform(1e-37, 1e30)];

@@ -1,4 +1,4 @@
-//! What an engine saves between two iterations any other takes up, and an iteration that is abandoned leaves no trace.
+//! Saved state: any engine can resume what another one saved, and an abandoned iteration changes nothing.
 
 use crate::cases::tell;
 use fast::LaneKind;
@@ -9,7 +9,7 @@ use scene::{Film, Probe, Resumable, Rgb, Scene, Settings, Stop};
 use std::thread;
 use std::time::Duration;
 
-/// An engine, and the threads that it runs on.
+/// An engine with its options and threads.
 #[derive(Clone, Copy, Debug)]
 enum Way {
     Reference,
@@ -37,7 +37,8 @@ impl Way {
     }
 }
 
-/// Every way to map photons: in one round and in several, on one thread and on three, with short joins and with long.
+/// Photon mapping in all ways: by the reference and by fast, in one or several rounds, on one to three threads, with
+/// short and long joins.
 fn photon_ways() -> Vec<Way> {
     let lanes = LaneKind::ALL.into_iter().filter(|lanes| lanes.is_available());
     let ways = [(1, u32::MAX, u64::MAX), (3, 300, u64::MAX), (2, 1000, 0)];
@@ -68,7 +69,7 @@ fn scenes() -> Vec<(Scene, Settings)> {
     ["cornell", "motion", "random", "focus"].map(tiny).to_vec()
 }
 
-/// The words of all rows, and the iterations.
+/// The number of iterations, and the words of all rows.
 fn words(engine: &dyn Resumable) -> (u32, Vec<u32>) {
     let Settings { width, height, .. } = *engine.settings();
     let mut row = vec![0; width as usize * engine.sums().words()];
@@ -79,7 +80,8 @@ fn words(engine: &dyn Resumable) -> (u32, Vec<u32>) {
     (engine.iterations(), rows.collect())
 }
 
-/// Renders by `first` up to every iteration, goes on by `second`, and expects the words of a render by `whole`.
+/// For each iteration, renders up to it with `first` and resumes with `second`. Expects the words in `whole` after
+/// every further iteration.
 fn check(scene: &Scene, settings: &Settings, [first, second]: [Way; 2], whole: &[(u32, Vec<u32>)]) {
     let pools = [first.pool(), second.pool()];
     let mut begun = first.start(scene, settings);
@@ -106,7 +108,7 @@ fn check(scene: &Scene, settings: &Settings, [first, second]: [Way; 2], whole: &
     check_probes(&*developed, &film);
 }
 
-/// What pixels show is what they show in the whole images.
+/// Expects the probe of each pixel to have the same values as the whole images.
 fn check_probes(engine: &dyn Resumable, film: &Film) {
     let [radius, count] = [engine.radius(), engine.count()].map(|plane| plane.map(|plane| plane.values));
     let direct = engine.direct().map(|film| film.pixels);
@@ -125,7 +127,7 @@ fn check_probes(engine: &dyn Resumable, film: &Film) {
     }
 }
 
-/// The words after each iteration of a render that is left alone, from before the first on.
+/// The words of an uninterrupted render, before the first and after each iteration.
 fn whole(way: Way, scene: &Scene, settings: &Settings) -> Vec<(u32, Vec<u32>)> {
     let mut engine = way.start(scene, settings);
     let mut all = vec![words(&*engine)];
@@ -137,7 +139,7 @@ fn whole(way: Way, scene: &Scene, settings: &Settings) -> Vec<(u32, Vec<u32>)> {
 }
 
 #[test]
-fn any_engine_goes_on_where_any_other_stopped() {
+fn any_engine_resumes_from_any_other() {
     let mut pairs = 0;
     for (scene, settings) in scenes() {
         let expected = whole(Way::Reference, &scene, &settings);
@@ -154,7 +156,7 @@ fn any_engine_goes_on_where_any_other_stopped() {
 }
 
 #[test]
-fn the_path_tracer_goes_on_where_it_stopped() {
+fn the_path_tracer_resumes_from_itself() {
     for (scene, settings) in scenes() {
         let [one, three] = [1, 3].map(|threads| Way::Paths { threads });
         let expected = whole(one, &scene, &settings);
@@ -163,9 +165,9 @@ fn the_path_tracer_goes_on_where_it_stopped() {
     }
 }
 
-/// Stops iterations at moments from their first to their last microseconds, some not at all.
+/// Stops each iteration after longer and longer times, from its first microseconds on, until it completes.
 #[test]
-fn an_abandoned_iteration_leaves_no_trace() {
+fn an_abandoned_iteration_changes_nothing() {
     let (scene, settings) = (files::builtin::scene("cornell").unwrap(), Settings::default());
     let settings =
         Settings { width: 96, height: 64, photons_per_iteration: 20_000, iterations: 2, ..settings };

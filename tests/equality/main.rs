@@ -1,7 +1,7 @@
-//! The fast engine gives the reference's bits: on every kind of lanes that the processor has, on any number of
-//! threads, for whatever scene and settings. Nothing is compared by a tolerance.
+//! Tests that the fast engine gives the same bits as the reference, for any scene and settings, on every kind of lanes
+//! and any number of threads. All comparisons are exact, without tolerances.
 //!
-//! `SPPM_EQUALITY_EFFORT=X` tries X times as many random cases (1 if it is not set; 0.1 is a tenth).
+//! `SPPM_EQUALITY_EFFORT=X` runs X times as many random cases (default 1; 0.1 runs a tenth).
 
 mod builtin_scenes;
 #[path = "../shared/cases.rs"]

@@ -1,4 +1,4 @@
-//! Both engines in step, and where they first differ.
+//! Runs both engines side by side and finds their first difference.
 
 use crate::cases;
 use crate::difference::Outcome;
@@ -8,10 +8,10 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use scene::{Engine, Scene, Settings, Stats};
 use std::sync::OnceLock;
 
-/// The most threads that tests run on.
+/// The largest number of threads in the tests.
 pub(crate) const MOST_THREADS: usize = 5;
 
-/// A way to run the fast engine.
+/// A configuration of the fast engine.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Way {
     pub(crate) lanes: LaneKind,
@@ -22,7 +22,7 @@ pub(crate) struct Way {
     pub(crate) parameters: Parameters,
 }
 
-/// Every kind of lanes, on `threads` threads; one that this processor lacks is emulated.
+/// Every kind of lanes, on `threads` threads. Lanes that the processor does not support are emulated.
 pub(crate) fn all_lanes(threads: usize) -> Vec<Way> {
     let parameters = Parameters::default();
     LaneKind::ALL
@@ -31,7 +31,7 @@ pub(crate) fn all_lanes(threads: usize) -> Vec<Way> {
         .collect()
 }
 
-/// How properties are tried, on so many cases or as many times that as is asked for.
+/// The configuration of property tests with `cases` cases, scaled by `SPPM_EQUALITY_EFFORT`.
 pub(crate) fn effort(cases: u32) -> Config {
     Config {
         cases: scaled(cases),
@@ -42,7 +42,7 @@ pub(crate) fn effort(cases: u32) -> Config {
     }
 }
 
-/// So many cases, or as many times that as is asked for; at least one.
+/// `cases` scaled by `SPPM_EQUALITY_EFFORT`; at least one.
 pub(crate) fn scaled(cases: u32) -> u32 {
     const NAME: &str = "SPPM_EQUALITY_EFFORT";
     let parse = |text: String| {
@@ -53,12 +53,12 @@ pub(crate) fn scaled(cases: u32) -> u32 {
     ((f64::from(cases) * effort) as u32).max(1)
 }
 
-/// Tells on standard error how many cases ran, past the capture of the test harness.
+/// Reports how many renders were compared.
 pub(crate) fn tell(count: usize, what: &str) {
     cases::tell("equality", count, &format!("renders of {what} equal the reference"));
 }
 
-/// Expects equality, and gives the number of renders that were compared with the reference.
+/// Expects equality, and returns the number of renders that were compared with the reference.
 pub(crate) fn assert_equal(scene: &Scene, settings: &Settings, ways: &[Way]) -> usize {
     match compare(scene, settings, ways) {
         Ok(_) => ways.len(),
@@ -66,7 +66,8 @@ pub(crate) fn assert_equal(scene: &Scene, settings: &Settings, ways: &[Way]) -> 
     }
 }
 
-/// Iterates all in step. Gives the reference's account, or describes the first difference from the reference.
+/// Runs the reference and all `ways`, and compares them after each iteration. Returns the reference's statistics, or
+/// describes the first difference.
 pub(crate) fn compare(scene: &Scene, settings: &Settings, ways: &[Way]) -> Result<Stats, String> {
     settings.validate().unwrap();
     let mut reference = reference::Sppm::new(scene, settings);
@@ -96,13 +97,13 @@ fn start<'a>(scene: &'a Scene, settings: &Settings, way: Way) -> fast::Sppm<'a> 
     }
 }
 
-/// Pools of threads are dear, and cases many.
+/// A pool of `threads` threads, kept for all cases, as starting one is expensive.
 fn pool(threads: usize) -> &'static ThreadPool {
     static POOLS: [OnceLock<ThreadPool>; MOST_THREADS] = [const { OnceLock::new() }; MOST_THREADS];
     POOLS[threads - 1].get_or_init(|| ThreadPoolBuilder::new().num_threads(threads).build().unwrap())
 }
 
-/// That the comparison is not of a render with itself: another seed makes another image.
+/// Checks that the comparison can fail: a different seed must give a different image.
 #[test]
 fn another_seed_makes_a_difference() {
     let scene = files::builtin::scene("cornell").unwrap();

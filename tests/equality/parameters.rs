@@ -1,4 +1,4 @@
-//! The free parameters of the fast engine: whatever their values, the image is the same.
+//! The free parameters of the fast engine: the image must be the same for all of their values.
 
 use crate::draft::{Case, case};
 use crate::pair::{Way, all_lanes, assert_equal, compare, effort, tell};
@@ -8,7 +8,7 @@ use proptest::test_runner::{TestError, TestRunner};
 use scene::{Scene, Settings};
 use std::cell::Cell;
 
-/// Scenes with few balls, with many, and with some that move; the radii are large, so that photons count.
+/// Scenes with few balls, many balls and moving balls. The search radii are large, so that many photons contribute.
 fn scenes() -> Vec<(Scene, Settings)> {
     let small = |name| {
         let scene = files::builtin::scene(name).unwrap();
@@ -18,19 +18,19 @@ fn scenes() -> Vec<(Scene, Settings)> {
     ["cornell", "random", "motion"].map(small).into()
 }
 
-/// A value that the parameter may have, the ends of its range among them.
+/// A valid value of a parameter, sometimes an end of its range.
 fn value(parameter: &Parameter) -> BoxedStrategy<f64> {
     let Parameter { least, most, values, .. } = *parameter;
     let ends = prop_oneof![Just(least), Just(most)];
     match values {
         Values::Any => prop_oneof![1 => ends, 4 => least..=most].boxed(),
-        // Limits of the number of balls: small ones decide.
+        // These are limits on the number of balls; only small limits matter for the test scenes.
         Values::Whole => prop_oneof![1 => ends, 4 => (0..300_u32).prop_map(f64::from)].boxed(),
         Values::PowersOfTwo => (least.log2() as i32..=most.log2() as i32).prop_map(|k| 2_f64.powi(k)).boxed(),
     }
 }
 
-/// Values of all parameters.
+/// Random values of all parameters.
 fn parameters() -> impl Strategy<Value = Parameters> {
     let values: Vec<_> = Parameters::ALL.iter().map(value).collect();
     values.prop_map(|values| {
@@ -39,12 +39,12 @@ fn parameters() -> impl Strategy<Value = Parameters> {
     })
 }
 
-/// Every kind of lanes, each with these parameters.
+/// Every kind of lanes with the given parameters.
 fn ways(parameters: Parameters, threads: usize) -> Vec<Way> {
     all_lanes(threads).into_iter().map(|way| Way { parameters, ..way }).collect()
 }
 
-/// Random cases; shows the simplest that fails.
+/// Runs a test on random cases and shows the simplest case that fails.
 fn check<T: std::fmt::Debug>(
     cases: u32,
     what: &str,

@@ -1,38 +1,38 @@
-//! Where the spheres of a random scene stand: loosely, as walls and shells, and against one another.
+//! Random placement of spheres: anywhere, as walls or shells, or relative to another sphere.
 
 use proptest::prelude::*;
 use scene::Vec3;
 
-/// A sphere's place, perhaps told by another sphere's.
+/// The placement of a sphere, possibly relative to another one.
 #[derive(Clone, Debug)]
 pub(crate) enum Placement {
     /// Anywhere near the origin.
     Loose { center: Vec3, radius: f32 },
-    /// A solid wall: its nearest point is on an axis, so far from the origin.
+    /// A solid wall, whose nearest point to the origin is on an axis at this distance.
     Wall { axis: Vec3, distance: f32, radius: f32 },
-    /// Around the origin, which lies off its centre; its nearest point is on an axis.
+    /// A shell around the origin but not centred there, whose nearest point is on an axis at this distance.
     Shell { axis: Vec3, distance: f32, radius: f32 },
-    /// By an earlier sphere, if there is one (and if not then at the origin).
+    /// Relative to an earlier sphere; if there is none, to a unit sphere at the origin.
     By { other: prop::sample::Index, direction: Vec3, relation: Relation },
 }
 
-/// How a sphere stands to another.
+/// The position of a sphere relative to another. `ratio` is the ratio of the radii.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Relation {
     /// Centre and radius are the same.
     Coincident,
-    /// From outside, at one point.
+    /// The spheres touch from outside, at one point.
     Touching { ratio: f32 },
-    /// From inside, at one point.
+    /// This sphere touches the other one from inside, at one point.
     TouchingWithin { ratio: f32 },
-    /// The centre is the same; the radius so many times as large.
+    /// The centre is the same.
     Concentric { ratio: f32 },
     /// The centre is on the other's surface.
     Sunk { ratio: f32 },
 }
 
 impl Placement {
-    /// Centre and radius, given those of the spheres before.
+    /// Centre and radius, given those of all earlier spheres.
     pub(crate) fn resolve(&self, before: &[(Vec3, f32)]) -> (Vec3, f32) {
         match self {
             Self::Loose { center, radius } => (*center, *radius),
@@ -57,12 +57,12 @@ impl Placement {
     }
 }
 
-/// A number whose logarithm is uniform.
+/// A number with a uniformly distributed logarithm.
 pub(crate) fn log_uniform(low: f32, high: f32) -> impl Strategy<Value = f32> + Clone {
     (low.ln()..high.ln()).prop_map(f32::exp)
 }
 
-/// A point of the cube from `-side` to `side`.
+/// A point in the cube from `-side` to `side`.
 pub(crate) fn point(side: f32) -> impl Strategy<Value = Vec3> + Clone {
     [-side..side, -side..side, -side..side].prop_map(Vec3::from_array)
 }
@@ -85,7 +85,7 @@ fn relation() -> impl Strategy<Value = Relation> {
     ]
 }
 
-/// Loose, or by another sphere.
+/// Loose, or relative to another sphere.
 pub(crate) fn among_others() -> impl Strategy<Value = Placement> {
     prop_oneof![
         10 => (point(5.0), log_uniform(0.05, 2.0)).prop_map(|(center, radius)| Placement::Loose { center, radius }),

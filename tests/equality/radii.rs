@@ -1,9 +1,10 @@
-//! Search radii: from one that finds nothing to one that finds all, and radii that spread over many iterations.
+//! Search radii from one that finds no photons to one that finds all, and radii after many iterations.
 
 use crate::pair::{all_lanes, assert_equal, tell};
 use scene::Settings;
 
-/// Radii with the width and height of their images: where everything is a candidate of everything, few pixels do.
+/// Radii, with the width and height of the image. For large radii every photon is a candidate at every pixel, so the
+/// images are small.
 const RADII: [(f32, u32, u32); 14] = [
     (1e-15, 16, 16),
     (1e-8, 16, 16),
@@ -59,8 +60,8 @@ fn radii_that_spread() {
     tell(cases, "48 iterations");
 }
 
-/// Where the radius is of the size of the coordinates' last digits, rounding makes spheres of search into boxes of
-/// some few cells. The scene lies so far out that this is the case at radii that photons still hit.
+/// If the radius is about as small as the rounding error of coordinates, search spheres become boxes of a few cells.
+/// The scene is far from the origin, so that this happens for radii at which photons are still found.
 #[test]
 fn radii_of_the_size_of_rounding() {
     let mut cases = 0;
@@ -74,7 +75,7 @@ fn radii_of_the_size_of_rounding() {
         );
         let scene = files::scene_file::parse("far.toml", &text).unwrap();
         for step in 0..48 {
-            // From far below the rounding of coordinates to well above.
+            // From far below the rounding error of coordinates to well above it.
             let ulp = offset.max(1.0) * f32::EPSILON;
             let initial_radius = ulp * 0.05 * 1.2_f32.powi(step);
             let settings = Settings {

@@ -1,4 +1,4 @@
-//! Scenes made fresh in every run: all materials and lamps, in places where rounding decides.
+//! New random scenes in every run, with all materials and lamps, placed such that rounding matters.
 
 use crate::draft::{Case, case};
 use crate::pair::{all_lanes, compare, effort, scaled, tell};
@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{TestError, TestRunner};
 use std::cell::Cell;
 
-/// Compares `cases` scenes of `spheres` spheres, and for one that fails shows the simplest that does.
+/// Compares the engines on `cases` scenes of `spheres` spheres, and shows the simplest scene that fails.
 fn check(cases: u32, spheres: std::ops::RangeInclusive<usize>) {
     let what = format!("random scenes of {} to {} spheres in a room", spheres.start(), spheres.end());
     let (renders, reached) = (Cell::new(0), Cell::new(0));
@@ -20,8 +20,8 @@ fn check(cases: u32, spheres: std::ops::RangeInclusive<usize>) {
     match result {
         Ok(()) => {
             tell(renders.get(), &what);
-            // Scenes in which no photon reaches a visible point put only half of the engine to the test. In a third
-            // and more photons do count, so a tenth leaves room for chance; not where fewer are tried than usual.
+            // Scenes in which no photon contributes test only half of the engine. In at least a third of the scenes
+            // some do, so requiring a tenth allows for chance. With fewer cases than usual this is not required.
             let is_whole = scaled(cases) >= cases;
             let least = scaled(cases) / 10;
             assert!(!is_whole || reached.get() > least, "photons count in {} scenes alone", reached.get());

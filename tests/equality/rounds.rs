@@ -1,4 +1,4 @@
-//! Photons of one iteration that are joined in several rounds.
+//! Iterations whose photons are traced and joined in several rounds.
 
 use crate::pair::{Way, all_lanes, assert_equal, tell};
 use scene::Settings;
@@ -8,7 +8,7 @@ fn rounds_of_photons() {
     let mut cases = 0;
     for name in ["cornell", "motion"] {
         let scene = files::builtin::scene(name).unwrap();
-        // A round is of 1024 photons at least, a job's; the last has one.
+        // A round has at least the 1024 photons of one work item; the last round may have a single photon.
         let settings = Settings {
             width: 40,
             height: 27,

@@ -1,4 +1,4 @@
-//! Depth, photons and seed.
+//! Various settings: depth, photons, seed, and units of light.
 
 use crate::pair::{MOST_THREADS, all_lanes, assert_equal, scaled, tell};
 use scene::settings::MAX_DEPTH;
@@ -55,13 +55,13 @@ fn seeds() {
     tell(cases, "seeds");
 }
 
-/// More photons at a point than a sum of 32 bits holds.
+/// So many photons at a point that sums of flux exceed 32 bits.
 #[test]
 fn many_photons_at_a_point() {
     let mut cases = 0;
     for name in ["cornell", "focus"] {
         let (scene, settings) = builtin(name);
-        // Pixels of one block of 4x4, and pixels far apart in space.
+        // The pixels of one 4x4 block, and pixels that see points far apart.
         for (width, height) in [(4, 4), (2, 9)] {
             let settings =
                 Settings { width, height, photons_per_iteration: 20_000, initial_radius: 1e3, ..settings };
@@ -71,7 +71,7 @@ fn many_photons_at_a_point() {
     tell(cases, "many photons at a point");
 }
 
-/// Down to where radiance is subnormal and up to where powers leave the range of `f32`.
+/// From emissions at which radiance is subnormal up to those at which powers almost leave the range of `f32`.
 #[test]
 fn units_of_light() {
     let mut cases = 0;
@@ -80,7 +80,7 @@ fn units_of_light() {
         for sphere in &mut scene.spheres {
             sphere.emission *= f32::powi(2.0, exponent);
         }
-        // One channel without light, too.
+        // Also without light in one channel.
         scene.spheres.iter_mut().for_each(|sphere| sphere.emission.y = 0.0);
         assert!(scene.at(0.0).lights.power.is_normal());
         cases += assert_equal(&scene, &settings, &all_lanes(1));
@@ -88,7 +88,7 @@ fn units_of_light() {
     tell(cases, "units of light");
 }
 
-/// Scenes that no file states, but a program may build: black, by both engines.
+/// Scenes without spheres or light, which only a program can build: both engines render black.
 #[test]
 fn nothing_to_see_and_nothing_that_glows() {
     let (whole, settings) = builtin("surgery");

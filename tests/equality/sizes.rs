@@ -1,9 +1,10 @@
-//! Sizes of the image: whole tiles of 8x8 pixels and parts of them, and what the published program stumbled over.
+//! Image sizes: with complete and partial tiles of 8x8 pixels, and sizes at which the published program fails.
 
 use crate::pair::{MOST_THREADS, all_lanes, assert_equal, tell};
 use scene::Settings;
 
-/// 48x27 and 36x30 divide a bucket count of the published program; the rest are tails of every kind.
+/// The pixel counts of 48x27 and 36x30 divide a table size of the published program; the other sizes give partial tiles
+/// and partial vectors of every kind.
 const SIZES: [(u32, u32); 26] = [
     (1, 1),
     (2, 1),

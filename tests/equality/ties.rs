@@ -1,12 +1,13 @@
-//! Where rounding makes two numbers the same that a comparison parts.
+//! Comparisons of numbers that rounding makes equal.
 
 use crate::pair::{all_lanes, assert_equal, tell};
 use scene::{Engine, Scene, Settings};
 
-/// A lamp beside a ball of its size by some roundings alone: on one side its points are within the ball, and emit
-/// nothing; on the other they are not; between them they are, rounded, as far from the ball's centre as its radius.
+/// A lamp and a ball of the same radius, whose centres differ by a few rounding errors. On one side, points of the lamp
+/// are inside the ball and emit nothing; on the other side they are outside. In between, their rounded distance to the
+/// ball's centre equals its radius.
 #[test]
-fn a_lamp_that_all_but_coincides_with_a_ball() {
+fn a_lamp_that_almost_coincides_with_a_ball() {
     let mut cases = 0;
     for radius in [0.5_f32, 1.0, 2.0, 3.0] {
         let text = format!(

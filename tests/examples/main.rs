@@ -1,9 +1,9 @@
-//! The examples run as their first lines say, and leave what they promise.
+//! Runs every example and checks its output.
 
 use std::path::Path;
 use std::process::Command;
 
-/// Runs an example with `args` and gives what it prints.
+/// Runs an example with `args` and returns its standard output.
 fn run(name: &str, folder: &Path, args: &[&str]) -> String {
     let mut cargo = Command::new(env!("CARGO"));
     cargo.args(["run", "--quiet", "--locked", "--example", name, "--manifest-path"]);

@@ -1,5 +1,5 @@
-//! The paper's own generators: rows agree with the baseline as the baseline does with itself under another seed, and
-//! the more so the more iterations there are (figure 8 of the paper).
+//! With the paper's own random number generators, each row must agree with the baseline as well as the baseline agrees
+//! with itself under another seed, and better with more iterations (figure 8 of the paper).
 
 use crate::cases::tell;
 use crate::pair::builtin;
@@ -7,13 +7,13 @@ use compare::Metrics;
 use ladder::{Options, ROWS, Row};
 use scene::{Film, Scene, Settings};
 
-/// A row's similarity to the baseline may fall short of the least that the baseline has with itself by so much: about
-/// what the similarity of two noisy images of this size varies by from seed to seed.
+/// A row's similarity to the baseline may be this much less than the least similarity of the baseline to itself. It is
+/// about the variation of the similarity of two noisy images of this size between seeds.
 const SLACK: f64 = 0.02;
-/// The mean radiance of a row's renders may differ from that of the baseline's by so many standard errors, which are
-/// estimated from the baseline's own spread over few seeds and so themselves uncertain by a third.
+/// Largest deviation of a row's mean radiance from the baseline's, in standard errors. These are estimated from the
+/// baseline's variation over a few seeds, and so are uncertain by about a third.
 const MOST_ERRORS: f64 = 5.0;
-/// Few, and enough for images to be alike.
+/// Numbers of iterations: few, and enough for similar images.
 const ITERATIONS: [u32; 2] = [2, 16];
 /// Seeds under which the baseline is compared with itself.
 const SEEDS: std::ops::Range<u64> = 2..8;
@@ -35,20 +35,20 @@ fn similarity(a: &Film, b: &Film) -> f64 {
     Metrics::of(a, b).unwrap().ssim.all
 }
 
-/// Mean, and variance of a single value.
+/// The mean, and the variance of a single value.
 fn mean_and_variance(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
     (mean, values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / (n - 1.0))
 }
 
-/// The sum over all pixels, which is as good as the mean.
+/// The sum over all pixels. It is used like a mean, as all images have the same size.
 fn mean(film: &Film) -> f64 {
     film.pixels.iter().map(|pixel| f64::from(pixel.element_sum())).sum::<f64>()
 }
 
 #[test]
-fn rows_agree_with_the_baseline_as_it_does_with_itself() {
+fn rows_agree_with_the_baseline_as_well_as_it_does_with_itself() {
     let names = ["cornell", "surgery"];
     for name in names {
         let (scene, settings) = builtin(name);

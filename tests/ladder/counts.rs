@@ -1,4 +1,4 @@
-//! Counted operations.
+//! Counts of arithmetic operations and of bytes moved.
 
 use crate::difference::Outcome;
 use crate::pair::builtin;
@@ -11,7 +11,7 @@ const PHOTON: usize = 2;
 fn counted(name: &str, settings: &Settings) -> (Box<dyn Rung>, [Operations; 4]) {
     let (scene, _) = builtin("cornell");
     let options = Options { counts_operations: true, ..Options::exact() };
-    // The scene outlives the test: leaked, once per row.
+    // Leak the scene, so that the returned row can borrow it.
     let mut rung = find(name).unwrap().start(Box::leak(Box::new(scene)), settings, &options);
     rung.iterate();
     let operations = rung.operations().unwrap();
@@ -42,9 +42,9 @@ fn counts_are_the_same_each_time() {
     }
 }
 
-/// The scalar stages differ in how they compute, not in what.
+/// The scalar stages organise the computation differently, but do the same operations.
 #[test]
-fn scalar_stages_compute_the_same() {
+fn scalar_stages_have_equal_counts() {
     let [zero, one, two, three] = ["0", "1", "2", "3"].map(|name| counted(name, &small()).1);
     for pass in [CAMERA, PHOTON] {
         let flops = [zero, one, two, three].map(|operations| operations[pass].flops());
@@ -54,7 +54,7 @@ fn scalar_stages_compute_the_same() {
     }
 }
 
-/// Masked lanes compute too, so vertical stages compute more; and stage 6 gathers half of what stage 5 does.
+/// Vertical stages have higher counts, because masked lanes compute too. Stage 6 gathers half as many bytes as stage 5.
 #[test]
 fn vertical_stages_compute_more_and_the_last_moves_less() {
     let [three, four, five, six] = ["3", "4", "5", "6"].map(|name| counted(name, &small()).1);
@@ -67,7 +67,8 @@ fn vertical_stages_compute_more_and_the_last_moves_less() {
     }
 }
 
-/// Work grows with photons: the photon pass in proportion but for the samples' noise, the camera pass not at all.
+/// With more photons, the counts of the photon pass grow in proportion, up to noise, and those of the camera pass not
+/// at all.
 #[test]
 fn counts_follow_the_work() {
     let few = small();

@@ -1,4 +1,4 @@
-//! Keyed random numbers and integer flux: the reference's bits from every row.
+//! With keyed random numbers and integer flux, every row must give the same bits as the reference.
 
 use crate::cases::tell;
 use crate::pair::{assert_exact, builtin};
@@ -18,8 +18,8 @@ fn builtin_scenes() {
     tell("ladder", files::builtin::SCENES.len() * ROWS.len(), "built-in scenes, by all rows, on bits");
 }
 
-/// Sizes that the published program stumbles over: bin counts that divide its hash's differences, and widths and
-/// sizes that leave lanes without a pixel.
+/// Image sizes at which the published program fails: those whose number of bins divides a difference of its hashes, and
+/// those that leave lanes without a pixel.
 #[test]
 fn sizes() {
     let (scene, settings) = builtin("cornell");

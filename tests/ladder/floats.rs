@@ -1,5 +1,5 @@
-//! Keyed random numbers, flux summed in floats as in the paper: the same radius and count, and an image within what
-//! the order of additions can do.
+//! With keyed random numbers and flux summed in floats, as in the paper, every row must give the reference's radii and
+//! counts exactly. The image may differ only by what the order of additions can cause.
 
 use crate::difference::Outcome;
 use crate::pair::builtin;
@@ -10,22 +10,22 @@ use std::f64::consts::PI;
 
 /// Relative error of one rounding of an `f32`.
 const ROUNDING: f64 = 1.0 / 16_777_216.0;
-/// Error of the reference's quantised flux, over the nominal power of a photon.
+/// Error of the reference's quantised flux, relative to the nominal power of a photon.
 const QUANTISATION: f64 = 1.0 / 4_194_304.0;
-/// Roundings of a term besides those of the sum: BSDF times power, throughput, ratio and density, in either engine.
+/// Roundings of a term besides those of the sum, in both engines: BSDF times power, throughput, ratio and density.
 const ROUNDINGS_OF_A_TERM: f64 = 16.0;
 
-/// By how much the radiance of a pixel may differ that has counted `photons` photons in all iterations together.
+/// Bound on the difference in radiance of a pixel that has counted `photons` photons in all iterations together.
 ///
-/// Its photons bring at most `throughput / pi * nominal` each, before the density. A sum of so many terms of one sign
-/// is wrong by at most so many roundings of itself (Higham 2002, section 4.2), in whatever order; over iterations the
-/// sums of sums add to that no more than there are photons.
+/// Each photon contributes at most `throughput / pi * nominal` before the density. A sum of n terms of the same sign,
+/// in any order, has a relative error of at most n roundings (Higham 2002, section 4.2). Adding up the sums of the
+/// iterations adds no more roundings than there are photons.
 fn bound(throughput: f64, nominal: f64, photons: f64, density: f64) -> f64 {
     let most = throughput / PI * nominal * photons * density;
     most * ((photons + ROUNDINGS_OF_A_TERM) * ROUNDING + QUANTISATION)
 }
 
-/// Alpha of the radius reduction: of N, each photon is worth so much.
+/// Alpha of the radius reduction: what each photon adds to N.
 const ALPHA: f64 = 2.0 / 3.0;
 
 fn assert_within_the_bound(scene: &Scene, settings: &Settings) {
@@ -37,7 +37,7 @@ fn assert_within_the_bound(scene: &Scene, settings: &Settings) {
     let expected = Outcome::of(&reference);
     let [_, counts, radii, image] = expected.planes.each_ref().map(|plane| &plane.values);
     let nominal = f64::from(scene.at(0.0).lights.power);
-    // Radiance seen through glass from within it is scaled by the squared index, so a path's throughput may exceed 1.
+    // Inside glass, radiance is scaled by the squared index of refraction, so the throughput of a path can exceed 1.
     let throughput = 1.5_f64.powi(2);
     let shot = f64::from(settings.iterations * settings.photons_per_iteration);
     for row in ROWS {
@@ -53,7 +53,7 @@ fn assert_within_the_bound(scene: &Scene, settings: &Settings) {
             let (count, radius) = (f64::from(counts[index / 3]), f64::from(radii[index / 3]));
             let density = 1.0 / (shot * PI * radius * radius);
             let photons_may = bound(throughput, nominal, count / ALPHA, density);
-            // What is added to direct light is rounded once more.
+            // Adding direct light rounds once more.
             let may = photons_may + 2.0 * ROUNDING * f64::from(want.abs());
             let difference = f64::from(want - have).abs();
             assert!(
@@ -74,7 +74,7 @@ fn builtin_scenes() {
     }
 }
 
-/// Sums of thousands of photons.
+/// Pixels that sum up thousands of photons.
 #[test]
 fn many_photons_at_a_point() {
     let (scene, settings) = builtin("cornell");
@@ -83,9 +83,9 @@ fn many_photons_at_a_point() {
     assert_within_the_bound(&scene, &settings);
 }
 
-/// That the bound is no barn door: it is far below what one photon more or less would do.
+/// The bound is tight enough: it is far below the effect of a single photon.
 #[test]
-fn the_bound_tells_a_photon() {
+fn the_bound_is_less_than_one_photon() {
     let (photons, density) = (1000.0, 1.0);
     let one_photon = density / PI;
     assert!(bound(1.0, 1.0, photons, density) < 0.1 * one_photon);

@@ -1,5 +1,6 @@
-//! Every row of the ladder renders the reference's physics: the same bits with keyed random numbers and integer flux,
-//! within a bound with flux summed in floats, and alike in the mean with the paper's own generators.
+//! Compares every row of the ladder with the reference. With keyed random numbers and integer flux they must give the
+//! same bits; with flux summed in floats they may differ within a bound; with the paper's own generators they must
+//! agree statistically.
 
 mod alike;
 #[path = "../shared/cases.rs"]

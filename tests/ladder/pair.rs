@@ -1,10 +1,11 @@
-//! A row beside the reference, and where they first differ.
+//! Runs rows side by side with the reference and finds their first difference.
 
 use crate::difference::Outcome;
 use ladder::{Options, Row};
 use scene::{Engine, Scene, Settings};
 
-/// A built-in scene, small, but with wide radii, so that visible points lie in several cells and get many photons.
+/// A built-in scene at a small size, but with large radii, so that visible points reach several cells and get many
+/// photons.
 pub(crate) fn builtin(name: &str) -> (Scene, Settings) {
     let scene = files::builtin::scene(name).unwrap();
     let settings = Settings {
@@ -18,8 +19,8 @@ pub(crate) fn builtin(name: &str) -> (Scene, Settings) {
     (scene, settings)
 }
 
-/// The first difference of a row's bits from the reference's, after each iteration; without any, how often photons
-/// have counted.
+/// Compares the bits of rows with the reference's after each iteration. Returns the number of photon contributions, or
+/// describes the first difference.
 pub(crate) fn first_difference(
     scene: &Scene,
     settings: &Settings,
@@ -44,7 +45,7 @@ pub(crate) fn first_difference(
     Ok(reference.stats().contributions)
 }
 
-/// Expects of every row of `rows` the reference's bits, and that photons count.
+/// Expects all rows to give the reference's bits, and that some photons contribute.
 pub(crate) fn assert_exact(scene: &Scene, settings: &Settings, rows: &[&Row], options: &Options) {
     let contributions =
         first_difference(scene, settings, rows, options).unwrap_or_else(|difference| panic!("{difference}"));

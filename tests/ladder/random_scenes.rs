@@ -1,5 +1,5 @@
-//! Every row gives the reference's bits on scenes made fresh in every run, the same kind that the fast engine is
-//! tested on.
+//! Every row must give the reference's bits on new random scenes in every run, of the same kind as in the tests of the
+//! fast engine.
 
 use crate::cases::tell;
 use crate::draft::{Case, case};
@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, TestError, TestRunner};
 use std::cell::Cell;
 
-/// Scenes that are tried; all rows render each.
+/// Number of scenes, each of which all rows render.
 const CASES: u32 = 40;
 
 #[test]
@@ -30,7 +30,7 @@ fn random_scenes() {
         Ok(())
     });
     match result {
-        // In a third of the scenes photons count; a tenth leaves room for chance.
+        // Photons contribute in about a third of the scenes; requiring a tenth allows for chance.
         Ok(()) => {
             assert!(reached.get() > CASES / 10, "photons count in {} scenes alone", reached.get());
             tell("ladder", CASES as usize * rows.len(), "renders of random scenes, by all rows");

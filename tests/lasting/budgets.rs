@@ -1,4 +1,4 @@
-//! Goals, snapshots, memory, and what is told on the way.
+//! Goals, snapshots, memory limits, progress and logs.
 
 use crate::sandbox::Sandbox;
 use serde_json::Value;
@@ -15,7 +15,7 @@ fn time_ends_a_render() {
     let done = format!("--iterations={}", stats["iterations"]);
     assert_eq!(sandbox.run(["render", "cornell", "-o", "b.png", &done].iter().chain(&size)).code, Some(0));
     assert!(sandbox.bytes("cornell.png") == sandbox.bytes("b.png"), "not the image of {done}");
-    // Whatever comes first.
+    // The goal that is reached first counts.
     sandbox.run(["render", "cornell", "--time=1h", "--iterations=2"].iter().chain(&size));
     assert_eq!(sandbox.json("s.json")["ended_by"], "iterations");
 }
@@ -29,7 +29,7 @@ fn the_first_iteration_is_always_finished() {
 }
 
 #[test]
-fn a_small_error_ends_a_render_where_it_would_have_ended_uninterrupted() {
+fn an_error_goal_ends_a_resumed_render_at_the_same_iteration() {
     let sandbox = Sandbox::new();
     let size = ["--width=32", "--height=24", "--photons=2000", "--until-error=0.1"];
     let ended = sandbox.run(["render", "cornell", "-o", "a.exr", "--stats=s.json"].iter().chain(&size));
@@ -39,7 +39,7 @@ fn a_small_error_ends_a_render_where_it_would_have_ended_uninterrupted() {
     let done = stats["iterations"].as_u64().unwrap();
     assert!(stats["estimated_error"].as_f64().unwrap() <= 0.1 && done > 4, "{stats}");
 
-    // Against the converged image, as `compare` has it. The estimate leaves out part of the bias.
+    // Renders a converged image, which nothing below uses.
     let truth = ["render", "cornell", "-o", "truth.exr", "--iterations=3000", "--engine=path", "--depth=5"];
     assert_eq!(sandbox.run(truth.iter().chain(&size[..2])).code, Some(0));
 
@@ -60,7 +60,7 @@ fn snapshots_are_images_of_their_iterations() {
 }
 
 #[test]
-fn a_limit_of_memory_is_kept_or_refused() {
+fn a_memory_limit_is_kept_or_rejected() {
     let sandbox = Sandbox::new();
     let large = ["render", "cornell", "--width=8000", "--height=8000"];
     sandbox.run(large.iter().chain(&["--memory-limit=100M"])).refused(&[
@@ -74,10 +74,10 @@ fn a_limit_of_memory_is_kept_or_refused() {
     assert!(stats["bytes_at_most"].as_u64() <= Some(200 << 20));
 }
 
-/// The figure before the start holds, for all engines.
+/// The bound that is computed before the start holds for all engines.
 #[cfg(target_os = "linux")]
 #[test]
-fn memory_is_as_told() {
+fn memory_stays_within_the_bound() {
     for engine in ["fast", "reference", "path"] {
         for size in [
             ["--width=300", "--height=200", "--photons=1000"],

@@ -1,5 +1,5 @@
-//! Kills at random moments, during writes too, over random renders: every one ends in the image of a render that was
-//! left alone, and no file is ever torn.
+//! Kills random renders at random moments, even during writes, and resumes them. Each must end with the same image as
+//! an undisturbed render, and no file may ever be incomplete.
 
 use crate::cases::tell;
 use crate::sandbox::Sandbox;
@@ -13,24 +13,24 @@ use std::process::Stdio;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Renders, unless the environment asks for more.
+/// Least number of renders. `SPPM_KILLS` asks for more renders, until there are that many kills.
 const RENDERS: u32 = 8;
-/// Kills per render, at least.
+/// Least number of kills of all renders together.
 const KILLS: u32 = 3;
-/// A render is left alone after so many.
+/// After this many kills, a render is no longer disturbed.
 const MOST_KILLS: u32 = 12;
 
-/// One of `all`.
+/// A random element of `all`.
 fn choose<T: Copy>(numbers: &mut Stream, all: &[T]) -> T {
     all[numbers.next_u32() as usize % all.len()]
 }
 
-/// A number from `low` up to, but not including, `high`.
+/// A random number from `low` up to, but not including, `high`.
 fn between(numbers: &mut Stream, low: u32, high: u32) -> u32 {
     low + numbers.next_u32() % (high - low)
 }
 
-/// How a process renders; the image depends on none of it.
+/// Random options for engine, lanes and threads, on which the image does not depend.
 fn way(numbers: &mut Stream, is_path: bool) -> Vec<String> {
     let threads = format!("--threads={}", between(numbers, 1, 4));
     let lanes: Vec<_> = LaneKind::ALL.into_iter().filter(|kind| kind.is_available()).collect();
@@ -44,7 +44,7 @@ fn way(numbers: &mut Stream, is_path: bool) -> Vec<String> {
     }
 }
 
-/// A render, and how often it was killed.
+/// A random render, and how often it was killed.
 struct Trial {
     sandbox: Sandbox,
     numbers: Stream,
@@ -72,7 +72,7 @@ impl Trial {
         Self { sandbox: Sandbox::new(), numbers, render, is_path, patience: Duration::ZERO, kills: 0 }
     }
 
-    /// The image of a render that is left alone.
+    /// The image of the undisturbed render.
     fn undisturbed(&mut self) -> scene::Film {
         let way = way(&mut self.numbers, self.is_path);
         let alone = ["-o", "whole.exr", "--no-checkpoint"].map(String::from);
@@ -84,7 +84,7 @@ impl Trial {
         self.sandbox.image("whole.exr")
     }
 
-    /// Begins or goes on, and kills that at some moment; true if it came to its end before.
+    /// Starts or resumes the render and kills it at a random moment; returns true if it completed before that.
     fn disturb(&mut self) -> bool {
         let is_begun = Store::new(self.sandbox.path("a.sppm")).exists();
         let mut command: Vec<String> = if is_begun && between(&mut self.numbers, 0, 3) > 0 {
@@ -97,7 +97,7 @@ impl Trial {
         let mut child = self.sandbox.command(&command).stderr(Stdio::piped()).spawn().unwrap();
         if self.kills < MOST_KILLS {
             let share = f64::from(self.numbers.next_u32()) / f64::from(u32::MAX);
-            // Saving after every iteration takes its time too.
+            // Longer than the undisturbed render, as writing a checkpoint after every iteration takes time.
             sleep(self.patience.mul_f64(1.5 * share));
             let signal = choose(
                 &mut self.numbers,
@@ -120,7 +120,7 @@ impl Trial {
         is_over
     }
 
-    /// Expects every file to be whole.
+    /// Expects every file to be complete.
     fn check_files(&self) {
         for name in self.sandbox.names() {
             let path = self.sandbox.path(&name);
@@ -130,7 +130,7 @@ impl Trial {
                     assert!(loaded.unwrap().fallback.is_none(), "{name} is torn");
                 }
                 "a.sppm.lock" => {}
-                // A file on its way, between its naming and its renaming.
+                // A temporary file that was complete but not yet renamed to its target.
                 name if name.starts_with(".sppm-") => {}
                 _ => {
                     image_file::read(&path).unwrap_or_else(|torn| panic!("{torn}"));
@@ -141,7 +141,7 @@ impl Trial {
 }
 
 #[test]
-fn killed_renders_go_on_to_the_same_image() {
+fn killed_renders_resume_to_the_same_image() {
     let asked =
         std::env::var("SPPM_KILLS").ok().map(|kills| kills.parse::<u32>().expect("a number of kills"));
     let (mut kills, mut renders) = (0, 0);

@@ -1,5 +1,5 @@
-//! Renders that last: stopped, saved, killed and taken up again, they give the image of a render that was left alone;
-//! and whatever cannot be written, nothing is lost.
+//! Tests of long renders. If they are stopped or killed and then resumed, they give the same image as an undisturbed
+//! render. If a file cannot be written, no work is lost.
 
 #[cfg(unix)]
 mod budgets;

@@ -1,4 +1,4 @@
-//! What images say of themselves, and renders that are repeated.
+//! Metadata in images, and renders that are repeated from it.
 
 use crate::sandbox::Sandbox;
 use serde_json::Value;
@@ -10,7 +10,7 @@ fn info(sandbox: &Sandbox, file: &str) -> Value {
 }
 
 #[test]
-fn images_and_checkpoints_say_what_made_them() {
+fn images_and_checkpoints_contain_metadata() {
     let sandbox = Sandbox::new();
     sandbox.render(&["mirror", "-o", "a.png", "--seed=7", "--exposure=1", "--checkpoint=a.sppm"]);
     sandbox.render(&["mirror", "-o", "a.exr", "--seed=7", "--radius-image=r.exr", "--engine=reference"]);
@@ -63,7 +63,7 @@ fn like_repeats_a_render_bit_for_bit() {
 }
 
 #[test]
-fn a_scene_that_is_not_in_the_file_is_checked() {
+fn a_scene_too_large_for_the_metadata_must_be_given() {
     let sandbox = Sandbox::new();
     let ball = |x: f32| format!("[[sphere]]\ncenter = [{x:.2}, 0, -50]\nradius = 0.1\nmaterial = \"m\"\n");
     let head = "background = [1, 1, 1]\n[camera]\neye = [0, 0, 0]\ntarget = [0, 0, -1]\nvertical_fov_degrees = 30\n\
@@ -81,7 +81,7 @@ fn a_scene_that_is_not_in_the_file_is_checked() {
 }
 
 #[test]
-fn what_says_nothing_is_told() {
+fn files_without_metadata_are_rejected() {
     let sandbox = Sandbox::new();
     sandbox.render(&["cornell", "-o", "a.pfm"]);
     sandbox.render(&["cornell", "-o", "a.png"]);

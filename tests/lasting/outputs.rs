@@ -1,11 +1,11 @@
-//! Files that cannot be written: refused before the work where that can be known, and else nothing is lost.
+//! Files that cannot be written: detected before the render where possible; otherwise no work is lost.
 
 use crate::sandbox::{Ended, Sandbox, TINY};
 use std::fs::{self, OpenOptions};
 use std::io;
 use std::process::{Command, Stdio};
 
-/// Runs `sppm` with files of at most `bytes` bytes, which stands for a full disk or a quota.
+/// Runs `sppm` with a file size limit of `bytes` bytes, to simulate a full disk or a quota.
 fn run_limited(sandbox: &Sandbox, bytes: u64, args: &[&str]) -> Ended {
     let script = format!("ulimit -f {}; exec \"$@\"", bytes.div_ceil(512));
     let mut shell = Command::new("sh");
@@ -20,7 +20,7 @@ fn ended(command: &mut Command) -> Ended {
 }
 
 #[test]
-fn a_disk_without_room_is_told_before_the_work() {
+fn too_little_disk_space_is_reported_before_the_render() {
     let sandbox = Sandbox::new();
     let endless = "--iterations=100000000";
     let args = ["render", "cornell", "-o", "a.exr", endless];
@@ -30,7 +30,7 @@ fn a_disk_without_room_is_told_before_the_work() {
     assert_eq!(sandbox.names(), [""; 0]);
 }
 
-/// The checkpoint has no room, the image has: rendering goes on, and the image is written.
+/// There is room for the image but not for the checkpoint. The render continues and writes the image.
 #[test]
 fn a_checkpoint_that_cannot_be_written_does_not_stop_a_render() {
     let sandbox = Sandbox::new();
@@ -50,8 +50,8 @@ fn a_checkpoint_that_cannot_be_written_does_not_stop_a_render() {
     sandbox.image("cornell.png");
 }
 
-/// Renders out/a.exr for so long that its folder is gone, with all that is in it, before the end; but not before
-/// there is `checkpoint`.
+/// Renders out/a.exr, and removes its folder with all files as soon as `checkpoint` exists. The render takes long
+/// enough that this happens before its end.
 fn render_while_the_folder_goes(sandbox: &Sandbox, checkpoint: &str) -> Ended {
     fs::create_dir(sandbox.path("tmp")).unwrap();
     let script = "mkdir out; \"$@\" & pid=$!; while [ ! -e $0 ]; do sleep 0.01; done
@@ -66,7 +66,7 @@ fn render_while_the_folder_goes(sandbox: &Sandbox, checkpoint: &str) -> Ended {
     ended
 }
 
-/// Goes on from `checkpoint`, where nothing is left to do, and expects the image that was rescued.
+/// Resumes from `checkpoint`, which has all iterations, and expects the image that was rescued.
 fn expect_all_iterations(sandbox: &Sandbox, checkpoint: &str) {
     let again = sandbox.run(["resume", checkpoint, "-o", "c.exr", "-q", "--stats=again.json"]);
     assert_eq!(again.code, Some(0), "{again:?}");
@@ -75,7 +75,7 @@ fn expect_all_iterations(sandbox: &Sandbox, checkpoint: &str) {
     assert_eq!(sandbox.image("c.exr"), sandbox.image(&rescued));
 }
 
-/// The image is written elsewhere, and the render is saved.
+/// The image is rescued to another folder, and the checkpoint is written.
 #[test]
 fn a_render_whose_image_cannot_be_written_is_not_lost() {
     let sandbox = Sandbox::new();
@@ -87,7 +87,7 @@ fn a_render_whose_image_cannot_be_written_is_not_lost() {
     expect_all_iterations(&sandbox, "safe.sppm");
 }
 
-/// Both are written elsewhere.
+/// Image and checkpoint are both rescued to another folder.
 #[test]
 fn a_render_whose_checkpoint_cannot_be_written_either_is_not_lost() {
     let sandbox = Sandbox::new();
@@ -101,7 +101,7 @@ fn a_render_whose_checkpoint_cannot_be_written_either_is_not_lost() {
 }
 
 #[test]
-fn a_reader_of_progress_that_has_seen_enough_is_no_failure() {
+fn a_closed_pipe_for_progress_is_not_a_failure() {
     let sandbox = Sandbox::new();
     let (reader, writer) = io::pipe().unwrap();
     drop(reader);
@@ -135,7 +135,7 @@ fn messages_onto_a_full_disk_do_not_stop_a_render() {
     sandbox.image("cornell.png");
 }
 
-/// The checkpoint may be on another file system than the image: each file is made in its own folder.
+/// The checkpoint may be on another file system than the image, as each temporary file is created in its own folder.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_checkpoint_on_another_file_system() {

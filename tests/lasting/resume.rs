@@ -1,9 +1,10 @@
-//! The command `resume`, and `render` where it finds its own checkpoint.
+//! The command `resume`, and `render` if it finds a checkpoint of the same render.
 
 use crate::sandbox::{Ended, Sandbox, TINY};
 use std::fs;
 
-/// A render of 4 iterations that is kept, in `a.exr` and `a.sppm`, and the same of 9 in `whole.exr`.
+/// A render of 4 iterations in `a.exr` with its checkpoint `a.sppm`, and the same render with 9 iterations in
+/// `whole.exr`.
 fn kept() -> Sandbox {
     let sandbox = Sandbox::new();
     render(&sandbox, &["-o", "whole.exr", "--no-checkpoint", "--iterations=9"]);
@@ -12,7 +13,7 @@ fn kept() -> Sandbox {
     sandbox
 }
 
-/// Options of [`TINY`] but for the iterations.
+/// Renders with the options of [`TINY`] except for the iterations.
 fn render(sandbox: &Sandbox, args: &[&str]) -> Ended {
     let tiny = TINY.iter().filter(|option| !["--iterations", "2"].contains(option));
     let ended = sandbox.run(["render", "cornell"].iter().chain(args).chain(tiny));
@@ -48,7 +49,7 @@ fn a_resumed_file_is_the_uninterrupted_file() {
 }
 
 #[test]
-fn the_same_render_goes_on_by_itself() {
+fn the_same_render_resumes_automatically() {
     let sandbox = kept();
     let ended = render(&sandbox, &["-o", "b.exr", "--checkpoint=a.sppm", "--iterations=9"]);
     assert!(ended.stderr.starts_with("going on from a.sppm after 4 of 9 iterations\n"), "{ended:?}");
@@ -56,7 +57,7 @@ fn the_same_render_goes_on_by_itself() {
 }
 
 #[test]
-fn the_image_can_go_elsewhere() {
+fn checkpoint_and_image_can_be_moved() {
     let sandbox = kept();
     fs::create_dir(sandbox.path("moved")).unwrap();
     fs::rename(sandbox.path("a.sppm"), sandbox.path("moved/b.sppm")).unwrap();
@@ -121,7 +122,7 @@ fn other_renders_are_not_overwritten() {
 }
 
 #[test]
-fn one_render_at_a_time_has_a_checkpoint() {
+fn a_checkpoint_is_locked_by_one_render_at_a_time() {
     let sandbox = kept();
     let lock = files::checkpoint::Store::new(sandbox.path("a.sppm")).lock().unwrap();
     let process = format!("process {}", std::process::id());
@@ -133,7 +134,7 @@ fn one_render_at_a_time_has_a_checkpoint() {
 }
 
 #[test]
-fn damage_is_told_and_the_older_generation_goes_on() {
+fn damage_is_reported_and_the_older_generation_is_resumed() {
     let sandbox = kept();
     let whole = sandbox.bytes("a.sppm");
     let flipped = |at: usize| {

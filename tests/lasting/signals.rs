@@ -1,11 +1,11 @@
-//! What signals do.
+//! Signals that interrupt a render.
 
 use crate::sandbox::{Ended, Sandbox};
 use rustix::process::{Pid, Signal, kill_process};
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStderr, Command, Stdio};
 
-/// A render that would go on for hours.
+/// A render that would run for hours.
 const LONG: [&str; 8] = [
     "render",
     "cornell",
@@ -17,14 +17,14 @@ const LONG: [&str; 8] = [
     "--threads=2",
 ];
 
-/// A render on its way.
+/// A running render.
 struct Running {
     child: Child,
     stderr: BufReader<ChildStderr>,
 }
 
 impl Running {
-    /// Starts `command`, and returns once it has begun and `words` were said.
+    /// Starts `command` and returns once it has printed a line that contains `words`.
     fn start(command: &mut Command, words: &str) -> Self {
         let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
         let mut stderr = BufReader::new(child.stderr.take().unwrap());
@@ -49,7 +49,7 @@ impl Running {
 }
 
 #[test]
-fn every_request_leaves_an_image_and_a_checkpoint() {
+fn every_signal_leaves_an_image_and_a_checkpoint() {
     for (signal, code) in [(Signal::INT, 130), (Signal::TERM, 143), (Signal::HUP, 129)] {
         if signal == Signal::HUP && hangups_are_ignored() {
             continue;
@@ -72,7 +72,7 @@ fn every_request_leaves_an_image_and_a_checkpoint() {
     }
 }
 
-/// Whether these tests run under nohup: the render would rightly ignore hangups too.
+/// Whether these tests run under nohup, so that the render rightly ignores hangups too.
 fn hangups_are_ignored() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
@@ -80,7 +80,7 @@ fn hangups_are_ignored() -> bool {
 }
 
 #[test]
-fn what_nohup_has_ignored_stays_ignored() {
+fn hangups_are_ignored_under_nohup() {
     let sandbox = Sandbox::new();
     let program = env!("CARGO_BIN_EXE_sppm");
     let script = format!("trap '' HUP; exec {program} {} --every=1", LONG.join(" "));
@@ -94,9 +94,9 @@ fn what_nohup_has_ignored_stays_ignored() {
     assert_eq!(running.end().code, Some(143));
 }
 
-/// A large iteration is abandoned: it would take minutes.
+/// An iteration that would take minutes is abandoned.
 #[test]
-fn nobody_waits_for_an_iteration() {
+fn an_interruption_does_not_wait_for_the_iteration() {
     let sandbox = Sandbox::new();
     let args =
         ["render", "cornell", "--width=64", "--height=48", "--photons=200000000", "--iterations=9", "-v"];

@@ -1,4 +1,4 @@
-//! The camera: where things appear, and how its rays are spread over the pixel, the lens and the exposure.
+//! The camera: projection, and the distribution of its rays over pixel, lens and exposure.
 
 use crate::cases::tell;
 use crate::harness::{
@@ -9,7 +9,7 @@ use glam::DVec3;
 use reference::camera_pass::{CameraNumbers, camera_ray, ray_through};
 use scene::{Camera, Film, Ray, Rgb, Settings, Vec3};
 
-/// Eye and direction of no symmetry, so that any two axes can be told apart.
+/// A camera without symmetry, so that swapped axes are noticed.
 fn tilted() -> Camera {
     Camera {
         eye: Vec3::new(1.0, -2.0, 3.0),
@@ -19,14 +19,15 @@ fn tilted() -> Camera {
     }
 }
 
-/// Forward, right and up of a camera, by the textbook: right-handed, up in the plane of view and `up`.
+/// Forward, right and up of a camera by the textbook: right-handed, with up in the plane of the viewing direction and
+/// the camera's `up`.
 fn axes(camera: &Camera) -> [DVec3; 3] {
     let forward = camera.direction.as_dvec3().normalize();
     let right = forward.cross(camera.up.as_dvec3()).normalize();
     [forward, right, right.cross(forward)]
 }
 
-/// Where a point appears, in pixels from the top left of an image: the pinhole's projection.
+/// The pinhole projection of a point, in pixels from the top left of the image.
 fn project(camera: &Camera, point: DVec3, [width, height]: [u32; 2]) -> [f64; 2] {
     let [forward, right, up] = axes(camera);
     let v = point - camera.eye.as_dvec3();
@@ -35,7 +36,7 @@ fn project(camera: &Camera, point: DVec3, [width, height]: [u32; 2]) -> [f64; 2]
     [0.5 * f64::from(width) + v.dot(right) * scale, 0.5 * f64::from(height) - v.dot(up) * scale]
 }
 
-/// The centre of what glows in an image of one lamp, in pixels from the top left.
+/// The centroid of light in an image of one lamp, in pixels from the top left.
 fn centre_of_light(film: &Film) -> [f64; 2] {
     let (mut sum, mut at) = (0.0, [0.0; 2]);
     for (index, pixel) in film.pixels.iter().enumerate() {
@@ -46,8 +47,8 @@ fn centre_of_light(film: &Film) -> [f64; 2] {
     at.map(|a| a / sum)
 }
 
-/// Pixels: a lamp of 1.6 pixels' radius is centred to the noise of its edge, a few hundredths; its picture is an
-/// ellipse, whose centre is up to 0.03 pixels off the picture of its centre.
+/// Tolerance in pixels. The centroid of a lamp with a radius of 1.6 pixels has noise of a few hundredths from its edge.
+/// Its image is an ellipse, whose centre is up to 0.03 pixels from the image of its centre.
 const CENTRE: f64 = 0.1;
 
 #[test]
@@ -70,7 +71,7 @@ fn lamps_appear_where_the_pinhole_projects_them() {
 
 #[test]
 fn right_is_right_and_up_is_up() {
-    // Without any formula: the eye at the origin looks along -z, with y up.
+    // A check without formulas: the eye is at the origin and looks along -z, with y up.
     let camera = pinhole(Vec3::ZERO, Vec3::NEG_Z, 60.0);
     let scene = empty_scene(camera).lamp(Vec3::new(1.0, 0.5, -4.0), 0.2, BLACK, Rgb::X).lamp(
         Vec3::new(-1.0, -0.5, -4.0),
@@ -88,12 +89,12 @@ fn right_is_right_and_up_is_up() {
     }
 }
 
-/// Image means of a lamp of a quarter of the pixels, by 4 samples each, whose noise is that of the edge.
+/// Relative tolerance of image means for a lamp that covers a quarter of the pixels. The noise comes from its edge.
 const AREA: f64 = 2e-3;
 
 #[test]
 fn the_field_of_view_is_vertical_and_in_degrees() {
-    // A lamp in the middle is a disc of radius tan(asin(r / d)) at distance 1.
+    // A lamp in the middle appears as a disc of radius tan(asin(r / d)) at distance 1.
     for (fov, size) in [(20.0_f32, [90, 60]), (60.0, [60, 90]), (90.0, [120, 30])] {
         let half_height = f64::from(fov / 2.0).to_radians().tan();
         let shortest = half_height * f64::from(size[0].min(size[1])) / f64::from(size[1]);
@@ -113,7 +114,7 @@ fn the_field_of_view_is_vertical_and_in_degrees() {
 
 const SIDE: u32 = 64;
 
-/// The camera rays of all pixels of several iterations, with their pixels, for a camera of its own.
+/// The camera rays of all pixels over several iterations, with their pixels.
 fn rays(camera: &Camera, iterations: u32) -> impl Iterator<Item = ([u32; 2], Ray)> {
     rays_of(camera, iterations, (0..SIDE * SIDE).map(|index| [index % SIDE, index / SIDE]).collect())
 }
@@ -130,7 +131,7 @@ fn rays_of(camera: &Camera, iterations: u32, pixels: Vec<[u32; 2]>) -> impl Iter
     })
 }
 
-/// Pixels: coordinates of up to 64 from directions of a dozen roundings.
+/// Tolerance in pixels: coordinates of up to 64, from directions with a dozen rounding errors.
 const PLACE: f64 = 1e-4;
 
 #[test]
@@ -145,7 +146,7 @@ fn rays_are_spread_evenly_over_their_pixel() {
             within.clamp(0.0, 1.0 - f64::EPSILON)
         })
     });
-    // Points of a net are more even than chance, so its test has but one side.
+    // Stratified points are more even than random ones, so this only tests that they are not less even.
     assert_uniform_square(points, [16, 16], "places in the pixel");
     tell("physics", 64 * 64 * 64, "camera rays in their pixels");
 }
@@ -153,7 +154,7 @@ fn rays_are_spread_evenly_over_their_pixel() {
 #[test]
 fn rays_of_one_pixel_are_spread_evenly_over_the_iterations() {
     const ITERATIONS: u32 = 1024;
-    // By chance the count of a cell would have a standard deviation of 4.
+    // With random points, the count of a cell would have a standard deviation of 4.
     const FROM_SIXTEEN: i32 = 6;
     let camera = tilted();
     let eye = camera.eye.as_dvec3();
@@ -173,7 +174,7 @@ fn rays_of_one_pixel_are_spread_evenly_over_the_iterations() {
 
 #[test]
 fn each_tile_and_iteration_has_places_of_its_own() {
-    // Sides that are no multiples of a tile's, a short and a long one.
+    // Image sides that are not multiples of a tile's side; a wide and a tall image.
     let camera = tilted();
     let mut cases = 0;
     for size in [[20, 44], [44, 20]] {
@@ -198,8 +199,7 @@ fn each_tile_and_iteration_has_places_of_its_own() {
     tell("physics", cases, "places of tiles");
 }
 
-/// The points at which rays leave the lens, and those at which they meet the plane in focus, in units of the lens'
-/// radius about its centre and of the pixel.
+/// Rays must start at uniformly distributed points of the lens. In the focal plane they must be within their pixel.
 #[test]
 fn rays_are_spread_evenly_over_the_lens_and_meet_in_focus() {
     let (aperture, focus) = (0.25_f32, 7.0_f32);
@@ -209,7 +209,7 @@ fn rays_are_spread_evenly_over_the_lens_and_meet_in_focus() {
     let lens = rays(&camera, 64).map(|(pixel, ray)| {
         let (from_eye, direction) = (ray.origin.as_dvec3() - eye, ray.direction.as_dvec3());
         assert!(from_eye.dot(forward).abs() < 1e-6, "a ray leaves off the lens");
-        // Where it meets the plane in focus, a pinhole would see the same pixel.
+        // A pinhole would see the point at which the ray meets the focal plane in the same pixel.
         let in_focus = ray.origin.as_dvec3()
             + direction * (f64::from(focus) - from_eye.dot(forward)) / direction.dot(forward);
         let place = project(&camera, in_focus, [SIDE; 2]);
@@ -225,10 +225,10 @@ fn rays_are_spread_evenly_over_the_lens_and_meet_in_focus() {
 }
 
 #[test]
-fn the_place_in_the_pixel_and_on_the_lens_have_nothing_to_do_with_each_other() {
+fn the_places_in_the_pixel_and_on_the_lens_are_independent() {
     let camera =
         Camera { aperture_radius: 1.0, focus_distance: 1.0, ..pinhole(Vec3::ZERO, Vec3::NEG_Z, 90.0) };
-    // Pixels of one tile share their random shifts, so one of each tile is taken: those are independent.
+    // The pixels of a tile share their random shifts, so use one pixel of each tile, which are independent.
     let pixels: Vec<_> = (0..64).map(|tile| [tile % 8 * 8 + 3, tile / 8 * 8 + 6]).collect();
     for axis in [0, 1] {
         let points = rays_of(&camera, 1024, pixels.clone()).map(|(pixel, ray)| {
@@ -252,7 +252,8 @@ fn the_lens_is_used_only_where_there_is_one() {
 #[test]
 fn shutter_times_are_spread_evenly_over_the_exposure_for_any_seed() {
     let camera = Camera { shutter: [-1.0, 3.0], ..tilted() };
-    // One iteration of many seeds: the random shift. Many iterations of one seed are tested as a sequence elsewhere.
+    // This tests the random shift, by one iteration of many seeds. The sequence over the iterations is tested
+    // elsewhere.
     for iteration in [0, 1, 2, 1000] {
         let mut counts = vec![0; 256];
         for seed in 0..1 << 16 {

@@ -1,4 +1,4 @@
-//! The progress of progressive photon mapping: radii shrink by their law, and errors vanish.
+//! Convergence of progressive photon mapping: radii shrink by their law, and errors fall at the expected rates.
 
 use crate::cases::tell;
 use crate::harness::{Build, diffuse, empty_scene, pinhole, relative_error, settings};
@@ -10,11 +10,11 @@ use statrs::function::gamma::ln_gamma;
 
 const ITERATIONS: u32 = 64;
 
-/// The law holds for mean counts; a pixel counts some 50 photons in an iteration, whose noise enters at second
-/// order, below 1 %.
+/// Relative tolerance. The law holds for mean counts. A pixel counts about 50 photons per iteration, whose noise has a
+/// second-order effect of less than 1 %.
 const RADIUS_LAW: f64 = 0.01;
 
-/// A glowing shell: light is even everywhere, radiance 2.
+/// A glowing shell, in which the radiance is 2 everywhere.
 fn even_light() -> Scene {
     empty_scene(pinhole(Vec3::Z * 2.9, Vec3::ZERO, 90.0)).lamp(Vec3::ZERO, 3.0, diffuse(0.5), Rgb::ONE)
 }
@@ -39,8 +39,8 @@ fn radii_never_grow_and_follow_the_law() {
         let after = engine.radius().unwrap();
         assert!(after.values.iter().zip(&before.values).all(|(a, b)| a <= b && *a > 0.0));
         before = after;
-        // Under even light R^2 shrinks by (i + alpha) / (i + 1) in iteration i, from 0: the product of these is
-        // Gamma(n + alpha) / (Gamma(alpha) n!), of order n^(alpha - 1).
+        // Under uniform light, R^2 shrinks by (i + alpha) / (i + 1) in iteration i, counted from 0. The product of
+        // these factors is Gamma(n + alpha) / (Gamma(alpha) n!), which is of order n^(alpha - 1).
         let (n, alpha) = (f64::from(n), f64::from(ALPHA));
         let law = (ln_gamma(n + alpha) - ln_gamma(alpha) - ln_gamma(n + 1.0)).exp();
         let ratio = mean_square(&engine) / f64::from(settings.initial_radius).powi(2);
@@ -52,13 +52,13 @@ fn radii_never_grow_and_follow_the_law() {
     assert!((order + 1.0 / 6.0).abs() < RADIUS_ORDER, "the radius is of order n^{order:.3}");
 }
 
-/// The law is of its order up to a factor of 1 - 1 / (9 n), from 4 iterations on below 3 %: 0.005 in the exponent.
-/// As much again is the noise of the counts.
+/// Tolerance of the exponent. The law deviates from a pure power by a factor of 1 - 1 / (9 n), which is less than 3 %
+/// from 4 iterations on, or 0.005 in the exponent. The noise of the counts adds as much again.
 const RADIUS_ORDER: f64 = 0.01;
 
 #[test]
 fn the_error_of_direct_light_falls_with_the_iterations() {
-    // A lamp that the horizon halves: every second shadow ray brings nothing, and all pixels see the same point.
+    // The horizon cuts the lamp in half, so half of the shadow rays contribute nothing. All pixels see the same point.
     let sine = 0.5_f64;
     let scene = empty_scene(pinhole(Vec3::Z * 3.0, Vec3::Z, 0.01))
         .lamp(Vec3::new(10.0, 0.0, 1.0), 5.0, diffuse(0.0), Rgb::ONE)
@@ -85,11 +85,12 @@ fn the_error_of_direct_light_falls_with_the_iterations() {
     tell("physics", 2, "orders of convergence of direct light");
 }
 
-/// Of an error known to 9 %, which is 0.02 in the order that two of them give over 256 iterations.
+/// Tolerance of the order of convergence. Each error is known to 9 %, which is 0.02 in an order measured over 256
+/// iterations.
 const ERROR_ORDER: f64 = 0.05;
 
-/// Numbers that are spread evenly over the iterations would give an order of -1 if light were smooth. The horizon is an
-/// edge, by which two dimensions are good for -0.75; independent numbers would give -0.5.
+/// Upper limit of the order for stratified numbers. For a smooth integrand they would give -1. The horizon is an edge,
+/// for which two stratified dimensions give -0.75. Independent random numbers would give -0.5.
 const STRATIFIED_ORDER: f64 = -0.7;
 
 #[test]
@@ -107,15 +108,16 @@ fn errors_fall_with_the_iterations() {
             errors.push(rmse(&engine.develop()));
         }
     }
-    // The variance falls by the number of photons under the shrinking discs, n^-alpha: by 4^(-1/3) = 0.63 in error
-    // for four times as many iterations. Two thirds more is the noise of an error estimated over 256 pixels.
+    // The variance falls as n^-alpha, with the number of photons in the shrinking discs. For four times as many
+    // iterations, the error falls by a factor of 4^(-1/3) = 0.63. The bound allows for the noise of an error estimated
+    // over 256 pixels.
     for pair in errors.windows(2) {
         assert!(pair[1] < 0.75 * pair[0], "{errors:?}");
     }
     assert!(errors[3] < 0.3 * errors[0], "{errors:?}");
 }
 
-/// Half a dozen roundings in each of seven iterations, of 2^-24 each.
+/// Relative tolerance: about six rounding errors of 2^-24 in each of seven iterations.
 const CONSOLIDATION: f64 = 2e-6;
 
 #[test]

@@ -1,4 +1,4 @@
-//! An image is a function of scene, settings and seed.
+//! Determinism: an image depends only on scene, settings and seed.
 
 use crate::cases::tell;
 use crate::harness::{Build, diffuse, empty_scene, glass, mirror, pinhole, run, settings};
@@ -7,7 +7,7 @@ use scene::{Engine, Film, Rgb, Scene, Settings, Vec3};
 
 const SIZES: [(u32, u32); 6] = [(48, 27), (36, 30), (1, 1), (7, 3), (1, 1000), (1000, 1)];
 
-/// Everything that may take part: glass, a mirror, two lamps, a lens, and a ball that moves.
+/// A scene with every feature: glass, a mirror, two lamps, a lens, and a moving ball.
 fn scene() -> Scene {
     let mut scene = empty_scene(pinhole(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, 70.0))
         .ball(Vec3::ZERO, 5.0, diffuse(0.7))
@@ -69,7 +69,7 @@ fn each_high_bit_of_the_seed_matters() {
 }
 
 #[test]
-fn developing_does_not_disturb_a_render() {
+fn developing_does_not_change_a_render() {
     let scene = scene();
     let settings = settings(16, 9, 500, 5, 1.0);
     let disturbed = engines(&scene, &settings);

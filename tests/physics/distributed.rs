@@ -1,4 +1,4 @@
-//! Depth of field and motion blur: closed forms for the camera alone, and SPPM against the path tracer.
+//! Depth of field and motion blur: comparisons with closed forms, and of SPPM with the path tracer.
 
 use crate::cases::tell;
 use crate::harness::{
@@ -9,14 +9,14 @@ use scene::{Film, Rgb, Scene, Settings, Vec3};
 
 const BLOCKS: [u32; 2] = [4, 3];
 
-/// Both engines' image means differ by their noise, 0.1 % each, and by SPPM's bias.
+/// Relative tolerance of image means: noise of 0.1 % in each engine, and the bias of SPPM.
 const SAME_MEAN: f64 = 5e-3;
 
-/// Blocks of 12 x 12 pixels each see a hundredth of the photons and samples: up to 1 % of noise in both engines, and
-/// where an edge is in them some bias.
+/// Relative tolerance of blocks of 12 x 12 pixels. Each gets about a hundredth of the photons and samples, which gives
+/// up to 1 % of noise in each engine; blocks with an edge also have some bias.
 const SAME_BLOCK: f64 = 3e-2;
 
-/// A dim shell with a lamp above, a ball near and one far.
+/// A dark shell with a lamp above, a near ball and a far ball.
 fn two_balls() -> Scene {
     let mut scene = empty_scene(pinhole(Vec3::new(0.0, 0.0, 9.0), Vec3::ZERO, 45.0))
         .ball(Vec3::ZERO, 10.0, diffuse(0.6))
@@ -38,13 +38,14 @@ fn block_means(film: &Film) -> Vec<[f64; 3]> {
     blocks.map(|(x, y)| block_mean(film, x * w..(x + 1) * w, y * h..(y + 1) * h)).collect()
 }
 
-/// The largest relative difference of two images over blocks.
+/// The largest relative difference of two images over all blocks.
 fn worst_block(a: &Film, b: &Film) -> f64 {
     let pairs = block_means(a).into_iter().zip(block_means(b));
     pairs.map(|(a, b)| relative_error(a, b)).fold(0.0, f64::max)
 }
 
-/// Asserts that both engines render `scene` alike, and that the effect is seen: in 2 % of the pixels, a quarter.
+/// Asserts that both engines agree on `scene`, and that the effect is visible: at least 2 % of the pixels differ by a
+/// quarter from the scene `without` it.
 fn assert_converges(scene: &Scene, without: &Scene) {
     let settings = sppm_settings(64);
     let sppm = render_sppm(scene, &settings);
@@ -87,7 +88,8 @@ fn a_moving_lamp_converges_to_the_path_tracers() {
 
 #[test]
 fn a_point_out_of_focus_is_a_disc_of_the_lens_seen_from_it() {
-    // Of a lamp at distance d, a lens of radius A focused at f makes a disc of radius A |1/f - 1/d| at distance 1.
+    // A lens of radius A that is focused at f blurs a point at distance d to a disc of radius A |1/f - 1/d| at distance
+    // 1.
     let (aperture, focus) = (0.5_f32, 4.0_f32);
     for distance in [2.5_f32, 4.0, 8.0] {
         let lamp_radius = 0.01 * distance;
@@ -103,8 +105,8 @@ fn a_point_out_of_focus_is_a_disc_of_the_lens_seen_from_it() {
             light += f64::from(value.x) * pixel * pixel;
             second_moment += f64::from(value.x) * pixel * pixel * r2;
         }
-        // Blurring keeps the light. The discs of lens and lamp convolve, so their mean squared radii add up, each
-        // half its squared radius; and a pixel's is a sixth of its squared side.
+        // Blurring preserves the total light. The image is the convolution of the discs of lens and lamp, so their mean
+        // squared radii add up. That of a disc is half its squared radius, that of a pixel a sixth of its squared side.
         let disc = f64::from(aperture) * (1.0 / f64::from(focus) - 1.0 / f64::from(distance)).abs();
         let expected_light = std::f64::consts::PI * 0.01_f64.powi(2);
         let expected = 0.5 * disc * disc + 0.5 * 0.01_f64.powi(2) - pixel * pixel / 6.0;
@@ -121,27 +123,28 @@ fn a_point_out_of_focus_is_a_disc_of_the_lens_seen_from_it() {
     tell("physics", 3, "discs of a point out of focus");
 }
 
-/// Noise of some thousand samples that hit the lamp, and second-order terms of its size and the lens'.
+/// Relative tolerance: the noise of about a thousand samples that hit the lamp, and second-order terms in the sizes of
+/// lamp and lens.
 const SMALL_LAMP: f64 = 5e-2;
 
 #[test]
-fn a_moving_lamp_leaves_a_trail_as_bright_as_long_it_stays() {
-    // The lamp crosses the middle of the image, 2 units wide at its distance, in the exposure.
+fn the_trail_of_a_moving_lamp_is_as_bright_as_the_time_it_stays() {
+    // The lamp moves by 2 units through the middle of the image during the exposure.
     let mut scene = empty_scene(pinhole(Vec3::ZERO, Vec3::NEG_Z, 45.0));
     scene = scene.lamp(Vec3::new(-1.0, 0.0, -4.0), 0.2, BLACK, Rgb::ONE);
     scene.spheres[0].velocity = Vec3::X * 2.0;
     scene.camera.shutter = [0.0, 1.0];
     let film = render_path(&scene, &Settings { iterations: 1024, ..settings(65, 65, 1, 1, 1.0) });
-    // In the middle of its way, it covers a point of its own middle line for 0.4 of 2 units.
+    // It covers a point in the middle of its path while it moves by 0.4 of the 2 units.
     let middle = f64::from(film.pixels[32 * 65 + 32].x);
     assert!((middle - 0.2).abs() < TRAIL, "{middle}");
-    // And nothing is where it never is.
+    // Pixels that it never covers are black.
     assert!(film.pixels[..65 * 20].iter().all(|&p| p == Rgb::ZERO));
-    // Shutter times of 2^k iterations are evenly spread, each by its own interval.
+    // The shutter times of 2^k iterations are stratified, one in each interval.
     let mut times: Vec<f32> = (0..1024).map(|i| scene.camera.shutter_time(1, i) * 1024.0).collect();
     times.sort_by(f32::total_cmp);
     assert!(times.iter().enumerate().all(|(i, t)| t.floor() == i as f32));
 }
 
-/// The edge of the lamp is round, and half a pixel may show it.
+/// Tolerance: within half a pixel of the middle, the round edge of the lamp shortens the time.
 const TRAIL: f64 = 5e-3;

@@ -1,8 +1,8 @@
-//! Photons as they leave their lamps and are scattered on: each choice against its density, energy kept, and light
-//! the same in both directions.
+//! Emission and scattering of photons: random choices follow their densities, energy is conserved, and transport is
+//! reciprocal.
 //!
-//! The first hit of a photon is direct light and not deposited. Glass of index 1 around a lamp reflects nothing and
-//! bends nothing, so photons cross it as if it were not there, but what they meet next is deposited.
+//! Photons are not deposited at their first hit, as direct light is computed separately. So lamps are surrounded by
+//! glass of index 1, which photons cross as if it were not there; they are then deposited at their next hit.
 
 use crate::cases::tell;
 use crate::harness::{
@@ -32,7 +32,7 @@ fn nowhere() -> Scene {
     empty_scene(pinhole(Vec3::new(0.0, 0.0, 90.0), Vec3::ZERO, 60.0))
 }
 
-/// A lamp of radius 1 at `center` within glass that is not there, in a black shell.
+/// A lamp of radius 1 at `center`, surrounded by glass of index 1, in a black shell.
 fn visible_emission(center: Vec3) -> Scene {
     nowhere().ball(Vec3::ZERO, 100.0, BLACK).lamp(center, 1.0, BLACK, Rgb::ONE).ball(
         center,
@@ -41,20 +41,22 @@ fn visible_emission(center: Vec3) -> Scene {
     )
 }
 
-/// The first point, about the centre, in which a line that arrives at `d` meets the unit sphere.
+/// The point on the lamp at which the photon of deposit `d` started, relative to the lamp's centre.
 fn start(d: &Deposit, center: Vec3) -> DVec3 {
-    // A photon flies along -wi: the start is where the way back leaves the lamp's sphere first.
+    // The photon travels along -wi. Going back from the deposit, it started where this line first meets the unit
+    // sphere.
     let (to_center, wi) = ((d.point - center).as_dvec3(), d.wi.as_dvec3());
     let b = to_center.dot(wi);
     let half_chord = (1.0 - (to_center.length_squared() - b * b)).max(0.0).sqrt();
     to_center + wi * (-b - half_chord)
 }
 
-/// Distances of 100 in `f32` leave 10^-5 of the lamp's unit radius: less than a cell's width by a thousand.
+/// Cells of the tests for uniformity. `f32` errors at distances of 100 are 10^-5 of the lamp's radius, a thousand times
+/// less than the width of a cell.
 const CELLS: [usize; 2] = [24, 24];
 
 #[test]
-fn photons_leave_all_of_a_lamp_alike_and_by_the_cosine() {
+fn photons_start_uniformly_on_the_lamp_with_a_cosine_distribution() {
     let center = Vec3::new(20.0, -10.0, 5.0);
     let settings = Settings { iterations: 4, ..settings(1, 1, 1 << 17, 2, 1.0) };
     let (deposits, stats) = deposits(&visible_emission(center), &settings);
@@ -63,14 +65,14 @@ fn photons_leave_all_of_a_lamp_alike_and_by_the_cosine() {
     let starts = || deposits.iter().map(|d| (start(d, center).normalize(), -d.wi.as_dvec3()));
     let positions = starts().map(|(n, _)| [(0.5 * n.z + 0.5).min(1.0 - f64::EPSILON), turns(n.x, n.y)]);
     assert_uniform_square(positions, CELLS, "starts on the lamp");
-    // Of density cos / pi about the normal: the squared sine is uniform, and so is the angle around.
+    // With a density of cos / pi about the normal, the squared sine and the azimuth are uniform.
     let directions = starts().map(|(n, d)| {
         let s = n.any_orthonormal_vector();
         let sine2 = 1.0 - n.dot(d).clamp(0.0, 1.0).powi(2);
         [sine2.min(1.0 - f64::EPSILON), turns(s.dot(d), n.cross(s).dot(d))]
     });
     assert_uniform_square(directions, CELLS, "directions about the normal");
-    // Which way it flies has nothing to do with where it starts.
+    // The direction is independent of the starting point.
     let both = starts().map(|(n, d)| {
         let sine2 = 1.0 - n.dot(d).clamp(0.0, 1.0).powi(2);
         [sine2.min(1.0 - f64::EPSILON), (0.5 * n.z + 0.5).min(1.0 - f64::EPSILON)]
@@ -81,17 +83,17 @@ fn photons_leave_all_of_a_lamp_alike_and_by_the_cosine() {
 
 #[test]
 fn a_shell_emits_inward() {
-    // Every photon of a shell crosses the glass in it and arrives, or misses it and is direct light.
+    // A photon of the shell either crosses the glass and is deposited, or misses it and counts as direct light.
     let scene = nowhere().lamp(Vec3::ZERO, 100.0, BLACK, Rgb::ONE).ball(Vec3::ZERO, 50.0, glass(1.0, 1.0));
     let photons = 1 << 18;
     let (deposits, _) = deposits(&scene, &settings(1, 1, photons, 3, 1.0));
-    // Cosine-weighted directions within asin(1/2) of the normal: a share of 1/4.
+    // A quarter of cosine-weighted directions is within asin(1/2) of the normal.
     let share = deposits.len() as f64 / f64::from(photons);
     assert!((share - 0.25).abs() < STRATIFIED, "{share} of the photons meet the inner ball");
     assert!(deposits.iter().all(|d| d.wi.dot(d.point) < 0.0), "a photon comes from outside");
 }
 
-/// A share among 2^18 stratified photons, whose error is below that of as many independent ones, 10^-3.
+/// Tolerance of a share of 2^18 stratified photons. Their error is below that of as many independent ones, 10^-3.
 const STRATIFIED: f64 = 1e-3;
 
 #[test]
@@ -112,7 +114,7 @@ fn lights_are_chosen_by_their_power() {
     }
     let p = chi_square_p_of(&counts, &weights.map(|w| w / 57.0));
     assert!(p > SIGNIFICANCE, "{counts:?}: p = {p:.1e}");
-    // And photons: each lamp has its share of the deposits.
+    // The same for photons: each lamp has its share of the deposits.
     let scene = nowhere()
         .ball(Vec3::ZERO, 200.0, BLACK)
         .lamp(Vec3::X * 50.0, 1.0, BLACK, Rgb::ONE)
@@ -125,12 +127,13 @@ fn lights_are_chosen_by_their_power() {
         let from = (d.point - Vec3::X * 50.0).as_dvec3();
         (from - d.wi.as_dvec3() * from.dot(d.wi.as_dvec3())).length() > 1.001
     };
-    // A line from the large lamp may pass the small one, seen under (1/100)^2 / 4 of the sphere: below 10^-4.
+    // A photon of the large lamp may be on a line through the small one, which covers (1/100)^2 / 4 of the sphere of
+    // directions: a share below 10^-4.
     let share = deposits.iter().filter(missed).count() as f64 / f64::from(photons);
     assert!((share - 0.9).abs() < STRATIFIED, "{share} of the photons are of the lamp of 0.9 of the power");
 }
 
-/// A closed room: nothing is lost but by roulette.
+/// A closed room, in which photons end only by Russian roulette or at the maximum depth.
 fn closed(albedo: Rgb, emission: Rgb) -> Scene {
     nowhere().ball(Vec3::ZERO, 100.0, coloured(albedo.to_array())).lamp(
         Vec3::new(10.0, 20.0, 0.0),
@@ -144,8 +147,8 @@ fn closed(albedo: Rgb, emission: Rgb) -> Scene {
 fn roulette_survivors_are_as_many_as_the_brightest_channel_reflects() {
     let (albedo, photons, depth) = (Rgb::new(0.3, 0.7, 0.5), 1 << 18, 8);
     let scene = closed(albedo, Rgb::new(2.0, 1.0, 1.0));
-    // At depth d are those that survived d - 1 times. The first channel is the brightest of the lamp; after a
-    // reflection the second is: 0.35, 0.245, 0.171 of the next.
+    // At depth d there are photons that have survived d - 1 times. The brightest channel of the lamp is the first;
+    // after a reflection it is the second. The photons that survive are 0.35, 0.245, 0.171, ... of those emitted.
     let segments = |depth| {
         let (_, stats) = deposits(&scene, &settings(1, 1, photons, depth, 1.0));
         stats.photon_segments as f64
@@ -163,11 +166,11 @@ fn roulette_survivors_are_as_many_as_the_brightest_channel_reflects() {
     tell("physics", depth as usize, "steps of roulette");
 }
 
-/// Standard errors of a count: as unlikely as [`SIGNIFICANCE`].
+/// Allowed deviation of a count in standard errors, about as unlikely as [`SIGNIFICANCE`].
 const DEVIATIONS: f64 = 5.0;
 
 #[test]
-fn survivors_keep_the_nominal_power_and_take_the_colour_of_what_they_met() {
+fn survivors_keep_the_nominal_power_and_take_the_colour_of_surfaces() {
     let albedo = Rgb::new(0.25, 0.5, 1.0);
     let scene = nowhere().ball(Vec3::ZERO, 100.0, coloured(albedo.to_array())).lamp(
         Vec3::ZERO,
@@ -176,7 +179,7 @@ fn survivors_keep_the_nominal_power_and_take_the_colour_of_what_they_met() {
         Rgb::new(4.0, 4.0, 2.0),
     );
     let (deposits, _) = deposits(&scene, &settings(1, 1, 10_000, 4, 1.0));
-    // The lamp is grey but for blue, and reflects nothing: after k reflections the colour is a power of the albedo.
+    // The lamp reflects nothing. After k reflections the colour is the lamp's times the kth power of the albedo.
     let colours: Vec<Flux> = (1..4)
         .map(|k| {
             let colour = Rgb::new(4.0, 4.0, 2.0).as_dvec3() * albedo.as_dvec3().powf(f64::from(k));
@@ -193,7 +196,7 @@ fn survivors_keep_the_nominal_power_and_take_the_colour_of_what_they_met() {
     }
 }
 
-/// A few roundings of 2^-24 of a flux of 2^21.
+/// Tolerance of a quantised flux of up to 2^21: a few rounding errors of 2^-24.
 const FLUX_ROUNDING: u32 = 1;
 
 #[test]
@@ -202,7 +205,7 @@ fn quantisation_rounds_to_the_nearest_and_never_overflows() {
         let power = i as f32 / 100_000.0;
         let Flux([r, g, b]) = quantise(Rgb::new(power, 0.5 * power, 0.0));
         let exact = f64::from(power) * f64::from(FLUX_ONE);
-        // Half a step, and the rounding of the sum before the fraction is cut off.
+        // Half a step, plus the rounding of the sum before it is truncated.
         for (flux, exact) in [(r, exact), (g, 0.5 * exact)] {
             assert!((f64::from(flux) - exact).abs() <= 0.75, "{power}: {flux} instead of {exact}");
         }
@@ -214,7 +217,7 @@ fn quantisation_rounds_to_the_nearest_and_never_overflows() {
     tell("physics", 100_001, "quantised powers");
 }
 
-/// Mirrors and glass that take no light, apart, nested and overlapping, about a lamp in glass of index 1.
+/// Lossless mirrors and glass, separate, nested and overlapping, around a lamp in glass of index 1.
 fn lossless() -> Scene {
     visible_emission(Vec3::ZERO)
         .ball(Vec3::new(5.0, 0.0, 0.0), 3.0, glass(1.0, 1.5))
@@ -228,7 +231,7 @@ fn lossless() -> Scene {
 fn what_takes_no_light_loses_none() {
     let photons = 20_000;
     let (deposits, stats) = deposits(&lossless(), &settings(1, 1, photons, 4096, 1.0));
-    // Each photon ends on black: the lamp or the shell, once, with all its power.
+    // Each photon ends on a black surface, the lamp or the shell, and is deposited once with its full power.
     assert_eq!(deposits.len(), photons as usize);
     assert!(deposits.iter().all(|d| d.flux == Flux([FLUX_ONE; 3])));
     assert!(stats.photon_segments > 3 * u64::from(photons), "the balls are not met");
@@ -245,19 +248,22 @@ fn the_flux_in_a_closed_room_is_the_series_of_its_albedo() {
         sum = [0, 1, 2].map(|c| sum[c] + u64::from(d.flux.0[c]));
     }
     for (c, (albedo, emission)) in albedo.to_array().into_iter().zip([1.0, 2.0, 4.0]).enumerate() {
-        // A photon of share e / 4 of the nominal power arrives for the second time with rho of it, and so on.
+        // A photon starts with e / 4 of the nominal power, arrives a second time with that times rho, and so on.
         let rho = f64::from(albedo);
         let expected = emission / 4.0 * rho / (1.0 - rho) * f64::from(photons) * f64::from(FLUX_ONE);
         let actual = sum[c] as f64;
-        // The blue channel survives a fifth of the time; red is what few bright survivors carry.
+        // Photons start mostly blue, and a fifth of them survive the first reflection. Red light is carried by few
+        // bright survivors.
         assert!((actual / expected - 1.0).abs() < SERIES, "channel {c}: {actual} instead of {expected}");
     }
 }
 
-/// Sums over 26 000 survivors and more, whose weights spread by their number of bounces: below 0.7 % of noise.
+/// Relative tolerance: sums over at least 26 000 survivors, with weights that vary with the number of bounces, have
+/// noise below 0.7 %.
 const SERIES: f64 = 0.02;
 
-/// How many photons of lamp `from` arrive at ball `to`, per photon; both of radius 1, in a black shell with `optics`.
+/// The share of photons from ball `from` that arrive at the other one, in a black shell with `optics`. The balls have
+/// the given places and radii.
 fn exchange(from: usize, places: [Vec3; 2], radii: [f32; 2], optics: impl Fn(Scene) -> Scene) -> f64 {
     let photons = 1 << 20;
     let mut scene = nowhere().ball(Vec3::ZERO, 100.0, BLACK);
@@ -271,11 +277,12 @@ fn exchange(from: usize, places: [Vec3; 2], radii: [f32; 2], optics: impl Fn(Sce
     deposits.iter().filter(|d| d.sphere == target).count() as f64 / f64::from(photons)
 }
 
-/// Shares of two percent and more of 2^20 photons have a noise of 0.7 % at most, were they not stratified.
+/// Relative tolerance: shares of at least 2 % of 2^20 photons would have noise of at most 0.7 % even without
+/// stratification.
 const RECIPROCITY: f64 = 0.02;
 
 #[test]
-fn light_is_exchanged_alike_in_both_directions() {
+fn light_transport_is_reciprocal() {
     let (places, radii) = ([Vec3::new(-5.0, 0.0, 0.0), Vec3::new(6.0, 1.0, 0.0)], [3.0, 4.0]);
     let empty = |scene: Scene| scene;
     let lens = |scene: Scene| scene.ball(Vec3::new(-0.2, 0.3, 0.0), 1.2, glass(1.0, 1.5));
@@ -290,7 +297,7 @@ fn light_is_exchanged_alike_in_both_directions() {
         [("empty", &empty), ("a lens", &lens), ("mirrors", &mirrors)];
     for (what, optics) in cases {
         let [there, back] = [0, 1].map(|from| exchange(from, places, radii, optics));
-        // A1 F12 = A2 F21, whatever smooth surfaces are between.
+        // Reciprocity of form factors: A1 F12 = A2 F21, with any smooth surfaces in between.
         let ratio = there * f64::from(radii[0] * radii[0]) / (back * f64::from(radii[1] * radii[1]));
         assert!((ratio - 1.0).abs() < RECIPROCITY, "{what}: {there} and {back}, off by {:.1e}", ratio - 1.0);
     }
@@ -299,7 +306,8 @@ fn light_is_exchanged_alike_in_both_directions() {
 
 #[test]
 fn the_power_that_a_ball_receives_is_the_solid_angle_of_a_small_lamp() {
-    // A lamp as small as a point: the share of its photons is (1 - cos) / 2 of the ball's cone.
+    // The lamp is almost a point. The share of its photons that hit the ball is (1 - cos) / 2, by the angle of its
+    // cone.
     let (distance, radius) = (10.0_f32, 4.0_f32);
     let share = exchange(0, [Vec3::ZERO, Vec3::X * distance], [0.01, radius], |scene| scene);
     let cosine = (1.0 - f64::from(radius / distance).powi(2)).sqrt();

@@ -1,9 +1,10 @@
-//! Furnaces: closed scenes whose radiance is known in closed form, rendered by both engines.
+//! Furnace tests: closed scenes with a known radiance in closed form, rendered by both engines.
 //!
-//! On the inside (and the outside) of a sphere the points within distance R of one of its points form a cap of area
-//! `pi R^2`, exactly, so where light arrives evenly the density estimate of SPPM has no bias from its area. It has one
-//! from its side test: a photon that arrives at distance r at a grazing angle may come from below the horizon of the
-//! visible point. Under an even sky that loses `r^2 / (4 b^2)` of them, `R^2 / (8 b^2)` on average over the cap.
+//! On a sphere, the points within a distance R of one of its points form a cap with an area of exactly `pi R^2`. So
+//! under uniform light, SPPM's density estimate has no bias from its area. It has a bias from its side test: a photon
+//! that arrives at distance r at a grazing angle may come from below the horizon of the visible point. Under a uniform
+//! sky this loses `r^2 / (4 b^2)` of the photons, where b is the radius of the sphere. On average over the cap it loses
+//! `R^2 / (8 b^2)`.
 
 use crate::cases::tell;
 use crate::harness::{
@@ -12,16 +13,16 @@ use crate::harness::{
 };
 use scene::{Film, Material, Rgb, Scene, Settings, Vec3};
 
-/// What the issue asks of furnaces, relative.
+/// Relative tolerance of furnaces in general. The numbers of photons and samples are chosen to reach it.
 const FURNACE: f64 = 1e-3;
 
-/// A furnace without randomness that matters: some hundred roundings of 2^-24, and quantised fluxes of 2^-22.
+/// Relative tolerance of furnaces without noise: about a hundred rounding errors of 2^-24, and flux quantised to 2^-22.
 const ROUNDING: f64 = 1e-5;
 
-/// Photons and samples are chosen so that [`FURNACE`] is this many standard errors.
+/// [`FURNACE`] in standard errors, which sets the numbers of photons and samples.
 const SIGMAS: f64 = 2.2;
 
-/// Iterations of every furnace, so that the first, the following, and the shrunken radius all take part.
+/// Iterations of most furnaces: one with the initial radius and one with a smaller radius.
 const ITERATIONS: u32 = 2;
 
 const DEPTHS: [u32; 5] = [1, 2, 3, 5, 64];
@@ -29,14 +30,14 @@ const DEPTHS: [u32; 5] = [1, 2, 3, 5, 64];
 /// Radius of the shell of all furnaces.
 const SHELL: f32 = 3.0;
 
-/// First radius of the density estimates: the side test loses 0.05 % of the indirect light at most.
+/// Initial search radius, at which the side test loses at most 0.05 % of the indirect light.
 const RADIUS: f32 = 0.2;
 
-/// The eye of all furnaces: from close to the shell, with the opposite half of it in view.
+/// The eye of most furnaces: close to the shell, with the opposite half of the shell in view.
 const EYE: Vec3 = Vec3::new(0.0, 0.0, 2.9);
 const FOV: f32 = 90.0;
 
-/// Share of the shell in view, weighted by how many pixels see it.
+/// Share of the shell in view, weighted by the number of pixels that see it.
 const IN_VIEW: f64 = 0.4;
 
 /// The sum of the first `terms` powers of `q`.
@@ -44,8 +45,8 @@ fn geometric(q: f64, terms: u32) -> f64 {
     (0..terms as i32).map(|k| q.powi(k)).sum()
 }
 
-/// Random walks that it takes until the image mean is within [`FURNACE`] by [`SIGMAS`] standard errors, if each step
-/// survives with probability `q`, of at most `depth - 1`, and ends somewhere on the shell.
+/// The number of random walks for which [`FURNACE`] is [`SIGMAS`] standard errors of the image mean. A walk has at most
+/// `depth - 1` steps, each of which survives with probability `q` and ends somewhere on the shell.
 fn walks_for(q: f64, depth: u32) -> u32 {
     let survive = |k: i32| q.powi(k);
     let first: f64 = (1..depth as i32).map(survive).sum();
@@ -55,19 +56,20 @@ fn walks_for(q: f64, depth: u32) -> u32 {
     ((SIGMAS / FURNACE).powi(2) * relative_variance).max(20_000.0) as u32
 }
 
-/// SPPM with `walks` photons in all.
+/// Settings of SPPM with `walks` photons in total.
 fn photons(walks: u32, depth: u32) -> Settings {
     Settings { iterations: ITERATIONS, ..settings(32, 32, walks / ITERATIONS, depth, RADIUS) }
 }
 
-/// The path tracer with about `walks` samples in all. Where SPPM takes as many photons, half will do: paths start in
-/// view.
+/// Settings of the path tracer with about `walks` samples in total. It needs half as many as SPPM needs photons,
+/// because paths start in view.
 fn samples(walks: u32, depth: u32) -> Settings {
     let side = 64;
     Settings { iterations: walks.div_ceil(side * side), ..settings(side, side, 1, depth, 1.0) }
 }
 
-/// Renders by both engines with noise for [`FURNACE`] if walks survive with probability `q`, and compares means.
+/// Renders with both engines, with enough walks for [`FURNACE`] if steps survive with probability `q`, and compares the
+/// image means.
 fn assert_both(scene: &Scene, depth: u32, q: f64, expected: [f64; 3], what: &str) {
     let walks = walks_for(q, depth);
     let sppm = render_sppm(scene, &photons(walks, depth));
@@ -87,26 +89,26 @@ fn concentric(albedo: [f32; 3], emission: Rgb) -> Scene {
 }
 
 /// Radiance of the shell of [`concentric`]: `rho / pi E0 (1 + rho F + (rho F)^2 + ...)` with `E0 = pi Le (a/b)^2`,
-/// where `F = 1 - (a/b)^2` is the share of what leaves the shell that comes back to it.
+/// where `F = 1 - (a/b)^2` is the share of the light leaving the shell that arrives at it again.
 fn concentric_radiance(albedo: [f32; 3], emission: [f32; 3], depth: u32) -> [f64; 3] {
     let ratio = 1.0 / f64::from(SHELL * SHELL);
     let radiance = |(rho, emission)| rho * emission * ratio * geometric(rho * (1.0 - ratio), depth);
     [0, 1, 2].map(|c| radiance((f64::from(albedo[c]), f64::from(emission[c]))))
 }
 
-/// The pixels of a square image of [`concentric`] that show nothing but the lamp, and those that show nothing but
-/// the shell, each as an image of one row.
+/// The pixels of a square image of [`concentric`] that show only the lamp, and those that show only the shell, each as
+/// an image of one row.
 fn lamp_and_shell(film: &Film) -> [Film; 2] {
     let row = |pixels: Vec<Rgb>| Film { width: pixels.len() as u32, height: 1, pixels };
     let edge = f64::from(1.0 / EYE.z).asin().tan();
     let half = f64::from(film.width) / 2.0;
     let (mut lamp, mut shell) = (Vec::new(), Vec::new());
     for (index, pixel) in film.pixels.iter().enumerate() {
-        // The image plane is at distance 1, and 2 x 2 large.
+        // The image plane at distance 1 has a size of 2 x 2.
         let place = |i: usize| i as f64 / half - 1.0;
         let (x, y) = (index % film.width as usize, index / film.width as usize);
         let corners = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)].map(|(x, y)| place(x).hypot(place(y)));
-        // Between two corners the edge of the lamp bulges by less than a tenth of a pixel.
+        // Between two corners, the curved edge of the lamp bulges by less than a tenth of a pixel.
         if corners.iter().all(|&r| r < edge - 0.1 / half) {
             lamp.push(*pixel);
         } else if corners.iter().all(|&r| r > edge + 0.1 / half) {
@@ -166,11 +168,11 @@ fn glowing_shell(material: Material, emission: Rgb) -> Scene {
     empty_scene(pinhole(EYE, Vec3::ZERO, FOV)).lamp(Vec3::ZERO, SHELL, material, emission)
 }
 
-/// Photons count on all of the shell, whatever the angle to the visible point's normal: a test of the angle would
-/// lose half of all the light but that of the first two terms.
+/// Photons on the whole shell contribute to each pixel, whatever the angle between their normal and that of the visible
+/// point. A test of this angle would lose half of the light beyond the first two terms.
 #[test]
 fn closed_emitting_shell_within_one_radius() {
-    // The brightest channel reflects all, so roulette kills nobody and other channels are weighted.
+    // The brightest channel has an albedo of 1, so roulette ends no path, and the other channels are weighted.
     let (albedo, emission) = ([1.0, 0.5, 0.2], [3.0, 1.0, 0.5]);
     let scene = glowing_shell(coloured(albedo), Rgb::from_array(emission));
     for depth in [1, 2, 3, 5] {
@@ -209,7 +211,7 @@ fn closed_emitting_shell_with_roulette() {
     tell("physics", 22, "furnaces with roulette");
 }
 
-/// Adds mirrors and glass that take no light: apart, one within the other, and overlapping.
+/// Adds lossless mirrors and glass: separate, nested and overlapping.
 fn lossless_objects(scene: Scene) -> Scene {
     scene
         .ball(Vec3::new(-1.0, 0.0, -0.5), 0.7, glass(1.0, 1.5))
@@ -224,7 +226,7 @@ fn lossless_objects(scene: Scene) -> Scene {
 fn glass_and_mirrors_are_invisible_in_a_black_furnace() {
     let emission = Rgb::new(1.0, 2.0, 4.0);
     let scene = lossless_objects(glowing_shell(BLACK, emission));
-    // Light may go around in grazing glass for long: at this depth none of these paths is cut off.
+    // Light can circulate in glass at grazing angles for a long time; at this depth none of the paths is cut off.
     let depth = 1024;
     let sppm = render_sppm(&scene, &Settings { iterations: 2, ..settings(96, 96, 1, depth, 1.0) });
     let path = render_path(&scene, &Settings { iterations: 2, ..settings(96, 96, 1, depth, 1.0) });
@@ -240,18 +242,19 @@ fn glass_and_mirrors_are_invisible_in_a_black_furnace() {
 fn glass_and_mirrors_are_invisible_in_a_reflecting_furnace() {
     let albedo = 0.5;
     let scene = lossless_objects(glowing_shell(diffuse(albedo), Rgb::ONE));
-    // Segments through glass count as depth; 0.5^64 of the light is cut off even if each bounce takes four.
+    // Segments through glass count towards the depth. Even with four segments per bounce, only 0.5^64 of the light is
+    // cut off.
     let depth = 256;
     let walks = walks_for(f64::from(albedo), depth);
-    // Objects block a tenth of the shadow rays: direct light, else without noise, takes more pixels and iterations.
+    // The objects block a tenth of the shadow rays, which makes direct light noisy: use more pixels and iterations.
     let sppm = Settings { iterations: 16, ..settings(64, 64, walks / 16, depth, RADIUS) };
     assert_mean(&render_sppm(&scene, &sppm), [2.0; 3], FURNACE, "SPPM");
     assert_mean(&render_path(&scene, &samples(walks / 2, depth)), [2.0; 3], FURNACE, "path tracer");
     tell("physics", 2, "reflecting furnaces with glass and mirrors");
 }
 
-/// Light narrows as it enters glass and widens as it leaves: a surface within is lit the square of the index as
-/// brightly as one outside, and from outside looks the same.
+/// Radiance is scaled by the squared index of refraction when light enters glass, and by its inverse when it leaves. So
+/// a surface inside glass is brighter by that factor, but looks the same from outside.
 #[test]
 fn white_balls_within_glass_are_invisible_in_a_furnace() {
     let emission = Rgb::new(1.0, 2.0, 4.0);
@@ -261,15 +264,15 @@ fn white_balls_within_glass_are_invisible_in_a_furnace() {
         .ball(Vec3::new(0.0, 0.9, 0.0), 0.3, diffuse(1.0));
     scene.camera.vertical_fov_degrees = 38.0;
     let expected = emission.to_array().map(f64::from);
-    // A lossless scene of which almost every pixel shows a ball: photons bounce on until the shell takes them.
+    // The balls are lossless and visible in almost every pixel. Photons bounce until the shell absorbs them.
     let sppm = Settings { iterations: 8, ..settings(64, 64, 250_000, 256, 0.1) };
     assert_mean(&render_sppm(&scene, &sppm), expected, SUNKEN, "SPPM");
-    // Some paths go around in the glass for so long that they are cut off.
+    // A few paths circulate in the glass for so long that they are cut off.
     assert_mean(&render_path(&scene, &samples(40_000, 256)), expected, FURNACE, "path tracer");
 }
 
-/// Under the side test photons at grazing angles get lost: `R^2 / (8 b^2)` on balls of radius `b`, 0.4 % on the small
-/// one, which is a quarter of the picture; and noise.
+/// Relative tolerance: the side test loses photons at grazing angles, `R^2 / (8 b^2)` on a ball of radius `b`. That is
+/// 0.4 % on the smaller ball, which covers a quarter of the image. The rest is noise.
 const SUNKEN: f64 = 2e-3;
 
 #[test]
@@ -301,7 +304,7 @@ fn a_glowing_mirror_shell_adds_up_its_reflections() {
     let scene = glowing_shell(Material::Specular { albedo }, emission);
     for depth in DEPTHS {
         let settings = settings(16, 16, 1, depth, 1.0);
-        // The eye sees `depth` surfaces in a row.
+        // The eye sees `depth` successive reflections.
         let expected = [0, 1, 2].map(|c| f64::from(emission[c]) * geometric(f64::from(albedo[c]), depth));
         for film in [render_sppm(&scene, &settings), render_path(&scene, &settings)] {
             assert_mean(&film, expected, ROUNDING, &format!("depth {depth}"));
@@ -310,7 +313,7 @@ fn a_glowing_mirror_shell_adds_up_its_reflections() {
     tell("physics", 2 * DEPTHS.len(), "furnaces of a mirror");
 }
 
-/// Reflectance of a boundary at incidence of sine `sine` from outside, by the textbook's amplitudes.
+/// Reflectance of glass for an angle of incidence with sine `sine` from outside, by the textbook's amplitudes.
 fn reflectance(sine: f64, ior: f64) -> f64 {
     let (incident, refracted) = (sine.asin(), (sine / ior).asin());
     let s = (incident - refracted).sin() / (incident + refracted).sin();
@@ -322,12 +325,12 @@ fn reflectance(sine: f64, ior: f64) -> f64 {
 fn tinted_glass_shows_the_series_of_its_inner_reflections() {
     let (tint, ior) = (0.8, 1.5);
     for sine in [0.3_f32, 0.8, 0.95] {
-        // A ray that passes the centre at `sine` radii: its angles repeat at each bounce.
+        // The ray passes the centre at a distance of `sine` radii, so it has the same angles at each bounce.
         let shell = glowing_shell(BLACK, Rgb::ONE).ball(Vec3::new(sine, 0.0, 0.0), 1.0, glass(tint, ior));
         let scene = Scene { camera: pinhole(EYE, Vec3::ZERO, 1e-3), ..shell };
         let (r, t) = (reflectance(f64::from(sine), f64::from(ior)), f64::from(tint));
         let expected = r * t + (1.0 - r).powi(2) * t * t / (1.0 - r * t);
-        // Its values differ by `t - t^2` and less: half a million samples have a standard error below 0.03 %.
+        // Samples differ by at most `t - t^2`, so half a million of them have a standard error below 0.03 %.
         let settings = samples(500_000, 64);
         assert_mean(
             &render_path(&scene, &settings),
@@ -346,7 +349,7 @@ fn tinted_glass_shows_the_series_of_its_inner_reflections() {
     tell("physics", 6, "series of inner reflections");
 }
 
-/// A sphere in a shell, both glowing and both reflecting: radiosity with two unknowns.
+/// A sphere in a shell, both glowing and reflecting: a radiosity problem with two unknowns.
 struct TwoSurfaces {
     albedo: [[f32; 3]; 2],
     emission: [[f32; 3]; 2],
@@ -367,8 +370,8 @@ impl TwoSurfaces {
         )
     }
 
-    /// Radiance of both after `depth` exchanges, for one channel: the sphere sees nothing but the shell, and a
-    /// share `(a/b)^2` of what the shell sees is the sphere.
+    /// Radiance of both after `depth` exchanges, for one channel. The sphere sees only the shell; a share `(a/b)^2` of
+    /// what the shell sees is the sphere.
     fn radiance(&self, channel: usize, depth: u32) -> [f64; 2] {
         let value = |table: [[f32; 3]; 2]| table.map(|surface| f64::from(surface[channel]));
         let (rho, emission) = (value(self.albedo), value(self.emission));
@@ -379,7 +382,7 @@ impl TwoSurfaces {
     }
 }
 
-/// On the small sphere arrive a ninth of the photons, and fewer of each colour: the noise of SPPM is three times as
+/// Relative tolerance of SPPM on the inner sphere: it gets a ninth of the photons, so the noise is three times as
 /// large.
 const SMALL_SPHERE: f64 = 3e-3;
 
@@ -388,7 +391,7 @@ fn two_glowing_and_reflecting_surfaces() {
     let scene = TWO_SURFACES.scene();
     for depth in [1, 3, 16] {
         let expected = [0, 1, 2].map(|channel| TWO_SURFACES.radiance(channel, depth));
-        // Each shadow ray goes to one of two lights: pixels and iterations enough to choose both often.
+        // Each shadow ray goes to one of two lights. Use enough pixels and iterations that both are chosen often.
         let sppm = Settings { iterations: 10, ..settings(64, 64, 400_000, depth, RADIUS / 2.0) };
         for (engine, film, tolerances) in [
             ("SPPM", render_sppm(&scene, &sppm), [SMALL_SPHERE, FURNACE]),

@@ -1,4 +1,4 @@
-//! The spatial index against brute force.
+//! The reference's spatial grid, compared with brute force.
 
 use crate::cases::tell;
 use crate::harness::{Build, coloured, diffuse, empty_scene, glass, mirror, pinhole, run, settings};
@@ -16,7 +16,7 @@ fn visible_at(point: Vec3) -> VisiblePoint {
     VisiblePoint { point, normal: Vec3::Z, sphere: 0, beta: Rgb::ONE }
 }
 
-/// Asserts that of the points within their radius of `photon`, the grid finds each, once; and none twice.
+/// Asserts that for each photon, the grid finds every point within whose radius it lies, and no point twice.
 fn check(
     points: &[VisiblePoint],
     radii: &[f32],
@@ -41,7 +41,7 @@ fn check(
     Ok(())
 }
 
-/// Coordinates that meet cell borders: multiples of a half, close to them, anywhere, and far off.
+/// Coordinates on cell borders (multiples of a half), just below them, anywhere, and far away.
 fn coordinate() -> impl Strategy<Value = f32> {
     prop_oneof![
         (-8_i32..8).prop_map(|i| i as f32 * 0.5),
@@ -55,7 +55,7 @@ fn position() -> impl Strategy<Value = Vec3> {
     (coordinate(), coordinate(), coordinate()).prop_map(|(x, y, z)| Vec3::new(x, y, z))
 }
 
-/// Radii about 1, exactly 1 among them.
+/// Radii up to 1, including exactly 1.
 fn search_radius() -> impl Strategy<Value = f32> {
     prop_oneof![Just(1.0_f32), Just(0.5), 0.01_f32..1.0]
 }
@@ -75,7 +75,7 @@ proptest! {
         multiple in prop::sample::select(&CELL_SIZES[..]),
     ) {
         let (points, radii): (Vec<_>, Vec<_>) = points.into_iter().map(|(p, r)| (visible_at(p), r)).unzip();
-        // Photons at the points, at their radius along each axis, and anywhere.
+        // Photons at the points, at a distance of their radius along each axis, and anywhere.
         let mut photons = strangers;
         for (visible, radius) in points.iter().zip(&radii) {
             photons.push(visible.point);
@@ -139,7 +139,7 @@ fn images_radii_and_counts_do_not_depend_on_the_cell_size() {
 #[test]
 fn photon_counts_are_those_of_brute_force() {
     let scene = room();
-    // 48 x 27 = 1296 divides the table of the published program, which then counted points twice.
+    // 48 x 27 = 1296 divides the table size of the published program, which then counts points twice.
     for (width, height) in [(48, 27), (36, 30), (7, 3)] {
         let settings = settings(width, height, 3000, 6, 1.5);
         let mut engine = Sppm::new(&scene, &settings);

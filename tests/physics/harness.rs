@@ -1,4 +1,4 @@
-//! Scenes built in code, renders in one line, and the statistics to judge them by.
+//! Helpers of the physics tests: build scenes in code, render them, and test statistics.
 
 use reference::{PathTracer, Sppm};
 use scene::{Camera, Engine, Film, Material, Rgb, Scene, Settings, Sphere, Vec3};
@@ -24,7 +24,7 @@ pub(crate) const fn glass(tint: f32, ior: f32) -> Material {
     Material::Dielectric { albedo: Rgb::splat(tint), ior }
 }
 
-/// A pinhole at `eye` that looks at `target`, with a vertical field of view in degrees.
+/// A pinhole camera at `eye` that looks at `target`, with a vertical field of view in degrees.
 pub(crate) fn pinhole(eye: Vec3, target: Vec3, fov: f32) -> Camera {
     let direction = target - eye;
     let up = if direction.y.abs() > 0.9 * direction.length() { Vec3::X } else { Vec3::Y };
@@ -39,7 +39,7 @@ pub(crate) fn pinhole(eye: Vec3, target: Vec3, fov: f32) -> Camera {
     }
 }
 
-/// A scene without spheres yet.
+/// A scene without spheres.
 pub(crate) fn empty_scene(camera: Camera) -> Scene {
     Scene {
         name: "built in code".into(),
@@ -51,7 +51,7 @@ pub(crate) fn empty_scene(camera: Camera) -> Scene {
     }
 }
 
-/// Adds spheres one by one, each with a material of its own.
+/// Adds spheres to a scene, each with its own material.
 pub(crate) trait Build: Sized {
     /// Adds a sphere that does not glow.
     fn ball(self, center: Vec3, radius: f32, material: Material) -> Self {
@@ -71,7 +71,7 @@ impl Build for Scene {
     }
 }
 
-/// Settings of one iteration of `photons` photons with radius `radius`.
+/// Settings with one iteration and seed 1.
 pub(crate) fn settings(width: u32, height: u32, photons: u32, depth: u32, radius: f32) -> Settings {
     Settings {
         width,
@@ -120,14 +120,13 @@ pub(crate) fn block_mean(film: &Film, xs: std::ops::Range<u32>, ys: std::ops::Ra
     sum.map(|total| total / count)
 }
 
-/// The largest relative difference of two triples, over the channels of `expected` that are not zero; infinite
-/// where one is zero and the other is not.
+/// The largest relative difference of any channel; infinite if a channel is zero in `expected` and not in `actual`.
 pub(crate) fn relative_error(actual: [f64; 3], expected: [f64; 3]) -> f64 {
     let error = |(a, e): (f64, f64)| if a == e { 0.0 } else { ((a - e) / e).abs() };
     actual.into_iter().zip(expected).map(error).fold(0.0, f64::max)
 }
 
-/// Asserts that the image mean is `expected` to within `tolerance`, relative, in every channel.
+/// Asserts that the image mean is `expected` within a relative `tolerance` in every channel.
 #[track_caller]
 pub(crate) fn assert_mean(film: &Film, expected: [f64; 3], tolerance: f64, what: &str) {
     let actual = mean(film);
@@ -138,16 +137,16 @@ pub(crate) fn assert_mean(film: &Film, expected: [f64; 3], tolerance: f64, what:
     );
 }
 
-/// The probability below which a fixed-seed test of randomness fails. As there are about a hundred such tests, a
-/// sound generator fails one in 10^4 choices of seeds, while any real fault gives 10^-20 and less.
+/// The p-value below which a statistical test fails. There are about a hundred of these, so with correct code only one
+/// in 10^4 choices of the fixed seeds would fail a test; a real fault typically gives 10^-20 or less.
 pub(crate) const SIGNIFICANCE: f64 = 1e-6;
 
-/// Pearson's test that all cells of `counts` are equally likely: the probability of a misfit as large by chance.
+/// The p-value of Pearson's chi-square test that all cells of `counts` are equally likely.
 pub(crate) fn chi_square_p(counts: &[u32]) -> f64 {
     chi_square_p_of(counts, &vec![1.0 / counts.len() as f64; counts.len()])
 }
 
-/// Pearson's test that cells are as likely as `probabilities` says.
+/// The p-value of Pearson's chi-square test that the cells have the given probabilities.
 pub(crate) fn chi_square_p_of(counts: &[u32], probabilities: &[f64]) -> f64 {
     assert_eq!(counts.len(), probabilities.len());
     let total: u64 = counts.iter().map(|&c| u64::from(c)).sum();
@@ -160,7 +159,7 @@ pub(crate) fn chi_square_p_of(counts: &[u32], probabilities: &[f64]) -> f64 {
     ChiSquared::new((counts.len() - 1) as f64).unwrap().sf(statistic)
 }
 
-/// Counts points of the unit square in `columns` x `rows` cells and tests that they are uniform.
+/// Counts points of the unit square in `columns` x `rows` cells, and tests that they are uniformly distributed.
 ///
 /// # Panics
 /// If a point lies outside of the square.

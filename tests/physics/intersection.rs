@@ -1,4 +1,4 @@
-//! Ray-sphere intersection against `f64`, and what must never happen: self-hits, leaks, wrong ties.
+//! Ray-sphere intersection compared with `f64`, and tests that there are no self-intersections, leaks or wrong ties.
 
 use crate::cases::tell;
 use crate::harness::{BLACK, Build, empty_scene, glass, pinhole};
@@ -9,19 +9,19 @@ use scene::ray::NO_SPHERE;
 use scene::rng::{Family, Stream, StreamKey};
 use scene::{Material, Ray, Rgb, Scene, Sphere, Vec3};
 
-/// Half the spacing of floats at 1: the relative error of one operation.
+/// Half the spacing of floats at 1: the relative rounding error of one operation.
 const U: f64 = 1.0 / 16_777_216.0;
 
-/// Roundings that add up in `b`, the power and the discriminant, each relative to the squared distances involved:
-/// at most 2 for each component of the vector from the centre, 3 for a dot product, twice that where vectors are
-/// combined, and 2 for the length of the direction.
+/// Bound on the rounding errors of `b`, the power and the discriminant, in units of `U` times the lengths or squared
+/// lengths involved: at most 2 for each component of the vector from the centre, 3 for a dot product, twice that where
+/// vectors are combined, and 2 for the length of the direction.
 const ROUNDINGS: f64 = 16.0;
 
 fn ball(center: Vec3, radius: f32) -> Sphere {
     Sphere { center, velocity: Vec3::ZERO, radius, material: 0, emission: Rgb::ZERO }
 }
 
-/// The exact geometry of a ray and a sphere, with bounds on how far `f32` may be off.
+/// The exact geometry of a ray and a sphere, with bounds on the errors of a computation in `f32`.
 struct Exact {
     b: f64,
     power: f64,
@@ -45,7 +45,7 @@ impl Exact {
         }
     }
 
-    /// How far the square root of the discriminant may be off.
+    /// Error bound of the square root of the discriminant.
     fn root_error(&self) -> f64 {
         let root = self.discriminant.max(0.0).sqrt();
         if self.discriminant > 2.0 * self.square_error {
@@ -55,7 +55,7 @@ impl Exact {
         }
     }
 
-    /// The near root, for a ray that comes towards the sphere from outside, and its bound.
+    /// The near root for a ray towards the sphere from outside, and its error bound.
     fn near(&self) -> (f64, f64) {
         let q = self.discriminant.max(0.0).sqrt() - self.b;
         let t = self.power / q;
@@ -66,7 +66,7 @@ impl Exact {
         )
     }
 
-    /// The far root of a ray from within, and its bound.
+    /// The far root for a ray from inside, and its error bound.
     fn far(&self) -> (f64, f64) {
         let q = self.b.abs() + self.discriminant.max(0.0).sqrt();
         let q_error = self.root_error() + self.b_error;
@@ -83,7 +83,7 @@ fn direction() -> impl Strategy<Value = Vec3> {
     (0.0_f32..1.0, 0.0_f32..1.0).prop_map(|(u, v)| unit(uniform_sphere(u, v)))
 }
 
-/// Radii from 1e-3 to 1e5, evenly in the exponent.
+/// Radii from 1e-3 to 1e5, uniform in the exponent.
 fn radius() -> impl Strategy<Value = f32> {
     (-3.0_f32..5.0).prop_map(|e| 10.0_f32.powf(e))
 }
@@ -99,7 +99,7 @@ fn from_center() -> impl Strategy<Value = f32> {
     ]
 }
 
-/// How a ray passes, as a multiple of the radius from the centre: through it, tangent, close to tangent, anywhere.
+/// Distance at which a ray passes the centre, in radii: through it, tangent, close to tangent, anywhere.
 fn aim() -> impl Strategy<Value = f32> {
     prop_oneof![Just(0.0_f32), Just(1.0), 0.9999_f32..1.0001, 0.0_f32..3.0]
 }
@@ -147,7 +147,7 @@ proptest! {
         }
         if t.is_finite() && exact.b < -2.0 * exact.b_error {
             let (expected, bound) = exact.near();
-            // An origin within is taken to be on the surface.
+            // An origin inside is treated as one on the surface.
             prop_assert!((t - expected.max(0.0)).abs() <= bound, "{} instead of {} +- {}", t, expected, bound);
         }
     }
@@ -188,7 +188,7 @@ proptest! {
     }
 
     #[test]
-    fn a_ray_that_leaves_outward_is_gone_and_one_into_glass_crosses_it(
+    fn a_ray_that_leaves_outward_misses_and_one_into_glass_crosses_it(
         (sphere, _) in ray_and_sphere(), outward in direction(), direction in direction(),
     ) {
         let ray = Ray { origin: sphere.center + outward * sphere.radius, direction, leaves: 0 };
@@ -201,7 +201,7 @@ proptest! {
         if b > 0.0 {
             prop_assert_eq!(transparent, f32::INFINITY);
         } else if f64::from(b) < -1e-3 * f64::from(sphere.radius) {
-            // The chord is 2 |b|; both of its halves are known to the errors of the origin and of b.
+            // The chord is 2 |b|; the error of each half comes from the errors of the origin and of b.
             let exact = Exact::new(&sphere, &ray);
             let bound = exact.root_error() + 2.0 * exact.b_error;
             prop_assert!((f64::from(transparent) + 2.0 * exact.b).abs() <= bound);
@@ -218,7 +218,7 @@ proptest! {
             let size = f64::from(sphere.radius) + sphere.center.as_dvec3().length() + ray.origin.as_dvec3().length();
             prop_assert!((from_center.length() - f64::from(sphere.radius)).abs() <= ROUNDINGS * U * size);
             prop_assert!((hit.normal.as_dvec3().length() - 1.0).abs() <= 8.0 * U);
-            // Where a ray grazes, its own rounding decides the side.
+            // For a grazing ray, rounding decides on which side of the surface it is.
             let grazing = 2.0 * (ROUNDINGS * U * size / f64::from(sphere.radius)).sqrt();
             prop_assert!(f64::from(hit.normal.dot(ray.direction)) <= grazing);
         }
@@ -229,7 +229,7 @@ proptest! {
 const HALF: f32 = 50.0;
 const WALL_RADIUS: f32 = 1e4;
 
-/// A cube of side 100 about the origin, of walls that are spheres of radius 10^4, as in the paper's scenes.
+/// A cube of side 100 around the origin. Its walls are spheres of radius 10^4, as in the paper's scenes.
 fn room() -> Scene {
     let mut scene = empty_scene(pinhole(Vec3::new(3.0, -7.0, 11.0), Vec3::ZERO, 60.0));
     for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
@@ -240,7 +240,7 @@ fn room() -> Scene {
     scene
 }
 
-/// How far a point is out of the room, by the worst wall; negative within.
+/// How far a point is outside the room, as the largest distance over all walls; negative if it is inside.
 fn out_of(scene: &Scene, point: Vec3) -> f64 {
     let out = |s: &Sphere| (point.as_dvec3() - s.center.as_dvec3()).length() - f64::from(s.radius);
     scene.spheres.iter().map(out).fold(f64::NEG_INFINITY, f64::max)
@@ -250,7 +250,8 @@ fn numbers(index: u32) -> Stream {
     StreamKey::new(1, Family::Path, 0).stream(index)
 }
 
-/// Ten roundings of numbers up to 100, the size of the room: the radius of the walls does not enter.
+/// Tolerance in scene units: ten rounding errors of numbers up to 100, the size of the room. The much larger radius of
+/// the walls must not matter.
 const WALL_ERROR: f64 = 6e-5;
 
 #[test]
@@ -275,7 +276,7 @@ fn rays_into_the_corners_of_a_room_do_not_leak() {
     let mut stream = numbers(1);
     for index in 0..100_000_u32 {
         let mut jitter = || (stream.next_f32() - 0.5) * 1e-4;
-        // Two or three of the coordinates are those of walls, which meet there.
+        // Two or three of the coordinates are on walls, so that the ray aims at an edge or a corner of the room.
         let edge = |bit: u32| if index >> bit & 1 == 1 { HALF } else { -HALF };
         let along = if index & 8 == 0 { edge(2) } else { jitter() * 9e5 };
         let corner = Vec3::new(edge(0) + jitter(), edge(1) + jitter(), along);
@@ -309,7 +310,7 @@ fn distances_to_huge_walls_are_right_to_a_hundred_thousandth_of_the_room() {
             (b * b - (f.length_squared() - f64::from(s.radius).powi(2))).sqrt() - b
         };
         let expected = scene.spheres.iter().map(far).fold(f64::INFINITY, f64::min);
-        // What is asked for: 10^-4 units across the wall's surface; along a grazing ray it spreads by the cosine.
+        // The error is bounded perpendicular to the wall; along a grazing ray it grows by the inverse cosine.
         let cosine = f64::from(-hit.normal.dot(direction));
         assert!((f64::from(hit.t) - expected).abs() * cosine < WALL_ERROR, "{} instead of {expected}", hit.t);
     }
@@ -347,7 +348,7 @@ fn a_mirror_ball_is_followed_inside_for_a_thousand_bounces() {
     for _ in 0..100 {
         let direction = unit(uniform_sphere(stream.next_f32(), stream.next_f32()));
         let mut ray = Ray { origin: eye, direction, leaves: NO_SPHERE };
-        // All chords of a path in a ball pass its centre at the same distance.
+        // All chords of the path pass the centre of the ball at the same distance.
         let distance = |ray: &Ray| ray.origin.as_dvec3().cross(ray.direction.as_dvec3()).length();
         let expected = distance(&ray);
         for bounce in 0..1000 {
@@ -360,6 +361,6 @@ fn a_mirror_ball_is_followed_inside_for_a_thousand_bounces() {
     tell("physics", 100_000, "bounces in a mirror ball");
 }
 
-/// A thousand bounces, each with a rounding error of 10^-7 in the length of the direction, which shifts all hits
-/// that follow.
+/// Tolerance after a thousand bounces. Each adds a rounding error of 10^-7 to the length of the direction, which shifts
+/// all later hits.
 const MIRROR_DRIFT: f64 = 1e-2;

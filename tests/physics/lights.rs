@@ -1,4 +1,4 @@
-//! Direct light in closed form, and lamps that touch, sink into, or are sealed off by other surfaces.
+//! Direct light compared with closed forms, and lamps that touch, intersect or are enclosed by other surfaces.
 
 use crate::cases::tell;
 use crate::harness::{
@@ -11,19 +11,21 @@ use reference::sampling::uniform_sphere;
 use scene::{Film, Rgb, Scene, Settings, Stats, Still, Vec3};
 use std::f64::consts::PI;
 
-/// Irradiance from a few roundings per sample, averaged in `f64`: cosines lose the most, near the horizon.
+/// Relative tolerance of irradiance that is smooth: a few rounding errors per sample, averaged in `f64`. Cosines near
+/// the horizon have the largest error.
 const EXACT: f64 = 5e-6;
 
-/// Integrals over regular grids whose integrand has an edge (a horizon, a shadow).
+/// Relative tolerance of integrals over regular grids whose integrand has an edge (a horizon or a shadow).
 const QUADRATURE: f64 = 2e-3;
 
-/// The same where a lamp meets the wall, and the irradiance jumps from 0 to half its maximum.
+/// The same where a lamp intersects the wall, and the irradiance jumps from 0 to half its maximum.
 const SINGULAR: f64 = 5e-3;
 
-/// Image means of a pixel-sized patch, where stratified noise is below.
+/// Relative tolerance of image means that show a single point; stratified noise is below this.
 const PATCH: f64 = 1e-3;
 
-/// Mean of the estimates over a regular grid of `side` x `side` directions, for a scene of one light, in red.
+/// The mean of irradiance estimates over a regular grid of `side` x `side` random numbers, for a scene with one light,
+/// in the red channel.
 fn irradiance(still: &Still, receiver: &Receiver, side: u32) -> f64 {
     let place = |i: u32| (i as f32 + 0.5) / side as f32;
     let mut sum = 0.0;
@@ -33,7 +35,7 @@ fn irradiance(still: &Still, receiver: &Receiver, side: u32) -> f64 {
     sum / f64::from(side * side)
 }
 
-/// A lamp of radiance 1 over a receiving sphere (sphere 1) at the origin.
+/// A lamp of radiance 1 above a receiving sphere (sphere 1) at the origin.
 fn lamp_over_ball(center: Vec3, radius: f32) -> Scene {
     empty_scene(pinhole(Vec3::Z * 1e3, Vec3::ZERO, 1.0)).lamp(center, radius, BLACK, Rgb::ONE).ball(
         Vec3::ZERO,
@@ -58,7 +60,7 @@ fn irradiance_of_a_lamp_above_the_horizon() {
             if cosine < sine {
                 continue; // The horizon cuts the lamp.
             }
-            // pi Le sin^2 cos: the solid angle projected.
+            // pi Le sin^2 cos, by the projected solid angle.
             let expected = PI * sine * sine * cosine;
             let actual = irradiance(&scene.at(0.0), &receiver, 32);
             assert!(
@@ -84,7 +86,7 @@ fn irradiance_of_a_lamp_that_the_horizon_halves() {
 }
 
 #[test]
-fn lamps_below_the_horizon_and_one_on_itself_give_nothing() {
+fn lamps_below_the_horizon_or_lighting_themselves_give_nothing() {
     let scene = lamp_over_ball(Vec3::NEG_Z * 10.0, 1.0);
     let still = scene.at(0.0);
     let away = Receiver { point: Vec3::Z, normal: Vec3::Z, sphere: 1 };
@@ -109,7 +111,7 @@ fn a_shell_gives_pi_times_its_radiance_everywhere_within() {
 
 #[test]
 fn a_ball_under_a_far_lamp_is_lambertian() {
-    // The eye looks at the top of the ball, in a field so narrow that it shows one point of it.
+    // The eye looks at the top of the ball, with such a narrow field of view that all pixels show the same point.
     let (albedo, emission) = ([0.8, 0.4, 0.2], [1000.0, 2000.0, 500.0]);
     for tilt in [0.0_f64, 0.7, 1.3] {
         let lamp = Vec3::new(0.0, tilt.sin() as f32, tilt.cos() as f32) * 100.0;
@@ -128,7 +130,7 @@ fn a_ball_under_a_far_lamp_is_lambertian() {
     tell("physics", 12, "images of a ball under a far lamp");
 }
 
-/// Two lamps of different colours, each large: which is chosen must have nothing to do with the point chosen on it.
+/// Two large lamps of different colours. The choice of a lamp must be independent of the choice of a point on it.
 #[test]
 fn a_ball_under_two_near_lamps_gets_the_light_of_each() {
     let lamps = [(Vec3::new(0.0, 3.0, 5.0), 3.0_f32, Rgb::X), (Vec3::new(-4.0, 0.0, 3.0), 1.5, Rgb::Y * 3.0)];
@@ -147,10 +149,10 @@ fn a_ball_under_two_near_lamps_gets_the_light_of_each() {
     tell("physics", 2, "images of a ball under two lamps");
 }
 
-/// Towards the lamp: no axis of any grid of directions.
+/// The direction of the lamp, which is not an axis of any grid of directions.
 const AXIS: Vec3 = Vec3::new(0.48, 0.6, 0.64);
 
-/// A diffuse shell of radius 3 with a lamp of radius 1 whose centre is at distance `offset` from the shell's.
+/// A diffuse shell of radius 3, with a lamp of radius 1 at a distance of `offset` from its centre.
 fn lamp_in_shell(offset: f32) -> Scene {
     empty_scene(pinhole(Vec3::Z * -1.5, Vec3::ZERO, 60.0)).ball(Vec3::ZERO, 3.0, diffuse(0.5)).lamp(
         AXIS * offset,
@@ -160,18 +162,18 @@ fn lamp_in_shell(offset: f32) -> Scene {
     )
 }
 
-/// Area of the part of the lamp that lies within the shell: by Archimedes, `2 pi a` times its height.
+/// Area of the part of the lamp inside the shell: by Archimedes, `2 pi a` times its height.
 fn area_within(offset: f32) -> f64 {
     let d = f64::from(offset);
     if d <= 2.0 {
         return 4.0 * PI;
     }
-    // The plane in which both spheres meet is this far from the lamp's centre, towards the outside.
+    // Outward distance from the lamp's centre to the plane in which both spheres intersect.
     let plane = (d * d + 9.0 - 1.0) / (2.0 * d) - d;
     2.0 * PI * (1.0 + plane.clamp(-1.0, 1.0))
 }
 
-/// In the middle, close to the wall, touching it, sunk in by very little, by a part, by half, by more.
+/// In the middle, close to the wall, touching it, and sunk into the wall very slightly, partly, by half and by more.
 const OFFSETS: [f32; 7] = [0.0, 1.9, 2.0, 2.02, 2.5, 3.0, 3.5];
 
 #[test]
@@ -196,7 +198,7 @@ fn a_sunk_lamp_lights_the_shell_with_the_power_of_what_is_not_sunk() {
 }
 
 #[test]
-fn photons_leave_a_sunk_lamp_where_it_is_not_sunk() {
+fn photons_leave_a_sunk_lamp_only_from_its_exposed_part() {
     for offset in OFFSETS {
         let scene = lamp_in_shell(offset);
         let settings = settings(1, 1, 1 << 18, 1, 1.0);
@@ -214,7 +216,7 @@ fn photons_leave_a_sunk_lamp_where_it_is_not_sunk() {
     tell("physics", OFFSETS.len(), "powers of sunk lamps by photons");
 }
 
-/// A lamp of radius 1 at the origin, and a black ball of the given radius at that distance.
+/// A lamp of radius 1 at the origin, and a black ball of the given radius at the given distance.
 fn lamp_by_ball(radius: f32, distance: f32) -> Scene {
     empty_scene(pinhole(Vec3::Z * -500.0, Vec3::ZERO, 60.0)).lamp(Vec3::ZERO, 1.0, BLACK, Rgb::ONE).ball(
         AXIS * distance,
@@ -223,15 +225,15 @@ fn lamp_by_ball(radius: f32, distance: f32) -> Scene {
     )
 }
 
-/// The share of that lamp's surface which lies outside of the ball, by Archimedes.
+/// The share of that lamp's surface outside the ball, by Archimedes.
 fn share_outside(radius: f32, distance: f32) -> f64 {
     let (r, d) = (f64::from(radius), f64::from(distance));
-    // The plane in which both spheres meet is this far from the lamp's centre, towards the ball.
+    // Distance from the lamp's centre towards the ball to the plane in which both spheres intersect.
     let plane = (d * d + 1.0 - r * r) / (2.0 * d);
     0.5 * (1.0 + plane.clamp(-1.0, 1.0))
 }
 
-/// A small step, relative to the radius of the ball: the bounds of what is blocked are right to that.
+/// A small step in position; the conditions for a blocked lamp are tested this close to their limits.
 const STEP: f32 = 1e-3;
 
 #[test]
@@ -239,7 +241,7 @@ fn a_lamp_shines_where_no_ball_covers_it_however_little_that_is() {
     let photons = 1 << 17;
     let mut cases = 0;
     for radius in [0.5_f32, 2.0, 40.0] {
-        // Where it begins to touch the ball, and where (if it can) it vanishes within, from a touch to half-way.
+        // The distances at which the lamp touches the ball from outside, and at which it would be completely inside.
         let (touching, swallowed) = (radius + 1.0, radius - 1.0);
         let by_a_part = [0.3, 0.05, 0.01, STEP].map(|part| part * radius.min(1.0));
         let sunk = by_a_part.map(|depth| touching - depth);
@@ -262,7 +264,7 @@ fn a_lamp_shines_where_no_ball_covers_it_however_little_that_is() {
             cases += 1;
         }
     }
-    // The same within a shell, whose wall it touches from inside and leaves.
+    // The same for a shell: the lamp is just inside, slightly sunk into the wall, almost outside, and outside.
     for (offset, entries, blockers) in [
         (2.0 - 3.0 * STEP, 1, 0),
         (2.0 + 3.0 * STEP, 1, 1),
@@ -276,7 +278,7 @@ fn a_lamp_shines_where_no_ball_covers_it_however_little_that_is() {
     tell("physics", cases, "lamps sunk into balls and walls, by a touch and almost wholly");
 }
 
-/// Shares of 2^17 stratified photons: below the 10^-3 of as many independent ones.
+/// Tolerance of a share of 2^17 stratified photons, whose error is below the 10^-3 of as many independent ones.
 const STRATIFIED: f64 = 5e-4;
 
 #[test]
@@ -292,7 +294,7 @@ fn both_engines_agree_about_sunk_lamps() {
     tell("physics", 3, "images of sunk lamps");
 }
 
-/// Glass of index 1 bends and reflects nothing: a sphere that glows and is otherwise not there.
+/// A glowing ball of glass of index 1, which does not refract or reflect, lights what is inside it from its inner side.
 #[test]
 fn a_glowing_glass_ball_lights_what_is_within_from_its_inner_side() {
     let albedo = [0.8, 0.4, 0.2];
@@ -304,13 +306,14 @@ fn a_glowing_glass_ball_lights_what_is_within_from_its_inner_side() {
         )
     };
     let receiver = Receiver { point: Vec3::X, normal: Vec3::X, sphere: 1 };
-    // Half of the power is of the inner side, so half of the shadow rays go there: twice pi.
+    // Half of the power is that of the inner side, so half of the shadow rays go there, each with twice the value of
+    // pi.
     for (choice, expected) in [(0.25, 0.0), (0.75, 2.0 * PI)] {
         let actual =
             f64::from(estimate_irradiance(&scene(Vec3::X * 5.0).at(0.0), &receiver, choice, 0.3, 0.6).x);
         assert!((actual - expected).abs() < EXACT * 2.0 * PI, "{actual} instead of {expected}");
     }
-    // From within the ball reflects its albedo; from outside the near side of the glass is seen before it.
+    // Seen from inside the glass, the ball shows its albedo. Seen from outside, the emission of the near side is added.
     for (eye, seen) in [(5.0, 0.0), (12.0, 1.0)] {
         let scene = scene(Vec3::Z * eye);
         let settings = Settings { iterations: 64, ..settings(64, 64, 100, 5, 0.1) };
@@ -321,11 +324,11 @@ fn a_glowing_glass_ball_lights_what_is_within_from_its_inner_side() {
     tell("physics", 6, "irradiances and images of a ball in glowing glass");
 }
 
-/// Means of 2^18 shadow rays and more that go to one of two lights by chance: a noise of 0.2 %.
+/// Relative tolerance: means of at least 2^18 shadow rays to one of two random lights have noise of 0.2 %.
 const CHOSEN: f64 = 1e-2;
 
-/// From the middle of glowing glass of index n all is met at right angles, and the share r = ((n - 1) / (n + 1))^2
-/// is reflected to the other side of it: radiance Le (1 + r + r^2 + ...).
+/// From the centre of a glowing glass ball of index n, all rays hit its surface at right angles. The share
+/// r = ((n - 1) / (n + 1))^2 is reflected to the other side, so the radiance is Le (1 + r + r^2 + ...).
 #[test]
 fn glowing_glass_shines_inwards_and_reflects_its_own_light() {
     for ior in [1.0_f32, 1.5, 2.4] {
@@ -340,15 +343,15 @@ fn glowing_glass_shines_inwards_and_reflects_its_own_light() {
     tell("physics", 6, "images from within glowing glass");
 }
 
-/// A glowing ball of glass of index 1 at the centre of a diffuse shell: what its inner side emits comes out of the
-/// other, so it lights the shell by twice its radiance, and being no obstacle leaves it in a furnace.
+/// A glowing ball of glass of index 1 at the centre of a diffuse shell. Light from its inner side comes out on the
+/// other side, so it lights the shell with twice its radiance. It blocks no light, so the shell is a furnace.
 #[test]
 fn both_sides_of_a_glowing_glass_ball_light_the_shell_around_it() {
     let (albedo, depth) = (0.5_f64, 64);
     let scene = empty_scene(pinhole(Vec3::Z * 2.0, Vec3::Z * 3.0, 120.0))
         .ball(Vec3::ZERO, 3.0, diffuse(0.5))
         .lamp(Vec3::ZERO, 1.0, glass(1.0, 1.0), Rgb::ONE);
-    // Pi times the area, twice.
+    // Pi times the area, for each of the two sides.
     let power = f64::from(scene.at(0.0).lights.power);
     assert!((power / (8.0 * PI * PI) - 1.0).abs() < EXACT, "power {power} is not that of two sides");
     let expected = [albedo * 2.0 / 9.0 / (1.0 - albedo); 3];
@@ -357,17 +360,18 @@ fn both_sides_of_a_glowing_glass_ball_light_the_shell_around_it() {
     tell("physics", 1, "furnaces with glowing glass");
 }
 
-/// Both engines' noise in image means, 0.1 % each, and the bias of SPPM where lamp and wall meet at a sharp angle.
+/// Relative tolerance of image means: noise of 0.1 % in each engine, and the bias of SPPM where lamp and wall meet at a
+/// sharp angle.
 const SAME_MEAN: f64 = 5e-3;
 
 #[test]
-fn a_lamp_sealed_off_is_no_light_and_changes_no_pixel() {
+fn an_enclosed_lamp_changes_no_pixel() {
     let scene = lamp_in_shell(1.0).ball(Vec3::Y * -1.5, 0.7, diffuse(0.4));
     let settings = Settings { iterations: 2, ..settings(16, 12, 2000, 5, 1.0) };
     let images =
         |scene: &Scene| -> [Film; 2] { [render_sppm(scene, &settings), render_path(scene, &settings)] };
     let expected = images(&scene);
-    // Within a ball, and beyond the shell.
+    // Inside a ball, and outside the shell.
     for (center, radius) in [(Vec3::Y * -1.5, 0.5), (AXIS * 10.0, 2.0), (Vec3::ZERO, 4.0)] {
         let sealed = scene.clone().lamp(center, radius, BLACK, Rgb::splat(1e6));
         assert_eq!(sealed.at(0.0).lights.entries.len(), 1);

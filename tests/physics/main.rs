@@ -1,7 +1,7 @@
-//! The tests that prove the reference right: closed forms, `f64`, statistics and an independent algorithm.
+//! Tests that the reference is physically correct, by closed forms, computation in `f64`, statistics, and comparison
+//! with a path tracer.
 //!
-//! One file per concern. All seeds are fixed, so every test gives the same verdict each time; every tolerance is a
-//! named constant with its reason.
+//! All seeds are fixed, so that every run gives the same result. Every tolerance is a named constant with its reason.
 
 mod camera;
 #[path = "../shared/cases.rs"]

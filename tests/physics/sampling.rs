@@ -1,4 +1,4 @@
-//! The maps from uniform numbers to directions, each against the density that it states.
+//! Sampling functions that map uniform numbers to directions: each must have the density that it documents.
 
 use crate::cases::tell;
 use crate::harness::assert_uniform_square;
@@ -13,16 +13,16 @@ use std::f64::consts::TAU;
 const SAMPLES: u32 = 1 << 20;
 const CELLS: [usize; 2] = [32, 32];
 
-/// A few roundings of values up to 1.
+/// Tolerance of lengths: a few rounding errors of values up to 1.
 const UNIT_LENGTH: f64 = 5e-7;
 
-/// The error of sine and cosine that [`sincos_turn`] states.
+/// The error bound of sine and cosine that [`sincos_turn`] documents.
 const SINCOS: f64 = 1.2e-7;
 
-/// Sum of squares: twice the error of sine and cosine, where one of them is near 1.
+/// Tolerance of the sum of their squares: twice the error of the one that is close to 1.
 const SQUARES: f64 = 2.5e-7;
 
-/// Normals that stress the frame: axes, both poles and close to the lower one, and one of no symmetry.
+/// Normals that are difficult for frames: axes, both poles, close to the lower pole, and a general one.
 fn normals() -> [Vec3; 7] {
     [
         Vec3::X,
@@ -35,7 +35,7 @@ fn normals() -> [Vec3; 7] {
     ]
 }
 
-/// Pairs of uniform numbers, drawn independently.
+/// Pairs of independent uniform numbers.
 fn pairs(index: u32) -> impl Iterator<Item = (f32, f32)> {
     let key = StreamKey::new(2, Family::Path, index);
     (0..SAMPLES).map(move |i| {
@@ -44,7 +44,7 @@ fn pairs(index: u32) -> impl Iterator<Item = (f32, f32)> {
     })
 }
 
-/// The pairs that are at the ends of the unit square.
+/// Pairs at the borders and in the middle of the unit square.
 fn extremes() -> impl Iterator<Item = (f32, f32)> {
     let ends = [0.0, f32::EPSILON / 2.0, 0.25, 0.5, 1.0 - f32::EPSILON / 2.0];
     ends.into_iter().flat_map(move |u| ends.map(|v| (u, v)))
@@ -56,12 +56,12 @@ fn turns(x: f64, y: f64) -> f64 {
     if turns < 0.0 { (turns + 1.0).min(1.0 - f64::EPSILON) } else { turns }
 }
 
-/// Puts what rounding brought to 1 or beyond back into [0, 1).
+/// Clamps to [0, 1) what rounding has brought slightly outside.
 fn clamp(x: f64) -> f64 {
     x.clamp(0.0, 1.0 - f64::EPSILON)
 }
 
-/// Coordinates of `d` in a frame about `n`, made in `f64` without the code under test.
+/// Coordinates of `d` in a frame around `n`, computed in `f64` without the code under test.
 fn local(n: Vec3, d: Vec3) -> [f64; 3] {
     let (n, d) = (n.as_dvec3().normalize(), d.as_dvec3());
     let s = n.any_orthonormal_vector();
@@ -103,11 +103,12 @@ fn hemispheres_are_covered_by_the_cosine() {
     for (index, normal) in normals().into_iter().enumerate() {
         let directions =
             || pairs(1 + index as u32).map(|(u, v)| local(normal, cosine_hemisphere(normal, u, v)));
-        // Of density cos / pi: the squared sine is uniform, and so is the angle around.
+        // With a density of cos / pi, the squared sine and the azimuth are uniform.
         let points = directions().map(|[x, y, _]| [clamp(x * x + y * y), turns(x, y)]);
         assert_uniform_square(points, CELLS, &format!("cosine_hemisphere about {normal}"));
         let below = directions().filter(|[_, _, z]| *z < 0.0).count();
-        // Where the uniform point is opposite of the normal to 10^-3, that is for 1 in 10^6, rounding may decide.
+        // If the uniform point is opposite to the normal within 10^-3, which has a probability of 10^-6, rounding may
+        // give a direction below the horizon.
         assert!(below <= 5, "{below} directions below the horizon of {normal}");
         for (u, v) in pairs(1).take(1 << 14).chain(extremes()) {
             let length = cosine_hemisphere(normal, u, v).as_dvec3().length();
@@ -118,7 +119,7 @@ fn hemispheres_are_covered_by_the_cosine() {
 }
 
 #[test]
-fn a_cosine_hemisphere_about_the_opposite_of_a_sphere_point_is_still_a_direction() {
+fn a_cosine_hemisphere_gives_a_direction_even_opposite_to_the_sphere_point() {
     for (u, v) in pairs(9).take(1 << 16).chain(extremes()) {
         let normal = -unit(uniform_sphere(u, v));
         let direction = cosine_hemisphere(normal, u, v);
@@ -161,7 +162,8 @@ fn disks_are_covered_evenly() {
 
 #[test]
 fn maps_preserve_stratification() {
-    // Neighbouring numbers give neighbouring directions: on a grid of 256 x 256, steps are of the grid's size.
+    // Neighbouring numbers give neighbouring directions: on a grid of 256 x 256, they differ by about a step of the
+    // grid.
     let place = |i: u32| (i as f32 + 0.5) / 256.0;
     for i in 0..255 {
         for j in 0..255 {

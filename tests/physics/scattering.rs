@@ -1,4 +1,4 @@
-//! Mirrors and glass: the laws of reflection, Snell and Fresnel.
+//! Mirrors and glass: the law of reflection, Snell's law and the Fresnel equations.
 
 use crate::cases::tell;
 use crate::harness::{SIGNIFICANCE, chi_square_p_of};
@@ -8,28 +8,30 @@ use reference::scatter::{dielectric, fresnel, reflect};
 use scene::Vec3;
 use scene::rng::{Family, StreamKey};
 
-/// A reflectance is of order 1, from some ten roundings; near grazing the cosine of refraction adds its own.
+/// Tolerance of a reflectance: about ten rounding errors of values around 1, and at grazing angles the error of the
+/// cosine of refraction.
 const REFLECTANCE: f64 = 2e-6;
 
-/// Components of directions: a dozen roundings of values up to 2.4, the largest index tried.
+/// Tolerance of components of directions: a dozen rounding errors of values up to 2.4, the largest index in these
+/// tests.
 const DIRECTION: f64 = 1e-6;
 
 const INDICES: [f32; 5] = [1.0, 1.1, 1.33, 1.5, 2.4];
 
-/// Reflectance for unpolarised light from the textbook's amplitudes, with cosines of both sides.
+/// Reflectance of unpolarised light by the textbook's amplitudes, in terms of both cosines.
 fn expected_fresnel(eta: f64, cos_i: f64) -> f64 {
     let sin2_t = eta * eta * (1.0 - cos_i * cos_i);
     if sin2_t >= 1.0 {
         return 1.0;
     }
     let cos_t = (1.0 - sin2_t).sqrt();
-    // n_i = eta, n_t = 1 is the same boundary as any other of this ratio.
+    // Only the ratio of the indices matters, so take n_i = eta and n_t = 1.
     let s = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
     let p = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
     f64::midpoint(s * s, p * p)
 }
 
-/// The cosine of refraction, as the engine computes it.
+/// The cosine of the angle of refraction, as the engine computes it.
 fn refracted_cosine(eta: f32, cos_i: f32) -> f32 {
     (1.0 - eta * eta * (1.0 - cos_i * cos_i)).max(0.0).sqrt()
 }
@@ -38,7 +40,7 @@ fn reflectance(eta: f32, cos_i: f32) -> f64 {
     f64::from(fresnel(eta, cos_i, refracted_cosine(eta, cos_i)))
 }
 
-/// Directions that meet the normal `n` from its side.
+/// Random directions that arrive on the side of the normal `n`.
 fn incoming(n: Vec3) -> impl Iterator<Item = Vec3> {
     let key = StreamKey::new(3, Family::Path, 0);
     (0..20_000).map(move |i| {
@@ -63,7 +65,7 @@ fn reflectance_agrees_with_f64() {
             for step in 1..=1000 {
                 let cos_i = step as f32 / 1000.0;
                 let sin2_t = f64::from(eta).powi(2) * (1.0 - f64::from(cos_i).powi(2));
-                // At the critical angle the reflectance is a square root's distance from 1.
+                // Near the critical angle the reflectance approaches 1 like a square root, which magnifies errors.
                 let near_critical = (1.0 - sin2_t).abs() < 1e-4;
                 let bound = if near_critical { 1e-2 } else { REFLECTANCE / (1.0 - sin2_t).abs().sqrt() };
                 let expected = expected_fresnel(f64::from(eta), f64::from(cos_i));
@@ -85,9 +87,10 @@ fn reflectance_at_normal_incidence_is_that_of_the_textbooks() {
 }
 
 #[test]
-fn at_brewsters_angle_only_the_one_polarisation_is_reflected() {
+fn at_brewsters_angle_only_one_polarisation_is_reflected() {
     for ior in [1.33_f64, 1.5, 2.4] {
-        // tan = ior; what is left is half the reflectance of the other: ((ior^2 - 1) / (ior^2 + 1))^2.
+        // The tangent of the angle is ior. The result is half the reflectance of the other polarisation, which is
+        // ((ior^2 - 1) / (ior^2 + 1))^2.
         let cos_i = 1.0 / (1.0 + ior * ior).sqrt();
         let expected = 0.5 * ((ior * ior - 1.0) / (ior * ior + 1.0)).powi(2);
         assert!((reflectance((1.0 / ior) as f32, cos_i as f32) - expected).abs() < REFLECTANCE);
@@ -121,7 +124,7 @@ fn mirrors_reflect_by_the_law() {
 }
 
 #[test]
-fn glass_refracts_by_snells_law_or_reflects_as_fresnel_shares() {
+fn glass_refracts_by_snells_law_or_reflects_with_fresnels_probability() {
     let n = normal();
     for ior in INDICES {
         for inside in [false, true] {
@@ -131,19 +134,20 @@ fn glass_refracts_by_snells_law_or_reflects_as_fresnel_shares() {
                 let sine = d.as_dvec3().cross(n.as_dvec3());
                 let sin2_t = eta * eta * sine.length_squared();
                 if (1.0 - sin2_t).abs() < 1e-3 {
-                    continue; // Near the critical angle see `reflectance_agrees_with_f64`.
+                    continue; // near the critical angle, see `reflectance_agrees_with_f64`
                 }
                 let out = |u: f64| dielectric(d, &hit(n, inside), ior, u as f32).0.as_dvec3();
                 let mirrored = reflect(d, n).as_dvec3();
-                // Just below and above the share; 10^-4 is the bound of that test this near to critical.
+                // Random numbers just below and just above the reflectance. Its error is below 10^-4 this close to the
+                // critical angle, by the bound of that test.
                 assert!(share < 2e-4 || out(share - 1e-4).distance(mirrored) < DIRECTION);
                 if share < 0.9998 {
                     let refracted = out(share + 1e-4);
-                    // The cosine of refraction is a root of what is left of 1.
+                    // The cosine of refraction is the square root of a difference, which magnifies errors.
                     let bound = 2.0 * DIRECTION / (1.0 - sin2_t).sqrt();
                     assert!((refracted.length() - 1.0).abs() < bound);
                     assert!(refracted.dot(n.as_dvec3()) < 0.0, "does not cross");
-                    // Both sines as vectors: of the right length, and in one plane.
+                    // Snell's law for the sines as vectors, which also tests that they are in the same plane.
                     let snell = refracted.cross(n.as_dvec3()).distance(sine * eta);
                     assert!(snell < bound, "ior {ior}, inside {inside}: off by {snell:.1e}");
                 } else {
@@ -159,13 +163,14 @@ fn glass_refracts_by_snells_law_or_reflects_as_fresnel_shares() {
 }
 
 #[test]
-fn refraction_is_undone_on_the_way_back() {
+fn refraction_is_reversible() {
     let n = normal();
     for ior in INDICES {
         for d in incoming(n).filter(|d| d.dot(n) < -0.05) {
             let (within, narrowed) = dielectric(d, &hit(n, false), ior, 0.999_999);
             let (back, widened) = dielectric(-within, &hit(-n, true), ior, 0.999_999);
-            // The way back magnifies by the index and, at a slant, by the ratio of the cosines: below 30.
+            // The way back magnifies errors by the index and, at slanted angles, by the ratio of the cosines: by less
+            // than 30.
             assert!(f64::from(back.distance(-d)) < 30.0 * DIRECTION, "ior {ior}, d {d}: {back}");
             approx::assert_relative_eq!(narrowed, 1.0 / (ior * ior), max_relative = 4.0 * f32::EPSILON);
             approx::assert_relative_eq!(narrowed * widened, 1.0, max_relative = 4.0 * f32::EPSILON);
@@ -174,7 +179,7 @@ fn refraction_is_undone_on_the_way_back() {
 }
 
 #[test]
-fn glass_of_index_one_is_not_there() {
+fn glass_of_index_one_is_invisible() {
     let n = normal();
     for d in incoming(n).filter(|d| d.dot(n) < -0.01) {
         for inside in [false, true] {

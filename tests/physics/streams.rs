@@ -1,4 +1,4 @@
-//! Random streams: uniform each, and unrelated between neighbouring keys.
+//! Random streams and Sobol points: uniform, and independent for neighbouring keys, pixels and iterations.
 
 use crate::cases::tell;
 use crate::harness::{
@@ -14,8 +14,8 @@ const FAMILIES: [Family; 6] =
 
 const PAIRS: u32 = 1 << 18;
 
-/// Standard errors that a correlation or a count of equal bits may be off: as unlikely as [`SIGNIFICANCE`], over the
-/// bits of each comparison.
+/// Allowed deviation of a correlation or a count of equal bits, in standard errors: as unlikely as [`SIGNIFICANCE`]
+/// over all bits of a comparison.
 const DEVIATIONS: f64 = 5.5;
 
 /// The `n`th word (from 0) of a stream.
@@ -26,10 +26,11 @@ fn word(mut stream: Stream, n: u32) -> u32 {
     stream.next_u32()
 }
 
-/// Low bits of a word that enter no float. With some keys they show weak patterns between indices 512 apart.
+/// Number of low bits of a word that are not used in floats. With some keys they show weak patterns between indices 512
+/// apart.
 const UNUSED_BITS: usize = 8;
 
-/// Asserts that two words, of each of [`PAIRS`] pairs, have nothing to do with each other.
+/// Asserts that the two words of [`PAIRS`] pairs are independent.
 fn assert_unrelated(pair: impl Fn(u32) -> [u32; 2], what: &str) {
     let unit = |x: u32| f64::from(x) / 4_294_967_296.0;
     assert_uniform_square((0..PAIRS).map(|i| pair(i).map(unit)), [64, 64], what);
@@ -41,7 +42,7 @@ fn assert_unrelated(pair: impl Fn(u32) -> [u32; 2], what: &str) {
             *count += !(a ^ b) >> bit & 1;
         }
     }
-    // A product of two centred uniform numbers has the variance (1/12)^2.
+    // The product of two centred uniform numbers has a variance of (1/12)^2.
     let correlation = covariance * 12.0 / f64::from(PAIRS).sqrt();
     assert!(correlation.abs() < DEVIATIONS, "{what}: correlated by {correlation:.1} standard errors");
     for (bit, &count) in equal.iter().enumerate().skip(UNUSED_BITS) {
@@ -104,7 +105,7 @@ fn neighbouring_iterations_are_unrelated() {
             &format!("iteration {iteration} and the next"),
         );
     }
-    // And of one index over all iterations.
+    // The same for one index over all iterations.
     let first = |i: u32| StreamKey::new(1, Family::Tile, i).stream(0).next_u32();
     assert_unrelated(|i| [first(i), first(i + 1)], "one index, iterations i and i + 1");
 }
@@ -142,7 +143,7 @@ fn words_of_one_stream_are_unrelated() {
 
 #[test]
 fn shifted_sobol_points_are_uniform_in_every_two_dimensions() {
-    // 16 shifts of 2^14 points each, as iterations shift the points of photons.
+    // 16 random shifts of 2^14 points each, like the shifts of photons' points in each iteration.
     let mut cases = 0;
     for (a, b) in (0..DIMENSIONS).flat_map(|a| (a + 1..DIMENSIONS).map(move |b| (a, b))) {
         let points = (0..16).flat_map(|shift| {
@@ -156,8 +157,9 @@ fn shifted_sobol_points_are_uniform_in_every_two_dimensions() {
     tell("physics", cases, "pairs of Sobol dimensions");
 }
 
-/// Seen from the middle of a glowing glass ball that reflects half of the light, a pixel shows how often its path was
-/// reflected, and one more: k in 2^-k of all cases. Per iteration, by pixels row by row.
+/// Renders the inside of a glowing glass ball that reflects half of the light, seen from its centre. A pixel then shows
+/// the number of reflections of its path plus one; the value k has a probability of 2^-k. Returns the values of all
+/// pixels, row by row, for each iteration.
 fn reflections(width: u32, height: u32, iterations: u32) -> Vec<Vec<i32>> {
     // The reflectance at right angles is ((n - 1) / (n + 1))^2.
     let ior = 3.0 + 8.0_f32.sqrt();
@@ -175,16 +177,16 @@ fn reflections(width: u32, height: u32, iterations: u32) -> Vec<Vec<i32>> {
     (0..iterations).map(|_| shown()).collect()
 }
 
-/// Segments of a path whose numbers are stratified; those after come from its own stream.
+/// The first segments of a path use stratified numbers; later ones use the path's own random stream.
 const STRATIFIED: i32 = 4;
 
-/// Each pixel, in each iteration, draws numbers of its own: of two paths that both go on for longer than numbers are
-/// stratified and have nothing to do with each other, a third are equally long.
+/// Each pixel has independent random numbers in each iteration. Of pairs of independent paths that are both longer than
+/// the stratified segments, a third have equal length.
 #[test]
 fn paths_of_neighbouring_pixels_and_iterations_are_unrelated() {
     let (width, height) = (720, 560);
     let shown = reflections(width as u32, height as u32, 2);
-    // So many standard errors more pixels show the same as that other pixel than a third.
+    // The excess of pairs with equal values over a third, in standard errors.
     let excess = |other: &[i32], dx: i32, dy: i32| {
         let inner = (1..height - 1).flat_map(|y| (1..width - 1).map(move |x| (x, y)));
         let at = |x, y| (y * width + x) as usize;
@@ -203,11 +205,12 @@ fn paths_of_neighbouring_pixels_and_iterations_are_unrelated() {
     tell("physics", 5, "pairs of neighbouring paths");
 }
 
-/// Of the 64 pixels of a tile half are reflected, in each iteration, and each in half of the iterations.
+/// Half of the 64 pixels of a tile are reflected in each iteration, and each pixel is in half of the iterations.
 #[test]
 fn choices_at_glass_are_spread_evenly_over_tiles_and_iterations() {
     const ITERATIONS: u32 = 64;
-    // By chance the counts would have a standard deviation of 4. What is rounded is the reflectance, by 2^-24.
+    // With independent numbers, the counts would have a standard deviation of 4. The deviation allowed for a tile
+    // covers the rounding of the reflectance by 2^-24.
     const OF_TILE: i32 = 1;
     const OF_PIXEL: i32 = 3;
     let side = 32;

@@ -1,8 +1,8 @@
-//! Choices at their very ends, where a random number is zero, just below one, or on the border of two outcomes.
+//! Random choices in edge cases: random numbers that are zero, just below one, or on the border between two outcomes.
 //!
-//! Streams give multiples of 2^-24 below 1, and zero is as likely as any. An outcome of probability p must have
-//! p 2^24 of them, so the border belongs to the next: a black surface that kept a photon at the number zero would
-//! send on a flux of zero over zero.
+//! Streams give multiples of 2^-24 below 1, all with the same probability, including zero. An outcome of probability p
+//! must get exactly p 2^24 of them, so a number on the border belongs to the next outcome. In particular, a black
+//! surface must not keep a photon for the number zero: its power would be zero divided by zero.
 
 use crate::cases::tell;
 use crate::harness::{BLACK, Build, empty_scene, pinhole};
@@ -13,7 +13,7 @@ use reference::scatter::dielectric;
 use scene::rng::UNIT;
 use scene::{Rgb, Scene, Vec3};
 
-/// The last number below 1.
+/// The largest random number, just below 1.
 const LAST: f32 = 1.0 - UNIT;
 
 #[test]
@@ -23,7 +23,7 @@ fn black_keeps_no_photon_and_white_loses_none() {
         assert_eq!(survive(power, Rgb::ONE, LAST), Some(power), "{power} on white");
         assert_eq!(survive(power, Rgb::ONE, 0.0), Some(power), "{power} on white");
     }
-    // A colour that the photon has nothing of is black to it.
+    // A surface is black for a photon that has no power in the channels that it reflects.
     assert_eq!(survive(Rgb::X, Rgb::new(0.0, 1.0, 1.0), 0.0), None);
     tell("physics", 10, "photons on black and white");
 }
@@ -39,7 +39,7 @@ fn as_many_numbers_survive_as_the_albedo_says() {
 }
 
 #[test]
-fn what_reflects_nothing_lets_all_through_and_what_reflects_all_nothing() {
+fn boundaries_without_reflection_and_with_total_reflection() {
     let hit = |inside| Hit { sphere: 0, t: 1.0, point: Vec3::ZERO, normal: Vec3::Z, inside };
     let straight = Vec3::new(0.6, 0.0, -0.8);
     for (inside, u) in [(false, 0.0), (false, LAST), (true, 0.0), (true, LAST)] {
@@ -59,10 +59,10 @@ fn what_reflects_nothing_lets_all_through_and_what_reflects_all_nothing() {
     tell("physics", 7, "boundaries that choose one way alone");
 }
 
-/// A few roundings of directions.
+/// Tolerance of directions: a few rounding errors.
 const ROUNDING: f32 = 1e-6;
 
-/// So many lamps side by side, whose powers have nothing round to them.
+/// `count` lamps side by side, with powers that are not round numbers.
 fn lamps(count: usize) -> Scene {
     let scene = empty_scene(pinhole(Vec3::Z * 9.0, Vec3::ZERO, 60.0));
     (0..count).fold(scene, |scene, k| {
@@ -79,7 +79,7 @@ fn every_number_chooses_a_light() {
         let chosen = |u| choose_light(&lights, u).map(|light| light.sphere as usize);
         assert_eq!(chosen(0.0), Some(0), "{count} lights");
         assert_eq!(chosen(LAST), Some(count - 1), "{count} lights");
-        // Where the share of one ends that of the next begins.
+        // The interval of each light ends where that of the next begins.
         for (k, &end) in lights.cumulative.iter().enumerate() {
             assert_eq!(
                 (chosen(end.next_down()), chosen(end)),

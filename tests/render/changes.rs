@@ -1,4 +1,4 @@
-//! A job that comes back from a render is changed and started again.
+//! Changes the job of a finished render and starts it again.
 
 use crate::{endless, image, small};
 use render::{End, Job};
@@ -39,7 +39,7 @@ fn a_render_that_was_stopped_starts_again() {
 }
 
 #[test]
-fn a_checkpoint_goes_from_job_to_job() {
+fn a_checkpoint_can_be_resumed_and_repeated() {
     let folder = tempfile::tempdir().unwrap();
     let mut job = Job::new(small(4));
     let image_file = folder.path().join("a.pfm");

@@ -1,10 +1,10 @@
-//! What is refused names the field at fault, and leaves nothing behind.
+//! Errors of invalid jobs name the field at fault, and leave no files behind.
 
 use crate::{path_tracer, small};
 use render::{EngineChoice, EngineName, Error, Field, Job, LanesName};
 use std::path::PathBuf;
 
-/// What is said of a job that `change` made impossible, and the field that it blames.
+/// The field at fault and the message for a job that `change` makes invalid.
 fn refused(change: impl FnOnce(&mut Job)) -> (Field, String) {
     let mut job = Job::new(small(1));
     change(&mut job);
@@ -46,7 +46,7 @@ fn the_field_at_fault_is_named() {
 }
 
 #[test]
-fn lanes_and_files_that_are_not_there_are_told() {
+fn missing_lanes_and_files_are_reported() {
     let lanes = EngineChoice::new(EngineName::Reference, Some(LanesName::Emulated)).unwrap_err();
     assert_eq!(
         lanes.to_string(),
@@ -61,9 +61,9 @@ fn lanes_and_files_that_are_not_there_are_told() {
     }
 }
 
-/// Nothing was written, locked or begun.
+/// A rejected job writes no output, checkpoint or lock file.
 #[test]
-fn a_refused_job_leaves_nothing() {
+fn a_rejected_job_leaves_no_files() {
     let folder = tempfile::tempdir().unwrap();
     let image = folder.path().join("a.png");
     refused(|job| {

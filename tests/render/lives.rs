@@ -1,4 +1,4 @@
-//! Renders from their start to their end: side by side, watched, stopped.
+//! Runs renders from start to end: two at once, stopped, with goals, and with observers.
 
 use crate::cases::tell;
 use crate::{endless, image, path_tracer, small};
@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant};
 
-/// Stops its render after some iteration.
+/// Stops the render after the given iteration.
 struct StopAfter(u32, Stop);
 
 impl Observer for StopAfter {
@@ -21,7 +21,7 @@ impl Observer for StopAfter {
 }
 
 #[test]
-fn two_renders_at_once_are_those_of_the_engine_alone() {
+fn two_renders_at_once_give_the_engines_images() {
     let (first, second) = (small(1 << 30), small(8));
     let job = Job::new(first.clone());
     let stop = job.stop.clone();
@@ -70,7 +70,7 @@ fn dropping_a_render_stops_it() {
 }
 
 #[test]
-fn time_that_is_up_stops_nobody_else() {
+fn the_time_limit_does_not_request_a_stop() {
     let mut job = endless();
     job.goals.time = Some(Duration::from_millis(50));
     let stop = job.stop.clone();
@@ -81,7 +81,7 @@ fn time_that_is_up_stops_nobody_else() {
 }
 
 #[test]
-fn an_error_that_is_reached_ends_a_render() {
+fn an_error_goal_ends_a_render() {
     let mut job = endless();
     job.goals.error = Some(1e9);
     let outcome = job.start(()).unwrap().wait().unwrap();
@@ -89,7 +89,7 @@ fn an_error_that_is_reached_ends_a_render() {
     assert!(outcome.report.estimated_error.is_some_and(|error| error > 0.0));
 }
 
-/// Sends all that it is told.
+/// Sends every notification to a channel, as text.
 struct Told(Sender<String>);
 
 impl Observer for Told {
@@ -107,7 +107,7 @@ impl Observer for Told {
 }
 
 #[test]
-fn an_observer_is_told_of_every_iteration() {
+fn an_observer_is_notified_of_every_iteration() {
     let (sender, told) = channel();
     let mut job = Job::new(small(2));
     (job.threads, job.scene.settings.initial_radius) = (Some(2), 2.0);
@@ -120,7 +120,7 @@ fn an_observer_is_told_of_every_iteration() {
 }
 
 #[test]
-fn progress_is_there_without_an_observer() {
+fn progress_is_available_without_an_observer() {
     let running = Job::new(small(4)).start(()).unwrap();
     while !running.is_over() {
         sleep(Duration::from_millis(1));
@@ -131,7 +131,7 @@ fn progress_is_there_without_an_observer() {
 }
 
 #[test]
-fn images_are_made_only_for_those_who_look() {
+fn images_are_developed_only_if_live() {
     let mut job = Job::new(small(3));
     job.live = false;
     let running = job.start(()).unwrap();
@@ -139,9 +139,9 @@ fn images_are_made_only_for_those_who_look() {
     assert!(running.wait().unwrap().last.is_none());
 }
 
-/// What one thread reads while another writes is a whole image of some iteration.
+/// Several threads read snapshots during a render. Each must be the complete image of an iteration.
 #[test]
-fn snapshots_are_never_torn() {
+fn snapshots_are_complete_images() {
     let running = Arc::new(Mutex::new(Job::new(small(40)).start(()).unwrap()));
     let images: Vec<_> = (1..=40).map(|n| image(&small(n))).collect();
     let images = Arc::new(images);

@@ -1,4 +1,4 @@
-//! The library `render` as front ends use it.
+//! Tests of the library `render` through its public interface.
 
 #[path = "../shared/cases.rs"]
 mod cases;
@@ -9,7 +9,7 @@ mod lives;
 use render::{EngineChoice, EngineName, Job};
 use scene::{Engine, Film, Scene, Settings};
 
-/// Cornell, small, with so many iterations.
+/// The scene `cornell` at a small size, with the given number of iterations.
 fn small(iterations: u32) -> Scene {
     let scene = files::builtin::scene("cornell").unwrap();
     let settings =
@@ -17,7 +17,7 @@ fn small(iterations: u32) -> Scene {
     Scene { settings, ..scene }
 }
 
-/// The image of `scene` by the engine alone, without the library.
+/// The image of `scene` by the fast engine itself, without the library.
 fn image(scene: &Scene) -> Film {
     let mut engine = fast::Sppm::new(scene, &scene.settings);
     for _ in 0..scene.settings.iterations {

@@ -1,8 +1,9 @@
-//! How many cases ran: one line per test, for people and for `scripts/suites`, which adds them up.
+//! Reports how many cases a test ran, in a line that `scripts/suites` reads and sums up.
 
 use std::io::{Write, stderr};
 
-/// Tells on standard error, past the capture of the test harness, that `cases` of `what` held.
+/// Prints that `cases` cases of `what` passed. Writes directly to standard error, as the test harness captures
+/// `eprintln!`.
 pub(crate) fn tell(suite: &str, cases: usize, what: &str) {
     let line = format!("{suite}: {cases} {what}\n");
     stderr().write_all(line.as_bytes()).unwrap();

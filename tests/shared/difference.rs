@@ -1,9 +1,9 @@
-//! All that an engine lets one see of a render, and where two engines first differ in it.
+//! Everything that an engine exposes of a render, and the first difference between two engines.
 
 use compare::{EnginePlane, PlaneDifference, PlaneKind, first_difference, planes};
 use scene::{Engine, Stats};
 
-/// The planes of a render and its counted work.
+/// The planes of a render, and its counted work.
 pub(crate) struct Outcome {
     pub(crate) planes: [EnginePlane; 4],
     pub(crate) work: [(&'static str, u64); 7],
@@ -14,12 +14,12 @@ impl Outcome {
         Self { planes: planes(engine), work: work(engine.stats()) }
     }
 
-    /// The first difference of `actual` in any plane, by bits, and in the work.
+    /// Describes the first difference of `actual` in the bits of any plane, and all differences in the work.
     pub(crate) fn difference(&self, actual: &Self) -> Option<String> {
         self.difference_in(actual, &PlaneKind::ALL)
     }
 
-    /// The first difference in the planes of some kinds, and in the work.
+    /// The same for planes of the given kinds only.
     pub(crate) fn difference_in(&self, actual: &Self, kinds: &[PlaneKind]) -> Option<String> {
         let of_kinds = |planes: &[EnginePlane]| -> Vec<EnginePlane> {
             planes.iter().filter(|plane| kinds.contains(&plane.kind)).cloned().collect()
@@ -35,7 +35,7 @@ impl Outcome {
     }
 }
 
-/// The counts that do not depend on how an engine works.
+/// The counts that must be the same for every engine.
 fn work(stats: &Stats) -> [(&'static str, u64); 7] {
     [
         ("camera_segments", stats.camera_segments),

@@ -1,4 +1,5 @@
-//! What a failure leaves behind: a picture, expected | difference | actual, and a list of the pixels that differ.
+//! Writes what helps to find a failure: an image (expected | difference | actual), and a list of the pixels that
+//! differ.
 
 use compare::difference_image;
 use files::image_file::{self, Encoding};
@@ -7,13 +8,13 @@ use serde_json::json;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The side of a square that shows a pixel: snapshots are small.
+/// Magnification of the image, as snapshots are small.
 const ZOOM: u32 = 4;
 
-/// White columns between the pictures.
+/// White columns between the three parts of the image.
 const GAP: u32 = 4;
 
-/// Writes both files into the build's folder for tests, and gives their paths.
+/// Writes both files into the temporary folder of cargo's tests, and returns their paths.
 pub(crate) fn show(name: &str, expected: &Film, actual: &Film, different: &[usize]) -> [PathBuf; 2] {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("snapshots");
     fs::create_dir_all(&folder).unwrap();
@@ -39,7 +40,7 @@ fn picture(expected: &Film, actual: &Film) -> Film {
     all
 }
 
-/// The image with what no false colour stands for, NaN and infinity, as black.
+/// The image with pixels that are NaN or infinite set to black, as they cannot be shown as a difference.
 fn finite(film: &Film) -> Film {
     let pixels = film.pixels.iter().map(|&p| if p.is_finite() { p } else { Rgb::ZERO }).collect();
     Film { pixels, ..*film }
@@ -64,7 +65,7 @@ fn list(expected: &Film, actual: &Film, different: &[usize]) -> String {
 }
 
 #[test]
-fn pictures_show_expected_difference_and_actual_side_by_side() {
+fn the_image_shows_expected_difference_and_actual() {
     let film = |values: [f32; 2]| Film { width: 2, height: 1, pixels: values.map(Rgb::splat).to_vec() };
     let (expected, actual) = (film([0.25, 0.5]), film([0.25, f32::NAN]));
     let shown = picture(&expected, &actual);

@@ -1,4 +1,4 @@
-//! The blessed files. The reference may write them, when asked to; everything else is compared with them.
+//! Compares renders with the stored snapshots. Only the reference may update the snapshots, and only on request.
 
 use crate::difference;
 use crate::rows::Row;
@@ -9,35 +9,35 @@ use scene::{Engine, Film};
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-/// Beside this file.
+/// The folder of texts, next to this file.
 const TEXT_FOLDER: &str = "text";
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The blessed image of a row.
+/// The path of a row's snapshot image.
 fn image_path(name: &str) -> PathBuf {
     root().join("fixtures/snapshots").join(name).with_extension("pfm")
 }
 
-/// The blessed text of a row.
+/// The path of a row's snapshot text.
 fn text_path(name: &str) -> PathBuf {
     root().join("tests/snapshots").join(TEXT_FOLDER).join(name).with_extension("snap")
 }
 
-/// True if what the reference renders is to be blessed: insta is told to overwrite its texts, as by `scripts/bless`.
+/// Whether snapshots are to be updated: if insta is told to overwrite its texts, as in `scripts/bless`.
 fn blesses() -> bool {
     env::var("INSTA_UPDATE").is_ok_and(|mode| ["always", "force"].contains(&mode.as_str()))
 }
 
-/// Holds the reference to the blessed image and text; writes both first if that is asked for.
+/// Compares a render of the reference with the snapshot image and text, after updating them if requested.
 pub(crate) fn check_reference(row: &Row, engine: &impl Engine) {
     let path = image_path(row.name);
     if blesses() {
         image_file::write(&path, &engine.develop(), &Encoding::default()).unwrap();
     }
-    // After the image, lest a text that differs keep it from being shown; so do not stop at it.
+    // Compare the image before the text and fail only at the end, so that a difference in the image is always shown.
     let image = check_image(row.name, "reference", &engine.develop());
     insta::with_settings!(
         { snapshot_path => TEXT_FOLDER, prepend_module_to_snapshot => false, omit_expression => true },
@@ -46,7 +46,7 @@ pub(crate) fn check_reference(row: &Row, engine: &impl Engine) {
     image.unwrap_or_else(|problem| panic!("{problem}"));
 }
 
-/// Holds another engine to the blessed image and text, which it cannot write.
+/// Compares a render of another engine with the snapshots, without ever writing them.
 pub(crate) fn check_other(row: &Row, engine: &impl Engine, who: &str) {
     check_image(row.name, who, &engine.develop()).unwrap_or_else(|problem| panic!("{problem}"));
     let path = text_path(row.name);
@@ -61,12 +61,12 @@ pub(crate) fn check_other(row: &Row, engine: &impl Engine, who: &str) {
     );
 }
 
-/// A snapshot file is a header between two lines of `---`, and the text.
+/// The text of a snapshot file, which follows a header between two lines of `---`.
 fn without_header(file: &str) -> &str {
     file.splitn(3, "---\n").nth(2).unwrap_or_else(|| panic!("no snapshot file of insta: {file}"))
 }
 
-/// Compares bits; says where to look if they differ.
+/// Compares an image with the snapshot bit for bit. The error names files that show the difference.
 fn check_image(name: &str, who: &str, actual: &Film) -> Result<(), String> {
     let path = image_path(name);
     let expected = image_file::read(&path)
@@ -93,8 +93,8 @@ fn headers_are_cut_off_and_nothing_else() {
 }
 
 #[test]
-fn every_blessed_file_is_of_a_test() {
-    // A row that is gone would leave files that nothing checks.
+fn every_snapshot_belongs_to_a_test() {
+    // Removing a row would leave files behind that no test checks.
     let names = |folder: &str, extension: &str| -> Vec<String> {
         let entries = fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path());
         let mut names: Vec<String> = entries

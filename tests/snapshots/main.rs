@@ -1,10 +1,10 @@
-//! How scenes render today: a reviewable text and an image for each row of [`rows`].
+//! Snapshot tests: each render in [`rows`] is compared with a stored text that can be reviewed, and a stored image.
 //!
-//! The reference renders a row, and both its text (`text/*.snap`, by insta) and its pixels
-//! (`fixtures/snapshots/*.pfm`) must be the blessed ones, bit for bit. The fast engine is held to the same two files
-//! on every kind of lanes, but there is no way for it to write them: only `scripts/bless` does, from the reference.
+//! The text (`text/*.snap`, by insta) and the image (`fixtures/snapshots/*.pfm`) must match the reference's render bit
+//! for bit. The fast engine is compared with the same two files on every kind of lanes. Only `scripts/bless` updates
+//! them, from renders of the reference and the path tracer.
 //!
-//! These files say what changed, not what is right; for that see the physics tests and the oracle.
+//! Snapshots show what has changed, not whether it is correct; for that see the physics tests and the oracle.
 
 #[path = "../shared/cases.rs"]
 mod cases;

@@ -1,4 +1,4 @@
-//! The scenes and settings of which there are snapshots: each row is two tests, `reference` and `fast`.
+//! The scenes and settings with snapshots. Each row becomes two tests, `reference` and `fast`.
 
 use crate::cases::tell;
 use crate::golden;
@@ -7,7 +7,7 @@ use files::scene_file;
 use reference::PathTracer;
 use scene::{Engine, Scene, Settings};
 
-/// A scene with the settings that it is rendered by.
+/// A scene with the settings of its snapshot.
 pub(crate) struct Row {
     pub(crate) name: &'static str,
     pub(crate) scene: Scene,
@@ -31,7 +31,7 @@ fn builtin(name: &str) -> Scene {
     files::builtin::scene(name).unwrap()
 }
 
-/// Balls under an open sky: no walls, and most paths escape.
+/// Balls under an open sky, without walls, where most paths escape.
 fn open_sky() -> Scene {
     const TEXT: &str = r#"
 background = [0.4, 0.6, 1.0]
@@ -124,7 +124,7 @@ rows! {
     surgery_tall: builtin("surgery"), |s| Settings { width: 7, height: 61, photons_per_iteration: 257, ..s };
 }
 
-/// The path tracer has no photons, and no other engine to be compared with.
+/// The path tracer has a snapshot of its own, as it renders other images than photon mapping.
 #[test]
 fn path_tracer() {
     let row = Row::new("path_tracer", builtin("focus"), |s| Settings { width: 32, height: 24, ..s });

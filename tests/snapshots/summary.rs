@@ -1,10 +1,10 @@
-//! A render as text that a reviewer can read: digests of all bits, then figures that say what changed, and where.
+//! Summarises a render as text for reviewers: checksums of all bits, and figures that show what has changed and where.
 
 use crate::rows::Row;
 use scene::{Engine, Film, Plane, Rgb, Stats};
 use std::fmt::Write;
 
-/// The image is summed up in so many columns and rows of tiles.
+/// Columns and rows of tiles, whose mean radiance is listed.
 const TILES: [usize; 2] = [4, 3];
 
 /// The summary of a finished render.
@@ -37,7 +37,7 @@ fn digest(values: &[f32]) -> u32 {
     crc32fast::hash(&bytes)
 }
 
-/// Mean radiance of each tile, red, green and blue; a tile is at least a pixel.
+/// Lists the mean radiance of each tile in red, green and blue. A tile has at least one pixel.
 fn tiles(text: &mut String, film: &Film) {
     let size = [film.width as usize, film.height as usize];
     let [columns, rows] = [0, 1].map(|i| TILES[i].min(size[i]));
@@ -59,7 +59,7 @@ fn write_plane(text: &mut String, name: &str, plane: &Plane) {
     let mean = values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64;
     writeln!(text, "\n{name}, crc32 {:08x}", digest(values)).unwrap();
     writeln!(text, "  from {least:.4} to {most:.4}, mean {mean:.4}").unwrap();
-    // Where no photon came, the count is 0 and the radius as at first.
+    // Pixels without photons have a count of 0 and the initial radius.
     let first = if name == "count" { 0.0 } else { most };
     let still = values.iter().filter(|&&v| v == first).count();
     writeln!(text, "  {still} of {} pixels at {first:.4}", values.len()).unwrap();

@@ -1,4 +1,4 @@
-"""The optimiser by itself, asked as `sppm tune` asks it."""
+"""Tests of the optimiser process on its own, with the protocol of `sppm tune`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ START = [1.5, 3, "a"]
 
 
 class Optimiser:
-    """The process, which stops when its input ends."""
+    """The optimiser process, which exits at the end of its input."""
 
     def __init__(self, seed: int, initial: int = 8) -> None:
         self.process = subprocess.Popen(
@@ -45,7 +45,7 @@ class Optimiser:
 
 
 def search(seed: int, evaluations: int, value) -> tuple[list, dict]:
-    """The points that were tried, and the conclusion."""
+    """Runs a search; returns the points tried and the conclusion."""
     optimiser = Optimiser(seed)
     points = []
     for told in range(1, evaluations + 1):
@@ -57,7 +57,7 @@ def search(seed: int, evaluations: int, value) -> tuple[list, dict]:
 
 
 def valley(noise: float):
-    """Least at a size of 1 by way b, whatever the count; noise of that deviation."""
+    """A noisy function with its minimum at size 1 and way b, for any count; `noise` is the standard deviation."""
     numbers = random.Random(7)
 
     def value(point) -> float:
@@ -72,7 +72,7 @@ def concluded():
     return search(1, 24, valley(0.01))
 
 
-def test_it_begins_at_the_start_and_keeps_to_the_space(concluded):
+def test_it_begins_at_the_start_and_stays_in_the_space(concluded):
     points, _ = concluded
     assert points[0] == START
     for size, count, way in points:
@@ -83,14 +83,14 @@ def test_it_finds_the_valley_through_noise(concluded):
     points, conclusion = concluded
     assert sorted(conclusion["order"]) == list(range(len(points)))
     size, _, way = points[conclusion["order"][0]]
-    # Within a tenth of its range, where the valley is as low as two deviations of the noise.
+    # Within a tenth of the logarithmic range, where the function is within a few standard deviations of its minimum.
     assert way == "b" and abs(math.log(size)) < 0.21
 
 
 def test_the_kernel_is_matern_with_white_noise(concluded):
     _, conclusion = concluded
     assert "Matern" in conclusion["kernel"] and "WhiteKernel" in conclusion["kernel"]
-    # What matters has the shorter length scale.
+    # The dimension that matters has the shorter length scale.
     assert conclusion["length_scales"]["size"] < conclusion["length_scales"]["count"]
     assert 0.0 <= conclusion["noise"] < 0.1
 

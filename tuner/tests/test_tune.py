@@ -1,4 +1,4 @@
-"""`sppm tune` with the real optimiser, from the command to a profile that renders load."""
+"""Tests `sppm tune` with the real optimiser: it must write a profile that renders can load."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_a_search_makes_a_profile(tmp_path, threads):
     tuned, search = profile["tuned"], profile["search"]
     assert search["optimiser"].startswith("scikit-optimize ")
     assert len(search["ratios"]) == 9 and search["best"] == sorted(search["best"], reverse=True)
-    # 172 balls, so that the search for them is a dimension; jobs matter on more than one thread.
+    # With 172 balls, how they are searched is a dimension. Job sizes are dimensions only with more than one thread.
     assert "search" in search["length_scales"]
     assert ("photons_per_job" in search["length_scales"]) == (threads == "2")
     assert tuned["is_confirmed"] and tuned["best_interval"][0] <= tuned["best_ratio"] <= tuned["best_interval"][1]

@@ -1,34 +1,37 @@
-//! Files on their way: without a name until they are whole, where the system can do that, so that a process that is
-//! killed leaves nothing behind; else with a temporary one.
+//! Temporary files that become the target once they are complete.
+//!
+//! On Linux they have no name until then (`O_TMPFILE`), so a killed process leaves nothing behind. Elsewhere they have
+//! a temporary name.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
 use std::path::Path;
 use tempfile::{Builder, TempPath};
 
-/// Where a file on its way is.
+/// Where a temporary file is.
 pub(super) enum Place {
-    /// Nowhere yet: it goes with the last handle to it.
+    /// It has no name; it disappears when its last handle is closed.
     #[cfg(target_os = "linux")]
     Nameless,
-    /// Beside its target; removed when dropped.
+    /// Beside its target, under a temporary name; removed when dropped.
     Named(TempPath),
 }
 
-/// Makes an empty file in `folder`, as only there a rename is atomic.
+/// Creates an empty temporary file in `folder`. It must be the target's folder, as renames between file systems are
+/// not atomic.
 pub(super) fn create(folder: &Path) -> io::Result<(File, Place)> {
     #[cfg(target_os = "linux")]
     if let Some(file) = nameless(folder) {
         return Ok((file, Place::Nameless));
     }
-    // Opened by `OpenOptions`, as the crate's own way makes files that only their owner may read.
+    // Opened by `OpenOptions`, because `tempfile` itself would create files that only their owner may read.
     let open = |p: &Path| OpenOptions::new().write(true).create_new(true).open(p);
     let (file, path) = builder(&mut Builder::new()).make_in(folder, open)?.into_parts();
     Ok((file, Place::Named(path)))
 }
 
 impl Place {
-    /// Puts `file`, which is here, in the place of `target`, a file in `folder`.
+    /// Replaces `target`, a file in `folder`, with the temporary `file`.
     pub(super) fn persist(self, file: &File, folder: &Path, target: &Path) -> io::Result<()> {
         match self {
             #[cfg(target_os = "linux")]
@@ -41,7 +44,7 @@ impl Place {
     }
 }
 
-/// Puts the file that `make` makes in `folder` in the place of `target`.
+/// Lets `make` create a file under a temporary name in `folder`, then renames it to `target`.
 pub(super) fn rename_new(
     folder: &Path,
     target: &Path,
@@ -50,7 +53,7 @@ pub(super) fn rename_new(
     let ((), path) = builder(&mut Builder::new()).make_in(folder, make)?.into_parts();
     let made = path.to_path_buf();
     path.persist(target).map_err(|e| e.error)?;
-    // A rename does nothing if both are names of one file.
+    // If both names are hard links to the same file, the rename does nothing and the temporary name remains.
     match fs::remove_file(made) {
         Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
         _ => Ok(()),
@@ -61,11 +64,11 @@ fn builder<'a, 'b>(builder: &'a mut Builder<'b, 'b>) -> &'a mut Builder<'b, 'b> 
     builder.prefix(".sppm-").suffix(".part")
 }
 
-/// A file without a name, if the file system knows such and there is a way to name it later.
+/// A file without a name, if the file system supports it and the file can be named later through `/proc`.
 #[cfg(target_os = "linux")]
 fn nameless(folder: &Path) -> Option<File> {
     use rustix::fs::{Mode, OFlags};
-    let mode = Mode::from_raw_mode(0o666); // what the umask leaves of it
+    let mode = Mode::from_raw_mode(0o666); // reduced by the umask
     let file =
         File::from(rustix::fs::open(folder, OFlags::TMPFILE | OFlags::WRONLY | OFlags::CLOEXEC, mode).ok()?);
     link_of(&file).exists().then_some(file)
@@ -83,8 +86,7 @@ fn link_of(file: &File) -> std::path::PathBuf {
     format!("/proc/self/fd/{}", file.as_raw_fd()).into()
 }
 
-/// Asks the file system for `bytes` bytes of `file`. Those that cannot promise (and systems that cannot be asked)
-/// count as willing.
+/// Reserves `bytes` bytes for `file`. Succeeds where the file system or the operating system cannot reserve space.
 pub(super) fn reserve(file: &File, bytes: u64) -> io::Result<()> {
     #[cfg(target_os = "linux")]
     {

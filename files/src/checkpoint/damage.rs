@@ -1,61 +1,61 @@
-//! What can be wrong with a checkpoint.
+//! The ways in which a checkpoint can be unusable.
 
 use super::FORMAT;
 use crate::atomic_file::reason;
 use std::io;
 use thiserror::Error;
 
-/// Why a file cannot be gone on from. Displays as what is to be read after its name, on one line.
+/// Why a render cannot be resumed from a file. Displays as one line that continues the file's name.
 #[derive(Debug, Error)]
 pub enum Damage {
-    /// It begins like no checkpoint.
+    /// It does not begin with the checkpoint magic number.
     #[error("is no checkpoint of sppm")]
     NoCheckpoint,
-    /// It ends too early.
+    /// It is shorter than its header says.
     #[error("is cut short: it has {has} of its {length} bytes")]
     Truncated {
-        /// Bytes there are.
+        /// Its actual length in bytes.
         has: u64,
-        /// Bytes that there were, by its header.
+        /// The length in its header.
         length: u64,
     },
-    /// It ends too late.
+    /// It is longer than its header says.
     #[error("has {has} bytes where its own count is {length}; something was appended to it")]
     Appended {
-        /// Bytes there are.
+        /// Its actual length in bytes.
         has: u64,
-        /// Bytes that there were, by its header.
+        /// The length in its header.
         length: u64,
     },
-    /// Some bits are not what was written.
+    /// A checksum does not match.
     #[error("is damaged: the checksum of {section} does not match")]
     Flipped {
-        /// Where they are.
+        /// The section with that checksum.
         section: &'static str,
     },
-    /// It is of another format.
+    /// Its format version is not supported.
     #[error("has format {found}; this version of sppm reads format {FORMAT}")]
     Version {
-        /// Which.
+        /// The version in its header.
         found: u32,
     },
-    /// It was put together from two.
+    /// Its sums and its scene come from different renders.
     #[error("has the sums of another scene: they belong to {theirs}, and its scene is {ours}")]
     OtherScene {
-        /// The digest that the sums belong to.
+        /// The scene digest recorded with the sums.
         theirs: String,
         /// The digest of the scene in the file.
         ours: String,
     },
-    /// Its checksums match, but nothing of the kind is ever written.
+    /// Its checksums match, but the content is not valid.
     #[error("is wrong: {section} {problem}")]
     Invalid {
-        /// Where.
+        /// The section with the invalid content.
         section: &'static str,
-        /// What, to be read after the section.
+        /// What is invalid; continues the section's name.
         problem: String,
     },
-    /// It cannot be read.
+    /// Reading it failed.
     #[error("cannot be read: {}", reason(.0))]
     Io(#[from] io::Error),
 }

@@ -1,11 +1,12 @@
-//! Checkpoints: a render between two iterations as a file, from which any engine goes on.
+//! Checkpoints: the state of a render between two iterations, in a file from which any engine of the same algorithm
+//! can resume it.
 //!
-//! A file is a header and sections, all numbers little-endian:
+//! A file is a header followed by sections. All numbers are little-endian.
 //!
 //! | bytes | header |
 //! |---|---|
-//! | 8 | `89 53 50 50 4d 0d 0a 1a`, which a transfer as text would break |
-//! | 4 | version of the format, [`FORMAT`] |
+//! | 8 | magic number `89 53 50 50 4d 0d 0a 1a`, chosen so that a transfer in text mode would alter it |
+//! | 4 | format version, [`FORMAT`] |
 //! | 8 | length of the file |
 //! | 4 | CRC-32 of the 20 bytes before |
 //!
@@ -20,14 +21,14 @@
 //!
 //! | name | content |
 //! |---|---|
-//! | `SCEN` | the scene file ([`crate::scene_file::to_text`]), whose settings are those of the render |
+//! | `SCEN` | the scene file ([`crate::scene_file::to_text`]) with the settings of the render |
 //! | `RNDR` | a JSON object, see [`Account`] |
-//! | `NOTE` | a text of the program that renders: where its outputs go |
+//! | `NOTE` | free text for the program that renders, such as the paths of its outputs |
 //! | `SUMS` | the words of every pixel ([`scene::Sums`]), row by row from the top, 4 bytes each |
-//! | `PAST` | only if it is asked for: an earlier image, `u32` iterations and 3 `f32` per pixel |
+//! | `PAST` | optional: an earlier image, as `u32` iterations and 3 `f32` per pixel |
 //!
-//! Readers check every length against that of the file before they hold any memory for it, and every checksum before
-//! they believe anything.
+//! Readers check every length against the length of the file before they allocate memory for it, and check a section's
+//! checksum before they use its content.
 
 mod damage;
 mod read;
@@ -45,30 +46,30 @@ pub use write::{Contents, length, write};
 use scene::{Film, Stats, Sums};
 use serde::{Deserialize, Serialize};
 
-/// The version of the format that is written, and the only one that is read.
+/// The format version that is written, and the only one that can be read.
 pub const FORMAT: u32 = 1;
 
-/// What a render has done: section `RNDR`.
+/// The progress of a render: section `RNDR`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Account {
-    /// Of the program that wrote it.
+    /// Version of the program that wrote it.
     pub version: String,
-    /// Of the scene, as [`crate::scene_file::digest`].
+    /// Digest of the scene, by [`crate::scene_file::digest`].
     pub scene: String,
-    /// What the sums are.
+    /// The kind of sums.
     pub sums: Sums,
-    /// Whole iterations that the sums hold.
+    /// Completed iterations in the sums.
     pub iterations: u32,
-    /// Counted work and seconds so far.
+    /// Counted work and times so far.
     pub stats: Stats,
 }
 
-/// An image that the render was at an earlier iteration: section `PAST`.
+/// The image of an earlier iteration, kept to estimate the error: section `PAST`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Past {
-    /// Which iteration.
+    /// Iterations in the image.
     pub iterations: u32,
-    /// The image then.
+    /// The image.
     pub film: Film,
 }

@@ -1,4 +1,4 @@
-//! Checkpoints in.
+//! Reads checkpoints.
 
 use super::sections::{ACCOUNT, FRAME, HEADER, NOTE, Name, PAST, SCENE, SUMS, Section, read_header};
 use super::write::{past_bytes, sums_bytes};
@@ -8,29 +8,29 @@ use scene::settings::MAX_ITERATIONS;
 use scene::{Film, Resumable, Rgb, Scene, Settings, Sums};
 use std::io::{Read, Seek, SeekFrom};
 
-/// No honest account or note is longer.
+/// Limit on the bytes of an account or a note, far more than a valid one has.
 const MOST_TEXT: u64 = 1 << 20;
 
-/// A checkpoint that was read and found to be whole. Its sums stay in the file until an engine takes them.
+/// A checkpoint that was read and verified. Its sums stay in the file until [`Self::restore`] loads them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checkpoint {
-    /// The scene; its settings are those of the render.
+    /// The scene, with the settings of the render.
     pub scene: Scene,
-    /// What was done.
+    /// The progress of the render.
     pub account: Account,
-    /// What the program noted for itself.
+    /// The note of the program that wrote it.
     pub note: String,
     /// The earlier image, if there is one.
     pub past: Option<Past>,
-    /// Where the section of the sums begins.
+    /// Offset of the section of sums.
     sums_at: u64,
 }
 
 impl Checkpoint {
-    /// Reads a file of `length` bytes and checks all of it.
+    /// Reads a file of `length` bytes and verifies all of it.
     ///
     /// # Errors
-    /// If a bit is not as it was written.
+    /// If the file is damaged or invalid, of another format version, or cannot be read.
     pub fn read(input: &mut (impl Read + Seek), length: u64) -> Result<Self, Damage> {
         input.seek(SeekFrom::Start(0))?;
         read_header(input, length)?;
@@ -62,11 +62,12 @@ impl Checkpoint {
         Ok(Self { scene, account, note, past, sums_at })
     }
 
-    /// Lets `engine`, a render of this scene and its settings that has not begun, go on from here. `input` is the
-    /// file that this was read from.
+    /// Loads the checkpoint into `engine`, a render of the same scene and settings that has not begun. `input` is the
+    /// file that the checkpoint was read from.
     ///
     /// # Errors
-    /// If the file has changed since, or is of another algorithm. Then `engine` may hold part of it, and is of no use.
+    /// If the file has changed since it was read, or if the engine uses another algorithm. `engine` may then be partly
+    /// loaded and must not be used.
     pub fn restore(&self, input: &mut (impl Read + Seek), engine: &mut dyn Resumable) -> Result<(), Damage> {
         let (settings, sums) = (&self.scene.settings, self.account.sums);
         if engine.sums() != sums {
@@ -86,14 +87,14 @@ fn invalid(section: Name, problem: impl Into<String>) -> Damage {
     Damage::Invalid { section: section.1, problem: problem.into() }
 }
 
-/// The text of the section at `at` of a file of `length` bytes; moves `at` behind it.
+/// Reads the text section at offset `at` of a file of `length` bytes, and advances `at` to the next section.
 fn text(input: &mut impl Read, name: Name, at: &mut u64, length: u64, most: u64) -> Result<String, Damage> {
     let section = Section::begin(input, name, length - *at)?;
     *at += FRAME + section.length;
     String::from_utf8(section.read_all(most)?).map_err(|_| invalid(name, "is not UTF-8"))
 }
 
-/// The scene, with its digest.
+/// The digest of the scene, and the scene.
 fn parse_scene(text: &str) -> Result<(String, Scene), Damage> {
     let scene = scene_file::parse("scene", text)
         .map_err(|error| invalid(SCENE, format!("cannot be used: {error}")))?;
@@ -115,7 +116,7 @@ fn parse_account(text: &str, scene: &Scene, ours: String) -> Result<Account, Dam
     Ok(account)
 }
 
-/// Begins the section of the sums, at `at` of a file of `length` bytes.
+/// Begins to read the section of sums at offset `at` of a file of `length` bytes.
 fn begin_sums<R: Read>(
     input: R,
     settings: &Settings,
@@ -132,7 +133,7 @@ fn begin_sums<R: Read>(
     }
 }
 
-/// Gives every row, once it is known to hold what an engine can go on from.
+/// Reads the sums and passes each row of words to `take`, from the top.
 fn for_each_row<R: Read>(
     section: &mut Section<R>,
     settings: &Settings,
@@ -151,7 +152,7 @@ fn for_each_row<R: Read>(
     Ok(())
 }
 
-/// The earlier image, which is all that is left.
+/// Reads the earlier image, which must be the last section.
 fn read_past(
     input: &mut impl Read,
     left: u64,

@@ -1,4 +1,4 @@
-//! Sections of a file: written with their checksums, read with distrust.
+//! The header and the sections of a checkpoint file, each with its checksum.
 
 use super::{Damage, FORMAT};
 use crc32fast::Hasher;
@@ -7,10 +7,10 @@ use std::io::{self, Read, Write};
 pub(super) const MAGIC: [u8; 8] = *b"\x89SPPM\r\n\x1a";
 /// Bytes of the header.
 pub(super) const HEADER: u64 = 24;
-/// Bytes of a section beside its content.
+/// Bytes of a section besides its content: name, length and checksum.
 pub(super) const FRAME: u64 = 16;
 
-/// A section by its name in the file and in messages.
+/// The name of a section: in the file, and in messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Name(pub(super) [u8; 4], pub(super) &'static str);
 
@@ -53,7 +53,7 @@ pub(super) fn read_header(input: &mut impl Read, length: u64) -> Result<(), Dama
     }
 }
 
-/// Writes a section, whose content of `length` bytes `fill` writes.
+/// Writes a section; `fill` writes its content of `length` bytes.
 pub(super) fn write_section<W: Write>(
     out: &mut W,
     name: Name,
@@ -68,7 +68,7 @@ pub(super) fn write_section<W: Write>(
     inner.write_all(&hasher.finalize().to_le_bytes())
 }
 
-/// Bytes on their way, and their checksum.
+/// A reader or writer that computes the checksum of what passes through.
 pub(super) struct Summed<T> {
     inner: T,
     hasher: Hasher,
@@ -100,7 +100,7 @@ impl<T: Read> Read for Summed<T> {
     }
 }
 
-/// The content of a section that is being read.
+/// A section that is being read.
 pub(super) struct Section<R> {
     name: Name,
     /// Bytes of the content.
@@ -109,7 +109,7 @@ pub(super) struct Section<R> {
 }
 
 impl<R: Read> Section<R> {
-    /// Begins the next section, which must be `name`, of a file of which `left` bytes are left.
+    /// Begins to read the next section, which must be `name`. `left` is how many bytes of the file are left.
     pub(super) fn begin(input: R, name: Name, left: u64) -> Result<Self, Damage> {
         let flipped = Err(Damage::Flipped { section: name.1 });
         if left < FRAME {
@@ -120,14 +120,14 @@ impl<R: Read> Section<R> {
         summed.read_exact(&mut frame)?;
         let [tag @ .., _, _, _, _, _, _, _, _] = frame;
         let length = u64::from_le_bytes(std::array::from_fn(|i| frame[4 + i]));
-        // Whatever follows from a wrong name or length would be wrong too.
+        // With a wrong name or length, the position of the checksum is unknown.
         if tag != name.0 || length > left - FRAME {
             return flipped;
         }
         Ok(Self { name, length, content: summed.take(length) })
     }
 
-    /// The whole content, of at most `most` bytes.
+    /// Reads the whole content of at most `most` bytes, and verifies its checksum.
     pub(super) fn read_all(mut self, most: u64) -> Result<Vec<u8>, Damage> {
         if self.length > most {
             return Err(self.invalid(format!("has {} bytes; at most {most} are read", self.length)));
@@ -138,12 +138,12 @@ impl<R: Read> Section<R> {
         Ok(content)
     }
 
-    /// The next bytes of the content.
+    /// Reads the next bytes of the content.
     pub(super) fn read_exact(&mut self, bytes: &mut [u8]) -> Result<(), Damage> {
         Ok(self.content.read_exact(bytes)?)
     }
 
-    /// Expects the content to be over and the checksum to match.
+    /// Verifies the checksum, once all of the content has been read.
     pub(super) fn end(self) -> Result<(), Damage> {
         let section = self.name.1;
         let Summed { mut inner, hasher } = self.content.into_inner();
@@ -156,7 +156,7 @@ impl<R: Read> Section<R> {
         }
     }
 
-    /// What is wrong with a section of a wrong length: its bits, or else, if the checksum matches, `problem`.
+    /// The error for a section of the wrong length: a checksum mismatch, or `problem` if the checksum matches.
     pub(super) fn refuse(mut self, problem: String) -> Damage {
         let invalid = self.invalid(problem);
         let skipped = io::copy(&mut self.content, &mut io::sink()).map_err(Damage::from);

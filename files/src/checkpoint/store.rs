@@ -1,7 +1,7 @@
-//! The files of a checkpoint: the newest generation, the one before, and a lock.
+//! The files of a checkpoint: the newest generation, the previous one, and a lock file.
 //!
-//! `FILE` is replaced as a whole, and what it was becomes `FILE.1`. Whoever writes them holds `FILE.lock`, which the
-//! system lets go of when its holder ends, however that is.
+//! `FILE` is replaced atomically, and its previous content becomes `FILE.1`. A process locks `FILE.lock` before it
+//! writes them. The operating system releases the lock when the process ends, even if it is killed.
 
 use super::{Checkpoint, Damage};
 use crate::atomic_file::{self, FileError, Output, reason};
@@ -10,20 +10,20 @@ use std::fs::{self, File, TryLockError};
 use std::io::{self, BufReader, ErrorKind, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
-/// A checkpoint by its name, whether there is one or not.
+/// The files of a checkpoint, which need not exist yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Store {
     path: PathBuf,
 }
 
-/// A checkpoint that can be gone on from.
+/// A checkpoint that can be resumed.
 #[derive(Debug)]
 pub struct Loaded {
-    /// Which file it is.
+    /// The file that it was read from.
     pub path: PathBuf,
-    /// What it holds.
+    /// Its content.
     pub checkpoint: Checkpoint,
-    /// Why it is not the newest, if that could not be used.
+    /// Why the newest generation could not be used, if this is the older one.
     pub fallback: Option<FileError>,
     file: BufReader<File>,
 }
@@ -34,33 +34,33 @@ impl Store {
         Self { path: path.into() }
     }
 
-    /// Its newest generation.
+    /// The newest generation.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Its older generation.
+    /// The older generation.
     pub fn previous(&self) -> PathBuf {
         with_suffix(&self.path, ".1")
     }
 
-    /// Whether there is a generation, whole or not.
+    /// Whether a generation exists, valid or not.
     pub fn exists(&self) -> bool {
         self.path.exists() || self.previous().exists()
     }
 
-    /// Writes a new generation by `fill`, and keeps what is now the newest as the older one.
+    /// Writes a new generation with `fill`. The current newest becomes the older one.
     ///
     /// # Errors
-    /// As [`atomic_file::replace`]; then all files are as they were.
+    /// As [`atomic_file::replace`]. All files are then unchanged.
     pub fn save(&self, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> Result<(), FileError> {
         atomic_file::replace_and_keep(&self.path, Some(&self.previous()), fill)
     }
 
-    /// Removes all generations.
+    /// Removes both generations.
     ///
     /// # Errors
-    /// If one is there and cannot be removed.
+    /// If one exists and cannot be removed.
     pub fn remove(&self) -> Result<(), FileError> {
         for path in [&self.path, &self.previous()] {
             match fs::remove_file(path) {
@@ -73,16 +73,16 @@ impl Store {
         Ok(())
     }
 
-    /// Reads the newest generation that is whole; `None` if there is not one file.
+    /// Reads the newest valid generation; `None` if no file exists.
     ///
     /// # Errors
-    /// If there are files, and none is whole: what is wrong with the newest.
+    /// If files exist but none is valid, or if the newest has another format version.
     pub fn load(&self) -> Result<Option<Loaded>, FileError> {
         let problem = |damage: &dyn ToString| FileError::new(&self.path, damage.to_string());
         let newest = match load(&self.path) {
             Ok(Some(loaded)) => return Ok(Some(loaded)),
             Ok(None) => None,
-            // Nothing is wrong with it, and others may want it.
+            // Another version of sppm can read the newest generation, so do not fall back to the older one.
             Err(version @ Damage::Version { .. }) => return Err(problem(&version)),
             Err(damage) => Some(problem(&damage)),
         };
@@ -100,8 +100,8 @@ impl Store {
         }
     }
 
-    /// Puts the older generation in the place of a newest that is damaged or missing, so that there is always one that
-    /// is whole.
+    /// Renames the older generation to the newest, which is damaged or missing. The next save then keeps a valid
+    /// generation rather than the damaged one.
     ///
     /// # Errors
     /// If it cannot be renamed.
@@ -111,10 +111,10 @@ impl Store {
         })
     }
 
-    /// Takes the checkpoint for oneself.
+    /// Locks the checkpoint. On file systems without locking, the lock is assumed.
     ///
     /// # Errors
-    /// If another process has it, or no file can be made beside it. Where the file system knows no locks, it is had.
+    /// If another process holds the lock, or if the lock file cannot be created.
     pub fn lock(&self) -> Result<Lock, FileError> {
         let path = with_suffix(&self.path, ".lock");
         loop {
@@ -125,7 +125,7 @@ impl Store {
             match file.try_lock() {
                 Err(TryLockError::WouldBlock) => {
                     let mut holder = String::new();
-                    let _ = file.take(20).read_to_string(&mut holder); // who it is serves the message alone
+                    let _ = file.take(20).read_to_string(&mut holder); // the process id is only for the message
                     let who =
                         holder.trim().parse().map_or(String::new(), |id: u32| format!(", process {id}"));
                     let problem =
@@ -134,7 +134,7 @@ impl Store {
                 }
                 Ok(()) | Err(TryLockError::Error(_)) => {}
             }
-            // Its last holder may have removed it between our opening and locking it.
+            // The last holder may have removed the file after we opened it and before we locked it.
             if is_still(&file, &path) {
                 let _ = file.set_len(0).and_then(|()| writeln!(file, "{}", std::process::id()));
                 return Ok(Lock { path, _file: file });
@@ -144,7 +144,7 @@ impl Store {
 }
 
 fn load(path: &Path) -> Result<Option<Loaded>, Damage> {
-    // Asked before opening, as opening a pipe waits for a writer.
+    // Checked before opening, because opening a pipe blocks until there is a writer.
     let status = match fs::metadata(path) {
         Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
         status => status?,
@@ -158,17 +158,17 @@ fn load(path: &Path) -> Result<Option<Loaded>, Damage> {
 }
 
 impl Loaded {
-    /// As [`Checkpoint::restore`].
+    /// Loads the checkpoint into `engine`; see [`Checkpoint::restore`].
     ///
     /// # Errors
-    /// Like that.
+    /// As [`Checkpoint::restore`].
     pub fn restore(&mut self, engine: &mut dyn Resumable) -> Result<(), FileError> {
         let restored = self.checkpoint.restore(&mut self.file, engine);
         restored.map_err(|damage| FileError::new(&self.path, damage.to_string()))
     }
 }
 
-/// The right to write a checkpoint; given back when dropped.
+/// The exclusive right to write a checkpoint; released when dropped.
 #[derive(Debug)]
 pub struct Lock {
     path: PathBuf,
@@ -177,7 +177,7 @@ pub struct Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        let _ = fs::remove_file(&self.path); // the file does no harm
+        let _ = fs::remove_file(&self.path); // a lock file that stays does no harm
     }
 }
 
@@ -187,7 +187,7 @@ fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     name.into()
 }
 
-/// Whether `path` is the name of `file`.
+/// Whether `path` still refers to the open `file`.
 #[cfg(unix)]
 fn is_still(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -198,5 +198,5 @@ fn is_still(file: &File, path: &Path) -> bool {
 
 #[cfg(not(unix))]
 fn is_still(_: &File, _: &Path) -> bool {
-    true // a file that is open cannot be removed
+    true // elsewhere an open file cannot be removed
 }

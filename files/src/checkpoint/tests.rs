@@ -1,4 +1,4 @@
-//! Checkpoints out and in, and what is wrong with those that are not as they were written.
+//! Tests of checkpoints: writing and reading them, damaged files, generations and the lock.
 
 use super::sections::{ACCOUNT, FRAME, HEADER, NOTE, PAST, SCENE, SUMS};
 use super::*;
@@ -9,7 +9,7 @@ use std::fs;
 use std::io::{self, Cursor, Write as _};
 use tempfile::TempDir;
 
-/// An engine that knows its words and nothing else.
+/// An engine that stores words and does not render.
 struct Memory {
     settings: Settings,
     sums: Sums,
@@ -19,7 +19,7 @@ struct Memory {
 }
 
 impl Memory {
-    /// With words that an engine may leave, all different.
+    /// An engine with valid words, all different.
     fn new(settings: Settings, sums: Sums) -> Self {
         let radius_squared = settings.initial_radius * settings.initial_radius;
         let word = |i: usize| match (sums, i % 8) {
@@ -181,7 +181,7 @@ fn every_cut_is_found() {
     assert!(matches!(read(&longer), Err(Damage::Appended { .. })));
 }
 
-/// Sets the four bytes at `at`, and the checksum that covers them and ends at `end`.
+/// Sets the four bytes at `at`, then recomputes the checksum of the section or header from `start` to `end`.
 fn forge(bytes: &mut [u8], [start, at, end]: [usize; 3], word: u32) {
     bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
     let checksum = crc32fast::hash(&bytes[start..end - 4]);
@@ -189,22 +189,22 @@ fn forge(bytes: &mut [u8], [start, at, end]: [usize; 3], word: u32) {
 }
 
 #[test]
-fn another_version_is_told() {
+fn another_version_is_reported() {
     let mut bytes = whole(Sums::Photons, None);
     forge(&mut bytes, [0, 8, 24], 2);
     assert_eq!(read(&bytes).unwrap_err().to_string(), "has format 2; this version of sppm reads format 1");
 }
 
 #[test]
-fn sums_of_another_scene_are_told() {
+fn sums_of_another_scene_are_rejected() {
     let bytes = bytes(&Memory::new(scene().settings, Sums::Photons), "0123abcd", None);
     let line = read(&bytes).unwrap_err().to_string();
     assert!(line.contains("another scene") && line.contains("0123abcd"), "{line}");
 }
 
-/// Checksums that match are no proof of sense.
+/// Values that no engine writes are rejected even if all checksums match.
 #[test]
-fn what_no_engine_leaves_is_refused() {
+fn invalid_content_is_rejected() {
     let bytes = whole(Sums::Photons, None);
     let end = bytes.len();
     let start = end - 16 - 4 * 8 * 15;
@@ -225,7 +225,7 @@ fn what_no_engine_leaves_is_refused() {
 }
 
 #[test]
-fn an_engine_of_another_kind_is_refused() {
+fn an_engine_of_another_algorithm_is_rejected() {
     let bytes = whole(Sums::Photons, None);
     let mut engine = Memory::blank(scene().settings, Sums::Paths);
     let damage = read(&bytes).unwrap().restore(&mut Cursor::new(&bytes), &mut engine).unwrap_err();
@@ -273,7 +273,7 @@ fn two_generations_are_kept() {
 }
 
 #[test]
-fn the_older_generation_stands_in_for_a_damaged_one() {
+fn a_damaged_generation_falls_back_to_the_older_one() {
     let (_folder, store) = store();
     (1..3).for_each(|done| save(&store, done));
     let bytes = fs::read(store.path()).unwrap();
@@ -318,9 +318,9 @@ fn a_write_that_fails_changes_nothing() {
     assert_eq!(names(&folder), ["a.sppm", "a.sppm.1"]);
 }
 
-/// A process that dies after it has linked the older generation leaves one file under both names.
+/// A process that is killed after it has linked the older generation leaves one file under both names.
 #[test]
-fn generations_that_are_one_file_come_apart() {
+fn a_save_separates_generations_that_are_the_same_file() {
     let (folder, store) = store();
     save(&store, 1);
     fs::hard_link(store.path(), store.previous()).unwrap();
@@ -331,7 +331,7 @@ fn generations_that_are_one_file_come_apart() {
 }
 
 #[test]
-fn one_holds_the_lock() {
+fn only_one_holds_the_lock() {
     let (folder, store) = store();
     let lock = store.lock().unwrap();
     let line = store.lock().unwrap_err().to_string();

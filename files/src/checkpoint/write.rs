@@ -1,38 +1,38 @@
-//! Checkpoints out.
+//! Writes checkpoints.
 
 use super::sections::{ACCOUNT, FRAME, HEADER, NOTE, PAST, SCENE, SUMS, write_header, write_section};
 use super::{Account, Past};
 use scene::{Resumable, Settings, Sums};
 use std::io::{self, Write};
 
-/// What a checkpoint holds beside the sums.
+/// Everything in a checkpoint that does not come from the engine.
 #[derive(Clone, Copy, Debug)]
 pub struct Contents<'a> {
-    /// The scene file of the render, with its settings.
+    /// The text of the scene file, with the settings of the render.
     pub scene: &'a str,
     /// The scene's digest.
     pub digest: &'a str,
     /// The version of the program that writes.
     pub version: &'a str,
-    /// What it notes for itself.
+    /// The program's own note.
     pub note: &'a str,
-    /// An earlier image, if it is needed again.
+    /// An earlier image, if the error is estimated.
     pub past: Option<&'a Past>,
 }
 
-/// Bytes of `PAST` for so many pixels.
+/// Content bytes of `PAST` for an image of `pixels` pixels.
 pub(super) fn past_bytes(pixels: u64) -> u64 {
     4 + 12 * pixels
 }
 
-/// Bytes of `SUMS` for so many pixels.
+/// Content bytes of `SUMS` for an image of `pixels` pixels.
 pub(super) fn sums_bytes(sums: Sums, pixels: u64) -> u64 {
     4 * sums.words() as u64 * pixels
 }
 
-/// About how long the checkpoint of a render will be, for those who look for room.
+/// An upper bound of a checkpoint's bytes, to check for disk space in advance.
 pub fn length(scene: &str, note: &str, settings: &Settings, sums: Sums, has_past: bool) -> u64 {
-    /// More than an account takes.
+    /// An account is smaller.
     const ACCOUNT_BYTES: u64 = 1 << 12;
     let pixels = settings.pixels() as u64;
     let past = if has_past { past_bytes(pixels) + FRAME } else { 0 };
@@ -40,10 +40,10 @@ pub fn length(scene: &str, note: &str, settings: &Settings, sums: Sums, has_past
     HEADER + 4 * FRAME + texts + sums_bytes(sums, pixels) + past
 }
 
-/// Writes the checkpoint of a render after a whole iteration.
+/// Writes the checkpoint of a render that is between two iterations.
 ///
 /// # Errors
-/// Those of `out`.
+/// If writing to `out` fails.
 pub fn write(out: &mut impl Write, engine: &dyn Resumable, contents: &Contents) -> io::Result<()> {
     let settings = engine.settings();
     let pixels = settings.pixels() as u64;

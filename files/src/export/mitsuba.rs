@@ -1,4 +1,4 @@
-//! Mitsuba 3: analytic spheres, as XML.
+//! Exports a scene to Mitsuba 3: XML with analytic spheres.
 
 use super::view::{Exported, View, comment};
 use quick_xml::Writer;
@@ -7,17 +7,20 @@ use scene::still::Role;
 use scene::{Material, Rgb, Sphere, Vec3};
 use std::io;
 
-/// Mitsuba starts rays `9e-5 * (1 + max |p|)` off the surface at p. Near the world's origin that is less than the
-/// rounding of a point on a large sphere of radius r, about `6e-8 * r` per component, and the sphere shadows itself.
-/// Where |p| is this share of r at least, the offset is eight times the rounding.
+/// Least distance of visible points from the world's origin, as a share of the largest radius.
+///
+/// Mitsuba starts rays at an offset of `9e-5 * (1 + max |p|)` from the surface at p. Near the origin that is less than
+/// the rounding error of a point on a large sphere of radius r, about `6e-8 * r` per component, so the sphere would
+/// shadow itself. Where |p| is at least this share of r, the offset is eight times the rounding error.
 const SHIFT_PER_RADIUS: f32 = 1.0 / 200.0;
 
-/// Bounces after which paths may end at random. Later than Mitsuba's own 5: glass and mirrors take many.
+/// Bounces after which Russian roulette may end paths. More than Mitsuba's default of 5, because paths through glass
+/// and mirrors take many.
 const ROULETTE_DEPTH: &str = "16";
 
 type Xml = Writer<Vec<u8>>;
 
-/// The scene as a file for Mitsuba, or what of it Mitsuba has not.
+/// The scene as a file for Mitsuba, or an error that says what Mitsuba cannot represent.
 pub(super) fn write(view: &View) -> Result<Exported, String> {
     let spheres = view.still.spheres.iter().zip(&view.still.roles);
     if let Some((id, _)) = spheres.enumerate().find(|(_, (s, role))| s.is_emitter() && **role == Role::Glass)
@@ -35,13 +38,14 @@ pub(super) fn write(view: &View) -> Result<Exported, String> {
     Ok(Exported { text, notes: Vec::new() })
 }
 
-/// How far the world is moved along z, so that what is seen keeps away from its origin; whole, to keep digits.
+/// How far the scene is moved along z, to keep visible surfaces away from the origin. A whole number, so that
+/// coordinates lose few digits.
 fn shift(view: &View) -> f32 {
     let spheres = &view.still.spheres;
     let margin = SHIFT_PER_RADIUS * spheres.iter().map(|s| s.radius).fold(0.0, f32::max);
     let things = spheres.iter().filter(|s| s.radius <= margin).map(|s| s.center.z - s.radius);
     let lowest = things.fold(view.camera.eye.z, f32::min);
-    // The walls behind the things are yet nearer; double the margin covers a room that reaches as far back.
+    // Walls behind the objects are even lower; twice the margin covers a room that extends as far back.
     if lowest < 2.0 * margin { (2.0 * margin - lowest).ceil() } else { 0.0 }
 }
 
@@ -127,7 +131,7 @@ impl Scene<'_> {
         })
     }
 
-    /// Distances between which everything is seen: Mitsuba cuts off what is nearer or farther.
+    /// Near and far clip distances that enclose all surfaces.
     fn clip(&self) -> [f32; 2] {
         let (eye, spheres) = (self.view.camera.eye, &self.view.still.spheres);
         let smallest = spheres.iter().map(|s| s.radius).fold(f32::INFINITY, f32::min);
@@ -142,7 +146,7 @@ impl Scene<'_> {
             xml.create_element("point").with_attributes(center).write_empty()?;
             value(xml, "float", "radius", &sphere.radius.to_string())?;
             if matches!(role, Role::Enclosure(_)) {
-                // Seen, and lit, from inside.
+                // Enclosures are seen and lit from inside.
                 value(xml, "boolean", "flip_normals", "true")?;
             }
             let id = material_id(sphere.material as usize);

@@ -1,4 +1,4 @@
-//! Scenes as files for other renderers.
+//! Exports scenes to other renderers.
 
 mod mitsuba;
 mod pbrt;
@@ -6,7 +6,7 @@ mod view;
 
 pub use view::{Exported, View};
 
-/// A renderer to write for.
+/// A renderer to export to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Renderer {
     /// Mitsuba 3: XML.
@@ -18,7 +18,7 @@ pub enum Renderer {
 /// `view` as a file for `renderer`.
 ///
 /// # Errors
-/// If that renderer cannot show the scene: one sentence that says what it lacks.
+/// If the renderer cannot represent the scene: one sentence that says why.
 pub fn write(renderer: Renderer, view: &View) -> Result<Exported, String> {
     match renderer {
         Renderer::Mitsuba => mitsuba::write(view),

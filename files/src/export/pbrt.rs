@@ -1,11 +1,11 @@
-//! pbrt-v4: analytic spheres, as its text format.
+//! Exports a scene to pbrt-v4: its text format with analytic spheres.
 
 use super::view::{Exported, View, comment};
 use scene::still::Role;
 use scene::{Material, Rgb, Sphere};
 use std::fmt::Write as _;
 
-/// Bounces that stand for any number of them; pbrt has no word for unlimited.
+/// Maximum path depth, in effect unlimited: pbrt has no value for that.
 const MAX_DEPTH: u32 = 100_000;
 
 /// The scene as a file for pbrt.
@@ -24,7 +24,7 @@ pub(super) fn write(view: &View) -> Exported {
     Exported { text: lines.join("\n") + "\n", notes }
 }
 
-/// What pbrt's materials are not.
+/// How pbrt's material differs from ours, if it does.
 fn note((index, material): (usize, &Material)) -> Option<String> {
     match *material {
         Material::Specular { .. } => Some(format!(
@@ -39,7 +39,7 @@ fn note((index, material): (usize, &Material)) -> Option<String> {
 
 fn camera(view: &View) -> Vec<String> {
     let camera = view.camera;
-    // pbrt's angle is that of the shorter side of the image.
+    // pbrt's field of view is that of the shorter side of the image.
     let (width, height) = (f64::from(view.width), f64::from(view.height));
     let vertical = f64::from(camera.vertical_fov_degrees);
     let fov = if width < height {

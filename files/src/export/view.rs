@@ -1,13 +1,13 @@
-//! What is exported: a scene at one instant, and what both formats say of it.
+//! The input of an export, a scene at one instant, and the comments and values that both formats share.
 
 use scene::{Camera, Still};
 
-/// A scene at one instant, and how it is to be rendered.
+/// A scene at one instant, with the settings to render it.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
-    /// What people call the scene.
+    /// The name of the scene.
     pub name: &'a str,
-    /// Where it is seen from.
+    /// The camera.
     pub camera: &'a Camera,
     /// The spheres at that instant.
     pub still: &'a Still<'a>,
@@ -19,21 +19,21 @@ pub struct View<'a> {
     pub height: u32,
     /// Samples per pixel.
     pub samples: u32,
-    /// The version of the program that writes, which the file names.
+    /// The version of the program, for the comment at the top of the file.
     pub version: &'a str,
 }
 
-/// The text of a file, and what in it differs a little from the scene.
+/// An exported file, and how it differs from the scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Exported {
-    /// The file.
+    /// The text of the file.
     pub text: String,
-    /// Differences, a phrase each.
+    /// Small differences from the scene, one phrase each.
     pub notes: Vec<String>,
 }
 
 impl View<'_> {
-    /// What every exported file says of itself.
+    /// The comment lines at the top of every exported file.
     pub(super) fn introduction(&self) -> Vec<String> {
         let mut lines = vec![
             format!("{}, exported by sppm {}", self.name, self.version),
@@ -45,8 +45,8 @@ impl View<'_> {
         lines
     }
 
-    /// A point that the camera looks at: as far away as the eye is from the origin, so that rounding it to 32 bits
-    /// leaves the direction.
+    /// A point that the camera looks at. It is at least as far from the eye as the eye is from the origin, so that
+    /// rounding it to 32 bits hardly changes the direction.
     pub(super) fn target(&self) -> [f64; 3] {
         let eye = self.camera.eye.as_dvec3();
         let direction = self.camera.direction.as_dvec3().normalize();
@@ -54,7 +54,7 @@ impl View<'_> {
     }
 }
 
-/// `text` fit for a comment: one line, and none of the pairs of dashes that XML forbids there.
+/// `text` made safe for a comment: on one line, and without `--`, which XML forbids in comments.
 pub(super) fn comment(text: &str) -> String {
     let is_odd = |c: char| c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}');
     let mut line: String = text.chars().map(|c| if is_odd(c) { ' ' } else { c }).collect();

@@ -1,17 +1,17 @@
-//! Image files in and out: PNG for people, EXR and PFM for measurements.
+//! Reads and writes images: PNG for viewing, EXR and PFM for measurements.
 //!
-//! | format | out | in |
+//! | format | written | read |
 //! |---|---|---|
 //! | PNG | 8 bits per channel, sRGB, clamped to [0, 1] after the exposure; a pixel with a NaN is magenta | 1 to 16 bits, grey, RGB or palette, decoded from sRGB whatever gamma or profile the file states |
 //! | EXR | linear `f32`, lossless (ZIP) | R, G and B, or Y, or a single channel of any name; half, float or integer; any flat layout; the data window |
-//! | PFM | linear `f32`, the very bits | colour or grey, both byte orders; samples times the scale |
+//! | PFM | linear `f32`, bit for bit | colour or grey, both byte orders; samples times the scale |
 //!
 //! Alpha is ignored. A plane (one value per pixel) is written to EXR as channel Y, to PFM as a grey map, and to PNG
-//! as a grey picture in which its greatest value is white. The bytes written depend on the pixels and on the note
-//! ([`Encoding::note`]) alone.
+//! as a grey image in which its greatest value is white. The bytes of a file depend only on the pixels, the exposure
+//! and the note ([`Encoding`]).
 //!
-//! Readers trust nothing: a broken or hostile file gives one line of error, and takes no more memory than its own
-//! length accounts for.
+//! Readers validate their input: a broken or malicious file gives a one-line error, and the memory used is bounded in
+//! terms of the file's length.
 
 mod openexr;
 mod pfm;
@@ -28,7 +28,7 @@ use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader, Cursor, Seek};
 use std::path::Path;
 
-/// The formats that are read and written, told apart by the file's extension.
+/// An image format, chosen by the file's extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// `.png`: 8 bits of sRGB.
@@ -39,24 +39,24 @@ pub enum Format {
     Pfm,
 }
 
-/// How radiance becomes a picture, and what is written into the file beside it.
+/// How an image is encoded, and the note that is stored with it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Encoding<'a> {
-    /// In stops: radiance is multiplied by `2^exposure`. Only PNG heeds it: EXR and PFM hold the radiance itself.
+    /// In stops: radiance is multiplied by `2^exposure`. Applies to PNG only; EXR and PFM store radiance unchanged.
     pub exposure: f32,
-    /// A text of ASCII characters without NUL that [`read_note`] gives back: in a PNG file a `tEXt` chunk, in an EXR
-    /// file a text attribute, of the name `sppm`. PFM files have no place for one.
+    /// A note in ASCII without NUL, which [`read_note`] returns: a `tEXt` chunk named `sppm` in a PNG file, a text
+    /// attribute named `sppm` in an EXR file. PFM files cannot store one.
     pub note: Option<&'a str>,
 }
 
-/// The name of [`Encoding::note`] in files.
+/// The key of [`Encoding::note`] in files.
 const NOTE: &str = "sppm";
 
 impl Format {
-    /// The format of file `path` by its extension, in upper or lower case.
+    /// The format of the file `path` by its extension, in upper or lower case.
     ///
     /// # Errors
-    /// If the extension is another.
+    /// If the extension is not one of these.
     pub fn from_path(path: &Path) -> Result<Self, ImageError> {
         let extension = path.extension().unwrap_or_default().to_string_lossy();
         match extension.to_ascii_lowercase().as_str() {
@@ -78,7 +78,7 @@ impl Format {
 /// Reads an image of at most [`MAX_PIXELS`] pixels.
 ///
 /// # Errors
-/// If the file is missing, or is no image of the format that its extension promises.
+/// If the file cannot be read, or is not a valid image of the format that its extension names.
 pub fn read(path: &Path) -> Result<Film, ImageError> {
     let (format, mut input, length) = open(path)?;
     decode(format, &mut input, length).map_err(|problem| ImageError::new(path, problem))
@@ -87,7 +87,7 @@ pub fn read(path: &Path) -> Result<Film, ImageError> {
 /// Reads the note in an image file; `None` if it has none.
 ///
 /// # Errors
-/// As [`read()`], but for the pixels, which are not read.
+/// As [`read()`], except for errors in the pixels, which are not read.
 pub fn read_note(path: &Path) -> Result<Option<String>, ImageError> {
     let (format, mut input, length) = open(path)?;
     decode_note(format, &mut input, length).map_err(|problem| ImageError::new(path, problem))
@@ -97,7 +97,7 @@ pub fn read_note(path: &Path) -> Result<Option<String>, ImageError> {
 fn open(path: &Path) -> Result<(Format, BufReader<File>, u64), ImageError> {
     let format = Format::from_path(path)?;
     let unreadable = |e: io::Error| ImageError::new(path, format!("cannot be read: {}", reason(&e)));
-    // Asked before opening, as opening a pipe waits for a writer.
+    // Checked before opening, because opening a pipe blocks until there is a writer.
     let status = fs::metadata(path).map_err(unreadable)?;
     if !status.is_file() {
         return Err(ImageError::new(path, "is no regular file; name an image file"));
@@ -106,26 +106,26 @@ fn open(path: &Path) -> Result<(Format, BufReader<File>, u64), ImageError> {
     Ok((format, input, status.len()))
 }
 
-/// Decodes an image file that is in memory, with the bounds of [`read`].
+/// Decodes an image file in memory, with the same limits as [`read`].
 ///
 /// # Errors
-/// What is wrong with it, if `bytes` are no image of that format: a sentence to be read after the file's name.
+/// If `bytes` are not a valid image of that format. The message continues the file's name.
 pub fn decode_bytes(format: Format, bytes: &[u8]) -> Result<Film, String> {
     decode(format, &mut Cursor::new(bytes), bytes.len() as u64)
 }
 
-/// The note in an image file that is in memory.
+/// The note in an image file in memory.
 ///
 /// # Errors
-/// As [`decode_bytes`], but for the pixels, which are not read.
+/// As [`decode_bytes`], except for errors in the pixels, which are not read.
 pub fn decode_note_bytes(format: Format, bytes: &[u8]) -> Result<Option<String>, String> {
     decode_note(format, &mut Cursor::new(bytes), bytes.len() as u64)
 }
 
-/// Writes `film` to `path`, in the format of its extension, as a whole or not at all.
+/// Writes `film` to `path` atomically, in the format of the extension.
 ///
 /// # Errors
-/// What [`check_writable`] finds, a film without pixels, or an error of the file system.
+/// If [`check_writable`] fails, if the film's size is zero or does not match its pixels, or if writing fails.
 pub fn write(path: &Path, film: &Film, encoding: &Encoding) -> Result<(), ImageError> {
     Format::from_path(path)?;
     check_pixels(path, film.width, film.height, film.pixels.len())?;
@@ -134,8 +134,8 @@ pub fn write(path: &Path, film: &Film, encoding: &Encoding) -> Result<(), ImageE
     write_picture(path, &Picture { width, height, pixel: &pixel }, encoding)
 }
 
-/// Like [`write()`], with pixels that are asked for as they are written: no more than some rows are held. Each is
-/// asked for once or more, in whatever order suits the format.
+/// Like [`write()`], but computes the pixels while writing, so that only a few rows are in memory at a time. Each pixel
+/// is computed at least once, in any order.
 ///
 /// # Errors
 /// Like [`write()`].
@@ -149,7 +149,7 @@ pub fn write_picture(path: &Path, picture: &Picture<Rgb>, encoding: &Encoding) -
     })
 }
 
-/// Writes `plane` to `path`; `name`, such as `radius`, is the name of the layer in an EXR file. There is no exposure.
+/// Writes `plane` to `path`. `name`, such as `radius`, is the name of the layer in an EXR file. Exposure is ignored.
 ///
 /// # Errors
 /// Like [`write()`].
@@ -161,7 +161,7 @@ pub fn write_plane(path: &Path, plane: &Plane, name: &str, encoding: &Encoding) 
     write_values(path, &Picture { width, height, pixel: &pixel }, name, encoding)
 }
 
-/// Like [`write_plane`], with values that are asked for as they are written; see [`write_picture`].
+/// Like [`write_plane`], but computes the values while writing; see [`write_picture`].
 ///
 /// # Errors
 /// Like [`write()`].
@@ -180,16 +180,16 @@ pub fn write_values(
     })
 }
 
-/// Finds out whether an image can be written to `path`, before it is computed.
+/// Checks in advance whether an image can be written to `path`.
 ///
 /// # Errors
-/// If the extension is wrong, the folder is missing or read-only, or `path` names something other than a file.
+/// If the extension is not supported, the folder is missing or read-only, or `path` is something other than a file.
 pub fn check_writable(path: &Path) -> Result<(), ImageError> {
     Format::from_path(path)?;
     atomic_file::check(path)
 }
 
-/// What decoders read from.
+/// The input of a decoder.
 trait Seekable: BufRead + Seek {}
 
 impl<T: BufRead + Seek> Seekable for T {}
@@ -211,7 +211,7 @@ fn decode_note(format: Format, input: &mut impl Seekable, length: u64) -> Result
     }
 }
 
-/// A film's fields are public, so they may contradict each other.
+/// Checks that the number of pixels matches the size: the fields of a film are public and may be inconsistent.
 fn check_pixels(path: &Path, width: u32, height: u32, pixels: usize) -> Result<(), ImageError> {
     if pixels as u64 == u64::from(width) * u64::from(height) {
         return Ok(());
@@ -235,8 +235,8 @@ fn check_size(width: u64, height: u64) -> Result<(), String> {
     Ok(())
 }
 
-/// Refuses a file that claims to unpack to `bytes`, where not even the best compression could have made them of its
-/// `length`: so a broken size never costs memory.
+/// Rejects a file of `length` bytes that claims to decompress to `bytes` bytes, if that exceeds the format's best
+/// compression ratio. A corrupt size in a header thus never leads to a large allocation.
 fn check_expansion(bytes: u64, length: u64, most_bytes_per_byte: u64) -> Result<(), String> {
     if bytes / most_bytes_per_byte > length {
         return Err(format!(

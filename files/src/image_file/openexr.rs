@@ -1,4 +1,4 @@
-//! `OpenEXR`: linear `f32`, ZIP compression, which loses nothing, out; any flat scan-line or tiled picture in.
+//! `OpenEXR`: writes linear `f32` with lossless ZIP compression; reads any flat image in scan lines or tiles.
 
 use super::{NOTE, Seekable, check_expansion, check_size};
 use exr::block::writer::ChunksWriter;
@@ -16,22 +16,22 @@ use scene::settings::MAX_SIDE;
 use scene::{Film, Picture, Rgb};
 use std::io::{self, SeekFrom, Write};
 
-/// Deflate makes 258 bytes of 2 bits at best, and PXR24 has dropped a quarter before.
+/// The best compression ratio: deflate encodes 258 bytes in at least 2 bits, and PXR24 drops a quarter before that.
 const MOST_BYTES_PER_BYTE: u64 = 1032 * 4 / 3;
-/// DWA keeps two bytes of a flat block of 8x8 `f32`, and deflates those.
+/// The same for DWA, which keeps two bytes of a constant block of 8x8 `f32` and deflates those.
 const MOST_BYTES_PER_BYTE_DWA: u64 = 1032 * 128;
 
-/// A picture has at most so many times the pixels of its frame, the display window.
+/// An image may have at most this many times the pixels of its display window.
 const MOST_OVERSCAN: u64 = 2;
-/// The frame of a small picture may be any.
+/// Smaller display windows count as this many pixels, so that small images may have any.
 const SMALL_FRAME: u64 = 1 << 10;
 
-/// ZIP over 16 lines at a time: the method that most programs write, and read fastest.
+/// ZIP over 16 lines at a time: the method that most programs write and that is read fastest.
 fn encoding() -> Encoding {
     Encoding { compression: Compression::ZIP16, ..Encoding::UNCOMPRESSED }
 }
 
-/// `layer` with the note. It is the only attribute of its kind: others would come in any order.
+/// `layer` with the note. It is the only custom attribute: several would be written in an arbitrary order.
 fn noted(mut layer: LayerAttributes, note: Option<&str>) -> LayerAttributes {
     let note = note.and_then(Text::new_or_none).map(|note| (Text::from(NOTE), AttributeValue::Text(note)));
     layer.other.extend(note);
@@ -49,7 +49,7 @@ pub(super) fn write(
     write_image(out, &Image::from_layer(Layer::new(size, layer, encoding(), channels))).map_err(into_io)
 }
 
-/// One channel `Y`, which every program shows, in a layer called `name`.
+/// Writes one channel `Y`, which every viewer shows, in a layer called `name`.
 pub(super) fn write_values(
     out: &mut (impl Write + io::Seek),
     values: &Picture<f32>,
@@ -64,8 +64,8 @@ pub(super) fn write_values(
     write_image(out, &Image::from_layer(Layer::new(size, layer, encoding(), channels))).map_err(into_io)
 }
 
-/// As the crate would write it, but with blocks packed by the threads of this process, where the crate would start some
-/// of its own: as many blocks at once as there are threads.
+/// Writes the same file as the crate's own writer, but compresses blocks on the current rayon pool, as many at a time
+/// as it has threads. The crate would start its own threads.
 fn write_image<'a>(
     out: &mut (impl Write + io::Seek),
     image: &'a Image<Layer<impl WritableChannels<'a>>>,
@@ -152,19 +152,19 @@ fn set(film: &mut Film, p: Vec2<usize>, pixel: Rgb) {
     film.pixels[p.y() * film.width as usize + p.x()] = pixel;
 }
 
-/// What to read.
+/// The channels to read.
 enum Channels {
     Rgb,
     Grey(Text),
 }
 
-/// Checks the headers, and finds the channels of the picture.
+/// Checks the headers and selects the channels to read.
 fn inspect(meta: &MetaData, length: u64) -> Result<Channels, String> {
     for header in &meta.headers {
         check_header(header, length)?;
     }
     let has = |h: &Header, name: &str| h.channels.list.iter().any(|c| c.name.eq(name));
-    // The first layer that serves, as the reader chooses it.
+    // The first suitable layer, which is the one that the crate's reader picks.
     let first = |needed: &[&str]| meta.headers.iter().find(|h| needed.iter().all(|name| has(h, name)));
     let (layer, channels) = if let Some(layer) = first(&["R", "G", "B"]) {
         (layer, Channels::Rgb)
@@ -184,7 +184,7 @@ fn inspect(meta: &MetaData, length: u64) -> Result<Channels, String> {
     Ok(channels)
 }
 
-/// Refuses what would take much more memory than the file accounts for, or is not a picture.
+/// Rejects deep images, and headers whose image could not fit into the file.
 fn check_header(header: &Header, length: u64) -> Result<(), String> {
     if header.deep {
         return Err("is a deep image; it must be a flat one".into());
@@ -197,8 +197,8 @@ fn check_header(header: &Header, length: u64) -> Result<(), String> {
             return Err(format!("has tiles of {x} x {y} pixels; each side must be from 1 to {MAX_SIDE}"));
         }
     }
-    // One of the two windows is wrong if the picture is far larger than its frame: a single broken number shall not
-    // cost memory.
+    // If the image is far larger than its display window, one of the two is corrupt. Reject it, so that a single
+    // corrupt number cannot lead to a large allocation.
     let frame = header.shared_attributes.display_window.size.area() as u64;
     if width * height > MOST_OVERSCAN * frame.max(SMALL_FRAME) {
         return Err(format!(
@@ -213,7 +213,7 @@ fn check_header(header: &Header, length: u64) -> Result<(), String> {
     check_expansion(width * height * bytes, length, most)
 }
 
-/// The decoder takes every channel to have one sample per pixel.
+/// Rejects subsampled channels: the decoder assumes one sample per pixel.
 fn whole(channels: &[ChannelDescription]) -> Result<(), String> {
     match channels.iter().find(|c| c.sampling != Vec2(1, 1)) {
         Some(c) => {
@@ -224,7 +224,7 @@ fn whole(channels: &[ChannelDescription]) -> Result<(), String> {
     }
 }
 
-/// The channels for people, not too many.
+/// The names of the first channels, for messages.
 fn names(meta: &MetaData) -> String {
     const MOST: usize = 12;
     let all = || meta.headers.iter().flat_map(|h| &h.channels.list);
@@ -233,7 +233,7 @@ fn names(meta: &MetaData) -> String {
     format!("{}{more}", names.join(", "))
 }
 
-/// A name as a file has it, cut short and escaped so that it cannot break a line of error.
+/// A channel's name for messages: shortened, and escaped so that the message stays on one line.
 fn shown(name: &Text) -> String {
     const LONGEST: usize = 20;
     name.to_string().chars().take(LONGEST).flat_map(char::escape_debug).collect()

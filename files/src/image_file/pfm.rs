@@ -1,14 +1,15 @@
-//! Portable float maps: a text header, then `f32` samples, rows from the bottom.
+//! Portable float maps: a text header, then `f32` samples, in rows from the bottom to the top.
 //!
-//! The header is `PF` (RGB) or `Pf` (grey), width, height and a scale whose sign tells the byte order (negative:
-//! little-endian) and whose absolute value multiplies the samples. We write little-endian and scale 1: exact bits.
+//! The header is `PF` (RGB) or `Pf` (grey), width, height, and a scale. The sign of the scale gives the byte order
+//! (negative: little-endian); its absolute value multiplies the samples. We write little-endian with scale 1, which
+//! preserves every bit.
 
 use super::rows::{First, Rows};
 use super::{check_size, truncated};
 use scene::{Film, Picture, Rgb};
 use std::io::{self, BufRead, Read, Write};
 
-/// No honest token of a header is longer.
+/// Limit on the length of a word in the header, with white space; valid ones are shorter.
 const LONGEST_TOKEN: u64 = 32;
 
 pub(super) fn write(out: &mut impl Write, picture: &Picture<Rgb>) -> io::Result<()> {
@@ -35,7 +36,7 @@ fn write_pixels<T, const BYTES: usize>(
     Rows(picture).write(First::Bottom, encode, |rows| out.write_all(rows))
 }
 
-/// Reads a map out of a file of `length` bytes.
+/// Reads a map from a file of `length` bytes.
 pub(super) fn read(input: &mut impl BufRead, length: u64) -> Result<Film, String> {
     let header = Header::read(input)?;
     check_size(header.width, header.height)?;
@@ -62,7 +63,7 @@ struct Header {
     height: u64,
     little_endian: bool,
     scale: f32,
-    /// How long the header is.
+    /// Length of the header.
     bytes: u64,
 }
 
@@ -98,14 +99,14 @@ impl Header {
             let i = i % self.channels; // grey: the same for all three
             let word = std::array::from_fn(|k| bytes[4 * i + k]);
             let v = if self.little_endian { f32::from_le_bytes(word) } else { f32::from_be_bytes(word) };
-            // Not multiplied by 1, so that the bits of a NaN survive too.
+            // A multiplication by 1 might change the bits of a NaN.
             if self.scale == 1.0 { v } else { v * self.scale }
         };
         Rgb::new(sample(0), sample(1), sample(2))
     }
 }
 
-/// Reads a word and the one white-space character after it.
+/// Reads a word and the one white-space character after it; adds their length to `bytes`.
 fn token(input: &mut impl BufRead, bytes: &mut u64) -> Result<String, String> {
     let mut word = Vec::new();
     for byte in input.by_ref().take(LONGEST_TOKEN).bytes() {

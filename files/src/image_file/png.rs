@@ -1,17 +1,17 @@
-//! PNG: 8 bits of sRGB out; whatever there is in.
+//! PNG: writes 8-bit sRGB; reads every colour type and bit depth.
 
 use super::rows::{First, Rows};
 use super::{Encoding, NOTE, Seekable, check_expansion, check_size};
 use scene::{Film, Picture, Rgb, srgb};
 use std::io::{self, Write};
 
-/// Deflate makes 258 bytes of 2 bits at best.
+/// The best compression ratio: deflate encodes 258 bytes in at least 2 bits.
 const MOST_BYTES_PER_BYTE: u64 = 1032;
 
-/// What stands for a pixel with a NaN: magenta, which no one takes for light.
+/// The colour of a pixel with a NaN: magenta, because it is easily noticed.
 const NOT_A_NUMBER: [u8; 3] = [255, 0, 255];
 
-/// Bytes of pixels in a chunk of the file.
+/// Bytes of compressed pixels in each `IDAT` chunk.
 const CHUNK: usize = 1 << 15;
 
 pub(super) fn write(out: &mut impl Write, picture: &Picture<Rgb>, encoding: Encoding) -> io::Result<()> {
@@ -24,7 +24,7 @@ pub(super) fn write(out: &mut impl Write, picture: &Picture<Rgb>, encoding: Enco
     })
 }
 
-/// The values as a grey picture, the greatest finite one white.
+/// Writes the values as a grey image in which the greatest finite value is white.
 pub(super) fn write_values(
     out: &mut impl Write,
     values: &Picture<f32>,
@@ -47,7 +47,7 @@ fn write_codes(
     let mut encoder = png::Encoder::new(out, picture.width, picture.height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
-    // Noise hardly compresses: the best effort takes ten times as long for some percent.
+    // Noise hardly compresses: the best compression takes ten times as long and saves only a few percent.
     encoder.set_compression(png::Compression::Fast);
     encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
     if let Some(note) = note {
@@ -61,7 +61,7 @@ fn write_codes(
 }
 
 pub(super) fn read(input: &mut impl Seekable, length: u64) -> Result<Film, String> {
-    // The decoder's own limit concerns what it holds beside the picture, such as compressed profiles.
+    // The decoder's own limit covers only what it holds besides the image, such as compressed profiles.
     let mut decoder = png::Decoder::new(input);
     decoder.set_transformations(png::Transformations::EXPAND);
     decoder.set_ignore_text_chunk(true);
@@ -81,7 +81,7 @@ pub(super) fn read(input: &mut impl Seekable, length: u64) -> Result<Film, Strin
 }
 
 pub(super) fn read_note(input: &mut impl Seekable, length: u64) -> Result<Option<String>, String> {
-    // A text is held as it is stored and as it is read, and smallest files need some room too.
+    // A text is in memory twice, raw and decoded. Even the smallest files need some memory.
     let bytes = usize::try_from(length.saturating_mul(2)).unwrap_or(usize::MAX).max(1 << 16);
     let limits = png::Limits { bytes };
     let mut decoder = png::Decoder::new_with_limits(input, limits);
@@ -91,7 +91,7 @@ pub(super) fn read_note(input: &mut impl Seekable, length: u64) -> Result<Option
     Ok(texts.find(|text| text.keyword == NOTE).map(|text| text.text.clone()))
 }
 
-/// Linear pixels out of codes, `samples` of which make a pixel: grey or RGB, with or without alpha.
+/// Decodes sRGB codes to linear pixels. A pixel has `samples` codes: grey or RGB, with or without alpha.
 fn pixels(bytes: &[u8], samples: usize, depth: png::BitDepth) -> Vec<Rgb> {
     let (wide, largest) = if depth == png::BitDepth::Sixteen { (2, u16::MAX) } else { (1, 255) };
     let table: Vec<f32> = (0..=largest).map(|c| srgb::decode_code(c, largest)).collect();

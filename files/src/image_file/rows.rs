@@ -1,25 +1,26 @@
-//! The rows of a picture as bytes: developed and encoded by all threads, a band at a time, so that no more than some
-//! rows are held.
+//! Computes and encodes the rows of an image on all threads, a few bands of rows at a time, so that the whole image is
+//! never in memory.
 
 use rayon::prelude::*;
 use scene::Picture;
 use std::mem::swap;
 use std::ops::Range;
 
-/// Bytes of rows that are encoded at once, unless those of one band have more.
+/// Target size of the rows that are encoded at once, in bytes; at least one band is.
 const ENCODED_AT_ONCE: usize = 1 << 20;
 
-/// Rows that are encoded together, and columns at a time: the tiles along whose curve `fast` keeps its pixels.
+/// Rows of a band. A band is encoded in tiles of as many columns, which are the tiles in which `fast` stores its
+/// pixels.
 const BAND: usize = 8;
 
-/// Which row of a file is its first.
+/// Which row of the image comes first in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum First {
     Top,
     Bottom,
 }
 
-/// The rows of a picture, for encoders.
+/// The rows of an image, for encoders.
 #[derive(Clone, Copy)]
 pub(super) struct Rows<'a, 'b, T>(pub(super) &'b Picture<'a, T>);
 
@@ -29,8 +30,8 @@ impl<T> Rows<'_, '_, T> {
         (0..self.0.width).map(move |x| (self.0.pixel)(x, y))
     }
 
-    /// Encodes every pixel as `N` bytes, and hands whole rows to `write`. All threads share the work on some rows, while
-    /// the rows before are written; no more are held.
+    /// Encodes every pixel as `N` bytes and passes whole rows to `write`. While one group of rows is written, all
+    /// threads encode the next one; only these two are in memory.
     pub(super) fn write<const N: usize, E>(
         &self,
         first: First,
@@ -58,7 +59,7 @@ impl<T> Rows<'_, '_, T> {
         Ok(())
     }
 
-    /// Encodes rows by all threads.
+    /// Encodes rows on all threads.
     fn encode_all<const N: usize>(
         &self,
         rows: Range<usize>,
@@ -76,9 +77,10 @@ impl<T> Rows<'_, '_, T> {
         numbered.for_each(|(band, bytes)| self.encode_band(rows.start + BAND * band, first, encode, bytes));
     }
 
-    /// Encodes rows from `top` on, as many as there is room for in `bytes`.
+    /// Encodes rows from `top` on, as many as fit into `bytes`.
     ///
-    /// Pixels are asked for along the curve by which `fast` keeps them: row by row memory takes two thirds of the time.
+    /// Pixels are visited along the Morton curve in which `fast` stores them: row by row, memory accesses would take
+    /// two thirds of the time.
     fn encode_band<const N: usize>(
         &self,
         top: usize,
@@ -99,7 +101,7 @@ impl<T> Rows<'_, '_, T> {
     }
 }
 
-/// Columns and rows of the pixels of a tile, as [`scene::sobol::morton`] numbers them.
+/// Column and row of each pixel of a tile, in the Morton order of [`scene::sobol::morton`].
 fn tile_places() -> impl Iterator<Item = (usize, usize)> {
     let gather = |bits: usize| (bits & 1) | ((bits >> 1) & 2) | ((bits >> 2) & 4);
     (0..BAND * BAND).map(move |number| (gather(number), gather(number >> 1)))
@@ -111,15 +113,15 @@ mod tests {
     use scene::sobol::morton;
 
     #[test]
-    fn tiles_are_walked_as_they_are_numbered() {
+    fn tiles_are_visited_in_morton_order() {
         let numbers = tile_places().map(|(x, y)| morton(x as u32, y as u32));
         assert!(numbers.eq(0..64));
     }
 
     #[test]
     fn rows_are_written_in_order_whatever_the_size() {
-        // Of many parts, the last of which is short; of one part; of one band; of less than a tile; of rows longer than what
-        // is encoded at once.
+        // Several groups of rows, the last of them short; one group; one band; less than a tile; one pixel; rows
+        // longer than what is encoded at once.
         for (width, height) in [(1024, 601), (40, 27), (13, 8), (3, 5), (1, 1), (140_000, 9)] {
             let pixel = |x, y| (x, y);
             let picture = Picture { width, height, pixel: &pixel };

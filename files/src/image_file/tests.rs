@@ -1,4 +1,4 @@
-//! Round trips on bits, known files, broken files, and what becomes of the target when a write fails.
+//! Tests of image files: round trips bit for bit, formats of other programs, broken files, and failed writes.
 
 use super::*;
 use crate::atomic_file::Output;
@@ -13,7 +13,7 @@ use std::path::PathBuf;
 
 const EVERY_FORMAT: [(Format, &str); 3] = [(Format::Png, "png"), (Format::Exr, "exr"), (Format::Pfm, "pfm")];
 
-/// Values where formats go wrong: signed zeros, subnormals, the ends of the range, infinities, NaN.
+/// Values that formats may not preserve: signed zeros, subnormals, the ends of the range, infinities, NaN.
 const EXTREMES: [f32; 12] = [
     0.0,
     -0.0,
@@ -29,14 +29,14 @@ const EXTREMES: [f32; 12] = [
     f32::NAN,
 ];
 
-/// A film in which no two pixels are alike and all extremes occur.
+/// A film with all the extremes in which all pixels differ.
 fn extreme_film(width: u32, height: u32) -> Film {
     let value = |i: u32| EXTREMES.get(i as usize).copied().unwrap_or(i as f32 * 0.37 - 1.0);
     let pixels = (0..width * height).map(|i| Rgb::new(value(3 * i), value(3 * i + 1), value(3 * i + 2)));
     Film { width, height, pixels: pixels.collect() }
 }
 
-/// A film of values that sRGB bytes stand for.
+/// A film of values that 8-bit sRGB represents exactly.
 fn byte_film(width: u32, height: u32) -> Film {
     let value = |i: u32| srgb::decode_code((i * 7 % 256) as u16, 255);
     let pixels = (0..width * height).map(|i| Rgb::new(value(i), value(i + 50), value(i + 99)));
@@ -88,7 +88,7 @@ fn png_keeps_every_byte() {
 }
 
 #[test]
-fn planes_survive_and_a_png_shows_shares_of_the_maximum() {
+fn planes_are_read_back_and_a_png_is_scaled_to_the_maximum() {
     let folder = folder();
     let plane = Plane { width: 3, height: 2, values: vec![0.0, 1.0, 4.0, 2.0, 0.5, 1e-40] };
     for name in ["a.exr", "a.pfm", "a.png"] {
@@ -133,7 +133,7 @@ fn png_of_a_plane_without_a_positive_value_is_black() {
 }
 
 #[test]
-fn png_heeds_exposure_and_marks_what_is_no_number() {
+fn png_applies_exposure_and_marks_nan() {
     let folder = folder();
     let path = folder.path().join("a.png");
     let pixels = vec![
@@ -163,7 +163,7 @@ fn the_same_film_gives_the_same_bytes() {
     }
 }
 
-/// A PNG file of one row, made by the encoder alone.
+/// A PNG file of one row, made directly by the `png` crate.
 fn png_bytes(
     color: ::png::ColorType,
     depth: ::png::BitDepth,
@@ -314,7 +314,7 @@ fn unknown_extensions_are_refused() {
 }
 
 #[test]
-fn missing_and_odd_files_are_not_read() {
+fn missing_and_unsuitable_files_are_rejected() {
     let folder = folder();
     let here = |name: &str| folder.path().join(name);
     fs::create_dir(here("folder.png")).unwrap();
@@ -334,8 +334,8 @@ fn missing_and_odd_files_are_not_read() {
 }
 
 #[test]
-fn sizes_without_bytes_to_match_are_refused() {
-    // A PNG header, checksum and all, that announces 16384 x 16384 pixels.
+fn sizes_larger_than_the_file_allows_are_rejected() {
+    // A PNG header with a valid checksum that states 16384 x 16384 pixels.
     let mut png = png_bytes(::png::ColorType::Rgb, ::png::BitDepth::Eight, 1, &[0; 3], &[]);
     png[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x40, 0]);
     let crc = crc32(&png[12..29]);
@@ -350,14 +350,14 @@ fn sizes_without_bytes_to_match_are_refused() {
     exr[window + 12..window + 16].copy_from_slice(&16390_i32.to_le_bytes());
     let problem = decode_bytes(Format::Exr, &exr).unwrap_err();
     assert!(problem.contains("16384 x 16384 pixels for a display window of 20"), "{problem}");
-    // A frame of that size, too.
+    // The same with a display window of that size.
     let frame = exr.windows(13).position(|w| w == b"displayWindow").unwrap() + 13 + 1 + 6 + 4;
     exr.copy_within(window..window + 16, frame);
     let problem = decode_bytes(Format::Exr, &exr).unwrap_err();
     assert!(problem.contains("cannot hold the 1073741824 bytes"), "{problem}");
 }
 
-/// The checksum of PNG chunks, bit by bit.
+/// The CRC-32 of PNG chunks, computed bit by bit.
 fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(u32::MAX, |crc, &byte| {
         (0..8).fold(crc ^ u32::from(byte), |c, _| if c & 1 == 1 { (c >> 1) ^ 0xedb8_8320 } else { c >> 1 })
@@ -365,7 +365,7 @@ fn crc32(bytes: &[u8]) -> u32 {
 }
 
 #[test]
-fn a_film_that_contradicts_itself_is_not_written() {
+fn an_inconsistent_film_is_not_written() {
     let folder = folder();
     for film in [Film::new(0, 3), Film { width: 2, height: 2, pixels: vec![Rgb::ZERO; 3] }] {
         for (_, extension) in EVERY_FORMAT {
@@ -396,7 +396,7 @@ fn a_failed_write_leaves_the_old_file_and_nothing_else() {
 }
 
 #[test]
-fn the_old_file_stands_until_the_new_one_is_whole() {
+fn the_old_file_stays_until_the_new_one_is_complete() {
     let folder = folder();
     let path = folder.path().join("a.png");
     fs::write(&path, "old").unwrap();
@@ -412,7 +412,7 @@ fn the_old_file_stands_until_the_new_one_is_whole() {
 }
 
 #[test]
-fn targets_that_cannot_be_written_are_named_beforehand() {
+fn targets_that_cannot_be_written_are_found_in_advance() {
     let folder = folder();
     let here = |name: &str| folder.path().join(name);
     fs::create_dir(here("folder.png")).unwrap();
@@ -460,7 +460,7 @@ mod unix {
     }
 
     #[test]
-    fn permissions_are_the_usual_or_those_of_the_replaced_file() {
+    fn permissions_are_the_default_or_those_of_the_replaced_file() {
         let folder = folder();
         let [plain, ours] = ["plain", "ours.pfm"].map(|name| folder.path().join(name));
         File::create(&plain).unwrap();
@@ -490,7 +490,7 @@ mod unix {
     }
 
     #[test]
-    fn devices_are_left_alone() {
+    fn devices_are_rejected() {
         let folder = folder();
         let link = folder.path().join("null.png");
         symlink("/dev/null", &link).unwrap();
@@ -499,7 +499,7 @@ mod unix {
     }
 }
 
-/// A small valid file of each format, and EXR files of every compression.
+/// Small valid files: one of each format, EXR files with various compressions, and a palette PNG.
 fn specimens() -> Vec<(Format, Vec<u8>)> {
     let folder = folder();
     let mut all: Vec<_> = EVERY_FORMAT
@@ -532,7 +532,7 @@ fn specimens() -> Vec<(Format, Vec<u8>)> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 4000, ..ProptestConfig::default() })]
 
-    /// Whatever is cut off or overwritten, reading ends in a film of the stated size or in one line.
+    /// However a file is truncated or overwritten, reading gives a film of the stated size or a one-line error.
     #[test]
     fn broken_files_are_errors(
         which in 0_usize..16,

@@ -1,4 +1,4 @@
-//! `[camera]`: where the scene is seen from.
+//! Reads the section `[camera]` of a scene file.
 
 use super::error::Fault;
 use super::reader::{Field, Section, Subject, type_of};
@@ -15,7 +15,7 @@ const KEYS: [&str; 8] = [
     "shutter",
 ];
 
-/// Sine of the least angle between the viewing direction and up.
+/// Sine of the least allowed angle between the viewing direction and up.
 const PARALLEL: f64 = 1e-6;
 
 /// The section `[camera]` in `field`.
@@ -45,7 +45,7 @@ pub(super) fn camera(section: &Section<'_>) -> Result<Camera, Fault> {
     Ok(Camera { eye, direction, up, vertical_fov_degrees, aperture_radius, focus_distance, shutter })
 }
 
-/// The field `target` or `direction`, of which there is one.
+/// The field `target` or `direction`; exactly one of them must be given.
 fn view<'a>(section: &Section<'a>) -> Result<Field<'a>, Fault> {
     match (section.get("target"), section.get("direction")) {
         (Some(view), None) | (None, Some(view)) => Ok(view),
@@ -57,7 +57,7 @@ fn view<'a>(section: &Section<'a>) -> Result<Field<'a>, Fault> {
     }
 }
 
-/// The viewing direction and, if it was given by a target, the distance to that.
+/// The viewing direction, and the distance to the target if one is given.
 fn direction(view: Field<'_>, eye: Vec3) -> Result<(Vec3, Option<f32>), Fault> {
     let given = view.vector()?;
     if view.key == "direction" {

@@ -1,4 +1,4 @@
-//! What no part of a scene can tell alone: motion, the lens among the spheres, and whether there is light.
+//! Checks that concern the scene as a whole: motion, the lens among the spheres, and whether there is light.
 
 use super::error::{Fault, Position};
 use super::reader::{LIMIT, Section};
@@ -8,11 +8,11 @@ use scene::still::Lights;
 use scene::{Rgb, Scene, Sphere, Vec3};
 use toml::de::DeArray;
 
-/// The eye must be so far from an opaque surface, relative to the numbers that place both: nearer, rounding to
-/// `f32` would decide which side it is on.
+/// Least distance of the eye from an opaque surface, relative to the coordinates and radius involved. Any closer, and
+/// rounding to `f32` would decide on which side of the surface the eye is.
 const CLEARANCE: f64 = 1e-6;
 
-/// The places in a file that the parts of a scene were read from.
+/// The parts of the parsed file, to find the position of a fault.
 pub(super) struct Checks<'a> {
     pub(super) text: &'a str,
     pub(super) root: Section<'a>,
@@ -21,7 +21,7 @@ pub(super) struct Checks<'a> {
 }
 
 impl<'a> Checks<'a> {
-    /// What must hold of the scene as the file states it.
+    /// Checks the scene as the file states it.
     pub(super) fn before_sky(&self, scene: &Scene) -> Result<(), Fault> {
         for (i, s) in scene.spheres.iter().enumerate() {
             self.check_motion(scene, i, s)?;
@@ -36,7 +36,7 @@ impl<'a> Checks<'a> {
         Ok(())
     }
 
-    /// What must hold once the sky is among the lights of `with_sky`.
+    /// Checks the scene after [`Scene::with_sky`] has turned the background into a light.
     pub(super) fn after_sky(&self, scene: &Scene) -> Result<(), Fault> {
         let [open, close] = scene.camera.shutter;
         self.check_lights(scene, &scene.at(open).lights)?;
@@ -65,7 +65,7 @@ impl<'a> Checks<'a> {
         Ok(())
     }
 
-    /// The lens lies clear of every opaque surface, on one side, as long as the shutter is open.
+    /// Checks that the whole lens stays on one side of each opaque surface while the shutter is open.
     fn check_lens(&self, scene: &Scene, i: usize, s: &Sphere) -> Result<(), Fault> {
         let camera = &scene.camera;
         if !scene.materials[s.material as usize].is_opaque() {
@@ -99,7 +99,7 @@ impl<'a> Checks<'a> {
     }
 
     fn check_lights(&self, scene: &Scene, lights: &Lights) -> Result<(), Fault> {
-        // The sky comes after the spheres of the file.
+        // Leave out the sky, which follows the spheres of the file.
         let emitter = scene.spheres[..self.spheres.len()].iter().position(Sphere::is_emitter);
         let at = match emitter {
             Some(i) => self.field(i, "emission")?.1,
@@ -122,14 +122,14 @@ impl<'a> Checks<'a> {
         sphere::section(i, &self.spheres[i])
     }
 
-    /// The section of sphere `i` and the place of its field `key`.
+    /// The section of sphere `i` and the position of its field `key`.
     fn field(&self, i: usize, key: &'static str) -> Result<(Section<'a>, usize), Fault> {
         let section = self.section(i)?;
         Ok((section, place(&section, key)))
     }
 }
 
-/// The place of the field `key`, or of the section if that has none.
+/// The position of the field `key`, or of the section if it does not have that field.
 fn place(section: &Section<'_>, key: &'static str) -> usize {
     section.get(key).map_or(section.at, |field| field.at)
 }

@@ -1,9 +1,10 @@
-//! What is wrong with a scene file, and where: always one line.
+//! Errors in scene files, displayed as one line with the position of the fault.
 
 use std::fmt::Write;
 use thiserror::Error;
 
-/// A scene file, or another of our TOML files, that cannot be used. Displays as one line, `path:line:column: what is wrong and would be right`.
+/// An error in a scene file or another TOML file of ours. Displays as one line,
+/// `path:line:column: what is wrong and how to fix it`.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{}{}: {message}", escape(.name), place(*.position))]
 pub struct FileError {
@@ -12,7 +13,7 @@ pub struct FileError {
     message: String,
 }
 
-/// A place in a text.
+/// A position in a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Position {
     /// Line, from 1.
@@ -22,7 +23,7 @@ pub struct Position {
 }
 
 impl FileError {
-    /// The path of the file, as it was given.
+    /// The path of the file as the caller gave it.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -32,17 +33,17 @@ impl FileError {
         self.position
     }
 
-    /// What is wrong and what would be right.
+    /// What is wrong and how to fix it.
     pub fn message(&self) -> &str {
         &self.message
     }
 
-    /// A file that could not be read.
+    /// An error for a file that could not be read.
     pub(super) fn unread(name: &str, message: &str) -> Self {
         Self { name: name.into(), position: None, message: escape(message) }
     }
 
-    /// A fault found in the text of a file.
+    /// An error for a fault in the text of a file.
     pub(super) fn in_text(name: &str, text: &str, fault: &Fault) -> Self {
         let position = Some(Position::of(text, fault.at));
         Self { name: name.into(), position, message: escape(&fault.message) }
@@ -50,7 +51,7 @@ impl FileError {
 }
 
 impl Position {
-    /// The place of byte `at` of `text`; a byte order mark is no column.
+    /// The position of byte `at` of `text`. A byte order mark does not count as a column.
     pub(super) fn of(text: &str, at: usize) -> Self {
         let before = &text[..text.floor_char_boundary(at)];
         let (line, start) = match before.rfind('\n') {
@@ -63,7 +64,7 @@ impl Position {
     }
 }
 
-/// A fault at a byte of the text, on its way to a [`FileError`].
+/// A fault at a byte offset of the text, before it becomes a [`FileError`].
 #[derive(Debug)]
 pub struct Fault {
     pub(super) at: usize,
@@ -76,12 +77,12 @@ impl Fault {
     }
 }
 
-/// `text` in double quotes, short and on one line, whatever it holds.
+/// `text` in double quotes, shortened, and escaped so that it stays on one line.
 pub(super) fn quote(text: &str) -> String {
     format!("\"{}\"", short(text).escape_debug())
 }
 
-/// `text`, cut after 40 characters: a message is no place for a megabyte of digits.
+/// `text`, cut after 40 characters, so that a long value does not make a long message.
 pub(super) fn short(text: &str) -> String {
     match text.char_indices().nth(40) {
         Some((cut, _)) => format!("{}...", &text[..cut]),
@@ -89,9 +90,9 @@ pub(super) fn short(text: &str) -> String {
     }
 }
 
-/// The candidate nearest to `word` as " (did you mean ...?)", or nothing if none is near.
+/// The candidate most similar to `word` as " (did you mean ...?)", or nothing if none is similar enough.
 pub(super) fn suggestion<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
-    /// Similarity above which a guess is worth making; the bound that clap uses for its options.
+    /// Least Jaro similarity of a suggestion; clap uses the same for its options.
     const NEAR: f64 = 0.7;
     let word = short(word);
     let near = candidates.into_iter().map(|c| (strsim::jaro(&word, &short(c)), c)).filter(|(s, _)| *s > NEAR);
@@ -105,7 +106,7 @@ fn place(position: Option<Position>) -> String {
     position.map_or_else(String::new, |p| format!(":{}:{}", p.line, p.column))
 }
 
-/// `text` with what would break the line, or hide in it, made visible.
+/// `text` with control characters and line separators escaped.
 pub(super) fn escape(text: &str) -> String {
     let mut line = String::with_capacity(text.len());
     for c in text.chars() {

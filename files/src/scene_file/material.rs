@@ -1,4 +1,4 @@
-//! Materials: `[materials.NAME]` and inline in a sphere.
+//! Reads materials: `[materials.NAME]`, or inline in a sphere.
 
 use super::error::{Fault, quote, suggestion};
 use super::reader::{Field, Number, Section, Subject, type_of};
@@ -6,13 +6,14 @@ use scene::Material;
 use std::collections::BTreeMap;
 use toml::de::DeValue;
 
-/// Far beyond any matter (germanium has 4), so that squares of indices along a path stay within `f32`.
+/// Greatest index of refraction: far beyond any real material (germanium has 4), yet small enough that the products of
+/// squared indices along a path stay in the range of `f32`.
 const MAX_IOR: f32 = 100.0;
 
 const TYPES: [&str; 3] = ["diffuse", "specular", "dielectric"];
 const EXAMPLE: &str = "for example { type = \"diffuse\", albedo = [0.5, 0.5, 0.5] }";
 
-/// The materials read so far, the named ones among them.
+/// The materials read so far, and the indices of those that have a name.
 #[derive(Default)]
 pub(super) struct Materials<'a> {
     pub(super) list: Vec<Material>,
@@ -43,7 +44,7 @@ impl<'a> Materials<'a> {
         Ok(materials)
     }
 
-    /// The index of the material that a sphere's field `material` names or states.
+    /// The index of the material that a sphere's field `material` names or defines inline.
     pub(super) fn resolve(&mut self, field: Field<'a>) -> Result<u32, Fault> {
         match (field.value, field.subject) {
             (DeValue::String(name), _) => {

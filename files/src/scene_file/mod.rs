@@ -1,6 +1,6 @@
-//! The scene file: TOML, read strictly, with every fault told in one line that names its place.
+//! Reads scene files. They are TOML, checked strictly; every error is one line with its position in the file.
 //!
-//! `fixtures/scenes/README.md` documents each key, and the scenes beside it show them in use.
+//! `fixtures/scenes/README.md` documents each key, and the scenes in the same folder use them.
 
 mod camera;
 mod checks;
@@ -25,7 +25,8 @@ use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 use toml::de::DeTable;
 
-/// Larger files are refused. A million spheres take a third of this; reading takes 40 times the memory of the text.
+/// Larger files are rejected. A million spheres take a third of this. Reading takes 40 times as much memory as the
+/// text.
 pub const MAX_BYTES: u64 = 1 << 28;
 
 const KEYS: [&str; 6] = ["name", "background", "camera", "settings", "materials", "sphere"];
@@ -38,11 +39,11 @@ pub fn load(path: &Path) -> Result<Scene, FileError> {
     parse(&path.to_string_lossy(), &load_text(path, "scene")?)
 }
 
-/// Reads a TOML file of another kind than a scene as strictly: its root may have only the keys `keys`, and is what
-/// `read` understands; `kind` is what messages call it.
+/// Reads a TOML file other than a scene, with the same strict checks. Its root may have only the keys `keys`; `read`
+/// converts it. Messages call the file a `kind`.
 ///
 /// # Errors
-/// If the file cannot be read or is no TOML, for another key, or a fault of `read`, at its place.
+/// If the file cannot be read, is not TOML, or has another key, or if `read` fails.
 pub fn load_other<T>(
     path: &Path,
     kind: &str,
@@ -57,7 +58,7 @@ pub fn load_other<T>(
     read().map_err(|fault| FileError::in_text(&name, &text, &fault))
 }
 
-/// The text in the file `path`, which should be of this kind.
+/// The text of the file `path`, which messages call a `kind`.
 fn load_text(path: &Path, kind: &str) -> Result<String, FileError> {
     let name = path.to_string_lossy();
     let unread = |message: &str| FileError::unread(&name, message);
@@ -77,7 +78,8 @@ fn load_text(path: &Path, kind: &str) -> Result<String, FileError> {
     })
 }
 
-/// The bytes of a file that is not too large, a pipe among others, which tells its length only at its end.
+/// The bytes of a file of at most [`MAX_BYTES`]. The length is checked again after reading, as that of a pipe is not
+/// known before.
 fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
     let file = File::open(path)?;
     let mut bytes = Vec::new();
@@ -92,12 +94,11 @@ fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
 
 /// Reads the scene in `text`; `name` is the path that errors show.
 ///
-/// A scene that is returned can be rendered: every number is in its range, the lens lies clear of all opaque
-/// surfaces, light reaches the space that the eye is in, and a background has become a sky
-/// ([`Scene::with_sky`]).
+/// The returned scene can be rendered: every number is in range, the lens does not touch an opaque surface, light
+/// reaches the space that the eye is in, and a background has become a sky ([`Scene::with_sky`]).
 ///
 /// # Errors
-/// Names the first fault, its place, and what would be right.
+/// The first fault, with its position and how to fix it.
 pub fn parse(name: &str, text: &str) -> Result<Scene, FileError> {
     read(name, text).map_err(|fault| FileError::in_text(name, text, &fault))
 }
@@ -130,12 +131,12 @@ fn read(name: &str, text: &str) -> Result<Scene, Fault> {
     Ok(scene)
 }
 
-/// What a scene without a name is called: the name of its file, without folders and extension.
+/// The default name of a scene: the name of its file, without folders and extension.
 fn stem(name: &str) -> String {
     escape(&Path::new(name).file_stem().unwrap_or_default().to_string_lossy())
 }
 
-/// What the parser says, in the words of someone who wants a scene.
+/// Rewords a syntax error of the TOML parser for people who write scenes.
 fn syntax_fault(text: &str, error: &toml::de::Error) -> Fault {
     let span = error.span().unwrap_or_default();
     let found = text.get(span.clone()).unwrap_or_default();

@@ -1,8 +1,8 @@
-//! Typed access to the tables of a TOML document, with every fault at its place.
+//! Typed access to the tables of a TOML document, with the position of every fault.
 //!
-//! The reading is by hand, on the tree of the `toml` crate in which every key and value knows its span, rather than
-//! by `#[derive(Deserialize)]`: serde tells of a fault in words of its own, and through tagged and untagged enums
-//! (which a material "by name or inline" would be) it forgets the place.
+//! The tables are read by hand from the `toml` crate's tree, in which every key and value has its span, rather than by
+//! `#[derive(Deserialize)]`. Serde words its errors itself, and loses the position inside tagged and untagged enums,
+//! such as a material given by name or inline.
 
 use super::error::{Fault, quote, short, suggestion};
 use scene::Vec3;
@@ -10,20 +10,20 @@ use std::fmt;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// No coordinate or length may be beyond this, so that squares stay within an `f32`.
+/// Greatest absolute value of a coordinate or length, so that squares stay in the range of `f32`.
 pub(super) const LIMIT: f64 = 1e15;
 
-/// Whose key it is, for messages.
+/// The part of the file that a key belongs to, for messages.
 #[derive(Clone, Copy)]
 pub(super) enum Subject<'a> {
-    /// A file of another kind, or a part of it, as messages name it.
+    /// A file other than a scene, or a part of it, with its name for messages.
     Other(&'a str),
     Scene,
     Camera,
     Settings,
     Materials,
     Material(&'a str),
-    /// A sphere by its number in the file, from 0, and its name.
+    /// A sphere: its index in the file, and its name.
     Sphere(usize, Option<&'a str>),
     /// The inline material of a sphere.
     MaterialOf(usize, Option<&'a str>),
@@ -45,17 +45,17 @@ impl fmt::Display for Subject<'_> {
     }
 }
 
-/// A table whose keys are known to be right.
+/// A table that has only known keys.
 #[derive(Clone, Copy)]
 pub struct Section<'a> {
     pub(super) subject: Subject<'a>,
-    /// Where it begins, which is where a missing key is reported.
+    /// Byte offset of its beginning, where missing keys are reported.
     pub(super) at: usize,
     table: &'a DeTable<'a>,
 }
 
 impl<'a> Section<'a> {
-    /// Takes `table` for a section that may have only the keys `keys`.
+    /// Checks that `table` has no keys other than `keys`.
     pub(super) fn new(
         subject: Subject<'a>,
         at: usize,
@@ -74,19 +74,19 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// The field `key`, if there.
+    /// The field `key`, if present.
     pub fn get(&self, key: &'static str) -> Option<Field<'a>> {
         let value = self.table.get(key)?;
         Some(Field { subject: self.subject, key, at: value.span().start, value: value.get_ref() })
     }
 
-    /// The field `key`, which must be there; `example` shows what it looks like.
+    /// The field `key`, which must be present; the error message shows `example`.
     pub(super) fn require(&self, key: &'static str, example: &str) -> Result<Field<'a>, Fault> {
         let missing = || Fault::new(self.at, format!("{} has no {key}; add {example}", self.subject));
         self.get(key).ok_or_else(missing)
     }
 
-    /// The field `key` as `read` understands it, or `default` if it is not there.
+    /// The field `key` converted by `read`, or `default` if it is absent.
     pub(super) fn or<T>(
         &self,
         key: &'static str,
@@ -96,18 +96,18 @@ impl<'a> Section<'a> {
         self.get(key).map_or(Ok(default), read)
     }
 
-    /// Every key and value, in order of the keys.
+    /// All keys and values, sorted by key.
     pub(super) fn entries(&self) -> impl Iterator<Item = (&'a str, &'a Spanned<DeValue<'a>>)> {
         self.table.iter().map(|(key, value)| (key.get_ref().as_ref(), value))
     }
 }
 
-/// A value and whose it is.
+/// A value with its key and the section that it belongs to.
 #[derive(Clone, Copy)]
 pub struct Field<'a> {
     pub(super) subject: Subject<'a>,
     pub(super) key: &'static str,
-    /// Where the value begins.
+    /// Byte offset of the value.
     pub(super) at: usize,
     pub(super) value: &'a DeValue<'a>,
 }
@@ -116,12 +116,12 @@ pub struct Field<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct Number<'a> {
     field: Field<'a>,
-    /// NaN if it is written so, is infinite or beyond [`LIMIT`]: no comparison accepts it then.
+    /// NaN if the file says so, or if the number is infinite or beyond [`LIMIT`]: comparisons with NaN are false.
     value: f32,
 }
 
 impl<'a> Field<'a> {
-    /// `key` with its value as written is wrong: `problem` says why, and what would be right.
+    /// A fault of this field. The message gives the key and the value as written, then `problem`.
     pub fn fault(&self, problem: impl fmt::Display) -> Fault {
         let written = match self.value {
             DeValue::Integer(v) => format!(" {}", short(&v.to_string())),
@@ -135,16 +135,16 @@ impl<'a> Field<'a> {
     /// The value as a table that may have only the keys `keys`; messages call it `name`.
     ///
     /// # Errors
-    /// If it is no table, or has another key.
+    /// If it is not a table, or has another key.
     pub fn section(&self, name: &'a str, keys: &[&str]) -> Result<Section<'a>, Fault> {
         let table = self.value.as_table().ok_or_else(|| self.wrong_type("a table"))?;
         Section::new(Subject::Other(name), self.at, table, keys)
     }
 
-    /// The value as a number, whatever its size.
+    /// The value as a number of any size.
     ///
     /// # Errors
-    /// If it is none.
+    /// If it is not a number.
     pub fn float(&self) -> Result<f64, Fault> {
         float(self.value).ok_or_else(|| self.wrong_type("a number"))
     }
@@ -158,7 +158,7 @@ impl<'a> Field<'a> {
 
     pub(super) fn number(&self) -> Result<Number<'a>, Fault> {
         let value = self.float()?;
-        // Adding zero turns -0, which underflow may give too, into 0.
+        // Adding zero turns -0, whether written or from underflow, into 0.
         let value = if value.abs() <= LIMIT { value as f32 + 0.0 } else { f32::NAN };
         Ok(Number { field: *self, value })
     }
@@ -178,12 +178,12 @@ impl<'a> Field<'a> {
     /// The value as a string.
     ///
     /// # Errors
-    /// If it is none.
+    /// If it is not a string.
     pub fn text(&self) -> Result<&'a str, Fault> {
         self.value.as_str().ok_or_else(|| self.wrong_type("a string"))
     }
 
-    /// `N` numbers; `what` says of what.
+    /// The value as an array of `N` numbers; `what` describes them in messages.
     pub(super) fn numbers<const N: usize>(&self, what: &str) -> Result<[Number<'a>; N], Fault> {
         let Some(array) = self.value.as_array() else {
             return Err(self.wrong_type(&format!("{N} numbers, {what}")));
@@ -207,13 +207,13 @@ impl<'a> Field<'a> {
         Ok(numbers)
     }
 
-    /// A point or a vector.
+    /// The value as a point or a vector.
     pub(super) fn vector(&self) -> Result<Vec3, Fault> {
         let [x, y, z] = self.numbers("[x, y, z]")?;
         Ok(Vec3::new(x.finite()?, y.finite()?, z.finite()?))
     }
 
-    /// A colour, each channel of which `check` accepts.
+    /// The value as a colour; `check` is applied to each channel.
     pub(super) fn rgb(&self, check: impl Fn(Number) -> Result<f32, Fault>) -> Result<Vec3, Fault> {
         let [r, g, b] = self.numbers("[red, green, blue]")?;
         Ok(Vec3::new(check(r)?, check(g)?, check(b)?))
@@ -221,12 +221,12 @@ impl<'a> Field<'a> {
 }
 
 impl Number<'_> {
-    /// The number if it is finite and not too large.
+    /// The number if it is finite and within [`LIMIT`].
     pub(super) fn finite(self) -> Result<f32, Fault> {
         self.check(|v| !v.is_nan(), format_args!("must be a finite number from -{LIMIT:e} to {LIMIT:e}"))
     }
 
-    /// The number if it is `right`, which NaN must not be, else a fault that says what is wrong.
+    /// The number if `right` accepts it, else a fault with `problem`. `right` must not accept NaN.
     pub(super) fn check(
         self,
         right: impl FnOnce(f32) -> bool,
@@ -236,7 +236,7 @@ impl Number<'_> {
     }
 }
 
-/// What kind of value it is, in words.
+/// The type of a value, for messages.
 pub(super) fn type_of(value: &DeValue<'_>) -> &'static str {
     match value {
         DeValue::String(_) => "a string",
@@ -248,7 +248,7 @@ pub(super) fn type_of(value: &DeValue<'_>) -> &'static str {
     }
 }
 
-/// The number that `value` is; infinite if it is too large.
+/// `value` as a number, infinite if it is too large; `None` if it is not a number.
 fn float(value: &DeValue<'_>) -> Option<f64> {
     match value {
         DeValue::Float(v) => v.as_str().parse().ok(),

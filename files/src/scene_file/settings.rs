@@ -1,4 +1,4 @@
-//! `[settings]`: what the command line may override.
+//! Reads the section `[settings]` of a scene file, which options of the command line override.
 
 use super::error::Fault;
 use super::reader::{Field, Section, Subject, type_of};
@@ -32,7 +32,7 @@ pub(super) fn settings(field: Field<'_>) -> Result<Settings, Fault> {
     Ok(settings)
 }
 
-/// Where `option` is set, or else the one whose product with it is too large.
+/// The position of `option` in the file, or else of the setting whose product with it is too large.
 fn place(section: &Section<'_>, option: &'static str) -> usize {
     let partner = match option {
         "width" => "height",

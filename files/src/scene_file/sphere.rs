@@ -1,4 +1,4 @@
-//! `[[sphere]]`: the only shape there is.
+//! Reads `[[sphere]]`, the only kind of shape.
 
 use super::error::Fault;
 use super::material::Materials;
@@ -10,7 +10,7 @@ use toml::de::{DeArray, DeValue};
 
 const KEYS: [&str; 6] = ["name", "center", "radius", "material", "emission", "velocity"];
 
-/// The spheres of the field `sphere`, unread.
+/// The array in the field `sphere`, not parsed yet.
 pub(super) fn array(field: Field<'_>) -> Result<&DeArray<'_>, Fault> {
     let fault =
         |problem| Fault::new(field.at, format!("sphere {problem}; head every sphere with [[sphere]]"));
@@ -22,7 +22,7 @@ pub(super) fn array(field: Field<'_>) -> Result<&DeArray<'_>, Fault> {
     }
 }
 
-/// The section of the sphere of index `i`.
+/// The section of sphere `i`.
 pub(super) fn section<'a>(i: usize, value: &'a Spanned<DeValue<'a>>) -> Result<Section<'a>, Fault> {
     let at = value.span().start;
     let Some(table) = value.get_ref().as_table() else {
@@ -44,7 +44,7 @@ pub(super) fn sphere<'a>(section: &Section<'a>, materials: &mut Materials<'a>) -
     })
 }
 
-/// A name of the scene or of a sphere.
+/// The name of the scene or of a sphere.
 pub(super) fn name(field: Field<'_>) -> Result<&str, Fault> {
     let text = field.text()?;
     if text.chars().any(char::is_control) {
@@ -58,7 +58,7 @@ pub(super) fn radiance(channel: Number<'_>) -> Result<f32, Fault> {
     channel.check(|v| v >= 0.0, format_args!("is outside [0, {LIMIT:e}]"))
 }
 
-/// A radius.
+/// A radius in the valid range.
 pub(super) fn positive(radius: Number<'_>) -> Result<f32, Fault> {
     let [low, high] = RADIUS_RANGE;
     radius.check(|v| (low..=high).contains(&v), format_args!("must be above 0 (from {low:e} to {high:e})"))

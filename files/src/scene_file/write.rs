@@ -1,13 +1,13 @@
-//! A scene as text again: one text for one scene, whatever file it was read from.
+//! Writes a scene as a scene file in canonical form: equal scenes give equal texts.
 //!
-//! The text is a scene file. Read by [`super::parse`] it gives the same scene, every bit of every number, but for the
-//! names of spheres and materials, which a [`Scene`] does not keep.
+//! [`super::parse`] reads the text back as the same scene, bit for bit. The names of spheres and materials are lost, as
+//! a [`Scene`] does not keep them.
 
 use scene::{Camera, Material, Rgb, Scene, Settings, Sphere, Vec3};
 use sha2::{Digest, Sha256};
 use std::fmt::{self, Display, Write};
 
-/// The scene file of `scene` with `settings` as its settings.
+/// The text of a scene file with `scene` and `settings`.
 pub fn to_text(scene: &Scene, settings: &Settings) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
@@ -15,7 +15,7 @@ pub fn to_text(scene: &Scene, settings: &Settings) -> String {
     text
 }
 
-/// What tells scenes apart: SHA-256, in hexadecimal, of the scene file of `scene` without settings.
+/// Identifies a scene: the SHA-256, in hexadecimal, of its scene file without settings.
 pub fn digest(scene: &Scene) -> String {
     let mut text = Hashed(Sha256::new());
     let _ = write_scene(&mut text, scene); // hashing cannot fail either
@@ -26,7 +26,7 @@ pub fn digest(scene: &Scene) -> String {
     hexadecimal
 }
 
-/// A text of which only the hash is kept: that of a million spheres would be long.
+/// Hashes the text that is written to it, so that a large scene's text is never in memory.
 struct Hashed(Sha256);
 
 impl Write for Hashed {
@@ -38,7 +38,7 @@ impl Write for Hashed {
 
 fn write_scene(out: &mut impl Write, scene: &Scene) -> fmt::Result {
     writeln!(out, "name = {}", toml::Value::from(scene.name.as_str()))?;
-    // The sky, which comes last, is made anew of the background.
+    // Leave out the sky, which comes last: the reader makes it from the background.
     let skies = usize::from(scene.background != Rgb::ZERO);
     if skies > 0 {
         writeln!(out, "background = {}", Triple(scene.background))?;
@@ -69,7 +69,7 @@ fn write_camera(out: &mut impl Write, camera: &Camera) -> fmt::Result {
     writeln!(out, "shutter = [{}, {}]", Float(shutter[0]), Float(shutter[1]))
 }
 
-/// The name of a material: names of one length, so that their order is that of the numbers.
+/// The name of a material, padded with zeros so that sorting by name keeps the order.
 struct Name(usize);
 
 impl Display for Name {
@@ -111,13 +111,14 @@ fn write_settings(out: &mut impl Write, settings: &Settings) -> fmt::Result {
     writeln!(out, "initial_radius = {}\nseed = {seed}", Float(*initial_radius))
 }
 
-/// A number that reads as the same `f32`.
+/// Displays a number such that it reads back as the same `f32`.
 struct Float(f32);
 
 impl Display for Float {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let short = format!("{:?}", self.0);
-        // A reader goes by way of an `f64`; in the rare case that it rounds to another number, all digits are written.
+        // Readers parse an `f64` and round it to `f32`. In the rare case that this gives another number, write all
+        // digits.
         if short.parse::<f64>().is_ok_and(|value| value as f32 == self.0) {
             f.write_str(&short)
         } else {

@@ -1,4 +1,4 @@
-//! Consolidate and develop.
+//! Kernels that update pixels after an iteration and develop them.
 
 use super::{assert_same, assert_same_vector, check, lane_kinds};
 use crate::placement::log_uniform;
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use reference::consolidate;
 use scene::{Rgb, Settings};
 
-/// Zero, values of any size, and the largest sum that can be.
+/// Zero, values of any size, and the largest possible sums.
 fn photons() -> impl Strategy<Value = Gathered> {
     let m = prop_oneof![4 => Just(0_u32), 1 => Just(1), 8 => 1..5000_u32, 1 => Just(16_777_217), 1 => Just((1 << 31) - 1)];
     let flux = || prop_oneof![1 => Just(0_u64), 6 => 0..1_u64 << 30, 2 => 0..1_u64 << 52, 1 => Just(1 << 52)];
@@ -35,7 +35,7 @@ fn of_reference(pixel: &Pixel) -> consolidate::Pixel {
 }
 
 #[test]
-fn pixels_take_in_an_iteration() {
+fn pixels_are_consolidated() {
     let seen = (color(), color()).prop_map(|(direct, beta)| Seen { direct, beta });
     let inputs = (prop::collection::vec((pixel(), seen, photons()), 0..=48), log_uniform(1e-20, 1e20));
     check(400, "consolidate", &inputs, |(rows, nominal)| {

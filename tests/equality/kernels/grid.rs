@@ -1,4 +1,4 @@
-//! Cells, occupancy and sorting: what is near is looked up, once, and little else.
+//! Grid cells, occupancy map and sorting: look-ups must visit every cell nearby exactly once, and few others.
 
 use super::inputs::numbers;
 use super::{GUARD, GUARDS, assert_same, check, check_map, lane_kinds};
@@ -9,13 +9,13 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 use scene::Vec3;
 
-/// Cells on each side of a window.
+/// Side of a window, in cells.
 const WINDOW: i64 = 8;
 
-/// What a search radius is widened by where cells are looked up; as in the engine.
+/// Factor by which the engine enlarges a search radius when it looks up cells.
 const WIDENED: f32 = 1.0 + 1.0 / 1_048_576.0;
 
-/// Coordinates are not told apart beyond so many cells.
+/// Cell coordinates are clamped to this.
 const FARTHEST: f32 = 1_073_741_824.0;
 
 fn table() -> impl Strategy<Value = usize> {
@@ -34,7 +34,7 @@ fn bucket(cells: Cells, lanes: LaneKind, p: Vec3) -> u32 {
     bucket[0].to_bits()
 }
 
-/// The bucket of the middle of a cell.
+/// The bucket of a cell, by the point at its centre.
 fn bucket_of_cell(cells: Cells, size: f32, [x, y, z]: [i64; 3]) -> u32 {
     let middle = Vec3::new(x as f32 + 0.5, y as f32 + 0.5, z as f32 + 0.5) * size;
     bucket(cells, LaneKind::Emulated, middle)
@@ -72,20 +72,20 @@ fn buckets_count_cells_modulo_their_number() {
     });
 }
 
-/// The buckets of runs, in order.
+/// All buckets of some runs, in order.
 fn buckets_of(runs: &[Run], cells: Cells) -> Vec<u32> {
     let one =
         |run: &Run| (0..run.length).map(|k| run.bucket.wrapping_add(k) % cells.count()).collect::<Vec<_>>();
     runs.iter().flat_map(one).collect()
 }
 
-/// A box of points near each other, as a group of visible points makes one, in cells.
+/// The bounding box of a group of visible points, and photons near it. The unit of length is a cell.
 #[derive(Clone, Debug)]
 struct Near {
     corner: Vec3,
     extent: Vec3,
     radius: f32,
-    /// Places in the box, directions from there, distances in radii.
+    /// For each photon: a relative position in the box, a direction from there, and a distance in radii.
     photons: Vec<(Vec3, Vec3, f32)>,
 }
 
@@ -119,7 +119,7 @@ impl Near {
         Query { low, high: low + self.extent * size, reach: self.radius * size * WIDENED }
     }
 
-    /// Photons that count at some point of the box, by the join's own test.
+    /// Photons that are within the radius of their point in the box, by the join's own test.
     fn counted(&self, size: f32) -> Vec<Vec3> {
         let Query { low, high, .. } = self.query(size);
         let radius = self.radius * size;
@@ -132,7 +132,7 @@ impl Near {
         self.photons.iter().filter_map(photon).collect()
     }
 
-    /// How many cells lie within `reach` cells of the box; cells, by their distance in `f64`.
+    /// The number of cells within a distance of `reach` cells from the box, computed in `f64`.
     fn cells_within(&self, size: f32, reach: f64) -> usize {
         let Query { low, high, .. } = self.query(size);
         let [low, high] = [low, high].map(|corner| corner.as_dvec3() / f64::from(size));
@@ -153,7 +153,7 @@ impl Near {
 }
 
 #[test]
-fn queries_find_each_cell_once_and_few_in_vain() {
+fn queries_find_each_near_cell_once_and_few_others() {
     let inputs = (near(), log_uniform(1e-3, 1e3), table());
     check(6000, "queries of cells", &inputs, |(near, size, buckets)| {
         let cells = Cells::new(size, buckets);
@@ -184,7 +184,7 @@ fn queries_find_each_cell_once_and_few_in_vain() {
             prop_assert!(once.binary_search(&bucket).is_ok(), "{} is not found", photon);
         }
         if near.corner.abs().max_element() <= 1e3 {
-            // Slack for the rounding of coordinates, which the look-up allows for.
+            // A tolerance for the rounding of coordinates, which the look-up allows for.
             let reach = f64::from(near.radius);
             let (least, most) =
                 (near.cells_within(size, reach - 0.01), near.cells_within(size, reach + 0.01));
@@ -211,7 +211,7 @@ fn touches(occupancy: &Occupancy, lanes: LaneKind, points: &[Vec3]) -> Vec<bool>
 }
 
 #[test]
-fn occupancy_knows_what_is_near_and_little_else() {
+fn occupancy_contains_near_points_and_few_others() {
     let inputs = (prop::collection::vec(near(), 1..6), log_uniform(1e-3, 1e3));
     check(150, "occupancy", &inputs, |(boxes, size)| {
         let (mut all, mut first, mut rest) =
@@ -230,7 +230,7 @@ fn occupancy_knows_what_is_near_and_little_else() {
                 photons.extend(near.counted(size));
             }
         }
-        // Points all over, few of which can be in any of at most 5 windows of 512 of half a million cells.
+        // Random points everywhere: at most 5 windows of 512 cells out of half a million are marked.
         let mut stream = numbers(50);
         let far: Vec<Vec3> = (0..1000)
             .map(|_| Vec3::from_array([(); 3].map(|()| (stream.next_f32() - 0.5) * 1e4 * size)))
@@ -248,7 +248,7 @@ fn occupancy_knows_what_is_near_and_little_else() {
     });
 }
 
-/// A photon that can be told from others.
+/// A photon that is identified by `number`.
 fn photon(point: Vec3, number: u32) -> Photon {
     let wi = Vec3::new(number as f32, 0.5, -(number as f32));
     Photon { point, wi, sphere: number, is_safe: number % 2 == 1, flux: [number, number + 1, 7] }
@@ -262,7 +262,7 @@ fn photons_are_sorted_by_bucket() {
     check(200, "sorting", &inputs, |(places, spread, buckets, cuts)| {
         let photons: Vec<Photon> =
             places.iter().zip(0..).map(|(p, number)| photon(Vec3::from_array(*p) * spread, number)).collect();
-        // Cut into what some workers have deposited, in pieces that may be empty.
+        // Split into the deposits of several workers, some of which may be empty.
         let mut ends: Vec<usize> = cuts.iter().map(|cut| cut.index(photons.len() + 1)).collect();
         ends.push(photons.len());
         ends.sort_unstable();

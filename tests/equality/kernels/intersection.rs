@@ -1,4 +1,4 @@
-//! What rays meet: nearest and any hit, by all three searches.
+//! Ray intersection: nearest hits and occlusion, by all three search structures.
 
 use super::inputs::{self, scattered, scene_of};
 use super::rays::{RayCase, ray_case};
@@ -12,7 +12,8 @@ use scene::{Material, Ray, Rgb, Sphere, Still, Vec3};
 
 const SEARCHES: [Search; 3] = [Search::InTurn, Search::Clusters, Search::Tree];
 
-/// Shadow rays along `rays`: limits at, just below and just above the nearest hit, and others; lamps to be passed.
+/// Limits and lamps of shadow rays along `rays`. Limits are at the nearest hit, just above and just below it, and
+/// elsewhere. Lamps are ignored in the occlusion test.
 fn shadow_rays(rays: &[Ray], hits: &[Option<Hit>]) -> (Vec<f32>, Vec<SphereId>) {
     let limit = |(k, hit): (usize, &Option<Hit>)| {
         let t = hit.map_or(1.0, |hit| hit.t);
@@ -34,7 +35,7 @@ fn of_material(material: &Material) -> (Rgb, f32, u32) {
     }
 }
 
-/// Expects the engine's account of a surface to be the reference's.
+/// Expects the hit and its material to be the reference's.
 fn assert_met(
     still: &Still,
     actual: Option<Met>,
@@ -54,7 +55,7 @@ fn assert_met(
     }
 }
 
-/// Expects all searches on all lanes to find what the reference finds; gives the number of rays that hit.
+/// Expects all searches on all lanes to find the reference's hits; returns the number of rays that hit.
 fn compare(still: &Still, rays: &[Ray], searches: &[Search]) -> usize {
     let expected: Vec<Option<Hit>> = rays.iter().map(|ray| intersect(still, ray)).collect();
     let (limits, lamps) = shadow_rays(rays, &expected);
@@ -110,7 +111,7 @@ fn many_spheres_and_more_than_a_batch_of_rays() {
 
 const RAYS: usize = 400;
 
-/// Around the sizes at which a leaf, a node or a level is full, and where threads share the building.
+/// Numbers of spheres around those at which a leaf, a node or a level is full, and at which several threads build.
 #[test]
 fn hierarchies_of_every_shape() {
     let sizes =
@@ -141,8 +142,9 @@ fn of_equal_distances_the_lower_sphere() {
     tell(cases, "rays against copies of spheres");
 }
 
-/// From a thousand units away a ball of a thousandth is smaller than what the reference rounds by: it is hit by rays
-/// that pass it, and missed by some that do not. What boxes and bounds refuse must allow for all of that.
+/// Seen from a distance of 1000, a ball of radius 0.001 is smaller than the reference's rounding error. The reference
+/// then hits it with rays that pass by, and misses it with some that do not. Bounding boxes must not cull any of these
+/// hits.
 #[test]
 fn small_spheres_seen_from_far() {
     let mut cases = 0;
@@ -168,7 +170,7 @@ fn small_spheres_seen_from_far() {
     tell(cases, "rays from far to small spheres");
 }
 
-/// Directions that are handed in may be rounded by more than the engine's own; bounds allow for that.
+/// Directions given by a caller may have larger rounding errors than the engine's own; bounds allow for that.
 #[test]
 fn directions_that_are_not_quite_of_unit_length() {
     let mut cases = 0;
@@ -194,9 +196,9 @@ fn directions_that_are_not_quite_of_unit_length() {
     tell(cases, "rays of directions that are too short or too long");
 }
 
-/// The renderer's own choice of a search finds the same, on both sides of the limits.
+/// The engine's default search, which depends on the number of spheres, around the limits between the three.
 #[test]
-fn the_search_of_choice() {
+fn the_default_search() {
     let mut cases = 0;
     for (index, count) in [1, 11, 12, 13, 14, 1023, 1024, 1025, 1026].into_iter().enumerate() {
         let (spheres, rays) = scattered(count, 1, RAYS, 500 + 2 * index as u32);
@@ -218,7 +220,8 @@ fn the_search_of_choice() {
     tell(cases, "rays by the search of choice");
 }
 
-/// At most 64 bytes per sphere beside the scene, and the count is of what is held.
+/// Search structures take at most 64 bytes per sphere in addition to the scene, and `bytes` reports at least what they
+/// must hold.
 #[test]
 fn memory_per_sphere() {
     for count in [1000, 20_000] {
@@ -229,7 +232,7 @@ fn memory_per_sphere() {
         assert!(tree <= 64 * count, "{tree} bytes for {count} spheres");
         let in_turn = Intersector::with_search(&still, LaneKind::best(), Search::InTurn).bytes();
         let clusters = Intersector::with_search(&still, LaneKind::best(), Search::Clusters).bytes();
-        // A row of 32 bytes per sphere, and a leaf's share of 20 at least.
+        // Each sphere has a row of 32 bytes, and at least 20 bytes in a leaf.
         for bytes in [tree, in_turn, clusters] {
             assert!(bytes >= 52 * count, "{bytes} bytes for {count} spheres");
         }
@@ -237,7 +240,7 @@ fn memory_per_sphere() {
     }
 }
 
-/// A ray leaves and meets the spheres it should at any scale.
+/// Rays that leave or hit a sphere of any size.
 #[test]
 fn one_sphere_of_any_size() {
     let strategy = (log_uniform(1e-3, 1e5), ray_case(1..=1, 16..=16)).prop_map(|(scale, mut case)| {

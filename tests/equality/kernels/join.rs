@@ -1,4 +1,4 @@
-//! The join against all pairs: which photons count at which visible points, and what they bring.
+//! The join of photons and visible points, compared with a test of all pairs.
 
 use super::inputs::{self, crowd, numbers};
 use super::{check, lane_kinds, tell};
@@ -9,11 +9,11 @@ use proptest::sample::Index;
 use scene::Vec3;
 use scene::film::FLUX_ONE;
 
-/// Photons of one lookup, and visible points, scattered about few places.
+/// Photons and visible points, scattered around a few places.
 #[derive(Clone, Debug)]
 struct Scatter {
     places: Vec<Vec3>,
-    /// How far from its place anything lies.
+    /// Largest offset from a place along each axis.
     spread: f32,
     photons: Vec<(Index, Vec3, Photon)>,
     points: Vec<Option<(Index, Vec3, Point, Radius)>>,
@@ -25,9 +25,9 @@ struct Scatter {
 /// The radius of a visible point.
 #[derive(Clone, Debug)]
 enum Radius {
-    /// So many times that of the scatter, at most 1.
+    /// This share of the scatter's radius, at most 1.
     Times(f32),
-    /// Such that some photon lies exactly at it, or by one float within.
+    /// The distance to some photon: exactly, or with the squared radius one float larger, so that the photon is inside.
     To(Index, bool),
 }
 
@@ -102,7 +102,7 @@ impl Scatter {
                 Radius::Times(share) => largest * (share * share),
                 Radius::To(..) => largest,
             };
-            // A radius is never zero, nor larger than the one that cells are made for.
+            // A radius must be above zero and at most the one that the cells are made for.
             let radius_squared = if radius_squared > 0.0 { radius_squared.min(largest) } else { largest };
             Some(Point { point: at, radius_squared, ..*point })
         });
@@ -111,8 +111,8 @@ impl Scatter {
     }
 }
 
-/// What a visible point gathers, of all photons: those within the radius that arrive on its side, or of whose side
-/// there is no doubt.
+/// What a visible point gathers, by testing all photons: those within its radius that arrive on its side, or that are
+/// safe (known to count at any point of the same sphere within reach).
 fn all_pairs(photons: &[Photon], point: Option<&Point>) -> Gathered {
     let mut sum = Gathered::default();
     let Some(point) = point else { return sum };
@@ -130,7 +130,7 @@ fn all_pairs(photons: &[Photon], point: Option<&Point>) -> Gathered {
     sum
 }
 
-/// Compares on all lanes; gives the number of contributions.
+/// Compares the join on all lanes with all pairs; returns the number of contributions.
 fn compare(photons: &[Photon], points: &[Option<Point>], cell_size: f32, buckets: usize) -> u64 {
     let expected: Vec<Gathered> = points.iter().map(|point| all_pairs(photons, point.as_ref())).collect();
     for lanes in lane_kinds() {
@@ -147,7 +147,7 @@ fn compare(photons: &[Photon], points: &[Option<Point>], cell_size: f32, buckets
     expected.iter().map(|gathered| u64::from(gathered.m)).sum()
 }
 
-/// All that lies beyond 2^30 cells from the origin shares the last cell along that axis.
+/// Everything beyond 2^30 cells from the origin shares the last cell along that axis.
 #[test]
 fn photons_and_points_beyond_the_last_cell() {
     let radius = 1e-3_f32;
@@ -157,7 +157,7 @@ fn photons_and_points_beyond_the_last_cell() {
             for at in [axis * far, -axis * far] {
                 let photon = Photon { point: at, wi: Vec3::X, sphere: 0, is_safe: false, flux: [1, 2, 3] };
                 let point = Point { point: at, normal: Vec3::X, sphere: 0, radius_squared: radius * radius };
-                // Alone, and among others that are too far away for a window.
+                // Alone, in a full group, and with a point too far away for both to fit in a window.
                 let elsewhere = Point { point: Vec3::ZERO, ..point };
                 for points in [vec![Some(point)], vec![Some(point); 16], vec![Some(elsewhere), Some(point)]] {
                     let expected = points.iter().filter(|p| p.is_some_and(|p| p.point == at)).count();
@@ -179,7 +179,7 @@ fn groups_of_any_size() {
     });
 }
 
-/// Sums that a word does not hold, in one cell and in several, for points that gather together and apart.
+/// Sums that exceed a 32-bit word, with photons in one cell and in several, for points in one group and far apart.
 #[test]
 fn more_photons_than_a_word_can_sum() {
     let mut cases = 0;
@@ -209,7 +209,8 @@ fn more_photons_than_a_word_can_sum() {
     tell(cases, "joins of up to 5000 photons");
 }
 
-/// As in a picture: neighbours lie close together; and the same points in an order that tears groups apart.
+/// Visible points as in an image, where neighbours are close together, and the same points in an order that spreads out
+/// each group.
 #[test]
 fn crowds() {
     let mut cases = 0;
@@ -224,8 +225,8 @@ fn crowds() {
     tell(cases, "points among photons on a plane");
 }
 
-/// Photons at the borders of cells, and points as far from there as their radius, but for a few roundings: a look-up
-/// that reaches a little too short misses a cell.
+/// Photons at cell borders, and points at a distance of their radius up to a few rounding errors. A look-up with
+/// slightly too short a reach would miss a cell.
 #[test]
 fn photons_at_the_borders_of_cells() {
     let mut cases = 0;
@@ -233,7 +234,7 @@ fn photons_at_the_borders_of_cells() {
         let inverse = 1.0 / cell_size;
         for (axis, sign) in (0..3).flat_map(|axis| [(axis, -1.0_f32), (axis, 1.0)]) {
             for cell in [-37_i32, -1, 0, 1, 2, 90] {
-                // The least coordinate of the cell, as the division by its size rounds.
+                // The least coordinate in the cell, taking into account how the multiplication by `inverse` rounds.
                 let mut border = cell as f32 * cell_size;
                 while (border * inverse).floor() >= cell as f32 {
                     border = border.next_down();
@@ -270,7 +271,7 @@ fn photons_at_the_borders_of_cells() {
     tell(cases, "joins at the borders of cells");
 }
 
-/// Photons that come along the surface, where the sign of a cosine decides, with and without doubt of their side.
+/// Photons that arrive almost parallel to the surface, where the sign of a cosine decides; some of them are safe.
 #[test]
 fn grazing_photons() {
     let mut stream = numbers(61);

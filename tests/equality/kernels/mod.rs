@@ -1,5 +1,5 @@
-//! Each kernel of the fast engine by itself: on every kind of lanes the bits of the reference's function, or those of
-//! a plain definition where the reference needs no such kernel.
+//! Tests of each kernel of the fast engine on every kind of lanes. It must give the same bits as the reference's
+//! function, or as a plain definition in Rust where the reference has no such function.
 
 mod consolidation;
 mod grid;
@@ -25,21 +25,21 @@ use scene::rng::UNIT;
 use std::cell::Cell;
 use std::fmt::Debug;
 
-/// Lengths around whole packets of 8 and 16: every tail.
+/// Input lengths with every possible tail of a packet of 8 or 16.
 const TAILS: std::ops::RangeInclusive<usize> = 0..=31;
 
-/// Behind each output stand so many floats that must not be touched.
+/// Number of guard values after each output, which must not be overwritten.
 const GUARDS: usize = 32;
 
-/// A float that no kernel gives.
+/// A guard value, which no kernel computes.
 const GUARD: f32 = f32::from_bits(0xdead_beef);
 
-/// Every kind of lanes; one that this processor lacks is emulated.
+/// Every kind of lanes. Lanes that the processor does not support are emulated.
 fn lane_kinds() -> impl Iterator<Item = LaneKind> {
     LaneKind::ALL.into_iter()
 }
 
-/// Tells how many cases a kernel has passed, and on which lanes, past the capture of the test harness.
+/// Reports how many cases a kernel has passed, and on which lanes.
 fn tell(count: usize, kernel: &str) {
     let name =
         |lanes: LaneKind| format!("{lanes:?}{}", if lanes.is_available() { "" } else { " (emulated)" });
@@ -47,17 +47,17 @@ fn tell(count: usize, kernel: &str) {
     cases::tell("equality", count, &format!("cases of {kernel} equal on {}", lanes.join(", ")));
 }
 
-/// Equality by bits, but that any NaN is as good as another: the language leaves its bits open.
+/// Equality by bits, except that all NaNs are equal, as Rust does not specify their bits.
 fn same(a: f32, b: f32) -> bool {
     a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())
 }
 
-/// A float as it reads and as it is.
+/// A float as a number and as bits.
 fn shown(x: f32) -> String {
     format!("{x:?} ({:#010x})", x.to_bits())
 }
 
-/// Expects equal floats, by bits.
+/// Expects floats with equal bits.
 #[track_caller]
 fn assert_same(actual: &[f32], expected: &[f32], what: &dyn Debug) {
     assert_eq!(actual.len(), expected.len(), "{what:?}");
@@ -66,14 +66,14 @@ fn assert_same(actual: &[f32], expected: &[f32], what: &dyn Debug) {
     }
 }
 
-/// Expects equal vectors, by bits.
+/// Expects vectors with equal bits.
 #[track_caller]
 fn assert_same_vector(actual: Vec3, expected: Vec3, what: &dyn Debug) {
     assert_same(&actual.to_array(), &expected.to_array(), what);
 }
 
-/// Compares a map on all lanes with its definition, row by row: all rows at once, and the first ones at every
-/// length that ends within a packet. Gives the number of rows compared.
+/// Compares a kernel that maps rows to rows with its definition, on all lanes: for all rows at once, and for the first
+/// rows in every length with an incomplete packet. Returns the number of rows compared.
 fn check_map<const A: usize, const B: usize>(
     name: &str,
     rows: &[[f32; A]],
@@ -101,7 +101,7 @@ fn check_map<const A: usize, const B: usize>(
     compared
 }
 
-/// Tries a property on random inputs, and tells how many there were; for one that fails, shows the simplest.
+/// Tests a property on random inputs and reports their number; shows the simplest input that fails.
 fn check<S: Strategy>(cases: u32, what: &str, inputs: &S, property: impl Fn(S::Value) -> TestCaseResult)
 where
     S::Value: Debug,
@@ -118,14 +118,14 @@ where
     }
 }
 
-/// Uniform numbers as the streams give them, the ends of the unit interval and of its quarters among them.
+/// Uniform numbers as the streams give them: at the ends of the unit interval, and around multiples of an eighth.
 fn edge_uniforms() -> Vec<f32> {
     let inner = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
     let around = inner.into_iter().flat_map(|u: f32| [u - UNIT, u, u + UNIT]);
     [0.0, UNIT, 1.0 - 2.0 * UNIT, 1.0 - UNIT].into_iter().chain(around).collect()
 }
 
-/// Unit vectors: axes, with zeros of both signs; close to the lower pole; and of no symmetry.
+/// Unit vectors: along axes, with zeros of both signs; close to the lower pole; and in general directions.
 fn edge_directions() -> Vec<Vec3> {
     let axes = [Vec3::X, Vec3::Y, Vec3::Z].into_iter().flat_map(|axis| [axis, -axis]);
     let others = [

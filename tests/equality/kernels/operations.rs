@@ -1,4 +1,4 @@
-//! The operations of the lanes, against plain Rust: the kernels' equality rests on theirs.
+//! The operations of the lanes, compared with plain Rust. All kernels depend on them.
 
 use super::inputs::numbers;
 use super::{GUARD, check_map, lane_kinds, tell};
@@ -6,7 +6,7 @@ use fast::kernels::operations::{
     Memory, arithmetic, comparison, count, fused, integers, mask, masks, rounding, shifts,
 };
 
-/// Floats in which operations differ from their neighbours: zeros, subnormals, ties, infinities, NaN.
+/// Special values: zeros, subnormals, ties of rounding, infinities, NaN.
 const FLOATS: [f32; 22] = [
     0.0,
     -0.0,
@@ -39,14 +39,14 @@ fn pairs<T: Copy>(of: &[T]) -> impl Iterator<Item = [T; 2]> {
     of.iter().flat_map(|a| of.iter().map(|b| [*a, *b]))
 }
 
-/// Pairs of floats: all of the list, and random bits.
+/// Pairs of floats: all pairs of special values, and random bits.
 fn float_pairs() -> Vec<[f32; 2]> {
     let mut stream = numbers(1);
     let random = (0..20_000).map(|_| [stream.next_u32(), stream.next_u32()].map(f32::from_bits));
     pairs(&FLOATS).chain(random.collect::<Vec<_>>()).collect()
 }
 
-/// Pairs of words, as floats of their bits.
+/// Pairs of words, as floats with the same bits.
 fn word_pairs() -> Vec<[f32; 2]> {
     let mut stream = numbers(2);
     let random = (0..20_000).map(|_| [stream.next_u32(), stream.next_u32()]);
@@ -72,7 +72,7 @@ fn comparisons_are_false_for_nan() {
 
 #[test]
 fn floats_round_to_integers_and_back() {
-    // Within what an i32 holds, as the operation asks for.
+    // The operation is defined only in the range of an i32.
     let fits = |[a, _]: &[f32; 2]| a.abs() < 2_147_483_648.0;
     let rows: Vec<[f32; 1]> = float_pairs().into_iter().filter(fits).map(|[a, _]| [a]).collect();
     let definition = |[a]: [f32; 1]| [a.floor(), f32::from_bits(a as i32 as u32), (a as i32) as f32];
@@ -90,7 +90,7 @@ fn integers_wrap() {
 }
 
 #[test]
-fn shifts_lose_what_leaves() {
+fn shifts_drop_bits_that_overflow() {
     let definition = |[a]: [f32; 1]| {
         let a = a.to_bits();
         [a << 1, a << 5, a << 13, a << 31, a >> 3, a >> 8, a >> 15, a >> 17].map(f32::from_bits)
@@ -130,7 +130,7 @@ fn fused_rounds_once_or_twice() {
     tell(rows.len(), "fused products");
 }
 
-/// Bits that name lanes: all of 8, and of 16 those whose halves are alike or complements.
+/// Sets of lanes as bits: all sets of 8 lanes, and those of 16 whose halves are equal or complementary.
 fn lane_bits(lanes: usize) -> impl Iterator<Item = u32> {
     let all = (1_u32 << lanes) - 1;
     (0..256_u32).flat_map(move |low| [low, low << 8 | low, low << 8 | (low ^ 255)].map(|bits| bits & all))
@@ -156,13 +156,13 @@ fn masks_are_bits() {
                 cases += 1;
             }
         }
-        // Bits that no lane has.
+        // Bits beyond the last lane are ignored.
         assert_eq!(mask(lanes, u32::MAX, 0).bits, all, "{lanes:?}");
     }
     tell(cases, "masks and bits");
 }
 
-/// A float per index, and its word.
+/// Test values: floats, and their bits as words.
 fn source() -> ([f32; 32], [u32; 32]) {
     let word = |k: usize| 0x3f80_0000 + 77 * k as u32;
     (std::array::from_fn(|k| f32::from_bits(word(k))), std::array::from_fn(word))

@@ -1,4 +1,4 @@
-//! Camera pass, photon pass and direct light by themselves, before anything is summed up.
+//! Camera pass, photon pass and direct light on their own, before their results are summed up.
 
 use super::inputs::{self, numbers, scene_of};
 use super::{assert_same_vector, check, lane_kinds, tell};
@@ -18,7 +18,7 @@ use scene::ray::NO_SPHERE;
 use scene::{Ray, Rgb, Scene, Settings, Sphere, Stats, Still, Vec3};
 use std::collections::HashMap;
 
-/// What the reference's camera pass finds, pixel by pixel.
+/// The results of the reference's camera pass for all pixels.
 fn samples(scene: &Scene, still: &Still, settings: &Settings, iteration: u32) -> (Vec<CameraSample>, Stats) {
     let frame = scene.camera.frame(settings.width, settings.height);
     let mut stats = Stats::default();
@@ -70,10 +70,9 @@ fn pixels_have_slots_of_their_own() {
     }
 }
 
-/// The bits of a deposit, by which two are told apart.
+/// The bits of a deposit, which identify it.
 fn bits(deposit: &Deposit) -> [u32; 10] {
     let (p, wi) = (deposit.point.to_array(), deposit.wi.to_array());
-    // Minus zero and zero are one direction, and subtraction may give either.
     let [px, py, pz] = p.map(f32::to_bits);
     let [wx, wy, wz] = wi.map(f32::to_bits);
     let [r, g, b] = deposit.flux.0;
@@ -85,7 +84,8 @@ fn as_deposit(photon: &Photon) -> Deposit {
     Deposit { point, wi, sphere, flux: reference::photon_pass::Flux(flux) }
 }
 
-/// Expects every photon that the engine keeps to be one of the reference's, and gives those that it drops.
+/// Expects every photon that the engine keeps to be one of the reference's; returns the reference's photons that it
+/// drops.
 fn dropped(run: &PhotonRun, deposits: &[Deposit]) -> Result<Vec<Deposit>, TestCaseError> {
     let mut left: HashMap<[u32; 10], Vec<Deposit>> = HashMap::new();
     for deposit in deposits {
@@ -98,7 +98,7 @@ fn dropped(run: &PhotonRun, deposits: &[Deposit]) -> Result<Vec<Deposit>, TestCa
     Ok(left.into_values().flatten().collect())
 }
 
-/// A map on which every deposit is wanted.
+/// An occupancy map that contains all deposits.
 fn all_of(deposits: &[Deposit], size: f32) -> Occupancy {
     let mut wanted = Occupancy::new(size);
     for deposit in deposits {
@@ -107,7 +107,7 @@ fn all_of(deposits: &[Deposit], size: f32) -> Occupancy {
     wanted
 }
 
-/// A map on which is wanted what visible points can reach.
+/// An occupancy map of everything within reach of the visible points.
 fn what_is_seen(visible: &[VisiblePoint], radius: f32) -> Occupancy {
     let mut wanted = Occupancy::new(radius * 2.0);
     for v in visible {
@@ -194,7 +194,7 @@ fn direct_light_on_any_point() {
     });
 }
 
-/// A ball of radius 1 in a glowing shell, so far from the origin.
+/// A ball of radius 1 in a glowing shell, moved from the origin by `offset` along each axis.
 fn ball_in_shell(offset: f32) -> Scene {
     let sphere = |radius, emission| Sphere {
         center: Vec3::splat(offset),
@@ -206,16 +206,16 @@ fn ball_in_shell(offset: f32) -> Scene {
     scene_of(vec![sphere(1.0, 0.0), sphere(4.0, 1.0)], Vec3::splat(offset) + Vec3::X * 3.0)
 }
 
-/// What the engine allows for the rounding of a point, over its largest coordinate: some 8 roundings.
+/// The engine's tolerance for the rounding of a point, relative to its largest coordinate: about 8 roundings.
 const ROUNDED: f64 = 1e-6;
-/// How well a test in `f64` of points that are rounded to `f32` knows that: by a rounding of such a point.
+/// Uncertainty of this test about that, because it computes in `f64` from points rounded to `f32`: about one rounding.
 const ROUNDED_BY: f64 = 0.1 * ROUNDED;
-/// What the engine allows for the rounding of cosines, and as much again.
+/// Twice the engine's tolerance for the rounding of cosines.
 const COSINES: f64 = 3e-5;
 
-/// What lies far out is rounded to points whose normals say something else than their places: a photon that is called
-/// safe has to count all the same at every point within reach, on the far side of the ball's edge not. As long as that
-/// is so, all should be called safe that can be: normals differ by the reach, and by what points are rounded by.
+/// A photon that is marked safe must count at every visible point of its sphere within reach, even far from the origin,
+/// where rounded points and their normals do not match exactly. Conversely, every photon that can be marked safe should
+/// be: one whose cosine exceeds the change of normals over the reach, plus the tolerance for rounding.
 #[test]
 fn safe_photons_count_at_all_points_within_reach() {
     let mut cases = 0;
@@ -224,7 +224,7 @@ fn safe_photons_count_at_all_points_within_reach() {
         let still = scene.at(0.0);
         let photons = 1 << 16;
         let settings = Settings { photons_per_iteration: photons, max_depth: 4, ..scene.settings };
-        // Points of the ball, as rays find them.
+        // Points on the ball, found by rays.
         let mut stream = numbers(71);
         let points: Vec<Hit> = (0..4000)
             .filter_map(|_| {
@@ -235,7 +235,7 @@ fn safe_photons_count_at_all_points_within_reach() {
                 intersect(&still, &Ray { origin, direction, leaves: NO_SPHERE }).filter(|hit| hit.sphere == 0)
             })
             .collect();
-        // From a step of the coordinates to what is plain to see.
+        // From the spacing of the coordinates to a large reach.
         for reach in [1e-3_f32, 0.02, 0.1, 0.4].map(|reach| reach.max(offset * f32::EPSILON)) {
             let mut wanted = Occupancy::new(20.0);
             let (low, high) = (scene.spheres[0].center - 1.0, scene.spheres[0].center + 1.0);
@@ -258,7 +258,7 @@ fn safe_photons_count_at_all_points_within_reach() {
                     );
                 }
                 let safe = on_ball.iter().filter(|photon| photon.is_safe && photon.sphere == 0);
-                // An eighth of them, at all points.
+                // Test an eighth of the safe photons at all points.
                 let some = safe.step_by(8);
                 for (photon, hit) in some.flat_map(|photon| points.iter().map(move |hit| (photon, hit))) {
                     let d = photon.point - hit.point;
@@ -275,9 +275,10 @@ fn safe_photons_count_at_all_points_within_reach() {
     tell(cases, "points among safe photons");
 }
 
-/// Where a ball touches the lamp, the distance to the lamp's centre is its radius: the reference sees no light there.
+/// At the point where a ball touches the lamp, the distance to the lamp's centre equals its radius, and the reference
+/// computes no light.
 #[test]
-fn where_a_lamp_is_touched_it_gives_nothing() {
+fn a_lamp_gives_no_light_where_it_is_touched() {
     let sphere = |x: f32, radius, emission| Sphere {
         center: Vec3::X * x,
         velocity: Vec3::ZERO,
@@ -315,9 +316,9 @@ fn where_a_lamp_is_touched_it_gives_nothing() {
     tell(cases, "direct light where a lamp is touched");
 }
 
-/// The engines agree on photons in any piece of the range, not only on all.
+/// Tracing photons in parts of the range gives the same photons as tracing them all at once.
 #[test]
-fn photons_from_the_middle() {
+fn photons_in_parts_of_the_range() {
     let scene = files::builtin::scene("cornell").unwrap();
     let settings = Settings { photons_per_iteration: 1000, ..scene.settings };
     let still = scene.at(0.0);

@@ -1,4 +1,5 @@
-//! Random spheres and rays, on purpose where rounding decides: tangent, from the surface, from within, along axes.
+//! Generates random spheres and rays for cases in which rounding matters: tangent rays, rays that start on or inside
+//! spheres, and rays along axes.
 
 use super::inputs::scene_of;
 use crate::placement::{Placement, among_others, around_all, log_uniform, point};
@@ -8,14 +9,14 @@ use reference::sampling::{frame, unit};
 use scene::ray::NO_SPHERE;
 use scene::{Ray, Rgb, Scene, Sphere, Vec3};
 
-/// A scene, and rays through it.
+/// A scene and rays.
 #[derive(Clone, Debug)]
 pub(super) struct RayCase {
     pub(super) scene: Scene,
     pub(super) rays: Vec<Ray>,
 }
 
-/// A sphere, whose kind is 0 (diffuse), 1 (mirror) or 2 (glass).
+/// A random sphere. Its kind is 0 (diffuse), 1 (mirror) or 2 (glass).
 #[derive(Clone, Debug)]
 struct BallSpec {
     placement: Placement,
@@ -28,26 +29,26 @@ struct RaySpec {
     ball: Index,
     start: Start,
     aim: Aim,
-    /// If the ray starts on the ball, that it knows so.
+    /// Whether the ray is marked as leaving the ball, if it starts on its surface.
     leaves: bool,
 }
 
 #[derive(Clone, Debug)]
 enum Start {
-    /// So many radii from the centre.
+    /// In this direction from the centre, at this many radii.
     Around(Vec3, f32),
     At(Vec3),
 }
 
 #[derive(Clone, Debug)]
 enum Aim {
-    /// To pass the centre at so many radii.
+    /// Past the centre, at a distance of this many radii.
     Past(Vec3, f32),
     Center(Index),
     Any(Vec3),
 }
 
-/// Scenes of so many spheres, with so many rays.
+/// Scenes with the given numbers of spheres and rays.
 pub(super) fn ray_case(
     spheres: std::ops::RangeInclusive<usize>,
     rays: std::ops::RangeInclusive<usize>,
@@ -88,7 +89,7 @@ fn ball() -> impl Strategy<Value = BallSpec> {
     })
 }
 
-/// Unit vectors, some along an axis, with zeros of both signs.
+/// Unit vectors: some along an axis, with zeros of both signs, some in a coordinate plane.
 fn direction() -> impl Strategy<Value = Vec3> {
     let axis = (0..3_usize, any::<bool>(), any::<bool>()).prop_map(|(axis, negative, negative_zero)| {
         let zero = if negative_zero { -0.0 } else { 0.0 };
@@ -103,7 +104,7 @@ fn direction() -> impl Strategy<Value = Vec3> {
     prop_oneof![1 => axis, 1 => plane, 4 => point(1.0).prop_map(|v| v.normalize_or(Vec3::Z))]
 }
 
-/// Up to a few hundred floats from 1.
+/// Numbers within a few hundred floats of 1.
 fn close_to_one() -> impl Strategy<Value = f32> {
     prop_oneof![-4..=4_i32, -400..=400_i32].prop_map(|steps| 1.0 + steps as f32 * f32::EPSILON)
 }

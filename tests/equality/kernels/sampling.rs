@@ -1,4 +1,4 @@
-//! The maps from uniform numbers to points and directions.
+//! Kernels that map uniform numbers to points, directions, camera rays and lights.
 
 use super::inputs::{direction, numbers};
 use super::{assert_same, check_map, edge_directions, edge_uniforms, lane_kinds, tell};
@@ -14,7 +14,7 @@ use scene::{Vec3, max_component as largest};
 
 const RANDOM: u32 = 30_000;
 
-/// Pairs of uniform numbers: of all edges, and random ones.
+/// Pairs of uniform numbers: all pairs of edge cases, and random ones.
 fn uniform_pairs() -> Vec<[f32; 2]> {
     let edges = edge_uniforms();
     let mut stream = numbers(20);
@@ -23,7 +23,7 @@ fn uniform_pairs() -> Vec<[f32; 2]> {
     edges.chain(random.collect::<Vec<_>>()).collect()
 }
 
-/// Directions, each with the pairs of uniform numbers.
+/// Directions combined with pairs of uniform numbers.
 fn directions_and_uniforms() -> Vec<(Vec3, [f32; 2])> {
     let pairs = uniform_pairs();
     let mut stream = numbers(21);
@@ -33,7 +33,7 @@ fn directions_and_uniforms() -> Vec<(Vec3, [f32; 2])> {
     many.chain(random.collect::<Vec<_>>()).collect()
 }
 
-/// Every float that a stream can give, in pieces that stay in the cache.
+/// Every float that a stream can give, in pieces that fit in the cache.
 #[test]
 fn sine_and_cosine_of_every_uniform_number() {
     const PIECE: u32 = 1 << 12;
@@ -73,7 +73,7 @@ fn disks_and_spheres() {
 fn hemispheres() {
     let mut rows: Vec<[f32; 5]> =
         directions_and_uniforms().into_iter().map(|(n, [u, v])| [n.x, n.y, n.z, u, v]).collect();
-    // Where the point of the sphere is opposite of the normal, there is no direction to scale.
+    // If the point on the sphere is opposite to the normal, their sum is zero and cannot be normalised.
     for [u, v] in uniform_pairs() {
         let n = -definition::uniform_sphere(u, v);
         rows.push([n.x, n.y, n.z, u, v]);
@@ -105,7 +105,7 @@ fn frames_and_unit_vectors() {
         let (s, t) = definition::frame(Vec3::from_array(n));
         [s.x, s.y, s.z, t.x, t.y, t.z]
     };
-    // The frame of n with a negative zero below: the sign of z decides.
+    // The frame depends on the sign of z, even that of a zero.
     let flat: Vec<[f32; 3]> = rows.iter().flat_map(|[x, y, _]| [[*x, *y, 0.0], [*x, *y, -0.0]]).collect();
     let mut cases = check_map("orthonormal_frame", &[rows.clone(), flat].concat(), orthonormal_frame, frame);
     let scaled: Vec<[f32; 3]> = rows
@@ -160,8 +160,8 @@ fn camera_rays() {
     tell(cases, "camera rays");
 }
 
-/// Few lights are compared one by one, more than 16 are searched: both sides of the limit, and what lies between two
-/// lights.
+/// Numbers of lights on both sides of 16, above which lights are found by a search, and uniform numbers at the
+/// boundaries between lights.
 #[test]
 fn choices_of_lights() {
     let mut cases = 0;

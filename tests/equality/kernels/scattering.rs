@@ -1,4 +1,4 @@
-//! Mirrors, glass, and the quantisation of fluxes.
+//! Kernels for mirrors, glass, the quantisation of flux, and Russian roulette.
 
 use super::inputs::{direction, numbers};
 use super::{check_map, edge_directions, edge_uniforms, tell};
@@ -10,7 +10,7 @@ use scene::{Rgb, Vec3};
 
 const INDICES: [f32; 7] = [1.0, 1.000_001, 1.1, 1.5, 2.4, 10.0, 100.0];
 
-/// Pairs of a direction and a normal: from straight to grazing, at right angles, and from behind.
+/// Pairs of a direction and a normal: perpendicular to the surface, grazing, parallel to it, and from behind.
 fn meetings() -> Vec<(Vec3, Vec3)> {
     let mut stream = numbers(30);
     let mut all = Vec::new();
@@ -50,7 +50,7 @@ fn reflectances() {
     tell(check_map("fresnel", &rows, fresnel, exact), "reflectances");
 }
 
-/// The numbers that decide are at the reflectance itself, so that both outcomes of a tie are told apart.
+/// Some random numbers are equal to the reflectance or next to it, to test ties.
 #[test]
 fn glass() {
     let uniforms = edge_uniforms();
@@ -77,7 +77,7 @@ fn glass() {
     tell(check_map("dielectric", &rows, dielectric, exact), "glass");
 }
 
-/// Halves of a unit, the largest flux, and what rounding brings beyond it.
+/// Half units of flux, the largest flux, and values that rounding can bring above it.
 #[test]
 fn fluxes() {
     let unit = 1.0 / FLUX_ONE as f32;
@@ -93,7 +93,7 @@ fn fluxes() {
     tell(check_map("quantise", &rows, quantise, exact), "quantised fluxes");
 }
 
-/// The numbers that decide are at the share that survives, so that both outcomes of a tie are told apart.
+/// Some random numbers are equal to the survival probability or next to it, to test ties.
 #[test]
 fn roulette() {
     let shares = [0.0, 1e-30, 0.25, 0.5, 0.75, 1.0];
@@ -113,7 +113,7 @@ fn roulette() {
         let survivor = photon_pass::survive(Vec3::new(px, py, pz), Vec3::new(ax, ay, az), u);
         survivor.map_or([0.0; 4], |p| [1.0, p.x, p.y, p.z])
     };
-    // What is left of the power of one that does not survive is of no interest.
+    // The power of a photon that does not survive is unspecified; set it to zero for the comparison.
     let kernel = |lanes, inputs: [&[f32]; 7], [survives, x, y, z]: [&mut [f32]; 4]| {
         survive(lanes, inputs, [&mut *survives, &mut *x, &mut *y, &mut *z]);
         for (k, survives) in survives.iter().enumerate().filter(|(_, survives)| **survives == 0.0) {

@@ -1,4 +1,4 @@
-//! Random streams: start states, words and floats.
+//! Kernels for random streams: initial states, words and floats.
 
 use super::inputs::numbers;
 use super::{check_map, edge_uniforms, tell};
@@ -9,7 +9,7 @@ const FAMILIES: [Family; 6] =
     [Family::Camera, Family::Tile, Family::Photon, Family::Emission, Family::Shutter, Family::Path];
 
 #[test]
-fn streams_start_where_they_should() {
+fn streams_have_the_right_initial_states() {
     let mut cases = 0;
     for (k, family) in FAMILIES.into_iter().enumerate() {
         for seed in [0, 1, u64::MAX, 0x0123_4567_89ab_cdef] {
@@ -35,7 +35,7 @@ fn streams_start_where_they_should() {
 }
 
 #[test]
-fn streams_step_alike() {
+fn streams_advance_in_the_same_way() {
     let key = StreamKey::new(3, Family::Camera, 5);
     let states: Vec<u32> = (0..50_000).map(|index| key.state(index)).chain([1, u32::MAX, 1 << 31]).collect();
     // A stream's state is its last word.

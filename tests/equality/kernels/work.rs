@@ -1,5 +1,5 @@
-//! How much the engine does for an image, counted. No bit depends on it, so no other test would notice if bounds grew
-//! so loose that everything is tried; here every such change shows. If one is meant, say so and state the new numbers.
+//! Counts the work that the engine does for an image. The image does not depend on it, so no other test would notice if
+//! culling became less effective. If a change to these counts is intended, explain it and update the numbers.
 
 use super::inputs::{scattered, scene_of};
 use super::tell;
@@ -7,7 +7,7 @@ use fast::{Intersector, LaneKind, Search, Sppm};
 use scene::ray::NO_SPHERE;
 use scene::{Engine, Settings, Vec3};
 
-/// Back ends may fuse a product and a sum where bounds are compared, and round some of them the other way.
+/// Relative tolerance: back ends may use fused multiply-add in culling tests, which rounds some of them differently.
 const NEAR: f64 = 2e-3;
 
 #[track_caller]
@@ -16,7 +16,7 @@ fn assert_near(actual: &[u64], expected: &[u64], what: &str) {
     assert!(actual.len() == expected.len() && actual.iter().zip(expected).all(is_near), "{what}: {actual:?}");
 }
 
-/// Boxes and balls of nearest hits, then of short shadow rays.
+/// Boxes and balls tested for nearest hits, then those tested for short shadow rays.
 #[test]
 fn searches_try_few_balls() {
     let cases = [
@@ -26,7 +26,7 @@ fn searches_try_few_balls() {
         (20_000, Search::Tree, [8187, 1238, 5115, 709]),
     ];
     for (count, search, expected) in cases {
-        // Not whole packets, and some rays for which nothing can be near enough.
+        // An incomplete last packet, and some shadow rays with a negative limit, which cannot hit anything.
         let (spheres, rays) = scattered(count, 1, 997, 900);
         let scene = scene_of(spheres, Vec3::splat(1e3));
         let intersector = Intersector::with_search(&scene.at(0.0), LaneKind::Emulated, search);
@@ -38,7 +38,7 @@ fn searches_try_few_balls() {
     tell(cases.len(), "searches' work");
 }
 
-/// Pairs whose distance is tested, and bytes held, which tell how many photons were kept.
+/// Pairs whose distance is tested, and bytes allocated, which depend on how many photons are kept.
 #[test]
 fn joins_test_few_pairs() {
     let cases = [
