@@ -1,7 +1,7 @@
 //! Consolidation: adds an iteration's photons to what pixels have gathered, and shrinks their radii.
 //! `reference::consolidate`, in lanes.
 
-use crate::join::GroupSums;
+use crate::join::sums::GroupSums;
 use crate::pixels::{GROUP, Pixel, PixelLanes, PixelRows, PixelRowsLanes};
 use lanes::{Lanes, MOST_LANES, V3};
 use scene::film::FLUX_ONE;

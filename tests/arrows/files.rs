@@ -7,24 +7,6 @@ use std::collections::BTreeSet;
 use std::fs::read_to_string;
 use std::path::Path;
 
-/// Cycles that are tolerated until they are removed, as sets of files. A cycle among some of these files is tolerated
-/// too. Remove an entry once its cycle is gone. `lanes`, `reference` and `fast` have none.
-const STILL_CIRCULAR: &[&[&str]] = &[
-    // Modules in which `mod.rs` or `lib.rs` imports its children and defines items that these import.
-    &[
-        "checkpoint/damage.rs",
-        "checkpoint/mod.rs",
-        "checkpoint/read.rs",
-        "checkpoint/sections.rs",
-        "checkpoint/store.rs",
-        "checkpoint/write.rs",
-    ],
-    &["image_file/mod.rs", "image_file/openexr.rs", "image_file/pfm.rs", "image_file/png.rs"],
-];
-
-/// The crates in which no cycle is tolerated, even if it is in the list.
-const CLEAN: [&str; 3] = ["sppm-lanes", "sppm-reference", "sppm-fast"];
-
 /// All imports between the files in a folder `src`, of its library and its program, with paths relative to the folder.
 pub(crate) fn imports(src: &Path) -> BTreeSet<Import> {
     let plain = |name: &str| {
@@ -43,12 +25,9 @@ pub(crate) fn imports(src: &Path) -> BTreeSet<Import> {
     all
 }
 
-/// Describes the cycles among imports, except for `permitted` ones: the files of each, and their imports.
-fn circles(imports: &BTreeSet<Import>, permitted: &[&[&str]]) -> Vec<String> {
+/// Describes the cycles among imports: the files of each, and their imports.
+fn circles(imports: &BTreeSet<Import>) -> Vec<String> {
     let edges = imports.iter().map(|import| (import.from.clone(), import.to.clone())).collect();
-    let is_permitted = |files: &BTreeSet<String>| {
-        permitted.iter().any(|permitted| files.iter().all(|file| permitted.contains(&file.as_str())))
-    };
     let tell = |files: BTreeSet<String>| {
         let mut text = format!("in a circle: {}\n", files.iter().cloned().collect::<Vec<_>>().join(", "));
         for Import { from, to, path } in imports {
@@ -58,7 +37,7 @@ fn circles(imports: &BTreeSet<Import>, permitted: &[&[&str]]) -> Vec<String> {
         }
         text
     };
-    cycles(&edges).into_iter().filter(|files| !is_permitted(files)).map(tell).collect()
+    cycles(&edges).into_iter().map(tell).collect()
 }
 
 #[test]
@@ -70,8 +49,7 @@ fn imports_in_a_crate_form_no_cycles() {
         let manifest = Path::new(package["manifest_path"].as_str().expect("a manifest"));
         let imports = imports(&manifest.with_file_name("src"));
         assert!(!imports.is_empty(), "{name} was misread");
-        let permitted = if CLEAN.contains(&name) { &[] } else { STILL_CIRCULAR };
-        for circle in circles(&imports, permitted) {
+        for circle in circles(&imports) {
             told.extend([name, ": ", &circle]);
         }
     }
@@ -88,9 +66,9 @@ fn a_cycle_is_reported_with_its_imports() {
     let imports = BTreeSet::from([import("a", "b"), import("b", "c"), import("c", "a"), import("c", "d")]);
     let told =
         "in a circle: a, b, c\n    a -> b by crate::b\n    b -> c by crate::c\n    c -> a by crate::a\n";
-    assert_eq!(circles(&imports, &[]), [told]);
-    assert_eq!(circles(&imports, &[&["a", "b"]]), [told]);
-    assert_eq!(circles(&imports, &[&["a", "b", "c"]]), [""; 0]);
+    assert_eq!(circles(&imports), [told]);
+    let open = imports.into_iter().filter(|import| import.from != "c").collect();
+    assert_eq!(circles(&open), [""; 0]);
 }
 
 /// A module that imports from its parent through a re-export and inside a macro, while its parent imports from it.
@@ -108,7 +86,7 @@ fn a_cycle_in_source_text_is_found() {
         let (to, path) = rest.split_once(" by ").unwrap();
         Import { from: from.to_owned(), to: to.to_owned(), path: path.to_owned() }
     };
-    let told = circles(&imports.iter().map(import).collect(), &[]);
+    let told = circles(&imports.iter().map(import).collect());
     assert_eq!(told.len(), 1);
     assert!(told[0].starts_with("in a circle: a/child.rs, a/mod.rs\n"), "{told:?}");
 }

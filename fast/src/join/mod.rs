@@ -34,7 +34,7 @@ mod radii;
 mod region;
 mod runs;
 mod sorted;
-mod sums;
+pub(crate) mod sums;
 
 use crate::consolidate::consolidate_group;
 use crate::pixels::{GROUP, Pixel, PixelRows};

@@ -1,6 +1,6 @@
 //! The ways in which a checkpoint can be unusable.
 
-use super::FORMAT;
+use super::account::FORMAT;
 use crate::atomic_file::reason;
 use std::io;
 use thiserror::Error;

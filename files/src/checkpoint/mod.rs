@@ -30,6 +30,7 @@
 //! Readers check every length against the length of the file before they allocate memory for it, and check a section's
 //! checksum before they use its content.
 
+mod account;
 mod damage;
 mod read;
 mod sections;
@@ -38,38 +39,8 @@ mod store;
 mod tests;
 mod write;
 
+pub use account::{Account, FORMAT, Past};
 pub use damage::Damage;
 pub use read::Checkpoint;
 pub use store::{Loaded, Lock, Store};
 pub use write::{Contents, length, write};
-
-use scene::{Film, Stats, Sums};
-use serde::{Deserialize, Serialize};
-
-/// The format version that is written, and the only one that can be read.
-pub const FORMAT: u32 = 1;
-
-/// The progress of a render: section `RNDR`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Account {
-    /// Version of the program that wrote it.
-    pub version: String,
-    /// Digest of the scene, by [`crate::scene_file::digest`].
-    pub scene: String,
-    /// The kind of sums.
-    pub sums: Sums,
-    /// Completed iterations in the sums.
-    pub iterations: u32,
-    /// Counted work and times so far.
-    pub stats: Stats,
-}
-
-/// The image of an earlier iteration, kept to estimate the error: section `PAST`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Past {
-    /// Iterations in the image.
-    pub iterations: u32,
-    /// The image.
-    pub film: Film,
-}

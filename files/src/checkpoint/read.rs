@@ -1,8 +1,9 @@
 //! Reads checkpoints.
 
+use super::account::{Account, Past};
+use super::damage::Damage;
 use super::sections::{ACCOUNT, FRAME, HEADER, NOTE, Name, PAST, SCENE, SUMS, Section, read_header};
 use super::write::{past_bytes, sums_bytes};
-use super::{Account, Damage, Past};
 use crate::scene_file;
 use scene::settings::MAX_ITERATIONS;
 use scene::{Film, Resumable, Rgb, Scene, Settings, Sums};

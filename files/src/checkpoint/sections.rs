@@ -1,6 +1,7 @@
 //! The header and the sections of a checkpoint file, each with its checksum.
 
-use super::{Damage, FORMAT};
+use super::account::FORMAT;
+use super::damage::Damage;
 use crc32fast::Hasher;
 use std::io::{self, Read, Write};
 

@@ -3,7 +3,8 @@
 //! `FILE` is replaced atomically, and its previous content becomes `FILE.1`. A process locks `FILE.lock` before it
 //! writes them. The operating system releases the lock when the process ends, even if it is killed.
 
-use super::{Checkpoint, Damage};
+use super::damage::Damage;
+use super::read::Checkpoint;
 use crate::atomic_file::{self, FileError, Output, reason};
 use scene::Resumable;
 use std::fs::{self, File, TryLockError};

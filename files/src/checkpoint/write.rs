@@ -1,7 +1,7 @@
 //! Writes checkpoints.
 
+use super::account::{Account, Past};
 use super::sections::{ACCOUNT, FRAME, HEADER, NOTE, PAST, SCENE, SUMS, write_header, write_section};
-use super::{Account, Past};
 use scene::{Resumable, Settings, Sums};
 use std::io::{self, Write};
 

@@ -13,6 +13,8 @@
 //! Readers validate their input: a broken or malicious file gives a one-line error, and the memory used is bounded in
 //! terms of the file's length.
 
+mod encoding;
+mod limits;
 mod openexr;
 mod pfm;
 mod png;
@@ -22,10 +24,11 @@ mod tests;
 
 pub use crate::atomic_file::FileError as ImageError;
 use crate::atomic_file::{self, reason};
-use scene::settings::{MAX_PIXELS, MAX_SIDE};
+pub use encoding::Encoding;
+use limits::{Seekable, check_size};
 use scene::{Film, Picture, Plane, Rgb};
 use std::fs::{self, File};
-use std::io::{self, BufRead, BufReader, Cursor, Seek};
+use std::io::{self, BufReader, Cursor};
 use std::path::Path;
 
 /// An image format, chosen by the file's extension.
@@ -38,19 +41,6 @@ pub enum Format {
     /// `.pfm`: linear `f32`.
     Pfm,
 }
-
-/// How an image is encoded, and the note that is stored with it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Encoding<'a> {
-    /// In stops: radiance is multiplied by `2^exposure`. Applies to PNG only; EXR and PFM store radiance unchanged.
-    pub exposure: f32,
-    /// A note in ASCII without NUL, which [`read_note`] returns: a `tEXt` chunk named `sppm` in a PNG file, a text
-    /// attribute named `sppm` in an EXR file. PFM files cannot store one.
-    pub note: Option<&'a str>,
-}
-
-/// The key of [`Encoding::note`] in files.
-const NOTE: &str = "sppm";
 
 impl Format {
     /// The format of the file `path` by its extension, in upper or lower case.
@@ -189,11 +179,6 @@ pub fn check_writable(path: &Path) -> Result<(), ImageError> {
     atomic_file::check(path)
 }
 
-/// The input of a decoder.
-trait Seekable: BufRead + Seek {}
-
-impl<T: BufRead + Seek> Seekable for T {}
-
 /// Decodes an image file of `length` bytes.
 fn decode(format: Format, input: &mut impl Seekable, length: u64) -> Result<Film, String> {
     match format {
@@ -221,34 +206,4 @@ fn check_pixels(path: &Path, width: u32, height: u32, pixels: usize) -> Result<(
 
 fn check_sides<T>(path: &Path, picture: &Picture<T>) -> Result<(), ImageError> {
     check_size(picture.width.into(), picture.height.into()).map_err(|problem| ImageError::new(path, problem))
-}
-
-fn check_size(width: u64, height: u64) -> Result<(), String> {
-    if width == 0 || height == 0 {
-        return Err(format!("has no pixels: it is {width} x {height}"));
-    }
-    if width.max(height) > u64::from(MAX_SIDE) || width * height > MAX_PIXELS {
-        return Err(format!(
-            "is {width} x {height} pixels; at most {MAX_PIXELS} are supported, and {MAX_SIDE} in a side"
-        ));
-    }
-    Ok(())
-}
-
-/// Rejects a file of `length` bytes that claims to decompress to `bytes` bytes, if that exceeds the format's best
-/// compression ratio. A corrupt size in a header thus never leads to a large allocation.
-fn check_expansion(bytes: u64, length: u64, most_bytes_per_byte: u64) -> Result<(), String> {
-    if bytes / most_bytes_per_byte > length {
-        return Err(format!(
-            "has {length} bytes, which cannot hold the {bytes} bytes of pixels that it announces"
-        ));
-    }
-    Ok(())
-}
-
-fn truncated(e: &io::Error) -> String {
-    match e.kind() {
-        io::ErrorKind::UnexpectedEof => "ends too early".into(),
-        _ => format!("cannot be read: {}", reason(e)),
-    }
 }

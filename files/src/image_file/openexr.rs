@@ -1,6 +1,7 @@
 //! `OpenEXR`: writes linear `f32` with lossless ZIP compression; reads any flat image in scan lines or tiles.
 
-use super::{NOTE, Seekable, check_expansion, check_size};
+use super::encoding::NOTE;
+use super::limits::{Seekable, check_expansion, check_size};
 use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::image::write::channels::{ChannelsWriter, WritableChannels};

@@ -4,8 +4,8 @@
 //! (negative: little-endian); its absolute value multiplies the samples. We write little-endian with scale 1, which
 //! preserves every bit.
 
+use super::limits::{check_size, truncated};
 use super::rows::{First, Rows};
-use super::{check_size, truncated};
 use scene::{Film, Picture, Rgb};
 use std::io::{self, BufRead, Read, Write};
 

@@ -1,7 +1,8 @@
 //! PNG: writes 8-bit sRGB; reads every colour type and bit depth.
 
+use super::encoding::{Encoding, NOTE};
+use super::limits::{Seekable, check_expansion, check_size};
 use super::rows::{First, Rows};
-use super::{Encoding, NOTE, Seekable, check_expansion, check_size};
 use scene::{Film, Picture, Rgb, srgb};
 use std::io::{self, Write};
 

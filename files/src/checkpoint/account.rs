@@ -1,0 +1,32 @@
+//! What a checkpoint says of its render.
+
+use scene::{Film, Stats, Sums};
+use serde::{Deserialize, Serialize};
+
+/// The format version that is written, and the only one that can be read.
+pub const FORMAT: u32 = 1;
+
+/// The progress of a render: section `RNDR`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Account {
+    /// Version of the program that wrote it.
+    pub version: String,
+    /// Digest of the scene, by [`crate::scene_file::digest`].
+    pub scene: String,
+    /// The kind of sums.
+    pub sums: Sums,
+    /// Completed iterations in the sums.
+    pub iterations: u32,
+    /// Counted work and times so far.
+    pub stats: Stats,
+}
+
+/// The image of an earlier iteration, kept to estimate the error: section `PAST`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Past {
+    /// Iterations in the image.
+    pub iterations: u32,
+    /// The image.
+    pub film: Film,
+}
