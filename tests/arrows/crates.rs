@@ -68,11 +68,6 @@ fn violations(arrows: &BTreeMap<String, BTreeSet<String>>, tables: &[&[(&str, &[
     all
 }
 
-/// The short name of a package: "sppm-fast" is "fast".
-fn short(name: &str) -> String {
-    name.strip_prefix("sppm-").unwrap_or(name).to_owned()
-}
-
 /// The dependencies of each crate on others of the workspace, by the output of `cargo metadata`: first those of its
 /// library and programs, then those of its tests.
 fn arrows(metadata: &Value) -> [BTreeMap<String, BTreeSet<String>>; 2] {
@@ -80,7 +75,7 @@ fn arrows(metadata: &Value) -> [BTreeMap<String, BTreeSet<String>>; 2] {
     let ours: BTreeSet<&str> = packages.iter().filter_map(|package| package["name"].as_str()).collect();
     let mut all = [BTreeMap::new(), BTreeMap::new()];
     for package in packages {
-        let name = short(package["name"].as_str().expect("a name"));
+        let name = package["name"].as_str().expect("a name").to_owned();
         for arrows in &mut all {
             arrows.insert(name.clone(), BTreeSet::new());
         }
@@ -89,7 +84,7 @@ fn arrows(metadata: &Value) -> [BTreeMap<String, BTreeSet<String>>; 2] {
             if ours.contains(to) {
                 // Build scripts count as the crate itself.
                 let for_tests = dependency["kind"].as_str() == Some("dev");
-                all[usize::from(for_tests)].entry(name.clone()).or_default().insert(short(to));
+                all[usize::from(for_tests)].entry(name.clone()).or_default().insert(to.to_owned());
             }
         }
     }
@@ -118,14 +113,14 @@ fn crates_depend_on_those_that_the_table_permits() {
 #[test]
 fn dependencies_and_crates_that_are_not_in_the_table_are_reported() {
     let packages = r#"{"packages": [
-        {"name": "sppm-scene", "dependencies": [{"name": "glam", "kind": null}]},
-        {"name": "sppm-reference", "dependencies": [{"name": "sppm-scene", "kind": null}]},
-        {"name": "sppm-fast", "dependencies": [
-            {"name": "sppm-scene", "kind": null},
-            {"name": "sppm-reference", "kind": "dev"},
-            {"name": "sppm-other", "kind": "build"}
+        {"name": "scene", "dependencies": [{"name": "glam", "kind": null}]},
+        {"name": "reference", "dependencies": [{"name": "scene", "kind": null}]},
+        {"name": "fast", "dependencies": [
+            {"name": "scene", "kind": null},
+            {"name": "reference", "kind": "dev"},
+            {"name": "other", "kind": "build"}
         ]},
-        {"name": "sppm-other", "dependencies": []}
+        {"name": "other", "dependencies": []}
     ]}"#;
     let [normal, of_tests] = arrows(&serde_json::from_str(packages).unwrap());
     assert_eq!(violations(&normal, &[PERMITTED]), ["fast -> other", "other is not in the table"]);

@@ -3,7 +3,7 @@
 //! ```text
 //! space      the parameters that are searched, and the candidate at each point
 //! optimiser  proposes points: a process in Python
-//! bench      renders a candidate in turns with the defaults
+//! stopwatch      renders a candidate in turns with the defaults
 //! search     proposes and measures until the budget is spent, and measures the best again
 //! account    profile, table, plot and lines of text
 //! ```
@@ -14,7 +14,6 @@
 #![forbid(unsafe_code)]
 
 mod account;
-mod bench;
 mod budget;
 mod candidate;
 mod error;
@@ -24,6 +23,7 @@ mod ratios;
 mod request;
 mod search;
 mod space;
+mod stopwatch;
 
 pub use account::Account;
 pub use budget::Budget;

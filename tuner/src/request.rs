@@ -1,12 +1,12 @@
 //! What to tune, and the search from its start to its account.
 
 use crate::account::{Account, Outcome, Subject};
-use crate::bench::Bench;
 use crate::budget::Budget;
 use crate::error::Error;
 use crate::optimiser::Optimiser;
 use crate::search::{Progress, search};
 use crate::space::Space;
+use crate::stopwatch::Stopwatch;
 use fast::LaneKind;
 use rayon::ThreadPool;
 use scene::{Scene, Settings, Stop};
@@ -52,8 +52,8 @@ impl Request<'_> {
             started => started?,
         };
         let defaults = space.defaults();
-        let Some(bench) = Bench::new(scene, settings, pool, defaults, stop) else { return Ok(None) };
-        let Some(found) = search(&bench, &space, &mut optimiser, &budget, progress)? else {
+        let Some(stopwatch) = Stopwatch::new(scene, settings, pool, defaults, stop) else { return Ok(None) };
+        let Some(found) = search(&stopwatch, &space, &mut optimiser, &budget, progress)? else {
             return Ok(None);
         };
         Ok(Some(Account::new(Outcome {

@@ -1,12 +1,12 @@
 //! The search: proposals are measured one after the other, and the best is measured again.
 
-use crate::bench::Bench;
 use crate::budget::Budget;
 use crate::candidate::Candidate;
 use crate::error::Error;
 use crate::found::{Found, Tried};
 use crate::optimiser::Optimiser;
 use crate::space::Space;
+use crate::stopwatch::Stopwatch;
 use std::time::Instant;
 
 /// How many of the points that look best are measured once more before one of them is chosen.
@@ -17,13 +17,13 @@ pub type Progress<'a> = dyn FnMut(u32, &str) + 'a;
 
 /// Searches until the budget is spent, or a stop is asked for. `None` if not even the defaults were measured by then.
 pub(crate) fn search(
-    bench: &Bench,
+    stopwatch: &Stopwatch,
     space: &Space,
     optimiser: &mut Optimiser,
     budget: &Budget,
     progress: &mut Progress,
 ) -> Result<Option<Found>, Error> {
-    let (tried, is_stopped) = try_points(bench, space, optimiser, budget, progress)?;
+    let (tried, is_stopped) = try_points(stopwatch, space, optimiser, budget, progress)?;
     let Some(best) = tried.iter().min_by(|a, b| a.ratios.median().total_cmp(&b.ratios.median())).cloned()
     else {
         return Ok(None);
@@ -36,11 +36,11 @@ pub(crate) fn search(
     let finalists = finalists(&found.tried, &learnt.order, space.defaults());
     found.learnt = Some(learnt);
     progress(budget.evaluations, "the best once more");
-    if let Some(best) = final_round(bench, finalists, budget)? {
+    if let Some(best) = final_round(stopwatch, finalists, budget)? {
         found.best = best;
         progress(budget.evaluations, "the very best anew");
         // Measured again: the best of many is so in part by luck.
-        if let Some(ratios) = bench.ratios(found.best.candidate, budget.final_pairs)? {
+        if let Some(ratios) = stopwatch.ratios(found.best.candidate, budget.final_pairs)? {
             found.best.ratios = ratios;
             found.is_confirmed = true;
         }
@@ -50,7 +50,7 @@ pub(crate) fn search(
 
 /// The points that were measured, and whether a stop was asked for.
 fn try_points(
-    bench: &Bench,
+    stopwatch: &Stopwatch,
     space: &Space,
     optimiser: &mut Optimiser,
     budget: &Budget,
@@ -62,15 +62,15 @@ fn try_points(
     while tried.len() < budget.evaluations as usize && budget.time.is_none_or(|time| began.elapsed() < time) {
         let point = match optimiser.ask() {
             Ok(point) => point,
-            Err(_) if bench.is_stopped() => return Ok((tried, true)),
+            Err(_) if stopwatch.is_stopped() => return Ok((tried, true)),
             Err(error) => return Err(error),
         };
         let candidate = space.candidate(&point)?;
-        let Some(ratios) = bench.ratios(candidate, budget.pairs)? else { return Ok((tried, true)) };
+        let Some(ratios) = stopwatch.ratios(candidate, budget.pairs)? else { return Ok((tried, true)) };
         best = best.min(ratios.median());
         progress(tried.len() as u32 + 1, &format!("best {best:.3} of the defaults' time"));
         match optimiser.tell(&point, ratios.median().ln()) {
-            Err(_) if bench.is_stopped() => return Ok((tried, true)),
+            Err(_) if stopwatch.is_stopped() => return Ok((tried, true)),
             told => told?,
         }
         tried.push(Tried { candidate, ratios });
@@ -95,11 +95,15 @@ fn finalists(tried: &[Tried], order: &[usize], defaults: Candidate) -> Vec<Tried
 }
 
 /// The best of some, after a few more pairs of each; `None` if stopped.
-fn final_round(bench: &Bench, finalists: Vec<Tried>, budget: &Budget) -> Result<Option<Tried>, Error> {
+fn final_round(
+    stopwatch: &Stopwatch,
+    finalists: Vec<Tried>,
+    budget: &Budget,
+) -> Result<Option<Tried>, Error> {
     let pairs = budget.final_pairs.div_ceil(FINALISTS as u32);
     let mut best: Option<Tried> = None;
     for finalist in finalists {
-        let Some(more) = bench.ratios(finalist.candidate, pairs)? else { return Ok(None) };
+        let Some(more) = stopwatch.ratios(finalist.candidate, pairs)? else { return Ok(None) };
         let finalist = Tried { ratios: finalist.ratios.and(more), ..finalist };
         if best.as_ref().is_none_or(|best| finalist.ratios.median() < best.ratios.median()) {
             best = Some(finalist);

@@ -4,7 +4,7 @@ use super::sections::{ACCOUNT, FRAME, HEADER, NOTE, PAST, SCENE, SUMS};
 use super::*;
 use crate::atomic_file::Output;
 use crate::scene_file;
-use scene::{Engine, Probe, Resumable, Rgb, Scene, Settings, Stop};
+use scene::{Engine, Film, Probe, Resumable, Rgb, Scene, Settings, Stats, Stop, Sums};
 use std::fs;
 use std::io::{self, Cursor, Write as _};
 use tempfile::TempDir;

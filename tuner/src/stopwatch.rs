@@ -9,7 +9,7 @@ use scene::{Engine, Film, Scene, Settings, Stop};
 use std::time::Instant;
 
 /// What is rendered, and where.
-pub(crate) struct Bench<'a> {
+pub(crate) struct Stopwatch<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
     pool: &'a ThreadPool,
@@ -19,7 +19,7 @@ pub(crate) struct Bench<'a> {
     stop: &'a Stop,
 }
 
-impl<'a> Bench<'a> {
+impl<'a> Stopwatch<'a> {
     /// Renders once by the defaults, for the image; `None` if stopped meanwhile.
     pub(crate) fn new(
         scene: &'a Scene,
@@ -28,9 +28,9 @@ impl<'a> Bench<'a> {
         defaults: Candidate,
         stop: &'a Stop,
     ) -> Option<Self> {
-        let mut bench = Self { scene, settings, pool, defaults, image: Film::new(0, 0), stop };
-        bench.image = bench.render(defaults)?.1;
-        Some(bench)
+        let mut stopwatch = Self { scene, settings, pool, defaults, image: Film::new(0, 0), stop };
+        stopwatch.image = stopwatch.render(defaults)?.1;
+        Some(stopwatch)
     }
 
     /// Whether somebody asked to stop.
@@ -91,12 +91,12 @@ mod tests {
         let pool = render::pool(Some(1)).unwrap();
         let defaults = Candidate { lanes: LaneKind::best(), parameters: Parameters::default() };
         let stop = Stop::new();
-        let bench = Bench::new(&scene, &settings, &pool, defaults, &stop).unwrap();
+        let stopwatch = Stopwatch::new(&scene, &settings, &pool, defaults, &stop).unwrap();
         let other = Candidate { parameters: defaults.parameters.with("cell_size", 4.0).unwrap(), ..defaults };
-        let ratios = bench.ratios(other, 3).unwrap().unwrap();
+        let ratios = stopwatch.ratios(other, 3).unwrap().unwrap();
         assert!(ratios.count() == 3 && ratios.median() > 0.0);
         stop.request();
-        assert_eq!(bench.ratios(other, 3).unwrap(), None);
-        assert!(!differing_pixels(&bench.image, &Film::new(16, 12)).unwrap().is_empty());
+        assert_eq!(stopwatch.ratios(other, 3).unwrap(), None);
+        assert!(!differing_pixels(&stopwatch.image, &Film::new(16, 12)).unwrap().is_empty());
     }
 }
