@@ -44,3 +44,14 @@ pub(crate) struct Arrival {
     /// As [`Record::bucket`].
     pub(crate) bucket: u32,
 }
+
+impl Record {
+    /// What the deposit brings, once its direction is known.
+    ///
+    /// By words, which the compiler moves as vectors; field by field it took ten instructions more.
+    #[inline]
+    pub(crate) fn arrival(self, [wx, wy, wz, _]: Direction) -> Arrival {
+        let [_, _, _, surface, r, g, b, bucket]: [f32; 8] = bytemuck::cast(self);
+        bytemuck::cast([surface, r, g, b, wx, wy, wz, bucket])
+    }
+}

@@ -179,9 +179,8 @@ impl BinWork<'_> {
                 let start = &mut self.starts[bucket(record)];
                 *start -= 1;
                 let place = *start as usize;
-                let (Record { point, surface, flux, bucket }, [x, y, z, _]) = (*record, *direction);
-                [xs[place], ys[place], zs[place]] = point;
-                self.arrivals[place] = Arrival { surface, flux, wi: [x, y, z], bucket };
+                [xs[place], ys[place], zs[place]] = record.point;
+                self.arrivals[place] = record.arrival(*direction);
             }
         }
         self.starts.iter_mut().for_each(|start| *start += self.first);
