@@ -1,4 +1,4 @@
-//! The command `trace`.
+//! The command `trace`: intersects rays from a file with a scene, and writes what they hit.
 
 use crate::args::engine::MachineArgs;
 use crate::args::files::check_distinct;
@@ -10,7 +10,7 @@ use files::{atomic_file, npy};
 use render::{EngineChoice, EngineName, LanesName};
 use std::path::PathBuf;
 
-/// An engine whose intersections can be asked for by themselves.
+/// The engines that can intersect single rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Tracer {
     /// The fast engine's, on vectors
@@ -64,7 +64,7 @@ Example:
   sppm trace cornell --rays rays.npy --hits hits.npy
   python -c 'import numpy; print(numpy.load(\"hits.npy\")[\"t\"])'";
 
-/// Traces the rays of one file and writes what they hit into another.
+/// Runs the command.
 pub(crate) fn run(args: &TraceArgs) -> Result<(), Error> {
     let opened = args.scene.open()?;
     let time = instant(&opened, args.time)?;
