@@ -1,4 +1,4 @@
-//! Options for when a render ends and how it is checkpointed.
+//! Options for when a render ends, and for writing checkpoints.
 
 use super::values::{every, positive, time};
 use clap::{Args as ClapArgs, ValueHint};
