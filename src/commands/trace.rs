@@ -10,7 +10,7 @@ use files::{atomic_file, npy};
 use render::{EngineChoice, EngineName, LanesName};
 use std::path::PathBuf;
 
-/// The engines that can intersect single rays.
+/// An engine whose intersections can be asked for by themselves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Tracer {
     /// The fast engine's, on vectors
