@@ -5,9 +5,9 @@
 //! xorshift32 (Marsaglia, "Xorshift RNGs", 2003, triple 13, 17, 5).
 //!
 //! Quality: xorshift32 alone fails `BigCrush`, contrary to what the paper's published program says: it is linear over
-//! GF(2), and its period is only 2^32 - 1. It also fails dieharder's tests that count ones, and so do the successive
-//! words of a stream here (docs/paper.md). This is good enough for our use: a stream gives a few dozen numbers from a
-//! hashed start, and only their top bits are used. It matters more that neighbouring keys give unrelated streams. The
+//! GF(2), and its period is only 2^32 - 1. In dieharder it fails counts of ones and ranks of bit matrices, and so do the
+//! first four numbers of our streams (docs/paper.md). This is good enough here: a stream gives a few dozen numbers from
+//! a hashed start, and only their top bits are used. It matters more that neighbouring keys give unrelated streams. The
 //! hash provides that, and tests check it. Within one family and iteration no two indices have the same start state, as
 //! the hash is a bijection.
 
