@@ -1,12 +1,12 @@
 //! The command `sppm`: renders scenes of spheres by stochastic progressive photon mapping, compares images,
 //! verifies that engines agree bit for bit, traces rays, and exports scenes to other renderers.
 //!
-//! The command is thin: `commands` has a file for each, `args` the options that they share, `terminal` what is said and
-//! heard there. The life of a render is the business of the crate `render`, files that of `files`.
+//! This crate is thin. `commands` has one file per subcommand, `args` the options that they share, and `terminal`
+//! handles signals, messages and progress. The crate `render` runs renders; the crate `files` reads and writes files.
 //!
 //! Exit codes: 0 done; 1 failed while running, an image out of bounds (`compare`) or engines that differ
-//! (`verify`); 2 bad input; 130, 143 or 129 ended by SIGINT, SIGTERM or SIGHUP. Whatever goes wrong is told in one line
-//! on standard error.
+//! (`verify`); 2 bad input; 130, 143 or 129 ended by SIGINT, SIGTERM or SIGHUP. Every error is one line on standard
+//! error.
 
 #![forbid(unsafe_code)]
 
@@ -24,7 +24,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 use terminal::{logs, signals, usage};
 
-/// Runs the command with `arguments`, of which the first is the program's name, and returns how it ended.
+/// Runs the command with `arguments`, the first of which is the program's name, and returns its exit code.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     signals::outlive_limits();
     let arguments: Vec<OsString> = arguments.into_iter().collect();

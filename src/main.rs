@@ -1,4 +1,4 @@
-//! The command `sppm`; everything it does is in the library.
+//! The executable `sppm`: passes its arguments to the library.
 
 use std::process::ExitCode;
 

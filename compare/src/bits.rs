@@ -1,4 +1,4 @@
-//! Equality by bits: 0 is not -0, and a NaN equals itself.
+//! Compares values by their bits: 0 differs from -0, and a NaN equals itself.
 
 use crate::error::{CompareError, check_size};
 use scene::{Film, Rgb};

@@ -1,18 +1,18 @@
-//! A picture of where two images differ.
+//! A picture in false colours of where two images differ.
 
 use crate::error::{CompareError, check};
 use scene::{Film, Rgb, srgb};
 
-/// Where two images differ, in the colours of the map "magma": black for alike, through red, to pale yellow.
+/// The difference of two images in the colour map "magma": from black for equal pixels, through red, to pale yellow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DifferenceImage {
     /// The picture, made to be written as PNG at exposure 0.
     pub film: Film,
-    /// The absolute difference, of a pixel's worst channel, from which on the brightest colour is shown.
+    /// The absolute difference of a pixel's worst channel from which the brightest colour is used.
     pub scale: f32,
 }
 
-/// The share of pixels whose difference is within the scale. Not all: one firefly would leave the rest black.
+/// The share of pixels whose difference is within the scale. It is below 1, or one firefly would leave the rest black.
 const COVERED: f64 = 0.995;
 
 /// Shows the absolute difference of each pixel's worst channel in false colours.
@@ -28,7 +28,7 @@ pub fn difference_image(a: &Film, b: &Film) -> Result<DifferenceImage, CompareEr
     Ok(DifferenceImage { film: Film { width: a.width, height: a.height, pixels }, scale })
 }
 
-/// The difference that the share [`COVERED`] of the pixels does not exceed; the greatest one if that is zero.
+/// The difference that the share [`COVERED`] of the pixels does not exceed; if that is zero, the greatest one.
 fn scale(differences: &[f32]) -> f32 {
     let mut sorted = differences.to_vec();
     let rank = ((sorted.len() - 1) as f64 * COVERED).ceil() as usize;
@@ -36,7 +36,7 @@ fn scale(differences: &[f32]) -> f32 {
     if covered > 0.0 { covered } else { rest.iter().copied().fold(0.0, f32::max) }
 }
 
-/// The map's colour at `t`, which is clamped to [0, 1], as the linear values that PNG turns back into it.
+/// The map's colour at `t`, with `t` limited to at most 1, as linear values: encoding as PNG gives the colour back.
 fn color(t: f32) -> Rgb {
     let c = colorous::MAGMA.eval_continuous(f64::from(t.min(1.0)));
     Rgb::from_array([c.r, c.g, c.b].map(|byte| srgb::decode_code(byte.into(), 255)))

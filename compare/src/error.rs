@@ -1,4 +1,4 @@
-//! Why two images cannot be compared.
+//! The errors for images that cannot be compared.
 
 use scene::Film;
 use thiserror::Error;
@@ -6,7 +6,7 @@ use thiserror::Error;
 /// Why two images cannot be compared.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum CompareError {
-    /// Their pixels do not correspond.
+    /// The images differ in size.
     #[error("image A is {} x {} pixels and image B {} x {}; they must have the same size", .a[0], .a[1], .b[0], .b[1])]
     Size {
         /// Width and height of the judged image.
@@ -14,17 +14,17 @@ pub enum CompareError {
         /// Width and height of the reference.
         b: [u32; 2],
     },
-    /// There is nothing to compare.
+    /// The images have no pixels.
     #[error("the images have no pixels")]
     Empty,
-    /// No metric makes sense of NaN or infinity.
+    /// An image has a pixel with NaN or infinity, for which no metric is defined.
     #[error(
         "image {image} has {count} pixels with a NaN or an infinity, the first at ({x}, {y}); all must be finite"
     )]
     NotFinite {
         /// `A` or `B`.
         image: char,
-        /// How many pixels are at fault.
+        /// How many pixels are not finite.
         count: usize,
         /// Column of the first, from the left, from 0.
         x: usize,
@@ -41,7 +41,7 @@ pub(crate) fn check_size(a: &Film, b: &Film) -> Result<(), CompareError> {
     Err(CompareError::Size { a: [a.width, a.height], b: [b.width, b.height] })
 }
 
-/// Checks that metrics of the images make sense: same size, at least one pixel, all finite.
+/// Checks that metrics are defined for the images: same size, at least one pixel, all finite.
 pub(crate) fn check(a: &Film, b: &Film) -> Result<(), CompareError> {
     check_size(a, b)?;
     if a.pixels.is_empty() {

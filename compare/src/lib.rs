@@ -1,15 +1,16 @@
-//! How alike two images are, and where two engines first differ.
+//! Measures how similar two images are, and finds where two engines first differ.
 //!
 //! | Question | Answer |
 //! | --- | --- |
-//! | How alike are two images? | [`Metrics::of`]: RMSE, relative MSE, PSNR, SSIM, FLIP |
-//! | Are they alike enough? | [`Thresholds::exceeded`] |
+//! | How similar are two images? | [`Metrics::of`]: RMSE, relative MSE, PSNR, SSIM, FLIP |
+//! | Are they similar enough? | [`Thresholds::exceeded`] |
 //! | Where do they differ? | [`difference_image`]: a picture in false colours |
 //! | Which pixels differ in any bit? | [`differing_pixels`] |
 //! | Which value of two engines differs first? | [`planes`] of each, then [`first_difference`] |
 //!
-//! RMSE, relative MSE and means are of linear radiance. PSNR, SSIM and FLIP judge what one sees, so they are of the
-//! images as sRGB shows them, clamped to [0, 1] at exposure 0. Of two images, A is judged and B is the reference.
+//! RMSE, relative MSE and means are computed from linear radiance. PSNR, SSIM and FLIP judge what a viewer sees, so
+//! they are computed from the sRGB images, clamped to [0, 1] at exposure 0. Image A is judged against image B, the
+//! reference.
 //!
 //! ```
 //! use compare::{Metrics, Thresholds};

@@ -1,4 +1,4 @@
-//! The metrics themselves.
+//! Computes the metrics that compare two images.
 
 use crate::bits::differing_pixels;
 use crate::error::{CompareError, check};
@@ -10,23 +10,23 @@ use serde::Serialize;
 /// Side of the blocks of [`Metrics::block_relative_mse`].
 const BLOCK: usize = 8;
 
-/// A figure for each channel and for all of them together.
+/// A figure for each channel and for all channels together.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Channels {
-    /// Of the first channel.
+    /// The first channel.
     pub red: f64,
-    /// Of the second.
+    /// The second channel.
     pub green: f64,
-    /// Of the third.
+    /// The third channel.
     pub blue: f64,
-    /// Of all three.
+    /// All three channels.
     pub all: f64,
 }
 
-/// The channel that differs most in all of the image.
+/// The place and size of the largest difference of any channel in the image.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LargestDifference {
-    /// By how much, without sign.
+    /// The absolute difference.
     pub value: f64,
     /// `red`, `green` or `blue`.
     pub channel: &'static str,
@@ -36,7 +36,7 @@ pub struct LargestDifference {
     pub y: usize,
 }
 
-/// How alike two images are.
+/// The metrics of two images.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Metrics {
     /// Pixels in a row.
@@ -45,7 +45,7 @@ pub struct Metrics {
     pub height: u32,
     /// True if every bit of every pixel is the same.
     pub identical: bool,
-    /// Pixels of which some bit differs.
+    /// The number of pixels that differ in any bit.
     pub differing_pixels: usize,
     /// The first of the largest differences.
     pub largest_difference: LargestDifference,
@@ -57,14 +57,14 @@ pub struct Metrics {
     pub rmse: Channels,
     /// Mean of `(a - b)^2 / (b^2 + epsilon)`, see [`RELATIVE_MSE_EPSILON`].
     pub relative_mse: Channels,
-    /// The same of the means over blocks of 8x8 pixels, weighted by the pixels of a block, as those at the right and
-    /// lower border may have fewer. It judges noise that is correlated between neighbours, such as that of photons,
-    /// which makes the figure by single pixels smaller.
+    /// The relative MSE of means over blocks of 8x8 pixels. Blocks are weighted by their number of pixels, which may be
+    /// smaller at the right and lower border. It shows noise that is correlated between neighbours, as that of photons
+    /// is: such noise looks too small in the figure for single pixels.
     pub block_relative_mse: Channels,
-    /// Peak signal-to-noise ratio of the sRGB images in dB: `-10 log10` of their mean-square error over all
-    /// channels. Infinite if they look alike to the last digit; JSON has no infinity, and `null` instead.
+    /// Peak signal-to-noise ratio of the sRGB images in dB: `-10 log10` of their mean-square error over all channels.
+    /// Infinite if the sRGB images are equal; in JSON this is `null`.
     pub psnr: f64,
-    /// Mean index of structural similarity of the sRGB images; 1 if they look alike.
+    /// Mean index of structural similarity of the sRGB images; 1 if they are equal.
     pub ssim: Channels,
     /// Mean error of LDR-FLIP (Andersson et al. 2020) of the sRGB images at 8 bits, as seen from 0.7 m on a screen
     /// of 3840 pixels over 0.7 m (67 pixels per degree); from 0 to 1.
@@ -108,7 +108,7 @@ impl Metrics {
 }
 
 impl Channels {
-    /// From a figure per channel, of which the mean is that of all.
+    /// Builds the figures from one per channel; the figure for all is their mean.
     fn new(of: impl Fn(usize) -> f64) -> Self {
         let [red, green, blue] = [0, 1, 2].map(of);
         Self { red, green, blue, all: (red + green + blue) / 3.0 }

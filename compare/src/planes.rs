@@ -1,10 +1,10 @@
-//! Where two engines first differ: every value of every plane, by bits.
+//! Finds where two engines first differ, by comparing the bits of every value of every plane.
 
 use crate::bits::differing_values;
 use scene::{Engine, Film, Plane, Rgb};
 use std::fmt;
 
-/// A plane that engines have of a render: one value per pixel, or one per pixel and channel.
+/// A kind of plane that engines provide: one value per pixel, or one per pixel and channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlaneKind {
     /// [`Engine::direct`].
@@ -18,10 +18,10 @@ pub enum PlaneKind {
 }
 
 impl PlaneKind {
-    /// In the order of the passes that make them.
+    /// All kinds, in the order of the passes that produce them.
     pub const ALL: [Self; 4] = [Self::DirectLight, Self::Count, Self::Radius, Self::Image];
 
-    /// What messages call it.
+    /// The name of the plane in messages.
     pub fn name(self) -> &'static str {
         match self {
             Self::DirectLight => "direct light",
@@ -31,7 +31,7 @@ impl PlaneKind {
         }
     }
 
-    /// The pass of which it is the first to show a fault.
+    /// The pass whose faults show first in this plane.
     pub fn pass(self) -> &'static str {
         match self {
             Self::DirectLight => "camera pass",
@@ -43,10 +43,10 @@ impl PlaneKind {
     }
 }
 
-/// A plane of an engine.
+/// The values of one plane.
 #[derive(Clone, Debug)]
 pub struct EnginePlane {
-    /// Which one.
+    /// The kind of plane.
     pub kind: PlaneKind,
     /// Pixels in a row.
     pub width: u32,
@@ -76,20 +76,20 @@ pub fn planes(engine: &(impl Engine + ?Sized)) -> [EnginePlane; 4] {
     ]
 }
 
-/// What differs between two planes of the same kind. Printed as a sentence: pass, plane, pixel, both values and their
-/// bits.
+/// A difference between two planes of the same kind. `Display` writes a sentence with pass, plane, pixel, both values
+/// and their bits.
 #[derive(Clone, Copy, Debug)]
 pub enum PlaneDifference {
-    /// One has more values than the other.
+    /// The planes have different numbers of values.
     Length {
         /// The plane.
         kind: PlaneKind,
-        /// How many values there should be.
+        /// The expected number of values.
         expected: usize,
-        /// How many there are.
+        /// The actual number.
         actual: usize,
     },
-    /// The bits of a value.
+    /// A value differs in its bits.
     Value {
         /// The plane.
         kind: PlaneKind,
@@ -97,9 +97,9 @@ pub enum PlaneDifference {
         x: usize,
         /// Row of the pixel, from the top, from 0.
         y: usize,
-        /// What the value should be.
+        /// The expected value.
         expected: f32,
-        /// What it is.
+        /// The actual value.
         actual: f32,
         /// How many values of the plane differ.
         count: usize,
@@ -125,7 +125,7 @@ impl fmt::Display for PlaneDifference {
     }
 }
 
-/// The first difference of `actual` from `expected`, which are planes of the same kinds in the same order.
+/// The first difference of `actual` from `expected`. Both must have planes of the same kinds in the same order.
 pub fn first_difference(expected: &[EnginePlane], actual: &[EnginePlane]) -> Option<PlaneDifference> {
     expected.iter().zip(actual).find_map(|(expected, actual)| difference(expected, actual))
 }

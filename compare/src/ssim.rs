@@ -1,14 +1,15 @@
-//! The structural similarity index of Wang, Bovik, Sheikh and Simoncelli (2004), as they define it.
+//! The structural similarity index (SSIM) as Wang, Bovik, Sheikh and Simoncelli (2004) define it.
 //!
-//! Written out because the crate `image-compare` computes something else under the name: its windows are disjoint
-//! 8x8 squares without weights, and its variances are sums rather than means, so that C1 and C2 lose their meaning.
+//! It is implemented here because the crate `image-compare` computes something else under this name: its windows are
+//! disjoint 8x8 squares without weights, and its variances are sums instead of means, so that C1 and C2 lose their
+//! meaning.
 //!
 //! Windows are Gaussian, 11x11, sigma 1.5, one around every pixel. At the border the image is reflected about its
 //! outermost pixels (the default of `OpenCV`), so that images of any size have an index.
 
 use std::array;
 
-/// Half the side of the window, its middle not counted.
+/// Pixels of the window on each side of its centre.
 const REACH: usize = 5;
 const WINDOW: usize = 2 * REACH + 1;
 const SIGMA: f64 = 1.5;
@@ -16,8 +17,8 @@ const SIGMA: f64 = 1.5;
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 
-/// The mean SSIM index of two images of one channel, of `height` rows of `width` values in [0, 1]; `rows` gives one row
-/// of each. No more rows are held than a window is high.
+/// The mean SSIM index of two images of one channel, with `height` rows of `width` values in [0, 1]. `rows` returns one
+/// row of each. Only as many rows are held in memory as a window is high.
 pub(crate) fn ssim(width: usize, height: usize, rows: impl Fn(usize) -> [Vec<f64>; 2]) -> f64 {
     let weights = weights();
     let mut ring: [Moments; WINDOW] = array::from_fn(|_| Moments::default());
@@ -36,10 +37,10 @@ pub(crate) fn ssim(width: usize, height: usize, rows: impl Fn(usize) -> [Vec<f64
     sum / (width * height) as f64
 }
 
-/// Weighted means over windows: of a, b, a^2, b^2 and ab.
+/// The weighted means of a, b, a^2, b^2 and ab over windows.
 type Moments = [Vec<f64>; 5];
 
-/// Those of windows of one row.
+/// The moments of one row, with windows along the row only.
 fn moments([a, b]: &[Vec<f64>; 2], weights: &[f64; WINDOW]) -> Moments {
     let of: [fn(f64, f64) -> f64; 5] = [|a, _| a, |_, b| b, |a, _| a * a, |_, b| b * b, |a, b| a * b];
     of.map(|of| {
@@ -49,13 +50,13 @@ fn moments([a, b]: &[Vec<f64>; 2], weights: &[f64; WINDOW]) -> Moments {
     })
 }
 
-/// The index of one window.
+/// The SSIM index of one window.
 fn index([ma, mb, aa, bb, ab]: [f64; 5]) -> f64 {
     let (variances, covariance) = (aa - ma * ma + (bb - mb * mb), ab - ma * mb);
     (2.0 * ma * mb + C1) * (2.0 * covariance + C2) / ((ma * ma + mb * mb + C1) * (variances + C2))
 }
 
-/// The Gaussian at `-REACH..=REACH`, of sum 1.
+/// The Gaussian at `-REACH..=REACH`, normalised to the sum 1.
 fn weights() -> [f64; WINDOW] {
     let gaussian = |i: usize| {
         let x = (i as f64 - REACH as f64) / SIGMA;
@@ -65,13 +66,13 @@ fn weights() -> [f64; WINDOW] {
     array::from_fn(|i| gaussian(i) / sum)
 }
 
-/// Place `shifted - REACH` brought into `0..length` by reflection about the ends, which occur once.
+/// Maps the index `shifted - REACH` into `0..length` by reflection about the end pixels, which are not repeated.
 fn reflect(shifted: usize, length: usize) -> usize {
     if length == 1 {
         return 0;
     }
     let period = 2 * (length - 1);
-    // Made positive first: REACH below 0 is as many periods up as it takes.
+    // Adds REACH periods before the subtraction, so that the index stays positive.
     let place = (shifted + REACH * period - REACH) % period;
     place.min(period - place)
 }
@@ -80,7 +81,7 @@ fn reflect(shifted: usize, length: usize) -> usize {
 mod tests {
     use super::*;
 
-    /// Of whole images, `width` values in a row.
+    /// The index of whole images with `width` values in a row.
     fn of(a: &[f64], b: &[f64], width: usize) -> f64 {
         let row = |values: &[f64], y: usize| values[y * width..][..width].to_vec();
         ssim(width, a.len() / width, |y| [row(a, y), row(b, y)])
@@ -121,11 +122,11 @@ mod tests {
 
     #[test]
     fn two_pixels_by_hand() {
-        // Reflected, a row of two alternates; `e` is the share of the five even neighbours and the pixel itself.
+        // Reflected, a row of two pixels alternates. `e` is the weight of the positions at even distances, 0 included.
         let g = |x: f64| (-0.5 * x * x / 2.25).exp();
         let even = 1.0 + 2.0 * (g(2.0) + g(4.0));
         let e = even / (even + 2.0 * (g(1.0) + g(3.0) + g(5.0)));
-        // a = (1, 0), b = (0, 1): means are e and 1 - e, squares are the values themselves, and products vanish.
+        // For a = (1, 0) and b = (0, 1): means are e and 1 - e, squares equal the values, and products are 0.
         let product = e * (1.0 - e);
         let expected = (2.0 * product + C1) * (C2 - 2.0 * product)
             / ((e * e + (1.0 - e) * (1.0 - e) + C1) * (2.0 * product + C2));

@@ -1,10 +1,10 @@
-//! Metrics as a table for people.
+//! Formats metrics as a table of text.
 
 use crate::metrics::{LargestDifference, Metrics};
 use std::fmt;
 
 impl Metrics {
-    /// The metrics as lines of text, one for each.
+    /// The metrics as text, one per line.
     pub fn table(&self) -> String {
         self.to_string()
     }
@@ -44,7 +44,7 @@ impl fmt::Display for Metrics {
     }
 }
 
-/// A number with six digits, by powers of ten where it is very small or large.
+/// Formats a number with six digits, with an exponent if it is very small or large.
 fn figure(v: f64) -> String {
     let plain = v == 0.0 || !v.is_finite() || (1e-3..1e5).contains(&v.abs());
     if plain { format!("{v:.6}") } else { format!("{v:.5e}") }

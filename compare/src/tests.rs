@@ -1,4 +1,4 @@
-//! Metrics with known answers.
+//! Tests of the metrics on images with known results.
 
 use crate::{Channels, LargestDifference, Metrics, Thresholds, difference_image};
 use approx::assert_relative_eq;
@@ -65,7 +65,7 @@ fn psnr_is_of_the_srgb_image() {
 
 #[test]
 fn flip_of_the_farthest_colours_is_one() {
-    // Its colour differences are scaled such that those of sRGB green and blue are 1.
+    // FLIP scales colour differences such that the one between sRGB green and blue is 1.
     let m = Metrics::of(&flat(40, 40, [0.0, 1.0, 0.0]), &flat(40, 40, [0.0, 0.0, 1.0])).unwrap();
     assert_relative_eq!(m.flip, 1.0, max_relative = 1e-3);
 }
@@ -81,7 +81,7 @@ fn noise_that_averages_out_leaves_the_blocks_alone() {
 
 #[test]
 fn blocks_at_the_border_count_by_their_pixels() {
-    // One row of a whole block, off by nothing, and one of a single pixel, off by 1 from black.
+    // A whole block without error, beside a block of a single column that is off by 1 from black.
     let a = image(9, 1, |x, _| Rgb::splat(if x == 8 { 1.0 } else { 0.0 }));
     let m = Metrics::of(&a, &flat(9, 1, [0.0; 3])).unwrap();
     assert_relative_eq!(m.block_relative_mse.all, 100.0 / 9.0, max_relative = 1e-12);

@@ -1,9 +1,9 @@
-//! Thresholds of metrics, for scripts that ask whether two images are near enough.
+//! Thresholds on metrics, for scripts that check whether two images are similar enough.
 
 use crate::metrics::Metrics;
 use std::fmt;
 
-/// What is asked of two images; `None` asks nothing.
+/// Bounds on the metrics of two images; `None` means no bound.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Thresholds {
     /// Greatest root-mean-square error over all channels.
@@ -25,7 +25,7 @@ pub struct Thresholds {
 /// A metric that is worse than its threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exceeded {
-    /// What people call the metric.
+    /// The name of the metric.
     pub metric: &'static str,
     /// Its value.
     pub value: f64,
@@ -46,7 +46,7 @@ impl fmt::Display for Exceeded {
 }
 
 impl Thresholds {
-    /// The metrics that are worse than asked for.
+    /// The metrics that are worse than their thresholds.
     pub fn exceeded(&self, m: &Metrics) -> Vec<Exceeded> {
         let greatest = [
             ("RMSE", m.rmse.all, "max_rmse", self.max_rmse),

@@ -1,4 +1,4 @@
-//! Camera pass: from the eye through every pixel to its visible point, as many pixels at a time as there are lanes.
+//! Camera pass: traces a path from the eye through every pixel to its visible point, one pixel per lane.
 
 use crate::direct_light::{Receivers, irradiance};
 use crate::intersect::{Rays, nearest, surface_at};
@@ -14,17 +14,17 @@ use scene::ray::NO_SPHERE;
 use scene::{Settings, Stats};
 use std::f32::consts::FRAC_1_PI;
 
-/// What the pass reads.
+/// The inputs of the pass.
 pub(crate) struct CameraPass<'a> {
     pub(crate) tables: &'a Tables<'a>,
     pub(crate) frame: &'a Frame,
     pub(crate) settings: &'a Settings,
     pub(crate) iteration: u32,
-    /// True if lanes fetch what they have hit from columns.
+    /// Whether the properties of hit spheres are read from columns.
     pub(crate) from_columns: bool,
 }
 
-/// Paths on their way, one per lane.
+/// The paths being traced, one per lane.
 struct Paths<V: Vector> {
     live: M<V>,
     rays: Rays<V>,
@@ -70,7 +70,7 @@ impl CameraPass<'_> {
             if !V::L::any(arrived) {
                 break;
             }
-            // Lanes that have hit nothing fetch sphere 0.
+            // Lanes that have hit nothing read sphere 0 instead.
             let hit = V::L::select_u(arrived, hit, V::L::u(0));
             let surface = surface_at::<V>(self.tables, &paths.rays, t, hit, self.from_columns);
             let lit = seen.direct + paths.throughput * surface.emission;
@@ -120,7 +120,7 @@ impl CameraPass<'_> {
     }
 
     /// Adds direct light on the visible points.
-    #[allow(clippy::too_many_arguments)] // a stage of `trace`, apart for the reader
+    #[allow(clippy::too_many_arguments)] // a part of `trace`, separate for readability
     #[inline(always)]
     fn light<V: Vector>(
         &self,

@@ -1,8 +1,8 @@
-//! Lanes that count: every operation is carried out by other lanes, and entered in this thread's account.
+//! Lanes that count operations: every operation is forwarded to other lanes and added to counters of this thread.
 //!
-//! What is counted is what the vectors do, so a masked lane counts as any other. Bytes are those of loads, stores and
-//! gathers: of pixels, visible points, bins and tables; not those of constants, of what the scene broadcasts to all
-//! lanes, or of what a compiler may spill.
+//! Operations of whole vectors are counted, so a masked lane counts like any other. Bytes are those of loads, stores
+//! and gathers of pixels, visible points, bins and tables. Constants, scene values broadcast to all lanes, and
+//! registers that the compiler spills are not counted.
 
 use lanes::{Lanes, Row};
 use serde::Serialize;
@@ -29,12 +29,12 @@ pub struct Operations {
 }
 
 impl Operations {
-    /// Floating-point operations: additions, multiplications, divisions and square roots, one each.
+    /// Floating-point operations: additions, multiplications, divisions and square roots, each counted as one.
     pub fn flops(&self) -> u64 {
         self.additions + self.multiplications + self.divisions + self.square_roots
     }
 
-    /// Bytes moved either way.
+    /// Bytes moved in either direction.
     pub fn bytes(&self) -> u64 {
         self.bytes_loaded + self.bytes_stored
     }
@@ -56,7 +56,7 @@ thread_local! {
     static ACCOUNT: Account = const { Account::new() };
 }
 
-/// The kinds of operations, as places of the account.
+/// The kinds of operations, as indices of the counters.
 #[derive(Clone, Copy)]
 enum Kind {
     Addition,
@@ -84,7 +84,7 @@ fn count(kind: Kind, number: usize) {
     });
 }
 
-/// What this thread has counted since it was last asked.
+/// Returns this thread's counts since the last call, and resets them.
 pub(crate) fn take() -> Operations {
     let take = |kind: Kind| ACCOUNT.with(|account| account.0[kind as usize].take());
     Operations {
@@ -98,11 +98,11 @@ pub(crate) fn take() -> Operations {
     }
 }
 
-/// The lanes `L`, counting.
+/// The lanes `L` with counted operations.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Counted<L>(std::marker::PhantomData<L>);
 
-/// Counting `f32` lanes.
+/// `f32` lanes.
 #[derive(Clone, Copy)]
 pub(crate) struct Floats<L: Lanes>(L::F);
 /// `u32` lanes.

@@ -1,4 +1,4 @@
-//! Light that comes straight from a lamp, by one shadow ray: `reference::direct_light`, on any lanes.
+//! Direct light from a lamp by one shadow ray: `reference::direct_light` on any lanes.
 
 use crate::intersect::{Rays, from_either_side, from_inside, occluded};
 use crate::sampling::{cosine_hemisphere, uniform_cone};
@@ -7,7 +7,7 @@ use crate::vector::{F, M, U, Vector, callable};
 use lanes::{Lanes, MOST_LANES};
 use std::f32::consts::PI;
 
-/// The numbers of the lights that `u` chooses: how many of the cumulative probabilities do not exceed it.
+/// The indices of the lights that `u` selects: the number of cumulative probabilities that do not exceed `u`.
 #[inline(always)]
 pub(crate) fn choose_light<L: Lanes>(cumulative: &[f32], u: L::F) -> [u32; MOST_LANES] {
     let (mut values, mut numbers) = ([0.0; MOST_LANES], [0; MOST_LANES]);
@@ -19,10 +19,10 @@ pub(crate) fn choose_light<L: Lanes>(cumulative: &[f32], u: L::F) -> [u32; MOST_
     numbers
 }
 
-/// Points that want light.
+/// Points that receive light.
 #[derive(Clone, Copy)]
 pub(crate) struct Receivers<V: Vector> {
-    /// Which lanes there are.
+    /// Which lanes hold a point.
     pub(crate) live: M<V>,
     pub(crate) point: V,
     pub(crate) normal: V,
@@ -30,7 +30,8 @@ pub(crate) struct Receivers<V: Vector> {
 }
 
 callable! {
-    /// Irradiance straight from the lights, which there must be, from three uniform numbers each; zero where not live.
+    /// Direct irradiance from the lights, with three uniform numbers per lane; zero in lanes that are not live. There
+    /// must be at least one light.
     pub(crate) fn irradiance<V: Vector>(
         tables: &Tables,
         to: &Receivers<V>,
@@ -62,7 +63,7 @@ callable! {
         V::select(lit, V::new(er, eg, eb).scale(weight), V::zero())
     }
 
-    /// Directions in the cones of the lamps, distances, and weights: not positive where the lamp does not count.
+    /// Directions in the cones of the lamps, distances, and weights. Where the lamp gives no light, the weight is 0.
     fn from_outside<V: Vector>(
         center: V,
         r2: F<V>,
@@ -87,7 +88,7 @@ callable! {
     }
 }
 
-/// Distances to a glowing shell from within, and which rays start there.
+/// Distances to an emitting shell from inside, and which lanes hold a ray that starts inside.
 #[inline(always)]
 fn distance_within<V: Vector>(shape: &Shape, rays: &Rays<V>) -> (F<V>, M<V>) {
     let infinity = V::L::f(f32::INFINITY);

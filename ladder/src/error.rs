@@ -1,11 +1,11 @@
-//! Why rows were not measured.
+//! The errors of a measurement, with the input at fault.
 
 use compare::CompareError;
 use files::atomic_file::FileError;
 use plots::PlotError;
 use std::fmt;
 
-/// Something asked for that can be at fault.
+/// An input that can be at fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
     /// The table of comma-separated values.
@@ -16,14 +16,14 @@ pub enum Field {
     Images,
     /// The comparison of images over iterations.
     Similarity,
-    /// What is varied.
+    /// The parameter that is varied.
     Sweep,
     /// A sweep over spheres, in a scene that does not allow it.
     SweepSpheres,
 }
 
 impl Field {
-    /// Its name; that of `SweepSpheres` is `sweep spheres`.
+    /// The name of the input; that of `SweepSpheres` is `sweep spheres`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Csv => "csv",
@@ -39,9 +39,9 @@ impl Field {
 /// Why rows were not measured.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Error {
-    /// Something was asked for that cannot be; nothing was run or written.
+    /// The request is invalid. Nothing was run or written.
     Input {
-        /// What is at fault.
+        /// The input at fault.
         field: Field,
         /// What is wrong with it, in a sentence.
         problem: String,
@@ -51,7 +51,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// `problem` with `field`.
+    /// An error of the input `field`.
     pub(crate) fn input(field: Field, problem: impl Into<String>) -> Self {
         Self::Input { field, problem: problem.into() }
     }

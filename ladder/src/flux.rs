@@ -1,5 +1,5 @@
-//! What photons add to visible points: floats in the order in which they come, as in the paper, or integers, whose
-//! sums do not depend on any order.
+//! Sums of flux at visible points: in floats and in order of arrival, as in the paper, or in integers, whose sums do
+//! not depend on the order.
 
 use crate::vector::Vector;
 use lanes::{Lanes, MOST_LANES};
@@ -7,26 +7,26 @@ use scene::Vec3;
 use scene::film::FLUX_ONE;
 use std::f32::consts::FRAC_1_PI;
 
-/// A photon's power, ready to be added.
+/// A photon's power, in the forms that are added.
 #[derive(Clone, Copy)]
 pub(crate) struct Photon {
-    /// In W.
+    /// The power in W.
     power: Vec3,
-    /// The power as the reference quantises it; of no meaning where floats are summed.
+    /// The power quantised as in the reference; unused if floats are summed.
     quantised: [u64; 3],
 }
 
-/// Sums of the reference's kind, if they are asked for: per pixel three channels and the number of photons. They stand
-/// apart from the layouts, which hold floats.
+/// Integer sums as in the reference, if requested: three channels and the number of photons per pixel. They are kept
+/// outside of the layouts, which hold floats.
 pub(crate) struct IntegerSums(Option<Vec<[u64; 4]>>);
 
 impl IntegerSums {
-    /// For so many pixels, or none at all.
+    /// Sums for this number of pixels, or none if they are not wanted.
     pub(crate) fn new(pixels: usize, are_wanted: bool) -> Self {
         Self(are_wanted.then(|| vec![[0; 4]; pixels.next_multiple_of(MOST_LANES)]))
     }
 
-    /// A photon whose power is given in multiples of the nominal one.
+    /// A photon whose power is given in units of the nominal power.
     #[inline(always)]
     pub(crate) fn photon(&self, power: Vec3, nominal: f32) -> Photon {
         let mut quantised = [0; 3];
@@ -38,7 +38,8 @@ impl IntegerSums {
         Photon { power: power * nominal, quantised }
     }
 
-    /// Adds a photon to the pixels `ids[lane]` of the lanes whose bits are set; false if floats are to be summed.
+    /// Adds a photon to the pixels `ids[lane]` of the lanes whose bits are set. Does nothing and returns false if
+    /// floats are to be summed.
     #[inline(always)]
     pub(crate) fn add(&mut self, bits: u32, ids: &[u32; MOST_LANES], photon: &Photon) -> bool {
         let Some(sums) = &mut self.0 else { return false };
@@ -54,19 +55,19 @@ impl IntegerSums {
         true
     }
 
-    /// What a pixel has gathered, as floats, if it is here: three channels of flux, and the number of photons. The sums
-    /// are cleared.
+    /// Takes the sums of a pixel as floats: three channels of flux, and the number of photons. `None` if floats are
+    /// summed elsewhere.
     #[inline(always)]
     pub(crate) fn take(&mut self, pixel: usize, nominal: f32) -> Option<[f32; 4]> {
         let [r, g, b, m] = std::mem::take(&mut self.0.as_mut()?[pixel]);
         let unit = nominal / FLUX_ONE as f32;
-        // As the reference: exact as an f64, rounded once.
+        // As in the reference: exact as an f64, then rounded once.
         let flux = |sum: u64| (sum as f64) as f32 * unit;
         Some([flux(r), flux(g), flux(b), m as f32])
     }
 
-    /// What turns the flux into what `tau` grows by: the path's throughput, and where integers are summed, the BSDF,
-    /// which floats have been multiplied by already.
+    /// The factor from flux to the increase of `tau`: the path's throughput, and for integers also the BSDF. Floats
+    /// were already multiplied by the BSDF.
     #[inline(always)]
     pub(crate) fn weight<V: Vector>(&self, attenuation: V, colour: V) -> V {
         if self.0.is_some() { (attenuation * colour).scale(V::L::f(FRAC_1_PI)) } else { attenuation }
@@ -78,7 +79,7 @@ impl IntegerSums {
     }
 }
 
-/// What a photon brings to visible points of the given colours, by the paper: `bsdf * power`.
+/// The contribution of a photon to visible points of the given colours, as in the paper: `bsdf * power`.
 #[inline(always)]
 pub(crate) fn contribution<V: Vector>(photon: &Photon, colour: V) -> V {
     colour.scale(V::L::f(FRAC_1_PI)) * V::splat(photon.power)

@@ -1,7 +1,7 @@
-//! Rays against spheres, one sphere at a time: the operations of `reference::intersect`, on any lanes.
+//! Intersects rays with spheres, one sphere at a time: the operations of `reference::intersect` on any lanes.
 //!
-//! On one lane what cannot matter is skipped by a branch, as in the paper's scalar stages; on eight everything is
-//! computed and blended by masks, as from stage 4 on.
+//! On one lane, branches skip computations that cannot affect the result, as in the paper's scalar stages. On eight
+//! lanes everything is computed and blended by masks, as in the paper from stage 4 on.
 
 use crate::tables::{Ball, Shape, Tables, kind, tag};
 use crate::vector::{F, M, U, Vector, callable};
@@ -31,7 +31,7 @@ callable! {
         (t, hit)
     }
 
-    /// The lanes of `live` whose ray meets a shape nearer than `t`, other than the sphere `light`.
+    /// The lanes of `live` whose ray hits a shape other than the sphere `light` nearer than `t`.
     pub(crate) fn occluded<V: Vector>(
         shapes: &[Shape],
         rays: &Rays<V>,
@@ -51,7 +51,7 @@ callable! {
         live & !open
     }
 
-    /// Distances to a shape, which of them are valid (NaN is not a distance, either way), and the shape's sphere.
+    /// Distances to a shape, which of them are valid, and the shape's sphere. A NaN never counts as a distance.
     fn distance<V: Vector>(shape: &Shape, rays: &Rays<V>) -> (F<V>, M<V>, u32) {
         match shape {
             Shape::Solid(ball) => {
@@ -70,7 +70,7 @@ callable! {
     }
 }
 
-/// True if what follows cannot matter to a scalar row. Vertical rows compute on.
+/// True if a scalar row can skip what follows, as no lane needs it. Vertical rows never skip.
 #[inline(always)]
 fn is_idle<L: Lanes>(matters: L::M) -> bool {
     L::N == 1 && !L::any(matters)
@@ -122,7 +122,7 @@ pub(crate) fn from_inside<V: Vector>(e: &Enclosure, rays: &Rays<V>) -> F<V> {
     V::L::select(V::L::lt(zero, b), -power / q, q)
 }
 
-/// As `reference::intersect::Chord`, its power left to those who need it.
+/// As `reference::intersect::Chord`, but without the power, which not every caller needs.
 struct Chord<V: Vector> {
     f: V,
     b: F<V>,
@@ -139,7 +139,7 @@ impl<V: Vector> Chord<V> {
     }
 }
 
-/// What rays have hit: point, normal, and the properties of the sphere.
+/// The surfaces that rays have hit: point, normal, and the properties of the sphere.
 pub(crate) struct Surface<V: Vector> {
     pub(crate) point: V,
     pub(crate) normal: V,
@@ -152,7 +152,7 @@ pub(crate) struct Surface<V: Vector> {
 }
 
 callable! {
-    /// The points at distance `t` along the rays, on the spheres `hit` (each a valid id).
+    /// The surfaces at distance `t` along the rays, on the spheres `hit` (each a valid id).
     pub(crate) fn surface_at<V: Vector>(
         tables: &Tables,
         rays: &Rays<V>,
@@ -180,7 +180,7 @@ callable! {
         };
         if V::L::any(in_shell) {
             let normal = (from_a + V::new(bx, by, bz)).scale(scale);
-            // To unit length, by the reference's step of Newton's.
+            // Normalised by a Newton step, as in the reference.
             surface.normal = normal.scale(V::L::f(1.5) - V::L::f(0.5) * normal.dot(normal));
         }
         if V::L::any(!in_shell) {

@@ -1,4 +1,4 @@
-//! The join of one photon with the visible points near it.
+//! The join: adds one photon to the visible points near it.
 
 use crate::flux::contribution;
 use crate::index::Index;
@@ -13,15 +13,15 @@ use scene::{Stats, Vec3};
 #[derive(Clone, Copy)]
 pub(crate) struct Arrival {
     pub(crate) point: Vec3,
-    /// Where it comes from.
+    /// The direction that it comes from.
     pub(crate) wi: Vec3,
     pub(crate) sphere: SphereId,
-    /// In multiples of the nominal power.
+    /// Its power, in units of the nominal power.
     pub(crate) power: Vec3,
 }
 
-/// Adds the photon to every visible point whose radius it is in, if it arrives on the side that is seen, or inside of
-/// the same shell (see `reference::Sppm`): as many candidates at a time as there are lanes.
+/// Adds the photon to every visible point within whose radius it arrives, if it comes from the visible side or both lie
+/// inside of the same shell (see `reference::contributes`). Tests one candidate per lane at a time.
 #[inline(always)]
 pub(crate) fn join<V: Vector, P: Pixels, I: Index>(
     tables: &Tables,
@@ -37,7 +37,7 @@ pub(crate) fn join<V: Vector, P: Pixels, I: Index>(
     while let Some((ids, live)) = I::next::<V::L>(&mut cursor) {
         stats.candidates += u64::from(V::L::mask_bits(live).count_ones());
         let held = pixels.fetch::<V>(ids);
-        // As in the paper, a visible point that is none is told by its throughput.
+        // As in the paper, a throughput of zero marks a pixel without a visible point.
         let live = live & pixels.is_set::<V>(&held);
         if V::L::N == 1 && !V::L::any(live) {
             continue;

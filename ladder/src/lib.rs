@@ -1,21 +1,21 @@
-//! The ladder: the stages of a published optimisation of stochastic progressive photon mapping, its failed attempts
-//! and what it proposed for the future, side by side.
+//! The ladder compares the stages of a published optimisation of stochastic progressive photon mapping, including its
+//! failed attempts and what it proposes for future work.
 //!
-//! There is one pipeline and one table ([`ROWS`]). A row names the parts that differ: the generator of random numbers,
-//! how pixels and visible points lie in memory, the spatial index, how vector math is called, and how many rays and
-//! candidates are followed at a time. All rows render the physics of the `reference` crate, whose faults are none of
-//! the published program's: with keyed random numbers and integer flux ([`Options::exact`]) every row gives the
-//! reference's image bit for bit, and so what differs between rows is time alone.
+//! There is one pipeline and one table of rows ([`ROWS`]). A row names the parts that differ: the generator of random
+//! numbers, the memory layout of pixels and visible points, the spatial index, the calls of vector math, and the number
+//! of rays and candidates processed at a time. All rows render the physics of the `reference` crate, without the faults
+//! of the published program. With keyed random numbers and integer flux ([`Options::exact`]) every row gives the
+//! reference's image bit for bit, so rows differ only in time.
 //!
-//! [`report`] runs rows, measures them, and makes tables and plots of that, as `sppm ladder` shows them.
+//! [`report`] runs and measures rows, and makes the tables and plots of `sppm ladder`.
 //!
-//! Nothing here is for use in a product: the rows are there to be measured. Kernels are written once, generic over
-//! vectors of one or of eight lanes; on one lane a mask is a `bool` and a blend is a branch.
+//! The rows exist only to be measured; renders use the `fast` crate. Kernels are written once, generic over vectors of
+//! one or of eight lanes; on one lane a mask is a `bool` and a blend is a branch.
 
 #![forbid(unsafe_code)]
-// Without it the processor's features do not reach the operations, see `lanes`.
+// Without `inline(always)` the operations are compiled without the processor's features, see `lanes`.
 #![allow(clippy::inline_always)]
-// Iterators take closures, and closures do not inherit the features: loops over lanes count.
+// Iterators take closures, which do not inherit the processor's features; so loops over lanes use indices.
 #![allow(clippy::needless_range_loop)]
 
 mod camera_pass;

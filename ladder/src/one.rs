@@ -1,10 +1,10 @@
-//! One lane: the scalar rows, through the same trait as the vertical ones. A mask is a `bool`, and a loop that ends
-//! once no lane is left is an ordinary branch.
+//! Vectors of one lane, with which scalar rows use the same trait as vertical ones. A mask is a `bool`, and the test
+//! whether any lane is left is an ordinary branch.
 
 use lanes::{Emulated, Lanes, Row};
 use std::num::Wrapping;
 
-/// The back end of scalar rows.
+/// The lanes of scalar rows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct One;
 
@@ -53,7 +53,7 @@ impl Lanes for One {
     }
     #[inline(always)]
     fn floor(v: f32) -> f32 {
-        // The function would be called where the processor's instruction for it is not enabled.
+        // Without the processor's instruction enabled, the standard function would be a call.
         let whole = v as i32 as f32;
         if whole > v { whole - 1.0 } else { whole }
     }

@@ -1,9 +1,9 @@
-//! How rows are run: the same for all rows that are compared.
+//! The options for running rows. They are the same for all rows that are compared.
 
 use crate::index::Tuning;
 use serde::Serialize;
 
-/// Where random numbers come from.
+/// The source of random numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Random {
@@ -17,33 +17,33 @@ pub enum Random {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sums {
-    /// In floats, as in the paper; what comes of it depends on the order.
+    /// In floats, as in the paper; the result depends on the order.
     Float,
     /// In integers, as in the reference.
     Integer,
 }
 
-/// How a row is to be run.
+/// The options for running rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Where random numbers come from.
+    /// The source of random numbers.
     pub random: Random,
     /// How flux is summed.
     pub sums: Sums,
-    /// Count operations and bytes, which takes some ten times as long and gives the same image.
+    /// Whether to count operations and bytes. This takes about ten times as long and gives the same image.
     pub counts_operations: bool,
     /// Free parameters of the index.
     pub tuning: Tuning,
 }
 
 impl Options {
-    /// As in the paper.
+    /// The options of the paper.
     pub const fn paper() -> Self {
         let tuning = Tuning::PAPER;
         Self { random: Random::Paper, sums: Sums::Float, counts_operations: false, tuning }
     }
 
-    /// As in the reference: every row gives its bits.
+    /// The options with which every row gives the reference's image bit for bit.
     pub const fn exact() -> Self {
         Self { random: Random::Keyed, sums: Sums::Integer, ..Self::paper() }
     }

@@ -1,5 +1,5 @@
-//! Photon pass: light from the lamps, as many photons at a time as there are lanes, each joined with the visible
-//! points where it meets a diffuse surface.
+//! Photon pass: traces photons from the lamps, one per lane, and joins each with the visible points near it where it
+//! hits a diffuse surface.
 
 use crate::direct_light::choose_light;
 use crate::index::Index;
@@ -15,16 +15,16 @@ use lanes::{Lanes, MOST_LANES};
 use scene::still::Role;
 use scene::{Settings, Stats, Still, Vec3};
 
-/// What the pass reads.
+/// The inputs of the pass.
 pub(crate) struct PhotonPass<'a> {
     pub(crate) tables: &'a Tables<'a>,
     pub(crate) settings: &'a Settings,
     pub(crate) iteration: u32,
-    /// True if lanes fetch what they have hit from columns.
+    /// Whether the properties of hit spheres are read from columns.
     pub(crate) from_columns: bool,
 }
 
-/// Photons on their way, one per lane.
+/// The photons being traced, one per lane.
 struct Photons<V: Vector> {
     live: M<V>,
     rays: Rays<V>,
@@ -59,7 +59,7 @@ impl PhotonPass<'_> {
         }
     }
 
-    /// Photons as they leave their lamps, as `reference::photon_pass::emit`.
+    /// Emits photons from the lamps, as `reference::photon_pass::emit`.
     #[inline(always)]
     fn emit<V: Vector>(&self, wanted: M<V>, numbers: &mut Numbers) -> Photons<V> {
         let choice = numbers.stratified::<V::L>(dimension::LIGHT);
@@ -81,7 +81,7 @@ impl PhotonPass<'_> {
         }
     }
 
-    /// The lanes whose photon starts in free space.
+    /// The lanes whose photon does not start inside another sphere.
     #[inline(always)]
     fn is_free<V: Vector>(&self, origin: V, lights: &[u32; MOST_LANES]) -> M<V> {
         if self.tables.still.lights.blockers.is_empty() {
@@ -96,7 +96,7 @@ impl PhotonPass<'_> {
         V::L::mask_from_bits(bits)
     }
 
-    /// One bounce.
+    /// Traces one bounce.
     #[inline(always)]
     fn bounce<V: Vector, P: Pixels, I: Index>(
         &self,
@@ -113,7 +113,7 @@ impl PhotonPass<'_> {
         if !V::L::any(arrived) {
             return;
         }
-        // Lanes that have hit nothing fetch sphere 0.
+        // Lanes that have hit nothing read sphere 0 instead.
         let hit: U<V> = V::L::select_u(arrived, hit, V::L::u(0));
         let surface = surface_at::<V>(self.tables, &photons.rays, t, hit, self.from_columns);
         if bounce > 0 {
@@ -137,8 +137,8 @@ impl PhotonPass<'_> {
         };
     }
 
-    /// Joins the photons of the lanes `lands` one after the other.
-    #[allow(clippy::too_many_arguments)] // a stage of `bounce`, apart for the reader
+    /// Joins the photons of the lanes `lands` one by one.
+    #[allow(clippy::too_many_arguments)] // a part of `bounce`, separate for readability
     #[inline(always)]
     fn deposit<V: Vector, P: Pixels, I: Index>(
         &self,
@@ -166,7 +166,7 @@ impl PhotonPass<'_> {
     }
 }
 
-/// Two numbers for the direction (at glass the first decides), one for roulette.
+/// Two numbers for the direction (at glass, the first chooses between reflection and refraction), one for roulette.
 #[inline(always)]
 fn bounce_numbers<L: Lanes>(bounce: u32, numbers: &mut Numbers) -> [L::F; 3] {
     if bounce == 0 {
@@ -180,7 +180,7 @@ fn bounce_numbers<L: Lanes>(bounce: u32, numbers: &mut Numbers) -> [L::F; 3] {
     }
 }
 
-/// Where photons go on from surfaces.
+/// The directions in which surfaces scatter photons.
 #[inline(always)]
 fn scatter<V: Vector>(live: M<V>, d: V, surface: &Surface<V>, u: F<V>, v: F<V>) -> V {
     let mut direction = d;
@@ -201,7 +201,7 @@ fn scatter<V: Vector>(live: M<V>, d: V, surface: &Surface<V>, u: F<V>, v: F<V>) 
     direction
 }
 
-/// The vectors lane by lane.
+/// The vector of each lane.
 #[inline(always)]
 fn lanes_of<V: Vector>(v: V) -> [Vec3; MOST_LANES] {
     let ([x, y, z], mut words) = (v.xyz(), [[0.0; MOST_LANES]; 3]);

@@ -1,4 +1,4 @@
-//! The one pipeline of all rows: the passes of an iteration, made of the parts that a row names.
+//! The pipeline of all rows: the passes of an iteration, generic over the parts that a row names.
 
 use crate::camera_pass::CameraPass;
 use crate::counted::{self, Operations};
@@ -16,19 +16,19 @@ use scene::{Engine, Probe, Rgb, Scene, Settings, Stats, Stop};
 use std::f32::consts::PI;
 use std::time::Instant;
 
-/// What a row is made of.
+/// The parts of a row.
 pub(crate) trait Parts: 'static {
-    /// Vectors, and how many paths and candidates are followed at a time.
+    /// The vectors, and so the number of paths and candidates processed at a time.
     type Width: Width;
     /// The layout of pixels and visible points.
     type Pixels: Pixels;
     /// The spatial index.
     type Index: Index;
-    /// True if lanes fetch the properties of what they have hit from columns, word by word.
+    /// True if the properties of hit spheres are read from columns, word by word.
     const FROM_COLUMNS: bool;
 }
 
-/// A render by the parts `P`.
+/// A render with the parts `P`.
 pub(crate) struct Pipeline<'a, P: Parts> {
     scene: &'a Scene,
     settings: Settings,
@@ -37,7 +37,7 @@ pub(crate) struct Pipeline<'a, P: Parts> {
     pixels: P::Pixels,
     index: P::Index,
     stats: Stats,
-    /// By pass, if operations are counted.
+    /// The operations of each pass, if they are counted.
     operations: Option<[Operations; 4]>,
 }
 
@@ -66,7 +66,7 @@ impl<'a, P: Parts> Pipeline<'a, P> {
         }
     }
 
-    /// All passes of one iteration.
+    /// Runs all passes of one iteration.
     #[inline(always)]
     fn run<V: Vector>(&mut self, tables: &Tables) {
         let Self { settings, iterations, numbers, pixels, index, stats, operations, .. } = self;
@@ -107,7 +107,7 @@ impl<'a, P: Parts> Pipeline<'a, P> {
     }
 }
 
-/// Enters what a pass has counted.
+/// Adds the operations that a pass has counted.
 #[inline(always)]
 fn enter(operations: &mut Option<[Operations; 4]>, pass: usize) {
     if let Some(operations) = operations {

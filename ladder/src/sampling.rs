@@ -1,4 +1,4 @@
-//! The sampling maps of `reference::sampling`, on any lanes.
+//! The maps of `reference::sampling` from random numbers to directions and points, on any lanes.
 
 use crate::vector::{F, Vector, callable};
 use lanes::Lanes;
@@ -30,7 +30,7 @@ callable! {
         V::new(r * cos, r * sin, V::L::f(1.0) - V::L::f(2.0) * u)
     }
 
-    /// Unit directions about the unit normals `n`, by the cosine.
+    /// Unit directions about the unit normals `n`, with a density proportional to the cosine.
     pub(crate) fn cosine_hemisphere<V: Vector>(n: V, u: F<V>, v: F<V>) -> V {
         let w = n + uniform_sphere::<V>(u, v);
         let length_squared = w.dot(w);

@@ -1,4 +1,4 @@
-//! Mirrors and glass, as `reference::scatter` defines them, on any lanes.
+//! Reflection and refraction as in `reference::scatter`, on any lanes.
 
 use crate::vector::{F, M, Vector, callable};
 use lanes::Lanes;
@@ -9,7 +9,7 @@ callable! {
         d - n.scale(V::L::f(2.0) * d.dot(n))
     }
 
-    /// Reflects or refracts directions `d`; also what that makes of radiance on its way to the eye.
+    /// Reflects or refracts directions `d`; also returns the factor on radiance for paths from the eye.
     pub(crate) fn dielectric<V: Vector>(d: V, n: V, inside: M<V>, ior: F<V>, u: F<V>) -> (V, F<V>) {
         let one = V::L::f(1.0);
         let eta = V::L::select(inside, ior, one / ior);

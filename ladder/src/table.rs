@@ -1,4 +1,4 @@
-//! The table of all rows: which parts each is made of.
+//! The table of all rows and their parts.
 
 use crate::counted::Operations;
 use crate::index::{ByBlock, BySphere, ByteBins, HashGrid, Kiddo, LinkedBins, Partitioned, Tree, TypedBins};
@@ -12,20 +12,20 @@ use crate::vector::{Called, Horizontal, Inlined, MathInlined, Scalar, Vertical};
 use scene::{Engine, Film, Probe, Scene, Settings, Stats, Stop};
 use serde::Serialize;
 
-/// The parts of a row, in words.
+/// A description of a row's parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Description {
     /// The generator of random numbers.
     pub random: &'static str,
-    /// How pixels and visible points lie in memory.
+    /// The memory layout of pixels and visible points.
     pub layout: &'static str,
     /// The spatial index.
     pub index: &'static str,
     /// How vector functions are called.
     pub math: &'static str,
-    /// Rays traced at a time.
+    /// The number of rays traced at a time.
     pub width: u32,
-    /// Candidates joined with a photon at a time.
+    /// The number of candidates joined with a photon at a time.
     pub join: u32,
 }
 
@@ -34,9 +34,9 @@ type Start = for<'a> fn(&'a Scene, &Settings, &Options, Generator) -> Box<dyn Ru
 /// A row of the ladder.
 #[derive(Clone, Copy)]
 pub struct Row {
-    /// What the command line calls it.
+    /// The name on the command line.
     pub name: &'static str,
-    /// What it shows, in a line.
+    /// A description in one line.
     pub about: &'static str,
     /// Its parts.
     pub parts: Description,
@@ -52,7 +52,7 @@ impl Row {
         (self.start)(scene, settings, options, self.generator)
     }
 
-    /// True if the row has the reference's image with whatever random numbers and sums are asked for.
+    /// True if the row gives the reference's image whatever random numbers and sums are requested.
     pub fn is_always_exact(&self) -> bool {
         self.name == FAST
     }
@@ -69,7 +69,7 @@ pub fn find(name: &str) -> Option<&'static Row> {
     ROWS.iter().find(|row| row.name == name)
 }
 
-/// Starts a render by parts `P`.
+/// Starts a render with the parts `P`.
 fn start<'a, P: Parts>(
     scene: &'a Scene,
     settings: &Settings,
@@ -79,7 +79,7 @@ fn start<'a, P: Parts>(
     Box::new(Pipeline::<P>::new(scene, settings, options, generator))
 }
 
-/// A row made of four types: width, layout, index, and whether the scene is read from columns.
+/// Defines the parts of a row by width, layout, index, and whether the scene is read from columns.
 macro_rules! parts {
     ($($name:ident: $width:ty, $pixels:ty, $index:ty, columns: $columns:literal;)*) => {$(
         struct $name;
@@ -221,7 +221,7 @@ pub static ROWS: &[Row] = &[
     ),
 ];
 
-/// The fast engine as a row. Its random numbers and sums are always the reference's.
+/// The fast engine as a row. It always uses the random numbers and sums of the reference.
 struct Fast<'a>(fast::Sppm<'a>);
 
 fn start_fast<'a>(scene: &'a Scene, settings: &Settings, _: &Options, _: Generator) -> Box<dyn Rung + 'a> {

@@ -1,27 +1,27 @@
-//! A still scene as the kernels read it: shapes to broadcast to the lanes, and what lanes fetch of the sphere that
-//! they have hit, as an array of structures or as a structure of arrays.
+//! A still scene in the form that kernels read: shapes that are broadcast to the lanes, and the properties of hit
+//! spheres, as an array of structures and as a structure of arrays.
 
 use lanes::{Lanes, Row};
 use scene::ray::SphereId;
 use scene::still::{Enclosure, Light, Role};
 use scene::{Material, Still, Vec3};
 
-/// Low bits of a surface's tag.
+/// The low bits of a surface's tag.
 pub(crate) mod tag {
-    /// Met from inside.
+    /// Hit from inside only.
     pub(crate) const ENCLOSURE: u32 = 1;
-    /// Met from both sides.
+    /// Hit from both sides.
     pub(crate) const GLASS: u32 = 2;
 }
 
-/// Kinds of material.
+/// The kinds of material.
 pub(crate) mod kind {
     pub(crate) const DIFFUSE: u32 = 0;
     pub(crate) const SPECULAR: u32 = 1;
     pub(crate) const DIELECTRIC: u32 = 2;
 }
 
-/// What the intersection reads of a sphere.
+/// A sphere, as intersection reads it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Shape {
     Solid(Ball),
@@ -29,7 +29,7 @@ pub(crate) enum Shape {
     Enclosure(Enclosure),
 }
 
-/// A sphere met from outside, or from both sides.
+/// A sphere that is hit from outside, or from both sides.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ball {
     pub(crate) sphere: SphereId,
@@ -37,26 +37,27 @@ pub(crate) struct Ball {
     pub(crate) radius_squared: f32,
 }
 
-/// Words that are fetched of a sphere: `a.x a.y a.z scale b.x b.y b.z tag` (with p on the sphere, the vector from its
-/// centre is `(p - a) + b`; for an enclosure a is the anchor, b its offset and the scale `-1 / radius`; for others a
-/// is the centre, b zero and the scale the radius), then `albedo ior emission kind`.
+/// The words that lanes read of a sphere: `a.x a.y a.z scale b.x b.y b.z tag`, then `albedo ior emission kind`.
+///
+/// For p on the sphere, the vector from its centre is `(p - a) + b`. For an enclosure, a is the anchor, b its offset
+/// and the scale is `-1 / radius`. For others, a is the centre, b is zero and the scale is the radius.
 const WORDS: usize = 16;
 
 /// The tables of one still.
 pub(crate) struct Tables<'a> {
     pub(crate) still: &'a Still<'a>,
-    /// What rays may hit, in order of the spheres.
+    /// The shapes that rays may hit, in the order of the spheres.
     pub(crate) shapes: Vec<Shape>,
-    /// What may stand before a light.
+    /// The shapes that can cast shadows.
     pub(crate) shadow_casters: Vec<Shape>,
     /// Two rows per sphere.
     rows: Vec<Row>,
-    /// The same words as one array each, of a power of two words.
+    /// The same words, with one array per word. The lengths are powers of two.
     columns: Vec<Vec<u32>>,
-    /// Two rows per light: centre, squared radius, radiance over probability, sphere; photon power, radius, and
-    /// whether it glows inwards.
+    /// Two rows per light: centre, squared radius, radiance over probability, and sphere; then photon power, radius,
+    /// and whether it emits inwards.
     pub(crate) lights: Vec<Row>,
-    /// The lights seen from within: their numbers and shapes.
+    /// The indices and shapes of lights that can be seen from inside.
     pub(crate) shells: Vec<(u32, Shape)>,
 }
 
@@ -81,7 +82,7 @@ impl<'a> Tables<'a> {
         Self { still, shapes, shadow_casters, rows, columns, lights, shells }
     }
 
-    /// The words of the spheres `ids` (as many as lanes, each valid), from rows or from columns.
+    /// The words of the spheres `ids`, one per lane and each valid, from rows or from columns.
     #[inline(always)]
     pub(crate) fn fetch<L: Lanes>(&self, ids: &[u32], from_columns: bool) -> [[L::F; 8]; 2] {
         if from_columns {
@@ -110,14 +111,14 @@ impl<'a> Tables<'a> {
         [r, g, b]
     }
 
-    /// True if what is deposited on sphere `id` counts at any angle for points of the same sphere.
+    /// True if sphere `id` is a shell: photons that arrive there count at any angle for visible points on it.
     #[inline(always)]
     pub(crate) fn is_shell(&self, id: SphereId) -> bool {
         matches!(self.still.roles[id as usize], Role::Enclosure(_))
     }
 }
 
-/// Two rows each: `rows[2 i]` and `rows[2 i + 1]` for every index i.
+/// Reads two rows per lane: `rows[2 i]` and `rows[2 i + 1]` for every index i.
 #[inline(always)]
 pub(crate) fn fetch_pairs<L: Lanes>(rows: &[Row], index: &[u32]) -> [[L::F; 8]; 2] {
     let (mut first, mut second) = ([0; lanes::MOST_LANES], [0; lanes::MOST_LANES]);
@@ -128,7 +129,7 @@ pub(crate) fn fetch_pairs<L: Lanes>(rows: &[Row], index: &[u32]) -> [[L::F; 8]; 
     [L::gather_rows(rows, &first), L::gather_rows(rows, &second)]
 }
 
-/// What the intersection reads of sphere `id`.
+/// The shape of sphere `id`.
 fn shape(still: &Still, id: SphereId) -> Shape {
     let s = &still.spheres[id as usize];
     let ball = Ball { sphere: id, center: s.center, radius_squared: s.radius * s.radius };

@@ -1,5 +1,5 @@
-//! Vectors of three, in the ways that the paper's stages compute with them: by function calls, inlined, or in one
-//! 128-bit register; on one lane or on eight. Every way computes the same operations in the same order.
+//! Vectors of three components, implemented in the ways of the paper's stages: by function calls, inlined, or in one
+//! 128-bit register; on one lane or on eight. All implementations run the same operations in the same order.
 
 use crate::counted::Counted;
 use crate::one::One;
@@ -15,20 +15,20 @@ pub(crate) type U<V> = <<V as Vector>::L as Lanes>::U;
 /// The truth values of a vector's lanes.
 pub(crate) type M<V> = <<V as Vector>::L as Lanes>::M;
 
-/// As many vectors as there are lanes, and how kernels that compute with them are called.
+/// One vector per lane, and whether kernels that use them are called or inlined.
 pub(crate) trait Vector:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
     /// The lanes.
     type L: Lanes;
-    /// True if larger functions are called, not inlined (see [`callable`]).
+    /// True if larger functions are called instead of inlined (see [`callable`]).
     const CALLS: bool;
 
-    /// From components.
+    /// A vector with the given components.
     fn new(x: F<Self>, y: F<Self>, z: F<Self>) -> Self;
-    /// To components.
+    /// The components.
     fn xyz(self) -> [F<Self>; 3];
-    /// Times a number.
+    /// The vector multiplied by a number.
     fn scale(self, s: F<Self>) -> Self;
     /// Dot product.
     fn dot(self, other: Self) -> F<Self>;
@@ -72,7 +72,7 @@ macro_rules! vector {
             z: L::F,
         }
 
-        /// The library of vector functions.
+        /// The functions of this vector type.
         mod $module {
             use super::{Lanes, $name};
 
@@ -157,7 +157,7 @@ vector! {
     Inlined, inlined, always, calls: false
 }
 
-/// Failed attempt 1: one vector in one 128-bit register, whose fourth lane lies idle.
+/// Failed attempt 1: one vector in one 128-bit register, whose fourth lane is unused.
 #[derive(Clone, Copy)]
 pub(crate) struct Horizontal(Vec3A);
 
@@ -176,7 +176,7 @@ impl Vector for Horizontal {
     fn scale(self, s: f32) -> Self {
         Self(self.0 * s)
     }
-    /// Component by component: reductions keep their scalar form, as in the paper.
+    /// Computed component by component: reductions stay scalar, as in the paper.
     #[inline(always)]
     fn dot(self, other: Self) -> f32 {
         let ([ax, ay, az], [bx, by, bz]) = (self.xyz(), other.xyz());
@@ -206,23 +206,24 @@ impl Neg for Horizontal {
     }
 }
 
-/// What a row's kernels compute with, and where they run.
+/// The vectors that a row's kernels compute with, and the lanes that they run on.
 ///
-/// Only what is timed is inlined as a whole; other instances call their larger functions, which rows then share.
+/// Only kernels that are timed are inlined as a whole. Counted and emulated ones call their larger functions, which
+/// rows then share.
 pub(crate) trait Width: 'static {
     /// Runs a pass over the row's own vectors.
     fn run(pass: impl Pass);
-    /// Runs it over vectors that count every operation.
+    /// Runs a pass over vectors that count every operation.
     fn run_counted(pass: impl Pass);
 }
 
-/// Work on any vectors.
+/// A pass that runs on any vectors.
 pub(crate) trait Pass {
-    /// Does it. To be marked `#[inline(always)]`.
+    /// Runs the pass. Implementations must be marked `#[inline(always)]`.
     fn run<V: Vector>(self);
 }
 
-/// Scalar rows, by vectors `V`.
+/// Scalar rows, with the vectors `V`.
 pub(crate) struct Scalar<V>(std::marker::PhantomData<V>);
 
 impl<W: Vector + 'static> Width for Scalar<W> {
@@ -237,7 +238,7 @@ impl<W: Vector + 'static> Width for Scalar<W> {
 /// Vertical rows: one path or candidate per lane of AVX2.
 pub(crate) struct Vertical;
 
-/// A pass as the dispatch takes it.
+/// Adapts a pass to the dispatch on lanes.
 struct OnLanes<P>(P);
 
 impl<P: Pass> Kernel for OnLanes<P> {
@@ -259,7 +260,7 @@ impl Width for Vertical {
     }
 }
 
-/// Defines functions that are inlined, or called where the vectors say so ([`Vector::CALLS`]).
+/// Defines functions that are inlined, or called if the vectors require it ([`Vector::CALLS`]).
 macro_rules! callable {
     ($($(#[$about:meta])* $vis:vis fn $name:ident<V: Vector>($($arg:ident: $type:ty),* $(,)?) -> $out:ty $body:block)*) => {$(
         $(#[$about])*

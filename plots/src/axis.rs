@@ -1,7 +1,7 @@
-//! Numbers along axes.
+//! Labels for the numbers along axes.
 
-/// A number with as many digits as it has, up to six after the point.
-#[allow(clippy::trivially_copy_pass_by_ref)] // the signature that plotters wants
+/// A number with at most six decimals and no trailing zeros.
+#[allow(clippy::trivially_copy_pass_by_ref)] // the signature that plotters requires
 pub fn label(value: &f64) -> String {
     format!("{}", (value * 1e6).round() / 1e6)
 }

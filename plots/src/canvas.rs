@@ -1,4 +1,4 @@
-//! What plots are drawn on, and the files they end up in.
+//! The canvas that plots are drawn on, and writing it to an SVG file.
 
 use files::atomic_file::{self, FileError};
 use plotters::coord::Shift;
@@ -10,29 +10,29 @@ use thiserror::Error;
 /// Width and height of a plot, in pixels.
 const SIZE: (u32, u32) = (900, 560);
 
-/// What a plot is drawn on.
+/// The canvas of a plot.
 pub type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// Whether drawing succeeded.
+/// The result of drawing.
 pub type Drawn = Result<(), Box<dyn std::error::Error>>;
 
-/// Why there is no plot.
+/// Why a plot could not be made.
 #[derive(Debug, Error)]
 pub enum PlotError {
-    /// It could not be drawn, for example because a value is not finite.
+    /// The plot could not be drawn, for example because a value is not finite.
     #[error("cannot draw {}: {problem}", .path.display())]
     Draw {
-        /// The file that it was meant for.
+        /// The file to write.
         path: PathBuf,
         /// What went wrong.
         problem: String,
     },
-    /// It could not be written.
+    /// The file could not be written.
     #[error(transparent)]
     Write(#[from] FileError),
 }
 
-/// Draws on a white canvas and writes that to `path`, replacing what is there.
+/// Draws on a white canvas and writes it to `path`, replacing an existing file.
 ///
 /// # Errors
 /// If `draw` fails, or the file cannot be written.

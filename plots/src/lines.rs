@@ -1,28 +1,28 @@
-//! Lines over a common axis, with a legend to their right.
+//! Line plots with a common horizontal axis and a legend on the right.
 
 use crate::axis::label;
 use crate::canvas::{Canvas, Drawn};
 use plotters::coord::ranged1d::ValueFormatter;
 use plotters::prelude::*;
 
-/// Room for the legend to the right of all lines, over their width.
+/// Room for the legend on the right, as a share of the width of the lines.
 const ROOM: f64 = 0.25;
 
-/// A line, by its points.
+/// A line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// What the legend calls it.
+    /// Its name in the legend.
     pub label: String,
-    /// x and y, in the order of x.
+    /// Its points (x, y), by increasing x.
     pub points: Vec<(f64, f64)>,
 }
 
-/// How the axes of a plot are divided.
+/// The scale of both axes of a plot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Both evenly.
+    /// Linear.
     Linear,
-    /// Both by logarithms; all values must be positive.
+    /// Logarithmic; all values must be positive.
     Logarithmic,
 }
 
@@ -31,18 +31,18 @@ pub enum Scale {
 pub struct LinePlot<'a> {
     /// The caption.
     pub title: &'a str,
-    /// What is along the horizontal axis.
+    /// The label of the horizontal axis.
     pub x_axis: &'a str,
-    /// What is along the vertical axis.
+    /// The label of the vertical axis.
     pub y_axis: &'a str,
-    /// How the axes are divided.
+    /// The scale of both axes.
     pub scale: Scale,
     /// The lines.
     pub series: &'a [Series],
 }
 
 impl LinePlot<'_> {
-    /// Draws it.
+    /// Draws the plot.
     ///
     /// # Errors
     /// If the backend fails.

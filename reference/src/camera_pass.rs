@@ -1,4 +1,4 @@
-//! Camera pass: from the eye through every pixel to its visible point.
+//! Camera pass: traces a path from the eye through every pixel to its visible point.
 
 use crate::direct_light::{Receiver, estimate_irradiance};
 use crate::intersect::{Hit, intersect};
@@ -11,7 +11,7 @@ use scene::sobol::{DIMENSIONS, morton, moved_on, sobol};
 use scene::{Material, Ray, Rgb, Settings, Stats, Still, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
-/// The first diffuse surface that a camera path meets: where photons are gathered.
+/// The point where a camera path meets its first diffuse surface, and where photons are gathered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisiblePoint {
     /// The point.
@@ -20,12 +20,12 @@ pub struct VisiblePoint {
     pub normal: Vec3,
     /// The sphere that the point lies on.
     pub sphere: SphereId,
-    /// Radiance that the pixel receives per flux density that arrives here: the path's throughput times the BRDF
+    /// Radiance that the pixel receives per unit of flux density arriving here: the path's throughput times the BRDF
     /// `albedo / pi`. Not zero in all channels.
     pub beta: Rgb,
 }
 
-/// What one camera path brings to its pixel.
+/// The result of one camera path.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CameraSample {
     /// Radiance of lamps seen, and of direct light on the visible point.
@@ -34,8 +34,9 @@ pub struct CameraSample {
     pub visible: Option<VisiblePoint>,
 }
 
-/// How the dimensions of a pixel's stratified point are used: two each for the place in the pixel, on the light and
-/// on the lens, one for which light, and one each for the first segments, where those end at glass.
+/// Which dimensions of a pixel's Sobol point are used for what: two each for the position in the pixel, on the light
+/// and on the lens, one for the choice of a light, and one for each of the first four segments, used if it ends at
+/// glass.
 mod dimension {
     pub(super) const PIXEL: [usize; 2] = [0, 1];
     pub(super) const LIGHT_POINT: [usize; 2] = [2, 3];
@@ -46,9 +47,9 @@ mod dimension {
 
 /// The random numbers of one camera path.
 ///
-/// Those of the first dimensions are stratified over the tile of 8x8 pixels and over the iterations: a Sobol point per
-/// pixel, under digital shifts that are the tile's own, and moved on from iteration to iteration. The rest (at glass,
-/// after some segments) come from the pixel's own stream.
+/// The numbers of the first dimensions are stratified over a tile of 8x8 pixels and over the iterations. They are the
+/// pixel's Sobol point, with the digital shifts of the tile and a shift that grows from iteration to iteration. The
+/// rest (at glass, after the first four segments) come from the pixel's own stream.
 pub struct CameraNumbers {
     iteration: u32,
     index: u32,
@@ -79,7 +80,7 @@ impl CameraNumbers {
         (self.stratified(a), self.stratified(b))
     }
 
-    /// What decides where segment `segment` goes on, if it ends at glass.
+    /// The number that chooses between reflection and refraction if segment `segment` ends at glass.
     fn lobe(&mut self, segment: u32) -> f32 {
         match dimension::LOBES.get(segment as usize) {
             Some(&dimension) => self.stratified(dimension),
@@ -88,8 +89,8 @@ impl CameraNumbers {
     }
 }
 
-/// Traces one camera path: follows mirrors and glass, adds lamps met on the way, and at the first diffuse surface
-/// estimates direct light and stores the visible point.
+/// Traces one camera path: follows mirrors and glass, adds the light of lamps that it hits, and at the first diffuse
+/// surface estimates direct light and returns the visible point.
 pub fn trace(
     still: &Still,
     ray: Ray,
@@ -135,15 +136,15 @@ fn irradiance(still: &Still, hit: &Hit, numbers: &CameraNumbers) -> Rgb {
     estimate_irradiance(still, &receiver, numbers.stratified(dimension::LIGHT), u, v)
 }
 
-/// The camera ray of pixel (x, y): jittered over the pixel, and over the lens if there is one.
+/// The camera ray of pixel (x, y), with a random position in the pixel, and on the lens if there is one.
 pub fn camera_ray(frame: &Frame, x: u32, y: u32, numbers: &CameraNumbers) -> Ray {
     let pixel = numbers.pair(dimension::PIXEL);
     let lens = if frame.aperture_radius > 0.0 { Some(numbers.pair(dimension::LENS)) } else { None };
     ray_through(frame, (x as f32 + pixel.0, y as f32 + pixel.1), lens)
 }
 
-/// The ray through a place of the image, in pixels from the top left, that leaves the lens at a place given by two
-/// uniform numbers.
+/// The ray through a position in the image, in pixels from the top left. Two uniform numbers give the point where it
+/// leaves the lens; without them it is a pinhole.
 pub fn ray_through(frame: &Frame, (x, y): (f32, f32), lens: Option<(f32, f32)>) -> Ray {
     let sx = (x - frame.half[0]) * frame.pixel;
     let sy = (frame.half[1] - y) * frame.pixel;

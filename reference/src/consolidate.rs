@@ -1,4 +1,5 @@
-//! Consolidate and develop: the statistics of progressive photon mapping, per pixel.
+//! The statistics of progressive photon mapping per pixel: `consolidate` adds the photons of an iteration, `develop`
+//! computes radiance.
 
 use scene::film::FLUX_ONE;
 use scene::{Rgb, Settings};
@@ -7,25 +8,26 @@ use std::f32::consts::PI;
 /// The share of new photons that is kept (Hachisuka and Jensen 2009): the smaller, the faster the radius shrinks.
 pub const ALPHA: f32 = 2.0 / 3.0;
 
-/// What a pixel has gathered over all iterations.
+/// The state of a pixel, accumulated over all iterations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pixel {
-    /// Sum of the direct light of all iterations, radiance.
+    /// The radiance of direct light, summed over all iterations.
     pub direct: Rgb,
     /// Flux within the current radius times the BRDF, in W sr^-1 times photons.
     pub tau: Rgb,
-    /// `N`: photons counted so far.
+    /// `N`: photons counted so far, weighted by alpha.
     pub n: f32,
     /// Square of the search radius, in square scene units.
     pub radius_squared: f32,
 }
 
-/// What one iteration's photons bring to a visible point. Integers, so it does not matter who adds them first.
+/// The photons that one iteration adds to a visible point. The sums are integers, so they do not depend on the order
+/// of addition.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Gathered {
-    /// `M`: photons that counted.
+    /// `M`: the number of photons.
     pub m: u32,
-    /// Sums of their fluxes, in multiples of the nominal power over `FLUX_ONE`.
+    /// The sums of their fluxes, in units of the nominal power divided by `FLUX_ONE`.
     pub flux: [u64; 3],
 }
 
@@ -36,7 +38,7 @@ impl Pixel {
         Self { direct: Rgb::ZERO, tau: Rgb::ZERO, n: 0.0, radius_squared }
     }
 
-    /// Takes in the photons of one iteration (equations 9 to 11 of the paper of 2009):
+    /// Adds the photons of one iteration (equations 9 to 11 of the paper of 2009):
     /// `N' = N + alpha M`, `R'^2 = R^2 (N + alpha M) / (N + M)`, `tau' = (tau + beta phi) R'^2 / R^2`.
     pub fn consolidate(&mut self, beta: Rgb, gathered: &Gathered, nominal_power: f32) {
         if gathered.m == 0 {

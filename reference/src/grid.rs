@@ -1,18 +1,18 @@
-//! The spatial hash grid of the join: which visible points may a photon reach?
+//! A spatial hash grid that finds the visible points near a photon.
 //!
-//! As in the paper (section 3.1), a visible point is entered in every cell that its sphere of search touches, and a
-//! photon looks into the one cell that it lies in; cells are hashed to a table of fixed length. Unlike the published
-//! program, an entry remembers its cell, so a point whose cells collide in the table is still found exactly once,
-//! and insertion and lookup share the one function that says which cell a coordinate is in.
+//! As in the paper (section 3.1), a visible point is entered in every cell that its search sphere touches, and a photon
+//! looks only into the cell that it lies in. Cells are hashed to a table of fixed length. Unlike in the published
+//! program, each entry stores its cell, so a point is found exactly once even if several of its cells share a bucket.
+//! Insertion and lookup use the same function from coordinates to cells.
 
 use crate::camera_pass::VisiblePoint;
 use scene::Vec3;
 
-/// Buckets of the table: any number will do, a prime spreads best.
+/// Buckets of the table. Any number is correct; a prime spreads the cells best.
 const BUCKETS: usize = 262_147;
 
-/// The sphere of search is widened by so much when entered, as the test of the distance rounds: it computes
-/// `dx^2 + dy^2 + dz^2 < R^2` within 4 roundings, a relative error below 2^-21 of the distance.
+/// Search radii are widened by this factor on insertion, because the distance test rounds: it computes
+/// `dx^2 + dy^2 + dz^2 < R^2` with 4 roundings, a relative error below 2^-21 of the distance.
 const WIDENED: f32 = 1.0 + 1.0 / 1_048_576.0;
 
 type Cell = [i32; 3];
@@ -55,7 +55,7 @@ impl Grid {
         Self { inverse_cell_size, starts, entries: entries.into_iter().map(|(_, e)| e).collect() }
     }
 
-    /// The indices of all points that may be within reach of `point`, each once.
+    /// The indices of all points whose radius may contain `point`, each once.
     pub fn candidates(&self, point: Vec3) -> impl Iterator<Item = usize> {
         let cell = cell_of(point, self.inverse_cell_size);
         let bucket = bucket_of(cell) as usize;
@@ -69,8 +69,8 @@ impl Grid {
     }
 }
 
-/// The cell of a point. Monotone in each coordinate, also where it saturates, so the cells of a box are those
-/// between the cells of its corners.
+/// The cell of a point. It is monotone in each coordinate, even where the conversion saturates, so a box covers exactly
+/// the cells between those of its corners.
 fn cell_of(point: Vec3, inverse_cell_size: f32) -> Cell {
     let scaled = point * inverse_cell_size;
     [scaled.x.floor() as i32, scaled.y.floor() as i32, scaled.z.floor() as i32]

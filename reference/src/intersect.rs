@@ -1,30 +1,31 @@
-//! Which sphere a ray hits first, robustly and without an epsilon.
+//! Finds the first sphere that a ray hits, robustly and without an epsilon.
 //!
-//! Three rules make intersections exact where renderers otherwise shift ray origins by a small distance:
+//! Most renderers shift ray origins by a small distance to avoid hitting the surface that a ray leaves. Three rules
+//! replace this:
 //!
-//! 1. A ray knows the sphere it leaves. The power of its origin with respect to that sphere
-//!    (`|o - c|^2 - r^2`, the product of both roots) is zero by definition, so it is set to zero.
-//! 2. An opaque sphere is met from one side only (see [`scene::still`]). An origin computed to lie behind it does so
-//!    by rounding, where surfaces meet; its power is clamped to zero, and the ray hits at distance 0 or not at all.
+//! 1. A ray knows the sphere that it leaves. The power of its origin with respect to that sphere (`|o - c|^2 - r^2`,
+//!    the product of both roots) is zero by definition, so it is set to zero.
+//! 2. An opaque sphere is hit from one side only (see [`scene::still`]). Where surfaces meet, rounding may put an
+//!    origin behind it. Then the power is clamped to zero, and the ray hits at distance 0 or not at all.
 //! 3. Of equal distances the lower sphere id counts.
 //!
-//! The formulas: for spheres seen from outside, those of Haines, Gunther and Akenine-Moller, "Precision improvements
-//! for ray/sphere intersection" (Ray Tracing Gems, 2019, chapter 7); seen from inside, the power is measured from an
-//! anchor on the surface ([`Enclosure`]), as that chapter's form loses the distance to a wall of radius 10^4 in the
-//! rounding of its squared radius.
+//! Spheres seen from outside use the formulas of Haines, Gunther and Akenine-Moller, "Precision improvements for
+//! ray/sphere intersection" (Ray Tracing Gems, 2019, chapter 7). For a wall of radius 10^4 seen from inside, these lose
+//! the distance in the rounding of the squared radius. So from inside the power is measured from an anchor on the
+//! surface ([`Enclosure`]).
 
 use scene::ray::SphereId;
 use scene::still::{Enclosure, Role};
 use scene::{Ray, Sphere, Still, Vec3};
 
-/// Where a ray meets a surface.
+/// The point where a ray hits a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// The sphere that is met.
+    /// The sphere that is hit.
     pub sphere: SphereId,
     /// Distance along the ray, at least 0; the ray's direction has unit length.
     pub t: f32,
-    /// The point, moved onto the sphere.
+    /// The point; for spheres seen from outside and for glass it is moved onto the sphere.
     pub point: Vec3,
     /// Unit normal on the side that the ray comes from.
     pub normal: Vec3,
@@ -44,7 +45,7 @@ pub fn intersect(still: &Still, ray: &Ray) -> Option<Hit> {
     sphere.map(|id| surface_at(still, id, ray, t))
 }
 
-/// True if a surface other than that of `light` lies on `ray` nearer than `t`.
+/// True if `ray` hits a surface other than `light` nearer than `t`.
 pub fn occluded(still: &Still, ray: &Ray, t: f32, light: SphereId) -> bool {
     let casts_shadow = |id: SphereId| match still.roles[id as usize] {
         Role::Enclosure(e) => still.enclosures[e as usize].casts_shadow,
@@ -54,7 +55,7 @@ pub fn occluded(still: &Still, ray: &Ray, t: f32, light: SphereId) -> bool {
         .any(|id| id != light && casts_shadow(id) && distance(still, id, ray) < t)
 }
 
-/// The distance at which `ray` meets sphere `id`, or infinity.
+/// The distance at which `ray` hits sphere `id`, or infinity.
 pub fn distance(still: &Still, id: SphereId, ray: &Ray) -> f32 {
     let (sphere, leaves) = (&still.spheres[id as usize], ray.leaves == id);
     match still.roles[id as usize] {
@@ -64,7 +65,7 @@ pub fn distance(still: &Still, id: SphereId, ray: &Ray) -> f32 {
     }
 }
 
-/// Distance to an opaque sphere that is met from outside: the near root.
+/// Distance to an opaque sphere that is hit from outside: the near root.
 pub fn from_outside(sphere: &Sphere, ray: &Ray, leaves: bool) -> f32 {
     let Chord { b, power, discriminant } = Chord::new(sphere, ray);
     if !(b < 0.0 && discriminant >= 0.0) {
@@ -78,7 +79,7 @@ pub fn from_outside(sphere: &Sphere, ray: &Ray, leaves: bool) -> f32 {
 pub fn from_either_side(sphere: &Sphere, ray: &Ray, leaves: bool) -> f32 {
     let Chord { b, power, discriminant } = Chord::new(sphere, ray);
     let power = if leaves { 0.0 } else { power };
-    let q = b.abs() + discriminant.sqrt(); // NaN where the ray passes by, and then so is t
+    let q = b.abs() + discriminant.sqrt(); // NaN if the ray misses; then t is NaN too
     let t = if b > 0.0 {
         -power / q
     } else if power > 0.0 {
@@ -89,7 +90,7 @@ pub fn from_either_side(sphere: &Sphere, ray: &Ray, leaves: bool) -> f32 {
     if t > 0.0 { t } else { f32::INFINITY }
 }
 
-/// Distance to an opaque sphere that is met from inside: the far root, which always exists.
+/// Distance to an opaque sphere that is hit from inside: the far root, which always exists.
 pub fn from_inside(enclosure: &Enclosure, ray: &Ray, leaves: bool) -> f32 {
     let g = ray.origin - enclosure.anchor;
     let b = (g + enclosure.offset).dot(ray.direction);
@@ -99,8 +100,9 @@ pub fn from_inside(enclosure: &Enclosure, ray: &Ray, leaves: bool) -> f32 {
     if b > 0.0 { -power / q } else { q }
 }
 
-/// The numbers of a ray and a sphere: with f the vector from the centre to the origin, `b = f . d`, the power of the
-/// origin `f . f - r^2`, and the squared half length of the chord, by the ray's distance from the centre.
+/// The terms of the quadratic equation for a ray and a sphere. With f the vector from the centre to the origin:
+/// `b = f . d`, the power of the origin `f . f - r^2`, and the discriminant, which is the square of half the chord. It
+/// is computed from the ray's distance to the centre.
 struct Chord {
     b: f32,
     power: f32,
@@ -123,9 +125,9 @@ fn surface_at(still: &Still, id: SphereId, ray: &Ray, t: f32) -> Hit {
     let point = ray.origin + ray.direction * t;
     if let Role::Enclosure(e) = still.roles[id as usize] {
         let enclosure = &still.enclosures[e as usize];
-        // The far root is accurate to rounding, and so is the length of this vector, almost: a step of Newton's
-        // makes it 1. Left as it is, its error would lengthen a mirrored direction by up to 4 times as much, and
-        // that the next hit's error in turn: inside of a mirror ball, without bound.
+        // The far root is accurate to rounding, and the length of the normal nearly so; a Newton step makes it 1.
+        // Without that step, the error would lengthen a mirrored direction by up to 4 times as much, and that in
+        // turn the error of the next hit. Inside of a mirror ball it would grow without bound.
         let from_center = (point - enclosure.anchor) + enclosure.offset;
         let normal = from_center * enclosure.minus_inverse_radius;
         let normal = normal * (1.5 - 0.5 * normal.dot(normal));

@@ -1,4 +1,5 @@
-//! The scalar reference: what is right, in code to be checked against the equations in one sitting.
+//! The scalar reference engine. It defines the correct image, in code short enough to check against the equations in
+//! one sitting.
 //!
 //! ```
 //! use files::builtin;
@@ -17,8 +18,8 @@
 //! [`photon_pass`], [`consolidate`]. [`PathTracer`] computes the same image by another algorithm, without bias.
 //!
 //! Every formula is part of the contract: the fast engine evaluates the same operations in the same order, so that
-//! both give the same bits. That is why comparisons are written out where a library's minimum or maximum would
-//! leave the case of NaN open, and why nothing is fused.
+//! both give the same bits. So comparisons are written out where a library's minimum or maximum would leave the result
+//! for NaN open, and no multiplication is fused with an addition.
 
 #![forbid(unsafe_code)]
 

@@ -1,8 +1,8 @@
-//! A path tracer with next-event estimation: the unbiased truth for the same scene and the same depth.
+//! A path tracer with next-event estimation: an unbiased ground truth for the same scene and the same depth.
 //!
-//! It shares intersection, scattering and direct light with SPPM, and none of what makes SPPM: no photons, no
-//! density estimation. Paths are limited as SPPM's are: at most `max_depth` segments up to the first diffuse
-//! surface, and at most as many from there to the light.
+//! It shares intersection, scattering and direct light with SPPM, but has no photons and no density estimation. Paths
+//! have the same limits as in SPPM: at most `max_depth` segments up to the first diffuse surface, and at most as many
+//! from there to the light.
 
 use crate::camera_pass::ray_through;
 use crate::direct_light::{Receiver, estimate_irradiance};
@@ -22,9 +22,9 @@ pub struct PathTracer<'a> {
     scene: &'a Scene,
     settings: Settings,
     iterations: u32,
-    /// Sums of radiance. In `f64`, as truth is asked for by the ten thousand samples.
+    /// Sums of radiance; in `f64`, as ground truth takes tens of thousands of samples.
     sums: Vec<[f64; 3]>,
-    /// This iteration's.
+    /// The samples of the current iteration.
     samples: Vec<Rgb>,
     stats: Stats,
 }
@@ -36,7 +36,7 @@ impl<'a> PathTracer<'a> {
         Self { scene, settings: *settings, iterations: 0, sums, samples, stats: Stats::default() }
     }
 
-    /// What a pixel shows; black before the first iteration.
+    /// The radiance of a pixel; black before the first iteration.
     fn mean(&self, sums: &[f64; 3]) -> Rgb {
         let scale = 1.0 / f64::from(self.iterations.max(1));
         Rgb::from_array(sums.map(|sum| (sum * scale) as f32))
@@ -85,7 +85,7 @@ impl Engine for PathTracer<'_> {
             }
             Some(segments)
         };
-        // Samples are added when all are there, so that an iteration can be abandoned.
+        // Samples are added only when all are complete, so that an iteration can be abandoned.
         let rows = self.samples.par_chunks_mut(width as usize).enumerate();
         let Some(segments) = rows.map(row_of_paths).sum::<Option<u64>>() else {
             return false;
@@ -132,14 +132,15 @@ impl Resumable for PathTracer<'_> {
     }
 }
 
-/// The radiance that one random path brings.
+/// The radiance of one random path.
 fn trace(still: &Still, ray: Ray, max_depth: u32, stream: &mut Stream, segments: &mut u64) -> Rgb {
     let (mut ray, mut throughput, mut radiance) = (ray, Rgb::ONE, Rgb::ZERO);
-    // The squared relative index of where the path is. Kept apart, as roulette is about the chance to find light.
+    // The product of the factors from refraction. It is kept out of the throughput that decides roulette, as it does
+    // not change the chance of a path to find light.
     let mut radiance_scale = 1.0;
     let mut length = 0;
     let mut seen_diffuse = false;
-    // Lamps met straight from a diffuse surface have been counted there, as direct light.
+    // Lamps hit directly from a diffuse surface were already counted there, as direct light.
     let mut counts_lamps = true;
     while length < max_depth {
         length += 1;
@@ -171,7 +172,7 @@ fn trace(still: &Still, ray: Ray, max_depth: u32, stream: &mut Stream, segments:
             }
         };
         counts_lamps = !matches!(material, Material::Diffuse { .. });
-        // Roulette by the throughput, which starts at 1, once direct light has been had.
+        // Russian roulette by the throughput, which starts at 1; only after the first diffuse surface.
         let survival = max_component(throughput).min(1.0);
         if seen_diffuse {
             if stream.next_f32() >= survival {

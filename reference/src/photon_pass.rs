@@ -1,4 +1,4 @@
-//! Photon pass: light from the lamps, deposited wherever it meets a diffuse surface.
+//! Photon pass: traces photons from the lamps and deposits them wherever they meet a diffuse surface.
 
 use crate::direct_light::choose_light;
 use crate::intersect::{Hit, intersect};
@@ -12,24 +12,24 @@ use scene::still::{Light, Role};
 use scene::{Material, Ray, Rgb, Settings, Stats, Still, Vec3, max_component};
 use std::ops::Range;
 
-/// A photon's power per channel, in multiples of the nominal power over `FLUX_ONE`.
+/// A photon's power per channel, in units of the nominal power divided by `FLUX_ONE`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Flux(pub [u32; 3]);
 
 /// A photon that arrives at a diffuse surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deposit {
-    /// Where it arrives.
+    /// The point of arrival.
     pub point: Vec3,
-    /// Unit direction that it comes from, away from the surface.
+    /// Unit direction from the surface to where the photon came from.
     pub wi: Vec3,
-    /// The sphere that it arrives at.
+    /// The sphere that it hits.
     pub sphere: SphereId,
-    /// Its power in units of `FLUX_ONE` to the nominal power [`scene::still::Lights::power`].
+    /// Its power; `FLUX_ONE` stands for the nominal power [`scene::still::Lights::power`].
     pub flux: Flux,
 }
 
-/// How the dimensions of a photon's stratified point are used.
+/// Which dimensions of a photon's Sobol point are used for what.
 mod dimension {
     pub(super) const DIRECTION: [usize; 2] = [0, 1];
     pub(super) const POSITION: [usize; 2] = [2, 3];
@@ -39,8 +39,8 @@ mod dimension {
 
 /// The random numbers of the photons of one iteration.
 ///
-/// Emission and the first bounce take the photon's Sobol point, under digital shifts that are new for each
-/// iteration; later bounces draw from the photon's own stream.
+/// Emission and the first bounce use the photon's Sobol point, with new digital shifts in each iteration. Later
+/// bounces draw from the photon's own stream.
 pub struct PhotonNumbers {
     shifts: [u32; DIMENSIONS],
     key: StreamKey,
@@ -60,7 +60,8 @@ impl PhotonNumbers {
         dimensions.map(|d| unit_float(sobol(photon, d) ^ self.shifts[d]))
     }
 
-    /// The three numbers of a bounce: two for the direction (at glass the first decides), one for roulette.
+    /// The three numbers of a bounce: two for the direction (at glass, the first chooses between reflection and
+    /// refraction), one for roulette.
     fn bounce(&self, photon: u32, bounce: u32, stream: &mut Stream) -> [f32; 3] {
         if bounce == 0 {
             self.stratified(photon, dimension::FIRST_BOUNCE)
@@ -70,8 +71,8 @@ impl PhotonNumbers {
     }
 }
 
-/// Emits `photons`, some of one iteration's, and calls `deposit` for each that arrives at a diffuse surface from bounce 1
-/// on; at bounce 0 it would be direct light, which the camera pass has counted.
+/// Traces the photons with indices `photons` of one iteration, and calls `deposit` wherever one arrives at a diffuse
+/// surface from bounce 1 on. At bounce 0 it would bring direct light, which the camera pass has counted.
 pub fn photon_pass(
     still: &Still,
     settings: &Settings,
@@ -117,8 +118,8 @@ fn trace(
     }
 }
 
-/// A photon as it leaves its lamp: Lambertian, from a uniform point of the sphere. `None` where the point is sunk
-/// into another sphere.
+/// Emits a photon from a uniform point of a lamp, in a cosine-distributed direction. `None` if another sphere covers
+/// that point.
 fn emit(still: &Still, numbers: &PhotonNumbers, photon: u32) -> Option<(Ray, Rgb)> {
     let [choice] = numbers.stratified(photon, [dimension::LIGHT]);
     let light = choose_light(&still.lights, choice)?;
@@ -135,7 +136,7 @@ fn emit(still: &Still, numbers: &PhotonNumbers, photon: u32) -> Option<(Ray, Rgb
     Some((ray, light.photon_power))
 }
 
-/// True if `point` of the lamp lies within an opaque ball, or outside of a shell around the eye.
+/// True if `point` of the lamp lies inside an opaque ball, or outside of a shell around the eye.
 fn is_blocked(still: &Still, light: &Light, point: Vec3) -> bool {
     let blockers = light.blockers.start as usize..light.blockers.end as usize;
     still.lights.blockers[blockers].iter().any(|&id| {
@@ -146,8 +147,8 @@ fn is_blocked(still: &Still, light: &Light, point: Vec3) -> bool {
     })
 }
 
-/// Russian roulette by the change of throughput: survival is as likely as the brightest channel stays bright, and
-/// the survivor's brightest channel is as bright as before. So all photons keep the nominal power.
+/// Russian roulette: a photon survives with the probability by which its brightest channel is scaled down, and a
+/// survivor's brightest channel is restored to its old value. So all photons keep the nominal power.
 pub fn survive(power: Rgb, albedo: Rgb, roulette: f32) -> Option<Rgb> {
     let scattered = power * albedo;
     let (before, after) = (max_component(power), max_component(scattered));
@@ -162,12 +163,12 @@ fn scatter(material: &Material, ray: &Ray, hit: &Hit, u: f32, v: f32) -> Vec3 {
     }
 }
 
-/// Power, in multiples of the nominal power, to integer, once, so that sums do not depend on their order: rounded to
-/// the nearest multiple of `1 / FLUX_ONE`, an error of 2^-22 of the nominal power at most.
+/// Rounds a power, in units of the nominal power, to the nearest multiple of `1 / FLUX_ONE`, with an error of 2^-22 of
+/// the nominal power at most. As the result is an integer, sums of fluxes do not depend on their order.
 ///
-/// A photon's brightest channel is the nominal power but for rounding, of which the bound takes care: no flux
-/// exceeds `FLUX_ONE` = 2^21, at most 2^31 photons are deposited ([`scene::settings::MAX_DEPOSITS`]), so no sum
-/// exceeds 2^52, which fits a `u64` and is exact as an `f64`.
+/// A photon's brightest channel may exceed the nominal power by rounding, so the result is clamped. No flux exceeds
+/// `FLUX_ONE` = 2^21, and fewer than 2^31 photons are deposited ([`scene::settings::MAX_DEPOSITS`]). So every sum stays
+/// below 2^52, which fits a `u64` and is exact as an `f64`.
 pub fn quantise(power: Rgb) -> Flux {
     Flux(power.to_array().map(|p| ((p * FLUX_ONE as f32 + 0.5) as u32).min(FLUX_ONE)))
 }

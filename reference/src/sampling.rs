@@ -1,11 +1,11 @@
-//! From uniform numbers to directions. Each map says its density; all of them preserve stratification.
+//! Maps uniform random numbers to directions and points. Each map states its density; all preserve stratification.
 
 use scene::Vec3;
 use std::f32::consts::FRAC_PI_2;
 
 /// `(sin, cos)` of `2 pi u` for `u` in [0, 1), by one polynomial each after reduction to an eighth of a turn.
 ///
-/// Coefficients: Moshier's Cephes library, `sinf` and `cosf`. Both are right to 1.2e-7.
+/// The coefficients are those of `sinf` and `cosf` in Moshier's Cephes library. The error is at most 1.2e-7.
 pub fn sincos_turn(u: f32) -> (f32, f32) {
     let quarters = u * 4.0;
     let quadrant = (quarters + 0.5) as i32;
@@ -28,17 +28,17 @@ pub fn uniform_sphere(u: f32, v: f32) -> Vec3 {
 
 /// A unit direction about the unit normal `n`, density `cos / pi` per steradian.
 ///
-/// The tip of `n` plus a uniform point of the unit sphere is distributed so: the sphere that touches the surface is
-/// seen from the point of contact under cosine weight. It needs no frame around `n`.
+/// The direction is that of `n` plus a uniform point of the unit sphere. A sphere that touches the surface, sampled
+/// uniformly and seen from the point of contact, has this density. No frame around `n` is needed.
 pub fn cosine_hemisphere(n: Vec3, u: f32, v: f32) -> Vec3 {
     let w = n + uniform_sphere(u, v);
     let length_squared = w.dot(w);
-    // The point opposite of n: any direction will do, but its length must be 1.
+    // The point opposite to n gives no direction; any will do, but its length must be 1.
     if length_squared < 1e-10 { n } else { w * (1.0 / length_squared.sqrt()) }
 }
 
-/// A unit direction in the cone about the unit `axis` with `1 - cos` up to `height`, uniformly: density
-/// `1 / (2 pi height)` per steradian. Also `1 - cos` of the angle to the axis.
+/// A uniform unit direction in the cone of angles to the unit `axis` for which `1 - cos` is at most `height`: density
+/// `1 / (2 pi height)` per steradian. Also returns `1 - cos` of its angle.
 pub fn uniform_cone(axis: Vec3, height: f32, u: f32, v: f32) -> (Vec3, f32) {
     let (sin, cos) = sincos_turn(v);
     let h = u * height;

@@ -1,4 +1,4 @@
-//! Where light goes from a smooth surface: mirrors and glass.
+//! Reflection and refraction at smooth surfaces: mirrors and glass.
 
 use crate::intersect::Hit;
 use scene::Vec3;
@@ -8,13 +8,14 @@ pub fn reflect(d: Vec3, n: Vec3) -> Vec3 {
     d - n * (2.0 * d.dot(n))
 }
 
-/// Reflects or refracts direction `d` at the boundary of glass, with the probability of either given by the exact
-/// Fresnel equations for unpolarised light; `u` decides. As the probability equals the share of the power, the
-/// throughput changes by the tint alone, but for the factor that is returned with the direction.
+/// Reflects or refracts direction `d` at the boundary of glass; the random number `u` decides which. The probabilities
+/// are the shares of the power by the exact Fresnel equations for unpolarised light. So the throughput changes only by
+/// the tint, and by the factor that is returned with the direction.
 ///
-/// That factor is for paths from the eye: the square of the relative index, `(n_i / n_t)^2`, where light refracts, 1
-/// where it reflects. A beam that enters glass narrows, and its radiance grows as the square of the index (Veach
-/// 1997, section 5.2); seen from the eye that is taken back. The power of photons does not change.
+/// That factor applies to paths from the eye only: `(n_i / n_t)^2`, the square of the relative index, for refraction,
+/// and 1 for reflection. A beam that enters glass narrows, and its radiance grows with the square of the index (Veach
+/// 1997, section 5.2); a path from the eye runs against the light, so it is scaled by the inverse. The power of photons
+/// does not change.
 pub fn dielectric(d: Vec3, hit: &Hit, ior: f32, u: f32) -> (Vec3, f32) {
     let n = hit.normal;
     let eta = if hit.inside { ior } else { 1.0 / ior };
@@ -22,7 +23,7 @@ pub fn dielectric(d: Vec3, hit: &Hit, ior: f32, u: f32) -> (Vec3, f32) {
     let sin2_t = eta * eta * (1.0 - cos_i * cos_i);
     let cos2_t = 1.0 - sin2_t;
     let cos_t = if cos2_t > 0.0 { cos2_t.sqrt() } else { 0.0 };
-    // NaN (grazing from inside, all zero) counts as total reflection, like every reflectance of 1.
+    // A NaN reflectance (grazing from inside, where all terms are 0) counts as total reflection.
     if u >= fresnel(eta, cos_i, cos_t) {
         (d * eta + n * (eta * cos_i - cos_t), eta * eta)
     } else {
@@ -32,7 +33,7 @@ pub fn dielectric(d: Vec3, hit: &Hit, ior: f32, u: f32) -> (Vec3, f32) {
 
 /// Reflectance of a boundary for unpolarised light; `eta` is the index on the incident side over that on the other.
 ///
-/// With total internal reflection (`cos_t` = 0) it is 1 of itself.
+/// For total internal reflection (`cos_t` = 0) the formula gives 1.
 pub fn fresnel(eta: f32, cos_i: f32, cos_t: f32) -> f32 {
     let s = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
     let p = (eta * cos_t - cos_i) / (eta * cos_t + cos_i);

@@ -1,4 +1,4 @@
-//! Stochastic progressive photon mapping (Hachisuka and Jensen 2009): the passes of an iteration, in order.
+//! Stochastic progressive photon mapping (Hachisuka and Jensen 2009): runs the passes of an iteration in order.
 
 use crate::camera_pass::{CameraNumbers, VisiblePoint, camera_ray, trace};
 use crate::consolidate::{Gathered, Pixel};
@@ -8,10 +8,10 @@ use scene::still::Role;
 use scene::{Engine, PhotonSums, Probe, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums};
 use std::time::Instant;
 
-/// The grid's cell size over the largest radius, unless one asks for another. The image does not depend on it.
+/// The default cell size of the grid, in units of the largest radius. The image does not depend on it.
 const CELL_SIZE: f32 = 2.0;
 
-/// Photons between two looks at whether to stop.
+/// Photons traced between two checks of the stop flag.
 const PHOTONS_PER_STOP: u32 = 256;
 
 /// The reference renderer.
@@ -24,7 +24,7 @@ pub struct Sppm<'a> {
     stats: Stats,
 }
 
-/// What the camera pass of one iteration finds.
+/// The result of the camera pass of one iteration.
 #[derive(Default)]
 struct Seen {
     /// Direct light of every pixel.
@@ -47,7 +47,7 @@ impl<'a> Sppm<'a> {
         Self::with_cell_size(scene, settings, CELL_SIZE)
     }
 
-    /// The same render over a grid whose cells measure `cell_size` times the largest radius; a number above 0.
+    /// The same render with grid cells of `cell_size` times the largest radius, a number above 0.
     pub fn with_cell_size(scene: &'a Scene, settings: &Settings, cell_size: f32) -> Self {
         let pixels = vec![Pixel::new(settings.initial_radius); settings.pixels()];
         Self { scene, settings: *settings, cell_size, iterations: 0, pixels, stats: Stats::default() }
@@ -74,7 +74,7 @@ impl<'a> Sppm<'a> {
         Some(seen)
     }
 
-    /// Traces the photons and joins each with the visible points that it reaches; `None` if stopped.
+    /// Traces the photons and adds each to the visible points within whose radius it arrives; `None` if stopped.
     fn photon_pass(&mut self, still: &Still, grid: &Grid, seen: &Seen, stop: &Stop) -> Option<Vec<Gathered>> {
         let mut gathered = vec![Gathered::default(); seen.points.len()];
         let pixels = &self.pixels;
@@ -109,7 +109,7 @@ impl<'a> Sppm<'a> {
         Some(gathered)
     }
 
-    /// All passes of an iteration; `None` if stopped, with no pixel touched.
+    /// Runs all passes of an iteration; `None` if stopped, with no pixel changed.
     fn run_iteration(&mut self, stop: &Stop) -> Option<()> {
         let still = self.scene.at(self.scene.camera.shutter_time(self.settings.seed, self.iterations));
         let start = Instant::now();
@@ -142,10 +142,11 @@ impl<'a> Sppm<'a> {
     }
 }
 
-/// True if a photon counts at a visible point: it arrives within the radius, and on the side that is seen.
+/// True if a photon contributes to a visible point: it arrives within the radius, and on the visible side.
 ///
-/// Inside of one and the same shell it always does, whatever the angle to the visible point's normal. To reject what
-/// grazes there would lose `R^2 / (8 r^2)` of an even light, and by just so much a furnace would be too dark.
+/// If both lie on the inside of the same shell, the photon is always on the visible side, whatever its angle to the
+/// visible point's normal. Rejecting photons at grazing angles there would lose the share `R^2 / (8 r^2)` of uniform
+/// light, and a furnace would come out too dark by that share.
 pub fn contributes(still: &Still, deposit: &Deposit, visible: &VisiblePoint, radius_squared: f32) -> bool {
     let d = deposit.point - visible.point;
     let is_near = d.dot(d) < radius_squared;

@@ -93,7 +93,7 @@ impl EngineChoice {
     }
 }
 
-/// A started engine. The fast engine is told apart, because its parts can be reused.
+/// A started engine. The fast engine has its own variant, because its parts can be reused.
 pub(crate) enum Started<'a> {
     Fast(Box<fast::Sppm<'a>>),
     Other(Box<dyn Resumable + 'a>),

@@ -114,7 +114,7 @@ impl Problem {
         self
     }
 
-    /// The sentence, with the names that `name` gives to fields.
+    /// The sentence, with the names of fields given by `name`.
     pub fn say(&self, name: impl Fn(Field) -> String) -> String {
         let piece = |piece: &Piece| match piece {
             Piece::Text(text) => text.clone(),

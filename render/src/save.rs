@@ -85,7 +85,7 @@ fn noted(path: &Path, store: &Path) -> Option<PathBuf> {
     noted.to_str().is_some().then_some(noted)
 }
 
-/// The reverse of [`noted`].
+/// The inverse of [`noted`].
 fn resolved(noted: &Path, store: &Path) -> PathBuf {
     match store.parent() {
         Some(folder) if noted.is_relative() => folder.join(noted),

@@ -11,21 +11,21 @@ pub struct Camera {
     pub eye: Vec3,
     /// Viewing direction, of any length but zero.
     pub direction: Vec3,
-    /// A direction that appears upright; not parallel to `direction`.
+    /// The direction that points up in the image; not parallel to `direction`.
     pub up: Vec3,
     /// Vertical field of view in degrees, in (0, 180).
     pub vertical_fov_degrees: f32,
-    /// Radius of the lens; 0 is a pinhole, for which everything is in focus.
+    /// Radius of the lens; 0 for a pinhole, which has everything in focus.
     pub aperture_radius: f32,
-    /// Distance along `direction` of the plane in focus; of no effect for a pinhole.
+    /// Distance of the plane in focus, along `direction`; ignored for a pinhole.
     pub focus_distance: f32,
-    /// Shutter times at which the exposure begins and ends. Every iteration sees one instant between them.
+    /// Shutter times at which the exposure begins and ends. Every iteration renders one instant between them.
     pub shutter: [f32; 2],
 }
 
 /// The camera of one render: an orthonormal frame and the size of a pixel at distance 1.
 ///
-/// `f64` at the setup, `f32` from here on; only exactly rounded operations, so the frame is the same everywhere.
+/// Computed in `f64`, stored in `f32`. Its setup uses only exactly rounded operations, so it is the same everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Centre of the lens.
@@ -84,8 +84,8 @@ impl Camera {
 
     /// The shutter time of iteration `iteration`, which camera rays and photons share.
     ///
-    /// Times follow the van der Corput sequence under a random shift, so they fill the interval evenly.
-    /// Independent times for camera and photons would light objects where they are not.
+    /// Times follow the van der Corput sequence under a random shift, so they fill the interval evenly. If camera and
+    /// photons had different times, photons would light objects where the camera does not see them.
     pub fn shutter_time(&self, seed: u64, iteration: u32) -> f32 {
         let shift = rng::StreamKey::new(seed, rng::Family::Shutter, 0).stream(0).next_u32();
         let u = rng::unit_float(iteration.reverse_bits() ^ shift);
@@ -97,7 +97,7 @@ impl Camera {
 ///
 /// `f64::tan` may differ in the last bit between C libraries, and an image must not depend on one.
 fn tangent(x: f64) -> f64 {
-    let (mut sine, mut versine) = (0.0, 0.0); // sin x and 1 - cos x, the latter so that doubling keeps its digits
+    let (mut sine, mut versine) = (0.0, 0.0); // sin x and 1 - cos x; doubling cos x itself would lose digits
     let y = x / 8.0;
     let mut term = 1.0;
     for k in 1..=20 {
@@ -124,7 +124,7 @@ mod tests {
         for i in 0..9000 {
             let x = f64::from(i) * 0.01_f64.to_radians();
             let (ours, theirs) = (tangent(x), x.tan());
-            // At 89.99 degrees the tangent has a condition number of 6e3: one rounding of x is worth 1.3e-12.
+            // At 89.99 degrees the tangent has a condition number of 6e3: one rounding of x changes it by 1.3e-12.
             approx::assert_relative_eq!(ours, theirs, max_relative = 4e-12);
         }
     }

@@ -1,4 +1,4 @@
-//! What every engine offers: iterate, develop, tell what it did.
+//! The trait of all engines (iterate, develop, report statistics) and its data types.
 
 use crate::color::Rgb;
 use crate::film::{Film, Plane};
@@ -8,31 +8,31 @@ use serde::{Deserialize, Serialize};
 
 /// A render in progress. Its state after n iterations depends on scene, settings and seed alone.
 ///
-/// An engine states how it iterates and what a pixel shows; images follow from that.
+/// An engine implements iterations and the values of a pixel; images are derived from these.
 pub trait Engine {
-    /// What was asked for.
+    /// The settings of the render.
     fn settings(&self) -> &Settings;
 
     /// Iterations run so far.
     fn iterations(&self) -> u32;
 
-    /// Seconds and counted work so far.
+    /// Seconds per pass and counted work so far.
     fn stats(&self) -> &Stats;
 
     /// Runs one whole iteration of all passes (for the path tracer: one sample per pixel), or abandons it soon after
-    /// `stop` is requested. True if it was run: an abandoned iteration leaves no trace.
+    /// `stop` is requested. Returns true if the iteration was completed. An abandoned iteration changes nothing.
     ///
     /// An engine that cannot abandon an iteration runs it and returns true.
     #[must_use]
     fn iterate_unless(&mut self, stop: &Stop) -> bool;
 
-    /// What the pixel in column `x` and row `y` shows as it stands, black before the first iteration.
+    /// The current values of the pixel in column `x` and row `y`; black before the first iteration.
     ///
     /// # Panics
     /// If there is no such pixel.
     fn probe(&self, x: u32, y: u32) -> Probe;
 
-    /// Whether photons are traced, so that there are direct light, radii and counts of their own.
+    /// Whether the engine traces photons, and so has direct light, radii and counts per pixel.
     fn has_photons(&self) -> bool {
         true
     }
@@ -43,14 +43,14 @@ pub trait Engine {
         debug_assert!(is_whole, "nobody asked to stop");
     }
 
-    /// The image as it stands; black before the first iteration.
+    /// The current image; black before the first iteration.
     fn develop(&self) -> Film {
         let Settings { width, height, .. } = *self.settings();
         Film::from_fn(width, height, |x, y| self.probe(x, y).radiance)
     }
 
-    /// The sum of direct light over all iterations, lamps seen among it: radiance times iterations; `None` for engines
-    /// that do not keep it apart.
+    /// The direct light, including that of visible lamps, summed over all iterations: radiance times iterations. `None`
+    /// for engines without photons, which do not keep it apart.
     fn direct(&self) -> Option<Film> {
         let Settings { width, height, .. } = *self.settings();
         self.has_photons().then(|| Film::from_fn(width, height, |x, y| self.probe(x, y).direct))
@@ -62,20 +62,19 @@ pub trait Engine {
         self.has_photons().then(|| Plane::from_fn(width, height, |x, y| self.probe(x, y).radius))
     }
 
-    /// `N` of every pixel: photons that counted so far, each past iteration's weighted by alpha; `None` for
-    /// engines without photons.
+    /// `N` of every pixel: the photons counted so far, weighted by alpha; `None` for engines without photons.
     fn count(&self) -> Option<Plane> {
         let Settings { width, height, .. } = *self.settings();
         self.has_photons().then(|| Plane::from_fn(width, height, |x, y| self.probe(x, y).count))
     }
 }
 
-/// What a pixel shows.
+/// The current values of a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Probe {
-    /// Radiance as it stands; black before the first iteration.
+    /// Radiance; black before the first iteration.
     pub radiance: Rgb,
-    /// The sum of direct light over all iterations, lamps seen among it; 0 without photons.
+    /// Direct light, including that of visible lamps, summed over all iterations; 0 without photons.
     pub direct: Rgb,
     /// The search radius, in scene units; 0 without photons.
     pub radius: f32,
@@ -83,19 +82,19 @@ pub struct Probe {
     pub count: f32,
 }
 
-/// The passes of an iteration, in order (the last one runs on demand).
+/// The passes of an iteration, in order. The last one runs on demand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pass {
-    /// Rays from the eye to visible points, with direct light.
+    /// Traces rays from the eye to visible points, and estimates direct light there.
     Camera,
-    /// The spatial index of the join.
+    /// Builds the spatial index that joins photons with visible points.
     BuildGrid,
-    /// Photons from the lights, deposited on visible points.
+    /// Traces photons from the lights and adds them to visible points.
     Photon,
-    /// Radius, count and flux of every pixel.
+    /// Updates radius, count and flux of every pixel.
     Consolidate,
-    /// From sums to radiance.
+    /// Computes radiance from the sums.
     Develop,
 }
 
@@ -111,7 +110,7 @@ pub struct Stats {
     pub photon_seconds: f64,
     /// Seconds consolidating.
     pub consolidate_seconds: f64,
-    /// Ray segments traced from the eye, shadow rays not among them.
+    /// Ray segments traced from the eye, without shadow rays.
     pub camera_segments: u64,
     /// Shadow rays.
     pub shadow_rays: u64,
@@ -125,7 +124,7 @@ pub struct Stats {
     pub deposits: u64,
     /// Pairs of a photon and a visible point whose distance was tested.
     pub candidates: u64,
-    /// Pairs that counted: near enough, and arriving on the visible side.
+    /// Pairs that contributed: the photon is within the radius and arrives on the visible side.
     pub contributions: u64,
     /// Bytes that the engine holds: film, visible points, index and photons.
     pub bytes: u64,

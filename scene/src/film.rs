@@ -1,13 +1,13 @@
-//! Film: images in memory, linear `f32`, rows from the top.
+//! Images in memory: linear `f32`, rows from the top.
 
 use crate::color::Rgb;
 
-/// The integer that stands for a photon's nominal power (see `reference::photon_pass`): fluxes are quantised to
-/// multiples of 2^-21 of it, an error of 2^-22 at most.
+/// The integer that represents a photon's nominal power (see `reference::photon_pass`). Fluxes are rounded to
+/// multiples of 2^-21 of the nominal power, with an error of 2^-22 of it at most.
 pub const FLUX_ONE: u32 = 1 << 21;
 
-/// Keeps the relative error of black pixels finite: the usual 0.01, the square of a tenth of white. Errors of pixels
-/// darker than that count by their absolute size, as they do to the eye.
+/// Added to the divisor of relative square errors, to keep those of black pixels finite. It has the usual value 0.01,
+/// the square of a tenth of white. In pixels darker than that the absolute error counts, as it does to the eye.
 pub const RELATIVE_MSE_EPSILON: f64 = 0.01;
 
 /// An RGB image of linear radiance.
@@ -32,7 +32,8 @@ pub struct Plane {
     pub values: Vec<f32>,
 }
 
-/// An image whose pixels are asked for one by one, so that it need not be held in memory: colours, or single values.
+/// An image given by a function of the pixel, so that it need not be held in memory. Pixels are colours or single
+/// values.
 #[derive(Clone, Copy)]
 pub struct Picture<'a, T> {
     /// Pixels in a row.
@@ -61,7 +62,7 @@ impl Plane {
         Self { width, height, values: row_by_row(width, height, value) }
     }
 
-    /// The same value thrice per pixel: a grey film, as image files store it.
+    /// A grey film, with each value in all three channels, as image files store it.
     pub fn to_film(&self) -> Film {
         let pixels = self.values.iter().map(|&v| Rgb::splat(v)).collect();
         Film { width: self.width, height: self.height, pixels }

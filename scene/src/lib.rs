@@ -1,12 +1,12 @@
-//! The nouns that both engines share: vectors, rays, spheres, materials, camera, scene, seeded random
-//! streams, settings, film, statistics, and the trait of engines.
+//! The types that both engines share: vectors, rays, spheres, materials, camera, scene, seeded random streams,
+//! settings, film, statistics, and the trait of engines.
 //!
-//! There is no light transport here. What a ray hits, how light scatters and how photons are gathered is the
-//! business of the `reference` crate (which defines it) and of the `fast` crate (which must give the same bits).
+//! There is no light transport here. The `reference` crate defines what a ray hits, how light scatters and how photons
+//! are gathered; the `fast` crate must give the same bits.
 //!
-//! A [`Scene`] is what a scene file states; [`Still`] is the scene at one instant, sorted out
-//! for tracing. An [`Engine`] turns a scene and [`Settings`] into a [`Film`]; files are read and written by the crate `files`.
-//! The random numbers that engines must share are in [`rng`] and [`sobol`].
+//! A [`Scene`] is what a scene file states; [`Still`] is the scene at one instant, prepared for tracing. An [`Engine`]
+//! turns a scene and [`Settings`] into a [`Film`]. The crate `files` reads and writes files. The random numbers that
+//! engines must share are in [`rng`] and [`sobol`].
 //!
 //! Units: lengths are in scene units; radiance is in W sr^-1 m^-2 per linear RGB channel; times are in shutter
 //! units. Every float of the light transport is an `f32`, and every operation on it is one of `+ - * / sqrt`,

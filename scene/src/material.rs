@@ -1,4 +1,4 @@
-//! What surfaces do to light.
+//! Materials: how surfaces reflect and transmit light.
 
 use crate::color::Rgb;
 use serde::{Deserialize, Serialize};
@@ -19,7 +19,7 @@ pub enum Material {
     },
     /// A smooth boundary between vacuum (outside) and glass (inside), with exact unpolarised Fresnel reflectance.
     Dielectric {
-        /// Tint: multiplies what is reflected and what is transmitted, once per interface.
+        /// Tint: multiplies both reflected and transmitted light, once per interface.
         albedo: Rgb,
         /// Index of refraction of the inside over that of the outside, at least 1.
         ior: f32,

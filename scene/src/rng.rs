@@ -1,24 +1,26 @@
-//! Seeded random numbers: a stream of its own for every path of every pass of every iteration.
+//! Seeded random numbers: a separate stream for every path of every pass of every iteration.
 //!
-//! A stream is a function of `(seed, family, iteration, index)` and of nothing else, so a path draws the same
-//! numbers whichever engine, thread or lane traces it, and in whatever order. Its 32-bit state starts at a hash of
-//! the key and steps by xorshift32 (Marsaglia, "Xorshift RNGs", 2003, triple 13, 17, 5).
+//! A stream depends only on `(seed, family, iteration, index)`. So a path draws the same numbers whichever engine,
+//! thread or lane traces it, and in any order. The 32-bit state of a stream starts at a hash of the key and steps by
+//! xorshift32 (Marsaglia, "Xorshift RNGs", 2003, triple 13, 17, 5).
 //!
-//! Quality: xorshift32 alone fails `BigCrush` (it is linear over GF(2), and its period is only 2^32 - 1), whatever
-//! the published program says, and of dieharder the counting of ones, which successive words fail here as well
-//! (docs/paper.md). Here a stream gives some dozens of numbers from a hashed start, of which the top bits are used; for
-//! that it is good enough. What matters more is that neighbouring keys are unrelated, which the hash provides and the
-//! tests check. Within one family and iteration the start states of any two indices differ, as the hash is a bijection.
+//! Quality: xorshift32 alone fails `BigCrush`, contrary to what the paper's published program says: it is linear over
+//! GF(2), and its period is only 2^32 - 1. In dieharder it fails counts of ones and ranks of bit matrices, and so do the
+//! first four numbers of our streams (docs/paper.md). This is good enough here: a stream gives a few dozen numbers from
+//! a hashed start, and only their top bits are used. It matters more that neighbouring keys give unrelated streams. The
+//! hash provides that, and tests check it. Within one family and iteration no two indices have the same start state, as
+//! the hash is a bijection.
 
-/// What a family of streams is for. Families never share streams.
+/// The purpose of a stream. Streams of different families are unrelated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Family {
     /// Camera paths; the index is `y * width + x`.
     Camera = 1,
-    /// The digital shifts of one 8x8 tile of pixels, of iteration 0 for all; the index is the tile's, row by row.
+    /// The digital shifts of one 8x8 tile of pixels; the index is the tile's, row by row. All iterations use the
+    /// streams of iteration 0.
     Tile = 2,
-    /// Photon paths; the index is the photon's.
+    /// Photon paths; the index is that of the photon.
     Photon = 3,
     /// The digital shifts of the photons' Sobol points; the index is 0.
     Emission = 4,
@@ -31,19 +33,19 @@ pub enum Family {
 /// The key of one family of streams in one iteration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StreamKey {
-    /// Enters the hash before its first round.
+    /// Mixed into the index before the first round of the hash.
     pub before: u32,
-    /// Enters the hash between its rounds, so that no two keys give related streams.
+    /// Added between the rounds of the hash, so that no two keys give related streams.
     pub between: u32,
 }
 
 /// Multipliers of the two-round integer hash `lowbias32` (Ellis, "Prospecting for hash functions", 2018).
 pub const HASH_MULTIPLIERS: [u32; 2] = [0x21f0_aaad, 0xd35a_2d97];
 
-/// The state that stands in for 0, which xorshift32 would never leave.
+/// Replaces a start state of 0, which xorshift32 would never leave.
 pub const STATE_FOR_ZERO: u32 = 0x9e37_79b9;
 
-/// 2^-24: what turns the top 24 bits of a word into a float in [0, 1), without rounding.
+/// 2^-24: scales the top 24 bits of a word to a float in [0, 1), without rounding.
 pub const UNIT: f32 = 1.0 / 16_777_216.0;
 
 impl StreamKey {
@@ -65,7 +67,7 @@ impl StreamKey {
         if x == 0 { STATE_FOR_ZERO } else { x }
     }
 
-    /// Stream `index` at its start.
+    /// Stream `index`, from its start.
     #[inline]
     pub fn stream(self, index: u32) -> Stream {
         Stream { state: self.state(index) }
@@ -118,7 +120,7 @@ mod tests {
     /// Seed, family, iteration, index; then the key, the start state, and the first three words.
     type KnownAnswer = (u64, Family, u32, u32, [u32; 2], u32, [u32; 3]);
 
-    /// Computed by an independent implementation in another language's unbounded integers.
+    /// Computed by an independent implementation in another language, with unbounded integers.
     const KNOWN_ANSWERS: [KnownAnswer; 7] = [
         (
             0,
@@ -193,7 +195,7 @@ mod tests {
             assert_eq!(key.state(index), state);
             let mut stream = key.stream(index);
             assert_eq!([(); 3].map(|()| stream.next_u32()), words);
-            // Of the first word, the float keeps the top 24 bits, exactly.
+            // The float holds exactly the top 24 bits of the first word.
             let float = key.stream(index).next_f32();
             assert_eq!(f64::from(float) * f64::from(1 << 24), f64::from(words[0] >> 8));
         }
@@ -231,7 +233,7 @@ mod tests {
 
     #[test]
     fn xorshift_never_reaches_zero() {
-        // The step is linear over GF(2), so it is enough that it sends no basis to a dependent set: rank 32.
+        // The step is linear over GF(2), so it suffices that its matrix has the full rank of 32.
         let mut rows: Vec<u32> = (0..32).map(|bit| Stream { state: 1 << bit }.next_u32()).collect();
         for bit in 0..32 {
             let pivot = (bit..32).find(|&i| rows[i] >> bit & 1 == 1).expect("the step is not invertible");

@@ -1,4 +1,4 @@
-//! What a render is asked for, with the bounds that keep its memory and its integers sane.
+//! The settings of a render, with bounds that keep its memory reasonable and its integers from overflowing.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -14,7 +14,7 @@ pub struct Settings {
     pub iterations: u32,
     /// Photons that leave the lights in each iteration.
     pub photons_per_iteration: u32,
-    /// At most so many camera segments up to the first diffuse hit, and from there so many to the light.
+    /// The maximal number of path segments from the eye to the first diffuse hit, and again from there to the light.
     pub max_depth: u32,
     /// Radius of the first iteration's density estimate, in scene units.
     pub initial_radius: f32,
@@ -47,14 +47,14 @@ pub const MAX_ITERATIONS: u32 = 1 << 30;
 pub const MAX_PHOTONS: u32 = 1 << 28;
 /// Most segments of a path.
 pub const MAX_DEPTH: u32 = 1 << 12;
-/// `photons_per_iteration * max_depth` stays below this, so that a count fits an `i32` and a sum of
-/// [`crate::film::FLUX_ONE`]-scaled fluxes is an exact `f64`: 2^31 * 2^21 < 2^53.
+/// `photons_per_iteration * max_depth` stays below this, so that a count of photons fits an `i32`, and a sum of fluxes
+/// in units of [`crate::film::FLUX_ONE`] is exact as an `f64`: 2^31 * 2^21 < 2^53.
 pub const MAX_DEPOSITS: u64 = 1 << 31;
-/// A radius outside of these would square to an `f32` that is subnormal or infinite.
+/// The range of radii. Beyond it the square of a radius would be a subnormal or infinite `f32`.
 pub const RADIUS_RANGE: [f32; 2] = [1e-15, 1e15];
 
-/// Bytes that a render holds per pixel: film, visible point, sums and index. Stated for people, checked by a test of
-/// the command.
+/// Bytes that a render holds per pixel: film, visible point, sums and index. It is used in messages; a test of the
+/// command checks it.
 pub const BYTES_PER_PIXEL: u64 = 256;
 
 /// A setting out of bounds; `option` is its name in scene files and, with dashes, on the command line.
@@ -63,7 +63,7 @@ pub const BYTES_PER_PIXEL: u64 = 256;
 pub struct SettingsError {
     /// Name of the field of [`Settings`] at fault.
     pub option: &'static str,
-    /// What is wrong and what would be right, to be read after the name.
+    /// What is wrong and what would be right, as the rest of a sentence that begins with the name.
     pub problem: String,
 }
 
@@ -71,7 +71,7 @@ impl Settings {
     /// Checks every bound.
     ///
     /// # Errors
-    /// Names the first field out of bounds, and for sizes the memory it would take.
+    /// Names the first field out of bounds; for image sizes, also the memory that they would need.
     pub fn validate(&self) -> Result<(), SettingsError> {
         let whole = |option, value: u32, most: u32| match value {
             0 => Err(error(option, "is 0; it must be at least 1".into())),
@@ -116,7 +116,7 @@ impl Settings {
         self.width as usize * self.height as usize
     }
 
-    /// Bound on the photons that one iteration deposits.
+    /// An upper bound on the photons that one iteration deposits.
     pub fn max_deposits(&self) -> u64 {
         u64::from(self.photons_per_iteration) * u64::from(self.max_depth)
     }
@@ -134,7 +134,7 @@ fn gibibytes(bytes: u64) -> String {
 mod tests {
     use super::*;
 
-    /// Settings within all bounds, changed by `change`, are refused for the named option, or not at all.
+    /// Asserts that valid settings, changed by `change`, are refused for the option `refused`, or accepted if `None`.
     fn assert_verdict(change: impl FnOnce(&mut Settings), refused: Option<&str>) {
         let mut settings = Settings { width: 1, height: 1, photons_per_iteration: 1, ..Settings::default() };
         change(&mut settings);

@@ -1,16 +1,16 @@
 //! Stratified random numbers for the dimensions that matter most: Sobol points under random digital shifts.
 //!
-//! The image of a photon map is mostly the noise of where photons start, and that of direct light the noise of
-//! which point of the light is sampled. Points of a Sobol sequence (Sobol 1967; direction numbers of Joe and Kuo
-//! 2008) spread evenly, and the exclusive or with a random word per dimension (a digital shift) makes each of them
-//! uniform, so estimates stay unbiased. A point is a pure function of its index, like a stream of [`crate::rng`].
+//! Most noise of photon mapping comes from where photons start; most noise of direct light comes from which point of
+//! the light is sampled. The points of a Sobol sequence (Sobol 1967; direction numbers of Joe and Kuo 2008) are spread
+//! evenly. The exclusive or with a random word per dimension (a digital shift) makes each of them uniform, so estimates
+//! stay unbiased. Like a stream of [`crate::rng`], a point is a pure function of its index.
 //!
-//! The points of a tile of pixels move on from iteration to iteration, modulo 1 ([`moved_on`]): each pixel's numbers
-//! are evenly spread over the iterations too, and those of the whole tile over both. After six
-//! iterations that leaves a half to two thirds of the mean square error of 8x8 pixels (docs/computed.md), and what is
-//! smooth, as direct light mostly is, converges as 1/n instead of 1/sqrt(n).
+//! From one iteration to the next, the points of a tile of pixels are shifted modulo 1 ([`moved_on`]). So the numbers
+//! of each pixel are spread evenly over the iterations too, and those of a whole tile over both pixels and iterations.
+//! After six iterations this reduces the mean square error of 8x8 pixels to a half to two thirds (docs/computed.md).
+//! Where the integrand is smooth, as for most direct light, the error converges as 1/n instead of 1/sqrt(n).
 
-/// How many dimensions there are direction numbers for.
+/// The number of dimensions.
 pub const DIMENSIONS: usize = 11;
 
 /// Degree, coefficients and initial values of the primitive polynomials: dimensions 2..=11 of `new-joe-kuo-6.21201`.
@@ -27,7 +27,7 @@ const POLYNOMIALS: [(u32, u32, &[u32]); DIMENSIONS - 1] = [
     (5, 11, &[1, 1, 5, 1, 1]),
 ];
 
-/// Column `b` of dimension `d`: what bit `b` of the index contributes.
+/// `COLUMNS[d][b]`: what bit `b` of the index contributes to dimension `d`.
 static COLUMNS: [[u32; 32]; DIMENSIONS] = columns();
 
 const fn columns() -> [[u32; 32]; DIMENSIONS] {
@@ -63,7 +63,7 @@ const fn columns() -> [[u32; 32]; DIMENSIONS] {
     table
 }
 
-/// Dimension `dimension` of point `index`, as 32 binary digits (the first is the top bit), not shifted.
+/// Coordinate `dimension` of point `index`, without a shift, as 32 binary digits (the first is the top bit).
 ///
 /// # Panics
 /// If `dimension >= DIMENSIONS`.
@@ -79,14 +79,16 @@ pub fn sobol(index: u32, dimension: usize) -> u32 {
     digits
 }
 
-/// A prime per dimension. Multiples of square roots of primes are evenly spread modulo 1, also all together (Richtmyer
-/// 1951), as these are irrational and no sum of multiples of them is whole. But some are nearly so: as
-/// 3 sqrt 5 + 2 sqrt 7 = 11.9997, a thousand points of these two lie on a few lines. These were found by simulated
-/// annealing over the primes below 700, for the least diaphony of each dimension and of each two after 2 to 1024
-/// iterations, with more weight on those that a pass uses as a pair.
+/// A prime per dimension; its square root is the step of that dimension from one iteration to the next.
+///
+/// Multiples of square roots of primes are evenly spread modulo 1, in each dimension and in all together (Richtmyer
+/// 1951): these roots are irrational, and no integer combination of them is an integer. But some combinations are
+/// nearly so: as 3 sqrt 5 + 2 sqrt 7 = 11.9997, a thousand points of these two dimensions lie on a few lines. The
+/// primes here were found by simulated annealing over the primes below 700. It minimised the diaphony of each dimension
+/// and of each pair of dimensions after 2 to 1024 iterations, with more weight on the pairs that a pass uses together.
 const PRIMES: [u32; DIMENSIONS] = [211, 331, 179, 137, 109, 277, 523, 199, 563, 173, 163];
 
-/// The fractional part of the square root of each, in units of 2^-32.
+/// The fractional part of the square root of each prime, in units of 2^-32.
 static STEPS: [u32; DIMENSIONS] = steps();
 
 const fn steps() -> [u32; DIMENSIONS] {
@@ -99,8 +101,8 @@ const fn steps() -> [u32; DIMENSIONS] {
     steps
 }
 
-/// How far the points of a tile have moved on in dimension `dimension` by iteration `iteration`, in units of 2^-32: to be
-/// added modulo 2^32 to what [`sobol`] and the tile's digital shift give.
+/// The shift of a tile's points in dimension `dimension` at iteration `iteration`, in units of 2^-32. It is added
+/// modulo 2^32 to the result of [`sobol`] after the tile's digital shift.
 ///
 /// # Panics
 /// If `dimension >= DIMENSIONS`.
@@ -109,9 +111,10 @@ pub fn moved_on(iteration: u32, dimension: usize) -> u32 {
     iteration.wrapping_mul(STEPS[dimension])
 }
 
-/// The place of pixel (x, y) in its 8x8 tile along the Z curve, 0..64: the index of its Sobol point.
+/// The position of pixel (x, y) on the Z curve of its 8x8 tile, 0..64: the index of its Sobol point.
 ///
-/// Along this curve every aligned 2x2 or 4x4 block is a run of the sequence, so it is stratified in itself.
+/// On this curve every aligned block of 2x2 or 4x4 pixels is an aligned run of the sequence, so each block is
+/// stratified by itself.
 #[inline]
 pub fn morton(x: u32, y: u32) -> u32 {
     let spread = |v: u32| (v & 1) | ((v & 2) << 1) | ((v & 4) << 2);
@@ -122,8 +125,8 @@ pub fn morton(x: u32, y: u32) -> u32 {
 mod tests {
     use super::*;
 
-    /// The first 16 points of each dimension in sixteenths, as another library computes them from the tables of
-    /// Joe and Kuo (its points come in Gray code order, and are put in natural order here).
+    /// The first 16 points of each dimension in sixteenths, computed by another library from the tables of Joe and Kuo.
+    /// That library gives points in Gray code order; here they are in natural order.
     const FIRST_POINTS: [[u32; 16]; DIMENSIONS] = [
         [0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15],
         [0, 8, 12, 4, 10, 2, 6, 14, 15, 7, 3, 11, 5, 13, 9, 1],
@@ -138,7 +141,7 @@ mod tests {
         [0, 8, 4, 12, 10, 2, 14, 6, 1, 9, 5, 13, 11, 3, 15, 7],
     ];
 
-    /// Points that take all 32 columns, of the same origin.
+    /// Points that use all 32 columns, computed by the same library.
     const FAR_POINTS: [(u32, [u32; DIMENSIONS]); 4] = [
         (
             0xdead_beef,
@@ -222,7 +225,7 @@ mod tests {
         }
     }
 
-    /// True if of the 2^`bits` points that `shifted` gives, each box of 2^-`a` by 2^-(`bits` - `a`) holds one.
+    /// True if each box of 2^-`a` by 2^-(`bits` - `a`) holds exactly one of the 2^`bits` points given by `shifted`.
     fn is_stratified(bits: u32, shifted: impl Fn(u32) -> [u32; 2]) -> bool {
         (0..=bits).all(|a| {
             let mut boxes: Vec<u64> = (0..1 << bits)
@@ -260,8 +263,9 @@ mod tests {
         }
     }
 
-    /// The largest gap between the first n multiples of a step, times n: what the continued fractions of these square roots
-    /// allow (three-distance theorem) is little more than their largest partial quotients, but after very few steps.
+    /// A bound on the largest gap between the first n multiples of a step, times n. By the three-distance theorem the
+    /// product is little more than the largest partial quotient of the step's continued fraction, except after very few
+    /// steps.
     const GAP: f64 = 12.0;
 
     #[test]
@@ -280,7 +284,8 @@ mod tests {
         }
     }
 
-    /// The diaphony (Zinterhof 1976) of the first `n` points of two dimensions, squared, over that of independent points.
+    /// The squared diaphony (Zinterhof 1976) of the first `n` points of two dimensions, relative to that of independent
+    /// points.
     fn diaphony(n: u32, [a, b]: [usize; 2]) -> f64 {
         let kernel = |k: u32, d| {
             let x = f64::from(moved_on(k, d)) / 4_294_967_296.0;
@@ -291,10 +296,10 @@ mod tests {
         (both(0) + apart / f64::from(n)) / both(0)
     }
 
-    /// A little more than what the worst two have, at a few iterations.
+    /// A bound slightly above the value of the worst pair, which occurs after few iterations.
     const WORST: f64 = 1.5;
 
-    /// Of the two for the place in the pixel, on the light and on the lens, after 64 iterations and after 1024.
+    /// Bounds for the pairs used for pixel, light and lens, as (iterations, bound).
     const PAIR: [(u32, f64); 2] = [(64, 0.3), (1024, 0.05)];
 
     #[test]

@@ -1,4 +1,4 @@
-//! The transfer function of sRGB (IEC 61966-2-1), piecewise as the standard has it.
+//! The transfer function of sRGB (IEC 61966-2-1), piecewise as in the standard.
 
 use std::sync::LazyLock;
 
@@ -17,18 +17,19 @@ pub fn decode(c: f64) -> f64 {
 static THRESHOLDS: LazyLock<[f64; 255]> =
     LazyLock::new(|| std::array::from_fn(|i| decode((i as f64 + 0.5) / 255.0)));
 
-/// Steps of linear value for which [`FIRST_CODES`] knows where to begin.
+/// The number of equal steps of linear value in [`FIRST_CODES`].
 const STEPS: usize = 4096;
 
-/// The code of the least value of each step: no more than two thresholds lie within a step.
+/// The code of the least value of each step, where the search for a code begins. At most two thresholds lie within a
+/// step.
 static FIRST_CODES: LazyLock<[u8; STEPS + 1]> = LazyLock::new(|| {
     std::array::from_fn(|step| THRESHOLDS.partition_point(|&t| t <= step as f64 / STEPS as f64) as u8)
 });
 
 /// The nearest of 256 codes for linear `v`; 0 for NaN.
 ///
-/// By tables, which is as fast as it is exact: the C library's power function, which may differ between machines,
-/// only enters 255 numbers.
+/// Uses tables, for speed and for exactness: the C library's power function may differ between machines, but here only
+/// the 255 thresholds depend on it.
 pub fn encode_byte(v: f64) -> u8 {
     let step = (v.clamp(0.0, 1.0) * STEPS as f64) as usize; // 0 for NaN
     let mut code = FIRST_CODES[step];

@@ -1,28 +1,28 @@
-//! A render between two iterations, as numbers that any engine can take up.
+//! The state of a render between two iterations, in a form that every engine can save and load.
 //!
-//! What an engine keeps from one iteration to the next is, for every pixel, a few words: see [`Sums`]. They are the
-//! same whichever engine, lanes or threads computed them, so a render that one engine began another may go on with,
-//! and the image is the one of a render that never stopped.
+//! From one iteration to the next an engine keeps a few words per pixel: see [`Sums`]. They do not depend on engine,
+//! lanes or threads. So one engine can resume a render that another began, and the image is the same as that of a
+//! render without a pause.
 
 use crate::color::Rgb;
 use crate::engine::{Engine, Stats};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// What a pixel's words are.
+/// The meaning of a pixel's words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sums {
-    /// Of photon mapping: the eight words of [`PhotonSums`].
+    /// Photon mapping: the eight words of [`PhotonSums`].
     Photons,
-    /// Of path tracing: the sums of radiance r g b over all iterations, three `f64` by their bits, of each the lower
-    /// word first.
+    /// Path tracing: the radiance of red, green and blue, each summed over all iterations, as the bits of three `f64`,
+    /// lower word first.
     Paths,
 }
 
 impl Sums {
-    /// What is wrong with the words of a pixel that no engine leaves so: an invalid count, or a radius that is invalid
-    /// or has grown.
+    /// Finds words that no engine could have written: an invalid count, or a radius that is invalid or has grown.
+    /// Returns the end of an error message.
     pub fn fault(self, words: &[u32], initial_radius: f32) -> Option<&'static str> {
         let (Self::Photons, Ok(words)) = (self, words.try_into()) else {
             return None;
@@ -44,30 +44,30 @@ impl Sums {
     }
 }
 
-/// What photon mapping keeps of a pixel from one iteration to the next.
+/// The state of a pixel in photon mapping, from one iteration to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhotonSums {
-    /// The sum of direct light over all iterations, lamps seen among it: radiance times iterations.
+    /// Direct light, including that of visible lamps, summed over all iterations: radiance times iterations.
     pub direct: Rgb,
-    /// `tau`, the flux that counts, scaled with the radius as that shrinks.
+    /// `tau`, the flux gathered so far, scaled down as the radius shrinks.
     pub tau: Rgb,
-    /// `N`, the photons that counted, each past iteration's weighted by alpha.
+    /// `N`, the photons counted so far, weighted by alpha.
     pub n: f32,
     /// The squared search radius, in square scene units.
     pub radius_squared: f32,
 }
 
 impl PhotonSums {
-    /// Words of a pixel.
+    /// Words per pixel.
     pub const WORDS: usize = 8;
 
-    /// Every number by its bits, in the order of the fields.
+    /// The bits of every number, in the order of the fields.
     pub fn to_words(self) -> [u32; Self::WORDS] {
         let ([dr, dg, db], [tr, tg, tb]) = (self.direct.to_array(), self.tau.to_array());
         [dr, dg, db, tr, tg, tb, self.n, self.radius_squared].map(f32::to_bits)
     }
 
-    /// The reverse of [`Self::to_words`].
+    /// The inverse of [`Self::to_words`].
     pub fn from_words(words: [u32; Self::WORDS]) -> Self {
         let [dr, dg, db, tr, tg, tb, n, radius_squared] = words.map(f32::from_bits);
         Self { direct: Rgb::new(dr, dg, db), tau: Rgb::new(tr, tg, tb), n, radius_squared }
@@ -83,9 +83,9 @@ impl fmt::Display for Sums {
     }
 }
 
-/// An engine whose render can be saved and taken up again.
+/// An engine whose render can be saved and resumed.
 pub trait Resumable: Engine + Send + Sync {
-    /// What it keeps of a pixel.
+    /// The kind of words that it keeps per pixel.
     fn sums(&self) -> Sums;
 
     /// Copies the words of row `y`, pixel by pixel from the left, into `words`.
@@ -94,18 +94,17 @@ pub trait Resumable: Engine + Send + Sync {
     /// If there is no such row, or `words` is not as long as a row.
     fn save_row(&self, y: u32, words: &mut [u32]);
 
-    /// The reverse of [`Self::save_row`].
+    /// Loads words that [`Self::save_row`] copied.
     ///
     /// # Panics
-    /// Like that.
+    /// As [`Self::save_row`].
     fn load_row(&mut self, y: u32, words: &[u32]);
 
-    /// Goes on as if `iterations` iterations had been run and `stats` were their account; their sums are loaded by
-    /// [`Self::load_row`].
+    /// Sets the number of iterations done and their statistics, after the sums have been loaded by [`Self::load_row`].
     fn go_on_after(&mut self, iterations: u32, stats: Stats);
 }
 
-/// Copies all words of a render from one engine to another of the same kind and size.
+/// Copies the state of a render from one engine to another of the same kind and size.
 ///
 /// # Panics
 /// If they are not of the same kind and size.

@@ -1,31 +1,31 @@
-//! Requests to stop, from other threads or signals.
+//! A flag by which other threads or signal handlers ask a render to stop.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A request, from another thread or a signal, to abandon the iteration in progress.
+/// A request, from another thread or a signal handler, to abandon the iteration in progress.
 ///
-/// Clones are the same request.
+/// Clones share one flag.
 #[derive(Clone, Debug, Default)]
 pub struct Stop {
     flag: Arc<AtomicBool>,
-    /// Another request that this one follows.
+    /// The parent: if it is requested, so is this one.
     outer: Option<Arc<Stop>>,
 }
 
 impl Stop {
-    /// No request yet.
+    /// A flag that is not set yet.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// A request of its own that is also made whenever this one is: for what may end earlier than the whole.
+    /// A new flag that also counts as set once this one is. It can stop a part of the work without stopping the whole.
     #[must_use]
     pub fn child(&self) -> Self {
         Self { flag: Arc::default(), outer: Some(Arc::new(self.clone())) }
     }
 
-    /// The flag itself, for handlers of signals: setting it makes the request.
+    /// The flag itself, for signal handlers: setting it makes the request.
     pub fn shared(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.flag)
     }
@@ -35,7 +35,7 @@ impl Stop {
         self.flag.store(true, Ordering::Relaxed);
     }
 
-    /// Whether it was made.
+    /// Whether the request was made, here or at a parent.
     #[inline]
     pub fn is_requested(&self) -> bool {
         self.flag.load(Ordering::Relaxed) || self.outer.as_ref().is_some_and(|outer| outer.is_requested())

@@ -1,8 +1,8 @@
-//! Phrases for messages: lists, counts, times and sizes as people write them.
+//! Formats lists, counts, times and sizes for messages.
 
 use std::fmt::{Display, Write as _};
 
-/// `text` with its control characters spelled out, so that no file name can make two lines of one.
+/// `text` with its control characters escaped, so that it stays one line whatever a file name holds.
 pub fn one_line(text: &str) -> String {
     let mut line = String::with_capacity(text.len());
     for c in text.chars() {
@@ -15,7 +15,7 @@ pub fn one_line(text: &str) -> String {
     line
 }
 
-/// `items` as people write a list: `a, b and c`.
+/// Joins `items` to a list: `a, b and c`.
 pub fn list<T: Display>(items: &[T]) -> String {
     let words: Vec<String> = items.iter().map(ToString::to_string).collect();
     match words.split_last() {
@@ -32,14 +32,14 @@ pub fn counted(number: impl Into<u64>, noun: &str) -> String {
     }
 }
 
-/// A quantity to three digits with a prefix of the SI: `1.23M`.
+/// A quantity to three digits with an SI prefix: `1.23M`.
 pub fn scaled(value: f64) -> String {
     const PREFIXES: [(f64, &str); 4] = [(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, "")];
     let (unit, prefix) = PREFIXES.into_iter().find(|&(unit, _)| value >= unit).unwrap_or((1.0, ""));
     format!("{:.*}{prefix}", decimals(value / unit), value / unit)
 }
 
-/// Decimals that give three digits.
+/// The number of decimals that gives `value` three digits.
 fn decimals(value: f64) -> usize {
     match value {
         v if v >= 100.0 => 0,
@@ -48,7 +48,7 @@ fn decimals(value: f64) -> usize {
     }
 }
 
-/// A time as people read it: `0.42 s`, `12.3 s`, `3 min 20 s`, `2 h 5 min`.
+/// Formats a time: `0.42 s`, `12.3 s`, `3 min 20 s`, `2 h 5 min`.
 pub fn duration(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {
@@ -58,7 +58,7 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
-/// Bytes for people: `1.5 MiB`.
+/// Formats a number of bytes: `1.5 MiB`.
 pub fn mebibytes(bytes: u64) -> String {
     format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
 }

@@ -1,4 +1,4 @@
-//! The scene: everything that is rendered, as its file states it.
+//! The scene: camera, spheres, materials and background, as a scene file states them.
 
 use crate::camera::Camera;
 use crate::color::Rgb;
@@ -7,37 +7,37 @@ use crate::settings::Settings;
 use crate::sphere::Sphere;
 use glam::{DVec3, Vec3};
 
-/// A scene. Scene files are checked when they are read; a scene that is built by hand should keep to the same bounds.
+/// A scene. Scene files are checked when they are read; a scene built in code should keep to the same bounds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// What people call it.
+    /// The name of the scene.
     pub name: String,
-    /// Where it is seen from.
+    /// The camera that sees it.
     pub camera: Camera,
     /// The materials that spheres refer to.
     pub materials: Vec<Material>,
-    /// The spheres, in file order; of equally near hits the one with the lower index counts.
+    /// The spheres, in file order. Of two hits at the same distance, the sphere with the lower index counts.
     pub spheres: Vec<Sphere>,
-    /// Radiance that arrives from every direction in which nothing stands; zero for a black surrounding.
+    /// Radiance that arrives from every direction in which there is no sphere; zero for black.
     ///
-    /// It is the last of `spheres`, the sky of [`Scene::with_sky`], that carries it. Engines need not know of it.
+    /// [`Scene::with_sky`] turns it into a sphere, the last of `spheres`. Engines do not read this field.
     pub background: Rgb,
     /// Settings that suit the scene; the command line may override each.
     pub settings: Settings,
 }
 
-/// How much larger than needed the sky is, so that rounding never lets anything touch it.
+/// The sky is larger than needed by this factor, so that nothing touches it by rounding.
 const SKY_MARGIN: f64 = 1.01;
 
 impl Scene {
     /// The scene with its background as a light: a black diffuse sphere around everything, which emits
     /// `background` and comes last of the spheres. A scene with a black background is returned as it is.
     ///
-    /// Radiance does not change along a ray, so a uniform sky gives the same image at any distance. It lights
-    /// surfaces, throws caustics and stands behind what is seen, as every emitter does. It also has every emitter's
-    /// cost: photons leave all of it alike, so where small spheres stand far apart (or on a ground of radius 10^4)
-    /// most of them meet nothing, and it takes more photons per iteration to see those that do. Where the eye is
-    /// in an opaque sphere no photon is lost: the sky is sealed off and is no light at all.
+    /// Radiance does not change along a ray, so a uniform sky gives the same image at any distance. Like every emitter,
+    /// the sky lights surfaces, casts caustics and is visible. Its cost: photons leave all of its surface evenly, so if
+    /// small spheres stand far apart (or on a ground of radius 10^4) most photons miss them, and each iteration
+    /// needs more photons. If the eye is inside an opaque sphere, the sky is hidden: it is not treated as a light,
+    /// and no photon is lost.
     ///
     /// ```
     /// use scene::{Camera, Rgb, Scene, Settings};
@@ -65,7 +65,7 @@ impl Scene {
         self
     }
 
-    /// Centre and radius of a ball around the lens and every sphere, as long as the shutter is open.
+    /// Centre and radius of a ball that contains the lens and every sphere while the shutter is open.
     fn bounding_ball(&self) -> (Vec3, f64) {
         let camera = &self.camera;
         let at_open_and_close =
@@ -87,7 +87,7 @@ impl Scene {
 mod tests {
     use super::*;
 
-    /// Every sphere moves to where it is outermost, one at the end and one at the beginning of the exposure.
+    /// One sphere is outermost at the end of the exposure, another at its beginning.
     #[test]
     fn the_sky_lies_around_everything_as_long_as_the_shutter_is_open() {
         let mut scene = Scene {
@@ -126,7 +126,7 @@ mod tests {
             .into_iter()
             .flat_map(|time| moving.iter().map(move |s| reach(s.at(time).center, s.radius)))
             .fold(reach(eye, lens), f32::max);
-        // Nothing touches it, nor is it much larger than need be.
+        // Nothing touches the sky, and it is not much larger than needed.
         let share = farthest / sky.radius;
         assert!((0.98..0.995).contains(&share), "the farthest is at {share} of the sky's radius");
     }

@@ -1,11 +1,11 @@
-//! The engine, and what the image does not depend on.
+//! Options for the engine and the machine: lanes, profile, threads, memory. The image does not depend on the machine.
 
 use super::values::{bytes, whole};
 use clap::{Args as ClapArgs, ValueHint};
 use render::{EngineChoice, EngineName, Error, LanesName};
 use std::path::PathBuf;
 
-/// More threads than this are a slip of the keyboard.
+/// A larger number of threads is taken for a typing error.
 const MAX_THREADS: u64 = 1024;
 
 /// What the image does not depend on.
@@ -21,7 +21,7 @@ pub(crate) struct MachineArgs {
 #[derive(Debug, Default, ClapArgs)]
 #[command(next_help_heading = "Machine")]
 pub(crate) struct EngineArgs {
-    /// How to render [default: fast, or what rendered the file that is gone on from or repeated]
+    /// How to render [default: fast, or the engine recorded in the resumed or repeated file]
     #[arg(long, value_enum)]
     pub engine: Option<EngineName>,
 
@@ -46,7 +46,7 @@ pub(crate) struct EngineArgs {
 }
 
 impl EngineArgs {
-    /// The engine that is asked for, else the `usual` one.
+    /// The engine given on the command line, else the `usual` one.
     pub(crate) fn choose(&self, usual: EngineName) -> Result<EngineChoice, Error> {
         let name = self.engine.unwrap_or(usual);
         match &self.profile {

@@ -1,4 +1,4 @@
-//! What the command calls the fields of a render.
+//! Translates errors of the `render` crate into the command's terms: which option is at fault.
 
 use crate::terminal::error::Error;
 use render::Field;
@@ -13,7 +13,7 @@ impl From<render::Error> for Error {
     }
 }
 
-/// The option that asks for `field`, or what else people know it by.
+/// The option that sets `field`; for fields without an option, a name for messages.
 fn name(field: Field) -> std::borrow::Cow<'static, str> {
     match field {
         Field::Scene => "the scene".into(),

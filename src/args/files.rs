@@ -1,10 +1,10 @@
-//! Checks of the files that a command is given.
+//! Checks that the files given to a command are distinct.
 
 use crate::terminal::error::Error;
 use files::paths;
 use std::path::Path;
 
-/// A file and what it is to the command.
+/// A file, with the option or name that messages call it by.
 pub(crate) type Named<'a> = (&'a str, &'a Path);
 
 /// Checks that no output is also an input or another output.

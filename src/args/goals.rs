@@ -1,4 +1,4 @@
-//! When a render ends, and how it is saved on its way.
+//! Options for when a render ends, and for writing checkpoints.
 
 use super::values::{every, positive, time};
 use clap::{Args as ClapArgs, ValueHint};
@@ -25,7 +25,7 @@ pub(crate) struct GoalArgs {
 }
 
 impl GoalArgs {
-    /// The goals that are asked for, else the `usual` error.
+    /// The goals given on the command line; an error goal that is not given is taken from `usual`.
     pub(crate) fn or(&self, usual: Goals) -> Goals {
         Goals { time: self.time, error: self.until_error.or(usual.error) }
     }
@@ -35,7 +35,7 @@ impl GoalArgs {
 #[derive(Debug, Default, ClapArgs)]
 #[command(next_help_heading = "Checkpoints")]
 pub(crate) struct CheckpointArgs {
-    /// Save the render to FILE as it goes, and keep the last state [default: OUT.sppm, which goes when all is done]
+    /// Save the render to FILE as it goes, and keep the last state [default: OUT.sppm, removed when all is done]
     ///
     /// `sppm resume FILE` goes on from there, and so does the same `sppm render`. The generation before is in FILE.1.
     #[arg(long, value_name = "FILE", conflicts_with = "no_checkpoint", value_hint = ValueHint::FilePath)]
@@ -51,7 +51,7 @@ pub(crate) struct CheckpointArgs {
 }
 
 impl CheckpointArgs {
-    /// How the render is saved whose image is `image`, if it is.
+    /// How to save the render that writes `image`; `None` with `--no-checkpoint`.
     pub(crate) fn save(&self, image: &Path) -> Option<Save> {
         if self.no_checkpoint {
             return None;

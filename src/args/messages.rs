@@ -1,4 +1,4 @@
-//! What is told on the way.
+//! Options for messages and progress.
 
 use crate::terminal::bar::Progress;
 use crate::terminal::logs::{Format, Level};

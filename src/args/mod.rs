@@ -1,4 +1,4 @@
-//! Groups of options that commands share, and what their values may be.
+//! Groups of options that several commands share, and the parsers of their values.
 
 pub(crate) mod engine;
 mod fields;

@@ -1,4 +1,4 @@
-//! The files that a render writes.
+//! Options for the files that a render writes.
 
 use super::values::number;
 use clap::Args as ClapArgs;
@@ -40,10 +40,10 @@ pub(crate) struct OutputArgs {
 }
 
 impl OutputArgs {
-    /// The files that are asked for, else those of `usual`, else `image`.
+    /// Output paths from the command line, else from `usual`. An image that neither names is written to `image`.
     pub(crate) fn or(&self, usual: Outputs, image: PathBuf) -> Outputs {
         let image = self.output.clone().or(usual.image).unwrap_or(image);
-        // What is asked for and cannot be had is refused later; what was usual is forgotten.
+        // An exposure given for a format without one is refused later; one from `usual` is dropped.
         let usual_exposure = usual.exposure.filter(|_| render::is_exposed(&image));
         Outputs {
             exposure: self.exposure.or(usual_exposure).filter(|&stops| stops != 0.0),
@@ -56,14 +56,14 @@ impl OutputArgs {
     }
 }
 
-/// The image of a scene whose name is `stem`.
+/// The default image file for a scene file with the stem `stem`.
 pub(crate) fn default_name(stem: &OsStr) -> PathBuf {
     let mut name = stem.to_owned();
     name.push(".png");
     name.into()
 }
 
-/// The image of a scene that is known by its own name alone.
+/// The default image file for a scene known only by its name, which may hold slashes.
 pub(crate) fn default_name_of(scene: &str) -> PathBuf {
     default_name(OsStr::new(&scene.replace(['/', '\\'], "-")))
 }

@@ -1,8 +1,8 @@
-//! What `--quick` means for commands that measure.
+//! The settings behind `--quick`, for commands that measure.
 
 use scene::Settings;
 
-/// Small images and few photons, with the scene's own seed.
+/// Settings for a small image and few photons, with the seed of `own`.
 pub(crate) fn quick(own: &Settings) -> Settings {
     Settings {
         width: 128,

@@ -1,4 +1,4 @@
-//! The scene that a command is about.
+//! Arguments that name a scene, and how it is found and read.
 
 use crate::terminal::error::Error;
 use clap::{Args as ClapArgs, ValueHint};
@@ -41,7 +41,7 @@ pub(crate) fn open(name: &OsStr) -> Result<Opened, Error> {
     named::open(name).map_err(Error::BadInput)
 }
 
-/// The instant that is `asked` for by `--time`, or else the one at which the shutter opens.
+/// The instant given by `--time`, else the one at which the shutter opens.
 pub(crate) fn instant(opened: &Opened, asked: Option<f32>) -> Result<f32, Error> {
     let [open, close] = opened.scene.camera.shutter;
     match asked {

@@ -1,4 +1,4 @@
-//! Options that override the settings of a scene.
+//! Options that override the settings stored in a scene.
 
 use super::values::{amount, number, whole};
 use crate::terminal::error::Error;
@@ -8,7 +8,7 @@ use scene::settings::{
     BYTES_PER_PIXEL, MAX_DEPTH, MAX_ITERATIONS, MAX_PHOTONS, MAX_SIDE, RADIUS_RANGE, SettingsError,
 };
 
-/// What a photon would take if it were kept: where it lands, where it came from, and its flux, three floats each.
+/// Bytes that a stored photon would take: position, incoming direction and flux, three floats each.
 const BYTES_PER_PHOTON: u64 = 36;
 
 /// What overrides the scene's own settings.
@@ -53,7 +53,7 @@ pub(crate) struct SettingsArgs {
 }
 
 impl SettingsArgs {
-    /// The scene's `own` settings with those of the command line in their place.
+    /// The scene's `own` settings, overridden by those given on the command line.
     pub(crate) fn apply(&self, own: &Settings) -> Result<Settings, Error> {
         let settings = Settings {
             width: self.width.unwrap_or(own.width),
@@ -68,8 +68,9 @@ impl SettingsArgs {
         Ok(settings)
     }
 
-    /// `error` in terms of the options that were given. A scene's own settings are in bounds (its file was checked
-    /// when it was read), so if the option at fault was not given then the one it is bound to was.
+    /// Describes `error` in terms of the options given. The scene's own settings are in bounds, as its file was checked
+    /// when it was read. So if the setting at fault was not given as an option, its partner was: the other setting in
+    /// a bound on their product.
     fn blame(&self, error: &SettingsError) -> String {
         let SettingsError { option, problem } = error;
         let options = [

@@ -1,11 +1,11 @@
-//! What the values of options may be, and what is said of those that may not.
+//! Parsers for the values of options. Each returns an error message that follows the rejected value in a sentence.
 
 use render::Every;
 use scene::settings::MAX_ITERATIONS;
 use std::str::FromStr;
 use std::time::Duration;
 
-/// Whole numbers from `least` to `most`.
+/// Parses whole numbers from `least` to `most`.
 pub(crate) fn whole<T: TryFrom<u64>>(
     least: u64,
     most: u64,
@@ -19,7 +19,8 @@ pub(crate) fn whole<T: TryFrom<u64>>(
     }
 }
 
-/// Counts from 1 to `most` of things that take `bytes` each: what is too much is told with the memory it would take.
+/// Parses counts from 1 to `most` of things that take `bytes` each. If a count is too large, the message says how much
+/// memory it would need.
 pub(crate) fn amount(
     most: u32,
     bytes: u64,
@@ -36,7 +37,7 @@ pub(crate) fn amount(
     }
 }
 
-/// Numbers from `least` to `most`.
+/// Parses numbers from `least` to `most`.
 pub(crate) fn number(
     least: f32,
     most: f32,
@@ -49,18 +50,18 @@ pub(crate) fn number(
     }
 }
 
-/// `value` with an exponent where that is shorter.
+/// Formats `value`, with an exponent if that is shorter.
 fn short(value: f32) -> String {
     let (plain, exponential) = (value.to_string(), format!("{value:e}"));
     if exponential.len() < plain.len() { exponential } else { plain }
 }
 
-/// A time with its unit.
+/// Parses a time with its unit.
 pub(crate) fn time(text: &str) -> Result<Duration, String> {
     duration(text).ok_or_else(|| "is not a time above 0 such as 90s, 10m or 2h".into())
 }
 
-/// A time, or a number of iterations.
+/// Parses a time or a number of iterations.
 pub(crate) fn every(text: &str) -> Result<Every, String> {
     let iterations = || whole::<u32>(1, MAX_ITERATIONS.into())(text).ok().map(Every::Iterations);
     let either = duration(text).map(Every::Time).or_else(iterations);
@@ -68,7 +69,7 @@ pub(crate) fn every(text: &str) -> Result<Every, String> {
 }
 
 fn duration(text: &str) -> Option<Duration> {
-    /// A century.
+    /// A century, in seconds.
     const MOST: f64 = 3.2e9;
     let unit_at = text.find(|c: char| c.is_ascii_alphabetic())?;
     let (value, unit) = text.split_at(unit_at);
@@ -84,7 +85,7 @@ fn duration(text: &str) -> Option<Duration> {
     (value > 0.0 && value <= MOST).then(|| Duration::from_secs_f64(value)).filter(|time| !time.is_zero())
 }
 
-/// A size of memory.
+/// Parses a memory size. Units are powers of 1024.
 pub(crate) fn bytes(text: &str) -> Result<u64, String> {
     let unit_at = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
     let (value, unit) = text.split_at(unit_at);
@@ -102,13 +103,13 @@ pub(crate) fn bytes(text: &str) -> Result<u64, String> {
         .ok_or_else(|| "is not a size such as 500M or 4G".into())
 }
 
-/// Numbers above 0.
+/// Parses finite numbers above 0.
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
     let value = f64::from_str(text).ok().filter(|value| value.is_finite() && *value > 0.0);
     value.ok_or_else(|| "is not a number above 0".into())
 }
 
-/// Bounds of a metric: any number from 0.
+/// Parses the bound of a metric: any finite number from 0.
 pub(crate) fn bound(text: &str) -> Result<f64, String> {
     f64::from_str(text)
         .ok()

@@ -1,4 +1,4 @@
-//! The command `compare`: how alike two images are.
+//! The command `compare`: measures how similar two images are.
 
 use crate::args::files::check_distinct;
 use crate::args::values::bound;
@@ -91,7 +91,7 @@ impl From<&ThresholdArgs> for Thresholds {
     }
 }
 
-/// Prints how alike two images are; fails if a threshold is exceeded.
+/// Prints the metrics of two images; fails if a threshold is exceeded.
 pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
     if let Some(path) = &args.difference {
         check_difference(args, path)?;
@@ -108,7 +108,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
     if exceeded.is_empty() { Ok(()) } else { Err(Error::Failed(exceeded.join("; "))) }
 }
 
-/// What is exceeded, with the option that asks for it.
+/// Names the bound that is exceeded, with its option.
 fn sentence(exceeded: &Exceeded) -> String {
     let Exceeded { metric, value, field, threshold, is_above } = exceeded;
     let (side, option) = (if *is_above { "above" } else { "below" }, field.replace('_', "-"));

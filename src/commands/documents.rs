@@ -1,4 +1,4 @@
-//! Shell completions and manual pages, made from the command line's own description.
+//! The commands `completions` and `man`: generate shell completions and manual pages from the options' definitions.
 
 use crate::terminal::error::Error;
 use crate::terminal::text::print;
@@ -25,14 +25,14 @@ pub(crate) struct ManArgs {
     folder: Option<PathBuf>,
 }
 
-/// The command `completions`.
+/// Runs the command `completions`.
 pub(crate) fn completions(mut command: Command, args: &CompletionsArgs) -> Result<(), Error> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut command, "sppm", &mut script);
     print(&script)
 }
 
-/// The command `man`.
+/// Runs the command `man`.
 pub(crate) fn man(command: Command, args: &ManArgs) -> Result<(), Error> {
     let Some(folder) = &args.folder else {
         let mut page = Vec::new();

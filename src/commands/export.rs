@@ -1,4 +1,4 @@
-//! The command `export`: scenes in the formats of other renderers.
+//! The command `export`: writes a scene in the format of another renderer.
 
 use crate::args::files::check_distinct;
 use crate::args::scene::{SceneArg, instant};
@@ -66,7 +66,7 @@ Examples:
   sppm export motion --format mitsuba --time 0.5 -o motion.xml
   sppm export surgery --format pbrt -o surgery.pbrt";
 
-/// Writes a scene in another renderer's format.
+/// Runs the command.
 pub(crate) fn run(args: &ExportArgs) -> Result<(), Error> {
     let opened = args.scene.open()?;
     let time = still_instant(&opened, args.time)?;
@@ -103,7 +103,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<(), Error> {
     Ok(())
 }
 
-/// The instant to export; a scene in motion needs one.
+/// The instant to export. A scene with moving spheres requires `--time`.
 fn still_instant(opened: &Opened, asked: Option<f32>) -> Result<f32, Error> {
     let [open, close] = opened.scene.camera.shutter;
     let moves = opened.scene.spheres.iter().any(|s| s.velocity != Vec3::ZERO);

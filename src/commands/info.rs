@@ -1,4 +1,4 @@
-//! The command `info`: what made an image, or what a checkpoint holds.
+//! The command `info`: prints how an image was made, or what a checkpoint holds.
 
 use crate::terminal::error::Error;
 use crate::terminal::text::{complain, print};
@@ -35,7 +35,7 @@ pub(crate) struct InfoArgs {
     scene: bool,
 }
 
-/// What there is to tell.
+/// What the command prints.
 #[derive(Serialize)]
 struct Info {
     /// `image` or `checkpoint`.
@@ -44,7 +44,7 @@ struct Info {
     scene: String,
     scene_digest: String,
     settings: Settings,
-    /// Whole iterations that it holds; `settings.iterations` are those that were asked for.
+    /// Whole iterations done; `settings.iterations` is the number asked for.
     iterations: u32,
     photons: u64,
     engine: EngineName,
@@ -57,7 +57,7 @@ struct Info {
     fault: Option<String>,
 }
 
-/// Prints what made a file.
+/// Runs the command.
 pub(crate) fn run(args: &InfoArgs) -> Result<(), Error> {
     let info = match Made::read(&args.file)? {
         Made::Image(metadata) => of_image(metadata),

@@ -1,4 +1,4 @@
-//! The command `ladder`: the rows of the ladder side by side.
+//! The command `ladder`: times the optimisation stages of the paper (the rows of the ladder) side by side.
 
 use crate::args::quick::quick;
 use crate::args::scene::open;
@@ -159,7 +159,7 @@ fn row(name: &str) -> Result<&'static Row, String> {
 /// The scenes of the paper.
 const SCENES: [&str; 5] = ["cornell", "large", "mirror", "random", "surgery"];
 
-/// Runs the ladder. Everything that can be refused is refused before.
+/// Runs the ladder. All options are checked before anything is measured.
 pub(crate) fn run(args: &LadderArgs) -> Result<(), Error> {
     let outputs = Outputs { csv: args.csv.clone(), plots: args.plots.clone() };
     outputs.check().map_err(told)?;
@@ -204,7 +204,7 @@ fn rows(args: &LadderArgs) -> Vec<&'static Row> {
     ROWS.iter().filter(is_wanted).collect()
 }
 
-/// All cases, scene by scene.
+/// The cases of all scenes, in order.
 fn cases(args: &LadderArgs) -> Result<Vec<Case>, Error> {
     let mut names = args.scene.clone();
     if names.is_empty() {
@@ -227,7 +227,7 @@ fn cases(args: &LadderArgs) -> Result<Vec<Case>, Error> {
     Ok(all)
 }
 
-/// An error of the ladder in terms of options.
+/// Describes an error of the ladder in terms of options.
 fn told(error: ladder::Error) -> Error {
     match error {
         ladder::Error::Input { field: Field::Similarity, .. } => {
@@ -238,7 +238,7 @@ fn told(error: ladder::Error) -> Error {
     }
 }
 
-/// A bar for each stage of the work.
+/// Shows a progress bar for each stage of the work.
 #[derive(Default)]
 struct Stages {
     bar: Option<Bar>,

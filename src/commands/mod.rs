@@ -1,4 +1,4 @@
-//! The commands, one file each: the options and what they run.
+//! The subcommands, one file each with their options and what they run.
 
 pub(crate) mod compare;
 mod documents;

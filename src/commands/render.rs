@@ -1,4 +1,4 @@
-//! The command `render`.
+//! The command `render`: renders a scene and writes the files asked for.
 
 use super::watch;
 use crate::args::engine::EngineArgs;
@@ -57,7 +57,7 @@ What settings do:
   A depth of 5, the paper's, is quick and makes closed rooms 6 to 13 % too dark; 64 is as good as all of it.
   Lengths are in the scene's own unit; radiance is linear, in W sr^-1 m^-2 per channel.";
 
-/// Renders a scene and writes the files that were asked for.
+/// Runs the command.
 pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     logs::init(args.messages.log_format, args.messages.level());
     let (mut job, image) = open(&args.source)?;
@@ -74,7 +74,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     watch::run(job, &args.messages)
 }
 
-/// The render of a scene, or that of another file again; and the usual name of its image.
+/// The job for a scene, or for repeating the render of `--like`; and the default name of its image.
 fn open(args: &SourceArgs) -> Result<(Job, PathBuf), Error> {
     let named = args.scene.as_deref().map(scene::open).transpose()?;
     let file = named.as_ref().and_then(|named| named.file.clone()).map(|file| (Field::Scene, file));
@@ -82,7 +82,7 @@ fn open(args: &SourceArgs) -> Result<(Job, PathBuf), Error> {
     let mut job = match (&args.like, named) {
         (Some(like), named) => Job::like(like, named.map(|named| named.scene))?,
         (None, Some(named)) => Job::new(named.scene),
-        (None, None) => return Err(Error::BadInput("<SCENE> is missing".into())), // the parser has seen to it
+        (None, None) => return Err(Error::BadInput("<SCENE> is missing".into())), // clap requires one of the two
     };
     job.inputs.splice(0..0, file);
     let image = stem.unwrap_or_else(|| default_name_of(&job.scene.name));

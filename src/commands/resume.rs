@@ -1,4 +1,4 @@
-//! The command `resume`.
+//! The command `resume`: continues a render from its checkpoint.
 
 use super::watch;
 use crate::args::engine::EngineArgs;
@@ -54,7 +54,7 @@ Examples:
   sppm resume cornell.png.sppm --iterations 1000 -o more.exr
   sppm resume cornell.png.sppm --time 1h --engine reference";
 
-/// Resumes a render from its checkpoint.
+/// Runs the command.
 pub(crate) fn run(args: &ResumeArgs) -> Result<(), Error> {
     logs::init(args.messages.log_format, args.messages.level());
     let mut job = Job::resume(&args.file)?;
@@ -70,11 +70,11 @@ pub(crate) fn run(args: &ResumeArgs) -> Result<(), Error> {
     watch::run(job, &args.messages)
 }
 
-/// Iterations in all, as many as are asked for now.
+/// The total number of iterations asked for by this run.
 fn iterations(args: &ResumeArgs, job: &Job) -> u32 {
     let usual = job.scene.settings.iterations;
     let is_done = job.resumed_after().is_some_and(|done| done >= usual);
     let is_open = args.goals.time.is_some() || args.goals.until_error.is_some();
-    // More time for what was done is time for more.
+    // A finished render that is given a new time or error goal needs more iterations to reach it.
     args.iterations.unwrap_or(if is_done && is_open { MAX_ITERATIONS } else { usual })
 }

@@ -1,4 +1,4 @@
-//! The command `scenes`.
+//! The command `scenes`: lists the built-in scenes, or prints one.
 
 use crate::terminal::error::Error;
 use crate::terminal::text::print;
@@ -17,7 +17,7 @@ pub(crate) struct ScenesArgs {
     pub name: Option<OsString>,
 }
 
-/// Lists the built-in scenes, or prints one.
+/// Runs the command.
 pub(crate) fn run(args: &ScenesArgs) -> Result<(), Error> {
     match &args.name {
         Some(name) => print(named::find(name).map_err(Error::BadInput)?.text.as_bytes()),

@@ -1,4 +1,4 @@
-//! The command `trace`.
+//! The command `trace`: intersects rays from a file with a scene, and writes what they hit.
 
 use crate::args::engine::MachineArgs;
 use crate::args::files::check_distinct;
@@ -64,7 +64,7 @@ Example:
   sppm trace cornell --rays rays.npy --hits hits.npy
   python -c 'import numpy; print(numpy.load(\"hits.npy\")[\"t\"])'";
 
-/// Traces the rays of one file and writes what they hit into another.
+/// Runs the command.
 pub(crate) fn run(args: &TraceArgs) -> Result<(), Error> {
     let opened = args.scene.open()?;
     let time = instant(&opened, args.time)?;

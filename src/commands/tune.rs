@@ -1,4 +1,4 @@
-//! The command `tune`: a search for the free parameters by which a scene renders soonest.
+//! The command `tune`: searches for the free parameters with which the fast engine renders a scene fastest.
 
 use crate::args::engine::MachineArgs;
 use crate::args::files::check_distinct;
@@ -97,7 +97,7 @@ Examples:
   sppm tune random --threads 1 --evaluations 100 --plot search.svg --csv tried.csv
   sppm verify cornell --width 64 --height 48 --profile cornell.profile.toml";
 
-/// Searches, and writes what was found. Everything that can be refused is refused before.
+/// Runs the search and writes its results. All options are checked before the search begins.
 pub(crate) fn run(args: &TuneArgs) -> Result<(), Error> {
     let mut opened = args.scene.open()?;
     if args.quick {
@@ -144,7 +144,7 @@ fn search(args: &TuneArgs, request: &Request, profile: &Path) -> Result<(), Erro
     interrupted(&format!("{profile} holds the best so far; it has not been measured anew"))
 }
 
-/// An error of the tuner in terms of options.
+/// Describes an error of the tuner in terms of options.
 fn told(error: tuner::Error) -> Error {
     Error::Failed(match error {
         tuner::Error::Optimiser { .. } => format!("--python: {error}"),
@@ -165,7 +165,7 @@ fn profile_path(args: &TuneArgs, opened: &Opened) -> PathBuf {
     args.output.clone().unwrap_or_else(usual)
 }
 
-/// Every output can be written, and is no other file.
+/// Checks that every output can be written, and is neither the scene file nor another output.
 fn check_files(args: &TuneArgs, opened: &Opened, profile: &Path) -> Result<(), Error> {
     let mut outputs = vec![("--output", profile)];
     outputs.extend(args.csv.as_deref().map(|path| ("--csv", path)));

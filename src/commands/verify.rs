@@ -1,4 +1,4 @@
-//! The command `verify`: engines must agree on every bit of every plane after every iteration.
+//! The command `verify`: checks that engines agree in every bit of every plane after every iteration.
 
 use crate::args::engine::MachineArgs;
 use crate::args::scene::SceneArg;
@@ -41,18 +41,20 @@ pub(crate) struct VerifyArgs {
     machine: MachineArgs,
 }
 
-/// The cell size of the reference's other grid, in largest radii: it gives the same candidates in another order.
+/// The cell size of the reference's other grid, in units of the largest radius. The grid gives the same contributions
+/// in another order.
 const OTHER_CELL_SIZE: f32 = 3.7;
 
-/// A render that must give the reference's bits.
+/// A render that must give the same bits as the reference.
 struct Variant<'a> {
     label: String,
     engine: Box<dyn Engine + Send + 'a>,
-    /// The threads that it iterates on.
+    /// The threads that run its iterations.
     pool: &'a ThreadPool,
 }
 
-/// Renders by the reference and by every variant, and says that they are identical or where they first differ.
+/// Renders with the reference and with every variant. Prints that they are identical, or fails with their first
+/// difference.
 pub(crate) fn run(args: &VerifyArgs) -> Result<(), Error> {
     let opened = args.scene.open()?;
     let settings = args.settings.apply(&opened.scene.settings)?;
@@ -75,7 +77,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Error> {
     }
 }
 
-/// Everything that is compared with the reference.
+/// All renders to compare with the reference.
 fn variants<'a>(
     scene: &'a Scene,
     settings: &Settings,
@@ -108,7 +110,7 @@ fn verdict(scene: &str, settings: &Settings, variants: &[Variant]) -> String {
     )
 }
 
-/// Iterates all in step and describes the first difference from `reference`.
+/// Runs all engines in lockstep and describes the first difference from `reference`.
 fn first_difference(
     reference: &mut dyn Engine,
     variants: &mut [Variant],
@@ -136,10 +138,10 @@ mod tests {
     use super::*;
     use scene::{Probe, Rgb, Stats, Stop};
 
-    /// Changes what the pixel in some column and row shows.
+    /// Changes the values of the pixel in a given column and row.
     type Spoil = fn([u32; 2], &mut Probe);
 
-    /// An engine whose pixels are all alike; from iteration `from` on, `spoil` changes them.
+    /// An engine whose pixels are all equal, until `spoil` changes them from iteration `from` on.
     struct Fake {
         done: u32,
         from: u32,

@@ -1,4 +1,4 @@
-//! A render that the command follows: bar and lines on its way, signals, and what is said in the end.
+//! Runs a render for `render` and `resume`: shows its progress, obeys signals, and reports the outcome.
 
 use crate::args::messages::MessageArgs;
 use crate::terminal::bar::{Bar, Lines, Progress};
@@ -13,10 +13,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tracing::{debug, info, warn};
 
-/// Renders, and says what there is to say.
+/// Runs `job` to its end and reports what became of it.
 pub(crate) fn run(mut job: Job, messages: &MessageArgs) -> Result<(), Error> {
     let requests = Requests::listen()?;
-    // Nobody looks at images on the way.
+    // The command does not show intermediate images.
     (job.live, job.stop) = (false, requests.stop().clone());
     let is_json = messages.progress == Progress::Json;
     let problem = Problem::default();
@@ -29,7 +29,7 @@ pub(crate) fn run(mut job: Job, messages: &MessageArgs) -> Result<(), Error> {
     };
     let outcome = job.start(watch)?.wait()?;
     conclude(&outcome, &requests)?;
-    // The image is written, but those who follow the progress were not told.
+    // The image is written, but lines of progress were lost: fail, so that their reader does not miss it.
     match problem.lock().unwrap_or_else(PoisonError::into_inner).take() {
         Some(error) => Err(Error::Failed(format!("cannot write to standard output: {error}"))),
         None => Ok(()),
@@ -39,9 +39,9 @@ pub(crate) fn run(mut job: Job, messages: &MessageArgs) -> Result<(), Error> {
 /// Why lines of progress could not be written.
 type Problem = Arc<Mutex<Option<io::Error>>>;
 
-/// Follows the render on its thread.
+/// The observer of the render; it is called on the render's thread.
 struct Watch {
-    /// From the beginning of the render on.
+    /// Set when the render begins.
     bar: Option<Bar>,
     has_bar: bool,
     lines: Option<Lines>,
@@ -94,7 +94,7 @@ impl Observer for Watch {
 }
 
 impl Drop for Watch {
-    /// The render is over.
+    /// Clears the bar when the render is over.
     fn drop(&mut self) {
         if let Some(bar) = &self.bar {
             bar.clear();
@@ -122,7 +122,7 @@ fn tell_beginning(notice: &Notice) {
     );
 }
 
-/// Says what a render left.
+/// Reports what the render wrote and why it ended.
 fn conclude(outcome: &Outcome, requests: &Requests) -> Result<(), Error> {
     let Outcome { end, report, unsaved, written, failed, .. } = outcome;
     let signal = requests.pending().filter(|_| *end == End::Stopped);
@@ -164,7 +164,7 @@ fn conclude(outcome: &Outcome, requests: &Requests) -> Result<(), Error> {
     Ok(())
 }
 
-/// What to say when a file could not be written: what is left of the render, and how to go on.
+/// The error for files that could not be written: what was saved instead, and how to resume.
 fn lament(outcome: &Outcome, written: &str) -> Error {
     let problems = outcome.failed.iter().map(|unwritten| match &unwritten.refuge {
         Some(refuge) => format!("{}; it is in {} instead", unwritten.error, refuge.display()),
@@ -183,7 +183,7 @@ fn how_to_go_on(outcome: &Outcome) -> Option<String> {
     Some(format!("; `sppm resume {}` goes on after {done}", saved.path.display()))
 }
 
-/// Where time and memory went.
+/// Logs the time of each pass and the memory used.
 fn account(report: &Report, writing: Duration) {
     let Stats { camera_seconds, build_grid_seconds, photon_seconds, consolidate_seconds, bytes, .. } =
         report.stats;

@@ -1,4 +1,4 @@
-//! Progress: a bar on standard error, or lines on standard output.
+//! Shows the progress of a render: a bar on standard error, or lines of JSON on standard output.
 
 use super::logs;
 use clap::ValueEnum;
@@ -20,27 +20,27 @@ pub(crate) enum Progress {
 
 const TEMPLATE: &str = "{wide_bar} {pos}/{len} {prefix}  {msg}  {elapsed} elapsed, {eta} left";
 
-/// A bar on standard error; draws nothing if that is no terminal.
+/// A bar on standard error; draws nothing if standard error is not a terminal.
 pub(crate) struct Bar {
     bar: ProgressBar,
 }
 
-/// Lines on standard output, while somebody reads them.
+/// Lines of JSON on standard output, until the reader closes the pipe.
 #[derive(Debug, Default)]
 pub(crate) struct Lines {
-    /// Nothing more is written.
+    /// Set after the first failed write; nothing more is written.
     is_over: bool,
-    /// Why, if that is a fault.
+    /// The error of that write, unless the reader just closed the pipe.
     pub(crate) problem: Option<io::Error>,
 }
 
 impl Lines {
-    /// Writes a line. A reader that has seen enough is no fault.
+    /// Writes a line. A closed pipe is not an error.
     pub(crate) fn tell(&mut self, step: &Step) {
         if self.is_over {
             return;
         }
-        let line = serde_json::to_string(step).unwrap_or_default(); // never fails: it is numbers
+        let line = serde_json::to_string(step).unwrap_or_default(); // cannot fail: a step is all numbers
         let mut out = io::stdout().lock();
         if let Err(error) = writeln!(out, "{line}").and_then(|()| out.flush()) {
             self.is_over = true;
@@ -50,7 +50,7 @@ impl Lines {
 }
 
 impl Bar {
-    /// A bar for `iterations` iterations; a hidden one if `quiet`.
+    /// A bar for `iterations` iterations, hidden if `quiet`.
     pub(crate) fn new(iterations: u32, quiet: bool) -> Self {
         if quiet {
             return Self { bar: ProgressBar::hidden() };
@@ -63,37 +63,37 @@ impl Bar {
         let style =
             ProgressStyle::with_template(TEMPLATE).expect("the template is valid: a test makes a bar");
         let bar = ProgressBar::new(count.into()).with_style(style).with_prefix(noun);
-        // The clock goes on while an iteration takes its time.
+        // Keeps the clock running during a long iteration.
         bar.enable_steady_tick(Duration::from_millis(250));
         logs::make_room(Some(bar.clone()));
         Self { bar }
     }
 
-    /// Whether nobody sees it.
+    /// Whether the bar draws nothing.
     pub(crate) fn is_hidden(&self) -> bool {
         self.bar.is_hidden()
     }
 
-    /// Shows where the render is.
+    /// Shows the state of the render after an iteration.
     pub(crate) fn show(&self, step: &Step) {
         self.bar.set_message(message(step, self.bar.elapsed().as_secs_f64()));
         self.bar.set_position(step.iteration.into());
     }
 
-    /// Shows that `done` iterations are over and that `what` is at work.
+    /// Shows that `done` steps are over and that `what` is running.
     pub(crate) fn step(&self, done: u32, what: &str) {
         self.bar.set_message(what.to_owned());
         self.bar.set_position(done.into());
     }
 
-    /// Takes the bar away.
+    /// Removes the bar from the terminal.
     pub(crate) fn clear(&self) {
         logs::make_room(None);
         self.bar.finish_and_clear();
     }
 }
 
-/// Speed and, where there are photons, the mean radius.
+/// The speed, the mean radius if the engine traces photons, and the estimated error if known.
 fn message(step: &Step, seconds: f64) -> String {
     let per_second = |count: u64| scaled(count as f64 / seconds.max(f64::MIN_POSITIVE));
     let error = step.estimated_error.map_or(String::new(), |error| format!("  error {error:.4}"));

@@ -1,27 +1,27 @@
-//! How a command can end other than well.
+//! The ways in which a command can fail, with their exit codes.
 
 use super::signals::{Signal, SignalError};
 use std::fmt;
 use std::process::ExitCode;
 
-/// Why a command did not do what it was asked for. Each text is one sentence for one line.
+/// Why a command failed. Each text is one sentence and fits on one line.
 #[derive(Debug)]
 pub(crate) enum Error {
-    /// The command was asked for something it cannot do; nothing was written.
+    /// The request is invalid. Nothing was written.
     BadInput(String),
-    /// The command failed while running, or its answer is no.
+    /// The command failed while running, or its verdict is negative (`compare`, `verify`).
     Failed(String),
     /// A signal ended the command early.
     Interrupted(Signal, String),
 }
 
 impl Error {
-    /// The exit code of a command that ends so.
+    /// The exit code of a command that ends with this error.
     pub(crate) fn exit_code(&self) -> ExitCode {
         ExitCode::from(self.code())
     }
 
-    /// The same as a number.
+    /// The exit code as a number.
     pub(crate) fn code(&self) -> u8 {
         match self {
             Self::BadInput(_) => 2,

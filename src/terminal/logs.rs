@@ -1,4 +1,4 @@
-//! Messages on standard error: lines for people, or JSON for machines, through `tracing`.
+//! Messages on standard error by way of `tracing`: plain lines for people, or JSON for machines.
 
 use super::error::Error;
 use super::text::complain;
@@ -25,14 +25,14 @@ pub(crate) enum Format {
 }
 
 static CHOSEN: OnceLock<Format> = OnceLock::new();
-/// What is drawn at the bottom of the terminal, and must make way for messages.
+/// The progress bar at the bottom of the terminal; it is hidden while a message is printed.
 static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
-/// Begins to write messages of `level` and above.
+/// Installs the subscriber that writes messages of `level` and above.
 pub(crate) fn init(format: Format, level: Level) {
     let format = *CHOSEN.get_or_init(|| format);
     let builder = tracing_subscriber::fmt().with_max_level(level).with_writer(|| Screen);
-    // Only the first of a process counts, which has but one command.
+    // Only the first call in a process has an effect; a process runs one command.
     let _ = match format {
         Format::Json => tracing::subscriber::set_global_default(
             builder.json().flatten_event(true).with_target(false).finish(),
@@ -47,7 +47,7 @@ pub(crate) fn init(format: Format, level: Level) {
     };
 }
 
-/// Tells that the command failed.
+/// Reports that the command failed.
 pub(crate) fn fail(error: &Error) {
     if CHOSEN.get() == Some(&Format::Json) {
         let exit_code = error.code();
@@ -57,7 +57,7 @@ pub(crate) fn fail(error: &Error) {
     }
 }
 
-/// Lets messages appear above `bar`.
+/// Makes messages appear above `bar` from now on.
 pub(crate) fn make_room(bar: Option<ProgressBar>) {
     *lock() = bar;
 }
@@ -73,7 +73,7 @@ impl Write for Screen {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let write = || io::stderr().write_all(bytes);
         let bar = lock().clone();
-        // There is nowhere to tell if that fails.
+        // A failure is ignored, as there is nowhere to report it.
         let _ = bar.map_or_else(write, |bar| bar.suspend(write));
         Ok(bytes.len())
     }
@@ -83,7 +83,7 @@ impl Write for Screen {
     }
 }
 
-/// Messages as people read them: nothing but the text, and what it is if that is not good.
+/// Formats messages for people: the text alone, labelled if it is a warning or an error.
 struct Lines;
 
 impl<S: Subscriber + for<'a> LookupSpan<'a>, N: for<'a> FormatFields<'a> + 'static> FormatEvent<S, N>

@@ -1,4 +1,4 @@
-//! What the command shares with the terminal: signals, messages, progress, exit codes.
+//! The command's side of the terminal: signals, messages, progress, errors and exit codes.
 
 pub(crate) mod bar;
 pub(crate) mod error;

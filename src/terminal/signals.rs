@@ -1,7 +1,7 @@
-//! Requests to end: Ctrl-C (SIGINT), SIGTERM and SIGHUP.
+//! Handles the signals that ask the process to end: Ctrl-C (SIGINT), SIGTERM and SIGHUP.
 //!
-//! The first stops the iteration in progress; the render then ends in order. The second ends the process on the spot.
-//! As files are renamed into place when whole, none is torn.
+//! The first signal stops the iteration in progress, and the render then ends normally. The second ends the process
+//! immediately. No file is left half written, as each is renamed into place only when it is complete.
 
 use scene::Stop;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
@@ -10,17 +10,18 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// A signal that asks to end.
+/// A signal that asks the process to end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Signal(i32);
 
 impl Signal {
-    /// What a shell reports for a process that the signal ended: 130 for Ctrl-C, 143 for SIGTERM, 129 for SIGHUP.
+    /// The exit code that a shell reports for a process ended by this signal: 130 for Ctrl-C, 143 for SIGTERM, 129 for
+    /// SIGHUP.
     pub(crate) fn exit_code(self) -> u8 {
         128 + self.0 as u8
     }
 
-    /// Its name.
+    /// The name of the signal.
     pub(crate) fn name(self) -> &'static str {
         match self.0 {
             SIGINT => "SIGINT",
@@ -30,25 +31,25 @@ impl Signal {
     }
 }
 
-/// The system does not let the process listen for signals.
+/// Signal handlers could not be installed.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot listen for signals: {0}")]
 pub(crate) struct SignalError(#[from] io::Error);
 
-/// Remembers the first request to end.
+/// Signals received so far, and the stop request that they make.
 #[derive(Clone)]
 pub(crate) struct Requests {
-    /// The signal's number, 0 for none.
+    /// The number of the signal received; 0 for none.
     signal: Arc<AtomicUsize>,
     stop: Stop,
 }
 
 impl Requests {
-    /// From here on requests are remembered and do not end the process.
+    /// Installs the handlers: from now on the first signal makes a request instead of ending the process.
     pub(crate) fn listen() -> Result<Self, SignalError> {
         let requests = Self { signal: Arc::new(AtomicUsize::new(0)), stop: Stop::default() };
         let asked = Arc::new(AtomicBool::new(false));
-        // What `nohup` has the process ignore stays ignored, so that the render outlives its terminal.
+        // Under `nohup`, SIGHUP stays ignored, so that the render survives the end of its terminal.
         let hang_up = (!is_ignored(SIGHUP)).then_some(SIGHUP);
         for signal in [SIGINT, SIGTERM].into_iter().chain(hang_up) {
             requests.register(signal, &asked)?;
@@ -57,7 +58,8 @@ impl Requests {
     }
 
     fn register(&self, signal: i32, asked: &Arc<AtomicBool>) -> io::Result<()> {
-        // Actions run in the order of registration: the first request finds `asked` unset and sets it.
+        // Actions run in the order of registration: on the first signal the shutdown finds `asked` unset and does
+        // nothing; the next action sets it.
         flag::register_conditional_shutdown(signal, Signal(signal).exit_code().into(), Arc::clone(asked))?;
         flag::register(signal, Arc::clone(asked))?;
         flag::register_usize(signal, Arc::clone(&self.signal), signal as usize)?;
@@ -65,7 +67,7 @@ impl Requests {
         Ok(())
     }
 
-    /// The request that waits for an answer.
+    /// The signal received, if any.
     pub(crate) fn pending(&self) -> Option<Signal> {
         match self.signal.load(Ordering::Relaxed) {
             0 => None,
@@ -73,18 +75,18 @@ impl Requests {
         }
     }
 
-    /// What a request, or who else has a reason, asks the engine for.
+    /// The stop request for the engine. Signals make it; other code may make it too.
     pub(crate) fn stop(&self) -> &Stop {
         &self.stop
     }
 }
 
-/// From here on a file beyond the limit of the process is an error of writing, and not the end of the process.
+/// Makes a write beyond the process's file size limit fail, instead of ending the process by SIGXFSZ.
 pub(crate) fn outlive_limits() {
-    let _ = flag::register(SIGXFSZ, Arc::default()); // without it all is as before
+    let _ = flag::register(SIGXFSZ, Arc::default()); // best effort: on failure the default action stays
 }
 
-/// Whether the process was started with `signal` ignored, as far as the system tells.
+/// Whether the process was started with `signal` ignored; false where there is no /proc to tell.
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

@@ -1,11 +1,11 @@
-//! Text out: what goes to standard output and to standard error, and never panics there.
+//! Writes text to standard output and standard error without panicking when that fails.
 
 use super::error::Error;
 use scene::text::one_line;
 use std::fmt::Display;
 use std::io::{self, ErrorKind, Write as _};
 
-/// Writes `text` to standard output. A reader that has seen enough (`sppm scenes | head -1`) is no failure.
+/// Writes `text` to standard output. A pipe closed by its reader (`sppm scenes | head -1`) is not an error.
 pub(crate) fn print(text: &[u8]) -> Result<(), Error> {
     let mut out = io::stdout().lock();
     match out.write_all(text).and_then(|()| out.flush()) {
@@ -16,7 +16,7 @@ pub(crate) fn print(text: &[u8]) -> Result<(), Error> {
     }
 }
 
-/// Writes `message` as one line to standard error; there is nowhere to tell if that fails.
+/// Writes `message` as one line to standard error. A failed write is ignored, as there is nowhere to report it.
 pub(crate) fn complain(message: &impl Display) {
     let _ = writeln!(io::stderr(), "{}", one_line(&message.to_string()));
 }

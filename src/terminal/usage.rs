@@ -1,4 +1,4 @@
-//! What clap says of a command line, in one line: what is wrong, and what would be right.
+//! Turns clap's errors into one line each: what is wrong with the command line, and what would be right.
 
 use super::error::Error;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -6,11 +6,12 @@ use scene::text::list;
 use std::error::Error as _;
 use std::ffi::OsString;
 
-/// Prints what was asked for (help, version), or makes one line of what is wrong with `arguments`.
+/// Prints help or version if `error` stands for a request of these; else returns one line on what is wrong with
+/// `arguments`.
 pub(crate) fn answer(error: &clap::Error, arguments: &[OsString]) -> Result<(), Error> {
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
-            // Clap knows whether the terminal wants colours. Who closed the pipe has read enough.
+            // Clap knows whether the terminal wants colours. A closed pipe is not an error.
             let _ = error.print();
             Ok(())
         }
@@ -57,7 +58,7 @@ impl Wrong<'_> {
         }
     }
 
-    /// The argument at fault, without the names of its values.
+    /// The argument at fault, without its value names.
     fn argument(&self) -> String {
         let names: Vec<String> = self.strings(ContextKind::InvalidArg).iter().map(|s| bare(s)).collect();
         list(&names)
@@ -67,7 +68,7 @@ impl Wrong<'_> {
         self.strings(ContextKind::InvalidValue).concat()
     }
 
-    /// The values that would be right, if they can be counted.
+    /// The list of allowed values, if the argument has one.
     fn choices(&self) -> String {
         let values: Vec<String> =
             self.strings(ContextKind::ValidValue).into_iter().filter(|v| !v.is_empty()).collect();
@@ -92,7 +93,7 @@ impl Wrong<'_> {
         }
     }
 
-    /// The nearest right spelling, or where to read of all.
+    /// Suggests the nearest valid spelling, or else the help.
     fn hint(&self, kind: ContextKind) -> String {
         match self.strings(kind).as_slice() {
             [] => self.see_help(),

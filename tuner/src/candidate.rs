@@ -1,4 +1,4 @@
-//! What can be measured.
+//! A candidate: values of all tuned parameters, which can be rendered with and timed.
 
 use fast::{LaneKind, Parameters};
 use render::Profile;
@@ -11,7 +11,7 @@ pub(crate) struct Candidate {
 }
 
 impl Candidate {
-    /// As renders read it.
+    /// The candidate as a profile for renders.
     pub(crate) fn profile(self) -> Profile {
         Profile { parameters: self.parameters, lanes: Some(self.lanes.into()) }
     }

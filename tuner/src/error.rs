@@ -1,4 +1,4 @@
-//! Why a search failed.
+//! The errors of a search.
 
 use files::atomic_file::FileError;
 use plots::PlotError;
@@ -8,7 +8,7 @@ use thiserror::Error;
 /// Why a search failed.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum Error {
-    /// The optimiser's process could not be run, ended early, or answered what it should not.
+    /// The optimiser's process could not be run, ended early, or gave an invalid answer.
     #[error("{}: {problem}", .python.display())]
     Optimiser {
         /// The Python that runs it.
@@ -21,7 +21,7 @@ pub enum Error {
     NoLibrary {
         /// The Python that runs the optimiser.
         python: PathBuf,
-        /// What Python said.
+        /// The message of Python.
         problem: String,
     },
     /// Anything else.

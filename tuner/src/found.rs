@@ -1,36 +1,36 @@
-//! What a search has found.
+//! The results of a search.
 
 use crate::candidate::Candidate;
 use crate::optimiser::Learnt;
 use crate::ratios::Ratios;
 
-/// A point that was measured.
+/// A measured point.
 #[derive(Clone, Debug)]
 pub(crate) struct Tried {
     pub(crate) candidate: Candidate,
     pub(crate) ratios: Ratios,
 }
 
-/// The outcome of a search.
+/// The results of a search.
 #[derive(Clone, Debug)]
 pub(crate) struct Found {
-    /// In the order of the proposals; the first are the defaults themselves.
+    /// All measured points, in the order of the proposals. The first is the defaults.
     pub(crate) tried: Vec<Tried>,
-    /// What the optimiser has learnt of them; `None` if the search was interrupted.
+    /// What the optimiser's model has learnt; `None` if the search was interrupted.
     pub(crate) learnt: Option<Learnt>,
-    /// The best, with the ratios of its final measurement; if that was interrupted, with those of the search.
+    /// The best point, with the ratios of its final measurement, or those of the search if that was interrupted.
     pub(crate) best: Tried,
     /// Whether the final measurement is complete.
     pub(crate) is_confirmed: bool,
 }
 
 impl Found {
-    /// Whether the best is faster than the defaults, beyond chance.
+    /// Whether the best point is significantly faster than the defaults.
     pub(crate) fn is_gain(&self) -> bool {
         self.is_confirmed && self.best.ratios.interval()[1] < 1.0
     }
 
-    /// The least ratio of those up to each point.
+    /// For each point, the least ratio up to that point.
     pub(crate) fn best_so_far(&self) -> Vec<f64> {
         let ratios = self.tried.iter().map(|tried| tried.ratios.median());
         let lower = |best: &mut f64, ratio| {
@@ -43,7 +43,7 @@ impl Found {
 
 #[cfg(test)]
 impl Tried {
-    /// A candidate that differs from the defaults in its cells alone, measured once.
+    /// A candidate that differs from the defaults only in its cell size, measured once.
     pub(crate) fn example(cell_size: f64, ratio: f64) -> Self {
         let parameters = fast::Parameters::default().with("cell_size", cell_size).unwrap();
         let candidate = Candidate { lanes: fast::LaneKind::Emulated, parameters };

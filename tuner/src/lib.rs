@@ -1,15 +1,15 @@
-//! A search for the free parameters by which the fast engine renders a scene soonest.
+//! Searches for the free parameters with which the fast engine renders a scene fastest.
 //!
 //! ```text
 //! space      the parameters that are searched, and the candidate at each point
-//! optimiser  proposes points: a process in Python
-//! stopwatch      renders a candidate in turns with the defaults
-//! search     proposes and measures until the budget is spent, and measures the best again
-//! account    profile, table, plot and lines of text
+//! optimiser  proposes points; a process in Python
+//! stopwatch  times a candidate in turns with the defaults
+//! search     asks for points and measures them until the budget is spent; measures the best again
+//! account    writes profile, table, plot and a summary
 //! ```
 //!
-//! A [`Request`] says what to tune; [`Request::run`] gives an [`Account`] of the search. The image does not depend on
-//! the parameters, and that it does not is checked at every render. Nothing is printed.
+//! A [`Request`] says what to tune; [`Request::run`] returns an [`Account`] of the search. The image does not depend on
+//! the parameters; this is checked at every render. Nothing is printed.
 
 #![forbid(unsafe_code)]
 

@@ -1,4 +1,5 @@
-//! The optimiser: a Python process that proposes points, asked line by line. See `tuner/optimiser.py`.
+//! The optimiser: a Python process that proposes points, with requests and answers line by line. See
+//! `tuner/optimiser.py`.
 
 use crate::error::Error;
 use crate::space::Space;
@@ -16,7 +17,7 @@ const REQUIREMENTS: &str = "tuner/requirements.lock";
 /// The script that installs them and runs Python, in a checkout.
 const SCRIPT: &str = "scripts/python";
 
-/// The process.
+/// The running process.
 pub(crate) struct Optimiser {
     child: Child,
     input: ChildStdin,
@@ -27,19 +28,19 @@ pub(crate) struct Optimiser {
     pub(crate) name: String,
 }
 
-/// What the optimiser's model has learnt of the points.
+/// What the optimiser's model has learnt from the measurements.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 pub(crate) struct Learnt {
-    /// The points by the model's mean, the best first.
+    /// The indices of the points, sorted by the model's mean, the best first.
     pub(crate) order: Vec<usize>,
-    /// Standard deviation of the measured values, by the model.
+    /// The model's standard deviation of measured values.
     pub(crate) noise: Option<f64>,
-    /// By dimension, in widths of its range: where large, it does not matter.
+    /// The model's length scale of each dimension, in widths of its range. If large, the dimension does not matter.
     pub(crate) length_scales: BTreeMap<String, f64>,
 }
 
 impl Optimiser {
-    /// Starts it in `python`, or in the Python that is at hand.
+    /// Starts the process in `python`, else in that of the checkout, else in `python3`.
     pub(crate) fn start(
         python: Option<&Path>,
         space: &Space,
@@ -76,12 +77,12 @@ impl Optimiser {
         field(&answer, "point").map_err(|what| self.failure(&what))
     }
 
-    /// Tells the value that was measured at a point.
+    /// Reports the value that was measured at a point.
     pub(crate) fn tell(&mut self, point: &[Value], value: f64) -> Result<(), Error> {
         self.request(&json!({ "tell": point, "value": value })).map(drop)
     }
 
-    /// Asks what it has learnt of the `told` points.
+    /// Asks what the model has learnt from the `told` points.
     pub(crate) fn conclude(&mut self, told: usize) -> Result<Learnt, Error> {
         let answer = self.request(&json!({ "conclude": true }))?;
         let learnt: Learnt =
@@ -95,7 +96,7 @@ impl Optimiser {
 
     /// Sends a line and waits for the answer.
     fn request(&mut self, request: &Value) -> Result<Value, Error> {
-        // If the process has ended, its last words, which `ended` reads, tell more than the broken pipe.
+        // If the process has ended, its error output, which `ended` reads, is more useful than the broken pipe.
         let _ = writeln!(self.input, "{request}").and_then(|()| self.input.flush());
         let mut line = String::new();
         let read = self.output.read_line(&mut line);
@@ -116,11 +117,11 @@ impl Optimiser {
         Error::Optimiser { python: self.python.clone(), problem }
     }
 
-    /// Why it has ended: the last line that it said.
+    /// The error for a process that has ended, with the last line of its error output.
     fn ended(&mut self) -> Error {
         let mut said = Vec::new();
         if let Some(errors) = &mut self.child.stderr {
-            let _ = errors.read_to_end(&mut said); // what cannot be read is not told
+            let _ = errors.read_to_end(&mut said); // a failed read loses only the message
         }
         let said = String::from_utf8_lossy(&said);
         let last = said.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("it said nothing");
@@ -131,7 +132,7 @@ impl Optimiser {
 
 impl Drop for Optimiser {
     fn drop(&mut self) {
-        let _ = self.child.kill(); // fails if it has ended
+        let _ = self.child.kill(); // fails if it has already ended
         let _ = self.child.wait();
     }
 }
@@ -141,7 +142,7 @@ fn field<T: serde::de::DeserializeOwned>(answer: &Value, name: &str) -> Result<T
     serde_json::from_value(value.clone()).map_err(|error| error.to_string())
 }
 
-/// The checkout that the program at `path` was built in.
+/// The checkout in which the program at `path` was built, if any.
 fn checkout(path: &Path) -> Option<PathBuf> {
     let is_checkout = |root: &&Path| [SCRIPT, REQUIREMENTS].iter().all(|file| root.join(file).is_file());
     path.ancestors().skip(1).find(is_checkout).map(Path::to_owned)

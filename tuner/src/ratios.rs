@@ -1,41 +1,41 @@
-//! Ratios of times, their median, and how sure that is.
+//! Ratios of render times, their median, and its confidence interval.
 
-/// The confidence of intervals.
+/// The confidence level of intervals.
 const CONFIDENCE: f64 = 0.95;
 
 /// Ratios of a candidate's times to those of the defaults, one per pair of renders.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Ratios {
-    /// From the least to the greatest.
+    /// In increasing order.
     sorted: Vec<f64>,
 }
 
 impl Ratios {
-    /// Of at least one pair.
+    /// The ratios of one pair of renders or more.
     pub(crate) fn new(mut ratios: Vec<f64>) -> Self {
         ratios.sort_by(f64::total_cmp);
         Self { sorted: ratios }
     }
 
-    /// Those of both.
+    /// Merges two sets of ratios.
     pub(crate) fn and(self, other: Self) -> Self {
         Self::new([self.sorted, other.sorted].concat())
     }
 
-    /// The median; of an even number, the geometric mean of the two in the middle.
+    /// The median; for an even number, the geometric mean of the two in the middle.
     pub(crate) fn median(&self) -> f64 {
         let n = self.sorted.len();
         (self.sorted[(n - 1) / 2] * self.sorted[n / 2]).sqrt()
     }
 
-    /// The confidence interval of the median, by the sign test, which assumes no distribution: the median lies outside
-    /// the k-th least and the k-th greatest ratio with twice the probability that a fair coin falls on heads fewer
-    /// than k times. Where there are too few ratios for that confidence, from the least to the greatest of all. For at
-    /// most 1000 ratios.
+    /// The confidence interval of the median by the sign test, which assumes no distribution. The probability that the
+    /// median lies outside of the interval from the k-th least to the k-th greatest ratio is twice the probability that
+    /// a fair coin shows heads fewer than k times. If there are too few ratios for the confidence level, the interval
+    /// goes from the least to the greatest. Works for at most 1000 ratios.
     pub(crate) fn interval(&self) -> [f64; 2] {
         let n = self.sorted.len();
         let (mut below, mut probability, mut k) = (0.0, 0.5_f64.powi(n as i32), 0);
-        // Heads come k times with this probability.
+        // The probability of heads exactly k times.
         while below + probability <= (1.0 - CONFIDENCE) / 2.0 {
             below += probability;
             probability *= (n - k) as f64 / (k + 1) as f64;
@@ -45,12 +45,12 @@ impl Ratios {
         [self.sorted[k - 1], self.sorted[n - k]]
     }
 
-    /// The least and the greatest.
+    /// The least and the greatest ratio.
     pub(crate) fn ends(&self) -> [f64; 2] {
         [self.sorted[0], self.sorted[self.sorted.len() - 1]]
     }
 
-    /// How many pairs there are.
+    /// The number of pairs.
     pub(crate) fn count(&self) -> usize {
         self.sorted.len()
     }
@@ -72,7 +72,7 @@ mod tests {
         assert_eq!(ratios([1, 2, 3, 4]).count(), 4);
     }
 
-    /// As in tables of the sign test's interval for the median.
+    /// The expected values are from published tables of the sign test.
     #[test]
     fn intervals_are_those_of_the_sign_test() {
         for (n, k) in

@@ -1,4 +1,4 @@
-//! What to tune, and the search from its start to its account.
+//! The request for a search, and its run from the start of the optimiser to the account.
 
 use crate::account::{Account, Outcome, Subject};
 use crate::budget::Budget;
@@ -12,24 +12,24 @@ use rayon::ThreadPool;
 use scene::{Scene, Settings, Stop};
 use std::path::Path;
 
-/// What to tune.
+/// The request for a search.
 #[derive(Clone, Copy)]
 pub struct Request<'a> {
-    /// What the account calls the scene.
+    /// The name of the scene in the account.
     pub name: &'a str,
     /// The scene.
     pub scene: &'a Scene,
-    /// Of the renders that are timed.
+    /// The settings of the timed renders.
     pub settings: &'a Settings,
-    /// Where they run.
+    /// The threads that run them.
     pub pool: &'a ThreadPool,
     /// Lanes to tune on; `None` to search among those that the processor has.
     pub lanes: Option<LaneKind>,
-    /// How much is tried.
+    /// The budget of the search.
     pub budget: Budget,
     /// Seed of the search.
     pub seed: u32,
-    /// The Python that has scikit-optimize; `None` for that of the checkout that this program was built in, or else
+    /// The Python that has scikit-optimize. `None` selects that of the checkout in which this program was built, else
     /// `python3`.
     pub python: Option<&'a Path>,
 }
@@ -39,7 +39,7 @@ impl Request<'_> {
     /// then.
     ///
     /// # Errors
-    /// If the optimiser fails, or a candidate changes the image, which would be a fault of the engine.
+    /// If the optimiser fails, or if a candidate changes the image, which would be a bug in the engine.
     pub fn run(&self, stop: &Stop, progress: &mut Progress) -> Result<Option<Account>, Error> {
         let Self { name, scene, settings, pool, budget, seed, .. } = *self;
         let threads = pool.current_num_threads();
@@ -47,7 +47,7 @@ impl Request<'_> {
         let space = Space::new(balls, threads, self.lanes);
         progress(0, "starting the optimiser; the first time it is installed");
         let mut optimiser = match Optimiser::start(self.python, &space, budget.initial(), seed) {
-            // Ctrl-C reaches the process too, which may end before it answers.
+            // Ctrl-C also reaches the Python process, which may end before it answers.
             Err(_) if stop.is_requested() => return Ok(None),
             started => started?,
         };

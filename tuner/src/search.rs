@@ -1,4 +1,4 @@
-//! The search: proposals are measured one after the other, and the best is measured again.
+//! The search: measures the optimiser's proposals one by one, and then measures the best one again.
 
 use crate::budget::Budget;
 use crate::candidate::Candidate;
@@ -9,13 +9,13 @@ use crate::space::Space;
 use crate::stopwatch::Stopwatch;
 use std::time::Instant;
 
-/// How many of the points that look best are measured once more before one of them is chosen.
+/// The number of most promising points that are measured once more before one is chosen.
 const FINALISTS: usize = 3;
 
-/// Told how many points are done, and what is at work.
+/// Called with the number of points done and a text on the current step.
 pub type Progress<'a> = dyn FnMut(u32, &str) + 'a;
 
-/// Searches until the budget is spent, or a stop is asked for. `None` if not even the defaults were measured by then.
+/// Searches until the budget is spent or a stop is requested. `None` if not even the defaults were measured by then.
 pub(crate) fn search(
     stopwatch: &Stopwatch,
     space: &Space,
@@ -39,7 +39,7 @@ pub(crate) fn search(
     if let Some(best) = final_round(stopwatch, finalists, budget)? {
         found.best = best;
         progress(budget.evaluations, "the very best anew");
-        // Measured again: the best of many is so in part by luck.
+        // The best of many measurements is best partly by luck, so it is measured again.
         if let Some(ratios) = stopwatch.ratios(found.best.candidate, budget.final_pairs)? {
             found.best.ratios = ratios;
             found.is_confirmed = true;
@@ -48,7 +48,7 @@ pub(crate) fn search(
     Ok(Some(found))
 }
 
-/// The points that were measured, and whether a stop was asked for.
+/// Measures points; returns them, and whether a stop was requested.
 fn try_points(
     stopwatch: &Stopwatch,
     space: &Space,
@@ -78,7 +78,7 @@ fn try_points(
     Ok((tried, false))
 }
 
-/// The best different points in this order, without the defaults; these where there is no other.
+/// The first distinct points in this order, without the defaults. If there is none, the defaults.
 fn finalists(tried: &[Tried], order: &[usize], defaults: Candidate) -> Vec<Tried> {
     let mut chosen: Vec<Tried> = Vec::new();
     for tried in order.iter().map(|place| &tried[*place]) {
@@ -94,7 +94,7 @@ fn finalists(tried: &[Tried], order: &[usize], defaults: Candidate) -> Vec<Tried
     chosen
 }
 
-/// The best of some, after a few more pairs of each; `None` if stopped.
+/// Measures a few more pairs of each finalist and returns the best one; `None` if stopped.
 fn final_round(
     stopwatch: &Stopwatch,
     finalists: Vec<Tried>,

@@ -1,4 +1,4 @@
-//! What is searched: a dimension per free parameter that can matter, and what a point in it stands for.
+//! The search space: a dimension for each free parameter that can matter, and the mapping from points to candidates.
 
 use crate::candidate::Candidate;
 use crate::error::Error;
@@ -7,13 +7,13 @@ use render::LanesName;
 use serde::Serialize;
 use serde_json::Value;
 
-/// The most balls for which a search one by one is tried: with more, even one render takes too long.
+/// The largest number of balls for which testing them one by one is tried. With more, a single render takes too long.
 const MOST_IN_TURN: usize = 512;
-/// The parameters that limit the number of balls of each search.
+/// The parameters that limit the number of balls for each search method.
 const IN_TURN: &str = "most_balls_in_turn";
 const IN_CLUSTERS: &str = "most_balls_in_clusters";
 
-/// A dimension, as the optimiser is told of it.
+/// A dimension, as sent to the optimiser.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Dimension {
     pub(crate) name: &'static str,
@@ -21,15 +21,15 @@ pub(crate) struct Dimension {
     pub(crate) kind: Kind,
 }
 
-/// What its coordinates are.
+/// The kind of coordinates of a dimension.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
 pub(crate) enum Kind {
-    /// Numbers, by their logarithm.
+    /// Numbers on a logarithmic scale.
     Real { least: f64, most: f64 },
-    /// Whole numbers: exponents of two.
+    /// Powers of two, by their exponents.
     Whole { least: i32, most: i32 },
-    /// One of some words.
+    /// One of a few names.
     Choice { choices: Vec<&'static str> },
 }
 
@@ -43,8 +43,8 @@ pub(crate) struct Space {
 }
 
 impl Space {
-    /// The space for a scene of so many `balls`. On one thread the sizes of jobs do not matter; the lanes are free if
-    /// none are `asked` for.
+    /// The space for a scene with this number of `balls`. On one thread the sizes of jobs are left out, as they do not
+    /// matter. Lanes are a dimension unless they are `asked` for.
     pub(crate) fn new(balls: usize, threads: usize, asked: Option<LaneKind>) -> Self {
         let is_job = |name: &str| name.ends_with("_per_job");
         let is_number = |name: &str| name != IN_TURN && name != IN_CLUSTERS && (threads > 1 || !is_job(name));
@@ -78,7 +78,7 @@ impl Space {
         Candidate { lanes: self.lanes, parameters: Parameters::default() }
     }
 
-    /// Where the defaults are.
+    /// The point of the defaults.
     pub(crate) fn start(&self) -> Vec<Value> {
         let usual = self.defaults();
         let of = |name: &str| {
@@ -123,7 +123,8 @@ impl Space {
         Ok(candidate)
     }
 
-    /// `parameters` with limits by which the scene's balls are searched as `word` says, and others as usual.
+    /// `parameters` with limits such that this scene's balls are searched by the method `word`. For other numbers of
+    /// balls the default limits stay where possible.
     fn searched(&self, parameters: Parameters, word: &str) -> Option<Parameters> {
         let (usual_in_turn, usual_in_clusters) = (12, 1024);
         let fewer = self.balls.saturating_sub(1);
@@ -137,7 +138,7 @@ impl Space {
     }
 }
 
-/// The searches that so many balls are worth trying by.
+/// The search methods worth trying for this number of balls.
 fn searches(balls: usize) -> impl Iterator<Item = Search> {
     let most = Parameters::ALL.iter().find(|parameter| parameter.name == IN_CLUSTERS).map_or(0.0, |p| p.most);
     [Search::InTurn, Search::Clusters, Search::Tree].into_iter().filter(move |search| match search {
@@ -155,7 +156,7 @@ fn search_name(search: Search) -> &'static str {
     }
 }
 
-/// To three digits: more would have no effect that could be measured.
+/// Rounds to three digits; more would have no measurable effect.
 fn rounded(value: f64) -> f64 {
     let digits = 10_f64.powf(2.0 - value.abs().log10().floor());
     (value * digits).round() / digits

@@ -1,4 +1,4 @@
-//! Renders in turns with the defaults.
+//! Measures a candidate: renders with it and with the defaults in turns, and compares the times.
 
 use crate::candidate::Candidate;
 use crate::error::Error;
@@ -8,19 +8,19 @@ use rayon::ThreadPool;
 use scene::{Engine, Film, Scene, Settings, Stop};
 use std::time::Instant;
 
-/// What is rendered, and where.
+/// Times renders of one scene, and checks their images.
 pub(crate) struct Stopwatch<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
     pool: &'a ThreadPool,
     defaults: Candidate,
-    /// Their image, which every candidate must give too.
+    /// The image of the defaults, which every candidate must reproduce.
     image: Film,
     stop: &'a Stop,
 }
 
 impl<'a> Stopwatch<'a> {
-    /// Renders once by the defaults, for the image; `None` if stopped meanwhile.
+    /// Renders once with the defaults to obtain the image; `None` if stopped.
     pub(crate) fn new(
         scene: &'a Scene,
         settings: &'a Settings,
@@ -33,7 +33,7 @@ impl<'a> Stopwatch<'a> {
         Some(stopwatch)
     }
 
-    /// Whether somebody asked to stop.
+    /// Whether a stop was requested.
     pub(crate) fn is_stopped(&self) -> bool {
         self.stop.is_requested()
     }
@@ -54,7 +54,7 @@ impl<'a> Stopwatch<'a> {
         })
     }
 
-    /// The seconds of [`Self::render`], if the image is the defaults' in every bit.
+    /// The seconds of [`Self::render`]. It is an error if the image differs from that of the defaults in any bit.
     fn seconds(&self, candidate: Candidate) -> Result<Option<f64>, Error> {
         let Some((seconds, image)) = self.render(candidate) else { return Ok(None) };
         if differing_pixels(&image, &self.image).is_ok_and(|pixels| pixels.is_empty()) {
@@ -64,7 +64,7 @@ impl<'a> Stopwatch<'a> {
         Err(Error::Failed(format!("another image by other free parameters, a fault of sppm: {profile}")))
     }
 
-    /// The ratios of `pairs` pairs, of which every other begins with the defaults; `None` if stopped.
+    /// The ratios of `pairs` pairs of renders; `None` if stopped. The defaults come first in every other pair.
     pub(crate) fn ratios(&self, candidate: Candidate, pairs: u32) -> Result<Option<Ratios>, Error> {
         let mut ratios = Vec::new();
         for pair in 0..pairs {

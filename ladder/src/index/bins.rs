@@ -1,24 +1,24 @@
 //! The bins of the hash grid: linked lists (stage 0), generic growable arrays (stage 1) and typed ones (from stage 2).
 //!
-//! A point's cells are entered one after the other, so if two of them share a bin, the second finds the point at the
-//! bin's end, and is not entered again. (In the published program it is, and counts twice.)
+//! The cells of a point are entered one after the other. So if two of them share a bin, the point is already the bin's
+//! last entry at the second one, and is not entered again. (The published program enters it again and counts it twice.)
 
 use super::tuning::Tuning;
 use lanes::{Lanes, MOST_LANES};
 
 /// The bins of a table.
 pub(crate) trait Bins {
-    /// What of a bin is still to be read.
+    /// The entries of a bin that are still to be read.
     type Cursor<'a>
     where
         Self: 'a;
-    /// So many empty bins, for so many points.
+    /// A number of empty bins, for a number of points.
     fn new(bins: usize, points: usize, tuning: &Tuning) -> Self;
     /// Empties all bins.
     fn clear(&mut self);
-    /// Appends a point, and the sphere that it lies on, to a bin, unless it stands last there.
+    /// Appends a point, with the sphere that it lies on, to a bin, unless it is the last entry there.
     fn insert(&mut self, bin: usize, point: u32, sphere: u32);
-    /// Begins to read a bin.
+    /// Begins reading a bin.
     fn open(&self, bin: usize) -> Self::Cursor<'_>;
     /// As `Index::next`.
     fn next<L: Lanes>(cursor: &mut Self::Cursor<'_>) -> Option<(L::U, L::M)>;
@@ -31,8 +31,8 @@ pub(crate) trait Bins {
     fn bytes(&self) -> usize;
 }
 
-/// Stage 0: a linked list per bin, allocated anew for each iteration, its nodes one by one. As in the published
-/// program a node is appended by walking to the end of its list.
+/// Stage 0: a linked list per bin. The nodes are allocated one by one, and anew for each iteration. As in the published
+/// program, appending a node walks to the end of the list.
 pub(crate) struct LinkedBins {
     heads: Vec<Link>,
     nodes: usize,
@@ -40,7 +40,7 @@ pub(crate) struct LinkedBins {
 
 type Link = Option<Box<Node>>;
 
-/// What stands in a list.
+/// A node of a list.
 pub(crate) struct Node {
     point: u32,
     next: Link,
@@ -92,7 +92,7 @@ impl Bins for LinkedBins {
 }
 
 impl Drop for LinkedBins {
-    /// Node by node: dropping a list as a whole would recurse to its length.
+    /// Drops node by node. Dropping a list as a whole would recurse once per node.
     fn drop(&mut self) {
         for head in &mut self.heads {
             let mut link = head.take();
@@ -103,7 +103,8 @@ impl Drop for LinkedBins {
     }
 }
 
-/// A growable array of items of any one size, which are copied through bytes by functions that are called.
+/// A growable array of items of one size chosen at run time. Items are copied as bytes by functions that are not
+/// inlined.
 struct ByteArray {
     data: Vec<u8>,
     item_size: usize,
@@ -126,7 +127,7 @@ impl ByteArray {
 /// Stage 1: a generic array per bin, kept over iterations.
 pub(crate) struct ByteBins(Vec<ByteArray>);
 
-/// What a bin holds of a point: its index, as wide as the pointer that the published program stores.
+/// The entry of a point: its index, as wide as the pointer that the published program stores.
 type Item = u64;
 
 #[inline(always)]
@@ -179,7 +180,7 @@ impl Bins for ByteBins {
     }
 }
 
-/// What of a generic array is still to be read.
+/// The items of a generic array that are still to be read.
 pub(crate) struct ByteCursor<'a> {
     array: &'a ByteArray,
     next: usize,
@@ -188,7 +189,7 @@ pub(crate) struct ByteCursor<'a> {
 /// From stage 2 on: a typed array per bin, kept over iterations.
 pub(crate) struct TypedBins(Vec<Vec<u32>>);
 
-/// The next indices of a slice, as many as there are lanes.
+/// The next indices of a slice, one per lane.
 #[inline(always)]
 pub(super) fn next_of_slice<L: Lanes>(rest: &mut &[u32]) -> Option<(L::U, L::M)> {
     if rest.len() >= L::N {
@@ -199,7 +200,7 @@ pub(super) fn next_of_slice<L: Lanes>(rest: &mut &[u32]) -> Option<(L::U, L::M)>
     if rest.is_empty() {
         return None;
     }
-    // Lanes without a candidate repeat the first one: what they fetch of it is that of a visible point.
+    // Lanes without a candidate repeat the first one, so that they too read a valid visible point.
     let mut last = [rest[0]; MOST_LANES];
     for (place, point) in last.iter_mut().zip(*rest) {
         *place = *point;

@@ -1,5 +1,5 @@
-//! The hash grid: a visible point is entered in every cell that its sphere of search touches, and a photon looks into
-//! the one that it lies in. Cells are hashed to the bins of a table of fixed length.
+//! The hash grid: a visible point is entered in every cell that its search sphere touches, and a photon looks only into
+//! the cell that it lies in. Cells are hashed to the bins of a table of fixed length.
 
 use super::bins::Bins;
 use super::lookup::{Index, WIDENED};
@@ -10,27 +10,27 @@ use crate::vector::{F, U, Vector};
 use lanes::{Lanes, MOST_LANES};
 use scene::Vec3;
 
-/// Cells are numbered up to so much in either direction; what lies beyond counts to the outermost.
+/// The largest cell number in either direction. Coordinates beyond it belong to the outermost cell.
 const OUTERMOST: f32 = 1_073_741_824.0;
 
-/// The grid, by its bins.
+/// The grid, with bins of type `B`.
 pub(crate) struct HashGrid<B> {
     inverse_cell_size: f32,
     cell_size: f32,
-    /// The number of bins less one; a power of two less one.
+    /// The number of bins, which is a power of two, less one.
     mask: u32,
     bins: B,
 }
 
-/// In which cell a coordinate lies: monotone, so the cells of a box are those between the cells of its corners. Points
-/// are entered and looked up by this one function.
+/// The cell of a coordinate. It is monotone, so a box covers the cells between those of its corners. Points are both
+/// entered and looked up by this function.
 #[inline(always)]
 fn cell<L: Lanes>(x: L::F, inverse_cell_size: f32) -> L::U {
     let scaled = x * L::f(inverse_cell_size);
     L::truncate(L::floor(L::max(L::min(scaled, L::f(OUTERMOST)), L::f(-OUTERMOST))))
 }
 
-/// The three numbers of the cells, lane by lane.
+/// The three cell numbers of each lane.
 #[inline(always)]
 fn cells<V: Vector>(point: V, inverse_cell_size: f32) -> [[u32; MOST_LANES]; 3] {
     let mut numbers = [[0; MOST_LANES]; 3];

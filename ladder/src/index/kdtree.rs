@@ -1,5 +1,5 @@
-//! What the paper proposes for the future: k-d trees in place of the hash grid, one of a well-kept crate, one of ours.
-//! A photon finds the points within the largest radius.
+//! k-d trees in place of the hash grid, as the paper proposes for future work: one from an established crate, and one
+//! of our own. A photon finds the points within the largest radius.
 
 use super::bins::next_of_slice;
 use super::grid::largest_radius;
@@ -11,7 +11,7 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use lanes::{Lanes, MOST_LANES};
 use scene::Vec3;
 
-/// Visible points by place and pixel.
+/// The positions of visible points, and their pixels.
 struct Points {
     places: Vec<[f32; 3]>,
     ids: Vec<u32>,
@@ -44,12 +44,12 @@ pub(crate) struct Kiddo {
     /// None without points.
     tree: Option<ImmutableKdTree<f32, 3>>,
     ids: Vec<u32>,
-    /// Square of the radius of search: as all that the tree computes it is rounded, so it is widened.
+    /// The square of the search radius, widened, because the tree's computations round.
     reach_squared: f32,
 }
 
 impl Index for Kiddo {
-    /// All that was found, and how much of it has been given.
+    /// All points found, and how many of them have been returned.
     type Cursor<'a> = (Vec<u32>, usize);
 
     fn new(_: usize, _: &Tuning) -> Self {
@@ -96,8 +96,8 @@ impl Kiddo {
     }
 }
 
-/// Our tree: points are split at the median along the widest side of their box until few are left, and then lie side
-/// by side, so that lanes test a leaf at a time.
+/// Our own tree: points are split at the median along the widest side of their bounding box until few are left. The
+/// points of a leaf are stored side by side, so that lanes test them together.
 pub(crate) struct Tree {
     ids: Vec<u32>,
     nodes: Vec<Node>,
@@ -107,15 +107,15 @@ pub(crate) struct Tree {
 /// A split, or a leaf.
 #[derive(Clone, Copy)]
 enum Node {
-    /// Points with a smaller coordinate come in the next node, those with a larger one in node `above`.
+    /// Points with a smaller coordinate are in the next node, those with a larger one in node `above`.
     Split { axis: u8, at: f32, above: u32 },
     /// The points of a range.
     Leaf { first: u32, end: u32 },
 }
 
-/// Points of a leaf at most.
+/// The largest number of points in a leaf.
 const LEAF: usize = 32;
-/// Nodes that wait at most: the depth of a tree of 2^28 points.
+/// The largest number of waiting nodes; the depth of a tree of 2^28 points is less.
 const DEPTH: usize = 32;
 
 /// A walk through the tree.
@@ -162,7 +162,7 @@ impl Index for Tree {
 }
 
 impl<'a> Walk<'a> {
-    /// The points of the next leaf that the search reaches into.
+    /// The points of the next leaf that the search sphere touches.
     #[inline(always)]
     fn next_leaf(&mut self) -> Option<&'a [u32]> {
         self.count = self.count.checked_sub(1)?;
@@ -172,8 +172,8 @@ impl<'a> Walk<'a> {
                 Node::Leaf { first, end } => return Some(&self.tree.ids[first as usize..end as usize]),
                 Node::Split { axis, at, above } => {
                     let x = self.point[axis as usize];
-                    // Rounding is monotone: whatever is computed to be nearer than the radius lies on a side that is
-                    // computed to be reached.
+                    // Rounding is monotone: a point whose computed distance is below the radius lies on a side that
+                    // this test visits.
                     let (goes_below, goes_above) = (x - self.tree.reach <= at, x + self.tree.reach >= at);
                     if goes_below && goes_above {
                         self.waiting[self.count] = above;
@@ -199,7 +199,7 @@ impl Tree {
     }
 }
 
-/// Builds the subtree of the points `order`, which come from place `first` on in the order of all.
+/// Builds the subtree of the points `order`, which begin at index `first` of all points in order.
 fn split(places: &[[f32; 3]], order: &mut [u32], first: u32, nodes: &mut Vec<Node>) {
     if order.len() <= LEAF {
         nodes.push(Node::Leaf { first, end: first + order.len() as u32 });

@@ -1,4 +1,4 @@
-//! What every spatial index can do.
+//! The trait of all spatial indices.
 
 use super::tuning::Tuning;
 use crate::pixels::Pixels;
@@ -7,29 +7,29 @@ use lanes::Lanes;
 use scene::Vec3;
 use scene::ray::SphereId;
 
-/// The sphere of search is widened by so much, as the test of the distance rounds (see `reference::grid`).
+/// Search radii are widened by this factor, because the distance test rounds (see `reference::grid`).
 pub(crate) const WIDENED: f32 = 1.0 + 1.0 / 1_048_576.0;
 
 /// A spatial index.
 pub(crate) trait Index {
-    /// The candidates of a place that are still to come.
+    /// The candidates of a lookup that are still to be read.
     type Cursor<'a>
     where
         Self: 'a;
 
-    /// For so many pixels; nothing is in it.
+    /// An empty index for this number of pixels.
     fn new(pixels: usize, tuning: &Tuning) -> Self;
 
-    /// Enters the visible points of `count` pixels, in place of those of the iteration before.
+    /// Enters the visible points of `count` pixels, replacing those of the previous iteration.
     fn build<V: Vector, P: Pixels>(&mut self, pixels: &P, count: usize);
 
-    /// Looks up what may lie within reach of a point.
+    /// Looks up the visible points whose radius may contain `point`.
     fn open(&self, point: Vec3) -> Self::Cursor<'_>;
 
-    /// The next candidates, as many as there are lanes, and which lanes hold one.
+    /// The next candidates, one per lane, and which lanes hold one.
     fn next<L: Lanes>(cursor: &mut Self::Cursor<'_>) -> Option<(L::U, L::M)>;
 
-    /// The sphere that the last candidates lie on, if the index sees to it that it is one.
+    /// The sphere that all of the last candidates lie on, if the index sorts points by sphere.
     #[inline(always)]
     fn shared_sphere(_: &Self::Cursor<'_>) -> Option<SphereId> {
         None

@@ -1,7 +1,7 @@
-//! Spatial indices over visible points: which of them may a photon reach?
+//! Spatial indices that find the visible points near a photon.
 //!
-//! Every index may offer more candidates than are in reach, but each of these exactly once; whoever asks tests the
-//! distance. So all of them give the same `M`.
+//! An index may return more candidates than are within reach, but it returns every point within reach exactly once. The
+//! caller tests the distance. So all indices give the same photon count `M`.
 
 mod bins;
 mod grid;

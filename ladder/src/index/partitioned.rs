@@ -1,19 +1,20 @@
-//! Failed attempt 2: several tables in place of one. Sorted by sphere, a table's points share their colour; blocked,
-//! they lie together in memory and fit the cache. A photon has to look into each of them.
+//! Failed attempt 2: several hash tables in place of one. Sorted by sphere, the points of a table share their colour.
+//! Blocked, the points of a table are near each other in memory and fit the cache. But a photon has to look into every
+//! table.
 
 use super::bins::{Bins, TypedBins, next_of_slice};
 use super::tuning::Tuning;
 use lanes::Lanes;
 
-/// Which table a point is entered in.
+/// Chooses the table of a point.
 pub(crate) trait Partition: 'static {
-    /// True if a table's points lie on one sphere.
+    /// True if all points of a table lie on the same sphere.
     const BY_SPHERE: bool;
-    /// The key of the table; tables come in the order in which keys are first seen.
+    /// The key of the table. Tables are numbered in the order in which keys are first seen.
     fn key(point: u32, sphere: u32, tuning: &Tuning) -> u32;
 }
 
-/// Points of the same sphere.
+/// One table per sphere.
 pub(crate) struct BySphere;
 
 impl Partition for BySphere {
@@ -24,7 +25,7 @@ impl Partition for BySphere {
     }
 }
 
-/// Points of the same block of pixels.
+/// One table per block of pixels.
 pub(crate) struct ByBlock;
 
 impl Partition for ByBlock {
@@ -38,14 +39,14 @@ impl Partition for ByBlock {
 /// The bins of several tables.
 pub(crate) struct Partitioned<K> {
     tables: Vec<(u32, TypedBins)>,
-    /// For each key, the table that it has; none is `u32::MAX`.
+    /// The table of each key, or `u32::MAX` if it has none.
     table_of: Vec<u32>,
     bins: usize,
     tuning: Tuning,
     partition: std::marker::PhantomData<K>,
 }
 
-/// What of a bin of all tables is still to be read.
+/// The entries of a bin, over all tables, that are still to be read.
 pub(crate) struct Cursor<'a> {
     tables: &'a [(u32, TypedBins)],
     bin: usize,
@@ -62,7 +63,7 @@ impl<K: Partition> Partitioned<K> {
         }
         if self.table_of[key as usize] == u32::MAX {
             self.table_of[key as usize] = self.tables.len() as u32;
-            // Room is not made ahead: most of these bins stay empty.
+            // No room is reserved, as most of these bins stay empty.
             let tuning = Tuning { first_capacity: 0, ..self.tuning };
             self.tables.push((key, TypedBins::new(self.bins, 0, &tuning)));
         }

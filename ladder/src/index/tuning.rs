@@ -1,17 +1,17 @@
-//! The free parameters of indices.
+//! The free parameters of the spatial indices.
 
-/// What an index leaves open to tuning. The image does not depend on it.
+/// The free parameters of an index. The image does not depend on them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tuning {
-    /// Size of the grid's cells over the largest radius.
+    /// Size of the grid's cells, in units of the largest radius.
     pub cell_size: f32,
-    /// Room that a growable bin is given at first, in entries.
+    /// Initial capacity of a growable bin, in entries.
     pub first_capacity: usize,
     /// Pixels of a block of the blocked table.
     pub block: usize,
 }
 
 impl Tuning {
-    /// The published program's cells and bins; blocks of which lines and sums take 192 KiB.
+    /// The cells and bins of the published program, and blocks whose lines and sums take 192 KiB.
     pub const PAPER: Self = Self { cell_size: 2.0, first_capacity: 20, block: 4096 };
 }

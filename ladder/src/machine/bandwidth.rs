@@ -1,4 +1,4 @@
-//! The most bytes in a second that one thread reads from each level of memory.
+//! Measures how many bytes per second one thread can read from each level of memory.
 
 use super::best::best_rate;
 use lanes::{Emulated, Kernel, Lanes, Row, on_avx2};
@@ -15,13 +15,13 @@ pub enum Level {
     L2,
     /// The third-level cache.
     L3,
-    /// What lies behind all caches.
+    /// Main memory.
     #[serde(rename = "DRAM")]
     Dram,
 }
 
 impl Level {
-    /// Its usual name.
+    /// The usual name of the level.
     pub fn name(self) -> &'static str {
         match self {
             Self::L1 => "L1",
@@ -32,26 +32,26 @@ impl Level {
     }
 }
 
-/// How fast a level is read.
+/// The read bandwidth of a level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bandwidth {
-    /// What is read.
+    /// The level.
     pub level: Level,
-    /// How much is read over and over, bytes.
+    /// The size of the data that is read repeatedly, in bytes.
     pub bytes: usize,
-    /// Bytes in a second.
+    /// Bytes read per second.
     pub bytes_per_second: f64,
 }
 
-/// Cache sizes where the system does not tell.
+/// Cache sizes to assume if the system does not provide them.
 const USUAL_CACHES: [usize; 3] = [32 << 10, 512 << 10, 16 << 20];
-/// Read for memory: so many times the largest cache, but no more than [`MOST`].
+/// The data for main memory is larger than the largest cache by this factor, but not larger than [`MOST`].
 const BEYOND_CACHES: usize = 4;
 const MOST: usize = 256 << 20;
-/// Bytes that a trial reads, or once all there are.
+/// Bytes that a trial reads, at least; all data is read at least once.
 const TRIAL: usize = 32 << 20;
 
-/// Reads half of what each cache holds, and much more than all of them hold.
+/// Measures with data of half the size of each cache, and with data much larger than all of them.
 pub(super) fn measure() -> Vec<Bandwidth> {
     let caches = caches();
     let most = (BEYOND_CACHES * caches[2]).min(MOST);
@@ -69,7 +69,7 @@ pub(super) fn measure() -> Vec<Bandwidth> {
     levels.into_iter().zip(sizes).map(level).collect()
 }
 
-/// Bytes of the data caches of three levels.
+/// The sizes of the data caches of three levels, in bytes.
 fn caches() -> [usize; 3] {
     let mut caches = USUAL_CACHES;
     for index in 0..8 {
@@ -87,7 +87,7 @@ fn caches() -> [usize; 3] {
     caches
 }
 
-/// A size as the system writes it: `512K`, `32M`.
+/// Parses a size as the system writes it: `512K`, `32M`.
 fn bytes_of(size: &str) -> Option<usize> {
     let (number, unit) = size.split_at(size.find(|c: char| !c.is_ascii_digit()).unwrap_or(size.len()));
     let shift = match unit {
@@ -100,13 +100,13 @@ fn bytes_of(size: &str) -> Option<usize> {
     number.parse::<usize>().ok().filter(|n| *n > 0).map(|n| n << shift)
 }
 
-/// Reads all of the rows so many times over. Rows are aligned, so that no load straddles two cache lines.
+/// Reads all rows, `passes` times. Rows are aligned, so that no load straddles two cache lines.
 struct Xor<'a> {
     rows: &'a [Row],
     passes: usize,
 }
 
-/// Loads in flight.
+/// Independent loads at a time.
 const LOADS: usize = 8;
 
 impl Kernel for Xor<'_> {

@@ -1,11 +1,11 @@
-//! Measuring at best: what disturbs a measurement makes it slower.
+//! Measures by the best of several trials, as disturbances only ever make a trial slower.
 
 use std::time::Instant;
 
-/// How often a measurement is repeated; the best counts.
+/// The number of trials, of which the best counts.
 const TRIALS: usize = 25;
 
-/// Seconds of what `run` does, at best.
+/// The least seconds that `run` took.
 pub(crate) fn best_seconds(mut run: impl FnMut()) -> f64 {
     let mut best = f64::INFINITY;
     for _ in 0..TRIALS {
@@ -16,7 +16,7 @@ pub(crate) fn best_seconds(mut run: impl FnMut()) -> f64 {
     best
 }
 
-/// The most of `work` done in a second, by `run` doing it.
+/// The highest rate of work per second, if `run` does `work`.
 pub(crate) fn best_rate(work: f64, run: impl FnMut()) -> f64 {
     work / best_seconds(run)
 }

@@ -1,21 +1,21 @@
-//! Cycles: from the processor's counter where the system lends one, else from time and a measured clock.
+//! Counts processor cycles: by the hardware's counter if the system gives access, else from time and a measured clock.
 
 use super::best::best_rate;
 use serde::Serialize;
 use std::hint::black_box;
 
-/// Where cycles come from.
+/// The source of cycle counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CycleSource {
     /// The hardware's counter.
     Counter,
-    /// Time, by the speed of a chain of operations of known latency.
+    /// Time, multiplied by a clock measured with a chain of operations of known latency.
     Chain,
 }
 
 impl CycleSource {
-    /// What a report says of it.
+    /// The text on the source in reports.
     pub fn about(self) -> &'static str {
         match self {
             Self::Counter => "cycles from the hardware counter",
@@ -26,22 +26,22 @@ impl CycleSource {
     }
 }
 
-/// How fast cycles go by.
+/// The clock of the processor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
-    /// Cycles in a second.
+    /// Cycles per second.
     pub hertz: f64,
-    /// How that is known.
+    /// How it was measured.
     pub source: CycleSource,
 }
 
-/// Steps of a chain: about 2 ms.
+/// Steps of a chain, which take about 2 ms.
 const STEPS: u32 = 3_000_000;
-/// Cycles of a step: an addition and an exclusive or, each of which takes one cycle on any x86-64 processor of note.
+/// Cycles of a step: an addition and an exclusive or, each of one cycle on all common x86-64 processors.
 const CYCLES_PER_STEP: f64 = 2.0;
 
 impl Clock {
-    /// Runs the chain, and counts its cycles if there is a counter.
+    /// Times the chain, and counts its cycles if there is a counter.
     pub fn measure() -> Self {
         let cycles = f64::from(STEPS) * CYCLES_PER_STEP;
         let by_chain = best_rate(cycles, || {
@@ -57,14 +57,14 @@ impl Clock {
             counted = counter.stop().unwrap_or(0);
         });
         match counted {
-            // A counter that does not count is none.
+            // A counter that stays at 0 does not work.
             0 => Self { hertz: by_chain, source: CycleSource::Chain },
             _ => Self { hertz: counted as f64 * chains_a_second, source: CycleSource::Counter },
         }
     }
 }
 
-/// Each operation waits for the one before, and no compiler can shorten it.
+/// Runs a chain in which each operation waits for the one before, and which a compiler cannot shorten.
 #[inline(never)]
 fn chain(steps: u32) -> u32 {
     let (a, b) = (black_box(0x9e37_79b9_u32), black_box(0x85eb_ca6b_u32));
@@ -81,14 +81,14 @@ pub struct CycleCounter(#[cfg(target_os = "linux")] perf_event::Counter);
 
 #[cfg(target_os = "linux")]
 impl CycleCounter {
-    /// The counter of the thread that calls; none where the machine or the system does not lend one.
+    /// Opens the counter of the calling thread. `None` if the machine or the system does not provide one.
     pub fn open() -> Option<Self> {
         perf_event::Builder::new(perf_event::events::Hardware::CPU_CYCLES).build().ok().map(Self)
     }
 
-    /// Counts from zero.
+    /// Starts counting from zero.
     pub fn start(&mut self) {
-        // Failing to start, it counts nothing, which `stop` tells.
+        // If this fails, nothing is counted, and `stop` returns `None`.
         let _ = self.0.reset().and_then(|()| self.0.enable());
     }
 
@@ -101,15 +101,15 @@ impl CycleCounter {
 
 #[cfg(not(target_os = "linux"))]
 impl CycleCounter {
-    /// There is none on this system.
+    /// Always `None`: counters are supported on Linux only.
     pub fn open() -> Option<Self> {
         None
     }
 
-    /// Nothing to start.
+    /// Does nothing.
     pub fn start(&mut self) {}
 
-    /// Nothing counted.
+    /// Always `None`.
     pub fn stop(&mut self) -> Option<u64> {
         None
     }

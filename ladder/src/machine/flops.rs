@@ -1,34 +1,34 @@
-//! The most floating-point operations in a second: fused multiply-adds in chains that do not wait for one another.
+//! Measures the peak rate of floating-point operations, with independent chains of fused multiply-adds.
 
 use super::best::best_rate;
 use lanes::{Emulated, Kernel, Lanes, on_avx2};
 use std::hint::black_box;
 
-/// Chains side by side: at least latency times throughput, which is 8 to 10 on processors of today, and few enough for
+/// Independent chains: at least latency times throughput, which is 8 to 10 on current processors, and few enough for
 /// the registers.
 const CHAINS: usize = 10;
-/// Steps of every chain between two looks of the optimiser's at the values.
+/// Steps of every chain between two points where values are hidden from the optimiser.
 const STEPS: usize = 64;
-/// Rounds of so many steps: about 2 ms.
+/// Rounds of [`STEPS`] steps, which take about 2 ms.
 const ROUNDS: usize = 20_000;
-/// A multiplication and an addition.
+/// FLOPs of a step: a multiplication and an addition.
 const FLOPS: usize = 2;
 
-/// By single floats.
+/// FLOPs per second with single floats.
 pub(super) fn scalar() -> f64 {
     best_rate((FLOPS * CHAINS * STEPS * ROUNDS) as f64, || {
         black_box(on_avx2(Scalar::<true>).unwrap_or_else(|_| Kernel::run::<Emulated>(Scalar::<false>)));
     })
 }
 
-/// By vectors of eight.
+/// FLOPs per second with vectors of eight floats.
 pub(super) fn vector() -> f64 {
     best_rate((8 * FLOPS * CHAINS * STEPS * ROUNDS) as f64, || {
         black_box(on_avx2(Vectors).unwrap_or_else(Kernel::run::<Emulated>));
     })
 }
 
-/// Factor and addend: x becomes 2, and stays there.
+/// Factor and addend of a step. With these x converges to 2, so it neither overflows nor becomes subnormal.
 fn factors() -> [f32; 2] {
     black_box([0.5, 1.0])
 }
@@ -59,7 +59,7 @@ impl Kernel for Vectors {
     }
 }
 
-/// Where there are fused multiply-adds, they are used; where not, a multiplication and an addition.
+/// Uses fused multiply-adds if `FUSED`, else a multiplication and an addition.
 struct Scalar<const FUSED: bool>;
 
 impl<const FUSED: bool> Kernel for Scalar<FUSED> {
@@ -67,7 +67,7 @@ impl<const FUSED: bool> Kernel for Scalar<FUSED> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> f32 {
         let [a, b] = factors();
-        // Ten variables, each hidden from the optimiser by itself: of an array it would make vectors.
+        // Ten variables, each hidden from the optimiser separately; it would turn an array into vectors.
         macro_rules! chains {
             ($($x:ident)*) => {{
                 $(let mut $x = 0.0_f32;)*

@@ -1,4 +1,4 @@
-//! What the machine can do at most, measured: floating-point operations and memory traffic of one thread, and cycles.
+//! Measures the peaks of one thread (floating-point operations and memory bandwidth), and counts cycles.
 
 mod bandwidth;
 mod best;

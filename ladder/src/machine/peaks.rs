@@ -1,24 +1,24 @@
-//! The peaks of one thread.
+//! The measured peaks of one thread: clock, floating-point operations and memory bandwidth.
 
 use super::bandwidth::{self, Bandwidth};
 use super::clock::Clock;
 use super::flops;
 
-/// The peaks of one thread.
+/// The measured peaks of one thread.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Peaks {
-    /// Cycles in a second, while the peaks were measured.
+    /// The clock while the peaks were measured.
     pub clock: Clock,
-    /// Operations a second by fused multiply-adds of single floats; a multiply-add counts as two.
+    /// FLOPs per second with fused multiply-adds of single floats; a multiply-add counts as two.
     pub scalar_flops: f64,
-    /// The same by vectors of eight floats.
+    /// FLOPs per second with vectors of eight floats.
     pub vector_flops: f64,
-    /// Reading from the caches and from memory, the nearest first.
+    /// Read bandwidths of the caches and of memory, the nearest level first.
     pub bandwidths: Vec<Bandwidth>,
 }
 
 impl Peaks {
-    /// Measures them, which takes about a second. Nothing else should run.
+    /// Measures the peaks, which takes about a second. Nothing else should run on the machine.
     pub fn measure() -> Self {
         Self {
             clock: Clock::measure(),

@@ -1,16 +1,16 @@
-//! The streams and stratified points of the reference, for as many paths as there are lanes.
+//! The random streams and stratified points of the reference, for one path per lane.
 
 use lanes::MOST_LANES;
 use scene::Settings;
 use scene::rng::{Family, Stream, StreamKey, unit_float};
 use scene::sobol::{DIMENSIONS, morton, moved_on, sobol};
 
-/// The numbers of the paths that are being followed.
+/// The numbers of the current paths.
 pub(crate) struct Keyed {
     seed: u64,
     width: u32,
     pixels: u32,
-    /// The iteration of camera paths; 0 for photons, whose shifts are new for each.
+    /// The iteration of camera paths; 0 for photons, which get new digital shifts in each iteration.
     moves: u32,
     index: [u32; MOST_LANES],
     shifts: [[u32; DIMENSIONS]; MOST_LANES],
@@ -38,7 +38,7 @@ impl Keyed {
         let tiles = StreamKey::new(self.seed, Family::Tile, 0);
         let key = StreamKey::new(self.seed, Family::Camera, iteration);
         for lane in 0..lanes {
-            // Lanes past the last pixel repeat it; nothing comes of them.
+            // Lanes past the last pixel repeat it; their results are ignored.
             let pixel = (at as u32 + lane as u32).min(self.pixels - 1);
             let (x, y) = (pixel % self.width, pixel / self.width);
             let mut tile = tiles.stream((y / 8) * self.width.div_ceil(8) + x / 8);

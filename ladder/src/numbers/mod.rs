@@ -1,5 +1,5 @@
-//! Where a row's random numbers come from: the paper's generators, one state for the whole program, or the keyed
-//! streams of the reference, by which a row's image can be compared bit by bit.
+//! The random numbers of a row: either one of the paper's generators, with one state for the whole program, or the
+//! keyed streams of the reference, with which a row's image can be compared bit by bit.
 
 mod keyed;
 mod rand;
@@ -35,7 +35,7 @@ pub(crate) mod photon_dimension {
 pub(crate) enum Generator {
     /// The C library's `rand`.
     Rand,
-    /// xorshift32 in eight lanes, so many vectors at a time.
+    /// xorshift32 in eight lanes, `unroll` vectors at a time.
     Xorshift { unroll: usize },
 }
 
@@ -76,7 +76,7 @@ impl Numbers {
         }
     }
 
-    /// Uniform numbers in [0, 1), stratified in the given dimension if there is such a thing.
+    /// Uniform numbers in [0, 1). With keyed streams they are stratified in the given dimension.
     #[inline(always)]
     pub(crate) fn stratified<L: Lanes>(&mut self, dimension: usize) -> L::F {
         match self {
@@ -92,7 +92,7 @@ impl Numbers {
         [first, self.stratified::<L>(b)]
     }
 
-    /// What decides where segment `segment` of camera paths goes on, if it ends at glass.
+    /// The numbers that choose between reflection and refraction if segment `segment` of camera paths ends at glass.
     #[inline(always)]
     pub(crate) fn lobe<L: Lanes>(&mut self, segment: u32) -> L::F {
         match camera_dimension::LOBES.get(segment as usize) {

@@ -1,4 +1,4 @@
-//! `rand` of the GNU C library: the additive feedback generator of its `random` (type 3), behind a lock.
+//! The generator `rand` of the GNU C library: the additive feedback generator of its `random` (type 3), behind a lock.
 
 use scene::rng::unit_float;
 use std::sync::Mutex;
@@ -8,26 +8,26 @@ const DEGREE: usize = 31;
 /// `r[i] = r[i - 31] + r[i - 3]`.
 const SEPARATION: usize = 3;
 
-/// The generator. The library's is one for the process and locks it on every call, which is much of what a call
-/// costs; so does this one, though every render has its own.
+/// The generator. The library has one per process and locks it on every call, which is a large part of the cost of a
+/// call. This one locks too, although every render has its own.
 pub(crate) struct Rand {
     state: Mutex<State>,
 }
 
 struct State {
     words: [u32; DEGREE],
-    /// The word to change next.
+    /// The index of the word to change next.
     front: usize,
 }
 
 impl Rand {
-    /// As after `srand(seed)`.
+    /// The state after `srand(seed)`.
     pub(crate) fn new(seed: u32) -> Self {
         /// Parameters of the "minimal standard" generator (Park and Miller 1988) that fills the state.
         const MULTIPLIER: i64 = 16_807;
         const MODULUS: i64 = 2_147_483_647;
         let mut words = [0; DEGREE];
-        // The library takes the seed for a signed number, and 0 for 1.
+        // The library treats the seed as a signed number, and replaces 0 by 1.
         let mut word = i64::from(if seed == 0 { 1 } else { seed as i32 });
         for place in &mut words {
             *place = word as u32;
@@ -43,10 +43,10 @@ impl Rand {
         Self { state: Mutex::new(state) }
     }
 
-    /// What `rand()` returns: 31 random bits.
+    /// The result of `rand()`: 31 random bits.
     #[inline(never)]
     pub(crate) fn next_i31(&self) -> u32 {
-        // A thread that panicked left a state as good as any.
+        // If a thread panicked, its state is still valid.
         self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner).step()
     }
 

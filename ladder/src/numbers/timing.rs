@@ -1,4 +1,4 @@
-//! How long random numbers take: to wait for (latency), to make many of (throughput), and to take from a pool as the
+//! Times generators of random numbers: their latency, their throughput, and the time to take numbers from a pool as the
 //! stages do.
 
 use super::rand::Rand;
@@ -9,20 +9,20 @@ use lanes::{Emulated, Kernel, LaneKind, Lanes, on_avx2};
 use scene::rng::{Family, StreamKey};
 use std::hint::black_box;
 
-/// What a generator costs; nanoseconds.
+/// The times of a generator, in nanoseconds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NumberTimes {
-    /// Which it is.
+    /// The name of the generator.
     pub name: String,
-    /// From a state to the one that follows, when nothing else is done meanwhile; none if it has no such chain.
+    /// From a state to the next, with nothing to overlap; `None` if there is no chain of states.
     pub latency: Option<f64>,
-    /// Each number, when many are made.
+    /// Per number, when many are generated.
     pub throughput: f64,
-    /// Each number, when they are made ahead and taken one at a time; none if they are not made ahead.
+    /// Per number, when numbers are generated in advance and taken one at a time; `None` if they are not.
     pub taken: Option<f64>,
 }
 
-/// Numbers of a measurement: about 2 ms of the slowest generator.
+/// Numbers per measurement, which take about 2 ms with the slowest generator.
 const COUNT: u32 = 1 << 18;
 
 /// Times all generators.
@@ -34,12 +34,12 @@ pub fn time_numbers() -> Vec<NumberTimes> {
     times
 }
 
-/// Nanoseconds of each of `count` things that `run` does.
+/// Nanoseconds per item, if `run` processes `count` items.
 fn each(count: u32, run: impl FnMut()) -> f64 {
     best_seconds(run) * 1e9 / f64::from(count)
 }
 
-/// Calls wait for one another: the state is behind a lock.
+/// Each call waits for the one before, as the state is behind a lock. So latency and throughput are the same.
 fn rand() -> NumberTimes {
     let rand = Rand::new(1);
     let call = each(COUNT, || {
@@ -69,7 +69,8 @@ fn scalar() -> NumberTimes {
     NumberTimes { name: "xorshift32, scalar".into(), latency: Some(step), throughput: step, taken: None }
 }
 
-/// Eight lanes, `unroll` vectors at a time. The latency is that of a refill, whose state goes through memory.
+/// xorshift32 in eight lanes, `unroll` vectors at a time. The latency is that of a refill, which passes its state
+/// through memory.
 fn vectors(unroll: usize) -> NumberTimes {
     let refills = COUNT / (8 * unroll as u32);
     let mut pool = Pool::new(1, unroll);
@@ -93,7 +94,7 @@ fn vectors(unroll: usize) -> NumberTimes {
     }
 }
 
-/// Refills a pool and does nothing else.
+/// A kernel that only refills a pool.
 struct Refills<'a> {
     pool: &'a mut Pool,
     refills: u32,
@@ -109,7 +110,7 @@ impl Kernel for Refills<'_> {
     }
 }
 
-/// Numbers drawn of each stream: about as many as a photon's path draws from its.
+/// Numbers drawn from each stream, about as many as a photon's path draws.
 const DRAWS: u32 = 4;
 
 fn keyed() -> NumberTimes {
@@ -132,7 +133,7 @@ fn keyed() -> NumberTimes {
     }
 }
 
-/// Streams whose numbers are made together; their states stay in the first-level cache.
+/// Streams that are stepped together; their states fit the first-level cache.
 const BLOCK: usize = 256;
 
 fn keyed_in_lanes() -> NumberTimes {

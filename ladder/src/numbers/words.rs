@@ -1,4 +1,4 @@
-//! The generators as sequences of 32-bit words, for batteries of statistical tests.
+//! The generators as sequences of 32-bit words, for statistical test suites.
 
 use super::rand::Rand;
 use scene::rng::{Family, Stream, StreamKey};
@@ -6,20 +6,20 @@ use scene::rng::{Family, Stream, StreamKey};
 /// A sequence of words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Words {
-    /// The C library's `rand`: the upper 16 of its 31 bits, two calls to a word.
+    /// The C library's `rand`: the upper 16 of its 31 bits, two calls per word.
     Rand,
-    /// One xorshift32 generator, which is also one keyed stream as long as its period.
+    /// A single xorshift32 generator. This is also a keyed stream, continued to its full period.
     Xorshift,
-    /// xorshift32 as stage 3 takes it: 8 lanes by 8 vectors, one number of each in turn.
+    /// xorshift32 as stage 3 uses it: 8 lanes by 8 vectors, one number from each in turn.
     Interleaved,
-    /// The first four numbers of the keyed streams of photons 0, 1, 2, ..., which is about how renders use them.
+    /// The first four numbers of the keyed streams of photons 0, 1, 2, ..., which is close to their use in renders.
     Keyed,
-    /// The first number of the keyed streams of photons 0, 1, 2, ...: the hash that they start from.
+    /// The first number of the keyed streams of photons 0, 1, 2, ..., which tests the hash that they start from.
     FirstOfKeyed,
 }
 
 impl Words {
-    /// All of them, with the names by which they are asked for.
+    /// All sequences with their names.
     pub const ALL: [(&'static str, Self); 5] = [
         ("rand", Self::Rand),
         ("xorshift32", Self::Xorshift),
@@ -28,7 +28,7 @@ impl Words {
         ("keyed-first", Self::FirstOfKeyed),
     ];
 
-    /// The words without end.
+    /// The words, as an infinite sequence.
     pub fn from_seed(self, seed: u64) -> Box<dyn Iterator<Item = u32>> {
         match self {
             Self::Rand => {

@@ -1,14 +1,14 @@
-//! Stage 3: xorshift32 in eight lanes, several vectors at a time, into a pool from which the program takes.
+//! Stage 3: xorshift32 in eight lanes, several vectors at a time. It fills a pool from which numbers are taken.
 
 use lanes::{Kernel, LaneKind, Lanes, dispatch};
 use scene::rng::{Family, StreamKey, UNIT};
 
 /// Lanes of a vector.
 const LANES: usize = 8;
-/// The most vectors of a refill.
+/// The largest number of vectors per refill.
 const MOST: usize = 16;
 
-/// Random numbers, made ahead.
+/// A pool of random numbers, generated in advance.
 pub(crate) struct Pool {
     state: [u32; LANES * MOST],
     values: [f32; LANES * MOST + LANES],
@@ -17,7 +17,7 @@ pub(crate) struct Pool {
 }
 
 impl Pool {
-    /// Vectors per refill, of which the paper found 8 to be the best.
+    /// The choices of vectors per refill. The paper found 8 to be the best.
     pub(crate) const UNROLLS: [usize; 5] = [1, 2, 4, 8, 16];
 
     pub(crate) fn new(seed: u64, unroll: usize) -> Self {
@@ -27,7 +27,7 @@ impl Pool {
         Self { state, values: [0.0; LANES * MOST + LANES], next: LANES * unroll, unroll }
     }
 
-    /// The next `lanes` numbers, and whatever follows them.
+    /// A slice that begins with the next `lanes` numbers; the rest of it is not consumed.
     #[inline(always)]
     pub(crate) fn take(&mut self, lanes: usize) -> &[f32] {
         if self.next + lanes > LANES * self.unroll {
@@ -55,7 +55,7 @@ impl Kernel for Refill<'_> {
     }
 }
 
-/// Makes new numbers in place of all that there are.
+/// Replaces all numbers of the pool by new ones.
 #[inline(always)]
 pub(super) fn refill<L: Lanes>(pool: &mut Pool) {
     match pool.unroll {

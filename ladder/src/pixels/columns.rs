@@ -1,4 +1,4 @@
-//! Stage 4: structure of arrays, every word of a visible point in an array of its own.
+//! Stage 4: structure of arrays, with a separate array for every word of a visible point.
 
 use super::gathered::Gathered;
 use super::layout::{PixelState, Pixels, Seen, Site, from_the_front, is_not_zero};
@@ -8,7 +8,7 @@ use crate::vector::{F, M, U, Vector};
 use lanes::{Lanes, MOST_LANES};
 use scene::Vec3;
 
-/// One word per pixel, of a power of two pixels, as gathers want it.
+/// One word per pixel. The length is a power of two, as gathers require.
 pub(super) struct Column(Vec<u32>);
 
 /// Three words per pixel.
@@ -68,7 +68,7 @@ impl Column3 {
     }
 }
 
-/// What pixels keep over iterations, and the throughput of their paths, in columns.
+/// The state that pixels keep over iterations, and the throughput of their paths, in columns.
 pub(super) struct Film {
     pub(super) direct: Column3,
     pub(super) tau: Column3,
@@ -89,7 +89,7 @@ impl Film {
             integer_sums,
         }
     }
-    /// Adds direct light, and keeps what the flux is to be weighted by.
+    /// Adds direct light, and stores the factor by which flux will be weighted.
     #[inline(always)]
     pub(super) fn see<V: Vector>(&mut self, at: usize, seen: &Seen<V>) {
         self.direct.store(at, self.direct.load::<V>(at) + seen.direct);
@@ -131,29 +131,29 @@ impl Film {
     }
 }
 
-/// The layout: 16 words are gathered for each candidate, from 16 places.
+/// The layout. Each candidate takes a gather of 16 words from 16 arrays.
 pub(crate) struct Columns {
     film: Film,
     point: Column3,
     normal: Column3,
     incident: Column3,
     colour: Column3,
-    /// The sphere, its top bit set inside of shells.
+    /// The sphere; its top bit is set if the point lies inside of a shell.
     sphere: Column,
     /// Three channels, and the number of photons.
     sums: [Vec<f32>; 4],
 }
 
-/// The top bit of a sphere's word: the point lies inside of a shell.
+/// The top bit of the sphere's word, which says that the point lies inside of a shell.
 pub(super) const IN_SHELL: u32 = 1 << 31;
 
-/// The sphere's word.
+/// The word of the sphere, with the flag.
 #[inline(always)]
 pub(super) fn sphere_word<V: Vector>(seen: &Seen<V>) -> U<V> {
     V::L::select_u(seen.in_shell, seen.sphere | V::L::u(IN_SHELL), seen.sphere)
 }
 
-/// 16 words of candidates, one candidate per lane, and which they are.
+/// The 16 words of candidates, one candidate per lane, and their indices.
 #[derive(Clone, Copy)]
 pub(crate) struct Held16<V: Vector> {
     pub(super) ids: U<V>,

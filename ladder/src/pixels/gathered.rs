@@ -1,4 +1,4 @@
-//! The update of pixels as an iteration ends.
+//! The update of pixels at the end of an iteration.
 
 use crate::vector::{F, Vector};
 use lanes::{Lanes, MOST_LANES};
@@ -6,7 +6,7 @@ use lanes::{Lanes, MOST_LANES};
 /// The share of new photons that is kept, as in the reference.
 const ALPHA: f32 = 2.0 / 3.0;
 
-/// What changes of pixels as an iteration ends.
+/// The values of pixels that change at the end of an iteration.
 pub(crate) struct Gathered<V: Vector> {
     pub(crate) tau: V,
     pub(crate) n: F<V>,

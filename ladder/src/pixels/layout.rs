@@ -1,4 +1,4 @@
-//! What every layout of pixels can do, and what goes in and out of it.
+//! The trait of all layouts of pixels, and the data that goes in and out of them.
 
 use crate::flux::{IntegerSums, Photon};
 use crate::tables::Tables;
@@ -6,33 +6,33 @@ use crate::vector::{F, M, U, Vector};
 use lanes::{Lanes, MOST_LANES};
 use scene::Vec3;
 
-/// What one camera path per lane brings.
+/// The results of camera paths, one per lane.
 #[derive(Clone, Copy)]
 pub(crate) struct Seen<V: Vector> {
     /// Radiance of lamps seen, and of direct light.
     pub(crate) direct: V,
     /// The path's throughput up to the visible point; zero where there is none.
     pub(crate) attenuation: V,
-    /// The visible point: its place, unit normal, the direction in which it was met, sphere and colour.
+    /// The visible point: its position, unit normal, the direction that it was seen from, sphere and colour.
     pub(crate) point: V,
     pub(crate) normal: V,
     pub(crate) incident: V,
     pub(crate) sphere: U<V>,
     pub(crate) colour: V,
-    /// True where the sphere is met from inside.
+    /// True where a shell is hit from inside.
     pub(crate) in_shell: M<V>,
 }
 
-/// What the spatial index needs to know of visible points.
+/// The visible points as the spatial index needs them.
 pub(crate) struct Site<V: Vector> {
-    /// Which of them there are.
+    /// Which lanes hold a visible point.
     pub(crate) is_set: M<V>,
     pub(crate) point: V,
     pub(crate) radius_squared: F<V>,
     pub(crate) sphere: U<V>,
 }
 
-/// What a pixel has gathered over all iterations.
+/// The state of a pixel, accumulated over all iterations.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PixelState {
     pub(crate) direct: Vec3,
@@ -41,24 +41,24 @@ pub(crate) struct PixelState {
     pub(crate) radius_squared: f32,
 }
 
-/// A layout. Vertical ones take as many pixels at once as there are lanes, and have room past the last pixel.
+/// A layout of pixels. Vertical layouts process one pixel per lane, and have room past the last pixel.
 pub(crate) trait Pixels {
-    /// What is held of candidates while they are tested.
+    /// The data held of candidates while they are tested.
     type Held<V: Vector>: Copy;
 
     /// `count` pixels before the first iteration.
     fn new(count: usize, initial_radius: f32, sums: IntegerSums) -> Self;
 
-    /// How flux is summed, if not in floats.
+    /// The integer sums, if flux is not summed in floats.
     fn sums(&self) -> &IntegerSums;
 
-    /// Takes in what the camera paths of the pixels from `at` on have brought.
+    /// Stores the results of the camera paths of the pixels from `at` on.
     fn see<V: Vector>(&mut self, at: usize, seen: &Seen<V>);
 
     /// The visible points of the pixels from `at` on.
     fn site<V: Vector>(&self, at: usize) -> Site<V>;
 
-    /// Reads (or makes ready to read) the visible points `ids`.
+    /// Reads the visible points `ids`, or prepares to read them.
     fn fetch<V: Vector>(&self, ids: U<V>) -> Self::Held<V>;
     /// True where the throughput is not zero in all channels.
     fn is_set<V: Vector>(&self, held: &Self::Held<V>) -> M<V>;
@@ -66,7 +66,7 @@ pub(crate) trait Pixels {
     fn reach<V: Vector>(&self, held: &Self::Held<V>) -> (V, F<V>);
     /// Normals.
     fn normal<V: Vector>(&self, held: &Self::Held<V>) -> V;
-    /// True where the point was met from the side of its normal.
+    /// True where the point was seen from the side of its normal.
     fn is_seen<V: Vector>(&self, held: &Self::Held<V>, normal: V) -> M<V>;
     /// True where the point lies inside of shell `sphere`.
     fn is_in_shell<V: Vector>(&self, held: &Self::Held<V>, sphere: u32) -> M<V>;
@@ -76,18 +76,18 @@ pub(crate) trait Pixels {
     /// Adds one photon to the pixels `ids[lane]` of the lanes whose bits are set.
     fn add<V: Vector>(&mut self, bits: u32, ids: &[u32; MOST_LANES], photon: &Photon, contribution: V);
 
-    /// Takes in the iteration's photons for the pixels from `at` on, and clears their sums.
+    /// Adds the iteration's photons to the pixels from `at` on, and clears their sums.
     fn consolidate<V: Vector>(&mut self, at: usize, nominal: f32);
 
-    /// What pixel `index` has gathered.
+    /// The accumulated state of pixel `index`.
     fn state(&self, index: usize) -> PixelState;
 
     /// Bytes held.
     fn bytes(&self) -> usize;
 }
 
-/// `incident`, or where by rounding a grazing ray seems to come from behind, the reverse of the normal: what was seen
-/// was seen from its visible side.
+/// The direction `incident`. Where a grazing ray seems to come from behind by rounding, the reverse of the normal, as
+/// every visible point was seen from its visible side.
 #[inline(always)]
 pub(crate) fn from_the_front<V: Vector>(seen: &Seen<V>) -> V {
     let is_in_front = V::L::lt(seen.incident.dot(seen.normal), V::L::f(0.0));
@@ -98,6 +98,6 @@ pub(crate) fn from_the_front<V: Vector>(seen: &Seen<V>) -> V {
 #[inline(always)]
 pub(crate) fn is_not_zero<V: Vector>(v: V) -> M<V> {
     let ([x, y, z], zero) = (v.xyz(), V::L::f(0.0));
-    // Not negative: the components are throughputs.
+    // The components are throughputs, so they are not negative.
     V::L::lt(zero, x) | V::L::lt(zero, y) | V::L::lt(zero, z)
 }

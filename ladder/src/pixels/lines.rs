@@ -1,5 +1,5 @@
-//! Stages 5 and 6: what the photon pass reads of a visible point lies together, in one line of 16 words or of 8, and
-//! so does what it writes. As many lines as there are lanes become vectors by transposes of 8x8 words.
+//! Stages 5 and 6: all data that the photon pass reads of a visible point is in one line of 16 or of 8 words, and the
+//! data that it writes is together as well. The lines of all lanes become vectors by transposes of 8x8 words.
 
 use super::columns::{Column, Film, Held16, IN_SHELL, sphere_word};
 use super::layout::{PixelState, Pixels, Seen, Site, from_the_front, is_not_zero};
@@ -8,7 +8,7 @@ use crate::tables::{Tables, fetch_pairs};
 use crate::vector::{F, M, U, Vector};
 use lanes::{Lanes, MOST_LANES, Row};
 
-/// Rows that begin with a cache line of 64 bytes.
+/// Rows that are aligned to cache lines of 64 bytes.
 struct CacheLines {
     rows: Vec<Row>,
     /// Rows before the first whole cache line.
@@ -34,9 +34,9 @@ impl CacheLines {
     }
 }
 
-/// What a line holds.
+/// The content of a line.
 pub(crate) trait Line: 'static {
-    /// What has been fetched of candidates.
+    /// The data read of candidates.
     type Held<V: Vector>: Copy;
     fn new(count: usize) -> Self;
     fn write<V: Vector>(&mut self, at: usize, seen: &Seen<V>, radius_squared: F<V>);
@@ -52,14 +52,14 @@ pub(crate) trait Line: 'static {
     fn bytes(&self) -> usize;
 }
 
-/// Stage 5: the 16 words that stage 4 gathers, in a cache line. The sphere, which is hardly ever asked for, lies
+/// Stage 5: the 16 words that stage 4 gathers, in one cache line. The sphere is rarely needed, so it is stored
 /// elsewhere.
 pub(crate) struct Line16 {
     lines: CacheLines,
     sphere: Column,
 }
 
-/// As many numbers as lanes, from `first` on.
+/// Consecutive numbers from `first` on, one per lane.
 #[inline(always)]
 fn consecutive(first: usize) -> [u32; MOST_LANES] {
     let mut numbers = [0; MOST_LANES];
@@ -140,12 +140,12 @@ impl Line for Line16 {
     }
 }
 
-/// Stage 6: eight words. What is entered in the index is known to be a visible point, met from the side of its
-/// normal, so neither throughput nor incident direction is needed; the colour is looked up by the sphere, whose top
-/// bit, never used by a number, is a flag.
+/// Stage 6: eight words. Only visible points seen from the side of their normal are entered in the index, so neither
+/// throughput nor incident direction is needed. The colour is looked up by the sphere. Sphere numbers never use the top
+/// bit, so it serves as a flag.
 pub(crate) struct Line8(CacheLines);
 
-/// Eight words of candidates.
+/// The eight words of candidates.
 #[derive(Clone, Copy)]
 pub(crate) struct Held8<V: Vector> {
     point: V,
@@ -214,7 +214,7 @@ impl Line for Line8 {
     }
 }
 
-/// The layout: columns for what is read in order, lines for what is read at random.
+/// The layout: columns for data that is read in order, lines for data that is read at random.
 pub(crate) struct Lines<T> {
     film: Film,
     candidates: T,

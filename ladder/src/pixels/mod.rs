@@ -1,4 +1,4 @@
-//! Pixels and their visible points, laid out in memory as the paper's stages do it.
+//! The memory layouts of pixels and visible points in the paper's stages.
 
 mod columns;
 mod gathered;

@@ -1,4 +1,4 @@
-//! Layouts of the scalar stages: an array of objects (stages 0 and 1), and arrays of floats, vectors and
+//! The layouts of the scalar stages: an array of objects (stages 0 and 1), and arrays of floats, vectors and
 //! intersections (stages 2 and 3).
 
 use super::gathered::Gathered;
@@ -10,7 +10,7 @@ use lanes::{Lanes, MOST_LANES};
 use scene::Vec3;
 use scene::ray::NO_SPHERE;
 
-/// A vector in memory: three floats, or four of which one is idle.
+/// A vector in memory: three floats, or four of which one is unused.
 pub(crate) trait Triple: Copy + Default + 'static {
     fn xyz(&self) -> [f32; 3];
     fn of(xyz: [f32; 3]) -> Self;
@@ -65,7 +65,7 @@ pub(crate) struct Intersection<T> {
     in_shell: bool,
 }
 
-/// One pixel, to be changed.
+/// Mutable access to one pixel.
 pub(crate) struct PixelMut<'a, T> {
     direct: &'a mut T,
     tau: &'a mut T,
@@ -86,7 +86,7 @@ pub(crate) trait OneByOne {
     fn radius_squared(&self, index: usize) -> &f32;
     fn attenuation(&self, index: usize) -> &Self::T;
     fn intersection(&self, index: usize) -> &Intersection<Self::T>;
-    /// The cached flag, if there is one.
+    /// Whether the pixel has a visible point, if the layout stores that as a flag.
     fn flag(&self, index: usize) -> Option<bool>;
     fn bytes(&self) -> usize;
 }
@@ -98,7 +98,7 @@ pub(crate) struct ScalarPixels<P> {
 }
 
 impl<P: OneByOne + 'static> Pixels for ScalarPixels<P> {
-    /// The index: what lies there is read when it is needed.
+    /// The index of the candidate; its data is read when needed.
     type Held<V: Vector> = u32;
 
     fn new(count: usize, initial_radius: f32, integer_sums: IntegerSums) -> Self {
@@ -227,7 +227,7 @@ impl<P: OneByOne + 'static> Pixels for ScalarPixels<P> {
     }
 }
 
-/// All there is to know of a pixel, in one place.
+/// All data of a pixel in one object.
 #[derive(Clone, Copy)]
 pub(crate) struct Object {
     radius_squared: f32,
@@ -296,7 +296,7 @@ impl OneByOne for Objects {
     }
 }
 
-/// From stage 2 on: an array for each type of thing, and whether there is a visible point remembered as a flag.
+/// From stage 2 on: an array for each type of data, and a flag for whether there is a visible point.
 pub(crate) struct TypedArrays<T> {
     direct: Vec<T>,
     tau: Vec<T>,

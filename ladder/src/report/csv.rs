@@ -1,4 +1,4 @@
-//! Tables of comma-separated values.
+//! Writes tables of comma-separated values.
 
 use crate::error::Error;
 use files::atomic_file::{self, Output};

@@ -1,4 +1,4 @@
-//! Images of rows as iterations go by, and their files.
+//! Renders the images of rows after increasing numbers of iterations, and writes them to files.
 
 use super::case::Case;
 use super::outputs::check_folder;
@@ -10,7 +10,8 @@ use files::image_file::{self, Encoding};
 use scene::Film;
 use std::path::Path;
 
-/// What a row has rendered after each of `counts` iterations, which increase: it renders once, up to the last.
+/// The images of a row after each of the numbers of iterations in `counts`, which must increase. The row renders only
+/// once, up to the last.
 pub(crate) fn films<'a>(
     case: &'a Case,
     row: &Row,
@@ -26,15 +27,15 @@ pub(crate) fn films<'a>(
     })
 }
 
-/// Checks that images can be written into a folder.
+/// Checks that the folder for images exists.
 ///
 /// # Errors
-/// If there is no such folder.
+/// If the folder does not exist.
 pub fn check(folder: &Path) -> Result<(), Error> {
     check_folder(folder, Field::Images)
 }
 
-/// Writes every row's image after 2, 4, 8, ... iterations, and after all, as `SCENE-ROW-ITERATIONS.pfm`.
+/// Writes every row's image after 2, 4, 8, ... and after all iterations, as `SCENE-ROW-ITERATIONS.pfm`.
 ///
 /// # Errors
 /// If a file cannot be written.
@@ -63,7 +64,7 @@ pub fn write(
     Ok(())
 }
 
-/// Numbers of iterations after which images are written.
+/// The numbers of iterations after which images are written.
 fn counts(case: &Case) -> impl Iterator<Item = u32> + use<> {
     let all = case.settings.iterations;
     (1..u32::BITS).map(|k| 1 << k).take_while(move |&count| count < all).chain([all])

@@ -1,4 +1,4 @@
-//! The table of random-number generators (section 3.4 of the paper): what a number costs.
+//! The table of random-number generators (section 3.4 of the paper), with their times per number.
 
 use super::csv;
 use crate::error::Error;
@@ -8,7 +8,7 @@ use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
 
-/// A generator as a line of the table.
+/// A line of the table: one generator.
 #[derive(Serialize)]
 struct Record {
     generator: String,
@@ -20,7 +20,7 @@ struct Record {
     cycles_from: CycleSource,
 }
 
-/// What the numbers of all generators cost.
+/// The times of all generators.
 pub struct Generators {
     clock: Clock,
     records: Vec<Record>,
@@ -34,7 +34,7 @@ impl Generators {
         Self { clock, records }
     }
 
-    /// A table for people.
+    /// The times as a table of text.
     pub fn text(&self) -> String {
         let Self { clock, records } = self;
         let mut text = format!("{:.2} GHz; {}\n", clock.hertz / 1e9, clock.source.about());

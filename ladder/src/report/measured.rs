@@ -1,4 +1,4 @@
-//! What has been measured: the runs of all rows in all cases.
+//! The measurements: the runs of all rows in all cases, and figures computed from them.
 
 use super::case::Case;
 use super::passes::PASSES;
@@ -6,31 +6,31 @@ use super::runs::Runs;
 use super::sweep::Sweep;
 use crate::table::Row;
 
-/// What has been measured.
+/// The measurements.
 pub(crate) struct Measured<'a> {
     /// The rows that ran.
     pub rows: &'a [&'static Row],
-    /// What each rendered.
+    /// The cases that each row rendered.
     pub cases: &'a [Case],
-    /// For each case, the runs of each row.
+    /// The runs of each row, for each case.
     pub runs: &'a [Vec<Runs>],
-    /// What was varied.
+    /// The parameter that was varied, if any.
     pub sweep: Option<Sweep>,
 }
 
 impl Measured<'_> {
-    /// Characters of the longest name of a row.
+    /// The length of the longest row name, in characters.
     pub(crate) fn widest_name(&self) -> usize {
         self.rows.iter().map(|row| row.name.len()).max().unwrap_or(0)
     }
 
-    /// How many times as fast as the first row a row is in a case.
+    /// The speedup of a row over the first row in a case.
     pub(crate) fn speedup(&self, case: usize, row: usize) -> f64 {
         let seconds = |row: usize| self.runs[case][row].median().seconds;
         seconds(0) / seconds(row)
     }
 
-    /// The scenes, each with the numbers of its cases.
+    /// The scenes, each with the indices of its cases.
     pub(crate) fn scenes(&self) -> Vec<(&str, Vec<usize>)> {
         let mut scenes: Vec<(&str, Vec<usize>)> = Vec::new();
         for (number, case) in self.cases.iter().enumerate() {
@@ -42,25 +42,25 @@ impl Measured<'_> {
         scenes
     }
 
-    /// Median seconds of a row's pass.
+    /// The seconds of a row's pass in the median runs of these cases.
     pub(crate) fn pass_seconds(&self, cases: &[usize], row: usize, pass: usize) -> Vec<f64> {
         cases.iter().map(|&case| (PASSES[pass].seconds)(&self.runs[case][row].median().stats)).collect()
     }
 
-    /// Seconds over the work that the paper's analysis predicts of a pass.
+    /// The seconds of a pass, divided by the work that the paper's analysis predicts.
     pub(crate) fn cost_of_work(&self, cases: &[usize], row: usize, pass: usize, sweep: Sweep) -> Vec<f64> {
         let times = self.pass_seconds(cases, row, pass).into_iter();
         times.zip(cases).map(|(t, &case)| t / PASSES[pass].predicted(sweep, self.cases[case].value)).collect()
     }
 
-    /// How a row's time grows with what is varied.
+    /// The exponent with which a row's time grows with the varied parameter.
     pub(crate) fn growth(&self, cases: &[usize], row: usize) -> f64 {
         let point = |case: &usize| (self.cases[*case].value as f64, self.runs[*case][row].median().seconds);
         exponent(&cases.iter().map(point).collect::<Vec<_>>())
     }
 }
 
-/// The exponent with which `y` grows as a power of `x`: the slope of the line of least squares through the logarithms.
+/// The exponent of `y` as a power of `x`: the slope of the least-squares line through the logarithms.
 fn exponent(points: &[(f64, f64)]) -> f64 {
     let logarithms: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
     let n = logarithms.len() as f64;

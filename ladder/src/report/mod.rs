@@ -1,4 +1,4 @@
-//! Rows side by side: runs, and the tables and plots that come of them, as `sppm ladder` shows them.
+//! Measures rows and makes the tables and plots of `sppm ladder`.
 //!
 //! | module | what |
 //! | --- | --- |
@@ -6,11 +6,11 @@
 //! | `runs`, `measured` | interleaved runs of all rows, timed |
 //! | `times` | seconds and speedups: text, table, plots |
 //! | `roofline` | counted operations against the machine's peaks: text, tables, plots |
-//! | `similarity`, `quality` | how alike the rows' images are, and what equal quality costs |
-//! | [`films`] | images of all rows, in place of times |
-//! | [`generators`] | what random numbers cost, in place of rows |
+//! | `similarity`, `quality` | how similar the rows' images are, and what equal quality costs |
+//! | [`films`] | writes images of all rows instead of times |
+//! | [`generators`] | times random numbers instead of rows |
 //!
-//! Nothing is printed: [`run`] returns the text, and [`Progress`] is told of each step.
+//! Nothing is printed: [`run`] returns the text, and [`Progress`] is called at each step.
 
 mod case;
 mod csv;
@@ -37,37 +37,37 @@ use crate::options::Options;
 use crate::table::Row;
 use measured::Measured;
 
-/// What is to be measured.
+/// The plan of a measurement.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// The rows; speedups are over the first.
+    /// The rows. Speedups are relative to the first.
     pub rows: Vec<&'static Row>,
-    /// What each of them renders.
+    /// The renders that each row runs.
     pub cases: Vec<Case>,
-    /// What the cases differ in, if they are those of a sweep.
+    /// The varied parameter, if the cases form a sweep.
     pub sweep: Option<Sweep>,
-    /// How rows are run.
+    /// The options for running rows.
     pub options: Options,
     /// Runs of every row in every case, of which the median counts; at least 1.
     pub repeat: u32,
 }
 
-/// What is reported besides times.
+/// The reports to make besides times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Extras {
-    /// Operations and bytes, counted in one more run, against the peaks of the machine.
+    /// Operations and bytes, counted in an extra run, against the peaks of the machine.
     pub roofline: bool,
-    /// How alike images are to the first row's; for a sweep over iterations.
+    /// The similarity of images to those of the first row; for a sweep over iterations.
     pub similarity: bool,
-    /// Errors against a converged image, and what equal quality costs.
+    /// The errors against a converged image, and the cost of equal quality.
     pub quality: bool,
 }
 
 impl Extras {
-    /// Checks that all of this can be reported of a sweep.
+    /// Checks that these reports are possible for a sweep.
     ///
     /// # Errors
-    /// If similarity is asked for and iterations are not what is varied.
+    /// If similarity is requested and iterations are not varied.
     pub fn check(&self, sweep: Option<Sweep>) -> Result<(), Error> {
         if self.similarity && sweep != Some(Sweep::Iterations) {
             return Err(Error::input(Field::Similarity, "goes with a sweep over iterations only"));
@@ -76,7 +76,7 @@ impl Extras {
     }
 }
 
-/// Measures the rows, writes tables and plots, and returns what there is to tell people.
+/// Measures the rows, writes tables and plots, and returns the report as text.
 ///
 /// # Errors
 /// If the extras do not fit the sweep, or a file cannot be written. See also [`Outputs::check`].

@@ -10,13 +10,13 @@ pub(crate) struct PassInfo {
     pub name: &'static str,
     /// Its seconds.
     pub seconds: fn(&Stats) -> f64,
-    /// What its work is at most proportional to, by the paper's analysis: with n iterations, p pixels, d segments of a
-    /// path, l photons and |S| spheres, the camera pass takes O(n d p |S|), the index and the consolidation O(n p), and
-    /// the photon pass O(n l d p |S|).
+    /// The parameters with which its work grows at most proportionally, by the paper's analysis. With n iterations, p
+    /// pixels, d segments of a path, l photons and |S| spheres, the camera pass takes O(n d p |S|), the index and the
+    /// consolidation O(n p), and the photon pass O(n l d p |S|).
     grows_with: &'static [Sweep],
 }
 
-/// In the order of [`crate::Rung::operations`].
+/// All passes, in the order of [`crate::Rung::operations`].
 pub(crate) const PASSES: [PassInfo; 4] = [
     PassInfo {
         name: "camera pass",

@@ -1,16 +1,16 @@
-//! How whoever waits is told what is done.
+//! The interface through which a caller follows the progress of a measurement.
 
-/// Told as work goes on. The work comes in stages, one after the other.
+/// Called as the work progresses. The work consists of stages, one after the other.
 pub trait Progress {
     /// A stage begins, of `count` steps called `noun`.
     fn begin(&mut self, count: u32, noun: &'static str);
-    /// `done` steps of the stage are over, and `what` is at work.
+    /// `done` steps of the stage are over, and `what` is running.
     fn step(&mut self, done: u32, what: &str);
     /// The stage is over.
     fn end(&mut self);
 }
 
-/// Nobody waits.
+/// Ignores progress.
 impl Progress for () {
     fn begin(&mut self, _: u32, _: &'static str) {}
     fn step(&mut self, _: u32, _: &str) {}

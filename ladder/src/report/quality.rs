@@ -1,9 +1,9 @@
-//! What a row's time buys: its error after the same iterations, and the cost of equal quality.
+//! Compares the quality of rows: their errors after the same iterations, and the cost of equal quality.
 //!
-//! An engine that follows fewer photons is faster and noisier, and one that spreads them better is less noisy in the same
-//! time. Where an error is mostly noise, it falls as one over the time spent, so that time multiplied by mean square error
-//! is what an image of given quality costs. The means of blocks of pixels are compared, as single pixels after few
-//! iterations show the noise of direct light alone.
+//! An engine that traces fewer photons is faster and noisier, and one that spreads them better is less noisy in the
+//! same time. If an error is mostly noise, it falls as one over the time spent. So time multiplied by mean square error
+//! is the cost of an image of given quality. Means of blocks of pixels are compared, because single pixels show only
+//! the noise of direct light after few iterations.
 
 use super::case::Case;
 use super::csv;
@@ -21,20 +21,20 @@ use std::path::Path;
 /// Width and height of a block, in pixels.
 const BLOCK: usize = 8;
 
-/// How many times the iterations make the image that all are compared with, and how many at least: its own noise then
-/// adds at most a hundredth.
+/// The converged image takes this many times the iterations of the case, and at least this many in all. Then its own
+/// noise adds at most a hundredth to the errors.
 const CONVERGED: (u32, u32) = (100, 600);
 
-/// The seed of that image; those of the images that are compared count from 1.
+/// The seed of the converged image. The compared images have the seeds 1, 2, 3, ...
 const ITS_SEED: u64 = 0x636f_6e76_6572_6765;
 
-/// The relative mean square error of every row, by case and row: the means over the seeds.
+/// The relative mean square error by case and row, averaged over the seeds.
 pub(crate) struct Quality {
     errors: Vec<Vec<f64>>,
     seeds: u32,
 }
 
-/// Renders every case by every row with so many seeds, and compares.
+/// Renders every case with every row and with each seed, and computes the errors.
 pub(crate) fn compared(
     measured: &Measured,
     options: &Options,
@@ -53,7 +53,7 @@ pub(crate) fn compared(
         let mut of_case = Vec::new();
         for row in measured.rows {
             step(&format!("{} row {}", case.name, row.name));
-            // Collected in order, so that the sum does not depend on threads.
+            // Collected in order, so that the sum does not depend on the threads.
             let of_seeds: Vec<f64> = (1..=seeds)
                 .into_par_iter()
                 .map(|seed| relative_square_error(&block_means(&film(case, row, options, seed)), &truth))
@@ -66,7 +66,7 @@ pub(crate) fn compared(
     Quality { errors, seeds }
 }
 
-/// All rows render the same physics, so one image is the limit of all.
+/// The converged image of a case. All rows render the same physics, so one image is the limit of all.
 fn converged(case: &Case) -> Film {
     let (times, least) = CONVERGED;
     let iterations = case.settings.iterations.saturating_mul(times).max(least);
@@ -86,7 +86,7 @@ fn film(case: &Case, row: &Row, options: &Options, seed: u32) -> Film {
     rung.develop()
 }
 
-/// Means of blocks, row by row. Blocks at the right and bottom edge may have fewer pixels.
+/// The means of blocks, row by row. Blocks at the right and bottom edge may have fewer pixels.
 fn block_means(film: &Film) -> Vec<[f64; 3]> {
     let (width, height) = (film.width as usize, film.height as usize);
     let across = width.div_ceil(BLOCK);
@@ -101,7 +101,7 @@ fn block_means(film: &Film) -> Vec<[f64; 3]> {
     sums.into_iter().map(|(sum, count)| sum.map(|total| total / count)).collect()
 }
 
-/// The mean square difference, over the mean square of the truth.
+/// The mean square difference, divided by the mean square of the ground truth.
 fn relative_square_error(means: &[[f64; 3]], truth: &[[f64; 3]]) -> f64 {
     let (mut error, mut square) = (0.0, 0.0);
     for (mean, truth) in means.as_flattened().iter().zip(truth.as_flattened()) {
@@ -111,7 +111,7 @@ fn relative_square_error(means: &[[f64; 3]], truth: &[[f64; 3]]) -> f64 {
     error / square
 }
 
-/// A row's quality as a line of a table.
+/// A line of the table: the quality of a row.
 #[derive(Serialize)]
 struct Record<'a> {
     scene: &'a str,
@@ -126,7 +126,7 @@ impl Quality {
         self.errors[case][row] * measured.runs[case][row].median().seconds
     }
 
-    /// A table for people.
+    /// The qualities as a table of text.
     pub(crate) fn text(&self, measured: &Measured) -> String {
         let mut text = format!(
             "\nError: mean square of the means of {BLOCK}x{BLOCK} pixels against a converged image, relative, in \
@@ -159,7 +159,7 @@ impl Quality {
         text
     }
 
-    /// Writes all values.
+    /// Writes all values as `quality.csv`.
     pub(crate) fn write(&self, folder: &Path, measured: &Measured) -> Result<(), Error> {
         let mut records = Vec::new();
         for (case, of_case) in measured.cases.iter().enumerate() {

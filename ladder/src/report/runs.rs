@@ -1,4 +1,4 @@
-//! Interleaved runs of all rows, timed.
+//! Times all rows in interleaved runs.
 
 use super::case::Case;
 use super::progress::Progress;
@@ -15,7 +15,7 @@ use std::time::Instant;
 pub(crate) struct Run {
     /// Wall-clock seconds from the start to the developed image.
     pub(crate) seconds: f64,
-    /// Cycles of all of it, where the system gives access to a counter.
+    /// Cycles of the whole run, if the system gives access to a counter.
     pub(crate) cycles: Option<u64>,
     /// Seconds and counts by pass.
     pub(crate) stats: Stats,
@@ -24,7 +24,7 @@ pub(crate) struct Run {
 /// All runs of one row in one case.
 #[derive(Clone, Debug)]
 pub(crate) struct Runs {
-    /// By increasing time.
+    /// Sorted by increasing time.
     sorted: Vec<Run>,
 }
 
@@ -34,7 +34,7 @@ impl Runs {
         Self { sorted: runs }
     }
 
-    /// The run in the middle (of two, the faster).
+    /// The median run; of an even number, the faster of the two in the middle.
     pub(crate) fn median(&self) -> &Run {
         &self.sorted[(self.sorted.len() - 1) / 2]
     }
@@ -44,13 +44,13 @@ impl Runs {
         self.sorted[0].seconds
     }
 
-    /// How many there are.
+    /// The number of runs.
     pub(crate) fn count(&self) -> usize {
         self.sorted.len()
     }
 }
 
-/// Runs every row in every case on one thread, `repeat` times over. Gives, for each case, the runs of each row.
+/// Runs every row in every case on one thread, `repeat` times. Returns the runs of each row, for each case.
 pub(crate) fn measure(
     cases: &[Case],
     rows: &[&Row],
@@ -89,7 +89,7 @@ fn run(case: &Case, row: &Row, options: &Options) -> Run {
     let film = rung.develop();
     let seconds = began.elapsed().as_secs_f64();
     let cycles = counter.and_then(|mut counter| counter.stop());
-    // So that developing is not optimised away.
+    // Keeps the optimiser from removing the development of the image.
     std::hint::black_box(&film);
     Run { seconds, cycles, stats: *rung.stats() }
 }

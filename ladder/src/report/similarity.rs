@@ -1,4 +1,4 @@
-//! How alike the rows' images are to the first row's as iterations go by (figure 8 of the paper).
+//! Compares the images of rows with those of the first row over increasing iterations (figure 8 of the paper).
 
 use super::case::Case;
 use super::csv;
@@ -15,13 +15,13 @@ use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
 
-/// The structural similarity of every row's image to the first row's, in every case.
+/// The structural similarity of every row's image to that of the first row, in every case.
 pub(crate) struct Similarity {
-    /// By case and row.
+    /// The SSIM index, by case and row.
     ssim: Vec<Vec<f64>>,
 }
 
-/// Renders the cases of a sweep over iterations once more, and compares.
+/// Renders the cases of a sweep over iterations once more, and compares the images.
 pub(crate) fn compared(
     measured: &Measured,
     options: &Options,
@@ -49,13 +49,13 @@ pub(crate) fn compared(
     Ok(Similarity { ssim })
 }
 
-/// A row's images in cases of increasing iterations: by one render of the last.
+/// A row's images in cases of increasing iterations, all from one render of the last case.
 fn films_of(cases: &[&Case], row: &Row, options: &Options) -> Vec<Film> {
     let counts = cases.iter().map(|case| case.settings.iterations);
     cases.last().map_or_else(Vec::new, |case| films(case, row, options, counts).collect())
 }
 
-/// A comparison as a line of a table.
+/// A line of the table: one comparison.
 #[derive(Serialize)]
 struct Record<'a> {
     scene: &'a str,
@@ -65,7 +65,7 @@ struct Record<'a> {
 }
 
 impl Similarity {
-    /// A table for people.
+    /// The comparisons as a table of text.
     pub(crate) fn text(&self, measured: &Measured) -> String {
         let mut text = String::new();
         let widest = measured.widest_name();
@@ -87,7 +87,7 @@ impl Similarity {
         text
     }
 
-    /// Writes a plot for each scene, and all values.
+    /// Writes a plot for each scene, and all values as a table.
     pub(crate) fn write(&self, folder: &Path, measured: &Measured) -> Result<(), Error> {
         for (name, cases) in measured.scenes() {
             let plot = LinePlot {

@@ -1,4 +1,4 @@
-//! What a sweep varies, and the values that it takes.
+//! Sweeps: the parameter that is varied, and its values.
 
 use super::case::Case;
 use crate::error::{Error, Field};
@@ -6,7 +6,7 @@ use scene::still::Role;
 use scene::{Scene, Settings, Sphere};
 use serde::Serialize;
 
-/// What a sweep varies.
+/// The parameter that a sweep varies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sweep {
@@ -16,14 +16,14 @@ pub enum Sweep {
     Photons,
     /// Pixels.
     Size,
-    /// The most segments of a path.
+    /// The largest number of segments of a path.
     Depth,
-    /// Spheres: the scene without most of its balls, up to all.
+    /// Spheres: from a scene without most of its balls to the whole scene.
     Spheres,
 }
 
 impl Sweep {
-    /// What is varied, as people say it.
+    /// The name of the parameter in reports.
     pub fn noun(self) -> &'static str {
         match self {
             Self::Iterations => "iterations",
@@ -64,7 +64,7 @@ impl Sweep {
         }
     }
 
-    /// The values of a setting; of the size the width. Spheres are no setting.
+    /// The values of a setting; for the size, the width. There are none for spheres, which are not a setting.
     fn values(self, is_quick: bool) -> &'static [u32] {
         match (self, is_quick) {
             (Self::Iterations, false) => &[2, 4, 8, 16, 32, 64],
@@ -79,7 +79,7 @@ impl Sweep {
         }
     }
 
-    /// Settings with a value of [`Sweep::values`], and what tables call that.
+    /// Settings with a value of [`Sweep::values`], and the value shown in tables.
     fn with(self, settings: Settings, value: u32) -> (Settings, u64) {
         let (width, height) = (value, value / 4 * 3);
         match self {
@@ -97,8 +97,8 @@ fn too_few_balls(name: &str) -> Error {
     Error::input(Field::SweepSpheres, problem)
 }
 
-/// The scene with an eighth, a quarter, half and all of its balls; walls and lamps stay. `None` if it has fewer than
-/// eight balls.
+/// The scene with an eighth, a quarter, half and all of its balls; walls and lamps always stay. `None` if it has fewer
+/// than eight balls.
 fn thinned(scene: &Scene) -> Option<Vec<Scene>> {
     let still = scene.at(scene.camera.shutter[0]);
     let is_ball =

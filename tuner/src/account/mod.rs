@@ -1,4 +1,4 @@
-//! What a search leaves: the profile with its record, the table of all that was tried, the plot, and some lines.
+//! The account of a finished search: the profile, the table of all tried points, the plot, and a summary.
 
 mod outcome;
 mod plot;
@@ -13,7 +13,7 @@ pub(crate) use subject::Subject;
 use crate::error::Error;
 use std::path::Path;
 
-/// A search that is over, to be written and told.
+/// The account of a finished search.
 pub struct Account {
     outcome: Outcome,
 }
@@ -23,13 +23,13 @@ impl Account {
         Self { outcome }
     }
 
-    /// What was tried and what came of it, in two lines for people.
+    /// What was tried and the result, in two lines of text.
     pub fn text(&self) -> String {
         text::text(&self.outcome)
     }
 
-    /// Writes the profile, with a record of the search. It holds the best point if that is a gain or the search was
-    /// interrupted, else the defaults.
+    /// Writes the profile, with a record of the search. It holds the best point if that is a gain or was not measured
+    /// again, else the defaults.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -37,8 +37,7 @@ impl Account {
         profile::write(path, &self.outcome)
     }
 
-    /// Writes all points that were tried as a table of comma-separated values; the last line is the best, measured
-    /// again.
+    /// Writes all tried points as a table of comma-separated values. The last line is the best point, measured again.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -46,7 +45,7 @@ impl Account {
         table::write(path, &self.outcome)
     }
 
-    /// Draws the ratio of every point, the least so far, and the best with its interval, as an SVG file.
+    /// Draws the ratio of every point, the least ratio so far, and the best point with its interval, as an SVG file.
     ///
     /// # Errors
     /// If the file cannot be written.

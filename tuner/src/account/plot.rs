@@ -1,4 +1,4 @@
-//! The course of the search, as a plot.
+//! Plots the course of the search.
 
 use super::outcome::Outcome;
 use crate::error::Error;
@@ -7,12 +7,12 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use std::path::Path;
 
-/// The greatest ratio that is shown; few points are slower, and those near the defaults matter.
+/// The greatest ratio shown. Few points are slower, and those near the defaults matter.
 const MOST: f64 = 1.5;
 
 type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-/// Draws the ratio of every point, the least so far, and the best with its interval.
+/// Draws the ratio of every point, the least ratio so far, and the best point with its interval.
 pub(crate) fn write(path: &Path, outcome: &Outcome) -> Result<(), Error> {
     Ok(save(path, |canvas| draw(canvas, outcome))?)
 }
@@ -38,7 +38,7 @@ fn draw(canvas: &Canvas, outcome: &Outcome) -> Drawn {
     Ok(())
 }
 
-/// Values with their places, counted from 1.
+/// The values with their numbers, counted from 1.
 fn numbered(values: Vec<f64>) -> impl Iterator<Item = (f64, f64)> {
     (1..).map(f64::from).zip(values)
 }

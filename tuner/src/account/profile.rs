@@ -1,4 +1,4 @@
-//! The profile with a record of the search.
+//! Writes the profile, with a record of the search.
 
 use super::outcome::Outcome;
 use super::subject::Subject;
@@ -11,31 +11,31 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
-/// The table `[tuned]`: what the parameters are for, and what they gain.
+/// The table `[tuned]`: what was tuned, and how much was gained.
 #[derive(Serialize)]
 struct Tuned<'a> {
     #[serde(flatten)]
     subject: &'a Subject,
-    /// Whether the best was measured again.
+    /// Whether the best point was measured again.
     is_confirmed: bool,
-    /// Whether the parameters above are the best found; else they are the defaults.
+    /// Whether the best point is significantly faster than the defaults.
     is_gain: bool,
-    /// The best found: the median ratio of its time to the defaults', the 95 % confidence interval of that, and how
-    /// many pairs they are from.
+    /// The best point: the median ratio of its time to that of the defaults, its 95 % confidence interval, and the
+    /// number of measured pairs.
     best_ratio: f64,
     best_interval: [f64; 2],
     best_pairs: usize,
 }
 
-/// The table `[search]`: how they were found.
+/// The table `[search]`: the course of the search.
 #[derive(Serialize)]
 struct Search<'a> {
     optimiser: &'a str,
     seed: u32,
     pairs: u32,
-    /// Of every point in turn, the defaults first.
+    /// The median ratio of every point, the defaults first.
     ratios: Vec<f64>,
-    /// The least ratio so far.
+    /// For each point, the least ratio so far.
     best: Vec<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     noise: Option<f64>,
@@ -93,7 +93,7 @@ fn search(outcome: &Outcome) -> Search<'_> {
     }
 }
 
-/// To four decimals: times are not measured more precisely.
+/// Rounds to four decimals, as times are not measured more precisely.
 fn digits(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
 }

@@ -1,15 +1,15 @@
-//! What was tuned, and where.
+//! What was tuned: scene, settings, threads and processor.
 
 use files::scene_file;
 use scene::{Scene, Settings};
 use serde::Serialize;
 
-/// What was tuned, for readers of the profile.
+/// What was tuned, as recorded in the profile.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Subject {
     /// The scene's name on the command line.
     pub(crate) scene: String,
-    /// SHA-256 of it.
+    /// SHA-256 of the scene.
     pub(crate) scene_digest: String,
     #[serde(flatten)]
     pub(crate) settings: Settings,
@@ -20,7 +20,7 @@ pub(crate) struct Subject {
 }
 
 impl Subject {
-    /// Of a scene on this machine, today. The settings are those of the renders, not the scene's own.
+    /// Describes a scene on this machine today. `settings` are those of the renders, not the scene's own.
     pub(crate) fn new(name: &str, scene: &Scene, settings: Settings, threads: usize) -> Self {
         Self {
             scene: name.into(),
@@ -34,7 +34,7 @@ impl Subject {
     }
 }
 
-/// The processor's name, or the architecture where the system does not tell it.
+/// The name of the processor, or the architecture if the system does not provide the name.
 fn processor() -> String {
     let about = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = about.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));

@@ -1,4 +1,4 @@
-//! All points that were tried, as a table of comma-separated values.
+//! Writes all tried points as a table of comma-separated values.
 
 use super::outcome::Outcome;
 use crate::error::Error;
@@ -9,7 +9,7 @@ use render::LanesName;
 use std::io;
 use std::path::Path;
 
-/// Writes a line per point; the last line is the best, measured again.
+/// Writes a line per point. The last line is the best point, measured again.
 pub(crate) fn write(path: &Path, outcome: &Outcome) -> Result<(), Error> {
     let names = Parameters::ALL.iter().map(|parameter| parameter.name);
     let header = ["evaluation", "ratio", "least", "most", "pairs", "lanes"].into_iter().chain(names);

@@ -1,4 +1,4 @@
-//! What has been found, for people.
+//! Describes the outcome of a search in two lines of text.
 
 use super::outcome::Outcome;
 use super::subject::Subject;
@@ -8,7 +8,7 @@ use fast::Parameters;
 use render::LanesName;
 use scene::text::counted;
 
-/// What was tried, and on a line of its own what came of it.
+/// What was tried, and on a second line the result.
 pub(crate) fn text(outcome: &Outcome) -> String {
     format!("{}\n{}\n", tried(outcome), verdict(outcome))
 }
@@ -39,7 +39,7 @@ fn verdict(outcome: &Outcome) -> String {
     }
 }
 
-/// The values of a candidate that differ from the defaults, which are in brackets.
+/// The values of a candidate that differ from the defaults, with the defaults in brackets.
 fn difference(candidate: Candidate, defaults: Candidate) -> String {
     let values = candidate.parameters.values().into_iter().zip(defaults.parameters.values());
     let named = Parameters::ALL.iter().zip(values).filter(|(_, (value, default))| value != default);

@@ -1,4 +1,4 @@
-//! Counted operations and bytes beside measured times.
+//! Counts operations and bytes, and combines them with measured times.
 
 use crate::counted::Operations;
 use crate::machine::Peaks;
@@ -11,17 +11,17 @@ use crate::report::runs::Run;
 use crate::report::sweep::Sweep;
 use crate::table::Row;
 
-/// Operations by pass, if the row counts them.
+/// The operations of each pass, if the row counts them.
 type Counted = Option<[Operations; 4]>;
 
-/// What has been counted, and what the machine can do.
+/// The counted operations, and the peaks of the machine.
 pub(crate) struct Roofline {
     pub(crate) peaks: Peaks,
-    /// For each case, the operations of each row.
+    /// The operations of each row, for each case.
     counted: Vec<Vec<Counted>>,
 }
 
-/// A row, or a pass of it, as a point of the plot.
+/// A row or one of its passes, as a point of the plot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Point {
     pub(crate) seconds: f64,
@@ -30,23 +30,23 @@ pub(crate) struct Point {
 }
 
 impl Point {
-    /// FLOPs in a second.
+    /// FLOPs per second.
     pub(crate) fn performance(&self) -> f64 {
         self.operations.flops() as f64 / self.seconds
     }
 
-    /// FLOPs in a cycle.
+    /// FLOPs per cycle.
     pub(crate) fn flops_per_cycle(&self) -> f64 {
         self.operations.flops() as f64 / self.cycles
     }
 
-    /// FLOPs for every byte that is loaded or stored.
+    /// FLOPs per byte loaded or stored.
     pub(crate) fn intensity(&self) -> f64 {
         self.operations.flops() as f64 / self.operations.bytes() as f64
     }
 }
 
-/// Measures the peaks, and runs every row in every case once more, counting.
+/// Measures the peaks, and runs every row in every case once more with counting.
 pub(crate) fn count(
     cases: &[Case],
     rows: &[&Row],
@@ -61,7 +61,7 @@ pub(crate) fn count(
     let mut done = 0;
     let mut first = 0;
     while first < cases.len() {
-        // A render of fewer iterations is the beginning of one of more, so it is counted on the way.
+        // A render of fewer iterations is the beginning of a longer one, so both are counted in one run.
         let is_longer = |pair: &[Case]| sweep == Some(Sweep::Iterations) && pair[0].name == pair[1].name;
         let more = cases[first..].windows(2).take_while(|pair| is_longer(pair)).count();
         let together = first..=first + more;
@@ -70,7 +70,7 @@ pub(crate) fn count(
             done += 1 + more as u32;
             let last = &cases[first + more];
             let mut rung = row.start(&last.scene, &last.settings, &options);
-            // Rows that do not count need not run.
+            // Rows that do not count operations are not run.
             if rung.operations().is_none() {
                 continue;
             }
@@ -88,7 +88,7 @@ pub(crate) fn count(
 }
 
 impl Roofline {
-    /// All passes together, and each by itself; none if the row does not count.
+    /// The point of all passes together, and that of each pass; `None` if the row does not count operations.
     pub(crate) fn points(&self, measured: &Measured, case: usize, row: usize) -> Option<(Point, [Point; 4])> {
         let operations = self.counted[case][row]?;
         let run = measured.runs[case][row].median();
@@ -103,7 +103,7 @@ impl Roofline {
         Some((point(passes.iter().map(|pass| pass.seconds).sum(), all), passes))
     }
 
-    /// Cycles in a second of the run.
+    /// Cycles per second during the run.
     fn clock(&self, run: &Run) -> f64 {
         run.cycles.map_or(self.peaks.clock.hertz, |cycles| cycles as f64 / run.seconds)
     }

@@ -1,4 +1,4 @@
-//! FLOPs per cycle as the value of a sweep grows (figure 5 of the paper).
+//! Plots FLOPs per cycle over the values of a sweep (figure 5 of the paper).
 
 use super::count::Roofline;
 use crate::error::Error;
@@ -45,7 +45,7 @@ fn rows(roofline: &Roofline, measured: &Measured, cases: &[usize]) -> Vec<Series
     series
 }
 
-/// What the machine could do at most.
+/// The peaks of the machine.
 fn peaks(roofline: &Roofline, measured: &Measured, cases: &[usize]) -> Vec<Series> {
     let peaks = &roofline.peaks;
     let level = |(label, flops): (&str, f64)| {

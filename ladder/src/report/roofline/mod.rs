@@ -1,5 +1,4 @@
-//! Counted operations and bytes beside measured times: FLOPs per cycle and operational intensity, against the peaks of
-//! the machine.
+//! Roofline analysis: FLOPs per cycle and operational intensity of all rows, against the peaks of the machine.
 
 mod count;
 mod flops;

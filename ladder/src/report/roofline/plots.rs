@@ -1,5 +1,5 @@
 //! Roofline plots (Williams, Waterman and Patterson 2009; figures 10 to 12 of the paper): performance over operational
-//! intensity, under the roofs of the machine.
+//! intensity, below the limits ("roofs") of the machine.
 
 use super::count::{Point, Roofline};
 use crate::error::Error;
@@ -10,10 +10,10 @@ use plots::{Canvas, Drawn, label, save};
 use plotters::prelude::*;
 use std::path::Path;
 
-/// Least and greatest FLOPs a byte that are shown, and more if points lie beyond.
+/// The range of FLOPs per byte that is shown. It is extended if points lie beyond.
 const INTENSITIES: (f64, f64) = (0.05, 20.0);
 
-/// The colour of roofs.
+/// The colour of the roofs.
 const GREY: RGBColor = RGBColor(90, 90, 90);
 
 /// A point with its name and colour.
@@ -24,7 +24,7 @@ struct Dot<'a> {
     size: u32,
 }
 
-/// For each scene, one plot of all rows, and one of each row's passes.
+/// Writes a plot of all rows for each scene, and a plot of the passes for each row.
 pub(crate) fn write(folder: &Path, roofline: &Roofline, measured: &Measured) -> Result<(), Error> {
     for (number, case) in measured.cases.iter().enumerate() {
         let mut rows = Vec::new();
@@ -44,7 +44,7 @@ pub(crate) fn write(folder: &Path, roofline: &Roofline, measured: &Measured) -> 
     Ok(())
 }
 
-/// A row as a whole, and its passes. The pass that takes longest is red, as in the paper.
+/// The points of a whole row and of its passes. The longest pass is red, as in the paper.
 fn dots(all: Point, passes: &[Point; 4]) -> Vec<Dot<'static>> {
     let longest = passes.iter().fold(0.0, |most: f64, pass| most.max(pass.seconds));
     let pass = |(name, &point): (&'static str, &Point)| {
@@ -55,10 +55,10 @@ fn dots(all: Point, passes: &[Point; 4]) -> Vec<Dot<'static>> {
     std::iter::once(whole).chain(PASSES.map(|pass| pass.name).into_iter().zip(passes).map(pass)).collect()
 }
 
-/// Both axes are logarithmic.
+/// A chart with two logarithmic axes.
 type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<LogCoord<f64>, LogCoord<f64>>>;
 
-/// Least and greatest values along the axes: FLOPs a byte, and billions of FLOPs a second.
+/// The ranges of the axes: FLOPs per byte, and billions of FLOPs per second.
 #[derive(Clone, Copy)]
 struct View {
     left: f64,
@@ -68,7 +68,7 @@ struct View {
 }
 
 impl View {
-    /// Of all dots, the roofs, and some room on all sides.
+    /// The view that shows all dots and the roofs, with some room on all sides.
     fn of(peaks: &Peaks, dots: &[&Dot]) -> Self {
         let fold = |value: fn(&Point) -> f64, start: f64, pick: fn(f64, f64) -> f64| {
             dots.iter().fold(start, |chosen, dot| pick(chosen, value(&dot.point)))
@@ -106,7 +106,7 @@ fn draw(canvas: &Canvas, title: &str, peaks: &Peaks, dots: &[Dot]) -> Drawn {
     draw_dots(&mut chart, &dots)
 }
 
-/// Roofs of arithmetic. Each begins where the fastest memory meets it.
+/// Draws the roofs of arithmetic. Each begins where the roof of the fastest memory meets it.
 fn draw_flop_roofs(chart: &mut Chart, view: View, peaks: &Peaks) -> Drawn {
     let fastest = peaks.bandwidths.iter().fold(0.0, |most: f64, level| most.max(level.bytes_per_second));
     for (name, flops) in [("FMA, 8 floats", peaks.vector_flops), ("FMA, one float", peaks.scalar_flops)] {
@@ -119,7 +119,7 @@ fn draw_flop_roofs(chart: &mut Chart, view: View, peaks: &Peaks) -> Drawn {
     Ok(())
 }
 
-/// Roofs of memory, up to the roof of vector arithmetic.
+/// Draws the roofs of memory, up to the roof of vector arithmetic.
 fn draw_memory_roofs(chart: &mut Chart, view: View, peaks: &Peaks) -> Drawn {
     for (number, Bandwidth { level, bytes_per_second, .. }) in peaks.bandwidths.iter().enumerate() {
         let bytes = bytes_per_second / 1e9;
@@ -127,7 +127,7 @@ fn draw_memory_roofs(chart: &mut Chart, view: View, peaks: &Peaks) -> Drawn {
             (view.left.max(view.low / bytes), (peaks.vector_flops / bytes_per_second).min(view.right));
         let slope = [(begin, begin * bytes), (end, end * bytes)];
         chart.draw_series(LineSeries::new(slope, GREY.stroke_width(1)))?;
-        // Levels may be equally fast: each label stands further to the right, so that none covers another.
+        // Levels may be equally fast, so each label is further to the right, and none covers another.
         let at = begin * 1.15 * 1.9_f64.powi(number as i32);
         let text = format!("{} {bytes:.0} GB/s", level.name());
         let small = ("sans-serif", 13).into_font().color(&GREY);
@@ -141,7 +141,7 @@ fn draw_dots(chart: &mut Chart, dots: &[&Dot]) -> Drawn {
         let at = (dot.point.intensity(), dot.point.performance() / 1e9);
         chart.draw_series([Circle::new(at, dot.size, dot.colour.filled())])?;
         let font = ("sans-serif", 14).into_font().color(&dot.colour);
-        // The whole is often close to its longest pass: their names go to different sides.
+        // The point of the whole row is often close to that of its longest pass, so their names are on different sides.
         let beside = if dot.colour == BLACK { (-4, 10) } else { (9, -6) };
         chart.draw_series([EmptyElement::at(at) + Text::new(dot.name.to_owned(), beside, font)])?;
     }

@@ -1,4 +1,4 @@
-//! Peaks and points as tables of comma-separated values.
+//! Writes peaks and points as tables of comma-separated values.
 
 use super::count::{Point, Roofline};
 use crate::error::Error;
@@ -11,7 +11,7 @@ use crate::report::sweep::Sweep;
 use serde::Serialize;
 use std::path::Path;
 
-/// A peak as a line of a table.
+/// A line of the table of peaks.
 #[derive(Serialize)]
 struct PeakRecord {
     what: &'static str,
@@ -21,7 +21,7 @@ struct PeakRecord {
     unit: &'static str,
 }
 
-/// A point as a line of a table.
+/// A line of the table of points.
 #[derive(Serialize)]
 struct Record<'a> {
     scene: &'a str,

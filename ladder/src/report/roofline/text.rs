@@ -1,4 +1,4 @@
-//! Peaks, FLOPs and FLOPs per cycle as tables for people.
+//! Formats peaks, FLOPs and FLOPs per cycle as tables of text.
 
 use super::count::Roofline;
 use crate::machine::Peaks;
@@ -6,7 +6,7 @@ use crate::report::measured::Measured;
 use crate::report::passes::PASSES;
 use std::fmt::Write;
 
-/// The clock, the peaks, and for every case and row its counts.
+/// The clock, the peaks, and the counts of every row in every case.
 pub(crate) fn text(roofline: &Roofline, measured: &Measured) -> String {
     let mut text = String::new();
     write_peaks(&mut text, &roofline.peaks);

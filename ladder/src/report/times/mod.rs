@@ -1,4 +1,4 @@
-//! How long rows take: text, table and plots.
+//! Reports the times of rows as text, table and plots.
 
 pub(crate) mod plots;
 pub(crate) mod records;

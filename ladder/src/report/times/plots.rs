@@ -1,4 +1,4 @@
-//! Speedups as bars, and sweeps as lines: speedups, and whether time grows as the paper's analysis says.
+//! Plots speedups as bars, and sweeps as lines: speedups, and the growth of time against the paper's analysis.
 
 use crate::error::Error;
 use crate::report::measured::Measured;
@@ -21,7 +21,7 @@ pub(crate) fn write(folder: &Path, measured: &Measured) -> Result<(), Error> {
     Ok(())
 }
 
-/// How many times as fast as the first row every row is.
+/// Writes the plots of speedups over the first row.
 fn write_speedups(
     folder: &Path,
     measured: &Measured,
@@ -40,7 +40,7 @@ fn write_speedups(
     Ok(save(&folder.join(format!("speedup-{noun}-{name}.svg")), |canvas| plot.draw(canvas))?)
 }
 
-/// How the passes of the last stage grow.
+/// Writes the plots of how the time of each pass of the last stage grows.
 fn write_complexity(
     folder: &Path,
     measured: &Measured,
@@ -69,7 +69,7 @@ fn write_complexity(
     Ok(save(&folder.join(format!("flat-{noun}-{name}.svg")), |canvas| plot.draw(canvas))?)
 }
 
-/// Speedup over the first row, as bars: a group for each row, a bar for each scene; logarithmic.
+/// Draws the speedups over the first row as bars on a logarithmic scale: a group for each row, a bar for each scene.
 fn bars(canvas: &Canvas, measured: &Measured) -> Drawn {
     let (rows, scenes) = (measured.rows.len(), measured.cases.len());
     let all: Vec<f64> =
@@ -123,7 +123,8 @@ fn speedups(measured: &Measured, cases: &[usize]) -> Vec<Series> {
     measured.rows.iter().enumerate().map(series).collect()
 }
 
-/// Time of every pass over its most, against the value over its most: a straight line through 1 where it is linear.
+/// The time of every pass against the varied value, both divided by their maxima. Linear growth gives a straight line
+/// through (1, 1).
 fn normalised(measured: &Measured, cases: &[usize], row: usize, sweep: Sweep) -> Vec<Series> {
     let most = cases.iter().map(|&case| measured.cases[case].value).max().unwrap_or(1) as f64;
     let series = |pass: usize| {
@@ -140,8 +141,8 @@ fn normalised(measured: &Measured, cases: &[usize], row: usize, sweep: Sweep) ->
     (0..PASSES.len()).map(series).chain([linear]).collect()
 }
 
-/// Time of every pass over the work that the paper's analysis predicts, over the mean of that: 1 throughout where the
-/// analysis is exact, falling where it is a bound only.
+/// The time of every pass divided by the work that the paper's analysis predicts, relative to the mean. It is 1
+/// throughout if the analysis is exact, and falls if the analysis is only an upper bound.
 fn over_work(measured: &Measured, cases: &[usize], row: usize, sweep: Sweep) -> Vec<Series> {
     let series = |pass: usize| {
         let costs = measured.cost_of_work(cases, row, pass, sweep);

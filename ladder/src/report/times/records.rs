@@ -1,4 +1,4 @@
-//! All times and counts as a table of comma-separated values.
+//! Writes all times and counts as a table of comma-separated values.
 
 use crate::error::Error;
 use crate::options::Random;
@@ -8,7 +8,7 @@ use crate::report::sweep::Sweep;
 use serde::Serialize;
 use std::path::Path;
 
-/// A row of the ladder in one case. Seconds are of the median run.
+/// A line of the table: a row of the ladder in one case. Seconds are those of the median run.
 #[derive(Serialize)]
 struct Record<'a> {
     scene: &'a str,

@@ -1,11 +1,11 @@
-//! Median seconds and speedups, and in a sweep how they grow.
+//! Formats median seconds and speedups as text, and for a sweep how they grow.
 
 use crate::report::measured::Measured;
 use crate::report::passes::PASSES;
 use crate::report::sweep::Sweep;
 use std::fmt::Write;
 
-/// Median seconds and speedups as a table for people, scene by scene.
+/// Median seconds and speedups as a table of text, scene by scene.
 pub(crate) fn text(measured: &Measured) -> String {
     let mut text = String::new();
     for (name, cases) in measured.scenes() {
@@ -40,7 +40,7 @@ fn write_scene(text: &mut String, measured: &Measured, name: &str, cases: &[usiz
     }
 }
 
-/// How far each pass is from growing as the paper's analysis predicts: 1 would be exact.
+/// Writes how far the growth of each pass is from the paper's analysis; 1 is exact.
 fn write_spreads(text: &mut String, measured: &Measured, cases: &[usize], sweep: Sweep) {
     let widest = measured.widest_name();
     let _ = writeln!(text, "  seconds over the work that the paper's analysis predicts, most over least");
