@@ -4,6 +4,8 @@ use files::scene_file;
 use scene::{Scene, Settings};
 use serde::Serialize;
 
+use std::time::SystemTime;
+
 /// What was tuned, as recorded in the profile.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Subject {
@@ -29,7 +31,7 @@ impl Subject {
             threads,
             machine: processor(),
             version: env!("CARGO_PKG_VERSION"),
-            date: jiff::Timestamp::now().strftime("%Y-%m-%d").to_string(),
+            date: today(),
         }
     }
 }
@@ -39,4 +41,10 @@ fn processor() -> String {
     let about = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = about.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
     model.map_or(std::env::consts::ARCH, |(_, model)| model.trim()).to_owned()
+}
+
+/// The date in UTC, as `2026-01-31`.
+fn today() -> String {
+    let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
+    now.split('T').next().unwrap_or_default().to_owned()
 }
