@@ -3,6 +3,8 @@
 //! Operations of whole vectors are counted, so a masked lane counts like any other. Bytes are those of loads, stores
 //! and gathers of pixels, visible points, bins and tables. Constants, scene values broadcast to all lanes, and
 //! registers that the compiler spills are not counted.
+//!
+//! Nobody times these lanes, and their operations are calls: inlined, they would take half of the crate's time to build.
 
 use lanes::{Lanes, Row};
 use serde::Serialize;
@@ -76,7 +78,7 @@ impl Account {
     }
 }
 
-#[inline(always)]
+#[inline(never)]
 fn count(kind: Kind, number: usize) {
     ACCOUNT.with(|account| {
         let place = &account.0[kind as usize];
@@ -116,7 +118,7 @@ macro_rules! operators {
     ($($on:ident $op:ident $method:ident $(as $kind:ident)?;)*) => {$(
         impl<L: Lanes> $op for $on<L> {
             type Output = Self;
-            #[inline(always)]
+            #[inline(never)]
             fn $method(self, other: Self) -> Self {
                 $(count(Kind::$kind, L::N);)?
                 Self(self.0.$method(other.0))
@@ -141,7 +143,7 @@ operators! {
 
 impl<L: Lanes> Neg for Floats<L> {
     type Output = Self;
-    #[inline(always)]
+    #[inline(never)]
     fn neg(self) -> Self {
         Self(-self.0)
     }
@@ -149,19 +151,19 @@ impl<L: Lanes> Neg for Floats<L> {
 
 impl<L: Lanes> Not for Masks<L> {
     type Output = Self;
-    #[inline(always)]
+    #[inline(never)]
     fn not(self) -> Self {
         Self(!self.0)
     }
 }
 
 /// Bytes of a word in every lane.
-#[inline(always)]
+#[inline(never)]
 const fn words<L: Lanes>(number: usize) -> usize {
     4 * L::N * number
 }
 
-#[inline(always)]
+#[inline(never)]
 fn wrap<L: Lanes>(columns: [L::F; 8]) -> [Floats<L>; 8] {
     let [a, b, c, d, e, f, g, h] = columns;
     [Floats(a), Floats(b), Floats(c), Floats(d), Floats(e), Floats(f), Floats(g), Floats(h)]
@@ -174,157 +176,157 @@ impl<L: Lanes> Lanes for Counted<L> {
     type U = Words<L>;
     type M = Masks<L>;
 
-    #[inline(always)]
+    #[inline(never)]
     fn f(x: f32) -> Floats<L> {
         Floats(L::f(x))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn load(from: &[f32]) -> Floats<L> {
         count(Kind::Load, words::<L>(1));
         Floats(L::load(from))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn store(v: Floats<L>, to: &mut [f32]) {
         count(Kind::Store, words::<L>(1));
         L::store(v.0, to);
     }
-    #[inline(always)]
+    #[inline(never)]
     fn sqrt(v: Floats<L>) -> Floats<L> {
         count(Kind::SquareRoot, L::N);
         Floats(L::sqrt(v.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn abs(v: Floats<L>) -> Floats<L> {
         Floats(L::abs(v.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn max(a: Floats<L>, b: Floats<L>) -> Floats<L> {
         count(Kind::Comparison, L::N);
         Floats(L::max(a.0, b.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn min(a: Floats<L>, b: Floats<L>) -> Floats<L> {
         count(Kind::Comparison, L::N);
         Floats(L::min(a.0, b.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn min_lane(v: Floats<L>) -> u32 {
         count(Kind::Comparison, L::N);
         L::min_lane(v.0)
     }
-    #[inline(always)]
+    #[inline(never)]
     fn fused(a: Floats<L>, b: Floats<L>, c: Floats<L>) -> Floats<L> {
         count(Kind::Addition, L::N);
         count(Kind::Multiplication, L::N);
         Floats(L::fused(a.0, b.0, c.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn floor(v: Floats<L>) -> Floats<L> {
         Floats(L::floor(v.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn lt(a: Floats<L>, b: Floats<L>) -> Masks<L> {
         count(Kind::Comparison, L::N);
         Masks(L::lt(a.0, b.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn le(a: Floats<L>, b: Floats<L>) -> Masks<L> {
         count(Kind::Comparison, L::N);
         Masks(L::le(a.0, b.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn truncate(v: Floats<L>) -> Words<L> {
         Words(L::truncate(v.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn to_float(v: Words<L>) -> Floats<L> {
         Floats(L::to_float(v.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn bits(v: Floats<L>) -> Words<L> {
         Words(L::bits(v.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn from_bits(v: Words<L>) -> Floats<L> {
         Floats(L::from_bits(v.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn select(m: Masks<L>, a: Floats<L>, b: Floats<L>) -> Floats<L> {
         Floats(L::select(m.0, a.0, b.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn u(x: u32) -> Words<L> {
         Words(L::u(x))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn load_u(from: &[u32]) -> Words<L> {
         count(Kind::Load, words::<L>(1));
         Words(L::load_u(from))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn store_u(v: Words<L>, to: &mut [u32]) {
         count(Kind::Store, words::<L>(1));
         L::store_u(v.0, to);
     }
-    #[inline(always)]
+    #[inline(never)]
     fn shl<const K: i32>(v: Words<L>) -> Words<L> {
         Words(L::shl::<K>(v.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn shr<const K: i32>(v: Words<L>) -> Words<L> {
         Words(L::shr::<K>(v.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn eq(a: Words<L>, b: Words<L>) -> Masks<L> {
         Masks(L::eq(a.0, b.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn add_where(m: Masks<L>, a: Words<L>, b: Words<L>) -> Words<L> {
         Words(L::add_where(m.0, a.0, b.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn min_u(a: Words<L>, b: Words<L>) -> Words<L> {
         Words(L::min_u(a.0, b.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn select_u(m: Masks<L>, a: Words<L>, b: Words<L>) -> Words<L> {
         Words(L::select_u(m.0, a.0, b.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn mask_bits(m: Masks<L>) -> u32 {
         L::mask_bits(m.0)
     }
-    #[inline(always)]
+    #[inline(never)]
     fn mask_from_bits(bits: u32) -> Masks<L> {
         Masks(L::mask_from_bits(bits))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn gather_u(table: &[u32], index: Words<L>) -> Words<L> {
         count(Kind::Load, words::<L>(1));
         Words(L::gather_u(table, index.0))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn gather_rows(table: &[Row], index: &[u32]) -> [Floats<L>; 8] {
         count(Kind::Load, words::<L>(8));
         wrap(L::gather_rows(table, index))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn transpose(columns: [Floats<L>; 8], to: &mut [Row]) {
         count(Kind::Store, words::<L>(8));
         let [a, b, c, d, e, f, g, h] = columns;
         L::transpose([a.0, b.0, c.0, d.0, e.0, f.0, g.0, h.0], to);
     }
-    #[inline(always)]
+    #[inline(never)]
     fn load_rows(rows: &[Row]) -> [Floats<L>; 8] {
         count(Kind::Load, words::<L>(8));
         wrap(L::load_rows(rows))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn compress(m: Masks<L>, v: Floats<L>, to: &mut [f32]) {
         count(Kind::Store, words::<L>(1));
         L::compress(m.0, v.0, to);
     }
-    #[inline(always)]
+    #[inline(never)]
     fn compress_u(m: Masks<L>, v: Words<L>, to: &mut [u32]) {
         count(Kind::Store, words::<L>(1));
         L::compress_u(m.0, v.0, to);
