@@ -65,7 +65,7 @@ impl Format {
     }
 }
 
-/// Reads an image of at most [`MAX_PIXELS`] pixels.
+/// Reads an image of at most [`scene::settings::MAX_PIXELS`] pixels.
 ///
 /// # Errors
 /// If the file cannot be read, or is not a valid image of the format that its extension names.
