@@ -29,12 +29,13 @@ pub(crate) struct Ready {
 /// space.
 pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     check_settings(&job)?;
+    let digest = scene_file::digest(&job.scene);
     if let Some(from) = &job.from {
-        check_resumed(&job, from)?;
+        check_resumed(&job, &digest, from)?;
     }
     job.outputs.check(job.engine.name(), &job.inputs)?;
     if job.from.is_none() && job.save.is_some() {
-        take_checkpoint(&mut job)?;
+        take_checkpoint(&mut job, &digest)?;
     }
     let from = job.from.take();
     if from.as_ref().is_some_and(|from| from.fallback.is_some())
@@ -47,7 +48,6 @@ pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     let threads = pool.current_num_threads();
     let need = Need::new(job.engine, &job.scene, threads, job.goals.error.is_some(), job.memory_limit)?;
     job.outputs.check_room(job.scene.settings.pixels() as u64)?;
-    let digest = scene_file::digest(&job.scene);
     let keeper = keeper(&mut job, &digest, from.as_ref())?;
     Ok(Ready { job, pool, need, digest, keeper, from })
 }
@@ -59,8 +59,8 @@ fn check_settings(job: &Job) -> Result<(), Error> {
     })
 }
 
-/// Checks that engine and iterations of `job` are compatible with the checkpoint to resume.
-fn check_resumed(job: &Job, from: &Loaded) -> Result<(), Error> {
+/// Checks that `job`, whose scene has the given digest, is the render of the checkpoint to resume.
+fn check_resumed(job: &Job, digest: &str, from: &Loaded) -> Result<(), Error> {
     let (path, account) = (from.path.display(), &from.checkpoint.account);
     let (asked, done) = (job.scene.settings.iterations, account.iterations);
     if asked < done {
@@ -74,12 +74,32 @@ fn check_resumed(job: &Job, from: &Loaded) -> Result<(), Error> {
         let problem = format!(" {}: {path} is of {sums}, and goes on by {others} alone", name.name());
         return Err(Error::input(Field::Engine, Problem::of(Field::Engine).text(problem)));
     }
-    Ok(())
+    match difference(job, digest, from) {
+        Some(what) => {
+            let problem = format!("{path} is of {what}; change neither scene nor settings to resume it");
+            Err(Error::input(Field::Resumed, problem))
+        }
+        None => Ok(()),
+    }
+}
+
+/// What distinguishes the render of a checkpoint from `job`, whose scene has the given digest. The number of iterations
+/// may differ.
+fn difference(job: &Job, digest: &str, loaded: &Loaded) -> Option<String> {
+    let (there, iterations) = (&loaded.checkpoint, job.scene.settings.iterations);
+    if digest != there.account.scene {
+        return Some(format!("another scene, {}", there.scene.name));
+    }
+    if there.account.sums != job.engine.name().sums() {
+        return Some(there.account.sums.to_string());
+    }
+    let settings = Settings { iterations, ..there.scene.settings };
+    (settings != job.scene.settings).then(|| "other settings".into())
 }
 
 /// Checks and locks the checkpoint, if it is to be kept or exists already. An existing checkpoint of the same render
 /// will be resumed; one of another render is an error.
-fn take_checkpoint(job: &mut Job) -> Result<(), Error> {
+fn take_checkpoint(job: &mut Job, digest: &str) -> Result<(), Error> {
     let Some(save) = &job.save else { return Ok(()) };
     let store = Store::new(&save.path);
     if save.keep {
@@ -90,7 +110,7 @@ fn take_checkpoint(job: &mut Job) -> Result<(), Error> {
         let said = |error| Error::input(Field::Checkpoint, format!("checkpoint: {error}"));
         job.lock = Some(lock.map_err(said)?);
     }
-    job.from = found(&store, job)?;
+    job.from = found(&store, job, digest)?;
     Ok(())
 }
 
@@ -105,7 +125,7 @@ fn check_checkpoint(job: &Job, save: &Save) -> Result<(), Error> {
 
 /// The existing checkpoint, if it is of the same render. One of another render is an error, as it must not be
 /// overwritten.
-fn found(store: &Store, job: &Job) -> Result<Option<Loaded>, Error> {
+fn found(store: &Store, job: &Job, digest: &str) -> Result<Option<Loaded>, Error> {
     let refuse = |problem: Problem| {
         let problem = problem.text("remove it, or name another by ").field(Field::Checkpoint);
         Error::input(Field::Checkpoint, problem)
@@ -118,17 +138,10 @@ fn found(store: &Store, job: &Job) -> Result<Option<Loaded>, Error> {
         let problem = Problem::from(format!("{path} holds {done} iterations of {what}; continue it by "));
         Err(refuse(problem.field(Field::Resume).text(", ")))
     };
-    let scene = &job.scene;
-    let iterations = scene.settings.iterations;
-    if scene_file::digest(scene) != there.account.scene {
-        return other(format!("another scene, {}", there.scene.name));
+    if let Some(what) = difference(job, digest, &loaded) {
+        return other(what);
     }
-    if there.account.sums != job.engine.name().sums() {
-        return other(there.account.sums.to_string());
-    }
-    if (Settings { iterations, ..there.scene.settings }) != scene.settings {
-        return other("other settings".into());
-    }
+    let iterations = job.scene.settings.iterations;
     if there.account.iterations > iterations {
         return other(format!("this render, more than {iterations}"));
     }
