@@ -5,11 +5,13 @@ use render::{End, Error, Every, Field, Job, Save};
 use scene::{Material, Rgb};
 use std::time::Duration;
 
+type Change = fn(&mut Job);
+
 #[test]
 fn camera_materials_and_settings_change_between_starts() {
     let mut job = Job::new(small(3));
     job.threads = Some(2);
-    let changes: [fn(&mut Job); 5] = [
+    let changes: [Change; 5] = [
         |_| {},
         |job| job.scene.camera.eye.x += 3.0,
         |job| job.scene.materials[0] = Material::Diffuse { albedo: Rgb::new(0.2, 0.4, 0.6) },
@@ -74,7 +76,7 @@ fn a_resumed_job_must_be_the_render_that_was_stopped() {
     job.start(()).unwrap().wait().unwrap();
     let kept = std::fs::read(&file).unwrap();
 
-    let changes: [(fn(&mut Job), &str); 4] = [
+    let changes: [(Change, &str); 4] = [
         (|job| job.scene.camera.eye.x += 1.0, "another scene"),
         (|job| job.scene.materials[0] = Material::Diffuse { albedo: Rgb::splat(0.25) }, "another scene"),
         (|job| job.scene.settings.width += 1, "other settings"),
