@@ -4,8 +4,7 @@ use crate::outcome::Saved;
 use crate::save::{Every, Note, Save};
 use files::atomic_file::{self, FileError, rescue};
 use files::checkpoint::{self, Contents, Lock, Past, Store};
-use files::scene_file;
-use scene::{Resumable, Scene, Settings, Sums};
+use scene::{Resumable, Scene, Sums};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -16,7 +15,6 @@ pub(crate) struct Keeper {
     every: Every,
     keep: bool,
     lock: Option<Lock>,
-    scene: String,
     digest: String,
     note: String,
     last: Instant,
@@ -28,23 +26,14 @@ pub(crate) struct Keeper {
 }
 
 impl Keeper {
-    /// The keeper of a render of `scene`. If it resumes a checkpoint, `saved` is the number of iterations in that.
-    pub(crate) fn new(
-        save: Save,
-        lock: Option<Lock>,
-        scene: &Scene,
-        digest: &str,
-        note: &Note,
-        saved: Option<u32>,
-    ) -> Self {
+    /// The keeper of a render of a scene with this digest. If it resumes a checkpoint, `saved` is the number of iterations in that.
+    pub(crate) fn new(save: Save, lock: Option<Lock>, digest: &str, note: &Note, saved: Option<u32>) -> Self {
         let note = serde_json::to_string(note).unwrap_or_default(); // cannot fail: noted paths are Unicode
-        let text = scene_file::to_text(scene, &scene.settings);
         let mut keeper = Self {
             store: Store::new(save.path),
             every: save.every,
             keep: save.keep,
             lock,
-            scene: text,
             digest: digest.into(),
             note,
             last: Instant::now(),
@@ -64,8 +53,8 @@ impl Keeper {
     }
 
     /// An upper bound of a checkpoint's bytes.
-    pub(crate) fn bytes(&self, settings: &Settings, sums: Sums, has_past: bool) -> u64 {
-        checkpoint::length(&self.scene, &self.note, settings, sums, has_past)
+    pub(crate) fn bytes(&self, scene: &Scene, sums: Sums, has_past: bool) -> u64 {
+        checkpoint::length(scene, &self.note, sums, has_past)
     }
 
     /// Whether it is time for the next checkpoint.
@@ -77,7 +66,12 @@ impl Keeper {
     }
 
     /// Writes a checkpoint, unless there is one of this iteration already.
-    pub(crate) fn save(&mut self, engine: &dyn Resumable, past: Option<&Past>) -> Result<(), FileError> {
+    pub(crate) fn save(
+        &mut self,
+        scene: &Scene,
+        engine: &dyn Resumable,
+        past: Option<&Past>,
+    ) -> Result<(), FileError> {
         let iterations = engine.iterations();
         self.schedule(iterations);
         if self.saved == Some(iterations) {
@@ -86,7 +80,7 @@ impl Keeper {
         if self.lock.is_none() {
             self.lock = Some(self.store.lock()?);
         }
-        let contents = self.contents(past);
+        let contents = self.contents(scene, past);
         self.store.save(|out| checkpoint::write(out, engine, &contents))?;
         self.saved = Some(iterations);
         Ok(())
@@ -96,12 +90,13 @@ impl Keeper {
     /// folder, and still returns the error.
     pub(crate) fn save_somewhere(
         &mut self,
+        scene: &Scene,
         engine: &dyn Resumable,
         past: Option<&Past>,
     ) -> Result<(), FileError> {
-        let saved = self.save(engine, past);
+        let saved = self.save(scene, engine, past);
         if saved.is_err() {
-            let contents = self.contents(past);
+            let contents = self.contents(scene, past);
             let write =
                 |path: &Path| atomic_file::replace(path, |out| checkpoint::write(out, engine, &contents));
             self.refuge = rescue(self.store.path(), write);
@@ -110,8 +105,8 @@ impl Keeper {
         saved
     }
 
-    fn contents<'a>(&'a self, past: Option<&'a Past>) -> Contents<'a> {
-        let (scene, digest, note) = (&self.scene, &self.digest, &self.note);
+    fn contents<'a>(&'a self, scene: &'a Scene, past: Option<&'a Past>) -> Contents<'a> {
+        let (digest, note) = (&self.digest, &self.note);
         Contents { scene, digest, version: env!("CARGO_PKG_VERSION"), note, past }
     }
 
@@ -122,9 +117,14 @@ impl Keeper {
     }
 
     /// After the end of the render: writes the last checkpoint if checkpoints are kept, else removes them.
-    pub(crate) fn finish(&mut self, engine: &dyn Resumable, past: Option<&Past>) -> Result<(), FileError> {
+    pub(crate) fn finish(
+        &mut self,
+        scene: &Scene,
+        engine: &dyn Resumable,
+        past: Option<&Past>,
+    ) -> Result<(), FileError> {
         if self.keep {
-            return self.save(engine, past);
+            return self.save(scene, engine, past);
         }
         if self.lock.is_some() {
             self.store.remove()?;

@@ -160,11 +160,11 @@ fn keeper(job: &mut Job, digest: &str, from: Option<&Loaded>) -> Result<Option<K
     };
     job.outputs.note(&save.path, &mut note);
     let saved = from.map(|from| from.checkpoint.account.iterations);
-    let keeper = Keeper::new(save.clone(), job.lock.take(), &job.scene, digest, &note, saved);
+    let keeper = Keeper::new(save.clone(), job.lock.take(), digest, &note, saved);
     if save.keep {
         // Two generations, and a third while it is being written.
         let sums = job.engine.name().sums();
-        let bytes = 3 * keeper.bytes(&job.scene.settings, sums, job.goals.error.is_some());
+        let bytes = 3 * keeper.bytes(&job.scene, sums, job.goals.error.is_some());
         let room = atomic_file::check_room(&save.path, bytes);
         room.map_err(|error| Error::named(Field::Checkpoint, error))?;
     }
