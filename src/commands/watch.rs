@@ -7,7 +7,7 @@ use crate::terminal::signals::Requests;
 use render::{End, Job, Notice, Observer, Outcome, Report, Step};
 use scene::settings::MAX_ITERATIONS;
 use scene::text::{counted, duration, list, mebibytes};
-use scene::{Resumable, Settings, Stats};
+use scene::{Filter, Resumable, Settings, Stats};
 use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -104,17 +104,29 @@ impl Drop for Watch {
 
 fn tell_beginning(notice: &Notice) {
     let Notice::Begun { scene, settings, engine, lanes, threads, bytes_at_most } = notice else { return };
-    let Settings { width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed } =
-        settings;
+    let Settings {
+        width,
+        height,
+        iterations,
+        photons_per_iteration,
+        max_depth,
+        initial_radius,
+        seed,
+        filter,
+    } = settings;
     let lanes = lanes.map_or(String::new(), |lanes| format!(" on {} lanes", lanes.name()));
     let iterations = match *iterations {
         MAX_ITERATIONS => "iterations without end".into(),
         n => counted(n, "iteration"),
     };
+    let filter = match filter {
+        Filter::Box => String::new(),
+        filter => format!(", filter {filter}"),
+    };
     debug!(
         bytes_at_most,
         "{scene}: {width} x {height} pixels, {iterations}, {} each, depth {max_depth}, radius {initial_radius}, seed \
-         {seed}; engine {}{lanes}, {}; up to {}",
+         {seed}{filter}; engine {}{lanes}, {}; up to {}",
         counted(*photons_per_iteration, "photon"),
         engine.name(),
         counted(*threads as u64, "thread"),
