@@ -272,7 +272,8 @@ impl Ended {
     fn append<L: Lanes>(&mut self, ends: L::M, is_diffuse: L::M, surface: &Hit<L>, hit: L::U, p: &Packet<L>) {
         let zero = V3::splat(Vec3::ZERO);
         let beta = p.weight.scale(L::f(FRAC_1_PI));
-        let brightest = beta.max_component();
+        // A filter may have negative weights.
+        let brightest = V3::<L>::new(L::abs(beta.x), L::abs(beta.y), L::abs(beta.z)).max_component();
         let is_visible = is_diffuse & L::lt(L::f(0.0), brightest);
         let at = self.count;
         self.point.compress(ends, surface.point, at);
