@@ -20,6 +20,7 @@ mod color;
 pub mod engine;
 pub mod film;
 pub mod material;
+mod neighbours;
 pub mod ray;
 pub mod rng;
 pub mod settings;
