@@ -19,6 +19,7 @@ pub mod check;
 mod color;
 pub mod engine;
 pub mod film;
+pub mod light_tree;
 pub mod material;
 mod neighbours;
 pub mod ray;
