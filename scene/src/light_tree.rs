@@ -1,0 +1,380 @@
+//! A hierarchy over the lamps, by which direct light is chosen for the point that receives it.
+//!
+//! After Conty Estevez and Kulla, "Importance sampling of many lights with adaptive tree splitting" (2018), as in
+//! pbrt-v4. Lamps are spheres and shine in all directions, so nodes need no cones of normals. How much a node matters to
+//! a point is computed by the engines (see `reference::light_choice`); this is what they compute it from. Glowing
+//! enclosures, such as the sky, light all points alike. They are in no node, but in a list of their own.
+
+use glam::{DVec3, Vec3};
+use std::f64::consts::PI;
+
+/// Most levels of the tree, so that every descent is short, wherever the lamps are.
+pub const MAX_LEVELS: u32 = 32;
+
+/// Set in [`LightNode::link`] if it leads to a light.
+pub const IS_LIGHT: u32 = 1 << 31;
+
+/// Slabs that the centres of lamps are sorted into where a node is split.
+const SLABS: usize = 16;
+
+/// What radii of nodes are enlarged by: some roundings of `f32`.
+const ENLARGED: f64 = 1.0 + 1e-6;
+
+/// The least radius of a node, relative to that of the ball around all lamps. Keeps importances finite at the centre of
+/// a tiny lamp.
+const LEAST_RADIUS: f64 = 1e-12;
+
+/// The largest [`LightTree::ambient_irradiance`]. Sums with the importance of lamps stay finite.
+const MOST_AMBIENT: f64 = 1e37;
+
+/// One or more lamps.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LightNode {
+    /// Centre of a ball around them.
+    pub center: Vec3,
+    /// Radius of that ball.
+    pub radius: f32,
+    /// Irradiance times squared distance, far away; in the unit of [`LightTree::ambient_irradiance`] and the scene's
+    /// unit of length.
+    pub intensity: f32,
+    /// Index of the pair of nodes that these lamps are divided into. Or, with [`IS_LIGHT`], index of the light; for a
+    /// lamp of glass, that of its outer side, which its inner side follows.
+    pub link: u32,
+}
+
+/// A light that lights all points alike: a glowing enclosure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AmbientLight {
+    /// Index of the light.
+    pub light: u32,
+    /// Its share of the irradiance of all ambient lights.
+    pub share: f32,
+    /// The sum of the shares up to and including this one.
+    pub cumulative: f32,
+}
+
+/// The hierarchy. It is empty if the scene has fewer than two lights.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LightTree {
+    /// Nodes in pairs. The first pair has all lamps; empty if there are none.
+    pub pairs: Vec<[LightNode; 2]>,
+    /// The lights that are not in the hierarchy.
+    pub ambient: Vec<AmbientLight>,
+    /// The irradiance by all ambient lights together, in a unit that only the tree uses.
+    pub ambient_irradiance: f32,
+}
+
+/// A lamp to be put into the tree.
+#[derive(Clone, Copy)]
+pub(crate) struct Lamp {
+    /// Index of the light.
+    pub(crate) light: u32,
+    pub(crate) center: DVec3,
+    pub(crate) radius: f64,
+    /// In W.
+    pub(crate) power: f64,
+}
+
+impl LightTree {
+    /// The tree over `lamps` and ambient lights; for each of the latter, index and radiance.
+    pub(crate) fn new(mut lamps: Vec<Lamp>, ambient: &[(u32, f64)]) -> Self {
+        let mut tree = Self::default();
+        let unit = Unit::of(&lamps);
+        match lamps[..] {
+            [] => {}
+            [lamp] => {
+                let node = node(&lamps, IS_LIGHT | lamp.light, &unit);
+                // The other node of the pair sends nothing, and is never chosen.
+                tree.pairs.push([node, LightNode { intensity: 0.0, ..node }]);
+            }
+            _ => tree.add_pair(&mut lamps, MAX_LEVELS, &unit),
+        }
+        tree.add_ambient(ambient, &unit);
+        tree
+    }
+
+    /// A tree that chooses by power alone, from the lights' probabilities and the sums of these for all but the last
+    /// light: no light is in the hierarchy.
+    pub fn by_power(probabilities: impl IntoIterator<Item = f32>, cumulative: &[f32]) -> Self {
+        let cumulative = cumulative.iter().copied().chain([1.0]);
+        let ambient = (0..).zip(probabilities.into_iter().zip(cumulative));
+        let ambient = ambient.map(|(light, (share, cumulative))| AmbientLight { light, share, cumulative });
+        Self { ambient: ambient.collect(), ambient_irradiance: 1.0, ..Self::default() }
+    }
+
+    /// Adds the pair of nodes that at least two lamps are divided into, and all below it: at most `levels` levels.
+    fn add_pair(&mut self, lamps: &mut [Lamp], levels: u32, unit: &Unit) {
+        let index = self.pairs.len();
+        self.pairs.push([LightNode::default(); 2]);
+        let middle = divide(lamps, levels - 1);
+        let (first, second) = lamps.split_at_mut(middle);
+        for (side, lamps) in [first, second].into_iter().enumerate() {
+            let link = if let [lamp] = lamps { IS_LIGHT | lamp.light } else { self.pairs.len() as u32 };
+            self.pairs[index][side] = node(lamps, link, unit);
+            if lamps.len() > 1 {
+                self.add_pair(lamps, levels - 1, unit);
+            }
+        }
+    }
+
+    fn add_ambient(&mut self, ambient: &[(u32, f64)], unit: &Unit) {
+        let sum: f64 = ambient.iter().map(|(_, radiance)| radiance).sum();
+        let mut cumulative = 0.0;
+        for &(light, radiance) in ambient {
+            let share = radiance / sum;
+            cumulative += share;
+            self.ambient.push(AmbientLight { light, share: share as f32, cumulative: cumulative as f32 });
+        }
+        if !ambient.is_empty() {
+            let irradiance = unit.intensity(4.0 * PI * PI * sum);
+            self.ambient_irradiance = irradiance.clamp(f64::from(f32::MIN_POSITIVE), MOST_AMBIENT) as f32;
+        }
+    }
+}
+
+/// The units of intensities and lengths, which keep both within the range of `f32`.
+struct Unit {
+    /// The radius of the ball around all lamps.
+    extent: f64,
+    /// The sum over all lamps, in W.
+    power: f64,
+}
+
+impl Unit {
+    fn of(lamps: &[Lamp]) -> Self {
+        match lamps {
+            [] => Self { extent: 1.0, power: 1.0 },
+            _ => {
+                Self { extent: Ball::around(lamps).radius, power: lamps.iter().map(|lamp| lamp.power).sum() }
+            }
+        }
+    }
+
+    /// The intensity of lamps of power `power`. A lamp of radius r and radiance L has the power 4 pi^2 r^2 L, and at a
+    /// great distance d it gives the irradiance pi L r^2 / d^2.
+    fn intensity(&self, power: f64) -> f64 {
+        power / self.power / (4.0 * PI) * self.extent * self.extent
+    }
+}
+
+/// A ball around lamps.
+struct Ball {
+    center: DVec3,
+    radius: f64,
+}
+
+impl Ball {
+    fn around(lamps: &[Lamp]) -> Self {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for lamp in lamps {
+            (low, high) = (low.min(lamp.center - lamp.radius), high.max(lamp.center + lamp.radius));
+        }
+        // Rounded first, so that the radius fits the centre that engines read.
+        let center = (0.5 * (low + high)).as_vec3().as_dvec3();
+        let reach = |lamp: &Lamp| lamp.center.distance(center) + lamp.radius;
+        Self { center, radius: lamps.iter().map(reach).fold(0.0, f64::max) }
+    }
+}
+
+/// The node of `lamps`.
+fn node(lamps: &[Lamp], link: u32, unit: &Unit) -> LightNode {
+    let Ball { center, radius } = Ball::around(lamps);
+    let power = lamps.iter().map(|lamp| lamp.power).sum();
+    LightNode {
+        center: center.as_vec3(),
+        radius: (radius.max(unit.extent * LEAST_RADIUS) * ENLARGED) as f32,
+        intensity: unit.intensity(power) as f32,
+        link,
+    }
+}
+
+/// Sorts at least two lamps into two parts, which are not empty and make a good pair. Returns where the second part
+/// begins. For each, at most `levels` levels will do.
+fn divide(lamps: &mut [Lamp], levels: u32) -> usize {
+    let fits = |count: usize| count > 0 && (count as u64) <= 1_u64 << levels;
+    if let Some(plane) = best_plane(lamps) {
+        let mut before = 0;
+        for index in 0..lamps.len() {
+            if plane.is_before(&lamps[index]) {
+                lamps.swap(index, before);
+                before += 1;
+            }
+        }
+        if fits(before) && fits(lamps.len() - before) {
+            return before;
+        }
+    }
+    let axis = spread(lamps).1.max_position();
+    // Sorted entirely, so that sums over either part are in an order that nothing else decides.
+    lamps.sort_unstable_by(|a, b| a.center[axis].total_cmp(&b.center[axis]).then(a.light.cmp(&b.light)));
+    lamps.len() / 2
+}
+
+/// The least coordinates of centres, and how far centres spread from there.
+fn spread(lamps: &[Lamp]) -> (DVec3, DVec3) {
+    let low = lamps.iter().fold(DVec3::INFINITY, |low, lamp| low.min(lamp.center));
+    let high = lamps.iter().fold(DVec3::NEG_INFINITY, |high, lamp| high.max(lamp.center));
+    (low, high - low)
+}
+
+/// Slabs of equal width along an axis.
+#[derive(Clone, Copy)]
+struct Slabs {
+    axis: usize,
+    from: f64,
+    width: f64,
+}
+
+impl Slabs {
+    /// The slab of a lamp's centre.
+    fn of(&self, lamp: &Lamp) -> usize {
+        ((lamp.center[self.axis] - self.from) / self.width * SLABS as f64).clamp(0.0, (SLABS - 1) as f64)
+            as usize
+    }
+}
+
+/// A plane between slabs.
+struct Plane {
+    slabs: Slabs,
+    /// The last slab before the plane.
+    last: usize,
+}
+
+impl Plane {
+    fn is_before(&self, lamp: &Lamp) -> bool {
+        self.slabs.of(lamp) <= self.last
+    }
+}
+
+/// The plane for which the sum of power times squared extent is least; `None` if all centres coincide, or for two lamps,
+/// which can be divided in one way only.
+fn best_plane(lamps: &[Lamp]) -> Option<Plane> {
+    if lamps.len() == 2 {
+        return None;
+    }
+    let (low, widths) = spread(lamps);
+    let mut best = (f64::INFINITY, None);
+    for axis in 0..3 {
+        let slabs = Slabs { axis, from: low[axis], width: widths[axis] };
+        if slabs.width <= 0.0 {
+            continue;
+        }
+        let mut parts = [Part::EMPTY; SLABS];
+        for lamp in lamps {
+            let part = &mut parts[slabs.of(lamp)];
+            *part = part.joined(&Part::of(lamp));
+        }
+        // What is behind each slab.
+        let mut behind = [Part::EMPTY; SLABS];
+        for slab in (1..SLABS).rev() {
+            behind[slab - 1] = behind[slab].joined(&parts[slab]);
+        }
+        let mut before = Part::EMPTY;
+        for last in 0..SLABS - 1 {
+            before = before.joined(&parts[last]);
+            let cost = before.cost() + behind[last].cost();
+            if cost < best.0 {
+                best = (cost, Some(Plane { slabs, last }));
+            }
+        }
+    }
+    best.1
+}
+
+/// Some lamps: the box around them, and their power.
+#[derive(Clone, Copy)]
+struct Part {
+    low: DVec3,
+    high: DVec3,
+    power: f64,
+}
+
+impl Part {
+    const EMPTY: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY, power: 0.0 };
+
+    fn of(lamp: &Lamp) -> Self {
+        Self { low: lamp.center - lamp.radius, high: lamp.center + lamp.radius, power: lamp.power }
+    }
+
+    fn joined(&self, other: &Self) -> Self {
+        Self {
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+            power: self.power + other.power,
+        }
+    }
+
+    fn cost(&self) -> f64 {
+        if self.power > 0.0 { self.power * (self.high - self.low).length_squared() } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn lamp((light, (place, radius, power)): (u32, ([f64; 3], f64, f64))) -> Lamp {
+        let center = DVec3::from_array(place).as_vec3().as_dvec3();
+        Lamp { light, center, radius: f64::from(radius as f32), power }
+    }
+
+    /// Checks that each node's ball contains its lamps, that its intensity is theirs, and that at most `levels` levels
+    /// follow. Returns the lamps.
+    fn check(tree: &LightTree, node: &LightNode, lamps: &[Lamp], levels: u32) -> Vec<u32> {
+        let lights = if node.link & IS_LIGHT == 0 {
+            assert!(levels > 0, "too many levels");
+            let [first, second] = &tree.pairs[node.link as usize];
+            let second = check(tree, second, lamps, levels - 1);
+            [check(tree, first, lamps, levels - 1), second].concat()
+        } else {
+            vec![node.link & !IS_LIGHT]
+        };
+        let unit = Unit::of(lamps);
+        let power: f64 = lights.iter().map(|light| lamps[*light as usize].power).sum();
+        let off = f64::from(node.intensity) / unit.intensity(power) - 1.0;
+        assert!(off.abs() < 1e-6, "the intensity is off by {off}");
+        for light in &lights {
+            let lamp = &lamps[*light as usize];
+            let reach = lamp.center.distance(node.center.as_dvec3()) + lamp.radius;
+            assert!(reach <= f64::from(node.radius), "lamp {light} is outside of its node");
+        }
+        lights
+    }
+
+    fn check_tree(lamps: &[Lamp]) {
+        let tree = LightTree::new(lamps.to_vec(), &[]);
+        let nodes = tree.pairs[0].iter();
+        let mut lights: Vec<u32> = nodes.flat_map(|node| check(&tree, node, lamps, MAX_LEVELS - 1)).collect();
+        lights.sort_unstable();
+        assert_eq!(lights, (0..lamps.len() as u32).collect::<Vec<_>>());
+        assert_eq!(tree.pairs.len(), lamps.len() - 1);
+    }
+
+    proptest! {
+        #[test]
+        fn every_lamp_is_in_the_tree_once(
+            lamps in prop::collection::vec(
+                (prop::array::uniform3((-9_i8..9).prop_map(|x| f64::from(x) / 3.0)), 1e-3..1.0, 1e-6..1e6),
+                2..200,
+            ),
+            exponent in -6_i32..9,
+        ) {
+            let scale = 10_f64.powi(exponent);
+            let scaled = |(place, radius, power): ([f64; 3], f64, f64)| (place.map(|x| x * scale), radius * scale, power);
+            check_tree(&(0..).zip(lamps.into_iter().map(scaled)).map(lamp).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn trees_are_not_deep_wherever_the_lamps_are() {
+        // Lamps at one place; and lamps ever closer to one, so that each plane cuts off a few only.
+        let same = (0..5000).map(|light| lamp((light, ([1.0; 3], 0.5, 1.0))));
+        check_tree(&same.collect::<Vec<_>>());
+        let closer = (0..200).map(|light| {
+            let x = 0.6_f64.powi(light as i32);
+            lamp((light, ([x, 0.0, 0.0], 1e-3 * x, 1.0)))
+        });
+        check_tree(&closer.collect::<Vec<_>>());
+    }
+}
