@@ -27,6 +27,7 @@ mod estimate;
 mod goals;
 mod job;
 mod keeper;
+mod locks;
 mod made;
 mod memory;
 mod metadata;

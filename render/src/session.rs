@@ -20,6 +20,7 @@ use crate::writer::{Shown, Writer};
 use fast::Parts;
 use files::atomic_file::FileError;
 use files::checkpoint::{Loaded, Past};
+use files::lock::Lock;
 use scene::{Resumable, Scene, Settings, Stop};
 use std::mem::{replace, take};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -30,7 +31,7 @@ use std::time::{Duration, Instant};
 
 /// Runs a prepared job on its thread pool.
 pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) -> Result<Outcome, Error> {
-    let Ready { mut job, pool, need, digest, keeper, from } = ready;
+    let Ready { mut job, pool, need, digest, locks, keeper, from } = ready;
     // The engine borrows the scene. Move it out of the job, which is returned to the caller.
     let nothing = Scene { spheres: Vec::new(), materials: Vec::new(), name: String::new(), ..job.scene };
     let scene = replace(&mut job.scene, nothing);
@@ -50,8 +51,9 @@ pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) ->
             observer,
             window,
         };
-        session.render(need.deposits, from, &mut parts)
+        session.render(need.deposits, from, &locks, &mut parts)
     });
+    drop(locks);
     job.scene = scene;
     job.warm.keep_pool(job.threads, pool);
     (job.warm.parts, job.stop) = (parts, Stop::new());
@@ -89,8 +91,17 @@ struct Session<'a> {
 
 impl Session<'_> {
     /// Renders with the reusable `parts` of an earlier render, and replaces them with those of this one.
-    fn render(&mut self, deposits: u32, from: Option<Loaded>, parts: &mut Parts) -> Result<Ended, Error> {
+    fn render(
+        &mut self,
+        deposits: u32,
+        from: Option<Loaded>,
+        locks: &[Lock],
+        parts: &mut Parts,
+    ) -> Result<Ended, Error> {
         self.introduce();
+        for fault in locks.iter().filter_map(Lock::uncertain) {
+            self.observer.notice(&Notice::NotLocked(fault.clone()));
+        }
         let mut started = self.job.engine.start(self.scene, deposits, take(parts));
         let engine = started.engine();
         if let Some(from) = from {

@@ -84,6 +84,7 @@ impl Observer for Watch {
                 debug!(iterations, "saved after {}", counted(*iterations, "iteration"));
             }
             Notice::NotSaved(error) | Notice::NotRefreshed(error) => warn!("{error}; rendering goes on"),
+            Notice::NotLocked(error) => warn!("{error}; let no other render write it"),
             Notice::NoSnapshot(error) => warn!("{error}"),
         }
     }

@@ -10,7 +10,11 @@ mod failures;
 #[cfg(unix)]
 mod interrupt;
 mod ladder;
+#[cfg(unix)]
+mod locks;
 mod render;
+#[cfg(unix)]
+mod running;
 mod sandbox;
 mod scenes;
 mod trace;
