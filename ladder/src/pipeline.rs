@@ -12,7 +12,7 @@ use crate::rung::Rung;
 use crate::tables::Tables;
 use crate::vector::{Pass, Vector, Width};
 use lanes::Lanes;
-use scene::{Engine, Probe, Rgb, Scene, Settings, Stats, Stop};
+use scene::{Engine, Probe, Progress, Rgb, Scene, Settings, Stop};
 use std::f32::consts::PI;
 use std::time::Instant;
 
@@ -31,12 +31,10 @@ pub(crate) trait Parts: 'static {
 /// A render with the parts `P`.
 pub(crate) struct Pipeline<'a, P: Parts> {
     scene: &'a Scene,
-    settings: Settings,
-    iterations: u32,
+    progress: Progress,
     numbers: Numbers,
     pixels: P::Pixels,
     index: P::Index,
-    stats: Stats,
     /// The operations of each pass, if they are counted.
     operations: Option<[Operations; 4]>,
 }
@@ -56,12 +54,10 @@ impl<'a, P: Parts> Pipeline<'a, P> {
         let sums = IntegerSums::new(settings.pixels(), options.sums == Sums::Integer);
         Self {
             scene,
-            settings: *settings,
-            iterations: 0,
+            progress: Progress::new(settings),
             numbers,
             pixels: Pixels::new(settings.pixels(), settings.initial_radius, sums),
             index: Index::new(settings.pixels(), &options.tuning),
-            stats: Stats::default(),
             operations: options.counts_operations.then(Default::default),
         }
     }
@@ -69,8 +65,9 @@ impl<'a, P: Parts> Pipeline<'a, P> {
     /// Runs all passes of one iteration.
     #[inline(always)]
     fn run<V: Vector>(&mut self, tables: &Tables) {
-        let Self { settings, iterations, numbers, pixels, index, stats, operations, .. } = self;
-        let (iteration, count) = (*iterations, settings.pixels());
+        let Self { progress, numbers, pixels, index, operations, .. } = self;
+        let Progress { settings, iterations: iteration, stats } = progress;
+        let (iteration, count) = (*iteration, settings.pixels());
         let frame = self.scene.camera.frame(settings.width, settings.height);
         let from_columns = P::FROM_COLUMNS;
 
@@ -100,8 +97,8 @@ impl<'a, P: Parts> Pipeline<'a, P> {
 
     /// As `reference::consolidate::Pixel::develop`.
     fn developed(&self, pixel: &PixelState) -> Rgb {
-        let n = self.iterations as f32;
-        let photons = n * self.settings.photons_per_iteration as f32;
+        let n = self.progress.iterations as f32;
+        let photons = n * self.progress.settings.photons_per_iteration as f32;
         let density = 1.0 / (photons * (PI * pixel.radius_squared));
         pixel.direct * (1.0 / n) + pixel.tau * density
     }
@@ -129,20 +126,14 @@ impl<P: Parts> Pass for Iteration<'_, '_, P> {
 }
 
 impl<P: Parts> Engine for Pipeline<'_, P> {
-    fn settings(&self) -> &Settings {
-        &self.settings
-    }
-
-    fn iterations(&self) -> u32 {
-        self.iterations
-    }
-
-    fn stats(&self) -> &Stats {
-        &self.stats
+    fn progress(&self) -> &Progress {
+        &self.progress
     }
 
     fn iterate_unless(&mut self, _: &Stop) -> bool {
-        let still = self.scene.at(self.scene.camera.shutter_time(self.settings.seed, self.iterations));
+        let still = self
+            .scene
+            .at(self.scene.camera.shutter_time(self.progress.settings.seed, self.progress.iterations));
         let tables = Tables::new(&still);
         if self.operations.is_some() {
             counted::take();
@@ -150,13 +141,13 @@ impl<P: Parts> Engine for Pipeline<'_, P> {
         } else {
             P::Width::run(Iteration { pipeline: self, tables: &tables });
         }
-        self.iterations += 1;
+        self.progress.iterations += 1;
         true
     }
 
     fn probe(&self, x: u32, y: u32) -> Probe {
-        let pixel = self.pixels.state(y as usize * self.settings.width as usize + x as usize);
-        let radiance = if self.iterations > 0 { self.developed(&pixel) } else { Rgb::ZERO };
+        let pixel = self.pixels.state(y as usize * self.progress.settings.width as usize + x as usize);
+        let radiance = if self.progress.iterations > 0 { self.developed(&pixel) } else { Rgb::ZERO };
         let PixelState { direct, n, radius_squared, .. } = pixel;
         Probe { radiance, direct, radius: radius_squared.sqrt(), count: n }
     }

@@ -9,7 +9,7 @@ use crate::pipeline::{Parts, Pipeline};
 use crate::pixels::{Columns, Line8, Line16, Lines, Objects, ScalarPixels, TypedArrays};
 use crate::rung::Rung;
 use crate::vector::{Called, Horizontal, Inlined, MathInlined, Scalar, Vertical};
-use scene::{Engine, Film, Probe, Scene, Settings, Stats, Stop};
+use scene::{Engine, Film, Probe, Progress, Scene, Settings, Stop};
 use serde::Serialize;
 
 /// A description of a row's parts.
@@ -229,14 +229,8 @@ fn start_fast<'a>(scene: &'a Scene, settings: &Settings, _: &Options, _: Generat
 }
 
 impl Engine for Fast<'_> {
-    fn settings(&self) -> &Settings {
-        self.0.settings()
-    }
-    fn iterations(&self) -> u32 {
-        self.0.iterations()
-    }
-    fn stats(&self) -> &Stats {
-        self.0.stats()
+    fn progress(&self) -> &Progress {
+        self.0.progress()
     }
     fn iterate_unless(&mut self, stop: &Stop) -> bool {
         self.0.iterate_unless(stop)

@@ -12,7 +12,8 @@ use crate::scatter::{dielectric, reflect};
 use rayon::prelude::*;
 use scene::rng::{Family, Stream, StreamKey};
 use scene::{
-    Engine, Material, Probe, Ray, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums, max_component,
+    Engine, Material, Probe, Progress, Ray, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums,
+    max_component,
 };
 use std::f32::consts::FRAC_1_PI;
 use std::time::Instant;
@@ -20,40 +21,30 @@ use std::time::Instant;
 /// The path tracer; an iteration is one sample per pixel.
 pub struct PathTracer<'a> {
     scene: &'a Scene,
-    settings: Settings,
-    iterations: u32,
+    progress: Progress,
     /// Sums of radiance; in `f64`, as ground truth takes tens of thousands of samples.
     sums: Vec<[f64; 3]>,
     /// The samples of the current iteration.
     samples: Vec<Rgb>,
-    stats: Stats,
 }
 
 impl<'a> PathTracer<'a> {
     /// A render that has not begun.
     pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
         let (sums, samples) = (vec![[0.0; 3]; settings.pixels()], vec![Rgb::ZERO; settings.pixels()]);
-        Self { scene, settings: *settings, iterations: 0, sums, samples, stats: Stats::default() }
+        Self { scene, progress: Progress::new(settings), sums, samples }
     }
 
     /// The radiance of a pixel; black before the first iteration.
     fn mean(&self, sums: &[f64; 3]) -> Rgb {
-        let scale = 1.0 / f64::from(self.iterations.max(1));
+        let scale = 1.0 / f64::from(self.progress.iterations.max(1));
         Rgb::from_array(sums.map(|sum| (sum * scale) as f32))
     }
 }
 
 impl Engine for PathTracer<'_> {
-    fn settings(&self) -> &Settings {
-        &self.settings
-    }
-
-    fn iterations(&self) -> u32 {
-        self.iterations
-    }
-
-    fn stats(&self) -> &Stats {
-        &self.stats
+    fn progress(&self) -> &Progress {
+        &self.progress
     }
 
     fn has_photons(&self) -> bool {
@@ -61,16 +52,19 @@ impl Engine for PathTracer<'_> {
     }
 
     fn probe(&self, x: u32, y: u32) -> Probe {
-        let row = &self.sums[y as usize * self.settings.width as usize..][..self.settings.width as usize];
+        let row = &self.sums[y as usize * self.progress.settings.width as usize..]
+            [..self.progress.settings.width as usize];
         Probe { radiance: self.mean(&row[x as usize]), ..Probe::default() }
     }
 
     fn iterate_unless(&mut self, stop: &Stop) -> bool {
         let start = Instant::now();
-        let still = self.scene.at(self.scene.camera.shutter_time(self.settings.seed, self.iterations));
-        let frame = self.scene.camera.frame(self.settings.width, self.settings.height);
-        let key = StreamKey::new(self.settings.seed, Family::Path, self.iterations);
-        let (width, depth) = (self.settings.width, self.settings.max_depth);
+        let still = self
+            .scene
+            .at(self.scene.camera.shutter_time(self.progress.settings.seed, self.progress.iterations));
+        let frame = self.scene.camera.frame(self.progress.settings.width, self.progress.settings.height);
+        let key = StreamKey::new(self.progress.settings.seed, Family::Path, self.progress.iterations);
+        let (width, depth) = (self.progress.settings.width, self.progress.settings.max_depth);
         let row_of_paths = |(y, row): (usize, &mut [Rgb])| {
             let mut segments = 0;
             for (x, sample) in row.iter_mut().enumerate() {
@@ -95,10 +89,10 @@ impl Engine for PathTracer<'_> {
                 *total += f64::from(value);
             }
         }
-        self.stats.camera_segments += segments;
-        self.stats.bytes = (size_of_val(&self.sums[..]) + size_of_val(&self.samples[..])) as u64;
-        self.iterations += 1;
-        self.stats.camera_seconds += start.elapsed().as_secs_f64();
+        self.progress.stats.camera_segments += segments;
+        self.progress.stats.bytes = (size_of_val(&self.sums[..]) + size_of_val(&self.samples[..])) as u64;
+        self.progress.iterations += 1;
+        self.progress.stats.camera_seconds += start.elapsed().as_secs_f64();
         true
     }
 }
@@ -109,7 +103,7 @@ impl Resumable for PathTracer<'_> {
     }
 
     fn save_row(&self, y: u32, words: &mut [u32]) {
-        let width = self.settings.width as usize;
+        let width = self.progress.settings.width as usize;
         assert_eq!(words.len(), 6 * width, "not a row");
         let sums = self.sums[y as usize * width..][..width].as_flattened();
         for (words, sum) in words.chunks_exact_mut(2).zip(sums) {
@@ -119,7 +113,7 @@ impl Resumable for PathTracer<'_> {
     }
 
     fn load_row(&mut self, y: u32, words: &[u32]) {
-        let width = self.settings.width as usize;
+        let width = self.progress.settings.width as usize;
         assert_eq!(words.len(), 6 * width, "not a row");
         let sums = self.sums[y as usize * width..][..width].as_flattened_mut();
         for (words, sum) in words.chunks_exact(2).zip(sums) {
@@ -128,7 +122,7 @@ impl Resumable for PathTracer<'_> {
     }
 
     fn go_on_after(&mut self, iterations: u32, stats: Stats) {
-        (self.iterations, self.stats) = (iterations, stats);
+        (self.progress.iterations, self.progress.stats) = (iterations, stats);
     }
 }
 

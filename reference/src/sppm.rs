@@ -5,7 +5,7 @@ use crate::consolidate::{Gathered, Pixel};
 use crate::grid::Grid;
 use crate::photon_pass::{Deposit, photon_pass};
 use scene::still::Role;
-use scene::{Engine, PhotonSums, Probe, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums};
+use scene::{Engine, PhotonSums, Probe, Progress, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums};
 use std::time::Instant;
 
 /// The default cell size of the grid, in units of the largest radius. The image does not depend on it.
@@ -17,11 +17,9 @@ const PHOTONS_PER_STOP: u32 = 256;
 /// The reference renderer.
 pub struct Sppm<'a> {
     scene: &'a Scene,
-    settings: Settings,
+    progress: Progress,
     cell_size: f32,
-    iterations: u32,
     pixels: Vec<Pixel>,
-    stats: Stats,
 }
 
 /// The result of the camera pass of one iteration.
@@ -50,21 +48,23 @@ impl<'a> Sppm<'a> {
     /// The same render with grid cells of `cell_size` times the largest radius, a number above 0.
     pub fn with_cell_size(scene: &'a Scene, settings: &Settings, cell_size: f32) -> Self {
         let pixels = vec![Pixel::new(settings.initial_radius); settings.pixels()];
-        Self { scene, settings: *settings, cell_size, iterations: 0, pixels, stats: Stats::default() }
+        Self { scene, progress: Progress::new(settings), cell_size, pixels }
     }
 
     /// One camera path per pixel; `None` if stopped.
     fn camera_pass(&mut self, still: &Still, stop: &Stop) -> Option<Seen> {
-        let frame = self.scene.camera.frame(self.settings.width, self.settings.height);
+        let frame = self.scene.camera.frame(self.progress.settings.width, self.progress.settings.height);
         let mut seen = Seen::default();
         for index in 0..self.pixels.len() {
             if stop.is_requested() {
                 return None;
             }
-            let (x, y) = (index as u32 % self.settings.width, index as u32 / self.settings.width);
-            let mut numbers = CameraNumbers::new(&self.settings, self.iterations, x, y);
+            let (x, y) =
+                (index as u32 % self.progress.settings.width, index as u32 / self.progress.settings.width);
+            let mut numbers = CameraNumbers::new(&self.progress.settings, self.progress.iterations, x, y);
             let ray = camera_ray(&frame, x, y, &numbers);
-            let sample = trace(still, ray, self.settings.max_depth, &mut numbers, &mut self.stats);
+            let sample =
+                trace(still, ray, self.progress.settings.max_depth, &mut numbers, &mut self.progress.stats);
             seen.direct.push(sample.direct);
             if let Some(visible) = sample.visible {
                 seen.points.push(visible);
@@ -78,7 +78,7 @@ impl<'a> Sppm<'a> {
     fn photon_pass(&mut self, still: &Still, grid: &Grid, seen: &Seen, stop: &Stop) -> Option<Vec<Gathered>> {
         let mut gathered = vec![Gathered::default(); seen.points.len()];
         let pixels = &self.pixels;
-        let all = self.settings.photons_per_iteration;
+        let all = self.progress.settings.photons_per_iteration;
         for first in (0..all).step_by(PHOTONS_PER_STOP as usize) {
             if stop.is_requested() {
                 return None;
@@ -86,10 +86,10 @@ impl<'a> Sppm<'a> {
             let photons = first..all.min(first.saturating_add(PHOTONS_PER_STOP));
             photon_pass(
                 still,
-                &self.settings,
-                self.iterations,
+                &self.progress.settings,
+                self.progress.iterations,
                 photons,
-                &mut self.stats,
+                &mut self.progress.stats,
                 |deposit, stats| {
                     for index in grid.candidates(deposit.point) {
                         stats.candidates += 1;
@@ -111,7 +111,9 @@ impl<'a> Sppm<'a> {
 
     /// Runs all passes of an iteration; `None` if stopped, with no pixel changed.
     fn run_iteration(&mut self, stop: &Stop) -> Option<()> {
-        let still = self.scene.at(self.scene.camera.shutter_time(self.settings.seed, self.iterations));
+        let still = self
+            .scene
+            .at(self.scene.camera.shutter_time(self.progress.settings.seed, self.progress.iterations));
         let start = Instant::now();
         let seen = self.camera_pass(&still, stop)?;
         let camera = Instant::now();
@@ -126,18 +128,18 @@ impl<'a> Sppm<'a> {
         for ((visible, owner), gathered) in seen.points.iter().zip(&seen.owners).zip(&gathered) {
             self.pixels[*owner].consolidate(visible.beta, gathered, still.lights.power);
         }
-        self.iterations += 1;
+        self.progress.iterations += 1;
         let held = size_of_val(&self.pixels[..]) + seen.bytes();
-        self.stats.bytes = (held + size_of_val(&gathered[..]) + grid.bytes()) as u64;
-        self.stats.camera_seconds += (camera - start).as_secs_f64();
-        self.stats.build_grid_seconds += (built - camera).as_secs_f64();
-        self.stats.photon_seconds += (traced - built).as_secs_f64();
-        self.stats.consolidate_seconds += traced.elapsed().as_secs_f64();
+        self.progress.stats.bytes = (held + size_of_val(&gathered[..]) + grid.bytes()) as u64;
+        self.progress.stats.camera_seconds += (camera - start).as_secs_f64();
+        self.progress.stats.build_grid_seconds += (built - camera).as_secs_f64();
+        self.progress.stats.photon_seconds += (traced - built).as_secs_f64();
+        self.progress.stats.consolidate_seconds += traced.elapsed().as_secs_f64();
         Some(())
     }
 
     fn row(&self, y: u32) -> &[Pixel] {
-        let width = self.settings.width as usize;
+        let width = self.progress.settings.width as usize;
         &self.pixels[y as usize * width..][..width]
     }
 }
@@ -156,31 +158,26 @@ pub fn contributes(still: &Still, deposit: &Deposit, visible: &VisiblePoint, rad
 }
 
 impl Engine for Sppm<'_> {
-    fn settings(&self) -> &Settings {
-        &self.settings
-    }
-
-    fn iterations(&self) -> u32 {
-        self.iterations
-    }
-
-    fn stats(&self) -> &Stats {
-        &self.stats
+    fn progress(&self) -> &Progress {
+        &self.progress
     }
 
     fn iterate_unless(&mut self, stop: &Stop) -> bool {
-        let before = self.stats;
+        let before = self.progress.stats;
         let is_whole = self.run_iteration(stop).is_some();
         if !is_whole {
-            self.stats = before;
+            self.progress.stats = before;
         }
         is_whole
     }
 
     fn probe(&self, x: u32, y: u32) -> Probe {
         let pixel = &self.row(y)[x as usize];
-        let radiance =
-            if self.iterations > 0 { pixel.develop(&self.settings, self.iterations) } else { Rgb::ZERO };
+        let radiance = if self.progress.iterations > 0 {
+            pixel.develop(&self.progress.settings, self.progress.iterations)
+        } else {
+            Rgb::ZERO
+        };
         Probe { radiance, direct: pixel.direct, radius: pixel.radius_squared.sqrt(), count: pixel.n }
     }
 }
@@ -199,7 +196,7 @@ impl Resumable for Sppm<'_> {
     }
 
     fn load_row(&mut self, y: u32, words: &[u32]) {
-        let (width, words) = (self.settings.width as usize, words.as_chunks().0);
+        let (width, words) = (self.progress.settings.width as usize, words.as_chunks().0);
         assert_eq!(words.len(), width, "not a row");
         let row = &mut self.pixels[y as usize * width..][..width];
         for (words, pixel) in words.iter().zip(row) {
@@ -209,6 +206,6 @@ impl Resumable for Sppm<'_> {
     }
 
     fn go_on_after(&mut self, iterations: u32, stats: Stats) {
-        (self.iterations, self.stats) = (iterations, stats);
+        (self.progress.iterations, self.progress.stats) = (iterations, stats);
     }
 }

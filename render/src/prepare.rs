@@ -33,8 +33,9 @@ pub(crate) struct Ready {
 /// memory and disk space. Changes no file.
 pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     check_settings(&job)?;
+    let digest = scene_file::digest(&job.scene);
     if let Some(from) = &job.from {
-        check_resumed(&job, from)?;
+        check_resumed(&job, &digest, from)?;
     }
     job.outputs.check(job.engine.name(), &job.inputs)?;
     if job.from.is_none() {
@@ -43,14 +44,13 @@ pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     // Before anything is read that another render may be about to replace.
     let locks = lock(&mut job)?;
     if job.from.is_none() {
-        job.from = found(&job)?;
+        job.from = found(&job, &digest)?;
     }
     let from = job.from.take();
     let pool = job.warm.take_pool(job.threads)?;
     let threads = pool.current_num_threads();
     let need = Need::new(job.engine, &job.scene, threads, job.goals.error.is_some(), job.memory_limit)?;
     job.outputs.check_room(job.scene.settings.pixels() as u64)?;
-    let digest = scene_file::digest(&job.scene);
     let keeper = keeper(&job, &digest, from.as_ref())?;
     Ok(Ready { job, pool, need, digest, locks, keeper, from })
 }
@@ -62,8 +62,8 @@ fn check_settings(job: &Job) -> Result<(), Error> {
     })
 }
 
-/// Checks that engine and iterations of `job` are compatible with the checkpoint to resume.
-fn check_resumed(job: &Job, from: &Loaded) -> Result<(), Error> {
+/// Checks that `job`, whose scene has the given digest, is the render of the checkpoint to resume.
+fn check_resumed(job: &Job, digest: &str, from: &Loaded) -> Result<(), Error> {
     let (path, account) = (from.path.display(), &from.checkpoint.account);
     let (asked, done) = (job.scene.settings.iterations, account.iterations);
     if asked < done {
@@ -77,7 +77,27 @@ fn check_resumed(job: &Job, from: &Loaded) -> Result<(), Error> {
         let problem = format!(" {}: {path} is of {sums}, and goes on by {others} alone", name.name());
         return Err(Error::input(Field::Engine, Problem::of(Field::Engine).text(problem)));
     }
-    Ok(())
+    match difference(job, digest, from) {
+        Some(what) => {
+            let problem = format!("{path} is of {what}; change neither scene nor settings to resume it");
+            Err(Error::input(Field::Resumed, problem))
+        }
+        None => Ok(()),
+    }
+}
+
+/// What distinguishes the render of a checkpoint from `job`, whose scene has the given digest. The number of iterations
+/// may differ.
+fn difference(job: &Job, digest: &str, loaded: &Loaded) -> Option<String> {
+    let (there, iterations) = (&loaded.checkpoint, job.scene.settings.iterations);
+    if digest != there.account.scene {
+        return Some(format!("another scene, {}", there.scene.name));
+    }
+    if there.account.sums != job.engine.name().sums() {
+        return Some(there.account.sums.to_string());
+    }
+    let settings = Settings { iterations, ..there.scene.settings };
+    (settings != job.scene.settings).then(|| "other settings".into())
 }
 
 /// Checks that the checkpoint is not also another output; and if it is to be kept, that it is no input, and that it can
@@ -94,7 +114,7 @@ fn check_checkpoint(job: &Job) -> Result<(), Error> {
 
 /// The existing checkpoint at the job's path, if it is of the same render. One of another render is an error, as it must
 /// not be overwritten.
-fn found(job: &Job) -> Result<Option<Loaded>, Error> {
+fn found(job: &Job, digest: &str) -> Result<Option<Loaded>, Error> {
     let Some(save) = &job.save else { return Ok(None) };
     let store = Store::new(&save.path);
     let refuse = |problem: Problem| {
@@ -109,17 +129,10 @@ fn found(job: &Job) -> Result<Option<Loaded>, Error> {
         let problem = Problem::from(format!("{path} holds {done} iterations of {what}; continue it by "));
         Err(refuse(problem.field(Field::Resume).text(", ")))
     };
-    let scene = &job.scene;
-    let iterations = scene.settings.iterations;
-    if scene_file::digest(scene) != there.account.scene {
-        return other(format!("another scene, {}", there.scene.name));
+    if let Some(what) = difference(job, digest, &loaded) {
+        return other(what);
     }
-    if there.account.sums != job.engine.name().sums() {
-        return other(there.account.sums.to_string());
-    }
-    if (Settings { iterations, ..there.scene.settings }) != scene.settings {
-        return other("other settings".into());
-    }
+    let iterations = job.scene.settings.iterations;
     if there.account.iterations > iterations {
         return other(format!("this render, more than {iterations}"));
     }

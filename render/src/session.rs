@@ -55,6 +55,8 @@ pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) ->
     });
     drop(locks);
     job.scene = scene;
+    // Started again, it begins anew: the checkpoint is not an input any more.
+    job.inputs.retain(|(field, _)| *field != Field::Resumed);
     job.warm.keep_pool(job.threads, pool);
     (job.warm.parts, job.stop) = (parts, Stop::new());
     let Ended { end, report, writing, unsaved, keeper, written, failed } = ended?;

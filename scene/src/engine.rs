@@ -10,14 +10,8 @@ use serde::{Deserialize, Serialize};
 ///
 /// An engine implements iterations and the values of a pixel; images are derived from these.
 pub trait Engine {
-    /// The settings of the render.
-    fn settings(&self) -> &Settings;
-
-    /// Iterations run so far.
-    fn iterations(&self) -> u32;
-
-    /// Seconds per pass and counted work so far.
-    fn stats(&self) -> &Stats;
+    /// The settings of the render, and how far it has come.
+    fn progress(&self) -> &Progress;
 
     /// Runs one whole iteration of all passes (for the path tracer: one sample per pixel), or abandons it soon after
     /// `stop` is requested. Returns true if the iteration was completed. An abandoned iteration changes nothing.
@@ -31,6 +25,21 @@ pub trait Engine {
     /// # Panics
     /// If there is no such pixel.
     fn probe(&self, x: u32, y: u32) -> Probe;
+
+    /// The settings of the render.
+    fn settings(&self) -> &Settings {
+        &self.progress().settings
+    }
+
+    /// Iterations run so far.
+    fn iterations(&self) -> u32 {
+        self.progress().iterations
+    }
+
+    /// Seconds per pass and counted work so far.
+    fn stats(&self) -> &Stats {
+        &self.progress().stats
+    }
 
     /// Whether the engine traces photons, and so has direct light, radii and counts per pixel.
     fn has_photons(&self) -> bool {
@@ -66,6 +75,24 @@ pub trait Engine {
     fn count(&self) -> Option<Plane> {
         let Settings { width, height, .. } = *self.settings();
         self.has_photons().then(|| Plane::from_fn(width, height, |x, y| self.probe(x, y).count))
+    }
+}
+
+/// The settings of a render, and how far it has come.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// The settings of the render.
+    pub settings: Settings,
+    /// Iterations run so far.
+    pub iterations: u32,
+    /// Seconds per pass and counted work so far.
+    pub stats: Stats,
+}
+
+impl Progress {
+    /// That of a render before its first iteration.
+    pub fn new(settings: &Settings) -> Self {
+        Self { settings: *settings, iterations: 0, stats: Stats::default() }
     }
 }
 

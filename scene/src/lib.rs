@@ -33,7 +33,7 @@ pub mod world;
 
 pub use camera::Camera;
 pub use color::{Rgb, max_component};
-pub use engine::{Engine, Pass, Probe, Stats};
+pub use engine::{Engine, Pass, Probe, Progress, Stats};
 pub use film::{Film, Picture, Plane};
 pub use glam::Vec3;
 pub use material::Material;

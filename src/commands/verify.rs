@@ -136,45 +136,37 @@ fn first_difference(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use scene::{Probe, Rgb, Stats, Stop};
+    use scene::{Probe, Progress, Rgb, Stop};
 
     /// Changes the values of the pixel in a given column and row.
     type Spoil = fn([u32; 2], &mut Probe);
 
     /// An engine whose pixels are all equal, until `spoil` changes them from iteration `from` on.
     struct Fake {
-        done: u32,
         from: u32,
         spoil: Spoil,
-        stats: Stats,
-        settings: Settings,
+        progress: Progress,
     }
 
     impl Fake {
         fn new(from: u32, spoil: Spoil) -> Self {
             let settings = Settings { width: 3, height: 2, ..Settings::default() };
-            Self { done: 0, from, spoil, stats: Stats::default(), settings }
+            Self { from, spoil, progress: Progress::new(&settings) }
         }
     }
 
     impl Engine for Fake {
-        fn settings(&self) -> &Settings {
-            &self.settings
-        }
-        fn iterations(&self) -> u32 {
-            self.done
-        }
-        fn stats(&self) -> &Stats {
-            &self.stats
+        fn progress(&self) -> &Progress {
+            &self.progress
         }
         fn iterate_unless(&mut self, _: &Stop) -> bool {
-            self.done += 1;
+            self.progress.iterations += 1;
             true
         }
         fn probe(&self, x: u32, y: u32) -> Probe {
             let mut probe =
                 Probe { radiance: Rgb::splat(0.25), direct: Rgb::splat(0.5), radius: 1.5, count: 0.0 };
-            if self.done >= self.from {
+            if self.progress.iterations >= self.from {
                 (self.spoil)([x, y], &mut probe);
             }
             probe

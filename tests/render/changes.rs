@@ -1,15 +1,17 @@
 //! Changes the job of a finished render and starts it again.
 
 use crate::{endless, image, small};
-use render::{End, Job};
+use render::{End, Error, Every, Field, Job, Save};
 use scene::{Material, Rgb};
 use std::time::Duration;
+
+type Change = fn(&mut Job);
 
 #[test]
 fn camera_materials_and_settings_change_between_starts() {
     let mut job = Job::new(small(3));
     job.threads = Some(2);
-    let changes: [fn(&mut Job); 5] = [
+    let changes: [Change; 5] = [
         |_| {},
         |job| job.scene.camera.eye.x += 3.0,
         |job| job.scene.materials[0] = Material::Diffuse { albedo: Rgb::new(0.2, 0.4, 0.6) },
@@ -44,7 +46,7 @@ fn a_checkpoint_can_be_resumed_and_repeated() {
     let mut job = Job::new(small(4));
     let image_file = folder.path().join("a.pfm");
     job.outputs.image = Some(image_file.clone());
-    job.save = Some(render::Save { keep: true, ..render::Save::beside(&image_file) });
+    job.save = Some(Save { keep: true, ..Save::beside(&image_file) });
     let outcome = job.start(()).unwrap().wait().unwrap();
     let saved = outcome.saved.unwrap();
     assert_eq!((saved.iterations, saved.path.file_name().unwrap().to_str()), (4, Some("a.pfm.sppm")));
@@ -57,6 +59,35 @@ fn a_checkpoint_can_be_resumed_and_repeated() {
     assert_eq!(outcome.report.resumed_after, 4);
     assert_eq!(outcome.last.unwrap().film, image(&small(6)));
 
+    let again = outcome.job.start(()).unwrap().wait().unwrap();
+    assert_eq!((again.report.resumed_after, again.report.iterations), (6, 6));
+
     let like = Job::like(&saved.path, None).unwrap();
     assert_eq!(like.scene.settings, small(6).settings);
+}
+
+/// The sums of a checkpoint are worth nothing to another scene or other settings.
+#[test]
+fn a_resumed_job_must_be_the_render_that_was_stopped() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.sppm");
+    let mut job = Job::new(small(2));
+    job.save = Some(Save { path: file.clone(), every: Every::default(), keep: true });
+    job.start(()).unwrap().wait().unwrap();
+    let kept = std::fs::read(&file).unwrap();
+
+    let changes: [(Change, &str); 4] = [
+        (|job| job.scene.camera.eye.x += 1.0, "another scene"),
+        (|job| job.scene.materials[0] = Material::Diffuse { albedo: Rgb::splat(0.25) }, "another scene"),
+        (|job| job.scene.settings.width += 1, "other settings"),
+        (|job| job.scene.settings.seed += 1, "other settings"),
+    ];
+    for (change, what) in changes {
+        let mut resumed = Job::resume(&file).unwrap();
+        change(&mut resumed);
+        let error = resumed.start(()).map(drop).expect_err(what);
+        assert!(matches!(error, Error::Input { field: Field::Resumed, .. }), "{error:?}");
+        assert!(error.to_string().contains(what), "{error}");
+    }
+    assert_eq!(std::fs::read(&file).unwrap(), kept);
 }

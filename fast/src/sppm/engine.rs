@@ -5,13 +5,13 @@ use super::render::Sppm;
 use crate::consolidate::develop;
 use crate::pixels::{Pixel, slot_of};
 use rayon::prelude::*;
-use scene::{Engine, Film, Probe, Resumable, Rgb, Settings, Stats, Stop, Sums};
+use scene::{Engine, Film, Probe, Progress, Resumable, Rgb, Settings, Stats, Stop, Sums};
 use std::mem::take;
 
 impl Sppm<'_> {
     /// Clears what a stopped iteration has left.
     fn abandon(&mut self, before: Stats) {
-        self.stats = before;
+        self.progress.stats = before;
         self.join.clear();
         self.camera_workers.clear();
         self.photon_workers.clear();
@@ -19,25 +19,17 @@ impl Sppm<'_> {
 }
 
 impl Engine for Sppm<'_> {
-    fn settings(&self) -> &Settings {
-        &self.settings
-    }
-
-    fn iterations(&self) -> u32 {
-        self.iterations
-    }
-
-    fn stats(&self) -> &Stats {
-        &self.stats
+    fn progress(&self) -> &Progress {
+        &self.progress
     }
 
     fn iterate_unless(&mut self, stop: &Stop) -> bool {
-        let before = self.stats;
+        let before = self.progress.stats;
         let prepared = take(&mut self.prepared);
         let done = if let Some(prepared) = &prepared {
             self.run_iteration(prepared, stop)
         } else {
-            let time = self.scene.camera.shutter_time(self.settings.seed, self.iterations);
+            let time = self.scene.camera.shutter_time(self.progress.settings.seed, self.progress.iterations);
             self.run_iteration(&Prepared::new(self.scene.at(time), &self.parameters, None), stop)
         };
         self.prepared = prepared;
@@ -48,23 +40,26 @@ impl Engine for Sppm<'_> {
     }
 
     fn probe(&self, x: u32, y: u32) -> Probe {
-        assert!(x < self.settings.width && y < self.settings.height, "no such pixel");
-        let pixel = &self.pixels[slot_of(self.settings.width, x, y)];
-        let radiance =
-            if self.iterations > 0 { develop(pixel, &self.settings, self.iterations) } else { Rgb::ZERO };
+        assert!(x < self.progress.settings.width && y < self.progress.settings.height, "no such pixel");
+        let pixel = &self.pixels[slot_of(self.progress.settings.width, x, y)];
+        let radiance = if self.progress.iterations > 0 {
+            develop(pixel, &self.progress.settings, self.progress.iterations)
+        } else {
+            Rgb::ZERO
+        };
         Probe { radiance, direct: Rgb::from_array(pixel.direct), radius: pixel.radius(), count: pixel.n }
     }
 
     /// By all threads.
     fn develop(&self) -> Film {
-        let Settings { width, height, .. } = self.settings;
+        let Settings { width, height, .. } = self.progress.settings;
         let mut film = Film::new(width, height);
-        if self.iterations > 0 {
+        if self.progress.iterations > 0 {
             let rows = film.pixels.par_chunks_mut(width as usize).enumerate();
             rows.for_each(|(y, row)| {
                 for (x, pixel) in row.iter_mut().enumerate() {
                     let slot = slot_of(width, x as u32, y as u32);
-                    *pixel = develop(&self.pixels[slot], &self.settings, self.iterations);
+                    *pixel = develop(&self.pixels[slot], &self.progress.settings, self.progress.iterations);
                 }
             });
         }
@@ -78,7 +73,7 @@ impl Resumable for Sppm<'_> {
     }
 
     fn save_row(&self, y: u32, words: &mut [u32]) {
-        let (width, words) = (self.settings.width, words.as_chunks_mut().0);
+        let (width, words) = (self.progress.settings.width, words.as_chunks_mut().0);
         assert_eq!(words.len(), width as usize, "not a row");
         for (words, x) in words.iter_mut().zip(0..width) {
             *words = self.pixels[slot_of(width, x, y)].words();
@@ -86,7 +81,7 @@ impl Resumable for Sppm<'_> {
     }
 
     fn load_row(&mut self, y: u32, words: &[u32]) {
-        let (width, words) = (self.settings.width, words.as_chunks().0);
+        let (width, words) = (self.progress.settings.width, words.as_chunks().0);
         assert_eq!(words.len(), width as usize, "not a row");
         for (words, x) in words.iter().zip(0..width) {
             self.pixels[slot_of(width, x, y)] = Pixel::from_words(*words);
@@ -94,6 +89,6 @@ impl Resumable for Sppm<'_> {
     }
 
     fn go_on_after(&mut self, iterations: u32, stats: Stats) {
-        (self.iterations, self.stats) = (iterations, stats);
+        (self.progress.iterations, self.progress.stats) = (iterations, stats);
     }
 }

@@ -19,7 +19,7 @@ use crate::parameters::Parameters;
 use crate::photon_pass::{Emission, PhotonPass, PhotonPlan, PhotonWorkers, rounding_of_points};
 use crate::pixels::{Pixel, PixelRows, slots};
 use lanes::LaneKind;
-use scene::{Scene, Settings, Stats, Stop, Vec3};
+use scene::{Progress, Scene, Settings, Stop, Vec3};
 use std::time::Instant;
 
 /// Once there are so many deposits, they are joined before more photons are traced (unless
@@ -40,11 +40,10 @@ pub struct Parts {
 /// The fast renderer.
 pub struct Sppm<'a> {
     pub(super) scene: &'a Scene,
-    pub(super) settings: Settings,
+    pub(super) progress: Progress,
     lanes: LaneKind,
     pub(super) parameters: Parameters,
     deposits_at_once: u32,
-    pub(super) iterations: u32,
     tiles: TileTable,
     /// What pixels have gathered, in tile order.
     pub(super) pixels: Pages<Pixel>,
@@ -56,7 +55,6 @@ pub struct Sppm<'a> {
     pub(super) join: Join,
     /// The scene's only still and its tables, if nothing moves.
     pub(super) prepared: Option<Prepared<'a>>,
-    pub(super) stats: Stats,
     /// Photons that counted at a visible point in the last iteration, on average.
     neighbours: f64,
 }
@@ -95,11 +93,10 @@ impl<'a> Sppm<'a> {
         let moves = scene.spheres.iter().any(|s| s.velocity != Vec3::ZERO);
         Self {
             scene,
-            settings: *settings,
+            progress: Progress::new(settings),
             lanes,
             parameters: *parameters,
             deposits_at_once: DEPOSITS_AT_ONCE,
-            iterations: 0,
             tiles: TileTable::new(),
             pixels: Pages::refilled(parts.pixels, Pixel::new(settings.initial_radius), slots),
             rows: Pages::refilled(parts.rows, PixelRows::NOTHING, slots),
@@ -108,7 +105,6 @@ impl<'a> Sppm<'a> {
             photon_workers: parts.photon_workers.unwrap_or_else(PhotonWorkers::new),
             join: Join::new(),
             prepared: (!moves).then(|| Prepared::new(scene.at(0.0), parameters, parts.hierarchy)),
-            stats: Stats::default(),
             neighbours: parameters.neighbours_at_first.into(),
         }
     }
@@ -155,18 +151,19 @@ impl<'a> Sppm<'a> {
 
     /// All passes of an iteration; `None` if stopped, and then no pixel has changed.
     pub(super) fn run_iteration(&mut self, p: &Prepared, stop: &Stop) -> Option<()> {
-        let (start, before) = (Instant::now(), (self.stats.contributions, self.stats.visible_points));
+        let (start, before) =
+            (Instant::now(), (self.progress.stats.contributions, self.progress.stats.visible_points));
         let radii = Radii::of(&self.pixels);
         let occupancy = self.camera_pass(p, radii, stop)?;
-        self.stats.camera_seconds += start.elapsed().as_secs_f64();
+        self.progress.stats.camera_seconds += start.elapsed().as_secs_f64();
         let Parameters { cell_size, photons_per_batch, .. } = self.parameters;
-        let total = self.settings.photons_per_iteration;
+        let total = self.progress.settings.photons_per_iteration;
         let cells = Cells::new(radii.cell_size(cell_size, self.neighbours), self.parameters.buckets(total));
-        let key = (self.settings.seed, self.iterations);
+        let key = (self.progress.settings.seed, self.progress.iterations);
         let pass = PhotonPass {
             emission: Emission::new(&p.still, &p.emitters, &p.lights.choice, key),
             tables: &p.tables,
-            max_depth: self.settings.max_depth,
+            max_depth: self.progress.settings.max_depth,
             cells,
             occupancy: &occupancy,
             reach: radii.largest,
@@ -178,11 +175,11 @@ impl<'a> Sppm<'a> {
             next = self.round(&pass, next, p.still.lights.power, stop)?;
         }
         let (contributions, points) =
-            (self.stats.contributions - before.0, self.stats.visible_points - before.1);
+            (self.progress.stats.contributions - before.0, self.progress.stats.visible_points - before.1);
         self.neighbours = contributions as f64 / points.max(1) as f64;
-        self.stats.bytes = self.bytes() as u64;
+        self.progress.stats.bytes = self.bytes() as u64;
         self.join.clear();
-        self.iterations += 1;
+        self.progress.iterations += 1;
         Some(())
     }
 
@@ -202,31 +199,31 @@ impl<'a> Sppm<'a> {
             tables: &p.tables,
             lights: &p.lights,
             tiles: &self.tiles,
-            frame: self.scene.camera.frame(self.settings.width, self.settings.height),
-            settings: &self.settings,
-            iteration: self.iterations,
+            frame: self.scene.camera.frame(self.progress.settings.width, self.progress.settings.height),
+            settings: &self.progress.settings,
+            iteration: self.progress.iterations,
         };
         let lanes = (self.lanes, plan);
-        self.camera_workers.run(&pass, lanes, &mut self.rows, &self.pixels, &mut self.stats, stop)
+        self.camera_workers.run(&pass, lanes, &mut self.rows, &self.pixels, &mut self.progress.stats, stop)
     }
 
     /// A round: traces the photons from `from` on until there are enough deposits, sorts these, and joins them with the
     /// visible points. Returns where the next round begins.
     fn round(&mut self, pass: &PhotonPass, from: u32, nominal: f32, stop: &Stop) -> Option<u32> {
         let start = Instant::now();
-        let total = self.settings.photons_per_iteration;
+        let total = self.progress.settings.photons_per_iteration;
         let Parameters { photons_per_job, pixels_per_job, .. } = self.parameters;
         let plan = PhotonPlan { from, total, deposits_at_once: self.deposits_at_once, photons_per_job };
-        let next = self.photon_workers.run(pass, (self.lanes, plan), &mut self.stats, stop)?;
+        let next = self.photon_workers.run(pass, (self.lanes, plan), &mut self.progress.stats, stop)?;
         let traced = Instant::now();
         self.photon_workers.sort_into(&mut self.sorted, pass.cells);
         let sorted = Instant::now();
         let round = Round { sorted: Some(&self.sorted), cells: pass.cells, is_last: next == total, nominal };
         let lanes = (self.lanes, pixels_per_job as usize);
-        self.join.run(round, lanes, &mut self.pixels, &self.rows, &mut self.stats, stop)?;
-        self.stats.photon_seconds += (traced - start).as_secs_f64();
-        self.stats.build_grid_seconds += (sorted - traced).as_secs_f64();
-        self.stats.consolidate_seconds += sorted.elapsed().as_secs_f64();
+        self.join.run(round, lanes, &mut self.pixels, &self.rows, &mut self.progress.stats, stop)?;
+        self.progress.stats.photon_seconds += (traced - start).as_secs_f64();
+        self.progress.stats.build_grid_seconds += (sorted - traced).as_secs_f64();
+        self.progress.stats.consolidate_seconds += sorted.elapsed().as_secs_f64();
         Some(next)
     }
 

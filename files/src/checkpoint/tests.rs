@@ -4,18 +4,16 @@ use super::sections::{ACCOUNT, FRAME, HEADER, NOTE, PAST, SCENE, SUMS};
 use super::*;
 use crate::atomic_file::Output;
 use crate::scene_file;
-use scene::{Engine, Film, Probe, Resumable, Rgb, Scene, Settings, Stats, Stop, Sums};
+use scene::{Engine, Film, Probe, Progress, Resumable, Rgb, Scene, Settings, Stats, Stop, Sums};
 use std::fs;
 use std::io::{self, Cursor, Write as _};
 use tempfile::TempDir;
 
 /// An engine that stores words and does not render.
 struct Memory {
-    settings: Settings,
+    progress: Progress,
     sums: Sums,
     words: Vec<u32>,
-    iterations: u32,
-    stats: Stats,
 }
 
 impl Memory {
@@ -29,29 +27,23 @@ impl Memory {
         };
         let words = (0..settings.pixels() * sums.words()).map(word).collect();
         let stats = Stats { photons: u64::MAX, camera_seconds: 0.1, ..Stats::default() };
-        Self { settings, sums, words, iterations: 3, stats }
+        Self { progress: Progress { settings, iterations: 3, stats }, sums, words }
     }
 
     fn blank(settings: Settings, sums: Sums) -> Self {
         let words = vec![0; settings.pixels() * sums.words()];
-        Self { settings, sums, words, iterations: 0, stats: Stats::default() }
+        Self { progress: Progress::new(&settings), sums, words }
     }
 
     fn row(&mut self, y: u32) -> &mut [u32] {
-        let length = self.settings.width as usize * self.sums.words();
+        let length = self.progress.settings.width as usize * self.sums.words();
         &mut self.words[y as usize * length..][..length]
     }
 }
 
 impl Engine for Memory {
-    fn settings(&self) -> &Settings {
-        &self.settings
-    }
-    fn iterations(&self) -> u32 {
-        self.iterations
-    }
-    fn stats(&self) -> &Stats {
-        &self.stats
+    fn progress(&self) -> &Progress {
+        &self.progress
     }
     fn iterate_unless(&mut self, _: &Stop) -> bool {
         true
@@ -72,7 +64,7 @@ impl Resumable for Memory {
         self.row(y).copy_from_slice(words);
     }
     fn go_on_after(&mut self, iterations: u32, stats: Stats) {
-        (self.iterations, self.stats) = (iterations, stats);
+        (self.progress.iterations, self.progress.stats) = (iterations, stats);
     }
 }
 

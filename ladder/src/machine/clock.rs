@@ -83,7 +83,7 @@ pub struct CycleCounter(#[cfg(target_os = "linux")] perf_event::Counter);
 impl CycleCounter {
     /// Opens the counter of the calling thread. `None` if the machine or the system does not provide one.
     pub fn open() -> Option<Self> {
-        perf_event::Builder::new(perf_event::events::Hardware::CPU_CYCLES).build().ok().map(Self)
+        perf_event::Builder::new().kind(perf_event::events::Hardware::CPU_CYCLES).build().ok().map(Self)
     }
 
     /// Starts counting from zero.
