@@ -9,6 +9,7 @@ use crate::goals::Clock;
 use crate::job::Job;
 use crate::keeper::Keeper;
 use crate::memory;
+use crate::noise::Noise;
 use crate::metadata::{self, Metadata};
 use crate::observer::{Notice, Observer};
 use crate::outcome::{End, Outcome, Unwritten};
@@ -47,6 +48,7 @@ pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) ->
             digest,
             keeper,
             estimate: Estimate::default(),
+            noise: Noise::default(),
             resumed_after: 0,
             observer,
             window,
@@ -59,16 +61,17 @@ pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) ->
     job.inputs.retain(|(field, _)| *field != Field::Resumed);
     job.warm.keep_pool(job.threads, pool);
     (job.warm.parts, job.stop) = (parts, Stop::new());
-    let Ended { end, report, writing, unsaved, keeper, written, failed } = ended?;
+    let Ended { end, report, noise, writing, unsaved, keeper, written, failed } = ended?;
     let saved = keeper.and_then(|keeper| keeper.saved());
     let last = window.snapshot();
-    Ok(Outcome { end, report, writing, saved, unsaved, written, failed, last, job })
+    Ok(Outcome { end, report, noise, writing, saved, unsaved, written, failed, last, job })
 }
 
 /// The results of a session.
 struct Ended {
     end: End,
     report: Report,
+    noise: Option<f64>,
     writing: Duration,
     unsaved: Option<FileError>,
     keeper: Option<Keeper>,
@@ -85,6 +88,7 @@ struct Session<'a> {
     keeper: Option<Keeper>,
     writer: Writer,
     estimate: Estimate,
+    noise: Noise,
     clock: Clock,
     resumed_after: u32,
     observer: &'a mut dyn Observer,
@@ -166,6 +170,7 @@ impl Session<'_> {
             }
             let began = Instant::now();
             let iterated = catch_unwind(AssertUnwindSafe(|| engine.iterate_unless(&stop)));
+            stop.meter().begin(0);
             let broken = "the engine broke down; this is a fault of sppm, please report it";
             if iterated.map_err(|_| Error::failed(broken))? {
                 self.after_iteration(engine, began.elapsed());
@@ -178,6 +183,7 @@ impl Session<'_> {
         if self.job.goals.error.is_some() {
             self.estimate.update(iterations, || engine.develop());
         }
+        self.noise.update(engine);
         if let Err(error) = self.writer.snapshot(iterations, || self.shown(engine)) {
             self.observer.notice(&Notice::NoSnapshot(error));
         }
@@ -271,7 +277,8 @@ impl Session<'_> {
             unsaved = self.save(engine, Keeper::finish).err();
         }
         let (writing, keeper) = (self.writer.writing(), self.keeper.take());
-        Ended { end, report, writing, unsaved, keeper, written, failed }
+        let noise = self.noise.estimate();
+        Ended { end, report, noise, writing, unsaved, keeper, written, failed }
     }
 
     fn report(&self, engine: &dyn Resumable, end: End) -> Report {
