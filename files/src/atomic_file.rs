@@ -6,6 +6,7 @@
 mod temporary;
 
 use crate::paths;
+use scene::text::mebibytes;
 use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write as _};
@@ -93,8 +94,7 @@ pub fn rescue(path: &Path, write: impl Fn(&Path) -> Result<(), FileError>) -> Op
 pub fn check_room(path: &Path, bytes: u64) -> Result<(), FileError> {
     let (file, _place) = Target::find(path)?.temporary(path)?;
     temporary::reserve(&file, bytes).map_err(|e| {
-        let mebibytes = bytes as f64 / f64::from(1 << 20);
-        FileError::new(path, format!("there is no room for its {mebibytes:.1} MiB: {}", reason(&e)))
+        FileError::new(path, format!("there is no room for its {}: {}", mebibytes(bytes), reason(&e)))
     })
 }
 

@@ -43,6 +43,7 @@ pub mod builtin;
 pub mod checkpoint;
 pub mod export;
 pub mod image_file;
+mod input;
 pub mod lock;
 pub mod named;
 pub mod npy;

@@ -109,6 +109,7 @@ impl Outputs {
         let there = |path: &Option<PathBuf>| path.as_deref().map(|path| resolved(path, store));
         Self {
             image: there(&note.image),
+            stream: None,
             exposure: note.exposure,
             snapshots: note.snapshots,
             radius_image: there(&note.radius_image),

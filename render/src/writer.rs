@@ -76,6 +76,13 @@ impl Writer {
                 Err(error) => failed.push(Unwritten { error, refuge: rescue(path, write) }),
             }
         }
+        if let Some(stream) = &self.outputs.stream {
+            let write = |path: &Path| self.write_one(Content::Image, path, shown, None);
+            match stream.send(write) {
+                Ok(()) => written.push(stream.path()),
+                Err(error) => failed.push(Unwritten { error, refuge: rescue(&stream.file_name(), write) }),
+            }
+        }
         (written, failed)
     }
 

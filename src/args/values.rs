@@ -56,9 +56,10 @@ fn short(value: f32) -> String {
     if exponential.len() < plain.len() { exponential } else { plain }
 }
 
-/// Parses a time with its unit.
+/// Parses a time, in seconds if it has no unit.
 pub(crate) fn time(text: &str) -> Result<Duration, String> {
-    duration(text).ok_or_else(|| "is not a time above 0 such as 90s, 10m or 2h".into())
+    let seconds = || duration(&format!("{text}s"));
+    duration(text).or_else(seconds).ok_or_else(|| "is not a time above 0 such as 90s, 10m or 2h".into())
 }
 
 /// Parses a time or a number of iterations.
@@ -167,7 +168,13 @@ mod tests {
             assert_eq!(time(text), Ok(Duration::from_secs_f64(seconds)), "{text}");
             assert_eq!(every(text), Ok(Every::Time(Duration::from_secs_f64(seconds))), "{text}");
         }
-        for text in ["", "s", "10", "0s", "-1s", "1e-30s", "1e30s", "NaNs", "infs", "1 s", "1w", "1s1"] {
+        for (text, seconds) in [("90", 90.0), ("0.5", 0.5), ("1e2", 100.0)] {
+            assert_eq!(time(text), Ok(Duration::from_secs_f64(seconds)), "{text}");
+        }
+        for text in ["", "0", "-1", "NaN", "inf", "90 ", "90ss"] {
+            assert!(time(text).is_err(), "{text}");
+        }
+        for text in ["", "s", "0s", "-1s", "1e-30s", "1e30s", "NaNs", "infs", "1 s", "1w", "1s1"] {
             assert!(time(text).is_err(), "{text}");
         }
         assert_eq!(every("12"), Ok(Every::Iterations(12)));

@@ -11,7 +11,7 @@ const FARTHEST: Duration = Duration::from_hours(24 * 365);
 /// What is in progress.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Work {
-    /// What is counted, in the plural.
+    /// What is counted, in the plural; empty if nothing is.
     pub(crate) noun: &'static str,
     /// Steps done.
     pub(crate) done: u32,
@@ -35,11 +35,10 @@ impl Work {
     pub(crate) fn line(&self, columns: usize) -> String {
         let room = columns.saturating_sub(1);
         let texts = self.texts();
-        let fits = |text: &&String| text.chars().count() <= room;
-        let Some(text) = texts.iter().find(fits) else {
-            return texts.last().map_or(String::new(), |text| text.chars().take(room).collect());
+        let Some(text) = texts.iter().find(|text| columns_of(text) <= room) else {
+            return texts.last().map_or(String::new(), |text| cut(text, room));
         };
-        let free = room - text.chars().count();
+        let free = room - columns_of(text);
         match self.share() {
             Some(share) if free > SHORTEST_BAR => format!("{} {text}", bar(share, (free - 1).min(LONGEST_BAR))),
             _ => text.clone(),
@@ -48,6 +47,10 @@ impl Work {
 
     /// The line without a bar, from the whole of it to the least.
     fn texts(&self) -> Vec<String> {
+        if self.noun.is_empty() {
+            let (what, elapsed) = (self.facts.join("  "), clock(self.elapsed));
+            return vec![format!("{what}  {elapsed}"), what];
+        }
         let count = self.all.map_or(self.done.to_string(), |all| format!("{}/{all}", self.done));
         let counted = format!("{count} {}", self.noun);
         let elapsed = format!("{} elapsed", clock(self.elapsed));
@@ -86,6 +89,18 @@ impl Work {
         let by_limit = self.limit.map(|limit| limit.saturating_sub(self.elapsed));
         by_steps.into_iter().chain(by_limit).min()
     }
+}
+
+/// The most columns that `text` takes: letters of some scripts take two.
+fn columns_of(text: &str) -> usize {
+    text.chars().map(|c| if c.is_ascii() { 1 } else { 2 }).sum()
+}
+
+/// As much of `text` as fits into `columns` columns.
+fn cut(text: &str, columns: usize) -> String {
+    let ends = text.char_indices().map(|(at, c)| at + c.len_utf8());
+    let end = ends.take_while(|&end| columns_of(&text[..end]) <= columns).last();
+    text[..end.unwrap_or(0)].into()
 }
 
 /// A bar of `columns` columns.
@@ -176,6 +191,14 @@ mod tests {
     fn a_resumed_render_is_not_taken_for_a_fast_one() {
         let resumed = Work { done: 500, began_at: 499, all: Some(502), facts: Vec::new(), ..work() };
         assert!(resumed.line(60).ends_with("6s elapsed, 12s left"), "{}", resumed.line(60));
+    }
+
+    #[test]
+    fn what_has_no_steps_is_named() {
+        let waiting = Work { noun: "", facts: vec!["reading \u{4e16}\u{754c}.toml".into()], all: None, ..work() };
+        assert_eq!(waiting.line(80), "reading \u{4e16}\u{754c}.toml  6s");
+        assert_eq!(waiting.line(12), "reading \u{4e16}");
+        assert_eq!(waiting.line(1), "");
     }
 
     #[test]

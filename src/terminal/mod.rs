@@ -1,7 +1,9 @@
 //! The command's side of the terminal: signals, messages, progress, errors and exit codes.
 
 pub(crate) mod bar;
+pub(crate) mod busy;
 pub(crate) mod error;
+pub(crate) mod line;
 pub(crate) mod logs;
 pub(crate) mod signals;
 pub(crate) mod text;

@@ -51,7 +51,10 @@ impl Wrong<'_> {
             ErrorKind::MissingSubcommand | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
                 "a command is missing; try `sppm render cornell`, or `sppm --help`".into()
             }
-            ErrorKind::MissingRequiredArgument => format!("{argument} is missing; {}", self.see_help()),
+            ErrorKind::MissingRequiredArgument => {
+                let are = if self.strings(ContextKind::InvalidArg).len() > 1 { "are" } else { "is" };
+                format!("{argument} {are} missing; {}", self.see_help())
+            }
             ErrorKind::ArgumentConflict => self.conflict(&argument),
             ErrorKind::InvalidUtf8 => self.not_unicode(),
             _ => self.as_clap_says(),

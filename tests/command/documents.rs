@@ -3,7 +3,7 @@
 use crate::sandbox::{Ended, Sandbox};
 use std::fs;
 
-const COMMANDS: [&str; 11] = [
+const COMMANDS: [&str; 12] = [
     "render",
     "resume",
     "info",
@@ -13,6 +13,7 @@ const COMMANDS: [&str; 11] = [
     "trace",
     "export",
     "ladder",
+    "tune",
     "completions",
     "man",
 ];

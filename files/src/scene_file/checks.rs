@@ -87,6 +87,7 @@ impl<'a> Checks<'a> {
         let (sphere, eye) = (format!("{} (line {line})", section.subject), place(&self.camera, "eye"));
         let choice = "it must lie clearly inside or outside of an opaque sphere";
         Err(if clear(open, close, 0.0) {
+            let lens = camera.aperture_radius;
             let message = format!("the lens, {lens} around eye, cuts through {sphere}; {choice}");
             Fault::new(place(&self.camera, "aperture_radius"), message)
         } else if s.velocity != Vec3::ZERO && clear(open, open, 0.0) {
