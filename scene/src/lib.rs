@@ -15,6 +15,7 @@
 #![forbid(unsafe_code)]
 
 pub mod camera;
+pub mod check;
 mod color;
 pub mod engine;
 pub mod film;
@@ -33,6 +34,7 @@ pub mod text;
 pub mod world;
 
 pub use camera::Camera;
+pub use check::Flaw;
 pub use color::{Rgb, max_component};
 pub use engine::{Engine, Pass, Probe, Progress, Stats};
 pub use film::{Film, Picture, Plane};

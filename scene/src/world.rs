@@ -7,7 +7,7 @@ use crate::settings::Settings;
 use crate::sphere::Sphere;
 use glam::{DVec3, Vec3};
 
-/// A scene. Scene files are checked when they are read; a scene built in code should keep to the same bounds.
+/// A scene. [`Scene::check`] says whether it can be rendered; scenes read from files have passed it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// The name of the scene.

@@ -75,7 +75,7 @@ fn scene() -> Scene {
 
 /// A checkpoint as bytes.
 fn bytes(engine: &Memory, digest: &str, past: Option<&Past>) -> Vec<u8> {
-    let text = scene_file::to_text(&scene(), &engine.settings);
+    let text = scene_file::to_text(&scene(), &engine.progress.settings);
     let contents = Contents { scene: &text, digest, version: "1.2.3", note: "{}", past };
     let mut bytes = Vec::new();
     write(&mut bytes, engine, &contents).unwrap();
@@ -109,12 +109,15 @@ fn what_is_written_is_read() {
                 scene: scene_file::digest(&scene()),
                 sums,
                 iterations: 3,
-                stats: engine.stats,
+                stats: engine.progress.stats,
             };
             assert_eq!(checkpoint.account, account);
             let mut again = Memory::blank(scene().settings, sums);
             checkpoint.restore(&mut Cursor::new(&bytes), &mut again).unwrap();
-            assert_eq!((again.words, again.iterations, again.stats), (engine.words, 3, engine.stats));
+            assert_eq!(
+                (again.words, again.progress.iterations, again.progress.stats),
+                (engine.words, 3, engine.progress.stats)
+            );
             let text = scene_file::to_text(&scene(), &scene().settings);
             let estimate = length(&text, "{}", &scene().settings, sums, past.is_some());
             assert!((estimate - 4096..=estimate).contains(&(bytes.len() as u64)));
@@ -208,7 +211,7 @@ fn invalid_content_is_rejected() {
         assert!(matches!(damage, Damage::Invalid { section: "its sums", .. }), "{damage}");
     }
     let mut iterations = Memory::new(scene().settings, Sums::Photons);
-    iterations.iterations = 8;
+    iterations.progress.iterations = 8;
     let damage = read(&self::bytes(&iterations, &scene_file::digest(&scene()), None)).unwrap_err();
     assert!(damage.to_string().contains("8 iterations, of 7"), "{damage}");
     let late = Past { iterations: 4, ..past() };
@@ -232,7 +235,7 @@ fn store() -> (TempDir, Store) {
 
 fn save(store: &Store, iterations: u32) {
     let mut engine = Memory::new(scene().settings, Sums::Photons);
-    engine.iterations = iterations;
+    engine.progress.iterations = iterations;
     let bytes = bytes(&engine, &scene_file::digest(&scene()), None);
     store.save(|out: &mut Output| out.write_all(&bytes)).unwrap();
 }

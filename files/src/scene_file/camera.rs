@@ -2,6 +2,7 @@
 
 use super::error::Fault;
 use super::reader::{Field, Section, Subject, type_of};
+use scene::check::is_parallel;
 use scene::{Camera, Vec3};
 
 const KEYS: [&str; 8] = [
@@ -14,9 +15,6 @@ const KEYS: [&str; 8] = [
     "focus_distance",
     "shutter",
 ];
-
-/// Sine of the least allowed angle between the viewing direction and up.
-const PARALLEL: f64 = 1e-6;
 
 /// The section `[camera]` in `field`.
 pub(super) fn section(field: Field<'_>) -> Result<Section<'_>, Fault> {
@@ -78,8 +76,7 @@ fn check_up(section: &Section<'_>, view: Field<'_>, up: Vec3, direction: Vec3) -
     if up == Vec3::ZERO {
         return Err(Fault::new(at, "up of [camera] is zero; it must point somewhere"));
     }
-    let sine = direction.as_dvec3().normalize().cross(up.as_dvec3().normalize()).length();
-    if sine > PARALLEL {
+    if !is_parallel(up, direction) {
         return Ok(());
     }
     let which = if given.is_some() { "up" } else { "up (by default [0, 1, 0])" };

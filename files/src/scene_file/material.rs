@@ -3,52 +3,64 @@
 use super::error::{Fault, quote, suggestion};
 use super::reader::{Field, Number, Section, Subject, type_of};
 use scene::Material;
-use std::collections::BTreeMap;
-use toml::de::DeValue;
-
-/// Greatest index of refraction: far beyond any real material (germanium has 4), yet small enough that the products of
-/// squared indices along a path stay in the range of `f32`.
-const MAX_IOR: f32 = 100.0;
+use scene::check::MAX_IOR;
+use std::borrow::Cow;
+use toml::de::{DeTable, DeValue};
 
 const TYPES: [&str; 3] = ["diffuse", "specular", "dielectric"];
 const EXAMPLE: &str = "for example { type = \"diffuse\", albedo = [0.5, 0.5, 0.5] }";
 
-/// The materials read so far, and the indices of those that have a name.
+/// The materials of a scene. Those with a name come first, sorted by it.
 #[derive(Default)]
-pub(super) struct Materials<'a> {
+pub(super) struct Materials<'t> {
     pub(super) list: Vec<Material>,
-    names: BTreeMap<&'a str, u32>,
+    names: Vec<Cow<'t, str>>,
 }
 
-impl<'a> Materials<'a> {
-    /// Reads the tables in `[materials]`.
-    pub(super) fn read(field: Field<'a>) -> Result<Self, Fault> {
-        let Some(table) = field.value.as_table() else {
-            let found = type_of(field.value);
+/// Materials by name, in the order of the file.
+#[derive(Default)]
+pub(super) struct Named<'t>(Vec<(Cow<'t, str>, Material)>);
+
+impl<'t> Named<'t> {
+    /// Reads the tables in the field `materials` of `root`, if it has one.
+    pub(super) fn read(&mut self, root: &DeTable<'t>) -> Result<(), Fault> {
+        let Some((key, value)) = root.get_key_value("materials") else { return Ok(()) };
+        let Some(table) = value.get_ref().as_table() else {
+            let found = type_of(value.get_ref());
             return Err(Fault::new(
-                field.at,
-                format!("materials must be a table for each material, [materials.NAME], not {found}"),
+                value.span().start,
+                format!("{} must be a table for each material, [materials.NAME], not {found}", key.get_ref()),
             ));
         };
-        let mut materials = Self::default();
-        let keys: Vec<&str> = table.keys().map(|k| k.get_ref().as_ref()).collect();
-        for (name, value) in Section::new(Subject::Materials, field.at, table, &keys)?.entries() {
-            let (subject, at) = (Subject::Material(name), value.span().start);
+        for (name, value) in table {
+            let (subject, at) = (Subject::Material(name.get_ref()), value.span().start);
             let Some(table) = value.get_ref().as_table() else {
                 let found = type_of(value.get_ref());
                 return Err(Fault::new(at, format!("{subject} must be a table, {EXAMPLE}, not {found}")));
             };
-            let id = materials.add(material(subject, at, table)?);
-            materials.names.insert(name, id);
+            self.0.push((name.get_ref().clone(), material(subject, at, table)?));
         }
-        Ok(materials)
+        Ok(())
     }
 
+    /// Sorts the materials by name. If a name is given twice, returns it.
+    pub(super) fn sort(mut self) -> Result<Materials<'t>, Cow<'t, str>> {
+        self.0.sort_by(|a, b| a.0.cmp(&b.0));
+        if let Some(i) = self.0.windows(2).position(|pair| pair[0].0 == pair[1].0) {
+            return Err(self.0.swap_remove(i).0);
+        }
+        let (names, list) = self.0.into_iter().unzip();
+        Ok(Materials { list, names })
+    }
+}
+
+impl Materials<'_> {
     /// The index of the material that a sphere's field `material` names or defines inline.
-    pub(super) fn resolve(&mut self, field: Field<'a>) -> Result<u32, Fault> {
+    pub(super) fn resolve(&mut self, field: Field<'_>) -> Result<u32, Fault> {
         match (field.value, field.subject) {
             (DeValue::String(name), _) => {
-                self.names.get(name.as_ref()).copied().ok_or_else(|| self.unknown(field, name))
+                let found = self.names.binary_search_by(|there| there.as_ref().cmp(name));
+                found.map(|i| i as u32).map_err(|_| self.unknown(field, name))
             }
             (DeValue::Table(table), Subject::Sphere(i, name)) => {
                 Ok(self.add(material(Subject::MaterialOf(i, name), field.at, table)?))
@@ -68,7 +80,7 @@ impl<'a> Materials<'a> {
     }
 
     fn unknown(&self, field: Field<'_>, name: &str) -> Fault {
-        let names = self.names.keys().copied();
+        let names = self.names.iter().map(AsRef::as_ref);
         let right = if TYPES.contains(&name) {
             format!("; a type alone is none, write {{ type = {}, albedo = [...] }}", quote(name))
         } else if self.names.is_empty() {
@@ -82,11 +94,7 @@ impl<'a> Materials<'a> {
     }
 }
 
-fn material<'a>(
-    subject: Subject<'a>,
-    at: usize,
-    table: &'a toml::de::DeTable<'a>,
-) -> Result<Material, Fault> {
+fn material(subject: Subject<'_>, at: usize, table: &DeTable<'_>) -> Result<Material, Fault> {
     let section = Section::new(subject, at, table, &["type", "albedo", "ior"])?;
     let kind = section.require("type", "type = \"diffuse\", \"specular\" or \"dielectric\"")?;
     let name = kind.text()?;
@@ -97,8 +105,8 @@ fn material<'a>(
     let albedo = section.require("albedo", "albedo = [red, green, blue]")?.rgb(reflectance)?;
     if name == "dielectric" {
         let ior = section.require("ior", "ior = 1.5, say")?.number()?;
-        let ior =
-            ior.check(|v| (1.0..=MAX_IOR).contains(&v), "must be a number from 1 to 100; glass has 1.5")?;
+        let problem = format_args!("must be a number from 1 to {MAX_IOR}; glass has 1.5");
+        let ior = ior.check(|v| (1.0..=MAX_IOR).contains(&v), problem)?;
         return Ok(Material::Dielectric { albedo, ior });
     }
     if let Some(ior) = section.get("ior") {

@@ -6,9 +6,11 @@ mod camera;
 mod checks;
 mod error;
 mod material;
+mod pieces;
 mod reader;
 mod settings;
 mod sphere;
+mod spheres;
 mod write;
 
 pub use error::{Fault, FileError, Position};
@@ -17,11 +19,13 @@ pub use write::{digest, to_text};
 
 use crate::atomic_file::reason;
 use crate::input;
-use checks::Checks;
+use checks::Parsed;
 use error::{escape, quote};
-use material::Materials;
+use material::Named;
+use pieces::{Head, Kind, Pieces};
 use reader::Subject;
-use scene::{Rgb, Scene, Settings};
+use scene::{Camera, Rgb, Scene, Settings};
+use spheres::Spheres;
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 use toml::de::DeTable;
@@ -116,31 +120,69 @@ pub fn parse(name: &str, text: &str) -> Result<Scene, FileError> {
 }
 
 fn read(name: &str, text: &str) -> Result<Scene, Fault> {
-    let document = DeTable::parse(text).map_err(|e| syntax_fault(text, &e))?;
-    if document.get_ref().is_empty() {
-        return Err(Fault::new(0, "there is no scene here; it takes a [camera], a [[sphere]] and a light"));
+    let (mut head, mut named, mut count) = (Head::default(), Named::default(), 0);
+    for piece in Pieces::new(text) {
+        match piece.kind {
+            Kind::Head => head.push(text, &piece)?,
+            Kind::Material => piece.parse(text, |root| named.read(root))?,
+            Kind::Sphere => count += 1,
+        }
     }
-    let root = Section::new(Subject::Scene, 0, document.get_ref(), &KEYS)?;
-    let camera_section = camera::section(root.require("camera", "[camera]")?)?;
-    let camera = camera::camera(&camera_section)?;
-    let settings = root.or("settings", Settings::default(), settings::settings)?;
-    let mut materials = root.or("materials", Materials::default(), Materials::read)?;
-    let array = sphere::array(root.require("sphere", "[[sphere]] with center, radius and material")?)?;
-    let spheres = array.iter().enumerate();
-    let spheres = spheres.map(|(i, value)| sphere::sphere(&sphere::section(i, value)?, &mut materials));
-    let scene = Scene {
-        name: root.or("name", stem(name), |field| sphere::name(field).map(Into::into))?,
-        camera,
-        spheres: spheres.collect::<Result<_, _>>()?,
-        materials: materials.list,
-        background: root.or("background", Rgb::ZERO, |field| field.rgb(sphere::radiance))?,
-        settings,
-    };
-    let checks = Checks { text, root, camera: camera_section, spheres: array };
-    checks.before_sky(&scene)?;
-    let scene = scene.with_sky();
-    checks.after_sky(&scene)?;
+    let document = DeTable::parse(&head.text).map_err(|e| head.fault(syntax_fault(&head.text, &e)))?;
+    let root = document.get_ref();
+    let in_head = |fault| head.fault(fault);
+    let Top { root, camera: (camera_section, camera), settings, background, name } =
+        Top::read(name, root, count).map_err(in_head)?;
+    named.read(document.get_ref()).map_err(in_head)?;
+    let mut materials = named.sort().map_err(|name| twice(text, &name))?;
+    let places = Spheres::new(count, &root).map_err(in_head)?;
+    let spheres = places.read(text, &head, &mut materials)?;
+    let scene = Scene { name, camera, spheres, materials: materials.list, background, settings }.with_sky();
+    Parsed { text, head: &head, root, camera: camera_section, spheres: &places }.check(&scene)?;
     Ok(scene)
+}
+
+/// What the head of a scene file states.
+struct Top<'a> {
+    root: Section<'a>,
+    camera: (Section<'a>, Camera),
+    settings: Settings,
+    background: Rgb,
+    name: String,
+}
+
+impl<'a> Top<'a> {
+    /// Reads the head, whose root is `root`, of a file with `count` spheres in pieces of their own.
+    fn read(file: &str, root: &'a DeTable<'a>, count: usize) -> Result<Self, Fault> {
+        if root.is_empty() && count == 0 {
+            let message = "there is no scene here; it takes a [camera], a [[sphere]] and a light";
+            return Err(Fault::new(0, message));
+        }
+        let root = Section::new(Subject::Scene, 0, root, &KEYS)?;
+        let camera = camera::section(root.require("camera", "[camera]")?)?;
+        Ok(Self {
+            root,
+            camera: (camera, camera::camera(&camera)?),
+            settings: root.or("settings", Settings::default(), settings::settings)?,
+            background: root.or("background", Rgb::ZERO, |field| field.rgb(sphere::radiance))?,
+            name: root.or("name", stem(file), |field| sphere::name(field).map(Into::into))?,
+        })
+    }
+}
+
+/// The fault for a material whose name is given twice, at its second place.
+fn twice(text: &str, name: &str) -> Fault {
+    let mut at = 0;
+    for piece in Pieces::new(text).filter(|piece| piece.kind == Kind::Material) {
+        let _ = piece.parse(text, |root| {
+            let table = root.get("materials").and_then(|value| value.get_ref().as_table());
+            if let Some((key, _)) = table.and_then(|table| table.get_key_value(name)) {
+                at = piece.span.start + key.span().start;
+            }
+            Ok(())
+        });
+    }
+    Fault::new(at, format!("key {} is given twice; keep one", quote(name)))
 }
 
 /// The default name of a scene: the name of its file, without folders and extension.

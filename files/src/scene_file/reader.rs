@@ -6,12 +6,9 @@
 
 use super::error::{Fault, quote, short, suggestion};
 use scene::Vec3;
+use scene::check::LIMIT;
 use std::fmt;
-use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-
-/// Greatest absolute value of a coordinate or length, so that squares stay in the range of `f32`.
-pub(super) const LIMIT: f64 = 1e15;
 
 /// The part of the file that a key belongs to, for messages.
 #[derive(Clone, Copy)]
@@ -21,7 +18,6 @@ pub(super) enum Subject<'a> {
     Scene,
     Camera,
     Settings,
-    Materials,
     Material(&'a str),
     /// A sphere: its index in the file, and its name.
     Sphere(usize, Option<&'a str>),
@@ -36,7 +32,6 @@ impl fmt::Display for Subject<'_> {
             Self::Scene => write!(f, "the scene"),
             Self::Camera => write!(f, "[camera]"),
             Self::Settings => write!(f, "[settings]"),
-            Self::Materials => write!(f, "[materials]"),
             Self::Material(name) => write!(f, "material {}", quote(name)),
             Self::Sphere(_, Some(name)) => write!(f, "sphere {}", quote(name)),
             Self::Sphere(i, None) => write!(f, "sphere {}", i + 1),
@@ -80,6 +75,11 @@ impl<'a> Section<'a> {
         Some(Field { subject: self.subject, key, at: value.span().start, value: value.get_ref() })
     }
 
+    /// Where the key `key` stands, if it is present.
+    pub(super) fn key_at(&self, key: &str) -> Option<usize> {
+        self.table.get_key_value(key).map(|(key, _)| key.span().start)
+    }
+
     /// The field `key`, which must be present; the error message shows `example`.
     pub(super) fn require(&self, key: &'static str, example: &str) -> Result<Field<'a>, Fault> {
         let missing = || Fault::new(self.at, format!("{} has no {key}; add {example}", self.subject));
@@ -94,11 +94,6 @@ impl<'a> Section<'a> {
         read: impl FnOnce(Field<'a>) -> Result<T, Fault>,
     ) -> Result<T, Fault> {
         self.get(key).map_or(Ok(default), read)
-    }
-
-    /// All keys and values, sorted by key.
-    pub(super) fn entries(&self) -> impl Iterator<Item = (&'a str, &'a Spanned<DeValue<'a>>)> {
-        self.table.iter().map(|(key, value)| (key.get_ref().as_ref(), value))
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::error::Fault;
 use super::material::Materials;
-use super::reader::{Field, LIMIT, Number, Section, Subject, type_of};
+use super::reader::{Field, Number, Section, Subject, type_of};
+use scene::check::LIMIT;
 use scene::settings::RADIUS_RANGE;
 use scene::{Rgb, Sphere, Vec3};
 use toml::Spanned;
@@ -33,7 +34,7 @@ pub(super) fn section<'a>(i: usize, value: &'a Spanned<DeValue<'a>>) -> Result<S
     Section::new(Subject::Sphere(i, name), at, table, &KEYS)
 }
 
-pub(super) fn sphere<'a>(section: &Section<'a>, materials: &mut Materials<'a>) -> Result<Sphere, Fault> {
+pub(super) fn sphere(section: &Section<'_>, materials: &mut Materials<'_>) -> Result<Sphere, Fault> {
     section.or("name", "", name)?;
     Ok(Sphere {
         center: section.require("center", "center = [x, y, z]")?.vector()?,
