@@ -1,6 +1,6 @@
 //! Reads scene files. They are TOML, checked strictly; every error is one line with its position in the file.
 //!
-//! `fixtures/scenes/README.md` documents each key, and the scenes in the same folder use them.
+//! `files/scenes/README.md` documents each key, and the scenes in the same folder use them.
 
 mod camera;
 mod checks;
