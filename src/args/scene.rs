@@ -61,7 +61,8 @@ impl TypedValueParser for SceneName {
 
 /// Finds and reads the scene `name`.
 pub(crate) fn open(name: &OsStr) -> Result<Opened, Error> {
-    let _busy = Busy::with(format!("reading {}", one_line(&name.to_string_lossy())));
+    let told = if name == "-" { "standard input".into() } else { one_line(&name.to_string_lossy()) };
+    let _busy = Busy::with(format!("reading {told}"));
     if name == "-" { from_standard_input() } else { named::open(name).map_err(Error::BadInput) }
 }
 

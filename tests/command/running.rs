@@ -37,7 +37,12 @@ impl Running {
 
     /// Starts `command`, whose first line contains `words`, and returns once it renders.
     pub(crate) fn start_saying(command: &mut Command, words: &str) -> Self {
-        let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        Self::start_writing(command, Stdio::null(), words)
+    }
+
+    /// [`Self::start_saying`] with its standard output going to `out`.
+    pub(crate) fn start_writing(command: &mut Command, out: Stdio, words: &str) -> Self {
+        let mut child = command.stdout(out).stderr(Stdio::piped()).spawn().unwrap();
         let mut stderr = BufReader::new(child.stderr.take().unwrap());
         // With -v, the first line is printed just before the first iteration.
         let mut introduction = String::new();
@@ -65,5 +70,13 @@ impl Running {
             stderr.split_inclusive('\n').filter(|l| !l.starts_with("camera pass")).collect();
         let stderr = lines.concat();
         Ended { code: self.child.wait().unwrap().code(), stdout: String::new(), stderr }
+    }
+}
+
+/// A test that fails leaves no endless render behind.
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill(); // fails if it has ended
+        let _ = self.child.wait();
     }
 }
