@@ -188,7 +188,8 @@ fn resolve(path: &Path) -> Result<PathBuf, FileError> {
         Ok(_) if path.is_symlink() => fs::canonicalize(path),
         _ => paths::follow(path),
     };
-    followed.map_err(|e| FileError::new(path, format!("cannot be followed: {}; name another file", reason(&e))))
+    followed
+        .map_err(|e| FileError::new(path, format!("cannot be followed: {}; name another file", reason(&e))))
 }
 
 /// Syncs the folder, so that the rename survives a power failure.

@@ -16,11 +16,7 @@ pub struct Builtin {
 
 macro_rules! builtin {
     ($name:literal, $about:literal) => {
-        Builtin {
-            name: $name,
-            text: include_str!(concat!("../scenes/", $name, ".toml")),
-            about: $about,
-        }
+        Builtin { name: $name, text: include_str!(concat!("../scenes/", $name, ".toml")), about: $about }
     };
 }
 

@@ -35,10 +35,7 @@ impl Lock {
     }
 
     /// [`Self::take`] by the given system call.
-    fn take_by(
-        path: &Path,
-        try_lock: impl Fn(&File) -> Result<(), TryLockError>,
-    ) -> Result<Self, FileError> {
+    fn take_by(path: &Path, try_lock: impl Fn(&File) -> Result<(), TryLockError>) -> Result<Self, FileError> {
         let at = lock_file(path);
         let failed = |e: io::Error| FileError::new(path, format!("cannot be locked: {}", reason(&e)));
         loop {
@@ -192,7 +189,8 @@ mod tests {
     fn links_to_one_file_lock_the_same_and_hard_links_do_not() {
         use std::os::unix::fs::symlink;
         let folder = TempDir::new().unwrap();
-        let [file, link, far, hard] = ["a.png", "b.png", "c.png", "d.png"].map(|name| folder.path().join(name));
+        let [file, link, far, hard] =
+            ["a.png", "b.png", "c.png", "d.png"].map(|name| folder.path().join(name));
         symlink("a.png", &link).unwrap();
         symlink("b.png", &far).unwrap();
         for exists in [false, true] {

@@ -91,7 +91,8 @@ mod tests {
     fn links_are_followed_to_files_that_do_not_exist_yet() {
         use std::os::unix::fs::symlink;
         let folder = tempfile::tempdir().unwrap();
-        let [to_be, near, far, circle] = ["to be", "near", "far", "circle"].map(|name| folder.path().join(name));
+        let [to_be, near, far, circle] =
+            ["to be", "near", "far", "circle"].map(|name| folder.path().join(name));
         symlink("to be", &near).unwrap();
         symlink("./near", &far).unwrap();
         symlink("circle", &circle).unwrap();

@@ -1,8 +1,8 @@
 //! Estimates the relative error of a render.
 
 use files::checkpoint::Past;
-use scene::{Film, Rgb};
 use scene::film::RELATIVE_MSE_EPSILON;
+use scene::{Film, Rgb};
 
 /// At most this many estimates are made from one power of two of iterations to the next.
 const CHECKS_PER_OCTAVE: u32 = 16;

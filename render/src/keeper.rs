@@ -31,13 +31,7 @@ pub(crate) struct Keeper {
 impl Keeper {
     /// The keeper of a render of `scene`, which resumes the checkpoint `from`, if there is one. The files of the checkpoint
     /// are locked.
-    pub(crate) fn new(
-        save: Save,
-        scene: &Scene,
-        digest: &str,
-        note: &Note,
-        from: Option<&Loaded>,
-    ) -> Self {
+    pub(crate) fn new(save: Save, scene: &Scene, digest: &str, note: &Note, from: Option<&Loaded>) -> Self {
         let saved = from.map(|from| from.checkpoint.account.iterations);
         let store = Store::new(save.path);
         let falls_back = from.is_some_and(|from| from.fallback.is_some() && from.path == store.previous());

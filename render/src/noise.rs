@@ -42,7 +42,8 @@ impl Noise {
 fn sample(engine: &dyn Resumable) -> Vec<Rgb> {
     let (settings, pixels) = (engine.settings(), engine.settings().pixels());
     let count = pixels.min(SAMPLES);
-    let place = |i: usize| if count == pixels { i } else { i * (pixels / count) + i * STRIDE % (pixels / count) };
+    let place =
+        |i: usize| if count == pixels { i } else { i * (pixels / count) + i * STRIDE % (pixels / count) };
     let radiance = |at: usize| {
         let (x, y) = (at % settings.width as usize, at / settings.width as usize);
         engine.probe(x as u32, y as u32).radiance

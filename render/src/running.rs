@@ -33,7 +33,8 @@ impl Job {
         let begun = thread::Builder::new()
             .name("render".into())
             .spawn(move || session::run(ready, &mut observer, &shown));
-        let thread = begun.map_err(|error| Error::failed(format!("cannot start a thread: {}", reason(&error))))?;
+        let thread =
+            begun.map_err(|error| Error::failed(format!("cannot start a thread: {}", reason(&error))))?;
         Ok(Running { stop, window, thread: Some(thread) })
     }
 }

@@ -35,7 +35,8 @@ impl Stream {
 
     /// Sends what `write` writes to a file. That the other end of a pipe was closed is no error: its reader has seen enough.
     pub(crate) fn send(&self, write: impl FnOnce(&Path) -> Result<(), FileError>) -> Result<(), FileError> {
-        let failed = |e: io::Error| FileError::new(&self.path(), format!("cannot be written: {}", reason(&e)));
+        let failed =
+            |e: io::Error| FileError::new(&self.path(), format!("cannot be written: {}", reason(&e)));
         let folder = tempfile::tempdir().map_err(failed)?;
         let file = folder.path().join(self.file_name());
         write(&file)?;
@@ -50,7 +51,10 @@ impl Stream {
 
 impl fmt::Debug for Stream {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Stream").field("name", &self.name).field("extension", &self.extension).finish_non_exhaustive()
+        f.debug_struct("Stream")
+            .field("name", &self.name)
+            .field("extension", &self.extension)
+            .finish_non_exhaustive()
     }
 }
 

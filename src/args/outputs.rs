@@ -69,7 +69,8 @@ impl OutputArgs {
     fn stream(&self, extension: &str) -> Result<Stream, Error> {
         let out = io::stdout();
         if out.is_terminal() {
-            let problem = "--output: standard output is a terminal, which shows no image; redirect it, as by `> image.";
+            let problem =
+                "--output: standard output is a terminal, which shows no image; redirect it, as by `> image.";
             return Err(Error::BadInput(format!("{problem}{extension}`")));
         }
         if self.snapshots {

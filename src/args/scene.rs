@@ -70,7 +70,8 @@ pub(crate) fn open(name: &OsStr) -> Result<Opened, Error> {
 fn from_standard_input() -> Result<Opened, Error> {
     let input = io::stdin();
     if input.is_terminal() {
-        let problem = "-: standard input is a terminal; pipe a scene into it, as by `sppm render - < mine.toml`";
+        let problem =
+            "-: standard input is a terminal; pipe a scene into it, as by `sppm render - < mine.toml`";
         return Err(Error::BadInput(problem.into()));
     }
     let scene = scene_file::load_from("stdin", input.lock());

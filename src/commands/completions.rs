@@ -53,7 +53,8 @@ fn after_heads(
     head: impl Fn(&str) -> String,
     line: fn(&str, &str) -> String,
 ) -> String {
-    let lines: String = SCENES.iter().map(|scene| format!("\n            {}", line(scene.name, scene.about))).collect();
+    let lines: String =
+        SCENES.iter().map(|scene| format!("\n            {}", line(scene.name, scene.about))).collect();
     for head in takers.iter().map(|name| head(name)) {
         script = script.replacen(&head, &format!("{head}{lines}"), 1);
     }
@@ -69,9 +70,11 @@ fn powershell(name: &str, about: &str) -> String {
 }
 
 fn fish(takers: &[&str]) -> String {
-    let names: Vec<String> = SCENES.iter().map(|scene| format!("{}\\t'{}'", scene.name, scene.about)).collect();
+    let names: Vec<String> =
+        SCENES.iter().map(|scene| format!("{}\\t'{}'", scene.name, scene.about)).collect();
     let names = names.join("\n");
-    let line = |name: &&str| format!("complete -c sppm -n \"__fish_sppm_using_subcommand {name}\" -a \"{names}\"\n");
+    let line =
+        |name: &&str| format!("complete -c sppm -n \"__fish_sppm_using_subcommand {name}\" -a \"{names}\"\n");
     takers.iter().map(line).collect()
 }
 
@@ -80,7 +83,8 @@ fn zsh(script: &str) -> String {
     /// What the generated script calls at its end.
     const MAIN: &str = "if [ \"$funcstack[1]\" = \"_sppm\" ]; then";
     let start = "((cornell\\:";
-    let Some(list) = script.find(start).and_then(|at| script[at..].find("))").map(|end| &script[at..at + end + 2]))
+    let Some(list) =
+        script.find(start).and_then(|at| script[at..].find("))").map(|end| &script[at..at + end + 2]))
     else {
         return script.to_owned();
     };

@@ -249,15 +249,30 @@ fn hint(outcome: &Outcome) -> String {
         return String::new();
     };
     let seconds = outcome.report.wall_seconds * (noise / SMOOTH).powf(1.0 / RATE);
-    format!("; it is noisy, with an error of about {noise:.2}: `--time {}` gives a smoother one", at_least(seconds))
+    format!(
+        "; it is noisy, with an error of about {noise:.2}: `--time {}` gives a smoother one",
+        at_least(seconds)
+    )
 }
 
 /// The next round time, with its unit as `--time` takes it.
 fn at_least(seconds: f64) -> String {
     const TIMES: [(f64, &str); 15] = [
-        (1.0, "1s"), (2.0, "2s"), (5.0, "5s"), (10.0, "10s"), (20.0, "20s"), (30.0, "30s"), (60.0, "1m"),
-        (120.0, "2m"), (300.0, "5m"), (600.0, "10m"), (1200.0, "20m"), (1800.0, "30m"), (3600.0, "1h"),
-        (7200.0, "2h"), (18000.0, "5h"),
+        (1.0, "1s"),
+        (2.0, "2s"),
+        (5.0, "5s"),
+        (10.0, "10s"),
+        (20.0, "20s"),
+        (30.0, "30s"),
+        (60.0, "1m"),
+        (120.0, "2m"),
+        (300.0, "5m"),
+        (600.0, "10m"),
+        (1200.0, "20m"),
+        (1800.0, "30m"),
+        (3600.0, "1h"),
+        (7200.0, "2h"),
+        (18000.0, "5h"),
     ];
     match TIMES.iter().find(|(time, _)| *time >= seconds) {
         Some((_, text)) => (*text).into(),

@@ -65,7 +65,8 @@ impl Bar {
     pub(crate) fn new(work: Work, meter: Meter) -> Self {
         let (work, began) = (Arc::new(Mutex::new(work)), Instant::now());
         let line = Line { work: Arc::clone(&work), meter, began };
-        let style = ProgressStyle::with_template("{line}").expect("the template is valid: a test makes a bar");
+        let style =
+            ProgressStyle::with_template("{line}").expect("the template is valid: a test makes a bar");
         let bar = ProgressBar::new(1).with_style(style.with_key("line", line));
         logs::make_room(Some(bar.clone()));
         bar.enable_steady_tick(TICK);
@@ -137,7 +138,8 @@ impl ProgressTracker for Line {
     fn write(&self, _: &ProgressState, out: &mut dyn fmt::Write) {
         let (within, elapsed) = (self.meter.share(), self.began.elapsed());
         let work = Work { within, elapsed, ..lock(&self.work).clone() };
-        let columns = terminal_size_of(io::stderr()).map_or(USUAL_COLUMNS, |(Width(columns), _)| columns.into());
+        let columns =
+            terminal_size_of(io::stderr()).map_or(USUAL_COLUMNS, |(Width(columns), _)| columns.into());
         let _ = out.write_str(&work.line(columns)); // writing to a String cannot fail
     }
 }

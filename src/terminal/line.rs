@@ -40,7 +40,9 @@ impl Work {
         };
         let free = room - columns_of(text);
         match self.share() {
-            Some(share) if free > SHORTEST_BAR => format!("{} {text}", bar(share, (free - 1).min(LONGEST_BAR))),
+            Some(share) if free > SHORTEST_BAR => {
+                format!("{} {text}", bar(share, (free - 1).min(LONGEST_BAR)))
+            }
             _ => text.clone(),
         }
     }
@@ -60,7 +62,8 @@ impl Work {
         let mut texts = Vec::new();
         for facts in (0..=self.facts.len()).rev() {
             let facts = self.facts[..facts].iter().cloned();
-            let parts: Vec<String> = [counted.clone()].into_iter().chain(facts).chain([times.join(", ")]).collect();
+            let parts: Vec<String> =
+                [counted.clone()].into_iter().chain(facts).chain([times.join(", ")]).collect();
             texts.push(parts.join("  "));
         }
         texts.extend([format!("{counted}  {last}"), format!("{count}  {last}"), count]);
@@ -70,7 +73,8 @@ impl Work {
     /// The share of the way that lies behind: to the last step or to the limit, whichever is nearer.
     fn share(&self) -> Option<f64> {
         let of_steps = self.all.map(|all| (f64::from(self.done) + self.within) / f64::from(all.max(1)));
-        let of_time = self.limit.map(|limit| self.elapsed.as_secs_f64() / limit.as_secs_f64().max(f64::MIN_POSITIVE));
+        let of_time =
+            self.limit.map(|limit| self.elapsed.as_secs_f64() / limit.as_secs_f64().max(f64::MIN_POSITIVE));
         let share = match (of_steps, of_time) {
             (Some(a), Some(b)) => a.max(b),
             (a, b) => a.or(b)?,
@@ -168,7 +172,10 @@ mod tests {
         let work = Work { all: None, limit: Some(seconds(10)), facts: Vec::new(), done: 46, ..work() };
         let line = work.line(80);
         assert!(line.ends_with("46 iterations  6s elapsed, 4s left"), "{line}");
-        assert!(line.starts_with(&format!("[{}", "#".repeat(22))) && !line.contains(&"#".repeat(24)), "{line}");
+        assert!(
+            line.starts_with(&format!("[{}", "#".repeat(22))) && !line.contains(&"#".repeat(24)),
+            "{line}"
+        );
         // The goal that is nearer counts.
         let both = |all| Work { all: Some(all), ..work.clone() };
         assert!(both(1000).line(80).ends_with("46/1000 iterations  6s elapsed, 4s left"));
@@ -195,7 +202,8 @@ mod tests {
 
     #[test]
     fn what_has_no_steps_is_named() {
-        let waiting = Work { noun: "", facts: vec!["reading \u{4e16}\u{754c}.toml".into()], all: None, ..work() };
+        let waiting =
+            Work { noun: "", facts: vec!["reading \u{4e16}\u{754c}.toml".into()], all: None, ..work() };
         assert_eq!(waiting.line(80), "reading \u{4e16}\u{754c}.toml  6s");
         assert_eq!(waiting.line(12), "reading \u{4e16}");
         assert_eq!(waiting.line(1), "");

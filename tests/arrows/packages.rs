@@ -69,7 +69,11 @@ fn crates_of_the_workspace_name_each_others_versions() {
         assert!(package["publish"].is_null(), "{name} has a publish key");
         for dependency in package["dependencies"].as_array().unwrap() {
             if dependency["path"].is_string() {
-                assert_eq!(dependency["req"], format!("^{}", env!("CARGO_PKG_VERSION")), "{name}: {dependency}");
+                assert_eq!(
+                    dependency["req"],
+                    format!("^{}", env!("CARGO_PKG_VERSION")),
+                    "{name}: {dependency}"
+                );
             }
         }
         assert_eq!(package["version"], env!("CARGO_PKG_VERSION"), "{name}");

@@ -102,10 +102,8 @@ fn bash_completes_scenes_and_files() {
             "source ./script; COMP_WORDS=({words}); COMP_CWORD={count}; _sppm sppm \"${{COMP_WORDS[$COMP_CWORD]}}\" x; \
              echo \"${{COMPREPLY[@]}}\""
         );
-        let Ok(done) = std::process::Command::new("bash")
-            .args(["-c", &script])
-            .current_dir(sandbox.path(""))
-            .output()
+        let Ok(done) =
+            std::process::Command::new("bash").args(["-c", &script]).current_dir(sandbox.path("")).output()
         else {
             return None; // there is no bash
         };

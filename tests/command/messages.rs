@@ -29,7 +29,9 @@ fn every_error_is_json_where_that_is_asked_for() {
         assert!(line["message"].as_str().unwrap().starts_with(words), "{line}");
     }
     // For people, the label stays.
-    sandbox.run(["render", "cornell", "--width", "0", "--log-format", "text"]).refused(&["--width: \"0\" is not"]);
+    sandbox
+        .run(["render", "cornell", "--width", "0", "--log-format", "text"])
+        .refused(&["--width: \"0\" is not"]);
 }
 
 #[cfg(unix)]
@@ -50,7 +52,10 @@ fn a_noisy_image_is_told_with_what_to_do() {
     let sandbox = Sandbox::new();
     let size = ["--width=64", "--height=48", "--photons=2000"];
     let ended = sandbox.run(["render", "cornell", "-n=4"].iter().chain(&size));
-    ended.said_one_line("wrote cornell.png: 4 iterations in ", &["; it is noisy, with an error of about 0.", "`--time "]);
+    ended.said_one_line(
+        "wrote cornell.png: 4 iterations in ",
+        &["; it is noisy, with an error of about 0.", "`--time "],
+    );
     let (_, rest) = ended.stderr.split_once("`--time ").unwrap();
     let (time, _) = rest.split_once('`').unwrap();
     assert!(time.ends_with(['s', 'm', 'h']), "{ended:?}");

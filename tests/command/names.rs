@@ -44,13 +44,23 @@ fn names_of_up_to_255_bytes_are_fine() {
         sandbox.render(&["cornell", "-o", &name, "--every", "1", "--snapshots"]);
         let names = sandbox.names();
         assert!(names.contains(&name) && names.len() == 3, "{names:?}");
-        sandbox.render(&["cornell", "-o", &name, "--checkpoint", &("c".repeat(length - 5) + ".sppm"), "--every", "1"]);
+        sandbox.render(&[
+            "cornell",
+            "-o",
+            &name,
+            "--checkpoint",
+            &("c".repeat(length - 5) + ".sppm"),
+            "--every",
+            "1",
+        ]);
         let names = sandbox.names();
         assert_eq!(names.len(), 5, "{names:?}");
     }
     let sandbox = Sandbox::new();
     let name = "n".repeat(252) + ".pfm";
-    sandbox.run(["render", "cornell", "-o", &name].iter().chain(&TINY)).refused(&["--output: nnn", "too long"]);
+    sandbox
+        .run(["render", "cornell", "-o", &name].iter().chain(&TINY))
+        .refused(&["--output: nnn", "too long"]);
 }
 
 /// The name that stands for a long one is always the same, so that the render is found again.

@@ -75,7 +75,10 @@ fn a_full_disk_behind_standard_output_is_a_failure_with_an_image() {
     let output = sandbox.command(args.iter().chain(&TINY)).stdout(full).output().unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(said.starts_with("error: standard output: cannot be written: No space left on device; it is in "), "{said}");
+    assert!(
+        said.starts_with("error: standard output: cannot be written: No space left on device; it is in "),
+        "{said}"
+    );
     let names = sandbox.names();
     assert!(names.len() == 1 && names[0].starts_with("image-rescued-"), "{names:?}");
     assert_eq!(sandbox.image(&names[0]).pixels.len(), 16 * 12);

@@ -154,12 +154,22 @@ fn progress_fits_on_every_terminal_and_leaves_nothing_behind() {
         terminal.watch(|_| false);
         assert_eq!(child.wait().unwrap().code(), Some(0));
         let text = terminal.text();
-        assert!(text.starts_with("wrote cornell.png: ") && text.contains("time is up"), "{columns}: {text:?}");
+        assert!(
+            text.starts_with("wrote cornell.png: ") && text.contains("time is up"),
+            "{columns}: {text:?}"
+        );
         // Only the message at the end may take more than a row.
         let first = terminal.wrapped.first();
-        assert!(first.is_none_or(|row| "wrote cornell.png".starts_with(&row[..row.len().min(17)])), "{first:?}");
+        assert!(
+            first.is_none_or(|row| "wrote cornell.png".starts_with(&row[..row.len().min(17)])),
+            "{first:?}"
+        );
         // The time goal is told by the clock.
-        assert!(!terminal.log.contains("1073741824") && !terminal.log.contains("y left"), "{:?}", terminal.log);
+        assert!(
+            !terminal.log.contains("1073741824") && !terminal.log.contains("y left"),
+            "{:?}",
+            terminal.log
+        );
         assert!(columns < 20 || terminal.log.contains("s left"), "{columns}: {:?}", terminal.log);
     }
 }
@@ -168,7 +178,8 @@ fn progress_fits_on_every_terminal_and_leaves_nothing_behind() {
 fn a_long_first_iteration_shows_how_far_it_is() {
     for engine in ["fast", "reference", "path"] {
         let sandbox = Sandbox::new();
-        let args = ["render", "cornell", "-n=1", "--width=6000", "--height=4000", "--photons=30000000", "--engine"];
+        let args =
+            ["render", "cornell", "-n=1", "--width=6000", "--height=4000", "--photons=30000000", "--engine"];
         let (mut child, mut terminal) = start(&mut sandbox.command(args.iter().chain(&[engine])), 100);
         let grows = |terminal: &Terminal| bar_lengths(terminal).len() >= 3;
         assert!(terminal.watch(grows), "{engine}: {:?}", terminal.log);

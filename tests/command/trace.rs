@@ -181,7 +181,10 @@ fn bad_options_are_refused_and_nothing_written() {
         (&["cornell", "--rays", "rays.npy"], &["--hits is missing"]),
         (&["cornel", "--rays", "rays.npy", "--hits", "h.npy"], &["did you mean cornell?"]),
         (&["cornell", "--rays", "no.npy", "--hits", "h.npy"], &["--rays: no.npy: there is no such file"]),
-        (&["cornell", "--rays", ".", "--hits", "h.npy"], &["--rays: .: this is a directory; name a .npy file"]),
+        (
+            &["cornell", "--rays", ".", "--hits", "h.npy"],
+            &["--rays: .: this is a directory; name a .npy file"],
+        ),
         (&["cornell", "--rays", "rays.npy", "--hits", "rays.npy"], &["--hits: rays.npy is also --rays"]),
         (&["ball.toml", "--rays", "rays.npy", "--hits", "h.txt"], &["--hits: h.txt", ".npy"]),
         (&["cornell", "--rays", "rays.npy", "--hits", "no/h.npy"], &["--hits: no/h.npy", "does not exist"]),

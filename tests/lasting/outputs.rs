@@ -42,7 +42,10 @@ fn a_checkpoint_that_cannot_be_written_does_not_stop_a_render() {
     let lines: Vec<&str> = ended.stderr.lines().collect();
     assert_eq!(lines.len(), 2, "{ended:?}");
     assert!(lines[0].starts_with("warning: cornell.png.sppm: cannot be written: "), "{ended:?}");
-    assert!(lines[0].ends_with("rendering goes on") && lines[1].starts_with("wrote cornell.png: "), "{ended:?}");
+    assert!(
+        lines[0].ends_with("rendering goes on") && lines[1].starts_with("wrote cornell.png: "),
+        "{ended:?}"
+    );
     assert_eq!(sandbox.names(), ["cornell.png"]);
     sandbox.image("cornell.png");
 }
@@ -65,7 +68,8 @@ fn snapshots_that_cannot_be_written_are_told_once() {
     for n in [2, 4, 8, 16] {
         fs::create_dir(sandbox.path(&format!("a-{n:04}.png"))).unwrap();
     }
-    let args = ["render", "cornell", "-o", "a.png", "--snapshots", "--width=16", "--height=12", "--photons=100"];
+    let args =
+        ["render", "cornell", "-o", "a.png", "--snapshots", "--width=16", "--height=12", "--photons=100"];
     let ended = sandbox.run(args.iter().chain(&["--iterations=20"]));
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let lines: Vec<&str> = ended.stderr.lines().collect();

@@ -185,7 +185,10 @@ fn two_jobs_do_not_write_one_file() {
     let running = job(endless()).start(()).unwrap();
     match job(Job::new(small(1))).start(()).map(drop) {
         Err(Error::Input { field: Field::Image, problem }) => {
-            assert!(problem.to_string().contains("a.pfm: is in use by another render, process "), "{problem}");
+            assert!(
+                problem.to_string().contains("a.pfm: is in use by another render, process "),
+                "{problem}"
+            );
         }
         other => panic!("not refused: {other:?}"),
     }

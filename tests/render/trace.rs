@@ -27,7 +27,13 @@ fn scenes() -> Vec<(&'static str, Scene)> {
     let mut many = files::builtin::scene("cornell").unwrap();
     for i in 0..1500 {
         let center = Vec3::splat(50.0) + vector(&mut numbers) * 40.0;
-        many.spheres.push(Sphere { center, radius: 0.3, material: i % 3, emission: Rgb::ZERO, velocity: Vec3::ZERO });
+        many.spheres.push(Sphere {
+            center,
+            radius: 0.3,
+            material: i % 3,
+            emission: Rgb::ZERO,
+            velocity: Vec3::ZERO,
+        });
     }
     scenes.push(("many balls", many));
     let text = "background = [1, 1, 1]\n\
@@ -35,7 +41,11 @@ fn scenes() -> Vec<(&'static str, Scene)> {
         [[sphere]]\ncenter = [0, 0, 0]\nradius = 2\n\
         material = { type = \"dielectric\", albedo = [1, 1, 1], ior = 1.5 }\n";
     scenes.push(("sky", files::scene_file::parse("sky.toml", text).unwrap()));
-    assert!(scenes.iter().any(|(_, scene)| scene.materials.iter().any(|m| matches!(m, Material::Dielectric { .. }))));
+    assert!(
+        scenes
+            .iter()
+            .any(|(_, scene)| scene.materials.iter().any(|m| matches!(m, Material::Dielectric { .. })))
+    );
     scenes
 }
 

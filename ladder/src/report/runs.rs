@@ -60,7 +60,8 @@ pub(crate) fn measure(
     progress: &mut dyn Progress,
 ) -> Result<Vec<Vec<Runs>>, Error> {
     let one_thread = ThreadPoolBuilder::new().num_threads(1).build();
-    let one_thread = one_thread.map_err(|error| Error::Failed(format!("cannot start a thread: {}", reason(&error))))?;
+    let one_thread =
+        one_thread.map_err(|error| Error::Failed(format!("cannot start a thread: {}", reason(&error))))?;
     progress.begin((repeat as usize * cases.len() * rows.len()) as u32, "runs");
     let mut runs = vec![vec![Vec::new(); rows.len()]; cases.len()];
     let mut done = 0;
