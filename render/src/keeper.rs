@@ -4,8 +4,7 @@ use crate::outcome::Saved;
 use crate::save::{Every, Note, Save};
 use files::atomic_file::{self, FileError, rescue};
 use files::checkpoint::{self, Contents, Loaded, Past, Store};
-use files::scene_file;
-use scene::{Resumable, Scene, Settings, Sums};
+use scene::{Resumable, Scene, Sums};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -17,7 +16,6 @@ pub(crate) struct Keeper {
     keep: bool,
     /// Whether the newest generation is damaged or missing and the older one was resumed.
     falls_back: bool,
-    scene: String,
     digest: String,
     note: String,
     last: Instant,
@@ -29,20 +27,18 @@ pub(crate) struct Keeper {
 }
 
 impl Keeper {
-    /// The keeper of a render of `scene`, which resumes the checkpoint `from`, if there is one. The files of the checkpoint
-    /// are locked.
-    pub(crate) fn new(save: Save, scene: &Scene, digest: &str, note: &Note, from: Option<&Loaded>) -> Self {
+    /// The keeper of a render of a scene with this digest, which resumes the checkpoint `from`, if there is one. The files
+    /// of the checkpoint are locked.
+    pub(crate) fn new(save: Save, digest: &str, note: &Note, from: Option<&Loaded>) -> Self {
         let saved = from.map(|from| from.checkpoint.account.iterations);
         let store = Store::new(save.path);
         let falls_back = from.is_some_and(|from| from.fallback.is_some() && from.path == store.previous());
         let note = serde_json::to_string(note).unwrap_or_default(); // cannot fail: noted paths are Unicode
-        let text = scene_file::to_text(scene, &scene.settings);
         let mut keeper = Self {
             store,
             every: save.every,
             keep: save.keep,
             falls_back,
-            scene: text,
             digest: digest.into(),
             note,
             last: Instant::now(),
@@ -62,8 +58,8 @@ impl Keeper {
     }
 
     /// An upper bound of a checkpoint's bytes.
-    pub(crate) fn bytes(&self, settings: &Settings, sums: Sums, has_past: bool) -> u64 {
-        checkpoint::length(&self.scene, &self.note, settings, sums, has_past)
+    pub(crate) fn bytes(&self, scene: &Scene, sums: Sums, has_past: bool) -> u64 {
+        checkpoint::length(scene, &self.note, sums, has_past)
     }
 
     /// Whether it is time for the next checkpoint.
@@ -75,7 +71,12 @@ impl Keeper {
     }
 
     /// Writes a checkpoint, unless there is one of this iteration already.
-    pub(crate) fn save(&mut self, engine: &dyn Resumable, past: Option<&Past>) -> Result<(), FileError> {
+    pub(crate) fn save(
+        &mut self,
+        scene: &Scene,
+        engine: &dyn Resumable,
+        past: Option<&Past>,
+    ) -> Result<(), FileError> {
         let iterations = engine.iterations();
         self.schedule(iterations);
         if self.falls_back {
@@ -85,7 +86,7 @@ impl Keeper {
         if self.saved == Some(iterations) {
             return Ok(());
         }
-        let contents = self.contents(past);
+        let contents = self.contents(scene, past);
         self.store.save(|out| checkpoint::write(out, engine, &contents))?;
         self.saved = Some(iterations);
         Ok(())
@@ -95,12 +96,13 @@ impl Keeper {
     /// folder, and still returns the error.
     pub(crate) fn save_somewhere(
         &mut self,
+        scene: &Scene,
         engine: &dyn Resumable,
         past: Option<&Past>,
     ) -> Result<(), FileError> {
-        let saved = self.save(engine, past);
+        let saved = self.save(scene, engine, past);
         if saved.is_err() {
-            let contents = self.contents(past);
+            let contents = self.contents(scene, past);
             let write =
                 |path: &Path| atomic_file::replace(path, |out| checkpoint::write(out, engine, &contents));
             self.refuge = rescue(self.store.path(), write);
@@ -109,8 +111,8 @@ impl Keeper {
         saved
     }
 
-    fn contents<'a>(&'a self, past: Option<&'a Past>) -> Contents<'a> {
-        let (scene, digest, note) = (&self.scene, &self.digest, &self.note);
+    fn contents<'a>(&'a self, scene: &'a Scene, past: Option<&'a Past>) -> Contents<'a> {
+        let (digest, note) = (&self.digest, &self.note);
         Contents { scene, digest, version: env!("CARGO_PKG_VERSION"), note, past }
     }
 
@@ -121,9 +123,14 @@ impl Keeper {
     }
 
     /// After the end of the render: writes the last checkpoint if checkpoints are kept, else removes them.
-    pub(crate) fn finish(&mut self, engine: &dyn Resumable, past: Option<&Past>) -> Result<(), FileError> {
+    pub(crate) fn finish(
+        &mut self,
+        scene: &Scene,
+        engine: &dyn Resumable,
+        past: Option<&Past>,
+    ) -> Result<(), FileError> {
         if self.keep {
-            return self.save(engine, past);
+            return self.save(scene, engine, past);
         }
         self.store.remove()
     }

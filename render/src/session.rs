@@ -229,7 +229,7 @@ impl Session<'_> {
     /// Calls one of the saving methods of [`Keeper`], if checkpoints are written at all.
     fn save(&mut self, engine: &dyn Resumable, way: Way) -> Result<(), FileError> {
         let Some(keeper) = &mut self.keeper else { return Ok(()) };
-        way(keeper, engine, self.estimate.past())
+        way(keeper, self.scene, engine, self.estimate.past())
     }
 
     fn shown<'b>(&self, engine: &'b dyn Resumable) -> Shown<'b> {
@@ -311,7 +311,7 @@ impl Session<'_> {
 }
 
 /// A saving method of [`Keeper`].
-type Way = fn(&mut Keeper, &dyn Resumable, Option<&Past>) -> Result<(), FileError>;
+type Way = fn(&mut Keeper, &Scene, &dyn Resumable, Option<&Past>) -> Result<(), FileError>;
 
 /// Starts a timer that requests a stop after `left`. Dropping the returned sender cancels it.
 fn ring(left: Duration, stop: Stop) -> Sender<()> {

@@ -63,7 +63,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<(), Error> {
     let busy = Busy::with(format!("reading {}", one_line(&args.file.to_string_lossy())));
     let info = match Made::read(&args.file)? {
         Made::Image(metadata) => of_image(metadata),
-        Made::Checkpoint(loaded) => of_checkpoint(&loaded),
+        Made::Checkpoint(loaded) => of_checkpoint(&loaded, args.scene),
     };
     drop(busy);
     if let Some(fault) = &info.fault {
@@ -100,7 +100,8 @@ fn of_image(metadata: Metadata) -> Info {
     }
 }
 
-fn of_checkpoint(loaded: &Loaded) -> Info {
+/// The scene file is made only if `has_scene_file`, as it may be long.
+fn of_checkpoint(loaded: &Loaded, has_scene_file: bool) -> Info {
     let note = Note::of(loaded);
     let checkpoint = &loaded.checkpoint;
     let account = &checkpoint.account;
@@ -116,7 +117,8 @@ fn of_checkpoint(loaded: &Loaded) -> Info {
         lanes: None,
         exposure: note.exposure,
         estimated_error: None,
-        scene_file: Some(scene_file::to_text(&checkpoint.scene, &checkpoint.scene.settings)),
+        scene_file: has_scene_file
+            .then(|| scene_file::to_text(&checkpoint.scene, &checkpoint.scene.settings)),
         fault: loaded.fallback.as_ref().map(ToString::to_string),
     }
 }

@@ -3,8 +3,8 @@
 use scene::{Film, Stats, Sums};
 use serde::{Deserialize, Serialize};
 
-/// The format version that is written, and the only one that can be read.
-pub const FORMAT: u32 = 1;
+/// The format version that is written. Version 1, in which the scene is all text, can be read too.
+pub const FORMAT: u32 = 2;
 
 /// The progress of a render: section `RNDR`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -34,7 +34,7 @@ pub enum Damage {
         section: &'static str,
     },
     /// Its format version is not supported.
-    #[error("has format {found}; this version of sppm reads format {FORMAT}")]
+    #[error("has format {found}; this version of sppm reads formats up to {FORMAT}")]
     Version {
         /// The version in its header.
         found: u32,

@@ -21,16 +21,24 @@
 //!
 //! | name | content |
 //! |---|---|
-//! | `SCEN` | the scene file ([`crate::scene_file::to_text`]) with the settings of the render |
+//! | `SCEN` | the scene file with the settings of the render, without materials and spheres |
+//! | `MATL` | 5 words per material: kind (0 diffuse, 1 specular, 2 dielectric), albedo, index of refraction |
+//! | `BALL` | 5 words per sphere: centre, radius, index of its material |
+//! | `GLOW` | 4 words per sphere that emits: its index, its emission |
+//! | `MOVE` | 4 words per sphere that moves: its index, its velocity |
 //! | `RNDR` | a JSON object, see [`Account`] |
 //! | `NOTE` | free text for the program that renders, such as the paths of its outputs |
 //! | `SUMS` | the words of every pixel ([`scene::Sums`]), row by row from the top, 4 bytes each |
 //! | `PAST` | optional: an earlier image, as `u32` iterations and 3 `f32` per pixel |
 //!
+//! Words are `u32` or `f32` of 4 bytes. In files of version 1 `SCEN` is the whole scene file, and the four sections after it
+//! are absent.
+//!
 //! Readers check every length against the length of the file before they allocate memory for it, and check a section's
 //! checksum before they use its content.
 
 mod account;
+mod arrays;
 mod damage;
 mod read;
 mod sections;

@@ -1,6 +1,7 @@
 //! Reads checkpoints.
 
 use super::account::{Account, Past};
+use super::arrays;
 use super::damage::Damage;
 use super::sections::{ACCOUNT, FRAME, HEADER, NOTE, Name, PAST, SCENE, SUMS, Section, read_header};
 use super::write::{past_bytes, sums_bytes};
@@ -34,15 +35,12 @@ impl Checkpoint {
     /// If the file is damaged or invalid, of another format version, or cannot be read.
     pub fn read(input: &mut (impl Read + Seek), length: u64) -> Result<Self, Damage> {
         input.seek(SeekFrom::Start(0))?;
-        read_header(input, length)?;
+        let version = read_header(input, length)?;
         let mut at = HEADER;
-        let text = text(input, SCENE, &mut at, length, scene_file::MAX_BYTES)?;
-        let account_text = self::text(input, ACCOUNT, &mut at, length, MOST_TEXT)?;
-        let note = self::text(input, NOTE, &mut at, length, MOST_TEXT)?;
-        let digest_and_scene = parse_scene(&text);
-        drop(text);
-        let (digest, scene) = digest_and_scene?;
-        let account = parse_account(&account_text, &scene, digest)?;
+        let scene = read_scene(input, version, &mut at, length)?;
+        let account_text = text(input, ACCOUNT, &mut at, length, MOST_TEXT)?;
+        let note = text(input, NOTE, &mut at, length, MOST_TEXT)?;
+        let account = parse_account(&account_text, &scene)?;
         let sums_at = at;
         let mut sums = begin_sums(&mut *input, &scene.settings, account.sums, at, length)?;
         at += FRAME + sums.length;
@@ -95,16 +93,24 @@ fn text(input: &mut impl Read, name: Name, at: &mut u64, length: u64, most: u64)
     String::from_utf8(section.read_all(most)?).map_err(|_| invalid(name, "is not UTF-8"))
 }
 
-/// The digest of the scene, and the scene.
-fn parse_scene(text: &str) -> Result<(String, Scene), Damage> {
-    let scene = scene_file::parse("scene", text)
-        .map_err(|error| invalid(SCENE, format!("cannot be used: {error}")))?;
-    Ok((scene_file::digest(&scene), scene))
+/// Reads the sections of the scene, the first at offset `at`, and advances `at` beyond them.
+fn read_scene(input: &mut impl Read, version: u32, at: &mut u64, length: u64) -> Result<Scene, Damage> {
+    let text = text(input, SCENE, at, length, scene_file::MAX_BYTES)?;
+    let unusable = |problem: String| invalid(SCENE, format!("cannot be used: {problem}"));
+    if version == 1 {
+        return scene_file::parse("scene", &text).map_err(|error| unusable(error.to_string()));
+    }
+    let (materials, spheres) = arrays::read(input, at, length)?;
+    let scene = scene_file::with_spheres("scene", &text, materials, spheres);
+    let scene = scene.map_err(|error| unusable(error.to_string()))?;
+    scene.check().map_err(|flaw| unusable(flaw.to_string()))?;
+    Ok(scene)
 }
 
-fn parse_account(text: &str, scene: &Scene, ours: String) -> Result<Account, Damage> {
+fn parse_account(text: &str, scene: &Scene) -> Result<Account, Damage> {
     let account: Account =
         serde_json::from_str(text).map_err(|error| invalid(ACCOUNT, format!("cannot be used: {error}")))?;
+    let ours = scene_file::digest(scene);
     if account.scene != ours {
         let theirs = account.scene.chars().take(64).flat_map(char::escape_debug).collect();
         return Err(Damage::OtherScene { theirs, ours });

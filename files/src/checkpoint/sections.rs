@@ -16,6 +16,10 @@ pub(super) const FRAME: u64 = 16;
 pub(super) struct Name(pub(super) [u8; 4], pub(super) &'static str);
 
 pub(super) const SCENE: Name = Name(*b"SCEN", "its scene");
+pub(super) const MATERIALS: Name = Name(*b"MATL", "its materials");
+pub(super) const SPHERES: Name = Name(*b"BALL", "its spheres");
+pub(super) const GLOW: Name = Name(*b"GLOW", "its lamps");
+pub(super) const MOTION: Name = Name(*b"MOVE", "its velocities");
 pub(super) const ACCOUNT: Name = Name(*b"RNDR", "its account");
 pub(super) const NOTE: Name = Name(*b"NOTE", "its note");
 pub(super) const SUMS: Name = Name(*b"SUMS", "its sums");
@@ -29,8 +33,8 @@ pub(super) fn write_header(out: &mut impl Write, length: u64) -> io::Result<()> 
     out.write_all(&header)
 }
 
-/// Checks the header of a file of `length` bytes.
-pub(super) fn read_header(input: &mut impl Read, length: u64) -> Result<(), Damage> {
+/// Checks the header of a file of `length` bytes, and returns the format version.
+pub(super) fn read_header(input: &mut impl Read, length: u64) -> Result<u32, Damage> {
     let mut header = [0; HEADER as usize];
     let has = length.min(HEADER) as usize;
     input.read_exact(&mut header[..has])?;
@@ -47,9 +51,9 @@ pub(super) fn read_header(input: &mut impl Read, length: u64) -> Result<(), Dama
     }
     let stated = u64::from(word(12)) | u64::from(word(16)) << 32;
     match word(8) {
-        FORMAT if length < stated => Err(Damage::Truncated { has: length, length: stated }),
-        FORMAT if length > stated => Err(Damage::Appended { has: length, length: stated }),
-        FORMAT => Ok(()),
+        1..=FORMAT if length < stated => Err(Damage::Truncated { has: length, length: stated }),
+        1..=FORMAT if length > stated => Err(Damage::Appended { has: length, length: stated }),
+        version @ 1..=FORMAT => Ok(version),
         found => Err(Damage::Version { found }),
     }
 }

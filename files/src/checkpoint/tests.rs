@@ -1,6 +1,8 @@
 //! Tests of checkpoints: writing and reading them, damaged files, generations and the lock.
 
-use super::sections::{ACCOUNT, FRAME, HEADER, NOTE, PAST, SCENE, SUMS};
+use super::sections::{
+    ACCOUNT, FRAME, GLOW, HEADER, MATERIALS, MOTION, NOTE, Name, PAST, SCENE, SPHERES, SUMS,
+};
 use super::*;
 use crate::atomic_file::Output;
 use crate::scene_file;
@@ -75,8 +77,7 @@ fn scene() -> Scene {
 
 /// A checkpoint as bytes.
 fn bytes(engine: &Memory, digest: &str, past: Option<&Past>) -> Vec<u8> {
-    let text = scene_file::to_text(&scene(), &engine.progress.settings);
-    let contents = Contents { scene: &text, digest, version: "1.2.3", note: "{}", past };
+    let contents = Contents { scene: &scene(), digest, version: "1.2.3", note: "{}", past };
     let mut bytes = Vec::new();
     write(&mut bytes, engine, &contents).unwrap();
     bytes
@@ -118,8 +119,7 @@ fn what_is_written_is_read() {
                 (again.words, again.progress.iterations, again.progress.stats),
                 (engine.words, 3, engine.progress.stats)
             );
-            let text = scene_file::to_text(&scene(), &scene().settings);
-            let estimate = length(&text, "{}", &scene().settings, sums, past.is_some());
+            let estimate = length(&scene(), "{}", sums, past.is_some());
             assert!((estimate - 4096..=estimate).contains(&(bytes.len() as u64)));
         }
     }
@@ -133,7 +133,7 @@ fn the_format_is_as_documented() {
     assert_eq!(bytes[12..20], (bytes.len() as u64).to_le_bytes());
     assert_eq!(bytes[20..24], crc32fast::hash(&bytes[..20]).to_le_bytes());
     let mut at = HEADER as usize;
-    for name in [SCENE, ACCOUNT, NOTE, SUMS, PAST] {
+    for name in [SCENE, MATERIALS, SPHERES, GLOW, MOTION, ACCOUNT, NOTE, SUMS, PAST] {
         assert_eq!(bytes[at..at + 4], name.0);
         let length = u64::from_le_bytes(bytes[at + 4..at + 12].try_into().unwrap()) as usize;
         let end = at + 12 + length;
@@ -176,6 +176,66 @@ fn every_cut_is_found() {
     assert!(matches!(read(&longer), Err(Damage::Appended { .. })));
 }
 
+/// A scene with a lamp that is a sphere of every kind of material, one that moves, and a sky.
+fn varied() -> Scene {
+    let text = "background = [0.1, 0.2, 0.3]\n[camera]\neye = [0, 0, 10]\ntarget = [0, 0, 0]\n\
+        vertical_fov_degrees = 40\nshutter = [0, 1]\n[materials.white]\ntype = \"diffuse\"\nalbedo = [0.5, 0.5, 0.5]\n\
+        [[sphere]]\ncenter = [0, 3, 0]\nradius = 1\nmaterial = \"white\"\nemission = [1, 1, 1]\n\
+        [[sphere]]\ncenter = [0, 0, 0]\nradius = 1\nvelocity = [0, 0.5, 0]\n\
+        material = { type = \"dielectric\", albedo = [1, 1, 1], ior = 1.5 }\n\
+        [[sphere]]\ncenter = [3, 0, 0]\nradius = 1\nmaterial = { type = \"specular\", albedo = [1, 0.5, 1] }\n";
+    let scene = scene_file::parse("version-1.toml", text).unwrap();
+    let settings =
+        Settings { width: 4, height: 3, iterations: 2, photons_per_iteration: 100, ..scene.settings };
+    Scene { name: "v1".into(), settings, ..scene }
+}
+
+#[test]
+fn every_kind_of_sphere_and_material_is_read_back() {
+    let scene = varied();
+    let engine =
+        Memory { progress: Progress::new(&scene.settings), ..Memory::new(scene.settings, Sums::Photons) };
+    let digest = scene_file::digest(&scene);
+    let contents = Contents { scene: &scene, digest: &digest, version: "1.2.3", note: "", past: None };
+    let mut bytes = Vec::new();
+    write(&mut bytes, &engine, &contents).unwrap();
+    assert_eq!(read(&bytes).unwrap().scene, scene);
+}
+
+/// The file was written by the last version of the program that wrote the scene as text.
+#[test]
+fn a_file_of_version_1_is_read() {
+    let bytes = include_bytes!("../../../fixtures/checkpoints/version-1.sppm");
+    assert_eq!(bytes[8..12], 1_u32.to_le_bytes());
+    let checkpoint = read(bytes).unwrap();
+    assert_eq!(checkpoint.scene, varied());
+    assert_eq!(checkpoint.account.iterations, 2);
+}
+
+/// Rows of materials and spheres that no scene has are rejected even if all checksums match.
+#[test]
+fn invalid_spheres_are_rejected() {
+    let bytes = whole(Sums::Photons, None);
+    let start = |name: Name| bytes.windows(4).position(|window| window == name.0).unwrap();
+    let length = |at: usize| u64::from_le_bytes(bytes[at + 4..at + 12].try_into().unwrap()) as usize;
+    let cases = [
+        (MATERIALS, 0, 3, "its materials cannot be used: row 0 is not valid"),
+        (MATERIALS, 4, 2_f32.to_bits(), "albedo of material 1 is outside [0, 1]"),
+        (SPHERES, 0, f32::NAN.to_bits(), "center of sphere 1 must be finite numbers from -1e15 to 1e15"),
+        (SPHERES, 12, 0, "radius of sphere 1 must be above 0 (from 1e-15 to 1e15)"),
+        (SPHERES, 16, 99, "material of sphere 1 is index 99 of"),
+        (GLOW, 0, 99, "its lamps cannot be used: row 0 is not valid"),
+        (GLOW, 4, (-1_f32).to_bits(), "is outside [0, 1e15]"),
+    ];
+    for (name, offset, word, expected) in cases {
+        let at = start(name);
+        let mut bytes = bytes.clone();
+        forge(&mut bytes, [at, at + 12 + offset, at + FRAME as usize + length(at)], word);
+        let line = read(&bytes).unwrap_err().to_string();
+        assert!(line.contains(expected), "{line}");
+    }
+}
+
 /// Sets the four bytes at `at`, then recomputes the checksum of the section or header from `start` to `end`.
 fn forge(bytes: &mut [u8], [start, at, end]: [usize; 3], word: u32) {
     bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
@@ -186,8 +246,9 @@ fn forge(bytes: &mut [u8], [start, at, end]: [usize; 3], word: u32) {
 #[test]
 fn another_version_is_reported() {
     let mut bytes = whole(Sums::Photons, None);
-    forge(&mut bytes, [0, 8, 24], 2);
-    assert_eq!(read(&bytes).unwrap_err().to_string(), "has format 2; this version of sppm reads format 1");
+    forge(&mut bytes, [0, 8, 24], 3);
+    let line = read(&bytes).unwrap_err().to_string();
+    assert_eq!(line, "has format 3; this version of sppm reads formats up to 2");
 }
 
 #[test]
@@ -293,10 +354,10 @@ fn a_damaged_generation_falls_back_to_the_older_one() {
     assert_eq!(iterations(&store), Some((6, false)));
 
     let mut newer = fs::read(store.path()).unwrap();
-    forge(&mut newer, [0, 8, 24], 2);
+    forge(&mut newer, [0, 8, 24], 3);
     save(&store, 7);
     fs::write(store.path(), newer).unwrap();
-    assert!(store.load().unwrap_err().problem.contains("format 2"));
+    assert!(store.load().unwrap_err().problem.contains("format 3"));
 }
 
 #[test]

@@ -1,15 +1,17 @@
 //! Writes checkpoints.
 
 use super::account::{Account, Past};
+use super::arrays::Arrays;
 use super::sections::{ACCOUNT, FRAME, HEADER, NOTE, PAST, SCENE, SUMS, write_header, write_section};
-use scene::{Resumable, Settings, Sums};
+use crate::scene_file;
+use scene::{Resumable, Scene, Settings, Sums};
 use std::io::{self, Write};
 
 /// Everything in a checkpoint that does not come from the engine.
 #[derive(Clone, Copy, Debug)]
 pub struct Contents<'a> {
-    /// The text of the scene file, with the settings of the render.
-    pub scene: &'a str,
+    /// The scene.
+    pub scene: &'a Scene,
     /// The scene's digest.
     pub digest: &'a str,
     /// The version of the program that writes.
@@ -31,13 +33,14 @@ pub(super) fn sums_bytes(sums: Sums, pixels: u64) -> u64 {
 }
 
 /// An upper bound of a checkpoint's bytes, to check for disk space in advance.
-pub fn length(scene: &str, note: &str, settings: &Settings, sums: Sums, has_past: bool) -> u64 {
+pub fn length(scene: &Scene, note: &str, sums: Sums, has_past: bool) -> u64 {
     /// An account is smaller.
     const ACCOUNT_BYTES: u64 = 1 << 12;
-    let pixels = settings.pixels() as u64;
+    let pixels = scene.settings.pixels() as u64;
     let past = if has_past { past_bytes(pixels) + FRAME } else { 0 };
-    let texts = scene.len() as u64 + note.len() as u64 + ACCOUNT_BYTES;
-    HEADER + 4 * FRAME + texts + sums_bytes(sums, pixels) + past
+    let text = scene_file::head_to_text(scene, &scene.settings);
+    let texts = text.len() as u64 + note.len() as u64 + ACCOUNT_BYTES;
+    HEADER + 4 * FRAME + texts + Arrays::of(scene).bytes() + sums_bytes(sums, pixels) + past
 }
 
 /// Writes the checkpoint of a render that is between two iterations.
@@ -54,13 +57,21 @@ pub fn write(out: &mut impl Write, engine: &dyn Resumable, contents: &Contents) 
         iterations: engine.iterations(),
         stats: *engine.stats(),
     })?;
-    let texts = [(SCENE, contents.scene.as_bytes()), (ACCOUNT, &account), (NOTE, contents.note.as_bytes())];
+    let scene = scene_file::head_to_text(contents.scene, settings);
+    let arrays = Arrays::of(contents.scene);
+    let texts = [(ACCOUNT, &account[..]), (NOTE, contents.note.as_bytes())];
     let sums = sums_bytes(engine.sums(), pixels);
     let past = contents.past.map_or(0, |_| FRAME + past_bytes(pixels));
+    let write_text = |out: &mut _, name, text: &[u8]| {
+        write_section(out, name, text.len() as u64, |out| out.write_all(text))
+    };
     let texts_bytes: u64 = texts.iter().map(|(_, text)| FRAME + text.len() as u64).sum();
-    write_header(out, HEADER + texts_bytes + FRAME + sums + past)?;
+    let scene_bytes = FRAME + scene.len() as u64 + arrays.bytes();
+    write_header(out, HEADER + scene_bytes + texts_bytes + FRAME + sums + past)?;
+    write_text(out, SCENE, scene.as_bytes())?;
+    arrays.write(out)?;
     for (name, text) in texts {
-        write_section(out, name, text.len() as u64, |out| out.write_all(text))?;
+        write_text(out, name, text)?;
     }
     write_section(out, SUMS, sums, |out| write_sums(out, engine))?;
     match contents.past {

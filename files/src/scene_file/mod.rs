@@ -15,6 +15,7 @@ mod write;
 
 pub use error::{Fault, FileError, Position};
 pub use reader::{Field, Section};
+pub(crate) use write::head_to_text;
 pub use write::{digest, to_text};
 
 use crate::atomic_file::reason;
@@ -24,7 +25,7 @@ use error::{escape, quote};
 use material::Named;
 use pieces::{Head, Kind, Pieces};
 use reader::Subject;
-use scene::{Camera, Rgb, Scene, Settings};
+use scene::{Camera, Material, Rgb, Scene, Settings, Sphere};
 use spheres::Spheres;
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
@@ -140,6 +141,26 @@ fn read(name: &str, text: &str) -> Result<Scene, Fault> {
     let scene = Scene { name, camera, spheres, materials: materials.list, background, settings }.with_sky();
     Parsed { text, head: &head, root, camera: camera_section, spheres: &places }.check(&scene)?;
     Ok(scene)
+}
+
+/// The scene whose materials and spheres are given, and everything else in `text`. Nothing is checked but what `text`
+/// states by itself.
+///
+/// # Errors
+/// As [`parse`].
+pub(crate) fn with_spheres(
+    name: &str,
+    text: &str,
+    materials: Vec<Material>,
+    spheres: Vec<Sphere>,
+) -> Result<Scene, FileError> {
+    let read = || {
+        let document = DeTable::parse(text).map_err(|e| syntax_fault(text, &e))?;
+        let Top { camera: (_, camera), settings, background, name, .. } =
+            Top::read(name, document.get_ref(), spheres.len())?;
+        Ok(Scene { name, camera, spheres, materials, background, settings }.with_sky())
+    };
+    read().map_err(|fault| FileError::in_text(name, text, &fault))
 }
 
 /// What the head of a scene file states.

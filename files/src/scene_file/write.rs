@@ -15,6 +15,14 @@ pub fn to_text(scene: &Scene, settings: &Settings) -> String {
     text
 }
 
+/// The text of a scene file with `scene` and `settings`, but without its materials and spheres. See
+/// [`super::with_spheres`].
+pub(crate) fn head_to_text(scene: &Scene, settings: &Settings) -> String {
+    let mut text = String::new();
+    let _ = write_head(&mut text, scene).and_then(|()| write_settings(&mut text, settings)); // as above
+    text
+}
+
 /// Identifies a scene: the SHA-256, in hexadecimal, of its scene file without settings.
 pub fn digest(scene: &Scene) -> String {
     let mut text = Hashed(Sha256::new());
@@ -36,21 +44,23 @@ impl Write for Hashed {
     }
 }
 
+/// Leaves out the sky, which comes last: the reader makes it from the background.
 fn write_scene(out: &mut impl Write, scene: &Scene) -> fmt::Result {
-    writeln!(out, "name = {}", toml::Value::from(scene.name.as_str()))?;
-    // Leave out the sky, which comes last: the reader makes it from the background.
-    let skies = usize::from(scene.background != Rgb::ZERO);
-    if skies > 0 {
-        writeln!(out, "background = {}", Triple(scene.background))?;
-    }
-    write_camera(out, &scene.camera)?;
+    write_head(out, scene)?;
+    let spheres = scene.without_sky();
+    let skies = scene.spheres.len() - spheres.len();
     for (i, material) in scene.materials[..scene.materials.len() - skies].iter().enumerate() {
         write_material(out, i, material)?;
     }
-    for sphere in &scene.spheres[..scene.spheres.len() - skies] {
-        write_sphere(out, sphere)?;
+    spheres.iter().try_for_each(|sphere| write_sphere(out, sphere))
+}
+
+fn write_head(out: &mut impl Write, scene: &Scene) -> fmt::Result {
+    writeln!(out, "name = {}", toml::Value::from(scene.name.as_str()))?;
+    if scene.background != Rgb::ZERO {
+        writeln!(out, "background = {}", Triple(scene.background))?;
     }
-    Ok(())
+    write_camera(out, &scene.camera)
 }
 
 fn write_camera(out: &mut impl Write, camera: &Camera) -> fmt::Result {
