@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 pub(crate) struct OutputArgs {
     /// The image to write: .png (sRGB), .exr or .pfm (linear floats) [default: the scene's name, .png]
     ///
-    /// - is standard output, in PNG; exr:- or pfm:- is standard output in another format. It gets the image once the render
-    /// is over, all messages go to standard error, and there is no checkpoint unless --checkpoint names one.
+    /// `-` is standard output, in PNG; `exr:-` or `pfm:-` is standard output in another format. It gets the image once the
+    /// render is over. All messages go to standard error, and there is no checkpoint unless --checkpoint names one.
     ///
     /// Files are written beside their place and then renamed into it, so that nobody ever sees half an image.
     #[arg(short, long, value_name = "OUT")]

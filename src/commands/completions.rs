@@ -53,8 +53,16 @@ fn after_heads(
     head: impl Fn(&str) -> String,
     line: fn(&str, &str) -> String,
 ) -> String {
-    let lines: String =
-        SCENES.iter().map(|scene| format!("\n            {}", line(scene.name, scene.about))).collect();
+    let indented = |line: String| {
+        [
+            "
+            "
+            .to_owned(),
+            line,
+        ]
+        .concat()
+    };
+    let lines: String = SCENES.iter().map(|scene| indented(line(scene.name, scene.about))).collect();
     for head in takers.iter().map(|name| head(name)) {
         script = script.replacen(&head, &format!("{head}{lines}"), 1);
     }

@@ -105,9 +105,10 @@ impl Observer for Watch {
             }
             Notice::Saved { iterations } => {
                 let after = counted(*iterations, "iteration");
-                match self.told.is_mended() {
-                    true => info!(iterations, "saved again, after {after}"),
-                    false => debug!(iterations, "saved after {after}"),
+                if self.told.is_mended() {
+                    info!(iterations, "saved again, after {after}");
+                } else {
+                    debug!(iterations, "saved after {after}");
                 }
             }
             Notice::NotSaved(error) if self.told.is_new(&error.path, error) => {

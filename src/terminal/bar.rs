@@ -31,7 +31,7 @@ const USUAL_COLUMNS: usize = 80;
 
 /// A bar on standard error; draws nothing if standard error is not a terminal.
 pub(crate) struct Bar {
-    bar: ProgressBar,
+    shown: ProgressBar,
     work: Arc<Mutex<Work>>,
     began: Instant,
 }
@@ -70,7 +70,7 @@ impl Bar {
         let bar = ProgressBar::new(1).with_style(style.with_key("line", line));
         logs::make_room(Some(bar.clone()));
         bar.enable_steady_tick(TICK);
-        Self { bar, work, began }
+        Self { shown: bar, work, began }
     }
 
     /// A bar for `count` things called `noun`.
@@ -85,7 +85,7 @@ impl Bar {
 
     /// Whether the bar draws nothing.
     pub(crate) fn is_hidden(&self) -> bool {
-        self.bar.is_hidden()
+        self.shown.is_hidden()
     }
 
     /// Shows that a render goes on after `done` iterations.
@@ -100,7 +100,7 @@ impl Bar {
         let mut work = lock(&self.work);
         (work.done, work.facts) = (step.iteration, facts);
         drop(work);
-        self.bar.tick();
+        self.shown.tick();
     }
 
     /// Shows that `done` steps are over and that `what` is running.
@@ -108,13 +108,13 @@ impl Bar {
         let mut work = lock(&self.work);
         (work.done, work.facts) = (done, vec![what.to_owned()]);
         drop(work);
-        self.bar.tick();
+        self.shown.tick();
     }
 
     /// Removes the bar from the terminal.
     pub(crate) fn clear(&self) {
         logs::make_room(None);
-        self.bar.finish_and_clear();
+        self.shown.finish_and_clear();
     }
 }
 
@@ -187,6 +187,6 @@ mod tests {
         let work = lock(&bar.work).clone();
         assert_eq!((work.done, work.began_at, work.all), (3, 2, Some(10)));
         bar.clear();
-        assert!(bar.bar.is_finished());
+        assert!(bar.shown.is_finished());
     }
 }
