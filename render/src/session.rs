@@ -105,7 +105,8 @@ impl Session<'_> {
         parts: &mut Parts,
     ) -> Result<Ended, Error> {
         self.introduce();
-        for fault in locks.iter().filter_map(Lock::uncertain) {
+        // One is enough: the files of a render are mostly on one file system.
+        if let Some(fault) = locks.iter().find_map(Lock::uncertain) {
             self.observer.notice(&Notice::NotLocked(fault.clone()));
         }
         let mut started = self.job.engine.start(self.scene, deposits, take(parts));

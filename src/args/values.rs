@@ -58,7 +58,7 @@ fn short(value: f32) -> String {
 
 /// Parses a time, in seconds if it has no unit.
 pub(crate) fn time(text: &str) -> Result<Duration, String> {
-    let seconds = || duration(&format!("{text}s"));
+    let seconds = || f64::from_str(text).ok().and_then(from_seconds);
     duration(text).or_else(seconds).ok_or_else(|| "is not a time above 0 such as 90s, 10m or 2h".into())
 }
 
@@ -70,8 +70,6 @@ pub(crate) fn every(text: &str) -> Result<Every, String> {
 }
 
 fn duration(text: &str) -> Option<Duration> {
-    /// A century, in seconds.
-    const MOST: f64 = 3.2e9;
     let unit_at = text.find(|c: char| c.is_ascii_alphabetic())?;
     let (value, unit) = text.split_at(unit_at);
     let seconds = match unit {
@@ -82,8 +80,14 @@ fn duration(text: &str) -> Option<Duration> {
         "d" => 86400.0,
         _ => return None,
     };
-    let value = f64::from_str(value).ok()? * seconds;
-    (value > 0.0 && value <= MOST).then(|| Duration::from_secs_f64(value)).filter(|time| !time.is_zero())
+    from_seconds(f64::from_str(value).ok()? * seconds)
+}
+
+/// A time above 0 and of less than a century.
+fn from_seconds(seconds: f64) -> Option<Duration> {
+    const MOST: f64 = 3.2e9;
+    let is_time = seconds > 0.0 && seconds <= MOST;
+    is_time.then(|| Duration::from_secs_f64(seconds)).filter(|time| !time.is_zero())
 }
 
 /// Parses a memory size. Units are powers of 1024.

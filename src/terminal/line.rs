@@ -5,6 +5,8 @@ use std::time::Duration;
 /// The bar is left out where fewer columns than these are free for it.
 const SHORTEST_BAR: usize = 10;
 const LONGEST_BAR: usize = 40;
+/// A terminal of fewer columns has no room for a bar beside what matters more.
+const NARROW: usize = 40;
 /// A time that is farther away than this is a guess that helps nobody.
 const FARTHEST: Duration = Duration::from_hours(24 * 365);
 
@@ -35,11 +37,15 @@ impl Work {
     pub(crate) fn line(&self, columns: usize) -> String {
         let room = columns.saturating_sub(1);
         let texts = self.texts();
-        let Some(text) = texts.iter().find(|text| columns_of(text) <= room) else {
+        let share = self.share();
+        // A bar is worth more than the last facts, but on a narrow terminal less than the time that is left.
+        let bar_room = if share.is_some() && columns >= NARROW { SHORTEST_BAR + 1 } else { 0 };
+        let fitting = |taken: usize| texts.iter().find(|text| columns_of(text) + taken <= room);
+        let Some(text) = fitting(bar_room).or_else(|| fitting(0)) else {
             return texts.last().map_or(String::new(), |text| cut(text, room));
         };
         let free = room - columns_of(text);
-        match self.share() {
+        match share {
             Some(share) if free > SHORTEST_BAR => {
                 format!("{} {text}", bar(share, (free - 1).min(LONGEST_BAR)))
             }
@@ -162,7 +168,9 @@ mod tests {
                 assert!(columns < 12 || line.contains(&work.done.to_string()), "{columns}: {line}");
             }
         }
-        assert_eq!(work().line(40), "3/6 iterations  6s elapsed, 6s left");
+        assert_eq!(work().line(60), "[##########...........] 3/6 iterations  6s elapsed, 6s left");
+        assert_eq!(work().line(40), "[######.......] 3/6 iterations  6s left");
+        assert_eq!(work().line(39), "3/6 iterations  6s elapsed, 6s left");
         assert_eq!(work().line(20), "3/6  6s left");
         assert_eq!(work().line(4), "3/6");
     }
