@@ -35,8 +35,9 @@ impl Made {
         // Before the extension of its name is looked at.
         match path.metadata() {
             Err(error) if error.kind() == ErrorKind::NotFound => return Err(missing()),
-            Ok(status) if status.is_dir() => {
-                return Err(bad(format!("{}: this is a directory; name a file", path.display())));
+            Ok(status) if !status.is_file() => {
+                let what = if status.is_dir() { "directory" } else { "pipe or a device" };
+                return Err(bad(format!("{}: this is a {what}; name a file", path.display())));
             }
             _ => {}
         }

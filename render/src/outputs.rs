@@ -72,6 +72,8 @@ impl Outputs {
         for (content, path) in self.files() {
             let checked = match content {
                 Content::Stats => atomic_file::check(path),
+                // Before its extension is looked at: a folder has none.
+                _ if path.is_dir() => atomic_file::check(path),
                 _ => image_file::check_writable(path),
             };
             checked.map_err(|error| Error::named(content.field(), error))?;

@@ -59,7 +59,9 @@ fn short(value: f32) -> String {
 /// Parses a time, in seconds if it has no unit.
 pub(crate) fn time(text: &str) -> Result<Duration, String> {
     let seconds = || f64::from_str(text).ok().and_then(from_seconds);
-    duration(text).or_else(seconds).ok_or_else(|| "is not a time above 0 such as 90s, 10m or 2h".into())
+    duration(text)
+        .or_else(seconds)
+        .ok_or_else(|| "is not a time above 0 and below a century, such as 90s, 10m or 2h".into())
 }
 
 /// Parses a time or a number of iterations.

@@ -2,6 +2,7 @@
 
 pub(crate) mod compare;
 mod completions;
+mod conclusion;
 mod export;
 mod info;
 mod ladder;

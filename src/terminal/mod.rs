@@ -7,4 +7,5 @@ pub(crate) mod line;
 pub(crate) mod logs;
 pub(crate) mod signals;
 pub(crate) mod text;
+pub(crate) mod told;
 pub(crate) mod usage;

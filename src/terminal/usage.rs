@@ -38,7 +38,7 @@ impl Wrong<'_> {
             ErrorKind::InvalidValue => {
                 format!("{argument}: {:?} is no choice{}", self.value(), self.choices())
             }
-            ErrorKind::UnknownArgument if argument.starts_with('-') => {
+            ErrorKind::UnknownArgument if argument.starts_with('-') && argument != "-" => {
                 format!("there is no option {argument}; {}", self.hint(ContextKind::SuggestedArg))
             }
             ErrorKind::UnknownArgument => {
