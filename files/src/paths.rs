@@ -108,7 +108,7 @@ mod tests {
         let long = |last: &str| Path::new("folder").join("\u{e4}".repeat(120) + last);
         let cut = around(&long("1234567890.png"), "", ".sppm");
         let name = cut.file_name().unwrap().to_str().unwrap();
-        assert!(name.len() <= LONGEST_NAME && name.ends_with(".sppm"), "{name}");
+        assert!(name.len() <= LONGEST_NAME && cut.extension() == Some("sppm".as_ref()), "{name}");
         assert_eq!(cut.parent(), Some(Path::new("folder")));
         assert_eq!(cut, around(&long("1234567890.png"), "", ".sppm"));
         assert_ne!(cut, around(&long("1234567891.png"), "", ".sppm"));

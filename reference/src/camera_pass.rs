@@ -5,6 +5,7 @@ use crate::intersect::{Hit, intersect};
 use crate::sampling::{uniform_disk, unit};
 use crate::scatter::{dielectric, reflect};
 use scene::camera::Frame;
+use scene::filter::Table;
 use scene::ray::{NO_SPHERE, SphereId};
 use scene::rng::{Family, Stream, StreamKey, unit_float};
 use scene::sobol::{DIMENSIONS, morton, moved_on, sobol};
@@ -89,16 +90,16 @@ impl CameraNumbers {
     }
 }
 
-/// Traces one camera path: follows mirrors and glass, adds the light of lamps that it hits, and at the first diffuse
+/// Traces one camera path of the given weight: follows mirrors and glass, adds the light of lamps that it hits, and at the first diffuse
 /// surface estimates direct light and returns the visible point.
 pub fn trace(
     still: &Still,
-    ray: Ray,
+    (ray, weight): (Ray, f32),
     max_depth: u32,
     numbers: &mut CameraNumbers,
     stats: &mut Stats,
 ) -> CameraSample {
-    let (mut ray, mut throughput, mut direct) = (ray, Rgb::ONE, Rgb::ZERO);
+    let (mut ray, mut throughput, mut direct) = (ray, Rgb::splat(weight), Rgb::ZERO);
     for segment in 0..max_depth {
         stats.camera_segments += 1;
         let Some(hit) = intersect(still, &ray) else { break };
@@ -136,11 +137,26 @@ fn irradiance(still: &Still, hit: &Hit, numbers: &CameraNumbers) -> Rgb {
     estimate_irradiance(still, &receiver, numbers.stratified(dimension::LIGHT), u, v)
 }
 
-/// The camera ray of pixel (x, y), with a random position in the pixel, and on the lens if there is one.
-pub fn camera_ray(frame: &Frame, x: u32, y: u32, numbers: &CameraNumbers) -> Ray {
-    let pixel = numbers.pair(dimension::PIXEL);
+/// The camera ray of pixel (x, y), with a random position that the pixel's filter chooses, and on the lens if there is
+/// one; and what the path counts.
+pub fn camera_ray(
+    frame: &Frame,
+    filter: Option<&Table>,
+    x: u32,
+    y: u32,
+    numbers: &CameraNumbers,
+) -> (Ray, f32) {
+    let (place, weight) = place_in_pixel(filter, numbers.pair(dimension::PIXEL));
     let lens = if frame.aperture_radius > 0.0 { Some(numbers.pair(dimension::LENS)) } else { None };
-    ray_through(frame, (x as f32 + pixel.0, y as f32 + pixel.1), lens)
+    (ray_through(frame, (x as f32 + place.0, y as f32 + place.1), lens), weight)
+}
+
+/// The position from the top left of a pixel that two uniform numbers give under `filter`, the box if there is none; and
+/// what a sample there counts.
+pub fn place_in_pixel(filter: Option<&Table>, (u, v): (f32, f32)) -> ((f32, f32), f32) {
+    let Some(table) = filter else { return ((u, v), 1.0) };
+    let ((x, weight_x), (y, weight_y)) = (table.place(u), table.place(v));
+    ((x, y), weight_x * weight_y)
 }
 
 /// The ray through a position in the image, in pixels from the top left. Two uniform numbers give the point where it

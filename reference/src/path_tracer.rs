@@ -4,12 +4,13 @@
 //! have the same limits as in SPPM: at most `max_depth` segments up to the first diffuse surface, and at most as many
 //! from there to the light.
 
-use crate::camera_pass::ray_through;
+use crate::camera_pass::{place_in_pixel, ray_through};
 use crate::direct_light::{Receiver, estimate_irradiance};
 use crate::intersect::intersect;
 use crate::sampling::cosine_hemisphere;
 use crate::scatter::{dielectric, reflect};
 use rayon::prelude::*;
+use scene::filter::Table;
 use scene::rng::{Family, Stream, StreamKey};
 use scene::{
     Engine, Material, Probe, Progress, Ray, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums,
@@ -22,6 +23,8 @@ use std::time::Instant;
 pub struct PathTracer<'a> {
     scene: &'a Scene,
     progress: Progress,
+    /// The table of the pixels' filter; `None` for the box.
+    filter: Option<Box<Table>>,
     /// Sums of radiance; in `f64`, as ground truth takes tens of thousands of samples.
     sums: Vec<[f64; 3]>,
     /// The samples of the current iteration.
@@ -32,7 +35,7 @@ impl<'a> PathTracer<'a> {
     /// A render that has not begun.
     pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
         let (sums, samples) = (vec![[0.0; 3]; settings.pixels()], vec![Rgb::ZERO; settings.pixels()]);
-        Self { scene, progress: Progress::new(settings), sums, samples }
+        Self { scene, progress: Progress::new(settings), filter: settings.filter.table(), sums, samples }
     }
 
     /// The radiance of a pixel; black before the first iteration.
@@ -52,19 +55,18 @@ impl Engine for PathTracer<'_> {
     }
 
     fn probe(&self, x: u32, y: u32) -> Probe {
-        let row = &self.sums[y as usize * self.progress.settings.width as usize..]
-            [..self.progress.settings.width as usize];
-        Probe { radiance: self.mean(&row[x as usize]), ..Probe::default() }
+        let width = self.progress.settings.width;
+        assert!(x < width, "no such pixel");
+        Probe { radiance: self.mean(&self.sums[(y * width + x) as usize]), ..Probe::default() }
     }
 
     fn iterate_unless(&mut self, stop: &Stop) -> bool {
         let start = Instant::now();
-        let still = self
-            .scene
-            .at(self.scene.camera.shutter_time(self.progress.settings.seed, self.progress.iterations));
-        let frame = self.scene.camera.frame(self.progress.settings.width, self.progress.settings.height);
-        let key = StreamKey::new(self.progress.settings.seed, Family::Path, self.progress.iterations);
-        let (width, depth) = (self.progress.settings.width, self.progress.settings.max_depth);
+        let Progress { settings, iterations, .. } = &self.progress;
+        let still = self.scene.at(self.scene.camera.shutter_time(settings.seed, *iterations));
+        let frame = self.scene.camera.frame(settings.width, settings.height);
+        let key = StreamKey::new(settings.seed, Family::Path, *iterations);
+        let (width, depth) = (settings.width, settings.max_depth);
         let row_of_paths = |(y, row): (usize, &mut [Rgb])| {
             let mut segments = 0;
             stop.meter().advance(width.into());
@@ -73,10 +75,12 @@ impl Engine for PathTracer<'_> {
                     return None;
                 }
                 let mut stream = key.stream(y as u32 * width + x as u32);
-                let place = (x as f32 + stream.next_f32(), y as f32 + stream.next_f32());
+                let in_pixel = (stream.next_f32(), stream.next_f32());
+                let (place, weight) = place_in_pixel(self.filter.as_deref(), in_pixel);
                 let lens = (stream.next_f32(), stream.next_f32());
+                let place = (x as f32 + place.0, y as f32 + place.1);
                 let ray = ray_through(&frame, place, (frame.aperture_radius > 0.0).then_some(lens));
-                *sample = trace(&still, ray, depth, &mut stream, &mut segments);
+                *sample = trace(&still, ray, depth, &mut stream, &mut segments) * weight;
             }
             Some(segments)
         };
@@ -91,10 +95,11 @@ impl Engine for PathTracer<'_> {
                 *total += f64::from(value);
             }
         }
-        self.progress.stats.camera_segments += segments;
-        self.progress.stats.bytes = (size_of_val(&self.sums[..]) + size_of_val(&self.samples[..])) as u64;
-        self.progress.iterations += 1;
-        self.progress.stats.camera_seconds += start.elapsed().as_secs_f64();
+        let Progress { iterations, stats, .. } = &mut self.progress;
+        stats.camera_segments += segments;
+        stats.bytes = (size_of_val(&self.sums[..]) + size_of_val(&self.samples[..])) as u64;
+        stats.camera_seconds += start.elapsed().as_secs_f64();
+        *iterations += 1;
         true
     }
 }

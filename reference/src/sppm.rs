@@ -4,6 +4,7 @@ use crate::camera_pass::{CameraNumbers, VisiblePoint, camera_ray, trace};
 use crate::consolidate::{Gathered, Pixel};
 use crate::grid::Grid;
 use crate::photon_pass::{Deposit, photon_pass};
+use scene::filter::Table;
 use scene::still::Role;
 use scene::{Engine, PhotonSums, Probe, Progress, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums};
 use std::time::Instant;
@@ -21,6 +22,8 @@ const PHOTONS_PER_STOP: u32 = 256;
 pub struct Sppm<'a> {
     scene: &'a Scene,
     progress: Progress,
+    /// The table of the pixels' filter; `None` for the box.
+    filter: Option<Box<Table>>,
     cell_size: f32,
     pixels: Vec<Pixel>,
 }
@@ -51,26 +54,25 @@ impl<'a> Sppm<'a> {
     /// The same render with grid cells of `cell_size` times the largest radius, a number above 0.
     pub fn with_cell_size(scene: &'a Scene, settings: &Settings, cell_size: f32) -> Self {
         let pixels = vec![Pixel::new(settings.initial_radius); settings.pixels()];
-        Self { scene, progress: Progress::new(settings), cell_size, pixels }
+        Self { scene, progress: Progress::new(settings), filter: settings.filter.table(), cell_size, pixels }
     }
 
     /// One camera path per pixel; `None` if stopped.
     fn camera_pass(&mut self, still: &Still, stop: &Stop) -> Option<Seen> {
-        let frame = self.scene.camera.frame(self.progress.settings.width, self.progress.settings.height);
+        let Progress { settings, iterations, stats } = &mut self.progress;
+        let frame = self.scene.camera.frame(settings.width, settings.height);
         let mut seen = Seen::default();
         for index in 0..self.pixels.len() {
             if stop.is_requested() {
                 return None;
             }
-            let (x, y) =
-                (index as u32 % self.progress.settings.width, index as u32 / self.progress.settings.width);
+            let (x, y) = (index as u32 % settings.width, index as u32 / settings.width);
             if x == 0 {
-                stop.meter().advance(self.progress.settings.width.into());
+                stop.meter().advance(settings.width.into());
             }
-            let mut numbers = CameraNumbers::new(&self.progress.settings, self.progress.iterations, x, y);
-            let ray = camera_ray(&frame, x, y, &numbers);
-            let sample =
-                trace(still, ray, self.progress.settings.max_depth, &mut numbers, &mut self.progress.stats);
+            let mut numbers = CameraNumbers::new(settings, *iterations, x, y);
+            let ray = camera_ray(&frame, self.filter.as_deref(), x, y, &numbers);
+            let sample = trace(still, ray, settings.max_depth, &mut numbers, stats);
             seen.direct.push(sample.direct);
             if let Some(visible) = sample.visible {
                 seen.points.push(visible);

@@ -1,5 +1,6 @@
 //! The settings of a render, with bounds that keep its memory reasonable and its integers from overflowing.
 
+use crate::filter::Filter;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -20,6 +21,9 @@ pub struct Settings {
     pub initial_radius: f32,
     /// Seed of every random stream.
     pub seed: u64,
+    /// How a pixel averages the light around it.
+    #[serde(default)]
+    pub filter: Filter,
 }
 
 impl Default for Settings {
@@ -33,6 +37,7 @@ impl Default for Settings {
             max_depth: 5,
             initial_radius: 2.0,
             seed: 1,
+            filter: Filter::Box,
         }
     }
 }

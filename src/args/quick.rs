@@ -12,5 +12,6 @@ pub(crate) fn quick(own: &Settings) -> Settings {
         max_depth: 5,
         initial_radius: 2.0,
         seed: own.seed,
+        filter: own.filter,
     }
 }

@@ -3,10 +3,11 @@
 use super::values::{amount, number, whole};
 use crate::terminal::error::Error;
 use clap::Args as ClapArgs;
-use scene::Settings;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use scene::settings::{
     BYTES_PER_PIXEL, MAX_DEPTH, MAX_ITERATIONS, MAX_PHOTONS, MAX_SIDE, RADIUS_RANGE, SettingsError,
 };
+use scene::{Filter, Settings};
 
 /// Bytes that a stored photon would take: position, incoming direction and flux, three floats each.
 const BYTES_PER_PHOTON: u64 = 36;
@@ -50,6 +51,18 @@ pub(crate) struct SettingsArgs {
     /// Seed of all random numbers: the same seed gives the same bytes, another seed other noise
     #[arg(long, value_name = "S", value_parser = whole::<u64>(0, u64::MAX), allow_hyphen_values = true)]
     pub seed: Option<u64>,
+
+    /// How a pixel averages the light around it: `box` takes its own square alone, `gaussian` is smooth, `mitchell` is
+    /// smooth and sharp
+    #[arg(long, value_name = "FILTER", value_parser = filters())]
+    pub filter: Option<Filter>,
+}
+
+/// Parses the name of a filter.
+fn filters() -> impl TypedValueParser<Value = Filter> {
+    let found =
+        |name: String| Filter::ALL.into_iter().find(|filter| filter.name() == name).unwrap_or_default();
+    PossibleValuesParser::new(Filter::ALL.map(Filter::name)).map(found)
 }
 
 impl SettingsArgs {
@@ -63,6 +76,7 @@ impl SettingsArgs {
             max_depth: self.depth.unwrap_or(own.max_depth),
             initial_radius: self.radius.unwrap_or(own.initial_radius),
             seed: self.seed.unwrap_or(own.seed),
+            filter: self.filter.unwrap_or(own.filter),
         };
         settings.validate().map_err(|error| Error::BadInput(self.blame(&error)))?;
         Ok(settings)

@@ -85,6 +85,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<(), Error> {
         time,
         width: settings.width,
         height: settings.height,
+        filter: settings.filter,
         samples: args.samples,
         version: env!("CARGO_PKG_VERSION"),
     };

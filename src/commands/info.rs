@@ -7,9 +7,9 @@ use clap::{Args as ClapArgs, ValueHint};
 use files::checkpoint::Loaded;
 use files::scene_file;
 use render::{EngineName, LanesName, Made, Metadata, Note};
-use scene::Settings;
 use scene::settings::MAX_ITERATIONS;
 use scene::text::one_line;
+use scene::{Filter, Settings};
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -125,8 +125,16 @@ fn of_checkpoint(loaded: &Loaded, has_scene_file: bool) -> Info {
 
 impl Info {
     fn to_text(&self) -> String {
-        let Settings { width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed } =
-            self.settings;
+        let Settings {
+            width,
+            height,
+            iterations,
+            photons_per_iteration,
+            max_depth,
+            initial_radius,
+            seed,
+            filter,
+        } = self.settings;
         let of = match iterations {
             MAX_ITERATIONS => " of as many as it takes".into(),
             all if all != self.iterations => format!(" of {all}"),
@@ -145,6 +153,7 @@ impl Info {
             ("depth", max_depth.to_string()),
             ("radius", initial_radius.to_string()),
             ("seed", seed.to_string()),
+            ("filter", if filter == Filter::Box { String::new() } else { filter.to_string() }),
             ("engine", format!("{}{lanes}", self.engine.name())),
             ("exposure", optional(self.exposure.map(|stops| format!("{stops} stops")))),
             ("error", optional(self.estimated_error.map(|error| format!("about {error:.3e}, relative")))),

@@ -10,6 +10,7 @@ use crate::terminal::text::print;
 use clap::{Args, ValueEnum};
 use ladder::report::{self, Case, Extras, Outputs, Plan, Sweep, films, generators::Generators};
 use ladder::{Field, Options, ROWS, Random, Row};
+use scene::Filter;
 use scene::text::list;
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -218,6 +219,10 @@ fn cases(args: &LadderArgs) -> Result<Vec<Case>, Error> {
             opened.scene.settings = quick(&opened.scene.settings);
         }
         let settings = args.settings.apply(&opened.scene.settings)?;
+        if settings.filter != Filter::Box {
+            let problem = format!("--filter: the ladder's rows have the box alone, not {}", settings.filter);
+            return Err(Error::BadInput(problem));
+        }
         let (name, scene) = (opened.stem.to_string_lossy().into_owned(), opened.scene);
         match args.sweep.map(Sweep::from) {
             Some(sweep) => all.extend(sweep.cases(&name, &scene, settings, args.quick).map_err(told)?),

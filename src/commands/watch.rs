@@ -13,7 +13,7 @@ use files::atomic_file::reason;
 use render::{Job, Notice, Observer, Step};
 use scene::settings::MAX_ITERATIONS;
 use scene::text::{counted, mebibytes};
-use scene::{Resumable, Settings};
+use scene::{Filter, Resumable, Settings};
 use std::io;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -151,17 +151,29 @@ impl Drop for Watch {
 
 fn tell_beginning(notice: &Notice) {
     let Notice::Begun { scene, settings, engine, lanes, threads, bytes_at_most } = notice else { return };
-    let Settings { width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed } =
-        settings;
+    let Settings {
+        width,
+        height,
+        iterations,
+        photons_per_iteration,
+        max_depth,
+        initial_radius,
+        seed,
+        filter,
+    } = settings;
     let lanes = lanes.map_or(String::new(), |lanes| format!(" on {} lanes", lanes.name()));
     let iterations = match *iterations {
         MAX_ITERATIONS => "iterations without end".into(),
         n => counted(n, "iteration"),
     };
+    let filter = match filter {
+        Filter::Box => String::new(),
+        filter => format!(", filter {filter}"),
+    };
     debug!(
         bytes_at_most,
         "{scene}: {width} x {height} pixels, {iterations}, {} each, depth {max_depth}, radius {initial_radius}, seed \
-         {seed}; engine {}{lanes}, {}; up to {}",
+         {seed}{filter}; engine {}{lanes}, {}; up to {}",
         counted(*photons_per_iteration, "photon"),
         engine.name(),
         counted(*threads as u64, "thread"),

@@ -74,8 +74,8 @@ fn checkpoint() -> Vec<u8> {
     let settings = Settings { width: 48, height: 32, photons_per_iteration: 1000, ..scene.settings };
     let mut engine = fast::Sppm::new(&scene, &settings);
     engine.iterate();
-    let (text, digest) = (scene_file::to_text(&scene, engine.settings()), scene_file::digest(&scene));
-    let contents = Contents { scene: &text, digest: &digest, version: "1", note: "{}", past: None };
+    let digest = scene_file::digest(&scene);
+    let contents = Contents { scene: &scene, digest: &digest, version: "1", note: "{}", past: None };
     let mut bytes = Vec::new();
     write(&mut bytes, &engine, &contents).unwrap();
     bytes

@@ -5,7 +5,7 @@ use crate::placement::{Placement, among_others, around_all, log_uniform, point};
 use files::scene_file;
 use proptest::prelude::*;
 use scene::settings::RADIUS_RANGE;
-use scene::{Material, Rgb, Scene, Settings, Vec3};
+use scene::{Filter, Material, Rgb, Scene, Settings, Vec3};
 use std::fmt::Write;
 
 /// A random scene, which need not be valid.
@@ -75,15 +75,20 @@ fn settings() -> impl Strategy<Value = Settings> {
     let any_radius = log_uniform(1e-15, 1e15);
     let radius = prop_oneof![1 => any_radius, 4 => log_uniform(1e-3, 300.0), 12 => log_uniform(0.3, 10.0)];
     let size = || prop_oneof![4 => 1..20_u32, 1 => Just(8), 1 => Just(16)];
-    (size(), size(), 1..4_u32, photons, depth, radius, any::<u64>()).prop_map(
-        |(width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed)| Settings {
-            width,
-            height,
-            iterations,
-            photons_per_iteration,
-            max_depth,
-            initial_radius,
-            seed,
+    let filter =
+        prop_oneof![2 => Just(Filter::Box), 1 => Just(Filter::Gaussian), 1 => Just(Filter::Mitchell)];
+    (size(), size(), 1..4_u32, photons, depth, radius, any::<u64>(), filter).prop_map(
+        |(width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter)| {
+            Settings {
+                width,
+                height,
+                iterations,
+                photons_per_iteration,
+                max_depth,
+                initial_radius,
+                seed,
+                filter,
+            }
         },
     )
 }

@@ -125,7 +125,7 @@ fn rays_of(camera: &Camera, iterations: u32, pixels: Vec<[u32; 2]>) -> impl Iter
     (0..iterations).flat_map(move |iteration| {
         let of_pixel = move |[x, y]: [u32; 2]| {
             let numbers = CameraNumbers::new(&settings, iteration, x, y);
-            ([x, y], camera_ray(&frame, x, y, &numbers))
+            ([x, y], camera_ray(&frame, None, x, y, &numbers).0)
         };
         pixels.clone().into_iter().map(of_pixel)
     })
@@ -185,7 +185,7 @@ fn each_tile_and_iteration_has_places_of_its_own() {
             .flat_map(|tile| (0..3).map(move |iteration| (tile, iteration)))
             .map(|([x, y], iteration)| {
                 let numbers = CameraNumbers::new(&settings, iteration, x, y);
-                let direction = camera_ray(&frame, x, y, &numbers).direction.as_dvec3();
+                let direction = camera_ray(&frame, None, x, y, &numbers).0.direction.as_dvec3();
                 let place = project(&camera, camera.eye.as_dvec3() + direction, size);
                 [place[0] - f64::from(x), place[1] - f64::from(y)].map(|v| (v * 1024.0) as i32)
             })

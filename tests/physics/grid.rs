@@ -157,7 +157,7 @@ fn photon_counts_are_those_of_brute_force() {
         for (index, count) in counts.into_iter().enumerate() {
             let (x, y) = (index as u32 % width, index as u32 / width);
             let mut numbers = CameraNumbers::new(&settings, 0, x, y);
-            let ray = camera_ray(&frame, x, y, &numbers);
+            let ray = camera_ray(&frame, None, x, y, &numbers);
             let visible = trace(&still, ray, settings.max_depth, &mut numbers, &mut stats).visible;
             let m = visible.map_or(0, |v| {
                 let near = deposits.iter().filter(|d| (d.point - v.point).length_squared() < 2.25);

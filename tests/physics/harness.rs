@@ -1,7 +1,7 @@
 //! Helpers of the physics tests: build scenes in code, render them, and test statistics.
 
 use reference::{PathTracer, Sppm};
-use scene::{Camera, Engine, Film, Material, Rgb, Scene, Settings, Sphere, Vec3};
+use scene::{Camera, Engine, Film, Filter, Material, Rgb, Scene, Settings, Sphere, Vec3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 pub(crate) const BLACK: Material = diffuse(0.0);
@@ -81,6 +81,7 @@ pub(crate) fn settings(width: u32, height: u32, photons: u32, depth: u32, radius
         max_depth: depth,
         initial_radius: radius,
         seed: 1,
+        filter: Filter::Box,
     }
 }
 

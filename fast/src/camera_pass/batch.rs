@@ -1,5 +1,6 @@
 //! The camera paths of a batch of pixels.
 
+use super::filter::PixelFilter;
 use super::numbers::{Numbers, TileTable, dimension, gather};
 use crate::direct_light::{LightTable, Receivers, ShadowNumbers, ShadowRays};
 use crate::hierarchy::SearchBuffers;
@@ -25,6 +26,8 @@ pub(crate) struct CameraPass<'a> {
     pub(crate) lights: &'a LightTable,
     pub(crate) tiles: &'a TileTable,
     pub(crate) frame: Frame,
+    /// `None` for the box.
+    pub(crate) filter: Option<&'a PixelFilter>,
     pub(crate) settings: &'a Settings,
     pub(crate) iteration: u32,
 }
@@ -139,13 +142,17 @@ impl CameraPass<'_> {
             let y = L::load_u(&self.tiles.y[at % TILE..]) + L::u(corner.1);
             let (xf, yf) = (L::to_float(x), L::to_float(y));
             let in_image = L::lt(xf, L::f(width as f32)) & L::lt(yf, L::f(height as f32));
-            let place = batch.numbers.load_pair::<L>(dimension::PIXEL, at);
+            let in_pixel = batch.numbers.load_pair::<L>(dimension::PIXEL, at);
+            let (place, weight) = match self.filter {
+                Some(filter) => filter.place::<L>(in_pixel),
+                None => (in_pixel, L::f(1.0)),
+            };
             let lens = batch.numbers.load_pair::<L>(dimension::LENS, at);
             let (origin, direction) = ray_through::<L>(&self.frame, xf + place[0], yf + place[1], lens);
             let packet = Packet {
                 origin,
                 direction,
-                weight: V3::splat(Vec3::ONE),
+                weight: V3::new(weight, weight, weight),
                 leaves: L::u(NO_SPHERE),
                 stream: stream_state::<L>(key, y * L::u(width) + x),
                 slot: L::u(at as u32) + L::iota(),

@@ -20,6 +20,7 @@
 //! 3. The occupancy map lets the photon pass drop deposits that no visible point can reach.
 
 mod batch;
+mod filter;
 mod numbers;
 
 use crate::join::Occupancy;
@@ -27,6 +28,7 @@ use crate::pixels::{GROUP, Pixel, PixelRows};
 use crate::pool::Pool;
 use crate::work_items::singly;
 pub(crate) use batch::{CameraBatch, CameraCounts, CameraPass, ray_through};
+pub(crate) use filter::PixelFilter;
 use lanes::{Kernel, LaneKind, Lanes, dispatch};
 pub(crate) use numbers::TileTable;
 use rayon::current_num_threads;

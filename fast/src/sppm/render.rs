@@ -11,7 +11,7 @@
 
 use super::memory::bytes_at_most;
 use super::prepared::Prepared;
-use crate::camera_pass::{CameraPass, CameraPlan, CameraWorkers, TileTable};
+use crate::camera_pass::{CameraPass, CameraPlan, CameraWorkers, PixelFilter, TileTable};
 use crate::hierarchy::Hierarchy;
 use crate::join::{Cells, Join, Occupancy, Radii, Round, Sorted};
 use crate::pages::Pages;
@@ -48,6 +48,7 @@ pub struct Sppm<'a> {
     pub(super) parameters: Parameters,
     deposits_at_once: u32,
     tiles: TileTable,
+    filter: Option<PixelFilter>,
     /// What pixels have gathered, in tile order.
     pub(super) pixels: Pages<Pixel>,
     /// This iteration's visible points and direct light, in tile order.
@@ -101,6 +102,7 @@ impl<'a> Sppm<'a> {
             parameters: *parameters,
             deposits_at_once: DEPOSITS_AT_ONCE,
             tiles: TileTable::new(),
+            filter: PixelFilter::new(settings.filter),
             pixels: Pages::refilled(parts.pixels, Pixel::new(settings.initial_radius), slots),
             rows: Pages::refilled(parts.rows, PixelRows::NOTHING, slots),
             sorted: parts.sorted.unwrap_or_else(Sorted::new),
@@ -205,6 +207,7 @@ impl<'a> Sppm<'a> {
             lights: &p.lights,
             tiles: &self.tiles,
             frame: self.scene.camera.frame(self.progress.settings.width, self.progress.settings.height),
+            filter: self.filter.as_ref(),
             settings: &self.progress.settings,
             iteration: self.progress.iterations,
         };

@@ -126,7 +126,8 @@ impl Scene<'_> {
                 value(xml, "integer", "height", &view.height.to_string())?;
                 value(xml, "string", "pixel_format", "rgb")?;
                 value(xml, "string", "component_format", "float32")?;
-                plugin(xml, "rfilter", "box", |_| Ok(()))
+                // Mitsuba's Gaussian has a standard deviation of 0.5 pixels as well, and its cubic B = C = 1/3.
+                plugin(xml, "rfilter", view.filter.name(), |_| Ok(()))
             })
         })
     }

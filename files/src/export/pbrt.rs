@@ -61,7 +61,11 @@ fn camera(view: &View) -> Vec<String> {
         perspective,
         format!("Sampler \"independent\" \"integer pixelsamples\" [ {} ]", view.samples),
         format!("Integrator \"path\" \"integer maxdepth\" [ {MAX_DEPTH} ]"),
-        "PixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]".into(),
+        {
+            let (name, radius) = (view.filter, view.filter.radius());
+            // The other parameters are the defaults of pbrt-v4.
+            format!("PixelFilter \"{name}\" \"float xradius\" [ {radius} ] \"float yradius\" [ {radius} ]")
+        },
         format!(
             "Film \"rgb\" \"integer xresolution\" [ {} ] \"integer yresolution\" [ {} ] \"string filename\" [ \"out.exr\" ]",
             view.width, view.height

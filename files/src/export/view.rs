@@ -1,6 +1,6 @@
 //! The input of an export, a scene at one instant, and the comments and values that both formats share.
 
-use scene::{Camera, Still};
+use scene::{Camera, Filter, Still};
 
 /// A scene at one instant, with the settings to render it.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +17,8 @@ pub struct View<'a> {
     pub width: u32,
     /// Height of the image in pixels.
     pub height: u32,
+    /// The filter of pixels.
+    pub filter: Filter,
     /// Samples per pixel.
     pub samples: u32,
     /// The version of the program, for the comment at the top of the file.

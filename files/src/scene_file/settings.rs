@@ -1,13 +1,21 @@
 //! Reads the section `[settings]` of a scene file, which options of the command line override.
 
-use super::error::Fault;
+use super::error::{Fault, suggestion};
 use super::reader::{Field, Section, Subject, type_of};
 use super::sphere::positive;
-use scene::Settings;
 use scene::settings::{MAX_DEPTH, MAX_ITERATIONS, MAX_PHOTONS, MAX_SIDE};
+use scene::{Filter, Settings};
 
-const KEYS: [&str; 7] =
-    ["width", "height", "iterations", "photons_per_iteration", "max_depth", "initial_radius", "seed"];
+const KEYS: [&str; 8] = [
+    "width",
+    "height",
+    "iterations",
+    "photons_per_iteration",
+    "max_depth",
+    "initial_radius",
+    "seed",
+    "filter",
+];
 
 pub(super) fn settings(field: Field<'_>) -> Result<Settings, Fault> {
     let Some(table) = field.value.as_table() else {
@@ -27,9 +35,21 @@ pub(super) fn settings(field: Field<'_>) -> Result<Settings, Fault> {
         initial_radius: section
             .or("initial_radius", default.initial_radius, |field| positive(field.number()?))?,
         seed: section.or("seed", default.seed, |field| field.whole(0, u64::MAX))?,
+        filter: section.or("filter", default.filter, filter)?,
     };
     settings.validate().map_err(|e| Fault::new(place(&section, e.option), e.to_string()))?;
     Ok(settings)
+}
+
+fn filter(field: Field<'_>) -> Result<Filter, Fault> {
+    let name = field.text()?;
+    let names = Filter::ALL.map(Filter::name);
+    let found = Filter::ALL.into_iter().find(|filter| filter.name() == name);
+    let problem = || {
+        let guess = suggestion(name, names);
+        field.fault(format_args!("is unknown{guess}; the filters are {}", names.join(", ")))
+    };
+    found.ok_or_else(problem)
 }
 
 /// The position of `option` in the file, or else of the setting whose product with it is too large.

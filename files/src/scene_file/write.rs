@@ -3,7 +3,7 @@
 //! [`super::parse`] reads the text back as the same scene, bit for bit. The names of spheres and materials are lost, as
 //! a [`Scene`] does not keep them.
 
-use scene::{Camera, Material, Rgb, Scene, Settings, Sphere, Vec3};
+use scene::{Camera, Filter, Material, Rgb, Scene, Settings, Sphere, Vec3};
 use sha2::{Digest, Sha256};
 use std::fmt::{self, Display, Write};
 
@@ -114,11 +114,23 @@ fn write_sphere(out: &mut impl Write, sphere: &Sphere) -> fmt::Result {
 }
 
 fn write_settings(out: &mut impl Write, settings: &Settings) -> fmt::Result {
-    let Settings { width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed } =
-        settings;
+    let Settings {
+        width,
+        height,
+        iterations,
+        photons_per_iteration,
+        max_depth,
+        initial_radius,
+        seed,
+        filter,
+    } = settings;
     writeln!(out, "\n[settings]\nwidth = {width}\nheight = {height}\niterations = {iterations}")?;
     writeln!(out, "photons_per_iteration = {photons_per_iteration}\nmax_depth = {max_depth}")?;
-    writeln!(out, "initial_radius = {}\nseed = {seed}", Float(*initial_radius))
+    writeln!(out, "initial_radius = {}\nseed = {seed}", Float(*initial_radius))?;
+    match filter {
+        Filter::Box => Ok(()),
+        filter => writeln!(out, "filter = \"{filter}\""),
+    }
 }
 
 /// Displays a number such that it reads back as the same `f32`.

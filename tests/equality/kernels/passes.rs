@@ -25,7 +25,7 @@ fn samples(scene: &Scene, still: &Still, settings: &Settings, iteration: u32) ->
     let pixels = (0..settings.height).flat_map(|y| (0..settings.width).map(move |x| (x, y)));
     let sample = |(x, y)| {
         let mut numbers = CameraNumbers::new(settings, iteration, x, y);
-        let ray = camera_ray(&frame, x, y, &numbers);
+        let ray = camera_ray(&frame, settings.filter.table().as_deref(), x, y, &numbers);
         let sample = trace(still, ray, settings.max_depth, &mut numbers, &mut stats);
         let visible = sample.visible.map(|v| (v.point, v.normal, v.sphere, v.beta));
         CameraSample { direct: sample.direct, visible }
