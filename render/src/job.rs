@@ -8,7 +8,8 @@ use crate::names::EngineName;
 use crate::outputs::Outputs;
 use crate::save::{Note, Save};
 use crate::warm::Warm;
-use files::checkpoint::{Loaded, Lock, Store};
+use files::checkpoint::{Loaded, Store};
+use files::lock::Lock;
 use files::scene_file;
 use scene::{Scene, Stop};
 use std::path::{Path, PathBuf};
@@ -75,7 +76,7 @@ impl Job {
         if !store.exists() {
             return Err(missing());
         }
-        let lock = store.lock().map_err(|error| bad(error.to_string()))?;
+        let lock = Lock::take(file).map_err(|error| bad(error.to_string()))?;
         let loaded = store.load().map_err(|error| bad(error.to_string()))?.ok_or_else(missing)?;
         let note = Note::of(&loaded);
         let sums = loaded.checkpoint.account.sums;

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Field, Problem};
 use crate::names::EngineName;
+use crate::stream::Stream;
 use files::image_file::{self, Format};
 use files::{atomic_file, paths};
 use std::path::{Path, PathBuf};
@@ -14,6 +15,8 @@ const STATS_BYTES: u64 = 1 << 12;
 pub struct Outputs {
     /// The image: `.png` (sRGB), `.exr` or `.pfm` (linear radiance).
     pub image: Option<PathBuf>,
+    /// A stream that gets the image too, once the render has ended.
+    pub stream: Option<Stream>,
     /// Exposure of a `.png` in stops: each stop is a factor of 2 in brightness.
     pub exposure: Option<f32>,
     /// Whether the image is also written after iterations 1, 2, 4, 8, ..., with the iteration in the file name.
@@ -69,9 +72,14 @@ impl Outputs {
         for (content, path) in self.files() {
             let checked = match content {
                 Content::Stats => atomic_file::check(path),
+                // Before its extension is looked at: a folder has none.
+                _ if path.is_dir() => atomic_file::check(path),
                 _ => image_file::check_writable(path),
             };
             checked.map_err(|error| Error::named(content.field(), error))?;
+        }
+        if let Some(stream) = &self.stream {
+            Format::from_path(&stream.file_name()).map_err(|error| Error::named(Field::Image, error))?;
         }
         self.check_exposure()
     }
@@ -91,12 +99,14 @@ impl Outputs {
 
     /// Rejects an exposure for formats other than PNG.
     fn check_exposure(&self) -> Result<(), Error> {
-        match &self.image {
-            Some(image) if self.exposure.is_some() && !is_exposed(image) => {
+        let streamed = self.stream.as_ref().map(Stream::file_name);
+        let mut images = self.image.iter().chain(&streamed);
+        match images.find(|image| self.exposure.is_some() && !is_exposed(image)) {
+            Some(image) => {
                 let problem = format!("{} holds linear radiance; only .png is exposed", image.display());
                 Err(Error::named(Field::Exposure, problem))
             }
-            _ => Ok(()),
+            None => Ok(()),
         }
     }
 

@@ -1,5 +1,6 @@
 //! The command `info`: prints how an image was made, or what a checkpoint holds.
 
+use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
 use crate::terminal::text::{complain, print};
 use clap::{Args as ClapArgs, ValueHint};
@@ -59,10 +60,12 @@ struct Info {
 
 /// Runs the command.
 pub(crate) fn run(args: &InfoArgs) -> Result<(), Error> {
+    let busy = Busy::with(format!("reading {}", one_line(&args.file.to_string_lossy())));
     let info = match Made::read(&args.file)? {
         Made::Image(metadata) => of_image(metadata),
         Made::Checkpoint(loaded) => of_checkpoint(&loaded, args.scene),
     };
+    drop(busy);
     if let Some(fault) = &info.fault {
         complain(&format!("warning: {fault}; this is the older generation"));
     }

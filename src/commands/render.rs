@@ -51,6 +51,7 @@ Examples:
   sppm render cornell --engine path --iterations 1024 -o truth.exr
   sppm render surgery --time 10m --until-error 0.02
   sppm render --like mirror.exr -o again.exr
+  sppm render - -o exr:- < mine.toml > mine.exr
 
 What settings do:
   More iterations remove noise and bias both. A smaller first radius means less blur and more noise.
@@ -68,8 +69,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     let usual = if args.source.like.is_some() { job.engine.name() } else { EngineName::Fast };
     job.engine = args.engine.choose(usual)?;
     job.inputs.extend(args.engine.profile.clone().map(|path| (Field::Profile, path)));
-    job.outputs = args.outputs.or(job.outputs, image);
-    job.save = job.outputs.image.as_deref().and_then(|image| args.checkpoints.save(image));
+    job.outputs = args.outputs.or(job.outputs, image)?;
+    job.save = args.checkpoints.save(job.outputs.image.as_deref());
     (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
     watch::run(job, &args.messages)
 }

@@ -44,6 +44,7 @@ fn commands() {
         (&["render"], &["<SCENE> is missing", "sppm render --help"]),
         (&["verify"], &["<SCENE> is missing", "sppm verify --help"]),
         (&["render", "cornell", "mirror"], &["\"mirror\"", "too many"]),
+        (&["render", "cornell", "-"], &["\"-\"", "too many"]),
     ]);
 }
 
@@ -169,6 +170,8 @@ fn outputs() {
         (&["render", "cornell", "-o", "missing/a.png"], &["--output: missing/a.png", "does not exist"]),
         (&["render", "cornell", "-o", "note.txt/a.png"], &["--output: note.txt/a.png", "not a folder"]),
         (&["render", "cornell", "-o", "folder.png"], &["--output: folder.png", "is a folder"]),
+        (&["render", "cornell", "-o", "."], &["--output: .: is a folder; name a file in it"]),
+        (&["render", "cornell", "--radius-image", "/"], &["--radius-image: /", "names a folder"]),
         (&["render", "cornell", "--stats", "folder.png"], &["--stats: folder.png", "is a folder"]),
         (&["render", "cornell", "--stats", "missing/s.json"], &["--stats: missing/s.json", "does not exist"]),
         (&["render", "cornell", "--radius-image", "r.txt"], &["--radius-image: r.txt", ".exr"]),

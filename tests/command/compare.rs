@@ -91,7 +91,7 @@ fn invalid_input_is_rejected_and_nothing_written() {
     sandbox.write("note.txt", "no image");
     let before = sandbox.contents();
     let cases: [(&[&str], &[&str]); 17] = [
-        (&["compare"], &["<A> and <B> is missing", "sppm compare --help"]),
+        (&["compare"], &["<A> and <B> are missing", "sppm compare --help"]),
         (&["compare", "a.exr"], &["<B> is missing"]),
         (&["compare", "a.exr", "b.exr", "c.exr"], &["\"c.exr\"", "too many"]),
         (&["compare", "a.exr", "missing.exr"], &["missing.exr: "]),

@@ -2,6 +2,7 @@
 
 use super::encoding::NOTE;
 use super::limits::{Seekable, check_expansion, check_size};
+use crate::atomic_file::reason;
 use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::image::write::channels::{ChannelsWriter, WritableChannels};
@@ -241,7 +242,7 @@ fn shown(name: &Text) -> String {
 }
 
 fn problem(e: &exr::error::Error) -> String {
-    format!("is no EXR file that can be read: {e}")
+    format!("is no EXR file that can be read: {}", reason(e))
 }
 
 fn into_io(e: exr::error::Error) -> io::Error {

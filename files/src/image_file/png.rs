@@ -3,6 +3,7 @@
 use super::encoding::{Encoding, NOTE};
 use super::limits::{Seekable, check_expansion, check_size};
 use super::rows::{First, Rows};
+use crate::atomic_file::reason;
 use scene::{Film, Picture, Rgb, srgb};
 use std::io::{self, Write};
 
@@ -107,5 +108,5 @@ fn pixels(bytes: &[u8], samples: usize, depth: png::BitDepth) -> Vec<Rgb> {
 }
 
 fn problem(e: &png::DecodingError) -> String {
-    format!("is no PNG file that can be read: {e}")
+    format!("is no PNG file that can be read: {}", reason(e))
 }

@@ -476,7 +476,8 @@ mod unix {
     #[test]
     fn a_link_stays_a_link() {
         let folder = folder();
-        let [link, broken]: [PathBuf; 2] = ["link.pfm", "broken.pfm"].map(|name| folder.path().join(name));
+        let [link, early, circle]: [PathBuf; 3] =
+            ["link.pfm", "early.pfm", "circle.pfm"].map(|name| folder.path().join(name));
         let real = folder.path().join("there").join("real.pfm");
         fs::create_dir(real.parent().unwrap()).unwrap();
         fs::write(&real, "old").unwrap();
@@ -485,8 +486,14 @@ mod unix {
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(read(&real).unwrap(), byte_film(3, 2));
 
-        symlink("nowhere.pfm", &broken).unwrap();
-        assert!(problem(check_writable(&broken)).contains("link that leads nowhere"));
+        // A link may be there before its file.
+        symlink("there/new.pfm", &early).unwrap();
+        write(&early, &byte_film(3, 2), &Encoding::default()).unwrap();
+        assert!(fs::symlink_metadata(&early).unwrap().is_symlink());
+        assert_eq!(read(&folder.path().join("there/new.pfm")).unwrap(), byte_film(3, 2));
+
+        symlink("circle.pfm", &circle).unwrap();
+        assert!(problem(check_writable(&circle)).contains("links lead in a circle"));
     }
 
     #[test]

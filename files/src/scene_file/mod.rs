@@ -1,6 +1,6 @@
 //! Reads scene files. They are TOML, checked strictly; every error is one line with its position in the file.
 //!
-//! `fixtures/scenes/README.md` documents each key, and the scenes in the same folder use them.
+//! `files/scenes/README.md` documents each key, and the scenes in the same folder use them.
 
 mod camera;
 mod checks;
@@ -18,6 +18,8 @@ pub use reader::{Field, Section};
 pub(crate) use write::head_to_text;
 pub use write::{digest, to_text};
 
+use crate::atomic_file::reason;
+use crate::input;
 use checks::Parsed;
 use error::{escape, quote};
 use material::Named;
@@ -25,7 +27,6 @@ use pieces::{Head, Kind, Pieces};
 use reader::Subject;
 use scene::{Camera, Material, Rgb, Scene, Settings, Sphere};
 use spheres::Spheres;
-use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 use toml::de::DeTable;
@@ -63,33 +64,44 @@ pub fn load_other<T>(
     read().map_err(|fault| FileError::in_text(&name, &text, &fault))
 }
 
+/// Reads a scene from `input`, which errors call `name`; for standard input and sockets.
+///
+/// # Errors
+/// If `input` cannot be read or is too long, or as [`parse`].
+pub fn load_from(name: &str, input: impl Read) -> Result<Scene, FileError> {
+    parse(name, &read_text(name, "scene", input, 0)?)
+}
+
 /// The text of the file `path`, which messages call a `kind`.
 fn load_text(path: &Path, kind: &str) -> Result<String, FileError> {
     let name = path.to_string_lossy();
-    let unread = |message: &str| FileError::unread(&name, message);
-    let bytes = read_bytes(path).map_err(|e| match e.kind() {
-        ErrorKind::NotFound => unread("there is no such file"),
-        ErrorKind::IsADirectory => unread(&format!("this is a directory; a {kind} is a file")),
+    let opened = input::open(path, &format!("a {kind} is a file"));
+    let (file, length) = opened.map_err(|problem| FileError::unread(&name, &problem))?;
+    read_text(&name, kind, file, length)
+}
+
+/// The text of `input`, which messages call `name` and a `kind`. It has `length` bytes, if that is known.
+fn read_text(name: &str, kind: &str, input: impl Read, length: u64) -> Result<String, FileError> {
+    let unread = |message: &str| FileError::unread(name, message);
+    let bytes = read_bytes(input, length).map_err(|e| match e.kind() {
         ErrorKind::FileTooLarge => {
             unread(&format!("is too large; a {kind} file has at most {MAX_BYTES} bytes"))
         }
-        _ => unread(&format!("cannot be read: {e}")),
+        _ => unread(&format!("cannot be read: {}", reason(&e))),
     })?;
     String::from_utf8(bytes).map_err(|error| {
         let (valid, rest) = error.as_bytes().split_at(error.utf8_error().valid_up_to());
         let message = format!("byte 0x{:02x} is not UTF-8; a {kind} file is UTF-8 text", rest[0]);
         let text = String::from_utf8_lossy(valid);
-        FileError::in_text(&name, &text, &Fault::new(valid.len(), message))
+        FileError::in_text(name, &text, &Fault::new(valid.len(), message))
     })
 }
 
-/// The bytes of a file of at most [`MAX_BYTES`]. The length is checked again after reading, as that of a pipe is not
-/// known before.
-fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
-    let file = File::open(path)?;
+/// At most [`MAX_BYTES`] of `input`. They are counted again while they are read, as the length may not be known, or change.
+fn read_bytes(input: impl Read, length: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    if file.metadata()?.len() <= MAX_BYTES {
-        file.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
+    if length <= MAX_BYTES {
+        input.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
         if bytes.len() as u64 <= MAX_BYTES {
             return Ok(bytes);
         }
