@@ -27,6 +27,8 @@ pub struct Job {
     pub threads: Option<usize>,
     /// Limit on the memory of the render, in bytes.
     pub memory_limit: Option<u64>,
+    /// Memory that was taken before the render, to read its scene, in bytes. The bound that is told covers it.
+    pub bytes_before: u64,
     /// Where and how often to write checkpoints, if at all.
     pub save: Option<Save>,
     /// The files to write.
@@ -53,6 +55,7 @@ impl Job {
             goals: Goals::default(),
             threads: None,
             memory_limit: None,
+            bytes_before: 0,
             save: None,
             outputs: Outputs::default(),
             inputs: Vec::new(),

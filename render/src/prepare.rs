@@ -50,6 +50,7 @@ pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     let pool = job.warm.take_pool(job.threads)?;
     let threads = pool.current_num_threads();
     let need = Need::new(job.engine, &job.scene, threads, job.goals.error.is_some(), job.memory_limit)?;
+    let need = need.after(job.bytes_before);
     job.outputs.check_room(job.scene.settings.pixels() as u64)?;
     let keeper = keeper(&job, &digest, from.as_ref())?;
     Ok(Ready { job, pool, need, digest, locks, keeper, from })

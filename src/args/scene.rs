@@ -23,7 +23,7 @@ pub(crate) struct SceneArg {
 impl SceneArg {
     /// Finds and reads the scene.
     pub(crate) fn open(&self) -> Result<Opened, Error> {
-        open(&self.name)
+        open(&self.name, u64::MAX)
     }
 }
 
@@ -59,24 +59,24 @@ impl TypedValueParser for SceneName {
     }
 }
 
-/// Finds and reads the scene `name`.
-pub(crate) fn open(name: &OsStr) -> Result<Opened, Error> {
+/// Finds and reads the scene `name`, in at most about `most` bytes of memory.
+pub(crate) fn open(name: &OsStr, most: u64) -> Result<Opened, Error> {
     let told = if name == "-" { "standard input".into() } else { one_line(&name.to_string_lossy()) };
     let _busy = Busy::with(format!("reading {told}"));
-    if name == "-" { from_standard_input() } else { named::open(name).map_err(Error::BadInput) }
+    if name == "-" { from_standard_input(most) } else { named::open(name, most).map_err(Error::BadInput) }
 }
 
 /// Reads the scene that is piped into this process.
-fn from_standard_input() -> Result<Opened, Error> {
+fn from_standard_input(most: u64) -> Result<Opened, Error> {
     let input = io::stdin();
     if input.is_terminal() {
         let problem =
             "-: standard input is a terminal; pipe a scene into it, as by `sppm render - < mine.toml`";
         return Err(Error::BadInput(problem.into()));
     }
-    let scene = scene_file::load_from("stdin", input.lock());
-    let scene = scene.map_err(|error| Error::BadInput(error.to_string()))?;
-    Ok(Opened { scene, stem: "stdin".into(), file: None })
+    let loaded = scene_file::load_from("stdin", input.lock(), 0, most);
+    let (scene, bytes) = loaded.map_err(|error| Error::BadInput(error.to_string()))?;
+    Ok(Opened { scene, bytes, stem: "stdin".into(), file: None })
 }
 
 /// The instant given by `--time`, else the one at which the shutter opens.

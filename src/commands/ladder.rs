@@ -214,7 +214,7 @@ fn cases(args: &LadderArgs) -> Result<Vec<Case>, Error> {
     }
     let mut all = Vec::new();
     for name in names {
-        let mut opened = open(&name)?;
+        let mut opened = open(&name, u64::MAX)?;
         if args.quick {
             opened.scene.settings = quick(&opened.scene.settings);
         }

@@ -61,7 +61,7 @@ What settings do:
 /// Runs the command.
 pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     logs::init(args.messages.log_format, args.messages.level());
-    let (mut job, image) = open(&args.source)?;
+    let (mut job, image) = open(&args.source, args.engine.memory_limit)?;
     job.goals = args.goals.or(Goals::default());
     let settings = args.settings.apply(&job.scene.settings)?;
     let iterations = job.goals.iterations(args.settings.iterations, settings.iterations);
@@ -76,8 +76,10 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
 }
 
 /// The job for a scene, or for repeating the render of `--like`; and the default name of its image.
-fn open(args: &SourceArgs) -> Result<(Job, PathBuf), Error> {
-    let named = args.scene.as_deref().map(scene::open).transpose()?;
+fn open(args: &SourceArgs, memory_limit: Option<u64>) -> Result<(Job, PathBuf), Error> {
+    let open = |name| scene::open(name, memory_limit.unwrap_or(u64::MAX));
+    let named = args.scene.as_deref().map(open).transpose()?;
+    let bytes_before = named.as_ref().map_or(0, |named| named.bytes);
     let file = named.as_ref().and_then(|named| named.file.clone()).map(|file| (Field::Scene, file));
     let stem = named.as_ref().map(|named| default_name(&named.stem));
     let mut job = match (&args.like, named) {
@@ -86,6 +88,7 @@ fn open(args: &SourceArgs) -> Result<(Job, PathBuf), Error> {
         (None, None) => return Err(Error::BadInput("<SCENE> is missing".into())), // clap requires one of the two
     };
     job.inputs.splice(0..0, file);
+    job.bytes_before = bytes_before;
     let image = stem.unwrap_or_else(|| default_name_of(&job.scene.name));
     Ok((job, image))
 }

@@ -7,8 +7,8 @@ use scene::Settings;
 
 /// What a thread holds beside its deposits: batches of paths, and an occupancy map.
 const BYTES_PER_THREAD: u64 = 3 << 19;
-/// What a sphere takes in the scene, and in the tables and trees made of it.
-const BYTES_PER_SPHERE: u64 = 768;
+/// What a sphere takes in the tables and trees made of the scene, while they are built.
+const BYTES_PER_SPHERE: u64 = 256;
 
 /// See `Sppm::bytes_at_most`.
 pub(super) fn bytes_at_most(

@@ -23,17 +23,27 @@ use crate::input;
 use checks::Parsed;
 use error::{escape, quote};
 use material::Named;
-use pieces::{Head, Kind, Pieces};
+use pieces::{Head, Kind, MOST_BYTES as MOST_PIECE_BYTES, Pieces};
 use reader::Subject;
+use scene::text::mebibytes;
 use scene::{Camera, Material, Rgb, Scene, Settings, Sphere};
 use spheres::Spheres;
+use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 use toml::de::DeTable;
 
-/// Larger files are rejected. A million spheres take a third of this. Reading takes 40 times as much memory as the
-/// text.
-pub const MAX_BYTES: u64 = 1 << 28;
+/// Larger files are rejected.
+pub const MAX_BYTES: u64 = 1 << 32;
+
+/// Memory per sphere while a scene is read, beside the text: in the scene, its material, and what the checks make of it.
+const BYTES_PER_SPHERE: u64 = 128;
+/// The same per lamp, in addition: what is found out about its light.
+const BYTES_PER_LAMP: u64 = 192;
+/// The same per material with a name.
+const BYTES_PER_MATERIAL: u64 = 192;
+/// Memory per byte of the head, which is parsed at once.
+const BYTES_PER_HEAD_BYTE: u64 = 48;
 
 const KEYS: [&str; 6] = ["name", "background", "camera", "settings", "materials", "sphere"];
 
@@ -42,7 +52,17 @@ const KEYS: [&str; 6] = ["name", "background", "camera", "settings", "materials"
 /// # Errors
 /// If the file cannot be read, or as [`parse`].
 pub fn load(path: &Path) -> Result<Scene, FileError> {
-    parse(&path.to_string_lossy(), &load_text(path, "scene")?)
+    load_within(path, u64::MAX).map(|(scene, _)| scene)
+}
+
+/// As [`load`], but refuses to take much more than `most` bytes of memory. Also returns a bound of the bytes that it took.
+///
+/// # Errors
+/// As [`load`], or if the file needs more.
+pub fn load_within(path: &Path, most: u64) -> Result<(Scene, u64), FileError> {
+    let name = path.to_string_lossy();
+    let (file, length) = open(path, "scene")?;
+    load_from(&name, file, length, most)
 }
 
 /// Reads a TOML file other than a scene, with the same strict checks. Its root may have only the keys `keys`; `read`
@@ -64,20 +84,60 @@ pub fn load_other<T>(
     read().map_err(|fault| FileError::in_text(&name, &text, &fault))
 }
 
-/// Reads a scene from `input`, which errors call `name`; for standard input and sockets.
+/// Reads a scene from `input`, which errors call `name`; for standard input and sockets. `length` is its length in bytes,
+/// or 0 if that is not known. See [`load_within`].
 ///
 /// # Errors
-/// If `input` cannot be read or is too long, or as [`parse`].
-pub fn load_from(name: &str, input: impl Read) -> Result<Scene, FileError> {
-    parse(name, &read_text(name, "scene", input, 0)?)
+/// If `input` cannot be read or is too long, or as [`load_within`].
+pub fn load_from(name: &str, input: impl Read, length: u64, most: u64) -> Result<(Scene, u64), FileError> {
+    let unread = |problem: String| FileError::unread(name, &problem);
+    if length > most {
+        return Err(unread(too_much(length, most)));
+    }
+    let text = read_text(name, "scene", input, length)?;
+    let (spheres, head) = measure(&text);
+    let least = text.len() as u64 + BYTES_PER_SPHERE * spheres + BYTES_PER_HEAD_BYTE * head;
+    if least > most {
+        return Err(unread(too_much(least, most)));
+    }
+    if Vec::<u8>::new().try_reserve_exact(usize::try_from(least).unwrap_or(usize::MAX)).is_err() {
+        let need = mebibytes(least);
+        return Err(unread(format!("takes up to {need} to read, which the system refuses")));
+    }
+    let scene = parse(name, &text)?;
+    let lamps = scene.spheres.iter().filter(|sphere| sphere.is_emitter()).count() as u64;
+    let materials = scene.materials.len() as u64;
+    let more = BYTES_PER_LAMP * lamps + BYTES_PER_MATERIAL * materials;
+    Ok((scene, least + more))
+}
+
+fn too_much(bytes: u64, most: u64) -> String {
+    format!("takes up to {} to read, more than the limit of {}", mebibytes(bytes), mebibytes(most))
+}
+
+/// The number of spheres, and the bytes of the head, as far as it may be parsed.
+fn measure(text: &str) -> (u64, u64) {
+    let (mut spheres, mut head) = (0, 0);
+    for piece in Pieces::new(text) {
+        match piece.kind {
+            Kind::Sphere => spheres += 1,
+            Kind::Material => {}
+            Kind::Head => head += piece.span.len() as u64,
+        }
+    }
+    (spheres, head.min(MOST_PIECE_BYTES as u64))
+}
+
+/// Opens the file `path`, which messages call a `kind`; also returns its length.
+fn open(path: &Path, kind: &str) -> Result<(File, u64), FileError> {
+    let opened = input::open(path, &format!("a {kind} is a file"));
+    opened.map_err(|problem| FileError::unread(&path.to_string_lossy(), &problem))
 }
 
 /// The text of the file `path`, which messages call a `kind`.
 fn load_text(path: &Path, kind: &str) -> Result<String, FileError> {
-    let name = path.to_string_lossy();
-    let opened = input::open(path, &format!("a {kind} is a file"));
-    let (file, length) = opened.map_err(|problem| FileError::unread(&name, &problem))?;
-    read_text(&name, kind, file, length)
+    let (file, length) = open(path, kind)?;
+    read_text(&path.to_string_lossy(), kind, file, length)
 }
 
 /// The text of `input`, which messages call `name` and a `kind`. It has `length` bytes, if that is known.
@@ -99,14 +159,21 @@ fn read_text(name: &str, kind: &str, input: impl Read, length: u64) -> Result<St
 
 /// At most [`MAX_BYTES`] of `input`. They are counted again while they are read, as the length may not be known, or change.
 fn read_bytes(input: impl Read, length: u64) -> io::Result<Vec<u8>> {
+    /// Bytes that are read at a time, after the system has granted room for them.
+    const STEP: usize = 1 << 20;
     let mut bytes = Vec::new();
-    if length <= MAX_BYTES {
-        input.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
-        if bytes.len() as u64 <= MAX_BYTES {
-            return Ok(bytes);
-        }
+    let mut input = input.take(MAX_BYTES + 1);
+    let grant = |bytes: &mut Vec<u8>, more: usize| {
+        bytes.try_reserve(more).map_err(|_| io::Error::from(ErrorKind::OutOfMemory))
+    };
+    if length > MAX_BYTES {
+        return Err(ErrorKind::FileTooLarge.into());
     }
-    Err(ErrorKind::FileTooLarge.into())
+    grant(&mut bytes, length as usize + STEP)?;
+    while input.by_ref().take(STEP as u64 / 2).read_to_end(&mut bytes)? > 0 {
+        grant(&mut bytes, STEP)?;
+    }
+    if bytes.len() as u64 > MAX_BYTES { Err(ErrorKind::FileTooLarge.into()) } else { Ok(bytes) }
 }
 
 /// Reads the scene in `text`; `name` is the path that errors show.
