@@ -21,6 +21,7 @@ pub mod engine;
 pub mod film;
 pub mod filter;
 pub mod material;
+mod neighbours;
 pub mod ray;
 pub mod rng;
 pub mod settings;

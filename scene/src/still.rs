@@ -8,6 +8,7 @@
 
 use crate::color::{Rgb, max_component};
 use crate::material::Material;
+use crate::neighbours::Neighbours;
 use crate::ray::SphereId;
 use crate::sphere::Sphere;
 use crate::world::Scene;
@@ -101,6 +102,15 @@ pub struct Still<'a> {
 /// Relative slack within which surfaces count as touching, so that rounding never hides a blocker.
 const TOUCHING: f64 = 1e-5;
 
+/// Up to so many lamps each ask every sphere whether it hides them: less work than to sort the spheres.
+const FEW_LAMPS: usize = 16;
+
+/// Does a sphere hide some of another's surface, or all of it?
+struct Cover {
+    some: bool,
+    all: bool,
+}
+
 impl Scene {
     /// The scene at shutter time `time`.
     pub fn at(&self, time: f32) -> Still<'_> {
@@ -145,8 +155,9 @@ impl Still<'_> {
 
     fn find_lights(&mut self) {
         let mut weights = Vec::new();
+        let solids = self.solids();
         for (id, s) in self.spheres.iter().enumerate().filter(|(_, s)| s.is_emitter()) {
-            let Some(blockers) = self.blockers(id) else {
+            let Some(blockers) = self.blockers(id, &solids) else {
                 continue;
             };
             let start = self.lights.blockers.len() as u32;
@@ -189,26 +200,45 @@ impl Still<'_> {
         self.find_shadow_casters();
     }
 
-    /// The opaque spheres that hide part of the surface of sphere `id` from free space; `None` if all of it.
-    fn blockers(&self, id: usize) -> Option<Vec<SphereId>> {
-        let (light, mut blockers) = (&self.spheres[id], Vec::new());
-        for (other, (s, role)) in self.spheres.iter().zip(&self.roles).enumerate().filter(|(i, _)| *i != id) {
-            let (d, r) = (distance(light.center, s.center), f64::from(s.radius));
-            // The surface of the light lies at distances from `nearest` to `farthest` of the other centre.
-            let (nearest, farthest) = ((d - f64::from(light.radius)).abs(), d + f64::from(light.radius));
-            let (some, all) = match role {
-                Role::Solid => (nearest < r * (1.0 + TOUCHING), farthest <= r),
-                Role::Enclosure(_) => (farthest > r * (1.0 - TOUCHING), nearest >= r),
-                Role::Glass => (false, false),
-            };
-            if all {
-                return None;
-            }
+    /// The opaque spheres that hide part of the surface of sphere `id` from free space, in order of their ids; `None`
+    /// if they hide all of it. Of those outside of the eye, `solids` knows which come into question; those around it
+    /// are few.
+    fn blockers(&self, id: usize, solids: &Neighbours) -> Option<Vec<SphereId>> {
+        let (mut blockers, mut is_hidden) = (Vec::new(), false);
+        let mut examine = |other: SphereId| {
+            let Cover { some, all } = self.cover(id, other);
+            is_hidden |= all;
             if some {
-                blockers.push(other as SphereId);
+                blockers.push(other);
             }
+        };
+        solids.visit(&self.spheres[id], &mut examine);
+        self.enclosures.iter().for_each(|enclosure| examine(enclosure.sphere));
+        blockers.sort_unstable();
+        (!is_hidden).then_some(blockers)
+    }
+
+    /// How much of the surface of sphere `id` is hidden from free space by sphere `other`.
+    fn cover(&self, id: usize, other: SphereId) -> Cover {
+        let (light, s) = (&self.spheres[id], &self.spheres[other as usize]);
+        let (d, r) = (distance(light.center, s.center), f64::from(s.radius));
+        // The surface of the light lies at distances from `nearest` to `farthest` of the other centre.
+        let (nearest, farthest) = ((d - f64::from(light.radius)).abs(), d + f64::from(light.radius));
+        match self.roles[other as usize] {
+            _ if other as usize == id => Cover { some: false, all: false },
+            Role::Solid => Cover { some: nearest < r * (1.0 + TOUCHING), all: farthest <= r },
+            Role::Enclosure(_) => Cover { some: farthest > r * (1.0 - TOUCHING), all: nearest >= r },
+            Role::Glass => Cover { some: false, all: false },
         }
-        Some(blockers)
+    }
+
+    /// The opaque spheres that the eye is outside of, to be asked which of them are near. Sorting them pays only if
+    /// many lamps will ask.
+    fn solids(&self) -> Neighbours {
+        let is_solid = |id: &SphereId| self.roles[*id as usize] == Role::Solid;
+        let ids = (0..self.spheres.len() as SphereId).filter(is_solid).collect();
+        let lamps = self.spheres.iter().filter(|s| s.is_emitter()).count();
+        if lamps <= FEW_LAMPS { Neighbours::unsorted(ids) } else { Neighbours::new(&self.spheres, ids) }
     }
 
     fn find_shadow_casters(&mut self) {
@@ -244,4 +274,70 @@ impl Enclosure {
 fn distance(a: Vec3, b: Vec3) -> f64 {
     let v = a.as_dvec3() - b.as_dvec3();
     v.dot(v).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::Camera;
+    use crate::settings::Settings;
+    use proptest::prelude::*;
+
+    /// A scene of balls, by places on a coarse lattice so that many touch, nest or coincide; every other one glows.
+    fn scene(balls: &[([i8; 3], u8, u8)], scale: f32, offset: f32) -> Scene {
+        let materials = vec![
+            Material::Diffuse { albedo: Rgb::splat(0.5) },
+            Material::Dielectric { albedo: Rgb::ONE, ior: 1.5 },
+        ];
+        let sphere = |(index, (place, radius, kind)): (usize, &([i8; 3], u8, u8))| Sphere {
+            center: (Vec3::from_array(place.map(f32::from)) + offset) * scale,
+            velocity: Vec3::ZERO,
+            radius: f32::from(*radius) * 0.5 * scale,
+            material: u32::from(*kind == 0),
+            emission: if index % 2 == 0 { Rgb::ONE } else { Rgb::ZERO },
+        };
+        let spheres = balls.iter().enumerate().map(sphere).collect();
+        let camera = Camera { eye: Vec3::splat(offset) * scale, ..Camera::default() };
+        let settings = Settings::default();
+        Scene { name: String::new(), camera, materials, spheres, background: Rgb::ZERO, settings }
+    }
+
+    /// What [`Still::blockers`] says, asking every sphere.
+    fn blockers_one_by_one(still: &Still, id: usize) -> Option<Vec<SphereId>> {
+        let covers = || (0..still.spheres.len() as SphereId).map(|other| (other, still.cover(id, other)));
+        let some = covers().filter(|(_, cover)| cover.some).map(|(other, _)| other);
+        covers().all(|(_, cover)| !cover.all).then(|| some.collect())
+    }
+
+    proptest! {
+        #[test]
+        fn the_hierarchy_finds_the_blockers_that_a_search_of_all_finds(
+            balls in prop::collection::vec((prop::array::uniform3(-12_i8..12), 1_u8..9, 0_u8..4), 1..120),
+            rooms in prop::collection::vec(20_u8..60, 0..4),
+            exponent in -3_i32..7,
+            offset in prop::sample::select(vec![0.0_f32, 1.0, 3000.0]),
+        ) {
+            let rooms = rooms.into_iter().map(|radius| ([1, 0, 0], radius, 1));
+            let balls: Vec<_> = balls.into_iter().chain(rooms).collect();
+            let scene = scene(&balls, 10_f32.powi(exponent), offset);
+            let still = scene.at(0.0);
+            let solids = still.solids();
+            for id in 0..still.spheres.len() {
+                prop_assert_eq!(still.blockers(id, &solids), blockers_one_by_one(&still, id), "sphere {}", id);
+            }
+        }
+    }
+
+    #[test]
+    fn surfaces_that_touch_are_found_at_every_place_of_the_hierarchy() {
+        // A row of balls of radius 1, each touching the next two, but for rounding.
+        let balls: Vec<_> = (0..100).map(|i| ([(i - 50) as i8 * 2, 3, 0], 2, 1)).collect();
+        let scene = scene(&balls, 0.1, 0.3);
+        let still = scene.at(0.0);
+        let solids = still.solids();
+        for id in 1..99_usize {
+            let neighbours = [id as SphereId - 1, id as SphereId + 1];
+            assert_eq!(still.blockers(id, &solids).as_deref(), Some(&neighbours[..]), "ball {id}");
+        }
+    }
 }

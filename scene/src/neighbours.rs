@@ -1,0 +1,98 @@
+//! Which balls may meet a given sphere: a hierarchy of boxes, so that a scene of many lamps is sorted out in n log n.
+
+use crate::ray::SphereId;
+use crate::sphere::Sphere;
+use glam::DVec3;
+
+/// Most balls of a leaf. Few enough that a box still tells something, enough that boxes are few.
+const LEAF: usize = 8;
+
+/// What boxes are widened by, relative to the balls: more than any slack of a test that [`Neighbours::visit`] prepares.
+const WIDENED: f64 = 1e-4;
+
+/// What boxes and queries are widened by, relative to their coordinates: a thousand roundings of `f64`.
+const ROUNDING: f64 = 1e-13;
+
+/// A hierarchy over some of a scene's balls.
+pub(crate) struct Neighbours {
+    /// In preorder: the left child of an inner node comes right after it.
+    nodes: Vec<Node>,
+    /// The balls, those of each leaf in a row.
+    ids: Vec<SphereId>,
+}
+
+struct Node {
+    low: DVec3,
+    high: DVec3,
+    content: Content,
+}
+
+enum Content {
+    /// A range of [`Neighbours::ids`].
+    Leaf { first: usize, end: usize },
+    /// The other child.
+    Inner { right: usize },
+}
+
+impl Neighbours {
+    /// The hierarchy over the balls `ids` of `spheres`.
+    pub(crate) fn new(spheres: &[Sphere], mut ids: Vec<SphereId>) -> Self {
+        let mut nodes = Vec::new();
+        if !ids.is_empty() {
+            build(spheres, &mut ids, 0, &mut nodes);
+        }
+        Self { nodes, ids }
+    }
+
+    /// All of `ids` in one leaf around everything, so that every query finds them all.
+    pub(crate) fn unsorted(ids: Vec<SphereId>) -> Self {
+        let content = Content::Leaf { first: 0, end: ids.len() };
+        Self { nodes: vec![Node { low: DVec3::NEG_INFINITY, high: DVec3::INFINITY, content }], ids }
+    }
+
+    /// Calls `found` for every ball that the surface of `sphere` meets or almost meets, and for some that it does not,
+    /// in no particular order.
+    pub(crate) fn visit(&self, sphere: &Sphere, mut found: impl FnMut(SphereId)) {
+        let center = sphere.center.as_dvec3();
+        let radius = f64::from(sphere.radius);
+        let slack = ROUNDING * (center.abs().max_element() + radius);
+        let mut stack: Vec<usize> = if self.nodes.is_empty() { Vec::new() } else { vec![0] };
+        while let Some(index) = stack.pop() {
+            let node = &self.nodes[index];
+            let nearest = center.clamp(node.low, node.high).distance(center);
+            let farthest = (center - node.low).abs().max((center - node.high).abs()).length();
+            if nearest > radius + slack || farthest < radius - slack {
+                continue;
+            }
+            match node.content {
+                Content::Leaf { first, end } => self.ids[first..end].iter().for_each(|&id| found(id)),
+                Content::Inner { right } => stack.extend([index + 1, right]),
+            }
+        }
+    }
+}
+
+/// Adds the node over `ids`, which begin at place `first` of all, and those below it.
+fn build(spheres: &[Sphere], ids: &mut [SphereId], first: usize, nodes: &mut Vec<Node>) {
+    let center = |id: SphereId| spheres[id as usize].center.as_dvec3();
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let (mut low_center, mut high_center) = (low, high);
+    for &id in &*ids {
+        let (c, radius) = (center(id), f64::from(spheres[id as usize].radius));
+        let reach = radius * (1.0 + WIDENED) + ROUNDING * (c.abs().max_element() + radius);
+        (low, high) = (low.min(c - reach), high.max(c + reach));
+        (low_center, high_center) = (low_center.min(c), high_center.max(c));
+    }
+    let index = nodes.len();
+    nodes.push(Node { low, high, content: Content::Leaf { first, end: first + ids.len() } });
+    if ids.len() <= LEAF {
+        return;
+    }
+    let axis = (high_center - low_center).max_position();
+    let middle = ids.len() / 2;
+    ids.select_nth_unstable_by(middle, |a, b| center(*a)[axis].total_cmp(&center(*b)[axis]).then(a.cmp(b)));
+    let (left, right) = ids.split_at_mut(middle);
+    build(spheres, left, first, nodes);
+    nodes[index].content = Content::Inner { right: nodes.len() };
+    build(spheres, right, first + middle, nodes);
+}
