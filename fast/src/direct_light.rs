@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! for each packet of visible points:
-//!     choose a lamp and a point on it; compute the irradiance if nothing blocks it
+//!     choose a lamp (light_tree.rs) and a point on it; compute the irradiance if nothing blocks it
 //!     test the shadow rays against the walls
 //! for the batch: test the shadow rays against the balls
 //! ```
@@ -10,6 +10,7 @@
 use crate::hierarchy::{BLOCKED, Rays, SearchBuffers};
 use crate::intersect::{RayLanes, from_either_side, from_inside, occluded};
 use crate::light_choice::LightChoice;
+use crate::light_tree::{Choice, LightTree};
 use crate::paths::{Floats, ROOM, Vectors, Words};
 use crate::sampling::{cosine_hemisphere, uniform_cone};
 use crate::shapes::Shape;
@@ -26,8 +27,7 @@ use std::f32::consts::PI;
 struct LightRow {
     center: [f32; 3],
     radius_squared: f32,
-    /// Radiance over the probability of choosing the light.
-    radiance: [f32; 3],
+    emission: [f32; 3],
     sphere: SphereId,
 }
 
@@ -35,8 +35,10 @@ struct LightRow {
 pub(crate) struct LightTable {
     /// [`LightRow`]s.
     rows: Vec<Row>,
-    /// Chooses a light.
+    /// Chooses a light for a photon.
     pub(crate) choice: LightChoice,
+    /// Chooses a light for a point; `None` if there is one light at most.
+    tree: Option<LightTree>,
     /// The numbers and shapes of the lights that shine inwards, which are few.
     shells: Vec<(u32, Shape)>,
 }
@@ -48,7 +50,7 @@ impl LightTable {
             bytemuck::cast(LightRow {
                 center: s.center.into(),
                 radius_squared: s.radius * s.radius,
-                radiance: light.radiance.into(),
+                emission: s.emission.into(),
                 sphere: light.sphere,
             })
         };
@@ -57,6 +59,7 @@ impl LightTable {
         Self {
             rows: still.lights.entries.iter().map(row).collect(),
             choice: LightChoice::new(&still.lights.cumulative),
+            tree: LightTree::new(still),
             shells: shells.collect(),
         }
     }
@@ -66,6 +69,15 @@ impl LightTable {
         self.rows.is_empty()
     }
 
+    /// The lights that `u` chooses for the receivers, of which there must be one.
+    #[inline(always)]
+    pub(crate) fn choose<L: Lanes>(&self, to: &Receivers<L>, u: L::F) -> Choice<L> {
+        match &self.tree {
+            Some(tree) => tree.choose(to.live, to.point, to.normal, u),
+            None => Choice { found: to.live, light: L::u(0), probability: L::f(1.0) },
+        }
+    }
+
     /// The lights with these numbers.
     #[inline(always)]
     fn gather<L: Lanes>(&self, numbers: &[u32]) -> LightLanes<L> {
@@ -73,7 +85,7 @@ impl LightTable {
         LightLanes {
             center: V3::new(cx, cy, cz),
             radius_squared,
-            radiance: V3::new(r, g, b),
+            emission: V3::new(r, g, b),
             sphere: L::bits(sphere),
         }
     }
@@ -83,7 +95,7 @@ impl LightTable {
 struct LightLanes<L: Lanes> {
     center: V3<L>,
     radius_squared: L::F,
-    radiance: V3<L>,
+    emission: V3<L>,
     sphere: L::U,
 }
 
@@ -129,11 +141,11 @@ impl ShadowRays {
         numbers: &ShadowNumbers<L>,
     ) {
         let zero = L::f(0.0);
-        let &Receivers { live, point, normal, sphere } = to;
-        let number = lights.choice.choose::<L>(numbers.choice);
+        let &Receivers { point, normal, sphere, .. } = to;
+        let Choice { found, light: number, probability } = lights.choose::<L>(to, numbers.choice);
         let mut index = [0; MOST_LANES];
         L::store_u(number, &mut index);
-        let LightLanes { center, radius_squared, radiance, sphere: lamp } = lights.gather::<L>(&index);
+        let LightLanes { center, radius_squared, emission, sphere: lamp } = lights.gather::<L>(&index);
         let (mut direction, mut t, mut weight) = from_outside(center, radius_squared, point, normal, numbers);
         let mut valid = L::lt(zero, weight) & !L::eq(sphere, lamp);
         for (shell_number, shape) in &lights.shells {
@@ -147,8 +159,8 @@ impl ShadowRays {
             valid = (chosen & is_within) | (!chosen & valid);
         }
         let ray = RayLanes { origin: point, direction, leaves: sphere };
-        let lit = live & valid & !occluded(&tables.shadow_casters, &ray, t, lamp);
-        let irradiance = radiance.scale(weight);
+        let lit = found & valid & !occluded(&tables.shadow_casters, &ray, t, lamp);
+        let irradiance = emission.scale(if lights.tree.is_some() { weight / probability } else { weight });
         self.direction.store(at, direction);
         L::store(L::select(lit, t, L::f(-1.0)), &mut self.t[at..]);
         L::store_u(lamp, &mut self.lamp[at..]);

@@ -45,6 +45,7 @@ mod join;
 #[doc(hidden)]
 pub mod kernels;
 mod light_choice;
+mod light_tree;
 mod material;
 mod pages;
 mod parameters;

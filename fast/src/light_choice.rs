@@ -1,4 +1,4 @@
-//! Choosing a light, with probabilities proportional to power.
+//! Choosing a light for a photon, with probabilities proportional to power.
 
 use lanes::Lanes;
 

@@ -41,7 +41,8 @@ callable! {
     ) -> V {
         let Receivers { live, point, normal, sphere } = *to;
         let number = choose_light::<V::L>(&tables.still.lights.cumulative, choice);
-        let [[cx, cy, cz, r2, er, eg, eb, lamp], _] = fetch_pairs::<V::L>(&tables.lights, &number);
+        let [[cx, cy, cz, r2, er, eg, eb, lamp], [_, _, _, _, _, probability, _, _]] =
+            fetch_pairs::<V::L>(&tables.lights, &number);
         let lamp = V::L::bits(lamp);
         let (mut direction, mut t, mut weight) =
             from_outside::<V>(V::new(cx, cy, cz), r2, point, normal, u, v);
@@ -60,7 +61,7 @@ callable! {
         let rays = Rays { origin: point, direction, leaves: sphere };
         let lit = live & valid;
         let lit = lit & !occluded::<V>(&tables.shadow_casters, &rays, t, lamp, lit);
-        V::select(lit, V::new(er, eg, eb).scale(weight), V::zero())
+        V::select(lit, V::new(er, eg, eb).scale(weight / probability), V::zero())
     }
 
     /// Directions in the cones of the lamps, distances, and weights. Where the lamp gives no light, the weight is 0.

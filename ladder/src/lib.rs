@@ -5,7 +5,8 @@
 //! numbers, the memory layout of pixels and visible points, the spatial index, the calls of vector math, and the number
 //! of rays and candidates processed at a time. All rows render the physics of the `reference` crate, without the faults
 //! of the published program. With keyed random numbers and integer flux ([`Options::exact`]) every row gives the
-//! reference's image bit for bit, so rows differ only in time.
+//! reference's image bit for bit, so rows differ only in time. As in the paper, direct light comes from lights chosen by
+//! power; the reference does the same after `reference::Sppm::lit_by_power`.
 //!
 //! [`report`] runs and measures rows, and makes the tables and plots of `sppm ladder`.
 //!

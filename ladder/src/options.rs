@@ -43,7 +43,7 @@ impl Options {
         Self { random: Random::Paper, sums: Sums::Float, counts_operations: false, tuning }
     }
 
-    /// The options with which every row gives the reference's image bit for bit.
+    /// The options with which every row gives the reference's image bit for bit (see the crate).
     pub const fn exact() -> Self {
         Self { random: Random::Keyed, sums: Sums::Integer, ..Self::paper() }
     }

@@ -54,8 +54,8 @@ pub(crate) struct Tables<'a> {
     rows: Vec<Row>,
     /// The same words, with one array per word. The lengths are powers of two.
     columns: Vec<Vec<u32>>,
-    /// Two rows per light: centre, squared radius, radiance over probability, and sphere; then photon power, radius,
-    /// and whether it emits inwards.
+    /// Two rows per light: centre, squared radius, emission, and sphere; then photon power, radius, whether it emits
+    /// inwards, and its probability.
     pub(crate) lights: Vec<Row>,
     /// The indices and shapes of lights that can be seen from inside.
     pub(crate) shells: Vec<(u32, Shape)>,
@@ -165,10 +165,10 @@ fn sphere_rows(still: &Still, id: SphereId) -> [Row; 2] {
 
 fn light_rows(still: &Still, light: &Light) -> [Row; 2] {
     let s = &still.spheres[light.sphere as usize];
-    let (c, e, p) = (s.center, light.radiance, light.photon_power);
+    let (c, e, p) = (s.center, s.emission, light.photon_power);
     let inwards = f32::from_bits(u32::from(light.inside));
     [
         Row([c.x, c.y, c.z, s.radius * s.radius, e.x, e.y, e.z, f32::from_bits(light.sphere)]),
-        Row([p.x, p.y, p.z, s.radius, inwards, 0.0, 0.0, 0.0]),
+        Row([p.x, p.y, p.z, s.radius, inwards, light.probability, 0.0, 0.0]),
     ]
 }

@@ -1,7 +1,8 @@
 //! Camera pass: traces a path from the eye through every pixel to its visible point.
 
-use crate::direct_light::{Receiver, estimate_irradiance};
+use crate::direct_light::estimate_irradiance;
 use crate::intersect::{Hit, intersect};
+use crate::light_choice::Receiver;
 use crate::sampling::{uniform_disk, unit};
 use crate::scatter::{dielectric, reflect};
 use scene::camera::Frame;

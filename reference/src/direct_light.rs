@@ -1,24 +1,13 @@
 //! Light that comes straight from a lamp: one shadow ray.
 
 use crate::intersect::{distance, occluded};
+use crate::light_choice::{Receiver, choose};
 use crate::sampling::{cosine_hemisphere, uniform_cone};
-use scene::ray::SphereId;
 use scene::still::{Light, Lights};
-use scene::{Ray, Rgb, Still, Vec3};
+use scene::{Ray, Rgb, Still};
 use std::f32::consts::PI;
 
-/// A point to be lit.
-#[derive(Clone, Copy, Debug)]
-pub struct Receiver {
-    /// The point, on sphere `sphere`.
-    pub point: Vec3,
-    /// Unit normal of the side to be lit.
-    pub normal: Vec3,
-    /// The sphere that the point lies on.
-    pub sphere: SphereId,
-}
-
-/// The light that `u` in [0, 1) chooses, each with its probability.
+/// The light that `u` in [0, 1) chooses by power, with its [`Light::probability`].
 pub fn choose_light(lights: &Lights, u: f32) -> Option<&Light> {
     lights.entries.get(lights.cumulative.partition_point(|&c| c <= u))
 }
@@ -26,16 +15,19 @@ pub fn choose_light(lights: &Lights, u: f32) -> Option<&Light> {
 /// An unbiased estimate of the irradiance that reaches `receiver` straight from the lights, from three uniform
 /// numbers: one to choose the light, two for the direction.
 pub fn estimate_irradiance(still: &Still, receiver: &Receiver, choice: f32, u: f32, v: f32) -> Rgb {
-    let Some(light) = choose_light(&still.lights, choice) else {
+    let Some(chosen) = choose(still, receiver, choice) else {
         return Rgb::ZERO;
     };
+    let light = &still.lights.entries[chosen.light as usize];
     let sample = if light.inside {
         from_inside(still, receiver, light, u, v)
     } else {
         from_outside(still, receiver, light, u, v)
     };
     match sample {
-        Some((ray, t, weight)) if !occluded(still, &ray, t, light.sphere) => light.radiance * weight,
+        Some((ray, t, weight)) if !occluded(still, &ray, t, light.sphere) => {
+            still.spheres[light.sphere as usize].emission * (weight / chosen.probability)
+        }
         _ => Rgb::ZERO,
     }
 }

@@ -5,8 +5,9 @@
 //! from there to the light.
 
 use crate::camera_pass::{place_in_pixel, ray_through};
-use crate::direct_light::{Receiver, estimate_irradiance};
+use crate::direct_light::estimate_irradiance;
 use crate::intersect::intersect;
+use crate::light_choice::Receiver;
 use crate::sampling::cosine_hemisphere;
 use crate::scatter::{dielectric, reflect};
 use rayon::prelude::*;

@@ -5,6 +5,7 @@ use crate::consolidate::{Gathered, Pixel};
 use crate::grid::Grid;
 use crate::photon_pass::{Deposit, photon_pass};
 use scene::filter::Table;
+use scene::light_tree::LightTree;
 use scene::still::Role;
 use scene::{Engine, PhotonSums, Probe, Progress, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums};
 use std::time::Instant;
@@ -22,6 +23,8 @@ pub struct Sppm<'a> {
     /// The table of the pixels' filter; `None` for the box.
     filter: Option<Box<Table>>,
     cell_size: f32,
+    /// See [`Sppm::lit_by_power`].
+    lit_by_power: bool,
     pixels: Vec<Pixel>,
 }
 
@@ -51,7 +54,27 @@ impl<'a> Sppm<'a> {
     /// The same render with grid cells of `cell_size` times the largest radius, a number above 0.
     pub fn with_cell_size(scene: &'a Scene, settings: &Settings, cell_size: f32) -> Self {
         let pixels = vec![Pixel::new(settings.initial_radius); settings.pixels()];
-        Self { scene, progress: Progress::new(settings), filter: settings.filter.table(), cell_size, pixels }
+        let filter = settings.filter.table();
+        Self { scene, progress: Progress::new(settings), filter, cell_size, lit_by_power: false, pixels }
+    }
+
+    /// The same render with direct light from lights chosen by their power alone, as the paper chooses them: another
+    /// estimate of the same image. The rows of the ladder are compared with it.
+    #[must_use]
+    pub fn lit_by_power(self) -> Self {
+        Self { lit_by_power: true, ..self }
+    }
+
+    /// The scene at the instant of this iteration.
+    fn still(&self) -> Still<'a> {
+        let Progress { settings, iterations, .. } = &self.progress;
+        let mut still = self.scene.at(self.scene.camera.shutter_time(settings.seed, *iterations));
+        if self.lit_by_power {
+            let lights = &mut still.lights;
+            let probabilities = lights.entries.iter().map(|light| light.probability);
+            lights.tree = LightTree::by_power(probabilities, &lights.cumulative);
+        }
+        still
     }
 
     /// One camera path per pixel; `None` if stopped.
@@ -113,9 +136,7 @@ impl<'a> Sppm<'a> {
 
     /// Runs all passes of an iteration; `None` if stopped, with no pixel changed.
     fn run_iteration(&mut self, stop: &Stop) -> Option<()> {
-        let still = self
-            .scene
-            .at(self.scene.camera.shutter_time(self.progress.settings.seed, self.progress.iterations));
+        let still = self.still();
         let start = Instant::now();
         let seen = self.camera_pass(&still, stop)?;
         let camera = Instant::now();

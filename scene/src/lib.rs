@@ -20,6 +20,7 @@ mod color;
 pub mod engine;
 pub mod film;
 pub mod filter;
+pub mod light_tree;
 pub mod material;
 mod neighbours;
 pub mod ray;

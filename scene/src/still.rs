@@ -7,6 +7,7 @@
 //! of them by a rounding error; knowing that it cannot be there, the intersection closes such leaks exactly.
 
 use crate::color::{Rgb, max_component};
+use crate::light_tree::{Lamp, LightTree};
 use crate::material::Material;
 use crate::neighbours::Neighbours;
 use crate::ray::SphereId;
@@ -59,13 +60,11 @@ pub struct Light {
     pub sphere: SphereId,
     /// True for the side towards the centre.
     pub inside: bool,
-    /// Probability that a photon or a shadow ray chooses this light: its share of [`Lights::power`].
+    /// Probability that a photon chooses this light: its share of [`Lights::power`].
     pub probability: f32,
     /// What a photon of this light carries, `pi * area * emission / probability`, per channel and in multiples of
     /// [`Lights::power`]: its largest channel is 1 for every light.
     pub photon_power: Rgb,
-    /// `emission / probability`: what a shadow ray to this light may bring.
-    pub radiance: Rgb,
     /// The opaque spheres that part of this one is sunk into, as a range of [`Lights::blockers`].
     pub blockers: Range<u32>,
 }
@@ -82,6 +81,8 @@ pub struct Lights {
     pub power: f32,
     /// See [`Light::blockers`].
     pub blockers: Vec<SphereId>,
+    /// By which direct light is chosen.
+    pub tree: LightTree,
 }
 
 /// A scene at one instant.
@@ -128,6 +129,7 @@ impl Scene {
         };
         still.assign_roles(self.camera.eye);
         still.find_lights();
+        still.lights.tree = still.light_tree();
         still
     }
 }
@@ -172,16 +174,8 @@ impl Still<'_> {
             for &inside in sides {
                 weights.push(std::f64::consts::PI * area * f64::from(max_component(s.emission)));
                 let blockers = blockers.clone();
-                let (sphere, probability, photon_power, radiance) =
-                    (id as SphereId, 0.0, Rgb::ZERO, Rgb::ZERO);
-                self.lights.entries.push(Light {
-                    sphere,
-                    inside,
-                    probability,
-                    photon_power,
-                    radiance,
-                    blockers,
-                });
+                let (sphere, probability, photon_power) = (id as SphereId, 0.0, Rgb::ZERO);
+                self.lights.entries.push(Light { sphere, inside, probability, photon_power, blockers });
             }
         }
         let total: f64 = weights.iter().sum();
@@ -193,7 +187,6 @@ impl Still<'_> {
             let emission = self.spheres[light.sphere as usize].emission;
             let (color, brightest) = (emission.as_dvec3(), f64::from(max_component(emission)));
             light.photon_power = (color / brightest).as_vec3();
-            light.radiance = (color * (total / weight)).as_vec3();
             self.lights.cumulative.push(sum as f32);
         }
         self.lights.cumulative.pop();
@@ -239,6 +232,26 @@ impl Still<'_> {
         let ids = (0..self.spheres.len() as SphereId).filter(is_solid).collect();
         let lamps = self.spheres.iter().filter(|s| s.is_emitter()).count();
         if lamps <= FEW_LAMPS { Neighbours::unsorted(ids) } else { Neighbours::new(&self.spheres, ids) }
+    }
+
+    /// The hierarchy over the lights that have been found.
+    fn light_tree(&self) -> LightTree {
+        let (mut lamps, mut rooms) = (Vec::new(), Vec::new());
+        for (number, light) in (0..).zip(&self.lights.entries) {
+            let s = &self.spheres[light.sphere as usize];
+            match self.roles[light.sphere as usize] {
+                Role::Enclosure(_) => rooms.push((number, f64::from(max_component(s.emission)))),
+                // The inner side of glass goes with the outer one.
+                Role::Glass if light.inside => {}
+                Role::Glass | Role::Solid => lamps.push(Lamp {
+                    light: number,
+                    center: s.center.as_dvec3(),
+                    radius: f64::from(s.radius),
+                    power: f64::from(light.probability),
+                }),
+            }
+        }
+        LightTree::new(self.lights.entries.len(), lamps, &rooms, f64::from(self.lights.power))
     }
 
     fn find_shadow_casters(&mut self) {

@@ -2,10 +2,10 @@
 //! counts exactly. The image may differ only by what the order of additions can cause.
 
 use crate::difference::Outcome;
-use crate::pair::builtin;
+use crate::pair::{References, builtin};
 use compare::PlaneKind;
 use ladder::{Options, ROWS, Random};
-use scene::{Engine, Scene, Settings};
+use scene::{Scene, Settings};
 use std::f64::consts::PI;
 
 /// Relative error of one rounding of an `f32`.
@@ -30,17 +30,17 @@ const ALPHA: f64 = 2.0 / 3.0;
 
 fn assert_within_the_bound(scene: &Scene, settings: &Settings) {
     let options = Options { random: Random::Keyed, ..Options::paper() };
-    let mut reference = reference::Sppm::new(scene, settings);
+    let mut references = References::new(scene, settings);
     for _ in 0..settings.iterations {
-        reference.iterate();
+        references.iterate();
     }
-    let expected = Outcome::of(&reference);
-    let [_, counts, radii, image] = expected.planes.each_ref().map(|plane| &plane.values);
     let nominal = f64::from(scene.at(0.0).lights.power);
     // Inside glass, radiance is scaled by the squared index of refraction, so the throughput of a path can exceed 1.
     let throughput = 1.5_f64.powi(2);
     let shot = f64::from(settings.iterations * settings.photons_per_iteration);
     for row in ROWS {
+        let expected = references.of(row);
+        let [_, counts, radii, image] = expected.planes.each_ref().map(|plane| &plane.values);
         let mut rung = row.start(scene, settings, &options);
         for _ in 0..settings.iterations {
             rung.iterate();

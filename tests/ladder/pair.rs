@@ -19,6 +19,30 @@ pub(crate) fn builtin(name: &str) -> (Scene, Settings) {
     (scene, settings)
 }
 
+/// The reference as its image must be by every row of the ladder: the fast engine's row has the very image, those of the
+/// paper choose lights for direct light by their power.
+pub(crate) struct References<'a> {
+    engine: reference::Sppm<'a>,
+    by_power: reference::Sppm<'a>,
+}
+
+impl<'a> References<'a> {
+    pub(crate) fn new(scene: &'a Scene, settings: &Settings) -> Self {
+        let new = || reference::Sppm::new(scene, settings);
+        Self { engine: new(), by_power: new().lit_by_power() }
+    }
+
+    pub(crate) fn iterate(&mut self) {
+        self.engine.iterate();
+        self.by_power.iterate();
+    }
+
+    /// What a row must give.
+    pub(crate) fn of(&self, row: &Row) -> Outcome {
+        Outcome::of(if row.is_always_exact() { &self.engine } else { &self.by_power })
+    }
+}
+
 /// Compares the bits of rows with the reference's after each iteration. Returns the number of photon contributions, or
 /// describes the first difference.
 pub(crate) fn first_difference(
@@ -27,22 +51,21 @@ pub(crate) fn first_difference(
     rows: &[&Row],
     options: &Options,
 ) -> Result<u64, String> {
-    let mut reference = reference::Sppm::new(scene, settings);
-    let mut rungs: Vec<_> = rows.iter().map(|row| (row.name, row.start(scene, settings, options))).collect();
+    let mut references = References::new(scene, settings);
+    let mut rungs: Vec<_> = rows.iter().map(|row| (*row, row.start(scene, settings, options))).collect();
     for iteration in 0..settings.iterations {
-        reference.iterate();
-        let expected = Outcome::of(&reference);
-        for (name, rung) in &mut rungs {
+        references.iterate();
+        for (row, rung) in &mut rungs {
             rung.iterate();
-            if let Some(difference) = expected.difference(&Outcome::of(&**rung)) {
+            if let Some(difference) = references.of(row).difference(&Outcome::of(&**rung)) {
                 return Err(format!(
-                    "{}, {settings:?}: row {name} differs in iteration {iteration}: {difference}",
-                    scene.name
+                    "{}, {settings:?}: row {} differs in iteration {iteration}: {difference}",
+                    scene.name, row.name
                 ));
             }
         }
     }
-    Ok(reference.stats().contributions)
+    Ok(references.engine.stats().contributions)
 }
 
 /// Expects all rows to give the reference's bits, and that some photons contribute.

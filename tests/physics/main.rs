@@ -15,6 +15,7 @@ mod furnace;
 mod grid;
 mod harness;
 mod intersection;
+mod light_choice;
 mod lights;
 mod sampling;
 mod scattering;

@@ -18,4 +18,6 @@ pub use maps::{
     orthonormal_frame, quantise, reflect, sincos_turn, stream_state, survive, uniform_cone, uniform_disk,
     uniform_sphere, unit, unit_float,
 };
-pub use passes::{CameraSample, PhotonRun, Receiver, camera_pass, direct_light, photon_pass, pixel_slot};
+pub use passes::{
+    CameraSample, PhotonRun, Receiver, camera_pass, choose_for_points, direct_light, photon_pass, pixel_slot,
+};

@@ -6,13 +6,14 @@ use crate::direct_light::{LightTable, Receivers, ShadowNumbers, ShadowRays};
 use crate::hierarchy::SearchBuffers;
 use crate::join::{Binned, Chunks, Sorted};
 use crate::light_choice::LightChoice;
+use crate::light_tree::Choice;
 use crate::paths::{BATCH, ROOM, Vectors, Words};
 use crate::photon_pass::{
     Emission, Emitters, PhotonBatch, PhotonCounts, PhotonJob, PhotonPass, rounding_of_points,
 };
 use crate::pixels::{Pixel, PixelRows, slot_of, slots};
 use crate::tables::Tables;
-use lanes::{Kernel, LaneKind, Lanes, dispatch};
+use lanes::{Kernel, LaneKind, Lanes, MOST_LANES, dispatch};
 use scene::ray::{NO_SPHERE, SphereId};
 use scene::{Rgb, Scene, Settings, Still, Vec3};
 use std::ops::Range;
@@ -129,6 +130,51 @@ pub fn direct_light(
 ) -> Vec<Rgb> {
     let (tables, lights) = (Tables::new(still), LightTable::new(still));
     dispatch(lanes, Light { tables: &tables, lights: &lights, receivers, numbers })
+}
+
+/// The light that each receiver chooses by its number, with its probability; `None` where nothing is thought to send
+/// any light. There must be a light.
+pub fn choose_for_points(
+    still: &Still,
+    receivers: &[Receiver],
+    choice: &[f32],
+    lanes: LaneKind,
+) -> Vec<Option<(u32, f32)>> {
+    dispatch(lanes, ChooseForPoints { lights: &LightTable::new(still), receivers, choice })
+}
+
+struct ChooseForPoints<'a> {
+    lights: &'a LightTable,
+    receivers: &'a [Receiver],
+    choice: &'a [f32],
+}
+
+impl Kernel for ChooseForPoints<'_> {
+    type Output = Vec<Option<(u32, f32)>>;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let mut all = Vec::with_capacity(self.receivers.len());
+        for first in (0..self.receivers.len()).step_by(L::N) {
+            let count = L::N.min(self.receivers.len() - first);
+            let (points, normals, spheres) = arrays(&self.receivers[first..first + count]);
+            let receivers = Receivers::<L> {
+                live: L::first(count),
+                point: points.load(0),
+                normal: normals.load(0),
+                sphere: L::load_u(&spheres),
+            };
+            let choice = L::load(&padded(&self.choice[first..first + count]));
+            let Choice { found, light, probability } = self.lights.choose::<L>(&receivers, choice);
+            let (mut lights, mut probabilities) = ([0; MOST_LANES], [0.0; MOST_LANES]);
+            L::store_u(light, &mut lights);
+            L::store(probability, &mut probabilities);
+            let found = L::mask_bits(found);
+            for lane in 0..count {
+                all.push((found >> lane & 1 == 1).then_some((lights[lane], probabilities[lane])));
+            }
+        }
+        all
+    }
 }
 
 struct Light<'a> {

@@ -7,6 +7,7 @@ mod grid;
 mod inputs;
 mod intersection;
 mod join;
+mod light_choice;
 mod operations;
 mod passes;
 mod rays;

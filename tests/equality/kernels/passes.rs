@@ -179,7 +179,7 @@ fn direct_light_on_any_point() {
             .zip(&numbers)
             .map(|(r, (choice, u, v))| {
                 let Receiver { point, normal, sphere } = *r;
-                let receiver = reference::direct_light::Receiver { point, normal, sphere };
+                let receiver = reference::light_choice::Receiver { point, normal, sphere };
                 estimate_irradiance(&still, &receiver, *choice, *u, *v)
             })
             .collect();
@@ -304,7 +304,7 @@ fn a_lamp_gives_no_light_where_it_is_touched() {
                 let actual = direct_light(&still, &receivers, columns.each_ref().map(|c| &c[..]), lanes);
                 for (receiver, actual) in receivers.iter().zip(actual) {
                     let Receiver { point, normal, sphere } = *receiver;
-                    let as_reference = reference::direct_light::Receiver { point, normal, sphere };
+                    let as_reference = reference::light_choice::Receiver { point, normal, sphere };
                     let expected = estimate_irradiance(&still, &as_reference, 0.0, u, v);
                     assert_same_vector(actual, expected, &(lanes, receiver, u, v));
                     assert!(point.x != radius || expected == Rgb::ZERO, "{receiver:?} is lit");
