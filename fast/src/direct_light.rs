@@ -8,18 +8,21 @@
 //! ```
 
 use crate::hierarchy::{BLOCKED, Rays, SearchBuffers};
-use crate::intersect::{RayLanes, from_either_side, from_inside, occluded};
+use crate::intersect::{RayLanes, from_inside, meet, occluded};
 use crate::light_choice::LightChoice;
 use crate::light_tree::{Choice, LightTree};
 use crate::paths::{Floats, ROOM, Vectors, Words};
 use crate::sampling::{cosine_hemisphere, uniform_cone};
-use crate::shapes::Shape;
 use crate::tables::Tables;
 use bytemuck::{Pod, Zeroable};
 use lanes::{Lanes, MOST_LANES, Row, V3};
 use scene::Still;
 use scene::ray::SphereId;
+use scene::still::{Enclosure, Light, Role};
 use std::f32::consts::PI;
+
+/// The bit of a light's sphere that is set if it is glass, of which both sides glow.
+const IS_GLASS: u32 = 1 << 31;
 
 /// A light's row in the table.
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -28,6 +31,7 @@ struct LightRow {
     center: [f32; 3],
     radius_squared: f32,
     emission: [f32; 3],
+    /// The sphere, and perhaps [`IS_GLASS`].
     sphere: SphereId,
 }
 
@@ -39,28 +43,33 @@ pub(crate) struct LightTable {
     pub(crate) choice: LightChoice,
     /// Chooses a light for a point; `None` if there is one light at most.
     tree: Option<LightTree>,
-    /// The numbers and shapes of the lights that shine inwards, which are few.
-    shells: Vec<(u32, Shape)>,
+    /// Indices and shapes of the glowing enclosures, which are few.
+    enclosures: Vec<(u32, Enclosure)>,
 }
 
 impl LightTable {
     pub(crate) fn new(still: &Still) -> Self {
-        let row = |light: &scene::still::Light| {
+        let row = |light: &Light| {
             let s = &still.spheres[light.sphere as usize];
+            let is_glass = still.roles[light.sphere as usize] == Role::Glass;
             bytemuck::cast(LightRow {
                 center: s.center.into(),
                 radius_squared: s.radius * s.radius,
                 emission: s.emission.into(),
-                sphere: light.sphere,
+                sphere: light.sphere | if is_glass { IS_GLASS } else { 0 },
             })
         };
-        let shells = still.lights.entries.iter().enumerate().filter(|(_, light)| light.inside);
-        let shells = shells.map(|(number, light)| (number as u32, Shape::of(still, light.sphere)));
+        let mut enclosures = Vec::new();
+        for (index, light) in (0..).zip(&still.lights.entries) {
+            if let Role::Enclosure(e) = still.roles[light.sphere as usize] {
+                enclosures.push((index, still.enclosures[e as usize]));
+            }
+        }
         Self {
             rows: still.lights.entries.iter().map(row).collect(),
             choice: LightChoice::new(&still.lights.cumulative),
             tree: LightTree::new(still),
-            shells: shells.collect(),
+            enclosures,
         }
     }
 
@@ -71,32 +80,43 @@ impl LightTable {
 
     /// The lights that `u` chooses for the receivers, of which there must be one.
     #[inline(always)]
-    pub(crate) fn choose<L: Lanes>(&self, to: &Receivers<L>, u: L::F) -> Choice<L> {
-        match &self.tree {
+    pub(crate) fn choose<L: Lanes>(&self, to: &Receivers<L>, u: L::F) -> ChosenLights<L> {
+        let Choice { found, light, probability } = match &self.tree {
             Some(tree) => tree.choose(to.live, to.point, to.normal, u),
             None => Choice { found: to.live, light: L::u(0), probability: L::f(1.0) },
-        }
-    }
-
-    /// The lights with these numbers.
-    #[inline(always)]
-    fn gather<L: Lanes>(&self, numbers: &[u32]) -> LightLanes<L> {
-        let [cx, cy, cz, radius_squared, r, g, b, sphere] = L::gather_rows(&self.rows, numbers);
-        LightLanes {
-            center: V3::new(cx, cy, cz),
+        };
+        let mut indices = [0; MOST_LANES];
+        L::store_u(light, &mut indices);
+        let [cx, cy, cz, radius_squared, r, g, b, sphere] = L::gather_rows(&self.rows, &indices);
+        let (center, sphere) = (V3::new(cx, cy, cz), L::bits(sphere));
+        let to_center = center - to.point;
+        let is_glass = L::eq(sphere & L::u(IS_GLASS), L::u(IS_GLASS));
+        ChosenLights {
+            found,
+            light,
+            probability,
+            center,
             radius_squared,
             emission: V3::new(r, g, b),
-            sphere: L::bits(sphere),
+            sphere: sphere & L::u(!IS_GLASS),
+            is_around: is_glass & L::lt(to_center.dot(to_center), radius_squared),
         }
     }
 }
 
-/// [`LightRow`]s in lanes.
-struct LightLanes<L: Lanes> {
+/// The light that each lane has chosen.
+pub(crate) struct ChosenLights<L: Lanes> {
+    /// The lanes that have chosen one.
+    pub(crate) found: L::M,
+    /// Its index. For a lamp of glass, that of its outer side.
+    pub(crate) light: L::U,
+    pub(crate) probability: L::F,
     center: V3<L>,
     radius_squared: L::F,
     emission: V3<L>,
     sphere: L::U,
+    /// Is it a lamp of glass around the point, which sees its inner side?
+    pub(crate) is_around: L::M,
 }
 
 /// The uniform numbers of a shadow ray.
@@ -142,28 +162,34 @@ impl ShadowRays {
     ) {
         let zero = L::f(0.0);
         let &Receivers { point, normal, sphere, .. } = to;
-        let Choice { found, light: number, probability } = lights.choose::<L>(to, numbers.choice);
-        let mut index = [0; MOST_LANES];
-        L::store_u(number, &mut index);
-        let LightLanes { center, radius_squared, emission, sphere: lamp } = lights.gather::<L>(&index);
-        let (mut direction, mut t, mut weight) = from_outside(center, radius_squared, point, normal, numbers);
-        let mut valid = L::lt(zero, weight) & !L::eq(sphere, lamp);
-        for (shell_number, shape) in &lights.shells {
-            let chosen = L::eq(number, L::u(*shell_number));
-            let within = cosine_hemisphere(normal, numbers.u, numbers.v);
-            let (t_within, is_within) =
-                distance_within(shape, &RayLanes { origin: point, direction: within, leaves: sphere });
-            direction = V3::select(chosen, within, direction);
-            t = L::select(chosen, t_within, t);
-            weight = L::select(chosen, L::f(PI), weight);
-            valid = (chosen & is_within) | (!chosen & valid);
+        let chosen = lights.choose::<L>(to, numbers.choice);
+        let (mut direction, mut t, mut weight) = from_outside(&chosen, point, normal, numbers);
+        let mut valid = L::lt(zero, weight) & !L::eq(sphere, chosen.sphere);
+        if L::any(chosen.is_around) || !lights.enclosures.is_empty() {
+            let inwards = cosine_hemisphere(normal, numbers.u, numbers.v);
+            let ray = RayLanes { origin: point, direction: inwards, leaves: sphere };
+            let from_glass = distance_to_glass(&chosen, &ray);
+            let mut from_within = chosen.is_around;
+            let (mut t_within, mut valid_within) = (from_glass, L::lt(from_glass, L::f(f32::INFINITY)));
+            for (index, enclosure) in &lights.enclosures {
+                let is_it = L::eq(chosen.light, L::u(*index));
+                let distance = from_inside(enclosure, &ray);
+                t_within = L::select(is_it, distance, t_within);
+                valid_within = (is_it & L::lt(distance, L::f(f32::INFINITY))) | (!is_it & valid_within);
+                from_within = from_within | is_it;
+            }
+            direction = V3::select(from_within, inwards, direction);
+            t = L::select(from_within, t_within, t);
+            weight = L::select(from_within, L::f(PI), weight);
+            valid = (from_within & valid_within) | (!from_within & valid);
         }
         let ray = RayLanes { origin: point, direction, leaves: sphere };
-        let lit = found & valid & !occluded(&tables.shadow_casters, &ray, t, lamp);
-        let irradiance = emission.scale(if lights.tree.is_some() { weight / probability } else { weight });
+        let lit = chosen.found & valid & !occluded(&tables.shadow_casters, &ray, t, chosen.sphere);
+        let irradiance =
+            chosen.emission.scale(if lights.tree.is_some() { weight / chosen.probability } else { weight });
         self.direction.store(at, direction);
         L::store(L::select(lit, t, L::f(-1.0)), &mut self.t[at..]);
-        L::store_u(lamp, &mut self.lamp[at..]);
+        L::store_u(chosen.sphere, &mut self.lamp[at..]);
         self.irradiance.store(at, V3::select(lit, irradiance, V3::new(zero, zero, zero)));
     }
 
@@ -194,14 +220,14 @@ impl ShadowRays {
 /// A direction in the cone of the lamp, the distance to it, and the weight, which is zero where the lamp does not count.
 #[inline(always)]
 fn from_outside<L: Lanes>(
-    center: V3<L>,
-    r2: L::F,
+    lamp: &ChosenLights<L>,
     point: V3<L>,
     normal: V3<L>,
     numbers: &ShadowNumbers<L>,
 ) -> (V3<L>, L::F, L::F) {
     let (zero, one, two) = (L::f(0.0), L::f(1.0), L::f(2.0));
-    let to_center = center - point;
+    let r2 = lamp.radius_squared;
+    let to_center = lamp.center - point;
     let d2 = to_center.dot(to_center);
     let d = L::sqrt(d2);
     let sin2_max = r2 / d2;
@@ -215,20 +241,11 @@ fn from_outside<L: Lanes>(
     (direction, t, L::select(counts, cos * (L::f(2.0 * PI) * height), zero))
 }
 
-/// The distance to a glowing shell from inside, and whether the ray starts inside and hits it.
+/// The distance to the inner side of a lamp of glass; infinite where the ray misses it, or is not within.
 #[inline(always)]
-fn distance_within<L: Lanes>(shape: &Shape, ray: &RayLanes<L>) -> (L::F, L::M) {
-    let infinity = L::f(f32::INFINITY);
-    match shape {
-        Shape::Enclosure(e) => {
-            let t = from_inside(e, ray);
-            (t, L::lt(t, infinity))
-        }
-        Shape::Solid(ball) | Shape::Glass(ball) => {
-            let (t, valid) = from_either_side(ball, ray);
-            let f = ray.origin - V3::splat(ball.center);
-            let within = L::lt(f.dot(f), L::f(ball.radius_squared));
-            (t, valid & L::lt(t, infinity) & within)
-        }
-    }
+fn distance_to_glass<L: Lanes>(lamp: &ChosenLights<L>, ray: &RayLanes<L>) -> L::F {
+    let leaves = L::eq(ray.leaves, lamp.sphere);
+    let RayLanes { origin, direction, .. } = *ray;
+    let (t, hits) = meet(origin, direction, leaves, lamp.center, lamp.radius_squared, lamp.is_around);
+    L::select(hits & lamp.is_around, t, L::f(f32::INFINITY))
 }

@@ -1,32 +1,33 @@
-//! Which light to sample from a point, by what each may send there: `reference::light_choice` over lanes.
+//! The choice of a light for a point, by what each may send there: `reference::light_choice` over lanes.
 //!
 //! ```text
-//! all lanes: what do both nodes of the first pair send?
-//! if there are rooms: choose between them and the lamps; the lanes that choose a room are done
-//! until all lanes are done, at most MAX_LEVELS times:
-//!     choose a node of the pair; the lanes whose node is a lamp are done, and so are those to which neither sends
-//!     fetch the node's pair: what do both of its nodes send?
-//! the lanes within a glowing ball of glass take its inner side
+//! all lanes: the importance of both nodes of the first pair
+//! if there are ambient lights: choose between them and the lamps; lanes that choose an ambient light are done
+//! until all lanes are done:
+//!     choose a node of the pair; lanes whose node is a lamp are done, and so are those for which neither matters
+//!     fetch the node's pair, and compute the importance of both nodes
 //! ```
 //!
 //! How it differs from the plain loop, and why:
 //!
-//! 1. All lanes descend together. Near the root most lanes read the same rows; those that are done read the first pair
+//! 1. All lanes descend together. Near the root most lanes read the same rows. Lanes that are done read the first pair
 //!    again, which is in the cache.
-//! 2. The first pair is the same for all lanes: it is broadcast, not fetched, and its sum serves both the choice between
-//!    rooms and lamps and the first choice of a node. With two lamps nothing is fetched.
-//! 3. Without rooms their probability is exactly 0, which leaves the random number as it is: nothing is computed.
-//! 4. A scene with one light has no tree ([`LightTree::new`]), and its direct light divides by no probability.
+//! 2. The first pair is the same for all lanes: it is broadcast, not fetched. Its importance serves both the choice
+//!    between ambient lights and lamps and the first choice of a node. With two lamps nothing is fetched.
+//! 3. Without ambient lights their probability is exactly 0, which leaves the random number as it is: nothing is
+//!    computed.
+//! 4. A scene with one light has no tree.
+//! 5. Which side of a lamp of glass a point sees is found with the lamp's row (`LightTable::choose`).
 
 use bytemuck::{Pod, Zeroable};
 use lanes::{Lanes, MOST_LANES, Row, V3};
-use scene::light_tree::{IS_LIGHT, LightNode, MAX_LEVELS, Room};
-use scene::still::Role;
-use scene::{Still, Vec3};
+use scene::Still;
+use scene::light_tree::{AmbientLight, IS_LIGHT, LightNode};
 
-/// As `reference::light_choice::LEAST`.
-const LEAST: f32 = 0.125;
-
+/// As in `reference::light_choice`.
+const LEAST: f32 = 1.0 / 1024.0;
+/// As in `reference::light_choice`.
+const LEAST_AMBIENT: f32 = 0.125;
 /// As in `reference::light_choice`.
 const RAISED: f32 = 1.0 / 1_048_576.0;
 
@@ -44,30 +45,21 @@ struct NodeRow {
     unused: [u32; 2],
 }
 
-/// A lamp of glass, of which both sides glow.
-struct GlassLamp {
-    /// The light that is its outer side; the next is the inner one.
-    outer: u32,
-    center: Vec3,
-    radius_squared: f32,
-}
-
 /// The hierarchy over lamps, for lanes to descend.
 pub(crate) struct LightTree {
-    /// [`NodeRow`]s. Empty if all lights are rooms.
+    /// [`NodeRow`]s. Empty if all lights are ambient.
     nodes: Vec<Row>,
     /// The first pair.
     root: [LightNode; 2],
-    rooms: Vec<Room>,
-    room_irradiance: f32,
-    glass: Vec<GlassLamp>,
+    ambient: Vec<AmbientLight>,
+    ambient_irradiance: f32,
 }
 
 /// The lights that lanes have chosen.
 pub(crate) struct Choice<L: Lanes> {
     /// The lanes that have chosen one.
     pub(crate) found: L::M,
-    /// The number of a light, in every lane.
+    /// The index of a light, in every lane. For a lamp of glass, its outer side.
     pub(crate) light: L::U,
     pub(crate) probability: L::F,
 }
@@ -80,79 +72,67 @@ struct Nodes<L: Lanes> {
     link: L::U,
 }
 
+/// Uniform numbers that decide one thing after another, and the probability of all that they have decided.
+struct Decisions<L: Lanes> {
+    u: L::F,
+    probability: L::F,
+}
+
 impl LightTree {
     /// `None` if there is nothing to choose between.
     pub(crate) fn new(still: &Still) -> Option<Self> {
-        let lights = &still.lights;
-        if lights.entries.len() < 2 {
+        if still.lights.entries.len() < 2 {
             return None;
         }
+        let tree = &still.lights.tree;
         let row = |node: &LightNode| {
             let &LightNode { center, radius, intensity, link } = node;
             bytemuck::cast(NodeRow { center: center.into(), radius, intensity, link, unused: [0; 2] })
         };
-        let outer_sides = (0..).zip(&lights.entries).filter(|(_, light)| !light.inside);
-        let glass = outer_sides.filter(|(_, light)| still.roles[light.sphere as usize] == Role::Glass);
-        let glass = glass.map(|(outer, light)| {
-            let s = &still.spheres[light.sphere as usize];
-            GlassLamp { outer, center: s.center, radius_squared: s.radius * s.radius }
-        });
         Some(Self {
-            nodes: lights.tree.pairs.as_flattened().iter().map(row).collect(),
-            root: lights.tree.pairs.first().copied().unwrap_or_default(),
-            rooms: lights.tree.rooms.clone(),
-            room_irradiance: lights.tree.room_irradiance,
-            glass: glass.collect(),
+            nodes: tree.pairs.as_flattened().iter().map(row).collect(),
+            root: tree.pairs.first().copied().unwrap_or_default(),
+            ambient: tree.ambient.clone(),
+            ambient_irradiance: tree.ambient_irradiance,
         })
     }
 
     /// The lights that `u`, in [0, 1), chooses for the `live` lanes.
     #[inline(always)]
     pub(crate) fn choose<L: Lanes>(&self, live: L::M, point: V3<L>, normal: V3<L>, u: L::F) -> Choice<L> {
-        let (zero, one) = (L::f(0.0), L::f(1.0));
+        let (zero, none) = (L::f(0.0), L::first(0));
+        let mut decisions = Decisions::<L> { u, probability: L::f(1.0) };
+        let mut chosen = Choice { found: none, light: L::u(0), probability: L::f(1.0) };
         let mut pair = [Nodes::<L>::broadcast(&self.root[0]), Nodes::<L>::broadcast(&self.root[1])];
-        let mut sent = [zero; 2];
+        let (mut a, mut b) = (zero, zero);
         if !self.nodes.is_empty() {
-            sent = [pair[0].importance(point, normal), pair[1].importance(point, normal)];
+            (a, b) = (pair[0].importance(point, normal), pair[1].importance(point, normal));
         }
-        let mut u = u;
-        let mut chosen = Choice { found: L::first(0), light: L::u(0), probability: one };
         let mut descends = live;
-        if self.room_irradiance != 0.0 {
-            let (some, rooms) = self.room_probability::<L>(sent[0] + sent[1]);
-            let takes_room = live & some & L::lt(u, rooms);
-            chosen = self.choose_room::<L>(takes_room, u, rooms);
-            descends = live & some & !takes_room;
-            u = rescaled::<L>(u - rooms, one - rooms);
+        if self.ambient_irradiance > 0.0 {
+            let (matters, p) = share::<L>(L::f(self.ambient_irradiance), a + b, LEAST_AMBIENT);
+            let outcome = decisions.decide(p);
+            let takes_ambient = live & matters & outcome;
+            if L::any(takes_ambient) {
+                chosen = self.choose_ambient::<L>(takes_ambient, &decisions);
+            }
+            descends = live & matters & !outcome;
         }
-        if self.nodes.is_empty() {
-            return chosen;
-        }
-        let is_light = L::u(IS_LIGHT);
-        for _ in 0..MAX_LEVELS {
-            let both = sent[0] + sent[1];
-            descends = descends & L::lt(zero, both);
-            let first = sent[0] / both;
-            let takes_first = L::lt(u, first);
-            let taken = L::select(takes_first, first, one - first);
-            u = rescaled::<L>(L::select(takes_first, u, u - first), taken);
-            chosen.probability = L::select(descends, chosen.probability * taken, chosen.probability);
+        while L::any(descends) {
+            let (matters, p) = share::<L>(a, b, LEAST);
+            descends = descends & matters;
+            let takes_first = decisions.decide(p);
             let link = L::select_u(takes_first, pair[0].link, pair[1].link);
-            let arrives = descends & L::eq(link & is_light, is_light);
-            chosen.light = L::select_u(arrives, link ^ is_light, chosen.light);
-            chosen.found = chosen.found | arrives;
+            let arrives = descends & L::eq(link & L::u(IS_LIGHT), L::u(IS_LIGHT));
+            chosen.light = L::select_u(arrives, link ^ L::u(IS_LIGHT), chosen.light);
+            chosen.probability = L::select(arrives, decisions.probability, chosen.probability);
+            chosen.found = chosen.found | (arrives & L::lt(zero, decisions.probability));
             descends = descends & !arrives;
             if !L::any(descends) {
                 break;
             }
             pair = self.fetch::<L>(L::select_u(descends, link, L::u(0)));
-            sent = [pair[0].importance(point, normal), pair[1].importance(point, normal)];
-        }
-        for lamp in &self.glass {
-            let from_center = point - V3::splat(lamp.center);
-            let is_within = L::lt(from_center.dot(from_center), L::f(lamp.radius_squared));
-            let is_it = L::eq(chosen.light, L::u(lamp.outer));
-            chosen.light = L::add_where(is_it & is_within, chosen.light, L::u(1));
+            (a, b) = (pair[0].importance(point, normal), pair[1].importance(point, normal));
         }
         chosen
     }
@@ -167,41 +147,21 @@ impl LightTree {
         [Nodes::gather(&self.nodes, &first), Nodes::gather(&self.nodes, &second)]
     }
 
-    /// Where anything sends light, and how likely a room is chosen there. The lamps send `lamps`.
+    /// One of the ambient lights where `takes_ambient`, of which there is one at least; elsewhere none.
     #[inline(always)]
-    fn room_probability<L: Lanes>(&self, lamps: L::F) -> (L::M, L::F) {
-        let (zero, irradiance) = (L::f(0.0), L::f(self.room_irradiance));
-        let all = irradiance + lamps;
-        let rooms = irradiance / all;
-        let (least, most) = (L::f(LEAST), L::f(1.0 - LEAST));
-        let is_rare = L::lt(zero, irradiance) & L::lt(rooms, least);
-        let at_least = L::select(is_rare, least, rooms);
-        let is_frequent = L::lt(zero, lamps) & L::lt(most, at_least);
-        (L::lt(zero, all), L::select(is_frequent, most, at_least))
-    }
-
-    /// The choice after that for the rooms together, which are as likely as `rooms`: one of them where `takes_room`,
-    /// elsewhere none yet.
-    #[inline(always)]
-    fn choose_room<L: Lanes>(&self, takes_room: L::M, u: L::F, rooms: L::F) -> Choice<L> {
-        let mut chosen = Choice { found: takes_room, light: L::u(0), probability: L::f(1.0) - rooms };
-        let Some(last) = self.rooms.last() else {
-            return chosen;
-        };
-        if !L::any(takes_room) {
-            return chosen;
+    fn choose_ambient<L: Lanes>(&self, takes_ambient: L::M, decisions: &Decisions<L>) -> Choice<L> {
+        let (mut light, mut share) = (L::u(0), L::f(1.0));
+        // Backwards, so that the first whose sum exceeds the number stays; the last does without.
+        for (index, ambient) in self.ambient.iter().rev().enumerate() {
+            let takes = L::lt(decisions.u, L::f(if index == 0 { 1.0 } else { ambient.cumulative }));
+            light = L::select_u(takes, L::u(ambient.light), light);
+            share = L::select(takes, L::f(ambient.share), share);
         }
-        let u = rescaled::<L>(u, rooms);
-        let (mut light, mut share) = (L::u(last.light), L::f(last.share));
-        // Backwards, so that the first whose sum exceeds the number stays.
-        for room in self.rooms.iter().rev() {
-            let is_before = L::lt(u, L::f(room.cumulative));
-            light = L::select_u(is_before, L::u(room.light), light);
-            share = L::select(is_before, L::f(room.share), share);
+        Choice {
+            found: takes_ambient,
+            light: L::select_u(takes_ambient, light, L::u(0)),
+            probability: L::select(takes_ambient, decisions.probability * share, L::f(1.0)),
         }
-        chosen.light = L::select_u(takes_room, light, chosen.light);
-        chosen.probability = L::select(takes_room, rooms * share, chosen.probability);
-        chosen
     }
 }
 
@@ -224,7 +184,7 @@ impl<L: Lanes> Nodes<L> {
         Self { center: V3::new(cx, cy, cz), radius, intensity, link: L::bits(link) }
     }
 
-    /// What the lamps of the nodes are thought to send to the points.
+    /// As `reference::light_choice::importance`.
     #[inline(always)]
     fn importance(&self, point: V3<L>, normal: V3<L>) -> L::F {
         let zero = L::f(0.0);
@@ -232,14 +192,33 @@ impl<L: Lanes> Nodes<L> {
         let d2 = L::max(to_center.dot(to_center), self.radius * self.radius);
         let d = L::sqrt(d2);
         let z = normal.dot(to_center);
-        let half_risen = L::f(0.5) * (z + (self.radius + d * L::f(RAISED)));
-        let height = L::max(z, half_risen);
+        let half_top = L::f(0.5) * (z + (self.radius + d * L::f(RAISED)));
+        let height = L::max(z, half_top);
         L::select(L::lt(zero, height), self.intensity / d2 * (height / d), zero)
     }
 }
 
-/// What is left of uniform numbers after they have decided something of this probability.
+impl<L: Lanes> Decisions<L> {
+    /// As `reference::light_choice::decide`.
+    #[inline(always)]
+    fn decide(&mut self, p: L::F) -> L::M {
+        let outcome = L::lt(self.u, p);
+        let of_outcome = L::select(outcome, p, L::f(1.0) - p);
+        let rest = L::select(outcome, self.u, self.u - p);
+        self.u = L::min(rest / of_outcome, L::f(BELOW_ONE));
+        self.probability = self.probability * of_outcome;
+        outcome
+    }
+}
+
+/// As `reference::light_choice::share`: the lanes in which either side matters, and the probability of the first.
 #[inline(always)]
-fn rescaled<L: Lanes>(rest: L::F, probability: L::F) -> L::F {
-    L::min(rest / probability, L::f(BELOW_ONE))
+fn share<L: Lanes>(a: L::F, b: L::F, least: f32) -> (L::M, L::F) {
+    let (zero, low, high) = (L::f(0.0), L::f(least), L::f(1.0 - least));
+    let both = a + b;
+    let share = a / both;
+    let is_low = L::lt(zero, a) & L::lt(share, low);
+    let is_high = L::lt(zero, b) & L::lt(high, share);
+    let share = L::select(is_low, low, share);
+    (L::lt(zero, both), L::select(is_high, high, share))
 }

@@ -1,26 +1,26 @@
-//! Which light to sample from a point: by what each may send there.
+//! The choice of a light for a point: by what each may send there.
 //!
-//! Lamps are divided into two parts again and again ([`LightTree`]); one uniform number leads from all of them to one,
-//! and at each pair says which half by what both are thought to send to the point:
+//! Lamps are divided into two parts again and again ([`LightTree`]). One uniform number leads from all of them to one:
+//! at each pair of nodes it chooses one of the two in proportion to their [`importance`]. Ambient lights, which light all
+//! points alike, stand against all lamps together.
 //!
-//! `intensity / max(d^2, r^2) * max(z, (z + r) / 2) / max(d, r)`
-//!
-//! where r is the radius of a ball around the lamps, d the distance of its centre, and z its height above the tangent
-//! plane. For a lamp in full view that is its irradiance but for shadows. For a ball half below the horizon it is a
-//! guess, and it is 0 where all of the ball is below: nothing is wasted there, and nothing that can be lit is left out.
-//!
-//! Rooms, which light all points alike, stand against all lamps together. What the lamps send is then a rough guess, so
-//! neither gets less than [`LEAST`].
+//! Estimates may be wrong, and nothing is known of shadows. So no side of a choice that has any importance gets less than
+//! a least probability, [`LEAST`] or [`LEAST_AMBIENT`].
 
 use scene::light_tree::{IS_LIGHT, LightNode, LightTree};
 use scene::ray::SphereId;
 use scene::{Still, Vec3};
 
-/// The least probability of the rooms together and of the lamps together, where both may send light.
-pub const LEAST: f32 = 0.125;
+/// The least probability of a node of a pair: large enough to find lamps behind brighter ones that are hidden, and small
+/// enough that twenty levels waste at most one choice in fifty.
+pub const LEAST: f32 = 1.0 / 1024.0;
 
-/// What heights are raised by, relative to the distance, so that no rounding puts a lamp below the horizon whose shadow
-/// rays still rise above it: 16 roundings.
+/// The least probability of all ambient lights together, and of all lamps together. The importance of all lamps at once
+/// is a rough estimate.
+pub const LEAST_AMBIENT: f32 = 0.125;
+
+/// What a lamp's height is raised by, relative to its distance, so that rounding puts no lamp below the horizon that
+/// shadow rays still reach: 16 roundings.
 const RAISED: f32 = 1.0 / 1_048_576.0;
 
 /// The largest float below 1.
@@ -37,114 +37,96 @@ pub struct Receiver {
     pub sphere: SphereId,
 }
 
-/// A light, and how likely it was to be chosen.
+/// A light that was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
     /// The index into [`scene::still::Lights::entries`].
     pub light: u32,
-    /// With which probability.
+    /// The probability of this choice, above 0.
     pub probability: f32,
 }
 
-/// What the lamps of `node` are thought to send to `receiver`.
+/// An estimate of the irradiance that the lamps of `node` would give `receiver` if nothing were in between, in the unit
+/// of [`LightTree::ambient_irradiance`]: `intensity / d^2 * z / d`, where d is the distance of the node's centre and z
+/// its height above the tangent plane. For a single lamp above the horizon this is exact.
+///
+/// Within the node's ball, of radius r, d is replaced by r. Where the ball meets the horizon, z is replaced by
+/// `(z + r) / 2`, half the height of its highest point; so the estimate is 0 only if no light can arrive.
 pub fn importance(node: &LightNode, receiver: &Receiver) -> f32 {
     let to_center = node.center - receiver.point;
     let (d2, r2) = (to_center.dot(to_center), node.radius * node.radius);
     let d2 = if d2 > r2 { d2 } else { r2 };
     let d = d2.sqrt();
     let z = receiver.normal.dot(to_center);
-    let half_risen = 0.5 * (z + (node.radius + d * RAISED));
-    let height = if z > half_risen { z } else { half_risen };
+    let half_top = 0.5 * (z + (node.radius + d * RAISED));
+    let height = if z > half_top { z } else { half_top };
     if height > 0.0 { node.intensity / d2 * (height / d) } else { 0.0 }
 }
 
-/// The light that `u` in [0, 1) chooses for `receiver`; `None` if nothing is thought to send any light there.
+/// The light that `u` in [0, 1) chooses for `receiver`; `None` if no light can arrive from where `u` leads.
 pub fn choose(still: &Still, receiver: &Receiver, u: f32) -> Option<Choice> {
     let lights = &still.lights;
     if lights.entries.len() < 2 {
         return lights.entries.first().map(|_| Choice { light: 0, probability: 1.0 });
     }
     let tree = &lights.tree;
-    let rooms = room_probability(tree, receiver)?;
-    if u < rooms {
-        let u = rescaled(u, rooms);
-        let room = tree.rooms.iter().find(|room| u < room.cumulative).or(tree.rooms.last())?;
-        return Some(Choice { light: room.light, probability: rooms * room.share });
+    let (mut u, mut probability) = (u, 1.0);
+    if decide(&mut u, &mut probability, ambient_probability(tree, receiver)?) {
+        let chosen = tree.ambient.iter().find(|ambient| u < ambient.cumulative).or(tree.ambient.last())?;
+        return Some(Choice { light: chosen.light, probability: probability * chosen.share });
     }
-    let (mut u, mut probability) = (rescaled(u - rooms, 1.0 - rooms), 1.0 - rooms);
-    let mut pair = 0;
+    let mut pair = tree.pairs.first()?;
     loop {
-        let first = first_probability(tree, pair, receiver)?;
-        let takes_first = u < first;
-        let taken = if takes_first { first } else { 1.0 - first };
-        u = rescaled(if takes_first { u } else { u - first }, taken);
-        probability *= taken;
-        let node = &tree.pairs[pair as usize][usize::from(!takes_first)];
+        let takes_first = decide(&mut u, &mut probability, first_probability(pair, receiver)?);
+        let node = &pair[usize::from(!takes_first)];
         if node.link & IS_LIGHT != 0 {
             let light = side_towards(still, node.link & !IS_LIGHT, receiver);
-            return Some(Choice { light, probability });
+            return (probability > 0.0).then_some(Choice { light, probability });
         }
-        pair = node.link;
+        pair = &tree.pairs[node.link as usize];
     }
 }
 
-/// The probability that [`choose`] gives for `light`, an index into [`scene::still::Lights::entries`]: the same
-/// product, along the way that the tree notes for it. For one side of a glowing glass ball, that of the side which it
-/// turns to the receiver.
-pub fn probability(still: &Still, receiver: &Receiver, light: u32) -> f32 {
-    let tree = &still.lights.tree;
-    if still.lights.entries.len() < 2 {
-        return 1.0;
-    }
-    let Some(rooms) = room_probability(tree, receiver) else {
-        return 0.0;
-    };
-    if let Some(room) = tree.rooms.iter().find(|room| room.light == light) {
-        return rooms * room.share;
-    }
-    let path = tree.paths[light as usize];
-    let (mut probability, mut pair) = (1.0 - rooms, 0);
-    for level in 0..path.levels {
-        let Some(first) = first_probability(tree, pair, receiver) else {
-            return 0.0;
-        };
-        let side = (path.bits >> level) & 1;
-        probability *= if side == 0 { first } else { 1.0 - first };
-        pair = tree.pairs[pair as usize][side as usize].link;
-    }
-    probability
-}
-
-/// How likely a room is chosen; `None` if there is nothing to choose.
-fn room_probability(tree: &LightTree, receiver: &Receiver) -> Option<f32> {
+/// The probability that [`choose`] takes an ambient light; `None` if no light can arrive.
+pub fn ambient_probability(tree: &LightTree, receiver: &Receiver) -> Option<f32> {
     let lamps = tree.pairs.first().map_or(0.0, |[a, b]| importance(a, receiver) + importance(b, receiver));
-    let all = tree.room_irradiance + lamps;
-    (all > 0.0).then(|| {
-        let rooms = tree.room_irradiance / all;
-        let at_least = if tree.room_irradiance > 0.0 && rooms < LEAST { LEAST } else { rooms };
-        if lamps > 0.0 && at_least > 1.0 - LEAST { 1.0 - LEAST } else { at_least }
-    })
+    share(tree.ambient_irradiance, lamps, LEAST_AMBIENT)
 }
 
-/// How likely the first node of a pair is chosen of the two; `None` if neither sends anything.
-fn first_probability(tree: &LightTree, pair: u32, receiver: &Receiver) -> Option<f32> {
-    let [a, b] = tree.pairs[pair as usize].map(|node| importance(&node, receiver));
+/// The probability that [`choose`], once it has come to a pair of nodes, takes the first; `None` if no light can arrive
+/// from either.
+pub fn first_probability(pair: &[LightNode; 2], receiver: &Receiver) -> Option<f32> {
+    share(importance(&pair[0], receiver), importance(&pair[1], receiver), LEAST)
+}
+
+/// The probability of the first of two sides that matter `a` and `b`, at least `least` for each that matters at all;
+/// `None` if neither does.
+fn share(a: f32, b: f32, least: f32) -> Option<f32> {
     let both = a + b;
-    (both > 0.0).then(|| a / both)
+    let share = a / both;
+    let is_low = a > 0.0 && share < least;
+    let is_high = b > 0.0 && share > 1.0 - least;
+    let share = if is_low { least } else { share };
+    (both > 0.0).then_some(if is_high { 1.0 - least } else { share })
 }
 
-/// What is left of a uniform number after it has decided something of this probability.
-fn rescaled(rest: f32, probability: f32) -> f32 {
-    let u = rest / probability;
-    if u < BELOW_ONE { u } else { BELOW_ONE }
+/// True with probability `p`, as `u` decides, which is then uniform again. Multiplies `probability` by that of the
+/// outcome.
+fn decide(u: &mut f32, probability: &mut f32, p: f32) -> bool {
+    let outcome = *u < p;
+    let (rest, of_outcome) = if outcome { (*u, p) } else { (*u - p, 1.0 - p) };
+    let rescaled = rest / of_outcome;
+    *u = if rescaled < BELOW_ONE { rescaled } else { BELOW_ONE };
+    *probability *= of_outcome;
+    outcome
 }
 
-/// The side of lamp `light` that the receiver sees: of glass both glow, and the inner one is seen from within.
+/// The side of lamp `light` that `receiver` sees: of glass both sides glow, and the inner one is seen from within.
 fn side_towards(still: &Still, light: u32, receiver: &Receiver) -> u32 {
     let entry = &still.lights.entries[light as usize];
     let sphere = &still.spheres[entry.sphere as usize];
-    let from_center = receiver.point - sphere.center;
-    let is_within = from_center.dot(from_center) < sphere.radius * sphere.radius;
+    let to_center = sphere.center - receiver.point;
+    let is_within = to_center.dot(to_center) < sphere.radius * sphere.radius;
     let is_glass = !still.material(entry.sphere).is_opaque();
     light + u32::from(is_glass && is_within)
 }

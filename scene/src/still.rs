@@ -15,6 +15,7 @@ use crate::sphere::Sphere;
 use crate::world::Scene;
 use glam::Vec3;
 use std::borrow::Cow;
+use std::f64::consts::PI;
 use std::ops::Range;
 
 /// From which side a sphere is met.
@@ -81,7 +82,7 @@ pub struct Lights {
     pub power: f32,
     /// See [`Light::blockers`].
     pub blockers: Vec<SphereId>,
-    /// By which direct light is chosen.
+    /// For the choice of a light for the point that receives it.
     pub tree: LightTree,
 }
 
@@ -165,14 +166,13 @@ impl Still<'_> {
             let start = self.lights.blockers.len() as u32;
             self.lights.blockers.extend(blockers);
             let blockers = start..self.lights.blockers.len() as u32;
-            let area = 4.0 * std::f64::consts::PI * f64::from(s.radius) * f64::from(s.radius);
             let sides: &[bool] = match self.roles[id] {
                 Role::Solid => &[false],
                 Role::Enclosure(_) => &[true],
                 Role::Glass => &[false, true],
             };
             for &inside in sides {
-                weights.push(std::f64::consts::PI * area * f64::from(max_component(s.emission)));
+                weights.push(power_of(s));
                 let blockers = blockers.clone();
                 let (sphere, probability, photon_power) = (id as SphereId, 0.0, Rgb::ZERO);
                 self.lights.entries.push(Light { sphere, inside, probability, photon_power, blockers });
@@ -234,24 +234,27 @@ impl Still<'_> {
         if lamps <= FEW_LAMPS { Neighbours::unsorted(ids) } else { Neighbours::new(&self.spheres, ids) }
     }
 
-    /// The hierarchy over the lights that have been found.
+    /// The hierarchy over the lights that were found.
     fn light_tree(&self) -> LightTree {
-        let (mut lamps, mut rooms) = (Vec::new(), Vec::new());
+        if self.lights.entries.len() < 2 {
+            return LightTree::default();
+        }
+        let (mut lamps, mut ambient) = (Vec::new(), Vec::new());
         for (number, light) in (0..).zip(&self.lights.entries) {
             let s = &self.spheres[light.sphere as usize];
             match self.roles[light.sphere as usize] {
-                Role::Enclosure(_) => rooms.push((number, f64::from(max_component(s.emission)))),
-                // The inner side of glass goes with the outer one.
+                Role::Enclosure(_) => ambient.push((number, f64::from(max_component(s.emission)))),
+                // The inner side of glass is chosen with the outer one.
                 Role::Glass if light.inside => {}
                 Role::Glass | Role::Solid => lamps.push(Lamp {
                     light: number,
                     center: s.center.as_dvec3(),
                     radius: f64::from(s.radius),
-                    power: f64::from(light.probability),
+                    power: power_of(s),
                 }),
             }
         }
-        LightTree::new(self.lights.entries.len(), lamps, &rooms, f64::from(self.lights.power))
+        LightTree::new(lamps, &ambient)
     }
 
     fn find_shadow_casters(&mut self) {
@@ -281,6 +284,12 @@ impl Enclosure {
             casts_shadow: false,
         }
     }
+}
+
+/// The power of one side of a glowing sphere in its brightest channel, in W.
+fn power_of(s: &Sphere) -> f64 {
+    let area = 4.0 * PI * f64::from(s.radius) * f64::from(s.radius);
+    PI * area * f64::from(max_component(s.emission))
 }
 
 /// Distance in `f64`, from `f32` points.
@@ -326,12 +335,12 @@ mod tests {
         #[test]
         fn the_hierarchy_finds_the_blockers_that_a_search_of_all_finds(
             balls in prop::collection::vec((prop::array::uniform3(-12_i8..12), 1_u8..9, 0_u8..4), 1..120),
-            rooms in prop::collection::vec(20_u8..60, 0..4),
+            enclosures in prop::collection::vec(20_u8..60, 0..4),
             exponent in -3_i32..7,
             offset in prop::sample::select(vec![0.0_f32, 1.0, 3000.0]),
         ) {
-            let rooms = rooms.into_iter().map(|radius| ([1, 0, 0], radius, 1));
-            let balls: Vec<_> = balls.into_iter().chain(rooms).collect();
+            let enclosures = enclosures.into_iter().map(|radius| ([1, 0, 0], radius, 1));
+            let balls: Vec<_> = balls.into_iter().chain(enclosures).collect();
             let scene = scene(&balls, 10_f32.powi(exponent), offset);
             let still = scene.at(0.0);
             let solids = still.solids();

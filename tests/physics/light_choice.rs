@@ -1,148 +1,325 @@
-//! Light chosen for the point that receives it: its probabilities, and what many lamps give in sum.
+//! The choice of a light for a point: its probabilities, what estimates with it give in the mean, and that no light is
+//! left out.
 
 use crate::cases::tell;
-use crate::harness::{
-    BLACK, Build, SIGNIFICANCE, chi_square_p_of, diffuse, empty_scene, glass, pinhole, relative_error,
-};
+use crate::harness::{BLACK, Build, diffuse, empty_scene, glass, pinhole, relative_error};
 use glam::DVec3;
 use reference::direct_light::estimate_irradiance;
-use reference::light_choice::{Receiver, choose, probability};
+use reference::light_choice::{Receiver, ambient_probability, choose, first_probability, importance};
+use scene::light_tree::IS_LIGHT;
+use scene::ray::NO_SPHERE;
 use scene::rng::{Family, Stream, StreamKey};
+use scene::still::Role;
 use scene::{Rgb, Scene, Still, Vec3};
+use std::f64::consts::PI;
 
 fn random(index: u32) -> Stream {
     StreamKey::new(11, Family::Path, 0).stream(index)
 }
 
+/// A point in a cube of side 2.
 fn place(stream: &mut Stream) -> Vec3 {
     Vec3::from_array(std::array::from_fn(|_| 2.0 * stream.next_f32() - 1.0))
 }
 
-/// Lamps of all sizes and brightnesses, some in heaps, in a cube of side 2 and a unit of length `scale` at `offset`.
-fn many_lamps(lamps: u32, sky: bool, scale: f32, offset: Vec3, stream: &mut Stream) -> Scene {
-    let mut scene = empty_scene(pinhole((offset + Vec3::Z * 9.0) * scale, offset * scale, 30.0));
-    for lamp in 0..lamps {
-        let heap = if lamp % 3 == 0 { 1.0 } else { 0.05 };
+/// Between 10^-`decades` and 10^`decades`.
+fn magnitude(decades: f32, stream: &mut Stream) -> f32 {
+    10_f32.powf(decades * (2.0 * stream.next_f32() - 1.0))
+}
+
+/// Lamps, and perhaps a sky, to choose from.
+struct Case {
+    name: &'static str,
+    scene: Scene,
+}
+
+/// A case of `lamps` lamps, each by its index: centre, radius, is it glass, and emission.
+fn case(
+    name: &'static str,
+    lamps: u32,
+    sky: f32,
+    mut lamp: impl FnMut(u32) -> (Vec3, f32, bool, f32),
+) -> Case {
+    let mut scene = empty_scene(pinhole(Vec3::Z * 9.0, Vec3::ZERO, 30.0));
+    scene.background = Rgb::splat(sky);
+    scene.materials = vec![BLACK, glass(1.0, 1.0)];
+    for index in 0..lamps {
+        let (center, radius, is_glass, emission) = lamp(index);
+        let emission = Rgb::new(1.0, 0.5, 0.0) * emission;
+        let material = u32::from(is_glass);
+        scene.spheres.push(scene::Sphere { center, velocity: Vec3::ZERO, radius, material, emission });
+    }
+    Case { name, scene: scene.with_sky() }
+}
+
+/// Lamps of all sizes, some in heaps, some of glass. The more there are, the smaller, so that few overlap.
+fn mixed(name: &'static str, lamps: u32, sky: f32) -> Case {
+    let mut stream = random(lamps);
+    let scale = (10.0 / lamps as f32).min(1.0);
+    case(name, lamps, sky, |index| {
         let size = stream.next_f32();
-        let emission = Rgb::new(1.0, 0.5, 0.0) * (0.01 + 10.0 * stream.next_f32());
-        let center = (offset + place(stream) * heap + Vec3::Y * 2.0) * scale;
-        let material = if lamp % 7 == 3 { glass(1.0, 1.0) } else { BLACK };
-        scene = scene.lamp(center, (0.001 + 0.02 * size * size) * scale, material, emission);
+        let heap = if index % 3 == 0 { 1.0 } else { 0.05 };
+        let center = place(&mut stream) * heap + Vec3::Y * 2.0;
+        (center, (0.001 + 0.05 * size * size) * scale, index % 7 == 3, 0.01 + 10.0 * stream.next_f32())
+    })
+}
+
+fn cases() -> Vec<Case> {
+    let mut stream = random(0);
+    vec![
+        case("one lamp", 1, 0.0, |_| (Vec3::Y, 0.2, false, 1.0)),
+        case("one lamp and a sky", 1, 0.5, |_| (Vec3::Y, 0.2, false, 1.0)),
+        case("one lamp of glass", 1, 0.0, |_| (Vec3::Y, 0.9, true, 1.0)),
+        case("two lamps that touch", 2, 0.0, |i| (Vec3::new(0.25 * i as f32, 1.0, 0.0), 0.125, false, 1.0)),
+        case("lamps at one place", 50, 0.1, |i| {
+            (Vec3::Y, 0.2 + 0.001 * (i % 2) as f32, i % 3 == 1, 1.0 + i as f32)
+        }),
+        case("lamps in a row, each touching the next", 40, 0.0, |i| {
+            (Vec3::new(0.25 * i as f32 - 5.0, 1.0, 0.0), 0.125, false, 1.0)
+        }),
+        case("all powers", 200, 1e-3, |i| {
+            (place(&mut stream) + Vec3::Y * 2.0, 0.01, i % 5 == 0, magnitude(6.0, &mut stream))
+        }),
+        case("a far sun and tiny lamps", 30, 1e-3, |i| match i {
+            0 => (Vec3::new(3e5, 9e5, 0.0), 1e4, false, 1e4),
+            _ => (place(&mut stream) + Vec3::Y * 2.0, 1e-3, i % 5 == 0, 1e4 * magnitude(3.0, &mut stream)),
+        }),
+        case("all distances", 200, 1e-3, |i| {
+            let center = place(&mut stream) * magnitude(1.5, &mut stream);
+            (center, 0.1 * center.length(), i % 5 == 0, 1.0)
+        }),
+        mixed("two lamps", 2, 0.0),
+        mixed("two lamps and a sky", 2, 0.02),
+        mixed("17 lamps and a sky", 17, 0.02),
+        mixed("300 lamps", 300, 0.0),
+        mixed("300 lamps and a dark sky", 300, 1e-4),
+        mixed("100,000 lamps", 100_000, 1e-7),
+    ]
+}
+
+/// Points among the lamps and elsewhere.
+fn receivers(count: usize) -> Vec<Receiver> {
+    let mut stream = random(1);
+    let receiver = |index| {
+        let normal = place(&mut stream).normalize();
+        let spread = if index % 4 == 3 { 100.0 } else { 1.0 };
+        let point = place(&mut stream) * spread + Vec3::Y * if index % 3 == 0 { 2.0 } else { 0.0 };
+        Receiver { point, normal, sphere: NO_SPHERE }
+    };
+    // Below all lamps of most cases, in full view of them.
+    let below = Receiver { point: Vec3::Y * -1.0, normal: Vec3::Y, sphere: NO_SPHERE };
+    std::iter::once(below).chain((1..count).map(receiver)).collect()
+}
+
+/// The probability of each light, by the definition: the product of those on the way from the root. For a lamp of glass,
+/// it is noted for the side that the receiver sees.
+fn probabilities(still: &Still, receiver: &Receiver) -> Vec<f64> {
+    let mut all = vec![0.0; still.lights.entries.len()];
+    if all.len() == 1 {
+        return vec![1.0];
     }
-    if sky {
-        scene.background = Rgb::splat(0.02);
+    let tree = &still.lights.tree;
+    let Some(of_ambient) = ambient_probability(tree, receiver).map(f64::from) else {
+        return all;
+    };
+    for ambient in &tree.ambient {
+        all[ambient.light as usize] = of_ambient * f64::from(ambient.share);
     }
-    scene
-}
-
-fn receiver(scale: f32, offset: Vec3, stream: &mut Stream) -> Receiver {
-    let normal = place(stream).normalize();
-    let height = if stream.next_f32() < 0.3 { 2.0 } else { 0.0 };
-    let point = (offset + place(stream) + Vec3::Y * height) * scale;
-    Receiver { point, normal, sphere: scene::ray::NO_SPHERE }
-}
-
-/// Sums of probabilities: a hundred roundings, of `1 - p` too.
-const SUM: f64 = 1e-4;
-
-/// Lamps, and whether there is a sky.
-const SCENES: [(u32, bool); 8] =
-    [(2, false), (1, true), (2, true), (3, false), (17, true), (60, false), (300, false), (300, true)];
-
-/// The lights that may be chosen: of glass, one of both sides.
-fn eligible(still: &Still) -> Vec<u32> {
-    let entries = &still.lights.entries;
-    let is_room = |l: u32| still.lights.tree.rooms.iter().any(|room| room.light == l);
-    (0..entries.len() as u32).filter(|&l| !entries[l as usize].inside || is_room(l)).collect()
-}
-
-#[test]
-fn probabilities_sum_to_one_or_nothing_is_chosen() {
-    let mut cases = 0;
-    for (index, (lamps, sky)) in SCENES.into_iter().enumerate() {
-        let mut stream = random(index as u32);
-        let scene = many_lamps(lamps, sky, 1.0, Vec3::ZERO, &mut stream).with_sky();
-        let still = scene.at(0.0);
-        for _ in 0..100 {
-            let receiver = receiver(1.0, Vec3::ZERO, &mut stream);
-            let sum: f64 =
-                eligible(&still).into_iter().map(|l| f64::from(probability(&still, &receiver, l))).sum();
-            match choose(&still, &receiver, stream.next_f32()) {
-                // A pair below may send nothing where its parent was thought to: then nothing is what is lit.
-                None => assert!(sum < 1.0 - SUM || !sky, "{lamps} lamps: nothing chosen, yet {sum}"),
-                Some(_) => assert!(sum < 1.0 + SUM, "{lamps} lamps, sky {sky}: {sum}"),
+    let mut todo = vec![(0, 1.0 - of_ambient)];
+    while let Some((pair, probability)) = todo.pop() {
+        let Some(pair) = tree.pairs.get(pair as usize) else {
+            continue;
+        };
+        let Some(first) = first_probability(pair, receiver).map(f64::from) else {
+            continue;
+        };
+        for (node, of_node) in pair.iter().zip([first, 1.0 - first]) {
+            let probability = probability * of_node;
+            if node.link & IS_LIGHT == 0 {
+                todo.push((node.link, probability));
+                continue;
             }
-            cases += 1;
-        }
-        // Where all lamps are in full view nothing is lost.
-        let below = Receiver { point: Vec3::Y * -1.0, normal: Vec3::Y, sphere: scene::ray::NO_SPHERE };
-        let sum: f64 = eligible(&still).into_iter().map(|l| f64::from(probability(&still, &below, l))).sum();
-        assert!((sum - 1.0).abs() < SUM, "{lamps} lamps, sky {sky}: {sum}");
-    }
-    tell("physics", cases, "sums of the probabilities of lights");
-}
-
-#[test]
-fn lights_are_chosen_as_often_as_is_said() {
-    for (index, (lamps, sky)) in SCENES.into_iter().enumerate() {
-        let mut stream = random(100 + index as u32);
-        let scene = many_lamps(lamps, sky, 1.0, Vec3::ZERO, &mut stream).with_sky();
-        let still = scene.at(0.0);
-        for _ in 0..6 {
-            let receiver = receiver(1.0, Vec3::ZERO, &mut stream);
-            let draws = 1 << 16;
-            let mut counts = vec![0_u32; still.lights.entries.len() + 1];
-            for _ in 0..draws {
-                let Some(choice) = choose(&still, &receiver, stream.next_f32()) else {
-                    counts[still.lights.entries.len()] += 1;
-                    continue;
-                };
-                let stated = probability(&still, &receiver, choice.light);
-                let outer = still.lights.entries[choice.light as usize].inside;
-                assert!(outer || stated.to_bits() == choice.probability.to_bits(), "another probability");
-                counts[choice.light as usize] += 1;
-            }
-            // The rare ones are counted together.
-            let (mut seen, mut expected, mut rare) = (Vec::new(), Vec::new(), (0, 1.0));
-            for light in eligible(&still) {
-                let p = f64::from(probability(&still, &receiver, light));
-                if p * f64::from(draws) > 25.0 {
-                    seen.push(counts[light as usize]);
-                    expected.push(p);
-                    rare.1 -= p;
-                }
-            }
-            rare.0 = draws - seen.iter().sum::<u32>();
-            if rare.1 * f64::from(draws) > 25.0 {
-                seen.push(rare.0);
-                expected.push(rare.1);
-            }
-            if seen.len() > 1 {
-                let p = chi_square_p_of(&seen, &expected);
-                assert!(p > SIGNIFICANCE, "{lamps} lamps, sky {sky}: p = {p:.1e}");
-            }
+            let light = (node.link & !IS_LIGHT) as usize;
+            let inner = usize::from(is_glass(still, light) && is_within(still, receiver, light));
+            all[light + inner] += probability;
         }
     }
-    tell("physics", 6 * SCENES.len(), "histograms of chosen lights");
+    all
 }
 
-/// Irradiance of a ball of radiance 1 and radius r, above the horizon or cut by it: the solid angle projected.
+fn is_glass(still: &Still, light: usize) -> bool {
+    still.roles[still.lights.entries[light].sphere as usize] == Role::Glass
+}
+
+/// Is the receiver within the lamp?
+fn is_within(still: &Still, receiver: &Receiver, light: usize) -> bool {
+    let lamp = &still.spheres[still.lights.entries[light].sphere as usize];
+    receiver.point.distance_squared(lamp.center) < lamp.radius * lamp.radius
+}
+
+/// The irradiance that a light gives a receiver if nothing is in between, in closed form.
+fn irradiance(still: &Still, receiver: &Receiver, light: usize) -> DVec3 {
+    let entry = &still.lights.entries[light];
+    let lamp = &still.spheres[entry.sphere as usize];
+    let is_enclosure = matches!(still.roles[entry.sphere as usize], Role::Enclosure(_));
+    let factor = match (entry.inside, is_enclosure || is_within(still, receiver, light)) {
+        (true, true) => PI,
+        (false, false) => {
+            let to_center = lamp.center.as_dvec3() - receiver.point.as_dvec3();
+            ball_irradiance(to_center, f64::from(lamp.radius), receiver.normal.as_dvec3().normalize())
+        }
+        _ => 0.0,
+    };
+    factor * lamp.emission.as_dvec3()
+}
+
+/// Irradiance by a ball of radiance 1 and radius r, above the horizon or cut by it: the solid angle projected.
 fn ball_irradiance(to_center: DVec3, r: f64, normal: DVec3) -> f64 {
     let h2 = to_center.length_squared() / (r * r);
     let cos = to_center.dot(normal) / to_center.length();
     let k2 = 1.0 - h2 * cos * cos;
     if k2 <= 0.0 {
-        return std::f64::consts::PI * cos.max(0.0) / h2;
+        return PI * cos.max(0.0) / h2;
     }
     let angle = (-cos * ((h2 - 1.0) / (1.0 - cos * cos)).sqrt()).clamp(-1.0, 1.0).acos();
     (cos * angle - (k2 * (h2 - 1.0)).sqrt()) / h2 + (k2 / (h2 - 1.0)).sqrt().atan()
 }
 
+/// Random numbers tried for each receiver, equally spaced.
+const NUMBERS: u32 = 1 << 17;
+
+/// The numbers that choose a light are an interval as long as its probability, so of equally spaced ones at most one
+/// more or less; and two more for the roundings of as many as 17 choices.
+const OFF: f64 = 3.0;
+
+/// Roundings of as many as 17 factors, one of which may be 1 - p for a p that is almost 1.
+const PRODUCT: f64 = 1e-3;
+
+#[test]
+fn lights_are_chosen_as_often_as_is_said() {
+    let mut histograms = 0;
+    for Case { name, scene } in cases() {
+        let still = scene.at(0.0);
+        for receiver in receivers(if still.lights.entries.len() > 1000 { 2 } else { 12 }) {
+            let expected = probabilities(&still, &receiver);
+            let mut counts = vec![0_u32; expected.len()];
+            for k in 0..NUMBERS {
+                let Some(choice) = choose(&still, &receiver, (k as f32 + 0.5) / NUMBERS as f32) else {
+                    continue;
+                };
+                let expected = expected[choice.light as usize];
+                let stated = f64::from(choice.probability);
+                assert!((stated / expected - 1.0).abs() < PRODUCT, "{name}: {stated} is not {expected}");
+                counts[choice.light as usize] += 1;
+            }
+            for (light, (count, p)) in counts.into_iter().zip(expected).enumerate() {
+                let expected = p * f64::from(NUMBERS);
+                let off = (f64::from(count) - expected).abs();
+                assert!(off <= OFF, "{name}: light {light} is chosen {count} times, not {expected}");
+            }
+            histograms += 1;
+        }
+    }
+    tell("physics", histograms, "histograms of chosen lights");
+}
+
+/// What the mean of [`NUMBERS`] estimates is off by: each light is chosen once too often or too rarely.
+const MEAN: f64 = 1e-3;
+
+/// The largest variance of an estimate, relative to the square of the mean, for the cases above. Twice what is measured,
+/// where the light of a lamp close by is underestimated in a group of many.
+const VARIANCE: f64 = 40.0;
+
+#[test]
+fn estimates_with_the_chosen_light_have_the_right_mean() {
+    let mut means = 0;
+    for Case { name, scene } in cases() {
+        let still = scene.at(0.0);
+        for receiver in receivers(if still.lights.entries.len() > 1000 { 4 } else { 24 }) {
+            let lights: Vec<f64> =
+                (0..still.lights.entries.len()).map(|light| irradiance(&still, &receiver, light).x).collect();
+            let expected: f64 = lights.iter().sum();
+            let (mut sum, mut squares) = (0.0, 0.0);
+            for k in 0..NUMBERS {
+                if let Some(choice) = choose(&still, &receiver, (k as f32 + 0.5) / NUMBERS as f32) {
+                    let estimate = lights[choice.light as usize] / f64::from(choice.probability);
+                    (sum, squares) = (sum + estimate, squares + estimate * estimate);
+                }
+            }
+            let mean = sum / f64::from(NUMBERS);
+            if expected == 0.0 {
+                assert_eq!(mean, 0.0, "{name}");
+                continue;
+            }
+            let (off, variance) =
+                (mean / expected - 1.0, squares / f64::from(NUMBERS) / expected.powi(2) - 1.0);
+            assert!(off.abs() < MEAN, "{name}: {mean} instead of {expected}, off by {off:.1e}");
+            assert!(variance < VARIANCE, "{name}: relative variance {variance}");
+            means += 1;
+        }
+    }
+    tell("physics", means, "means of estimates with a chosen light");
+}
+
+#[test]
+fn no_light_that_can_arrive_is_left_out() {
+    let mut points = 0;
+    for Case { name, scene } in cases() {
+        let still = scene.at(0.0);
+        for receiver in receivers(if still.lights.entries.len() > 1000 { 4 } else { 200 }) {
+            for (light, p) in probabilities(&still, &receiver).into_iter().enumerate() {
+                let irradiance = irradiance(&still, &receiver, light);
+                assert!(p > 0.0 || irradiance == DVec3::ZERO, "{name}: light {light} is left out");
+            }
+            points += 1;
+        }
+    }
+    tell("physics", points, "points at which no light is left out");
+}
+
+/// Some roundings of `f32`, and the enlarged radii.
+const ROUNDINGS: f64 = 1e-5;
+
+#[test]
+fn the_importance_of_a_lamp_in_full_view_is_its_irradiance() {
+    let mut lamps = 0;
+    for Case { name, scene } in cases() {
+        let still = scene.at(0.0);
+        let tree = &still.lights.tree;
+        if tree.ambient.is_empty() {
+            continue;
+        }
+        let receivers = receivers(8);
+        let sky = irradiance(&still, &receivers[0], tree.ambient[0].light as usize).x;
+        let unit = f64::from(tree.ambient_irradiance) / sky;
+        for node in tree.pairs.as_flattened().iter().filter(|node| node.link & IS_LIGHT != 0) {
+            for receiver in &receivers {
+                let light = (node.link & !IS_LIGHT) as usize;
+                let to_center = node.center - receiver.point;
+                let height = receiver.normal.dot(to_center);
+                // Just above the horizon, heights are wrong by roundings of the distance.
+                if height < 1.01 * node.radius + 0.1 * to_center.length() || node.intensity == 0.0 {
+                    continue;
+                }
+                let expected = unit * irradiance(&still, receiver, light).x;
+                let actual = f64::from(importance(node, receiver));
+                assert!(
+                    (actual / expected - 1.0).abs() < ROUNDINGS,
+                    "{name}: {actual} instead of {expected}"
+                );
+                lamps += 1;
+            }
+        }
+    }
+    assert!(lamps > 1000);
+    tell("physics", lamps, "importances in closed form");
+}
+
 /// Means of 2^18 stratified estimates: their noise is below.
-const MANY: f64 = 1e-2;
+const NOISE: f64 = 1e-2;
 
 /// Lamps on a hemisphere, so that none hides another, some of them cut by the horizon, and some below it.
-fn dome(lamps: u32, scale: f32, offset: Vec3) -> Scene {
+fn dome(lamps: u32, sky: f32, scale: f32, offset: Vec3) -> Scene {
     let mut stream = random(7);
     let mut scene = empty_scene(pinhole((offset + Vec3::Y * 30.0) * scale, offset * scale, 30.0)).ball(
         (offset - Vec3::Y) * scale,
@@ -160,32 +337,43 @@ fn dome(lamps: u32, scale: f32, offset: Vec3) -> Scene {
         let emission = Rgb::new(1.0, 0.3, 2.0) * (0.1 + stream.next_f32());
         scene = scene.lamp((offset + direction * distance) * scale, radius * scale, BLACK, emission);
     }
-    scene
+    scene.background = Rgb::new(0.3, 0.2, 0.1) * sky;
+    scene.with_sky()
 }
 
 #[test]
 fn many_lamps_give_the_sum_of_what_each_gives() {
     let mut cases = 0;
-    for (lamps, scale, offset) in [
-        (2, 1.0, Vec3::ZERO),
-        (3, 1.0, Vec3::ZERO),
-        (40, 1.0, Vec3::ZERO),
-        (300, 1.0, Vec3::ZERO),
-        (40, 1e-3, Vec3::ZERO),
-        (40, 1e6, Vec3::ZERO),
-        (40, 1.0, Vec3::new(3000.0, -500.0, 1000.0)),
+    for (lamps, sky, scale, offset) in [
+        (1, 0.0, 1.0, Vec3::ZERO),
+        (1, 0.3, 1.0, Vec3::ZERO),
+        (2, 0.0, 1.0, Vec3::ZERO),
+        (3, 0.1, 1.0, Vec3::ZERO),
+        (40, 0.0, 1.0, Vec3::ZERO),
+        (300, 0.1, 1.0, Vec3::ZERO),
+        (40, 0.1, 1e-3, Vec3::ZERO),
+        (40, 0.0, 1e6, Vec3::ZERO),
+        (40, 0.1, 1.0, Vec3::new(3000.0, -500.0, 1000.0)),
     ] {
-        let scene = dome(lamps, scale, offset);
+        let scene = dome(lamps, sky, scale, offset);
         let still = scene.at(0.0);
         let receiver = Receiver { point: offset * scale, normal: Vec3::Y, sphere: 0 };
-        let mut expected = [0.0; 3];
-        for lamp in &scene.spheres[1..] {
-            let to_center = lamp.center.as_dvec3() - receiver.point.as_dvec3();
-            let one = ball_irradiance(to_center, f64::from(lamp.radius), DVec3::Y);
-            for (sum, e) in expected.iter_mut().zip(lamp.emission.to_array()) {
-                *sum += one * f64::from(e);
-            }
-        }
+        let lights = 0..still.lights.entries.len();
+        let of_lamps: DVec3 = lights.clone().map(|light| irradiance(&still, &receiver, light)).sum();
+        // The lamps hide some of the sky.
+        let is_sky = |light: &usize| still.lights.entries[*light].inside;
+        let sky: DVec3 =
+            lights.clone().filter(is_sky).map(|light| irradiance(&still, &receiver, light)).sum();
+        let radiance = sky / PI;
+        let hidden: DVec3 = lights
+            .filter(|light| !is_sky(light))
+            .map(|light| {
+                let lamp = &still.spheres[still.lights.entries[light].sphere as usize];
+                let to_center = lamp.center.as_dvec3() - receiver.point.as_dvec3();
+                radiance * ball_irradiance(to_center, f64::from(lamp.radius), DVec3::Y)
+            })
+            .sum();
+        let expected = (of_lamps - hidden).to_array();
         let mut sum = DVec3::ZERO;
         let side = 1 << 6;
         let mut stream = random(3);
@@ -198,32 +386,8 @@ fn many_lamps_give_the_sum_of_what_each_gives() {
         }
         let mean = (sum / f64::from(side * side * side)).to_array();
         let error = relative_error(mean, expected);
-        assert!(error < MANY, "{lamps} lamps at scale {scale}: {mean:?}, not {expected:?}: {error:.1e}");
+        assert!(error < NOISE, "{lamps} lamps at scale {scale}: {mean:?}, not {expected:?}: {error:.1e}");
         cases += 1;
     }
     tell("physics", cases, "irradiances of many lamps");
-}
-
-#[test]
-fn no_lamp_above_the_horizon_is_left_out() {
-    for (index, (lamps, sky)) in SCENES.into_iter().enumerate() {
-        for scale in [1e-3, 1.0, 1e6] {
-            let mut stream = random(200 + index as u32);
-            let scene = many_lamps(lamps, sky, scale, Vec3::ZERO, &mut stream).with_sky();
-            let still = scene.at(0.0);
-            for _ in 0..50 {
-                let receiver = receiver(scale, Vec3::ZERO, &mut stream);
-                for light in eligible(&still) {
-                    let entry = &still.lights.entries[light as usize];
-                    let sphere = &still.spheres[entry.sphere as usize];
-                    let height = receiver.normal.dot(sphere.center - receiver.point);
-                    if entry.inside || height > -0.99 * sphere.radius {
-                        let p = probability(&still, &receiver, light);
-                        assert!(p > 0.0, "light {light} of {lamps} at scale {scale} is starved");
-                    }
-                }
-            }
-        }
-    }
-    tell("physics", 3 * 50 * SCENES.len(), "points at which no lamp is starved");
 }

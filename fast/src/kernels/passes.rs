@@ -6,7 +6,6 @@ use crate::direct_light::{LightTable, Receivers, ShadowNumbers, ShadowRays};
 use crate::hierarchy::SearchBuffers;
 use crate::join::{Binned, Chunks, Sorted};
 use crate::light_choice::LightChoice;
-use crate::light_tree::Choice;
 use crate::paths::{BATCH, ROOM, Vectors, Words};
 use crate::photon_pass::{
     Emission, Emitters, PhotonBatch, PhotonCounts, PhotonJob, PhotonPass, rounding_of_points,
@@ -109,7 +108,7 @@ pub fn photon_pass(
     PhotonRun { photons: sorted_photons(&sorted), segments, deposits }
 }
 
-/// A point to be lit; as `reference::direct_light::Receiver`.
+/// A point to be lit; as `reference::light_choice::Receiver`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Receiver {
     /// Where.
@@ -132,8 +131,8 @@ pub fn direct_light(
     dispatch(lanes, Light { tables: &tables, lights: &lights, receivers, numbers })
 }
 
-/// The light that each receiver chooses by its number, with its probability; `None` where nothing is thought to send
-/// any light. There must be a light.
+/// The light that each receiver chooses by its number, with its probability; `None` where no light can arrive. There
+/// must be a light.
 pub fn choose_for_points(
     still: &Still,
     receivers: &[Receiver],
@@ -164,11 +163,11 @@ impl Kernel for ChooseForPoints<'_> {
                 sphere: L::load_u(&spheres),
             };
             let choice = L::load(&padded(&self.choice[first..first + count]));
-            let Choice { found, light, probability } = self.lights.choose::<L>(&receivers, choice);
+            let chosen = self.lights.choose::<L>(&receivers, choice);
             let (mut lights, mut probabilities) = ([0; MOST_LANES], [0.0; MOST_LANES]);
-            L::store_u(light, &mut lights);
-            L::store(probability, &mut probabilities);
-            let found = L::mask_bits(found);
+            L::store_u(L::add_where(chosen.is_around, chosen.light, L::u(1)), &mut lights);
+            L::store(chosen.probability, &mut probabilities);
+            let found = L::mask_bits(chosen.found);
             for lane in 0..count {
                 all.push((found >> lane & 1 == 1).then_some((lights[lane], probabilities[lane])));
             }

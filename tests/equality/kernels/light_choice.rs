@@ -12,19 +12,19 @@ use scene::{Rgb, Scene, Sphere, Vec3};
 const POINTS: usize = 16 * 20 + 7;
 
 /// Lamps of all sizes and brightnesses in a cube of side 2, some of glass, some in heaps or at one place.
-fn lamps(count: u32, rooms: u32, sky: bool, (scale, offset): (f32, f32), stream: &mut Stream) -> Scene {
+fn lamps(count: u32, enclosures: u32, sky: bool, (scale, offset): (f32, f32), stream: &mut Stream) -> Scene {
     let mut spheres = Vec::new();
-    for index in 0..count + rooms {
-        let is_room = index >= count;
+    for index in 0..count + enclosures {
+        let is_enclosure = index >= count;
         let size = stream.next_f32();
         let heap = [1.0, 0.05, 0.05, 0.0][index as usize % 4];
         let strength = [1.0, 1e-6, 1.0, 1e6, 1.0][index as usize % 5];
-        let radius = if is_room { 20.0 + size } else { 0.001 + 0.1 * size * size };
+        let radius = if is_enclosure { 20.0 + size } else { 0.001 + 0.1 * size * size };
         spheres.push(Sphere {
-            center: (place(stream, if is_room { 1.0 } else { 2.0 * heap }) + offset) * scale,
+            center: (place(stream, if is_enclosure { 1.0 } else { 2.0 * heap }) + offset) * scale,
             velocity: Vec3::ZERO,
             radius: radius * scale,
-            material: if is_room { 0 } else { index % 3 },
+            material: if is_enclosure { 0 } else { index % 3 },
             emission: Rgb::new(1.0, 0.5, 0.0) * (0.01 + strength * stream.next_f32()),
         });
     }
@@ -50,11 +50,11 @@ fn receiver(scene: &Scene, (scale, offset): (f32, f32), stream: &mut Stream) -> 
 fn lights_chosen_for_points() {
     let mut cases = 0;
     let mut stream = numbers(90);
-    let (mut found, mut rooms_found, mut inner_found) = (0, 0, 0);
+    let (mut found, mut ambient_found, mut inner_found) = (0, 0, 0);
     for count in [0, 1, 2, 3, 4, 9, 17, 60, 300, 2000] {
-        for (rooms, sky) in [(0, false), (0, true), (1, false), (3, true)] {
+        for (enclosures, sky) in [(0, false), (0, true), (1, false), (3, true)] {
             for unit in [(1.0, 0.0), (1e-4, 0.0), (1e5, 0.0), (1.0, 3000.0)] {
-                let scene = lamps(count, rooms, sky, unit, &mut stream);
+                let scene = lamps(count, enclosures, sky, unit, &mut stream);
                 let still = scene.at(0.0);
                 if still.lights.entries.is_empty() {
                     continue;
@@ -73,15 +73,15 @@ fn lights_chosen_for_points() {
                     .collect();
                 for light in expected.iter().flatten().map(|choice| choice.light) {
                     found += 1;
-                    rooms_found +=
-                        usize::from(still.lights.tree.rooms.iter().any(|room| room.light == light));
+                    ambient_found +=
+                        usize::from(still.lights.tree.ambient.iter().any(|ambient| ambient.light == light));
                     inner_found += usize::from(still.lights.entries[light as usize].inside);
                 }
                 for lanes in lane_kinds() {
                     let actual = choose_for_points(&still, &receivers, &choice, lanes);
                     assert_eq!(actual.len(), expected.len());
                     for (k, (a, e)) in actual.iter().zip(&expected).enumerate() {
-                        let what = (lanes, count, rooms, sky, unit, receivers[k], choice[k]);
+                        let what = (lanes, count, enclosures, sky, unit, receivers[k], choice[k]);
                         assert_eq!(a.map(|a| a.0), e.map(|e| e.light), "{what:?}");
                         if let (Some(a), Some(e)) = (a, e) {
                             assert_same(&[a.1], &[e.probability], &what);
@@ -92,6 +92,6 @@ fn lights_chosen_for_points() {
             }
         }
     }
-    assert!(rooms_found > 1000 && inner_found > rooms_found + 100 && found > 10_000, "a kind is missing");
+    assert!(ambient_found > 1000 && inner_found > ambient_found + 100 && found > 10_000, "a kind is missing");
     tell(cases, "lights chosen for points");
 }
