@@ -303,3 +303,73 @@ impl Part {
         if self.power > 0.0 { self.power * (self.high - self.low).length_squared() } else { 0.0 }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn lamp((light, (place, radius, power)): (u32, ([f64; 3], f64, f64))) -> Lamp {
+        let center = DVec3::from_array(place).as_vec3().as_dvec3();
+        Lamp { light, center, radius: f64::from(radius as f32), power }
+    }
+
+    /// Checks that each node's ball contains its lamps, that its intensity is theirs, and that at most `levels` levels
+    /// follow. Returns the lamps.
+    fn check(tree: &LightTree, node: &LightNode, lamps: &[Lamp], levels: u32) -> Vec<u32> {
+        let lights = if node.link & IS_LIGHT == 0 {
+            assert!(levels > 0, "too many levels");
+            let [first, second] = &tree.pairs[node.link as usize];
+            let second = check(tree, second, lamps, levels - 1);
+            [check(tree, first, lamps, levels - 1), second].concat()
+        } else {
+            vec![node.link & !IS_LIGHT]
+        };
+        let unit = Unit::of(lamps);
+        let power: f64 = lights.iter().map(|light| lamps[*light as usize].power).sum();
+        let off = f64::from(node.intensity) / unit.intensity(power) - 1.0;
+        assert!(off.abs() < 1e-6, "the intensity is off by {off}");
+        for light in &lights {
+            let lamp = &lamps[*light as usize];
+            let reach = lamp.center.distance(node.center.as_dvec3()) + lamp.radius;
+            assert!(reach <= f64::from(node.radius), "lamp {light} is outside of its node");
+        }
+        lights
+    }
+
+    fn check_tree(lamps: &[Lamp]) {
+        let tree = LightTree::new(lamps.to_vec(), &[]);
+        let nodes = tree.pairs[0].iter();
+        let mut lights: Vec<u32> = nodes.flat_map(|node| check(&tree, node, lamps, MAX_LEVELS - 1)).collect();
+        lights.sort_unstable();
+        assert_eq!(lights, (0..lamps.len() as u32).collect::<Vec<_>>());
+        assert_eq!(tree.pairs.len(), lamps.len() - 1);
+    }
+
+    proptest! {
+        #[test]
+        fn every_lamp_is_in_the_tree_once(
+            lamps in prop::collection::vec(
+                (prop::array::uniform3((-9_i8..9).prop_map(|x| f64::from(x) / 3.0)), 1e-3..1.0, 1e-6..1e6),
+                2..200,
+            ),
+            exponent in -6_i32..9,
+        ) {
+            let scale = 10_f64.powi(exponent);
+            let scaled = |(place, radius, power): ([f64; 3], f64, f64)| (place.map(|x| x * scale), radius * scale, power);
+            check_tree(&(0..).zip(lamps.into_iter().map(scaled)).map(lamp).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn trees_are_not_deep_wherever_the_lamps_are() {
+        // Lamps at one place; and lamps ever closer to one, so that each plane cuts off a few only.
+        let same = (0..5000).map(|light| lamp((light, ([1.0; 3], 0.5, 1.0))));
+        check_tree(&same.collect::<Vec<_>>());
+        let closer = (0..200).map(|light| {
+            let x = 0.6_f64.powi(light as i32);
+            lamp((light, ([x, 0.0, 0.0], 1e-3 * x, 1.0)))
+        });
+        check_tree(&closer.collect::<Vec<_>>());
+    }
+}

@@ -1,23 +1,25 @@
-//! Which balls may meet a given sphere: a hierarchy of boxes, so that a scene of many lamps is sorted out in n log n.
+//! Which balls may meet a given sphere: a hierarchy of bounding boxes, so that the blockers of n lamps are found in
+//! n log n.
 
 use crate::ray::SphereId;
 use crate::sphere::Sphere;
 use glam::DVec3;
 
-/// Most balls of a leaf. Few enough that a box still tells something, enough that boxes are few.
+/// Most balls per leaf.
 const LEAF: usize = 8;
 
-/// What boxes are widened by, relative to the balls: more than any slack of a test that [`Neighbours::visit`] prepares.
-const WIDENED: f64 = 1e-4;
+/// What boxes are enlarged by, relative to the balls: more than the tolerance within which callers of
+/// [`Neighbours::visit`] count spheres as touching.
+const ENLARGED: f64 = 1e-4;
 
-/// What boxes and queries are widened by, relative to their coordinates: a thousand roundings of `f64`.
+/// What boxes and queries are enlarged by, relative to their coordinates: a thousand roundings of `f64`.
 const ROUNDING: f64 = 1e-13;
 
 /// A hierarchy over some of a scene's balls.
 pub(crate) struct Neighbours {
     /// In preorder: the left child of an inner node comes right after it.
     nodes: Vec<Node>,
-    /// The balls, those of each leaf in a row.
+    /// The balls, those of each leaf next to each other.
     ids: Vec<SphereId>,
 }
 
@@ -44,7 +46,7 @@ impl Neighbours {
         Self { nodes, ids }
     }
 
-    /// All of `ids` in one leaf around everything, so that every query finds them all.
+    /// All of `ids` in one leaf without bounds: every query finds them all.
     pub(crate) fn unsorted(ids: Vec<SphereId>) -> Self {
         let content = Content::Leaf { first: 0, end: ids.len() };
         Self { nodes: vec![Node { low: DVec3::NEG_INFINITY, high: DVec3::INFINITY, content }], ids }
@@ -72,14 +74,14 @@ impl Neighbours {
     }
 }
 
-/// Adds the node over `ids`, which begin at place `first` of all, and those below it.
+/// Adds the node over `ids`, the first of which is at index `first` of all, and those below it.
 fn build(spheres: &[Sphere], ids: &mut [SphereId], first: usize, nodes: &mut Vec<Node>) {
     let center = |id: SphereId| spheres[id as usize].center.as_dvec3();
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let (mut low_center, mut high_center) = (low, high);
     for &id in &*ids {
         let (c, radius) = (center(id), f64::from(spheres[id as usize].radius));
-        let reach = radius * (1.0 + WIDENED) + ROUNDING * (c.abs().max_element() + radius);
+        let reach = radius * (1.0 + ENLARGED) + ROUNDING * (c.abs().max_element() + radius);
         (low, high) = (low.min(c - reach), high.max(c + reach));
         (low_center, high_center) = (low_center.min(c), high_center.max(c));
     }

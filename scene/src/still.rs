@@ -104,10 +104,10 @@ pub struct Still<'a> {
 /// Relative slack within which surfaces count as touching, so that rounding never hides a blocker.
 const TOUCHING: f64 = 1e-5;
 
-/// Up to so many lamps each ask every sphere whether it hides them: less work than to sort the spheres.
+/// Up to so many lamps, every sphere is examined for every lamp: less work than to build a hierarchy.
 const FEW_LAMPS: usize = 16;
 
-/// Does a sphere hide some of another's surface, or all of it?
+/// Whether a sphere hides some of another's surface, and all of it.
 struct Cover {
     some: bool,
     all: bool,
@@ -194,8 +194,7 @@ impl Still<'_> {
     }
 
     /// The opaque spheres that hide part of the surface of sphere `id` from free space, in order of their ids; `None`
-    /// if they hide all of it. Of those outside of the eye, `solids` knows which come into question; those around it
-    /// are few.
+    /// if one of them hides all of it. `solids` finds candidates among the solid spheres; all enclosures are candidates.
     fn blockers(&self, id: usize, solids: &Neighbours) -> Option<Vec<SphereId>> {
         let (mut blockers, mut is_hidden) = (Vec::new(), false);
         let mut examine = |other: SphereId| {
@@ -225,8 +224,7 @@ impl Still<'_> {
         }
     }
 
-    /// The opaque spheres that the eye is outside of, to be asked which of them are near. Sorting them pays only if
-    /// many lamps will ask.
+    /// The solid spheres, to find those near a lamp.
     fn solids(&self) -> Neighbours {
         let is_solid = |id: &SphereId| self.roles[*id as usize] == Role::Solid;
         let ids = (0..self.spheres.len() as SphereId).filter(is_solid).collect();

@@ -19,8 +19,8 @@ pub(crate) fn builtin(name: &str) -> (Scene, Settings) {
     (scene, settings)
 }
 
-/// The reference as its image must be by every row of the ladder: the fast engine's row has the very image, those of the
-/// paper choose lights for direct light by their power.
+/// What rows are compared with: the row of the fast engine with the reference, and the paper's rows, which choose lights
+/// by power for direct light too, with a reference that does the same.
 pub(crate) struct References<'a> {
     engine: reference::Sppm<'a>,
     by_power: reference::Sppm<'a>,

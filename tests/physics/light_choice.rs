@@ -88,6 +88,10 @@ fn cases() -> Vec<Case> {
             let center = place(&mut stream) * magnitude(1.5, &mut stream);
             (center, 0.1 * center.length(), i % 5 == 0, 1.0)
         }),
+        case("two glowing shells, and lamps", 22, 0.0, |i| match i {
+            0 | 1 => (Vec3::X * (40.0 * i as f32 - 20.0), 50.0, false, 0.01 * (1 + i) as f32),
+            _ => (place(&mut stream) + Vec3::Y * 2.0, 0.05, i % 5 == 0, 1.0),
+        }),
         mixed("two lamps", 2, 0.0),
         mixed("two lamps and a sky", 2, 0.02),
         mixed("17 lamps and a sky", 17, 0.02),
@@ -290,8 +294,9 @@ fn the_importance_of_a_lamp_in_full_view_is_its_irradiance() {
             continue;
         }
         let receivers = receivers(8);
-        let sky = irradiance(&still, &receivers[0], tree.ambient[0].light as usize).x;
-        let unit = f64::from(tree.ambient_irradiance) / sky;
+        let by_light = |light: u32| irradiance(&still, &receivers[0], light as usize).x;
+        let ambient: f64 = tree.ambient.iter().map(|ambient| by_light(ambient.light)).sum();
+        let unit = f64::from(tree.ambient_irradiance) / ambient;
         for node in tree.pairs.as_flattened().iter().filter(|node| node.link & IS_LIGHT != 0) {
             for receiver in &receivers {
                 let light = (node.link & !IS_LIGHT) as usize;
