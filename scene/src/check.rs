@@ -173,9 +173,9 @@ impl Scene {
             return Err(Flaw::new(Part::Scene, "background", Problem::NoLight));
         }
         let [open, close] = self.camera.shutter;
-        self.check_lights(&self.at(open).lights)?;
+        self.check_lights(&self.lights_at(open))?;
         if close > open && self.spheres.iter().any(|s| s.velocity != Vec3::ZERO) {
-            self.check_lights(&self.at(close).lights)?;
+            self.check_lights(&self.lights_at(close))?;
         }
         Ok(())
     }

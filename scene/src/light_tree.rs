@@ -193,10 +193,15 @@ fn node(lamps: &[Lamp], link: u32, unit: &Unit) -> LightNode {
 fn divide(lamps: &mut [Lamp], levels: u32) -> usize {
     let fits = |count: usize| count > 0 && (count as u64) <= 1_u64 << levels;
     if let Some(plane) = best_plane(lamps) {
-        let count = lamps.iter().filter(|lamp| plane.is_before(lamp)).count();
-        if fits(count) && fits(lamps.len() - count) {
-            lamps.sort_by_key(|lamp| !plane.is_before(lamp));
-            return count;
+        let mut before = 0;
+        for index in 0..lamps.len() {
+            if plane.is_before(&lamps[index]) {
+                lamps.swap(index, before);
+                before += 1;
+            }
+        }
+        if fits(before) && fits(lamps.len() - before) {
+            return before;
         }
     }
     let axis = spread(lamps).1.max_position();

@@ -58,17 +58,25 @@ impl Neighbours {
         let center = sphere.center.as_dvec3();
         let radius = f64::from(sphere.radius);
         let slack = ROUNDING * (center.abs().max_element() + radius);
-        let mut stack: Vec<usize> = if self.nodes.is_empty() { Vec::new() } else { vec![0] };
-        while let Some(index) = stack.pop() {
-            let node = &self.nodes[index];
-            let nearest = center.clamp(node.low, node.high).distance(center);
-            let farthest = (center - node.low).abs().max((center - node.high).abs()).length();
-            if nearest > radius + slack || farthest < radius - slack {
-                continue;
-            }
-            match node.content {
-                Content::Leaf { first, end } => self.ids[first..end].iter().for_each(|&id| found(id)),
-                Content::Inner { right } => stack.extend([index + 1, right]),
+        if !self.nodes.is_empty() {
+            self.visit_below(0, center, [radius - slack, radius + slack], &mut found);
+        }
+    }
+
+    /// As [`Neighbours::visit`], for the balls below node `index` and surfaces between two radii.
+    fn visit_below(&self, index: usize, center: DVec3, radii: [f64; 2], found: &mut impl FnMut(SphereId)) {
+        let node = &self.nodes[index];
+        let nearest = center.clamp(node.low, node.high).distance_squared(center);
+        let farthest = (center - node.low).abs().max((center - node.high).abs()).length_squared();
+        let [least, most] = radii;
+        if nearest > most * most || (least > 0.0 && farthest < least * least) {
+            return;
+        }
+        match node.content {
+            Content::Leaf { first, end } => self.ids[first..end].iter().for_each(|&id| found(id)),
+            Content::Inner { right } => {
+                self.visit_below(index + 1, center, radii, found);
+                self.visit_below(right, center, radii, found);
             }
         }
     }

@@ -116,6 +116,17 @@ struct Cover {
 impl Scene {
     /// The scene at shutter time `time`.
     pub fn at(&self, time: f32) -> Still<'_> {
+        let mut still = self.without_light_tree(time);
+        still.lights.tree = still.light_tree();
+        still
+    }
+
+    /// The lights at shutter time `time`, without [`Lights::tree`].
+    pub(crate) fn lights_at(&self, time: f32) -> Lights {
+        self.without_light_tree(time).lights
+    }
+
+    fn without_light_tree(&self, time: f32) -> Still<'_> {
         let spheres = if self.spheres.iter().any(|s| s.velocity != Vec3::ZERO) {
             Cow::Owned(self.spheres.iter().map(|s| s.at(time)).collect())
         } else {
@@ -130,7 +141,6 @@ impl Scene {
         };
         still.assign_roles(self.camera.eye);
         still.find_lights();
-        still.lights.tree = still.light_tree();
         still
     }
 }
