@@ -57,14 +57,8 @@ impl<'a> Sppm<'a> {
     /// The same render with grid cells of `cell_size` times the largest radius, a number above 0.
     pub fn with_cell_size(scene: &'a Scene, settings: &Settings, cell_size: f32) -> Self {
         let pixels = vec![Pixel::new(settings.initial_radius); settings.pixels()];
-        Self {
-            scene,
-            progress: Progress::new(settings),
-            filter: settings.filter.table(),
-            cell_size,
-            lit_by_power: false,
-            pixels,
-        }
+        let filter = settings.filter.table();
+        Self { scene, progress: Progress::new(settings), filter, cell_size, lit_by_power: false, pixels }
     }
 
     /// The same render with direct light from lights chosen by their power alone, as the paper chooses them: another
