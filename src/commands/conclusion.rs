@@ -64,7 +64,11 @@ fn hint(outcome: &Outcome) -> String {
     let Some(noise) = outcome.noise.filter(|noise| *noise > NOISY && !is_asked_for) else {
         return String::new();
     };
-    let seconds = outcome.report.wall_seconds * (noise / SMOOTH).powf(1.0 / RATE);
+    let Report { wall_seconds, iterations, resumed_after, .. } = &outcome.report;
+    // The time of all iterations, those of earlier sessions included.
+    let whole =
+        wall_seconds * f64::from(*iterations) / f64::from(iterations.saturating_sub(*resumed_after).max(1));
+    let seconds = whole * (noise / SMOOTH).powf(1.0 / RATE);
     format!(
         "; it is noisy, with an error of about {noise:.2}: `--time {}` gives a smoother one",
         at_least(seconds)
