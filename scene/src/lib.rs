@@ -34,7 +34,7 @@ pub mod world;
 pub use camera::Camera;
 pub use color::{Rgb, max_component};
 pub use engine::{Engine, Pass, Probe, Stats};
-pub use film::{Film, Picture, Plane};
+pub use film::{Film, FilmRows, Picture, Plane, RowReader};
 pub use glam::Vec3;
 pub use material::Material;
 pub use ray::Ray;
