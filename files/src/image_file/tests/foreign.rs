@@ -24,13 +24,14 @@ fn slopes() -> Film {
 fn worst_code(a: &Film, b: &Film) -> f64 {
     assert_eq!((a.width, a.height), (b.width, b.height));
     let code = |v: f32| 255.0 * srgb::encode(v.into());
-    let values = |film: &Film| film.pixels.iter().flat_map(|p| p.to_array()).map(code).collect::<Vec<_>>();
+    let values =
+        |film: &Film| film.pixels.iter().flat_map(scene::Vec3::to_array).map(code).collect::<Vec<_>>();
     values(a).iter().zip(values(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
 /// The 8-bit codes of a film.
 fn codes(film: &Film) -> Vec<u8> {
-    film.pixels.iter().flat_map(|p| p.to_array()).map(|v| srgb::encode_byte(v.into())).collect()
+    film.pixels.iter().flat_map(scene::Vec3::to_array).map(|v| srgb::encode_byte(v.into())).collect()
 }
 
 fn written(film: &Film, name: &str) -> Vec<u8> {
@@ -277,9 +278,10 @@ pub(super) fn tiff(entries: &[(u16, &[u32])], pixels: &[u8]) -> Vec<u8> {
     bytes.extend((entries.len() as u16).to_le_bytes());
     for (tag, all) in entries {
         let is_place = matches!(tag, 273 | 279 | 324 | 325);
-        let mut field: Vec<u8> = match is_place {
-            true => all.iter().flat_map(|v| v.to_le_bytes()).collect(),
-            false => all.iter().flat_map(|v| (*v as u16).to_le_bytes()).collect(),
+        let mut field: Vec<u8> = if is_place {
+            all.iter().flat_map(|v| v.to_le_bytes()).collect()
+        } else {
+            all.iter().flat_map(|v| (*v as u16).to_le_bytes()).collect()
         };
         bytes.extend(tag.to_le_bytes());
         bytes.extend(if is_place { 4_u16 } else { 3 }.to_le_bytes());

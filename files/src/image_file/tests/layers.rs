@@ -20,7 +20,7 @@ fn file(parts: &[(Option<&str>, &[&str])]) -> Vec<u8> {
             AnyChannel::new(channel, FlatSamples::F32(vec![value; 2]))
         });
         let list = list.collect::<Vec<_>>();
-        let attributes = name.map_or_else(LayerAttributes::default, |name| LayerAttributes::named(name));
+        let attributes = name.map_or_else(LayerAttributes::default, LayerAttributes::named);
         layers.push(Layer::new((2, 1), attributes, Encoding::UNCOMPRESSED, AnyChannels::sort(list.into())));
     }
     let mut bytes = Cursor::new(Vec::new());
