@@ -66,7 +66,7 @@ fn decode<'a>(mut decoder: impl ImageDecoder, format: Format, length: u64) -> Re
         format!("has pixels of the kind {:?}; they must be grey or RGB", decoder.original_color_type())
     })?;
     let bytes = decoder.total_bytes();
-    check_likely(bytes, length)?;
+    check_likely(u64::from(width) * u64::from(height), length)?;
     let problem = |e: image::ImageError| told(format.name(), &e);
     decoder.set_limits(limits(bytes)).map_err(problem)?;
     let orientation = decoder.orientation().map_err(problem)?;

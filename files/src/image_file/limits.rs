@@ -32,14 +32,17 @@ pub(super) fn check_expansion(bytes: u64, length: u64, most_bytes_per_byte: u64)
     Ok(())
 }
 
-/// Images up to this many bytes may be compressed to anything: some formats need no bits at all for equal pixels.
-const ANY_RATIO: u64 = 32 << 20;
-/// The best ratio of larger images. What people have is far below.
-const LIKELY_RATIO: u64 = 4096;
+/// Images up to this many pixels may be compressed to anything: some formats need no bits at all for equal pixels.
+const ANY_RATIO: u64 = 1 << 22;
+/// Pixels per byte of larger images. What people have is far below.
+const LIKELY_RATIO: u64 = 512;
 
 /// As [`check_expansion`], for formats without a bound on their compression.
-pub(super) fn check_likely(bytes: u64, length: u64) -> Result<(), String> {
-    if bytes > ANY_RATIO { check_expansion(bytes, length, LIKELY_RATIO) } else { Ok(()) }
+pub(super) fn check_likely(pixels: u64, length: u64) -> Result<(), String> {
+    if pixels > ANY_RATIO && pixels / LIKELY_RATIO > length {
+        return Err(format!("has {length} bytes, which hardly hold the {pixels} pixels that it announces"));
+    }
+    Ok(())
 }
 
 pub(super) fn truncated(e: &io::Error) -> String {

@@ -84,7 +84,7 @@ fn open_strips<'a>(input: Box<dyn Seekable + 'a>, length: u64) -> Result<Opened<
     let chunk = decoder.chunk_dimensions();
     let chunk = [chunk.0.min(width), chunk.1.min(height)];
     let pixel_bytes = (per_pixel * usize::from(bits).div_ceil(8)) as u64;
-    check_likely(u64::from(width) * u64::from(height) * pixel_bytes, length)?;
+    check_likely(u64::from(width) * u64::from(height), length)?;
     let bytes =
         usize::try_from(u64::from(chunk[0]) * u64::from(chunk[1]) * pixel_bytes).unwrap_or(usize::MAX);
     let mut limits = Limits::default();

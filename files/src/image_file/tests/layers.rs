@@ -10,8 +10,11 @@ use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
+/// The name and the channels of each part of a file.
+type Parts<'a> = &'a [(Option<&'a str>, &'a [&'a str])];
+
 /// A file of 2 x 1 pixels with a part for each name and list of channels. The channels of all parts hold 1, 2, 3, ...
-fn file(parts: &[(Option<&str>, &[&str])]) -> Vec<u8> {
+fn file(parts: Parts) -> Vec<u8> {
     let mut value = 0.0;
     let mut layers = Layers::new();
     for (name, channels) in parts {
@@ -57,7 +60,7 @@ fn layers_are_chosen_by_name() {
     let colour: &[&str] = &["R", "G", "B"];
     let in_channels: &[&str] =
         &["diffuse.R", "diffuse.G", "diffuse.B", "depth.Z", "glossy.r", "glossy.g", "glossy.b"];
-    let cases: [(&[(Option<&str>, &[&str])], &[(&str, Rgb)]); 2] = [
+    let cases: [(Parts, &[(&str, Rgb)]); 2] = [
         (
             &[(None, in_channels)],
             &[
