@@ -2,7 +2,7 @@
 
 use super::guard::guarded;
 use super::limits::{Seekable, check_likely, check_size, told, truncated};
-use super::reader::{Opened, RowSource};
+use super::opened::{Opened, RowSource};
 use super::samples::{Sample, Samples};
 use super::{Format, jpeg};
 use image::codecs::{hdr::HdrDecoder, jpeg::JpegDecoder, qoi::QoiDecoder, webp::WebPDecoder};

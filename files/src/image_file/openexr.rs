@@ -3,7 +3,7 @@
 use super::encoding::NOTE;
 use super::layers::{self, Layer};
 use super::limits::{Seekable, check_expansion, check_size, told};
-use super::reader::{Opened, RowSource};
+use super::opened::{Opened, RowSource};
 use super::samples::Sample;
 use exr::block::reader::ChunksReader;
 use exr::block::writer::ChunksWriter;

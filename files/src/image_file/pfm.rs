@@ -5,7 +5,7 @@
 //! preserves every bit.
 
 use super::limits::{Seekable, check_size, truncated};
-use super::reader::{Opened, RowSource};
+use super::opened::{Opened, RowSource};
 use super::rows::{First, Rows};
 use super::samples::Sample;
 use scene::{Picture, Rgb};

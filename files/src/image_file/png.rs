@@ -2,7 +2,7 @@
 
 use super::encoding::{Encoding, NOTE};
 use super::limits::{Seekable, check_expansion, check_size};
-use super::reader::{Opened, RowSource};
+use super::opened::{Opened, RowSource};
 use super::rows::{First, Rows};
 use super::samples::{Sample, Samples};
 use super::shown;

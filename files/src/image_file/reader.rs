@@ -1,28 +1,14 @@
 //! Reads an image file row by row, whatever its format.
 
 use super::limits::Seekable;
-use super::samples::Sample;
+use super::opened::Opened;
 use super::{Format, ImageError, decoded, openexr, pfm, png, tiff};
 use crate::atomic_file::reason;
-use scene::{Film, Rgb, RowReader};
+use scene::{Rgb, RowReader};
 use std::fmt;
 use std::fs::{self, File};
 use std::io::{self, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
-
-/// Rows of an image, from the top.
-pub(super) trait RowSource: Send {
-    /// Reads the next rows; `pixels` holds whole rows and not more than are left.
-    fn read(&mut self, pixels: &mut [Rgb]) -> Result<(), String>;
-}
-
-/// An image whose pixels are about to be read.
-pub(super) struct Opened<'a> {
-    pub(super) width: u32,
-    pub(super) height: u32,
-    pub(super) sample: Sample,
-    pub(super) rows: Box<dyn RowSource + 'a>,
-}
 
 /// Opens an image of `length` bytes. `layer` chooses a layer of an EXR file.
 pub(super) fn open<'a>(
@@ -41,14 +27,6 @@ pub(super) fn open<'a>(
         Format::Pfm => pfm::open(input, length),
         Format::Tiff => tiff::open(input, length),
         Format::Jpeg | Format::Hdr | Format::WebP | Format::Qoi => decoded::open(format, input, length),
-    }
-}
-
-impl Opened<'_> {
-    pub(super) fn film(mut self) -> Result<Film, String> {
-        let mut film = Film::new(self.width, self.height);
-        self.rows.read(&mut film.pixels)?;
-        Ok(film)
     }
 }
 

@@ -4,7 +4,7 @@
 
 use super::guard::guarded;
 use super::limits::{Seekable, check_likely, check_size, told};
-use super::reader::{Opened, RowSource};
+use super::opened::{Opened, RowSource};
 use super::rows::{First, Rows};
 use super::samples::Sample;
 use exr::prelude::f16;
