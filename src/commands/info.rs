@@ -116,7 +116,7 @@ impl Picture {
             "file       {kind}\nformat     {format}, {samples}\nsize       {width} x {height} pixels\n"
         );
         if !layers.is_empty() {
-            text += &format!("layers     {}\n", one_line(&layers.join(", ")));
+            text.extend(["layers     ", &one_line(&layers.join(", ")), "\n"]);
         }
         text + "made       not told: only .png and .exr images by sppm say what made them\n"
     }

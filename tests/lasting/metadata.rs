@@ -124,7 +124,7 @@ fn images_without_metadata_are_described() {
             assert!(ended.stdout.contains(words), "no {words:?} in {ended:?}");
         }
         let json = sandbox.run(["info", file, "--json"]);
-        let told: serde_json::Value = serde_json::from_str(&json.stdout).unwrap();
+        let told: Value = serde_json::from_str(&json.stdout).unwrap();
         assert_eq!(told["format"], format.split(',').next().unwrap());
         assert_eq!(told["width"], sandbox.image(file).width);
     }

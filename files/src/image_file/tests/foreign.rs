@@ -147,7 +147,7 @@ fn lossy_files_of_other_programs_are_read() {
     }
 }
 
-/// The inputs of the fuzz targets, which OpenCV wrote.
+/// The inputs of the fuzz targets, which `OpenCV` wrote.
 #[test]
 fn files_of_opencv_are_read() {
     let seeds = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/seeds");
