@@ -58,7 +58,8 @@ impl Pair<'_> {
         let [width, height] = self.size()?;
         let (a, b) = rayon::join(|| self.a.rewind(), || self.b.rewind());
         a.and(b).map_err(CompareError::Unreadable)?;
-        let mut strip = Strip { width, height, rows: 0..0, top: 0, a: Vec::new(), b: Vec::new() };
+        let [a, b] = [0; 2].map(|_| Vec::with_capacity(width * height.min(rows_at_once + 2 * halo)));
+        let mut strip = Strip { width, height, rows: 0..0, top: 0, a, b };
         while strip.rows.end < height {
             strip.rows = strip.rows.end..height.min(strip.rows.end + rows_at_once);
             self.advance(&mut strip, halo)?;
