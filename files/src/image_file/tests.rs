@@ -230,7 +230,16 @@ fn png_of_every_kind_is_read() {
 
 /// An EXR file of 5 x 4 pixels with the given channels, its data window off the origin.
 fn exr_bytes(channels: Vec<AnyChannel<FlatSamples>>, compression: Compression, blocks: Blocks) -> Vec<u8> {
-    let encoding = exr::prelude::Encoding { compression, blocks, line_order: LineOrder::Increasing };
+    exr_bytes_in(LineOrder::Increasing, channels, compression, blocks)
+}
+
+fn exr_bytes_in(
+    line_order: LineOrder,
+    channels: Vec<AnyChannel<FlatSamples>>,
+    compression: Compression,
+    blocks: Blocks,
+) -> Vec<u8> {
+    let encoding = exr::prelude::Encoding { compression, blocks, line_order };
     let layer = LayerAttributes::default().with_position(Vec2(-2, 7));
     let image = Image::from_layer(Layer::new((5, 4), layer, encoding, AnyChannels::sort(channels.into())));
     let mut bytes = Cursor::new(Vec::new());
@@ -261,9 +270,12 @@ fn exr_of_every_kind_is_read() {
         Compression::PXR24,
     ] {
         for blocks in [Blocks::ScanLines, Blocks::Tiles(Vec2(3, 2))] {
-            let film = decode_bytes(Format::Exr, &exr_bytes(colour(), compression, blocks)).unwrap();
-            assert_eq!((film.width, film.height), (5, 4));
-            assert_eq!(film.pixels, expected, "{compression:?} {blocks:?}");
+            for order in [LineOrder::Increasing, LineOrder::Decreasing] {
+                let bytes = exr_bytes_in(order, colour(), compression, blocks);
+                let film = decode_bytes(Format::Exr, &bytes).unwrap();
+                assert_eq!((film.width, film.height), (5, 4));
+                assert_eq!(film.pixels, expected, "{compression:?} {blocks:?} {order:?}");
+            }
         }
     }
 }

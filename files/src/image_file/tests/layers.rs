@@ -2,8 +2,10 @@
 
 use super::{folder, problem};
 use crate::image_file::{Format, ImageReader, decode_bytes, layer_names};
+use exr::math::RoundingMode;
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Layers, WritableImage,
+    AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer, LayerAttributes, Layers, Levels,
+    LineOrder, Vec2, WritableImage,
 };
 use scene::{Rgb, RowReader};
 use std::fs;
@@ -113,6 +115,48 @@ fn without_a_name_the_picture_is_chosen() {
         let film = decode_bytes(Format::Exr, &file(parts)).unwrap();
         let first = if parts.len() == 2 { 2.0 } else { 1.0 };
         assert_eq!(film.pixels[0], Rgb::new(first, first + 1.0, first + 2.0), "{parts:?}");
+    }
+}
+
+/// A tiled image of 8 x 8 pixels and its smaller versions, each pixel of which holds the size of its level.
+#[test]
+fn of_an_image_at_several_resolutions_the_largest_is_read() {
+    let level = |size: u32| FlatSamples::F32(vec![size as f32; (size * size) as usize]);
+    let levels = Levels::Mip {
+        rounding_mode: RoundingMode::Down,
+        level_data: [8, 4, 2, 1].map(level).into_iter().collect(),
+    };
+    let channels = ["R", "G", "B"].map(|name| AnyChannel::new(name, levels.clone()));
+    let blocks = Blocks::Tiles(Vec2(4, 4));
+    let encoding = Encoding { blocks, ..Encoding::UNCOMPRESSED };
+    let attributes = LayerAttributes::default();
+    let layer = Layer::new((8, 8), attributes, encoding, AnyChannels::sort(channels.into_iter().collect()));
+    let mut bytes = Cursor::new(Vec::new());
+    Image::from_layer(layer).write().non_parallel().to_buffered(&mut bytes).unwrap();
+    let film = decode_bytes(Format::Exr, &bytes.into_inner()).unwrap();
+    assert_eq!((film.width, film.height), (8, 8));
+    assert_eq!(film.pixels, [Rgb::splat(8.0); 64]);
+}
+
+/// Rows of 150 x 150 pixels are read in several parts; the blocks are not in the order of rows.
+#[test]
+fn tall_images_are_read_in_parts() {
+    let values: Vec<f32> = (0..150 * 150).map(|i| i as f32).collect();
+    for (blocks, line_order) in [
+        (Blocks::ScanLines, LineOrder::Increasing),
+        (Blocks::ScanLines, LineOrder::Decreasing),
+        (Blocks::Tiles(Vec2(40, 24)), LineOrder::Increasing),
+        (Blocks::Tiles(Vec2(40, 24)), LineOrder::Decreasing),
+        (Blocks::Tiles(Vec2(100, 100)), LineOrder::Increasing),
+    ] {
+        let channel = AnyChannel::new("Y", FlatSamples::F32(values.clone()));
+        let encoding = Encoding { blocks, line_order, ..Encoding::SMALL_LOSSLESS };
+        let channels = AnyChannels::sort([channel].into_iter().collect());
+        let layer = Layer::new((150, 150), LayerAttributes::default(), encoding, channels);
+        let mut bytes = Cursor::new(Vec::new());
+        Image::from_layer(layer).write().non_parallel().to_buffered(&mut bytes).unwrap();
+        let film = decode_bytes(Format::Exr, &bytes.into_inner()).unwrap();
+        assert!(film.pixels.iter().zip(&values).all(|(p, v)| p.x == *v), "{blocks:?} {line_order:?}");
     }
 }
 
