@@ -5,7 +5,7 @@
 //! | [`scene_file`] | scenes in TOML; every error is one line with its position in the file |
 //! | [`builtin`] | the built-in scenes |
 //! | [`named`] | finds a scene by its built-in name or its file |
-//! | [`image_file`] | PNG, EXR and PFM images |
+//! | [`image_file`] | images: PNG, JPEG, EXR, PFM, HDR, TIFF, WebP, QOI |
 //! | [`checkpoint`] | renders that can be resumed |
 //! | [`export`] | scenes for Mitsuba 3 and pbrt-v4 |
 //! | [`npy`] | rays and hits as `NumPy` arrays |

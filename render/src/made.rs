@@ -45,7 +45,7 @@ impl Made {
         let metadata = note.as_deref().and_then(Metadata::from_note);
         metadata.map(Self::Image).ok_or_else(|| {
             let path = path.display();
-            bad(format!("{path} does not say what made it; .png and .exr images by sppm do"))
+            bad(format!("{path} does not say what made it; only .png and .exr images by sppm do"))
         })
     }
 }

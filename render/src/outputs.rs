@@ -13,11 +13,11 @@ const STATS_BYTES: u64 = 1 << 12;
 /// The output files of a render. All are optional, as images are also available in memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outputs {
-    /// The image: `.png` (sRGB), `.exr` or `.pfm` (linear radiance).
+    /// The image: `.png` or `.jpg` (sRGB), `.exr`, `.pfm`, `.hdr` or `.tif` (linear radiance).
     pub image: Option<PathBuf>,
     /// A stream that gets the image too, once the render has ended.
     pub stream: Option<Stream>,
-    /// Exposure of a `.png` in stops: each stop is a factor of 2 in brightness.
+    /// Exposure of a `.png` or `.jpg` in stops: each stop is a factor of 2 in brightness.
     pub exposure: Option<f32>,
     /// Whether the image is also written after iterations 1, 2, 4, 8, ..., with the iteration in the file name.
     pub snapshots: bool,
@@ -97,13 +97,14 @@ impl Outputs {
         }
     }
 
-    /// Rejects an exposure for formats other than PNG.
+    /// Rejects an exposure for formats that hold radiance.
     fn check_exposure(&self) -> Result<(), Error> {
         let streamed = self.stream.as_ref().map(Stream::file_name);
         let mut images = self.image.iter().chain(&streamed);
         match images.find(|image| self.exposure.is_some() && !is_exposed(image)) {
             Some(image) => {
-                let problem = format!("{} holds linear radiance; only .png is exposed", image.display());
+                let problem =
+                    format!("{} holds linear radiance; only .png and .jpg are exposed", image.display());
                 Err(Error::named(Field::Exposure, problem))
             }
             None => Ok(()),
@@ -115,7 +116,8 @@ impl Outputs {
         for (content, path) in self.files() {
             let bytes = match (content, Format::from_path(path)) {
                 (Content::Stats, _) => STATS_BYTES,
-                (_, Ok(Format::Png)) => 3 * pixels,
+                (_, Ok(Format::Png | Format::Jpeg)) => 3 * pixels,
+                (_, Ok(Format::Hdr)) => 4 * pixels,
                 _ => 12 * pixels,
             };
             let checked = atomic_file::check_room(path, bytes);
@@ -125,9 +127,9 @@ impl Outputs {
     }
 }
 
-/// Whether exposure applies to the image file: to PNG only, as the other formats store radiance unchanged.
+/// Whether exposure applies to the image file: to PNG and JPEG, as the other formats store radiance.
 pub fn is_exposed(image: &Path) -> bool {
-    Format::from_path(image) == Ok(Format::Png)
+    Format::from_path(image).is_ok_and(Format::is_exposed)
 }
 
 /// Checks that no output is also an input or another output.

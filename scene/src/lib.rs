@@ -40,7 +40,7 @@ pub use camera::Camera;
 pub use check::Flaw;
 pub use color::{Rgb, max_component};
 pub use engine::{Engine, Pass, Probe, Progress, Stats};
-pub use film::{Film, Picture, Plane};
+pub use film::{Film, FilmRows, Picture, Plane, RowReader};
 pub use filter::Filter;
 pub use glam::Vec3;
 pub use material::Material;

@@ -12,16 +12,17 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Default, ClapArgs)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct OutputArgs {
-    /// The image to write: .png (sRGB), .exr or .pfm (linear floats) [default: the scene's name, .png]
+    /// The image to write: .png or .jpg (sRGB), .exr, .pfm, .tif or .hdr (linear) [default: the scene's name, .png]
     ///
     /// `-` is standard output, in PNG; `exr:-` or `pfm:-` is standard output in another format. It gets the image once the
     /// render is over. All messages go to standard error, and there is no checkpoint unless --checkpoint names one.
     ///
+    /// Only .png and .exr hold what `sppm info` and --like read. A .hdr holds 8 bits per channel with a common exponent.
     /// Files are written beside their place and then renamed into it, so that nobody ever sees half an image.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
 
-    /// Make a .png brighter or darker by so many stops, each a factor of 2
+    /// Make a .png or .jpg brighter or darker by so many stops, each a factor of 2
     #[arg(long, value_name = "E", value_parser = number(-100.0, 100.0), allow_hyphen_values = true)]
     pub exposure: Option<f32>,
 
@@ -29,7 +30,7 @@ pub(crate) struct OutputArgs {
     #[arg(long)]
     pub snapshots: bool,
 
-    /// Write the last search radius of every pixel, in scene units (as .exr or .pfm; in a .png the largest is white)
+    /// Write the last search radius of every pixel, in scene units (in a .png or .jpg the largest is white)
     #[arg(long, value_name = "FILE")]
     pub radius_image: Option<PathBuf>,
 

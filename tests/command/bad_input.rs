@@ -165,8 +165,12 @@ fn lanes_that_the_processor_lacks() {
 fn outputs() {
     all_refused(&[
         (&["render", "cornell", "-o", ""], &["--output: the value is missing"]),
-        (&["render", "cornell", "-o", "a.jpg"], &["--output: a.jpg", ".png, .exr or .pfm"]),
-        (&["render", "cornell", "-o", "picture"], &["--output: picture", ".png, .exr or .pfm"]),
+        (&["render", "cornell", "-o", "a.gif"], &["--output: a.gif", ".png, .jpg, .exr, .pfm, .hdr or .tif"]),
+        (
+            &["render", "cornell", "-o", "picture"],
+            &["--output: picture", ".png, .jpg, .exr, .pfm, .hdr or .tif"],
+        ),
+        (&["render", "cornell", "-o", "a.webp"], &["--output: a.webp", "read but not written"]),
         (&["render", "cornell", "-o", "missing/a.png"], &["--output: missing/a.png", "does not exist"]),
         (&["render", "cornell", "-o", "note.txt/a.png"], &["--output: note.txt/a.png", "not a folder"]),
         (&["render", "cornell", "-o", "folder.png"], &["--output: folder.png", "is a folder"]),
@@ -205,7 +209,14 @@ fn contradictions() {
             &["--stats", "also --radius-image"],
         ),
         (&["render", "mine.toml", "--stats", "mine.toml"], &["--stats", "also the scene"]),
-        (&["render", "cornell", "-o", "a.exr", "--exposure", "1"], &["--exposure", "a.exr", "only .png"]),
+        (
+            &["render", "cornell", "-o", "a.exr", "--exposure", "1"],
+            &["--exposure", "a.exr", "only .png and .jpg"],
+        ),
+        (
+            &["render", "cornell", "-o", "a.hdr", "--exposure", "1"],
+            &["--exposure", "a.hdr", "linear radiance"],
+        ),
     ]);
 }
 
@@ -221,6 +232,8 @@ fn arguments_that_are_not_unicode() {
     sandbox.run([new("render"), odd]).refused(&["no scene"]);
     sandbox.run([odd]).refused(&["a\u{fffd}"]);
     sandbox.run([new("render"), new("cornell"), new("--width"), odd]).refused(&["a\u{fffd}", "UTF-8"]);
-    sandbox.run([new("render"), new("cornell"), new("-o"), odd]).refused(&[".png, .exr or .pfm"]);
+    sandbox
+        .run([new("render"), new("cornell"), new("-o"), odd])
+        .refused(&[".png, .jpg, .exr, .pfm, .hdr or .tif"]);
     assert_eq!(sandbox.names(), [""; 0]);
 }
