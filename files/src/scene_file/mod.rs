@@ -11,6 +11,7 @@ mod reader;
 mod settings;
 mod sphere;
 mod spheres;
+mod syntax;
 mod write;
 
 pub use error::{Fault, FileError, Position};
@@ -31,6 +32,7 @@ use spheres::Spheres;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
+use syntax::syntax_fault;
 use toml::de::DeTable;
 
 /// Larger files are rejected.
@@ -276,35 +278,4 @@ fn twice(text: &str, name: &str) -> Fault {
 /// The default name of a scene: the name of its file, without folders and extension.
 fn stem(name: &str) -> String {
     escape(&Path::new(name).file_stem().unwrap_or_default().to_string_lossy())
-}
-
-/// Rewords a syntax error of the TOML parser for people who write scenes.
-fn syntax_fault(text: &str, error: &toml::de::Error) -> Fault {
-    let span = error.span().unwrap_or_default();
-    let found = text.get(span.clone()).unwrap_or_default();
-    let (problem, expected) =
-        error.message().split_once(", expected ").unwrap_or((error.message(), "nothing"));
-    let message = match problem {
-        "duplicate key" if found == "sphere" => "head every sphere with [[sphere]]".into(),
-        "duplicate key" => format!("key {} is given twice; keep one", quote(found)),
-        "cannot recurse further; max recursion depth met" | "recursion limit" => {
-            "tables or arrays are nested too deeply; a scene needs three levels".into()
-        }
-        "string values must be quoted" if found.is_empty() => "a value is missing here".into(),
-        "string values must be quoted" | "invalid boolean" => {
-            format!(
-                "{} is no value; write a number as 1.5, a string as \"...\", an array as [1, 2, 3]",
-                quote(found)
-            )
-        }
-        "missing comma between array elements" => {
-            "an array must go on with a comma or end with ] here".into()
-        }
-        "invalid basic string" if expected == "`\"`" => {
-            "a string must end with \" on the line it begins on".into()
-        }
-        _ if expected == "nothing" => format!("this is not TOML: {problem}"),
-        _ => format!("this is not TOML: {problem}; expected {expected}"),
-    };
-    Fault::new(span.start, message)
 }

@@ -5,7 +5,7 @@
 //! head of the scene.
 
 use super::error::Fault;
-use super::syntax_fault;
+use super::syntax::syntax_fault;
 use std::iter::Peekable;
 use std::ops::Range;
 use toml::de::DeTable;
