@@ -136,11 +136,11 @@ const KEYS: &[Case<'static>] = &[
     ),
     (
         &[("width = 64", "Width = 64")],
-        "8:1: unknown key \"Width\" in [settings] (did you mean \"width\"?); the keys are width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed",
+        "8:1: unknown key \"Width\" in [settings] (did you mean \"width\"?); the keys are width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter",
     ),
     (
         &[("width = 64", "spp = 64")],
-        "8:1: unknown key \"spp\" in [settings]; the keys are width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed",
+        "8:1: unknown key \"spp\" in [settings]; the keys are width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter",
     ),
     (
         &[("type = \"diffuse\"\n", "type = \"diffuse\"\ncolour = 1\n")],
@@ -541,7 +541,7 @@ const WHOLE: &[Case<'static>] = &[
             ("center = [0, 0, 0]\nradius = 1", "center = [0, 3, 0]\nradius = 2"),
             ("{ type = \"dielectric\", albedo = [1, 1, 1], ior = 1.5 }", "\"white\""),
         ],
-        "17:12: no light reaches the eye: opaque spheres seal every light off; put a light into the space that the eye is in",
+        "17:12: no light reaches the eye: sphere 2 (line 18) encloses sphere \"lamp\"; put a light into the space that the eye is in",
     ),
     (
         &[
@@ -550,7 +550,15 @@ const WHOLE: &[Case<'static>] = &[
             ("center = [0, 0, 0]\nradius = 1", "center = [0, 0, 0]\nradius = 2"),
             ("{ type = \"dielectric\", albedo = [1, 1, 1], ior = 1.5 }", "\"white\""),
         ],
-        "18:12: no light reaches the eye: opaque spheres seal every light off; put a light into the space that the eye is in",
+        "18:12: no light reaches the eye: sphere 2 (line 20) encloses sphere \"lamp\"; put a light into the space that the eye is in",
+    ),
+    (
+        &[(
+            "[[sphere]]\nname = \"lamp\"",
+            "[[sphere]]\ncenter = [0, 3, 0]\nradius = 1\nmaterial = \"white\"\n\
+              [[sphere]]\nname = \"lamp\"",
+        )],
+        "21:12: no light reaches the eye: sphere 1 (line 12) is opaque and lies exactly where sphere \"lamp\" does; remove one",
     ),
     (
         &[
@@ -559,11 +567,15 @@ const WHOLE: &[Case<'static>] = &[
             ("background = [0, 0, 0]", "background = [1, 1, 1]"),
             ("{ type = \"dielectric\", albedo = [1, 1, 1], ior = 1.5 }", "\"white\""),
         ],
-        "2:14: no light reaches the eye: opaque spheres seal every light off; put a light into the space that the eye is in",
+        "2:14: no light reaches the eye: sphere 2 (line 18) encloses the eye and no light; put a light into the space that the eye is in",
     ),
     (
         &[("[[sphere]]\ncenter", "[[sphere]]\nname = \"äöὠ0\"\nvelocity = [0, 0, \"fast\"]\ncenter")],
         "20:19: each in velocity of sphere \"äöὠ0\" must be a number, not a string",
+    ),
+    (
+        &[("width = 64", "filter = \"gauss\"")],
+        "8:10: filter \"gauss\" of [settings] is unknown (did you mean \"gaussian\"?); the filters are box, gaussian, mitchell",
     ),
     (
         &[("material = \"white\"", "material = \"\\u001b[31mred\\n\"")],
@@ -650,7 +662,7 @@ fn long_values_and_deep_nesting_give_short_messages() {
             &[("width", &key)],
             &format!(
                 "8:1: unknown key \"{}...\" in [settings]; the keys are width, height, iterations, \
-                 photons_per_iteration, max_depth, initial_radius, seed",
+                 photons_per_iteration, max_depth, initial_radius, seed, filter",
                 "x".repeat(40)
             ),
         ),
@@ -673,7 +685,7 @@ fn files_that_cannot_be_read() {
         ("none.toml", ": there is no such file"),
         ("folder.toml", ": this is a directory; a scene is a file"),
         ("latin1.toml", ":2:12: byte 0xe9 is not UTF-8; a scene file is UTF-8 text"),
-        ("large.toml", ": is too large; a scene file has at most 268435456 bytes"),
+        ("large.toml", ": is too large; a scene file has at most 4294967296 bytes"),
     ] {
         let error = scene_file::load(&path(name)).unwrap_err().to_string();
         assert_eq!(error, format!("{}{expected}", path(name).display()));

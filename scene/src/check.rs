@@ -62,10 +62,21 @@ pub enum Problem {
     EyeOn(usize),
     /// There is neither a lamp nor a background.
     NoLight,
-    /// Light from none of the lamps can reach the eye.
-    Sealed,
+    /// Light from none of the lamps can reach the eye; with the sphere that hides the first lamp, if it is one alone.
+    Sealed(Option<(Seal, usize)>),
     /// The power of all lamps is not a normal `f32`.
     Power,
+}
+
+/// How a sphere keeps the light of a lamp from the eye.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Seal {
+    /// It lies where the lamp does, and comes first.
+    Coincides,
+    /// It encloses the eye and not the lamp.
+    HoldsEye,
+    /// It encloses the lamp and not the eye.
+    HoldsLamp,
 }
 
 impl Flaw {
@@ -97,9 +108,20 @@ impl Flaw {
             Problem::NoLight => {
                 "there is no light; give a sphere an emission = [r, g, b], or the scene a background".into()
             }
-            Problem::Sealed => "no light reaches the eye: opaque spheres seal every light off; \
-                put a light into the space that the eye is in"
-                .into(),
+            Problem::Sealed(seal) => {
+                let what = match seal {
+                    Some((Seal::Coincides, i)) => {
+                        let sphere = sphere(i);
+                        return format!(
+                            "no light reaches the eye: {sphere} is opaque and lies exactly where {part} does; remove one"
+                        );
+                    }
+                    Some((Seal::HoldsEye, i)) => format!("{} encloses the eye and no light", sphere(i)),
+                    Some((Seal::HoldsLamp, i)) => format!("{} encloses {part}", sphere(i)),
+                    None => "opaque spheres seal every light off".into(),
+                };
+                format!("no light reaches the eye: {what}; put a light into the space that the eye is in")
+            }
             Problem::Power => {
                 "the power of all lights, the sum of 4 (pi radius)^2 emission, is beyond the range of \
                 a 32-bit float; take another unit for emission or for length"
@@ -179,9 +201,9 @@ impl Scene {
             return Err(Flaw::new(Part::Scene, "background", Problem::NoLight));
         }
         let [open, close] = self.camera.shutter;
-        self.check_lights(&self.lights_at(open))?;
+        self.check_lights(&self.lights_at(open), open)?;
         if close > open && self.spheres.iter().any(|s| s.velocity != Vec3::ZERO) {
-            self.check_lights(&self.lights_at(close))?;
+            self.check_lights(&self.lights_at(close), close)?;
         }
         Ok(())
     }
@@ -230,17 +252,45 @@ impl Scene {
         }
     }
 
-    fn check_lights(&self, lights: &Lights) -> Result<(), Flaw> {
+    fn check_lights(&self, lights: &Lights, time: f32) -> Result<(), Flaw> {
+        let lamp = self.without_sky().iter().position(Sphere::is_emitter);
         let problem = if lights.entries.is_empty() {
-            Problem::Sealed
+            Problem::Sealed(self.seal(lamp, time))
         } else if !lights.power.is_normal() {
             Problem::Power
         } else {
             return Ok(());
         };
-        Err(match self.without_sky().iter().position(Sphere::is_emitter) {
+        Err(match lamp {
             Some(i) => Flaw::new(Part::Sphere(i), "emission", problem),
             None => Flaw::new(Part::Scene, "background", problem),
+        })
+    }
+
+    /// The first sphere that by itself keeps the light of `lamp`, or of the sky, from the eye at `time`.
+    fn seal(&self, lamp: Option<usize>, time: f32) -> Option<(Seal, usize)> {
+        let at = |sphere: &Sphere| sphere.at(time);
+        let eye = self.camera.eye.as_dvec3();
+        let lamp = lamp.map(|i| (i, at(&self.spheres[i])));
+        self.without_sky().iter().enumerate().find_map(|(i, sphere)| {
+            let is_lamp = lamp.is_some_and(|(index, _)| index == i);
+            if is_lamp || !self.materials[sphere.material as usize].is_opaque() {
+                return None;
+            }
+            let (sphere, radius) = (at(sphere), f64::from(sphere.radius));
+            let from = |point: DVec3| sphere.center.as_dvec3().distance(point);
+            let holds_eye = from(eye) < radius;
+            let Some((index, lamp)) = lamp else { return holds_eye.then_some((Seal::HoldsEye, i)) };
+            let (distance, lamp_radius) = (from(lamp.center.as_dvec3()), f64::from(lamp.radius));
+            if (lamp.center, lamp.radius) == (sphere.center, sphere.radius) {
+                (i < index).then_some((Seal::Coincides, i))
+            } else if holds_eye && distance >= radius + lamp_radius {
+                Some((Seal::HoldsEye, i))
+            } else if !holds_eye && distance + lamp_radius <= radius {
+                Some((Seal::HoldsLamp, i))
+            } else {
+                None
+            }
         })
     }
 }

@@ -45,7 +45,7 @@ impl Parsed<'_> {
         };
         // Of a sphere that is not at fault itself, the line helps to find it.
         let other = match flaw.problem {
-            Problem::LensCuts(_, i) | Problem::EyeOn(i) => Some(i),
+            Problem::LensCuts(_, i) | Problem::EyeOn(i) | Problem::Sealed(Some((_, i))) => Some(i),
             Problem::PassesEye => match flaw.part {
                 Part::Sphere(i) => Some(i),
                 _ => None,
@@ -55,7 +55,7 @@ impl Parsed<'_> {
         let name = |part| match part {
             Part::Sphere(i) => {
                 let name = self.name(i).unwrap_or_else(|_| part.to_string());
-                match other.and_then(|_| self.sphere(i, "").ok()) {
+                match other.filter(|other| *other == i).and_then(|_| self.sphere(i, "").ok()) {
                     Some(at) => format!("{name} (line {})", Position::of(self.text, at).line),
                     None => name,
                 }
