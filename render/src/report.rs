@@ -45,6 +45,18 @@ pub struct Report {
 }
 
 impl Report {
+    /// Whether so few photons reached what is seen that the light that comes over other surfaces is as good as missing.
+    ///
+    /// Its error then does not show in the image, and [`Report::estimated_error`] is that of direct light alone.
+    pub fn lacks_photons(&self) -> bool {
+        /// Of fewer photons nothing is said: a render so small is a test.
+        const LEAST_PHOTONS: u64 = 10_000;
+        /// Photons that were emitted for each that counted at a visible point.
+        const MOST_PER_CONTRIBUTION: u64 = 1000;
+        let Stats { photons, contributions, visible_points, .. } = self.stats;
+        photons >= LEAST_PHOTONS && visible_points > 0 && contributions < photons / MOST_PER_CONTRIBUTION
+    }
+
     /// Writes the report as indented JSON.
     ///
     /// # Errors

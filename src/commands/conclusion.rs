@@ -7,7 +7,7 @@ use scene::Stats;
 use scene::settings::MAX_ITERATIONS;
 use scene::text::{counted, duration, list, mebibytes};
 use std::time::Duration;
-use tracing::{debug, info};
+use tracing::{debug, info, warn};
 
 /// Reports what the render wrote and why it ended.
 pub(crate) fn conclude(outcome: &Outcome, requests: &Requests) -> Result<(), Error> {
@@ -39,6 +39,9 @@ pub(crate) fn conclude(outcome: &Outcome, requests: &Requests) -> Result<(), Err
     }
     let why = match (end, report.estimated_error) {
         (End::Time, _) => "; time is up".into(),
+        (End::Error, Some(error)) if report.lacks_photons() => {
+            format!("; the estimated error is {error:.3e}, of direct light alone")
+        }
         (End::Error, Some(error)) => format!("; the estimated error is {error:.3e}"),
         _ => String::new(),
     };
@@ -49,7 +52,23 @@ pub(crate) fn conclude(outcome: &Outcome, requests: &Requests) -> Result<(), Err
         "wrote {written}: {iterations} in {seconds}{why}{}",
         hint(outcome),
     );
+    if report.lacks_photons() {
+        warn!("{}", few_photons(&report.stats));
+    }
     Ok(())
+}
+
+/// The warning that light which comes over other surfaces is missing, and what helps.
+fn few_photons(stats: &Stats) -> String {
+    let Stats { photons, contributions, .. } = *stats;
+    let counted = match contributions {
+        0 => "none".into(),
+        n => n.to_string(),
+    };
+    format!(
+        "of {photons} photons {counted} counted at what is seen: light that comes over other surfaces or through glass is \
+         nearly missing; --engine path finds it where lamps are large or the sky is bright, a larger --radius helps a little"
+    )
 }
 
 /// What to do about an image with visible noise.

@@ -81,3 +81,40 @@ center = [0, 0, 0]
 radius = 2
 material = { type = \"diffuse\", albedo = [1, 1, 1] }
 ";
+
+/// A glass ball on a ground that is much wider than what is seen, under a sky and a lamp: photons miss it.
+const PLAIN: &str = "
+background = [0.5, 0.6, 0.8]
+camera = { eye = [0, 2, 12], target = [0, 1, 0], vertical_fov_degrees = 40 }
+[materials.grey]
+type = \"diffuse\"
+albedo = [0.6, 0.6, 0.6]
+[[sphere]]
+center = [0, -10000, 0]
+radius = 10000
+material = \"grey\"
+[[sphere]]
+center = [0, 1, 0]
+radius = 1
+material = { type = \"dielectric\", albedo = [1, 1, 1], ior = 1.5 }
+[[sphere]]
+center = [0, 8, 3]
+radius = 0.5
+material = \"grey\"
+emission = [40, 40, 40]
+";
+
+#[test]
+fn photons_that_miss_what_is_seen_are_told() {
+    let sandbox = Sandbox::new();
+    sandbox.write("plain.toml", PLAIN);
+    let size = ["--width=64", "--height=48", "--photons=10000", "--radius=0.1"];
+    let few = sandbox.run(["render", "plain.toml", "-n=4"].iter().chain(&size));
+    assert_eq!(few.code, Some(0), "{few:?}");
+    assert!(few.stderr.contains("warning: of 40000 photons none counted at what is seen"), "{few:?}");
+    // An error goal is not said to be reached for light that is not there.
+    let goal = sandbox.run(["render", "plain.toml", "--until-error=0.5"].iter().chain(&size));
+    assert!(goal.stderr.contains(", of direct light alone"), "{goal:?}");
+    let enough = sandbox.run(["render", "cornell", "-n=4"].iter().chain(&size[..3]));
+    assert!(!enough.stderr.contains("counted"), "{enough:?}");
+}
