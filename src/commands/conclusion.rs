@@ -1,5 +1,6 @@
 //! What is said at the end of a render: what it wrote, why it ended, how to go on, and what to do about noise.
 
+use super::instants;
 use crate::terminal::error::Error;
 use crate::terminal::signals::Requests;
 use render::{End, Outcome, Report};
@@ -49,8 +50,9 @@ pub(crate) fn conclude(outcome: &Outcome, requests: &Requests) -> Result<(), Err
         iterations = done,
         wall_seconds = report.wall_seconds,
         ended_by = report.ended_by,
-        "wrote {written}: {iterations} in {seconds}{why}{}",
+        "wrote {written}: {iterations} in {seconds}{why}{}{}",
         hint(outcome),
+        instants::hint(&outcome.job.scene, done),
     );
     if report.lacks_photons() {
         warn!("{}", few_photons(&report.stats));

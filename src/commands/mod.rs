@@ -5,6 +5,7 @@ mod completions;
 mod conclusion;
 mod export;
 mod info;
+mod instants;
 mod ladder;
 mod man;
 mod render;

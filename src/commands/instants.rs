@@ -1,0 +1,57 @@
+//! Says when moving spheres show as separate images: each iteration renders one instant of the exposure.
+
+use scene::{Scene, Vec3};
+
+/// From so many pixels between two instants on, they are seen apart.
+const APART: f64 = 2.0;
+
+/// What to do about spheres that move too far between the instants of `iterations` iterations.
+pub(super) fn hint(scene: &Scene, iterations: u32) -> String {
+    let step = travel(scene) / f64::from(iterations.max(1));
+    if step <= APART {
+        return String::new();
+    }
+    let enough = (travel(scene) / APART).ceil();
+    format!(
+        "; moving spheres show at {iterations} instants, {step:.0} pixels apart: `-n {enough:.0}`, of fewer photons each, \
+         blurs them smoothly"
+    )
+}
+
+/// The way of the fastest sphere over the image while the shutter is open, in pixels; 0 if nothing moves.
+fn travel(scene: &Scene) -> f64 {
+    let camera = &scene.camera;
+    let pixel = f64::from(camera.frame(scene.settings.width, scene.settings.height).pixel);
+    let moving = scene.spheres.iter().filter(|sphere| sphere.velocity != Vec3::ZERO);
+    let pixels = moving.map(|sphere| {
+        let [open, close] =
+            camera.shutter.map(|time| sphere.at(time).center.as_dvec3() - camera.eye.as_dvec3());
+        let distance = open.length().min(close.length()).max(f64::from(sphere.radius));
+        open.distance(close) / (distance * pixel)
+    });
+    pixels.fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn instants_that_are_seen_apart_are_told() {
+        let mut scene = files::builtin::scene("motion").unwrap();
+        let travel = travel(&scene);
+        assert!(travel > 4.0, "{travel}");
+        let enough = (travel / APART).ceil() as u32;
+        assert_eq!(hint(&scene, enough), "");
+        let told = hint(&scene, enough / 2);
+        assert!(told.contains(&format!("`-n {enough}`")), "{told}");
+        // Twice the pixels, twice the way.
+        (scene.settings.width, scene.settings.height) = (2 * scene.settings.width, 2 * scene.settings.height);
+        let ratio = super::travel(&scene) / travel;
+        assert!((ratio - 2.0).abs() < 1e-5, "{ratio}");
+        for sphere in &mut scene.spheres {
+            sphere.velocity = Vec3::ZERO;
+        }
+        assert_eq!(hint(&scene, 1), "");
+    }
+}
