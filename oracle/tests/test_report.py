@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import base64
+
+import cv2
 import numpy as np
 import pytest
 
-from oracle import report
+from oracle import judge, report, truth
 from oracle.ztest import Answer, Level, Verdict
 
 
@@ -19,6 +22,16 @@ def test_a_difference_image_shows_something_whatever_its_size(size: float) -> No
     assert np.mean(colours.max(axis=-1) > 0.2) > 0.5
     assert (colours[..., 0] > 0)[values > 0].all() and (colours[..., 2] > 0)[values < 0].all()
     assert colours[..., 1].max() == 0 and colours.max() == 1
+
+
+def test_the_difference_is_shown_where_there_are_too_few_photons_for_a_verdict() -> None:
+    random = np.random.default_rng(2)
+    expected = truth.load("cornell")
+    noisy = expected.mean * (1 + 0.1 * random.normal(size=(8, *expected.mean.shape)))
+    unknown = np.zeros((*expected.mean.shape[:2], 1))
+    url, scale = report._difference(judge.Renders(noisy, unknown), expected)
+    png = np.frombuffer(base64.b64decode(url.split(",")[1]), np.uint8)
+    assert scale > 0.5 and np.mean(cv2.imdecode(png, cv2.IMREAD_COLOR).max(axis=-1) > 40) > 0.5
 
 
 def test_equal_images_are_black() -> None:
