@@ -117,7 +117,7 @@ def _ssim_series(args: argparse.Namespace) -> bool:
 def _truth(args: argparse.Namespace) -> bool:
     from oracle import judge, truth
 
-    same = True
+    verdicts = []
     for scene in _named(args):
         if args.what == "make":
             plan = truth.Plan(args.batches, args.samples)
@@ -128,8 +128,11 @@ def _truth(args: argparse.Namespace) -> bool:
             effort = judge.Effort(args.seeds, args.iterations, args.photons)
             _, verdict = judge.scene(scene, args.engine, effort)
             print(f"{scene:8} {args.engine:9} {verdict}", flush=True)
-            same &= verdict.same
-    return same
+            verdicts.append(verdict)
+    undecided = sum(not (verdict.same or verdict.different) for verdict in verdicts)
+    if undecided and not any(verdict.different for verdict in verdicts):
+        raise OracleError(f"{undecided} of {len(verdicts)} are undecided; take more --iterations or --seeds")
+    return all(verdict.same for verdict in verdicts)
 
 
 def _report(args: argparse.Namespace) -> bool:

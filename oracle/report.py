@@ -22,8 +22,8 @@ from oracle.metrics import Metrics
 from oracle.sppm import Render
 from oracle.ztest import Verdict
 
-# Difference in standard errors at which a pixel of the difference image is white; it is fully red or blue just below.
-FULL_COLOUR = 5.0
+# The share of pixels whose difference is within the scale of a difference image. The others have its full colour.
+COVERED = 98
 # Line styles of the two engines in figure 8; the paper's stages are thin lines.
 FIGURE_STYLES = {
     "reference": {"color": "black", "linewidth": 2.5},
@@ -103,6 +103,7 @@ def _scene(name: str, depth: Depth) -> SceneReport:
     wanted = Render(name, width=width, height=height)
     fast = judge.renders(wanted, depth.effort)
     path, path_verdict = judge.scene(name, "path", depth.path)
+    difference, scale = _difference(fast, expected)
     # The image that a user gets, without extrapolation. Few iterations, because the slow reference renders it too.
     one = Render(name, width=width, height=height, iterations=depth.effort.iterations, photons=depth.effort.photons)
     image, reference = one.image(), replace(one, engine="reference").image()
@@ -111,8 +112,9 @@ def _scene(name: str, depth: Depth) -> SceneReport:
         Picture("fast", _png(image)),
         Picture("truth (Mitsuba 3)", _png(expected.mean)),
         Picture(
-            f"difference from truth, in standard errors: red brighter, blue darker, white at {FULL_COLOUR:g}",
-            _difference(fast, expected),
+            f"difference of green from truth: red brighter, blue darker, full colour at {scale:.2g} standard errors, "
+            f"which {COVERED} % do not exceed",
+            difference,
         ),
     ]
     verdict = judge.verdict(fast, expected)
@@ -129,16 +131,27 @@ def _png(linear: np.ndarray) -> str:
     return _inline(cv2.imencode(".png", eight_bits[..., ::-1])[1].tobytes())
 
 
-def _difference(ours: judge.Renders, expected: truth.Truth) -> str:
-    """The difference in the green channel in standard errors: red if brighter, blue if darker, black if none."""
+def _difference(ours: judge.Renders, expected: truth.Truth) -> tuple[str, float]:
+    """The difference in the green channel, and its scale in standard errors."""
     everything = np.ones_like(expected.mean)
     mine = ztest.of_renders(ours.images, 1, everything)
     theirs = ztest.of_pixels(expected.mean, expected.stderr, expected.batches - 1, 1, everything)
-    t = ztest.welch(mine, theirs)[0][..., 1] * ours.is_known[..., 0] / FULL_COLOUR
-    red, blue = np.clip(t, 0, 1), np.clip(-t, 0, 1)
-    full = (np.abs(t) >= 1)[..., None]
-    colours = np.where(full, 1.0, np.stack([red, np.zeros_like(t), blue], axis=-1))
-    return _inline(cv2.imencode(".png", np.rint(colours * 255).astype(np.uint8)[..., ::-1])[1].tobytes())
+    t = ztest.welch(mine, theirs)[0][..., 1] * ours.is_known[..., 0]
+    colours, scale = two_colours(t)
+    eight_bits = np.rint(colours * 255).astype(np.uint8)
+    return _inline(cv2.imencode(".png", eight_bits[..., ::-1])[1].tobytes()), scale
+
+
+def two_colours(values: np.ndarray) -> tuple[np.ndarray, float]:
+    """RGB in [0, 1]: red where positive, blue where negative, black at 0; and the value with full colour.
+
+    The scale follows the values, so that there is something to see whatever their size: it is what COVERED percent of
+    those that are not 0 do not exceed.
+    """
+    sizes = np.abs(values[values != 0])
+    scale = float(np.percentile(sizes, COVERED)) if sizes.size else 1.0
+    red, blue = np.clip(values / scale, 0, 1), np.clip(-values / scale, 0, 1)
+    return np.stack([red, np.zeros_like(values), blue], axis=-1), scale
 
 
 def _figure(most: int) -> str:

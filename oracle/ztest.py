@@ -3,11 +3,18 @@
 Differences are judged by the measured noise, never by a tolerance. An image has thousands of values, some of which
 differ a lot by chance. Sidak's correction for multiple tests keeps the probability of a false alarm, over all of them
 together, at `SIGNIFICANCE`.
+
+A t-test needs means that are nearly normal. A mean of few samples is not where its samples are skewed, as they are
+where light is rare: most renders miss it, so both their mean and their measured error are too small, and t is far from
+zero in images without a fault. A level is judged only if it holds enough samples for its skewness, by the rule of
+Cochran ("Sampling Techniques", 3rd edition 1977, section 2.15): n > 25 G1^2, with G1 Fisher's skewness. Where it does
+not hold, a difference is no evidence, and the verdict is that there is none: undecided.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 from scipy import ndimage, stats
@@ -23,15 +30,36 @@ STEADIED = (1, 8)
 # quantised to 2^-21 of their brightest one. The noise of channels fainter than this cannot be measured either, as a few
 # rare paths carry all of their light.
 ROUNDING = 1e-5
+# Images of at least this many values in a side have neighbours that are alike, and whose samples can be taken together.
+MANY = 8
+# Cochran's factor: a mean of n samples is near enough to normal if n is at least this times the square of the skewness.
+COCHRAN = 25.0
+
+
+class Answer(StrEnum):
+    """Whether two images are equal, as far as it can be told."""
+
+    SAME = "the same"
+    DIFFERENT = "different"
+    UNDECIDED = "undecided"
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """Means, their standard errors, and the degrees of freedom of these; arrays of the same shape."""
+    """Means, their standard errors, and the degrees of freedom of these; arrays of the same shape.
+
+    `skewness` is that of the samples, typical of all means (see `skewness`); 0 if the samples are not known.
+    """
 
     mean: np.ndarray
     stderr: np.ndarray
     dof: np.ndarray
+    skewness: float = 0.0
+
+    @property
+    def is_normal(self) -> bool:
+        """Whether there are enough samples for the distribution of the means to be near a normal one."""
+        return float(np.min(self.dof)) + 1 >= COCHRAN * self.skewness**2
 
     @staticmethod
     def of_samples(samples: np.ndarray) -> Estimate:
@@ -40,7 +68,8 @@ class Estimate:
         if count < 2:
             raise ValueError("it takes two samples to know an error")
         stderr = samples.std(axis=0, ddof=1) / np.sqrt(count)
-        return Estimate(samples.mean(axis=0), stderr, np.full(stderr.shape, count - 1.0))
+        mean = samples.mean(axis=0)
+        return Estimate(mean, stderr, np.full(stderr.shape, count - 1.0), skewness(samples))
 
     def steadied(self) -> Estimate:
         """Raises each error to at least the root mean square of the errors in its 3x3 neighbourhood.
@@ -50,35 +79,75 @@ class Estimate:
         the test less sensitive but causes no false alarms.
         """
         around = ndimage.uniform_filter(self.stderr**2, size=(3, 3, 1), mode="nearest")
-        return Estimate(self.mean, np.maximum(self.stderr, np.sqrt(np.maximum(around, 0.0))), self.dof)
+        stderr = np.maximum(self.stderr, np.sqrt(np.maximum(around, 0.0)))
+        return Estimate(self.mean, stderr, self.dof, self.skewness)
+
+
+def skewness(samples: np.ndarray) -> float:
+    """Fisher's skewness of independent samples along the first axis, typical of all values of an image.
+
+    The skewness of a few samples is uncertain, so it is that of the samples of 3x3 neighbours, if there are many. It
+    is the median over the image, less its standard error in normal samples, and at least 0.
+    """
+    residuals = samples - samples.mean(axis=0)
+    second, third = ((residuals**power).mean(axis=0) for power in (2, 3))
+    count = float(len(samples))
+    if samples.ndim == 4 and min(samples.shape[1:3]) >= MANY:
+        second, third = (ndimage.uniform_filter(moment, size=(3, 3, 1), mode="nearest") for moment in (second, third))
+        count *= 9
+    floor = (ROUNDING * np.abs(samples).max(initial=0.0)) ** 2
+    noisy = second > floor
+    if count < 3 or not noisy.any():
+        return 0.0
+    found = np.abs(third[noisy]) / second[noisy] ** 1.5 * np.sqrt(count * (count - 1)) / (count - 2)
+    stderr = np.sqrt(6 * count * (count - 1) / ((count - 2) * (count + 1) * (count + 3)))
+    return max(0.0, float(np.median(found) - stderr))
 
 
 @dataclass(frozen=True)
 class Level:
-    """The result of a comparison at one block size."""
+    """The result of a comparison at one block size. `is_judged` tells whether it has enough samples for its skewness."""
 
     block: str
     tests: int
     largest_z: float
     p: float
     place: str
+    skewness: float
+    is_judged: bool
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """The result at all block sizes. `p` is the probability of at least this much difference by chance."""
+    """The result at all block sizes.
 
-    same: bool
+    `p` is the probability of at least this much difference by chance, over the levels that are judged. The images are
+    different if these say so, and undecided if only others do or if none is judged.
+    """
+
+    answer: Answer
     p: float
     levels: list[Level]
 
+    @property
+    def same(self) -> bool:
+        """Whether no level differs, and at least one is judged."""
+        return self.answer is Answer.SAME
+
+    @property
+    def different(self) -> bool:
+        """Whether a level that is judged differs."""
+        return self.answer is Answer.DIFFERENT
+
     def __str__(self) -> str:
         worst = min(self.levels, key=lambda level: level.p)
-        answer = "the same" if self.same else "DIFFERENT"
-        return (
+        answer = "DIFFERENT" if self.different else str(self.answer)
+        text = (
             f"{answer} (p = {self.p:.2g}; {worst.tests} {worst.block}, largest |t| = {worst.largest_z:.1f} "
-            f"at {worst.place})"
+            f"at {worst.place}"
         )
+        unjudged = [f"{level.block} (skewness {level.skewness:.1f})" for level in self.levels if not level.is_judged]
+        return text + (f"; too few samples to judge {', '.join(unjudged)})" if unjudged else ")")
 
 
 def welch(a: Estimate, b: Estimate) -> tuple[np.ndarray, np.ndarray]:
@@ -135,8 +204,12 @@ def _counts(mask: np.ndarray, block: int) -> np.ndarray:
 def compare(pairs: dict[int, tuple[Estimate, Estimate]], significance: float = SIGNIFICANCE) -> Verdict:
     """The verdict over several block sizes, with Sidak's correction for their number."""
     levels = [_level(block, a, b) for block, (a, b) in pairs.items()]
-    p = family_p(np.array([level.p for level in levels]))
-    return Verdict(p >= significance, p, levels)
+    judged = [level.p for level in levels if level.is_judged]
+    p = family_p(np.array(judged)) if judged else 1.0
+    if p < significance:
+        return Verdict(Answer.DIFFERENT, p, levels)
+    is_sure = bool(judged) and family_p(np.array([level.p for level in levels])) >= significance
+    return Verdict(Answer.SAME if is_sure else Answer.UNDECIDED, p, levels)
 
 
 def _level(block: int, a: Estimate, b: Estimate) -> Level:
@@ -144,4 +217,6 @@ def _level(block: int, a: Estimate, b: Estimate) -> Level:
     y, x, channel = np.unravel_index(int(np.argmin(p)), p.shape)
     place = f"({x * block}, {y * block}) {('red', 'green', 'blue')[channel]}"
     what = {1: "pixels", WHOLE: "channel means"}.get(block, f"blocks of {block}x{block}")
-    return Level(what, p.size, float(np.abs(t[y, x, channel])), family_p(p), place)
+    largest = float(np.abs(t[y, x, channel]))
+    is_judged = a.is_normal and b.is_normal
+    return Level(what, p.size, largest, family_p(p), place, max(a.skewness, b.skewness), is_judged)

@@ -30,7 +30,10 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let result = match Args::try_parse_from(&arguments) {
         Ok(args) => args.run(),
-        Err(error) => usage::answer(&error, &arguments),
+        Err(error) => {
+            logs::init_for(&arguments);
+            usage::answer(&error, &arguments)
+        }
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

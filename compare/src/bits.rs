@@ -9,9 +9,14 @@ use scene::{Film, Rgb};
 /// If the images differ in size.
 pub fn differing_pixels(a: &Film, b: &Film) -> Result<Vec<usize>, CompareError> {
     check_size(a, b)?;
-    let bits = |pixel: &Rgb| pixel.to_array().map(f32::to_bits);
     let pairs = a.pixels.iter().zip(&b.pixels).enumerate();
-    Ok(pairs.filter(|(_, (p, q))| bits(p) != bits(q)).map(|(index, _)| index).collect())
+    Ok(pairs.filter(|(_, (p, q))| differ(p, q)).map(|(index, _)| index).collect())
+}
+
+/// Whether two pixels differ in any bit.
+pub(crate) fn differ(p: &Rgb, q: &Rgb) -> bool {
+    let bits = |pixel: &Rgb| pixel.to_array().map(f32::to_bits);
+    bits(p) != bits(q)
 }
 
 /// The indices of the values that differ in any bit.

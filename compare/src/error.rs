@@ -14,6 +14,9 @@ pub enum CompareError {
         /// Width and height of the reference.
         b: [u32; 2],
     },
+    /// An image cannot be read: one line, which names the file.
+    #[error("{0}")]
+    Unreadable(String),
     /// The images have no pixels.
     #[error("the images have no pixels")]
     Empty,
@@ -39,23 +42,4 @@ pub(crate) fn check_size(a: &Film, b: &Film) -> Result<(), CompareError> {
         return Ok(());
     }
     Err(CompareError::Size { a: [a.width, a.height], b: [b.width, b.height] })
-}
-
-/// Checks that metrics are defined for the images: same size, at least one pixel, all finite.
-pub(crate) fn check(a: &Film, b: &Film) -> Result<(), CompareError> {
-    check_size(a, b)?;
-    if a.pixels.is_empty() {
-        return Err(CompareError::Empty);
-    }
-    check_finite('A', a)?;
-    check_finite('B', b)
-}
-
-fn check_finite(image: char, film: &Film) -> Result<(), CompareError> {
-    let broken = || film.pixels.iter().enumerate().filter(|(_, p)| !p.is_finite());
-    let Some((first, _)) = broken().next() else {
-        return Ok(());
-    };
-    let width = film.width as usize;
-    Err(CompareError::NotFinite { image, count: broken().count(), x: first % width, y: first / width })
 }

@@ -3,8 +3,9 @@
 //! | Question | Answer |
 //! | --- | --- |
 //! | How similar are two images? | [`Metrics::of`]: RMSE, relative MSE, PSNR, SSIM, FLIP |
+//! | ... if they are too large for memory, or of high dynamic range? | [`Metrics::of_rows`], with HDR-FLIP |
 //! | Are they similar enough? | [`Thresholds::exceeded`] |
-//! | Where do they differ? | [`difference_image`]: a picture in false colours |
+//! | Where do they differ? | [`difference_image`] and [`DifferenceMap`]: a picture in false colours |
 //! | Which pixels differ in any bit? | [`differing_pixels`] |
 //! | Which value of two engines differs first? | [`planes`] of each, then [`first_difference`] |
 //!
@@ -31,17 +32,24 @@
 mod bits;
 mod difference_image;
 mod error;
+mod finite;
+mod flip;
 mod metrics;
 mod planes;
+mod rank;
 mod ssim;
+#[cfg(test)]
+mod strip_tests;
+mod strips;
 mod table;
 #[cfg(test)]
 mod tests;
 mod thresholds;
+mod window;
 
 pub use bits::differing_pixels;
-pub use difference_image::{DifferenceImage, difference_image};
+pub use difference_image::{DifferenceImage, DifferenceMap, difference_image};
 pub use error::CompareError;
-pub use metrics::{Channels, LargestDifference, Metrics};
+pub use metrics::{Channels, LargestDifference, Metrics, Progress};
 pub use planes::{EnginePlane, PlaneDifference, PlaneKind, first_difference, planes};
 pub use thresholds::{Exceeded, Thresholds};

@@ -1,11 +1,20 @@
-//! Computes the metrics that compare two images.
+//! Computes the metrics that compare two images, strip by strip.
+//!
+//! Sums are over each row from the left, and then over the rows from the top. So they do not depend on the strips or on
+//! the number of threads.
 
-use crate::bits::differing_pixels;
-use crate::error::{CompareError, check};
-use crate::ssim::ssim;
+use crate::bits::differ;
+use crate::error::CompareError;
+use crate::finite::Finite;
+use crate::flip::{self, Exposures, luminance};
+use crate::rank::Coarse;
+use crate::ssim;
+use crate::strips::{HALO, Pair, Strip, rows_at_once};
+use rayon::prelude::*;
 use scene::film::RELATIVE_MSE_EPSILON;
-use scene::{Film, Rgb, srgb};
+use scene::{Film, FilmRows, RowReader, srgb};
 use serde::Serialize;
+use std::ops::{Add, AddAssign};
 
 /// Side of the blocks of [`Metrics::block_relative_mse`].
 const BLOCK: usize = 8;
@@ -69,42 +78,225 @@ pub struct Metrics {
     /// Mean error of LDR-FLIP (Andersson et al. 2020) of the sRGB images at 8 bits, as seen from 0.7 m on a screen
     /// of 3840 pixels over 0.7 m (67 pixels per degree); from 0 to 1.
     pub flip: f64,
+    /// Mean error of HDR-FLIP (Andersson et al. 2021) of the radiance, seen alike: the greatest LDR-FLIP error of each
+    /// pixel over exposures from the reference's brightest pixel to its median, tone-mapped by ACES. `None` unless it is
+    /// asked for, and if the reference is black.
+    pub hdr_flip: Option<f64>,
 }
 
+/// Progress: called with the rows that are done, and the rows of all passes together.
+pub type Progress<'a> = &'a mut dyn FnMut(u64, u64);
+
 impl Metrics {
-    /// Compares `a` with the reference `b`.
+    /// Compares `a` with the reference `b`, except for HDR-FLIP.
     ///
     /// # Errors
     /// If the images differ in size, have no pixels, or have some that are not finite.
     pub fn of(a: &Film, b: &Film) -> Result<Self, CompareError> {
-        check(a, b)?;
-        let pairs = || a.pixels.iter().zip(&b.pixels);
-        let differing_pixels = differing_pixels(a, b)?.len();
-        let width = a.width as usize;
-        let shown = |p: &Rgb, c: usize| srgb::encode(p[c].into());
-        let row = |film: &Film, c, y| film.pixels[y * width..][..width].iter().map(|p| shown(p, c)).collect();
-        Ok(Self {
-            width: a.width,
-            height: a.height,
-            identical: differing_pixels == 0,
-            differing_pixels,
-            largest_difference: largest_difference(a, b),
-            mean_a: Channels::new(|c| mean(a.pixels.iter().map(|p| p[c].into()))),
-            mean_b: Channels::new(|c| mean(b.pixels.iter().map(|p| p[c].into()))),
-            rmse: Channels::new(|c| mean(pairs().map(|(p, q)| square_error(p[c].into(), q[c].into()))))
-                .map(f64::sqrt),
-            relative_mse: Channels::new(|c| {
-                mean(pairs().map(|(p, q)| relative_error(p[c].into(), q[c].into())))
-            }),
-            block_relative_mse: Channels::new(|c| block_relative_mse(a, b, c)),
-            psnr: -10.0
-                * Channels::new(|c| mean(pairs().map(|(p, q)| square_error(shown(p, c), shown(q, c)))))
-                    .all
-                    .log10(),
-            ssim: Channels::new(|c| ssim(width, a.height as usize, |y| [row(a, c, y), row(b, c, y)])),
-            flip: flip(a, b),
+        Self::of_rows(&mut FilmRows::new(a), &mut FilmRows::new(b), false, &mut |_, _| {})
+    }
+
+    /// Like [`Self::of`], for images of which only some rows are held in memory: about 250 bytes for each of 10^6 pixels.
+    /// With `hdr_flip`, computes that too, for which the reference is read three times.
+    ///
+    /// # Errors
+    /// Like [`Self::of`], and if an image cannot be read.
+    pub fn of_rows(
+        a: &mut dyn RowReader,
+        b: &mut dyn RowReader,
+        hdr_flip: bool,
+        progress: Progress,
+    ) -> Result<Self, CompareError> {
+        let width = a.size()[0] as usize;
+        measure(&mut Pair { a, b }, hdr_flip, rows_at_once(width), progress)
+    }
+}
+
+/// The metrics, computed over strips of `rows_at_once` rows, a multiple of [`BLOCK`].
+pub(crate) fn measure(
+    pair: &mut Pair,
+    hdr_flip: bool,
+    rows_at_once: usize,
+    progress: Progress,
+) -> Result<Metrics, CompareError> {
+    let [width, height] = pair.size()?;
+    let passes = if hdr_flip { 3 } else { 1 };
+    let mut tell =
+        |pass: u64, rows: usize| progress(pass * height as u64 + rows as u64, passes * height as u64);
+    let exposures = if hdr_flip { exposures(pair, rows_at_once, &mut tell)? } else { None };
+    let mut sums = Sums { hdr_flip: exposures.map(|_| 0.0), ..Sums::default() };
+    pair.for_each_strip(rows_at_once, HALO, |strip| {
+        sums.finite.add(strip);
+        if sums.finite.check().is_ok() {
+            sums.add(strip, exposures);
+        }
+        tell(passes - 1, strip.rows.end);
+        Ok(())
+    })?;
+    sums.metrics(width, height)
+}
+
+/// The exposures for HDR-FLIP; `None` if the reference is black.
+fn exposures(
+    pair: &mut Pair,
+    rows_at_once: usize,
+    tell: &mut dyn FnMut(u64, usize),
+) -> Result<Option<Exposures>, CompareError> {
+    let mut coarse = Coarse::new();
+    let mut pass = |number: u64, see: &mut dyn FnMut(f32)| {
+        pair.for_each_strip_of_b(rows_at_once, |pixels, bottom| {
+            pixels.iter().map(|&pixel| luminance(pixel)).for_each(&mut *see);
+            tell(number, bottom);
+        })
+    };
+    pass(0, &mut |v| coarse.add(v))?;
+    let Some(ranks) = Exposures::ranks(&coarse) else { return Ok(None) };
+    let mut fine = coarse.refine(ranks);
+    pass(1, &mut |v| fine.add(v))?;
+    Ok(Some(Exposures::new(&coarse, &fine)))
+}
+
+/// Sums over all rows so far.
+#[derive(Default)]
+struct Sums {
+    finite: Finite,
+    differing_pixels: usize,
+    largest: Option<LargestDifference>,
+    mean_a: PerChannel,
+    mean_b: PerChannel,
+    square: PerChannel,
+    relative: PerChannel,
+    blocks: PerChannel,
+    shown: PerChannel,
+    ssim: PerChannel,
+    flip: f64,
+    hdr_flip: Option<f64>,
+}
+
+/// A sum for each channel.
+#[derive(Clone, Copy, Default)]
+struct PerChannel([f64; 3]);
+
+impl AddAssign<[f64; 3]> for PerChannel {
+    fn add_assign(&mut self, sums: [f64; 3]) {
+        for (all, sum) in self.0.iter_mut().zip(sums) {
+            *all += sum;
+        }
+    }
+}
+
+impl PerChannel {
+    fn mean(self, count: f64) -> Channels {
+        Channels::new(|c| self.0[c] / count)
+    }
+}
+
+/// Sums over one row.
+struct RowSums {
+    differing_pixels: usize,
+    largest: Option<LargestDifference>,
+    mean_a: [f64; 3],
+    mean_b: [f64; 3],
+    square: [f64; 3],
+    relative: [f64; 3],
+}
+
+impl Sums {
+    fn add(&mut self, strip: &Strip, exposures: Option<Exposures>) {
+        for row in strip.map_rows(|y| RowSums::of(strip, y)) {
+            self.differing_pixels += row.differing_pixels;
+            let is_larger = |new: &LargestDifference| self.largest.is_none_or(|old| new.value > old.value);
+            self.largest = row.largest.filter(is_larger).or(self.largest);
+            self.mean_a += row.mean_a;
+            self.mean_b += row.mean_b;
+            self.square += row.square;
+            self.relative += row.relative;
+        }
+        for channel in 0..3 {
+            self.blocks.0[channel] =
+                block_sums(strip, channel).into_iter().fold(self.blocks.0[channel], f64::add);
+            self.add_shown(strip, channel);
+        }
+        let flip = flip::errors(strip, flip::from_codes);
+        self.flip = row_sums(&flip).fold(self.flip, |all, row| all + row);
+        if let (Some(sum), Some(exposures)) = (&mut self.hdr_flip, exposures) {
+            *sum = row_sums(&worst(strip, exposures)).fold(*sum, |all, row| all + row);
+        }
+    }
+
+    /// Adds the metrics of one channel of the sRGB images.
+    fn add_shown(&mut self, strip: &Strip, channel: usize) {
+        let top = strip.held().start;
+        let codes: Vec<[Vec<f64>; 2]> = strip.map_held(|y| {
+            strip.row(y).map(|row| row.iter().map(|pixel| srgb::encode(pixel[channel].into())).collect())
+        });
+        let row = |y: usize| codes[y - top].each_ref().map(Vec::as_slice);
+        let errors = strip.map_rows(|y| {
+            let [a, b] = row(y);
+            a.iter().zip(b).map(|(&a, &b)| square_error(a, b)).sum::<f64>()
+        });
+        let indices = ssim::row_sums(strip.rows.clone(), strip.height, row);
+        for (error, index) in errors.into_iter().zip(indices) {
+            self.shown.0[channel] += error;
+            self.ssim.0[channel] += index;
+        }
+    }
+
+    fn metrics(self, width: usize, height: usize) -> Result<Metrics, CompareError> {
+        self.finite.check()?;
+        let count = width as f64 * height as f64;
+        let none = LargestDifference { value: 0.0, channel: "red", x: 0, y: 0 };
+        Ok(Metrics {
+            width: width as u32,
+            height: height as u32,
+            identical: self.differing_pixels == 0,
+            differing_pixels: self.differing_pixels,
+            largest_difference: self.largest.unwrap_or(none),
+            mean_a: self.mean_a.mean(count),
+            mean_b: self.mean_b.mean(count),
+            rmse: self.square.mean(count).map(f64::sqrt),
+            relative_mse: self.relative.mean(count),
+            block_relative_mse: self.blocks.mean(count),
+            psnr: -10.0 * self.shown.mean(count).all.log10(),
+            ssim: self.ssim.mean(count),
+            flip: self.flip / count,
+            hdr_flip: self.hdr_flip.map(|sum| sum / count),
         })
     }
+}
+
+impl RowSums {
+    fn of(strip: &Strip, y: usize) -> Self {
+        let sum = |of: fn(f64, f64) -> f64| {
+            [0, 1, 2].map(|c| strip.pairs(y).map(|(p, q)| of(p[c].into(), q[c].into())).sum::<f64>())
+        };
+        Self {
+            differing_pixels: strip.pairs(y).filter(|(p, q)| differ(p, q)).count(),
+            largest: largest_difference(strip, y),
+            mean_a: sum(|a, _| a),
+            mean_b: sum(|_, b| b),
+            square: sum(square_error),
+            relative: sum(relative_error),
+        }
+    }
+}
+
+/// The sum of each row.
+fn row_sums(rows: &[Vec<f32>]) -> impl Iterator<Item = f64> {
+    rows.iter().map(|row| row.iter().map(|&v| f64::from(v)).sum())
+}
+
+/// The greatest LDR-FLIP error of each pixel at any of the exposures.
+fn worst(strip: &Strip, exposures: Exposures) -> Vec<Vec<f32>> {
+    let mut worst = vec![vec![0.0_f32; strip.width]; strip.rows.len()];
+    for exposure in exposures.iter() {
+        for (worst, errors) in worst.iter_mut().zip(flip::errors(strip, flip::tone_mapped(exposure))) {
+            for (worst, error) in worst.iter_mut().zip(errors) {
+                *worst = worst.max(error);
+            }
+        }
+    }
+    worst
 }
 
 impl Channels {
@@ -124,11 +316,6 @@ impl Channels {
     }
 }
 
-fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
-    let count = values.len() as f64;
-    values.sum::<f64>() / count
-}
-
 fn square_error(a: f64, b: f64) -> f64 {
     (a - b) * (a - b)
 }
@@ -137,44 +324,38 @@ fn relative_error(a: f64, b: f64) -> f64 {
     square_error(a, b) / (b * b + RELATIVE_MSE_EPSILON)
 }
 
-fn largest_difference(a: &Film, b: &Film) -> LargestDifference {
-    let mut largest = LargestDifference { value: 0.0, channel: "red", x: 0, y: 0 };
-    for (i, (p, q)) in a.pixels.iter().zip(&b.pixels).enumerate() {
+/// The first of the largest differences in a row; `None` if there is none.
+fn largest_difference(strip: &Strip, y: usize) -> Option<LargestDifference> {
+    let mut largest: Option<LargestDifference> = None;
+    for (x, (p, q)) in strip.pairs(y).enumerate() {
         for (c, channel) in ["red", "green", "blue"].into_iter().enumerate() {
             let value = (f64::from(p[c]) - f64::from(q[c])).abs();
-            if value > largest.value {
-                let width = a.width as usize;
-                largest = LargestDifference { value, channel, x: i % width, y: i / width };
+            if value > largest.map_or(0.0, |largest| largest.value) {
+                largest = Some(LargestDifference { value, channel, x, y });
             }
         }
     }
     largest
 }
 
-fn block_relative_mse(a: &Film, b: &Film, channel: usize) -> f64 {
-    let (width, height) = (a.width as usize, a.height as usize);
-    let mut sum = 0.0;
-    for y in (0..height).step_by(BLOCK) {
-        for x in (0..width).step_by(BLOCK) {
-            let columns = BLOCK.min(width - x);
-            let pixels = columns * BLOCK.min(height - y);
-            let block_mean = |film: &Film| {
-                let rows = film.pixels[y * width..].chunks(width).take(BLOCK);
-                let values = rows.flat_map(|row| &row[x..x + columns]).map(|p| f64::from(p[channel]));
-                values.sum::<f64>() / pixels as f64
-            };
-            sum += pixels as f64 * relative_error(block_mean(a), block_mean(b));
-        }
-    }
-    sum / (width * height) as f64
+/// The weighted relative errors of the means over the blocks of a strip.
+fn block_sums(strip: &Strip, channel: usize) -> Vec<f64> {
+    let tops: Vec<usize> = strip.rows.clone().step_by(BLOCK).collect();
+    tops.into_par_iter().map(|top| block_row(strip, top, channel)).collect()
 }
 
-fn flip(a: &Film, b: &Film) -> f64 {
-    let bytes = |p: &Rgb| p.to_array().map(|v| srgb::encode_byte(v.into()));
-    let image = |film: &Film| {
-        let bytes: Vec<u8> = film.pixels.iter().flat_map(bytes).collect();
-        nv_flip::FlipImageRgb8::with_data(film.width, film.height, &bytes)
+/// The same for the blocks whose first row is `top`.
+fn block_row(strip: &Strip, top: usize, channel: usize) -> f64 {
+    let bottom = strip.rows.end.min(top + BLOCK);
+    let lefts = (0..strip.width).step_by(BLOCK);
+    let error = |left: usize| {
+        let right = strip.width.min(left + BLOCK);
+        let pixels = ((right - left) * (bottom - top)) as f64;
+        let mean = |image: usize| {
+            let values = (top..bottom).flat_map(|y| &strip.row(y)[image][left..right]);
+            values.map(|pixel| f64::from(pixel[channel])).sum::<f64>() / pixels
+        };
+        pixels * relative_error(mean(0), mean(1))
     };
-    let map = nv_flip::flip(image(b), image(a), nv_flip::DEFAULT_PIXELS_PER_DEGREE);
-    mean(map.to_vec().into_iter().map(f64::from))
+    lefts.map(error).sum()
 }

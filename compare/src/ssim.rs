@@ -7,7 +7,10 @@
 //! Windows are Gaussian, 11x11, sigma 1.5, one around every pixel. At the border the image is reflected about its
 //! outermost pixels (the default of `OpenCV`), so that images of any size have an index.
 
+use crate::window::{along, weighted};
+use rayon::prelude::*;
 use std::array;
+use std::ops::Range;
 
 /// Pixels of the window on each side of its centre.
 const REACH: usize = 5;
@@ -17,36 +20,36 @@ const SIGMA: f64 = 1.5;
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 
-/// The mean SSIM index of two images of one channel, with `height` rows of `width` values in [0, 1]. `rows` returns one
-/// row of each. Only as many rows are held in memory as a window is high.
-pub(crate) fn ssim(width: usize, height: usize, rows: impl Fn(usize) -> [Vec<f64>; 2]) -> f64 {
+/// The sum of the SSIM index over each of `rows`, of images of one channel with `height` rows of values in [0, 1].
+/// `row` returns one row of each; rows farther than [`REACH`] from `rows` are not asked for.
+pub(crate) fn row_sums<'a>(
+    rows: Range<usize>,
+    height: usize,
+    row: impl Fn(usize) -> [&'a [f64]; 2] + Sync,
+) -> Vec<f64> {
     let weights = weights();
-    let mut ring: [Moments; WINDOW] = array::from_fn(|_| Moments::default());
-    let (mut sum, mut next) = (0.0, 0);
-    for y in 0..height {
-        while next < height.min(y + REACH + 1) {
-            ring[next % WINDOW] = moments(&rows(next), &weights);
-            next += 1;
-        }
-        let window: [&Moments; WINDOW] = array::from_fn(|i| &ring[reflect(y + i, height) % WINDOW]);
-        for x in 0..width {
-            let weighted = |m: usize| weights.iter().zip(window).map(|(w, row)| w * row[m][x]).sum();
-            sum += index(array::from_fn(weighted));
-        }
-    }
-    sum / (width * height) as f64
+    let first = rows.start.saturating_sub(REACH);
+    let around = first..height.min(rows.end + REACH);
+    let moments: Vec<Moments> = around.into_par_iter().map(|y| moments(row(y), &weights)).collect();
+    let sum = |y: usize| {
+        let window: [&Moments; WINDOW] = array::from_fn(|i| &moments[reflect(y + i, height) - first]);
+        let means: Moments =
+            array::from_fn(|m| weighted(window[0][m].len(), &weights, |k| window[k][m].as_slice()));
+        (0..means[0].len()).map(|x| index(array::from_fn(|m| means[m][x]))).sum()
+    };
+    rows.into_par_iter().map(sum).collect()
 }
 
 /// The weighted means of a, b, a^2, b^2 and ab over windows.
 type Moments = [Vec<f64>; 5];
 
 /// The moments of one row, with windows along the row only.
-fn moments([a, b]: &[Vec<f64>; 2], weights: &[f64; WINDOW]) -> Moments {
+fn moments([a, b]: [&[f64]; 2], weights: &[f64; WINDOW]) -> Moments {
     let of: [fn(f64, f64) -> f64; 5] = [|a, _| a, |_, b| b, |a, _| a * a, |_, b| b * b, |a, b| a * b];
     of.map(|of| {
         let around = (0..a.len() + 2 * REACH).map(|x| reflect(x, a.len()));
         let values: Vec<f64> = around.map(|x| of(a[x], b[x])).collect();
-        values.windows(WINDOW).map(|window| weights.iter().zip(window).map(|(w, v)| w * v).sum()).collect()
+        along(&values, weights)
     })
 }
 
@@ -83,8 +86,9 @@ mod tests {
 
     /// The index of whole images with `width` values in a row.
     fn of(a: &[f64], b: &[f64], width: usize) -> f64 {
-        let row = |values: &[f64], y: usize| values[y * width..][..width].to_vec();
-        ssim(width, a.len() / width, |y| [row(a, y), row(b, y)])
+        let height = a.len() / width;
+        let sums = row_sums(0..height, height, |y| [a, b].map(|values| &values[y * width..][..width]));
+        sums.iter().sum::<f64>() / a.len() as f64
     }
 
     #[test]

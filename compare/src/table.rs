@@ -36,6 +36,9 @@ impl fmt::Display for Metrics {
         }
         writeln!(f, "{:<60}{:>14}", "PSNR in dB", figure(self.psnr))?;
         writeln!(f, "{:<60}{:>14}", "FLIP", figure(self.flip))?;
+        if let Some(hdr_flip) = self.hdr_flip {
+            writeln!(f, "{:<60}{:>14}", "HDR-FLIP", figure(hdr_flip))?;
+        }
         let LargestDifference { value, channel, x, y } = self.largest_difference;
         if value > 0.0 {
             writeln!(f, "largest difference {} in {channel} at ({x}, {y})", figure(value))?;

@@ -137,6 +137,7 @@ fn thresholds_are_exceeded_beyond_their_value_alone() {
         max_relmse: Some(m.relative_mse.all + slack),
         max_block_relmse: Some(m.block_relative_mse.all + slack),
         max_flip: Some(m.flip + slack),
+        max_hdr_flip: Some(slack),
         max_abs: Some(m.largest_difference.value + slack),
         min_ssim: Some(m.ssim.all - slack),
         min_psnr: Some(m.psnr - slack),
@@ -144,12 +145,20 @@ fn thresholds_are_exceeded_beyond_their_value_alone() {
     assert!(Thresholds::default().exceeded(&m).is_empty());
     assert!(at(0.0).exceeded(&m).is_empty());
     let exceeded = at(-1e-6).exceeded(&m);
-    let fields =
-        ["max_rmse", "max_relmse", "max_block_relmse", "max_flip", "max_abs", "min_ssim", "min_psnr"];
+    let fields = [
+        "max_rmse",
+        "max_relmse",
+        "max_block_relmse",
+        "max_flip",
+        "max_hdr_flip",
+        "max_abs",
+        "min_ssim",
+        "min_psnr",
+    ];
     assert_eq!(exceeded.iter().map(|exceeded| exceeded.field).collect::<Vec<_>>(), fields);
     assert_eq!(
-        exceeded[4].to_string(),
+        exceeded[5].to_string(),
         format!("the largest difference is 0.25, above max_abs {}", 0.25 - 1e-6)
     );
-    assert!(exceeded[6].to_string().contains(", below min_psnr "));
+    assert!(exceeded[7].to_string().contains(", below min_psnr "));
 }

@@ -14,6 +14,8 @@ pub struct Thresholds {
     pub max_block_relmse: Option<f64>,
     /// Greatest mean FLIP error.
     pub max_flip: Option<f64>,
+    /// Greatest mean HDR-FLIP error. It holds if that is not computed.
+    pub max_hdr_flip: Option<f64>,
     /// Greatest absolute difference of any channel of any pixel.
     pub max_abs: Option<f64>,
     /// Least mean SSIM index.
@@ -53,6 +55,7 @@ impl Thresholds {
             ("relative MSE", m.relative_mse.all, "max_relmse", self.max_relmse),
             ("8x8 relative MSE", m.block_relative_mse.all, "max_block_relmse", self.max_block_relmse),
             ("FLIP", m.flip, "max_flip", self.max_flip),
+            ("HDR-FLIP", m.hdr_flip.unwrap_or(0.0), "max_hdr_flip", self.max_hdr_flip),
             ("the largest difference", m.largest_difference.value, "max_abs", self.max_abs),
         ];
         let least =

@@ -8,8 +8,8 @@ use crate::search::ball_count;
 use crate::tables::Tables;
 use scene::{Scene, Still, Vec3};
 
-/// What a sphere takes in the scene, and in the tables and trees made of it.
-pub(crate) const BYTES_PER_SPHERE: u64 = 768;
+/// What a sphere takes in the tables and trees made of the scene, while they are built.
+pub(crate) const BYTES_PER_SPHERE: u64 = 256;
 
 /// A still with its tables.
 pub(crate) struct Prepared<'a> {

@@ -5,6 +5,8 @@
 
 mod temporary;
 
+use crate::paths;
+use scene::text::mebibytes;
 use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write as _};
@@ -35,7 +37,7 @@ pub type Output = BufWriter<File>;
 /// Replaces the file `path` with what `fill` writes.
 ///
 /// A new file gets the default permissions (by the umask); a replaced file keeps its own. If `path` is a symbolic
-/// link, the link stays and the file that it points to is replaced.
+/// link, the link stays and the file that it points to is replaced or created.
 ///
 /// # Errors
 /// If [`check`] fails, or on an error of `fill` or the file system. The target is then unchanged.
@@ -76,10 +78,11 @@ pub fn replace_and_keep(
 /// Saves the content of `path`, which could not be written, under another name: in the same folder or, failing that,
 /// in the temporary folder. Never overwrites a file. Returns the path, if one of the two could be written.
 pub fn rescue(path: &Path, write: impl Fn(&Path) -> Result<(), FileError>) -> Option<PathBuf> {
-    let mut name = path.file_stem().unwrap_or(OsStr::new("image")).to_owned();
-    name.push(format!("-rescued-{}.", std::process::id()));
-    name.push(path.extension().unwrap_or(OsStr::new("json")));
-    [path.with_file_name(&name), std::env::temp_dir().join(&name)]
+    let stem = path.file_stem().unwrap_or(OsStr::new("image"));
+    let extension = path.extension().unwrap_or(OsStr::new("json")).to_string_lossy();
+    let suffix = format!("-rescued-{}.{extension}", std::process::id());
+    [path.with_file_name(stem), std::env::temp_dir().join(stem)]
+        .map(|whole| paths::around(&whole, "", &suffix))
         .into_iter()
         .find(|refuge| !refuge.exists() && write(refuge).is_ok())
 }
@@ -91,26 +94,27 @@ pub fn rescue(path: &Path, write: impl Fn(&Path) -> Result<(), FileError>) -> Op
 pub fn check_room(path: &Path, bytes: u64) -> Result<(), FileError> {
     let (file, _place) = Target::find(path)?.temporary(path)?;
     temporary::reserve(&file, bytes).map_err(|e| {
-        let mebibytes = bytes as f64 / f64::from(1 << 20);
-        FileError::new(path, format!("there is no room for its {mebibytes:.1} MiB: {}", reason(&e)))
+        FileError::new(path, format!("there is no room for its {}: {}", mebibytes(bytes), reason(&e)))
     })
 }
 
 /// Checks in advance whether [`replace`] can write to `path`.
 ///
 /// # Errors
-/// If `path` names a folder, a device, a read-only file or a broken link, or if no file can be created in its folder.
+/// If `path` names a folder, a device, a pipe, a read-only file or a circle of links, or if no file can be created in its
+/// folder.
 pub fn check(path: &Path) -> Result<(), FileError> {
     Target::find(path)?.temporary(path).map(drop)
 }
 
-/// The message of an I/O error, without the error number that Rust appends.
-pub fn reason(e: &io::Error) -> String {
-    let text = e.to_string();
-    match text.find(" (os error ") {
-        Some(end) => text[..end].to_owned(),
-        None => text,
+/// The message of an I/O error, or of an error that quotes one, without the error number that Rust appends.
+pub fn reason(error: &impl ToString) -> String {
+    let mut text = error.to_string();
+    while let Some(start) = text.find(" (os error ") {
+        let Some(length) = text[start..].find(')') else { break };
+        text.replace_range(start..=start + length, "");
     }
+    text
 }
 
 /// The path for messages, on one line.
@@ -138,7 +142,7 @@ impl Target {
         if path.as_os_str().to_string_lossy().ends_with(std::path::is_separator) {
             return error("names a folder; name a file in it".into());
         }
-        let file = follow(path)?;
+        let file = resolve(path)?;
         let folder = match file.parent() {
             Some(parent) if parent != Path::new("") => parent.to_owned(),
             _ => PathBuf::from("."),
@@ -178,13 +182,14 @@ impl Target {
 }
 
 /// `path` with a symbolic link resolved.
-fn follow(path: &Path) -> Result<PathBuf, FileError> {
-    match fs::symlink_metadata(path) {
-        Ok(m) if m.file_type().is_symlink() => fs::canonicalize(path).map_err(|e| {
-            FileError::new(path, format!("is a symbolic link that leads nowhere: {}; remove it", reason(&e)))
-        }),
-        _ => Ok(path.to_owned()),
-    }
+fn resolve(path: &Path) -> Result<PathBuf, FileError> {
+    let followed = match fs::metadata(path) {
+        Ok(status) if !status.is_file() => return Ok(path.to_owned()), // the link to a pipe leads to no path
+        Ok(_) if path.is_symlink() => fs::canonicalize(path),
+        _ => paths::follow(path),
+    };
+    followed
+        .map_err(|e| FileError::new(path, format!("cannot be followed: {}; name another file", reason(&e))))
 }
 
 /// Syncs the folder, so that the rename survives a power failure.

@@ -1,4 +1,4 @@
-//! The built-in scenes, embedded from `fixtures/scenes`.
+//! The built-in scenes, embedded from `files/scenes`.
 
 use crate::scene_file;
 use scene::Scene;
@@ -16,11 +16,7 @@ pub struct Builtin {
 
 macro_rules! builtin {
     ($name:literal, $about:literal) => {
-        Builtin {
-            name: $name,
-            text: include_str!(concat!("../../fixtures/scenes/", $name, ".toml")),
-            about: $about,
-        }
+        Builtin { name: $name, text: include_str!(concat!("../scenes/", $name, ".toml")), about: $about }
     };
 }
 

@@ -5,11 +5,12 @@
 //! | [`scene_file`] | scenes in TOML; every error is one line with its position in the file |
 //! | [`builtin`] | the built-in scenes |
 //! | [`named`] | finds a scene by its built-in name or its file |
-//! | [`image_file`] | PNG, EXR and PFM images |
+//! | [`image_file`] | images: PNG, JPEG, EXR, PFM, HDR, TIFF, WebP, QOI |
 //! | [`checkpoint`] | renders that can be resumed |
 //! | [`export`] | scenes for Mitsuba 3 and pbrt-v4 |
 //! | [`npy`] | rays and hits as `NumPy` arrays |
-//! | [`paths`] | detects paths that refer to the same file |
+//! | [`paths`] | where paths lead, and the names of files beside others |
+//! | [`lock`] | locks on files that are going to be replaced |
 //! | [`atomic_file`] | atomic file replacement, by which all of these files are written |
 //!
 //! ```
@@ -42,6 +43,8 @@ pub mod builtin;
 pub mod checkpoint;
 pub mod export;
 pub mod image_file;
+mod input;
+pub mod lock;
 pub mod named;
 pub mod npy;
 pub mod paths;

@@ -11,25 +11,27 @@ use std::path::{Path, PathBuf};
 pub struct Opened {
     /// The scene.
     pub scene: Scene,
+    /// A bound of the memory that was taken to read it, in bytes.
+    pub bytes: u64,
     /// The default name of its image, without extension: the built-in name, or the file's name.
     pub stem: OsString,
     /// The file that it was read from, unless it is built in.
     pub file: Option<PathBuf>,
 }
 
-/// Finds and reads the scene `name`.
+/// Finds and reads the scene `name`, in at most about `most` bytes of memory.
 ///
 /// # Errors
-/// If there is no such scene, or its file is not valid: one line that says how to fix it.
-pub fn open(name: &OsStr) -> Result<Opened, String> {
+/// If there is no such scene, or if its file is not valid or needs more memory: one line that says how to fix it.
+pub fn open(name: &OsStr, most: u64) -> Result<Opened, String> {
     let path = Path::new(name);
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-        let scene = scene_file::load(path).map_err(|error| error.to_string())?;
+        let (scene, bytes) = scene_file::load_within(path, most).map_err(|error| error.to_string())?;
         let stem = path.file_stem().unwrap_or(OsStr::new("scene")).to_owned();
-        return Ok(Opened { scene, stem, file: Some(path.into()) });
+        return Ok(Opened { scene, bytes, stem, file: Some(path.into()) });
     }
     let builtin = find(name)?;
-    Ok(Opened { scene: builtin.scene(), stem: builtin.name.into(), file: None })
+    Ok(Opened { scene: builtin.scene(), bytes: 0, stem: builtin.name.into(), file: None })
 }
 
 /// Finds the built-in scene `name`.

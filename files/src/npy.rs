@@ -1,10 +1,10 @@
 //! The `NumPy` files of the command `trace`: reads rays, writes hits.
 
-use crate::atomic_file::{self, FileError};
+use crate::atomic_file::{self, FileError, reason};
+use crate::input;
 use npyz::{DType, NpyFile, Order, WriterBuilder as _};
 use scene::ray::{NO_SPHERE, SphereId};
 use scene::{Ray, Vec3};
-use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::Path;
 
@@ -28,16 +28,12 @@ struct Row {
 /// If the file is not an array of float32 of shape (N, 6), or if a ray is not finite or has a zero direction.
 pub fn read(path: &Path) -> Result<Vec<Ray>, FileError> {
     let fail = |problem: String| FileError::new(path, problem);
-    let unreadable = |error: io::Error| fail(format!("cannot be read: {error}"));
-    let file = File::open(path).map_err(unreadable)?;
-    let metadata = file.metadata().map_err(unreadable)?;
-    if !metadata.is_file() {
-        return Err(fail("is no file; name a .npy file".into()));
-    }
+    let unreadable = |error: io::Error| fail(format!("cannot be read: {}", reason(&error)));
+    let (file, length) = input::open(path, "name a .npy file").map_err(fail)?;
     let array = NpyFile::new(BufReader::new(file)).map_err(|error| {
-        fail(format!("is no .npy file that can be read: {error}; write one by numpy.save"))
+        fail(format!("is no .npy file that can be read: {}; write one by numpy.save", reason(&error)))
     })?;
-    check_header(&array, metadata.len()).map_err(fail)?;
+    check_header(&array, length).map_err(fail)?;
     let (rows, order) = (array.shape()[0] as usize, array.order());
     let numbers: Vec<f32> = array.into_vec().map_err(unreadable)?;
     let number = |row: usize, column: usize| match order {

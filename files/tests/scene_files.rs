@@ -216,7 +216,7 @@ fn every_built_in_scene_is_valid() {
 
 #[test]
 fn the_documented_example_is_valid() {
-    let readme = include_str!("../../fixtures/scenes/README.md");
+    let readme = include_str!("../scenes/README.md");
     let example = readme.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     let scene = parse(example);
     assert_eq!(scene.camera.focus_distance, 200.0);

@@ -67,7 +67,7 @@ def test_the_path_tracer_passes() -> None:
 def test_one_percent_of_brightness_fails(factor: float, first_seed: int) -> None:
     ours = renders("cornell", first_seed)
     verdict = judge.verdict(other(ours, ours.images * factor), expected("cornell"))
-    assert not verdict.same, verdict
+    assert verdict.different, verdict
 
 
 def test_lamps_one_percent_brighter_fail(tmp_path: Path) -> None:
@@ -75,7 +75,7 @@ def test_lamps_one_percent_brighter_fail(tmp_path: Path) -> None:
     # 20 became 20.20 and 10 became 10.10.
     assert "emission = [20.20, 10.10, 10.10]" in Path(brighter).read_text()
     verdict = judge.verdict(renders(brighter), expected("cornell"))
-    assert not verdict.same, verdict
+    assert verdict.different, verdict
 
 
 @pytest.mark.parametrize("first_seed", SEEDS)
@@ -83,7 +83,7 @@ def test_lamps_one_percent_brighter_fail(tmp_path: Path) -> None:
 def test_a_shift_by_one_pixel_fails(axis: int, step: int, first_seed: int) -> None:
     ours = renders("cornell", first_seed)
     verdict = judge.verdict(other(ours, np.roll(ours.images, step, axis=axis)), expected("cornell"))
-    assert not verdict.same, verdict
+    assert verdict.different, verdict
 
 
 def test_a_missing_caustic_fails(tmp_path: Path) -> None:
@@ -98,17 +98,17 @@ def test_a_missing_caustic_fails(tmp_path: Path) -> None:
     brighter = (whole.mean(axis=0) > 1.2 * without.mean(axis=0)) & ~ball_and_above
     assert 10 < brighter[..., 0].sum() < 400
     verdict = judge.verdict(other(ours, np.where(brighter, without, whole)), expected("cornell"))
-    assert not verdict.same, verdict
+    assert verdict.different, verdict
 
 
 def test_glass_that_does_not_refract_fails(tmp_path: Path) -> None:
     straight = changed(tmp_path, "cornell", "ior = 1.5", "ior = 1")
     verdict = judge.verdict(renders(straight), expected("cornell"))
-    assert not verdict.same, verdict
+    assert verdict.different, verdict
 
 
 def test_the_papers_depth_fails() -> None:
     """Depth 5 loses 6 to 13 % of this scene's light."""
     height, width = expected("cornell").mean.shape[:2]
     shallow = judge.renders(Render("cornell", width=width, height=height, depth=5), QUICK)
-    assert not judge.verdict(shallow, expected("cornell")).same
+    assert judge.verdict(shallow, expected("cornell")).different

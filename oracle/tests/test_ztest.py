@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from oracle import ztest
-from oracle.ztest import Estimate
+from oracle.ztest import Answer, Estimate
 
 
 def noisy(random: np.random.Generator, count: int, scale: float = 0.1) -> np.ndarray:
@@ -45,7 +45,7 @@ def test_false_alarms_are_as_rare_as_stated() -> None:
     alarms = 0
     for _ in range(200):
         a, b = (Estimate.of_samples(noisy(random, 10)) for _ in range(2))
-        alarms += not ztest.compare({1: (a, b)}, significance=0.1).same
+        alarms += ztest.compare({1: (a, b)}, significance=0.1).different
     assert 6 <= alarms <= 38  # 4 standard deviations of a binomial
 
 
@@ -54,7 +54,7 @@ def test_one_pixel_off_is_found_and_named() -> None:
     a, b = noisy(random, 16), noisy(random, 16)
     a[:, 5, 7, 1] += 1.0
     verdict = ztest.compare({1: (Estimate.of_samples(a), Estimate.of_samples(b))})
-    assert not verdict.same
+    assert verdict.different
     assert verdict.levels[0].place == "(7, 5) green"
 
 
@@ -75,4 +75,48 @@ def test_values_without_noise_are_compared_to_rounding() -> None:
     rounded = Estimate(flat.mean * (1 + 1e-6), flat.stderr, flat.dof)
     other = Estimate(flat.mean * 1.01, flat.stderr, flat.dof)
     assert ztest.compare({8: (flat, rounded)}).same
-    assert not ztest.compare({8: (flat, other)}).same
+    assert ztest.compare({8: (flat, other)}).different
+
+
+def rare(random: np.random.Generator, count: int, share: float) -> np.ndarray:
+    """Samples with the mean 1, of which only a share is not black."""
+    return (random.random((count, 32, 48, 3)) < share) / share
+
+
+def test_rare_light_is_undecided_and_not_different() -> None:
+    """One sample in 20 has all of the light: 8 samples say that a pixel is black, or far too bright."""
+    random = np.random.default_rng(7)
+    truth = Estimate(np.ones((32, 48, 3)), np.full((32, 48, 3), 1e-3), np.full((32, 48, 3), 31.0))
+    few = ztest.Estimate.of_samples(rare(random, 8, 0.05)).steadied()
+    assert not few.is_normal
+    verdict = ztest.compare({1: (few, truth)})
+    assert verdict.answer is Answer.UNDECIDED
+    assert "too few samples to judge pixels" in str(verdict)
+    # Means of blocks have enough samples, and agree.
+    whole = ztest.of_renders(rare(random, 8, 0.05), ztest.WHOLE, np.ones((32, 48, 3)))
+    exact = Estimate(np.ones((1, 1, 3)), np.full((1, 1, 3), 1e-3), np.full((1, 1, 3), 31.0))
+    assert whole.is_normal
+    assert ztest.compare({ztest.WHOLE: (whole, exact)}).same
+    assert ztest.compare({1: (few, truth), ztest.WHOLE: (whole, exact)}).answer is Answer.UNDECIDED
+
+
+def test_a_difference_that_is_judged_outweighs_what_is_not() -> None:
+    random = np.random.default_rng(8)
+    truth = Estimate(np.ones((32, 48, 3)), np.full((32, 48, 3), 1e-3), np.full((32, 48, 3), 31.0))
+    few = ztest.Estimate.of_samples(rare(random, 8, 0.05)).steadied()
+    darker = Estimate(np.full((1, 1, 3), 0.9), np.full((1, 1, 3), 1e-3), np.full((1, 1, 3), 7.0))
+    exact = Estimate(np.ones((1, 1, 3)), np.full((1, 1, 3), 1e-3), np.full((1, 1, 3), 31.0))
+    assert ztest.compare({1: (few, truth), ztest.WHOLE: (darker, exact)}).different
+
+
+def test_the_skewness_is_that_of_the_distribution() -> None:
+    """Exponential samples have the skewness 2, for which Cochran's rule asks for 100 samples; normal ones have none."""
+    random = np.random.default_rng(9)
+    exponential = random.exponential(size=(400, 32, 48, 3))
+    assert ztest.skewness(exponential) == pytest.approx(2.0, abs=0.15)
+    assert Estimate.of_samples(exponential[:120]).is_normal
+    assert not Estimate.of_samples(exponential[:60]).is_normal
+    for count in (4, 8, 16):
+        assert Estimate.of_samples(noisy(random, count)).is_normal
+        assert Estimate.of_samples(random.normal(size=(count, 1, 1, 3))).is_normal
+    assert ztest.skewness(np.ones((8, 4, 4, 3))) == 0.0

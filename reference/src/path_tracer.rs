@@ -70,6 +70,7 @@ impl Engine for PathTracer<'_> {
         let (width, depth) = (settings.width, settings.max_depth);
         let row_of_paths = |(y, row): (usize, &mut [Rgb])| {
             let mut segments = 0;
+            stop.meter().advance(width.into());
             for (x, sample) in row.iter_mut().enumerate() {
                 if stop.is_requested() {
                     return None;
@@ -84,6 +85,7 @@ impl Engine for PathTracer<'_> {
             }
             Some(segments)
         };
+        stop.meter().begin(self.samples.len() as u64);
         // Samples are added only when all are complete, so that an iteration can be abandoned.
         let rows = self.samples.par_chunks_mut(width as usize).enumerate();
         let Some(segments) = rows.map(row_of_paths).sum::<Option<u64>>() else {

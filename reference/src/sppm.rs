@@ -13,6 +13,9 @@ use std::time::Instant;
 /// The default cell size of the grid, in units of the largest radius. The image does not depend on it.
 const CELL_SIZE: f32 = 2.0;
 
+/// The work of a photon in units of that of a pixel, about; for [`scene::Meter`].
+const PHOTON_WORK: u64 = 5;
+
 /// Photons traced between two checks of the stop flag.
 const PHOTONS_PER_STOP: u32 = 256;
 
@@ -54,14 +57,8 @@ impl<'a> Sppm<'a> {
     /// The same render with grid cells of `cell_size` times the largest radius, a number above 0.
     pub fn with_cell_size(scene: &'a Scene, settings: &Settings, cell_size: f32) -> Self {
         let pixels = vec![Pixel::new(settings.initial_radius); settings.pixels()];
-        Self {
-            scene,
-            progress: Progress::new(settings),
-            filter: settings.filter.table(),
-            cell_size,
-            lit_by_power: false,
-            pixels,
-        }
+        let filter = settings.filter.table();
+        Self { scene, progress: Progress::new(settings), filter, cell_size, lit_by_power: false, pixels }
     }
 
     /// The same render with direct light from lights chosen by their power alone, as the paper chooses them: another
@@ -93,6 +90,9 @@ impl<'a> Sppm<'a> {
                 return None;
             }
             let (x, y) = (index as u32 % settings.width, index as u32 / settings.width);
+            if x == 0 {
+                stop.meter().advance(settings.width.into());
+            }
             let mut numbers = CameraNumbers::new(settings, *iterations, x, y);
             let ray = camera_ray(&frame, self.filter.as_deref(), x, y, &numbers);
             let sample = trace(still, ray, settings.max_depth, &mut numbers, stats);
@@ -115,6 +115,7 @@ impl<'a> Sppm<'a> {
                 return None;
             }
             let photons = first..all.min(first.saturating_add(PHOTONS_PER_STOP));
+            stop.meter().advance(PHOTON_WORK * photons.len() as u64);
             photon_pass(
                 still,
                 &self.progress.settings,
@@ -144,6 +145,8 @@ impl<'a> Sppm<'a> {
     fn run_iteration(&mut self, stop: &Stop) -> Option<()> {
         let still = self.still();
         let start = Instant::now();
+        let photons = u64::from(self.progress.settings.photons_per_iteration);
+        stop.meter().begin(self.pixels.len() as u64 + PHOTON_WORK * photons);
         let seen = self.camera_pass(&still, stop)?;
         let camera = Instant::now();
         let radius = |i: usize| self.pixels[seen.owners[i]].radius_squared.sqrt();

@@ -1,8 +1,8 @@
 //! Estimates the relative error of a render.
 
 use files::checkpoint::Past;
-use scene::Film;
 use scene::film::RELATIVE_MSE_EPSILON;
+use scene::{Film, Rgb};
 
 /// At most this many estimates are made from one power of two of iterations to the next.
 const CHECKS_PER_OCTAVE: u32 = 16;
@@ -38,25 +38,30 @@ impl Estimate {
 
     /// Updates the estimate after iteration `n`. Only some iterations are used; `develop` is called for those.
     pub fn update(&mut self, n: u32, develop: impl FnOnce() -> Film) {
-        let octave = 1 << n.ilog2();
-        if !n.is_multiple_of((octave / CHECKS_PER_OCTAVE).max(1)) {
+        if !is_checked(n) {
             return;
         }
         let film = develop();
         if let Some(past) = self.past.as_ref().filter(|past| past.iterations < n) {
             let (m, n) = (f64::from(past.iterations), f64::from(n));
-            self.error = Some((relative_square(&film, &past.film) * m / (n - m)).sqrt());
+            self.error = Some((relative_square(&film.pixels, &past.film.pixels) * m / (n - m)).sqrt());
         }
-        if n == octave {
+        if n.is_power_of_two() {
             self.past = Some(Past { iterations: n, film });
         }
     }
 }
 
+/// Whether an estimate is made after iteration `n`.
+pub(crate) fn is_checked(n: u32) -> bool {
+    let octave = 1_u32 << n.ilog2();
+    n.is_multiple_of((octave / CHECKS_PER_OCTAVE).max(1))
+}
+
 /// The mean of `(a - b)^2 / (a^2 + epsilon)` over all channels of all pixels, leaving out terms that are not finite.
-fn relative_square(a: &Film, b: &Film) -> f64 {
+pub(crate) fn relative_square(a: &[Rgb], b: &[Rgb]) -> f64 {
     let (mut sum, mut count) = (0.0, 0_u64);
-    for (a, b) in a.pixels.iter().zip(&b.pixels) {
+    for (a, b) in a.iter().zip(b) {
         for (a, b) in a.to_array().into_iter().zip(b.to_array()) {
             let (a, b) = (f64::from(a), f64::from(b));
             let term = (a - b) * (a - b) / (a * a + RELATIVE_MSE_EPSILON);
@@ -71,7 +76,6 @@ fn relative_square(a: &Film, b: &Film) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use scene::Rgb;
 
     /// A grey image of value 3 with noise of variance 1: the image after n iterations is the mean of n samples.
     struct Noise {

@@ -8,7 +8,8 @@ use crate::names::EngineName;
 use crate::outputs::Outputs;
 use crate::save::{Note, Save};
 use crate::warm::Warm;
-use files::checkpoint::{Loaded, Lock, Store};
+use files::checkpoint::{Loaded, Store};
+use files::lock::Lock;
 use files::scene_file;
 use scene::{Scene, Stop};
 use std::path::{Path, PathBuf};
@@ -26,6 +27,8 @@ pub struct Job {
     pub threads: Option<usize>,
     /// Limit on the memory of the render, in bytes.
     pub memory_limit: Option<u64>,
+    /// Memory that was taken before the render, to read its scene, in bytes. The bound that is told covers it.
+    pub bytes_before: u64,
     /// Where and how often to write checkpoints, if at all.
     pub save: Option<Save>,
     /// The files to write.
@@ -52,6 +55,7 @@ impl Job {
             goals: Goals::default(),
             threads: None,
             memory_limit: None,
+            bytes_before: 0,
             save: None,
             outputs: Outputs::default(),
             inputs: Vec::new(),
@@ -75,7 +79,7 @@ impl Job {
         if !store.exists() {
             return Err(missing());
         }
-        let lock = store.lock().map_err(|error| bad(error.to_string()))?;
+        let lock = Lock::take(file).map_err(|error| bad(error.to_string()))?;
         let loaded = store.load().map_err(|error| bad(error.to_string()))?.ok_or_else(missing)?;
         let note = Note::of(&loaded);
         let sums = loaded.checkpoint.account.sums;

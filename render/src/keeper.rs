@@ -3,7 +3,7 @@
 use crate::outcome::Saved;
 use crate::save::{Every, Note, Save};
 use files::atomic_file::{self, FileError, rescue};
-use files::checkpoint::{self, Contents, Lock, Past, Store};
+use files::checkpoint::{self, Contents, Loaded, Past, Store};
 use scene::{Resumable, Scene, Sums};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -14,7 +14,8 @@ pub(crate) struct Keeper {
     store: Store,
     every: Every,
     keep: bool,
-    lock: Option<Lock>,
+    /// Whether the newest generation is damaged or missing and the older one was resumed.
+    falls_back: bool,
     digest: String,
     note: String,
     last: Instant,
@@ -26,14 +27,18 @@ pub(crate) struct Keeper {
 }
 
 impl Keeper {
-    /// The keeper of a render of a scene with this digest. If it resumes a checkpoint, `saved` is the number of iterations in that.
-    pub(crate) fn new(save: Save, lock: Option<Lock>, digest: &str, note: &Note, saved: Option<u32>) -> Self {
+    /// The keeper of a render of a scene with this digest, which resumes the checkpoint `from`, if there is one. The files
+    /// of the checkpoint are locked.
+    pub(crate) fn new(save: Save, digest: &str, note: &Note, from: Option<&Loaded>) -> Self {
+        let saved = from.map(|from| from.checkpoint.account.iterations);
+        let store = Store::new(save.path);
+        let falls_back = from.is_some_and(|from| from.fallback.is_some() && from.path == store.previous());
         let note = serde_json::to_string(note).unwrap_or_default(); // cannot fail: noted paths are Unicode
         let mut keeper = Self {
-            store: Store::new(save.path),
+            store,
             every: save.every,
             keep: save.keep,
-            lock,
+            falls_back,
             digest: digest.into(),
             note,
             last: Instant::now(),
@@ -74,11 +79,12 @@ impl Keeper {
     ) -> Result<(), FileError> {
         let iterations = engine.iterations();
         self.schedule(iterations);
+        if self.falls_back {
+            self.store.fall_back()?;
+            self.falls_back = false;
+        }
         if self.saved == Some(iterations) {
             return Ok(());
-        }
-        if self.lock.is_none() {
-            self.lock = Some(self.store.lock()?);
         }
         let contents = self.contents(scene, past);
         self.store.save(|out| checkpoint::write(out, engine, &contents))?;
@@ -126,9 +132,6 @@ impl Keeper {
         if self.keep {
             return self.save(scene, engine, past);
         }
-        if self.lock.is_some() {
-            self.store.remove()?;
-        }
-        Ok(())
+        self.store.remove()
     }
 }

@@ -8,7 +8,7 @@ use files::checkpoint::{Loaded, Store};
 use files::{image_file, scene_file};
 use scene::{Scene, Settings};
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 /// The origin of a file.
@@ -27,16 +27,25 @@ impl Made {
     /// If it cannot be read, or is an image without metadata.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let bad = |problem: String| Error::input(Field::Like, problem);
+        let missing = || bad(format!("{}: there is no such file", path.display()));
         if is_checkpoint(path) {
             let loaded = Store::new(path).load().map_err(|error| bad(error.to_string()))?;
-            let missing = || bad(format!("{}: there is no such file", path.display()));
             return loaded.map(|loaded| Self::Checkpoint(Box::new(loaded))).ok_or_else(missing);
+        }
+        // Before the extension of its name is looked at.
+        match path.metadata() {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Err(missing()),
+            Ok(status) if !status.is_file() => {
+                let what = if status.is_dir() { "directory" } else { "pipe or a device" };
+                return Err(bad(format!("{}: this is a {what}; name a file", path.display())));
+            }
+            _ => {}
         }
         let note = image_file::read_note(path).map_err(|error| bad(error.to_string()))?;
         let metadata = note.as_deref().and_then(Metadata::from_note);
         metadata.map(Self::Image).ok_or_else(|| {
             let path = path.display();
-            bad(format!("{path} does not say what made it; .png and .exr images by sppm do"))
+            bad(format!("{path} does not say what made it; only .png and .exr images by sppm do"))
         })
     }
 }

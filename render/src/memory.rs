@@ -16,8 +16,12 @@ const BYTES_PER_WRITTEN_COLUMN: u64 = 1 << 10;
 const BYTES_PER_PAST_PIXEL: u64 = 24;
 /// Memory per pixel of the path tracer: sums and samples.
 const BYTES_PER_TRACED_PIXEL: u64 = 36;
-/// Memory per sphere: in the scene, in its text, and in the still.
-const BYTES_PER_SPHERE: u64 = 768;
+/// Memory per sphere: in the scene, twice if it moves, and in the still.
+const BYTES_PER_SPHERE: u64 = 128;
+/// Memory per lamp, in addition: what is found out about its light, and the tree of lamps.
+const BYTES_PER_LAMP: u64 = 192;
+/// Memory per material.
+const BYTES_PER_MATERIAL: u64 = 64;
 /// Least number of deposits to hold at a time.
 const FEWEST_DEPOSITS: u32 = 1 << 16;
 
@@ -59,6 +63,11 @@ impl Need {
         Ok(need)
     }
 
+    /// The same after other work that took up to `before` bytes, and has freed them.
+    pub(crate) fn after(self, before: u64) -> Self {
+        Self { bytes: self.bytes.max(before + BYTES_OF_PROCESS), ..self }
+    }
+
     /// Allocates the memory and frees it again. Without this check, a lack of memory would abort the process later.
     fn ask_the_system(self) -> Result<(), Error> {
         let granted =
@@ -89,6 +98,8 @@ fn bytes(engine: EngineChoice, scene: &Scene, threads: usize, has_past: bool, de
         + threads as u64 * u64::from(settings.width) * BYTES_PER_WRITTEN_COLUMN
         + pixels * past
         + spheres as u64 * BYTES_PER_SPHERE
+        + scene.spheres.iter().filter(|sphere| sphere.is_emitter()).count() as u64 * BYTES_PER_LAMP
+        + scene.materials.len() as u64 * BYTES_PER_MATERIAL
 }
 
 fn too_much(bytes: u64, limit: u64) -> Error {

@@ -67,6 +67,9 @@ pub enum Notice {
         /// Iterations in the checkpoint.
         iterations: u32,
     },
+    /// A file that the render will write could not be locked, as its file system has no locks. Nothing keeps another
+    /// render from writing it too.
+    NotLocked(FileError),
     /// A checkpoint could not be written. The render continues.
     NotSaved(FileError),
     /// An image could not be refreshed. The render continues.

@@ -15,6 +15,9 @@ pub struct Outcome {
     pub end: End,
     /// Times, counts and settings of the render.
     pub report: Report,
+    /// The relative error of the image as far as it is noise, estimated as [`crate::Estimate`] does, from a sample of the
+    /// pixels; `None` before the second iteration of this session.
+    pub noise: Option<f64>,
     /// Time spent developing images and writing files.
     pub writing: Duration,
     /// The last checkpoint written or resumed, if any. If the render was completed, it may have been removed since.

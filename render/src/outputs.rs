@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Field, Problem};
 use crate::names::EngineName;
+use crate::stream::Stream;
 use files::image_file::{self, Format};
 use files::{atomic_file, paths};
 use std::path::{Path, PathBuf};
@@ -12,9 +13,11 @@ const STATS_BYTES: u64 = 1 << 12;
 /// The output files of a render. All are optional, as images are also available in memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outputs {
-    /// The image: `.png` (sRGB), `.exr` or `.pfm` (linear radiance).
+    /// The image: `.png` or `.jpg` (sRGB), `.exr`, `.pfm`, `.hdr` or `.tif` (linear radiance).
     pub image: Option<PathBuf>,
-    /// Exposure of a `.png` in stops: each stop is a factor of 2 in brightness.
+    /// A stream that gets the image too, once the render has ended.
+    pub stream: Option<Stream>,
+    /// Exposure of a `.png` or `.jpg` in stops: each stop is a factor of 2 in brightness.
     pub exposure: Option<f32>,
     /// Whether the image is also written after iterations 1, 2, 4, 8, ..., with the iteration in the file name.
     pub snapshots: bool,
@@ -69,9 +72,14 @@ impl Outputs {
         for (content, path) in self.files() {
             let checked = match content {
                 Content::Stats => atomic_file::check(path),
+                // Before its extension is looked at: a folder has none.
+                _ if path.is_dir() => atomic_file::check(path),
                 _ => image_file::check_writable(path),
             };
             checked.map_err(|error| Error::named(content.field(), error))?;
+        }
+        if let Some(stream) = &self.stream {
+            Format::from_path(&stream.file_name()).map_err(|error| Error::named(Field::Image, error))?;
         }
         self.check_exposure()
     }
@@ -89,14 +97,17 @@ impl Outputs {
         }
     }
 
-    /// Rejects an exposure for formats other than PNG.
+    /// Rejects an exposure for formats that hold radiance.
     fn check_exposure(&self) -> Result<(), Error> {
-        match &self.image {
-            Some(image) if self.exposure.is_some() && !is_exposed(image) => {
-                let problem = format!("{} holds linear radiance; only .png is exposed", image.display());
+        let streamed = self.stream.as_ref().map(Stream::file_name);
+        let mut images = self.image.iter().chain(&streamed);
+        match images.find(|image| self.exposure.is_some() && !is_exposed(image)) {
+            Some(image) => {
+                let problem =
+                    format!("{} holds linear radiance; only .png and .jpg are exposed", image.display());
                 Err(Error::named(Field::Exposure, problem))
             }
-            _ => Ok(()),
+            None => Ok(()),
         }
     }
 
@@ -105,7 +116,8 @@ impl Outputs {
         for (content, path) in self.files() {
             let bytes = match (content, Format::from_path(path)) {
                 (Content::Stats, _) => STATS_BYTES,
-                (_, Ok(Format::Png)) => 3 * pixels,
+                (_, Ok(Format::Png | Format::Jpeg)) => 3 * pixels,
+                (_, Ok(Format::Hdr)) => 4 * pixels,
                 _ => 12 * pixels,
             };
             let checked = atomic_file::check_room(path, bytes);
@@ -115,9 +127,9 @@ impl Outputs {
     }
 }
 
-/// Whether exposure applies to the image file: to PNG only, as the other formats store radiance unchanged.
+/// Whether exposure applies to the image file: to PNG and JPEG, as the other formats store radiance.
 pub fn is_exposed(image: &Path) -> bool {
-    Format::from_path(image) == Ok(Format::Png)
+    Format::from_path(image).is_ok_and(Format::is_exposed)
 }
 
 /// Checks that no output is also an input or another output.

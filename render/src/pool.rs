@@ -1,6 +1,7 @@
 //! The thread pool of a render.
 
 use crate::error::{Error, Field, Problem};
+use files::atomic_file::reason;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// A pool of `threads` threads, or of one per core.
@@ -10,7 +11,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 pub fn pool(threads: Option<usize>) -> Result<ThreadPool, Error> {
     // In rayon, 0 means one per core.
     ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build().map_err(|error| {
-        let said = format!("cannot start the threads: {error}; ask for fewer by ");
+        let said = format!("cannot start the threads: {}; ask for fewer by ", reason(&error));
         Error::failed(Problem::from(said).field(Field::Threads))
     })
 }

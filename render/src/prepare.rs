@@ -3,11 +3,13 @@
 use crate::error::{Error, Field, Problem};
 use crate::job::Job;
 use crate::keeper::Keeper;
+use crate::locks::lock;
 use crate::memory::Need;
 use crate::names::EngineName;
 use crate::outputs::check_distinct;
-use crate::save::{Note, Save};
+use crate::save::Note;
 use files::checkpoint::{Loaded, Store};
+use files::lock::Lock;
 use files::{atomic_file, scene_file};
 use rayon::ThreadPool;
 use scene::Settings;
@@ -20,13 +22,15 @@ pub(crate) struct Ready {
     pub(crate) need: Need,
     /// Digest of the scene, by [`scene_file::digest`].
     pub(crate) digest: String,
+    /// The locks of all files that the render may write.
+    pub(crate) locks: Vec<Lock>,
     pub(crate) keeper: Option<Keeper>,
     /// The checkpoint to resume.
     pub(crate) from: Option<Loaded>,
 }
 
-/// Validates `job` and acquires the lock of its checkpoint and its threads; checks that there is enough memory and disk
-/// space.
+/// Validates `job` and acquires its threads and the locks of all files that it will write; checks that there is enough
+/// memory and disk space. Changes no file.
 pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     check_settings(&job)?;
     let digest = scene_file::digest(&job.scene);
@@ -34,22 +38,22 @@ pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
         check_resumed(&job, &digest, from)?;
     }
     job.outputs.check(job.engine.name(), &job.inputs)?;
-    if job.from.is_none() && job.save.is_some() {
-        take_checkpoint(&mut job, &digest)?;
+    if job.from.is_none() {
+        check_checkpoint(&job)?;
+    }
+    // Before anything is read that another render may be about to replace.
+    let locks = lock(&mut job)?;
+    if job.from.is_none() {
+        job.from = found(&job, &digest)?;
     }
     let from = job.from.take();
-    if from.as_ref().is_some_and(|from| from.fallback.is_some())
-        && let Some(save) = &job.save
-    {
-        let fallen = Store::new(&save.path).fall_back();
-        fallen.map_err(|error| Error::failed(error.to_string()))?;
-    }
     let pool = job.warm.take_pool(job.threads)?;
     let threads = pool.current_num_threads();
     let need = Need::new(job.engine, &job.scene, threads, job.goals.error.is_some(), job.memory_limit)?;
+    let need = need.after(job.bytes_before);
     job.outputs.check_room(job.scene.settings.pixels() as u64)?;
-    let keeper = keeper(&mut job, &digest, from.as_ref())?;
-    Ok(Ready { job, pool, need, digest, keeper, from })
+    let keeper = keeper(&job, &digest, from.as_ref())?;
+    Ok(Ready { job, pool, need, digest, locks, keeper, from })
 }
 
 fn check_settings(job: &Job) -> Result<(), Error> {
@@ -97,35 +101,23 @@ fn difference(job: &Job, digest: &str, loaded: &Loaded) -> Option<String> {
     (settings != job.scene.settings).then(|| "other settings".into())
 }
 
-/// Checks and locks the checkpoint, if it is to be kept or exists already. An existing checkpoint of the same render
-/// will be resumed; one of another render is an error.
-fn take_checkpoint(job: &mut Job, digest: &str) -> Result<(), Error> {
+/// Checks that the checkpoint is not also another output; and if it is to be kept, that it is no input, and that it can
+/// be written.
+fn check_checkpoint(job: &Job) -> Result<(), Error> {
     let Some(save) = &job.save else { return Ok(()) };
-    let store = Store::new(&save.path);
-    if save.keep {
-        check_checkpoint(job, save)?;
-    }
-    if save.keep || store.exists() {
-        let lock = store.lock();
-        let said = |error| Error::input(Field::Checkpoint, format!("checkpoint: {error}"));
-        job.lock = Some(lock.map_err(said)?);
-    }
-    job.from = found(&store, job, digest)?;
-    Ok(())
-}
-
-/// Checks that the checkpoint is not also an input or another output, and that it can be written.
-fn check_checkpoint(job: &Job, save: &Save) -> Result<(), Error> {
-    let inputs = job.inputs.iter().map(|(field, path)| (*field, path.as_path()));
+    let inputs = job.inputs.iter().map(|(field, path)| (*field, path.as_path())).filter(|_| save.keep);
     let outputs = job.outputs.files().map(|(content, path)| (content.field(), path));
     let taken: Vec<(Field, &Path)> = inputs.chain(outputs).collect();
     check_distinct(&taken, &[(Field::Checkpoint, &save.path)])?;
-    atomic_file::check(&save.path).map_err(|error| Error::named(Field::Checkpoint, error))
+    let checked = if save.keep { atomic_file::check(&save.path) } else { Ok(()) };
+    checked.map_err(|error| Error::named(Field::Checkpoint, error))
 }
 
-/// The existing checkpoint, if it is of the same render. One of another render is an error, as it must not be
-/// overwritten.
-fn found(store: &Store, job: &Job, digest: &str) -> Result<Option<Loaded>, Error> {
+/// The existing checkpoint at the job's path, if it is of the same render. One of another render is an error, as it must
+/// not be overwritten.
+fn found(job: &Job, digest: &str) -> Result<Option<Loaded>, Error> {
+    let Some(save) = &job.save else { return Ok(None) };
+    let store = Store::new(&save.path);
     let refuse = |problem: Problem| {
         let problem = problem.text("remove it, or name another by ").field(Field::Checkpoint);
         Error::input(Field::Checkpoint, problem)
@@ -149,7 +141,7 @@ fn found(store: &Store, job: &Job, digest: &str) -> Result<Option<Loaded>, Error
 }
 
 /// The keeper that will write checkpoints, if the job asks for them.
-fn keeper(job: &mut Job, digest: &str, from: Option<&Loaded>) -> Result<Option<Keeper>, Error> {
+fn keeper(job: &Job, digest: &str, from: Option<&Loaded>) -> Result<Option<Keeper>, Error> {
     let Some(save) = &job.save else { return Ok(None) };
     let mut note = Note {
         engine: Some(job.engine.name()),
@@ -159,8 +151,7 @@ fn keeper(job: &mut Job, digest: &str, from: Option<&Loaded>) -> Result<Option<K
         ..Note::default()
     };
     job.outputs.note(&save.path, &mut note);
-    let saved = from.map(|from| from.checkpoint.account.iterations);
-    let keeper = Keeper::new(save.clone(), job.lock.take(), digest, &note, saved);
+    let keeper = Keeper::new(save.clone(), digest, &note, from);
     if save.keep {
         // Two generations, and a third while it is being written.
         let sums = job.engine.name().sums();

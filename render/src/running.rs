@@ -8,6 +8,7 @@ use crate::prepare::prepare;
 use crate::session;
 use crate::snapshot::{Snapshot, Window};
 use crate::step::Step;
+use files::atomic_file::reason;
 use scene::Stop;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
@@ -32,7 +33,8 @@ impl Job {
         let begun = thread::Builder::new()
             .name("render".into())
             .spawn(move || session::run(ready, &mut observer, &shown));
-        let thread = begun.map_err(|error| Error::failed(format!("cannot start a thread: {error}")))?;
+        let thread =
+            begun.map_err(|error| Error::failed(format!("cannot start a thread: {}", reason(&error))))?;
         Ok(Running { stop, window, thread: Some(thread) })
     }
 }
@@ -53,6 +55,11 @@ impl Running {
     /// follows the render.
     pub fn progress(&self) -> Option<Step> {
         self.window.step()
+    }
+
+    /// The share of the iteration in progress that is done, from 0 to 1; 0 between iterations.
+    pub fn share_of_iteration(&self) -> f64 {
+        self.stop.meter().share()
     }
 
     /// Whether the render has ended, so that [`Self::wait`] returns at once.

@@ -3,6 +3,7 @@
 use crate::names::EngineName;
 use crate::outputs::Outputs;
 use files::checkpoint::Loaded;
+use files::paths::around;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -19,11 +20,10 @@ pub struct Save {
 }
 
 impl Save {
-    /// Writes `OUT.sppm` next to the image `OUT` once a minute, and removes it after the render is complete.
+    /// Writes `OUT.sppm` next to the image `OUT` once a minute, and removes it after the render is complete. If that name
+    /// would be too long for a file, it is shortened ([`files::paths::around`]).
     pub fn beside(image: &Path) -> Self {
-        let mut path = image.as_os_str().to_owned();
-        path.push(".sppm");
-        Self { path: path.into(), every: Every::default(), keep: false }
+        Self { path: around(image, "", ".sppm"), every: Every::default(), keep: false }
     }
 }
 
@@ -109,6 +109,7 @@ impl Outputs {
         let there = |path: &Option<PathBuf>| path.as_deref().map(|path| resolved(path, store));
         Self {
             image: there(&note.image),
+            stream: None,
             exposure: note.exposure,
             snapshots: note.snapshots,
             radius_image: there(&note.radius_image),

@@ -10,6 +10,7 @@ use crate::job::Job;
 use crate::keeper::Keeper;
 use crate::memory;
 use crate::metadata::{self, Metadata};
+use crate::noise::Noise;
 use crate::observer::{Notice, Observer};
 use crate::outcome::{End, Outcome, Unwritten};
 use crate::prepare::Ready;
@@ -20,6 +21,7 @@ use crate::writer::{Shown, Writer};
 use fast::Parts;
 use files::atomic_file::FileError;
 use files::checkpoint::{Loaded, Past};
+use files::lock::Lock;
 use scene::{Resumable, Scene, Settings, Stop};
 use std::mem::{replace, take};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -30,7 +32,7 @@ use std::time::{Duration, Instant};
 
 /// Runs a prepared job on its thread pool.
 pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) -> Result<Outcome, Error> {
-    let Ready { mut job, pool, need, digest, keeper, from } = ready;
+    let Ready { mut job, pool, need, digest, locks, keeper, from } = ready;
     // The engine borrows the scene. Move it out of the job, which is returned to the caller.
     let nothing = Scene { spheres: Vec::new(), materials: Vec::new(), name: String::new(), ..job.scene };
     let scene = replace(&mut job.scene, nothing);
@@ -46,27 +48,30 @@ pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) ->
             digest,
             keeper,
             estimate: Estimate::default(),
+            noise: Noise::default(),
             resumed_after: 0,
             observer,
             window,
         };
-        session.render(need.deposits, from, &mut parts)
+        session.render(need.deposits, from, &locks, &mut parts)
     });
+    drop(locks);
     job.scene = scene;
     // Started again, it begins anew: the checkpoint is not an input any more.
     job.inputs.retain(|(field, _)| *field != Field::Resumed);
     job.warm.keep_pool(job.threads, pool);
     (job.warm.parts, job.stop) = (parts, Stop::new());
-    let Ended { end, report, writing, unsaved, keeper, written, failed } = ended?;
+    let Ended { end, report, noise, writing, unsaved, keeper, written, failed } = ended?;
     let saved = keeper.and_then(|keeper| keeper.saved());
     let last = window.snapshot();
-    Ok(Outcome { end, report, writing, saved, unsaved, written, failed, last, job })
+    Ok(Outcome { end, report, noise, writing, saved, unsaved, written, failed, last, job })
 }
 
 /// The results of a session.
 struct Ended {
     end: End,
     report: Report,
+    noise: Option<f64>,
     writing: Duration,
     unsaved: Option<FileError>,
     keeper: Option<Keeper>,
@@ -83,6 +88,7 @@ struct Session<'a> {
     keeper: Option<Keeper>,
     writer: Writer,
     estimate: Estimate,
+    noise: Noise,
     clock: Clock,
     resumed_after: u32,
     observer: &'a mut dyn Observer,
@@ -91,8 +97,18 @@ struct Session<'a> {
 
 impl Session<'_> {
     /// Renders with the reusable `parts` of an earlier render, and replaces them with those of this one.
-    fn render(&mut self, deposits: u32, from: Option<Loaded>, parts: &mut Parts) -> Result<Ended, Error> {
+    fn render(
+        &mut self,
+        deposits: u32,
+        from: Option<Loaded>,
+        locks: &[Lock],
+        parts: &mut Parts,
+    ) -> Result<Ended, Error> {
         self.introduce();
+        // One is enough: the files of a render are mostly on one file system.
+        if let Some(fault) = locks.iter().find_map(Lock::uncertain) {
+            self.observer.notice(&Notice::NotLocked(fault.clone()));
+        }
         let mut started = self.job.engine.start(self.scene, deposits, take(parts));
         let engine = started.engine();
         if let Some(from) = from {
@@ -155,6 +171,7 @@ impl Session<'_> {
             }
             let began = Instant::now();
             let iterated = catch_unwind(AssertUnwindSafe(|| engine.iterate_unless(&stop)));
+            stop.meter().begin(0);
             let broken = "the engine broke down; this is a fault of sppm, please report it";
             if iterated.map_err(|_| Error::failed(broken))? {
                 self.after_iteration(engine, began.elapsed());
@@ -167,6 +184,7 @@ impl Session<'_> {
         if self.job.goals.error.is_some() {
             self.estimate.update(iterations, || engine.develop());
         }
+        self.noise.update(engine);
         if let Err(error) = self.writer.snapshot(iterations, || self.shown(engine)) {
             self.observer.notice(&Notice::NoSnapshot(error));
         }
@@ -260,7 +278,8 @@ impl Session<'_> {
             unsaved = self.save(engine, Keeper::finish).err();
         }
         let (writing, keeper) = (self.writer.writing(), self.keeper.take());
-        Ended { end, report, writing, unsaved, keeper, written, failed }
+        let noise = self.noise.estimate();
+        Ended { end, report, noise, writing, unsaved, keeper, written, failed }
     }
 
     fn report(&self, engine: &dyn Resumable, end: End) -> Report {

@@ -1,31 +1,77 @@
 //! Intersects rays with a scene at one instant.
+//!
+//! The intersection of engines is made for rays that start on surfaces of the scene or at its eye. A ray of a user may
+//! start anywhere: at 1e38, where squares overflow and boxes of the fast engine's tree hold no more, or behind a wall,
+//! where formulas that presume a point on a sphere give no unit vector. What is answered holds everywhere: see [`trace`].
 
 use crate::choice::EngineChoice;
 use crate::names::EngineName;
 use fast::Intersector;
 use rayon::prelude::*;
 use reference::intersect::intersect;
+use scene::check::LIMIT;
 use scene::ray::{NO_SPHERE, SphereId};
+use scene::still::Role;
 use scene::{Ray, Still, Vec3};
 
 /// Rays per work item.
 const RAYS_AT_ONCE: usize = 1 << 14;
 /// The result for a ray that hits nothing.
 const MISS: (f32, SphereId, Vec3) = (f32::INFINITY, NO_SPHERE, Vec3::ZERO);
+/// A normal whose squared length is this close to 1 is answered as the engines compute it, with an error of some roundings.
+const UNIT_TOLERANCE: f64 = 1e-5;
 
 /// Distance in scene units, sphere and unit normal of the nearest hit of each ray, computed on the current rayon pool.
-/// A miss has an infinite distance. Every engine gives the same bits.
+/// Every engine gives the same bits.
+///
+/// A distance is finite and at least 0, or infinite for a miss. A normal has unit length, but for rounding; or it is zero,
+/// for a miss and where there is none, as at the centre of a sphere.
 pub fn trace(engine: EngineChoice, still: &Still, rays: &[Ray]) -> Vec<(f32, SphereId, Vec3)> {
     let intersector = Intersector::new(still, engine.lane_kind());
     let one_by_one = |ray: &Ray| intersect(still, ray).map_or(MISS, |hit| (hit.t, hit.sphere, hit.normal));
     let some = |rays: &[Ray]| -> Vec<_> {
-        match engine.name() {
+        let met: Vec<_> = match engine.name() {
             EngineName::Fast => {
-                let met = intersector.surfaces(rays).into_iter();
-                met.map(|met| met.map_or(MISS, |met| (met.t, met.sphere, met.normal))).collect()
+                let near: Vec<Ray> = rays.iter().copied().filter(is_near).collect();
+                let mut met = intersector.surfaces(&near).into_iter();
+                let mut next = || met.next().flatten().map_or(MISS, |met| (met.t, met.sphere, met.normal));
+                rays.iter().map(|ray| if is_near(ray) { next() } else { one_by_one(ray) }).collect()
             }
             EngineName::Reference | EngineName::Path => rays.iter().map(one_by_one).collect(),
-        }
+        };
+        rays.iter().zip(met).map(|(ray, met)| answer(still, ray, met)).collect()
     };
     rays.par_chunks(RAYS_AT_ONCE).flat_map_iter(some).collect()
+}
+
+/// Whether a ray starts where something of a scene can be. What starts beyond is answered by the reference, whichever the
+/// engine.
+fn is_near(ray: &Ray) -> bool {
+    f64::from(ray.origin.abs().max_element()) <= LIMIT
+}
+
+/// What is answered for a ray for which an engine found `t`, `sphere` and `normal`.
+fn answer(still: &Still, ray: &Ray, (t, sphere, normal): (f32, SphereId, Vec3)) -> (f32, SphereId, Vec3) {
+    if !(t >= 0.0 && t.is_finite()) {
+        return MISS;
+    }
+    let length_squared = normal.as_dvec3().length_squared();
+    let is_unit = (length_squared - 1.0).abs() <= UNIT_TOLERANCE;
+    // Adding 0 turns -0 into 0.
+    (t + 0.0, sphere, if is_unit { normal } else { normal_at(still, ray, t, sphere) })
+}
+
+/// The unit normal at distance `t`, on the side that the ray comes from, in `f64`: the direction from the centre of the
+/// sphere, wherever the point is. Zero at the centre.
+fn normal_at(still: &Still, ray: &Ray, t: f32, sphere: SphereId) -> Vec3 {
+    let direction = ray.direction.as_dvec3();
+    let point = ray.origin.as_dvec3() + direction * f64::from(t);
+    let outward = (point - still.spheres[sphere as usize].center.as_dvec3()).normalize_or_zero();
+    let is_inside = match still.roles[sphere as usize] {
+        Role::Enclosure(_) => true,
+        Role::Solid => false,
+        Role::Glass => outward.dot(direction) > 0.0,
+    };
+    let normal = if is_inside { -outward } else { outward };
+    normal.as_vec3() + Vec3::ZERO // no -0
 }

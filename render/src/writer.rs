@@ -5,6 +5,7 @@ use crate::outputs::{Content, Outputs};
 use crate::report::Report;
 use files::atomic_file::{self, FileError, rescue};
 use files::image_file::{self, Encoding};
+use files::paths::around;
 use scene::{Picture, Probe, Resumable, Settings};
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
@@ -75,6 +76,13 @@ impl Writer {
                 Err(error) => failed.push(Unwritten { error, refuge: rescue(path, write) }),
             }
         }
+        if let Some(stream) = &self.outputs.stream {
+            let write = |path: &Path| self.write_one(Content::Image, path, shown, None);
+            match stream.send(write) {
+                Ok(()) => written.push(stream.path()),
+                Err(error) => failed.push(Unwritten { error, refuge: rescue(&stream.file_name(), write) }),
+            }
+        }
         (written, failed)
     }
 
@@ -110,8 +118,7 @@ impl Writer {
 
 /// The path of a snapshot: `OUT-0001.png` for `OUT.png`.
 fn numbered(image: &Path, iteration: u32) -> PathBuf {
-    let mut name = image.file_stem().unwrap_or_default().to_owned();
-    name.push(format!("-{iteration:04}."));
-    name.push(image.extension().unwrap_or_default());
-    image.with_file_name(name)
+    let stem = image.with_file_name(image.file_stem().unwrap_or_default());
+    let extension = image.extension().unwrap_or_default().to_string_lossy();
+    around(&stem, "", &format!("-{iteration:04}.{extension}"))
 }

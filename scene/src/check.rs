@@ -159,6 +159,9 @@ impl Scene {
     }
 
     /// Checks the paths of moving spheres, and that the lens stays on one side of each opaque surface.
+    ///
+    /// # Errors
+    /// The first flaw.
     pub fn check_places(&self) -> Result<(), Flaw> {
         for (i, sphere) in self.without_sky().iter().enumerate() {
             self.check_motion(i, sphere)?;
@@ -168,6 +171,9 @@ impl Scene {
     }
 
     /// Checks that light reaches the eye.
+    ///
+    /// # Errors
+    /// If none does.
     pub fn check_light(&self) -> Result<(), Flaw> {
         if !self.spheres.iter().any(Sphere::is_emitter) {
             return Err(Flaw::new(Part::Scene, "background", Problem::NoLight));

@@ -16,7 +16,8 @@ pub trait Engine {
     /// Runs one whole iteration of all passes (for the path tracer: one sample per pixel), or abandons it soon after
     /// `stop` is requested. Returns true if the iteration was completed. An abandoned iteration changes nothing.
     ///
-    /// An engine that cannot abandon an iteration runs it and returns true.
+    /// An engine that cannot abandon an iteration runs it and returns true. On the meter of `stop` it shows how much of the
+    /// iteration is done, if it can.
     #[must_use]
     fn iterate_unless(&mut self, stop: &Stop) -> bool;
 

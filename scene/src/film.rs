@@ -44,6 +44,56 @@ pub struct Picture<'a, T> {
     pub pixel: &'a (dyn Fn(u32, u32) -> T + Sync),
 }
 
+/// An image whose rows are read one after another, so that it need not be held in memory.
+pub trait RowReader: Send {
+    /// Width and height in pixels.
+    fn size(&self) -> [u32; 2];
+
+    /// Reads the next rows, from the top. `pixels` holds whole rows, and not more than are left.
+    ///
+    /// # Errors
+    /// If they cannot be read: one line, which names the file.
+    fn read(&mut self, pixels: &mut [Rgb]) -> Result<(), String>;
+
+    /// Begins again at the first row.
+    ///
+    /// # Errors
+    /// As for [`Self::read`].
+    fn rewind(&mut self) -> Result<(), String>;
+}
+
+/// The rows of an image in memory.
+#[derive(Clone, Debug)]
+pub struct FilmRows<'a> {
+    film: &'a Film,
+    /// The first pixel that has not been read.
+    next: usize,
+}
+
+impl<'a> FilmRows<'a> {
+    /// The rows of `film`.
+    pub fn new(film: &'a Film) -> Self {
+        Self { film, next: 0 }
+    }
+}
+
+impl RowReader for FilmRows<'_> {
+    fn size(&self) -> [u32; 2] {
+        [self.film.width, self.film.height]
+    }
+
+    fn read(&mut self, pixels: &mut [Rgb]) -> Result<(), String> {
+        pixels.copy_from_slice(&self.film.pixels[self.next..][..pixels.len()]);
+        self.next += pixels.len();
+        Ok(())
+    }
+
+    fn rewind(&mut self) -> Result<(), String> {
+        self.next = 0;
+        Ok(())
+    }
+}
+
 impl Film {
     /// A black image.
     pub fn new(width: u32, height: u32) -> Self {

@@ -1,16 +1,19 @@
 //! A flag by which other threads or signal handlers ask a render to stop.
 
+use crate::meter::Meter;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A request, from another thread or a signal handler, to abandon the iteration in progress.
+/// A request, from another thread or a signal handler, to abandon the iteration in progress. It also carries the meter
+/// on which the engine shows how far that iteration is.
 ///
-/// Clones share one flag.
+/// Clones share one flag and one meter.
 #[derive(Clone, Debug, Default)]
 pub struct Stop {
     flag: Arc<AtomicBool>,
     /// The parent: if it is requested, so is this one.
     outer: Option<Arc<Stop>>,
+    meter: Meter,
 }
 
 impl Stop {
@@ -20,9 +23,16 @@ impl Stop {
     }
 
     /// A new flag that also counts as set once this one is. It can stop a part of the work without stopping the whole.
+    /// The meter is shared.
     #[must_use]
     pub fn child(&self) -> Self {
-        Self { flag: Arc::default(), outer: Some(Arc::new(self.clone())) }
+        Self { flag: Arc::default(), outer: Some(Arc::new(self.clone())), meter: self.meter.clone() }
+    }
+
+    /// How far the iteration in progress is.
+    #[inline]
+    pub fn meter(&self) -> &Meter {
+        &self.meter
     }
 
     /// The flag itself, for signal handlers: setting it makes the request.

@@ -58,9 +58,13 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
-/// Formats a number of bytes: `1.5 MiB`.
+/// Formats a number of bytes: `1.5 MiB`; less than a mebibyte as `1.5 KiB`, or `15 bytes`.
 pub fn mebibytes(bytes: u64) -> String {
-    format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
+    match bytes {
+        0..1024 => counted(bytes, "byte"),
+        1024..0x10_0000 => format!("{:.1} KiB", bytes as f64 / 1024.0),
+        _ => format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20)),
+    }
 }
 
 #[cfg(test)]
@@ -86,6 +90,12 @@ mod tests {
         assert_eq!(scaled(999.0), "999");
         assert_eq!(scaled(1234.0), "1.23k");
         assert_eq!(scaled(45_678_901.0), "45.7M");
+    }
+
+    #[test]
+    fn few_bytes_are_not_told_as_none() {
+        let all = [0, 1, 1023, 1536, 1 << 20, 3 << 30].map(mebibytes);
+        assert_eq!(all, ["0 bytes", "1 byte", "1023 bytes", "1.5 KiB", "1.0 MiB", "3072.0 MiB"]);
     }
 
     #[test]

@@ -10,7 +10,8 @@ use std::time::Duration;
 #[derive(Debug, Default, ClapArgs)]
 #[command(next_help_heading = "Goals (the render ends with the first that is reached)")]
 pub(crate) struct GoalArgs {
-    /// End after so much time, such as 90s, 10m or 2h; iterations are then as many as it takes, unless -n says more
+    /// End after so much time, such as 90s, 10m or 2h (90 is 90s); iterations are then as many as it takes, unless -n says
+    /// more
     ///
     /// The first iteration is always finished; the one in progress when time is up is abandoned.
     #[arg(long, value_name = "T", value_parser = time, allow_hyphen_values = true)]
@@ -51,15 +52,16 @@ pub(crate) struct CheckpointArgs {
 }
 
 impl CheckpointArgs {
-    /// How to save the render that writes `image`; `None` with `--no-checkpoint`.
-    pub(crate) fn save(&self, image: &Path) -> Option<Save> {
+    /// How to save the render that writes `image`; `None` with `--no-checkpoint`, or if neither a checkpoint nor an image
+    /// is named.
+    pub(crate) fn save(&self, image: Option<&Path>) -> Option<Save> {
         if self.no_checkpoint {
             return None;
         }
-        let beside = Save { every: self.every.unwrap_or_default(), ..Save::beside(image) };
-        Some(match &self.checkpoint {
-            Some(path) => Save { path: path.clone(), keep: true, ..beside },
-            None => beside,
-        })
+        let every = self.every.unwrap_or_default();
+        match &self.checkpoint {
+            Some(path) => Some(Save { path: path.clone(), keep: true, every }),
+            None => image.map(|image| Save { every, ..Save::beside(image) }),
+        }
     }
 }

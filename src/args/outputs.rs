@@ -1,22 +1,28 @@
 //! Options for the files that a render writes.
 
 use super::values::number;
+use crate::terminal::error::Error;
 use clap::Args as ClapArgs;
-use render::Outputs;
+use render::{Outputs, Stream};
 use std::ffi::OsStr;
-use std::path::PathBuf;
+use std::io::{self, IsTerminal as _};
+use std::path::{Path, PathBuf};
 
 /// The files that a render writes.
 #[derive(Debug, Default, ClapArgs)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct OutputArgs {
-    /// The image to write: .png (sRGB), .exr or .pfm (linear floats) [default: the scene's name, .png]
+    /// The image to write: .png or .jpg (sRGB), .exr, .pfm, .tif or .hdr (linear) [default: the scene's name, .png]
     ///
+    /// `-` is standard output, in PNG; `exr:-` or `pfm:-` is standard output in another format. It gets the image once the
+    /// render is over. All messages go to standard error, and there is no checkpoint unless --checkpoint names one.
+    ///
+    /// Only .png and .exr hold what `sppm info` and --like read. A .hdr holds 8 bits per channel with a common exponent.
     /// Files are written beside their place and then renamed into it, so that nobody ever sees half an image.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
 
-    /// Make a .png brighter or darker by so many stops, each a factor of 2
+    /// Make a .png or .jpg brighter or darker by so many stops, each a factor of 2
     #[arg(long, value_name = "E", value_parser = number(-100.0, 100.0), allow_hyphen_values = true)]
     pub exposure: Option<f32>,
 
@@ -24,7 +30,7 @@ pub(crate) struct OutputArgs {
     #[arg(long)]
     pub snapshots: bool,
 
-    /// Write the last search radius of every pixel, in scene units (as .exr or .pfm; in a .png the largest is white)
+    /// Write the last search radius of every pixel, in scene units (in a .png or .jpg the largest is white)
     #[arg(long, value_name = "FILE")]
     pub radius_image: Option<PathBuf>,
 
@@ -41,18 +47,62 @@ pub(crate) struct OutputArgs {
 
 impl OutputArgs {
     /// Output paths from the command line, else from `usual`. An image that neither names is written to `image`.
-    pub(crate) fn or(&self, usual: Outputs, image: PathBuf) -> Outputs {
+    pub(crate) fn or(&self, usual: Outputs, image: PathBuf) -> Result<Outputs, Error> {
+        self.check_others()?;
+        let extension = self.output.as_deref().and_then(streamed);
+        let stream = extension.map(|extension| self.stream(extension)).transpose()?;
         let image = self.output.clone().or(usual.image).unwrap_or(image);
         // An exposure given for a format without one is refused later; one from `usual` is dropped.
-        let usual_exposure = usual.exposure.filter(|_| render::is_exposed(&image));
-        Outputs {
+        let is_exposed = extension.map_or_else(|| render::is_exposed(&image), |extension| extension == "png");
+        let usual_exposure = usual.exposure.filter(|_| is_exposed);
+        Ok(Outputs {
             exposure: self.exposure.or(usual_exposure).filter(|&stops| stops != 0.0),
-            image: Some(image),
+            image: stream.is_none().then_some(image),
+            stream,
             snapshots: self.snapshots || usual.snapshots,
             radius_image: self.radius_image.clone().or(usual.radius_image),
             count_image: self.count_image.clone().or(usual.count_image),
             stats: self.stats.clone().or(usual.stats),
+        })
+    }
+
+    /// Standard output, for an image in the format of this `extension`.
+    fn stream(&self, extension: &str) -> Result<Stream, Error> {
+        let out = io::stdout();
+        if out.is_terminal() {
+            let problem =
+                "--output: standard output is a terminal, which shows no image; redirect it, as by `> image.";
+            return Err(Error::BadInput(format!("{problem}{extension}`")));
         }
+        if self.snapshots {
+            let problem = "--snapshots: their names are made from that of --output; name a file there";
+            return Err(Error::BadInput(problem.into()));
+        }
+        Ok(Stream::new("standard output", extension, out))
+    }
+
+    /// Refuses standard output for what is no image.
+    fn check_others(&self) -> Result<(), Error> {
+        let others = [
+            ("--radius-image", &self.radius_image),
+            ("--count-image", &self.count_image),
+            ("--stats", &self.stats),
+        ];
+        match others.into_iter().find(|(_, path)| path.as_deref().and_then(streamed).is_some()) {
+            Some((option, _)) => {
+                let problem = "standard output takes the image alone, by --output; name a file";
+                Err(Error::BadInput(format!("{option}: {problem}")))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// The extension of the format, if `output` is standard output: `-` is in PNG, `exr:-` in another format.
+fn streamed(output: &Path) -> Option<&str> {
+    match output.to_str()? {
+        "-" => Some("png"),
+        output => output.strip_suffix(":-"),
     }
 }
 

@@ -1,31 +1,38 @@
 //! Arguments that name a scene, and how it is found and read.
 
+use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
-use clap::{Args as ClapArgs, ValueHint};
+use clap::builder::{PossibleValue, TypedValueParser};
+use clap::{Arg, Args as ClapArgs, Command, ValueHint};
+use files::builtin::SCENES;
 use files::named::{self, Opened};
+use files::scene_file;
+use scene::text::one_line;
 use std::ffi::{OsStr, OsString};
+use std::io::{self, IsTerminal as _};
 use std::path::PathBuf;
 
 /// What is rendered.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct SceneArg {
-    /// A built-in scene (see `sppm scenes`), or a scene file ending in .toml
-    #[arg(value_name = "SCENE")]
+    /// A built-in scene (see `sppm scenes`), a scene file ending in .toml, or - for standard input
+    #[arg(value_name = "SCENE", value_parser = SceneName, hide_possible_values = true)]
     pub name: OsString,
 }
 
 impl SceneArg {
     /// Finds and reads the scene.
     pub(crate) fn open(&self) -> Result<Opened, Error> {
-        open(&self.name)
+        open(&self.name, u64::MAX)
     }
 }
 
 /// What is rendered: a scene, or what was rendered before.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct SourceArgs {
-    /// A built-in scene (see `sppm scenes`), or a scene file ending in .toml
+    /// A built-in scene (see `sppm scenes`), a scene file ending in .toml, or - for standard input
     #[arg(value_name = "SCENE", required_unless_present = "like")]
+    #[arg(value_parser = SceneName, hide_possible_values = true)]
     pub scene: Option<OsString>,
 
     /// Repeat the render that wrote FILE, an image or a checkpoint: its scene, settings, engine and exposure, but for
@@ -36,9 +43,40 @@ pub(crate) struct SourceArgs {
     pub like: Option<PathBuf>,
 }
 
-/// Finds and reads the scene `name`.
-pub(crate) fn open(name: &OsStr) -> Result<Opened, Error> {
-    named::open(name).map_err(Error::BadInput)
+/// Accepts any name, and offers those of the built-in scenes to shell completion.
+#[derive(Clone)]
+pub(crate) struct SceneName;
+
+impl TypedValueParser for SceneName {
+    type Value = OsString;
+
+    fn parse_ref(&self, _: &Command, _: Option<&Arg>, value: &OsStr) -> Result<OsString, clap::Error> {
+        Ok(value.to_owned())
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(SCENES.iter().map(|scene| PossibleValue::new(scene.name).help(scene.about))))
+    }
+}
+
+/// Finds and reads the scene `name`, in at most about `most` bytes of memory.
+pub(crate) fn open(name: &OsStr, most: u64) -> Result<Opened, Error> {
+    let told = if name == "-" { "standard input".into() } else { one_line(&name.to_string_lossy()) };
+    let _busy = Busy::with(format!("reading {told}"));
+    if name == "-" { from_standard_input(most) } else { named::open(name, most).map_err(Error::BadInput) }
+}
+
+/// Reads the scene that is piped into this process.
+fn from_standard_input(most: u64) -> Result<Opened, Error> {
+    let input = io::stdin();
+    if input.is_terminal() {
+        let problem =
+            "-: standard input is a terminal; pipe a scene into it, as by `sppm render - < mine.toml`";
+        return Err(Error::BadInput(problem.into()));
+    }
+    let loaded = scene_file::load_from("stdin", input.lock(), 0, most);
+    let (scene, bytes) = loaded.map_err(|error| Error::BadInput(error.to_string()))?;
+    Ok(Opened { scene, bytes, stem: "stdin".into(), file: None })
 }
 
 /// The instant given by `--time`, else the one at which the shutter opens.

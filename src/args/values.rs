@@ -56,9 +56,12 @@ fn short(value: f32) -> String {
     if exponential.len() < plain.len() { exponential } else { plain }
 }
 
-/// Parses a time with its unit.
+/// Parses a time, in seconds if it has no unit.
 pub(crate) fn time(text: &str) -> Result<Duration, String> {
-    duration(text).ok_or_else(|| "is not a time above 0 such as 90s, 10m or 2h".into())
+    let seconds = || f64::from_str(text).ok().and_then(from_seconds);
+    duration(text)
+        .or_else(seconds)
+        .ok_or_else(|| "is not a time above 0 and below a century, such as 90s, 10m or 2h".into())
 }
 
 /// Parses a time or a number of iterations.
@@ -69,8 +72,6 @@ pub(crate) fn every(text: &str) -> Result<Every, String> {
 }
 
 fn duration(text: &str) -> Option<Duration> {
-    /// A century, in seconds.
-    const MOST: f64 = 3.2e9;
     let unit_at = text.find(|c: char| c.is_ascii_alphabetic())?;
     let (value, unit) = text.split_at(unit_at);
     let seconds = match unit {
@@ -81,8 +82,14 @@ fn duration(text: &str) -> Option<Duration> {
         "d" => 86400.0,
         _ => return None,
     };
-    let value = f64::from_str(value).ok()? * seconds;
-    (value > 0.0 && value <= MOST).then(|| Duration::from_secs_f64(value)).filter(|time| !time.is_zero())
+    from_seconds(f64::from_str(value).ok()? * seconds)
+}
+
+/// A time above 0 and of less than a century.
+fn from_seconds(seconds: f64) -> Option<Duration> {
+    const MOST: f64 = 3.2e9;
+    let is_time = seconds > 0.0 && seconds <= MOST;
+    is_time.then(|| Duration::from_secs_f64(seconds)).filter(|time| !time.is_zero())
 }
 
 /// Parses a memory size. Units are powers of 1024.
@@ -167,7 +174,13 @@ mod tests {
             assert_eq!(time(text), Ok(Duration::from_secs_f64(seconds)), "{text}");
             assert_eq!(every(text), Ok(Every::Time(Duration::from_secs_f64(seconds))), "{text}");
         }
-        for text in ["", "s", "10", "0s", "-1s", "1e-30s", "1e30s", "NaNs", "infs", "1 s", "1w", "1s1"] {
+        for (text, seconds) in [("90", 90.0), ("0.5", 0.5), ("1e2", 100.0)] {
+            assert_eq!(time(text), Ok(Duration::from_secs_f64(seconds)), "{text}");
+        }
+        for text in ["", "0", "-1", "NaN", "inf", "90 ", "90ss"] {
+            assert!(time(text).is_err(), "{text}");
+        }
+        for text in ["", "s", "0s", "-1s", "1e-30s", "1e30s", "NaNs", "infs", "1 s", "1w", "1s1"] {
             assert!(time(text).is_err(), "{text}");
         }
         assert_eq!(every("12"), Ok(Every::Iterations(12)));

@@ -2,12 +2,13 @@
 
 use crate::args::files::check_distinct;
 use crate::args::values::bound;
+use crate::terminal::bar::Bar;
 use crate::terminal::error::Error;
 use crate::terminal::text::{complain, print};
 use clap::Args;
-use compare::{CompareError, Exceeded, Metrics, Thresholds, difference_image};
-use files::image_file::{self, Encoding, Format};
-use scene::Film;
+use compare::{CompareError, DifferenceMap, Exceeded, Metrics, Thresholds};
+use files::image_file::{self, Encoding, Format, ImageReader};
+use scene::{Picture, RowReader};
 use std::path::{Path, PathBuf};
 
 /// Tell how alike two images are
@@ -15,17 +16,22 @@ use std::path::{Path, PathBuf};
 /// Prints the means of both images, RMSE and relative MSE of linear radiance, and PSNR, SSIM and FLIP of what sRGB
 /// shows. Relative MSE divides each square error by the square of B (and a little more), so that dark places count as
 /// bright ones do; by blocks of 8x8 pixels it shows wrong light rather than noise. FLIP estimates what someone sees who
-/// flips between the two. Exits with 1, saying why, if a bound given by --max-... or --min-... does not hold.
+/// flips between the two. If both files hold linear radiance, HDR-FLIP does so at all exposures. Large images are read in
+/// strips. Exits with 1, saying why, if a bound given by --max-... or --min-... does not hold.
 #[derive(Debug, Args)]
 #[command(after_long_help = COMPARE_EXAMPLES)]
 pub(crate) struct CompareArgs {
-    /// The image to judge: .png, .exr or .pfm
+    /// The image to judge: PNG, JPEG, EXR, PFM, HDR, TIFF, WebP or QOI
     #[arg(value_name = "A")]
     a: PathBuf,
 
     /// The image that is right
     #[arg(value_name = "B")]
     b: PathBuf,
+
+    /// The layer to read of EXR files that have layers
+    #[arg(long, value_name = "NAME")]
+    layer: Option<String>,
 
     /// Print one JSON object
     #[arg(long)]
@@ -42,6 +48,7 @@ pub(crate) struct CompareArgs {
 const COMPARE_EXAMPLES: &str = "\
 Examples:
   sppm compare cornell.exr truth.exr --difference where.png
+  sppm compare cornell.exr beauty.exr --layer ViewLayer.Combined
   sppm compare cornell.png old.png --max-abs 0 --json";
 
 /// What the images must satisfy.
@@ -64,6 +71,10 @@ struct ThresholdArgs {
     #[arg(long, value_name = "X", value_parser = bound, allow_hyphen_values = true)]
     max_flip: Option<f64>,
 
+    /// Greatest mean HDR-FLIP error, of images that hold linear radiance
+    #[arg(long, value_name = "X", value_parser = bound, allow_hyphen_values = true)]
+    max_hdr_flip: Option<f64>,
+
     /// Greatest difference of any channel of any pixel; 0 asks for equal images
     #[arg(long, value_name = "X", value_parser = bound, allow_hyphen_values = true)]
     max_abs: Option<f64>,
@@ -84,6 +95,7 @@ impl From<&ThresholdArgs> for Thresholds {
             max_relmse: args.max_relmse,
             max_block_relmse: args.max_block_relmse,
             max_flip: args.max_flip,
+            max_hdr_flip: args.max_hdr_flip,
             max_abs: args.max_abs,
             min_ssim: args.min_ssim,
             min_psnr: args.min_psnr,
@@ -96,12 +108,23 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
     if let Some(path) = &args.difference {
         check_difference(args, path)?;
     }
-    let (a, b) = (read(&args.a)?, read(&args.b)?);
-    let metrics = Metrics::of(&a, &b).map_err(|error| incomparable(args, &error))?;
+    let [mut a, mut b] = open(args)?;
+    let hdr_flip = a.is_linear() && b.is_linear();
+    check_hdr_flip(args, [&a, &b])?;
+    let metrics = with_bar(b.size(), if hdr_flip { 3 } else { 1 }, "comparing", |progress| {
+        Metrics::of_rows(&mut a, &mut b, hdr_flip, progress)
+    });
+    let metrics = metrics.map_err(|error| incomparable(args, &error))?;
     let text = if args.json { json(&metrics)? } else { metrics.to_string() };
     print(text.as_bytes())?;
     if let Some(path) = &args.difference {
-        write_difference(args, path, &a, &b)?;
+        write_difference(args, path, &mut a, &mut b)?;
+    }
+    if args.thresholds.max_hdr_flip.is_some() && metrics.hdr_flip.is_none() {
+        let b = args.b.display();
+        return Err(Error::Failed(format!(
+            "--max-hdr-flip: {b} is black, for which HDR-FLIP is not defined"
+        )));
     }
     let exceeded: Vec<String> =
         Thresholds::from(&args.thresholds).exceeded(&metrics).iter().map(sentence).collect();
@@ -115,29 +138,92 @@ fn sentence(exceeded: &Exceeded) -> String {
     format!("{metric} is {value}, {side} --{option} {threshold}")
 }
 
-fn read(path: &Path) -> Result<Film, Error> {
-    image_file::read(path).map_err(|error| Error::BadInput(error.to_string()))
+/// Opens both images. A file without layers is read whole, unless neither has some.
+fn open(args: &CompareArgs) -> Result<[ImageReader; 2], Error> {
+    let bad = |error: image_file::ImageError| Error::BadInput(error.to_string());
+    let paths = [&args.a, &args.b];
+    let has_layers = match args.layer {
+        Some(_) => paths.map(|path| image_file::layer_names(path).map(|names| !names.is_empty())),
+        None => [Ok(false), Ok(false)],
+    };
+    let [of_a, of_b] = has_layers;
+    let (of_a, of_b) = (of_a.map_err(bad)?, of_b.map_err(bad)?);
+    let layer = |has: bool| args.layer.as_deref().filter(|_| has || !(of_a || of_b));
+    let open = |path, has| ImageReader::open(path, layer(has)).map_err(bad);
+    Ok([open(&args.a, of_a)?, open(&args.b, of_b)?])
+}
+
+/// Rejects a bound on HDR-FLIP for images that hold what a screen shows.
+fn check_hdr_flip(args: &CompareArgs, images: [&ImageReader; 2]) -> Result<(), Error> {
+    let mut shown = [&args.a, &args.b].into_iter().zip(images).filter(|(_, image)| !image.is_linear());
+    match (args.thresholds.max_hdr_flip, shown.next()) {
+        (Some(_), Some((path, image))) => Err(Error::BadInput(format!(
+            "--max-hdr-flip: {} holds {}; HDR-FLIP needs linear radiance, as in .exr, .pfm, .hdr and .tif files",
+            path.display(),
+            image.samples()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Images of more pixels than this take seconds, and have a bar.
+const QUICK: u64 = 1 << 22;
+
+/// Runs `work`, which reads all rows `passes` times, with a bar if that takes long.
+fn with_bar<T>(
+    [width, height]: [u32; 2],
+    passes: u32,
+    what: &str,
+    work: impl FnOnce(compare::Progress) -> T,
+) -> T {
+    let is_quick = u64::from(width) * u64::from(height) <= QUICK;
+    let bar = (!is_quick).then(|| Bar::of(passes * height, "rows"));
+    let done = work(&mut |rows, _| {
+        if let Some(bar) = &bar {
+            bar.step(rows as u32, what);
+        }
+    });
+    if let Some(bar) = bar {
+        bar.clear();
+    }
+    done
 }
 
 fn check_difference(args: &CompareArgs, path: &Path) -> Result<(), Error> {
     let bad = |error: &dyn ToString| Error::BadInput(format!("--difference: {}", error.to_string()));
     check_distinct(&[("image A", &args.a), ("image B", &args.b)], &[("--difference", path)])?;
     match Format::from_path(path) {
-        Ok(Format::Png) | Err(_) => image_file::check_writable(path).map_err(|error| bad(&error)),
-        Ok(_) => Err(bad(&format!("{} is a picture in false colours; name a .png file", path.display()))),
+        Ok(Format::Png) => image_file::check_writable(path).map_err(|error| bad(&error)),
+        _ => Err(bad(&format!("{} is a picture in false colours; name a .png file", path.display()))),
     }
 }
 
-fn write_difference(args: &CompareArgs, path: &Path, a: &Film, b: &Film) -> Result<(), Error> {
-    let difference = difference_image(a, b).map_err(|error| incomparable(args, &error))?;
-    image_file::write(path, &difference.film, &Encoding::default())
+fn write_difference(
+    args: &CompareArgs,
+    path: &Path,
+    a: &mut ImageReader,
+    b: &mut ImageReader,
+) -> Result<(), Error> {
+    let map =
+        with_bar(b.size(), 3, "mapping the difference", |progress| DifferenceMap::of_rows(a, b, progress));
+    let map = map.map_err(|error| incomparable(args, &error))?;
+    let pixel = |x, y| map.color(x, y);
+    let picture = Picture { width: map.width, height: map.height, pixel: &pixel };
+    image_file::write_picture(path, &picture, &Encoding::default())
         .map_err(|error| Error::Failed(error.to_string()))?;
-    complain(&format!("wrote {}; its brightest colour stands for {:e}", path.display(), difference.scale));
+    complain(&format!("wrote {}; its brightest colour stands for {:e}", path.display(), map.scale));
     Ok(())
 }
 
 fn incomparable(args: &CompareArgs, error: &CompareError) -> Error {
-    Error::BadInput(format!("{} and {} cannot be compared: {error}", args.a.display(), args.b.display()))
+    match error {
+        CompareError::Unreadable(line) => Error::BadInput(line.clone()),
+        _ => Error::BadInput(format!(
+            "{} and {} cannot be compared: {error}",
+            args.a.display(),
+            args.b.display()
+        )),
+    }
 }
 
 fn json(metrics: &impl serde::Serialize) -> Result<String, Error> {

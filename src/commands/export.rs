@@ -38,7 +38,7 @@ pub(crate) struct ExportArgs {
     #[arg(long, value_enum)]
     format: Format,
 
-    /// The file to write [default: standard output]
+    /// The file to write [default: -, standard output]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 
@@ -71,7 +71,8 @@ pub(crate) fn run(args: &ExportArgs) -> Result<(), Error> {
     let opened = args.scene.open()?;
     let time = still_instant(&opened, args.time)?;
     let settings = settings(&opened, args).map_err(|error| Error::BadInput(format!("--{error}")))?;
-    if let Some(output) = &args.output {
+    let output = args.output.as_ref().filter(|output| output.as_os_str() != "-");
+    if let Some(output) = output {
         let scene_file = opened.file.as_deref().map(|path| ("the scene", path));
         check_distinct(scene_file.as_slice(), &[("--output", output)])?;
         atomic_file::check(output).map_err(|error| Error::BadInput(format!("--output: {error}")))?;
@@ -93,7 +94,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<(), Error> {
         Format::Pbrt => Renderer::Pbrt,
     };
     let Exported { text, notes } = export::write(renderer, &view).map_err(Error::BadInput)?;
-    match &args.output {
+    match output {
         Some(output) => atomic_file::replace(output, |out| out.write_all(text.as_bytes()))
             .map_err(|error| Error::Failed(error.to_string()))?,
         None => print(text.as_bytes())?,

@@ -1,28 +1,30 @@
 //! The command `info`: prints how an image was made, or what a checkpoint holds.
 
+use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
 use crate::terminal::text::{complain, print};
 use clap::{Args as ClapArgs, ValueHint};
 use files::checkpoint::Loaded;
+use files::image_file::{self, ImageReader};
 use files::scene_file;
 use render::{EngineName, LanesName, Made, Metadata, Note};
 use scene::settings::MAX_ITERATIONS;
 use scene::text::one_line;
-use scene::{Filter, Settings};
+use scene::{Filter, RowReader, Settings};
 use serde::Serialize;
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Tell what made an image, or what a checkpoint holds
 ///
 /// Prints version, scene, settings, engine and iterations as they are written into .png and .exr images and into
-/// checkpoints.
+/// checkpoints. Of other images it tells the format, the size and the layers.
 #[derive(Debug, ClapArgs)]
 #[command(
     after_long_help = "Examples:\n  sppm info cornell.png\n  sppm info cornell.png --scene > again.toml"
 )]
 pub(crate) struct InfoArgs {
-    /// An image by sppm, .png or .exr, or a checkpoint
+    /// An image, or a checkpoint
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     file: PathBuf,
 
@@ -59,10 +61,17 @@ struct Info {
 
 /// Runs the command.
 pub(crate) fn run(args: &InfoArgs) -> Result<(), Error> {
-    let info = match Made::read(&args.file)? {
-        Made::Image(metadata) => of_image(metadata),
-        Made::Checkpoint(loaded) => of_checkpoint(&loaded, args.scene),
+    let busy = Busy::with(format!("reading {}", one_line(&args.file.to_string_lossy())));
+    let info = match Made::read(&args.file) {
+        Ok(Made::Image(metadata)) => of_image(metadata),
+        Ok(Made::Checkpoint(loaded)) => of_checkpoint(&loaded, args.scene),
+        Err(error) => {
+            let other = Picture::read(&args.file).filter(|_| !args.scene).ok_or(error)?;
+            drop(busy);
+            return print((if args.json { json(&other)? } else { other.to_text() }).as_bytes());
+        }
     };
+    drop(busy);
     if let Some(fault) = &info.fault {
         complain(&format!("warning: {fault}; this is the older generation"));
     }
@@ -72,11 +81,49 @@ pub(crate) fn run(args: &InfoArgs) -> Result<(), Error> {
         return print(info.scene_file.ok_or_else(too_large)?.as_bytes());
     }
     if args.json {
-        let json = serde_json::to_string_pretty(&info);
-        let failed = |error| Error::Failed(format!("cannot make JSON: {error}"));
-        return print((json.map_err(failed)? + "\n").as_bytes());
+        return print(json(&info)?.as_bytes());
     }
     print(info.to_text().as_bytes())
+}
+
+fn json(info: &impl Serialize) -> Result<String, Error> {
+    let failed = |error| Error::Failed(format!("cannot make JSON: {error}"));
+    Ok(serde_json::to_string_pretty(info).map_err(failed)? + "\n")
+}
+
+/// What is known of an image that does not say what made it.
+#[derive(Serialize)]
+struct Picture {
+    /// `image`.
+    kind: &'static str,
+    format: &'static str,
+    /// Such as `8 bits of sRGB`.
+    samples: String,
+    width: u32,
+    height: u32,
+    /// The names of an EXR file's layers.
+    layers: Vec<String>,
+}
+
+impl Picture {
+    /// `None` if the file is no image that can be read.
+    fn read(path: &Path) -> Option<Self> {
+        let layers = image_file::layer_names(path).ok()?;
+        let image = ImageReader::open(path, layers.first().map(String::as_str)).ok()?;
+        let ([width, height], format) = (image.size(), image.format().name());
+        Some(Self { kind: "image", format, samples: image.samples().to_string(), width, height, layers })
+    }
+
+    fn to_text(&self) -> String {
+        let Self { kind, format, samples, width, height, layers } = self;
+        let mut text = format!(
+            "file       {kind}\nformat     {format}, {samples}\nsize       {width} x {height} pixels\n"
+        );
+        if !layers.is_empty() {
+            text.extend(["layers     ", &one_line(&layers.join(", ")), "\n"]);
+        }
+        text + "made       not told: only .png and .exr images by sppm say what made them\n"
+    }
 }
 
 fn of_image(metadata: Metadata) -> Info {

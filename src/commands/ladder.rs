@@ -1,7 +1,7 @@
 //! The command `ladder`: times the optimisation stages of the paper (the rows of the ladder) side by side.
 
 use crate::args::quick::quick;
-use crate::args::scene::open;
+use crate::args::scene::{SceneName, open};
 use crate::args::settings::SettingsArgs;
 use crate::args::values::whole;
 use crate::terminal::bar::Bar;
@@ -24,7 +24,7 @@ use std::path::PathBuf;
 #[command(after_long_help = EXAMPLES)]
 pub(crate) struct LadderArgs {
     /// A scene, as for `render`; may be given more than once [default: the paper's five; with --quick, cornell]
-    #[arg(long, value_name = "SCENE")]
+    #[arg(long, value_name = "SCENE", value_parser = SceneName, hide_possible_values = true)]
     scene: Vec<OsString>,
 
     /// The rows to run, separated by commas [default: all; in a sweep, the stages and the fast engine]
@@ -214,7 +214,7 @@ fn cases(args: &LadderArgs) -> Result<Vec<Case>, Error> {
     }
     let mut all = Vec::new();
     for name in names {
-        let mut opened = open(&name)?;
+        let mut opened = open(&name, u64::MAX)?;
         if args.quick {
             opened.scene.settings = quick(&opened.scene.settings);
         }

@@ -1,10 +1,12 @@
 //! The subcommands, one file each with their options and what they run.
 
 pub(crate) mod compare;
-mod documents;
+mod completions;
+mod conclusion;
 mod export;
 mod info;
 mod ladder;
+mod man;
 mod render;
 mod resume;
 mod scenes;
@@ -16,10 +18,11 @@ mod watch;
 use crate::terminal::error::Error;
 use clap::{CommandFactory, Parser, Subcommand};
 use compare::CompareArgs;
-use documents::{CompletionsArgs, ManArgs};
+use completions::CompletionsArgs;
 use export::ExportArgs;
 use info::InfoArgs;
 use ladder::LadderArgs;
+use man::ManArgs;
 use render::RenderArgs;
 use resume::ResumeArgs;
 use scenes::ScenesArgs;
@@ -84,8 +87,8 @@ impl Args {
             Command::Export(args) => export::run(args),
             Command::Ladder(args) => ladder::run(args),
             Command::Tune(args) => tune::run(args),
-            Command::Completions(args) => documents::completions(Self::command(), args),
-            Command::Man(args) => documents::man(Self::command(), args),
+            Command::Completions(args) => completions::run(Self::command(), args),
+            Command::Man(args) => man::run(Self::command(), args),
         }
     }
 }

@@ -51,6 +51,7 @@ Examples:
   sppm render cornell --engine path --iterations 1024 -o truth.exr
   sppm render surgery --time 10m --until-error 0.02
   sppm render --like mirror.exr -o again.exr
+  sppm render - -o exr:- < mine.toml > mine.exr
 
 What settings do:
   More iterations remove noise and bias both. A smaller first radius means less blur and more noise.
@@ -60,7 +61,7 @@ What settings do:
 /// Runs the command.
 pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     logs::init(args.messages.log_format, args.messages.level());
-    let (mut job, image) = open(&args.source)?;
+    let (mut job, image) = open(&args.source, args.engine.memory_limit)?;
     job.goals = args.goals.or(Goals::default());
     let settings = args.settings.apply(&job.scene.settings)?;
     let iterations = job.goals.iterations(args.settings.iterations, settings.iterations);
@@ -68,15 +69,17 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     let usual = if args.source.like.is_some() { job.engine.name() } else { EngineName::Fast };
     job.engine = args.engine.choose(usual)?;
     job.inputs.extend(args.engine.profile.clone().map(|path| (Field::Profile, path)));
-    job.outputs = args.outputs.or(job.outputs, image);
-    job.save = job.outputs.image.as_deref().and_then(|image| args.checkpoints.save(image));
+    job.outputs = args.outputs.or(job.outputs, image)?;
+    job.save = args.checkpoints.save(job.outputs.image.as_deref());
     (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
     watch::run(job, &args.messages)
 }
 
 /// The job for a scene, or for repeating the render of `--like`; and the default name of its image.
-fn open(args: &SourceArgs) -> Result<(Job, PathBuf), Error> {
-    let named = args.scene.as_deref().map(scene::open).transpose()?;
+fn open(args: &SourceArgs, memory_limit: Option<u64>) -> Result<(Job, PathBuf), Error> {
+    let open = |name| scene::open(name, memory_limit.unwrap_or(u64::MAX));
+    let named = args.scene.as_deref().map(open).transpose()?;
+    let bytes_before = named.as_ref().map_or(0, |named| named.bytes);
     let file = named.as_ref().and_then(|named| named.file.clone()).map(|file| (Field::Scene, file));
     let stem = named.as_ref().map(|named| default_name(&named.stem));
     let mut job = match (&args.like, named) {
@@ -85,6 +88,7 @@ fn open(args: &SourceArgs) -> Result<(Job, PathBuf), Error> {
         (None, None) => return Err(Error::BadInput("<SCENE> is missing".into())), // clap requires one of the two
     };
     job.inputs.splice(0..0, file);
+    job.bytes_before = bytes_before;
     let image = stem.unwrap_or_else(|| default_name_of(&job.scene.name));
     Ok((job, image))
 }

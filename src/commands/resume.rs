@@ -6,11 +6,13 @@ use crate::args::goals::GoalArgs;
 use crate::args::messages::MessageArgs;
 use crate::args::outputs::{OutputArgs, default_name_of};
 use crate::args::values::{every, whole};
+use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
 use crate::terminal::logs;
 use clap::{Args as ClapArgs, ValueHint};
 use render::{Every, Job};
 use scene::settings::MAX_ITERATIONS;
+use scene::text::one_line;
 use std::mem::take;
 use std::path::PathBuf;
 
@@ -57,7 +59,9 @@ Examples:
 /// Runs the command.
 pub(crate) fn run(args: &ResumeArgs) -> Result<(), Error> {
     logs::init(args.messages.log_format, args.messages.level());
+    let busy = Busy::with(format!("reading {}", one_line(&args.file.to_string_lossy())));
     let mut job = Job::resume(&args.file)?;
+    drop(busy);
     job.goals = args.goals.or(job.goals);
     job.scene.settings.iterations = iterations(args, &job);
     job.engine = args.engine.choose(job.engine.name())?;
@@ -65,7 +69,7 @@ pub(crate) fn run(args: &ResumeArgs) -> Result<(), Error> {
         save.every = every;
     }
     let image = args.file.with_file_name(default_name_of(&job.scene.name));
-    job.outputs = args.outputs.or(take(&mut job.outputs), image);
+    job.outputs = args.outputs.or(take(&mut job.outputs), image)?;
     (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
     watch::run(job, &args.messages)
 }

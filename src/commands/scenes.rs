@@ -1,5 +1,6 @@
 //! The command `scenes`: lists the built-in scenes, or prints one.
 
+use crate::args::scene::SceneName;
 use crate::terminal::error::Error;
 use crate::terminal::text::print;
 use clap::Args as ClapArgs;
@@ -13,7 +14,7 @@ use std::ffi::OsString;
 #[command(after_long_help = "Example:\n  sppm scenes cornell > mine.toml && sppm render mine.toml")]
 pub(crate) struct ScenesArgs {
     /// The scene whose file to print; without a name, all are listed
-    #[arg(value_name = "NAME")]
+    #[arg(value_name = "NAME", value_parser = SceneName, hide_possible_values = true)]
     pub name: Option<OsString>,
 }
 

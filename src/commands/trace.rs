@@ -4,6 +4,7 @@ use crate::args::engine::MachineArgs;
 use crate::args::files::check_distinct;
 use crate::args::scene::{SceneArg, instant};
 use crate::args::values::number;
+use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
 use clap::{Args as ClapArgs, ValueEnum};
 use files::{atomic_file, npy};
@@ -82,6 +83,7 @@ pub(crate) fn run(args: &TraceArgs) -> Result<(), Error> {
     let inputs: Vec<_> = scene_file.into_iter().chain([("--rays", args.rays.as_path())]).collect();
     check_distinct(&inputs, &[("--hits", &args.hits)])?;
     atomic_file::check(&args.hits).map_err(|error| bad("--hits", &error))?;
+    let _busy = Busy::with("tracing the rays");
     let rays = npy::read(&args.rays).map_err(|error| bad("--rays", &error))?;
     let pool = render::pool(args.machine.threads)?;
     let still = opened.scene.at(time);

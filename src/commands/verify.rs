@@ -68,7 +68,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Error> {
     let mut variants = variants(&opened.scene, &settings, &pools, &parameters);
     let verdict = verdict(&opened.scene.name, &settings, &variants);
     let mut reference = reference::Sppm::new(&opened.scene, &settings);
-    let progress = Bar::new(settings.iterations, false);
+    let progress = Bar::of(settings.iterations, "iterations");
     let difference = first_difference(&mut reference, &mut variants, settings.iterations, &progress);
     progress.clear();
     match difference {
@@ -180,7 +180,7 @@ mod tests {
         let mut variants =
             [variant("twin", Fake::new(u32::MAX, |_, _| ())), variant("other", Fake::new(from, spoil))];
         let mut reference = Fake::new(u32::MAX, |_, _| ());
-        first_difference(&mut reference, &mut variants, 4, &Bar::new(4, true))
+        first_difference(&mut reference, &mut variants, 4, &Bar::of(4, "iterations"))
     }
 
     #[test]

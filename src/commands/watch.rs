@@ -1,28 +1,42 @@
 //! Runs a render for `render` and `resume`: shows its progress, obeys signals, and reports the outcome.
 
+use super::conclusion::conclude;
 use crate::args::messages::MessageArgs;
 use crate::terminal::bar::{Bar, Lines, Progress};
+use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
+use crate::terminal::line::Work;
+use crate::terminal::logs;
 use crate::terminal::signals::Requests;
-use render::{End, Job, Notice, Observer, Outcome, Report, Step};
+use crate::terminal::told::Told;
+use files::atomic_file::reason;
+use render::{Job, Notice, Observer, Step};
 use scene::settings::MAX_ITERATIONS;
-use scene::text::{counted, duration, list, mebibytes};
-use scene::{Filter, Resumable, Settings, Stats};
+use scene::text::{counted, mebibytes};
+use scene::{Filter, Resumable, Settings};
 use std::io;
+use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tracing::{debug, info, warn};
 
 /// Runs `job` to its end and reports what became of it.
 pub(crate) fn run(mut job: Job, messages: &MessageArgs) -> Result<(), Error> {
+    let is_json = messages.progress == Progress::Json;
+    if is_json && job.outputs.stream.is_some() {
+        let problem = "--progress json: standard output is taken by --output; write the image to a file";
+        return Err(Error::BadInput(problem.into()));
+    }
     let requests = Requests::listen()?;
     // The command does not show intermediate images.
     (job.live, job.stop) = (false, requests.stop().clone());
-    let is_json = messages.progress == Progress::Json;
     let problem = Problem::default();
     let watch = Watch {
+        busy: (!is_json).then(|| Busy::with("preparing the render")),
         bar: None,
-        has_bar: !(messages.quiet || is_json),
+        has_bar: !is_json && logs::has_bars(),
+        limit: job.goals.time,
+        told: Told::default(),
         lines: is_json.then(Lines::default),
         problem: problem.clone(),
         requests: requests.clone(),
@@ -31,7 +45,7 @@ pub(crate) fn run(mut job: Job, messages: &MessageArgs) -> Result<(), Error> {
     conclude(&outcome, &requests)?;
     // The image is written, but lines of progress were lost: fail, so that their reader does not miss it.
     match problem.lock().unwrap_or_else(PoisonError::into_inner).take() {
-        Some(error) => Err(Error::Failed(format!("cannot write to standard output: {error}"))),
+        Some(error) => Err(Error::Failed(format!("cannot write to standard output: {}", reason(&error)))),
         None => Ok(()),
     }
 }
@@ -41,9 +55,14 @@ type Problem = Arc<Mutex<Option<io::Error>>>;
 
 /// The observer of the render; it is called on the render's thread.
 struct Watch {
-    /// Set when the render begins.
+    /// Until the render begins.
+    busy: Option<Busy>,
+    /// From then on.
     bar: Option<Bar>,
     has_bar: bool,
+    /// The time limit of the render.
+    limit: Option<Duration>,
+    told: Told,
     lines: Option<Lines>,
     problem: Problem,
     requests: Requests,
@@ -69,27 +88,55 @@ impl Observer for Watch {
     fn notice(&mut self, notice: &Notice) {
         match notice {
             Notice::Begun { settings, .. } => {
+                self.busy = None;
                 tell_beginning(notice);
-                self.bar = self.has_bar.then(|| Bar::new(settings.iterations, false));
+                self.bar = self.has_bar.then(|| self.new_bar(settings));
             }
             Notice::Resumed { path, iterations, of, fallback } => {
                 if let Some(fault) = fallback {
                     warn!("{fault}; going on from the older generation");
+                }
+                if let Some(bar) = &self.bar {
+                    bar.go_on_after(*iterations);
                 }
                 let path = path.display();
                 let of = if *of == MAX_ITERATIONS { String::new() } else { format!(" of {of}") };
                 info!(iterations, "going on from {path} after {iterations}{of} iterations");
             }
             Notice::Saved { iterations } => {
-                debug!(iterations, "saved after {}", counted(*iterations, "iteration"));
+                let after = counted(*iterations, "iteration");
+                if self.told.is_mended() {
+                    info!(iterations, "saved again, after {after}");
+                } else {
+                    debug!(iterations, "saved after {after}");
+                }
             }
-            Notice::NotSaved(error) | Notice::NotRefreshed(error) => warn!("{error}; rendering goes on"),
-            Notice::NoSnapshot(error) => warn!("{error}"),
+            Notice::NotSaved(error) if self.told.is_new(&error.path, error) => {
+                self.told.is_unsaved = true;
+                warn!("{error}; rendering goes on");
+            }
+            Notice::NotRefreshed(error) if self.told.is_new(&error.path, error) => {
+                warn!("{error}; rendering goes on");
+            }
+            // Every snapshot is another file, and all of them fail alike.
+            Notice::NoSnapshot(error) if self.told.is_new(Path::new("snapshots"), error) => {
+                warn!("{error}; rendering goes on");
+            }
+            Notice::NotSaved(_) | Notice::NotRefreshed(_) | Notice::NoSnapshot(_) => {}
+            Notice::NotLocked(error) => warn!("{error}; let no other render write it"),
         }
     }
 
     fn stopped_by(&self) -> &'static str {
         self.requests.pending().map_or("stop", |signal| signal.name())
+    }
+}
+
+impl Watch {
+    fn new_bar(&self, settings: &Settings) -> Bar {
+        let all = (settings.iterations != MAX_ITERATIONS).then_some(settings.iterations);
+        let work = Work { noun: "iterations", all, limit: self.limit, ..Work::default() };
+        Bar::new(work, self.requests.stop().meter().clone())
     }
 }
 
@@ -132,81 +179,4 @@ fn tell_beginning(notice: &Notice) {
         counted(*threads as u64, "thread"),
         mebibytes(*bytes_at_most),
     );
-}
-
-/// Reports what the render wrote and why it ended.
-fn conclude(outcome: &Outcome, requests: &Requests) -> Result<(), Error> {
-    let Outcome { end, report, unsaved, written, failed, .. } = outcome;
-    let signal = requests.pending().filter(|_| *end == End::Stopped);
-    let done = report.iterations;
-    if let (Some(signal), 0) = (signal, done) {
-        let what = "not one iteration was over, so nothing is written";
-        return Err(Error::Interrupted(signal, what.into()));
-    }
-    let written = list(&written.iter().map(|path| path.display()).collect::<Vec<_>>());
-    if !failed.is_empty() {
-        return Err(lament(outcome, &written));
-    }
-    account(report, outcome.writing);
-    let (iterations, seconds) = (counted(done, "iteration"), duration(report.wall_seconds));
-    if let Some(signal) = signal {
-        let all = match report.settings.iterations {
-            MAX_ITERATIONS => iterations,
-            all => format!("{done} of {}", counted(all, "iteration")),
-        };
-        let unsaved = unsaved.as_ref().map_or(String::new(), |error| format!("; {error}"));
-        let next = how_to_go_on(outcome).unwrap_or_default();
-        let text = format!("wrote {written} after {all} in {seconds}{unsaved}{next}");
-        return Err(Error::Interrupted(signal, text));
-    }
-    if let Some(error) = unsaved {
-        return Err(Error::Failed(format!("the image is written, but not its checkpoint: {error}")));
-    }
-    let why = match (end, report.estimated_error) {
-        (End::Time, _) => "; time is up".into(),
-        (End::Error, Some(error)) => format!("; the estimated error is {error:.3e}"),
-        _ => String::new(),
-    };
-    info!(
-        iterations = done,
-        wall_seconds = report.wall_seconds,
-        ended_by = report.ended_by,
-        "wrote {written}: {iterations} in {seconds}{why}"
-    );
-    Ok(())
-}
-
-/// The error for files that could not be written: what was saved instead, and how to resume.
-fn lament(outcome: &Outcome, written: &str) -> Error {
-    let problems = outcome.failed.iter().map(|unwritten| match &unwritten.refuge {
-        Some(refuge) => format!("{}; it is in {} instead", unwritten.error, refuge.display()),
-        None => unwritten.error.to_string(),
-    });
-    let problems = problems.collect::<Vec<_>>().join("; ");
-    let rest = if written.is_empty() { String::new() } else { format!("; wrote {written}") };
-    let elsewhere =
-        how_to_go_on(outcome).map_or(String::new(), |how| format!("{how}, by -o to another image"));
-    Error::Failed(format!("{problems}{rest}{elsewhere}"))
-}
-
-fn how_to_go_on(outcome: &Outcome) -> Option<String> {
-    let saved = outcome.saved.as_ref()?;
-    let done = counted(saved.iterations, "iteration");
-    Some(format!("; `sppm resume {}` goes on after {done}", saved.path.display()))
-}
-
-/// Logs the time of each pass and the memory used.
-fn account(report: &Report, writing: Duration) {
-    let Stats { camera_seconds, build_grid_seconds, photon_seconds, consolidate_seconds, bytes, .. } =
-        report.stats;
-    let passes = [
-        ("camera pass", camera_seconds),
-        ("grid", build_grid_seconds),
-        ("photon pass", photon_seconds),
-        ("consolidation", consolidate_seconds),
-        ("developing and writing", writing.as_secs_f64()),
-    ];
-    let times: Vec<String> =
-        passes.iter().map(|(name, seconds)| format!("{name} {}", duration(*seconds))).collect();
-    debug!(bytes, peak_bytes = report.peak_bytes, "{}; {}", times.join(", "), mebibytes(bytes));
 }

@@ -1,12 +1,18 @@
 //! Shows the progress of a render: a bar on standard error, or lines of JSON on standard output.
 
+use super::line::Work;
 use super::logs;
 use clap::ValueEnum;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::style::ProgressTracker;
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use render::Step;
+use scene::Meter;
 use scene::text::scaled;
+use std::fmt;
 use std::io::{self, ErrorKind, Write};
-use std::time::Duration;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use terminal_size::{Width, terminal_size_of};
 
 /// How progress is shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -18,11 +24,16 @@ pub(crate) enum Progress {
     Json,
 }
 
-const TEMPLATE: &str = "{wide_bar} {pos}/{len} {prefix}  {msg}  {elapsed} elapsed, {eta} left";
+/// How often the bar is drawn anew, as time goes on and within a long iteration.
+const TICK: Duration = Duration::from_millis(200);
+/// The columns of a terminal that does not tell how many it has.
+const USUAL_COLUMNS: usize = 80;
 
 /// A bar on standard error; draws nothing if standard error is not a terminal.
 pub(crate) struct Bar {
-    bar: ProgressBar,
+    shown: ProgressBar,
+    work: Arc<Mutex<Work>>,
+    began: Instant,
 }
 
 /// Lines of JSON on standard output, until the reader closes the pipe.
@@ -50,57 +61,103 @@ impl Lines {
 }
 
 impl Bar {
-    /// A bar for `iterations` iterations, hidden if `quiet`.
-    pub(crate) fn new(iterations: u32, quiet: bool) -> Self {
-        if quiet {
-            return Self { bar: ProgressBar::hidden() };
-        }
-        Self::of(iterations, "iterations")
+    /// A bar for `work`, whose current step is measured by `meter`.
+    pub(crate) fn new(work: Work, meter: Meter) -> Self {
+        let (work, began) = (Arc::new(Mutex::new(work)), Instant::now());
+        let line = Line { work: Arc::clone(&work), meter, began };
+        let style =
+            ProgressStyle::with_template("{line}").expect("the template is valid: a test makes a bar");
+        let bar = ProgressBar::new(1).with_style(style.with_key("line", line));
+        logs::make_room(Some(bar.clone()));
+        bar.enable_steady_tick(TICK);
+        Self { shown: bar, work, began }
     }
 
     /// A bar for `count` things called `noun`.
     pub(crate) fn of(count: u32, noun: &'static str) -> Self {
-        let style =
-            ProgressStyle::with_template(TEMPLATE).expect("the template is valid: a test makes a bar");
-        let bar = ProgressBar::new(count.into()).with_style(style).with_prefix(noun);
-        // Keeps the clock running during a long iteration.
-        bar.enable_steady_tick(Duration::from_millis(250));
-        logs::make_room(Some(bar.clone()));
-        Self { bar }
+        Self::new(Work { noun, all: Some(count), ..Work::default() }, Meter::default())
+    }
+
+    /// A bar for something that takes long, of which no more is known than `what` it is.
+    pub(crate) fn wait(what: String) -> Self {
+        Self::new(Work { noun: "", facts: vec![what], ..Work::default() }, Meter::default())
     }
 
     /// Whether the bar draws nothing.
     pub(crate) fn is_hidden(&self) -> bool {
-        self.bar.is_hidden()
+        self.shown.is_hidden()
+    }
+
+    /// Shows that a render goes on after `done` iterations.
+    pub(crate) fn go_on_after(&self, done: u32) {
+        let mut work = lock(&self.work);
+        (work.done, work.began_at) = (done, done);
     }
 
     /// Shows the state of the render after an iteration.
     pub(crate) fn show(&self, step: &Step) {
-        self.bar.set_message(message(step, self.bar.elapsed().as_secs_f64()));
-        self.bar.set_position(step.iteration.into());
+        let facts = facts(step, self.began.elapsed().as_secs_f64());
+        let mut work = lock(&self.work);
+        (work.done, work.facts) = (step.iteration, facts);
+        drop(work);
+        self.shown.tick();
     }
 
     /// Shows that `done` steps are over and that `what` is running.
     pub(crate) fn step(&self, done: u32, what: &str) {
-        self.bar.set_message(what.to_owned());
-        self.bar.set_position(done.into());
+        let mut work = lock(&self.work);
+        (work.done, work.facts) = (done, vec![what.to_owned()]);
+        drop(work);
+        self.shown.tick();
     }
 
     /// Removes the bar from the terminal.
     pub(crate) fn clear(&self) {
         logs::make_room(None);
-        self.bar.finish_and_clear();
+        self.shown.finish_and_clear();
     }
 }
 
-/// The speed, the mean radius if the engine traces photons, and the estimated error if known.
-fn message(step: &Step, seconds: f64) -> String {
-    let per_second = |count: u64| scaled(count as f64 / seconds.max(f64::MIN_POSITIVE));
-    let error = step.estimated_error.map_or(String::new(), |error| format!("  error {error:.4}"));
-    match step.mean_radius {
-        Some(mean) => format!("{} photons/s  mean radius {mean:.4}{error}", per_second(step.photons)),
-        None => format!("{} segments/s{error}", per_second(step.camera_segments)),
+/// The text of the bar, made anew whenever it is drawn.
+#[derive(Clone)]
+struct Line {
+    work: Arc<Mutex<Work>>,
+    meter: Meter,
+    began: Instant,
+}
+
+impl ProgressTracker for Line {
+    fn clone_box(&self) -> Box<dyn ProgressTracker> {
+        Box::new(self.clone())
     }
+
+    fn tick(&mut self, _: &ProgressState, _: Instant) {}
+
+    fn reset(&mut self, _: &ProgressState, _: Instant) {}
+
+    fn write(&self, _: &ProgressState, out: &mut dyn fmt::Write) {
+        let (within, elapsed) = (self.meter.share(), self.began.elapsed());
+        let work = Work { within, elapsed, ..lock(&self.work).clone() };
+        let columns =
+            terminal_size_of(io::stderr()).map_or(USUAL_COLUMNS, |(Width(columns), _)| columns.into());
+        let _ = out.write_str(&work.line(columns)); // writing to a String cannot fail
+    }
+}
+
+fn lock(work: &Mutex<Work>) -> MutexGuard<'_, Work> {
+    work.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The speed, the estimated error if known, and the mean radius if the engine traces photons.
+fn facts(step: &Step, seconds: f64) -> Vec<String> {
+    let per_second = |count: u64| scaled(count as f64 / seconds.max(f64::MIN_POSITIVE));
+    let speed = match step.mean_radius {
+        Some(_) => format!("{} photons/s", per_second(step.photons)),
+        None => format!("{} segments/s", per_second(step.camera_segments)),
+    };
+    let error = step.estimated_error.map(|error| format!("error {error:.4}"));
+    let radius = step.mean_radius.map(|mean| format!("mean radius {mean:.4}"));
+    error.into_iter().chain([speed]).chain(radius).collect()
 }
 
 #[cfg(test)]
@@ -113,22 +170,23 @@ mod tests {
 
     #[test]
     fn photons_and_mean_radius_are_shown() {
-        let message = message(&step(Some(1.5)), 2.0);
-        assert_eq!(message, "1.50M photons/s  mean radius 1.5000");
+        assert_eq!(facts(&step(Some(1.5)), 2.0), ["1.50M photons/s", "mean radius 1.5000"]);
     }
 
     #[test]
     fn a_path_tracer_has_no_radius() {
         let step = Step { estimated_error: Some(0.25), ..step(None) };
-        assert_eq!(message(&step, 2.0), "250 segments/s  error 0.2500");
+        assert_eq!(facts(&step, 2.0), ["error 0.2500", "250 segments/s"]);
     }
 
     #[test]
     fn the_bar_follows_the_iterations() {
-        let progress = Bar::new(10, false);
-        progress.show(&step(None));
-        assert_eq!(progress.bar.position(), 3);
-        progress.clear();
-        assert!(progress.bar.is_finished());
+        let bar = Bar::of(10, "iterations");
+        bar.go_on_after(2);
+        bar.show(&step(None));
+        let work = lock(&bar.work).clone();
+        assert_eq!((work.done, work.began_at, work.all), (3, 2, Some(10)));
+        bar.clear();
+        assert!(bar.shown.is_finished());
     }
 }

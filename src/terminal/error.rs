@@ -21,6 +21,22 @@ impl Error {
         ExitCode::from(self.code())
     }
 
+    /// What precedes the sentence where it is printed for people.
+    pub(crate) fn label(&self) -> &'static str {
+        match self {
+            Self::BadInput(_) | Self::Failed(_) => "error",
+            Self::Interrupted(..) => "interrupted",
+        }
+    }
+
+    /// The name of the signal that ended the command, if one did.
+    pub(crate) fn signal(&self) -> Option<&'static str> {
+        match self {
+            Self::Interrupted(signal, _) => Some(signal.name()),
+            Self::BadInput(_) | Self::Failed(_) => None,
+        }
+    }
+
     /// The exit code as a number.
     pub(crate) fn code(&self) -> u8 {
         match self {
@@ -37,11 +53,10 @@ impl From<SignalError> for Error {
     }
 }
 
+/// The sentence without its label.
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::BadInput(what) | Self::Failed(what) => write!(f, "error: {what}"),
-            Self::Interrupted(_, what) => write!(f, "interrupted: {what}"),
-        }
+        let (Self::BadInput(what) | Self::Failed(what) | Self::Interrupted(_, what)) = self;
+        f.write_str(what)
     }
 }

@@ -5,6 +5,7 @@ use super::text::complain;
 use clap::ValueEnum;
 use indicatif::ProgressBar;
 use scene::text::one_line;
+use std::ffi::{OsStr, OsString};
 use std::fmt;
 use std::io::{self, Write};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
@@ -24,13 +25,13 @@ pub(crate) enum Format {
     Json,
 }
 
-static CHOSEN: OnceLock<Format> = OnceLock::new();
+static CHOSEN: OnceLock<(Format, Level)> = OnceLock::new();
 /// The progress bar at the bottom of the terminal; it is hidden while a message is printed.
 static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
 /// Installs the subscriber that writes messages of `level` and above.
 pub(crate) fn init(format: Format, level: Level) {
-    let format = *CHOSEN.get_or_init(|| format);
+    let (format, level) = *CHOSEN.get_or_init(|| (format, level));
     let builder = tracing_subscriber::fmt().with_max_level(level).with_writer(|| Screen);
     // Only the first call in a process has an effect; a process runs one command.
     let _ = match format {
@@ -47,13 +48,29 @@ pub(crate) fn init(format: Format, level: Level) {
     };
 }
 
+/// Installs the subscriber for arguments that could not be parsed, if they ask for JSON.
+pub(crate) fn init_for(arguments: &[OsString]) {
+    let option = OsStr::new("--log-format");
+    let asks = arguments.iter().any(|argument| argument == "--log-format=json")
+        || arguments.windows(2).any(|pair| pair[0] == option && pair[1] == "json");
+    if asks {
+        init(Format::Json, Level::INFO);
+    }
+}
+
+/// Whether progress may be drawn on standard error: messages are for people, and not only of failures.
+pub(crate) fn has_bars() -> bool {
+    CHOSEN.get().is_none_or(|(format, level)| *format == Format::Text && *level >= Level::INFO)
+}
+
 /// Reports that the command failed.
 pub(crate) fn fail(error: &Error) {
-    if CHOSEN.get() == Some(&Format::Json) {
-        let exit_code = error.code();
-        tracing::error!(exit_code, "{error}");
-    } else {
-        complain(error);
+    match CHOSEN.get() {
+        Some((Format::Json, _)) => {
+            let (exit_code, signal) = (error.code(), error.signal());
+            tracing::error!(exit_code, signal, "{error}");
+        }
+        _ => complain(&format!("{}: {error}", error.label())),
     }
 }
 

@@ -1,8 +1,9 @@
 //! Handles the signals that ask the process to end: Ctrl-C (SIGINT), SIGTERM and SIGHUP.
 //!
 //! The first signal stops the iteration in progress, and the render then ends normally. The second ends the process
-//! immediately. No file is left half written, as each is renamed into place only when it is complete.
+//! immediately. A signal that is ignored when the process starts stays ignored. No file is left half written, as each is renamed into place only when it is complete.
 
+use files::atomic_file::reason;
 use scene::Stop;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::flag;
@@ -33,7 +34,7 @@ impl Signal {
 
 /// Signal handlers could not be installed.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot listen for signals: {0}")]
+#[error("cannot listen for signals: {}", reason(.0))]
 pub(crate) struct SignalError(#[from] io::Error);
 
 /// Signals received so far, and the stop request that they make.
@@ -49,9 +50,9 @@ impl Requests {
     pub(crate) fn listen() -> Result<Self, SignalError> {
         let requests = Self { signal: Arc::new(AtomicUsize::new(0)), stop: Stop::default() };
         let asked = Arc::new(AtomicBool::new(false));
-        // Under `nohup`, SIGHUP stays ignored, so that the render survives the end of its terminal.
-        let hang_up = (!is_ignored(SIGHUP)).then_some(SIGHUP);
-        for signal in [SIGINT, SIGTERM].into_iter().chain(hang_up) {
+        // What the process was started to ignore stays ignored: SIGHUP under `nohup`, so that a render survives the end of
+        // its terminal, and SIGINT where a shell starts it in the background.
+        for signal in [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| !is_ignored(*signal)) {
             requests.register(signal, &asked)?;
         }
         Ok(requests)

@@ -1,6 +1,7 @@
 //! Writes text to standard output and standard error without panicking when that fails.
 
 use super::error::Error;
+use files::atomic_file::reason;
 use scene::text::one_line;
 use std::fmt::Display;
 use std::io::{self, ErrorKind, Write as _};
@@ -10,7 +11,7 @@ pub(crate) fn print(text: &[u8]) -> Result<(), Error> {
     let mut out = io::stdout().lock();
     match out.write_all(text).and_then(|()| out.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(Error::Failed(format!("cannot write to standard output: {error}")))
+            Err(Error::Failed(format!("cannot write to standard output: {}", reason(&error))))
         }
         _ => Ok(()),
     }

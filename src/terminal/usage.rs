@@ -38,7 +38,7 @@ impl Wrong<'_> {
             ErrorKind::InvalidValue => {
                 format!("{argument}: {:?} is no choice{}", self.value(), self.choices())
             }
-            ErrorKind::UnknownArgument if argument.starts_with('-') => {
+            ErrorKind::UnknownArgument if argument.starts_with('-') && argument != "-" => {
                 format!("there is no option {argument}; {}", self.hint(ContextKind::SuggestedArg))
             }
             ErrorKind::UnknownArgument => {
@@ -51,7 +51,10 @@ impl Wrong<'_> {
             ErrorKind::MissingSubcommand | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
                 "a command is missing; try `sppm render cornell`, or `sppm --help`".into()
             }
-            ErrorKind::MissingRequiredArgument => format!("{argument} is missing; {}", self.see_help()),
+            ErrorKind::MissingRequiredArgument => {
+                let are = if self.strings(ContextKind::InvalidArg).len() > 1 { "are" } else { "is" };
+                format!("{argument} {are} missing; {}", self.see_help())
+            }
             ErrorKind::ArgumentConflict => self.conflict(&argument),
             ErrorKind::InvalidUtf8 => self.not_unicode(),
             _ => self.as_clap_says(),

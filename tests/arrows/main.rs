@@ -5,3 +5,4 @@ mod cycles;
 mod files;
 mod folders;
 mod imports;
+mod packages;

@@ -44,6 +44,7 @@ fn commands() {
         (&["render"], &["<SCENE> is missing", "sppm render --help"]),
         (&["verify"], &["<SCENE> is missing", "sppm verify --help"]),
         (&["render", "cornell", "mirror"], &["\"mirror\"", "too many"]),
+        (&["render", "cornell", "-"], &["\"-\"", "too many"]),
     ]);
 }
 
@@ -164,11 +165,17 @@ fn lanes_that_the_processor_lacks() {
 fn outputs() {
     all_refused(&[
         (&["render", "cornell", "-o", ""], &["--output: the value is missing"]),
-        (&["render", "cornell", "-o", "a.jpg"], &["--output: a.jpg", ".png, .exr or .pfm"]),
-        (&["render", "cornell", "-o", "picture"], &["--output: picture", ".png, .exr or .pfm"]),
+        (&["render", "cornell", "-o", "a.gif"], &["--output: a.gif", ".png, .jpg, .exr, .pfm, .hdr or .tif"]),
+        (
+            &["render", "cornell", "-o", "picture"],
+            &["--output: picture", ".png, .jpg, .exr, .pfm, .hdr or .tif"],
+        ),
+        (&["render", "cornell", "-o", "a.webp"], &["--output: a.webp", "read but not written"]),
         (&["render", "cornell", "-o", "missing/a.png"], &["--output: missing/a.png", "does not exist"]),
         (&["render", "cornell", "-o", "note.txt/a.png"], &["--output: note.txt/a.png", "not a folder"]),
         (&["render", "cornell", "-o", "folder.png"], &["--output: folder.png", "is a folder"]),
+        (&["render", "cornell", "-o", "."], &["--output: .: is a folder; name a file in it"]),
+        (&["render", "cornell", "--radius-image", "/"], &["--radius-image: /", "names a folder"]),
         (&["render", "cornell", "--stats", "folder.png"], &["--stats: folder.png", "is a folder"]),
         (&["render", "cornell", "--stats", "missing/s.json"], &["--stats: missing/s.json", "does not exist"]),
         (&["render", "cornell", "--radius-image", "r.txt"], &["--radius-image: r.txt", ".exr"]),
@@ -202,7 +209,14 @@ fn contradictions() {
             &["--stats", "also --radius-image"],
         ),
         (&["render", "mine.toml", "--stats", "mine.toml"], &["--stats", "also the scene"]),
-        (&["render", "cornell", "-o", "a.exr", "--exposure", "1"], &["--exposure", "a.exr", "only .png"]),
+        (
+            &["render", "cornell", "-o", "a.exr", "--exposure", "1"],
+            &["--exposure", "a.exr", "only .png and .jpg"],
+        ),
+        (
+            &["render", "cornell", "-o", "a.hdr", "--exposure", "1"],
+            &["--exposure", "a.hdr", "linear radiance"],
+        ),
     ]);
 }
 
@@ -218,6 +232,8 @@ fn arguments_that_are_not_unicode() {
     sandbox.run([new("render"), odd]).refused(&["no scene"]);
     sandbox.run([odd]).refused(&["a\u{fffd}"]);
     sandbox.run([new("render"), new("cornell"), new("--width"), odd]).refused(&["a\u{fffd}", "UTF-8"]);
-    sandbox.run([new("render"), new("cornell"), new("-o"), odd]).refused(&[".png, .exr or .pfm"]);
+    sandbox
+        .run([new("render"), new("cornell"), new("-o"), odd])
+        .refused(&[".png, .jpg, .exr, .pfm, .hdr or .tif"]);
     assert_eq!(sandbox.names(), [""; 0]);
 }

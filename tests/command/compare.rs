@@ -39,13 +39,14 @@ fn an_image_is_identical_to_itself() {
 fn metrics_are_printed_as_text_and_as_json() {
     let sandbox = prepared();
     let ended = sandbox.run(["compare", "a.exr", "b.exr"]);
-    for word in ["RMSE", "relative MSE", "PSNR", "SSIM", "FLIP", "red", "(3, 5)"] {
+    for word in ["RMSE", "relative MSE", "PSNR", "SSIM", "FLIP", "HDR-FLIP", "red", "(3, 5)"] {
         assert!(succeeded(&ended).contains(word), "no {word:?} in {ended:?}");
     }
     let ended = sandbox.run(["compare", "a.exr", "b.exr", "--json"]);
     let metrics: serde_json::Value = serde_json::from_str(succeeded(&ended)).unwrap();
     assert_eq!(metrics["largest_difference"]["value"], 0.5);
     assert_eq!(metrics["rmse"]["red"], 0.0);
+    assert!(metrics["hdr_flip"].as_f64().unwrap() > 0.0);
     let rmse = metrics["rmse"]["green"].as_f64().unwrap();
     approx::assert_relative_eq!(rmse, 0.5 / 192.0_f64.sqrt(), max_relative = 1e-12);
 }
@@ -58,6 +59,7 @@ fn each_bound_can_be_broken_and_is_named() {
         ("--max-relmse", "0.0005"),
         ("--max-block-relmse", "0"),
         ("--max-flip", "0"),
+        ("--max-hdr-flip", "0"),
         ("--max-abs", "0.49"),
         ("--min-ssim", "1"),
         ("--min-psnr", "90"),
@@ -89,14 +91,15 @@ fn invalid_input_is_rejected_and_nothing_written() {
     let sandbox = prepared();
     sandbox.write("note.png", "no image");
     sandbox.write("note.txt", "no image");
+    image_file::write(&sandbox.path("b.png"), &Film::new(16, 12), &Encoding::default()).unwrap();
     let before = sandbox.contents();
-    let cases: [(&[&str], &[&str]); 17] = [
-        (&["compare"], &["<A> and <B> is missing", "sppm compare --help"]),
+    let cases: [(&[&str], &[&str]); 19] = [
+        (&["compare"], &["<A> and <B> are missing", "sppm compare --help"]),
         (&["compare", "a.exr"], &["<B> is missing"]),
         (&["compare", "a.exr", "b.exr", "c.exr"], &["\"c.exr\"", "too many"]),
         (&["compare", "a.exr", "missing.exr"], &["missing.exr: "]),
         (&["compare", "note.png", "a.exr"], &["note.png: "]),
-        (&["compare", "note.txt", "a.exr"], &["note.txt", ".png, .exr or .pfm"]),
+        (&["compare", "note.txt", "a.exr"], &["note.txt", "neither PNG, JPEG"]),
         (&["compare", "a.exr", "small.exr"], &["a.exr and small.exr", "16 x 12", "8 x 12", "same size"]),
         (&["compare", "a.exr", "nan.exr"], &["a.exr and nan.exr", "NaN", "(0, 0)"]),
         (&["compare", "a.exr", "."], &["."]),
@@ -111,9 +114,56 @@ fn invalid_input_is_rejected_and_nothing_written() {
         (&["compare", "a.exr", "b.exr", "--difference", "missing/d.png"], &["--difference: missing/d.png"]),
         (&["compare", "note.png", "a.exr", "--difference", "./note.png"], &["--difference", "also image A"]),
         (&["compare", "a.exr", "b.exr", "--difference", "d.jpg"], &["--difference: d.jpg", ".png"]),
+        (&["compare", "a.exr", "b.exr", "--layer", "diffuse"], &["a.exr", "no layer `diffuse`"]),
+        (
+            &["compare", "a.exr", "b.png", "--max-hdr-flip", "1"],
+            &["--max-hdr-flip: b.png holds 8 bits of sRGB"],
+        ),
     ];
     for (args, words) in cases {
         sandbox.run(args).refused(words);
         assert!(sandbox.contents() == before, "{args:?} changed the folder: {:?}", sandbox.names());
+    }
+}
+
+#[test]
+fn every_format_is_compared_with_every_other() {
+    let sandbox = prepared();
+    let film = Film::from_fn(40, 30, |x, y| Rgb::new(x as f32 / 40.0, y as f32 / 30.0, 0.5));
+    let names = ["s.png", "s.jpg", "s.exr", "s.pfm", "s.hdr", "s.tif"];
+    for name in names {
+        image_file::write(&sandbox.path(name), &film, &Encoding::default()).unwrap();
+    }
+    for a in names {
+        for b in names {
+            let ended = sandbox.run(["compare", a, b, "--json", "--min-ssim=0.98"]);
+            let metrics: serde_json::Value = serde_json::from_str(succeeded(&ended)).unwrap();
+            let is_linear = |name: &str| !matches!(name, "s.png" | "s.jpg");
+            assert_eq!(metrics["hdr_flip"].is_null(), !(is_linear(a) && is_linear(b)), "{a} and {b}");
+        }
+    }
+    succeeded(&sandbox.run(["compare", "s.exr", "s.tif", "--max-abs=0", "--max-hdr-flip=0"]));
+}
+
+#[test]
+fn a_black_reference_has_no_hdr_flip() {
+    let sandbox = prepared();
+    image_file::write(&sandbox.path("black.exr"), &Film::new(16, 12), &Encoding::default()).unwrap();
+    assert!(!succeeded(&sandbox.run(["compare", "a.exr", "black.exr"])).contains("HDR-FLIP"));
+    let ended = sandbox.run(["compare", "a.exr", "black.exr", "--max-hdr-flip=1"]);
+    assert_eq!(ended.code, Some(1));
+    assert!(ended.stderr.contains("black.exr is black"), "{ended:?}");
+}
+
+#[test]
+fn a_layer_is_chosen_by_its_name() {
+    let sandbox = prepared();
+    let plane = scene::Plane { width: 16, height: 12, values: vec![0.25; 192] };
+    image_file::write_plane(&sandbox.path("layers.exr"), &plane, "grey", &Encoding::default()).unwrap();
+    // The other image has no layers, and is read whole.
+    for args in [["compare", "layers.exr", "a.exr"], ["compare", "a.exr", "layers.exr"]] {
+        let ended = sandbox.run(args.iter().chain(&["--layer", "grey", "--max-abs=0"]));
+        succeeded(&ended);
+        sandbox.run(args.iter().chain(&["--layer", "gray"])).refused(&["layers.exr", "`gray`; it has grey"]);
     }
 }

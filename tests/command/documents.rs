@@ -3,7 +3,7 @@
 use crate::sandbox::{Ended, Sandbox};
 use std::fs;
 
-const COMMANDS: [&str; 11] = [
+const COMMANDS: [&str; 12] = [
     "render",
     "resume",
     "info",
@@ -13,6 +13,7 @@ const COMMANDS: [&str; 11] = [
     "trace",
     "export",
     "ladder",
+    "tune",
     "completions",
     "man",
 ];
@@ -61,6 +62,59 @@ fn completions_contain_all_commands() {
         for word in COMMANDS.iter().chain(&["radius-image"]) {
             assert!(script.contains(word), "no {word} for {shell}");
         }
+    }
+}
+
+#[test]
+fn completions_offer_the_built_in_scenes() {
+    let names: Vec<&str> = files::builtin::SCENES.iter().map(|scene| scene.name).collect();
+    // What begins the part of a command, and what begins the next part.
+    let heads: [(&str, &str, &str); 4] = [
+        ("bash", "sppm__subcmd__COMMAND)", ";;"),
+        ("elvish", "&'sppm;COMMAND'= {", "}"),
+        ("fish", "complete -c sppm -n \"__fish_sppm_using_subcommand COMMAND\" -a \"cornell", "\"\n"),
+        ("powershell", "'sppm;COMMAND' {", "}"),
+    ];
+    for (shell, head, end) in heads {
+        let script = output(&["completions", shell]);
+        for command in ["render", "verify", "trace", "export", "tune", "scenes"] {
+            let head = head.replace("COMMAND", command);
+            let at = script.find(&head).unwrap_or_else(|| panic!("no {head} in {script}"));
+            let part = &script[at..at + head.len() + script[at + head.len()..].find(end).unwrap()];
+            for name in &names {
+                assert!(part.contains(name), "no {name} for {command} in {shell}: {part}");
+            }
+        }
+    }
+    let zsh = output(&["completions", "zsh"]);
+    assert!(zsh.contains("_sppm_scenes() {\n    _alternative 'scenes:scene:((cornell\\:\""), "{zsh}");
+    assert!(zsh.contains(":_sppm_scenes' \\\n"), "{zsh}");
+}
+
+/// The shell itself completes the first letter of a scene, and the name of a file.
+#[cfg(unix)]
+#[test]
+fn bash_completes_scenes_and_files() {
+    let sandbox = Sandbox::new();
+    sandbox.write("script", &output(&["completions", "bash"]));
+    let complete = |words: &str, count: u32| {
+        let script = format!(
+            "source ./script; COMP_WORDS=({words}); COMP_CWORD={count}; _sppm sppm \"${{COMP_WORDS[$COMP_CWORD]}}\" x; \
+             echo \"${{COMPREPLY[@]}}\""
+        );
+        let Ok(done) =
+            std::process::Command::new("bash").args(["-c", &script]).current_dir(sandbox.path("")).output()
+        else {
+            return None; // there is no bash
+        };
+        assert!(done.status.success() && done.stderr.is_empty(), "{done:?}");
+        Some(String::from_utf8(done.stdout).unwrap())
+    };
+    for (words, count, reply) in
+        [("sppm render cor", 2, "cornell\n"), ("sppm scenes mo", 2, "motion\n"), ("sppm rend", 1, "render\n")]
+    {
+        let completed = complete(words, count);
+        assert!(completed.as_deref().is_none_or(|completed| completed == reply), "{words}: {completed:?}");
     }
 }
 

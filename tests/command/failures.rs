@@ -58,6 +58,21 @@ fn manual_pages_that_cannot_be_written_are_a_failure() {
     ended.said_one_line("error: cannot write the manual pages into man1: ", &[]);
 }
 
+/// On a full disk no empty page is left; here, with a limit on the size of files.
+#[cfg(unix)]
+#[test]
+fn manual_pages_appear_whole_or_not_at_all() {
+    let sandbox = Sandbox::new();
+    fs::create_dir(sandbox.path("man1")).unwrap();
+    let mut shell = std::process::Command::new("sh");
+    shell.args(["-c", "ulimit -f 1; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_sppm"), "man", "man1"]);
+    let output = shell.current_dir(sandbox.path("")).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.starts_with("error: cannot write the manual pages into man1: man1/sppm.1: "), "{said}");
+    assert_eq!(sandbox.names(), ["man1/"]);
+}
+
 #[test]
 fn images_out_of_bounds_are_a_failure_that_names_each_bound() {
     let sandbox = Sandbox::new();

@@ -1,63 +1,9 @@
 //! Ctrl-C and SIGTERM, and files that turn out not to be writable.
 
-use crate::sandbox::{Ended, Sandbox};
-use rustix::process::{Pid, Signal, kill_process};
+use crate::running::{LONG, Running};
+use crate::sandbox::Sandbox;
+use rustix::process::Signal;
 use std::fs;
-use std::io::{BufRead, BufReader, Read};
-use std::process::{Child, ChildStderr, Command, Stdio};
-use std::thread::sleep;
-use std::time::Duration;
-
-/// A render with short iterations that would run for hours.
-const LONG: [&str; 12] = [
-    "render",
-    "cornell",
-    "--engine",
-    "path",
-    "--width",
-    "16",
-    "--height",
-    "12",
-    "--iterations",
-    "100000000",
-    "-v",
-    "--threads=1",
-];
-
-/// A running render.
-struct Running {
-    child: Child,
-    stderr: BufReader<ChildStderr>,
-}
-
-impl Running {
-    /// Starts `command` and returns once it renders.
-    fn start(command: &mut Command) -> Self {
-        let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-        let mut stderr = BufReader::new(child.stderr.take().unwrap());
-        // With -v, the first line is printed just before the first iteration.
-        let mut introduction = String::new();
-        stderr.read_line(&mut introduction).unwrap();
-        assert!(introduction.contains("engine path"), "{introduction}");
-        sleep(Duration::from_millis(300));
-        Self { child, stderr }
-    }
-
-    fn send(&self, signal: Signal) {
-        kill_process(Pid::from_child(&self.child), signal).unwrap();
-    }
-
-    /// Waits for the end.
-    fn end(mut self) -> Ended {
-        let mut stderr = String::new();
-        self.stderr.read_to_string(&mut stderr).unwrap();
-        // Leave out the times per pass, which -v prints.
-        let lines: Vec<&str> =
-            stderr.split_inclusive('\n').filter(|l| !l.starts_with("camera pass")).collect();
-        let stderr = lines.concat();
-        Ended { code: self.child.wait().unwrap().code(), stdout: String::new(), stderr }
-    }
-}
 
 #[test]
 fn ctrl_c_writes_the_image_after_the_last_whole_iteration() {
@@ -125,7 +71,7 @@ fn an_image_that_cannot_be_written_is_written_elsewhere() {
     let out = ["-o", "out/a.exr", "--stats", "s.json"];
     let mut command = sandbox.command(LONG.iter().chain(&out));
     let running = Running::start(command.env("TMPDIR", sandbox.path("tmp")));
-    fs::remove_dir(sandbox.path("out")).unwrap();
+    fs::remove_dir_all(sandbox.path("out")).unwrap();
     running.send(Signal::INT);
     let ended = running.end();
     assert_eq!(ended.code, Some(1));

@@ -10,9 +10,20 @@ mod failures;
 #[cfg(unix)]
 mod interrupt;
 mod ladder;
+#[cfg(unix)]
+mod locks;
+mod messages;
+#[cfg(unix)]
+mod names;
 mod render;
+#[cfg(unix)]
+mod running;
 mod sandbox;
 mod scenes;
+#[cfg(unix)]
+mod streams;
+#[cfg(target_os = "linux")]
+mod terminal;
 mod trace;
 #[cfg(unix)]
 mod tune;

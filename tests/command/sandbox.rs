@@ -110,6 +110,7 @@ impl Ended {
     /// Expects as the only output a line on standard error that begins with `start` and contains all of `words`.
     pub(crate) fn said_one_line(&self, start: &str, words: &[&str]) {
         assert_eq!(self.stdout, "", "{self:?}");
+        assert!(!self.stderr.contains("os error"), "{self:?}");
         assert!(self.stderr.starts_with(start), "{self:?}");
         assert!(self.stderr.ends_with('\n') && self.stderr.lines().count() == 1, "{self:?}");
         for word in words {

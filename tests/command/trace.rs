@@ -177,11 +177,14 @@ fn bad_options_are_refused_and_nothing_written() {
     sandbox.write("ball.toml", FLOOR_OF_GLASS);
     let before = sandbox.contents();
     let cases: [(&[&str], &[&str]); 11] = [
-        (&["cornell"], &["--rays and --hits is missing", "sppm trace --help"]),
+        (&["cornell"], &["--rays and --hits are missing", "sppm trace --help"]),
         (&["cornell", "--rays", "rays.npy"], &["--hits is missing"]),
         (&["cornel", "--rays", "rays.npy", "--hits", "h.npy"], &["did you mean cornell?"]),
-        (&["cornell", "--rays", "no.npy", "--hits", "h.npy"], &["--rays: no.npy", "No such file"]),
-        (&["cornell", "--rays", ".", "--hits", "h.npy"], &["--rays: .", "no file"]),
+        (&["cornell", "--rays", "no.npy", "--hits", "h.npy"], &["--rays: no.npy: there is no such file"]),
+        (
+            &["cornell", "--rays", ".", "--hits", "h.npy"],
+            &["--rays: .: this is a directory; name a .npy file"],
+        ),
         (&["cornell", "--rays", "rays.npy", "--hits", "rays.npy"], &["--hits: rays.npy is also --rays"]),
         (&["ball.toml", "--rays", "rays.npy", "--hits", "h.txt"], &["--hits: h.txt", ".npy"]),
         (&["cornell", "--rays", "rays.npy", "--hits", "no/h.npy"], &["--hits: no/h.npy", "does not exist"]),

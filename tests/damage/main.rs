@@ -33,7 +33,13 @@ struct Specimen {
     read: Reader,
     /// Whether checksums cover all that is read, so that damage must be detected or have no effect.
     is_summed: bool,
+    /// The memory that reading may take, if the size of the file does not bound it.
+    most: Option<usize>,
 }
+
+/// Of formats that compress equal pixels to nothing, images of up to 2^22 pixels are read from files of any length: 12
+/// bytes for each pixel, as many again for the rows that are held, and what the decoder works with.
+const MOST_OF_ANY_FILE: usize = 40 << 22;
 
 fn read_checkpoint(bytes: &[u8]) -> Result<String, String> {
     let checkpoint =
@@ -84,22 +90,32 @@ fn checkpoint() -> Vec<u8> {
 fn specimens() -> Vec<Specimen> {
     let scene = |name: &'static str| {
         let bytes = files::builtin::find(name).unwrap().text.as_bytes().to_vec();
-        Specimen { name, bytes, read: read_scene, is_summed: false }
+        Specimen { name, bytes, read: read_scene, is_summed: false, most: None }
     };
     let image = |name, extension: &str, read: Reader| Specimen {
         name,
         bytes: image(extension),
         read,
         is_summed: extension == "png",
+        most: (!matches!(extension, "png" | "exr" | "pfm")).then_some(MOST_OF_ANY_FILE),
     };
     vec![
-        Specimen { name: "checkpoint", bytes: checkpoint(), read: read_checkpoint, is_summed: true },
+        Specimen {
+            name: "checkpoint",
+            bytes: checkpoint(),
+            read: read_checkpoint,
+            is_summed: true,
+            most: None,
+        },
         scene("cornell"),
         scene("surgery"),
         scene("motion"),
         image("PNG", "png", |bytes| read_image(Format::Png, bytes)),
         image("EXR", "exr", |bytes| read_image(Format::Exr, bytes)),
         image("PFM", "pfm", |bytes| read_image(Format::Pfm, bytes)),
+        image("HDR", "hdr", |bytes| read_image(Format::Hdr, bytes)),
+        image("TIFF", "tif", |bytes| read_image(Format::Tiff, bytes)),
+        image("JPEG", "jpg", |bytes| read_image(Format::Jpeg, bytes)),
     ]
 }
 
@@ -146,7 +162,7 @@ fn damaged_files_are_rejected_with_bounded_memory() {
     let asked = std::env::var("SPPM_DAMAGES").ok().map(|damages| damages.parse::<u32>().expect("a number"));
     let (mut faults, mut all) = (Vec::new(), 0);
     for specimen in specimens() {
-        let Specimen { name, bytes, read, is_summed } = specimen;
+        let Specimen { name, bytes, read, is_summed, most } = specimen;
         // Read once before measuring, as the first time fills tables that are kept.
         read(&bytes).unwrap();
         let (whole, honest) = measured(read, &bytes);
@@ -159,7 +175,7 @@ fn damaged_files_are_rejected_with_bounded_memory() {
             let what = damage(&mut damaged, &mut numbers);
             let (result, peak) = measured(read, &damaged);
             worst = worst.max(peak);
-            if peak > 2 * honest + SLACK {
+            if peak > most.unwrap_or(2 * honest + SLACK) {
                 faults.push(format!(
                     "{name}, {what}: {peak} bytes, where the whole file takes {honest}: {result:?}"
                 ));

@@ -121,6 +121,39 @@ fn memory_stays_within_the_bound() {
     }
 }
 
+/// The bound covers reading the scene, whatever its spheres are, and what is read within a limit stays within it.
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_of_many_spheres_stays_within_the_bound() {
+    const COUNT: usize = 100_000;
+    let head = "background = [1, 1, 1]\n[camera]\neye = [0, 0, 9]\ntarget = [0, 0, 0]\nshutter = [0, 1]\n\
+        vertical_fov_degrees = 40\n[materials.a]\ntype = \"diffuse\"\nalbedo = [0.5, 0.5, 0.5]\n";
+    for rest in [
+        "material = \"a\"\n",
+        "material = { type = \"dielectric\", albedo = [0.1, 0.2, 0.3], ior = 1.5 }\n",
+        "material = \"a\"\nvelocity = [0, 0.1, 0]\n",
+        "material = \"a\"\nemission = [1, 2, 3]\n",
+    ] {
+        let sandbox = Sandbox::new();
+        let sphere = |i: usize| {
+            let (x, y) = (i % 317, i / 317);
+            format!("[[sphere]]\ncenter = [{x}.125, {y}.25, -10.5]\nradius = 0.25\n{rest}")
+        };
+        let text: String = std::iter::once(head.into()).chain((0..COUNT).map(sphere)).collect();
+        std::fs::write(sandbox.path("many.toml"), &text).unwrap();
+        let args = ["render", "many.toml", "-o=a.pfm", "-n=1", "--photons=10", "--width=8", "--height=8"];
+        assert_eq!(sandbox.run(args.iter().chain(&["--stats=s.json"])).code, Some(0));
+        let stats = sandbox.json("s.json");
+        let (told, held) = (stats["bytes_at_most"].as_u64().unwrap(), stats["peak_bytes"].as_u64().unwrap());
+        assert!(held <= told, "{rest}: held {held} bytes, told {told}");
+        // 200 bytes a sphere beyond the text to read it, and about as much again to render it.
+        let most = 32 * (1 << 20) + text.len() + 400 * COUNT;
+        assert!(held <= most as u64, "{rest}: held {held} bytes");
+        let limited = sandbox.run(args.iter().chain(&["--memory-limit=10M"]));
+        limited.refused(&["many.toml", "to read, more than the limit of 10.0 MiB"]);
+    }
+}
+
 #[test]
 fn progress_is_a_line_per_iteration() {
     let sandbox = Sandbox::new();

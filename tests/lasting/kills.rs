@@ -129,8 +129,7 @@ impl Trial {
                     let loaded = Store::new(&path).load().unwrap_or_else(|torn| panic!("{torn}"));
                     assert!(loaded.unwrap().fallback.is_none(), "{name} is torn");
                 }
-                "a.sppm.lock" => {}
-                // A temporary file that was complete but not yet renamed to its target.
+                // A lock, or a temporary file that was complete but not yet renamed to its target.
                 name if name.starts_with(".sppm-") => {}
                 _ => {
                     image_file::read(&path).unwrap_or_else(|torn| panic!("{torn}"));

@@ -92,10 +92,40 @@ fn files_without_metadata_are_rejected() {
     )
     .unwrap();
     sandbox.write("c.png", "no image");
-    for file in ["a.pfm", "b.png", "c.png", "missing.png", "missing.sppm", "a.jpg"] {
+    for file in ["a.pfm", "b.png", "a.jpg", "a.tif", "a.hdr"] {
+        if !sandbox.path(file).exists() {
+            sandbox.render(&["cornell", "-o", file]);
+        }
+        for args in [&["info", file, "--scene"][..], &["render", "--like", file]] {
+            sandbox.run(args).refused(&[file, "only .png and .exr images by sppm do"]);
+        }
+    }
+    for file in ["c.png", "missing.png", "missing.sppm", "missing.jpg"] {
         sandbox.run(["info", file]).refused(&[file]);
         sandbox.run(["render", "--like", file]).refused(&[file]);
     }
     sandbox.run(["render", "--like", "a.png", "-o", "a.png"]).refused(&["--output", "also --like"]);
     sandbox.run(["render"]).refused(&["<SCENE> is missing"]);
+}
+
+#[test]
+fn images_without_metadata_are_described() {
+    let sandbox = Sandbox::new();
+    for (file, format) in [
+        ("a.pfm", "PFM, linear floats"),
+        ("a.hdr", "HDR, linear floats"),
+        ("a.tif", "TIFF, linear floats"),
+        ("a.jpg", "JPEG, 8 bits of sRGB"),
+    ] {
+        sandbox.render(&["cornell", "-o", file]);
+        let ended = sandbox.run(["info", file]);
+        assert_eq!(ended.code, Some(0), "{ended:?}");
+        for words in [format, " pixels", "only .png and .exr images"] {
+            assert!(ended.stdout.contains(words), "no {words:?} in {ended:?}");
+        }
+        let json = sandbox.run(["info", file, "--json"]);
+        let told: Value = serde_json::from_str(&json.stdout).unwrap();
+        assert_eq!(told["format"], format.split(',').next().unwrap());
+        assert_eq!(told["width"], sandbox.image(file).width);
+    }
 }

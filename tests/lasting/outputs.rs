@@ -30,24 +30,52 @@ fn too_little_disk_space_is_reported_before_the_render() {
     assert_eq!(sandbox.names(), [""; 0]);
 }
 
-/// There is room for the image but not for the checkpoint. The render continues and writes the image.
+/// There is room for the image but not for the checkpoint. The render continues and writes the image, and says once what
+/// fails again and again.
 #[test]
 fn a_checkpoint_that_cannot_be_written_does_not_stop_a_render() {
     let sandbox = Sandbox::new();
     let args =
-        ["render", "cornell", "--width=64", "--height=64", "--photons=100", "--iterations=3", "--every=1"];
+        ["render", "cornell", "--width=64", "--height=64", "--photons=100", "--iterations=30", "--every=1"];
     let ended = run_limited(&sandbox, 64 << 10, &args);
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let lines: Vec<&str> = ended.stderr.lines().collect();
-    assert_eq!(lines.len(), 3, "{ended:?}");
-    for line in &lines[..2] {
-        assert!(
-            line.starts_with("warning: cornell.png.sppm: cannot be written: ")
-                && line.ends_with("rendering goes on")
-        );
-    }
+    assert_eq!(lines.len(), 2, "{ended:?}");
+    assert!(lines[0].starts_with("warning: cornell.png.sppm: cannot be written: "), "{ended:?}");
+    assert!(
+        lines[0].ends_with("rendering goes on") && lines[1].starts_with("wrote cornell.png: "),
+        "{ended:?}"
+    );
     assert_eq!(sandbox.names(), ["cornell.png"]);
     sandbox.image("cornell.png");
+}
+
+/// Sizes of less than a mebibyte are told as what they are.
+#[test]
+fn a_small_image_needs_room_too() {
+    let sandbox = Sandbox::new();
+    let args = ["render", "cornell", "-o", "a.pfm", "--width=16", "--height=12"];
+    run_limited(&sandbox, 1024, &args).refused(&["--output: a.pfm: there is no room for its 2.2 KiB: "]);
+    let args = ["render", "cornell", "-o", "a.png", "--width=16", "--height=12"];
+    run_limited(&sandbox, 512, &args).refused(&["--output: a.png: there is no room for its 576 bytes: "]);
+    assert_eq!(sandbox.names(), [""; 0]);
+}
+
+/// Snapshots fail one after the other, each under another name and all for the same reason.
+#[test]
+fn snapshots_that_cannot_be_written_are_told_once() {
+    let sandbox = Sandbox::new();
+    for n in [2, 4, 8, 16] {
+        fs::create_dir(sandbox.path(&format!("a-{n:04}.png"))).unwrap();
+    }
+    let args =
+        ["render", "cornell", "-o", "a.png", "--snapshots", "--width=16", "--height=12", "--photons=100"];
+    let ended = sandbox.run(args.iter().chain(&["--iterations=20"]));
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    let lines: Vec<&str> = ended.stderr.lines().collect();
+    assert_eq!(lines.len(), 2, "{ended:?}");
+    assert!(lines[0].starts_with("warning: a-0002.png: is a folder"), "{ended:?}");
+    sandbox.image("a-0001.png");
 }
 
 /// Renders out/a.exr, and removes its folder with all files as soon as `checkpoint` exists. The render takes long

@@ -124,7 +124,7 @@ fn other_renders_are_not_overwritten() {
 #[test]
 fn a_checkpoint_is_locked_by_one_render_at_a_time() {
     let sandbox = kept();
-    let lock = files::checkpoint::Store::new(sandbox.path("a.sppm")).lock().unwrap();
+    let lock = files::lock::Lock::take(&sandbox.path("a.sppm")).unwrap();
     let process = format!("process {}", std::process::id());
     for args in [["resume", "a.sppm", "-q"], ["render", "cornell", "--checkpoint=a.sppm"]] {
         sandbox.run(args).refused(&["a.sppm", "in use by another render", &process]);

@@ -40,11 +40,28 @@ impl Running {
         kill_process(Pid::from_child(&self.child), signal).unwrap();
     }
 
+    /// Expects the render to go on for some iterations.
+    fn goes_on(&mut self) {
+        for _ in 0..20 {
+            let mut line = String::new();
+            self.stderr.read_line(&mut line).unwrap();
+            assert!(line.starts_with("saved after "), "{line}");
+        }
+    }
+
     fn end(mut self) -> Ended {
         let mut stderr = String::new();
         self.stderr.read_to_string(&mut stderr).unwrap();
         let last = stderr.lines().last().unwrap_or_default();
         Ended { code: self.child.wait().unwrap().code(), stdout: String::new(), stderr: format!("{last}\n") }
+    }
+}
+
+/// A test that fails leaves no endless render behind.
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill(); // fails if it has ended
+        let _ = self.child.wait();
     }
 }
 
@@ -92,6 +109,25 @@ fn hangups_are_ignored_under_nohup() {
     running.send(Signal::HUP);
     running.send(Signal::TERM);
     assert_eq!(running.end().code, Some(143));
+}
+
+/// A shell without job control starts what is in the background with SIGINT ignored. Ctrl-C, which goes to all, is not
+/// for it.
+#[test]
+fn a_signal_that_is_ignored_at_the_start_stays_ignored() {
+    for (name, signal) in [("INT", Signal::INT), ("TERM", Signal::TERM)] {
+        let sandbox = Sandbox::new();
+        let program = env!("CARGO_BIN_EXE_sppm");
+        let script = format!("trap '' {name}; exec {program} {} --every=1", LONG.join(" "));
+        let mut shell = Command::new("sh");
+        shell.args(["-c", &script]).current_dir(sandbox.path("")).stdin(Stdio::null());
+        let mut running = Running::start(&mut shell, "saved after ");
+        running.send(signal);
+        running.goes_on();
+        let (other, code) = if signal == Signal::INT { (Signal::TERM, 143) } else { (Signal::INT, 130) };
+        running.send(other);
+        assert_eq!(running.end().code, Some(code));
+    }
 }
 
 /// An iteration that would take minutes is abandoned.

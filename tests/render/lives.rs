@@ -2,7 +2,7 @@
 
 use crate::cases::tell;
 use crate::{endless, image, path_tracer, small};
-use render::{End, Job, Notice, Observer, Step};
+use render::{End, Error, Field, Job, Notice, Observer, Step};
 use scene::{Resumable, Settings, Stop};
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex};
@@ -170,4 +170,34 @@ fn snapshots_are_complete_images() {
     for reader in readers {
         assert!(reader.join().unwrap() >= 1);
     }
+}
+
+/// In one process as between two: the second is refused, and may start once the first is over.
+#[test]
+fn two_jobs_do_not_write_one_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let image = folder.path().join("a.pfm");
+    let job = |mut job: Job| {
+        job.outputs.image = Some(image.clone());
+        job.threads = Some(1);
+        job
+    };
+    let running = job(endless()).start(()).unwrap();
+    match job(Job::new(small(1))).start(()).map(drop) {
+        Err(Error::Input { field: Field::Image, problem }) => {
+            assert!(
+                problem.to_string().contains("a.pfm: is in use by another render, process "),
+                "{problem}"
+            );
+        }
+        other => panic!("not refused: {other:?}"),
+    }
+    running.stopper().request();
+    let again = running.wait().unwrap().job;
+    assert!(job(Job::new(small(1))).start(()).unwrap().wait().unwrap().failed.is_empty());
+    // The job that comes back holds no lock, and takes it anew.
+    let running = again.start(()).unwrap();
+    assert!(job(Job::new(small(1))).start(()).is_err());
+    drop(running);
+    assert_eq!(folder.path().read_dir().unwrap().count(), 1);
 }

@@ -5,6 +5,8 @@ mod cases;
 mod changes;
 mod errors;
 mod lives;
+mod progress;
+mod trace;
 
 use render::{EngineChoice, EngineName, Job};
 use scene::{Engine, Film, Scene, Settings};

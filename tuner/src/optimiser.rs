@@ -3,6 +3,7 @@
 
 use crate::error::Error;
 use crate::space::Space;
+use files::atomic_file::reason;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -57,7 +58,8 @@ impl Optimiser {
         command.args(["-c", PROGRAM]).env("SPPM_REQUIREMENTS", REQUIREMENTS);
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let failure = |problem: String| Error::Optimiser { python: python.clone(), problem };
-        let mut child = command.spawn().map_err(|error| failure(format!("cannot be run: {error}")))?;
+        let mut child =
+            command.spawn().map_err(|error| failure(format!("cannot be run: {}", reason(&error))))?;
         let (Some(input), Some(output)) = (child.stdin.take(), child.stdout.take()) else {
             return Err(failure("has no input or output".into()));
         };

@@ -95,6 +95,7 @@ impl CameraWorkers {
             let counts = dispatch(lanes, CameraJob { pass, batch, at_once, first, rows, pixels, occupancy });
             worker.counts.add(counts);
             workers.put(worker);
+            stop.meter().advance(pixels.len() as u64);
         });
         let mut all = new_map();
         for worker in self.0.all() {

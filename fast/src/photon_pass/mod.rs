@@ -33,6 +33,9 @@ use std::mem::take;
 use std::ops::Range;
 use std::sync::Arc;
 
+/// The work of tracing a photon in units of that of a pixel of the camera pass, about; for [`scene::Meter`].
+pub(crate) const PHOTON_WORK: u64 = 2;
+
 /// Buffers of all threads, with the deposits that they hold in bins.
 pub(crate) struct PhotonWorkers {
     workers: Pool<PhotonWorker>,
@@ -110,11 +113,13 @@ impl PhotonWorkers {
             }
             let mut worker = workers.take(|| PhotonWorker::new(chunks));
             let photons = start..photons.end.min(start.saturating_add(per_job));
+            let count = photons.len() as u64;
             let (batch, out) = (&mut worker.batch, &mut worker.out);
             let counts = dispatch(lanes, PhotonJob { pass, batch, photons, out });
             worker.counts.segments += counts.segments;
             worker.counts.deposits += counts.deposits;
             workers.put(worker);
+            stop.meter().advance(PHOTON_WORK * count);
         });
     }
 

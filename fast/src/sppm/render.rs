@@ -15,12 +15,15 @@ use crate::hierarchy::Hierarchy;
 use crate::join::{Cells, Join, Occupancy, Radii, Round, Sorted};
 use crate::pages::Pages;
 use crate::parameters::Parameters;
-use crate::photon_pass::{Emission, PhotonPass, PhotonPlan, PhotonWorkers, rounding_of_points};
+use crate::photon_pass::{Emission, PHOTON_WORK, PhotonPass, PhotonPlan, PhotonWorkers, rounding_of_points};
 use crate::pixels::{Pixel, PixelRows, slots};
 use crate::prepared::Prepared;
 use lanes::LaneKind;
 use scene::{Progress, Scene, Settings, Stop};
 use std::time::Instant;
+
+/// The work of sorting and joining the deposits of a photon, in units as [`PHOTON_WORK`].
+const JOIN_WORK: u64 = 3;
 
 /// Once there are so many deposits, they are joined before more photons are traced (unless
 /// [`Sppm::deposits_at_once`] says otherwise).
@@ -152,6 +155,8 @@ impl<'a> Sppm<'a> {
     pub(super) fn run_iteration(&mut self, p: &Prepared, stop: &Stop) -> Option<()> {
         let (start, before) =
             (Instant::now(), (self.progress.stats.contributions, self.progress.stats.visible_points));
+        let photons = u64::from(self.progress.settings.photons_per_iteration);
+        stop.meter().begin(self.pixels.len() as u64 + (PHOTON_WORK + JOIN_WORK) * photons);
         let radii = Radii::of(&self.pixels);
         let occupancy = self.camera_pass(p, radii, stop)?;
         self.progress.stats.camera_seconds += start.elapsed().as_secs_f64();
@@ -219,6 +224,7 @@ impl<'a> Sppm<'a> {
         let round = Round { sorted: Some(&self.sorted), cells: pass.cells, is_last: next == total, nominal };
         let lanes = (self.lanes, pixels_per_job as usize);
         self.join.run(round, lanes, &mut self.pixels, &self.rows, &mut self.progress.stats, stop)?;
+        stop.meter().advance(JOIN_WORK * u64::from(next - from));
         self.progress.stats.photon_seconds += (traced - start).as_secs_f64();
         self.progress.stats.build_grid_seconds += (sorted - traced).as_secs_f64();
         self.progress.stats.consolidate_seconds += sorted.elapsed().as_secs_f64();

@@ -50,5 +50,5 @@ mod write;
 pub use account::{Account, FORMAT, Past};
 pub use damage::Damage;
 pub use read::Checkpoint;
-pub use store::{Loaded, Lock, Store};
+pub use store::{Loaded, Store};
 pub use write::{Contents, length, write};

@@ -1,14 +1,15 @@
-//! The files of a checkpoint: the newest generation, the previous one, and a lock file.
+//! The files of a checkpoint: the newest generation and the previous one.
 //!
-//! `FILE` is replaced atomically, and its previous content becomes `FILE.1`. A process locks `FILE.lock` before it
-//! writes them. The operating system releases the lock when the process ends, even if it is killed.
+//! `FILE` is replaced atomically, and its previous content becomes `FILE.1`. A process takes the [`crate::lock::Lock`] of
+//! `FILE` before it writes them.
 
 use super::damage::Damage;
 use super::read::Checkpoint;
 use crate::atomic_file::{self, FileError, Output, reason};
+use crate::paths;
 use scene::Resumable;
-use std::fs::{self, File, TryLockError};
-use std::io::{self, BufReader, ErrorKind, Read as _, Write as _};
+use std::fs::{self, File};
+use std::io::{self, BufReader, ErrorKind};
 use std::path::{Path, PathBuf};
 
 /// The files of a checkpoint, which need not exist yet.
@@ -42,7 +43,7 @@ impl Store {
 
     /// The older generation.
     pub fn previous(&self) -> PathBuf {
-        with_suffix(&self.path, ".1")
+        paths::around(&self.path, "", ".1")
     }
 
     /// Whether a generation exists, valid or not.
@@ -111,37 +112,6 @@ impl Store {
             FileError::new(&self.path, format!("cannot be replaced by the older: {}", reason(&e)))
         })
     }
-
-    /// Locks the checkpoint. On file systems without locking, the lock is assumed.
-    ///
-    /// # Errors
-    /// If another process holds the lock, or if the lock file cannot be created.
-    pub fn lock(&self) -> Result<Lock, FileError> {
-        let path = with_suffix(&self.path, ".lock");
-        loop {
-            let failed = |e: io::Error| FileError::new(&path, format!("cannot be made: {}", reason(&e)));
-            let options = &mut File::options();
-            let mut file =
-                options.read(true).write(true).create(true).truncate(false).open(&path).map_err(failed)?;
-            match file.try_lock() {
-                Err(TryLockError::WouldBlock) => {
-                    let mut holder = String::new();
-                    let _ = file.take(20).read_to_string(&mut holder); // the process id is only for the message
-                    let who =
-                        holder.trim().parse().map_or(String::new(), |id: u32| format!(", process {id}"));
-                    let problem =
-                        format!("is in use by another render{who}; wait for it, or name another file");
-                    return Err(FileError::new(&self.path, problem));
-                }
-                Ok(()) | Err(TryLockError::Error(_)) => {}
-            }
-            // The last holder may have removed the file after we opened it and before we locked it.
-            if is_still(&file, &path) {
-                let _ = file.set_len(0).and_then(|()| writeln!(file, "{}", std::process::id()));
-                return Ok(Lock { path, _file: file });
-            }
-        }
-    }
 }
 
 fn load(path: &Path) -> Result<Option<Loaded>, Damage> {
@@ -167,37 +137,4 @@ impl Loaded {
         let restored = self.checkpoint.restore(&mut self.file, engine);
         restored.map_err(|damage| FileError::new(&self.path, damage.to_string()))
     }
-}
-
-/// The exclusive right to write a checkpoint; released when dropped.
-#[derive(Debug)]
-pub struct Lock {
-    path: PathBuf,
-    _file: File,
-}
-
-impl Drop for Lock {
-    fn drop(&mut self) {
-        let _ = fs::remove_file(&self.path); // a lock file that stays does no harm
-    }
-}
-
-fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(suffix);
-    name.into()
-}
-
-/// Whether `path` still refers to the open `file`.
-#[cfg(unix)]
-fn is_still(file: &File, path: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    let identity = |m: fs::Metadata| (m.dev(), m.ino());
-    let (ours, there) = (file.metadata().map(identity), fs::metadata(path).map(identity));
-    matches!((ours, there), (Ok(ours), Ok(there)) if ours == there)
-}
-
-#[cfg(not(unix))]
-fn is_still(_: &File, _: &Path) -> bool {
-    true // elsewhere an open file cannot be removed
 }

@@ -385,14 +385,3 @@ fn a_save_separates_generations_that_are_the_same_file() {
     assert_eq!(iterations(&Store::new(store.previous())), Some((1, false)));
     assert_eq!(names(&folder), ["a.sppm", "a.sppm.1"]);
 }
-
-#[test]
-fn only_one_holds_the_lock() {
-    let (folder, store) = store();
-    let lock = store.lock().unwrap();
-    let line = store.lock().unwrap_err().to_string();
-    assert!(line.contains("in use by another render, process "), "{line}");
-    drop(lock);
-    assert_eq!(names(&folder), [""; 0]);
-    store.lock().unwrap();
-}

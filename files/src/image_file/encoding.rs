@@ -3,10 +3,10 @@
 /// How an image is encoded, and the note that is stored with it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Encoding<'a> {
-    /// In stops: radiance is multiplied by `2^exposure`. Applies to PNG only; EXR and PFM store radiance unchanged.
+    /// In stops: radiance is multiplied by `2^exposure`. Applies to PNG and JPEG; other formats store radiance unchanged.
     pub exposure: f32,
     /// A note in ASCII without NUL, which [`super::read_note`] returns: a `tEXt` chunk named `sppm` in a PNG file, a text
-    /// attribute named `sppm` in an EXR file. PFM files cannot store one.
+    /// attribute named `sppm` in an EXR file. It is left out of other formats.
     pub note: Option<&'a str>,
 }
 

@@ -5,9 +5,9 @@ use scene::settings::{MAX_PIXELS, MAX_SIDE};
 use std::io::{self, BufRead, Seek};
 
 /// The input of a decoder.
-pub(super) trait Seekable: BufRead + Seek {}
+pub(super) trait Seekable: BufRead + Seek + Send {}
 
-impl<T: BufRead + Seek> Seekable for T {}
+impl<T: BufRead + Seek + Send> Seekable for T {}
 
 pub(super) fn check_size(width: u64, height: u64) -> Result<(), String> {
     if width == 0 || height == 0 {
@@ -32,9 +32,31 @@ pub(super) fn check_expansion(bytes: u64, length: u64, most_bytes_per_byte: u64)
     Ok(())
 }
 
+/// Images up to this many pixels may be compressed to anything: some formats need no bits at all for equal pixels.
+const ANY_RATIO: u64 = 1 << 22;
+/// Pixels per byte of larger images. What people have is far below.
+const LIKELY_RATIO: u64 = 512;
+
+/// As [`check_expansion`], for formats without a bound on their compression.
+pub(super) fn check_likely(pixels: u64, length: u64) -> Result<(), String> {
+    if pixels > ANY_RATIO && pixels / LIKELY_RATIO > length {
+        return Err(format!("has {length} bytes, which hardly hold the {pixels} pixels that it announces"));
+    }
+    Ok(())
+}
+
 pub(super) fn truncated(e: &io::Error) -> String {
     match e.kind() {
         io::ErrorKind::UnexpectedEof => "ends too early".into(),
         _ => format!("cannot be read: {}", reason(e)),
     }
+}
+
+/// A decoder's message as one line of bounded length.
+pub(super) fn told(format: &str, e: &impl ToString) -> String {
+    const LONGEST: usize = 160;
+    let text = e.to_string();
+    let line: String = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let line: String = line.chars().filter(|c| !c.is_control()).take(LONGEST).collect();
+    format!("is no {format} file that can be read: {line}")
 }

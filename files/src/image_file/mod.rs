@@ -1,77 +1,64 @@
-//! Reads and writes images: PNG for viewing, EXR and PFM for measurements.
+//! Reads and writes images: PNG and JPEG for viewing, EXR, PFM, HDR and TIFF for measurements; reads WebP and QOI too.
 //!
 //! | format | written | read |
 //! |---|---|---|
-//! | PNG | 8 bits per channel, sRGB, clamped to [0, 1] after the exposure; a pixel with a NaN is magenta | 1 to 16 bits, grey, RGB or palette, decoded from sRGB whatever gamma or profile the file states |
-//! | EXR | linear `f32`, lossless (ZIP) | R, G and B, or Y, or a single channel of any name; half, float or integer; any flat layout; the data window |
+//! | PNG | 8 bits per channel, sRGB, clamped to [0, 1] after the exposure; a pixel with a NaN is magenta | 1 to 16 bits, grey, RGB or palette |
+//! | JPEG | the same, lossy, quality 95 | 8 bits, grey or colour; upright as its EXIF metadata ask |
+//! | EXR | linear `f32`, lossless (ZIP) | a layer with R, G and B, or Y, or a single channel of any name; half, float or integer; any flat layout; the data window |
 //! | PFM | linear `f32`, bit for bit | colour or grey, both byte orders; samples times the scale |
+//! | HDR | linear, 8 bits per channel with a common exponent; negative values and NaN become 0 | RGBE; its header's exposure is ignored |
+//! | TIFF | linear `f32`, bit for bit | grey or RGB; 8 and 16 bits, or half, float or double; the first image |
+//! | WebP | | lossy or lossless; the first image of an animation |
+//! | QOI | | all |
 //!
-//! Alpha is ignored. A plane (one value per pixel) is written to EXR as channel Y, to PFM as a grey map, and to PNG
-//! as a grey image in which its greatest value is white. The bytes of a file depend only on the pixels, the exposure
-//! and the note ([`Encoding`]).
+//! A file is read by what it contains, whatever its name is, and written by its extension. Integers are decoded from sRGB
+//! whatever gamma or profile the file states, floats are linear. Alpha is ignored. A plane (one value per pixel) is
+//! written to EXR as channel Y, to PFM and TIFF as a grey map, to HDR as grey, and to PNG and JPEG as a grey image in
+//! which its greatest value is white. The bytes of a file depend only on the pixels, the exposure and the note
+//! ([`Encoding`]), which PNG and EXR hold.
 //!
 //! Readers validate their input: a broken or malicious file gives a one-line error, and the memory used is bounded in
 //! terms of the file's length.
 
+mod decoded;
 mod encoding;
+mod format;
+mod guard;
+mod hdr;
+mod jpeg;
+mod layers;
 mod limits;
+mod opened;
 mod openexr;
 mod pfm;
 mod png;
+mod reader;
 mod rows;
+mod samples;
+mod shown;
 #[cfg(test)]
 mod tests;
+mod tiff;
 
+use crate::atomic_file;
 pub use crate::atomic_file::FileError as ImageError;
-use crate::atomic_file::{self, reason};
 pub use encoding::Encoding;
+pub use format::Format;
 use limits::{Seekable, check_size};
+use opened::Opened;
+pub use reader::ImageReader;
 use scene::{Film, Picture, Plane, Rgb};
-use std::fs::{self, File};
-use std::io::{self, BufReader, Cursor};
+use std::io::{self, Cursor};
 use std::path::Path;
-
-/// An image format, chosen by the file's extension.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    /// `.png`: 8 bits of sRGB.
-    Png,
-    /// `.exr`: linear `f32`.
-    Exr,
-    /// `.pfm`: linear `f32`.
-    Pfm,
-}
-
-impl Format {
-    /// The format of the file `path` by its extension, in upper or lower case.
-    ///
-    /// # Errors
-    /// If the extension is not one of these.
-    pub fn from_path(path: &Path) -> Result<Self, ImageError> {
-        let extension = path.extension().unwrap_or_default().to_string_lossy();
-        match extension.to_ascii_lowercase().as_str() {
-            "png" => Ok(Self::Png),
-            "exr" => Ok(Self::Exr),
-            "pfm" => Ok(Self::Pfm),
-            "" => Err(ImageError::new(path, "has no extension; it must be .png, .exr or .pfm")),
-            other => {
-                let other = other.escape_debug();
-                Err(ImageError::new(
-                    path,
-                    format!("has the extension .{other}; it must be .png, .exr or .pfm"),
-                ))
-            }
-        }
-    }
-}
 
 /// Reads an image of at most [`scene::settings::MAX_PIXELS`] pixels.
 ///
 /// # Errors
-/// If the file cannot be read, or is not a valid image of the format that its extension names.
+/// If the file cannot be read, or is not a valid image.
 pub fn read(path: &Path) -> Result<Film, ImageError> {
-    let (format, mut input, length) = open(path)?;
-    decode(format, &mut input, length).map_err(|problem| ImageError::new(path, problem))
+    let (format, input, length) = reader::open_file(path)?;
+    let film = reader::open(format, Box::new(input), length, None).and_then(Opened::film);
+    film.map_err(|problem| ImageError::new(path, problem))
 }
 
 /// Reads the note in an image file; `None` if it has none.
@@ -79,21 +66,18 @@ pub fn read(path: &Path) -> Result<Film, ImageError> {
 /// # Errors
 /// As [`read()`], except for errors in the pixels, which are not read.
 pub fn read_note(path: &Path) -> Result<Option<String>, ImageError> {
-    let (format, mut input, length) = open(path)?;
+    let (format, mut input, length) = reader::open_file(path)?;
     decode_note(format, &mut input, length).map_err(|problem| ImageError::new(path, problem))
 }
 
-/// The format, the bytes and the length of an image file.
-fn open(path: &Path) -> Result<(Format, BufReader<File>, u64), ImageError> {
-    let format = Format::from_path(path)?;
-    let unreadable = |e: io::Error| ImageError::new(path, format!("cannot be read: {}", reason(&e)));
-    // Checked before opening, because opening a pipe blocks until there is a writer.
-    let status = fs::metadata(path).map_err(unreadable)?;
-    if !status.is_file() {
-        return Err(ImageError::new(path, "is no regular file; name an image file"));
-    }
-    let input = BufReader::new(File::open(path).map_err(unreadable)?);
-    Ok((format, input, status.len()))
+/// The names of the layers of an image file. Only EXR files have some.
+///
+/// # Errors
+/// As [`read_note`].
+pub fn layer_names(path: &Path) -> Result<Vec<String>, ImageError> {
+    let (format, mut input, length) = reader::open_file(path)?;
+    let names = if format == Format::Exr { openexr::layer_names(&mut input, length) } else { Ok(Vec::new()) };
+    names.map_err(|problem| ImageError::new(path, problem))
 }
 
 /// Decodes an image file in memory, with the same limits as [`read`].
@@ -101,7 +85,7 @@ fn open(path: &Path) -> Result<(Format, BufReader<File>, u64), ImageError> {
 /// # Errors
 /// If `bytes` are not a valid image of that format. The message continues the file's name.
 pub fn decode_bytes(format: Format, bytes: &[u8]) -> Result<Film, String> {
-    decode(format, &mut Cursor::new(bytes), bytes.len() as u64)
+    reader::open(format, Box::new(Cursor::new(bytes)), bytes.len() as u64, None)?.film()
 }
 
 /// The note in an image file in memory.
@@ -134,8 +118,12 @@ pub fn write_picture(path: &Path, picture: &Picture<Rgb>, encoding: &Encoding) -
     check_sides(path, picture)?;
     atomic_file::replace(path, |out| match format {
         Format::Png => png::write(out, picture, *encoding),
+        Format::Jpeg => jpeg::write(out, picture, encoding.exposure),
         Format::Exr => openexr::write(out, picture, encoding.note),
         Format::Pfm => pfm::write(out, picture),
+        Format::Hdr => hdr::write(out, picture),
+        Format::Tiff => tiff::write(out, picture),
+        Format::WebP | Format::Qoi => Err(io::ErrorKind::Unsupported.into()),
     })
 }
 
@@ -165,8 +153,12 @@ pub fn write_values(
     check_sides(path, values)?;
     atomic_file::replace(path, |out| match format {
         Format::Png => png::write_values(out, values, encoding.note),
+        Format::Jpeg => jpeg::write_values(out, values),
         Format::Exr => openexr::write_values(out, values, name, encoding.note),
         Format::Pfm => pfm::write_values(out, values),
+        Format::Hdr => hdr::write_values(out, values),
+        Format::Tiff => tiff::write_values(out, values),
+        Format::WebP | Format::Qoi => Err(io::ErrorKind::Unsupported.into()),
     })
 }
 
@@ -179,20 +171,11 @@ pub fn check_writable(path: &Path) -> Result<(), ImageError> {
     atomic_file::check(path)
 }
 
-/// Decodes an image file of `length` bytes.
-fn decode(format: Format, input: &mut impl Seekable, length: u64) -> Result<Film, String> {
-    match format {
-        Format::Png => png::read(input, length),
-        Format::Exr => openexr::read(input, length),
-        Format::Pfm => pfm::read(input, length),
-    }
-}
-
 fn decode_note(format: Format, input: &mut impl Seekable, length: u64) -> Result<Option<String>, String> {
     match format {
         Format::Png => png::read_note(input, length),
         Format::Exr => openexr::read_note(input, length),
-        Format::Pfm => Ok(None),
+        _ => Ok(None),
     }
 }
 

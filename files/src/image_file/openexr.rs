@@ -1,21 +1,28 @@
 //! `OpenEXR`: writes linear `f32` with lossless ZIP compression; reads any flat image in scan lines or tiles.
 
 use super::encoding::NOTE;
-use super::limits::{Seekable, check_expansion, check_size};
+use super::layers::{self, Layer};
+use super::limits::{Seekable, check_expansion, check_size, told};
+use super::opened::{Opened, RowSource};
+use super::samples::Sample;
+use exr::block::reader::ChunksReader;
 use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::image::write::channels::{ChannelsWriter, WritableChannels};
-use exr::meta::attribute::{AttributeValue, ChannelDescription, Text};
+use exr::meta::attribute::{AttributeValue, SampleType, Text};
 use exr::meta::header::{Header, LayerAttributes};
 use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::{
-    Compression, Encoding, Image, Layer, ReadChannels, ReadLayers, ReadSpecificChannel, SpecificChannels,
-    Vec2, WritableImage,
+    Compression, Encoding, Image, Layer as ExrLayer, SpecificChannels, Vec2, WritableImage, f16,
 };
 use rayon::prelude::*;
 use scene::settings::MAX_SIDE;
-use scene::{Film, Picture, Rgb};
+use scene::{Picture, Rgb};
+use std::collections::BTreeSet;
 use std::io::{self, SeekFrom, Write};
+
+/// Target number of rows that are decoded at once; at least one row of blocks is.
+const ROWS_AT_ONCE: usize = 64;
 
 /// The best compression ratio: deflate encodes 258 bytes in at least 2 bits, and PXR24 drops a quarter before that.
 const MOST_BYTES_PER_BYTE: u64 = 1032 * 4 / 3;
@@ -47,7 +54,7 @@ pub(super) fn write(
     let size = (picture.width as usize, picture.height as usize);
     let channels = SpecificChannels::rgb(|p: Vec2<usize>| -> (f32, f32, f32) { at(picture, p).into() });
     let layer = noted(LayerAttributes::default(), note);
-    write_image(out, &Image::from_layer(Layer::new(size, layer, encoding(), channels))).map_err(into_io)
+    write_image(out, &Image::from_layer(ExrLayer::new(size, layer, encoding(), channels))).map_err(into_io)
 }
 
 /// Writes one channel `Y`, which every viewer shows, in a layer called `name`.
@@ -62,14 +69,14 @@ pub(super) fn write_values(
         SpecificChannels::build().with_channel("Y").with_pixel_fn(|p: Vec2<usize>| (at(values, p),));
     let layer = Text::new_or_none(name).map_or_else(LayerAttributes::default, LayerAttributes::named);
     let layer = noted(layer, note);
-    write_image(out, &Image::from_layer(Layer::new(size, layer, encoding(), channels))).map_err(into_io)
+    write_image(out, &Image::from_layer(ExrLayer::new(size, layer, encoding(), channels))).map_err(into_io)
 }
 
 /// Writes the same file as the crate's own writer, but compresses blocks on the current rayon pool, as many at a time
 /// as it has threads. The crate would start its own threads.
 fn write_image<'a>(
     out: &mut (impl Write + io::Seek),
-    image: &'a Image<Layer<impl WritableChannels<'a>>>,
+    image: &'a Image<ExrLayer<impl WritableChannels<'a>>>,
 ) -> exr::error::UnitResult {
     let headers = image.write().infer_meta_data();
     exr::block::write(out, headers, true, |meta, chunks| {
@@ -92,11 +99,8 @@ fn at<T>(picture: &Picture<T>, p: Vec2<usize>) -> T {
     (picture.pixel)(p.x() as u32, p.y() as u32)
 }
 
-pub(super) fn read_note(input: &mut impl Seekable, length: u64) -> Result<Option<String>, String> {
-    let meta = MetaData::read_from_buffered(&mut *input, false).map_err(|e| problem(&e))?;
-    for header in &meta.headers {
-        check_header(header, length)?;
-    }
+pub(super) fn read_note(input: &mut (impl Seekable + ?Sized), length: u64) -> Result<Option<String>, String> {
+    let meta = read_meta(input, length)?;
     let mut notes = meta.headers.iter().filter_map(|header| header.own_attributes.other.get(NOTE.as_bytes()));
     Ok(notes.find_map(|note| match note {
         AttributeValue::Text(text) => Some(text.to_string()),
@@ -104,85 +108,137 @@ pub(super) fn read_note(input: &mut impl Seekable, length: u64) -> Result<Option
     }))
 }
 
-pub(super) fn read(input: &mut impl Seekable, length: u64) -> Result<Film, String> {
-    let channels =
-        inspect(&MetaData::read_from_buffered(&mut *input, false).map_err(|e| problem(&e))?, length)?;
-    input.seek(SeekFrom::Start(0)).map_err(|e| e.to_string())?;
-    match channels {
-        Channels::Rgb => read_rgb(input),
-        Channels::Grey(name) => read_grey(input, name),
-    }
-    .map_err(|e| problem(&e))
+/// The names of the layers that can be read.
+pub(super) fn layer_names(input: &mut (impl Seekable + ?Sized), length: u64) -> Result<Vec<String>, String> {
+    Ok(layers::names(&read_meta(input, length)?.headers))
 }
 
-fn read_rgb(input: &mut impl Seekable) -> exr::error::Result<Film> {
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .specific_channels()
-        .required("R")
-        .required("G")
-        .required("B")
-        .collect_pixels(black, |film, p, rgb: (f32, f32, f32)| set(film, p, rgb.into()))
-        .first_valid_layer()
-        .all_attributes()
-        .non_parallel()
-        .from_buffered(input)?;
-    Ok(image.layer_data.channel_data.pixels)
-}
-
-fn read_grey(input: &mut impl Seekable, name: Text) -> exr::error::Result<Film> {
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .specific_channels()
-        .required(name)
-        .collect_pixels(black, |film, p, (y,): (f32,)| set(film, p, Rgb::splat(y)))
-        .first_valid_layer()
-        .all_attributes()
-        .non_parallel()
-        .from_buffered(input)?;
-    Ok(image.layer_data.channel_data.pixels)
-}
-
-fn black<T>(size: Vec2<usize>, _: &T) -> Film {
-    Film::new(size.width() as u32, size.height() as u32)
-}
-
-fn set(film: &mut Film, p: Vec2<usize>, pixel: Rgb) {
-    film.pixels[p.y() * film.width as usize + p.x()] = pixel;
-}
-
-/// The channels to read.
-enum Channels {
-    Rgb,
-    Grey(Text),
-}
-
-/// Checks the headers and selects the channels to read.
-fn inspect(meta: &MetaData, length: u64) -> Result<Channels, String> {
-    for header in &meta.headers {
-        check_header(header, length)?;
-    }
-    let has = |h: &Header, name: &str| h.channels.list.iter().any(|c| c.name.eq(name));
-    // The first suitable layer, which is the one that the crate's reader picks.
-    let first = |needed: &[&str]| meta.headers.iter().find(|h| needed.iter().all(|name| has(h, name)));
-    let (layer, channels) = if let Some(layer) = first(&["R", "G", "B"]) {
-        (layer, Channels::Rgb)
-    } else if let Some(layer) = first(&["Y"]).filter(|h| !has(h, "RY") && !has(h, "BY")) {
-        (layer, Channels::Grey(Text::from("Y")))
-    } else if let [layer] = &meta.headers[..]
-        && let [only] = &layer.channels.list[..]
-    {
-        (layer, Channels::Grey(only.name.clone()))
-    } else {
-        let names = names(meta);
-        return Err(format!(
-            "has channels {names}; it must have R, G and B, or Y without RY and BY, or a single one"
-        ));
+/// Opens an image, or the layer of that name.
+pub(super) fn open<'a>(
+    mut input: Box<dyn Seekable + 'a>,
+    length: u64,
+    layer: Option<&str>,
+) -> Result<Opened<'a>, String> {
+    let meta = read_meta(&mut input, length)?;
+    let layer = layers::choose(&meta.headers, layer)?;
+    let header = &meta.headers[layer.header];
+    let Vec2(width, height) = header.layer_size;
+    let block = match header.blocks {
+        BlockDescription::Tiles(tiles) => tiles.tile_size.height(),
+        BlockDescription::ScanLines => header.compression.scan_lines_per_block(),
     };
-    whole(&layer.channels.list)?;
-    Ok(channels)
+    let at_once = block * (ROWS_AT_ONCE / block).max(1);
+    let held = Vec::new();
+    let rows = BlockRows { input, meta, layer, width, height, at_once, held, next: 0 };
+    Ok(Opened { width: width as u32, height: height as u32, sample: Sample::Float, rows: Box::new(rows) })
+}
+
+/// Reads the headers and checks all of them.
+fn read_meta(input: &mut (impl Seekable + ?Sized), length: u64) -> Result<MetaData, String> {
+    let meta = MetaData::read_from_buffered(input, false).map_err(|e| problem(&e))?;
+    meta.headers.iter().try_for_each(|header| check_header(header, length))?;
+    Ok(meta)
+}
+
+/// The rows of a layer, decoded some blocks at a time, on all threads.
+struct BlockRows<'a> {
+    input: Box<dyn Seekable + 'a>,
+    meta: MetaData,
+    layer: Layer,
+    width: usize,
+    height: usize,
+    /// Rows that are decoded together: whole blocks.
+    at_once: usize,
+    /// The rows that are decoded, among which `next` is unless it is the first of the next ones.
+    held: Vec<Rgb>,
+    next: usize,
+}
+
+impl RowSource for BlockRows<'_> {
+    fn read(&mut self, pixels: &mut [Rgb]) -> Result<(), String> {
+        for row in pixels.chunks_exact_mut(self.width) {
+            if self.next.is_multiple_of(self.at_once) {
+                self.hold().map_err(|e| problem(&e))?;
+            }
+            row.copy_from_slice(&self.held[self.next % self.at_once * self.width..][..self.width]);
+            self.next += 1;
+        }
+        Ok(())
+    }
+}
+
+impl BlockRows<'_> {
+    /// Decodes the rows from `next` on.
+    fn hold(&mut self) -> exr::error::Result<()> {
+        let rows = self.next..self.height.min(self.next + self.at_once);
+        self.held.clear();
+        self.held.resize(rows.len() * self.width, Rgb::ZERO);
+        self.input.seek(SeekFrom::Start(0))?;
+        let is_wanted = |block: &BlockIndex| {
+            let Vec2(_, top) = block.pixel_position;
+            block.layer == self.layer.header && block.level == Vec2(0, 0) && rows.contains(&top)
+        };
+        let reader = exr::block::read(&mut self.input, false)?;
+        let mut chunks = reader.filter_chunks(false, |_, _, block| is_wanted(&block))?;
+        let mut places = BTreeSet::new();
+        loop {
+            let some: Vec<_> =
+                chunks.by_ref().take(rayon::current_num_threads()).collect::<Result<_, _>>()?;
+            if some.is_empty() {
+                break;
+            }
+            let unpack = |chunk| UncompressedBlock::decompress_chunk(chunk, &self.meta, false);
+            let blocks: Vec<_> = some.into_par_iter().map(unpack).collect::<Result<_, _>>()?;
+            // A damaged table may lead to other blocks.
+            for block in blocks.iter().filter(|block| is_wanted(&block.index)) {
+                places.insert((block.index.pixel_position.x(), block.index.pixel_position.y()));
+                copy(
+                    block,
+                    &self.meta.headers[self.layer.header],
+                    self.layer.channels,
+                    &mut self.held,
+                    self.width,
+                    rows.start,
+                );
+            }
+        }
+        if places.len() == chunks.expected_chunk_count() {
+            return Ok(());
+        }
+        Err(exr::error::Error::Invalid("table of blocks".into()))
+    }
+}
+
+/// Copies the channels of a block into `pixels`, rows of `width` of which the first is row `top` of the image.
+fn copy(
+    block: &UncompressedBlock,
+    header: &Header,
+    channels: [usize; 3],
+    pixels: &mut [Rgb],
+    width: usize,
+    top: usize,
+) {
+    for line in block.lines(&header.channels) {
+        let Vec2(x, y) = line.location.position;
+        let row = &mut pixels[(y - top) * width + x..][..line.location.sample_count];
+        let kind = header.channels.list[line.location.channel].sample_type;
+        for (colour, _) in channels.iter().enumerate().filter(|(_, number)| **number == line.location.channel)
+        {
+            for (pixel, bytes) in row.iter_mut().zip(line.value.chunks_exact(kind.bytes_per_sample())) {
+                pixel[colour] = sample(kind, bytes);
+            }
+        }
+    }
+}
+
+/// A sample in the machine's byte order.
+fn sample(kind: SampleType, bytes: &[u8]) -> f32 {
+    let word = || std::array::from_fn(|k| bytes[k]);
+    match kind {
+        SampleType::F16 => f16::from_bits(u16::from_ne_bytes([bytes[0], bytes[1]])).to_f32(),
+        SampleType::F32 => f32::from_ne_bytes(word()),
+        SampleType::U32 => u32::from_ne_bytes(word()) as f32,
+    }
 }
 
 /// Rejects deep images, and headers whose image could not fit into the file.
@@ -214,34 +270,8 @@ fn check_header(header: &Header, length: u64) -> Result<(), String> {
     check_expansion(width * height * bytes, length, most)
 }
 
-/// Rejects subsampled channels: the decoder assumes one sample per pixel.
-fn whole(channels: &[ChannelDescription]) -> Result<(), String> {
-    match channels.iter().find(|c| c.sampling != Vec2(1, 1)) {
-        Some(c) => {
-            let name = shown(&c.name);
-            Err(format!("has a subsampled channel {name}; each must have a sample for every pixel"))
-        }
-        None => Ok(()),
-    }
-}
-
-/// The names of the first channels, for messages.
-fn names(meta: &MetaData) -> String {
-    const MOST: usize = 12;
-    let all = || meta.headers.iter().flat_map(|h| &h.channels.list);
-    let names: Vec<String> = all().take(MOST).map(|c| shown(&c.name)).collect();
-    let more = if all().nth(MOST).is_some() { ", and more" } else { "" };
-    format!("{}{more}", names.join(", "))
-}
-
-/// A channel's name for messages: shortened, and escaped so that the message stays on one line.
-fn shown(name: &Text) -> String {
-    const LONGEST: usize = 20;
-    name.to_string().chars().take(LONGEST).flat_map(char::escape_debug).collect()
-}
-
 fn problem(e: &exr::error::Error) -> String {
-    format!("is no EXR file that can be read: {e}")
+    told("EXR", e)
 }
 
 fn into_io(e: exr::error::Error) -> io::Error {

@@ -4,10 +4,12 @@
 //! (negative: little-endian); its absolute value multiplies the samples. We write little-endian with scale 1, which
 //! preserves every bit.
 
-use super::limits::{check_size, truncated};
+use super::limits::{Seekable, check_size, truncated};
+use super::opened::{Opened, RowSource};
 use super::rows::{First, Rows};
-use scene::{Film, Picture, Rgb};
-use std::io::{self, BufRead, Read, Write};
+use super::samples::Sample;
+use scene::{Picture, Rgb};
+use std::io::{self, BufRead, Read, SeekFrom, Write};
 
 /// Limit on the length of a word in the header, with white space; valid ones are shorter.
 const LONGEST_TOKEN: u64 = 32;
@@ -36,9 +38,9 @@ fn write_pixels<T, const BYTES: usize>(
     Rows(picture).write(First::Bottom, encode, |rows| out.write_all(rows))
 }
 
-/// Reads a map from a file of `length` bytes.
-pub(super) fn read(input: &mut impl BufRead, length: u64) -> Result<Film, String> {
-    let header = Header::read(input)?;
+/// Opens a map in a file of `length` bytes.
+pub(super) fn open<'a>(mut input: Box<dyn Seekable + 'a>, length: u64) -> Result<Opened<'a>, String> {
+    let header = Header::read(&mut input)?;
     check_size(header.width, header.height)?;
     let (width, height) = (header.width as u32, header.height as u32);
     let row_bytes = width as usize * header.channels * 4;
@@ -46,15 +48,34 @@ pub(super) fn read(input: &mut impl BufRead, length: u64) -> Result<Film, String
     if length != expected {
         return Err(format!("has {length} bytes; a map of {width} x {height} pixels has {expected}"));
     }
-    let mut film = Film::new(width, height);
-    let mut bytes = vec![0; row_bytes];
-    for row in film.pixels.chunks_exact_mut(width as usize).rev() {
-        input.read_exact(&mut bytes).map_err(|e| truncated(&e))?;
-        for (pixel, sample) in row.iter_mut().zip(bytes.chunks_exact(4 * header.channels)) {
-            *pixel = header.pixel(sample);
+    let rows = MapRows { input, left: header.height, header, row_bytes };
+    Ok(Opened { width, height, sample: Sample::Float, rows: Box::new(rows) })
+}
+
+/// The rows of a map, which its file holds from the bottom to the top.
+struct MapRows<'a> {
+    input: Box<dyn Seekable + 'a>,
+    header: Header,
+    row_bytes: usize,
+    /// Rows that have not been read: the first of the file.
+    left: u64,
+}
+
+impl RowSource for MapRows<'_> {
+    fn read(&mut self, pixels: &mut [Rgb]) -> Result<(), String> {
+        let rows = pixels.chunks_exact_mut(self.header.width as usize);
+        self.left -= rows.len() as u64;
+        let start = self.header.bytes + self.left * self.row_bytes as u64;
+        self.input.seek(SeekFrom::Start(start)).map_err(|e| truncated(&e))?;
+        let mut bytes = vec![0; self.row_bytes];
+        for row in rows.rev() {
+            self.input.read_exact(&mut bytes).map_err(|e| truncated(&e))?;
+            for (pixel, sample) in row.iter_mut().zip(bytes.chunks_exact(4 * self.header.channels)) {
+                *pixel = self.header.pixel(sample);
+            }
         }
+        Ok(())
     }
-    Ok(film)
 }
 
 struct Header {
@@ -126,9 +147,11 @@ fn token(input: &mut impl BufRead, bytes: &mut u64) -> Result<String, String> {
 mod tests {
     use super::*;
     use glam::vec3;
+    use scene::Film;
+    use std::io::Cursor;
 
     fn parse(bytes: &[u8]) -> Result<Film, String> {
-        read(&mut &bytes[..], bytes.len() as u64)
+        open(Box::new(Cursor::new(bytes)), bytes.len() as u64)?.film()
     }
 
     #[test]

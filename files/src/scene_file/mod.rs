@@ -1,6 +1,6 @@
 //! Reads scene files. They are TOML, checked strictly; every error is one line with its position in the file.
 //!
-//! `fixtures/scenes/README.md` documents each key, and the scenes in the same folder use them.
+//! `files/scenes/README.md` documents each key, and the scenes in the same folder use them.
 
 mod camera;
 mod checks;
@@ -18,11 +18,14 @@ pub use reader::{Field, Section};
 pub(crate) use write::head_to_text;
 pub use write::{digest, to_text};
 
+use crate::atomic_file::reason;
+use crate::input;
 use checks::Parsed;
 use error::{escape, quote};
 use material::Named;
-use pieces::{Head, Kind, Pieces};
+use pieces::{Head, Kind, MOST_BYTES as MOST_PIECE_BYTES, Pieces};
 use reader::Subject;
+use scene::text::mebibytes;
 use scene::{Camera, Material, Rgb, Scene, Settings, Sphere};
 use spheres::Spheres;
 use std::fs::File;
@@ -30,9 +33,17 @@ use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 use toml::de::DeTable;
 
-/// Larger files are rejected. A million spheres take a third of this. Reading takes 40 times as much memory as the
-/// text.
-pub const MAX_BYTES: u64 = 1 << 28;
+/// Larger files are rejected.
+pub const MAX_BYTES: u64 = 1 << 32;
+
+/// Memory per sphere while a scene is read, beside the text: in the scene, its material, and what the checks make of it.
+const BYTES_PER_SPHERE: u64 = 128;
+/// The same per lamp, in addition: what is found out about its light.
+const BYTES_PER_LAMP: u64 = 192;
+/// The same per material with a name.
+const BYTES_PER_MATERIAL: u64 = 192;
+/// Memory per byte of the head, which is parsed at once.
+const BYTES_PER_HEAD_BYTE: u64 = 48;
 
 const KEYS: [&str; 6] = ["name", "background", "camera", "settings", "materials", "sphere"];
 
@@ -41,7 +52,17 @@ const KEYS: [&str; 6] = ["name", "background", "camera", "settings", "materials"
 /// # Errors
 /// If the file cannot be read, or as [`parse`].
 pub fn load(path: &Path) -> Result<Scene, FileError> {
-    parse(&path.to_string_lossy(), &load_text(path, "scene")?)
+    load_within(path, u64::MAX).map(|(scene, _)| scene)
+}
+
+/// As [`load`], but refuses to take much more than `most` bytes of memory. Also returns a bound of the bytes that it took.
+///
+/// # Errors
+/// As [`load`], or if the file needs more.
+pub fn load_within(path: &Path, most: u64) -> Result<(Scene, u64), FileError> {
+    let name = path.to_string_lossy();
+    let (file, length) = open(path, "scene")?;
+    load_from(&name, file, length, most)
 }
 
 /// Reads a TOML file other than a scene, with the same strict checks. Its root may have only the keys `keys`; `read`
@@ -63,38 +84,96 @@ pub fn load_other<T>(
     read().map_err(|fault| FileError::in_text(&name, &text, &fault))
 }
 
+/// Reads a scene from `input`, which errors call `name`; for standard input and sockets. `length` is its length in bytes,
+/// or 0 if that is not known. See [`load_within`].
+///
+/// # Errors
+/// If `input` cannot be read or is too long, or as [`load_within`].
+pub fn load_from(name: &str, input: impl Read, length: u64, most: u64) -> Result<(Scene, u64), FileError> {
+    let unread = |problem: String| FileError::unread(name, &problem);
+    if length > most {
+        return Err(unread(too_much(length, most)));
+    }
+    let text = read_text(name, "scene", input, length)?;
+    let (spheres, head) = measure(&text);
+    let least = text.len() as u64 + BYTES_PER_SPHERE * spheres + BYTES_PER_HEAD_BYTE * head;
+    if least > most {
+        return Err(unread(too_much(least, most)));
+    }
+    if Vec::<u8>::new().try_reserve_exact(usize::try_from(least).unwrap_or(usize::MAX)).is_err() {
+        let need = mebibytes(least);
+        return Err(unread(format!("takes up to {need} to read, which the system refuses")));
+    }
+    let scene = parse(name, &text)?;
+    let lamps = scene.spheres.iter().filter(|sphere| sphere.is_emitter()).count() as u64;
+    let materials = scene.materials.len() as u64;
+    let more = BYTES_PER_LAMP * lamps + BYTES_PER_MATERIAL * materials;
+    Ok((scene, least + more))
+}
+
+fn too_much(bytes: u64, most: u64) -> String {
+    format!("takes up to {} to read, more than the limit of {}", mebibytes(bytes), mebibytes(most))
+}
+
+/// The number of spheres, and the bytes of the head, as far as it may be parsed.
+fn measure(text: &str) -> (u64, u64) {
+    let (mut spheres, mut head) = (0, 0);
+    for piece in Pieces::new(text) {
+        match piece.kind {
+            Kind::Sphere => spheres += 1,
+            Kind::Material => {}
+            Kind::Head => head += piece.span.len() as u64,
+        }
+    }
+    (spheres, head.min(MOST_PIECE_BYTES as u64))
+}
+
+/// Opens the file `path`, which messages call a `kind`; also returns its length.
+fn open(path: &Path, kind: &str) -> Result<(File, u64), FileError> {
+    let opened = input::open(path, &format!("a {kind} is a file"));
+    opened.map_err(|problem| FileError::unread(&path.to_string_lossy(), &problem))
+}
+
 /// The text of the file `path`, which messages call a `kind`.
 fn load_text(path: &Path, kind: &str) -> Result<String, FileError> {
-    let name = path.to_string_lossy();
-    let unread = |message: &str| FileError::unread(&name, message);
-    let bytes = read_bytes(path).map_err(|e| match e.kind() {
-        ErrorKind::NotFound => unread("there is no such file"),
-        ErrorKind::IsADirectory => unread(&format!("this is a directory; a {kind} is a file")),
+    let (file, length) = open(path, kind)?;
+    read_text(&path.to_string_lossy(), kind, file, length)
+}
+
+/// The text of `input`, which messages call `name` and a `kind`. It has `length` bytes, if that is known.
+fn read_text(name: &str, kind: &str, input: impl Read, length: u64) -> Result<String, FileError> {
+    let unread = |message: &str| FileError::unread(name, message);
+    let bytes = read_bytes(input, length).map_err(|e| match e.kind() {
         ErrorKind::FileTooLarge => {
             unread(&format!("is too large; a {kind} file has at most {MAX_BYTES} bytes"))
         }
-        _ => unread(&format!("cannot be read: {e}")),
+        _ => unread(&format!("cannot be read: {}", reason(&e))),
     })?;
     String::from_utf8(bytes).map_err(|error| {
         let (valid, rest) = error.as_bytes().split_at(error.utf8_error().valid_up_to());
         let message = format!("byte 0x{:02x} is not UTF-8; a {kind} file is UTF-8 text", rest[0]);
         let text = String::from_utf8_lossy(valid);
-        FileError::in_text(&name, &text, &Fault::new(valid.len(), message))
+        FileError::in_text(name, &text, &Fault::new(valid.len(), message))
     })
 }
 
-/// The bytes of a file of at most [`MAX_BYTES`]. The length is checked again after reading, as that of a pipe is not
-/// known before.
-fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
-    let file = File::open(path)?;
+/// At most [`MAX_BYTES`] of `input`. They are counted again while they are read, as the length may not be known, or change.
+fn read_bytes(input: impl Read, length: u64) -> io::Result<Vec<u8>> {
+    /// Bytes that are read at a time, after the system has granted room for them.
+    const STEP: usize = 1 << 20;
     let mut bytes = Vec::new();
-    if file.metadata()?.len() <= MAX_BYTES {
-        file.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
-        if bytes.len() as u64 <= MAX_BYTES {
-            return Ok(bytes);
-        }
+    let mut input = input.take(MAX_BYTES + 1);
+    let grant = |bytes: &mut Vec<u8>, more: usize| {
+        bytes.try_reserve(more).map_err(|_| io::Error::from(ErrorKind::OutOfMemory))
+    };
+    if length > MAX_BYTES {
+        return Err(ErrorKind::FileTooLarge.into());
     }
-    Err(ErrorKind::FileTooLarge.into())
+    grant(&mut bytes, length as usize + STEP)?;
+    while input.by_ref().take(STEP as u64 / 2).read_to_end(&mut bytes)? > 0 {
+        grant(&mut bytes, STEP)?;
+    }
+    if bytes.len() as u64 > MAX_BYTES { Err(ErrorKind::FileTooLarge.into()) } else { Ok(bytes) }
 }
 
 /// Reads the scene in `text`; `name` is the path that errors show.

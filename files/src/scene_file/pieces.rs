@@ -13,7 +13,7 @@ use toml_parser::Source;
 use toml_parser::lexer::{Lexer, TokenKind};
 
 /// Most bytes of the head, and of any other piece.
-const MOST_BYTES: usize = 1 << 22;
+pub(super) const MOST_BYTES: usize = 1 << 22;
 
 /// What a piece of text defines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

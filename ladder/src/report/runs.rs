@@ -6,6 +6,7 @@ use crate::error::Error;
 use crate::machine::CycleCounter;
 use crate::options::Options;
 use crate::table::Row;
+use files::atomic_file::reason;
 use rayon::ThreadPoolBuilder;
 use scene::Stats;
 use std::time::Instant;
@@ -59,7 +60,8 @@ pub(crate) fn measure(
     progress: &mut dyn Progress,
 ) -> Result<Vec<Vec<Runs>>, Error> {
     let one_thread = ThreadPoolBuilder::new().num_threads(1).build();
-    let one_thread = one_thread.map_err(|error| Error::Failed(format!("cannot start a thread: {error}")))?;
+    let one_thread =
+        one_thread.map_err(|error| Error::Failed(format!("cannot start a thread: {}", reason(&error))))?;
     progress.begin((repeat as usize * cases.len() * rows.len()) as u32, "runs");
     let mut runs = vec![vec![Vec::new(); rows.len()]; cases.len()];
     let mut done = 0;

@@ -1,0 +1,84 @@
+//! JPEG: writes 8-bit sRGB; checks that a file is complete, as decoders show what there is of a cut one.
+
+use super::limits::{Seekable, truncated};
+use super::shown;
+use image::codecs::jpeg::JpegEncoder;
+use image::{GenericImageView, ImageError};
+use scene::{Picture, Rgb};
+use std::io::{self, Read, Write};
+
+/// Of 100: artefacts are hard to see, and files are a third of a PNG's.
+const QUALITY: u8 = 95;
+
+/// The picture as the encoder asks for it, block by block, so that it is never in memory.
+struct Codes<'a, 'b, F> {
+    picture: &'b Picture<'a, Rgb>,
+    code: F,
+}
+
+impl<F: Fn(Rgb) -> [u8; 3]> GenericImageView for Codes<'_, '_, F> {
+    type Pixel = image::Rgb<u8>;
+
+    fn dimensions(&self) -> (u32, u32) {
+        (self.picture.width, self.picture.height)
+    }
+
+    fn get_pixel(&self, x: u32, y: u32) -> Self::Pixel {
+        image::Rgb((self.code)((self.picture.pixel)(x, y)))
+    }
+}
+
+pub(super) fn write(out: &mut impl Write, picture: &Picture<Rgb>, exposure: f32) -> io::Result<()> {
+    let codes = Codes { picture, code: shown::code(exposure) };
+    JpegEncoder::new_with_quality(out, QUALITY).encode_image(&codes).map_err(|e| match e {
+        ImageError::IoError(e) => e,
+        other => io::Error::other(other),
+    })
+}
+
+/// Writes the values as a grey image in which the greatest finite value is white.
+pub(super) fn write_values(out: &mut impl Write, values: &Picture<f32>) -> io::Result<()> {
+    let scale = shown::greatest(values);
+    let pixel = |x, y| Rgb::splat((values.pixel)(x, y) / scale);
+    write(out, &Picture { width: values.width, height: values.height, pixel: &pixel }, 0.0)
+}
+
+/// The marker that ends an image, and the one that begins its entropy-coded pixels.
+const END: u8 = 0xd9;
+const SCAN: u8 = 0xda;
+
+/// Checks that the image in `input` is followed by its end marker.
+pub(super) fn check_end(input: &mut dyn Seekable) -> Result<(), String> {
+    let cut = || "ends too early".to_owned();
+    let mut word = [0; 2];
+    input.read_exact(&mut word).map_err(|e| truncated(&e))?;
+    // Segments before the pixels may hold whole images, such as a thumbnail: they are skipped by their length.
+    loop {
+        input.read_exact(&mut word).map_err(|e| truncated(&e))?;
+        let [0xff, marker] = word else { return Ok(()) }; // for the decoder to judge
+        if marker == SCAN {
+            break;
+        }
+        input.read_exact(&mut word).map_err(|e| truncated(&e))?;
+        let length = u16::from_be_bytes(word).saturating_sub(2);
+        let skipped = io::copy(&mut input.take(length.into()), &mut io::sink()).map_err(|e| truncated(&e))?;
+        if skipped < length.into() {
+            return Err(cut());
+        }
+    }
+    let mut was_escape = false;
+    loop {
+        let bytes = input.fill_buf().map_err(|e| truncated(&e))?;
+        if bytes.is_empty() {
+            return Err(cut());
+        }
+        for &byte in bytes {
+            if was_escape && byte == END {
+                return Ok(());
+            }
+            was_escape = byte == 0xff;
+        }
+        let length = bytes.len();
+        input.consume(length);
+    }
+}

@@ -1,0 +1,169 @@
+//! Tests of EXR files with several layers, and of the names that channels have.
+
+use super::{folder, problem};
+use crate::image_file::{Format, ImageReader, decode_bytes, layer_names};
+use exr::math::RoundingMode;
+use exr::prelude::{
+    AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer, LayerAttributes, Layers, Levels,
+    LineOrder, Vec2, WritableImage,
+};
+use scene::{Rgb, RowReader};
+use std::fs;
+use std::io::Cursor;
+use std::path::Path;
+
+/// The name and the channels of each part of a file.
+type Parts<'a> = &'a [(Option<&'a str>, &'a [&'a str])];
+
+/// A file of 2 x 1 pixels with a part for each name and list of channels. The channels of all parts hold 1, 2, 3, ...
+fn file(parts: Parts) -> Vec<u8> {
+    let mut value = 0.0;
+    let mut layers = Layers::new();
+    for (name, channels) in parts {
+        let list = channels.iter().map(|&channel| {
+            value += 1.0;
+            AnyChannel::new(channel, FlatSamples::F32(vec![value; 2]))
+        });
+        let list = list.collect::<Vec<_>>();
+        let attributes = name.map_or_else(LayerAttributes::default, LayerAttributes::named);
+        layers.push(Layer::new((2, 1), attributes, Encoding::UNCOMPRESSED, AnyChannels::sort(list.into())));
+    }
+    let mut bytes = Cursor::new(Vec::new());
+    let attributes = exr::prelude::ImageAttributes::new(exr::prelude::IntegerBounds::from_dimensions((2, 1)));
+    Image::from_layers(attributes, layers).write().non_parallel().to_buffered(&mut bytes).unwrap();
+    bytes.into_inner()
+}
+
+fn first_pixel(path: &Path, layer: Option<&str>) -> Result<Rgb, String> {
+    let mut reader = ImageReader::open(path, layer).map_err(|error| error.to_string())?;
+    let mut pixels = [Rgb::ZERO; 2];
+    reader.read(&mut pixels).map(|()| pixels[0])
+}
+
+#[test]
+fn names_of_channels_may_be_in_lower_case() {
+    for (channels, expected) in [
+        (&["r", "g", "b"][..], Rgb::new(1.0, 2.0, 3.0)),
+        (&["r", "g", "b", "a"], Rgb::new(1.0, 2.0, 3.0)),
+        (&["R", "G", "B", "r", "g", "b"], Rgb::new(1.0, 2.0, 3.0)),
+        (&["y"], Rgb::splat(1.0)),
+        (&["Y", "A"], Rgb::splat(1.0)),
+        (&["beauty.R", "beauty.G", "beauty.B"], Rgb::new(1.0, 2.0, 3.0)),
+    ] {
+        let film = decode_bytes(Format::Exr, &file(&[(None, channels)])).unwrap();
+        assert_eq!(film.pixels, [expected; 2], "{channels:?}");
+    }
+}
+
+#[test]
+fn layers_are_chosen_by_name() {
+    let folder = folder();
+    let path = folder.path().join("a.exr");
+    let colour: &[&str] = &["R", "G", "B"];
+    let in_channels: &[&str] =
+        &["diffuse.R", "diffuse.G", "diffuse.B", "depth.Z", "glossy.r", "glossy.g", "glossy.b"];
+    let cases: [(Parts, &[(&str, Rgb)]); 2] = [
+        (
+            &[(None, in_channels)],
+            &[
+                ("diffuse", Rgb::new(1.0, 2.0, 3.0)),
+                ("depth", Rgb::splat(4.0)),
+                ("glossy", Rgb::new(5.0, 6.0, 7.0)),
+            ],
+        ),
+        (
+            &[
+                (Some("left"), colour),
+                (Some("right"), colour),
+                (Some("other"), &["pass.R", "pass.G", "pass.B"]),
+            ],
+            &[
+                ("left", Rgb::new(1.0, 2.0, 3.0)),
+                ("right", Rgb::new(4.0, 5.0, 6.0)),
+                ("other.pass", Rgb::new(7.0, 8.0, 9.0)),
+            ],
+        ),
+    ];
+    for (parts, layers) in cases {
+        fs::write(&path, file(parts)).unwrap();
+        for (name, expected) in layers {
+            assert_eq!(first_pixel(&path, Some(name)), Ok(*expected), "{name}");
+        }
+        let mut names: Vec<_> = layers.iter().map(|(name, _)| (*name).to_owned()).collect();
+        names.sort();
+        let mut listed = layer_names(&path).unwrap();
+        listed.sort();
+        assert_eq!(listed, names);
+        for (layer, says) in [
+            (None, "has several layers; choose one by its name: "),
+            (Some("diffus"), "has no layer `diffus`; it has "),
+        ] {
+            let line = problem(ImageReader::open(&path, layer));
+            assert!(line.contains(says) && names.iter().all(|name| line.contains(name)), "{line}");
+        }
+    }
+}
+
+#[test]
+fn without_a_name_the_picture_is_chosen() {
+    let colour: &[&str] = &["R", "G", "B"];
+    // Colour before grey, and what has no name before what has.
+    for parts in [
+        &[(Some("depth"), &["Z"][..]), (Some("rgb"), colour)][..],
+        &[(None, &["R", "G", "B", "id.R", "id.G", "id.B", "Z"][..])],
+    ] {
+        let film = decode_bytes(Format::Exr, &file(parts)).unwrap();
+        let first = if parts.len() == 2 { 2.0 } else { 1.0 };
+        assert_eq!(film.pixels[0], Rgb::new(first, first + 1.0, first + 2.0), "{parts:?}");
+    }
+}
+
+/// A tiled image of 8 x 8 pixels and its smaller versions, each pixel of which holds the size of its level.
+#[test]
+fn of_an_image_at_several_resolutions_the_largest_is_read() {
+    let level = |size: u32| FlatSamples::F32(vec![size as f32; (size * size) as usize]);
+    let levels = Levels::Mip {
+        rounding_mode: RoundingMode::Down,
+        level_data: [8, 4, 2, 1].map(level).into_iter().collect(),
+    };
+    let channels = ["R", "G", "B"].map(|name| AnyChannel::new(name, levels.clone()));
+    let blocks = Blocks::Tiles(Vec2(4, 4));
+    let encoding = Encoding { blocks, ..Encoding::UNCOMPRESSED };
+    let attributes = LayerAttributes::default();
+    let layer = Layer::new((8, 8), attributes, encoding, AnyChannels::sort(channels.into_iter().collect()));
+    let mut bytes = Cursor::new(Vec::new());
+    Image::from_layer(layer).write().non_parallel().to_buffered(&mut bytes).unwrap();
+    let film = decode_bytes(Format::Exr, &bytes.into_inner()).unwrap();
+    assert_eq!((film.width, film.height), (8, 8));
+    assert_eq!(film.pixels, [Rgb::splat(8.0); 64]);
+}
+
+/// Rows of 150 x 150 pixels are read in several parts; the blocks are not in the order of rows.
+#[test]
+fn tall_images_are_read_in_parts() {
+    let values: Vec<f32> = (0..150 * 150).map(|i| i as f32).collect();
+    for (blocks, line_order) in [
+        (Blocks::ScanLines, LineOrder::Increasing),
+        (Blocks::ScanLines, LineOrder::Decreasing),
+        (Blocks::Tiles(Vec2(40, 24)), LineOrder::Increasing),
+        (Blocks::Tiles(Vec2(40, 24)), LineOrder::Decreasing),
+        (Blocks::Tiles(Vec2(100, 100)), LineOrder::Increasing),
+    ] {
+        let channel = AnyChannel::new("Y", FlatSamples::F32(values.clone()));
+        let encoding = Encoding { blocks, line_order, ..Encoding::SMALL_LOSSLESS };
+        let channels = AnyChannels::sort([channel].into_iter().collect());
+        let layer = Layer::new((150, 150), LayerAttributes::default(), encoding, channels);
+        let mut bytes = Cursor::new(Vec::new());
+        Image::from_layer(layer).write().non_parallel().to_buffered(&mut bytes).unwrap();
+        let film = decode_bytes(Format::Exr, &bytes.into_inner()).unwrap();
+        assert!(film.pixels.iter().zip(&values).all(|(p, v)| p.x == *v), "{blocks:?} {line_order:?}");
+    }
+}
+
+#[test]
+fn coordinates_are_no_picture() {
+    let line = decode_bytes(Format::Exr, &file(&[(None, &["X", "Y", "Z"])])).unwrap_err();
+    assert!(line.contains("has channels X, Y, Z; it must have R, G and B"), "{line}");
+    let line = decode_bytes(Format::Exr, &file(&[(None, &["BY", "RY", "Y"])])).unwrap_err();
+    assert!(line.contains("luminance and chroma"), "{line}");
+}

@@ -1,0 +1,8 @@
+//! Fuzzes the reader of JPEG files.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use files::image_file::Format;
+
+fuzz_target!(|bytes: &[u8]| sppm_fuzz::read(Format::Jpeg, bytes));

@@ -1,0 +1,148 @@
+//! What is said at the end of a render: what it wrote, why it ended, how to go on, and what to do about noise.
+
+use crate::terminal::error::Error;
+use crate::terminal::signals::Requests;
+use render::{End, Outcome, Report};
+use scene::Stats;
+use scene::settings::MAX_ITERATIONS;
+use scene::text::{counted, duration, list, mebibytes};
+use std::time::Duration;
+use tracing::{debug, info};
+
+/// Reports what the render wrote and why it ended.
+pub(crate) fn conclude(outcome: &Outcome, requests: &Requests) -> Result<(), Error> {
+    let Outcome { end, report, unsaved, written, failed, .. } = outcome;
+    let signal = requests.pending().filter(|_| *end == End::Stopped);
+    let done = report.iterations;
+    if let (Some(signal), 0) = (signal, done) {
+        let what = "not one iteration was over, so nothing is written";
+        return Err(Error::Interrupted(signal, what.into()));
+    }
+    let written = list(&written.iter().map(|path| path.display()).collect::<Vec<_>>());
+    if !failed.is_empty() {
+        return Err(lament(outcome, &written));
+    }
+    account(report, outcome.writing);
+    let (iterations, seconds) = (counted(done, "iteration"), duration(report.wall_seconds));
+    if let Some(signal) = signal {
+        let all = match report.settings.iterations {
+            MAX_ITERATIONS => iterations,
+            all => format!("{done} of {}", counted(all, "iteration")),
+        };
+        let unsaved = unsaved.as_ref().map_or(String::new(), |error| format!("; {error}"));
+        let next = how_to_go_on(outcome).unwrap_or_default();
+        let text = format!("wrote {written} after {all} in {seconds}{unsaved}{next}");
+        return Err(Error::Interrupted(signal, text));
+    }
+    if let Some(error) = unsaved {
+        return Err(Error::Failed(format!("the image is written, but not its checkpoint: {error}")));
+    }
+    let why = match (end, report.estimated_error) {
+        (End::Time, _) => "; time is up".into(),
+        (End::Error, Some(error)) => format!("; the estimated error is {error:.3e}"),
+        _ => String::new(),
+    };
+    info!(
+        iterations = done,
+        wall_seconds = report.wall_seconds,
+        ended_by = report.ended_by,
+        "wrote {written}: {iterations} in {seconds}{why}{}",
+        hint(outcome),
+    );
+    Ok(())
+}
+
+/// What to do about an image with visible noise.
+fn hint(outcome: &Outcome) -> String {
+    /// From this relative error on, noise is seen at once.
+    const NOISY: f64 = 0.1;
+    /// At this one, it is hardly seen.
+    const SMOOTH: f64 = 0.05;
+    /// The error falls about as this power of the time (docs/lasting.md).
+    const RATE: f64 = 0.4;
+    let is_asked_for = outcome.end == End::Error;
+    let Some(noise) = outcome.noise.filter(|noise| *noise > NOISY && !is_asked_for) else {
+        return String::new();
+    };
+    let Report { wall_seconds, iterations, resumed_after, .. } = &outcome.report;
+    // The time of all iterations, those of earlier sessions included.
+    let whole =
+        wall_seconds * f64::from(*iterations) / f64::from(iterations.saturating_sub(*resumed_after).max(1));
+    let seconds = whole * (noise / SMOOTH).powf(1.0 / RATE);
+    format!(
+        "; it is noisy, with an error of about {noise:.2}: `--time {}` gives a smoother one",
+        at_least(seconds)
+    )
+}
+
+/// The next round time, with its unit as `--time` takes it.
+fn at_least(seconds: f64) -> String {
+    const TIMES: [(f64, &str); 15] = [
+        (1.0, "1s"),
+        (2.0, "2s"),
+        (5.0, "5s"),
+        (10.0, "10s"),
+        (20.0, "20s"),
+        (30.0, "30s"),
+        (60.0, "1m"),
+        (120.0, "2m"),
+        (300.0, "5m"),
+        (600.0, "10m"),
+        (1200.0, "20m"),
+        (1800.0, "30m"),
+        (3600.0, "1h"),
+        (7200.0, "2h"),
+        (18000.0, "5h"),
+    ];
+    match TIMES.iter().find(|(time, _)| *time >= seconds) {
+        Some((_, text)) => (*text).into(),
+        None => format!("{:.0}h", (seconds / 3600.0).ceil()),
+    }
+}
+
+/// The error for files that could not be written: what was saved instead, and how to resume.
+fn lament(outcome: &Outcome, written: &str) -> Error {
+    let problems = outcome.failed.iter().map(|unwritten| match &unwritten.refuge {
+        Some(refuge) => format!("{}; it is in {} instead", unwritten.error, refuge.display()),
+        None => unwritten.error.to_string(),
+    });
+    let problems = problems.collect::<Vec<_>>().join("; ");
+    let rest = if written.is_empty() { String::new() } else { format!("; wrote {written}") };
+    let elsewhere =
+        how_to_go_on(outcome).map_or(String::new(), |how| format!("{how}, by -o to another image"));
+    Error::Failed(format!("{problems}{rest}{elsewhere}"))
+}
+
+fn how_to_go_on(outcome: &Outcome) -> Option<String> {
+    let saved = outcome.saved.as_ref()?;
+    let done = counted(saved.iterations, "iteration");
+    Some(format!("; `sppm resume {}` goes on after {done}", saved.path.display()))
+}
+
+/// Logs the time of each pass and the memory used.
+fn account(report: &Report, writing: Duration) {
+    let Stats { camera_seconds, build_grid_seconds, photon_seconds, consolidate_seconds, bytes, .. } =
+        report.stats;
+    let passes = [
+        ("camera pass", camera_seconds),
+        ("grid", build_grid_seconds),
+        ("photon pass", photon_seconds),
+        ("consolidation", consolidate_seconds),
+        ("developing and writing", writing.as_secs_f64()),
+    ];
+    let times: Vec<String> =
+        passes.iter().map(|(name, seconds)| format!("{name} {}", duration(*seconds))).collect();
+    debug!(bytes, peak_bytes = report.peak_bytes, "{}; {}", times.join(", "), mebibytes(bytes));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn round_times_are_no_shorter() {
+        for (seconds, text) in [(0.1, "1s"), (13.4, "20s"), (20.0, "20s"), (61.0, "2m"), (1e5, "28h")] {
+            assert_eq!(at_least(seconds), text);
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Messages as JSON, and what a render says of its noise.
+
+use crate::sandbox::{Ended, Sandbox, TINY};
+use serde_json::Value;
+
+/// The lines of JSON on standard error.
+fn lines(ended: &Ended) -> Vec<Value> {
+    let parse = |line| serde_json::from_str(line).unwrap_or_else(|error| panic!("{error}: {ended:?}"));
+    ended.stderr.lines().map(parse).collect()
+}
+
+#[test]
+fn every_error_is_json_where_that_is_asked_for() {
+    let sandbox = Sandbox::new();
+    let cases: &[(&[&str], &str)] = &[
+        (&["render", "cornell", "--width", "0", "--log-format", "json"], "--width: \"0\" is not"),
+        (&["render", "--log-format=json", "cornell", "--widht", "3"], "there is no option --widht"),
+        (&["render", "--log-format", "json"], "<SCENE> is missing"),
+        (&["resume", "--log-format=json"], "<FILE> is missing"),
+        (&["render", "cornel", "--log-format", "json"], "there is no scene \"cornel\""),
+        (&["render", "cornell", "-o", "no/a.png", "--log-format", "json"], "--output: no/a.png"),
+        (&["resume", "no.sppm", "--log-format", "json"], "no.sppm: there is no such file"),
+    ];
+    for (args, words) in cases {
+        let ended = sandbox.run(*args);
+        assert_eq!(ended.code, Some(2), "{ended:?}");
+        let [line] = &lines(&ended)[..] else { panic!("{ended:?}") };
+        assert_eq!((&line["level"], &line["exit_code"]), (&"ERROR".into(), &2.into()), "{line}");
+        assert!(line["message"].as_str().unwrap().starts_with(words), "{line}");
+    }
+    // For people, the label stays.
+    sandbox
+        .run(["render", "cornell", "--width", "0", "--log-format", "text"])
+        .refused(&["--width: \"0\" is not"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interruption_is_json_too() {
+    use crate::running::{LONG, Running};
+    let sandbox = Sandbox::new();
+    let running = Running::start(&mut sandbox.command(LONG.iter().chain(&["--log-format=json"])));
+    running.send(rustix::process::Signal::TERM);
+    let ended = running.end();
+    let last = lines(&ended).pop().unwrap();
+    assert_eq!((&last["exit_code"], &last["signal"]), (&143.into(), &"SIGTERM".into()), "{last}");
+    assert!(last["message"].as_str().unwrap().starts_with("wrote cornell.png after "), "{last}");
+}
+
+#[test]
+fn a_noisy_image_is_told_with_what_to_do() {
+    let sandbox = Sandbox::new();
+    let size = ["--width=64", "--height=48", "--photons=2000"];
+    let ended = sandbox.run(["render", "cornell", "-n=4"].iter().chain(&size));
+    ended.said_one_line(
+        "wrote cornell.png: 4 iterations in ",
+        &["; it is noisy, with an error of about 0.", "`--time "],
+    );
+    let (_, rest) = ended.stderr.split_once("`--time ").unwrap();
+    let (time, _) = rest.split_once('`').unwrap();
+    assert!(time.ends_with(['s', 'm', 'h']), "{ended:?}");
+    // Sky is not noisy, and an error that was asked for is enough.
+    sandbox.write("sky.toml", SKY);
+    let smooth = sandbox.run(["render", "sky.toml", "-n=4"].iter().chain(&size));
+    assert!(smooth.code == Some(0) && !smooth.stderr.contains("noisy"), "{smooth:?}");
+    let asked = sandbox.run(["render", "cornell", "--until-error=0.5"].iter().chain(&size));
+    assert!(asked.code == Some(0) && !asked.stderr.contains("noisy"), "{asked:?}");
+    // One iteration cannot be compared with another.
+    let one = sandbox.render(&["cornell", "-o", "one.png", "--quiet"]);
+    assert_eq!(one.stderr, "");
+    let args = ["render", "cornell", "-n=1"].iter().chain(&TINY[..4]);
+    assert!(!sandbox.run(args).stderr.contains("noisy"));
+}
+
+/// Nothing but sky.
+const SKY: &str = "
+background = [1, 1, 1]
+camera = { eye = [0, 0, 10], direction = [0, 0, 1], vertical_fov_degrees = 40 }
+[[sphere]]
+center = [0, 0, 0]
+radius = 2
+material = { type = \"diffuse\", albedo = [1, 1, 1] }
+";
