@@ -107,6 +107,7 @@ impl Engine for PathTracer<'_> {
 
     fn iterate_unless(&mut self, stop: &Stop) -> bool {
         let start = Instant::now();
+        stop.meter().begin(self.samples.len() as u64);
         // Samples are added only when all are complete, so that an iteration can be abandoned.
         let Some(segments) = self.sample(stop) else { return false };
         let per_job = self.parameters.pixels_per_job as usize;

@@ -40,9 +40,11 @@ impl PathWorkers {
                 return None;
             }
             let mut batch = self.0.take(PathBatch::new);
+            let pixels = samples.len() as u64;
             let (first, at_once) = (job * per_job, plan.pixels_per_batch);
             let segments = dispatch(lanes, PathJob { pass, batch: &mut batch, at_once, first, samples });
             self.0.put(batch);
+            stop.meter().advance(pixels);
             Some(segments)
         });
         segments.sum()
