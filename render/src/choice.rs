@@ -1,50 +1,65 @@
-//! The choice of an engine, with the fast engine's lanes and free parameters.
+//! The choice of a method and an engine, with the fast engine's lanes and free parameters.
 
 use crate::error::{Error, Field, Problem};
-use crate::names::{EngineName, LanesName, available_lanes};
+use crate::names::{EngineName, LanesName, MethodName, Renderer, available_lanes};
 use crate::profile::Profile;
 use fast::{LaneKind, Parameters, Parts};
-use reference::PathTracer;
 use scene::text::list;
 use scene::{Resumable, Scene};
 use std::path::Path;
 
-/// An engine, with lanes and free parameters if it is the fast engine.
+/// A method and an engine, with lanes and free parameters if it is the fast engine.
 #[derive(Clone, Copy, Debug)]
 pub struct EngineChoice {
-    name: EngineName,
+    renderer: Renderer,
+    /// The field that chose the method, for messages.
+    method_field: Field,
     lanes: LaneKind,
     parameters: Parameters,
 }
 
 impl Default for EngineChoice {
-    /// The fast engine on the widest lanes.
+    /// Photon mapping by the fast engine on the widest lanes.
     fn default() -> Self {
-        Self { name: EngineName::Fast, lanes: LaneKind::best(), parameters: Parameters::default() }
+        Self {
+            renderer: Renderer::default(),
+            method_field: Field::Method,
+            lanes: LaneKind::best(),
+            parameters: Parameters::default(),
+        }
     }
 }
 
 impl EngineChoice {
-    /// The engine `name`, on `lanes` or else on the widest lanes.
+    /// The `renderer`, on `lanes` or else on the widest lanes. A method alone is by the fast engine, and an engine alone is
+    /// for photon mapping.
     ///
     /// # Errors
     /// If `lanes` are given for an engine without lanes, or if the processor does not support them.
-    pub fn new(name: EngineName, lanes: Option<LanesName>) -> Result<Self, Error> {
+    pub fn new(renderer: impl Into<Renderer>, lanes: Option<LanesName>) -> Result<Self, Error> {
+        let renderer = renderer.into();
         let kind = lanes.map_or_else(LaneKind::best, LanesName::kind);
         match lanes {
-            Some(_) if name != EngineName::Fast => Err(only_fast_has(Field::Lanes, name, "lanes")),
+            Some(_) if renderer.engine != EngineName::Fast => {
+                Err(only_fast_has(Field::Lanes, renderer.engine, "lanes"))
+            }
             Some(lanes) if !kind.is_available() => Err(lacking(lanes)),
-            _ => Ok(Self { name, lanes: kind, parameters: Parameters::default() }),
+            _ => Ok(Self { renderer, lanes: kind, ..Self::default() }),
         }
     }
 
-    /// The engine `name` with the free parameters in the file `profile`, on `lanes` or else on those of the profile.
+    /// The `renderer` with the free parameters in the file `profile`, on `lanes` or else on those of the profile.
     ///
     /// # Errors
     /// If the file is not a valid profile, if the engine has no free parameters, or as [`Self::new`].
-    pub fn with_profile(name: EngineName, lanes: Option<LanesName>, profile: &Path) -> Result<Self, Error> {
-        if name != EngineName::Fast {
-            return Err(only_fast_has(Field::Profile, name, "free parameters"));
+    pub fn with_profile(
+        renderer: impl Into<Renderer>,
+        lanes: Option<LanesName>,
+        profile: &Path,
+    ) -> Result<Self, Error> {
+        let renderer = renderer.into();
+        if renderer.engine != EngineName::Fast {
+            return Err(only_fast_has(Field::Profile, renderer.engine, "free parameters"));
         }
         let Profile { parameters, lanes: usual } = Profile::read(profile)?;
         let told = |error: Error| {
@@ -52,20 +67,42 @@ impl EngineChoice {
             Error::input(Field::Profile, said.join(error.problem()))
         };
         let chosen = match lanes {
-            Some(_) => Self::new(name, lanes)?,
-            None => Self::new(name, usual).map_err(told)?,
+            Some(_) => Self::new(renderer, lanes)?,
+            None => Self::new(renderer, usual).map_err(told)?,
         };
         Ok(Self { parameters, ..chosen })
     }
 
+    /// The same, with messages that name the field `engine` where it was that which chose the method: by `path`, its name
+    /// of earlier versions.
+    #[must_use]
+    pub fn method_by_engine(self) -> Self {
+        Self { method_field: Field::Engine, ..self }
+    }
+
+    /// The field that chose the method.
+    pub(crate) fn method_field(self) -> Field {
+        self.method_field
+    }
+
+    /// The method and the engine.
+    pub fn renderer(self) -> Renderer {
+        self.renderer
+    }
+
+    /// The method.
+    pub fn method(self) -> MethodName {
+        self.renderer.method
+    }
+
     /// The name of the engine.
     pub fn name(self) -> EngineName {
-        self.name
+        self.renderer.engine
     }
 
     /// The lanes that it runs on; `None` if it has none.
     pub fn lanes(self) -> Option<LanesName> {
-        (self.name == EngineName::Fast).then(|| self.lanes.into())
+        (self.name() == EngineName::Fast).then(|| self.lanes.into())
     }
 
     /// The lanes that the fast engine would run on.
@@ -78,22 +115,30 @@ impl EngineChoice {
         &self.parameters
     }
 
-    /// A new render of `scene` with the scene's settings. The fast engine holds at most about `deposits` deposits at a
-    /// time, and reuses the `parts` of an earlier render.
+    /// A new render of `scene` with the scene's settings. The fast engine, for photon mapping, holds at most about `deposits`
+    /// deposits at a time, and reuses the `parts` of an earlier render.
     pub(crate) fn start(self, scene: &Scene, deposits: u32, parts: Parts) -> Started<'_> {
         let settings = &scene.settings;
-        match self.name {
-            EngineName::Fast => {
+        match (self.method(), self.name()) {
+            (MethodName::Sppm, EngineName::Fast) => {
                 let engine = fast::Sppm::with_parts(scene, settings, self.lanes, &self.parameters, parts);
                 Started::Fast(Box::new(engine.deposits_at_once(deposits)))
             }
-            EngineName::Reference => Started::Other(Box::new(reference::Sppm::new(scene, settings))),
-            EngineName::Path => Started::Other(Box::new(PathTracer::new(scene, settings))),
+            (MethodName::Sppm, EngineName::Reference) => {
+                Started::Other(Box::new(reference::Sppm::new(scene, settings)))
+            }
+            (MethodName::Path, EngineName::Fast) => {
+                let engine = fast::PathTracer::with_parameters(scene, settings, self.lanes, &self.parameters);
+                Started::Other(Box::new(engine))
+            }
+            (MethodName::Path, EngineName::Reference) => {
+                Started::Other(Box::new(reference::PathTracer::new(scene, settings)))
+            }
         }
     }
 }
 
-/// A started engine. The fast engine has its own variant, because its parts can be reused.
+/// A started engine. The fast engine for photon mapping has its own variant, because its parts can be reused.
 pub(crate) enum Started<'a> {
     Fast(Box<fast::Sppm<'a>>),
     Other(Box<dyn Resumable + 'a>),
@@ -146,9 +191,13 @@ mod tests {
             assert!(EngineChoice::new(EngineName::Reference, Some(lanes)).is_err());
             assert!(EngineChoice::new(EngineName::Fast, Some(lanes)).unwrap().lanes().is_some());
         }
-        assert_eq!(EngineChoice::new(EngineName::Path, None).unwrap().lanes(), None);
-        let usual = EngineChoice::new(EngineName::Fast, None).unwrap();
-        assert_eq!(usual.lanes(), Some(LaneKind::best().into()));
+        for method in MethodName::ALL {
+            let usual = EngineChoice::new(method, None).unwrap();
+            assert_eq!(usual.lanes(), Some(LaneKind::best().into()));
+            let reference = Renderer { method, engine: EngineName::Reference };
+            assert_eq!(EngineChoice::new(reference, None).unwrap().lanes(), None);
+            assert!(EngineChoice::new(reference, Some(LanesName::Auto)).is_err());
+        }
     }
 
     #[test]

@@ -23,6 +23,8 @@ pub enum Field {
     Scene,
     /// A setting, by its name in scene files.
     Setting(&'static str),
+    /// The method.
+    Method,
     /// `engine`.
     Engine,
     /// The vectors of the fast engine.
@@ -59,6 +61,7 @@ impl Field {
         match self {
             Self::Scene => "scene",
             Self::Setting(name) => name,
+            Self::Method => "method",
             Self::Engine => "engine",
             Self::Lanes => "lanes",
             Self::Profile => "profile",

@@ -4,7 +4,6 @@ use crate::choice::EngineChoice;
 use crate::error::{Error, Field};
 use crate::goals::Goals;
 use crate::made::Repeated;
-use crate::names::EngineName;
 use crate::outputs::Outputs;
 use crate::save::{Note, Save};
 use crate::warm::Warm;
@@ -82,11 +81,9 @@ impl Job {
         let lock = Lock::take(file).map_err(|error| bad(error.to_string()))?;
         let loaded = store.load().map_err(|error| bad(error.to_string()))?.ok_or_else(missing)?;
         let note = Note::of(&loaded);
-        let sums = loaded.checkpoint.account.sums;
-        let usual = note.engine.filter(|engine| engine.sums() == sums).unwrap_or(EngineName::of(sums));
         let scene = loaded.checkpoint.scene.clone();
         Ok(Self {
-            engine: EngineChoice::new(usual, None)?,
+            engine: EngineChoice::new(note.renderer_of(loaded.checkpoint.account.sums), None)?,
             goals: Goals { time: None, error: note.until_error },
             save: Some(Save { path: file.to_owned(), every: note.every, keep: note.keep }),
             outputs: Outputs::noted(&note, file),
@@ -106,7 +103,7 @@ impl Job {
     /// If `file` has no metadata, or if the scene is a different one or is needed and not given.
     pub fn like(file: &Path, scene: Option<Scene>) -> Result<Self, Error> {
         let bad = |what: &str| Err(Error::named(Field::Like, format_args!("{}: {what}", file.display())));
-        let Repeated { scene: own, digest, settings, engine, exposure } = Repeated::read(file)?;
+        let Repeated { scene: own, digest, settings, renderer, exposure } = Repeated::read(file)?;
         let Some(scene) = scene.or(own) else {
             return bad("its scene is too large to stand in it; name the scene too");
         };
@@ -114,7 +111,7 @@ impl Job {
             return bad("the scene is another than the one that made it");
         }
         Ok(Self {
-            engine: EngineChoice::new(engine, None)?,
+            engine: EngineChoice::new(renderer, None)?,
             outputs: Outputs { exposure, ..Outputs::default() },
             inputs: vec![(Field::Like, file.to_owned())],
             ..Self::new(Scene { settings, ..scene })

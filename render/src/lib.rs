@@ -57,7 +57,7 @@ pub use goals::Goals;
 pub use job::Job;
 pub use made::Made;
 pub use metadata::Metadata;
-pub use names::{EngineName, LanesName, available_lanes};
+pub use names::{EngineName, LanesName, MethodName, Renderer, available_lanes};
 pub use observer::{Notice, Observer};
 pub use outcome::{End, Outcome, Saved, Unwritten};
 pub use outputs::{Outputs, is_exposed};

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Field};
 use crate::metadata::Metadata;
-use crate::names::EngineName;
+use crate::names::Renderer;
 use crate::save::Note;
 use files::checkpoint::{Loaded, Store};
 use files::{image_file, scene_file};
@@ -64,7 +64,7 @@ pub(crate) struct Repeated {
     pub(crate) scene: Option<Scene>,
     pub(crate) digest: String,
     pub(crate) settings: Settings,
-    pub(crate) engine: EngineName,
+    pub(crate) renderer: Renderer,
     pub(crate) exposure: Option<f32>,
 }
 
@@ -74,19 +74,19 @@ impl Repeated {
         let bad = |problem: String| Error::input(Field::Like, format!("{}: {problem}", path.display()));
         match Made::read(path)? {
             Made::Image(metadata) => {
-                let Metadata { scene_file, scene_digest, settings, engine, exposure, .. } = metadata;
+                let Metadata { scene_file, scene_digest, settings, renderer, exposure, .. } = metadata;
                 let parsed = scene_file.map(|text| scene_file::parse("scene", &text)).transpose();
                 let scene = parsed.map_err(|error| bad(format!("its scene cannot be used: {error}")))?;
                 settings.validate().map_err(|error| bad(error.to_string()))?;
-                Ok(Self { scene, digest: scene_digest, settings, engine, exposure })
+                Ok(Self { scene, digest: scene_digest, settings, renderer, exposure })
             }
             Made::Checkpoint(loaded) => {
                 let note = Note::of(&loaded);
                 let checkpoint = loaded.checkpoint;
                 let (settings, digest) = (checkpoint.scene.settings, checkpoint.account.scene);
-                let engine = note.engine.unwrap_or(EngineName::of(checkpoint.account.sums));
+                let renderer = note.renderer_of(checkpoint.account.sums);
                 let scene = Some(checkpoint.scene);
-                Ok(Self { scene, digest, settings, engine, exposure: note.exposure })
+                Ok(Self { scene, digest, settings, renderer, exposure: note.exposure })
             }
         }
     }

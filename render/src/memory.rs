@@ -2,7 +2,7 @@
 
 use crate::choice::EngineChoice;
 use crate::error::{Error, Field};
-use crate::names::EngineName;
+use crate::names::{EngineName, MethodName};
 use scene::Scene;
 use scene::settings::BYTES_PER_PIXEL;
 use scene::text::mebibytes;
@@ -14,7 +14,7 @@ const BYTES_OF_PROCESS: u64 = 16 << 20;
 const BYTES_PER_WRITTEN_COLUMN: u64 = 1 << 10;
 /// Memory per pixel for the estimate of the error: the earlier image and the current one.
 const BYTES_PER_PAST_PIXEL: u64 = 24;
-/// Memory per pixel of the path tracer: sums and samples.
+/// Memory per pixel of the reference's path tracer: sums and samples.
 const BYTES_PER_TRACED_PIXEL: u64 = 36;
 /// Memory per sphere: in the scene, twice if it moves, and in the still.
 const BYTES_PER_SPHERE: u64 = 128;
@@ -85,12 +85,13 @@ impl Need {
 fn bytes(engine: EngineChoice, scene: &Scene, threads: usize, has_past: bool, deposits: u32) -> u64 {
     let (settings, spheres) = (&scene.settings, scene.spheres.len());
     let pixels = settings.pixels() as u64;
-    let of_engine = match engine.name() {
-        EngineName::Fast => {
+    let of_engine = match (engine.method(), engine.name()) {
+        (MethodName::Sppm, EngineName::Fast) => {
             fast::Sppm::bytes_at_most(settings, spheres, threads, deposits, engine.parameters())
         }
-        EngineName::Reference => pixels * BYTES_PER_PIXEL,
-        EngineName::Path => pixels * BYTES_PER_TRACED_PIXEL,
+        (MethodName::Sppm, EngineName::Reference) => pixels * BYTES_PER_PIXEL,
+        (MethodName::Path, EngineName::Fast) => fast::PathTracer::bytes_at_most(settings, spheres, threads),
+        (MethodName::Path, EngineName::Reference) => pixels * BYTES_PER_TRACED_PIXEL,
     };
     let past = if has_past { BYTES_PER_PAST_PIXEL } else { 0 };
     of_engine

@@ -2,7 +2,7 @@
 //!
 //! It contains no times and no names of machines or files, so that the same render always writes the same bytes.
 
-use crate::names::{EngineName, LanesName};
+use crate::names::{LanesName, Renderer};
 use files::scene_file;
 use scene::{Scene, Settings};
 use serde::{Deserialize, Serialize};
@@ -24,8 +24,9 @@ pub struct Metadata {
     pub settings: Settings,
     /// Photons emitted in all iterations; 0 for the path tracer.
     pub photons: u64,
-    /// The engine.
-    pub engine: EngineName,
+    /// The method and the engine.
+    #[serde(flatten)]
+    pub renderer: Renderer,
     /// The lanes that it ran on, if it has any.
     pub lanes: Option<LanesName>,
     /// Exposure in stops, if one was given.
@@ -78,6 +79,7 @@ fn ascii(json: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::names::MethodName;
 
     #[test]
     fn notes_are_ascii_and_read_back() {
@@ -88,7 +90,7 @@ mod tests {
             scene_digest: scene_file::digest(&scene),
             settings: Settings { initial_radius: 0.1, seed: u64::MAX, ..scene.settings },
             photons: 3,
-            engine: EngineName::Fast,
+            renderer: Renderer::default(),
             lanes: Some(LanesName::Emulated),
             exposure: Some(-0.1),
             estimated_error: None,
@@ -98,6 +100,10 @@ mod tests {
         assert!(note.bytes().all(|b| (b' '..0x7f).contains(&b)));
         assert_eq!(Metadata::from_note(&note), Some(metadata));
         assert_eq!(Metadata::from_note("{}"), None);
+        // Earlier versions had three engines, and no methods.
+        let old = note.replace(r#""method":"sppm","engine":"fast""#, r#""engine":"path""#);
+        assert_ne!(old, note);
+        assert_eq!(Metadata::from_note(&old).map(|old| old.renderer), Some(MethodName::Path.into()));
     }
 
     #[test]

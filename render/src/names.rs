@@ -1,21 +1,85 @@
-//! The names of engines and lanes, in files and on the command line.
+//! The names of methods, engines and lanes, in files and on the command line.
 
 use fast::LaneKind;
 use scene::Sums;
-use scene::text::list;
 use serde::{Deserialize, Serialize};
 
-/// The name of an engine.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// The name of a method: an algorithm, which defines the image.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "snake_case")]
+pub enum MethodName {
+    /// Stochastic progressive photon mapping: converges everywhere, caustics included
+    #[default]
+    Sppm,
+    /// Path tracing: ground truth without bias, noisy where there are caustics; iterations are samples per pixel
+    Path,
+}
+
+/// The name of an engine: an implementation. Both give the same image, bit for bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum EngineName {
-    /// Stochastic progressive photon mapping on vectors and all threads: the reference's image, bit for bit
+    /// On vectors
+    #[default]
     Fast,
-    /// Stochastic progressive photon mapping in plain scalar code: the definition of the image
+    /// In plain scalar code: the definition of the image
     Reference,
-    /// A path tracer: ground truth without bias, noisy where there are caustics; iterations are samples per pixel
+}
+
+/// A method, and the engine that renders by it.
+///
+/// Files of earlier versions have no method: their engine `path` is read as the method of that name, by the fast engine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "Recorded")]
+pub struct Renderer {
+    /// The method.
+    pub method: MethodName,
+    /// The engine.
+    pub engine: EngineName,
+}
+
+/// A [`Renderer`] as files have it.
+#[derive(Deserialize)]
+struct Recorded {
+    #[serde(default)]
+    method: MethodName,
+    engine: RecordedEngine,
+}
+
+/// The name of an engine as files have it.
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum RecordedEngine {
+    Fast,
+    Reference,
+    /// As files of earlier versions have it.
     Path,
+}
+
+impl From<Recorded> for Renderer {
+    fn from(recorded: Recorded) -> Self {
+        match recorded.engine {
+            RecordedEngine::Fast => Self { method: recorded.method, engine: EngineName::Fast },
+            RecordedEngine::Reference => Self { method: recorded.method, engine: EngineName::Reference },
+            RecordedEngine::Path => MethodName::Path.into(),
+        }
+    }
+}
+
+/// Photon mapping by this engine.
+impl From<EngineName> for Renderer {
+    fn from(engine: EngineName) -> Self {
+        Self { engine, ..Self::default() }
+    }
+}
+
+/// This method by the fast engine.
+impl From<MethodName> for Renderer {
+    fn from(method: MethodName) -> Self {
+        Self { method, ..Self::default() }
+    }
 }
 
 /// The name of the lanes that the fast engine runs on.
@@ -33,43 +97,49 @@ pub enum LanesName {
     Emulated,
 }
 
-impl EngineName {
-    /// All engines.
-    pub const ALL: [Self; 3] = [Self::Fast, Self::Reference, Self::Path];
+impl MethodName {
+    /// All methods.
+    pub const ALL: [Self; 2] = [Self::Sppm, Self::Path];
 
-    /// Whether the engine traces photons, so that there are radii and photon counts.
+    /// Whether photons are traced, so that there are radii and photon counts.
     pub fn has_photons(self) -> bool {
-        match self {
-            Self::Fast | Self::Reference => true,
-            Self::Path => false,
-        }
+        self.sums() == Sums::Photons
     }
 
-    /// The default engine to resume `sums`.
+    /// The method that keeps `sums`.
     pub fn of(sums: Sums) -> Self {
         match sums {
-            Sums::Photons => Self::Fast,
+            Sums::Photons => Self::Sppm,
             Sums::Paths => Self::Path,
         }
     }
 
-    /// The names of all engines that can resume `sums`, as a list for messages.
-    pub fn all_of(sums: Sums) -> String {
-        let names = Self::ALL.iter().filter(|engine| engine.sums() == sums).map(|engine| engine.name());
-        list(&names.collect::<Vec<_>>())
+    /// The kind of sums that the method keeps for each pixel.
+    pub fn sums(self) -> Sums {
+        match self {
+            Self::Sppm => Sums::Photons,
+            Self::Path => Sums::Paths,
+        }
     }
 
-    /// The kind of sums that the engine keeps for each pixel.
-    pub fn sums(self) -> Sums {
-        if self.has_photons() { Sums::Photons } else { Sums::Paths }
+    /// The name, in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sppm => "sppm",
+            Self::Path => "path",
+        }
     }
+}
+
+impl EngineName {
+    /// All engines.
+    pub const ALL: [Self; 2] = [Self::Fast, Self::Reference];
 
     /// The name, in files and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Fast => "fast",
             Self::Reference => "reference",
-            Self::Path => "path",
         }
     }
 }
@@ -112,4 +182,32 @@ impl From<LaneKind> for LanesName {
 /// The kinds of lanes that this processor supports, starting with the emulated ones.
 pub fn available_lanes() -> impl Iterator<Item = LaneKind> {
     LaneKind::ALL.into_iter().filter(|kind| kind.is_available())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn renderers_are_read_as_this_and_earlier_versions_write_them() {
+        let read = |text: &str| serde_json::from_str::<Renderer>(text).ok();
+        for method in MethodName::ALL {
+            for engine in EngineName::ALL {
+                let renderer = Renderer { method, engine };
+                assert_eq!(read(&serde_json::to_string(&renderer).unwrap()), Some(renderer));
+            }
+        }
+        assert_eq!(read(r#"{"engine": "fast"}"#), Some(EngineName::Fast.into()));
+        assert_eq!(read(r#"{"engine": "reference"}"#), Some(EngineName::Reference.into()));
+        assert_eq!(read(r#"{"engine": "path"}"#), Some(MethodName::Path.into()));
+        assert_eq!(read(r#"{"engine": "gpu"}"#), None);
+        assert_eq!(read(r#"{"method": "path"}"#), None);
+    }
+
+    #[test]
+    fn each_kind_of_sums_has_its_method() {
+        for method in MethodName::ALL {
+            assert_eq!(MethodName::of(method.sums()), method);
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! The interface through which a front end follows a render.
 
-use crate::names::{EngineName, LanesName};
+use crate::names::{LanesName, Renderer};
 use crate::step::Step;
 use files::atomic_file::FileError;
 use scene::{Resumable, Settings};
@@ -42,8 +42,8 @@ pub enum Notice {
         scene: String,
         /// The settings.
         settings: Settings,
-        /// The engine.
-        engine: EngineName,
+        /// The method and the engine.
+        renderer: Renderer,
         /// The lanes that it runs on, if it has any.
         lanes: Option<LanesName>,
         /// Number of threads.

@@ -1,7 +1,7 @@
 //! The output files of a render, and the checks that they can be written.
 
+use crate::choice::EngineChoice;
 use crate::error::{Error, Field, Problem};
-use crate::names::EngineName;
 use crate::stream::Stream;
 use files::image_file::{self, Format};
 use files::{atomic_file, paths};
@@ -64,7 +64,7 @@ impl Outputs {
 
     /// Checks that `engine` can produce all outputs, that they are different files and none of `inputs`, that they can
     /// be written, and that the exposure applies.
-    pub(crate) fn check(&self, engine: EngineName, inputs: &[(Field, PathBuf)]) -> Result<(), Error> {
+    pub(crate) fn check(&self, engine: EngineChoice, inputs: &[(Field, PathBuf)]) -> Result<(), Error> {
         self.check_engine(engine)?;
         let inputs: Vec<_> = inputs.iter().map(|(field, path)| (*field, path.as_path())).collect();
         let outputs: Vec<_> = self.files().map(|(content, path)| (content.field(), path)).collect();
@@ -84,13 +84,13 @@ impl Outputs {
         self.check_exposure()
     }
 
-    fn check_engine(&self, engine: EngineName) -> Result<(), Error> {
+    fn check_engine(&self, engine: EngineChoice) -> Result<(), Error> {
         let of_photons = |content| matches!(content, Content::Radius | Content::Count);
         match self.files().find(|(content, _)| of_photons(*content)) {
-            Some((content, _)) if !engine.has_photons() => {
+            Some((content, _)) if !engine.method().has_photons() => {
                 let field = content.field();
-                let problem = Problem::of(field).text(": ").field(Field::Engine);
-                let rest = format!(" {} has no photons; leave out one of the two", engine.name());
+                let problem = Problem::of(field).text(": ").field(engine.method_field());
+                let rest = format!(" {} has no photons; leave out one of the two", engine.method().name());
                 Err(Error::input(field, problem.text(rest)))
             }
             _ => Ok(()),

@@ -5,7 +5,7 @@ use crate::job::Job;
 use crate::keeper::Keeper;
 use crate::locks::lock;
 use crate::memory::Need;
-use crate::names::EngineName;
+use crate::names::{EngineName, MethodName};
 use crate::outputs::check_distinct;
 use crate::save::Note;
 use files::checkpoint::{Loaded, Store};
@@ -13,6 +13,7 @@ use files::lock::Lock;
 use files::{atomic_file, scene_file};
 use rayon::ThreadPool;
 use scene::Settings;
+use scene::text::list;
 use std::path::Path;
 
 /// A validated job with its resources.
@@ -37,7 +38,7 @@ pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     if let Some(from) = &job.from {
         check_resumed(&job, &digest, from)?;
     }
-    job.outputs.check(job.engine.name(), &job.inputs)?;
+    job.outputs.check(job.engine, &job.inputs)?;
     if job.from.is_none() {
         check_checkpoint(&job)?;
     }
@@ -72,11 +73,15 @@ fn check_resumed(job: &Job, digest: &str, from: &Loaded) -> Result<(), Error> {
         let problem = format!(" {asked}: {path} holds {done} already; ask for at least as many");
         return Err(Error::input(field, Problem::of(field).text(problem)));
     }
-    let (name, sums) = (job.engine.name(), account.sums);
-    if name.sums() != sums {
-        let others = EngineName::all_of(sums);
-        let problem = format!(" {}: {path} is of {sums}, and goes on by {others} alone", name.name());
-        return Err(Error::input(Field::Engine, Problem::of(Field::Engine).text(problem)));
+    let (method, field, sums) = (job.engine.method(), job.engine.method_field(), account.sums);
+    if method.sums() != sums {
+        let others = if field == Field::Engine {
+            list(&EngineName::ALL.map(EngineName::name))
+        } else {
+            MethodName::of(sums).name().to_owned()
+        };
+        let problem = format!(" {}: {path} is of {sums}, and goes on by {others} alone", method.name());
+        return Err(Error::input(field, Problem::of(field).text(problem)));
     }
     match difference(job, digest, from) {
         Some(what) => {
@@ -94,7 +99,7 @@ fn difference(job: &Job, digest: &str, loaded: &Loaded) -> Option<String> {
     if digest != there.account.scene {
         return Some(format!("another scene, {}", there.scene.name));
     }
-    if there.account.sums != job.engine.name().sums() {
+    if there.account.sums != job.engine.method().sums() {
         return Some(there.account.sums.to_string());
     }
     let settings = Settings { iterations, ..there.scene.settings };
@@ -144,7 +149,7 @@ fn found(job: &Job, digest: &str) -> Result<Option<Loaded>, Error> {
 fn keeper(job: &Job, digest: &str, from: Option<&Loaded>) -> Result<Option<Keeper>, Error> {
     let Some(save) = &job.save else { return Ok(None) };
     let mut note = Note {
-        engine: Some(job.engine.name()),
+        renderer: Some(job.engine.renderer()),
         until_error: job.goals.error,
         every: save.every,
         keep: save.keep,
@@ -154,7 +159,7 @@ fn keeper(job: &Job, digest: &str, from: Option<&Loaded>) -> Result<Option<Keepe
     let keeper = Keeper::new(save.clone(), digest, &note, from);
     if save.keep {
         // Two generations, and a third while it is being written.
-        let sums = job.engine.name().sums();
+        let sums = job.engine.method().sums();
         let bytes = 3 * keeper.bytes(&job.scene, sums, job.goals.error.is_some());
         let room = atomic_file::check_room(&save.path, bytes);
         room.map_err(|error| Error::named(Field::Checkpoint, error))?;

@@ -1,6 +1,6 @@
 //! The report of a render, which `--stats` writes as JSON: settings, seconds per pass, and counted work.
 
-use crate::names::{EngineName, LanesName};
+use crate::names::{LanesName, Renderer};
 use scene::{Settings, Stats};
 use serde::Serialize;
 use std::io::{self, Write};
@@ -12,8 +12,9 @@ pub struct Report {
     pub version: &'static str,
     /// The scene's own name.
     pub scene: String,
-    /// The engine.
-    pub engine: EngineName,
+    /// The method and the engine.
+    #[serde(flatten)]
+    pub renderer: Renderer,
     /// The lanes that it ran on, if it has any.
     pub lanes: Option<LanesName>,
     /// Number of threads.

@@ -1,9 +1,10 @@
 //! Where and how often checkpoints are written, and the note that they contain.
 
-use crate::names::EngineName;
+use crate::names::{MethodName, Renderer};
 use crate::outputs::Outputs;
 use files::checkpoint::Loaded;
 use files::paths::around;
+use scene::Sums;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -47,8 +48,9 @@ impl Default for Every {
 /// name, so that they can be moved together with it; others by absolute path.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Note {
-    /// The engine that rendered last.
-    pub engine: Option<EngineName>,
+    /// The method, and the engine that rendered last.
+    #[serde(flatten)]
+    pub renderer: Option<Renderer>,
     /// The image.
     pub image: Option<PathBuf>,
     /// Exposure of the image, in stops.
@@ -73,6 +75,12 @@ impl Note {
     /// The note in a checkpoint; the default if it cannot be parsed.
     pub fn of(loaded: &Loaded) -> Self {
         serde_json::from_str(&loaded.checkpoint.note).unwrap_or_default()
+    }
+
+    /// What renders a checkpoint with this note and `sums`: by the noted engine, if one is noted.
+    pub fn renderer_of(&self, sums: Sums) -> Renderer {
+        let method = MethodName::of(sums);
+        self.renderer.filter(|renderer| renderer.method == method).unwrap_or(method.into())
     }
 }
 
@@ -122,6 +130,26 @@ impl Outputs {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::names::EngineName;
+
+    #[test]
+    fn notes_of_earlier_versions_are_read() {
+        let note = Note { exposure: Some(2.0), renderer: Some(MethodName::Path.into()), ..Note::default() };
+        let text = serde_json::to_string(&note).unwrap();
+        let renderer = |old: &str, sums| {
+            let old = text.replace(r#""method":"path","engine":"fast""#, old);
+            let read: Note = serde_json::from_str(&old).unwrap();
+            assert_eq!(read.exposure, note.exposure, "{old}");
+            read.renderer_of(sums)
+        };
+        let (fast, reference) = (EngineName::Fast.into(), EngineName::Reference.into());
+        assert_eq!(renderer(r#""engine":"path""#, Sums::Paths), MethodName::Path.into());
+        assert_eq!(renderer(r#""engine":"reference""#, Sums::Photons), reference);
+        assert_eq!(renderer(r#""engine":null"#, Sums::Photons), fast);
+        assert_eq!(renderer(r#""engine":null"#, Sums::Paths), MethodName::Path.into());
+        // Sums decide, whatever the note says.
+        assert_eq!(renderer(r#""method":"path","engine":"fast""#, Sums::Photons), fast);
+    }
 
     #[test]
     fn files_move_with_their_checkpoint() {

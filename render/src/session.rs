@@ -125,7 +125,7 @@ impl Session<'_> {
         self.observer.notice(&Notice::Begun {
             scene: self.scene.name.clone(),
             settings: self.scene.settings,
-            engine: self.job.engine.name(),
+            renderer: self.job.engine.renderer(),
             lanes: self.job.engine.lanes(),
             threads: self.threads,
             bytes_at_most: self.bytes_at_most,
@@ -248,7 +248,7 @@ impl Session<'_> {
             scene_digest: self.digest.clone(),
             settings,
             photons: if engine.has_photons() { photons } else { 0 },
-            engine: job.engine.name(),
+            renderer: job.engine.renderer(),
             lanes: job.engine.lanes(),
             exposure: self.writer.outputs().exposure,
             estimated_error: self.estimate.error,
@@ -293,7 +293,7 @@ impl Session<'_> {
         Report {
             version: env!("CARGO_PKG_VERSION"),
             scene: self.scene.name.clone(),
-            engine: job.engine.name(),
+            renderer: job.engine.renderer(),
             lanes: job.engine.lanes(),
             threads: self.threads,
             settings: *engine.settings(),

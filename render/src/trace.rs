@@ -37,7 +37,7 @@ pub fn trace(engine: EngineChoice, still: &Still, rays: &[Ray]) -> Vec<(f32, Sph
                 let mut next = || met.next().flatten().map_or(MISS, |met| (met.t, met.sphere, met.normal));
                 rays.iter().map(|ray| if is_near(ray) { next() } else { one_by_one(ray) }).collect()
             }
-            EngineName::Reference | EngineName::Path => rays.iter().map(one_by_one).collect(),
+            EngineName::Reference => rays.iter().map(one_by_one).collect(),
         };
         rays.iter().zip(met).map(|(ray, met)| answer(still, ray, met)).collect()
     };

@@ -1,8 +1,9 @@
-//! Options for the engine and the machine: lanes, profile, threads, memory. The image does not depend on the machine.
+//! Options for method, engine and machine: lanes, profile, threads, memory. The image depends on the method alone.
 
 use super::values::{bytes, whole};
-use clap::{Args as ClapArgs, ValueHint};
-use render::{EngineChoice, EngineName, Error, LanesName};
+use crate::terminal::error::Error;
+use clap::{Args as ClapArgs, ValueEnum, ValueHint};
+use render::{EngineChoice, EngineName, LanesName, MethodName, Renderer};
 use std::path::PathBuf;
 
 /// A larger number of threads is taken for a typing error.
@@ -17,13 +18,29 @@ pub(crate) struct MachineArgs {
     pub threads: Option<usize>,
 }
 
-/// The engine, and what the image does not depend on.
+/// How `--engine` may be given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Engine {
+    /// On vectors: the reference's image, bit for bit
+    Fast,
+    /// In plain scalar code: the definition of the image
+    Reference,
+    /// The same as `--method path --engine fast`
+    Path,
+}
+
+/// The method, the engine, and what else the image does not depend on.
 #[derive(Debug, Default, ClapArgs)]
 #[command(next_help_heading = "Machine")]
 pub(crate) struct EngineArgs {
-    /// How to render [default: fast, or the engine recorded in the resumed or repeated file]
+    /// How to render [default: sppm, or the method recorded in the resumed or repeated file]
+    #[arg(long, value_enum, help_heading = "Method")]
+    pub method: Option<MethodName>,
+
+    /// The code that renders; the image does not depend on it [default: fast, or the engine recorded in the resumed or
+    /// repeated file]
     #[arg(long, value_enum)]
-    pub engine: Option<EngineName>,
+    pub engine: Option<Engine>,
 
     /// The vectors that the fast engine runs on; the image does not depend on it [default: auto]
     #[arg(long, value_enum, value_name = "LANES")]
@@ -46,12 +63,60 @@ pub(crate) struct EngineArgs {
 }
 
 impl EngineArgs {
-    /// The engine given on the command line, else the `usual` one.
-    pub(crate) fn choose(&self, usual: EngineName) -> Result<EngineChoice, Error> {
-        let name = self.engine.unwrap_or(usual);
-        match &self.profile {
-            Some(profile) => EngineChoice::with_profile(name, self.lanes, profile),
-            None => EngineChoice::new(name, self.lanes),
+    /// The method and the engine given on the command line, else the `usual` ones.
+    pub(crate) fn choose(&self, usual: Renderer) -> Result<EngineChoice, Error> {
+        let method = self.method.unwrap_or(usual.method);
+        let renderer = match self.engine {
+            None => Renderer { method, ..usual },
+            Some(Engine::Fast) => Renderer { method, engine: EngineName::Fast },
+            Some(Engine::Reference) => Renderer { method, engine: EngineName::Reference },
+            Some(Engine::Path) => self.by_path()?,
+        };
+        let chosen = match &self.profile {
+            Some(profile) => EngineChoice::with_profile(renderer, self.lanes, profile)?,
+            None => EngineChoice::new(renderer, self.lanes)?,
+        };
+        Ok(if self.method.is_none() && self.engine == Some(Engine::Path) {
+            chosen.method_by_engine()
+        } else {
+            chosen
+        })
+    }
+
+    /// What `--engine path` means.
+    fn by_path(&self) -> Result<Renderer, Error> {
+        if self.method == Some(MethodName::Sppm) {
+            let problem =
+                "--engine path means --method path: --method sppm is another; leave out one of the two";
+            return Err(Error::BadInput(problem.into()));
         }
+        Ok(MethodName::Path.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chosen(method: Option<MethodName>, engine: Option<Engine>, usual: Renderer) -> Option<Renderer> {
+        let args = EngineArgs { method, engine, ..EngineArgs::default() };
+        args.choose(usual).ok().map(EngineChoice::renderer)
+    }
+
+    #[test]
+    fn method_and_engine_are_two_options_and_the_old_name_of_the_path_tracer_is_both() {
+        let (sppm, path) = (MethodName::Sppm, MethodName::Path);
+        let by = |method, engine| Some(Renderer { method, engine });
+        let usual = Renderer { method: path, engine: EngineName::Reference };
+        assert_eq!(chosen(None, None, usual), Some(usual));
+        assert_eq!(chosen(Some(sppm), None, usual), by(sppm, EngineName::Reference));
+        assert_eq!(chosen(None, Some(Engine::Fast), usual), by(path, EngineName::Fast));
+        assert_eq!(chosen(Some(sppm), Some(Engine::Fast), usual), by(sppm, EngineName::Fast));
+        let usual = Renderer::default();
+        assert_eq!(chosen(None, Some(Engine::Reference), usual), by(sppm, EngineName::Reference));
+        assert_eq!(chosen(Some(path), None, usual), by(path, EngineName::Fast));
+        assert_eq!(chosen(None, Some(Engine::Path), usual), by(path, EngineName::Fast));
+        assert_eq!(chosen(Some(path), Some(Engine::Path), usual), by(path, EngineName::Fast));
+        assert_eq!(chosen(Some(sppm), Some(Engine::Path), usual), None);
     }
 }

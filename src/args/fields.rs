@@ -21,6 +21,7 @@ fn name(field: Field) -> std::borrow::Cow<'static, str> {
         Field::Setting("max_depth") => "--depth".into(),
         Field::Setting("initial_radius") => "--radius".into(),
         Field::Setting(name) => format!("--{name}").into(),
+        Field::Method => "--method".into(),
         Field::Engine => "--engine".into(),
         Field::Lanes => "--lanes".into(),
         Field::Profile => "--profile".into(),

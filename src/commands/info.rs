@@ -7,7 +7,7 @@ use clap::{Args as ClapArgs, ValueHint};
 use files::checkpoint::Loaded;
 use files::image_file::{self, ImageReader};
 use files::scene_file;
-use render::{EngineName, LanesName, Made, Metadata, Note};
+use render::{LanesName, Made, Metadata, Note, Renderer};
 use scene::settings::MAX_ITERATIONS;
 use scene::text::one_line;
 use scene::{Filter, RowReader, Settings};
@@ -49,7 +49,8 @@ struct Info {
     /// Whole iterations done; `settings.iterations` is the number asked for.
     iterations: u32,
     photons: u64,
-    engine: EngineName,
+    #[serde(flatten)]
+    renderer: Renderer,
     lanes: Option<LanesName>,
     exposure: Option<f32>,
     estimated_error: Option<f64>,
@@ -135,7 +136,7 @@ fn of_image(metadata: Metadata) -> Info {
         settings: metadata.settings,
         iterations: metadata.settings.iterations,
         photons: metadata.photons,
-        engine: metadata.engine,
+        renderer: metadata.renderer,
         lanes: metadata.lanes,
         exposure: metadata.exposure,
         estimated_error: metadata.estimated_error,
@@ -157,7 +158,7 @@ fn of_checkpoint(loaded: &Loaded, has_scene_file: bool) -> Info {
         settings: checkpoint.scene.settings,
         iterations: account.iterations,
         photons: account.stats.photons,
-        engine: note.engine.unwrap_or(EngineName::of(account.sums)),
+        renderer: note.renderer_of(account.sums),
         lanes: None,
         exposure: note.exposure,
         estimated_error: None,
@@ -198,7 +199,8 @@ impl Info {
             ("radius", initial_radius.to_string()),
             ("seed", seed.to_string()),
             ("filter", if filter == Filter::Box { String::new() } else { filter.to_string() }),
-            ("engine", format!("{}{lanes}", self.engine.name())),
+            ("method", self.renderer.method.name().into()),
+            ("engine", format!("{}{lanes}", self.renderer.engine.name())),
             ("exposure", optional(self.exposure.map(|stops| format!("{stops} stops")))),
             ("error", optional(self.estimated_error.map(|error| format!("about {error:.3e}, relative")))),
         ];

@@ -9,7 +9,7 @@ use crate::args::scene::{self, SourceArgs};
 use crate::args::settings::SettingsArgs;
 use crate::terminal::error::Error;
 use crate::terminal::logs;
-use ::render::{EngineName, Field, Goals, Job};
+use ::render::{Field, Goals, Job, Renderer};
 use ::scene::Settings;
 use clap::Args as ClapArgs;
 use std::path::PathBuf;
@@ -48,7 +48,7 @@ Examples:
   sppm render cornell
   sppm render mirror -o mirror.exr --width 1024 --height 768 --iterations 200
   sppm render surgery --depth 64 --radius 1 --photons 1000000 --stats surgery.json
-  sppm render cornell --engine path --iterations 1024 -o truth.exr
+  sppm render cornell --method path --iterations 1024 -o truth.exr
   sppm render surgery --time 10m --until-error 0.02
   sppm render --like mirror.exr -o again.exr
   sppm render - -o exr:- < mine.toml > mine.exr
@@ -66,7 +66,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     let settings = args.settings.apply(&job.scene.settings)?;
     let iterations = job.goals.iterations(args.settings.iterations, settings.iterations);
     job.scene.settings = Settings { iterations, ..settings };
-    let usual = if args.source.like.is_some() { job.engine.name() } else { EngineName::Fast };
+    let usual = if args.source.like.is_some() { job.engine.renderer() } else { Renderer::default() };
     job.engine = args.engine.choose(usual)?;
     job.inputs.extend(args.engine.profile.clone().map(|path| (Field::Profile, path)));
     job.outputs = args.outputs.or(job.outputs, image)?;

@@ -64,7 +64,7 @@ pub(crate) fn run(args: &ResumeArgs) -> Result<(), Error> {
     drop(busy);
     job.goals = args.goals.or(job.goals);
     job.scene.settings.iterations = iterations(args, &job);
-    job.engine = args.engine.choose(job.engine.name())?;
+    job.engine = args.engine.choose(job.engine.renderer())?;
     if let (Some(every), Some(save)) = (args.every, &mut job.save) {
         save.every = every;
     }

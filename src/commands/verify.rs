@@ -10,7 +10,7 @@ use clap::{Args, ValueHint};
 use compare::planes;
 use fast::Parameters;
 use rayon::ThreadPool;
-use render::{LanesName, Profile, available_lanes, cores, pool};
+use render::{LanesName, MethodName, Profile, available_lanes, cores, pool};
 use scene::text::counted;
 use scene::{Engine, Scene, Settings};
 use std::path::PathBuf;
@@ -19,8 +19,8 @@ use std::path::PathBuf;
 ///
 /// Renders the scene by the reference and by the fast engine, this on every kind of lanes that the processor has, on
 /// one thread and on several (--threads, or else one per core and at least 2), and compares direct light, photon
-/// count, radius and image of every pixel after every iteration. The reference with other cells of its hash grid is
-/// compared too. On no bit may they differ; exits with 1 and names iteration, pass and pixel of the first difference
+/// count, radius and image of every pixel after every iteration; of the path tracers, the image. For photon mapping the
+/// reference with other cells of its hash grid is compared too. On no bit may they differ; exits with 1 and names iteration, pass and pixel of the first difference
 /// if there is one.
 ///
 /// The reference is plain code and takes seconds for an iteration at full size; a small image is as good a test.
@@ -29,6 +29,10 @@ use std::path::PathBuf;
 pub(crate) struct VerifyArgs {
     #[command(flatten)]
     scene: SceneArg,
+
+    /// The method whose engines are compared
+    #[arg(long, value_enum, default_value = "sppm", help_heading = "Method")]
+    method: MethodName,
 
     /// Have the fast engine go by the free parameters of this profile, which `sppm tune` wrote, on all lanes
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Machine")]
@@ -65,11 +69,14 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Error> {
         counts.into_iter().map(|threads| pool(Some(threads))).collect::<Result<_, _>>()?;
     let profile = args.profile.as_deref().map(Profile::read).transpose()?;
     let parameters = profile.unwrap_or_default().parameters;
-    let mut variants = variants(&opened.scene, &settings, &pools, &parameters);
-    let verdict = verdict(&opened.scene.name, &settings, &variants);
-    let mut reference = reference::Sppm::new(&opened.scene, &settings);
+    let mut variants = variants(args.method, &opened.scene, &settings, &pools, &parameters);
+    let verdict = verdict(args.method, (&opened.scene.name, &settings), &variants);
+    let mut reference: Box<dyn Engine> = match args.method {
+        MethodName::Sppm => Box::new(reference::Sppm::new(&opened.scene, &settings)),
+        MethodName::Path => Box::new(reference::PathTracer::new(&opened.scene, &settings)),
+    };
     let progress = Bar::of(settings.iterations, "iterations");
-    let difference = first_difference(&mut reference, &mut variants, settings.iterations, &progress);
+    let difference = first_difference(&mut *reference, &mut variants, settings.iterations, &progress);
     progress.clear();
     match difference {
         Some(difference) => Err(Error::Failed(difference)),
@@ -79,6 +86,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Error> {
 
 /// All renders to compare with the reference.
 fn variants<'a>(
+    method: MethodName,
     scene: &'a Scene,
     settings: &Settings,
     pools: &'a [ThreadPool],
@@ -88,10 +96,15 @@ fn variants<'a>(
     let fast = available_lanes().flat_map(|lanes| pools.iter().map(move |pool| (lanes, pool)));
     let fast = fast.map(|(lanes, pool)| Variant {
         label: format!("fast on {} lanes and {}", LanesName::from(lanes).name(), on(pool)),
-        engine: Box::new(fast::Sppm::with_parameters(scene, settings, lanes, parameters)),
+        engine: match method {
+            MethodName::Sppm => Box::new(fast::Sppm::with_parameters(scene, settings, lanes, parameters)),
+            MethodName::Path => {
+                Box::new(fast::PathTracer::with_parameters(scene, settings, lanes, parameters))
+            }
+        },
         pool,
     });
-    let other_grid = pools.first().map(|pool| Variant {
+    let other_grid = pools.first().filter(|_| method == MethodName::Sppm).map(|pool| Variant {
         label: format!("the reference with grid cells of {OTHER_CELL_SIZE} radii"),
         engine: Box::new(reference::Sppm::with_cell_size(scene, settings, OTHER_CELL_SIZE)),
         pool,
@@ -99,13 +112,17 @@ fn variants<'a>(
     fast.chain(other_grid).collect()
 }
 
-fn verdict(scene: &str, settings: &Settings, variants: &[Variant]) -> String {
+fn verdict(method: MethodName, (scene, settings): (&str, &Settings), variants: &[Variant]) -> String {
+    let planes = match method {
+        MethodName::Sppm => "direct light, count, radius and image",
+        MethodName::Path => "the path tracer's image",
+    };
     let Settings { width, height, iterations, .. } = settings;
     let iterations = counted(*iterations, "iteration");
     let labels: Vec<&str> = variants.iter().map(|v| &v.label[..]).collect();
     let labels = labels.join("\n  ");
     format!(
-        "{scene}: identical in every bit of direct light, count, radius and image, {width} x {height} pixels, after \
+        "{scene}: identical in every bit of {planes}, {width} x {height} pixels, after \
          each of {iterations}:\n  the reference\n  {labels}\n"
     )
 }

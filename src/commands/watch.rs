@@ -150,7 +150,7 @@ impl Drop for Watch {
 }
 
 fn tell_beginning(notice: &Notice) {
-    let Notice::Begun { scene, settings, engine, lanes, threads, bytes_at_most } = notice else { return };
+    let Notice::Begun { scene, settings, renderer, lanes, threads, bytes_at_most } = notice else { return };
     let Settings {
         width,
         height,
@@ -173,9 +173,10 @@ fn tell_beginning(notice: &Notice) {
     debug!(
         bytes_at_most,
         "{scene}: {width} x {height} pixels, {iterations}, {} each, depth {max_depth}, radius {initial_radius}, seed \
-         {seed}{filter}; engine {}{lanes}, {}; up to {}",
+         {seed}{filter}; method {}, engine {}{lanes}, {}; up to {}",
         counted(*photons_per_iteration, "photon"),
-        engine.name(),
+        renderer.method.name(),
+        renderer.engine.name(),
         counted(*threads as u64, "thread"),
         mebibytes(*bytes_at_most),
     );

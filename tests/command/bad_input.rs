@@ -142,6 +142,7 @@ fn options() {
         (&["verify", "cornell", "--lanes", "avx2"], &["no option --lanes"]),
         (&["render", "cornell", "-q", "-v"], &["--quiet", "--verbose", "one of them"]),
         (&["render", "cornell", "--quiet=yes"], &["--quiet"]),
+        (&["render", "cornell", "--method", "gpu"], &["--method: \"gpu\"", "sppm and path"]),
         (&["verify", "cornell", "--engine", "path"], &["no option --engine"]),
         (&["verify", "cornell", "-o", "a.png"], &["no option -o"]),
         (&["completions", "klingon"], &["\"klingon\"", "bash", "zsh"]),
@@ -192,8 +193,16 @@ fn contradictions() {
             &["--radius-image", "--engine path has no photons"],
         ),
         (
-            &["render", "cornell", "--engine", "path", "--lanes", "auto"],
-            &["--lanes", "--engine path has no lanes", "only fast"],
+            &["render", "cornell", "--method", "path", "--engine", "reference", "--lanes", "auto"],
+            &["--lanes", "--engine reference has no lanes", "only fast"],
+        ),
+        (
+            &["render", "cornell", "--method", "path", "--radius-image", "r.exr"],
+            &["--radius-image", "--method path has no photons"],
+        ),
+        (
+            &["render", "cornell", "--method", "sppm", "--engine", "path"],
+            &["--engine path means --method path", "--method sppm", "leave out one"],
         ),
         (
             &["render", "cornell", "--engine", "path", "--count-image", "c.exr"],

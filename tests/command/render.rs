@@ -39,9 +39,9 @@ fn every_scene_renders_to_something() {
 #[test]
 fn same_seed_same_bytes_whatever_the_threads() {
     let sandbox = Sandbox::new();
-    for engine in ["fast", "reference", "path"] {
+    for engine in ["--engine=fast", "--engine=reference", "--method=path", "--engine=path"] {
         let render = |out, threads, seed| {
-            sandbox.render(&["cornell", "--engine", engine, "-o", out, "--threads", threads, "--seed", seed]);
+            sandbox.render(&["cornell", engine, "-o", out, "--threads", threads, "--seed", seed]);
             sandbox.bytes(out)
         };
         let first = render("a.exr", "1", "7");
@@ -69,6 +69,34 @@ fn fast_is_the_default_and_equals_the_reference_on_all_lanes() {
         let name = format!("{kind:?}").to_lowercase();
         let (image, _, lanes) = render(&["--engine", "fast", "--lanes", &name]);
         assert!(image == expected && lanes == name, "{name}");
+    }
+}
+
+#[test]
+fn the_path_tracers_are_equal_on_all_lanes_and_keep_their_old_name() {
+    let sandbox = Sandbox::new();
+    let render = |args: &[&str]| {
+        sandbox.render(&[&["cornell", "-o", "a.exr", "--stats", "s.json"], args].concat());
+        let stats = sandbox.json("s.json");
+        let info = sandbox.run(["info", "a.exr"]).stdout;
+        assert_eq!(stats["method"], "path");
+        let engine = stats["engine"].as_str().unwrap();
+        assert!(
+            info.contains("method     path\n") && info.contains(&format!("engine     {engine}")),
+            "{info}"
+        );
+        (sandbox.image("a.exr"), engine.to_owned(), sandbox.bytes("a.exr"))
+    };
+    let (expected, engine, _) = render(&["--method", "path", "--engine", "reference"]);
+    assert_eq!(engine, "reference");
+    let (image, engine, bytes) = render(&["--method", "path"]);
+    assert!(image == expected && engine == "fast");
+    let (_, _, old) = render(&["--engine", "path"]);
+    assert!(old == bytes, "the old name makes another file");
+    for kind in fast::LaneKind::ALL.into_iter().filter(|kind| kind.is_available()) {
+        let lanes = format!("{kind:?}").to_lowercase();
+        let (image, _, _) = render(&["--method", "path", "--lanes", &lanes]);
+        assert!(image == expected, "{lanes}");
     }
 }
 
@@ -119,9 +147,13 @@ fn quiet_says_nothing_and_verbose_says_more() {
     assert_eq!(verbose.stdout, "");
     let lines: Vec<&str> = verbose.stderr.lines().collect();
     assert_eq!(lines.len(), 3, "{lines:?}");
-    for words in
-        ["16 x 12 pixels", "2 iterations", "500 photons each", "engine fast on ", " lanes, 2 threads"]
-    {
+    for words in [
+        "16 x 12 pixels",
+        "2 iterations",
+        "500 photons each",
+        "method sppm, engine fast on ",
+        " lanes, 2 threads",
+    ] {
         assert!(lines[0].contains(words), "no {words:?} in {lines:?}");
     }
     assert!(lines[1].contains("photon pass") && lines[1].ends_with(" KiB"), "{lines:?}");

@@ -32,7 +32,7 @@ pub(crate) struct Running {
 impl Running {
     /// Starts `command`, one of [`LONG`], and returns once it renders.
     pub(crate) fn start(command: &mut Command) -> Self {
-        Self::start_saying(command, "engine path")
+        Self::start_saying(command, "method path")
     }
 
     /// Starts `command`, whose first line contains `words`, and returns once it renders.

@@ -89,7 +89,7 @@ fn an_interrupted_render_goes_to_standard_output_and_is_resumed_to_it() {
     let sandbox = Sandbox::new();
     let out = File::create(sandbox.path("first")).unwrap();
     let mut command = sandbox.command(LONG.iter().chain(&["-o", "pfm:-", "--checkpoint=a.sppm"]));
-    let running = Running::start_writing(&mut command, out.into(), "engine path");
+    let running = Running::start_writing(&mut command, out.into(), "method path");
     running.send(Signal::INT);
     let ended = running.end();
     assert_eq!(ended.code, Some(130), "{ended:?}");

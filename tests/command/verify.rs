@@ -27,6 +27,17 @@ fn identical_engines_are_reported_for_all_lanes_and_threads() {
 }
 
 #[test]
+fn the_path_tracers_are_compared_too() {
+    let ended =
+        Sandbox::new().run(["verify", "motion", "--method", "path", "--threads", "2"].iter().chain(&TINY));
+    assert_eq!((ended.code, ended.stderr.as_str()), (Some(0), ""));
+    let kinds = fast::LaneKind::ALL.into_iter().filter(|kind| kind.is_available()).count();
+    assert_eq!(ended.stdout.matches("fast on ").count(), 2 * kinds, "{ended:?}");
+    assert!(ended.stdout.contains("bit of the path tracer's image"), "{ended:?}");
+    assert!(!ended.stdout.contains("grid cells"), "{ended:?}");
+}
+
+#[test]
 fn one_thread_is_run_once() {
     let ended = Sandbox::new().run(["verify", "cornell", "--threads", "1"].iter().chain(&TINY));
     assert_eq!(ended.code, Some(0), "{ended:?}");

@@ -3,7 +3,6 @@
 use crate::cases::tell;
 use fast::LaneKind;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use reference::PathTracer;
 use scene::state::transfer;
 use scene::{Film, Probe, Resumable, Rgb, Scene, Settings, Stop};
 use std::thread;
@@ -14,7 +13,8 @@ use std::time::Duration;
 enum Way {
     Reference,
     Fast { lanes: LaneKind, threads: usize, deposits_at_once: u32, long_join: u64 },
-    Paths { threads: usize },
+    ReferencePaths { threads: usize },
+    FastPaths { lanes: LaneKind, threads: usize },
 }
 
 impl Way {
@@ -25,13 +25,17 @@ impl Way {
                 let engine = fast::Sppm::with_lanes(scene, settings, lanes);
                 Box::new(engine.deposits_at_once(deposits_at_once).long_join(long_join))
             }
-            Self::Paths { .. } => Box::new(PathTracer::new(scene, settings)),
+            Self::ReferencePaths { .. } => Box::new(reference::PathTracer::new(scene, settings)),
+            Self::FastPaths { lanes, .. } => Box::new(fast::PathTracer::with_lanes(scene, settings, lanes)),
         }
     }
 
     fn pool(self) -> ThreadPool {
-        let (Self::Fast { threads, .. } | Self::Paths { threads }) = self else {
-            return ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        let threads = match self {
+            Self::Reference => 1,
+            Self::Fast { threads, .. }
+            | Self::ReferencePaths { threads }
+            | Self::FastPaths { threads, .. } => threads,
         };
         ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
     }
@@ -51,6 +55,13 @@ fn photon_ways() -> Vec<Way> {
         })
     });
     [Way::Reference].into_iter().chain(fast).collect()
+}
+
+/// Path tracing by the reference and by fast, on one to three threads.
+fn path_ways() -> Vec<Way> {
+    let lanes = LaneKind::ALL.into_iter().filter(|lanes| lanes.is_available());
+    let fast = lanes.flat_map(|lanes| [1, 2].map(|threads| Way::FastPaths { lanes, threads }));
+    [1, 3].map(|threads| Way::ReferencePaths { threads }).into_iter().chain(fast).collect()
 }
 
 fn scenes() -> Vec<(Scene, Settings)> {
@@ -138,12 +149,11 @@ fn whole(way: Way, scene: &Scene, settings: &Settings) -> Vec<(u32, Vec<u32>)> {
     all
 }
 
-#[test]
-fn any_engine_resumes_from_any_other() {
+/// Expects each of the `ways` to resume what any other has begun; returns the number of pairs.
+fn check_all(ways: &[Way]) -> usize {
     let mut pairs = 0;
     for (scene, settings) in scenes() {
-        let expected = whole(Way::Reference, &scene, &settings);
-        let ways = photon_ways();
+        let expected = whole(ways[0], &scene, &settings);
         for (i, &first) in ways.iter().enumerate() {
             for &second in &ways[i..] {
                 check(&scene, &settings, [first, second], &expected);
@@ -152,17 +162,17 @@ fn any_engine_resumes_from_any_other() {
             }
         }
     }
-    tell("equality", pairs, "renders begun by one engine and ended by another");
+    pairs
 }
 
 #[test]
-fn the_path_tracer_resumes_from_itself() {
-    for (scene, settings) in scenes() {
-        let [one, three] = [1, 3].map(|threads| Way::Paths { threads });
-        let expected = whole(one, &scene, &settings);
-        check(&scene, &settings, [one, three], &expected);
-        check(&scene, &settings, [three, one], &expected);
-    }
+fn any_engine_resumes_from_any_other() {
+    tell("equality", check_all(&photon_ways()), "renders begun by one engine and ended by another");
+}
+
+#[test]
+fn any_path_tracer_resumes_from_any_other() {
+    tell("equality", check_all(&path_ways()), "renders begun by one path tracer and ended by another");
 }
 
 /// Stops each iteration after longer and longer times, from its first microseconds on, until it completes.
@@ -171,7 +181,7 @@ fn an_abandoned_iteration_changes_nothing() {
     let (scene, settings) = (files::builtin::scene("cornell").unwrap(), Settings::default());
     let settings =
         Settings { width: 96, height: 64, photons_per_iteration: 20_000, iterations: 2, ..settings };
-    for way in photon_ways().into_iter().chain([Way::Paths { threads: 2 }]) {
+    for way in [photon_ways(), path_ways()].concat() {
         let expected = whole(way, &scene, &settings);
         let mut engine = way.start(&scene, &settings);
         let pool = way.pool();
@@ -207,7 +217,9 @@ fn an_abandoned_iteration_changes_nothing() {
 
 fn photons(way: Way, settings: &Settings) -> u64 {
     match way {
-        Way::Paths { .. } => 0,
-        _ => u64::from(settings.iterations) * u64::from(settings.photons_per_iteration),
+        Way::ReferencePaths { .. } | Way::FastPaths { .. } => 0,
+        Way::Reference | Way::Fast { .. } => {
+            u64::from(settings.iterations) * u64::from(settings.photons_per_iteration)
+        }
     }
 }

@@ -13,6 +13,7 @@ mod engines;
 mod kernels;
 mod pair;
 mod parameters;
+mod paths;
 mod placement;
 mod radii;
 mod random_scenes;

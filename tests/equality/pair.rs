@@ -5,7 +5,7 @@ use crate::difference::Outcome;
 use fast::{LaneKind, Parameters};
 use proptest::test_runner::Config;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use scene::{Engine, Scene, Settings, Stats};
+use scene::{Engine, Film, Scene, Settings, Stats};
 use std::sync::OnceLock;
 
 /// The largest number of threads in the tests.
@@ -66,13 +66,38 @@ pub(crate) fn assert_equal(scene: &Scene, settings: &Settings, ways: &[Way]) -> 
     }
 }
 
+/// As [`assert_equal`], by the path tracers.
+pub(crate) fn assert_equal_paths(scene: &Scene, settings: &Settings, ways: &[Way]) -> usize {
+    match compare_paths(scene, settings, ways) {
+        Ok(_) => ways.len(),
+        Err(difference) => panic!("{}, {settings:?}, paths: {difference}", scene.name),
+    }
+}
+
 /// Runs the reference and all `ways`, and compares them after each iteration. Returns the reference's statistics, or
 /// describes the first difference.
 pub(crate) fn compare(scene: &Scene, settings: &Settings, ways: &[Way]) -> Result<Stats, String> {
+    let others = ways.iter().map(|way| (*way, start(scene, settings, *way))).collect();
+    let reference = run_side_by_side(reference::Sppm::new(scene, settings), others)?;
+    Ok(*reference.stats())
+}
+
+/// The same for the path tracers. Returns the reference's image.
+pub(crate) fn compare_paths(scene: &Scene, settings: &Settings, ways: &[Way]) -> Result<Film, String> {
+    let start = |way: &Way| fast::PathTracer::with_parameters(scene, settings, way.lanes, &way.parameters);
+    let others = ways.iter().map(|way| (*way, start(way))).collect();
+    let reference = run_side_by_side(reference::PathTracer::new(scene, settings), others)?;
+    Ok(reference.develop())
+}
+
+/// Runs all iterations of the reference and of the others, and compares them after each. Returns the reference, or
+/// describes the first difference.
+fn run_side_by_side<R: Engine, F: Engine + Send>(
+    mut reference: R,
+    mut others: Vec<(Way, F)>,
+) -> Result<R, String> {
+    let settings = *reference.settings();
     settings.validate().unwrap();
-    let mut reference = reference::Sppm::new(scene, settings);
-    let mut others: Vec<(Way, fast::Sppm)> =
-        ways.iter().map(|way| (*way, start(scene, settings, *way))).collect();
     for iteration in 0..settings.iterations {
         reference.iterate();
         let expected = Outcome::of(&reference);
@@ -86,7 +111,7 @@ pub(crate) fn compare(scene: &Scene, settings: &Settings, ways: &[Way]) -> Resul
             }
         }
     }
-    Ok(*reference.stats())
+    Ok(reference)
 }
 
 fn start<'a>(scene: &'a Scene, settings: &Settings, way: Way) -> fast::Sppm<'a> {

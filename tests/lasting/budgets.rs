@@ -104,19 +104,20 @@ fn a_memory_limit_is_kept_or_rejected() {
 #[cfg(target_os = "linux")]
 #[test]
 fn memory_stays_within_the_bound() {
-    for engine in ["fast", "reference", "path"] {
+    let all = [["sppm", "fast"], ["sppm", "reference"], ["path", "fast"], ["path", "reference"]];
+    for [method, engine] in all {
         for size in [
             ["--width=300", "--height=200", "--photons=1000"],
             ["--width=64", "--height=64", "--photons=150000"],
         ] {
             let sandbox = Sandbox::new();
-            let args =
-                ["render", "cornell", "-o", "a.exr", "--iterations=3", "--stats=s.json", "--engine", engine];
+            let files = ["render", "cornell", "-o", "a.exr", "--iterations=3", "--stats=s.json"];
+            let args = [&files[..], &["--method", method, "--engine", engine]].concat();
             assert_eq!(sandbox.run(args.iter().chain(&size)).code, Some(0));
             let stats = sandbox.json("s.json");
             let (told, held) =
                 (stats["bytes_at_most"].as_u64().unwrap(), stats["peak_bytes"].as_u64().unwrap());
-            assert!(held <= told, "{engine} {size:?}: held {held} bytes, told {told}");
+            assert!(held <= told, "{method} {engine} {size:?}: held {held} bytes, told {told}");
         }
     }
 }

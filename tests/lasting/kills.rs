@@ -33,13 +33,13 @@ fn between(numbers: &mut Stream, low: u32, high: u32) -> u32 {
 /// Random options for engine, lanes and threads, on which the image does not depend.
 fn way(numbers: &mut Stream, is_path: bool) -> Vec<String> {
     let threads = format!("--threads={}", between(numbers, 1, 4));
+    let method = if is_path { "--method=path" } else { "--method=sppm" };
     let lanes: Vec<_> = LaneKind::ALL.into_iter().filter(|kind| kind.is_available()).collect();
     match between(numbers, 0, 4) {
-        _ if is_path => vec![threads, "--engine=path".into()],
-        0 => vec![threads, "--engine=reference".into()],
+        0 => vec![threads, method.into(), "--engine=reference".into()],
         _ => {
             let lanes = format!("{:?}", choose(numbers, &lanes)).to_lowercase();
-            vec![threads, "--engine=fast".into(), format!("--lanes={lanes}")]
+            vec![threads, method.into(), "--engine=fast".into(), format!("--lanes={lanes}")]
         }
     }
 }

@@ -41,6 +41,21 @@ fn iterations_are_added_to_a_finished_render() {
 }
 
 #[test]
+fn paths_are_resumed_by_either_engine() {
+    let engines = ["--engine=fast", "--engine=reference"];
+    for (first, then) in [(0, 1), (1, 0)].map(|(first, then)| (engines[first], engines[then])) {
+        let sandbox = Sandbox::new();
+        render(&sandbox, &["-o", "whole.pfm", "--method=path", "--iterations=5"]);
+        let begun = ["-o", "a.pfm", "--checkpoint=a.sppm", "--method=path", "--iterations=3"];
+        render(&sandbox, &[&begun[..], &[first]].concat());
+        resume(&sandbox, &["--iterations=4", then]);
+        // By the engine that rendered last.
+        resume(&sandbox, &["--iterations=5"]);
+        assert_eq!(sandbox.image("a.pfm"), sandbox.image("whole.pfm"), "{first}, then {then}");
+    }
+}
+
+#[test]
 fn a_resumed_file_is_the_uninterrupted_file() {
     let sandbox = kept();
     let ended = resume(&sandbox, &["--iterations=9"]);
@@ -110,6 +125,10 @@ fn other_renders_are_not_overwritten() {
         (&["resume", "whole.exr"], &["whole.exr: is no checkpoint"]),
         (&["resume", "a.sppm", "--iterations=3"], &["--iterations 3", "holds 4 already"]),
         (&["resume", "a.sppm", "--engine=path"], &["--engine path", "photon mapping", "fast and reference"]),
+        (
+            &["resume", "a.sppm", "--method=path"],
+            &["--method path", "photon mapping", "goes on by sppm alone"],
+        ),
         (&["resume", "a.sppm", "-o", "a.sppm"], &["--output", "also the checkpoint"]),
         (&["resume", "a.sppm", "--stats", "a.sppm"], &["--stats", "also the checkpoint"]),
         (&["resume", "a.sppm", "--time=0s"], &["--time", "10m"]),

@@ -23,7 +23,7 @@ fn the_field_at_fault_is_named() {
         job.engine = path_tracer();
         job.outputs.radius_image = Some("r.exr".into());
     });
-    let said = "radius_image: engine path has no photons; leave out one of the two";
+    let said = "radius_image: method path has no photons; leave out one of the two";
     assert_eq!(radius, (Field::RadiusImage, said.into()));
 
     let exposure = refused(|job| {

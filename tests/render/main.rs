@@ -8,7 +8,7 @@ mod lives;
 mod progress;
 mod trace;
 
-use render::{EngineChoice, EngineName, Job};
+use render::{EngineChoice, Job, MethodName};
 use scene::{Engine, Film, Scene, Settings};
 
 /// The scene `cornell` at a small size, with the given number of iterations.
@@ -37,5 +37,5 @@ fn endless() -> Job {
 
 /// The path tracer.
 fn path_tracer() -> EngineChoice {
-    EngineChoice::new(EngineName::Path, None).unwrap()
+    EngineChoice::new(MethodName::Path, None).unwrap()
 }

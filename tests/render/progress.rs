@@ -1,7 +1,7 @@
 //! How far an iteration is, and images that go to a stream.
 
 use crate::{endless, path_tracer, small};
-use render::{EngineChoice, EngineName, Job, Outputs, Stream};
+use render::{EngineChoice, EngineName, Job, MethodName, Outputs, Renderer, Stream};
 use scene::{Engine, Settings, Stop};
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex};
@@ -15,11 +15,12 @@ fn a_whole_iteration_is_all_of_its_work() {
         let settings = Settings { width, height, photons_per_iteration: photons, ..scene.settings };
         let fast = fast::Sppm::new(&scene, &settings);
         let rounds = fast::Sppm::new(&scene, &settings).deposits_at_once(500);
-        let engines: [Box<dyn Engine>; 4] = [
+        let engines: [Box<dyn Engine>; 5] = [
             Box::new(fast),
             Box::new(rounds),
             Box::new(reference::Sppm::new(&scene, &settings)),
             Box::new(reference::PathTracer::new(&scene, &settings)),
+            Box::new(fast::PathTracer::new(&scene, &settings)),
         ];
         for mut engine in engines {
             for _ in 0..2 {
@@ -36,9 +37,11 @@ fn a_whole_iteration_is_all_of_its_work() {
 
 #[test]
 fn a_running_render_tells_how_far_its_iteration_is() {
-    for engine in [EngineName::Fast, EngineName::Reference, EngineName::Path] {
+    let all =
+        MethodName::ALL.iter().flat_map(|&method| EngineName::ALL.map(|engine| Renderer { method, engine }));
+    for renderer in all {
         let mut job = endless();
-        job.engine = EngineChoice::new(engine, None).unwrap();
+        job.engine = EngineChoice::new(renderer, None).unwrap();
         let settings = &mut job.scene.settings;
         (settings.width, settings.height, settings.photons_per_iteration) = (2000, 1500, 100_000_000);
         let running = job.start(()).unwrap();
@@ -50,7 +53,7 @@ fn a_running_render_tells_how_far_its_iteration_is() {
             }
             steps += u32::from(share > last);
             last = share;
-            assert!(began.elapsed() < Duration::from_mins(2), "{engine:?} does not tell");
+            assert!(began.elapsed() < Duration::from_mins(2), "{renderer:?} does not tell");
             std::thread::sleep(Duration::from_millis(1));
         }
     }

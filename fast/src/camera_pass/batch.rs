@@ -1,19 +1,18 @@
 //! The camera paths of a batch of pixels.
 
-use super::filter::PixelFilter;
-use super::numbers::{Numbers, TileTable, dimension, gather};
+use super::eye::{Eye, EyeRays};
+use super::numbers::{Numbers, dimension, gather};
 use crate::direct_light::{LightTable, Receivers, ShadowNumbers, ShadowRays};
 use crate::hierarchy::SearchBuffers;
 use crate::material::{Materials, kind};
 use crate::paths::{Packet, Paths, ROOM, Vectors, Words};
-use crate::pixels::{PixelRows, PixelRowsLanes, TILE};
-use crate::sampling::{next_uniform, stream_state, uniform_disk, unit};
+use crate::pixels::{PixelRows, PixelRowsLanes};
+use crate::sampling::{next_uniform, stream_state};
 use crate::scatter::{dielectric, reflect};
 use crate::surface::{Hit, tag};
 use crate::tables::Tables;
 use crate::trace::{hits, intersect_batch};
 use lanes::{Lanes, MOST_LANES, V3};
-use scene::camera::Frame;
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, StreamKey};
 use scene::{Settings, Still, Vec3};
@@ -24,10 +23,7 @@ pub(crate) struct CameraPass<'a> {
     pub(crate) still: &'a Still<'a>,
     pub(crate) tables: &'a Tables,
     pub(crate) lights: &'a LightTable,
-    pub(crate) tiles: &'a TileTable,
-    pub(crate) frame: Frame,
-    /// `None` for the box.
-    pub(crate) filter: Option<&'a PixelFilter>,
+    pub(crate) eye: &'a Eye,
     pub(crate) settings: &'a Settings,
     pub(crate) iteration: u32,
 }
@@ -97,7 +93,7 @@ impl CameraPass<'_> {
         let mut counts = CameraCounts::default();
         batch.ended.count = 0;
         let key = (self.settings.seed, self.iteration);
-        batch.numbers.draw::<L>(self.tiles, key, first, rows.len());
+        batch.numbers.draw::<L>(&self.eye.tiles, key, first, rows.len());
         let mut live = self.make_rays::<L>(batch, first, rows.len());
         for segment in 0..self.settings.max_depth {
             if live == 0 {
@@ -125,39 +121,28 @@ impl CameraPass<'_> {
         if !L::any(needed) {
             return L::f(0.0);
         }
-        numbers.compute::<L>(self.tiles, self.iteration, d, p.slot)
+        numbers.compute::<L>(&self.eye.tiles, self.iteration, d, p.slot)
     }
 
     /// Makes the camera rays of the batch, except for slots outside of the image; returns their number.
     #[inline(always)]
     fn make_rays<L: Lanes>(&self, batch: &mut CameraBatch, first: usize, count: usize) -> usize {
-        let Settings { width, height, seed, .. } = *self.settings;
-        let key = StreamKey::new(seed, Family::Camera, self.iteration);
-        let tiles_across = width.div_ceil(8) as usize;
+        let key = StreamKey::new(self.settings.seed, Family::Camera, self.iteration);
         let mut live = 0;
         for at in (0..count).step_by(L::N) {
-            let tile = (first + at) / TILE;
-            let corner = ((tile % tiles_across) as u32 * 8, (tile / tiles_across) as u32 * 8);
-            let x = L::load_u(&self.tiles.x[at % TILE..]) + L::u(corner.0);
-            let y = L::load_u(&self.tiles.y[at % TILE..]) + L::u(corner.1);
-            let (xf, yf) = (L::to_float(x), L::to_float(y));
-            let in_image = L::lt(xf, L::f(width as f32)) & L::lt(yf, L::f(height as f32));
+            let pixels = self.eye.pixels::<L>(first + at);
             let in_pixel = batch.numbers.load_pair::<L>(dimension::PIXEL, at);
-            let (place, weight) = match self.filter {
-                Some(filter) => filter.place::<L>(in_pixel),
-                None => (in_pixel, L::f(1.0)),
-            };
             let lens = batch.numbers.load_pair::<L>(dimension::LENS, at);
-            let (origin, direction) = ray_through::<L>(&self.frame, xf + place[0], yf + place[1], lens);
+            let EyeRays { origin, direction, weight } = self.eye.rays(&pixels, in_pixel, lens);
             let packet = Packet {
                 origin,
                 direction,
                 weight: V3::new(weight, weight, weight),
                 leaves: L::u(NO_SPHERE),
-                stream: stream_state::<L>(key, y * L::u(width) + x),
+                stream: stream_state::<L>(key, pixels.index),
                 slot: L::u(at as u32) + L::iota(),
             };
-            live = batch.paths.append(live, in_image, &packet);
+            live = batch.paths.append(live, pixels.in_image, &packet);
             batch.direct.store(at, V3::<L>::splat(Vec3::ZERO));
         }
         live
@@ -295,23 +280,6 @@ fn end_the_rest<L: Lanes>(batch: &mut CameraBatch, live: usize) {
         let p = batch.paths.load::<L>(at);
         batch.ended.append(L::first(live - at), L::first(0), &surface, L::u(NO_SPHERE), &p);
     }
-}
-
-/// As `reference::camera_pass::ray_through`.
-#[inline(always)]
-pub(crate) fn ray_through<L: Lanes>(frame: &Frame, x: L::F, y: L::F, lens: [L::F; 2]) -> (V3<L>, V3<L>) {
-    let sx = (x - L::f(frame.half[0])) * L::f(frame.pixel);
-    let sy = (L::f(frame.half[1]) - y) * L::f(frame.pixel);
-    let (right, up) = (V3::<L>::splat(frame.right), V3::<L>::splat(frame.up));
-    let to_image = V3::splat(frame.forward) + right.scale(sx) + up.scale(sy);
-    let eye = V3::splat(frame.eye);
-    if frame.aperture_radius > 0.0 {
-        let aperture = L::f(frame.aperture_radius);
-        let (dx, dy) = uniform_disk::<L>(lens[0], lens[1]);
-        let offset = right.scale(dx * aperture) + up.scale(dy * aperture);
-        return (eye + offset, unit(to_image.scale(L::f(frame.focus_distance)) - offset));
-    }
-    (eye, unit(to_image))
 }
 
 impl Vectors {

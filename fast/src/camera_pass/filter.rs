@@ -4,7 +4,7 @@ use lanes::Lanes;
 use scene::filter::{Filter, PIECES, Table};
 
 /// The table of a filter, as words to gather from.
-pub(crate) struct PixelFilter {
+pub(super) struct PixelFilter {
     begins: Vec<u32>,
     lengths: Vec<u32>,
     weights: Vec<u32>,
@@ -12,7 +12,7 @@ pub(crate) struct PixelFilter {
 
 impl PixelFilter {
     /// `None` for the box.
-    pub(crate) fn new(filter: Filter) -> Option<Self> {
+    pub(super) fn new(filter: Filter) -> Option<Self> {
         let bits = |floats: &[f32]| floats.iter().map(|x| x.to_bits()).collect();
         let words = |table: Box<Table>| Self {
             begins: bits(&table.begins),
@@ -24,7 +24,7 @@ impl PixelFilter {
 
     /// As `scene::filter::Table::place`, along both axes: the place in the pixel, and what a sample there counts.
     #[inline(always)]
-    pub(crate) fn place<L: Lanes>(&self, [u, v]: [L::F; 2]) -> ([L::F; 2], L::F) {
+    pub(super) fn place<L: Lanes>(&self, [u, v]: [L::F; 2]) -> ([L::F; 2], L::F) {
         let ((x, weight_x), (y, weight_y)) = (self.along::<L>(u), self.along::<L>(v));
         ([x, y], weight_x * weight_y)
     }

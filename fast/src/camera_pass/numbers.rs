@@ -18,14 +18,14 @@ pub(super) mod dimension {
 }
 
 /// The Sobol digits of the pixels of a tile, and their coordinates within it: the same for all tiles and iterations.
-pub(crate) struct TileTable {
+pub(super) struct TileTable {
     digits: [[u32; TILE]; DIMENSIONS],
     pub(super) x: [u32; TILE],
     pub(super) y: [u32; TILE],
 }
 
 impl TileTable {
-    pub(crate) fn new() -> Self {
+    pub(super) fn new() -> Self {
         let mut table = Self { digits: [[0; TILE]; DIMENSIONS], x: [0; TILE], y: [0; TILE] };
         for (x, y) in (0..8).flat_map(|y| (0..8).map(move |x| (x, y))) {
             let place = morton(x, y) as usize;

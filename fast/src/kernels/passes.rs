@@ -1,7 +1,7 @@
 //! Camera pass, photon pass and direct light, with their results before the join.
 
 use super::join::{Cells, Occupancy, Photon, sorted_photons};
-use crate::camera_pass::{CameraBatch, CameraJob, CameraPass, PixelFilter, TileTable};
+use crate::camera_pass::{CameraBatch, CameraJob, CameraPass, Eye};
 use crate::direct_light::{LightTable, Receivers, ShadowNumbers, ShadowRays};
 use crate::hierarchy::SearchBuffers;
 use crate::join::{Binned, Chunks, Sorted};
@@ -42,14 +42,11 @@ pub fn camera_pass(
     lanes: LaneKind,
 ) -> (Vec<CameraSample>, u64, u64) {
     let mut rows = vec![PixelRows::NOTHING; slots(settings)];
-    let filter = PixelFilter::new(settings.filter);
     let pass = CameraPass {
         still,
         tables: &Tables::new(still),
         lights: &LightTable::new(still),
-        tiles: &TileTable::new(),
-        frame: scene.camera.frame(settings.width, settings.height),
-        filter: filter.as_ref(),
+        eye: &Eye::new(scene, settings),
         settings,
         iteration,
     };

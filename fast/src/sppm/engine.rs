@@ -1,9 +1,9 @@
 //! The renderer as an engine: iterations that can be stopped, images, and state that can be saved and resumed.
 
-use super::prepared::Prepared;
 use super::render::Sppm;
 use crate::consolidate::develop;
 use crate::pixels::{Pixel, slot_of};
+use crate::prepared::Prepared;
 use rayon::prelude::*;
 use scene::{Engine, Film, Probe, Progress, Resumable, Rgb, Settings, Stats, Stop, Sums};
 use std::mem::take;

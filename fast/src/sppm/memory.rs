@@ -3,12 +3,11 @@
 use crate::join::{BYTES_OF_BINS, Direction, GroupSums, Record, table_size, with_margin};
 use crate::parameters::Parameters;
 use crate::pixels::{GROUP, Pixel, PixelRows, slots};
+use crate::prepared::BYTES_PER_SPHERE;
 use scene::Settings;
 
 /// What a thread holds beside its deposits: batches of paths, and an occupancy map.
 const BYTES_PER_THREAD: u64 = 3 << 19;
-/// What a sphere takes in the tables and trees made of the scene, while they are built.
-const BYTES_PER_SPHERE: u64 = 256;
 
 /// See `Sppm::bytes_at_most`.
 pub(super) fn bytes_at_most(

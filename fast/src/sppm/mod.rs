@@ -3,7 +3,6 @@
 
 mod engine;
 mod memory;
-mod prepared;
 mod render;
 #[cfg(test)]
 mod tests;

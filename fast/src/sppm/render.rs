@@ -10,16 +10,16 @@
 //! ```
 
 use super::memory::bytes_at_most;
-use super::prepared::Prepared;
-use crate::camera_pass::{CameraPass, CameraPlan, CameraWorkers, PixelFilter, TileTable};
+use crate::camera_pass::{CameraPass, CameraPlan, CameraWorkers, Eye};
 use crate::hierarchy::Hierarchy;
 use crate::join::{Cells, Join, Occupancy, Radii, Round, Sorted};
 use crate::pages::Pages;
 use crate::parameters::Parameters;
 use crate::photon_pass::{Emission, PHOTON_WORK, PhotonPass, PhotonPlan, PhotonWorkers, rounding_of_points};
 use crate::pixels::{Pixel, PixelRows, slots};
+use crate::prepared::Prepared;
 use lanes::LaneKind;
-use scene::{Progress, Scene, Settings, Stop, Vec3};
+use scene::{Progress, Scene, Settings, Stop};
 use std::time::Instant;
 
 /// The work of sorting and joining the deposits of a photon, in units as [`PHOTON_WORK`].
@@ -47,8 +47,7 @@ pub struct Sppm<'a> {
     lanes: LaneKind,
     pub(super) parameters: Parameters,
     deposits_at_once: u32,
-    tiles: TileTable,
-    filter: Option<PixelFilter>,
+    eye: Eye,
     /// What pixels have gathered, in tile order.
     pub(super) pixels: Pages<Pixel>,
     /// This iteration's visible points and direct light, in tile order.
@@ -94,22 +93,20 @@ impl<'a> Sppm<'a> {
         parts: Parts,
     ) -> Self {
         let slots = slots(settings);
-        let moves = scene.spheres.iter().any(|s| s.velocity != Vec3::ZERO);
         Self {
             scene,
             progress: Progress::new(settings),
             lanes,
             parameters: *parameters,
             deposits_at_once: DEPOSITS_AT_ONCE,
-            tiles: TileTable::new(),
-            filter: PixelFilter::new(settings.filter),
+            eye: Eye::new(scene, settings),
             pixels: Pages::refilled(parts.pixels, Pixel::new(settings.initial_radius), slots),
             rows: Pages::refilled(parts.rows, PixelRows::NOTHING, slots),
             sorted: parts.sorted.unwrap_or_else(Sorted::new),
             camera_workers: parts.camera_workers.unwrap_or_else(CameraWorkers::new),
             photon_workers: parts.photon_workers.unwrap_or_else(PhotonWorkers::new),
             join: Join::new(),
-            prepared: (!moves).then(|| Prepared::new(scene.at(0.0), parameters, parts.hierarchy)),
+            prepared: Prepared::only(scene, parameters, parts.hierarchy),
             neighbours: parameters.neighbours_at_first.into(),
         }
     }
@@ -205,9 +202,7 @@ impl<'a> Sppm<'a> {
             still: &p.still,
             tables: &p.tables,
             lights: &p.lights,
-            tiles: &self.tiles,
-            frame: self.scene.camera.frame(self.progress.settings.width, self.progress.settings.height),
-            filter: self.filter.as_ref(),
+            eye: &self.eye,
             settings: &self.progress.settings,
             iteration: self.progress.iterations,
         };

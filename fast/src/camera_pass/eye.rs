@@ -1,0 +1,97 @@
+//! Where paths from the eye begin: the rays through the pixels.
+
+use super::filter::PixelFilter;
+use super::numbers::TileTable;
+use crate::pixels::TILE;
+use crate::sampling::{uniform_disk, unit};
+use lanes::{Lanes, V3};
+use scene::camera::Frame;
+use scene::{Scene, Settings};
+
+/// What the rays through the pixels depend on: the same for all iterations.
+pub(crate) struct Eye {
+    pub(super) tiles: TileTable,
+    /// `None` for the box.
+    filter: Option<PixelFilter>,
+    frame: Frame,
+    width: u32,
+    height: u32,
+}
+
+/// The pixels of `L::N` slots.
+pub(crate) struct PixelLanes<L: Lanes> {
+    /// The slots that are not outside of the image.
+    pub(crate) in_image: L::M,
+    /// `y * width + x`.
+    pub(crate) index: L::U,
+    x: L::F,
+    y: L::F,
+}
+
+/// Rays from the eye.
+pub(crate) struct EyeRays<L: Lanes> {
+    pub(crate) origin: V3<L>,
+    pub(crate) direction: V3<L>,
+    /// What each path counts, by the filter.
+    pub(crate) weight: L::F,
+}
+
+impl Eye {
+    pub(crate) fn new(scene: &Scene, settings: &Settings) -> Self {
+        let &Settings { width, height, filter, .. } = settings;
+        let frame = scene.camera.frame(width, height);
+        Self { tiles: TileTable::new(), filter: PixelFilter::new(filter), frame, width, height }
+    }
+
+    /// True if the filter is not the box, so that paths count more or less than 1.
+    pub(crate) fn weighs(&self) -> bool {
+        self.filter.is_some()
+    }
+
+    /// The pixels from `slot` on, all in one tile.
+    #[inline(always)]
+    pub(crate) fn pixels<L: Lanes>(&self, slot: usize) -> PixelLanes<L> {
+        let (tile, tiles_across) = (slot / TILE, self.width.div_ceil(8) as usize);
+        let corner = ((tile % tiles_across) as u32 * 8, (tile / tiles_across) as u32 * 8);
+        let x = L::load_u(&self.tiles.x[slot % TILE..]) + L::u(corner.0);
+        let y = L::load_u(&self.tiles.y[slot % TILE..]) + L::u(corner.1);
+        let index = y * L::u(self.width) + x;
+        let (x, y) = (L::to_float(x), L::to_float(y));
+        let in_image = L::lt(x, L::f(self.width as f32)) & L::lt(y, L::f(self.height as f32));
+        PixelLanes { in_image, index, x, y }
+    }
+
+    /// The rays through these pixels that two uniform numbers each choose: the place in the pixel, and on the lens.
+    #[inline(always)]
+    pub(crate) fn rays<L: Lanes>(
+        &self,
+        pixels: &PixelLanes<L>,
+        in_pixel: [L::F; 2],
+        lens: [L::F; 2],
+    ) -> EyeRays<L> {
+        let (place, weight) = match &self.filter {
+            Some(filter) => filter.place::<L>(in_pixel),
+            None => (in_pixel, L::f(1.0)),
+        };
+        let (x, y) = (pixels.x + place[0], pixels.y + place[1]);
+        let (origin, direction) = ray_through::<L>(&self.frame, x, y, lens);
+        EyeRays { origin, direction, weight }
+    }
+}
+
+/// As `reference::camera_pass::ray_through`.
+#[inline(always)]
+pub(crate) fn ray_through<L: Lanes>(frame: &Frame, x: L::F, y: L::F, lens: [L::F; 2]) -> (V3<L>, V3<L>) {
+    let sx = (x - L::f(frame.half[0])) * L::f(frame.pixel);
+    let sy = (L::f(frame.half[1]) - y) * L::f(frame.pixel);
+    let (right, up) = (V3::<L>::splat(frame.right), V3::<L>::splat(frame.up));
+    let to_image = V3::splat(frame.forward) + right.scale(sx) + up.scale(sy);
+    let eye = V3::splat(frame.eye);
+    if frame.aperture_radius > 0.0 {
+        let aperture = L::f(frame.aperture_radius);
+        let (dx, dy) = uniform_disk::<L>(lens[0], lens[1]);
+        let offset = right.scale(dx * aperture) + up.scale(dy * aperture);
+        return (eye + offset, unit(to_image.scale(L::f(frame.focus_distance)) - offset));
+    }
+    (eye, unit(to_image))
+}

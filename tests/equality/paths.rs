@@ -1,0 +1,88 @@
+//! The path tracers: the fast one gives the reference's bits. Random scenes are in `random_scenes.rs`.
+
+use crate::pair::{MOST_THREADS, Way, all_lanes, assert_equal_paths, tell};
+use fast::Parameters;
+use files::builtin::{SCENES, scene};
+use scene::settings::MAX_DEPTH;
+use scene::{Filter, Scene, Settings};
+
+fn small(name: &str) -> (Scene, Settings) {
+    let scene = scene(name).unwrap();
+    let settings = Settings { width: 20, height: 15, iterations: 2, ..scene.settings };
+    (scene, settings)
+}
+
+#[test]
+fn built_in_scenes() {
+    let mut cases = 0;
+    for builtin in SCENES {
+        let scene = builtin.scene();
+        let settings = Settings { width: 52, height: 39, iterations: 3, ..scene.settings };
+        let ways: Vec<_> = [1, 2].into_iter().flat_map(all_lanes).collect();
+        cases += assert_equal_paths(&scene, &settings, &ways);
+    }
+    tell(cases, "built-in scenes by paths");
+}
+
+/// Partial tiles, and batches and work items that are not full.
+#[test]
+fn sizes() {
+    let (scene, settings) = small("focus");
+    let sizes = [(1, 1), (7, 3), (8, 8), (9, 8), (17, 33), (65, 7), (1, 200), (257, 2), (96, 80)];
+    let mut cases = 0;
+    for (number, (width, height)) in sizes.into_iter().enumerate() {
+        let settings = Settings { width, height, ..settings };
+        cases += assert_equal_paths(&scene, &settings, &all_lanes(1 + number % MOST_THREADS));
+    }
+    tell(cases, "several sizes by paths");
+}
+
+#[test]
+fn depths() {
+    let mut cases = 0;
+    for name in ["mirror", "motion"] {
+        let (scene, settings) = small(name);
+        for max_depth in (1..=12).chain([64, MAX_DEPTH]) {
+            cases += assert_equal_paths(&scene, &Settings { max_depth, ..settings }, &all_lanes(2));
+        }
+    }
+    tell(cases, "depths by paths");
+}
+
+#[test]
+fn filters() {
+    let (scene, settings) = small("cornell");
+    let mut cases = 0;
+    for filter in [Filter::Box, Filter::Gaussian, Filter::Mitchell] {
+        cases += assert_equal_paths(&scene, &Settings { filter, ..settings }, &all_lanes(1));
+    }
+    tell(cases, "filters by paths");
+}
+
+/// The parameters that the path tracer reads, at either end of their ranges.
+#[test]
+fn parameters() {
+    let names = ["pixels_per_batch", "pixels_per_job", "most_balls_in_turn", "most_balls_in_clusters"];
+    let mut cases = 0;
+    for (scene, settings) in ["random", "motion"].map(small) {
+        for parameter in Parameters::ALL.iter().filter(|parameter| names.contains(&parameter.name)) {
+            for end in [parameter.least, parameter.most] {
+                let parameters = Parameters::default().with(parameter.name, end).unwrap();
+                let ways: Vec<_> = all_lanes(2).into_iter().map(|way| Way { parameters, ..way }).collect();
+                cases += assert_equal_paths(&scene, &settings, &ways);
+            }
+        }
+    }
+    tell(cases, "free parameters by paths");
+}
+
+/// Scenes without spheres or light, which only a program can build.
+#[test]
+fn nothing_to_see_and_nothing_that_glows() {
+    let (whole, settings) = small("surgery");
+    let mut dark = whole.clone();
+    dark.spheres.iter_mut().for_each(|sphere| sphere.emission = scene::Rgb::ZERO);
+    let empty = Scene { spheres: Vec::new(), materials: Vec::new(), ..whole };
+    let cases = [dark, empty].map(|scene| assert_equal_paths(&scene, &settings, &all_lanes(2)));
+    tell(cases.into_iter().sum(), "nothing by paths");
+}
