@@ -25,6 +25,22 @@ pub(crate) struct Ended {
     pub(crate) stderr: String,
 }
 
+/// The command `program`, which heeds signals. A script that runs the tests in the background may have them ignored, and
+/// what the tests start would inherit that.
+pub(crate) fn heeding_signals(program: &str) -> Command {
+    /// HUP, INT and TERM in the mask of ignored signals.
+    const ENDING: u64 = 1 | 1 << 1 | 1 << 14;
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let ignored = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
+    if ignored & ENDING == 0 {
+        return Command::new(program);
+    }
+    let mut command = Command::new("env");
+    command.args(["--default-signal=HUP,INT,TERM", program]);
+    command
+}
+
 impl Sandbox {
     pub(crate) fn new() -> Self {
         Self { folder: TempDir::new().unwrap() }
@@ -32,7 +48,7 @@ impl Sandbox {
 
     /// The command, prepared to run in this folder.
     pub(crate) fn command<S: AsRef<OsStr>>(&self, args: impl IntoIterator<Item = S>) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_sppm"));
+        let mut command = heeding_signals(env!("CARGO_BIN_EXE_sppm"));
         command.args(args).current_dir(self.folder.path()).stdin(Stdio::null());
         command
     }

@@ -1,6 +1,6 @@
 //! Signals that interrupt a render.
 
-use crate::sandbox::{Ended, Sandbox};
+use crate::sandbox::{Ended, Sandbox, heeding_signals};
 use rustix::process::{Pid, Signal, kill_process};
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStderr, Command, Stdio};
@@ -68,9 +68,6 @@ impl Drop for Running {
 #[test]
 fn every_signal_leaves_an_image_and_a_checkpoint() {
     for (signal, code) in [(Signal::INT, 130), (Signal::TERM, 143), (Signal::HUP, 129)] {
-        if signal == Signal::HUP && hangups_are_ignored() {
-            continue;
-        }
         let sandbox = Sandbox::new();
         let running = Running::start(&mut sandbox.command(LONG.iter().chain(&["--every=1"])), "saved after ");
         running.send(signal);
@@ -89,20 +86,13 @@ fn every_signal_leaves_an_image_and_a_checkpoint() {
     }
 }
 
-/// Whether these tests run under nohup, so that the render rightly ignores hangups too.
-fn hangups_are_ignored() -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    ignored.is_some_and(|mask| u64::from_str_radix(mask.trim(), 16).is_ok_and(|mask| mask & 1 == 1))
-}
-
 #[test]
 fn hangups_are_ignored_under_nohup() {
     let sandbox = Sandbox::new();
     let program = env!("CARGO_BIN_EXE_sppm");
     let script = format!("trap '' HUP; exec {program} {} --every=1", LONG.join(" "));
     let mut command = sandbox.command([""; 0]);
-    let mut shell = Command::new("sh");
+    let mut shell = heeding_signals("sh");
     shell.args(["-c", &script]).current_dir(command.get_current_dir().unwrap()).stdin(Stdio::null());
     std::mem::swap(&mut command, &mut shell);
     let running = Running::start(&mut command, "saved after ");
@@ -119,7 +109,7 @@ fn a_signal_that_is_ignored_at_the_start_stays_ignored() {
         let sandbox = Sandbox::new();
         let program = env!("CARGO_BIN_EXE_sppm");
         let script = format!("trap '' {name}; exec {program} {} --every=1", LONG.join(" "));
-        let mut shell = Command::new("sh");
+        let mut shell = heeding_signals("sh");
         shell.args(["-c", &script]).current_dir(sandbox.path("")).stdin(Stdio::null());
         let mut running = Running::start(&mut shell, "saved after ");
         running.send(signal);
