@@ -69,7 +69,7 @@ fn few_photons(stats: &Stats) -> String {
     };
     format!(
         "of {photons} photons {counted} counted at what is seen: light that comes over other surfaces or through glass is \
-         nearly missing; --engine path finds it where lamps are large or the sky is bright, a larger --radius helps a little"
+         nearly missing; --method path finds it where lamps are large or the sky is bright, a larger --radius helps a little"
     )
 }
 
