@@ -15,7 +15,7 @@ use crate::paths::{Floats, ROOM, Vectors, Words};
 use crate::sampling::{cosine_hemisphere, uniform_cone};
 use crate::tables::Tables;
 use bytemuck::{Pod, Zeroable};
-use lanes::{Lanes, MOST_LANES, Row, V3};
+use lanes::{Kernel, Lanes, MOST_LANES, Row, V3};
 use scene::Still;
 use scene::ray::SphereId;
 use scene::still::{Enclosure, Light, Role};
@@ -205,7 +205,7 @@ impl ShadowRays {
     ) {
         let rays =
             Rays { origin: points, direction: &self.direction, leaves: spheres, ignores: &self.lamp, count };
-        tables.hierarchy.occlude::<L>(&tables.surfaces, &rays, buffers, &mut self.t);
+        L::call(Occlusion { tables, rays, buffers, t: &mut self.t });
     }
 
     /// The irradiance by the rays from `at` on; zero where something blocks them.
@@ -214,6 +214,23 @@ impl ShadowRays {
         let is_blocked = L::eq(L::bits(L::load(&self.t[at..])), L::u(BLOCKED.to_bits()));
         let zero = L::f(0.0);
         V3::select(is_blocked, V3::new(zero, zero, zero), self.irradiance.load(at))
+    }
+}
+
+/// The test of shadow rays against the balls, as a function that all passes share: it is large, and takes long to build.
+struct Occlusion<'a> {
+    tables: &'a Tables,
+    rays: Rays<'a>,
+    buffers: &'a mut SearchBuffers,
+    t: &'a mut Floats,
+}
+
+impl Kernel for Occlusion<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        self.tables.hierarchy.occlude::<L>(&self.tables.surfaces, &self.rays, self.buffers, self.t);
     }
 }
 

@@ -4,7 +4,7 @@ use crate::hierarchy::{IGNORES_NONE, Rays, SearchBuffers};
 use crate::intersect::{RayLanes, nearest};
 use crate::paths::Paths;
 use crate::tables::Tables;
-use lanes::Lanes;
+use lanes::{Kernel, Lanes};
 
 /// Computes distance and sphere of the nearest hit of the first `count` paths.
 #[inline(always)]
@@ -14,6 +14,28 @@ pub(crate) fn intersect_batch<L: Lanes>(
     buffers: &mut SearchBuffers,
     count: usize,
 ) {
+    L::call(Intersection { tables, paths, buffers, count });
+}
+
+/// [`intersect_batch`] as a function that all passes share: it is large, and takes long to build.
+struct Intersection<'a> {
+    tables: &'a Tables,
+    paths: &'a mut Paths,
+    buffers: &'a mut SearchBuffers,
+    count: usize,
+}
+
+impl Kernel for Intersection<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        nearest_hits::<L>(self.tables, self.paths, self.buffers, self.count);
+    }
+}
+
+#[inline(always)]
+fn nearest_hits<L: Lanes>(tables: &Tables, paths: &mut Paths, buffers: &mut SearchBuffers, count: usize) {
     for at in (0..count).step_by(L::N) {
         let ray = RayLanes::<L> {
             origin: paths.origin.load(at),

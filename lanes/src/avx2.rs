@@ -1,6 +1,6 @@
 //! Eight lanes in 256-bit registers.
 
-use crate::operations::Lanes;
+use crate::operations::{Kernel, Lanes};
 use crate::row::Row;
 #[allow(clippy::wildcard_imports)] // some forty intrinsics
 use std::arch::x86_64::*;
@@ -154,6 +154,17 @@ impl Lanes for Avx2 {
     type U = U;
     type M = M;
 
+    #[inline(always)]
+    fn call<K: Kernel>(kernel: K) -> K::Output {
+        /// The features of `dispatch`.
+        #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+        #[inline(never)]
+        fn apart<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run::<Avx2>()
+        }
+        // SAFETY: the processor has these features, by the contract of the back end.
+        unsafe { apart(kernel) }
+    }
     #[inline(always)]
     fn f(x: f32) -> F {
         // SAFETY: the processor has AVX2 and FMA, by the contract of the back end (also for all methods below).

@@ -1,7 +1,7 @@
 //! Sixteen lanes in 512-bit registers. Truth values are bits of mask registers.
 
 use crate::avx2;
-use crate::operations::Lanes;
+use crate::operations::{Kernel, Lanes};
 use crate::row::Row;
 #[allow(clippy::wildcard_imports)] // some forty intrinsics
 use std::arch::x86_64::*;
@@ -113,6 +113,17 @@ impl Lanes for Avx512 {
     type U = U;
     type M = M;
 
+    #[inline(always)]
+    fn call<K: Kernel>(kernel: K) -> K::Output {
+        /// The features of `dispatch`.
+        #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512bw,avx512dq,avx512vl")]
+        #[inline(never)]
+        fn apart<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run::<Avx512>()
+        }
+        // SAFETY: the processor has these features, by the contract of the back end.
+        unsafe { apart(kernel) }
+    }
     #[inline(always)]
     fn f(x: f32) -> F {
         // SAFETY: the processor has AVX-512, by the contract of the back end (also for all methods below).

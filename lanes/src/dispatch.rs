@@ -5,6 +5,8 @@ use crate::avx2::Avx2;
 #[cfg(target_arch = "x86_64")]
 use crate::avx512::Avx512;
 use crate::emulated::Emulated;
+use crate::operations::Kernel;
+#[cfg(test)]
 use crate::operations::Lanes;
 
 /// Which vectors kernels run on. All give the same bits. A kind that the processor lacks is emulated, so that tests reach
@@ -58,15 +60,6 @@ impl LaneKind {
     pub fn best() -> Self {
         Self::ALL.into_iter().rev().find(|kind| kind.is_available()).unwrap_or(Self::Emulated)
     }
-}
-
-/// Work that runs on any lanes.
-pub trait Kernel {
-    /// The result.
-    type Output;
-    /// Does the work. Mark it `#[inline(always)]`, and all that it calls on lanes: features reach operations by inlining
-    /// only.
-    fn run<L: Lanes>(self) -> Self::Output;
 }
 
 /// Runs a kernel on lanes of the given kind, or on emulated lanes where the processor lacks it: on as many, if the

@@ -1,6 +1,6 @@
 //! Lanes in plain Rust: the definition of every operation, and the back end for processors without AVX2.
 
-use crate::operations::Lanes;
+use crate::operations::{Kernel, Lanes};
 use crate::row::Row;
 use std::array::from_fn;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
@@ -68,6 +68,10 @@ impl<const N: usize> Lanes for Emulated<N> {
     type U = U<N>;
     type M = M<N>;
 
+    #[inline(never)]
+    fn call<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run::<Self>()
+    }
     #[inline(always)]
     fn f(x: f32) -> F<N> {
         F([x; N])

@@ -57,9 +57,9 @@ mod prefetch;
 mod row;
 mod vec3;
 
-pub use dispatch::{Kernel, LaneKind, dispatch, on_avx2};
+pub use dispatch::{LaneKind, dispatch, on_avx2};
 pub use emulated::Emulated;
-pub use operations::{Lanes, MOST_LANES};
+pub use operations::{Kernel, Lanes, MOST_LANES};
 pub use prefetch::prefetch;
 pub use row::Row;
 pub use vec3::V3;

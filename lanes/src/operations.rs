@@ -10,6 +10,15 @@ use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 /// The most lanes of any back end: how far buffers extend beyond their last element.
 pub const MOST_LANES: usize = 16;
 
+/// Work that runs on any lanes.
+pub trait Kernel {
+    /// The result.
+    type Output;
+    /// Does the work. Mark it `#[inline(always)]`, and all that it calls on lanes: features reach operations by inlining
+    /// only, or by [`Lanes::call`].
+    fn run<L: Lanes>(self) -> Self::Output;
+}
+
 /// A back end: types of vectors, and operations on them.
 ///
 /// `F`, `U` and `M` are vectors of `N` lanes. Functions that take a slice read or write its first `N` elements, and panic
@@ -35,6 +44,13 @@ pub trait Lanes: Copy + Send + Sync + 'static {
         + BitXor<Output = Self::U>;
     /// Truth values.
     type M: Copy + BitAnd<Output = Self::M> + BitOr<Output = Self::M> + Not<Output = Self::M>;
+
+    /// Runs part of a kernel as a function of its own, with the features of this back end. Kernels that share such a part
+    /// then share its code, which is built once.
+    #[inline(always)]
+    fn call<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run::<Self>()
+    }
 
     /// The same float in every lane.
     fn f(x: f32) -> Self::F;
