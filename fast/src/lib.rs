@@ -21,12 +21,14 @@
 //! assert_eq!(plain.develop(), film);
 //! ```
 //!
-//! [`Sppm`] renders on the threads of the current rayon pool. [`LaneKind`] names the vectors that it runs on,
-//! [`Parameters`] what else its speed depends on. [`Intersector`] answers ray queries without a render.
+//! [`Sppm`] is photon mapping; [`PathTracer`] renders the same scenes by path tracing. Both render on the threads of the
+//! current rayon pool. [`LaneKind`] names the vectors that they run on, [`Parameters`] what else their speed depends on.
+//! [`Intersector`] answers ray queries without a render.
 //!
 //! To read the code, begin with the crate `lanes`, whose operations all kernels are written in. Then follow an iteration:
 //! `sppm/render.rs` runs the passes in order, and each pass has a folder or file that opens with its loop as pseudo code,
-//! with how it differs from the reference's, and why: `camera_pass`, `photon_pass`, `join`, `consolidate`.
+//! with how it differs from the reference's, and why: `camera_pass`, `photon_pass`, `join`, `consolidate`. So does
+//! `path_tracer`.
 //! `ARCHITECTURE.md` says what bounds each pass and what was tried.
 
 #![forbid(unsafe_code)]

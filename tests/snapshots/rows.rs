@@ -4,7 +4,6 @@ use crate::cases::tell;
 use crate::golden;
 use fast::LaneKind;
 use files::scene_file;
-use reference::PathTracer;
 use scene::{Engine, Scene, Settings};
 
 /// A scene with the settings of its snapshot.
@@ -124,10 +123,15 @@ rows! {
     surgery_tall: builtin("surgery"), |s| Settings { width: 7, height: 61, photons_per_iteration: 257, ..s };
 }
 
-/// The path tracer has a snapshot of its own, as it renders other images than photon mapping.
+/// The path tracers have a snapshot of their own, as they render other images than photon mapping.
 #[test]
 fn path_tracer() {
     let row = Row::new("path_tracer", builtin("focus"), |s| Settings { width: 32, height: 24, ..s });
-    golden::check_reference(&row, &run(PathTracer::new(&row.scene, &row.settings), &row.settings));
-    tell("snapshots", 1, "render of focus as blessed, by the path tracer");
+    let of_reference = reference::PathTracer::new(&row.scene, &row.settings);
+    golden::check_reference(&row, &run(of_reference, &row.settings));
+    for lanes in LaneKind::ALL {
+        let engine = fast::PathTracer::with_lanes(&row.scene, &row.settings, lanes);
+        golden::check_other(&row, &run(engine, &row.settings), &format!("fast-{lanes:?}").to_lowercase());
+    }
+    tell("snapshots", 1 + LaneKind::ALL.len(), "renders of focus as blessed, by the path tracers");
 }

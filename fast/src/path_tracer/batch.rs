@@ -1,4 +1,4 @@
-//! The paths of a batch of pixels, from the eye until they end.
+//! The paths of a work item, from the eye until they end, a batch of them at a time.
 
 use crate::camera_pass::{Eye, EyeRays};
 use crate::direct_light::{Receivers, ShadowNumbers, ShadowRays};
@@ -44,8 +44,8 @@ pub(super) struct PathBatch {
     search: SearchBuffers,
     lit: Box<LitPoints>,
     shadows: Box<ShadowRays>,
-    /// What each pixel's sample counts, by the filter.
-    weights: Box<Floats>,
+    /// What the sample of each pixel of a work item counts, by the filter.
+    weights: Vec<f32>,
 }
 
 impl PathBatch {
@@ -56,7 +56,7 @@ impl PathBatch {
             search: SearchBuffers::new(),
             lit: Box::new(LitPoints::new()),
             shadows: Box::new(ShadowRays::new()),
-            weights: Box::new([0.0; ROOM]),
+            weights: Vec::new(),
         }
     }
 }
@@ -115,7 +115,7 @@ struct LitPoints {
     point: Vectors,
     normal: Vectors,
     sphere: Words,
-    /// The index of the pixel in the batch.
+    /// The index of the pixel in the work item.
     slot: Words,
     /// What irradiance counts there.
     weight: Vectors,
@@ -159,14 +159,27 @@ impl LitPoints {
 }
 
 impl PathPass<'_> {
-    /// Samples the pixels of the slots from `first` on, one per element of `samples`, at most
-    /// [`BATCH`](crate::paths::BATCH). Returns the number of segments traced.
+    /// Samples the pixels of the slots from `first` on, one per element of `samples`, by at most `at_once` paths at a time,
+    /// themselves at most [`BATCH`](crate::paths::BATCH). Returns the number of segments traced.
     #[inline(always)]
-    pub(super) fn run<L: Lanes>(&self, batch: &mut PathBatch, first: usize, samples: &mut [[f32; 3]]) -> u64 {
-        let mut segments = 0;
+    pub(super) fn run<L: Lanes>(
+        &self,
+        batch: &mut PathBatch,
+        first: usize,
+        at_once: usize,
+        samples: &mut [[f32; 3]],
+    ) -> u64 {
         samples.fill([0.0; 3]);
-        let mut live = self.make_rays::<L>(batch, first, samples.len());
-        while live > 0 {
+        batch.weights.resize(samples.len(), 0.0);
+        let (mut live, mut begun, mut segments) = (0, 0, 0);
+        loop {
+            while live + L::N <= at_once && begun < samples.len() {
+                live = self.make_rays::<L>(batch, live, first, begun);
+                begun += L::N;
+            }
+            if live == 0 {
+                break;
+            }
             segments += live as u64;
             intersect_batch::<L>(&self.prepared.tables, &mut batch.paths, &mut batch.search, live);
             batch.lit.count = 0;
@@ -174,41 +187,38 @@ impl PathPass<'_> {
             self.light::<L>(batch, samples);
         }
         if self.eye.weighs() {
-            for (sample, weight) in samples.iter_mut().zip(batch.weights.iter()) {
+            for (sample, weight) in samples.iter_mut().zip(&batch.weights) {
                 *sample = (Rgb::from_array(*sample) * *weight).to_array();
             }
         }
         segments
     }
 
-    /// Makes the camera rays of the batch, except for slots outside of the image; returns their number.
+    /// Appends the camera rays of a packet of slots, the one at `begun` after `first`, to the `live` paths, except for slots
+    /// outside of the image; returns the number of paths.
     #[inline(always)]
-    fn make_rays<L: Lanes>(&self, batch: &mut PathBatch, first: usize, count: usize) -> usize {
-        let mut live = 0;
-        for at in (0..count).step_by(L::N) {
-            let pixels = self.eye.pixels::<L>(first + at);
-            let mut stream = stream_state::<L>(self.key, pixels.index);
-            let [a, b, c, d] = std::array::from_fn(|_| next_uniform::<L>(&mut stream));
-            let EyeRays { origin, direction, weight } = self.eye.rays(&pixels, [a, b], [c, d]);
-            L::store(weight, &mut batch.weights[at..]);
-            let packet = Packet {
-                origin,
-                direction,
-                weight: V3::splat(Vec3::ONE),
-                leaves: L::u(NO_SPHERE),
-                stream,
-                slot: L::u(at as u32) + L::iota(),
-            };
-            let progress = ProgressLanes::<L> {
-                scale: L::f(1.0),
-                seen_diffuse: L::first(0),
-                counts_lamps: L::first(L::N),
-                rest: L::u(self.max_depth),
-            };
-            batch.progress.append(live, pixels.in_image, &progress);
-            live = batch.paths.append(live, pixels.in_image, &packet);
-        }
-        live
+    fn make_rays<L: Lanes>(&self, batch: &mut PathBatch, live: usize, first: usize, begun: usize) -> usize {
+        let pixels = self.eye.pixels::<L>(first + begun);
+        let mut stream = stream_state::<L>(self.key, pixels.index);
+        let [a, b, c, d] = std::array::from_fn(|_| next_uniform::<L>(&mut stream));
+        let EyeRays { origin, direction, weight } = self.eye.rays(&pixels, [a, b], [c, d]);
+        L::store(weight, &mut batch.weights[begun..]);
+        let packet = Packet {
+            origin,
+            direction,
+            weight: V3::splat(Vec3::ONE),
+            leaves: L::u(NO_SPHERE),
+            stream,
+            slot: L::u(begun as u32) + L::iota(),
+        };
+        let progress = ProgressLanes::<L> {
+            scale: L::f(1.0),
+            seen_diffuse: L::first(0),
+            counts_lamps: L::first(L::N),
+            rest: L::u(self.max_depth),
+        };
+        batch.progress.append(live, pixels.in_image, &progress);
+        batch.paths.append(live, pixels.in_image, &packet)
     }
 
     /// Shades the first `live` paths where they have hit: adds emission to `samples`, and lists the points that receive

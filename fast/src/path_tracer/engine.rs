@@ -79,7 +79,7 @@ impl<'a> PathTracer<'a> {
         let pass = PathPass::new(prepared, &self.eye, settings.max_depth, (settings.seed, *iterations));
         let plan = PathPlan {
             pixels_per_job: parameters.pixels_per_job as usize,
-            pixels_per_batch: parameters.pixels_per_batch as usize,
+            paths_per_batch: parameters.pixels_per_batch as usize,
         };
         self.workers.run(&pass, (self.lanes, plan), &mut self.samples, stop)
     }

@@ -12,7 +12,7 @@ use scene::Stop;
 #[derive(Clone, Copy)]
 pub(super) struct PathPlan {
     pub(super) pixels_per_job: usize,
-    pub(super) pixels_per_batch: usize,
+    pub(super) paths_per_batch: usize,
 }
 
 /// Buffers of all threads.
@@ -41,7 +41,7 @@ impl PathWorkers {
             }
             let mut batch = self.0.take(PathBatch::new);
             let pixels = samples.len() as u64;
-            let (first, at_once) = (job * per_job, plan.pixels_per_batch);
+            let (first, at_once) = (job * per_job, plan.paths_per_batch);
             let segments = dispatch(lanes, PathJob { pass, batch: &mut batch, at_once, first, samples });
             self.0.put(batch);
             stop.meter().advance(pixels);
@@ -55,7 +55,7 @@ impl PathWorkers {
 struct PathJob<'a> {
     pass: &'a PathPass<'a>,
     batch: &'a mut PathBatch,
-    /// Pixels of a batch.
+    /// Paths of a batch.
     at_once: usize,
     first: usize,
     samples: &'a mut [[f32; 3]],
@@ -66,10 +66,6 @@ impl Kernel for PathJob<'_> {
     type Output = u64;
     #[inline(always)]
     fn run<L: Lanes>(self) -> u64 {
-        let mut segments = 0;
-        for (number, samples) in self.samples.chunks_mut(self.at_once).enumerate() {
-            segments += self.pass.run::<L>(self.batch, self.first + number * self.at_once, samples);
-        }
-        segments
+        self.pass.run::<L>(self.batch, self.first, self.at_once, self.samples)
     }
 }
