@@ -66,7 +66,7 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("scenes", nargs="*", metavar="SCENE", help="scenes [default: the lamps within glass]")
     command.add_argument("--mitsuba", action="store_true", help="show Mitsuba's renders too, which decide nothing")
     command.add_argument("--renders", type=_count, default=16, help="independent renders [default: %(default)s]")
-    command.add_argument("--samples", type=_count, default=1024, help="samples per pixel of each [default: %(default)s]")
+    command.add_argument("--samples", type=_count, default=1024, help="samples per pixel [default: %(default)s]")
     command.add_argument("--iterations", type=_count, default=64, help="iterations of SPPM [default: %(default)s]")
     command.add_argument("--photons", type=_count, default=50_000, help="photons of each [default: %(default)s]")
     command.set_defaults(run=_witness)
@@ -150,7 +150,7 @@ def _witness(args: argparse.Namespace) -> bool:
     for name in args.scenes or witness.SCENES:
         renderers = [*witness.ENGINES, *(["mitsuba"] if args.mitsuba else [])]
         for renderer, (ratio, verdict) in witness.scene(name, renderers, effort).items():
-            print(f"{Path(name).stem:16} {renderer:8} {verdict}", f"    over the tracer's: {ratio}", sep="\n", flush=True)
+            print(f"{Path(name).stem:16} {renderer:8} {verdict}\n    over the tracer's: {ratio}", flush=True)
             verdicts += [verdict] if renderer in witness.ENGINES else []
     return _all_same(verdicts)
 

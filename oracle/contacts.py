@@ -9,6 +9,7 @@ masked if any of them meets a surface where another sphere is within `MARGIN` de
 from __future__ import annotations
 
 import re
+from functools import cache
 
 import numpy as np
 
@@ -18,15 +19,19 @@ from oracle import sppm, tracer, truth
 OFFSET = 1500 * 2.0**-24
 # Offsets that are masked. One reaches another sphere, and the rays that leave this one reach as far back.
 MARGIN = 2.0
-# Paths per pixel. Spread over the instants of a scene in motion, so a multiple of these.
-SAMPLES = truth.INSTANTS
+# Paths per pixel. A leak to bright light matters even if few paths meet it: this many find one that 2 % of them meet with
+# a probability of 92 %.
+SAMPLES = 128
+# Instants of a scene in motion, which share the paths.
+INSTANTS = 16
 
 
+@cache
 def mask(name: str, width: int, height: int) -> np.ndarray:
     """1 for the pixels (height, width, 1) in which Mitsuba can be trusted, else 0."""
     leaks = np.zeros(width * height, dtype=bool)
     interval = truth.shutter(name)
-    times = [None] if interval is None else np.linspace(*interval, truth.INSTANTS)
+    times = [None] if interval is None else [float(time) for time in np.linspace(*interval, INSTANTS)]
     random = np.random.default_rng(1)
     for time in times:
         world, camera = tracer.read(name, time)
@@ -39,7 +44,10 @@ def mask(name: str, width: int, height: int) -> np.ndarray:
 def leaking(
     world: tracer.World, origins: np.ndarray, directions: np.ndarray, random: np.random.Generator, moved: np.ndarray
 ) -> np.ndarray:
-    """Which of the paths along these rays meet a leak, up to the first diffuse surface; `moved` as of `near_contact`."""
+    """Which of the paths along these rays meet a leak, up to the first diffuse surface.
+
+    `moved` is as of `near_contact`.
+    """
     found = np.zeros(len(directions), dtype=bool)
     paths = tracer.Paths.begin(origins, directions, np.arange(len(directions)))
     for _ in range(sppm.DEEP):

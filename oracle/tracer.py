@@ -33,7 +33,7 @@ NONE = -1
 # Segments after which a path is an error rather than a sample. Only light caught in lossless glass is so long.
 SEGMENTS_AT_MOST = 10_000
 # Rays that are traced together, which bounds the memory.
-TOGETHER = 1 << 16
+TOGETHER = 1 << 14
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class World:
 
 @dataclass(frozen=True)
 class Camera:
-    """A thin lens, or a pinhole if `aperture_radius` is 0: its eye, and an orthonormal frame (right, up, forward) in rows."""
+    """A thin lens, or a pinhole if `aperture_radius` is 0. `frame` has the rows right, up and forward, orthonormal."""
 
     eye: np.ndarray
     frame: np.ndarray
@@ -65,7 +65,7 @@ class Camera:
     def rays(
         self, x: np.ndarray, y: np.ndarray, width: int, height: int, random: np.random.Generator
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Origins and unit directions (n, 3) of rays through the positions x, y of an image, in pixels from its top left."""
+        """Origins and unit directions (n, 3) of rays through positions x, y, in pixels from the image's top left."""
         pixel = 2 * np.tan(np.radians(self.vertical_fov_degrees) / 2) / height
         in_focus = np.stack([(x - width / 2) * pixel, (height / 2 - y) * pixel, np.ones_like(x)], axis=1)
         in_focus *= self.focus_distance
@@ -171,9 +171,7 @@ def _camera(stated: dict[str, Any]) -> Camera:
     )
 
 
-def render(
-    name: str, width: int, height: int, samples: int, seed: int, depth: int | None = None
-) -> np.ndarray:
+def render(name: str, width: int, height: int, samples: int, seed: int, depth: int | None = None) -> np.ndarray:
     """One image (height, width, 3): the mean radiance of independent paths through random points of every pixel.
 
     At most `depth` segments lead to the first diffuse surface, and at most as many from there on; None is no limit.
@@ -221,24 +219,35 @@ def trace(
 
 def intersect(world: World, origins: np.ndarray, directions: np.ndarray, leaves: np.ndarray) -> Hits:
     """The nearest sphere of each ray. A ray that leaves a sphere starts on it: its only other hit is across."""
+    rays, tried = _candidates(world, origins, directions)
+    to_origin, along_ray = origins[rays] - world.centers[tried], directions[rays]
+    along = -_dot(to_origin, along_ray)
+    beside = to_origin + along[:, None] * along_ray
+    squared = world.radii[tried] ** 2 - _dot(beside, beside)
+    half = np.sqrt(np.maximum(squared, 0))
+    t = np.where(along > half, along - half, along + half)
+    # From the sphere itself the far end is at twice the nearest approach, behind the ray if it goes outwards.
+    t = np.where(leaves[rays] == tried, 2 * along, t)
+    t = np.where((squared > 0) & (t > 0), t, np.inf)
     nearest, spheres = np.full(len(origins), np.inf), np.full(len(origins), NONE)
-    for index, (center, radius) in enumerate(zip(world.centers, world.radii, strict=True)):
-        to_origin = origins - center
-        along = -_dot(to_origin, directions)
-        beside = to_origin + along[:, None] * directions
-        squared = radius**2 - _dot(beside, beside)
-        half = np.sqrt(np.maximum(squared, 0))
-        near = along - half
-        t = np.where(near > 0, near, along + half)
-        # From the sphere itself the far end is at twice the nearest approach, behind the ray if it goes outwards.
-        t = np.where(leaves == index, 2 * along, t)
-        is_nearer = (squared > 0) & (t > 0) & (t < nearest)
-        nearest, spheres = np.where(is_nearer, t, nearest), np.where(is_nearer, index, spheres)
+    np.minimum.at(nearest, rays, t)
+    is_nearest = np.isfinite(t) & (t == nearest[rays])
+    spheres[rays[is_nearest]] = tried[is_nearest]
     points = origins + np.where(np.isfinite(nearest), nearest, 0)[:, None] * directions
     outwards = (points - world.centers[spheres]) / world.radii[spheres, None]
     # A ray across a sphere meets it from within, whatever the rounding of a grazing one says.
     is_inside = (_dot(outwards, directions) > 0) | (leaves == spheres)
     return Hits(points, _unit(np.where(is_inside[:, None], -outwards, outwards)), spheres, is_inside)
+
+
+def _candidates(world: World, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of a ray and a sphere, without those whose lines pass the sphere by more than any rounding."""
+    origin_squared, center_squared = _dot(origins, origins)[:, None], _dot(world.centers, world.centers)
+    along = directions @ world.centers.T - _dot(origins, directions)[:, None]
+    apart = origin_squared + center_squared - 2 * (origins @ world.centers.T)
+    # Some ten roundings of the terms; what is within is decided by the exact formula.
+    margin = 1e-14 * (origin_squared + center_squared)
+    return np.nonzero(apart - along**2 <= world.radii**2 + margin)
 
 
 def after(world: World, paths: Paths, hits: Hits, random: np.random.Generator) -> Paths:

@@ -66,7 +66,8 @@ def verdict(ours: np.ndarray, theirs: np.ndarray) -> Verdict:
 
 def traced(scene: str, effort: Effort, depth: int | None = None) -> np.ndarray:
     """Independent renders by the tracer, (renders, height, width, 3)."""
-    return np.stack([tracer.render(scene, WIDTH, HEIGHT, effort.samples, seed, depth) for seed in range(effort.renders)])
+    seeds = range(effort.renders)
+    return np.stack([tracer.render(scene, WIDTH, HEIGHT, effort.samples, seed, depth) for seed in seeds])
 
 
 def rendered(scene: str, renderer: str, effort: Effort, depth: int = sppm.DEEP) -> np.ndarray:

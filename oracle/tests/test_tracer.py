@@ -75,7 +75,7 @@ def test_exitance_in_limits() -> None:
 
 
 def test_a_furnace_has_the_radiance_of_its_walls() -> None:
-    """In a closed room of albedo a that glows with E, the radiance is E / (1 - a), whatever diffuse balls of it are in."""
+    """In a closed room of albedo a whose surfaces glow with E, the radiance is E / (1 - a)."""
     room = world(
         ((0, 0, 0), 10, DIFFUSE, 0.5, 1, 2.0),
         ((3, 0, 0), 4, DIFFUSE, 0.5, 1, 2.0),
