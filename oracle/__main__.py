@@ -9,6 +9,7 @@ from pathlib import Path
 
 from oracle import sppm
 from oracle.sppm import SCENES, OracleError
+from oracle.ztest import Verdict
 
 DESCRIPTION = """
 What other people's code says of sppm: Embree of its intersections, OpenCV of its images, Mitsuba 3 of its light.
@@ -60,6 +61,15 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--iterations", type=_count, default=48, help="check: iterations of each of them")
     command.add_argument("--photons", type=_count, default=50_000, help="check: photons per iteration")
     command.set_defaults(run=_truth)
+
+    command = commands.add_parser("witness", help="hold renders against a path tracer in double precision")
+    command.add_argument("scenes", nargs="*", metavar="SCENE", help="scenes [default: the lamps within glass]")
+    command.add_argument("--mitsuba", action="store_true", help="show Mitsuba's renders too, which decide nothing")
+    command.add_argument("--renders", type=_count, default=16, help="independent renders [default: %(default)s]")
+    command.add_argument("--samples", type=_count, default=1024, help="samples per pixel [default: %(default)s]")
+    command.add_argument("--iterations", type=_count, default=64, help="iterations of SPPM [default: %(default)s]")
+    command.add_argument("--photons", type=_count, default=50_000, help="photons of each [default: %(default)s]")
+    command.set_defaults(run=_witness)
 
     command = commands.add_parser("report", help="one HTML page of all verdicts, images and plots")
     command.add_argument("--output", type=Path, default=sppm.ROOT / "target" / "report" / "index.html")
@@ -129,9 +139,27 @@ def _truth(args: argparse.Namespace) -> bool:
             _, verdict = judge.scene(scene, args.engine, effort)
             print(f"{scene:8} {args.engine:9} {verdict}", flush=True)
             verdicts.append(verdict)
+    return _all_same(verdicts)
+
+
+def _witness(args: argparse.Namespace) -> bool:
+    from oracle import witness
+
+    effort = witness.Effort(args.renders, args.samples, args.iterations, args.photons)
+    verdicts = []
+    for name in args.scenes or witness.SCENES:
+        renderers = [*witness.ENGINES, *(["mitsuba"] if args.mitsuba else [])]
+        for renderer, (ratio, verdict) in witness.scene(name, renderers, effort).items():
+            print(f"{Path(name).stem:16} {renderer:8} {verdict}\n    over the tracer's: {ratio}", flush=True)
+            verdicts += [verdict] if renderer in witness.ENGINES else []
+    return _all_same(verdicts)
+
+
+def _all_same(verdicts: Sequence[Verdict]) -> bool:
+    """Whether all are the same. It is an error if this cannot be told."""
     undecided = sum(not (verdict.same or verdict.different) for verdict in verdicts)
     if undecided and not any(verdict.different for verdict in verdicts):
-        raise OracleError(f"{undecided} of {len(verdicts)} are undecided; take more --iterations or --seeds")
+        raise OracleError(f"{undecided} of {len(verdicts)} are undecided; take more renders or longer ones")
     return all(verdict.same for verdict in verdicts)
 
 

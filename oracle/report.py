@@ -16,7 +16,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from oracle import embree, images, judge, metrics, series, sppm, truth, ztest
+from oracle import contacts, embree, images, judge, metrics, series, sppm, truth, ztest
 from oracle.judge import Effort
 from oracle.metrics import Metrics
 from oracle.sppm import Render
@@ -117,7 +117,7 @@ def _scene(name: str, depth: Depth) -> SceneReport:
             difference,
         ),
     ]
-    verdict = judge.verdict(fast, expected)
+    verdict = judge.verdict(fast, expected, contacts.mask(name, width, height))
     identical = image.tobytes() == reference.tobytes()
     return SceneReport(name, pictures, metrics.compare(image, expected.mean), verdict, path_verdict, identical)
 

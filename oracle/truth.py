@@ -113,13 +113,18 @@ def shutter(scene: str) -> tuple[float, float] | None:
 
 def make(scene: str, plan: Plan, width: int = WIDTH, height: int = HEIGHT) -> Truth:
     """Renders the truth of a scene."""
+    return from_batches(batches(scene, plan, width, height))
+
+
+def batches(scene: str, plan: Plan, width: int, height: int) -> np.ndarray:
+    """Independent renders by Mitsuba, (batches, height, width, 3)."""
     mi = mitsuba()
     if (interval := shutter(scene)) is None:
         loaded = _load(mi, sppm.export(scene, width, height))
         batch = lambda seed: _render(mi, loaded, seed, plan.samples_per_batch)  # noqa: E731
     else:
         batch = lambda seed: _moving_batch(mi, scene, interval, seed, plan, (width, height))  # noqa: E731
-    return from_batches(np.stack([batch(plan.seed * 100_003 + k) for k in range(plan.batches)]))
+    return np.stack([batch(plan.seed * 100_003 + k) for k in range(plan.batches)])
 
 
 def _load(mi: Any, xml: str) -> Any:

@@ -29,7 +29,7 @@ def test_the_difference_is_shown_where_there_are_too_few_photons_for_a_verdict()
     expected = truth.load("cornell")
     noisy = expected.mean * (1 + 0.1 * random.normal(size=(8, *expected.mean.shape)))
     unknown = np.zeros((*expected.mean.shape[:2], 1))
-    url, scale = report._difference(judge.Renders(noisy, unknown), expected)
+    url, scale = report._difference(judge.Renders(noisy, noisy, unknown), expected)
     png = np.frombuffer(base64.b64decode(url.split(",")[1]), np.uint8)
     assert scale > 0.5 and np.mean(cv2.imdecode(png, cv2.IMREAD_COLOR).max(axis=-1) > 40) > 0.5
 

@@ -49,10 +49,17 @@ def test_reducing_keeps_mean_and_error() -> None:
     np.testing.assert_allclose(np.median(half.stderr), 0.1 / 8 / 2, rtol=0.1)
 
 
-def test_extrapolation_removes_what_is_linear_in_the_radius() -> None:
-    exact = np.random.default_rng(9).random((3, 4, 5, 3))
-    biased = [exact * (1 + 0.1 * radius) for radius in judge.RADII]
-    np.testing.assert_allclose(judge.extrapolated(*biased), exact)
+def test_extrapolation_removes_what_is_linear_and_quadratic_in_the_radius() -> None:
+    random = np.random.default_rng(9)
+    exact, slope, curvature = (random.normal(size=(3, 4, 5, 3)) for _ in range(3))
+    line = [exact + slope * radius for radius in judge.RADII]
+    parabola = [exact + slope * radius + curvature * radius**2 for radius in judge.RADII]
+    np.testing.assert_allclose(judge.linear(*line[:2]), exact, atol=1e-12)
+    np.testing.assert_allclose(judge.quadratic(*line), exact, atol=1e-12)
+    np.testing.assert_allclose(judge.quadratic(*parabola), exact, atol=1e-12)
+    # The linear one leaves half of the quadratic error of the larger radius, with opposite sign.
+    left = judge.linear(*parabola[:2]) - exact
+    np.testing.assert_allclose(left, -0.5 * curvature * judge.RADII[0] ** 2, atol=1e-12)
 
 
 def test_saving_and_loading_is_lossless_enough(tmp_path: object, monkeypatch: pytest.MonkeyPatch) -> None:
