@@ -76,7 +76,8 @@ def test_walls_that_cross_do_not_leak() -> None:
 def test_pixels_that_see_a_contact_are_masked(tmp_path: Path) -> None:
     touching, hovering = (contacts.mask(ball_at(height, tmp_path), 40, 30) for height in (3, 3.5))
     assert touching.shape == (30, 40, 1)
-    assert 1 <= (touching == 0).sum() < 30
+    # With the neighbours that is at least 3x3, and far from all of the ball, which covers some 230 pixels.
+    assert 9 <= (touching == 0).sum() < 60
     # Only pixels of the ball see it: those in the middle of the image.
     y, x, _ = np.nonzero(touching == 0)
     assert (np.abs(x - 19.5) < 8).all() and (np.abs(y - 14.5) < 10).all()
