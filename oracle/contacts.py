@@ -3,7 +3,11 @@
 Mitsuba starts a ray that leaves a surface at p a distance delta(p) beside it, along the normal (see docs/oracle.md).
 Near a contact another sphere is closer than that: the ray starts beyond its surface, and sees what it should not. This
 module follows paths from the eye, by the tracer, up to the first diffuse surface, through mirrors and glass. A pixel is
-masked if any of them meets a surface where another sphere is within `MARGIN` delta along the normal.
+masked if any of its paths, or of its eight neighbours', meets a surface where another sphere is within `MARGIN` delta
+along the normal.
+
+The neighbours are needed because a leak to bright light matters even if few paths meet it: pixel (90, 88) of `random`
+meets one with 0.7 % of its paths, and Mitsuba is 32 % too bright there.
 """
 
 from __future__ import annotations
@@ -12,6 +16,7 @@ import re
 from functools import cache
 
 import numpy as np
+from scipy import ndimage
 
 from oracle import sppm, tracer, truth
 
@@ -19,9 +24,8 @@ from oracle import sppm, tracer, truth
 OFFSET = 1500 * 2.0**-24
 # Offsets that are masked. One reaches another sphere, and the rays that leave this one reach as far back.
 MARGIN = 2.0
-# Paths per pixel. A leak to bright light matters even if few paths meet it: this many find one that 2 % of them meet with
-# a probability of 92 %.
-SAMPLES = 128
+# Paths per pixel. Leaks that so few do not find are seen by a neighbour: see `mask`.
+SAMPLES = 32
 # Instants of a scene in motion, which share the paths.
 INSTANTS = 16
 
@@ -38,7 +42,8 @@ def mask(name: str, width: int, height: int) -> np.ndarray:
         moved = _shift(name, width, height, time)
         for pixels, *rays in tracer.camera_rays(camera, width, height, SAMPLES // len(times), random):
             leaks[pixels[leaking(world, *rays, random, moved)]] = True
-    return 1.0 - leaks.reshape(height, width, 1)
+    around = ndimage.maximum_filter(leaks.reshape(height, width, 1), size=(3, 3, 1))
+    return 1.0 - around
 
 
 def leaking(

@@ -76,17 +76,25 @@ def test_walls_that_cross_do_not_leak() -> None:
 def test_pixels_that_see_a_contact_are_masked(tmp_path: Path) -> None:
     touching, hovering = (contacts.mask(ball_at(height, tmp_path), 40, 30) for height in (3, 3.5))
     assert touching.shape == (30, 40, 1)
-    assert 1 <= (touching == 0).sum() < 30
+    # With the neighbours that is at least 3x3, and far from all of the ball, which covers some 230 pixels.
+    assert 9 <= (touching == 0).sum() < 60
     # Only pixels of the ball see it: those in the middle of the image.
     y, x, _ = np.nonzero(touching == 0)
     assert (np.abs(x - 19.5) < 8).all() and (np.abs(y - 14.5) < 10).all()
     assert hovering.all()
 
 
+def test_the_two_known_pixels_of_random_are_masked() -> None:
+    """Where the truth differs from sppm and from the tracer: see docs/oracle.md."""
+    mask = contacts.mask("random", truth.WIDTH, truth.HEIGHT)
+    assert mask[84, 43] == 0 and mask[88, 90] == 0
+    assert 1 - mask.mean() < 0.1
+
+
 @pytest.mark.parametrize("scene", ["mirror", "motion"])
 def test_few_pixels_are_masked(scene: str) -> None:
     share = 1 - contacts.mask(scene, 64, 48).mean()
-    assert share < 0.02
+    assert share < 0.03
 
 
 def test_masked_pixels_are_not_judged() -> None:

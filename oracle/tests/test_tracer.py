@@ -130,7 +130,7 @@ def test_the_power_that_leaves_a_lamp_within_glass(albedo: float, tint: float, r
 
 
 def test_rays_meet_spheres_where_geometry_says() -> None:
-    """Whatever is hit lies on its sphere, in front of the ray, and a ray from a sphere meets it across or not at all."""
+    """A ray from a sphere meets it across or not at all, and what is hit lies on the sphere."""
     random = np.random.default_rng(6)
     ball = world(((1, 2, 3), 5, DIELECTRIC, 1.0, 1.5, 0.0))
     normals = uniform(2000, random)
