@@ -35,12 +35,11 @@ fn way(numbers: &mut Stream, is_path: bool) -> Vec<String> {
     let threads = format!("--threads={}", between(numbers, 1, 4));
     let method = if is_path { "--method=path" } else { "--method=sppm" };
     let lanes: Vec<_> = LaneKind::ALL.into_iter().filter(|kind| kind.is_available()).collect();
-    match between(numbers, 0, 4) {
-        0 => vec![threads, method.into(), "--engine=reference".into()],
-        _ => {
-            let lanes = format!("{:?}", choose(numbers, &lanes)).to_lowercase();
-            vec![threads, method.into(), "--engine=fast".into(), format!("--lanes={lanes}")]
-        }
+    if between(numbers, 0, 4) == 0 {
+        vec![threads, method.into(), "--engine=reference".into()]
+    } else {
+        let lanes = format!("{:?}", choose(numbers, &lanes)).to_lowercase();
+        vec![threads, method.into(), "--engine=fast".into(), format!("--lanes={lanes}")]
     }
 }
 
