@@ -377,3 +377,83 @@ fn nearest(from: DVec3, to: DVec3) -> f64 {
     let t = if length_squared > 0.0 { (-from.dot(along) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
     (from + along * t).length()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::Settings;
+
+    fn sphere(center: Vec3, radius: f32, emission: Rgb) -> Sphere {
+        Sphere { center, velocity: Vec3::ZERO, radius, material: 0, emission }
+    }
+
+    type Change = fn(&mut Scene);
+
+    /// A lamp and a ball before the eye.
+    fn valid() -> Scene {
+        Scene {
+            name: "built".into(),
+            camera: Camera { shutter: [0.0, 1.0], ..Camera::default() },
+            materials: vec![Material::Diffuse { albedo: Rgb::splat(0.5) }],
+            spheres: vec![
+                sphere(Vec3::NEG_Z * 10.0, 1.0, Rgb::ONE),
+                sphere(Vec3::new(0.0, 4.0, -10.0), 1.0, Rgb::ZERO),
+            ],
+            background: Rgb::ZERO,
+            settings: Settings::default(),
+        }
+    }
+
+    #[test]
+    fn a_scene_built_in_code_is_told_what_is_wrong_with_it() {
+        assert_eq!(valid().check(), Ok(()));
+        let sky = Scene { background: Rgb::ONE, ..valid() };
+        assert_eq!(sky.clone().with_sky().check(), Ok(()));
+        assert!(sky.check().unwrap_err().to_string().starts_with("background of the scene is no light yet"));
+        let changes: [(Change, &str); 13] = [
+            (|s| s.camera.eye.x = f32::NAN, "eye of the camera must be finite"),
+            (
+                |s| s.camera.direction = Vec3::ZERO,
+                "direction of the camera must be finite numbers, not all zero",
+            ),
+            (|s| s.camera.up = s.camera.direction, "up of the camera is parallel"),
+            (|s| s.camera.vertical_fov_degrees = 180.0, "is outside (0, 180)"),
+            (|s| s.camera.shutter = [1.0, 0.0], "shutter of the camera"),
+            (|s| s.spheres[1].radius = -1.0, "radius of sphere 2 must be above 0"),
+            (|s| s.spheres[0].material = 1, "material of sphere 1 is index 1 of 1 materials"),
+            (|s| s.spheres[0].emission.y = -1.0, "emission of sphere 1 is outside"),
+            (|s| s.spheres[0].emission = Rgb::ZERO, "there is no light"),
+            (|s| s.spheres[1].velocity = Vec3::X * 2e15, "velocity of sphere 2 must be finite numbers"),
+            (|s| s.spheres[1].center = Vec3::X, "eye of the camera lies on the surface of sphere 2"),
+            (
+                |s| (s.spheres[1].velocity, s.camera.shutter[1]) = (Vec3::X * 9e14, 2.0),
+                "velocity of sphere 2 takes it beyond 1e15",
+            ),
+            (|s| s.spheres[1].center = Vec3::NEG_Z * 10.5, ""),
+        ];
+        for (change, expected) in changes {
+            let mut scene = valid();
+            change(&mut scene);
+            match scene.check() {
+                Err(flaw) => assert!(!expected.is_empty() && flaw.to_string().contains(expected), "{flaw}"),
+                Ok(()) => assert_eq!(expected, ""),
+            }
+        }
+    }
+
+    #[test]
+    fn the_sphere_that_hides_the_only_lamp_is_named() {
+        let at_lamp = sphere(Vec3::NEG_Z * 10.0, 1.0, Rgb::ZERO);
+        let around = |center, radius| sphere(center, radius, Rgb::ZERO);
+        for (hides, seal) in [
+            (at_lamp, Seal::Coincides),
+            (around(Vec3::NEG_Z * 10.0, 3.0), Seal::HoldsLamp),
+            (around(Vec3::ZERO, 3.0), Seal::HoldsEye),
+        ] {
+            let mut scene = valid();
+            scene.spheres.insert(0, hides);
+            let flaw = scene.check().unwrap_err();
+            assert_eq!((flaw.part, flaw.problem), (Part::Sphere(1), Problem::Sealed(Some((seal, 0)))));
+        }
+    }
+}
