@@ -39,6 +39,8 @@ pub enum Field {
     Image,
     /// `outputs.exposure`.
     Exposure,
+    /// `outputs.snapshots`.
+    Snapshots,
     /// `outputs.radius_image`.
     RadiusImage,
     /// `outputs.count_image`.
@@ -69,6 +71,7 @@ impl Field {
             Self::MemoryLimit => "memory_limit",
             Self::Image => "image",
             Self::Exposure => "exposure",
+            Self::Snapshots => "snapshots",
             Self::RadiusImage => "radius_image",
             Self::CountImage => "count_image",
             Self::Stats => "stats",

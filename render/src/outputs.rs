@@ -3,8 +3,9 @@
 use crate::choice::EngineChoice;
 use crate::error::{Error, Field, Problem};
 use crate::stream::Stream;
+use files::atomic_file;
 use files::image_file::{self, Format};
-use files::{atomic_file, paths};
+use files::paths::{self, around};
 use std::path::{Path, PathBuf};
 
 /// Upper bound of a report's bytes.
@@ -60,6 +61,21 @@ impl Outputs {
             (Content::Stats, &self.stats),
         ];
         all.into_iter().filter_map(|(content, path)| Some((content, path.as_deref()?)))
+    }
+
+    /// The file of the snapshot after `iteration`: `OUT-0001.png` for `OUT.png`. `None` if there is none.
+    pub(crate) fn snapshot(&self, iteration: u32) -> Option<PathBuf> {
+        let image = self.image.as_deref().filter(|_| self.snapshots && iteration.is_power_of_two())?;
+        let stem = image.with_file_name(image.file_stem().unwrap_or_default());
+        let extension = image.extension().unwrap_or_default().to_string_lossy();
+        Some(around(&stem, "", &format!("-{iteration:04}.{extension}")))
+    }
+
+    /// The files of all snapshots of so many `iterations`.
+    pub(crate) fn all_snapshots(&self, iterations: u32) -> impl Iterator<Item = PathBuf> {
+        let doubled = |i: &u32| i.checked_mul(2);
+        let numbers = std::iter::successors(Some(1), doubled).take_while(move |i| *i <= iterations);
+        numbers.filter_map(|iteration| self.snapshot(iteration))
     }
 
     /// Checks that `engine` can produce all outputs, that they are different files and none of `inputs`, that they can

@@ -10,7 +10,7 @@ use files::scene_file;
 use render::{LanesName, Made, Metadata, Note, Renderer};
 use scene::settings::MAX_ITERATIONS;
 use scene::text::one_line;
-use scene::{Filter, RowReader, Settings};
+use scene::{Filter, RowReader, Settings, TRANSPORT};
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -46,6 +46,9 @@ struct Info {
     scene: String,
     scene_digest: String,
     settings: Settings,
+    /// Of a checkpoint: the version of its light transport.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    transport: Option<u32>,
     /// Whole iterations done; `settings.iterations` is the number asked for.
     iterations: u32,
     photons: u64,
@@ -134,6 +137,7 @@ fn of_image(metadata: Metadata) -> Info {
         scene: metadata.scene,
         scene_digest: metadata.scene_digest,
         settings: metadata.settings,
+        transport: None,
         iterations: metadata.settings.iterations,
         photons: metadata.photons,
         renderer: metadata.renderer,
@@ -156,6 +160,7 @@ fn of_checkpoint(loaded: &Loaded, has_scene_file: bool) -> Info {
         scene: checkpoint.scene.name.clone(),
         scene_digest: account.scene.clone(),
         settings: checkpoint.scene.settings,
+        transport: Some(account.transport),
         iterations: account.iterations,
         photons: account.stats.photons,
         renderer: note.renderer_of(account.sums),
@@ -166,6 +171,12 @@ fn of_checkpoint(loaded: &Loaded, has_scene_file: bool) -> Info {
             .then(|| scene_file::to_text(&checkpoint.scene, &checkpoint.scene.settings)),
         fault: loaded.fallback.as_ref().map(ToString::to_string),
     }
+}
+
+/// The version of a checkpoint's light transport.
+fn transport(version: u32) -> String {
+    let old = if version == TRANSPORT { "" } else { ", which this program does not go on from" };
+    format!("{version}{old}")
 }
 
 impl Info {
@@ -201,6 +212,7 @@ impl Info {
             ("filter", if filter == Filter::Box { String::new() } else { filter.to_string() }),
             ("method", self.renderer.method.name().into()),
             ("engine", format!("{}{lanes}", self.renderer.engine.name())),
+            ("transport", optional(self.transport.map(transport))),
             ("exposure", optional(self.exposure.map(|stops| format!("{stops} stops")))),
             ("error", optional(self.estimated_error.map(|error| format!("about {error:.3e}, relative")))),
         ];

@@ -140,6 +140,25 @@ fn other_renders_are_not_overwritten() {
     }
 }
 
+/// The fixture is from before the choice of lamps: its iterations and today's are of two images.
+#[test]
+fn iterations_of_another_light_transport_are_not_gone_on_from() {
+    let sandbox = Sandbox::new();
+    let old = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/checkpoints/version-1.sppm");
+    fs::copy(old, sandbox.path("old.sppm")).unwrap();
+    let before = sandbox.contents();
+    let words =
+        ["old.sppm was begun by version 1 of the light transport (sppm 0.1.0)", "go on with the program"];
+    sandbox.run(["resume", "old.sppm", "-n", "4"]).refused(&words);
+    sandbox.run(["render", "cornell", "--checkpoint=old.sppm"].iter().chain(&TINY)).refused(&words);
+    assert!(sandbox.contents() == before, "{:?}", sandbox.names());
+    let info = sandbox.run(["info", "old.sppm"]);
+    assert!(
+        info.code == Some(0) && info.stdout.contains("transport  1, which this program does not go on from"),
+        "{info:?}"
+    );
+}
+
 #[test]
 fn a_checkpoint_is_locked_by_one_render_at_a_time() {
     let sandbox = kept();

@@ -1,6 +1,7 @@
 //! What a checkpoint says of its render.
 
-use scene::{Film, Stats, Sums};
+use super::damage::Damage;
+use scene::{Film, Stats, Sums, TRANSPORT};
 use serde::{Deserialize, Serialize};
 
 /// The format version that is written. Version 1, in which the scene is all text, can be read too.
@@ -12,6 +13,10 @@ pub const FORMAT: u32 = 2;
 pub struct Account {
     /// Version of the program that wrote it.
     pub version: String,
+    /// Version of the light transport that made the sums, [`scene::TRANSPORT`]. Files from before it was noted are of
+    /// version 1, or of an unreleased program that cannot be told from it.
+    #[serde(default = "first")]
+    pub transport: u32,
     /// Digest of the scene, by [`crate::scene_file::digest`].
     pub scene: String,
     /// The kind of sums.
@@ -20,6 +25,24 @@ pub struct Account {
     pub iterations: u32,
     /// Counted work and times so far.
     pub stats: Stats,
+}
+
+impl Account {
+    /// Checks that the sums are of the light transport that this program computes.
+    ///
+    /// # Errors
+    /// [`Damage::Transport`] if they are of another version.
+    pub fn check_transport(&self) -> Result<(), Damage> {
+        if self.transport == TRANSPORT {
+            return Ok(());
+        }
+        let program = self.version.chars().take(16).flat_map(char::escape_debug).collect();
+        Err(Damage::Transport { found: self.transport, program })
+    }
+}
+
+fn first() -> u32 {
+    1
 }
 
 /// The image of an earlier iteration, kept to estimate the error: section `PAST`.

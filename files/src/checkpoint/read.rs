@@ -65,9 +65,10 @@ impl Checkpoint {
     /// file that the checkpoint was read from.
     ///
     /// # Errors
-    /// If the file has changed since it was read, or if the engine uses another algorithm. `engine` may then be partly
-    /// loaded and must not be used.
+    /// If the sums are of another version of the light transport, if the file has changed since it was read, or if the
+    /// engine uses another algorithm. `engine` may then be partly loaded and must not be used.
     pub fn restore(&self, input: &mut (impl Read + Seek), engine: &mut dyn Resumable) -> Result<(), Damage> {
+        self.account.check_transport()?;
         let (settings, sums) = (&self.scene.settings, self.account.sums);
         if engine.sums() != sums {
             return Err(invalid(ACCOUNT, format!("is of {sums}, and the engine's is of {}", engine.sums())));
@@ -115,7 +116,7 @@ fn parse_account(text: &str, scene: &Scene) -> Result<Account, Damage> {
         let theirs = account.scene.chars().take(64).flat_map(char::escape_debug).collect();
         return Err(Damage::OtherScene { theirs, ours });
     }
-    let Account { iterations, .. } = account;
+    let iterations = account.iterations;
     if iterations > MAX_ITERATIONS.min(scene.settings.iterations) {
         let all = scene.settings.iterations;
         return Err(invalid(ACCOUNT, format!("has {iterations} iterations, of {all} that were asked for")));

@@ -345,8 +345,8 @@ fn missing_and_unsuitable_files_are_rejected() {
     fs::write(here("text.exr"), "not a picture").unwrap();
     fs::write(here("empty.exr"), "").unwrap();
     for (name, says) in [
-        ("missing.png", "No such file"),
-        ("folder.png", "no regular file"),
+        ("missing.png", "there is no such file"),
+        ("folder.png", "this is a directory; name an image file"),
         ("text.png", "no PNG file"),
         ("text.exr", "no EXR file"),
         ("empty.exr", "no EXR file"),
@@ -525,7 +525,7 @@ mod unix {
         let link = folder.path().join("null.png");
         symlink("/dev/null", &link).unwrap();
         assert!(problem(check_writable(&link)).contains("device"));
-        assert!(problem(read(&link)).contains("no regular file"));
+        assert!(problem(read(&link)).contains("this is a pipe or a device; name an image file"));
     }
 }
 
