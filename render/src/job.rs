@@ -94,7 +94,8 @@ impl Job {
         })
     }
 
-    /// Repeats the render that wrote `file`, an image or a checkpoint, with its scene, settings, engine and exposure.
+    /// Repeats the render that wrote `file`, an image or a checkpoint, with its scene, settings, engine, exposure
+    /// and tone.
     ///
     /// If `scene` is given, it must be the same scene. It must be given if its text is longer than a mebibyte, because
     /// images do not contain larger scenes.
@@ -103,7 +104,7 @@ impl Job {
     /// If `file` has no metadata, or if the scene is a different one or is needed and not given.
     pub fn like(file: &Path, scene: Option<Scene>) -> Result<Self, Error> {
         let bad = |what: &str| Err(Error::named(Field::Like, format_args!("{}: {what}", file.display())));
-        let Repeated { scene: own, digest, settings, renderer, exposure } = Repeated::read(file)?;
+        let Repeated { scene: own, digest, settings, renderer, exposure, tone } = Repeated::read(file)?;
         let Some(scene) = scene.or(own) else {
             return bad("its scene is too large to stand in it; name the scene too");
         };
@@ -112,7 +113,7 @@ impl Job {
         }
         Ok(Self {
             engine: EngineChoice::new(renderer, None)?,
-            outputs: Outputs { exposure, ..Outputs::default() },
+            outputs: Outputs { exposure, tone, ..Outputs::default() },
             inputs: vec![(Field::Like, file.to_owned())],
             ..Self::new(Scene { settings, ..scene })
         })

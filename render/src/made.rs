@@ -5,7 +5,8 @@ use crate::metadata::Metadata;
 use crate::names::Renderer;
 use crate::save::Note;
 use files::checkpoint::{Loaded, Store};
-use files::{image_file, scene_file};
+use files::image_file::{self, Tone};
+use files::scene_file;
 use scene::{Scene, Settings};
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -66,6 +67,7 @@ pub(crate) struct Repeated {
     pub(crate) settings: Settings,
     pub(crate) renderer: Renderer,
     pub(crate) exposure: Option<f32>,
+    pub(crate) tone: Option<Tone>,
 }
 
 impl Repeated {
@@ -74,11 +76,11 @@ impl Repeated {
         let bad = |problem: String| Error::input(Field::Like, format!("{}: {problem}", path.display()));
         match Made::read(path)? {
             Made::Image(metadata) => {
-                let Metadata { scene_file, scene_digest, settings, renderer, exposure, .. } = metadata;
+                let Metadata { scene_file, scene_digest, settings, renderer, exposure, tone, .. } = metadata;
                 let parsed = scene_file.map(|text| scene_file::parse("scene", &text)).transpose();
                 let scene = parsed.map_err(|error| bad(format!("its scene cannot be used: {error}")))?;
                 settings.validate().map_err(|error| bad(error.to_string()))?;
-                Ok(Self { scene, digest: scene_digest, settings, renderer, exposure })
+                Ok(Self { scene, digest: scene_digest, settings, renderer, exposure, tone })
             }
             Made::Checkpoint(loaded) => {
                 let note = Note::of(&loaded);
@@ -86,7 +88,8 @@ impl Repeated {
                 let (settings, digest) = (checkpoint.scene.settings, checkpoint.account.scene);
                 let renderer = note.renderer_of(checkpoint.account.sums);
                 let scene = Some(checkpoint.scene);
-                Ok(Self { scene, digest, settings, renderer, exposure: note.exposure })
+                let Note { exposure, tone, .. } = note;
+                Ok(Self { scene, digest, settings, renderer, exposure, tone })
             }
         }
     }

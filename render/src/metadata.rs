@@ -3,6 +3,7 @@
 //! It contains no times and no names of machines or files, so that the same render always writes the same bytes.
 
 use crate::names::{LanesName, Renderer};
+use files::image_file::Tone;
 use files::scene_file;
 use scene::{Scene, Settings};
 use serde::{Deserialize, Serialize};
@@ -32,6 +33,9 @@ pub struct Metadata {
     /// Exposure in stops, if one was given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exposure: Option<f32>,
+    /// Tone curve, of an image for viewing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tone: Option<Tone>,
     /// The last estimate of the relative error, if there is an error goal.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimated_error: Option<f64>,
@@ -93,6 +97,7 @@ mod tests {
             renderer: Renderer::default(),
             lanes: Some(LanesName::Emulated),
             exposure: Some(-0.1),
+            tone: Some(Tone::Reinhard { white: 0.1 }),
             estimated_error: None,
             scene_file: scene_file(&scene, &scene.settings),
         };

@@ -4,7 +4,7 @@ use crate::choice::EngineChoice;
 use crate::error::{Error, Field, Problem};
 use crate::stream::Stream;
 use files::atomic_file;
-use files::image_file::{self, Format};
+use files::image_file::{self, Format, Tone};
 use files::paths::{self, around};
 use std::path::{Path, PathBuf};
 
@@ -20,6 +20,8 @@ pub struct Outputs {
     pub stream: Option<Stream>,
     /// Exposure of a `.png` or `.jpg` in stops: each stop is a factor of 2 in brightness.
     pub exposure: Option<f32>,
+    /// Tone curve of a `.png` or `.jpg`; if none is given, the usual one.
+    pub tone: Option<Tone>,
     /// Whether the image is also written after iterations 1, 2, 4, 8, ..., with the iteration in the file name.
     pub snapshots: bool,
     /// An image of the search radius of every pixel, in scene units.
@@ -79,7 +81,7 @@ impl Outputs {
     }
 
     /// Checks that `engine` can produce all outputs, that they are different files and none of `inputs`, that they can
-    /// be written, and that the exposure applies.
+    /// be written, and that exposure and tone apply.
     pub(crate) fn check(&self, engine: EngineChoice, inputs: &[(Field, PathBuf)]) -> Result<(), Error> {
         self.check_engine(engine)?;
         let inputs: Vec<_> = inputs.iter().map(|(field, path)| (*field, path.as_path())).collect();
@@ -97,7 +99,14 @@ impl Outputs {
         if let Some(stream) = &self.stream {
             Format::from_path(&stream.file_name()).map_err(|error| Error::named(Field::Image, error))?;
         }
-        self.check_exposure()
+        self.check_shown(Field::Exposure, self.exposure.is_some())?;
+        self.check_shown(Field::Tone, self.tone.is_some())?;
+        match self.tone {
+            Some(Tone::Reinhard { white }) if !(white > 0.0 && white.is_finite()) => {
+                Err(Error::named(Field::Tone, "the white of reinhard must be a finite number above 0"))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn check_engine(&self, engine: EngineChoice) -> Result<(), Error> {
@@ -113,15 +122,24 @@ impl Outputs {
         }
     }
 
-    /// Rejects an exposure for formats that hold radiance.
-    fn check_exposure(&self) -> Result<(), Error> {
+    /// The tone curve of the image; `None` if its format holds radiance.
+    pub(crate) fn shown_tone(&self) -> Option<Tone> {
+        let streamed = self.stream.as_ref().map(Stream::file_name);
+        let image = self.image.as_ref().or(streamed.as_ref())?;
+        is_exposed(image).then(|| self.tone.unwrap_or_default())
+    }
+
+    /// Rejects exposure and tone, if they are given, for formats that hold radiance.
+    fn check_shown(&self, field: Field, is_given: bool) -> Result<(), Error> {
         let streamed = self.stream.as_ref().map(Stream::file_name);
         let mut images = self.image.iter().chain(&streamed);
-        match images.find(|image| self.exposure.is_some() && !is_exposed(image)) {
+        match images.find(|image| is_given && !is_exposed(image)) {
             Some(image) => {
-                let problem =
-                    format!("{} holds linear radiance; only .png and .jpg are exposed", image.display());
-                Err(Error::named(Field::Exposure, problem))
+                let problem = format!(
+                    "{} holds linear radiance; only .png and .jpg are exposed and toned",
+                    image.display()
+                );
+                Err(Error::named(field, problem))
             }
             None => Ok(()),
         }
@@ -143,7 +161,7 @@ impl Outputs {
     }
 }
 
-/// Whether exposure applies to the image file: to PNG and JPEG, as the other formats store radiance.
+/// Whether exposure and tone apply to the image file: to PNG and JPEG, as the other formats store radiance.
 pub fn is_exposed(image: &Path) -> bool {
     Format::from_path(image).is_ok_and(Format::is_exposed)
 }

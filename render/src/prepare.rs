@@ -76,7 +76,7 @@ fn check_scene(job: &Job) -> Result<(), Error> {
 fn check_resumed(job: &Job, digest: &str, from: &Loaded) -> Result<(), Error> {
     let (path, account) = (from.path.display(), &from.checkpoint.account);
     let other = |damage| Error::input(Field::Resumed, format!("{path} {damage}"));
-    account.check_transport().map_err(other)?;
+    from.checkpoint.check_transport().map_err(other)?;
     let (asked, done) = (job.scene.settings.iterations, account.iterations);
     if asked < done {
         let field = Field::Setting("iterations");
@@ -151,7 +151,7 @@ fn found(job: &Job, digest: &str) -> Result<Option<Loaded>, Error> {
     let loaded = store.load().map_err(|error| refuse(Problem::from(format!("{error}; "))))?;
     let Some(loaded) = loaded else { return Ok(None) };
     let there = &loaded.checkpoint;
-    there.account.check_transport().map_err(|damage| {
+    there.check_transport().map_err(|damage| {
         Error::named(Field::Checkpoint, format_args!("{} {damage}", loaded.path.display()))
     })?;
     let other = |what: String| {

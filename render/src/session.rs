@@ -251,6 +251,7 @@ impl Session<'_> {
             renderer: job.engine.renderer(),
             lanes: job.engine.lanes(),
             exposure: self.writer.outputs().exposure,
+            tone: self.writer.outputs().shown_tone(),
             estimated_error: self.estimate.error,
             scene_file: metadata::scene_file(self.scene, &settings),
         }

@@ -91,7 +91,12 @@ impl Writer {
         report: Option<&Report>,
     ) -> Result<(), FileError> {
         let began = Instant::now();
-        let encoding = Encoding { exposure: self.outputs.exposure.unwrap_or(0.0), note: Some(&shown.note) };
+        let encoding = Encoding {
+            exposure: self.outputs.exposure.unwrap_or(0.0),
+            tone: self.outputs.tone.unwrap_or_default(),
+            seed: shown.engine.settings().seed,
+            note: Some(&shown.note),
+        };
         let values = |name, value: fn(Probe) -> f32| {
             let pixel = |x, y| value(shown.engine.probe(x, y));
             image_file::write_values(path, &shown.picture(&pixel), name, &encoding)

@@ -28,6 +28,8 @@ pub enum Family {
     Shutter = 5,
     /// The path tracer's samples; the index is `y * width + x`.
     Path = 6,
+    /// The dithering of the codes in image files; the index is `y * width + x`, the iteration 0.
+    Dither = 16,
 }
 
 /// The key of one family of streams in one iteration.

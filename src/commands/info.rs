@@ -5,7 +5,7 @@ use crate::terminal::error::Error;
 use crate::terminal::text::{complain, print};
 use clap::{Args as ClapArgs, ValueHint};
 use files::checkpoint::Loaded;
-use files::image_file::{self, ImageReader};
+use files::image_file::{self, ImageReader, Tone};
 use files::scene_file;
 use render::{LanesName, Made, Metadata, Note, Renderer};
 use scene::settings::MAX_ITERATIONS;
@@ -56,6 +56,7 @@ struct Info {
     renderer: Renderer,
     lanes: Option<LanesName>,
     exposure: Option<f32>,
+    tone: Option<Tone>,
     estimated_error: Option<f64>,
     #[serde(skip)]
     scene_file: Option<String>,
@@ -143,6 +144,7 @@ fn of_image(metadata: Metadata) -> Info {
         renderer: metadata.renderer,
         lanes: metadata.lanes,
         exposure: metadata.exposure,
+        tone: metadata.tone,
         estimated_error: metadata.estimated_error,
         scene_file: metadata.scene_file,
         fault: None,
@@ -166,6 +168,7 @@ fn of_checkpoint(loaded: &Loaded, has_scene_file: bool) -> Info {
         renderer: note.renderer_of(account.sums),
         lanes: None,
         exposure: note.exposure,
+        tone: note.tone,
         estimated_error: None,
         scene_file: has_scene_file
             .then(|| scene_file::to_text(&checkpoint.scene, &checkpoint.scene.settings)),
@@ -214,6 +217,7 @@ impl Info {
             ("engine", format!("{}{lanes}", self.renderer.engine.name())),
             ("transport", optional(self.transport.map(transport))),
             ("exposure", optional(self.exposure.map(|stops| format!("{stops} stops")))),
+            ("tone", optional(self.tone.map(|tone| tone.to_string()))),
             ("error", optional(self.estimated_error.map(|error| format!("about {error:.3e}, relative")))),
         ];
         let mut text = String::new();

@@ -1,6 +1,7 @@
 //! The command `render` with valid input.
 
 use crate::sandbox::{Sandbox, TINY};
+use files::image_file::{self, Encoding, Tone};
 use scene::settings::BYTES_PER_PIXEL;
 use std::fs;
 
@@ -109,6 +110,70 @@ fn an_old_file_is_replaced_and_nothing_else_is_left() {
     assert_eq!(sandbox.image("a.png").pixels.len(), 16 * 12);
     assert!(sandbox.json("s.json").is_object());
     assert_eq!(sandbox.names(), ["a.png", "s.json"]);
+}
+
+/// The same radiance by every curve: as by the library, and with the metadata alone in between.
+#[test]
+fn tone_curves_apply_to_png_and_jpg_alone() {
+    let sandbox = Sandbox::new();
+    sandbox.render(&["cornell", "-o", "a.pfm"]);
+    let radiance = sandbox.image("a.pfm");
+    let white = ["--tone=reinhard", "--white=2.5"];
+    let cases: [(&[&str], Tone); 6] = [
+        (&[], Tone::Agx),
+        (&["--tone=agx"], Tone::Agx),
+        (&["--tone=aces"], Tone::Aces),
+        (&["--tone=clamp"], Tone::Clamp),
+        (&["--tone=reinhard"], Tone::Reinhard { white: 4.0 }),
+        (&white, Tone::Reinhard { white: 2.5 }),
+    ];
+    for (options, tone) in cases {
+        for name in ["b.png", "b.jpg"] {
+            sandbox.render(&[&["cornell", "-o", name, "--seed=1"], options].concat());
+            let encoding = Encoding { tone, seed: 1, ..Encoding::default() };
+            image_file::write(&sandbox.path(&format!("c-{name}")), &radiance, &encoding).unwrap();
+            assert_eq!(sandbox.image(name), sandbox.image(&format!("c-{name}")), "{name} {tone}");
+        }
+        let info = sandbox.run(["info", "b.png"]).stdout;
+        assert!(info.contains(&format!("tone       {tone}\n")), "{info}");
+        // Repeated, whatever the usual one.
+        assert_eq!(sandbox.run(["render", "--like", "b.png", "-q", "-o", "d.png"]).code, Some(0));
+        assert!(sandbox.bytes("b.png") == sandbox.bytes("d.png"), "{tone}");
+    }
+    // The last one had a white; a linear image has no curve, and another curve no white.
+    sandbox.run(["render", "--like", "b.png", "-q", "-o", "e.pfm"]);
+    assert!(sandbox.bytes("e.pfm") == sandbox.bytes("a.pfm"));
+    sandbox.run(["render", "--like", "b.png", "-q", "-o", "e.png", "--white=4"]);
+    sandbox.render(&["cornell", "-o", "f.png", "--tone=reinhard"]);
+    assert!(sandbox.bytes("e.png") == sandbox.bytes("f.png"));
+    for (options, words) in [
+        (
+            &["-o", "a.exr", "--tone=agx"][..],
+            &["--tone: a.exr holds linear radiance", "only .png and .jpg"][..],
+        ),
+        (
+            &["-o", "a.png", "--white=2"],
+            &["--white: only the curve reinhard", "--tone reinhard", "--exposure"],
+        ),
+        (&["-o", "a.png", "--tone=aces", "--white=2"], &["--white: only the curve reinhard"]),
+        (&["-o", "a.png", "--tone=reinhard", "--white=0"], &["--white: \"0\""]),
+        (&["-o", "a.png", "--tone=filmic"], &["--tone: \"filmic\"", "clamp, reinhard, aces and agx"]),
+    ] {
+        sandbox.run(["render", "cornell"].iter().chain(options).chain(&TINY)).refused(words);
+    }
+}
+
+#[test]
+fn dithering_follows_the_seed_alone() {
+    let sandbox = Sandbox::new();
+    let options: [&[&str]; 4] =
+        [&["--threads=1"], &["--threads=3"], &["--engine=reference"], &["--lanes=emulated"]];
+    let codes = |options: &[&str]| {
+        sandbox.render(&[&["mirror", "-o", "a.png"], options].concat());
+        sandbox.image("a.png")
+    };
+    let first = codes(options[0]);
+    assert!(options.iter().all(|options| codes(options) == first));
 }
 
 #[test]

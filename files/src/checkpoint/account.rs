@@ -1,7 +1,6 @@
 //! What a checkpoint says of its render.
 
-use super::damage::Damage;
-use scene::{Film, Stats, Sums, TRANSPORT};
+use scene::{Film, Stats, Sums};
 use serde::{Deserialize, Serialize};
 
 /// The format version that is written. Version 1, in which the scene is all text, can be read too.
@@ -27,20 +26,7 @@ pub struct Account {
     pub stats: Stats,
 }
 
-impl Account {
-    /// Checks that the sums are of the light transport that this program computes.
-    ///
-    /// # Errors
-    /// [`Damage::Transport`] if they are of another version.
-    pub fn check_transport(&self) -> Result<(), Damage> {
-        if self.transport == TRANSPORT {
-            return Ok(());
-        }
-        let program = self.version.chars().take(16).flat_map(char::escape_debug).collect();
-        Err(Damage::Transport { found: self.transport, program })
-    }
-}
-
+/// See [`Account::transport`].
 fn first() -> u32 {
     1
 }
