@@ -68,6 +68,8 @@ pub(crate) struct Repeated {
     pub(crate) renderer: Renderer,
     pub(crate) exposure: Option<f32>,
     pub(crate) tone: Option<Tone>,
+    /// The version of the light transport.
+    pub(crate) transport: u32,
 }
 
 impl Repeated {
@@ -76,20 +78,23 @@ impl Repeated {
         let bad = |problem: String| Error::input(Field::Like, format!("{}: {problem}", path.display()));
         match Made::read(path)? {
             Made::Image(metadata) => {
-                let Metadata { scene_file, scene_digest, settings, renderer, exposure, tone, .. } = metadata;
+                let Metadata {
+                    scene_file, scene_digest, settings, renderer, exposure, tone, transport, ..
+                } = metadata;
                 let parsed = scene_file.map(|text| scene_file::parse("scene", &text)).transpose();
                 let scene = parsed.map_err(|error| bad(format!("its scene cannot be used: {error}")))?;
                 settings.validate().map_err(|error| bad(error.to_string()))?;
-                Ok(Self { scene, digest: scene_digest, settings, renderer, exposure, tone })
+                Ok(Self { scene, digest: scene_digest, settings, renderer, exposure, tone, transport })
             }
             Made::Checkpoint(loaded) => {
                 let note = Note::of(&loaded);
                 let checkpoint = loaded.checkpoint;
+                let transport = checkpoint.account.transport;
                 let (settings, digest) = (checkpoint.scene.settings, checkpoint.account.scene);
                 let renderer = note.renderer_of(checkpoint.account.sums);
                 let scene = Some(checkpoint.scene);
                 let Note { exposure, tone, .. } = note;
-                Ok(Self { scene, digest, settings, renderer, exposure, tone })
+                Ok(Self { scene, digest, settings, renderer, exposure, tone, transport })
             }
         }
     }

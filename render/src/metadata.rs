@@ -17,6 +17,9 @@ pub(crate) const MOST_SCENE: usize = 1 << 20;
 pub struct Metadata {
     /// Version of the program that wrote it.
     pub version: String,
+    /// Version of the light transport that made it, [`scene::TRANSPORT`]: another one makes another image.
+    #[serde(default = "first")]
+    pub transport: u32,
     /// The scene's own name.
     pub scene: String,
     /// SHA-256 of the scene, see `files::scene_file::digest`.
@@ -42,6 +45,11 @@ pub struct Metadata {
     /// The scene file with the settings, unless it is too long.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene_file: Option<String>,
+}
+
+/// See [`Metadata::transport`]: it was not noted at first.
+fn first() -> u32 {
+    1
 }
 
 impl Metadata {
@@ -90,6 +98,7 @@ mod tests {
         let scene = files::builtin::scene("cornell").unwrap();
         let metadata = Metadata {
             version: "1".into(),
+            transport: 7,
             scene: "a \"b\"\\ é \u{1f600}\u{7f}\u{1}".into(),
             scene_digest: scene_file::digest(&scene),
             settings: Settings { initial_radius: 0.1, seed: u64::MAX, ..scene.settings },
@@ -105,6 +114,8 @@ mod tests {
         assert!(note.bytes().all(|b| (b' '..0x7f).contains(&b)));
         assert_eq!(Metadata::from_note(&note), Some(metadata));
         assert_eq!(Metadata::from_note("{}"), None);
+        let unnoted = note.replace(r#""transport":7,"#, "");
+        assert_eq!(Metadata::from_note(&unnoted).map(|old| old.transport), Some(1));
         // Earlier versions had three engines, and no methods.
         let old = note.replace(r#""method":"sppm","engine":"fast""#, r#""engine":"path""#);
         assert_ne!(old, note);

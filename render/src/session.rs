@@ -6,7 +6,7 @@
 use crate::error::{Error, Field};
 use crate::estimate::Estimate;
 use crate::goals::Clock;
-use crate::job::Job;
+use crate::job::{Job, Repeats};
 use crate::keeper::Keeper;
 use crate::memory;
 use crate::metadata::{self, Metadata};
@@ -22,7 +22,7 @@ use fast::Parts;
 use files::atomic_file::FileError;
 use files::checkpoint::{Loaded, Past};
 use files::lock::Lock;
-use scene::{Resumable, Scene, Settings, Stop};
+use scene::{Resumable, Scene, Settings, Stop, TRANSPORT};
 use std::mem::{replace, take};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -108,6 +108,10 @@ impl Session<'_> {
         // One is enough: the files of a render are mostly on one file system.
         if let Some(fault) = locks.iter().find_map(Lock::uncertain) {
             self.observer.notice(&Notice::NotLocked(fault.clone()));
+        }
+        if let Some(other) = self.job.repeats.as_ref().filter(|repeats| repeats.transport != TRANSPORT) {
+            let Repeats { path, transport } = other.clone();
+            self.observer.notice(&Notice::OtherTransport { path, transport });
         }
         let mut started = self.job.engine.start(self.scene, deposits, take(parts));
         let engine = started.engine();
@@ -244,6 +248,7 @@ impl Session<'_> {
         let photons = u64::from(settings.photons_per_iteration) * u64::from(done);
         Metadata {
             version: env!("CARGO_PKG_VERSION").into(),
+            transport: TRANSPORT,
             scene: self.scene.name.clone(),
             scene_digest: self.digest.clone(),
             settings,

@@ -4,18 +4,18 @@ use std::sync::LazyLock;
 
 /// The code value in [0, 1] of linear `v`, which is clamped to [0, 1]; NaN stays NaN.
 pub fn encode(v: f64) -> f64 {
-    encode_with(v, f64::powf)
-}
-
-/// As [`encode`], with a power function of the caller's, such as one that is the same on every machine.
-pub fn encode_with(v: f64, power: impl Fn(f64, f64) -> f64) -> f64 {
     let v = v.clamp(0.0, 1.0);
-    if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * power(v, 1.0 / 2.4) - 0.055 }
+    if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
 }
 
 /// The linear value of code value `c`.
 pub fn decode(c: f64) -> f64 {
-    if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+    decode_with(c, f64::powf)
+}
+
+/// As [`decode`], with a power function of the caller's, such as one that is the same on every machine.
+pub fn decode_with(c: f64, power: impl Fn(f64, f64) -> f64) -> f64 {
+    if c <= 0.040_45 { c / 12.92 } else { power((c + 0.055) / 1.055, 2.4) }
 }
 
 /// The linear values at which the code rounds to the next byte.

@@ -111,7 +111,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
         check_difference(args, path)?;
     }
     let [mut a, mut b] = open(args)?;
-    if let Some(warning) = toned_apart(args) {
+    if let Some(warning) = toned_apart(args, [&a, &b]) {
         complain(&warning);
     }
     let hdr_flip = a.is_linear() && b.is_linear();
@@ -136,13 +136,14 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
     if exceeded.is_empty() { Ok(()) } else { Err(Error::Failed(exceeded.join("; "))) }
 }
 
-/// The warning that the images show radiance by two curves, as their files say.
-fn toned_apart(args: &CompareArgs) -> Option<String> {
-    let [a, b] = [&args.a, &args.b].map(|path| {
-        let note = image_file::read_note(path).ok().flatten();
-        let metadata = note.as_deref().and_then(Metadata::from_note);
-        metadata.and_then(|metadata| metadata.tone).unwrap_or(Tone::Clamp)
-    });
+/// The warning that the images show radiance by two curves. Of a linear image that is known, of others only if their
+/// files say it.
+fn toned_apart(args: &CompareArgs, images: [&ImageReader; 2]) -> Option<String> {
+    let tone = |path: &Path, image: &ImageReader| {
+        let metadata = || Metadata::from_note(&image_file::read_note(path).ok()??);
+        if image.is_linear() { Some(Tone::Clamp) } else { metadata()?.tone }
+    };
+    let (a, b) = (tone(&args.a, images[0])?, tone(&args.b, images[1])?);
     let (toned, tone) = if a == Tone::Clamp { (&args.b, b) } else { (&args.a, a) };
     (a != b).then(|| {
         format!(

@@ -46,9 +46,8 @@ struct Info {
     scene: String,
     scene_digest: String,
     settings: Settings,
-    /// Of a checkpoint: the version of its light transport.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    transport: Option<u32>,
+    /// Version of the light transport.
+    transport: u32,
     /// Whole iterations done; `settings.iterations` is the number asked for.
     iterations: u32,
     photons: u64,
@@ -138,7 +137,7 @@ fn of_image(metadata: Metadata) -> Info {
         scene: metadata.scene,
         scene_digest: metadata.scene_digest,
         settings: metadata.settings,
-        transport: None,
+        transport: metadata.transport,
         iterations: metadata.settings.iterations,
         photons: metadata.photons,
         renderer: metadata.renderer,
@@ -162,7 +161,7 @@ fn of_checkpoint(loaded: &Loaded, has_scene_file: bool) -> Info {
         scene: checkpoint.scene.name.clone(),
         scene_digest: account.scene.clone(),
         settings: checkpoint.scene.settings,
-        transport: Some(account.transport),
+        transport: account.transport,
         iterations: account.iterations,
         photons: account.stats.photons,
         renderer: note.renderer_of(account.sums),
@@ -176,10 +175,9 @@ fn of_checkpoint(loaded: &Loaded, has_scene_file: bool) -> Info {
     }
 }
 
-/// The version of a checkpoint's light transport.
+/// The version of a file's light transport, if it is not that of this program.
 fn transport(version: u32) -> String {
-    let old = if version == TRANSPORT { "" } else { ", which this program does not go on from" };
-    format!("{version}{old}")
+    if version == TRANSPORT { String::new() } else { format!("{version}; this program computes {TRANSPORT}") }
 }
 
 impl Info {
@@ -215,7 +213,7 @@ impl Info {
             ("filter", if filter == Filter::Box { String::new() } else { filter.to_string() }),
             ("method", self.renderer.method.name().into()),
             ("engine", format!("{}{lanes}", self.renderer.engine.name())),
-            ("transport", optional(self.transport.map(transport))),
+            ("transport", transport(self.transport)),
             ("exposure", optional(self.exposure.map(|stops| format!("{stops} stops")))),
             ("tone", optional(self.tone.map(|tone| tone.to_string()))),
             ("error", optional(self.estimated_error.map(|error| format!("about {error:.3e}, relative")))),

@@ -150,11 +150,17 @@ fn iterations_of_another_light_transport_are_not_gone_on_from() {
     let words =
         ["old.sppm was begun by version 1 of the light transport (sppm 0.1.0)", "go on with the program"];
     sandbox.run(["resume", "old.sppm", "-n", "4"]).refused(&words);
+    let again = Sandbox::new();
+    fs::copy(old, again.path("old.sppm")).unwrap();
+    let like = again.run(["render", "--like", "old.sppm", "-o", "a.pfm"]);
+    let line =
+        "warning: old.sppm was made by version 1 of the light transport, and this program computes version 2";
+    assert!(like.code == Some(0) && like.stderr.starts_with(line), "{like:?}");
     sandbox.run(["render", "cornell", "--checkpoint=old.sppm"].iter().chain(&TINY)).refused(&words);
     assert!(sandbox.contents() == before, "{:?}", sandbox.names());
     let info = sandbox.run(["info", "old.sppm"]);
     assert!(
-        info.code == Some(0) && info.stdout.contains("transport  1, which this program does not go on from"),
+        info.code == Some(0) && info.stdout.contains("transport  1; this program computes 2"),
         "{info:?}"
     );
 }

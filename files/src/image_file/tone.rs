@@ -94,22 +94,24 @@ impl Tone {
 
     /// What a screen shows of linear radiance: linear light, within [0, 1].
     pub fn shown(self, radiance: [f64; 3]) -> [f64; 3] {
+        self.signal(radiance).map(|v| libm::pow(v, self.exponent()))
+    }
+
+    /// The signal that a screen with this curve's [`Self::exponent`] gets for linear radiance, within [0, 1].
+    fn signal(self, radiance: [f64; 3]) -> [f64; 3] {
         let light = radiance.map(|v| v.clamp(0.0, BRIGHTEST));
-        let shown = match self {
+        let signal = match self {
             Self::Clamp => light,
             Self::Reinhard { white } => reinhard(light, white.into()),
             Self::Aces => times(FROM_ACES, times(TO_ACES, light).map(aces_fit)),
-            Self::Agx => {
-                let encoded = times(OUTSET, times(INSET, light).map(|v| agx_fit(agx_encoded(v))));
-                encoded.map(|v| libm::pow(v.max(0.0), SCREEN))
-            }
+            Self::Agx => times(OUTSET, times(INSET, light).map(|v| agx_fit(agx_encoded(v)))),
         };
-        shown.map(|v| v.clamp(0.0, 1.0))
+        signal.map(|v| v.clamp(0.0, 1.0))
     }
 
-    /// Whether codes are dithered, so that smooth gradients show no steps.
-    fn is_dithered(self) -> bool {
-        self != Self::Clamp
+    /// The power of the signal that the light of the screen is.
+    fn exponent(self) -> f64 {
+        if self == Self::Agx { SCREEN } else { 1.0 }
     }
 }
 
@@ -123,38 +125,65 @@ impl fmt::Display for Tone {
 }
 
 /// Maps radiance to the codes of a PNG or JPEG file.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Encoder {
     gain: f64,
     tone: Tone,
-    /// Of the numbers that dither.
-    key: StreamKey,
+    /// Dithers, so that smooth gradients show no steps; `None` if codes are rounded.
+    dither: Option<Dither>,
 }
 
 impl Encoder {
     /// An encoder with an `exposure` in stops. The noise of its dithering follows from `seed`.
     pub(super) fn new(exposure: f32, tone: Tone, seed: u64) -> Self {
-        Self { gain: libm::exp2(exposure.into()), tone, key: StreamKey::new(seed, Family::Dither, 0) }
+        let dither = (tone != Tone::Clamp).then(|| Dither::new(seed, tone.exponent()));
+        Self { gain: libm::exp2(exposure.into()), tone, dither }
     }
 
     /// The codes of the pixel with the given number, row by row, which has no NaN.
     pub(super) fn codes(&self, number: u32, radiance: Rgb) -> [u8; 3] {
-        let light = self.tone.shown(radiance.to_array().map(|v| f64::from(v) * self.gain));
-        if !self.tone.is_dithered() {
-            return light.map(srgb::encode_byte);
-        }
-        let mut noise = self.key.stream(number);
-        light.map(|v| dithered(v, noise.next_f32().into()))
+        let signal = self.tone.signal(radiance.to_array().map(|v| f64::from(v) * self.gain));
+        let Some(dither) = &self.dither else { return signal.map(srgb::encode_byte) };
+        let mut noise = dither.key.stream(number);
+        signal.map(|v| dither.code(v, noise.next_f32().into()))
     }
 }
 
-/// One of the two codes next to linear `v`: for uniform `u` in [0, 1) the mean is exactly the code in between. Black and
-/// white stay as they are.
-fn dithered(v: f64, u: f64) -> u8 {
-    if v >= 1.0 {
-        return u8::MAX; // the formula of sRGB is a rounding below it
+/// Chooses between the two codes next to a signal at random, so that the signals of the codes have the right mean.
+#[derive(Clone, Debug)]
+struct Dither {
+    key: StreamKey,
+    /// The signal of each code of sRGB.
+    signals: [f64; 256],
+    /// The greatest code whose signal is not above `i / STEPS`: where the search for a code begins.
+    first_codes: Box<[u8]>,
+}
+
+/// Steps of the signal in [`Dither::first_codes`].
+const STEPS: usize = 4096;
+
+impl Dither {
+    /// For a screen of this `exponent`.
+    fn new(seed: u64, exponent: f64) -> Self {
+        let light = |code: usize| srgb::decode_with(code as f64 / 255.0, libm::pow);
+        let signals: [f64; 256] = std::array::from_fn(|code| libm::pow(light(code), 1.0 / exponent));
+        let not_above = |limit: f64| signals.partition_point(|&signal| signal <= limit) - 1;
+        let first_codes = (0..=STEPS).map(|step| not_above(step as f64 / STEPS as f64) as u8).collect();
+        Self { key: StreamKey::new(seed, Family::Dither, 0), signals, first_codes }
     }
-    (255.0 * srgb::encode_with(v, libm::pow) + u) as u8
+
+    /// The code of a `signal` in [0, 1], for uniform `u` in [0, 1). Black and white stay as they are.
+    fn code(&self, signal: f64, u: f64) -> u8 {
+        let mut code = self.first_codes[(signal * STEPS as f64) as usize];
+        while code < u8::MAX && self.signals[usize::from(code) + 1] <= signal {
+            code += 1;
+        }
+        if code == u8::MAX {
+            return code;
+        }
+        let [low, high] = [0, 1].map(|next| self.signals[usize::from(code) + next]);
+        code + u8::from(u * (high - low) < signal - low)
+    }
 }
 
 fn reinhard(light: [f64; 3], white: f64) -> [f64; 3] {
@@ -302,18 +331,38 @@ mod tests {
 
     #[test]
     fn dithering_has_the_right_mean_and_two_codes() {
-        let encoder = Encoder::new(0.0, Tone::Aces, 7);
-        for v in [0.01_f32, 0.18, 0.7] {
-            let exact = 255.0 * srgb::encode(Tone::Aces.shown([v.into(); 3])[1]);
-            let codes: Vec<f64> =
-                (0..1 << 16).map(|i| f64::from(encoder.codes(i, Rgb::splat(v))[1])).collect();
-            assert!(codes.iter().all(|&code| code == exact.floor() || code == exact.ceil()));
-            let mean = codes.iter().sum::<f64>() / codes.len() as f64;
-            // Six standard deviations of the mean of as many numbers 0 or 1.
-            assert!((mean - exact).abs() < 6.0 * 0.5 / 256.0, "{mean} instead of {exact}");
+        for tone in [Tone::Aces, Tone::Agx] {
+            let encoder = Encoder::new(0.0, tone, 7);
+            for v in [0.001_f32, 0.01, 0.18, 0.7, 3.0] {
+                let exact = 255.0 * srgb::encode(tone.shown([v.into(); 3])[1]);
+                let codes: Vec<u8> = (0..1 << 16).map(|i| encoder.codes(i, Rgb::splat(v))[1]).collect();
+                assert!(codes.iter().all(|&code| (f64::from(code) - exact).abs() < 1.0), "{tone} {v}");
+                let signal = |code: &u8| srgb::decode(f64::from(*code) / 255.0).powf(1.0 / tone.exponent());
+                let mean = codes.iter().map(signal).sum::<f64>() / codes.len() as f64;
+                let expected = tone.signal([v.into(); 3])[1];
+                let step = signal(&(exact as u8 + 1)) - signal(&(exact as u8));
+                // Six standard deviations of the mean of as many numbers 0 or 1.
+                assert!(
+                    (mean - expected).abs() < 6.0 * step * 0.5 / 256.0,
+                    "{tone}: {mean} instead of {expected}"
+                );
+            }
         }
-        assert_eq!([0.0, 1.0].map(|v| dithered(v, 0.999_999)), [0, 255]);
-        assert_eq!([0.0, 1.0].map(|v| dithered(v, 0.0)), [0, 255]);
+    }
+
+    #[test]
+    fn black_white_and_every_exact_code_are_not_dithered() {
+        for exponent in [1.0, SCREEN] {
+            let dither = Dither::new(1, exponent);
+            for u in [0.0, 0.5, 0.999_999] {
+                for code in 0..=255 {
+                    assert_eq!(dither.code(dither.signals[usize::from(code)], u), code, "{exponent} {u}");
+                }
+            }
+            for signal in [1e-9, 0.3, 0.999_999] {
+                assert_eq!(dither.code(signal, 0.0), 1 + dither.code(signal, 0.999_999_999_999), "{signal}");
+            }
+        }
     }
 
     /// The same pixel always gets the same codes; another pixel, channel or seed other noise.
