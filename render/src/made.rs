@@ -5,7 +5,7 @@ use crate::metadata::Metadata;
 use crate::names::Renderer;
 use crate::save::Note;
 use files::checkpoint::{Loaded, Store};
-use files::image_file::{self, Tone};
+use files::image_file::{self, Format, Tone};
 use files::scene_file;
 use scene::{Scene, Settings};
 use std::fs::File;
@@ -51,12 +51,16 @@ impl Made {
     }
 }
 
-/// Whether a file begins with a checkpoint's magic number or has its extension.
+/// Whether a file begins with a checkpoint's magic number; or else has its extension, and does not begin as an image.
 fn is_checkpoint(path: &Path) -> bool {
     let is_file = path.metadata().is_ok_and(|status| status.is_file());
-    let mut start = [0; 5];
-    let begins = is_file && File::open(path).and_then(|mut file| file.read_exact(&mut start)).is_ok();
-    (begins && start == *b"\x89SPPM") || path.extension().is_some_and(|extension| extension == "sppm")
+    let mut start = Vec::new();
+    if is_file && let Ok(file) = File::open(path) {
+        // What cannot be read is left to the reader of checkpoints, to say why.
+        let _ = file.take(12).read_to_end(&mut start);
+    }
+    let has_extension = || path.extension().is_some_and(|extension| extension == "sppm");
+    start.starts_with(b"\x89SPPM") || (has_extension() && Format::of_content(&start).is_none())
 }
 
 /// What is needed to repeat a render.

@@ -4,7 +4,7 @@ use crate::choice::EngineChoice;
 use crate::error::{Error, Field, Problem};
 use crate::stream::Stream;
 use files::atomic_file;
-use files::image_file::{self, Format, Tone};
+use files::image_file::{self, Format, ImageError, Tone};
 use files::paths::{self, around};
 use std::path::{Path, PathBuf};
 
@@ -97,7 +97,9 @@ impl Outputs {
             checked.map_err(|error| Error::named(content.field(), error))?;
         }
         if let Some(stream) = &self.stream {
-            Format::from_path(&stream.file_name()).map_err(|error| Error::named(Field::Image, error))?;
+            let named =
+                |error: ImageError| Error::named(Field::Image, ImageError { path: stream.path(), ..error });
+            Format::from_path(&stream.file_name()).map_err(named)?;
         }
         self.check_shown(Field::Exposure, self.exposure.is_some())?;
         self.check_shown(Field::Tone, self.tone.is_some())?;
@@ -125,20 +127,19 @@ impl Outputs {
     /// The tone curve of the image; `None` if its format holds radiance.
     pub(crate) fn shown_tone(&self) -> Option<Tone> {
         let streamed = self.stream.as_ref().map(Stream::file_name);
-        let image = self.image.as_ref().or(streamed.as_ref())?;
-        is_exposed(image).then(|| self.tone.unwrap_or_default())
+        let mut images = self.image.iter().chain(&streamed);
+        images.any(|image| is_exposed(image)).then(|| self.tone.unwrap_or_default())
     }
 
     /// Rejects exposure and tone, if they are given, for formats that hold radiance.
     fn check_shown(&self, field: Field, is_given: bool) -> Result<(), Error> {
-        let streamed = self.stream.as_ref().map(Stream::file_name);
-        let mut images = self.image.iter().chain(&streamed);
-        match images.find(|image| is_given && !is_exposed(image)) {
-            Some(image) => {
-                let problem = format!(
-                    "{} holds linear radiance; only .png and .jpg are exposed and toned",
-                    image.display()
-                );
+        let image = self.image.iter().map(|image| (image.clone(), is_exposed(image)));
+        let streamed = self.stream.iter().map(|stream| (stream.path(), is_exposed(&stream.file_name())));
+        match image.chain(streamed).find(|(_, is_exposed)| is_given && !is_exposed) {
+            Some((path, _)) => {
+                let path = path.display();
+                let problem =
+                    format!("{path} holds linear radiance; only .png and .jpg are exposed and toned");
                 Err(Error::named(field, problem))
             }
             None => Ok(()),

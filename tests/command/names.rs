@@ -152,6 +152,20 @@ fn a_link_to_a_pipe_is_told_as_a_pipe() {
 }
 
 #[test]
+fn what_a_file_contains_decides_whatever_its_name() {
+    let sandbox = Sandbox::new();
+    sandbox.render(&["cornell", "-o", "a.png", "--checkpoint=a.sppm"]);
+    for (from, name, kind) in [("a.png", "image.sppm", "image"), ("a.sppm", "checkpoint.png", "checkpoint")] {
+        fs::copy(sandbox.path(from), sandbox.path(name)).unwrap();
+        let info = sandbox.run(["info", name]);
+        let words = [format!("file       {kind}\n"), "scene      Cornell Box\n".into()];
+        assert!(words.iter().all(|words| info.stdout.contains(words)), "{info:?}");
+        let like = sandbox.run(["render", "-q", "--like", name, "-o", "b.png"]);
+        assert_eq!(like.code, Some(0), "{like:?}");
+    }
+}
+
+#[test]
 fn a_file_that_is_missing_is_told_as_such_whatever_its_name() {
     let sandbox = Sandbox::new();
     sandbox.render(&["cornell", "-o", "a.png"]);
