@@ -10,6 +10,7 @@ mod convergence;
 mod determinism;
 mod distributed;
 mod emission;
+mod facts;
 mod filters;
 mod furnace;
 mod grid;
