@@ -18,6 +18,7 @@ mod harness;
 mod intersection;
 mod light_choice;
 mod lights;
+mod roles;
 mod sampling;
 mod scattering;
 mod sky;

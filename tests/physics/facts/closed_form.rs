@@ -33,13 +33,13 @@ pub(super) fn average(most: f64, f: impl Fn(f64) -> f64) -> f64 {
 
 /// Asserts that the channels agree within a relative `tolerance`.
 #[track_caller]
-pub(super) fn assert_close(actual: [f64; 3], expected: [f64; 3], tolerance: f64, what: &str) {
+pub(crate) fn assert_close(actual: [f64; 3], expected: [f64; 3], tolerance: f64, what: &str) {
     let error = relative_error(actual, expected);
     assert!(error < tolerance, "{what}: {actual:?} instead of {expected:?}, off by {error:.1e}");
 }
 
 /// The mean of the direct light in a picture that SPPM takes with 2^18 samples.
-pub(super) fn direct_light(scene: &Scene, depth: u32) -> [f64; 3] {
+pub(crate) fn direct_light(scene: &Scene, depth: u32) -> [f64; 3] {
     let settings = Settings { iterations: 64, ..settings(64, 64, 1, depth, 1.0) };
     settings.validate().unwrap();
     let mut engine = Sppm::new(scene, &settings);
@@ -51,7 +51,7 @@ pub(super) fn direct_light(scene: &Scene, depth: u32) -> [f64; 3] {
 
 /// The radiance of a diffuse surface of albedo 1 in the direct light of a lamp of radiance 1 and radius `radius` above
 /// its horizon, where `to_lamp` leads from the surface to the lamp's centre.
-pub(super) fn lit(normal: Vec3, to_lamp: Vec3, radius: f32) -> f64 {
+pub(crate) fn lit(normal: Vec3, to_lamp: Vec3, radius: f32) -> f64 {
     let to_lamp = to_lamp.as_dvec3();
     (f64::from(radius) / to_lamp.length()).powi(2) * to_lamp.normalize().dot(normal.as_dvec3())
 }

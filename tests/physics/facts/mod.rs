@@ -14,3 +14,5 @@ mod squared_index;
 mod table;
 mod tint;
 mod total_reflection;
+
+pub(crate) use closed_form::{assert_close, direct_light, lit};
