@@ -4,7 +4,6 @@ use crate::choice::EngineChoice;
 use crate::error::{Error, Field};
 use crate::names::{EngineName, MethodName};
 use scene::Scene;
-use scene::settings::BYTES_PER_PIXEL;
 use scene::text::mebibytes;
 
 /// Memory of the process itself, with its libraries.
@@ -14,6 +13,9 @@ const BYTES_OF_PROCESS: u64 = 16 << 20;
 const BYTES_PER_WRITTEN_COLUMN: u64 = 1 << 10;
 /// Memory per pixel for the estimate of the error: the earlier image and the current one.
 const BYTES_PER_PAST_PIXEL: u64 = 24;
+/// Memory per pixel of the reference: 124 for sums, visible points and what these gather; and while its grid is built, for
+/// each of about eight entries, 20 as they are collected, 10 to sort them and 16 as they are kept. The rest is reserve.
+const BYTES_PER_REFERENCE_PIXEL: u64 = 512;
 /// Memory per pixel of the reference's path tracer: sums and samples.
 const BYTES_PER_TRACED_PIXEL: u64 = 36;
 /// Memory per sphere: in the scene, twice if it moves, and in the still.
@@ -89,7 +91,7 @@ fn bytes(engine: EngineChoice, scene: &Scene, threads: usize, has_past: bool, de
         (MethodName::Sppm, EngineName::Fast) => {
             fast::Sppm::bytes_at_most(settings, spheres, threads, deposits, engine.parameters())
         }
-        (MethodName::Sppm, EngineName::Reference) => pixels * BYTES_PER_PIXEL,
+        (MethodName::Sppm, EngineName::Reference) => pixels * BYTES_PER_REFERENCE_PIXEL,
         (MethodName::Path, EngineName::Fast) => fast::PathTracer::bytes_at_most(settings, spheres, threads),
         (MethodName::Path, EngineName::Reference) => pixels * BYTES_PER_TRACED_PIXEL,
     };
@@ -157,7 +159,7 @@ mod tests {
         for (engine, per_pixel, of_spheres) in [
             (chosen(MethodName::Sppm, fast), None, 256),
             (chosen(MethodName::Path, fast), Some(BYTES_PER_TRACED_PIXEL), 256),
-            (chosen(MethodName::Sppm, reference), Some(BYTES_PER_PIXEL), 0),
+            (chosen(MethodName::Sppm, reference), Some(BYTES_PER_REFERENCE_PIXEL), 0),
             (chosen(MethodName::Path, reference), Some(BYTES_PER_TRACED_PIXEL), 0),
         ] {
             let base = scene(settings);
