@@ -63,6 +63,23 @@ fn a_resumed_file_is_the_uninterrupted_file() {
     assert!(sandbox.bytes("a.exr") == sandbox.bytes("whole.exr"));
 }
 
+/// Counted work is of all sessions.
+#[test]
+fn the_statistics_of_a_resumed_render_are_those_of_an_uninterrupted_one() {
+    let sandbox = kept();
+    resume(&sandbox, &["--iterations=9", "--stats=resumed.json"]);
+    render(&sandbox, &["-o", "b.exr", "--iterations=9", "--stats=whole.json"]);
+    let [resumed, whole] = ["resumed.json", "whole.json"].map(|name| sandbox.json(name));
+    assert_eq!((&resumed["resumed_after"], &whole["resumed_after"]), (&4.into(), &0.into()));
+    for key in ["iterations", "settings", "photons", "camera_segments", "visible_points", "shadow_rays"] {
+        assert!(!whole[key].is_null(), "no {key}: {whole}");
+        assert_eq!(resumed[key], whole[key], "{key}");
+    }
+    for key in ["photon_segments", "deposits", "contributions", "lanes"] {
+        assert_eq!(resumed[key], whole[key], "{key}");
+    }
+}
+
 #[test]
 fn the_same_render_resumes_automatically() {
     let sandbox = kept();

@@ -6,27 +6,15 @@
 
 use crate::cases::tell;
 use crate::harness::{
-    BLACK, Build, SIGNIFICANCE, assert_uniform_square, chi_square_p_of, coloured, empty_scene, glass, mirror,
-    pinhole, settings,
+    BLACK, Build, SIGNIFICANCE, assert_uniform_square, chi_square_p_of, coloured, deposits, empty_scene,
+    glass, mirror, pinhole, settings,
 };
 use glam::DVec3;
 use reference::direct_light::choose_light;
-use reference::photon_pass::{Deposit, Flux, photon_pass, quantise};
+use reference::photon_pass::{Deposit, Flux, quantise};
 use scene::film::FLUX_ONE;
-use scene::{Rgb, Scene, Settings, Stats, Vec3};
+use scene::{Rgb, Scene, Settings, Vec3};
 use std::f64::consts::TAU;
-
-/// The deposits of several iterations.
-fn deposits(scene: &Scene, settings: &Settings) -> (Vec<Deposit>, Stats) {
-    let (mut all, mut stats) = (Vec::new(), Stats::default());
-    for iteration in 0..settings.iterations {
-        let photons = 0..settings.photons_per_iteration;
-        photon_pass(&scene.at(0.0), settings, iteration, photons, &mut stats, |deposit, _| {
-            all.push(*deposit);
-        });
-    }
-    (all, stats)
-}
 
 fn nowhere() -> Scene {
     empty_scene(pinhole(Vec3::new(0.0, 0.0, 90.0), Vec3::ZERO, 60.0))

@@ -1,7 +1,8 @@
 //! Helpers of the physics tests: build scenes in code, render them, and test statistics.
 
+use reference::photon_pass::{Deposit, photon_pass};
 use reference::{PathTracer, Sppm};
-use scene::{Camera, Engine, Film, Filter, Material, Rgb, Scene, Settings, Sphere, Vec3};
+use scene::{Camera, Engine, Film, Filter, Material, Rgb, Scene, Settings, Sphere, Stats, Vec3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 pub(crate) const BLACK: Material = diffuse(0.0);
@@ -101,6 +102,18 @@ pub(crate) fn render_sppm(scene: &Scene, settings: &Settings) -> Film {
 pub(crate) fn render_path(scene: &Scene, settings: &Settings) -> Film {
     settings.validate().unwrap();
     run(PathTracer::new(scene, settings), settings)
+}
+
+/// The photons that several iterations deposit at shutter time 0, and the work that was counted.
+pub(crate) fn deposits(scene: &Scene, settings: &Settings) -> (Vec<Deposit>, Stats) {
+    let (mut all, mut stats) = (Vec::new(), Stats::default());
+    for iteration in 0..settings.iterations {
+        let photons = 0..settings.photons_per_iteration;
+        photon_pass(&scene.at(0.0), settings, iteration, photons, &mut stats, |deposit, _| {
+            all.push(*deposit);
+        });
+    }
+    (all, stats)
 }
 
 /// The mean over all pixels, summed in `f64`.
