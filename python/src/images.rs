@@ -2,11 +2,13 @@
 
 use crate::columns::{elements, picture, vectors};
 use crate::errors::{FileError, InputError};
-use crate::work::work_on;
+use crate::work::{work, work_on};
 use files::image_file::{self, Encoding, ImageReader};
+use numpy::ndarray::Array3;
 use numpy::{PyArray3, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 use render::Metadata;
+use scene::srgb::encode_byte;
 use scene::{Picture, Rgb, RowReader as _};
 use std::path::PathBuf;
 
@@ -78,15 +80,16 @@ pub(crate) fn read_image(
     Ok((picture(py, size, pixels)?, note))
 }
 
-/// The names of the layers of an image file.
+/// The picture that a screen shows of linear radiance: 8 bits of sRGB.
 #[pyfunction]
-pub(crate) fn layer_names(py: Python, path: PathBuf) -> PyResult<Vec<String>> {
-    work_on(py, None, || image_file::layer_names(&path))?
-        .map_err(|error| FileError::new_err(error.to_string()))
-}
-
-/// Whether an exposure applies to the image file: to PNG and JPEG.
-#[pyfunction]
-pub(crate) fn is_exposed(path: PathBuf) -> bool {
-    render::is_exposed(&path)
+pub(crate) fn srgb<'py>(
+    py: Python<'py>,
+    radiance: PyReadonlyArray3<f32>,
+) -> PyResult<Bound<'py, PyArray3<u8>>> {
+    let shape = [0, 1, 2].map(|side| radiance.shape()[side]);
+    let values = elements(&radiance)?;
+    let codes = work(py, || values.iter().map(|&v| encode_byte(v.into())).collect::<Vec<u8>>())?;
+    let array =
+        Array3::from_shape_vec(shape, codes).map_err(|error| InputError::new_err(error.to_string()))?;
+    Ok(PyArray3::from_owned_array(py, array))
 }

@@ -25,7 +25,7 @@ mod work;
 #[pyo3::pymodule]
 mod _sppm {
     #[pymodule_export]
-    use crate::images::{is_exposed, layer_names, read_image, write_image, write_plane};
+    use crate::images::{read_image, srgb, write_image, write_plane};
     #[pymodule_export]
     use crate::metrics::{compare, difference_image};
     #[pymodule_export]

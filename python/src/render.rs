@@ -27,6 +27,9 @@ type StepTuple = (u32, u32, f64, f64, u64, Option<f64>, Option<f64>, bool, f64);
 pub(crate) struct Render {
     /// The process that started it. In others, which were forked from it, its threads do not exist.
     process: u32,
+    /// Iterations asked for.
+    #[pyo3(get)]
+    iterations: u32,
     desk: Arc<Desk>,
     stop: Stop,
     running: Mutex<Option<Running>>,
@@ -167,10 +170,11 @@ impl Render {
     fn begin(py: Python, mut job: Job, options: &Options) -> PyResult<Self> {
         options.apply(&mut job)?;
         let (desk, stop) = (Arc::new(Desk::new(options.paused)), job.stop.clone());
+        let iterations = job.scene.settings.iterations;
         let watch = Watch::new(Arc::clone(&desk), stop.clone());
         let running = work(py, || job.start(watch))?.map_err(|error| of_render(&error))?;
         let process = std::process::id();
-        Ok(Self { process, desk, stop, running: Mutex::new(Some(running)) })
+        Ok(Self { process, iterations, desk, stop, running: Mutex::new(Some(running)) })
     }
 
     fn running(&self) -> MutexGuard<'_, Option<Running>> {

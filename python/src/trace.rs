@@ -19,13 +19,13 @@ type Hits<'py> = (Bound<'py, PyArray1<f32>>, Bound<'py, PyArray1<i32>>, Bound<'p
 pub(crate) fn trace<'py>(
     py: Python<'py>,
     scene: &Scene,
-    (origins, directions): (PyReadonlyArray2<f32>, PyReadonlyArray2<f32>),
+    rays: (PyReadonlyArray2<f32>, PyReadonlyArray2<f32>),
     time: Option<f32>,
     engine: &str,
     lanes: Option<&str>,
     threads: Option<usize>,
 ) -> PyResult<Hits<'py>> {
-    let (origins, directions) = (vectors(&origins)?, vectors(&directions)?);
+    let (origins, directions) = (vectors(&rays.0)?, vectors(&rays.1)?);
     let engine = choose(None, Some(engine), lanes, None, Renderer::default())?;
     let scene = scene.with_sky(py)?;
     let [open, close] = scene.camera.shutter;

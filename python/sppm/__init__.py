@@ -1,0 +1,66 @@
+"""Photon mapping from Python.
+
+.. include:: ../README.md
+"""
+
+from __future__ import annotations
+
+from . import _sppm
+from ._camera import Camera
+from ._compare import Channels, LargestDifference, Metrics, compare, difference_image
+from ._errors import Error, FileError, InputError, Interrupted, RenderError, RenderWarning, SceneError
+from ._film import Film
+from ._materials import Dielectric, Diffuse, Material, Specular
+from ._progress import Progress
+from ._render import Render, render
+from ._scene import Exported, Scene, builtin_scenes
+from ._settings import Settings
+from ._trace import Hits, trace
+from ._verify import Verification, verify
+
+__all__ = [
+    "Camera",
+    "Channels",
+    "Dielectric",
+    "Diffuse",
+    "Error",
+    "Exported",
+    "FileError",
+    "Film",
+    "Hits",
+    "InputError",
+    "Interrupted",
+    "LargestDifference",
+    "Material",
+    "Metrics",
+    "Progress",
+    "Render",
+    "RenderError",
+    "RenderWarning",
+    "Scene",
+    "SceneError",
+    "Settings",
+    "Specular",
+    "Verification",
+    "available_lanes",
+    "builtin_scenes",
+    "compare",
+    "cores",
+    "difference_image",
+    "render",
+    "trace",
+    "verify",
+]
+
+__version__: str = _sppm.VERSION
+"""The version of the package."""
+
+
+def available_lanes() -> list[str]:
+    """The names of the lanes that this processor has, for the argument ``lanes`` of :func:`render`."""
+    return _sppm.lanes()
+
+
+def cores() -> int:
+    """The number of cores available to this process."""
+    return _sppm.cores()
