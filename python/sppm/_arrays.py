@@ -21,7 +21,7 @@ ROWS_AT_ONCE = 1 << 16
 
 def real(value: object, name: str, error: type[Error]) -> Real:
     """``value`` as an array of real numbers, without a copy if it is one already."""
-    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(cast(Any, value)):
         raise error(f"{name} has masked elements; fill or remove them")
     try:
         array = np.asarray(value)

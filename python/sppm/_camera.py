@@ -11,6 +11,7 @@ import numpy as np
 from . import _sppm
 from ._errors import SceneError
 from ._numbers import Vector, VectorLike, single, singles, vector
+from ._tuples import CameraTuple
 
 _UP = (0.0, 1.0, 0.0)
 
@@ -83,10 +84,9 @@ class Camera:
             direction = end - start
         if not direction.any():
             raise SceneError("target of the camera is where eye is; it must be elsewhere")
-        if focus_distance is None:
-            x, y, z = (float(d) for d in direction)
-            focus_distance = (x * x + y * y + z * z) ** 0.5
-        return cls(start, direction, up, vertical_fov_degrees, aperture_radius, focus_distance, shutter)
+        x, y, z = (float(d) for d in direction)
+        focus = (x * x + y * y + z * z) ** 0.5 if focus_distance is None else focus_distance
+        return cls(start, direction, up, vertical_fov_degrees, aperture_radius, focus, shutter)
 
     def replace(self, **changes: Any) -> Camera:
         """The same camera but for the values given, by the names of the constructor's arguments."""
@@ -94,7 +94,7 @@ class Camera:
         return Camera(**{**values, **changes})
 
 
-def to_tuple(camera: Camera) -> _sppm.CameraTuple:
+def to_tuple(camera: Camera) -> CameraTuple:
     """The camera as the extension module takes it."""
     return (
         camera.eye,

@@ -14,7 +14,7 @@ from . import _arrays, _sppm
 from ._errors import InputError
 from ._film import Film, new_film
 
-ImageLike: TypeAlias = "Film | npt.ArrayLike | str | os.PathLike[str]"
+ImageLike: TypeAlias = Film | npt.ArrayLike | str | os.PathLike[str]
 """A film, an array of shape (height, width, 3), or the path of an image."""
 
 

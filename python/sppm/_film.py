@@ -165,7 +165,7 @@ class Film:
         pairs = ((getattr(self, name), getattr(other, name)) for name in ("radiance", "radius", "count"))
         return all(_same(a, b) for a, b in pairs)
 
-    __hash__ = None  # pyright: ignore[reportAssignmentType]
+    __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         """Size and iterations."""

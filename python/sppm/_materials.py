@@ -8,6 +8,7 @@ from typing import TypeAlias
 from . import _sppm
 from ._errors import SceneError
 from ._numbers import Vector, VectorLike, single, vector
+from ._tuples import MaterialTuple
 
 
 def _color(value: VectorLike | float, name: str) -> Vector:
@@ -72,7 +73,7 @@ Material: TypeAlias = Diffuse | Specular | Dielectric
 """A material."""
 
 
-def to_tuple(material: Material) -> _sppm.MaterialTuple:
+def to_tuple(material: Material) -> MaterialTuple:
     """The material as the extension module takes it."""
     match material:
         case Diffuse():
@@ -83,7 +84,7 @@ def to_tuple(material: Material) -> _sppm.MaterialTuple:
             return "dielectric", material.albedo, material.ior
 
 
-def from_tuple(values: _sppm.MaterialTuple) -> Material:
+def from_tuple(values: MaterialTuple) -> Material:
     """The material that the extension module gives."""
     kind, albedo, ior = values
     if kind == "dielectric":

@@ -35,7 +35,7 @@ class Progress:
     """The share of the next iteration that is done, from 0 to 1."""
 
 
-Show: TypeAlias = "bool | None | Callable[[Progress], object]"
+Show: TypeAlias = bool | None | Callable[[Progress], object]
 """``True`` shows a bar, ``False`` none, ``None`` one in terminals and notebooks; a function is called instead."""
 
 

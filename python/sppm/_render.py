@@ -11,20 +11,21 @@ from datetime import timedelta
 from types import TracebackType
 from typing import Any, Literal, TypeAlias
 
-from . import _numbers, _settings, _sppm
+from . import _numbers, _sppm
 from ._errors import InputError, Interrupted, RenderError, RenderWarning
 from ._film import Film, new_film
 from ._progress import Bar, Progress, Show
 from ._scene import Scene, Source, native
 from ._settings import Filter
+from ._settings import to_tuple as settings_tuple
 
-Method: TypeAlias = Literal["sppm", "path"]
+Method: TypeAlias = Literal["sppm"] | Literal["path"]
 """A method: photon mapping, or path tracing."""
-Engine: TypeAlias = Literal["fast", "reference"]
+Engine: TypeAlias = Literal["fast"] | Literal["reference"]
 """An engine. Both give the same image, bit for bit."""
-Lanes: TypeAlias = Literal["auto", "avx2", "avx512", "emulated"]
+Lanes: TypeAlias = Literal["auto"] | Literal["avx2"] | Literal["avx512"] | Literal["emulated"]
 """The vectors that the fast engine works on; the image does not depend on them."""
-Interrupt: TypeAlias = Literal["raise", "return"]
+Interrupt: TypeAlias = Literal["raise"] | Literal["return"]
 """What Ctrl-C does."""
 
 _TICK = 0.02
@@ -157,7 +158,7 @@ class Render:
         if every is not None and checkpoint is None:
             raise InputError("every says how often a checkpoint is written; name its file by checkpoint")
         options = _options(
-            settings=_settings.to_tuple(settings),
+            settings=settings_tuple(settings),
             method=_word(method, "method"),
             engine=_word(engine, "engine"),
             lanes=_word(lanes, "lanes"),

@@ -5,21 +5,24 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Sequence
-from typing import Any, Literal, TypeAlias, cast
+from typing import Any, Literal, NamedTuple, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _arrays, _camera, _materials, _settings, _sppm
+from . import _arrays, _sppm
 from ._camera import Camera
+from ._camera import to_tuple as camera_tuple
 from ._errors import InputError, SceneError
-from ._materials import Material
+from ._materials import Material, from_tuple, is_material
+from ._materials import to_tuple as material_tuple
 from ._numbers import Vector, VectorLike, single, vector, whole
 from ._settings import Settings
+from ._settings import to_tuple as settings_tuple
 
-Source: TypeAlias = "str | os.PathLike[str]"
+Source: TypeAlias = str | os.PathLike[str]
 """The name of a built-in scene, or the path of a file."""
-MaterialLike: TypeAlias = "Material | int | Sequence[Material] | npt.NDArray[Any]"
+MaterialLike: TypeAlias = Material | int | Sequence[Material] | npt.NDArray[Any]
 """A material, the index of one of the scene, or for each sphere one of either."""
 Floats: TypeAlias = npt.NDArray[np.float32]
 """An array of 32-bit floats."""
@@ -104,19 +107,18 @@ class Scene:
     def camera(self, camera: Camera) -> None:
         if not isinstance(camera, Camera):  # pyright: ignore[reportUnnecessaryIsInstance]
             raise TypeError(f"camera must be a sppm.Camera, not {type(camera).__name__}")
-        self._native.camera = _camera.to_tuple(camera)
+        self._native.camera = camera_tuple(camera)
 
     @property
     def settings(self) -> Settings:
         """Settings that suit the scene. To change them, assign others: ``scene.settings.replace(width=640)``."""
-        *values, filter = self._native.settings
-        return Settings(*values, filter=cast(Any, filter))
+        return Settings(*cast(Any, self._native.settings))
 
     @settings.setter
     def settings(self, settings: Settings) -> None:
         if not isinstance(settings, Settings):  # pyright: ignore[reportUnnecessaryIsInstance]
             raise TypeError(f"settings must be sppm.Settings, not {type(settings).__name__}")
-        self._native.settings = _settings.to_tuple(settings)
+        self._native.settings = settings_tuple(settings)
 
     @property
     def background(self) -> Vector:
@@ -131,7 +133,7 @@ class Scene:
     @property
     def materials(self) -> tuple[Material, ...]:
         """The materials, in the order of their indices."""
-        return tuple(_materials.from_tuple(values) for values in self._native.materials)
+        return tuple(from_tuple(values) for values in self._native.materials)
 
     def __len__(self) -> int:
         """The number of spheres."""
@@ -201,7 +203,7 @@ class Scene:
 
     def add_material(self, material: Material) -> int:
         """Adds a material; returns its index, for the argument ``material`` of :meth:`add_spheres`."""
-        return self._native.add_material(_materials.to_tuple(_material(material)))
+        return self._native.add_material(material_tuple(_material(material)))
 
     def set_material(self, index: int, material: Material) -> None:
         """Replaces the material at ``index``, for all spheres that have it.
@@ -209,7 +211,7 @@ class Scene:
         Raises SceneError if there is none at ``index``.
         """
         index = whole(index, "index", 0, _MAX_INDEX, SceneError)
-        self._native.set_material(index, _materials.to_tuple(_material(material)))
+        self._native.set_material(index, material_tuple(_material(material)))
 
     def add_spheres(
         self,
@@ -260,9 +262,9 @@ class Scene:
 
     def _material_indices_of(self, material: MaterialLike, n: int) -> npt.NDArray[np.int64]:
         """The index of each sphere's material, or of all; adds materials that are given as such."""
-        if _materials.is_material(material):
+        if is_material(material):
             return np.array(self.add_material(cast(Material, material)))
-        if isinstance(material, (list, tuple)) and any(_materials.is_material(one) for one in material):
+        if isinstance(material, (list, tuple)) and any(is_material(one) for one in material):
             if len(material) != n:
                 raise SceneError(f"material has {len(material)} materials for {n} spheres")
             index: dict[Material, int] = {}
@@ -365,24 +367,16 @@ class Scene:
             return NotImplemented
         return self is other or (len(self) == len(other) and self.digest == other.digest)
 
-    __hash__ = None  # pyright: ignore[reportAssignmentType]
+    __hash__ = None  # type: ignore[assignment]
 
 
-class Exported(str):
-    """The text of an exported scene, with notes on what its image differs in."""
+class Exported(NamedTuple):
+    """A scene as a file for another renderer."""
 
+    text: str
+    """The text of the file."""
     notes: tuple[str, ...]
-    """What differs, a sentence each."""
-
-    def __new__(cls, text: str, notes: tuple[str, ...] = ()) -> Exported:
-        """``text`` with ``notes``."""
-        exported = super().__new__(cls, text)
-        exported.notes = notes
-        return exported
-
-    def __getnewargs__(self) -> tuple[str, tuple[str, ...]]:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """For ``pickle``."""
-        return str(self), self.notes
+    """What its image differs in, a sentence each."""
 
 
 def _restored(
@@ -421,7 +415,7 @@ def _name(name: object) -> str:
 
 
 def _material(material: object) -> Material:
-    if not _materials.is_material(material):
+    if not is_material(material):
         kind = type(material).__name__
         raise TypeError(f"material must be a sppm.Diffuse, Specular or Dielectric, not {kind}")
     return cast(Material, material)
@@ -443,6 +437,7 @@ def _indices(value: object, n: int, known: int) -> npt.NDArray[np.int64]:
 
 
 def _in_range(indices: npt.NDArray[np.int64], n: int, what: str) -> None:
-    wrong = indices[(indices < 0) | (indices >= n)] if indices.ndim else indices.reshape(1)[[not 0 <= indices < n]]
+    wrong = np.atleast_1d(indices)
+    wrong = wrong[(wrong < 0) | (wrong >= n)]
     if wrong.size > 0:
-        raise SceneError(f"there is no {what} [{int(wrong.flat[0])}]; the scene has {n}")
+        raise SceneError(f"there is no {what} [{int(wrong[0])}]; the scene has {n}")

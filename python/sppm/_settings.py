@@ -8,8 +8,9 @@ from typing import Any, Literal, TypeAlias
 from . import _sppm
 from ._errors import InputError
 from ._numbers import single, whole
+from ._tuples import SettingsTuple
 
-Filter: TypeAlias = Literal["box", "gaussian", "mitchell"]
+Filter: TypeAlias = Literal["box"] | Literal["gaussian"] | Literal["mitchell"]
 """How a pixel averages the light around it."""
 
 _MAX_U32 = 2**32 - 1
@@ -60,7 +61,7 @@ class Settings:
         return Settings(**{**{name: getattr(self, name) for name in names}, **given})
 
 
-def to_tuple(settings: Settings) -> _sppm.SettingsTuple:
+def to_tuple(settings: Settings) -> SettingsTuple:
     """The settings as the extension module takes them."""
     return (
         settings.width,

@@ -5,10 +5,9 @@ from typing import Any, Final, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+from ._tuples import CameraTuple, MaterialTuple, SettingsTuple
+
 _Vector: TypeAlias = tuple[float, float, float]
-CameraTuple: TypeAlias = tuple[_Vector, _Vector, _Vector, float, float, float, tuple[float, float]]
-SettingsTuple: TypeAlias = tuple[int, int, int, int, int, float, int, str]
-MaterialTuple: TypeAlias = tuple[str, _Vector, float | None]
 _Floats: TypeAlias = NDArray[np.float32]
 _Indices: TypeAlias = NDArray[np.uint32]
 _Image: TypeAlias = tuple[_Floats, _Floats | None, _Floats | None, str]
