@@ -1,6 +1,12 @@
-"""Photon mapping from Python.
+"""Photon mapping from Python: scenes from arrays, images as arrays, and the same bits as the command ``sppm``.
 
-.. include:: ../README.md
+    scene = sppm.Scene.load("cornell")
+    film = sppm.render(scene, iterations=16)
+    film.save("cornell.exr")
+
+Build a scene by :class:`Scene`, render it by :func:`render`, or watched by :class:`Render`; the image is a
+:class:`Film`. :func:`compare` judges images, :func:`trace` tells what rays hit, and :func:`verify` checks that all
+engines agree. Errors are subclasses of :class:`Error`.
 """
 
 from __future__ import annotations
