@@ -23,7 +23,7 @@ def main(folder: Path) -> None:
     for page in PAGES:
         whole = whole.replace(f"(docs/{page}.md)", f"(#{page})")
     sppm.__doc__ = whole
-    pdoc.render.configure(docformat="restructuredtext", search=False)
+    pdoc.render.configure(docformat="restructuredtext", search=False, show_source=False)
     with tempfile.TemporaryDirectory() as beside:
         pdoc.pdoc("sppm", output_directory=Path(beside))
         shutil.copytree(beside, folder, dirs_exist_ok=True)

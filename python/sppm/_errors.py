@@ -38,14 +38,16 @@ class Interrupted(KeyboardInterrupt):
     not lost: ``film`` is the image after the last complete iteration, or ``None`` before the first.
     """
 
-    film: Film | None
-    """The image after the last complete iteration; ``None`` before the first."""
-
     def __init__(self, film: Film | None = None) -> None:
         """An interruption that keeps ``film``."""
         done = "before its first iteration" if film is None else f"after {film.iterations} iterations"
         super().__init__(f"the render was interrupted {done}; its image is the attribute film")
-        self.film = film
+        self._film = film
+
+    @property
+    def film(self) -> Film | None:
+        """The image after the last complete iteration; ``None`` before the first."""
+        return self._film
 
     def __reduce__(self) -> tuple[type[Interrupted], tuple[Film | None]]:
         """For ``pickle``."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.util import find_spec
 from types import TracebackType
-from typing import Any, TypeAlias
+from typing import Any, TextIO, TypeAlias
 
 from . import _sppm
 
@@ -50,9 +51,7 @@ class Bar:
         self._told: Progress | None = None
         self._bar: Any = None
         if show is True or (show is None and _is_watched()):
-            # Only here, as it takes time to import.
-            from tqdm.auto import tqdm
-
+            tqdm = _tqdm()
             is_open = iterations >= _sppm.MAX_ITERATIONS
             self._bar = tqdm(total=None if is_open else iterations, unit="iteration", leave=False)
 
@@ -80,9 +79,21 @@ class Bar:
             self._bar.close()
 
 
+def _is_notebook() -> bool:
+    return "ipykernel" in sys.modules
+
+
 def _is_watched() -> bool:
-    """Whether a person watches: in a terminal, or in a notebook with widgets for the bar."""
-    stream = sys.stderr
-    if "ipykernel" in sys.modules:
-        return True
-    return stream is not None and stream.isatty()  # pyright: ignore[reportUnnecessaryComparison]
+    """Whether a person watches: in a terminal or in a notebook."""
+    stream: TextIO | None = sys.stderr
+    return _is_notebook() or (stream is not None and stream.isatty())
+
+
+def _tqdm() -> Any:
+    """The bar of notebooks, where there are widgets, or else that of terminals."""
+    # Only here, as it takes time to import.
+    if _is_notebook() and find_spec("ipywidgets") is not None:
+        from tqdm.notebook import tqdm
+    else:
+        from tqdm.std import tqdm
+    return tqdm

@@ -1,7 +1,5 @@
 """What rays hit."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
