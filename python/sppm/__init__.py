@@ -15,7 +15,7 @@ from . import _sppm
 from ._camera import Camera
 from ._compare import Channels, LargestDifference, Metrics, compare, difference_image
 from ._errors import Error, FileError, InputError, Interrupted, RenderError, RenderWarning, SceneError
-from ._film import Film
+from ._film import Film, info
 from ._materials import Dielectric, Diffuse, Material, Specular
 from ._progress import Progress
 from ._render import Render, render
@@ -53,6 +53,7 @@ __all__ = [
     "compare",
     "cores",
     "difference_image",
+    "info",
     "render",
     "trace",
     "verify",

@@ -203,6 +203,15 @@ def _owned(converted: Floats, given: object) -> Floats:
     return array
 
 
+def info(path: Source) -> dict[str, Any]:
+    """What made an image, ``.png`` or ``.exr``, or what a checkpoint holds: ``kind`` (``"image"`` or ``"checkpoint"``),
+    version, scene and its digest, settings, iterations done, photons, method, engine.
+
+    It is what ``sppm info --json`` prints. Raises FileError if the file cannot be read, or does not say what made it.
+    """
+    return json.loads(_sppm.info(os.fspath(path)))
+
+
 def _exposure(exposure: float) -> float:
     stops = single(exposure, "exposure")
     if not -100.0 <= stops <= 100.0:

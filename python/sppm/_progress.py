@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from importlib.util import find_spec
 from types import TracebackType
 from typing import Any, TextIO, TypeAlias
@@ -80,7 +81,8 @@ class Bar:
 
 
 def _is_notebook() -> bool:
-    return "ipykernel" in sys.modules
+    shell = sys.modules.get("IPython")
+    return "ipykernel" in sys.modules and shell is not None and shell.get_ipython() is not None
 
 
 def _is_watched() -> bool:
@@ -91,9 +93,6 @@ def _is_watched() -> bool:
 
 def _tqdm() -> Any:
     """The bar of notebooks, where there are widgets, or else that of terminals."""
+    has_widgets = _is_notebook() and find_spec("ipywidgets") is not None
     # Only here, as it takes time to import.
-    if _is_notebook() and find_spec("ipywidgets") is not None:
-        from tqdm.notebook import tqdm
-    else:
-        from tqdm.std import tqdm
-    return tqdm
+    return import_module("tqdm.notebook" if has_widgets else "tqdm.std").tqdm

@@ -141,7 +141,7 @@ class Scene:
 
     def __repr__(self) -> str:
         """Name and size of the scene."""
-        return f"<sppm.Scene {self.name!r}: {len(self)} spheres, {len(self._native.materials)} materials>"
+        return f"<sppm.Scene {self.name!r}: {len(self)} spheres, {self._native.material_count} materials>"
 
     # Spheres as arrays.
 
@@ -192,7 +192,7 @@ class Scene:
     @material_indices.setter
     def material_indices(self, indices: npt.ArrayLike) -> None:
         with self._lock:
-            known = len(self._native.materials)
+            known = self._native.material_count
             spread = np.broadcast_to(_indices(indices, len(self), known), (len(self),))
             self._native.set_material_indices(np.require(spread, np.uint32, ["C", "A"]))
 
@@ -241,7 +241,7 @@ class Scene:
         emissions = _arrays.spread_rows(emission, n, "emission", SceneError)
         velocities = _arrays.spread_rows(velocity, n, "velocity", SceneError)
         with self._lock:
-            before, known = len(self), len(self._native.materials)
+            before, known = len(self), self._native.material_count
             try:
                 materials = np.broadcast_to(self._material_indices_of(material, n), (n,))
                 self._native.reserve(n)
@@ -272,7 +272,7 @@ class Scene:
                 if one not in index:
                     index[one] = self.add_material(one)
             return np.array([index[one] for one in cast("Sequence[Material]", material)], np.int64)
-        return _indices(material, n, len(self._native.materials))
+        return _indices(material, n, self._native.material_count)
 
     def remove_spheres(self, which: npt.ArrayLike | slice) -> None:
         """Removes spheres: those at these indices, or where a mask of shape (n,) is true. Materials stay.

@@ -12,6 +12,7 @@
 mod columns;
 mod errors;
 mod images;
+mod info;
 mod metrics;
 mod options;
 mod render;
@@ -26,6 +27,8 @@ mod work;
 mod _sppm {
     #[pymodule_export]
     use crate::images::{read_image, srgb, write_image, write_plane};
+    #[pymodule_export]
+    use crate::info::info;
     #[pymodule_export]
     use crate::metrics::{compare, difference_image};
     #[pymodule_export]

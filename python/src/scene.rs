@@ -48,7 +48,15 @@ impl Scene {
 
     /// A copy that can be rendered, with its background as a sky. It is not checked.
     pub(crate) fn with_sky(&self, py: Python) -> PyResult<scene::Scene> {
-        self.with(py, |scene| scene.clone().with_sky())
+        self.with(py, |scene| {
+            // With room for the sky, as memory that grows is copied once more.
+            let mut spheres = Vec::with_capacity(scene.spheres.len() + 1);
+            spheres.extend_from_slice(&scene.spheres);
+            let scene::Scene { name, camera, materials, spheres: _, background, settings } = &*scene;
+            let (name, materials) = (name.clone(), materials.clone());
+            let (camera, background, settings) = (*camera, *background, *settings);
+            scene::Scene { name, camera, materials, spheres, background, settings }.with_sky()
+        })
     }
 
     /// A copy that can be rendered.
@@ -151,6 +159,11 @@ impl Scene {
     #[getter]
     fn materials(&self, py: Python) -> PyResult<Vec<MaterialTuple>> {
         self.with(py, |scene| scene.materials.iter().map(of_material).collect())
+    }
+
+    #[getter]
+    fn material_count(&self, py: Python) -> PyResult<usize> {
+        self.with(py, |scene| scene.materials.len())
     }
 
     /// Appends a material; returns its index.

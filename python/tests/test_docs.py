@@ -12,16 +12,16 @@ import pytest
 import sppm
 
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT.parent / "README.md", ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 EXAMPLE = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 def test_pages_have_examples() -> None:
-    assert [page.name for page in PAGES] == ["README.md", "images.md", "rays.md", "renders.md", "scenes.md"]
+    assert [page.name for page in PAGES] == ["README.md", "README.md", "images.md", "rays.md", "renders.md", "scenes.md"]
     assert all(len(EXAMPLE.findall(page.read_text())) >= 1 for page in PAGES)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: f"{page.parent.name}-{page.name}")
 def test_examples_run(page: Path, tmp_path: Path, monkeypatch) -> None:
     """The examples of a page are one program."""
     text = page.read_text()

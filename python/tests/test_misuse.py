@@ -179,6 +179,8 @@ MISUSES: list[tuple[Misuse, type[Exception], str]] = [
     (lambda _: sppm.Film(np.ones((4, 5, 3)), radius=np.ones((5, 4))), I, "radius has shape (5, 4)"),
     (lambda _: sppm.Film("a.png"), T, "radiance is an array of <U5"),
     (lambda _: sppm.Film.load("/nowhere/a.exr"), F, "/nowhere/a.exr: cannot be read: No such file or directory"),
+    (lambda _: sppm.info("/nowhere/a.exr"), F, "/nowhere/a.exr: there is no such file"),
+    (lambda _: sppm.info(__file__), F, "test_misuse.py"),
     (lambda _: FILM.save("/nowhere/a.exr"), F, "/nowhere/a.exr"),
     (lambda _: FILM.save("a.gif"), F, "a.gif"),
     (lambda _: FILM.save("a.exr", exposure=1), I, "exposure: a.exr holds linear radiance"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +93,15 @@ def test_a_render_is_repeated_from_its_image(tmp_path: Path, cornell, command) -
         sppm.Render.like(tmp_path / "a.exr", sppm.Scene.load("mirror"))
 
 
+def test_what_made_a_file(tmp_path: Path, cornell, command) -> None:
+    film = sppm.render(cornell, checkpoint=tmp_path / "a.sppm", method="path", until_error=1e9)
+    film.save(tmp_path / "a.png", exposure=1)
+    for name, kind in (("a.sppm", "checkpoint"), ("a.png", "image")):
+        told = sppm.info(tmp_path / name)
+        assert told == json.loads(command("info", tmp_path / name, "--json"))
+        assert told["kind"] == kind and told["iterations"] == 2 and told["method"] == "path"
+
+
 def test_rays_hit_what_the_command_says(tmp_path: Path, command) -> None:
     random = np.random.default_rng(1)
     rays = np.float32(np.c_[random.uniform(5, 80, (500, 3)), random.normal(size=(500, 3))])
@@ -106,8 +116,6 @@ def test_rays_hit_what_the_command_says(tmp_path: Path, command) -> None:
 
 
 def test_metrics_are_those_of_the_command(tmp_path: Path, cornell, command) -> None:
-    import json
-
     films = [sppm.render(cornell, seed=seed) for seed in (1, 2)]
     for film, name in zip(films, "ab", strict=True):
         film.save(tmp_path / f"{name}.exr")
