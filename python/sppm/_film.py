@@ -34,7 +34,7 @@ class Film:
     count: Floats | None
     """The photons counted in every pixel, weighted by alpha (2/3): shape (height, width). ``None`` without photons."""
 
-    __slots__ = ("_note", "count", "radiance", "radius")
+    __slots__ = ("__weakref__", "_note", "count", "radiance", "radius")
 
     def __init__(
         self, radiance: npt.ArrayLike, *, radius: npt.ArrayLike | None = None, count: npt.ArrayLike | None = None
@@ -153,9 +153,11 @@ class Film:
         return self.to_png()
 
     def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> npt.NDArray[Any]:
-        """The array ``radiance``, for NumPy."""
+        """The array ``radiance``, for NumPy. Raises ValueError for another type without a copy."""
         if copy:
             return np.array(self.radiance, dtype=dtype)
+        if copy is False and dtype is not None and np.dtype(dtype) != self.radiance.dtype:
+            raise ValueError(f"radiance is {self.radiance.dtype}; as {np.dtype(dtype)} it must be copied")
         return np.asarray(self.radiance, dtype=dtype)
 
     def __eq__(self, other: object) -> bool:

@@ -39,7 +39,7 @@ class Scene:
     Any thread may use a scene.
     """
 
-    __slots__ = ("_lock", "_native")
+    __slots__ = ("__weakref__", "_lock", "_native")
 
     def __init__(
         self,

@@ -2,7 +2,7 @@
 //!
 //! The package's own code, in Python, defines what users see: it checks and converts arguments, waits, and shows progress.
 //! This module gives it scenes, renders, images and metrics of the Rust libraries. It takes C-contiguous arrays alone, and
-//! everything that takes time runs without the interpreter's lock ([`work`]).
+//! everything that takes time runs without the interpreter's lock (`work.rs`).
 
 // The macros of PyO3 generate unsafe code, so `forbid` does not go together with them.
 #![deny(unsafe_code)]

@@ -58,6 +58,8 @@ def test_films_of_your_own(tmp_path: Path) -> None:
     assert sppm.Film.load(tmp_path / "mine.exr") == film
     assert film == sppm.Film(ours) and film != sppm.Film(ours[::-1]) and film != 3
     assert sppm.Film([[[np.nan, 0.0, -0.0]]]) == sppm.Film([[[np.nan, 0.0, -0.0]]]) != sppm.Film([[[np.nan, 0.0, 0.0]]])
+    with pytest.raises(ValueError, match="radiance is float32; as float64 it must be copied"):
+        film.__array__(np.float64, copy=False)
     assert float(np.asarray(film, np.float64).sum()) == pytest.approx(ours.sum(), rel=1e-6)
 
 

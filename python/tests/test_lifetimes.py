@@ -5,6 +5,8 @@ from __future__ import annotations
 import copy
 import gc
 import pickle
+import subprocess
+import sys
 import weakref
 from pathlib import Path
 
@@ -87,11 +89,23 @@ def test_dropped_renders_stop_and_free(cornell) -> None:
 
 
 def test_films_and_scenes_are_collected(cornell) -> None:
-    radiance = sppm.render(cornell).radiance
-    dead = weakref.ref(radiance)
-    del radiance
+    film = sppm.render(cornell)
+    scene = cornell.copy()
+    dead = [weakref.ref(one) for one in (film, film.radiance, film.radius, scene)]
+    del film, scene
     gc.collect()
-    assert dead() is None
+    assert [ref() for ref in dead] == [None] * 4
+
+
+def test_a_program_may_end_while_it_renders() -> None:
+    program = """
+import sppm
+render = sppm.Render(sppm.Scene.load("cornell"), iterations=1 << 30, width=64, height=48)
+kept = [render.film, render]
+print("done")
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "done\n", "")
 
 
 @pytest.mark.parametrize("protocol", range(2, pickle.HIGHEST_PROTOCOL + 1))
