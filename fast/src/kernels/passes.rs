@@ -13,6 +13,7 @@ use crate::photon_pass::{
 use crate::pixels::{Pixel, PixelRows, slot_of, slots};
 use crate::tables::Tables;
 use lanes::{Kernel, LaneKind, Lanes, MOST_LANES, dispatch};
+use scene::aim::Aim;
 use scene::ray::{NO_SPHERE, SphereId};
 use scene::{Rgb, Scene, Settings, Still, Vec3};
 use std::ops::Range;
@@ -79,14 +80,14 @@ pub struct PhotonRun {
 /// The photon pass of one iteration over a range of photons, whose start is a multiple of 16. Keeps the deposits that are
 /// `wanted`; photons are safe for visible points within `reach`.
 pub fn photon_pass(
-    still: &Still,
+    (still, aim): (&Still, &Aim),
     settings: &Settings,
     iteration: u32,
     photons: Range<u32>,
     (wanted, cells, reach): (&Occupancy, Cells, f32),
     lanes: LaneKind,
 ) -> PhotonRun {
-    let (emitters, lights) = (Emitters::new(still), LightChoice::new(&still.lights.cumulative));
+    let (emitters, lights) = (Emitters::new(still, aim.clone()), LightChoice::new(&still.lights.cumulative));
     let pass = PhotonPass {
         emission: Emission::new(still, &emitters, &lights, (settings.seed, iteration)),
         tables: &Tables::new(still),
