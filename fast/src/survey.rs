@@ -1,7 +1,7 @@
 //! Survey: what photons are to be aimed at. `reference::survey`, over batches of walks.
 //!
 //! ```text
-//! until enough arrivals are found, for each round of 1024 walks, a batch of 256 at a time:
+//! until enough arrivals are found, for each round of 512 walks, a batch of 256 at a time:
 //!     make the rays
 //!     until none is left, at most max_depth times after the first diffuse surface:
 //!         intersect all; scatter all: those that reflect after the first diffuse surface ask for a lamp

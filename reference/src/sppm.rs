@@ -80,11 +80,11 @@ impl<'a> Sppm<'a> {
         Self { targets: Some(targets), ..self }
     }
 
-    /// The same render with direct light from lights chosen by their power alone, as the paper chooses them: another
-    /// estimate of the same image. The rows of the ladder are compared with it.
+    /// The same render with direct light from lights chosen by their power alone, and photons that leave all lamps alike, as
+    /// in the paper: another estimate of the same image. The rows of the ladder are compared with it.
     #[must_use]
     pub fn lit_by_power(self) -> Self {
-        Self { lit_by_power: true, ..self }
+        Self { lit_by_power: true, targets: Some(Targets::default()), ..self }
     }
 
     /// The scene at the instant of this iteration.

@@ -6,14 +6,16 @@ use crate::direct_light::{LightTable, Receivers, ShadowNumbers, ShadowRays};
 use crate::hierarchy::SearchBuffers;
 use crate::join::{Binned, Chunks, Sorted};
 use crate::light_choice::LightChoice;
+use crate::parameters::Parameters;
 use crate::paths::{BATCH, ROOM, Vectors, Words};
 use crate::photon_pass::{
     Emission, Emitters, PhotonBatch, PhotonCounts, PhotonJob, PhotonPass, rounding_of_points,
 };
 use crate::pixels::{Pixel, PixelRows, slot_of, slots};
+use crate::prepared::Prepared;
 use crate::tables::Tables;
 use lanes::{Kernel, LaneKind, Lanes, MOST_LANES, dispatch};
-use scene::aim::Aim;
+use scene::aim::{Aim, Targets};
 use scene::ray::{NO_SPHERE, SphereId};
 use scene::{Rgb, Scene, Settings, Still, Vec3};
 use std::ops::Range;
@@ -64,6 +66,13 @@ pub fn camera_pass(
     };
     let pixels = (0..settings.height).flat_map(|y| (0..settings.width).map(move |x| (x, y)));
     (pixels.map(|(x, y)| sample(x, y)).collect(), counts.segments, counts.visible_points)
+}
+
+/// What photons are to be aimed at.
+pub fn survey(scene: &Scene, settings: &Settings, lanes: LaneKind) -> Targets {
+    let first = scene.at(scene.camera.shutter_time(settings.seed, 0));
+    let prepared = Prepared::new(first, &Parameters::default(), None);
+    crate::survey::survey(scene, settings, &prepared, lanes)
 }
 
 /// The result of a photon pass.

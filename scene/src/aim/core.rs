@@ -4,7 +4,7 @@
 //! a fog of that width, and one of 10^-3 would not be met. Between a far lamp and the ball around all else nothing
 //! stands, so photons that cross this ball may as well start on it.
 
-use super::Target;
+use super::target::Target;
 use crate::ray::SphereId;
 use crate::still::{Light, Role, Still};
 use crate::{Sphere, Vec3};
