@@ -42,9 +42,21 @@ fn targets(scale: f32, offset: Vec3) -> Vec<Target> {
         (Vec3::new(-3.0, 4.0, 0.0), 2.0),
         (Vec3::new(1.0, 2.5, 2.0), 0.48),
         (Vec3::ZERO, 90.0),
+        (Vec3::ZERO, 1.2),
+        (Vec3::X * 1.5, 0.8),
     ]
-    .map(|(center, radius): (Vec3, f32)| Target::ball((center + offset) * scale, radius * scale))
-    .into()
+    .into_iter()
+    .enumerate()
+    .map(|(k, (center, radius)): (usize, (Vec3, f32))| {
+        // One by light from above only, and one by that of the sun.
+        let (axis, height) = match k {
+            6 => (Vec3::NEG_Y, 0.9),
+            7 => (Vec3::new(-30.0, -60.0, -20.0).normalize(), 0.02),
+            _ => (Vec3::Z, 3.0),
+        };
+        Target { axis, height, ..Target::ball((center + offset) * scale, radius * scale) }
+    })
+    .collect()
 }
 
 /// A photon's weight: the brightest channel of its power.
@@ -84,6 +96,42 @@ fn weights_are_1_on_the_average_at_every_scale() {
     }
     tell("physics", 4 * PHOTONS as usize, "weights of photons");
 }
+
+#[test]
+fn weights_are_1_on_the_average_with_more_lamps_than_are_aimed_one_by_one() {
+    let mut scene = empty_scene(pinhole(Vec3::Z * 9.0, Vec3::ZERO, 30.0));
+    for k in 0..3000_u32 {
+        let place = Vec3::new((k % 60) as f32 - 30.0, 5.0 + (k % 7) as f32, (k / 60) as f32 - 25.0);
+        let radius = 0.02 + 0.001 * (k % 11) as f32;
+        scene = scene.lamp(place, radius, BLACK, Rgb::splat(1.0 + (k % 13) as f32));
+    }
+    let still = scene.at(0.0);
+    let aim = Aim::new(&still, &aimed_at(targets(1.0, Vec3::ZERO)), PHOTONS);
+    assert!(aim.groups.iter().any(|group| group.end - group.first > 1), "each lamp is by itself");
+    let photons = emitted(&scene, &aim, PHOTONS, 0);
+    let sum: f64 = photons.iter().map(|(_, e)| f64::from(weight(e))).sum();
+    let mean = sum / f64::from(PHOTONS);
+    assert!((mean - 1.0).abs() < WEIGHTS, "{mean}");
+    // Each lamp sends its share, whatever its run of neighbours.
+    let mut power = vec![0.0; 13];
+    for (_, e) in &photons {
+        let brightness = f64::from(scene.spheres[e.ray.leaves as usize].emission.x);
+        power[brightness as usize - 1] += f64::from(weight(e)) / f64::from(PHOTONS);
+    }
+    let of_all: f64 = still.lights.entries.iter().map(|light| f64::from(light.probability)).sum();
+    for (class, power) in power.iter().enumerate() {
+        let is_of = |light: &&scene::still::Light| {
+            scene.spheres[light.sphere as usize].emission.x as usize == class + 1
+        };
+        let lights = still.lights.entries.iter().filter(is_of);
+        let expected = lights.map(|light| f64::from(light.probability)).sum::<f64>() / of_all;
+        assert!((power / expected - 1.0).abs() < SHARE_OF_LAMPS, "{class}: {power}, not {expected}");
+    }
+    tell("physics", PHOTONS as usize, "weights of photons of 3000 lamps");
+}
+
+/// A thirteenth of the photons, of which some are heavy.
+const SHARE_OF_LAMPS: f64 = 4e-2;
 
 /// Power per channel that crosses `detector`, by photons.
 fn power_through(photons: &[(u32, Emitted)], all: u32, detector: &Target) -> DVec3 {
@@ -159,13 +207,20 @@ const POWER: f64 = 2e-2;
 
 #[test]
 fn lines_of_the_sky_through_a_target_are_uniform() {
+    lines_of_the_sky(Vec3::Z, 3.0);
+    lines_of_the_sky(Vec3::Z, 0.7);
+    lines_of_the_sky(Vec3::Z, 0.001);
+}
+
+/// Expects directions to be uniform in the cap of this height around the z axis, and places across the target.
+fn lines_of_the_sky(axis: Vec3, height: f32) {
     let scene = empty_scene(pinhole(Vec3::Z * 9.0, Vec3::ZERO, 30.0)).lamp(
         Vec3::new(3.0, -4.0, 5.0),
         50.0,
         BLACK,
         Rgb::ONE,
     );
-    let target = Target::ball(Vec3::new(1.0, 2.0, 3.0), 0.7);
+    let target = Target { axis, height, ..Target::ball(Vec3::new(1.0, 2.0, 3.0), 0.7) };
     let aim = Aim::new(&scene.at(0.0), &aimed_at(vec![target]), PHOTONS);
     let photons: Vec<Emitted> = emitted(&scene, &aim, PHOTONS, 0)
         .into_iter()
@@ -176,7 +231,8 @@ fn lines_of_the_sky_through_a_target_are_uniform() {
     let below_one = 1.0 - f64::EPSILON;
     let directions = photons.iter().map(|e| e.ray.direction.as_dvec3());
     assert_uniform_square(
-        directions.map(|d| [(0.5 * d.z + 0.5).clamp(0.0, below_one), turns(d.x, d.y)]),
+        directions
+            .map(|d| [((1.0 - d.z) / f64::from(height.min(2.0))).clamp(0.0, below_one), turns(d.x, d.y)]),
         [24, 24],
         "directions",
     );
