@@ -2,6 +2,7 @@
 
 use reference::photon_pass::{Deposit, photon_pass};
 use reference::{PathTracer, Sppm};
+use scene::aim::Aim;
 use scene::{Camera, Engine, Film, Filter, Material, Rgb, Scene, Settings, Sphere, Stats, Vec3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -109,7 +110,8 @@ pub(crate) fn deposits(scene: &Scene, settings: &Settings) -> (Vec<Deposit>, Sta
     let (mut all, mut stats) = (Vec::new(), Stats::default());
     for iteration in 0..settings.iterations {
         let photons = 0..settings.photons_per_iteration;
-        photon_pass(&scene.at(0.0), settings, iteration, photons, &mut stats, |deposit, _| {
+        let still = scene.at(0.0);
+        photon_pass(&still, &Aim::default(), settings, iteration, photons, &mut stats, |deposit, _| {
             all.push(*deposit);
         });
     }

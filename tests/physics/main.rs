@@ -3,6 +3,7 @@
 //!
 //! All seeds are fixed, so that every run gives the same result. Every tolerance is a named constant with its reason.
 
+mod aiming;
 mod camera;
 #[path = "../shared/cases.rs"]
 mod cases;

@@ -79,7 +79,7 @@ pub(super) fn arriving(scene: &Scene, sphere: u32, depth: u32) -> [f64; 3] {
     let (deposits, _) = deposits(scene, &settings(1, 1, photons, depth, 1.0));
     let mut sum = [0_u64; 3];
     for deposit in deposits.iter().filter(|deposit| deposit.sphere == sphere) {
-        sum = [0, 1, 2].map(|c| sum[c] + u64::from(deposit.flux.0[c]));
+        sum = [0, 1, 2].map(|c| sum[c] + u64::from(deposit.flux.units[c]));
     }
     sum.map(|flux| flux as f64 / (f64::from(photons) * f64::from(FLUX_ONE)))
 }

@@ -5,6 +5,7 @@ use super::{Role, hemisphere_numbers, sphere_numbers};
 use crate::harness::{BLACK, Build, diffuse, empty_scene, glass, pinhole, settings};
 use glam::DVec3;
 use reference::photon_pass::{Deposit, photon_pass};
+use scene::aim::Aim;
 use scene::{Rgb, Scene, Settings, Stats, Still, Vec3};
 
 /// The last bounce that is tested: one beyond the first that has numbers of the stream.
@@ -26,7 +27,8 @@ impl Photon {
         let settings = Settings { seed, ..settings(1, 1, self.index + 1, depth, 1.0) };
         let mut deposits = Vec::new();
         let photons = self.index..self.index + 1;
-        photon_pass(still, &settings, self.iteration, photons, &mut Stats::default(), |deposit, _| {
+        let (aim, mut stats) = (Aim::default(), Stats::default());
+        photon_pass(still, &aim, &settings, self.iteration, photons, &mut stats, |deposit, _| {
             deposits.push(*deposit);
         });
         deposits.retain(|deposit| deposit.sphere == 0);
@@ -68,7 +70,7 @@ fn lamp(photon: Photon) -> Role {
     let still = scene.at(0.0);
     Role::of_few("choice of lamp by photons", |seed| {
         let deposits = photon.deposits(&still, seed, 2);
-        deposits.first().map(|deposit| usize::from(deposit.flux.0[0] > 0))
+        deposits.first().map(|deposit| usize::from(deposit.flux.units[0] > 0))
     })
 }
 
