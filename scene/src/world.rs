@@ -39,10 +39,9 @@ impl Scene {
     /// `background` and comes last of the spheres. A scene with a black background is returned as it is.
     ///
     /// Radiance does not change along a ray, so a uniform sky gives the same image at any distance. Like every emitter,
-    /// the sky lights surfaces, casts caustics and is visible. Its cost: photons leave all of its surface evenly, so if
-    /// small spheres stand far apart (or on a ground of radius 10^4) most photons miss them, and each iteration
-    /// needs more photons. If the eye is inside an opaque sphere, the sky is hidden: it is not treated as a light,
-    /// and no photon is lost.
+    /// the sky lights surfaces, casts caustics and is visible. Its photons are aimed at what the eye depends on
+    /// ([`crate::aim`]), however wide it is. If the eye is inside an opaque sphere, the sky is hidden: it is not treated
+    /// as a light, and no photon is lost.
     ///
     /// ```
     /// use scene::{Camera, Rgb, Scene, Settings};
