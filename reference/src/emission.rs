@@ -7,7 +7,7 @@
 //! so weights need no more than the balls that a line crosses ([`scene::aim`]).
 
 use crate::direct_light::choose_light;
-use crate::photon_pass::{PhotonNumbers, dimension};
+use crate::photon_numbers::{PhotonNumbers, dimension};
 use crate::sampling::{cosine_hemisphere, frame, uniform_cone, uniform_disk, uniform_sphere};
 use scene::aim::Aim;
 use scene::ray::NO_SPHERE;

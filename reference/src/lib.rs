@@ -15,7 +15,7 @@
 //!
 //! Read it in this order: [`intersect`] (what a ray hits), [`sampling`] and [`scatter`] (where light goes),
 //! [`light_choice`] and [`direct_light`], then the passes of an iteration as [`Sppm`] runs them: [`camera_pass`],
-//! [`grid`], [`photon_pass`], [`consolidate`]. [`PathTracer`] computes the same image by another algorithm, without bias.
+//! [`grid`], [`survey`](mod@survey) and [`emission`], [`photon_pass`], [`consolidate`]. [`PathTracer`] computes the same image by another algorithm, without bias.
 //!
 //! Every formula is part of the contract: the fast engine evaluates the same operations in the same order, so that
 //! both give the same bits. So comparisons are written out where a library's minimum or maximum would leave the result
@@ -31,6 +31,7 @@ pub mod grid;
 pub mod intersect;
 pub mod light_choice;
 mod path_tracer;
+pub mod photon_numbers;
 pub mod photon_pass;
 pub mod sampling;
 pub mod scatter;

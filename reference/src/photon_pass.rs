@@ -2,13 +2,12 @@
 
 use crate::emission::{Emitted, emit};
 use crate::intersect::{Hit, intersect};
+use crate::photon_numbers::PhotonNumbers;
 use crate::sampling::cosine_hemisphere;
 use crate::scatter::{dielectric, reflect};
 use scene::aim::{Aim, EXPONENT_STEP};
 use scene::film::FLUX_ONE;
 use scene::ray::SphereId;
-use scene::rng::{Family, Stream, StreamKey, unit_float};
-use scene::sobol::{DIMENSIONS, sobol};
 use scene::{Material, Ray, Rgb, Settings, Stats, Still, Vec3, max_component};
 use std::ops::Range;
 
@@ -41,48 +40,6 @@ pub struct Deposit {
     pub flux: Flux,
 }
 
-/// Which dimensions of a photon's Sobol point are used for what.
-pub(crate) mod dimension {
-    pub(crate) const DIRECTION: [usize; 2] = [0, 1];
-    pub(crate) const POSITION: [usize; 2] = [2, 3];
-    pub(crate) const FIRST_BOUNCE: [usize; 3] = [4, 5, 7];
-    pub(crate) const LIGHT: usize = 6;
-}
-
-/// The random numbers of the photons of one iteration.
-///
-/// Emission and the first bounce use the photon's Sobol point, with new digital shifts in each iteration. Later
-/// bounces draw from the photon's own stream.
-pub struct PhotonNumbers {
-    shifts: [u32; DIMENSIONS],
-    key: StreamKey,
-}
-
-impl PhotonNumbers {
-    /// The numbers of iteration `iteration`.
-    pub fn new(seed: u64, iteration: u32) -> Self {
-        let mut shifts = StreamKey::new(seed, Family::Emission, iteration).stream(0);
-        Self {
-            shifts: std::array::from_fn(|_| shifts.next_u32()),
-            key: StreamKey::new(seed, Family::Photon, iteration),
-        }
-    }
-
-    pub(crate) fn stratified<const N: usize>(&self, photon: u32, dimensions: [usize; N]) -> [f32; N] {
-        dimensions.map(|d| unit_float(sobol(photon, d) ^ self.shifts[d]))
-    }
-
-    /// The three numbers of a bounce: two for the direction (at glass, the first chooses between reflection and
-    /// refraction), one for roulette.
-    fn bounce(&self, photon: u32, bounce: u32, stream: &mut Stream) -> [f32; 3] {
-        if bounce == 0 {
-            self.stratified(photon, dimension::FIRST_BOUNCE)
-        } else {
-            std::array::from_fn(|_| stream.next_f32())
-        }
-    }
-}
-
 /// Traces the photons with indices `photons` of one iteration, and calls `deposit` wherever one arrives at a diffuse
 /// surface from bounce 1 on. At bounce 0 it would bring direct light, which the camera pass has counted.
 pub fn photon_pass(
@@ -113,7 +70,7 @@ fn trace(
     let Some(Emitted { mut ray, mut power }) = emit(still, aim, numbers, photon) else {
         return;
     };
-    let mut stream = numbers.key.stream(photon);
+    let mut stream = numbers.stream(photon);
     for bounce in 0..max_depth {
         stats.photon_segments += 1;
         let Some(hit) = intersect(still, &ray) else { return };

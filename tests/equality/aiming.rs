@@ -184,7 +184,11 @@ fn many_balls() {
 #[test]
 fn thousands_of_lamps() {
     let open = Open {
-        balls: vec![([0.0, 0.0], 1.0, 1.0, 2, None), ([2.0, 1.0], 0.5, 0.8, 0, Some(3.0))],
+        balls: (0..30_u8)
+            .map(|k| {
+                ([f32::from(k % 6) - 3.0, f32::from(k / 6) - 2.0], 0.5, 0.45, 0, (k == 7).then_some(3.0))
+            })
+            .collect(),
         ground: 1e3,
         has_sky: false,
         sun: None,

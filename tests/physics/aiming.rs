@@ -8,7 +8,8 @@ use crate::harness::{
 use glam::DVec3;
 use reference::Sppm;
 use reference::emission::{Emitted, emit};
-use reference::photon_pass::{PhotonNumbers, quantise};
+use reference::photon_numbers::PhotonNumbers;
+use reference::photon_pass::quantise;
 use reference::survey::survey;
 use scene::aim::{Aim, Arrival, MOST_SCALE_BITS, Target, Targets, UNIFORM_SHARE, cone};
 use scene::film::FLUX_ONE;

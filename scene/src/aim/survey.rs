@@ -11,7 +11,7 @@ pub const ROUND: u32 = 512;
 const ENOUGH: usize = 1024;
 
 /// Most walks, however little they find.
-const MOST: u32 = 8 * ROUND;
+const MOST: u32 = 16 * ROUND;
 
 /// What photons are to be aimed at, from the lamps of `still`, those of the first iteration. `walk` gives the arrivals that
 /// a round of walks finds, in order of the walks.

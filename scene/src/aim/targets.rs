@@ -18,7 +18,10 @@ pub const MAX_TARGETS: usize = OUTER + 2 * LEAVES - 1;
 const OUTER: usize = 4;
 
 /// Fewer arrivals than this tell nothing.
-const LEAST_ARRIVALS: usize = 64;
+const LEAST_ARRIVALS: usize = 16;
+
+/// Nor do fewer in a leaf of the tree.
+const LEAST_IN_LEAF: usize = 8;
 
 /// The share of photons that leave all lamps alike, whatever else is learnt: no photon weighs more than its inverse.
 pub const UNIFORM_SHARE: f64 = 1.0 / 8.0;
@@ -81,7 +84,8 @@ impl Targets {
         let mut balls = Vec::new();
         let all = ball_around(&arrivals, 0.0);
         surround(still, all, cap_around(&arrivals), &mut balls);
-        divide(&mut arrivals, LEAVES, all.1 * LEAST_RADIUS, &mut balls);
+        let leaves = LEAVES.min(1 << (arrivals.len() / LEAST_IN_LEAF).ilog2());
+        divide(&mut arrivals, leaves, all.1 * LEAST_RADIUS, &mut balls);
         let fluxes = fluxes(&balls, &groups(still).0);
         let densities: Vec<f64> =
             std::iter::once(1.0).chain(fluxes.into_iter().map(|flux| 1.0 / flux)).collect();
