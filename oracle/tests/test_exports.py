@@ -31,7 +31,7 @@ albedo = {list(TINT)}
 ior = {INDEX}
 [[sphere]]
 center = [0.5, 0.25, -1.0]
-radius = 50.0
+radius = 5000.0
 material = "room"
 emission = {list(ROOM)}
 [[sphere]]

@@ -117,3 +117,25 @@ impl Writer {
         written
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The time told is of all files together.
+    #[test]
+    fn each_file_adds_to_the_time_of_writing() {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = files::builtin::scene("cornell").unwrap();
+        let settings = Settings { width: 9, height: 8, ..scene.settings };
+        let engine = fast::Sppm::new(&scene, &settings);
+        let shown = Shown { engine: &engine, note: String::new() };
+        let writer = Writer::new(Outputs { image: Some(folder.path().join("a.pfm")), ..Outputs::default() });
+        let mut before = Duration::ZERO;
+        for _ in 0..12 {
+            assert!(writer.refresh(&shown).is_empty());
+            assert!(writer.writing() > before);
+            before = writer.writing();
+        }
+    }
+}

@@ -8,7 +8,8 @@ use scene::camera::Frame;
 use scene::still::Role;
 use scene::{Material, Rgb, Scene};
 
-/// Everything that an export can hold: a lens, an oblique view of no unit length, glass, a mirror, a room, lamps, motion.
+/// Everything that an export can hold: a lens, an oblique view of no unit length, glass, a mirror, a lamp, motion; and a room
+/// so large that the world is moved for Mitsuba.
 const EVERYTHING: &str = r#"
 name = "everything"
 [camera]
@@ -35,7 +36,7 @@ type = "specular"
 albedo = [0.95, 0.93, 0.88]
 [[sphere]]
 center = [0.5, 0.25, -1.0]
-radius = 50.0
+radius = 5000.0
 material = "room"
 emission = [0.125, 0.25, 0.5]
 [[sphere]]
@@ -344,10 +345,9 @@ fn mitsuba_reads_the_scene() {
     for [width, height] in [[60, 30], [30, 60]] {
         let [w, h] = [width, height].map(|side: u32| side.to_string());
         let (scene, text) = exported("mitsuba", &["--width", &w, "--height", &h]);
-        let shift = text
-            .split("moved by ")
-            .nth(1)
-            .map_or(0.0, |rest| rest.split(' ').next().unwrap().parse::<f64>().unwrap());
+        let moved = text.split("moved by ").nth(1).expect("a room of this size is moved");
+        let shift: f64 = moved.split(' ').next().unwrap().parse().unwrap();
+        assert!(shift > 1.0);
         assert_is(&read_mitsuba(&text), &scene, [width, height], DVec3::Z * shift, false);
     }
 }

@@ -162,8 +162,7 @@ fn png_applies_exposure_and_marks_nan() {
 
 /// The codes in a file, by the crate `png` alone.
 fn codes(path: &Path) -> Vec<u8> {
-    let mut reader =
-        ::png::Decoder::new(std::io::BufReader::new(File::open(path).unwrap())).read_info().unwrap();
+    let mut reader = ::png::Decoder::new(io::BufReader::new(File::open(path).unwrap())).read_info().unwrap();
     let mut codes = vec![0; reader.output_buffer_size().unwrap()];
     assert_eq!(reader.next_frame(&mut codes).unwrap().color_type, ::png::ColorType::Rgb);
     codes

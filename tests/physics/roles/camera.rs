@@ -11,6 +11,11 @@ const SIDE: u32 = 16;
 /// The last segment whose lobe is tested: two beyond those that are stratified.
 const LAST_LOBE: u32 = 5;
 
+/// A direction between two axes. What is halved along it is halved at other numbers than 0, 1/4, 1/2 and 3/4: two roles that
+/// show one number by halves that are a quarter apart would seem to be unrelated.
+pub(super) const ASKEW: Vec3 =
+    Vec3::new(std::f32::consts::FRAC_1_SQRT_2, std::f32::consts::FRAC_1_SQRT_2, 0.0);
+
 /// The index at which glass reflects half of what meets it at right angles.
 pub(super) fn half_mirror() -> f32 {
     3.0 + 8.0_f32.sqrt()
@@ -59,7 +64,7 @@ pub(super) fn roles(iteration: u32, pixel: [u32; 2]) -> Vec<Role> {
     roles.push(Role::of_many("place on the lamp, height", |seed| {
         Some(sample(&overhead, 1, &mut numbers(seed)).direct.x.into())
     }));
-    let at_horizon = lamp_at(Vec3::X * 3.0, 1.0);
+    let at_horizon = lamp_at(ASKEW * 3.0, 1.0);
     roles.push(Role::of_two("place on the lamp, angle", |seed| {
         sample(&at_horizon, 1, &mut numbers(seed)).direct != Rgb::ZERO
     }));

@@ -4,7 +4,7 @@
 //! scenes here it crosses two interfaces of glass and then meets a diffuse surface.
 
 use super::Role;
-use super::camera::{lamp_at, shells, two_lamps};
+use super::camera::{ASKEW, lamp_at, shells, two_lamps};
 use crate::harness::{BLACK, Build, diffuse, empty_scene, glass, pinhole, settings};
 use reference::PathTracer;
 use scene::{Engine, Resumable, Rgb, Scene, Settings, Stats, Vec3};
@@ -27,7 +27,7 @@ pub(super) fn roles(iteration: u32) -> Vec<Role> {
     let mut roles = vec![
         two("place in the pixel, x", half_covered(Vec3::X), 1),
         two("place in the pixel, y", half_covered(Vec3::Y), 1),
-        two("place on the lens, angle", lens(Vec3::new(2.0, 0.0, 8.0), 2.0), 1),
+        two("place on the lens, angle", lens(ASKEW * 2.0 + Vec3::Z * 8.0, 2.0), 1),
         two("place on the lens, radius", lens(Vec3::Z * 8.0, 0.8 * LENS * 0.5_f32.sqrt()), 1),
     ];
     for segment in [0, 1] {
@@ -41,7 +41,7 @@ pub(super) fn roles(iteration: u32) -> Vec<Role> {
     }));
     let overhead = behind_glass(lamp_at(Vec3::Z * 3.0, 2.0));
     roles.push(Role::of_many("place on the lamp, height", |seed| Some(light(&overhead, seed, 3).x.into())));
-    roles.push(two("place on the lamp, angle", behind_glass(lamp_at(Vec3::X * 3.0, 1.0)), 3));
+    roles.push(two("place on the lamp, angle", behind_glass(lamp_at(ASKEW * 3.0, 1.0)), 3));
     let lamps = four_lamps();
     roles.push(Role::of_few("direction at the first surface", |seed| {
         let [r, g, b] = light(&lamps, seed, 8).to_array();
