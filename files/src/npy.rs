@@ -67,7 +67,10 @@ fn check_header<R: io::Read>(array: &NpyFile<R>, bytes: u64) -> Result<(), Strin
 }
 
 /// A ray, with its direction normalised unless it is a unit vector already.
-fn ray(origin: Vec3, direction: Vec3) -> Result<Ray, String> {
+///
+/// # Errors
+/// If a number is not finite, or the direction is zero. The message continues the name of the ray.
+pub fn ray(origin: Vec3, direction: Vec3) -> Result<Ray, String> {
     if !(origin.is_finite() && direction.is_finite()) {
         return Err("is not finite".into());
     }

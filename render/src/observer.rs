@@ -1,5 +1,6 @@
 //! The interface through which a front end follows a render.
 
+use crate::image::Image;
 use crate::names::{LanesName, Renderer};
 use crate::step::Step;
 use files::atomic_file::FileError;
@@ -16,6 +17,15 @@ pub trait Observer: Send + 'static {
 
     /// Called after each iteration, with the state of the render.
     fn after(&mut self, _step: &Step, _render: &dyn Resumable) {}
+
+    /// Whether [`Self::image`] is to be called. Asked after every iteration, and once more when the render has ended with
+    /// an image.
+    fn wants_image(&mut self, _is_last: bool) -> bool {
+        false
+    }
+
+    /// Called with the image and its planes after an iteration, if [`Self::wants_image`].
+    fn image(&mut self, _image: Image) {}
 
     /// Called on events other than iterations.
     fn notice(&mut self, _notice: &Notice) {}

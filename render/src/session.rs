@@ -6,6 +6,7 @@
 use crate::error::{Error, Field};
 use crate::estimate::Estimate;
 use crate::goals::Clock;
+use crate::image::Image;
 use crate::job::{Job, Repeats};
 use crate::keeper::Keeper;
 use crate::memory;
@@ -208,6 +209,15 @@ impl Session<'_> {
         if follows {
             self.observer.after(&step, engine);
         }
+        self.offer_image(engine, false);
+    }
+
+    /// Gives the image to the observer, if it wants it.
+    fn offer_image(&mut self, engine: &dyn Resumable, is_last: bool) {
+        if self.observer.wants_image(is_last) {
+            let (film, radius, count) = (engine.develop(), engine.radius(), engine.count());
+            self.observer.image(Image { film, radius, count, metadata: self.metadata(engine) });
+        }
     }
 
     /// Writes a checkpoint and the images, if it is time. If that fails, the render continues, as the next attempt may
@@ -271,6 +281,9 @@ impl Session<'_> {
         let mut unsaved = None;
         if is_stopped && has_image {
             unsaved = self.save(engine, Keeper::save_somewhere).err();
+        }
+        if has_image {
+            self.offer_image(engine, true);
         }
         let report = self.report(engine, end);
         let (mut written, mut failed) = (Vec::new(), Vec::new());

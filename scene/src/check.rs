@@ -295,7 +295,11 @@ impl Scene {
     }
 }
 
-fn check_camera(camera: &Camera) -> Result<(), Flaw> {
+/// Checks every number of a camera.
+///
+/// # Errors
+/// The first flaw.
+pub fn check_camera(camera: &Camera) -> Result<(), Flaw> {
     let flaw = |key, problem: &str| Err(Flaw::range(Part::Camera, key, problem));
     check_vector(Part::Camera, "eye", camera.eye)?;
     for (key, vector) in [("direction", camera.direction), ("up", camera.up)] {
@@ -328,7 +332,11 @@ pub fn is_parallel(up: Vec3, direction: Vec3) -> bool {
     sine <= PARALLEL
 }
 
-fn check_material(part: Part, material: &Material) -> Result<(), Flaw> {
+/// Checks every number of a material; flaws name it `part`.
+///
+/// # Errors
+/// The first flaw.
+pub fn check_material(part: Part, material: &Material) -> Result<(), Flaw> {
     if !material.albedo().to_array().iter().all(|channel| (0.0..=1.0).contains(channel)) {
         return Err(Flaw::range(part, "albedo", "is outside [0, 1]"));
     }
@@ -340,7 +348,11 @@ fn check_material(part: Part, material: &Material) -> Result<(), Flaw> {
     }
 }
 
-fn check_sphere(part: Part, sphere: &Sphere, materials: usize) -> Result<(), Flaw> {
+/// Checks every number of a sphere in a scene with this many materials; flaws name it `part`.
+///
+/// # Errors
+/// The first flaw.
+pub fn check_sphere(part: Part, sphere: &Sphere, materials: usize) -> Result<(), Flaw> {
     check_vector(part, "center", sphere.center)?;
     let [low, high] = RADIUS_RANGE;
     if !(low..=high).contains(&sphere.radius) {
@@ -362,7 +374,11 @@ fn check_vector(part: Part, key: &'static str, vector: Vec3) -> Result<(), Flaw>
     }
 }
 
-fn check_radiance(part: Part, key: &'static str, radiance: Rgb) -> Result<(), Flaw> {
+/// Checks a radiance, the value `key` of `part`.
+///
+/// # Errors
+/// If a channel is out of range.
+pub fn check_radiance(part: Part, key: &'static str, radiance: Rgb) -> Result<(), Flaw> {
     if radiance.to_array().iter().all(|&channel| (0.0..=LIMIT).contains(&channel.into())) {
         Ok(())
     } else {

@@ -14,6 +14,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod aim;
 pub mod camera;
 pub mod check;
 mod color;

@@ -23,7 +23,7 @@ const PERMITTED: &[(&str, &[&str])] = &[
     ("importers", &["scene"]),
     // Front ends.
     ("view", &["render", "files"]),
-    ("python", &["render", "importers", "compare"]),
+    ("python", &["scene", "files", "render", "importers", "compare"]),
     // Line plots as SVG files.
     ("plots", &["files"]),
     // The paper's stages. Depends on `fast` to measure it for comparison.

@@ -228,7 +228,17 @@ fn quiet_says_nothing_and_verbose_says_more() {
 #[test]
 fn stats_tell_what_was_asked_for_and_done() {
     let sandbox = Sandbox::new();
-    sandbox.render(&["cornell", "--stats", "s.json", "--depth", "4", "--seed", "9", "--threads", "2"]);
+    sandbox.render(&[
+        "cornell",
+        "--stats",
+        "s.json",
+        "--depth",
+        "4",
+        "--seed",
+        "4294967305",
+        "--threads",
+        "2",
+    ]);
     let stats = sandbox.json("s.json");
     assert_eq!(stats["version"], env!("CARGO_PKG_VERSION"));
     assert_eq!((&stats["engine"], &stats["threads"]), (&"fast".into(), &2.into()));
@@ -236,12 +246,13 @@ fn stats_tell_what_was_asked_for_and_done() {
     assert_eq!((&stats["iterations"], &stats["interrupted"]), (&2.into(), &false.into()));
     let settings = &stats["settings"];
     for (key, value) in [
-        ("width", 16),
+        ("width", 16_i64),
         ("height", 12),
         ("iterations", 2),
         ("photons_per_iteration", 500),
         ("max_depth", 4),
-        ("seed", 9),
+        // Of more than 32 bits.
+        ("seed", (1 << 32) + 9),
     ] {
         assert_eq!(settings[key], value, "{key}");
     }

@@ -63,6 +63,23 @@ fn a_resumed_file_is_the_uninterrupted_file() {
     assert!(sandbox.bytes("a.exr") == sandbox.bytes("whole.exr"));
 }
 
+/// Counted work is of all sessions.
+#[test]
+fn the_statistics_of_a_resumed_render_are_those_of_an_uninterrupted_one() {
+    let sandbox = kept();
+    resume(&sandbox, &["--iterations=9", "--stats=resumed.json"]);
+    render(&sandbox, &["-o", "b.exr", "--iterations=9", "--stats=whole.json"]);
+    let [resumed, whole] = ["resumed.json", "whole.json"].map(|name| sandbox.json(name));
+    assert_eq!((&resumed["resumed_after"], &whole["resumed_after"]), (&4.into(), &0.into()));
+    for key in ["iterations", "settings", "photons", "camera_segments", "visible_points", "shadow_rays"] {
+        assert!(!whole[key].is_null(), "no {key}: {whole}");
+        assert_eq!(resumed[key], whole[key], "{key}");
+    }
+    for key in ["photon_segments", "deposits", "contributions", "lanes"] {
+        assert_eq!(resumed[key], whole[key], "{key}");
+    }
+}
+
 #[test]
 fn the_same_render_resumes_automatically() {
     let sandbox = kept();
@@ -153,16 +170,16 @@ fn iterations_of_another_light_transport_are_not_gone_on_from() {
     let again = Sandbox::new();
     fs::copy(old, again.path("old.sppm")).unwrap();
     let like = again.run(["render", "--like", "old.sppm", "-o", "a.pfm"]);
-    let line =
-        "warning: old.sppm was made by version 1 of the light transport, and this program computes version 2";
-    assert!(like.code == Some(0) && like.stderr.starts_with(line), "{like:?}");
+    let transport = scene::TRANSPORT;
+    let line = format!(
+        "warning: old.sppm was made by version 1 of the light transport, and this program computes version {transport}"
+    );
+    assert!(like.code == Some(0) && like.stderr.starts_with(&line), "{like:?}");
     sandbox.run(["render", "cornell", "--checkpoint=old.sppm"].iter().chain(&TINY)).refused(&words);
     assert!(sandbox.contents() == before, "{:?}", sandbox.names());
     let info = sandbox.run(["info", "old.sppm"]);
-    assert!(
-        info.code == Some(0) && info.stdout.contains("transport  1; this program computes 2"),
-        "{info:?}"
-    );
+    let line = format!("transport  1; this program computes {transport}");
+    assert!(info.code == Some(0) && info.stdout.contains(&line), "{info:?}");
 }
 
 #[test]

@@ -4,6 +4,7 @@
 mod cases;
 mod changes;
 mod errors;
+mod images;
 mod lives;
 mod progress;
 mod trace;

@@ -1,0 +1,227 @@
+"""Images, in memory and in files."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _arrays, _sppm
+from ._errors import FileError, InputError
+from ._numbers import single
+from ._scene import Scene, Source
+
+Floats = npt.NDArray[np.float32]
+"""An array of 32-bit floats."""
+
+
+class Film:
+    """An image: linear radiance, and where it was rendered, radii, photon counts, and how it was made.
+
+    A film does not change: its arrays are read-only. It is independent of the render that made it. A notebook shows it
+    as a picture. NumPy takes a film as the array ``radiance``.
+    """
+
+    radiance: Floats
+    """Linear RGB radiance, in W sr^-1 m^-2 per channel: shape (height, width, 3), rows from the top."""
+    radius: Floats | None
+    """The search radius of every pixel, in scene units: shape (height, width). ``None`` without photons."""
+    count: Floats | None
+    """The photons counted in every pixel, weighted by alpha (2/3): shape (height, width). ``None`` without photons."""
+
+    __slots__ = ("__weakref__", "_note", "count", "radiance", "radius")
+
+    def __init__(
+        self, radiance: npt.ArrayLike, *, radius: npt.ArrayLike | None = None, count: npt.ArrayLike | None = None
+    ) -> None:
+        """A film of your own: ``radiance`` has shape (height, width, 3), ``radius`` and ``count`` (height, width).
+
+        Raises InputError for other shapes, and TypeError for anything but real numbers.
+        """
+        pixels = _arrays.picture(radiance, "radiance", InputError)
+        # A copy if it is not one yet, as the given array may be changed later.
+        self.radiance = _owned(pixels, radiance)
+        planes: list[Floats | None] = []
+        for name, values in (("radius", radius), ("count", count)):
+            if values is None:
+                planes.append(None)
+            else:
+                planes.append(_owned(_arrays.plane(values, pixels.shape[:2], name, InputError), values))
+        self.radius, self.count = planes
+        self._note: str | None = None
+
+    @classmethod
+    def _of(cls, radiance: Floats, radius: Floats | None, count: Floats | None, note: str | None) -> Film:
+        """A film of read-only arrays, without a copy."""
+        film = cls.__new__(cls)
+        film.radiance, film.radius, film.count, film._note = radiance, radius, count, note
+        return film
+
+    @classmethod
+    def load(cls, path: Source, *, layer: str | None = None) -> Film:
+        """Reads an image: PNG, JPEG, EXR, PFM, HDR, TIFF, WebP or QOI; ``layer`` is that of an EXR file with layers.
+
+        Integers are decoded from sRGB. Raises FileError if the file cannot be read.
+        """
+        radiance, note = _sppm.read_image(os.fspath(path), layer)
+        return cls._of(radiance, None, None, note)
+
+    @property
+    def width(self) -> int:
+        """Width in pixels."""
+        return int(self.radiance.shape[1])
+
+    @property
+    def height(self) -> int:
+        """Height in pixels."""
+        return int(self.radiance.shape[0])
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """How the image was made: version, scene and its digest, settings, method, engine, photons.
+
+        It is the same as ``sppm info`` tells of image files; empty if it is not known.
+        """
+        return {} if self._note is None else json.loads(self._note)
+
+    @property
+    def iterations(self) -> int:
+        """Iterations in the image; 0 if that is not known."""
+        return int(self.metadata.get("settings", {}).get("iterations", 0))
+
+    @property
+    def scene(self) -> Scene | None:
+        """The scene that was rendered, with the settings of the render.
+
+        ``None`` if that is not known, or if its text is longer than a mebibyte.
+        """
+        text = self.metadata.get("scene_file")
+        return None if text is None else Scene.parse(text)
+
+    def save(self, path: Source, *, exposure: float | None = None) -> None:
+        """Writes the image, whole or not at all: ``.png`` or ``.jpg`` (sRGB), ``.exr``, ``.pfm``, ``.hdr`` or ``.tif``
+        (linear radiance). PNG and EXR hold the metadata.
+
+        ``exposure``, in stops, brightens a PNG or JPEG. Raises FileError if the file cannot be written, and InputError
+        for an exposure of linear radiance.
+        """
+        # An exposure of 0 is none.
+        stops = None if exposure is None else _exposure(exposure) or None
+        _sppm.write_image(os.fspath(path), self.radiance, self._note, stops)
+
+    def save_radius(self, path: Source) -> None:
+        """Writes the search radii as an image, in the formats of :meth:`save`; in PNG, the largest is white.
+
+        Raises FileError if it cannot be written, and InputError if there are no radii.
+        """
+        self._save_plane(path, self.radius, "radius")
+
+    def save_count(self, path: Source) -> None:
+        """Writes the photon counts as an image; see :meth:`save_radius`."""
+        self._save_plane(path, self.count, "count")
+
+    def _save_plane(self, path: Source, values: Floats | None, name: str) -> None:
+        if values is None:
+            raise InputError(f"the film has no {name}; films of photon mapping have one, those of files have none")
+        _sppm.write_plane(os.fspath(path), values, name, self._note)
+
+    def to_png(self, *, exposure: float = 0.0) -> bytes:
+        """The bytes of a PNG file: 8 bits of sRGB, after ``exposure`` in stops."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "film.png")
+            self.save(path, exposure=exposure)
+            try:
+                return path.read_bytes()
+            except OSError as error:
+                raise FileError(f"{path} cannot be read: {error.strerror}") from None
+
+    def to_srgb(self, *, exposure: float = 0.0) -> npt.NDArray[np.uint8]:
+        """The picture that a screen shows, as PNG files hold it: shape (height, width, 3), 8 bits of sRGB."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "film.png")
+            self.save(path, exposure=exposure)
+            # Codes of 8 bits survive decoding and encoding.
+            return _sppm.srgb(_sppm.read_image(path, None)[0])
+
+    def _repr_png_(self) -> bytes:
+        """The picture that a notebook shows."""
+        return self.to_png()
+
+    def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> npt.NDArray[Any]:
+        """The array ``radiance``, for NumPy. Raises ValueError for another type without a copy."""
+        if copy:
+            return np.array(self.radiance, dtype=dtype)
+        if copy is False and dtype is not None and np.dtype(dtype) != self.radiance.dtype:
+            raise ValueError(f"radiance is {self.radiance.dtype}; as {np.dtype(dtype)} it must be copied")
+        return np.asarray(self.radiance, dtype=dtype)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether every bit of image, radii and counts is the same."""
+        if not isinstance(other, Film):
+            return NotImplemented
+        pairs = ((getattr(self, name), getattr(other, name)) for name in ("radiance", "radius", "count"))
+        return all(_same(a, b) for a, b in pairs)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        """Size and iterations."""
+        after = f" after {self.iterations} iterations" if self.iterations else ""
+        return f"<sppm.Film: {self.width} x {self.height} pixels{after}>"
+
+    def __copy__(self) -> Film:
+        """The film itself, as it does not change."""
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Film:
+        """The film itself, as it does not change."""
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """For ``pickle``."""
+        return _restored, (self.radiance, self.radius, self.count, self._note)
+
+
+def _restored(radiance: Floats, radius: Floats | None, count: Floats | None, note: str | None) -> Film:
+    """The film that was pickled."""
+    planes = [None if plane is None else _arrays.frozen(plane) for plane in (radius, count)]
+    return Film._of(_arrays.frozen(radiance), planes[0], planes[1], note)  # pyright: ignore[reportPrivateUsage]
+
+
+def new_film(radiance: Floats, radius: Floats | None, count: Floats | None, note: str | None) -> Film:
+    """The film of arrays that the extension module gives."""
+    return Film._of(radiance, radius, count, note)  # pyright: ignore[reportPrivateUsage]
+
+
+def _owned(converted: Floats, given: object) -> Floats:
+    """A read-only array that nobody else can change."""
+    array = converted.copy() if np.may_share_memory(converted, np.asarray(given)) else converted
+    array.flags.writeable = False
+    return array
+
+
+def info(path: Source) -> dict[str, Any]:
+    """What made an image, ``.png`` or ``.exr``, or what a checkpoint holds: ``kind`` (``"image"`` or ``"checkpoint"``),
+    version, scene and its digest, settings, iterations done, photons, method, engine.
+
+    It is what ``sppm info --json`` prints. Raises FileError if the file cannot be read, or does not say what made it.
+    """
+    return json.loads(_sppm.info(os.fspath(path)))
+
+
+def _exposure(exposure: float) -> float:
+    stops = single(exposure, "exposure")
+    if not -100.0 <= stops <= 100.0:
+        raise InputError(f"exposure is {stops}; it must be from -100 to 100 stops")
+    return stops
+
+
+def _same(a: Floats | None, b: Floats | None) -> bool:
+    if a is None or b is None:
+        return a is b
+    return a.shape == b.shape and bool(np.array_equal(a.view(np.uint32), b.view(np.uint32)))

@@ -1,0 +1,75 @@
+"""The settings of a render, by their names in scene files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any, Literal, TypeAlias
+
+from . import _sppm
+from ._errors import InputError
+from ._numbers import single, whole
+from ._tuples import SettingsTuple
+
+Filter: TypeAlias = Literal["box"] | Literal["gaussian"] | Literal["mitchell"]
+"""How a pixel averages the light around it."""
+
+_MAX_U32 = 2**32 - 1
+_MAX_SEED = 2**64 - 1
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The settings of a render. Together with the scene they determine every bit of the image.
+
+    Raises InputError if a value is out of its range, and TypeError if it is of a wrong type.
+    """
+
+    width: int = 512
+    """Width of the image in pixels."""
+    height: int = 384
+    """Height of the image in pixels."""
+    iterations: int = 6
+    """Iterations of photon mapping; for the path tracer, samples per pixel."""
+    photons_per_iteration: int = 200_000
+    """Photons that leave the lights in each iteration."""
+    max_depth: int = 5
+    """Most segments of a path from the eye to a diffuse surface, and again from there to a light."""
+    initial_radius: float = 2.0
+    """Radius of the density estimate in the first iteration, in scene units."""
+    seed: int = 1
+    """Seed of all random numbers, from 0 to 2**64 - 1."""
+    filter: Filter = "box"
+    """How a pixel averages the light around it."""
+
+    def __post_init__(self) -> None:
+        """Checks all values."""
+        for name in ("width", "height", "iterations", "photons_per_iteration", "max_depth"):
+            object.__setattr__(self, name, whole(getattr(self, name), name, 1, _MAX_U32, InputError))
+        object.__setattr__(self, "seed", whole(self.seed, "seed", 0, _MAX_SEED, InputError))
+        object.__setattr__(self, "initial_radius", single(self.initial_radius, "initial_radius"))
+        if not isinstance(self.filter, str):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise TypeError(f"filter must be a name, not {type(self.filter).__name__}")
+        _sppm.check_settings(to_tuple(self))
+
+    def replace(self, **changes: Any) -> Settings:
+        """The same settings but for the values given, by name. ``None`` leaves a value as it is."""
+        names = [field.name for field in fields(self)]
+        for name in changes:
+            if name not in names:
+                raise TypeError(f"there is no setting {name!r}; settings are {', '.join(names)}")
+        given = {name: value for name, value in changes.items() if value is not None}
+        return Settings(**{**{name: getattr(self, name) for name in names}, **given})
+
+
+def to_tuple(settings: Settings) -> SettingsTuple:
+    """The settings as the extension module takes them."""
+    return (
+        settings.width,
+        settings.height,
+        settings.iterations,
+        settings.photons_per_iteration,
+        settings.max_depth,
+        settings.initial_radius,
+        settings.seed,
+        settings.filter,
+    )

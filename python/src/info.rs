@@ -1,0 +1,70 @@
+//! What made an image, or what a checkpoint holds.
+
+use crate::errors::{FileError, of_render};
+use crate::work::work;
+use pyo3::prelude::*;
+use render::{LanesName, Made, Note, Renderer};
+use scene::Settings;
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// The JSON that `sppm info --json` prints.
+#[derive(Serialize)]
+struct Info {
+    kind: &'static str,
+    version: String,
+    scene: String,
+    scene_digest: String,
+    settings: Settings,
+    iterations: u32,
+    photons: u64,
+    #[serde(flatten)]
+    renderer: Renderer,
+    lanes: Option<LanesName>,
+    exposure: Option<f32>,
+    estimated_error: Option<f64>,
+}
+
+impl From<Made> for Info {
+    fn from(made: Made) -> Self {
+        match made {
+            Made::Image(made) => Self {
+                kind: "image",
+                version: made.version,
+                scene: made.scene,
+                scene_digest: made.scene_digest,
+                settings: made.settings,
+                iterations: made.settings.iterations,
+                photons: made.photons,
+                renderer: made.renderer,
+                lanes: made.lanes,
+                exposure: made.exposure,
+                estimated_error: made.estimated_error,
+            },
+            Made::Checkpoint(loaded) => {
+                let note = Note::of(&loaded);
+                let (scene, account) = (loaded.checkpoint.scene, loaded.checkpoint.account);
+                Self {
+                    kind: "checkpoint",
+                    renderer: note.renderer_of(account.sums),
+                    version: account.version,
+                    scene: scene.name,
+                    scene_digest: account.scene,
+                    settings: scene.settings,
+                    iterations: account.iterations,
+                    photons: account.stats.photons,
+                    lanes: None,
+                    exposure: note.exposure,
+                    estimated_error: None,
+                }
+            }
+        }
+    }
+}
+
+/// What made the file `path`, as JSON.
+#[pyfunction]
+pub(crate) fn info(py: Python, path: PathBuf) -> PyResult<String> {
+    let made = work(py, || Made::read(&path))?.map_err(|error| of_render(&error))?;
+    serde_json::to_string(&Info::from(made)).map_err(|error| FileError::new_err(error.to_string()))
+}

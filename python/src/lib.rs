@@ -1,0 +1,50 @@
+//! The extension module `sppm._sppm`, below the Python package `sppm`.
+//!
+//! The package's own code, in Python, defines what users see: it checks and converts arguments, waits, and shows progress.
+//! This module gives it scenes, renders, images and metrics of the Rust libraries. It takes C-contiguous arrays alone, and
+//! everything that takes time runs without the interpreter's lock (`work.rs`).
+
+// The macros of PyO3 generate unsafe code, so `forbid` does not go together with them.
+#![deny(unsafe_code)]
+// PyO3 passes arguments by value.
+#![allow(clippy::needless_pass_by_value)]
+
+mod columns;
+mod errors;
+mod images;
+mod info;
+mod metrics;
+mod options;
+mod render;
+mod scene;
+mod trace;
+mod values;
+mod watch;
+mod work;
+
+/// The extension module.
+#[pyo3::pymodule]
+mod _sppm {
+    #[pymodule_export]
+    use crate::images::{read_image, srgb, write_image, write_plane};
+    #[pymodule_export]
+    use crate::info::info;
+    #[pymodule_export]
+    use crate::metrics::{compare, difference_image};
+    #[pymodule_export]
+    use crate::options::{check_settings, cores, lanes};
+    #[pymodule_export]
+    use crate::render::Render;
+    #[pymodule_export]
+    use crate::scene::{Scene, builtin_scenes, check_camera, check_material};
+    #[pymodule_export]
+    use crate::trace::trace;
+    #[cfg(debug_assertions)]
+    #[pymodule_export]
+    use crate::work::break_down;
+
+    #[pymodule_export]
+    const VERSION: &str = env!("CARGO_PKG_VERSION");
+    #[pymodule_export]
+    const MAX_ITERATIONS: u32 = scene::settings::MAX_ITERATIONS;
+}

@@ -1,0 +1,103 @@
+//! Options of renders: engine, goals, checkpoints.
+
+use crate::errors::{InputError, of_render};
+use crate::values::{SettingsTuple, named, settings};
+use pyo3::prelude::*;
+use render::{
+    EngineChoice, EngineName, Every, Field, Goals, Job, LanesName, MethodName, Renderer, Save,
+    available_lanes,
+};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// The options of a render. The package has checked their types and ranges.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Options {
+    settings: Option<SettingsTuple>,
+    method: Option<String>,
+    engine: Option<String>,
+    lanes: Option<String>,
+    profile: Option<PathBuf>,
+    threads: Option<usize>,
+    memory_limit: Option<u64>,
+    /// In seconds.
+    time: Option<f64>,
+    until_error: Option<f64>,
+    checkpoint: Option<PathBuf>,
+    every_seconds: Option<f64>,
+    every_iterations: Option<u32>,
+    /// Whether iterations are only done when they are asked for.
+    pub(crate) paused: bool,
+}
+
+impl Options {
+    /// Sets what is given in `job`.
+    pub(crate) fn apply(&self, job: &mut Job) -> PyResult<()> {
+        if let Some(values) = &self.settings {
+            job.scene.settings = settings(values.clone())?;
+        }
+        let (method, engine) = (self.method.as_deref(), self.engine.as_deref());
+        job.engine =
+            choose(method, engine, self.lanes.as_deref(), self.profile.as_ref(), job.engine.renderer())?;
+        job.inputs.extend(self.profile.clone().map(|path| (Field::Profile, path)));
+        job.threads = self.threads;
+        job.memory_limit = self.memory_limit;
+        let time = self.time.map(Duration::try_from_secs_f64).transpose();
+        let time = time.map_err(|error| InputError::new_err(format!("time: {error}")))?;
+        job.goals = Goals { time, error: self.until_error.or(job.goals.error) };
+        self.save(job);
+        // Images are developed when they are asked for.
+        job.live = false;
+        Ok(())
+    }
+
+    fn save(&self, job: &mut Job) {
+        if let Some(path) = &self.checkpoint {
+            job.save = Some(Save { path: path.clone(), every: Every::default(), keep: true });
+        }
+        let every = self.every_seconds.map(|seconds| Every::Time(Duration::from_secs_f64(seconds)));
+        let every = every.or(self.every_iterations.map(Every::Iterations));
+        if let (Some(save), Some(every)) = (&mut job.save, every) {
+            save.every = every;
+        }
+    }
+}
+
+/// The engine of these names; what is not given is as in `usual`.
+pub(crate) fn choose(
+    method: Option<&str>,
+    engine: Option<&str>,
+    lanes: Option<&str>,
+    profile: Option<&PathBuf>,
+    usual: Renderer,
+) -> PyResult<EngineChoice> {
+    let method = method.map(|name| named("method", name, MethodName::ALL, MethodName::name)).transpose()?;
+    let engine = engine.map(|name| named("engine", name, EngineName::ALL, EngineName::name)).transpose()?;
+    let lanes = lanes.map(|name| named("lanes", name, LanesName::ALL, LanesName::name)).transpose()?;
+    let renderer =
+        Renderer { method: method.unwrap_or(usual.method), engine: engine.unwrap_or(usual.engine) };
+    match profile {
+        Some(profile) => EngineChoice::with_profile(renderer, lanes, profile),
+        None => EngineChoice::new(renderer, lanes),
+    }
+    .map_err(|error| of_render(&error))
+}
+
+/// Checks settings.
+#[pyfunction]
+pub(crate) fn check_settings(values: SettingsTuple) -> PyResult<()> {
+    settings(values)?.validate().map_err(|error| InputError::new_err(error.to_string()))
+}
+
+/// The names of the lanes that this processor has.
+#[pyfunction]
+pub(crate) fn lanes() -> Vec<&'static str> {
+    available_lanes().map(|kind| LanesName::from(kind).name()).collect()
+}
+
+/// The number of cores available to this process.
+#[pyfunction]
+pub(crate) fn cores() -> usize {
+    render::cores()
+}

@@ -1,0 +1,75 @@
+"""Films are saved, loaded and shown."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sppm
+
+
+def test_every_format_is_written_and_read(cornell, tmp_path: Path) -> None:
+    film = sppm.render(cornell)
+    for extension in ("exr", "pfm", "tif"):
+        film.save(tmp_path / f"a.{extension}")
+        assert np.array_equal(sppm.Film.load(tmp_path / f"a.{extension}").radiance, film.radiance)
+    for extension in ("png", "jpg", "hdr"):
+        film.save(tmp_path / f"a.{extension}")
+        read = sppm.Film.load(str(tmp_path / f"a.{extension}"))
+        # The lamps are brighter than white.
+        assert np.abs(np.clip(read.radiance, 0, 1) - np.clip(film.radiance, 0, 1)).mean() < 0.05
+
+
+def test_metadata_are_kept(cornell, tmp_path: Path) -> None:
+    film = sppm.render(cornell, seed=11)
+    assert film.metadata["settings"]["seed"] == 11 and film.metadata["photons"] == 8000
+    assert film.iterations == 2 and film.scene == cornell
+    for extension in ("png", "exr"):
+        film.save(tmp_path / f"a.{extension}")
+        read = sppm.Film.load(tmp_path / f"a.{extension}")
+        assert read.metadata == film.metadata and read.scene == cornell
+    film.save(tmp_path / "b.png", exposure=2)
+    assert sppm.Film.load(tmp_path / "b.png").metadata == {**film.metadata, "exposure": 2.0}
+    film.save(tmp_path / "c.pfm")
+    unknown = sppm.Film.load(tmp_path / "c.pfm")
+    assert unknown.metadata == {} and unknown.iterations == 0 and unknown.scene is None
+
+
+def test_notebooks_show_a_picture(cornell, tmp_path: Path) -> None:
+    film = sppm.render(cornell)
+    film.save(tmp_path / "a.png")
+    assert film._repr_png_() == film.to_png() == (tmp_path / "a.png").read_bytes()
+    assert film.to_png(exposure=1) != film.to_png()
+    shown = film.to_srgb()
+    assert shown.shape == (30, 40, 3) and shown.dtype == np.uint8
+    linear = np.float32([0, 0.0031308, 0.18, 0.5, 1, 9]).repeat(3).reshape(1, 6, 3)
+    assert sppm.Film(linear).to_srgb()[0, :, 0].tolist() == [0, 10, 118, 188, 255, 255]
+    assert sppm.Film(linear).to_srgb(exposure=-1)[0, 4, 0] == 188
+
+
+def test_films_of_your_own(tmp_path: Path) -> None:
+    ours = np.random.default_rng(0).random((5, 7, 3))
+    film = sppm.Film(ours)
+    assert (film.width, film.height) == (7, 5) and film.radius is None and "7 x 5" in repr(film)
+    assert np.array_equal(film.radiance, ours.astype("f4"))
+    film.save(tmp_path / "mine.exr")
+    assert sppm.Film.load(tmp_path / "mine.exr") == film
+    assert film == sppm.Film(ours) and film != sppm.Film(ours[::-1]) and film != 3
+    assert sppm.Film([[[np.nan, 0.0, -0.0]]]) == sppm.Film([[[np.nan, 0.0, -0.0]]]) != sppm.Film([[[np.nan, 0.0, 0.0]]])
+    with pytest.raises(ValueError, match="radiance is float32; as float64 it must be copied"):
+        film.__array__(np.float64, copy=False)
+    assert float(np.asarray(film, np.float64).sum()) == pytest.approx(ours.sum(), rel=1e-6)
+
+
+def test_where_images_differ(cornell) -> None:
+    film = sppm.render(cornell)
+    other = film.radiance.copy()
+    other[3, 5] += 0.5
+    picture, scale = sppm.difference_image(other, film)
+    assert picture.radiance.shape == film.radiance.shape and scale > 0
+    assert np.argwhere(picture.radiance.sum(2) == picture.radiance.sum(2).max()).tolist() == [[3, 5]]
+    metrics = sppm.compare(other, film, hdr_flip=False)
+    assert metrics.hdr_flip is None and metrics.differing_pixels == 1
+    assert (metrics.largest_difference.x, metrics.largest_difference.y) == (5, 3)

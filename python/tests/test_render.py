@@ -1,0 +1,174 @@
+"""Renders are watched, stopped, resumed and iterated by hand."""
+
+from __future__ import annotations
+
+import shutil
+import time
+import warnings
+from datetime import timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import ENDLESS, SMALL
+
+import sppm
+
+
+def test_the_image_does_not_depend_on_how_it_is_rendered(cornell) -> None:
+    right = sppm.render(cornell, iterations=4)
+    for options in ({"threads": 1}, {"engine": "reference"}, *({"lanes": lanes} for lanes in sppm.available_lanes())):
+        assert sppm.render(cornell, iterations=4, **options) == right
+    with sppm.Render(cornell, iterations=4, paused=True) as render:
+        steps = [render.iterate(), render.iterate(2), render.iterate(7)]
+    assert [film.iterations for film in steps] == [1, 3, 4]
+    assert steps[-1] == right == render.film and steps[1] == sppm.render(cornell, iterations=3)
+    assert sppm.render(cornell, iterations=4, seed=2) != right
+    assert right.count is not None and right.radius is not None and (right.radius <= 2).all() and right.count.max() > 1
+
+
+def test_settings_are_those_of_the_scene_unless_given(cornell) -> None:
+    assert sppm.render(cornell).radiance.shape == (30, 40, 3)
+    assert sppm.render(cornell, width=8, height=4).radiance.shape == (4, 8, 3)
+    assert cornell.settings.width == 40
+
+
+def test_progress_is_an_iterator(cornell) -> None:
+    with sppm.Render(cornell, iterations=20) as render:
+        seen = list(render)
+        assert render.is_over and render.ended_by == "iterations"
+    done = [progress.iteration for progress in seen]
+    assert done == sorted(set(done)) and done[-1] == 20
+    assert seen[-1].photons == 80_000 and seen[-1].iterations == 20
+    assert seen[-1].mean_radius is not None and 0 < seen[-1].mean_radius < 2
+    assert list(render) == [] or list(render)[-1] == seen[-1]
+    assert render.report["iterations"] == 20 and render.report["camera_segments"] > 0
+
+
+def test_snapshots_come_while_it_renders(cornell) -> None:
+    seen = []
+    with sppm.Render(cornell, **ENDLESS) as render:
+        for film in render.films(every=3):
+            seen.append(film)
+            if len(seen) == 3:
+                render.stop()
+    iterations = [film.iterations for film in seen]
+    assert len(seen) in (3, 4) and all(b > a for a, b in zip(iterations, iterations[1:], strict=False))
+    for film in seen[:3]:
+        assert film == sppm.render(cornell, iterations=film.iterations)
+    assert [film.iterations for film in sppm.Render(cornell, iterations=1).films()] == [1]
+
+
+def test_stopping_keeps_the_image(cornell) -> None:
+    with sppm.Render(cornell, **ENDLESS) as render:
+        assert not render.wait(0.3) and not render.is_over
+        assert "running" in repr(render)
+        assert render.progress.iteration >= 0
+        render.stop()
+        film = render.result()
+    assert render.ended_by == "stop" and film.iterations == render.report["iterations"]
+    assert film == sppm.render(cornell, iterations=film.iterations)
+
+
+def test_a_render_that_is_stopped_at_once_has_no_image(cornell) -> None:
+    with sppm.Render(cornell, paused=True) as render:
+        render.stop()
+        assert render.wait(60)
+        assert render.film is None and render.ended_by == "stop"
+        with pytest.raises(sppm.RenderError, match="before its first iteration was complete; it has no image"):
+            render.result()
+
+
+def test_an_error_in_the_block_is_not_hidden(cornell) -> None:
+    with pytest.raises(ZeroDivisionError), sppm.Render(cornell, **ENDLESS):
+        _ = 1 / 0
+
+
+def test_goals_end_a_render(cornell) -> None:
+    for limit in (0.2, timedelta(milliseconds=200)):
+        with sppm.Render(cornell, time=limit) as render:
+            film = render.result()
+        assert render.ended_by == "time" and film.iterations > 2
+    with sppm.Render(cornell, until_error=1e9) as render:
+        assert render.result().iterations == 2 and render.ended_by == "error"
+        assert render.report["estimated_error"] > 0
+    assert render.progress.estimated_error is not None
+
+
+def test_checkpoints_are_resumed(cornell, tmp_path: Path) -> None:
+    right = sppm.render(cornell, iterations=9)
+    path = tmp_path / "a.sppm"
+    with sppm.Render(cornell, iterations=9, checkpoint=path, every=2, paused=True) as render:
+        render.iterate(5)
+        assert path.exists()
+    assert render.checkpoint == str(path)
+    with sppm.Render.resume(path, threads=1, engine="reference") as resumed:
+        assert resumed.result() == right
+        assert resumed.report["resumed_after"] == 5
+    # The same call goes on from what is there, and the complete render takes more iterations.
+    assert sppm.render(cornell, iterations=9, checkpoint=path) == right
+    assert sppm.Render.resume(path, iterations=12).result() == sppm.render(cornell, iterations=12)
+    with pytest.raises(sppm.InputError, match="holds 12 iterations of another scene|of other settings"):
+        sppm.render(cornell, seed=3, checkpoint=path)
+    with pytest.raises(sppm.InputError, match="iterations 3: .* holds 12 already"):
+        sppm.Render.resume(path, iterations=3)
+    with pytest.raises(sppm.FileError):
+        sppm.Render.resume(__file__)
+
+
+def test_a_damaged_checkpoint_is_a_warning(cornell, tmp_path: Path) -> None:
+    path = tmp_path / "a.sppm"
+    for iterations in (3, 6):
+        sppm.render(cornell, iterations=iterations, checkpoint=path)
+    path.write_bytes(path.read_bytes()[:-100])
+    shutil.copy(path, tmp_path / "b")
+    with pytest.warns(sppm.RenderWarning, match="resumed from the older generation"), warnings.catch_warnings():
+        warnings.simplefilter("always")
+        assert sppm.Render.resume(path, iterations=7).result() == sppm.render(cornell, iterations=7)
+
+
+def test_a_checkpoint_is_used_by_one_render(cornell, tmp_path: Path) -> None:
+    path = tmp_path / "a.sppm"
+    with sppm.Render(cornell, **ENDLESS, checkpoint=path), pytest.raises(sppm.InputError, match="checkpoint"):
+        sppm.Render(cornell, **ENDLESS, checkpoint=path)
+
+
+def test_no_output_overwrites_the_scene(tmp_path: Path, cornell) -> None:
+    path = tmp_path / "a.toml"
+    cornell.save(path)
+    with pytest.raises(sppm.InputError, match="checkpoint: .* is also"):
+        sppm.render(sppm.Scene.load(path), checkpoint=path)
+
+
+def test_progress_is_told_to_a_function(cornell) -> None:
+    told: list[sppm.Progress] = []
+    sppm.render(cornell, iterations=30, progress=told.append)
+    assert told[-1].iteration == 30
+    assert [p.iteration for p in told] == sorted({p.iteration for p in told})
+
+
+def test_an_error_of_that_function_stops_the_render(cornell) -> None:
+    def fail(_: object) -> None:
+        raise ZeroDivisionError
+
+    began = time.monotonic()
+    with pytest.raises(ZeroDivisionError):
+        sppm.render(cornell, **{**SMALL, "iterations": 1 << 30}, progress=fail)
+    assert time.monotonic() - began < 30
+
+
+def test_a_bar_is_shown_if_asked_for(cornell, capfd) -> None:
+    sppm.render(cornell, progress=True)
+    assert "iteration" in capfd.readouterr().err
+    sppm.render(cornell)
+    sppm.render(cornell, progress=False)
+    printed = capfd.readouterr()
+    assert printed.out == printed.err == ""
+
+
+def test_rays_are_broadcast(cornell) -> None:
+    many = sppm.trace(cornell, [50, 50, 200], np.eye(3))
+    one = [sppm.trace(cornell, [50, 50, 200], way) for way in np.eye(3)]
+    assert many.t.tolist() == [hit.t[0] for hit in one] and many.normal.shape == (3, 3)
+    assert len(sppm.trace(cornell, np.zeros((0, 3)), [0, 0, 1]).t) == 0
+    assert sppm.trace(sppm.Scene(), [0, 0, 0], [0, 0, 1]).sphere.tolist() == [-1]

@@ -1,0 +1,135 @@
+"""The module gives the same bits as the command: files are equal byte by byte, metadata included."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sppm
+
+BASE = {"width": 40, "height": 30, "iterations": 2, "photons_per_iteration": 4000}
+OPTIONS = {"photons_per_iteration": "photons", "max_depth": "depth", "initial_radius": "radius"}
+
+CASES: list[tuple[str, dict[str, object]]] = [
+    *((name, {}) for name in sppm.builtin_scenes()),
+    ("cornell", {"seed": 2**64 - 1}),
+    ("cornell", {"max_depth": 12, "initial_radius": 0.1}),
+    ("cornell", {"filter": "gaussian"}),
+    ("mirror", {"filter": "mitchell", "iterations": 5}),
+    ("random", {"width": 33, "height": 17}),
+    ("surgery", {"width": 1, "height": 1}),
+    ("large", {"engine": "reference"}),
+    ("cornell", {"method": "path", "iterations": 3}),
+    ("motion", {"method": "path", "engine": "reference"}),
+    ("focus", {"lanes": "emulated", "threads": 1}),
+    ("mirror", {"lanes": "emulated", "threads": 3, "photons_per_iteration": 1}),
+    ("surgery", {"memory_limit": 1 << 30, "seed": 7}),
+]
+
+
+@pytest.mark.parametrize(("name", "settings"), CASES, ids=str)
+def test_files_are_equal(name, settings, tmp_path: Path, command) -> None:
+    options = {**BASE, **settings}
+    arguments = [f"--{OPTIONS.get(key, key).replace('_', '-')}={value}" for key, value in options.items()]
+    planes = ["radius", "count"] if settings.get("method") != "path" else []
+    written = [f"--{plane}-image={tmp_path / plane}.exr" for plane in planes]
+    command("render", name, "-o", tmp_path / "image.exr", *written, *arguments, "--quiet")
+    film = sppm.render(sppm.Scene.load(name), **options)
+    film.save(tmp_path / "ours.exr")
+    assert (tmp_path / "ours.exr").read_bytes() == (tmp_path / "image.exr").read_bytes()
+    for plane in planes:
+        getattr(film, f"save_{plane}")(tmp_path / "ours.exr")
+        assert (tmp_path / "ours.exr").read_bytes() == (tmp_path / f"{plane}.exr").read_bytes(), plane
+    assert (film.radius is None) == (not planes)
+
+
+def test_a_scene_from_arrays_is_the_scene_that_it_saves(tmp_path: Path, command) -> None:
+    random = np.random.default_rng(3)
+    scene = sppm.Scene(
+        sppm.Camera.look_at([0, 1, 9.1], [0.3, 0, 0], aperture_radius=0.1, shutter=[0, 1]),
+        name='a "name"',
+        background=[0.1, 0.2, 0.3],
+        settings=sppm.Settings(**BASE, initial_radius=0.2),
+    )
+    scene.add_spheres(
+        random.normal(size=(50, 3)),
+        random.uniform(0.05, 0.2, 50),
+        [sppm.Diffuse(random.random(3)) if i % 3 else sppm.Dielectric(ior=1.33) for i in range(50)],
+        velocity=random.normal(size=(50, 3)) * 0.1,
+    )
+    scene.add_spheres([0, 3, 0], 0.5, sppm.Specular(0.5), emission=[9, 8, 7])
+    scene.save(tmp_path / "scene.toml")
+    assert sppm.Scene.load(tmp_path / "scene.toml") == scene
+    for extension, exposure in [("exr", None), ("pfm", None), ("tif", None), ("png", None), ("png", 1.5), ("jpg", -1)]:
+        image = tmp_path / f"image.{extension}"
+        exposed = [] if exposure is None else [f"--exposure={exposure}"]
+        command("render", tmp_path / "scene.toml", "-o", image, *exposed, "--quiet")
+        sppm.render(scene).save(tmp_path / f"ours.{extension}", exposure=exposure)
+        assert (tmp_path / f"ours.{extension}").read_bytes() == image.read_bytes(), (extension, exposure)
+
+
+def test_a_checkpoint_goes_both_ways(tmp_path: Path, command) -> None:
+    whole = sppm.render(sppm.Scene.load("cornell"), **{**BASE, "iterations": 6})
+    options = ["--width=40", "--height=30", "--photons=4000", "--quiet"]
+    command("render", "cornell", "-n3", "-o", tmp_path / "a.png", "--checkpoint", tmp_path / "a.sppm", *options)
+    with sppm.Render.resume(tmp_path / "a.sppm", iterations=6) as render:
+        assert render.result() == whole
+        assert render.report["resumed_after"] == 3
+    sppm.render(sppm.Scene.load("cornell"), **{**BASE, "iterations": 4}, checkpoint=tmp_path / "b.sppm")
+    command("resume", tmp_path / "b.sppm", "-n6", "-o", tmp_path / "b.exr", "--quiet")
+    assert sppm.compare(whole, tmp_path / "b.exr").identical
+
+
+def test_a_render_is_repeated_from_its_image(tmp_path: Path, cornell, command) -> None:
+    film = sppm.render(cornell, seed=5, method="path")
+    film.save(tmp_path / "a.exr")
+    assert sppm.Render.like(tmp_path / "a.exr").result() == film
+    command("render", "--like", tmp_path / "a.exr", "-o", tmp_path / "b.exr", "--quiet")
+    assert (tmp_path / "a.exr").read_bytes() == (tmp_path / "b.exr").read_bytes()
+    with pytest.raises(sppm.FileError, match="another than the one that made it"):
+        sppm.Render.like(tmp_path / "a.exr", sppm.Scene.load("mirror"))
+
+
+def test_what_made_a_file(tmp_path: Path, cornell, command) -> None:
+    film = sppm.render(cornell, checkpoint=tmp_path / "a.sppm", method="path", until_error=1e9)
+    film.save(tmp_path / "a.png", exposure=1)
+    for name, kind in (("a.sppm", "checkpoint"), ("a.png", "image")):
+        told = sppm.info(tmp_path / name)
+        assert told == json.loads(command("info", tmp_path / name, "--json"))
+        assert told["kind"] == kind and told["iterations"] == 2 and told["method"] == "path"
+
+
+def test_rays_hit_what_the_command_says(tmp_path: Path, command) -> None:
+    random = np.random.default_rng(1)
+    rays = np.float32(np.c_[random.uniform(5, 80, (500, 3)), random.normal(size=(500, 3))])
+    np.save(tmp_path / "rays.npy", rays)
+    command("trace", "motion", "--rays", tmp_path / "rays.npy", "--hits", tmp_path / "hits.npy", "--time", "0.5")
+    right = np.load(tmp_path / "hits.npy")
+    for options in ({}, {"engine": "reference"}, {"lanes": "emulated", "threads": 1}):
+        hits = sppm.trace(sppm.Scene.load("motion"), rays[:, :3], rays[:, 3:], time=0.5, **options)
+        for name, array in hits._asdict().items():
+            assert array.tobytes() == np.ascontiguousarray(right[name]).tobytes(), name
+    assert (right["sphere"] >= 0).mean() > 0.5
+
+
+def test_metrics_are_those_of_the_command(tmp_path: Path, cornell, command) -> None:
+    films = [sppm.render(cornell, seed=seed) for seed in (1, 2)]
+    for film, name in zip(films, "ab", strict=True):
+        film.save(tmp_path / f"{name}.exr")
+    right = json.loads(command("compare", tmp_path / "a.exr", tmp_path / "b.exr", "--json"))
+    metrics = sppm.compare(*films)
+    assert metrics.hdr_flip == right["hdr_flip"] and metrics.hdr_flip is not None
+    assert metrics.rmse.all == right["rmse"]["all"] > 0
+    assert metrics.ssim.green == right["ssim"]["green"]
+    assert vars(metrics.largest_difference) == right["largest_difference"]
+    assert sppm.compare(films[0], films[0]).psnr == float("inf")
+
+
+def test_all_engines_agree(cornell) -> None:
+    for method in ("sppm", "path"):
+        verified = sppm.verify(cornell, method=method, threads=2)
+        assert verified and verified.difference is None
+        assert any("emulated lanes and 2 threads" in name for name in verified.variants)

@@ -1,0 +1,233 @@
+"""Renders beside other threads, signals and processes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from conftest import ENDLESS, SMALL
+
+import sppm
+
+PATIENCE = 60.0
+"""Seconds after which something hangs."""
+
+
+def late_ticks(seconds: float) -> float:
+    """The share of ticks, one each 10 ms, that come so late that the next is due."""
+    lateness: list[float] = []
+
+    def tick() -> None:
+        begin = time.perf_counter()
+        for i in range(1, round(seconds * 100)):
+            time.sleep(max(0.0, begin + i * 0.01 - time.perf_counter()))
+            lateness.append(time.perf_counter() - begin - i * 0.01)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    thread.join(PATIENCE)
+    return sum(late > 0.01 for late in lateness) / len(lateness)
+
+
+def test_other_threads_go_on(cornell) -> None:
+    """A thread that ticks every 10 ms misses at most one tick in a hundred while a render runs and is watched.
+
+    On a busy machine ticks are late without a render too; such times do not count.
+    """
+    MOST = 0.01
+    judged: list[float] = []
+    for _ in range(20):
+        if late_ticks(0.3) > 0.0:
+            continue
+        with sppm.Render(cornell, **{**ENDLESS, "width": 256, "height": 192}) as render:
+            watching = threading.Thread(target=render.wait, args=(1.2,))
+            watching.start()
+            judged.append(late_ticks(1.0))
+            watching.join(PATIENCE)
+        if judged[-1] <= MOST:
+            return
+    if len(judged) < 5:
+        pytest.skip("the machine is too busy to tell")
+    pytest.fail(f"shares of late ticks: {judged}")
+
+
+PROGRAM = """
+import json, sys, time, sppm
+scene = sppm.Scene.load("cornell")
+settings = dict(iterations=1 << 30, width={side}, height={side}, checkpoint={checkpoint!r}, progress=False)
+try:
+    film = sppm.render(scene, **settings, interrupt={interrupt!r})
+    how = "returned"
+except KeyboardInterrupt as stopped:
+    assert isinstance(stopped, sppm.Interrupted)
+    film, how = stopped.film, "raised"
+print(json.dumps([how, time.time(), film.iterations, float(film.radiance.mean())]))
+"""
+
+
+@pytest.mark.parametrize(("interrupt", "how", "side"), [("raise", "raised", 512), ("return", "returned", 64)])
+def test_control_c_keeps_the_image(tmp_path: Path, interrupt: str, how: str, side: int) -> None:
+    import json
+
+    checkpoint = str(tmp_path / "a.sppm")
+    program = PROGRAM.format(interrupt=interrupt, side=side, checkpoint=checkpoint)
+    process = subprocess.Popen(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, env={**os.environ, "PYTHONUNBUFFERED": "1"}
+    )
+    time.sleep(4.0)
+    sent = time.time()
+    process.send_signal(signal.SIGINT)
+    printed, _ = process.communicate(timeout=PATIENCE)
+    told, answered, iterations, mean = json.loads(printed)
+    assert told == how
+    assert iterations > 0 and mean > 0.1
+    print(f"answered after {answered - sent:.3f} s")
+    # A tenth of that on a quiet machine; on a busy one its threads wait for their turns.
+    assert answered - sent < 2.0
+    with sppm.Render.resume(checkpoint, iterations=iterations + 1) as resumed:
+        assert resumed.result(progress=False).iterations == iterations + 1
+
+
+def test_an_interruption_before_the_first_image_has_none(cornell, monkeypatch) -> None:
+    def interrupted(*_: object) -> bool:
+        raise KeyboardInterrupt
+
+    with sppm.Render(cornell, paused=True) as render:
+        # Signals cannot be timed before the first iteration.
+        monkeypatch.setattr(render, "_check_free", lambda: None)
+        monkeypatch.setattr("sppm._render.Bar.__enter__", interrupted)
+        with pytest.raises(sppm.Interrupted) as caught:
+            render.result(progress=False)
+    assert caught.value.film is None
+    assert "before its first iteration" in str(caught.value)
+
+
+def test_a_loop_over_renders_ends_with_control_c(cornell) -> None:
+    """As ``Interrupted`` is a ``KeyboardInterrupt``, ``except Exception`` does not keep the loop going."""
+    with pytest.raises(KeyboardInterrupt):
+        try:
+            raise sppm.Interrupted(None)
+        except Exception:  # noqa: BLE001
+            pytest.fail("caught")
+
+
+def in_child(work) -> int:
+    """Runs ``work`` in a forked process, and returns its exit code; 99 if it hangs."""
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            signal.alarm(int(PATIENCE))
+            work()
+            code = 0
+        finally:
+            os._exit(code)
+    _, status = os.waitpid(child, 0)
+    return os.waitstatus_to_exitcode(status)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot fork")
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_a_fork_after_a_render_can_render(cornell, tmp_path: Path) -> None:
+    right = sppm.render(cornell)
+    sppm.compare(right, right)
+
+    def work() -> None:
+        film = sppm.render(cornell)
+        assert film == right
+        film.save(tmp_path / "child.exr")
+        assert sppm.compare(film, right).identical
+
+    assert in_child(work) == 0
+    assert sppm.Film.load(tmp_path / "child.exr") == sppm.Film(right.radiance)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot fork")
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_a_fork_during_a_render_leaves_it_to_the_parent(cornell) -> None:
+    render = sppm.Render(cornell, **ENDLESS)
+    film = render.film
+    assert film is not None
+
+    def work() -> None:
+        for use in (lambda: render.film, render.stop, lambda: render.progress, lambda: render.is_over, render.close):
+            with pytest.raises(sppm.RenderError, match="runs in the process that this one was forked from"):
+                use()
+        globals()["kept"] = None
+        assert sppm.render(cornell).iterations == SMALL["iterations"]
+
+    assert in_child(work) == 0
+
+    def drop() -> None:
+        nonlocal render
+        del render
+
+    assert in_child(drop) == 0
+    assert not render.is_over
+    render.close()
+
+
+def test_many_renders_at_once_give_their_images(cornell) -> None:
+    scenes = [cornell, *(sppm.Scene.load(name) for name in ("mirror", "surgery", "random"))]
+    right = [sppm.render(scene, **SMALL, threads=1) for scene in scenes]
+    films: dict[int, sppm.Film] = {}
+
+    def work(i: int) -> None:
+        films[i] = sppm.render(scenes[i % 4], **SMALL, threads=1 + i % 3)
+
+    threads = [threading.Thread(target=work, args=(i,)) for i in range(16)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(PATIENCE)
+    assert len(films) == 16
+    assert all(film == right[i % 4] for i, film in films.items())
+
+
+def test_one_render_is_asked_from_many_threads(cornell) -> None:
+    seen: list[int] = []
+    with sppm.Render(cornell, **ENDLESS) as render:
+
+        def ask() -> None:
+            for _ in range(5):
+                film = render.film
+                assert film is not None
+                seen.append(film.iterations)
+
+        threads = [threading.Thread(target=ask) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(PATIENCE)
+    assert len(seen) == 20 and min(seen) >= 1
+
+
+def test_a_scene_is_changed_from_many_threads() -> None:
+    scene = sppm.Scene()
+
+    def add() -> None:
+        for _ in range(50):
+            scene.add_spheres([[1, 2, 3], [4, 5, 6]], 1, sppm.Diffuse(0.5))
+
+    threads = [threading.Thread(target=add) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(PATIENCE)
+    assert len(scene) == 400 and len(scene.materials) == 200
+    assert sorted(set(scene.material_indices.tolist())) == list(range(200))
+
+
+def test_a_scene_may_change_while_it_renders(cornell) -> None:
+    right = sppm.render(cornell, iterations=3)
+    with sppm.Render(cornell, iterations=3, paused=True) as render:
+        render.iterate()
+        cornell.remove_spheres(slice(None))
+        cornell.camera = sppm.Camera()
+        assert render.iterate(2) == right
