@@ -28,14 +28,15 @@ pub(crate) fn write_image(
     }
     let made = note.as_deref().and_then(Metadata::from_note);
     let seed = made.map_or(0, |metadata| metadata.settings.seed);
+    let tone = render::is_exposed(&path).then(Tone::default);
     let note = note.map(|note| match Metadata::from_note(&note) {
-        Some(metadata) if exposure.is_some() => Metadata { exposure, ..metadata }.to_note(),
-        _ => note,
+        Some(metadata) => Metadata { exposure: exposure.or(metadata.exposure), tone, ..metadata }.to_note(),
+        None => note,
     });
     let [height, width] = [radiance.shape()[0], radiance.shape()[1]];
     let pixels = vectors(&radiance)?;
     let written = work_on(py, None, || {
-        let tone = Tone::default();
+        let tone = tone.unwrap_or_default();
         let encoding = Encoding { exposure: exposure.unwrap_or(0.0), tone, seed, note: note.as_deref() };
         let pixel = |x: u32, y: u32| Rgb::from_array(pixels[y as usize * width + x as usize]);
         let picture = Picture { width: width as u32, height: height as u32, pixel: &pixel };

@@ -120,6 +120,10 @@ impl Observer for Watch {
             Notice::NotLocked(fault) => format!("{fault}; nothing keeps another render from writing it too"),
             Notice::NotSaved(fault) => format!("the checkpoint was not written: {fault}"),
             Notice::NotRefreshed(fault) | Notice::NoSnapshot(fault) => fault.to_string(),
+            Notice::OtherTransport { path, transport } => {
+                let path = path.display();
+                format!("{path} was made by version {transport} of the light transport: the image will be another")
+            }
             Notice::Begun { .. } => return self.pause(),
             _ => return,
         };
