@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -60,7 +61,14 @@ def test_other_threads_go_on(cornell) -> None:
 PROGRAM = """
 import json, sys, time, sppm
 scene = sppm.Scene.load("cornell")
-settings = dict(iterations=1 << 30, width={side}, height={side}, checkpoint={checkpoint!r}, progress=False)
+
+def tell(progress):
+    if progress.iteration >= 2 and not told:
+        told.append(progress)
+        print("ready", flush=True)
+
+told = []
+settings = dict(iterations=1 << 30, width={side}, height={side}, checkpoint={checkpoint!r}, progress=tell)
 try:
     film = sppm.render(scene, **settings, interrupt={interrupt!r})
     how = "returned"
@@ -73,14 +81,12 @@ print(json.dumps([how, time.time(), film.iterations, float(film.radiance.mean())
 
 @pytest.mark.parametrize(("interrupt", "how", "side"), [("raise", "raised", 512), ("return", "returned", 64)])
 def test_control_c_keeps_the_image(tmp_path: Path, interrupt: str, how: str, side: int) -> None:
-    import json
-
     checkpoint = str(tmp_path / "a.sppm")
     program = PROGRAM.format(interrupt=interrupt, side=side, checkpoint=checkpoint)
-    process = subprocess.Popen(
-        [sys.executable, "-c", program], stdout=subprocess.PIPE, env={**os.environ, "PYTHONUNBUFFERED": "1"}
-    )
-    time.sleep(4.0)
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None and process.stdout.readline() == "ready\n"
+    # Somewhere in an iteration.
+    time.sleep(0.05)
     sent = time.time()
     process.send_signal(signal.SIGINT)
     printed, _ = process.communicate(timeout=PATIENCE)
