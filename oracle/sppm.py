@@ -73,7 +73,7 @@ class Render:
 
     def options(self) -> list[str]:
         """All options of the command line."""
-        return [*self.settings(), f"--engine={self.engine}"]
+        return [*self.settings(), "--method=path" if self.engine == "path" else f"--engine={self.engine}"]
 
     def image(self) -> np.ndarray:
         """Linear radiance, (height, width, 3) of float32."""

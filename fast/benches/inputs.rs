@@ -98,6 +98,7 @@ pub(crate) fn crowd(points: usize, density: f32, index: u32) -> (Vec<Photon>, Ve
         sphere: 0,
         is_safe: !k.is_multiple_of(10),
         flux: [FLUX_ONE, k % FLUX_ONE, FLUX_ONE / 2],
+        shift: 0,
     };
     let photons = (0..count).map(photon).collect();
     let mut corner = Vec3::ZERO;
@@ -121,7 +122,7 @@ pub(crate) fn pixels(count: usize) -> (Vec<Pixel>, Vec<Seen>, Vec<Gathered>) {
     let seen = (0..count).map(|_| Seen { direct: color(), beta: color() }).collect();
     let gathered = |k: usize| {
         let m = if k.is_multiple_of(4) { 0 } else { 1 + k as u32 % 50 };
-        Gathered { m, flux: color().to_array().map(|x| (x * m as f32 * FLUX_ONE as f32) as u64) }
+        Gathered { m, flux: color().to_array().map(|x| (x * m as f32 * FLUX_ONE as f32) as u128) }
     };
     let gathered = (0..count).map(gathered).collect();
     (pixels, seen, gathered)

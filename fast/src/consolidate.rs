@@ -28,9 +28,9 @@ pub(crate) fn consolidate_group<L: Lanes>(
         let n = old.n + L::f(ALPHA) * m;
         let ratio = n / (old.n + m);
         let phi = V3::new(
-            exact_float::<L>(&sums.flux[0][at..]) * unit,
-            exact_float::<L>(&sums.flux[1][at..]) * unit,
-            exact_float::<L>(&sums.flux[2][at..]) * unit,
+            flux_of::<L>(sums, 0, at) * unit,
+            flux_of::<L>(sums, 1, at) * unit,
+            flux_of::<L>(sums, 2, at) * unit,
         );
         let tau = (old.tau + new.beta * phi).scale(ratio);
         let nothing = L::eq(counted, L::u(0));
@@ -44,12 +44,12 @@ pub(crate) fn consolidate_group<L: Lanes>(
     }
 }
 
-/// Sums as floats, rounded once (below 2^53 an `f64` holds them exactly).
+/// The fluxes of the pixels from `at` on in one channel.
 #[inline(always)]
-fn exact_float<L: Lanes>(sums: &[u64]) -> L::F {
+fn flux_of<L: Lanes>(sums: &GroupSums, channel: usize, at: usize) -> L::F {
     let mut floats = [0.0; MOST_LANES];
     for k in 0..L::N {
-        floats[k] = sums[k] as i64 as f64 as f32;
+        floats[k] = sums.rounded(channel, at + k);
     }
     L::load(&floats)
 }

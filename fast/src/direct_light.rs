@@ -208,6 +208,12 @@ impl ShadowRays {
         L::call(Occlusion { tables, rays, buffers, t: &mut self.t });
     }
 
+    /// The ways to the lamps of the rays from `at` on, where nothing blocks them.
+    #[inline(always)]
+    pub(crate) fn to_lamp<L: Lanes>(&self, at: usize) -> V3<L> {
+        self.direction.load(at).scale(L::load(&self.t[at..]))
+    }
+
     /// The irradiance by the rays from `at` on; zero where something blocks them.
     #[inline(always)]
     pub(crate) fn irradiance<L: Lanes>(&self, at: usize) -> V3<L> {

@@ -63,6 +63,7 @@ mod search;
 mod shapes;
 mod sppm;
 mod surface;
+mod survey;
 mod tables;
 mod trace;
 mod work_items;

@@ -20,7 +20,7 @@ macro_rules! builtin {
     };
 }
 
-/// All built-in scenes: the paper's five, then one for depth of field and one for motion blur.
+/// All built-in scenes: the paper's five, one for depth of field, one for motion blur, and three in the open.
 pub const SCENES: &[Builtin] = &[
     builtin!("cornell", "a mirror ball and a glass ball in a box, two coloured lamps"),
     builtin!("large", "a large lamp, two grey mirror balls and a glass ball in a wide, tall box"),
@@ -32,6 +32,9 @@ pub const SCENES: &[Builtin] = &[
         "motion",
         "motion blur: a flying, a rolling and a falling ball, a spark, and a caustic on the move"
     ),
+    builtin!("terrace", "glass, mirror and chalk in the open, under a sky and a low sun"),
+    builtin!("heap", "a heap of 2000 balls in the open, under a sky and a sun"),
+    builtin!("dusk", "300 little lamps over a plain, among stones and glass"),
 ];
 
 /// The built-in scene called `name`.

@@ -3,7 +3,7 @@
 use crate::columns::{elements, picture, vectors};
 use crate::errors::{FileError, InputError};
 use crate::work::{work, work_on};
-use files::image_file::{self, Encoding, ImageReader};
+use files::image_file::{self, Encoding, ImageReader, Tone};
 use numpy::ndarray::Array3;
 use numpy::{PyArray3, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
@@ -26,6 +26,8 @@ pub(crate) fn write_image(
         let problem = format!("exposure: {path} holds linear radiance; only .png and .jpg are exposed");
         return Err(InputError::new_err(problem));
     }
+    let made = note.as_deref().and_then(Metadata::from_note);
+    let seed = made.map_or(0, |metadata| metadata.settings.seed);
     let note = note.map(|note| match Metadata::from_note(&note) {
         Some(metadata) if exposure.is_some() => Metadata { exposure, ..metadata }.to_note(),
         _ => note,
@@ -33,7 +35,8 @@ pub(crate) fn write_image(
     let [height, width] = [radiance.shape()[0], radiance.shape()[1]];
     let pixels = vectors(&radiance)?;
     let written = work_on(py, None, || {
-        let encoding = Encoding { exposure: exposure.unwrap_or(0.0), note: note.as_deref() };
+        let tone = Tone::default();
+        let encoding = Encoding { exposure: exposure.unwrap_or(0.0), tone, seed, note: note.as_deref() };
         let pixel = |x: u32, y: u32| Rgb::from_array(pixels[y as usize * width + x as usize]);
         let picture = Picture { width: width as u32, height: height as u32, pixel: &pixel };
         image_file::write_picture(&path, &picture, &encoding)
@@ -53,7 +56,7 @@ pub(crate) fn write_plane(
     let [height, width] = [values.shape()[0], values.shape()[1]];
     let values = elements(&values)?;
     let written = work_on(py, None, || {
-        let encoding = Encoding { exposure: 0.0, note: note.as_deref() };
+        let encoding = Encoding { note: note.as_deref(), ..Encoding::default() };
         let value = |x: u32, y: u32| values[y as usize * width + x as usize];
         let picture = Picture { width: width as u32, height: height as u32, pixel: &value };
         image_file::write_values(&path, &picture, name, &encoding)

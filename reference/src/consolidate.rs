@@ -27,8 +27,8 @@ pub struct Pixel {
 pub struct Gathered {
     /// `M`: the number of photons.
     pub m: u32,
-    /// The sums of their fluxes, in units of the nominal power divided by `FLUX_ONE`.
-    pub flux: [u64; 3],
+    /// The sums of their fluxes, in the unit of [`Flux::values`](crate::photon_pass::Flux::values).
+    pub flux: [u128; 3],
 }
 
 impl Pixel {
@@ -39,7 +39,8 @@ impl Pixel {
     }
 
     /// Adds the photons of one iteration (equations 9 to 11 of the paper of 2009):
-    /// `N' = N + alpha M`, `R'^2 = R^2 (N + alpha M) / (N + M)`, `tau' = (tau + beta phi) R'^2 / R^2`.
+    /// `N' = N + alpha M`, `R'^2 = R^2 (N + alpha M) / (N + M)`, `tau' = (tau + beta phi) R'^2 / R^2`. A flux of
+    /// `FLUX_ONE` is `nominal_power`, in W.
     pub fn consolidate(&mut self, beta: Rgb, gathered: &Gathered, nominal_power: f32) {
         if gathered.m == 0 {
             return;

@@ -4,32 +4,33 @@ use crate::intersect::{distance, occluded};
 use crate::light_choice::{Receiver, choose};
 use crate::sampling::{cosine_hemisphere, uniform_cone};
 use scene::still::{Light, Lights};
-use scene::{Ray, Rgb, Still};
+use scene::{Ray, Rgb, Still, Vec3};
 use std::f32::consts::PI;
 
-/// The light that `u` in [0, 1) chooses by power, with its [`Light::probability`].
-pub fn choose_light(lights: &Lights, u: f32) -> Option<&Light> {
-    lights.entries.get(lights.cumulative.partition_point(|&c| c <= u))
+/// The index of the light that `u` in [0, 1) chooses by power, with its [`Light::probability`].
+pub fn choose_light(lights: &Lights, u: f32) -> Option<u32> {
+    let index = lights.cumulative.partition_point(|&c| c <= u);
+    (index < lights.entries.len()).then_some(index as u32)
 }
 
 /// An unbiased estimate of the irradiance that reaches `receiver` straight from the lights, from three uniform
 /// numbers: one to choose the light, two for the direction.
 pub fn estimate_irradiance(still: &Still, receiver: &Receiver, choice: f32, u: f32, v: f32) -> Rgb {
-    let Some(chosen) = choose(still, receiver, choice) else {
-        return Rgb::ZERO;
-    };
+    sample_light(still, receiver, choice, u, v).map_or(Rgb::ZERO, |(_, irradiance)| irradiance)
+}
+
+/// The same, with the point of the light that it comes from; `None` if none comes.
+pub fn sample_light(still: &Still, receiver: &Receiver, choice: f32, u: f32, v: f32) -> Option<(Vec3, Rgb)> {
+    let chosen = choose(still, receiver, choice)?;
     let light = &still.lights.entries[chosen.light as usize];
     let sample = if light.inside {
         from_inside(still, receiver, light, u, v)
     } else {
         from_outside(still, receiver, light, u, v)
     };
-    match sample {
-        Some((ray, t, weight)) if !occluded(still, &ray, t, light.sphere) => {
-            still.spheres[light.sphere as usize].emission * (weight / chosen.probability)
-        }
-        _ => Rgb::ZERO,
-    }
+    let (ray, t, weight) = sample.filter(|(ray, t, _)| !occluded(still, ray, *t, light.sphere))?;
+    let irradiance = still.spheres[light.sphere as usize].emission * (weight / chosen.probability);
+    Some((ray.origin + ray.direction * t, irradiance))
 }
 
 /// A shadow ray with its length, and the cosine at the receiver over the density of the direction.

@@ -26,6 +26,7 @@
 pub mod camera_pass;
 pub mod consolidate;
 pub mod direct_light;
+pub mod emission;
 pub mod grid;
 pub mod intersect;
 pub mod light_choice;
@@ -34,6 +35,7 @@ pub mod photon_pass;
 pub mod sampling;
 pub mod scatter;
 mod sppm;
+pub mod survey;
 
 pub use path_tracer::PathTracer;
 pub use sppm::{Sppm, contributes};

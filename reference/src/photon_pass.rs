@@ -1,20 +1,32 @@
 //! Photon pass: traces photons from the lamps and deposits them wherever they meet a diffuse surface.
 
-use crate::direct_light::choose_light;
+use crate::emission::{Emitted, emit};
 use crate::intersect::{Hit, intersect};
-use crate::sampling::{cosine_hemisphere, uniform_sphere};
+use crate::sampling::cosine_hemisphere;
 use crate::scatter::{dielectric, reflect};
+use scene::aim::{Aim, EXPONENT_STEP};
 use scene::film::FLUX_ONE;
 use scene::ray::SphereId;
 use scene::rng::{Family, Stream, StreamKey, unit_float};
 use scene::sobol::{DIMENSIONS, sobol};
-use scene::still::{Light, Role};
 use scene::{Material, Ray, Rgb, Settings, Stats, Still, Vec3, max_component};
 use std::ops::Range;
 
-/// A photon's power per channel, in units of the nominal power divided by `FLUX_ONE`.
+/// A photon's power per channel: `units * 2^shift`, in the nominal power over [`FLUX_ONE`] and [`Aim::scale`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Flux(pub [u32; 3]);
+pub struct Flux {
+    /// At most `FLUX_ONE` per channel.
+    pub units: [u32; 3],
+    /// A multiple of [`EXPONENT_STEP`]; 0 where nothing is aimed.
+    pub shift: u32,
+}
+
+impl Flux {
+    /// As integers, whose sums are exact in any order.
+    pub fn values(self) -> [u128; 3] {
+        self.units.map(|units| u128::from(units) << self.shift)
+    }
+}
 
 /// A photon that arrives at a diffuse surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,16 +37,16 @@ pub struct Deposit {
     pub wi: Vec3,
     /// The sphere that it hits.
     pub sphere: SphereId,
-    /// Its power; `FLUX_ONE` stands for the nominal power [`scene::still::Lights::power`].
+    /// Its power; `FLUX_ONE` times [`Aim::scale`] stands for the nominal power [`scene::still::Lights::power`].
     pub flux: Flux,
 }
 
 /// Which dimensions of a photon's Sobol point are used for what.
-mod dimension {
-    pub(super) const DIRECTION: [usize; 2] = [0, 1];
-    pub(super) const POSITION: [usize; 2] = [2, 3];
-    pub(super) const FIRST_BOUNCE: [usize; 3] = [4, 5, 7];
-    pub(super) const LIGHT: usize = 6;
+pub(crate) mod dimension {
+    pub(crate) const DIRECTION: [usize; 2] = [0, 1];
+    pub(crate) const POSITION: [usize; 2] = [2, 3];
+    pub(crate) const FIRST_BOUNCE: [usize; 3] = [4, 5, 7];
+    pub(crate) const LIGHT: usize = 6;
 }
 
 /// The random numbers of the photons of one iteration.
@@ -56,7 +68,7 @@ impl PhotonNumbers {
         }
     }
 
-    fn stratified<const N: usize>(&self, photon: u32, dimensions: [usize; N]) -> [f32; N] {
+    pub(crate) fn stratified<const N: usize>(&self, photon: u32, dimensions: [usize; N]) -> [f32; N] {
         dimensions.map(|d| unit_float(sobol(photon, d) ^ self.shifts[d]))
     }
 
@@ -75,6 +87,7 @@ impl PhotonNumbers {
 /// surface from bounce 1 on. At bounce 0 it would bring direct light, which the camera pass has counted.
 pub fn photon_pass(
     still: &Still,
+    aim: &Aim,
     settings: &Settings,
     iteration: u32,
     photons: Range<u32>,
@@ -84,19 +97,20 @@ pub fn photon_pass(
     let numbers = PhotonNumbers::new(settings.seed, iteration);
     for photon in photons {
         stats.photons += 1;
-        trace(still, settings.max_depth, &numbers, photon, stats, &mut deposit);
+        trace(still, aim, settings.max_depth, &numbers, photon, stats, &mut deposit);
     }
 }
 
 fn trace(
     still: &Still,
+    aim: &Aim,
     max_depth: u32,
     numbers: &PhotonNumbers,
     photon: u32,
     stats: &mut Stats,
     deposit: &mut impl FnMut(&Deposit, &mut Stats),
 ) {
-    let Some((mut ray, mut power)) = emit(still, numbers, photon) else {
+    let Some(Emitted { mut ray, mut power }) = emit(still, aim, numbers, photon) else {
         return;
     };
     let mut stream = numbers.key.stream(photon);
@@ -106,7 +120,7 @@ fn trace(
         let material = still.material(hit.sphere);
         if bounce > 0 && matches!(material, Material::Diffuse { .. }) {
             stats.deposits += 1;
-            let flux = quantise(power);
+            let flux = quantise(aim, power);
             deposit(&Deposit { point: hit.point, wi: -ray.direction, sphere: hit.sphere, flux }, stats);
         }
         let [u, v, roulette] = numbers.bounce(photon, bounce, &mut stream);
@@ -116,35 +130,6 @@ fn trace(
         power = survivor;
         ray = Ray { origin: hit.point, direction: scatter(material, &ray, &hit, u, v), leaves: hit.sphere };
     }
-}
-
-/// Emits a photon from a uniform point of a lamp, in a cosine-distributed direction. `None` if another sphere covers
-/// that point.
-fn emit(still: &Still, numbers: &PhotonNumbers, photon: u32) -> Option<(Ray, Rgb)> {
-    let [choice] = numbers.stratified(photon, [dimension::LIGHT]);
-    let light = choose_light(&still.lights, choice)?;
-    let lamp = &still.spheres[light.sphere as usize];
-    let [u, v] = numbers.stratified(photon, dimension::POSITION);
-    let outward = uniform_sphere(u, v);
-    let origin = lamp.center + outward * lamp.radius;
-    if is_blocked(still, light, origin) {
-        return None;
-    }
-    let normal = if light.inside { -outward } else { outward };
-    let [u, v] = numbers.stratified(photon, dimension::DIRECTION);
-    let ray = Ray { origin, direction: cosine_hemisphere(normal, u, v), leaves: light.sphere };
-    Some((ray, light.photon_power))
-}
-
-/// True if `point` of the lamp lies inside an opaque ball, or outside of a shell around the eye.
-fn is_blocked(still: &Still, light: &Light, point: Vec3) -> bool {
-    let blockers = light.blockers.start as usize..light.blockers.end as usize;
-    still.lights.blockers[blockers].iter().any(|&id| {
-        let sphere = &still.spheres[id as usize];
-        let from_center = point - sphere.center;
-        let within = from_center.dot(from_center) < sphere.radius * sphere.radius;
-        within == (still.roles[id as usize] == Role::Solid)
-    })
 }
 
 /// Russian roulette: a photon survives with the probability by which its brightest channel is scaled down, and a
@@ -163,12 +148,33 @@ fn scatter(material: &Material, ray: &Ray, hit: &Hit, u: f32, v: f32) -> Vec3 {
     }
 }
 
-/// Rounds a power, in units of the nominal power, to the nearest multiple of `1 / FLUX_ONE`, with an error of 2^-22 of
-/// the nominal power at most. As the result is an integer, sums of fluxes do not depend on their order.
+/// Rounds a power, in units of the nominal power, to an integer: so sums of fluxes do not depend on their order.
 ///
-/// A photon's brightest channel may exceed the nominal power by rounding, so the result is clamped. No flux exceeds
-/// `FLUX_ONE` = 2^21, and fewer than 2^31 photons are deposited ([`scene::settings::MAX_DEPOSITS`]). So every sum stays
-/// below 2^52, which fits a `u64` and is exact as an `f64`.
-pub fn quantise(power: Rgb) -> Flux {
-    Flux(power.to_array().map(|p| ((p * FLUX_ONE as f32 + 0.5) as u32).min(FLUX_ONE)))
+/// If photons leave all lamps alike, to the nearest multiple of `1 / FLUX_ONE`, with an error of 2^-22 of the nominal
+/// power at most. A photon's brightest channel may exceed the nominal power by rounding, so the result is clamped: no flux
+/// exceeds `FLUX_ONE` = 2^21.
+///
+/// Aimed photons weigh more or less than that. They are counted in a unit of 2^-s of it ([`Aim::scale_bits`]), and heavy
+/// ones in a multiple of that unit by a power of two, with an error of 2^-14 of the brightest channel at most. As weights
+/// are at most 8, and s at most 38, no flux exceeds 2^62.
+///
+/// Fewer than 2^31 photons are deposited ([`scene::settings::MAX_DEPOSITS`]). So sums stay below 2^52 without aiming, and
+/// below 2^93 with it.
+pub fn quantise(aim: &Aim, power: Rgb) -> Flux {
+    let one = FLUX_ONE as f32;
+    if aim.is_empty() {
+        return Flux { units: power.to_array().map(|p| ((p * one + 0.5) as u32).min(FLUX_ONE)), shift: 0 };
+    }
+    let scaled = power * aim.scale();
+    let shift = exponent_of(max_component(scaled));
+    let unit = one / (1_u64 << shift) as f32;
+    Flux { units: scaled.to_array().map(|p| (p * unit + 0.5) as u32), shift }
+}
+
+/// The least multiple k of [`EXPONENT_STEP`] from 0 on for which `x` is below 2^k.
+fn exponent_of(x: f32) -> u32 {
+    /// The exponent of 1 as `f32` stores it.
+    const OF_ONE: u32 = 127;
+    let exponent = x.to_bits() >> 23;
+    if exponent < OF_ONE { 0 } else { ((exponent - OF_ONE) / EXPONENT_STEP + 1) * EXPONENT_STEP }
 }

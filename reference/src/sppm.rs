@@ -4,6 +4,8 @@ use crate::camera_pass::{CameraNumbers, VisiblePoint, camera_ray, trace};
 use crate::consolidate::{Gathered, Pixel};
 use crate::grid::Grid;
 use crate::photon_pass::{Deposit, photon_pass};
+use crate::survey::survey;
+use scene::aim::{Aim, Targets};
 use scene::filter::Table;
 use scene::light_tree::LightTree;
 use scene::still::Role;
@@ -29,6 +31,8 @@ pub struct Sppm<'a> {
     /// See [`Sppm::lit_by_power`].
     lit_by_power: bool,
     pixels: Vec<Pixel>,
+    /// What photons are aimed at, once it is known. It is the same for all iterations, so it need not be saved.
+    targets: Option<Targets>,
 }
 
 /// The result of the camera pass of one iteration.
@@ -58,14 +62,29 @@ impl<'a> Sppm<'a> {
     pub fn with_cell_size(scene: &'a Scene, settings: &Settings, cell_size: f32) -> Self {
         let pixels = vec![Pixel::new(settings.initial_radius); settings.pixels()];
         let filter = settings.filter.table();
-        Self { scene, progress: Progress::new(settings), filter, cell_size, lit_by_power: false, pixels }
+        Self {
+            scene,
+            progress: Progress::new(settings),
+            filter,
+            cell_size,
+            lit_by_power: false,
+            pixels,
+            targets: None,
+        }
     }
 
-    /// The same render with direct light from lights chosen by their power alone, as the paper chooses them: another
-    /// estimate of the same image. The rows of the ladder are compared with it.
+    /// The same render with photons aimed at `targets`; by default they are found by a survey. The image changes, but not
+    /// what it converges to.
+    #[must_use]
+    pub fn aimed_at(self, targets: Targets) -> Self {
+        Self { targets: Some(targets), ..self }
+    }
+
+    /// The same render with direct light from lights chosen by their power alone, and photons that leave all lamps alike, as
+    /// in the paper: another estimate of the same image. The rows of the ladder are compared with it.
     #[must_use]
     pub fn lit_by_power(self) -> Self {
-        Self { lit_by_power: true, ..self }
+        Self { lit_by_power: true, targets: Some(Targets::default()), ..self }
     }
 
     /// The scene at the instant of this iteration.
@@ -106,7 +125,13 @@ impl<'a> Sppm<'a> {
     }
 
     /// Traces the photons and adds each to the visible points within whose radius it arrives; `None` if stopped.
-    fn photon_pass(&mut self, still: &Still, grid: &Grid, seen: &Seen, stop: &Stop) -> Option<Vec<Gathered>> {
+    fn photon_pass(
+        &mut self,
+        (still, aim): (&Still, &Aim),
+        grid: &Grid,
+        seen: &Seen,
+        stop: &Stop,
+    ) -> Option<Vec<Gathered>> {
         let mut gathered = vec![Gathered::default(); seen.points.len()];
         let pixels = &self.pixels;
         let all = self.progress.settings.photons_per_iteration;
@@ -118,6 +143,7 @@ impl<'a> Sppm<'a> {
             stop.meter().advance(PHOTON_WORK * photons.len() as u64);
             photon_pass(
                 still,
+                aim,
                 &self.progress.settings,
                 self.progress.iterations,
                 photons,
@@ -130,8 +156,8 @@ impl<'a> Sppm<'a> {
                             stats.contributions += 1;
                             let sum = &mut gathered[index];
                             sum.m += 1;
-                            for (total, flux) in sum.flux.iter_mut().zip(deposit.flux.0) {
-                                *total += u64::from(flux);
+                            for (total, flux) in sum.flux.iter_mut().zip(deposit.flux.values()) {
+                                *total += flux;
                             }
                         }
                     }
@@ -152,13 +178,17 @@ impl<'a> Sppm<'a> {
         let radius = |i: usize| self.pixels[seen.owners[i]].radius_squared.sqrt();
         let grid = Grid::build(&seen.points, radius, self.cell_size);
         let built = Instant::now();
-        let gathered = self.photon_pass(&still, &grid, &seen, stop)?;
+        let settings = &self.progress.settings;
+        let targets = self.targets.get_or_insert_with(|| survey(self.scene, settings));
+        let aim = Aim::new(&still, targets, settings.photons_per_iteration);
+        let gathered = self.photon_pass((&still, &aim), &grid, &seen, stop)?;
         let traced = Instant::now();
         for (pixel, direct) in self.pixels.iter_mut().zip(&seen.direct) {
             pixel.direct += *direct;
         }
+        let power = still.lights.power / aim.scale();
         for ((visible, owner), gathered) in seen.points.iter().zip(&seen.owners).zip(&gathered) {
-            self.pixels[*owner].consolidate(visible.beta, gathered, still.lights.power);
+            self.pixels[*owner].consolidate(visible.beta, gathered, power);
         }
         self.progress.iterations += 1;
         let held = size_of_val(&self.pixels[..]) + seen.bytes();

@@ -39,6 +39,10 @@ pub enum Field {
     Image,
     /// `outputs.exposure`.
     Exposure,
+    /// `outputs.tone`.
+    Tone,
+    /// `outputs.snapshots`.
+    Snapshots,
     /// `outputs.radius_image`.
     RadiusImage,
     /// `outputs.count_image`.
@@ -69,6 +73,8 @@ impl Field {
             Self::MemoryLimit => "memory_limit",
             Self::Image => "image",
             Self::Exposure => "exposure",
+            Self::Tone => "tone",
+            Self::Snapshots => "snapshots",
             Self::RadiusImage => "radius_image",
             Self::CountImage => "count_image",
             Self::Stats => "stats",

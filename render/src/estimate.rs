@@ -122,6 +122,18 @@ mod tests {
         }
     }
 
+    /// The closer the images, the less of the noise that both share; the farther, the less of the bias. So the earlier one is
+    /// at most half as far, and at least a power of two.
+    #[test]
+    fn the_earlier_image_is_of_the_last_power_of_two() {
+        let (mut noise, mut estimate) = (Noise::new(), Estimate::default());
+        for n in 1..=40_u32 {
+            noise.iterate();
+            estimate.update(n, || noise.film());
+            assert_eq!(estimate.past().unwrap().iterations, 1 << n.ilog2());
+        }
+    }
+
     #[test]
     fn the_estimate_of_a_resumed_render_is_the_same() {
         let (mut noise, mut whole, mut broken) = (Noise::new(), Estimate::default(), Estimate::default());

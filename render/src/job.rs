@@ -42,7 +42,17 @@ pub struct Job {
     pub(crate) from: Option<Loaded>,
     /// The lock on the checkpoint to resume.
     pub(crate) lock: Option<Lock>,
+    /// The render to repeat.
+    pub(crate) repeats: Option<Repeats>,
     pub(crate) warm: Warm,
+}
+
+/// A file whose render is repeated.
+#[derive(Clone, Debug)]
+pub(crate) struct Repeats {
+    pub(crate) path: PathBuf,
+    /// The version of the light transport that made it.
+    pub(crate) transport: u32,
 }
 
 impl Job {
@@ -62,6 +72,7 @@ impl Job {
             stop: Stop::new(),
             from: None,
             lock: None,
+            repeats: None,
             warm: Warm::default(),
         }
     }
@@ -94,7 +105,8 @@ impl Job {
         })
     }
 
-    /// Repeats the render that wrote `file`, an image or a checkpoint, with its scene, settings, engine and exposure.
+    /// Repeats the render that wrote `file`, an image or a checkpoint, with its scene, settings, engine, exposure
+    /// and tone.
     ///
     /// If `scene` is given, it must be the same scene. It must be given if its text is longer than a mebibyte, because
     /// images do not contain larger scenes.
@@ -103,7 +115,8 @@ impl Job {
     /// If `file` has no metadata, or if the scene is a different one or is needed and not given.
     pub fn like(file: &Path, scene: Option<Scene>) -> Result<Self, Error> {
         let bad = |what: &str| Err(Error::named(Field::Like, format_args!("{}: {what}", file.display())));
-        let Repeated { scene: own, digest, settings, renderer, exposure } = Repeated::read(file)?;
+        let Repeated { scene: own, digest, settings, renderer, exposure, tone, transport } =
+            Repeated::read(file)?;
         let Some(scene) = scene.or(own) else {
             return bad("its scene is too large to stand in it; name the scene too");
         };
@@ -112,8 +125,9 @@ impl Job {
         }
         Ok(Self {
             engine: EngineChoice::new(renderer, None)?,
-            outputs: Outputs { exposure, ..Outputs::default() },
+            outputs: Outputs { exposure, tone, ..Outputs::default() },
             inputs: vec![(Field::Like, file.to_owned())],
+            repeats: Some(Repeats { path: file.to_owned(), transport }),
             ..Self::new(Scene { settings, ..scene })
         })
     }

@@ -6,12 +6,14 @@ use files::lock::Lock;
 use files::paths;
 use std::path::Path;
 
-/// Locks the outputs and the checkpoint of `job`, besides what it has locked already.
+/// Locks the outputs with their snapshots and the checkpoint of `job`, besides what it has locked already.
 pub(crate) fn lock(job: &mut Job) -> Result<Vec<Lock>, Error> {
     let mut locks = Vec::from_iter(job.lock.take());
     let outputs = job.outputs.files().map(|(content, path)| (content.field(), path));
     let checkpoint = job.save.iter().map(|save| (Field::Checkpoint, save.path.as_path()));
-    let mut files: Vec<(Field, &Path)> = outputs.chain(checkpoint).collect();
+    let snapshots: Vec<_> = job.outputs.all_snapshots(job.scene.settings.iterations).collect();
+    let snapshots = snapshots.iter().map(|path| (Field::Snapshots, path.as_path()));
+    let mut files: Vec<(Field, &Path)> = outputs.chain(checkpoint).chain(snapshots).collect();
     // All renders lock in the same order, so that of those that share several files one gets them all.
     files.sort_by_key(|(_, path)| paths::identity(path));
     for (field, path) in files {

@@ -5,7 +5,8 @@ use crate::metadata::Metadata;
 use crate::names::Renderer;
 use crate::save::Note;
 use files::checkpoint::{Loaded, Store};
-use files::{image_file, scene_file};
+use files::image_file::{self, Format, Tone};
+use files::scene_file;
 use scene::{Scene, Settings};
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -50,12 +51,16 @@ impl Made {
     }
 }
 
-/// Whether a file begins with a checkpoint's magic number or has its extension.
+/// Whether a file begins with a checkpoint's magic number; or else has its extension, and does not begin as an image.
 fn is_checkpoint(path: &Path) -> bool {
     let is_file = path.metadata().is_ok_and(|status| status.is_file());
-    let mut start = [0; 5];
-    let begins = is_file && File::open(path).and_then(|mut file| file.read_exact(&mut start)).is_ok();
-    (begins && start == *b"\x89SPPM") || path.extension().is_some_and(|extension| extension == "sppm")
+    let mut start = Vec::new();
+    if is_file && let Ok(file) = File::open(path) {
+        // What cannot be read is left to the reader of checkpoints, to say why.
+        let _ = file.take(12).read_to_end(&mut start);
+    }
+    let has_extension = || path.extension().is_some_and(|extension| extension == "sppm");
+    start.starts_with(b"\x89SPPM") || (has_extension() && Format::of_content(&start).is_none())
 }
 
 /// What is needed to repeat a render.
@@ -66,6 +71,9 @@ pub(crate) struct Repeated {
     pub(crate) settings: Settings,
     pub(crate) renderer: Renderer,
     pub(crate) exposure: Option<f32>,
+    pub(crate) tone: Option<Tone>,
+    /// The version of the light transport.
+    pub(crate) transport: u32,
 }
 
 impl Repeated {
@@ -74,19 +82,23 @@ impl Repeated {
         let bad = |problem: String| Error::input(Field::Like, format!("{}: {problem}", path.display()));
         match Made::read(path)? {
             Made::Image(metadata) => {
-                let Metadata { scene_file, scene_digest, settings, renderer, exposure, .. } = metadata;
+                let Metadata {
+                    scene_file, scene_digest, settings, renderer, exposure, tone, transport, ..
+                } = metadata;
                 let parsed = scene_file.map(|text| scene_file::parse("scene", &text)).transpose();
                 let scene = parsed.map_err(|error| bad(format!("its scene cannot be used: {error}")))?;
                 settings.validate().map_err(|error| bad(error.to_string()))?;
-                Ok(Self { scene, digest: scene_digest, settings, renderer, exposure })
+                Ok(Self { scene, digest: scene_digest, settings, renderer, exposure, tone, transport })
             }
             Made::Checkpoint(loaded) => {
                 let note = Note::of(&loaded);
                 let checkpoint = loaded.checkpoint;
+                let transport = checkpoint.account.transport;
                 let (settings, digest) = (checkpoint.scene.settings, checkpoint.account.scene);
                 let renderer = note.renderer_of(checkpoint.account.sums);
                 let scene = Some(checkpoint.scene);
-                Ok(Self { scene, digest, settings, renderer, exposure: note.exposure })
+                let Note { exposure, tone, .. } = note;
+                Ok(Self { scene, digest, settings, renderer, exposure, tone, transport })
             }
         }
     }

@@ -4,7 +4,6 @@ use crate::choice::EngineChoice;
 use crate::error::{Error, Field};
 use crate::names::{EngineName, MethodName};
 use scene::Scene;
-use scene::settings::BYTES_PER_PIXEL;
 use scene::text::mebibytes;
 
 /// Memory of the process itself, with its libraries.
@@ -14,6 +13,9 @@ const BYTES_OF_PROCESS: u64 = 16 << 20;
 const BYTES_PER_WRITTEN_COLUMN: u64 = 1 << 10;
 /// Memory per pixel for the estimate of the error: the earlier image and the current one.
 const BYTES_PER_PAST_PIXEL: u64 = 24;
+/// Memory per pixel of the reference: 124 for sums, visible points and what these gather; and while its grid is built, for
+/// each of about eight entries, 20 as they are collected, 10 to sort them and 16 as they are kept. The rest is reserve.
+const BYTES_PER_REFERENCE_PIXEL: u64 = 512;
 /// Memory per pixel of the reference's path tracer: sums and samples.
 const BYTES_PER_TRACED_PIXEL: u64 = 36;
 /// Memory per sphere: in the scene, twice if it moves, and in the still.
@@ -89,7 +91,7 @@ fn bytes(engine: EngineChoice, scene: &Scene, threads: usize, has_past: bool, de
         (MethodName::Sppm, EngineName::Fast) => {
             fast::Sppm::bytes_at_most(settings, spheres, threads, deposits, engine.parameters())
         }
-        (MethodName::Sppm, EngineName::Reference) => pixels * BYTES_PER_PIXEL,
+        (MethodName::Sppm, EngineName::Reference) => pixels * BYTES_PER_REFERENCE_PIXEL,
         (MethodName::Path, EngineName::Fast) => fast::PathTracer::bytes_at_most(settings, spheres, threads),
         (MethodName::Path, EngineName::Reference) => pixels * BYTES_PER_TRACED_PIXEL,
     };
@@ -123,6 +125,7 @@ pub(crate) fn peak() -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::names::Renderer;
     use scene::Settings;
 
     fn scene(settings: Settings) -> Scene {
@@ -142,6 +145,64 @@ mod tests {
         assert!(less.bytes <= all.bytes / 3 && less.deposits < all.deposits, "{less:?}");
         let line = fast(settings, Some(1 << 20)).unwrap_err().to_string();
         assert!(line.contains("more than 1.0 MiB") && line.contains("needs up to"), "{line}");
+    }
+
+    fn chosen(method: MethodName, engine: EngineName) -> EngineChoice {
+        EngineChoice::new(Renderer { method, engine }, None).unwrap()
+    }
+
+    /// Every term is by itself: what one more of something takes does not depend on the rest.
+    #[test]
+    fn each_thing_takes_its_own_bytes() {
+        let settings = Settings { width: 64, height: 32, ..Settings::default() };
+        let (fast, reference) = (EngineName::Fast, EngineName::Reference);
+        for (engine, per_pixel, of_spheres) in [
+            (chosen(MethodName::Sppm, fast), None, 256),
+            (chosen(MethodName::Path, fast), Some(BYTES_PER_TRACED_PIXEL), 256),
+            (chosen(MethodName::Sppm, reference), Some(BYTES_PER_REFERENCE_PIXEL), 0),
+            (chosen(MethodName::Path, reference), Some(BYTES_PER_TRACED_PIXEL), 0),
+        ] {
+            let base = scene(settings);
+            let with = |scene: &Scene, threads, has_past| bytes(engine, scene, threads, has_past, 1 << 20);
+            let more = |scene: &Scene| with(scene, 2, false) - with(&base, 2, false);
+            let dark = base.spheres.iter().find(|sphere| !sphere.is_emitter()).unwrap();
+            let lit = base.spheres.iter().find(|sphere| sphere.is_emitter()).unwrap();
+            let mut one_more = base.clone();
+            one_more.spheres.push(*dark);
+            assert_eq!(more(&one_more), BYTES_PER_SPHERE + of_spheres);
+            *one_more.spheres.last_mut().unwrap() = *lit;
+            assert_eq!(more(&one_more), BYTES_PER_SPHERE + of_spheres + BYTES_PER_LAMP);
+            let mut one_more = base.clone();
+            one_more.materials.push(base.materials[0]);
+            assert_eq!(more(&one_more), BYTES_PER_MATERIAL);
+            let past = with(&base, 2, true) - with(&base, 2, false);
+            assert_eq!(past, BYTES_PER_PAST_PIXEL * 64 * 32);
+            // A thread has rows to write, and in the fast engine what that says itself.
+            let thread = with(&base, 3, false) - with(&base, 2, false);
+            let rows = 64 * BYTES_PER_WRITTEN_COLUMN;
+            assert!(if of_spheres == 0 { thread == rows } else { thread > rows + (1 << 18) }, "{thread}");
+            if let Some(bytes) = per_pixel {
+                let taller = scene(Settings { height: 64, ..settings });
+                assert_eq!(more(&taller), bytes * 64 * 32);
+            }
+        }
+        // The structures that these bytes are for.
+        assert!(BYTES_PER_SPHERE as usize > 2 * size_of::<scene::Sphere>() + size_of::<scene::still::Role>());
+        assert!(
+            BYTES_PER_LAMP as usize
+                > size_of::<scene::still::Light>() + size_of::<[scene::light_tree::LightNode; 2]>()
+        );
+        assert!(BYTES_PER_MATERIAL as usize > size_of::<scene::Material>());
+        assert_eq!(BYTES_PER_PAST_PIXEL as usize, 2 * size_of::<scene::Rgb>());
+    }
+
+    #[test]
+    fn the_peak_does_not_fall_when_memory_is_freed() {
+        let Some(before) = peak() else { return };
+        let held = vec![1_u8; 64 << 20];
+        assert!(held.iter().map(|byte| u64::from(*byte)).sum::<u64>() == 64 << 20);
+        drop(held);
+        assert!(peak().unwrap() >= before.max(64 << 20));
     }
 
     #[test]

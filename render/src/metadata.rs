@@ -3,6 +3,7 @@
 //! It contains no times and no names of machines or files, so that the same render always writes the same bytes.
 
 use crate::names::{LanesName, Renderer};
+use files::image_file::Tone;
 use files::scene_file;
 use scene::{Scene, Settings};
 use serde::{Deserialize, Serialize};
@@ -16,6 +17,9 @@ pub(crate) const MOST_SCENE: usize = 1 << 20;
 pub struct Metadata {
     /// Version of the program that wrote it.
     pub version: String,
+    /// Version of the light transport that made it, [`scene::TRANSPORT`]: another one makes another image.
+    #[serde(default = "first")]
+    pub transport: u32,
     /// The scene's own name.
     pub scene: String,
     /// SHA-256 of the scene, see `files::scene_file::digest`.
@@ -32,12 +36,20 @@ pub struct Metadata {
     /// Exposure in stops, if one was given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exposure: Option<f32>,
+    /// Tone curve, of an image for viewing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tone: Option<Tone>,
     /// The last estimate of the relative error, if there is an error goal.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimated_error: Option<f64>,
     /// The scene file with the settings, unless it is too long.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene_file: Option<String>,
+}
+
+/// See [`Metadata::transport`]: it was not noted at first.
+fn first() -> u32 {
+    1
 }
 
 impl Metadata {
@@ -86,6 +98,7 @@ mod tests {
         let scene = files::builtin::scene("cornell").unwrap();
         let metadata = Metadata {
             version: "1".into(),
+            transport: 7,
             scene: "a \"b\"\\ é \u{1f600}\u{7f}\u{1}".into(),
             scene_digest: scene_file::digest(&scene),
             settings: Settings { initial_radius: 0.1, seed: u64::MAX, ..scene.settings },
@@ -93,6 +106,7 @@ mod tests {
             renderer: Renderer::default(),
             lanes: Some(LanesName::Emulated),
             exposure: Some(-0.1),
+            tone: Some(Tone::Reinhard { white: 0.1 }),
             estimated_error: None,
             scene_file: scene_file(&scene, &scene.settings),
         };
@@ -100,6 +114,8 @@ mod tests {
         assert!(note.bytes().all(|b| (b' '..0x7f).contains(&b)));
         assert_eq!(Metadata::from_note(&note), Some(metadata));
         assert_eq!(Metadata::from_note("{}"), None);
+        let unnoted = note.replace(r#""transport":7,"#, "");
+        assert_eq!(Metadata::from_note(&unnoted).map(|old| old.transport), Some(1));
         // Earlier versions had three engines, and no methods.
         let old = note.replace(r#""method":"sppm","engine":"fast""#, r#""engine":"path""#);
         assert_ne!(old, note);

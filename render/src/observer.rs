@@ -72,6 +72,13 @@ pub enum Notice {
         /// Why the newest generation could not be used, if this is the older one.
         fallback: Option<FileError>,
     },
+    /// The render to repeat was made by another version of the light transport, so that the image will be another.
+    OtherTransport {
+        /// The file whose render is repeated.
+        path: PathBuf,
+        /// The version that made it.
+        transport: u32,
+    },
     /// A checkpoint was written.
     Saved {
         /// Iterations in the checkpoint.

@@ -3,8 +3,9 @@
 use crate::choice::EngineChoice;
 use crate::error::{Error, Field, Problem};
 use crate::stream::Stream;
-use files::image_file::{self, Format};
-use files::{atomic_file, paths};
+use files::atomic_file;
+use files::image_file::{self, Format, ImageError, Tone};
+use files::paths::{self, around};
 use std::path::{Path, PathBuf};
 
 /// Upper bound of a report's bytes.
@@ -19,6 +20,8 @@ pub struct Outputs {
     pub stream: Option<Stream>,
     /// Exposure of a `.png` or `.jpg` in stops: each stop is a factor of 2 in brightness.
     pub exposure: Option<f32>,
+    /// Tone curve of a `.png` or `.jpg`; if none is given, the usual one.
+    pub tone: Option<Tone>,
     /// Whether the image is also written after iterations 1, 2, 4, 8, ..., with the iteration in the file name.
     pub snapshots: bool,
     /// An image of the search radius of every pixel, in scene units.
@@ -62,8 +65,23 @@ impl Outputs {
         all.into_iter().filter_map(|(content, path)| Some((content, path.as_deref()?)))
     }
 
+    /// The file of the snapshot after `iteration`: `OUT-0001.png` for `OUT.png`. `None` if there is none.
+    pub(crate) fn snapshot(&self, iteration: u32) -> Option<PathBuf> {
+        let image = self.image.as_deref().filter(|_| self.snapshots && iteration.is_power_of_two())?;
+        let stem = image.with_file_name(image.file_stem().unwrap_or_default());
+        let extension = image.extension().unwrap_or_default().to_string_lossy();
+        Some(around(&stem, "", &format!("-{iteration:04}.{extension}")))
+    }
+
+    /// The files of all snapshots of so many `iterations`.
+    pub(crate) fn all_snapshots(&self, iterations: u32) -> impl Iterator<Item = PathBuf> {
+        let doubled = |i: &u32| i.checked_mul(2);
+        let numbers = std::iter::successors(Some(1), doubled).take_while(move |i| *i <= iterations);
+        numbers.filter_map(|iteration| self.snapshot(iteration))
+    }
+
     /// Checks that `engine` can produce all outputs, that they are different files and none of `inputs`, that they can
-    /// be written, and that the exposure applies.
+    /// be written, and that exposure and tone apply.
     pub(crate) fn check(&self, engine: EngineChoice, inputs: &[(Field, PathBuf)]) -> Result<(), Error> {
         self.check_engine(engine)?;
         let inputs: Vec<_> = inputs.iter().map(|(field, path)| (*field, path.as_path())).collect();
@@ -79,9 +97,18 @@ impl Outputs {
             checked.map_err(|error| Error::named(content.field(), error))?;
         }
         if let Some(stream) = &self.stream {
-            Format::from_path(&stream.file_name()).map_err(|error| Error::named(Field::Image, error))?;
+            let named =
+                |error: ImageError| Error::named(Field::Image, ImageError { path: stream.path(), ..error });
+            Format::from_path(&stream.file_name()).map_err(named)?;
         }
-        self.check_exposure()
+        self.check_shown(Field::Exposure, self.exposure.is_some())?;
+        self.check_shown(Field::Tone, self.tone.is_some())?;
+        match self.tone {
+            Some(Tone::Reinhard { white }) if !(white > 0.0 && white.is_finite()) => {
+                Err(Error::named(Field::Tone, "the white of reinhard must be a finite number above 0"))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn check_engine(&self, engine: EngineChoice) -> Result<(), Error> {
@@ -97,15 +124,23 @@ impl Outputs {
         }
     }
 
-    /// Rejects an exposure for formats that hold radiance.
-    fn check_exposure(&self) -> Result<(), Error> {
+    /// The tone curve of the image; `None` if its format holds radiance.
+    pub(crate) fn shown_tone(&self) -> Option<Tone> {
         let streamed = self.stream.as_ref().map(Stream::file_name);
         let mut images = self.image.iter().chain(&streamed);
-        match images.find(|image| self.exposure.is_some() && !is_exposed(image)) {
-            Some(image) => {
+        images.any(|image| is_exposed(image)).then(|| self.tone.unwrap_or_default())
+    }
+
+    /// Rejects exposure and tone, if they are given, for formats that hold radiance.
+    fn check_shown(&self, field: Field, is_given: bool) -> Result<(), Error> {
+        let image = self.image.iter().map(|image| (image.clone(), is_exposed(image)));
+        let streamed = self.stream.iter().map(|stream| (stream.path(), is_exposed(&stream.file_name())));
+        match image.chain(streamed).find(|(_, is_exposed)| is_given && !is_exposed) {
+            Some((path, _)) => {
+                let path = path.display();
                 let problem =
-                    format!("{} holds linear radiance; only .png and .jpg are exposed", image.display());
-                Err(Error::named(Field::Exposure, problem))
+                    format!("{path} holds linear radiance; only .png and .jpg are exposed and toned");
+                Err(Error::named(field, problem))
             }
             None => Ok(()),
         }
@@ -127,7 +162,7 @@ impl Outputs {
     }
 }
 
-/// Whether exposure applies to the image file: to PNG and JPEG, as the other formats store radiance.
+/// Whether exposure and tone apply to the image file: to PNG and JPEG, as the other formats store radiance.
 pub fn is_exposed(image: &Path) -> bool {
     Format::from_path(image).is_ok_and(Format::is_exposed)
 }

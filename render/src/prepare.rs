@@ -12,8 +12,8 @@ use files::checkpoint::{Loaded, Store};
 use files::lock::Lock;
 use files::{atomic_file, scene_file};
 use rayon::ThreadPool;
-use scene::Settings;
 use scene::text::list;
+use scene::{Flaw, Settings};
 use std::path::Path;
 
 /// A validated job with its resources.
@@ -34,6 +34,7 @@ pub(crate) struct Ready {
 /// memory and disk space. Changes no file.
 pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     check_settings(&job)?;
+    check_scene(&job)?;
     let digest = scene_file::digest(&job.scene);
     if let Some(from) = &job.from {
         check_resumed(&job, &digest, from)?;
@@ -42,6 +43,7 @@ pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     if job.from.is_none() {
         check_checkpoint(&job)?;
     }
+    check_snapshots(&job)?;
     // Before anything is read that another render may be about to replace.
     let locks = lock(&mut job)?;
     if job.from.is_none() {
@@ -64,9 +66,17 @@ fn check_settings(job: &Job) -> Result<(), Error> {
     })
 }
 
+/// Checks the scene, which may have been built or changed in code.
+fn check_scene(job: &Job) -> Result<(), Error> {
+    let unusable = |flaw: Flaw| Error::named(Field::Scene, flaw);
+    job.scene.check().map_err(unusable)
+}
+
 /// Checks that `job`, whose scene has the given digest, is the render of the checkpoint to resume.
 fn check_resumed(job: &Job, digest: &str, from: &Loaded) -> Result<(), Error> {
     let (path, account) = (from.path.display(), &from.checkpoint.account);
+    let other = |damage| Error::input(Field::Resumed, format!("{path} {damage}"));
+    from.checkpoint.check_transport().map_err(other)?;
     let (asked, done) = (job.scene.settings.iterations, account.iterations);
     if asked < done {
         let field = Field::Setting("iterations");
@@ -118,6 +128,17 @@ fn check_checkpoint(job: &Job) -> Result<(), Error> {
     checked.map_err(|error| Error::named(Field::Checkpoint, error))
 }
 
+/// Checks that no snapshot is also an input or another output.
+fn check_snapshots(job: &Job) -> Result<(), Error> {
+    let snapshots: Vec<_> = job.outputs.all_snapshots(job.scene.settings.iterations).collect();
+    let snapshots: Vec<_> = snapshots.iter().map(|path| (Field::Snapshots, path.as_path())).collect();
+    let inputs = job.inputs.iter().map(|(field, path)| (*field, path.as_path()));
+    let outputs = job.outputs.files().map(|(content, path)| (content.field(), path));
+    let checkpoint = job.save.iter().map(|save| (Field::Checkpoint, save.path.as_path()));
+    let taken: Vec<(Field, &Path)> = inputs.chain(outputs).chain(checkpoint).collect();
+    check_distinct(&taken, &snapshots)
+}
+
 /// The existing checkpoint at the job's path, if it is of the same render. One of another render is an error, as it must
 /// not be overwritten.
 fn found(job: &Job, digest: &str) -> Result<Option<Loaded>, Error> {
@@ -130,6 +151,9 @@ fn found(job: &Job, digest: &str) -> Result<Option<Loaded>, Error> {
     let loaded = store.load().map_err(|error| refuse(Problem::from(format!("{error}; "))))?;
     let Some(loaded) = loaded else { return Ok(None) };
     let there = &loaded.checkpoint;
+    there.check_transport().map_err(|damage| {
+        Error::named(Field::Checkpoint, format_args!("{} {damage}", loaded.path.display()))
+    })?;
     let other = |what: String| {
         let (path, done) = (store.path().display(), there.account.iterations);
         let problem = Problem::from(format!("{path} holds {done} iterations of {what}; continue it by "));

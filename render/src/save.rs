@@ -3,6 +3,7 @@
 use crate::names::{MethodName, Renderer};
 use crate::outputs::Outputs;
 use files::checkpoint::Loaded;
+use files::image_file::Tone;
 use files::paths::around;
 use scene::Sums;
 use serde::{Deserialize, Serialize};
@@ -55,6 +56,9 @@ pub struct Note {
     pub image: Option<PathBuf>,
     /// Exposure of the image, in stops.
     pub exposure: Option<f32>,
+    /// Tone curve of the image, if it is not the usual one.
+    #[serde(default)]
+    pub tone: Option<Tone>,
     /// Whether snapshots of iterations 1, 2, 4, 8, ... are written.
     pub snapshots: bool,
     /// The image of radii.
@@ -109,7 +113,7 @@ impl Outputs {
         note.radius_image = noted(&self.radius_image);
         note.count_image = noted(&self.count_image);
         note.stats = noted(&self.stats);
-        (note.exposure, note.snapshots) = (self.exposure, self.snapshots);
+        (note.exposure, note.tone, note.snapshots) = (self.exposure, self.tone, self.snapshots);
     }
 
     /// The output files in the `note` of a checkpoint at `store`.
@@ -119,6 +123,7 @@ impl Outputs {
             image: there(&note.image),
             stream: None,
             exposure: note.exposure,
+            tone: note.tone,
             snapshots: note.snapshots,
             radius_image: there(&note.radius_image),
             count_image: there(&note.count_image),

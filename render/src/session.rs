@@ -7,7 +7,7 @@ use crate::error::{Error, Field};
 use crate::estimate::Estimate;
 use crate::goals::Clock;
 use crate::image::Image;
-use crate::job::Job;
+use crate::job::{Job, Repeats};
 use crate::keeper::Keeper;
 use crate::memory;
 use crate::metadata::{self, Metadata};
@@ -23,7 +23,7 @@ use fast::Parts;
 use files::atomic_file::FileError;
 use files::checkpoint::{Loaded, Past};
 use files::lock::Lock;
-use scene::{Resumable, Scene, Settings, Stop};
+use scene::{Resumable, Scene, Settings, Stop, TRANSPORT};
 use std::mem::{replace, take};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -109,6 +109,10 @@ impl Session<'_> {
         // One is enough: the files of a render are mostly on one file system.
         if let Some(fault) = locks.iter().find_map(Lock::uncertain) {
             self.observer.notice(&Notice::NotLocked(fault.clone()));
+        }
+        if let Some(other) = self.job.repeats.as_ref().filter(|repeats| repeats.transport != TRANSPORT) {
+            let Repeats { path, transport } = other.clone();
+            self.observer.notice(&Notice::OtherTransport { path, transport });
         }
         let mut started = self.job.engine.start(self.scene, deposits, take(parts));
         let engine = started.engine();
@@ -254,6 +258,7 @@ impl Session<'_> {
         let photons = u64::from(settings.photons_per_iteration) * u64::from(done);
         Metadata {
             version: env!("CARGO_PKG_VERSION").into(),
+            transport: TRANSPORT,
             scene: self.scene.name.clone(),
             scene_digest: self.digest.clone(),
             settings,
@@ -261,6 +266,7 @@ impl Session<'_> {
             renderer: job.engine.renderer(),
             lanes: job.engine.lanes(),
             exposure: self.writer.outputs().exposure,
+            tone: self.writer.outputs().shown_tone(),
             estimated_error: self.estimate.error,
             scene_file: metadata::scene_file(self.scene, &settings),
         }

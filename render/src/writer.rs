@@ -5,7 +5,6 @@ use crate::outputs::{Content, Outputs};
 use crate::report::Report;
 use files::atomic_file::{self, FileError, rescue};
 use files::image_file::{self, Encoding};
-use files::paths::around;
 use scene::{Picture, Probe, Resumable, Settings};
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
@@ -57,11 +56,9 @@ impl Writer {
         iteration: u32,
         show: impl FnOnce() -> Shown<'a>,
     ) -> Result<(), FileError> {
-        match &self.outputs.image {
-            Some(image) if self.outputs.snapshots && iteration.is_power_of_two() => {
-                self.write_one(Content::Image, &numbered(image, iteration), &show(), None)
-            }
-            _ => Ok(()),
+        match self.outputs.snapshot(iteration) {
+            Some(path) => self.write_one(Content::Image, &path, &show(), None),
+            None => Ok(()),
         }
     }
 
@@ -94,7 +91,12 @@ impl Writer {
         report: Option<&Report>,
     ) -> Result<(), FileError> {
         let began = Instant::now();
-        let encoding = Encoding { exposure: self.outputs.exposure.unwrap_or(0.0), note: Some(&shown.note) };
+        let encoding = Encoding {
+            exposure: self.outputs.exposure.unwrap_or(0.0),
+            tone: self.outputs.tone.unwrap_or_default(),
+            seed: shown.engine.settings().seed,
+            note: Some(&shown.note),
+        };
         let values = |name, value: fn(Probe) -> f32| {
             let pixel = |x, y| value(shown.engine.probe(x, y));
             image_file::write_values(path, &shown.picture(&pixel), name, &encoding)
@@ -114,11 +116,4 @@ impl Writer {
         self.writing.set(self.writing() + began.elapsed());
         written
     }
-}
-
-/// The path of a snapshot: `OUT-0001.png` for `OUT.png`.
-fn numbered(image: &Path, iteration: u32) -> PathBuf {
-    let stem = image.with_file_name(image.file_stem().unwrap_or_default());
-    let extension = image.extension().unwrap_or_default().to_string_lossy();
-    around(&stem, "", &format!("-{iteration:04}.{extension}"))
 }

@@ -14,6 +14,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod aim;
 pub mod camera;
 pub mod check;
 mod color;
@@ -48,7 +49,7 @@ pub use meter::Meter;
 pub use ray::Ray;
 pub use settings::Settings;
 pub use sphere::Sphere;
-pub use state::{PhotonSums, Resumable, Sums};
+pub use state::{PhotonSums, Resumable, Sums, TRANSPORT};
 pub use still::Still;
 pub use stop::Stop;
 pub use world::Scene;

@@ -102,6 +102,25 @@ impl LightTree {
         Self { ambient: ambient.collect(), ambient_irradiance: 1.0, ..Self::default() }
     }
 
+    /// The lights of the hierarchy, neighbours after each other; of a lamp of glass the outer side.
+    pub fn lights_in_order(&self) -> Vec<u32> {
+        let (mut order, mut rest) = (Vec::new(), Vec::new());
+        rest.extend(self.pairs.first().map(|pair| (0, pair)));
+        while let Some((side, pair)) = rest.pop() {
+            let LightNode { link, intensity, .. } = pair[side];
+            if side == 0 {
+                rest.push((1, pair));
+            }
+            match link & IS_LIGHT {
+                // The second node of a single lamp's pair repeats it.
+                0 => rest.push((0, &self.pairs[link as usize])),
+                _ if intensity > 0.0 => order.push(link & !IS_LIGHT),
+                _ => {}
+            }
+        }
+        order
+    }
+
     /// Adds the pair of nodes that at least two lamps are divided into, and all below it: at most `levels` levels.
     fn add_pair(&mut self, lamps: &mut [Lamp], levels: u32, unit: &Unit) {
         let index = self.pairs.len();

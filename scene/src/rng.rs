@@ -28,6 +28,10 @@ pub enum Family {
     Shutter = 5,
     /// The path tracer's samples; the index is `y * width + x`.
     Path = 6,
+    /// Walks that find what photons are aimed at, of iteration 0; the index is the walk's.
+    Survey = 7,
+    /// The dithering of the codes in image files; the index is `y * width + x`, the iteration 0.
+    Dither = 16,
 }
 
 /// The key of one family of streams in one iteration.

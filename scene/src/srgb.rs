@@ -10,7 +10,12 @@ pub fn encode(v: f64) -> f64 {
 
 /// The linear value of code value `c`.
 pub fn decode(c: f64) -> f64 {
-    if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+    decode_with(c, f64::powf)
+}
+
+/// As [`decode`], with a power function of the caller's, such as one that is the same on every machine.
+pub fn decode_with(c: f64, power: impl Fn(f64, f64) -> f64) -> f64 {
+    if c <= 0.040_45 { c / 12.92 } else { power((c + 0.055) / 1.055, 2.4) }
 }
 
 /// The linear values at which the code rounds to the next byte.

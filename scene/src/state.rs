@@ -9,6 +9,12 @@ use crate::engine::{Engine, Stats};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
+/// The version of the light transport, raised whenever a scene with its settings and seed gets another image. Iterations
+/// of two versions are never added up.
+///
+/// 2: shadow rays choose their light by what it may send to the point. 3: photons are aimed.
+pub const TRANSPORT: u32 = 3;
+
 /// The meaning of a pixel's words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

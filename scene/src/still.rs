@@ -127,7 +127,7 @@ impl Scene {
     }
 
     fn without_light_tree(&self, time: f32) -> Still<'_> {
-        let spheres = if self.spheres.iter().any(|s| s.velocity != Vec3::ZERO) {
+        let spheres = if self.moves() {
             Cow::Owned(self.spheres.iter().map(|s| s.at(time)).collect())
         } else {
             Cow::Borrowed(&self.spheres[..])

@@ -30,6 +30,11 @@ pub struct Scene {
 const SKY_MARGIN: f64 = 1.01;
 
 impl Scene {
+    /// True if some sphere moves while the shutter is open.
+    pub fn moves(&self) -> bool {
+        self.spheres.iter().any(|s| s.velocity != Vec3::ZERO)
+    }
+
     /// The scene with its background as a light: a black diffuse sphere around everything, which emits
     /// `background` and comes last of the spheres. A scene with a black background is returned as it is.
     ///

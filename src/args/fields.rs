@@ -29,6 +29,8 @@ fn name(field: Field) -> std::borrow::Cow<'static, str> {
         Field::MemoryLimit => "--memory-limit".into(),
         Field::Image => "--output".into(),
         Field::Exposure => "--exposure".into(),
+        Field::Tone => "--tone".into(),
+        Field::Snapshots => "--snapshots".into(),
         Field::RadiusImage => "--radius-image".into(),
         Field::CountImage => "--count-image".into(),
         Field::Stats => "--stats".into(),

@@ -3,6 +3,7 @@
 use super::values::number;
 use crate::terminal::error::Error;
 use clap::Args as ClapArgs;
+use files::image_file::{Tone, USUAL_WHITE};
 use render::{Outputs, Stream};
 use std::ffi::OsStr;
 use std::io::{self, IsTerminal as _};
@@ -25,6 +26,17 @@ pub(crate) struct OutputArgs {
     /// Make a .png or .jpg brighter or darker by so many stops, each a factor of 2
     #[arg(long, value_name = "E", value_parser = number(-100.0, 100.0), allow_hyphen_values = true)]
     pub exposure: Option<f32>,
+
+    /// How a .png or .jpg shows bright light: `agx` and `aces` as film does, `reinhard` with its colours, `clamp` not at all
+    ///
+    /// `clamp` cuts off what is brighter than 1, and is exact below: for measurements, though .exr and .pfm are better. Codes
+    /// of the others are dithered, by the seed. `sppm render --like` repeats the curve. docs/images.md has the formulas.
+    #[arg(long, value_name = "CURVE", value_parser = Tone::NAMES)]
+    pub tone: Option<String>,
+
+    /// With --tone reinhard: the least luminance that is white, after the exposure [default: 4]
+    #[arg(long, value_name = "W", value_parser = number(1e-6, 1e6), allow_hyphen_values = true)]
+    pub white: Option<f32>,
 
     /// Also write the image after 1, 2, 4, 8, ... iterations, as OUT-0001.png and so on
     #[arg(long)]
@@ -55,8 +67,10 @@ impl OutputArgs {
         // An exposure given for a format without one is refused later; one from `usual` is dropped.
         let is_exposed = extension.map_or_else(|| render::is_exposed(&image), |extension| extension == "png");
         let usual_exposure = usual.exposure.filter(|_| is_exposed);
+        let usual_tone = usual.tone.filter(|_| is_exposed);
         Ok(Outputs {
             exposure: self.exposure.or(usual_exposure).filter(|&stops| stops != 0.0),
+            tone: self.tone(usual_tone)?,
             image: stream.is_none().then_some(image),
             stream,
             snapshots: self.snapshots || usual.snapshots,
@@ -64,6 +78,22 @@ impl OutputArgs {
             count_image: self.count_image.clone().or(usual.count_image),
             stats: self.stats.clone().or(usual.stats),
         })
+    }
+
+    /// The tone curve, if one is asked for here or else by `usual`.
+    fn tone(&self, usual: Option<Tone>) -> Result<Option<Tone>, Error> {
+        let usual_white = if let Some(Tone::Reinhard { white }) = usual { white } else { USUAL_WHITE };
+        let white = self.white.unwrap_or(usual_white);
+        let name = self.tone.as_deref().or(usual.map(Tone::name));
+        let tone = name.and_then(|name| Tone::named(name, white));
+        match (self.white, tone) {
+            (None, _) | (_, Some(Tone::Reinhard { .. })) => Ok(tone),
+            _ => {
+                let problem = "--white: only the curve reinhard has a white; ask for it by --tone reinhard, or make the \
+                    image brighter or darker by --exposure";
+                Err(Error::BadInput(problem.into()))
+            }
+        }
     }
 
     /// Standard output, for an image in the format of this `extension`.

@@ -35,7 +35,7 @@ pub(crate) struct SourceArgs {
     #[arg(value_parser = SceneName, hide_possible_values = true)]
     pub scene: Option<OsString>,
 
-    /// Repeat the render that wrote FILE, an image or a checkpoint: its scene, settings, engine and exposure, but for
+    /// Repeat the render that wrote FILE, an image or a checkpoint: its scene, settings, engine, exposure and tone, but for
     /// what other options say
     ///
     /// A scene of more than a mebibyte is not in the file; then SCENE must be given too, and is checked to be the same.

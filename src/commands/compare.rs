@@ -7,7 +7,9 @@ use crate::terminal::error::Error;
 use crate::terminal::text::{complain, print};
 use clap::Args;
 use compare::{CompareError, DifferenceMap, Exceeded, Metrics, Thresholds};
-use files::image_file::{self, Encoding, Format, ImageReader};
+use files::image_file::{self, Encoding, Format, ImageReader, Tone};
+use render::Metadata;
+use scene::text::one_line;
 use scene::{Picture, RowReader};
 use std::path::{Path, PathBuf};
 
@@ -109,6 +111,9 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
         check_difference(args, path)?;
     }
     let [mut a, mut b] = open(args)?;
+    if let Some(warning) = toned_apart(args, [&a, &b]) {
+        complain(&warning);
+    }
     let hdr_flip = a.is_linear() && b.is_linear();
     check_hdr_flip(args, [&a, &b])?;
     let metrics = with_bar(b.size(), if hdr_flip { 3 } else { 1 }, "comparing", |progress| {
@@ -129,6 +134,24 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
     let exceeded: Vec<String> =
         Thresholds::from(&args.thresholds).exceeded(&metrics).iter().map(sentence).collect();
     if exceeded.is_empty() { Ok(()) } else { Err(Error::Failed(exceeded.join("; "))) }
+}
+
+/// The warning that the images show radiance by two curves. Of a linear image that is known, of others only if their
+/// files say it.
+fn toned_apart(args: &CompareArgs, images: [&ImageReader; 2]) -> Option<String> {
+    let tone = |path: &Path, image: &ImageReader| {
+        let metadata = || Metadata::from_note(&image_file::read_note(path).ok()??);
+        if image.is_linear() { Some(Tone::Clamp) } else { metadata()?.tone }
+    };
+    let (a, b) = (tone(&args.a, images[0])?, tone(&args.b, images[1])?);
+    let (toned, tone) = if a == Tone::Clamp { (&args.b, b) } else { (&args.a, a) };
+    (a != b).then(|| {
+        format!(
+            "warning: {} shows radiance by the tone curve {tone}, and the other image does not: what is told is mostly the \
+             curve; compare .exr images, or render by --tone clamp",
+            one_line(&toned.to_string_lossy())
+        )
+    })
 }
 
 /// Names the bound that is exceeded, with its option.

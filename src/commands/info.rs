@@ -5,12 +5,12 @@ use crate::terminal::error::Error;
 use crate::terminal::text::{complain, print};
 use clap::{Args as ClapArgs, ValueHint};
 use files::checkpoint::Loaded;
-use files::image_file::{self, ImageReader};
+use files::image_file::{self, ImageReader, Tone};
 use files::scene_file;
 use render::{LanesName, Made, Metadata, Note, Renderer};
 use scene::settings::MAX_ITERATIONS;
 use scene::text::one_line;
-use scene::{Filter, RowReader, Settings};
+use scene::{Filter, RowReader, Settings, TRANSPORT};
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -46,6 +46,8 @@ struct Info {
     scene: String,
     scene_digest: String,
     settings: Settings,
+    /// Version of the light transport.
+    transport: u32,
     /// Whole iterations done; `settings.iterations` is the number asked for.
     iterations: u32,
     photons: u64,
@@ -53,6 +55,7 @@ struct Info {
     renderer: Renderer,
     lanes: Option<LanesName>,
     exposure: Option<f32>,
+    tone: Option<Tone>,
     estimated_error: Option<f64>,
     #[serde(skip)]
     scene_file: Option<String>,
@@ -134,11 +137,13 @@ fn of_image(metadata: Metadata) -> Info {
         scene: metadata.scene,
         scene_digest: metadata.scene_digest,
         settings: metadata.settings,
+        transport: metadata.transport,
         iterations: metadata.settings.iterations,
         photons: metadata.photons,
         renderer: metadata.renderer,
         lanes: metadata.lanes,
         exposure: metadata.exposure,
+        tone: metadata.tone,
         estimated_error: metadata.estimated_error,
         scene_file: metadata.scene_file,
         fault: None,
@@ -156,16 +161,23 @@ fn of_checkpoint(loaded: &Loaded, has_scene_file: bool) -> Info {
         scene: checkpoint.scene.name.clone(),
         scene_digest: account.scene.clone(),
         settings: checkpoint.scene.settings,
+        transport: account.transport,
         iterations: account.iterations,
         photons: account.stats.photons,
         renderer: note.renderer_of(account.sums),
         lanes: None,
         exposure: note.exposure,
+        tone: note.tone,
         estimated_error: None,
         scene_file: has_scene_file
             .then(|| scene_file::to_text(&checkpoint.scene, &checkpoint.scene.settings)),
         fault: loaded.fallback.as_ref().map(ToString::to_string),
     }
+}
+
+/// The version of a file's light transport, if it is not that of this program.
+fn transport(version: u32) -> String {
+    if version == TRANSPORT { String::new() } else { format!("{version}; this program computes {TRANSPORT}") }
 }
 
 impl Info {
@@ -201,7 +213,9 @@ impl Info {
             ("filter", if filter == Filter::Box { String::new() } else { filter.to_string() }),
             ("method", self.renderer.method.name().into()),
             ("engine", format!("{}{lanes}", self.renderer.engine.name())),
+            ("transport", transport(self.transport)),
             ("exposure", optional(self.exposure.map(|stops| format!("{stops} stops")))),
+            ("tone", optional(self.tone.map(|tone| tone.to_string()))),
             ("error", optional(self.estimated_error.map(|error| format!("about {error:.3e}, relative")))),
         ];
         let mut text = String::new();

@@ -1,5 +1,6 @@
 //! Says when moving spheres show as separate images: each iteration renders one instant of the exposure.
 
+use scene::settings::MAX_ITERATIONS;
 use scene::{Scene, Vec3};
 
 /// From so many pixels between two instants on, they are seen apart.
@@ -12,10 +13,11 @@ pub(super) fn hint(scene: &Scene, iterations: u32) -> String {
         return String::new();
     }
     let enough = (travel(scene) / APART).ceil();
-    format!(
-        "; moving spheres show at {iterations} instants, {step:.0} pixels apart: `-n {enough:.0}`, of fewer photons each, \
-         blurs them smoothly"
-    )
+    let seen = format!("; moving spheres show at {iterations} instants");
+    if enough > f64::from(MAX_ITERATIONS) {
+        return format!("{seen}, far apart: open the shutter for a shorter time");
+    }
+    format!("{seen}, {step:.0} pixels apart: `-n {enough:.0}`, of fewer photons each, blurs them smoothly")
 }
 
 /// The way of the fastest sphere over the image while the shutter is open, in pixels; 0 if nothing moves.
@@ -49,6 +51,13 @@ mod tests {
         (scene.settings.width, scene.settings.height) = (2 * scene.settings.width, 2 * scene.settings.height);
         let ratio = super::travel(&scene) / travel;
         assert!((ratio - 2.0).abs() < 1e-5, "{ratio}");
+        // More iterations than there can be.
+        let shutter = std::mem::replace(&mut scene.camera.shutter, [0.0, 1e10]);
+        assert_eq!(
+            hint(&scene, 2),
+            "; moving spheres show at 2 instants, far apart: open the shutter for a shorter time"
+        );
+        scene.camera.shutter = shutter;
         for sphere in &mut scene.spheres {
             sphere.velocity = Vec3::ZERO;
         }

@@ -12,8 +12,8 @@ use crate::terminal::told::Told;
 use files::atomic_file::reason;
 use render::{Job, Notice, Observer, Step};
 use scene::settings::MAX_ITERATIONS;
-use scene::text::{counted, mebibytes};
-use scene::{Filter, Resumable, Settings};
+use scene::text::{counted, mebibytes, one_line};
+use scene::{Filter, Resumable, Settings, TRANSPORT};
 use std::io;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -103,6 +103,11 @@ impl Observer for Watch {
                 let of = if *of == MAX_ITERATIONS { String::new() } else { format!(" of {of}") };
                 info!(iterations, "going on from {path} after {iterations}{of} iterations");
             }
+            Notice::OtherTransport { path, transport } => warn!(
+                "{} was made by version {transport} of the light transport, and this program computes version {TRANSPORT}: the \
+                 image will be another",
+                one_line(&path.to_string_lossy())
+            ),
             Notice::Saved { iterations } => {
                 let after = counted(*iterations, "iteration");
                 if self.told.is_mended() {

@@ -96,9 +96,9 @@ impl Bar {
 
     /// Shows the state of the render after an iteration.
     pub(crate) fn show(&self, step: &Step) {
-        let facts = facts(step, self.began.elapsed().as_secs_f64());
+        let seconds = self.began.elapsed().as_secs_f64();
         let mut work = lock(&self.work);
-        (work.done, work.facts) = (step.iteration, facts);
+        (work.done, work.facts) = (step.iteration, facts(step, work.began_at, seconds));
         drop(work);
         self.shown.tick();
     }
@@ -148,9 +148,12 @@ fn lock(work: &Mutex<Work>) -> MutexGuard<'_, Work> {
     work.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The speed, the estimated error if known, and the mean radius if the engine traces photons.
-fn facts(step: &Step, seconds: f64) -> Vec<String> {
-    let per_second = |count: u64| scaled(count as f64 / seconds.max(f64::MIN_POSITIVE));
+/// The speed, the estimated error if known, and the mean radius if the engine traces photons. `seconds` are those of this
+/// session, which began after `began_at` iterations: the work of earlier ones took none of them.
+fn facts(step: &Step, began_at: u32, seconds: f64) -> Vec<String> {
+    let here = step.iteration.saturating_sub(began_at);
+    let share = f64::from(here) / f64::from(step.iteration.max(1));
+    let per_second = |count: u64| scaled(share * count as f64 / seconds.max(f64::MIN_POSITIVE));
     let speed = match step.mean_radius {
         Some(_) => format!("{} photons/s", per_second(step.photons)),
         None => format!("{} segments/s", per_second(step.camera_segments)),
@@ -170,13 +173,21 @@ mod tests {
 
     #[test]
     fn photons_and_mean_radius_are_shown() {
-        assert_eq!(facts(&step(Some(1.5)), 2.0), ["1.50M photons/s", "mean radius 1.5000"]);
+        assert_eq!(facts(&step(Some(1.5)), 0, 2.0), ["1.50M photons/s", "mean radius 1.5000"]);
+    }
+
+    /// Of three iterations, two were done before.
+    #[test]
+    fn the_photons_of_earlier_sessions_do_not_count_as_speed() {
+        assert_eq!(facts(&step(Some(1.5)), 2, 2.0)[0], "500k photons/s");
+        assert_eq!(facts(&step(None), 2, 2.0), ["83.3 segments/s"]);
+        assert_eq!(facts(&step(Some(1.5)), 3, 2.0)[0], "0.00 photons/s");
     }
 
     #[test]
     fn a_path_tracer_has_no_radius() {
         let step = Step { estimated_error: Some(0.25), ..step(None) };
-        assert_eq!(facts(&step, 2.0), ["error 0.2500", "250 segments/s"]);
+        assert_eq!(facts(&step, 0, 2.0), ["error 0.2500", "250 segments/s"]);
     }
 
     #[test]

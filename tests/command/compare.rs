@@ -36,6 +36,24 @@ fn an_image_is_identical_to_itself() {
 }
 
 #[test]
+fn images_by_different_tone_curves_are_told_apart() {
+    let sandbox = Sandbox::new();
+    sandbox.render(&["cornell", "-o", "a.png"]);
+    sandbox.render(&["cornell", "-o", "clamped.png", "--tone=clamp"]);
+    sandbox.render(&["cornell", "-o", "a.exr"]);
+    for [a, b] in [["a.png", "a.exr"], ["a.exr", "a.png"], ["clamped.png", "a.png"]] {
+        let ended = sandbox.run(["compare", a, b]);
+        let line = "warning: a.png shows radiance by the tone curve agx, and the other image does not";
+        assert!(ended.code == Some(0) && ended.stderr.starts_with(line), "{ended:?}");
+    }
+    // Of a JPEG it is not known.
+    sandbox.render(&["cornell", "-o", "a.jpg"]);
+    for [a, b] in [["a.png", "a.png"], ["clamped.png", "a.exr"], ["a.png", "a.jpg"], ["a.jpg", "a.exr"]] {
+        succeeded(&sandbox.run(["compare", a, b]));
+    }
+}
+
+#[test]
 fn metrics_are_printed_as_text_and_as_json() {
     let sandbox = prepared();
     let ended = sandbox.run(["compare", "a.exr", "b.exr"]);

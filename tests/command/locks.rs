@@ -67,6 +67,41 @@ fn every_file_of_a_render_is_locked() {
     assert_eq!(running.end().code, Some(143));
 }
 
+/// The names of snapshots are made from that of the image, and may be another render's image.
+#[test]
+fn snapshots_are_locked_before_they_are_written() {
+    let sandbox = Sandbox::new();
+    let running = begin(&sandbox, &["-o", "a.png", "--snapshots"]);
+    // Written already, and not before days have passed.
+    let process = format!("process {};", running.id());
+    for file in ["a-0001.png", "a-67108864.png"] {
+        let ended = sandbox.run(["render", "cornell", "-o", file].iter().chain(&TINY));
+        ended.refused(&[&format!("{file}: is in use by another render"), &process]);
+    }
+    sandbox.render(&["cornell", "-o", "a-0003.png"]);
+    running.send(Signal::TERM);
+    assert_eq!(running.end().code, Some(143));
+
+    let running = begin(&sandbox, &["-o", "b-0002.pfm"]);
+    all_refused(&sandbox, &running, "b-0002.pfm", &[&["cornell", "-o", "b.pfm", "--snapshots"]]);
+    running.send(Signal::TERM);
+    assert_eq!(running.end().code, Some(143));
+}
+
+#[test]
+fn a_snapshot_is_no_other_file_of_its_render() {
+    let sandbox = Sandbox::new();
+    let render = |options: &[&str]| {
+        let args = ["render", "cornell", "-o", "a.pfm", "--snapshots"].iter().chain(&TINY);
+        sandbox.run(args.chain(options))
+    };
+    let problem = "--snapshots: a-0002.pfm is also --radius-image; name another file";
+    render(&["--radius-image=a-0002.pfm"]).refused(&[problem]);
+    render(&["--checkpoint=a-0001.pfm"]).refused(&["--snapshots: a-0001.pfm is also --checkpoint"]);
+    assert_eq!(sandbox.names(), [""; 0]);
+    assert_eq!(render(&["--radius-image=a-0004.pfm"]).code, Some(0));
+}
+
 #[test]
 fn a_checkpoint_is_not_resumed_while_it_is_rendered() {
     let sandbox = Sandbox::new();

@@ -6,6 +6,7 @@ mod cases;
 mod compare;
 mod documents;
 mod export;
+mod exports_read;
 mod failures;
 #[cfg(unix)]
 mod interrupt;

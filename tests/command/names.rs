@@ -128,7 +128,8 @@ fn pipes_and_devices_are_refused_at_once() {
         (&["resume", "p"], &["p: is no checkpoint"]),
         (&["render", "--like", "p.exr"], &["p.exr: this is a pipe or a device"]),
         (&["render", "cornell", "--profile", "p"], &["--profile: p: this is a pipe"]),
-        (&["compare", "p.png", "a.png"], &["p.png: is no regular file"]),
+        (&["compare", "p.png", "a.png"], &["p.png: this is a pipe or a device; name an image file"]),
+        (&["compare", "a.png", "p"], &["p: this is a pipe or a device; name an image file"]),
         (&["render", "cornell", "-o", "p.png"], &["--output: p.png: is a device or a pipe"]),
         (&["render", "cornell", "-o", "link.png"], &["--output: link.png: is a device or a pipe"]),
         (&["render", "cornell", "--stats", "p"], &["--stats: p: is a device or a pipe"]),
@@ -151,14 +152,35 @@ fn a_link_to_a_pipe_is_told_as_a_pipe() {
 }
 
 #[test]
+fn what_a_file_contains_decides_whatever_its_name() {
+    let sandbox = Sandbox::new();
+    sandbox.render(&["cornell", "-o", "a.png", "--checkpoint=a.sppm"]);
+    for (from, name, kind) in [("a.png", "image.sppm", "image"), ("a.sppm", "checkpoint.png", "checkpoint")] {
+        fs::copy(sandbox.path(from), sandbox.path(name)).unwrap();
+        let info = sandbox.run(["info", name]);
+        let words = [format!("file       {kind}\n"), "scene      Cornell Box\n".into()];
+        assert!(words.iter().all(|words| info.stdout.contains(words)), "{info:?}");
+        let like = sandbox.run(["render", "-q", "--like", name, "-o", "b.png"]);
+        assert_eq!(like.code, Some(0), "{like:?}");
+    }
+}
+
+#[test]
 fn a_file_that_is_missing_is_told_as_such_whatever_its_name() {
     let sandbox = Sandbox::new();
+    sandbox.render(&["cornell", "-o", "a.png"]);
     fs::create_dir(sandbox.path("folder")).unwrap();
     for name in ["nofile", "no.png", "no.sppm", "no.txt", "folder/nofile"] {
         sandbox.run(["info", name]).refused(&[&format!("error: {name}: there is no such file")]);
         sandbox.run(["render", "--like", name]).refused(&[&format!("{name}: there is no such file")]);
+        sandbox.run(["resume", name]).refused(&[&format!("{name}: there is no such file")]);
+        sandbox.run(["compare", "a.png", name]).refused(&[&format!("{name}: there is no such file")]);
+        sandbox.run(["compare", name, "a.png"]).refused(&[&format!("{name}: there is no such file")]);
+        let rays = ["trace", "cornell", "--hits=h.npy", "--rays", name];
+        sandbox.run(rays).refused(&[&format!("--rays: {name}: there is no such file")]);
     }
     sandbox.run(["info", "folder"]).refused(&["folder: this is a directory; name a file"]);
+    sandbox.run(["compare", "a.png", "folder"]).refused(&["folder: this is a directory; name an image file"]);
     sandbox.run(["render", "no.toml"]).refused(&["no.toml: there is no such file"]);
     sandbox.run(["render", "cornell", "--profile", "no"]).refused(&["--profile: no: there is no such file"]);
 }

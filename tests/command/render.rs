@@ -1,6 +1,7 @@
 //! The command `render` with valid input.
 
 use crate::sandbox::{Sandbox, TINY};
+use files::image_file::{self, Encoding, Tone};
 use scene::settings::BYTES_PER_PIXEL;
 use std::fs;
 
@@ -111,6 +112,70 @@ fn an_old_file_is_replaced_and_nothing_else_is_left() {
     assert_eq!(sandbox.names(), ["a.png", "s.json"]);
 }
 
+/// The same radiance by every curve: as by the library, and with the metadata alone in between.
+#[test]
+fn tone_curves_apply_to_png_and_jpg_alone() {
+    let sandbox = Sandbox::new();
+    sandbox.render(&["cornell", "-o", "a.pfm"]);
+    let radiance = sandbox.image("a.pfm");
+    let white = ["--tone=reinhard", "--white=2.5"];
+    let cases: [(&[&str], Tone); 6] = [
+        (&[], Tone::Agx),
+        (&["--tone=agx"], Tone::Agx),
+        (&["--tone=aces"], Tone::Aces),
+        (&["--tone=clamp"], Tone::Clamp),
+        (&["--tone=reinhard"], Tone::Reinhard { white: 4.0 }),
+        (&white, Tone::Reinhard { white: 2.5 }),
+    ];
+    for (options, tone) in cases {
+        for name in ["b.png", "b.jpg"] {
+            sandbox.render(&[&["cornell", "-o", name, "--seed=1"], options].concat());
+            let encoding = Encoding { tone, seed: 1, ..Encoding::default() };
+            image_file::write(&sandbox.path(&format!("c-{name}")), &radiance, &encoding).unwrap();
+            assert_eq!(sandbox.image(name), sandbox.image(&format!("c-{name}")), "{name} {tone}");
+        }
+        let info = sandbox.run(["info", "b.png"]).stdout;
+        assert!(info.contains(&format!("tone       {tone}\n")), "{info}");
+        // Repeated, whatever the usual one.
+        assert_eq!(sandbox.run(["render", "--like", "b.png", "-q", "-o", "d.png"]).code, Some(0));
+        assert!(sandbox.bytes("b.png") == sandbox.bytes("d.png"), "{tone}");
+    }
+    // The last one had a white; a linear image has no curve, and another curve no white.
+    sandbox.run(["render", "--like", "b.png", "-q", "-o", "e.pfm"]);
+    assert!(sandbox.bytes("e.pfm") == sandbox.bytes("a.pfm"));
+    sandbox.run(["render", "--like", "b.png", "-q", "-o", "e.png", "--white=4"]);
+    sandbox.render(&["cornell", "-o", "f.png", "--tone=reinhard"]);
+    assert!(sandbox.bytes("e.png") == sandbox.bytes("f.png"));
+    for (options, words) in [
+        (
+            &["-o", "a.exr", "--tone=agx"][..],
+            &["--tone: a.exr holds linear radiance", "only .png and .jpg"][..],
+        ),
+        (
+            &["-o", "a.png", "--white=2"],
+            &["--white: only the curve reinhard", "--tone reinhard", "--exposure"],
+        ),
+        (&["-o", "a.png", "--tone=aces", "--white=2"], &["--white: only the curve reinhard"]),
+        (&["-o", "a.png", "--tone=reinhard", "--white=0"], &["--white: \"0\""]),
+        (&["-o", "a.png", "--tone=filmic"], &["--tone: \"filmic\"", "clamp, reinhard, aces and agx"]),
+    ] {
+        sandbox.run(["render", "cornell"].iter().chain(options).chain(&TINY)).refused(words);
+    }
+}
+
+#[test]
+fn dithering_follows_the_seed_alone() {
+    let sandbox = Sandbox::new();
+    let options: [&[&str]; 4] =
+        [&["--threads=1"], &["--threads=3"], &["--engine=reference"], &["--lanes=emulated"]];
+    let codes = |options: &[&str]| {
+        sandbox.render(&[&["mirror", "-o", "a.png"], options].concat());
+        sandbox.image("a.png")
+    };
+    let first = codes(options[0]);
+    assert!(options.iter().all(|options| codes(options) == first));
+}
+
 #[test]
 fn exposure_makes_a_png_brighter() {
     let sandbox = Sandbox::new();
@@ -163,7 +228,17 @@ fn quiet_says_nothing_and_verbose_says_more() {
 #[test]
 fn stats_tell_what_was_asked_for_and_done() {
     let sandbox = Sandbox::new();
-    sandbox.render(&["cornell", "--stats", "s.json", "--depth", "4", "--seed", "9", "--threads", "2"]);
+    sandbox.render(&[
+        "cornell",
+        "--stats",
+        "s.json",
+        "--depth",
+        "4",
+        "--seed",
+        "4294967305",
+        "--threads",
+        "2",
+    ]);
     let stats = sandbox.json("s.json");
     assert_eq!(stats["version"], env!("CARGO_PKG_VERSION"));
     assert_eq!((&stats["engine"], &stats["threads"]), (&"fast".into(), &2.into()));
@@ -171,12 +246,13 @@ fn stats_tell_what_was_asked_for_and_done() {
     assert_eq!((&stats["iterations"], &stats["interrupted"]), (&2.into(), &false.into()));
     let settings = &stats["settings"];
     for (key, value) in [
-        ("width", 16),
+        ("width", 16_i64),
         ("height", 12),
         ("iterations", 2),
         ("photons_per_iteration", 500),
         ("max_depth", 4),
-        ("seed", 9),
+        // Of more than 32 bits.
+        ("seed", (1 << 32) + 9),
     ] {
         assert_eq!(settings[key], value, "{key}");
     }

@@ -42,6 +42,9 @@ fn what_standard_output_cannot_take_is_refused() {
     let sandbox = Sandbox::new();
     let cases: &[(&[&str], &[&str])] = &[
         (&["-o", "foo:-"], &["--output", ".foo", ".png"]),
+        (&["-o", "exr:-", "--tone", "aces"], &["--tone: standard output holds linear radiance"]),
+        (&["-o", ":-"], &["--output: standard output: has no extension"]),
+        (&["-o", "gif:-"], &["--output: standard output: has the extension .gif; it must be .png"]),
         (&["-o", "exr:-", "--exposure", "1"], &["--exposure", "only .png"]),
         (&["-o", "-", "--snapshots"], &["--snapshots", "name a file"]),
         (&["-o", "-", "--progress", "json"], &["--progress json", "standard output"]),

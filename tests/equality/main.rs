@@ -3,6 +3,7 @@
 //!
 //! `SPPM_EQUALITY_EFFORT=X` runs X times as many random cases (default 1; 0.1 runs a tenth).
 
+mod aiming;
 mod builtin_scenes;
 #[path = "../shared/cases.rs"]
 mod cases;

@@ -83,6 +83,11 @@ fn snapshots_are_images_of_their_iterations() {
     sandbox.render(&["cornell", "-o", "a.png", "--snapshots"]);
     assert_eq!(sandbox.names(), ["a-0001.png", "a-0002.png", "a.png"]);
     assert!(sandbox.bytes("a-0002.png") == sandbox.bytes("a.png"));
+    let args = ["render", "cornell", "-o", "b.png", "--snapshots", "--width=8", "--height=8", "--photons=10"];
+    assert_eq!(sandbox.run(args.iter().chain(&["--iterations=5"])).code, Some(0));
+    let names = sandbox.names();
+    let of_b: Vec<_> = names.iter().filter(|name| name.starts_with('b')).collect();
+    assert_eq!(of_b, ["b-0001.png", "b-0002.png", "b-0004.png", "b.png"]);
 }
 
 #[test]
@@ -118,6 +123,43 @@ fn memory_stays_within_the_bound() {
             let (told, held) =
                 (stats["bytes_at_most"].as_u64().unwrap(), stats["peak_bytes"].as_u64().unwrap());
             assert!(held <= told, "{method} {engine} {size:?}: held {held} bytes, told {told}");
+        }
+    }
+}
+
+/// What is told and what is held at most, for a render of cornell.
+#[cfg(target_os = "linux")]
+fn told_and_held(args: &[&str]) -> [f64; 2] {
+    let sandbox = Sandbox::new();
+    let files = ["render", "cornell", "-o", "a.pfm", "--stats=s.json", "--iterations=2"];
+    let ended = sandbox.run(files.iter().chain(args));
+    assert_eq!(ended.code, Some(0), "{args:?}: {}", ended.stderr);
+    let stats = sandbox.json("s.json");
+    ["bytes_at_most", "peak_bytes"].map(|key| stats[key].as_f64().unwrap())
+}
+
+/// Each term of the bound by itself: what more threads, pixels or photons are told to take is what they take, or more, but
+/// not several times as much. So no term is forgotten or hidden by another that is too large.
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_grows_by_what_is_told() {
+    /// What the allocator and the system add or save from run to run, far less than each step.
+    const NOISE: f64 = 3e6;
+    /// Deposits are bounded as if every photon were deposited at every bounce; threads have room that they may not need.
+    const MOST: f64 = 6.0;
+    let base = ["--width=128", "--height=128", "--photons=20000", "--threads=1"];
+    for engine in ["fast", "reference"] {
+        let [told, held] = told_and_held(&[&base[..], &["--engine", engine]].concat());
+        let steps: [(&str, [&str; 4]); 3] = [
+            ("pixels", ["--width=700", "--height=700", "--photons=20000", "--threads=1"]),
+            ("photons", ["--width=128", "--height=128", "--photons=400000", "--threads=1"]),
+            ("threads", ["--width=128", "--height=128", "--photons=20000", "--threads=16"]),
+        ];
+        for (what, args) in steps {
+            let [more_told, more_held] = told_and_held(&[&args[..], &["--engine", engine]].concat());
+            let (told, held) = (more_told - told, more_held - held);
+            assert!(held < told + NOISE, "{engine}, {what}: {held} more bytes held, {told} told");
+            assert!(told < MOST * held.max(0.0) + 2.0 * NOISE, "{engine}, {what}: {told} told, {held} held");
         }
     }
 }

@@ -63,6 +63,23 @@ fn a_resumed_file_is_the_uninterrupted_file() {
     assert!(sandbox.bytes("a.exr") == sandbox.bytes("whole.exr"));
 }
 
+/// Counted work is of all sessions.
+#[test]
+fn the_statistics_of_a_resumed_render_are_those_of_an_uninterrupted_one() {
+    let sandbox = kept();
+    resume(&sandbox, &["--iterations=9", "--stats=resumed.json"]);
+    render(&sandbox, &["-o", "b.exr", "--iterations=9", "--stats=whole.json"]);
+    let [resumed, whole] = ["resumed.json", "whole.json"].map(|name| sandbox.json(name));
+    assert_eq!((&resumed["resumed_after"], &whole["resumed_after"]), (&4.into(), &0.into()));
+    for key in ["iterations", "settings", "photons", "camera_segments", "visible_points", "shadow_rays"] {
+        assert!(!whole[key].is_null(), "no {key}: {whole}");
+        assert_eq!(resumed[key], whole[key], "{key}");
+    }
+    for key in ["photon_segments", "deposits", "contributions", "lanes"] {
+        assert_eq!(resumed[key], whole[key], "{key}");
+    }
+}
+
 #[test]
 fn the_same_render_resumes_automatically() {
     let sandbox = kept();
@@ -138,6 +155,31 @@ fn other_renders_are_not_overwritten() {
         sandbox.run(*args).refused(words);
         assert!(sandbox.contents() == before, "{args:?} changed the folder: {:?}", sandbox.names());
     }
+}
+
+/// The fixture is from before the choice of lamps: its iterations and today's are of two images.
+#[test]
+fn iterations_of_another_light_transport_are_not_gone_on_from() {
+    let sandbox = Sandbox::new();
+    let old = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/checkpoints/version-1.sppm");
+    fs::copy(old, sandbox.path("old.sppm")).unwrap();
+    let before = sandbox.contents();
+    let words =
+        ["old.sppm was begun by version 1 of the light transport (sppm 0.1.0)", "go on with the program"];
+    sandbox.run(["resume", "old.sppm", "-n", "4"]).refused(&words);
+    let again = Sandbox::new();
+    fs::copy(old, again.path("old.sppm")).unwrap();
+    let like = again.run(["render", "--like", "old.sppm", "-o", "a.pfm"]);
+    let transport = scene::TRANSPORT;
+    let line = format!(
+        "warning: old.sppm was made by version 1 of the light transport, and this program computes version {transport}"
+    );
+    assert!(like.code == Some(0) && like.stderr.starts_with(&line), "{like:?}");
+    sandbox.run(["render", "cornell", "--checkpoint=old.sppm"].iter().chain(&TINY)).refused(&words);
+    assert!(sandbox.contents() == before, "{:?}", sandbox.names());
+    let info = sandbox.run(["info", "old.sppm"]);
+    let line = format!("transport  1; this program computes {transport}");
+    assert!(info.code == Some(0) && info.stdout.contains(&line), "{info:?}");
 }
 
 #[test]

@@ -6,27 +6,16 @@
 
 use crate::cases::tell;
 use crate::harness::{
-    BLACK, Build, SIGNIFICANCE, assert_uniform_square, chi_square_p_of, coloured, empty_scene, glass, mirror,
-    pinhole, settings,
+    BLACK, Build, SIGNIFICANCE, assert_uniform_square, chi_square_p_of, coloured, deposits, empty_scene,
+    glass, mirror, pinhole, settings,
 };
 use glam::DVec3;
 use reference::direct_light::choose_light;
-use reference::photon_pass::{Deposit, Flux, photon_pass, quantise};
+use reference::photon_pass::{Deposit, Flux, quantise};
+use scene::aim::Aim;
 use scene::film::FLUX_ONE;
-use scene::{Rgb, Scene, Settings, Stats, Vec3};
+use scene::{Rgb, Scene, Settings, Vec3};
 use std::f64::consts::TAU;
-
-/// The deposits of several iterations.
-fn deposits(scene: &Scene, settings: &Settings) -> (Vec<Deposit>, Stats) {
-    let (mut all, mut stats) = (Vec::new(), Stats::default());
-    for iteration in 0..settings.iterations {
-        let photons = 0..settings.photons_per_iteration;
-        photon_pass(&scene.at(0.0), settings, iteration, photons, &mut stats, |deposit, _| {
-            all.push(*deposit);
-        });
-    }
-    (all, stats)
-}
 
 fn nowhere() -> Scene {
     empty_scene(pinhole(Vec3::new(0.0, 0.0, 90.0), Vec3::ZERO, 60.0))
@@ -110,7 +99,7 @@ fn lights_are_chosen_by_their_power() {
     let mut counts = vec![0; weights.len()];
     for _ in 0..1 << 20 {
         let light = choose_light(&lights, stream.next_f32()).unwrap();
-        counts[light.sphere as usize] += 1;
+        counts[lights.entries[light as usize].sphere as usize] += 1;
     }
     let p = chi_square_p_of(&counts, &weights.map(|w| w / 57.0));
     assert!(p > SIGNIFICANCE, "{counts:?}: p = {p:.1e}");
@@ -184,10 +173,10 @@ fn survivors_keep_the_nominal_power_and_take_the_colour_of_surfaces() {
         .map(|k| {
             let colour = Rgb::new(4.0, 4.0, 2.0).as_dvec3() * albedo.as_dvec3().powf(f64::from(k));
             let scaled = colour / colour.max_element() * f64::from(FLUX_ONE);
-            Flux(scaled.round().to_array().map(|v| v as u32))
+            Flux { units: scaled.round().to_array().map(|v| v as u32), shift: 0 }
         })
         .collect();
-    let near = |a: &Flux, b: &Flux| a.0.iter().zip(b.0).all(|(a, b)| a.abs_diff(b) <= FLUX_ROUNDING);
+    let near = |a: &Flux, b: &Flux| a.units.iter().zip(b.units).all(|(a, b)| a.abs_diff(b) <= FLUX_ROUNDING);
     for d in &deposits {
         assert!(colours.iter().any(|colour| near(colour, &d.flux)), "{:?} is none of {colours:?}", d.flux);
     }
@@ -196,6 +185,9 @@ fn survivors_keep_the_nominal_power_and_take_the_colour_of_surfaces() {
     }
 }
 
+/// A photon of the nominal power in all channels.
+const NOMINAL: Flux = Flux { units: [FLUX_ONE; 3], shift: 0 };
+
 /// Tolerance of a quantised flux of up to 2^21: a few rounding errors of 2^-24.
 const FLUX_ROUNDING: u32 = 1;
 
@@ -203,7 +195,8 @@ const FLUX_ROUNDING: u32 = 1;
 fn quantisation_rounds_to_the_nearest_and_never_overflows() {
     for i in 0..=100_000_u32 {
         let power = i as f32 / 100_000.0;
-        let Flux([r, g, b]) = quantise(Rgb::new(power, 0.5 * power, 0.0));
+        let Flux { units: [r, g, b], shift } = quantise(&Aim::default(), Rgb::new(power, 0.5 * power, 0.0));
+        assert_eq!(shift, 0);
         let exact = f64::from(power) * f64::from(FLUX_ONE);
         // Half a step, plus the rounding of the sum before it is truncated.
         for (flux, exact) in [(r, exact), (g, 0.5 * exact)] {
@@ -212,7 +205,7 @@ fn quantisation_rounds_to_the_nearest_and_never_overflows() {
         assert_eq!(b, 0);
     }
     for power in [1.0, 1.0 + f32::EPSILON, 2.0, f32::INFINITY] {
-        assert_eq!(quantise(Rgb::splat(power)), Flux([FLUX_ONE; 3]));
+        assert_eq!(quantise(&Aim::default(), Rgb::splat(power)), NOMINAL);
     }
     tell("physics", 100_001, "quantised powers");
 }
@@ -233,7 +226,7 @@ fn what_takes_no_light_loses_none() {
     let (deposits, stats) = deposits(&lossless(), &settings(1, 1, photons, 4096, 1.0));
     // Each photon ends on a black surface, the lamp or the shell, and is deposited once with its full power.
     assert_eq!(deposits.len(), photons as usize);
-    assert!(deposits.iter().all(|d| d.flux == Flux([FLUX_ONE; 3])));
+    assert!(deposits.iter().all(|d| d.flux == NOMINAL));
     assert!(stats.photon_segments > 3 * u64::from(photons), "the balls are not met");
     tell("physics", deposits.len(), "photons through mirrors and glass, none lost");
 }
@@ -245,7 +238,7 @@ fn the_flux_in_a_closed_room_is_the_series_of_its_albedo() {
         deposits(&closed(albedo, Rgb::new(1.0, 2.0, 4.0)), &settings(1, 1, photons, 200, 1.0));
     let mut sum = [0_u64; 3];
     for d in &deposits {
-        sum = [0, 1, 2].map(|c| sum[c] + u64::from(d.flux.0[c]));
+        sum = [0, 1, 2].map(|c| sum[c] + u64::from(d.flux.units[c]));
     }
     for (c, (albedo, emission)) in albedo.to_array().into_iter().zip([1.0, 2.0, 4.0]).enumerate() {
         // A photon starts with e / 4 of the nominal power, arrives a second time with that times rho, and so on.

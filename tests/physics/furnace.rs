@@ -168,24 +168,6 @@ fn glowing_shell(material: Material, emission: Rgb) -> Scene {
     empty_scene(pinhole(EYE, Vec3::ZERO, FOV)).lamp(Vec3::ZERO, SHELL, material, emission)
 }
 
-/// Photons on the whole shell contribute to each pixel, whatever the angle between their normal and that of the visible
-/// point. A test of this angle would lose half of the light beyond the first two terms.
-#[test]
-fn closed_emitting_shell_within_one_radius() {
-    // The brightest channel has an albedo of 1, so roulette ends no path, and the other channels are weighted.
-    let (albedo, emission) = ([1.0, 0.5, 0.2], [3.0, 1.0, 0.5]);
-    let scene = glowing_shell(coloured(albedo), Rgb::from_array(emission));
-    for depth in [1, 2, 3, 5] {
-        let expected = [0, 1, 2].map(|c| {
-            let rho = f64::from(albedo[c]);
-            f64::from(emission[c]) * geometric(rho, depth + 1)
-        });
-        let settings = Settings { iterations: 1, ..settings(16, 16, 400_000, depth, 2.0 * SHELL) };
-        assert_mean(&render_sppm(&scene, &settings), expected, FURNACE, &format!("depth {depth}"));
-    }
-    tell("physics", 4, "furnaces within one radius");
-}
-
 #[test]
 fn closed_emitting_shell_for_walks_that_never_end() {
     let (albedo, emission) = ([1.0, 0.5, 0.2], [0.5, 1.0, 3.0]);
@@ -274,80 +256,6 @@ fn white_balls_within_glass_are_invisible_in_a_furnace() {
 /// Relative tolerance: the side test loses photons at grazing angles, `R^2 / (8 b^2)` on a ball of radius `b`. That is
 /// 0.4 % on the smaller ball, which covers a quarter of the image. The rest is noise.
 const SUNKEN: f64 = 2e-3;
-
-#[test]
-fn from_within_glass_a_furnace_is_brighter_by_the_square_of_the_index() {
-    let scene = glowing_shell(BLACK, Rgb::ONE).ball(EYE, 0.05, glass(1.0, 1.5));
-    let settings = settings(32, 32, 1, 64, 1.0);
-    for film in [render_sppm(&scene, &settings), render_path(&scene, &settings)] {
-        assert_mean(&film, [1.5 * 1.5; 3], ROUNDING, "from within glass");
-    }
-}
-
-#[test]
-fn a_mirror_shows_the_shell_times_its_albedo() {
-    let (albedo, emission) = (Rgb::new(0.25, 0.5, 0.999), Rgb::new(1.0, 3.0, 7.0));
-    let mut scene = glowing_shell(BLACK, emission).ball(Vec3::ZERO, 0.5, Material::Specular { albedo });
-    scene.camera.vertical_fov_degrees = 10.0;
-    for (depth, expected) in [(1, Rgb::ZERO), (2, albedo * emission), (5, albedo * emission)] {
-        let settings = settings(16, 16, 1, depth, 1.0);
-        for film in [render_sppm(&scene, &settings), render_path(&scene, &settings)] {
-            assert!(film.pixels.iter().all(|&pixel| pixel == expected), "depth {depth}");
-        }
-    }
-    tell("physics", 6, "mirrors in a furnace");
-}
-
-#[test]
-fn a_glowing_mirror_shell_adds_up_its_reflections() {
-    let (albedo, emission) = (Rgb::new(0.9, 0.5, 1.0), Rgb::new(1.0, 2.0, 0.5));
-    let scene = glowing_shell(Material::Specular { albedo }, emission);
-    for depth in DEPTHS {
-        let settings = settings(16, 16, 1, depth, 1.0);
-        // The eye sees `depth` successive reflections.
-        let expected = [0, 1, 2].map(|c| f64::from(emission[c]) * geometric(f64::from(albedo[c]), depth));
-        for film in [render_sppm(&scene, &settings), render_path(&scene, &settings)] {
-            assert_mean(&film, expected, ROUNDING, &format!("depth {depth}"));
-        }
-    }
-    tell("physics", 2 * DEPTHS.len(), "furnaces of a mirror");
-}
-
-/// Reflectance of glass for an angle of incidence with sine `sine` from outside, by the textbook's amplitudes.
-fn reflectance(sine: f64, ior: f64) -> f64 {
-    let (incident, refracted) = (sine.asin(), (sine / ior).asin());
-    let s = (incident - refracted).sin() / (incident + refracted).sin();
-    let p = (incident - refracted).tan() / (incident + refracted).tan();
-    f64::midpoint(s * s, p * p)
-}
-
-#[test]
-fn tinted_glass_shows_the_series_of_its_inner_reflections() {
-    let (tint, ior) = (0.8, 1.5);
-    for sine in [0.3_f32, 0.8, 0.95] {
-        // The ray passes the centre at a distance of `sine` radii, so it has the same angles at each bounce.
-        let shell = glowing_shell(BLACK, Rgb::ONE).ball(Vec3::new(sine, 0.0, 0.0), 1.0, glass(tint, ior));
-        let scene = Scene { camera: pinhole(EYE, Vec3::ZERO, 1e-3), ..shell };
-        let (r, t) = (reflectance(f64::from(sine), f64::from(ior)), f64::from(tint));
-        let expected = r * t + (1.0 - r).powi(2) * t * t / (1.0 - r * t);
-        // Samples differ by at most `t - t^2`, so half a million of them have a standard error below 0.03 %.
-        let settings = samples(500_000, 64);
-        assert_mean(
-            &render_path(&scene, &settings),
-            [expected; 3],
-            FURNACE,
-            &format!("path tracer, sine {sine}"),
-        );
-        let few_photons = Settings { photons_per_iteration: 1, ..settings };
-        assert_mean(
-            &render_sppm(&scene, &few_photons),
-            [expected; 3],
-            FURNACE,
-            &format!("SPPM, sine {sine}"),
-        );
-    }
-    tell("physics", 6, "series of inner reflections");
-}
 
 /// A sphere in a shell, both glowing and reflecting: a radiosity problem with two unknowns.
 struct TwoSurfaces {

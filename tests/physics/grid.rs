@@ -8,6 +8,7 @@ use reference::camera_pass::{CameraNumbers, VisiblePoint, camera_ray, trace};
 use reference::consolidate::ALPHA;
 use reference::grid::Grid;
 use reference::photon_pass::photon_pass;
+use scene::aim::Aim;
 use scene::{Engine, Rgb, Scene, Settings, Stats, Vec3};
 
 const CELL_SIZES: [f32; 7] = [0.5, 0.75, 1.0, 2.0, 3.3, 5.0, 8.0];
@@ -149,9 +150,17 @@ fn photon_counts_are_those_of_brute_force() {
         let still = scene.at(0.0);
         let mut stats = Stats::default();
         let mut deposits = Vec::new();
-        photon_pass(&still, &settings, 0, 0..settings.photons_per_iteration, &mut stats, |deposit, _| {
-            deposits.push(*deposit);
-        });
+        photon_pass(
+            &still,
+            &Aim::default(),
+            &settings,
+            0,
+            0..settings.photons_per_iteration,
+            &mut stats,
+            |deposit, _| {
+                deposits.push(*deposit);
+            },
+        );
         let frame = scene.camera.frame(width, height);
         let mut total = 0;
         for (index, count) in counts.into_iter().enumerate() {

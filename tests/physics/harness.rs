@@ -1,7 +1,9 @@
 //! Helpers of the physics tests: build scenes in code, render them, and test statistics.
 
+use reference::photon_pass::{Deposit, photon_pass};
 use reference::{PathTracer, Sppm};
-use scene::{Camera, Engine, Film, Filter, Material, Rgb, Scene, Settings, Sphere, Vec3};
+use scene::aim::Aim;
+use scene::{Camera, Engine, Film, Filter, Material, Rgb, Scene, Settings, Sphere, Stats, Vec3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 pub(crate) const BLACK: Material = diffuse(0.0);
@@ -101,6 +103,19 @@ pub(crate) fn render_sppm(scene: &Scene, settings: &Settings) -> Film {
 pub(crate) fn render_path(scene: &Scene, settings: &Settings) -> Film {
     settings.validate().unwrap();
     run(PathTracer::new(scene, settings), settings)
+}
+
+/// The photons that several iterations deposit at shutter time 0, and the work that was counted.
+pub(crate) fn deposits(scene: &Scene, settings: &Settings) -> (Vec<Deposit>, Stats) {
+    let (mut all, mut stats) = (Vec::new(), Stats::default());
+    for iteration in 0..settings.iterations {
+        let photons = 0..settings.photons_per_iteration;
+        let still = scene.at(0.0);
+        photon_pass(&still, &Aim::default(), settings, iteration, photons, &mut stats, |deposit, _| {
+            all.push(*deposit);
+        });
+    }
+    (all, stats)
 }
 
 /// The mean over all pixels, summed in `f64`.

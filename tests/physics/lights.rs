@@ -9,6 +9,7 @@ use reference::direct_light::estimate_irradiance;
 use reference::light_choice::Receiver;
 use reference::photon_pass::photon_pass;
 use reference::sampling::uniform_sphere;
+use scene::aim::Aim;
 use scene::{Film, Rgb, Scene, Settings, Stats, Still, Vec3};
 use std::f64::consts::PI;
 
@@ -204,9 +205,15 @@ fn photons_leave_a_sunk_lamp_only_from_its_exposed_part() {
         let scene = lamp_in_shell(offset);
         let settings = settings(1, 1, 1 << 18, 1, 1.0);
         let mut stats = Stats::default();
-        photon_pass(&scene.at(0.0), &settings, 0, 0..settings.photons_per_iteration, &mut stats, |_, _| {
-            panic!("a photon is deposited at bounce 0")
-        });
+        photon_pass(
+            &scene.at(0.0),
+            &Aim::default(),
+            &settings,
+            0,
+            0..settings.photons_per_iteration,
+            &mut stats,
+            |_, _| panic!("a photon is deposited at bounce 0"),
+        );
         let share = stats.photon_segments as f64 / f64::from(1 << 18);
         let expected = area_within(offset) / (4.0 * PI);
         assert!(
@@ -254,7 +261,7 @@ fn a_lamp_shines_where_no_ball_covers_it_however_little_that_is() {
             assert_eq!(still.lights.blockers.contains(&1), expected < 1.0, "{what}: is it sunk?");
             let settings = settings(1, 1, photons, 1, 1.0);
             let mut stats = Stats::default();
-            photon_pass(&still, &settings, 0, 0..photons, &mut stats, |_, _| {});
+            photon_pass(&still, &Aim::default(), &settings, 0, 0..photons, &mut stats, |_, _| {});
             let share = stats.photon_segments as f64 / f64::from(photons);
             assert!((share - expected).abs() < STRATIFIED, "{what}: {share} instead of {expected}");
             cases += 1;

@@ -3,6 +3,7 @@
 //!
 //! All seeds are fixed, so that every run gives the same result. Every tolerance is a named constant with its reason.
 
+mod aiming;
 mod camera;
 #[path = "../shared/cases.rs"]
 mod cases;
@@ -10,6 +11,7 @@ mod convergence;
 mod determinism;
 mod distributed;
 mod emission;
+mod facts;
 mod filters;
 mod furnace;
 mod grid;
@@ -17,6 +19,7 @@ mod harness;
 mod intersection;
 mod light_choice;
 mod lights;
+mod roles;
 mod sampling;
 mod scattering;
 mod sky;

@@ -76,7 +76,7 @@ fn every_number_chooses_a_light() {
     for count in 1..=300 {
         let scene = lamps(count);
         let lights = scene.at(0.0).lights;
-        let chosen = |u| choose_light(&lights, u).map(|light| light.sphere as usize);
+        let chosen = |u| choose_light(&lights, u).map(|light| lights.entries[light as usize].sphere as usize);
         assert_eq!(chosen(0.0), Some(0), "{count} lights");
         assert_eq!(chosen(LAST), Some(count - 1), "{count} lights");
         // The interval of each light ends where that of the next begins.

@@ -2,6 +2,7 @@
 
 use crate::{path_tracer, small};
 use render::{EngineChoice, EngineName, Error, Field, Job, LanesName};
+use scene::{Rgb, Scene};
 use std::path::PathBuf;
 
 /// The field at fault and the message for a job that `change` makes invalid.
@@ -43,6 +44,26 @@ fn the_field_at_fault_is_named() {
 
     let (field, _) = refused(|job| job.outputs.image = Some("no/such/folder/a.png".into()));
     assert_eq!(field, Field::Image);
+}
+
+/// A scene built in code has passed no check yet.
+#[test]
+fn a_scene_that_cannot_be_rendered_is_refused() {
+    type Change = fn(&mut Scene);
+    let changes: [(Change, &str); 7] = [
+        (|scene| scene.camera.eye.x = f32::NAN, "eye of the camera must be finite numbers"),
+        (|scene| scene.camera.vertical_fov_degrees = 0.0, "vertical_fov_degrees of the camera is outside"),
+        (|scene| scene.materials.clear(), "material of sphere 1 is index 2 of 0 materials"),
+        (|scene| scene.spheres[0].radius = -1.0, "radius of sphere 1 must be above 0"),
+        (|scene| scene.spheres[1].emission.x = f32::INFINITY, "emission of sphere 2 is outside"),
+        (|scene| scene.background = Rgb::ONE, "background of the scene is no light yet"),
+        (|scene| scene.spheres.clear(), "there is no light"),
+    ];
+    for (change, problem) in changes {
+        let (field, said) = refused(|job| change(&mut job.scene));
+        assert_eq!(field, Field::Scene, "{said}");
+        assert!(said.starts_with(&format!("scene: {problem}")), "{said}");
+    }
 }
 
 #[test]

@@ -115,6 +115,9 @@ rows! {
     focus: builtin("focus"), |s| s;
     motion: builtin("motion"), |s| Settings { iterations: 5, ..s };
     open_sky: open_sky(), |s| s;
+    terrace: builtin("terrace"), |s| s;
+    heap: builtin("heap"), |s| s;
+    dusk: builtin("dusk"), |s| s;
     cornell_deep: builtin("cornell"), |s| Settings { width: 48, height: 27, max_depth: 64, seed: u64::MAX, ..s };
     cornell_one_pixel: builtin("cornell"), |s| Settings { width: 1, height: 1, iterations: 20, ..s };
     large_wide_radius: builtin("large"), |s| Settings { width: 36, height: 30, initial_radius: 30.0, ..s };

@@ -7,6 +7,37 @@ use scene::ray::SphereId;
 /// point on the same sphere within the largest radius, so the join need not test the side.
 pub(crate) const SAFE: u32 = 1 << 31;
 
+/// The bit of a deposit's surface that says that the photon is heavy: its flux has an exponent above 0. Only aimed photons
+/// are. A surface with this bit is none that visible points share ([`safe_surface`]), so such photons come to where the
+/// side is tested, and all others are spared the question.
+pub(crate) const HEAVY: u32 = 1 << 30;
+
+/// The bits of a surface that name the sphere.
+pub(crate) const SPHERE: u32 = HEAVY - 1;
+
+/// The bits above those of the first channel's units that hold the exponent of a heavy flux.
+pub(crate) const EXPONENT_SHIFT: i32 = 24;
+
+/// The flux of a deposit: `reference::photon_pass::Flux`.
+#[derive(Clone, Copy)]
+pub(crate) struct Flux {
+    pub(crate) units: [u32; 3],
+    pub(crate) shift: u32,
+}
+
+impl Flux {
+    /// As [`Record::flux`] has it.
+    pub(crate) fn pack(self) -> [f32; 3] {
+        let [r, g, b] = self.units;
+        [r | self.shift << EXPONENT_SHIFT, g, b].map(f32::from_bits)
+    }
+
+    pub(crate) fn unpack(packed: [f32; 3]) -> Self {
+        let [r, g, b] = packed.map(f32::to_bits);
+        Self { units: [r & ((1 << EXPONENT_SHIFT) - 1), g, b], shift: r >> EXPONENT_SHIFT }
+    }
+}
+
 /// What a visible point on `sphere` shares with the surface of photons that are safe for it.
 #[inline(always)]
 pub(crate) fn safe_surface(sphere: SphereId) -> u32 {
@@ -18,10 +49,10 @@ pub(crate) fn safe_surface(sphere: SphereId) -> u32 {
 #[repr(C, align(32))]
 pub(crate) struct Record {
     pub(crate) point: [f32; 3],
-    /// The sphere, and perhaps [`SAFE`].
+    /// The sphere, and perhaps [`SAFE`] and [`HEAVY`].
     pub(crate) surface: u32,
-    /// Integer fluxes, as the bits of floats: so they can be broadcast from memory, where integers would pass through a
-    /// scalar register.
+    /// Integer fluxes ([`Flux`]), as the bits of floats: so they can be broadcast from memory, where integers would pass
+    /// through a scalar register.
     pub(crate) flux: [f32; 3],
     /// The bucket of the join's cells that the point falls into.
     pub(crate) bucket: u32,

@@ -15,8 +15,9 @@
 //! 2. A list is also tested when it is full, so that it stays in the cache and sums fit into 32 bits.
 //! 3. What photons bring is prefetched while their points are tested against the box.
 //! 4. The side is tested only for photons that are not safe for all points of the part ([`SAFE`]).
+//! 5. Heavy photons ([`HEAVY`]) are added up apart, in 128 bits: they are few, and exist only where photons are aimed.
 
-use super::deposit::{Arrival, SAFE, safe_surface};
+use super::deposit::{Arrival, Flux, HEAVY, SAFE, safe_surface};
 use super::found::{Found, JoinBuffers};
 use super::region::Region;
 use super::sorted::Sorted;
@@ -182,8 +183,13 @@ impl<'a, L: Lanes> Gathering<'a, L> {
             let mut counts = L::lt(d.dot(d), radius_squared);
             if surface != shared {
                 let wi = V3::splat(Vec3::from_array(wi));
-                let is_safe = L::eq(safe, L::u(surface));
+                let is_safe = L::eq(safe, L::u(surface & !HEAVY));
                 counts = counts & (is_safe | L::lt(L::f(0.0), wi.dot(normal)));
+                if surface & HEAVY != 0 {
+                    m = L::add_where(counts, m, L::u(1));
+                    self.sums.add_heavy(L::mask_bits(counts) << (part * L::N), Flux::unpack(flux));
+                    continue;
+                }
             }
             m = L::add_where(counts, m, L::u(1));
             for channel in 0..3 {

@@ -41,7 +41,7 @@ use crate::pixels::{GROUP, Pixel, PixelRows};
 use crate::work_items::singly;
 pub(crate) use bins::{BYTES_OF_BINS, Binned, Chunks, bin_shift, bytes_at_rest, reserve, with_margin};
 pub(crate) use cells::{Cells, Run, table_size};
-pub(crate) use deposit::{Arrival, Direction, Record, SAFE};
+pub(crate) use deposit::{Arrival, Direction, EXPONENT_SHIFT, Flux, HEAVY, Record, SAFE, SPHERE};
 pub(crate) use found::JoinBuffers;
 use group::{Gathering, Group};
 use lanes::{Kernel, LaneKind, Lanes, dispatch};
@@ -52,7 +52,8 @@ use rayon::prelude::*;
 pub(crate) use region::Region;
 use scene::{Stats, Stop};
 pub(crate) use sorted::Sorted;
-pub(crate) use sums::{GroupSums, JoinCounts};
+use std::mem::take;
+pub(crate) use sums::{GroupSums, JoinCounts, MOST_BYTES_OF_SUMS};
 
 /// A join of more pairs than this is long.
 const LONG_JOIN: u64 = 1 << 29;
@@ -180,7 +181,7 @@ impl Kernel for JoinJob<'_> {
         let (mut counts, mut buffers) = (JoinCounts::default(), JoinBuffers::new());
         let groups = self.pixels.chunks_mut(GROUP).zip(self.rows.chunks(GROUP));
         for (number, (pixels, rows)) in groups.enumerate() {
-            let mut sums = self.sums.get(number).copied().unwrap_or_default();
+            let mut sums = self.sums.get_mut(number).map(take).unwrap_or_default();
             if let Some(sorted) = sorted {
                 gather_group::<L>(sorted, cells, rows, pixels, &mut buffers, &mut sums, &mut counts);
             }

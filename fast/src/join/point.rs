@@ -13,7 +13,7 @@
 //! 2. What photons bring is prefetched while their points are tested.
 //! 3. Sums are of 64 bits in scalar registers: few photons count, and a sum per lane would be added across lanes.
 
-use super::deposit::{Arrival, safe_surface};
+use super::deposit::{Arrival, Flux, HEAVY, safe_surface};
 use super::found::{Found, JoinBuffers};
 use super::sorted::Sorted;
 use super::sums::{GroupSums, JoinCounts};
@@ -88,11 +88,15 @@ impl SinglePoint<'_> {
     #[inline(always)]
     fn add(&mut self, sorted: &Sorted, found: &mut Found, counts: &mut JoinCounts) {
         let (safe, normal) = (safe_surface(self.row.sphere), Vec3::from_array(self.row.normal));
-        let (mut m, mut sums) = (0, [0; 3]);
+        let (mut m, mut sums) = (0, [0_u64; 3]);
         for index in &found.indices[..found.count] {
             let Arrival { surface, flux, wi, .. } = sorted.arrivals()[*index as usize];
-            if surface == safe || Vec3::from_array(wi).dot(normal) > 0.0 {
+            if surface & !HEAVY == safe || Vec3::from_array(wi).dot(normal) > 0.0 {
                 m += 1;
+                if surface & HEAVY != 0 {
+                    self.sums.add_heavy(1 << self.lane, Flux::unpack(flux));
+                    continue;
+                }
                 for (sum, flux) in sums.iter_mut().zip(flux) {
                     *sum += u64::from(flux.to_bits());
                 }
@@ -100,8 +104,8 @@ impl SinglePoint<'_> {
         }
         self.sums.m[self.lane] += m;
         counts.contributions += u64::from(m);
-        for (sum, more) in self.sums.flux.iter_mut().zip(sums) {
-            sum[self.lane] += more;
+        for (channel, more) in sums.into_iter().enumerate() {
+            self.sums.add_flux(channel, self.lane, u128::from(more));
         }
         found.count = 0;
     }

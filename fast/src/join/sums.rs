@@ -1,16 +1,23 @@
 //! What the pixels of a group gather from the photons of an iteration.
 
+use super::deposit::Flux;
 use crate::pixels::GROUP;
 use lanes::{Lanes, MOST_LANES};
 
 /// The sums of a group's pixels: `reference::consolidate::Gathered`, for each.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct GroupSums {
     /// Photons that count: `M`.
     pub(crate) m: [u32; GROUP],
-    /// Fluxes per channel, in units of `FLUX_ONE` to the nominal power.
-    pub(crate) flux: [[u64; GROUP]; 3],
+    /// The lower 64 bits of the sums of fluxes per channel, in units of `FLUX_ONE` to the nominal power.
+    flux: [[u64; GROUP]; 3],
+    /// The bits above those; `None` until a heavy photon counts, as without such sums stay below 2^52. With them they stay
+    /// below 2^93 ([`scene::aim::MOST_SCALE_BITS`]).
+    upper: Option<Box<[[u32; GROUP]; 3]>>,
 }
+
+/// Bytes of [`GroupSums`] with heavy photons.
+pub(crate) const MOST_BYTES_OF_SUMS: usize = size_of::<GroupSums>() + size_of::<[[u32; GROUP]; 3]>();
 
 /// Counted work.
 #[derive(Clone, Copy, Debug, Default)]
@@ -22,6 +29,49 @@ pub(crate) struct JoinCounts {
 }
 
 impl GroupSums {
+    /// Adds the flux of a heavy photon to the pixels whose bit is set in `pixels`. Photons are heavy seldom.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn add_heavy(&mut self, pixels: u32, flux: Flux) {
+        self.upper.get_or_insert_with(|| Box::new([[0; GROUP]; 3]));
+        for pixel in (0..GROUP).filter(|pixel| pixels >> pixel & 1 == 1) {
+            for (channel, units) in flux.units.into_iter().enumerate() {
+                self.add_flux(channel, pixel, u128::from(units) << flux.shift);
+            }
+        }
+    }
+
+    /// Adds to the flux of one pixel.
+    #[inline(always)]
+    pub(crate) fn add_flux(&mut self, channel: usize, pixel: usize, flux: u128) {
+        let lower = &mut self.flux[channel][pixel];
+        match &mut self.upper {
+            None => *lower += flux as u64,
+            Some(upper) => {
+                let sum = u128::from(*lower) + flux;
+                *lower = sum as u64;
+                upper[channel][pixel] += (sum >> u64::BITS) as u32;
+            }
+        }
+    }
+
+    /// The flux of one pixel.
+    pub(crate) fn total(&self, channel: usize, pixel: usize) -> u128 {
+        let upper = self.upper.as_ref().map_or(0, |upper| upper[channel][pixel]);
+        u128::from(upper) << u64::BITS | u128::from(self.flux[channel][pixel])
+    }
+
+    /// The same, rounded to `f64` and then to `f32`.
+    #[inline(always)]
+    pub(crate) fn rounded(&self, channel: usize, pixel: usize) -> f32 {
+        if self.upper.is_some() {
+            self.total(channel, pixel) as f64 as f32
+        } else {
+            // Below 2^53 an `f64` holds it exactly.
+            self.flux[channel][pixel] as i64 as f64 as f32
+        }
+    }
+
     /// Adds to the pixels from `first` on; returns how many photons that are.
     #[inline(always)]
     pub(crate) fn add<L: Lanes>(&mut self, first: usize, m: L::U, flux: [L::U; 3]) -> u64 {
@@ -34,7 +84,7 @@ impl GroupSums {
         for channel in 0..3 {
             L::store_u(flux[channel], &mut values);
             for k in 0..L::N {
-                self.flux[channel][first + k] += u64::from(values[k]);
+                self.add_flux(channel, first + k, values[k].into());
             }
         }
         count

@@ -1,7 +1,7 @@
 //! Consolidation and development of pixels.
 
 use crate::consolidate::{self, consolidate_group};
-use crate::join::GroupSums;
+use crate::join::{Flux, GroupSums};
 use crate::pixels::{self, GROUP, PixelRows};
 use lanes::{Kernel, LaneKind, Lanes, dispatch};
 use scene::{Rgb, Settings};
@@ -25,7 +25,7 @@ pub struct Gathered {
     /// `M`.
     pub m: u32,
     /// Sums of fluxes.
-    pub flux: [u64; 3],
+    pub flux: [u128; 3],
 }
 
 /// What a pixel's camera path finds in an iteration.
@@ -82,8 +82,11 @@ impl Consolidation {
             (this.rows[k].beta, this.rows[k].direct) = (seen.beta.into(), seen.direct.into());
             let sums = &mut this.sums[k / GROUP];
             sums.m[k % GROUP] = gathered.m;
+            if gathered.flux.iter().any(|flux| *flux > u128::from(u64::MAX)) {
+                sums.add_heavy(0, Flux { units: [0; 3], shift: 0 });
+            }
             for (channel, flux) in gathered.flux.into_iter().enumerate() {
-                sums.flux[channel][k % GROUP] = flux;
+                sums.add_flux(channel, k % GROUP, flux);
             }
         }
         this

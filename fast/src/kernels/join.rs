@@ -3,8 +3,8 @@
 use super::consolidation::Gathered;
 use super::maps::{Map, OverColumns};
 use crate::join::{
-    self, Arrival, Binned, Chunks, GroupSums, JoinBuffers, JoinCounts, Record, Region, SAFE, Sorted,
-    bin_shift, gather_group,
+    self, Arrival, Binned, Chunks, Flux, GroupSums, HEAVY, JoinBuffers, JoinCounts, Record, Region, SAFE,
+    SPHERE, Sorted, bin_shift, gather_group,
 };
 use crate::parameters::Parameters;
 use crate::pixels::{GROUP, Pixel, PixelRows};
@@ -153,8 +153,10 @@ pub struct Photon {
     pub sphere: SphereId,
     /// True if it arrives on the visible side of all points of the sphere within the radius.
     pub is_safe: bool,
-    /// Its flux.
+    /// Its flux: units per channel, each at most 2^21.
     pub flux: [u32; 3],
+    /// The exponent of 2 that multiplies them.
+    pub shift: u32,
 }
 
 /// A visible point.
@@ -221,7 +223,7 @@ impl Join {
         let (sums, counts) = dispatch(lanes, Gather(self));
         let gathered = |k: usize| {
             let sums: &GroupSums = &sums[k / GROUP];
-            Gathered { m: sums.m[k % GROUP], flux: std::array::from_fn(|c| sums.flux[c][k % GROUP]) }
+            Gathered { m: sums.m[k % GROUP], flux: std::array::from_fn(|c| sums.total(c, k % GROUP)) }
         };
         let all: Vec<Gathered> = (0..self.count).map(gathered).collect();
         let total: u64 = all.iter().map(|gathered| u64::from(gathered.m)).sum();
@@ -256,9 +258,9 @@ fn bin(lanes: LaneKind, photons: &[Photon], cells: join::Cells) -> Binned {
     Cells(cells).buckets(lanes, [&x, &y, &z], &mut buckets);
     let mut binned = Binned::new(&Arc::new(Chunks::new()));
     for (photon, bucket) in photons.iter().zip(buckets) {
-        let Photon { point, wi, sphere, is_safe, flux } = *photon;
-        let surface = sphere | if is_safe { SAFE } else { 0 };
-        let (flux, bucket) = (flux.map(f32::from_bits), bucket.to_bits());
+        let Photon { point, wi, sphere, is_safe, flux, shift } = *photon;
+        let surface = sphere | if is_safe { SAFE } else { 0 } | if shift > 0 { HEAVY } else { 0 };
+        let (flux, bucket) = (Flux { units: flux, shift }.pack(), bucket.to_bits());
         let record = Record { point: point.into(), surface, flux, bucket };
         binned.push(record, [wi.x, wi.y, wi.z, 0.0], bin_shift(cells));
     }
@@ -269,12 +271,14 @@ fn bin(lanes: LaneKind, photons: &[Photon], cells: join::Cells) -> Binned {
 pub(super) fn sorted_photons(sorted: &Sorted) -> Vec<(Photon, u32)> {
     let photon = |(index, arrival): (usize, &Arrival)| {
         let Arrival { surface, flux, wi, bucket } = *arrival;
+        let Flux { units, shift } = Flux::unpack(flux);
         let photon = Photon {
             point: sorted.point(index),
             wi: wi.into(),
-            sphere: surface & !SAFE,
+            sphere: surface & SPHERE,
             is_safe: surface & SAFE != 0,
-            flux: flux.map(f32::to_bits),
+            flux: units,
+            shift,
         };
         (photon, bucket)
     };

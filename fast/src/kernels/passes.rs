@@ -6,13 +6,16 @@ use crate::direct_light::{LightTable, Receivers, ShadowNumbers, ShadowRays};
 use crate::hierarchy::SearchBuffers;
 use crate::join::{Binned, Chunks, Sorted};
 use crate::light_choice::LightChoice;
+use crate::parameters::Parameters;
 use crate::paths::{BATCH, ROOM, Vectors, Words};
 use crate::photon_pass::{
     Emission, Emitters, PhotonBatch, PhotonCounts, PhotonJob, PhotonPass, rounding_of_points,
 };
 use crate::pixels::{Pixel, PixelRows, slot_of, slots};
+use crate::prepared::Prepared;
 use crate::tables::Tables;
 use lanes::{Kernel, LaneKind, Lanes, MOST_LANES, dispatch};
+use scene::aim::{Aim, Targets};
 use scene::ray::{NO_SPHERE, SphereId};
 use scene::{Rgb, Scene, Settings, Still, Vec3};
 use std::ops::Range;
@@ -65,6 +68,13 @@ pub fn camera_pass(
     (pixels.map(|(x, y)| sample(x, y)).collect(), counts.segments, counts.visible_points)
 }
 
+/// What photons are to be aimed at.
+pub fn survey(scene: &Scene, settings: &Settings, lanes: LaneKind) -> Targets {
+    let first = scene.at(scene.camera.shutter_time(settings.seed, 0));
+    let prepared = Prepared::new(first, &Parameters::default(), None);
+    crate::survey::survey(scene, settings, &prepared, lanes)
+}
+
 /// The result of a photon pass.
 #[derive(Clone, Debug)]
 pub struct PhotonRun {
@@ -79,14 +89,14 @@ pub struct PhotonRun {
 /// The photon pass of one iteration over a range of photons, whose start is a multiple of 16. Keeps the deposits that are
 /// `wanted`; photons are safe for visible points within `reach`.
 pub fn photon_pass(
-    still: &Still,
+    (still, aim): (&Still, &Aim),
     settings: &Settings,
     iteration: u32,
     photons: Range<u32>,
     (wanted, cells, reach): (&Occupancy, Cells, f32),
     lanes: LaneKind,
 ) -> PhotonRun {
-    let (emitters, lights) = (Emitters::new(still), LightChoice::new(&still.lights.cumulative));
+    let (emitters, lights) = (Emitters::new(still, aim.clone()), LightChoice::new(&still.lights.cumulative));
     let pass = PhotonPass {
         emission: Emission::new(still, &emitters, &lights, (settings.seed, iteration)),
         tables: &Tables::new(still),

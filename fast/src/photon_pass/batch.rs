@@ -2,7 +2,7 @@
 
 use super::emission::Emission;
 use crate::hierarchy::SearchBuffers;
-use crate::join::{Binned, Cells, Occupancy, Record, SAFE, bin_shift};
+use crate::join::{Binned, Cells, EXPONENT_SHIFT, HEAVY, Occupancy, Record, SAFE, bin_shift};
 use crate::material::{Materials, kind};
 use crate::paths::{Packet, Paths, Vectors};
 use crate::sampling::{cosine_hemisphere, next_uniform};
@@ -12,6 +12,7 @@ use crate::tables::Tables;
 use crate::trace::{hits, intersect_batch};
 use lanes::{Lanes, MOST_LANES, Row, V3};
 use scene::Still;
+use scene::aim::EXPONENT_STEP;
 use scene::film::FLUX_ONE;
 use scene::still::Role;
 use std::ops::Range;
@@ -141,8 +142,11 @@ impl PhotonPass<'_> {
         let safe = L::select_u(self.is_safe::<L>(surface, p), L::u(SAFE), L::u(0));
         let bucket = L::from_bits(self.cells.buckets::<L>(surface.point));
         let (point, power) = (surface.point, p.weight);
-        let (r, g, b) = (quantise::<L>(power.x), quantise::<L>(power.y), quantise::<L>(power.z));
-        let columns = [point.x, point.y, point.z, L::from_bits(hit | safe), r, g, b, bucket];
+        let ([r, g, b], heavy) = match self.emission.scale() {
+            None => ([power.x, power.y, power.z].map(quantise::<L>), L::u(0)),
+            Some(scale) => quantise_aimed::<L>(scale, power),
+        };
+        let columns = [point.x, point.y, point.z, L::from_bits(hit | safe | heavy), r, g, b, bucket];
         // As `Record` has them.
         let mut records = [Row::default(); MOST_LANES];
         L::transpose(columns, &mut records);
@@ -190,6 +194,30 @@ pub(crate) fn survive<L: Lanes>(power: V3<L>, albedo: V3<L>, roulette: L::F) -> 
 pub(crate) fn quantise<L: Lanes>(power: L::F) -> L::F {
     let flux = power * L::f(FLUX_ONE as f32) + L::f(0.5);
     L::from_bits(L::min_u(L::truncate(flux), L::u(FLUX_ONE)))
+}
+
+/// The same for aimed photons, as [`Flux::pack`](crate::join::Flux::pack) has it; and [`HEAVY`] where there is an exponent.
+#[inline(always)]
+pub(crate) fn quantise_aimed<L: Lanes>(scale: f32, power: V3<L>) -> ([L::F; 3], L::U) {
+    let scaled = power.scale(L::f(scale));
+    let shift = exponent_of::<L>(scaled.max_component());
+    // 2^-shift times `FLUX_ONE`, by its bits.
+    let unit = L::from_bits(L::u((FLUX_ONE as f32).to_bits()) + L::shl::<23>(shift) * L::u(u32::MAX));
+    let half = L::f(0.5);
+    let [r, g, b] = [scaled.x, scaled.y, scaled.z].map(|p| L::truncate(p * unit + half));
+    let heavy = L::select_u(L::eq(shift, L::u(0)), L::u(0), L::u(HEAVY));
+    ([r | L::shl::<EXPONENT_SHIFT>(shift), g, b].map(L::from_bits), heavy)
+}
+
+/// As `reference::photon_pass::exponent_of`.
+#[inline(always)]
+fn exponent_of<L: Lanes>(x: L::F) -> L::U {
+    const STEP_BITS: i32 = EXPONENT_STEP.trailing_zeros() as i32;
+    const _: () = assert!(EXPONENT_STEP.is_power_of_two());
+    let one = L::f(1.0);
+    let exponent = L::shr::<23>(L::bits(x)) + L::u(127_u32.wrapping_neg());
+    let steps = L::shr::<STEP_BITS>(exponent) + L::u(1);
+    L::select_u(L::lt(x, one), L::u(0), L::shl::<STEP_BITS>(steps))
 }
 
 /// A bound on how far a point computed to lie on a solid ball is from where its normal says: some ulps of the largest

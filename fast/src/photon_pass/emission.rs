@@ -1,10 +1,12 @@
 //! Emission: where photons start and in which directions, and the numbers of their first bounce.
 
+use super::aiming::{AimTables, Departures, LampLanes};
 use crate::light_choice::LightChoice;
 use crate::paths::{BATCH, Packet, Paths, Vectors};
 use crate::sampling::{cosine_hemisphere, stream_state, uniform_sphere, unit_float};
 use bytemuck::{Pod, Zeroable};
 use lanes::{Lanes, MOST_LANES, Row, V3};
+use scene::aim::Aim;
 use scene::ray::SphereId;
 use scene::rng::{Family, StreamKey};
 use scene::sobol::{DIMENSIONS, sobol};
@@ -30,56 +32,63 @@ struct EmitterRow {
     radius: f32,
     /// What each photon carries.
     power: [f32; 3],
-    /// The sphere, and perhaps [`INWARDS`].
+    /// The sphere, and perhaps [`INWARDS`] and [`IS_FAR`].
     sphere: SphereId,
 }
 
-/// [`EmitterRow`]s in lanes.
-struct EmitterLanes<L: Lanes> {
-    center: V3<L>,
-    radius: L::F,
-    power: V3<L>,
-    sphere: L::U,
-    shines_inwards: L::M,
-}
+/// The bit of an emitter's sphere that is set if it is far: its photons may start at the core of what is aimed.
+const IS_FAR: u32 = 1 << 30;
 
 /// The tables of emission: the same for all iterations of a still.
 pub(crate) struct Emitters {
     /// [`EmitterRow`]s.
     rows: Vec<Row>,
+    /// `None` if photons leave all lamps alike.
+    aim: Option<AimTables>,
     /// The Sobol digits of indices 0..256: what the low bits of any index contribute.
     low_digits: Box<[[u32; BATCH]; DIMENSIONS]>,
 }
 
 impl Emitters {
-    pub(crate) fn new(still: &Still) -> Self {
-        let row = |light: &Light| {
+    /// Those of a still whose photons are aimed as `aim` says.
+    pub(crate) fn new(still: &Still, aim: Aim) -> Self {
+        let is_far = |index: usize| aim.core.as_ref().is_some_and(|core| core.is_far[index]);
+        let row = |(index, light): (usize, &Light)| {
             let s = &still.spheres[light.sphere as usize];
             bytemuck::cast(EmitterRow {
                 center: s.center.into(),
                 radius: s.radius,
                 power: light.photon_power.into(),
-                sphere: light.sphere | if light.inside { INWARDS } else { 0 },
+                sphere: light.sphere
+                    | if light.inside { INWARDS } else { 0 }
+                    | if is_far(index) { IS_FAR } else { 0 },
             })
         };
         Self {
-            rows: still.lights.entries.iter().map(row).collect(),
+            rows: still.lights.entries.iter().enumerate().map(row).collect(),
+            aim: AimTables::new(aim),
             low_digits: Box::new(std::array::from_fn(|d| std::array::from_fn(|i| sobol(i as u32, d)))),
         }
     }
 
-    /// The lights with these numbers.
+    /// What multiplies powers before they are rounded to units, if photons are aimed.
+    pub(crate) fn scale(&self) -> Option<f32> {
+        self.aim.as_ref().map(AimTables::scale)
+    }
+
+    /// The lights with these numbers, and what each photon of theirs carries.
     #[inline(always)]
-    fn gather<L: Lanes>(&self, numbers: &[u32]) -> EmitterLanes<L> {
+    fn gather<L: Lanes>(&self, numbers: &[u32]) -> (LampLanes<L>, V3<L>) {
         let [cx, cy, cz, radius, r, g, b, sphere] = L::gather_rows(&self.rows, numbers);
         let sphere = L::bits(sphere);
-        EmitterLanes {
+        let lamp = LampLanes {
             center: V3::new(cx, cy, cz),
             radius,
-            power: V3::new(r, g, b),
-            sphere: sphere & L::u(!INWARDS),
+            sphere: sphere & L::u(!(INWARDS | IS_FAR)),
             shines_inwards: L::eq(sphere & L::u(INWARDS), L::u(INWARDS)),
-        }
+            is_far: L::eq(sphere & L::u(IS_FAR), L::u(IS_FAR)),
+        };
+        (lamp, V3::new(r, g, b))
     }
 }
 
@@ -122,6 +131,11 @@ impl<'a> Emission<'a> {
         Self { still, emitters, lights, shifts, key: StreamKey::new(seed, Family::Photon, iteration) }
     }
 
+    /// See [`Emitters::scale`].
+    pub(super) fn scale(&self) -> Option<f32> {
+        self.emitters.scale()
+    }
+
     /// The stratified points of the photons whose indices differ from `photon` in their low bits only.
     fn points_around(&self, photon: u32) -> StratifiedPoints<'_> {
         let high = photon - photon % BATCH as u32;
@@ -151,11 +165,11 @@ impl<'a> Emission<'a> {
             if start.is_multiple_of(BATCH as u32) {
                 points = self.points_around(start);
             }
-            let u = points.at::<L>(start, dimension::LIGHT);
-            let mut lights = [0; MOST_LANES];
-            L::store_u(self.lights.choose::<L>(u), &mut lights);
-            let packet = self.packet::<L>(&points, start, &lights);
-            let free = L::first(count - at) & self.is_free(packet.origin, &lights);
+            let (packet, is_free) = match &self.emitters.aim {
+                None => self.unaimed::<L>(&points, start),
+                Some(aim) => self.aimed::<L>(aim, &points, start),
+            };
+            let free = L::first(count - at) & is_free;
             let [u, v, roulette] = dimension::FIRST_BOUNCE;
             let numbers = V3::<L>::new(
                 points.at::<L>(start, u),
@@ -168,19 +182,54 @@ impl<'a> Emission<'a> {
         live
     }
 
-    /// The photons from index `start` on, from the lights with these numbers.
+    /// The photons from index `start` on, which leave all lamps alike; and which of them start in free space.
     #[inline(always)]
-    fn packet<L: Lanes>(&self, points: &StratifiedPoints, start: u32, lights: &[u32]) -> Packet<L> {
-        let emitter = self.emitters.gather::<L>(lights);
-        let [u, v] = dimension::POSITION;
-        let outward = uniform_sphere::<L>(points.at::<L>(start, u), points.at::<L>(start, v));
-        let normal = V3::select(emitter.shines_inwards, -outward, outward);
-        let [u, v] = dimension::DIRECTION;
+    fn unaimed<L: Lanes>(&self, points: &StratifiedPoints, start: u32) -> (Packet<L>, L::M) {
+        let lights = self.choose::<L>(points, start);
+        let (lamp, power) = self.emitters.gather::<L>(&lights);
+        let (origin, direction) = uniform(points, start, &lamp);
+        let ray = Departures { origin, direction, leaves: lamp.sphere };
+        (self.packet(start, &ray, power), self.is_free(origin, &lights))
+    }
+
+    /// The photons from index `start` on, all of one component; and which of them are not dropped.
+    #[inline(always)]
+    fn aimed<L: Lanes>(&self, aim: &AimTables, points: &StratifiedPoints, start: u32) -> (Packet<L>, L::M) {
+        let component = aim.component(start);
+        let (lights, rows) = match component {
+            0 => (self.choose::<L>(points, start), [0; MOST_LANES]),
+            k => aim.choose::<L>(k - 1, points.at::<L>(start, dimension::LIGHT)),
+        };
+        let (lamp, power) = self.emitters.gather::<L>(&lights);
+        let (origin, direction, point, crosses) = if component == 0 {
+            let (origin, direction) = uniform(points, start, &lamp);
+            (origin, direction, origin, L::first(L::N))
+        } else {
+            let [on_disk, direction] = [dimension::POSITION, dimension::DIRECTION]
+                .map(|pair| pair.map(|d| points.at::<L>(start, d)));
+            aim.lines(&rows, &lamp, on_disk, direction)
+        };
+        let ray = aim.depart(&lamp, origin, direction, point);
+        let (weight, is_of_component) = aim.weigh(component, &ray);
+        let is_free = crosses & is_of_component & self.is_free(origin, &lights);
+        (self.packet(start, &ray, power.scale(weight)), is_free)
+    }
+
+    /// The lights of photons that leave all lamps alike.
+    #[inline(always)]
+    fn choose<L: Lanes>(&self, points: &StratifiedPoints, start: u32) -> [u32; MOST_LANES] {
+        let mut lights = [0; MOST_LANES];
+        L::store_u(self.lights.choose::<L>(points.at::<L>(start, dimension::LIGHT)), &mut lights);
+        lights
+    }
+
+    #[inline(always)]
+    fn packet<L: Lanes>(&self, start: u32, ray: &Departures<L>, power: V3<L>) -> Packet<L> {
         Packet {
-            origin: emitter.center + outward.scale(emitter.radius),
-            direction: cosine_hemisphere(normal, points.at::<L>(start, u), points.at::<L>(start, v)),
-            weight: emitter.power,
-            leaves: emitter.sphere,
+            origin: ray.origin,
+            direction: ray.direction,
+            weight: power,
+            leaves: ray.leaves,
             stream: stream_state::<L>(self.key, L::u(start) + L::iota()),
             // Deposits do not name their photon.
             slot: L::u(0),
@@ -205,7 +254,18 @@ impl<'a> Emission<'a> {
     }
 }
 
-/// As `reference::photon_pass::is_blocked`.
+/// Uniform points of lamps, and directions by the cosine.
+#[inline(always)]
+fn uniform<L: Lanes>(points: &StratifiedPoints, start: u32, lamp: &LampLanes<L>) -> (V3<L>, V3<L>) {
+    let [u, v] = dimension::POSITION;
+    let outward = uniform_sphere::<L>(points.at::<L>(start, u), points.at::<L>(start, v));
+    let normal = V3::select(lamp.shines_inwards, -outward, outward);
+    let [u, v] = dimension::DIRECTION;
+    let direction = cosine_hemisphere(normal, points.at::<L>(start, u), points.at::<L>(start, v));
+    (lamp.center + outward.scale(lamp.radius), direction)
+}
+
+/// As `reference::emission::is_blocked`.
 fn is_blocked(still: &Still, light: u32, point: Vec3) -> bool {
     let light = &still.lights.entries[light as usize];
     let blockers = light.blockers.start as usize..light.blockers.end as usize;

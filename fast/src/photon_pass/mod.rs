@@ -17,6 +17,7 @@
 //! 3. Whether a photon arrives on the visible side is mostly known from its own surface: on the same sphere, within
 //!    reach, normals differ little. Such deposits are marked as safe, and the join skips the test.
 
+mod aiming;
 mod batch;
 mod emission;
 

@@ -27,10 +27,15 @@ impl Engine for Sppm<'_> {
         let before = self.progress.stats;
         let prepared = take(&mut self.prepared);
         let done = if let Some(prepared) = &prepared {
-            self.run_iteration(prepared, stop)
+            let emitters = take(&mut self.emitters).unwrap_or_else(|| self.new_emitters(prepared));
+            let done = self.run_iteration(prepared, &emitters, stop);
+            self.emitters = Some(emitters);
+            done
         } else {
             let time = self.scene.camera.shutter_time(self.progress.settings.seed, self.progress.iterations);
-            self.run_iteration(&Prepared::new(self.scene.at(time), &self.parameters, None), stop)
+            let prepared = Prepared::new(self.scene.at(time), &self.parameters, None);
+            let emitters = self.new_emitters(&prepared);
+            self.run_iteration(&prepared, &emitters, stop)
         };
         self.prepared = prepared;
         if done.is_none() {

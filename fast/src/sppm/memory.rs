@@ -1,6 +1,6 @@
 //! How much memory a render will take.
 
-use crate::join::{BYTES_OF_BINS, Direction, GroupSums, Record, table_size, with_margin};
+use crate::join::{BYTES_OF_BINS, Direction, MOST_BYTES_OF_SUMS, Record, table_size, with_margin};
 use crate::parameters::Parameters;
 use crate::pixels::{GROUP, Pixel, PixelRows, slots};
 use crate::prepared::BYTES_PER_SPHERE;
@@ -17,7 +17,7 @@ pub(super) fn bytes_at_most(
     deposits_at_once: u32,
     parameters: &Parameters,
 ) -> u64 {
-    let per_slot = size_of::<Pixel>() + size_of::<PixelRows>() + size_of::<GroupSums>() / GROUP;
+    let per_slot = size_of::<Pixel>() + size_of::<PixelRows>() + MOST_BYTES_OF_SUMS / GROUP;
     let pixels = slots(settings) as u64 * per_slot as u64;
     // A round may exceed its deposits by as many again, and by those of the work items in progress.
     let bounces = u64::from(settings.max_depth - 1);
@@ -52,9 +52,9 @@ mod tests {
         // Of a thread's, two batches of paths and the largest map alone.
         let map = Parameters::ALL.iter().find(|p| p.name == "occupancy_bits").unwrap().most as u64 / 8;
         assert!(BYTES_PER_THREAD > 2 * size_of::<Paths>() as u64 + map);
-        // As ARCHITECTURE.md has it: 96 bytes, and 28 in several rounds.
+        // As ARCHITECTURE.md has it: 96 bytes, and 40 in several rounds.
         let wide = Settings { width: 128, ..few };
-        assert_eq!(bytes(&wide, 10, 2, 1 << 22) - base, 64 * 64 * (96 + 28));
+        assert_eq!(bytes(&wide, 10, 2, 1 << 22) - base, 64 * 64 * (96 + 40));
         assert_eq!(bytes(&few, 11, 2, 1 << 22) - base, BYTES_PER_SPHERE);
         assert_eq!(bytes(&few, 10, 3, 1 << 22) - base, BYTES_PER_THREAD + BYTES_OF_BINS as u64);
         // One bounce more: a deposit per photon and a sixteenth, of 48 bytes, twice.

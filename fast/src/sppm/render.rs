@@ -15,10 +15,14 @@ use crate::hierarchy::Hierarchy;
 use crate::join::{Cells, Join, Occupancy, Radii, Round, Sorted};
 use crate::pages::Pages;
 use crate::parameters::Parameters;
-use crate::photon_pass::{Emission, PHOTON_WORK, PhotonPass, PhotonPlan, PhotonWorkers, rounding_of_points};
+use crate::photon_pass::{
+    Emission, Emitters, PHOTON_WORK, PhotonPass, PhotonPlan, PhotonWorkers, rounding_of_points,
+};
 use crate::pixels::{Pixel, PixelRows, slots};
 use crate::prepared::Prepared;
+use crate::survey::survey;
 use lanes::LaneKind;
+use scene::aim::{Aim, Targets};
 use scene::{Progress, Scene, Settings, Stop};
 use std::time::Instant;
 
@@ -58,6 +62,10 @@ pub struct Sppm<'a> {
     pub(super) join: Join,
     /// The scene's only still and its tables, if nothing moves.
     pub(super) prepared: Option<Prepared<'a>>,
+    /// What photons are aimed at, once it is known. It is the same for all iterations, so it need not be saved.
+    targets: Option<Targets>,
+    /// The tables of emission, once they are known and if nothing moves.
+    pub(super) emitters: Option<Emitters>,
     /// Photons that counted at a visible point in the last iteration, on average.
     neighbours: f64,
 }
@@ -107,8 +115,17 @@ impl<'a> Sppm<'a> {
             photon_workers: parts.photon_workers.unwrap_or_else(PhotonWorkers::new),
             join: Join::new(),
             prepared: Prepared::only(scene, parameters, parts.hierarchy),
+            targets: None,
+            emitters: None,
             neighbours: parameters.neighbours_at_first.into(),
         }
+    }
+
+    /// The same render with photons aimed at `targets`; by default they are found by a survey. The image changes, but not
+    /// what it converges to.
+    #[must_use]
+    pub fn aimed_at(self, targets: Targets) -> Self {
+        Self { targets: Some(targets), emitters: None, ..self }
     }
 
     /// What another render can use: memory, and the hierarchy of balls.
@@ -151,8 +168,23 @@ impl<'a> Sppm<'a> {
         bytes_at_most(settings, spheres, threads, deposits_at_once, parameters)
     }
 
+    /// The tables of emission for the iteration of this still.
+    pub(super) fn new_emitters(&mut self, p: &Prepared) -> Emitters {
+        let Progress { settings, iterations, .. } = &self.progress;
+        let (scene, parameters, lanes) = (self.scene, &self.parameters, self.lanes);
+        let targets = self.targets.get_or_insert_with(|| {
+            if *iterations == 0 || !scene.moves() {
+                return survey(scene, settings, p, lanes);
+            }
+            // Resumed: the survey is that of the first iteration.
+            let first = scene.at(scene.camera.shutter_time(settings.seed, 0));
+            survey(scene, settings, &Prepared::new(first, parameters, None), lanes)
+        });
+        Emitters::new(&p.still, Aim::new(&p.still, targets, settings.photons_per_iteration))
+    }
+
     /// All passes of an iteration; `None` if stopped, and then no pixel has changed.
-    pub(super) fn run_iteration(&mut self, p: &Prepared, stop: &Stop) -> Option<()> {
+    pub(super) fn run_iteration(&mut self, p: &Prepared, emitters: &Emitters, stop: &Stop) -> Option<()> {
         let (start, before) =
             (Instant::now(), (self.progress.stats.contributions, self.progress.stats.visible_points));
         let photons = u64::from(self.progress.settings.photons_per_iteration);
@@ -165,7 +197,7 @@ impl<'a> Sppm<'a> {
         let cells = Cells::new(radii.cell_size(cell_size, self.neighbours), self.parameters.buckets(total));
         let key = (self.progress.settings.seed, self.progress.iterations);
         let pass = PhotonPass {
-            emission: Emission::new(&p.still, &p.emitters, &p.lights.choice, key),
+            emission: Emission::new(&p.still, emitters, &p.lights.choice, key),
             tables: &p.tables,
             max_depth: self.progress.settings.max_depth,
             cells,
@@ -174,9 +206,10 @@ impl<'a> Sppm<'a> {
             slack: rounding_of_points(&p.still),
             at_once: photons_per_batch as usize,
         };
+        let nominal = p.still.lights.power / emitters.scale().unwrap_or(1.0);
         let mut next = 0;
         while next < total {
-            next = self.round(&pass, next, p.still.lights.power, stop)?;
+            next = self.round(&pass, next, nominal, stop)?;
         }
         let (contributions, points) =
             (self.progress.stats.contributions - before.0, self.progress.stats.visible_points - before.1);

@@ -12,6 +12,10 @@ pub const FORMAT: u32 = 2;
 pub struct Account {
     /// Version of the program that wrote it.
     pub version: String,
+    /// Version of the light transport that made the sums, [`scene::TRANSPORT`]. Files from before it was noted are of
+    /// version 1, or of an unreleased program that cannot be told from it.
+    #[serde(default = "first")]
+    pub transport: u32,
     /// Digest of the scene, by [`crate::scene_file::digest`].
     pub scene: String,
     /// The kind of sums.
@@ -20,6 +24,11 @@ pub struct Account {
     pub iterations: u32,
     /// Counted work and times so far.
     pub stats: Stats,
+}
+
+/// See [`Account::transport`].
+fn first() -> u32 {
+    1
 }
 
 /// The image of an earlier iteration, kept to estimate the error: section `PAST`.

@@ -2,6 +2,7 @@
 
 use super::account::FORMAT;
 use crate::atomic_file::reason;
+use scene::TRANSPORT;
 use std::io;
 use thiserror::Error;
 
@@ -38,6 +39,17 @@ pub enum Damage {
     Version {
         /// The version in its header.
         found: u32,
+    },
+    /// Its sums are of another version of the light transport.
+    #[error(
+        "was begun by version {found} of the light transport (sppm {program}), and this program computes version \
+         {TRANSPORT}, another image; go on with the program that began it, or render anew under another name"
+    )]
+    Transport {
+        /// The version that made the sums.
+        found: u32,
+        /// The version of the program that wrote the file.
+        program: String,
     },
     /// Its sums and its scene come from different renders.
     #[error("has the sums of another scene: they belong to {theirs}, and its scene is {ours}")]

@@ -32,7 +32,8 @@
 //! | `PAST` | optional: an earlier image, as `u32` iterations and 3 `f32` per pixel |
 //!
 //! Words are `u32` or `f32` of 4 bytes. In files of version 1 `SCEN` is the whole scene file, and the four sections after it
-//! are absent.
+//! are absent. Such files can be described, but not resumed: all are from before version 2 of the light transport
+//! ([`scene::TRANSPORT`]).
 //!
 //! Readers check every length against the length of the file before they allocate memory for it, and check a section's
 //! checksum before they use its content.

@@ -7,7 +7,7 @@ use super::sections::{ACCOUNT, FRAME, HEADER, NOTE, Name, PAST, SCENE, SUMS, Sec
 use super::write::{past_bytes, sums_bytes};
 use crate::scene_file;
 use scene::settings::MAX_ITERATIONS;
-use scene::{Film, Resumable, Rgb, Scene, Settings, Sums};
+use scene::{Film, Resumable, Rgb, Scene, Settings, Sums, TRANSPORT};
 use std::io::{Read, Seek, SeekFrom};
 
 /// Limit on the bytes of an account or a note, far more than a valid one has.
@@ -61,13 +61,27 @@ impl Checkpoint {
         Ok(Self { scene, account, note, past, sums_at })
     }
 
+    /// Checks that the sums are of the light transport that this program computes.
+    ///
+    /// # Errors
+    /// [`Damage::Transport`] if they are of another version.
+    pub fn check_transport(&self) -> Result<(), Damage> {
+        let Account { transport, version, .. } = &self.account;
+        if *transport == TRANSPORT {
+            return Ok(());
+        }
+        let program = version.chars().take(16).flat_map(char::escape_debug).collect();
+        Err(Damage::Transport { found: *transport, program })
+    }
+
     /// Loads the checkpoint into `engine`, a render of the same scene and settings that has not begun. `input` is the
     /// file that the checkpoint was read from.
     ///
     /// # Errors
-    /// If the file has changed since it was read, or if the engine uses another algorithm. `engine` may then be partly
-    /// loaded and must not be used.
+    /// If the sums are of another version of the light transport, if the file has changed since it was read, or if the
+    /// engine uses another algorithm. `engine` may then be partly loaded and must not be used.
     pub fn restore(&self, input: &mut (impl Read + Seek), engine: &mut dyn Resumable) -> Result<(), Damage> {
+        self.check_transport()?;
         let (settings, sums) = (&self.scene.settings, self.account.sums);
         if engine.sums() != sums {
             return Err(invalid(ACCOUNT, format!("is of {sums}, and the engine's is of {}", engine.sums())));
@@ -115,7 +129,7 @@ fn parse_account(text: &str, scene: &Scene) -> Result<Account, Damage> {
         let theirs = account.scene.chars().take(64).flat_map(char::escape_debug).collect();
         return Err(Damage::OtherScene { theirs, ours });
     }
-    let Account { iterations, .. } = account;
+    let iterations = account.iterations;
     if iterations > MAX_ITERATIONS.min(scene.settings.iterations) {
         let all = scene.settings.iterations;
         return Err(invalid(ACCOUNT, format!("has {iterations} iterations, of {all} that were asked for")));

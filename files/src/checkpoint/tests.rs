@@ -6,7 +6,7 @@ use super::sections::{
 use super::*;
 use crate::atomic_file::Output;
 use crate::scene_file;
-use scene::{Engine, Film, Probe, Progress, Resumable, Rgb, Scene, Settings, Stats, Stop, Sums};
+use scene::{Engine, Film, Probe, Progress, Resumable, Rgb, Scene, Settings, Stats, Stop, Sums, TRANSPORT};
 use std::fs;
 use std::io::{self, Cursor, Write as _};
 use tempfile::TempDir;
@@ -107,6 +107,7 @@ fn what_is_written_is_read() {
             let engine = Memory::new(scene().settings, sums);
             let account = Account {
                 version: "1.2.3".into(),
+                transport: TRANSPORT,
                 scene: scene_file::digest(&scene()),
                 sums,
                 iterations: 3,
@@ -210,6 +211,21 @@ fn a_file_of_version_1_is_read() {
     let checkpoint = read(bytes).unwrap();
     assert_eq!(checkpoint.scene, varied());
     assert_eq!(checkpoint.account.iterations, 2);
+    assert_eq!(checkpoint.account.transport, 1);
+}
+
+/// Its light was chosen by another rule: sums of both would be an image of neither.
+#[test]
+fn sums_of_another_light_transport_are_not_restored() {
+    let bytes = include_bytes!("../../../fixtures/checkpoints/version-1.sppm");
+    let checkpoint = read(bytes).unwrap();
+    let mut engine = Memory::blank(varied().settings, Sums::Photons);
+    let line = checkpoint.restore(&mut Cursor::new(bytes), &mut engine).unwrap_err().to_string();
+    assert!(
+        line.starts_with("was begun by version 1 of the light transport (sppm 0.1.0), and this"),
+        "{line}"
+    );
+    assert_eq!(engine.progress.iterations, 0);
 }
 
 /// Rows of materials and spheres that no scene has are rejected even if all checksums match.

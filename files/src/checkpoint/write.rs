@@ -4,7 +4,7 @@ use super::account::{Account, Past};
 use super::arrays::Arrays;
 use super::sections::{ACCOUNT, FRAME, HEADER, NOTE, PAST, SCENE, SUMS, write_header, write_section};
 use crate::scene_file;
-use scene::{Resumable, Scene, Settings, Sums};
+use scene::{Resumable, Scene, Settings, Sums, TRANSPORT};
 use std::io::{self, Write};
 
 /// Everything in a checkpoint that does not come from the engine.
@@ -52,6 +52,7 @@ pub fn write(out: &mut impl Write, engine: &dyn Resumable, contents: &Contents) 
     let pixels = settings.pixels() as u64;
     let account = serde_json::to_vec(&Account {
         version: contents.version.into(),
+        transport: TRANSPORT,
         scene: contents.digest.into(),
         sums: engine.sums(),
         iterations: engine.iterations(),

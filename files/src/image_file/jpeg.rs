@@ -1,5 +1,6 @@
 //! JPEG: writes 8-bit sRGB; checks that a file is complete, as decoders show what there is of a cut one.
 
+use super::encoding::Encoding;
 use super::limits::{Seekable, truncated};
 use super::shown;
 use image::codecs::jpeg::JpegEncoder;
@@ -11,25 +12,23 @@ use std::io::{self, Read, Write};
 const QUALITY: u8 = 95;
 
 /// The picture as the encoder asks for it, block by block, so that it is never in memory.
-struct Codes<'a, 'b, F> {
-    picture: &'b Picture<'a, Rgb>,
-    code: F,
-}
+struct Codes<'a>(Picture<'a, [u8; 3]>);
 
-impl<F: Fn(Rgb) -> [u8; 3]> GenericImageView for Codes<'_, '_, F> {
+impl GenericImageView for Codes<'_> {
     type Pixel = image::Rgb<u8>;
 
     fn dimensions(&self) -> (u32, u32) {
-        (self.picture.width, self.picture.height)
+        (self.0.width, self.0.height)
     }
 
     fn get_pixel(&self, x: u32, y: u32) -> Self::Pixel {
-        image::Rgb((self.code)((self.picture.pixel)(x, y)))
+        image::Rgb((self.0.pixel)(x, y))
     }
 }
 
-pub(super) fn write(out: &mut impl Write, picture: &Picture<Rgb>, exposure: f32) -> io::Result<()> {
-    let codes = Codes { picture, code: shown::code(exposure) };
+pub(super) fn write(out: &mut impl Write, picture: &Picture<Rgb>, encoding: &Encoding) -> io::Result<()> {
+    let codes = shown::codes(picture, encoding);
+    let codes = Codes(Picture { width: picture.width, height: picture.height, pixel: &codes });
     JpegEncoder::new_with_quality(out, QUALITY).encode_image(&codes).map_err(|e| match e {
         ImageError::IoError(e) => e,
         other => io::Error::other(other),
@@ -40,7 +39,7 @@ pub(super) fn write(out: &mut impl Write, picture: &Picture<Rgb>, exposure: f32)
 pub(super) fn write_values(out: &mut impl Write, values: &Picture<f32>) -> io::Result<()> {
     let scale = shown::greatest(values);
     let pixel = |x, y| Rgb::splat((values.pixel)(x, y) / scale);
-    write(out, &Picture { width: values.width, height: values.height, pixel: &pixel }, 0.0)
+    write(out, &Picture { width: values.width, height: values.height, pixel: &pixel }, &Encoding::default())
 }
 
 /// The marker that ends an image, and the one that begins its entropy-coded pixels.

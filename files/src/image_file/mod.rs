@@ -2,7 +2,7 @@
 //!
 //! | format | written | read |
 //! |---|---|---|
-//! | PNG | 8 bits per channel, sRGB, clamped to [0, 1] after the exposure; a pixel with a NaN is magenta | 1 to 16 bits, grey, RGB or palette |
+//! | PNG | 8 bits per channel, sRGB, after exposure and tone curve ([`Tone`]); a pixel with a NaN is magenta | 1 to 16 bits, grey, RGB or palette |
 //! | JPEG | the same, lossy, quality 95 | 8 bits, grey or colour; upright as its EXIF metadata ask |
 //! | EXR | linear `f32`, lossless (ZIP) | a layer with R, G and B, or Y, or a single channel of any name; half, float or integer; any flat layout; the data window |
 //! | PFM | linear `f32`, bit for bit | colour or grey, both byte orders; samples times the scale |
@@ -14,8 +14,8 @@
 //! A file is read by what it contains, whatever its name is, and written by its extension. Integers are decoded from sRGB
 //! whatever gamma or profile the file states, floats are linear. Alpha is ignored. A plane (one value per pixel) is
 //! written to EXR as channel Y, to PFM and TIFF as a grey map, to HDR as grey, and to PNG and JPEG as a grey image in
-//! which its greatest value is white. The bytes of a file depend only on the pixels, the exposure and the note
-//! ([`Encoding`]), which PNG and EXR hold.
+//! which its greatest value is white. The bytes of a file depend only on the pixels and the [`Encoding`], whose note PNG
+//! and EXR hold.
 //!
 //! Readers validate their input: a broken or malicious file gives a one-line error, and the memory used is bounded in
 //! terms of the file's length.
@@ -39,6 +39,7 @@ mod shown;
 #[cfg(test)]
 mod tests;
 mod tiff;
+mod tone;
 
 use crate::atomic_file;
 pub use crate::atomic_file::FileError as ImageError;
@@ -50,6 +51,7 @@ pub use reader::ImageReader;
 use scene::{Film, Picture, Plane, Rgb};
 use std::io::{self, Cursor};
 use std::path::Path;
+pub use tone::{Tone, USUAL_WHITE};
 
 /// Reads an image of at most [`scene::settings::MAX_PIXELS`] pixels.
 ///
@@ -118,7 +120,7 @@ pub fn write_picture(path: &Path, picture: &Picture<Rgb>, encoding: &Encoding) -
     check_sides(path, picture)?;
     atomic_file::replace(path, |out| match format {
         Format::Png => png::write(out, picture, *encoding),
-        Format::Jpeg => jpeg::write(out, picture, encoding.exposure),
+        Format::Jpeg => jpeg::write(out, picture, encoding),
         Format::Exr => openexr::write(out, picture, encoding.note),
         Format::Pfm => pfm::write(out, picture),
         Format::Hdr => hdr::write(out, picture),

@@ -17,7 +17,9 @@ const MOST_BYTES_PER_BYTE: u64 = 1032;
 const CHUNK: usize = 1 << 15;
 
 pub(super) fn write(out: &mut impl Write, picture: &Picture<Rgb>, encoding: Encoding) -> io::Result<()> {
-    write_codes(out, picture, encoding.note, shown::code(encoding.exposure)).map_err(|e| match e {
+    let codes = shown::codes(picture, &encoding);
+    let codes = Picture { width: picture.width, height: picture.height, pixel: &codes };
+    write_codes(out, &codes, encoding.note).map_err(|e| match e {
         png::EncodingError::IoError(e) => e,
         other => io::Error::other(other),
     })
@@ -37,11 +39,10 @@ pub(super) fn write_values(
 
 fn write_codes(
     out: &mut impl Write,
-    picture: &Picture<Rgb>,
+    codes: &Picture<[u8; 3]>,
     note: Option<&str>,
-    code: impl Fn(Rgb) -> [u8; 3] + Sync,
 ) -> Result<(), png::EncodingError> {
-    let mut encoder = png::Encoder::new(out, picture.width, picture.height);
+    let mut encoder = png::Encoder::new(out, codes.width, codes.height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     // Noise hardly compresses: the best compression takes ten times as long and saves only a few percent.
@@ -52,7 +53,7 @@ fn write_codes(
     }
     let mut writer = encoder.write_header()?;
     let mut rows = writer.stream_writer_with_size(CHUNK)?;
-    Rows(picture).write(First::Top, code, |encoded| rows.write_all(encoded))?;
+    Rows(codes).write(First::Top, |code| code, |encoded| rows.write_all(encoded))?;
     rows.finish()?;
     writer.finish()
 }

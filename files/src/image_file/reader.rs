@@ -4,9 +4,10 @@ use super::limits::Seekable;
 use super::opened::Opened;
 use super::{Format, ImageError, decoded, openexr, pfm, png, tiff};
 use crate::atomic_file::reason;
+use crate::input;
 use scene::{Rgb, RowReader};
 use std::fmt;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 
@@ -98,19 +99,16 @@ impl RowReader for ImageReader {
 
 /// The format, the bytes and the length of an image file.
 pub(super) fn open_file(path: &Path) -> Result<(Format, BufReader<File>, u64), ImageError> {
-    let unreadable = |e: io::Error| ImageError::new(path, format!("cannot be read: {}", reason(&e)));
-    // Checked before opening, because opening a pipe blocks until there is a writer.
-    let status = fs::metadata(path).map_err(unreadable)?;
-    if !status.is_file() {
-        return Err(ImageError::new(path, "is no regular file; name an image file"));
-    }
-    let mut input = BufReader::new(File::open(path).map_err(unreadable)?);
+    let fail = |problem: String| ImageError::new(path, problem);
+    let unreadable = |e: io::Error| fail(format!("cannot be read: {}", reason(&e)));
+    let (file, length) = input::open(path, "name an image file").map_err(fail)?;
+    let mut input = BufReader::new(file);
     let mut start = Vec::new();
     input.by_ref().take(12).read_to_end(&mut start).map_err(unreadable)?;
     input.rewind().map_err(unreadable)?;
     // A file with another beginning is left to the format that its name promises, to say what is wrong.
-    let format = Format::of_content(&start).or_else(|| Format::of_extension(path)).ok_or_else(|| {
-        ImageError::new(path, "is no image: neither PNG, JPEG, EXR, PFM, HDR, TIFF, WebP nor QOI")
-    })?;
-    Ok((format, input, status.len()))
+    let format = Format::of_content(&start)
+        .or_else(|| Format::of_extension(path))
+        .ok_or_else(|| fail("is no image: neither PNG, JPEG, EXR, PFM, HDR, TIFF, WebP nor QOI".into()))?;
+    Ok((format, input, length))
 }

@@ -1,19 +1,22 @@
-//! What PNG and JPEG show of an image: 8 bits of sRGB, clamped to [0, 1] after the exposure.
+//! What PNG and JPEG show of an image: 8 bits of sRGB, after exposure and tone curve.
 
+use super::encoding::Encoding;
 use super::rows::Rows;
-use scene::{Picture, Rgb, srgb};
+use super::tone::Encoder;
+use scene::{Picture, Rgb};
 
 /// The colour of a pixel with a NaN: magenta, because it is easily noticed.
 const NOT_A_NUMBER: [u8; 3] = [255, 0, 255];
 
-/// The codes of a pixel at `exposure`, in stops.
-pub(super) fn code(exposure: f32) -> impl Fn(Rgb) -> [u8; 3] + Copy + Sync {
-    let gain = f64::from(exposure).exp2();
-    move |pixel: Rgb| {
-        if pixel.is_nan() {
-            return NOT_A_NUMBER;
-        }
-        pixel.to_array().map(|v| srgb::encode_byte(f64::from(v) * gain))
+/// The codes of the pixel in a column and a row of `picture`.
+pub(super) fn codes<'a>(
+    picture: &'a Picture<Rgb>,
+    encoding: &Encoding,
+) -> impl Fn(u32, u32) -> [u8; 3] + Sync + use<'a> {
+    let encoder = Encoder::new(encoding.exposure, encoding.tone, encoding.seed);
+    move |x, y| {
+        let pixel = (picture.pixel)(x, y);
+        if pixel.is_nan() { NOT_A_NUMBER } else { encoder.codes(y * picture.width + x, pixel) }
     }
 }
 

@@ -160,6 +160,33 @@ fn png_applies_exposure_and_marks_nan() {
     assert_eq!(read(&path).unwrap().pixels, expected);
 }
 
+/// The codes in a file, by the crate `png` alone.
+fn codes(path: &Path) -> Vec<u8> {
+    let mut reader =
+        ::png::Decoder::new(std::io::BufReader::new(File::open(path).unwrap())).read_info().unwrap();
+    let mut codes = vec![0; reader.output_buffer_size().unwrap()];
+    assert_eq!(reader.next_frame(&mut codes).unwrap().color_type, ::png::ColorType::Rgb);
+    codes
+}
+
+/// Each code is `255 sRGB(v 2^e)`, rounded: darker, unchanged and brighter, and by parts of a stop.
+#[test]
+fn png_codes_are_those_of_the_formula_at_every_exposure() {
+    let folder = folder();
+    let path = folder.path().join("a.png");
+    let values: Vec<f32> = (0..3 * 400).map(|i| 1e-5 * 1.015_f32.powi(i)).collect();
+    let pixels = values.chunks_exact(3).map(Rgb::from_slice).collect();
+    let film = Film { width: 20, height: 20, pixels };
+    for exposure in [-6.0_f32, -1.5, 0.0, 0.7, 3.0] {
+        write(&path, &film, &Encoding { exposure, ..Encoding::default() }).unwrap();
+        let gain = 2_f64.powf(f64::from(exposure));
+        let expected: Vec<u8> =
+            values.iter().map(|v| (255.0 * srgb::encode(f64::from(*v) * gain)).round() as u8).collect();
+        assert_eq!(codes(&path), expected, "{exposure} stops");
+        assert!(expected.contains(&0) && expected.contains(&255), "{exposure} stops show no range");
+    }
+}
+
 #[test]
 fn the_same_film_gives_the_same_bytes() {
     let folder = folder();
@@ -345,8 +372,8 @@ fn missing_and_unsuitable_files_are_rejected() {
     fs::write(here("text.exr"), "not a picture").unwrap();
     fs::write(here("empty.exr"), "").unwrap();
     for (name, says) in [
-        ("missing.png", "No such file"),
-        ("folder.png", "no regular file"),
+        ("missing.png", "there is no such file"),
+        ("folder.png", "this is a directory; name an image file"),
         ("text.png", "no PNG file"),
         ("text.exr", "no EXR file"),
         ("empty.exr", "no EXR file"),
@@ -525,7 +552,7 @@ mod unix {
         let link = folder.path().join("null.png");
         symlink("/dev/null", &link).unwrap();
         assert!(problem(check_writable(&link)).contains("device"));
-        assert!(problem(read(&link)).contains("no regular file"));
+        assert!(problem(read(&link)).contains("this is a pipe or a device; name an image file"));
     }
 }
 

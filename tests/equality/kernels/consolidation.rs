@@ -10,7 +10,16 @@ use scene::{Rgb, Settings};
 /// Zero, values of any size, and the largest possible sums.
 fn photons() -> impl Strategy<Value = Gathered> {
     let m = prop_oneof![4 => Just(0_u32), 1 => Just(1), 8 => 1..5000_u32, 1 => Just(16_777_217), 1 => Just((1 << 31) - 1)];
-    let flux = || prop_oneof![1 => Just(0_u64), 6 => 0..1_u64 << 30, 2 => 0..1_u64 << 52, 1 => Just(1 << 52)];
+    let flux = || {
+        prop_oneof![
+            1 => Just(0_u128),
+            6 => 0..1_u128 << 30,
+            2 => 0..1_u128 << 52,
+            1 => Just(1 << 52),
+            1 => 0..1_u128 << 93,
+            1 => Just(1 << 93),
+        ]
+    };
     (m, flux(), flux(), flux()).prop_map(|(m, r, g, b)| Gathered { m, flux: [r, g, b] })
 }
 

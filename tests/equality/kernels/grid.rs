@@ -251,7 +251,7 @@ fn occupancy_contains_near_points_and_few_others() {
 /// A photon that is identified by `number`.
 fn photon(point: Vec3, number: u32) -> Photon {
     let wi = Vec3::new(number as f32, 0.5, -(number as f32));
-    Photon { point, wi, sphere: number, is_safe: number % 2 == 1, flux: [number, number + 1, 7] }
+    Photon { point, wi, sphere: number, is_safe: number % 2 == 1, flux: [number, number + 1, 7], shift: 0 }
 }
 
 #[test]

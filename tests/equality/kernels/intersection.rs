@@ -3,7 +3,7 @@
 use super::inputs::{self, scattered, scene_of};
 use super::rays::{RayCase, ray_case};
 use super::{assert_same, assert_same_vector, check, lane_kinds, tell};
-use crate::placement::log_uniform;
+use crate::placement::{log_uniform, point};
 use fast::{Intersector, LaneKind, Met, Search};
 use proptest::prelude::*;
 use reference::intersect::{Hit, intersect, occluded};
@@ -107,6 +107,36 @@ fn some_spheres() {
 #[test]
 fn many_spheres_and_more_than_a_batch_of_rays() {
     check_cases(60, "rays against many spheres", &ray_case(41..=150, 200..=300));
+}
+
+/// Eight balls in one place, far from the origin in any octant and smaller than the rounding of a ray's distance from it;
+/// one ball near the origin. Rays start near it and pass the place so closely that only rounding decides.
+fn far_and_small() -> impl Strategy<Value = RayCase> {
+    let ray = (point(1.0), point(1.0), 0.0..8.0_f32);
+    let place = (prop::array::uniform3(prop_oneof![-1000.0..-500.0_f32, 500.0..1000.0_f32]), 0..3_u32);
+    (place, prop::collection::vec(ray, 100..200)).prop_map(|((far, kind), rays)| {
+        const RADIUS: f32 = 1e-5;
+        let far = Vec3::from_array(far);
+        let ball = |center, radius| Sphere {
+            center,
+            velocity: Vec3::ZERO,
+            radius,
+            material: kind,
+            emission: Rgb::ZERO,
+        };
+        let spheres = [vec![ball(far, RADIUS); 8], vec![ball(Vec3::splat(0.5), 0.1)]].concat();
+        let aim = |(origin, twist, radii): (Vec3, Vec3, f32)| {
+            let sideways = (far - origin).cross(twist).normalize_or(Vec3::Y);
+            let direction = (far + sideways * (radii * RADIUS) - origin).normalize();
+            Ray { origin, direction, leaves: NO_SPHERE }
+        };
+        RayCase { scene: scene_of(spheres, Vec3::ZERO), rays: rays.into_iter().map(aim).collect() }
+    })
+}
+
+#[test]
+fn small_balls_far_away_on_every_side() {
+    check_cases(100, "rays past small balls far away", &far_and_small());
 }
 
 const RAYS: usize = 400;

@@ -7,7 +7,11 @@ use fast::kernels::{Gathered, Join, Photon, Point};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use scene::Vec3;
+use scene::aim::{EXPONENT_STEP, MOST_SCALE_BITS};
 use scene::film::FLUX_ONE;
+
+/// Weights are at most 8.
+const MOST_EXPONENT: u32 = (MOST_SCALE_BITS + 3).next_multiple_of(EXPONENT_STEP);
 
 /// Photons and visible points, scattered around a few places.
 #[derive(Clone, Debug)]
@@ -44,8 +48,12 @@ fn direction() -> impl Strategy<Value = Vec3> {
 
 fn scatter(points: std::ops::RangeInclusive<usize>) -> impl Strategy<Value = Scatter> {
     let flux = || prop_oneof![1 => Just(0), 4 => 0..=FLUX_ONE, 1 => Just(FLUX_ONE)];
-    let photon = (direction(), 0..3_u32, any::<bool>(), [flux(), flux(), flux()])
-        .prop_map(|(wi, sphere, is_safe, flux)| Photon { point: Vec3::ZERO, wi, sphere, is_safe, flux });
+    // The largest exponent that a flux may have, and more photons that have none.
+    let shift =
+        prop_oneof![4 => Just(0), 1 => (1..=MOST_EXPONENT / EXPONENT_STEP).prop_map(|k| k * EXPONENT_STEP)];
+    let photon = (direction(), 0..3_u32, any::<bool>(), [flux(), flux(), flux()], shift).prop_map(
+        |(wi, sphere, is_safe, flux, shift)| Photon { point: Vec3::ZERO, wi, sphere, is_safe, flux, shift },
+    );
     let offset = || prop_oneof![1 => Just(Vec3::ZERO), 6 => vector(1.0)];
     let photons = prop::collection::vec((any::<Index>(), offset(), photon), 0..120);
     let radius = prop_oneof![
@@ -123,7 +131,7 @@ fn all_pairs(photons: &[Photon], point: Option<&Point>) -> Gathered {
         if is_near && is_seen {
             sum.m += 1;
             for (total, flux) in sum.flux.iter_mut().zip(photon.flux) {
-                *total += u64::from(flux);
+                *total += u128::from(flux) << photon.shift;
             }
         }
     }
@@ -155,7 +163,8 @@ fn photons_and_points_beyond_the_last_cell() {
     for far in [7.5e5_f32, 1e6, 1e9] {
         for axis in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::ONE] {
             for at in [axis * far, -axis * far] {
-                let photon = Photon { point: at, wi: Vec3::X, sphere: 0, is_safe: false, flux: [1, 2, 3] };
+                let photon =
+                    Photon { point: at, wi: Vec3::X, sphere: 0, is_safe: false, flux: [1, 2, 3], shift: 0 };
                 let point = Point { point: at, normal: Vec3::X, sphere: 0, radius_squared: radius * radius };
                 // Alone, in a full group, and with a point too far away for both to fit in a window.
                 let elsewhere = Point { point: Vec3::ZERO, ..point };
@@ -193,6 +202,7 @@ fn more_photons_than_a_word_can_sum() {
                 sphere: 0,
                 is_safe: false,
                 flux: [FLUX_ONE, FLUX_ONE - 1, 1],
+                shift: 0,
             };
             let photons: Vec<Photon> = (0..count).map(|_| photon(offset())).collect();
             let point = |at: Vec3| Some(Point { point: at, normal: Vec3::Z, sphere: 0, radius_squared: 1.0 });
@@ -251,6 +261,7 @@ fn photons_at_the_borders_of_cells() {
                     sphere: 0,
                     is_safe: true,
                     flux: [number, 1, 0],
+                    shift: 0,
                 };
                 let near = [border.next_down(), border, border.next_up(), border - 1e-7, border + 1e-7];
                 let photons: Vec<Photon> = near.into_iter().zip(1..).map(|(x, k)| photon(x, k)).collect();
@@ -285,7 +296,14 @@ fn grazing_photons() {
                 let tilt = [0.0, 1e-7, -1e-7, 1e-9, -1e-9][k % 5];
                 let wi = s * angle.0 + t * angle.1 + normal * tilt;
                 let point = (s * stream.next_f32() + t * stream.next_f32()) * 0.6;
-                Photon { point, wi, sphere: k as u32 % 2, is_safe: k % 3 == 0, flux: [k as u32, 1, 2] }
+                Photon {
+                    point,
+                    wi,
+                    sphere: k as u32 % 2,
+                    is_safe: k % 3 == 0,
+                    flux: [k as u32, 1, 2],
+                    shift: 0,
+                }
             })
             .collect();
         let points: Vec<Option<Point>> = (0..round % 35)

@@ -3,6 +3,7 @@
 use super::inputs::{self, numbers, scene_of};
 use super::{assert_same_vector, check, lane_kinds, tell};
 use crate::draft::{Case, case};
+use crate::placement::log_uniform;
 use fast::LaneKind;
 use fast::kernels::{
     CameraSample, Cells, Occupancy, Photon, PhotonRun, Query, Receiver, camera_pass, direct_light,
@@ -13,7 +14,8 @@ use reference::camera_pass::{CameraNumbers, VisiblePoint, camera_ray, trace};
 use reference::contributes;
 use reference::direct_light::estimate_irradiance;
 use reference::intersect::{Hit, intersect};
-use reference::photon_pass::Deposit;
+use reference::photon_pass::{Deposit, Flux};
+use scene::aim::{Aim, Target, Targets};
 use scene::ray::NO_SPHERE;
 use scene::{Ray, Rgb, Scene, Settings, Sphere, Stats, Still, Vec3};
 use std::collections::HashMap;
@@ -71,23 +73,23 @@ fn pixels_have_slots_of_their_own() {
 }
 
 /// The bits of a deposit, which identify it.
-fn bits(deposit: &Deposit) -> [u32; 10] {
+fn bits(deposit: &Deposit) -> [u32; 11] {
     let (p, wi) = (deposit.point.to_array(), deposit.wi.to_array());
     let [px, py, pz] = p.map(f32::to_bits);
     let [wx, wy, wz] = wi.map(f32::to_bits);
-    let [r, g, b] = deposit.flux.0;
-    [px, py, pz, wx, wy, wz, deposit.sphere, r, g, b]
+    let Flux { units: [r, g, b], shift } = deposit.flux;
+    [px, py, pz, wx, wy, wz, deposit.sphere, r, g, b, shift]
 }
 
 fn as_deposit(photon: &Photon) -> Deposit {
-    let Photon { point, wi, sphere, flux, .. } = *photon;
-    Deposit { point, wi, sphere, flux: reference::photon_pass::Flux(flux) }
+    let Photon { point, wi, sphere, flux, shift, .. } = *photon;
+    Deposit { point, wi, sphere, flux: Flux { units: flux, shift } }
 }
 
 /// Expects every photon that the engine keeps to be one of the reference's; returns the reference's photons that it
 /// drops.
 fn dropped(run: &PhotonRun, deposits: &[Deposit]) -> Result<Vec<Deposit>, TestCaseError> {
-    let mut left: HashMap<[u32; 10], Vec<Deposit>> = HashMap::new();
+    let mut left: HashMap<[u32; 11], Vec<Deposit>> = HashMap::new();
     for deposit in deposits {
         left.entry(bits(deposit)).or_default().push(*deposit);
     }
@@ -117,18 +119,39 @@ fn what_is_seen(visible: &[VisiblePoint], radius: f32) -> Occupancy {
     wanted
 }
 
+/// Balls at some visible points, and around all; with equal shares. None if `count` is 0.
+fn aim_at(
+    still: &Still,
+    visible: &[VisiblePoint],
+    settings: &Settings,
+    (count, size, height): (usize, f32, f32),
+) -> Aim {
+    let near = visible.iter().cycle().step_by(7).take(if visible.is_empty() { 0 } else { count });
+    let ball = |(k, v): (usize, &VisiblePoint)| Target {
+        axis: -v.normal,
+        height,
+        ..Target::ball(v.point, size * (k + 1) as f32)
+    };
+    let balls: Vec<Target> = near.enumerate().map(ball).collect();
+    let shares =
+        if balls.is_empty() { Vec::new() } else { vec![1.0 / (balls.len() + 1) as f64; balls.len() + 1] };
+    Aim::new(still, &Targets { balls, shares, expected: 0.0 }, settings.photons_per_iteration)
+}
+
 #[test]
 fn photon_passes() {
-    check(150, "the photon pass", &(case(1..=20), 0..5_u32), |(Case { scene, settings, .. }, iteration)| {
+    let aims = (0..4_usize, log_uniform(0.1, 100.0), prop_oneof![Just(3.0_f32), 0.01..2.0_f32]);
+    let inputs = (case(1..=20), 0..5_u32, aims);
+    check(200, "the photon pass", &inputs, |(Case { scene, settings, .. }, iteration, aims)| {
         let still = scene.at(scene.camera.shutter_time(settings.seed, iteration));
         let (samples, _) = samples(&scene, &still, &settings, iteration);
         let point = |(point, normal, sphere, beta)| VisiblePoint { point, normal, sphere, beta };
         let visible: Vec<VisiblePoint> = samples.iter().filter_map(|s| s.visible).map(point).collect();
         let (mut stats, mut deposits) = (Stats::default(), Vec::new());
         let all = 0..settings.photons_per_iteration;
-        reference::photon_pass::photon_pass(&still, &settings, iteration, all, &mut stats, |deposit, _| {
-            deposits.push(*deposit);
-        });
+        let aim = aim_at(&still, &visible, &settings, aims);
+        let deposit = |deposit: &Deposit, _: &mut Stats| deposits.push(*deposit);
+        reference::photon_pass::photon_pass(&still, &aim, &settings, iteration, all, &mut stats, deposit);
         let (radius, photons) = (settings.initial_radius, 0..settings.photons_per_iteration);
         let radius_squared = radius * radius;
         let cells = Cells::new(radius * 1.5, settings.photons_per_iteration as usize);
@@ -136,7 +159,7 @@ fn photon_passes() {
         for lanes in lane_kinds() {
             for (wanted, drops) in [(&all, false), (&seen, true)] {
                 let by = (wanted, cells, radius);
-                let run = photon_pass(&still, &settings, iteration, photons.clone(), by, lanes);
+                let run = photon_pass((&still, &aim), &settings, iteration, photons.clone(), by, lanes);
                 prop_assert_eq!((run.segments, run.deposits), (stats.photon_segments, stats.deposits));
                 let dropped = dropped(&run, &deposits)?;
                 prop_assert!(drops || dropped.is_empty(), "{:?} is dropped", dropped);
@@ -242,7 +265,7 @@ fn safe_photons_count_at_all_points_within_reach() {
             assert!(wanted.mark(LaneKind::best(), Query { low, high, reach }));
             let by = (&wanted, Cells::new(reach * 1.5, 4096), reach);
             for lanes in lane_kinds() {
-                let run = photon_pass(&still, &settings, 0, 0..photons, by, lanes);
+                let run = photon_pass((&still, &Aim::default()), &settings, 0, 0..photons, by, lanes);
                 let on_ball: Vec<&Photon> = run.photons.iter().map(|(photon, _)| photon).collect();
                 for photon in &on_ball {
                     let normal = (photon.point - scene.spheres[0].center).as_dvec3().normalize();
@@ -331,18 +354,19 @@ fn photons_in_parts_of_the_range() {
                 Query { low: place * 50.0 - 100.0, high: place * 50.0 - 50.0, reach: 60.0 },
             );
         }
-        photon_pass(&still, &settings, 3, photons, (&wanted, Cells::new(3.0, 1000), 2.0), lanes)
+        let by = (&wanted, Cells::new(3.0, 1000), 2.0);
+        photon_pass((&still, &Aim::default()), &settings, 3, photons, by, lanes)
     };
     for lanes in lane_kinds() {
         let whole = run(lanes, 0..1000);
         let parts = [run(lanes, 0..16), run(lanes, 16..512), run(lanes, 512..1000)];
         assert_eq!(whole.segments, parts.iter().map(|part| part.segments).sum::<u64>());
-        let mut all: Vec<[u32; 10]> = parts
+        let mut all: Vec<[u32; 11]> = parts
             .iter()
             .flat_map(|part| &part.photons)
             .map(|(photon, _)| bits(&as_deposit(photon)))
             .collect();
-        let mut expected: Vec<[u32; 10]> =
+        let mut expected: Vec<[u32; 11]> =
             whole.photons.iter().map(|(photon, _)| bits(&as_deposit(photon))).collect();
         all.sort_unstable();
         expected.sort_unstable();

@@ -5,6 +5,7 @@ use super::{check_map, edge_directions, edge_uniforms, tell};
 use fast::kernels::{dielectric, fresnel, quantise, reflect, survive};
 use reference::intersect::Hit;
 use reference::{photon_pass, scatter};
+use scene::aim::Aim;
 use scene::film::FLUX_ONE;
 use scene::{Rgb, Vec3};
 
@@ -89,7 +90,9 @@ fn fluxes() {
     let mut stream = numbers(32);
     powers.extend((0..50_000).map(|_| stream.next_f32()));
     let rows: Vec<[f32; 1]> = powers.into_iter().map(|power| [power]).collect();
-    let exact = |[power]: [f32; 1]| [f32::from_bits(photon_pass::quantise(Rgb::splat(power)).0[2])];
+    let exact = |[power]: [f32; 1]| {
+        [f32::from_bits(photon_pass::quantise(&Aim::default(), Rgb::splat(power)).units[2])]
+    };
     tell(check_map("quantise", &rows, quantise, exact), "quantised fluxes");
 }
 

@@ -1,0 +1,250 @@
+//! Survey: what photons are to be aimed at. `reference::survey`, over batches of walks.
+//!
+//! ```text
+//! until enough arrivals are found, for each round of 512 walks, a batch of 256 at a time:
+//!     make the rays
+//!     until none is left, at most max_depth times after the first diffuse surface:
+//!         intersect all; scatter all: those that reflect after the first diffuse surface ask for a lamp
+//!         follow the shadow rays; each that finds its lamp is an arrival
+//!     put the arrivals of the batch in order of their walks
+//! ```
+
+use crate::camera_pass::ray_through;
+use crate::direct_light::{Receivers, ShadowNumbers, ShadowRays};
+use crate::hierarchy::SearchBuffers;
+use crate::material::{Materials, kind};
+use crate::paths::{BATCH, Packet, Paths, ROOM, Vectors, Words};
+use crate::prepared::Prepared;
+use crate::sampling::{cosine_hemisphere, next_uniform, stream_state, unit_float};
+use crate::scatter::{dielectric, reflect};
+use crate::surface::{Hit, tag};
+use crate::trace::{hits, intersect_batch};
+use lanes::{Kernel, LaneKind, Lanes, MOST_LANES, V3, dispatch};
+use rayon::prelude::*;
+use scene::aim::{Arrival, Targets, survey};
+use scene::camera::Frame;
+use scene::ray::NO_SPHERE;
+use scene::rng::{Family, StreamKey};
+use scene::sobol::sobol;
+use scene::{Scene, Settings, Vec3};
+
+// A round is a number of whole batches.
+const _: () = assert!((survey::ROUND as usize).is_multiple_of(BATCH));
+
+/// What photons are to be aimed at, from the still of the first iteration.
+pub(crate) fn survey(scene: &Scene, settings: &Settings, first: &Prepared, lanes: LaneKind) -> Targets {
+    let pass = Survey {
+        prepared: first,
+        frame: scene.camera.frame(settings.width, settings.height),
+        settings,
+        key: StreamKey::new(settings.seed, Family::Survey, 0),
+    };
+    survey::targets(&first.still, |walks| {
+        let batches: Vec<u32> = walks.step_by(BATCH).collect();
+        let found = batches.into_par_iter().map(|first| dispatch(lanes, Batch { pass: &pass, first }));
+        found.flatten().collect()
+    })
+}
+
+/// What all walks read.
+struct Survey<'a> {
+    prepared: &'a Prepared<'a>,
+    frame: Frame,
+    settings: &'a Settings,
+    /// The key of the walks' random streams.
+    key: StreamKey,
+}
+
+/// [`BATCH`] walks from `first` on.
+struct Batch<'a> {
+    pass: &'a Survey<'a>,
+    first: u32,
+}
+
+impl Kernel for Batch<'_> {
+    type Output = Vec<Arrival>;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Vec<Arrival> {
+        let mut walks = Walks::new();
+        let mut live = self.pass.begin::<L>(&mut walks, self.first);
+        while live > 0 {
+            intersect_batch::<L>(&self.pass.prepared.tables, &mut walks.paths, &mut walks.search, live);
+            live = self.pass.scatter::<L>(&mut walks, live);
+            self.pass.ask::<L>(&mut walks);
+        }
+        // Stable: those of a walk stay in order.
+        walks.arrivals.sort_by_key(|(walk, _)| *walk);
+        walks.arrivals.into_iter().map(|(_, arrival)| arrival).collect()
+    }
+}
+
+/// The bit of a walk's state that is set once it has met a diffuse surface; those above it count its segments.
+const SEEN_DIFFUSE: u32 = 1;
+const LENGTH_SHIFT: i32 = 1;
+
+/// The walks of a batch.
+struct Walks {
+    /// Their `slot` is their number in the batch.
+    paths: Box<Paths>,
+    state: Box<Words>,
+    search: SearchBuffers,
+    asking: Box<Asking>,
+    shadows: Box<ShadowRays>,
+    /// With the number of the walk in the batch.
+    arrivals: Vec<(u32, Arrival)>,
+}
+
+impl Walks {
+    fn new() -> Self {
+        Self {
+            paths: Paths::new(),
+            state: Box::new([0; ROOM]),
+            search: SearchBuffers::new(),
+            asking: Box::new(Asking::new()),
+            shadows: Box::new(ShadowRays::new()),
+            arrivals: Vec::new(),
+        }
+    }
+}
+
+/// The points of a stage that ask for a lamp, in any order.
+struct Asking {
+    point: Vectors,
+    normal: Vectors,
+    sphere: Words,
+    /// The number of the walk in the batch.
+    walk: Words,
+    /// The uniform numbers of the shadow ray: for the choice of a light, and for the point on it.
+    numbers: Vectors,
+    count: usize,
+}
+
+impl Asking {
+    fn new() -> Self {
+        let (vectors, words) = (Vectors::ZERO, [0; ROOM]);
+        let (point, normal) = (vectors.clone(), vectors.clone());
+        Self { point, normal, sphere: words, walk: words, numbers: vectors, count: 0 }
+    }
+}
+
+impl Survey<'_> {
+    /// Begins the walks from number `first` on; returns how many.
+    #[inline(always)]
+    fn begin<L: Lanes>(&self, walks: &mut Walks, first: u32) -> usize {
+        let (width, height) = (L::f(self.settings.width as f32), L::f(self.settings.height as f32));
+        for at in (0..BATCH).step_by(L::N) {
+            let start = first + at as u32;
+            let mut stream = stream_state::<L>(self.key, L::u(start) + L::iota());
+            let [u, v] = std::array::from_fn(|_| next_uniform::<L>(&mut stream));
+            let [x, y] = [0, 1].map(|d| {
+                let digits: [u32; MOST_LANES] = std::array::from_fn(|lane| sobol(start + lane as u32, d));
+                unit_float::<L>(L::load_u(&digits))
+            });
+            let (origin, direction) = ray_through::<L>(&self.frame, x * width, y * height, [u, v]);
+            let packet = Packet {
+                origin,
+                direction,
+                weight: V3::splat(Vec3::ONE),
+                leaves: L::u(NO_SPHERE),
+                stream,
+                slot: L::u(at as u32) + L::iota(),
+            };
+            walks.paths.append(at, L::first(L::N), &packet);
+            L::store_u(L::u(0), &mut walks.state[at..]);
+        }
+        BATCH
+    }
+
+    /// Takes the first `live` walks on from where they have hit, and lists the points that ask for a lamp. Returns the
+    /// number of walks that go on.
+    #[inline(always)]
+    fn scatter<L: Lanes>(&self, walks: &mut Walks, live: usize) -> usize {
+        let tables = &self.prepared.tables;
+        walks.asking.count = 0;
+        let mut go_on = 0;
+        for at in (0..live).step_by(L::N) {
+            let mut p = walks.paths.load::<L>(at);
+            let state = L::load_u(&walks.state[at..]);
+            let (t, hit, arrived) = hits::<L>(&walks.paths, at, L::first(live - at));
+            let mut ids = [0; MOST_LANES];
+            L::store_u(hit, &mut ids);
+            let surface = Hit::<L>::at(&tables.surfaces, p.origin, p.direction, t, &ids);
+            let material = Materials::<L>::gather(&tables.materials, surface.tag);
+            let [u, v, roulette] = std::array::from_fn(|_| next_uniform::<L>(&mut p.stream));
+            let numbers = std::array::from_fn(|_| next_uniform::<L>(&mut p.stream));
+            let is_diffuse = L::eq(material.kind, L::u(kind::DIFFUSE));
+            let is_glass = L::eq(material.kind, L::u(kind::DIELECTRIC));
+            let (through, _) = dielectric(p.direction, surface.normal, surface.inside, material.ior, u);
+            let smooth = V3::select(is_glass, through, reflect(p.direction, surface.normal));
+            let diffuse = cosine_hemisphere(surface.normal, u, v);
+            (p.origin, p.direction, p.leaves) = (surface.point, V3::select(is_diffuse, diffuse, smooth), hit);
+            // What would be absorbed where it arrives does not matter.
+            let survives = arrived & L::lt(roulette, material.albedo.max_component());
+            let seen = tag::has::<L>(state, SEEN_DIFFUSE);
+            walks.asking.append(survives & seen, &surface, &p, numbers);
+            // The first diffuse surface begins a new count, of one segment.
+            let one = L::u(1);
+            let length = L::shr::<LENGTH_SHIFT>(state) + one;
+            let length = L::select_u(is_diffuse & !seen, one, length);
+            let seen = L::select_u(is_diffuse | seen, L::u(SEEN_DIFFUSE), L::u(0));
+            let may_follow = L::lt(L::to_float(length), L::f(self.settings.max_depth as f32));
+            let goes_on = survives & may_follow;
+            L::compress_u(goes_on, L::shl::<LENGTH_SHIFT>(length) | seen, &mut walks.state[go_on..]);
+            go_on = walks.paths.append(go_on, goes_on, &p);
+        }
+        go_on
+    }
+
+    /// Follows a shadow ray from each point of the list. Those that find their lamp are arrivals.
+    #[inline(always)]
+    fn ask<L: Lanes>(&self, walks: &mut Walks) {
+        let Prepared { tables, lights, .. } = self.prepared;
+        let Walks { asking, shadows, search, arrivals, .. } = walks;
+        if lights.is_empty() {
+            return;
+        }
+        for at in (0..asking.count).step_by(L::N) {
+            let V3 { x: choice, y: u, z: v } = asking.numbers.load::<L>(at);
+            let receivers = Receivers {
+                live: L::first(asking.count - at),
+                point: asking.point.load::<L>(at),
+                normal: asking.normal.load::<L>(at),
+                sphere: L::load_u(&asking.sphere[at..]),
+            };
+            shadows.aim(at, tables, lights, &receivers, &ShadowNumbers { choice, u, v });
+        }
+        shadows.follow::<L>(tables, &asking.point, &asking.sphere, search, asking.count);
+        for at in (0..asking.count).step_by(L::N) {
+            let source = asking.point.load::<L>(at) + shadows.to_lamp::<L>(at);
+            let flux = shadows.irradiance::<L>(at).max_component();
+            let mut found = L::mask_bits(L::lt(L::f(0.0), flux) & L::first(asking.count - at));
+            let mut columns = [[0.0; MOST_LANES]; 4];
+            for (column, values) in columns.iter_mut().zip([source.x, source.y, source.z, flux]) {
+                L::store(values, column);
+            }
+            while found != 0 {
+                let lane = found.trailing_zeros() as usize;
+                found &= found - 1;
+                let [x, y, z, flux] = columns.map(|column| column[lane]);
+                let Vectors { x: px, y: py, z: pz } = &asking.point;
+                let point = Vec3::new(px[at + lane], py[at + lane], pz[at + lane]);
+                arrivals.push((asking.walk[at + lane], Arrival { point, source: Vec3::new(x, y, z), flux }));
+            }
+        }
+    }
+}
+
+impl Asking {
+    /// Appends the lanes where `m` is true, whose walks have been sent on along `p`.
+    #[inline(always)]
+    fn append<L: Lanes>(&mut self, m: L::M, surface: &Hit<L>, p: &Packet<L>, [choice, u, v]: [L::F; 3]) {
+        let at = self.count;
+        let faces = L::lt(L::f(0.0), surface.normal.dot(p.direction));
+        self.point.compress(m, surface.point, at);
+        self.normal.compress(m, V3::select(faces, surface.normal, -surface.normal), at);
+        L::compress_u(m, p.leaves, &mut self.sphere[at..]);
+        L::compress_u(m, p.slot, &mut self.walk[at..]);
+        self.numbers.compress(m, V3::<L>::new(choice, u, v), at);
+        self.count += L::mask_bits(m).count_ones() as usize;
+    }
+}

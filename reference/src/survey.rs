@@ -1,0 +1,79 @@
+//! Survey: before the first iteration, where must light arrive for the eye to see it?
+//!
+//! Walks start at the eye, go on from the first diffuse surface as light may have come to it, and ask at every surface
+//! that they meet from there on how much light arrives straight from a lamp: by a shadow ray, as direct light does. Those
+//! arrivals say what photons are to be aimed at ([`Targets`]). They enter the image in no other way, so it does not matter
+//! that mirrors and glass are asked as if they scattered.
+
+use crate::camera_pass::ray_through;
+use crate::direct_light::sample_light;
+use crate::intersect::{Hit, intersect};
+use crate::light_choice::Receiver;
+use crate::sampling::cosine_hemisphere;
+use crate::scatter::{dielectric, reflect};
+use scene::aim::survey::targets;
+use scene::aim::{Arrival, Targets};
+use scene::rng::{Family, Stream, StreamKey, unit_float};
+use scene::sobol::sobol;
+use scene::{Material, Ray, Scene, Settings, Still, Vec3, max_component};
+
+/// What photons are to be aimed at: a function of scene, settings and seed, the same before every iteration.
+pub fn survey(scene: &Scene, settings: &Settings) -> Targets {
+    let still = scene.at(scene.camera.shutter_time(settings.seed, 0));
+    let key = StreamKey::new(settings.seed, Family::Survey, 0);
+    targets(&still, |walks| {
+        let mut arrivals = Vec::new();
+        for walk in walks {
+            let mut stream = key.stream(walk);
+            let ray = eye_ray(scene, settings, walk, &mut stream);
+            follow(&still, ray, settings.max_depth, &mut stream, &mut arrivals);
+        }
+        arrivals
+    })
+}
+
+/// The ray of a walk: places in the image are Sobol points.
+fn eye_ray(scene: &Scene, settings: &Settings, walk: u32, stream: &mut Stream) -> Ray {
+    let frame = scene.camera.frame(settings.width, settings.height);
+    let [x, y] = [0, 1].map(|d| unit_float(sobol(walk, d)));
+    let lens = (stream.next_f32(), stream.next_f32());
+    let place = (x * settings.width as f32, y * settings.height as f32);
+    ray_through(&frame, place, (frame.aperture_radius > 0.0).then_some(lens))
+}
+
+/// Walks as paths of the path tracer do, with roulette at every surface.
+fn follow(still: &Still, ray: Ray, max_depth: u32, stream: &mut Stream, arrivals: &mut Vec<Arrival>) {
+    let (mut ray, mut length, mut seen_diffuse) = (ray, 0, false);
+    while length < max_depth {
+        length += 1;
+        let Some(hit) = intersect(still, &ray) else { return };
+        let material = still.material(hit.sphere);
+        let [u, v, roulette] = std::array::from_fn(|_| stream.next_f32());
+        let direction = match *material {
+            Material::Diffuse { .. } => cosine_hemisphere(hit.normal, u, v),
+            Material::Specular { .. } => reflect(ray.direction, hit.normal),
+            Material::Dielectric { ior, .. } => dielectric(ray.direction, &hit, ior, u).0,
+        };
+        let numbers = std::array::from_fn(|_| stream.next_f32());
+        // What would be absorbed where it arrives does not matter.
+        if roulette >= max_component(material.albedo()) {
+            return;
+        }
+        if seen_diffuse {
+            arrivals.extend(arrival(still, &hit, direction, numbers));
+        }
+        if matches!(material, Material::Diffuse { .. }) && !seen_diffuse {
+            (seen_diffuse, length) = (true, 1);
+        }
+        ray = Ray { origin: hit.point, direction, leaves: hit.sphere };
+    }
+}
+
+/// Light that arrives at a hit on the side where the walk goes on.
+fn arrival(still: &Still, hit: &Hit, direction: Vec3, [choice, u, v]: [f32; 3]) -> Option<Arrival> {
+    let normal = if hit.normal.dot(direction) > 0.0 { hit.normal } else { -hit.normal };
+    let receiver = Receiver { point: hit.point, normal, sphere: hit.sphere };
+    let (source, irradiance) = sample_light(still, &receiver, choice, u, v)?;
+    let flux = max_component(irradiance);
+    (flux > 0.0).then_some(Arrival { point: hit.point, source, flux })
+}

@@ -1,0 +1,106 @@
+//! Where photons of far lamps start: on a ball around all that is near.
+//!
+//! A sun at distance 10^6 is known to 0.06 in `f32`, and so is a ray that starts there: a ball of radius 1 would lie in
+//! a fog of that width, and one of 10^-3 would not be met. Between a far lamp and the ball around all else nothing
+//! stands, so photons that cross this ball may as well start on it.
+
+use super::target::Target;
+use crate::ray::SphereId;
+use crate::still::{Light, Role, Still};
+use crate::{Sphere, Vec3};
+use glam::DVec3;
+
+/// Most far lamps but the rooms: each photon asks whether one of them stands in its way.
+const MOST_FAR: usize = 4;
+
+/// What the core is widened by, so that what it is put around lies within in spite of rounding.
+const WIDENED: f64 = 1.001;
+
+/// The ball around all that is near, and what glows far from it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Core {
+    /// Around all spheres but rooms and far lamps, and all targets.
+    pub ball: Target,
+    /// The far lamps, rooms not among them, each as sphere and ball.
+    pub far: Vec<(SphereId, Target)>,
+    /// For each light, true if its photons may start at the core.
+    pub is_far: Vec<bool>,
+}
+
+impl Core {
+    /// The core of a scene, if some lamp is far from it.
+    pub(super) fn new(still: &Still, targets: &[Target]) -> Option<Self> {
+        let lights = &still.lights.entries;
+        let is_lamp = |s: &Sphere, role| role == Role::Solid && s.is_emitter();
+        let solids =
+            || still.spheres.iter().zip(&still.roles).filter(|(_, r)| !matches!(r, Role::Enclosure(_)));
+        let others = solids().filter(|(s, role)| !is_lamp(s, **role)).map(|(s, _)| (s.center, s.radius));
+        let mut balls: Vec<(Vec3, f32)> =
+            targets.iter().map(|t| (t.center, t.radius)).chain(others).collect();
+        let first = around(&balls);
+        let is_far_lamp = |(id, s): &(SphereId, &Sphere)| {
+            is_lamp(s, still.roles[*id as usize]) && gap(&first, s) >= f64::from(first.radius)
+        };
+        let lamps = || (0..).zip(&still.spheres[..]).filter(|(id, s)| is_lamp(s, still.roles[*id as usize]));
+        let near = lamps().filter(|lamp| !is_far_lamp(lamp));
+        balls.extend(near.map(|(_, s)| (s.center, s.radius)));
+        let ball = around(&balls);
+        let far: Vec<_> =
+            lamps().filter(is_far_lamp).map(|(id, s)| (id, Target::ball(s.center, s.radius))).collect();
+        let starts_at_core = |light: &Light| {
+            let sphere = &still.spheres[light.sphere as usize];
+            let is_room = light.inside && contains(sphere, &ball);
+            light.blockers.is_empty() && (is_room || is_far_lamp(&(light.sphere, sphere)))
+        };
+        let is_far: Vec<bool> = lights.iter().map(starts_at_core).collect();
+        let is_clear = far
+            .iter()
+            .all(|(_, lamp)| distance(lamp.center, ball.center) > f64::from(lamp.radius + ball.radius));
+        let is_in_rooms = still.enclosures.iter().all(|e| contains(&still.spheres[e.sphere as usize], &ball));
+        (is_clear && is_in_rooms && far.len() <= MOST_FAR && is_far.contains(&true)).then_some(Self {
+            ball,
+            far,
+            is_far,
+        })
+    }
+
+    /// Where a half line from far lamp `lamp` enters the core; `None` if it does not, or if another far lamp stands there.
+    /// `point` is any point of it, the nearer the better.
+    pub fn entry(&self, lamp: SphereId, origin: Vec3, point: Vec3, direction: Vec3) -> Option<Vec3> {
+        let is_ahead = (origin - self.ball.center).dot(direction) < 0.0;
+        let stands_between =
+            |(other, ball): &(SphereId, Target)| *other != lamp && ball.is_crossed(origin, direction);
+        if !is_ahead || self.far.iter().any(stands_between) {
+            return None;
+        }
+        let f = point - self.ball.center;
+        let nearest = f - direction * f.dot(direction);
+        let half_chord2 = self.ball.radius_squared - nearest.dot(nearest);
+        (half_chord2 > 0.0).then(|| self.ball.center + (nearest - direction * half_chord2.sqrt()))
+    }
+}
+
+fn distance(a: Vec3, b: Vec3) -> f64 {
+    a.as_dvec3().distance(b.as_dvec3())
+}
+
+/// How far a sphere is from a ball.
+fn gap(ball: &Target, s: &Sphere) -> f64 {
+    distance(ball.center, s.center) - f64::from(s.radius) - f64::from(ball.radius)
+}
+
+/// True if a ball lies within a sphere.
+fn contains(s: &Sphere, ball: &Target) -> bool {
+    (distance(ball.center, s.center) + f64::from(ball.radius)) * WIDENED < f64::from(s.radius)
+}
+
+fn around(balls: &[(Vec3, f32)]) -> Target {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for (center, radius) in balls {
+        let (c, r) = (center.as_dvec3(), f64::from(*radius));
+        (low, high) = (low.min(c - r), high.max(c + r));
+    }
+    let center = (0.5 * (low + high)).as_vec3();
+    let reach = |(c, r): &(Vec3, f32)| distance(*c, center) + f64::from(*r);
+    Target::ball(center, (balls.iter().map(reach).fold(0.0, f64::max) * WIDENED) as f32)
+}

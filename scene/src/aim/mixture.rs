@@ -1,0 +1,147 @@
+//! The mixture of photons that leave all lamps alike and photons that are aimed: who is drawn from what, and what a photon
+//! weighs.
+
+use super::core::Core;
+use super::groups::{Group, flux, fluxes, groups};
+use super::target::Target;
+use super::targets::{Targets, UNIFORM_SHARE};
+use crate::still::Still;
+use glam::Vec3;
+
+/// Bits by which the unit of flux is lowered for light photons, at most. No flux exceeds 2^(3 + 21 + 38), and as fewer than
+/// 2^31 photons are deposited no sum exceeds 2^93.
+pub const MOST_SCALE_BITS: u32 = 38;
+
+/// Photons are given to components in multiples of this, but for the last: no vector of photons has two components.
+pub const RUN: u32 = 16;
+
+/// Exponents of heavy photons' fluxes are multiples of this; weights of up to `2^EXPONENT_STEP` times the least need none
+/// ([`Aim::scale_bits`]).
+pub const EXPONENT_STEP: u32 = 8;
+
+/// All that aimed emission from the lamps of one instant needs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Aim {
+    /// The targets of the components from 1 on.
+    pub balls: Vec<Target>,
+    /// The first photon after those of each component. Empty if nothing is aimed.
+    pub ends: Vec<u32>,
+    /// What the weight's denominator has of each component, where a line belongs to it.
+    pub densities: Vec<f32>,
+    /// For each ball, for each group the probability of it or one before, but the last.
+    pub cumulative: Vec<Vec<f32>>,
+    /// Lamps as they are aimed.
+    pub groups: Vec<Group>,
+    /// The lights of the groups, in a row.
+    pub order: Vec<u32>,
+    /// For each place in the order, the share that lights up to it have of their group's power.
+    pub within: Vec<f32>,
+    /// Where photons of far lamps start.
+    pub core: Option<Core>,
+    /// Fluxes count in units of `2^-scale_bits` of what they are without aiming.
+    pub scale_bits: u32,
+}
+
+impl Aim {
+    /// How `photons` of an iteration are aimed from the lamps of `still`.
+    pub fn new(still: &Still, targets: &Targets, photons: u32) -> Self {
+        if targets.shares.is_empty() || still.lights.entries.is_empty() {
+            return Self::default();
+        }
+        let (groups, order) = groups(still);
+        let mut aim = Self { balls: targets.balls.clone(), groups, order, ..Self::default() };
+        aim.allot(targets, photons);
+        let fluxes = fluxes(&aim.balls, &aim.groups);
+        let count = |k: usize| f64::from(aim.ends[k] - if k > 0 { aim.ends[k - 1] } else { 0 });
+        let density = |k: usize| {
+            let flux = if k > 0 { fluxes[k - 1] } else { 1.0 };
+            // Nothing to be sent there, where lamps have moved away.
+            if flux > 0.0 { count(k) / f64::from(photons) / flux } else { 0.0 }
+        };
+        aim.densities = (0..aim.ends.len()).map(|k| density(k) as f32).collect();
+        aim.cumulative = aim.balls.iter().zip(&fluxes).map(|(ball, sum)| aim.cumulate(ball, *sum)).collect();
+        aim.within = aim.cumulate_groups(still);
+        aim.core = Core::new(still, &aim.balls);
+        let most: f64 = aim.densities.iter().map(|&d| f64::from(d)).sum();
+        while aim.scale_bits < MOST_SCALE_BITS && most >= (1_u64 << (aim.scale_bits + EXPONENT_STEP)) as f64 {
+            aim.scale_bits += 1;
+        }
+        aim
+    }
+
+    /// Gives each component a run of the photons, so that each has its own run of Sobol points.
+    fn allot(&mut self, targets: &Targets, photons: u32) {
+        // However few there are, some leave all lamps alike.
+        let least = ((f64::from(photons) * UNIFORM_SHARE) as u32 + 1).next_multiple_of(RUN);
+        let mut sum = 0.0;
+        for share in &targets.shares {
+            sum += share;
+            let end = (sum * f64::from(photons)) as u32;
+            self.ends.push((end - end % RUN).max(least).min(photons));
+        }
+        if let Some(last) = self.ends.last_mut() {
+            *last = photons;
+        }
+    }
+
+    fn cumulate(&self, ball: &Target, all: f64) -> Vec<f32> {
+        let mut sum = 0.0;
+        let step = |group: &Group| {
+            sum += flux(group, ball) / all;
+            sum as f32
+        };
+        self.groups[..self.groups.len() - 1].iter().map(step).collect()
+    }
+
+    fn cumulate_groups(&self, still: &Still) -> Vec<f32> {
+        let mut within = Vec::with_capacity(self.order.len());
+        for group in &self.groups {
+            let mut sum = 0.0;
+            for &light in &self.order[group.first as usize..group.end as usize] {
+                sum += f64::from(still.lights.entries[light as usize].probability) / group.share;
+                within.push(sum as f32);
+            }
+        }
+        within
+    }
+
+    /// The component that photon `photon` is drawn from: 0 for uniform emission, else one more than its ball.
+    pub fn component(&self, photon: u32) -> usize {
+        self.ends.partition_point(|&end| end <= photon)
+    }
+
+    /// The light that `u` chooses for a photon aimed at `ball`, where it has chosen `group`.
+    pub fn light_of(&self, ball: usize, group: usize, u: f32) -> u32 {
+        let (cumulative, Group { first, end, .. }) = (&self.cumulative[ball], self.groups[group]);
+        let (first, end) = (first as usize, end as usize);
+        if end - first == 1 {
+            return self.order[first];
+        }
+        let before = if group > 0 { cumulative[group - 1] } else { 0.0 };
+        let after = cumulative.get(group).copied().unwrap_or(1.0);
+        let rest = (u - before) / (after - before);
+        self.order[first + self.within[first..end - 1].partition_point(|&c| c <= rest)]
+    }
+
+    /// What multiplies a photon's power, where [`FLUX_ONE`](crate::film::FLUX_ONE) stands for the nominal one.
+    pub fn scale(&self) -> f32 {
+        (1_u64 << self.scale_bits) as f32
+    }
+
+    /// True if photons are aimed at nothing: they leave all lamps alike.
+    pub fn is_empty(&self) -> bool {
+        self.ends.is_empty()
+    }
+
+    /// The weight of a photon that leaves its lamp along this half line; 1 if nothing is aimed.
+    pub fn weight(&self, origin: Vec3, direction: Vec3) -> f32 {
+        let Some((&uniform, aimed)) = self.densities.split_first() else { return 1.0 };
+        let mut sum = uniform;
+        for (ball, density) in self.balls.iter().zip(aimed) {
+            if ball.is_crossed(origin, direction) {
+                sum += density;
+            }
+        }
+        1.0 / sum
+    }
+}

@@ -1,0 +1,209 @@
+//! What to aim at, and how often, by what a survey has found.
+
+use super::groups::{fluxes, groups};
+use super::target::{ALL_DIRECTIONS, Target};
+use crate::sphere::Sphere;
+use crate::still::{Role, Still};
+use glam::{DVec3, Vec3};
+
+/// Leaves of the tree of targets: a power of two.
+const LEAVES: usize = 16;
+
+/// Balls of all sizes: the nodes of the tree.
+pub const MAX_TARGETS: usize = OUTER + 2 * LEAVES - 1;
+
+/// Balls around the tree's root, ever larger, up to one around all that reflects. Light that arrives outside of the root
+/// matters little, but photons that leave all lamps alike may weigh 2^30 times as much as those aimed at it: one that
+/// found its way to the eye would be a spark. Between these balls weights grow step by step.
+const OUTER: usize = 4;
+
+/// Fewer arrivals than this tell nothing.
+const LEAST_ARRIVALS: usize = 64;
+
+/// The share of photons that leave all lamps alike, whatever else is learnt: no photon weighs more than its inverse.
+pub const UNIFORM_SHARE: f64 = 1.0 / 8.0;
+
+/// The share that is spread evenly over all components, whatever is learnt: what keeps the weights of lines apart
+/// that cross neighbouring balls within small factors.
+const EVEN_SHARE: f64 = 0.3;
+
+/// Steps of the search for shares. Only the first is worth its while: further ones trust few arrivals, from afar, with
+/// most of the photons (docs/aiming.md).
+const STEPS: usize = 1;
+
+/// Photons are aimed only if that is expected to leave at most so much of the variance. In closed rooms it gains
+/// nothing, and then the image is that of uniform emission, bit for bit.
+const WORTH_IT: f64 = 0.6;
+
+/// Least radius of a target over the radius of all: below, rounding decides which lines cross it.
+const LEAST_RADIUS: f64 = 1.0 / 65536.0;
+
+/// Balls around the root that grow by less than this would be of no use.
+const WIDE: f64 = 1.25;
+
+/// Directions whose mean is shorter than this come from everywhere.
+const LEAST_MEAN: f64 = 0.1;
+
+/// What caps are widened by: arrivals are a sample.
+const CAP_WIDENED: f64 = 1.1;
+
+/// And that of a single direction: some hundred times what rounding makes of it.
+const LEAST_CAP: f64 = 1e-5;
+
+/// Light that arrives where it matters: what a walk from the eye over a diffuse surface found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrival {
+    /// Where.
+    pub point: Vec3,
+    /// Where it comes from: a point of a lamp.
+    pub source: Vec3,
+    /// How much, in the brightest channel; in any unit.
+    pub flux: f32,
+}
+
+/// What photons are aimed at in all iterations, and how many at what.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Targets {
+    /// The balls, inner nodes before what is within.
+    pub balls: Vec<Target>,
+    /// The share of each component: of uniform emission first, then of each ball. Empty if nothing is aimed.
+    pub shares: Vec<f64>,
+    /// The variance expected, over that of uniform emission.
+    pub expected: f64,
+}
+
+impl Targets {
+    /// What to aim at, from `arrivals`, and from the lamps of `still`, those of the first iteration.
+    pub fn new(still: &Still, mut arrivals: Vec<Arrival>) -> Self {
+        if arrivals.len() < LEAST_ARRIVALS {
+            return Self::default();
+        }
+        let mut balls = Vec::new();
+        let all = ball_around(&arrivals, 0.0);
+        surround(still, all, cap_around(&arrivals), &mut balls);
+        divide(&mut arrivals, LEAVES, all.1 * LEAST_RADIUS, &mut balls);
+        let fluxes = fluxes(&balls, &groups(still).0);
+        let densities: Vec<f64> =
+            std::iter::once(1.0).chain(fluxes.into_iter().map(|flux| 1.0 / flux)).collect();
+        let lines: Vec<(f64, Vec<usize>)> = arrivals.iter().map(|a| line(a, &balls)).collect();
+        let shares = search(&lines, &densities);
+        let expected = variance(&lines, &densities, &shares);
+        let shares = if expected < WORTH_IT { shares } else { Vec::new() };
+        Self { balls, shares, expected }
+    }
+}
+
+/// The flux of an arrival, and the components that its line belongs to.
+fn line(arrival: &Arrival, balls: &[Target]) -> (f64, Vec<usize>) {
+    let way = arrival.point - arrival.source;
+    let length = way.dot(way).sqrt();
+    let direction = way * (1.0 / length);
+    // From far lamps the line is told apart from its neighbours only near the targets: all lie in the first.
+    let back = balls.first().map_or(length, |all| (3.0 * all.radius).min(length));
+    let origin = arrival.point - direction * back;
+    let crossed = (1..).zip(balls).filter(|(_, ball)| ball.is_crossed(origin, direction));
+    (f64::from(arrival.flux), std::iter::once(0).chain(crossed.map(|(k, _)| k)).collect())
+}
+
+/// The variance that photons leave, over that which uniform emission leaves: the mean weight of what arrives.
+fn variance(lines: &[(f64, Vec<usize>)], densities: &[f64], shares: &[f64]) -> f64 {
+    let weight =
+        |components: &[usize]| 1.0 / components.iter().map(|&k| densities[k] * shares[k]).sum::<f64>();
+    let (with, without) = lines
+        .iter()
+        .fold((0.0, 0.0), |(with, without), (flux, of)| (with + flux * weight(of), without + flux));
+    with / without
+}
+
+/// The shares that leave the least variance, by the multiplicative steps of optimal design (Silvey, Titterington and
+/// Torsney 1978), each of which lessens it; then mixed with those that are always granted.
+fn search(lines: &[(f64, Vec<usize>)], densities: &[f64]) -> Vec<f64> {
+    let count = densities.len() as f64;
+    let mut shares = vec![1.0 / count; densities.len()];
+    for _ in 0..STEPS {
+        let mut gains = vec![0.0; shares.len()];
+        for (flux, of) in lines {
+            let density: f64 = of.iter().map(|&k| densities[k] * shares[k]).sum();
+            let gain = flux / (density * density);
+            for &k in of {
+                gains[k] += gain * densities[k];
+            }
+        }
+        for (share, gain) in shares.iter_mut().zip(&gains) {
+            *share *= gain.sqrt();
+        }
+        let sum: f64 = shares.iter().sum();
+        for share in &mut shares {
+            *share /= sum;
+        }
+    }
+    let learnt = 1.0 - UNIFORM_SHARE - EVEN_SHARE;
+    for share in &mut shares {
+        *share = learnt * *share + EVEN_SHARE / count;
+    }
+    shares[0] += UNIFORM_SHARE;
+    shares
+}
+
+/// Centre and radius of a ball around arrivals.
+fn ball_around(arrivals: &[Arrival], least: f64) -> (Vec3, f64) {
+    let points = || arrivals.iter().map(|a| a.point.as_dvec3());
+    let low = points().fold(DVec3::INFINITY, DVec3::min);
+    let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let center = (0.5 * (low + high)).as_vec3();
+    let radius = points().map(|p| p.distance(center.as_dvec3())).fold(least, f64::max);
+    (center, radius)
+}
+
+/// The cap that holds the directions in which light arrives: its axis, and `1 - cos` of its half angle.
+fn cap_around(arrivals: &[Arrival]) -> (Vec3, f32) {
+    let direction = |a: &Arrival| (a.point.as_dvec3() - a.source.as_dvec3()).normalize_or_zero();
+    let mean = arrivals.iter().map(direction).sum::<DVec3>();
+    if mean.length() < LEAST_MEAN * arrivals.len() as f64 {
+        return (Vec3::Z, ALL_DIRECTIONS);
+    }
+    let axis = mean.normalize().as_vec3();
+    let height = arrivals.iter().map(|a| 1.0 - direction(a).dot(axis.as_dvec3())).fold(0.0, f64::max);
+    (axis, (height * CAP_WIDENED + LEAST_CAP) as f32)
+}
+
+/// Adds the balls around the ball (`center`, `radius`), the largest first, each as many times as large as the next.
+fn surround(
+    still: &Still,
+    (center, radius): (Vec3, f64),
+    (axis, height): (Vec3, f32),
+    balls: &mut Vec<Target>,
+) {
+    let is_object = |role: &Role| !matches!(role, Role::Enclosure(_));
+    let objects =
+        still.spheres.iter().zip(&still.roles).filter(|(s, role)| is_object(role) && !s.is_emitter());
+    let reach =
+        |(s, _): (&Sphere, &Role)| s.center.as_dvec3().distance(center.as_dvec3()) + f64::from(s.radius);
+    let step = (objects.map(reach).fold(radius, f64::max) / radius).sqrt().sqrt();
+    if step < WIDE {
+        return;
+    }
+    for power in (1..=OUTER as i32).rev() {
+        let radius = (radius * (0..power).fold(1.0, |product, _| product * step)) as f32;
+        balls.push(Target { axis, height, ..Target::ball(center, radius) });
+    }
+}
+
+/// Adds the ball around arrivals, and those around each half of them, down to `leaves` parts.
+fn divide(arrivals: &mut [Arrival], leaves: usize, least: f64, balls: &mut Vec<Target>) {
+    let (center, radius) = ball_around(arrivals, least);
+    let (axis, height) = cap_around(arrivals);
+    balls.push(Target { axis, height, ..Target::ball(center, radius as f32) });
+    if leaves < 2 {
+        return;
+    }
+    let points = || arrivals.iter().map(|a| a.point.as_dvec3());
+    let low = points().fold(DVec3::INFINITY, DVec3::min);
+    let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let axis = (high - low).max_position();
+    let middle = arrivals.len() / 2;
+    arrivals.select_nth_unstable_by(middle, |a, b| a.point[axis].total_cmp(&b.point[axis]));
+    let (first, second) = arrivals.split_at_mut(middle);
+    divide(first, leaves / 2, least, balls);
+    divide(second, leaves / 2, least, balls);
+}

@@ -1,0 +1,411 @@
+//! Photons aimed at balls: their weights, their densities, and that the image stays what it is.
+
+use crate::cases::tell;
+use crate::harness::{
+    BLACK, Build, assert_uniform_square, block_mean, diffuse, empty_scene, glass, mean, pinhole,
+    relative_error, render_path, settings,
+};
+use glam::DVec3;
+use reference::Sppm;
+use reference::emission::{Emitted, emit};
+use reference::photon_pass::{PhotonNumbers, quantise};
+use reference::survey::survey;
+use scene::aim::{Aim, Arrival, MOST_SCALE_BITS, Target, Targets, UNIFORM_SHARE, cone};
+use scene::film::FLUX_ONE;
+use scene::rng::{Family, StreamKey};
+use scene::{Engine, Rgb, Scene, Settings, Vec3, max_component};
+use std::f64::consts::TAU;
+
+/// Targets with equal shares, a half of all photons, the other half uniform.
+fn aimed_at(balls: Vec<Target>) -> Targets {
+    let share = 0.5 / balls.len() as f64;
+    let shares = std::iter::once(0.5).chain(balls.iter().map(|_| share)).collect();
+    Targets { balls, shares, expected: 0.0 }
+}
+
+/// A sky of radius `sky`, a far sun, near lamps of several sizes, in the midst of nothing.
+fn open(scale: f32, offset: Vec3) -> Scene {
+    let at = |v: Vec3| (v + offset) * scale;
+    empty_scene(pinhole(at(Vec3::Z * 9.0), at(Vec3::ZERO), 30.0))
+        .lamp(at(Vec3::new(30.0, 60.0, 20.0)), 6.0 * scale, BLACK, Rgb::new(3.0, 2.0, 1.0))
+        .lamp(at(Vec3::new(-3.0, 4.0, 0.0)), 0.5 * scale, BLACK, Rgb::new(20.0, 30.0, 10.0))
+        .lamp(at(Vec3::new(1.0, 3.0, 2.0)), 0.02 * scale, BLACK, Rgb::splat(1000.0))
+        .lamp(at(Vec3::ZERO), 200.0 * scale, BLACK, Rgb::new(0.01, 0.02, 0.03))
+}
+
+/// Small, large, nested, overlapping; around a lamp, touching one, and around all.
+fn targets(scale: f32, offset: Vec3) -> Vec<Target> {
+    [
+        (Vec3::ZERO, 0.1),
+        (Vec3::ZERO, 1.0),
+        (Vec3::X * 1.5, 1.0),
+        (Vec3::new(-3.0, 4.0, 0.0), 2.0),
+        (Vec3::new(1.0, 2.5, 2.0), 0.48),
+        (Vec3::ZERO, 90.0),
+        (Vec3::ZERO, 1.2),
+        (Vec3::X * 1.5, 0.8),
+    ]
+    .into_iter()
+    .enumerate()
+    .map(|(k, (center, radius)): (usize, (Vec3, f32))| {
+        // One by light from above only, and one by that of the sun.
+        let (axis, height) = match k {
+            6 => (Vec3::NEG_Y, 0.9),
+            7 => (Vec3::new(-30.0, -60.0, -20.0).normalize(), 0.02),
+            _ => (Vec3::Z, 3.0),
+        };
+        Target { axis, height, ..Target::ball((center + offset) * scale, radius * scale) }
+    })
+    .collect()
+}
+
+/// A photon's weight: the brightest channel of its power.
+fn weight(e: &Emitted) -> f32 {
+    max_component(e.power)
+}
+
+/// That of a photon of weight 8 in the smallest unit.
+const LARGEST_FLUX: u128 = (FLUX_ONE as u128) << (3 + MOST_SCALE_BITS);
+
+fn emitted(scene: &Scene, aim: &Aim, photons: u32, iteration: u32) -> Vec<(u32, Emitted)> {
+    let still = scene.at(0.0);
+    let numbers = PhotonNumbers::new(1, iteration);
+    (0..photons).filter_map(|p| emit(&still, aim, &numbers, p).map(|e| (p, e))).collect()
+}
+
+/// Means of 2^20 weights and parts of them: what is left of their noise where lines are stratified.
+const WEIGHTS: f64 = 1e-2;
+
+const PHOTONS: u32 = 1 << 20;
+
+#[test]
+fn weights_are_1_on_the_average_at_every_scale() {
+    for (scale, offset) in
+        [(1.0, Vec3::ZERO), (1e-3, Vec3::ZERO), (1e6, Vec3::ZERO), (1.0, Vec3::new(2000.0, -1000.0, 500.0))]
+    {
+        let scene = open(scale, offset);
+        let aim = Aim::new(&scene.at(0.0), &aimed_at(targets(scale, offset)), PHOTONS);
+        let photons = emitted(&scene, &aim, PHOTONS, 0);
+        let sum: f64 = photons.iter().map(|(_, e)| f64::from(weight(e))).sum();
+        let mean = sum / f64::from(PHOTONS);
+        assert!((mean - 1.0).abs() < WEIGHTS, "scale {scale}, offset {offset}: {mean}");
+        let most = photons.iter().map(|(_, e)| weight(e)).fold(0.0, f32::max);
+        assert!(most <= 2.0 * (1.0 + 1e-5), "a weight of {most} with a uniform share of a half");
+        let largest = quantise(&aim, Rgb::splat(most)).values()[0];
+        assert!((LARGEST_FLUX / 8..=LARGEST_FLUX).contains(&(largest << (MOST_SCALE_BITS - aim.scale_bits))));
+    }
+    tell("physics", 4 * PHOTONS as usize, "weights of photons");
+}
+
+#[test]
+fn weights_are_1_on_the_average_with_more_lamps_than_are_aimed_one_by_one() {
+    let mut scene = empty_scene(pinhole(Vec3::Z * 9.0, Vec3::ZERO, 30.0));
+    for k in 0..3000_u32 {
+        let place = Vec3::new((k % 60) as f32 - 30.0, 5.0 + (k % 7) as f32, (k / 60) as f32 - 25.0);
+        let radius = 0.02 + 0.001 * (k % 11) as f32;
+        scene = scene.lamp(place, radius, BLACK, Rgb::splat(1.0 + (k % 13) as f32));
+    }
+    let still = scene.at(0.0);
+    let aim = Aim::new(&still, &aimed_at(targets(1.0, Vec3::ZERO)), PHOTONS);
+    assert!(aim.groups.iter().any(|group| group.end - group.first > 1), "each lamp is by itself");
+    let photons = emitted(&scene, &aim, PHOTONS, 0);
+    let sum: f64 = photons.iter().map(|(_, e)| f64::from(weight(e))).sum();
+    let mean = sum / f64::from(PHOTONS);
+    assert!((mean - 1.0).abs() < WEIGHTS, "{mean}");
+    // Each lamp sends its share, whatever its run of neighbours.
+    let mut power = vec![0.0; 13];
+    for (_, e) in &photons {
+        let brightness = f64::from(scene.spheres[e.ray.leaves as usize].emission.x);
+        power[brightness as usize - 1] += f64::from(weight(e)) / f64::from(PHOTONS);
+    }
+    let of_all: f64 = still.lights.entries.iter().map(|light| f64::from(light.probability)).sum();
+    for (class, power) in power.iter().enumerate() {
+        let is_of = |light: &&scene::still::Light| {
+            scene.spheres[light.sphere as usize].emission.x as usize == class + 1
+        };
+        let lights = still.lights.entries.iter().filter(is_of);
+        let expected = lights.map(|light| f64::from(light.probability)).sum::<f64>() / of_all;
+        assert!((power / expected - 1.0).abs() < SHARE_OF_LAMPS, "{class}: {power}, not {expected}");
+    }
+    tell("physics", PHOTONS as usize, "weights of photons of 3000 lamps");
+}
+
+/// A thirteenth of the photons, of which some are heavy.
+const SHARE_OF_LAMPS: f64 = 4e-2;
+
+/// Power per channel that crosses `detector`, by photons.
+fn power_through(photons: &[(u32, Emitted)], all: u32, detector: &Target) -> DVec3 {
+    let crossing = photons.iter().filter(|(_, e)| detector.is_crossed(e.ray.origin, e.ray.direction));
+    let power = crossing.map(|(_, e)| e.power.as_dvec3()).sum::<DVec3>();
+    power / f64::from(all)
+}
+
+/// The share of a lamp's lines, uniform over its surface and by the cosine, that cross a ball: by quadrature over the
+/// angle to the axis and the overlap of two disks.
+fn share_of_lines(r: f64, ball: f64, distance: f64) -> f64 {
+    if distance + r <= ball {
+        return 1.0;
+    }
+    let limit = ((r + ball) / distance).min(1.0).asin();
+    let steps = 4000;
+    let mut sum = 0.0;
+    for i in 0..steps {
+        let angle = (f64::from(i) + 0.5) / f64::from(steps) * limit;
+        sum += overlap(r, ball, distance * angle.sin()) * TAU * angle.sin() * limit / f64::from(steps);
+    }
+    sum / (2.0 * TAU * std::f64::consts::PI * r * r)
+}
+
+/// Area that two disks share whose centres are `d` apart.
+fn overlap(a: f64, b: f64, d: f64) -> f64 {
+    let small = a.min(b);
+    if d <= (a - b).abs() {
+        return std::f64::consts::PI * small * small;
+    }
+    if d >= a + b {
+        return 0.0;
+    }
+    let part = |a: f64, b: f64| a * a * ((d * d + a * a - b * b) / (2.0 * d * a)).clamp(-1.0, 1.0).acos();
+    let kite = (-d + a + b) * (d + a - b) * (d - a + b) * (d + a + b);
+    part(a, b) + part(b, a) - 0.5 * kite.max(0.0).sqrt()
+}
+
+#[test]
+fn every_ball_receives_what_the_lamps_send_it() {
+    for scale in [1.0, 1e-3, 1e6_f32] {
+        let scene = open(scale, Vec3::ZERO);
+        let still = scene.at(0.0);
+        let aim = Aim::new(&still, &aimed_at(targets(scale, Vec3::ZERO)), PHOTONS);
+        let photons = emitted(&scene, &aim, PHOTONS, 0);
+        // Within targets, across a rim, and one of them: elsewhere few photons of great weight tell little.
+        for (center, radius) in [
+            (Vec3::new(0.02, 0.03, 0.0), 0.05),
+            (Vec3::new(0.5, 0.0, 0.0), 0.3),
+            (Vec3::new(1.5, 0.3, 0.2), 0.6),
+            (Vec3::ZERO, 1.0),
+            (Vec3::new(0.0, -12.0, 5.0), 40.0),
+        ] {
+            let detector = Target::ball(center * scale, radius * scale);
+            let mut expected = DVec3::ZERO;
+            for light in &still.lights.entries {
+                let lamp = &still.spheres[light.sphere as usize];
+                let (r, b) = (f64::from(lamp.radius), f64::from(detector.radius));
+                let distance = lamp.center.as_dvec3().distance(detector.center.as_dvec3());
+                let share = if light.inside { b * b / (r * r) } else { share_of_lines(r, b, distance) };
+                expected += share * f64::from(light.probability) * light.photon_power.as_dvec3();
+            }
+            let actual = power_through(&photons, PHOTONS, &detector);
+            let error = relative_error(actual.to_array(), expected.to_array());
+            assert!(error < POWER, "{center} {radius} at {scale}: {actual}, not {expected}: {error:.3}");
+        }
+    }
+    tell("physics", 15, "balls that receive what the lamps send");
+}
+
+/// Some ten thousand photons of alike weights that cross a ball, were they not stratified.
+const POWER: f64 = 2e-2;
+
+#[test]
+fn lines_of_the_sky_through_a_target_are_uniform() {
+    lines_of_the_sky(Vec3::Z, 3.0);
+    lines_of_the_sky(Vec3::Z, 0.7);
+    lines_of_the_sky(Vec3::Z, 0.001);
+}
+
+/// Expects directions to be uniform in the cap of this height around the z axis, and places across the target.
+fn lines_of_the_sky(axis: Vec3, height: f32) {
+    let scene = empty_scene(pinhole(Vec3::Z * 9.0, Vec3::ZERO, 30.0)).lamp(
+        Vec3::new(3.0, -4.0, 5.0),
+        50.0,
+        BLACK,
+        Rgb::ONE,
+    );
+    let target = Target { axis, height, ..Target::ball(Vec3::new(1.0, 2.0, 3.0), 0.7) };
+    let aim = Aim::new(&scene.at(0.0), &aimed_at(vec![target]), PHOTONS);
+    let photons: Vec<Emitted> = emitted(&scene, &aim, PHOTONS, 0)
+        .into_iter()
+        .filter(|(p, _)| aim.component(*p) == 1)
+        .map(|(_, e)| e)
+        .collect();
+    let turns = |x: f64, y: f64| (y.atan2(x) / TAU + 1.0).fract();
+    let below_one = 1.0 - f64::EPSILON;
+    let directions = photons.iter().map(|e| e.ray.direction.as_dvec3());
+    assert_uniform_square(
+        directions
+            .map(|d| [((1.0 - d.z) / f64::from(height.min(2.0))).clamp(0.0, below_one), turns(d.x, d.y)]),
+        [24, 24],
+        "directions",
+    );
+    let offsets = photons.iter().map(|e| {
+        let (f, d) = ((e.ray.origin - target.center).as_dvec3(), e.ray.direction.as_dvec3());
+        let offset = (f - d * f.dot(d)) / f64::from(target.radius);
+        let (s, t) = d.any_orthonormal_pair();
+        [offset.length_squared().min(below_one), turns(offset.dot(s), offset.dot(t))]
+    });
+    assert_uniform_square(offsets, [24, 24], "places across the target");
+    tell("physics", photons.len(), "lines of the sky through a target");
+}
+
+#[test]
+fn lines_of_a_lamp_to_a_target_are_uniform_where_they_cross_both() {
+    // In line space lines of a lamp that cross a ball: uniform in direction times disk. Binned by direction about the
+    // axis against the overlap of both disks.
+    for (r, b) in [(0.5_f32, 2.0_f32), (2.0, 0.5), (1.0, 1.0)] {
+        let distance = 6.0_f32;
+        let scene =
+            empty_scene(pinhole(Vec3::Z * 9.0, Vec3::ZERO, 30.0)).lamp(Vec3::ZERO, r, BLACK, Rgb::ONE);
+        let target = Target::ball(Vec3::X * distance, b);
+        let aim = Aim::new(&scene.at(0.0), &aimed_at(vec![target]), PHOTONS);
+        let (_, height) = cone(Vec3::ZERO, r, target.center, b);
+        let slices = 12;
+        let mut counts = vec![0_u32; slices];
+        for (photon, e) in emitted(&scene, &aim, PHOTONS, 0) {
+            if aim.component(photon) == 1 {
+                let h = f64::from(1.0 - e.ray.direction.x) / f64::from(height);
+                counts[((h * slices as f64) as usize).min(slices - 1)] += 1;
+            }
+        }
+        let area = |i: usize| {
+            let steps = 200;
+            let one = |k: usize| {
+                let h = (i as f64 + (k as f64 + 0.5) / f64::from(steps)) / slices as f64 * f64::from(height);
+                let sine = (h * (2.0 - h)).sqrt();
+                overlap(f64::from(r), f64::from(b), f64::from(distance) * sine)
+            };
+            (0..steps as usize).map(one).sum::<f64>()
+        };
+        let (areas, drawn): (Vec<f64>, u32) = ((0..slices).map(area).collect(), counts.iter().sum());
+        let whole: f64 = areas.iter().sum();
+        for (count, area) in counts.iter().zip(areas) {
+            let expected = area / whole * f64::from(drawn);
+            let deviation = (f64::from(*count) - expected).abs();
+            assert!(deviation < 5.0 * expected.sqrt() + 5.0, "radii {r}, {b}: {counts:?}, not {expected}");
+        }
+    }
+    tell("physics", 3, "densities of lines from lamp to ball");
+}
+
+#[test]
+fn cones_hold_all_lines_that_cross_both_balls() {
+    let mut stream = StreamKey::new(5, Family::Path, 0).stream(0);
+    for _ in 0..20_000 {
+        let mut place =
+            |scale: f32| Vec3::from_array(std::array::from_fn(|_| (stream.next_f32() - 0.5) * scale));
+        let (a, b) = (place(4.0), place(4.0) + Vec3::X * 6.0);
+        let (ra, rb) = (0.1 + stream.next_f32(), 0.1 + 2.0 * stream.next_f32());
+        let mut within = |c: Vec3, r: f32| {
+            let v = Vec3::from_array(std::array::from_fn(|_| stream.next_f32() - 0.5));
+            c + v.normalize() * (r * stream.next_f32())
+        };
+        let direction = (within(b, rb) - within(a, ra)).normalize();
+        let (axis, height) = cone(a, ra, b, rb);
+        assert!(1.0 - axis.dot(direction) <= height * 1.0001 + 1e-6, "a line leaves the cone");
+    }
+    tell("physics", 20_000, "lines within cones");
+}
+
+fn render_aimed(scene: &Scene, settings: &Settings, targets: Targets) -> scene::Film {
+    settings.validate().unwrap();
+    let mut engine = Sppm::new(scene, settings).aimed_at(targets);
+    for _ in 0..settings.iterations {
+        engine.iterate();
+    }
+    engine.develop()
+}
+
+/// A plain, a ball of chalk and one of glass under a sky and a wide far sun.
+fn meadow() -> Scene {
+    let mut scene = empty_scene(pinhole(Vec3::new(0.0, 3.0, 9.0), Vec3::Y * 0.7, 30.0))
+        .ball(Vec3::Y * -1e4, 1e4, diffuse(0.6))
+        .ball(Vec3::new(-1.2, 1.0, 0.0), 1.0, diffuse(0.8))
+        .ball(Vec3::new(1.3, 1.0, 0.0), 1.0, glass(1.0, 1.5))
+        .lamp(Vec3::new(5e4, 6e4, -2e4), 8e3, BLACK, Rgb::new(60.0, 50.0, 40.0));
+    scene.background = Rgb::new(0.3, 0.4, 0.6);
+    scene.with_sky()
+}
+
+/// Noise of both methods in blocks of 8x8, and the radius' blur of the caustic.
+const SAME_BLOCK: f64 = 0.12;
+
+/// And over the image.
+const SAME_MEAN: f64 = 1e-2;
+
+#[test]
+fn an_open_scene_is_the_path_tracers_block_by_block() {
+    let scene = meadow();
+    let settings = Settings { iterations: 96, ..settings(64, 48, 50_000, 8, 0.3) };
+    let targets = survey(&scene, &settings);
+    assert!(!targets.shares.is_empty(), "nothing is aimed: {}", targets.expected);
+    let aimed = render_aimed(&scene, &settings, targets);
+    let path = render_path(&scene, &Settings { iterations: 2048, ..settings });
+    let error = relative_error(mean(&aimed), mean(&path));
+    assert!(error < SAME_MEAN, "{:?} and {:?}", mean(&aimed), mean(&path));
+    for (x, y) in (0..6).flat_map(|y| (0..8).map(move |x| (x, y))) {
+        let block = |film| block_mean(film, x * 8..x * 8 + 8, y * 8..y * 8 + 8);
+        let error = relative_error(block(&aimed), block(&path));
+        assert!(error < SAME_BLOCK, "block {x}, {y}: {:?} and {:?}", block(&aimed), block(&path));
+    }
+    // Without aiming the plain below the balls gets no light from them.
+    let uniform = render_aimed(&scene, &settings, Targets::default());
+    assert!(relative_error(mean(&uniform), mean(&path)) > SAME_MEAN, "nothing was to be gained");
+    tell("physics", 48, "blocks of an open scene");
+}
+
+#[test]
+fn whatever_photons_are_aimed_at_a_closed_room_looks_the_same() {
+    let scene = empty_scene(pinhole(Vec3::new(0.0, 0.0, 2.9), Vec3::ZERO, 90.0))
+        .ball(Vec3::ZERO, 3.0, diffuse(0.6))
+        .lamp(Vec3::new(0.5, 1.0, 0.0), 0.3, BLACK, Rgb::splat(10.0))
+        .lamp(Vec3::new(-1.0, 0.0, -1.0), 0.05, BLACK, Rgb::splat(100.0));
+    let settings = Settings { iterations: 8, ..settings(32, 32, 100_000, 5, 0.2) };
+    // The same camera paths, so that all that differs is what photons bring.
+    let expected = mean(&render_aimed(&scene, &settings, Targets::default()));
+    for balls in [
+        vec![Target::ball(Vec3::NEG_Z * 2.0, 1.0)],
+        vec![
+            Target::ball(Vec3::ZERO, 2.0),
+            Target::ball(Vec3::ZERO, 0.5),
+            Target::ball(Vec3::new(-1.0, 0.5, -1.0), 0.3),
+        ],
+        vec![Target::ball(Vec3::X * 3.0, 2.0), Target::ball(Vec3::new(2.0, 2.0, -2.0), 3.0)],
+    ] {
+        let targets = aimed_at(balls);
+        let actual = mean(&render_aimed(&scene, &settings, targets.clone()));
+        let error = relative_error(actual, expected);
+        assert!(error < SAME_MEAN, "{:?}: {actual:?} and {expected:?}", targets.balls);
+    }
+    tell("physics", 3, "closed rooms with photons aimed anywhere");
+}
+
+#[test]
+fn closed_rooms_are_left_alone() {
+    for name in ["cornell", "mirror", "random", "surgery"] {
+        let scene = files::builtin::scene(name).unwrap();
+        assert!(survey(&scene, &scene.settings).shares.is_empty(), "{name} is aimed");
+    }
+}
+
+/// Sums of shares: some roundings of `f64`.
+const SHARES: f64 = 1e-12;
+
+#[test]
+fn shares_sum_to_one_and_none_is_starved() {
+    let scene = meadow();
+    let targets = survey(&scene, &settings(64, 48, 1000, 8, 0.25));
+    let sum: f64 = targets.shares.iter().sum();
+    assert!((sum - 1.0).abs() < SHARES && targets.shares.iter().all(|&s| s > 1e-3), "{:?}", targets.shares);
+    assert!(targets.shares[0] >= UNIFORM_SHARE);
+    for photons in [1, 2, 7, 100, 1 << 20] {
+        let aim = Aim::new(&scene.at(0.0), &targets, photons);
+        assert_eq!(aim.ends.last(), Some(&photons));
+        assert!(aim.ends.windows(2).all(|pair| pair[0] <= pair[1]), "{:?}", aim.ends);
+        let uniform = f64::from(aim.ends[0]);
+        assert!(
+            f64::from(photons) / uniform <= 1.0 / UNIFORM_SHARE,
+            "{photons} photons: {uniform} of them uniform"
+        );
+    }
+    // Too few arrivals teach nothing.
+    let few = vec![Arrival { point: Vec3::ZERO, source: Vec3::Y, flux: 1.0 }; 10];
+    assert_eq!(Targets::new(&scene.at(0.0), few), Targets::default());
+}
