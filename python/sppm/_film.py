@@ -6,16 +6,18 @@ import json
 import os
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _arrays, _sppm
 from ._errors import FileError, InputError
-from ._numbers import single
+from ._numbers import positive, single
 from ._scene import Scene, Source
 
+Tone: TypeAlias = Literal["clamp"] | Literal["reinhard"] | Literal["aces"] | Literal["agx"]
+"""How a picture shows bright light."""
 Floats = npt.NDArray[np.float32]
 """An array of 32-bit floats."""
 
@@ -103,16 +105,26 @@ class Film:
         text = self.metadata.get("scene_file")
         return None if text is None else Scene.parse(text)
 
-    def save(self, path: Source, *, exposure: float | None = None) -> None:
+    def save(
+        self,
+        path: Source,
+        *,
+        exposure: float | None = None,
+        tone: Tone | None = None,
+        white: float | None = None,
+    ) -> None:
         """Writes the image, whole or not at all: ``.png`` or ``.jpg`` (sRGB), ``.exr``, ``.pfm``, ``.hdr`` or ``.tif``
         (linear radiance). PNG and EXR hold the metadata.
 
-        ``exposure``, in stops, brightens a PNG or JPEG. Raises FileError if the file cannot be written, and InputError
-        for an exposure of linear radiance.
+        Of a PNG or JPEG, ``exposure`` is the brightness in stops, and ``tone`` the curve by which it shows bright light:
+        ``"agx"`` (if none is given) and ``"aces"`` as film does, ``"reinhard"`` with its colours (``white`` is the least
+        luminance that is white, 4 if not given), ``"clamp"`` not at all.
+
+        Raises FileError if the file cannot be written, and InputError for exposure or tone of linear radiance.
         """
         # An exposure of 0 is none.
         stops = None if exposure is None else _exposure(exposure) or None
-        _sppm.write_image(os.fspath(path), self.radiance, self._note, stops)
+        _sppm.write_image(os.fspath(path), self.radiance, self._note, stops, _curve(tone, white))
 
     def save_radius(self, path: Source) -> None:
         """Writes the search radii as an image, in the formats of :meth:`save`; in PNG, the largest is white.
@@ -130,21 +142,26 @@ class Film:
             raise InputError(f"the film has no {name}; films of photon mapping have one, those of files have none")
         _sppm.write_plane(os.fspath(path), values, name, self._note)
 
-    def to_png(self, *, exposure: float = 0.0) -> bytes:
-        """The bytes of a PNG file: 8 bits of sRGB, after ``exposure`` in stops."""
+    def to_png(self, *, exposure: float = 0.0, tone: Tone | None = None, white: float | None = None) -> bytes:
+        """The bytes of a PNG file. The arguments are those of :meth:`save`."""
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "film.png")
-            self.save(path, exposure=exposure)
+            self.save(path, exposure=exposure, tone=tone, white=white)
             try:
                 return path.read_bytes()
             except OSError as error:
                 raise FileError(f"{path} cannot be read: {error.strerror}") from None
 
-    def to_srgb(self, *, exposure: float = 0.0) -> npt.NDArray[np.uint8]:
-        """The picture that a screen shows, as PNG files hold it: shape (height, width, 3), 8 bits of sRGB."""
+    def to_srgb(
+        self, *, exposure: float = 0.0, tone: Tone | None = None, white: float | None = None
+    ) -> npt.NDArray[np.uint8]:
+        """The picture that a screen shows, as PNG files hold it: shape (height, width, 3), 8 bits of sRGB.
+
+        The arguments are those of :meth:`save`.
+        """
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "film.png")
-            self.save(path, exposure=exposure)
+            self.save(path, exposure=exposure, tone=tone, white=white)
             # Codes of 8 bits survive decoding and encoding.
             return _sppm.srgb(_sppm.read_image(path, None)[0])
 
@@ -212,6 +229,17 @@ def info(path: Source) -> dict[str, Any]:
     It is what ``sppm info --json`` prints. Raises FileError if the file cannot be read, or does not say what made it.
     """
     return json.loads(_sppm.info(os.fspath(path)))
+
+
+def _curve(tone: object, white: float | None) -> tuple[str, float] | None:
+    """The tone curve, if one is given."""
+    if not (tone is None or isinstance(tone, str)):
+        raise TypeError(f"tone must be a name, not {type(tone).__name__}")
+    if white is not None and tone != "reinhard":
+        raise InputError('white: only the curve reinhard has a white; ask for it by tone="reinhard"')
+    if tone is None:
+        return None
+    return tone, 4.0 if white is None else positive(white, "white", InputError)
 
 
 def _exposure(exposure: float) -> float:

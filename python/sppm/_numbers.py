@@ -9,7 +9,7 @@ from typing import Any, TypeAlias, cast
 import numpy as np
 import numpy.typing as npt
 
-from ._errors import Error
+from ._errors import Error, InputError
 
 Vector: TypeAlias = tuple[float, float, float]
 """Three floats."""
@@ -63,6 +63,11 @@ def whole(value: object, name: str, least: int, most: int, error: type[Error]) -
     if number > most:
         raise error(f"{name} is {number}; it must be at most {most}")
     return number
+
+
+def threads(value: int | None) -> int | None:
+    """A number of threads, or ``None``. A larger number than that is taken for a mistake."""
+    return None if value is None else whole(value, "threads", 1, 1024, InputError)
 
 
 def positive(value: object, name: str, error: type[Error]) -> float:

@@ -30,7 +30,6 @@ Interrupt: TypeAlias = Literal["raise"] | Literal["return"]
 
 _TICK = 0.02
 """Seconds after which a wait looks for Ctrl-C, and for progress."""
-_MAX_THREADS = 1024
 
 
 def render(
@@ -163,7 +162,7 @@ class Render:
             engine=_word(engine, "engine"),
             lanes=_word(lanes, "lanes"),
             profile=None if profile is None else os.fspath(profile),
-            threads=_threads(threads),
+            threads=_numbers.threads(threads),
             memory_limit=_memory(memory_limit),
             checkpoint=None if checkpoint is None else os.fspath(checkpoint),
             paused=bool(paused),
@@ -216,7 +215,7 @@ class Render:
             engine=_word(engine, "engine"),
             lanes=_word(lanes, "lanes"),
             profile=None if profile is None else os.fspath(profile),
-            threads=_threads(threads),
+            threads=_numbers.threads(threads),
             memory_limit=_memory(memory_limit),
             paused=bool(paused),
             **goals,
@@ -245,7 +244,7 @@ class Render:
         """
         options = _options(
             lanes=_word(lanes, "lanes"),
-            threads=_threads(threads),
+            threads=_numbers.threads(threads),
             memory_limit=_memory(memory_limit),
             checkpoint=None if checkpoint is None else os.fspath(checkpoint),
             paused=bool(paused),
@@ -488,10 +487,6 @@ def _word(value: object, name: str) -> str | None:
     if value is None or isinstance(value, str):
         return value
     raise TypeError(f"{name} must be a name, not {type(value).__name__}")
-
-
-def _threads(threads: int | None) -> int | None:
-    return None if threads is None else _numbers.whole(threads, "threads", 1, _MAX_THREADS, InputError)
 
 
 def _memory(limit: int | None) -> int | None:

@@ -48,5 +48,4 @@ def trace(
             raise InputError(f"{name} has {len(rows)} rows; there are {n} rays")
     rays = tuple(_arrays.singles(np.broadcast_to(rows, (n, 3)) if len(rows) else rows) for rows in (starts, ways))
     when = None if time is None else _numbers.single(time, "time")
-    count = None if threads is None else _numbers.whole(threads, "threads", 1, 1024, InputError)
-    return Hits(*_sppm.trace(native(scene), (rays[0], rays[1]), when, engine, lanes, count))
+    return Hits(*_sppm.trace(native(scene), (rays[0], rays[1]), when, engine, lanes, _numbers.threads(threads)))

@@ -12,6 +12,9 @@ use scene::srgb::encode_byte;
 use scene::{Picture, Rgb, RowReader as _};
 use std::path::PathBuf;
 
+/// The name of a tone curve, and the white of Reinhard's.
+type ToneTuple = (String, f32);
+
 /// Writes an image, with the metadata in `note`.
 #[pyfunction]
 pub(crate) fn write_image(
@@ -20,29 +23,37 @@ pub(crate) fn write_image(
     radiance: PyReadonlyArray3<f32>,
     note: Option<String>,
     exposure: Option<f32>,
+    tone: Option<ToneTuple>,
 ) -> PyResult<()> {
-    if exposure.is_some() && !render::is_exposed(&path) {
-        let path = path.display();
-        let problem = format!("exposure: {path} holds linear radiance; only .png and .jpg are exposed");
-        return Err(InputError::new_err(problem));
+    let is_exposed = render::is_exposed(&path);
+    for (name, is_given) in [("exposure", exposure.is_some()), ("tone", tone.is_some())] {
+        if is_given && !is_exposed {
+            let path = path.display();
+            let problem =
+                format!("{name}: {path} holds linear radiance; only .png and .jpg are exposed and toned");
+            return Err(InputError::new_err(problem));
+        }
     }
+    let tone = tone.map_or(Ok(Tone::default()), curve)?;
     let made = note.as_deref().and_then(Metadata::from_note);
-    let seed = made.map_or(0, |metadata| metadata.settings.seed);
-    let tone = render::is_exposed(&path).then(Tone::default);
-    let note = note.map(|note| match Metadata::from_note(&note) {
-        Some(metadata) => Metadata { exposure: exposure.or(metadata.exposure), tone, ..metadata }.to_note(),
-        None => note,
-    });
+    let seed = made.as_ref().map_or(0, |metadata| metadata.settings.seed);
+    let note = made.map(|made| Metadata { exposure, tone: is_exposed.then_some(tone), ..made }.to_note());
     let [height, width] = [radiance.shape()[0], radiance.shape()[1]];
     let pixels = vectors(&radiance)?;
     let written = work_on(py, None, || {
-        let tone = tone.unwrap_or_default();
         let encoding = Encoding { exposure: exposure.unwrap_or(0.0), tone, seed, note: note.as_deref() };
         let pixel = |x: u32, y: u32| Rgb::from_array(pixels[y as usize * width + x as usize]);
         let picture = Picture { width: width as u32, height: height as u32, pixel: &pixel };
         image_file::write_picture(&path, &picture, &encoding)
     })?;
     written.map_err(|error| FileError::new_err(error.to_string()))
+}
+
+fn curve((name, white): ToneTuple) -> PyResult<Tone> {
+    Tone::named(&name, white).ok_or_else(|| {
+        let names = Tone::NAMES.map(|name| format!("{name:?}")).join(", ");
+        InputError::new_err(format!("tone {name:?}: there is no such; it is one of {names}"))
+    })
 }
 
 /// Writes an image of one value per pixel, the layer `name`.

@@ -2,6 +2,7 @@
 
 use crate::errors::{FileError, of_render};
 use crate::work::work;
+use files::image_file::Tone;
 use pyo3::prelude::*;
 use render::{LanesName, Made, Note, Renderer};
 use scene::Settings;
@@ -13,6 +14,7 @@ use std::path::PathBuf;
 struct Info {
     kind: &'static str,
     version: String,
+    transport: u32,
     scene: String,
     scene_digest: String,
     settings: Settings,
@@ -22,6 +24,7 @@ struct Info {
     renderer: Renderer,
     lanes: Option<LanesName>,
     exposure: Option<f32>,
+    tone: Option<Tone>,
     estimated_error: Option<f64>,
 }
 
@@ -31,6 +34,7 @@ impl From<Made> for Info {
             Made::Image(made) => Self {
                 kind: "image",
                 version: made.version,
+                transport: made.transport,
                 scene: made.scene,
                 scene_digest: made.scene_digest,
                 settings: made.settings,
@@ -39,6 +43,7 @@ impl From<Made> for Info {
                 renderer: made.renderer,
                 lanes: made.lanes,
                 exposure: made.exposure,
+                tone: made.tone,
                 estimated_error: made.estimated_error,
             },
             Made::Checkpoint(loaded) => {
@@ -48,6 +53,7 @@ impl From<Made> for Info {
                     kind: "checkpoint",
                     renderer: note.renderer_of(account.sums),
                     version: account.version,
+                    transport: account.transport,
                     scene: scene.name,
                     scene_digest: account.scene,
                     settings: scene.settings,
@@ -55,6 +61,7 @@ impl From<Made> for Info {
                     photons: account.stats.photons,
                     lanes: None,
                     exposure: note.exposure,
+                    tone: note.tone,
                     estimated_error: None,
                 }
             }

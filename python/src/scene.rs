@@ -46,17 +46,14 @@ impl Scene {
         work(py, || f(&mut self.scene.lock().unwrap_or_else(PoisonError::into_inner)))
     }
 
-    /// A copy that can be rendered, with its background as a sky. It is not checked.
+    /// A copy with the background as a sky, as libraries expect it. It is not checked.
     pub(crate) fn with_sky(&self, py: Python) -> PyResult<scene::Scene> {
-        self.with(py, |scene| {
-            // With room for the sky, as memory that grows is copied once more.
-            let mut spheres = Vec::with_capacity(scene.spheres.len() + 1);
-            spheres.extend_from_slice(&scene.spheres);
-            let scene::Scene { name, camera, materials, spheres: _, background, settings } = &*scene;
-            let (name, materials) = (name.clone(), materials.clone());
-            let (camera, background, settings) = (*camera, *background, *settings);
-            scene::Scene { name, camera, materials, spheres, background, settings }.with_sky()
-        })
+        self.with(py, |scene| with_sky(scene))
+    }
+
+    /// Reads the scene, with the background as a sky. Without a background, nothing is copied.
+    fn read<T: Send>(&self, py: Python, f: impl FnOnce(&scene::Scene) -> T + Send) -> PyResult<T> {
+        self.with(py, |scene| if scene.background == Rgb::ZERO { f(scene) } else { f(&with_sky(scene)) })
     }
 
     /// A copy that can be rendered.
@@ -67,6 +64,17 @@ impl Scene {
         let scene = self.with_sky(py)?;
         work(py, || scene.check().map(|()| scene))?.map_err(|flaw| of_flaw(&flaw))
     }
+}
+
+/// A copy of the scene with the sphere that its background becomes.
+fn with_sky(scene: &scene::Scene) -> scene::Scene {
+    let scene::Scene { name, camera, materials, spheres, background, settings } = scene;
+    // With room for the sky, as memory that grows is copied once more.
+    let mut all = Vec::with_capacity(spheres.len() + 1);
+    all.extend_from_slice(spheres);
+    let (name, materials) = (name.clone(), materials.clone());
+    let (camera, background, settings) = (*camera, *background, *settings);
+    scene::Scene { name, camera, materials, spheres: all, background, settings }.with_sky()
 }
 
 /// The scene without the sphere that its background has become.
@@ -284,19 +292,17 @@ impl Scene {
 
     /// Checks that the scene can be rendered.
     fn check(&self, py: Python) -> PyResult<()> {
-        self.checked(py).map(drop)
+        self.read(py, scene::Scene::check)?.map_err(|flaw| of_flaw(&flaw))
     }
 
     /// The scene file.
     fn to_text(&self, py: Python) -> PyResult<String> {
-        let scene = self.with_sky(py)?;
-        work(py, || scene_file::to_text(&scene, &scene.settings))
+        self.read(py, |scene| scene_file::to_text(scene, &scene.settings))
     }
 
     /// Identifies the scene, without its settings.
     fn digest(&self, py: Python) -> PyResult<String> {
-        let scene = self.with_sky(py)?;
-        work(py, || scene_file::digest(&scene))
+        self.read(py, scene_file::digest)
     }
 
     /// Writes the scene file.

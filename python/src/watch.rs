@@ -1,7 +1,7 @@
 //! What a render's thread and Python's threads tell each other.
 
 use render::{Image, Notice, Observer, Step};
-use scene::{Resumable, Stop};
+use scene::{Resumable, Stop, TRANSPORT};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -120,10 +120,11 @@ impl Observer for Watch {
             Notice::NotLocked(fault) => format!("{fault}; nothing keeps another render from writing it too"),
             Notice::NotSaved(fault) => format!("the checkpoint was not written: {fault}"),
             Notice::NotRefreshed(fault) | Notice::NoSnapshot(fault) => fault.to_string(),
-            Notice::OtherTransport { path, transport } => {
-                let path = path.display();
-                format!("{path} was made by version {transport} of the light transport: the image will be another")
-            }
+            Notice::OtherTransport { path, transport } => format!(
+                "{} was made by version {transport} of the light transport, and this is version {TRANSPORT}: the image \
+                 will be another",
+                path.display()
+            ),
             Notice::Begun { .. } => return self.pause(),
             _ => return,
         };

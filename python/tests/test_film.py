@@ -16,7 +16,7 @@ def test_every_format_is_written_and_read(cornell, tmp_path: Path) -> None:
         film.save(tmp_path / f"a.{extension}")
         assert np.array_equal(sppm.Film.load(tmp_path / f"a.{extension}").radiance, film.radiance)
     for extension in ("png", "jpg", "hdr"):
-        film.save(tmp_path / f"a.{extension}")
+        film.save(tmp_path / f"a.{extension}", tone=None if extension == "hdr" else "clamp")
         read = sppm.Film.load(str(tmp_path / f"a.{extension}"))
         # The lamps are brighter than white.
         assert np.abs(np.clip(read.radiance, 0, 1) - np.clip(film.radiance, 0, 1)).mean() < 0.05
@@ -29,9 +29,13 @@ def test_metadata_are_kept(cornell, tmp_path: Path) -> None:
     for extension in ("png", "exr"):
         film.save(tmp_path / f"a.{extension}")
         read = sppm.Film.load(tmp_path / f"a.{extension}")
-        assert read.metadata == film.metadata and read.scene == cornell
-    film.save(tmp_path / "b.png", exposure=2)
-    assert sppm.Film.load(tmp_path / "b.png").metadata == {**film.metadata, "exposure": 2.0}
+        shown = {"tone": "agx"} if extension == "png" else {}
+        assert read.metadata == {**film.metadata, **shown} and read.scene == cornell
+    film.save(tmp_path / "b.png", exposure=2, tone="reinhard", white=3)
+    exposed = sppm.Film.load(tmp_path / "b.png")
+    assert exposed.metadata == {**film.metadata, "exposure": 2.0, "tone": {"reinhard": {"white": 3.0}}}
+    exposed.save(tmp_path / "b.exr")
+    assert sppm.Film.load(tmp_path / "b.exr").metadata == film.metadata
     film.save(tmp_path / "c.pfm")
     unknown = sppm.Film.load(tmp_path / "c.pfm")
     assert unknown.metadata == {} and unknown.iterations == 0 and unknown.scene is None
@@ -45,8 +49,12 @@ def test_notebooks_show_a_picture(cornell, tmp_path: Path) -> None:
     shown = film.to_srgb()
     assert shown.shape == (30, 40, 3) and shown.dtype == np.uint8
     linear = np.float32([0, 0.0031308, 0.18, 0.5, 1, 9]).repeat(3).reshape(1, 6, 3)
-    assert sppm.Film(linear).to_srgb()[0, :, 0].tolist() == [0, 10, 118, 188, 255, 255]
-    assert sppm.Film(linear).to_srgb(exposure=-1)[0, 4, 0] == 188
+    codes = sppm.Film(linear).to_srgb(tone="clamp")[0, :, 0]
+    assert codes.tolist() == [0, 10, 118, 188, 255, 255]
+    assert sppm.Film(linear).to_srgb(exposure=-1, tone="clamp")[0, 4, 0] == 188
+    pictures = {film.to_png(tone=tone) for tone in ("clamp", "reinhard", "aces", "agx")}
+    assert len(pictures) == 4 and film.to_png(tone="agx") == film.to_png()
+    assert film.to_png(tone="reinhard", white=4) == film.to_png(tone="reinhard") != film.to_png(tone="reinhard", white=9)
 
 
 def test_films_of_your_own(tmp_path: Path) -> None:

@@ -35,3 +35,5 @@ def test_notebook(path: Path, tmp_path: Path, monkeypatch) -> None:
     shown = [output for cell in book.cells for output in cell.get("outputs", [])]
     assert any("image/png" in output.get("data", {}) for output in shown), "nothing is shown"
     assert not [output for output in shown if output["output_type"] == "error"]
+    printed = "".join(output["text"] for output in shown if output["output_type"] == "stream")
+    assert "Warning" not in printed, printed

@@ -63,12 +63,20 @@ def test_a_scene_from_arrays_is_the_scene_that_it_saves(tmp_path: Path, command)
     scene.add_spheres([0, 3, 0], 0.5, sppm.Specular(0.5), emission=[9, 8, 7])
     scene.save(tmp_path / "scene.toml")
     assert sppm.Scene.load(tmp_path / "scene.toml") == scene
-    for extension, exposure in [("exr", None), ("pfm", None), ("tif", None), ("png", None), ("png", 1.5), ("jpg", -1)]:
+    for extension, shown in [
+        ("exr", {}),
+        ("pfm", {}),
+        ("tif", {}),
+        ("png", {}),
+        ("png", {"exposure": 1.5, "tone": "aces"}),
+        ("png", {"tone": "reinhard", "white": 2.5}),
+        ("jpg", {"exposure": -1, "tone": "clamp"}),
+    ]:
         image = tmp_path / f"image.{extension}"
-        exposed = [] if exposure is None else [f"--exposure={exposure}"]
-        command("render", tmp_path / "scene.toml", "-o", image, *exposed, "--quiet")
-        sppm.render(scene).save(tmp_path / f"ours.{extension}", exposure=exposure)
-        assert (tmp_path / f"ours.{extension}").read_bytes() == image.read_bytes(), (extension, exposure)
+        options = [f"--{name}={value}" for name, value in shown.items()]
+        command("render", tmp_path / "scene.toml", "-o", image, *options, "--quiet")
+        sppm.render(scene).save(tmp_path / f"ours.{extension}", **shown)
+        assert (tmp_path / f"ours.{extension}").read_bytes() == image.read_bytes(), (extension, shown)
 
 
 def test_a_checkpoint_goes_both_ways(tmp_path: Path, command) -> None:
