@@ -24,7 +24,10 @@ type Named = &'static [(&'static str, &'static [usize])];
 /// camera pass the shifts of a tile, and lobes beyond the stratified ones; in the photon pass the shifts of an iteration,
 /// and the three numbers of a later bounce; in the path tracer place in the pixel (2), place on the lens (2), the three
 /// numbers of direct light (1 call), direction (2), lobe and roulette.
-const READ: [(&str, Named, usize); 3] = [
+///
+/// The survey's numbers enter no image: place in the image and on the lens, and per surface two for the direction, roulette
+/// and the three of direct light. Its dimensions are places of walks in the image.
+const READ: [(&str, Named, usize); 4] = [
     (
         "camera_pass.rs",
         &[
@@ -37,17 +40,18 @@ const READ: [(&str, Named, usize); 3] = [
         2,
     ),
     (
-        "photon_pass.rs",
+        "photon_numbers.rs",
         &[("DIRECTION", &[0, 1]), ("FIRST_BOUNCE", &[4, 5, 7]), ("LIGHT", &[6]), ("POSITION", &[2, 3])],
         2,
     ),
     ("path_tracer.rs", &[], 9),
+    ("survey.rs", &[], 4),
 ];
 
 /// The files of the fast engine that name dimensions, and the reference's file of the same path.
 const ALIKE: [(&str, &str); 2] = [
     ("fast/src/camera_pass/numbers.rs", "reference/src/camera_pass.rs"),
-    ("fast/src/photon_pass/emission.rs", "reference/src/photon_pass.rs"),
+    ("fast/src/photon_pass/emission.rs", "reference/src/photon_numbers.rs"),
 ];
 
 impl Visit<'_> for Reads {
@@ -156,5 +160,7 @@ fn every_family_of_streams_has_a_reader_that_is_tested() {
     let mut families = Families(Vec::new());
     let text = std::fs::read_to_string(root().join("scene/src/rng.rs")).unwrap();
     families.visit_file(&syn::parse_file(&text).unwrap());
-    assert_eq!(families.0, ["Camera", "Tile", "Photon", "Emission", "Shutter", "Path"]);
+    // The last two make no image brighter or darker: where photons are aimed, and how codes are rounded.
+    let known = ["Camera", "Tile", "Photon", "Emission", "Shutter", "Path", "Survey", "Dither"];
+    assert_eq!(families.0, known);
 }
