@@ -17,7 +17,7 @@ from oracle import images
 
 ROOT = Path(__file__).resolve().parent.parent
 PAPER_SCENES = ("cornell", "large", "mirror", "random", "surgery")
-SCENES = (*PAPER_SCENES, "focus", "motion", "terrace", "heap", "dusk")
+SCENES = (*PAPER_SCENES, "focus", "motion")
 # Path depth at which the rest of the light is negligible; the ground truth has unlimited depth.
 DEEP = 64
 
