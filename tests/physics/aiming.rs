@@ -114,7 +114,7 @@ fn weights_are_1_on_the_average_with_more_lamps_than_are_aimed_one_by_one() {
     let mean = sum / f64::from(PHOTONS);
     assert!((mean - 1.0).abs() < WEIGHTS, "{mean}");
     // Each lamp sends its share, whatever its run of neighbours.
-    let mut power = vec![0.0; 13];
+    let mut power = [0.0; 13];
     for (_, e) in &photons {
         let brightness = f64::from(scene.spheres[e.ray.leaves as usize].emission.x);
         power[brightness as usize - 1] += f64::from(weight(e)) / f64::from(PHOTONS);

@@ -18,7 +18,7 @@ pub struct Group {
     pub center: Vec3,
     /// Its radius.
     pub radius: f32,
-    /// The first of its lights in [`Aim::order`].
+    /// The first of its lights in [`Aim::order`](super::Aim::order).
     pub first: u32,
     /// One past the last.
     pub end: u32,
