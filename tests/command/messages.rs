@@ -82,7 +82,7 @@ radius = 2
 material = { type = \"diffuse\", albedo = [1, 1, 1] }
 ";
 
-/// A glass ball on a ground that is much wider than what is seen, under a sky and a lamp: photons miss it.
+/// A glass ball on a ground that is much wider than what is seen, under a sky and a lamp.
 const PLAIN: &str = "
 background = [0.5, 0.6, 0.8]
 camera = { eye = [0, 2, 12], target = [0, 1, 0], vertical_fov_degrees = 40 }
