@@ -48,6 +48,7 @@ mod join;
 pub mod kernels;
 mod light_choice;
 mod light_tree;
+mod lit_points;
 mod material;
 mod pages;
 mod parameters;

@@ -10,8 +10,9 @@
 //! ```
 
 use crate::camera_pass::ray_through;
-use crate::direct_light::{Receivers, ShadowNumbers, ShadowRays};
+use crate::direct_light::Receivers;
 use crate::hierarchy::SearchBuffers;
+use crate::lit_points::LitPoints;
 use crate::material::{Materials, kind};
 use crate::paths::{BATCH, Packet, Paths, ROOM, Vectors, Words};
 use crate::prepared::Prepared;
@@ -88,8 +89,7 @@ struct Walks {
     paths: Box<Paths>,
     state: Box<Words>,
     search: SearchBuffers,
-    asking: Box<Asking>,
-    shadows: Box<ShadowRays>,
+    asking: Box<LitPoints>,
     /// With the number of the walk in the batch.
     arrivals: Vec<(u32, Arrival)>,
 }
@@ -100,30 +100,9 @@ impl Walks {
             paths: Paths::new(),
             state: Box::new([0; ROOM]),
             search: SearchBuffers::new(),
-            asking: Box::new(Asking::new()),
-            shadows: Box::new(ShadowRays::new()),
+            asking: LitPoints::new(),
             arrivals: Vec::new(),
         }
-    }
-}
-
-/// The points of a stage that ask for a lamp, in any order.
-struct Asking {
-    point: Vectors,
-    normal: Vectors,
-    sphere: Words,
-    /// The number of the walk in the batch.
-    walk: Words,
-    /// The uniform numbers of the shadow ray: for the choice of a light, and for the point on it.
-    numbers: Vectors,
-    count: usize,
-}
-
-impl Asking {
-    fn new() -> Self {
-        let (vectors, words) = (Vectors::ZERO, [0; ROOM]);
-        let (point, normal) = (vectors.clone(), vectors.clone());
-        Self { point, normal, sphere: words, walk: words, numbers: vectors, count: 0 }
     }
 }
 
@@ -171,7 +150,7 @@ impl Survey<'_> {
             let surface = Hit::<L>::at(&tables.surfaces, p.origin, p.direction, t, &ids);
             let material = Materials::<L>::gather(&tables.materials, surface.tag);
             let [u, v, roulette] = std::array::from_fn(|_| next_uniform::<L>(&mut p.stream));
-            let numbers = std::array::from_fn(|_| next_uniform::<L>(&mut p.stream));
+            let [choice, x, y] = std::array::from_fn(|_| next_uniform::<L>(&mut p.stream));
             let is_diffuse = L::eq(material.kind, L::u(kind::DIFFUSE));
             let is_glass = L::eq(material.kind, L::u(kind::DIELECTRIC));
             let (through, _) = dielectric(p.direction, surface.normal, surface.inside, material.ior, u);
@@ -181,7 +160,14 @@ impl Survey<'_> {
             // What would be absorbed where it arrives does not matter.
             let survives = arrived & L::lt(roulette, material.albedo.max_component());
             let seen = tag::has::<L>(state, SEEN_DIFFUSE);
-            walks.asking.append(survives & seen, &surface, &p, numbers);
+            let faces = L::lt(L::f(0.0), surface.normal.dot(p.direction));
+            let receivers = Receivers {
+                live: survives & seen,
+                point: surface.point,
+                normal: V3::select(faces, surface.normal, -surface.normal),
+                sphere: hit,
+            };
+            walks.asking.append(&receivers, p.slot, V3::new(choice, x, y));
             // The first diffuse surface begins a new count, of one segment.
             let one = L::u(1);
             let length = L::shr::<LENGTH_SHIFT>(state) + one;
@@ -198,25 +184,14 @@ impl Survey<'_> {
     /// Follows a shadow ray from each point of the list. Those that find their lamp are arrivals.
     #[inline(always)]
     fn ask<L: Lanes>(&self, walks: &mut Walks) {
-        let Prepared { tables, lights, .. } = self.prepared;
-        let Walks { asking, shadows, search, arrivals, .. } = walks;
-        if lights.is_empty() {
+        let Walks { asking, search, arrivals, .. } = walks;
+        if self.prepared.lights.is_empty() {
             return;
         }
+        asking.ask::<L>(self.prepared, search);
         for at in (0..asking.count).step_by(L::N) {
-            let V3 { x: choice, y: u, z: v } = asking.numbers.load::<L>(at);
-            let receivers = Receivers {
-                live: L::first(asking.count - at),
-                point: asking.point.load::<L>(at),
-                normal: asking.normal.load::<L>(at),
-                sphere: L::load_u(&asking.sphere[at..]),
-            };
-            shadows.aim(at, tables, lights, &receivers, &ShadowNumbers { choice, u, v });
-        }
-        shadows.follow::<L>(tables, &asking.point, &asking.sphere, search, asking.count);
-        for at in (0..asking.count).step_by(L::N) {
-            let source = asking.point.load::<L>(at) + shadows.to_lamp::<L>(at);
-            let flux = shadows.irradiance::<L>(at).max_component();
+            let source = asking.point.load::<L>(at) + asking.shadows.to_lamp::<L>(at);
+            let flux = asking.shadows.irradiance::<L>(at).max_component();
             let mut found = L::mask_bits(L::lt(L::f(0.0), flux) & L::first(asking.count - at));
             let mut columns = [[0.0; MOST_LANES]; 4];
             for (column, values) in columns.iter_mut().zip([source.x, source.y, source.z, flux]) {
@@ -228,23 +203,8 @@ impl Survey<'_> {
                 let [x, y, z, flux] = columns.map(|column| column[lane]);
                 let Vectors { x: px, y: py, z: pz } = &asking.point;
                 let point = Vec3::new(px[at + lane], py[at + lane], pz[at + lane]);
-                arrivals.push((asking.walk[at + lane], Arrival { point, source: Vec3::new(x, y, z), flux }));
+                arrivals.push((asking.slot[at + lane], Arrival { point, source: Vec3::new(x, y, z), flux }));
             }
         }
-    }
-}
-
-impl Asking {
-    /// Appends the lanes where `m` is true, whose walks have been sent on along `p`.
-    #[inline(always)]
-    fn append<L: Lanes>(&mut self, m: L::M, surface: &Hit<L>, p: &Packet<L>, [choice, u, v]: [L::F; 3]) {
-        let at = self.count;
-        let faces = L::lt(L::f(0.0), surface.normal.dot(p.direction));
-        self.point.compress(m, surface.point, at);
-        self.normal.compress(m, V3::select(faces, surface.normal, -surface.normal), at);
-        L::compress_u(m, p.leaves, &mut self.sphere[at..]);
-        L::compress_u(m, p.slot, &mut self.walk[at..]);
-        self.numbers.compress(m, V3::<L>::new(choice, u, v), at);
-        self.count += L::mask_bits(m).count_ones() as usize;
     }
 }

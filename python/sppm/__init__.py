@@ -14,8 +14,9 @@ from __future__ import annotations
 from . import _sppm
 from ._camera import Camera
 from ._compare import Channels, LargestDifference, Metrics, compare, difference_image
-from ._errors import Error, FileError, InputError, Interrupted, RenderError, RenderWarning, SceneError
+from ._errors import Error, FileError, InputError, RenderError, RenderWarning, SceneError
 from ._film import Film, info
+from ._interrupted import Interrupted
 from ._materials import Dielectric, Diffuse, Material, Specular
 from ._progress import Progress
 from ._render import Render, render

@@ -12,8 +12,9 @@ from types import TracebackType
 from typing import Any, Literal, TypeAlias
 
 from . import _numbers, _sppm
-from ._errors import InputError, Interrupted, RenderError, RenderWarning
+from ._errors import InputError, RenderError, RenderWarning
 from ._film import Film, new_film
+from ._interrupted import Interrupted
 from ._progress import Bar, Progress, Show
 from ._scene import Scene, Source, native
 from ._settings import Filter

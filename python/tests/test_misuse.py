@@ -156,7 +156,7 @@ MISUSES: list[tuple[Misuse, type[Exception], str]] = [
     (render(time="1m"), T, "time must be a number, not str"),
     (render(until_error=-1), I, "until_error is -1.0"),
     (render(every=3), I, "every says how often a checkpoint is written"),
-    (render(every=timedelta(0), checkpoint="/tmp/a"), I, "every is 0.0"),
+    (render(every=timedelta(0), checkpoint="/nowhere/a.sppm"), I, "every is 0.0"),
     (render(checkpoint="/nowhere/a.sppm"), I, "checkpoint: /nowhere/a.sppm"),
     (render(profile="/nowhere/p.toml"), I, "/nowhere/p.toml"),
     (render(progress="yes"), T, "progress must be True, False, None or a function, not str"),

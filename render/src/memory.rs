@@ -13,7 +13,7 @@ const BYTES_OF_PROCESS: u64 = 16 << 20;
 const BYTES_PER_WRITTEN_COLUMN: u64 = 1 << 10;
 /// Memory per pixel for the estimate of the error: the earlier image and the current one.
 const BYTES_PER_PAST_PIXEL: u64 = 24;
-/// Memory per pixel of the reference: 124 for sums, visible points and what these gather; and while its grid is built, for
+/// Memory per pixel of the reference: 156 for sums, visible points and what these gather; and while its grid is built, for
 /// each of about eight entries, 20 as they are collected, 10 to sort them and 16 as they are kept. The rest is reserve.
 const BYTES_PER_REFERENCE_PIXEL: u64 = 512;
 /// Memory per pixel of the reference's path tracer: sums and samples.

@@ -1,8 +1,9 @@
 //! The paths of a work item, from the eye until they end, a batch of them at a time.
 
 use crate::camera_pass::{Eye, EyeRays};
-use crate::direct_light::{Receivers, ShadowNumbers, ShadowRays};
+use crate::direct_light::Receivers;
 use crate::hierarchy::SearchBuffers;
+use crate::lit_points::LitPoints;
 use crate::material::{Materials, kind};
 use crate::paths::{Floats, Packet, Paths, ROOM, Vectors, Words};
 use crate::prepared::Prepared;
@@ -43,7 +44,8 @@ pub(super) struct PathBatch {
     progress: Box<PathProgress>,
     search: SearchBuffers,
     lit: Box<LitPoints>,
-    shadows: Box<ShadowRays>,
+    /// What irradiance counts at each of them.
+    lit_weights: Box<Vectors>,
     /// What the sample of each pixel of a work item counts, by the filter.
     weights: Vec<f32>,
 }
@@ -54,8 +56,8 @@ impl PathBatch {
             paths: Paths::new(),
             progress: Box::new(PathProgress { scale: [0.0; ROOM], state: [0; ROOM] }),
             search: SearchBuffers::new(),
-            lit: Box::new(LitPoints::new()),
-            shadows: Box::new(ShadowRays::new()),
+            lit: LitPoints::new(),
+            lit_weights: Box::new(Vectors::ZERO),
             weights: Vec::new(),
         }
     }
@@ -107,54 +109,6 @@ impl PathProgress {
         let state = L::shl::<REST_SHIFT>(p.rest) | seen_diffuse | counts_lamps;
         L::compress(m, p.scale, &mut self.scale[at..]);
         L::compress_u(m, state, &mut self.state[at..]);
-    }
-}
-
-/// The points of a stage that receive direct light, in any order.
-struct LitPoints {
-    point: Vectors,
-    normal: Vectors,
-    sphere: Words,
-    /// The index of the pixel in the work item.
-    slot: Words,
-    /// What irradiance counts there.
-    weight: Vectors,
-    /// The uniform numbers of the shadow ray: for the choice of a light, and for the point on it.
-    numbers: Vectors,
-    count: usize,
-}
-
-impl LitPoints {
-    fn new() -> Self {
-        let (vectors, words) = (Vectors::ZERO, [0; ROOM]);
-        Self {
-            point: vectors.clone(),
-            normal: vectors.clone(),
-            sphere: words,
-            slot: words,
-            weight: vectors.clone(),
-            numbers: vectors,
-            count: 0,
-        }
-    }
-
-    /// Appends the lanes where `m` is true.
-    #[inline(always)]
-    fn append<L: Lanes>(
-        &mut self,
-        m: L::M,
-        (surface, hit): (&Hit<L>, L::U),
-        (slot, weight): (L::U, V3<L>),
-        numbers: V3<L>,
-    ) {
-        let at = self.count;
-        self.point.compress(m, surface.point, at);
-        self.normal.compress(m, surface.normal, at);
-        L::compress_u(m, hit, &mut self.sphere[at..]);
-        L::compress_u(m, slot, &mut self.slot[at..]);
-        self.weight.compress(m, weight, at);
-        self.numbers.compress(m, numbers, at);
-        self.count += L::mask_bits(m).count_ones() as usize;
     }
 }
 
@@ -252,7 +206,10 @@ impl PathPass<'_> {
                 let [choice, u, v] = std::array::from_fn(|_| next_where::<L>(is_lit, &mut p.stream));
                 if !is_dark {
                     let weight = p.weight.scale(progress.scale * L::f(FRAC_1_PI));
-                    batch.lit.append(is_lit, (&surface, hit), (p.slot, weight), V3::new(choice, u, v));
+                    batch.lit_weights.compress(is_lit, weight, batch.lit.count);
+                    let (point, normal) = (surface.point, surface.normal);
+                    let receivers = Receivers { live: is_lit, point, normal, sphere: hit };
+                    batch.lit.append(&receivers, p.slot, V3::new(choice, u, v));
                 }
             }
             p.direction = scatter::<L>(arrived, &surface, &material, &mut p, &mut progress.scale);
@@ -289,21 +246,10 @@ impl PathPass<'_> {
     /// Adds direct light on all points of the list.
     #[inline(always)]
     fn light<L: Lanes>(&self, batch: &mut PathBatch, samples: &mut [[f32; 3]]) {
-        let Prepared { tables, lights, .. } = self.prepared;
-        let PathBatch { lit, shadows, search, .. } = batch;
+        let PathBatch { lit, lit_weights, search, .. } = batch;
+        lit.ask::<L>(self.prepared, search);
         for at in (0..lit.count).step_by(L::N) {
-            let V3 { x: choice, y: u, z: v } = lit.numbers.load::<L>(at);
-            let receivers = Receivers {
-                live: L::first(lit.count - at),
-                point: lit.point.load::<L>(at),
-                normal: lit.normal.load::<L>(at),
-                sphere: L::load_u(&lit.sphere[at..]),
-            };
-            shadows.aim(at, tables, lights, &receivers, &ShadowNumbers { choice, u, v });
-        }
-        shadows.follow::<L>(tables, &lit.point, &lit.sphere, search, lit.count);
-        for at in (0..lit.count).step_by(L::N) {
-            let light = lanes_of::<L>(lit.weight.load::<L>(at) * shadows.irradiance(at));
+            let light = lanes_of::<L>(lit_weights.load::<L>(at) * lit.shadows.irradiance(at));
             for lane in 0..L::N.min(lit.count - at) {
                 add(
                     &mut samples[lit.slot[at + lane] as usize],

@@ -121,13 +121,6 @@ impl<'a> Sppm<'a> {
         }
     }
 
-    /// The same render with photons aimed at `targets`; by default they are found by a survey. The image changes, but not
-    /// what it converges to.
-    #[must_use]
-    pub fn aimed_at(self, targets: Targets) -> Self {
-        Self { targets: Some(targets), emitters: None, ..self }
-    }
-
     /// What another render can use: memory, and the hierarchy of balls.
     pub fn into_parts(self) -> Parts {
         Parts {

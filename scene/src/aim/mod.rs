@@ -20,4 +20,4 @@ pub use self::core::Core;
 pub use groups::Group;
 pub use mixture::{Aim, EXPONENT_STEP, MOST_SCALE_BITS, RUN};
 pub use target::{Target, cone};
-pub use targets::{Arrival, MAX_TARGETS, Targets, UNIFORM_SHARE};
+pub use targets::{Arrival, Targets, UNIFORM_SHARE};

@@ -9,9 +9,6 @@ use glam::{DVec3, Vec3};
 /// Leaves of the tree of targets: a power of two.
 const LEAVES: usize = 16;
 
-/// Balls of all sizes: the nodes of the tree.
-pub const MAX_TARGETS: usize = OUTER + 2 * LEAVES - 1;
-
 /// Balls around the tree's root, ever larger, up to one around all that reflects. Light that arrives outside of the root
 /// matters little, but photons that leave all lamps alike may weigh 2^30 times as much as those aimed at it: one that
 /// found its way to the eye would be a spark. Between these balls weights grow step by step.
