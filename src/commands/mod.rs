@@ -14,6 +14,7 @@ mod scenes;
 mod trace;
 mod tune;
 pub(crate) mod verify;
+mod view;
 mod watch;
 
 use crate::terminal::error::Error;
@@ -30,6 +31,7 @@ use scenes::ScenesArgs;
 use trace::TraceArgs;
 use tune::TuneArgs;
 use verify::VerifyArgs;
+use view::ViewArgs;
 
 /// Render scenes of spheres with full global illumination, caustics and all
 ///
@@ -52,6 +54,7 @@ Examples:
   sppm scenes                              what can be rendered by name
   sppm scenes cornell > mine.toml          a scene file to start from
   sppm render mine.toml
+  sppm view cornell                        render in the browser, and change the scene there
   sppm resume cornell.png.sppm             go on with a render that was interrupted
   sppm compare box.exr truth.exr --max-flip 0.05
 
@@ -62,6 +65,7 @@ SIGTERM, 129 by SIGHUP.";
 pub(crate) enum Command {
     Render(RenderArgs),
     Resume(ResumeArgs),
+    View(ViewArgs),
     Info(InfoArgs),
     Scenes(ScenesArgs),
     Compare(CompareArgs),
@@ -80,6 +84,7 @@ impl Args {
         match &self.command {
             Command::Render(args) => render::run(args),
             Command::Resume(args) => resume::run(args),
+            Command::View(args) => view::run(args),
             Command::Info(args) => info::run(args),
             Command::Scenes(args) => scenes::run(args),
             Command::Compare(args) => compare::run(args),

@@ -7,6 +7,7 @@ use crate::args::messages::MessageArgs;
 use crate::args::outputs::{OutputArgs, default_name, default_name_of};
 use crate::args::scene::{self, SourceArgs};
 use crate::args::settings::SettingsArgs;
+use crate::args::view::WatchArgs;
 use crate::terminal::error::Error;
 use crate::terminal::logs;
 use ::render::{Field, Goals, Job, Renderer};
@@ -38,6 +39,9 @@ pub(crate) struct RenderArgs {
 
     #[command(flatten)]
     pub engine: EngineArgs,
+
+    #[command(flatten)]
+    pub viewers: WatchArgs,
 
     #[command(flatten)]
     pub messages: MessageArgs,
@@ -72,7 +76,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     job.outputs = args.outputs.or(job.outputs, image)?;
     job.save = args.checkpoints.save(job.outputs.image.as_deref());
     (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
-    watch::run(job, &args.messages)
+    watch::run(job, &args.messages, &args.viewers)
 }
 
 /// The job for a scene, or for repeating the render of `--like`; and the default name of its image.

@@ -42,6 +42,17 @@ pub(crate) fn new_token() -> Result<String, String> {
     Ok(text)
 }
 
+/// A token that somebody chose.
+pub(crate) fn given_token(token: &str) -> Result<String, String> {
+    /// Letters and digits, so that nobody guesses it.
+    const LEAST: usize = 16;
+    let is_plain = token.bytes().all(|byte| byte.is_ascii_alphanumeric());
+    if is_plain && token.len() >= LEAST {
+        return Ok(token.into());
+    }
+    Err(format!("the token of the page must be at least {LEAST} letters and digits"))
+}
+
 /// Checks a request with this token in its address.
 pub(crate) fn check(headers: &HeaderMap, given: &str, token: &str) -> Result<(), Refusal> {
     let text = |name| headers.get(name).map(|value| value.to_str().unwrap_or("?"));
@@ -105,5 +116,7 @@ mod tests {
         let (a, b) = (new_token().unwrap(), new_token().unwrap());
         assert_eq!(a.len(), 2 * TOKEN_BYTES);
         assert_ne!(a, b);
+        assert_eq!(given_token(&a), Ok(a));
+        assert!(given_token("tooshort").is_err() && given_token("no/path/no/path/no").is_err());
     }
 }

@@ -23,6 +23,7 @@ mod pace;
 mod page;
 mod pick;
 mod picture;
+mod place;
 mod relay;
 pub mod rgb9e5;
 mod server;
@@ -32,32 +33,16 @@ pub mod tev;
 pub use display::Display;
 pub use kept::{Download, Kept, Look};
 pub use picture::HEADER;
+pub use place::Place;
 pub use relay::Relay;
 pub use studio::{Legacy, Project};
 
 use hub::Hub;
 use scene::Stop;
 use server::Server;
-use std::net::IpAddr;
 use std::path::Path;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
-
-/// Where a server listens.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
-    /// The address; the loopback address keeps other machines out.
-    pub ip: IpAddr,
-    /// The port; 0 is any that is free.
-    pub port: u16,
-}
-
-impl Default for Place {
-    /// This machine alone, at any port.
-    fn default() -> Self {
-        Self { ip: [127, 0, 0, 1].into(), port: 0 }
-    }
-}
 
 /// A page that is served. Dropping it ends the server.
 #[derive(Debug)]
@@ -119,7 +104,7 @@ impl View {
     }
 
     fn serve(hub: Arc<Hub>, place: Place) -> Result<Self, String> {
-        let server = Server::start(Arc::clone(&hub), place.ip, place.port)?;
+        let server = Server::start(Arc::clone(&hub), &place)?;
         Ok(Self { server, hub, quit: Stop::new(), studio: None })
     }
 

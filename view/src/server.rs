@@ -6,6 +6,7 @@ use crate::hub::Hub;
 use crate::kept::Look;
 use crate::listener::Limited;
 use crate::page;
+use crate::place::Place;
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::ws::WebSocketUpgrade;
@@ -16,7 +17,7 @@ use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use files::image_file::{Tone, USUAL_WHITE};
-use std::net::{IpAddr, SocketAddr, TcpListener};
+use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use tokio::runtime::Builder;
@@ -56,13 +57,14 @@ struct Shared {
 }
 
 impl Server {
-    /// Listens at this address and port; port 0 is any that is free.
+    /// Listens at this place.
     ///
     /// # Errors
-    /// If the port is taken, or if the system denies something.
-    pub(crate) fn start(hub: Arc<Hub>, ip: IpAddr, port: u16) -> Result<Self, String> {
-        let token = gate::new_token()?;
-        let place = SocketAddr::new(ip, port);
+    /// If the port is taken, or if the token is too short, if the system denies something.
+    pub(crate) fn start(hub: Arc<Hub>, place: &Place) -> Result<Self, String> {
+        let token = place.token.as_deref().map_or_else(gate::new_token, gate::given_token)?;
+        let ip = place.ip;
+        let place = SocketAddr::new(ip, place.port);
         let failed = |error: &dyn std::fmt::Display| format!("cannot listen at {place}: {error}");
         let listener = TcpListener::bind(place).map_err(|error| failed(&error))?;
         let bound = listener.local_addr().map_err(|error| failed(&error))?;
