@@ -48,10 +48,15 @@ impl PageArgs {
 
     /// Refuses these options where no page is asked for.
     pub(crate) fn check(&self, has_page: bool) -> Result<(), Error> {
-        let given =
-            [("--port", self.port.is_some()), ("--listen", self.listen.is_some()), ("--no-open", self.no_open)];
+        let given = [
+            ("--port", self.port.is_some()),
+            ("--listen", self.listen.is_some()),
+            ("--no-open", self.no_open),
+        ];
         match given.into_iter().find(|(_, is_given)| *is_given && !has_page) {
-            Some((option, _)) => Err(Error::BadInput(format!("{option}: is of the page; ask for it by --view"))),
+            Some((option, _)) => {
+                Err(Error::BadInput(format!("{option}: is of the page; ask for it by --view")))
+            }
             None => Ok(()),
         }
     }
@@ -100,11 +105,14 @@ impl DisplayArgs {
 /// `place` with tev's port, unless it has one.
 fn with_port(place: &str) -> Result<String, Error> {
     let bad = || {
-        let problem = format!("--display {place}: write a host and a port, such as localhost:{}", view::tev::PORT);
+        let problem =
+            format!("--display {place}: write a host and a port, such as localhost:{}", view::tev::PORT);
         Error::BadInput(problem)
     };
     let (host, port) = match place.rsplit_once(':') {
-        Some((host, port)) if !host.ends_with(':') && !host.is_empty() => (host, port.parse().map_err(|_| bad())?),
+        Some((host, port)) if !host.ends_with(':') && !host.is_empty() => {
+            (host, port.parse().map_err(|_| bad())?)
+        }
         None if !place.is_empty() => (place, view::tev::PORT),
         _ => return Err(bad()),
     };

@@ -100,11 +100,14 @@ fn is_image(target: &OsStr) -> bool {
 
 fn show(args: &ViewArgs) -> Result<(), Error> {
     if args.output.is_some() {
-        return Err(Error::BadInput("--output: an image is only looked at; name a scene to render one".into()));
+        return Err(Error::BadInput(
+            "--output: an image is only looked at; name a scene to render one".into(),
+        ));
     }
     let requests = Requests::listen()?;
     let (path, reference) = (Path::new(&args.target), args.reference.as_deref());
-    let view = View::files(path, args.layer.as_deref(), reference, args.page.place()).map_err(Error::BadInput)?;
+    let view =
+        View::files(path, args.layer.as_deref(), reference, args.page.place()).map_err(Error::BadInput)?;
     args.page.announce(&view, false)?;
     if let Some(display) = args.display.start(&path.to_string_lossy())? {
         display.show(image_file::read(path).map_err(|error| Error::BadInput(error.to_string()))?);
@@ -157,7 +160,9 @@ fn check(args: &ViewArgs, scene: Option<&Path>) -> Result<(), Error> {
 
 /// Writes what the studio left: the image, if a file is named for it, and a scene that is changed and not saved.
 fn write(args: &ViewArgs, legacy: &Legacy, name: &str) -> Result<String, Error> {
-    let Some(kept) = &legacy.kept else { return Ok("not one iteration was over, so nothing is written".into()) };
+    let Some(kept) = &legacy.kept else {
+        return Ok("not one iteration was over, so nothing is written".into());
+    };
     let mut written = Vec::new();
     if let Some(output) = &args.output {
         kept.write_image(output, Look::default()).map_err(Error::Failed)?;

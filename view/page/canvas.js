@@ -31,7 +31,7 @@ export class CanvasPainter {
       this.key = key;
       this.develop(a, b, look);
     }
-    this.context.imageSmoothingEnabled = a.reduced || box.width < a.width;
+    this.context.imageSmoothingEnabled = a.reduced || box.width < 3 * a.width;
     this.context.drawImage(this.sheet, box.x, box.y, box.width, box.height);
   }
 

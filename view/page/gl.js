@@ -90,7 +90,7 @@ export class GlPainter {
     if (!a) return;
     [a, b ?? a].forEach((picture, unit) => {
       this.load(unit, picture);
-      const isBlown = box.width >= picture.width && !picture.reduced;
+      const isBlown = box.width >= 3 * picture.width && !picture.reduced;
       const filter = isBlown ? gl.NEAREST : gl.LINEAR;
       gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, filter);
       gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);

@@ -140,7 +140,8 @@ impl Sender {
 
     fn send(&mut self, film: &Film) -> io::Result<()> {
         let until = Instant::now() + LAST;
-        let is_known = self.sent.as_ref().is_some_and(|sent| [sent.width, sent.height] == [film.width, film.height]);
+        let is_known =
+            self.sent.as_ref().is_some_and(|sent| [sent.width, sent.height] == [film.width, film.height]);
         let before = self.sent.as_ref().filter(|_| is_known);
         let mut stream = match self.stream.take() {
             Some(stream) if is_there(&stream) => stream,

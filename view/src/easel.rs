@@ -165,8 +165,9 @@ impl Easel {
 
     /// Waits as long as the render is to pause, and serves what is asked meanwhile.
     fn wait(&mut self, step: &Step, engine: &dyn Resumable) {
-        let is_to_wait =
-            |wishes: &Wishes| wishes.is_paused || step.iteration >= wishes.limit || step.iteration >= step.iterations;
+        let is_to_wait = |wishes: &Wishes| {
+            wishes.is_paused || step.iteration >= wishes.limit || step.iteration >= step.iterations
+        };
         if self.is_preview || !is_to_wait(&self.desk.wishes()) {
             return;
         }
@@ -220,12 +221,7 @@ pub(crate) fn lacks_layer(hub: &Hub) -> bool {
 }
 
 /// The bytes of all layers of `engine` that somebody looks at. A layer that the method lacks is shown as the image.
-pub(crate) fn layers(
-    hub: &Hub,
-    engine: &dyn Resumable,
-    film: &Film,
-    caption: Caption,
-) -> Vec<(u32, Bytes)> {
+pub(crate) fn layers(hub: &Hub, engine: &dyn Resumable, film: &Film, caption: Caption) -> Vec<(u32, Bytes)> {
     let share = 1.0 / caption.iterations.max(1) as f32;
     let plain = |layer| of_film(film, layer, caption);
     let bytes = |layer: u32| match LAYERS.get(layer as usize) {

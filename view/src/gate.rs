@@ -26,7 +26,9 @@ impl Refusal {
         match self {
             Self::Host => "Refused: open this page by an IP address or as localhost, not by another name.\n",
             Self::Origin => "Refused: another page asked for this.\n",
-            Self::Token => "Refused: the address lacks the right token; copy the whole address that sppm printed.\n",
+            Self::Token => {
+                "Refused: the address lacks the right token; copy the whole address that sppm printed.\n"
+            }
         }
     }
 }
@@ -99,7 +101,9 @@ mod tests {
             assert_eq!(verdict(host, None, "0123"), Ok(()), "{host}");
             assert_eq!(verdict(host, Some(&format!("http://{host}")), "0123"), Ok(()), "{host}");
         }
-        for host in ["evil.example", "evil.example:80", "localhost.evil.example", "127.0.0.1.evil.example", ""] {
+        for host in
+            ["evil.example", "evil.example:80", "localhost.evil.example", "127.0.0.1.evil.example", ""]
+        {
             assert_eq!(verdict(host, None, "0123"), Err(Refusal::Host), "{host}");
         }
         for origin in ["http://evil.example", "null", "https://127.0.0.1:80", "http://127.0.0.1:81", ""] {

@@ -98,7 +98,8 @@ impl View {
         display: Option<Arc<Display>>,
         place: Option<Place>,
     ) -> Result<(Option<Self>, Relay), String> {
-        let view = place.map(|place| Self::serve(Arc::new(Hub::new(false, Vec::new())), place)).transpose()?;
+        let view =
+            place.map(|place| Self::serve(Arc::new(Hub::new(false, Vec::new())), place)).transpose()?;
         let relay = Relay::new(view.as_ref().map(|view| Arc::clone(&view.hub)), display, name);
         Ok((view, relay))
     }

@@ -24,7 +24,8 @@ pub struct Relay {
 impl Relay {
     pub(crate) fn new(hub: Option<Arc<Hub>>, display: Option<Arc<Display>>, name: &str) -> Self {
         if let Some(hub) = &hub {
-            let scene = json!({ "type": "scene", "mode": "watch", "name": name, "layers": LAYERS, "others": [] });
+            let scene =
+                json!({ "type": "scene", "mode": "watch", "name": name, "layers": LAYERS, "others": [] });
             show(&hub.scene, &scene);
         }
         Self { hub, display, began: Instant::now(), shown: None, number: 0 }

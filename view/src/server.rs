@@ -26,6 +26,9 @@ use tokio::sync::oneshot;
 /// More pages are turned away.
 const MAX_CLIENTS: usize = 128;
 
+/// Bytes that a connection buffers, beside the picture that is being sent.
+const BUFFER: usize = 1 << 13;
+
 /// On every answer. The page is alone in its frame and loads nothing from elsewhere; its address, with the token, is told to
 /// nobody.
 const HEADERS: [(&str, &str); 7] = [
@@ -71,7 +74,8 @@ impl Server {
         listener.set_nonblocking(true).map_err(|error| failed(&error))?;
         let runtime = Builder::new_current_thread().enable_all().build().map_err(|error| failed(&error))?;
         // Nobody can open 0.0.0.0; the loopback address leads there too.
-        let shown = if ip.is_unspecified() { SocketAddr::new([127, 0, 0, 1].into(), bound.port()) } else { bound };
+        let shown =
+            if ip.is_unspecified() { SocketAddr::new([127, 0, 0, 1].into(), bound.port()) } else { bound };
         let address = format!("http://{shown}/{token}/");
         let (quit, ended) = oneshot::channel();
         let app = routes(Arc::new(Shared { hub, token }));
@@ -150,6 +154,8 @@ async fn socket(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrade) ->
         Some(visit) => upgrade
             .max_message_size(MAX_MESSAGE)
             .max_frame_size(MAX_MESSAGE)
+            .read_buffer_size(BUFFER)
+            .write_buffer_size(BUFFER)
             .on_upgrade(move |socket| client::serve(socket, hub, visit)),
     }
 }

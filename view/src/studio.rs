@@ -376,12 +376,11 @@ impl Studio {
     /// Keeps the last image and ends.
     fn end(mut self) -> Legacy {
         let is_unsaved = self.is_unsaved && self.model.steps()[2];
-        if let Some(running) = &self.running {
-            running.stopper().hold(false);
-        }
         self.desk.change(|wishes| (wishes.wants_kept, wishes.kept) = (true, None));
         let (until, mut kept) = (Instant::now() + LAST_WAIT, None);
         while kept.is_none() && Instant::now() < until && self.running.is_some() {
+            // An iteration that nobody watched is finished for its image.
+            self.watched = Some(Instant::now());
             self.mind_render();
             self.hub.requests.take(TICK);
             kept = self.desk.change(|wishes| wishes.kept.take());

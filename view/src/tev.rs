@@ -85,7 +85,8 @@ mod tests {
         expected[0] = created.len() as u8;
         assert_eq!(create("box", 2, 1), expected);
         let tile = Tile { x: 5, y: 6, width: 1, height: 1 };
-        let mut expected = b"\0\0\0\0\x06\0box\0\x03\0\0\0R\0G\0B\0\x05\0\0\0\x06\0\0\0\x01\0\0\0\x01\0\0\0".to_vec();
+        let mut expected =
+            b"\0\0\0\0\x06\0box\0\x03\0\0\0R\0G\0B\0\x05\0\0\0\x06\0\0\0\x01\0\0\0\x01\0\0\0".to_vec();
         for number in [0_u8, 1, 2, 3, 3, 3] {
             expected.extend([number, 0, 0, 0, 0, 0, 0, 0]);
         }

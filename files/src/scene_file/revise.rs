@@ -218,7 +218,10 @@ mod tests {
         let mut changed = text.lines().zip(revised.lines()).filter(|(old, new)| old != new);
         let mut next = || changed.next().unwrap().1;
         assert_eq!(text.lines().count(), revised.lines().count());
-        assert_eq!(next(), "direction = [0.1, -0.25, -1] # of any length; target = [x, y, z] would do as well");
+        assert_eq!(
+            next(),
+            "direction = [0.1, -0.25, -1] # of any length; target = [x, y, z] would do as well"
+        );
         assert_eq!(next(), "iterations = 42");
         assert_eq!(next(), "center = [60.5, 16.5, 78]");
         assert_eq!(next(), "material = { type = \"dielectric\", albedo = [1, 0.1, 0.1], ior = 1.5 }");
@@ -236,7 +239,8 @@ mod tests {
             scene.materials.truncate(scene.materials.len() - usize::from(sky != Rgb::ZERO));
             scene.camera.eye += Vec3::new(0.125, 0.1, -0.3);
             scene.camera.vertical_fov_degrees *= 0.9;
-            scene.settings = Settings { seed: 7, initial_radius: 0.1, filter: Filter::Mitchell, ..scene.settings };
+            scene.settings =
+                Settings { seed: 7, initial_radius: 0.1, filter: Filter::Mitchell, ..scene.settings };
             let last = scene.spheres.len() - 1;
             scene.spheres[last].radius *= 0.99;
             scene.spheres[last].material = scene.materials.len() as u32;
