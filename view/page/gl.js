@@ -43,9 +43,10 @@ void main() {
 }`;
 
 export class GlPainter {
-  // A painter on `canvas`; null without WebGL2.
-  static on(canvas) {
-    const gl = canvas.getContext("webgl2", { antialias: false, alpha: true, premultipliedAlpha: true });
+  // A painter on `canvas`; null without WebGL2. Without a graphics card it is slower than a plain canvas, and takes processor
+  // time that the render needs: then it is used only if it `isWanted`.
+  static on(canvas, isWanted) {
+    const gl = canvas.getContext("webgl2", { antialias: false, failIfMajorPerformanceCaveat: !isWanted });
     return gl ? new GlPainter(gl) : null;
   }
 

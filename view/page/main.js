@@ -26,7 +26,7 @@ const connection = new Connection({
   },
   down() {
     const what = $("empty").hidden ? "The picture stays; trying to reach it again…" : "Trying to reach it again…";
-    notice(`sppm has ended, or cannot be reached. ${what}`, 0);
+    notice(`The program has ended, or cannot be reached. ${what}`, 0);
   },
   picture(picture) {
     $("empty").hidden = true;

@@ -18,7 +18,8 @@ export function bindLook(viewer, changed) {
     viewer.draw();
     changed();
   };
-  for (const id of ["exposure", "tone", "white"]) $(id).oninput = update;
+  for (const id of ["exposure", "white"]) $(id).oninput = update;
+  $("tone").onchange = update;
   update();
   const scale = $("scale").getContext("2d");
   for (let x = 0; x < 128; x++) {

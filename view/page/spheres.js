@@ -78,6 +78,7 @@ export class Spheres {
     const glow = Math.max(...emission);
     if (document.activeElement !== $("glow")) $("glow").value = placeOf(glow);
     $("glow-out").textContent = brief(glow);
+    $("glow-row").hidden = glow === 0;
     if (document.activeElement !== $("glow-colour")) $("glow-colour").value = hex(glow > 0 ? emission.map((v) => v / glow) : [1, 1, 1]);
     ["x", "y", "z"].forEach((axis, i) => set(`ball-${axis}`, brief(center[i])));
     set("ball-r", brief(radius));

@@ -130,11 +130,12 @@ export class Viewer {
   }
 }
 
-// WebGL where it works; `?canvas` in the address does without.
+// WebGL where there is a graphics card; `?canvas` in the address does without, and `?webgl` does without the card.
 function painterOn(canvas) {
-  const wantsCanvas = new URLSearchParams(location.search).has("canvas");
+  const asked = new URLSearchParams(location.search);
+  const wantsCanvas = asked.has("canvas");
   try {
-    const painter = wantsCanvas ? null : GlPainter.on(canvas);
+    const painter = wantsCanvas ? null : GlPainter.on(canvas, asked.has("webgl"));
     if (painter) return painter;
   } catch (error) {
     console.warn(`WebGL is not used: ${error.message}`);
