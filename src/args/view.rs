@@ -17,7 +17,7 @@ const TOKEN: &str = "SPPM_VIEW_TOKEN";
 pub(crate) struct PageArgs {
     /// Serve the page at this port [default: any that is free]
     ///
-    /// With SPPM_VIEW_TOKEN in the environment, at least 16 letters and digits, the address stays the same from one view to
+    /// With `SPPM_VIEW_TOKEN` in the environment, at least 16 letters and digits, the address stays the same from one view to
     /// the next, and an open page finds the next one.
     #[arg(long, value_name = "PORT", value_parser = whole::<u16>(1, u16::MAX.into()), allow_hyphen_values = true)]
     pub port: Option<u16>,
@@ -87,7 +87,7 @@ fn has_screen() -> bool {
 #[derive(Clone, Debug, Default, ClapArgs)]
 #[command(next_help_heading = "Viewers")]
 pub(crate) struct DisplayArgs {
-    /// Send the image, as it converges, to the viewer tev (or HDRView) that listens there [default port: 14158]
+    /// Send the image, as it converges, to the viewer tev (or `HDRView`) that listens there [default port: 14158]
     ///
     /// The render never waits for the viewer, which may be closed and opened again.
     #[arg(long, value_name = "HOST[:PORT]")]
@@ -144,7 +144,7 @@ impl WatchArgs {
         }
         let display = self.display.start(name)?;
         let place = self.view.then(|| self.page.place());
-        let (view, relay) = View::relay(name, display, place).map_err(Error::Failed)?;
+        let (view, relay) = View::relay(name, display, place.as_ref()).map_err(Error::Failed)?;
         if let Some(view) = &view {
             self.page.announce(view, is_taken)?;
         }

@@ -83,7 +83,7 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Error> {
 /// Serves two images to be compared.
 pub(crate) fn compare(a: &Path, b: &Path, layer: Option<&str>, page: &PageArgs) -> Result<(), Error> {
     let requests = Requests::listen()?;
-    let view = View::files(a, layer, Some(b), page.place()).map_err(Error::BadInput)?;
+    let view = View::files(a, layer, Some(b), &page.place()).map_err(Error::BadInput)?;
     page.announce(&view, false)?;
     wait(&requests);
     Err(interrupted(&requests, "the view is closed".into()))
@@ -107,7 +107,7 @@ fn show(args: &ViewArgs) -> Result<(), Error> {
     let requests = Requests::listen()?;
     let (path, reference) = (Path::new(&args.target), args.reference.as_deref());
     let view =
-        View::files(path, args.layer.as_deref(), reference, args.page.place()).map_err(Error::BadInput)?;
+        View::files(path, args.layer.as_deref(), reference, &args.page.place()).map_err(Error::BadInput)?;
     args.page.announce(&view, false)?;
     if let Some(display) = args.display.start(&path.to_string_lossy())? {
         display.show(image_file::read(path).map_err(|error| Error::BadInput(error.to_string()))?);
@@ -139,7 +139,7 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
     let name = project.stem.clone();
     let requests = Requests::listen()?;
     let display = args.display.start(&name)?;
-    let view = View::studio(project, args.reference.as_deref(), display, args.page.place());
+    let view = View::studio(project, args.reference.as_deref(), display, &args.page.place());
     let view = view.map_err(Error::BadInput)?;
     args.page.announce(&view, false)?;
     wait(&requests);
@@ -169,7 +169,7 @@ fn write(args: &ViewArgs, legacy: &Legacy, name: &str) -> Result<String, Error> 
         written.push(format!("wrote {} after {} iterations", output.display(), kept.iterations));
     }
     if legacy.is_unsaved {
-        let path = unused(args.output.as_deref(), name);
+        let path = unused(args.output.as_deref(), name)?;
         let wrote = atomic_file::replace(&path, |out| out.write_all(kept.text.as_bytes()));
         wrote.map_err(|error| Error::Failed(error.to_string()))?;
         written.push(format!("the changed scene is in {}", path.display()));
@@ -178,13 +178,16 @@ fn write(args: &ViewArgs, legacy: &Legacy, name: &str) -> Result<String, Error> 
 }
 
 /// A name for the changed scene that no file has, beside the image if there is one.
-fn unused(output: Option<&Path>, name: &str) -> PathBuf {
+fn unused(output: Option<&Path>, name: &str) -> Result<PathBuf, Error> {
+    /// More changed scenes are not written side by side.
+    const MOST: u32 = 1000;
     let beside = output.map_or(PathBuf::from(name), |output| output.with_extension(""));
     let named = |n: u32| match n {
         1 => paths::around(&beside, "", "-edited.toml"),
         n => paths::around(&beside, "", &format!("-edited-{n}.toml")),
     };
-    (1..).map(named).find(|path| !path.exists()).unwrap_or_else(|| named(1))
+    let problem = || Error::Failed(format!("{}: there are {MOST} of them; remove some", named(1).display()));
+    (1..=MOST).map(named).find(|path| !path.exists()).ok_or_else(problem)
 }
 
 /// Waits until a signal asks for the end.

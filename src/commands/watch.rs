@@ -11,7 +11,7 @@ use crate::terminal::logs;
 use crate::terminal::signals::Requests;
 use crate::terminal::told::Told;
 use files::atomic_file::reason;
-use render::{Job, Notice, Observer, Step};
+use render::{Image, Job, Notice, Observer, Step};
 use scene::settings::MAX_ITERATIONS;
 use scene::text::{counted, mebibytes, one_line};
 use scene::{Filter, Resumable, Settings, TRANSPORT};
@@ -95,6 +95,16 @@ impl Observer for Watch {
             if let Some(error) = lines.problem.take() {
                 *self.problem.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
             }
+        }
+    }
+
+    fn wants_image(&mut self, is_last: bool) -> bool {
+        is_last && self.relay.is_some()
+    }
+
+    fn image(&mut self, image: Image) {
+        if let Some(relay) = &mut self.relay {
+            relay.last(image);
         }
     }
 

@@ -57,7 +57,7 @@ const connection = new Connection({
   },
   status(message) {
     status = message;
-    showStatus(status, viewer.a);
+    showStatus(status, viewer.a, setup);
   },
   problem: ({ problem }) => notice(problem),
   refused: ({ problem }) => notice(problem),

@@ -62,12 +62,12 @@ function timed(seconds) {
 }
 
 // Progress in the header and in the panel.
-export function showStatus(status, picture) {
+export function showStatus(status, picture, setup) {
   if (status.preview) return;
   const { iterations, limit, seconds, photons, camera_segments, mean_radius, error, waiting, curve } = status;
   const rate = seconds > 0 ? (photons || camera_segments) / seconds : 0;
   const of = limit ? ` of ${grouped(limit)}` : "";
-  const state = waiting ? (limit && iterations >= limit ? " · done" : " · paused") : "";
+  const state = waiting ? (setup && !(limit && iterations >= limit) ? " · paused" : " · done") : "";
   const noise = error == null ? "" : ` · error about ${percent(error)}`;
   $("progress").textContent = `${grouped(iterations)}${of} iterations · ${timed(seconds)}${noise}${state}`;
   const rows = [

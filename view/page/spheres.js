@@ -95,7 +95,12 @@ export class Spheres {
   emission() {
     const glow = glowOf(Number($("glow").value));
     $("glow-out").textContent = brief(glow);
-    return light($("glow-colour").value).map((v) => v * glow);
+    const before = this.sphere.emission;
+    const most = Math.max(...before);
+    // A colour that was not changed keeps its digits.
+    const own = most > 0 ? before.map((v) => v / most) : [1, 1, 1];
+    const colour = $("glow-colour").value === hex(own) ? own : light($("glow-colour").value);
+    return colour.map((v) => v * glow);
   }
 
   change(parts, moving = false) {

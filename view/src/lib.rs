@@ -62,7 +62,7 @@ impl View {
         project: Project,
         reference: Option<&Path>,
         display: Option<Arc<Display>>,
-        place: Place,
+        place: &Place,
     ) -> Result<Self, String> {
         let others = reference.map(gallery::other).transpose()?;
         let hub = Arc::new(Hub::new(true, others.into_iter().collect()));
@@ -82,7 +82,7 @@ impl View {
         path: &Path,
         layer: Option<&str>,
         other: Option<&Path>,
-        place: Place,
+        place: &Place,
     ) -> Result<Self, String> {
         let others = other.map(gallery::other).transpose()?;
         Self::serve(Arc::new(gallery::open(path, layer, others.into_iter().collect())?), place)
@@ -96,7 +96,7 @@ impl View {
     pub fn relay(
         name: &str,
         display: Option<Arc<Display>>,
-        place: Option<Place>,
+        place: Option<&Place>,
     ) -> Result<(Option<Self>, Relay), String> {
         let view =
             place.map(|place| Self::serve(Arc::new(Hub::new(false, Vec::new())), place)).transpose()?;
@@ -104,8 +104,8 @@ impl View {
         Ok((view, relay))
     }
 
-    fn serve(hub: Arc<Hub>, place: Place) -> Result<Self, String> {
-        let server = Server::start(Arc::clone(&hub), &place)?;
+    fn serve(hub: Arc<Hub>, place: &Place) -> Result<Self, String> {
+        let server = Server::start(Arc::clone(&hub), place)?;
         Ok(Self { server, hub, quit: Stop::new(), studio: None })
     }
 

@@ -79,6 +79,8 @@ pub(crate) struct Studio {
     display: Option<Arc<Display>>,
     model: Model,
     text: Option<Arc<str>>,
+    /// The names of spheres in the text.
+    names: Vec<Option<String>>,
     stem: String,
     threads: Option<usize>,
     memory_limit: Option<u64>,
@@ -95,6 +97,8 @@ pub(crate) struct Studio {
     rendered: u32,
     numbers: Arc<AtomicU32>,
     is_moving: bool,
+    /// Whether the list of balls has changed since it was shown.
+    owes_scene: bool,
     changed: Instant,
     /// When somebody last watched; none until somebody does.
     watched: Option<Instant>,
@@ -115,6 +119,7 @@ impl Studio {
             desk: Arc::new(desk),
             display,
             model: Model::new(&scene, engine),
+            names: text.as_deref().map(files::scene_file::sphere_names).unwrap_or_default(),
             text: text.map(Arc::from),
             stem,
             threads,
@@ -129,6 +134,7 @@ impl Studio {
             rendered: 0,
             numbers: Arc::default(),
             is_moving: false,
+            owes_scene: false,
             changed: now,
             watched: None,
             opened: now,
@@ -228,10 +234,17 @@ impl Studio {
 
     fn begin_version(&mut self, before: &State) {
         (self.version, self.changed, self.is_unsaved) = (self.version + 1, Instant::now(), true);
-        if self.model.has_other_body(before) {
-            self.show_scene();
-        }
+        self.owes_scene |= self.model.has_other_body(before);
+        self.settle_scene();
         self.show_setup();
+    }
+
+    /// Shows the list of balls if it has changed, but not while one of them is dragged: it may be long.
+    fn settle_scene(&mut self) {
+        if self.owes_scene && !self.is_moving {
+            self.show_scene();
+            self.owes_scene = false;
+        }
     }
 
     /// Starts, ends and holds renders as the model and the clients want it.
@@ -252,6 +265,8 @@ impl Studio {
                 Stage::Nothing => self.start(Stage::Small),
             }
         } else if self.stage == Stage::Nothing && (!self.is_moving || self.changed.elapsed() >= REST) {
+            self.is_moving = false;
+            self.settle_scene();
             self.start(Stage::Whole);
         }
         self.hold();
@@ -419,10 +434,9 @@ impl Studio {
 
     fn show_scene(&self) {
         let (spheres, materials) = (self.model.spheres(), self.model.materials());
-        let names = self.text.as_deref().map(files::scene_file::sphere_names).unwrap_or_default();
         let listed = spheres.iter().take(MOST_LISTED).enumerate().map(|(i, sphere)| {
             json!({
-                "name": names.get(i).cloned().flatten(),
+                "name": self.names.get(i).cloned().flatten(),
                 "center": sphere.center.to_array(),
                 "radius": sphere.radius,
                 "emission": sphere.emission.to_array(),

@@ -31,7 +31,7 @@ pub(crate) fn project() -> Project {
 }
 
 pub(crate) fn studio() -> View {
-    View::studio(project(), None, None, Place::default()).unwrap()
+    View::studio(project(), None, None, &Place::default()).unwrap()
 }
 
 /// The host and port of the page, and its path.

@@ -119,7 +119,7 @@ fn layers_come_while_the_render_goes_on_and_while_it_is_paused() {
 #[test]
 fn a_render_waits_at_its_limit() {
     let project = view::Project { limit: Some(3), ..project() };
-    let view = View::studio(project, None, None, Place::default()).unwrap();
+    let view = View::studio(project, None, None, &Place::default()).unwrap();
     let mut page = Page::open(&view);
     let status = page.text(|text| text["type"] == "status" && text["waiting"] == true);
     assert_eq!((&status["iterations"], &status["limit"]), (&json!(3), &json!(3)));
