@@ -3,9 +3,10 @@
 use crate::sandbox::{Ended, Sandbox};
 use std::fs;
 
-const COMMANDS: [&str; 12] = [
+const COMMANDS: [&str; 13] = [
     "render",
     "resume",
+    "view",
     "info",
     "scenes",
     "compare",

@@ -103,7 +103,7 @@ impl Viewer {
                     return Self { stream, film: None, tiles: Vec::new() };
                 }
                 Err(error) => {
-                    assert!(error.kind() == io::ErrorKind::WouldBlock && Instant::now() < until, "{error}")
+                    assert!(error.kind() == io::ErrorKind::WouldBlock && Instant::now() < until, "{error}");
                 }
             }
             thread::sleep(Duration::from_millis(5));

@@ -13,7 +13,7 @@ use tungstenite::{Message, WebSocket};
 use view::{Place, Project, View};
 
 /// What takes longer is taken to be lost.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_mins(1);
 
 /// A small image of the Cornell Box, so that an iteration takes milliseconds.
 pub(crate) fn project() -> Project {
