@@ -89,7 +89,7 @@ fn without_an_output_nothing_is_written() {
 #[test]
 fn images_are_shown_and_compared() {
     let sandbox = Sandbox::new();
-    assert_eq!(sandbox.render(&["-o", "a.exr"]).code, Some(0));
+    assert_eq!(sandbox.render(&["cornell", "-o", "a.exr"]).code, Some(0));
     for args in [vec!["view", "a.exr", "--no-open"], vec!["compare", "a.exr", "a.exr", "--view", "--no-open"]]
     {
         let viewing = Viewing::start(&mut sandbox.command(&args));
@@ -109,10 +109,10 @@ fn a_watched_render_gives_the_same_image() {
         listener.accept().unwrap().0.read_to_end(&mut bytes).unwrap();
         bytes
     });
-    let watched = sandbox.render(&["-o", "a.exr", "--view", "--no-open", "--display", &place]);
+    let watched = sandbox.render(&["cornell", "-o", "a.exr", "--view", "--no-open", "--display", &place]);
     assert_eq!(watched.code, Some(0), "{watched:?}");
     assert!(watched.stdout.starts_with("http://127.0.0.1:"), "{watched:?}");
-    assert_eq!(sandbox.render(&["-o", "b.exr"]).code, Some(0));
+    assert_eq!(sandbox.render(&["cornell", "-o", "b.exr"]).code, Some(0));
     assert_eq!(sandbox.bytes("a.exr"), sandbox.bytes("b.exr"));
     let bytes = viewer.join().unwrap();
     // A packet that creates an image, and then its pixels.
