@@ -80,11 +80,13 @@ struct Watch {
 
 impl Observer for Watch {
     fn follows(&self) -> bool {
-        self.relay.is_some() || self.lines.is_some() || self.bar.as_ref().is_some_and(|bar| !bar.is_hidden())
+        self.relay.as_ref().is_some_and(Relay::wants)
+            || self.lines.is_some()
+            || self.bar.as_ref().is_some_and(|bar| !bar.is_hidden())
     }
 
     fn after(&mut self, step: &Step, engine: &dyn Resumable) {
-        if let Some(relay) = &mut self.relay {
+        if let Some(relay) = self.relay.as_mut().filter(|relay| relay.wants()) {
             relay.after(step, engine);
         }
         if let Some(bar) = &self.bar {

@@ -3,11 +3,12 @@
 use crate::display::Display;
 use crate::hub::{Hub, show};
 use crate::kept::{Kept, Subject};
-use crate::pace::interval;
+use crate::pace::Schedule;
 use crate::picture::{Caption, Picture, of_film, of_plane};
 use axum::body::Bytes;
+use rayon::prelude::*;
 use render::{Estimate, Observer, Step};
-use scene::{Film, Resumable, Rgb, Stop};
+use scene::{Film, Resumable, Rgb, Settings, Stop};
 use serde_json::json;
 use std::cell::OnceCell;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -18,6 +19,8 @@ use std::time::{Duration, Instant};
 pub(crate) const LAYERS: [&str; 4] = ["image", "direct", "radius", "count"];
 /// So many points of the noise curve are told.
 const MOST_POINTS: usize = 120;
+/// The share of the time that pictures may take.
+const SHARE: f64 = 0.04;
 /// How often progress is told, at most.
 const TELL: Duration = Duration::from_millis(100);
 /// How often a paused render looks what is asked of it, if nobody wakes it.
@@ -84,8 +87,7 @@ pub(crate) struct Easel {
 
 /// What is remembered from iteration to iteration.
 pub(crate) struct History {
-    began: Instant,
-    shown: Option<Instant>,
+    schedule: Schedule,
     told: Option<Instant>,
     estimate: Estimate,
     curve: Vec<(u32, f64)>,
@@ -93,16 +95,12 @@ pub(crate) struct History {
 
 impl Default for History {
     fn default() -> Self {
-        let began = Instant::now();
-        Self { began, shown: None, told: None, estimate: Estimate::default(), curve: Vec::new() }
+        let schedule = Schedule::new(SHARE);
+        Self { schedule, told: None, estimate: Estimate::default(), curve: Vec::new() }
     }
 }
 
 impl History {
-    fn is_due(&self) -> bool {
-        self.shown.is_none_or(|at| at.elapsed() >= interval(self.began.elapsed()))
-    }
-
     fn learn(&mut self, iterations: u32, develop: impl FnOnce() -> Film) {
         let before = self.estimate.error;
         self.estimate.update(iterations, develop);
@@ -126,9 +124,11 @@ impl Easel {
             whole: self.whole,
             number: self.numbers.fetch_add(1, Ordering::Relaxed) + 1,
         };
-        let layers = layers(&self.hub, engine, film, caption);
-        self.hub.pictures.send_replace(Some(Arc::new(Picture::new(layers))));
-        self.history.shown = Some(Instant::now());
+        let publish = || {
+            let layers = layers(&self.hub, engine, film, caption);
+            self.hub.pictures.send_replace(Some(Arc::new(Picture::new(layers))));
+        };
+        self.history.schedule.show(publish);
     }
 
     fn tell(&mut self, step: &Step, is_waiting: bool) {
@@ -171,12 +171,12 @@ impl Easel {
         if self.is_preview || !is_to_wait(&self.desk.wishes()) {
             return;
         }
-        self.publish(engine, &engine.develop());
+        self.publish(engine, &develop(engine));
         self.tell(step, true);
         while !self.stop.is_requested() && is_to_wait(&self.desk.wishes()) {
             self.keep(engine);
             if lacks_layer(&self.hub) {
-                self.publish(engine, &engine.develop());
+                self.publish(engine, &develop(engine));
             }
             let wishes = self.desk.wishes();
             if !wishes.wants_kept {
@@ -189,11 +189,11 @@ impl Easel {
 impl Observer for Easel {
     fn after(&mut self, step: &Step, engine: &dyn Resumable) {
         let film = OnceCell::new();
-        let film = || film.get_or_init(|| engine.develop());
+        let film = || film.get_or_init(|| develop(engine));
         if !self.is_preview {
             self.history.learn(step.iteration, || film().clone());
         }
-        if self.history.is_due() || lacks_layer(&self.hub) {
+        if self.history.schedule.is_due() || lacks_layer(&self.hub) {
             self.publish(engine, film());
         }
         if let Some(display) = self.display.as_ref().filter(|display| display.is_due()) {
@@ -212,6 +212,13 @@ impl Drop for Easel {
         self.is_over.store(true, Ordering::Release);
         self.hub.requests.ring();
     }
+}
+
+/// The image, developed on the current thread pool.
+pub(crate) fn develop(engine: &dyn Resumable) -> Film {
+    let Settings { width, height, .. } = *engine.settings();
+    let row = |y| (0..width).map(move |x| engine.probe(x, y).radiance);
+    Film { width, height, pixels: (0..height).into_par_iter().flat_map_iter(row).collect() }
 }
 
 /// Whether somebody looks at a layer that the last picture lacks.

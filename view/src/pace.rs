@@ -1,7 +1,7 @@
 //! How often pictures are shown, and how small they are while the camera moves.
 
 use scene::Settings;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// While the camera moves, a picture is to take about this long.
 const TARGET: f64 = 1.0 / 30.0;
@@ -12,8 +12,11 @@ const PREVIEW_PHOTONS: [u32; 2] = [1_000, 20_000];
 /// The search radius is widened by at most this, to smooth the light of fewer photons.
 const MOST_WIDENING: f32 = 3.0;
 
+/// For so long pictures come often, whatever they cost.
+const FREE: Duration = Duration::from_secs(1);
+
 /// The time from one picture to the next, when the camera has been at rest for `rest`.
-pub(crate) fn interval(rest: Duration) -> Duration {
+fn interval(rest: Duration) -> Duration {
     let milliseconds = match rest.as_secs_f64() {
         seconds if seconds < 1.0 => 100,
         seconds if seconds < 5.0 => 250,
@@ -22,6 +25,38 @@ pub(crate) fn interval(rest: Duration) -> Duration {
         _ => 2000,
     };
     Duration::from_millis(milliseconds)
+}
+
+/// When the next picture is due, by what pictures cost.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Schedule {
+    began: Instant,
+    shown: Option<Instant>,
+    cost: Duration,
+    /// Pictures take at most this share of the time, but for the first ones.
+    share: f64,
+}
+
+impl Schedule {
+    /// A schedule that begins now.
+    pub(crate) fn new(share: f64) -> Self {
+        Self { began: Instant::now(), shown: None, cost: Duration::ZERO, share }
+    }
+
+    /// Whether a picture is due.
+    pub(crate) fn is_due(&self) -> bool {
+        let rest = self.began.elapsed();
+        let least = if rest < FREE { Duration::ZERO } else { self.cost.div_f64(self.share) };
+        self.shown.is_none_or(|at| at.elapsed() >= interval(rest).max(least))
+    }
+
+    /// Shows a picture by `show`, and notes what it costs.
+    pub(crate) fn show<T>(&mut self, show: impl FnOnce() -> T) -> T {
+        let began = Instant::now();
+        let shown = show();
+        (self.shown, self.cost) = (Some(Instant::now()), began.elapsed());
+        shown
+    }
 }
 
 /// The factor by which pictures are smaller while the camera moves. It follows the time that they take.
@@ -92,6 +127,21 @@ mod tests {
             assert!(reduced.width.max(reduced.height) >= width.max(height).min(128));
             assert_eq!(reduced.photons_per_iteration, 5);
         }
+    }
+
+    #[test]
+    fn costly_pictures_are_rarer_after_a_second() {
+        let mut schedule = Schedule::new(0.01);
+        assert!(schedule.is_due());
+        schedule.show(|| ());
+        assert!(!schedule.is_due());
+        let ago = |seconds| Instant::now().checked_sub(Duration::from_secs(seconds)).unwrap();
+        (schedule.cost, schedule.shown) = (Duration::from_millis(50), Some(ago(3)));
+        assert!(schedule.is_due());
+        schedule.began = ago(4);
+        assert!(!schedule.is_due());
+        schedule.shown = Some(ago(6));
+        assert!(schedule.is_due());
     }
 
     #[test]

@@ -17,7 +17,8 @@
 
 use crate::rgb9e5;
 use axum::body::Bytes;
-use scene::{Film, Plane, Rgb};
+use rayon::prelude::*;
+use scene::{Film, Plane};
 
 /// Bytes of the header.
 pub const HEADER: usize = 48;
@@ -26,6 +27,8 @@ const REDUCED: u32 = 1;
 const PLANE: u32 = 2;
 /// The greatest value of a picture is stored below 2 to this power, so that dark places keep their digits.
 const TOP: i32 = 15;
+/// Pixels of a work item.
+const AT_ONCE: usize = 1 << 13;
 
 /// A picture in all layers that somebody looks at.
 #[derive(Clone, Debug)]
@@ -64,47 +67,55 @@ impl Picture {
     }
 }
 
-/// The bytes of a layer in colour.
+/// The bytes of a layer in colour. Works on the current thread pool.
 pub(crate) fn of_film(film: &Film, layer: u32, caption: Caption) -> Bytes {
-    let most = film.pixels.iter().map(|p| p.max_element()).filter(|v| v.is_finite()).fold(0.0, f32::max);
-    let values = film.pixels.iter().map(|p: &Rgb| p.to_array());
-    encode([film.width, film.height], values, most, layer, caption, 0)
+    let value = |at: usize| film.pixels[at].to_array();
+    encode([film.width, film.height], value, layer, caption, 0)
 }
 
-/// The bytes of a layer of one value per pixel.
+/// The bytes of a layer of one value per pixel. Works on the current thread pool.
 pub(crate) fn of_plane(plane: &Plane, layer: u32, caption: Caption) -> Bytes {
-    let most = plane.values.iter().copied().filter(|v| v.is_finite()).fold(0.0, f32::max);
-    let values = plane.values.iter().map(|&v| [v; 3]);
-    encode([plane.width, plane.height], values, most, layer, caption, PLANE)
+    let value = |at: usize| [plane.values[at]; 3];
+    encode([plane.width, plane.height], value, layer, caption, PLANE)
 }
 
 fn encode(
     size: [u32; 2],
-    values: impl ExactSizeIterator<Item = [f32; 3]>,
-    most: f32,
+    value: impl Fn(usize) -> [f32; 3] + Sync,
     layer: u32,
     caption: Caption,
     flags: u32,
 ) -> Bytes {
     let Caption { version, iterations, whole, number } = caption;
+    let pixels = size[0] as usize * size[1] as usize;
+    let greater = |a: f32, b: f32| if b.is_finite() { a.max(b) } else { a };
+    let greatest = |at| value(at).into_iter().fold(0.0, greater);
+    let most = (0..pixels).into_par_iter().with_min_len(AT_ONCE).map(greatest).reduce(|| 0.0, f32::max);
     let up = if most > 0.0 { TOP - 1 - ((most.to_bits() >> 23) as i32 - 127) } else { 0 };
     // The factor is a normal number, and so is its inverse.
     let up = up.clamp(-120, 120);
     let (scale, unscale) = (rgb9e5::power(up), rgb9e5::power(-up));
     let flags = flags | if size == whole { 0 } else { REDUCED };
-    let mut bytes = Vec::with_capacity(HEADER + 4 * values.len());
+    let mut bytes = Vec::with_capacity(HEADER + 4 * pixels);
     bytes.extend(MAGIC);
     let words = [version, iterations, size[0], size[1], whole[0], whole[1], layer];
     bytes.extend(words.into_iter().flat_map(u32::to_le_bytes));
     bytes.extend(unscale.to_le_bytes());
     bytes.extend([flags, number, 0].into_iter().flat_map(u32::to_le_bytes));
-    bytes.extend(values.flat_map(|rgb| rgb9e5::encode(rgb.map(|v| v * scale)).to_le_bytes()));
+    bytes.resize(HEADER + 4 * pixels, 0);
+    let fill = |(chunk, words): (usize, &mut [u8])| {
+        for (i, word) in words.as_chunks_mut().0.iter_mut().enumerate() {
+            *word = rgb9e5::encode(value(chunk * AT_ONCE + i).map(|v| v * scale)).to_le_bytes();
+        }
+    };
+    bytes[HEADER..].par_chunks_mut(4 * AT_ONCE).enumerate().for_each(fill);
     bytes.into()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use scene::Rgb;
 
     fn word(bytes: &[u8], at: usize) -> u32 {
         u32::from_le_bytes(bytes[4 * at..][..4].try_into().unwrap())

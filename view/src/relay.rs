@@ -1,9 +1,9 @@
 //! Shows a render that runs elsewhere to pages that cannot change it, and to tev.
 
 use crate::display::Display;
-use crate::easel::{LAYERS, lacks_layer, layers};
+use crate::easel::{LAYERS, develop, lacks_layer, layers};
 use crate::hub::{Hub, show};
-use crate::pace::interval;
+use crate::pace::Schedule;
 use crate::picture::{Caption, Picture, of_film, of_plane};
 use axum::body::Bytes;
 use render::{Image, Step};
@@ -11,15 +11,16 @@ use scene::settings::MAX_ITERATIONS;
 use scene::{Plane, Resumable};
 use serde_json::json;
 use std::sync::Arc;
-use std::time::Instant;
+
+/// The share of the time that pictures may take.
+const SHARE: f64 = 0.01;
 
 /// Follows a render from its observer. Pictures are developed only when somebody looks.
 #[derive(Debug)]
 pub struct Relay {
     hub: Option<Arc<Hub>>,
     display: Option<Arc<Display>>,
-    began: Instant,
-    shown: Option<Instant>,
+    schedule: Schedule,
     number: u32,
     step: Step,
 }
@@ -31,26 +32,33 @@ impl Relay {
                 json!({ "type": "scene", "mode": "watch", "name": name, "layers": LAYERS, "others": [] });
             show(&hub.scene, &scene);
         }
-        Self { hub, display, began: Instant::now(), shown: None, number: 0, step: Step::default() }
+        Self { hub, display, schedule: Schedule::new(SHARE), number: 0, step: Step::default() }
     }
 
-    /// To be called after every iteration.
+    /// Whether [`Self::after`] is to be called after this iteration: somebody looks, and a picture is due.
+    pub fn wants(&self) -> bool {
+        let is_due = |hub: &Arc<Hub>| hub.clients() > 0 && (self.schedule.is_due() || lacks_layer(hub));
+        self.hub.as_ref().is_some_and(is_due) || self.display.as_ref().is_some_and(|display| display.is_due())
+    }
+
+    /// To be called after an iteration, if this relay [`Self::wants`] it.
     pub fn after(&mut self, step: &Step, engine: &dyn Resumable) {
-        if let Some(display) = self.display.as_ref().filter(|display| display.is_due()) {
-            display.show(engine.develop());
-        }
         self.step = *step;
-        let Some(hub) = self.hub.clone().filter(|hub| hub.clients() > 0) else { return };
-        let is_due = self.shown.is_none_or(|at| at.elapsed() >= interval(self.began.elapsed()));
-        if is_due || lacks_layer(&hub) {
-            let settings = engine.settings();
-            let caption = self.caption([settings.width, settings.height]);
-            self.publish(&hub, layers(&hub, engine, &engine.develop(), caption), false);
+        let film = develop(engine);
+        if let Some(hub) = self.hub.clone().filter(|hub| hub.clients() > 0) {
+            let caption = self.caption([film.width, film.height]);
+            let mut schedule = self.schedule;
+            schedule.show(|| self.publish(&hub, layers(&hub, engine, &film, caption), false));
+            self.schedule = schedule;
+        }
+        if let Some(display) = self.display.as_ref().filter(|display| display.is_due()) {
+            display.show(film);
         }
     }
 
     /// To be called with the last image of the render.
     pub fn last(&mut self, image: Image) {
+        self.step.iteration = image.metadata.settings.iterations;
         let caption = self.caption([image.film.width, image.film.height]);
         let plane =
             |layer: u32, plane: Option<&Plane>| plane.map(|plane| (layer, of_plane(plane, layer, caption)));
@@ -69,9 +77,8 @@ impl Relay {
         Caption { version: 1, iterations: self.step.iteration, whole, number: self.number }
     }
 
-    fn publish(&mut self, hub: &Hub, layers: Vec<(u32, Bytes)>, is_last: bool) {
+    fn publish(&self, hub: &Hub, layers: Vec<(u32, Bytes)>, is_last: bool) {
         hub.pictures.send_replace(Some(Arc::new(Picture::new(layers))));
-        self.shown = Some(Instant::now());
         let step = &self.step;
         show(
             &hub.status,
