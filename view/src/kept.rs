@@ -83,7 +83,7 @@ impl Kept {
         write_state(&folder.path().join(STATE), engine, &scene, &digest, subject.engine)
             .map_err(|error| failed(&error))?;
         let original = subject.text.as_deref();
-        let text = original.and_then(|text| scene_file::revise(text, &scene));
+        let text = original.and_then(|text| scene_file::revise::revise(text, &scene));
         let text = text.unwrap_or_else(|| scene_file::to_text(&scene, &settings));
         Ok(Self { number, iterations, text, stem: subject.stem.clone(), metadata, folder })
     }

@@ -119,7 +119,7 @@ impl Studio {
             desk: Arc::new(desk),
             display,
             model: Model::new(&scene, engine),
-            names: text.as_deref().map(files::scene_file::sphere_names).unwrap_or_default(),
+            names: text.as_deref().map(files::scene_file::revise::sphere_names).unwrap_or_default(),
             text: text.map(Arc::from),
             stem,
             threads,

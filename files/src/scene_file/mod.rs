@@ -8,7 +8,7 @@ mod error;
 mod material;
 mod pieces;
 mod reader;
-mod revise;
+pub mod revise;
 mod settings;
 mod sphere;
 mod spheres;
@@ -17,7 +17,6 @@ mod write;
 
 pub use error::{Fault, FileError, Position};
 pub use reader::{Field, Section};
-pub use revise::{revise, sphere_names};
 pub(crate) use write::head_to_text;
 pub use write::{digest, to_text};
 
