@@ -93,9 +93,9 @@ impl SettingsArgs {
             ("--radius", Given::is_chosen(self.radius.as_ref(), false)),
         ];
         match options.into_iter().find(|(_, is_chosen)| *is_chosen) {
-            Some((name, _)) => {
-                Err(Error::BadInput(format!("{name} auto: only `sppm render` chooses settings; give a number")))
-            }
+            Some((name, _)) => Err(Error::BadInput(format!(
+                "{name} auto: only `sppm render` chooses settings; give a number"
+            ))),
             None => self.apply(own),
         }
     }
@@ -153,7 +153,8 @@ pub(crate) struct QualityArgs {
 
 /// Parses the name of a quality.
 fn qualities() -> impl TypedValueParser<Value = Quality> {
-    let found = |name: String| Quality::ALL.into_iter().find(|quality| quality.name() == name).unwrap_or_default();
+    let found =
+        |name: String| Quality::ALL.into_iter().find(|quality| quality.name() == name).unwrap_or_default();
     PossibleValuesParser::new(Quality::ALL.map(Quality::name)).map(found)
 }
 
@@ -165,7 +166,8 @@ impl QualityArgs {
             None => (*own, automatic),
             Some(Quality::Paper) => {
                 let Settings { iterations, photons_per_iteration, max_depth, initial_radius, .. } = paper;
-                let settings = Settings { iterations, photons_per_iteration, max_depth, initial_radius, ..*own };
+                let settings =
+                    Settings { iterations, photons_per_iteration, max_depth, initial_radius, ..*own };
                 (settings, Automatic::all(Quality::Paper))
             }
             Some(quality) => (*own, Automatic::all(quality)),

@@ -171,7 +171,9 @@ fn tell_choice(settings: &Settings, chosen: Automatic) {
 }
 
 fn tell_beginning(notice: &Notice) {
-    let Notice::Begun { scene, settings, renderer, lanes, threads, bytes_at_most, .. } = notice else { return };
+    let Notice::Begun { scene, settings, renderer, lanes, threads, bytes_at_most, .. } = notice else {
+        return;
+    };
     let Settings {
         width,
         height,

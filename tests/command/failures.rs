@@ -123,7 +123,9 @@ fn images_that_are_broken() {
 fn a_rejected_render_does_not_change_old_files() {
     let sandbox = Sandbox::new();
     sandbox.write("a.png", "old");
-    sandbox.run(["render", "cornell", "--quality=paper", "-o", "a.png", "--width", "0"]).refused(&["--width"]);
+    sandbox
+        .run(["render", "cornell", "--quality=paper", "-o", "a.png", "--width", "0"])
+        .refused(&["--width"]);
     sandbox.run(["render", "missing.toml", "-o", "a.png"]).refused(&["missing.toml"]);
     assert_eq!(sandbox.bytes("a.png"), b"old");
     assert_eq!(sandbox.names(), ["a.png"]);

@@ -150,7 +150,8 @@ fn many_renders_at_once_leave_one_image_and_one_winner() {
     let size = ["--width=64", "--height=48", "--photons=20000", "--iterations=400", "--no-checkpoint"];
     let seeds: Vec<String> = (1..=6).map(|seed| format!("--seed={seed}")).collect();
     let start = |seed: &String| {
-        let args = ["render", "cornell", "--quality=paper", "-o", "a.pfm", "-q", seed].into_iter().chain(size);
+        let args =
+            ["render", "cornell", "--quality=paper", "-o", "a.pfm", "-q", seed].into_iter().chain(size);
         sandbox.command(args).stderr(std::process::Stdio::piped()).spawn().unwrap()
     };
     let all: Vec<_> = seeds.iter().map(start).collect();
@@ -160,7 +161,9 @@ fn many_renders_at_once_leave_one_image_and_one_winner() {
     for output in outputs.iter().filter(|output| !output.status.success()) {
         assert_eq!(output.status.code(), Some(2), "{output:?}");
     }
-    let again = ["render", "cornell", "--quality=paper", "-o", "b.pfm", "-q", &seeds[winners[0]]].into_iter().chain(size);
+    let again = ["render", "cornell", "--quality=paper", "-o", "b.pfm", "-q", &seeds[winners[0]]]
+        .into_iter()
+        .chain(size);
     assert_eq!(sandbox.run(again).code, Some(0));
     assert!(sandbox.bytes("a.pfm") == sandbox.bytes("b.pfm"), "not the winner's image");
 }

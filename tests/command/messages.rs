@@ -13,12 +13,18 @@ fn lines(ended: &Ended) -> Vec<Value> {
 fn every_error_is_json_where_that_is_asked_for() {
     let sandbox = Sandbox::new();
     let cases: &[(&[&str], &str)] = &[
-        (&["render", "cornell", "--quality=paper", "--width", "0", "--log-format", "json"], "--width: \"0\" is not"),
+        (
+            &["render", "cornell", "--quality=paper", "--width", "0", "--log-format", "json"],
+            "--width: \"0\" is not",
+        ),
         (&["render", "--log-format=json", "cornell", "--widht", "3"], "there is no option --widht"),
         (&["render", "--log-format", "json"], "<SCENE> is missing"),
         (&["resume", "--log-format=json"], "<FILE> is missing"),
         (&["render", "cornel", "--log-format", "json"], "there is no scene \"cornel\""),
-        (&["render", "cornell", "--quality=paper", "-o", "no/a.png", "--log-format", "json"], "--output: no/a.png"),
+        (
+            &["render", "cornell", "--quality=paper", "-o", "no/a.png", "--log-format", "json"],
+            "--output: no/a.png",
+        ),
         (&["resume", "no.sppm", "--log-format", "json"], "no.sppm: there is no such file"),
     ];
     for (args, words) in cases {
@@ -63,7 +69,8 @@ fn a_noisy_image_is_told_with_what_to_do() {
     sandbox.write("sky.toml", SKY);
     let smooth = sandbox.run(["render", "sky.toml", "--quality=paper", "-n=4"].iter().chain(&size));
     assert!(smooth.code == Some(0) && !smooth.stderr.contains("noisy"), "{smooth:?}");
-    let asked = sandbox.run(["render", "cornell", "--quality=paper", "--until-error=0.5"].iter().chain(&size));
+    let asked =
+        sandbox.run(["render", "cornell", "--quality=paper", "--until-error=0.5"].iter().chain(&size));
     assert!(asked.code == Some(0) && !asked.stderr.contains("noisy"), "{asked:?}");
     // One iteration cannot be compared with another.
     let one = sandbox.render(&["cornell", "-o", "one.png", "--quiet"]);
@@ -114,7 +121,8 @@ fn photons_that_miss_what_is_seen_are_told() {
     assert_eq!(few.code, Some(0), "{few:?}");
     assert!(few.stderr.contains("warning: of 40000 photons none counted at what is seen"), "{few:?}");
     // An error goal is not said to be reached for light that is not there.
-    let goal = sandbox.run(["render", "plain.toml", "--quality=paper", "--until-error=0.5"].iter().chain(&size));
+    let goal =
+        sandbox.run(["render", "plain.toml", "--quality=paper", "--until-error=0.5"].iter().chain(&size));
     assert!(goal.stderr.contains(", of direct light alone"), "{goal:?}");
     let enough = sandbox.run(["render", "cornell", "--quality=paper", "-n=4"].iter().chain(&size[..3]));
     assert!(!enough.stderr.contains("counted"), "{enough:?}");

@@ -35,8 +35,16 @@ fn too_little_disk_space_is_reported_before_the_render() {
 #[test]
 fn a_checkpoint_that_cannot_be_written_does_not_stop_a_render() {
     let sandbox = Sandbox::new();
-    let args =
-        ["render", "cornell", "--quality=paper", "--width=64", "--height=64", "--photons=100", "--iterations=30", "--every=1"];
+    let args = [
+        "render",
+        "cornell",
+        "--quality=paper",
+        "--width=64",
+        "--height=64",
+        "--photons=100",
+        "--iterations=30",
+        "--every=1",
+    ];
     let ended = run_limited(&sandbox, 64 << 10, &args);
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let lines: Vec<&str> = ended.stderr.lines().collect();
@@ -68,8 +76,17 @@ fn snapshots_that_cannot_be_written_are_told_once() {
     for n in [2, 4, 8, 16] {
         fs::create_dir(sandbox.path(&format!("a-{n:04}.png"))).unwrap();
     }
-    let args =
-        ["render", "cornell", "--quality=paper", "-o", "a.png", "--snapshots", "--width=16", "--height=12", "--photons=100"];
+    let args = [
+        "render",
+        "cornell",
+        "--quality=paper",
+        "-o",
+        "a.png",
+        "--snapshots",
+        "--width=16",
+        "--height=12",
+        "--photons=100",
+    ];
     let ended = sandbox.run(args.iter().chain(&["--iterations=20"]));
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let lines: Vec<&str> = ended.stderr.lines().collect();
@@ -85,7 +102,8 @@ fn render_while_the_folder_goes(sandbox: &Sandbox, checkpoint: &str) -> Ended {
     let script = "mkdir out; \"$@\" & pid=$!; while [ ! -e $0 ]; do sleep 0.01; done
         until rm -rf out; do :; done; wait $pid";
     let option = format!("--checkpoint={checkpoint}");
-    let args = ["render", "cornell", "--quality=paper", "-o", "out/a.exr", &option, "--every=1", "--stats=s.json"];
+    let args =
+        ["render", "cornell", "--quality=paper", "-o", "out/a.exr", &option, "--every=1", "--stats=s.json"];
     let size = ["--width=32", "--height=32", "--photons=100", "--iterations=300"];
     let mut shell = Command::new("sh");
     shell.args(["-c", script, checkpoint, env!("CARGO_BIN_EXE_sppm")]).args(args).args(size);
@@ -157,8 +175,11 @@ fn progress_onto_a_full_disk_is_a_failure_with_an_image() {
 fn messages_onto_a_full_disk_do_not_stop_a_render() {
     let sandbox = Sandbox::new();
     let full = OpenOptions::new().write(true).open("/dev/full").unwrap();
-    let output =
-        sandbox.command(["render", "cornell", "--quality=paper", "-v"].iter().chain(&TINY)).stderr(full).output().unwrap();
+    let output = sandbox
+        .command(["render", "cornell", "--quality=paper", "-v"].iter().chain(&TINY))
+        .stderr(full)
+        .output()
+        .unwrap();
     assert_eq!(output.status.code(), Some(0));
     sandbox.image("cornell.png");
 }

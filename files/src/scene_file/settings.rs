@@ -45,9 +45,8 @@ pub(super) fn settings(field: Field<'_>) -> Result<Stated, Fault> {
     let whole =
         |key, default, most: u32| section.or(key, default, |field| Ok(field.whole(1, most.into())? as u32));
     let choosable = |key, default, most: u32| {
-        section.or(key, default, |field| match is_auto(&field) {
-            true => Ok(default),
-            false => Ok(field.whole(1, most.into())? as u32),
+        section.or(key, default, |field| {
+            if is_auto(&field) { Ok(default) } else { Ok(field.whole(1, most.into())? as u32) }
         })
     };
     let default = Settings::default();
@@ -55,7 +54,11 @@ pub(super) fn settings(field: Field<'_>) -> Result<Stated, Fault> {
         width: whole("width", default.width, MAX_SIDE)?,
         height: whole("height", default.height, MAX_SIDE)?,
         iterations: choosable("iterations", default.iterations, MAX_ITERATIONS)?,
-        photons_per_iteration: choosable("photons_per_iteration", default.photons_per_iteration, MAX_PHOTONS)?,
+        photons_per_iteration: choosable(
+            "photons_per_iteration",
+            default.photons_per_iteration,
+            MAX_PHOTONS,
+        )?,
         max_depth: choosable("max_depth", default.max_depth, MAX_DEPTH)?,
         initial_radius: section.or("initial_radius", default.initial_radius, |field| {
             if is_auto(&field) { Ok(default.initial_radius) } else { positive(field.number()?) }

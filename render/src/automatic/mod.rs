@@ -69,7 +69,7 @@ impl Goal {
 /// The settings of `scene` with those that are `automatic` chosen; `None` if stopped.
 ///
 /// Takes at most [`bytes_at_most`].
-pub(crate) fn choose(scene: &Scene, automatic: &Automatic, lanes: LaneKind, stop: &Stop) -> Option<Settings> {
+pub(crate) fn choose(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop: &Stop) -> Option<Settings> {
     let goal = Goal::of(automatic.quality);
     let mut settings = scene.settings;
     if automatic.initial_radius
@@ -236,7 +236,8 @@ impl Account {
             (variance.pixel * work) * (variance.block * work) * (variance.block * work)
         };
         let powers = (FEWEST_PHOTONS.ilog2()..31).map(|power| 1_u32 << power);
-        let candidates = powers.flat_map(|power| [power, power / 2 * 3]).take_while(|&photons| photons <= most);
+        let candidates =
+            powers.flat_map(|power| [power, power / 2 * 3]).take_while(|&photons| photons <= most);
         let best = candidates.min_by(|&a, &b| cost(a.into()).total_cmp(&cost(b.into())));
         best.unwrap_or(most)
     }
@@ -280,7 +281,7 @@ mod tests {
 
     fn chosen(scene: &Scene, automatic: Automatic, lanes: LaneKind, threads: usize) -> Settings {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| choose(scene, &automatic, lanes, &Stop::new())).unwrap()
+        pool.install(|| choose(scene, automatic, lanes, &Stop::new())).unwrap()
     }
 
     #[test]
@@ -333,7 +334,7 @@ mod tests {
     fn a_stopped_choice_gives_nothing() {
         let stop = Stop::new();
         stop.request();
-        assert_eq!(choose(&cornell(), &Automatic::all(Quality::Good), LaneKind::best(), &stop), None);
+        assert_eq!(choose(&cornell(), Automatic::all(Quality::Good), LaneKind::best(), &stop), None);
     }
 
     /// Variances that follow the law are split into its parts.
@@ -342,7 +343,8 @@ mod tests {
             let all = camera + photons / of;
             Variance { pixel: all, block: all }
         };
-        let account = Account::new([1000, 4000], [variance(1000.0), variance(4000.0)], &Stats::default(), 1.0);
+        let account =
+            Account::new([1000, 4000], [variance(1000.0), variance(4000.0)], &Stats::default(), 1.0);
         Account { camera_work, photon_work, spheres: 1, ..account }
     }
 

@@ -112,7 +112,7 @@ pub(super) fn loss(image: &Film, other: &Film, side: usize) -> f64 {
 }
 
 fn floor(images: &[&[Rgb]]) -> f64 {
-    let values = images.iter().flat_map(|image| image.iter()).flat_map(|rgb| rgb.to_array());
+    let values = images.iter().flat_map(|image| *image).flat_map(Rgb::to_array);
     let count = 3 * images.len() * images[0].len();
     // So that nothing is divided by zero where all is black.
     (FLOOR * values.map(f64::from).sum::<f64>() / count as f64).max(f64::MIN_POSITIVE.sqrt())
@@ -171,7 +171,8 @@ mod tests {
     /// Where neighbours differ at random, blocks vary less; where all is black, nothing does.
     #[test]
     fn independent_noise_averages_out_in_blocks() {
-        let films = (0..4_u32).map(|seed| film(4, 4, |i| if (i ^ seed).count_ones().is_multiple_of(2) { 1.0 } else { 0.0 }));
+        let films = (0..4_u32)
+            .map(|seed| film(4, 4, |i| if (i ^ seed).count_ones().is_multiple_of(2) { 1.0 } else { 0.0 }));
         let pilot = Pilot { films: films.collect(), stats: Stats::default() };
         let found = pilot.variance(4);
         assert!(found.pixel > 0.5 && found.block < 1e-12, "{found:?}");
