@@ -17,7 +17,7 @@ from ._film import Film, new_film
 from ._interrupted import Interrupted
 from ._progress import Bar, Progress, Show
 from ._scene import Scene, Source, native
-from ._settings import Filter
+from ._settings import Filter, RadiusSchedule
 from ._settings import to_tuple as settings_tuple
 
 Method: TypeAlias = Literal["sppm"] | Literal["path"]
@@ -44,6 +44,7 @@ def render(
     initial_radius: float | None = None,
     seed: int | None = None,
     filter: Filter | None = None,
+    radius_schedule: RadiusSchedule | None = None,
     method: Method = "sppm",
     engine: Engine = "fast",
     lanes: Lanes | None = None,
@@ -90,6 +91,7 @@ def render(
         initial_radius=initial_radius,
         seed=seed,
         filter=filter,
+        radius_schedule=radius_schedule,
         method=method,
         engine=engine,
         lanes=lanes,
@@ -123,6 +125,7 @@ class Render:
         initial_radius: float | None = None,
         seed: int | None = None,
         filter: Filter | None = None,
+        radius_schedule: RadiusSchedule | None = None,
         method: Method = "sppm",
         engine: Engine = "fast",
         lanes: Lanes | None = None,
@@ -154,6 +157,7 @@ class Render:
             initial_radius=initial_radius,
             seed=seed,
             filter=filter,
+            radius_schedule=radius_schedule,
         )
         if every is not None and checkpoint is None:
             raise InputError("every says how often a checkpoint is written; name its file by checkpoint")

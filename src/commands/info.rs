@@ -10,7 +10,7 @@ use files::scene_file;
 use render::{LanesName, Made, Metadata, Note, Renderer};
 use scene::settings::MAX_ITERATIONS;
 use scene::text::one_line;
-use scene::{Filter, RowReader, Settings, TRANSPORT};
+use scene::{Filter, RadiusSchedule, RowReader, Settings, TRANSPORT};
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -191,7 +191,10 @@ impl Info {
             initial_radius,
             seed,
             filter,
+            radius_schedule,
         } = self.settings;
+        let is_usual = radius_schedule == RadiusSchedule::PerPixel;
+        let schedule = if is_usual { String::new() } else { format!(", {radius_schedule}") };
         let of = match iterations {
             MAX_ITERATIONS => " of as many as it takes".into(),
             all if all != self.iterations => format!(" of {all}"),
@@ -208,7 +211,7 @@ impl Info {
             ("iterations", format!("{}{of}", self.iterations)),
             ("photons", format!("{} ({photons_per_iteration} per iteration)", self.photons)),
             ("depth", max_depth.to_string()),
-            ("radius", initial_radius.to_string()),
+            ("radius", format!("{initial_radius}{schedule}")),
             ("seed", seed.to_string()),
             ("filter", if filter == Filter::Box { String::new() } else { filter.to_string() }),
             ("method", self.renderer.method.name().into()),

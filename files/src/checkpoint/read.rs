@@ -47,8 +47,8 @@ impl Checkpoint {
         let mut fault = None;
         for_each_row(&mut sums, &scene.settings, account.sums, |_, words| {
             let mut pixels = words.chunks_exact(account.sums.words());
-            let radius = scene.settings.initial_radius;
-            fault = fault.or_else(|| pixels.find_map(|words| account.sums.fault(words, radius)));
+            let (radius, iterations) = (scene.settings.initial_radius, account.iterations);
+            fault = fault.or_else(|| pixels.find_map(|words| account.sums.fault(words, radius, iterations)));
         })?;
         sums.end()?;
         if let Some(fault) = fault {
@@ -92,6 +92,9 @@ impl Checkpoint {
         for_each_row(&mut section, settings, sums, |y, words| engine.load_row(y, words))?;
         section.end()?;
         engine.go_on_after(self.account.iterations, self.account.stats);
+        if sums == Sums::Exact {
+            engine.skip_to(self.account.done().end());
+        }
         Ok(())
     }
 }
@@ -133,6 +136,13 @@ fn parse_account(text: &str, scene: &Scene) -> Result<Account, Damage> {
     if iterations > MAX_ITERATIONS.min(scene.settings.iterations) {
         let all = scene.settings.iterations;
         return Err(invalid(ACCOUNT, format!("has {iterations} iterations, of {all} that were asked for")));
+    }
+    if let Some(which) = &account.which {
+        let is_of =
+            which.is_valid() && which.end() <= scene.settings.iterations && which.count() == iterations;
+        if !is_of || account.sums != Sums::Exact {
+            return Err(invalid(ACCOUNT, "has iterations that cannot be those of its sums"));
+        }
     }
     Ok(account)
 }
