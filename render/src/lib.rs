@@ -31,6 +31,7 @@ mod keeper;
 mod locks;
 mod made;
 mod memory;
+pub mod merge;
 mod metadata;
 mod names;
 mod noise;

@@ -174,3 +174,33 @@ pub struct Stats {
     /// Bytes that the engine holds: film, visible points, index and photons.
     pub bytes: u64,
 }
+
+impl Stats {
+    /// Adds the times and counted work of other iterations; of bytes, the most.
+    pub fn add(&mut self, other: &Self) {
+        let seconds = [
+            (&mut self.camera_seconds, other.camera_seconds),
+            (&mut self.build_grid_seconds, other.build_grid_seconds),
+            (&mut self.photon_seconds, other.photon_seconds),
+            (&mut self.consolidate_seconds, other.consolidate_seconds),
+        ];
+        for (sum, more) in seconds {
+            *sum += more;
+        }
+        let counts = [
+            (&mut self.camera_segments, other.camera_segments),
+            (&mut self.shadow_rays, other.shadow_rays),
+            (&mut self.visible_points, other.visible_points),
+            (&mut self.photons, other.photons),
+            (&mut self.photon_segments, other.photon_segments),
+            (&mut self.deposits, other.deposits),
+            (&mut self.candidates, other.candidates),
+            (&mut self.contributions, other.contributions),
+        ];
+        for (sum, more) in counts {
+            // Read from files, which may say anything.
+            *sum = sum.saturating_add(more);
+        }
+        self.bytes = self.bytes.max(other.bytes);
+    }
+}

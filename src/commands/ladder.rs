@@ -10,8 +10,8 @@ use crate::terminal::text::print;
 use clap::{Args, ValueEnum};
 use ladder::report::{self, Case, Extras, Outputs, Plan, Sweep, films, generators::Generators};
 use ladder::{Field, Options, ROWS, Random, Row};
-use scene::{Filter, RadiusSchedule};
 use scene::text::list;
+use scene::{Filter, RadiusSchedule};
 use std::ffi::OsString;
 use std::path::PathBuf;
 

@@ -28,12 +28,17 @@ pub struct Checkpoint {
     sums_at: u64,
 }
 
-impl Checkpoint {
-    /// Reads a file of `length` bytes and verifies all of it.
-    ///
-    /// # Errors
-    /// If the file is damaged or invalid, of another format version, or cannot be read.
-    pub fn read(input: &mut (impl Read + Seek), length: u64) -> Result<Self, Damage> {
+/// What stands in a checkpoint before its sums.
+struct Head {
+    scene: Scene,
+    account: Account,
+    note: String,
+    sums_at: u64,
+}
+
+impl Head {
+    /// Reads and verifies it. `input` is then at the sums.
+    fn read(input: &mut (impl Read + Seek), length: u64) -> Result<Self, Damage> {
         input.seek(SeekFrom::Start(0))?;
         let version = read_header(input, length)?;
         let mut at = HEADER;
@@ -41,24 +46,48 @@ impl Checkpoint {
         let account_text = text(input, ACCOUNT, &mut at, length, MOST_TEXT)?;
         let note = text(input, NOTE, &mut at, length, MOST_TEXT)?;
         let account = parse_account(&account_text, &scene)?;
-        let sums_at = at;
-        let mut sums = begin_sums(&mut *input, &scene.settings, account.sums, at, length)?;
-        at += FRAME + sums.length;
-        let mut fault = None;
-        for_each_row(&mut sums, &scene.settings, account.sums, |_, words| {
-            let mut pixels = words.chunks_exact(account.sums.words());
-            let (radius, iterations) = (scene.settings.initial_radius, account.iterations);
-            fault = fault.or_else(|| pixels.find_map(|words| account.sums.fault(words, radius, iterations)));
-        })?;
-        sums.end()?;
-        if let Some(fault) = fault {
-            return Err(invalid(SUMS, fault));
-        }
-        let past = match length - at {
+        Ok(Self { scene, account, note, sums_at: at })
+    }
+}
+
+impl Checkpoint {
+    /// Reads a file of `length` bytes and verifies all of it.
+    ///
+    /// # Errors
+    /// If the file is damaged or invalid, of another format version, or cannot be read.
+    pub fn read(input: &mut (impl Read + Seek), length: u64) -> Result<Self, Damage> {
+        let Head { scene, account, note, sums_at } = Head::read(input, length)?;
+        let after = read_sums(&mut *input, (&scene.settings, &account), sums_at, length, |_, _| {})?;
+        let past = match length - after {
             0 => None,
             left => Some(read_past(&mut *input, left, &scene.settings, &account)?),
         };
         Ok(Self { scene, account, note, past, sums_at })
+    }
+
+    /// Reads and verifies what stands before the sums, which are left to [`Self::sums`].
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn read_head(input: &mut (impl Read + Seek), length: u64) -> Result<Self, Damage> {
+        let Head { scene, account, note, sums_at } = Head::read(input, length)?;
+        Ok(Self { scene, account, note, past: None, sums_at })
+    }
+
+    /// Reads the sums from the file of `length` bytes that the checkpoint was read from, and passes the words of each row to
+    /// `take`, from the top. They are verified as they are read, so what was taken counts only if there is no error.
+    ///
+    /// # Errors
+    /// If they are damaged or invalid, or the file has changed.
+    pub fn sums(
+        &self,
+        input: &mut (impl Read + Seek),
+        length: u64,
+        take: impl FnMut(u32, &[u32]),
+    ) -> Result<(), Damage> {
+        input.seek(SeekFrom::Start(self.sums_at))?;
+        read_sums(input, (&self.scene.settings, &self.account), self.sums_at, length, take)?;
+        Ok(())
     }
 
     /// Checks that the sums are of the light transport that this program computes.
@@ -145,6 +174,29 @@ fn parse_account(text: &str, scene: &Scene) -> Result<Account, Damage> {
         }
     }
     Ok(account)
+}
+
+/// Reads the section of sums at offset `at` of a file of `length` bytes, checks every pixel, and passes each row to `take`.
+/// Returns the offset after it.
+fn read_sums(
+    input: &mut impl Read,
+    (settings, account): (&Settings, &Account),
+    at: u64,
+    length: u64,
+    mut take: impl FnMut(u32, &[u32]),
+) -> Result<u64, Damage> {
+    let Account { sums: kind, iterations, .. } = *account;
+    let mut sums = begin_sums(input, settings, kind, at, length)?;
+    let after = at + FRAME + sums.length;
+    let mut fault = None;
+    for_each_row(&mut sums, settings, kind, |y, words| {
+        let mut pixels = words.chunks_exact(kind.words());
+        fault =
+            fault.or_else(|| pixels.find_map(|words| kind.fault(words, settings.initial_radius, iterations)));
+        take(y, words);
+    })?;
+    sums.end()?;
+    fault.map_or(Ok(after), |fault| Err(invalid(SUMS, fault)))
 }
 
 /// Begins to read the section of sums at offset `at` of a file of `length` bytes.
