@@ -8,6 +8,7 @@ mod info;
 mod instants;
 mod ladder;
 mod man;
+mod merge;
 mod render;
 mod resume;
 mod scenes;
@@ -24,6 +25,7 @@ use export::ExportArgs;
 use info::InfoArgs;
 use ladder::LadderArgs;
 use man::ManArgs;
+use merge::MergeArgs;
 use render::RenderArgs;
 use resume::ResumeArgs;
 use scenes::ScenesArgs;
@@ -62,6 +64,7 @@ SIGTERM, 129 by SIGHUP.";
 pub(crate) enum Command {
     Render(RenderArgs),
     Resume(ResumeArgs),
+    Merge(MergeArgs),
     Info(InfoArgs),
     Scenes(ScenesArgs),
     Compare(CompareArgs),
@@ -80,6 +83,7 @@ impl Args {
         match &self.command {
             Command::Render(args) => render::run(args),
             Command::Resume(args) => resume::run(args),
+            Command::Merge(args) => merge::run(args),
             Command::Info(args) => info::run(args),
             Command::Scenes(args) => scenes::run(args),
             Command::Compare(args) => compare::run(args),

@@ -22,12 +22,15 @@ use crate::outputs::{Outputs, check_distinct};
 use crate::save::Note;
 use crate::writer::{Shown, Writer};
 use cover::{Conflict, cover};
-use files::atomic_file;
+use files::atomic_file::{self, FileError, reason};
 use files::checkpoint::{self, Checkpoint, Contents};
 use files::lock::Lock;
-use scene::{Engine, Iterations, Resumable, Scene, Settings, Stats, Sums, TRANSPORT};
+use scene::{Engine, Iterations, Scene, Settings, Stats, Sums, TRANSPORT};
+use std::fmt::Display;
 use std::fs::{self, File};
 use std::io::BufReader;
+use std::mem::replace;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use sum::Sum;
 
@@ -48,8 +51,6 @@ pub struct Merge {
 /// A checkpoint with global radii.
 struct Part {
     path: PathBuf,
-    length: u64,
-    file: BufReader<File>,
     /// Its scene is that of the merge, and no longer here.
     checkpoint: Checkpoint,
 }
@@ -143,18 +144,15 @@ impl Merge {
         parts.filter(|(k, _)| !self.chosen.contains(k)).map(|(_, part)| part.path.as_path())
     }
 
-    /// Adds the parts up and writes the result: a checkpoint if `out` ends in `.sppm`, else an image. `progress` is told how many
-    /// of the chosen parts are added, and of how many.
+    /// Adds the parts up and writes the result: a checkpoint if `out` ends in `.sppm`, else an image.
     ///
     /// # Errors
     /// If `out` cannot be written, or a part turns out to be damaged; then nothing is written.
-    pub fn write(&mut self, out: &Path, mut progress: impl FnMut(usize, usize)) -> Result<(), Error> {
+    pub fn write(&self, out: &Path) -> Result<(), Error> {
         let outputs = self.check(out)?;
         let _lock = Lock::take(out).map_err(|error| Error::named(Field::Image, error))?;
         let (mut sum, mut stats) = (Sum::new(&self.scene), Stats::default());
-        for (added, &k) in self.chosen.iter().enumerate() {
-            progress(added, self.chosen.len());
-            let part = &mut self.parts[k];
+        for part in self.chosen.iter().map(|&k| &self.parts[k]) {
             part.add_to(&mut sum).map_err(|problem| Error::input(Field::Parts, problem))?;
             stats.add(&part.checkpoint.account.stats);
         }
@@ -185,7 +183,7 @@ impl Merge {
         Ok(Some(outputs))
     }
 
-    fn write_image(&self, outputs: Outputs, sum: &Sum, out: &Path) -> Result<(), atomic_file::FileError> {
+    fn write_image(&self, outputs: Outputs, sum: &Sum, out: &Path) -> Result<(), FileError> {
         let writer = Writer::new(outputs);
         let note = self.metadata(sum, writer.outputs()).to_note();
         writer.image(out, &Shown { engine: sum, note })
@@ -223,48 +221,50 @@ impl Merge {
 
 impl Part {
     fn open(path: &Path) -> Result<Self, String> {
-        let told = |problem: String| format!("{} {problem}", path.display());
-        // Before it is opened, as a pipe waits for its writer.
-        let status = fs::metadata(path)
-            .map_err(|error| told(format!("cannot be read: {}", atomic_file::reason(&error))))?;
-        if !status.is_file() {
-            return Err(told("is no file".into()));
-        }
-        let file = File::open(path)
-            .map_err(|error| told(format!("cannot be read: {}", atomic_file::reason(&error))))?;
-        let (mut file, length) = (BufReader::with_capacity(BUFFER, file), status.len());
-        let read = Checkpoint::read_head(&mut file, length);
-        let checkpoint = read.and_then(|checkpoint| checkpoint.check_transport().map(|()| checkpoint));
-        let checkpoint = checkpoint.map_err(|damage| told(damage.to_string()))?;
-        if checkpoint.account.sums != Sums::Exact {
-            let kind = checkpoint.account.sums;
-            return Err(told(format!(
-                "is of {kind}, whose iterations depend on each other or are no exact sums; only renders with \
-                 radius_schedule = \"global\" can be merged"
-            )));
-        }
-        Ok(Self { path: path.to_owned(), length, file, checkpoint })
+        let (_, _, checkpoint) = read_head(path)?;
+        Ok(Self { path: path.to_owned(), checkpoint })
     }
 
     /// Takes the scene out: of many parts, one scene is enough.
     fn take_scene(&mut self) -> Scene {
         let own = &mut self.checkpoint.scene;
-        let settings = own.settings;
-        let nothing = Scene {
-            spheres: Vec::new(),
-            materials: Vec::new(),
-            name: String::new(),
-            settings,
-            ..own.clone()
-        };
-        std::mem::replace(own, nothing)
+        let (camera, settings, background) = (own.camera, own.settings, own.background);
+        let (name, materials, spheres) = (String::new(), Vec::new(), Vec::new());
+        replace(own, Scene { name, camera, materials, spheres, background, settings })
     }
 
-    fn add_to(&mut self, sum: &mut Sum) -> Result<(), String> {
-        let Self { path, length, file, checkpoint } = self;
-        let read = checkpoint.sums(file, *length, |y, words| sum.add_row(y, words));
-        read.map_err(|damage| format!("{} {damage}", path.display()))
+    /// Adds the sums. The file is opened again, as there may be more parts than files that can be open.
+    fn add_to(&self, sum: &mut Sum) -> Result<(), String> {
+        let (mut file, length, again) = read_head(&self.path)?;
+        if again.account != self.checkpoint.account {
+            return Err(format!("{} has changed while it was merged; begin again", self.path.display()));
+        }
+        let read = again.sums(&mut file, length, |y, words| sum.add_row(y, words));
+        read.map_err(|damage| format!("{} {damage}", self.path.display()))
     }
+}
+
+/// Opens a part, and reads what stands before its sums. Returns the file with its length.
+fn read_head(path: &Path) -> Result<(BufReader<File>, u64, Checkpoint), String> {
+    let told = |problem: &dyn Display| format!("{} {problem}", path.display());
+    let unread = |error| told(&format_args!("cannot be read: {}", reason(&error)));
+    // Before it is opened, as a pipe waits for its writer.
+    let status = fs::metadata(path).map_err(unread)?;
+    if !status.is_file() {
+        return Err(told(&"is no file"));
+    }
+    let (mut file, length) =
+        (BufReader::with_capacity(BUFFER, File::open(path).map_err(unread)?), status.len());
+    let read = Checkpoint::read_head(&mut file, length);
+    let checkpoint = read.and_then(|checkpoint| checkpoint.check_transport().map(|()| checkpoint));
+    let checkpoint = checkpoint.map_err(|damage| told(&damage))?;
+    if checkpoint.account.sums != Sums::Exact {
+        return Err(told(&format_args!(
+            "is of {}, whose sums cannot be merged; only renders with --radius-schedule global have parts",
+            checkpoint.account.sums
+        )));
+    }
+    Ok((file, length, checkpoint))
 }
 
 /// Whether a file is named as a checkpoint.
@@ -288,16 +288,20 @@ fn difference(ours: &Settings, theirs: &Settings) -> Option<String> {
             ("filter", filter.to_string()),
         ]
     };
+    if (Settings { iterations: ours.iterations, ..*theirs }) == *ours {
+        return None;
+    }
     let pairs = rows(ours).into_iter().zip(rows(theirs));
     let found = pairs.into_iter().find(|(ours, theirs)| ours != theirs);
-    found.map(|((name, ours), (_, theirs))| format!("{name} is {theirs}, not {ours}"))
+    let told = |((name, ours), (_, theirs))| format!("{name} is {theirs}, not {ours}");
+    Some(found.map_or("they differ in one that this program does not name".into(), told))
 }
 
-/// An error of the command line: which iterations are part `part` of `parts` (both from 1) of so many.
+/// The iterations of part number `part`, from 1, if so many are divided evenly into `parts`.
 ///
 /// # Errors
 /// If there is no such part, or it has no iterations.
-pub fn part_of(iterations: u32, part: u32, parts: u32) -> Result<std::ops::Range<u32>, Error> {
+pub fn part_of(iterations: u32, part: u32, parts: u32) -> Result<Range<u32>, Error> {
     let said = || Problem::of(Field::Range).text(format_args!(" part {part}/{parts}"));
     if part == 0 || part > parts {
         return Err(Error::input(Field::Range, said().text(": parts are counted from 1 to their number")));
