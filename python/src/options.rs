@@ -27,6 +27,8 @@ pub(crate) struct Options {
     checkpoint: Option<PathBuf>,
     every_seconds: Option<f64>,
     every_iterations: Option<u32>,
+    /// The iterations of a part.
+    range: Option<(u32, u32)>,
     /// Whether iterations are only done when they are asked for.
     pub(crate) paused: bool,
 }
@@ -47,6 +49,7 @@ impl Options {
         let time = time.map_err(|error| InputError::new_err(format!("time: {error}")))?;
         job.goals = Goals { time, error: self.until_error.or(job.goals.error) };
         self.save(job);
+        job.range = self.range.map(|(start, end)| start..end).or(job.range.take());
         // Images are developed when they are asked for.
         job.live = false;
         Ok(())

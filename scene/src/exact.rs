@@ -141,7 +141,9 @@ mod tests {
 
     fn sum(scale: Scale, gains: &[f32]) -> Exact {
         let mut sum = Exact::default();
-        gains.iter().for_each(|gain| sum += scale.quantise(*gain));
+        for gain in gains {
+            sum += scale.quantise(*gain);
+        }
         sum
     }
 

@@ -178,7 +178,7 @@ fn tell_beginning(notice: &Notice) {
     };
     let schedule = match radius_schedule {
         RadiusSchedule::PerPixel => String::new(),
-        schedule => format!(" ({schedule})"),
+        schedule @ RadiusSchedule::Global => format!(" ({schedule})"),
     };
     debug!(
         bytes_at_most,

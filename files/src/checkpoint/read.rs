@@ -11,7 +11,7 @@ use scene::{Film, Resumable, Rgb, Scene, Settings, Sums, TRANSPORT};
 use std::io::{Read, Seek, SeekFrom};
 
 /// Limit on the bytes of an account or a note, far more than a valid one has.
-const MOST_TEXT: u64 = 1 << 20;
+const MOST_TEXT: u64 = 1 << 24;
 
 /// A checkpoint that was read and verified. Its sums stay in the file until [`Self::restore`] loads them.
 #[derive(Clone, Debug, PartialEq)]

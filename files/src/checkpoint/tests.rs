@@ -111,6 +111,7 @@ fn what_is_written_is_read() {
                 scene: scene_file::digest(&scene()),
                 sums,
                 iterations: 3,
+                which: None,
                 stats: engine.progress.stats,
             };
             assert_eq!(checkpoint.account, account);

@@ -134,7 +134,7 @@ fn write_settings(out: &mut impl Write, settings: &Settings) -> fmt::Result {
     }?;
     match radius_schedule {
         RadiusSchedule::PerPixel => Ok(()),
-        schedule => writeln!(out, "radius_schedule = \"{schedule}\""),
+        schedule @ RadiusSchedule::Global => writeln!(out, "radius_schedule = \"{schedule}\""),
     }
 }
 
