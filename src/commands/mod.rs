@@ -4,6 +4,7 @@ pub(crate) mod compare;
 mod completions;
 mod conclusion;
 mod export;
+mod farm;
 mod info;
 mod instants;
 mod ladder;
@@ -22,6 +23,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use compare::CompareArgs;
 use completions::CompletionsArgs;
 use export::ExportArgs;
+use farm::FarmArgs;
 use info::InfoArgs;
 use ladder::LadderArgs;
 use man::ManArgs;
@@ -65,6 +67,7 @@ pub(crate) enum Command {
     Render(RenderArgs),
     Resume(ResumeArgs),
     Merge(MergeArgs),
+    Farm(FarmArgs),
     Info(InfoArgs),
     Scenes(ScenesArgs),
     Compare(CompareArgs),
@@ -84,6 +87,7 @@ impl Args {
             Command::Render(args) => render::run(args),
             Command::Resume(args) => resume::run(args),
             Command::Merge(args) => merge::run(args),
+            Command::Farm(args) => farm::run(args),
             Command::Info(args) => info::run(args),
             Command::Scenes(args) => scenes::run(args),
             Command::Compare(args) => compare::run(args),
