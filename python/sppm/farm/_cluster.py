@@ -44,7 +44,7 @@ def client_of(
         n_workers=count,
         threads_per_worker=1,
         processes=True,
-        dashboard_address=None,
+        dashboard_address=":0",
         security=security,
         host="127.0.0.1",
     ) as cluster, distributed.Client(cluster, security=security, set_as_default=False) as client:

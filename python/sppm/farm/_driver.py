@@ -29,6 +29,8 @@ from ._jobs import Job, Range
 
 _TICK = 0.25
 """Seconds between two looks at what is going on."""
+_LOOK = 1.0
+"""Seconds between two looks at who is there."""
 _FAN = 4
 """Parts that are added by one task."""
 _ATTEMPTS = 4
@@ -134,7 +136,8 @@ class Driver:
         self._show = show
         self._transport = transport
         self._blocks: list[Block] = []
-        self._workers: dict[str, bool] = {}
+        self._workers: dict[str, Any] = {}
+        self._look_next = 0.0
         self._finished: list[tuple[float, int]] = []
         self._durations: list[float] = []
         self._begun = time.monotonic()
@@ -175,17 +178,32 @@ class Driver:
 
     def _look_at_workers(self) -> None:
         """Notes who has come and who has gone, and whether they compute what is asked for."""
+        self._ask()
+        if time.monotonic() < self._look_next:
+            return
+        self._look_next = time.monotonic() + _LOOK
         now = self._client.scheduler_info(n_workers=-1)["workers"]
         for address in [address for address in self._workers if address not in now]:
             del self._workers[address]
             self._tell(f"worker {address} is gone; what it had is rendered again")
-        new = [address for address in now if address not in self._workers]
-        if not new:
-            return
-        for address, found in self._client.run(self._tasks.versions, workers=new, on_error="return").items():
-            is_good = not isinstance(found, Exception) and found[1] == self._transport
+        for address in [address for address in now if address not in self._workers]:
+            # By a task, as a call would wait for workers that have just gone.
+            self._workers[address] = self._client.submit(
+                self._tasks.versions, workers=[address], allow_other_workers=False, pure=False, priority=10
+            )
+        self._ask()
+
+    def _ask(self) -> None:
+        """Takes the answers of new workers."""
+        for address, asked in self._workers.items():
+            if isinstance(asked, bool) or asked.status == "pending":
+                continue
+            found: Any = asked.result(timeout=5) if asked.status == "finished" else asked.status
+            if asked.status == "error":
+                found = asked.exception(timeout=5)
+            is_good = isinstance(found, tuple) and found[1] == self._transport
             self._workers[address] = is_good
-            if isinstance(found, Exception):
+            if not isinstance(found, tuple):
                 self._tell(f"worker {address} gets no work: it cannot import sppm ({found})")
             elif not is_good:
                 self._tell(f"worker {address} gets no work: its sppm {found[0]} computes version {found[1]} of the light "
@@ -193,7 +211,11 @@ class Driver:
 
     @property
     def _good(self) -> list[str]:
-        return [address for address, is_good in self._workers.items() if is_good]
+        return [address for address, is_good in self._workers.items() if is_good is True]
+
+    @property
+    def _bad(self) -> list[str]:
+        return [address for address, is_good in self._workers.items() if is_good is False]
 
     # Blocks.
 
@@ -235,8 +257,7 @@ class Driver:
 
     def _placed(self) -> dict[str, Any]:
         """Where tasks may run: anywhere, unless some workers are of another version."""
-        good = self._good
-        return {"workers": good, "allow_other_workers": False} if len(good) < len(self._workers) else {}
+        return {"workers": self._good, "allow_other_workers": False} if self._bad else {}
 
     def _give_again(self) -> None:
         """There is nothing left to give: gives out once more the block that has taken by far too long."""
@@ -258,7 +279,8 @@ class Driver:
             time.sleep(_TICK)
             return
         try:
-            self._dask.wait(futures, timeout=_TICK, return_when="FIRST_COMPLETED")
+            with self._client.as_current():
+                self._dask.wait(futures, timeout=_TICK, return_when="FIRST_COMPLETED")
         except TimeoutError:
             pass
 

@@ -6,7 +6,6 @@ whenever it is read; nothing in it is executed or unpickled.
 
 from __future__ import annotations
 
-import os
 import tempfile
 import zlib
 from collections import OrderedDict
@@ -69,7 +68,3 @@ def add_parts(parts: list[bytes]) -> bytes:
         sppm.merge(files, total)
         return total.read_bytes()
 
-
-def process() -> int:
-    """The process of this worker."""
-    return os.getpid()
