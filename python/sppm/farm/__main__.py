@@ -6,7 +6,6 @@ import argparse
 import importlib
 import sys
 from pathlib import Path
-from typing import Any
 
 import sppm
 
@@ -74,7 +73,7 @@ def main(words: list[str] | None = None) -> int:
     """Runs the command; returns its exit code."""
     arguments = _parser().parse_args(words)
     try:
-        closed: Any = importlib.import_module("distributed").CommClosedError
+        importlib.import_module("distributed")
     except ModuleNotFoundError as error:
         print(f"error: {error}; the farm needs Dask: pip install 'sppm[farm]'", file=sys.stderr)
         return 2
@@ -96,7 +95,7 @@ def main(words: list[str] | None = None) -> int:
     except (sppm.InputError, sppm.FileError) as error:
         line.fail(str(error))
         return 2
-    except (sppm.Error, OSError, closed) as error:
+    except (sppm.Error, OSError) as error:
         line.fail(f"{error}; what is done is kept, and the same command goes on from there")
         return 1
     except KeyboardInterrupt:
