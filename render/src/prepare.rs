@@ -36,6 +36,8 @@ pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     check_settings(&job)?;
     check_range(&job)?;
     check_scene(&job)?;
+    job.choose_settings()?;
+    check_settings(&job)?;
     let digest = scene_file::digest(&job.scene);
     if let Some(from) = &job.from {
         check_resumed(&job, &digest, from)?;
@@ -54,7 +56,7 @@ pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     let pool = job.warm.take_pool(job.threads)?;
     let threads = pool.current_num_threads();
     let need = Need::new(job.engine, &job.scene, threads, job.goals.error.is_some(), job.memory_limit)?;
-    let need = need.after(job.bytes_before);
+    let need = need.after(job.bytes_before.max(job.bytes_of_choice));
     job.outputs.check_room(job.scene.settings.pixels() as u64)?;
     let keeper = keeper(&job, &digest, from.as_ref())?;
     Ok(Ready { job, pool, need, digest, locks, keeper, from })

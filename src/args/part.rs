@@ -20,6 +20,11 @@ pub(crate) struct PartArgs {
 }
 
 impl PartArgs {
+    /// Whether a part is asked for.
+    pub(crate) fn is_given(&self) -> bool {
+        self.part.is_some() || self.range.is_some()
+    }
+
     /// The iterations to render of so many; `None` for all.
     pub(crate) fn range(&self, iterations: u32) -> Result<Option<Range<u32>>, Error> {
         match self.part {

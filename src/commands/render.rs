@@ -7,7 +7,7 @@ use crate::args::messages::MessageArgs;
 use crate::args::outputs::{OutputArgs, default_name, default_name_of};
 use crate::args::part::PartArgs;
 use crate::args::scene::{self, SourceArgs};
-use crate::args::settings::SettingsArgs;
+use crate::args::settings::{QualityArgs, SettingsArgs};
 use crate::terminal::error::Error;
 use crate::terminal::logs;
 use ::render::merge::is_checkpoint;
@@ -28,6 +28,9 @@ pub(crate) struct RenderArgs {
 
     #[command(flatten)]
     pub outputs: OutputArgs,
+
+    #[command(flatten)]
+    pub quality: QualityArgs,
 
     #[command(flatten)]
     pub settings: SettingsArgs,
@@ -69,14 +72,21 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     logs::init(args.messages.log_format, args.messages.level());
     let (mut job, image) = open(&args.source, args.engine.memory_limit)?;
     job.goals = args.goals.or(Goals::default());
-    let settings = args.settings.apply(&job.scene.settings)?;
-    let iterations = job.goals.iterations(args.settings.iterations, settings.iterations);
+    let (own, automatic) = args.quality.apply(&job.scene.settings, job.automatic);
+    let settings = args.settings.apply(&own)?;
+    let given = args.settings.given_iterations();
+    let iterations = job.goals.iterations(given, settings.iterations);
     job.scene.settings = Settings { iterations, ..settings };
+    job.automatic = args.settings.automatic(automatic);
+    job.automatic.iterations &= !job.goals.are_open();
     let usual = if args.source.like.is_some() { job.engine.renderer() } else { Renderer::default() };
     job.engine = args.engine.choose(usual)?;
     job.inputs.extend(args.engine.profile.clone().map(|path| (Field::Profile, path)));
-    job.range = args.part.range(iterations)?;
-    if job.range.is_some() {
+    (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
+    if args.part.is_given() {
+        // Which iterations a part has depends on how many there are.
+        job.choose_settings()?;
+        job.range = args.part.range(job.scene.settings.iterations)?;
         let path = part_file(args, &image)?;
         job.save = Some(Save { path, every: args.checkpoints.every.unwrap_or_default(), keep: true });
         job.outputs = Outputs { stats: args.outputs.stats.clone(), ..Outputs::default() };
@@ -84,7 +94,6 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
         job.outputs = args.outputs.or(job.outputs, image)?;
         job.save = args.checkpoints.save(job.outputs.image.as_deref());
     }
-    (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
     watch::run(job, &args.messages)
 }
 
@@ -120,7 +129,7 @@ fn open(args: &SourceArgs, memory_limit: Option<u64>) -> Result<(Job, PathBuf), 
     let stem = named.as_ref().map(|named| default_name(&named.stem));
     let mut job = match (&args.like, named) {
         (Some(like), named) => Job::like(like, named.map(|named| named.scene))?,
-        (None, Some(named)) => Job::new(named.scene),
+        (None, Some(named)) => Job::new(named.scene).choosing(named.automatic),
         (None, None) => return Err(Error::BadInput("<SCENE> is missing".into())), // clap requires one of the two
     };
     job.inputs.splice(0..0, file);
