@@ -17,7 +17,7 @@ from ._film import Film, new_film
 from ._interrupted import Interrupted
 from ._progress import Bar, Progress, Show
 from ._scene import Scene, Source, native
-from ._settings import Filter
+from ._settings import Filter, RadiusSchedule
 from ._settings import to_tuple as settings_tuple
 
 Method: TypeAlias = Literal["sppm"] | Literal["path"]
@@ -47,6 +47,7 @@ def render(
     initial_radius: float | None = None,
     seed: int | None = None,
     filter: Filter | None = None,
+    radius_schedule: RadiusSchedule | None = None,
     method: Method = "sppm",
     engine: Engine = "fast",
     lanes: Lanes | None = None,
@@ -97,6 +98,7 @@ def render(
         initial_radius=initial_radius,
         seed=seed,
         filter=filter,
+        radius_schedule=radius_schedule,
         method=method,
         engine=engine,
         lanes=lanes,
@@ -131,6 +133,7 @@ class Render:
         initial_radius: float | None = None,
         seed: int | None = None,
         filter: Filter | None = None,
+        radius_schedule: RadiusSchedule | None = None,
         method: Method = "sppm",
         engine: Engine = "fast",
         lanes: Lanes | None = None,
@@ -162,6 +165,7 @@ class Render:
             initial_radius=initial_radius,
             seed=seed,
             filter=filter,
+            radius_schedule=radius_schedule,
         )
         if every is not None and checkpoint is None:
             raise InputError("every says how often a checkpoint is written; name its file by checkpoint")
@@ -235,7 +239,7 @@ class Render:
             **goals,
             **_every(every),
         )
-        return cls._adopt(_sppm.Render.resume(os.fspath(checkpoint), iterations, options), paused)
+        return cls.adopt(_sppm.Render.resume(os.fspath(checkpoint), iterations, options), paused)
 
     @classmethod
     def like(
@@ -265,10 +269,11 @@ class Render:
             **_every(every),
         )
         own = None if scene is None else native(scene)
-        return cls._adopt(_sppm.Render.like(os.fspath(file), own, options), paused)
+        return cls.adopt(_sppm.Render.like(os.fspath(file), own, options), paused)
 
     @classmethod
-    def _adopt(cls, native: _sppm.Render, paused: bool) -> Render:
+    def adopt(cls, native: _sppm.Render, paused: bool) -> Render:
+        """A render that the extension module has started; for the package alone."""
         render = cls.__new__(cls)
         render._begin(native, native.iterations, paused)
         return render
@@ -488,11 +493,34 @@ class Render:
             raise RenderError("the render is paused, so this would wait for ever; use iterate, or stop it first")
 
 
+def start_part(
+    scene: Scene,
+    iterations: tuple[int, int],
+    file: Source,
+    engine: Engine,
+    lanes: Lanes | None,
+    threads: int | None,
+    memory_limit: int | None,
+) -> Render:
+    """Starts a render of some iterations of ``scene`` into a checkpoint."""
+    options = _options(
+        settings=settings_tuple(scene.settings),
+        engine=_word(engine, "engine"),
+        lanes=_word(lanes, "lanes"),
+        threads=_numbers.threads(threads),
+        memory_limit=_memory(memory_limit),
+        checkpoint=os.fspath(file),
+        range=iterations,
+        paused=False,
+    )
+    return Render.adopt(_sppm.Render.start(native(scene), options), False)
+
+
 def _options(**given: Any) -> dict[str, Any]:
     """All options of the extension module; those not given are ``None``."""
     names = (
         "settings quality given method engine lanes profile threads memory_limit time until_error checkpoint "
-        "every_seconds every_iterations paused"
+        "every_seconds every_iterations range paused"
     )
     return {**dict.fromkeys(names.split()), **given}
 

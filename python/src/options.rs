@@ -31,6 +31,8 @@ pub(crate) struct Options {
     checkpoint: Option<PathBuf>,
     every_seconds: Option<f64>,
     every_iterations: Option<u32>,
+    /// The iterations of a part.
+    range: Option<(u32, u32)>,
     /// Whether iterations are only done when they are asked for.
     pub(crate) paused: bool,
 }
@@ -59,6 +61,7 @@ impl Options {
         job.goals = Goals { time, error: self.until_error.or(job.goals.error) };
         job.automatic.iterations &= !job.goals.are_open();
         self.save(job);
+        job.range = self.range.map(|(start, end)| start..end).or(job.range.take());
         // Images are developed when they are asked for.
         job.live = false;
         Ok(())

@@ -14,6 +14,7 @@ use files::lock::Lock;
 use files::scene_file;
 use scene::{Automatic, Scene, Stop};
 use std::mem::take;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// The description of a render. [`Job::start`] validates it and starts the render.
@@ -33,6 +34,9 @@ pub struct Job {
     pub memory_limit: Option<u64>,
     /// Memory that was taken before the render, to read its scene, in bytes. The bound that is told covers it.
     pub bytes_before: u64,
+    /// The iterations to render, counted from 0, if not all of the scene's settings: a part of a render, whose checkpoint is
+    /// merged with others ([`crate::merge`]). Only with global radii.
+    pub range: Option<Range<u32>>,
     /// Where and how often to write checkpoints, if at all.
     pub save: Option<Save>,
     /// The files to write.
@@ -75,6 +79,7 @@ impl Job {
             threads: None,
             memory_limit: None,
             bytes_before: 0,
+            range: None,
             save: None,
             outputs: Outputs::default(),
             inputs: Vec::new(),
@@ -139,6 +144,7 @@ impl Job {
         Ok(Self {
             engine: EngineChoice::new(note.renderer_of(loaded.checkpoint.account.sums), None)?,
             goals: Goals { time: None, error: note.until_error },
+            range: note.part(),
             save: Some(Save { path: file.to_owned(), every: note.every, keep: note.keep }),
             outputs: Outputs::noted(&note, file),
             inputs: vec![(Field::Resumed, file.to_owned())],
@@ -173,6 +179,11 @@ impl Job {
             repeats: Some(Repeats { path: file.to_owned(), transport }),
             ..Self::new(Scene { settings, ..scene })
         })
+    }
+
+    /// The iterations that are asked for.
+    pub(crate) fn wanted(&self) -> Range<u32> {
+        self.range.clone().unwrap_or(0..self.scene.settings.iterations)
     }
 
     /// Iterations in the checkpoint to resume; `None` if the render starts from scratch.

@@ -32,6 +32,7 @@ mod keeper;
 mod locks;
 mod made;
 mod memory;
+pub mod merge;
 mod metadata;
 mod names;
 mod noise;

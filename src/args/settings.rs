@@ -7,7 +7,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use scene::settings::{
     BYTES_PER_PIXEL, MAX_DEPTH, MAX_ITERATIONS, MAX_PHOTONS, MAX_SIDE, RADIUS_RANGE, SettingsError,
 };
-use scene::{Automatic, Filter, Quality, Settings};
+use scene::{Automatic, Filter, Quality, RadiusSchedule, Settings};
 
 /// Bytes that a stored photon would take: position, incoming direction and flux, three floats each.
 const BYTES_PER_PHOTON: u64 = 36;
@@ -58,6 +58,12 @@ pub(crate) struct SettingsArgs {
     /// smooth and sharp
     #[arg(long, value_name = "FILTER", value_parser = filters())]
     pub filter: Option<Filter>,
+
+    /// How the radius shrinks: `per-pixel` by the photons that each pixel counts, `global` by the number of the iteration
+    ///
+    /// With global radii iterations are independent: parts of a render, from any machines, add up to its image, bit for bit.
+    #[arg(long, value_name = "SCHEDULE", value_parser = schedules())]
+    pub radius_schedule: Option<RadiusSchedule>,
 }
 
 /// Parses the name of a filter.
@@ -65,6 +71,14 @@ fn filters() -> impl TypedValueParser<Value = Filter> {
     let found =
         |name: String| Filter::ALL.into_iter().find(|filter| filter.name() == name).unwrap_or_default();
     PossibleValuesParser::new(Filter::ALL.map(Filter::name)).map(found)
+}
+
+/// Parses the name of a radius schedule.
+fn schedules() -> impl TypedValueParser<Value = RadiusSchedule> {
+    let all = RadiusSchedule::ALL;
+    let found =
+        move |name: String| all.into_iter().find(|schedule| schedule.name() == name).unwrap_or_default();
+    PossibleValuesParser::new(all.map(RadiusSchedule::name)).map(found)
 }
 
 impl SettingsArgs {
@@ -79,6 +93,7 @@ impl SettingsArgs {
             initial_radius: Given::number_or(self.radius, own.initial_radius),
             seed: self.seed.unwrap_or(own.seed),
             filter: self.filter.unwrap_or(own.filter),
+            radius_schedule: self.radius_schedule.unwrap_or(own.radius_schedule),
         };
         settings.validate().map_err(|error| Error::BadInput(self.blame(&error)))?;
         Ok(settings)

@@ -5,14 +5,16 @@ use crate::args::engine::EngineArgs;
 use crate::args::goals::{CheckpointArgs, GoalArgs};
 use crate::args::messages::MessageArgs;
 use crate::args::outputs::{OutputArgs, default_name, default_name_of};
+use crate::args::part::PartArgs;
 use crate::args::scene::{self, SourceArgs};
 use crate::args::settings::{QualityArgs, SettingsArgs};
 use crate::terminal::error::Error;
 use crate::terminal::logs;
-use ::render::{Field, Goals, Job, Renderer};
+use ::render::merge::is_checkpoint;
+use ::render::{Field, Goals, Job, Outputs, Renderer, Save};
 use ::scene::Settings;
 use clap::Args as ClapArgs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Render a scene to an image file
 ///
@@ -40,6 +42,9 @@ pub(crate) struct RenderArgs {
     pub checkpoints: CheckpointArgs,
 
     #[command(flatten)]
+    pub part: PartArgs,
+
+    #[command(flatten)]
     pub engine: EngineArgs,
 
     #[command(flatten)]
@@ -55,6 +60,7 @@ Examples:
   sppm render surgery --time 10m --until-error 0.02
   sppm render --like mirror.exr -o again.exr
   sppm render - -o exr:- < mine.toml > mine.exr
+  sppm render surgery -n 4096 --radius-schedule global --part 3/64 -o part3.sppm
 
 What settings do:
   More iterations remove noise and bias both. A smaller first radius means less blur and more noise.
@@ -76,10 +82,42 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     let usual = if args.source.like.is_some() { job.engine.renderer() } else { Renderer::default() };
     job.engine = args.engine.choose(usual)?;
     job.inputs.extend(args.engine.profile.clone().map(|path| (Field::Profile, path)));
-    job.outputs = args.outputs.or(job.outputs, image)?;
-    job.save = args.checkpoints.save(job.outputs.image.as_deref());
     (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
+    if args.part.is_given() {
+        // Which iterations a part has depends on how many there are.
+        job.choose_settings()?;
+        job.range = args.part.range(job.scene.settings.iterations)?;
+        let path = part_file(args, &image)?;
+        job.save = Some(Save { path, every: args.checkpoints.every.unwrap_or_default(), keep: true });
+        job.outputs = Outputs { stats: args.outputs.stats.clone(), ..Outputs::default() };
+    } else {
+        job.outputs = args.outputs.or(job.outputs, image)?;
+        job.save = args.checkpoints.save(job.outputs.image.as_deref());
+    }
     watch::run(job, &args.messages)
+}
+
+/// The checkpoint that a part is written to; `image` is the default name of the whole image.
+fn part_file(args: &RenderArgs, image: &Path) -> Result<PathBuf, Error> {
+    let OutputArgs { output, snapshots, radius_image, count_image, .. } = &args.outputs;
+    let CheckpointArgs { checkpoint, no_checkpoint, .. } = &args.checkpoints;
+    let others = [
+        ("--snapshots", *snapshots),
+        ("--radius-image", radius_image.is_some()),
+        ("--count-image", count_image.is_some()),
+        ("--checkpoint", checkpoint.is_some()),
+        ("--no-checkpoint", *no_checkpoint),
+    ];
+    if let Some((option, _)) = others.into_iter().find(|(_, is_given)| *is_given) {
+        let problem = "a part is no image, but the checkpoint that --output names; leave out this option";
+        return Err(Error::BadInput(format!("{option}: {problem}")));
+    }
+    let path = output.clone().unwrap_or_else(|| image.with_extension(format!("{}.sppm", args.part.name())));
+    if is_checkpoint(&path) {
+        return Ok(path);
+    }
+    let problem = "a part is no image, but a checkpoint for `sppm merge`; name a file that ends in .sppm";
+    Err(Error::BadInput(format!("--output: {}: {problem}", path.display())))
 }
 
 /// The job for a scene, or for repeating the render of `--like`; and the default name of its image.

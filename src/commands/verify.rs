@@ -177,7 +177,7 @@ mod tests {
             &self.progress
         }
         fn iterate_unless(&mut self, _: &Stop) -> bool {
-            self.progress.iterations += 1;
+            self.progress.advance();
             true
         }
         fn probe(&self, x: u32, y: u32) -> Probe {

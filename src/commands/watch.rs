@@ -13,7 +13,7 @@ use files::atomic_file::reason;
 use render::{Job, Notice, Observer, Step};
 use scene::settings::MAX_ITERATIONS;
 use scene::text::{counted, mebibytes, one_line};
-use scene::{Automatic, Filter, Resumable, Settings, TRANSPORT};
+use scene::{Automatic, Filter, RadiusSchedule, Resumable, Settings, TRANSPORT};
 use std::io;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -183,6 +183,7 @@ fn tell_beginning(notice: &Notice) {
         initial_radius,
         seed,
         filter,
+        radius_schedule,
     } = settings;
     let lanes = lanes.map_or(String::new(), |lanes| format!(" on {} lanes", lanes.name()));
     let iterations = match *iterations {
@@ -193,9 +194,13 @@ fn tell_beginning(notice: &Notice) {
         Filter::Box => String::new(),
         filter => format!(", filter {filter}"),
     };
+    let schedule = match radius_schedule {
+        RadiusSchedule::PerPixel => String::new(),
+        schedule @ RadiusSchedule::Global => format!(" ({schedule})"),
+    };
     debug!(
         bytes_at_most,
-        "{scene}: {width} x {height} pixels, {iterations}, {} each, depth {max_depth}, radius {initial_radius}, seed \
+        "{scene}: {width} x {height} pixels, {iterations}, {} each, depth {max_depth}, radius {initial_radius}{schedule}, seed \
          {seed}{filter}; method {}, engine {}{lanes}, {}; up to {}",
         counted(*photons_per_iteration, "photon"),
         renderer.method.name(),

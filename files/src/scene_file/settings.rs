@@ -4,9 +4,9 @@ use super::error::{Fault, suggestion};
 use super::reader::{Field, Section, Subject, type_of};
 use super::sphere::positive;
 use scene::settings::{MAX_DEPTH, MAX_ITERATIONS, MAX_PHOTONS, MAX_SIDE};
-use scene::{Automatic, Filter, Quality, Settings};
+use scene::{Automatic, Filter, Quality, RadiusSchedule, Settings};
 
-const KEYS: [&str; 9] = [
+const KEYS: [&str; 10] = [
     "width",
     "height",
     "iterations",
@@ -15,6 +15,7 @@ const KEYS: [&str; 9] = [
     "initial_radius",
     "seed",
     "filter",
+    "radius_schedule",
     "quality",
 ];
 
@@ -65,6 +66,7 @@ pub(super) fn settings(field: Field<'_>) -> Result<Stated, Fault> {
         })?,
         seed: section.or("seed", default.seed, |field| field.whole(0, u64::MAX))?,
         filter: section.or("filter", default.filter, filter)?,
+        radius_schedule: section.or("radius_schedule", default.radius_schedule, radius_schedule)?,
     };
     settings.validate().map_err(|e| Fault::new(place(&section, e.option), e.to_string()))?;
     Ok(Stated { settings, automatic: automatic(&section)? })
@@ -95,25 +97,30 @@ fn automatic(section: &Section<'_>) -> Result<Automatic, Fault> {
 }
 
 fn quality(field: Field<'_>) -> Result<Quality, Fault> {
-    let name = field.text()?;
-    let names = Quality::ALL.map(Quality::name);
-    let found = Quality::ALL.into_iter().find(|quality| quality.name() == name);
-    let problem = || {
-        let guess = suggestion(name, names);
-        field.fault(format_args!("is unknown{guess}; the qualities are {}", names.join(", ")))
-    };
-    found.ok_or_else(problem)
+    named(&field, "qualities", Quality::ALL, Quality::name)
 }
 
 fn filter(field: Field<'_>) -> Result<Filter, Fault> {
-    let name = field.text()?;
-    let names = Filter::ALL.map(Filter::name);
-    let found = Filter::ALL.into_iter().find(|filter| filter.name() == name);
+    named(&field, "filters", Filter::ALL, Filter::name)
+}
+
+fn radius_schedule(field: Field<'_>) -> Result<RadiusSchedule, Fault> {
+    named(&field, "schedules", RadiusSchedule::ALL, RadiusSchedule::name)
+}
+
+/// The one of `all` that has the name in a field; `what` they are called together.
+fn named<T: Copy, const N: usize>(
+    field: &Field<'_>,
+    what: &str,
+    all: [T; N],
+    name_of: fn(T) -> &'static str,
+) -> Result<T, Fault> {
+    let (name, names) = (field.text()?, all.map(name_of));
     let problem = || {
         let guess = suggestion(name, names);
-        field.fault(format_args!("is unknown{guess}; the filters are {}", names.join(", ")))
+        field.fault(format_args!("is unknown{guess}; the {what} are {}", names.join(", ")))
     };
-    found.ok_or_else(problem)
+    all.into_iter().find(|one| name_of(*one) == name).ok_or_else(problem)
 }
 
 /// The position of `option` in the file, or else of the setting whose product with it is too large.
