@@ -6,7 +6,7 @@ use crate::choice::EngineChoice;
 use crate::names::{LanesName, Renderer};
 use files::image_file::Tone;
 use files::scene_file;
-use scene::{Resumable, Scene, Settings, TRANSPORT};
+use scene::{Iterations, Resumable, Scene, Settings, TRANSPORT};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
@@ -27,6 +27,9 @@ pub struct Metadata {
     pub scene_digest: String,
     /// Settings of the render, with the number of iterations in the image.
     pub settings: Settings,
+    /// The iterations in the image, unless they are the first ones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub which: Option<Iterations>,
     /// Photons emitted in all iterations; 0 for the path tracer.
     pub photons: u64,
     /// The method and the engine.
@@ -55,7 +58,7 @@ fn first() -> u32 {
 
 impl Metadata {
     /// That of the image which `engine` holds, of a `scene` with this digest ([`scene_file::digest`]) rendered by `choice`.
-    /// Exposure, tone curve and error are left out.
+    /// Exposure, tone curve and error are left out, and the iterations are taken to be the first ones.
     pub fn of(engine: &dyn Resumable, scene: &Scene, digest: &str, choice: EngineChoice) -> Self {
         let done = engine.iterations();
         // The number of iterations in the image, which may be fewer than requested.
@@ -67,6 +70,7 @@ impl Metadata {
             scene: scene.name.clone(),
             scene_digest: digest.into(),
             settings,
+            which: None,
             photons: if engine.has_photons() { photons } else { 0 },
             renderer: choice.renderer(),
             lanes: choice.lanes(),
@@ -89,7 +93,7 @@ impl Metadata {
 }
 
 /// The scene file of `scene`, if it is short enough to be stored in images.
-fn scene_file(scene: &Scene, settings: &Settings) -> Option<String> {
+pub(crate) fn scene_file(scene: &Scene, settings: &Settings) -> Option<String> {
     /// The text of a sphere is at least this long, so scenes with more spheres need not be written out to be measured.
     const BYTES_PER_SPHERE: usize = 64;
     (scene.spheres.len() <= MOST_SCENE / BYTES_PER_SPHERE)
@@ -126,6 +130,7 @@ mod tests {
             scene: "a \"b\"\\ é \u{1f600}\u{7f}\u{1}".into(),
             scene_digest: scene_file::digest(&scene),
             settings: Settings { initial_radius: 0.1, seed: u64::MAX, ..scene.settings },
+            which: Some((2..5).into()),
             photons: 3,
             renderer: Renderer::default(),
             lanes: Some(LanesName::Emulated),

@@ -4,14 +4,15 @@ use crate::args::engine::EngineArgs;
 use crate::args::files::check_distinct;
 use crate::args::messages::MessageArgs;
 use crate::args::scene::{self, SceneName};
-use crate::args::settings::SettingsArgs;
+use crate::args::settings::{QualityArgs, SettingsArgs};
 use crate::args::view::{DisplayArgs, PageArgs};
+use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
 use crate::terminal::logs;
 use crate::terminal::signals::Requests;
-use ::render::Renderer;
-use ::scene::Scene;
+use ::render::{EngineChoice, Job, Renderer};
 use ::scene::settings::MAX_ITERATIONS;
+use ::scene::{Automatic, Scene};
 use clap::{Args as ClapArgs, ValueHint};
 use files::image_file::{self, Format, ImageReader};
 use files::{atomic_file, builtin, paths};
@@ -55,6 +56,9 @@ pub(crate) struct ViewArgs {
 
     #[command(flatten)]
     pub settings: SettingsArgs,
+
+    #[command(flatten)]
+    pub quality: QualityArgs,
 
     #[command(flatten)]
     pub engine: EngineArgs,
@@ -122,19 +126,19 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
     }
     let opened = scene::open(&args.target, args.engine.memory_limit.unwrap_or(u64::MAX))?;
     check(args, opened.file.as_deref())?;
-    let settings = args.settings.apply(&opened.scene.settings)?;
+    let (scene, engine) = prepare(args, opened.scene, opened.automatic)?;
     let text = match &opened.file {
         Some(file) => fs::read_to_string(file).ok(),
         None => opened.stem.to_str().and_then(builtin::find).map(|builtin| builtin.text.to_owned()),
     };
     let project = Project {
-        scene: Scene { settings, ..opened.scene },
+        scene,
         text,
         stem: opened.stem.to_string_lossy().into_owned(),
-        engine: args.engine.choose(Renderer::default())?,
+        engine,
         threads: args.engine.threads,
         memory_limit: args.engine.memory_limit,
-        limit: args.settings.iterations.filter(|iterations| *iterations < MAX_ITERATIONS),
+        limit: args.settings.given_iterations().filter(|iterations| *iterations < MAX_ITERATIONS),
     };
     let name = project.stem.clone();
     let requests = Requests::listen()?;
@@ -148,6 +152,19 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
         None => "the view broke down; this is a fault of sppm, please report it".into(),
     };
     Err(interrupted(&requests, what))
+}
+
+/// The scene with the settings that are asked for, and those that are chosen from it; and the engine.
+fn prepare(args: &ViewArgs, scene: Scene, automatic: Automatic) -> Result<(Scene, EngineChoice), Error> {
+    let mut job = Job::new(scene);
+    let (own, automatic) = args.quality.apply(&job.scene.settings, automatic);
+    job.scene.settings = args.settings.apply(&own)?;
+    job.automatic = args.settings.automatic(automatic);
+    job.engine = args.engine.choose(Renderer::default())?;
+    (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
+    let _busy = Busy::with("choosing settings");
+    job.choose_settings()?;
+    Ok((job.scene, job.engine))
 }
 
 fn check(args: &ViewArgs, scene: Option<&Path>) -> Result<(), Error> {

@@ -3,10 +3,12 @@
 use crate::sandbox::{Ended, Sandbox};
 use std::fs;
 
-const COMMANDS: [&str; 13] = [
+const COMMANDS: [&str; 15] = [
     "render",
     "resume",
     "view",
+    "merge",
+    "farm",
     "info",
     "scenes",
     "compare",

@@ -150,7 +150,8 @@ fn write_state(
 ) -> std::io::Result<()> {
     let note = Note { renderer: Some(choice.renderer()), ..Note::default() };
     let note = serde_json::to_string(&note)?;
-    let contents = Contents { scene, digest, version: env!("CARGO_PKG_VERSION"), note: &note, past: None };
+    let contents =
+        Contents { scene, digest, version: env!("CARGO_PKG_VERSION"), note: &note, which: None, past: None };
     let mut out = BufWriter::new(File::create(path)?);
     checkpoint::write(&mut out, engine, &contents)?;
     out.flush()

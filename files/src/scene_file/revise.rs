@@ -1,7 +1,7 @@
 //! Changes the text of a scene file so that it states another camera, other settings or other spheres, and keeps the rest:
 //! comments, order, names and spelling.
 
-use super::parse;
+use super::parse_with_automatic;
 use scene::{Camera, Filter, Material, Scene, Settings, Sphere, Vec3};
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
@@ -16,14 +16,16 @@ pub fn revise(text: &str, scene: &Scene) -> Option<String> {
     if text.len() > MAX_BYTES {
         return None;
     }
-    let before = parse("scene.toml", text).ok()?;
+    let (before, automatic) = parse_with_automatic("scene.toml", text).ok()?;
     let mut document: DocumentMut = text.parse().ok()?;
     if before.camera != scene.camera {
         revise_camera(document.get_mut("camera")?.as_table_like_mut()?, &before.camera, &scene.camera);
     }
-    if before.settings != scene.settings {
+    // Of settings that are left to be chosen, a scene has those that were chosen; the text must state them.
+    let states_all = automatic.any();
+    if before.settings != scene.settings || states_all {
         let settings = document.entry("settings").or_insert(Item::Table(Table::new()));
-        revise_settings(settings.as_table_like_mut()?, &before.settings, &scene.settings)?;
+        revise_settings(settings.as_table_like_mut()?, &before.settings, &scene.settings, states_all)?;
     }
     let material = |scene: &Scene, sphere: &Sphere| scene.materials.get(sphere.material as usize).copied();
     let pairs = before.without_sky().iter().zip(scene.without_sky()).enumerate();
@@ -36,8 +38,8 @@ pub fn revise(text: &str, scene: &Scene) -> Option<String> {
         }
     }
     let revised = document.to_string();
-    let after = parse("scene.toml", &revised).ok()?;
-    is_same(&after, scene).then_some(revised)
+    let (after, automatic) = parse_with_automatic("scene.toml", &revised).ok()?;
+    (is_same(&after, scene) && !automatic.any()).then_some(revised)
 }
 
 /// The names of the spheres in a scene file, in its order; empty if it cannot be read, or is too long to be revised.
@@ -102,7 +104,15 @@ fn replace_target(table: &mut dyn TableLike, direction: Vec3) {
     set(table, "direction", vector(direction));
 }
 
-fn revise_settings(table: &mut dyn TableLike, old: &Settings, new: &Settings) -> Option<()> {
+fn revise_settings(
+    table: &mut dyn TableLike,
+    old: &Settings,
+    new: &Settings,
+    states_all: bool,
+) -> Option<()> {
+    if states_all {
+        table.remove("quality");
+    }
     let whole = [
         ("width", old.width, new.width),
         ("height", old.height, new.height),
@@ -111,11 +121,11 @@ fn revise_settings(table: &mut dyn TableLike, old: &Settings, new: &Settings) ->
         ("max_depth", old.max_depth, new.max_depth),
     ];
     for (key, old, new) in whole {
-        if old != new {
+        if old != new || (states_all && !["width", "height"].contains(&key)) {
             set(table, key, i64::from(new).into());
         }
     }
-    if old.initial_radius != new.initial_radius {
+    if old.initial_radius != new.initial_radius || states_all {
         set(table, "initial_radius", number(new.initial_radius));
     }
     if old.seed != new.seed {
@@ -123,6 +133,9 @@ fn revise_settings(table: &mut dyn TableLike, old: &Settings, new: &Settings) ->
     }
     if old.filter != new.filter {
         set(table, "filter", Filter::name(new.filter).into());
+    }
+    if old.radius_schedule != new.radius_schedule {
+        set(table, "radius_schedule", new.radius_schedule.name().into());
     }
     Some(())
 }
@@ -198,8 +211,24 @@ mod tests {
     #[test]
     fn a_scene_that_is_not_changed_keeps_its_text() {
         for builtin in SCENES {
-            assert_eq!(revise(builtin.text, &builtin.scene()).as_deref(), Some(builtin.text));
+            let (scene, automatic) = builtin.open();
+            let revised = revise(builtin.text, &scene);
+            assert_eq!(revised.as_deref() == Some(builtin.text), !automatic.any(), "{}", builtin.name);
         }
+    }
+
+    /// Those chosen are stated, even where they are the usual ones; else others might be chosen again.
+    #[test]
+    fn settings_that_were_chosen_are_stated() {
+        let text = "[camera]\neye = [0, 0, 9]\ntarget = [0, 0, 0]\nvertical_fov_degrees = 30\n\n[settings]\n\
+            quality = \"draft\" # quick\nmax_depth = \"auto\" # deep\n\n[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\n\
+            material = { type = \"diffuse\", albedo = [0, 0, 0] }\nemission = [1, 1, 1]\n";
+        let (scene, automatic) = parse_with_automatic("a.toml", text).unwrap();
+        assert!(automatic.any());
+        let revised = revise(text, &scene).unwrap();
+        let (again, automatic) = parse_with_automatic("a.toml", &revised).unwrap();
+        assert!(!automatic.any() && is_same(&again, &scene), "{revised}");
+        assert!(revised.contains("max_depth = 5 # deep") && !revised.contains("quality"), "{revised}");
     }
 
     /// Every line but those changed stays, comments behind changed values too.
@@ -247,7 +276,11 @@ mod tests {
             scene.materials.push(Material::Specular { albedo: Rgb::splat(1.0 / 3.0) });
             let scene = scene.with_sky();
             let revised = revise(builtin.text, &scene).unwrap_or_else(|| panic!("{}", builtin.name));
-            assert!(is_same(&parse("again.toml", &revised).unwrap(), &scene), "{}", builtin.name);
+            assert!(
+                is_same(&parse_with_automatic("again.toml", &revised).unwrap().0, &scene),
+                "{}",
+                builtin.name
+            );
         }
     }
 
