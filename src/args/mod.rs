@@ -11,3 +11,4 @@ pub(crate) mod quick;
 pub(crate) mod scene;
 pub(crate) mod settings;
 pub(crate) mod values;
+pub(crate) mod view;

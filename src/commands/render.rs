@@ -8,6 +8,7 @@ use crate::args::outputs::{OutputArgs, default_name, default_name_of};
 use crate::args::part::PartArgs;
 use crate::args::scene::{self, SourceArgs};
 use crate::args::settings::{QualityArgs, SettingsArgs};
+use crate::args::view::WatchArgs;
 use crate::terminal::error::Error;
 use crate::terminal::logs;
 use ::render::merge::is_checkpoint;
@@ -46,6 +47,9 @@ pub(crate) struct RenderArgs {
 
     #[command(flatten)]
     pub engine: EngineArgs,
+
+    #[command(flatten)]
+    pub viewers: WatchArgs,
 
     #[command(flatten)]
     pub messages: MessageArgs,
@@ -94,7 +98,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
         job.outputs = args.outputs.or(job.outputs, image)?;
         job.save = args.checkpoints.save(job.outputs.image.as_deref());
     }
-    watch::run(job, &args.messages)
+    watch::run(job, &args.messages, &args.viewers)
 }
 
 /// The checkpoint that a part is written to; `image` is the default name of the whole image.

@@ -22,7 +22,7 @@ const PERMITTED: &[(&str, &[&str])] = &[
     // Molecules and particles as scenes.
     ("importers", &["scene"]),
     // Front ends.
-    ("view", &["render", "files"]),
+    ("view", &["scene", "files", "render"]),
     ("python", &["scene", "files", "render", "importers", "compare"]),
     // Line plots as SVG files.
     ("plots", &["files"]),

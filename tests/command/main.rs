@@ -30,3 +30,5 @@ mod trace;
 #[cfg(unix)]
 mod tune;
 mod verify;
+#[cfg(unix)]
+mod view;

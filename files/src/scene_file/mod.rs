@@ -8,6 +8,7 @@ mod error;
 mod material;
 mod pieces;
 mod reader;
+pub mod revise;
 mod settings;
 mod sphere;
 mod spheres;
