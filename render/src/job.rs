@@ -116,7 +116,7 @@ impl Job {
         check_limit(self.bytes_of_choice, self.memory_limit)?;
         // A child: what is done here is not progress of the render.
         let (scene, stop, lanes) = (&self.scene, self.stop.child(), self.engine.lane_kind());
-        let chosen = pool.install(|| automatic::choose(scene, &automatic, lanes, &stop));
+        let chosen = pool.install(|| automatic::choose(scene, automatic, lanes, &stop));
         stop.meter().begin(0);
         self.warm.keep_pool(self.threads, pool);
         if let Some(settings) = chosen {

@@ -16,7 +16,9 @@ fn all_refused(sandbox: &Sandbox, running: &Running, file: &str, commands: &[&[&
     let before = sandbox.contents();
     let process = format!("{file}: is in use by another render, process {};", running.id());
     for args in commands {
-        sandbox.run(["render"].iter().chain(*args).chain(&TINY)).refused(&[&process, "wait for it"]);
+        sandbox
+            .run(["render", "--quality=paper"].iter().chain(*args).chain(&TINY))
+            .refused(&[&process, "wait for it"]);
         assert!(sandbox.contents() == before, "{args:?} changed the folder: {:?}", sandbox.names());
     }
 }

@@ -82,11 +82,3 @@ impl Drop for Running {
         let _ = self.child.wait();
     }
 }
-
-impl Drop for Running {
-    /// Ends the render of a test that failed, which would run for hours.
-    fn drop(&mut self) {
-        let _ = self.child.kill(); // it may have ended
-        let _ = self.child.wait();
-    }
-}

@@ -9,20 +9,8 @@ use std::process::{Command, Stdio};
 use tempfile::TempDir;
 
 /// Options of a render that takes milliseconds.
-pub(crate) const TINY: [&str; 12] = [
-    "--width",
-    "16",
-    "--height",
-    "12",
-    "--iterations",
-    "2",
-    "--photons",
-    "500",
-    "--radius",
-    "2",
-    "--depth",
-    "5",
-];
+pub(crate) const TINY: [&str; 8] =
+    ["--width", "16", "--height", "12", "--iterations", "2", "--photons", "500"];
 
 /// A temporary folder that the command runs in.
 pub(crate) struct Sandbox {
@@ -77,7 +65,7 @@ impl Sandbox {
 
     /// Runs `sppm render` with `args` and the options of [`TINY`], and expects it to succeed.
     pub(crate) fn render(&self, args: &[&str]) -> Ended {
-        let ended = self.run(["render"].iter().chain(args).chain(&TINY));
+        let ended = self.run(["render", "--quality=paper"].iter().chain(args).chain(&TINY));
         assert_eq!(ended.code, Some(0), "{args:?}: {ended:?}");
         ended
     }

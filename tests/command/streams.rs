@@ -9,7 +9,7 @@ use std::process::{Output, Stdio};
 
 /// Runs a render with the options of [`TINY`] and returns its raw output.
 fn render(sandbox: &Sandbox, args: &[&str]) -> Output {
-    sandbox.command(["render"].iter().chain(args).chain(&TINY)).output().unwrap()
+    sandbox.command(["render", "--quality=paper"].iter().chain(args).chain(&TINY)).output().unwrap()
 }
 
 /// Runs `args` with the file `input` as standard input.
@@ -111,7 +111,8 @@ fn a_scene_is_read_from_standard_input() {
     let sandbox = Sandbox::new();
     sandbox.write("mine.toml", files::builtin::find("cornell").unwrap().text);
     sandbox.render(&["mine.toml", "-o", "file.pfm"]);
-    let args: Vec<&str> = ["render", "-", "-o", "input.pfm"].into_iter().chain(TINY).collect();
+    let args: Vec<&str> =
+        ["render", "-", "--quality=paper", "-o", "input.pfm"].into_iter().chain(TINY).collect();
     let ended = run_on(&sandbox, "mine.toml", &args);
     assert_eq!(ended.code, Some(0), "{ended:?}");
     assert!(sandbox.bytes("file.pfm") == sandbox.bytes("input.pfm"));

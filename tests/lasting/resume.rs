@@ -207,8 +207,10 @@ fn a_checkpoint_is_locked_by_one_render_at_a_time() {
     let sandbox = kept();
     let lock = files::lock::Lock::take(&sandbox.path("a.sppm")).unwrap();
     let process = format!("process {}", std::process::id());
-    for args in [["resume", "a.sppm", "-q"], ["render", "cornell", "--quality=paper", "--checkpoint=a.sppm"]]
-    {
+    for args in [
+        &["resume", "a.sppm", "-q"][..],
+        &["render", "cornell", "--quality=paper", "--checkpoint=a.sppm"][..],
+    ] {
         sandbox.run(args).refused(&["a.sppm", "in use by another render", &process]);
     }
     drop(lock);

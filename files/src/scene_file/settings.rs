@@ -46,9 +46,8 @@ pub(super) fn settings(field: Field<'_>) -> Result<Stated, Fault> {
     let whole =
         |key, default, most: u32| section.or(key, default, |field| Ok(field.whole(1, most.into())? as u32));
     let choosable = |key, default, most: u32| {
-        section.or(key, default, |field| match is_auto(&field) {
-            true => Ok(default),
-            false => Ok(field.whole(1, most.into())? as u32),
+        section.or(key, default, |field| {
+            if is_auto(&field) { Ok(default) } else { Ok(field.whole(1, most.into())? as u32) }
         })
     };
     let default = Settings::default();

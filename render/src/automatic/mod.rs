@@ -69,7 +69,7 @@ impl Goal {
 /// The settings of `scene` with those that are `automatic` chosen; `None` if stopped.
 ///
 /// Takes at most [`bytes_at_most`].
-pub(crate) fn choose(scene: &Scene, automatic: &Automatic, lanes: LaneKind, stop: &Stop) -> Option<Settings> {
+pub(crate) fn choose(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop: &Stop) -> Option<Settings> {
     let goal = Goal::of(automatic.quality);
     let mut settings = scene.settings;
     if automatic.initial_radius
@@ -281,7 +281,7 @@ mod tests {
 
     fn chosen(scene: &Scene, automatic: Automatic, lanes: LaneKind, threads: usize) -> Settings {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| choose(scene, &automatic, lanes, &Stop::new())).unwrap()
+        pool.install(|| choose(scene, automatic, lanes, &Stop::new())).unwrap()
     }
 
     #[test]
@@ -334,7 +334,7 @@ mod tests {
     fn a_stopped_choice_gives_nothing() {
         let stop = Stop::new();
         stop.request();
-        assert_eq!(choose(&cornell(), &Automatic::all(Quality::Good), LaneKind::best(), &stop), None);
+        assert_eq!(choose(&cornell(), Automatic::all(Quality::Good), LaneKind::best(), &stop), None);
     }
 
     /// Variances that follow the law are split into its parts.

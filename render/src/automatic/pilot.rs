@@ -112,7 +112,7 @@ pub(super) fn loss(image: &Film, other: &Film, side: usize) -> f64 {
 }
 
 fn floor(images: &[&[Rgb]]) -> f64 {
-    let values = images.iter().flat_map(|image| image.iter()).flat_map(|rgb| rgb.to_array());
+    let values = images.iter().flat_map(|image| *image).flat_map(Rgb::to_array);
     let count = 3 * images.len() * images[0].len();
     // So that nothing is divided by zero where all is black.
     (FLOOR * values.map(f64::from).sum::<f64>() / count as f64).max(f64::MIN_POSITIVE.sqrt())
