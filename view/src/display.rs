@@ -4,6 +4,7 @@
 //! again and sends everything when it is back.
 
 use crate::tev::{Tile, create, update};
+use files::atomic_file::reason;
 use scene::{Film, Rgb};
 use std::fmt;
 use std::io::{self, Write};
@@ -59,7 +60,7 @@ impl Display {
         let shared = Arc::new(Shared::default());
         let sender = Sender { place, name, shared: Arc::clone(&shared), stream: None, sent: None };
         let begun = thread::Builder::new().name("display".into()).spawn(move || sender.run());
-        let thread = begun.map_err(|error| format!("cannot start a thread: {error}"))?;
+        let thread = begun.map_err(|error| format!("cannot start a thread: {}", reason(&error)))?;
         Ok(Self { shared, thread: Some(thread) })
     }
 

@@ -19,8 +19,9 @@ use std::time::{Duration, Instant};
 pub(crate) const LAYERS: [&str; 4] = ["image", "direct", "radius", "count"];
 /// So many points of the noise curve are told.
 const MOST_POINTS: usize = 120;
-/// The share of the time that pictures may take.
+/// The share of the time that pictures may take, but for those of the first second, which come often.
 const SHARE: f64 = 0.04;
+const FREE: Duration = Duration::from_secs(1);
 /// How often progress is told, at most.
 const TELL: Duration = Duration::from_millis(100);
 /// How often a paused render looks what is asked of it, if nobody wakes it.
@@ -95,7 +96,7 @@ pub(crate) struct History {
 
 impl Default for History {
     fn default() -> Self {
-        let schedule = Schedule::new(SHARE);
+        let schedule = Schedule::new(SHARE, FREE);
         Self { schedule, told: None, estimate: Estimate::default(), curve: Vec::new() }
     }
 }

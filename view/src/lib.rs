@@ -37,6 +37,7 @@ pub use place::Place;
 pub use relay::Relay;
 pub use studio::{Legacy, Project};
 
+use files::atomic_file::reason;
 use hub::Hub;
 use scene::Stop;
 use server::Server;
@@ -70,7 +71,7 @@ impl View {
         let (hub, quit) = (Arc::clone(&view.hub), view.quit.clone());
         let work = move || studio::Studio::new(project, hub, display).run(&quit);
         let begun = thread::Builder::new().name("studio".into()).spawn(work);
-        view.studio = Some(begun.map_err(|error| format!("cannot start a thread: {error}"))?);
+        view.studio = Some(begun.map_err(|error| format!("cannot start a thread: {}", reason(&error)))?);
         Ok(view)
     }
 

@@ -12,9 +12,6 @@ const PREVIEW_PHOTONS: [u32; 2] = [1_000, 20_000];
 /// The search radius is widened by at most this, to smooth the light of fewer photons.
 const MOST_WIDENING: f32 = 3.0;
 
-/// For so long pictures come often, whatever they cost.
-const FREE: Duration = Duration::from_secs(1);
-
 /// The time from one picture to the next, when the camera has been at rest for `rest`.
 fn interval(rest: Duration) -> Duration {
     let milliseconds = match rest.as_secs_f64() {
@@ -33,20 +30,22 @@ pub(crate) struct Schedule {
     began: Instant,
     shown: Option<Instant>,
     cost: Duration,
-    /// Pictures take at most this share of the time, but for the first ones.
+    /// Pictures take at most this share of the time,
     share: f64,
+    /// after so much time.
+    free: Duration,
 }
 
 impl Schedule {
-    /// A schedule that begins now.
-    pub(crate) fn new(share: f64) -> Self {
-        Self { began: Instant::now(), shown: None, cost: Duration::ZERO, share }
+    /// A schedule that begins now. Pictures take at most this `share` of the time, after the time that is `free`.
+    pub(crate) fn new(share: f64, free: Duration) -> Self {
+        Self { began: Instant::now(), shown: None, cost: Duration::ZERO, share, free }
     }
 
     /// Whether a picture is due.
     pub(crate) fn is_due(&self) -> bool {
         let rest = self.began.elapsed();
-        let least = if rest < FREE { Duration::ZERO } else { self.cost.div_f64(self.share) };
+        let least = if rest < self.free { Duration::ZERO } else { self.cost.div_f64(self.share) };
         self.shown.is_none_or(|at| at.elapsed() >= interval(rest).max(least))
     }
 
@@ -131,7 +130,7 @@ mod tests {
 
     #[test]
     fn costly_pictures_are_rarer_after_a_second() {
-        let mut schedule = Schedule::new(0.01);
+        let mut schedule = Schedule::new(0.01, Duration::from_secs(1));
         assert!(schedule.is_due());
         schedule.show(|| ());
         assert!(!schedule.is_due());

@@ -11,6 +11,7 @@ use scene::settings::MAX_ITERATIONS;
 use scene::{Plane, Resumable};
 use serde_json::json;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// The share of the time that pictures may take.
 const SHARE: f64 = 0.01;
@@ -32,7 +33,13 @@ impl Relay {
                 json!({ "type": "scene", "mode": "watch", "name": name, "layers": LAYERS, "others": [] });
             show(&hub.scene, &scene);
         }
-        Self { hub, display, schedule: Schedule::new(SHARE), number: 0, step: Step::default() }
+        Self {
+            hub,
+            display,
+            schedule: Schedule::new(SHARE, Duration::ZERO),
+            number: 0,
+            step: Step::default(),
+        }
     }
 
     /// Whether [`Self::after`] is to be called after this iteration: somebody looks, and a picture is due.

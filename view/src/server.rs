@@ -16,7 +16,9 @@ use axum::http::{Method, StatusCode};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
+use files::atomic_file::reason;
 use files::image_file::{Tone, USUAL_WHITE};
+use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
@@ -68,7 +70,7 @@ impl Server {
         let token = place.token.as_deref().map_or_else(gate::new_token, gate::given_token)?;
         let ip = place.ip;
         let place = SocketAddr::new(ip, place.port);
-        let failed = |error: &dyn std::fmt::Display| format!("cannot listen at {place}: {error}");
+        let failed = |error: &io::Error| format!("cannot listen at {place}: {}", reason(error));
         let listener = TcpListener::bind(place).map_err(|error| failed(&error))?;
         let bound = listener.local_addr().map_err(|error| failed(&error))?;
         listener.set_nonblocking(true).map_err(|error| failed(&error))?;
