@@ -1,0 +1,1 @@
+//! The elements: symbols, radii and colours.

@@ -1,0 +1,34 @@
+//! Readers of molecules and particles: spheres in the file formats of chemistry, materials science and data analysis.
+//!
+//! ```no_run
+//! use importers::{Frame, Request, read};
+//! use std::path::Path;
+//!
+//! let request = Request { frame: Frame::Last, ..Request::default() };
+//! let particles = read(Path::new("melt.dump.gz"), &request)?;
+//! println!("{} particles of {:?}", particles.len(), particles.format);
+//! # Ok::<(), importers::Error>(())
+//! ```
+//!
+//! | module | what |
+//! |---|---|
+//! | [`elements`] | symbols, radii and colours of the elements, with their sources |
+//! | [`bonds`] | bonds by distance |
+//!
+//! What is read of each format: `docs/particles-formats.md`.
+
+#![forbid(unsafe_code)]
+
+pub mod bonds;
+pub mod elements;
+mod error;
+mod format;
+mod particles;
+mod read;
+mod request;
+
+pub use error::{Error, Place};
+pub use format::Format;
+pub use particles::{Cell, Labels, Particles, Property, Unit};
+pub use read::{Trajectory, frames, read, read_from};
+pub use request::{Frame, Properties, Request};
