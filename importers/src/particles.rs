@@ -133,11 +133,13 @@ pub struct Property {
 /// The unit of lengths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
-    /// 10^-10 m: PDB, mmCIF and, by custom, XYZ.
+    /// 10^-10 m: PDB, mmCIF and, by custom, XYZ; LAMMPS dumps that say `ITEM: UNITS metal` or `real`.
     Angstrom,
-    /// 10^-9 m: GRO.
+    /// 10^-9 m: GRO, and LAMMPS dumps that say `ITEM: UNITS nano`.
     Nanometre,
-    /// The format does not say: LAMMPS, GSD, PLY, CSV, NumPy.
+    /// LAMMPS dumps that say `ITEM: UNITS si`.
+    Metre,
+    /// The file does not say: GSD, PLY, CSV, `NumPy`, most LAMMPS dumps.
     Unknown,
 }
 
@@ -147,6 +149,7 @@ impl Unit {
         match self {
             Self::Angstrom => Some(1.0),
             Self::Nanometre => Some(10.0),
+            Self::Metre => Some(1e10),
             Self::Unknown => None,
         }
     }
