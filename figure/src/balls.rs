@@ -9,8 +9,10 @@ use crate::rule::{Finish, Paint, Radius, Rule};
 use crate::selection::Selection;
 use crate::table::Table;
 use crate::units::per_angstrom;
+use crate::wrap::wrap;
 use glam::{DVec3, Vec3};
-use importers::{Particles, elements};
+use importers::Particles;
+use importers::elements::{Element, element};
 use rayon::slice::ParallelSliceMut as _;
 use scene::check::LIMIT;
 use scene::settings::RADIUS_RANGE;
@@ -82,11 +84,10 @@ struct State {
 pub fn balls(mut particles: Particles, recipe: &Recipe) -> Result<Balls, Refusal> {
     let refuse = |key, problem: String| Refusal { rule: None, key, problem };
     if recipe.wrap {
-        let cell = particles.cell.as_ref().filter(|cell| cell.periodic.contains(&true));
-        if cell.is_none() {
-            return Err(refuse("wrap", "the file has no periodic cell".into()));
+        match particles.cell.filter(|cell| cell.periodic.contains(&true)) {
+            Some(cell) => wrap(&mut particles.positions, &cell),
+            None => return Err(refuse("wrap", "the file has no periodic cell".into())),
         }
-        importers::wrap(&mut particles);
     }
     let unit = per_angstrom(&particles, recipe.unit);
     let mut state = State::new(&particles);
@@ -258,14 +259,14 @@ fn radius_of<'a>(
 ) -> Result<Box<dyn Fn(usize) -> f64 + 'a>, String> {
     use crate::columns::{Column, Columns as _, unknown};
     let particles = table.particles;
-    let of_elements = |of: fn(u8) -> Option<f32>| -> Result<Box<dyn Fn(usize) -> f64>, String> {
+    let of_elements = |of: fn(&Element) -> Option<f32>| -> Result<Box<dyn Fn(usize) -> f64>, String> {
         let missing = "the file has no elements; take touch, a length or the name of a column";
         let elements = particles.elements.as_ref().ok_or(missing)?;
-        Ok(Box::new(move |i| unit * of(elements[i]).map_or(UNKNOWN_RADIUS, f64::from)))
+        Ok(Box::new(move |i| unit * element(elements[i]).and_then(of).map_or(UNKNOWN_RADIUS, f64::from)))
     };
     match radius {
-        Radius::VanDerWaals => of_elements(elements::van_der_waals_radius),
-        Radius::Covalent => of_elements(elements::covalent_radius),
+        Radius::VanDerWaals => of_elements(van_der_waals),
+        Radius::Covalent => of_elements(covalent),
         Radius::Constant(length) => Ok(Box::new(|_| *length)),
         Radius::Touch => {
             // A particle alone, or all in one place: any radius will do.
@@ -278,6 +279,15 @@ fn radius_of<'a>(
             None => Err(unknown(table, name)),
         },
     }
+}
+
+/// Bondi's radius, or that of crystals for an element without one.
+fn van_der_waals(element: &Element) -> Option<f32> {
+    element.van_der_waals.or(element.alvarez)
+}
+
+fn covalent(element: &Element) -> Option<f32> {
+    element.covalent
 }
 
 /// Checks that all balls are in the range of scenes.

@@ -6,6 +6,7 @@
 //! | [`selection`] | which particles a rule is for |
 //! | [`columns`] | columns of particles by name |
 //! | [`balls`] | particles and a recipe become spheres of a scene |
+//! | [`units`] | units of length |
 //! | [`stage`] | camera, lamps, ground, background and settings that follow from the spheres |
 //!
 //! Spheres do not depend on the order of the particles in their file. `docs/particles.md` is the user's view.
@@ -25,7 +26,8 @@ pub mod rule;
 pub mod selection;
 pub mod stage;
 mod table;
-mod units;
+pub mod units;
+mod wrap;
 
 pub use balls::{Balls, Refusal, balls};
 pub use recipe::Recipe;

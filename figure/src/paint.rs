@@ -1,10 +1,10 @@
 //! Colours of particles.
 
-use crate::color::{Map, Screen, palette};
+use crate::color::{Screen, palette};
 use crate::columns::{Column, Columns, unknown};
 use crate::rule::{End, Paint, Range, Rule};
 use crate::table::Table;
-use importers::elements;
+use importers::elements::{Element, element};
 use std::collections::{BTreeSet, HashMap};
 
 /// What has no name, or is of no known element.
@@ -20,16 +20,15 @@ pub(crate) fn paint(
     colors: &mut [Screen],
 ) -> Result<(), String> {
     let particles = table.particles;
-    let known = |color: Option<[u8; 3]>| color.map_or(NAMELESS, Screen);
-    let elements = |of: fn(u8) -> Option<[u8; 3]>| {
+    let elements = |of: fn(&Element) -> [u8; 3]| {
         let missing = "the file has no elements; take another colour, such as type or #c0ffee";
         let elements = particles.elements.as_ref().ok_or(missing)?;
-        Ok::<_, String>(move |i: usize| known(of(elements[i])))
+        Ok::<_, String>(move |i: usize| element(elements[i]).map_or(NAMELESS, |element| Screen(of(element))))
     };
     let color: Box<dyn Fn(usize) -> Screen + Sync> = match paint {
         Paint::Constant(color) => Box::new(|_| *color),
-        Paint::Jmol => Box::new(elements(elements::jmol_color)?),
-        Paint::Cpk => Box::new(elements(elements::cpk_color)?),
+        Paint::Jmol => Box::new(elements(|element| element.jmol)?),
+        Paint::Cpk => Box::new(elements(|element| element.cpk)?),
         Paint::File => {
             let colors = particles.colors.as_ref().ok_or("the file has no colours")?;
             Box::new(|i| Screen::of_values(colors[i]))

@@ -383,7 +383,7 @@ mod tests {
     fn bad_rules_are_refused() {
         for (text, expected) in [
             ("", "`` is no KEY=VALUE"),
-            ("z > : hide", "column 5: this ends"),
+            ("z > : hide", "column 4: this ends"),
             ("z > 3: hidden", "`hidden` is no KEY=VALUE"),
             ("colour=red", "colour: there is no `colour`; the keys are where, radius"),
             ("color=#12345", "color: `#12345` must be #rrggbb"),

@@ -1,7 +1,8 @@
 //! The columns of particles, by the names that styles use.
 
 use crate::columns::{Column, Columns};
-use importers::{Labels, Particles, elements};
+use importers::elements::{COUNT, element};
+use importers::{Labels, Particles};
 
 /// The columns of a file's particles. `radius` is as the style has made it so far.
 pub(crate) struct Table<'a> {
@@ -61,7 +62,7 @@ impl Columns for Table<'_> {
     fn column(&self, name: &str) -> Option<Column<'_>> {
         if name == "element" {
             let elements = self.particles.elements.as_ref()?;
-            let names = (0..=elements::LAST).map(|z| elements::symbol(z).unwrap_or_default().into()).collect();
+            let names = (0..=COUNT).map(|number| element(number).map_or("", |element| element.symbol).into()).collect();
             return Some(Column::Text { index: Box::new(move |i| u32::from(elements[i])), names });
         }
         if let Some(labels) = self.labels(name) {

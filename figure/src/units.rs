@@ -1,7 +1,8 @@
 //! The unit of lengths of a file: as its format states it, or as distances between neighbours suggest.
 
 use crate::neighbours::nearest;
-use importers::{Format, Particles, Unit, elements};
+use importers::elements::element;
+use importers::{Format, Particles};
 
 /// A unit of length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,11 +56,11 @@ pub(crate) fn per_angstrom(particles: &Particles, asked: Option<Length>) -> f64 
 }
 
 fn guess(particles: &Particles) -> f64 {
-    let usual = if particles.unit == Unit::Nanometre { Length::Nanometre } else { Length::Angstrom };
+    let usual = Length::Angstrom;
     let (Some(distance), Some(atoms)) = (nearest(&particles.positions), &particles.elements) else {
         return usual.per_angstrom();
     };
-    let radii = atoms.iter().filter_map(|&atom| elements::covalent_radius(atom)).map(f64::from);
+    let radii = atoms.iter().filter_map(|&atom| element(atom)?.covalent).map(f64::from);
     let (sum, count) = radii.fold((0.0, 0.0), |(sum, count), radius| (sum + radius, count + 1.0));
     if count == 0.0 {
         return usual.per_angstrom();

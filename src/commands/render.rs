@@ -12,7 +12,9 @@ use crate::terminal::logs;
 use ::render::{Field, Goals, Job, Renderer};
 use ::scene::Settings;
 use clap::Args as ClapArgs;
-use std::path::PathBuf;
+use files::image_file::Tone;
+use files::named;
+use std::path::{Path, PathBuf};
 
 /// Render a scene to an image file
 ///
@@ -52,6 +54,8 @@ Examples:
   sppm render surgery --time 10m --until-error 0.02
   sppm render --like mirror.exr -o again.exr
   sppm render - -o exr:- < mine.toml > mine.exr
+  sppm render water.pdb --view iso --ground
+  sppm render melt.dump --frame last --color molecule --style 'z > 30: hide' --width 1600 --height 1200
 
 What settings do:
   More iterations remove noise and bias both. A smaller first radius means less blur and more noise.
@@ -61,7 +65,8 @@ What settings do:
 /// Runs the command.
 pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     logs::init(args.messages.log_format, args.messages.level());
-    let (mut job, image) = open(&args.source, args.engine.memory_limit)?;
+    let size = [args.settings.width, args.settings.height];
+    let (mut job, image) = open(&args.source, size, args.engine.memory_limit)?;
     job.goals = args.goals.or(Goals::default());
     let settings = args.settings.apply(&job.scene.settings)?;
     let iterations = job.goals.iterations(args.settings.iterations, settings.iterations);
@@ -76,8 +81,24 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
 }
 
 /// The job for a scene, or for repeating the render of `--like`; and the default name of its image.
-fn open(args: &SourceArgs, memory_limit: Option<u64>) -> Result<(Job, PathBuf), Error> {
-    let open = |name| scene::open(name, memory_limit.unwrap_or(u64::MAX));
+fn open(
+    args: &SourceArgs,
+    size: [Option<u32>; 2],
+    memory_limit: Option<u64>,
+) -> Result<(Job, PathBuf), Error> {
+    let most = memory_limit.unwrap_or(u64::MAX);
+    let particles = args.scene.as_deref().filter(|name| named::is_particles(name)).map(Path::new);
+    if let Some(like) = &args.like
+        && (particles.is_some() || args.scene.is_none())
+    {
+        // What is recorded says how particles are shown; a file of them is named to be found.
+        args.particles.refuse("what --like repeats")?;
+        let folder = particles.and_then(Path::parent);
+        let job = Job::like_in(like, None, folder)?;
+        let image = default_name_of(&job.scene.name);
+        return Ok((job, image));
+    }
+    let open = |name| scene::open(name, &args.particles, size, most);
     let named = args.scene.as_deref().map(open).transpose()?;
     let bytes_before = named.as_ref().map_or(0, |named| named.bytes);
     let file = named.as_ref().and_then(|named| named.file.clone()).map(|file| (Field::Scene, file));
@@ -89,6 +110,10 @@ fn open(args: &SourceArgs, memory_limit: Option<u64>) -> Result<(Job, PathBuf), 
     };
     job.inputs.splice(0..0, file);
     job.bytes_before = bytes_before;
+    if particles.is_some() {
+        // Backgrounds are to have the colour that is asked for, and lamps are such that nothing is brighter than white.
+        job.outputs.tone = Some(Tone::Clamp);
+    }
     let image = stem.unwrap_or_else(|| default_name_of(&job.scene.name));
     Ok((job, image))
 }

@@ -124,7 +124,7 @@ fn load(path: &Path) -> Result<Option<Loaded>, Damage> {
         return Err(Damage::NoCheckpoint);
     }
     let mut file = BufReader::new(File::open(path)?);
-    let checkpoint = Checkpoint::read(&mut file, status.len())?;
+    let checkpoint = Checkpoint::read_in(&mut file, status.len(), path.parent().unwrap_or(Path::new("")))?;
     Ok(Some(Loaded { path: path.into(), checkpoint, fallback: None, file }))
 }
 
