@@ -19,13 +19,30 @@
 
 #![forbid(unsafe_code)]
 
+mod altloc;
 pub mod bonds;
+mod cell;
+mod delimited;
+mod detect;
+mod dump;
 pub mod elements;
 mod error;
 mod format;
+mod gro;
+mod gsd;
+mod mmcif;
+mod names;
 mod particles;
+mod pdb;
 mod read;
 mod request;
+mod rows;
+mod star;
+mod symmetry;
+mod table;
+mod text;
+mod values;
+mod xyz;
 
 pub use error::{Error, Place};
 pub use format::Format;

@@ -165,3 +165,9 @@ pub struct Cell {
     /// Along which vectors it repeats.
     pub periodic: [bool; 3],
 }
+
+/// A title of at most [`Particles::TITLE`] characters, on one line.
+pub(crate) fn title(text: &str) -> String {
+    let clean = text.trim().chars().map(|c| if c.is_control() { ' ' } else { c });
+    clean.take(Particles::TITLE).collect()
+}
