@@ -9,7 +9,6 @@ use crate::rule::{Finish, Paint, Radius, Rule};
 use crate::selection::Selection;
 use crate::table::Table;
 use crate::units::per_angstrom;
-use crate::wrap::wrap;
 use glam::{DVec3, Vec3};
 use importers::Particles;
 use importers::elements::{Element, element};
@@ -84,10 +83,10 @@ struct State {
 pub fn balls(mut particles: Particles, recipe: &Recipe) -> Result<Balls, Refusal> {
     let refuse = |key, problem: String| Refusal { rule: None, key, problem };
     if recipe.wrap {
-        match particles.cell.filter(|cell| cell.periodic.contains(&true)) {
-            Some(cell) => wrap(&mut particles.positions, &cell),
-            None => return Err(refuse("wrap", "the file has no periodic cell".into())),
+        if !particles.cell.is_some_and(|cell| cell.periodic.contains(&true)) {
+            return Err(refuse("wrap", "the file has no periodic cell".into()));
         }
+        particles.wrap();
     }
     let unit = per_angstrom(&particles, recipe.unit);
     let mut state = State::new(&particles);

@@ -27,7 +27,6 @@ pub mod selection;
 pub mod stage;
 mod table;
 pub mod units;
-mod wrap;
 
 pub use balls::{Balls, Refusal, balls};
 pub use recipe::Recipe;
