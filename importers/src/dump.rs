@@ -74,7 +74,7 @@ pub(crate) fn read(text: &mut Text, request: &Request) -> Result<Particles, Faul
     particles.unit = header.unit;
     particles.title = title(&header.time.map_or(String::new(), |time| format!("timestep {time}")));
     particles.cell = header.bounds.and_then(|(origin, vectors, periodic)| cell(origin, vectors, periodic));
-    table.finish(layout, 1.0, &mut particles);
+    table.finish(layout, None, &mut particles);
     Ok(particles)
 }
 

@@ -58,7 +58,7 @@ pub(crate) fn read(text: &mut Text, request: &Request) -> Result<Particles, Faul
         |number| *number as u64,
         |number, turns| number.saturating_add(turns as i32),
     );
-    table.finish(layout, 1.0, &mut particles);
+    table.finish(layout, None, &mut particles);
     let line = text.line();
     particles.cell =
         box_of(text.need("the box of a frame")?).map_err(|problem| Fault::line(line, problem))?;
@@ -129,7 +129,7 @@ impl RowReader for FixedColumns {
             let (column, field) = self.field(line, index);
             table.field(role, field).map_err(|problem| (column, problem))?;
         }
-        table.end_row(false);
+        table.end_row(true, false);
         Ok(())
     }
 }

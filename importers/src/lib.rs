@@ -20,8 +20,10 @@
 #![forbid(unsafe_code)]
 
 mod altloc;
+mod binary;
 pub mod bonds;
 mod cell;
+mod columns;
 mod delimited;
 mod detect;
 mod dump;
@@ -32,8 +34,11 @@ mod gro;
 mod gsd;
 mod mmcif;
 mod names;
+mod npy;
+mod npz;
 mod particles;
 mod pdb;
+mod ply;
 mod read;
 mod request;
 mod rows;

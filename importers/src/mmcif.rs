@@ -320,7 +320,7 @@ impl Reader {
                 b_factor: b_factor.unwrap_or(0.0) as f32,
             });
         }
-        self.table.end_row(false);
+        self.table.end_row(true, false);
         if self.table.len() as u64 > self.most {
             return Err(format!(
                 "there are more than the {} atoms that fit into memory; allow more",
@@ -381,7 +381,7 @@ impl Reader {
         } else {
             particles.bonds = self.bonds_of_rows();
         }
-        self.table.finish(self.layout, 1.0, &mut particles);
+        self.table.finish(self.layout, None, &mut particles);
         Ok(particles)
     }
 

@@ -159,7 +159,7 @@ impl Reader {
         if line[16] != b' ' {
             self.alternative(line, occupancy.unwrap_or(1.0) as f32, b_factor.unwrap_or(0.0) as f32);
         }
-        self.table.end_row(false);
+        self.table.end_row(true, false);
         Ok(())
     }
 
@@ -192,7 +192,7 @@ impl Reader {
         particles.bonds = by_serial(&mut self.bonds, &self.table.ids);
         particles.cell = self.cell;
         particles.title = title(&self.title);
-        self.table.finish(self.layout, 1.0, &mut particles);
+        self.table.finish(self.layout, None, &mut particles);
         particles
     }
 }

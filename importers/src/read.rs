@@ -6,7 +6,7 @@ use crate::format::Format;
 use crate::particles::Particles;
 use crate::request::{Frame, Request};
 use crate::text::{Position, Source, Text};
-use crate::{dump, gro, mmcif, pdb, xyz};
+use crate::{delimited, dump, gro, gsd, mmcif, npy, npz, pdb, ply, xyz};
 use std::fs::{self, File};
 use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
@@ -76,6 +76,7 @@ impl Trajectory {
                     starts.len()
                 }
                 Reader::Whole(whole) => (whole.frames)(&mut file)?,
+                Reader::Single(_) => 1,
             };
             Ok(Self { path: path.to_owned(), format, frames, starts })
         };
@@ -111,7 +112,7 @@ impl Trajectory {
                     let mut text = Text::new(&mut file, self.starts[number])?;
                     Ok(numbered((sequence.read)(&mut text, request)?, number))
                 }
-                Reader::Whole(_) => frame_of(
+                _ => frame_of(
                     &mut file,
                     self.format,
                     &Request { frame: Frame::Number(number), ..request.clone() },
@@ -128,6 +129,8 @@ enum Reader {
     Sequence(Sequence),
     /// The file has to be read as a whole.
     Whole(Whole),
+    /// The file has one frame.
+    Single(fn(&mut dyn Source, &Request) -> Result<Particles, Fault>),
 }
 
 struct Sequence {
@@ -150,7 +153,11 @@ fn reader(format: Format) -> Reader {
         Format::Dump => Reader::Sequence(Sequence { skip: dump::skip, read: dump::read }),
         Format::Pdb => Reader::Whole(Whole { frames: pdb::frames, read: pdb::read }),
         Format::Mmcif => Reader::Whole(Whole { frames: mmcif::frames, read: mmcif::read }),
-        _ => todo!(),
+        Format::Ply => Reader::Single(ply::read),
+        Format::Csv => Reader::Single(delimited::read),
+        Format::Npy => Reader::Single(npy::read),
+        Format::Npz => Reader::Single(npz::read),
+        Format::Gsd => Reader::Whole(Whole { frames: gsd::frames, read: gsd::read }),
     }
 }
 
@@ -191,15 +198,20 @@ impl Sequence {
 }
 
 fn frame_of(source: &mut dyn Source, format: Format, request: &Request) -> Result<Particles, Fault> {
-    let whole = match reader(format) {
-        Reader::Sequence(sequence) => return sequence.frame(source, request),
-        Reader::Whole(whole) => whole,
-    };
-    let number = match request.frame {
-        Frame::Number(number) => number,
-        Frame::Last => (whole.frames)(source)?.saturating_sub(1),
-    };
-    Ok(numbered((whole.read)(source, number, request)?, number))
+    match reader(format) {
+        Reader::Sequence(sequence) => sequence.frame(source, request),
+        Reader::Whole(whole) => {
+            let number = match request.frame {
+                Frame::Number(number) => number,
+                Frame::Last => (whole.frames)(source)?.saturating_sub(1),
+            };
+            Ok(numbered((whole.read)(source, number, request)?, number))
+        }
+        Reader::Single(read) => match request.frame {
+            Frame::Number(0) | Frame::Last => read(source, request),
+            Frame::Number(number) => Err(no_such_frame(number, 1)),
+        },
+    }
 }
 
 fn numbered(particles: Particles, frame: usize) -> Particles {

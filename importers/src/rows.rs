@@ -179,7 +179,7 @@ impl RowReader for Separated<'_> {
             );
             return Err((column, problem));
         }
-        table.end_row(has_colors);
+        table.end_row(true, has_colors);
         Ok(())
     }
 }

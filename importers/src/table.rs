@@ -74,6 +74,11 @@ impl Layout {
         Role::Property(self.properties.len() - 1)
     }
 
+    /// The number of properties that are read.
+    pub(crate) fn property_count(&self) -> usize {
+        self.properties.len()
+    }
+
     pub(crate) fn has(&self, role: Role) -> bool {
         self.roles.contains(&role)
     }
@@ -290,13 +295,53 @@ impl Table {
         Ok(())
     }
 
-    /// Ends the row.
+    /// Ends the row, which has a position, a colour or both.
     #[inline]
-    pub(crate) fn end_row(&mut self, has_colors: bool) {
-        self.positions.push(self.position);
+    pub(crate) fn end_row(&mut self, has_position: bool, has_colors: bool) {
+        if has_position {
+            self.positions.push(self.position);
+        }
         if has_colors {
             self.colors.push(self.color);
         }
+    }
+
+    /// Takes a number of a file in which columns follow each other, the row given.
+    pub(crate) fn number_of_column(&mut self, role: Role, row: usize, value: f64) -> Result<(), String> {
+        fn at<T: Copy + Default>(column: &mut Vec<T>, row: usize) -> &mut T {
+            if row == column.len() {
+                column.push(T::default());
+            }
+            &mut column[row]
+        }
+        match role {
+            Role::Axis(axis) => {
+                self.coordinate(axis, value)?;
+                at(&mut self.positions, row)[axis] = value;
+            }
+            Role::Color(channel) => {
+                self.number(role, value)?;
+                at(&mut self.colors, row)[channel] = value as f32;
+            }
+            _ => self.number(role, value)?,
+        }
+        Ok(())
+    }
+
+    /// The length of a column that has not as many values as there are rows, if any.
+    pub(crate) fn other_length(&self) -> Option<usize> {
+        let lengths = [
+            self.elements.len(),
+            self.radii.len(),
+            self.colors.len(),
+            self.ids.len(),
+            self.molecules.len(),
+            self.residue_numbers.len(),
+        ];
+        let labels = self.labels.iter().map(|column| column.labels.index.len());
+        let properties = self.properties.iter().map(Vec::len);
+        let all = lengths.into_iter().chain(labels).chain(properties);
+        all.filter(|length| *length > 0).find(|length| *length != self.len())
     }
 
     /// Appends rows of the same layout.
@@ -391,10 +436,13 @@ impl Table {
         self.labels.iter_mut().for_each(|column| pick(&mut column.labels.index, rows));
     }
 
-    /// Moves the columns into `particles`. Colours are divided by `color_scale`.
-    pub(crate) fn finish(mut self, layout: Layout, color_scale: f32, particles: &mut Particles) {
+    /// Moves the columns into `particles`. `full` is the number that stands for a colour's full intensity; without it,
+    /// 255 if any is above 1.
+    pub(crate) fn finish(mut self, layout: Layout, full: Option<f32>, particles: &mut Particles) {
+        let is_above = || self.colors.iter().flatten().any(|component| *component > 1.0);
+        let full = full.unwrap_or_else(|| if is_above() { 255.0 } else { 1.0 });
         for component in self.colors.iter_mut().flatten() {
-            *component = (*component / color_scale).clamp(0.0, 1.0);
+            *component = (*component / full).clamp(0.0, 1.0);
         }
         let [element, kind, name, residue, chain] = self.labels.map(Interner::finish);
         particles.elements = filled(self.elements).filter(|all| all.iter().any(|&number| number > 0));
@@ -504,7 +552,7 @@ mod tests {
             table.field(Role::Id, id.to_string().as_bytes()).unwrap();
             table.field(Role::Label(Kind::Type), label.as_bytes()).unwrap();
             table.number(Role::Axis(2), f64::from(id)).unwrap();
-            table.end_row(false);
+            table.end_row(true, false);
         }
         table.sort_by_id();
         assert_eq!(table.ids, [1, 2, 3, 3, 5, 9]);

@@ -75,6 +75,9 @@ mod tests {
         assert_eq!(both(Scalar::Unsigned(8), &u64::MAX.to_le_bytes()), 2_f64.powi(64));
         assert_eq!(both(Scalar::Float(4), &1.5_f32.to_le_bytes()), 1.5);
         assert_eq!(both(Scalar::Float(8), &(-0.1_f64).to_le_bytes()), -0.1);
-        assert_eq!([Scalar::Unsigned(1).full(), Scalar::Unsigned(2).full(), Scalar::Float(4).full()], [255.0, 65535.0, 1.0]);
+        assert_eq!(
+            [Scalar::Unsigned(1).full(), Scalar::Unsigned(2).full(), Scalar::Float(4).full()],
+            [255.0, 65535.0, 1.0]
+        );
     }
 }

@@ -45,7 +45,7 @@ pub(crate) fn read(text: &mut Text, request: &Request) -> Result<Particles, Faul
     particles.title = comment.title;
     let species = std::mem::take(table.label(Kind::Element)).finish();
     let scale = if comment.has_byte_colors { 255.0 } else { 1.0 };
-    table.finish(layout, scale, &mut particles);
+    table.finish(layout, Some(scale), &mut particles);
     if let Some(species) = species {
         name_species(species, &mut particles);
     }
