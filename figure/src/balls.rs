@@ -43,9 +43,9 @@ pub struct Refusal {
     pub problem: String,
 }
 
-/// White matte particles reflect this share of the light: as bright plaster does. The rest leaves room for lamps that
-/// come on top of a white surrounding.
-pub const WHITE: f32 = 0.7;
+/// White matte particles reflect this share of the light. The rest leaves room for lamps that come on top of a white
+/// surrounding, so that white particles differ from it.
+pub const WHITE: f32 = 0.6;
 /// Radius in angstrom of an atom whose element is not known, by both tables.
 const UNKNOWN_RADIUS: f64 = 1.5;
 /// Share of the van der Waals radius that atoms have between bonds.

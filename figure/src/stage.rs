@@ -1,5 +1,6 @@
 //! A stage for balls: camera, lamps, ground, background and settings that follow from the balls alone.
 
+use crate::balls::WHITE;
 use crate::color::Screen;
 use crate::fit::{self, Axes};
 use crate::principal;
@@ -91,6 +92,8 @@ const MARGIN: f64 = 0.05;
 const TILT: f64 = 0.25;
 /// Radius of the ground, in sizes of what stands on it: flat to the eye, and yet exact in `f32`.
 const GROUND: f64 = 1000.0;
+/// Radiance of a white particle that faces the key lamp; the image shows 1 as white.
+const BRIGHTEST: f64 = 0.9;
 /// Reflected share of the ground.
 const GROUND_ALBEDO: f32 = 0.6;
 
@@ -234,14 +237,13 @@ pub fn set(balls: &[Sphere], has_cell: bool, stage: &Stage) -> Result<Set, Strin
     Ok(set)
 }
 
-/// The radiance that the key lamp alone gives a white surface which faces it: with the background it makes a white ball as
-/// bright as the image shows.
+/// The radiance that the key lamp alone gives a surface which faces it and reflects all light: with the background it makes
+/// white particles [`BRIGHTEST`].
 fn key_of(light: Light, sky: Rgb) -> f64 {
-    let all = 1.0 / f64::from(crate::balls::WHITE);
-    let brightest = f64::from(scene::max_component(sky));
+    let all = BRIGHTEST / f64::from(WHITE);
     match light {
         Light::Dark => 0.25 * all,
-        Light::Studio | Light::Overcast => (all - brightest) * 0.85,
+        Light::Studio | Light::Overcast => all - f64::from(scene::max_component(sky)),
     }
 }
 
