@@ -321,19 +321,20 @@ impl Shot {
         (self.center + up * lowest, radius)
     }
 
-    /// Settings for a quick picture: the first radius is a few pixels wide, but not wider than the balls.
+    /// Settings for a quick picture. Photons bring indirect light alone, which is smooth: the first radius is that of a
+    /// ball, or a few pixels where balls are small. A smaller one shows single photons as spots.
     fn settings(&self, balls: &[Sphere], stage: &Stage) -> Settings {
         let mut radii: Vec<f32> = balls.iter().map(|ball| ball.radius).collect();
         let middle = radii.len() / 2;
         let median = f64::from(*radii.select_nth_unstable_by(middle, f32::total_cmp).1);
         let seen = self.half[1] * (self.center - self.eye).dot(self.axes.forward);
-        let initial_radius = (0.5 * median).clamp(0.01 * seen, 0.04 * seen) as f32;
+        let initial_radius = median.clamp(0.02 * seen, 0.08 * seen) as f32;
         let [width, height] = stage.size;
         let [least, most] = RADIUS_RANGE;
         Settings {
             width,
             height,
-            iterations: 32,
+            iterations: 48,
             photons_per_iteration: 200_000,
             max_depth: 16,
             initial_radius: initial_radius.clamp(least, most),

@@ -82,7 +82,7 @@ fn columns_have_colours() {
     let expected = [Map::Inferno.at(0.0), Map::Inferno.at(1.0), Map::MISSING].map(matte);
     assert_eq!([0.0, 0.96, 5.0].map(|x| at(&balls, x).1), expected);
     let balls = made(&["color=charge, range=-1..1, map=grey"]);
-    assert_eq!(at(&balls, 0.0).1, matte(Map::Grey.at(0.1)));
+    assert_eq!(at(&balls, 0.0).1, matte(Map::Grey.at(0.0999)));
 }
 
 #[test]
