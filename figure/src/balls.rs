@@ -74,6 +74,8 @@ struct State {
     colors: Vec<Screen>,
     finishes: Vec<Finish>,
     hidden: Vec<bool>,
+    /// The particles that cuts keep; rules are for these alone.
+    kept: Vec<usize>,
 }
 
 /// The spheres of `particles` by `recipe`.
@@ -81,63 +83,85 @@ struct State {
 /// # Errors
 /// If the recipe does not suit the file, or if a length is out of the range of scenes.
 pub fn balls(mut particles: Particles, recipe: &Recipe) -> Result<Balls, Refusal> {
-    let refuse = |key, problem: String| Refusal { rule: None, key, problem };
     if recipe.wrap {
         if !particles.cell.is_some_and(|cell| cell.periodic.contains(&true)) {
-            return Err(refuse("wrap", "the file has no periodic cell".into()));
+            return Err(Refusal::of("wrap", "the file has no periodic cell"));
         }
         particles.wrap();
     }
-    let unit = per_angstrom(&particles, recipe.unit);
     let mut state = State::new(&particles);
-    cut(&particles, recipe, &mut state)?;
+    state.cut(&particles, recipe)?;
+    let unit = per_angstrom(&particles, recipe.unit);
     for (i, rule) in rules(&particles, recipe) {
         state.apply(&particles, &rule, unit).map_err(|(key, problem)| Refusal { rule: i, key, problem })?;
     }
     let mut notes = state.drop_without_radius();
-    let mut surfaces = Surfaces::default();
-    let mut all = Vec::with_capacity(state.hidden.iter().filter(|hidden| !**hidden).count());
-    let origin = recipe.origin;
-    let place = |p: [f64; 3]| DVec3::from_array([0, 1, 2].map(|axis| p[axis] - origin[axis])).as_vec3();
+    let mut pile = Pile::new(recipe.origin, state.hidden.iter().filter(|hidden| !**hidden).count());
     for i in (0..particles.len()).filter(|&i| !state.hidden[i]) {
-        let surface = surfaces.index(state.finishes[i], state.colors[i]);
-        all.push(Ball { center: place(particles.positions[i]), radius: state.radii[i], surface });
+        pile.add(particles.positions[i], state.radii[i], state.finishes[i], state.colors[i]);
     }
-    if all.is_empty() {
+    if pile.balls.is_empty() {
         let key = if recipe.cut.is_empty() { "style" } else { "cut" };
-        return Err(refuse(key, "no particle is left to be shown".into()));
+        return Err(Refusal::of(key, "no particle is left to be shown"));
     }
-    if let Some(source) = recipe.bonds {
-        let bonds = match source {
+    notes.extend(pile.add_bonds(&particles, recipe, &state));
+    if recipe.cell {
+        let cell = particles.cell.as_ref().ok_or_else(|| Refusal::of("cell", "the file has no cell"))?;
+        rods::edges(cell, |p, radius| pile.add(p, radius, Finish::Matte, rods::CELL_COLOR));
+    }
+    drop(particles);
+    check(&pile.balls).map_err(|problem| Refusal::of("file", problem))?;
+    let (spheres, materials) = pile.surfaces.spheres(pile.balls);
+    notes.extend(overlap(&spheres, &materials));
+    Ok(Balls { spheres, materials, notes })
+}
+
+impl Refusal {
+    /// A refusal of `key` of the recipe itself.
+    fn of(key: &'static str, problem: impl Into<String>) -> Self {
+        Self { rule: None, key, problem: problem.into() }
+    }
+}
+
+/// Balls as they are made.
+struct Pile {
+    origin: [f64; 3],
+    balls: Vec<Ball>,
+    surfaces: Surfaces,
+}
+
+impl Pile {
+    /// No balls, with room for `count`.
+    fn new(origin: [f64; 3], count: usize) -> Self {
+        Self { origin, balls: Vec::with_capacity(count), surfaces: Surfaces::default() }
+    }
+
+    /// Adds a ball at this position in the file.
+    fn add(&mut self, position: [f64; 3], radius: f32, finish: Finish, color: Screen) {
+        let center = DVec3::from_array(position) - DVec3::from_array(self.origin);
+        let surface = self.surfaces.index(finish, color);
+        self.balls.push(Ball { center: center.as_vec3(), radius, surface });
+    }
+
+    /// Adds the bonds that `recipe` asks for; each half looks as its atom does. Returns a note if there are none.
+    fn add_bonds(&mut self, particles: &Particles, recipe: &Recipe, state: &State) -> Option<String> {
+        let bonds = match recipe.bonds? {
             Bonds::File => Cow::Borrowed(&particles.bonds),
-            Bonds::Distance => Cow::Owned(importers::bonds::by_distance(&particles)),
+            Bonds::Distance => Cow::Owned(importers::bonds::by_distance(particles)),
         };
-        if bonds.is_empty() {
-            notes.push("there are no bonds to draw".into());
-        }
-        for &[a, b] in bonds.iter() {
-            let [a, b] = [a as usize, b as usize];
-            if state.hidden[a] || state.hidden[b] {
+        for pair in bonds.iter().map(|pair| pair.map(|i| i as usize)) {
+            if pair.iter().any(|&i| state.hidden[i]) {
                 continue;
             }
-            let ends = Ends::new(&particles, a, b, [state.radii[a], state.radii[b]]);
-            for (i, from, step) in [(a, a, 1.0), (b, b, -1.0)] {
-                let surface = surfaces.index(state.finishes[i], state.colors[i]);
-                ends.half(particles.positions[from], step, state.radii[i], |p, radius| {
-                    all.push(Ball { center: place(p), radius, surface });
+            let ends = Ends::new(particles, pair, pair.map(|i| state.radii[i]));
+            for (i, sign) in pair.into_iter().zip([1.0, -1.0]) {
+                ends.half(particles.positions[i], sign, state.radii[i], |p, radius| {
+                    self.add(p, radius, state.finishes[i], state.colors[i]);
                 });
             }
         }
+        bonds.is_empty().then(|| "there are no bonds to draw".into())
     }
-    if recipe.cell {
-        let cell = particles.cell.as_ref().ok_or_else(|| refuse("cell", "the file has no cell".into()))?;
-        let surface = surfaces.index(Finish::Matte, rods::CELL_COLOR);
-        rods::edges(cell, |p, radius| all.push(Ball { center: place(p), radius, surface }));
-    }
-    check(&all).map_err(|problem| refuse("file", problem))?;
-    let (spheres, materials) = surfaces.spheres(all);
-    notes.extend(overlap(&spheres, &materials));
-    Ok(Balls { spheres, materials, notes })
 }
 
 /// The rules of `recipe` with their places, after those that hold if it says nothing.
@@ -167,22 +191,6 @@ fn rules<'a>(particles: &Particles, recipe: &'a Recipe) -> Vec<(Option<usize>, C
     [(None, Cow::Owned(usual))].into_iter().chain(own).collect()
 }
 
-/// Hides what a cut does not keep.
-fn cut(particles: &Particles, recipe: &Recipe, state: &mut State) -> Result<(), Refusal> {
-    for kept in &recipe.cut {
-        let table = Table { particles, radii: &state.radii };
-        let test = kept.bind(&table).map_err(|error| Refusal {
-            rule: None,
-            key: "cut",
-            problem: format!("{} in `{kept}`", error),
-        })?;
-        let hidden: Vec<bool> = (0..particles.len()).map(|i| state.hidden[i] || !test.holds(i)).collect();
-        drop(test);
-        state.hidden = hidden;
-    }
-    Ok(())
-}
-
 impl State {
     fn new(particles: &Particles) -> Self {
         let count = particles.len();
@@ -193,16 +201,27 @@ impl State {
             colors: vec![USUAL; count],
             finishes: vec![Finish::Matte; count],
             hidden: vec![false; count],
+            kept: (0..count).collect(),
         }
     }
 
+    /// Hides for good what the cuts of `recipe` do not keep.
+    fn cut(&mut self, particles: &Particles, recipe: &Recipe) -> Result<(), Refusal> {
+        let table = Table { particles, radii: &self.radii };
+        for cut in &recipe.cut {
+            let test = cut.bind(&table);
+            let test = test.map_err(|error| Refusal::of("cut", format!("{error} in `{cut}`")))?;
+            self.kept.retain(|&i| test.holds(i));
+        }
+        if !recipe.cut.is_empty() {
+            self.hidden.fill(true);
+            self.kept.iter().for_each(|&i| self.hidden[i] = false);
+        }
+        Ok(())
+    }
+
     /// Applies a rule; an error is a key and what is wrong with it.
-    fn apply(
-        &mut self,
-        particles: &Particles,
-        rule: &Rule,
-        unit: f64,
-    ) -> Result<(), (&'static str, String)> {
+    fn apply(&mut self, particles: &Particles, rule: &Rule, unit: f64) -> Result<(), (&'static str, String)> {
         let table = Table { particles, radii: &self.radii };
         let chosen = self.chosen(&table, rule.only.as_ref()).map_err(|problem| ("where", problem))?;
         if let Some(color) = &rule.color {
@@ -226,12 +245,11 @@ impl State {
         Ok(())
     }
 
-    /// The particles that a rule is for. What is hidden stays so unless a rule shows it, so it is among them.
+    /// The particles that a rule is for. Hidden ones are among them, as a rule may show them again.
     fn chosen(&self, table: &Table<'_>, only: Option<&Selection>) -> Result<Vec<usize>, String> {
-        let count = table.particles.len();
-        let Some(only) = only else { return Ok((0..count).collect()) };
+        let Some(only) = only else { return Ok(self.kept.clone()) };
         let test = only.bind(table).map_err(|error| error.to_string())?;
-        Ok((0..count).filter(|&i| test.holds(i)).collect())
+        Ok(self.kept.iter().copied().filter(|&i| test.holds(i)).collect())
     }
 
     /// Hides particles without a radius, and says so.
@@ -243,7 +261,11 @@ impl State {
             *hidden |= has_none;
         }
         let particles = scene::text::counted(count, "particle");
-        if count == 0 { Vec::new() } else { vec![format!("{particles} without a radius above 0 are not shown")] }
+        if count == 0 {
+            Vec::new()
+        } else {
+            vec![format!("{particles} without a radius above 0 are not shown")]
+        }
     }
 }
 
@@ -294,7 +316,9 @@ fn check(all: &[Ball]) -> Result<(), String> {
     let [low, high] = RADIUS_RANGE;
     if let Some(ball) = all.iter().find(|ball| !(low..=high).contains(&ball.radius)) {
         let radius = ball.radius;
-        return Err(format!("a radius is {radius:e}; it must be from {low:e} to {high:e}, set it by `radius`"));
+        return Err(format!(
+            "a radius is {radius:e}; it must be from {low:e} to {high:e}, set it by `radius`"
+        ));
     }
     let is_far = |ball: &Ball| f64::from(ball.center.abs().max_element()) > LIMIT;
     if all.iter().any(is_far) {

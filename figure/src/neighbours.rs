@@ -26,9 +26,9 @@ pub(crate) fn nearest(positions: &[[f64; 3]]) -> Option<f64> {
 
 fn widest(positions: &[[f64; 3]]) -> usize {
     let extent = |axis: usize| {
-        let (low, high) = positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
-            (low.min(p[axis]), high.max(p[axis]))
-        });
+        let (low, high) = positions
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| (low.min(p[axis]), high.max(p[axis])));
         high - low
     };
     let extents = [0, 1, 2].map(extent);
@@ -59,7 +59,9 @@ mod tests {
     #[test]
     fn the_distance_of_neighbours_is_that_of_a_lattice() {
         let mut lattice: Vec<[f64; 3]> = (0..20)
-            .flat_map(|x| (0..20).flat_map(move |y| (0..20).map(move |z| [x, y, z].map(|i| f64::from(i) * 0.3))))
+            .flat_map(|x| {
+                (0..20).flat_map(move |y| (0..20).map(move |z| [x, y, z].map(|i| f64::from(i) * 0.3)))
+            })
             .collect();
         lattice.push([1e3, 0.0, 0.0]);
         let distance = nearest(&lattice).unwrap();

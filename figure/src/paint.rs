@@ -10,8 +10,7 @@ use std::collections::{BTreeSet, HashMap};
 /// What has no name, or is of no known element.
 const NAMELESS: Screen = Screen([160, 160, 160]);
 
-/// Sets the colours of the particles that `chosen` holds, by a rule that has a colour. `shown` are those of them that are
-/// not hidden, whose values count for the range.
+/// Sets the colours of the `chosen` particles, by a rule that has the colour `paint`. Their values make the range of a map.
 pub(crate) fn paint(
     table: &Table<'_>,
     rule: &Rule,
@@ -52,8 +51,7 @@ pub(crate) fn paint(
                 let [low, high] = ends(rule.range, chosen, &*value)?;
                 let map = rule.map.unwrap_or_default();
                 // A column of one value has the middle of the map.
-                let place =
-                    move |v: f64| if low < high { (v - low) / (high - low) } else { v - low + 0.5 };
+                let place = move |v: f64| if low < high { (v - low) / (high - low) } else { v - low + 0.5 };
                 Box::new(move |i| map.at(place(value(i))))
             }
         },

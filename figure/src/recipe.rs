@@ -136,9 +136,13 @@ mod tests {
     fn texts_are_read_back() {
         let mut recipe = Recipe::default();
         assert_eq!(recipe.entries(), []);
-        for (key, text) in
-            [("frame", "last"), ("unit", "nanometre"), ("wrap", "true"), ("bonds", "distance"), ("cell", "true")]
-        {
+        for (key, text) in [
+            ("frame", "last"),
+            ("unit", "nanometre"),
+            ("wrap", "true"),
+            ("bonds", "distance"),
+            ("cell", "true"),
+        ] {
             recipe.set(key, text).unwrap();
         }
         let mut again = Recipe::default();
@@ -147,9 +151,14 @@ mod tests {
         }
         assert_eq!(again, recipe);
         assert_eq!(recipe.entries().len(), Recipe::KEYS.len());
-        for (key, text) in
-            [("frame", "-1"), ("unit", "inch"), ("wrap", "1"), ("bonds", "all"), ("cell", ""), ("sell", "true")]
-        {
+        for (key, text) in [
+            ("frame", "-1"),
+            ("unit", "inch"),
+            ("wrap", "1"),
+            ("bonds", "all"),
+            ("cell", ""),
+            ("sell", "true"),
+        ] {
             assert!(recipe.set(key, text).is_err(), "{key} {text}");
         }
     }

@@ -22,9 +22,9 @@ pub(crate) struct Ends {
 }
 
 impl Ends {
-    /// The bond between particles `a` and `b`, shown with these radii.
-    pub(crate) fn new(particles: &Particles, a: usize, b: usize, radii: [f32; 2]) -> Self {
-        let [from, to] = [a, b].map(|i| DVec3::from_array(particles.positions[i]));
+    /// The bond between a `pair` of particles, shown with these radii.
+    pub(crate) fn new(particles: &Particles, pair: [usize; 2], radii: [f32; 2]) -> Self {
+        let [from, to] = pair.map(|i| DVec3::from_array(particles.positions[i]));
         let way = shortest(to - from, particles.cell.as_ref());
         Self { way, radius: BOND * f64::from(radii[0].min(radii[1])) }
     }
@@ -80,7 +80,7 @@ mod tests {
     fn half(particles: &Particles, sign: f64) -> Vec<[f64; 3]> {
         let mut centers = Vec::new();
         let from = particles.positions[usize::from(sign < 0.0)];
-        Ends::new(particles, 0, 1, [0.25, 0.5]).half(from, sign, 0.25, |p, radius| {
+        Ends::new(particles, [0, 1], [0.25, 0.5]).half(from, sign, 0.25, |p, radius| {
             assert_eq!(radius, 0.1);
             centers.push(p);
         });

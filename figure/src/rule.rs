@@ -254,7 +254,8 @@ impl Paint {
             "cpk" => Self::Cpk,
             "file" => Self::File,
             _ if text.starts_with('#') => Self::Constant(
-                Screen::parse(text).ok_or_else(|| format!("`{text}` must be #rrggbb, six hexadecimal digits"))?,
+                Screen::parse(text)
+                    .ok_or_else(|| format!("`{text}` must be #rrggbb, six hexadecimal digits"))?,
             ),
             _ => match Screen::parse(text) {
                 Some(color) => Self::Constant(color),
@@ -281,7 +282,11 @@ impl Finish {
         let (name, value) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
         let value = value.trim();
         let within = |default: f32, [low, high]: [f32; 2]| {
-            if value.is_empty() { Ok(default) } else { number(value, [low, high].map(f64::from)).map(|v| v as f32) }
+            if value.is_empty() {
+                Ok(default)
+            } else {
+                number(value, [low, high].map(f64::from)).map(|v| v as f32)
+            }
         };
         match name {
             "glass" => Ok(Self::Glass(within(GLASS, [1.0, MAX_IOR])?)),
@@ -310,7 +315,9 @@ impl fmt::Display for Finish {
 impl Range {
     fn parse(text: &str) -> Result<Self, String> {
         let wrong = || {
-            format!("`{text}` must be two numbers or percentiles, the lower first, such as -1..2.5 or 5%..95%")
+            format!(
+                "`{text}` must be two numbers or percentiles, the lower first, such as -1..2.5 or 5%..95%"
+            )
         };
         let end = |text: &str| -> Option<End> {
             let text = text.trim();
@@ -324,7 +331,9 @@ impl Range {
         let (low, high) = text.split_once("..").ok_or_else(wrong)?;
         let (low, high) = end(low).zip(end(high)).ok_or_else(wrong)?;
         match (low, high) {
-            (End::Value(a), End::Value(b)) | (End::Percentile(a), End::Percentile(b)) if a >= b => Err(wrong()),
+            (End::Value(a), End::Value(b)) | (End::Percentile(a), End::Percentile(b)) if a >= b => {
+                Err(wrong())
+            }
             _ => Ok(Self(low, high)),
         }
     }

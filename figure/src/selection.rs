@@ -163,7 +163,10 @@ mod tests {
             ("z in ()", "column 7: `)` does not fit here; a column, a number or a text is needed"),
             ("z in (x)", "column 7: a list holds numbers and texts alone"),
             ("é == 1", "column 1: `é` does not belong in a selection"),
-            ("z > 3 & x < 2", "column 7: `&` does not belong in a selection; join conditions by `and` or `or`"),
+            (
+                "z > 3 & x < 2",
+                "column 7: `&` does not belong in a selection; join conditions by `and` or `or`",
+            ),
             ("z > 1.2.3", "column 5: `1.2.3` is no number"),
             ("not", "column 4: this ends where"),
             ("3 > 2", "column 1: this names no column"),

@@ -52,8 +52,9 @@ impl Table<'_> {
 
 impl Columns for Table<'_> {
     fn names(&self) -> Vec<String> {
-        const BUILT_IN: [&str; 12] =
-            ["x", "y", "z", "radius", "element", "type", "name", "residue", "resid", "chain", "molecule", "id"];
+        const BUILT_IN: [&str; 12] = [
+            "x", "y", "z", "radius", "element", "type", "name", "residue", "resid", "chain", "molecule", "id",
+        ];
         let has = |name: &&&str| self.column(name).is_some();
         let built_in = BUILT_IN.iter().filter(has).map(ToString::to_string);
         built_in.chain(self.particles.available.iter().cloned()).collect()
@@ -62,7 +63,9 @@ impl Columns for Table<'_> {
     fn column(&self, name: &str) -> Option<Column<'_>> {
         if name == "element" {
             let elements = self.particles.elements.as_ref()?;
-            let names = (0..=COUNT).map(|number| element(number).map_or("", |element| element.symbol).into()).collect();
+            let names = (0..=COUNT)
+                .map(|number| element(number).map_or("", |element| element.symbol).into())
+                .collect();
             return Some(Column::Text { index: Box::new(move |i| u32::from(elements[i])), names });
         }
         if let Some(labels) = self.labels(name) {

@@ -29,7 +29,8 @@ impl Length {
     }
 
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
-        let text = if text == "nanometer" || text == "meter" { text.replace("er", "re") } else { text.into() };
+        let text =
+            if text == "nanometer" || text == "meter" { text.replace("er", "re") } else { text.into() };
         let found = Self::ALL.into_iter().find(|unit| unit.name() == text);
         found.ok_or_else(|| format!("`{text}` must be {}", Self::ALL.map(Self::name).join(", ")))
     }

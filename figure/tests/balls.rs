@@ -89,7 +89,12 @@ fn columns_have_colours() {
 fn what_does_not_suit_the_file_is_refused() {
     let refused = |style: &[&str]| balls(few(), &recipe(style)).unwrap_err();
     for (style, rule, key, expected) in [
-        (&["color=chrge"][..], 0, "color", "there is no column `chrge` (did you mean charge?); the file has x, y, z"),
+        (
+            &["color=chrge"][..],
+            0,
+            "color",
+            "there is no column `chrge` (did you mean charge?); the file has x, y, z",
+        ),
         (&["hide", "radius=type"], 1, "radius", "`type` is a text"),
         (&["z > 1: color=red", "chain == 'A': hide"], 1, "where", "column 1: there is no column `chain`"),
         (&["map=viridis"], 0, "map", "this is for a color by a column of numbers"),
@@ -126,8 +131,12 @@ fn glass_that_overlaps_is_told() {
 #[test]
 fn cuts_keep_what_they_select() {
     let cut = ["x < 3", "element == 'H'"].map(|text| Selection::parse(text).unwrap()).to_vec();
-    let balls = balls(few(), &Recipe { cut, ..Recipe::default() }).unwrap();
-    assert_eq!(balls.spheres.len(), 2);
+    let made = balls(few(), &Recipe { cut, ..Recipe::default() }).unwrap();
+    assert_eq!(made.spheres.len(), 2);
+    // What is cut away comes back by no rule, and does not count for the range of a map.
+    let cut = vec![Selection::parse("x < 3").unwrap()];
+    let made = balls(few(), &Recipe { cut, ..recipe(&["color=x", "x > 0: hide=false"]) }).unwrap();
+    assert_eq!((made.spheres.len(), at(&made, 0.96).1), (3, matte(Map::Viridis.at(1.0))));
 }
 
 #[test]

@@ -30,7 +30,11 @@ fn reach(set: &Set, size: [u32; 2], ball: &Sphere) -> f64 {
         let part = |across: Vec3, half: f32| {
             ray.dot(across.as_dvec3()).abs() / ahead / f64::from(half * frame.pixel)
         };
-        if ahead > 0.0 { part(frame.right, frame.half[0]).max(part(frame.up, frame.half[1])) } else { f64::INFINITY }
+        if ahead > 0.0 {
+            part(frame.right, frame.half[0]).max(part(frame.up, frame.half[1]))
+        } else {
+            f64::INFINITY
+        }
     });
     outline.fold(0.0, f64::max)
 }

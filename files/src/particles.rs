@@ -222,7 +222,8 @@ mod tests {
         }
         recipe.origin = [1e6, 0.1, -1e-10];
         recipe.cut = vec![figure::Selection::parse("element == \"O\"").unwrap()];
-        recipe.style = vec![Rule::parse("radius=1e-10, color=red").unwrap(), Rule::parse("z > 3: hide").unwrap()];
+        recipe.style =
+            vec![Rule::parse("radius=1e-10, color=red").unwrap(), Rule::parse("z > 3: hide").unwrap()];
         let expected = "frame = 7\nunit = \"metre\"\ncell = true\norigin = [1000000.0, 0.1, -1e-10]\n\
             cut = ['element == \"O\"']\n\n[[particles.style]]\nradius = 1e-10\ncolor = \"#d62728\"\n\n\
             [[particles.style]]\nwhere = \"z > 3\"\nhide = true\n";

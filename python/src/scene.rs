@@ -74,7 +74,8 @@ fn with_sky(scene: &scene::Scene) -> scene::Scene {
     all.extend_from_slice(spheres);
     let (name, materials) = (name.clone(), materials.clone());
     let (camera, background, settings) = (*camera, *background, *settings);
-    scene::Scene { name, camera, materials, spheres: all, background, settings, imports: Vec::new() }.with_sky()
+    scene::Scene { name, camera, materials, spheres: all, background, settings, imports: Vec::new() }
+        .with_sky()
 }
 
 /// The scene without the sphere that its background has become, and with spheres from files of particles as its own: they

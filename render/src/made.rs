@@ -88,7 +88,8 @@ impl Repeated {
                 // Files of particles stand beside the image, or where the command runs.
                 let beside = path.parent().unwrap_or(Path::new(""));
                 let folders = [folder.unwrap_or(beside), beside, Path::new("")];
-                let parsed = scene_file.map(|text| scene_file::parse_in("scene", &text, &folders)).transpose();
+                let parsed =
+                    scene_file.map(|text| scene_file::parse_in("scene", &text, &folders)).transpose();
                 let scene = parsed.map_err(|error| bad(format!("its scene cannot be used: {error}")))?;
                 settings.validate().map_err(|error| bad(error.to_string()))?;
                 Ok(Self { scene, digest: scene_digest, settings, renderer, exposure, tone, transport })

@@ -153,7 +153,10 @@ impl ParticleArgs {
             ("--ball-scale", "scale", &self.ball_scale),
             ("--material", "material", &self.material),
         ];
-        options.into_iter().filter_map(|(option, key, value)| Some((option, key, value.as_deref()?))).collect()
+        options
+            .into_iter()
+            .filter_map(|(option, key, value)| Some((option, key, value.as_deref()?)))
+            .collect()
     }
 
     /// Reads the file of particles `path`, in at most about `most` bytes of memory, and puts it on a stage for an image of
@@ -174,7 +177,8 @@ impl ParticleArgs {
             }
         }
         for cut in &self.cut {
-            let parsed = Selection::parse(cut).map_err(|error| bad("--cut", format!("{error} of '{cut}'")))?;
+            let parsed =
+                Selection::parse(cut).map_err(|error| bad("--cut", format!("{error} of '{cut}'")))?;
             recipe.cut.push(parsed);
         }
         let mut base = Rule::default();
@@ -199,7 +203,10 @@ impl ParticleArgs {
         });
         let light = self.light.as_deref();
         Ok(Stage {
-            view: self.view.as_deref().and_then(|name| View::ALL.into_iter().find(|view| view.name() == name)),
+            view: self
+                .view
+                .as_deref()
+                .and_then(|name| View::ALL.into_iter().find(|view| view.name() == name)),
             zoom: self.zoom.map_or(usual.zoom, f64::from),
             light: Light::ALL.into_iter().find(|kind| Some(kind.name()) == light).unwrap_or_default(),
             ground: self.ground,
@@ -218,7 +225,8 @@ impl ParticleArgs {
                 format!("--style: {key}: {problem} (in '{text}')")
             }
             Some(None) => {
-                let option = base.iter().find(|(_, of, _)| of == key).map_or("--color", |(option, ..)| option);
+                let option =
+                    base.iter().find(|(_, of, _)| of == key).map_or("--color", |(option, ..)| option);
                 format!("{option}: {problem}")
             }
             None if *key == "file" => problem.clone(),

@@ -1,7 +1,7 @@
 //! The command `ladder`: times the optimisation stages of the paper (the rows of the ladder) side by side.
 
-use crate::args::quick::quick;
 use crate::args::particles::ParticleArgs;
+use crate::args::quick::quick;
 use crate::args::scene::{SceneName, open};
 use crate::args::settings::SettingsArgs;
 use crate::args::values::whole;

@@ -64,9 +64,11 @@ fn units_of_length_give_the_same_picture() {
 #[test]
 fn a_picture_is_repeated() {
     let sandbox = with_atoms();
-    let style = ["--style", "element == \"C\": material=mirror", "--cut", "x < 3", "--view", "iso", "--color", "x"];
+    let style =
+        ["--style", "element == \"C\": material=mirror", "--cut", "x < 3", "--view", "iso", "--color", "x"];
     sandbox.render(&[&["atoms.xyz", "-o", "one.png"][..], &style].concat());
-    let repeat = |args: &[&str]| sandbox.run([&["render", "--like", "one.png", "-o", "two.png"][..], args].concat());
+    let repeat =
+        |args: &[&str]| sandbox.run([&["render", "--like", "one.png", "-o", "two.png"][..], args].concat());
     assert_eq!(repeat(&[]).code, Some(0));
     assert_eq!(sandbox.bytes("one.png"), sandbox.bytes("two.png"));
     // The file may be elsewhere, if it is named.
@@ -105,7 +107,15 @@ fn a_checkpoint_names_the_file_instead_of_its_particles() {
 #[test]
 fn scene_files_name_particles() {
     let sandbox = with_atoms();
-    sandbox.render(&["atoms.xyz", "-o", "one.exr", "--style", "element == 'O': color=red", "--background", "grey"]);
+    sandbox.render(&[
+        "atoms.xyz",
+        "-o",
+        "one.exr",
+        "--style",
+        "element == 'O': color=red",
+        "--background",
+        "grey",
+    ]);
     let printed = sandbox.run(["info", "one.exr", "--scene"]);
     assert_eq!(printed.code, Some(0));
     assert!(printed.stdout.contains("[[particles]]\nfile = \"atoms.xyz\"\n"), "{}", printed.stdout);
@@ -142,11 +152,17 @@ fn options_that_do_not_fit_are_refused() {
     refused(&["cornell", "--view", "iso"], &["--view", "files of particles", "cornell is none"]);
     refused(&["cornell", "--color", "red"], &["--color", "files of particles"]);
     refused(&["atoms.xyz", "--style", "z > 3: colour=red"], &["--style: colour: there is no `colour`"]);
-    refused(&["atoms.xyz", "--style", "zz > 3: hide"], &["--style: where: column 1: there is no column `zz`"]);
+    refused(
+        &["atoms.xyz", "--style", "zz > 3: hide"],
+        &["--style: where: column 1: there is no column `zz`"],
+    );
     refused(&["atoms.xyz", "--color", "type"], &["--color: there is no column `type`"]);
     refused(&["atoms.xyz", "--ball-radius", "-1"], &["--ball-radius: `-1` must be a number"]);
     refused(&["atoms.xyz", "--cut", "x > 3 and"], &["--cut: column 10: this ends"]);
-    refused(&["atoms.xyz", "--background", "mauve"], &["--background: `mauve` must be #rrggbb or one of white"]);
+    refused(
+        &["atoms.xyz", "--background", "mauve"],
+        &["--background: `mauve` must be #rrggbb or one of white"],
+    );
     refused(&["atoms.xyz", "--view", "bottom", "--ground"], &["the view bottom is from below the ground"]);
     refused(&["atoms.xyz", "--frame", "1"], &["atoms.xyz", "frame 1"]);
     refused(&["none.xyz"], &["none.xyz: there is no such file"]);

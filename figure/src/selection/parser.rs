@@ -216,7 +216,9 @@ impl Parser<'_> {
         loop {
             let value = self.value()?;
             if let Kind::Column(_) = value.kind {
-                return Err(self.error(value.at, "a list holds numbers and texts alone; put a text in quotes"));
+                return Err(
+                    self.error(value.at, "a list holds numbers and texts alone; put a text in quotes")
+                );
             }
             values.push(value);
             if !self.takes_sign(",") {

@@ -110,10 +110,9 @@ impl<'a> Binder<'_, 'a> {
             (Column::Number(_), _) => {
                 Err(self.error(at, format!("`{name}` is a number, and is compared with a text")))
             }
-            (Column::Text { .. }, _)
-                if !matches!(comparison, Comparison::Equal | Comparison::Unequal) =>
-            {
-                let problem = format!("`{name}` is a text, which is neither above nor below another; use == or !=");
+            (Column::Text { .. }, _) if !matches!(comparison, Comparison::Equal | Comparison::Unequal) => {
+                let problem =
+                    format!("`{name}` is a text, which is neither above nor below another; use == or !=");
                 Err(self.error(at, problem))
             }
             // The types of many simulations are texts that look like numbers.
@@ -122,7 +121,10 @@ impl<'a> Binder<'_, 'a> {
                 let wanted = comparison == Comparison::Equal;
                 Ok(test(move |i| equal.get(index(i) as usize).copied().unwrap_or(false) == wanted))
             }
-            (Column::Text { index, names }, Side::Column(_, Column::Text { index: other, names: others })) => {
+            (
+                Column::Text { index, names },
+                Side::Column(_, Column::Text { index: other, names: others }),
+            ) => {
                 let wanted = comparison == Comparison::Equal;
                 let at = |names: &[String], i: u32| names.get(i as usize).cloned().unwrap_or_default();
                 Ok(test(move |i| (at(&names, index(i)) == at(&others, other(i))) == wanted))

@@ -255,8 +255,7 @@ pub(crate) fn with_spheres(
         let document = DeTable::parse(text).map_err(|e| syntax_fault(text, &e))?;
         let Top { root, camera: (_, camera), settings, background, name } =
             Top::read(name, document.get_ref(), spheres.len())?;
-        let mut scene =
-            Scene { name, camera, spheres, materials, background, settings, imports: Vec::new() };
+        let mut scene = Scene { name, camera, spheres, materials, background, settings, imports: Vec::new() };
         particles::read(&root, Place { folders, most: u64::MAX }, &mut scene)?;
         Ok(scene.with_sky())
     };

@@ -75,8 +75,7 @@ fn recipe(section: &Section<'_>) -> Result<Recipe, Fault> {
 }
 
 fn rule(value: &Spanned<DeValue<'_>>) -> Result<Rule, Fault> {
-    let section =
-        Section::new(Subject::Other(RULE), value.span().start, table(value, RULE)?, &Rule::KEYS)?;
+    let section = Section::new(Subject::Other(RULE), value.span().start, table(value, RULE)?, &Rule::KEYS)?;
     let mut rule = Rule::default();
     for key in Rule::KEYS {
         if let Some(field) = section.get(key) {
@@ -94,7 +93,9 @@ fn text(field: Field<'_>) -> Result<String, Fault> {
         DeValue::Integer(number) if number.radix() == 10 => Ok(number.as_str().into()),
         DeValue::Float(number) => Ok(number.as_str().into()),
         DeValue::Boolean(truth) => Ok(truth.to_string()),
-        other => Err(field.fault(format_args!("must be a text, a number, true or false, not {}", type_of(other)))),
+        other => {
+            Err(field.fault(format_args!("must be a text, a number, true or false, not {}", type_of(other))))
+        }
     }
 }
 
