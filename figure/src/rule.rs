@@ -352,6 +352,7 @@ impl fmt::Display for Range {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[test]
     fn rules_are_parsed_and_told_again() {
@@ -387,6 +388,33 @@ mod tests {
             assert_eq!(again, rule, "{text}");
         }
     }
+
+    proptest! {
+        /// Texts that are made of what rules are made of come through most of the parser.
+        #[test]
+        fn every_text_is_a_rule_that_reads_back_or_refused_with_a_reason(
+            parts in prop::collection::vec(prop::sample::select(PARTS.to_vec()), 0..12),
+            any in ".{0,20}",
+        ) {
+            for text in [parts.concat(), any] {
+                match Rule::parse(&text) {
+                    Err(problem) => prop_assert!(!problem.is_empty()),
+                    Ok(rule) => {
+                        let mut again = Rule::default();
+                        for (key, value) in rule.entries() {
+                            prop_assert_eq!(again.set(key, &value), Ok(()), "{} {}", key, value);
+                        }
+                        prop_assert_eq!(again, rule);
+                    }
+                }
+            }
+        }
+    }
+
+    const PARTS: [&str; 24] = [
+        "z", " > ", "3", "'O'", "\"é\"", " in ", "(", ")", ",", " and ", " not ", ": ", "color=", "#0a1b2c", "range=",
+        "1..2", "5%", "radius=", "1e-3", "hide", "material=", "glass 1.3", "light", "map=grey",
+    ];
 
     #[test]
     fn bad_rules_are_refused() {

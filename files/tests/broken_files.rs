@@ -115,8 +115,8 @@ fn unknown_and_missing_keys() {
 
 const KEYS: &[Case<'static>] = &[
     (
-        &[("name = \"test\"", "title = \"test\"")],
-        "1:1: unknown key \"title\" in the scene; the keys are name, background, camera, settings, materials, sphere, particles",
+        &[("name = \"test\"", "caption = \"test\"")],
+        "1:1: unknown key \"caption\" in the scene; the keys are name, background, camera, settings, materials, sphere, particles",
     ),
     (
         &[("background", "backgruond")],
