@@ -19,7 +19,11 @@ fn main() -> ExitCode {
             let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
             if let Some(peak) = status.lines().find_map(|line| line.strip_prefix("VmHWM:")) {
                 let kilobytes: f64 = peak.trim().trim_end_matches(" kB").parse().unwrap_or(f64::NAN);
-                println!("peak {:.0} MB, {:.1} bytes a particle", kilobytes / 1024.0, kilobytes * 1024.0 / count as f64);
+                println!(
+                    "peak {:.0} MB, {:.1} bytes a particle",
+                    kilobytes / 1024.0,
+                    kilobytes * 1024.0 / count as f64
+                );
             }
             ExitCode::SUCCESS
         }
