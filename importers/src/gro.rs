@@ -144,7 +144,7 @@ fn five_digits(line: &[u8], column: usize) -> Result<u64, (usize, String)> {
     number.ok_or_else(|| (column, format!("{} is no number of five columns", quote(field))))
 }
 
-/// The box: three lengths, or all nine components as GROMACS orders them. All zeros stand for none.
+/// The box: three lengths, or all nine components as GROMACS orders them. All zeros stand for none, as does a blank line.
 fn box_of(line: &[u8]) -> Result<Option<Cell>, String> {
     let wrong = || format!("{} is no box; it is three numbers or nine", quote(line));
     let numbers: Option<Vec<f64>> = Fields::new(line)
@@ -152,6 +152,7 @@ fn box_of(line: &[u8]) -> Result<Option<Cell>, String> {
         .map(|(_, field)| number(field).filter(|number| number.is_finite()))
         .collect();
     let vectors = match numbers.ok_or_else(wrong)?[..] {
+        [] => return Ok(None),
         [x, y, z] => [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]],
         [ax, by, cz, ay, az, bx, bz, cx, cy] => [[ax, ay, az], [bx, by, bz], [cx, cy, cz]],
         _ => return Err(wrong()),

@@ -84,8 +84,8 @@ impl Array {
         bytes.resize(begin + length, 0);
         fill(stream, &mut bytes[begin..], begin as u64)?;
         check_depth(&bytes[begin..])?;
-        let wrong =
-            |error: std::io::Error| Fault::byte(begin as u64, format!("the header cannot be read: {error}"));
+        // The parser's own message takes several lines.
+        let wrong = |_| Fault::byte(begin as u64, "the header describes no array; write one by numpy.save");
         let header = NpyHeader::from_reader(bytes.as_slice()).map_err(wrong)?;
         Ok(Self {
             dtype: header.dtype(),
@@ -334,5 +334,9 @@ fn check_depth(header: &[u8]) -> Result<(), Fault> {
         }
         deepest = deepest.max(depth);
     }
-    if deepest > DEEPEST { Err(Fault::byte(10, "the header is no description of an array")) } else { Ok(()) }
+    if deepest > DEEPEST {
+        Err(Fault::byte(10, "the header describes no array; write one by numpy.save"))
+    } else {
+        Ok(())
+    }
 }

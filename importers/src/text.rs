@@ -159,7 +159,9 @@ impl<'a> Text<'a> {
 
     /// Makes room in the buffer for `size` bytes, or for the rest of the file if that is known to be shorter.
     fn grow(&mut self, size: usize) {
-        let rest = self.bytes_left().and_then(|left| usize::try_from(left + 1).ok()).unwrap_or(size);
+        // If the length is not known it may be short: room grows with what came.
+        let unknown = LEAST.max(usize::try_from(self.at.offset / 4).unwrap_or(size));
+        let rest = self.bytes_left().map_or(unknown, |left| usize::try_from(left + 1).unwrap_or(size));
         let size = size.min(rest.max(self.end + 1)).min(BLOCK);
         self.buffer.resize(size.max(self.buffer.len()), 0);
     }

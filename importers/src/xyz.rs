@@ -157,10 +157,8 @@ impl Comment {
                 quote(lattice.as_bytes())
             )
         };
-        let is_matrix = lattice.trim_start().starts_with('[');
         let numbers = list(lattice).ok_or_else(wrong)?;
         let vectors = match numbers[..] {
-            [a, b, c, d, e, f, g, h, i] if is_matrix => [[a, d, g], [b, e, h], [c, f, i]],
             [a, b, c, d, e, f, g, h, i] => [[a, b, c], [d, e, f], [g, h, i]],
             [a, b, c] => [[a, 0.0, 0.0], [0.0, b, 0.0], [0.0, 0.0, c]],
             _ => return Err(wrong()),
