@@ -7,6 +7,7 @@ use crate::recipe::{Bonds, Recipe};
 use crate::rods::{self, Ends};
 use crate::rule::{Finish, Paint, Radius, Rule};
 use crate::selection::Selection;
+use crate::stage::single;
 use crate::table::Table;
 use crate::units::per_angstrom;
 use glam::{DVec3, Vec3};
@@ -140,7 +141,7 @@ impl Pile {
     fn add(&mut self, position: [f64; 3], radius: f32, finish: Finish, color: Screen) {
         let center = DVec3::from_array(position) - DVec3::from_array(self.origin);
         let surface = self.surfaces.index(finish, color);
-        self.balls.push(Ball { center: center.as_vec3(), radius, surface });
+        self.balls.push(Ball { center: single(center), radius, surface });
     }
 
     /// Adds the bonds that `recipe` asks for; each half looks as its atom does. Returns a note if there are none.

@@ -90,8 +90,12 @@ const TANGENT: f64 = 0.176_326_980_708_464_97;
 const MARGIN: f64 = 0.05;
 /// How much higher than level the principal view is with a ground, as a tangent, so that the ground is seen.
 const TILT: f64 = 0.25;
+/// Paths per pixel of a quick picture.
+const PATHS: u32 = 64;
+/// Iterations of photon mapping, which take longer.
+const ITERATIONS: u32 = 48;
 /// Radius of the ground, in sizes of what stands on it: flat to the eye, and yet exact in `f32`.
-const GROUND: f64 = 1000.0;
+const GROUND: f64 = 300.0;
 /// Radiance of a white particle that faces the key lamp; the image shows 1 as white.
 const BRIGHTEST: f64 = 0.9;
 /// Reflected share of the ground.
@@ -189,11 +193,22 @@ const KEY: Lamp = Lamp { direction: [-0.55, 0.75, -0.6], distance: 4.5, radius: 
 const FILL: Lamp = Lamp { direction: [0.9, 0.45, -0.7], distance: 5.0, radius: 1.8, share: 0.2 };
 const RIM: Lamp = Lamp { direction: [0.4, 0.7, 0.7], distance: 4.5, radius: 0.6, share: 0.6 };
 
-/// The stage for `balls`, of which there is one at least; `has_cell` says whether they come from a cell.
+/// Whether there are neither mirrors nor glass: then there are no caustics, and path tracing gives the better picture.
+pub fn is_matte(materials: &[Material]) -> bool {
+    materials.iter().all(|material| matches!(material, Material::Diffuse { .. }))
+}
+
+/// The stage for `balls`, of which there is one at least; `has_cell` says whether they come from a cell, and `materials` are
+/// theirs.
 ///
 /// # Errors
 /// If the options contradict each other.
-pub fn set(balls: &[Sphere], has_cell: bool, stage: &Stage) -> Result<Set, String> {
+pub fn set(
+    balls: &[Sphere],
+    materials: &[Material],
+    has_cell: bool,
+    stage: &Stage,
+) -> Result<Set, String> {
     let background = stage.background.unwrap_or(match stage.light {
         Light::Dark => Screen([0; 3]),
         Light::Studio | Light::Overcast => Screen([255; 3]),
@@ -213,7 +228,7 @@ pub fn set(balls: &[Sphere], has_cell: bool, stage: &Stage) -> Result<Set, Strin
         spheres: Vec::new(),
         materials: Vec::new(),
         background: sky,
-        settings: shot.settings(balls, stage),
+        settings: shot.settings(balls, is_matte(materials), stage),
     };
     let ground = stage.ground.then(|| shot.ground(up, balls));
     if let Some((center, radius)) = ground {
@@ -281,9 +296,9 @@ impl Shot {
     fn camera(&self) -> Camera {
         let fov = 2.0 * libm::atan(self.half[1]).to_degrees();
         Camera {
-            eye: self.eye.as_vec3(),
-            direction: self.axes.forward.as_vec3(),
-            up: self.axes.up.as_vec3(),
+            eye: single(self.eye),
+            direction: single(self.axes.forward),
+            up: single(self.axes.up),
             vertical_fov_degrees: fov as f32,
             focus_distance: (self.center - self.eye).dot(self.axes.forward) as f32,
             ..Camera::default()
@@ -323,7 +338,7 @@ impl Shot {
 
     /// Settings for a quick picture. Photons bring indirect light alone, which is smooth: the first radius is that of a
     /// ball, or a few pixels where balls are small. A smaller one shows single photons as spots.
-    fn settings(&self, balls: &[Sphere], stage: &Stage) -> Settings {
+    fn settings(&self, balls: &[Sphere], is_matte: bool, stage: &Stage) -> Settings {
         let mut radii: Vec<f32> = balls.iter().map(|ball| ball.radius).collect();
         let middle = radii.len() / 2;
         let median = f64::from(*radii.select_nth_unstable_by(middle, f32::total_cmp).1);
@@ -334,7 +349,7 @@ impl Shot {
         Settings {
             width,
             height,
-            iterations: 48,
+            iterations: if is_matte { PATHS } else { ITERATIONS },
             photons_per_iteration: 200_000,
             max_depth: 16,
             initial_radius: initial_radius.clamp(least, most),
@@ -350,11 +365,16 @@ impl Set {
             self.materials.len() - 1
         });
         self.spheres.push(Sphere {
-            center: center.as_vec3(),
+            center: single(center),
             velocity: Vec3::ZERO,
             radius: radius as f32,
             material: index as u32,
             emission,
         });
     }
+}
+
+/// A vector in single precision, without negative zeros: scene files have none.
+pub(crate) fn single(v: DVec3) -> Vec3 {
+    v.as_vec3() + Vec3::ZERO
 }

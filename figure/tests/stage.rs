@@ -58,7 +58,7 @@ proptest! {
             .collect();
         let ground = has_ground && view != View::Bottom;
         let stage = Stage { view: Some(view), ground, size, light, ..Stage::default() };
-        let set = set(&balls, false, &stage).unwrap();
+        let set = set(&balls, &[], false, &stage).unwrap();
         let most = balls.iter().map(|ball| reach(&set, size, ball)).fold(0.0, f64::max);
         prop_assert!((most - (1.0 - MARGIN)).abs() < TOLERANCE, "{most}");
         for lamp in set.spheres.iter().filter(|sphere| sphere.is_emitter()) {
@@ -76,7 +76,7 @@ proptest! {
         }
         if ground {
             let below = set.spheres[0];
-            // Great numbers in `f32`: the ground is a thousand times as large as the balls.
+            // Great numbers in `f32`: the ground is 300 times as large as the balls.
             let touch = balls.iter().map(|ball| {
                 let d = (ball.center.as_dvec3() - below.center.as_dvec3()).length();
                 (d - f64::from(below.radius) - f64::from(ball.radius)) / f64::from(below.radius)
@@ -92,7 +92,7 @@ fn the_views_are_those_of_their_names() {
     let balls = [sphere([0.0, 0.0, 0.0], 1.0), sphere([3.0, 2.0, 1.0], 1.0)];
     let direction = |view| {
         let stage = Stage { view: Some(view), ..Stage::default() };
-        set(&balls, false, &stage).unwrap().camera.direction
+        set(&balls, &[], false, &stage).unwrap().camera.direction
     };
     let expected = [Vec3::Y, Vec3::NEG_Y, Vec3::X, Vec3::NEG_X, Vec3::NEG_Z, Vec3::Z];
     let views = [View::Front, View::Back, View::Left, View::Right, View::Top, View::Bottom];
@@ -102,12 +102,24 @@ fn the_views_are_those_of_their_names() {
     assert!(direction(View::Principal).dot(Vec3::new(3.0, 2.0, 1.0)).abs() < 1e-6);
 }
 
+/// The reader of scene files makes zeros positive, so a scene with negative ones would not be read back.
+#[test]
+fn there_are_no_negative_zeros() {
+    let balls = [sphere([0.0; 3], 1.0), sphere([8.0, 0.0, 0.0], 1.0), sphere([8.0, 6.0, 0.0], 1.0)];
+    for view in View::ALL {
+        let set = set(&balls, &[], false, &Stage { view: Some(view), ..Stage::default() }).unwrap();
+        let camera = [set.camera.eye, set.camera.direction, set.camera.up];
+        let all = camera.into_iter().chain(set.spheres.iter().map(|sphere| sphere.center));
+        assert!(all.flat_map(Vec3::to_array).all(|x| x != 0.0 || x.is_sign_positive()), "{view:?}");
+    }
+}
+
 #[test]
 fn zoom_magnifies() {
     let balls = [sphere([0.0; 3], 1.0)];
     let fov = |zoom| {
         let stage = Stage { zoom, ..Stage::default() };
-        let degrees = set(&balls, false, &stage).unwrap().camera.vertical_fov_degrees;
+        let degrees = set(&balls, &[], false, &stage).unwrap().camera.vertical_fov_degrees;
         f64::from(degrees / 2.0).to_radians().tan()
     };
     assert!((fov(1.0) / fov(2.0) - 2.0).abs() < 1e-6);
@@ -116,7 +128,7 @@ fn zoom_magnifies() {
 #[test]
 fn backgrounds_are_linear_light() {
     let balls = [sphere([0.0; 3], 1.0)];
-    let background = |stage: Stage| set(&balls, false, &stage).map(|set| set.background);
+    let background = |stage: Stage| set(&balls, &[], false, &stage).map(|set| set.background);
     assert_eq!(background(Stage::default()), Ok(Rgb::ONE));
     assert_eq!(background(Stage { light: Light::Dark, ..Stage::default() }), Ok(Rgb::ZERO));
     let grey = Screen([188; 3]);
@@ -129,5 +141,5 @@ fn backgrounds_are_linear_light() {
 fn a_ground_is_not_seen_from_below() {
     let balls = [sphere([0.0; 3], 1.0)];
     let stage = Stage { view: Some(View::Bottom), ground: true, ..Stage::default() };
-    assert!(set(&balls, false, &stage).unwrap_err().contains("from below"));
+    assert!(set(&balls, &[], false, &stage).unwrap_err().contains("from below"));
 }

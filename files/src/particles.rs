@@ -124,7 +124,7 @@ pub fn staged(path: &Path, recipe: &Recipe, wanted: &Stage, most: u64) -> Result
     let mut made = balls(particles, &recipe).map_err(Problem::Recipe)?;
     let notes = std::mem::take(&mut made.notes);
     let Set { camera, spheres, materials, background, settings } =
-        stage::set(&made.spheres, has_cell, wanted).map_err(Problem::Stage)?;
+        stage::set(&made.spheres, &made.materials, has_cell, wanted).map_err(Problem::Stage)?;
     let name = stem(path);
     let mut scene = Scene { name, camera, spheres, materials, background, settings, imports: Vec::new() };
     attach(&mut scene, made, path, digest, &recipe);

@@ -35,6 +35,9 @@ pub(crate) struct Ready {
 pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     check_settings(&job)?;
     check_scene(&job)?;
+    // Files of particles are read again to resume the render.
+    let imported = job.scene.imports.iter().map(|import| (Field::Scene, import.file.clone()));
+    job.inputs.extend(imported.collect::<Vec<_>>());
     let digest = scene_file::digest(&job.scene);
     if let Some(from) = &job.from {
         check_resumed(&job, &digest, from)?;

@@ -9,9 +9,10 @@ use crate::args::scene::{self, SourceArgs};
 use crate::args::settings::SettingsArgs;
 use crate::terminal::error::Error;
 use crate::terminal::logs;
-use ::render::{Field, Goals, Job, Renderer};
+use ::render::{Field, Goals, Job, MethodName, Renderer};
 use ::scene::Settings;
 use clap::Args as ClapArgs;
+use figure::stage::is_matte;
 use files::image_file::Tone;
 use files::named;
 use std::path::{Path, PathBuf};
@@ -71,13 +72,30 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     let settings = args.settings.apply(&job.scene.settings)?;
     let iterations = job.goals.iterations(args.settings.iterations, settings.iterations);
     job.scene.settings = Settings { iterations, ..settings };
-    let usual = if args.source.like.is_some() { job.engine.renderer() } else { Renderer::default() };
+    let usual = usual_renderer(&args.source, &job);
     job.engine = args.engine.choose(usual)?;
     job.inputs.extend(args.engine.profile.clone().map(|path| (Field::Profile, path)));
     job.outputs = args.outputs.or(job.outputs, image)?;
     job.save = args.checkpoints.save(job.outputs.image.as_deref());
     (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
     watch::run(job, &args.messages)
+}
+
+/// The method and engine if no option names one: those of `--like`; path tracing for particles without caustics, as photons
+/// of the few iterations of a quick picture show as spots; else photon mapping.
+fn usual_renderer(args: &SourceArgs, job: &Job) -> Renderer {
+    if args.like.is_some() {
+        job.engine.renderer()
+    } else if particles(args).is_some() && is_matte(&job.scene.materials) {
+        MethodName::Path.into()
+    } else {
+        Renderer::default()
+    }
+}
+
+/// The file of particles that is named in place of a scene, if it is one.
+fn particles(args: &SourceArgs) -> Option<&Path> {
+    args.scene.as_deref().filter(|name| named::is_particles(name)).map(Path::new)
 }
 
 /// The job for a scene, or for repeating the render of `--like`; and the default name of its image.
@@ -87,7 +105,7 @@ fn open(
     memory_limit: Option<u64>,
 ) -> Result<(Job, PathBuf), Error> {
     let most = memory_limit.unwrap_or(u64::MAX);
-    let particles = args.scene.as_deref().filter(|name| named::is_particles(name)).map(Path::new);
+    let particles = particles(args);
     if let Some(like) = &args.like
         && (particles.is_some() || args.scene.is_none())
     {
