@@ -110,7 +110,7 @@ fn there_are_no_negative_zeros() {
         let set = set(&balls, &[], false, &Stage { view: Some(view), ..Stage::default() }).unwrap();
         let camera = [set.camera.eye, set.camera.direction, set.camera.up];
         let all = camera.into_iter().chain(set.spheres.iter().map(|sphere| sphere.center));
-        assert!(all.flat_map(Vec3::to_array).all(|x| x != 0.0 || x.is_sign_positive()), "{view:?}");
+        assert!(all.flat_map(|v| v.to_array()).all(|x| x != 0.0 || x.is_sign_positive()), "{view:?}");
     }
 }
 
