@@ -412,8 +412,30 @@ mod tests {
     }
 
     const PARTS: [&str; 24] = [
-        "z", " > ", "3", "'O'", "\"é\"", " in ", "(", ")", ",", " and ", " not ", ": ", "color=", "#0a1b2c", "range=",
-        "1..2", "5%", "radius=", "1e-3", "hide", "material=", "glass 1.3", "light", "map=grey",
+        "z",
+        " > ",
+        "3",
+        "'O'",
+        "\"é\"",
+        " in ",
+        "(",
+        ")",
+        ",",
+        " and ",
+        " not ",
+        ": ",
+        "color=",
+        "#0a1b2c",
+        "range=",
+        "1..2",
+        "5%",
+        "radius=",
+        "1e-3",
+        "hide",
+        "material=",
+        "glass 1.3",
+        "light",
+        "map=grey",
     ];
 
     #[test]

@@ -203,12 +203,7 @@ pub fn is_matte(materials: &[Material]) -> bool {
 ///
 /// # Errors
 /// If the options contradict each other.
-pub fn set(
-    balls: &[Sphere],
-    materials: &[Material],
-    has_cell: bool,
-    stage: &Stage,
-) -> Result<Set, String> {
+pub fn set(balls: &[Sphere], materials: &[Material], has_cell: bool, stage: &Stage) -> Result<Set, String> {
     let background = stage.background.unwrap_or(match stage.light {
         Light::Dark => Screen([0; 3]),
         Light::Studio | Light::Overcast => Screen([255; 3]),

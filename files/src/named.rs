@@ -2,18 +2,20 @@
 
 use crate::builtin::{self, Builtin, SCENES};
 use crate::particles::{self, BYTES_PER_PARTICLE, Problem, Staged};
-use crate::scene_file;
+use crate::scene_file::{self, LoadedScene};
 use figure::{Recipe, Stage};
 use importers::Format;
-use scene::Scene;
+use scene::{Automatic, Scene};
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 /// A scene and its source.
 #[derive(Clone, Debug)]
 pub struct Opened {
-    /// The scene.
+    /// The scene. Of the settings that are left to be chosen it has the paper's.
     pub scene: Scene,
+    /// The settings that are left to be chosen.
+    pub automatic: Automatic,
     /// A bound of the memory that was taken to read it, in bytes.
     pub bytes: u64,
     /// The default name of its image, without extension: the built-in name, or the file's name.
@@ -36,16 +38,19 @@ pub fn is_particles(name: &OsStr) -> bool {
 pub fn open(name: &OsStr, most: u64) -> Result<Opened, String> {
     let path = Path::new(name);
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-        let (scene, bytes) = scene_file::load_within(path, most).map_err(|error| error.to_string())?;
+        let LoadedScene { scene, automatic, bytes } =
+            scene_file::load_within(path, most).map_err(|error| error.to_string())?;
         let stem = path.file_stem().unwrap_or(OsStr::new("scene")).to_owned();
-        return Ok(Opened { scene, bytes, stem, file: Some(path.into()), notes: Vec::new() });
+        return Ok(Opened { scene, automatic, bytes, stem, file: Some(path.into()), notes: Vec::new() });
     }
     if is_particles(name) {
         let opened = open_particles(path, &Recipe::default(), &Stage::default(), most);
         return opened.map_err(|problem| problem.to_string());
     }
     let builtin = find(name)?;
-    Ok(Opened { scene: builtin.scene(), bytes: 0, stem: builtin.name.into(), file: None, notes: Vec::new() })
+    let (scene, automatic) = builtin.open();
+    let stem = builtin.name.into();
+    Ok(Opened { scene, automatic, bytes: 0, stem, file: None, notes: Vec::new() })
 }
 
 /// Reads the file of particles `path` and puts it on a stage; see [`particles::staged`].
@@ -56,7 +61,9 @@ pub fn open_particles(path: &Path, recipe: &Recipe, stage: &Stage, most: u64) ->
     let Staged { scene, notes } = particles::staged(path, recipe, stage, most)?;
     let stem = particles::stem(path).into();
     let bytes = scene.spheres.len() as u64 * BYTES_PER_PARTICLE;
-    Ok(Opened { scene, bytes, stem, file: Some(path.into()), notes })
+    // The stage has chosen all settings.
+    let automatic = Automatic::default();
+    Ok(Opened { scene, automatic, bytes, stem, file: Some(path.into()), notes })
 }
 
 /// Finds the built-in scene `name`.

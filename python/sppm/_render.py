@@ -26,6 +26,8 @@ Engine: TypeAlias = Literal["fast"] | Literal["reference"]
 """An engine. Both give the same image, bit for bit."""
 Lanes: TypeAlias = Literal["auto"] | Literal["avx2"] | Literal["avx512"] | Literal["emulated"]
 """The vectors that the fast engine works on; the image does not depend on them."""
+Quality: TypeAlias = Literal["paper"] | Literal["draft"] | Literal["good"] | Literal["final"]
+"""How good a picture is to be; ``"paper"`` stands for the settings of the paper."""
 Interrupt: TypeAlias = Literal["raise"] | Literal["return"]
 """What Ctrl-C does."""
 
@@ -36,6 +38,7 @@ _TICK = 0.02
 def render(
     scene: Scene,
     *,
+    quality: Quality | None = None,
     iterations: int | None = None,
     width: int | None = None,
     height: int | None = None,
@@ -63,6 +66,9 @@ def render(
     scene and settings alone, and not on ``engine``, ``lanes``, ``profile`` and ``threads``. Other Python threads go on
     while it renders.
 
+    - ``quality``: chooses iterations, photons, depth and radius from the scene, as far as they are not given, for a
+      picture that shows what is where (``"draft"``), looks finished (``"good"``) or has hardly any noise that can be
+      seen (``"final"``); ``"paper"`` takes the settings of the paper. Without it they are as in ``scene.settings``.
     - ``method``: ``"sppm"``, photon mapping, or ``"path"``, path tracing.
     - ``threads``: number of threads; one per core if not given.
     - ``memory_limit``: in bytes; a render that needs more is refused.
@@ -82,6 +88,7 @@ def render(
     _check_interrupt(interrupt)
     with Render(
         scene,
+        quality=quality,
         iterations=iterations,
         width=width,
         height=height,
@@ -115,6 +122,7 @@ class Render:
         self,
         scene: Scene,
         *,
+        quality: Quality | None = None,
         iterations: int | None = None,
         width: int | None = None,
         height: int | None = None,
@@ -159,6 +167,10 @@ class Render:
             raise InputError("every says how often a checkpoint is written; name its file by checkpoint")
         options = _options(
             settings=settings_tuple(settings),
+            quality=_word(quality, "quality"),
+            given=[
+                value is not None for value in (iterations, photons_per_iteration, max_depth, initial_radius)
+            ],
             method=_word(method, "method"),
             engine=_word(engine, "engine"),
             lanes=_word(lanes, "lanes"),
@@ -170,7 +182,8 @@ class Render:
             **goals,
             **_every(every),
         )
-        self._begin(_sppm.Render.start(scene_native, options), settings.iterations, paused)
+        begun = _sppm.Render.start(scene_native, options)
+        self._begin(begun, begun.iterations, paused)
 
     def _begin(self, native: _sppm.Render, iterations: int, paused: bool) -> None:
         self._native = native
@@ -478,7 +491,7 @@ class Render:
 def _options(**given: Any) -> dict[str, Any]:
     """All options of the extension module; those not given are ``None``."""
     names = (
-        "settings method engine lanes profile threads memory_limit time until_error checkpoint "
+        "settings quality given method engine lanes profile threads memory_limit time until_error checkpoint "
         "every_seconds every_iterations paused"
     )
     return {**dict.fromkeys(names.split()), **given}

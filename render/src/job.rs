@@ -1,16 +1,19 @@
 //! The description of a render: its scene and everything that controls how it runs.
 
+use crate::automatic;
 use crate::choice::EngineChoice;
 use crate::error::{Error, Field};
 use crate::goals::Goals;
 use crate::made::Repeated;
+use crate::memory::check_limit;
 use crate::outputs::Outputs;
 use crate::save::{Note, Save};
 use crate::warm::Warm;
 use files::checkpoint::{Loaded, Store};
 use files::lock::Lock;
 use files::scene_file;
-use scene::{Scene, Stop};
+use scene::{Automatic, Scene, Stop};
+use std::mem::take;
 use std::path::{Path, PathBuf};
 
 /// The description of a render. [`Job::start`] validates it and starts the render.
@@ -18,6 +21,8 @@ use std::path::{Path, PathBuf};
 pub struct Job {
     /// The scene, with the settings of the render.
     pub scene: Scene,
+    /// The settings that are chosen from the scene when the render starts, in place of its own.
+    pub automatic: Automatic,
     /// The engine.
     pub engine: EngineChoice,
     /// Goals that can end the render before its last iteration.
@@ -45,6 +50,10 @@ pub struct Job {
     /// The render to repeat.
     pub(crate) repeats: Option<Repeats>,
     pub(crate) warm: Warm,
+    /// The settings that were chosen.
+    pub(crate) chosen: Automatic,
+    /// Memory that choosing them took.
+    pub(crate) bytes_of_choice: u64,
 }
 
 /// A file whose render is repeated.
@@ -60,6 +69,7 @@ impl Job {
     pub fn new(scene: Scene) -> Self {
         Self {
             scene,
+            automatic: Automatic::default(),
             engine: EngineChoice::default(),
             goals: Goals::default(),
             threads: None,
@@ -74,7 +84,40 @@ impl Job {
             lock: None,
             repeats: None,
             warm: Warm::default(),
+            chosen: Automatic::default(),
+            bytes_of_choice: 0,
         }
+    }
+
+    /// The same render with these settings chosen when it starts.
+    #[must_use]
+    pub fn choosing(self, automatic: Automatic) -> Self {
+        Self { automatic, ..self }
+    }
+
+    /// Chooses the settings that are automatic, as [`Job::start`] would; after that, nothing is left to be chosen. If it is
+    /// stopped, the settings stay as they are, and the render will not begin either.
+    ///
+    /// # Errors
+    /// If the scene cannot be rendered, if the threads cannot be started, or if it takes more than the memory limit.
+    pub fn choose_settings(&mut self) -> Result<(), Error> {
+        let automatic = take(&mut self.automatic);
+        if !automatic.any() || self.from.is_some() {
+            return Ok(());
+        }
+        self.scene.check().map_err(|flaw| Error::named(Field::Scene, flaw))?;
+        let pool = self.warm.take_pool(self.threads)?;
+        self.bytes_of_choice = automatic::bytes_at_most(&self.scene, pool.current_num_threads());
+        check_limit(self.bytes_of_choice, self.memory_limit)?;
+        // A child: what is done here is not progress of the render.
+        let (scene, stop, lanes) = (&self.scene, self.stop.child(), self.engine.lane_kind());
+        let chosen = pool.install(|| automatic::choose(scene, automatic, lanes, &stop));
+        stop.meter().begin(0);
+        self.warm.keep_pool(self.threads, pool);
+        if let Some(settings) = chosen {
+            (self.scene.settings, self.chosen) = (settings, automatic);
+        }
+        Ok(())
     }
 
     /// Resumes the render that wrote the checkpoint `file`, with its scene, settings, engine, error goal and output

@@ -21,6 +21,7 @@
 
 #![forbid(unsafe_code)]
 
+mod automatic;
 mod choice;
 mod error;
 mod estimate;

@@ -35,6 +35,8 @@ pub(crate) struct Ready {
 pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     check_settings(&job)?;
     check_scene(&job)?;
+    job.choose_settings()?;
+    check_settings(&job)?;
     // Files of particles are read again to resume the render.
     let imported = job.scene.imports.iter().map(|import| (Field::Scene, import.file.clone()));
     job.inputs.extend(imported.collect::<Vec<_>>());
@@ -56,7 +58,7 @@ pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     let pool = job.warm.take_pool(job.threads)?;
     let threads = pool.current_num_threads();
     let need = Need::new(job.engine, &job.scene, threads, job.goals.error.is_some(), job.memory_limit)?;
-    let need = need.after(job.bytes_before);
+    let need = need.after(job.bytes_before.max(job.bytes_of_choice));
     job.outputs.check_room(job.scene.settings.pixels() as u64)?;
     let keeper = keeper(&job, &digest, from.as_ref())?;
     Ok(Ready { job, pool, need, digest, locks, keeper, from })

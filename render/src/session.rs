@@ -136,6 +136,7 @@ impl Session<'_> {
         self.observer.notice(&Notice::Begun {
             scene: self.scene.name.clone(),
             settings: self.scene.settings,
+            chosen: self.job.chosen,
             renderer: self.job.engine.renderer(),
             lanes: self.job.engine.lanes(),
             threads: self.threads,

@@ -219,7 +219,7 @@ fn cases(args: &LadderArgs) -> Result<Vec<Case>, Error> {
         if args.quick {
             opened.scene.settings = quick(&opened.scene.settings);
         }
-        let settings = args.settings.apply(&opened.scene.settings)?;
+        let settings = args.settings.apply_numbers(&opened.scene.settings)?;
         if settings.filter != Filter::Box {
             let problem = format!("--filter: the ladder's rows have the box alone, not {}", settings.filter);
             return Err(Error::BadInput(problem));

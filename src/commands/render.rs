@@ -6,7 +6,7 @@ use crate::args::goals::{CheckpointArgs, GoalArgs};
 use crate::args::messages::MessageArgs;
 use crate::args::outputs::{OutputArgs, default_name, default_name_of};
 use crate::args::scene::{self, SourceArgs};
-use crate::args::settings::SettingsArgs;
+use crate::args::settings::{QualityArgs, SettingsArgs};
 use crate::terminal::error::Error;
 use crate::terminal::logs;
 use ::render::{Field, Goals, Job, MethodName, Renderer};
@@ -29,6 +29,9 @@ pub(crate) struct RenderArgs {
 
     #[command(flatten)]
     pub outputs: OutputArgs,
+
+    #[command(flatten)]
+    pub quality: QualityArgs,
 
     #[command(flatten)]
     pub settings: SettingsArgs,
@@ -69,9 +72,13 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     let size = [args.settings.width, args.settings.height];
     let (mut job, image) = open(&args.source, size, args.engine.memory_limit)?;
     job.goals = args.goals.or(Goals::default());
-    let settings = args.settings.apply(&job.scene.settings)?;
-    let iterations = job.goals.iterations(args.settings.iterations, settings.iterations);
+    let (own, automatic) = args.quality.apply(&job.scene.settings, job.automatic);
+    let settings = args.settings.apply(&own)?;
+    let given = args.settings.given_iterations();
+    let iterations = job.goals.iterations(given, settings.iterations);
     job.scene.settings = Settings { iterations, ..settings };
+    job.automatic = args.settings.automatic(automatic);
+    job.automatic.iterations &= !job.goals.are_open();
     let usual = usual_renderer(&args.source, &job);
     job.engine = args.engine.choose(usual)?;
     job.inputs.extend(args.engine.profile.clone().map(|path| (Field::Profile, path)));
@@ -123,7 +130,7 @@ fn open(
     let stem = named.as_ref().map(|named| default_name(&named.stem));
     let mut job = match (&args.like, named) {
         (Some(like), named) => Job::like(like, named.map(|named| named.scene))?,
-        (None, Some(named)) => Job::new(named.scene),
+        (None, Some(named)) => Job::new(named.scene).choosing(named.automatic),
         (None, None) => return Err(Error::BadInput("<SCENE> is missing".into())), // clap requires one of the two
     };
     job.inputs.splice(0..0, file);

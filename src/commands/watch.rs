@@ -13,7 +13,7 @@ use files::atomic_file::reason;
 use render::{Job, Notice, Observer, Step};
 use scene::settings::MAX_ITERATIONS;
 use scene::text::{counted, mebibytes, one_line};
-use scene::{Filter, Resumable, Settings, TRANSPORT};
+use scene::{Automatic, Filter, Resumable, Settings, TRANSPORT};
 use std::io;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -87,8 +87,9 @@ impl Observer for Watch {
 
     fn notice(&mut self, notice: &Notice) {
         match notice {
-            Notice::Begun { settings, .. } => {
+            Notice::Begun { settings, chosen, .. } => {
                 self.busy = None;
+                tell_choice(settings, *chosen);
                 tell_beginning(notice);
                 self.bar = self.has_bar.then(|| self.new_bar(settings));
             }
@@ -154,8 +155,25 @@ impl Drop for Watch {
     }
 }
 
+/// Tells which settings were chosen, by the options that would repeat the choice.
+fn tell_choice(settings: &Settings, chosen: Automatic) {
+    let Automatic { quality, iterations, photons_per_iteration, max_depth, initial_radius } = chosen;
+    let options = [
+        iterations.then(|| format!("-n {}", settings.iterations)),
+        photons_per_iteration.then(|| format!("--photons {}", settings.photons_per_iteration)),
+        initial_radius.then(|| format!("--radius {}", settings.initial_radius)),
+        max_depth.then(|| format!("--depth {}", settings.max_depth)),
+    ];
+    let options: Vec<String> = options.into_iter().flatten().collect();
+    if !options.is_empty() {
+        info!("chosen for quality {quality}: {}", options.join(" "));
+    }
+}
+
 fn tell_beginning(notice: &Notice) {
-    let Notice::Begun { scene, settings, renderer, lanes, threads, bytes_at_most } = notice else { return };
+    let Notice::Begun { scene, settings, renderer, lanes, threads, bytes_at_most, .. } = notice else {
+        return;
+    };
     let Settings {
         width,
         height,

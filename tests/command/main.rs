@@ -17,6 +17,7 @@ mod messages;
 #[cfg(unix)]
 mod names;
 mod particles;
+mod quality;
 mod render;
 #[cfg(unix)]
 mod running;

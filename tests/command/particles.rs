@@ -166,8 +166,11 @@ fn options_that_do_not_fit_are_refused() {
     refused(&["atoms.xyz", "--view", "bottom", "--ground"], &["the view bottom is from below the ground"]);
     refused(&["atoms.xyz", "--frame", "1"], &["atoms.xyz", "frame 1"]);
     refused(&["atoms.xyz", "--stats", "atoms.xyz"], &["--stats", "atoms.xyz", "the scene"]);
-    sandbox.write("room.toml", "[camera]\neye = [0, 0, 9]\ntarget = [0, 0, 0]\nvertical_fov_degrees = 40\n\
-        [[particles]]\nfile = \"atoms.xyz\"\nstyle = [{ material = \"light\" }]\n");
+    sandbox.write(
+        "room.toml",
+        "[camera]\neye = [0, 0, 9]\ntarget = [0, 0, 0]\nvertical_fov_degrees = 40\n\
+        [[particles]]\nfile = \"atoms.xyz\"\nstyle = [{ material = \"light\" }]\n",
+    );
     refused(&["room.toml", "--stats", "atoms.xyz"], &["--stats", "atoms.xyz", "the scene"]);
     std::fs::remove_file(sandbox.path("room.toml")).unwrap();
     refused(&["none.xyz"], &["none.xyz: there is no such file"]);

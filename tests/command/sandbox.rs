@@ -9,8 +9,20 @@ use std::process::{Command, Stdio};
 use tempfile::TempDir;
 
 /// Options of a render that takes milliseconds.
-pub(crate) const TINY: [&str; 8] =
-    ["--width", "16", "--height", "12", "--iterations", "2", "--photons", "500"];
+pub(crate) const TINY: [&str; 12] = [
+    "--width",
+    "16",
+    "--height",
+    "12",
+    "--iterations",
+    "2",
+    "--photons",
+    "500",
+    "--radius",
+    "2",
+    "--depth",
+    "5",
+];
 
 /// A temporary folder that the command runs in.
 pub(crate) struct Sandbox {

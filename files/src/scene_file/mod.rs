@@ -30,7 +30,8 @@ use particles::Place;
 use pieces::{Head, Kind, MOST_BYTES as MOST_PIECE_BYTES, Pieces};
 use reader::Subject;
 use scene::text::mebibytes;
-use scene::{Camera, Material, Rgb, Scene, Settings, Sphere};
+use scene::{Automatic, Camera, Material, Rgb, Scene, Sphere};
+use settings::Stated;
 use spheres::Spheres;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
@@ -57,14 +58,25 @@ const KEYS: [&str; 7] = ["name", "background", "camera", "settings", "materials"
 /// # Errors
 /// If the file cannot be read, or as [`parse`].
 pub fn load(path: &Path) -> Result<Scene, FileError> {
-    load_within(path, u64::MAX).map(|(scene, _)| scene)
+    load_within(path, u64::MAX).map(|read| read.scene)
 }
 
-/// As [`load`], but refuses to take much more than `most` bytes of memory. Also returns a bound of the bytes that it took.
+/// A scene as it was read.
+#[derive(Clone, Debug)]
+pub struct LoadedScene {
+    /// The scene. Of the settings that are left to be chosen it has the paper's.
+    pub scene: Scene,
+    /// The settings that are left to be chosen.
+    pub automatic: Automatic,
+    /// A bound of the memory that was taken to read it, in bytes.
+    pub bytes: u64,
+}
+
+/// As [`load`], but refuses to take much more than `most` bytes of memory.
 ///
 /// # Errors
 /// As [`load`], or if the file needs more.
-pub fn load_within(path: &Path, most: u64) -> Result<(Scene, u64), FileError> {
+pub fn load_within(path: &Path, most: u64) -> Result<LoadedScene, FileError> {
     let name = path.to_string_lossy();
     let (file, length) = open(path, "scene")?;
     load_from(&name, file, length, most)
@@ -94,7 +106,7 @@ pub fn load_other<T>(
 ///
 /// # Errors
 /// If `input` cannot be read or is too long, or as [`load_within`].
-pub fn load_from(name: &str, input: impl Read, length: u64, most: u64) -> Result<(Scene, u64), FileError> {
+pub fn load_from(name: &str, input: impl Read, length: u64, most: u64) -> Result<LoadedScene, FileError> {
     let unread = |problem: String| FileError::unread(name, &problem);
     if length > most {
         return Err(unread(too_much(length, most)));
@@ -109,12 +121,13 @@ pub fn load_from(name: &str, input: impl Read, length: u64, most: u64) -> Result
         let need = mebibytes(least);
         return Err(unread(format!("takes up to {need} to read, which the system refuses")));
     }
-    let scene = parse_within(name, &text, &[folder(name)], most - least)?;
+    let (scene, automatic) = parse_within(name, &text, &[folder(name)], most - least)?;
     let imported = scene.spheres.len() as u64 - spheres.min(scene.spheres.len() as u64);
     let lamps = scene.spheres.iter().filter(|sphere| sphere.is_emitter()).count() as u64;
     let materials = scene.materials.len() as u64;
     let more = BYTES_PER_LAMP * lamps + BYTES_PER_MATERIAL * materials;
-    Ok((scene, least + more + BYTES_PER_PARTICLE * imported))
+    let bytes = least + more + BYTES_PER_PARTICLE * imported;
+    Ok(LoadedScene { scene, automatic, bytes })
 }
 
 fn too_much(bytes: u64, most: u64) -> String {
@@ -192,7 +205,15 @@ fn read_bytes(input: impl Read, length: u64) -> io::Result<Vec<u8>> {
 ///
 /// Relative paths of files of particles start in the folder of `name`.
 pub fn parse(name: &str, text: &str) -> Result<Scene, FileError> {
-    parse_in(name, text, &[folder(name)])
+    parse_with_automatic(name, text).map(|(scene, _)| scene)
+}
+
+/// As [`parse`], with the settings that are left to be chosen.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_with_automatic(name: &str, text: &str) -> Result<(Scene, Automatic), FileError> {
+    parse_within(name, text, &[folder(name)], u64::MAX)
 }
 
 /// As [`parse`], for a text that was recorded: files of particles are searched in `folders` instead, also by their names
@@ -201,10 +222,15 @@ pub fn parse(name: &str, text: &str) -> Result<Scene, FileError> {
 /// # Errors
 /// As [`parse`].
 pub fn parse_in(name: &str, text: &str, folders: &[&Path]) -> Result<Scene, FileError> {
-    parse_within(name, text, folders, u64::MAX)
+    parse_within(name, text, folders, u64::MAX).map(|(scene, _)| scene)
 }
 
-fn parse_within(name: &str, text: &str, folders: &[&Path], most: u64) -> Result<Scene, FileError> {
+fn parse_within(
+    name: &str,
+    text: &str,
+    folders: &[&Path],
+    most: u64,
+) -> Result<(Scene, Automatic), FileError> {
     read(name, text, Place { folders, most }).map_err(|fault| FileError::in_text(name, text, &fault))
 }
 
@@ -213,7 +239,7 @@ fn folder(name: &str) -> &Path {
     Path::new(name).parent().unwrap_or(Path::new(""))
 }
 
-fn read(name: &str, text: &str, place: Place<'_>) -> Result<Scene, Fault> {
+fn read(name: &str, text: &str, place: Place<'_>) -> Result<(Scene, Automatic), Fault> {
     let (mut head, mut named, mut count) = (Head::default(), Named::default(), 0);
     for piece in Pieces::new(text) {
         match piece.kind {
@@ -225,8 +251,9 @@ fn read(name: &str, text: &str, place: Place<'_>) -> Result<Scene, Fault> {
     let document = DeTable::parse(&head.text).map_err(|e| head.fault(syntax_fault(&head.text, &e)))?;
     let root = document.get_ref();
     let in_head = |fault| head.fault(fault);
-    let Top { root, camera: (camera_section, camera), settings, background, name } =
+    let Top { root, camera: (camera_section, camera), stated, background, name } =
         Top::read(name, root, count).map_err(in_head)?;
+    let Stated { settings, automatic } = stated;
     named.read(document.get_ref()).map_err(in_head)?;
     let mut materials = named.sort().map_err(|name| twice(text, &name))?;
     let places = Spheres::new(count, &root).map_err(in_head)?;
@@ -236,7 +263,7 @@ fn read(name: &str, text: &str, place: Place<'_>) -> Result<Scene, Fault> {
     particles::read(&root, place, &mut scene).map_err(in_head)?;
     let scene = scene.with_sky();
     Parsed { text, head: &head, root, camera: camera_section, spheres: &places }.check(&scene)?;
-    Ok(scene)
+    Ok((scene, automatic))
 }
 
 /// The scene whose own materials and spheres are given, and everything else in `text`; files of particles are searched in
@@ -253,8 +280,9 @@ pub(crate) fn with_spheres(
 ) -> Result<Scene, FileError> {
     let read = || {
         let document = DeTable::parse(text).map_err(|e| syntax_fault(text, &e))?;
-        let Top { root, camera: (_, camera), settings, background, name } =
+        let Top { root, camera: (_, camera), stated, background, name } =
             Top::read(name, document.get_ref(), spheres.len())?;
+        let settings = stated.settings;
         let mut scene = Scene { name, camera, spheres, materials, background, settings, imports: Vec::new() };
         particles::read(&root, Place { folders, most: u64::MAX }, &mut scene)?;
         Ok(scene.with_sky())
@@ -266,7 +294,7 @@ pub(crate) fn with_spheres(
 struct Top<'a> {
     root: Section<'a>,
     camera: (Section<'a>, Camera),
-    settings: Settings,
+    stated: Stated,
     background: Rgb,
     name: String,
 }
@@ -283,7 +311,7 @@ impl<'a> Top<'a> {
         Ok(Self {
             root,
             camera: (camera, camera::camera(&camera)?),
-            settings: root.or("settings", Settings::default(), settings::settings)?,
+            stated: root.or("settings", Stated::default(), settings::settings)?,
             background: root.or("background", Rgb::ZERO, |field| field.rgb(sphere::radiance))?,
             name: root.or("name", stem(file), |field| sphere::name(field).map(Into::into))?,
         })
