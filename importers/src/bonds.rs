@@ -237,7 +237,7 @@ mod tests {
     fn water_has_two_bonds() {
         let mut water = particles(&[(8, [0.0; 3]), (1, [0.96, 0.0, 0.0]), (1, [-0.24, 0.93, 0.0])]);
         assert_eq!(by_distance(&water), [[0, 1], [0, 2]]);
-        water.unit = crate::particles::Unit::Nanometre;
+        water.unit = crate::unit::Unit::Nanometre;
         for position in &mut water.positions {
             *position = position.map(|number| 0.1 * number);
         }

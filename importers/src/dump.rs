@@ -7,11 +7,12 @@
 use crate::cell::cell;
 use crate::error::{Fault, quote};
 use crate::format::Format;
-use crate::particles::{Cell, Particles, Unit, title};
+use crate::particles::{Cell, Particles, title};
 use crate::request::{Properties, Request};
 use crate::rows::{self, Separated};
 use crate::table::{Kind, Layout, MOST_COLUMNS, Role};
 use crate::text::{Fields, Text, number};
+use crate::unit::Unit;
 
 /// The names of coordinates, the preferred ones first, and whether they are scaled by the box.
 const AXES: [([&str; 3], bool); 4] = [
