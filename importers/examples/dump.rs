@@ -72,7 +72,7 @@ fn write(frames: usize, particles: &Particles) -> io::Result<()> {
     let names = labels.iter().filter_map(|(name, labels)| Some((name, &labels.as_ref()?.names)));
     let names: Vec<String> = names.map(|(name, names)| format!("{name:?}: {names:?}")).collect();
     let cell = particles.cell.map_or("null".to_owned(), |cell| {
-        let sides = cell.periodic.map(|side| u8::from(side));
+        let sides = cell.periodic.map(u8::from);
         format!("{{\"origin\": {:?}, \"vectors\": {:?}, \"periodic\": {sides:?}}}", cell.origin, cell.vectors)
     });
     let listed: Vec<String> = columns.iter().map(|(name, kind, _)| format!("[{name:?}, {kind:?}]")).collect();

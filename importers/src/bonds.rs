@@ -139,17 +139,16 @@ struct Grid {
 impl Grid {
     /// Cubes with edges of at least `least`.
     fn new(images: &[Image], least: f64) -> Self {
-        let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-        for image in images {
-            for axis in 0..3 {
-                bounds[0][axis] = bounds[0][axis].min(image.position[axis]);
-                bounds[1][axis] = bounds[1][axis].max(image.position[axis]);
-            }
-        }
-        let extent = (0..3).map(|axis| bounds[1][axis] - bounds[0][axis]).fold(0.0, f64::max);
+        let end = |axis: usize, pick: fn(f64, f64) -> f64, start: f64| {
+            images.iter().map(|image| image.position[axis]).fold(start, pick)
+        };
+        let lowest = std::array::from_fn(|axis| end(axis, f64::min, f64::INFINITY));
+        let highest: [f64; 3] = std::array::from_fn(|axis| end(axis, f64::max, f64::NEG_INFINITY));
+        let extent =
+            highest.iter().zip(&lowest).map(|(high, low): (&f64, &f64)| high - low).fold(0.0, f64::max);
         // One cube is left free on either side.
         let edge = least.max(extent / f64::from((1_u32 << BITS) - 4));
-        let mut grid = Self { images: Vec::new(), cubes: Vec::new(), lowest: bounds[0], edge };
+        let mut grid = Self { images: Vec::new(), cubes: Vec::new(), lowest, edge };
         let mut sorted: Vec<(u64, Image)> =
             images.iter().map(|image| (number(grid.cube(image.position)), *image)).collect();
         sorted.par_sort_unstable_by_key(|(cube, image)| (*cube, image.atom));
@@ -238,7 +237,7 @@ mod tests {
     fn water_has_two_bonds() {
         let mut water = particles(&[(8, [0.0; 3]), (1, [0.96, 0.0, 0.0]), (1, [-0.24, 0.93, 0.0])]);
         assert_eq!(by_distance(&water), [[0, 1], [0, 2]]);
-        water.unit = crate::particles::Unit::Nanometre;
+        water.unit = crate::unit::Unit::Nanometre;
         for position in &mut water.positions {
             *position = position.map(|number| 0.1 * number);
         }

@@ -39,7 +39,7 @@ pub(crate) fn read(source: &mut dyn Source, request: &Request) -> Result<Particl
         match role(name, &header.names).filter(|role| !layout.has(*role)) {
             // Other tables have texts for ids.
             Some(Role::Id | Role::Molecule) if !value.iter().all(u8::is_ascii_digit) => {
-                layout.push(Role::Skip)
+                layout.push(Role::Skip);
             }
             Some(role) => layout.push(role),
             None if is_number => layout.push_property(shown, &request.properties),

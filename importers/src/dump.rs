@@ -7,11 +7,12 @@
 use crate::cell::cell;
 use crate::error::{Fault, quote};
 use crate::format::Format;
-use crate::particles::{Cell, Particles, Unit, title};
+use crate::particles::{Cell, Particles, title};
 use crate::request::{Properties, Request};
 use crate::rows::{self, Separated};
 use crate::table::{Kind, Layout, MOST_COLUMNS, Role};
 use crate::text::{Fields, Text, number};
+use crate::unit::Unit;
 
 /// The names of coordinates, the preferred ones first, and whether they are scaled by the box.
 const AXES: [([&str; 3], bool); 4] = [
@@ -26,8 +27,8 @@ struct Header {
     count: u64,
     time: Option<String>,
     unit: Unit,
-    /// Origin and vectors, and along which it repeats.
-    bounds: Option<([f64; 3], [[f64; 3]; 3], [bool; 3])>,
+    /// As the file says; it may be flat.
+    bounds: Option<Cell>,
     /// The names of the columns, and the line that has them.
     columns: Vec<String>,
     line: u64,
@@ -58,12 +59,10 @@ pub(crate) fn read(text: &mut Text, request: &Request) -> Result<Particles, Faul
     let mut table = rows::read(text, Some(header.count), &layout, &reader, request)?;
     table.sort_by_id();
     if is_scaled {
-        let (origin, vectors, periodic) = header
-            .bounds
-            .ok_or_else(|| fault("scaled coordinates need BOX BOUNDS, which the frame lacks".into()))?;
-        let cell = Cell { origin, vectors, periodic };
+        let missing = || fault("scaled coordinates need BOX BOUNDS, which the frame lacks".into());
+        let bounds = header.bounds.ok_or_else(missing)?;
         for position in &mut table.positions {
-            *position = cell.point(*position);
+            *position = bounds.point(*position);
         }
         let is_near = |position: &[f64; 3]| position.iter().all(|number| number.abs() <= Particles::FARTHEST);
         if !table.positions.iter().all(is_near) {
@@ -73,7 +72,7 @@ pub(crate) fn read(text: &mut Text, request: &Request) -> Result<Particles, Faul
     let mut particles = Particles::new(Format::Dump);
     particles.unit = header.unit;
     particles.title = title(&header.time.map_or(String::new(), |time| format!("timestep {time}")));
-    particles.cell = header.bounds.and_then(|(origin, vectors, periodic)| cell(origin, vectors, periodic));
+    particles.cell = header.bounds.and_then(|bounds| cell(bounds.origin, bounds.vectors, bounds.periodic));
     table.finish(layout, None, &mut particles);
     Ok(particles)
 }
@@ -113,7 +112,7 @@ fn header(text: &mut Text) -> Result<Header, Fault> {
                 has_count = true;
             }
             _ if item.starts_with("BOX BOUNDS") => {
-                header.bounds = Some(bounds(&item["BOX BOUNDS".len()..], text)?)
+                header.bounds = Some(bounds(&item["BOX BOUNDS".len()..], text)?);
             }
             // `TIME`, and whatever comes to be.
             _ => skip_section(text)?,
@@ -144,7 +143,7 @@ fn unit(style: &str) -> Unit {
 }
 
 /// The box: by its bounds, with tilt factors if it is triclinic, or by its vectors.
-fn bounds(heading: &str, text: &mut Text) -> Result<([f64; 3], [[f64; 3]; 3], [bool; 3]), Fault> {
+fn bounds(heading: &str, text: &mut Text) -> Result<Cell, Fault> {
     let words: Vec<&str> = heading.split_whitespace().collect();
     let periodic = periodicity(&words);
     let is_general = words.contains(&"abc");
@@ -164,7 +163,8 @@ fn bounds(heading: &str, text: &mut Text) -> Result<([f64; 3], [[f64; 3]; 3], [b
     }
     let [x, y, z] = rows;
     if is_general {
-        return Ok(([x[3], y[3], z[3]], [x, y, z].map(|row| [row[0], row[1], row[2]]), periodic));
+        let vectors = [x, y, z].map(|row| [row[0], row[1], row[2]]);
+        return Ok(Cell { origin: [x[3], y[3], z[3]], vectors, periodic });
     }
     let (xy, xz, yz) = (x[2], y[2], z[2]);
     let tilts = [0.0, xy, xz, xy + xz];
@@ -173,7 +173,7 @@ fn bounds(heading: &str, text: &mut Text) -> Result<([f64; 3], [[f64; 3]; 3], [b
     let low = [x[0] - least(&tilts), y[0] - least(&[yz]), z[0]];
     let high = [x[1] - most(&tilts), y[1] - most(&[yz]), z[1]];
     let vectors = [[high[0] - low[0], 0.0, 0.0], [xy, high[1] - low[1], 0.0], [xz, yz, high[2] - low[2]]];
-    Ok((low, vectors, periodic))
+    Ok(Cell { origin: low, vectors, periodic })
 }
 
 /// Along which axes the box repeats: `pp`. If nothing is said, as by old versions, along all.

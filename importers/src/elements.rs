@@ -78,6 +78,8 @@ const fn rgb(color: u32) -> [u8; 3] {
     [(color >> 16) as u8, (color >> 8) as u8, color as u8]
 }
 
+// Colours are written as everywhere else; rows stay rows.
+#[allow(clippy::unreadable_literal)]
 #[rustfmt::skip]
 const ROWS: [Row; COUNT as usize] = [
     ("H", 0.31, 1.2, 1.2, 0xFFFFFF, 0xFFFFFF),

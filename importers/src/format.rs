@@ -1,6 +1,6 @@
 //! The formats, and how a file's is told.
 
-use crate::particles::Unit;
+use crate::unit::Unit;
 use std::path::Path;
 
 /// A file format.

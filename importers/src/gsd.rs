@@ -200,7 +200,8 @@ impl<'a> File<'a> {
 
 fn scalar(kind: u8) -> Option<Scalar> {
     Some(match kind {
-        1 => Scalar::Unsigned(1),
+        // 11 are characters, since version 2.
+        1 | 11 => Scalar::Unsigned(1),
         2 => Scalar::Unsigned(2),
         3 => Scalar::Unsigned(4),
         4 => Scalar::Unsigned(8),
@@ -210,8 +211,6 @@ fn scalar(kind: u8) -> Option<Scalar> {
         8 => Scalar::Signed(8),
         9 => Scalar::Float(4),
         10 => Scalar::Float(8),
-        // Characters, since version 2.
-        11 => Scalar::Unsigned(1),
         _ => return None,
     })
 }

@@ -46,11 +46,13 @@ mod star;
 mod symmetry;
 mod table;
 mod text;
+mod unit;
 mod values;
 mod xyz;
 
 pub use error::{Error, Place};
 pub use format::Format;
-pub use particles::{Cell, Labels, Particles, Property, Unit};
+pub use particles::{Cell, Labels, Particles, Property};
 pub use read::{Trajectory, frames, read, read_from};
 pub use request::{Frame, Properties, Request};
+pub use unit::Unit;

@@ -152,7 +152,7 @@ impl Reader {
         let labels = [Kind::Name, Kind::Residue, Kind::Chain].map(Role::Label);
         labels.into_iter().chain([Role::Molecule, Role::Id]).for_each(|role| layout.push(role));
         let others = ["occupancy", "b_factor"].map(|name| layout.property(name, &request.properties));
-        others.iter().for_each(|&role| layout.push(role));
+        layout.roles.extend(others);
         Self {
             wanted,
             table: Table::new(&layout),

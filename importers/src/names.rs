@@ -43,13 +43,12 @@ pub(crate) fn element(name: &[u8], residue: &[u8]) -> u8 {
     let is_halogen = matches!(two, Some(17 | 35)) && letters.len() == 2;
     match (two, one_letter(letters)) {
         (Some(number), _) if is_written_so || is_halogen => number,
-        (Some(number), 0) => number,
-        (_, number) => number,
+        (Some(number), 0) | (_, number) => number,
     }
 }
 
 /// The element of an atom of a PDB file by the four columns of its name, in which symbols end at the second.
-pub(crate) fn element_by_columns(name: &[u8; 4], residue: &[u8]) -> u8 {
+pub(crate) fn element_by_columns(name: [u8; 4], residue: &[u8]) -> u8 {
     let text = std::str::from_utf8(residue.trim_ascii()).unwrap_or_default();
     let is_full_hydrogen = name[0] == b'H' && name[3] != b' ';
     if name[0].is_ascii_alphabetic() && name[1].is_ascii_alphabetic() && !is_plain(text) && !is_full_hydrogen
@@ -61,7 +60,7 @@ pub(crate) fn element_by_columns(name: &[u8; 4], residue: &[u8]) -> u8 {
     }
     let is_short = !name[0].is_ascii_alphabetic() && name[1].is_ascii_alphabetic();
     let first = one_letter(std::str::from_utf8(&name[1..2]).unwrap_or_default());
-    if is_short && first > 0 { first } else { element(trimmed(name), residue) }
+    if is_short && first > 0 { first } else { element(trimmed(&name), residue) }
 }
 
 fn is_plain(residue: &str) -> bool {
@@ -101,7 +100,7 @@ mod tests {
 
     #[test]
     fn columns_of_pdb_names_tell_elements() {
-        let of = |name: &[u8; 4], residue: &str| element_by_columns(name, residue.as_bytes());
+        let of = |name: &[u8; 4], residue: &str| element_by_columns(*name, residue.as_bytes());
         assert_eq!(
             [of(b" CA ", "ALA"), of(b"CA  ", " CA"), of(b" C1 ", "LIG"), of(b"FE  ", "HEM")],
             [6, 20, 6, 26]

@@ -139,7 +139,7 @@ impl Array {
             is_big_endian,
         };
         let fields: Vec<Field> = roles.iter().enumerate().map(field).collect();
-        roles.iter().for_each(|&role| layout.push(role));
+        layout.roles.extend(roles);
         Ok(Columns { size: stored.size() * roles.len(), full: full(&fields), fields })
     }
 
@@ -218,7 +218,7 @@ impl Array {
         };
         rows.check(layout, request)?;
         if self.is_fortran && columns.fields.len() > 1 && self.shape.len() > 1 {
-            return self.by_columns(columns, input, table);
+            return self.by_columns(columns, input.stream, table);
         }
         rows.read(&mut BufReader::with_capacity(1 << 16, input.stream), table)
     }
@@ -240,7 +240,7 @@ impl Array {
     }
 
     /// Reads an array whose columns follow each other.
-    fn by_columns(&self, columns: &Columns, input: Input, table: &mut Table) -> Result<(), Fault> {
+    fn by_columns(&self, columns: &Columns, stream: &mut dyn Read, table: &mut Table) -> Result<(), Fault> {
         const BLOCK: usize = 1 << 14;
         let mut at = self.header;
         for field in &columns.fields {
@@ -249,7 +249,7 @@ impl Array {
             while left > 0 {
                 let rows = usize::try_from(left).unwrap_or(BLOCK).min(BLOCK);
                 buffer.resize(rows * size, 0);
-                fill(input.stream, &mut buffer, at)?;
+                fill(stream, &mut buffer, at)?;
                 for bytes in buffer.chunks_exact(size) {
                     let Stored::Number(scalar) = field.stored else {
                         return Err(self.fault("has texts in several columns"));

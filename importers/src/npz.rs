@@ -157,26 +157,28 @@ impl Reader<'_> {
                     .collect();
                 array.columns(&roles, &mut self.layout)?
             }
-            None => match role(&entry.name, &self.names).filter(|role| count == 1 && is_new(role)) {
-                Some(role) => array.columns(&[role], &mut self.layout)?,
-                None => {
-                    let names = components(&entry.shown, count);
-                    let roles: Vec<Role> = names
-                        .iter()
-                        .map(|name| self.layout.property(name, &self.request.properties))
-                        .collect();
-                    self.table.properties.resize_with(self.layout.property_count(), Vec::new);
-                    if roles.iter().all(|role| *role == Role::Skip) {
-                        return Ok(false);
-                    }
-                    array.columns(&roles, &mut self.layout)?
+            None => {
+                let roles = self.roles(entry, count);
+                if roles.iter().all(|role| *role == Role::Skip) {
+                    return Ok(false);
                 }
-            },
+                array.columns(&roles, &mut self.layout)?
+            }
         };
         self.table.properties.resize_with(self.layout.property_count(), Vec::new);
         self.full = self.full.or(columns.full);
         array.read(&columns, input, &self.layout, self.request, &mut self.table)?;
         Ok(true)
+    }
+
+    /// The roles of an array with one number per particle or several.
+    fn roles(&mut self, entry: &Entry, count: usize) -> Vec<Role> {
+        let role = role(&entry.name, &self.names).filter(|role| count == 1 && !self.layout.has(*role));
+        if let Some(role) = role {
+            return vec![role];
+        }
+        let names = components(&entry.shown, count);
+        names.iter().map(|name| self.layout.property(name, &self.request.properties)).collect()
     }
 
     /// Reads an array that describes the cell. Says whether it was one.

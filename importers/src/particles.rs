@@ -1,6 +1,7 @@
 //! What every reader returns: the particles of one frame, as columns.
 
 use crate::format::Format;
+use crate::unit::Unit;
 
 /// The particles of one frame, as columns of equal length. Columns that the file does not have are `None`.
 ///
@@ -128,31 +129,6 @@ pub struct Property {
     pub name: String,
     /// A value per particle. May be NaN or infinite, if the file says so.
     pub values: Vec<f32>,
-}
-
-/// The unit of lengths.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unit {
-    /// 10^-10 m: PDB, mmCIF and, by custom, XYZ; LAMMPS dumps that say `ITEM: UNITS metal` or `real`.
-    Angstrom,
-    /// 10^-9 m: GRO, and LAMMPS dumps that say `ITEM: UNITS nano`.
-    Nanometre,
-    /// LAMMPS dumps that say `ITEM: UNITS si`.
-    Metre,
-    /// The file does not say: GSD, PLY, CSV, `NumPy`, most LAMMPS dumps.
-    Unknown,
-}
-
-impl Unit {
-    /// The length of the unit in angstrom, if it is known.
-    pub fn in_angstrom(self) -> Option<f64> {
-        match self {
-            Self::Angstrom => Some(1.0),
-            Self::Nanometre => Some(10.0),
-            Self::Metre => Some(1e10),
-            Self::Unknown => None,
-        }
-    }
 }
 
 /// The cell of a frame: a parallelepiped, which may repeat along its vectors.

@@ -115,7 +115,7 @@ impl Reader {
         let labels = [Kind::Name, Kind::Residue, Kind::Chain].map(Role::Label);
         labels.into_iter().chain([Role::Molecule, Role::Id]).for_each(|role| layout.push(role));
         let others = ["occupancy", "b_factor"].map(|name| layout.property(name, &request.properties));
-        others.iter().for_each(|&role| layout.push(role));
+        layout.roles.extend(others);
         Self {
             table: Table::new(&layout),
             most: most_rows(&layout, request),
@@ -262,7 +262,7 @@ fn element(line: &[u8]) -> u8 {
         b"N" => 7,
         _ => std::str::from_utf8(columns).ok().and_then(by_symbol).unwrap_or_else(|| {
             let name = [line[12], line[13], line[14], line[15]];
-            names::element_by_columns(&name, &line[17..21])
+            names::element_by_columns(name, &line[17..21])
         }),
     }
 }

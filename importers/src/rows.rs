@@ -74,10 +74,9 @@ pub(crate) fn too_many(layout: &Layout, request: &Request) -> Fault {
 
 /// Refuses a count that the rest of the file cannot hold or that memory cannot, before reading it all.
 fn check_room(count: u64, text: &Text, layout: &Layout, most: u64) -> Result<(), Fault> {
-    // A field and a separator each, and the last line may lack its end.
-    let least = 2 * layout.roles.len().max(3) as u64;
+    // A line has a character and its end, which the last may lack.
     let line = text.line();
-    if text.bytes_left().is_some_and(|left| count.saturating_mul(least) > left.saturating_add(1)) {
+    if text.bytes_left().is_some_and(|left| count.saturating_mul(2) > left.saturating_add(1)) {
         return Err(Fault::line(
             line,
             format!("the file is too short for the {count} particles it announces"),

@@ -564,8 +564,9 @@ mod tests {
     #[test]
     fn labels_of_pieces_are_joined() {
         let (mut a, mut b) = (Interner::default(), Interner::default());
-        ["x", "y"].map(|text| a.push(text.as_bytes()).unwrap());
-        ["z", "y", "z"].map(|text| b.push(text.as_bytes()).unwrap());
+        for (interner, text) in [(&mut a, "x y"), (&mut b, "z y z")] {
+            text.split(' ').for_each(|label| interner.push(label.as_bytes()).unwrap());
+        }
         a.append(&b).unwrap();
         let labels = a.finish().unwrap();
         assert_eq!(

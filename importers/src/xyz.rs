@@ -42,8 +42,10 @@ pub(crate) fn read(text: &mut Text, request: &Request) -> Result<Particles, Faul
     let mut table = rows::read(text, Some(count), &layout, &reader, request)?;
     let mut particles = Particles::new(Format::Xyz);
     particles.cell = comment.cell().map_err(fault)?;
-    particles.title = comment.title;
-    let species = std::mem::take(table.label(Kind::Element)).finish();
+    particles.title.clone_from(&comment.title);
+    // Atomic numbers are what they are; species may be anything.
+    let species =
+        if comment.has_species() { std::mem::take(table.label(Kind::Element)).finish() } else { None };
     let scale = if comment.has_byte_colors { 255.0 } else { 1.0 };
     table.finish(layout, Some(scale), &mut particles);
     if let Some(species) = species {
@@ -139,6 +141,12 @@ impl Comment {
         Ok(comment)
     }
 
+    /// Whether there is a column of symbols or other texts, as plain XYZ has.
+    fn has_species(&self) -> bool {
+        let is_species = |column: &Column| role_of_text(column) == Some(Role::Label(Kind::Element));
+        self.properties.as_ref().is_none_or(|columns| columns.iter().any(is_species))
+    }
+
     /// What a row consists of.
     fn expected(&self) -> String {
         let Some(columns) = &self.properties else { return "a symbol and x, y, z".into() };
@@ -196,9 +204,8 @@ fn layout(comment: &Comment, extra: usize, wanted: &Properties) -> Result<Layout
         }
         return Ok(layout);
     };
-    let has_species = columns.iter().any(|column| role_of_text(column) == Some(Role::Label(Kind::Element)));
     for column in columns {
-        push_column(column, has_species, wanted, &mut layout);
+        push_column(column, comment.has_species(), wanted, &mut layout);
     }
     if layout.roles.len() > MOST_COLUMNS {
         return Err(format!(
@@ -234,7 +241,9 @@ fn push_column(column: &Column, has_species: bool, wanted: &Properties, layout: 
         Some(role) => layout.push(role),
         None if column.kind == b'S' => (0..column.count).for_each(|_| layout.push(Role::Skip)),
         None => {
-            components(&column.name, column.count).iter().for_each(|name| layout.push_property(name, wanted));
+            for name in components(&column.name, column.count) {
+                layout.push_property(&name, wanted);
+            }
         }
     }
 }

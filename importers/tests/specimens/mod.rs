@@ -35,7 +35,11 @@ pub(crate) fn specimens() -> Vec<Specimen> {
         of("big ply", Format::Ply, ply("binary_big_endian")),
         of("csv", Format::Csv, csv(',').into_bytes()),
         of("npy", Format::Npy, npy("'<f8'", &format!("({COUNT}, 3)"), false, &floats(3))),
-        of("fortran npy", Format::Npy, npy("'<f8'", &format!("({COUNT}, 4)"), true, &floats(4))),
+        of(
+            "fortran npy",
+            Format::Npy,
+            npy("'<f8'", &format!("({COUNT}, 4)"), true, &by_columns(&floats(4), 4)),
+        ),
         of("structured npy", Format::Npy, structured_npy()),
         of("npz", Format::Npz, npz(false)),
         of("compressed npz", Format::Npz, npz(true)),
@@ -220,10 +224,14 @@ pub(crate) fn ply(encoding: &str) -> Vec<u8> {
             }
             bytes.extend(number);
         };
-        [x, y].iter().for_each(|number| put(number.to_le_bytes().to_vec()));
+        for number in [x, y] {
+            put(number.to_le_bytes().to_vec());
+        }
         put(z.to_le_bytes().to_vec());
         put(0.5_f32.to_le_bytes().to_vec());
-        [255, (at % 256) as u8, 0].iter().for_each(|byte| put(vec![*byte]));
+        for byte in [255, (at % 256) as u8, 0] {
+            put(vec![byte]);
+        }
         put((-7_i16).to_le_bytes().to_vec());
     }
     bytes.extend_from_slice(if encoding == "ascii" { b"3 0 1 2\n" } else { &[0] });
@@ -234,6 +242,12 @@ pub(crate) fn ply(encoding: &str) -> Vec<u8> {
 pub(crate) fn floats(width: usize) -> Vec<u8> {
     let numbers = (0..COUNT).flat_map(|at| place(at).into_iter().chain([0.5]).take(width));
     numbers.flat_map(f64::to_le_bytes).collect()
+}
+
+/// The same numbers, column after column.
+fn by_columns(rows: &[u8], width: usize) -> Vec<u8> {
+    let column = |at: usize| rows.chunks_exact(8).skip(at).step_by(width).flatten().copied();
+    (0..width).flat_map(column).collect()
 }
 
 pub(crate) fn npy(descr: &str, shape: &str, is_fortran: bool, data: &[u8]) -> Vec<u8> {
@@ -254,7 +268,7 @@ fn structured_npy() -> Vec<u8> {
     let mut data = Vec::new();
     for at in 0..COUNT {
         data.push(0);
-        place(at).iter().for_each(|number| data.extend((*number as f32).to_le_bytes()));
+        data.extend(place(at).into_iter().flat_map(|number| (number as f32).to_le_bytes()));
         data.extend(format!("{:\0<2}", symbol(at)).bytes().flat_map(|byte| u32::from(byte).to_le_bytes()));
         data.extend(0.25_f64.to_le_bytes());
     }

@@ -3,6 +3,8 @@
 //!
 //! This is a separate binary with a single test because it measures the memory of the whole process.
 
+#[path = "../../tests/shared/cases.rs"]
+mod cases;
 mod specimens;
 
 use importers::{Frame, Particles, Properties, Request, read_from};
@@ -128,7 +130,7 @@ fn check(particles: &Particles) {
 #[test]
 fn damaged_files_are_rejected_with_bounded_memory() {
     let asked = std::env::var("SPPM_DAMAGES").ok().map(|damages| damages.parse::<u32>().expect("a number"));
-    let mut faults = Vec::new();
+    let (mut faults, mut all) = (Vec::new(), 0);
     for specimen in specimens() {
         let (name, bytes) = (specimen.name, &specimen.bytes);
         // Once before measuring, as the first time fills tables that are kept.
@@ -161,6 +163,7 @@ fn damaged_files_are_rejected_with_bounded_memory() {
                 Ok(particles) => check(&particles),
             }
         }
+        all += damages as usize;
         assert!(refused > damages / 10, "{name}: only {refused} of {damages} damages were refused");
         println!(
             "{name}: {refused} of {damages} damages refused; {worst} bytes at worst, the whole file {honest}"
@@ -172,4 +175,5 @@ fn damaged_files_are_rejected_with_bounded_memory() {
         faults.len(),
         faults[..faults.len().min(20)].join("\n")
     );
+    cases::tell("damaged_particles", all, "damaged files");
 }
