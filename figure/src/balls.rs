@@ -1,15 +1,15 @@
 //! Particles and a recipe become spheres of a scene.
 
-use crate::color::Screen;
+use crate::color::{Screen, WHITE};
 use crate::neighbours::nearest;
 use crate::paint::paint;
 use crate::recipe::{Bonds, Recipe};
 use crate::rods::{self, Ends};
 use crate::rule::{Finish, Paint, Radius, Rule};
 use crate::selection::Selection;
-use crate::stage::single;
 use crate::table::Table;
 use crate::units::per_angstrom;
+use crate::vector::single;
 use glam::{DVec3, Vec3};
 use importers::Particles;
 use importers::elements::{Element, element};
@@ -44,9 +44,6 @@ pub struct Refusal {
     pub problem: String,
 }
 
-/// White matte particles reflect this share of the light. The rest leaves room for lamps that come on top of a white
-/// surrounding, so that white particles differ from it.
-pub const WHITE: f32 = 0.6;
 /// Radius in angstrom of an atom whose element is not known, by both tables.
 const UNKNOWN_RADIUS: f64 = 1.5;
 /// Share of the van der Waals radius that atoms have between bonds.

@@ -9,6 +9,9 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Screen(pub [u8; 3]);
 
+/// White matte particles reflect this share of the light. The rest leaves room for lamps that come on top of a white
+/// surrounding, so that white particles differ from it.
+pub const WHITE: f32 = 0.6;
 /// Colours that have a name.
 const NAMED: [(&str, [u8; 3]); 12] = [
     ("white", [255, 255, 255]),

@@ -27,6 +27,7 @@ pub mod selection;
 pub mod stage;
 mod table;
 pub mod units;
+mod vector;
 
 pub use balls::{Balls, Refusal, balls};
 pub use recipe::Recipe;

@@ -10,12 +10,15 @@
 //!
 //! A [`Selection`] is parsed without knowing any file. [`Selection::bind`] finds its columns, and gives a [`Test`].
 
+mod error;
 mod lexer;
 mod parser;
 mod test;
 
+pub use error::SelectionError;
 pub use test::Test;
 
+use crate::columns::Columns;
 use parser::Node;
 use std::fmt;
 
@@ -24,24 +27,6 @@ use std::fmt;
 pub struct Selection {
     text: String,
     root: Node,
-}
-
-/// A fault in the text of a selection. Displays as `column 14: ...`.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("column {column}: {problem}")]
-pub struct SelectionError {
-    /// Where it is, in characters from 1.
-    pub column: usize,
-    /// What is wrong, and what would be right.
-    pub problem: String,
-}
-
-impl SelectionError {
-    /// The fault at byte `at` of `text`.
-    fn new(text: &str, at: usize, problem: impl Into<String>) -> Self {
-        let before = text.get(..at).unwrap_or(text);
-        Self { column: before.chars().count() + 1, problem: problem.into() }
-    }
 }
 
 impl Selection {
@@ -56,6 +41,14 @@ impl Selection {
     /// The text that it was parsed from.
     pub fn text(&self) -> &str {
         &self.text
+    }
+
+    /// The test of particles with these `columns`.
+    ///
+    /// # Errors
+    /// If a column does not exist, or is compared with what it cannot be.
+    pub fn bind<'a>(&self, columns: &'a dyn Columns) -> Result<Test<'a>, SelectionError> {
+        test::bind(&self.text, &self.root, columns)
     }
 
     /// The columns that it names.
@@ -81,7 +74,7 @@ impl fmt::Display for Selection {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::columns::{Column, Columns};
+    use crate::columns::Column;
 
     /// Four particles: an element, a height, and a property with a gap.
     struct Few;

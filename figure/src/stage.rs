@@ -1,9 +1,9 @@
 //! A stage for balls: camera, lamps, ground, background and settings that follow from the balls alone.
 
-use crate::balls::WHITE;
-use crate::color::Screen;
+use crate::color::{Screen, WHITE};
 use crate::fit::{self, Axes};
 use crate::principal;
+use crate::vector::single;
 use glam::{DMat3, DVec3, Vec3};
 use importers::Particles;
 use scene::settings::RADIUS_RANGE;
@@ -367,9 +367,4 @@ impl Set {
             emission,
         });
     }
-}
-
-/// A vector in single precision, without negative zeros: scene files have none.
-pub(crate) fn single(v: DVec3) -> Vec3 {
-    v.as_vec3() + Vec3::ZERO
 }

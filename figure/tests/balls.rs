@@ -1,7 +1,6 @@
 //! Spheres of particles by recipes.
 
-use figure::balls::WHITE;
-use figure::color::{Map, Screen, palette};
+use figure::color::{Map, Screen, WHITE, palette};
 use figure::{Balls, Recipe, Refusal, Rule, Selection, balls};
 use importers::{Cell, Format, Labels, Particles, Property};
 use proptest::prelude::*;

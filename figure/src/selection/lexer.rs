@@ -1,6 +1,6 @@
 //! Splits the text of a selection into tokens.
 
-use super::SelectionError;
+use super::error::SelectionError;
 
 /// A token.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! Parses the tokens of a selection into a tree, by recursive descent.
 
-use super::SelectionError;
+use super::error::SelectionError;
 use super::lexer::{Place, Token, tokens};
 
 /// Deeper trees are refused, so that no text exhausts the stack.

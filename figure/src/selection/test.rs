@@ -1,7 +1,7 @@
 //! A selection bound to the columns of a file.
 
+use super::error::SelectionError;
 use super::parser::{Comparison, Kind, Node, Value};
-use super::{Selection, SelectionError};
 use crate::columns::{Column, Columns, unknown};
 
 /// A test of particles by their index.
@@ -14,14 +14,16 @@ impl Test<'_> {
     }
 }
 
-impl Selection {
-    /// The test of particles with these `columns`.
-    ///
-    /// # Errors
-    /// If a column does not exist, or is compared with what it cannot be.
-    pub fn bind<'a>(&self, columns: &'a dyn Columns) -> Result<Test<'a>, SelectionError> {
-        Binder { text: &self.text, columns }.node(&self.root)
-    }
+/// The test of a selection with this `text`, parsed to `root`, of particles with these `columns`.
+///
+/// # Errors
+/// If a column does not exist, or is compared with what it cannot be.
+pub(super) fn bind<'a>(
+    text: &str,
+    root: &Node,
+    columns: &'a dyn Columns,
+) -> Result<Test<'a>, SelectionError> {
+    Binder { text, columns }.node(root)
 }
 
 /// One side of a comparison.
