@@ -97,8 +97,8 @@ impl Metadata {
 pub(crate) fn scene_file(scene: &Scene, settings: &Settings) -> Option<String> {
     /// The text of a sphere is at least this long, so scenes with more spheres need not be written out to be measured.
     const BYTES_PER_SPHERE: usize = 64;
-    (scene.spheres.len() <= MOST_SCENE / BYTES_PER_SPHERE)
-        .then(|| scene_file::to_text(scene, settings))
+    (scene.own_spheres().len() <= MOST_SCENE / BYTES_PER_SPHERE)
+        .then(|| scene_file::to_portable_text(scene, settings))
         .filter(|text| text.len() <= MOST_SCENE)
 }
 

@@ -3,6 +3,7 @@
 use crate::args::engine::EngineArgs;
 use crate::args::files::check_distinct;
 use crate::args::messages::MessageArgs;
+use crate::args::particles::ParticleArgs;
 use crate::args::scene::{self, SceneName};
 use crate::args::settings::SettingsArgs;
 use crate::args::view::{DisplayArgs, PageArgs};
@@ -14,7 +15,7 @@ use ::scene::settings::MAX_ITERATIONS;
 use ::scene::{Automatic, Scene};
 use clap::{Args as ClapArgs, ValueHint};
 use files::image_file::{self, Format, ImageReader};
-use files::{atomic_file, builtin, paths};
+use files::{atomic_file, builtin, named, paths};
 use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::io::Write as _;
@@ -31,7 +32,8 @@ use view::{Legacy, Look, Project, View};
 #[derive(Debug, ClapArgs)]
 #[command(after_long_help = VIEW_EXAMPLES)]
 pub(crate) struct ViewArgs {
-    /// A built-in scene (see `sppm scenes`), a scene file ending in .toml, - for standard input, or an image file
+    /// A built-in scene (see `sppm scenes`), a scene file ending in .toml, a file of molecules or particles, - for standard
+    /// input, or an image file
     #[arg(value_name = "SCENE|IMAGE", value_parser = SceneName, hide_possible_values = true)]
     pub target: OsString,
 
@@ -52,6 +54,9 @@ pub(crate) struct ViewArgs {
 
     #[command(flatten)]
     pub display: DisplayArgs,
+
+    #[command(flatten)]
+    pub particles: ParticleArgs,
 
     #[command(flatten)]
     pub settings: SettingsArgs,
@@ -95,7 +100,11 @@ fn is_image(target: &OsStr) -> bool {
     let is_scene = target == "-" || target.to_str().is_some_and(|name| builtin::find(name).is_some());
     let is_toml = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     let has_extension = Format::from_path(path).is_ok();
-    !is_scene && !is_toml && (has_extension || (path.is_file() && ImageReader::open(path, None).is_ok()))
+    let is_particles = named::is_particles(target);
+    !is_scene
+        && !is_toml
+        && !is_particles
+        && (has_extension || (path.is_file() && ImageReader::open(path, None).is_ok()))
 }
 
 fn show(args: &ViewArgs) -> Result<(), Error> {
@@ -120,7 +129,8 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
     if args.layer.is_some() {
         return Err(Error::BadInput("--layer: only image files have layers by name".into()));
     }
-    let opened = scene::open(&args.target, args.engine.memory_limit.unwrap_or(u64::MAX))?;
+    let (size, most) = ([args.settings.width, args.settings.height], args.engine.memory_limit);
+    let opened = scene::open(&args.target, &args.particles, size, most.unwrap_or(u64::MAX))?;
     check(args, opened.file.as_deref())?;
     let settings = args.settings.apply(&opened.scene.settings)?;
     let text = match &opened.file {
