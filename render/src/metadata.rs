@@ -58,7 +58,8 @@ fn first() -> u32 {
 
 impl Metadata {
     /// That of the image which `engine` holds, of a `scene` with this digest ([`scene_file::digest`]) rendered by `choice`.
-    /// Exposure, tone curve and error are left out, and the iterations are taken to be the first ones.
+    /// Exposure, tone curve, error and
+    /// which iterations they are, if not the first, are left out.
     pub fn of(engine: &dyn Resumable, scene: &Scene, digest: &str, choice: EngineChoice) -> Self {
         let done = engine.iterations();
         // The number of iterations in the image, which may be fewer than requested.
@@ -96,8 +97,8 @@ impl Metadata {
 pub(crate) fn scene_file(scene: &Scene, settings: &Settings) -> Option<String> {
     /// The text of a sphere is at least this long, so scenes with more spheres need not be written out to be measured.
     const BYTES_PER_SPHERE: usize = 64;
-    (scene.spheres.len() <= MOST_SCENE / BYTES_PER_SPHERE)
-        .then(|| scene_file::to_text(scene, settings))
+    (scene.own_spheres().len() <= MOST_SCENE / BYTES_PER_SPHERE)
+        .then(|| scene_file::to_portable_text(scene, settings))
         .filter(|text| text.len() <= MOST_SCENE)
 }
 

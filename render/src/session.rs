@@ -35,7 +35,13 @@ use std::time::{Duration, Instant};
 pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) -> Result<Outcome, Error> {
     let Ready { mut job, pool, need, digest, locks, keeper, from } = ready;
     // The engine borrows the scene. Move it out of the job, which is returned to the caller.
-    let nothing = Scene { spheres: Vec::new(), materials: Vec::new(), name: String::new(), ..job.scene };
+    let nothing = Scene {
+        spheres: Vec::new(),
+        materials: Vec::new(),
+        name: String::new(),
+        imports: Vec::new(),
+        ..job.scene
+    };
     let scene = replace(&mut job.scene, nothing);
     let (threads, mut parts) = (pool.current_num_threads(), take(&mut job.warm.parts));
     let ended = pool.install(|| {

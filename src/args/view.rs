@@ -123,10 +123,6 @@ fn with_port(place: &str) -> Result<String, Error> {
 #[derive(Clone, Debug, Default, ClapArgs)]
 #[command(next_help_heading = "Viewers")]
 pub(crate) struct WatchArgs {
-    /// Serve a page that shows the image as it converges, and print its address
-    #[arg(long)]
-    pub view: bool,
-
     #[command(flatten)]
     pub page: PageArgs,
 
@@ -135,15 +131,20 @@ pub(crate) struct WatchArgs {
 }
 
 impl WatchArgs {
-    /// Serves the page and finds the viewer that are asked for, for a render of the scene `name`. Standard output may be
-    /// taken by something else than the page's address.
-    pub(crate) fn start(&self, name: &str, is_taken: bool) -> Result<Option<(Option<View>, Relay)>, Error> {
-        self.page.check(self.view)?;
-        if !self.view && self.display.display.is_none() {
+    /// Serves the page, if there is to be one, and finds the viewer that is asked for, for a render of the scene `name`.
+    /// Standard output may be taken by something else than the page's address.
+    pub(crate) fn start(
+        &self,
+        has_page: bool,
+        name: &str,
+        is_taken: bool,
+    ) -> Result<Option<(Option<View>, Relay)>, Error> {
+        self.page.check(has_page)?;
+        if !has_page && self.display.display.is_none() {
             return Ok(None);
         }
         let display = self.display.start(name)?;
-        let place = self.view.then(|| self.page.place());
+        let place = has_page.then(|| self.page.place());
         let (view, relay) = View::relay(name, display, place.as_ref()).map_err(Error::Failed)?;
         if let Some(view) = &view {
             self.page.announce(view, is_taken)?;

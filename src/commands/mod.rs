@@ -69,9 +69,9 @@ SIGTERM, 129 by SIGHUP.";
 pub(crate) enum Command {
     Render(RenderArgs),
     Resume(ResumeArgs),
-    View(ViewArgs),
     Merge(MergeArgs),
     Farm(FarmArgs),
+    View(ViewArgs),
     Info(InfoArgs),
     Scenes(ScenesArgs),
     Compare(CompareArgs),
@@ -90,9 +90,9 @@ impl Args {
         match &self.command {
             Command::Render(args) => render::run(args),
             Command::Resume(args) => resume::run(args),
-            Command::View(args) => view::run(args),
             Command::Merge(args) => merge::run(args),
             Command::Farm(args) => farm::run(args),
+            Command::View(args) => view::run(args),
             Command::Info(args) => info::run(args),
             Command::Scenes(args) => scenes::run(args),
             Command::Compare(args) => compare::run(args),

@@ -47,6 +47,10 @@ pub(crate) struct ResumeArgs {
     #[command(flatten)]
     pub engine: EngineArgs,
 
+    /// Serve a page that shows the image as it converges, and print its address
+    #[arg(long, help_heading = "Viewers")]
+    pub view: bool,
+
     #[command(flatten)]
     pub viewers: WatchArgs,
 
@@ -75,7 +79,7 @@ pub(crate) fn run(args: &ResumeArgs) -> Result<(), Error> {
     let image = args.file.with_file_name(default_name_of(&job.scene.name));
     job.outputs = args.outputs.or(take(&mut job.outputs), image)?;
     (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
-    watch::run(job, &args.messages, &args.viewers)
+    watch::run(job, &args.messages, (&args.viewers, args.view))
 }
 
 /// The total number of iterations asked for by this run.

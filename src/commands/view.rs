@@ -3,19 +3,19 @@
 use crate::args::engine::EngineArgs;
 use crate::args::files::check_distinct;
 use crate::args::messages::MessageArgs;
+use crate::args::particles::ParticleArgs;
 use crate::args::scene::{self, SceneName};
-use crate::args::settings::{QualityArgs, SettingsArgs};
+use crate::args::settings::SettingsArgs;
 use crate::args::view::{DisplayArgs, PageArgs};
-use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
 use crate::terminal::logs;
 use crate::terminal::signals::Requests;
-use ::render::{EngineChoice, Job, Renderer};
+use ::render::{Job, Renderer};
 use ::scene::settings::MAX_ITERATIONS;
 use ::scene::{Automatic, Scene};
 use clap::{Args as ClapArgs, ValueHint};
 use files::image_file::{self, Format, ImageReader};
-use files::{atomic_file, builtin, paths};
+use files::{atomic_file, builtin, named, paths};
 use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::io::Write as _;
@@ -32,7 +32,8 @@ use view::{Legacy, Look, Project, View};
 #[derive(Debug, ClapArgs)]
 #[command(after_long_help = VIEW_EXAMPLES)]
 pub(crate) struct ViewArgs {
-    /// A built-in scene (see `sppm scenes`), a scene file ending in .toml, - for standard input, or an image file
+    /// A built-in scene (see `sppm scenes`), a scene file ending in .toml, a file of molecules or particles, - for standard
+    /// input, or an image file
     #[arg(value_name = "SCENE|IMAGE", value_parser = SceneName, hide_possible_values = true)]
     pub target: OsString,
 
@@ -55,10 +56,10 @@ pub(crate) struct ViewArgs {
     pub display: DisplayArgs,
 
     #[command(flatten)]
-    pub settings: SettingsArgs,
+    pub particles: ParticleArgs,
 
     #[command(flatten)]
-    pub quality: QualityArgs,
+    pub settings: SettingsArgs,
 
     #[command(flatten)]
     pub engine: EngineArgs,
@@ -99,7 +100,11 @@ fn is_image(target: &OsStr) -> bool {
     let is_scene = target == "-" || target.to_str().is_some_and(|name| builtin::find(name).is_some());
     let is_toml = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     let has_extension = Format::from_path(path).is_ok();
-    !is_scene && !is_toml && (has_extension || (path.is_file() && ImageReader::open(path, None).is_ok()))
+    let is_particles = named::is_particles(target);
+    !is_scene
+        && !is_toml
+        && !is_particles
+        && (has_extension || (path.is_file() && ImageReader::open(path, None).is_ok()))
 }
 
 fn show(args: &ViewArgs) -> Result<(), Error> {
@@ -124,15 +129,22 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
     if args.layer.is_some() {
         return Err(Error::BadInput("--layer: only image files have layers by name".into()));
     }
-    let opened = scene::open(&args.target, args.engine.memory_limit.unwrap_or(u64::MAX))?;
+    let (size, most) = ([args.settings.width, args.settings.height], args.engine.memory_limit);
+    let opened = scene::open(&args.target, &args.particles, size, most.unwrap_or(u64::MAX))?;
     check(args, opened.file.as_deref())?;
-    let (scene, engine) = prepare(args, opened.scene, opened.automatic)?;
+    let settings = args.settings.apply(&opened.scene.settings)?;
     let text = match &opened.file {
         Some(file) => fs::read_to_string(file).ok(),
         None => opened.stem.to_str().and_then(builtin::find).map(|builtin| builtin.text.to_owned()),
     };
+    let engine = args.engine.choose(Renderer::default())?;
+    // There is no end to them.
+    let automatic = Automatic { iterations: false, ..args.settings.automatic(opened.automatic) };
+    let mut job = Job::new(Scene { settings, ..opened.scene }).choosing(automatic);
+    (job.engine, job.threads, job.memory_limit) = (engine, args.engine.threads, args.engine.memory_limit);
+    job.choose_settings()?;
     let project = Project {
-        scene,
+        scene: job.scene,
         text,
         stem: opened.stem.to_string_lossy().into_owned(),
         engine,
@@ -152,19 +164,6 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
         None => "the view broke down; this is a fault of sppm, please report it".into(),
     };
     Err(interrupted(&requests, what))
-}
-
-/// The scene with the settings that are asked for, and those that are chosen from it; and the engine.
-fn prepare(args: &ViewArgs, scene: Scene, automatic: Automatic) -> Result<(Scene, EngineChoice), Error> {
-    let mut job = Job::new(scene);
-    let (own, automatic) = args.quality.apply(&job.scene.settings, automatic);
-    job.scene.settings = args.settings.apply(&own)?;
-    job.automatic = args.settings.automatic(automatic);
-    job.engine = args.engine.choose(Renderer::default())?;
-    (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
-    let _busy = Busy::with("choosing settings");
-    job.choose_settings()?;
-    Ok((job.scene, job.engine))
 }
 
 fn check(args: &ViewArgs, scene: Option<&Path>) -> Result<(), Error> {

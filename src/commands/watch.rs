@@ -23,14 +23,18 @@ use tracing::{debug, info, warn};
 use view::Relay;
 
 /// Runs `job` to its end and reports what became of it.
-pub(crate) fn run(mut job: Job, messages: &MessageArgs, viewers: &WatchArgs) -> Result<(), Error> {
+pub(crate) fn run(
+    mut job: Job,
+    messages: &MessageArgs,
+    (viewers, has_page): (&WatchArgs, bool),
+) -> Result<(), Error> {
     let is_json = messages.progress == Progress::Json;
     if is_json && job.outputs.stream.is_some() {
         let problem = "--progress json: standard output is taken by --output; write the image to a file";
         return Err(Error::BadInput(problem.into()));
     }
     let is_taken = is_json || job.outputs.stream.is_some();
-    let (page, relay) = viewers.start(&job.scene.name, is_taken)?.unzip();
+    let (page, relay) = viewers.start(has_page, &job.scene.name, is_taken)?.unzip();
     let requests = Requests::listen()?;
     // The command does not show intermediate images.
     (job.live, job.stop) = (false, requests.stop().clone());

@@ -6,9 +6,9 @@ use std::fs;
 const COMMANDS: [&str; 15] = [
     "render",
     "resume",
-    "view",
     "merge",
     "farm",
+    "view",
     "info",
     "scenes",
     "compare",

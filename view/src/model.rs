@@ -71,6 +71,8 @@ impl State {
             spheres: spheres.clone(),
             background: *background,
             settings: self.settings,
+            // Each may be changed, so spheres from files of particles are written out.
+            imports: Vec::new(),
         };
         scene.with_sky()
     }

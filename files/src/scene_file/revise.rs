@@ -2,7 +2,7 @@
 //! comments, order, names and spelling.
 
 use super::parse_with_automatic;
-use scene::{Camera, Filter, Material, Scene, Settings, Sphere, Vec3};
+use scene::{Automatic, Camera, Filter, Material, Scene, Settings, Sphere, Vec3};
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
 /// Longer texts are not revised: each value of theirs would take hundreds of bytes of memory.
@@ -16,16 +16,14 @@ pub fn revise(text: &str, scene: &Scene) -> Option<String> {
     if text.len() > MAX_BYTES {
         return None;
     }
-    let (before, automatic) = parse_with_automatic("scene.toml", text).ok()?;
+    let (before, open) = parse_with_automatic("scene.toml", text).ok()?;
     let mut document: DocumentMut = text.parse().ok()?;
     if before.camera != scene.camera {
         revise_camera(document.get_mut("camera")?.as_table_like_mut()?, &before.camera, &scene.camera);
     }
-    // Of settings that are left to be chosen, a scene has those that were chosen; the text must state them.
-    let states_all = automatic.any();
-    if before.settings != scene.settings || states_all {
+    if before.settings != scene.settings || open.any() {
         let settings = document.entry("settings").or_insert(Item::Table(Table::new()));
-        revise_settings(settings.as_table_like_mut()?, &before.settings, &scene.settings, states_all)?;
+        revise_settings(settings.as_table_like_mut()?, (&before.settings, open), &scene.settings)?;
     }
     let material = |scene: &Scene, sphere: &Sphere| scene.materials.get(sphere.material as usize).copied();
     let pairs = before.without_sky().iter().zip(scene.without_sky()).enumerate();
@@ -38,8 +36,8 @@ pub fn revise(text: &str, scene: &Scene) -> Option<String> {
         }
     }
     let revised = document.to_string();
-    let (after, automatic) = parse_with_automatic("scene.toml", &revised).ok()?;
-    (is_same(&after, scene) && !automatic.any()).then_some(revised)
+    let (after, still_open) = parse_with_automatic("scene.toml", &revised).ok()?;
+    (is_same(&after, scene) && !still_open.any()).then_some(revised)
 }
 
 /// The names of the spheres in a scene file, in its order; empty if it cannot be read, or is too long to be revised.
@@ -104,28 +102,30 @@ fn replace_target(table: &mut dyn TableLike, direction: Vec3) {
     set(table, "direction", vector(direction));
 }
 
+/// States what differs, and what was left to be chosen.
 fn revise_settings(
     table: &mut dyn TableLike,
-    old: &Settings,
+    (old, open): (&Settings, Automatic),
     new: &Settings,
-    states_all: bool,
 ) -> Option<()> {
-    if states_all {
-        table.remove("quality");
-    }
     let whole = [
-        ("width", old.width, new.width),
-        ("height", old.height, new.height),
-        ("iterations", old.iterations, new.iterations),
-        ("photons_per_iteration", old.photons_per_iteration, new.photons_per_iteration),
-        ("max_depth", old.max_depth, new.max_depth),
+        ("width", old.width, new.width, false),
+        ("height", old.height, new.height, false),
+        ("iterations", old.iterations, new.iterations, open.iterations),
+        (
+            "photons_per_iteration",
+            old.photons_per_iteration,
+            new.photons_per_iteration,
+            open.photons_per_iteration,
+        ),
+        ("max_depth", old.max_depth, new.max_depth, open.max_depth),
     ];
-    for (key, old, new) in whole {
-        if old != new || (states_all && !["width", "height"].contains(&key)) {
+    for (key, old, new, is_open) in whole {
+        if old != new || is_open {
             set(table, key, i64::from(new).into());
         }
     }
-    if old.initial_radius != new.initial_radius || states_all {
+    if old.initial_radius != new.initial_radius || open.initial_radius {
         set(table, "initial_radius", number(new.initial_radius));
     }
     if old.seed != new.seed {
@@ -133,9 +133,6 @@ fn revise_settings(
     }
     if old.filter != new.filter {
         set(table, "filter", Filter::name(new.filter).into());
-    }
-    if old.radius_schedule != new.radius_schedule {
-        set(table, "radius_schedule", new.radius_schedule.name().into());
     }
     Some(())
 }
@@ -206,39 +203,33 @@ fn number(value: f32) -> Value {
 mod tests {
     use super::*;
     use crate::builtin::SCENES;
+    use crate::scene_file::parse;
     use scene::Rgb;
 
     #[test]
     fn a_scene_that_is_not_changed_keeps_its_text() {
-        for builtin in SCENES {
-            let (scene, automatic) = builtin.open();
-            let revised = revise(builtin.text, &scene);
-            assert_eq!(revised.as_deref() == Some(builtin.text), !automatic.any(), "{}", builtin.name);
+        let stated: Vec<_> = SCENES.iter().filter(|builtin| !builtin.open().1.any()).collect();
+        assert!(stated.len() > 2);
+        for builtin in stated {
+            assert_eq!(revise(builtin.text, &builtin.scene()).as_deref(), Some(builtin.text));
         }
     }
 
-    /// Those chosen are stated, even where they are the usual ones; else others might be chosen again.
+    /// So that whoever renders the text renders the same.
     #[test]
-    fn settings_that_were_chosen_are_stated() {
-        let text = "[camera]\neye = [0, 0, 9]\ntarget = [0, 0, 0]\nvertical_fov_degrees = 30\n\n[settings]\n\
-            quality = \"draft\" # quick\nmax_depth = \"auto\" # deep\n\n[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\n\
-            material = { type = \"diffuse\", albedo = [0, 0, 0] }\nemission = [1, 1, 1]\n";
-        let (scene, automatic) = parse_with_automatic("a.toml", text).unwrap();
-        assert!(automatic.any());
-        let revised = revise(text, &scene).unwrap();
-        let (again, automatic) = parse_with_automatic("a.toml", &revised).unwrap();
-        assert!(!automatic.any() && is_same(&again, &scene), "{revised}");
-        assert!(revised.contains("max_depth = 5 # deep") && !revised.contains("quality"), "{revised}");
+    fn what_was_left_to_be_chosen_is_stated() {
+        for builtin in SCENES {
+            let revised = revise(builtin.text, &builtin.scene()).unwrap();
+            let (scene, open) = parse_with_automatic("again.toml", &revised).unwrap();
+            assert!(!open.any() && scene.settings == builtin.scene().settings, "{}: {revised}", builtin.name);
+        }
     }
 
     /// Every line but those changed stays, comments behind changed values too.
     #[test]
     fn only_what_is_changed_is_written() {
-        // With numbers in place of what is chosen.
-        let text = crate::builtin::find("cornell").unwrap().text.replace("\"auto\"", "3");
-        let lines = text.split_inclusive('\n').filter(|line| !line.starts_with("quality"));
-        let text = &lines.collect::<String>();
-        let (mut scene, _) = parse_with_automatic("cornell.toml", text).unwrap();
+        let text = crate::builtin::find("cornell").unwrap().text;
+        let mut scene = crate::builtin::scene("cornell").unwrap();
         scene.camera.direction = Vec3::new(0.1, -0.25, -1.0);
         scene.settings.iterations = 42;
         scene.spheres[6].center.x = 60.5;
@@ -255,6 +246,9 @@ mod tests {
             "direction = [0.1, -0.25, -1] # of any length; target = [x, y, z] would do as well"
         );
         assert_eq!(next(), "iterations = 42");
+        assert_eq!(next(), "photons_per_iteration = 200000");
+        assert_eq!(next(), "max_depth = 5");
+        assert_eq!(next(), "initial_radius = 2 # in scene units");
         assert_eq!(next(), "center = [60.5, 16.5, 78]");
         assert_eq!(next(), "material = { type = \"dielectric\", albedo = [1, 0.1, 0.1], ior = 1.5 }");
         assert_eq!(next(), "emission = [30, 10, 10]");
@@ -279,11 +273,7 @@ mod tests {
             scene.materials.push(Material::Specular { albedo: Rgb::splat(1.0 / 3.0) });
             let scene = scene.with_sky();
             let revised = revise(builtin.text, &scene).unwrap_or_else(|| panic!("{}", builtin.name));
-            assert!(
-                is_same(&parse_with_automatic("again.toml", &revised).unwrap().0, &scene),
-                "{}",
-                builtin.name
-            );
+            assert!(is_same(&parse("again.toml", &revised).unwrap(), &scene), "{}", builtin.name);
         }
     }
 
