@@ -12,7 +12,10 @@ import websocket
 from page import Page, served
 
 INPUTS = 100
-ARGUMENTS = ["view", sys.argv[1] if len(sys.argv) > 1 else "cornell", "--width", "512", "--height", "384", "--threads", "2"]
+SCENE = sys.argv[1] if len(sys.argv) > 1 else "cornell"
+# The paper's settings, so that figures can be compared.
+SETTINGS = ["--width", "512", "--height", "384", "--photons", "200000", "--depth", "5", "--radius", "2"]
+ARGUMENTS = ["view", SCENE, *SETTINGS, "--threads", "2"]
 
 SCRIPT = """
 const done = arguments[arguments.length - 1];

@@ -12,7 +12,8 @@ import unittest
 from page import SPPM, Page, served
 from selenium.webdriver.common.keys import Keys
 
-QUICK = ["--width", "256", "--height", "192", "--photons", "50000", "--threads", "2"]
+SETTINGS = ["--width", "256", "--height", "192", "--photons", "50000", "--depth", "5", "--radius", "2"]
+QUICK = [*SETTINGS, "--threads", "2"]
 # A difference of codes that no noise makes.
 CLEAR = 25
 
