@@ -530,8 +530,8 @@ fn property(field: &[u8]) -> Result<f32, String> {
         Some(value) => Ok(value as f32),
         None => match field {
             b"" | b"NA" | b"." | b"?" => Ok(f32::NAN),
-            b"T" | b"True" | b"true" | b"TRUE" => Ok(1.0),
-            b"F" | b"False" | b"false" | b"FALSE" => Ok(0.0),
+            b"T" | b"t" | b"True" | b"true" | b"TRUE" => Ok(1.0),
+            b"F" | b"f" | b"False" | b"false" | b"FALSE" => Ok(0.0),
             _ => Err(format!("{} is no number", quote(field))),
         },
     }
