@@ -1,7 +1,7 @@
 //! PDBx/mmCIF, with Cartesian coordinates, and CIF of small molecules and crystals, with coordinates along the vectors
 //! of the cell, which are repeated by the symmetry operations that the file lists.
 
-use crate::altloc::{self, Alternative, Residue};
+use crate::altloc::{self, Alternative, Residue, packed};
 use crate::cell::by_angles;
 use crate::error::{Fault, no_such_frame, quote};
 use crate::format::Format;
@@ -308,14 +308,14 @@ impl Reader {
             let residue = Residue {
                 chain: index(Kind::Chain),
                 number: residue_number,
-                insertion: field(Item::Insertion).into(),
+                insertion: packed(field(Item::Insertion)),
             };
             self.alternatives.push(Alternative {
-                row: self.table.len(),
+                row: self.table.len() as u32,
                 residue,
                 residue_name: index(Kind::Residue),
                 name: index(Kind::Name),
-                mark: field(Item::Mark).into(),
+                mark: packed(field(Item::Mark)),
                 occupancy: occupancy.unwrap_or(1.0) as f32,
                 b_factor: b_factor.unwrap_or(0.0) as f32,
             });

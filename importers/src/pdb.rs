@@ -1,7 +1,7 @@
 //! PDB: records of fixed columns (<https://www.wwpdb.org/documentation/file-format>), with what programs made of it for
 //! more atoms than the columns hold: hybrid-36 numbers (<http://cci.lbl.gov/hybrid_36/>), and numbers one column wider.
 
-use crate::altloc::{self, Alternative, Residue};
+use crate::altloc::{self, Alternative, Residue, packed};
 use crate::cell::{by_angles, dot, inverse};
 use crate::elements::by_symbol;
 use crate::error::{Fault, Place, no_such_frame, quote};
@@ -175,10 +175,18 @@ impl Reader {
         let row = self.table.len();
         let index = |kind: Kind| self.table.labels[kind as usize].last();
         let number = self.table.residue_numbers[row];
-        let residue = Residue { chain: index(Kind::Chain), number, insertion: line[26..27].into() };
+        let residue = Residue { chain: index(Kind::Chain), number, insertion: packed(&line[26..27]) };
         let (name, residue_name) = (index(Kind::Name), index(Kind::Residue));
-        let mark = line[16..17].into();
-        self.alternatives.push(Alternative { row, residue, residue_name, name, mark, occupancy, b_factor });
+        let mark = packed(&line[16..17]);
+        self.alternatives.push(Alternative {
+            row: row as u32,
+            residue,
+            residue_name,
+            name,
+            mark,
+            occupancy,
+            b_factor,
+        });
     }
 
     /// `CONECT`: an atom, and up to four that are bonded to it.
