@@ -27,11 +27,7 @@ pub(crate) fn consolidate_group<L: Lanes>(
         let m = L::to_float(counted);
         let n = old.n + L::f(ALPHA) * m;
         let ratio = n / (old.n + m);
-        let phi = V3::new(
-            flux_of::<L>(sums, 0, at) * unit,
-            flux_of::<L>(sums, 1, at) * unit,
-            flux_of::<L>(sums, 2, at) * unit,
-        );
+        let phi = phi_of::<L>(sums, at, unit);
         let tau = (old.tau + new.beta * phi).scale(ratio);
         let nothing = L::eq(counted, L::u(0));
         let pixel = PixelLanes {
@@ -42,6 +38,48 @@ pub(crate) fn consolidate_group<L: Lanes>(
         };
         pixel.store(&mut pixels[at..]);
     }
+}
+
+/// With global radii: writes to the pixels what they gain in one iteration, radiance in place of direct light and the bits of
+/// the count of photons in place of `n`. `density` is 1 over the area of the search disc and the photons that left the lights.
+/// `reference::consolidate::estimate`, in lanes.
+#[inline(always)]
+pub(crate) fn estimate_group<L: Lanes>(
+    pixels: &mut [Pixel],
+    rows: &[PixelRows],
+    sums: &GroupSums,
+    nominal: f32,
+    density: f32,
+) {
+    let unit = L::f(nominal / FLUX_ONE as f32);
+    for at in (0..GROUP).step_by(L::N) {
+        let new = PixelRowsLanes::<L>::load(&rows[at..]);
+        let old = PixelLanes::<L>::load(&pixels[at..]);
+        let counted = L::load_u(&sums.m[at..]);
+        let phi = phi_of::<L>(sums, at, unit);
+        let radiance = new.direct + (new.beta * phi).scale(L::f(density));
+        let pixel = PixelLanes {
+            direct: V3::select(L::eq(counted, L::u(0)), new.direct, radiance),
+            n: L::from_bits(counted),
+            ..old
+        };
+        pixel.store(&mut pixels[at..]);
+    }
+}
+
+/// The density of an iteration with global radii; see [`estimate_group`].
+pub(crate) fn density(photons: u32, radius_squared: f32) -> f32 {
+    1.0 / (photons as f32 * (PI * radius_squared))
+}
+
+/// The fluxes of the pixels from `at` on, times `unit`.
+#[inline(always)]
+fn phi_of<L: Lanes>(sums: &GroupSums, at: usize, unit: L::F) -> V3<L> {
+    V3::new(
+        flux_of::<L>(sums, 0, at) * unit,
+        flux_of::<L>(sums, 1, at) * unit,
+        flux_of::<L>(sums, 2, at) * unit,
+    )
 }
 
 /// The fluxes of the pixels from `at` on in one channel.

@@ -1,7 +1,7 @@
 //! The built-in scenes, embedded from `files/scenes`.
 
 use crate::scene_file;
-use scene::Scene;
+use scene::{Automatic, Scene};
 
 /// A built-in scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,11 +48,20 @@ pub fn scene(name: &str) -> Option<Scene> {
 }
 
 impl Builtin {
-    /// The parsed scene.
+    /// The parsed scene. Of the settings that are left to be chosen it has the paper's.
     ///
     /// # Panics
     /// Never: a test parses every built-in scene.
     pub fn scene(&self) -> Scene {
-        scene_file::parse(self.name, self.text).unwrap_or_else(|e| panic!("built-in scene: {e}"))
+        self.open().0
+    }
+
+    /// The parsed scene, and the settings that are left to be chosen.
+    ///
+    /// # Panics
+    /// As [`Self::scene`].
+    pub fn open(&self) -> (Scene, Automatic) {
+        let parsed = scene_file::parse_with_automatic(self.name, self.text);
+        parsed.unwrap_or_else(|e| panic!("built-in scene: {e}"))
     }
 }

@@ -1,16 +1,18 @@
 //! Finds scenes by name: the name of a built-in scene, or the path of a scene file.
 
 use crate::builtin::{self, Builtin, SCENES};
-use crate::scene_file;
-use scene::Scene;
+use crate::scene_file::{self, LoadedScene};
+use scene::{Automatic, Scene};
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 /// A scene and its source.
 #[derive(Clone, Debug)]
 pub struct Opened {
-    /// The scene.
+    /// The scene. Of the settings that are left to be chosen it has the paper's.
     pub scene: Scene,
+    /// The settings that are left to be chosen.
+    pub automatic: Automatic,
     /// A bound of the memory that was taken to read it, in bytes.
     pub bytes: u64,
     /// The default name of its image, without extension: the built-in name, or the file's name.
@@ -26,12 +28,14 @@ pub struct Opened {
 pub fn open(name: &OsStr, most: u64) -> Result<Opened, String> {
     let path = Path::new(name);
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-        let (scene, bytes) = scene_file::load_within(path, most).map_err(|error| error.to_string())?;
+        let LoadedScene { scene, automatic, bytes } =
+            scene_file::load_within(path, most).map_err(|error| error.to_string())?;
         let stem = path.file_stem().unwrap_or(OsStr::new("scene")).to_owned();
-        return Ok(Opened { scene, bytes, stem, file: Some(path.into()) });
+        return Ok(Opened { scene, automatic, bytes, stem, file: Some(path.into()) });
     }
     let builtin = find(name)?;
-    Ok(Opened { scene: builtin.scene(), bytes: 0, stem: builtin.name.into(), file: None })
+    let (scene, automatic) = builtin.open();
+    Ok(Opened { scene, automatic, bytes: 0, stem: builtin.name.into(), file: None })
 }
 
 /// Finds the built-in scene `name`.

@@ -66,7 +66,7 @@ impl<'a, P: Parts> Pipeline<'a, P> {
     #[inline(always)]
     fn run<V: Vector>(&mut self, tables: &Tables) {
         let Self { progress, numbers, pixels, index, operations, .. } = self;
-        let Progress { settings, iterations: iteration, stats } = progress;
+        let Progress { settings, iterations: iteration, stats, .. } = progress;
         let (iteration, count) = (*iteration, settings.pixels());
         let frame = self.scene.camera.frame(settings.width, settings.height);
         let from_columns = P::FROM_COLUMNS;
@@ -141,7 +141,7 @@ impl<P: Parts> Engine for Pipeline<'_, P> {
         } else {
             P::Width::run(Iteration { pipeline: self, tables: &tables });
         }
-        self.progress.iterations += 1;
+        self.progress.advance();
         true
     }
 

@@ -18,6 +18,7 @@ from ._errors import Error, FileError, InputError, RenderError, RenderWarning, S
 from ._film import Film, info
 from ._interrupted import Interrupted
 from ._materials import Dielectric, Diffuse, Material, Specular
+from ._parts import Merged, merge, render_part
 from ._progress import Progress
 from ._render import Render, render
 from ._scene import Exported, Scene, builtin_scenes
@@ -39,6 +40,7 @@ __all__ = [
     "Interrupted",
     "LargestDifference",
     "Material",
+    "Merged",
     "Metrics",
     "Progress",
     "Render",
@@ -55,7 +57,9 @@ __all__ = [
     "cores",
     "difference_image",
     "info",
+    "merge",
     "render",
+    "render_part",
     "trace",
     "verify",
 ]

@@ -17,7 +17,7 @@ from ._film import Film, new_film
 from ._interrupted import Interrupted
 from ._progress import Bar, Progress, Show
 from ._scene import Scene, Source, native
-from ._settings import Filter
+from ._settings import Filter, RadiusSchedule
 from ._settings import to_tuple as settings_tuple
 
 Method: TypeAlias = Literal["sppm"] | Literal["path"]
@@ -26,6 +26,8 @@ Engine: TypeAlias = Literal["fast"] | Literal["reference"]
 """An engine. Both give the same image, bit for bit."""
 Lanes: TypeAlias = Literal["auto"] | Literal["avx2"] | Literal["avx512"] | Literal["emulated"]
 """The vectors that the fast engine works on; the image does not depend on them."""
+Quality: TypeAlias = Literal["paper"] | Literal["draft"] | Literal["good"] | Literal["final"]
+"""How good a picture is to be; ``"paper"`` stands for the settings of the paper."""
 Interrupt: TypeAlias = Literal["raise"] | Literal["return"]
 """What Ctrl-C does."""
 
@@ -36,6 +38,7 @@ _TICK = 0.02
 def render(
     scene: Scene,
     *,
+    quality: Quality | None = None,
     iterations: int | None = None,
     width: int | None = None,
     height: int | None = None,
@@ -44,6 +47,7 @@ def render(
     initial_radius: float | None = None,
     seed: int | None = None,
     filter: Filter | None = None,
+    radius_schedule: RadiusSchedule | None = None,
     method: Method = "sppm",
     engine: Engine = "fast",
     lanes: Lanes | None = None,
@@ -63,6 +67,9 @@ def render(
     scene and settings alone, and not on ``engine``, ``lanes``, ``profile`` and ``threads``. Other Python threads go on
     while it renders.
 
+    - ``quality``: chooses iterations, photons, depth and radius from the scene, as far as they are not given, for a
+      picture that shows what is where (``"draft"``), looks finished (``"good"``) or has hardly any noise that can be
+      seen (``"final"``); ``"paper"`` takes the settings of the paper. Without it they are as in ``scene.settings``.
     - ``method``: ``"sppm"``, photon mapping, or ``"path"``, path tracing.
     - ``threads``: number of threads; one per core if not given.
     - ``memory_limit``: in bytes; a render that needs more is refused.
@@ -82,6 +89,7 @@ def render(
     _check_interrupt(interrupt)
     with Render(
         scene,
+        quality=quality,
         iterations=iterations,
         width=width,
         height=height,
@@ -90,6 +98,7 @@ def render(
         initial_radius=initial_radius,
         seed=seed,
         filter=filter,
+        radius_schedule=radius_schedule,
         method=method,
         engine=engine,
         lanes=lanes,
@@ -115,6 +124,7 @@ class Render:
         self,
         scene: Scene,
         *,
+        quality: Quality | None = None,
         iterations: int | None = None,
         width: int | None = None,
         height: int | None = None,
@@ -123,6 +133,7 @@ class Render:
         initial_radius: float | None = None,
         seed: int | None = None,
         filter: Filter | None = None,
+        radius_schedule: RadiusSchedule | None = None,
         method: Method = "sppm",
         engine: Engine = "fast",
         lanes: Lanes | None = None,
@@ -154,11 +165,16 @@ class Render:
             initial_radius=initial_radius,
             seed=seed,
             filter=filter,
+            radius_schedule=radius_schedule,
         )
         if every is not None and checkpoint is None:
             raise InputError("every says how often a checkpoint is written; name its file by checkpoint")
         options = _options(
             settings=settings_tuple(settings),
+            quality=_word(quality, "quality"),
+            given=[
+                value is not None for value in (iterations, photons_per_iteration, max_depth, initial_radius)
+            ],
             method=_word(method, "method"),
             engine=_word(engine, "engine"),
             lanes=_word(lanes, "lanes"),
@@ -170,7 +186,8 @@ class Render:
             **goals,
             **_every(every),
         )
-        self._begin(_sppm.Render.start(scene_native, options), settings.iterations, paused)
+        begun = _sppm.Render.start(scene_native, options)
+        self._begin(begun, begun.iterations, paused)
 
     def _begin(self, native: _sppm.Render, iterations: int, paused: bool) -> None:
         self._native = native
@@ -222,7 +239,7 @@ class Render:
             **goals,
             **_every(every),
         )
-        return cls._adopt(_sppm.Render.resume(os.fspath(checkpoint), iterations, options), paused)
+        return cls.adopt(_sppm.Render.resume(os.fspath(checkpoint), iterations, options), paused)
 
     @classmethod
     def like(
@@ -252,10 +269,11 @@ class Render:
             **_every(every),
         )
         own = None if scene is None else native(scene)
-        return cls._adopt(_sppm.Render.like(os.fspath(file), own, options), paused)
+        return cls.adopt(_sppm.Render.like(os.fspath(file), own, options), paused)
 
     @classmethod
-    def _adopt(cls, native: _sppm.Render, paused: bool) -> Render:
+    def adopt(cls, native: _sppm.Render, paused: bool) -> Render:
+        """A render that the extension module has started; for the package alone."""
         render = cls.__new__(cls)
         render._begin(native, native.iterations, paused)
         return render
@@ -475,11 +493,34 @@ class Render:
             raise RenderError("the render is paused, so this would wait for ever; use iterate, or stop it first")
 
 
+def start_part(
+    scene: Scene,
+    iterations: tuple[int, int],
+    file: Source,
+    engine: Engine,
+    lanes: Lanes | None,
+    threads: int | None,
+    memory_limit: int | None,
+) -> Render:
+    """Starts a render of some iterations of ``scene`` into a checkpoint."""
+    options = _options(
+        settings=settings_tuple(scene.settings),
+        engine=_word(engine, "engine"),
+        lanes=_word(lanes, "lanes"),
+        threads=_numbers.threads(threads),
+        memory_limit=_memory(memory_limit),
+        checkpoint=os.fspath(file),
+        range=iterations,
+        paused=False,
+    )
+    return Render.adopt(_sppm.Render.start(native(scene), options), False)
+
+
 def _options(**given: Any) -> dict[str, Any]:
     """All options of the extension module; those not given are ``None``."""
     names = (
-        "settings method engine lanes profile threads memory_limit time until_error checkpoint "
-        "every_seconds every_iterations paused"
+        "settings quality given method engine lanes profile threads memory_limit time until_error checkpoint "
+        "every_seconds every_iterations range paused"
     )
     return {**dict.fromkeys(names.split()), **given}
 

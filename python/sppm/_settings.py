@@ -13,6 +13,9 @@ from ._tuples import SettingsTuple
 Filter: TypeAlias = Literal["box"] | Literal["gaussian"] | Literal["mitchell"]
 """How a pixel averages the light around it."""
 
+RadiusSchedule: TypeAlias = Literal["per-pixel"] | Literal["global"]
+"""How the search radius shrinks."""
+
 _MAX_U32 = 2**32 - 1
 _MAX_SEED = 2**64 - 1
 
@@ -40,6 +43,9 @@ class Settings:
     """Seed of all random numbers, from 0 to 2**64 - 1."""
     filter: Filter = "box"
     """How a pixel averages the light around it."""
+    radius_schedule: RadiusSchedule = "per-pixel"
+    """How the search radius shrinks: in each pixel by the photons counted, or in all alike by the number of the
+    iteration."""
 
     def __post_init__(self) -> None:
         """Checks all values."""
@@ -47,8 +53,9 @@ class Settings:
             object.__setattr__(self, name, whole(getattr(self, name), name, 1, _MAX_U32, InputError))
         object.__setattr__(self, "seed", whole(self.seed, "seed", 0, _MAX_SEED, InputError))
         object.__setattr__(self, "initial_radius", single(self.initial_radius, "initial_radius"))
-        if not isinstance(self.filter, str):  # pyright: ignore[reportUnnecessaryIsInstance]
-            raise TypeError(f"filter must be a name, not {type(self.filter).__name__}")
+        for name in ("filter", "radius_schedule"):
+            if not isinstance(getattr(self, name), str):
+                raise TypeError(f"{name} must be a name, not {type(getattr(self, name)).__name__}")
         _sppm.check_settings(to_tuple(self))
 
     def replace(self, **changes: Any) -> Settings:
@@ -72,4 +79,5 @@ def to_tuple(settings: Settings) -> SettingsTuple:
         settings.initial_radius,
         settings.seed,
         settings.filter,
+        settings.radius_schedule,
     )

@@ -5,7 +5,7 @@ use crate::work::work;
 use files::image_file::Tone;
 use pyo3::prelude::*;
 use render::{LanesName, Made, Note, Renderer};
-use scene::Settings;
+use scene::{Iterations, Settings};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -19,6 +19,8 @@ struct Info {
     scene_digest: String,
     settings: Settings,
     iterations: u32,
+    /// The iterations in it, unless they are the first ones.
+    which: Option<Iterations>,
     photons: u64,
     #[serde(flatten)]
     renderer: Renderer,
@@ -39,6 +41,7 @@ impl From<Made> for Info {
                 scene_digest: made.scene_digest,
                 settings: made.settings,
                 iterations: made.settings.iterations,
+                which: made.which,
                 photons: made.photons,
                 renderer: made.renderer,
                 lanes: made.lanes,
@@ -58,6 +61,7 @@ impl From<Made> for Info {
                     scene_digest: account.scene,
                     settings: scene.settings,
                     iterations: account.iterations,
+                    which: account.which,
                     photons: account.stats.photons,
                     lanes: None,
                     exposure: note.exposure,

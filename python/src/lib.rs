@@ -13,6 +13,7 @@ mod columns;
 mod errors;
 mod images;
 mod info;
+mod merge;
 mod metrics;
 mod options;
 mod render;
@@ -30,6 +31,8 @@ mod _sppm {
     #[pymodule_export]
     use crate::info::info;
     #[pymodule_export]
+    use crate::merge::merge;
+    #[pymodule_export]
     use crate::metrics::{compare, difference_image};
     #[pymodule_export]
     use crate::options::{check_settings, cores, lanes};
@@ -45,6 +48,8 @@ mod _sppm {
 
     #[pymodule_export]
     const VERSION: &str = env!("CARGO_PKG_VERSION");
+    #[pymodule_export]
+    const TRANSPORT: u32 = scene::TRANSPORT;
     #[pymodule_export]
     const MAX_ITERATIONS: u32 = scene::settings::MAX_ITERATIONS;
 }

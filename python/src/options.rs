@@ -7,6 +7,7 @@ use render::{
     EngineChoice, EngineName, Every, Field, Goals, Job, LanesName, MethodName, Renderer, Save,
     available_lanes,
 };
+use scene::{Automatic, Quality, Settings};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -15,6 +16,9 @@ use std::time::Duration;
 #[pyo3(from_item_all)]
 pub(crate) struct Options {
     settings: Option<SettingsTuple>,
+    quality: Option<String>,
+    /// Whether iterations, photons, depth and radius are given.
+    given: Option<[bool; 4]>,
     method: Option<String>,
     engine: Option<String>,
     lanes: Option<String>,
@@ -27,6 +31,8 @@ pub(crate) struct Options {
     checkpoint: Option<PathBuf>,
     every_seconds: Option<f64>,
     every_iterations: Option<u32>,
+    /// The iterations of a part.
+    range: Option<(u32, u32)>,
     /// Whether iterations are only done when they are asked for.
     pub(crate) paused: bool,
 }
@@ -37,6 +43,13 @@ impl Options {
         if let Some(values) = &self.settings {
             job.scene.settings = settings(values.clone())?;
         }
+        if let (Some(name), Some(given)) = (&self.quality, self.given) {
+            let quality = named("quality", name, Quality::ALL, Quality::name)?;
+            job.automatic = automatic(quality, given);
+            if quality == Quality::Paper {
+                job.scene.settings = papers(&job.scene.settings, given);
+            }
+        }
         let (method, engine) = (self.method.as_deref(), self.engine.as_deref());
         job.engine =
             choose(method, engine, self.lanes.as_deref(), self.profile.as_ref(), job.engine.renderer())?;
@@ -46,7 +59,9 @@ impl Options {
         let time = self.time.map(Duration::try_from_secs_f64).transpose();
         let time = time.map_err(|error| InputError::new_err(format!("time: {error}")))?;
         job.goals = Goals { time, error: self.until_error.or(job.goals.error) };
+        job.automatic.iterations &= !job.goals.are_open();
         self.save(job);
+        job.range = self.range.map(|(start, end)| start..end).or(job.range.take());
         // Images are developed when they are asked for.
         job.live = false;
         Ok(())
@@ -61,6 +76,32 @@ impl Options {
         if let (Some(save), Some(every)) = (&mut job.save, every) {
             save.every = every;
         }
+    }
+}
+
+/// What is chosen at this quality: what is not given, in the order of [`Options::given`].
+fn automatic(quality: Quality, [iterations, photons, depth, radius]: [bool; 4]) -> Automatic {
+    let all = Automatic::all(quality);
+    Automatic {
+        iterations: all.iterations && !iterations,
+        photons_per_iteration: all.photons_per_iteration && !photons,
+        max_depth: all.max_depth && !depth,
+        initial_radius: all.initial_radius && !radius,
+        ..all
+    }
+}
+
+/// `settings` with the paper's in place of those that are not given.
+fn papers(settings: &Settings, [iterations, photons, depth, radius]: [bool; 4]) -> Settings {
+    let paper = Settings::default();
+    let of = |is_given: bool, number: u32, papers: u32| if is_given { number } else { papers };
+    let initial_radius = if radius { settings.initial_radius } else { paper.initial_radius };
+    Settings {
+        iterations: of(iterations, settings.iterations, paper.iterations),
+        photons_per_iteration: of(photons, settings.photons_per_iteration, paper.photons_per_iteration),
+        max_depth: of(depth, settings.max_depth, paper.max_depth),
+        initial_radius,
+        ..*settings
     }
 }
 

@@ -170,6 +170,7 @@ impl Render {
     fn begin(py: Python, mut job: Job, options: &Options) -> PyResult<Self> {
         options.apply(&mut job)?;
         let (desk, stop) = (Arc::new(Desk::new(options.paused)), job.stop.clone());
+        let job = work(py, || job.choose_settings().map(|()| job))?.map_err(|error| of_render(&error))?;
         let iterations = job.scene.settings.iterations;
         let watch = Watch::new(Arc::clone(&desk), stop.clone());
         let running = work(py, || job.start(watch))?.map_err(|error| of_render(&error))?;

@@ -2,12 +2,13 @@
 
 use crate::errors::InputError;
 use pyo3::PyResult;
-use scene::{Camera, Filter, Material, Rgb, Settings, Vec3};
+use scene::{Camera, Filter, Material, RadiusSchedule, Rgb, Settings, Vec3};
 
 /// Eye, direction, up, `vertical_fov_degrees`, `aperture_radius`, `focus_distance`, shutter.
 pub(crate) type CameraTuple = ([f32; 3], [f32; 3], [f32; 3], f32, f32, f32, [f32; 2]);
-/// Width, height, iterations, `photons_per_iteration`, `max_depth`, `initial_radius`, seed, filter.
-pub(crate) type SettingsTuple = (u32, u32, u32, u32, u32, f32, u64, String);
+/// Width, height, iterations, `photons_per_iteration`, `max_depth`, `initial_radius`, seed, filter, radius
+/// schedule.
+pub(crate) type SettingsTuple = (u32, u32, u32, u32, u32, f32, u64, String, String);
 /// Type, albedo, ior (for dielectrics).
 pub(crate) type MaterialTuple = (String, [f32; 3], Option<f32>);
 
@@ -25,11 +26,23 @@ pub(crate) fn of_camera(camera: &Camera) -> CameraTuple {
 }
 
 /// # Errors
-/// If there is no such filter.
+/// If there is no such filter or schedule.
 pub(crate) fn settings(values: SettingsTuple) -> PyResult<Settings> {
-    let (width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter) = values;
+    let (width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter, schedule) =
+        values;
     let filter = named("filter", &filter, Filter::ALL, Filter::name)?;
-    Ok(Settings { width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter })
+    let radius_schedule = named("radius_schedule", &schedule, RadiusSchedule::ALL, RadiusSchedule::name)?;
+    Ok(Settings {
+        width,
+        height,
+        iterations,
+        photons_per_iteration,
+        max_depth,
+        initial_radius,
+        seed,
+        filter,
+        radius_schedule,
+    })
 }
 
 pub(crate) fn of_settings(settings: &Settings) -> SettingsTuple {
@@ -42,9 +55,10 @@ pub(crate) fn of_settings(settings: &Settings) -> SettingsTuple {
         initial_radius,
         seed,
         filter,
+        radius_schedule,
     } = *settings;
-    let filter = filter.name().into();
-    (width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter)
+    let (filter, schedule) = (filter.name().into(), radius_schedule.name().into());
+    (width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter, schedule)
 }
 
 /// # Errors

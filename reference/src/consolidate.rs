@@ -31,6 +31,14 @@ pub struct Gathered {
     pub flux: [u128; 3],
 }
 
+impl Gathered {
+    /// The sum of fluxes in W, where a flux of `FLUX_ONE` is `nominal_power`.
+    fn power(&self, nominal_power: f32) -> Rgb {
+        let unit = nominal_power / FLUX_ONE as f32;
+        Rgb::from_array(self.flux.map(|sum| (sum as f64) as f32 * unit))
+    }
+}
+
 impl Pixel {
     /// A pixel before the first iteration.
     pub fn new(initial_radius: f32) -> Self {
@@ -48,9 +56,7 @@ impl Pixel {
         let m = gathered.m as f32;
         let n = self.n + ALPHA * m;
         let ratio = n / (self.n + m);
-        let unit = nominal_power / FLUX_ONE as f32;
-        let [r, g, b] = gathered.flux.map(|sum| (sum as f64) as f32 * unit);
-        self.tau = (self.tau + beta * Rgb::new(r, g, b)) * ratio;
+        self.tau = (self.tau + beta * gathered.power(nominal_power)) * ratio;
         self.radius_squared *= ratio;
         self.n = n;
     }
@@ -62,4 +68,20 @@ impl Pixel {
         let density = 1.0 / (photons * (PI * self.radius_squared));
         self.direct * (1.0 / n) + self.tau * density
     }
+}
+
+/// With global radii, an iteration's own estimate of a pixel's radiance: `direct + beta phi / (l pi R^2)`, for `photons` that
+/// left the lights. As [`Pixel::consolidate`], and the same radius for all pixels.
+pub fn estimate(
+    direct: Rgb,
+    (beta, gathered): (Rgb, &Gathered),
+    nominal_power: f32,
+    photons: u32,
+    radius_squared: f32,
+) -> Rgb {
+    if gathered.m == 0 {
+        return direct;
+    }
+    let density = 1.0 / (photons as f32 * (PI * radius_squared));
+    direct + beta * gathered.power(nominal_power) * density
 }

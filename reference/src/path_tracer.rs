@@ -63,10 +63,10 @@ impl Engine for PathTracer<'_> {
 
     fn iterate_unless(&mut self, stop: &Stop) -> bool {
         let start = Instant::now();
-        let Progress { settings, iterations, .. } = &self.progress;
-        let still = self.scene.at(self.scene.camera.shutter_time(settings.seed, *iterations));
+        let Progress { settings, next, .. } = &self.progress;
+        let still = self.scene.at(self.scene.camera.shutter_time(settings.seed, *next));
         let frame = self.scene.camera.frame(settings.width, settings.height);
-        let key = StreamKey::new(settings.seed, Family::Path, *iterations);
+        let key = StreamKey::new(settings.seed, Family::Path, *next);
         let (width, depth) = (settings.width, settings.max_depth);
         let row_of_paths = |(y, row): (usize, &mut [Rgb])| {
             let mut segments = 0;
@@ -96,11 +96,11 @@ impl Engine for PathTracer<'_> {
                 *total += f64::from(value);
             }
         }
-        let Progress { iterations, stats, .. } = &mut self.progress;
+        let stats = &mut self.progress.stats;
         stats.camera_segments += segments;
         stats.bytes = (size_of_val(&self.sums[..]) + size_of_val(&self.samples[..])) as u64;
         stats.camera_seconds += start.elapsed().as_secs_f64();
-        *iterations += 1;
+        self.progress.advance();
         true
     }
 }
@@ -130,7 +130,7 @@ impl Resumable for PathTracer<'_> {
     }
 
     fn go_on_after(&mut self, iterations: u32, stats: Stats) {
-        (self.progress.iterations, self.progress.stats) = (iterations, stats);
+        self.progress.go_on_after(iterations, stats);
     }
 }
 

@@ -1,15 +1,19 @@
 //! Stochastic progressive photon mapping (Hachisuka and Jensen 2009): runs the passes of an iteration in order.
 
 use crate::camera_pass::{CameraNumbers, VisiblePoint, camera_ray, trace};
-use crate::consolidate::{Gathered, Pixel};
+use crate::consolidate::{Gathered, Pixel, estimate};
 use crate::grid::Grid;
 use crate::photon_pass::{Deposit, photon_pass};
 use crate::survey::survey;
 use scene::aim::{Aim, Targets};
+use scene::exact::Scale;
 use scene::filter::Table;
 use scene::light_tree::LightTree;
+use scene::radius_schedule::{RadiusSchedule, Shrinking};
 use scene::still::Role;
-use scene::{Engine, PhotonSums, Probe, Progress, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums};
+use scene::{
+    Engine, ExactSums, PhotonSums, Probe, Progress, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums,
+};
 use std::time::Instant;
 
 /// The default cell size of the grid, in units of the largest radius. The image does not depend on it.
@@ -31,8 +35,17 @@ pub struct Sppm<'a> {
     /// See [`Sppm::lit_by_power`].
     lit_by_power: bool,
     pixels: Vec<Pixel>,
+    /// What pixels have gained, if radii are global.
+    global: Option<Global>,
     /// What photons are aimed at, once it is known. It is the same for all iterations, so it need not be saved.
     targets: Option<Targets>,
+}
+
+/// The state of a render with global radii.
+struct Global {
+    scale: Scale,
+    shrinking: Shrinking,
+    sums: Vec<ExactSums>,
 }
 
 /// The result of the camera pass of one iteration.
@@ -62,6 +75,11 @@ impl<'a> Sppm<'a> {
     pub fn with_cell_size(scene: &'a Scene, settings: &Settings, cell_size: f32) -> Self {
         let pixels = vec![Pixel::new(settings.initial_radius); settings.pixels()];
         let filter = settings.filter.table();
+        let global = (settings.radius_schedule == RadiusSchedule::Global).then(|| Global {
+            scale: Scale::of(scene),
+            shrinking: Shrinking::default(),
+            sums: vec![ExactSums::default(); settings.pixels()],
+        });
         Self {
             scene,
             progress: Progress::new(settings),
@@ -69,6 +87,7 @@ impl<'a> Sppm<'a> {
             cell_size,
             lit_by_power: false,
             pixels,
+            global,
             targets: None,
         }
     }
@@ -89,8 +108,8 @@ impl<'a> Sppm<'a> {
 
     /// The scene at the instant of this iteration.
     fn still(&self) -> Still<'a> {
-        let Progress { settings, iterations, .. } = &self.progress;
-        let mut still = self.scene.at(self.scene.camera.shutter_time(settings.seed, *iterations));
+        let Progress { settings, next, .. } = &self.progress;
+        let mut still = self.scene.at(self.scene.camera.shutter_time(settings.seed, *next));
         if self.lit_by_power {
             let lights = &mut still.lights;
             let probabilities = lights.entries.iter().map(|light| light.probability);
@@ -101,7 +120,7 @@ impl<'a> Sppm<'a> {
 
     /// One camera path per pixel; `None` if stopped.
     fn camera_pass(&mut self, still: &Still, stop: &Stop) -> Option<Seen> {
-        let Progress { settings, iterations, stats } = &mut self.progress;
+        let Progress { settings, next, stats, .. } = &mut self.progress;
         let frame = self.scene.camera.frame(settings.width, settings.height);
         let mut seen = Seen::default();
         for index in 0..self.pixels.len() {
@@ -112,7 +131,7 @@ impl<'a> Sppm<'a> {
             if x == 0 {
                 stop.meter().advance(settings.width.into());
             }
-            let mut numbers = CameraNumbers::new(settings, *iterations, x, y);
+            let mut numbers = CameraNumbers::new(settings, *next, x, y);
             let ray = camera_ray(&frame, self.filter.as_deref(), x, y, &numbers);
             let sample = trace(still, ray, settings.max_depth, &mut numbers, stats);
             seen.direct.push(sample.direct);
@@ -145,7 +164,7 @@ impl<'a> Sppm<'a> {
                 still,
                 aim,
                 &self.progress.settings,
-                self.progress.iterations,
+                self.progress.next,
                 photons,
                 &mut self.progress.stats,
                 |deposit, stats| {
@@ -171,6 +190,7 @@ impl<'a> Sppm<'a> {
     fn run_iteration(&mut self, stop: &Stop) -> Option<()> {
         let still = self.still();
         let start = Instant::now();
+        self.shrink();
         let photons = u64::from(self.progress.settings.photons_per_iteration);
         stop.meter().begin(self.pixels.len() as u64 + PHOTON_WORK * photons);
         let seen = self.camera_pass(&still, stop)?;
@@ -183,21 +203,50 @@ impl<'a> Sppm<'a> {
         let aim = Aim::new(&still, targets, settings.photons_per_iteration);
         let gathered = self.photon_pass((&still, &aim), &grid, &seen, stop)?;
         let traced = Instant::now();
-        for (pixel, direct) in self.pixels.iter_mut().zip(&seen.direct) {
-            pixel.direct += *direct;
-        }
-        let power = still.lights.power / aim.scale();
-        for ((visible, owner), gathered) in seen.points.iter().zip(&seen.owners).zip(&gathered) {
-            self.pixels[*owner].consolidate(visible.beta, gathered, power);
-        }
-        self.progress.iterations += 1;
-        let held = size_of_val(&self.pixels[..]) + seen.bytes();
+        self.consolidate(&seen, &gathered, still.lights.power / aim.scale());
+        self.progress.advance();
+        let sums = self.global.as_ref().map_or(0, |global| size_of_val(&global.sums[..]));
+        let held = size_of_val(&self.pixels[..]) + sums + seen.bytes();
         self.progress.stats.bytes = (held + size_of_val(&gathered[..]) + grid.bytes()) as u64;
         self.progress.stats.camera_seconds += (camera - start).as_secs_f64();
         self.progress.stats.build_grid_seconds += (built - camera).as_secs_f64();
         self.progress.stats.photon_seconds += (traced - built).as_secs_f64();
         self.progress.stats.consolidate_seconds += traced.elapsed().as_secs_f64();
         Some(())
+    }
+
+    /// If radii are global, gives all pixels that of the next iteration.
+    fn shrink(&mut self) {
+        let Progress { settings, next, .. } = &self.progress;
+        let first = Pixel::new(settings.initial_radius).radius_squared;
+        if let Some(global) = &mut self.global {
+            let radius_squared = global.shrinking.radius_squared(first, *next);
+            self.pixels.iter_mut().for_each(|pixel| pixel.radius_squared = radius_squared);
+        }
+    }
+
+    /// Adds to the pixels what they have seen and gathered in an iteration; a flux of `FLUX_ONE` is `power`, in W.
+    fn consolidate(&mut self, seen: &Seen, gathered: &[Gathered], power: f32) {
+        let points = seen.points.iter().zip(&seen.owners).zip(gathered);
+        let Some(Global { scale, sums, .. }) = &mut self.global else {
+            for (pixel, direct) in self.pixels.iter_mut().zip(&seen.direct) {
+                pixel.direct += *direct;
+            }
+            for ((visible, owner), gathered) in points {
+                self.pixels[*owner].consolidate(visible.beta, gathered, power);
+            }
+            return;
+        };
+        let photons = self.progress.settings.photons_per_iteration;
+        let mut gains: Vec<(Rgb, u32)> = seen.direct.iter().map(|direct| (*direct, 0)).collect();
+        for ((visible, owner), gathered) in points {
+            let (direct, radius_squared) = (seen.direct[*owner], self.pixels[*owner].radius_squared);
+            let radiance = estimate(direct, (visible.beta, gathered), power, photons, radius_squared);
+            gains[*owner] = (radiance, gathered.m);
+        }
+        for (sum, (radiance, m)) in sums.iter_mut().zip(gains) {
+            sum.gain(*scale, radiance, m);
+        }
     }
 
     fn row(&self, y: u32) -> &[Pixel] {
@@ -234,40 +283,68 @@ impl Engine for Sppm<'_> {
     }
 
     fn probe(&self, x: u32, y: u32) -> Probe {
+        let Progress { settings, iterations, next, .. } = self.progress;
         let pixel = &self.row(y)[x as usize];
-        let radiance = if self.progress.iterations > 0 {
-            pixel.develop(&self.progress.settings, self.progress.iterations)
-        } else {
-            Rgb::ZERO
-        };
+        if let Some(global) = &self.global {
+            let sums = &global.sums[y as usize * settings.width as usize + x as usize];
+            let first = Pixel::new(settings.initial_radius).radius_squared;
+            return Probe {
+                radiance: if iterations > 0 { sums.develop(global.scale, iterations) } else { Rgb::ZERO },
+                direct: Rgb::ZERO,
+                radius: global.shrinking.clone().radius_squared(first, next).sqrt(),
+                count: sums.photons as f32,
+            };
+        }
+        let radiance = if iterations > 0 { pixel.develop(&settings, iterations) } else { Rgb::ZERO };
         Probe { radiance, direct: pixel.direct, radius: pixel.radius_squared.sqrt(), count: pixel.n }
     }
 }
 
 impl Resumable for Sppm<'_> {
     fn sums(&self) -> Sums {
-        Sums::Photons
+        if self.global.is_some() { Sums::Exact } else { Sums::Photons }
     }
 
     fn save_row(&self, y: u32, words: &mut [u32]) {
-        let (row, words) = (self.row(y), words.as_chunks_mut().0);
-        assert_eq!(words.len(), row.len(), "not a row");
-        for (words, &Pixel { direct, tau, n, radius_squared }) in words.iter_mut().zip(row) {
+        let row = self.row(y);
+        assert_eq!(words.len(), row.len() * self.sums().words(), "not a row");
+        if let Some(Global { sums, .. }) = &self.global {
+            let sums = &sums[y as usize * row.len()..];
+            for (words, sums) in words.as_chunks_mut().0.iter_mut().zip(sums) {
+                *words = sums.to_words();
+            }
+            return;
+        }
+        for (words, &Pixel { direct, tau, n, radius_squared }) in words.as_chunks_mut().0.iter_mut().zip(row)
+        {
             *words = PhotonSums { direct, tau, n, radius_squared }.to_words();
         }
     }
 
     fn load_row(&mut self, y: u32, words: &[u32]) {
-        let (width, words) = (self.progress.settings.width as usize, words.as_chunks().0);
-        assert_eq!(words.len(), width, "not a row");
+        let width = self.progress.settings.width as usize;
+        assert_eq!(words.len(), width * self.sums().words(), "not a row");
+        if let Some(Global { sums, .. }) = &mut self.global {
+            for (words, sums) in words.as_chunks().0.iter().zip(&mut sums[y as usize * width..]) {
+                *sums = ExactSums::from_words(*words);
+            }
+            return;
+        }
         let row = &mut self.pixels[y as usize * width..][..width];
-        for (words, pixel) in words.iter().zip(row) {
+        for (words, pixel) in words.as_chunks().0.iter().zip(row) {
             let PhotonSums { direct, tau, n, radius_squared } = PhotonSums::from_words(*words);
             *pixel = Pixel { direct, tau, n, radius_squared };
         }
     }
 
     fn go_on_after(&mut self, iterations: u32, stats: Stats) {
-        (self.progress.iterations, self.progress.stats) = (iterations, stats);
+        self.progress.go_on_after(iterations, stats);
+        self.shrink();
+    }
+
+    fn skip_to(&mut self, next: u32) {
+        assert!(self.global.is_some(), "iteration {next} depends on those before it");
+        self.progress.next = next;
+        self.shrink();
     }
 }

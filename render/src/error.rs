@@ -51,6 +51,10 @@ pub enum Field {
     Stats,
     /// `save`.
     Checkpoint,
+    /// `range`.
+    Range,
+    /// Not a field: the files that are merged.
+    Parts,
     /// The checkpoint that is resumed.
     Resumed,
     /// The file whose render is repeated.
@@ -79,6 +83,8 @@ impl Field {
             Self::CountImage => "count_image",
             Self::Stats => "stats",
             Self::Checkpoint => "checkpoint",
+            Self::Range => "range",
+            Self::Parts => "parts",
             Self::Resumed => "the checkpoint",
             Self::Like => "like",
             Self::Resume => "Job::resume",

@@ -13,10 +13,14 @@ pub struct Goals {
 }
 
 impl Goals {
+    /// Whether a goal ends the render, however many iterations it takes.
+    pub fn are_open(&self) -> bool {
+        self.time.is_some() || self.error.is_some()
+    }
+
     /// The number of iterations: `asked` if given, else the maximum if there is a goal, else `own`, the scene's number.
     pub fn iterations(&self, asked: Option<u32>, own: u32) -> u32 {
-        let is_open = self.time.is_some() || self.error.is_some();
-        asked.unwrap_or(if is_open { MAX_ITERATIONS } else { own })
+        asked.unwrap_or(if self.are_open() { MAX_ITERATIONS } else { own })
     }
 }
 

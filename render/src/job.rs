@@ -1,16 +1,20 @@
 //! The description of a render: its scene and everything that controls how it runs.
 
+use crate::automatic;
 use crate::choice::EngineChoice;
 use crate::error::{Error, Field};
 use crate::goals::Goals;
 use crate::made::Repeated;
+use crate::memory::check_limit;
 use crate::outputs::Outputs;
 use crate::save::{Note, Save};
 use crate::warm::Warm;
 use files::checkpoint::{Loaded, Store};
 use files::lock::Lock;
 use files::scene_file;
-use scene::{Scene, Stop};
+use scene::{Automatic, Scene, Stop};
+use std::mem::take;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// The description of a render. [`Job::start`] validates it and starts the render.
@@ -18,6 +22,8 @@ use std::path::{Path, PathBuf};
 pub struct Job {
     /// The scene, with the settings of the render.
     pub scene: Scene,
+    /// The settings that are chosen from the scene when the render starts, in place of its own.
+    pub automatic: Automatic,
     /// The engine.
     pub engine: EngineChoice,
     /// Goals that can end the render before its last iteration.
@@ -28,6 +34,9 @@ pub struct Job {
     pub memory_limit: Option<u64>,
     /// Memory that was taken before the render, to read its scene, in bytes. The bound that is told covers it.
     pub bytes_before: u64,
+    /// The iterations to render, counted from 0, if not all of the scene's settings: a part of a render, whose checkpoint is
+    /// merged with others ([`crate::merge`]). Only with global radii.
+    pub range: Option<Range<u32>>,
     /// Where and how often to write checkpoints, if at all.
     pub save: Option<Save>,
     /// The files to write.
@@ -45,6 +54,10 @@ pub struct Job {
     /// The render to repeat.
     pub(crate) repeats: Option<Repeats>,
     pub(crate) warm: Warm,
+    /// The settings that were chosen.
+    pub(crate) chosen: Automatic,
+    /// Memory that choosing them took.
+    pub(crate) bytes_of_choice: u64,
 }
 
 /// A file whose render is repeated.
@@ -60,11 +73,13 @@ impl Job {
     pub fn new(scene: Scene) -> Self {
         Self {
             scene,
+            automatic: Automatic::default(),
             engine: EngineChoice::default(),
             goals: Goals::default(),
             threads: None,
             memory_limit: None,
             bytes_before: 0,
+            range: None,
             save: None,
             outputs: Outputs::default(),
             inputs: Vec::new(),
@@ -74,7 +89,40 @@ impl Job {
             lock: None,
             repeats: None,
             warm: Warm::default(),
+            chosen: Automatic::default(),
+            bytes_of_choice: 0,
         }
+    }
+
+    /// The same render with these settings chosen when it starts.
+    #[must_use]
+    pub fn choosing(self, automatic: Automatic) -> Self {
+        Self { automatic, ..self }
+    }
+
+    /// Chooses the settings that are automatic, as [`Job::start`] would; after that, nothing is left to be chosen. If it is
+    /// stopped, the settings stay as they are, and the render will not begin either.
+    ///
+    /// # Errors
+    /// If the scene cannot be rendered, if the threads cannot be started, or if it takes more than the memory limit.
+    pub fn choose_settings(&mut self) -> Result<(), Error> {
+        let automatic = take(&mut self.automatic);
+        if !automatic.any() || self.from.is_some() {
+            return Ok(());
+        }
+        self.scene.check().map_err(|flaw| Error::named(Field::Scene, flaw))?;
+        let pool = self.warm.take_pool(self.threads)?;
+        self.bytes_of_choice = automatic::bytes_at_most(&self.scene, pool.current_num_threads());
+        check_limit(self.bytes_of_choice, self.memory_limit)?;
+        // A child: what is done here is not progress of the render.
+        let (scene, stop, lanes) = (&self.scene, self.stop.child(), self.engine.lane_kind());
+        let chosen = pool.install(|| automatic::choose(scene, automatic, lanes, &stop));
+        stop.meter().begin(0);
+        self.warm.keep_pool(self.threads, pool);
+        if let Some(settings) = chosen {
+            (self.scene.settings, self.chosen) = (settings, automatic);
+        }
+        Ok(())
     }
 
     /// Resumes the render that wrote the checkpoint `file`, with its scene, settings, engine, error goal and output
@@ -96,6 +144,7 @@ impl Job {
         Ok(Self {
             engine: EngineChoice::new(note.renderer_of(loaded.checkpoint.account.sums), None)?,
             goals: Goals { time: None, error: note.until_error },
+            range: note.part(),
             save: Some(Save { path: file.to_owned(), every: note.every, keep: note.keep }),
             outputs: Outputs::noted(&note, file),
             inputs: vec![(Field::Resumed, file.to_owned())],
@@ -130,6 +179,11 @@ impl Job {
             repeats: Some(Repeats { path: file.to_owned(), transport }),
             ..Self::new(Scene { settings, ..scene })
         })
+    }
+
+    /// The iterations that are asked for.
+    pub(crate) fn wanted(&self) -> Range<u32> {
+        self.range.clone().unwrap_or(0..self.scene.settings.iterations)
     }
 
     /// Iterations in the checkpoint to resume; `None` if the render starts from scratch.

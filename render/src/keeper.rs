@@ -4,7 +4,7 @@ use crate::outcome::Saved;
 use crate::save::{Every, Note, Save};
 use files::atomic_file::{self, FileError, rescue};
 use files::checkpoint::{self, Contents, Loaded, Past, Store};
-use scene::{Resumable, Scene, Sums};
+use scene::{Iterations, Resumable, Scene, Sums};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -70,11 +70,11 @@ impl Keeper {
         }
     }
 
-    /// Writes a checkpoint, unless there is one of this iteration already.
+    /// Writes a checkpoint, unless there is one of this iteration already. `done` are the iterations in the engine's sums.
     pub(crate) fn save(
         &mut self,
         scene: &Scene,
-        engine: &dyn Resumable,
+        (engine, done): (&dyn Resumable, &Iterations),
         past: Option<&Past>,
     ) -> Result<(), FileError> {
         let iterations = engine.iterations();
@@ -86,7 +86,7 @@ impl Keeper {
         if self.saved == Some(iterations) {
             return Ok(());
         }
-        let contents = self.contents(scene, past);
+        let contents = self.contents(scene, done, past);
         self.store.save(|out| checkpoint::write(out, engine, &contents))?;
         self.saved = Some(iterations);
         Ok(())
@@ -97,12 +97,12 @@ impl Keeper {
     pub(crate) fn save_somewhere(
         &mut self,
         scene: &Scene,
-        engine: &dyn Resumable,
+        (engine, done): (&dyn Resumable, &Iterations),
         past: Option<&Past>,
     ) -> Result<(), FileError> {
-        let saved = self.save(scene, engine, past);
+        let saved = self.save(scene, (engine, done), past);
         if saved.is_err() {
-            let contents = self.contents(scene, past);
+            let contents = self.contents(scene, done, past);
             let write =
                 |path: &Path| atomic_file::replace(path, |out| checkpoint::write(out, engine, &contents));
             self.refuge = rescue(self.store.path(), write);
@@ -111,9 +111,15 @@ impl Keeper {
         saved
     }
 
-    fn contents<'a>(&'a self, scene: &'a Scene, past: Option<&'a Past>) -> Contents<'a> {
+    fn contents<'a>(
+        &'a self,
+        scene: &'a Scene,
+        done: &'a Iterations,
+        past: Option<&'a Past>,
+    ) -> Contents<'a> {
         let (digest, note) = (&self.digest, &self.note);
-        Contents { scene, digest, version: env!("CARGO_PKG_VERSION"), note, past }
+        let which = Some(done).filter(|done| !done.are_first());
+        Contents { scene, digest, version: env!("CARGO_PKG_VERSION"), note, which, past }
     }
 
     /// The newest checkpoint, if there is one.
@@ -126,11 +132,11 @@ impl Keeper {
     pub(crate) fn finish(
         &mut self,
         scene: &Scene,
-        engine: &dyn Resumable,
+        (engine, done): (&dyn Resumable, &Iterations),
         past: Option<&Past>,
     ) -> Result<(), FileError> {
         if self.keep {
-            return self.save(scene, engine, past);
+            return self.save(scene, (engine, done), past);
         }
         self.store.remove()
     }

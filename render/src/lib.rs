@@ -21,6 +21,7 @@
 
 #![forbid(unsafe_code)]
 
+mod automatic;
 mod choice;
 mod error;
 mod estimate;
@@ -31,6 +32,7 @@ mod keeper;
 mod locks;
 mod made;
 mod memory;
+pub mod merge;
 mod metadata;
 mod names;
 mod noise;

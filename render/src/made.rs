@@ -83,8 +83,21 @@ impl Repeated {
         match Made::read(path)? {
             Made::Image(metadata) => {
                 let Metadata {
-                    scene_file, scene_digest, settings, renderer, exposure, tone, transport, ..
+                    scene_file,
+                    scene_digest,
+                    settings,
+                    renderer,
+                    exposure,
+                    tone,
+                    transport,
+                    which,
+                    ..
                 } = metadata;
+                if let Some(which) = which {
+                    return Err(bad(format!(
+                        "it holds the iterations {which} of a render; repeat that by its own options"
+                    )));
+                }
                 let parsed = scene_file.map(|text| scene_file::parse("scene", &text)).transpose();
                 let scene = parsed.map_err(|error| bad(format!("its scene cannot be used: {error}")))?;
                 settings.validate().map_err(|error| bad(error.to_string()))?;

@@ -115,6 +115,15 @@ fn too_much(bytes: u64, limit: u64) -> Error {
     )
 }
 
+/// Checks that `bytes`, besides those of the process, are within `limit`.
+///
+/// # Errors
+/// If they are not.
+pub(crate) fn check_limit(bytes: u64, limit: Option<u64>) -> Result<(), Error> {
+    let bytes = bytes + BYTES_OF_PROCESS;
+    limit.filter(|limit| bytes > *limit).map_or(Ok(()), |limit| Err(too_much(bytes, limit)))
+}
+
 /// The peak memory of this process so far, where `/proc` provides it.
 pub(crate) fn peak() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;

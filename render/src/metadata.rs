@@ -5,7 +5,7 @@
 use crate::names::{LanesName, Renderer};
 use files::image_file::Tone;
 use files::scene_file;
-use scene::{Scene, Settings};
+use scene::{Iterations, Scene, Settings};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
@@ -26,6 +26,9 @@ pub struct Metadata {
     pub scene_digest: String,
     /// Settings of the render, with the number of iterations in the image.
     pub settings: Settings,
+    /// The iterations in the image, unless they are the first ones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub which: Option<Iterations>,
     /// Photons emitted in all iterations; 0 for the path tracer.
     pub photons: u64,
     /// The method and the engine.
@@ -102,6 +105,7 @@ mod tests {
             scene: "a \"b\"\\ é \u{1f600}\u{7f}\u{1}".into(),
             scene_digest: scene_file::digest(&scene),
             settings: Settings { initial_radius: 0.1, seed: u64::MAX, ..scene.settings },
+            which: Some((2..5).into()),
             photons: 3,
             renderer: Renderer::default(),
             lanes: Some(LanesName::Emulated),

@@ -1,7 +1,7 @@
 //! The names of methods, engines and lanes, in files and on the command line.
 
 use fast::LaneKind;
-use scene::Sums;
+use scene::{RadiusSchedule, Settings, Sums};
 use serde::{Deserialize, Serialize};
 
 /// The name of a method: an algorithm, which defines the image.
@@ -103,22 +103,23 @@ impl MethodName {
 
     /// Whether photons are traced, so that there are radii and photon counts.
     pub fn has_photons(self) -> bool {
-        self.sums() == Sums::Photons
+        self == Self::Sppm
     }
 
     /// The method that keeps `sums`.
     pub fn of(sums: Sums) -> Self {
         match sums {
-            Sums::Photons => Self::Sppm,
+            Sums::Photons | Sums::Exact => Self::Sppm,
             Sums::Paths => Self::Path,
         }
     }
 
-    /// The kind of sums that the method keeps for each pixel.
-    pub fn sums(self) -> Sums {
-        match self {
-            Self::Sppm => Sums::Photons,
-            Self::Path => Sums::Paths,
+    /// The kind of sums that the method keeps for each pixel, with these settings.
+    pub fn sums(self, settings: &Settings) -> Sums {
+        match (self, settings.radius_schedule) {
+            (Self::Sppm, RadiusSchedule::PerPixel) => Sums::Photons,
+            (Self::Sppm, RadiusSchedule::Global) => Sums::Exact,
+            (Self::Path, _) => Sums::Paths,
         }
     }
 
@@ -207,7 +208,7 @@ mod tests {
     #[test]
     fn each_kind_of_sums_has_its_method() {
         for method in MethodName::ALL {
-            assert_eq!(MethodName::of(method.sums()), method);
+            assert_eq!(MethodName::of(method.sums(&Settings::default())), method);
         }
     }
 }

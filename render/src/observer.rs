@@ -4,7 +4,7 @@ use crate::image::Image;
 use crate::names::{LanesName, Renderer};
 use crate::step::Step;
 use files::atomic_file::FileError;
-use scene::{Resumable, Settings};
+use scene::{Automatic, Resumable, Settings};
 use std::path::PathBuf;
 
 /// Follows a render. The methods are called on the render's thread and delay it while they run.
@@ -52,6 +52,8 @@ pub enum Notice {
         scene: String,
         /// The settings.
         settings: Settings,
+        /// Which of the settings were chosen.
+        chosen: Automatic,
         /// The method and the engine.
         renderer: Renderer,
         /// The lanes that it runs on, if it has any.

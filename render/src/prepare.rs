@@ -13,7 +13,7 @@ use files::lock::Lock;
 use files::{atomic_file, scene_file};
 use rayon::ThreadPool;
 use scene::text::list;
-use scene::{Flaw, Settings};
+use scene::{Flaw, Settings, Sums};
 use std::path::Path;
 
 /// A validated job with its resources.
@@ -34,7 +34,10 @@ pub(crate) struct Ready {
 /// memory and disk space. Changes no file.
 pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     check_settings(&job)?;
+    check_range(&job)?;
     check_scene(&job)?;
+    job.choose_settings()?;
+    check_settings(&job)?;
     let digest = scene_file::digest(&job.scene);
     if let Some(from) = &job.from {
         check_resumed(&job, &digest, from)?;
@@ -53,7 +56,7 @@ pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     let pool = job.warm.take_pool(job.threads)?;
     let threads = pool.current_num_threads();
     let need = Need::new(job.engine, &job.scene, threads, job.goals.error.is_some(), job.memory_limit)?;
-    let need = need.after(job.bytes_before);
+    let need = need.after(job.bytes_before.max(job.bytes_of_choice));
     job.outputs.check_room(job.scene.settings.pixels() as u64)?;
     let keeper = keeper(&job, &digest, from.as_ref())?;
     Ok(Ready { job, pool, need, digest, locks, keeper, from })
@@ -64,6 +67,26 @@ fn check_settings(job: &Job) -> Result<(), Error> {
         let field = Field::Setting(error.option);
         Error::input(field, Problem::of(field).text(format_args!(" {}", error.problem)))
     })
+}
+
+/// Checks that the iterations asked for, if not all, are some of the render's, and independent of the others.
+fn check_range(job: &Job) -> Result<(), Error> {
+    let Some(range) = &job.range else { return Ok(()) };
+    let settings = &job.scene.settings;
+    let said = Problem::of(Field::Range).text(format_args!(" {}..{}: ", range.start, range.end));
+    let refuse = |problem: Problem| Err(Error::input(Field::Range, problem));
+    if job.engine.method().sums(settings) != Sums::Exact {
+        let field = Field::Setting("radius_schedule");
+        let why = said.text("iterations are independent of each other only in photon mapping with ");
+        return refuse(why.field(field).text(" global"));
+    }
+    if range.is_empty() || range.end > settings.iterations {
+        let all = settings.iterations;
+        return refuse(said.text(format_args!(
+            "there are no such iterations; they are counted from 0 to before {all}, and the second is left out"
+        )));
+    }
+    Ok(())
 }
 
 /// Checks the scene, which may have been built or changed in code.
@@ -77,14 +100,14 @@ fn check_resumed(job: &Job, digest: &str, from: &Loaded) -> Result<(), Error> {
     let (path, account) = (from.path.display(), &from.checkpoint.account);
     let other = |damage| Error::input(Field::Resumed, format!("{path} {damage}"));
     from.checkpoint.check_transport().map_err(other)?;
-    let (asked, done) = (job.scene.settings.iterations, account.iterations);
+    let (asked, done) = (job.scene.settings.iterations, account.done().end());
     if asked < done {
         let field = Field::Setting("iterations");
         let problem = format!(" {asked}: {path} holds {done} already; ask for at least as many");
         return Err(Error::input(field, Problem::of(field).text(problem)));
     }
     let (method, field, sums) = (job.engine.method(), job.engine.method_field(), account.sums);
-    if method.sums() != sums {
+    if method != MethodName::of(sums) {
         let others = if field == Field::Engine {
             list(&EngineName::ALL.map(EngineName::name))
         } else {
@@ -109,7 +132,7 @@ fn difference(job: &Job, digest: &str, loaded: &Loaded) -> Option<String> {
     if digest != there.account.scene {
         return Some(format!("another scene, {}", there.scene.name));
     }
-    if there.account.sums != job.engine.method().sums() {
+    if there.account.sums != job.engine.method().sums(&job.scene.settings) {
         return Some(there.account.sums.to_string());
     }
     let settings = Settings { iterations, ..there.scene.settings };
@@ -162,8 +185,13 @@ fn found(job: &Job, digest: &str) -> Result<Option<Loaded>, Error> {
     if let Some(what) = difference(job, digest, &loaded) {
         return other(what);
     }
+    let range = Note::of(&loaded).part();
+    if range != job.range {
+        let all = 0..there.scene.settings.iterations;
+        return other(format!("this render's {:?}, another part", range.unwrap_or(all)));
+    }
     let iterations = job.scene.settings.iterations;
-    if there.account.iterations > iterations {
+    if there.account.done().end() > iterations {
         return other(format!("this render, more than {iterations}"));
     }
     Ok(Some(loaded))
@@ -177,13 +205,14 @@ fn keeper(job: &Job, digest: &str, from: Option<&Loaded>) -> Result<Option<Keepe
         until_error: job.goals.error,
         every: save.every,
         keep: save.keep,
+        range: job.range.as_ref().map(|range| [range.start, range.end]),
         ..Note::default()
     };
     job.outputs.note(&save.path, &mut note);
     let keeper = Keeper::new(save.clone(), digest, &note, from);
     if save.keep {
         // Two generations, and a third while it is being written.
-        let sums = job.engine.method().sums();
+        let sums = job.engine.method().sums(&job.scene.settings);
         let bytes = 3 * keeper.bytes(&job.scene, sums, job.goals.error.is_some());
         let room = atomic_file::check_room(&save.path, bytes);
         room.map_err(|error| Error::named(Field::Checkpoint, error))?;

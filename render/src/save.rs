@@ -7,6 +7,7 @@ use files::image_file::Tone;
 use files::paths::around;
 use scene::Sums;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -73,12 +74,20 @@ pub struct Note {
     pub every: Every,
     /// Whether the checkpoint is kept after the render is complete.
     pub keep: bool,
+    /// The iterations of a part of a render, from the first to before the second; `None` if all are wanted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range: Option<[u32; 2]>,
 }
 
 impl Note {
     /// The note in a checkpoint; the default if it cannot be parsed.
     pub fn of(loaded: &Loaded) -> Self {
         serde_json::from_str(&loaded.checkpoint.note).unwrap_or_default()
+    }
+
+    /// The iterations that were asked for, of a part.
+    pub(crate) fn part(&self) -> Option<Range<u32>> {
+        self.range.map(|[start, end]| start..end)
     }
 
     /// What renders a checkpoint with this note and `sums`: by the noted engine, if one is noted.

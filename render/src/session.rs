@@ -23,7 +23,7 @@ use fast::Parts;
 use files::atomic_file::FileError;
 use files::checkpoint::{Loaded, Past};
 use files::lock::Lock;
-use scene::{Resumable, Scene, Settings, Stop, TRANSPORT};
+use scene::{Iterations, Resumable, Scene, Settings, Stop, TRANSPORT};
 use std::mem::{replace, take};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -51,6 +51,7 @@ pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) ->
             estimate: Estimate::default(),
             noise: Noise::default(),
             resumed_after: 0,
+            done: Iterations::default(),
             observer,
             window,
         };
@@ -92,6 +93,8 @@ struct Session<'a> {
     noise: Noise,
     clock: Clock,
     resumed_after: u32,
+    /// The iterations in the engine's sums.
+    done: Iterations,
     observer: &'a mut dyn Observer,
     window: &'a Window,
 }
@@ -130,6 +133,7 @@ impl Session<'_> {
         self.observer.notice(&Notice::Begun {
             scene: self.scene.name.clone(),
             settings: self.scene.settings,
+            chosen: self.job.chosen,
             renderer: self.job.engine.renderer(),
             lanes: self.job.engine.lanes(),
             threads: self.threads,
@@ -143,10 +147,11 @@ impl Session<'_> {
         let has_past = self.job.goals.error.is_some();
         self.estimate = Estimate::after(from.checkpoint.past.take().filter(|_| has_past));
         self.resumed_after = from.checkpoint.account.iterations;
+        self.done = from.checkpoint.account.done();
         self.observer.notice(&Notice::Resumed {
             path: from.path,
             iterations: self.resumed_after,
-            of: self.scene.settings.iterations,
+            of: self.job.wanted().len() as u32,
             fallback: from.fallback,
         });
         Ok(())
@@ -161,8 +166,11 @@ impl Session<'_> {
             if job.stop.is_requested() {
                 return Ok(End::Stopped);
             }
-            if engine.iterations() >= engine.settings().iterations {
+            let Some(next) = self.done.first_missing(&job.wanted()) else {
                 return Ok(End::Iterations);
+            };
+            if next != engine.progress().next {
+                engine.skip_to(next);
             }
             if engine.iterations() > 0 {
                 if goals.error.zip(self.estimate.error).is_some_and(|(goal, error)| error <= goal) {
@@ -179,6 +187,7 @@ impl Session<'_> {
             stop.meter().begin(0);
             let broken = "the engine broke down; this is a fault of sppm, please report it";
             if iterated.map_err(|_| Error::failed(broken))? {
+                self.done = self.done.with(&(next..next + 1).into());
                 self.after_iteration(engine, began.elapsed());
             }
         }
@@ -196,6 +205,7 @@ impl Session<'_> {
         let saved = self.save_if_due(engine);
         let follows = self.observer.follows();
         let step = Step {
+            iterations: self.job.wanted().len() as u32,
             seconds: time.as_secs_f64(),
             elapsed_seconds: self.clock.elapsed().as_secs_f64(),
             estimated_error: self.estimate.error,
@@ -224,7 +234,7 @@ impl Session<'_> {
     /// succeed. Returns whether a checkpoint was written.
     fn save_if_due(&mut self, engine: &dyn Resumable) -> bool {
         let iterations = engine.iterations();
-        if iterations >= engine.settings().iterations
+        if self.done.first_missing(&self.job.wanted()).is_none()
             || !self.keeper.as_ref().is_some_and(|keeper| keeper.is_due(iterations))
         {
             return false;
@@ -244,7 +254,7 @@ impl Session<'_> {
     /// Calls one of the saving methods of [`Keeper`], if checkpoints are written at all.
     fn save(&mut self, engine: &dyn Resumable, way: Way) -> Result<(), FileError> {
         let Some(keeper) = &mut self.keeper else { return Ok(()) };
-        way(keeper, self.scene, engine, self.estimate.past())
+        way(keeper, self.scene, (engine, &self.done), self.estimate.past())
     }
 
     fn shown<'b>(&self, engine: &'b dyn Resumable) -> Shown<'b> {
@@ -262,6 +272,7 @@ impl Session<'_> {
             scene: self.scene.name.clone(),
             scene_digest: self.digest.clone(),
             settings,
+            which: Some(self.done.clone()).filter(|done| !done.are_first()),
             photons: if engine.has_photons() { photons } else { 0 },
             renderer: job.engine.renderer(),
             lanes: job.engine.lanes(),
@@ -331,7 +342,7 @@ impl Session<'_> {
 }
 
 /// A saving method of [`Keeper`].
-type Way = fn(&mut Keeper, &Scene, &dyn Resumable, Option<&Past>) -> Result<(), FileError>;
+type Way = fn(&mut Keeper, &Scene, (&dyn Resumable, &Iterations), Option<&Past>) -> Result<(), FileError>;
 
 /// Starts a timer that requests a stop after `left`. Dropping the returned sender cancels it.
 fn ring(left: Duration, stop: Stop) -> Sender<()> {

@@ -29,7 +29,11 @@ pub struct Step {
 impl Step {
     /// The part of the progress that `engine` provides.
     pub fn of(engine: &dyn Resumable) -> Self {
-        let mean_radius = (engine.sums() == Sums::Photons).then(|| mean_radius(engine));
+        let mean_radius = match engine.sums() {
+            Sums::Photons => Some(mean_radius(engine)),
+            Sums::Exact => Some(engine.probe(0, 0).radius.into()),
+            Sums::Paths => None,
+        };
         Self { mean_radius, ..Self::brief(engine) }
     }
 
@@ -68,6 +72,8 @@ mod tests {
         let settings = scene::Settings { width: 3, height: 2, initial_radius: 2.5, ..scene.settings };
         let engine = fast::Sppm::new(&scene, &settings);
         assert_eq!(Step::of(&engine).mean_radius, Some(2.5));
+        let global = scene::Settings { radius_schedule: scene::RadiusSchedule::Global, ..settings };
+        assert_eq!(Step::of(&fast::Sppm::new(&scene, &global)).mean_radius, Some(2.5));
         assert_eq!(Step::of(&reference::PathTracer::new(&scene, &settings)).mean_radius, None);
     }
 }

@@ -83,6 +83,11 @@ impl Writer {
         (written, failed)
     }
 
+    /// Writes the image alone, to `path`.
+    pub(crate) fn image(&self, path: &Path, shown: &Shown) -> Result<(), FileError> {
+        self.write_one(Content::Image, path, shown, None)
+    }
+
     fn write_one(
         &self,
         content: Content,

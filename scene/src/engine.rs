@@ -2,6 +2,7 @@
 
 use crate::color::Rgb;
 use crate::film::{Film, Plane};
+use crate::radius_schedule::RadiusSchedule;
 use crate::settings::Settings;
 use crate::stop::Stop;
 use serde::{Deserialize, Serialize};
@@ -60,10 +61,11 @@ pub trait Engine {
     }
 
     /// The direct light, including that of visible lamps, summed over all iterations: radiance times iterations. `None`
-    /// for engines without photons, which do not keep it apart.
+    /// where it is not kept apart: without photons, and with global radii.
     fn direct(&self) -> Option<Film> {
-        let Settings { width, height, .. } = *self.settings();
-        self.has_photons().then(|| Film::from_fn(width, height, |x, y| self.probe(x, y).direct))
+        let Settings { width, height, radius_schedule, .. } = *self.settings();
+        let is_kept = self.has_photons() && radius_schedule == RadiusSchedule::PerPixel;
+        is_kept.then(|| Film::from_fn(width, height, |x, y| self.probe(x, y).direct))
     }
 
     /// The search radius of every pixel, in scene units; `None` for engines without photons.
@@ -72,7 +74,8 @@ pub trait Engine {
         self.has_photons().then(|| Plane::from_fn(width, height, |x, y| self.probe(x, y).radius))
     }
 
-    /// `N` of every pixel: the photons counted so far, weighted by alpha; `None` for engines without photons.
+    /// `N` of every pixel: the photons counted so far, weighted by alpha where radii are the pixel's own; `None` for engines
+    /// without photons.
     fn count(&self) -> Option<Plane> {
         let Settings { width, height, .. } = *self.settings();
         self.has_photons().then(|| Plane::from_fn(width, height, |x, y| self.probe(x, y).count))
@@ -86,6 +89,9 @@ pub struct Progress {
     pub settings: Settings,
     /// Iterations run so far.
     pub iterations: u32,
+    /// The number of the next iteration, from 0; it keys the random numbers. It differs from `iterations` where iterations
+    /// are rendered elsewhere ([`crate::Resumable::skip_to`]).
+    pub next: u32,
     /// Seconds per pass and counted work so far.
     pub stats: Stats,
 }
@@ -93,7 +99,17 @@ pub struct Progress {
 impl Progress {
     /// That of a render before its first iteration.
     pub fn new(settings: &Settings) -> Self {
-        Self { settings: *settings, iterations: 0, stats: Stats::default() }
+        Self { settings: *settings, iterations: 0, next: 0, stats: Stats::default() }
+    }
+
+    /// That of a render whose sums hold so many iterations, the first ones.
+    pub fn go_on_after(&mut self, iterations: u32, stats: Stats) {
+        (self.iterations, self.next, self.stats) = (iterations, iterations, stats);
+    }
+
+    /// Counts an iteration that was completed.
+    pub fn advance(&mut self) {
+        (self.iterations, self.next) = (self.iterations + 1, self.next + 1);
     }
 }
 
@@ -102,11 +118,12 @@ impl Progress {
 pub struct Probe {
     /// Radiance; black before the first iteration.
     pub radiance: Rgb,
-    /// Direct light, including that of visible lamps, summed over all iterations; 0 without photons.
+    /// Direct light, including that of visible lamps, summed over all iterations; 0 without photons and with
+    /// global radii.
     pub direct: Rgb,
-    /// The search radius, in scene units; 0 without photons.
+    /// The search radius of the next iteration, in scene units; 0 without photons.
     pub radius: f32,
-    /// `N`, the weighted count of photons; 0 without photons.
+    /// `N`, the count of photons, weighted where radii are the pixel's own; 0 without photons.
     pub count: f32,
 }
 
@@ -156,4 +173,34 @@ pub struct Stats {
     pub contributions: u64,
     /// Bytes that the engine holds: film, visible points, index and photons.
     pub bytes: u64,
+}
+
+impl Stats {
+    /// Adds the times and counted work of other iterations; of bytes, the most.
+    pub fn add(&mut self, other: &Self) {
+        let seconds = [
+            (&mut self.camera_seconds, other.camera_seconds),
+            (&mut self.build_grid_seconds, other.build_grid_seconds),
+            (&mut self.photon_seconds, other.photon_seconds),
+            (&mut self.consolidate_seconds, other.consolidate_seconds),
+        ];
+        for (sum, more) in seconds {
+            *sum += more;
+        }
+        let counts = [
+            (&mut self.camera_segments, other.camera_segments),
+            (&mut self.shadow_rays, other.shadow_rays),
+            (&mut self.visible_points, other.visible_points),
+            (&mut self.photons, other.photons),
+            (&mut self.photon_segments, other.photon_segments),
+            (&mut self.deposits, other.deposits),
+            (&mut self.candidates, other.candidates),
+            (&mut self.contributions, other.contributions),
+        ];
+        for (sum, more) in counts {
+            // Read from files, which may say anything.
+            *sum = sum.saturating_add(more);
+        }
+        self.bytes = self.bytes.max(other.bytes);
+    }
 }

@@ -1,6 +1,7 @@
 //! The settings of a render, with bounds that keep its memory reasonable and its integers from overflowing.
 
 use crate::filter::Filter;
+use crate::radius_schedule::RadiusSchedule;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -24,6 +25,9 @@ pub struct Settings {
     /// How a pixel averages the light around it.
     #[serde(default)]
     pub filter: Filter,
+    /// How the search radius shrinks; nothing to the path tracer.
+    #[serde(default)]
+    pub radius_schedule: RadiusSchedule,
 }
 
 impl Default for Settings {
@@ -38,6 +42,7 @@ impl Default for Settings {
             initial_radius: 2.0,
             seed: 1,
             filter: Filter::Box,
+            radius_schedule: RadiusSchedule::PerPixel,
         }
     }
 }

@@ -6,6 +6,8 @@
 
 use crate::color::Rgb;
 use crate::engine::{Engine, Stats};
+use crate::exact::{Exact, Scale};
+use crate::settings::MAX_DEPOSITS;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -19,32 +21,36 @@ pub const TRANSPORT: u32 = 3;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sums {
-    /// Photon mapping: the eight words of [`PhotonSums`].
+    /// Photon mapping with radii per pixel: the eight words of [`PhotonSums`].
     Photons,
+    /// Photon mapping with global radii: the words of [`ExactSums`]. Those of iterations that were rendered apart can be
+    /// added up.
+    Exact,
     /// Path tracing: the radiance of red, green and blue, each summed over all iterations, as the bits of three `f64`,
     /// lower word first.
     Paths,
 }
 
 impl Sums {
-    /// Finds words that no engine could have written: an invalid count, or a radius that is invalid or has grown.
-    /// Returns the end of an error message.
-    pub fn fault(self, words: &[u32], initial_radius: f32) -> Option<&'static str> {
-        let (Self::Photons, Ok(words)) = (self, words.try_into()) else {
-            return None;
-        };
-        let PhotonSums { n, radius_squared, .. } = PhotonSums::from_words(words);
-        if !(n >= 0.0 && n.is_finite()) {
-            return Some("has a pixel whose count of photons is none");
+    /// Finds words that no engine could have written after so many `iterations`: an invalid count, a radius that is invalid
+    /// or has grown, a sum that is too large. Returns the end of an error message.
+    pub fn fault(self, words: &[u32], initial_radius: f32, iterations: u32) -> Option<&'static str> {
+        match self {
+            Self::Photons => {
+                words.try_into().ok().and_then(|words| PhotonSums::from_words(words).fault(initial_radius))
+            }
+            Self::Exact => {
+                words.try_into().ok().and_then(|words| ExactSums::from_words(words).fault(iterations))
+            }
+            Self::Paths => None,
         }
-        let is_radius = radius_squared > 0.0 && radius_squared <= initial_radius * initial_radius;
-        (!is_radius).then_some("has a pixel whose radius is none, or larger than the first")
     }
 
     /// Words per pixel.
     pub fn words(self) -> usize {
         match self {
             Self::Photons => PhotonSums::WORDS,
+            Self::Exact => ExactSums::WORDS,
             Self::Paths => 6,
         }
     }
@@ -78,12 +84,87 @@ impl PhotonSums {
         let [dr, dg, db, tr, tg, tb, n, radius_squared] = words.map(f32::from_bits);
         Self { direct: Rgb::new(dr, dg, db), tau: Rgb::new(tr, tg, tb), n, radius_squared }
     }
+
+    fn fault(&self, initial_radius: f32) -> Option<&'static str> {
+        if !(self.n >= 0.0 && self.n.is_finite()) {
+            return Some("has a pixel whose count of photons is none");
+        }
+        let is_radius = self.radius_squared > 0.0 && self.radius_squared <= initial_radius * initial_radius;
+        (!is_radius).then_some("has a pixel whose radius is none, or larger than the first")
+    }
+}
+
+/// The state of a pixel in photon mapping with global radii: sums of integers, so those of any iterations can be added in any
+/// order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ExactSums {
+    /// The estimate of radiance in red, green and blue, summed over the iterations, in units of [`Scale`].
+    pub radiance: [Exact; 3],
+    /// The photons counted.
+    pub photons: u64,
+}
+
+impl ExactSums {
+    /// Words per pixel.
+    pub const WORDS: usize = 20;
+
+    /// Adds what a pixel gains in one iteration, where `m` photons counted.
+    #[inline]
+    pub fn gain(&mut self, scale: Scale, radiance: Rgb, m: u32) {
+        for (sum, gain) in self.radiance.iter_mut().zip(radiance.to_array()) {
+            *sum += scale.quantise(gain);
+        }
+        self.photons += u64::from(m);
+    }
+
+    /// Adds the sums of other iterations, of which no more than [`crate::settings::MAX_ITERATIONS`] are added in all.
+    #[inline]
+    pub fn add(&mut self, other: &Self) {
+        for (sum, more) in self.radiance.iter_mut().zip(other.radiance) {
+            *sum += more;
+        }
+        self.photons = self.photons.wrapping_add(other.photons);
+    }
+
+    /// Radiance, if the sums are of so many iterations.
+    pub fn develop(&self, scale: Scale, iterations: u32) -> Rgb {
+        Rgb::from_array(self.radiance.map(|sum| scale.mean(sum, iterations)))
+    }
+
+    /// All numbers as words, the lower word of each first, in the order of the fields.
+    #[inline]
+    pub fn to_words(self) -> [u32; Self::WORDS] {
+        let [red, green, blue] = self.radiance.map(|sum| sum.0);
+        let mut words = [0; Self::WORDS];
+        let numbers = red.into_iter().chain(green).chain(blue).chain([self.photons]);
+        for (words, number) in words.as_chunks_mut::<2>().0.iter_mut().zip(numbers) {
+            *words = [number as u32, (number >> 32) as u32];
+        }
+        words
+    }
+
+    /// The inverse of [`Self::to_words`].
+    #[inline]
+    pub fn from_words(words: [u32; Self::WORDS]) -> Self {
+        let number = |k: usize| u64::from(words[2 * k]) | u64::from(words[2 * k + 1]) << 32;
+        let sum = |channel: usize| Exact([0, 1, 2].map(|k| number(3 * channel + k)));
+        Self { radiance: [0, 1, 2].map(sum), photons: number(9) }
+    }
+
+    fn fault(&self, iterations: u32) -> Option<&'static str> {
+        if !self.radiance.iter().all(|sum| sum.is_sum_of(iterations)) {
+            return Some("has a pixel whose sum is too large for its iterations");
+        }
+        let most = u64::from(iterations) * MAX_DEPOSITS;
+        (self.photons > most).then_some("has a pixel whose count of photons is too large for its iterations")
+    }
 }
 
 impl fmt::Display for Sums {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Photons => "photon mapping",
+            Self::Exact => "photon mapping with global radii",
             Self::Paths => "path tracing",
         })
     }
@@ -108,6 +189,14 @@ pub trait Resumable: Engine + Send + Sync {
 
     /// Sets the number of iterations done and their statistics, after the sums have been loaded by [`Self::load_row`].
     fn go_on_after(&mut self, iterations: u32, stats: Stats);
+
+    /// Sets the number of the next iteration, counted from 0: those before it are left to be rendered elsewhere.
+    ///
+    /// # Panics
+    /// If the sums are not [`Sums::Exact`], as then an iteration depends on those before it.
+    fn skip_to(&mut self, next: u32) {
+        panic!("iteration {next} depends on those before it");
+    }
 }
 
 /// Copies the state of a render from one engine to another of the same kind and size.
@@ -123,6 +212,9 @@ pub fn transfer(from: &dyn Resumable, to: &mut dyn Resumable) {
         to.load_row(y, &words);
     }
     to.go_on_after(from.iterations(), *from.stats());
+    if from.sums() == Sums::Exact {
+        to.skip_to(from.progress().next);
+    }
 }
 
 fn size(engine: &dyn Resumable) -> (u32, u32) {

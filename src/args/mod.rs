@@ -6,6 +6,7 @@ pub(crate) mod files;
 pub(crate) mod goals;
 pub(crate) mod messages;
 pub(crate) mod outputs;
+pub(crate) mod part;
 pub(crate) mod quick;
 pub(crate) mod scene;
 pub(crate) mod settings;

@@ -13,5 +13,6 @@ pub(crate) fn quick(own: &Settings) -> Settings {
         initial_radius: 2.0,
         seed: own.seed,
         filter: own.filter,
+        radius_schedule: own.radius_schedule,
     }
 }

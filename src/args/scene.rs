@@ -6,7 +6,7 @@ use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Arg, Args as ClapArgs, Command, ValueHint};
 use files::builtin::SCENES;
 use files::named::{self, Opened};
-use files::scene_file;
+use files::scene_file::{self, LoadedScene};
 use scene::text::one_line;
 use std::ffi::{OsStr, OsString};
 use std::io::{self, IsTerminal as _};
@@ -75,8 +75,9 @@ fn from_standard_input(most: u64) -> Result<Opened, Error> {
         return Err(Error::BadInput(problem.into()));
     }
     let loaded = scene_file::load_from("stdin", input.lock(), 0, most);
-    let (scene, bytes) = loaded.map_err(|error| Error::BadInput(error.to_string()))?;
-    Ok(Opened { scene, bytes, stem: "stdin".into(), file: None })
+    let LoadedScene { scene, automatic, bytes } =
+        loaded.map_err(|error| Error::BadInput(error.to_string()))?;
+    Ok(Opened { scene, automatic, bytes, stem: "stdin".into(), file: None })
 }
 
 /// The instant given by `--time`, else the one at which the shutter opens.

@@ -1,20 +1,20 @@
 //! Options that override the settings stored in a scene.
 
-use super::values::{amount, number, whole};
+use super::values::{Given, amount, number, or_auto, whole};
 use crate::terminal::error::Error;
 use clap::Args as ClapArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use scene::settings::{
     BYTES_PER_PIXEL, MAX_DEPTH, MAX_ITERATIONS, MAX_PHOTONS, MAX_SIDE, RADIUS_RANGE, SettingsError,
 };
-use scene::{Filter, Settings};
+use scene::{Automatic, Filter, Quality, RadiusSchedule, Settings};
 
 /// Bytes that a stored photon would take: position, incoming direction and flux, three floats each.
 const BYTES_PER_PHOTON: u64 = 36;
 
 /// What overrides the scene's own settings.
 #[derive(Debug, Default, ClapArgs)]
-#[command(next_help_heading = "Settings (each defaults to the scene's own)")]
+#[command(next_help_heading = "Settings (each defaults to the scene's own; most may be auto)")]
 pub(crate) struct SettingsArgs {
     /// Width of the image, in pixels
     #[arg(long, value_name = "W", value_parser = amount(MAX_SIDE, BYTES_PER_PIXEL), allow_hyphen_values = true)]
@@ -26,27 +26,29 @@ pub(crate) struct SettingsArgs {
 
     /// Iterations; for the path tracer, samples per pixel
     #[arg(short = 'n', long, value_name = "N", allow_hyphen_values = true)]
-    #[arg(value_parser = whole::<u32>(1, MAX_ITERATIONS.into()))]
-    pub iterations: Option<u32>,
+    #[arg(value_parser = or_auto(whole::<u32>(1, MAX_ITERATIONS.into())))]
+    pub iterations: Option<Given<u32>>,
 
     /// Photons that leave the lights in each iteration
     ///
     /// More of them smooth indirect light and caustics; direct light only takes more iterations.
-    #[arg(long, value_name = "L", value_parser = amount(MAX_PHOTONS, BYTES_PER_PHOTON), allow_hyphen_values = true)]
-    pub photons: Option<u32>,
+    #[arg(long, value_name = "L", allow_hyphen_values = true)]
+    #[arg(value_parser = or_auto(amount(MAX_PHOTONS, BYTES_PER_PHOTON)))]
+    pub photons: Option<Given<u32>>,
 
     /// Most segments of a path: from the eye to the first diffuse hit, and from there to the light
     ///
     /// A glass ball before the eye takes 3 of the first, light that comes through another 3 of the second.
-    #[arg(long, value_name = "D", value_parser = whole::<u32>(1, MAX_DEPTH.into()), allow_hyphen_values = true)]
-    pub depth: Option<u32>,
+    #[arg(long, value_name = "D", value_parser = or_auto(whole::<u32>(1, MAX_DEPTH.into())), allow_hyphen_values = true)]
+    pub depth: Option<Given<u32>>,
 
     /// Search radius of the first iteration, in scene units
     ///
     /// Photons count within it, so indirect light is blurred over it. It shrinks as photons come, slowly: to a half
     /// after some 25 iterations, to a third after 300. A hundredth of the width of what is seen is a good start.
-    #[arg(long, value_name = "R", value_parser = number(RADIUS_RANGE[0], RADIUS_RANGE[1]), allow_hyphen_values = true)]
-    pub radius: Option<f32>,
+    #[arg(long, value_name = "R", allow_hyphen_values = true)]
+    #[arg(value_parser = or_auto(number(RADIUS_RANGE[0], RADIUS_RANGE[1])))]
+    pub radius: Option<Given<f32>>,
 
     /// Seed of all random numbers: the same seed gives the same bytes, another seed other noise
     #[arg(long, value_name = "S", value_parser = whole::<u64>(0, u64::MAX), allow_hyphen_values = true)]
@@ -56,6 +58,12 @@ pub(crate) struct SettingsArgs {
     /// smooth and sharp
     #[arg(long, value_name = "FILTER", value_parser = filters())]
     pub filter: Option<Filter>,
+
+    /// How the radius shrinks: `per-pixel` by the photons that each pixel counts, `global` by the number of the iteration
+    ///
+    /// With global radii iterations are independent: parts of a render, from any machines, add up to its image, bit for bit.
+    #[arg(long, value_name = "SCHEDULE", value_parser = schedules())]
+    pub radius_schedule: Option<RadiusSchedule>,
 }
 
 /// Parses the name of a filter.
@@ -65,21 +73,65 @@ fn filters() -> impl TypedValueParser<Value = Filter> {
     PossibleValuesParser::new(Filter::ALL.map(Filter::name)).map(found)
 }
 
+/// Parses the name of a radius schedule.
+fn schedules() -> impl TypedValueParser<Value = RadiusSchedule> {
+    let all = RadiusSchedule::ALL;
+    let found =
+        move |name: String| all.into_iter().find(|schedule| schedule.name() == name).unwrap_or_default();
+    PossibleValuesParser::new(all.map(RadiusSchedule::name)).map(found)
+}
+
 impl SettingsArgs {
-    /// The scene's `own` settings, overridden by those given on the command line.
+    /// The scene's `own` settings, overridden by those given on the command line. Those that are `auto` are as in `own`.
     pub(crate) fn apply(&self, own: &Settings) -> Result<Settings, Error> {
         let settings = Settings {
             width: self.width.unwrap_or(own.width),
             height: self.height.unwrap_or(own.height),
-            iterations: self.iterations.unwrap_or(own.iterations),
-            photons_per_iteration: self.photons.unwrap_or(own.photons_per_iteration),
-            max_depth: self.depth.unwrap_or(own.max_depth),
-            initial_radius: self.radius.unwrap_or(own.initial_radius),
+            iterations: Given::number_or(self.iterations, own.iterations),
+            photons_per_iteration: Given::number_or(self.photons, own.photons_per_iteration),
+            max_depth: Given::number_or(self.depth, own.max_depth),
+            initial_radius: Given::number_or(self.radius, own.initial_radius),
             seed: self.seed.unwrap_or(own.seed),
             filter: self.filter.unwrap_or(own.filter),
+            radius_schedule: self.radius_schedule.unwrap_or(own.radius_schedule),
         };
         settings.validate().map_err(|error| Error::BadInput(self.blame(&error)))?;
         Ok(settings)
+    }
+
+    /// As [`Self::apply`], for commands that choose no settings.
+    pub(crate) fn apply_numbers(&self, own: &Settings) -> Result<Settings, Error> {
+        let options = [
+            ("-n", Given::is_chosen(self.iterations.as_ref(), false)),
+            ("--photons", Given::is_chosen(self.photons.as_ref(), false)),
+            ("--depth", Given::is_chosen(self.depth.as_ref(), false)),
+            ("--radius", Given::is_chosen(self.radius.as_ref(), false)),
+        ];
+        match options.into_iter().find(|(_, is_chosen)| *is_chosen) {
+            Some((name, _)) => Err(Error::BadInput(format!(
+                "{name} auto: only `sppm render` chooses settings; give a number"
+            ))),
+            None => self.apply(own),
+        }
+    }
+
+    /// What is to be chosen: what is `auto`, and of what is not given, what `own` says.
+    pub(crate) fn automatic(&self, own: Automatic) -> Automatic {
+        Automatic {
+            quality: own.quality,
+            iterations: Given::is_chosen(self.iterations.as_ref(), own.iterations),
+            photons_per_iteration: Given::is_chosen(self.photons.as_ref(), own.photons_per_iteration),
+            max_depth: Given::is_chosen(self.depth.as_ref(), own.max_depth),
+            initial_radius: Given::is_chosen(self.radius.as_ref(), own.initial_radius),
+        }
+    }
+
+    /// The number of iterations, if one is given.
+    pub(crate) fn given_iterations(&self) -> Option<u32> {
+        match self.iterations {
+            Some(Given::Number(number)) => Some(number),
+            Some(Given::Auto) | None => None,
+        }
     }
 
     /// Describes `error` in terms of the options given. The scene's own settings are in bounds, as its file was checked
@@ -96,6 +148,44 @@ impl SettingsArgs {
             Some((_, name, true, _)) => format!("{name} {problem}"),
             Some((_, _, false, partner)) => format!("{partner}: {option} {problem}"),
             None => error.to_string(),
+        }
+    }
+}
+
+/// How good the picture is to be.
+#[derive(Debug, Default, ClapArgs)]
+pub(crate) struct QualityArgs {
+    /// Choose iterations, photons, radius and depth from the scene, for a picture that shows what is where (`draft`), looks
+    /// finished (`good`), or has hardly any noise that can be seen (`final`) [default: good, if the scene's file states none
+    /// of them]
+    ///
+    /// What is given by -n, --photons, --radius or --depth is not chosen. `paper` chooses nothing: it takes the settings of
+    /// the paper, 6 iterations of 200000 photons, radius 2 and depth 5. What was chosen is told, and recorded in the image, so
+    /// that `--like` repeats it.
+    #[arg(long, value_name = "QUALITY", value_parser = qualities(), help_heading = "Quality")]
+    pub quality: Option<Quality>,
+}
+
+/// Parses the name of a quality.
+fn qualities() -> impl TypedValueParser<Value = Quality> {
+    let found =
+        |name: String| Quality::ALL.into_iter().find(|quality| quality.name() == name).unwrap_or_default();
+    PossibleValuesParser::new(Quality::ALL.map(Quality::name)).map(found)
+}
+
+impl QualityArgs {
+    /// The settings of a scene, which states `own` and leaves `automatic` to be chosen, at the quality given.
+    pub(crate) fn apply(&self, own: &Settings, automatic: Automatic) -> (Settings, Automatic) {
+        let paper = Settings::default();
+        match self.quality {
+            None => (*own, automatic),
+            Some(Quality::Paper) => {
+                let Settings { iterations, photons_per_iteration, max_depth, initial_radius, .. } = paper;
+                let settings =
+                    Settings { iterations, photons_per_iteration, max_depth, initial_radius, ..*own };
+                (settings, Automatic::all(Quality::Paper))
+            }
+            Some(quality) => (*own, Automatic::all(quality)),
         }
     }
 }

@@ -19,6 +19,37 @@ pub(crate) fn whole<T: TryFrom<u64>>(
     }
 }
 
+/// A setting on the command line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Given<T> {
+    /// `auto`: it is chosen from the scene.
+    Auto,
+    /// This number.
+    Number(T),
+}
+
+impl<T: Copy> Given<T> {
+    /// The number given for the setting; else `own`.
+    pub(crate) fn number_or(given: Option<Self>, own: T) -> T {
+        match given {
+            Some(Self::Number(number)) => number,
+            Some(Self::Auto) | None => own,
+        }
+    }
+
+    /// Whether the setting is to be chosen; if nothing is given, `own`.
+    pub(crate) fn is_chosen(given: Option<&Self>, own: bool) -> bool {
+        given.map_or(own, |given| matches!(given, Self::Auto))
+    }
+}
+
+/// Parses `auto`, or a number by `parse`.
+pub(crate) fn or_auto<T>(
+    parse: impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static,
+) -> impl Fn(&str) -> Result<Given<T>, String> + Clone + Send + Sync + 'static {
+    move |text| if text == "auto" { Ok(Given::Auto) } else { parse(text).map(Given::Number) }
+}
+
 /// Parses counts from 1 to `most` of things that take `bytes` each. If a count is too large, the message says how much
 /// memory it would need.
 pub(crate) fn amount(

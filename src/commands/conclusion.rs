@@ -12,14 +12,16 @@ use tracing::{debug, info, warn};
 
 /// Reports what the render wrote and why it ended.
 pub(crate) fn conclude(outcome: &Outcome, requests: &Requests) -> Result<(), Error> {
-    let Outcome { end, report, unsaved, written, failed, .. } = outcome;
+    let Outcome { end, report, unsaved, written, failed, saved, .. } = outcome;
     let signal = requests.pending().filter(|_| *end == End::Stopped);
     let done = report.iterations;
     if let (Some(signal), 0) = (signal, done) {
         let what = "not one iteration was over, so nothing is written";
         return Err(Error::Interrupted(signal, what.into()));
     }
-    let written = list(&written.iter().map(|path| path.display()).collect::<Vec<_>>());
+    // A part of a render has no image: its checkpoint is what it is for.
+    let part = saved.as_ref().filter(|_| outcome.job.range.is_some()).map(|saved| &saved.path);
+    let written = list(&part.into_iter().chain(written).map(|path| path.display()).collect::<Vec<_>>());
     if !failed.is_empty() {
         return Err(lament(outcome, &written));
     }

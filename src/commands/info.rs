@@ -10,7 +10,7 @@ use files::scene_file;
 use render::{LanesName, Made, Metadata, Note, Renderer};
 use scene::settings::MAX_ITERATIONS;
 use scene::text::one_line;
-use scene::{Filter, RowReader, Settings, TRANSPORT};
+use scene::{Filter, Iterations, RadiusSchedule, RowReader, Settings, TRANSPORT};
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -48,6 +48,12 @@ struct Info {
     settings: Settings,
     /// Version of the light transport.
     transport: u32,
+    /// The iterations in it, unless they are the first ones.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    which: Option<Iterations>,
+    /// The iterations asked for, of a part.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    part: Option<[u32; 2]>,
     /// Whole iterations done; `settings.iterations` is the number asked for.
     iterations: u32,
     photons: u64,
@@ -139,6 +145,8 @@ fn of_image(metadata: Metadata) -> Info {
         settings: metadata.settings,
         transport: metadata.transport,
         iterations: metadata.settings.iterations,
+        which: metadata.which,
+        part: None,
         photons: metadata.photons,
         renderer: metadata.renderer,
         lanes: metadata.lanes,
@@ -163,6 +171,8 @@ fn of_checkpoint(loaded: &Loaded, has_scene_file: bool) -> Info {
         settings: checkpoint.scene.settings,
         transport: account.transport,
         iterations: account.iterations,
+        which: account.which.clone(),
+        part: note.range,
         photons: account.stats.photons,
         renderer: note.renderer_of(account.sums),
         lanes: None,
@@ -191,12 +201,17 @@ impl Info {
             initial_radius,
             seed,
             filter,
+            radius_schedule,
         } = self.settings;
+        let is_usual = radius_schedule == RadiusSchedule::PerPixel;
+        let schedule = if is_usual { String::new() } else { format!(", {radius_schedule}") };
         let of = match iterations {
             MAX_ITERATIONS => " of as many as it takes".into(),
             all if all != self.iterations => format!(" of {all}"),
             _ => String::new(),
         };
+        let which = self.which.as_ref().map_or(String::new(), |which| format!(": {which}"));
+        let part = self.part.map_or(String::new(), |[start, end]| format!("iterations {start}..{end}"));
         let lanes = self.lanes.map_or(String::new(), |lanes| format!(" on {} lanes", lanes.name()));
         let optional = |value: Option<String>| value.unwrap_or_default();
         let rows = [
@@ -205,10 +220,11 @@ impl Info {
             ("scene", self.scene.clone()),
             ("digest", self.scene_digest.clone()),
             ("size", format!("{width} x {height} pixels")),
-            ("iterations", format!("{}{of}", self.iterations)),
+            ("iterations", format!("{}{of}{which}", self.iterations)),
+            ("part", part),
             ("photons", format!("{} ({photons_per_iteration} per iteration)", self.photons)),
             ("depth", max_depth.to_string()),
-            ("radius", initial_radius.to_string()),
+            ("radius", format!("{initial_radius}{schedule}")),
             ("seed", seed.to_string()),
             ("filter", if filter == Filter::Box { String::new() } else { filter.to_string() }),
             ("method", self.renderer.method.name().into()),

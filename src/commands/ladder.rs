@@ -10,8 +10,8 @@ use crate::terminal::text::print;
 use clap::{Args, ValueEnum};
 use ladder::report::{self, Case, Extras, Outputs, Plan, Sweep, films, generators::Generators};
 use ladder::{Field, Options, ROWS, Random, Row};
-use scene::Filter;
 use scene::text::list;
+use scene::{Filter, RadiusSchedule};
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -218,10 +218,14 @@ fn cases(args: &LadderArgs) -> Result<Vec<Case>, Error> {
         if args.quick {
             opened.scene.settings = quick(&opened.scene.settings);
         }
-        let settings = args.settings.apply(&opened.scene.settings)?;
+        let settings = args.settings.apply_numbers(&opened.scene.settings)?;
         if settings.filter != Filter::Box {
             let problem = format!("--filter: the ladder's rows have the box alone, not {}", settings.filter);
             return Err(Error::BadInput(problem));
+        }
+        if settings.radius_schedule != RadiusSchedule::PerPixel {
+            let problem = "--radius-schedule: the ladder's rows have radii per pixel alone, not global";
+            return Err(Error::BadInput(problem.into()));
         }
         let (name, scene) = (opened.stem.to_string_lossy().into_owned(), opened.scene);
         match args.sweep.map(Sweep::from) {

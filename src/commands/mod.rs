@@ -4,10 +4,12 @@ pub(crate) mod compare;
 mod completions;
 mod conclusion;
 mod export;
+mod farm;
 mod info;
 mod instants;
 mod ladder;
 mod man;
+mod merge;
 mod render;
 mod resume;
 mod scenes;
@@ -21,9 +23,11 @@ use clap::{CommandFactory, Parser, Subcommand};
 use compare::CompareArgs;
 use completions::CompletionsArgs;
 use export::ExportArgs;
+use farm::FarmArgs;
 use info::InfoArgs;
 use ladder::LadderArgs;
 use man::ManArgs;
+use merge::MergeArgs;
 use render::RenderArgs;
 use resume::ResumeArgs;
 use scenes::ScenesArgs;
@@ -62,6 +66,8 @@ SIGTERM, 129 by SIGHUP.";
 pub(crate) enum Command {
     Render(RenderArgs),
     Resume(ResumeArgs),
+    Merge(MergeArgs),
+    Farm(FarmArgs),
     Info(InfoArgs),
     Scenes(ScenesArgs),
     Compare(CompareArgs),
@@ -80,6 +86,8 @@ impl Args {
         match &self.command {
             Command::Render(args) => render::run(args),
             Command::Resume(args) => resume::run(args),
+            Command::Merge(args) => merge::run(args),
+            Command::Farm(args) => farm::run(args),
             Command::Info(args) => info::run(args),
             Command::Scenes(args) => scenes::run(args),
             Command::Compare(args) => compare::run(args),

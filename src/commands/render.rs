@@ -5,14 +5,16 @@ use crate::args::engine::EngineArgs;
 use crate::args::goals::{CheckpointArgs, GoalArgs};
 use crate::args::messages::MessageArgs;
 use crate::args::outputs::{OutputArgs, default_name, default_name_of};
+use crate::args::part::PartArgs;
 use crate::args::scene::{self, SourceArgs};
-use crate::args::settings::SettingsArgs;
+use crate::args::settings::{QualityArgs, SettingsArgs};
 use crate::terminal::error::Error;
 use crate::terminal::logs;
-use ::render::{Field, Goals, Job, Renderer};
+use ::render::merge::is_checkpoint;
+use ::render::{Field, Goals, Job, Outputs, Renderer, Save};
 use ::scene::Settings;
 use clap::Args as ClapArgs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Render a scene to an image file
 ///
@@ -28,6 +30,9 @@ pub(crate) struct RenderArgs {
     pub outputs: OutputArgs,
 
     #[command(flatten)]
+    pub quality: QualityArgs,
+
+    #[command(flatten)]
     pub settings: SettingsArgs,
 
     #[command(flatten)]
@@ -35,6 +40,9 @@ pub(crate) struct RenderArgs {
 
     #[command(flatten)]
     pub checkpoints: CheckpointArgs,
+
+    #[command(flatten)]
+    pub part: PartArgs,
 
     #[command(flatten)]
     pub engine: EngineArgs,
@@ -52,6 +60,7 @@ Examples:
   sppm render surgery --time 10m --until-error 0.02
   sppm render --like mirror.exr -o again.exr
   sppm render - -o exr:- < mine.toml > mine.exr
+  sppm render surgery -n 4096 --radius-schedule global --part 3/64 -o part3.sppm
 
 What settings do:
   More iterations remove noise and bias both. A smaller first radius means less blur and more noise.
@@ -63,16 +72,52 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     logs::init(args.messages.log_format, args.messages.level());
     let (mut job, image) = open(&args.source, args.engine.memory_limit)?;
     job.goals = args.goals.or(Goals::default());
-    let settings = args.settings.apply(&job.scene.settings)?;
-    let iterations = job.goals.iterations(args.settings.iterations, settings.iterations);
+    let (own, automatic) = args.quality.apply(&job.scene.settings, job.automatic);
+    let settings = args.settings.apply(&own)?;
+    let given = args.settings.given_iterations();
+    let iterations = job.goals.iterations(given, settings.iterations);
     job.scene.settings = Settings { iterations, ..settings };
+    job.automatic = args.settings.automatic(automatic);
+    job.automatic.iterations &= !job.goals.are_open();
     let usual = if args.source.like.is_some() { job.engine.renderer() } else { Renderer::default() };
     job.engine = args.engine.choose(usual)?;
     job.inputs.extend(args.engine.profile.clone().map(|path| (Field::Profile, path)));
-    job.outputs = args.outputs.or(job.outputs, image)?;
-    job.save = args.checkpoints.save(job.outputs.image.as_deref());
     (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
+    if args.part.is_given() {
+        // Which iterations a part has depends on how many there are.
+        job.choose_settings()?;
+        job.range = args.part.range(job.scene.settings.iterations)?;
+        let path = part_file(args, &image)?;
+        job.save = Some(Save { path, every: args.checkpoints.every.unwrap_or_default(), keep: true });
+        job.outputs = Outputs { stats: args.outputs.stats.clone(), ..Outputs::default() };
+    } else {
+        job.outputs = args.outputs.or(job.outputs, image)?;
+        job.save = args.checkpoints.save(job.outputs.image.as_deref());
+    }
     watch::run(job, &args.messages)
+}
+
+/// The checkpoint that a part is written to; `image` is the default name of the whole image.
+fn part_file(args: &RenderArgs, image: &Path) -> Result<PathBuf, Error> {
+    let OutputArgs { output, snapshots, radius_image, count_image, .. } = &args.outputs;
+    let CheckpointArgs { checkpoint, no_checkpoint, .. } = &args.checkpoints;
+    let others = [
+        ("--snapshots", *snapshots),
+        ("--radius-image", radius_image.is_some()),
+        ("--count-image", count_image.is_some()),
+        ("--checkpoint", checkpoint.is_some()),
+        ("--no-checkpoint", *no_checkpoint),
+    ];
+    if let Some((option, _)) = others.into_iter().find(|(_, is_given)| *is_given) {
+        let problem = "a part is no image, but the checkpoint that --output names; leave out this option";
+        return Err(Error::BadInput(format!("{option}: {problem}")));
+    }
+    let path = output.clone().unwrap_or_else(|| image.with_extension(format!("{}.sppm", args.part.name())));
+    if is_checkpoint(&path) {
+        return Ok(path);
+    }
+    let problem = "a part is no image, but a checkpoint for `sppm merge`; name a file that ends in .sppm";
+    Err(Error::BadInput(format!("--output: {}: {problem}", path.display())))
 }
 
 /// The job for a scene, or for repeating the render of `--like`; and the default name of its image.
@@ -84,7 +129,7 @@ fn open(args: &SourceArgs, memory_limit: Option<u64>) -> Result<(Job, PathBuf), 
     let stem = named.as_ref().map(|named| default_name(&named.stem));
     let mut job = match (&args.like, named) {
         (Some(like), named) => Job::like(like, named.map(|named| named.scene))?,
-        (None, Some(named)) => Job::new(named.scene),
+        (None, Some(named)) => Job::new(named.scene).choosing(named.automatic),
         (None, None) => return Err(Error::BadInput("<SCENE> is missing".into())), // clap requires one of the two
     };
     job.inputs.splice(0..0, file);

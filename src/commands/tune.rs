@@ -103,7 +103,7 @@ pub(crate) fn run(args: &TuneArgs) -> Result<(), Error> {
     if args.quick {
         opened.scene.settings = quick(&opened.scene.settings);
     }
-    let settings = args.settings.apply(&opened.scene.settings)?;
+    let settings = args.settings.apply_numbers(&opened.scene.settings)?;
     let asked = args.lanes.map(|lanes| EngineChoice::new(EngineName::Fast, Some(lanes))).transpose()?;
     let profile = profile_path(args, &opened);
     check_files(args, &opened, &profile)?;

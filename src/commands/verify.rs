@@ -61,7 +61,7 @@ struct Variant<'a> {
 /// difference.
 pub(crate) fn run(args: &VerifyArgs) -> Result<(), Error> {
     let opened = args.scene.open()?;
-    let settings = args.settings.apply(&opened.scene.settings)?;
+    let settings = args.settings.apply_numbers(&opened.scene.settings)?;
     let most = args.machine.threads.unwrap_or_else(|| cores().max(2));
     let mut counts = vec![1, most];
     counts.dedup();
@@ -177,7 +177,7 @@ mod tests {
             &self.progress
         }
         fn iterate_unless(&mut self, _: &Stop) -> bool {
-            self.progress.iterations += 1;
+            self.progress.advance();
             true
         }
         fn probe(&self, x: u32, y: u32) -> Probe {

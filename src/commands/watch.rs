@@ -13,7 +13,7 @@ use files::atomic_file::reason;
 use render::{Job, Notice, Observer, Step};
 use scene::settings::MAX_ITERATIONS;
 use scene::text::{counted, mebibytes, one_line};
-use scene::{Filter, Resumable, Settings, TRANSPORT};
+use scene::{Automatic, Filter, RadiusSchedule, Resumable, Settings, TRANSPORT};
 use std::io;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -87,8 +87,9 @@ impl Observer for Watch {
 
     fn notice(&mut self, notice: &Notice) {
         match notice {
-            Notice::Begun { settings, .. } => {
+            Notice::Begun { settings, chosen, .. } => {
                 self.busy = None;
+                tell_choice(settings, *chosen);
                 tell_beginning(notice);
                 self.bar = self.has_bar.then(|| self.new_bar(settings));
             }
@@ -154,8 +155,25 @@ impl Drop for Watch {
     }
 }
 
+/// Tells which settings were chosen, by the options that would repeat the choice.
+fn tell_choice(settings: &Settings, chosen: Automatic) {
+    let Automatic { quality, iterations, photons_per_iteration, max_depth, initial_radius } = chosen;
+    let options = [
+        iterations.then(|| format!("-n {}", settings.iterations)),
+        photons_per_iteration.then(|| format!("--photons {}", settings.photons_per_iteration)),
+        initial_radius.then(|| format!("--radius {}", settings.initial_radius)),
+        max_depth.then(|| format!("--depth {}", settings.max_depth)),
+    ];
+    let options: Vec<String> = options.into_iter().flatten().collect();
+    if !options.is_empty() {
+        info!("chosen for quality {quality}: {}", options.join(" "));
+    }
+}
+
 fn tell_beginning(notice: &Notice) {
-    let Notice::Begun { scene, settings, renderer, lanes, threads, bytes_at_most } = notice else { return };
+    let Notice::Begun { scene, settings, renderer, lanes, threads, bytes_at_most, .. } = notice else {
+        return;
+    };
     let Settings {
         width,
         height,
@@ -165,6 +183,7 @@ fn tell_beginning(notice: &Notice) {
         initial_radius,
         seed,
         filter,
+        radius_schedule,
     } = settings;
     let lanes = lanes.map_or(String::new(), |lanes| format!(" on {} lanes", lanes.name()));
     let iterations = match *iterations {
@@ -175,9 +194,13 @@ fn tell_beginning(notice: &Notice) {
         Filter::Box => String::new(),
         filter => format!(", filter {filter}"),
     };
+    let schedule = match radius_schedule {
+        RadiusSchedule::PerPixel => String::new(),
+        schedule @ RadiusSchedule::Global => format!(" ({schedule})"),
+    };
     debug!(
         bytes_at_most,
-        "{scene}: {width} x {height} pixels, {iterations}, {} each, depth {max_depth}, radius {initial_radius}, seed \
+        "{scene}: {width} x {height} pixels, {iterations}, {} each, depth {max_depth}, radius {initial_radius}{schedule}, seed \
          {seed}{filter}; method {}, engine {}{lanes}, {}; up to {}",
         counted(*photons_per_iteration, "photon"),
         renderer.method.name(),

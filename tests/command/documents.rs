@@ -3,9 +3,11 @@
 use crate::sandbox::{Ended, Sandbox};
 use std::fs;
 
-const COMMANDS: [&str; 12] = [
+const COMMANDS: [&str; 14] = [
     "render",
     "resume",
+    "merge",
+    "farm",
     "info",
     "scenes",
     "compare",

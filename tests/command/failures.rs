@@ -43,7 +43,7 @@ fn every_command_that_prints_fails_on_a_full_disk() {
 fn a_render_completes_even_if_no_message_can_be_written() {
     let sandbox = Sandbox::new();
     let full = || fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-    let args: Vec<&str> = ["render", "cornell", "-v"].into_iter().chain(TINY).collect();
+    let args: Vec<&str> = ["render", "cornell", "--quality=paper", "-v"].into_iter().chain(TINY).collect();
     let status = sandbox.command(args).stdout(full()).stderr(full()).status().unwrap();
     assert_eq!(status.code(), Some(0));
     assert_eq!(sandbox.image("cornell.png").pixels.len(), 16 * 12);
@@ -123,7 +123,9 @@ fn images_that_are_broken() {
 fn a_rejected_render_does_not_change_old_files() {
     let sandbox = Sandbox::new();
     sandbox.write("a.png", "old");
-    sandbox.run(["render", "cornell", "-o", "a.png", "--width", "0"]).refused(&["--width"]);
+    sandbox
+        .run(["render", "cornell", "--quality=paper", "-o", "a.png", "--width", "0"])
+        .refused(&["--width"]);
     sandbox.run(["render", "missing.toml", "-o", "a.png"]).refused(&["missing.toml"]);
     assert_eq!(sandbox.bytes("a.png"), b"old");
     assert_eq!(sandbox.names(), ["a.png"]);

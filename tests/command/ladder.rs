@@ -149,7 +149,8 @@ fn images_are_those_of_renders_with_fewer_iterations() {
     let ended = sandbox.run([&args[..], &settings].concat());
     assert_eq!(ended.code, Some(0), "{ended:?}");
     for iterations in ["2", "4", "5"] {
-        let args = ["render", "cornell", "-q", "-o", "render.pfm", "--iterations", iterations];
+        let args =
+            ["render", "cornell", "--quality=paper", "-q", "-o", "render.pfm", "--iterations", iterations];
         assert_eq!(sandbox.run([&args[..], &settings].concat()).code, Some(0));
         let of_row = |row| sandbox.bytes(&format!("images/cornell-{row}-{iterations}.pfm"));
         assert!(of_row("fast") == sandbox.bytes("render.pfm"), "{iterations}");

@@ -16,7 +16,9 @@ fn all_refused(sandbox: &Sandbox, running: &Running, file: &str, commands: &[&[&
     let before = sandbox.contents();
     let process = format!("{file}: is in use by another render, process {};", running.id());
     for args in commands {
-        sandbox.run(["render"].iter().chain(*args).chain(&TINY)).refused(&[&process, "wait for it"]);
+        sandbox
+            .run(["render", "--quality=paper"].iter().chain(*args).chain(&TINY))
+            .refused(&[&process, "wait for it"]);
         assert!(sandbox.contents() == before, "{args:?} changed the folder: {:?}", sandbox.names());
     }
 }
@@ -55,7 +57,7 @@ fn every_file_of_a_render_is_locked() {
     let files = ["--radius-image", "r.exr", "--count-image", "c.exr", "--stats", "s.json"];
     // The path tracer of `LONG` has no radii.
     let engine = ["--engine=fast", "--width=16", "--height=12", "--photons=500", "-n", "100000000", "-v"];
-    let args = ["render", "cornell", "-o", "a.png"].into_iter().chain(files).chain(engine);
+    let args = ["render", "cornell", "--quality=paper", "-o", "a.png"].into_iter().chain(files).chain(engine);
     let running = Running::start_saying(&mut sandbox.command(args), "engine fast");
     for (file, option) in [("r.exr", "--radius-image"), ("c.exr", "--count-image"), ("s.json", "--stats")] {
         all_refused(&sandbox, &running, file, &[&["cornell", "-o", "b.png", option, file]]);
@@ -75,7 +77,7 @@ fn snapshots_are_locked_before_they_are_written() {
     // Written already, and not before days have passed.
     let process = format!("process {};", running.id());
     for file in ["a-0001.png", "a-67108864.png"] {
-        let ended = sandbox.run(["render", "cornell", "-o", file].iter().chain(&TINY));
+        let ended = sandbox.run(["render", "cornell", "--quality=paper", "-o", file].iter().chain(&TINY));
         ended.refused(&[&format!("{file}: is in use by another render"), &process]);
     }
     sandbox.render(&["cornell", "-o", "a-0003.png"]);
@@ -92,7 +94,7 @@ fn snapshots_are_locked_before_they_are_written() {
 fn a_snapshot_is_no_other_file_of_its_render() {
     let sandbox = Sandbox::new();
     let render = |options: &[&str]| {
-        let args = ["render", "cornell", "-o", "a.pfm", "--snapshots"].iter().chain(&TINY);
+        let args = ["render", "cornell", "--quality=paper", "-o", "a.pfm", "--snapshots"].iter().chain(&TINY);
         sandbox.run(args.chain(options))
     };
     let problem = "--snapshots: a-0002.pfm is also --radius-image; name another file";
@@ -150,7 +152,8 @@ fn many_renders_at_once_leave_one_image_and_one_winner() {
     let size = ["--width=64", "--height=48", "--photons=20000", "--iterations=400", "--no-checkpoint"];
     let seeds: Vec<String> = (1..=6).map(|seed| format!("--seed={seed}")).collect();
     let start = |seed: &String| {
-        let args = ["render", "cornell", "-o", "a.pfm", "-q", seed].into_iter().chain(size);
+        let args =
+            ["render", "cornell", "--quality=paper", "-o", "a.pfm", "-q", seed].into_iter().chain(size);
         sandbox.command(args).stderr(std::process::Stdio::piped()).spawn().unwrap()
     };
     let all: Vec<_> = seeds.iter().map(start).collect();
@@ -160,7 +163,9 @@ fn many_renders_at_once_leave_one_image_and_one_winner() {
     for output in outputs.iter().filter(|output| !output.status.success()) {
         assert_eq!(output.status.code(), Some(2), "{output:?}");
     }
-    let again = ["render", "cornell", "-o", "b.pfm", "-q", &seeds[winners[0]]].into_iter().chain(size);
+    let again = ["render", "cornell", "--quality=paper", "-o", "b.pfm", "-q", &seeds[winners[0]]]
+        .into_iter()
+        .chain(size);
     assert_eq!(sandbox.run(again).code, Some(0));
     assert!(sandbox.bytes("a.pfm") == sandbox.bytes("b.pfm"), "not the winner's image");
 }
@@ -176,7 +181,7 @@ fn a_folder_that_cannot_be_written_is_told_as_such() {
     if fs::write(folder.join("x"), "").is_ok() {
         return;
     }
-    let args = ["render", "cornell", "-o", "locked/a.png"];
+    let args = ["render", "cornell", "--quality=paper", "-o", "locked/a.png"];
     sandbox.run(args).refused(&["--output: locked/a.png: no file can be made in the folder"]);
 }
 
@@ -184,7 +189,7 @@ fn a_folder_that_cannot_be_written_is_told_as_such() {
 fn a_lock_that_cannot_be_made_is_told_as_such() {
     let sandbox = Sandbox::new();
     fs::create_dir(sandbox.path(".sppm-a.png.lock")).unwrap();
-    let ended = sandbox.run(["render", "cornell", "-o", "a.png"].iter().chain(&TINY));
+    let ended = sandbox.run(["render", "cornell", "--quality=paper", "-o", "a.png"].iter().chain(&TINY));
     ended.refused(&["--output: a.png: cannot be locked: "]);
 }
 

@@ -16,6 +16,7 @@ mod locks;
 mod messages;
 #[cfg(unix)]
 mod names;
+mod quality;
 mod render;
 #[cfg(unix)]
 mod running;

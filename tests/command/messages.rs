@@ -13,12 +13,18 @@ fn lines(ended: &Ended) -> Vec<Value> {
 fn every_error_is_json_where_that_is_asked_for() {
     let sandbox = Sandbox::new();
     let cases: &[(&[&str], &str)] = &[
-        (&["render", "cornell", "--width", "0", "--log-format", "json"], "--width: \"0\" is not"),
+        (
+            &["render", "cornell", "--quality=paper", "--width", "0", "--log-format", "json"],
+            "--width: \"0\" is not",
+        ),
         (&["render", "--log-format=json", "cornell", "--widht", "3"], "there is no option --widht"),
         (&["render", "--log-format", "json"], "<SCENE> is missing"),
         (&["resume", "--log-format=json"], "<FILE> is missing"),
         (&["render", "cornel", "--log-format", "json"], "there is no scene \"cornel\""),
-        (&["render", "cornell", "-o", "no/a.png", "--log-format", "json"], "--output: no/a.png"),
+        (
+            &["render", "cornell", "--quality=paper", "-o", "no/a.png", "--log-format", "json"],
+            "--output: no/a.png",
+        ),
         (&["resume", "no.sppm", "--log-format", "json"], "no.sppm: there is no such file"),
     ];
     for (args, words) in cases {
@@ -30,7 +36,7 @@ fn every_error_is_json_where_that_is_asked_for() {
     }
     // For people, the label stays.
     sandbox
-        .run(["render", "cornell", "--width", "0", "--log-format", "text"])
+        .run(["render", "cornell", "--quality=paper", "--width", "0", "--log-format", "text"])
         .refused(&["--width: \"0\" is not"]);
 }
 
@@ -51,7 +57,7 @@ fn an_interruption_is_json_too() {
 fn a_noisy_image_is_told_with_what_to_do() {
     let sandbox = Sandbox::new();
     let size = ["--width=64", "--height=48", "--photons=2000"];
-    let ended = sandbox.run(["render", "cornell", "-n=4"].iter().chain(&size));
+    let ended = sandbox.run(["render", "cornell", "--quality=paper", "-n=4"].iter().chain(&size));
     ended.said_one_line(
         "wrote cornell.png: 4 iterations in ",
         &["; it is noisy, with an error of about 0.", "`--time "],
@@ -61,14 +67,15 @@ fn a_noisy_image_is_told_with_what_to_do() {
     assert!(time.ends_with(['s', 'm', 'h']), "{ended:?}");
     // Sky is not noisy, and an error that was asked for is enough.
     sandbox.write("sky.toml", SKY);
-    let smooth = sandbox.run(["render", "sky.toml", "-n=4"].iter().chain(&size));
+    let smooth = sandbox.run(["render", "sky.toml", "--quality=paper", "-n=4"].iter().chain(&size));
     assert!(smooth.code == Some(0) && !smooth.stderr.contains("noisy"), "{smooth:?}");
-    let asked = sandbox.run(["render", "cornell", "--until-error=0.5"].iter().chain(&size));
+    let asked =
+        sandbox.run(["render", "cornell", "--quality=paper", "--until-error=0.5"].iter().chain(&size));
     assert!(asked.code == Some(0) && !asked.stderr.contains("noisy"), "{asked:?}");
     // One iteration cannot be compared with another.
     let one = sandbox.render(&["cornell", "-o", "one.png", "--quiet"]);
     assert_eq!(one.stderr, "");
-    let args = ["render", "cornell", "-n=1"].iter().chain(&TINY[..4]);
+    let args = ["render", "cornell", "--quality=paper", "-n=1"].iter().chain(&TINY[..4]);
     assert!(!sandbox.run(args).stderr.contains("noisy"));
 }
 
@@ -110,12 +117,13 @@ fn photons_that_miss_what_is_seen_are_told() {
     sandbox.write("plain.toml", PLAIN);
     // Photons are aimed, but none lands so near.
     let size = ["--width=64", "--height=48", "--photons=10000", "--radius=1e-7"];
-    let few = sandbox.run(["render", "plain.toml", "-n=4"].iter().chain(&size));
+    let few = sandbox.run(["render", "plain.toml", "--quality=paper", "-n=4"].iter().chain(&size));
     assert_eq!(few.code, Some(0), "{few:?}");
     assert!(few.stderr.contains("warning: of 40000 photons none counted at what is seen"), "{few:?}");
     // An error goal is not said to be reached for light that is not there.
-    let goal = sandbox.run(["render", "plain.toml", "--until-error=0.5"].iter().chain(&size));
+    let goal =
+        sandbox.run(["render", "plain.toml", "--quality=paper", "--until-error=0.5"].iter().chain(&size));
     assert!(goal.stderr.contains(", of direct light alone"), "{goal:?}");
-    let enough = sandbox.run(["render", "cornell", "-n=4"].iter().chain(&size[..3]));
+    let enough = sandbox.run(["render", "cornell", "--quality=paper", "-n=4"].iter().chain(&size[..3]));
     assert!(!enough.stderr.contains("counted"), "{enough:?}");
 }

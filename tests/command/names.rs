@@ -59,7 +59,7 @@ fn names_of_up_to_255_bytes_are_fine() {
     let sandbox = Sandbox::new();
     let name = "n".repeat(252) + ".pfm";
     sandbox
-        .run(["render", "cornell", "-o", &name].iter().chain(&TINY))
+        .run(["render", "cornell", "--quality=paper", "-o", &name].iter().chain(&TINY))
         .refused(&["--output: nnn", "too long"]);
 }
 
@@ -77,7 +77,18 @@ fn a_render_with_a_long_name_goes_on_from_its_checkpoint() {
     let done = sandbox.run(["info", &checkpoint, "--json"]).stdout;
     let done: serde_json::Value = serde_json::from_str(&done).unwrap();
     let more = (done["iterations"].as_u64().unwrap() + 1).to_string();
-    let args = ["render", "cornell", "--engine=path", "--width=16", "--height=12", "-n", &more, "-o", &name];
+    let args = [
+        "render",
+        "cornell",
+        "--quality=paper",
+        "--engine=path",
+        "--width=16",
+        "--height=12",
+        "-n",
+        &more,
+        "-o",
+        &name,
+    ];
     let ended = sandbox.run(args);
     assert!(ended.stderr.starts_with("going on from nnn"), "{ended:?}");
     assert_eq!(sandbox.names(), [name]);
@@ -97,10 +108,11 @@ fn links_are_followed_even_to_files_that_are_not_there_yet() {
     }
     assert!(!sandbox.path("there/new.pfm").is_symlink());
     assert_eq!(sandbox.image("there/new.pfm").pixels.len(), 16 * 12);
-    let render = |output| sandbox.run(["render", "cornell", "-o", output].iter().chain(&TINY));
+    let render =
+        |output| sandbox.run(["render", "cornell", "--quality=paper", "-o", output].iter().chain(&TINY));
     render("nowhere.pfm").refused(&["--output: nowhere.pfm: the folder missing does not exist"]);
     render("circle.pfm").refused(&["--output: circle.pfm", "links lead in a circle"]);
-    let both = ["render", "cornell", "-o", "early.pfm", "--radius-image", "far.pfm"];
+    let both = ["render", "cornell", "--quality=paper", "-o", "early.pfm", "--radius-image", "far.pfm"];
     sandbox.run(both.iter().chain(&TINY)).refused(&["--radius-image: far.pfm is also --output"]);
 }
 
@@ -127,14 +139,26 @@ fn pipes_and_devices_are_refused_at_once() {
         (&["resume", "p.sppm"], &["p.sppm: is no checkpoint"]),
         (&["resume", "p"], &["p: is no checkpoint"]),
         (&["render", "--like", "p.exr"], &["p.exr: this is a pipe or a device"]),
-        (&["render", "cornell", "--profile", "p"], &["--profile: p: this is a pipe"]),
+        (&["render", "cornell", "--quality=paper", "--profile", "p"], &["--profile: p: this is a pipe"]),
         (&["compare", "p.png", "a.png"], &["p.png: this is a pipe or a device; name an image file"]),
         (&["compare", "a.png", "p"], &["p: this is a pipe or a device; name an image file"]),
-        (&["render", "cornell", "-o", "p.png"], &["--output: p.png: is a device or a pipe"]),
-        (&["render", "cornell", "-o", "link.png"], &["--output: link.png: is a device or a pipe"]),
-        (&["render", "cornell", "--stats", "p"], &["--stats: p: is a device or a pipe"]),
-        (&["render", "cornell", "--checkpoint", "p.sppm"], &["--checkpoint: p.sppm: is a device or a pipe"]),
-        (&["render", "cornell", "-o", "p/a.png"], &["--output: p/a.png: p is not a folder"]),
+        (
+            &["render", "cornell", "--quality=paper", "-o", "p.png"],
+            &["--output: p.png: is a device or a pipe"],
+        ),
+        (
+            &["render", "cornell", "--quality=paper", "-o", "link.png"],
+            &["--output: link.png: is a device or a pipe"],
+        ),
+        (&["render", "cornell", "--quality=paper", "--stats", "p"], &["--stats: p: is a device or a pipe"]),
+        (
+            &["render", "cornell", "--quality=paper", "--checkpoint", "p.sppm"],
+            &["--checkpoint: p.sppm: is a device or a pipe"],
+        ),
+        (
+            &["render", "cornell", "--quality=paper", "-o", "p/a.png"],
+            &["--output: p/a.png: p is not a folder"],
+        ),
     ];
     for (args, words) in cases {
         run_in_time(&sandbox, args).refused(words);
@@ -147,7 +171,7 @@ fn pipes_and_devices_are_refused_at_once() {
 fn a_link_to_a_pipe_is_told_as_a_pipe() {
     let sandbox = Sandbox::new();
     symlink("/dev/stdout", sandbox.path("out.png")).unwrap();
-    let ended = run_in_time(&sandbox, &["render", "cornell", "-o", "out.png"]);
+    let ended = run_in_time(&sandbox, &["render", "cornell", "--quality=paper", "-o", "out.png"]);
     ended.refused(&["--output: out.png: is a device or a pipe"]);
 }
 
@@ -182,5 +206,7 @@ fn a_file_that_is_missing_is_told_as_such_whatever_its_name() {
     sandbox.run(["info", "folder"]).refused(&["folder: this is a directory; name a file"]);
     sandbox.run(["compare", "a.png", "folder"]).refused(&["folder: this is a directory; name an image file"]);
     sandbox.run(["render", "no.toml"]).refused(&["no.toml: there is no such file"]);
-    sandbox.run(["render", "cornell", "--profile", "no"]).refused(&["--profile: no: there is no such file"]);
+    sandbox
+        .run(["render", "cornell", "--quality=paper", "--profile", "no"])
+        .refused(&["--profile: no: there is no such file"]);
 }

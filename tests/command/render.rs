@@ -19,7 +19,8 @@ fn every_size_renders() {
     let sandbox = Sandbox::new();
     for (width, height) in [(48, 27), (36, 30), (1, 1), (7, 3), (1, 1000)] {
         let size = [width.to_string(), height.to_string()];
-        let args = ["render", "cornell", "-o", "a.exr", "--iterations", "1", "--photons", "300"];
+        let args =
+            ["render", "cornell", "--quality=paper", "-o", "a.exr", "--iterations", "1", "--photons", "300"];
         let ended = sandbox.run(args.into_iter().chain(["--width", &size[0], "--height", &size[1]]));
         assert_eq!(ended.code, Some(0), "{ended:?}");
         let film = sandbox.image("a.exr");
@@ -160,7 +161,9 @@ fn tone_curves_apply_to_png_and_jpg_alone() {
         (&["-o", "a.png", "--tone=reinhard", "--white=0"], &["--white: \"0\""]),
         (&["-o", "a.png", "--tone=filmic"], &["--tone: \"filmic\"", "clamp, reinhard, aces and agx"]),
     ] {
-        sandbox.run(["render", "cornell"].iter().chain(options).chain(&TINY)).refused(words);
+        sandbox
+            .run(["render", "cornell", "--quality=paper"].iter().chain(options).chain(&TINY))
+            .refused(words);
     }
 }
 
@@ -289,7 +292,10 @@ fn stats_tell_what_was_asked_for_and_done() {
 fn memory_per_pixel_is_as_stated() {
     let sandbox = Sandbox::new();
     let size = ["--width", "400", "--height", "400", "--iterations", "1", "--photons", "100"];
-    assert_eq!(sandbox.run(["render", "cornell", "--stats", "s.json"].iter().chain(&size)).code, Some(0));
+    assert_eq!(
+        sandbox.run(["render", "cornell", "--quality=paper", "--stats", "s.json"].iter().chain(&size)).code,
+        Some(0)
+    );
     let bytes = sandbox.json("s.json")["bytes"].as_u64().unwrap();
     assert!((1..=400 * 400 * BYTES_PER_PIXEL).contains(&bytes), "{} bytes per pixel", bytes / (400 * 400));
 }
@@ -309,7 +315,7 @@ fn links_to_the_same_file_are_detected() {
     let sandbox = Sandbox::new();
     sandbox.write("a.exr", "old");
     std::os::unix::fs::symlink("a.exr", sandbox.path("b.exr")).unwrap();
-    let args = ["render", "cornell", "-o", "a.exr", "--radius-image", "b.exr"];
+    let args = ["render", "cornell", "--quality=paper", "-o", "a.exr", "--radius-image", "b.exr"];
     sandbox.run(args.iter().chain(&TINY)).refused(&["--radius-image", "also --output"]);
     assert_eq!(sandbox.bytes("a.exr"), b"old");
 }

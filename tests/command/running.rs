@@ -8,7 +8,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 /// A render with short iterations that would run for hours.
-pub(crate) const LONG: [&str; 12] = [
+pub(crate) const LONG: [&str; 13] = [
     "render",
     "cornell",
     "--engine",
@@ -21,6 +21,7 @@ pub(crate) const LONG: [&str; 12] = [
     "100000000",
     "-v",
     "--threads=1",
+    "--quality=paper",
 ];
 
 /// A running render.
@@ -43,13 +44,14 @@ impl Running {
     /// [`Self::start_saying`] with its standard output going to `out`.
     pub(crate) fn start_writing(command: &mut Command, out: Stdio, words: &str) -> Self {
         let mut child = command.stdout(out).stderr(Stdio::piped()).spawn().unwrap();
-        let mut stderr = BufReader::new(child.stderr.take().unwrap());
+        let stderr = BufReader::new(child.stderr.take().unwrap());
+        let mut running = Self { child, stderr };
         // With -v, the first line is printed just before the first iteration.
         let mut introduction = String::new();
-        stderr.read_line(&mut introduction).unwrap();
+        running.stderr.read_line(&mut introduction).unwrap();
         assert!(introduction.contains(words), "{introduction}");
         sleep(Duration::from_millis(300));
-        Self { child, stderr }
+        running
     }
 
     pub(crate) fn send(&self, signal: Signal) {

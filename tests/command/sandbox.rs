@@ -65,7 +65,7 @@ impl Sandbox {
 
     /// Runs `sppm render` with `args` and the options of [`TINY`], and expects it to succeed.
     pub(crate) fn render(&self, args: &[&str]) -> Ended {
-        let ended = self.run(["render"].iter().chain(args).chain(&TINY));
+        let ended = self.run(["render", "--quality=paper"].iter().chain(args).chain(&TINY));
         assert_eq!(ended.code, Some(0), "{args:?}: {ended:?}");
         ended
     }

@@ -9,7 +9,7 @@ use std::process::{Output, Stdio};
 
 /// Runs a render with the options of [`TINY`] and returns its raw output.
 fn render(sandbox: &Sandbox, args: &[&str]) -> Output {
-    sandbox.command(["render"].iter().chain(args).chain(&TINY)).output().unwrap()
+    sandbox.command(["render", "--quality=paper"].iter().chain(args).chain(&TINY)).output().unwrap()
 }
 
 /// Runs `args` with the file `input` as standard input.
@@ -53,7 +53,7 @@ fn what_standard_output_cannot_take_is_refused() {
         (&["--count-image", "-"], &["--count-image: standard output takes the image alone"]),
     ];
     for (args, words) in cases {
-        sandbox.run(["render", "cornell"].iter().chain(*args).chain(&TINY)).refused(words);
+        sandbox.run(["render", "cornell", "--quality=paper"].iter().chain(*args).chain(&TINY)).refused(words);
         assert_eq!(sandbox.names(), [""; 0], "{args:?}");
     }
 }
@@ -63,7 +63,7 @@ fn a_closed_pipe_is_not_a_failure() {
     let sandbox = Sandbox::new();
     let (reader, writer) = io::pipe().unwrap();
     drop(reader);
-    let args = ["render", "cornell", "-o", "-"];
+    let args = ["render", "cornell", "--quality=paper", "-o", "-"];
     let status = sandbox.command(args.iter().chain(&TINY)).stdout(writer).status().unwrap();
     assert_eq!(status.code(), Some(0));
 }
@@ -74,7 +74,7 @@ fn a_closed_pipe_is_not_a_failure() {
 fn a_full_disk_behind_standard_output_is_a_failure_with_an_image() {
     let sandbox = Sandbox::new();
     let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-    let args = ["render", "cornell", "-o", "pfm:-"];
+    let args = ["render", "cornell", "--quality=paper", "-o", "pfm:-"];
     let output = sandbox.command(args.iter().chain(&TINY)).stdout(full).output().unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1), "{said}");
@@ -111,7 +111,8 @@ fn a_scene_is_read_from_standard_input() {
     let sandbox = Sandbox::new();
     sandbox.write("mine.toml", files::builtin::find("cornell").unwrap().text);
     sandbox.render(&["mine.toml", "-o", "file.pfm"]);
-    let args: Vec<&str> = ["render", "-", "-o", "input.pfm"].into_iter().chain(TINY).collect();
+    let args: Vec<&str> =
+        ["render", "-", "--quality=paper", "-o", "input.pfm"].into_iter().chain(TINY).collect();
     let ended = run_on(&sandbox, "mine.toml", &args);
     assert_eq!(ended.code, Some(0), "{ended:?}");
     assert!(sandbox.bytes("file.pfm") == sandbox.bytes("input.pfm"));

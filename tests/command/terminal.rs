@@ -149,7 +149,15 @@ fn bar_lengths(terminal: &Terminal) -> Vec<usize> {
 fn progress_fits_on_every_terminal_and_leaves_nothing_behind() {
     for columns in [120, 80, 40, 20, 7] {
         let sandbox = Sandbox::new();
-        let args = ["render", "cornell", "--width=64", "--height=48", "--photons=20000", "--time=1500ms"];
+        let args = [
+            "render",
+            "cornell",
+            "--quality=paper",
+            "--width=64",
+            "--height=48",
+            "--photons=20000",
+            "--time=1500ms",
+        ];
         let (mut child, mut terminal) = start(&mut sandbox.command(args), columns);
         terminal.watch(|_| false);
         assert_eq!(child.wait().unwrap().code(), Some(0));
@@ -178,8 +186,16 @@ fn progress_fits_on_every_terminal_and_leaves_nothing_behind() {
 fn a_long_first_iteration_shows_how_far_it_is() {
     for engine in ["fast", "reference", "path"] {
         let sandbox = Sandbox::new();
-        let args =
-            ["render", "cornell", "-n=1", "--width=6000", "--height=4000", "--photons=30000000", "--engine"];
+        let args = [
+            "render",
+            "cornell",
+            "--quality=paper",
+            "-n=1",
+            "--width=6000",
+            "--height=4000",
+            "--photons=30000000",
+            "--engine",
+        ];
         let (mut child, mut terminal) = start(&mut sandbox.command(args.iter().chain(&[engine])), 100);
         let grows = |terminal: &Terminal| bar_lengths(terminal).len() >= 3;
         assert!(terminal.watch(grows), "{engine}: {:?}", terminal.log);
@@ -192,7 +208,8 @@ fn a_long_first_iteration_shows_how_far_it_is() {
 #[test]
 fn reading_a_scene_is_shown_and_then_cleared() {
     let sandbox = Sandbox::new();
-    let args = ["render", "-", "--width=16", "--height=12", "--iterations=1", "--photons=100"];
+    let args =
+        ["render", "-", "--quality=paper", "--width=16", "--height=12", "--iterations=1", "--photons=100"];
     let (mut child, mut terminal) = start(sandbox.command(args).stdin(Stdio::piped()), 60);
     assert!(terminal.watch(|terminal| terminal.log.contains("reading standard input")), "{:?}", terminal.log);
     let scene = files::builtin::find("cornell").unwrap().text;
@@ -206,7 +223,8 @@ fn reading_a_scene_is_shown_and_then_cleared() {
 fn quiet_renders_and_logs_in_json_draw_nothing() {
     for option in ["--quiet", "--log-format=json"] {
         let sandbox = Sandbox::new();
-        let args = ["render", "cornell", "--width=64", "--height=48", "--time=700ms", option];
+        let args =
+            ["render", "cornell", "--quality=paper", "--width=64", "--height=48", "--time=700ms", option];
         let (mut child, mut terminal) = start(&mut sandbox.command(args), 80);
         terminal.watch(|_| false);
         assert_eq!(child.wait().unwrap().code(), Some(0));
@@ -219,7 +237,11 @@ fn quiet_renders_and_logs_in_json_draw_nothing() {
 fn a_terminal_takes_no_image_and_gives_no_scene() {
     let sandbox = Sandbox::new();
     let (mut terminal, peer) = Terminal::new(80);
-    let output = sandbox.command(["render", "cornell", "-o", "exr:-"]).stdout(peer).output().unwrap();
+    let output = sandbox
+        .command(["render", "cornell", "--quality=paper", "-o", "exr:-"])
+        .stdout(peer)
+        .output()
+        .unwrap();
     let line = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{line}");
     assert!(line.starts_with("error: --output: standard output is a terminal"), "{line}");

@@ -107,7 +107,7 @@ fn a_profile_changes_no_bit() {
     let ended = sandbox.run(["resume", "a.sppm", "--iterations", "3", "--profile", "odd.toml"]);
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let three = ["--width", "16", "--height", "12", "--photons", "500", "-n", "3"];
-    let ended = sandbox.run(["render", "cornell", "-o", "b.pfm"].iter().chain(&three));
+    let ended = sandbox.run(["render", "cornell", "--quality=paper", "-o", "b.pfm"].iter().chain(&three));
     assert_eq!(ended.code, Some(0), "{ended:?}");
     assert_eq!(sandbox.bytes("a.pfm"), sandbox.bytes("b.pfm"));
 }
@@ -131,7 +131,7 @@ fn wrong_profiles_are_refused() {
         ),
     ];
     for (args, words) in cases {
-        sandbox.run(["render", "cornell"].iter().chain(args).chain(&TINY)).refused(words);
+        sandbox.run(["render", "cornell", "--quality=paper"].iter().chain(args).chain(&TINY)).refused(words);
     }
     sandbox.run(["verify", "cornell", "--profile", "far.toml"]).refused(&["far.toml:3:13"]);
     assert_eq!(sandbox.names(), ["far.toml", "other.toml"]);

@@ -81,7 +81,8 @@ fn checkpoint() -> Vec<u8> {
     let mut engine = fast::Sppm::new(&scene, &settings);
     engine.iterate();
     let digest = scene_file::digest(&scene);
-    let contents = Contents { scene: &scene, digest: &digest, version: "1", note: "{}", past: None };
+    let contents =
+        Contents { scene: &scene, digest: &digest, version: "1", note: "{}", which: None, past: None };
     let mut bytes = Vec::new();
     write(&mut bytes, &engine, &contents).unwrap();
     bytes

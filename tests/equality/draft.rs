@@ -5,7 +5,7 @@ use crate::placement::{Placement, among_others, around_all, log_uniform, point};
 use files::scene_file;
 use proptest::prelude::*;
 use scene::settings::RADIUS_RANGE;
-use scene::{Filter, Material, Rgb, Scene, Settings, Vec3};
+use scene::{Filter, Material, RadiusSchedule, Rgb, Scene, Settings, Vec3};
 use std::fmt::Write;
 
 /// A random scene, which need not be valid.
@@ -88,6 +88,7 @@ fn settings() -> impl Strategy<Value = Settings> {
                 initial_radius,
                 seed,
                 filter,
+                radius_schedule: RadiusSchedule::PerPixel,
             }
         },
     )

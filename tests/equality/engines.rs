@@ -3,6 +3,7 @@
 use crate::cases::tell;
 use fast::LaneKind;
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use scene::RadiusSchedule::{self, Global, PerPixel};
 use scene::state::transfer;
 use scene::{Film, Probe, Resumable, Rgb, Scene, Settings, Stop};
 use std::thread;
@@ -150,9 +151,10 @@ fn whole(way: Way, scene: &Scene, settings: &Settings) -> Vec<(u32, Vec<u32>)> {
 }
 
 /// Expects each of the `ways` to resume what any other has begun; returns the number of pairs.
-fn check_all(ways: &[Way]) -> usize {
+fn check_all(ways: &[Way], radius_schedule: RadiusSchedule) -> usize {
     let mut pairs = 0;
     for (scene, settings) in scenes() {
+        let settings = Settings { radius_schedule, ..settings };
         let expected = whole(ways[0], &scene, &settings);
         for (i, &first) in ways.iter().enumerate() {
             for &second in &ways[i..] {
@@ -167,12 +169,25 @@ fn check_all(ways: &[Way]) -> usize {
 
 #[test]
 fn any_engine_resumes_from_any_other() {
-    tell("equality", check_all(&photon_ways()), "renders begun by one engine and ended by another");
+    tell("equality", check_all(&photon_ways(), PerPixel), "renders begun by one engine and ended by another");
+}
+
+#[test]
+fn any_engine_resumes_from_any_other_with_global_radii() {
+    tell(
+        "equality",
+        check_all(&photon_ways(), Global),
+        "renders with global radii begun by one engine and ended by another",
+    );
 }
 
 #[test]
 fn any_path_tracer_resumes_from_any_other() {
-    tell("equality", check_all(&path_ways()), "renders begun by one path tracer and ended by another");
+    tell(
+        "equality",
+        check_all(&path_ways(), PerPixel),
+        "renders begun by one path tracer and ended by another",
+    );
 }
 
 /// Stops each iteration after longer and longer times, from its first microseconds on, until it completes.
@@ -181,7 +196,9 @@ fn an_abandoned_iteration_changes_nothing() {
     let (scene, settings) = (files::builtin::scene("cornell").unwrap(), Settings::default());
     let settings =
         Settings { width: 96, height: 64, photons_per_iteration: 20_000, iterations: 2, ..settings };
-    for way in [photon_ways(), path_ways()].concat() {
+    let global = Settings { radius_schedule: Global, ..settings };
+    let photons = photon_ways().into_iter().flat_map(|way| [(way, settings), (way, global)]);
+    for (way, settings) in photons.chain(path_ways().into_iter().map(|way| (way, settings))) {
         let expected = whole(way, &scene, &settings);
         let mut engine = way.start(&scene, &settings);
         let pool = way.pool();
@@ -211,11 +228,11 @@ fn an_abandoned_iteration_changes_nothing() {
             wait = Duration::from_micros(100);
         }
         assert!(abandoned > 0, "{way:?} was never stopped");
-        assert_eq!(engine.stats().photons, photons(way, &settings));
+        assert_eq!(engine.stats().photons, photons_of(way, &settings));
     }
 }
 
-fn photons(way: Way, settings: &Settings) -> u64 {
+fn photons_of(way: Way, settings: &Settings) -> u64 {
     match way {
         Way::ReferencePaths { .. } | Way::FastPaths { .. } => 0,
         Way::Reference | Way::Fast { .. } => {

@@ -11,6 +11,7 @@ mod cases;
 mod difference;
 mod draft;
 mod engines;
+mod global;
 mod kernels;
 mod pair;
 mod parameters;

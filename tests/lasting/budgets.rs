@@ -8,23 +8,26 @@ use std::ops::RangeInclusive;
 fn time_ends_a_render() {
     let sandbox = Sandbox::new();
     let size = ["--width=16", "--height=12", "--photons=500", "--stats=s.json"];
-    let ended = sandbox.run(["render", "cornell", "--time=300ms"].iter().chain(&size));
+    let ended = sandbox.run(["render", "cornell", "--quality=paper", "--time=300ms"].iter().chain(&size));
     assert_eq!(ended.code, Some(0));
     ended.said_one_line("wrote cornell.png and s.json: ", &["iterations in ", "; time is up"]);
     let stats = sandbox.json("s.json");
     assert_eq!((&stats["ended_by"], &stats["interrupted"]), (&"time".into(), &false.into()));
     let done = format!("--iterations={}", stats["iterations"]);
-    assert_eq!(sandbox.run(["render", "cornell", "-o", "b.png", &done].iter().chain(&size)).code, Some(0));
+    assert_eq!(
+        sandbox.run(["render", "cornell", "--quality=paper", "-o", "b.png", &done].iter().chain(&size)).code,
+        Some(0)
+    );
     assert!(sandbox.bytes("cornell.png") == sandbox.bytes("b.png"), "not the image of {done}");
     // The goal that is reached first counts.
-    sandbox.run(["render", "cornell", "--time=1h", "--iterations=2"].iter().chain(&size));
+    sandbox.run(["render", "cornell", "--quality=paper", "--time=1h", "--iterations=2"].iter().chain(&size));
     assert_eq!(sandbox.json("s.json")["ended_by"], "iterations");
 }
 
 #[test]
 fn the_first_iteration_is_always_finished() {
     let sandbox = Sandbox::new();
-    let args = ["render", "cornell", "--time=1ms", "--stats=s.json", "--photons=100000"];
+    let args = ["render", "cornell", "--quality=paper", "--time=1ms", "--stats=s.json", "--photons=100000"];
     assert_eq!(sandbox.run(args).code, Some(0));
     assert!(sandbox.json("s.json")["iterations"].as_u64() >= Some(1));
 }
@@ -37,7 +40,15 @@ fn an_error_goal_is_reached_when_the_estimate_and_the_truth_say_so() {
     const NEAR: RangeInclusive<f64> = 0.85..=1.2;
     let sandbox = Sandbox::new();
     let size = ["--width=32", "--height=24"];
-    let render = ["render", "cornell", "--photons=2000", "--until-error=0.1", "-o=a.exr", "--progress=json"];
+    let render = [
+        "render",
+        "cornell",
+        "--quality=paper",
+        "--photons=2000",
+        "--until-error=0.1",
+        "-o=a.exr",
+        "--progress=json",
+    ];
     let ended = sandbox.run(render.iter().chain(&size));
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let estimates: Vec<Option<f64>> = ended
@@ -50,7 +61,15 @@ fn an_error_goal_is_reached_when_the_estimate_and_the_truth_say_so() {
     let estimate = last.unwrap();
     assert!(estimate <= 0.1, "{estimate}");
 
-    let truth = ["render", "cornell", "-o=truth.exr", "--iterations=3000", "--engine=path", "--depth=5"];
+    let truth = [
+        "render",
+        "cornell",
+        "--quality=paper",
+        "-o=truth.exr",
+        "--iterations=3000",
+        "--engine=path",
+        "--depth=5",
+    ];
     assert_eq!(sandbox.run(truth.iter().chain(&size)).code, Some(0));
     let compared = sandbox.run(["compare", "a.exr", "truth.exr", "--json"]);
     let compared: Value = serde_json::from_str(&compared.stdout).unwrap();
@@ -62,7 +81,8 @@ fn an_error_goal_is_reached_when_the_estimate_and_the_truth_say_so() {
 fn an_error_goal_ends_a_resumed_render_at_the_same_iteration() {
     let sandbox = Sandbox::new();
     let size = ["--width=32", "--height=24", "--photons=2000", "--until-error=0.1"];
-    let ended = sandbox.run(["render", "cornell", "-o", "a.exr", "--stats=s.json"].iter().chain(&size));
+    let ended = sandbox
+        .run(["render", "cornell", "--quality=paper", "-o", "a.exr", "--stats=s.json"].iter().chain(&size));
     assert_eq!(ended.code, Some(0), "{ended:?}");
     ended.said_one_line("wrote a.exr and s.json: ", &["the estimated error is "]);
     let stats = sandbox.json("s.json");
@@ -73,7 +93,8 @@ fn an_error_goal_ends_a_resumed_render_at_the_same_iteration() {
     for first in [done / 2, done - 1] {
         let first = format!("--iterations={first}");
         let saved = ["-o", "b.exr", "--checkpoint=b.sppm", "--every=1"];
-        let begun = sandbox.run(["render", "cornell", &first].iter().chain(&saved).chain(&size));
+        let begun =
+            sandbox.run(["render", "cornell", "--quality=paper", &first].iter().chain(&saved).chain(&size));
         assert_eq!(begun.code, Some(0), "{begun:?}");
         let ended = sandbox.run(["resume", "b.sppm", "--iterations=100000", "--threads=1"]);
         assert_eq!(ended.code, Some(0), "{ended:?}");
@@ -90,7 +111,17 @@ fn snapshots_are_images_of_their_iterations() {
     sandbox.render(&["cornell", "-o", "a.png", "--snapshots"]);
     assert_eq!(sandbox.names(), ["a-0001.png", "a-0002.png", "a.png"]);
     assert!(sandbox.bytes("a-0002.png") == sandbox.bytes("a.png"));
-    let args = ["render", "cornell", "-o", "b.png", "--snapshots", "--width=8", "--height=8", "--photons=10"];
+    let args = [
+        "render",
+        "cornell",
+        "--quality=paper",
+        "-o",
+        "b.png",
+        "--snapshots",
+        "--width=8",
+        "--height=8",
+        "--photons=10",
+    ];
     assert_eq!(sandbox.run(args.iter().chain(&["--iterations=5"])).code, Some(0));
     let names = sandbox.names();
     let of_b: Vec<_> = names.iter().filter(|name| name.starts_with('b')).collect();
@@ -100,7 +131,7 @@ fn snapshots_are_images_of_their_iterations() {
 #[test]
 fn a_memory_limit_is_kept_or_rejected() {
     let sandbox = Sandbox::new();
-    let large = ["render", "cornell", "--width=8000", "--height=8000"];
+    let large = ["render", "cornell", "--quality=paper", "--width=8000", "--height=8000"];
     sandbox.run(large.iter().chain(&["--memory-limit=100M"])).refused(&[
         "--memory-limit",
         "needs up to",
@@ -123,7 +154,8 @@ fn memory_stays_within_the_bound() {
             ["--width=64", "--height=64", "--photons=150000"],
         ] {
             let sandbox = Sandbox::new();
-            let files = ["render", "cornell", "-o", "a.exr", "--iterations=3", "--stats=s.json"];
+            let files =
+                ["render", "cornell", "--quality=paper", "-o", "a.exr", "--iterations=3", "--stats=s.json"];
             let args = [&files[..], &["--method", method, "--engine", engine]].concat();
             assert_eq!(sandbox.run(args.iter().chain(&size)).code, Some(0));
             let stats = sandbox.json("s.json");
@@ -138,7 +170,7 @@ fn memory_stays_within_the_bound() {
 #[cfg(target_os = "linux")]
 fn told_and_held(args: &[&str]) -> [f64; 2] {
     let sandbox = Sandbox::new();
-    let files = ["render", "cornell", "-o", "a.pfm", "--stats=s.json", "--iterations=2"];
+    let files = ["render", "cornell", "--quality=paper", "-o", "a.pfm", "--stats=s.json", "--iterations=2"];
     let ended = sandbox.run(files.iter().chain(args));
     assert_eq!(ended.code, Some(0), "{args:?}: {}", ended.stderr);
     let stats = sandbox.json("s.json");
@@ -230,7 +262,8 @@ fn a_log_is_json_to_its_last_line() {
         );
     }
     assert_eq!(lines[2]["iterations"], 2);
-    let ended = sandbox.run(["render", "cornell", "-o", "missing/a.png", "--log-format=json"]);
+    let ended =
+        sandbox.run(["render", "cornell", "--quality=paper", "-o", "missing/a.png", "--log-format=json"]);
     assert_eq!(ended.code, Some(2));
     let line: Value = serde_json::from_str(&ended.stderr).unwrap();
     assert_eq!((&line["level"], &line["exit_code"]), (&"ERROR".into(), &2.into()));

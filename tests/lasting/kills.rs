@@ -58,7 +58,8 @@ impl Trial {
         let mut numbers = StreamKey::new(6, Family::Path, 0).stream(number);
         let scene = choose(&mut numbers, SCENES).name;
         let is_path = between(&mut numbers, 0, 5) == 0;
-        let mut render: Vec<String> = ["render", scene, "--snapshots"].map(Into::into).to_vec();
+        let mut render: Vec<String> =
+            ["render", scene, "--quality=paper", "--snapshots"].map(Into::into).to_vec();
         for (option, low, high) in [
             ("--width", 1, 60),
             ("--height", 1, 40),

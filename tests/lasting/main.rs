@@ -7,6 +7,8 @@ mod budgets;
 mod cases;
 #[cfg(unix)]
 mod kills;
+#[cfg(unix)]
+mod merge;
 mod metadata;
 #[cfg(unix)]
 mod outputs;

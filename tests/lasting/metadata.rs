@@ -74,7 +74,7 @@ fn a_scene_too_large_for_the_metadata_must_be_given() {
     sandbox.render(&["many.toml", "-o", "a.exr"]);
     sandbox.run(["render", "--like", "a.exr"]).refused(&["--like: a.exr", "too large", "name the scene"]);
     sandbox
-        .run(["render", "cornell", "--like", "a.exr", "-o", "b.exr"])
+        .run(["render", "cornell", "--quality=paper", "--like", "a.exr", "-o", "b.exr"])
         .refused(&["--like: a.exr", "another"]);
     assert_eq!(sandbox.run(["render", "many.toml", "--like", "a.exr", "-o", "b.exr"]).code, Some(0));
     assert!(sandbox.bytes("a.exr") == sandbox.bytes("b.exr"));

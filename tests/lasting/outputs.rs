@@ -23,9 +23,9 @@ fn ended(command: &mut Command) -> Ended {
 fn too_little_disk_space_is_reported_before_the_render() {
     let sandbox = Sandbox::new();
     let endless = "--iterations=100000000";
-    let args = ["render", "cornell", "-o", "a.exr", endless];
+    let args = ["render", "cornell", "--quality=paper", "-o", "a.exr", endless];
     run_limited(&sandbox, 1 << 20, &args).refused(&["--output: a.exr: there is no room for its 2.2 MiB"]);
-    let args = ["render", "cornell", "--checkpoint=a.sppm", endless];
+    let args = ["render", "cornell", "--quality=paper", "--checkpoint=a.sppm", endless];
     run_limited(&sandbox, 1 << 20, &args).refused(&["--checkpoint: a.sppm: there is no room for its "]);
     assert_eq!(sandbox.names(), [""; 0]);
 }
@@ -35,8 +35,16 @@ fn too_little_disk_space_is_reported_before_the_render() {
 #[test]
 fn a_checkpoint_that_cannot_be_written_does_not_stop_a_render() {
     let sandbox = Sandbox::new();
-    let args =
-        ["render", "cornell", "--width=64", "--height=64", "--photons=100", "--iterations=30", "--every=1"];
+    let args = [
+        "render",
+        "cornell",
+        "--quality=paper",
+        "--width=64",
+        "--height=64",
+        "--photons=100",
+        "--iterations=30",
+        "--every=1",
+    ];
     let ended = run_limited(&sandbox, 64 << 10, &args);
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let lines: Vec<&str> = ended.stderr.lines().collect();
@@ -54,9 +62,9 @@ fn a_checkpoint_that_cannot_be_written_does_not_stop_a_render() {
 #[test]
 fn a_small_image_needs_room_too() {
     let sandbox = Sandbox::new();
-    let args = ["render", "cornell", "-o", "a.pfm", "--width=16", "--height=12"];
+    let args = ["render", "cornell", "--quality=paper", "-o", "a.pfm", "--width=16", "--height=12"];
     run_limited(&sandbox, 1024, &args).refused(&["--output: a.pfm: there is no room for its 2.2 KiB: "]);
-    let args = ["render", "cornell", "-o", "a.png", "--width=16", "--height=12"];
+    let args = ["render", "cornell", "--quality=paper", "-o", "a.png", "--width=16", "--height=12"];
     run_limited(&sandbox, 512, &args).refused(&["--output: a.png: there is no room for its 576 bytes: "]);
     assert_eq!(sandbox.names(), [""; 0]);
 }
@@ -68,8 +76,17 @@ fn snapshots_that_cannot_be_written_are_told_once() {
     for n in [2, 4, 8, 16] {
         fs::create_dir(sandbox.path(&format!("a-{n:04}.png"))).unwrap();
     }
-    let args =
-        ["render", "cornell", "-o", "a.png", "--snapshots", "--width=16", "--height=12", "--photons=100"];
+    let args = [
+        "render",
+        "cornell",
+        "--quality=paper",
+        "-o",
+        "a.png",
+        "--snapshots",
+        "--width=16",
+        "--height=12",
+        "--photons=100",
+    ];
     let ended = sandbox.run(args.iter().chain(&["--iterations=20"]));
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let lines: Vec<&str> = ended.stderr.lines().collect();
@@ -85,7 +102,8 @@ fn render_while_the_folder_goes(sandbox: &Sandbox, checkpoint: &str) -> Ended {
     let script = "mkdir out; \"$@\" & pid=$!; while [ ! -e $0 ]; do sleep 0.01; done
         until rm -rf out; do :; done; wait $pid";
     let option = format!("--checkpoint={checkpoint}");
-    let args = ["render", "cornell", "-o", "out/a.exr", &option, "--every=1", "--stats=s.json"];
+    let args =
+        ["render", "cornell", "--quality=paper", "-o", "out/a.exr", &option, "--every=1", "--stats=s.json"];
     let size = ["--width=32", "--height=32", "--photons=100", "--iterations=300"];
     let mut shell = Command::new("sh");
     shell.args(["-c", script, checkpoint, env!("CARGO_BIN_EXE_sppm")]).args(args).args(size);
@@ -133,7 +151,7 @@ fn a_closed_pipe_for_progress_is_not_a_failure() {
     let sandbox = Sandbox::new();
     let (reader, writer) = io::pipe().unwrap();
     drop(reader);
-    let args = ["render", "cornell", "--progress=json"];
+    let args = ["render", "cornell", "--quality=paper", "--progress=json"];
     let output = sandbox.command(args.iter().chain(&TINY)).stdout(writer).output().unwrap();
     assert_eq!(output.status.code(), Some(0));
     sandbox.image("cornell.png");
@@ -144,7 +162,7 @@ fn a_closed_pipe_for_progress_is_not_a_failure() {
 fn progress_onto_a_full_disk_is_a_failure_with_an_image() {
     let sandbox = Sandbox::new();
     let full = OpenOptions::new().write(true).open("/dev/full").unwrap();
-    let args = ["render", "cornell", "--progress=json", "-q"];
+    let args = ["render", "cornell", "--quality=paper", "--progress=json", "-q"];
     let output = sandbox.command(args.iter().chain(&TINY)).stdout(full).output().unwrap();
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1), "{stderr}");
@@ -157,8 +175,11 @@ fn progress_onto_a_full_disk_is_a_failure_with_an_image() {
 fn messages_onto_a_full_disk_do_not_stop_a_render() {
     let sandbox = Sandbox::new();
     let full = OpenOptions::new().write(true).open("/dev/full").unwrap();
-    let output =
-        sandbox.command(["render", "cornell", "-v"].iter().chain(&TINY)).stderr(full).output().unwrap();
+    let output = sandbox
+        .command(["render", "cornell", "--quality=paper", "-v"].iter().chain(&TINY))
+        .stderr(full)
+        .output()
+        .unwrap();
     assert_eq!(output.status.code(), Some(0));
     sandbox.image("cornell.png");
 }

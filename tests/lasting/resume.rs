@@ -16,7 +16,7 @@ fn kept() -> Sandbox {
 /// Renders with the options of [`TINY`] except for the iterations.
 fn render(sandbox: &Sandbox, args: &[&str]) -> Ended {
     let tiny = TINY.iter().filter(|option| !["--iterations", "2"].contains(option));
-    let ended = sandbox.run(["render", "cornell"].iter().chain(args).chain(tiny));
+    let ended = sandbox.run(["render", "cornell", "--quality=paper"].iter().chain(args).chain(tiny));
     assert_eq!(ended.code, Some(0), "{ended:?}");
     ended
 }
@@ -121,16 +121,34 @@ fn other_renders_are_not_overwritten() {
     let tiny = ["--width=16", "--height=12", "--photons=500"];
     let cases: &[(&[&str], &[&str])] = &[
         (
-            &["render", "mirror", "--checkpoint=a.sppm"],
+            &["render", "mirror", "--quality=paper", "--checkpoint=a.sppm"],
             &["holds 4 iterations of another scene, Cornell Box", "sppm resume"],
         ),
-        (&["render", "cornell", "--checkpoint=a.sppm", "--seed=2"], &["other settings"]),
-        (&["render", "cornell", "--checkpoint=a.sppm", "--engine=path"], &["photon mapping"]),
-        (&["render", "cornell", "--checkpoint=a.sppm", "--iterations=3"], &["more than 3"]),
-        (&["render", "cornell", "--checkpoint=whole.exr"], &["whole.exr: is no checkpoint of sppm"]),
-        (&["render", "cornell", "-o", "a.png", "--checkpoint=a.png"], &["--checkpoint", "also --output"]),
-        (&["render", "cornell", "--checkpoint=missing/a.sppm"], &["--checkpoint", "does not exist"]),
-        (&["render", "cornell", "--checkpoint=a.sppm", "--no-checkpoint"], &["--no-checkpoint"]),
+        (&["render", "cornell", "--quality=paper", "--checkpoint=a.sppm", "--seed=2"], &["other settings"]),
+        (
+            &["render", "cornell", "--quality=paper", "--checkpoint=a.sppm", "--engine=path"],
+            &["photon mapping"],
+        ),
+        (
+            &["render", "cornell", "--quality=paper", "--checkpoint=a.sppm", "--iterations=3"],
+            &["more than 3"],
+        ),
+        (
+            &["render", "cornell", "--quality=paper", "--checkpoint=whole.exr"],
+            &["whole.exr: is no checkpoint of sppm"],
+        ),
+        (
+            &["render", "cornell", "--quality=paper", "-o", "a.png", "--checkpoint=a.png"],
+            &["--checkpoint", "also --output"],
+        ),
+        (
+            &["render", "cornell", "--quality=paper", "--checkpoint=missing/a.sppm"],
+            &["--checkpoint", "does not exist"],
+        ),
+        (
+            &["render", "cornell", "--quality=paper", "--checkpoint=a.sppm", "--no-checkpoint"],
+            &["--no-checkpoint"],
+        ),
     ];
     for (args, words) in cases {
         sandbox.run(args.iter().chain(&tiny)).refused(words);
@@ -175,7 +193,9 @@ fn iterations_of_another_light_transport_are_not_gone_on_from() {
         "warning: old.sppm was made by version 1 of the light transport, and this program computes version {transport}"
     );
     assert!(like.code == Some(0) && like.stderr.starts_with(&line), "{like:?}");
-    sandbox.run(["render", "cornell", "--checkpoint=old.sppm"].iter().chain(&TINY)).refused(&words);
+    sandbox
+        .run(["render", "cornell", "--quality=paper", "--checkpoint=old.sppm"].iter().chain(&TINY))
+        .refused(&words);
     assert!(sandbox.contents() == before, "{:?}", sandbox.names());
     let info = sandbox.run(["info", "old.sppm"]);
     let line = format!("transport  1; this program computes {transport}");
@@ -187,7 +207,10 @@ fn a_checkpoint_is_locked_by_one_render_at_a_time() {
     let sandbox = kept();
     let lock = files::lock::Lock::take(&sandbox.path("a.sppm")).unwrap();
     let process = format!("process {}", std::process::id());
-    for args in [["resume", "a.sppm", "-q"], ["render", "cornell", "--checkpoint=a.sppm"]] {
+    for args in [
+        &["resume", "a.sppm", "-q"][..],
+        &["render", "cornell", "--quality=paper", "--checkpoint=a.sppm"][..],
+    ] {
         sandbox.run(args).refused(&["a.sppm", "in use by another render", &process]);
     }
     drop(lock);

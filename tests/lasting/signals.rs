@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStderr, Command, Stdio};
 
 /// A render that would run for hours.
-const LONG: [&str; 8] = [
+const LONG: [&str; 9] = [
     "render",
     "cornell",
     "--width=16",
@@ -15,6 +15,7 @@ const LONG: [&str; 8] = [
     "--iterations=100000000",
     "-v",
     "--threads=2",
+    "--quality=paper",
 ];
 
 /// A running render.
@@ -124,8 +125,16 @@ fn a_signal_that_is_ignored_at_the_start_stays_ignored() {
 #[test]
 fn an_interruption_does_not_wait_for_the_iteration() {
     let sandbox = Sandbox::new();
-    let args =
-        ["render", "cornell", "--width=64", "--height=48", "--photons=200000000", "--iterations=9", "-v"];
+    let args = [
+        "render",
+        "cornell",
+        "--quality=paper",
+        "--width=64",
+        "--height=48",
+        "--photons=200000000",
+        "--iterations=9",
+        "-v",
+    ];
     let running = Running::start(&mut sandbox.command(args), "engine fast");
     running.send(Signal::INT);
     let ended = running.end();

@@ -3,7 +3,9 @@
 use reference::photon_pass::{Deposit, photon_pass};
 use reference::{PathTracer, Sppm};
 use scene::aim::Aim;
-use scene::{Camera, Engine, Film, Filter, Material, Rgb, Scene, Settings, Sphere, Stats, Vec3};
+use scene::{
+    Camera, Engine, Film, Filter, Material, RadiusSchedule, Rgb, Scene, Settings, Sphere, Stats, Vec3,
+};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 pub(crate) const BLACK: Material = diffuse(0.0);
@@ -84,6 +86,7 @@ pub(crate) fn settings(width: u32, height: u32, photons: u32, depth: u32, radius
         initial_radius: radius,
         seed: 1,
         filter: Filter::Box,
+        radius_schedule: RadiusSchedule::PerPixel,
     }
 }
 

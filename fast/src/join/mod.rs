@@ -36,7 +36,7 @@ mod runs;
 mod sorted;
 pub(crate) mod sums;
 
-use crate::consolidate::consolidate_group;
+use crate::consolidate::{consolidate_group, estimate_group};
 use crate::pixels::{GROUP, Pixel, PixelRows};
 use crate::work_items::singly;
 pub(crate) use bins::{BYTES_OF_BINS, Binned, Chunks, bin_shift, bytes_at_rest, reserve, with_margin};
@@ -81,6 +81,8 @@ pub(crate) struct Round<'a> {
     pub(crate) is_last: bool,
     /// The nominal power of photons.
     pub(crate) nominal: f32,
+    /// If radii are global, the density of the iteration: see [`estimate_group`].
+    pub(crate) density: Option<f32>,
 }
 
 impl Join {
@@ -177,7 +179,7 @@ impl Kernel for JoinJob<'_> {
     type Output = JoinCounts;
     #[inline(always)]
     fn run<L: Lanes>(self) -> JoinCounts {
-        let Round { sorted, cells, is_last, nominal } = self.round;
+        let Round { sorted, cells, is_last, nominal, density } = self.round;
         let (mut counts, mut buffers) = (JoinCounts::default(), JoinBuffers::new());
         let groups = self.pixels.chunks_mut(GROUP).zip(self.rows.chunks(GROUP));
         for (number, (pixels, rows)) in groups.enumerate() {
@@ -185,7 +187,9 @@ impl Kernel for JoinJob<'_> {
             if let Some(sorted) = sorted {
                 gather_group::<L>(sorted, cells, rows, pixels, &mut buffers, &mut sums, &mut counts);
             }
-            if is_last {
+            if is_last && let Some(density) = density {
+                estimate_group::<L>(pixels, rows, &sums, nominal, density);
+            } else if is_last {
                 consolidate_group::<L>(pixels, rows, &sums, nominal);
             } else if let Some(kept) = self.sums.get_mut(number) {
                 *kept = sums;

@@ -27,6 +27,12 @@ impl Radii {
         Self { largest: largest.sqrt(), typical }
     }
 
+    /// The same radius in all pixels.
+    pub(crate) fn global(radius_squared: f32) -> Self {
+        let radius = radius_squared.sqrt();
+        Self { largest: radius, typical: radius }
+    }
+
     /// The largest squared radius; and the sum and number of those of pixels that have counted photons.
     fn of_some(pixels: &[Pixel]) -> (f32, f64, f64) {
         let (mut largest, mut sum, mut count) = (0.0_f32, 0.0_f64, 0.0);

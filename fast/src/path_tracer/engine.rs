@@ -67,16 +67,16 @@ impl<'a> PathTracer<'a> {
 
     /// Takes a sample of every pixel; returns the number of segments traced, or `None` if stopped.
     fn sample(&mut self, stop: &Stop) -> Option<u64> {
-        let Self { scene, parameters, progress: Progress { settings, iterations, .. }, .. } = self;
+        let Self { scene, parameters, progress: Progress { settings, next, .. }, .. } = self;
         let moved;
         let prepared = if let Some(prepared) = &self.prepared {
             prepared
         } else {
-            let time = scene.camera.shutter_time(settings.seed, *iterations);
+            let time = scene.camera.shutter_time(settings.seed, *next);
             moved = Prepared::new(scene.at(time), parameters, None);
             &moved
         };
-        let pass = PathPass::new(prepared, &self.eye, settings.max_depth, (settings.seed, *iterations));
+        let pass = PathPass::new(prepared, &self.eye, settings.max_depth, (settings.seed, *next));
         let plan = PathPlan {
             pixels_per_job: parameters.pixels_per_job as usize,
             paths_per_batch: parameters.pixels_per_batch as usize,
@@ -117,11 +117,11 @@ impl Engine for PathTracer<'_> {
                 *sum += f64::from(*sample);
             }
         });
-        let Progress { iterations, stats, .. } = &mut self.progress;
+        let stats = &mut self.progress.stats;
         stats.camera_segments += segments;
         stats.bytes = (size_of_val(&self.sums[..]) + size_of_val(&self.samples[..])) as u64;
         stats.camera_seconds += start.elapsed().as_secs_f64();
-        *iterations += 1;
+        self.progress.advance();
         true
     }
 }
@@ -151,6 +151,6 @@ impl Resumable for PathTracer<'_> {
     }
 
     fn go_on_after(&mut self, iterations: u32, stats: Stats) {
-        (self.progress.iterations, self.progress.stats) = (iterations, stats);
+        self.progress.go_on_after(iterations, stats);
     }
 }

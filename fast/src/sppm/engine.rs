@@ -16,6 +16,16 @@ impl Sppm<'_> {
         self.camera_workers.clear();
         self.photon_workers.clear();
     }
+
+    /// The radiance of the pixel in a slot; black before the first iteration.
+    fn radiance(&self, slot: usize) -> Rgb {
+        let Progress { settings, iterations, .. } = &self.progress;
+        match &self.global {
+            Some(global) => global.develop(slot, *iterations),
+            None if *iterations > 0 => develop(&self.pixels[slot], settings, *iterations),
+            None => Rgb::ZERO,
+        }
+    }
 }
 
 impl Engine for Sppm<'_> {
@@ -32,7 +42,7 @@ impl Engine for Sppm<'_> {
             self.emitters = Some(emitters);
             done
         } else {
-            let time = self.scene.camera.shutter_time(self.progress.settings.seed, self.progress.iterations);
+            let time = self.scene.camera.shutter_time(self.progress.settings.seed, self.progress.next);
             let prepared = Prepared::new(self.scene.at(time), &self.parameters, None);
             let emitters = self.new_emitters(&prepared);
             self.run_iteration(&prepared, &emitters, stop)
@@ -46,12 +56,12 @@ impl Engine for Sppm<'_> {
 
     fn probe(&self, x: u32, y: u32) -> Probe {
         assert!(x < self.progress.settings.width && y < self.progress.settings.height, "no such pixel");
-        let pixel = &self.pixels[slot_of(self.progress.settings.width, x, y)];
-        let radiance = if self.progress.iterations > 0 {
-            develop(pixel, &self.progress.settings, self.progress.iterations)
-        } else {
-            Rgb::ZERO
-        };
+        let slot = slot_of(self.progress.settings.width, x, y);
+        let (pixel, radiance) = (&self.pixels[slot], self.radiance(slot));
+        if let Some(global) = &self.global {
+            let (radius, count) = (global.radius_squared.sqrt(), global.sums(slot).photons as f32);
+            return Probe { radiance, direct: Rgb::ZERO, radius, count };
+        }
         Probe { radiance, direct: Rgb::from_array(pixel.direct), radius: pixel.radius(), count: pixel.n }
     }
 
@@ -64,7 +74,7 @@ impl Engine for Sppm<'_> {
             rows.for_each(|(y, row)| {
                 for (x, pixel) in row.iter_mut().enumerate() {
                     let slot = slot_of(width, x as u32, y as u32);
-                    *pixel = develop(&self.pixels[slot], &self.progress.settings, self.progress.iterations);
+                    *pixel = self.radiance(slot);
                 }
             });
         }
@@ -74,26 +84,45 @@ impl Engine for Sppm<'_> {
 
 impl Resumable for Sppm<'_> {
     fn sums(&self) -> Sums {
-        Sums::Photons
+        if self.global.is_some() { Sums::Exact } else { Sums::Photons }
     }
 
     fn save_row(&self, y: u32, words: &mut [u32]) {
-        let (width, words) = (self.progress.settings.width, words.as_chunks_mut().0);
-        assert_eq!(words.len(), width as usize, "not a row");
-        for (words, x) in words.iter_mut().zip(0..width) {
+        let width = self.progress.settings.width;
+        assert_eq!(words.len(), width as usize * self.sums().words(), "not a row");
+        if let Some(global) = &self.global {
+            for (words, x) in words.as_chunks_mut().0.iter_mut().zip(0..width) {
+                *words = global.words(slot_of(width, x, y));
+            }
+            return;
+        }
+        for (words, x) in words.as_chunks_mut().0.iter_mut().zip(0..width) {
             *words = self.pixels[slot_of(width, x, y)].words();
         }
     }
 
     fn load_row(&mut self, y: u32, words: &[u32]) {
-        let (width, words) = (self.progress.settings.width, words.as_chunks().0);
-        assert_eq!(words.len(), width as usize, "not a row");
-        for (words, x) in words.iter().zip(0..width) {
+        let width = self.progress.settings.width;
+        assert_eq!(words.len(), width as usize * self.sums().words(), "not a row");
+        if let Some(global) = &mut self.global {
+            for (words, x) in words.as_chunks().0.iter().zip(0..width) {
+                global.set_words(slot_of(width, x, y), *words);
+            }
+            return;
+        }
+        for (words, x) in words.as_chunks().0.iter().zip(0..width) {
             self.pixels[slot_of(width, x, y)] = Pixel::from_words(*words);
         }
     }
 
     fn go_on_after(&mut self, iterations: u32, stats: Stats) {
-        (self.progress.iterations, self.progress.stats) = (iterations, stats);
+        self.progress.go_on_after(iterations, stats);
+        self.shrink();
+    }
+
+    fn skip_to(&mut self, next: u32) {
+        assert!(self.global.is_some(), "iteration {next} depends on those before it");
+        self.progress.next = next;
+        self.shrink();
     }
 }

@@ -1,10 +1,11 @@
 //! How much memory a render will take.
 
+use crate::global::BYTES_OF_GLOBAL;
 use crate::join::{BYTES_OF_BINS, Direction, MOST_BYTES_OF_SUMS, Record, table_size, with_margin};
 use crate::parameters::Parameters;
 use crate::pixels::{GROUP, Pixel, PixelRows, slots};
 use crate::prepared::BYTES_PER_SPHERE;
-use scene::Settings;
+use scene::{RadiusSchedule, Settings};
 
 /// What a thread holds beside its deposits: batches of paths, and an occupancy map.
 const BYTES_PER_THREAD: u64 = 3 << 19;
@@ -17,7 +18,8 @@ pub(super) fn bytes_at_most(
     deposits_at_once: u32,
     parameters: &Parameters,
 ) -> u64 {
-    let per_slot = size_of::<Pixel>() + size_of::<PixelRows>() + MOST_BYTES_OF_SUMS / GROUP;
+    let global = if settings.radius_schedule == RadiusSchedule::Global { BYTES_OF_GLOBAL } else { 0 };
+    let per_slot = size_of::<Pixel>() + size_of::<PixelRows>() + MOST_BYTES_OF_SUMS / GROUP + global;
     let pixels = slots(settings) as u64 * per_slot as u64;
     // A round may exceed its deposits by as many again, and by those of the work items in progress.
     let bounces = u64::from(settings.max_depth - 1);
@@ -55,6 +57,9 @@ mod tests {
         // As ARCHITECTURE.md has it: 96 bytes, and 40 in several rounds.
         let wide = Settings { width: 128, ..few };
         assert_eq!(bytes(&wide, 10, 2, 1 << 22) - base, 64 * 64 * (96 + 40));
+        // And 80 with global radii.
+        let global = Settings { radius_schedule: RadiusSchedule::Global, ..few };
+        assert_eq!(bytes(&global, 10, 2, 1 << 22) - base, 64 * 64 * 80);
         assert_eq!(bytes(&few, 11, 2, 1 << 22) - base, BYTES_PER_SPHERE);
         assert_eq!(bytes(&few, 10, 3, 1 << 22) - base, BYTES_PER_THREAD + BYTES_OF_BINS as u64);
         // One bounce more: a deposit per photon and a sixteenth, of 48 bytes, twice.

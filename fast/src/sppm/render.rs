@@ -11,6 +11,8 @@
 
 use super::memory::bytes_at_most;
 use crate::camera_pass::{CameraPass, CameraPlan, CameraWorkers, Eye};
+use crate::consolidate::density;
+use crate::global::Global;
 use crate::hierarchy::Hierarchy;
 use crate::join::{Cells, Join, Occupancy, Radii, Round, Sorted};
 use crate::pages::Pages;
@@ -54,6 +56,8 @@ pub struct Sppm<'a> {
     eye: Eye,
     /// What pixels have gathered, in tile order.
     pub(super) pixels: Pages<Pixel>,
+    /// What they have gained, if radii are global; `pixels` then hold the gain of an iteration.
+    pub(super) global: Option<Global>,
     /// This iteration's visible points and direct light, in tile order.
     rows: Pages<PixelRows>,
     sorted: Sorted,
@@ -109,6 +113,7 @@ impl<'a> Sppm<'a> {
             deposits_at_once: DEPOSITS_AT_ONCE,
             eye: Eye::new(scene, settings),
             pixels: Pages::refilled(parts.pixels, Pixel::new(settings.initial_radius), slots),
+            global: Global::new(scene, settings),
             rows: Pages::refilled(parts.rows, PixelRows::NOTHING, slots),
             sorted: parts.sorted.unwrap_or_else(Sorted::new),
             camera_workers: parts.camera_workers.unwrap_or_else(CameraWorkers::new),
@@ -163,10 +168,10 @@ impl<'a> Sppm<'a> {
 
     /// The tables of emission for the iteration of this still.
     pub(super) fn new_emitters(&mut self, p: &Prepared) -> Emitters {
-        let Progress { settings, iterations, .. } = &self.progress;
+        let Progress { settings, next, .. } = &self.progress;
         let (scene, parameters, lanes) = (self.scene, &self.parameters, self.lanes);
         let targets = self.targets.get_or_insert_with(|| {
-            if *iterations == 0 || !scene.moves() {
+            if *next == 0 || !scene.moves() {
                 return survey(scene, settings, p, lanes);
             }
             // Resumed: the survey is that of the first iteration.
@@ -182,13 +187,13 @@ impl<'a> Sppm<'a> {
             (Instant::now(), (self.progress.stats.contributions, self.progress.stats.visible_points));
         let photons = u64::from(self.progress.settings.photons_per_iteration);
         stop.meter().begin(self.pixels.len() as u64 + (PHOTON_WORK + JOIN_WORK) * photons);
-        let radii = Radii::of(&self.pixels);
+        let radii = self.radii();
         let occupancy = self.camera_pass(p, radii, stop)?;
         self.progress.stats.camera_seconds += start.elapsed().as_secs_f64();
         let Parameters { cell_size, photons_per_batch, .. } = self.parameters;
         let total = self.progress.settings.photons_per_iteration;
         let cells = Cells::new(radii.cell_size(cell_size, self.neighbours), self.parameters.buckets(total));
-        let key = (self.progress.settings.seed, self.progress.iterations);
+        let key = (self.progress.settings.seed, self.progress.next);
         let pass = PhotonPass {
             emission: Emission::new(&p.still, emitters, &p.lights.choice, key),
             tables: &p.tables,
@@ -200,17 +205,36 @@ impl<'a> Sppm<'a> {
             at_once: photons_per_batch as usize,
         };
         let nominal = p.still.lights.power / emitters.scale().unwrap_or(1.0);
+        let density = self.global.as_ref().map(|global| density(total, global.radius_squared));
         let mut next = 0;
         while next < total {
-            next = self.round(&pass, next, nominal, stop)?;
+            next = self.round(&pass, next, (nominal, density), stop)?;
+        }
+        if let Some(global) = &mut self.global {
+            global.add(&self.pixels);
         }
         let (contributions, points) =
             (self.progress.stats.contributions - before.0, self.progress.stats.visible_points - before.1);
         self.neighbours = contributions as f64 / points.max(1) as f64;
         self.progress.stats.bytes = self.bytes() as u64;
         self.join.clear();
-        self.progress.iterations += 1;
+        self.progress.advance();
+        self.shrink();
         Some(())
+    }
+
+    /// The search radii of this iteration.
+    fn radii(&mut self) -> Radii {
+        let Some(global) = &self.global else { return Radii::of(&self.pixels) };
+        global.prepare(&mut self.pixels);
+        Radii::global(global.radius_squared)
+    }
+
+    /// If radii are global, sets that of the next iteration.
+    pub(super) fn shrink(&mut self) {
+        if let Some(global) = &mut self.global {
+            global.shrink(&self.progress.settings, self.progress.next);
+        }
     }
 
     /// The camera pass; returns the cells that visible points reach.
@@ -230,7 +254,7 @@ impl<'a> Sppm<'a> {
             lights: &p.lights,
             eye: &self.eye,
             settings: &self.progress.settings,
-            iteration: self.progress.iterations,
+            iteration: self.progress.next,
         };
         let lanes = (self.lanes, plan);
         self.camera_workers.run(&pass, lanes, &mut self.rows, &self.pixels, &mut self.progress.stats, stop)
@@ -238,7 +262,13 @@ impl<'a> Sppm<'a> {
 
     /// A round: traces the photons from `from` on until there are enough deposits, sorts these, and joins them with the
     /// visible points. Returns where the next round begins.
-    fn round(&mut self, pass: &PhotonPass, from: u32, nominal: f32, stop: &Stop) -> Option<u32> {
+    fn round(
+        &mut self,
+        pass: &PhotonPass,
+        from: u32,
+        (nominal, density): (f32, Option<f32>),
+        stop: &Stop,
+    ) -> Option<u32> {
         let start = Instant::now();
         let total = self.progress.settings.photons_per_iteration;
         let Parameters { photons_per_job, pixels_per_job, .. } = self.parameters;
@@ -247,7 +277,8 @@ impl<'a> Sppm<'a> {
         let traced = Instant::now();
         self.photon_workers.sort_into(&mut self.sorted, pass.cells);
         let sorted = Instant::now();
-        let round = Round { sorted: Some(&self.sorted), cells: pass.cells, is_last: next == total, nominal };
+        let is_last = next == total;
+        let round = Round { sorted: Some(&self.sorted), cells: pass.cells, is_last, nominal, density };
         let lanes = (self.lanes, pixels_per_job as usize);
         self.join.run(round, lanes, &mut self.pixels, &self.rows, &mut self.progress.stats, stop)?;
         stop.meter().advance(JOIN_WORK * u64::from(next - from));
@@ -259,6 +290,7 @@ impl<'a> Sppm<'a> {
 
     fn bytes(&mut self) -> usize {
         let pixels = size_of_val(&self.pixels[..]) + size_of_val(&self.rows[..]) + self.join.bytes();
-        pixels + self.sorted.bytes() + self.photon_workers.bytes()
+        let global = self.global.as_ref().map_or(0, Global::bytes);
+        pixels + global + self.sorted.bytes() + self.photon_workers.bytes()
     }
 }

@@ -1,10 +1,11 @@
 //! What a checkpoint says of its render.
 
-use scene::{Film, Stats, Sums};
+use scene::{Film, Iterations, Stats, Sums};
 use serde::{Deserialize, Serialize};
 
-/// The format version that is written. Version 1, in which the scene is all text, can be read too.
-pub const FORMAT: u32 = 2;
+/// The format version that is written. Version 1, in which the scene is all text, and version 2, which has no sums that can
+/// be merged, can be read too.
+pub const FORMAT: u32 = 3;
 
 /// The progress of a render: section `RNDR`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,8 +23,18 @@ pub struct Account {
     pub sums: Sums,
     /// Completed iterations in the sums.
     pub iterations: u32,
+    /// Which they are, unless they are the first ones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub which: Option<Iterations>,
     /// Counted work and times so far.
     pub stats: Stats,
+}
+
+impl Account {
+    /// The iterations in the sums.
+    pub fn done(&self) -> Iterations {
+        self.which.clone().unwrap_or_else(|| (0..self.iterations).into())
+    }
 }
 
 /// See [`Account::transport`].

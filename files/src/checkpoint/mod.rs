@@ -31,6 +31,8 @@
 //! | `SUMS` | the words of every pixel ([`scene::Sums`]), row by row from the top, 4 bytes each |
 //! | `PAST` | optional: an earlier image, as `u32` iterations and 3 `f32` per pixel |
 //!
+//! Version 2 is as this, but without sums of [`scene::Sums::Exact`] and without [`Account::which`].
+//!
 //! Words are `u32` or `f32` of 4 bytes. In files of version 1 `SCEN` is the whole scene file, and the four sections after it
 //! are absent. Such files can be described, but not resumed: all are from before version 2 of the light transport
 //! ([`scene::TRANSPORT`]).

@@ -11,7 +11,7 @@ use scene::{Film, Resumable, Rgb, Scene, Settings, Sums, TRANSPORT};
 use std::io::{Read, Seek, SeekFrom};
 
 /// Limit on the bytes of an account or a note, far more than a valid one has.
-const MOST_TEXT: u64 = 1 << 20;
+const MOST_TEXT: u64 = 1 << 24;
 
 /// A checkpoint that was read and verified. Its sums stay in the file until [`Self::restore`] loads them.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,12 +28,17 @@ pub struct Checkpoint {
     sums_at: u64,
 }
 
-impl Checkpoint {
-    /// Reads a file of `length` bytes and verifies all of it.
-    ///
-    /// # Errors
-    /// If the file is damaged or invalid, of another format version, or cannot be read.
-    pub fn read(input: &mut (impl Read + Seek), length: u64) -> Result<Self, Damage> {
+/// What stands in a checkpoint before its sums.
+struct Head {
+    scene: Scene,
+    account: Account,
+    note: String,
+    sums_at: u64,
+}
+
+impl Head {
+    /// Reads and verifies it. `input` is then at the sums.
+    fn read(input: &mut (impl Read + Seek), length: u64) -> Result<Self, Damage> {
         input.seek(SeekFrom::Start(0))?;
         let version = read_header(input, length)?;
         let mut at = HEADER;
@@ -41,24 +46,48 @@ impl Checkpoint {
         let account_text = text(input, ACCOUNT, &mut at, length, MOST_TEXT)?;
         let note = text(input, NOTE, &mut at, length, MOST_TEXT)?;
         let account = parse_account(&account_text, &scene)?;
-        let sums_at = at;
-        let mut sums = begin_sums(&mut *input, &scene.settings, account.sums, at, length)?;
-        at += FRAME + sums.length;
-        let mut fault = None;
-        for_each_row(&mut sums, &scene.settings, account.sums, |_, words| {
-            let mut pixels = words.chunks_exact(account.sums.words());
-            let radius = scene.settings.initial_radius;
-            fault = fault.or_else(|| pixels.find_map(|words| account.sums.fault(words, radius)));
-        })?;
-        sums.end()?;
-        if let Some(fault) = fault {
-            return Err(invalid(SUMS, fault));
-        }
-        let past = match length - at {
+        Ok(Self { scene, account, note, sums_at: at })
+    }
+}
+
+impl Checkpoint {
+    /// Reads a file of `length` bytes and verifies all of it.
+    ///
+    /// # Errors
+    /// If the file is damaged or invalid, of another format version, or cannot be read.
+    pub fn read(input: &mut (impl Read + Seek), length: u64) -> Result<Self, Damage> {
+        let Head { scene, account, note, sums_at } = Head::read(input, length)?;
+        let after = read_sums(&mut *input, (&scene.settings, &account), sums_at, length, |_, _| {})?;
+        let past = match length - after {
             0 => None,
             left => Some(read_past(&mut *input, left, &scene.settings, &account)?),
         };
         Ok(Self { scene, account, note, past, sums_at })
+    }
+
+    /// Reads and verifies what stands before the sums, which are left to [`Self::sums`].
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn read_head(input: &mut (impl Read + Seek), length: u64) -> Result<Self, Damage> {
+        let Head { scene, account, note, sums_at } = Head::read(input, length)?;
+        Ok(Self { scene, account, note, past: None, sums_at })
+    }
+
+    /// Reads the sums from the file of `length` bytes that the checkpoint was read from, and passes the words of each row to
+    /// `take`, from the top. They are verified as they are read, so what was taken counts only if there is no error.
+    ///
+    /// # Errors
+    /// If they are damaged or invalid, or the file has changed.
+    pub fn sums(
+        &self,
+        input: &mut (impl Read + Seek),
+        length: u64,
+        take: impl FnMut(u32, &[u32]),
+    ) -> Result<(), Damage> {
+        input.seek(SeekFrom::Start(self.sums_at))?;
+        read_sums(input, (&self.scene.settings, &self.account), self.sums_at, length, take)?;
+        Ok(())
     }
 
     /// Checks that the sums are of the light transport that this program computes.
@@ -92,6 +121,9 @@ impl Checkpoint {
         for_each_row(&mut section, settings, sums, |y, words| engine.load_row(y, words))?;
         section.end()?;
         engine.go_on_after(self.account.iterations, self.account.stats);
+        if sums == Sums::Exact {
+            engine.skip_to(self.account.done().end());
+        }
         Ok(())
     }
 }
@@ -134,7 +166,37 @@ fn parse_account(text: &str, scene: &Scene) -> Result<Account, Damage> {
         let all = scene.settings.iterations;
         return Err(invalid(ACCOUNT, format!("has {iterations} iterations, of {all} that were asked for")));
     }
+    if let Some(which) = &account.which {
+        let is_of =
+            which.is_valid() && which.end() <= scene.settings.iterations && which.count() == iterations;
+        if !is_of || account.sums != Sums::Exact {
+            return Err(invalid(ACCOUNT, "has iterations that cannot be those of its sums"));
+        }
+    }
     Ok(account)
+}
+
+/// Reads the section of sums at offset `at` of a file of `length` bytes, checks every pixel, and passes each row to `take`.
+/// Returns the offset after it.
+fn read_sums(
+    input: &mut impl Read,
+    (settings, account): (&Settings, &Account),
+    at: u64,
+    length: u64,
+    mut take: impl FnMut(u32, &[u32]),
+) -> Result<u64, Damage> {
+    let Account { sums: kind, iterations, .. } = *account;
+    let mut sums = begin_sums(input, settings, kind, at, length)?;
+    let after = at + FRAME + sums.length;
+    let mut fault = None;
+    for_each_row(&mut sums, settings, kind, |y, words| {
+        let mut pixels = words.chunks_exact(kind.words());
+        fault =
+            fault.or_else(|| pixels.find_map(|words| kind.fault(words, settings.initial_radius, iterations)));
+        take(y, words);
+    })?;
+    sums.end()?;
+    fault.map_or(Ok(after), |fault| Err(invalid(SUMS, fault)))
 }
 
 /// Begins to read the section of sums at offset `at` of a file of `length` bytes.

@@ -29,7 +29,7 @@ impl Memory {
         };
         let words = (0..settings.pixels() * sums.words()).map(word).collect();
         let stats = Stats { photons: u64::MAX, camera_seconds: 0.1, ..Stats::default() };
-        Self { progress: Progress { settings, iterations: 3, stats }, sums, words }
+        Self { progress: Progress { settings, iterations: 3, next: 3, stats }, sums, words }
     }
 
     fn blank(settings: Settings, sums: Sums) -> Self {
@@ -66,7 +66,7 @@ impl Resumable for Memory {
         self.row(y).copy_from_slice(words);
     }
     fn go_on_after(&mut self, iterations: u32, stats: Stats) {
-        (self.progress.iterations, self.progress.stats) = (iterations, stats);
+        self.progress.go_on_after(iterations, stats);
     }
 }
 
@@ -77,7 +77,7 @@ fn scene() -> Scene {
 
 /// A checkpoint as bytes.
 fn bytes(engine: &Memory, digest: &str, past: Option<&Past>) -> Vec<u8> {
-    let contents = Contents { scene: &scene(), digest, version: "1.2.3", note: "{}", past };
+    let contents = Contents { scene: &scene(), digest, version: "1.2.3", note: "{}", which: None, past };
     let mut bytes = Vec::new();
     write(&mut bytes, engine, &contents).unwrap();
     bytes
@@ -111,6 +111,7 @@ fn what_is_written_is_read() {
                 scene: scene_file::digest(&scene()),
                 sums,
                 iterations: 3,
+                which: None,
                 stats: engine.progress.stats,
             };
             assert_eq!(checkpoint.account, account);
@@ -197,7 +198,8 @@ fn every_kind_of_sphere_and_material_is_read_back() {
     let engine =
         Memory { progress: Progress::new(&scene.settings), ..Memory::new(scene.settings, Sums::Photons) };
     let digest = scene_file::digest(&scene);
-    let contents = Contents { scene: &scene, digest: &digest, version: "1.2.3", note: "", past: None };
+    let contents =
+        Contents { scene: &scene, digest: &digest, version: "1.2.3", note: "", which: None, past: None };
     let mut bytes = Vec::new();
     write(&mut bytes, &engine, &contents).unwrap();
     assert_eq!(read(&bytes).unwrap().scene, scene);
@@ -262,9 +264,9 @@ fn forge(bytes: &mut [u8], [start, at, end]: [usize; 3], word: u32) {
 #[test]
 fn another_version_is_reported() {
     let mut bytes = whole(Sums::Photons, None);
-    forge(&mut bytes, [0, 8, 24], 3);
+    forge(&mut bytes, [0, 8, 24], 4);
     let line = read(&bytes).unwrap_err().to_string();
-    assert_eq!(line, "has format 3; this version of sppm reads formats up to 2");
+    assert_eq!(line, "has format 4; this version of sppm reads formats up to 3");
 }
 
 #[test]
@@ -370,10 +372,10 @@ fn a_damaged_generation_falls_back_to_the_older_one() {
     assert_eq!(iterations(&store), Some((6, false)));
 
     let mut newer = fs::read(store.path()).unwrap();
-    forge(&mut newer, [0, 8, 24], 3);
+    forge(&mut newer, [0, 8, 24], 4);
     save(&store, 7);
     fs::write(store.path(), newer).unwrap();
-    assert!(store.load().unwrap_err().problem.contains("format 3"));
+    assert!(store.load().unwrap_err().problem.contains("format 4"));
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::account::{Account, Past};
 use super::arrays::Arrays;
 use super::sections::{ACCOUNT, FRAME, HEADER, NOTE, PAST, SCENE, SUMS, write_header, write_section};
 use crate::scene_file;
-use scene::{Resumable, Scene, Settings, Sums, TRANSPORT};
+use scene::{Iterations, Resumable, Scene, Settings, Sums, TRANSPORT};
 use std::io::{self, Write};
 
 /// Everything in a checkpoint that does not come from the engine.
@@ -18,6 +18,8 @@ pub struct Contents<'a> {
     pub version: &'a str,
     /// The program's own note.
     pub note: &'a str,
+    /// The iterations in the sums, if they are not the first ones.
+    pub which: Option<&'a Iterations>,
     /// An earlier image, if the error is estimated.
     pub past: Option<&'a Past>,
 }
@@ -56,6 +58,7 @@ pub fn write(out: &mut impl Write, engine: &dyn Resumable, contents: &Contents) 
         scene: contents.digest.into(),
         sums: engine.sums(),
         iterations: engine.iterations(),
+        which: contents.which.cloned(),
         stats: *engine.stats(),
     })?;
     let scene = scene_file::head_to_text(contents.scene, settings);

@@ -27,7 +27,8 @@ use material::Named;
 use pieces::{Head, Kind, MOST_BYTES as MOST_PIECE_BYTES, Pieces};
 use reader::Subject;
 use scene::text::mebibytes;
-use scene::{Camera, Material, Rgb, Scene, Settings, Sphere};
+use scene::{Automatic, Camera, Material, Rgb, Scene, Sphere};
+use settings::Stated;
 use spheres::Spheres;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
@@ -54,14 +55,25 @@ const KEYS: [&str; 6] = ["name", "background", "camera", "settings", "materials"
 /// # Errors
 /// If the file cannot be read, or as [`parse`].
 pub fn load(path: &Path) -> Result<Scene, FileError> {
-    load_within(path, u64::MAX).map(|(scene, _)| scene)
+    load_within(path, u64::MAX).map(|read| read.scene)
 }
 
-/// As [`load`], but refuses to take much more than `most` bytes of memory. Also returns a bound of the bytes that it took.
+/// A scene as it was read.
+#[derive(Clone, Debug)]
+pub struct LoadedScene {
+    /// The scene. Of the settings that are left to be chosen it has the paper's.
+    pub scene: Scene,
+    /// The settings that are left to be chosen.
+    pub automatic: Automatic,
+    /// A bound of the memory that was taken to read it, in bytes.
+    pub bytes: u64,
+}
+
+/// As [`load`], but refuses to take much more than `most` bytes of memory.
 ///
 /// # Errors
 /// As [`load`], or if the file needs more.
-pub fn load_within(path: &Path, most: u64) -> Result<(Scene, u64), FileError> {
+pub fn load_within(path: &Path, most: u64) -> Result<LoadedScene, FileError> {
     let name = path.to_string_lossy();
     let (file, length) = open(path, "scene")?;
     load_from(&name, file, length, most)
@@ -91,7 +103,7 @@ pub fn load_other<T>(
 ///
 /// # Errors
 /// If `input` cannot be read or is too long, or as [`load_within`].
-pub fn load_from(name: &str, input: impl Read, length: u64, most: u64) -> Result<(Scene, u64), FileError> {
+pub fn load_from(name: &str, input: impl Read, length: u64, most: u64) -> Result<LoadedScene, FileError> {
     let unread = |problem: String| FileError::unread(name, &problem);
     if length > most {
         return Err(unread(too_much(length, most)));
@@ -106,11 +118,11 @@ pub fn load_from(name: &str, input: impl Read, length: u64, most: u64) -> Result
         let need = mebibytes(least);
         return Err(unread(format!("takes up to {need} to read, which the system refuses")));
     }
-    let scene = parse(name, &text)?;
+    let (scene, automatic) = parse_with_automatic(name, &text)?;
     let lamps = scene.spheres.iter().filter(|sphere| sphere.is_emitter()).count() as u64;
     let materials = scene.materials.len() as u64;
     let more = BYTES_PER_LAMP * lamps + BYTES_PER_MATERIAL * materials;
-    Ok((scene, least + more))
+    Ok(LoadedScene { scene, automatic, bytes: least + more })
 }
 
 fn too_much(bytes: u64, most: u64) -> String {
@@ -186,10 +198,18 @@ fn read_bytes(input: impl Read, length: u64) -> io::Result<Vec<u8>> {
 /// # Errors
 /// The first fault, with its position and how to fix it.
 pub fn parse(name: &str, text: &str) -> Result<Scene, FileError> {
+    parse_with_automatic(name, text).map(|(scene, _)| scene)
+}
+
+/// As [`parse`], with the settings that are left to be chosen.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_with_automatic(name: &str, text: &str) -> Result<(Scene, Automatic), FileError> {
     read(name, text).map_err(|fault| FileError::in_text(name, text, &fault))
 }
 
-fn read(name: &str, text: &str) -> Result<Scene, Fault> {
+fn read(name: &str, text: &str) -> Result<(Scene, Automatic), Fault> {
     let (mut head, mut named, mut count) = (Head::default(), Named::default(), 0);
     for piece in Pieces::new(text) {
         match piece.kind {
@@ -201,15 +221,16 @@ fn read(name: &str, text: &str) -> Result<Scene, Fault> {
     let document = DeTable::parse(&head.text).map_err(|e| head.fault(syntax_fault(&head.text, &e)))?;
     let root = document.get_ref();
     let in_head = |fault| head.fault(fault);
-    let Top { root, camera: (camera_section, camera), settings, background, name } =
+    let Top { root, camera: (camera_section, camera), stated, background, name } =
         Top::read(name, root, count).map_err(in_head)?;
+    let Stated { settings, automatic } = stated;
     named.read(document.get_ref()).map_err(in_head)?;
     let mut materials = named.sort().map_err(|name| twice(text, &name))?;
     let places = Spheres::new(count, &root).map_err(in_head)?;
     let spheres = places.read(text, &head, &mut materials)?;
     let scene = Scene { name, camera, spheres, materials: materials.list, background, settings }.with_sky();
     Parsed { text, head: &head, root, camera: camera_section, spheres: &places }.check(&scene)?;
-    Ok(scene)
+    Ok((scene, automatic))
 }
 
 /// The scene whose materials and spheres are given, and everything else in `text`. Nothing is checked but what `text`
@@ -225,8 +246,9 @@ pub(crate) fn with_spheres(
 ) -> Result<Scene, FileError> {
     let read = || {
         let document = DeTable::parse(text).map_err(|e| syntax_fault(text, &e))?;
-        let Top { camera: (_, camera), settings, background, name, .. } =
+        let Top { camera: (_, camera), stated, background, name, .. } =
             Top::read(name, document.get_ref(), spheres.len())?;
+        let settings = stated.settings;
         Ok(Scene { name, camera, spheres, materials, background, settings }.with_sky())
     };
     read().map_err(|fault| FileError::in_text(name, text, &fault))
@@ -236,7 +258,7 @@ pub(crate) fn with_spheres(
 struct Top<'a> {
     root: Section<'a>,
     camera: (Section<'a>, Camera),
-    settings: Settings,
+    stated: Stated,
     background: Rgb,
     name: String,
 }
@@ -253,7 +275,7 @@ impl<'a> Top<'a> {
         Ok(Self {
             root,
             camera: (camera, camera::camera(&camera)?),
-            settings: root.or("settings", Settings::default(), settings::settings)?,
+            stated: root.or("settings", Stated::default(), settings::settings)?,
             background: root.or("background", Rgb::ZERO, |field| field.rgb(sphere::radiance))?,
             name: root.or("name", stem(file), |field| sphere::name(field).map(Into::into))?,
         })

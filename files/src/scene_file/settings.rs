@@ -4,9 +4,9 @@ use super::error::{Fault, suggestion};
 use super::reader::{Field, Section, Subject, type_of};
 use super::sphere::positive;
 use scene::settings::{MAX_DEPTH, MAX_ITERATIONS, MAX_PHOTONS, MAX_SIDE};
-use scene::{Filter, Settings};
+use scene::{Automatic, Filter, Quality, RadiusSchedule, Settings};
 
-const KEYS: [&str; 8] = [
+const KEYS: [&str; 10] = [
     "width",
     "height",
     "iterations",
@@ -15,9 +15,29 @@ const KEYS: [&str; 8] = [
     "initial_radius",
     "seed",
     "filter",
+    "radius_schedule",
+    "quality",
 ];
 
-pub(super) fn settings(field: Field<'_>) -> Result<Settings, Fault> {
+/// In place of a number: the setting is chosen from the scene.
+const AUTO: &str = "auto";
+
+/// What a scene file says of settings.
+#[derive(Clone, Copy)]
+pub(super) struct Stated {
+    pub(super) settings: Settings,
+    /// The settings that are left to be chosen; their numbers in `settings` are the paper's.
+    pub(super) automatic: Automatic,
+}
+
+impl Default for Stated {
+    /// If a file says nothing.
+    fn default() -> Self {
+        Self { settings: Settings::default(), automatic: Automatic::all(Quality::default()) }
+    }
+}
+
+pub(super) fn settings(field: Field<'_>) -> Result<Stated, Fault> {
     let Some(table) = field.value.as_table() else {
         let found = type_of(field.value);
         return Err(Fault::new(field.at, format!("settings must be a table, [settings], not {found}")));
@@ -25,31 +45,82 @@ pub(super) fn settings(field: Field<'_>) -> Result<Settings, Fault> {
     let section = Section::new(Subject::Settings, field.at, table, &KEYS)?;
     let whole =
         |key, default, most: u32| section.or(key, default, |field| Ok(field.whole(1, most.into())? as u32));
+    let choosable = |key, default, most: u32| {
+        section.or(key, default, |field| {
+            if is_auto(&field) { Ok(default) } else { Ok(field.whole(1, most.into())? as u32) }
+        })
+    };
     let default = Settings::default();
     let settings = Settings {
         width: whole("width", default.width, MAX_SIDE)?,
         height: whole("height", default.height, MAX_SIDE)?,
-        iterations: whole("iterations", default.iterations, MAX_ITERATIONS)?,
-        photons_per_iteration: whole("photons_per_iteration", default.photons_per_iteration, MAX_PHOTONS)?,
-        max_depth: whole("max_depth", default.max_depth, MAX_DEPTH)?,
-        initial_radius: section
-            .or("initial_radius", default.initial_radius, |field| positive(field.number()?))?,
+        iterations: choosable("iterations", default.iterations, MAX_ITERATIONS)?,
+        photons_per_iteration: choosable(
+            "photons_per_iteration",
+            default.photons_per_iteration,
+            MAX_PHOTONS,
+        )?,
+        max_depth: choosable("max_depth", default.max_depth, MAX_DEPTH)?,
+        initial_radius: section.or("initial_radius", default.initial_radius, |field| {
+            if is_auto(&field) { Ok(default.initial_radius) } else { positive(field.number()?) }
+        })?,
         seed: section.or("seed", default.seed, |field| field.whole(0, u64::MAX))?,
         filter: section.or("filter", default.filter, filter)?,
+        radius_schedule: section.or("radius_schedule", default.radius_schedule, radius_schedule)?,
     };
     settings.validate().map_err(|e| Fault::new(place(&section, e.option), e.to_string()))?;
-    Ok(settings)
+    Ok(Stated { settings, automatic: automatic(&section)? })
+}
+
+fn is_auto(field: &Field<'_>) -> bool {
+    field.value.as_str() == Some(AUTO)
+}
+
+/// The settings that are left to be chosen: those that are `"auto"`; and where no number is stated, or a quality is, those
+/// that are not stated.
+fn automatic(section: &Section<'_>) -> Result<Automatic, Fault> {
+    let quality = section.get("quality").map(quality).transpose()?;
+    let keys = ["iterations", "photons_per_iteration", "max_depth", "initial_radius"];
+    let [iterations, photons_per_iteration, max_depth, initial_radius] = keys.map(|key| section.get(key));
+    let is_number = |field: &Option<Field<'_>>| field.is_some_and(|field| !is_auto(&field));
+    let states_none = !keys.iter().any(|key| is_number(&section.get(key)));
+    let unstated = Automatic::all(quality.unwrap_or_default());
+    let others = unstated.any() && (quality.is_some() || states_none);
+    let is_chosen = |field: Option<Field<'_>>| field.map_or(others, |field| is_auto(&field));
+    Ok(Automatic {
+        iterations: is_chosen(iterations),
+        photons_per_iteration: is_chosen(photons_per_iteration),
+        max_depth: is_chosen(max_depth),
+        initial_radius: is_chosen(initial_radius),
+        ..unstated
+    })
+}
+
+fn quality(field: Field<'_>) -> Result<Quality, Fault> {
+    named(&field, "qualities", Quality::ALL, Quality::name)
 }
 
 fn filter(field: Field<'_>) -> Result<Filter, Fault> {
-    let name = field.text()?;
-    let names = Filter::ALL.map(Filter::name);
-    let found = Filter::ALL.into_iter().find(|filter| filter.name() == name);
+    named(&field, "filters", Filter::ALL, Filter::name)
+}
+
+fn radius_schedule(field: Field<'_>) -> Result<RadiusSchedule, Fault> {
+    named(&field, "schedules", RadiusSchedule::ALL, RadiusSchedule::name)
+}
+
+/// The one of `all` that has the name in a field; `what` they are called together.
+fn named<T: Copy, const N: usize>(
+    field: &Field<'_>,
+    what: &str,
+    all: [T; N],
+    name_of: fn(T) -> &'static str,
+) -> Result<T, Fault> {
+    let (name, names) = (field.text()?, all.map(name_of));
     let problem = || {
         let guess = suggestion(name, names);
-        field.fault(format_args!("is unknown{guess}; the filters are {}", names.join(", ")))
+        field.fault(format_args!("is unknown{guess}; the {what} are {}", names.join(", ")))
     };
-    found.ok_or_else(problem)
+    all.into_iter().find(|one| name_of(*one) == name).ok_or_else(problem)
 }
 
 /// The position of `option` in the file, or else of the setting whose product with it is too large.

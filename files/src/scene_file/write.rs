@@ -3,7 +3,7 @@
 //! [`super::parse`] reads the text back as the same scene, bit for bit. The names of spheres and materials are lost, as
 //! a [`Scene`] does not keep them.
 
-use scene::{Camera, Filter, Material, Rgb, Scene, Settings, Sphere, Vec3};
+use scene::{Camera, Filter, Material, RadiusSchedule, Rgb, Scene, Settings, Sphere, Vec3};
 use sha2::{Digest, Sha256};
 use std::fmt::{self, Display, Write};
 
@@ -123,6 +123,7 @@ fn write_settings(out: &mut impl Write, settings: &Settings) -> fmt::Result {
         initial_radius,
         seed,
         filter,
+        radius_schedule,
     } = settings;
     writeln!(out, "\n[settings]\nwidth = {width}\nheight = {height}\niterations = {iterations}")?;
     writeln!(out, "photons_per_iteration = {photons_per_iteration}\nmax_depth = {max_depth}")?;
@@ -130,6 +131,10 @@ fn write_settings(out: &mut impl Write, settings: &Settings) -> fmt::Result {
     match filter {
         Filter::Box => Ok(()),
         filter => writeln!(out, "filter = \"{filter}\""),
+    }?;
+    match radius_schedule {
+        RadiusSchedule::PerPixel => Ok(()),
+        schedule @ RadiusSchedule::Global => writeln!(out, "radius_schedule = \"{schedule}\""),
     }
 }
 
@@ -195,7 +200,7 @@ mod tests {
         let text = "name = \"all\"\n[camera]\neye = [1, 2, 3]\ndirection = [0.1, -0.2, -3]\nup = [0.3, 2, 0.4]\n\
             vertical_fov_degrees = 37\naperture_radius = 0.5\nfocus_distance = 7\nshutter = [0.25, 0.75]\n\
             [settings]\nwidth = 11\nheight = 12\niterations = 13\nphotons_per_iteration = 14\nmax_depth = 15\n\
-            initial_radius = 0.16\nseed = 17000000000000000001\nfilter = \"gaussian\"\n\
+            initial_radius = 0.16\nseed = 17000000000000000001\nfilter = \"gaussian\"\nradius_schedule = \"global\"\n\
             [materials.a]\ntype = \"diffuse\"\nalbedo = [0.1, 0.2, 0.3]\n\
             [materials.b]\ntype = \"specular\"\nalbedo = [0.4, 0.5, 0.6]\n\
             [[sphere]]\ncenter = [9, 8, 7]\nradius = 0.7\nmaterial = \"b\"\nvelocity = [0.01, 0.02, 0.03]\n\

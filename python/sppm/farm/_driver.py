@@ -1,0 +1,418 @@
+"""The driver: gives blocks of iterations to workers, and adds up what comes back.
+
+    while iterations are missing:
+        give each worker a block to render, and another to begin with next
+        once some blocks are done: have workers add them up, as a tree
+        once a tree is added up: add it to the state file, and write the image
+
+Blocks that come back stay on their workers until the sum that they are in is in the state file. So a worker that is lost
+takes with it the block that it renders, and those that it has rendered since the last sum; Dask renders them again. The
+driver keeps ranges of iterations alone. All that it knows is in the state file, so it may be killed at any time.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import sppm
+from sppm import _sppm
+
+from . import _tasks
+from ._jobs import Job, Range
+
+_TICK = 0.25
+"""Seconds between two looks at what is going on."""
+_LOOK = 1.0
+"""Seconds between two looks at who is there."""
+_FAN = 4
+"""Parts that are added by one task."""
+_ATTEMPTS = 4
+"""How often a block is given out that fails."""
+_SLOW = 4.0
+"""A block that takes so many times as long as others is given out once more."""
+_AHEAD = 2
+"""Blocks that a worker has: one that it renders, and the next."""
+
+
+class FarmError(sppm.RenderError):
+    """A farm cannot go on. What is done is in the state files."""
+
+
+FarmError.__module__ = "sppm.farm"
+
+
+@dataclass
+class Block:
+    """Some iterations of a job, and the task that renders them."""
+
+    job: Work
+    range: Range
+    future: Any
+    given: float
+    attempt: int = 0
+    twin: Any = None
+    """The same once more, if the first is slow."""
+
+    @property
+    def count(self) -> int:
+        return self.range[1] - self.range[0]
+
+
+@dataclass
+class Sum:
+    """Blocks that are being added up."""
+
+    blocks: list[Block]
+    futures: list[Any]
+    """The tasks of the tree, the root last."""
+
+
+@dataclass
+class Work:
+    """A job under way."""
+
+    job: Job
+    missing: list[Range]
+    ready: list[Block] = field(default_factory=list["Block"])
+    ready_since: float = 0.0
+    sums: list[Sum] = field(default_factory=list["Sum"])
+    scene: Any = None
+    written: float = 0.0
+
+    @property
+    def done(self) -> int:
+        return sum(stop - start for start, stop in self.job.done)
+
+    def take(self, count: int) -> Range | None:
+        """The next iterations, at most so many."""
+        if not self.missing:
+            return None
+        start, stop = self.missing.pop(0)
+        if stop - start > count:
+            self.missing.insert(0, (start + count, stop))
+            stop = start + count
+        return start, stop
+
+
+Tell = Callable[[str], None]
+
+
+class Driver:
+    """Renders jobs on the workers of a Dask client."""
+
+    def __init__(
+        self,
+        client: Any,
+        *,
+        threads: int | None = 1,
+        block: int | None = None,
+        seconds: float = 10.0,
+        every: float = 10.0,
+        tell: Tell = print,
+        show: Callable[[str], None] | None = None,
+        transport: int = _sppm.TRANSPORT,
+        tasks: Any = _tasks,
+    ) -> None:
+        """``threads``: those that a block is rendered on. ``block``: iterations of a block; by default as many as take about
+        ``seconds``. ``every``: seconds between two images, and about between two sums. ``tell`` is given messages, ``show``
+        the progress. ``transport``: the version of the light transport that workers must compute. ``tasks``: what runs on
+        them, the module ``_tasks`` or a stand-in.
+        """
+        self._client = client
+        self._dask: Any = importlib.import_module("distributed")
+        self._tasks = tasks
+        self._threads = threads
+        self._block = block
+        self._seconds = seconds
+        self._every = every
+        self._tell = tell
+        self._show = show
+        self._transport = transport
+        self._blocks: list[Block] = []
+        self._workers: dict[str, Any] = {}
+        self._look_next = 0.0
+        self._finished: list[tuple[float, int]] = []
+        self._durations: list[float] = []
+        self._begun = time.monotonic()
+        self.repeated = 0
+        """Blocks that were given out again."""
+
+    def run(self, jobs: list[Job]) -> None:
+        """Renders all jobs, each from where its state file is.
+
+        Raises FarmError if a block fails again and again, InputError if a state file is of another render.
+        """
+        works: list[Work] = []
+        for job in jobs:
+            job.load()
+            works.append(Work(job, _without((0, job.iterations), job.done)))
+            if job.done:
+                self._tell(f"going on from {job.state} after {works[-1].done} of {job.iterations} iterations")
+        try:
+            waiting = list(works)
+            while waiting:
+                self._look_at_workers()
+                self._give(waiting)
+                self._wait(waiting)
+                self._collect()
+                for work in waiting:
+                    self._add(work)
+                    self._keep(work)
+                for work in [work for work in waiting if not _left(work, self._blocks)]:
+                    waiting.remove(work)
+                    self._write_image(work)
+                    work.scene = None
+                    self._tell(f"wrote {work.job.output}: {work.done} iterations")
+                self._show_progress(works)
+        finally:
+            self._client.cancel([block.future for block in self._blocks], force=True)
+
+    # Workers.
+
+    def _look_at_workers(self) -> None:
+        """Notes who has come and who has gone, and whether they compute what is asked for."""
+        self._ask()
+        if time.monotonic() < self._look_next:
+            return
+        self._look_next = time.monotonic() + _LOOK
+        now = self._client.scheduler_info(n_workers=-1)["workers"]
+        for address in [address for address in self._workers if address not in now]:
+            del self._workers[address]
+            self._tell(f"worker {address} is gone; what it had is rendered again")
+        for address in [address for address in now if address not in self._workers]:
+            # By a task, as a call would wait for workers that have just gone.
+            self._workers[address] = self._client.submit(
+                self._tasks.versions, workers=[address], allow_other_workers=False, pure=False, priority=10
+            )
+        self._ask()
+
+    def _ask(self) -> None:
+        """Takes the answers of new workers."""
+        for address, asked in self._workers.items():
+            if isinstance(asked, bool) or asked.status == "pending":
+                continue
+            found: Any = asked.result(timeout=5) if asked.status == "finished" else asked.status
+            if asked.status == "error":
+                found = asked.exception(timeout=5)
+            is_good = isinstance(found, tuple) and found[1] == self._transport
+            self._workers[address] = is_good
+            if not isinstance(found, tuple):
+                self._tell(f"worker {address} gets no work: it cannot import sppm ({found})")
+            elif not is_good:
+                self._tell(f"worker {address} gets no work: its sppm {found[0]} computes version {found[1]} of the light "
+                           f"transport, not {self._transport}")
+
+    @property
+    def _good(self) -> list[str]:
+        return [address for address, is_good in self._workers.items() if is_good is True]
+
+    @property
+    def _bad(self) -> list[str]:
+        return [address for address, is_good in self._workers.items() if is_good is False]
+
+    # Blocks.
+
+    def _give(self, works: list[Work]) -> None:
+        """Gives blocks to workers that have fewer than two."""
+        room = _AHEAD * len(self._good) - len(self._blocks)
+        for work in works:
+            while room > 0:
+                chosen = work.take(self._size(work))
+                if chosen is None:
+                    break
+                self._blocks.append(Block(work, chosen, self._submit(work, chosen, 0), time.monotonic()))
+                room -= 1
+        if room > 0:
+            self._give_again()
+
+    def _size(self, work: Work) -> int:
+        """Iterations of the next block: at first one, then as many as take about the seconds asked for, and towards the end
+        fewer, so that all workers end together."""
+        if self._block is not None:
+            return self._block
+        rate, workers = self._rate(), max(1, len(self._good))
+        if rate is None:
+            return 1
+        left = sum(stop - start for start, stop in work.missing)
+        return max(1, min(int(self._seconds * rate / workers), left // (2 * workers)))
+
+    def _submit(self, work: Work, chosen: Range, attempt: int) -> Any:
+        """The task of a block. It is named by what it renders, so two that are alike are one."""
+        job, options = work.job, self._placed()
+        if work.scene is None:
+            packed = self._tasks.pack(job.scene)
+            work.scene = self._client.submit(self._tasks.hand_on, packed, key=f"sppm-scene-{job.name}", **options)
+        start, stop = chosen
+        suffix = f"-{attempt}" if attempt else ""
+        key = f"sppm-block-{job.name}-{start}-{stop}{suffix}"
+        return self._client.submit(self._tasks.render_block, work.scene, job.name, start, stop, self._threads,
+                                   self._transport, key=key, retries=0, **options)
+
+    def _placed(self) -> dict[str, Any]:
+        """Where tasks may run: anywhere, unless some workers are of another version."""
+        return {"workers": self._good, "allow_other_workers": False} if self._bad else {}
+
+    def _give_again(self) -> None:
+        """There is nothing left to give: gives out once more the block that has taken by far too long."""
+        if len(self._durations) < 3:
+            return
+        usual = sorted(self._durations)[len(self._durations) // 2]
+        now = time.monotonic()
+        for block in self._blocks:
+            if block.twin is None and now - block.given > max(_SLOW * usual, 5.0):
+                self._tell(f"iterations {block.range[0]}..{block.range[1]} take long; another worker renders them too")
+                block.twin = self._submit(block.job, block.range, block.attempt + 100)
+                self.repeated += 1
+
+    def _wait(self, works: list[Work]) -> None:
+        """Waits until something has ended, or for a moment."""
+        futures = [future for block in self._blocks for future in (block.future, block.twin) if future is not None]
+        futures += [root.futures[-1] for work in works for root in work.sums]
+        if not futures:
+            time.sleep(_TICK)
+            return
+        try:
+            with self._client.as_current():
+                self._dask.wait(futures, timeout=_TICK, return_when="FIRST_COMPLETED")
+        except TimeoutError:
+            pass
+
+    def _collect(self) -> None:
+        """Takes the blocks that have ended."""
+        now = time.monotonic()
+        for block in list(self._blocks):
+            if block.twin is not None and block.twin.status == "finished" and block.future.status != "finished":
+                block.future, block.twin = block.twin, block.future
+            status = block.future.status
+            if status == "pending":
+                continue
+            self._blocks.remove(block)
+            if status == "finished":
+                if block.twin is not None:
+                    self._client.cancel([block.twin], force=True)
+                    block.twin = None
+                self._finished.append((now, block.count))
+                self._durations = [*self._durations[-50:], now - block.given]
+                if not block.job.ready:
+                    block.job.ready_since = now
+                block.job.ready.append(block)
+            else:
+                self._try_again(block, status)
+
+    def _try_again(self, block: Block, status: str) -> None:
+        """Gives out a block that has failed, unless it did so too often."""
+        why = block.future.exception(timeout=5) if status == "error" else status
+        where = f"iterations {block.range[0]}..{block.range[1]} of {block.job.job.output}"
+        if block.attempt + 1 >= _ATTEMPTS:
+            hint = "; the workers may lack memory" if type(why).__name__ == "KilledWorker" else ""
+            raise FarmError(f"{where} failed {_ATTEMPTS} times{hint}: {why}")
+        self._tell(f"{where} failed, and are given out again: {why}")
+        self.repeated += 1
+        attempt = block.attempt + 1
+        future = self._submit(block.job, block.range, attempt)
+        self._blocks.append(Block(block.job, block.range, future, time.monotonic(), attempt))
+
+    # Sums.
+
+    def _add(self, work: Work) -> None:
+        """Has the blocks that are done added up, once there are enough, or they have waited."""
+        if not work.ready:
+            return
+        is_last = not work.missing and not any(block.job is work for block in self._blocks)
+        waited = time.monotonic() - work.ready_since
+        if len(work.ready) < max(_FAN, 2 * len(self._good)) and waited < self._every / 2 and not is_last:
+            return
+        blocks, work.ready = work.ready, []
+        level, futures = [block.future for block in blocks], []
+        while len(level) > 1 or not futures:
+            level = [self._client.submit(self._tasks.add_parts, level[at : at + _FAN], pure=True, **self._placed())
+                     for at in range(0, len(level), _FAN)]
+            futures += level
+        work.sums.append(Sum(blocks, futures))
+
+    def _keep(self, work: Work) -> None:
+        """Adds the sums that have ended to the state file; the blocks in them may then be forgotten."""
+        for total in list(work.sums):
+            root = total.futures[-1]
+            if root.status == "pending":
+                continue
+            work.sums.remove(total)
+            try:
+                self._store(work, root.result(timeout=600))
+            except Exception as error:
+                # Lost on its way, or damaged: the blocks are rendered anew under other names.
+                self._tell(f"a sum of {len(total.blocks)} blocks failed: {error}")
+                for block in total.blocks:
+                    self._client.cancel([block.future], force=True)
+                    self._try_again(block, "a sum that failed")
+                continue
+            work.job.done = sorted([*work.job.done, *(block.range for block in total.blocks)])
+            if time.monotonic() - work.written > self._every:
+                self._write_image(work)
+
+    def _store(self, work: Work, part: bytes) -> None:
+        state = work.job.state
+        with tempfile.TemporaryDirectory(prefix=".sppm-farm-", dir=state.parent) as folder:
+            file, total = Path(folder, "part.sppm"), Path(folder, "sum.sppm")
+            file.write_bytes(part)
+            sppm.merge([state, file] if state.exists() else [file], total)
+            os.replace(total, state)
+
+    def _write_image(self, work: Work) -> None:
+        if work.job.state.exists() and work.job.output.suffix != ".sppm":
+            sppm.merge([work.job.state], work.job.output)
+            work.written = time.monotonic()
+
+    # Progress.
+
+    def _rate(self) -> float | None:
+        """Iterations per second, of late."""
+        now = time.monotonic()
+        self._finished = [(at, count) for at, count in self._finished if now - at < 120.0]
+        if not self._finished:
+            return None
+        span = now - max(self._begun, self._finished[0][0] - self._seconds)
+        return sum(count for _, count in self._finished) / max(span, 1e-3)
+
+    def _show_progress(self, works: list[Work]) -> None:
+        if self._show is None:
+            return
+        done, all_ = sum(work.done for work in works), sum(work.job.iterations for work in works)
+        waiting = sum(block.count for work in works for block in work.ready)
+        waiting += sum(block.count for work in works for total in work.sums for block in total.blocks)
+        rate = self._rate()
+        left = f", {_duration((all_ - done - waiting) / rate)} to go" if rate else ""
+        images = f"{len(works)} images, " if len(works) > 1 else ""
+        speed = f", {rate:.3g} iterations/s" if rate else ""
+        self._show(f"{images}{done + waiting} of {all_} iterations, {len(self._good)} workers{speed}{left}")
+
+
+def _left(work: Work, blocks: list[Block]) -> bool:
+    """Whether anything of a job is left to be done."""
+    return bool(work.missing or work.ready or work.sums or any(block.job is work for block in blocks))
+
+
+def _without(whole: Range, done: list[Range]) -> list[Range]:
+    """The ranges of ``whole`` between those that are done, which are in order."""
+    missing: list[Range] = []
+    start = whole[0]
+    for first, stop in done:
+        if first > start:
+            missing.append((start, first))
+        start = max(start, stop)
+    if start < whole[1]:
+        missing.append((start, whole[1]))
+    return missing
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(int(max(seconds, 0.0)), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}h{minutes:02}" if hours else f"{minutes}min {rest:02}s" if minutes else f"{rest}s"

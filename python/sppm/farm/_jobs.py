@@ -1,0 +1,135 @@
+"""The renders that a farm is asked for: scenes, folders of scenes, sweeps of settings."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import sppm
+from sppm import InputError, Scene, _sppm
+
+_WHOLE = ("width", "height", "iterations", "photons_per_iteration", "max_depth", "seed")
+_SHORT = {"radius": "initial_radius", "photons": "photons_per_iteration", "depth": "max_depth"}
+
+Range = tuple[int, int]
+"""Iterations, from the first, counted from 0, to before the second."""
+
+
+@dataclass
+class Job:
+    """One image: a scene with its settings, and the files that it is rendered to."""
+
+    scene: Scene
+    output: Path
+    """The image."""
+    done: list[Range] = field(default_factory=list[Range])
+    """The iterations in the state file."""
+
+    def __post_init__(self) -> None:
+        """Radii are global, as parts of others cannot be merged."""
+        self.scene.settings = self.scene.settings.replace(radius_schedule="global")
+
+    @property
+    def state(self) -> Path:
+        """The checkpoint that the farm keeps of it, beside the image."""
+        return self.output.with_name(self.output.name + ".sppm")
+
+    @property
+    def iterations(self) -> int:
+        """How many are asked for."""
+        return self.scene.settings.iterations
+
+    @property
+    def name(self) -> str:
+        """A name for all that its image depends on."""
+        text = f"{self.scene.digest} {self.scene.settings} {_sppm.TRANSPORT}"
+        return hashlib.sha256(text.encode()).hexdigest()[:24]
+
+    def load(self) -> None:
+        """Finds what an earlier run has done.
+
+        Raises InputError if the state file is damaged, or of another render.
+        """
+        if not self.state.exists():
+            return
+        merged = sppm.merge([self.state])
+        info = sppm.info(self.state)
+        theirs, ours = dict(info["settings"]), _plain(self.scene)
+        theirs.pop("iterations")
+        if info["scene_digest"] != self.scene.digest or theirs != ours:
+            raise InputError(f"{self.state} is of another render; remove it, or name another output")
+        if merged.iterations and merged.iterations[-1][1] > self.iterations:
+            raise InputError(f"{self.state} holds more than {self.iterations} iterations; ask for as many, or more")
+        self.done = merged.iterations
+
+
+def _plain(scene: Scene) -> dict[str, Any]:
+    """The settings of a scene as its files name them, but for the number of iterations."""
+    settings = scene.settings
+    names = [name for name in settings.__dataclass_fields__ if name != "iterations"]
+    return {name: getattr(settings, name) for name in names}
+
+
+def jobs_of(scenes: list[str], output: Path | None, settings: dict[str, Any], sweeps: list[str]) -> list[Job]:
+    """The jobs for ``scenes``, which are names, files or folders of files, each with all values of ``sweeps``.
+
+    ``output`` is the image of a single job, or the folder of several. Raises InputError if a sweep is not one, or if two
+    jobs would write one file.
+    """
+    axes = [_axis(sweep) for sweep in sweeps]
+    names = [name for scene in scenes for name in _files(scene)]
+    combinations = list(itertools.product(*axes)) if axes else [()]
+    jobs: list[Job] = []
+    is_one = len(names) * len(combinations) == 1
+    for name, combination in itertools.product(names, combinations):
+        scene = Scene.load(name)
+        scene.settings = scene.settings.replace(**{**settings, **{key: value for key, value, _ in combination}})
+        stem = "-".join([Path(name).stem, *(f"{key}-{text}" for key, _, text in combination)])
+        default = Path(f"{stem}.png")
+        if is_one:
+            path = default if output is None else output
+        else:
+            path = default if output is None else output / default
+        jobs.append(Job(scene, path))
+    seen: set[str] = set()
+    for job in jobs:
+        path = os.path.abspath(job.output)
+        if path in seen:
+            raise InputError(f"{job.output} would be the image of two renders; rename one of the scenes")
+        seen.add(path)
+    if output is not None and not is_one:
+        output.mkdir(parents=True, exist_ok=True)
+    return jobs
+
+
+def _files(scene: str) -> list[str]:
+    """The scene, or the scene files of the folder."""
+    if not Path(scene).is_dir():
+        return [scene]
+    files = sorted(str(file) for file in Path(scene).iterdir() if file.suffix == ".toml")
+    if not files:
+        raise InputError(f"{scene}: there is no scene file (.toml) in this folder")
+    return files
+
+
+def _axis(sweep: str) -> list[tuple[str, Any, str]]:
+    """The values of a sweep such as ``radius=0.5,1,2``: name, value and text of each."""
+    name, equals, texts = sweep.partition("=")
+    name = name.strip().replace("-", "_")
+    name = _SHORT.get(name, name)
+    known = [*_WHOLE, "initial_radius", "filter"]
+    if not equals or name not in known:
+        raise InputError(f"--sweep {sweep}: name a setting and its values, as radius=0.5,1,2; settings are "
+                         f"{', '.join(known)}")
+    kind = int if name in _WHOLE else float if name == "initial_radius" else str
+    values: list[tuple[str, Any, str]] = []
+    for text in (text.strip() for text in texts.split(",")):
+        try:
+            values.append((name, kind(text), text))
+        except ValueError:
+            raise InputError(f"--sweep {sweep}: {text!r} is not a value of {name}") from None
+    return values

@@ -1,0 +1,291 @@
+"""The farm: the bits of one machine, however many workers there are and whatever happens to them."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+import pytest
+
+import sppm
+from sppm import _sppm
+from sppm.farm import Driver, FarmError, Job, jobs_of
+from sppm.farm import _tasks as tasks
+from sppm.farm._cluster import client_of
+from sppm.farm._driver import _without
+
+pytestmark = pytest.mark.filterwarnings("ignore")  # Dask warns of ports, of slow starts, of workers that are gone
+
+SMALL = {"width": 24, "height": 16, "photons_per_iteration": 2000, "iterations": 20}
+
+
+def small(name: str = "cornell", **changes: Any) -> sppm.Scene:
+    scene = sppm.Scene.load(name)
+    scene.settings = scene.settings.replace(**{**SMALL, **changes}, radius_schedule="global")
+    return scene
+
+
+def whole(scene: sppm.Scene) -> np.ndarray:
+    return sppm.render(scene, progress=False).radiance
+
+
+@pytest.fixture(scope="module")
+def client():
+    with client_of(2, None) as client:
+        yield client
+
+
+def farm(client, jobs: list[Job], **options: Any) -> list[str]:
+    told: list[str] = []
+    Driver(client, tell=told.append, every=0.5, **options).run(jobs)
+    return told
+
+
+@pytest.mark.parametrize("block", [None, 1, 3, 20])
+def test_the_image_is_that_of_one_machine(client, tmp_path: Path, block) -> None:
+    scene = small(seed=block or 0)
+    told = farm(client, [Job(scene, tmp_path / "a.exr")], block=block)
+    assert np.array_equal(sppm.Film.load(tmp_path / "a.exr").radiance, whole(scene))
+    assert sorted(os.listdir(tmp_path)) == ["a.exr", "a.exr.sppm"]
+    assert told == [f"wrote {tmp_path / 'a.exr'}: 20 iterations"]
+    assert sppm.merge([tmp_path / "a.exr.sppm"]).iterations == [(0, 20)]
+
+
+def test_it_goes_on_from_its_state(client, tmp_path: Path) -> None:
+    scene = small(seed=31)
+    job = Job(scene, tmp_path / "a.exr")
+    sppm.render_part(scene, 4, 9, job.state)
+    told = farm(client, [job], block=2)
+    assert told[0] == f"going on from {job.state} after 5 of 20 iterations"
+    assert np.array_equal(sppm.Film.load(tmp_path / "a.exr").radiance, whole(scene))
+    # And on to more.
+    more = small(seed=31, iterations=23)
+    farm(client, [Job(more, tmp_path / "a.exr")])
+    assert np.array_equal(sppm.Film.load(tmp_path / "a.exr").radiance, whole(more))
+
+
+def test_a_state_of_another_render_is_refused(client, tmp_path: Path) -> None:
+    job = Job(small(seed=8), tmp_path / "a.exr")
+    sppm.render_part(small(seed=9), 0, 2, job.state)
+    before = job.state.read_bytes()
+    with pytest.raises(sppm.InputError, match="a.exr.sppm is of another render"):
+        farm(client, [job])
+    with pytest.raises(sppm.InputError, match="holds more than 1 iterations"):
+        farm(client, [Job(small(seed=9, iterations=1), tmp_path / "a.exr")])
+    assert job.state.read_bytes() == before
+
+
+def test_sweeps_and_folders(client, tmp_path: Path) -> None:
+    small("mirror").save(tmp_path / "one.toml")
+    small("motion").save(tmp_path / "two.toml")
+    jobs = jobs_of([str(tmp_path)], tmp_path / "out", {"iterations": 3}, ["radius=0.5,1", "seed=1,2"])
+    assert len(jobs) == 8
+    farm(client, jobs)
+    assert (tmp_path / "out" / "one-initial_radius-0.5-seed-2.png").exists()
+    scene = small("motion", iterations=3, initial_radius=1.0, seed=2)
+    last = sppm.Film.load(tmp_path / "out" / "two-initial_radius-1-seed-2.png").to_srgb()
+    sppm.render(scene, progress=False).save(tmp_path / "last.png")
+    assert np.array_equal(last, sppm.Film.load(tmp_path / "last.png").to_srgb())
+
+
+@pytest.mark.parametrize(
+    ("sweep", "why"),
+    [("radius", "name a setting"), ("size=1", "name a setting"), ("seed=1,x", "'x' is not a value of seed")],
+)
+def test_sweeps_that_are_none(sweep: str, why: str) -> None:
+    with pytest.raises(sppm.InputError, match=why):
+        jobs_of(["cornell"], None, {}, [sweep])
+
+
+def test_a_folder_without_scenes_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(sppm.InputError, match="no scene file"):
+        jobs_of([str(tmp_path)], None, {}, [])
+
+
+class Failing:
+    """Tasks of which some fail."""
+
+    versions, pack, hand_on, add_parts = tasks.versions, tasks.pack, tasks.hand_on, tasks.add_parts
+
+    @staticmethod
+    def render_block(packed: bytes, name: str, start: int, *rest: Any) -> bytes:
+        raise sppm.RenderError(f"no {start}")
+
+
+def test_a_block_that_always_fails_ends_the_farm(client, tmp_path: Path) -> None:
+    with pytest.raises(FarmError, match=r"iterations 0\.\.20 of .* failed 4 times: no 0"):
+        farm(client, [Job(small(seed=77), tmp_path / "a.exr")], block=20, tasks=Failing)
+
+
+def test_workers_of_another_light_transport_get_no_work(client, tmp_path: Path) -> None:
+    told: list[str] = []
+    driver = Driver(client, tell=told.append, transport=_sppm.TRANSPORT + 1)
+    until = time.monotonic() + 30.0
+    while len(told) < 2 and time.monotonic() < until:
+        driver._look_at_workers()
+        time.sleep(0.05)
+    assert len(told) == 2 and all("gets no work" in line for line in told)
+    assert driver._good == []
+    with pytest.raises(sppm.RenderError, match="light transport"):
+        tasks.render_block(tasks.pack(small()), "x", 0, 1, 1, _sppm.TRANSPORT + 1)
+
+
+def test_a_damaged_part_is_found() -> None:
+    scene = small(seed=5)
+    good, other = (tasks.render_block(tasks.pack(scene), "damage", k, k + 1, 1, _sppm.TRANSPORT) for k in (0, 1))
+    damaged = bytearray(good)
+    damaged[-50] ^= 1
+    with pytest.raises(sppm.Error, match="checksum"):
+        tasks.add_parts([bytes(damaged), other])
+    assert tasks.add_parts([good, other]) != good
+
+
+KILLS = int(os.environ.get("SPPM_FARM_KILLS", "4"))
+"""Workers that are killed."""
+
+
+def _command(process: psutil.Process) -> list[str]:
+    try:
+        return process.cmdline()
+    except psutil.Error:
+        return []  # it has just ended
+
+
+def test_workers_may_be_killed(tmp_path: Path) -> None:
+    scene = small(iterations=100 + 20 * KILLS, seed=3, photons_per_iteration=20_000)
+    chance = random.Random(KILLS)
+    with client_of(3, None) as client:
+        over = threading.Event()
+        killed: list[int] = []
+
+        def kill() -> None:
+            while len(killed) < KILLS and not over.wait(chance.uniform(0.3, 1.5)):
+                children = psutil.Process().children()
+                workers = [child for child in children if "spawn_main" in " ".join(_command(child))]
+                if workers:
+                    worker = chance.choice(workers)
+                    worker.kill()
+                    killed.append(worker.pid)
+
+        thread = threading.Thread(target=kill)
+        thread.start()
+        driver = Driver(client, tell=lambda text: None, every=0.5, block=4)
+        driver.run([Job(scene, tmp_path / "a.exr")])
+        over.set()
+        thread.join()
+    assert len(killed) > 0
+    assert np.array_equal(sppm.Film.load(tmp_path / "a.exr").radiance, whole(scene))
+
+
+def test_the_driver_may_be_killed(tmp_path: Path) -> None:
+    small(iterations=150, seed=4, photons_per_iteration=20_000).save(tmp_path / "a.toml")
+    words = [sys.executable, "-m", "sppm.farm", "a.toml", "-o", "a.exr", "--workers=2", "--every=0.2", "--block=5"]
+    ended = None
+    for attempt in range(6):
+        process = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True)
+        try:
+            _, said = process.communicate(timeout=6.0 if attempt < 2 else 240.0)
+            ended = process.returncode
+            assert ended == 0, said
+            break
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.communicate()
+    assert ended == 0
+    scene = sppm.Scene.load(tmp_path / "a.toml")
+    assert np.array_equal(sppm.Film.load(tmp_path / "a.exr").radiance, whole(scene))
+
+
+def run(*words: object, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "sppm.farm", *map(str, words)], cwd=cwd, capture_output=True, text=True, check=False
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (["nothing.toml"], "nothing.toml"),
+        (["cornell", "--workers=0"], "--workers 0 must be at least 1"),
+        (["cornell", "--workers=2", "--scheduler=tcp://x:1"], "leave out one of the two"),
+        (["cornell", "--width=0"], "width is 0"),
+        (["cornell", "--tls-ca=none.pem"], "none.pem: there is no such file"),
+    ],
+)
+def test_bad_input_is_one_line(words: list[str], why: str, tmp_path: Path) -> None:
+    ended = run(*words, cwd=tmp_path)
+    assert ended.returncode == 2, ended.stderr
+    assert why in ended.stderr and ended.stderr.count("\n") == 1 and "Traceback" not in ended.stderr, ended.stderr
+
+
+def certificates(folder: Path, name: str) -> dict[str, Path]:
+    """An authority with one certificate, as files."""
+    from distributed import Security
+
+    security = Security.temporary()
+    files = {}
+    for key, part in {"ca": "tls_ca_file", "certificate": "tls_client_cert", "key": "tls_client_key"}.items():
+        files[key] = folder / f"{name}-{key}.pem"
+        files[key].write_text(str(getattr(security, part)))
+    return files
+
+
+def test_tls(tmp_path: Path) -> None:
+    from distributed import Client, Security
+
+    ours, theirs = certificates(tmp_path, "ours"), certificates(tmp_path, "theirs")
+    scene = small(seed=6)
+    with client_of(1, None, **ours) as client:
+        address = client.scheduler_info()["address"]
+        assert address.startswith("tls://")
+        assert all(worker.startswith("tls://") for worker in client.scheduler_info()["workers"])
+        with client_of(None, address, **ours) as second:
+            Driver(second, tell=lambda text: None).run([Job(scene, tmp_path / "a.exr")])
+        # Without a certificate, or with one of another authority, nobody gets in.
+        other = Security(
+            require_encryption=True,
+            tls_ca_file=str(ours["ca"]),
+            tls_client_cert=str(theirs["certificate"]),
+            tls_client_key=str(theirs["key"]),
+        )
+        for security in (None, other):
+            with pytest.raises((OSError, TypeError, ValueError, RuntimeError)):
+                Client(address, security=security, timeout=3, set_as_default=False)
+    assert np.array_equal(sppm.Film.load(tmp_path / "a.exr").radiance, whole(scene))
+
+
+def test_what_is_missing() -> None:
+    assert _without((0, 10), []) == [(0, 10)]
+    assert _without((0, 10), [(0, 3), (3, 5), (7, 8)]) == [(5, 7), (8, 10)]
+    assert _without((0, 10), [(0, 10)]) == []
+    assert _without((0, 2), [(0, 1), (1, 4)]) == []
+
+
+class Slow:
+    """Tasks of which the first for iteration 7 takes longer than anybody waits."""
+
+    versions, pack, hand_on, add_parts = tasks.versions, tasks.pack, tasks.hand_on, tasks.add_parts
+
+    @staticmethod
+    def render_block(packed: bytes, name: str, start: int, *rest: Any) -> bytes:
+        from distributed import get_worker
+
+        if str(get_worker().get_current_task()).endswith("-7-8"):
+            time.sleep(120.0)
+        return tasks.render_block(packed, name, start, *rest)
+
+
+def test_slow_blocks_are_given_out_twice(client, tmp_path: Path) -> None:
+    scene = small(seed=12, iterations=12)
+    told = farm(client, [Job(scene, tmp_path / "a.exr")], block=1, tasks=Slow)
+    assert any("take long" in line for line in told), told
+    assert np.array_equal(sppm.Film.load(tmp_path / "a.exr").radiance, whole(scene))

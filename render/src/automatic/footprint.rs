@@ -1,0 +1,79 @@
+//! How large a pixel is on the surfaces that it sees.
+
+use fast::{Intersector, LaneKind};
+use reference::camera_pass::ray_through;
+use scene::{Ray, Scene, Settings, Vec3};
+
+/// Rays along each side of the image, at most.
+const MOST_ALONG_SIDE: u32 = 64;
+
+/// The median, over the image, of a pixel's side on the first surface that it sees, if that scatters light; in scene units.
+/// `None` if no pixel sees one.
+///
+/// Mirrors and glass count as they are: following rays to what is seen in them was tried, and gave worse radii.
+pub(super) fn footprint(lanes: LaneKind, scene: &Scene, settings: &Settings) -> Option<f32> {
+    let still = scene.at(scene.camera.shutter_time(settings.seed, 0));
+    let hits = Intersector::new(&still, lanes).surfaces(&camera_rays(scene, settings));
+    let lengths = hits.into_iter().flatten().filter(|hit| hit.albedo != Vec3::ZERO).map(|hit| hit.t);
+    let pixel = scene.camera.frame(settings.width, settings.height).pixel;
+    median(lengths.collect()).map(|length| length * pixel)
+}
+
+/// Rays from the centre of the lens, spread over the image.
+fn camera_rays(scene: &Scene, settings: &Settings) -> Vec<Ray> {
+    let frame = scene.camera.frame(settings.width, settings.height);
+    let [columns, rows] = [settings.width, settings.height].map(|side| side.min(MOST_ALONG_SIDE));
+    let place = |i: u32, of: u32, side: u32| (i as f32 + 0.5) * side as f32 / of as f32;
+    let places = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
+    places
+        .map(|(x, y)| (place(x, columns, settings.width), place(y, rows, settings.height)))
+        .map(|place| ray_through(&frame, place, None))
+        .collect()
+}
+
+fn median(mut lengths: Vec<f32>) -> Option<f32> {
+    let middle = lengths.len() / 2;
+    (middle < lengths.len()).then(|| *lengths.select_nth_unstable_by(middle, f32::total_cmp).1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene::{Camera, Material, Sphere};
+
+    /// The inside of a ball of radius 10 from its centre, so that all is as far; the ball is of `material`.
+    fn from_the_centre(material: Material) -> Scene {
+        Scene {
+            name: String::new(),
+            camera: Camera { vertical_fov_degrees: 60.0, ..Camera::default() },
+            materials: vec![material],
+            spheres: vec![Sphere {
+                center: Vec3::ZERO,
+                velocity: Vec3::ZERO,
+                radius: 10.0,
+                material: 0,
+                emission: Vec3::ZERO,
+            }],
+            background: Vec3::ZERO,
+            settings: Settings { width: 100, height: 80, ..Settings::default() },
+        }
+    }
+
+    /// At a distance of 10, 80 rows span twice the tangent of 30 degrees.
+    #[test]
+    fn a_footprint_is_a_pixel_at_the_distance_of_what_it_sees() {
+        const ROUNDING: f32 = 1e-4;
+        let exact = 10.0 * 2.0 / 3f32.sqrt() / 80.0;
+        for material in [
+            Material::Diffuse { albedo: Vec3::splat(0.5) },
+            Material::Specular { albedo: Vec3::ONE },
+            Material::Dielectric { albedo: Vec3::ONE, ior: 1.5 },
+        ] {
+            let scene = from_the_centre(material);
+            let found = footprint(LaneKind::best(), &scene, &scene.settings).unwrap();
+            assert!((found / exact - 1.0).abs() < ROUNDING, "{found} for {exact}");
+        }
+        let black = from_the_centre(Material::Diffuse { albedo: Vec3::ZERO });
+        assert_eq!(footprint(LaneKind::best(), &black, &black.settings), None);
+    }
+}

@@ -1,0 +1,190 @@
+//! A small render that tells how noisy the render will be, and how much work it takes.
+//!
+//! It is repeated with other seeds. The variance among the images, relative to their mean, is that of one iteration; and
+//! from two numbers of photons follows which part of it is due to photons:
+//!
+//! ```text
+//! V(L) = camera + photons / L
+//! ```
+//!
+//! It is looked at by pixels, and by blocks, in which the noise of photons lasts, as neighbours share them.
+
+use fast::{LaneKind, Parameters, Parts, Sppm};
+use scene::{Engine, Film, Rgb, Scene, Settings, Stats, Stop};
+
+/// Images that are compared.
+pub(super) const SEEDS: u64 = 4;
+/// The share of the noisiest terms that is left out: sparks, of which a few images tell nothing.
+const SPARKS: f64 = 0.005;
+/// Dark parts count as if they were this much brighter, relative to the mean of the image.
+const FLOOR: f64 = 0.1;
+/// Deposits that a pilot holds at a time.
+pub(super) const DEPOSITS_AT_ONCE: u32 = 1 << 18;
+
+/// Images of one iteration that differ in their seeds, and the work that they took.
+pub(super) struct Pilot {
+    pub(super) films: Vec<Film>,
+    /// Of all images together.
+    pub(super) stats: Stats,
+}
+
+/// A variance per pixel and one per block of pixels, each relative to the square of the brightness.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Variance {
+    pub(super) pixel: f64,
+    pub(super) block: f64,
+}
+
+/// Renders `seeds` images of one iteration with these settings; `None` if stopped.
+pub(super) fn run(
+    lanes: LaneKind,
+    scene: &Scene,
+    settings: &Settings,
+    seeds: u64,
+    stop: &Stop,
+) -> Option<Pilot> {
+    let (mut films, mut stats, mut parts) = (Vec::new(), Stats::default(), Parts::default());
+    for seed in 0..seeds {
+        let settings = Settings { seed: settings.seed.wrapping_add(seed), ..*settings };
+        let engine = Sppm::with_parts(scene, &settings, lanes, &Parameters::default(), parts);
+        let mut engine = engine.deposits_at_once(DEPOSITS_AT_ONCE);
+        if !engine.iterate_unless(stop) {
+            return None;
+        }
+        films.push(engine.develop());
+        stats = sum(&stats, engine.stats());
+        parts = engine.into_parts();
+    }
+    Some(Pilot { films, stats })
+}
+
+/// The counts of both. Times and bytes are left out: nothing may depend on them.
+fn sum(a: &Stats, b: &Stats) -> Stats {
+    Stats {
+        camera_segments: a.camera_segments + b.camera_segments,
+        shadow_rays: a.shadow_rays + b.shadow_rays,
+        photons: a.photons + b.photons,
+        photon_segments: a.photon_segments + b.photon_segments,
+        deposits: a.deposits + b.deposits,
+        contributions: a.contributions + b.contributions,
+        ..Stats::default()
+    }
+}
+
+impl Pilot {
+    /// The relative variance of one iteration, by pixels and by blocks of `side` pixels.
+    pub(super) fn variance(&self, side: usize) -> Variance {
+        let blocks: Vec<Vec<Rgb>> = self.films.iter().map(|film| blocks(film, side)).collect();
+        let pixels: Vec<&[Rgb]> = self.films.iter().map(|film| &film.pixels[..]).collect();
+        let blocks: Vec<&[Rgb]> = blocks.iter().map(|blocks| &blocks[..]).collect();
+        Variance { pixel: variance(&pixels), block: variance(&blocks) }
+    }
+}
+
+/// The variance among `images`, relative to the squared mean, on the average over places and channels.
+fn variance(images: &[&[Rgb]]) -> f64 {
+    let count = images.len() as f64;
+    let floor = floor(images);
+    let mut terms: Vec<f64> = Vec::with_capacity(3 * images[0].len());
+    for place in 0..images[0].len() {
+        for channel in 0..3 {
+            let values = || images.iter().map(|image| f64::from(image[place][channel]));
+            let mean = values().sum::<f64>() / count;
+            let squares: f64 = values().map(|value| (value - mean) * (value - mean)).sum();
+            terms.push(squares / (count - 1.0) / (mean * mean + floor * floor));
+        }
+    }
+    trimmed_mean(terms)
+}
+
+/// How much darker `image` is than `other`, block by block: the mean of the relative difference.
+pub(super) fn loss(image: &Film, other: &Film, side: usize) -> f64 {
+    let (image, other) = (blocks(image, side), blocks(other, side));
+    let floor = floor(&[&other]);
+    let mut sum = 0.0;
+    for (a, b) in image.iter().zip(&other) {
+        for channel in 0..3 {
+            let (a, b) = (f64::from(a[channel]), f64::from(b[channel]));
+            sum += (b - a).abs() / (b + floor);
+        }
+    }
+    sum / (3 * image.len()) as f64
+}
+
+fn floor(images: &[&[Rgb]]) -> f64 {
+    let values = images.iter().flat_map(|image| *image).flat_map(Rgb::to_array);
+    let count = 3 * images.len() * images[0].len();
+    // So that nothing is divided by zero where all is black.
+    (FLOOR * values.map(f64::from).sum::<f64>() / count as f64).max(f64::MIN_POSITIVE.sqrt())
+}
+
+/// The means of blocks of `side` x `side` pixels; those at the right and at the bottom may be smaller.
+fn blocks(film: &Film, side: usize) -> Vec<Rgb> {
+    let (width, height) = (film.width as usize, film.height as usize);
+    let mut blocks = Vec::new();
+    for top in (0..height).step_by(side) {
+        for left in (0..width).step_by(side) {
+            let (bottom, right) = ((top + side).min(height), (left + side).min(width));
+            let rows = (top..bottom).map(|y| &film.pixels[y * width + left..y * width + right]);
+            let sum: Rgb = rows.flatten().sum();
+            blocks.push(sum / ((bottom - top) * (right - left)) as f32);
+        }
+    }
+    blocks
+}
+
+/// The mean without the largest terms, and without those that are not finite.
+fn trimmed_mean(mut terms: Vec<f64>) -> f64 {
+    terms.retain(|term| term.is_finite());
+    terms.sort_unstable_by(f64::total_cmp);
+    terms.truncate(terms.len() - (SPARKS * terms.len() as f64) as usize);
+    terms.iter().sum::<f64>() / terms.len().max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn film(width: u32, height: u32, value: impl Fn(u32) -> f32) -> Film {
+        Film { width, height, pixels: (0..width * height).map(|i| Rgb::splat(value(i))).collect() }
+    }
+
+    #[test]
+    fn blocks_are_means_and_those_at_the_border_of_fewer_pixels() {
+        let film = film(3, 3, |i| i as f32);
+        assert_eq!(blocks(&film, 2), [2.0, 3.5, 6.5, 8.0].map(Rgb::splat));
+        assert_eq!(blocks(&film, 1), film.pixels);
+        assert_eq!(blocks(&film, 9), [Rgb::splat(4.0)]);
+    }
+
+    /// Images that are 1 or 3 everywhere, as each of four seeds says: pixels and blocks vary by 4 / 3 about a mean of 2,
+    /// and the floor is a tenth of that.
+    #[test]
+    fn the_variance_is_relative_to_the_mean() {
+        let films: Vec<Film> = [1.0, 3.0, 1.0, 3.0].map(|value| film(4, 4, |_| value)).into();
+        let pilot = Pilot { films, stats: Stats::default() };
+        let exact = (4.0 / 3.0) / (4.0 + 0.2 * 0.2);
+        let found = pilot.variance(2);
+        assert!((found.pixel - exact).abs() < 1e-12 && (found.block - exact).abs() < 1e-12, "{found:?}");
+    }
+
+    /// Where neighbours differ at random, blocks vary less; where all is black, nothing does.
+    #[test]
+    fn independent_noise_averages_out_in_blocks() {
+        let films = (0..4_u32)
+            .map(|seed| film(4, 4, |i| if (i ^ seed).count_ones().is_multiple_of(2) { 1.0 } else { 0.0 }));
+        let pilot = Pilot { films: films.collect(), stats: Stats::default() };
+        let found = pilot.variance(4);
+        assert!(found.pixel > 0.5 && found.block < 1e-12, "{found:?}");
+        let black = Pilot { films: vec![film(2, 2, |_| 0.0); 4], stats: Stats::default() };
+        assert_eq!(black.variance(1), Variance { pixel: 0.0, block: 0.0 });
+    }
+
+    #[test]
+    fn loss_is_the_share_that_is_missing() {
+        let (whole, dark) = (film(8, 8, |_| 2.0), film(8, 8, |_| 1.0));
+        let exact = 1.0 / (2.0 + 0.2);
+        assert!((loss(&dark, &whole, 4) - exact).abs() < 1e-12);
+        assert_eq!(loss(&whole, &whole, 4), 0.0);
+    }
+}

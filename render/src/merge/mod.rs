@@ -1,0 +1,316 @@
+//! Merges parts of a render: checkpoints that hold different iterations of the same image.
+//!
+//! With global radii (`radius_schedule = "global"`) iterations are independent, and their sums are of integers. So the sum of
+//! parts is that of the whole render, bit for bit, in whichever grouping and order they are added, and whoever rendered them.
+//! An iteration that is in several parts is counted once.
+//!
+//! ```text
+//! read what stands before the sums of each part: are they of one render?
+//! choose parts that hold each iteration once                                (cover.rs)
+//! add them up, one after another; each is verified as it is read           (sum.rs)
+//! ```
+//!
+//! The memory is that of one image's sums, 80 bytes per pixel, however many parts there are.
+
+mod cover;
+mod sum;
+
+use crate::choice::EngineChoice;
+use crate::error::{Error, Field, Problem};
+use crate::metadata::{self, Metadata};
+use crate::outputs::{Outputs, check_distinct};
+use crate::save::Note;
+use crate::writer::{Shown, Writer};
+use cover::{Conflict, cover};
+use files::atomic_file::{self, FileError, reason};
+use files::checkpoint::{self, Checkpoint, Contents};
+use files::lock::Lock;
+use scene::{Engine, Iterations, Scene, Settings, Stats, Sums, TRANSPORT};
+use std::fmt::Display;
+use std::fs::{self, File};
+use std::io::BufReader;
+use std::mem::replace;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use sum::Sum;
+
+/// Bytes that are read from a part at a time.
+const BUFFER: usize = 1 << 20;
+
+/// Parts of one render.
+pub struct Merge {
+    scene: Scene,
+    digest: String,
+    note: Note,
+    parts: Vec<Part>,
+    /// The parts that are added up.
+    chosen: Vec<usize>,
+    done: Iterations,
+}
+
+/// A checkpoint with global radii.
+struct Part {
+    path: PathBuf,
+    /// Its scene is that of the merge, and no longer here.
+    checkpoint: Checkpoint,
+}
+
+impl Merge {
+    /// Reads what stands before the sums of parts, and chooses those that are added up. Of the number of iterations asked for,
+    /// which may differ, the largest counts.
+    ///
+    /// # Errors
+    /// Names the first file that cannot be read, is damaged, or is of another render than the first; or two files that have
+    /// some iterations in common, if no choice among the parts has each iteration once.
+    pub fn open(paths: &[PathBuf]) -> Result<Self, Error> {
+        let bad = |problem: String| Error::input(Field::Parts, problem);
+        let mut merge: Option<Self> = None;
+        for path in paths {
+            let mut part = Part::open(path).map_err(bad)?;
+            let scene = part.take_scene();
+            match &mut merge {
+                None => merge = Some(Self::of_first(part, scene)),
+                Some(merge) => merge.take(part, &scene).map_err(bad)?,
+            }
+        }
+        let mut merge = merge.ok_or_else(|| bad("there are none; name the files to merge".into()))?;
+        merge.choose().map_err(bad)?;
+        Ok(merge)
+    }
+
+    fn of_first(part: Part, scene: Scene) -> Self {
+        let note: Note = serde_json::from_str(&part.checkpoint.note).unwrap_or_default();
+        Self {
+            scene,
+            digest: part.checkpoint.account.scene.clone(),
+            // Of the whole render, whose outputs are not those of the part.
+            note: Note { renderer: note.renderer, keep: true, ..Note::default() },
+            parts: vec![part],
+            chosen: Vec::new(),
+            done: Iterations::default(),
+        }
+    }
+
+    /// Adds a part to the list, if it is of the same render. `scene` is its own.
+    fn take(&mut self, part: Part, scene: &Scene) -> Result<(), String> {
+        let (ours, theirs) = (&mut self.scene.settings, &scene.settings);
+        let (path, first) = (part.path.display(), self.parts[0].path.display());
+        if part.checkpoint.account.scene != self.digest {
+            return Err(format!(
+                "{path} is of another scene than {first}: digest {}, not {}",
+                part.checkpoint.account.scene, self.digest
+            ));
+        }
+        if let Some(difference) = difference(ours, theirs) {
+            return Err(format!("{path} is of other settings than {first}: {difference}"));
+        }
+        ours.iterations = ours.iterations.max(theirs.iterations);
+        self.parts.push(part);
+        Ok(())
+    }
+
+    fn choose(&mut self) -> Result<(), String> {
+        let sets: Vec<Iterations> = self.parts.iter().map(|part| part.checkpoint.account.done()).collect();
+        self.chosen = cover(&sets).map_err(|Conflict { parts: [a, b], common }| {
+            let [first, second] = [a, b].map(|k| self.parts[k].path.display());
+            format!(
+                "{second} ({}) and {first} ({}) both hold the iterations {common}, which cannot be told apart; leave one \
+                 of the two out, and render what is then missing",
+                sets[b], sets[a]
+            )
+        })?;
+        self.done = sets.iter().fold(Iterations::default(), |all, set| all.with(set));
+        Ok(())
+    }
+
+    /// The scene, with the settings of the render.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The iterations in the parts.
+    pub fn done(&self) -> &Iterations {
+        &self.done
+    }
+
+    /// The iterations that were asked for and are in no part.
+    pub fn missing(&self) -> Iterations {
+        Iterations::from(0..self.scene.settings.iterations).without(&self.done)
+    }
+
+    /// The files whose iterations are all in others, so that they are not read.
+    pub fn repeated(&self) -> impl Iterator<Item = &Path> {
+        let parts = self.parts.iter().enumerate();
+        parts.filter(|(k, _)| !self.chosen.contains(k)).map(|(_, part)| part.path.as_path())
+    }
+
+    /// Adds the parts up and writes the result: a checkpoint if `out` ends in `.sppm`, else an image.
+    ///
+    /// # Errors
+    /// If `out` cannot be written, or a part turns out to be damaged; then nothing is written.
+    pub fn write(&self, out: &Path) -> Result<(), Error> {
+        let outputs = self.check(out)?;
+        let _lock = Lock::take(out).map_err(|error| Error::named(Field::Image, error))?;
+        let (mut sum, mut stats) = (Sum::new(&self.scene), Stats::default());
+        for part in self.chosen.iter().map(|&k| &self.parts[k]) {
+            part.add_to(&mut sum).map_err(|problem| Error::input(Field::Parts, problem))?;
+            stats.add(&part.checkpoint.account.stats);
+        }
+        sum.set_done(&self.done, &stats);
+        let written = match outputs {
+            Some(outputs) => self.write_image(outputs, &sum, out),
+            None => atomic_file::replace(out, |file| {
+                checkpoint::write(file, &sum, &self.contents(&self.note_text()))
+            }),
+        };
+        written.map_err(|error| Error::failed(error.to_string()))
+    }
+
+    /// Checks that `out` can be written; returns the outputs if it is an image.
+    fn check(&self, out: &Path) -> Result<Option<Outputs>, Error> {
+        let inputs: Vec<_> = self.parts.iter().map(|part| (Field::Parts, part.path.as_path())).collect();
+        check_distinct(&inputs, &[(Field::Image, out)])?;
+        let named = |error| Error::named(Field::Image, error);
+        if is_checkpoint(out) {
+            atomic_file::check(out).map_err(named)?;
+            let bytes = checkpoint::length(&self.scene, &self.note_text(), Sums::Exact, false);
+            atomic_file::check_room(out, bytes).map_err(named)?;
+            return Ok(None);
+        }
+        let outputs = Outputs { image: Some(out.to_owned()), ..Outputs::default() };
+        outputs.check(EngineChoice::default(), &[])?;
+        outputs.check_room(self.scene.settings.pixels() as u64)?;
+        Ok(Some(outputs))
+    }
+
+    fn write_image(&self, outputs: Outputs, sum: &Sum, out: &Path) -> Result<(), FileError> {
+        let writer = Writer::new(outputs);
+        let note = self.metadata(sum, writer.outputs()).to_note();
+        writer.image(out, &Shown { engine: sum, note })
+    }
+
+    fn note_text(&self) -> String {
+        serde_json::to_string(&self.note).unwrap_or_default() // cannot fail: it names no files
+    }
+
+    fn contents<'a>(&'a self, note: &'a str) -> Contents<'a> {
+        let which = Some(&self.done).filter(|done| !done.are_first());
+        let (scene, digest) = (&self.scene, &self.digest);
+        Contents { scene, digest, version: env!("CARGO_PKG_VERSION"), note, which, past: None }
+    }
+
+    fn metadata(&self, sum: &Sum, outputs: &Outputs) -> Metadata {
+        let settings = Settings { iterations: sum.iterations().max(1), ..self.scene.settings };
+        Metadata {
+            version: env!("CARGO_PKG_VERSION").into(),
+            transport: TRANSPORT,
+            scene: self.scene.name.clone(),
+            scene_digest: self.digest.clone(),
+            settings,
+            which: Some(self.done.clone()).filter(|done| !done.are_first()),
+            photons: u64::from(settings.photons_per_iteration) * u64::from(sum.iterations()),
+            renderer: self.note.renderer_of(Sums::Exact),
+            lanes: None,
+            exposure: None,
+            tone: outputs.shown_tone(),
+            estimated_error: None,
+            scene_file: metadata::scene_file(&self.scene, &settings),
+        }
+    }
+}
+
+impl Part {
+    fn open(path: &Path) -> Result<Self, String> {
+        let (_, _, checkpoint) = read_head(path)?;
+        Ok(Self { path: path.to_owned(), checkpoint })
+    }
+
+    /// Takes the scene out: of many parts, one scene is enough.
+    fn take_scene(&mut self) -> Scene {
+        let own = &mut self.checkpoint.scene;
+        let (camera, settings, background) = (own.camera, own.settings, own.background);
+        let (name, materials, spheres) = (String::new(), Vec::new(), Vec::new());
+        replace(own, Scene { name, camera, materials, spheres, background, settings })
+    }
+
+    /// Adds the sums. The file is opened again, as there may be more parts than files that can be open.
+    fn add_to(&self, sum: &mut Sum) -> Result<(), String> {
+        let (mut file, length, again) = read_head(&self.path)?;
+        if again.account != self.checkpoint.account {
+            return Err(format!("{} has changed while it was merged; begin again", self.path.display()));
+        }
+        let read = again.sums(&mut file, length, |y, words| sum.add_row(y, words));
+        read.map_err(|damage| format!("{} {damage}", self.path.display()))
+    }
+}
+
+/// Opens a part, and reads what stands before its sums. Returns the file with its length.
+fn read_head(path: &Path) -> Result<(BufReader<File>, u64, Checkpoint), String> {
+    let told = |problem: &dyn Display| format!("{} {problem}", path.display());
+    let unread = |error| told(&format_args!("cannot be read: {}", reason(&error)));
+    // Before it is opened, as a pipe waits for its writer.
+    let status = fs::metadata(path).map_err(unread)?;
+    if !status.is_file() {
+        return Err(told(&"is no file"));
+    }
+    let (mut file, length) =
+        (BufReader::with_capacity(BUFFER, File::open(path).map_err(unread)?), status.len());
+    let read = Checkpoint::read_head(&mut file, length);
+    let checkpoint = read.and_then(|checkpoint| checkpoint.check_transport().map(|()| checkpoint));
+    let checkpoint = checkpoint.map_err(|damage| told(&damage))?;
+    if checkpoint.account.sums != Sums::Exact {
+        return Err(told(&format_args!(
+            "is of {}, whose sums cannot be merged; only renders with --radius-schedule global have parts",
+            checkpoint.account.sums
+        )));
+    }
+    Ok((file, length, checkpoint))
+}
+
+/// Whether a file is named as a checkpoint.
+pub fn is_checkpoint(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "sppm")
+}
+
+/// The first setting in which two renders differ, other than the number of iterations.
+fn difference(ours: &Settings, theirs: &Settings) -> Option<String> {
+    let rows = |settings: &Settings| {
+        let Settings {
+            width, height, photons_per_iteration, max_depth, initial_radius, seed, filter, ..
+        } = *settings;
+        [
+            ("width", width.to_string()),
+            ("height", height.to_string()),
+            ("photons_per_iteration", photons_per_iteration.to_string()),
+            ("max_depth", max_depth.to_string()),
+            ("initial_radius", initial_radius.to_string()),
+            ("seed", seed.to_string()),
+            ("filter", filter.to_string()),
+        ]
+    };
+    if (Settings { iterations: ours.iterations, ..*theirs }) == *ours {
+        return None;
+    }
+    let pairs = rows(ours).into_iter().zip(rows(theirs));
+    let found = pairs.into_iter().find(|(ours, theirs)| ours != theirs);
+    let told = |((name, ours), (_, theirs))| format!("{name} is {theirs}, not {ours}");
+    Some(found.map_or("they differ in one that this program does not name".into(), told))
+}
+
+/// The iterations of part number `part`, from 1, if so many are divided evenly into `parts`.
+///
+/// # Errors
+/// If there is no such part, or it has no iterations.
+pub fn part_of(iterations: u32, part: u32, parts: u32) -> Result<Range<u32>, Error> {
+    let said = || Problem::of(Field::Range).text(format_args!(" part {part}/{parts}"));
+    if part == 0 || part > parts {
+        return Err(Error::input(Field::Range, said().text(": parts are counted from 1 to their number")));
+    }
+    let start = |part: u32| (u64::from(iterations) * u64::from(part) / u64::from(parts)) as u32;
+    let range = start(part - 1)..start(part);
+    if range.is_empty() {
+        let problem = format!(" of {iterations} iterations has none; ask for fewer parts");
+        return Err(Error::input(Field::Range, said().text(problem)));
+    }
+    Ok(range)
+}

@@ -1,0 +1,77 @@
+//! Settings that are left to be chosen from the scene, and how good the picture is to be.
+
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// How good a picture is to be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Quality {
+    /// The settings of the paper (section 4), whatever the scene.
+    Paper,
+    /// Enough to see what is where; noisy.
+    Draft,
+    /// Looks finished.
+    #[default]
+    Good,
+    /// Noise that can hardly be seen.
+    Final,
+}
+
+impl Quality {
+    /// All qualities.
+    pub const ALL: [Self; 4] = [Self::Paper, Self::Draft, Self::Good, Self::Final];
+
+    /// Its name in scene files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Draft => "draft",
+            Self::Good => "good",
+            Self::Final => "final",
+        }
+    }
+}
+
+impl fmt::Display for Quality {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// The settings of a render that are chosen from the scene, in place of the numbers in [`crate::Settings`].
+///
+/// Engines do not know of it: the settings are chosen before a render starts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[allow(clippy::struct_excessive_bools)] // one for each setting
+pub struct Automatic {
+    /// How good the picture is to be.
+    pub quality: Quality,
+    /// Whether the number of iterations is chosen.
+    pub iterations: bool,
+    /// Whether the number of photons per iteration is chosen.
+    pub photons_per_iteration: bool,
+    /// Whether the maximal number of segments is chosen.
+    pub max_depth: bool,
+    /// Whether the first radius is chosen.
+    pub initial_radius: bool,
+}
+
+impl Automatic {
+    /// All that can be chosen, for a picture of this quality; nothing for [`Quality::Paper`], which has settings.
+    pub fn all(quality: Quality) -> Self {
+        let is_chosen = quality != Quality::Paper;
+        Self {
+            quality,
+            iterations: is_chosen,
+            photons_per_iteration: is_chosen,
+            max_depth: is_chosen,
+            initial_radius: is_chosen,
+        }
+    }
+
+    /// Whether anything is to be chosen.
+    pub fn any(&self) -> bool {
+        self.iterations || self.photons_per_iteration || self.max_depth || self.initial_radius
+    }
+}

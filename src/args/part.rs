@@ -1,0 +1,79 @@
+//! Options that choose some of a render's iterations.
+
+use crate::terminal::error::Error;
+use clap::Args as ClapArgs;
+use render::merge::part_of;
+use std::ops::Range;
+use std::str::FromStr;
+
+/// Which iterations are rendered, if not all.
+#[derive(Debug, Default, ClapArgs)]
+#[command(next_help_heading = "Parts (with --radius-schedule global; docs/farm.md)")]
+pub(crate) struct PartArgs {
+    /// Render part K of N of the iterations alone, such as 3/64, and write it to -o FILE.sppm, for `sppm merge`
+    #[arg(long, value_name = "K/N", value_parser = part, conflicts_with = "range", allow_hyphen_values = true)]
+    pub part: Option<[u32; 2]>,
+
+    /// Render the iterations from A on and before B alone, counted from 0, and write them to -o FILE.sppm
+    #[arg(long, value_name = "A..B", value_parser = range, allow_hyphen_values = true)]
+    pub range: Option<Range<u32>>,
+}
+
+impl PartArgs {
+    /// Whether a part is asked for.
+    pub(crate) fn is_given(&self) -> bool {
+        self.part.is_some() || self.range.is_some()
+    }
+
+    /// The iterations to render of so many; `None` for all.
+    pub(crate) fn range(&self, iterations: u32) -> Result<Option<Range<u32>>, Error> {
+        match self.part {
+            Some([part, parts]) => Ok(Some(part_of(iterations, part, parts)?)),
+            None => Ok(self.range.clone()),
+        }
+    }
+
+    /// A name for the part's file, to be put between that of the scene and its extension.
+    pub(crate) fn name(&self) -> String {
+        match (self.part, &self.range) {
+            (Some([part, parts]), _) => format!("{part}-of-{parts}"),
+            (None, Some(range)) => format!("{}-{}", range.start, range.end),
+            (None, None) => String::new(),
+        }
+    }
+}
+
+fn pair(text: &str, separator: &str) -> Option<[u32; 2]> {
+    let (first, second) = text.split_once(separator)?;
+    Some([u32::from_str(first).ok()?, u32::from_str(second).ok()?])
+}
+
+fn part(text: &str) -> Result<[u32; 2], String> {
+    let found = pair(text, "/").filter(|[part, parts]| (1..=*parts).contains(part));
+    found.ok_or_else(|| "is not a part such as 3/64: its number, from 1, and how many there are".into())
+}
+
+fn range(text: &str) -> Result<Range<u32>, String> {
+    let found = pair(text, "..").filter(|[start, end]| start < end);
+    let found = found.map(|[start, end]| start..end);
+    found.ok_or_else(|| {
+        "is not a range such as 128..192: the first, from 0, and the one after the last".into()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_and_ranges_are_read() {
+        assert_eq!(part("3/64"), Ok([3, 64]));
+        assert_eq!(range("0..5"), Ok(0..5));
+        for text in ["", "3", "0/4", "5/4", "-1/4", "a/b", "1/2/3", "1..2"] {
+            assert!(part(text).is_err(), "{text}");
+        }
+        for text in ["", "3", "5..5", "6..5", "-1..4", "1..", "..4", "1/2", "1..=2"] {
+            assert!(range(text).is_err(), "{text}");
+        }
+    }
+}
