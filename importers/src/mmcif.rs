@@ -290,7 +290,7 @@ impl Reader {
         self.table.elements.push(element(field(Item::Symbol), name, residue, self.is_fractional));
         for (kind, text) in [(Kind::Name, name), (Kind::Residue, residue), (Kind::Chain, field(Item::Chain))]
         {
-            self.table.label(kind).push(text)?;
+            self.table.push_label(kind, text)?;
         }
         let whole = |item: Item| integer(field(item));
         let residue_number = whole(Item::Number).and_then(|number| i32::try_from(number).ok()).unwrap_or(0);

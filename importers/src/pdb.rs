@@ -149,9 +149,9 @@ impl Reader {
             self.table.field(Role::Axis(axis), field).map_err(|problem| (column, problem))?;
         }
         let residue = line[17..21].trim_ascii();
-        self.table.label(Kind::Name).push(line[12..16].trim_ascii()).map_err(|problem| (12, problem))?;
-        self.table.label(Kind::Residue).push(residue).map_err(|problem| (17, problem))?;
-        self.table.label(Kind::Chain).push(line[21..22].trim_ascii()).map_err(|problem| (21, problem))?;
+        self.table.push_label(Kind::Name, line[12..16].trim_ascii()).map_err(|problem| (12, problem))?;
+        self.table.push_label(Kind::Residue, residue).map_err(|problem| (17, problem))?;
+        self.table.push_label(Kind::Chain, line[21..22].trim_ascii()).map_err(|problem| (21, problem))?;
         self.table.residue_numbers.push(residue_number(line));
         self.table.elements.push(element(line));
         let last = self.table.ids.last().copied().unwrap_or(0);
