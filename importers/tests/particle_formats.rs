@@ -82,6 +82,8 @@ fn formats_are_told_by_content_or_name() {
     assert!(read(&path, &Request::default()).unwrap_err().problem.contains("compressed by zstd"));
     let (_folder, path) = file("a.dat", "hello\n");
     assert!(read(&path, &Request::default()).unwrap_err().problem.contains("no known format"));
+    let folder = tempfile::tempdir().unwrap();
+    assert!(read(folder.path(), &Request::default()).unwrap_err().problem.contains("this is a directory"));
     let missing = read("missing.xyz".as_ref(), &Request::default()).unwrap_err();
     assert_eq!(missing.to_string(), "missing.xyz: there is no such file");
 }
