@@ -14,7 +14,7 @@ const PROBE: &str = "import sppm.farm, distributed";
 /// Render on many machines, by Dask distributed
 ///
 /// The farm is in the Python package `sppm`, with its dependencies for farms: `pip install "./python[farm]"` in the
-/// repository. SPPM_PYTHON names the Python that has it, if it is not `python3`. All words that follow are handed on to
+/// repository. `SPPM_PYTHON` names the Python that has it, if it is not `python3`. All words that follow are handed on to
 /// `python3 -m sppm.farm`, whose --help shows them all. docs/farm.md has more.
 #[derive(Debug, ClapArgs)]
 #[command(after_long_help = FARM_EXAMPLES)]

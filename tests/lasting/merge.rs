@@ -6,7 +6,9 @@ use crate::sandbox::{Ended, Sandbox};
 use std::fs;
 
 /// Options of the render.
-const GLOBAL: [&str; 10] = [
+const GLOBAL: [&str; 12] = [
+    "--quality",
+    "paper",
     "--width",
     "16",
     "--height",
@@ -149,7 +151,7 @@ fn parts_of_other_renders_are_refused_by_name() {
     part(&sandbox, "3..6", "seed.sppm", &["--seed=2"]);
     part(&sandbox, "3..6", "radius.sppm", &["--radius=1.5"]);
     run(&sandbox, &[&["render", "mirror"], &GLOBAL[..], &["--range=3..6", "-o", "scene.sppm"]].concat());
-    let own = ["--checkpoint=own.sppm", "--radius-schedule=per-pixel", "-o", "own.exr", "-n", "2"];
+    let own = ["--checkpoint=own.sppm", "--quality=paper", "-o", "own.exr", "-n", "2"];
     run(&sandbox, &[&["render", "cornell", "--width=16", "--height=12", "--photons=500"], &own[..]].concat());
     let bytes = sandbox.bytes("2.sppm");
     fs::write(sandbox.path("cut.sppm"), &bytes[..bytes.len() - 100]).unwrap();
@@ -184,7 +186,7 @@ fn parts_that_cannot_be_are_refused() {
     ] {
         sandbox.run([&["render", "cornell"], &GLOBAL[..], options].concat()).refused(why);
     }
-    let ended = sandbox.run([&["render", "cornell"], &GLOBAL[..8], &["--part=1/2"]].concat());
+    let ended = sandbox.run([&["render", "cornell"], &GLOBAL[..10], &["--part=1/2"]].concat());
     ended.refused(&["--range 0..6", "--radius-schedule global"]);
     assert_eq!(sandbox.names(), [""; 0]);
 }

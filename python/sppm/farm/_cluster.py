@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import sppm
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Generator
     from pathlib import Path
 
 
@@ -22,7 +22,7 @@ def client_of(
     ca: Path | None = None,
     certificate: Path | None = None,
     key: Path | None = None,
-) -> Iterator[Any]:
+) -> Generator[Any]:
     """A client of the scheduler at an address, or of so many new workers on this machine.
 
     With ``ca``, ``certificate`` and ``key``, files in PEM, all connections are by TLS, and both sides show certificates.

@@ -201,9 +201,10 @@ class Driver:
             found: Any = asked.result(timeout=5) if asked.status == "finished" else asked.status
             if asked.status == "error":
                 found = asked.exception(timeout=5)
-            is_good = isinstance(found, tuple) and found[1] == self._transport
+            answers = isinstance(found, tuple)
+            is_good = bool(answers and found[1] == self._transport)
             self._workers[address] = is_good
-            if not isinstance(found, tuple):
+            if not answers:
                 self._tell(f"worker {address} gets no work: it cannot import sppm ({found})")
             elif not is_good:
                 self._tell(f"worker {address} gets no work: its sppm {found[0]} computes version {found[1]} of the light "
@@ -273,7 +274,7 @@ class Driver:
 
     def _wait(self, works: list[Work]) -> None:
         """Waits until something has ended, or for a moment."""
-        futures = [future for block in self._blocks for future in (block.future, block.twin) if future is not None]
+        futures: list[Any] = [future for block in self._blocks for future in (block.future, block.twin) if future is not None]
         futures += [root.futures[-1] for work in works for root in work.sums]
         if not futures:
             time.sleep(_TICK)
@@ -330,7 +331,8 @@ class Driver:
         if len(work.ready) < max(_FAN, 2 * len(self._good)) and waited < self._every / 2 and not is_last:
             return
         blocks, work.ready = work.ready, []
-        level, futures = [block.future for block in blocks], []
+        level: list[Any] = [block.future for block in blocks]
+        futures: list[Any] = []
         while len(level) > 1 or not futures:
             level = [self._client.submit(self._tasks.add_parts, level[at : at + _FAN], pure=True, **self._placed())
                      for at in range(0, len(level), _FAN)]

@@ -97,10 +97,10 @@ def jobs_of(scenes: list[str], output: Path | None, settings: dict[str, Any], sw
         jobs.append(Job(scene, path))
     seen: set[str] = set()
     for job in jobs:
-        path = os.path.abspath(job.output)
-        if path in seen:
+        whole = os.path.abspath(job.output)
+        if whole in seen:
             raise InputError(f"{job.output} would be the image of two renders; rename one of the scenes")
-        seen.add(path)
+        seen.add(whole)
     if output is not None and not is_one:
         output.mkdir(parents=True, exist_ok=True)
     return jobs
