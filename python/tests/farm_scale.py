@@ -107,6 +107,7 @@ def main() -> int:
             while killed[0] < words.kills and not over.wait(pause):
                 asyncio.run_coroutine_threadsafe(replace(cluster, chance), cluster.loop.asyncio_loop).result(60)
                 killed[0] += 1
+                print(f"killed {killed[0]}", file=sys.stderr)
 
         thread = threading.Thread(target=kill)
         thread.start()
@@ -116,6 +117,7 @@ def main() -> int:
         took = time.monotonic() - began
         over.set()
         thread.join()
+        print(f"rendered in {took:.1f} s", file=sys.stderr)
     ideal = words.blocks * words.seconds / words.workers
     is_right = sorted(driver.stored) == [(k, k + 1) for k in range(words.blocks)]
     half = driver.peaks[len(driver.peaks) // 2]

@@ -31,6 +31,8 @@ _TICK = 0.25
 """Seconds between two looks at what is going on."""
 _LOOK = 1.0
 """Seconds between two looks at who is there."""
+_SHORT = 10.0
+"""Seconds after which workers of this machine are replaced that have not come back."""
 _FAN = 4
 """Parts that are added by one task."""
 _ATTEMPTS = 4
@@ -138,6 +140,9 @@ class Driver:
         self._blocks: list[Block] = []
         self._workers: dict[str, Any] = {}
         self._look_next = 0.0
+        # Of a cluster on this machine; others see to their workers themselves.
+        self._wanted = len(client.cluster.workers) if client.cluster is not None else 0
+        self._short_since = time.monotonic()
         self._finished: list[tuple[float, int]] = []
         self._durations: list[float] = []
         self._begun = time.monotonic()
@@ -183,6 +188,15 @@ class Driver:
             return
         self._look_next = time.monotonic() + _LOOK
         now = self._client.scheduler_info(n_workers=-1)["workers"]
+        cluster = self._client.cluster
+        if cluster is None or len(now) >= self._wanted:
+            self._short_since = time.monotonic()
+        elif time.monotonic() - self._short_since > _SHORT:
+            # Those that die while they start are not started again by Dask.
+            self._short_since = time.monotonic()
+            self._tell(f"{len(now)} of {self._wanted} workers are left; others are started")
+            cluster.scale(len(now))
+            cluster.scale(self._wanted)
         for address in [address for address in self._workers if address not in now]:
             del self._workers[address]
             self._tell(f"worker {address} is gone; what it had is rendered again")
@@ -198,9 +212,9 @@ class Driver:
         for address, asked in self._workers.items():
             if isinstance(asked, bool) or asked.status == "pending":
                 continue
-            found: Any = asked.result(timeout=5) if asked.status == "finished" else asked.status
-            if asked.status == "error":
-                found = asked.exception(timeout=5)
+            found = _outcome(asked)
+            if found is None:
+                continue
             answers = isinstance(found, tuple)
             is_good = bool(answers and found[1] == self._transport)
             self._workers[address] = is_good
@@ -309,7 +323,7 @@ class Driver:
 
     def _try_again(self, block: Block, status: str) -> None:
         """Gives out a block that has failed, unless it did so too often."""
-        why = block.future.exception(timeout=5) if status == "error" else status
+        why = (_outcome(block.future) if status == "error" else None) or status
         where = f"iterations {block.range[0]}..{block.range[1]} of {block.job.job.output}"
         if block.attempt + 1 >= _ATTEMPTS:
             hint = "; the workers may lack memory" if type(why).__name__ == "KilledWorker" else ""
@@ -394,6 +408,16 @@ class Driver:
         images = f"{len(works)} images, " if len(works) > 1 else ""
         speed = f", {rate:.3g} iterations/s" if rate else ""
         self._show(f"{images}{done + waiting} of {all_} iterations, {len(self._good)} workers{speed}{left}")
+
+
+def _outcome(future: Any) -> Any:
+    """The result of a small task, or its exception; ``None`` if the worker that had it has just gone."""
+    try:
+        return future.exception(timeout=5) if future.status == "error" else future.result(timeout=5)
+    except TimeoutError:
+        return None
+    except Exception as error:
+        return error
 
 
 def _left(work: Work, blocks: list[Block]) -> bool:
