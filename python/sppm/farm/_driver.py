@@ -16,6 +16,7 @@ import importlib
 import os
 import tempfile
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -59,6 +60,8 @@ class Block:
     future: Any
     given: float
     attempt: int = 0
+    worker: str = ""
+    """The worker that it was meant for; Dask may move it."""
     twin: Any = None
     """The same once more, if the first is slow."""
 
@@ -236,15 +239,19 @@ class Driver:
 
     def _give(self, works: list[Work]) -> None:
         """Gives blocks to workers that have fewer than two."""
-        room = _AHEAD * len(self._good) - len(self._blocks)
+        good = self._good
+        loads = Counter(block.worker for block in self._blocks)
+        places = [worker for depth in range(_AHEAD) for worker in good if loads[worker] <= depth]
+        places = places[: max(0, _AHEAD * len(good) - len(self._blocks))]
         for work in works:
-            while room > 0:
+            while places:
                 chosen = work.take(self._size(work))
                 if chosen is None:
                     break
-                self._blocks.append(Block(work, chosen, self._submit(work, chosen, 0), time.monotonic()))
-                room -= 1
-        if room > 0:
+                worker = places.pop(0)
+                future = self._submit(work, chosen, 0, worker)
+                self._blocks.append(Block(work, chosen, future, time.monotonic(), worker=worker))
+        if places:
             self._give_again()
 
     def _size(self, work: Work) -> int:
@@ -258,9 +265,12 @@ class Driver:
         left = sum(stop - start for start, stop in work.missing)
         return max(1, min(int(self._seconds * rate / workers), left // (2 * workers)))
 
-    def _submit(self, work: Work, chosen: Range, attempt: int) -> Any:
-        """The task of a block. It is named by what it renders, so two that are alike are one."""
+    def _submit(self, work: Work, chosen: Range, attempt: int, worker: str = "") -> Any:
+        """The task of a block. It is named by what it renders, so two that are alike are one. It is meant for ``worker``: by
+        itself Dask would give it to one that has the scene already.
+        """
         job, options = work.job, self._placed()
+        preferred = {"workers": [worker], "allow_other_workers": True} if worker and not options else options
         if work.scene is None:
             packed = self._tasks.pack(job.scene)
             work.scene = self._client.submit(self._tasks.hand_on, packed, key=f"sppm-scene-{job.name}", **options)
@@ -268,7 +278,7 @@ class Driver:
         suffix = f"-{attempt}" if attempt else ""
         key = f"sppm-block-{job.name}-{start}-{stop}{suffix}"
         return self._client.submit(self._tasks.render_block, work.scene, job.name, start, stop, self._threads,
-                                   self._transport, key=key, retries=0, **options)
+                                   self._transport, key=key, retries=0, **preferred)
 
     def _placed(self) -> dict[str, Any]:
         """Where tasks may run: anywhere, unless some workers are of another version."""
