@@ -29,6 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         materials,
         spheres,
         background: Rgb::ZERO,
+        imports: Vec::new(),
         settings: Settings {
             width: 160,
             height: 120,

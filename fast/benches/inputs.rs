@@ -55,6 +55,7 @@ pub(crate) fn scene_of(spheres: Vec<Sphere>, eye: Vec3) -> Scene {
         ],
         spheres,
         background: Rgb::ZERO,
+        imports: Vec::new(),
         settings: Settings::default(),
     }
 }

@@ -8,6 +8,7 @@
 //! | [`image_file`] | images: PNG, JPEG, EXR, PFM, HDR, TIFF, WebP, QOI |
 //! | [`checkpoint`] | renders that can be resumed |
 //! | [`export`] | scenes for Mitsuba 3 and pbrt-v4 |
+//! | [`particles`] | files of particles as parts of scenes |
 //! | [`npy`] | rays and hits as `NumPy` arrays |
 //! | [`paths`] | where paths lead, and the names of files beside others |
 //! | [`lock`] | locks on files that are going to be replaced |
@@ -47,5 +48,6 @@ mod input;
 pub mod lock;
 pub mod named;
 pub mod npy;
+pub mod particles;
 pub mod paths;
 pub mod scene_file;

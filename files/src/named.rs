@@ -1,7 +1,10 @@
-//! Finds scenes by name: the name of a built-in scene, or the path of a scene file.
+//! Finds scenes by name: the name of a built-in scene, or the path of a scene file or of a file of particles.
 
 use crate::builtin::{self, Builtin, SCENES};
+use crate::particles::{self, BYTES_PER_PARTICLE, Problem, Staged};
 use crate::scene_file::{self, LoadedScene};
+use figure::{Recipe, Stage};
+use importers::Format;
 use scene::{Automatic, Scene};
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -19,6 +22,13 @@ pub struct Opened {
     pub stem: OsString,
     /// The file that it was read from, unless it is built in.
     pub file: Option<PathBuf>,
+    /// What the user should know: sentences without a full stop.
+    pub notes: Vec<String>,
+}
+
+/// Whether `name` is that of a file of particles.
+pub fn is_particles(name: &OsStr) -> bool {
+    Format::of_name(Path::new(name)).is_some()
 }
 
 /// Finds and reads the scene `name`, in at most about `most` bytes of memory.
@@ -31,11 +41,29 @@ pub fn open(name: &OsStr, most: u64) -> Result<Opened, String> {
         let LoadedScene { scene, automatic, bytes } =
             scene_file::load_within(path, most).map_err(|error| error.to_string())?;
         let stem = path.file_stem().unwrap_or(OsStr::new("scene")).to_owned();
-        return Ok(Opened { scene, automatic, bytes, stem, file: Some(path.into()) });
+        return Ok(Opened { scene, automatic, bytes, stem, file: Some(path.into()), notes: Vec::new() });
+    }
+    if is_particles(name) {
+        let opened = open_particles(path, &Recipe::default(), &Stage::default(), most);
+        return opened.map_err(|problem| problem.to_string());
     }
     let builtin = find(name)?;
     let (scene, automatic) = builtin.open();
-    Ok(Opened { scene, automatic, bytes: 0, stem: builtin.name.into(), file: None })
+    let stem = builtin.name.into();
+    Ok(Opened { scene, automatic, bytes: 0, stem, file: None, notes: Vec::new() })
+}
+
+/// Reads the file of particles `path` and puts it on a stage; see [`particles::staged`].
+///
+/// # Errors
+/// As [`particles::staged`].
+pub fn open_particles(path: &Path, recipe: &Recipe, stage: &Stage, most: u64) -> Result<Opened, Problem> {
+    let Staged { scene, notes } = particles::staged(path, recipe, stage, most)?;
+    let stem = particles::stem(path).into();
+    let bytes = scene.spheres.len() as u64 * BYTES_PER_PARTICLE;
+    // The stage has chosen all settings.
+    let automatic = Automatic::default();
+    Ok(Opened { scene, automatic, bytes, stem, file: Some(path.into()), notes })
 }
 
 /// Finds the built-in scene `name`.
@@ -56,7 +84,8 @@ fn unknown(name: &str) -> String {
         .map_or(String::new(), |(_, candidate)| format!(" (did you mean {candidate}?)"));
     let names: Vec<&str> = SCENES.iter().map(|s| s.name).collect();
     format!(
-        "there is no scene {name:?}{near}; a scene is one of {}, or a file ending in .toml",
+        "there is no scene {name:?}{near}; a scene is one of {}, a file ending in .toml, or one of \
+         particles, such as .xyz, .pdb, .gro, .dump, .gsd, .ply, .csv or .npy",
         names.join(", ")
     )
 }

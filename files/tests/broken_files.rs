@@ -115,20 +115,20 @@ fn unknown_and_missing_keys() {
 
 const KEYS: &[Case<'static>] = &[
     (
-        &[("name = \"test\"", "title = \"test\"")],
-        "1:1: unknown key \"title\" in the scene; the keys are name, background, camera, settings, materials, sphere",
+        &[("name = \"test\"", "caption = \"test\"")],
+        "1:1: unknown key \"caption\" in the scene; the keys are name, background, camera, settings, materials, sphere, particles",
     ),
     (
         &[("background", "backgruond")],
-        "2:1: unknown key \"backgruond\" in the scene (did you mean \"background\"?); the keys are name, background, camera, settings, materials, sphere",
+        "2:1: unknown key \"backgruond\" in the scene (did you mean \"background\"?); the keys are name, background, camera, settings, materials, sphere, particles",
     ),
     (
         &[("[[sphere]]\ncenter", "[[spheres]]\ncenter")],
-        "18:3: unknown key \"spheres\" in the scene (did you mean \"sphere\"?); the keys are name, background, camera, settings, materials, sphere",
+        "18:3: unknown key \"spheres\" in the scene (did you mean \"sphere\"?); the keys are name, background, camera, settings, materials, sphere, particles",
     ),
     (
         &[("[materials.white]", "[material.white]")],
-        "9:2: unknown key \"material\" in the scene (did you mean \"materials\"?); the keys are name, background, camera, settings, materials, sphere",
+        "9:2: unknown key \"material\" in the scene (did you mean \"materials\"?); the keys are name, background, camera, settings, materials, sphere, particles",
     ),
     (
         &[("vertical_fov_degrees = 40", "fov = 40")],

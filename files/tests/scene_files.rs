@@ -49,6 +49,7 @@ fn plain() -> Scene {
             emission: Rgb::new(1.0, 2.0, 3.0),
         }],
         background: Rgb::ZERO,
+        imports: Vec::new(),
         settings: Settings { seed: u64::MAX, ..Settings::default() },
     }
 }

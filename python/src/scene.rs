@@ -68,17 +68,20 @@ impl Scene {
 
 /// A copy of the scene with the sphere that its background becomes.
 fn with_sky(scene: &scene::Scene) -> scene::Scene {
-    let scene::Scene { name, camera, materials, spheres, background, settings } = scene;
+    let scene::Scene { name, camera, materials, spheres, background, settings, .. } = scene;
     // With room for the sky, as memory that grows is copied once more.
     let mut all = Vec::with_capacity(spheres.len() + 1);
     all.extend_from_slice(spheres);
     let (name, materials) = (name.clone(), materials.clone());
     let (camera, background, settings) = (*camera, *background, *settings);
-    scene::Scene { name, camera, materials, spheres: all, background, settings }.with_sky()
+    scene::Scene { name, camera, materials, spheres: all, background, settings, imports: Vec::new() }
+        .with_sky()
 }
 
-/// The scene without the sphere that its background has become.
+/// The scene without the sphere that its background has become, and with spheres from files of particles as its own: they
+/// can be changed.
 fn without_sky(mut scene: scene::Scene) -> scene::Scene {
+    scene.imports.clear();
     let spheres = scene.without_sky().len();
     if spheres < scene.spheres.len() {
         scene.spheres.truncate(spheres);
@@ -98,6 +101,7 @@ impl Scene {
             materials: Vec::new(),
             spheres: Vec::new(),
             background: Rgb::ZERO,
+            imports: Vec::new(),
             settings: Settings::default(),
         };
         Self::new(scene, None)

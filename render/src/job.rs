@@ -163,9 +163,17 @@ impl Job {
     /// # Errors
     /// If `file` has no metadata, or if the scene is a different one or is needed and not given.
     pub fn like(file: &Path, scene: Option<Scene>) -> Result<Self, Error> {
+        Self::like_in(file, scene, None)
+    }
+
+    /// As [`Self::like`]; files of particles that the scene needs are also searched in `folder`.
+    ///
+    /// # Errors
+    /// As [`Self::like`], or if a file of particles is missing or has changed.
+    pub fn like_in(file: &Path, scene: Option<Scene>, folder: Option<&Path>) -> Result<Self, Error> {
         let bad = |what: &str| Err(Error::named(Field::Like, format_args!("{}: {what}", file.display())));
         let Repeated { scene: own, digest, settings, renderer, exposure, tone, transport } =
-            Repeated::read(file)?;
+            Repeated::read(file, folder)?;
         let Some(scene) = scene.or(own) else {
             return bad("its scene is too large to stand in it; name the scene too");
         };

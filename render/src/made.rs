@@ -77,8 +77,8 @@ pub(crate) struct Repeated {
 }
 
 impl Repeated {
-    /// Reads how to repeat the render that wrote the file `path`.
-    pub(crate) fn read(path: &Path) -> Result<Self, Error> {
+    /// Reads how to repeat the render that wrote the file `path`; files of particles may be in `folder`.
+    pub(crate) fn read(path: &Path, folder: Option<&Path>) -> Result<Self, Error> {
         let bad = |problem: String| Error::input(Field::Like, format!("{}: {problem}", path.display()));
         match Made::read(path)? {
             Made::Image(metadata) => {
@@ -98,7 +98,11 @@ impl Repeated {
                         "it holds the iterations {which} of a render; repeat that by its own options"
                     )));
                 }
-                let parsed = scene_file.map(|text| scene_file::parse("scene", &text)).transpose();
+                // Files of particles stand beside the image, or where the command runs.
+                let beside = path.parent().unwrap_or(Path::new(""));
+                let folders = [folder.unwrap_or(beside), beside, Path::new("")];
+                let parsed =
+                    scene_file.map(|text| scene_file::parse_in("scene", &text, &folders)).transpose();
                 let scene = parsed.map_err(|error| bad(format!("its scene cannot be used: {error}")))?;
                 settings.validate().map_err(|error| bad(error.to_string()))?;
                 Ok(Self { scene, digest: scene_digest, settings, renderer, exposure, tone, transport })

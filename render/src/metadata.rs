@@ -2,15 +2,16 @@
 //!
 //! It contains no times and no names of machines or files, so that the same render always writes the same bytes.
 
+use crate::choice::EngineChoice;
 use crate::names::{LanesName, Renderer};
 use files::image_file::Tone;
 use files::scene_file;
-use scene::{Iterations, Scene, Settings};
+use scene::{Iterations, Resumable, Scene, Settings, TRANSPORT};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
 /// Longer scene files are not stored.
-pub(crate) const MOST_SCENE: usize = 1 << 20;
+const MOST_SCENE: usize = 1 << 20;
 
 /// The JSON object that is stored in images.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -56,6 +57,31 @@ fn first() -> u32 {
 }
 
 impl Metadata {
+    /// That of the image which `engine` holds, of a `scene` with this digest ([`scene_file::digest`]) rendered by `choice`.
+    /// Exposure, tone curve, error and
+    /// which iterations they are, if not the first, are left out.
+    pub fn of(engine: &dyn Resumable, scene: &Scene, digest: &str, choice: EngineChoice) -> Self {
+        let done = engine.iterations();
+        // The number of iterations in the image, which may be fewer than requested.
+        let settings = Settings { iterations: done.max(1), ..*engine.settings() };
+        let photons = u64::from(settings.photons_per_iteration) * u64::from(done);
+        Self {
+            version: env!("CARGO_PKG_VERSION").into(),
+            transport: TRANSPORT,
+            scene: scene.name.clone(),
+            scene_digest: digest.into(),
+            settings,
+            which: None,
+            photons: if engine.has_photons() { photons } else { 0 },
+            renderer: choice.renderer(),
+            lanes: choice.lanes(),
+            exposure: None,
+            tone: None,
+            estimated_error: None,
+            scene_file: scene_file(scene, &settings),
+        }
+    }
+
     /// The text stored in images: JSON in ASCII.
     pub fn to_note(&self) -> String {
         ascii(&serde_json::to_string(self).unwrap_or_default()) // cannot fail: there are only numbers and strings
@@ -71,8 +97,8 @@ impl Metadata {
 pub(crate) fn scene_file(scene: &Scene, settings: &Settings) -> Option<String> {
     /// The text of a sphere is at least this long, so scenes with more spheres need not be written out to be measured.
     const BYTES_PER_SPHERE: usize = 64;
-    (scene.spheres.len() <= MOST_SCENE / BYTES_PER_SPHERE)
-        .then(|| scene_file::to_text(scene, settings))
+    (scene.own_spheres().len() <= MOST_SCENE / BYTES_PER_SPHERE)
+        .then(|| scene_file::to_portable_text(scene, settings))
         .filter(|text| text.len() <= MOST_SCENE)
 }
 

@@ -38,6 +38,9 @@ pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     check_scene(&job)?;
     job.choose_settings()?;
     check_settings(&job)?;
+    // Files of particles are read again to resume the render.
+    let imported = job.scene.imports.iter().map(|import| (Field::Scene, import.file.clone()));
+    job.inputs.extend(imported.collect::<Vec<_>>());
     let digest = scene_file::digest(&job.scene);
     if let Some(from) = &job.from {
         check_resumed(&job, &digest, from)?;

@@ -10,7 +10,7 @@ use crate::image::Image;
 use crate::job::{Job, Repeats};
 use crate::keeper::Keeper;
 use crate::memory;
-use crate::metadata::{self, Metadata};
+use crate::metadata::Metadata;
 use crate::noise::Noise;
 use crate::observer::{Notice, Observer};
 use crate::outcome::{End, Outcome, Unwritten};
@@ -23,7 +23,7 @@ use fast::Parts;
 use files::atomic_file::FileError;
 use files::checkpoint::{Loaded, Past};
 use files::lock::Lock;
-use scene::{Iterations, Resumable, Scene, Settings, Stop, TRANSPORT};
+use scene::{Iterations, Resumable, Scene, Stop, TRANSPORT};
 use std::mem::{replace, take};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -35,7 +35,13 @@ use std::time::{Duration, Instant};
 pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) -> Result<Outcome, Error> {
     let Ready { mut job, pool, need, digest, locks, keeper, from } = ready;
     // The engine borrows the scene. Move it out of the job, which is returned to the caller.
-    let nothing = Scene { spheres: Vec::new(), materials: Vec::new(), name: String::new(), ..job.scene };
+    let nothing = Scene {
+        spheres: Vec::new(),
+        materials: Vec::new(),
+        name: String::new(),
+        imports: Vec::new(),
+        ..job.scene
+    };
     let scene = replace(&mut job.scene, nothing);
     let (threads, mut parts) = (pool.current_num_threads(), take(&mut job.warm.parts));
     let ended = pool.install(|| {
@@ -262,24 +268,13 @@ impl Session<'_> {
     }
 
     fn metadata(&self, engine: &dyn Resumable) -> Metadata {
-        let (job, done) = (self.job, engine.iterations());
-        // The number of iterations in the image, which may be fewer than requested.
-        let settings = Settings { iterations: done.max(1), ..*engine.settings() };
-        let photons = u64::from(settings.photons_per_iteration) * u64::from(done);
+        let outputs = self.writer.outputs();
         Metadata {
-            version: env!("CARGO_PKG_VERSION").into(),
-            transport: TRANSPORT,
-            scene: self.scene.name.clone(),
-            scene_digest: self.digest.clone(),
-            settings,
             which: Some(self.done.clone()).filter(|done| !done.are_first()),
-            photons: if engine.has_photons() { photons } else { 0 },
-            renderer: job.engine.renderer(),
-            lanes: job.engine.lanes(),
-            exposure: self.writer.outputs().exposure,
-            tone: self.writer.outputs().shown_tone(),
+            exposure: outputs.exposure,
+            tone: outputs.shown_tone(),
             estimated_error: self.estimate.error,
-            scene_file: metadata::scene_file(self.scene, &settings),
+            ..Metadata::of(engine, self.scene, &self.digest, self.job.engine)
         }
     }
 

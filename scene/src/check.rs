@@ -416,6 +416,7 @@ mod tests {
                 sphere(Vec3::new(0.0, 4.0, -10.0), 1.0, Rgb::ZERO),
             ],
             background: Rgb::ZERO,
+            imports: Vec::new(),
             settings: Settings::default(),
         }
     }

@@ -329,7 +329,15 @@ mod tests {
         let spheres = balls.iter().enumerate().map(sphere).collect();
         let camera = Camera { eye: Vec3::splat(offset) * scale, ..Camera::default() };
         let settings = Settings::default();
-        Scene { name: String::new(), camera, materials, spheres, background: Rgb::ZERO, settings }
+        Scene {
+            name: String::new(),
+            camera,
+            materials,
+            spheres,
+            background: Rgb::ZERO,
+            settings,
+            imports: Vec::new(),
+        }
     }
 
     /// What [`Still::blockers`] says, asking every sphere.

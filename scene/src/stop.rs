@@ -3,17 +3,23 @@
 use crate::meter::Meter;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+/// How often a render that is held looks whether it may go on.
+const LOOK: Duration = Duration::from_millis(20);
 
 /// A request, from another thread or a signal handler, to abandon the iteration in progress. It also carries the meter
-/// on which the engine shows how far that iteration is.
+/// on which the engine shows how far that iteration is, and a hold that makes the engine wait.
 ///
-/// Clones share one flag and one meter.
+/// Clones share one flag, one meter and one hold.
 #[derive(Clone, Debug, Default)]
 pub struct Stop {
     flag: Arc<AtomicBool>,
     /// The parent: if it is requested, so is this one.
     outer: Option<Arc<Stop>>,
     meter: Meter,
+    is_held: Arc<AtomicBool>,
 }
 
 impl Stop {
@@ -23,10 +29,17 @@ impl Stop {
     }
 
     /// A new flag that also counts as set once this one is. It can stop a part of the work without stopping the whole.
-    /// The meter is shared.
+    /// The meter and the hold are shared.
     #[must_use]
     pub fn child(&self) -> Self {
-        Self { flag: Arc::default(), outer: Some(Arc::new(self.clone())), meter: self.meter.clone() }
+        let (meter, is_held) = (self.meter.clone(), Arc::clone(&self.is_held));
+        Self { flag: Arc::default(), outer: Some(Arc::new(self.clone())), meter, is_held }
+    }
+
+    /// Holds the render, or lets it go on. A held render waits, within an iteration too, and takes next to no processor
+    /// time. The image does not depend on it. A request to stop ends the wait.
+    pub fn hold(&self, is_held: bool) {
+        self.is_held.store(is_held, Ordering::Relaxed);
     }
 
     /// How far the iteration in progress is.
@@ -45,10 +58,18 @@ impl Stop {
         self.flag.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the request was made, here or at a parent.
+    /// Whether the request was made, here or at a parent. As long as the render is held, this waits for it.
     #[inline]
     pub fn is_requested(&self) -> bool {
-        self.flag.load(Ordering::Relaxed) || self.outer.as_ref().is_some_and(|outer| outer.is_requested())
+        while self.is_held.load(Ordering::Relaxed) && !self.is_made() {
+            thread::sleep(LOOK);
+        }
+        self.is_made()
+    }
+
+    /// Whether the request was made. This never waits.
+    fn is_made(&self) -> bool {
+        self.flag.load(Ordering::Relaxed) || self.outer.as_ref().is_some_and(|outer| outer.is_made())
     }
 }
 
@@ -64,5 +85,23 @@ mod tests {
         assert!(first.is_requested() && !second.is_requested() && !parent.is_requested());
         parent.clone().request();
         assert!(parent.is_requested() && second.is_requested() && second.child().is_requested());
+    }
+
+    #[test]
+    fn a_held_render_waits_until_it_is_let_go_or_stopped() {
+        for lets_go in [true, false] {
+            let stop = Stop::new();
+            stop.hold(true);
+            let child = stop.child();
+            let waits = thread::spawn(move || child.is_requested());
+            thread::sleep(4 * LOOK);
+            assert!(!waits.is_finished());
+            if lets_go {
+                stop.hold(false);
+            } else {
+                stop.request();
+            }
+            assert_eq!(waits.join().ok(), Some(!lets_go));
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::camera::Camera;
 use crate::color::Rgb;
+use crate::import::Import;
 use crate::material::Material;
 use crate::settings::Settings;
 use crate::sphere::Sphere;
@@ -24,6 +25,9 @@ pub struct Scene {
     pub background: Rgb,
     /// Settings that suit the scene; the command line may override each.
     pub settings: Settings,
+    /// Which of `spheres` come from files of particles: the last ones but for the sky, in this order. Engines do not read
+    /// this field.
+    pub imports: Vec<Import>,
 }
 
 /// The sky is larger than needed by this factor, so that nothing touches it by rounding.
@@ -48,8 +52,15 @@ impl Scene {
     ///
     /// let camera = Camera::default();
     /// let (spheres, materials) = (Vec::new(), Vec::new());
-    /// let scene =
-    ///     Scene { name: "fog".into(), camera, spheres, materials, background: Rgb::ONE, settings: Settings::default() };
+    /// let scene = Scene {
+    ///     name: "fog".into(),
+    ///     camera,
+    ///     spheres,
+    ///     materials,
+    ///     background: Rgb::ONE,
+    ///     settings: Settings::default(),
+    ///     imports: Vec::new(),
+    /// };
     /// assert_eq!(scene.with_sky().spheres.len(), 1);
     /// ```
     #[must_use]
@@ -67,6 +78,21 @@ impl Scene {
         });
         self.materials.push(Material::Diffuse { albedo: Rgb::ZERO });
         self
+    }
+
+    /// The spheres that are not from files of particles, nor the sky.
+    pub fn own_spheres(&self) -> &[Sphere] {
+        let spheres = self.without_sky();
+        let own = self.imports.first().map_or(spheres.len(), |import| import.spheres.start);
+        &spheres[..own.min(spheres.len())]
+    }
+
+    /// The materials of [`Self::own_spheres`], used or not.
+    pub fn own_materials(&self) -> &[Material] {
+        let skies = self.spheres.len() - self.without_sky().len();
+        let materials = &self.materials[..self.materials.len().saturating_sub(skies)];
+        let own = self.imports.first().map_or(materials.len(), |import| import.materials.start);
+        &materials[..own.min(materials.len())]
     }
 
     /// Centre and radius of a ball that contains the lens and every sphere while the shutter is open.
@@ -101,6 +127,7 @@ mod tests {
             spheres: Vec::new(),
             background: Rgb::ONE,
             settings: Settings::default(),
+            imports: Vec::new(),
         };
         let at = |center: Vec3, velocity: Vec3, radius: f32| Sphere {
             center,

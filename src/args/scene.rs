@@ -1,7 +1,9 @@
 //! Arguments that name a scene, and how it is found and read.
 
+use super::particles::ParticleArgs;
 use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
+use crate::terminal::text::complain;
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Arg, Args as ClapArgs, Command, ValueHint};
 use files::builtin::SCENES;
@@ -10,27 +12,37 @@ use files::scene_file::{self, LoadedScene};
 use scene::text::one_line;
 use std::ffi::{OsStr, OsString};
 use std::io::{self, IsTerminal as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What is rendered.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct SceneArg {
-    /// A built-in scene (see `sppm scenes`), a scene file ending in .toml, or - for standard input
+    /// A built-in scene (see `sppm scenes`), a scene file ending in .toml, a file of molecules or particles (.xyz, .pdb,
+    /// .cif, .gro, .dump, .gsd, .ply, .csv, .npy, .npz), or - for standard input
     #[arg(value_name = "SCENE", value_parser = SceneName, hide_possible_values = true)]
     pub name: OsString,
+
+    #[command(flatten)]
+    pub particles: ParticleArgs,
 }
 
 impl SceneArg {
-    /// Finds and reads the scene.
-    pub(crate) fn open(&self) -> Result<Opened, Error> {
-        open(&self.name, u64::MAX)
+    /// Finds and reads the scene. Particles are staged for an image of this `size`, if it is asked for.
+    pub(crate) fn open(&self, size: [Option<u32>; 2]) -> Result<Opened, Error> {
+        if self.particles.asks_for_a_page() {
+            let problem =
+                "--view: give it a direction, such as iso; the page is of render, resume and compare";
+            return Err(Error::BadInput(problem.into()));
+        }
+        open(&self.name, &self.particles, size, u64::MAX)
     }
 }
 
 /// What is rendered: a scene, or what was rendered before.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct SourceArgs {
-    /// A built-in scene (see `sppm scenes`), a scene file ending in .toml, or - for standard input
+    /// A built-in scene (see `sppm scenes`), a scene file ending in .toml, a file of molecules or particles (.xyz, .pdb,
+    /// .cif, .gro, .dump, .gsd, .ply, .csv, .npy, .npz), or - for standard input
     #[arg(value_name = "SCENE", required_unless_present = "like")]
     #[arg(value_parser = SceneName, hide_possible_values = true)]
     pub scene: Option<OsString>,
@@ -41,6 +53,9 @@ pub(crate) struct SourceArgs {
     /// A scene of more than a mebibyte is not in the file; then SCENE must be given too, and is checked to be the same.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub like: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub particles: ParticleArgs,
 }
 
 /// Accepts any name, and offers those of the built-in scenes to shell completion.
@@ -59,10 +74,23 @@ impl TypedValueParser for SceneName {
     }
 }
 
-/// Finds and reads the scene `name`, in at most about `most` bytes of memory.
-pub(crate) fn open(name: &OsStr, most: u64) -> Result<Opened, Error> {
+/// Finds and reads the scene `name`, in at most about `most` bytes of memory. A file of particles is shown as `particles`
+/// says, in an image of this `size`, if it is asked for.
+pub(crate) fn open(
+    name: &OsStr,
+    particles: &ParticleArgs,
+    size: [Option<u32>; 2],
+    most: u64,
+) -> Result<Opened, Error> {
     let told = if name == "-" { "standard input".into() } else { one_line(&name.to_string_lossy()) };
-    let _busy = Busy::with(format!("reading {told}"));
+    let busy = Busy::with(format!("reading {told}"));
+    if named::is_particles(name) {
+        let opened = particles.open(Path::new(name), size, most)?;
+        drop(busy);
+        opened.notes.iter().for_each(|note| complain(&format!("note: {told}: {note}")));
+        return Ok(opened);
+    }
+    particles.refuse(&told)?;
     if name == "-" { from_standard_input(most) } else { named::open(name, most).map_err(Error::BadInput) }
 }
 
@@ -77,7 +105,7 @@ fn from_standard_input(most: u64) -> Result<Opened, Error> {
     let loaded = scene_file::load_from("stdin", input.lock(), 0, most);
     let LoadedScene { scene, automatic, bytes } =
         loaded.map_err(|error| Error::BadInput(error.to_string()))?;
-    Ok(Opened { scene, automatic, bytes, stem: "stdin".into(), file: None })
+    Ok(Opened { scene, automatic, bytes, stem: "stdin".into(), file: None, notes: Vec::new() })
 }
 
 /// The instant given by `--time`, else the one at which the shutter opens.

@@ -1,7 +1,9 @@
 //! The command `compare`: measures how similar two images are.
 
+use super::view;
 use crate::args::files::check_distinct;
 use crate::args::values::bound;
+use crate::args::view::PageArgs;
 use crate::terminal::bar::Bar;
 use crate::terminal::error::Error;
 use crate::terminal::text::{complain, print};
@@ -42,6 +44,13 @@ pub(crate) struct CompareArgs {
     /// Write a false-colour picture of the difference
     #[arg(long, value_name = "FILE.png")]
     difference: Option<PathBuf>,
+
+    /// Then look at both images in the browser, with a slider between them, and at their difference; Ctrl-C ends it
+    #[arg(long)]
+    view: bool,
+
+    #[command(flatten)]
+    page: PageArgs,
 
     #[command(flatten)]
     thresholds: ThresholdArgs,
@@ -107,6 +116,7 @@ impl From<&ThresholdArgs> for Thresholds {
 
 /// Prints the metrics of two images; fails if a threshold is exceeded.
 pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
+    args.page.check(args.view)?;
     if let Some(path) = &args.difference {
         check_difference(args, path)?;
     }
@@ -121,9 +131,17 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
     });
     let metrics = metrics.map_err(|error| incomparable(args, &error))?;
     let text = if args.json { json(&metrics)? } else { metrics.to_string() };
-    print(text.as_bytes())?;
+    // The page's address is the first line on standard output.
+    if args.view {
+        text.lines().for_each(|line| complain(&line));
+    } else {
+        print(text.as_bytes())?;
+    }
     if let Some(path) = &args.difference {
         write_difference(args, path, &mut a, &mut b)?;
+    }
+    if args.view {
+        return view::compare(&args.a, &args.b, args.layer.as_deref(), &args.page);
     }
     if args.thresholds.max_hdr_flip.is_some() && metrics.hdr_flip.is_none() {
         let b = args.b.display();

@@ -68,7 +68,7 @@ Examples:
 
 /// Runs the command.
 pub(crate) fn run(args: &ExportArgs) -> Result<(), Error> {
-    let opened = args.scene.open()?;
+    let opened = args.scene.open([args.width, args.height])?;
     let time = still_instant(&opened, args.time)?;
     let settings = settings(&opened, args).map_err(|error| Error::BadInput(format!("--{error}")))?;
     let output = args.output.as_ref().filter(|output| output.as_os_str() != "-");

@@ -1,5 +1,6 @@
 //! The command `ladder`: times the optimisation stages of the paper (the rows of the ladder) side by side.
 
+use crate::args::particles::ParticleArgs;
 use crate::args::quick::quick;
 use crate::args::scene::{SceneName, open};
 use crate::args::settings::SettingsArgs;
@@ -214,7 +215,7 @@ fn cases(args: &LadderArgs) -> Result<Vec<Case>, Error> {
     }
     let mut all = Vec::new();
     for name in names {
-        let mut opened = open(&name, u64::MAX)?;
+        let mut opened = open(&name, &ParticleArgs::default(), [None; 2], u64::MAX)?;
         if args.quick {
             opened.scene.settings = quick(&opened.scene.settings);
         }

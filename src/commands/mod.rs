@@ -16,6 +16,7 @@ mod scenes;
 mod trace;
 mod tune;
 pub(crate) mod verify;
+mod view;
 mod watch;
 
 use crate::terminal::error::Error;
@@ -34,6 +35,7 @@ use scenes::ScenesArgs;
 use trace::TraceArgs;
 use tune::TuneArgs;
 use verify::VerifyArgs;
+use view::ViewArgs;
 
 /// Render scenes of spheres with full global illumination, caustics and all
 ///
@@ -56,6 +58,7 @@ Examples:
   sppm scenes                              what can be rendered by name
   sppm scenes cornell > mine.toml          a scene file to start from
   sppm render mine.toml
+  sppm view cornell                        render in the browser, and change the scene there
   sppm resume cornell.png.sppm             go on with a render that was interrupted
   sppm compare box.exr truth.exr --max-flip 0.05
 
@@ -68,6 +71,7 @@ pub(crate) enum Command {
     Resume(ResumeArgs),
     Merge(MergeArgs),
     Farm(FarmArgs),
+    View(ViewArgs),
     Info(InfoArgs),
     Scenes(ScenesArgs),
     Compare(CompareArgs),
@@ -88,6 +92,7 @@ impl Args {
             Command::Resume(args) => resume::run(args),
             Command::Merge(args) => merge::run(args),
             Command::Farm(args) => farm::run(args),
+            Command::View(args) => view::run(args),
             Command::Info(args) => info::run(args),
             Command::Scenes(args) => scenes::run(args),
             Command::Compare(args) => compare::run(args),

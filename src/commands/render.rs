@@ -8,12 +8,16 @@ use crate::args::outputs::{OutputArgs, default_name, default_name_of};
 use crate::args::part::PartArgs;
 use crate::args::scene::{self, SourceArgs};
 use crate::args::settings::{QualityArgs, SettingsArgs};
+use crate::args::view::WatchArgs;
 use crate::terminal::error::Error;
 use crate::terminal::logs;
 use ::render::merge::is_checkpoint;
-use ::render::{Field, Goals, Job, Outputs, Renderer, Save};
+use ::render::{Field, Goals, Job, MethodName, Outputs, Renderer, Save};
 use ::scene::Settings;
 use clap::Args as ClapArgs;
+use figure::stage::is_matte;
+use files::image_file::Tone;
+use files::named;
 use std::path::{Path, PathBuf};
 
 /// Render a scene to an image file
@@ -48,6 +52,9 @@ pub(crate) struct RenderArgs {
     pub engine: EngineArgs,
 
     #[command(flatten)]
+    pub viewers: WatchArgs,
+
+    #[command(flatten)]
     pub messages: MessageArgs,
 }
 
@@ -61,6 +68,8 @@ Examples:
   sppm render --like mirror.exr -o again.exr
   sppm render - -o exr:- < mine.toml > mine.exr
   sppm render surgery -n 4096 --radius-schedule global --part 3/64 -o part3.sppm
+  sppm render water.pdb --view iso --ground
+  sppm render melt.dump --frame last --color molecule --style 'z > 30: hide' --width 1600 --height 1200
 
 What settings do:
   More iterations remove noise and bias both. A smaller first radius means less blur and more noise.
@@ -70,7 +79,8 @@ What settings do:
 /// Runs the command.
 pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     logs::init(args.messages.log_format, args.messages.level());
-    let (mut job, image) = open(&args.source, args.engine.memory_limit)?;
+    let size = [args.settings.width, args.settings.height];
+    let (mut job, image) = open(&args.source, size, args.engine.memory_limit)?;
     job.goals = args.goals.or(Goals::default());
     let (own, automatic) = args.quality.apply(&job.scene.settings, job.automatic);
     let settings = args.settings.apply(&own)?;
@@ -79,7 +89,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     job.scene.settings = Settings { iterations, ..settings };
     job.automatic = args.settings.automatic(automatic);
     job.automatic.iterations &= !job.goals.are_open();
-    let usual = if args.source.like.is_some() { job.engine.renderer() } else { Renderer::default() };
+    let usual = usual_renderer(&args.source, &job);
     job.engine = args.engine.choose(usual)?;
     job.inputs.extend(args.engine.profile.clone().map(|path| (Field::Profile, path)));
     (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
@@ -94,7 +104,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
         job.outputs = args.outputs.or(job.outputs, image)?;
         job.save = args.checkpoints.save(job.outputs.image.as_deref());
     }
-    watch::run(job, &args.messages)
+    let has_page = args.source.particles.asks_for_a_page();
+    watch::run(job, &args.messages, (&args.viewers, has_page))
 }
 
 /// The checkpoint that a part is written to; `image` is the default name of the whole image.
@@ -120,9 +131,42 @@ fn part_file(args: &RenderArgs, image: &Path) -> Result<PathBuf, Error> {
     Err(Error::BadInput(format!("--output: {}: {problem}", path.display())))
 }
 
+/// The method and engine if no option names one: those of `--like`; path tracing for particles without caustics, as photons
+/// of the few iterations of a quick picture show as spots; else photon mapping.
+fn usual_renderer(args: &SourceArgs, job: &Job) -> Renderer {
+    if args.like.is_some() {
+        job.engine.renderer()
+    } else if particles(args).is_some() && is_matte(&job.scene.materials) {
+        MethodName::Path.into()
+    } else {
+        Renderer::default()
+    }
+}
+
+/// The file of particles that is named in place of a scene, if it is one.
+fn particles(args: &SourceArgs) -> Option<&Path> {
+    args.scene.as_deref().filter(|name| named::is_particles(name)).map(Path::new)
+}
+
 /// The job for a scene, or for repeating the render of `--like`; and the default name of its image.
-fn open(args: &SourceArgs, memory_limit: Option<u64>) -> Result<(Job, PathBuf), Error> {
-    let open = |name| scene::open(name, memory_limit.unwrap_or(u64::MAX));
+fn open(
+    args: &SourceArgs,
+    size: [Option<u32>; 2],
+    memory_limit: Option<u64>,
+) -> Result<(Job, PathBuf), Error> {
+    let most = memory_limit.unwrap_or(u64::MAX);
+    let particles = particles(args);
+    if let Some(like) = &args.like
+        && (particles.is_some() || args.scene.is_none())
+    {
+        // What is recorded says how particles are shown; a file of them is named to be found.
+        args.particles.refuse("what --like repeats")?;
+        let folder = particles.and_then(Path::parent);
+        let job = Job::like_in(like, None, folder)?;
+        let image = default_name_of(&job.scene.name);
+        return Ok((job, image));
+    }
+    let open = |name| scene::open(name, &args.particles, size, most);
     let named = args.scene.as_deref().map(open).transpose()?;
     let bytes_before = named.as_ref().map_or(0, |named| named.bytes);
     let file = named.as_ref().and_then(|named| named.file.clone()).map(|file| (Field::Scene, file));
@@ -134,6 +178,10 @@ fn open(args: &SourceArgs, memory_limit: Option<u64>) -> Result<(Job, PathBuf), 
     };
     job.inputs.splice(0..0, file);
     job.bytes_before = bytes_before;
+    if particles.is_some() {
+        // Backgrounds are to have the colour that is asked for, and lamps are such that nothing is brighter than white.
+        job.outputs.tone = Some(Tone::Clamp);
+    }
     let image = stem.unwrap_or_else(|| default_name_of(&job.scene.name));
     Ok((job, image))
 }

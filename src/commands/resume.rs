@@ -6,6 +6,7 @@ use crate::args::goals::GoalArgs;
 use crate::args::messages::MessageArgs;
 use crate::args::outputs::{OutputArgs, default_name_of};
 use crate::args::values::{every, whole};
+use crate::args::view::WatchArgs;
 use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
 use crate::terminal::logs;
@@ -46,6 +47,13 @@ pub(crate) struct ResumeArgs {
     #[command(flatten)]
     pub engine: EngineArgs,
 
+    /// Serve a page that shows the image as it converges, and print its address
+    #[arg(long, help_heading = "Viewers")]
+    pub view: bool,
+
+    #[command(flatten)]
+    pub viewers: WatchArgs,
+
     #[command(flatten)]
     pub messages: MessageArgs,
 }
@@ -71,7 +79,7 @@ pub(crate) fn run(args: &ResumeArgs) -> Result<(), Error> {
     let image = args.file.with_file_name(default_name_of(&job.scene.name));
     job.outputs = args.outputs.or(take(&mut job.outputs), image)?;
     (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
-    watch::run(job, &args.messages)
+    watch::run(job, &args.messages, (&args.viewers, args.view))
 }
 
 /// The total number of iterations asked for by this run.

@@ -67,7 +67,7 @@ Example:
 
 /// Runs the command.
 pub(crate) fn run(args: &TraceArgs) -> Result<(), Error> {
-    let opened = args.scene.open()?;
+    let opened = args.scene.open([None; 2])?;
     let time = instant(&opened, args.time)?;
     let name = match args.engine {
         Tracer::Fast => EngineName::Fast,

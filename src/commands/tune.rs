@@ -99,7 +99,7 @@ Examples:
 
 /// Runs the search and writes its results. All options are checked before the search begins.
 pub(crate) fn run(args: &TuneArgs) -> Result<(), Error> {
-    let mut opened = args.scene.open()?;
+    let mut opened = args.scene.open([None; 2])?;
     if args.quick {
         opened.scene.settings = quick(&opened.scene.settings);
     }

@@ -60,7 +60,7 @@ struct Variant<'a> {
 /// Renders with the reference and with every variant. Prints that they are identical, or fails with their first
 /// difference.
 pub(crate) fn run(args: &VerifyArgs) -> Result<(), Error> {
-    let opened = args.scene.open()?;
+    let opened = args.scene.open([args.settings.width, args.settings.height])?;
     let settings = args.settings.apply_numbers(&opened.scene.settings)?;
     let most = args.machine.threads.unwrap_or_else(|| cores().max(2));
     let mut counts = vec![1, most];

@@ -2,6 +2,7 @@
 
 use super::conclusion::conclude;
 use crate::args::messages::MessageArgs;
+use crate::args::view::WatchArgs;
 use crate::terminal::bar::{Bar, Lines, Progress};
 use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
@@ -10,7 +11,7 @@ use crate::terminal::logs;
 use crate::terminal::signals::Requests;
 use crate::terminal::told::Told;
 use files::atomic_file::reason;
-use render::{Job, Notice, Observer, Step};
+use render::{Image, Job, Notice, Observer, Step};
 use scene::settings::MAX_ITERATIONS;
 use scene::text::{counted, mebibytes, one_line};
 use scene::{Automatic, Filter, RadiusSchedule, Resumable, Settings, TRANSPORT};
@@ -19,14 +20,21 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tracing::{debug, info, warn};
+use view::Relay;
 
 /// Runs `job` to its end and reports what became of it.
-pub(crate) fn run(mut job: Job, messages: &MessageArgs) -> Result<(), Error> {
+pub(crate) fn run(
+    mut job: Job,
+    messages: &MessageArgs,
+    (viewers, has_page): (&WatchArgs, bool),
+) -> Result<(), Error> {
     let is_json = messages.progress == Progress::Json;
     if is_json && job.outputs.stream.is_some() {
         let problem = "--progress json: standard output is taken by --output; write the image to a file";
         return Err(Error::BadInput(problem.into()));
     }
+    let is_taken = is_json || job.outputs.stream.is_some();
+    let (page, relay) = viewers.start(has_page, &job.scene.name, is_taken)?.unzip();
     let requests = Requests::listen()?;
     // The command does not show intermediate images.
     (job.live, job.stop) = (false, requests.stop().clone());
@@ -40,9 +48,13 @@ pub(crate) fn run(mut job: Job, messages: &MessageArgs) -> Result<(), Error> {
         lines: is_json.then(Lines::default),
         problem: problem.clone(),
         requests: requests.clone(),
+        relay,
     };
     let outcome = job.start(watch)?.wait()?;
-    conclude(&outcome, &requests)?;
+    let concluded = conclude(&outcome, &requests);
+    // The page had the last image when it was shown; files were written since.
+    drop(page);
+    concluded?;
     // The image is written, but lines of progress were lost: fail, so that their reader does not miss it.
     match problem.lock().unwrap_or_else(PoisonError::into_inner).take() {
         Some(error) => Err(Error::Failed(format!("cannot write to standard output: {}", reason(&error)))),
@@ -66,14 +78,21 @@ struct Watch {
     lines: Option<Lines>,
     problem: Problem,
     requests: Requests,
+    /// Shows the render to a page or to another viewer.
+    relay: Option<Relay>,
 }
 
 impl Observer for Watch {
     fn follows(&self) -> bool {
-        self.lines.is_some() || self.bar.as_ref().is_some_and(|bar| !bar.is_hidden())
+        self.relay.as_ref().is_some_and(Relay::wants)
+            || self.lines.is_some()
+            || self.bar.as_ref().is_some_and(|bar| !bar.is_hidden())
     }
 
-    fn after(&mut self, step: &Step, _: &dyn Resumable) {
+    fn after(&mut self, step: &Step, engine: &dyn Resumable) {
+        if let Some(relay) = self.relay.as_mut().filter(|relay| relay.wants()) {
+            relay.after(step, engine);
+        }
         if let Some(bar) = &self.bar {
             bar.show(step);
         }
@@ -82,6 +101,16 @@ impl Observer for Watch {
             if let Some(error) = lines.problem.take() {
                 *self.problem.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
             }
+        }
+    }
+
+    fn wants_image(&mut self, is_last: bool) -> bool {
+        is_last && self.relay.is_some()
+    }
+
+    fn image(&mut self, image: Image) {
+        if let Some(relay) = &mut self.relay {
+            relay.last(image);
         }
     }
 

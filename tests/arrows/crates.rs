@@ -11,7 +11,7 @@ const PERMITTED: &[(&str, &[&str])] = &[
     // Vectors; all unsafe code.
     ("lanes", &[]),
     // File formats: scenes, images, checkpoints, exports.
-    ("files", &["scene"]),
+    ("files", &["scene", "importers", "figure"]),
     // The engines share no code besides `scene`, so that an error in a common helper cannot hide in both.
     ("reference", &["scene"]),
     ("fast", &["scene", "lanes"]),
@@ -21,8 +21,10 @@ const PERMITTED: &[(&str, &[&str])] = &[
     ("render", &["scene", "files", "reference", "fast"]),
     // Molecules and particles as scenes.
     ("importers", &["scene"]),
+    // Styles of particles, and a stage to show them on.
+    ("figure", &["scene", "importers"]),
     // Front ends.
-    ("view", &["render", "files"]),
+    ("view", &["scene", "files", "render"]),
     ("python", &["scene", "files", "render", "importers", "compare"]),
     // Line plots as SVG files.
     ("plots", &["files"]),
@@ -41,6 +43,7 @@ const PERMITTED: &[(&str, &[&str])] = &[
             "compare",
             "render",
             "importers",
+            "figure",
             "view",
             "ladder",
             "tuner",

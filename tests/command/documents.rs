@@ -3,11 +3,12 @@
 use crate::sandbox::{Ended, Sandbox};
 use std::fs;
 
-const COMMANDS: [&str; 14] = [
+const COMMANDS: [&str; 15] = [
     "render",
     "resume",
     "merge",
     "farm",
+    "view",
     "info",
     "scenes",
     "compare",

@@ -16,6 +16,7 @@ mod locks;
 mod messages;
 #[cfg(unix)]
 mod names;
+mod particles;
 mod quality;
 mod render;
 #[cfg(unix)]
@@ -30,3 +31,5 @@ mod trace;
 #[cfg(unix)]
 mod tune;
 mod verify;
+#[cfg(unix)]
+mod view;

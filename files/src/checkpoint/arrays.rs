@@ -12,7 +12,7 @@ const SPHERE_WORDS: usize = 5;
 /// Words per sphere that emits or moves: its index and a vector.
 const EXTRA_WORDS: usize = 4;
 
-/// The materials and spheres of a scene but for its sky, which follows from the background.
+/// The materials and spheres of a scene's own: its sky follows from the background, others from files of particles.
 pub(super) struct Arrays<'a> {
     materials: &'a [Material],
     spheres: &'a [Sphere],
@@ -23,9 +23,7 @@ type Part<'a> = (Name, u64, Box<dyn Fn(&mut dyn Write) -> io::Result<()> + 'a>);
 
 impl<'a> Arrays<'a> {
     pub(super) fn of(scene: &'a Scene) -> Self {
-        let spheres = scene.without_sky();
-        let skies = scene.spheres.len() - spheres.len();
-        Self { materials: &scene.materials[..scene.materials.len() - skies], spheres }
+        Self { materials: scene.own_materials(), spheres: scene.own_spheres() }
     }
 
     /// Bytes of all sections.

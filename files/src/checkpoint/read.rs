@@ -9,6 +9,7 @@ use crate::scene_file;
 use scene::settings::MAX_ITERATIONS;
 use scene::{Film, Resumable, Rgb, Scene, Settings, Sums, TRANSPORT};
 use std::io::{Read, Seek, SeekFrom};
+use std::path::Path;
 
 /// Limit on the bytes of an account or a note, far more than a valid one has.
 const MOST_TEXT: u64 = 1 << 24;
@@ -37,12 +38,12 @@ struct Head {
 }
 
 impl Head {
-    /// Reads and verifies it. `input` is then at the sums.
-    fn read(input: &mut (impl Read + Seek), length: u64) -> Result<Self, Damage> {
+    /// Reads and verifies it. `input` is then at the sums. The files of particles of its scene may be in `folder`.
+    fn read(input: &mut (impl Read + Seek), length: u64, folder: &Path) -> Result<Self, Damage> {
         input.seek(SeekFrom::Start(0))?;
         let version = read_header(input, length)?;
         let mut at = HEADER;
-        let scene = read_scene(input, version, &mut at, length)?;
+        let scene = read_scene(input, version, &mut at, length, folder)?;
         let account_text = text(input, ACCOUNT, &mut at, length, MOST_TEXT)?;
         let note = text(input, NOTE, &mut at, length, MOST_TEXT)?;
         let account = parse_account(&account_text, &scene)?;
@@ -56,7 +57,15 @@ impl Checkpoint {
     /// # Errors
     /// If the file is damaged or invalid, of another format version, or cannot be read.
     pub fn read(input: &mut (impl Read + Seek), length: u64) -> Result<Self, Damage> {
-        let Head { scene, account, note, sums_at } = Head::read(input, length)?;
+        Self::read_in(input, length, Path::new(""))
+    }
+
+    /// As [`Self::read`]; the files of particles of its scene may have been moved to `folder`.
+    ///
+    /// # Errors
+    /// As [`Self::read`], or if a file of particles is missing, has changed, or cannot be read.
+    pub fn read_in(input: &mut (impl Read + Seek), length: u64, folder: &Path) -> Result<Self, Damage> {
+        let Head { scene, account, note, sums_at } = Head::read(input, length, folder)?;
         let after = read_sums(&mut *input, (&scene.settings, &account), sums_at, length, |_, _| {})?;
         let past = match length - after {
             0 => None,
@@ -68,9 +77,9 @@ impl Checkpoint {
     /// Reads and verifies what stands before the sums, which are left to [`Self::sums`].
     ///
     /// # Errors
-    /// As [`Self::read`].
-    pub fn read_head(input: &mut (impl Read + Seek), length: u64) -> Result<Self, Damage> {
-        let Head { scene, account, note, sums_at } = Head::read(input, length)?;
+    /// As [`Self::read_in`].
+    pub fn read_head(input: &mut (impl Read + Seek), length: u64, folder: &Path) -> Result<Self, Damage> {
+        let Head { scene, account, note, sums_at } = Head::read(input, length, folder)?;
         Ok(Self { scene, account, note, past: None, sums_at })
     }
 
@@ -140,14 +149,20 @@ fn text(input: &mut impl Read, name: Name, at: &mut u64, length: u64, most: u64)
 }
 
 /// Reads the sections of the scene, the first at offset `at`, and advances `at` beyond them.
-fn read_scene(input: &mut impl Read, version: u32, at: &mut u64, length: u64) -> Result<Scene, Damage> {
+fn read_scene(
+    input: &mut impl Read,
+    version: u32,
+    at: &mut u64,
+    length: u64,
+    folder: &Path,
+) -> Result<Scene, Damage> {
     let text = text(input, SCENE, at, length, scene_file::MAX_BYTES)?;
     let unusable = |problem: String| invalid(SCENE, format!("cannot be used: {problem}"));
     if version == 1 {
         return scene_file::parse("scene", &text).map_err(|error| unusable(error.to_string()));
     }
     let (materials, spheres) = arrays::read(input, at, length)?;
-    let scene = scene_file::with_spheres("scene", &text, materials, spheres);
+    let scene = scene_file::with_spheres("scene", &text, materials, spheres, &[folder]);
     let scene = scene.map_err(|error| unusable(error.to_string()))?;
     scene.check().map_err(|flaw| unusable(flaw.to_string()))?;
     Ok(scene)

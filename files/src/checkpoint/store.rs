@@ -95,6 +95,8 @@ impl Store {
                 let fallback = Some(newest.unwrap_or_else(|| problem(&"is missing")));
                 Ok(Some(Loaded { fallback, ..loaded }))
             }
+            // A file of particles that is missing is so for both.
+            (Err(older), Some(newest)) if newest.problem == older.to_string() => Err(newest),
             (Err(older), newest) => {
                 let newest = newest.map_or_else(|| "is missing".into(), |newest| newest.problem);
                 Err(problem(&format!("{newest}; and the older generation {older}")))
@@ -124,7 +126,7 @@ fn load(path: &Path) -> Result<Option<Loaded>, Damage> {
         return Err(Damage::NoCheckpoint);
     }
     let mut file = BufReader::new(File::open(path)?);
-    let checkpoint = Checkpoint::read(&mut file, status.len())?;
+    let checkpoint = Checkpoint::read_in(&mut file, status.len(), path.parent().unwrap_or(Path::new("")))?;
     Ok(Some(Loaded { path: path.into(), checkpoint, fallback: None, file }))
 }
 

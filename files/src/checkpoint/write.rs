@@ -10,7 +10,7 @@ use std::io::{self, Write};
 /// Everything in a checkpoint that does not come from the engine.
 #[derive(Clone, Copy, Debug)]
 pub struct Contents<'a> {
-    /// The scene.
+    /// The scene, with the settings that are noted. Their number of iterations may be another than the engine's.
     pub scene: &'a Scene,
     /// The scene's digest.
     pub digest: &'a str,
@@ -50,8 +50,8 @@ pub fn length(scene: &Scene, note: &str, sums: Sums, has_past: bool) -> u64 {
 /// # Errors
 /// If writing to `out` fails.
 pub fn write(out: &mut impl Write, engine: &dyn Resumable, contents: &Contents) -> io::Result<()> {
-    let settings = engine.settings();
-    let pixels = settings.pixels() as u64;
+    let settings = &contents.scene.settings;
+    let pixels = engine.settings().pixels() as u64;
     let account = serde_json::to_vec(&Account {
         version: contents.version.into(),
         transport: TRANSPORT,

@@ -68,11 +68,17 @@ impl Parsed<'_> {
 
     /// The place of the value `key` of sphere `i`, or of the sphere if it does not have that.
     fn sphere(&self, i: usize, key: &'static str) -> Result<usize, Fault> {
+        if i >= self.spheres.len() {
+            return Ok(self.root.get("particles").map_or(0, |field| self.head.place(field.at)));
+        }
         self.spheres.nth(self.text, self.head, i, |section| Ok(place(section, key)))
     }
 
     /// The name of sphere `i` in messages.
     fn name(&self, i: usize) -> Result<String, Fault> {
+        if i >= self.spheres.len() {
+            return Ok(format!("ball {} of the particles", i - self.spheres.len() + 1));
+        }
         let mut name = String::new();
         self.spheres.nth(self.text, self.head, i, |section| {
             name = section.subject.to_string();

@@ -6,8 +6,10 @@ mod camera;
 mod checks;
 mod error;
 mod material;
+mod particles;
 mod pieces;
 mod reader;
+pub mod revise;
 mod settings;
 mod sphere;
 mod spheres;
@@ -17,13 +19,15 @@ mod write;
 pub use error::{Fault, FileError, Position};
 pub use reader::{Field, Section};
 pub(crate) use write::head_to_text;
-pub use write::{digest, to_text};
+pub use write::{digest, to_portable_text, to_text};
 
 use crate::atomic_file::reason;
 use crate::input;
+use crate::particles::BYTES_PER_PARTICLE;
 use checks::Parsed;
 use error::{escape, quote};
 use material::Named;
+use particles::Place;
 use pieces::{Head, Kind, MOST_BYTES as MOST_PIECE_BYTES, Pieces};
 use reader::Subject;
 use scene::text::mebibytes;
@@ -48,7 +52,7 @@ const BYTES_PER_MATERIAL: u64 = 192;
 /// Memory per byte of the head, which is parsed at once.
 const BYTES_PER_HEAD_BYTE: u64 = 48;
 
-const KEYS: [&str; 6] = ["name", "background", "camera", "settings", "materials", "sphere"];
+const KEYS: [&str; 7] = ["name", "background", "camera", "settings", "materials", "sphere", "particles"];
 
 /// Reads the scene in the file `path`.
 ///
@@ -118,11 +122,13 @@ pub fn load_from(name: &str, input: impl Read, length: u64, most: u64) -> Result
         let need = mebibytes(least);
         return Err(unread(format!("takes up to {need} to read, which the system refuses")));
     }
-    let (scene, automatic) = parse_with_automatic(name, &text)?;
+    let (scene, automatic) = parse_within(name, &text, &[folder(name)], most - least)?;
+    let imported = scene.spheres.len() as u64 - spheres.min(scene.spheres.len() as u64);
     let lamps = scene.spheres.iter().filter(|sphere| sphere.is_emitter()).count() as u64;
     let materials = scene.materials.len() as u64;
     let more = BYTES_PER_LAMP * lamps + BYTES_PER_MATERIAL * materials;
-    Ok(LoadedScene { scene, automatic, bytes: least + more })
+    let bytes = least + more + BYTES_PER_PARTICLE * imported;
+    Ok(LoadedScene { scene, automatic, bytes })
 }
 
 fn too_much(bytes: u64, most: u64) -> String {
@@ -197,6 +203,8 @@ fn read_bytes(input: impl Read, length: u64) -> io::Result<Vec<u8>> {
 ///
 /// # Errors
 /// The first fault, with its position and how to fix it.
+///
+/// Relative paths of files of particles start in the folder of `name`.
 pub fn parse(name: &str, text: &str) -> Result<Scene, FileError> {
     parse_with_automatic(name, text).map(|(scene, _)| scene)
 }
@@ -206,10 +214,33 @@ pub fn parse(name: &str, text: &str) -> Result<Scene, FileError> {
 /// # Errors
 /// As [`parse`].
 pub fn parse_with_automatic(name: &str, text: &str) -> Result<(Scene, Automatic), FileError> {
-    read(name, text).map_err(|fault| FileError::in_text(name, text, &fault))
+    parse_within(name, text, &[folder(name)], u64::MAX)
 }
 
-fn read(name: &str, text: &str) -> Result<(Scene, Automatic), Fault> {
+/// As [`parse`], for a text that was recorded: files of particles are searched in `folders` instead, also by their names
+/// alone.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_in(name: &str, text: &str, folders: &[&Path]) -> Result<Scene, FileError> {
+    parse_within(name, text, folders, u64::MAX).map(|(scene, _)| scene)
+}
+
+fn parse_within(
+    name: &str,
+    text: &str,
+    folders: &[&Path],
+    most: u64,
+) -> Result<(Scene, Automatic), FileError> {
+    read(name, text, Place { folders, most }).map_err(|fault| FileError::in_text(name, text, &fault))
+}
+
+/// The folder that the file `name` is in.
+fn folder(name: &str) -> &Path {
+    Path::new(name).parent().unwrap_or(Path::new(""))
+}
+
+fn read(name: &str, text: &str, place: Place<'_>) -> Result<(Scene, Automatic), Fault> {
     let (mut head, mut named, mut count) = (Head::default(), Named::default(), 0);
     for piece in Pieces::new(text) {
         match piece.kind {
@@ -228,13 +259,16 @@ fn read(name: &str, text: &str) -> Result<(Scene, Automatic), Fault> {
     let mut materials = named.sort().map_err(|name| twice(text, &name))?;
     let places = Spheres::new(count, &root).map_err(in_head)?;
     let spheres = places.read(text, &head, &mut materials)?;
-    let scene = Scene { name, camera, spheres, materials: materials.list, background, settings }.with_sky();
+    let materials = materials.list;
+    let mut scene = Scene { name, camera, spheres, materials, background, settings, imports: Vec::new() };
+    particles::read(&root, place, &mut scene).map_err(in_head)?;
+    let scene = scene.with_sky();
     Parsed { text, head: &head, root, camera: camera_section, spheres: &places }.check(&scene)?;
     Ok((scene, automatic))
 }
 
-/// The scene whose materials and spheres are given, and everything else in `text`. Nothing is checked but what `text`
-/// states by itself.
+/// The scene whose own materials and spheres are given, and everything else in `text`; files of particles are searched in
+/// `folders`. Nothing is checked but what `text` states by itself.
 ///
 /// # Errors
 /// As [`parse`].
@@ -243,13 +277,16 @@ pub(crate) fn with_spheres(
     text: &str,
     materials: Vec<Material>,
     spheres: Vec<Sphere>,
+    folders: &[&Path],
 ) -> Result<Scene, FileError> {
     let read = || {
         let document = DeTable::parse(text).map_err(|e| syntax_fault(text, &e))?;
-        let Top { camera: (_, camera), stated, background, name, .. } =
+        let Top { root, camera: (_, camera), stated, background, name } =
             Top::read(name, document.get_ref(), spheres.len())?;
         let settings = stated.settings;
-        Ok(Scene { name, camera, spheres, materials, background, settings }.with_sky())
+        let mut scene = Scene { name, camera, spheres, materials, background, settings, imports: Vec::new() };
+        particles::read(&root, Place { folders, most: u64::MAX }, &mut scene)?;
+        Ok(scene.with_sky())
     };
     read().map_err(|fault| FileError::in_text(name, text, &fault))
 }

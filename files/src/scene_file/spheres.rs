@@ -21,6 +21,8 @@ impl<'a> Spheres<'a> {
     pub(super) fn new(pieces: usize, root: &Section<'a>) -> Result<Self, Fault> {
         const EXAMPLE: &str = "[[sphere]] with center, radius and material";
         match (pieces, root.key_at("sphere")) {
+            // All of them may come from files of particles.
+            (0, None) if root.get("particles").is_some() => Ok(Self::Pieces(0)),
             (0, _) => Ok(Self::Array(array(root.require("sphere", EXAMPLE)?)?)),
             (_, None) => Ok(Self::Pieces(pieces)),
             (_, Some(at)) => Err(Fault::new(at, "head every sphere with [[sphere]]")),
@@ -80,7 +82,10 @@ impl<'a> Spheres<'a> {
                 }
                 None => Ok(0),
             },
-            Self::Array(array) => section(i, &array[i]).and_then(|s| find(&s)).map(|at| head.place(at)),
+            Self::Array(array) => match array.get(i) {
+                Some(value) => section(i, value).and_then(|s| find(&s)).map(|at| head.place(at)),
+                None => Ok(0),
+            },
         }
     }
 }

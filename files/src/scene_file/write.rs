@@ -3,35 +3,54 @@
 //! [`super::parse`] reads the text back as the same scene, bit for bit. The names of spheres and materials are lost, as
 //! a [`Scene`] does not keep them.
 
-use scene::{Camera, Filter, Material, RadiusSchedule, Rgb, Scene, Settings, Sphere, Vec3};
+use crate::particles::hexadecimal;
+use scene::{Camera, Filter, Import, Material, RadiusSchedule, Rgb, Scene, Settings, Sphere, Vec3};
 use sha2::{Digest, Sha256};
 use std::fmt::{self, Display, Write};
+use std::path::Path;
 
-/// The text of a scene file with `scene` and `settings`.
+/// The text of a scene file with `scene` and `settings`. Spheres from files of particles are named by these files, as they
+/// were opened.
 pub fn to_text(scene: &Scene, settings: &Settings) -> String {
+    to_text_with(scene, settings, |file| file)
+}
+
+/// As [`to_text`], with the names of files of particles alone, without their folders: for what is given to others.
+pub fn to_portable_text(scene: &Scene, settings: &Settings) -> String {
+    to_text_with(scene, settings, |file| file.file_name().map_or(file, Path::new))
+}
+
+fn to_text_with(scene: &Scene, settings: &Settings, file: fn(&Path) -> &Path) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
-    let _ = write_scene(&mut text, scene).and_then(|()| write_settings(&mut text, settings));
+    let _ = write_head(&mut text, scene)
+        .and_then(|()| write_materials(&mut text, scene.own_materials()))
+        .and_then(|()| scene.own_spheres().iter().try_for_each(|sphere| write_sphere(&mut text, sphere)))
+        .and_then(|()| write_imports(&mut text, &scene.imports, file))
+        .and_then(|()| write_settings(&mut text, settings));
     text
 }
 
-/// The text of a scene file with `scene` and `settings`, but without its materials and spheres. See
-/// [`super::with_spheres`].
+/// The text of a scene file with `scene` and `settings`, but without its own materials and spheres. See
+/// [`super::with_spheres`]. Files of particles are named by their absolute paths.
 pub(crate) fn head_to_text(scene: &Scene, settings: &Settings) -> String {
+    let absolute = |import: &Import| {
+        let file = std::path::absolute(&import.file).unwrap_or_else(|_| import.file.clone());
+        Import { file, ..import.clone() }
+    };
+    let imports: Vec<Import> = scene.imports.iter().map(absolute).collect();
     let mut text = String::new();
-    let _ = write_head(&mut text, scene).and_then(|()| write_settings(&mut text, settings)); // as above
+    let _ = write_head(&mut text, scene)
+        .and_then(|()| write_imports(&mut text, &imports, |file| file))
+        .and_then(|()| write_settings(&mut text, settings)); // as above
     text
 }
 
-/// Identifies a scene: the SHA-256, in hexadecimal, of its scene file without settings.
+/// Identifies a scene: the SHA-256, in hexadecimal, of its scene file without settings, with all spheres written out.
 pub fn digest(scene: &Scene) -> String {
     let mut text = Hashed(Sha256::new());
     let _ = write_scene(&mut text, scene); // hashing cannot fail either
-    let mut hexadecimal = String::new();
-    for byte in text.0.finalize() {
-        let _ = write!(hexadecimal, "{byte:02x}");
-    }
-    hexadecimal
+    hexadecimal(&text.0.finalize())
 }
 
 /// Hashes the text that is written to it, so that a large scene's text is never in memory.
@@ -49,10 +68,21 @@ fn write_scene(out: &mut impl Write, scene: &Scene) -> fmt::Result {
     write_head(out, scene)?;
     let spheres = scene.without_sky();
     let skies = scene.spheres.len() - spheres.len();
-    for (i, material) in scene.materials[..scene.materials.len() - skies].iter().enumerate() {
-        write_material(out, i, material)?;
-    }
+    write_materials(out, &scene.materials[..scene.materials.len() - skies])?;
     spheres.iter().try_for_each(|sphere| write_sphere(out, sphere))
+}
+
+fn write_materials(out: &mut impl Write, materials: &[Material]) -> fmt::Result {
+    materials.iter().enumerate().try_for_each(|(i, material)| write_material(out, i, material))
+}
+
+/// Files of particles, each named by what `file` makes of its path.
+fn write_imports(out: &mut impl Write, imports: &[Import], file: fn(&Path) -> &Path) -> fmt::Result {
+    imports.iter().try_for_each(|import| {
+        let file = toml::Value::from(file(&import.file).to_string_lossy().as_ref());
+        writeln!(out, "\n[[particles]]\nfile = {file}\ndigest = \"{}\"", import.digest)?;
+        out.write_str(&import.table)
+    })
 }
 
 fn write_head(out: &mut impl Write, scene: &Scene) -> fmt::Result {

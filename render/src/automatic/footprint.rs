@@ -56,6 +56,7 @@ mod tests {
             }],
             background: Vec3::ZERO,
             settings: Settings { width: 100, height: 80, ..Settings::default() },
+            imports: Vec::new(),
         }
     }
 

@@ -230,7 +230,7 @@ impl Part {
         let own = &mut self.checkpoint.scene;
         let (camera, settings, background) = (own.camera, own.settings, own.background);
         let (name, materials, spheres) = (String::new(), Vec::new(), Vec::new());
-        replace(own, Scene { name, camera, materials, spheres, background, settings })
+        replace(own, Scene { name, camera, materials, spheres, background, settings, imports: Vec::new() })
     }
 
     /// Adds the sums. The file is opened again, as there may be more parts than files that can be open.
@@ -255,7 +255,7 @@ fn read_head(path: &Path) -> Result<(BufReader<File>, u64, Checkpoint), String> 
     }
     let (mut file, length) =
         (BufReader::with_capacity(BUFFER, File::open(path).map_err(unread)?), status.len());
-    let read = Checkpoint::read_head(&mut file, length);
+    let read = Checkpoint::read_head(&mut file, length, path.parent().unwrap_or(Path::new("")));
     let checkpoint = read.and_then(|checkpoint| checkpoint.check_transport().map(|()| checkpoint));
     let checkpoint = checkpoint.map_err(|damage| told(&damage))?;
     if checkpoint.account.sums != Sums::Exact {

@@ -1,0 +1,237 @@
+//! Spheres of particles by recipes.
+
+use figure::color::{Map, Screen, WHITE, palette};
+use figure::{Balls, Recipe, Refusal, Rule, Selection, balls};
+use importers::{Cell, Format, Labels, Particles, Property};
+use proptest::prelude::*;
+use scene::{Material, Rgb};
+
+/// Three atoms of water and one of unknown element, with a charge; the types are those of a simulation.
+fn few() -> Particles {
+    let mut particles = Particles::new(Format::Pdb);
+    particles.positions = vec![[0.0; 3], [0.96, 0.0, 0.0], [-0.24, 0.93, 0.0], [5.0, 0.0, 0.0]];
+    particles.elements = Some(vec![8, 1, 1, 0]);
+    particles.types = Some(Labels { names: vec!["2".into(), "10".into()], index: vec![1, 0, 0, 1] });
+    particles.properties = vec![Property { name: "charge".into(), values: vec![-0.8, 0.4, 0.4, f32::NAN] }];
+    particles.available = vec!["charge".into()];
+    particles
+}
+
+fn recipe(style: &[&str]) -> Recipe {
+    Recipe { style: style.iter().map(|rule| Rule::parse(rule).unwrap()).collect(), ..Recipe::default() }
+}
+
+fn made(style: &[&str]) -> Balls {
+    balls(few(), &recipe(style)).unwrap()
+}
+
+/// Radius and colour of the ball at this x.
+fn at(balls: &Balls, x: f32) -> (f32, Rgb) {
+    let sphere = balls.spheres.iter().find(|sphere| sphere.center.x == x).unwrap();
+    (sphere.radius, balls.materials[sphere.material as usize].albedo())
+}
+
+fn matte(color: Screen) -> Rgb {
+    color.linear() * WHITE
+}
+
+#[test]
+fn atoms_are_shown_by_their_element_if_nothing_else_is_asked_for() {
+    let balls = made(&[]);
+    assert_eq!(balls.spheres.len(), 4);
+    // Bondi's radii; red and white as in Jmol.
+    assert_eq!(at(&balls, 0.0), (1.52, matte(Screen([255, 13, 13]))));
+    assert_eq!(at(&balls, 0.96).1, matte(Screen([255; 3])));
+    // Two atoms of hydrogen share a material.
+    assert_eq!(balls.materials.len(), 3);
+}
+
+#[test]
+fn later_rules_win() {
+    let balls = made(&[
+        "radius=covalent, color=#808080",
+        "element == \"H\": radius=0.5, color=red",
+        "x > 0.9 and x < 2: scale=2, material=glass",
+        "element not in (\"O\", \"H\"): hide",
+    ]);
+    assert_eq!(balls.spheres.len(), 3);
+    let red = Screen::parse("red").unwrap();
+    assert_eq!(at(&balls, 0.0), (0.66, matte(Screen([128; 3]))));
+    assert_eq!(at(&balls, -0.24), (0.5, matte(red)));
+    assert_eq!(at(&balls, 0.96), (1.0, red.linear()));
+    assert!(balls.materials.contains(&Material::Dielectric { albedo: red.linear(), ior: 1.5 }));
+    // What was hidden can be shown again.
+    let balls = made(&["hide", "element == 'O': hide=false, radius=radius"]);
+    assert_eq!(balls.spheres.len(), 1);
+}
+
+#[test]
+fn lamps_glow_in_their_colour() {
+    let balls = made(&["color=#ffffff, material=light 3"]);
+    assert!(balls.spheres.iter().all(|sphere| sphere.emission == Rgb::splat(3.0)));
+    assert_eq!(balls.materials, [Material::Diffuse { albedo: Rgb::ZERO }]);
+}
+
+#[test]
+fn columns_have_colours() {
+    let balls = made(&["color=type"]);
+    // By value, 2 comes before 10.
+    assert_eq!([0.96, 0.0].map(|x| at(&balls, x).1), [palette(0), palette(1)].map(matte));
+    let balls = made(&["color=charge, map=inferno"]);
+    let expected = [Map::Inferno.at(0.0), Map::Inferno.at(1.0), Map::MISSING].map(matte);
+    assert_eq!([0.0, 0.96, 5.0].map(|x| at(&balls, x).1), expected);
+    let balls = made(&["color=charge, range=-1..1, map=grey"]);
+    assert_eq!(at(&balls, 0.0).1, matte(Map::Grey.at(0.0999)));
+}
+
+#[test]
+fn what_does_not_suit_the_file_is_refused() {
+    let refused = |style: &[&str]| balls(few(), &recipe(style)).unwrap_err();
+    for (style, rule, key, expected) in [
+        (
+            &["color=chrge"][..],
+            0,
+            "color",
+            "there is no column `chrge` (did you mean charge?); the file has x, y, z",
+        ),
+        (&["hide", "radius=type"], 1, "radius", "`type` is a text"),
+        (&["z > 1: color=red", "chain == 'A': hide"], 1, "where", "column 1: there is no column `chain`"),
+        (&["map=viridis"], 0, "map", "this is for a color by a column of numbers"),
+        (&["color=type, map=viridis"], 0, "color", "a map and its range are for a column of numbers"),
+        (&["color=file"], 0, "color", "the file has no colours"),
+    ] {
+        let Refusal { rule: there, key: at, problem } = refused(style);
+        assert_eq!((there, at), (Some(rule), key), "{problem}");
+        assert!(problem.starts_with(expected), "{problem}");
+    }
+    let refused = |recipe: Recipe| balls(few(), &recipe).unwrap_err().to_string();
+    let cut = vec![Selection::parse("x > 100").unwrap()];
+    assert_eq!(refused(Recipe { cut, ..Recipe::default() }), "cut: no particle is left to be shown");
+    assert_eq!(refused(Recipe { wrap: true, ..Recipe::default() }), "wrap: the file has no periodic cell");
+    assert_eq!(refused(Recipe { cell: true, ..Recipe::default() }), "cell: the file has no cell");
+    assert!(refused(recipe(&["radius=1e20"])).starts_with("file: a radius is 1e20"));
+}
+
+#[test]
+fn particles_without_a_radius_are_told() {
+    let balls = made(&["radius=charge"]);
+    assert_eq!((balls.spheres.len(), balls.notes.len()), (2, 1));
+    assert!(balls.notes[0].starts_with("2 particles without a radius"), "{:?}", balls.notes);
+}
+
+#[test]
+fn glass_that_overlaps_is_told() {
+    let notes = |style: &[&str]| made(style).notes.len();
+    assert_eq!(notes(&["material=glass, radius=0.6"]), 1);
+    assert_eq!(notes(&["material=glass, radius=0.45"]), 0);
+    assert_eq!(notes(&["material=mirror, radius=0.6"]), 0);
+}
+
+#[test]
+fn cuts_keep_what_they_select() {
+    let cut = ["x < 3", "element == 'H'"].map(|text| Selection::parse(text).unwrap()).to_vec();
+    let made = balls(few(), &Recipe { cut, ..Recipe::default() }).unwrap();
+    assert_eq!(made.spheres.len(), 2);
+    // What is cut away comes back by no rule, and does not count for the range of a map.
+    let cut = vec![Selection::parse("x < 3").unwrap()];
+    let made = balls(few(), &Recipe { cut, ..recipe(&["color=x", "x > 0: hide=false"]) }).unwrap();
+    assert_eq!((made.spheres.len(), at(&made, 0.96).1), (3, matte(Map::Viridis.at(1.0))));
+}
+
+#[test]
+fn what_is_far_from_the_origin_keeps_its_digits() {
+    let mut particles = few();
+    for position in &mut particles.positions {
+        *position = position.map(|x| x + 1e9);
+    }
+    let origin = [1e9; 3];
+    let far = balls(particles, &Recipe { origin, ..Recipe::default() }).unwrap();
+    let near = made(&[]);
+    for (a, b) in far.spheres.iter().zip(&near.spheres) {
+        // The positions themselves are rounded to multiples of 2^-23.
+        assert!(a.center.distance(b.center) < 1e-6, "{} {}", a.center, b.center);
+    }
+}
+
+#[test]
+fn radii_follow_the_unit_of_the_file() {
+    for (scale, unit) in [(1.0, None), (0.1, None), (1e-10, None), (1e-10, Some("metre"))] {
+        let mut particles = few();
+        particles.format = Format::Xyz;
+        for position in &mut particles.positions {
+            *position = position.map(|x| x * scale);
+        }
+        let mut recipe = Recipe::default();
+        if let Some(unit) = unit {
+            recipe.set("unit", unit).unwrap();
+        }
+        let balls = balls(particles, &recipe).unwrap();
+        let radius = balls.spheres.iter().find(|s| s.center == scene::Vec3::ZERO).unwrap().radius;
+        let share = f64::from(radius) / scale / 1.52;
+        assert!((share - 1.0).abs() < 1e-6, "{scale}: {radius}");
+    }
+}
+
+#[test]
+fn neighbours_touch_where_nothing_is_known() {
+    let mut particles = Particles::new(Format::Npy);
+    particles.positions = (0..10).map(|i| [f64::from(i) * 3.0, 0.0, 0.0]).collect();
+    let balls = balls(particles, &Recipe::default()).unwrap();
+    assert!(balls.spheres.iter().all(|sphere| sphere.radius == 1.5));
+}
+
+#[test]
+fn particles_come_into_their_cell_and_its_edges_are_drawn() {
+    let mut particles = few();
+    let vectors = [[4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
+    particles.cell = Some(Cell { origin: [0.0; 3], vectors, periodic: [true; 3] });
+    let balls = balls(particles, &Recipe { wrap: true, cell: true, ..Recipe::default() }).unwrap();
+    let is_inside = |sphere: &scene::Sphere| (-1e-6..=4.0 + 1e-6).contains(&sphere.center.x);
+    assert!(balls.spheres.iter().all(is_inside));
+    assert!(balls.spheres.len() > 100);
+}
+
+#[test]
+fn bonds_join_atoms() {
+    let mut particles = few();
+    particles.bonds = vec![[0, 1], [0, 2]];
+    let mut recipe = Recipe::default();
+    recipe.set("bonds", "file").unwrap();
+    let balls = balls(particles, &recipe).unwrap();
+    assert!(balls.spheres.len() > 10);
+    // Half of each bond has the colour of its atom, so there are no further materials.
+    assert_eq!(balls.materials.len(), 3);
+    assert_eq!(at(&balls, 0.0).0, 0.25 * 1.52);
+}
+
+proptest! {
+    #[test]
+    fn the_order_of_the_file_is_of_no_account(
+        rows in prop::collection::vec((prop::array::uniform3(-3_i8..3), 0..4_u8, 0..5_u16, -2.0..2.0_f32), 1..40),
+        turn in 0..40_usize,
+    ) {
+        let particles = |rows: &[([i8; 3], u8, u16, f32)]| {
+            let mut particles = Particles::new(Format::Xyz);
+            particles.positions = rows.iter().map(|row| row.0.map(f64::from)).collect();
+            particles.elements = Some(rows.iter().map(|row| row.1).collect());
+            // Readers number names as they come.
+            let mut labels = Labels::default();
+            for row in rows {
+                let name = row.2.to_string();
+                let known = labels.names.iter().position(|there| *there == name);
+                labels.index.push(known.unwrap_or_else(|| { labels.names.push(name); labels.names.len() - 1 }) as u16);
+            }
+            particles.types = Some(labels);
+            particles.properties = vec![Property { name: "q".into(), values: rows.iter().map(|row| row.3).collect() }];
+            particles
+        };
+        let mut turned = rows.clone();
+        turned.rotate_left(turn % rows.len());
+        turned.reverse();
+        for style in [&[][..], &["color=type"], &["color=q, range=10%..90%, radius=touch", "type == 3: material=light"]] {
+            let mut recipe = recipe(style);
+            recipe.set("bonds", "distance").unwrap();
+            prop_assert_eq!(balls(particles(&rows), &recipe), balls(particles(&turned), &recipe));
+        }
+    }
+}

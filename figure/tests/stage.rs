@@ -1,0 +1,145 @@
+//! Stages: the camera sees every ball and no lamp.
+
+use figure::color::Screen;
+use figure::stage::{Light, Set, Stage, View, set};
+use proptest::prelude::*;
+use scene::{Rgb, Sphere, Vec3};
+
+/// The margin of a frame, and the rounding of the camera to `f32`.
+const MARGIN: f64 = 0.05;
+const TOLERANCE: f64 = 1e-4;
+
+fn sphere(center: [f32; 3], radius: f32) -> Sphere {
+    let center = Vec3::from_array(center);
+    Sphere { center, velocity: Vec3::ZERO, radius, material: 0, emission: Rgb::ZERO }
+}
+
+/// How far the outline of a ball reaches towards a side of the image: 1 if it touches it. By sampling the circle in which
+/// the cone from the eye touches the ball, other than the camera is computed.
+fn reach(set: &Set, size: [u32; 2], ball: &Sphere) -> f64 {
+    let frame = set.camera.frame(size[0], size[1]);
+    let d = (ball.center - frame.eye).as_dvec3();
+    let (distance, radius) = (d.length(), f64::from(ball.radius));
+    let sine = radius / distance;
+    let (axis, cosine) = (d / distance, (1.0 - sine * sine).sqrt());
+    let (u, v) = axis.any_orthonormal_pair();
+    let outline = (0..720).map(|i| {
+        let (s, c) = (f64::from(i) * std::f64::consts::TAU / 720.0).sin_cos();
+        let ray = axis * cosine + (u * c + v * s) * sine;
+        let ahead = ray.dot(frame.forward.as_dvec3());
+        let part = |across: Vec3, half: f32| {
+            ray.dot(across.as_dvec3()).abs() / ahead / f64::from(half * frame.pixel)
+        };
+        if ahead > 0.0 {
+            part(frame.right, frame.half[0]).max(part(frame.up, frame.half[1]))
+        } else {
+            f64::INFINITY
+        }
+    });
+    outline.fold(0.0, f64::max)
+}
+
+fn view() -> impl Strategy<Value = View> {
+    prop::sample::select(View::ALL.to_vec())
+}
+
+proptest! {
+    #[test]
+    fn every_ball_is_in_the_picture_and_no_lamp(
+        balls in prop::collection::vec((prop::array::uniform3(-10.0_f32..10.0), 0.01..5.0_f32), 1..30),
+        stretch in prop::array::uniform3(0.01_f32..1.0),
+        scale in prop::sample::select(vec![1e-10_f32, 0.1, 1.0, 1e4]),
+        (view, has_ground, size) in (view(), any::<bool>(), prop::sample::select(vec![[800, 600], [300, 900], [900, 200]])),
+        light in prop::sample::select(Light::ALL.to_vec()),
+    ) {
+        let balls: Vec<Sphere> = balls
+            .iter()
+            .map(|(p, r)| sphere([0, 1, 2].map(|i| p[i] * stretch[i] * scale), r * scale))
+            .collect();
+        let ground = has_ground && view != View::Bottom;
+        let stage = Stage { view: Some(view), ground, size, light, ..Stage::default() };
+        let set = set(&balls, &[], false, &stage).unwrap();
+        let most = balls.iter().map(|ball| reach(&set, size, ball)).fold(0.0, f64::max);
+        prop_assert!((most - (1.0 - MARGIN)).abs() < TOLERANCE, "{most}");
+        for lamp in set.spheres.iter().filter(|sphere| sphere.is_emitter()) {
+            let gap = set.camera.eye.distance(lamp.center) - lamp.radius;
+            prop_assert!(gap > 0.0);
+            // The nearest point of the lamp to the middle of the picture is outside.
+            let frame = set.camera.frame(size[0], size[1]);
+            let d = lamp.center - frame.eye;
+            let ahead = d.dot(frame.forward);
+            let out = |across: Vec3, half: f32| {
+                let tangent = half * frame.pixel;
+                (d.dot(across).abs() - tangent * ahead) / (1.0 + tangent * tangent).sqrt() > lamp.radius * 0.999
+            };
+            prop_assert!(out(frame.right, frame.half[0]) || out(frame.up, frame.half[1]));
+        }
+        if ground {
+            let below = set.spheres[0];
+            // Great numbers in `f32`: the ground is 300 times as large as the balls.
+            let touch = balls.iter().map(|ball| {
+                let d = (ball.center.as_dvec3() - below.center.as_dvec3()).length();
+                (d - f64::from(below.radius) - f64::from(ball.radius)) / f64::from(below.radius)
+            });
+            let nearest = touch.fold(f64::INFINITY, f64::min);
+            prop_assert!(nearest.abs() < 1e-6, "{nearest}");
+        }
+    }
+}
+
+#[test]
+fn the_views_are_those_of_their_names() {
+    let balls = [sphere([0.0, 0.0, 0.0], 1.0), sphere([3.0, 2.0, 1.0], 1.0)];
+    let direction = |view| {
+        let stage = Stage { view: Some(view), ..Stage::default() };
+        set(&balls, &[], false, &stage).unwrap().camera.direction
+    };
+    let expected = [Vec3::Y, Vec3::NEG_Y, Vec3::X, Vec3::NEG_X, Vec3::NEG_Z, Vec3::Z];
+    let views = [View::Front, View::Back, View::Left, View::Right, View::Top, View::Bottom];
+    assert_eq!(views.map(direction), expected);
+    assert!(direction(View::Iso).cmplt(Vec3::new(0.0, 1.0, 0.0)).all());
+    // Across the line that joins both balls.
+    assert!(direction(View::Principal).dot(Vec3::new(3.0, 2.0, 1.0)).abs() < 1e-6);
+}
+
+/// The reader of scene files makes zeros positive, so a scene with negative ones would not be read back.
+#[test]
+fn there_are_no_negative_zeros() {
+    let balls = [sphere([0.0; 3], 1.0), sphere([8.0, 0.0, 0.0], 1.0), sphere([8.0, 6.0, 0.0], 1.0)];
+    for view in View::ALL {
+        let set = set(&balls, &[], false, &Stage { view: Some(view), ..Stage::default() }).unwrap();
+        let camera = [set.camera.eye, set.camera.direction, set.camera.up];
+        let all = camera.into_iter().chain(set.spheres.iter().map(|sphere| sphere.center));
+        assert!(all.flat_map(|v| v.to_array()).all(|x| x != 0.0 || x.is_sign_positive()), "{view:?}");
+    }
+}
+
+#[test]
+fn zoom_magnifies() {
+    let balls = [sphere([0.0; 3], 1.0)];
+    let fov = |zoom| {
+        let stage = Stage { zoom, ..Stage::default() };
+        let degrees = set(&balls, &[], false, &stage).unwrap().camera.vertical_fov_degrees;
+        f64::from(degrees / 2.0).to_radians().tan()
+    };
+    assert!((fov(1.0) / fov(2.0) - 2.0).abs() < 1e-6);
+}
+
+#[test]
+fn backgrounds_are_linear_light() {
+    let balls = [sphere([0.0; 3], 1.0)];
+    let background = |stage: Stage| set(&balls, &[], false, &stage).map(|set| set.background);
+    assert_eq!(background(Stage::default()), Ok(Rgb::ONE));
+    assert_eq!(background(Stage { light: Light::Dark, ..Stage::default() }), Ok(Rgb::ZERO));
+    let grey = Screen([188; 3]);
+    assert_eq!(background(Stage { background: Some(grey), ..Stage::default() }), Ok(grey.linear()));
+    let black = Stage { light: Light::Overcast, background: Some(Screen([0; 3])), ..Stage::default() };
+    assert!(background(black).unwrap_err().contains("a black one gives none"));
+}
+
+#[test]
+fn a_ground_is_not_seen_from_below() {
+    let balls = [sphere([0.0; 3], 1.0)];
+    let stage = Stage { view: Some(View::Bottom), ground: true, ..Stage::default() };
+    assert!(set(&balls, &[], false, &stage).unwrap_err().contains("from below"));
+}

@@ -1,0 +1,232 @@
+//! Files of particles as parts of scenes: read, checked by their digests, and written as tables `[[particles]]`.
+
+use crate::atomic_file::reason;
+use crate::input;
+use figure::{Balls, Recipe, Refusal, Rule, Set, Stage, balls, stage};
+use importers::{Format, Particles};
+use scene::{Import, Scene, Sphere};
+use sha2::{Digest, Sha256};
+use std::fmt::Write as _;
+use std::io::{self, Read as _};
+use std::path::Path;
+use thiserror::Error;
+
+/// Memory per particle while its file is read and made spheres.
+pub(crate) const BYTES_PER_PARTICLE: u64 = 256;
+
+/// Why a file of particles cannot be part of a scene.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum Problem {
+    /// It cannot be read: one line with its name.
+    #[error("{0}")]
+    Read(String),
+    /// It is not the file that was meant: one line with its name.
+    #[error("{0}")]
+    Changed(String),
+    /// The recipe does not suit it.
+    #[error("{0}")]
+    Recipe(Refusal),
+    /// The stage does not suit it: what is wrong, and what would be right.
+    #[error("{0}")]
+    Stage(String),
+}
+
+/// What a file of particles holds, and the SHA-256 of its bytes.
+#[derive(Debug)]
+pub struct Source {
+    /// The particles.
+    pub particles: Particles,
+    /// In hexadecimal.
+    pub digest: String,
+}
+
+/// Reads the frame of the file `path` that `recipe` asks for, in at most `most` bytes of memory.
+///
+/// # Errors
+/// If it cannot be read: one line.
+pub fn read(path: &Path, recipe: &Recipe, most: u64) -> Result<Source, String> {
+    let digest = digest(path)?;
+    let particles = importers::read(path, &recipe.request(most)).map_err(|error| error.to_string())?;
+    Ok(Source { particles, digest })
+}
+
+/// The SHA-256 of the bytes of the file `path`.
+fn digest(path: &Path) -> Result<String, String> {
+    let name = path.display();
+    let opened = input::open(path, "a file of particles is a file");
+    let (mut file, _) = opened.map_err(|problem| format!("{name}: {problem}"))?;
+    let unread = |error: &io::Error| format!("{name}: cannot be read: {}", reason(error));
+    let mut hash = Sha256::new();
+    let mut bytes = vec![0; 1 << 20];
+    loop {
+        match file.read(&mut bytes) {
+            Ok(0) => return Ok(hexadecimal(&hash.finalize())),
+            Ok(count) => hash.update(&bytes[..count]),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(unread(&error)),
+        }
+    }
+}
+
+/// Bytes in hexadecimal.
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}"); // writing to a String cannot fail
+        text
+    })
+}
+
+/// Appends the spheres that `recipe` makes of the file `path` to `scene`, which has no sky yet.
+///
+/// # Errors
+/// If the file cannot be read, has not the SHA-256 `digest`, or the recipe does not suit it.
+pub fn append(
+    scene: &mut Scene,
+    path: &Path,
+    digest: Option<&str>,
+    recipe: &Recipe,
+    most: u64,
+) -> Result<(), Problem> {
+    let source = read(path, recipe, most).map_err(Problem::Read)?;
+    if let Some(expected) = digest
+        && !expected.eq_ignore_ascii_case(&source.digest)
+    {
+        let (name, found) = (path.display(), &source.digest);
+        return Err(Problem::Changed(format!(
+            "{name} has changed: its SHA-256 is {found}; bring back the file that was meant, or correct the digest"
+        )));
+    }
+    let made = balls(source.particles, recipe).map_err(Problem::Recipe)?;
+    attach(scene, made, path, source.digest, recipe);
+    Ok(())
+}
+
+/// A scene that shows a file of particles by itself.
+#[derive(Debug)]
+pub struct Staged {
+    /// The scene.
+    pub scene: Scene,
+    /// What the user should know: sentences without a full stop.
+    pub notes: Vec<String>,
+}
+
+/// The file `path` on a stage of its own: camera, lamps and settings follow from its particles, and the origin of the
+/// scene is their centre, whatever that of `recipe` is. The scene has the name of the file.
+///
+/// # Errors
+/// If the file cannot be read, or if recipe or stage do not suit it.
+pub fn staged(path: &Path, recipe: &Recipe, wanted: &Stage, most: u64) -> Result<Staged, Problem> {
+    let Source { particles, digest } = read(path, recipe, most).map_err(Problem::Read)?;
+    let recipe = Recipe { origin: stage::origin(&particles), ..recipe.clone() };
+    // Files of macromolecules state the cell of the crystal that they come from, which is not what they show.
+    let is_molecule = matches!(particles.format, Format::Pdb | Format::Mmcif);
+    let has_cell = particles.cell.is_some() && (recipe.cell || !is_molecule);
+    let mut made = balls(particles, &recipe).map_err(Problem::Recipe)?;
+    let notes = std::mem::take(&mut made.notes);
+    let Set { camera, spheres, materials, background, settings } =
+        stage::set(&made.spheres, &made.materials, has_cell, wanted).map_err(Problem::Stage)?;
+    let name = stem(path);
+    let mut scene = Scene { name, camera, spheres, materials, background, settings, imports: Vec::new() };
+    attach(&mut scene, made, path, digest, &recipe);
+    let scene = scene.with_sky();
+    let unusable = |problem: &dyn std::fmt::Display| Problem::Read(format!("{}: {problem}", path.display()));
+    scene.settings.validate().map_err(|error| unusable(&error))?;
+    scene.check().map_err(|flaw| unusable(&flaw))?;
+    Ok(Staged { scene, notes })
+}
+
+/// The name of the file without folders and extensions: of `a/water.xyz.gz` it is `water`.
+pub fn stem(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let name = name.strip_suffix(".gz").unwrap_or(&name);
+    let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy();
+    stem.chars().filter(|c| !c.is_control()).collect()
+}
+
+/// Appends `balls`, which `recipe` has made of the file `path` with this digest, to `scene`, which has no sky yet.
+pub fn attach(scene: &mut Scene, balls: Balls, path: &Path, digest: String, recipe: &Recipe) {
+    let (spheres, materials) = (scene.spheres.len(), scene.materials.len());
+    let moved = |sphere: Sphere| Sphere { material: sphere.material + materials as u32, ..sphere };
+    if scene.spheres.is_empty() {
+        scene.spheres = balls.spheres;
+        scene.spheres.iter_mut().for_each(|sphere| *sphere = moved(*sphere));
+    } else {
+        scene.spheres.reserve(balls.spheres.len() + 1);
+        scene.spheres.extend(balls.spheres.into_iter().map(moved));
+    }
+    scene.materials.extend(balls.materials);
+    scene.imports.push(Import {
+        file: path.into(),
+        digest,
+        table: table(recipe),
+        spheres: spheres..scene.spheres.len(),
+        materials: materials..scene.materials.len(),
+    });
+}
+
+/// The table `[[particles]]` of a scene file with this recipe, without its header, file and digest.
+fn table(recipe: &Recipe) -> String {
+    let mut text = String::new();
+    let entries = |text: &mut String, entries: Vec<(&'static str, String)>| {
+        for (key, value) in entries {
+            let _ = writeln!(text, "{key} = {}", value_of(key, &value)); // writing to a String cannot fail
+        }
+    };
+    entries(&mut text, recipe.entries());
+    if recipe.origin != [0.0; 3] {
+        let [x, y, z] = recipe.origin;
+        let _ = writeln!(text, "origin = [{x:?}, {y:?}, {z:?}]");
+    }
+    if !recipe.cut.is_empty() {
+        let cuts = recipe.cut.iter().map(|cut| toml::Value::from(cut.text())).collect();
+        let _ = writeln!(text, "cut = {}", toml::Value::Array(cuts));
+    }
+    for rule in recipe.style.iter().map(Rule::entries) {
+        text.push_str("\n[[particles.style]]\n");
+        entries(&mut text, rule);
+    }
+    text
+}
+
+/// A value in TOML: numbers, true and false as such, where a key has them.
+fn value_of(key: &str, text: &str) -> String {
+    let is_bare = match key {
+        "wrap" | "cell" | "hide" => true,
+        "frame" | "radius" | "scale" => text.parse::<f64>().is_ok_and(f64::is_finite),
+        _ => false,
+    };
+    if is_bare { text.into() } else { toml::Value::from(text).to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_digest_is_that_of_sha256sum() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("abc.xyz");
+        std::fs::write(&path, "abc").unwrap();
+        // The first example of FIPS 180-2.
+        let expected = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(digest(&path).as_deref(), Ok(expected));
+        assert!(digest(folder.path()).unwrap_err().contains("this is a directory"));
+    }
+
+    #[test]
+    fn recipes_are_written_as_toml() {
+        let mut recipe = Recipe::default();
+        assert_eq!(table(&recipe), "");
+        for (key, text) in [("frame", "7"), ("unit", "metre"), ("cell", "true")] {
+            recipe.set(key, text).unwrap();
+        }
+        recipe.origin = [1e6, 0.1, -1e-10];
+        recipe.cut = vec![figure::Selection::parse("element == \"O\"").unwrap()];
+        recipe.style =
+            vec![Rule::parse("radius=1e-10, color=red").unwrap(), Rule::parse("z > 3: hide").unwrap()];
+        let expected = "frame = 7\nunit = \"metre\"\ncell = true\norigin = [1000000.0, 0.1, -1e-10]\n\
+            cut = ['element == \"O\"']\n\n[[particles.style]]\nradius = 1e-10\ncolor = \"#d62728\"\n\n\
+            [[particles.style]]\nwhere = \"z > 3\"\nhide = true\n";
+        assert_eq!(table(&recipe), expected);
+    }
+}

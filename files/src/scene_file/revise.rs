@@ -1,0 +1,295 @@
+//! Changes the text of a scene file so that it states another camera, other settings or other spheres, and keeps the rest:
+//! comments, order, names and spelling.
+
+use super::parse_with_automatic;
+use scene::{Automatic, Camera, Filter, Material, Scene, Settings, Sphere, Vec3};
+use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
+
+/// Longer texts are not revised: each value of theirs would take hundreds of bytes of memory.
+const MAX_BYTES: usize = 1 << 24;
+
+/// The scene file `text`, changed where it must be to state `scene` with its settings; everything else stays as it is.
+///
+/// `None` if that cannot be done: if the text is no scene file, or of other spheres, or longer than 16 MiB. Then
+/// [`super::to_text`] states the scene.
+pub fn revise(text: &str, scene: &Scene) -> Option<String> {
+    if text.len() > MAX_BYTES {
+        return None;
+    }
+    let (before, open) = parse_with_automatic("scene.toml", text).ok()?;
+    let mut document: DocumentMut = text.parse().ok()?;
+    if before.camera != scene.camera {
+        revise_camera(document.get_mut("camera")?.as_table_like_mut()?, &before.camera, &scene.camera);
+    }
+    if before.settings != scene.settings || open.any() {
+        let settings = document.entry("settings").or_insert(Item::Table(Table::new()));
+        revise_settings(settings.as_table_like_mut()?, (&before.settings, open), &scene.settings)?;
+    }
+    let material = |scene: &Scene, sphere: &Sphere| scene.materials.get(sphere.material as usize).copied();
+    let pairs = before.without_sky().iter().zip(scene.without_sky()).enumerate();
+    for (i, (old, new)) in pairs {
+        let materials = [material(&before, old)?, material(scene, new)?];
+        let place = |sphere: &Sphere| (sphere.center, sphere.radius, sphere.emission, sphere.velocity);
+        if place(old) != place(new) || materials[0] != materials[1] {
+            let sphere = document.get_mut("sphere")?.as_array_of_tables_mut()?.get_mut(i)?;
+            revise_sphere(sphere, [old, new], materials);
+        }
+    }
+    let revised = document.to_string();
+    let (after, still_open) = parse_with_automatic("scene.toml", &revised).ok()?;
+    (is_same(&after, scene) && !still_open.any()).then_some(revised)
+}
+
+/// The names of the spheres in a scene file, in its order; empty if it cannot be read, or is too long to be revised.
+pub fn sphere_names(text: &str) -> Vec<Option<String>> {
+    if text.len() > MAX_BYTES {
+        return Vec::new();
+    }
+    let Ok(document) = text.parse::<DocumentMut>() else { return Vec::new() };
+    let spheres = document.get("sphere").and_then(Item::as_array_of_tables);
+    let name = |sphere: &Table| sphere.get("name").and_then(Item::as_str).map(str::to_owned);
+    spheres.into_iter().flatten().map(name).collect()
+}
+
+/// Whether two scenes render alike: all but their names and the order of their materials.
+fn is_same(a: &Scene, b: &Scene) -> bool {
+    let spheres = |scene: &Scene| -> Vec<(Sphere, Option<Material>)> {
+        let material = |sphere: &Sphere| scene.materials.get(sphere.material as usize).copied();
+        scene.spheres.iter().map(|sphere| (Sphere { material: 0, ..*sphere }, material(sphere))).collect()
+    };
+    let rest = |scene: &Scene| (scene.camera, scene.background, scene.settings);
+    rest(a) == rest(b) && spheres(a) == spheres(b)
+}
+
+fn revise_camera(table: &mut dyn TableLike, old: &Camera, new: &Camera) {
+    if old.eye != new.eye {
+        set(table, "eye", vector(new.eye));
+    }
+    // A target is where the direction leads from the eye, and it is in focus.
+    let has_target = table.contains_key("target");
+    if old.direction != new.direction || (has_target && old.eye != new.eye) {
+        if has_target {
+            replace_target(table, new.direction);
+            set(table, "focus_distance", number(new.focus_distance));
+        } else {
+            set(table, "direction", vector(new.direction));
+        }
+    }
+    if old.up != new.up {
+        set(table, "up", vector(new.up));
+    }
+    let numbers = [
+        ("vertical_fov_degrees", old.vertical_fov_degrees, new.vertical_fov_degrees),
+        ("aperture_radius", old.aperture_radius, new.aperture_radius),
+        ("focus_distance", old.focus_distance, new.focus_distance),
+    ];
+    for (key, old, new) in numbers {
+        if old != new {
+            set(table, key, number(new));
+        }
+    }
+    if new.aperture_radius > 0.0 && !table.contains_key("focus_distance") {
+        set(table, "focus_distance", number(new.focus_distance));
+    }
+    if old.shutter != new.shutter {
+        set(table, "shutter", new.shutter.iter().map(|time| number(*time)).collect::<Array>().into());
+    }
+}
+
+/// Puts a direction in place of the target.
+fn replace_target(table: &mut dyn TableLike, direction: Vec3) {
+    table.remove("target");
+    set(table, "direction", vector(direction));
+}
+
+/// States what differs, and what was left to be chosen.
+fn revise_settings(
+    table: &mut dyn TableLike,
+    (old, open): (&Settings, Automatic),
+    new: &Settings,
+) -> Option<()> {
+    let whole = [
+        ("width", old.width, new.width, false),
+        ("height", old.height, new.height, false),
+        ("iterations", old.iterations, new.iterations, open.iterations),
+        (
+            "photons_per_iteration",
+            old.photons_per_iteration,
+            new.photons_per_iteration,
+            open.photons_per_iteration,
+        ),
+        ("max_depth", old.max_depth, new.max_depth, open.max_depth),
+    ];
+    for (key, old, new, is_open) in whole {
+        if old != new || is_open {
+            set(table, key, i64::from(new).into());
+        }
+    }
+    if old.initial_radius != new.initial_radius || open.initial_radius {
+        set(table, "initial_radius", number(new.initial_radius));
+    }
+    if old.seed != new.seed {
+        set(table, "seed", i64::try_from(new.seed).ok()?.into());
+    }
+    if old.filter != new.filter {
+        set(table, "filter", Filter::name(new.filter).into());
+    }
+    Some(())
+}
+
+fn revise_sphere(table: &mut Table, [old, new]: [&Sphere; 2], [before, after]: [Material; 2]) {
+    for (key, old, new) in [
+        ("center", old.center, new.center),
+        ("emission", old.emission, new.emission),
+        ("velocity", old.velocity, new.velocity),
+    ] {
+        if old != new {
+            set(table, key, vector(new));
+        }
+    }
+    if old.radius != new.radius {
+        set(table, "radius", number(new.radius));
+    }
+    if before != after {
+        set(table, "material", material(&after));
+    }
+}
+
+/// Sets a value; what stands around it, such as a comment behind it, stays.
+fn set(table: &mut dyn TableLike, key: &str, mut value: Value) {
+    match table.get_mut(key).and_then(Item::as_value_mut) {
+        Some(there) => {
+            *value.decor_mut() = there.decor().clone();
+            *there = value;
+        }
+        None => {
+            table.insert(key, Item::Value(value));
+        }
+    }
+}
+
+fn material(material: &Material) -> Value {
+    let mut table = InlineTable::new();
+    let kind = match material {
+        Material::Diffuse { .. } => "diffuse",
+        Material::Specular { .. } => "specular",
+        Material::Dielectric { .. } => "dielectric",
+    };
+    table.insert("type", kind.into());
+    table.insert("albedo", vector(material.albedo()));
+    if let Material::Dielectric { ior, .. } = material {
+        table.insert("ior", number(*ior));
+    }
+    table.into()
+}
+
+fn vector(vector: Vec3) -> Value {
+    vector.to_array().iter().map(|v| number(*v)).collect::<Array>().into()
+}
+
+/// A number such that it reads back as the same `f32`: with as few digits as that takes, and without a point if it is
+/// whole.
+fn number(value: f32) -> Value {
+    /// Whole numbers up to here are written without a point.
+    const PLAIN: f32 = 1e6;
+    if value.fract() == 0.0 && value.abs() <= PLAIN && !(value == 0.0 && value.is_sign_negative()) {
+        return (value as i64).into();
+    }
+    let short = value.to_string().parse::<f64>().ok();
+    short.filter(|short| *short as f32 == value).unwrap_or(f64::from(value)).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::builtin::SCENES;
+    use crate::scene_file::parse;
+    use scene::Rgb;
+
+    #[test]
+    fn a_scene_that_is_not_changed_keeps_its_text() {
+        let stated: Vec<_> = SCENES.iter().filter(|builtin| !builtin.open().1.any()).collect();
+        assert!(stated.len() > 2);
+        for builtin in stated {
+            assert_eq!(revise(builtin.text, &builtin.scene()).as_deref(), Some(builtin.text));
+        }
+    }
+
+    /// So that whoever renders the text renders the same.
+    #[test]
+    fn what_was_left_to_be_chosen_is_stated() {
+        for builtin in SCENES {
+            let revised = revise(builtin.text, &builtin.scene()).unwrap();
+            let (scene, open) = parse_with_automatic("again.toml", &revised).unwrap();
+            assert!(!open.any() && scene.settings == builtin.scene().settings, "{}: {revised}", builtin.name);
+        }
+    }
+
+    /// Every line but those changed stays, comments behind changed values too.
+    #[test]
+    fn only_what_is_changed_is_written() {
+        let text = crate::builtin::find("cornell").unwrap().text;
+        let mut scene = crate::builtin::scene("cornell").unwrap();
+        scene.camera.direction = Vec3::new(0.1, -0.25, -1.0);
+        scene.settings.iterations = 42;
+        scene.spheres[6].center.x = 60.5;
+        let red = Material::Dielectric { albedo: Rgb::new(1.0, 0.1, 0.1), ior: 1.5 };
+        scene.spheres[6].material = scene.materials.len() as u32;
+        scene.materials.push(red);
+        scene.spheres[7].emission = Rgb::new(30.0, 10.0, 10.0);
+        let revised = revise(text, &scene).unwrap();
+        let mut changed = text.lines().zip(revised.lines()).filter(|(old, new)| old != new);
+        let mut next = || changed.next().unwrap().1;
+        assert_eq!(text.lines().count(), revised.lines().count());
+        assert_eq!(
+            next(),
+            "direction = [0.1, -0.25, -1] # of any length; target = [x, y, z] would do as well"
+        );
+        assert_eq!(next(), "iterations = 42");
+        assert_eq!(next(), "photons_per_iteration = 200000");
+        assert_eq!(next(), "max_depth = 5");
+        assert_eq!(next(), "initial_radius = 2 # in scene units");
+        assert_eq!(next(), "center = [60.5, 16.5, 78]");
+        assert_eq!(next(), "material = { type = \"dielectric\", albedo = [1, 0.1, 0.1], ior = 1.5 }");
+        assert_eq!(next(), "emission = [30, 10, 10]");
+        assert!(changed.next().is_none());
+    }
+
+    /// Cameras with a target and a lens, skies, and scenes without settings among them.
+    #[test]
+    fn what_is_written_is_the_scene_that_was_meant() {
+        for builtin in SCENES {
+            let mut scene = builtin.scene();
+            let sky = scene.background;
+            scene.spheres.truncate(scene.without_sky().len());
+            scene.materials.truncate(scene.materials.len() - usize::from(sky != Rgb::ZERO));
+            scene.camera.eye += Vec3::new(0.125, 0.1, -0.3);
+            scene.camera.vertical_fov_degrees *= 0.9;
+            scene.settings =
+                Settings { seed: 7, initial_radius: 0.1, filter: Filter::Mitchell, ..scene.settings };
+            let last = scene.spheres.len() - 1;
+            scene.spheres[last].radius *= 0.99;
+            scene.spheres[last].material = scene.materials.len() as u32;
+            scene.materials.push(Material::Specular { albedo: Rgb::splat(1.0 / 3.0) });
+            let scene = scene.with_sky();
+            let revised = revise(builtin.text, &scene).unwrap_or_else(|| panic!("{}", builtin.name));
+            assert!(is_same(&parse("again.toml", &revised).unwrap(), &scene), "{}", builtin.name);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_revised_is_not() {
+        let scene = crate::builtin::scene("cornell").unwrap();
+        let other = crate::builtin::find("mirror").unwrap().text;
+        assert_eq!(revise("no scene", &scene), None);
+        assert_eq!(revise(other, &scene), None);
+    }
+
+    #[test]
+    fn names_are_in_the_order_of_the_file() {
+        let names = sphere_names(crate::builtin::find("cornell").unwrap().text);
+        assert_eq!(names.len(), 9);
+        assert_eq!(names[6].as_deref(), Some("glass ball"));
+        assert!(sphere_names("sphere = 1").is_empty() && sphere_names("{").is_empty());
+    }
+}

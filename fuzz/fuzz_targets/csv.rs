@@ -1,0 +1,8 @@
+//! Fuzzes the reader of tables of particles.
+
+#![no_main]
+
+use importers::Format;
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| sppm_fuzz::read_particles(Format::Csv, bytes));

@@ -1,0 +1,134 @@
+//! Alternative locations: of atoms that a structure has in several places, one place each is read.
+//!
+//! In each residue that location is taken whose atoms have the highest mean occupancy; among equals the lowest mean B
+//! factor; among equals the first by alphabet, as `ChimeraX` does. An atom that the location lacks keeps the best one it
+//! has, unless another kind of residue stands there.
+
+use std::cmp::Ordering;
+use std::collections::HashMap;
+
+/// An atom with a mark of its location.
+#[derive(Clone, Debug)]
+pub(crate) struct Alternative {
+    /// The atom's row.
+    pub(crate) row: usize,
+    pub(crate) residue: Residue,
+    /// Indices of the labels.
+    pub(crate) residue_name: u16,
+    pub(crate) name: u16,
+    pub(crate) mark: Box<[u8]>,
+    pub(crate) occupancy: f32,
+    pub(crate) b_factor: f32,
+}
+
+/// What residues are told apart by.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Residue {
+    pub(crate) chain: u16,
+    pub(crate) number: i32,
+    pub(crate) insertion: Box<[u8]>,
+}
+
+/// Means of the atoms of a residue at a location.
+#[derive(Clone, Copy, Default)]
+struct Mean {
+    count: f64,
+    occupancy: f64,
+    b_factor: f64,
+}
+
+/// Which of `rows` rows stay; `None` if all do.
+pub(crate) fn kept(mut alternatives: Vec<Alternative>, rows: usize) -> Option<Vec<bool>> {
+    if alternatives.is_empty() {
+        return None;
+    }
+    let mut keep = vec![true; rows];
+    alternatives.sort_by(|a, b| a.residue.cmp(&b.residue));
+    for residue in alternatives.chunk_by(|a, b| a.residue == b.residue) {
+        choose(residue, &mut keep);
+    }
+    Some(keep)
+}
+
+/// Strikes out the atoms of a residue that are not at the best location.
+fn choose(residue: &[Alternative], keep: &mut [bool]) {
+    let mut means: HashMap<&[u8], Mean> = HashMap::new();
+    for atom in residue {
+        let mean = means.entry(&atom.mark).or_default();
+        mean.count += 1.0;
+        mean.occupancy += f64::from(atom.occupancy);
+        mean.b_factor += f64::from(atom.b_factor);
+    }
+    let rank = |a: &Alternative, b: &Alternative| better(&a.mark, &b.mark, &means);
+    let Some(best) = residue.iter().min_by(|a, b| rank(a, b)) else { return };
+    // The best place of each name.
+    let mut chosen: HashMap<u16, &Alternative> = HashMap::new();
+    for atom in residue.iter().filter(|atom| atom.mark == best.mark || atom.residue_name == best.residue_name)
+    {
+        let held = chosen.entry(atom.name).or_insert(atom);
+        if rank(atom, held) == Ordering::Less {
+            *held = atom;
+        }
+    }
+    for atom in residue {
+        keep[atom.row] = chosen.get(&atom.name).is_some_and(|chosen| chosen.row == atom.row);
+    }
+}
+
+fn better(a: &[u8], b: &[u8], means: &HashMap<&[u8], Mean>) -> Ordering {
+    let (of_a, of_b) = (means[a], means[b]);
+    let occupancy = |mean: Mean| mean.occupancy / mean.count;
+    let b_factor = |mean: Mean| mean.b_factor / mean.count;
+    occupancy(of_b)
+        .total_cmp(&occupancy(of_a))
+        .then(b_factor(of_a).total_cmp(&b_factor(of_b)))
+        .then_with(|| a.cmp(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn atom(row: usize, name: u16, mark: u8, occupancy: f32, b_factor: f32) -> Alternative {
+        let residue = Residue { chain: 0, number: 7, insertion: [].into() };
+        Alternative { row, residue, residue_name: 0, name, mark: [mark].into(), occupancy, b_factor }
+    }
+
+    #[test]
+    fn the_highest_mean_occupancy_wins_then_the_lowest_b_then_the_alphabet() {
+        let keep = |atoms: Vec<Alternative>| {
+            let rows = atoms.len() + 1;
+            let keep = kept(atoms, rows).unwrap();
+            (0..rows).filter(|&row| keep[row]).collect::<Vec<_>>()
+        };
+        // Atom 4 has no alternatives. One atom of A has a higher occupancy than B's, but not their mean.
+        let atoms = vec![
+            atom(0, 1, b'A', 0.8, 1.0),
+            atom(1, 1, b'B', 0.6, 1.0),
+            atom(2, 2, b'A', 0.2, 1.0),
+            atom(3, 2, b'B', 0.6, 1.0),
+        ];
+        assert_eq!(keep(atoms), [1, 3, 4]);
+        assert_eq!(keep(vec![atom(0, 1, b'A', 0.5, 9.0), atom(1, 1, b'B', 0.5, 8.0)]), [1, 2]);
+        assert_eq!(keep(vec![atom(0, 1, b'B', 0.5, 9.0), atom(1, 1, b'A', 0.5, 9.0)]), [1, 2]);
+        // An atom that B lacks stays, unless B is another kind of residue.
+        let mut atoms =
+            vec![atom(0, 1, b'A', 0.4, 1.0), atom(1, 1, b'B', 0.6, 1.0), atom(2, 3, b'A', 0.4, 1.0)];
+        assert_eq!(keep(atoms.clone()), [1, 2, 3]);
+        (atoms[0].residue_name, atoms[2].residue_name) = (5, 5);
+        assert_eq!(keep(atoms), [1, 3]);
+    }
+
+    #[test]
+    fn residues_are_chosen_apart_wherever_their_atoms_stand() {
+        let mut atoms = vec![
+            atom(0, 1, b'A', 0.9, 1.0),
+            atom(1, 1, b'A', 0.1, 1.0),
+            atom(2, 1, b'B', 0.1, 1.0),
+            atom(3, 1, b'B', 0.9, 1.0),
+        ];
+        (atoms[1].residue.number, atoms[3].residue.number) = (8, 8);
+        assert_eq!(kept(atoms, 4).unwrap(), [true, false, false, true]);
+        assert_eq!(kept(Vec::new(), 4), None);
+    }
+}

@@ -1,0 +1,76 @@
+//! What named columns are, for formats that leave their names to whoever writes them: CSV, PLY, `NumPy`.
+
+use crate::table::{Kind, Role};
+
+/// The role of the column `name` among columns of these names; all in lower case. `None` for a mere number.
+pub(crate) fn role(name: &str, all: &[String]) -> Option<Role> {
+    let has = |other: &str| all.iter().any(|name| name == other);
+    let is_rgb = ["r", "g", "b"].into_iter().all(has);
+    Some(match name {
+        "x" | "px" | "pos_x" | "position_x" | "positions_x" | "center_x" | "centre_x" | "points:0"
+        | "coordinates:0" => Role::Axis(0),
+        "y" | "py" | "pos_y" | "position_y" | "positions_y" | "center_y" | "centre_y" | "points:1"
+        | "coordinates:1" => Role::Axis(1),
+        "z" | "pz" | "pos_z" | "position_z" | "positions_z" | "center_z" | "centre_z" | "points:2"
+        | "coordinates:2" => Role::Axis(2),
+        "r" if is_rgb => Role::Color(0),
+        "g" if is_rgb => Role::Color(1),
+        "b" if is_rgb => Role::Color(2),
+        "red" | "color_r" | "diffuse_red" => Role::Color(0),
+        "green" | "color_g" | "diffuse_green" => Role::Color(1),
+        "blue" | "color_b" | "diffuse_blue" => Role::Color(2),
+        "r" | "radius" | "radii" => Role::Radius,
+        "diameter" | "diameters" if !has("radius") && (!has("r") || is_rgb) => Role::Diameter,
+        "type" | "types" | "kind" => Role::Label(Kind::Type),
+        "element" | "elements" | "species" | "symbol" | "symbols" | "atomic_number" | "atomic_numbers"
+        | "numbers" => Role::Label(Kind::Element),
+        "name" | "names" | "atom_name" => Role::Label(Kind::Name),
+        "residue" | "residues" | "resname" => Role::Label(Kind::Residue),
+        "chain" | "chains" => Role::Label(Kind::Chain),
+        "id" | "ids" => Role::Id,
+        "mol" | "molecule" | "molecules" | "molecule_id" => Role::Molecule,
+        _ => return None,
+    })
+}
+
+/// The role of the first of a column's components, if `name` has as many as such a role needs: `pos` has three.
+pub(crate) fn role_of_vector(name: &str, components: usize) -> Option<Role> {
+    match (name, components) {
+        (
+            "pos" | "position" | "positions" | "xyz" | "points" | "center" | "centers" | "centre" | "centres"
+            | "coordinates" | "coords",
+            3,
+        ) => Some(Role::Axis(0)),
+        ("color" | "colors" | "colour" | "colours" | "rgb", 3) | ("rgba" | "color" | "colors", 4) => {
+            Some(Role::Color(0))
+        }
+        _ => None,
+    }
+}
+
+/// The message for columns without coordinates.
+pub(crate) fn no_axes(names: &[String]) -> String {
+    let shown: Vec<&str> = names.iter().take(12).map(String::as_str).collect();
+    let more = if names.len() > shown.len() { ", ..." } else { "" };
+    format!("has no columns x, y and z; its columns are {}{more}", shown.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn r_is_a_radius_unless_it_is_red() {
+        let of = |names: &str| {
+            let names: Vec<String> = names.split(' ').map(str::to_owned).collect();
+            names.iter().map(|name| role(name, &names)).collect::<Vec<_>>()
+        };
+        assert_eq!(of("x r q"), [Some(Role::Axis(0)), Some(Role::Radius), None]);
+        assert_eq!(
+            of("r g b radius")[..],
+            [Role::Color(0), Role::Color(1), Role::Color(2), Role::Radius].map(Some)
+        );
+        assert_eq!(of("radius diameter"), [Some(Role::Radius), None], "one of the two is enough");
+        assert_eq!(of("diameter"), [Some(Role::Diameter)]);
+    }
+}

@@ -1,0 +1,551 @@
+//! What is read of each format, frame by frame, and what is said of faults.
+
+mod specimens;
+
+use importers::{Format, Frame, Particles, Properties, Request, Trajectory, Unit, frames, read, read_from};
+use specimens::{COUNT, gsd_of, gzip, npy, place, specimens, zip};
+use std::fmt::Write as _;
+use std::io::Cursor;
+use std::path::PathBuf;
+
+/// Of `f32` numbers of size 100.
+const SINGLE: f64 = 1e-5;
+
+fn all(frame: Frame) -> Request {
+    Request { frame, properties: Properties::All, ..Request::default() }
+}
+
+fn parse(format: Format, bytes: impl AsRef<[u8]>) -> Particles {
+    read_from("a", Cursor::new(bytes.as_ref()), format, &all(Frame::Number(0))).unwrap()
+}
+
+/// The message for a fault, after the name.
+fn fault(format: Format, bytes: impl AsRef<[u8]>) -> String {
+    let error = read_from("a", Cursor::new(bytes.as_ref()), format, &all(Frame::Number(0))).unwrap_err();
+    error.to_string().strip_prefix('a').unwrap().to_owned()
+}
+
+fn labels(labels: Option<&importers::Labels>) -> Vec<&str> {
+    let labels = labels.unwrap();
+    (0..labels.index.len()).map(|row| labels.name(row)).collect()
+}
+
+/// A file in a folder of its own, which is gone when the folder is dropped.
+fn file(name: &str, bytes: impl AsRef<[u8]>) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    (folder, path)
+}
+
+#[test]
+fn every_format_gives_the_same_positions() {
+    for specimen in specimens() {
+        // The others leave atoms out, repeat them, or scale them.
+        if matches!(specimen.name, "pdb" | "mmcif" | "crystal" | "scaled dump") {
+            continue;
+        }
+        let particles = parse(specimen.format, &specimen.bytes);
+        assert_eq!(particles.len(), COUNT, "{}", specimen.name);
+        let scale = if specimen.format == Format::Gro { 10.0 } else { 1.0 };
+        let tolerance = match specimen.format {
+            // Three decimals of a nanometre.
+            Format::Gro => 0.5e-2 + SINGLE,
+            Format::Xyz if specimen.name != "extended xyz" => 0.5e-4 + SINGLE,
+            _ => SINGLE,
+        };
+        for (at, position) in particles.positions.iter().enumerate() {
+            let far = (0..3).map(|axis| (scale * position[axis] - place(at)[axis]).abs()).fold(0.0, f64::max);
+            assert!(far <= tolerance, "{}: particle {at} is at {position:?}", specimen.name);
+        }
+    }
+}
+
+#[test]
+fn formats_are_told_by_content_or_name() {
+    for specimen in specimens() {
+        // Without a name, all but the two kinds of CIF and the compressed one, whose content is unmistakable too.
+        let (_folder, path) = file("particles", &specimen.bytes);
+        let particles = read(&path, &Request::default());
+        if specimen.name == "extended xyz" || specimen.format != Format::Mmcif {
+            assert_eq!(particles.unwrap().format, specimen.format, "{}", specimen.name);
+        } else {
+            assert_eq!(particles.unwrap().format, Format::Mmcif);
+        }
+    }
+    let of = |name: &str| Format::of_name(name.as_ref());
+    assert_eq!(
+        [of("a.XYZ"), of("a.pdb.gz"), of("b/dump.melt.100"), of("a.toml")],
+        [Some(Format::Xyz), Some(Format::Pdb), Some(Format::Dump), None]
+    );
+    let (_folder, path) = file("a.dat", b"\x28\xb5\x2f\xfdrest");
+    assert!(read(&path, &Request::default()).unwrap_err().problem.contains("compressed by zstd"));
+    let (_folder, path) = file("a.dat", "hello\n");
+    assert!(read(&path, &Request::default()).unwrap_err().problem.contains("no known format"));
+    let missing = read("missing.xyz".as_ref(), &Request::default()).unwrap_err();
+    assert_eq!(missing.to_string(), "missing.xyz: there is no such file");
+}
+
+#[test]
+fn frames_are_found_by_number_and_from_the_end() {
+    for (text, name) in [
+        (specimens::extended_xyz(4).into_bytes(), "a.xyz"),
+        (gzip(specimens::extended_xyz(4).as_bytes()), "a.xyz.gz"),
+    ] {
+        let (_folder, path) = file(name, text);
+        assert_eq!(frames(&path).unwrap(), 4);
+        let trajectory = Trajectory::open(&path).unwrap();
+        assert_eq!((trajectory.frames(), trajectory.format()), (4, Format::Xyz));
+        for number in [3, 0, 2] {
+            let request = all(Frame::Number(number));
+            let particles = trajectory.read(&request).unwrap();
+            assert_eq!((particles.frame, particles.positions[0][0]), (number, number as f64));
+            assert_eq!(particles, read(&path, &request).unwrap());
+        }
+        assert_eq!(trajectory.read(&all(Frame::Last)).unwrap(), read(&path, &all(Frame::Last)).unwrap());
+        for error in [trajectory.read(&all(Frame::Number(4))), read(&path, &all(Frame::Number(4)))] {
+            assert!(error.unwrap_err().problem.contains("has no frame 4; it has 4 frames, 0 to 3"));
+        }
+    }
+    for (name, count) in [("a.pdb", 2), ("a.cif", 2), ("a.gsd", 2), ("a.csv", 1)] {
+        let specimen = specimens()
+            .into_iter()
+            .find(|specimen| Some(specimen.format) == Format::of_name(name.as_ref()))
+            .unwrap();
+        let (_folder, path) = file(name, &specimen.bytes);
+        let trajectory = Trajectory::open(&path).unwrap();
+        assert_eq!(trajectory.frames(), count, "{name}");
+        assert_eq!(trajectory.read(&all(Frame::Last)).unwrap().frame, count - 1);
+        assert!(
+            read(&path, &all(Frame::Number(count))).unwrap_err().problem.contains("has no frame"),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn memory_is_refused_before_it_is_used() {
+    for specimen in specimens() {
+        let request = Request { memory: 1000, ..Request::default() };
+        let error = read_from("a", Cursor::new(&specimen.bytes), specimen.format, &request).unwrap_err();
+        assert!(error.problem.contains("memory"), "{}: {error}", specimen.name);
+    }
+}
+
+#[test]
+fn properties_are_read_if_they_are_asked_for() {
+    let bytes = specimens::extended_xyz(1);
+    let with = |properties: Properties| {
+        let request = Request { properties, ..Request::default() };
+        let particles = read_from("a", Cursor::new(&bytes), Format::Xyz, &request).unwrap();
+        assert_eq!(particles.available, ["q", "fixed"]);
+        particles.properties.iter().map(|property| property.name.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(with(Properties::None), [""; 0]);
+    assert_eq!(with(Properties::Named(vec!["q".into(), "other".into()])), ["q"]);
+    assert_eq!(with(Properties::All), ["q", "fixed"]);
+    let particles = parse(Format::Xyz, &bytes);
+    assert_eq!(particles.property("fixed").unwrap()[0], 1.0);
+    assert_eq!(particles.property("q").unwrap()[5], -1.5e-3);
+    assert_eq!((particles.radii.unwrap()[8], particles.colors.unwrap()[7]), (0.9, [0.1, 0.2, 0.3]));
+    assert_eq!(particles.ids.unwrap()[0], COUNT as u64);
+}
+
+#[test]
+fn labels_that_are_no_symbols_are_types() {
+    let particles = parse(Format::Xyz, "5\n\nC 0 0 0\nFe2 0 0 0\nbead 0 0 0\n8 0 0 0\nH+ 0 0 0\n");
+    assert_eq!(particles.elements.as_deref(), Some(&[6, 26, 0, 0, 1][..]));
+    assert_eq!(labels(particles.types.as_ref()), ["C", "Fe2", "bead", "8", "H+"]);
+    let particles = parse(Format::Xyz, "2\n\nna 0 0 0\nCL 0 0 0\n");
+    assert_eq!((particles.elements, particles.types), (Some(vec![11, 17]), None));
+    let text = "1\nProperties=type:I:1:element:S:1:pos:R:3\n7 Au 1 2 3\n";
+    let particles = parse(Format::Xyz, text);
+    assert_eq!((particles.elements, labels(particles.types.as_ref())), (Some(vec![79]), vec!["7"]));
+    let particles = parse(Format::Xyz, "1\nProperties=Z:I:1:pos:R:3\n79 1 2 3\n");
+    assert_eq!(particles.elements, Some(vec![79]));
+}
+
+#[test]
+fn comments_of_plain_xyz_may_hold_anything() {
+    let particles = parse(Format::Xyz, "1\nit's \"odd = 3 [\nO 1 2 3 4.5 x\n");
+    assert_eq!((particles.title.as_str(), particles.cell), ("it's \"odd = 3 [", None));
+    assert_eq!(particles.property("column_5"), Some(&[4.5][..]));
+    let particles =
+        parse(Format::Xyz, "1\nLattice=\"1 0 0 0 1 0 0 0 1\" Origin=\"-1 0 2\" pbc=\"F F T\"\nO 1 2 3\n");
+    let cell = particles.cell.unwrap();
+    assert_eq!((cell.origin, cell.periodic), ([-1.0, 0.0, 2.0], [false, false, true]));
+}
+
+#[test]
+fn faults_of_xyz_are_told_with_line_and_column() {
+    let fault = |text: &str| fault(Format::Xyz, text);
+    assert_eq!(
+        fault("2\n\nO 1 2 3\nO 1 x 3\n"),
+        ":4:5: \"x\" is no number; a coordinate is one, such as 1.5"
+    );
+    assert_eq!(fault("2\n\nO 1 2 3\nO 1 2\n"), ":4:6: the line has 3 of 4 fields: a symbol and x, y, z");
+    assert_eq!(fault("2\n\nO 1 2 3\n"), ":4: the file ends after 1 of 2 particles");
+    assert_eq!(fault("9999\n\nO 1 2 3\n"), ":3: the file is too short for the 9999 particles it announces");
+    assert_eq!(fault("1\n\nO 1 nan 3\n"), ":3:5: the coordinate is NaN; coordinates are finite numbers");
+    assert_eq!(fault("1\n\nO 1 1e99 3\n"), ":3:5: the coordinate 1e99 is too far away: at most 1e30");
+    assert!(fault("O 1 2 3\n").starts_with(":1: \"O 1 2 3\" is no number of atoms"));
+    assert_eq!(fault(""), ": has no frame: the file is empty");
+    let extended = |properties: &str| fault(&format!("1\nProperties={properties}\nO 1 2 3\n"));
+    assert!(extended("species:S:1:pos:R").starts_with(":2: \"pos:R\" in Properties is no column"));
+    assert!(extended("species:S:1").starts_with(":2: Properties has no positions"));
+    assert_eq!(
+        extended("species:S:1:pos:R:3:q:R:1"),
+        ":3:8: the line has 4 of 5 fields: species, pos (3), q"
+    );
+    assert_eq!(extended("pos:R:3"), ":3:1: \"O\" is no number; a coordinate is one, such as 1.5");
+    assert!(fault("1\nLattice=\"1 2\nO 1 2 3\n").contains("the value of \"Lattice\" has no end"));
+    assert!(fault("1\nLattice=\"1 2\"\nO 1 2 3\n").contains("it is nine numbers"));
+}
+
+#[test]
+fn a_fault_far_down_is_told_with_its_line() {
+    let mut text = String::from("200000\n\n");
+    (0..199_999).for_each(|_| text.push_str("O 1.25 2.25 3.25\n"));
+    text.push_str("O 1 2 -\n");
+    assert!(fault(Format::Xyz, &text).starts_with(":200002:7: \"-\" is no number"));
+    let particles = parse(Format::Xyz, text.replace("O 1 2 -", "bead 1 2 3"));
+    assert_eq!((particles.len(), particles.positions[199_999]), (200_000, [1.0, 2.0, 3.0]));
+    assert_eq!(particles.elements.unwrap()[199_998..], [8, 0]);
+}
+
+#[test]
+fn dumps_are_sorted_and_their_boxes_understood() {
+    let dump = |bounds: &str, atoms: &str| {
+        format!(
+            "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS {bounds}\nITEM: ATOMS {atoms}\n"
+        )
+    };
+    let particles = parse(
+        Format::Dump,
+        dump(
+            "pp pp fs\n0 10\n0 20\n-5 5",
+            "element id zs xs type ys diameter\nO 9 0.5 0.1 1 0.25 2\nSi 4 0 0 b 0 1",
+        ),
+    );
+    assert_eq!(particles.positions, [[0.0, 0.0, -5.0], [1.0, 5.0, 0.0]]);
+    assert_eq!((particles.elements, labels(particles.types.as_ref())), (Some(vec![14, 8]), vec!["b", "1"]));
+    assert_eq!((particles.ids, particles.radii), (Some(vec![4, 9]), Some(vec![0.5, 1.0])));
+    assert_eq!(particles.cell.unwrap().periodic, [true, true, false]);
+    assert_eq!(particles.unit, Unit::Unknown);
+    // The bounds are those of the bounding box: the cell itself is 10 wide.
+    let particles =
+        parse(Format::Dump, dump("xy xz yz pp pp pp\n-2 13 3\n0 24 -2\n0 5 4", "x y z\n1 2 3\n4 5 6"));
+    let cell = particles.cell.unwrap();
+    assert_eq!(
+        (cell.origin, cell.vectors),
+        ([0.0, 0.0, 0.0], [[10.0, 0.0, 0.0], [3.0, 20.0, 0.0], [-2.0, 4.0, 5.0]])
+    );
+    // A general triclinic box, by its vectors and its origin.
+    let general = dump("abc origin pp pp pp\n1 2 0 -1\n-3 1 0 -2\n0 1 4 -3", "xs ys zs\n1 0 0\n0 0.5 0.5");
+    let particles = parse(Format::Dump, general);
+    assert_eq!(particles.positions, [[0.0, 0.0, -3.0], [-2.5, -1.0, -1.0]]);
+    // Wrapped coordinates go before unwrapped ones.
+    assert_eq!(
+        parse(Format::Dump, dump("pp pp pp\n0 1\n0 1\n0 1", "xu yu zu x y z\n9 9 9 1 2 3\n9 9 9 4 5 6"))
+            .positions[0],
+        [1.0, 2.0, 3.0]
+    );
+}
+
+#[test]
+fn faults_of_dumps_are_told() {
+    let fault = |text: &str| fault(Format::Dump, text);
+    assert!(fault("ITEM: TIMESTEP\n0\n1 2 3\n").starts_with(":3: \"1 2 3\" is no section"));
+    assert!(fault("ITEM: ATOMS id x y z\n").contains("NUMBER OF ATOMS is missing"));
+    assert!(
+        fault("ITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS id vx\n1 2 \n")
+            .starts_with(":3: the columns have no coordinates")
+    );
+    assert!(fault("ITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS xs ys zs\n1 2 3\n").contains("need BOX BOUNDS"));
+    assert!(
+        fault("ITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS pp pp pp\n0 1\n0\n")
+            .starts_with(":5: \"0\" has no 2 numbers")
+    );
+    assert!(
+        fault("ITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS id x y z\n-1 2 3 4\n")
+            .starts_with(":4:1: \"-1\" is no id")
+    );
+    assert!(fault("ITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS x y z\n1 2 3 4\n").contains("beyond the 3 fields"));
+}
+
+#[test]
+fn numbers_of_gro_files_go_on_beyond_five_digits() {
+    let mut text = String::from("many\n100003\n");
+    for at in 0..100_003 {
+        let number = (at + 99_999) % 100_000;
+        let _ = writeln!(text, "{number:>5}ION     NA{number:>5}   1.000   2.000   3.000");
+    }
+    text.push_str("4 5 6\n");
+    let particles = parse(Format::Gro, &text);
+    assert_eq!(particles.ids.as_ref().unwrap()[..3], [99_999, 100_000, 100_001]);
+    assert_eq!(particles.ids.unwrap()[100_002], 200_001);
+    assert_eq!(particles.residue_numbers.unwrap()[100_002], 200_001);
+    assert_eq!((particles.unit, particles.cell.unwrap().vectors[2]), (Unit::Nanometre, [0.0, 0.0, 6.0]));
+    // More decimals make columns wider.
+    let wide = "wide\n1\n    1SOL     OW    1    0.123456    1.234567   12.345678\n 1 2 3\n";
+    assert_eq!(parse(Format::Gro, wide).positions, [[0.123_456, 1.234_567, 12.345_678]]);
+    assert!(
+        fault(Format::Gro, "a\n1\n    1SOL     OW    1   0.126   1.x   0.679\n1 1 1\n")
+            .starts_with(":3:29: \"1.x\" is no number")
+    );
+    assert!(
+        fault(Format::Gro, "a\n1\n    1SOL     OW\n1 1 1\n").starts_with(":3:16: the line has 15 columns")
+    );
+    assert!(fault(Format::Gro, "a\nb\n").starts_with(":2: \"b\" is no number of atoms"));
+}
+
+/// An atom of a PDB file: serial number, name, mark, residue, chain, number of the residue, and what comes after.
+fn atom(serial: &str, name: &str, mark: char, residue: &str, number: &str, rest: &str) -> String {
+    format!("ATOM  {serial:>5} {name:<4}{mark}{residue:>3} A{number:>4}    {rest}\n")
+}
+
+#[test]
+fn pdb_numbers_go_on_in_hybrid_36() {
+    let place = "   1.000   2.000   3.000  1.00  5.00";
+    let mut text = [("99999", "9999"), ("A0000", "A000"), ("a0000", "a000"), ("*****", "****")]
+        .map(|(serial, number)| atom(serial, " CA ", ' ', "ALA", number, place))
+        .concat();
+    text.push_str("CONECT99999A0000\nCONECTa0000A000099999\nCONECT    7    8\n");
+    let particles = parse(Format::Pdb, &text);
+    assert_eq!(particles.ids, Some(vec![99_999, 100_000, 43_770_016, 43_770_017]));
+    assert_eq!(particles.residue_numbers, Some(vec![9999, 10_000, 1_223_056, 0]));
+    assert_eq!(particles.bonds, [[0, 1], [0, 2], [1, 2]]);
+    assert_eq!(particles.property("b_factor"), Some(&[5.0; 4][..]));
+    assert_eq!((particles.elements, labels(particles.chains.as_ref())), (Some(vec![6; 4]), vec!["A"; 4]));
+}
+
+#[test]
+fn pdb_alternatives_are_chosen_by_mean_occupancy() {
+    let of = |name: &str, mark: char, x: f64, occupancy: f64| {
+        atom("1", name, mark, "SER", "5", &format!("{x:>8.3}   0.000   0.000  {occupancy:.2} 10.00"))
+    };
+    let text = [
+        of(" CA ", ' ', 1.0, 1.0),
+        of(" CB ", 'A', 2.0, 0.8),
+        of(" CB ", 'B', 3.0, 0.6),
+        of(" OG ", 'A', 4.0, 0.2),
+        of(" OG ", 'B', 5.0, 0.6),
+        of(" HG ", 'A', 6.0, 0.2),
+    ];
+    let particles = parse(Format::Pdb, text.concat());
+    assert_eq!(particles.positions.iter().map(|place| place[0]).collect::<Vec<_>>(), [1.0, 3.0, 5.0, 6.0]);
+}
+
+#[test]
+fn pdb_models_cells_and_faults_are_understood() {
+    let specimen = specimens().into_iter().find(|specimen| specimen.name == "pdb").unwrap();
+    let particles = parse(Format::Pdb, &specimen.bytes);
+    // Of A and B, which are alike in all, A stays, and the atom without a mark.
+    assert_eq!((particles.len(), particles.title.as_str()), (2 * COUNT / 3, "SALTY WATER"));
+    assert_eq!(particles.bonds, [[0, 1], [2, 3]]);
+    let cell = particles.cell.unwrap();
+    assert_eq!((cell.vectors[0], cell.vectors[1]), ([20.0, 0.0, 0.0], [0.0, 30.0, 0.0]));
+    // What `END` separates are frames too, and what is empty is none.
+    let line = atom("1", " C  ", ' ', "LIG", "1", "   1.000   2.000   3.000");
+    let text = format!(
+        "CRYST1    1.000    1.000    1.000  90.00  90.00  90.00 P 1\n{line}END\n{line}{line}END\nMODEL\nENDMDL\n"
+    );
+    let (_folder, path) = file("a.pdb", &text);
+    assert_eq!(frames(&path).unwrap(), 2);
+    let last = read(&path, &all(Frame::Last)).unwrap();
+    assert_eq!((last.len(), last.cell), (2, None));
+    let fault = |text: &str| fault(Format::Pdb, text);
+    assert!(fault(&line.replace("2.000", "2,000")).starts_with(":1:39: \"2,000\" is no number"));
+    assert!(fault("ATOM      1  CA\n").starts_with(":1:16: the line has 15 columns"));
+    assert!(fault("HEADER\nCRYST1    x\n").starts_with(":2:7: \"x\" is no length"));
+    assert!(fault("HEADER\n").contains("has no atoms"));
+}
+
+#[test]
+fn mmcif_names_bonds_and_models_are_read() {
+    let specimen = specimens().into_iter().find(|specimen| specimen.name == "mmcif").unwrap();
+    let particles = parse(Format::Mmcif, &specimen.bytes);
+    assert_eq!((particles.len(), particles.title.as_str()), (COUNT, "salty water"));
+    assert_eq!(labels(particles.names.as_ref())[..3], ["O", "H1", "H2'"]);
+    assert_eq!(particles.bonds, [[0, 1]], "that of hydrogen is none");
+    let fault = |text: &str| fault(Format::Mmcif, text);
+    let with = |rows: &str| {
+        format!(
+            "data_a\nloop_\n_atom_site.id\n_atom_site.type_symbol\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n_atom_site.Cartn_z\n{rows}"
+        )
+    };
+    let good = parse(Format::Mmcif, with("1 C 1 2 3\n2 FE\n4 5\n6\n"));
+    assert_eq!((good.positions[1], good.elements), ([4.0, 5.0, 6.0], Some(vec![6, 26])));
+    assert!(
+        fault(&with("1 C 1 2 3\n2 C 1 2 ?\n")).starts_with(":9:9: \"\" is no number"),
+        "{}",
+        fault(&with("1 C 1 2 3\n2 C 1 2 ?\n"))
+    );
+    assert!(fault(&with("1 C 1 2 3\n2 C 1 2\n")).contains("a row of the loop has 4 of 5 values"));
+    assert!(fault("data_a\n'open\n").starts_with(":2:2: a quotation mark"));
+    assert!(fault("data_a\n_b\n").contains("\"_b\" has no value"));
+    assert!(fault("data_a\n").contains("has no atoms"));
+    let alone = "data_a\n_atom_site.id 1\n_atom_site.type_symbol He\n_atom_site.Cartn_x 1\n_atom_site.Cartn_y 2\n_atom_site.Cartn_z 3\n";
+    assert_eq!(parse(Format::Mmcif, alone).positions, [[1.0, 2.0, 3.0]]);
+    let group = "data_a\n_cell_length_a 2\n_cell_length_b 2\n_cell_length_c 2\n_symmetry_space_group_name_H-M 'F m -3 m'\nloop_\n\
+                 _atom_site_label\n_atom_site_fract_x\n_atom_site_fract_y\n_atom_site_fract_z\nNa1 0.5 0.25(2) -1\n";
+    assert!(fault(group).contains("lists no _space_group_symop_operation_xyz"));
+    assert_eq!(parse(Format::Mmcif, group.replace("F m -3 m", "P 1")).positions, [[1.0, 0.5, -2.0]]);
+}
+
+#[test]
+fn ply_lists_and_elements_before_the_points_are_skipped() {
+    let header = "ply\nformat ascii 1.0\nelement face 2\nproperty list uchar int v\nelement vertex 2\nproperty list int float more\n\
+                  property float x\nproperty float y\nproperty float z\nproperty float q\nend_header\n";
+    let particles = parse(Format::Ply, format!("{header}3 0 1 2\n0\n2 8 9 1 2 3 4\n0 5 6 7 8\n"));
+    assert_eq!(
+        (particles.positions, particles.properties[0].values.clone()),
+        (vec![[1.0, 2.0, 3.0], [5.0, 6.0, 7.0]], vec![4.0, 8.0])
+    );
+    let mut bytes = header.replace("ascii", "binary_big_endian").into_bytes();
+    bytes.extend([1, 0, 0, 0, 7, 0]);
+    for (list, numbers) in [(&[8.0_f32, 9.0][..], [1.0_f32, 2.0, 3.0, 4.0]), (&[], [5.0, 6.0, 7.0, 8.0])] {
+        bytes.extend((list.len() as i32).to_be_bytes());
+        list.iter().chain(&numbers).for_each(|number| bytes.extend(number.to_be_bytes()));
+    }
+    let particles = parse(Format::Ply, &bytes);
+    assert_eq!(particles.positions, [[1.0, 2.0, 3.0], [5.0, 6.0, 7.0]]);
+    let fault = |text: &str| fault(Format::Ply, text);
+    assert!(fault(&header.replace("vertex", "point")).contains("no element called vertex"));
+    assert!(fault(&header.replace("float z", "float w")).contains("has no columns x, y and z"));
+    assert!(
+        fault(&header.replace("property float x", "property quad x"))
+            .starts_with(":7: \"property quad x\" is no line")
+    );
+    assert!(fault("ply\nformat ascii 1.0\nelement vertex 1\n").contains("where end_header should be"));
+    assert!(fault(&header.replace("vertex 2", "vertex 99999999")).contains("is too short for the 99999999"));
+}
+
+#[test]
+fn colours_are_scaled_by_their_type() {
+    let ply = parse(Format::Ply, specimens::ply("ascii")).colors.unwrap();
+    assert_eq!((ply[0], ply[51]), ([1.0, 0.0, 0.0], [1.0, 0.2, 0.0]));
+    let csv = parse(Format::Csv, "x,y,z,r,g,b\n0,0,0,51,255,0\n").colors.unwrap();
+    assert_eq!(csv, [[0.2, 1.0, 0.0]]);
+    let csv = parse(Format::Csv, "x,y,z,r,g,b\n0,0,0,0.25,1,0\n").colors.unwrap();
+    assert_eq!(csv, [[0.25, 1.0, 0.0]]);
+}
+
+#[test]
+fn tables_of_all_separators_are_read() {
+    for separator in [',', ';', '\t'] {
+        let particles = parse(Format::Csv, specimens::csv(separator));
+        assert_eq!((particles.len(), particles.available.as_slice()), (COUNT, &["charge".to_owned()][..]));
+        assert_eq!(particles.elements.unwrap()[..2], [8, 1]);
+    }
+    let particles = parse(Format::Csv, "X [nm];Y [nm];Z [nm];Radius\n\n1,5;2;-3;\"0,5\"\n");
+    assert_eq!((particles.positions, particles.radii), (vec![[1.5, 2.0, -3.0]], Some(vec![0.5])));
+    let particles = parse(Format::Csv, "# x y z id q\n1 2 3 7 nan\n");
+    assert_eq!((particles.ids, particles.properties[0].values[0].is_nan()), (Some(vec![7]), true));
+    let fault = |text: &str| fault(Format::Csv, text);
+    assert_eq!(fault("x,y\n1,2\n"), ":1: has no columns x, y and z; its columns are x, y");
+    assert!(
+        fault("1,2,3\n4,5,6\n").starts_with(":1: the first line has numbers; it should name the columns")
+    );
+    assert_eq!(
+        fault("x,y,z\n1,2,3\n1,,3\n"),
+        ":3:1: column y: \"\" is no number; a coordinate is one, such as 1.5"
+    );
+    assert_eq!(fault("x,y,z\n1,2\n"), ":2:1: the line has 2 of 3 fields; the next is z");
+    assert!(fault("x,y,z\n1,2,3,4\n").contains("\"4\" is beyond the 3 columns"));
+    assert!(fault("x,y,z,r\n1,2,3,-1\n").contains("column r: the radius is -1"));
+}
+
+#[test]
+fn faults_of_arrays_say_what_to_save() {
+    let fault = |descr: &str, shape: &str, data: &[u8]| fault(Format::Npy, npy(descr, shape, false, data));
+    assert!(
+        fault("'<f8'", "(3, 10)", &[0; 240])
+            .contains("has shape (3, 10), and should have (N, 3) or (N, 4): save array.T")
+    );
+    assert!(fault("'<f8'", "(2, 10, 3)", &[0; 480]).contains("save one frame, array[0]"));
+    assert!(fault("'<f8'", "(10,)", &[0; 80]).contains("particles are (N, 3)"));
+    assert!(fault("'<c16'", "(10, 3)", &[0; 480]).contains("use array.astype(\"f4\")"));
+    assert!(fault("'|O'", "(10, 3)", &[0; 480]).contains("which is not read"));
+    assert!(fault("'<f8'", "(10, 3)", &[0; 239]).contains("too short for the 10 rows"));
+    assert!(fault("'<f8'", "(1152921504606846976, 3)", &[0; 240]).contains("too short"));
+    assert!(fault("'<f8'", "(1, 3)", &[0xff; 24]).contains("row 0: the coordinate is NaN"));
+    assert!(fault(&"(".repeat(5000), "(10, 3)", &[]).contains("the header describes no array"));
+    assert!(fault("[('x', '<f4'), ('y', '<f4')]", "(1,)", &[0; 8]).contains("has no columns x, y and z"));
+}
+
+#[test]
+fn faults_of_archives_name_the_array() {
+    let radii = npy("'<f8'", "(2,)", false, &[0; 16]);
+    let positions = npy("'<f8'", "(3, 3)", false, &[0; 72]);
+    let fault = |files: &[(&str, Vec<u8>)]| fault(Format::Npz, zip(files, true));
+    assert!(
+        fault(&[("positions.npy", positions.clone()), ("radii.npy", radii.clone())])
+            .contains("has 3 positions, but another column has 2")
+    );
+    assert!(
+        fault(&[("radii.npy", radii.clone()), ("a.npy", radii)]).contains("has no array called positions")
+    );
+    let wrong = npy("'<f8'", "(3, 3)", false, &[0xff; 72]);
+    assert!(fault(&[("positions.npy", wrong), ("b.npy", positions)]).contains("array \"positions\": byte"));
+    let mut damaged = specimens().into_iter().find(|specimen| specimen.name == "npz").unwrap().bytes;
+    damaged[5000] ^= 1;
+    let error = read_from("a", Cursor::new(damaged), Format::Npz, &Request::default()).unwrap_err();
+    assert!(error.problem.contains("array \"positions\": cannot be read"), "{error}");
+}
+
+#[test]
+fn gsd_frames_share_what_they_lack_with_the_first() {
+    let specimen = specimens().into_iter().find(|specimen| specimen.format == Format::Gsd).unwrap();
+    let second = read_from("a", Cursor::new(&specimen.bytes), Format::Gsd, &all(Frame::Last)).unwrap();
+    assert_eq!((second.frame, second.len(), second.positions[0]), (1, COUNT, [1.0; 3]));
+    assert_eq!(labels(second.types.as_ref())[..2], ["first", "other"]);
+    assert_eq!((second.bonds.as_slice(), second.elements), (&[[0, 1], [2, 3]][..], None));
+    assert_eq!(second.radii.unwrap()[0], 0.5, "the default diameter is 1");
+    assert_eq!(second.properties[0].name, "charge");
+    let cell = second.cell.unwrap();
+    let middle = cell.point([0.5; 3]);
+    assert!(middle.iter().all(|number| number.abs() < SINGLE), "centred at {middle:?}");
+    // Symbols are elements if all types are such.
+    let number = |count: u32| count.to_le_bytes().to_vec();
+    let typed = |names: &[u8]| {
+        parse(
+            Format::Gsd,
+            gsd_of(&[(0, "particles/N", 3, 1, number(1)), (0, "particles/types", 5, 3, names.to_vec())]),
+        )
+    };
+    assert_eq!(typed(b"Si\0O\0\0").elements, Some(vec![14]));
+    assert_eq!(typed(b"Si\0A\0\0").elements, None);
+}
+
+#[test]
+fn faults_of_gsd_are_told_with_their_bytes() {
+    let fault = |chunks: &[specimens::Chunk]| fault(Format::Gsd, gsd_of(chunks));
+    let count = |count: u32| (0, "particles/N", 3, 1, count.to_le_bytes().to_vec());
+    let nan = f32::NAN.to_le_bytes().repeat(3);
+    assert!(
+        fault(&[count(1), (0, "particles/position", 9, 3, nan)])
+            .starts_with(": byte 260: particle 0 is at [NaN")
+    );
+    assert!(
+        fault(&[count(2), (0, "particles/position", 9, 3, vec![0; 12])])
+            .contains("is an array of 1 x 3, and should be 2 x 3")
+    );
+    assert!(
+        fault(&[count(1), (0, "particles/typeid", 3, 1, 7_u32.to_le_bytes().to_vec())])
+            .contains("particle 0 has type 7 of 1")
+    );
+    assert!(fault(&[count(u32::MAX)]).contains("has 4294967295 particles"));
+    let bond = [0_u32, 9].into_iter().flat_map(u32::to_le_bytes).collect();
+    let one = 1_u32.to_le_bytes().to_vec();
+    assert!(
+        fault(&[count(1), (0, "bonds/N", 3, 1, one), (0, "bonds/group", 3, 2, bond)])
+            .contains("bond 0 joins 0 and 9")
+    );
+    assert!(fault(&[]).contains("has no frame: the file is empty"));
+    assert!(super_short().starts_with(": byte 0: the header of 256 bytes is beyond the end"));
+}
+
+fn super_short() -> String {
+    fault(Format::Gsd, 0x65DF_65DF_65DF_65DF_u64.to_le_bytes())
+}

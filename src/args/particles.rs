@@ -1,0 +1,245 @@
+//! Options for files of molecules and particles: how spheres are made of them, and the stage that shows them.
+
+use super::values::number;
+use crate::terminal::error::Error;
+use clap::Args as ClapArgs;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use figure::color::Screen;
+use figure::recipe::{Bonds, Recipe};
+use figure::stage::{Light, Stage, View};
+use figure::units::Length;
+use figure::{Refusal, Rule, Selection};
+use files::named::{self, Opened};
+use files::particles::Problem;
+use std::path::Path;
+
+/// How a file of particles is shown.
+#[derive(Clone, Debug, Default, ClapArgs)]
+#[command(next_help_heading = "Particle files")]
+pub(crate) struct ParticleArgs {
+    /// The frame to show, from 0, or `last` [default: 0]
+    #[arg(long, value_name = "N|last", allow_hyphen_values = true)]
+    frame: Option<String>,
+
+    /// Where colours come from: `jmol`, `cpk` (of elements), `file`, a column such as `type`, `chain`, `molecule` or any
+    /// property, a name such as `red`, or `#rrggbb`
+    ///
+    /// Columns with names take a palette, columns of numbers --map. By default: the file's own colours, or those of
+    /// elements, or of types.
+    #[arg(long, value_name = "WHAT")]
+    color: Option<String>,
+
+    /// The map for a column of numbers: viridis, cividis, inferno, magma, plasma, coolwarm or grey [default: viridis]
+    #[arg(long, value_name = "NAME", requires = "color")]
+    map: Option<String>,
+
+    /// The values at both ends of the map, such as `-1..2.5` or `5%..95%` (percentiles) [default: 0%..100%]
+    #[arg(long, value_name = "LOW..HIGH", requires = "color", allow_hyphen_values = true)]
+    range: Option<String>,
+
+    /// Radii: `vdw`, `covalent` (of elements), `touch` (half the distance of neighbours), a column, or a length in the
+    /// file's unit
+    ///
+    /// By default: the file's own, or van der Waals radii, or such that neighbours touch.
+    #[arg(long, value_name = "WHAT", allow_hyphen_values = true)]
+    ball_radius: Option<String>,
+
+    /// Multiply all radii by this
+    #[arg(long, value_name = "S", allow_hyphen_values = true)]
+    ball_scale: Option<String>,
+
+    /// The surface: `matte`, `mirror`, `glass`, `glass 1.33` (its index of refraction), `light` or `light 10` (its radiance)
+    /// [default: matte]
+    #[arg(long, value_name = "KIND")]
+    material: Option<String>,
+
+    /// Show some particles otherwise: `WHERE: KEY=VALUE, ...` with the keys radius, scale, color, map, range, material and
+    /// hide; can be repeated, and later rules win
+    ///
+    /// WHERE compares columns (x, y, z, element, type, name, residue, resid, chain, molecule, id, radius, any property), as
+    /// in 'element == "O" and not z > 3' or 'type in (1, 2)'. Example: --style 'type == 2: color=red, material=glass'
+    #[arg(long, value_name = "RULE")]
+    style: Vec<String>,
+
+    /// Show only the particles that this selects, such as 'x < 3'; can be repeated
+    #[arg(long, value_name = "WHERE")]
+    cut: Vec<String>,
+
+    /// The unit of lengths in the file, by which radii of elements are scaled [default: as the format states, or else as the
+    /// distances of neighbours suggest]
+    #[arg(long, value_name = "UNIT", value_parser = names(Length::ALL.map(Length::name)))]
+    unit: Option<String>,
+
+    /// Move particles into the periodic cell
+    #[arg(long)]
+    wrap: bool,
+
+    /// Draw bonds, as chains of small balls: those that the file states, or those that distances suggest
+    #[arg(long, value_name = "SOURCE", value_parser = names(Bonds::ALL.map(Bonds::name)))]
+    bonds: Option<String>,
+
+    /// Draw the edges of the cell, as chains of small balls
+    #[arg(long)]
+    cell: bool,
+
+    /// The direction of the view [default: iso with a cell, else principal, across the widest extent]; without a value,
+    /// `render` serves a page that shows the image as it converges, and prints its address
+    #[arg(long, value_name = "VIEW", num_args = 0..=1, value_parser = names(View::ALL.map(View::name)))]
+    #[allow(clippy::option_option)] // not given, given alone, or with a value
+    view: Option<Option<String>>,
+
+    /// Magnify the image about its centre; at 1 everything just fits
+    #[arg(long, value_name = "Z", value_parser = number(0.1, 1000.0), allow_hyphen_values = true)]
+    zoom: Option<f32>,
+
+    /// The lamps: `studio` (key, fill and rim), `overcast` (the background alone) or `dark` (for particles that glow)
+    /// [default: studio]
+    #[arg(long, value_name = "LIGHT", value_parser = names(Light::ALL.map(Light::name)))]
+    light: Option<String>,
+
+    /// Put a ground below, which touches the lowest particle
+    #[arg(long)]
+    ground: bool,
+
+    /// The background, which also lights: a name such as white, grey or black, or `#rrggbb` [default: white; black with
+    /// --light dark]
+    #[arg(long, value_name = "COLOR")]
+    background: Option<String>,
+}
+
+/// Accepts one of `names`.
+fn names<const N: usize>(names: [&'static str; N]) -> impl TypedValueParser<Value = String> {
+    PossibleValuesParser::new(names)
+}
+
+impl ParticleArgs {
+    /// Refuses the options for `name`, which is no file of particles.
+    pub(crate) fn refuse(&self, name: &str) -> Result<(), Error> {
+        match self.first() {
+            None => Ok(()),
+            Some(option) => Err(Error::BadInput(format!(
+                "{option}: this is for files of particles, such as .xyz or .pdb, and {name} is none; scene files say it in \
+                 [[particles]]"
+            ))),
+        }
+    }
+
+    /// The direction of the view, if it is given.
+    fn direction(&self) -> Option<&str> {
+        self.view.as_ref()?.as_deref()
+    }
+
+    /// Whether `--view` is given without a direction, for a page.
+    pub(crate) fn asks_for_a_page(&self) -> bool {
+        matches!(self.view, Some(None))
+    }
+
+    /// The first of the options that is given.
+    fn first(&self) -> Option<&'static str> {
+        let base = self.base();
+        let given = [
+            ("--frame", self.frame.is_some()),
+            (base.first().map_or("", |(option, ..)| option), !base.is_empty()),
+            ("--style", !self.style.is_empty()),
+            ("--cut", !self.cut.is_empty()),
+            ("--unit", self.unit.is_some()),
+            ("--wrap", self.wrap),
+            ("--bonds", self.bonds.is_some()),
+            ("--cell", self.cell),
+            ("--view", self.direction().is_some()),
+            ("--zoom", self.zoom.is_some()),
+            ("--light", self.light.is_some()),
+            ("--ground", self.ground),
+            ("--background", self.background.is_some()),
+        ];
+        given.into_iter().find(|(_, is_given)| *is_given).map(|(option, _)| option)
+    }
+
+    /// The options for all particles, with the keys of the rule that they make, and their values.
+    fn base(&self) -> Vec<(&'static str, &'static str, &str)> {
+        let options = [
+            ("--color", "color", &self.color),
+            ("--map", "map", &self.map),
+            ("--range", "range", &self.range),
+            ("--ball-radius", "radius", &self.ball_radius),
+            ("--ball-scale", "scale", &self.ball_scale),
+            ("--material", "material", &self.material),
+        ];
+        options
+            .into_iter()
+            .filter_map(|(option, key, value)| Some((option, key, value.as_deref()?)))
+            .collect()
+    }
+
+    /// Reads the file of particles `path`, in at most about `most` bytes of memory, and puts it on a stage for an image of
+    /// this `size`, if it is asked for.
+    pub(crate) fn open(&self, path: &Path, size: [Option<u32>; 2], most: u64) -> Result<Opened, Error> {
+        let (recipe, stage) = (self.recipe()?, self.stage(size)?);
+        let opened = named::open_particles(path, &recipe, &stage, most);
+        opened.map_err(|problem| Error::BadInput(self.say(&problem)))
+    }
+
+    fn recipe(&self) -> Result<Recipe, Error> {
+        let bad = |option: &str, problem: String| Error::BadInput(format!("{option}: {problem}"));
+        let mut recipe = Recipe { wrap: self.wrap, cell: self.cell, ..Recipe::default() };
+        let keys = [("frame", &self.frame), ("unit", &self.unit), ("bonds", &self.bonds)];
+        for (key, value) in keys {
+            if let Some(value) = value {
+                recipe.set(key, value).map_err(|problem| bad(&format!("--{key}"), problem))?;
+            }
+        }
+        for cut in &self.cut {
+            let parsed =
+                Selection::parse(cut).map_err(|error| bad("--cut", format!("{error} of '{cut}'")))?;
+            recipe.cut.push(parsed);
+        }
+        let mut base = Rule::default();
+        for (option, key, value) in self.base() {
+            base.set(key, value).map_err(|problem| bad(option, problem))?;
+        }
+        if base != Rule::default() {
+            recipe.style.push(base);
+        }
+        for rule in &self.style {
+            recipe.style.push(Rule::parse(rule).map_err(|problem| bad("--style", problem))?);
+        }
+        Ok(recipe)
+    }
+
+    fn stage(&self, [width, height]: [Option<u32>; 2]) -> Result<Stage, Error> {
+        let usual = Stage::default();
+        let background = self.background.as_deref().map(|text| {
+            let names = Screen::names().collect::<Vec<_>>().join(", ");
+            let problem = || format!("--background: `{text}` must be #rrggbb or one of {names}");
+            Screen::parse(text).ok_or_else(|| Error::BadInput(problem()))
+        });
+        let light = self.light.as_deref();
+        Ok(Stage {
+            view: self.direction().and_then(|name| View::ALL.into_iter().find(|view| view.name() == name)),
+            zoom: self.zoom.map_or(usual.zoom, f64::from),
+            light: Light::ALL.into_iter().find(|kind| Some(kind.name()) == light).unwrap_or_default(),
+            ground: self.ground,
+            background: background.transpose()?,
+            size: [width.unwrap_or(usual.size[0]), height.unwrap_or(usual.size[1])],
+        })
+    }
+
+    /// The problem in terms of options.
+    fn say(&self, problem: &Problem) -> String {
+        let Problem::Recipe(Refusal { rule, key, problem }) = problem else { return problem.to_string() };
+        let base = self.base();
+        match rule.map(|rule| rule.checked_sub(usize::from(!base.is_empty()))) {
+            Some(Some(rule)) => {
+                let text = self.style.get(rule).map_or("", String::as_str);
+                format!("--style: {key}: {problem} (in '{text}')")
+            }
+            Some(None) => {
+                let option =
+                    base.iter().find(|(_, of, _)| of == key).map_or("--color", |(option, ..)| option);
+                format!("{option}: {problem}")
+            }
+            None if *key == "file" => problem.clone(),
+            None => format!("--{key}: {problem}"),
+        }
+    }
+}

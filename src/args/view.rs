@@ -1,0 +1,169 @@
+//! Options for the live view: where its page is served, and a viewer that images are sent to.
+
+use crate::args::values::whole;
+use crate::terminal::error::Error;
+use crate::terminal::text::{complain, print};
+use clap::Args as ClapArgs;
+use std::net::{IpAddr, Ipv4Addr};
+use std::sync::Arc;
+use view::{Display, Place, Relay, View};
+
+/// The environment variable that may hold the token of the page.
+const TOKEN: &str = "SPPM_VIEW_TOKEN";
+
+/// Where the page is served.
+#[derive(Clone, Debug, Default, ClapArgs)]
+#[command(next_help_heading = "Page")]
+pub(crate) struct PageArgs {
+    /// Serve the page at this port [default: any that is free]
+    ///
+    /// With `SPPM_VIEW_TOKEN` in the environment, at least 16 letters and digits, the address stays the same from one view to
+    /// the next, and an open page finds the next one.
+    #[arg(long, value_name = "PORT", value_parser = whole::<u16>(1, u16::MAX.into()), allow_hyphen_values = true)]
+    pub port: Option<u16>,
+
+    /// Serve it at this address of the machine, such as 0.0.0.0 for all of them [default: 127.0.0.1]
+    ///
+    /// By default only programs on this machine can reach the page, and they need its whole address, which holds a random
+    /// token. Elsewhere the token is all that keeps others out, and it travels without encryption: prefer a tunnel, such as
+    /// `ssh -L`.
+    #[arg(long, value_name = "ADDRESS")]
+    pub listen: Option<IpAddr>,
+
+    /// Do not open the page in the browser
+    #[arg(long)]
+    pub no_open: bool,
+}
+
+impl PageArgs {
+    /// Where the page is to be served.
+    pub(crate) fn place(&self) -> Place {
+        Place {
+            ip: self.listen.unwrap_or(Ipv4Addr::LOCALHOST.into()),
+            port: self.port.unwrap_or(0),
+            // Not an option, as other users of the machine can see those.
+            token: std::env::var(TOKEN).ok().filter(|token| !token.is_empty()),
+        }
+    }
+
+    /// Refuses these options where no page is asked for.
+    pub(crate) fn check(&self, has_page: bool) -> Result<(), Error> {
+        let given = [
+            ("--port", self.port.is_some()),
+            ("--listen", self.listen.is_some()),
+            ("--no-open", self.no_open),
+        ];
+        match given.into_iter().find(|(_, is_given)| *is_given && !has_page) {
+            Some((option, _)) => {
+                Err(Error::BadInput(format!("{option}: is of the page; ask for it by --view")))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Prints the address of the page, to standard output unless `is_taken`, and opens it in the browser.
+    pub(crate) fn announce(&self, view: &View, is_taken: bool) -> Result<(), Error> {
+        if is_taken {
+            complain(&format!("the page is at {}", view.address()));
+        } else {
+            print(format!("{}\n", view.address()).as_bytes())?;
+        }
+        // The address is enough where there is no browser.
+        if !self.no_open && has_screen() {
+            let _ = view.open();
+        }
+        Ok(())
+    }
+}
+
+/// Whether a browser can open a window: on Linux and the like a display server must be there, as else a browser in text would
+/// take the terminal.
+fn has_screen() -> bool {
+    let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    cfg!(any(target_os = "macos", windows)) || is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")
+}
+
+/// A viewer that images are sent to.
+#[derive(Clone, Debug, Default, ClapArgs)]
+#[command(next_help_heading = "Viewers")]
+pub(crate) struct DisplayArgs {
+    /// Send the image, as it converges, to the viewer tev (or `HDRView`) that listens there [default port: 14158]
+    ///
+    /// The render never waits for the viewer, which may be closed and opened again.
+    #[arg(long, value_name = "HOST[:PORT]")]
+    pub display: Option<String>,
+}
+
+impl DisplayArgs {
+    /// The viewer, in which the image is called `name`.
+    pub(crate) fn start(&self, name: &str) -> Result<Option<Arc<Display>>, Error> {
+        let start = |place: &str| Display::new(with_port(place)?, name.into()).map_err(Error::Failed);
+        Ok(self.display.as_deref().map(start).transpose()?.map(Arc::new))
+    }
+}
+
+/// `place` with tev's port, unless it has one.
+fn with_port(place: &str) -> Result<String, Error> {
+    let bad = || {
+        let problem =
+            format!("--display {place}: write a host and a port, such as localhost:{}", view::tev::PORT);
+        Error::BadInput(problem)
+    };
+    let (host, port) = match place.rsplit_once(':') {
+        Some((host, port)) if !host.ends_with(':') && !host.is_empty() => {
+            (host, port.parse().map_err(|_| bad())?)
+        }
+        None if !place.is_empty() => (place, view::tev::PORT),
+        _ => return Err(bad()),
+    };
+    if port == 0 { Err(bad()) } else { Ok(format!("{host}:{port}")) }
+}
+
+/// Watching a render that runs.
+#[derive(Clone, Debug, Default, ClapArgs)]
+#[command(next_help_heading = "Viewers")]
+pub(crate) struct WatchArgs {
+    #[command(flatten)]
+    pub page: PageArgs,
+
+    #[command(flatten)]
+    pub display: DisplayArgs,
+}
+
+impl WatchArgs {
+    /// Serves the page, if there is to be one, and finds the viewer that is asked for, for a render of the scene `name`.
+    /// Standard output may be taken by something else than the page's address.
+    pub(crate) fn start(
+        &self,
+        has_page: bool,
+        name: &str,
+        is_taken: bool,
+    ) -> Result<Option<(Option<View>, Relay)>, Error> {
+        self.page.check(has_page)?;
+        if !has_page && self.display.display.is_none() {
+            return Ok(None);
+        }
+        let display = self.display.start(name)?;
+        let place = has_page.then(|| self.page.place());
+        let (view, relay) = View::relay(name, display, place.as_ref()).map_err(Error::Failed)?;
+        if let Some(view) = &view {
+            self.page.announce(view, is_taken)?;
+        }
+        Ok(Some((view, relay)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_port_of_tev_is_the_usual_one() {
+        assert_eq!(with_port("localhost").unwrap(), "localhost:14158");
+        assert_eq!(with_port("10.0.0.1:99").unwrap(), "10.0.0.1:99");
+        assert_eq!(with_port("[::1]:99").unwrap(), "[::1]:99");
+        for bad in ["", ":99", "host:", "host:0", "host:65536", "host:x"] {
+            assert!(with_port(bad).is_err(), "{bad}");
+        }
+    }
+}

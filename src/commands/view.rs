@@ -1,0 +1,221 @@
+//! The command `view`: a page in the browser to render a scene and change it, or to look at an image.
+
+use crate::args::engine::EngineArgs;
+use crate::args::files::check_distinct;
+use crate::args::messages::MessageArgs;
+use crate::args::particles::ParticleArgs;
+use crate::args::scene::{self, SceneName};
+use crate::args::settings::SettingsArgs;
+use crate::args::view::{DisplayArgs, PageArgs};
+use crate::terminal::error::Error;
+use crate::terminal::logs;
+use crate::terminal::signals::Requests;
+use ::render::{Job, Renderer};
+use ::scene::settings::MAX_ITERATIONS;
+use ::scene::{Automatic, Scene};
+use clap::{Args as ClapArgs, ValueHint};
+use files::image_file::{self, Format, ImageReader};
+use files::{atomic_file, builtin, named, paths};
+use std::ffi::{OsStr, OsString};
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::Duration;
+use view::{Legacy, Look, Project, View};
+
+/// Render a scene in the browser and change it there, or look at an image
+///
+/// Prints the address of a page on this machine and opens it. The picture converges while you look; turn the camera, pick
+/// balls, change materials and lamps, and save images, the scene and checkpoints. The page has help. Ctrl-C ends it: the image
+/// is written if --output names a file, and a scene that was changed and not saved is written beside it.
+#[derive(Debug, ClapArgs)]
+#[command(after_long_help = VIEW_EXAMPLES)]
+pub(crate) struct ViewArgs {
+    /// A built-in scene (see `sppm scenes`), a scene file ending in .toml, a file of molecules or particles, - for standard
+    /// input, or an image file
+    #[arg(value_name = "SCENE|IMAGE", value_parser = SceneName, hide_possible_values = true)]
+    pub target: OsString,
+
+    /// An image to compare with: the page shows it beside, and the difference
+    #[arg(long, value_name = "IMAGE", value_hint = ValueHint::FilePath)]
+    pub reference: Option<PathBuf>,
+
+    /// The layer to show of an EXR file that has layers [default: the page lists all]
+    #[arg(long, value_name = "NAME")]
+    pub layer: Option<String>,
+
+    /// Write the image here when the view ends
+    #[arg(short, long, value_name = "OUT", value_hint = ValueHint::FilePath)]
+    pub output: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub page: PageArgs,
+
+    #[command(flatten)]
+    pub display: DisplayArgs,
+
+    #[command(flatten)]
+    pub particles: ParticleArgs,
+
+    #[command(flatten)]
+    pub settings: SettingsArgs,
+
+    #[command(flatten)]
+    pub engine: EngineArgs,
+
+    #[command(flatten)]
+    pub messages: MessageArgs,
+}
+
+const VIEW_EXAMPLES: &str = "\
+Examples:
+  sppm view cornell
+  sppm view mine.toml --threads 2 --reference truth.exr
+  sppm view beauty.exr
+  sppm view cornell --no-open --port 8000     over ssh -L 8000:localhost:8000
+  sppm view cornell --display localhost:14158";
+
+/// How often it is looked whether a signal came.
+const TICK: Duration = Duration::from_millis(50);
+
+/// Runs the command.
+pub(crate) fn run(args: &ViewArgs) -> Result<(), Error> {
+    logs::init(args.messages.log_format, args.messages.level());
+    if is_image(&args.target) { show(args) } else { edit(args) }
+}
+
+/// Serves two images to be compared.
+pub(crate) fn compare(a: &Path, b: &Path, layer: Option<&str>, page: &PageArgs) -> Result<(), Error> {
+    let requests = Requests::listen()?;
+    let view = View::files(a, layer, Some(b), &page.place()).map_err(Error::BadInput)?;
+    page.announce(&view, false)?;
+    wait(&requests);
+    Err(interrupted(&requests, "the view is closed".into()))
+}
+
+/// Whether `target` names an image file. What does not exist is left to be looked for as a scene.
+fn is_image(target: &OsStr) -> bool {
+    let path = Path::new(target);
+    let is_scene = target == "-" || target.to_str().is_some_and(|name| builtin::find(name).is_some());
+    let is_toml = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    let has_extension = Format::from_path(path).is_ok();
+    let is_particles = named::is_particles(target);
+    !is_scene
+        && !is_toml
+        && !is_particles
+        && (has_extension || (path.is_file() && ImageReader::open(path, None).is_ok()))
+}
+
+fn show(args: &ViewArgs) -> Result<(), Error> {
+    if args.output.is_some() {
+        return Err(Error::BadInput(
+            "--output: an image is only looked at; name a scene to render one".into(),
+        ));
+    }
+    let requests = Requests::listen()?;
+    let (path, reference) = (Path::new(&args.target), args.reference.as_deref());
+    let view =
+        View::files(path, args.layer.as_deref(), reference, &args.page.place()).map_err(Error::BadInput)?;
+    args.page.announce(&view, false)?;
+    if let Some(display) = args.display.start(&path.to_string_lossy())? {
+        display.show(image_file::read(path).map_err(|error| Error::BadInput(error.to_string()))?);
+    }
+    wait(&requests);
+    Err(interrupted(&requests, "the view is closed".into()))
+}
+
+fn edit(args: &ViewArgs) -> Result<(), Error> {
+    if args.layer.is_some() {
+        return Err(Error::BadInput("--layer: only image files have layers by name".into()));
+    }
+    let (size, most) = ([args.settings.width, args.settings.height], args.engine.memory_limit);
+    let opened = scene::open(&args.target, &args.particles, size, most.unwrap_or(u64::MAX))?;
+    check(args, opened.file.as_deref())?;
+    let settings = args.settings.apply(&opened.scene.settings)?;
+    let text = match &opened.file {
+        Some(file) => fs::read_to_string(file).ok(),
+        None => opened.stem.to_str().and_then(builtin::find).map(|builtin| builtin.text.to_owned()),
+    };
+    let engine = args.engine.choose(Renderer::default())?;
+    // There is no end to them.
+    let automatic = Automatic { iterations: false, ..args.settings.automatic(opened.automatic) };
+    let mut job = Job::new(Scene { settings, ..opened.scene }).choosing(automatic);
+    (job.engine, job.threads, job.memory_limit) = (engine, args.engine.threads, args.engine.memory_limit);
+    job.choose_settings()?;
+    let project = Project {
+        scene: job.scene,
+        text,
+        stem: opened.stem.to_string_lossy().into_owned(),
+        engine,
+        threads: args.engine.threads,
+        memory_limit: args.engine.memory_limit,
+        limit: args.settings.given_iterations().filter(|iterations| *iterations < MAX_ITERATIONS),
+    };
+    let name = project.stem.clone();
+    let requests = Requests::listen()?;
+    let display = args.display.start(&name)?;
+    let view = View::studio(project, args.reference.as_deref(), display, &args.page.place());
+    let view = view.map_err(Error::BadInput)?;
+    args.page.announce(&view, false)?;
+    wait(&requests);
+    let what = match view.end() {
+        Some(legacy) => write(args, &legacy, &name)?,
+        None => "the view broke down; this is a fault of sppm, please report it".into(),
+    };
+    Err(interrupted(&requests, what))
+}
+
+fn check(args: &ViewArgs, scene: Option<&Path>) -> Result<(), Error> {
+    let Some(output) = &args.output else { return Ok(()) };
+    let inputs = [("the scene", scene), ("--reference", args.reference.as_deref())];
+    let inputs: Vec<_> = inputs.into_iter().filter_map(|(name, path)| Some((name, path?))).collect();
+    check_distinct(&inputs, &[("--output", output)])?;
+    image_file::check_writable(output).map_err(|error| Error::BadInput(format!("--output: {error}")))
+}
+
+/// Writes what the studio left: the image, if a file is named for it, and a scene that is changed and not saved.
+fn write(args: &ViewArgs, legacy: &Legacy, name: &str) -> Result<String, Error> {
+    let Some(kept) = &legacy.kept else {
+        return Ok("not one iteration was over, so nothing is written".into());
+    };
+    let mut written = Vec::new();
+    if let Some(output) = &args.output {
+        kept.write_image(output, Look::default()).map_err(Error::Failed)?;
+        written.push(format!("wrote {} after {} iterations", output.display(), kept.iterations));
+    }
+    if legacy.is_unsaved {
+        let path = unused(args.output.as_deref(), name)?;
+        let wrote = atomic_file::replace(&path, |out| out.write_all(kept.text.as_bytes()));
+        wrote.map_err(|error| Error::Failed(error.to_string()))?;
+        written.push(format!("the changed scene is in {}", path.display()));
+    }
+    Ok(if written.is_empty() { "the view is closed".into() } else { written.join("; ") })
+}
+
+/// A name for the changed scene that no file has, beside the image if there is one.
+fn unused(output: Option<&Path>, name: &str) -> Result<PathBuf, Error> {
+    /// More changed scenes are not written side by side.
+    const MOST: u32 = 1000;
+    let beside = output.map_or(PathBuf::from(name), |output| output.with_extension(""));
+    let named = |n: u32| match n {
+        1 => paths::around(&beside, "", "-edited.toml"),
+        n => paths::around(&beside, "", &format!("-edited-{n}.toml")),
+    };
+    let problem = || Error::Failed(format!("{}: there are {MOST} of them; remove some", named(1).display()));
+    (1..=MOST).map(named).find(|path| !path.exists()).ok_or_else(problem)
+}
+
+/// Waits until a signal asks for the end.
+fn wait(requests: &Requests) {
+    while !requests.stop().is_requested() {
+        thread::sleep(TICK);
+    }
+}
+
+fn interrupted(requests: &Requests, what: String) -> Error {
+    match requests.pending() {
+        Some(signal) => Error::Interrupted(signal, what),
+        None => Error::Failed(what),
+    }
+}

@@ -1,0 +1,150 @@
+//! The live view as a command: what it prints, refuses and leaves behind. Its server has tests of its own, in `view/tests`.
+
+use crate::sandbox::{Ended, Sandbox};
+use rustix::process::{Pid, Signal, kill_process};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::thread;
+
+const QUICK: [&str; 8] = ["--width", "16", "--height", "12", "--photons", "1000", "--threads=1", "--no-open"];
+
+/// A view that runs.
+struct Viewing {
+    child: Child,
+    stdout: BufReader<ChildStdout>,
+    /// The host and port of its page, and the path.
+    page: (String, String),
+}
+
+impl Viewing {
+    /// Starts `command`, and returns once it has printed the page's address.
+    fn start(command: &mut Command) -> Self {
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut stdout = BufReader::new(child.stdout.take().unwrap());
+        let mut line = String::new();
+        stdout.read_line(&mut line).unwrap();
+        let rest = line.trim_end().strip_prefix("http://").unwrap_or_else(|| panic!("no address: {line:?}"));
+        let (host, path) = rest.split_once('/').unwrap();
+        let page = (host.into(), format!("/{path}"));
+        Self { child, stdout, page }
+    }
+
+    /// What the page says.
+    fn get(&self) -> String {
+        let (host, path) = &self.page;
+        let mut stream = TcpStream::connect(host).unwrap();
+        write!(stream, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        answer
+    }
+
+    /// Ends it by Ctrl-C.
+    fn end(mut self) -> Ended {
+        kill_process(Pid::from_child(&self.child), Signal::INT).unwrap();
+        let (mut stdout, mut stderr) = (String::new(), String::new());
+        self.stdout.read_to_string(&mut stdout).unwrap();
+        self.child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+        Ended { code: self.child.wait().unwrap().code(), stdout, stderr }
+    }
+}
+
+/// A test that fails leaves no view behind.
+impl Drop for Viewing {
+    fn drop(&mut self) {
+        let _ = self.child.kill(); // fails if it has ended
+        let _ = self.child.wait();
+    }
+}
+
+#[test]
+fn ctrl_c_ends_the_view_and_writes_what_it_has() {
+    let sandbox = Sandbox::new();
+    let out = ["-o", "a.exr"];
+    let viewing = Viewing::start(&mut sandbox.command(["view", "cornell"].iter().chain(&QUICK).chain(&out)));
+    assert!(viewing.get().starts_with("HTTP/1.1 200"));
+    let ended = viewing.end();
+    assert_eq!(ended.code, Some(130), "{ended:?}");
+    ended.said_one_line("interrupted: wrote a.exr after ", &[" iterations"]);
+    assert_eq!(sandbox.names(), ["a.exr"]);
+    // It is the image of a render of as many iterations.
+    let done = ended.stderr.split(' ').nth(4).unwrap().to_owned();
+    let again = ["-n", &done, "-o", "b.exr", "--quiet"];
+    let ended = sandbox.run(["render", "cornell"].iter().chain(&QUICK[..7]).chain(&again));
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    assert_eq!(sandbox.image("a.exr"), sandbox.image("b.exr"));
+}
+
+#[test]
+fn without_an_output_nothing_is_written() {
+    let sandbox = Sandbox::new();
+    let viewing = Viewing::start(&mut sandbox.command(["view", "cornell"].iter().chain(&QUICK)));
+    let ended = viewing.end();
+    assert_eq!(ended.code, Some(130));
+    assert_eq!(ended.stdout, "");
+    assert_eq!(sandbox.names(), [""; 0]);
+}
+
+#[test]
+fn images_are_shown_and_compared() {
+    let sandbox = Sandbox::new();
+    assert_eq!(sandbox.render(&["cornell", "-o", "a.exr"]).code, Some(0));
+    for args in [vec!["view", "a.exr", "--no-open"], vec!["compare", "a.exr", "a.exr", "--view", "--no-open"]]
+    {
+        let viewing = Viewing::start(&mut sandbox.command(&args));
+        assert!(viewing.get().starts_with("HTTP/1.1 200"));
+        assert_eq!(viewing.end().code, Some(130), "{args:?}");
+    }
+}
+
+/// The page and the viewer change nothing in the image.
+#[test]
+fn a_watched_render_gives_the_same_image() {
+    let sandbox = Sandbox::new();
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let place = listener.local_addr().unwrap().to_string();
+    let viewer = thread::spawn(move || {
+        let mut bytes = Vec::new();
+        listener.accept().unwrap().0.read_to_end(&mut bytes).unwrap();
+        bytes
+    });
+    let watched = sandbox.render(&["cornell", "-o", "a.exr", "--view", "--no-open", "--display", &place]);
+    assert_eq!(watched.code, Some(0), "{watched:?}");
+    assert!(watched.stdout.starts_with("http://127.0.0.1:"), "{watched:?}");
+    assert_eq!(sandbox.render(&["cornell", "-o", "b.exr"]).code, Some(0));
+    assert_eq!(sandbox.bytes("a.exr"), sandbox.bytes("b.exr"));
+    let bytes = viewer.join().unwrap();
+    // A packet that creates an image, and then its pixels.
+    assert_eq!((bytes[4], &bytes[6..13]), (4, &b"Cornell"[..]));
+    assert!(bytes.len() > 16 * 12 * 3 * 4);
+}
+
+#[test]
+fn bad_requests_are_refused_in_one_line() {
+    let sandbox = Sandbox::new();
+    sandbox.write("no.exr", "no image");
+    for (args, words) in [
+        (&["view", "cornel"][..], &["did you mean cornell?"][..]),
+        (&["view", "missing.exr"], &["missing.exr"]),
+        (&["view", "no.exr"], &["no.exr"]),
+        (&["view", "cornell", "--reference", "missing.exr"], &["missing.exr"]),
+        (&["view", "cornell", "-o", "a.txt"], &["--output", "a.txt"]),
+        (&["view", "no.exr", "-o", "a.png"], &["--output"]),
+        (&["view", "cornell", "--layer", "x"], &["--layer"]),
+        (&["view", "cornell", "--display", "host:x"], &["--display host:x", "localhost:14158"]),
+        (&["render", "cornell", "--port", "8000"], &["--port", "--view"]),
+        (&["compare", "no.exr", "no.exr", "--no-open"], &["--no-open", "--view"]),
+        (&["view", "cornell", "--port", "0"], &["--port"]),
+        (&["view", "cornell", "--listen", "everywhere"], &["--listen"]),
+    ] {
+        sandbox.run(args).refused(words);
+    }
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = taken.local_addr().unwrap().port().to_string();
+    sandbox.run(["view", "cornell", "--no-open", "--port", &port]).refused(&["cannot listen at 127.0.0.1:"]);
+    let ended =
+        sandbox.command(["view", "cornell", "--no-open"]).env("SPPM_VIEW_TOKEN", "short").output().unwrap();
+    assert_eq!(ended.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&ended.stderr).contains("at least 16 letters and digits"));
+}

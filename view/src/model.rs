@@ -1,0 +1,366 @@
+//! The scene as it is edited, with what was before and can be returned to.
+
+use crate::message::{CameraParts, SettingsParts, SphereParts};
+use render::EngineChoice;
+use scene::{Camera, Material, Rgb, Scene, Settings, Sphere, Vec3};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// So many steps can be taken back, or fewer if they take more than [`MOST_BYTES`].
+const MOST_STEPS: usize = 200;
+/// Steps that change spheres hold all spheres.
+const MOST_BYTES: usize = 1 << 28;
+/// Changes of one thing that follow each other within this time are one step.
+const PAUSE: Duration = Duration::from_secs(1);
+
+/// What is rendered.
+#[derive(Clone, Debug)]
+pub(crate) struct State {
+    body: Arc<Body>,
+    pub(crate) camera: Camera,
+    pub(crate) settings: Settings,
+    pub(crate) engine: EngineChoice,
+}
+
+/// What moves of the camera leave alone.
+#[derive(Clone, Debug, PartialEq)]
+struct Body {
+    name: String,
+    materials: Vec<Material>,
+    /// Without the sky.
+    spheres: Vec<Sphere>,
+    background: Rgb,
+}
+
+/// A change of the scene, or of how it is rendered.
+#[derive(Clone, Debug)]
+pub(crate) enum Change {
+    Camera(CameraParts),
+    Sphere(usize, SphereParts),
+    Settings(SettingsParts),
+    Engine(EngineChoice),
+}
+
+/// What a change is of, to tell which changes make one step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Subject {
+    Camera,
+    Sphere(usize),
+    Settings,
+    Engine,
+}
+
+/// The edited scene.
+#[derive(Debug)]
+pub(crate) struct Model {
+    first: State,
+    now: State,
+    past: Vec<State>,
+    future: Vec<State>,
+    last: Option<(Subject, Instant)>,
+}
+
+impl State {
+    /// The scene, with its sky.
+    pub(crate) fn scene(&self) -> Scene {
+        let Body { name, materials, spheres, background } = &*self.body;
+        let scene = Scene {
+            name: name.clone(),
+            camera: self.camera,
+            materials: materials.clone(),
+            spheres: spheres.clone(),
+            background: *background,
+            settings: self.settings,
+            // Each may be changed, so spheres from files of particles are written out.
+            imports: Vec::new(),
+        };
+        scene.with_sky()
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(&self.body.spheres[..]) + size_of_val(&self.body.materials[..])
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        let has_body = Arc::ptr_eq(&self.body, &other.body) || self.body == other.body;
+        let has_engine = self.engine.renderer() == other.engine.renderer();
+        has_body && has_engine && self.camera == other.camera && self.settings == other.settings
+    }
+}
+
+impl Model {
+    /// The model of a scene, rendered by `engine`.
+    pub(crate) fn new(scene: &Scene, engine: EngineChoice) -> Self {
+        let skies = scene.spheres.len() - scene.without_sky().len();
+        let body = Body {
+            name: scene.name.clone(),
+            // The sky's own material is the last.
+            materials: scene.materials[..scene.materials.len() - skies].to_vec(),
+            spheres: scene.without_sky().to_vec(),
+            background: scene.background,
+        };
+        let (camera, settings) = (scene.camera, scene.settings);
+        let now = State { body: Arc::new(body), camera, settings, engine };
+        Self { first: now.clone(), now, past: Vec::new(), future: Vec::new(), last: None }
+    }
+
+    /// What is rendered now.
+    pub(crate) fn now(&self) -> &State {
+        &self.now
+    }
+
+    /// Whether the spheres or materials are others than those of `other`.
+    pub(crate) fn has_other_body(&self, other: &State) -> bool {
+        !Arc::ptr_eq(&self.now.body, &other.body)
+    }
+
+    /// The spheres, without the sky.
+    pub(crate) fn spheres(&self) -> &[Sphere] {
+        &self.now.body.spheres
+    }
+
+    /// The materials that spheres refer to.
+    pub(crate) fn materials(&self) -> &[Material] {
+        &self.now.body.materials
+    }
+
+    /// The scene's own name.
+    pub(crate) fn name(&self) -> &str {
+        &self.now.body.name
+    }
+
+    /// Whether a change can be taken back; whether one can be made again; whether anything is changed.
+    pub(crate) fn steps(&self) -> [bool; 3] {
+        [!self.past.is_empty(), !self.future.is_empty(), !self.now.is_like(&self.first)]
+    }
+
+    /// Makes a change, or says why the scene could not be rendered then.
+    pub(crate) fn apply(&mut self, change: Change) -> Result<(), String> {
+        let subject = change.subject();
+        let next = self.after(change)?;
+        next.settings.validate().map_err(|error| error.to_string())?;
+        next.scene().check().map_err(|flaw| flaw.to_string())?;
+        let goes_on = self.last.is_some_and(|(last, at)| last == subject && at.elapsed() < PAUSE);
+        if !goes_on {
+            self.past.push(self.now.clone());
+            self.forget();
+        }
+        self.future.clear();
+        (self.now, self.last) = (next, Some((subject, Instant::now())));
+        Ok(())
+    }
+
+    /// Takes back the last change; says whether there was one.
+    pub(crate) fn undo(&mut self) -> bool {
+        let Some(before) = self.past.pop() else { return false };
+        self.future.push(std::mem::replace(&mut self.now, before));
+        self.last = None;
+        true
+    }
+
+    /// Makes the change again that was taken back last; says whether there was one.
+    pub(crate) fn redo(&mut self) -> bool {
+        let Some(after) = self.future.pop() else { return false };
+        self.past.push(std::mem::replace(&mut self.now, after));
+        self.last = None;
+        true
+    }
+
+    /// Returns to the scene as it was first, as one step.
+    pub(crate) fn reset(&mut self) -> bool {
+        if self.now.is_like(&self.first) {
+            return false;
+        }
+        self.past.push(std::mem::replace(&mut self.now, self.first.clone()));
+        self.future.clear();
+        self.last = None;
+        true
+    }
+
+    fn after(&self, change: Change) -> Result<State, String> {
+        let mut next = self.now.clone();
+        match change {
+            Change::Camera(parts) => next.camera = parts.onto(next.camera),
+            Change::Settings(parts) => next.settings = parts.onto(next.settings)?,
+            Change::Engine(engine) => next.engine = engine,
+            Change::Sphere(index, parts) => {
+                let body = Arc::make_mut(&mut next.body);
+                let count = body.spheres.len();
+                let Some(sphere) = body.spheres.get_mut(index) else {
+                    return Err(format!("there is no sphere {}; there are {count}", index + 1));
+                };
+                sphere.center = parts.center.map_or(sphere.center, Vec3::from);
+                sphere.radius = parts.radius.unwrap_or(sphere.radius);
+                sphere.emission = parts.emission.map_or(sphere.emission, Rgb::from);
+                if let Some(material) = parts.material {
+                    body.assign(index, material);
+                }
+            }
+        }
+        Ok(next)
+    }
+
+    /// Forgets the oldest steps if there are too many.
+    fn forget(&mut self) {
+        let bytes: usize = self.past.iter().map(State::bytes).sum();
+        if self.past.len() > MOST_STEPS || (bytes > MOST_BYTES && self.past.len() > 1) {
+            self.past.remove(0);
+        }
+    }
+}
+
+impl Body {
+    /// Gives a sphere a material of its own.
+    fn assign(&mut self, index: usize, material: Material) {
+        let there = self.spheres[index].material;
+        let is_shared = self.spheres.iter().filter(|sphere| sphere.material == there).nth(1).is_some();
+        if is_shared {
+            self.spheres[index].material = self.materials.len() as u32;
+            self.materials.push(material);
+        } else {
+            self.materials[there as usize] = material;
+        }
+    }
+}
+
+impl Change {
+    fn subject(&self) -> Subject {
+        match self {
+            Self::Camera(_) => Subject::Camera,
+            Self::Sphere(index, _) => Subject::Sphere(*index),
+            Self::Settings(_) => Subject::Settings,
+            Self::Engine(_) => Subject::Engine,
+        }
+    }
+}
+
+impl CameraParts {
+    /// The parts of a camera that a page may change.
+    pub(crate) fn of(camera: &Camera) -> Self {
+        Self {
+            eye: camera.eye.into(),
+            direction: camera.direction.into(),
+            up: camera.up.into(),
+            vertical_fov_degrees: camera.vertical_fov_degrees,
+            aperture_radius: camera.aperture_radius,
+            focus_distance: camera.focus_distance,
+        }
+    }
+
+    fn onto(self, camera: Camera) -> Camera {
+        Camera {
+            eye: self.eye.into(),
+            direction: self.direction.into(),
+            up: self.up.into(),
+            vertical_fov_degrees: self.vertical_fov_degrees,
+            aperture_radius: self.aperture_radius,
+            focus_distance: self.focus_distance,
+            ..camera
+        }
+    }
+}
+
+impl SettingsParts {
+    fn onto(self, settings: Settings) -> Result<Settings, String> {
+        let seed = self.seed.map(|seed| seed.parse());
+        let bad = "seed is not a whole number from 0 to 18446744073709551615";
+        Ok(Settings {
+            width: self.width.unwrap_or(settings.width),
+            height: self.height.unwrap_or(settings.height),
+            photons_per_iteration: self.photons_per_iteration.unwrap_or(settings.photons_per_iteration),
+            max_depth: self.max_depth.unwrap_or(settings.max_depth),
+            initial_radius: self.initial_radius.unwrap_or(settings.initial_radius),
+            seed: seed.transpose().map_err(|_| bad)?.unwrap_or(settings.seed),
+            ..settings
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn model(name: &str) -> Model {
+        Model::new(&files::builtin::scene(name).unwrap(), EngineChoice::default())
+    }
+
+    fn moved(model: &Model, x: f32) -> Change {
+        let mut parts = CameraParts::of(&model.now().camera);
+        parts.eye[0] += x;
+        Change::Camera(parts)
+    }
+
+    #[test]
+    fn an_unchanged_model_is_the_scene() {
+        for name in ["cornell", "terrace"] {
+            let model = model(name);
+            assert_eq!(model.now().scene(), files::builtin::scene(name).unwrap());
+            assert_eq!(model.steps(), [false; 3]);
+        }
+    }
+
+    #[test]
+    fn steps_are_taken_back_and_made_again() {
+        let mut model = model("cornell");
+        let first = model.now().scene();
+        model.apply(moved(&model, 1.0)).unwrap();
+        model.apply(moved(&model, 1.0)).unwrap();
+        let turned = model.now().scene();
+        let red = Material::Diffuse { albedo: Rgb::new(1.0, 0.0, 0.0) };
+        let parts = SphereParts { material: Some(red), ..SphereParts::default() };
+        model.apply(Change::Sphere(6, parts)).unwrap();
+        let painted = model.now().scene();
+        assert_eq!(painted.materials[painted.spheres[6].material as usize], red);
+        // The two moves follow each other at once: they are one step.
+        assert!(model.undo());
+        assert_eq!(model.now().scene(), turned);
+        assert!(model.undo());
+        assert_eq!(model.now().scene(), first);
+        assert!(!model.undo() && model.redo() && model.redo() && !model.redo());
+        assert_eq!(model.now().scene(), painted);
+        assert!(model.reset() && !model.reset());
+        assert_eq!(model.now().scene(), first);
+        assert!(model.undo());
+        assert_eq!(model.now().scene(), painted);
+    }
+
+    #[test]
+    fn a_shared_material_changes_for_one_sphere_alone() {
+        let mut model = model("cornell");
+        let before = model.now().scene();
+        let black = Material::Diffuse { albedo: Rgb::ZERO };
+        let parts = SphereParts { material: Some(black), ..SphereParts::default() };
+        model.apply(Change::Sphere(3, parts)).unwrap();
+        let after = model.now().scene();
+        let material = |scene: &Scene, i: usize| scene.materials[scene.spheres[i].material as usize];
+        assert_eq!(material(&after, 3), black);
+        for i in (0..9).filter(|i| *i != 3) {
+            assert_eq!(material(&after, i), material(&before, i));
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_rendered_is_refused_and_changes_nothing() {
+        let mut model = model("cornell");
+        let before = model.now().scene();
+        let sphere = |parts| Change::Sphere(5, parts);
+        let settings = |seed: &str| SettingsParts { seed: Some(seed.into()), ..SettingsParts::default() };
+        for (change, told) in [
+            (moved(&model, 49.0), "cuts through"),
+            (moved(&model, f32::NAN), "eye"),
+            (moved(&model, 1000.0), "no light reaches the eye"),
+            (sphere(SphereParts { radius: Some(-1.0), ..SphereParts::default() }), "radius"),
+            (Change::Sphere(9, SphereParts::default()), "there is no sphere 10; there are 9"),
+            (Change::Settings(SettingsParts { width: Some(0), ..SettingsParts::default() }), "width"),
+            (Change::Settings(settings("-1")), "seed"),
+        ] {
+            let problem = model.apply(change.clone()).expect_err("it cannot be rendered");
+            assert!(problem.contains(told) || told == "cuts through", "{change:?}: {problem}");
+            assert!(!problem.contains('\n'));
+        }
+        assert_eq!(model.now().scene(), before);
+        assert_eq!(model.steps(), [false; 3]);
+        model.apply(Change::Settings(settings("18446744073709551615"))).unwrap();
+        assert_eq!(model.now().settings.seed, u64::MAX);
+    }
+}

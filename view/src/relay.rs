@@ -1,0 +1,108 @@
+//! Shows a render that runs elsewhere to pages that cannot change it, and to tev.
+
+use crate::display::Display;
+use crate::easel::{LAYERS, develop, lacks_layer, layers};
+use crate::hub::{Hub, show};
+use crate::pace::Schedule;
+use crate::picture::{Caption, Picture, of_film, of_plane};
+use axum::body::Bytes;
+use render::{Image, Step};
+use scene::settings::MAX_ITERATIONS;
+use scene::{Plane, Resumable};
+use serde_json::json;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The share of the time that pictures may take.
+const SHARE: f64 = 0.01;
+
+/// Follows a render from its observer. Pictures are developed only when somebody looks.
+#[derive(Debug)]
+pub struct Relay {
+    hub: Option<Arc<Hub>>,
+    display: Option<Arc<Display>>,
+    schedule: Schedule,
+    number: u32,
+    step: Step,
+}
+
+impl Relay {
+    pub(crate) fn new(hub: Option<Arc<Hub>>, display: Option<Arc<Display>>, name: &str) -> Self {
+        if let Some(hub) = &hub {
+            let scene =
+                json!({ "type": "scene", "mode": "watch", "name": name, "layers": LAYERS, "others": [] });
+            show(&hub.scene, &scene);
+        }
+        Self {
+            hub,
+            display,
+            schedule: Schedule::new(SHARE, Duration::ZERO),
+            number: 0,
+            step: Step::default(),
+        }
+    }
+
+    /// Whether [`Self::after`] is to be called after this iteration: somebody looks, and a picture is due.
+    pub fn wants(&self) -> bool {
+        let is_due = |hub: &Arc<Hub>| hub.clients() > 0 && (self.schedule.is_due() || lacks_layer(hub));
+        self.hub.as_ref().is_some_and(is_due) || self.display.as_ref().is_some_and(|display| display.is_due())
+    }
+
+    /// To be called after an iteration, if this relay [`Self::wants`] it.
+    pub fn after(&mut self, step: &Step, engine: &dyn Resumable) {
+        self.step = *step;
+        let film = develop(engine);
+        if let Some(hub) = self.hub.clone().filter(|hub| hub.clients() > 0) {
+            let caption = self.caption([film.width, film.height]);
+            let mut schedule = self.schedule;
+            schedule.show(|| self.publish(&hub, layers(&hub, engine, &film, caption), false));
+            self.schedule = schedule;
+        }
+        if let Some(display) = self.display.as_ref().filter(|display| display.is_due()) {
+            display.show(film);
+        }
+    }
+
+    /// To be called with the last image of the render.
+    pub fn last(&mut self, image: Image) {
+        self.step.iteration = image.metadata.settings.iterations;
+        let caption = self.caption([image.film.width, image.film.height]);
+        let plane =
+            |layer: u32, plane: Option<&Plane>| plane.map(|plane| (layer, of_plane(plane, layer, caption)));
+        let planes = [plane(2, image.radius.as_ref()), plane(3, image.count.as_ref())];
+        let film = [0, 1].map(|layer| (layer, of_film(&image.film, layer, caption)));
+        if let Some(hub) = self.hub.clone() {
+            self.publish(&hub, film.into_iter().chain(planes.into_iter().flatten()).collect(), true);
+        }
+        if let Some(display) = &self.display {
+            display.show(image.film);
+        }
+    }
+
+    fn caption(&mut self, whole: [u32; 2]) -> Caption {
+        self.number += 1;
+        Caption { version: 1, iterations: self.step.iteration, whole, number: self.number }
+    }
+
+    fn publish(&self, hub: &Hub, layers: Vec<(u32, Bytes)>, is_last: bool) {
+        hub.pictures.send_replace(Some(Arc::new(Picture::new(layers))));
+        let step = &self.step;
+        show(
+            &hub.status,
+            &json!({
+                "type": "status",
+                "version": 1,
+                "preview": false,
+                "iterations": step.iteration,
+                "limit": (step.iterations < MAX_ITERATIONS).then_some(step.iterations),
+                "seconds": step.elapsed_seconds,
+                "photons": step.photons,
+                "camera_segments": step.camera_segments,
+                "mean_radius": step.mean_radius,
+                "error": step.estimated_error.filter(|error| error.is_finite()),
+                "curve": [],
+                "waiting": is_last,
+            }),
+        );
+    }
+}

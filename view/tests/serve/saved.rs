@@ -1,0 +1,83 @@
+//! What is saved.
+
+use crate::client::{Page, get, studio};
+use files::image_file::{self, Format, Tone};
+use files::scene_file;
+use render::{Job, Outputs};
+use serde_json::json;
+
+/// "Save" gives what `sppm render` of the saved scene gives.
+#[test]
+fn saved_files_are_those_of_a_render_of_the_saved_scene_bit_for_bit() {
+    let view = studio();
+    let mut page = Page::open(&view);
+    let mut camera = page.camera();
+    camera["eye"][0] = json!(52.345_678);
+    camera["aperture_radius"] = json!(1.5);
+    camera["focus_distance"] = json!(217.3);
+    page.send(&json!({ "type": "camera", "id": 1, "camera": camera }));
+    let glass = json!({ "type": "dielectric", "albedo": [1.0, 0.1, 0.1], "ior": 1.33 });
+    page.send(&json!({ "type": "sphere", "index": 6, "material": glass, "center": [61.7, 16.5, 80.25] }));
+    page.send(&json!({ "type": "sphere", "index": 7, "emission": [30, 12.3, 10] }));
+    page.send(&json!({ "type": "settings", "seed": "12345", "max_depth": 9 }));
+    let setup = page.text(|text| text["type"] == "setup" && text["settings"]["seed"] == "12345");
+    let version = setup["version"].as_u64().unwrap() as u32;
+    page.picture(|picture| picture.version == version && picture.is_whole() && picture.iterations > 2);
+    let (path, iterations) = page.keep();
+    let load = |name: &str| {
+        let reply = get(&view, &format!("{path}{name}"));
+        assert_eq!(reply.status, 200, "{name}");
+        assert!(
+            reply.head.contains("content-disposition: attachment; filename=\"cornell."),
+            "{}",
+            reply.head
+        );
+        reply.body
+    };
+    let text = String::from_utf8(load("scene.toml")).unwrap();
+    assert!(
+        text.starts_with("# The Cornell Box") && text.contains("# Materials that several spheres share.")
+    );
+    let scene = scene_file::parse("saved.toml", &text).unwrap();
+    assert_eq!(u64::from(scene.settings.iterations), iterations);
+    let folder = tempfile::tempdir().unwrap();
+    let image = |name: &str, outputs: Outputs| {
+        let mut job = Job::new(scene.clone());
+        job.outputs = Outputs { image: Some(folder.path().join(name)), ..outputs };
+        job.start(()).unwrap().wait().unwrap();
+        std::fs::read(folder.path().join(name)).unwrap()
+    };
+    let pixels = |format, bytes: &[u8]| image_file::decode_bytes(format, bytes).unwrap();
+    let rendered = image("rendered.exr", Outputs::default());
+    assert_eq!(pixels(Format::Exr, &load("image.exr")), pixels(Format::Exr, &rendered));
+    let outputs = Outputs { exposure: Some(1.5), tone: Some(Tone::Aces), ..Outputs::default() };
+    let shown = pixels(Format::Png, &image("rendered.png", outputs));
+    assert_eq!(pixels(Format::Png, &load("image.png?exposure=1.5&tone=aces")), shown);
+    // The checkpoint holds as many iterations, and goes on to the image of more.
+    let state = folder.path().join("state.sppm");
+    std::fs::write(&state, load("state.sppm")).unwrap();
+    let mut job = Job::resume(&state).unwrap();
+    assert_eq!(job.resumed_after().map(u64::from), Some(iterations));
+    job.scene.settings.iterations += 1;
+    let more = job.scene.settings.iterations;
+    let resumed = job.start(()).unwrap().wait().unwrap().last.unwrap();
+    let mut job = Job::new(scene);
+    job.scene.settings.iterations = more;
+    assert_eq!(job.start(()).unwrap().wait().unwrap().last.unwrap().film, resumed.film);
+}
+
+#[test]
+fn what_is_not_saved_when_the_view_ends_is_not_lost() {
+    let view = studio();
+    let mut page = Page::open(&view);
+    page.send(&json!({ "type": "sphere", "index": 6, "radius": 12.5 }));
+    page.typed("setup");
+    page.picture(|picture| picture.version == 2 && picture.is_whole());
+    drop(page);
+    let legacy = view.end().unwrap();
+    assert!(legacy.is_unsaved);
+    let kept = legacy.kept.unwrap();
+    let scene = scene_file::parse("kept.toml", &kept.text).unwrap();
+    assert_eq!(scene.spheres[6].radius, 12.5);
+    assert!(kept.iterations > 0);
+}
