@@ -5,7 +5,7 @@
 //! | [`recipe`] | what makes spheres of particles: radius, colour and material by rules, cuts, bonds; as texts of scene files and of the command line |
 //! | [`selection`] | which particles a rule is for |
 //! | [`columns`] | columns of particles by name |
-//! | [`balls`] | particles and a recipe become spheres of a scene |
+//! | [`mod@balls`] | particles and a recipe become spheres of a scene |
 //! | [`units`] | units of length |
 //! | [`stage`] | camera, lamps, ground, background and settings that follow from the spheres |
 //!

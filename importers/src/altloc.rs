@@ -8,25 +8,35 @@ use std::cmp::Ordering;
 use std::collections::HashMap;
 
 /// An atom with a mark of its location.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Alternative {
     /// The atom's row.
-    pub(crate) row: usize,
+    pub(crate) row: u32,
     pub(crate) residue: Residue,
     /// Indices of the labels.
     pub(crate) residue_name: u16,
     pub(crate) name: u16,
-    pub(crate) mark: Box<[u8]>,
+    /// The text of the mark: see [`packed`].
+    pub(crate) mark: u64,
     pub(crate) occupancy: f32,
     pub(crate) b_factor: f32,
 }
 
 /// What residues are told apart by.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Residue {
     pub(crate) chain: u16,
     pub(crate) number: i32,
-    pub(crate) insertion: Box<[u8]>,
+    /// The text of the insertion code: see [`packed`].
+    pub(crate) insertion: u64,
+}
+
+/// The first eight bytes of a text as a number, with the same order; the marks of files have one or two.
+pub(crate) fn packed(text: &[u8]) -> u64 {
+    let mut bytes = [0; 8];
+    let length = text.len().min(bytes.len());
+    bytes[..length].copy_from_slice(&text[..length]);
+    u64::from_be_bytes(bytes)
 }
 
 /// Means of the atoms of a residue at a location.
@@ -43,7 +53,7 @@ pub(crate) fn kept(mut alternatives: Vec<Alternative>, rows: usize) -> Option<Ve
         return None;
     }
     let mut keep = vec![true; rows];
-    alternatives.sort_by(|a, b| a.residue.cmp(&b.residue));
+    alternatives.sort_by_key(|atom| atom.residue);
     for residue in alternatives.chunk_by(|a, b| a.residue == b.residue) {
         choose(residue, &mut keep);
     }
@@ -52,14 +62,14 @@ pub(crate) fn kept(mut alternatives: Vec<Alternative>, rows: usize) -> Option<Ve
 
 /// Strikes out the atoms of a residue that are not at the best location.
 fn choose(residue: &[Alternative], keep: &mut [bool]) {
-    let mut means: HashMap<&[u8], Mean> = HashMap::new();
+    let mut means: HashMap<u64, Mean> = HashMap::new();
     for atom in residue {
-        let mean = means.entry(&atom.mark).or_default();
+        let mean = means.entry(atom.mark).or_default();
         mean.count += 1.0;
         mean.occupancy += f64::from(atom.occupancy);
         mean.b_factor += f64::from(atom.b_factor);
     }
-    let rank = |a: &Alternative, b: &Alternative| better(&a.mark, &b.mark, &means);
+    let rank = |a: &Alternative, b: &Alternative| better(a.mark, b.mark, &means);
     let Some(best) = residue.iter().min_by(|a, b| rank(a, b)) else { return };
     // The best place of each name.
     let mut chosen: HashMap<u16, &Alternative> = HashMap::new();
@@ -71,27 +81,27 @@ fn choose(residue: &[Alternative], keep: &mut [bool]) {
         }
     }
     for atom in residue {
-        keep[atom.row] = chosen.get(&atom.name).is_some_and(|chosen| chosen.row == atom.row);
+        keep[atom.row as usize] = chosen.get(&atom.name).is_some_and(|chosen| chosen.row == atom.row);
     }
 }
 
-fn better(a: &[u8], b: &[u8], means: &HashMap<&[u8], Mean>) -> Ordering {
-    let (of_a, of_b) = (means[a], means[b]);
+fn better(a: u64, b: u64, means: &HashMap<u64, Mean>) -> Ordering {
+    let (of_a, of_b) = (means[&a], means[&b]);
     let occupancy = |mean: Mean| mean.occupancy / mean.count;
     let b_factor = |mean: Mean| mean.b_factor / mean.count;
     occupancy(of_b)
         .total_cmp(&occupancy(of_a))
         .then(b_factor(of_a).total_cmp(&b_factor(of_b)))
-        .then_with(|| a.cmp(b))
+        .then(a.cmp(&b))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn atom(row: usize, name: u16, mark: u8, occupancy: f32, b_factor: f32) -> Alternative {
-        let residue = Residue { chain: 0, number: 7, insertion: [].into() };
-        Alternative { row, residue, residue_name: 0, name, mark: [mark].into(), occupancy, b_factor }
+    fn atom(row: u32, name: u16, mark: u8, occupancy: f32, b_factor: f32) -> Alternative {
+        let residue = Residue { chain: 0, number: 7, insertion: 0 };
+        Alternative { row, residue, residue_name: 0, name, mark: packed(&[mark]), occupancy, b_factor }
     }
 
     #[test]

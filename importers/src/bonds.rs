@@ -4,6 +4,7 @@ use crate::cell::dot;
 use crate::elements::element;
 use crate::particles::{Cell, Particles};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// A bond joins atoms that are no farther apart than the sum of their covalent radii times this, as is the custom of
 /// programs that guess bonds: radii are means over many structures, and the longest bonds are about a seventh longer.
@@ -42,21 +43,25 @@ pub fn by_distance(particles: &Particles) -> Vec<[u32; 2]> {
         let squared = dot(between, between);
         of_a > 0.0 && of_b > 0.0 && squared <= most * most && squared > (CLOSEST * angstrom).powi(2)
     };
-    let mut bonds: Vec<[u32; 2]> = grid
-        .images
-        .par_iter()
-        .filter(|image| image.is_original)
-        .flat_map_iter(|image| {
-            let near = grid.near(image).filter(|other| {
-                (if other.is_original { other.atom > image.atom } else { other.atom != image.atom })
-                    && is_bond(image, other)
-            });
-            near.map(|other| [image.atom.min(other.atom), image.atom.max(other.atom)])
-        })
-        .collect();
+    let cubes = grid.ranges().into_par_iter();
+    let mut bonds: Vec<[u32; 2]> = cubes.flat_map_iter(|cube| bonds_of(cube, &grid, is_bond)).collect();
     bonds.par_sort_unstable();
     // Through the sides of a cell each end finds the other.
     bonds.dedup();
+    bonds
+}
+
+/// The bonds of the atoms in a cube.
+fn bonds_of(cube: Range<usize>, grid: &Grid, is_bond: impl Fn(&Image, &Image) -> bool) -> Vec<[u32; 2]> {
+    let (near, mut bonds) = (grid.near(cube.start), Vec::new());
+    for image in grid.images[cube].iter().filter(|image| image.is_original) {
+        for other in near.iter().flat_map(|range| &grid.images[range.clone()]) {
+            let is_new = if other.is_original { other.atom > image.atom } else { other.atom != image.atom };
+            if is_new && is_bond(image, other) {
+                bonds.push([image.atom.min(other.atom), image.atom.max(other.atom)]);
+            }
+        }
+    }
     bonds
 }
 
@@ -160,14 +165,27 @@ impl Grid {
         std::array::from_fn(|axis| ((position[axis] - self.lowest[axis]) / self.edge) as u64 + 1)
     }
 
-    /// The images in the cube of this one and around it.
-    fn near(&self, image: &Image) -> impl Iterator<Item = &Image> {
-        let [x, y, z] = self.cube(image.position);
-        let rows = (0..9).map(move |row| [y - 1 + row % 3, z - 1 + row / 3]);
-        rows.flat_map(move |[y, z]| {
+    /// The images of each cube that has any.
+    fn ranges(&self) -> Vec<Range<usize>> {
+        let mut start = 0;
+        let cubes = self.cubes.chunk_by(|a, b| a == b);
+        cubes
+            .map(|cube| {
+                start += cube.len();
+                start - cube.len()..start
+            })
+            .collect()
+    }
+
+    /// The images in the cube of this one and around it: nine rows of three cubes.
+    fn near(&self, image: usize) -> [Range<usize>; 9] {
+        let [x, y, z] = self.cube(self.images[image].position);
+        std::array::from_fn(|row| {
+            let [y, z] = [y - 1 + row as u64 % 3, z - 1 + row as u64 / 3];
             let begin = self.cubes.partition_point(|cube| *cube < number([x - 1, y, z]));
-            let after = self.cubes[begin..].iter().take_while(move |cube| **cube <= number([x + 1, y, z]));
-            after.zip(&self.images[begin..]).map(|(_, image)| image)
+            let last = number([x + 1, y, z]);
+            let length = self.cubes[begin..].iter().take_while(|cube| **cube <= last).count();
+            begin..begin + length
         })
     }
 

@@ -25,6 +25,15 @@ pub(crate) fn by_angles(lengths: [f64; 3], degrees: [f64; 3]) -> Option<Cell> {
     cell([0.0; 3], vectors, [true; 3])
 }
 
+/// The cell along whose vectors these rows, with the constants added, give the coordinates of a point.
+pub(crate) fn inverse(rows: [[f64; 3]; 3], constants: [f64; 3], periodic: [bool; 3]) -> Option<Cell> {
+    // The rows are the vectors of a cell whose coordinates' gradients are the vectors that are looked for.
+    let dual = cell([0.0; 3], rows, periodic)?;
+    let vectors = dual.reciprocal()?;
+    let from = |axis: usize| -(0..3).map(|vector| constants[vector] * vectors[vector][axis]).sum::<f64>();
+    cell(std::array::from_fn(from), vectors, periodic)
+}
+
 impl Cell {
     /// The point with these coordinates along the cell's vectors, 0 to 1 inside.
     pub fn point(&self, fractions: [f64; 3]) -> [f64; 3] {
@@ -179,6 +188,15 @@ mod tests {
         assert_eq!(cell([0.0; 3], [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 1.0]], [true; 3]), None);
         assert_eq!(cell([f64::NAN, 0.0, 0.0], slanted().vectors, [true; 3]), None);
         assert_eq!(by_angles([1.0, 1.0, 1.0], [10.0, 10.0, 90.0]), None);
+    }
+
+    #[test]
+    fn an_inverse_gives_back_the_cell() {
+        let cell = slanted();
+        let origin = cell.fractions([0.0; 3]);
+        let again = inverse(cell.reciprocal().unwrap(), origin, cell.periodic).unwrap();
+        assert!(distance(again.origin, cell.origin) < ROUNDING);
+        assert!(again.vectors.iter().zip(cell.vectors).all(|(a, b)| distance(*a, b) < ROUNDING));
     }
 
     #[test]

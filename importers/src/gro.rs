@@ -120,8 +120,8 @@ impl RowReader for FixedColumns {
         }
         let (residue, name) = (line[5..10].trim_ascii(), line[10..15].trim_ascii());
         table.residue_numbers.push(five_digits(line, 0)? as i32);
-        table.label(Kind::Residue).push(residue).map_err(|problem| (5, problem))?;
-        table.label(Kind::Name).push(name).map_err(|problem| (10, problem))?;
+        table.push_label(Kind::Residue, residue).map_err(|problem| (5, problem))?;
+        table.push_label(Kind::Name, name).map_err(|problem| (10, problem))?;
         table.ids.push(five_digits(line, 15)?);
         table.elements.push(names::element(name, residue));
         let roles = (0..3).map(Role::Axis).chain(self.velocities);

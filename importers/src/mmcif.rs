@@ -1,7 +1,7 @@
 //! PDBx/mmCIF, with Cartesian coordinates, and CIF of small molecules and crystals, with coordinates along the vectors
 //! of the cell, which are repeated by the symmetry operations that the file lists.
 
-use crate::altloc::{self, Alternative, Residue};
+use crate::altloc::{self, Alternative, Residue, packed};
 use crate::cell::by_angles;
 use crate::error::{Fault, no_such_frame, quote};
 use crate::format::Format;
@@ -290,7 +290,7 @@ impl Reader {
         self.table.elements.push(element(field(Item::Symbol), name, residue, self.is_fractional));
         for (kind, text) in [(Kind::Name, name), (Kind::Residue, residue), (Kind::Chain, field(Item::Chain))]
         {
-            self.table.label(kind).push(text)?;
+            self.table.push_label(kind, text)?;
         }
         let whole = |item: Item| integer(field(item));
         let residue_number = whole(Item::Number).and_then(|number| i32::try_from(number).ok()).unwrap_or(0);
@@ -308,14 +308,14 @@ impl Reader {
             let residue = Residue {
                 chain: index(Kind::Chain),
                 number: residue_number,
-                insertion: field(Item::Insertion).into(),
+                insertion: packed(field(Item::Insertion)),
             };
             self.alternatives.push(Alternative {
-                row: self.table.len(),
+                row: self.table.len() as u32,
                 residue,
                 residue_name: index(Kind::Residue),
                 name: index(Kind::Name),
-                mark: field(Item::Mark).into(),
+                mark: packed(field(Item::Mark)),
                 occupancy: occupancy.unwrap_or(1.0) as f32,
                 b_factor: b_factor.unwrap_or(0.0) as f32,
             });

@@ -81,8 +81,16 @@ impl Array {
                 format!("the header has {length} bytes; at most {LONGEST_HEADER} are read"),
             ));
         }
-        bytes.resize(begin + length, 0);
-        fill(stream, &mut bytes[begin..], begin as u64)?;
+        bytes.truncate(begin);
+        // Grows with what is there.
+        let read = (&mut *stream).take(length as u64).read_to_end(&mut bytes);
+        read.map_err(|error| Fault::unread(&error))?;
+        if bytes.len() < begin + length {
+            return Err(Fault::byte(
+                begin as u64,
+                format!("the file ends within the header of {length} bytes"),
+            ));
+        }
         check_depth(&bytes[begin..])?;
         // The parser's own message takes several lines.
         let wrong = |_| Fault::byte(begin as u64, "the header describes no array; write one by numpy.save");

@@ -1,8 +1,8 @@
 //! PDB: records of fixed columns (<https://www.wwpdb.org/documentation/file-format>), with what programs made of it for
 //! more atoms than the columns hold: hybrid-36 numbers (<http://cci.lbl.gov/hybrid_36/>), and numbers one column wider.
 
-use crate::altloc::{self, Alternative, Residue};
-use crate::cell::by_angles;
+use crate::altloc::{self, Alternative, Residue, packed};
+use crate::cell::{by_angles, dot, inverse};
 use crate::elements::by_symbol;
 use crate::error::{Fault, Place, no_such_frame, quote};
 use crate::format::Format;
@@ -44,7 +44,11 @@ pub(crate) fn read(source: &mut dyn Source, frame: usize, request: &Request) -> 
             b"ATOM" | b"HETATM" if is_here => reader.atom(line).map_err(fault)?,
             // After the last model they hold for all.
             b"CONECT" if is_here || frames.is_between => reader.bonds(line),
-            b"CRYST1" if reader.cell.is_none() || is_here => reader.cell = unit_cell(line).map_err(fault)?,
+            // Between frames it belongs to the next one; each frame has its own, or that of the one before.
+            b"CRYST1" if frames.count <= frame || is_here && !frames.is_between => {
+                reader.cell = unit_cell(line).map_err(fault)?;
+            }
+            b"SCALE1" | b"SCALE2" | b"SCALE3" => reader.scale(line),
             b"TITLE" if reader.title.len() < Particles::TITLE => {
                 reader
                     .title
@@ -105,6 +109,8 @@ struct Reader {
     /// Serial numbers of bonded atoms.
     bonds: Vec<[u64; 2]>,
     cell: Option<Cell>,
+    /// Rows that give coordinates along the cell's vectors, and the constant of each.
+    scale: [Option<[f64; 4]>; 3],
     title: String,
 }
 
@@ -124,6 +130,7 @@ impl Reader {
             alternatives: Vec::new(),
             bonds: Vec::new(),
             cell: None,
+            scale: [None; 3],
             title: String::new(),
         }
     }
@@ -142,9 +149,9 @@ impl Reader {
             self.table.field(Role::Axis(axis), field).map_err(|problem| (column, problem))?;
         }
         let residue = line[17..21].trim_ascii();
-        self.table.label(Kind::Name).push(line[12..16].trim_ascii()).map_err(|problem| (12, problem))?;
-        self.table.label(Kind::Residue).push(residue).map_err(|problem| (17, problem))?;
-        self.table.label(Kind::Chain).push(line[21..22].trim_ascii()).map_err(|problem| (21, problem))?;
+        self.table.push_label(Kind::Name, line[12..16].trim_ascii()).map_err(|problem| (12, problem))?;
+        self.table.push_label(Kind::Residue, residue).map_err(|problem| (17, problem))?;
+        self.table.push_label(Kind::Chain, line[21..22].trim_ascii()).map_err(|problem| (21, problem))?;
         self.table.residue_numbers.push(residue_number(line));
         self.table.elements.push(element(line));
         let last = self.table.ids.last().copied().unwrap_or(0);
@@ -168,10 +175,18 @@ impl Reader {
         let row = self.table.len();
         let index = |kind: Kind| self.table.labels[kind as usize].last();
         let number = self.table.residue_numbers[row];
-        let residue = Residue { chain: index(Kind::Chain), number, insertion: line[26..27].into() };
+        let residue = Residue { chain: index(Kind::Chain), number, insertion: packed(&line[26..27]) };
         let (name, residue_name) = (index(Kind::Name), index(Kind::Residue));
-        let mark = line[16..17].into();
-        self.alternatives.push(Alternative { row, residue, residue_name, name, mark, occupancy, b_factor });
+        let mark = packed(&line[16..17]);
+        self.alternatives.push(Alternative {
+            row: row as u32,
+            residue,
+            residue_name,
+            name,
+            mark,
+            occupancy,
+            b_factor,
+        });
     }
 
     /// `CONECT`: an atom, and up to four that are bonded to it.
@@ -184,13 +199,40 @@ impl Reader {
         self.bonds.extend((1..5).filter_map(atom).map(|other| [first.min(other), first.max(other)]));
     }
 
+    /// A row of the matrix that makes positions coordinates along the cell's vectors.
+    fn scale(&mut self, line: &[u8]) {
+        let columns = [(10, 20), (20, 30), (30, 40), (45, 55)];
+        let numbers = columns.map(|(start, end)| number(line.get(start..end.min(line.len()))?.trim_ascii()));
+        if let [Some(x), Some(y), Some(z), Some(shift)] = numbers {
+            self.scale[usize::from(line[5] - b'1')] = Some([x, y, z, shift]);
+        }
+    }
+
+    /// The cell of `CRYST1`, turned and moved as `SCALE` says if that is not how cells usually lie.
+    fn placed_cell(&self) -> Option<Cell> {
+        /// Of the six decimals of the matrix times the edge of a cell.
+        const ROUNDING: f64 = 1e-2;
+        let usual = self.cell?;
+        let [Some(x), Some(y), Some(z)] = self.scale else { return Some(usual) };
+        let rows = [x, y, z];
+        let along = |row: [f64; 4], point: [f64; 3]| dot([row[0], row[1], row[2]], point) + row[3];
+        let is_usual = (0..3).all(|at| {
+            let image = rows.map(|row| along(row, usual.vectors[at]));
+            (0..3).all(|axis| (image[axis] - f64::from(u8::from(axis == at))).abs() < ROUNDING)
+        });
+        let matrix = rows.map(|row| [row[0], row[1], row[2]]);
+        let turned = inverse(matrix, rows.map(|row| row[3]), usual.periodic);
+        let is_same_size = |cell: &Cell| (cell.volume() / usual.volume() - 1.0).abs() < ROUNDING;
+        if is_usual { Some(usual) } else { turned.filter(is_same_size).or(Some(usual)) }
+    }
+
     fn finish(mut self) -> Particles {
         if let Some(keep) = altloc::kept(std::mem::take(&mut self.alternatives), self.table.len()) {
             self.table.retain(&keep);
         }
         let mut particles = Particles::new(Format::Pdb);
         particles.bonds = by_serial(&mut self.bonds, &self.table.ids);
-        particles.cell = self.cell;
+        particles.cell = self.placed_cell();
         particles.title = title(&self.title);
         self.table.finish(self.layout, None, &mut particles);
         particles

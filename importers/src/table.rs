@@ -123,11 +123,15 @@ pub(crate) struct Interner {
     known: HashMap<Box<[u8]>, u16>,
     /// The last text, which is often the next one too.
     last: u16,
+    is_given_up: bool,
 }
 
 impl Interner {
     #[inline]
     pub(crate) fn push(&mut self, text: &[u8]) -> Result<(), String> {
+        if self.is_given_up {
+            return Ok(());
+        }
         let index = self.index(text)?;
         self.labels.index.push(index);
         Ok(())
@@ -157,6 +161,11 @@ impl Interner {
         self.known.insert(text.into(), index);
         self.last = index;
         Ok(index)
+    }
+
+    /// Forgets the column, and what comes of it.
+    fn give_up(&mut self) {
+        *self = Self { is_given_up: true, ..Self::default() };
     }
 
     /// The index of the last text.
@@ -220,6 +229,18 @@ impl Table {
         &mut self.labels[kind as usize]
     }
 
+    /// Takes a label of the row. Names that are too many or too long are nothing to tell particles apart by, and their
+    /// column is given up; elements and types are needed.
+    #[inline]
+    pub(crate) fn push_label(&mut self, kind: Kind, text: &[u8]) -> Result<(), String> {
+        let column = self.label(kind);
+        match column.push(text) {
+            Err(_) if !matches!(kind, Kind::Element | Kind::Type) => column.give_up(),
+            result => return result,
+        }
+        Ok(())
+    }
+
     /// Takes a field of the row. The error continues the place.
     #[inline]
     pub(crate) fn field(&mut self, role: Role, field: &[u8]) -> Result<(), String> {
@@ -229,7 +250,7 @@ impl Table {
                 let value = number(field).ok_or_else(|| no_coordinate(field))?;
                 self.coordinate(axis, value)
             }
-            Role::Label(kind) => self.label(kind).push(field),
+            Role::Label(kind) => self.push_label(kind, field),
             Role::Id => {
                 let id = integer(field).and_then(|id| u64::try_from(id).ok());
                 self.ids.push(
@@ -346,8 +367,17 @@ impl Table {
 
     /// Appends rows of the same layout.
     pub(crate) fn append(&mut self, other: &mut Self) -> Result<(), String> {
-        for (column, other) in self.labels.iter_mut().zip(&other.labels) {
-            column.append(other)?;
+        for (at, other) in other.labels.iter().enumerate() {
+            let column = &mut self.labels[at];
+            let is_needed = at == Kind::Element as usize || at == Kind::Type as usize;
+            if column.is_given_up || other.is_given_up {
+                column.give_up();
+            } else if let Err(problem) = column.append(other) {
+                if is_needed {
+                    return Err(problem);
+                }
+                column.give_up();
+            }
         }
         for (column, other) in self.properties.iter_mut().zip(&mut other.properties) {
             column.append(other);
@@ -530,8 +560,8 @@ fn property(field: &[u8]) -> Result<f32, String> {
         Some(value) => Ok(value as f32),
         None => match field {
             b"" | b"NA" | b"." | b"?" => Ok(f32::NAN),
-            b"T" | b"True" | b"true" | b"TRUE" => Ok(1.0),
-            b"F" | b"False" | b"false" | b"FALSE" => Ok(0.0),
+            b"T" | b"t" | b"True" | b"true" | b"TRUE" => Ok(1.0),
+            b"F" | b"f" | b"False" | b"false" | b"FALSE" => Ok(0.0),
             _ => Err(format!("{} is no number", quote(field))),
         },
     }
@@ -584,6 +614,22 @@ mod tests {
         }
         assert!(interner.push(b"one").is_err());
         assert!(interner.push(b"0").is_ok());
+    }
+
+    #[test]
+    fn too_many_names_are_given_up_and_too_many_types_refused() {
+        let with = |kind: Kind| {
+            let (mut a, mut b) = (Table::default(), Table::default());
+            for at in 0..Labels::MOST {
+                a.push_label(kind, format!("a{at}").as_bytes()).unwrap();
+            }
+            b.push_label(kind, b"b").unwrap();
+            let joined = a.clone().append(&mut b).is_ok();
+            let (pushed, again) = (a.push_label(kind, b"b").is_ok(), a.push_label(kind, b"a1").is_ok());
+            (joined, pushed, again, a.labels[kind as usize].clone().finish())
+        };
+        assert_eq!(with(Kind::Name), (true, true, true, None));
+        assert!(matches!(with(Kind::Type), (false, false, true, Some(_))));
     }
 
     #[test]

@@ -82,6 +82,8 @@ fn formats_are_told_by_content_or_name() {
     assert!(read(&path, &Request::default()).unwrap_err().problem.contains("compressed by zstd"));
     let (_folder, path) = file("a.dat", "hello\n");
     assert!(read(&path, &Request::default()).unwrap_err().problem.contains("no known format"));
+    let folder = tempfile::tempdir().unwrap();
+    assert!(read(folder.path(), &Request::default()).unwrap_err().problem.contains("this is a directory"));
     let missing = read("missing.xyz".as_ref(), &Request::default()).unwrap_err();
     assert_eq!(missing.to_string(), "missing.xyz: there is no such file");
 }
@@ -354,6 +356,31 @@ fn pdb_models_cells_and_faults_are_understood() {
     assert_eq!(frames(&path).unwrap(), 2);
     let last = read(&path, &all(Frame::Last)).unwrap();
     assert_eq!((last.len(), last.cell), (2, None));
+    // `SCALE` may turn the cell: here its first vector is along y.
+    let scale =
+        [(1, "0.000000  0.100000"), (2, "-.050000  0.000000"), (3, "0.000000  0.000000")].map(|(row, xy)| {
+            format!(
+                "SCALE{row}     {xy:>19} {:>9}        0.25000\n",
+                if row == 3 { "0.040000" } else { "0.000000" }
+            )
+        });
+    let text =
+        format!("CRYST1   10.000   20.000   25.000  90.00  90.00  90.00 P 1\n{}{line}", scale.concat());
+    let turned = parse(Format::Pdb, text).cell.unwrap();
+    let near = |a: [f64; 3], b: [f64; 3]| (0..3).all(|axis| (a[axis] - b[axis]).abs() < SINGLE);
+    assert!(
+        near(turned.vectors[0], [0.0, 10.0, 0.0]) && near(turned.vectors[1], [-20.0, 0.0, 0.0]),
+        "{turned:?}"
+    );
+    assert!(near(turned.origin, [5.0, -2.5, -6.25]), "{turned:?}");
+    // Trajectories have a cell before each frame.
+    let cell = |a: u8| format!("CRYST1   {a:>2}.000   20.000   30.000  90.00  90.00  90.00 P 1\n");
+    let text = format!("{}MODEL\n{line}ENDMDL\n{}MODEL\n{line}ENDMDL\n", cell(10), cell(11));
+    for (frame, length) in [(0, 10.0), (1, 11.0)] {
+        let request = all(Frame::Number(frame));
+        let particles = read_from("a", Cursor::new(&text), Format::Pdb, &request).unwrap();
+        assert_eq!(particles.cell.unwrap().vectors[0], [length, 0.0, 0.0]);
+    }
     let fault = |text: &str| fault(Format::Pdb, text);
     assert!(fault(&line.replace("2.000", "2,000")).starts_with(":1:39: \"2,000\" is no number"));
     assert!(fault("ATOM      1  CA\n").starts_with(":1:16: the line has 15 columns"));

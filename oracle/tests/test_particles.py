@@ -33,6 +33,8 @@ SUFFIX = {"xyz": "xyz", "extxyz": "xyz", "proteindatabank": "pdb", "gromacs": "g
 def dump(path: Path, frame: int | str = 0) -> SimpleNamespace:
     """What our readers find in a file: columns by name, cell, bonds, labels."""
     program = sppm.binary().parent / "examples" / "dump"
+    if not program.exists():
+        raise sppm.OracleError(f"there is no {program}; run cargo build --package importers --example dump")
     done = subprocess.run([program, path, str(frame)], capture_output=True, check=False)
     assert done.returncode == 0, done.stderr.decode()
     line, _, rest = done.stdout.partition(b"\n")

@@ -360,8 +360,9 @@ mod tests {
     /// The work for an error, (c + p / n) (w + v n), is least at n = sqrt(p w / (c v)).
     #[test]
     fn the_number_of_photons_is_next_to_the_best() {
-        for (c, p, w, v) in [(0.3, 5e3, 1e6, 10.0), (0.01, 5e4, 1e6, 3.0), (1.0, 1e4, 1e7, 20.0)] {
-            let best = (p * w / (c * v) as f64).sqrt();
+        for (c, p, w, v) in [(0.3_f64, 5e3, 1e6, 10.0), (0.01, 5e4, 1e6, 3.0), (1.0, 1e4, 1e7, 20.0)] {
+            let best: f64 = p * w / (c * v);
+            let best = best.sqrt();
             let found = f64::from(account(c, p, w, v).photons(1 << 28));
             // Candidates are at most 1.5 times apart.
             assert!(found / best < 1.5 && best / found < 1.5, "{found} for {best}");
