@@ -1,28 +1,26 @@
 """The farm at scale: its own driver and a real Dask scheduler, with workers in one process and stand-ins for renders.
 
-farm_scale.py [--workers N] [--blocks N] [--seconds S] [--kills N]
+farm_scale.py [--workers N] [--blocks N] [--seconds S]
 
 A stand-in for a block sleeps, and returns the iterations that it is of. So the sum tells whether each was counted exactly
-once. Workers are closed at random, and others come in their place. Prints what it found; exits with 1 if a sum is wrong.
+once. Prints what it found; exits with 1 if a sum is wrong.
 """
 
 from __future__ import annotations
 
 import argparse
-import asyncio
 import json
 import logging
 import random
 import resource
 import sys
 import tempfile
-import threading
 import time
 import zlib
 from pathlib import Path
 from typing import Any
 
-from distributed import Client, LocalCluster, Worker
+from distributed import Client, LocalCluster
 
 import sppm
 from sppm import _sppm
@@ -77,49 +75,28 @@ class Counting(Driver):
         pass
 
 
-async def replace(cluster: Any, chance: random.Random) -> None:
-    """Closes a worker without a word, and begins another."""
-    worker = chance.choice(list(cluster.workers.values()))
-    await worker.close(executor_wait=False, nanny=False, reason="killed by the test")
-    new = await Worker(cluster.scheduler_address, nthreads=1, dashboard=False)
-    cluster.workers[f"new-{id(new)}"] = new
-
-
 def main() -> int:
     """Runs it."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--workers", type=int, default=200)
     parser.add_argument("--blocks", type=int, default=5000)
     parser.add_argument("--seconds", type=float, default=SECONDS)
-    parser.add_argument("--kills", type=int, default=20)
     words = parser.parse_args()
     globals()["SECONDS"] = words.seconds
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     scene = sppm.Scene.load("cornell")
     scene.settings = scene.settings.replace(iterations=words.blocks)
-    over, chance, killed = threading.Event(), random.Random(1), [0]
     with tempfile.TemporaryDirectory() as folder, LocalCluster(
         n_workers=words.workers, threads_per_worker=1, processes=False, dashboard_address=":0"
     ) as cluster, Client(cluster, set_as_default=False) as client:
-
-        def kill() -> None:
-            pause = words.blocks * words.seconds / words.workers / (words.kills + 1)
-            while killed[0] < words.kills and not over.wait(pause):
-                asyncio.run_coroutine_threadsafe(replace(cluster, chance), cluster.loop.asyncio_loop).result(60)
-                killed[0] += 1
-
-        thread = threading.Thread(target=kill)
-        thread.start()
         driver = Counting(client, block=1, every=2.0, tasks=StandIns, tell=lambda text: None)
         began = time.monotonic()
         driver.run([Job(scene, Path(folder, "a.png"))])
         took = time.monotonic() - began
-        over.set()
-        thread.join()
     ideal = words.blocks * words.seconds / words.workers
     is_right = sorted(driver.stored) == [(k, k + 1) for k in range(words.blocks)]
     half = driver.peaks[len(driver.peaks) // 2]
-    print(f"{words.workers} workers, {words.blocks} blocks of {words.seconds} s, {killed[0]} kills: {took:.1f} s, "
+    print(f"{words.workers} workers, {words.blocks} blocks of {words.seconds} s: {took:.1f} s, "
           f"{ideal / took:.2f} of the ideal {ideal:.1f} s; {StandIns.rendered - words.blocks} blocks rendered again; "
           f"{len(driver.peaks)} sums; peak memory grew {driver.peaks[-1] / half - 1:.1%} in the second half; "
           f"each iteration once: {is_right}")

@@ -16,6 +16,7 @@ import importlib
 import os
 import tempfile
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -31,6 +32,8 @@ _TICK = 0.25
 """Seconds between two looks at what is going on."""
 _LOOK = 1.0
 """Seconds between two looks at who is there."""
+_SHORT = 10.0
+"""Seconds after which workers of this machine are replaced that have not come back."""
 _FAN = 4
 """Parts that are added by one task."""
 _ATTEMPTS = 4
@@ -57,6 +60,8 @@ class Block:
     future: Any
     given: float
     attempt: int = 0
+    worker: str = ""
+    """The worker that it was meant for; Dask may move it."""
     twin: Any = None
     """The same once more, if the first is slow."""
 
@@ -138,6 +143,9 @@ class Driver:
         self._blocks: list[Block] = []
         self._workers: dict[str, Any] = {}
         self._look_next = 0.0
+        # Of a cluster on this machine; others see to their workers themselves.
+        self._wanted = len(client.cluster.workers) if client.cluster is not None else 0
+        self._short_since = time.monotonic()
         self._finished: list[tuple[float, int]] = []
         self._durations: list[float] = []
         self._begun = time.monotonic()
@@ -183,6 +191,15 @@ class Driver:
             return
         self._look_next = time.monotonic() + _LOOK
         now = self._client.scheduler_info(n_workers=-1)["workers"]
+        cluster = self._client.cluster
+        if cluster is None or len(now) >= self._wanted:
+            self._short_since = time.monotonic()
+        elif time.monotonic() - self._short_since > _SHORT:
+            # Those that die while they start are not started again by Dask.
+            self._short_since = time.monotonic()
+            self._tell(f"{len(now)} of {self._wanted} workers are left; others are started")
+            cluster.scale(len(now))
+            cluster.scale(self._wanted)
         for address in [address for address in self._workers if address not in now]:
             del self._workers[address]
             self._tell(f"worker {address} is gone; what it had is rendered again")
@@ -198,9 +215,9 @@ class Driver:
         for address, asked in self._workers.items():
             if isinstance(asked, bool) or asked.status == "pending":
                 continue
-            found: Any = asked.result(timeout=5) if asked.status == "finished" else asked.status
-            if asked.status == "error":
-                found = asked.exception(timeout=5)
+            found = _outcome(asked)
+            if found is None:
+                continue
             answers = isinstance(found, tuple)
             is_good = bool(answers and found[1] == self._transport)
             self._workers[address] = is_good
@@ -222,15 +239,19 @@ class Driver:
 
     def _give(self, works: list[Work]) -> None:
         """Gives blocks to workers that have fewer than two."""
-        room = _AHEAD * len(self._good) - len(self._blocks)
+        good = self._good
+        loads = Counter(block.worker for block in self._blocks)
+        places = [worker for depth in range(_AHEAD) for worker in good if loads[worker] <= depth]
+        places = places[: max(0, _AHEAD * len(good) - len(self._blocks))]
         for work in works:
-            while room > 0:
+            while places:
                 chosen = work.take(self._size(work))
                 if chosen is None:
                     break
-                self._blocks.append(Block(work, chosen, self._submit(work, chosen, 0), time.monotonic()))
-                room -= 1
-        if room > 0:
+                worker = places.pop(0)
+                future = self._submit(work, chosen, 0, worker)
+                self._blocks.append(Block(work, chosen, future, time.monotonic(), worker=worker))
+        if places:
             self._give_again()
 
     def _size(self, work: Work) -> int:
@@ -244,9 +265,12 @@ class Driver:
         left = sum(stop - start for start, stop in work.missing)
         return max(1, min(int(self._seconds * rate / workers), left // (2 * workers)))
 
-    def _submit(self, work: Work, chosen: Range, attempt: int) -> Any:
-        """The task of a block. It is named by what it renders, so two that are alike are one."""
+    def _submit(self, work: Work, chosen: Range, attempt: int, worker: str = "") -> Any:
+        """The task of a block. It is named by what it renders, so two that are alike are one. It is meant for ``worker``: by
+        itself Dask would give it to one that has the scene already.
+        """
         job, options = work.job, self._placed()
+        preferred = {"workers": [worker], "allow_other_workers": True} if worker and not options else options
         if work.scene is None:
             packed = self._tasks.pack(job.scene)
             work.scene = self._client.submit(self._tasks.hand_on, packed, key=f"sppm-scene-{job.name}", **options)
@@ -254,7 +278,7 @@ class Driver:
         suffix = f"-{attempt}" if attempt else ""
         key = f"sppm-block-{job.name}-{start}-{stop}{suffix}"
         return self._client.submit(self._tasks.render_block, work.scene, job.name, start, stop, self._threads,
-                                   self._transport, key=key, retries=0, **options)
+                                   self._transport, key=key, retries=0, **preferred)
 
     def _placed(self) -> dict[str, Any]:
         """Where tasks may run: anywhere, unless some workers are of another version."""
@@ -309,7 +333,7 @@ class Driver:
 
     def _try_again(self, block: Block, status: str) -> None:
         """Gives out a block that has failed, unless it did so too often."""
-        why = block.future.exception(timeout=5) if status == "error" else status
+        why = (_outcome(block.future) if status == "error" else None) or status
         where = f"iterations {block.range[0]}..{block.range[1]} of {block.job.job.output}"
         if block.attempt + 1 >= _ATTEMPTS:
             hint = "; the workers may lack memory" if type(why).__name__ == "KilledWorker" else ""
@@ -394,6 +418,16 @@ class Driver:
         images = f"{len(works)} images, " if len(works) > 1 else ""
         speed = f", {rate:.3g} iterations/s" if rate else ""
         self._show(f"{images}{done + waiting} of {all_} iterations, {len(self._good)} workers{speed}{left}")
+
+
+def _outcome(future: Any) -> Any:
+    """The result of a small task, or its exception; ``None`` if the worker that had it has just gone."""
+    try:
+        return future.exception(timeout=5) if future.status == "error" else future.result(timeout=5)
+    except TimeoutError:
+        return None
+    except Exception as error:
+        return error
 
 
 def _left(work: Work, blocks: list[Block]) -> bool:
