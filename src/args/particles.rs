@@ -6,11 +6,14 @@ use clap::Args as ClapArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use figure::color::Screen;
 use figure::recipe::{Bonds, Recipe};
-use figure::stage::{Light, Stage, View};
+use figure::stage::{Light, Stage, View, is_matte};
 use figure::units::Length;
 use figure::{Refusal, Rule, Selection};
 use files::named::{self, Opened};
 use files::particles::Problem;
+use render::{MethodName, Renderer};
+use scene::Scene;
+use std::ffi::OsStr;
 use std::path::Path;
 
 /// How a file of particles is shown.
@@ -105,6 +108,16 @@ pub(crate) struct ParticleArgs {
     /// --light dark]
     #[arg(long, value_name = "COLOR")]
     background: Option<String>,
+}
+
+/// The method and engine for the scene `name` if no option names them: path tracing for files of particles without
+/// caustics, as photons of the few iterations of a quick picture show as spots; else photon mapping.
+pub(crate) fn usual_renderer(name: &OsStr, scene: &Scene) -> Renderer {
+    if named::is_particles(name) && is_matte(&scene.materials) {
+        MethodName::Path.into()
+    } else {
+        Renderer::default()
+    }
 }
 
 /// Accepts one of `names`.
