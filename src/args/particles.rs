@@ -38,7 +38,7 @@ pub(crate) struct ParticleArgs {
 
     /// The values at both ends of the map, such as `-1..2.5` or `5%..95%` (percentiles) [default: 0%..100%]
     #[arg(long, value_name = "LOW..HIGH", requires = "color", allow_hyphen_values = true)]
-    range: Option<String>,
+    color_range: Option<String>,
 
     /// Radii: `vdw`, `covalent` (of elements), `touch` (half the distance of neighbours), a column, or a length in the
     /// file's unit
@@ -173,7 +173,7 @@ impl ParticleArgs {
         let options = [
             ("--color", "color", &self.color),
             ("--map", "map", &self.map),
-            ("--range", "range", &self.range),
+            ("--color-range", "range", &self.color_range),
             ("--ball-radius", "radius", &self.ball_radius),
             ("--ball-scale", "scale", &self.ball_scale),
             ("--material", "material", &self.material),
