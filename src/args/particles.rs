@@ -6,11 +6,14 @@ use clap::Args as ClapArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use figure::color::Screen;
 use figure::recipe::{Bonds, Recipe};
-use figure::stage::{Light, Stage, View};
+use figure::stage::{Light, Stage, View, is_matte};
 use figure::units::Length;
 use figure::{Refusal, Rule, Selection};
 use files::named::{self, Opened};
 use files::particles::Problem;
+use render::{MethodName, Renderer};
+use scene::Scene;
+use std::ffi::OsStr;
 use std::path::Path;
 
 /// How a file of particles is shown.
@@ -35,7 +38,7 @@ pub(crate) struct ParticleArgs {
 
     /// The values at both ends of the map, such as `-1..2.5` or `5%..95%` (percentiles) [default: 0%..100%]
     #[arg(long, value_name = "LOW..HIGH", requires = "color", allow_hyphen_values = true)]
-    range: Option<String>,
+    color_range: Option<String>,
 
     /// Radii: `vdw`, `covalent` (of elements), `touch` (half the distance of neighbours), a column, or a length in the
     /// file's unit
@@ -107,6 +110,16 @@ pub(crate) struct ParticleArgs {
     background: Option<String>,
 }
 
+/// The method and engine for the scene `name` if no option names them: path tracing for files of particles without
+/// caustics, as photons of the few iterations of a quick picture show as spots; else photon mapping.
+pub(crate) fn usual_renderer(name: &OsStr, scene: &Scene) -> Renderer {
+    if named::is_particles(name) && is_matte(&scene.materials) {
+        MethodName::Path.into()
+    } else {
+        Renderer::default()
+    }
+}
+
 /// Accepts one of `names`.
 fn names<const N: usize>(names: [&'static str; N]) -> impl TypedValueParser<Value = String> {
     PossibleValuesParser::new(names)
@@ -160,7 +173,7 @@ impl ParticleArgs {
         let options = [
             ("--color", "color", &self.color),
             ("--map", "map", &self.map),
-            ("--range", "range", &self.range),
+            ("--color-range", "range", &self.color_range),
             ("--ball-radius", "radius", &self.ball_radius),
             ("--ball-scale", "scale", &self.ball_scale),
             ("--material", "material", &self.material),

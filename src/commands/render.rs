@@ -6,16 +6,16 @@ use crate::args::goals::{CheckpointArgs, GoalArgs};
 use crate::args::messages::MessageArgs;
 use crate::args::outputs::{OutputArgs, default_name, default_name_of};
 use crate::args::part::PartArgs;
+use crate::args::particles::usual_renderer;
 use crate::args::scene::{self, SourceArgs};
 use crate::args::settings::{QualityArgs, SettingsArgs};
 use crate::args::view::WatchArgs;
 use crate::terminal::error::Error;
 use crate::terminal::logs;
 use ::render::merge::is_checkpoint;
-use ::render::{Field, Goals, Job, MethodName, Outputs, Renderer, Save};
+use ::render::{Field, Goals, Job, Outputs, Save};
 use ::scene::Settings;
 use clap::Args as ClapArgs;
-use figure::stage::is_matte;
 use files::image_file::Tone;
 use files::named;
 use std::path::{Path, PathBuf};
@@ -89,7 +89,10 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     job.scene.settings = Settings { iterations, ..settings };
     job.automatic = args.settings.automatic(automatic);
     job.automatic.iterations &= !job.goals.are_open();
-    let usual = usual_renderer(&args.source, &job);
+    let usual = match &args.source.scene {
+        Some(name) if args.source.like.is_none() => usual_renderer(name, &job.scene),
+        _ => job.engine.renderer(),
+    };
     job.engine = args.engine.choose(usual)?;
     job.inputs.extend(args.engine.profile.clone().map(|path| (Field::Profile, path)));
     (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
@@ -129,18 +132,6 @@ fn part_file(args: &RenderArgs, image: &Path) -> Result<PathBuf, Error> {
     }
     let problem = "a part is no image, but a checkpoint for `sppm merge`; name a file that ends in .sppm";
     Err(Error::BadInput(format!("--output: {}: {problem}", path.display())))
-}
-
-/// The method and engine if no option names one: those of `--like`; path tracing for particles without caustics, as photons
-/// of the few iterations of a quick picture show as spots; else photon mapping.
-fn usual_renderer(args: &SourceArgs, job: &Job) -> Renderer {
-    if args.like.is_some() {
-        job.engine.renderer()
-    } else if particles(args).is_some() && is_matte(&job.scene.materials) {
-        MethodName::Path.into()
-    } else {
-        Renderer::default()
-    }
 }
 
 /// The file of particles that is named in place of a scene, if it is one.

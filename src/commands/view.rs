@@ -3,14 +3,14 @@
 use crate::args::engine::EngineArgs;
 use crate::args::files::check_distinct;
 use crate::args::messages::MessageArgs;
-use crate::args::particles::ParticleArgs;
+use crate::args::particles::{ParticleArgs, usual_renderer};
 use crate::args::scene::{self, SceneName};
 use crate::args::settings::SettingsArgs;
 use crate::args::view::{DisplayArgs, PageArgs};
 use crate::terminal::error::Error;
 use crate::terminal::logs;
 use crate::terminal::signals::Requests;
-use ::render::{Job, Renderer};
+use ::render::Job;
 use ::scene::settings::MAX_ITERATIONS;
 use ::scene::{Automatic, Scene};
 use clap::{Args as ClapArgs, ValueHint};
@@ -134,10 +134,12 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
     check(args, opened.file.as_deref())?;
     let settings = args.settings.apply(&opened.scene.settings)?;
     let text = match &opened.file {
+        // Such a file is no scene file, and may be of any size.
+        Some(file) if named::is_particles(file.as_os_str()) => None,
         Some(file) => fs::read_to_string(file).ok(),
         None => opened.stem.to_str().and_then(builtin::find).map(|builtin| builtin.text.to_owned()),
     };
-    let engine = args.engine.choose(Renderer::default())?;
+    let engine = args.engine.choose(usual_renderer(&args.target, &opened.scene))?;
     // There is no end to them.
     let automatic = Automatic { iterations: false, ..args.settings.automatic(opened.automatic) };
     let mut job = Job::new(Scene { settings, ..opened.scene }).choosing(automatic);
