@@ -78,6 +78,7 @@ fn image(extension: &str) -> Vec<u8> {
 fn checkpoint() -> Vec<u8> {
     let scene = files::builtin::scene("cornell").unwrap();
     let settings = Settings { width: 48, height: 32, photons_per_iteration: 1000, ..scene.settings };
+    let scene = scene::Scene { settings, ..scene };
     let mut engine = fast::Sppm::new(&scene, &settings);
     engine.iterate();
     let digest = scene_file::digest(&scene);
