@@ -32,7 +32,9 @@ CASES: list[tuple[str, dict[str, object]]] = [
 
 @pytest.mark.parametrize(("name", "settings"), CASES, ids=str)
 def test_files_are_equal(name, settings, tmp_path: Path, command) -> None:
-    options = {**BASE, **settings}
+    # All of them: the command chooses what a scene does not state, and the package only if it is asked for a quality.
+    own = sppm.Scene.load(name).settings
+    options = {"max_depth": own.max_depth, "initial_radius": own.initial_radius, **BASE, **settings}
     arguments = [f"--{OPTIONS.get(key, key).replace('_', '-')}={value}" for key, value in options.items()]
     planes = ["radius", "count"] if settings.get("method") != "path" else []
     written = [f"--{plane}-image={tmp_path / plane}.exr" for plane in planes]
@@ -79,9 +81,30 @@ def test_a_scene_from_arrays_is_the_scene_that_it_saves(tmp_path: Path, command)
         assert (tmp_path / f"ours.{extension}").read_bytes() == image.read_bytes(), (extension, shown)
 
 
+@pytest.mark.parametrize("quality", ["paper", "draft", "good"])
+def test_settings_are_chosen_alike(quality, tmp_path: Path, command) -> None:
+    options = ["--width=40", "--height=30", "--quiet"]
+    command("render", "cornell", f"--quality={quality}", "-o", tmp_path / "image.exr", *options)
+    film = sppm.render(sppm.Scene.load("cornell"), quality=quality, width=40, height=30)
+    assert sppm.compare(film, tmp_path / "image.exr").identical
+    chosen = film.metadata["settings"]
+    assert (chosen["iterations"] == 6) == (quality == "paper")
+    given = sppm.render(sppm.Scene.load("cornell"), quality=quality, width=40, height=30, iterations=2, max_depth=3)
+    settings = given.metadata["settings"]
+    assert (settings["iterations"], settings["max_depth"]) == (2, 3)
+
+
+def test_a_quality_has_a_name() -> None:
+    scene = sppm.Scene.load("cornell")
+    with pytest.raises(sppm.InputError, match="best"):
+        sppm.render(scene, quality="best", width=8, height=6)
+    with pytest.raises(TypeError, match="quality must be a name"):
+        sppm.render(scene, quality=3, width=8, height=6)
+
+
 def test_a_checkpoint_goes_both_ways(tmp_path: Path, command) -> None:
     whole = sppm.render(sppm.Scene.load("cornell"), **{**BASE, "iterations": 6})
-    options = ["--width=40", "--height=30", "--photons=4000", "--quiet"]
+    options = ["--width=40", "--height=30", "--quality=paper", "--photons=4000", "--quiet"]
     command("render", "cornell", "-n3", "-o", tmp_path / "a.png", "--checkpoint", tmp_path / "a.sppm", *options)
     with sppm.Render.resume(tmp_path / "a.sppm", iterations=6) as render:
         assert render.result() == whole
