@@ -20,6 +20,7 @@ struct Info {
     settings: Settings,
     iterations: u32,
     /// The iterations in it, unless they are the first ones.
+    #[serde(skip_serializing_if = "Option::is_none")]
     which: Option<Iterations>,
     photons: u64,
     #[serde(flatten)]

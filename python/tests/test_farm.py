@@ -239,8 +239,24 @@ def certificates(folder: Path, name: str) -> dict[str, Path]:
     return files
 
 
+def is_refused(address: str, security: Any) -> bool:
+    """Whether a client with this security cannot connect."""
+    from distributed import Client
+
+    for _ in range(3):
+        try:
+            Client(address, security=security, timeout=3, set_as_default=False).close()
+        except AssertionError:
+            # Dask's own: on a busy machine its event loop may take longer to start than it waits for.
+            continue
+        except (OSError, TypeError, ValueError, RuntimeError):
+            return True
+        return False
+    return False
+
+
 def test_tls(tmp_path: Path) -> None:
-    from distributed import Client, Security
+    from distributed import Security
 
     ours, theirs = certificates(tmp_path, "ours"), certificates(tmp_path, "theirs")
     scene = small(seed=6)
@@ -258,8 +274,7 @@ def test_tls(tmp_path: Path) -> None:
             tls_client_key=str(theirs["key"]),
         )
         for security in (None, other):
-            with pytest.raises((OSError, TypeError, ValueError, RuntimeError)):
-                Client(address, security=security, timeout=3, set_as_default=False)
+            assert is_refused(address, security)
     assert np.array_equal(sppm.Film.load(tmp_path / "a.exr").radiance, whole(scene))
 
 

@@ -53,8 +53,9 @@ pub(crate) struct Args {
 
 const EXAMPLES: &str = "\
 Examples:
-  sppm render cornell                      cornell.png, by the scene's own settings
+  sppm render cornell                      cornell.png, with settings chosen from the scene
   sppm render cornell -o box.exr -n 64     linear radiance, 64 iterations
+  sppm render water.pdb                    molecules and particles, from the files of their fields
   sppm scenes                              what can be rendered by name
   sppm scenes cornell > mine.toml          a scene file to start from
   sppm render mine.toml

@@ -20,7 +20,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import sppm
 from sppm import _sppm
@@ -218,13 +218,14 @@ class Driver:
             found = _outcome(asked)
             if found is None:
                 continue
-            answers = isinstance(found, tuple)
-            is_good = bool(answers and found[1] == self._transport)
+            # Of the package, and of the light transport.
+            versions = cast("tuple[str, int] | None", found if isinstance(found, tuple) else None)
+            is_good = versions is not None and versions[1] == self._transport
             self._workers[address] = is_good
-            if not answers:
+            if versions is None:
                 self._tell(f"worker {address} gets no work: it cannot import sppm ({found})")
             elif not is_good:
-                self._tell(f"worker {address} gets no work: its sppm {found[0]} computes version {found[1]} of the light "
+                self._tell(f"worker {address} gets no work: its sppm {versions[0]} computes version {versions[1]} of the light "
                            f"transport, not {self._transport}")
 
     @property
