@@ -1,7 +1,7 @@
 //! Estimates how noisy a render is from a sample of its pixels, which costs next to nothing.
 
 use crate::estimate::{is_checked, relative_square};
-use scene::{Resumable, Rgb};
+use scene::{Probe, Resumable, Rgb};
 
 /// So many pixels are looked at, or all if there are fewer.
 const SAMPLES: usize = 4096;
@@ -40,15 +40,30 @@ impl Noise {
 
 /// The radiance of pixels from all over the image.
 fn sample(engine: &dyn Resumable) -> Vec<Rgb> {
+    probes(engine).map(|probe| probe.radiance).collect()
+}
+
+/// The mean square of the radii of pixels that photons counted at, in units of the square of the first radius; 1 if there
+/// are none.
+pub(crate) fn mean_square_radius(engine: &dyn Resumable) -> f64 {
+    let first = f64::from(engine.settings().initial_radius);
+    let (mut sum, mut count) = (0.0, 0_u32);
+    for probe in probes(engine).filter(|probe| probe.count > 0.0) {
+        let radius = f64::from(probe.radius) / first;
+        (sum, count) = (sum + radius * radius, count + 1);
+    }
+    if count == 0 { 1.0 } else { sum / f64::from(count) }
+}
+
+/// Pixels from all over the image.
+fn probes(engine: &dyn Resumable) -> impl Iterator<Item = Probe> {
     let (settings, pixels) = (engine.settings(), engine.settings().pixels());
     let count = pixels.min(SAMPLES);
-    let place =
-        |i: usize| if count == pixels { i } else { i * (pixels / count) + i * STRIDE % (pixels / count) };
-    let radiance = |at: usize| {
-        let (x, y) = (at % settings.width as usize, at / settings.width as usize);
-        engine.probe(x as u32, y as u32).radiance
+    let place = move |i: usize| {
+        if count == pixels { i } else { i * (pixels / count) + i * STRIDE % (pixels / count) }
     };
-    (0..count).map(|i| radiance(place(i))).collect()
+    let width = settings.width as usize;
+    (0..count).map(move |i| engine.probe((place(i) % width) as u32, (place(i) / width) as u32))
 }
 
 #[cfg(test)]

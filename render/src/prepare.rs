@@ -1,5 +1,6 @@
 //! Validates a job and acquires its resources, so that errors are found before the render starts.
 
+use crate::automatic;
 use crate::error::{Error, Field, Problem};
 use crate::job::Job;
 use crate::keeper::Keeper;
@@ -59,7 +60,8 @@ pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     let pool = job.warm.take_pool(job.threads)?;
     let threads = pool.current_num_threads();
     let need = Need::new(job.engine, &job.scene, threads, job.goals.error.is_some(), job.memory_limit)?;
-    let need = need.after(job.bytes_before.max(job.bytes_of_choice));
+    let of_bias = if job.goals.error.is_some() { automatic::bytes_at_most(&job.scene, threads) } else { 0 };
+    let need = need.after(job.bytes_before.max(job.bytes_of_choice).max(of_bias));
     job.outputs.check_room(job.scene.settings.pixels() as u64)?;
     let keeper = keeper(&job, &digest, from.as_ref())?;
     Ok(Ready { job, pool, need, digest, locks, keeper, from })

@@ -3,15 +3,17 @@
 //! A stop request or the time limit abandons the current iteration instead of waiting for it. The engine then holds the
 //! state after the last complete iteration.
 
+use crate::automatic::relative_bias;
 use crate::error::{Error, Field};
-use crate::estimate::Estimate;
+use crate::estimate::{Estimate, is_checked};
 use crate::goals::Clock;
 use crate::image::Image;
 use crate::job::{Job, Repeats};
 use crate::keeper::Keeper;
 use crate::memory;
 use crate::metadata::Metadata;
-use crate::noise::Noise;
+use crate::names::MethodName;
+use crate::noise::{Noise, mean_square_radius};
 use crate::observer::{Notice, Observer};
 use crate::outcome::{End, Outcome, Unwritten};
 use crate::prepare::Ready;
@@ -30,6 +32,10 @@ use std::path::PathBuf;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
+
+/// The mean of the squared radii of all iterations, over that of the last: they fall as `i^(-1/3)`, whose mean is 3/2 of the
+/// last. The bias of the image is that of their mean.
+const AVERAGE_OF_SQUARES: f64 = 1.5;
 
 /// Runs a prepared job on its thread pool.
 pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) -> Result<Outcome, Error> {
@@ -55,6 +61,8 @@ pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) ->
             digest,
             keeper,
             estimate: Estimate::default(),
+            bias: None,
+            blur: 1.0,
             noise: Noise::default(),
             resumed_after: 0,
             done: Iterations::default(),
@@ -96,6 +104,10 @@ struct Session<'a> {
     keeper: Option<Keeper>,
     writer: Writer,
     estimate: Estimate,
+    /// The relative bias that the image would have if radii stayed as they are at first, if the error is estimated.
+    bias: Option<f64>,
+    /// The share of it that is left, as radii have shrunk.
+    blur: f64,
     noise: Noise,
     clock: Clock,
     resumed_after: u32,
@@ -123,6 +135,7 @@ impl Session<'_> {
             let Repeats { path, transport } = other.clone();
             self.observer.notice(&Notice::OtherTransport { path, transport });
         }
+        self.bias = self.first_bias();
         let mut started = self.job.engine.start(self.scene, deposits, take(parts));
         let engine = started.engine();
         if let Some(from) = from {
@@ -133,6 +146,23 @@ impl Session<'_> {
         let ended = self.conclude(engine, end);
         *parts = started.into_parts();
         Ok(ended)
+    }
+
+    /// The bias by which the error is estimated, if there is an error goal and if there is a bias at all.
+    fn first_bias(&self) -> Option<f64> {
+        if self.job.goals.error.is_none() || self.job.engine.method() != MethodName::Sppm {
+            return None;
+        }
+        let stop = self.job.stop.child();
+        let bias = relative_bias(self.scene, self.job.engine.lane_kind(), &stop);
+        stop.meter().begin(0);
+        bias
+    }
+
+    /// The estimated relative error: noise and bias.
+    fn error(&self) -> Option<f64> {
+        let (noise, bias) = (self.estimate.error?, self.blur * self.bias.unwrap_or(0.0));
+        Some((noise * noise + bias * bias).sqrt())
     }
 
     fn introduce(&mut self) {
@@ -179,7 +209,7 @@ impl Session<'_> {
                 engine.skip_to(next);
             }
             if engine.iterations() > 0 {
-                if goals.error.zip(self.estimate.error).is_some_and(|(goal, error)| error <= goal) {
+                if goals.error.zip(self.error()).is_some_and(|(goal, error)| error <= goal) {
                     return Ok(End::Error);
                 }
                 match self.clock.left() {
@@ -203,6 +233,9 @@ impl Session<'_> {
         let iterations = engine.iterations();
         if self.job.goals.error.is_some() {
             self.estimate.update(iterations, || engine.develop());
+            if is_checked(iterations) && self.bias.is_some() {
+                self.blur = (AVERAGE_OF_SQUARES * mean_square_radius(engine)).min(1.0);
+            }
         }
         self.noise.update(engine);
         if let Err(error) = self.writer.snapshot(iterations, || self.shown(engine)) {
@@ -214,7 +247,7 @@ impl Session<'_> {
             iterations: self.job.wanted().len() as u32,
             seconds: time.as_secs_f64(),
             elapsed_seconds: self.clock.elapsed().as_secs_f64(),
-            estimated_error: self.estimate.error,
+            estimated_error: self.error(),
             saved,
             ..if follows { Step::of(engine) } else { Step::brief(engine) }
         };
@@ -273,7 +306,7 @@ impl Session<'_> {
             which: Some(self.done.clone()).filter(|done| !done.are_first()),
             exposure: outputs.exposure,
             tone: outputs.shown_tone(),
-            estimated_error: self.estimate.error,
+            estimated_error: self.error(),
             ..Metadata::of(engine, self.scene, &self.digest, self.job.engine)
         }
     }
@@ -326,7 +359,7 @@ impl Session<'_> {
             interrupted: end == End::Stopped,
             ended_by,
             resumed_after: self.resumed_after,
-            estimated_error: self.estimate.error,
+            estimated_error: self.error(),
             wall_seconds: self.clock.elapsed().as_secs_f64(),
             write_seconds: self.writer.writing().as_secs_f64(),
             bytes_at_most: self.bytes_at_most,

@@ -19,8 +19,8 @@ pub(crate) struct GoalArgs {
 
     /// End once the estimated relative error is at most E, such as 0.05
     ///
-    /// The estimate is the root of the relative mean-square error that `sppm compare` would give against the
-    /// converged image, so far as it is noise: from how much the image changed since an earlier iteration.
+    /// The estimate is the root of the relative mean-square error that `sppm compare` would give against the converged image:
+    /// noise, from how much the image changed since an earlier iteration, and the bias of photon mapping, from two radii.
     #[arg(long, value_name = "E", value_parser = positive, allow_hyphen_values = true)]
     pub until_error: Option<f64>,
 }

@@ -10,9 +10,11 @@
 //! iterations  until the noise is that of the quality, but for so much work at most
 //! ```
 
+mod bias;
 mod footprint;
 mod pilot;
 
+pub(crate) use bias::relative_bias;
 use fast::{LaneKind, Parameters, Sppm};
 use footprint::footprint;
 use pilot::{DEPOSITS_AT_ONCE, Pilot, SEEDS, Variance, loss, run};
@@ -96,16 +98,22 @@ pub(crate) fn choose(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop:
     Some(settings)
 }
 
-/// The most bytes that choosing settings takes, on so many threads.
+/// The most bytes that choosing settings takes, or estimating the bias, on so many threads.
 pub(crate) fn bytes_at_most(scene: &Scene, threads: usize) -> u64 {
     let settings = pilot_settings(&scene.settings);
     let (spheres, parameters) = (scene.spheres.len(), Parameters::default());
-    let photons_per_iteration = settings.photons_per_iteration * PILOT_PHOTONS.2;
+    // Those of the bias are twice as many as those of the second pilot.
+    let photons_per_iteration = 2 * settings.photons_per_iteration * PILOT_PHOTONS.2;
     let deepest = Settings { photons_per_iteration, max_depth: DEPTHS[3], ..settings };
-    let films = 16 * SEEDS * settings.pixels() as u64;
+    let films = 16 * bias::FILMS * settings.pixels() as u64;
     // The variances of all channels are sorted.
     let terms = 3 * 8 * settings.pixels() as u64;
     Sppm::bytes_at_most(&deepest, spheres, threads, DEPOSITS_AT_ONCE, &parameters) + films + terms
+}
+
+/// Pilots of `scene` with its own settings.
+fn pilots<'a>(scene: &'a Scene, lanes: LaneKind, stop: &'a Stop) -> Pilots<'a> {
+    Pilots { lanes, scene, stop, settings: pilot_settings(&scene.settings) }
 }
 
 /// The settings of the pilot of a render with `settings`.

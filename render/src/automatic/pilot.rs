@@ -119,7 +119,7 @@ fn floor(images: &[&[Rgb]]) -> f64 {
 }
 
 /// The means of blocks of `side` x `side` pixels; those at the right and at the bottom may be smaller.
-fn blocks(film: &Film, side: usize) -> Vec<Rgb> {
+pub(super) fn blocks(film: &Film, side: usize) -> Vec<Rgb> {
     let (width, height) = (film.width as usize, film.height as usize);
     let mut blocks = Vec::new();
     for top in (0..height).step_by(side) {

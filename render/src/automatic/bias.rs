@@ -1,0 +1,112 @@
+//! Estimates the bias of photon mapping: how much the image is wrong as light is blurred over the search radius.
+//!
+//! To leading order the bias of a pixel grows with the mean square of its radii (Knaus and Zwicker 2011, section 4). So two
+//! radii tell it: pilots with the first radius and with half of it, and the same random numbers, differ by three quarters
+//! of the bias of the larger, and by noise that many of them average out. What they differ by on the average is squared, and
+//! the variance of that average subtracted, so that noise is not taken for bias.
+//!
+//! ```text
+//! d      = mean over pilots of I(R) - I(R/2), for each block
+//! bias^2 = (4/3)^2 mean over blocks of (d^2 - variance(d) / pilots) / (I^2 + epsilon)
+//! ```
+
+use super::pilot::{Pilot, blocks};
+use super::pilots;
+use fast::LaneKind;
+use scene::film::RELATIVE_MSE_EPSILON;
+use scene::{Rgb, Scene, Stop};
+
+/// Pilots with each radius.
+const SEEDS: u64 = 8;
+/// Images in memory at the same time, more than of any other pilots.
+pub(super) const FILMS: u64 = 2 * SEEDS;
+/// Photons per pixel of a pilot, and the least: enough that blocks of few pixels are not lost in noise.
+const PHOTONS: (u32, u32) = (4, 1 << 14);
+/// The side of a block in pixels of a pilot. The bias varies from pixel to pixel at the rims of caustics; smaller blocks are
+/// too noisy to tell.
+const SIDE: usize = 2;
+
+/// The relative bias at the first radius of the scene's settings, as the root of the mean square over blocks, each
+/// relative as in [`crate::Estimate`]; `None` if stopped.
+pub(crate) fn relative_bias(scene: &Scene, lanes: LaneKind, stop: &Stop) -> Option<f64> {
+    let pilots = pilots(scene, lanes, stop);
+    let (per_pixel, least) = PHOTONS;
+    let photons = (per_pixel * pilots.settings.pixels() as u32).max(least);
+    let of = |radius: f32| {
+        pilots.run(SEEDS, |settings| {
+            (settings.photons_per_iteration, settings.initial_radius) = (photons, radius);
+        })
+    };
+    let radius = scene.settings.initial_radius;
+    let (wide, narrow) = (of(radius)?, of(0.5 * radius)?);
+    Some(bias(&wide, &narrow))
+}
+
+/// The relative bias of the images of `wide`, if those of `narrow` have half the radius and the same random numbers.
+fn bias(wide: &Pilot, narrow: &Pilot) -> f64 {
+    let all =
+        |pilot: &Pilot| -> Vec<Vec<Rgb>> { pilot.films.iter().map(|film| blocks(film, SIDE)).collect() };
+    let (wide, narrow) = (all(wide), all(narrow));
+    let count = wide.len() as f64;
+    let (mut sum, places) = (0.0, wide[0].len());
+    for place in 0..places {
+        for channel in 0..3 {
+            let value = |image: &Vec<Rgb>| f64::from(image[place][channel]);
+            let mean = wide.iter().map(value).sum::<f64>() / count;
+            let differences = || wide.iter().zip(&narrow).map(|(a, b)| value(a) - value(b));
+            let difference = differences().sum::<f64>() / count;
+            let squares: f64 = differences().map(|d| (d - difference) * (d - difference)).sum();
+            let noise = squares / (count - 1.0) / count;
+            let term = (difference * difference - noise) / (mean * mean + RELATIVE_MSE_EPSILON);
+            if term.is_finite() {
+                sum += term;
+            }
+        }
+    }
+    // Noise may leave less than nothing.
+    4.0 / 3.0 * (sum / (3 * places) as f64).max(0.0).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene::{Film, Stats};
+
+    fn pilot(values: &[f32]) -> Pilot {
+        let film = |&value: &f32| Film { width: 4, height: 4, pixels: vec![Rgb::splat(value); 16] };
+        Pilot { films: values.iter().map(film).collect(), stats: Stats::default() }
+    }
+
+    /// Images of 1.2 and 1.05 for a truth of 1: biases of 0.2 and 0.05, four times less at half the radius.
+    #[test]
+    fn two_radii_tell_the_bias() {
+        let found = bias(&pilot(&[1.2; 8]), &pilot(&[1.05; 8]));
+        let exact = 0.2 / (1.2_f64 * 1.2 + RELATIVE_MSE_EPSILON).sqrt();
+        assert!((found / exact - 1.0).abs() < 1e-6, "{found} for {exact}");
+    }
+
+    /// Differences of noise alone, which are zero on the average, are not taken for bias.
+    #[test]
+    fn noise_is_no_bias() {
+        let wide = pilot(&[1.1, 0.9, 1.2, 0.8, 1.1, 0.9, 1.0, 1.0]);
+        assert_eq!(bias(&wide, &pilot(&[1.0; 8])), 0.0);
+    }
+
+    /// The inside of a grey ball that glows evenly looks the same everywhere, whatever the radius.
+    #[test]
+    fn even_light_has_no_bias_and_a_caustic_has() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let of = |radius: f32| {
+            let settings = scene::Settings {
+                width: 64,
+                height: 48,
+                initial_radius: radius,
+                max_depth: 16,
+                ..scene.settings
+            };
+            relative_bias(&Scene { settings, ..scene.clone() }, LaneKind::best(), &Stop::new()).unwrap()
+        };
+        let (wide, narrow) = (of(16.0), of(4.0));
+        assert!(wide > 2.0 * narrow, "{wide} and {narrow}");
+    }
+}
