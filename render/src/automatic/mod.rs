@@ -23,7 +23,7 @@ use scene::{Automatic, Quality, Scene, Settings, Stats, Stop};
 
 /// The first radius in footprints of a pixel, if the render does not end by its quality. Of eleven scenes, the radii by
 /// which the error of pixels and of blocks was least lay from 1.2 to 6.9 and from 0.6 to 5.3; see docs/quality.md.
-const RADIUS: f32 = 3.2;
+const RADIUS: f32 = 4.0;
 /// The depths from which one is chosen. The last is as good as all light.
 const DEPTHS: [u32; 4] = [8, 16, 32, 64];
 /// Pixels of the pilot, at most.
@@ -61,9 +61,9 @@ struct Goal {
 impl Goal {
     fn of(quality: Quality) -> Self {
         match quality {
-            Quality::Draft => Self { noise: 0.08, work: 4e7, loss: 0.02, radius: 6.0 },
-            Quality::Good | Quality::Paper => Self { noise: 0.02, work: 5e8, loss: 0.005, radius: 4.2 },
-            Quality::Final => Self { noise: 0.007, work: 1e10, loss: 0.002, radius: 3.0 },
+            Quality::Draft => Self { noise: 0.08, work: 4e7, loss: 0.02, radius: 6.5 },
+            Quality::Good | Quality::Paper => Self { noise: 0.02, work: 5e8, loss: 0.005, radius: 4.8 },
+            Quality::Final => Self { noise: 0.007, work: 1e10, loss: 0.002, radius: 3.6 },
         }
     }
 }
