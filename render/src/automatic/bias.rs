@@ -11,7 +11,7 @@
 //! ```
 
 use super::pilot::{Pilot, blocks};
-use super::pilots;
+use super::pilots::Pilots;
 use fast::LaneKind;
 use scene::film::RELATIVE_MSE_EPSILON;
 use scene::{Rgb, Scene, Stop};
@@ -29,7 +29,7 @@ const SIDE: usize = 2;
 /// The relative bias at the first radius of the scene's settings, as the root of the mean square over blocks, each
 /// relative as in [`crate::Estimate`]; `None` if stopped.
 pub(crate) fn relative_bias(scene: &Scene, lanes: LaneKind, stop: &Stop) -> Option<f64> {
-    let pilots = pilots(scene, lanes, stop);
+    let pilots = Pilots::new(scene, &scene.settings, lanes, stop);
     let (per_pixel, least) = PHOTONS;
     let photons = (per_pixel * pilots.settings.pixels() as u32).max(least);
     let of = |radius: f32| {

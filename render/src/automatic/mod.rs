@@ -13,11 +13,13 @@
 mod bias;
 mod footprint;
 mod pilot;
+mod pilots;
 
 pub(crate) use bias::relative_bias;
 use fast::{LaneKind, Parameters, Sppm};
 use footprint::footprint;
-use pilot::{DEPOSITS_AT_ONCE, Pilot, SEEDS, Variance, loss, run};
+use pilot::{DEPOSITS_AT_ONCE, SEEDS, Variance, loss};
+use pilots::{PILOT_PHOTONS, Pilots, pilot_settings};
 use scene::settings::{MAX_DEPOSITS, MAX_PHOTONS, RADIUS_RANGE};
 use scene::{Automatic, Quality, Scene, Settings, Stats, Stop};
 
@@ -26,10 +28,6 @@ use scene::{Automatic, Quality, Scene, Settings, Stats, Stop};
 const RADIUS: f32 = 4.0;
 /// The depths from which one is chosen. The last is as good as all light.
 const DEPTHS: [u32; 4] = [8, 16, 32, 64];
-/// Pixels of the pilot, at most.
-const PILOT_PIXELS: u64 = 256 * 192;
-/// Photons of the pilot per pixel of it, and the least; and how many times as many the second pilot has.
-const PILOT_PHOTONS: (f64, u32, u32) = (0.5, 4096, 4);
 /// Pixels along the side of a block, as images are compared by blocks of 8 x 8.
 const BLOCK: f64 = 8.0;
 /// The least number of photons that is chosen.
@@ -81,7 +79,7 @@ pub(crate) fn choose(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop:
         let footprints = if automatic.iterations { goal.radius } else { RADIUS };
         settings.initial_radius = rounded(footprints * side).clamp(least, most);
     }
-    let pilot = Pilots { lanes, scene, stop, settings: pilot_settings(&settings) };
+    let pilot = Pilots::new(scene, &settings, lanes, stop);
     if automatic.max_depth {
         settings.max_depth = pilot.depth(&goal)?;
     }
@@ -111,37 +109,7 @@ pub(crate) fn bytes_at_most(scene: &Scene, threads: usize) -> u64 {
     Sppm::bytes_at_most(&deepest, spheres, threads, DEPOSITS_AT_ONCE, &parameters) + films + terms
 }
 
-/// Pilots of `scene` with its own settings.
-fn pilots<'a>(scene: &'a Scene, lanes: LaneKind, stop: &'a Stop) -> Pilots<'a> {
-    Pilots { lanes, scene, stop, settings: pilot_settings(&scene.settings) }
-}
-
-/// The settings of the pilot of a render with `settings`.
-fn pilot_settings(settings: &Settings) -> Settings {
-    let pixels = settings.pixels() as f64;
-    let scale = (PILOT_PIXELS as f64 / pixels).min(1.0).sqrt();
-    let side = |side: u32| ((f64::from(side) * scale) as u32).max(1);
-    let (width, height) = (side(settings.width), side(settings.height));
-    let (per_pixel, least, _) = PILOT_PHOTONS;
-    let photons = (per_pixel * f64::from(width) * f64::from(height)) as u32;
-    Settings { width, height, iterations: 1, photons_per_iteration: photons.max(least), ..*settings }
-}
-
-/// Pilots of a scene.
-struct Pilots<'a> {
-    lanes: LaneKind,
-    scene: &'a Scene,
-    stop: &'a Stop,
-    settings: Settings,
-}
-
 impl Pilots<'_> {
-    fn run(&self, seeds: u64, change: impl FnOnce(&mut Settings)) -> Option<Pilot> {
-        let mut settings = self.settings;
-        change(&mut settings);
-        run(self.lanes, self.scene, &settings, seeds, self.stop)
-    }
-
     /// The least depth of [`DEPTHS`] by which no more light is lost than `goal` allows. The images that are compared have
     /// the same random numbers, so they differ by what is lost alone.
     fn depth(&self, goal: &Goal) -> Option<u32> {

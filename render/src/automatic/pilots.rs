@@ -1,0 +1,43 @@
+//! The pilots of a render: their size, their settings, and how they are run.
+
+use super::pilot::{Pilot, run};
+use fast::LaneKind;
+use scene::{Scene, Settings, Stop};
+
+/// Pixels of the pilot, at most.
+const PILOT_PIXELS: u64 = 256 * 192;
+/// Photons of the pilot per pixel of it, and the least; and how many times as many the second pilot has.
+pub(super) const PILOT_PHOTONS: (f64, u32, u32) = (0.5, 4096, 4);
+
+/// The settings of the pilot of a render with `settings`.
+pub(super) fn pilot_settings(settings: &Settings) -> Settings {
+    let pixels = settings.pixels() as f64;
+    let scale = (PILOT_PIXELS as f64 / pixels).min(1.0).sqrt();
+    let side = |side: u32| ((f64::from(side) * scale) as u32).max(1);
+    let (width, height) = (side(settings.width), side(settings.height));
+    let (per_pixel, least, _) = PILOT_PHOTONS;
+    let photons = (per_pixel * f64::from(width) * f64::from(height)) as u32;
+    Settings { width, height, iterations: 1, photons_per_iteration: photons.max(least), ..*settings }
+}
+
+/// Pilots of a scene.
+pub(super) struct Pilots<'a> {
+    lanes: LaneKind,
+    pub(super) scene: &'a Scene,
+    stop: &'a Stop,
+    pub(super) settings: Settings,
+}
+
+impl<'a> Pilots<'a> {
+    /// Pilots of a render of `scene` with `settings`.
+    pub(super) fn new(scene: &'a Scene, settings: &Settings, lanes: LaneKind, stop: &'a Stop) -> Self {
+        Self { lanes, scene, stop, settings: pilot_settings(settings) }
+    }
+
+    /// So many pilots, which differ in their seeds, with changed settings; `None` if stopped.
+    pub(super) fn run(&self, seeds: u64, change: impl FnOnce(&mut Settings)) -> Option<Pilot> {
+        let mut settings = self.settings;
+        change(&mut settings);
+        run(self.lanes, self.scene, &settings, seeds, self.stop)
+    }
+}
