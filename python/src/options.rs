@@ -93,15 +93,14 @@ fn automatic(quality: Quality, [iterations, photons, depth, radius]: [bool; 4]) 
 
 /// `settings` with the paper's in place of those that are not given.
 fn papers(settings: &Settings, [iterations, photons, depth, radius]: [bool; 4]) -> Settings {
-    let paper = Settings::default();
-    let of = |is_given: bool, number: u32, papers: u32| if is_given { number } else { papers };
-    let initial_radius = if radius { settings.initial_radius } else { paper.initial_radius };
+    let paper = settings.with_papers();
+    let own = |is_given| if is_given { settings } else { &paper };
     Settings {
-        iterations: of(iterations, settings.iterations, paper.iterations),
-        photons_per_iteration: of(photons, settings.photons_per_iteration, paper.photons_per_iteration),
-        max_depth: of(depth, settings.max_depth, paper.max_depth),
-        initial_radius,
-        ..*settings
+        iterations: own(iterations).iterations,
+        photons_per_iteration: own(photons).photons_per_iteration,
+        max_depth: own(depth).max_depth,
+        initial_radius: own(radius).initial_radius,
+        ..paper
     }
 }
 

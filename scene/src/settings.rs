@@ -121,6 +121,13 @@ impl Settings {
         Ok(())
     }
 
+    /// The same with the paper's iterations, photons, depth and radius: [`Quality::Paper`](crate::Quality::Paper).
+    #[must_use]
+    pub fn with_papers(self) -> Self {
+        let Self { iterations, photons_per_iteration, max_depth, initial_radius, .. } = Self::default();
+        Self { iterations, photons_per_iteration, max_depth, initial_radius, ..self }
+    }
+
     /// Pixels of the image.
     pub fn pixels(&self) -> usize {
         self.width as usize * self.height as usize

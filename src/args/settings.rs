@@ -176,15 +176,9 @@ fn qualities() -> impl TypedValueParser<Value = Quality> {
 impl QualityArgs {
     /// The settings of a scene, which states `own` and leaves `automatic` to be chosen, at the quality given.
     pub(crate) fn apply(&self, own: &Settings, automatic: Automatic) -> (Settings, Automatic) {
-        let paper = Settings::default();
         match self.quality {
             None => (*own, automatic),
-            Some(Quality::Paper) => {
-                let Settings { iterations, photons_per_iteration, max_depth, initial_radius, .. } = paper;
-                let settings =
-                    Settings { iterations, photons_per_iteration, max_depth, initial_radius, ..*own };
-                (settings, Automatic::all(Quality::Paper))
-            }
+            Some(Quality::Paper) => (own.with_papers(), Automatic::all(Quality::Paper)),
             Some(quality) => (*own, Automatic::all(quality)),
         }
     }
