@@ -147,12 +147,7 @@ struct Reader {
 
 impl Reader {
     fn new(wanted: Option<usize>, request: &Request) -> Self {
-        let mut layout = Layout::default();
-        (0..3).for_each(|axis| layout.push(Role::Axis(axis)));
-        let labels = [Kind::Name, Kind::Residue, Kind::Chain].map(Role::Label);
-        labels.into_iter().chain([Role::Molecule, Role::Id]).for_each(|role| layout.push(role));
-        let others = ["occupancy", "b_factor"].map(|name| layout.property(name, &request.properties));
-        layout.roles.extend(others);
+        let (layout, others) = Layout::of_atoms(&request.properties);
         Self {
             wanted,
             table: Table::new(&layout),

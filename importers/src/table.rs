@@ -54,6 +54,18 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
+    /// The fields of an atom in PDB and mmCIF, in order: position, labels, number of the residue, serial number, occupancy and
+    /// temperature factor. Also returns the roles of the last two, which are read if they are wanted.
+    pub(crate) fn of_atoms(wanted: &Properties) -> (Self, [Role; 2]) {
+        let mut layout = Self::default();
+        (0..3).for_each(|axis| layout.push(Role::Axis(axis)));
+        let labels = [Kind::Name, Kind::Residue, Kind::Chain].map(Role::Label);
+        labels.into_iter().chain([Role::Molecule, Role::Id]).for_each(|role| layout.push(role));
+        let others = ["occupancy", "b_factor"].map(|name| layout.property(name, wanted));
+        layout.roles.extend(others);
+        (layout, others)
+    }
+
     pub(crate) fn push(&mut self, role: Role) {
         self.roles.push(role);
     }
