@@ -48,6 +48,7 @@ def render(
     seed: int | None = None,
     filter: Filter | None = None,
     radius_schedule: RadiusSchedule | None = None,
+    radius_pilots: int | None = None,
     method: Method = "sppm",
     engine: Engine = "fast",
     lanes: Lanes | None = None,
@@ -99,6 +100,7 @@ def render(
         seed=seed,
         filter=filter,
         radius_schedule=radius_schedule,
+        radius_pilots=radius_pilots,
         method=method,
         engine=engine,
         lanes=lanes,
@@ -134,6 +136,7 @@ class Render:
         seed: int | None = None,
         filter: Filter | None = None,
         radius_schedule: RadiusSchedule | None = None,
+        radius_pilots: int | None = None,
         method: Method = "sppm",
         engine: Engine = "fast",
         lanes: Lanes | None = None,
@@ -166,6 +169,7 @@ class Render:
             seed=seed,
             filter=filter,
             radius_schedule=radius_schedule,
+            radius_pilots=radius_pilots,
         )
         if every is not None and checkpoint is None:
             raise InputError("every says how often a checkpoint is written; name its file by checkpoint")
@@ -173,7 +177,8 @@ class Render:
             settings=settings_tuple(settings),
             quality=_word(quality, "quality"),
             given=[
-                value is not None for value in (iterations, photons_per_iteration, max_depth, initial_radius)
+                value is not None
+                for value in (iterations, photons_per_iteration, max_depth, initial_radius, radius_pilots)
             ],
             method=_word(method, "method"),
             engine=_word(engine, "engine"),

@@ -46,11 +46,16 @@ class Settings:
     radius_schedule: RadiusSchedule = "per-pixel"
     """How the search radius shrinks: in each pixel by the photons counted, or in all alike by the number of the
     iteration."""
+    radius_pilots: int = 0
+    """Iterations of each of the eight small renders by which the first radius of every pixel is chosen, from
+    ``initial_radius`` down to an eighth of it. If 0, all pixels begin with ``initial_radius``."""
 
     def __post_init__(self) -> None:
         """Checks all values."""
         for name in ("width", "height", "iterations", "photons_per_iteration", "max_depth"):
             object.__setattr__(self, name, whole(getattr(self, name), name, 1, _MAX_U32, InputError))
+        pilots = whole(self.radius_pilots, "radius_pilots", 0, _MAX_U32, InputError)
+        object.__setattr__(self, "radius_pilots", pilots)
         object.__setattr__(self, "seed", whole(self.seed, "seed", 0, _MAX_SEED, InputError))
         object.__setattr__(self, "initial_radius", single(self.initial_radius, "initial_radius"))
         for name in ("filter", "radius_schedule"):
@@ -80,4 +85,5 @@ def to_tuple(settings: Settings) -> SettingsTuple:
         settings.seed,
         settings.filter,
         settings.radius_schedule,
+        settings.radius_pilots,
     )

@@ -17,8 +17,8 @@ use std::time::Duration;
 pub(crate) struct Options {
     settings: Option<SettingsTuple>,
     quality: Option<String>,
-    /// Whether iterations, photons, depth and radius are given.
-    given: Option<[bool; 4]>,
+    /// Whether iterations, photons, depth, radius and pilots are given.
+    given: Option<[bool; 5]>,
     method: Option<String>,
     engine: Option<String>,
     lanes: Option<String>,
@@ -80,19 +80,20 @@ impl Options {
 }
 
 /// What is chosen at this quality: what is not given, in the order of [`Options::given`].
-fn automatic(quality: Quality, [iterations, photons, depth, radius]: [bool; 4]) -> Automatic {
+fn automatic(quality: Quality, [iterations, photons, depth, radius, pilots]: [bool; 5]) -> Automatic {
     let all = Automatic::all(quality);
     Automatic {
         iterations: all.iterations && !iterations,
         photons_per_iteration: all.photons_per_iteration && !photons,
         max_depth: all.max_depth && !depth,
         initial_radius: all.initial_radius && !radius,
+        radius_pilots: all.radius_pilots && !radius && !pilots,
         ..all
     }
 }
 
 /// `settings` with the paper's in place of those that are not given.
-fn papers(settings: &Settings, [iterations, photons, depth, radius]: [bool; 4]) -> Settings {
+fn papers(settings: &Settings, [iterations, photons, depth, radius, pilots]: [bool; 5]) -> Settings {
     let paper = settings.with_papers();
     let own = |is_given| if is_given { settings } else { &paper };
     Settings {
@@ -100,6 +101,7 @@ fn papers(settings: &Settings, [iterations, photons, depth, radius]: [bool; 4]) 
         photons_per_iteration: own(photons).photons_per_iteration,
         max_depth: own(depth).max_depth,
         initial_radius: own(radius).initial_radius,
+        radius_pilots: own(pilots).radius_pilots,
         ..paper
     }
 }

@@ -8,7 +8,7 @@ use scene::{Camera, Filter, Material, RadiusSchedule, Rgb, Settings, Vec3};
 pub(crate) type CameraTuple = ([f32; 3], [f32; 3], [f32; 3], f32, f32, f32, [f32; 2]);
 /// Width, height, iterations, `photons_per_iteration`, `max_depth`, `initial_radius`, seed, filter, radius
 /// schedule.
-pub(crate) type SettingsTuple = (u32, u32, u32, u32, u32, f32, u64, String, String);
+pub(crate) type SettingsTuple = (u32, u32, u32, u32, u32, f32, u64, String, String, u32);
 /// Type, albedo, ior (for dielectrics).
 pub(crate) type MaterialTuple = (String, [f32; 3], Option<f32>);
 
@@ -28,8 +28,18 @@ pub(crate) fn of_camera(camera: &Camera) -> CameraTuple {
 /// # Errors
 /// If there is no such filter or schedule.
 pub(crate) fn settings(values: SettingsTuple) -> PyResult<Settings> {
-    let (width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter, schedule) =
-        values;
+    let (
+        width,
+        height,
+        iterations,
+        photons_per_iteration,
+        max_depth,
+        initial_radius,
+        seed,
+        filter,
+        schedule,
+        radius_pilots,
+    ) = values;
     let filter = named("filter", &filter, Filter::ALL, Filter::name)?;
     let radius_schedule = named("radius_schedule", &schedule, RadiusSchedule::ALL, RadiusSchedule::name)?;
     Ok(Settings {
@@ -42,6 +52,7 @@ pub(crate) fn settings(values: SettingsTuple) -> PyResult<Settings> {
         seed,
         filter,
         radius_schedule,
+        radius_pilots,
     })
 }
 
@@ -56,9 +67,21 @@ pub(crate) fn of_settings(settings: &Settings) -> SettingsTuple {
         seed,
         filter,
         radius_schedule,
+        radius_pilots,
     } = *settings;
     let (filter, schedule) = (filter.name().into(), radius_schedule.name().into());
-    (width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter, schedule)
+    (
+        width,
+        height,
+        iterations,
+        photons_per_iteration,
+        max_depth,
+        initial_radius,
+        seed,
+        filter,
+        schedule,
+        radius_pilots,
+    )
 }
 
 /// # Errors

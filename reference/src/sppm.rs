@@ -12,7 +12,8 @@ use scene::light_tree::LightTree;
 use scene::radius_schedule::{RadiusSchedule, Shrinking};
 use scene::still::Role;
 use scene::{
-    Engine, ExactSums, PhotonSums, Probe, Progress, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums,
+    Engine, ExactSums, FirstRadii, PhotonSums, Probe, Progress, Resumable, Rgb, Scene, Settings, Stats,
+    Still, Stop, Sums,
 };
 use std::time::Instant;
 
@@ -39,6 +40,8 @@ pub struct Sppm<'a> {
     global: Option<Global>,
     /// What photons are aimed at, once it is known. It is the same for all iterations, so it need not be saved.
     targets: Option<Targets>,
+    /// The radii with which pixels begin, if they are given or known.
+    first_radii: Option<FirstRadii>,
 }
 
 /// The state of a render with global radii.
@@ -89,7 +92,15 @@ impl<'a> Sppm<'a> {
             pixels,
             global,
             targets: None,
+            first_radii: None,
         }
+    }
+
+    /// The same render with other first radii than those that [`Settings::radius_pilots`] choose. The image changes, but not
+    /// what it converges to.
+    #[must_use]
+    pub fn beginning_with(self, radii: FirstRadii) -> Self {
+        Self { first_radii: Some(radii), ..self }
     }
 
     /// The same render with photons aimed at `targets`; by default they are found by a survey. The image changes, but not
@@ -186,8 +197,36 @@ impl<'a> Sppm<'a> {
         Some(gathered)
     }
 
-    /// Runs all passes of an iteration; `None` if stopped, with no pixel changed.
+    /// Undoes [`Self::begin`], so that a first iteration that was abandoned has changed nothing.
+    fn begin_again(&mut self) {
+        let Progress { settings, next, .. } = self.progress;
+        if next == 0 && self.first_radii.is_some() {
+            self.pixels.fill(Pixel::new(settings.initial_radius));
+        }
+    }
+
+    /// Before the first iteration, gives each pixel its first radius; `None` if stopped.
+    fn begin(&mut self, stop: &Stop) -> Option<()> {
+        let Progress { settings, next, .. } = self.progress;
+        if next > 0 || (settings.radius_pilots == 0 && self.first_radii.is_none()) {
+            return Some(());
+        }
+        if self.first_radii.is_none() {
+            self.first_radii = Some(first_radii(self.scene, &settings, stop)?);
+        }
+        if let Some(radii) = &self.first_radii {
+            let size = (settings.width, settings.height);
+            for (index, pixel) in self.pixels.iter_mut().enumerate() {
+                let place = (index as u32 % settings.width, index as u32 / settings.width);
+                *pixel = Pixel::new(radii.at(place, size));
+            }
+        }
+        Some(())
+    }
+
+    /// Runs all passes of an iteration; `None` if stopped, and then no pixel has changed but for its first radius.
     fn run_iteration(&mut self, stop: &Stop) -> Option<()> {
+        self.begin(stop)?;
         let still = self.still();
         let start = Instant::now();
         self.shrink();
@@ -255,6 +294,14 @@ impl<'a> Sppm<'a> {
     }
 }
 
+/// The first radii of a render with these settings, by pilots; `None` if stopped.
+fn first_radii(scene: &Scene, settings: &Settings, stop: &Stop) -> Option<FirstRadii> {
+    FirstRadii::choose(settings, |settings| {
+        let mut pilot = Sppm::new(scene, settings);
+        (0..settings.iterations).all(|_| pilot.iterate_unless(stop)).then(|| pilot.develop())
+    })
+}
+
 /// True if a photon contributes to a visible point: it arrives within the radius, and on the visible side.
 ///
 /// If both lie on the inside of the same shell, the photon is always on the visible side, whatever its angle to the
@@ -278,6 +325,7 @@ impl Engine for Sppm<'_> {
         let is_whole = self.run_iteration(stop).is_some();
         if !is_whole {
             self.progress.stats = before;
+            self.begin_again();
         }
         is_whole
     }

@@ -55,6 +55,8 @@ pub struct Automatic {
     pub max_depth: bool,
     /// Whether the first radius is chosen.
     pub initial_radius: bool,
+    /// Whether it is chosen by how many iterations of pilots the first radii of the pixels are.
+    pub radius_pilots: bool,
 }
 
 impl Automatic {
@@ -67,11 +69,16 @@ impl Automatic {
             photons_per_iteration: is_chosen,
             max_depth: is_chosen,
             initial_radius: is_chosen,
+            radius_pilots: is_chosen,
         }
     }
 
     /// Whether anything is to be chosen.
     pub fn any(&self) -> bool {
-        self.iterations || self.photons_per_iteration || self.max_depth || self.initial_radius
+        self.iterations
+            || self.photons_per_iteration
+            || self.max_depth
+            || self.initial_radius
+            || self.radius_pilots
     }
 }

@@ -28,6 +28,16 @@ pub struct Settings {
     /// How the search radius shrinks; nothing to the path tracer.
     #[serde(default)]
     pub radius_schedule: RadiusSchedule,
+    /// Iterations of each of the eight small renders by which the first radius of every pixel is chosen, from
+    /// `initial_radius` down to an eighth of it ([`FirstRadii`](crate::FirstRadii)). If 0, all pixels begin with
+    /// `initial_radius`; nothing to the path tracer.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub radius_pilots: u32,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // as serde wants it
+fn is_zero(number: &u32) -> bool {
+    *number == 0
 }
 
 impl Default for Settings {
@@ -43,6 +53,7 @@ impl Default for Settings {
             seed: 1,
             filter: Filter::Box,
             radius_schedule: RadiusSchedule::PerPixel,
+            radius_pilots: 0,
         }
     }
 }
@@ -55,6 +66,8 @@ pub const MAX_SIDE: u32 = 1 << 20;
 pub const MAX_ITERATIONS: u32 = 1 << 30;
 /// Most photons of an iteration.
 pub const MAX_PHOTONS: u32 = 1 << 28;
+/// Most iterations of a small render by which radii are chosen.
+pub const MAX_RADIUS_PILOTS: u32 = 1 << 12;
 /// Most segments of a path.
 pub const MAX_DEPTH: u32 = 1 << 12;
 /// `photons_per_iteration * max_depth` stays below this, so that a count of photons fits an `i32`, and a sum of fluxes
@@ -62,6 +75,9 @@ pub const MAX_DEPTH: u32 = 1 << 12;
 pub const MAX_DEPOSITS: u64 = 1 << 31;
 /// The range of radii. Beyond it the square of a radius would be a subnormal or infinite `f32`.
 pub const RADIUS_RANGE: [f32; 2] = [1e-15, 1e15];
+
+/// How many times as large as the smallest first radius the largest is, if pilots choose them.
+pub const RADIUS_RATIO: f32 = 8.0;
 
 /// Bytes that a render holds per pixel: film, visible point, sums and index. It is used in messages; a test of the
 /// command checks it.
@@ -118,14 +134,32 @@ impl Settings {
             let r = self.initial_radius;
             return Err(error("initial_radius", format!("is {r}; it must be from {low:e} to {high:e}")));
         }
-        Ok(())
+        self.validate_pilots()
     }
 
-    /// The same with the paper's iterations, photons, depth and radius: [`Quality::Paper`](crate::Quality::Paper).
+    fn validate_pilots(&self) -> Result<(), SettingsError> {
+        let refuse = |problem: String| Err(error("radius_pilots", problem));
+        match self.radius_pilots {
+            0 => Ok(()),
+            n if n > MAX_RADIUS_PILOTS => refuse(format!("is {n}; it must be at most {MAX_RADIUS_PILOTS}")),
+            n if self.radius_schedule == RadiusSchedule::Global => refuse(format!(
+                "is {n}, but with radius_schedule global all pixels have the same radius; it must be 0, or \
+                 radius_schedule per-pixel"
+            )),
+            _ if self.initial_radius < RADIUS_RANGE[0] * RADIUS_RATIO => {
+                let (r, least) = (self.initial_radius, RADIUS_RANGE[0] * RADIUS_RATIO);
+                refuse(format!("needs an initial_radius of at least {least:e}, not {r}; or it must be 0"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The same with the paper's iterations, photons, depth and radius, one for all pixels: [`Quality::Paper`](crate::Quality::Paper).
     #[must_use]
     pub fn with_papers(self) -> Self {
-        let Self { iterations, photons_per_iteration, max_depth, initial_radius, .. } = Self::default();
-        Self { iterations, photons_per_iteration, max_depth, initial_radius, ..self }
+        let Self { iterations, photons_per_iteration, max_depth, initial_radius, radius_pilots, .. } =
+            Self::default();
+        Self { iterations, photons_per_iteration, max_depth, initial_radius, radius_pilots, ..self }
     }
 
     /// Pixels of the image.

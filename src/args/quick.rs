@@ -14,5 +14,6 @@ pub(crate) fn quick(own: &Settings) -> Settings {
         seed: own.seed,
         filter: own.filter,
         radius_schedule: own.radius_schedule,
+        radius_pilots: 0,
     }
 }

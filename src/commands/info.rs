@@ -9,7 +9,7 @@ use files::image_file::{self, ImageReader, Tone};
 use files::scene_file;
 use render::{LanesName, Made, Metadata, Note, Renderer};
 use scene::settings::MAX_ITERATIONS;
-use scene::text::one_line;
+use scene::text::{counted, one_line};
 use scene::{Filter, Iterations, RadiusSchedule, RowReader, Settings, TRANSPORT};
 use serde::Serialize;
 use std::fmt::Write;
@@ -202,9 +202,14 @@ impl Info {
             seed,
             filter,
             radius_schedule,
+            radius_pilots,
         } = self.settings;
         let is_usual = radius_schedule == RadiusSchedule::PerPixel;
         let schedule = if is_usual { String::new() } else { format!(", {radius_schedule}") };
+        let pilots = match radius_pilots {
+            0 => String::new(),
+            n => format!(" at most, by pilots of {}", counted(n, "iteration")),
+        };
         let of = match iterations {
             MAX_ITERATIONS => " of as many as it takes".into(),
             all if all != self.iterations => format!(" of {all}"),
@@ -224,7 +229,7 @@ impl Info {
             ("part", part),
             ("photons", format!("{} ({photons_per_iteration} per iteration)", self.photons)),
             ("depth", max_depth.to_string()),
-            ("radius", format!("{initial_radius}{schedule}")),
+            ("radius", format!("{initial_radius}{schedule}{pilots}")),
             ("seed", seed.to_string()),
             ("filter", if filter == Filter::Box { String::new() } else { filter.to_string() }),
             ("method", self.renderer.method.name().into()),

@@ -228,6 +228,10 @@ fn cases(args: &LadderArgs) -> Result<Vec<Case>, Error> {
             let problem = "--radius-schedule: the ladder's rows have radii per pixel alone, not global";
             return Err(Error::BadInput(problem.into()));
         }
+        if settings.radius_pilots > 0 {
+            let problem = "--radius-pilots: the ladder's rows begin with one radius; it must be 0";
+            return Err(Error::BadInput(problem.into()));
+        }
         let (name, scene) = (opened.stem.to_string_lossy().into_owned(), opened.scene);
         match args.sweep.map(Sweep::from) {
             Some(sweep) => all.extend(sweep.cases(&name, &scene, settings, args.quick).map_err(told)?),

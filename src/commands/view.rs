@@ -141,7 +141,9 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
     };
     let engine = args.engine.choose(usual_renderer(&args.target, &opened.scene))?;
     // There is no end to them.
-    let automatic = Automatic { iterations: false, ..args.settings.automatic(opened.automatic) };
+    let automatic = args.settings.automatic(opened.automatic);
+    // Nor may they keep the first picture waiting.
+    let automatic = Automatic { iterations: false, radius_pilots: false, ..automatic };
     let mut job = Job::new(Scene { settings, ..opened.scene }).choosing(automatic);
     (job.engine, job.threads, job.memory_limit) = (engine, args.engine.threads, args.engine.memory_limit);
     job.choose_settings()?;

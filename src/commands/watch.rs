@@ -186,11 +186,13 @@ impl Drop for Watch {
 
 /// Tells which settings were chosen, by the options that would repeat the choice.
 fn tell_choice(settings: &Settings, chosen: Automatic) {
-    let Automatic { quality, iterations, photons_per_iteration, max_depth, initial_radius } = chosen;
+    let Automatic { quality, iterations, photons_per_iteration, max_depth, initial_radius, radius_pilots } =
+        chosen;
     let options = [
         iterations.then(|| format!("-n {}", settings.iterations)),
         photons_per_iteration.then(|| format!("--photons {}", settings.photons_per_iteration)),
         initial_radius.then(|| format!("--radius {}", settings.initial_radius)),
+        radius_pilots.then(|| format!("--radius-pilots {}", settings.radius_pilots)),
         max_depth.then(|| format!("--depth {}", settings.max_depth)),
     ];
     let options: Vec<String> = options.into_iter().flatten().collect();
@@ -213,6 +215,7 @@ fn tell_beginning(notice: &Notice) {
         seed,
         filter,
         radius_schedule,
+        radius_pilots,
     } = settings;
     let lanes = lanes.map_or(String::new(), |lanes| format!(" on {} lanes", lanes.name()));
     let iterations = match *iterations {
@@ -227,9 +230,13 @@ fn tell_beginning(notice: &Notice) {
         RadiusSchedule::PerPixel => String::new(),
         schedule @ RadiusSchedule::Global => format!(" ({schedule})"),
     };
+    let pilots = match radius_pilots {
+        0 => String::new(),
+        n => format!(" (at most, by pilots of {})", counted(*n, "iteration")),
+    };
     debug!(
         bytes_at_most,
-        "{scene}: {width} x {height} pixels, {iterations}, {} each, depth {max_depth}, radius {initial_radius}{schedule}, seed \
+        "{scene}: {width} x {height} pixels, {iterations}, {} each, depth {max_depth}, radius {initial_radius}{schedule}{pilots}, seed \
          {seed}{filter}; method {}, engine {}{lanes}, {}; up to {}",
         counted(*photons_per_iteration, "photon"),
         renderer.method.name(),

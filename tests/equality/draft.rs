@@ -77,8 +77,20 @@ fn settings() -> impl Strategy<Value = Settings> {
     let size = || prop_oneof![4 => 1..20_u32, 1 => Just(8), 1 => Just(16)];
     let filter =
         prop_oneof![2 => Just(Filter::Box), 1 => Just(Filter::Gaussian), 1 => Just(Filter::Mitchell)];
-    (size(), size(), 1..4_u32, photons, depth, radius, any::<u64>(), filter).prop_map(
-        |(width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter)| {
+    let pilots = prop_oneof![5 => Just(0), 1 => 1..3_u32];
+    (size(), size(), 1..4_u32, photons, depth, (radius, pilots), any::<u64>(), filter).prop_map(
+        |(
+            width,
+            height,
+            iterations,
+            photons_per_iteration,
+            max_depth,
+            (initial_radius, pilots),
+            seed,
+            filter,
+        )| {
+            // Too small a radius has no eighth.
+            let radius_pilots = if initial_radius < 1e-9 { 0 } else { pilots };
             Settings {
                 width,
                 height,
@@ -89,6 +101,7 @@ fn settings() -> impl Strategy<Value = Settings> {
                 seed,
                 filter,
                 radius_schedule: RadiusSchedule::PerPixel,
+                radius_pilots,
             }
         },
     )

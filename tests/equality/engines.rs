@@ -151,10 +151,10 @@ fn whole(way: Way, scene: &Scene, settings: &Settings) -> Vec<(u32, Vec<u32>)> {
 }
 
 /// Expects each of the `ways` to resume what any other has begun; returns the number of pairs.
-fn check_all(ways: &[Way], radius_schedule: RadiusSchedule) -> usize {
+fn check_all(ways: &[Way], (radius_schedule, radius_pilots): (RadiusSchedule, u32)) -> usize {
     let mut pairs = 0;
     for (scene, settings) in scenes() {
-        let settings = Settings { radius_schedule, ..settings };
+        let settings = Settings { radius_schedule, radius_pilots, ..settings };
         let expected = whole(ways[0], &scene, &settings);
         for (i, &first) in ways.iter().enumerate() {
             for &second in &ways[i..] {
@@ -169,15 +169,28 @@ fn check_all(ways: &[Way], radius_schedule: RadiusSchedule) -> usize {
 
 #[test]
 fn any_engine_resumes_from_any_other() {
-    tell("equality", check_all(&photon_ways(), PerPixel), "renders begun by one engine and ended by another");
+    tell(
+        "equality",
+        check_all(&photon_ways(), (PerPixel, 0)),
+        "renders begun by one engine and ended by another",
+    );
 }
 
 #[test]
 fn any_engine_resumes_from_any_other_with_global_radii() {
     tell(
         "equality",
-        check_all(&photon_ways(), Global),
+        check_all(&photon_ways(), (Global, 0)),
         "renders with global radii begun by one engine and ended by another",
+    );
+}
+
+#[test]
+fn any_engine_resumes_from_any_other_with_radii_of_pilots() {
+    tell(
+        "equality",
+        check_all(&photon_ways(), (PerPixel, 1)),
+        "renders with first radii by pilots begun by one engine and ended by another",
     );
 }
 
@@ -185,7 +198,7 @@ fn any_engine_resumes_from_any_other_with_global_radii() {
 fn any_path_tracer_resumes_from_any_other() {
     tell(
         "equality",
-        check_all(&path_ways(), PerPixel),
+        check_all(&path_ways(), (PerPixel, 0)),
         "renders begun by one path tracer and ended by another",
     );
 }
@@ -197,7 +210,8 @@ fn an_abandoned_iteration_changes_nothing() {
     let settings =
         Settings { width: 96, height: 64, photons_per_iteration: 20_000, iterations: 2, ..settings };
     let global = Settings { radius_schedule: Global, ..settings };
-    let photons = photon_ways().into_iter().flat_map(|way| [(way, settings), (way, global)]);
+    let own = Settings { radius_pilots: 1, ..settings };
+    let photons = photon_ways().into_iter().flat_map(|way| [(way, settings), (way, global), (way, own)]);
     for (way, settings) in photons.chain(path_ways().into_iter().map(|way| (way, settings))) {
         let expected = whole(way, &scene, &settings);
         let mut engine = way.start(&scene, &settings);

@@ -12,6 +12,7 @@ impl Sppm<'_> {
     /// Clears what a stopped iteration has left.
     fn abandon(&mut self, before: Stats) {
         self.progress.stats = before;
+        self.begin_again();
         self.join.clear();
         self.camera_workers.clear();
         self.photon_workers.clear();
@@ -34,6 +35,9 @@ impl Engine for Sppm<'_> {
     }
 
     fn iterate_unless(&mut self, stop: &Stop) -> bool {
+        if !self.begin(stop) {
+            return false;
+        }
         let before = self.progress.stats;
         let prepared = take(&mut self.prepared);
         let done = if let Some(prepared) = &prepared {

@@ -1,10 +1,12 @@
 //! How much memory a render will take.
 
+use super::first_radii::DEPOSITS_AT_ONCE;
 use crate::global::BYTES_OF_GLOBAL;
 use crate::join::{BYTES_OF_BINS, Direction, MOST_BYTES_OF_SUMS, Record, table_size, with_margin};
 use crate::parameters::Parameters;
 use crate::pixels::{GROUP, Pixel, PixelRows, slots};
 use crate::prepared::BYTES_PER_SPHERE;
+use scene::first_radii::{bytes_at_most as radii_bytes_at_most, pilot_settings};
 use scene::{RadiusSchedule, Settings};
 
 /// What a thread holds beside its deposits: batches of paths, and an occupancy map.
@@ -35,6 +37,19 @@ pub(super) fn bytes_at_most(
         + buckets / 8
         + threads as u64 * (BYTES_PER_THREAD + BYTES_OF_BINS as u64)
         + spheres as u64 * BYTES_PER_SPHERE
+        + pilots(settings, threads, parameters)
+}
+
+/// What choosing the first radii takes.
+fn pilots(settings: &Settings, threads: usize, parameters: &Parameters) -> u64 {
+    match settings.radius_pilots {
+        0 => 0,
+        // The balls' tables are those of the render.
+        _ => {
+            let pilot = pilot_settings(settings);
+            bytes_at_most(&pilot, 0, threads, DEPOSITS_AT_ONCE, parameters) + radii_bytes_at_most(settings)
+        }
+    }
 }
 
 #[cfg(test)]

@@ -25,7 +25,7 @@ use crate::prepared::Prepared;
 use crate::survey::survey;
 use lanes::LaneKind;
 use scene::aim::{Aim, Targets};
-use scene::{Progress, Scene, Settings, Stop};
+use scene::{FirstRadii, Progress, Scene, Settings, Stop};
 use std::time::Instant;
 
 /// The work of sorting and joining the deposits of a photon, in units as [`PHOTON_WORK`].
@@ -46,11 +46,23 @@ pub struct Parts {
     hierarchy: Option<Hierarchy>,
 }
 
+impl Parts {
+    /// The hierarchy of a scene alone.
+    pub(super) fn of_hierarchy(hierarchy: Option<Hierarchy>) -> Self {
+        Self { hierarchy, ..Self::default() }
+    }
+
+    /// The hierarchy, if there is one.
+    pub(super) fn into_hierarchy(self) -> Option<Hierarchy> {
+        self.hierarchy
+    }
+}
+
 /// The fast renderer.
 pub struct Sppm<'a> {
     pub(super) scene: &'a Scene,
     pub(super) progress: Progress,
-    lanes: LaneKind,
+    pub(super) lanes: LaneKind,
     pub(super) parameters: Parameters,
     deposits_at_once: u32,
     eye: Eye,
@@ -70,6 +82,8 @@ pub struct Sppm<'a> {
     targets: Option<Targets>,
     /// The tables of emission, once they are known and if nothing moves.
     pub(super) emitters: Option<Emitters>,
+    /// The radii with which pixels begin, if they are given or known.
+    pub(super) first_radii: Option<FirstRadii>,
     /// Photons that counted at a visible point in the last iteration, on average.
     neighbours: f64,
 }
@@ -122,6 +136,7 @@ impl<'a> Sppm<'a> {
             prepared: Prepared::only(scene, parameters, parts.hierarchy),
             targets: None,
             emitters: None,
+            first_radii: None,
             neighbours: parameters.neighbours_at_first.into(),
         }
     }
@@ -152,6 +167,13 @@ impl<'a> Sppm<'a> {
     pub fn long_join(mut self, pairs: u64) -> Self {
         self.join.set_long(pairs);
         self
+    }
+
+    /// The same render with other first radii than those that [`Settings::radius_pilots`] choose. The image changes, but not
+    /// what it converges to.
+    #[must_use]
+    pub fn beginning_with(self, radii: FirstRadii) -> Self {
+        Self { first_radii: Some(radii), ..self }
     }
 
     /// The most bytes that a render of a scene of so many `spheres` takes, with so many `deposits_at_once`

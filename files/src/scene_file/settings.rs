@@ -3,10 +3,10 @@
 use super::error::{Fault, suggestion};
 use super::reader::{Field, Section, Subject, type_of};
 use super::sphere::positive;
-use scene::settings::{MAX_DEPTH, MAX_ITERATIONS, MAX_PHOTONS, MAX_SIDE};
+use scene::settings::{MAX_DEPTH, MAX_ITERATIONS, MAX_PHOTONS, MAX_RADIUS_PILOTS, MAX_SIDE};
 use scene::{Automatic, Filter, Quality, RadiusSchedule, Settings};
 
-const KEYS: [&str; 10] = [
+const KEYS: [&str; 11] = [
     "width",
     "height",
     "iterations",
@@ -16,6 +16,7 @@ const KEYS: [&str; 10] = [
     "seed",
     "filter",
     "radius_schedule",
+    "radius_pilots",
     "quality",
 ];
 
@@ -67,6 +68,9 @@ pub(super) fn settings(field: Field<'_>) -> Result<Stated, Fault> {
         seed: section.or("seed", default.seed, |field| field.whole(0, u64::MAX))?,
         filter: section.or("filter", default.filter, filter)?,
         radius_schedule: section.or("radius_schedule", default.radius_schedule, radius_schedule)?,
+        radius_pilots: section.or("radius_pilots", default.radius_pilots, |field| {
+            if is_auto(&field) { Ok(0) } else { Ok(field.whole(0, MAX_RADIUS_PILOTS.into())? as u32) }
+        })?,
     };
     settings.validate().map_err(|e| Fault::new(place(&section, e.option), e.to_string()))?;
     Ok(Stated { settings, automatic: automatic(&section)? })
@@ -92,6 +96,10 @@ fn automatic(section: &Section<'_>) -> Result<Automatic, Fault> {
         photons_per_iteration: is_chosen(photons_per_iteration),
         max_depth: is_chosen(max_depth),
         initial_radius: is_chosen(initial_radius),
+        // Pilots choose from the first radius down, so by themselves they go with it.
+        radius_pilots: section
+            .get("radius_pilots")
+            .map_or(is_chosen(initial_radius), |field| is_auto(&field)),
         ..unstated
     })
 }

@@ -154,6 +154,7 @@ fn write_settings(out: &mut impl Write, settings: &Settings) -> fmt::Result {
         seed,
         filter,
         radius_schedule,
+        radius_pilots,
     } = settings;
     writeln!(out, "\n[settings]\nwidth = {width}\nheight = {height}\niterations = {iterations}")?;
     writeln!(out, "photons_per_iteration = {photons_per_iteration}\nmax_depth = {max_depth}")?;
@@ -165,6 +166,10 @@ fn write_settings(out: &mut impl Write, settings: &Settings) -> fmt::Result {
     match radius_schedule {
         RadiusSchedule::PerPixel => Ok(()),
         schedule @ RadiusSchedule::Global => writeln!(out, "radius_schedule = \"{schedule}\""),
+    }?;
+    match radius_pilots {
+        0 => Ok(()),
+        pilots => writeln!(out, "radius_pilots = {pilots}"),
     }
 }
 

@@ -31,7 +31,7 @@ class Job:
 
     def __post_init__(self) -> None:
         """Radii are global, as parts of others cannot be merged."""
-        self.scene.settings = self.scene.settings.replace(radius_schedule="global")
+        self.scene.settings = self.scene.settings.replace(radius_schedule="global", radius_pilots=0)
 
     @property
     def state(self) -> Path:

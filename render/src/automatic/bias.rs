@@ -12,9 +12,9 @@
 
 use super::pilot::{Pilot, blocks};
 use super::pilots::Pilots;
-use fast::LaneKind;
+use fast::{LaneKind, first_radii};
 use scene::film::RELATIVE_MSE_EPSILON;
-use scene::{Rgb, Scene, Stop};
+use scene::{FirstRadii, Rgb, Scene, Stop};
 
 /// Pilots with each radius.
 const SEEDS: u64 = 8;
@@ -26,19 +26,18 @@ const PHOTONS: (u32, u32) = (4, 1 << 14);
 /// too noisy to tell.
 const SIDE: usize = 2;
 
-/// The relative bias at the first radius of the scene's settings, as the root of the mean square over blocks, each
+/// The relative bias at the first radii of the scene's settings, as the root of the mean square over blocks, each
 /// relative as in [`crate::Estimate`]; `None` if stopped.
 pub(crate) fn relative_bias(scene: &Scene, lanes: LaneKind, stop: &Stop) -> Option<f64> {
     let pilots = Pilots::new(scene, &scene.settings, lanes, stop);
     let (per_pixel, least) = PHOTONS;
     let photons = (per_pixel * pilots.settings.pixels() as u32).max(least);
-    let of = |radius: f32| {
-        pilots.run(SEEDS, |settings| {
-            (settings.photons_per_iteration, settings.initial_radius) = (photons, radius);
-        })
+    let radii = match scene.settings.radius_pilots {
+        0 => FirstRadii::even(scene.settings.initial_radius),
+        _ => first_radii(scene, &scene.settings, lanes, stop)?,
     };
-    let radius = scene.settings.initial_radius;
-    let (wide, narrow) = (of(radius)?, of(0.5 * radius)?);
+    let of = |radii: &FirstRadii| pilots.run_with(SEEDS, photons, radii);
+    let (wide, narrow) = (of(&radii)?, of(&radii.scaled(0.5))?);
     Some(bias(&wide, &narrow))
 }
 

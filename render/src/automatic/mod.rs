@@ -4,7 +4,7 @@
 //! docs/quality.md has the reasons, and what was measured.
 //!
 //! ```text
-//! radius      RADIUS footprints of a pixel
+//! radius      LARGEST_RADIUS footprints of a pixel, from which pilots choose down for each pixel
 //! depth       the least of DEPTHS that hardly darkens the pilot
 //! photons     the number by which a unit of work lowers the error most, for a pilot with few and one with many
 //! iterations  until the noise is that of the quality, but for so much work at most
@@ -20,12 +20,22 @@ use fast::{LaneKind, Parameters, Sppm};
 use footprint::footprint;
 use pilot::{DEPOSITS_AT_ONCE, SEEDS, Variance, loss};
 use pilots::{PILOT_PHOTONS, Pilots, pilot_settings};
-use scene::settings::{MAX_DEPOSITS, MAX_PHOTONS, RADIUS_RANGE};
-use scene::{Automatic, Quality, Scene, Settings, Stats, Stop};
+use scene::settings::{MAX_DEPOSITS, MAX_PHOTONS, RADIUS_RANGE, RADIUS_RATIO};
+use scene::{Automatic, Quality, RadiusSchedule, Scene, Settings, Stats, Stop};
 
 /// The first radius in footprints of a pixel, if the render does not end by its quality. Of eleven scenes, the radii by
 /// which the error of pixels and of blocks was least lay from 1.2 to 6.9 and from 0.6 to 5.3; see docs/quality.md.
 const RADIUS: f32 = 4.0;
+/// The largest of the first radii, in footprints, where each pixel has its own; and the share of it that most pixels take,
+/// by which photons are chosen.
+const LARGEST_RADIUS: f32 = 12.0;
+const TYPICAL_SHARE: f32 = 0.6;
+/// Iterations of the render for each of a pilot that chooses radii, of which there are eight renders of fewer pixels; and the
+/// most of a pilot. More of them choose better, but hardly so: see docs/quality.md.
+const ITERATIONS_PER_PILOT: u32 = 64;
+const MOST_PILOTS: u32 = 4;
+/// Taken for the iterations of a render that ends by time or by its error.
+const UNKNOWN_ITERATIONS: u32 = 128;
 /// The depths from which one is chosen. The last is as good as all light.
 const DEPTHS: [u32; 4] = [8, 16, 32, 64];
 /// Pixels along the side of a block, as images are compared by blocks of 8 x 8.
@@ -40,7 +50,7 @@ mod work {
     /// A photon that lands: kept, sorted.
     pub(super) const DEPOSIT: f64 = 1.5;
     /// A photon that counts at a visible point.
-    pub(super) const CONTRIBUTION: f64 = 0.2;
+    pub(super) const CONTRIBUTION: f64 = 0.07;
 }
 
 /// The noise to reach, and the work that may be spent on it.
@@ -72,19 +82,27 @@ impl Goal {
 pub(crate) fn choose(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop: &Stop) -> Option<Settings> {
     let goal = Goal::of(automatic.quality);
     let mut settings = scene.settings;
+    let are_own = automatic.radius_pilots && settings.radius_schedule == RadiusSchedule::PerPixel
+        || settings.radius_pilots > 0;
     if automatic.initial_radius
         && let Some(side) = footprint(lanes, scene, &settings)
     {
-        let [least, most] = RADIUS_RANGE;
-        let footprints = if automatic.iterations { goal.radius } else { RADIUS };
+        let footprints = match (are_own, automatic.iterations) {
+            (true, _) => LARGEST_RADIUS,
+            (false, true) => goal.radius,
+            (false, false) => RADIUS,
+        };
+        let [least, most] = [RADIUS_RANGE[0] * RADIUS_RATIO, RADIUS_RANGE[1]];
         settings.initial_radius = rounded(footprints * side).clamp(least, most);
     }
-    let pilot = Pilots::new(scene, &settings, lanes, stop);
+    let share = if are_own { TYPICAL_SHARE } else { 1.0 };
+    let typical = Settings { initial_radius: settings.initial_radius * share, ..settings };
+    let pilot = Pilots::new(scene, &typical, lanes, stop);
     if automatic.max_depth {
         settings.max_depth = pilot.depth(&goal)?;
     }
     if automatic.photons_per_iteration || automatic.iterations {
-        let account = pilot.account(&settings)?;
+        let account = pilot.account(&Settings { max_depth: settings.max_depth, ..typical })?;
         if automatic.photons_per_iteration {
             let most = ((MAX_DEPOSITS - 1) / u64::from(settings.max_depth)).min(MAX_PHOTONS.into()) as u32;
             settings.photons_per_iteration = account.photons(most);
@@ -92,6 +110,10 @@ pub(crate) fn choose(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop:
         if automatic.iterations {
             settings.iterations = account.iterations(settings.photons_per_iteration, &goal);
         }
+    }
+    if automatic.radius_pilots && are_own {
+        let iterations = if automatic.iterations { settings.iterations } else { UNKNOWN_ITERATIONS };
+        settings.radius_pilots = (iterations / ITERATIONS_PER_PILOT).clamp(1, MOST_PILOTS);
     }
     Some(settings)
 }
@@ -283,6 +305,7 @@ mod tests {
             Automatic { photons_per_iteration: true, ..none },
             Automatic { max_depth: true, ..none },
             Automatic { initial_radius: true, ..none },
+            Automatic { radius_pilots: true, ..none },
         ] {
             let (found, own) = (chosen(&scene, one, LaneKind::best(), 1), scene.settings);
             assert_eq!(found.iterations == own.iterations, !one.iterations, "{found:?}");
@@ -293,6 +316,7 @@ mod tests {
             );
             assert_eq!(found.max_depth == own.max_depth, !one.max_depth, "{found:?}");
             assert_eq!(found.initial_radius == own.initial_radius, !one.initial_radius, "{found:?}");
+            assert_eq!(found.radius_pilots == own.radius_pilots, !one.radius_pilots, "{found:?}");
         }
     }
 

@@ -10,7 +10,7 @@
 //! It is looked at by pixels, and by blocks, in which the noise of photons lasts, as neighbours share them.
 
 use fast::{LaneKind, Parameters, Parts, Sppm};
-use scene::{Engine, Film, Rgb, Scene, Settings, Stats, Stop};
+use scene::{Engine, Film, FirstRadii, Rgb, Scene, Settings, Stats, Stop};
 
 /// Images that are compared.
 pub(super) const SEEDS: u64 = 4;
@@ -35,12 +35,14 @@ pub(super) struct Variance {
     pub(super) block: f64,
 }
 
-/// Renders `seeds` images of one iteration with these settings; `None` if stopped.
+/// Renders `seeds` images of one iteration with these settings, and with other first radii if some are given; `None` if
+/// stopped.
 pub(super) fn run(
     lanes: LaneKind,
     scene: &Scene,
     settings: &Settings,
     seeds: u64,
+    first_radii: Option<&FirstRadii>,
     stop: &Stop,
 ) -> Option<Pilot> {
     let (mut films, mut stats, mut parts) = (Vec::new(), Stats::default(), Parts::default());
@@ -48,6 +50,9 @@ pub(super) fn run(
         let settings = Settings { seed: settings.seed.wrapping_add(seed), ..*settings };
         let engine = Sppm::with_parts(scene, &settings, lanes, &Parameters::default(), parts);
         let mut engine = engine.deposits_at_once(DEPOSITS_AT_ONCE);
+        if let Some(radii) = first_radii {
+            engine = engine.beginning_with(radii.clone());
+        }
         if !engine.iterate_unless(stop) {
             return None;
         }

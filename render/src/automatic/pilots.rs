@@ -2,7 +2,7 @@
 
 use super::pilot::{Pilot, run};
 use fast::LaneKind;
-use scene::{Scene, Settings, Stop};
+use scene::{FirstRadii, Scene, Settings, Stop};
 
 /// Pixels of the pilot, at most.
 const PILOT_PIXELS: u64 = 256 * 192;
@@ -17,7 +17,14 @@ pub(super) fn pilot_settings(settings: &Settings) -> Settings {
     let (width, height) = (side(settings.width), side(settings.height));
     let (per_pixel, least, _) = PILOT_PHOTONS;
     let photons = (per_pixel * f64::from(width) * f64::from(height)) as u32;
-    Settings { width, height, iterations: 1, photons_per_iteration: photons.max(least), ..*settings }
+    Settings {
+        width,
+        height,
+        iterations: 1,
+        photons_per_iteration: photons.max(least),
+        radius_pilots: 0,
+        ..*settings
+    }
 }
 
 /// Pilots of a scene.
@@ -38,6 +45,12 @@ impl<'a> Pilots<'a> {
     pub(super) fn run(&self, seeds: u64, change: impl FnOnce(&mut Settings)) -> Option<Pilot> {
         let mut settings = self.settings;
         change(&mut settings);
-        run(self.lanes, self.scene, &settings, seeds, self.stop)
+        run(self.lanes, self.scene, &settings, seeds, None, self.stop)
+    }
+
+    /// So many pilots of so many photons, with these first radii.
+    pub(super) fn run_with(&self, seeds: u64, photons: u32, radii: &FirstRadii) -> Option<Pilot> {
+        let settings = Settings { photons_per_iteration: photons, ..self.settings };
+        run(self.lanes, self.scene, &settings, seeds, Some(radii), self.stop)
     }
 }

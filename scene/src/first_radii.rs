@@ -1,0 +1,356 @@
+//! First search radii, one for each pixel, chosen from small renders, the pilots: wide where light is even, narrow at the
+//! rims of caustics, in corners and where balls touch the ground.
+//!
+//! With a radius `R`, the error of a pixel has two parts: the bias `b(R)`, as light is blurred over the disc, and the variance
+//! `v / R^2`, as few photons land in it. While radii shrink, after `n` iterations (Knaus and Zwicker 2011, sections 4 and 5,
+//! with alpha = 2/3) the squared bias is `9/4 b^2 n^(-2/3)` and the variance `3/4 v / R^2 n^(-2/3)`. So the radius that makes
+//! the error least is the same for all `n`, the one for which `3 b(R)^2 + v / R^2` is least. That bias asks for a radius of
+//! each place was put to use by Kaplanyan and Dachsbacher ("Adaptive progressive photon mapping", 2013), who estimate second
+//! derivatives; here, two radii are compared.
+//!
+//! ```text
+//! for two seeds A and B, and for radii R_0 = R/8, R_1 = R/4, R_2 = R/2, R_3 = R, R the initial radius:
+//!     render the pilot: the same scene, fewer pixels
+//! d_i  = I(R_i) - I(R_(i-1)), for A and for B: of the same photons and paths, so noise of the camera cancels
+//! V     = mean((d_2^A - d_2^B)^2) / 2     variance of d_2; that of d_i is V R_1^2 / R_(i-1)^2
+//! v     = 4/3 V R_1^2, times the iterations of a pilot
+//! b_i^2 = (4/3)^2 (mean(d_i^A d_i^B) - doubt)     noise of A and B is independent; bias grows as the square of the radius
+//! radius = the one of R, R/2^(1/4), ..., R/8 for which WEIGHT b^2 + v / radius^2 is least
+//! ```
+//!
+//! Means are over a window around the pixel, relative to the brightness there. A wider disc has no less bias than a narrower
+//! one, so `b_i` is at least `b_(i-1)`.
+//!
+//! The seeds of the pilots are not that of the render, so its photons do not depend on its radii, and nothing is biased by
+//! the choice. All operations are exactly rounded, so every engine chooses the same radii.
+
+use crate::color::Rgb;
+use crate::film::Film;
+use crate::settings::{RADIUS_RATIO, Settings};
+
+/// Pixels of a pilot, at most.
+const PILOT_PIXELS: u64 = 256 * 192;
+/// Radii that are compared, each half of the next.
+const LEVELS: usize = 4;
+const _: () = assert!(RADIUS_RATIO == (1 << (LEVELS - 1)) as f32);
+/// What the seeds of the pilots differ by from that of the render.
+const SEEDS: [u64; 2] = [0x5851_f42d_4c95_7f2d, 0x1405_7b7e_f767_814f];
+/// Radii to choose from between one that is compared and the next.
+const STEPS: u32 = 4;
+/// The weight of the squared bias against the variance: 3, as both fall; and ten times as much, as neighbours share their
+/// bias but not their noise, and see docs/quality.md.
+const WEIGHT: f64 = 30.0;
+/// A bias counts as far as its square is larger than this many standard deviations of its estimate. Without, noise of narrow
+/// radii would be taken for bias wherever light is even.
+const DOUBT: f64 = 0.5;
+/// Rows of the pilot for each pixel that the window of means reaches to each side.
+const ROWS_PER_REACH: u32 = 32;
+/// And the least, as means over fewer pixels are too noisy to tell a bias.
+const LEAST_REACH: u32 = 3;
+/// Pixels that the window of the brightness reaches to each side.
+const BRIGHTNESS_REACH: usize = 2;
+/// Added to the squared brightness, in squared means over the image: dark parts count as if they were a tenth as bright.
+const FLOOR: f64 = 0.01;
+
+/// The search radii with which the pixels of an image begin, in scene units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FirstRadii {
+    width: u32,
+    height: u32,
+    /// Of the pilot's pixels, row by row.
+    radii: Vec<f32>,
+}
+
+impl FirstRadii {
+    /// The same radius for all pixels.
+    pub fn even(radius: f32) -> Self {
+        Self { width: 1, height: 1, radii: vec![radius] }
+    }
+
+    /// The radii for a render with `settings`, whose `initial_radius` is the largest of them. `render` runs a pilot with the
+    /// settings that it is given, and gives its image, or `None` if stopped.
+    ///
+    /// # Panics
+    /// If an image has not the size that the settings ask for.
+    pub fn choose(settings: &Settings, mut render: impl FnMut(&Settings) -> Option<Film>) -> Option<Self> {
+        let pilot = pilot_settings(settings);
+        let mut films = Vec::with_capacity(SEEDS.len() * LEVELS);
+        for seed in SEEDS {
+            for level in 0..LEVELS {
+                let initial_radius = settings.initial_radius * level_radius(level) as f32;
+                let film = render(&Settings { seed: settings.seed ^ seed, initial_radius, ..pilot })?;
+                assert_eq!((film.width, film.height), (pilot.width, pilot.height), "another size");
+                films.push(film.pixels);
+            }
+        }
+        let plane = Plane { width: pilot.width as usize, height: pilot.height as usize };
+        let shares = plane.shares(&films, pilot.iterations);
+        let largest = settings.initial_radius;
+        let radii = shares.iter().map(|share| (f64::from(largest) * share) as f32).map(|r| r.min(largest));
+        Some(Self { width: pilot.width, height: pilot.height, radii: radii.collect() })
+    }
+
+    /// The radius of the pixel in column `x` and row `y` of an image of `width` x `height`: interpolated between those of the
+    /// nearest four pixels of the pilot.
+    pub fn at(&self, (x, y): (u32, u32), (width, height): (u32, u32)) -> f32 {
+        let (left, right, u) = neighbours(x, width, self.width);
+        let (top, bottom, v) = neighbours(y, height, self.height);
+        let row = |y: u32| {
+            let of = |x: u32| f64::from(self.radii[y as usize * self.width as usize + x as usize]);
+            of(left) + (of(right) - of(left)) * u
+        };
+        let (above, below) = (row(top), row(bottom));
+        (above + (below - above) * v) as f32
+    }
+
+    /// The same radii times `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f32) -> Self {
+        Self { radii: self.radii.iter().map(|radius| radius * factor).collect(), ..*self }
+    }
+}
+
+/// The settings of the pilots, but for seed and radius.
+pub fn pilot_settings(settings: &Settings) -> Settings {
+    let scale = (PILOT_PIXELS as f64 / settings.pixels() as f64).min(1.0).sqrt();
+    let side = |side: u32| ((f64::from(side) * scale) as u32).max(1);
+    let (width, height) = (side(settings.width), side(settings.height));
+    Settings { width, height, iterations: settings.radius_pilots, radius_pilots: 0, ..*settings }
+}
+
+/// The most bytes that [`FirstRadii::choose`] takes, besides those of a render with [`pilot_settings`].
+pub fn bytes_at_most(settings: &Settings) -> u64 {
+    if settings.radius_pilots == 0 {
+        return 0;
+    }
+    let planes = 2 * LEVELS + 4;
+    let bytes = SEEDS.len() * LEVELS * size_of::<Rgb>() + planes * size_of::<f64>();
+    (pilot_settings(settings).pixels() * bytes) as u64
+}
+
+/// The radius of a level, where the largest is 1.
+fn level_radius(level: usize) -> f64 {
+    1.0 / f64::from(1_u32 << (LEVELS - 1 - level))
+}
+
+/// The pixels of a row or column of `to` on both sides of the centre of pixel `i` of `from`, and how far it is from the first
+/// to the second.
+fn neighbours(i: u32, from: u32, to: u32) -> (u32, u32, f64) {
+    let place = (f64::from(i) + 0.5) * f64::from(to) / f64::from(from) - 0.5;
+    let last = to - 1;
+    let place = place.clamp(0.0, f64::from(last));
+    let first = place as u32;
+    (first, (first + 1).min(last), place - f64::from(first))
+}
+
+/// The size of images whose pixels are in a row.
+#[derive(Clone, Copy)]
+struct Plane {
+    width: usize,
+    height: usize,
+}
+
+impl Plane {
+    /// The radius of every pixel as a share of the largest, from the images of [`FirstRadii::choose`] in their order.
+    fn shares(self, films: &[Vec<Rgb>], iterations: u32) -> Vec<f64> {
+        let reach = (self.height as u32 / ROWS_PER_REACH).max(LEAST_REACH) as usize;
+        let weights = self.weights(films);
+        let (a, b) = films.split_at(LEVELS);
+        let difference = |set: &[Vec<Rgb>], level: usize, i: usize, channel: usize| {
+            f64::from(set[level][i][channel]) - f64::from(set[level - 1][i][channel])
+        };
+        // The mean over channels of what `term` makes of the differences of both sets.
+        let mean = |level: usize, term: fn(f64, f64) -> f64| {
+            let of = |i: usize| -> f64 {
+                let channel =
+                    |c| term(difference(a, level, i, c), difference(b, level, i, c)) * weights[i][c];
+                (channel(0) + channel(1) + channel(2)) / 3.0
+            };
+            self.windowed(&(0..self.width * self.height).map(of).collect::<Vec<_>>(), reach)
+        };
+        let products: Vec<Vec<f64>> = (1..LEVELS).map(|level| mean(level, |a, b| a * b)).collect();
+        // In squares of level 0.
+        let variance = mean(2, |a, b| (a - b) * (a - b) / 2.0);
+        let scale = 4.0 / 3.0 * 4.0 * f64::from(iterations);
+        let side = (2 * reach + 1) as f64;
+        let shares = (0..variance.len()).map(|i| {
+            // The deviation of a mean over a window, at level 1; those of the others fall as the variance.
+            let doubt = DOUBT * 4.0 * variance[i] / side;
+            let squared = |level: usize| 16.0 / 9.0 * (products[level][i] - doubt * level_doubt(level));
+            share([0, 1, 2].map(squared), variance[i] * scale)
+        });
+        self.windowed(&shares.collect::<Vec<_>>(), reach)
+    }
+
+    /// One over the square of the brightness around each pixel, for each channel.
+    fn weights(self, films: &[Vec<Rgb>]) -> Vec<[f64; 3]> {
+        let count = films.len() as f64;
+        let channel = |c: usize| {
+            let of = |i: usize| films.iter().map(|film| f64::from(film[i][c])).sum::<f64>() / count;
+            self.windowed(&(0..self.width * self.height).map(of).collect::<Vec<_>>(), BRIGHTNESS_REACH)
+        };
+        let means = [0, 1, 2].map(channel);
+        let sum: f64 = means.iter().map(|channel| channel.iter().sum::<f64>()).sum();
+        let mean = sum / (3 * self.width * self.height) as f64;
+        // So that nothing is divided by zero where all is black.
+        let floor = (FLOOR * mean * mean).max(f64::MIN_POSITIVE);
+        let of = |i: usize| [0, 1, 2].map(|c: usize| 1.0 / (means[c][i] * means[c][i] + floor));
+        (0..self.width * self.height).map(of).collect()
+    }
+
+    /// The means of `values` over windows that reach so many pixels to each side, and end at the border.
+    fn windowed(self, values: &[f64], reach: usize) -> Vec<f64> {
+        let Self { width, height } = self;
+        let along = |values: &[f64], x: usize, y: usize| {
+            let (first, last) = (x.saturating_sub(reach), (x + reach).min(width - 1));
+            values[y * width + first..=y * width + last].iter().sum::<f64>() / (last - first + 1) as f64
+        };
+        let rows: Vec<f64> = (0..width * height).map(|i| along(values, i % width, i / width)).collect();
+        let across = |x: usize, y: usize| {
+            let (first, last) = (y.saturating_sub(reach), (y + reach).min(height - 1));
+            (first..=last).map(|y| rows[y * width + x]).sum::<f64>() / (last - first + 1) as f64
+        };
+        (0..width * height).map(|i| across(i % width, i / width)).collect()
+    }
+}
+
+/// The variance of the difference of a level from the one before, where that of level 1 from level 0 is 1 and `level` counts
+/// from there.
+fn level_doubt(level: usize) -> f64 {
+    1.0 / f64::from(1_u32 << (2 * level))
+}
+
+/// The best radius as a share of the largest, from the squared biases at levels 1 to 3, of which some may be less than
+/// nothing, and the variance of an iteration times the squared radius, in squares of the radius of level 0.
+fn share(squared_biases: [f64; LEVELS - 1], variance: f64) -> f64 {
+    let mut biases = [0.0; LEVELS];
+    for (level, squared) in squared_biases.into_iter().enumerate() {
+        biases[level + 1] = squared.max(0.0).sqrt().max(biases[level]);
+    }
+    biases[0] = biases[1] / 4.0;
+    let quarter_root = 2.0_f64.sqrt().sqrt();
+    let (mut radius, mut best) = (f64::from(1_u32 << (LEVELS - 1)), (f64::INFINITY, 0.0));
+    for step in (0..=(LEVELS as u32 - 1) * STEPS).rev() {
+        let squared = radius * radius;
+        let level = ((step / STEPS) as usize).min(LEVELS - 2);
+        let [low, high] = [level, level + 1].map(|level| f64::from(1_u32 << (2 * level)));
+        let bias = biases[level] + (biases[level + 1] - biases[level]) * ((squared - low) / (high - low));
+        let error = WEIGHT * bias * bias + variance / squared;
+        // What is not a number, of an image that overflows, is no better than anything.
+        if error < best.0 {
+            best = (error, radius);
+        }
+        radius /= quarter_root;
+    }
+    let largest = f64::from(1_u32 << (LEVELS - 1));
+    if best.1 > 0.0 { best.1 / largest } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Family, StreamKey};
+
+    const SIZE: (u32, u32) = (64, 48);
+
+    fn settings() -> Settings {
+        let (width, height) = SIZE;
+        Settings { width, height, initial_radius: 2.0, radius_pilots: 3, ..Settings::default() }
+    }
+
+    /// Radii for images whose bias is `bias(x, y)` at the largest radius and grows as its square, and whose noise is that of
+    /// photons in a disc: `noise` is the standard deviation at the largest radius.
+    fn chosen(bias: impl Fn(u32, u32) -> f32, noise: f32) -> FirstRadii {
+        let settings = settings();
+        let choose = |pilot: &Settings| {
+            let share = pilot.initial_radius / settings.initial_radius;
+            // Rings of photons, from the inside out: a wider disc has those of the narrower ones and more.
+            let noise_of = |index: u32| {
+                let mut stream = StreamKey::new(pilot.seed, Family::Camera, 0).stream(index);
+                let (mut sum, mut area) = (0.0, 0.0);
+                for ring in [1.0 / 64.0, 3.0 / 64.0, 12.0 / 64.0, 48.0 / 64.0_f32] {
+                    if area < share * share * 0.999 {
+                        let uniform = (0..12).map(|_| stream.next_f32()).sum::<f32>() - 6.0;
+                        sum += uniform * ring.sqrt();
+                        area += ring;
+                    }
+                }
+                noise * sum / area
+            };
+            let pixel = |x, y| Rgb::splat(1.0 + bias(x, y) * share * share + noise_of(y * SIZE.0 + x));
+            Some(Film::from_fn(pilot.width, pilot.height, pixel))
+        };
+        FirstRadii::choose(&settings, choose).unwrap()
+    }
+
+    /// Of a bias that grows as the square of the radius, the least of `WEIGHT b^2 r^4 + v / r^2` is where
+    /// `r^6 = v / (2 WEIGHT b^2)`, in units of the radius of level 0. A step is a quarter of an octave.
+    #[test]
+    fn radii_are_those_of_the_least_error() {
+        const STEP: f64 = 1.1;
+        for (bias, variance) in [(0.01_f64, 1.0), (0.001, 0.1), (0.3, 1.0), (1e-4, 1.0), (2.0, 0.1)] {
+            let squared = [4.0, 16.0, 64.0].map(|area| (bias * area) * (bias * area));
+            let expected = (variance / (2.0 * WEIGHT * bias * bias)).powf(1.0 / 6.0).clamp(1.0, 8.0) / 8.0;
+            let found = share(squared, variance);
+            assert!(
+                found / expected < STEP && expected / found < STEP,
+                "{found}, not {expected}, for {bias}"
+            );
+        }
+        assert_eq!(share([-1.0, -0.5, -0.1], 1.0), 1.0);
+    }
+
+    /// Where nothing is blurred radii are wide, though not the widest, as some noise is taken for bias; none is larger or
+    /// smaller than allowed.
+    #[test]
+    fn places_have_radii_of_their_own() {
+        let radii = chosen(|x, _| if x < 32 { 2.0 } else { 0.0 }, 0.01);
+        let (left, right) = (radii.at((8, 24), SIZE), radii.at((56, 24), SIZE));
+        assert!(left < 0.4 && right > 0.8, "{left} where light is blurred, {right} where it is not");
+        for y in 0..SIZE.1 {
+            for x in 0..SIZE.0 {
+                let radius = radii.at((x, y), SIZE);
+                assert!((2.0 / RADIUS_RATIO..=2.0).contains(&radius), "{radius} at {x}, {y}");
+            }
+        }
+    }
+
+    /// Of images without light, or with too much of it, nothing follows.
+    #[test]
+    fn images_that_tell_nothing_leave_the_largest_radius() {
+        for value in [0.0, f32::INFINITY, f32::NAN] {
+            let radii = FirstRadii::choose(&settings(), |pilot| {
+                Some(Film::from_fn(pilot.width, pilot.height, |_, _| Rgb::splat(value)))
+            });
+            assert_eq!(radii.unwrap().at((5, 7), SIZE), 2.0, "{value}");
+        }
+    }
+
+    #[test]
+    fn pilots_are_small_and_differ_in_seed_and_radius() {
+        let settings = Settings { width: 1920, height: 1080, radius_pilots: 5, ..Settings::default() };
+        let mut seen = Vec::new();
+        FirstRadii::choose(&settings, |pilot| {
+            pilot.validate().unwrap();
+            assert!(pilot.pixels() as u64 <= PILOT_PIXELS && pilot.width > pilot.height);
+            assert_eq!((pilot.iterations, pilot.radius_pilots), (5, 0));
+            assert_ne!(pilot.seed, settings.seed);
+            seen.push((pilot.seed, pilot.initial_radius));
+            Some(Film::new(pilot.width, pilot.height))
+        });
+        assert_eq!(seen.len(), 8);
+        assert!((0..8).all(|i| !seen[..i].contains(&seen[i])), "{seen:?}");
+        assert_eq!(seen.iter().map(|(_, radius)| *radius).fold(0.0, f32::max), settings.initial_radius);
+        assert!(FirstRadii::choose(&settings, |_| None).is_none());
+    }
+
+    /// Between the centres of the pilot's pixels, radii are on straight lines; beyond the outermost, they stay.
+    #[test]
+    fn radii_are_interpolated() {
+        let radii = FirstRadii { width: 2, height: 1, radii: vec![1.0, 3.0] };
+        let row: Vec<f32> = (0..8).map(|x| radii.at((x, 0), (8, 1))).collect();
+        assert_eq!(row, [1.0, 1.0, 1.25, 1.75, 2.25, 2.75, 3.0, 3.0]);
+        assert_eq!(FirstRadii::even(0.7).at((3, 2), (9, 9)), 0.7);
+        assert_eq!(radii.scaled(0.5).at((0, 0), (8, 1)), 0.5);
+    }
+}
