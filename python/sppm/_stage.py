@@ -12,9 +12,18 @@ from ._particles import Frame, Unit, memory
 from ._scene import Scene, new_scene, tell
 from ._style import Bonds, Ends, Number, ParticleSource, Rule, source_of, style_fields
 
-View: TypeAlias = Literal["front", "back", "left", "right", "top", "bottom", "iso", "principal"]
+View: TypeAlias = (
+    Literal["front"]
+    | Literal["back"]
+    | Literal["left"]
+    | Literal["right"]
+    | Literal["top"]
+    | Literal["bottom"]
+    | Literal["iso"]
+    | Literal["principal"]
+)
 """A direction of the view."""
-Light: TypeAlias = Literal["studio", "overcast", "dark"]
+Light: TypeAlias = Literal["studio"] | Literal["overcast"] | Literal["dark"]
 """The lamps."""
 
 _MAX_SIDE = 2**32 - 1

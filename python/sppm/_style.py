@@ -57,8 +57,7 @@ def style_fields(
     keys += [("bonds", _word("bonds", bonds))] if bonds is not None else []
     keys += [(name, _text(name, value)) for name, value in (("wrap", wrap), ("cell", cell))]
     base = {"radius": radius, "scale": scale, "color": color, "map": map, "range": range, "material": material}
-    is_one = isinstance(style, (str, Mapping))
-    rules = [cast(Rule, style)] if is_one else list(cast("Sequence[Rule]", style))
+    rules = [style] if isinstance(style, (str, Mapping)) else list(style)
     cuts = [cut] if isinstance(cut, str) else list(cut)
     return {
         "keys": keys,
