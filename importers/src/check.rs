@@ -14,8 +14,8 @@ impl Particles {
         if count > Self::MOST {
             return Err(format!("there are {count} particles; at most {} can be taken", Self::MOST));
         }
-        let far = |x: &f64| !(x.abs() <= Self::FARTHEST);
-        if let Some(i) = self.positions.iter().position(|position| position.iter().any(far)) {
+        let is_near = |x: &f64| x.abs() <= Self::FARTHEST; // not NaN either
+        if let Some(i) = self.positions.iter().position(|position| !position.iter().all(is_near)) {
             return Err(format!("positions [{i}] must be finite, and at most {:e}", Self::FARTHEST));
         }
         let elements = |&element: &u8| (element > COUNT).then(|| element.to_string());

@@ -31,7 +31,7 @@ type NewSpheres<'py> = (
 /// A scene. Its background is a colour, and not a sphere yet.
 #[pyclass(frozen, module = "sppm._sppm")]
 pub(crate) struct Scene {
-    scene: Shared,
+    shared: Shared,
     /// The file that it was read from, which no output may overwrite.
     pub(crate) file: Option<PathBuf>,
     /// Whether it is a stage for particles, with settings that suit path tracing if there are neither mirrors nor glass.
@@ -61,7 +61,8 @@ impl Shared {
 
 impl Scene {
     fn new(scene: scene::Scene, file: Option<PathBuf>) -> Self {
-        Self { scene: Shared(Arc::new(Mutex::new(without_sky(scene)))), file, is_stage: false }
+        let shared = Shared(Arc::new(Mutex::new(without_sky(scene))));
+        Self { shared, file, is_stage: false }
     }
 
     /// A stage for particles.
@@ -71,7 +72,7 @@ impl Scene {
 
     /// The scene, for other threads.
     pub(crate) fn shared(&self) -> Shared {
-        self.scene.clone()
+        self.shared.clone()
     }
 
     /// Works on the scene while other Python threads go on.
@@ -80,7 +81,7 @@ impl Scene {
         py: Python,
         f: impl FnOnce(&mut scene::Scene) -> T + Send,
     ) -> PyResult<T> {
-        work(py, || f(&mut self.scene.lock()))
+        work(py, || f(&mut self.shared.lock()))
     }
 
     /// A copy with the background as a sky, as libraries expect it. It is not checked.
@@ -154,8 +155,8 @@ impl Scene {
 
     fn copy(&self, py: Python) -> PyResult<Self> {
         let copy = self.with(py, |scene| scene.clone())?;
-        let scene = Shared(Arc::new(Mutex::new(copy)));
-        Ok(Self { scene, file: self.file.clone(), is_stage: self.is_stage })
+        let shared = Shared(Arc::new(Mutex::new(copy)));
+        Ok(Self { shared, file: self.file.clone(), is_stage: self.is_stage })
     }
 
     #[getter]
