@@ -377,7 +377,7 @@ class Render:
             self._check_free()
             self._wait(self._native.wait)
             return True
-        seconds = float(timeout)
+        seconds = _numbers.real(timeout, "timeout")
         if not seconds >= 0.0:
             raise InputError(f"timeout is {timeout}; it must be at least 0 seconds")
         whole, rest = divmod(min(seconds, 1e9), _TICK)

@@ -92,6 +92,8 @@ class Scene:
 
         Raises SceneError if the text is not valid, with line and column.
         """
+        if not isinstance(text, str):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise TypeError(f"text must be a str, not {type(text).__name__}")
         return cls._of(_sppm.Scene.parse(text, _name(name)))
 
     # What the scene has.

@@ -15,7 +15,7 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use scene::Stop;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Texts, and the index of its text for each particle.
 type LabelsTuple<'py> = (Vec<String>, PyReadonlyArray1<'py, u16>);
@@ -322,22 +322,12 @@ pub(crate) fn stage_particles(
     let file = if let Source::File(path) = &source { Some(path.clone()) } else { None };
     let name = name.unwrap_or_else(|| file.as_deref().map_or("particles".into(), particles::stem));
     let particles = particles_of(source, &recipe, memory)?;
-    let named_file = file.clone();
     let staged = work_until_interrupted(py, &Stop::new(), move || {
-        let staged = particles::staged_in_memory(particles()?, &name, &recipe, &stage);
-        staged.map_err(|problem| of_file(problem, named_file.as_deref()))
+        particles::staged_in_memory(particles()?, &name, &recipe, &stage)
     })?;
     let has_base = !style.base.is_empty();
     let Staged { scene, notes } = staged.map_err(|problem| of_problem(&problem, has_base))?;
     Ok((Scene::stage(scene, file), notes))
-}
-
-/// What is wrong with a whole scene, with the name of the file that it comes from.
-fn of_file(problem: Problem, file: Option<&Path>) -> Problem {
-    match (problem, file) {
-        (Problem::Stage(problem), Some(file)) => Problem::Stage(format!("{}: {problem}", file.display())),
-        (problem, _) => problem,
-    }
 }
 
 /// Adds the spheres of particles to a scene; returns the first, the one after the last, and notes.
