@@ -4,9 +4,9 @@
     film = sppm.render(scene, iterations=16)
     film.save("cornell.exr")
 
-Build a scene by :class:`Scene`, or of molecules and particles by :func:`load_particles`; render it by :func:`render`, or
-watched by :class:`Render`; the image is a :class:`Film`. :func:`compare` judges images, :func:`trace` tells what rays hit, and :func:`verify` checks that all
-engines agree. Errors are subclasses of :class:`Error`.
+Build a scene by :class:`Scene`, or of molecules and particles by :func:`load_particles`. Render it by :func:`render`, or
+watched by :class:`Render`; the image is a :class:`Film`. :func:`compare` judges images, :func:`trace` tells what rays hit,
+and :func:`verify` checks that all engines agree. Errors are subclasses of :class:`Error`.
 """
 
 from __future__ import annotations

@@ -103,7 +103,8 @@ class Film:
     def scene(self) -> Scene | None:
         """The scene that was rendered, with the settings of the render.
 
-        ``None`` if that is not known, or if its text is longer than a mebibyte.
+        ``None`` if that is not known, or if its text is longer than a mebibyte. Images of the command may name files of
+        particles, which are searched in the current folder; raises SceneError if they are not there.
         """
         text = self.metadata.get("scene_file")
         return None if text is None else Scene.parse(text)

@@ -267,7 +267,9 @@ class Render:
     ) -> Render:
         """Repeats the render that wrote ``file``, a ``.png`` or ``.exr`` image or a checkpoint, with the same result.
 
-        ``scene`` must be given if its text is longer than a mebibyte, and must be the same scene.
+        ``scene`` must be given if its text is longer than a mebibyte, and must be the same scene. Files of particles that
+        an image of the command names are searched beside the image, in the current folder, and where ``scene`` comes
+        from.
 
         Raises FileError if the file does not say what made it, or if the scene is another.
         """

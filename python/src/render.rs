@@ -66,9 +66,11 @@ impl Render {
     #[staticmethod]
     fn like(py: Python, path: PathBuf, scene: Option<&Scene>, options: Options) -> PyResult<Self> {
         let shared = scene.map(Scene::shared);
+        // Files of particles that the image names may be where the scene comes from.
+        let folder = scene.and_then(|scene| scene.file.as_deref()?.parent().map(PathBuf::from));
         Self::begin(py, options, move || {
             let scene = shared.map(|shared| shared.checked()).transpose()?;
-            Job::like(&path, scene).map_err(|error| of_render(&error))
+            Job::like_in(&path, scene, folder.as_deref()).map_err(|error| of_render(&error))
         })
     }
 

@@ -97,6 +97,15 @@ def test_the_background_has_the_colour_asked_for(tmp_path: Path) -> None:
     film.save(tmp_path / "a.exr")
 
 
+def test_a_render_of_the_command_is_repeated(tmp_path: Path, command) -> None:
+    command("render", WATER, "-o", tmp_path / "a.exr", "--width=40", "--height=30", "-n1", "--quiet")
+    right = sppm.Film.load(tmp_path / "a.exr")
+    with pytest.raises(sppm.FileError, match="water.pdb: there is no such file"):
+        sppm.Render.like(tmp_path / "a.exr")
+    scene = sppm.load_particles(WATER, **SMALL)
+    assert sppm.compare(sppm.Render.like(tmp_path / "a.exr", scene).result(), right).identical
+
+
 def test_files_are_columns() -> None:
     water = sppm.Particles.load(WATER)
     assert len(water) == 648 and water.positions.shape == (648, 3) and water.positions.dtype == np.float64
