@@ -255,6 +255,21 @@ def test_a_fork_after_a_render_can_render(cornell, tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot fork")
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_a_fork_after_reading_can_read() -> None:
+    """Readers use many threads, which a child does not have."""
+    file = Path(__file__).parents[2] / "fixtures/particles/melt.dump"
+    right = sppm.load_particles(file), sppm.Particles.load(file)
+
+    def work() -> None:
+        assert sppm.load_particles(file) == sppm.Scene.load(file) == right[0]
+        assert sppm.load_particles(right[1], name="melt") == right[0]
+        assert sppm.Scene.parse(right[0].to_toml()) == right[0]
+
+    assert in_child(work) == 0
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot fork")
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 def test_a_fork_during_a_render_leaves_it_to_the_parent(cornell) -> None:
     render = sppm.Render(cornell, **ENDLESS)
     film = render.film
