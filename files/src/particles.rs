@@ -8,6 +8,7 @@ use scene::{Import, Scene, Sphere};
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
 use std::io::{self, Read as _};
+use std::ops::Range;
 use std::path::Path;
 use thiserror::Error;
 
@@ -118,20 +119,52 @@ pub struct Staged {
 pub fn staged(path: &Path, recipe: &Recipe, wanted: &Stage, most: u64) -> Result<Staged, Problem> {
     let Source { particles, digest } = read(path, recipe, most).map_err(Problem::Read)?;
     let recipe = Recipe { origin: stage::origin(&particles), ..recipe.clone() };
+    let (mut staged, made) = on_stage(particles, stem(path), &recipe, wanted)?;
+    attach(&mut staged.scene, made, path, digest, &recipe);
+    let told = |problem| Problem::Read(format!("{}: {problem}", path.display()));
+    finished(staged).map_err(told)
+}
+
+/// Particles that are in memory on a stage of their own, as by [`staged`]. The scene has this name, and its spheres are its
+/// own.
+///
+/// # Errors
+/// If recipe or stage do not suit them.
+pub fn staged_in_memory(
+    particles: Particles,
+    name: &str,
+    recipe: &Recipe,
+    wanted: &Stage,
+) -> Result<Staged, Problem> {
+    let recipe = Recipe { origin: stage::origin(&particles), ..recipe.clone() };
+    let (mut staged, made) = on_stage(particles, name.into(), &recipe, wanted)?;
+    join(&mut staged.scene, made);
+    finished(staged).map_err(Problem::Stage)
+}
+
+/// The stage of `particles` without the balls, and the balls.
+fn on_stage(
+    particles: Particles,
+    name: String,
+    recipe: &Recipe,
+    wanted: &Stage,
+) -> Result<(Staged, Balls), Problem> {
     // Files of macromolecules state the cell of the crystal that they come from, which is not what they show.
     let is_molecule = matches!(particles.format, Format::Pdb | Format::Mmcif);
     let has_cell = particles.cell.is_some() && (recipe.cell || !is_molecule);
-    let mut made = balls(particles, &recipe).map_err(Problem::Recipe)?;
+    let mut made = balls(particles, recipe).map_err(Problem::Recipe)?;
     let notes = std::mem::take(&mut made.notes);
     let Set { camera, spheres, materials, background, settings } =
         stage::set(&made.spheres, &made.materials, has_cell, wanted).map_err(Problem::Stage)?;
-    let name = stem(path);
-    let mut scene = Scene { name, camera, spheres, materials, background, settings, imports: Vec::new() };
-    attach(&mut scene, made, path, digest, &recipe);
+    let scene = Scene { name, camera, spheres, materials, background, settings, imports: Vec::new() };
+    Ok((Staged { scene, notes }, made))
+}
+
+/// The whole scene, with its sky, checked.
+fn finished(Staged { scene, notes }: Staged) -> Result<Staged, String> {
     let scene = scene.with_sky();
-    let unusable = |problem: &dyn std::fmt::Display| Problem::Read(format!("{}: {problem}", path.display()));
-    scene.settings.validate().map_err(|error| unusable(&error))?;
-    scene.check().map_err(|flaw| unusable(&flaw))?;
+    scene.settings.validate().map_err(|error| error.to_string())?;
+    scene.check().map_err(|flaw| flaw.to_string())?;
     Ok(Staged { scene, notes })
 }
 
@@ -145,6 +178,12 @@ pub fn stem(path: &Path) -> String {
 
 /// Appends `balls`, which `recipe` has made of the file `path` with this digest, to `scene`, which has no sky yet.
 pub fn attach(scene: &mut Scene, balls: Balls, path: &Path, digest: String, recipe: &Recipe) {
+    let (spheres, materials) = join(scene, balls);
+    scene.imports.push(Import { file: path.into(), digest, table: table(recipe), spheres, materials });
+}
+
+/// Appends `balls` to `scene`, which has no sky yet, as spheres of its own. Returns the indices of spheres and materials.
+pub fn join(scene: &mut Scene, balls: Balls) -> (Range<usize>, Range<usize>) {
     let (spheres, materials) = (scene.spheres.len(), scene.materials.len());
     let moved = |sphere: Sphere| Sphere { material: sphere.material + materials as u32, ..sphere };
     if scene.spheres.is_empty() {
@@ -155,13 +194,7 @@ pub fn attach(scene: &mut Scene, balls: Balls, path: &Path, digest: String, reci
         scene.spheres.extend(balls.spheres.into_iter().map(moved));
     }
     scene.materials.extend(balls.materials);
-    scene.imports.push(Import {
-        file: path.into(),
-        digest,
-        table: table(recipe),
-        spheres: spheres..scene.spheres.len(),
-        materials: materials..scene.materials.len(),
-    });
+    (spheres..scene.spheres.len(), materials..scene.materials.len())
 }
 
 /// The table `[[particles]]` of a scene file with this recipe, without its header, file and digest.

@@ -23,6 +23,7 @@ mod altloc;
 mod binary;
 pub mod bonds;
 mod cell;
+mod check;
 mod columns;
 mod delimited;
 mod detect;

@@ -13,7 +13,7 @@ import pdoc.render
 import sppm
 
 HERE = Path(__file__).parent
-PAGES = ("scenes", "renders", "images", "rays")
+PAGES = ("scenes", "particles", "renders", "images", "rays")
 
 
 def main(folder: Path) -> None:
@@ -21,7 +21,7 @@ def main(folder: Path) -> None:
     text = [HERE.parent.joinpath("README.md").read_text(), *((HERE / f"{page}.md").read_text() for page in PAGES)]
     whole = "\n\n".join(text)
     for page in PAGES:
-        whole = whole.replace(f"(docs/{page}.md)", f"(#{page})")
+        whole = whole.replace(f"(docs/{page}.md)", f"(#{page})").replace(f"({page}.md)", f"(#{page})")
     sppm.__doc__ = whole
     pdoc.render.configure(docformat="restructuredtext", search=False, show_source=False)
     with tempfile.TemporaryDirectory() as beside:

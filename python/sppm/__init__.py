@@ -4,30 +4,34 @@
     film = sppm.render(scene, iterations=16)
     film.save("cornell.exr")
 
-Build a scene by :class:`Scene`, render it by :func:`render`, or watched by :class:`Render`; the image is a
-:class:`Film`. :func:`compare` judges images, :func:`trace` tells what rays hit, and :func:`verify` checks that all
-engines agree. Errors are subclasses of :class:`Error`.
+Build a scene by :class:`Scene`, or of molecules and particles by :func:`load_particles`. Render it by :func:`render`, or
+watched by :class:`Render`; the image is a :class:`Film`. :func:`compare` judges images, :func:`trace` tells what rays hit,
+and :func:`verify` checks that all engines agree. Errors are subclasses of :class:`Error`.
 """
 
 from __future__ import annotations
 
 from . import _sppm
 from ._camera import Camera
+from ._cell import Cell
 from ._compare import Channels, LargestDifference, Metrics, compare, difference_image
-from ._errors import Error, FileError, InputError, RenderError, RenderWarning, SceneError
+from ._errors import Error, FileError, InputError, ParticleWarning, RenderError, RenderWarning, SceneError
 from ._film import Film, info
 from ._interrupted import Interrupted
 from ._materials import Dielectric, Diffuse, Material, Specular
 from ._parts import Merged, merge, render_part
+from ._particles import Particles, frame_count
 from ._progress import Progress
 from ._render import Render, render
 from ._scene import Exported, Scene, builtin_scenes
 from ._settings import Settings
+from ._stage import load_particles
 from ._trace import Hits, trace
 from ._verify import Verification, verify
 
 __all__ = [
     "Camera",
+    "Cell",
     "Channels",
     "Dielectric",
     "Diffuse",
@@ -42,6 +46,8 @@ __all__ = [
     "Material",
     "Merged",
     "Metrics",
+    "ParticleWarning",
+    "Particles",
     "Progress",
     "Render",
     "RenderError",
@@ -56,7 +62,9 @@ __all__ = [
     "compare",
     "cores",
     "difference_image",
+    "frame_count",
     "info",
+    "load_particles",
     "merge",
     "render",
     "render_part",

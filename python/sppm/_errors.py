@@ -28,5 +28,9 @@ class RenderWarning(UserWarning):
     """Something went wrong that does not end a render, such as a checkpoint that could not be written."""
 
 
-for _public in (Error, InputError, SceneError, FileError, RenderError, RenderWarning):
+class ParticleWarning(UserWarning):
+    """Something that one should know of a scene of particles, such as that some have no radius and are left out."""
+
+
+for _public in (Error, InputError, SceneError, FileError, RenderError, RenderWarning, ParticleWarning):
     _public.__module__ = "sppm"

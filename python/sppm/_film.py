@@ -36,7 +36,7 @@ class Film:
     count: Floats | None
     """The photons counted in every pixel, weighted by alpha (2/3): shape (height, width). ``None`` without photons."""
 
-    __slots__ = ("__weakref__", "_note", "count", "radiance", "radius")
+    __slots__ = ("__weakref__", "_note", "_tone", "count", "radiance", "radius")
 
     def __init__(
         self, radiance: npt.ArrayLike, *, radius: npt.ArrayLike | None = None, count: npt.ArrayLike | None = None
@@ -56,12 +56,15 @@ class Film:
                 planes.append(_owned(_arrays.plane(values, pixels.shape[:2], name, InputError), values))
         self.radius, self.count = planes
         self._note: str | None = None
+        self._tone: Tone | None = None
 
     @classmethod
-    def _of(cls, radiance: Floats, radius: Floats | None, count: Floats | None, note: str | None) -> Film:
-        """A film of read-only arrays, without a copy."""
+    def _of(
+        cls, radiance: Floats, radius: Floats | None, count: Floats | None, note: str | None, tone: Tone | None
+    ) -> Film:
+        """A film of read-only arrays, without a copy, which is shown by ``tone`` if no other is asked for."""
         film = cls.__new__(cls)
-        film.radiance, film.radius, film.count, film._note = radiance, radius, count, note
+        film.radiance, film.radius, film.count, film._note, film._tone = radiance, radius, count, note, tone
         return film
 
     @classmethod
@@ -71,7 +74,7 @@ class Film:
         Integers are decoded from sRGB. Raises FileError if the file cannot be read.
         """
         radiance, note = _sppm.read_image(os.fspath(path), layer)
-        return cls._of(radiance, None, None, note)
+        return cls._of(radiance, None, None, note, None)
 
     @property
     def width(self) -> int:
@@ -100,7 +103,8 @@ class Film:
     def scene(self) -> Scene | None:
         """The scene that was rendered, with the settings of the render.
 
-        ``None`` if that is not known, or if its text is longer than a mebibyte.
+        ``None`` if that is not known, or if its text is longer than a mebibyte. Images of the command may name files of
+        particles, which are searched in the current folder; raises SceneError if they are not there.
         """
         text = self.metadata.get("scene_file")
         return None if text is None else Scene.parse(text)
@@ -117,14 +121,16 @@ class Film:
         (linear radiance). PNG and EXR hold the metadata.
 
         Of a PNG or JPEG, ``exposure`` is the brightness in stops, and ``tone`` the curve by which it shows bright light:
-        ``"agx"`` (if none is given) and ``"aces"`` as film does, ``"reinhard"`` with its colours (``white`` is the least
-        luminance that is white, 4 if not given), ``"clamp"`` not at all.
+        ``"agx"`` and ``"aces"`` as film does, ``"reinhard"`` with its colours (``white`` is the least luminance that is
+        white, 4 if not given), ``"clamp"`` not at all. If none is given it is ``"agx"``, and ``"clamp"`` for scenes of
+        :func:`sppm.load_particles`, so that the background has the colour that was asked for.
 
         Raises FileError if the file cannot be written, and InputError for exposure or tone of linear radiance.
         """
         # An exposure of 0 is none.
         stops = None if exposure is None else _exposure(exposure) or None
-        _sppm.write_image(os.fspath(path), self.radiance, self._note, stops, _curve(tone, white))
+        usual = None if self._tone is None else _curve(self._tone, None)
+        _sppm.write_image(os.fspath(path), self.radiance, self._note, stops, _curve(tone, white), usual)
 
     def save_radius(self, path: Source) -> None:
         """Writes the search radii as an image, in the formats of :meth:`save`; in PNG, the largest is white.
@@ -201,18 +207,22 @@ class Film:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """For ``pickle``."""
-        return _restored, (self.radiance, self.radius, self.count, self._note)
+        return _restored, (self.radiance, self.radius, self.count, self._note, self._tone)
 
 
-def _restored(radiance: Floats, radius: Floats | None, count: Floats | None, note: str | None) -> Film:
+def _restored(
+    radiance: Floats, radius: Floats | None, count: Floats | None, note: str | None, tone: Tone | None
+) -> Film:
     """The film that was pickled."""
     planes = [None if plane is None else _arrays.frozen(plane) for plane in (radius, count)]
-    return Film._of(_arrays.frozen(radiance), planes[0], planes[1], note)  # pyright: ignore[reportPrivateUsage]
+    return new_film(_arrays.frozen(radiance), planes[0], planes[1], note, tone)
 
 
-def new_film(radiance: Floats, radius: Floats | None, count: Floats | None, note: str | None) -> Film:
+def new_film(
+    radiance: Floats, radius: Floats | None, count: Floats | None, note: str | None, tone: Tone | None
+) -> Film:
     """The film of arrays that the extension module gives."""
-    return Film._of(radiance, radius, count, note)  # pyright: ignore[reportPrivateUsage]
+    return Film._of(radiance, radius, count, note, tone)  # pyright: ignore[reportPrivateUsage]
 
 
 def _owned(converted: Floats, given: object) -> Floats:

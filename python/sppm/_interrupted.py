@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from ._film import Film
 
 
@@ -14,14 +16,35 @@ class Interrupted(KeyboardInterrupt):
 
     def __init__(self, film: Film | None = None) -> None:
         """An interruption that keeps ``film``."""
-        done = "before its first iteration" if film is None else f"after {film.iterations} iterations"
-        super().__init__(f"the render was interrupted {done}; its image is the attribute film")
+        super().__init__()
         self._film = film
+        self._find: Callable[[], Film | None] | None = None
+
+    @classmethod
+    def _of(cls, find: Callable[[], Film | None]) -> Interrupted:
+        """An interruption whose film is what ``find`` gives, when it is asked for."""
+        interrupted = cls()
+        interrupted._find = find
+        return interrupted
 
     @property
     def film(self) -> Film | None:
-        """The image after the last complete iteration; ``None`` before the first."""
+        """The image after the last complete iteration; ``None`` before the first.
+
+        A large one may not be developed yet when the exception is raised; then this waits for it.
+        """
+        if self._find is not None:
+            self._film = self._find()
+            self._find = None
         return self._film
+
+    def __str__(self) -> str:
+        """What happened."""
+        if self._find is not None:
+            return "the render was interrupted; its image so far, if there is one, is the attribute film"
+        if self._film is None:
+            return "the render was interrupted before its first iteration; it has no image"
+        return f"the render was interrupted after {self._film.iterations} iterations; its image is the attribute film"
 
     def __reduce__(self) -> tuple[type[Interrupted], tuple[Film | None]]:
         """For ``pickle``."""
@@ -29,3 +52,8 @@ class Interrupted(KeyboardInterrupt):
 
 
 Interrupted.__module__ = "sppm"
+
+
+def interrupted(find: Callable[[], Film | None]) -> Interrupted:
+    """An interruption whose film is what ``find`` gives, when it is asked for."""
+    return Interrupted._of(find)  # pyright: ignore[reportPrivateUsage]

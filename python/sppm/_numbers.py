@@ -22,8 +22,7 @@ def single(value: object, name: str) -> float:
 
     So 0.8 stays 0.8, and numbers compare equal after a round trip through a scene.
     """
-    if isinstance(value, (str, bytes, bool)) or not (hasattr(value, "__float__") or hasattr(value, "__index__")):
-        raise TypeError(f"{name} must be a number, not {_kind(value)}")
+    _check_number(value, name)
     with np.errstate(over="ignore", under="ignore"):
         rounded = np.float32(cast(float, value))
     short = float(str(rounded))
@@ -70,11 +69,20 @@ def threads(value: int | None) -> int | None:
     return None if value is None else whole(value, "threads", 1, 1024, InputError)
 
 
-def positive(value: object, name: str, error: type[Error]) -> float:
-    """A finite number above 0, as a 64-bit float."""
+def real(value: object, name: str) -> float:
+    """A number, as a 64-bit float."""
+    _check_number(value, name)
+    return float(cast(float, value))
+
+
+def _check_number(value: object, name: str) -> None:
     if isinstance(value, (str, bytes, bool)) or not (hasattr(value, "__float__") or hasattr(value, "__index__")):
         raise TypeError(f"{name} must be a number, not {_kind(value)}")
-    number = float(cast(float, value))
+
+
+def positive(value: object, name: str, error: type[Error]) -> float:
+    """A finite number above 0, as a 64-bit float."""
+    number = real(value, name)
     if not (number > 0.0 and np.isfinite(number)):
         raise error(f"{name} is {number}; it must be a finite number above 0")
     return number

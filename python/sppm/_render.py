@@ -13,8 +13,8 @@ from typing import Any, Literal, TypeAlias
 
 from . import _numbers, _sppm
 from ._errors import InputError, RenderError, RenderWarning
-from ._film import Film, new_film
-from ._interrupted import Interrupted
+from ._film import Film, Tone, new_film
+from ._interrupted import Interrupted, interrupted
 from ._progress import Bar, Progress, Show
 from ._scene import Scene, Source, native
 from ._settings import Filter, RadiusSchedule
@@ -49,7 +49,7 @@ def render(
     filter: Filter | None = None,
     radius_schedule: RadiusSchedule | None = None,
     radius_pilots: int | None = None,
-    method: Method = "sppm",
+    method: Method | None = None,
     engine: Engine = "fast",
     lanes: Lanes | None = None,
     profile: Source | None = None,
@@ -71,7 +71,7 @@ def render(
     - ``quality``: chooses iterations, photons, depth and radius from the scene, as far as they are not given, for a
       picture that shows what is where (``"draft"``), looks finished (``"good"``) or has hardly any noise that can be
       seen (``"final"``); ``"paper"`` takes the settings of the paper. Without it they are as in ``scene.settings``.
-    - ``method``: ``"sppm"``, photon mapping, or ``"path"``, path tracing.
+    - ``method``: ``"sppm"``, photon mapping, or ``"path"``, path tracing; if not given, ``scene.method``.
     - ``threads``: number of threads; one per core if not given.
     - ``memory_limit``: in bytes; a render that needs more is refused.
     - ``time``: a limit in seconds, or a ``timedelta``. ``until_error``: the estimated relative error to reach. With one
@@ -88,30 +88,34 @@ def render(
     checkpoint or profile cannot be read, and RenderError if the render fails.
     """
     _check_interrupt(interrupt)
-    with Render(
-        scene,
-        quality=quality,
-        iterations=iterations,
-        width=width,
-        height=height,
-        photons_per_iteration=photons_per_iteration,
-        max_depth=max_depth,
-        initial_radius=initial_radius,
-        seed=seed,
-        filter=filter,
-        radius_schedule=radius_schedule,
-        radius_pilots=radius_pilots,
-        method=method,
-        engine=engine,
-        lanes=lanes,
-        profile=profile,
-        threads=threads,
-        memory_limit=memory_limit,
-        time=time,
-        until_error=until_error,
-        checkpoint=checkpoint,
-        every=every,
-    ) as running:
+    try:
+        running = Render(
+            scene,
+            quality=quality,
+            iterations=iterations,
+            width=width,
+            height=height,
+            photons_per_iteration=photons_per_iteration,
+            max_depth=max_depth,
+            initial_radius=initial_radius,
+            seed=seed,
+            filter=filter,
+            radius_schedule=radius_schedule,
+            radius_pilots=radius_pilots,
+            method=method,
+            engine=engine,
+            lanes=lanes,
+            profile=profile,
+            threads=threads,
+            memory_limit=memory_limit,
+            time=time,
+            until_error=until_error,
+            checkpoint=checkpoint,
+            every=every,
+        )
+    except KeyboardInterrupt:
+        raise Interrupted from None
+    with running:
         return running.result(progress=progress, interrupt=interrupt)
 
 
@@ -137,7 +141,7 @@ class Render:
         filter: Filter | None = None,
         radius_schedule: RadiusSchedule | None = None,
         radius_pilots: int | None = None,
-        method: Method = "sppm",
+        method: Method | None = None,
         engine: Engine = "fast",
         lanes: Lanes | None = None,
         profile: Source | None = None,
@@ -180,7 +184,7 @@ class Render:
                 value is not None
                 for value in (iterations, photons_per_iteration, max_depth, initial_radius, radius_pilots)
             ],
-            method=_word(method, "method"),
+            method=scene.method if method is None else _word(method, "method"),
             engine=_word(engine, "engine"),
             lanes=_word(lanes, "lanes"),
             profile=None if profile is None else os.fspath(profile),
@@ -192,13 +196,15 @@ class Render:
             **_every(every),
         )
         begun = _sppm.Render.start(scene_native, options)
-        self._begin(begun, begun.iterations, paused)
+        # As the command writes pictures of particles.
+        self._begin(begun, begun.iterations, paused, "clamp" if scene_native.is_stage else None)
 
-    def _begin(self, native: _sppm.Render, iterations: int, paused: bool) -> None:
+    def _begin(self, native: _sppm.Render, iterations: int, paused: bool, tone: Tone | None) -> None:
         self._native = native
         self._iterations = iterations
         self._paused = paused
         self._film: Film | None = None
+        self._tone: Tone | None = tone
         self._report: dict[str, Any] | None = None
         self._ended_by: str | None = None
         self._checkpoint: str | None = None
@@ -261,7 +267,9 @@ class Render:
     ) -> Render:
         """Repeats the render that wrote ``file``, a ``.png`` or ``.exr`` image or a checkpoint, with the same result.
 
-        ``scene`` must be given if its text is longer than a mebibyte, and must be the same scene.
+        ``scene`` must be given if its text is longer than a mebibyte, and must be the same scene. Files of particles that
+        an image of the command names are searched beside the image, in the current folder, and where ``scene`` comes
+        from.
 
         Raises FileError if the file does not say what made it, or if the scene is another.
         """
@@ -280,7 +288,7 @@ class Render:
     def adopt(cls, native: _sppm.Render, paused: bool) -> Render:
         """A render that the extension module has started; for the package alone."""
         render = cls.__new__(cls)
-        render._begin(native, native.iterations, paused)
+        render._begin(native, native.iterations, paused, None)
         return render
 
     # While it runs.
@@ -371,7 +379,7 @@ class Render:
             self._check_free()
             self._wait(self._native.wait)
             return True
-        seconds = float(timeout)
+        seconds = _numbers.real(timeout, "timeout")
         if not seconds >= 0.0:
             raise InputError(f"timeout is {timeout}; it must be at least 0 seconds")
         whole, rest = divmod(min(seconds, 1e9), _TICK)
@@ -391,10 +399,11 @@ class Render:
                 bar.update(self.progress)
             self._end()
         except KeyboardInterrupt:
-            self.stop()
-            self._end()
+            self._let_go()
+            if interrupt == "return":
+                self._end()
             if interrupt == "raise" or self._film is None:
-                raise Interrupted(self._film) from None
+                raise interrupted(self._last) from None
         if self._film is None:
             raise RenderError("the render was stopped before its first iteration was complete; it has no image")
         return self._film
@@ -437,12 +446,14 @@ class Render:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Stops the render and waits for its end."""
-        self.stop()
+        """Stops the render and waits for its end, but not after Ctrl-C."""
         # An error of the render must not hide that of the block.
         if error is None:
-            self._end()
+            self.close()
+        elif isinstance(error, KeyboardInterrupt):
+            self._let_go()
         else:
+            self.stop()
             self._native.wait(1.0)
 
     def __repr__(self) -> str:
@@ -470,7 +481,7 @@ class Render:
         """Takes the newest image, and gives the warnings."""
         image = self._native.take_image()
         if image is not None:
-            self._film = new_film(*image)
+            self._film = new_film(*image, self._tone)
         for text in self._native.warnings():
             warnings.warn(text, RenderWarning, stacklevel=4)
 
@@ -492,10 +503,31 @@ class Render:
             finally:
                 self._take()
 
+    def _let_go(self) -> None:
+        """Stops the render without waiting for its end. A checkpoint that is due is still written, if need be while the
+        interpreter exits."""
+        self.stop()
+        if self.is_over:
+            return
+        # Python waits for such a thread before it exits, unless it is a daemon: then there is nothing to lose.
+        has_image = self._native.progress() is not None
+        threading.Thread(target=_see_out, args=(self._native,), daemon=not has_image).start()
+
+    def _last(self) -> Film | None:
+        """The last image, after the end."""
+        self._end()
+        return self._film
+
     def _check_free(self) -> None:
         """Refuses to wait for the end of a render that is paused."""
         if self._paused and not self.is_over:
             raise RenderError("the render is paused, so this would wait for ever; use iterate, or stop it first")
+
+
+def _see_out(native: _sppm.Render) -> None:
+    """Keeps a render until it is over."""
+    while not native.wait(1.0):
+        pass
 
 
 def start_part(

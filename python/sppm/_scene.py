@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import builtins
 import os
 import threading
+import warnings
 from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple, TypeAlias, cast
 
@@ -13,12 +15,14 @@ import numpy.typing as npt
 from . import _arrays, _sppm
 from ._camera import Camera
 from ._camera import to_tuple as camera_tuple
-from ._errors import InputError, SceneError
+from ._errors import InputError, ParticleWarning, SceneError
 from ._materials import Material, from_tuple, is_material
 from ._materials import to_tuple as material_tuple
 from ._numbers import Vector, VectorLike, single, vector, whole
+from ._particles import Frame, Unit, memory
 from ._settings import Settings
 from ._settings import to_tuple as settings_tuple
+from ._style import Bonds, Ends, Number, ParticleSource, Rule, source_of, style_fields
 
 Source: TypeAlias = str | os.PathLike[str]
 """The name of a built-in scene, or the path of a file."""
@@ -53,7 +57,7 @@ class Scene:
 
         Raises SceneError if a channel of ``background`` is negative or not finite.
         """
-        self._adopt(_sppm.Scene(_name(name)))
+        self._adopt(_sppm.Scene(_name(name), False))
         self.background = background
         if camera is not None:
             self.camera = camera
@@ -73,11 +77,14 @@ class Scene:
 
     @classmethod
     def load(cls, source: Source) -> Scene:
-        """Loads a built-in scene by its name (:func:`sppm.builtin_scenes` lists them), or a ``.toml`` scene file.
+        """Loads a built-in scene by its name (:func:`sppm.builtin_scenes` lists them), a ``.toml`` scene file, or a file of
+        molecules or particles as :func:`sppm.load_particles` shows it by default.
 
         Raises SceneError if there is no such scene, or if the file is not valid, with line and column.
         """
-        return cls._of(_sppm.Scene.load(os.fspath(source)))
+        native, notes = _sppm.Scene.load(os.fspath(source))
+        tell(notes)
+        return cls._of(native)
 
     @classmethod
     def parse(cls, text: str, name: str = "scene") -> Scene:
@@ -85,9 +92,17 @@ class Scene:
 
         Raises SceneError if the text is not valid, with line and column.
         """
+        if not isinstance(text, str):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise TypeError(f"text must be a str, not {type(text).__name__}")
         return cls._of(_sppm.Scene.parse(text, _name(name)))
 
     # What the scene has.
+
+    @property
+    def method(self) -> Literal["sppm", "path"]:
+        """The method by which the scene is rendered if none is given: ``"path"``, path tracing, for scenes of
+        :func:`sppm.load_particles` as long as all materials are diffuse; else ``"sppm"``, photon mapping."""
+        return "path" if self._native.is_stage and self._native.is_matte() else "sppm"
 
     @property
     def name(self) -> str:
@@ -221,7 +236,7 @@ class Scene:
         *,
         emission: npt.ArrayLike = 0.0,
         velocity: npt.ArrayLike = 0.0,
-    ) -> range:
+    ) -> builtins.range:
         """Adds spheres; returns their indices.
 
         ``centers`` has shape (n, 3), or (3,) for one sphere; or it is anything with ``positions``, such as ``Atoms`` of
@@ -259,6 +274,54 @@ class Scene:
                 self._native.truncate(before, known)
                 raise
             return range(before, before + n)
+
+    def add_particles(
+        self,
+        source: ParticleSource,
+        *,
+        frame: Frame = 0,
+        color: str | None = None,
+        map: str | None = None,
+        range: Ends | None = None,
+        radius: Number | None = None,
+        scale: float | None = None,
+        material: str | None = None,
+        style: Rule | Sequence[Rule] = (),
+        cut: str | Sequence[str] = (),
+        bonds: Bonds | None = None,
+        cell: bool = False,
+        wrap: bool = False,
+        unit: Unit | None = None,
+        origin: VectorLike = (0.0, 0.0, 0.0),
+        memory_limit: int | None = None,
+    ) -> builtins.range:
+        """Adds the spheres that :func:`sppm.load_particles` makes of the same arguments; returns their indices.
+
+        ``origin`` is the point of the file that becomes the origin of the scene. Spheres are sorted by their places, and
+        bonds and edges of the cell are spheres too, so they are not in the order of the particles.
+
+        Raises what :func:`sppm.load_particles` raises. No sphere is added then.
+        """
+        fields = style_fields(
+            frame=frame,
+            unit=unit,
+            wrap=wrap,
+            cut=cut,
+            bonds=bonds,
+            cell=cell,
+            color=color,
+            map=map,
+            range=range,
+            radius=radius,
+            scale=scale,
+            material=material,
+            style=style,
+            origin=origin,
+        )
+        with self._lock:
+            start, end, notes = _sppm.add_particles(self._native, source_of(source), fields, memory(memory_limit))
+        tell(notes)
+        return builtins.range(start, end)
 
     def _material_indices_of(self, material: MaterialLike, n: int) -> npt.NDArray[np.int64]:
         """The index of each sphere's material, or of all; adds materials that are given as such."""
@@ -359,7 +422,8 @@ class Scene:
         """For ``pickle``."""
         with self._lock:
             columns = (self.centers, self.radii, self.material_indices, self.emissions, self.velocities)
-            return _restored, (self.camera, self.name, self.background, self.settings, self.materials, columns)
+            kept = (self.camera, self.name, self.background, self.settings, self.materials, columns)
+            return _restored, (*kept, self._native.is_stage)
 
     def __eq__(self, other: object) -> bool:
         """Whether everything is the same but the settings."""
@@ -386,14 +450,27 @@ def _restored(
     settings: Settings,
     materials: tuple[Material, ...],
     columns: tuple[Any, ...],
+    is_stage: bool,
 ) -> Scene:
     """The scene that was pickled."""
-    scene = Scene(camera, name=name, background=background, settings=settings)
+    scene = new_scene(_sppm.Scene(name, is_stage))
+    scene.camera, scene.background, scene.settings = camera, background, settings
     for material in materials:
         scene.add_material(material)
     centers, radii, indices, emissions, velocities = columns
     scene.add_spheres(centers, radii, indices, emission=emissions, velocity=velocities)
     return scene
+
+
+def new_scene(native: _sppm.Scene) -> Scene:
+    """The scene that the extension module has made."""
+    return Scene._of(native)  # pyright: ignore[reportPrivateUsage]
+
+
+def tell(notes: list[str]) -> None:
+    """Gives notes on particles as warnings of the caller's caller."""
+    for note in notes:
+        warnings.warn(note, ParticleWarning, stacklevel=3)
 
 
 def native(scene: Scene) -> _sppm.Scene:

@@ -17,15 +17,15 @@ pub(crate) fn elements<'a, T: Element, D: ndarray::Dimension>(
     array.as_slice().map_err(|_| InputError::new_err("the array is not C-contiguous"))
 }
 
-/// The vectors in an array of shape (n, 3), or (h, w, 3).
+/// The vectors in an array of shape (n, N), or (h, w, N).
 ///
 /// # Errors
-/// If it is not C-contiguous, or its last side is not 3.
-pub(crate) fn vectors<'a, D: ndarray::Dimension>(
-    array: &'a PyReadonlyArray<f32, D>,
-) -> PyResult<&'a [[f32; 3]]> {
+/// If it is not C-contiguous, or its last side is not N.
+pub(crate) fn vectors<'a, T: Element, D: ndarray::Dimension, const N: usize>(
+    array: &'a PyReadonlyArray<T, D>,
+) -> PyResult<&'a [[T; N]]> {
     let (vectors, rest) = elements(array)?.as_chunks();
-    if rest.is_empty() { Ok(vectors) } else { Err(InputError::new_err("the last side is not 3")) }
+    if rest.is_empty() { Ok(vectors) } else { Err(InputError::new_err(format!("the last side is not {N}"))) }
 }
 
 /// An array that owns `values` and is read-only.
@@ -36,12 +36,12 @@ pub(crate) fn values<T: Element>(
     frozen(PyArray1::from_owned_array(py, Array1::from_vec(values)))
 }
 
-/// A read-only array of shape (n, 3) that owns `vectors`.
-pub(crate) fn rows(
+/// A read-only array of shape (n, N) that owns `rows`.
+pub(crate) fn rows<T: Element, const N: usize>(
     py: Python<'_>,
-    vectors: Vec<[f32; 3]>,
-) -> PyResult<Bound<'_, PyArray<f32, ndarray::Ix2>>> {
-    let array = Array2::from_shape_vec((vectors.len(), 3), vectors.into_flattened());
+    rows: Vec<[T; N]>,
+) -> PyResult<Bound<'_, PyArray<T, ndarray::Ix2>>> {
+    let array = Array2::from_shape_vec((rows.len(), N), rows.into_flattened());
     frozen(PyArray::from_owned_array(py, array.map_err(shape_error)?))
 }
 

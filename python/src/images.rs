@@ -15,7 +15,7 @@ use std::path::PathBuf;
 /// The name of a tone curve, and the white of Reinhard's.
 type ToneTuple = (String, f32);
 
-/// Writes an image, with the metadata in `note`.
+/// Writes an image, with the metadata in `note`. Pictures have the tone `usual` if no `tone` is given.
 #[pyfunction]
 pub(crate) fn write_image(
     py: Python,
@@ -24,6 +24,7 @@ pub(crate) fn write_image(
     note: Option<String>,
     exposure: Option<f32>,
     tone: Option<ToneTuple>,
+    usual: Option<ToneTuple>,
 ) -> PyResult<()> {
     let is_exposed = render::is_exposed(&path);
     for (name, is_given) in [("exposure", exposure.is_some()), ("tone", tone.is_some())] {
@@ -34,7 +35,7 @@ pub(crate) fn write_image(
             return Err(InputError::new_err(problem));
         }
     }
-    let tone = tone.map_or(Ok(Tone::default()), curve)?;
+    let tone = tone.or(usual).map_or(Ok(Tone::default()), curve)?;
     let made = note.as_deref().and_then(Metadata::from_note);
     let seed = made.as_ref().map_or(0, |metadata| metadata.settings.seed);
     let note = made.map(|made| Metadata { exposure, tone: is_exposed.then_some(tone), ..made }.to_note());

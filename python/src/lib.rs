@@ -16,6 +16,7 @@ mod info;
 mod merge;
 mod metrics;
 mod options;
+mod particles;
 mod render;
 mod scene;
 mod trace;
@@ -36,6 +37,10 @@ mod _sppm {
     use crate::metrics::{compare, difference_image};
     #[pymodule_export]
     use crate::options::{check_settings, cores, lanes};
+    #[pymodule_export]
+    use crate::particles::{
+        add_particles, atomic_numbers, check_particles, count_frames, read_particles, stage_particles,
+    };
     #[pymodule_export]
     use crate::render::Render;
     #[pymodule_export]

@@ -5,7 +5,7 @@ use crate::errors::{RenderError, of_render};
 use crate::options::Options;
 use crate::scene::Scene;
 use crate::watch::{Desk, Watch};
-use crate::work::work;
+use crate::work::{work, work_until_interrupted};
 use numpy::{PyArray2, PyArray3};
 use pyo3::prelude::*;
 use render::{End, Image, Job, Outcome, Running};
@@ -40,29 +40,38 @@ impl Render {
     /// Starts a render of a copy of `scene`.
     #[staticmethod]
     fn start(py: Python, scene: &Scene, options: Options) -> PyResult<Self> {
-        let mut job = Job::new(scene.checked(py)?);
-        job.inputs.extend(scene.file.clone().map(|file| (render::Field::Scene, file)));
-        Self::begin(py, job, &options)
+        let (shared, file) = (scene.shared(), scene.file.clone());
+        Self::begin(py, options, move || {
+            let mut job = Job::new(shared.checked()?);
+            job.inputs.extend(file.map(|file| (render::Field::Scene, file)));
+            Ok(job)
+        })
     }
 
     /// Resumes the render of a checkpoint, with so many iterations in all if given.
     #[staticmethod]
     fn resume(py: Python, path: PathBuf, iterations: Option<u32>, options: Options) -> PyResult<Self> {
-        let mut job = work(py, || Job::resume(&path))?.map_err(|error| of_render(&error))?;
-        // Its image files are those of the command; Python's images are in memory.
-        job.outputs = render::Outputs::default();
-        if let Some(iterations) = iterations {
-            job.scene.settings.iterations = iterations;
-        }
-        Self::begin(py, job, &options)
+        Self::begin(py, options, move || {
+            let mut job = Job::resume(&path).map_err(|error| of_render(&error))?;
+            // Its image files are those of the command; Python's images are in memory.
+            job.outputs = render::Outputs::default();
+            if let Some(iterations) = iterations {
+                job.scene.settings.iterations = iterations;
+            }
+            Ok(job)
+        })
     }
 
     /// Repeats the render that wrote a file, of `scene` if it is given.
     #[staticmethod]
     fn like(py: Python, path: PathBuf, scene: Option<&Scene>, options: Options) -> PyResult<Self> {
-        let scene = scene.map(|scene| scene.checked(py)).transpose()?;
-        let job = work(py, || Job::like(&path, scene))?.map_err(|error| of_render(&error))?;
-        Self::begin(py, job, &options)
+        let shared = scene.map(Scene::shared);
+        // Files of particles that the image names may be where the scene comes from.
+        let folder = scene.and_then(|scene| scene.file.as_deref()?.parent().map(PathBuf::from));
+        Self::begin(py, options, move || {
+            let scene = shared.map(|shared| shared.checked()).transpose()?;
+            Job::like_in(&path, scene, folder.as_deref()).map_err(|error| of_render(&error))
+        })
     }
 
     /// Progress so far; `None` before the end of the first iteration.
@@ -167,13 +176,24 @@ impl Render {
 }
 
 impl Render {
-    fn begin(py: Python, mut job: Job, options: &Options) -> PyResult<Self> {
-        options.apply(&mut job)?;
-        let (desk, stop) = (Arc::new(Desk::new(options.paused)), job.stop.clone());
-        let job = work(py, || job.choose_settings().map(|()| job))?.map_err(|error| of_render(&error))?;
-        let iterations = job.scene.settings.iterations;
+    /// Starts the job that `make` gives, with these options. Ctrl-C abandons it.
+    fn begin(
+        py: Python,
+        options: Options,
+        make: impl FnOnce() -> PyResult<Job> + Send + 'static,
+    ) -> PyResult<Self> {
+        let (desk, stop) = (Arc::new(Desk::new(options.paused)), Stop::new());
         let watch = Watch::new(Arc::clone(&desk), stop.clone());
-        let running = work(py, || job.start(watch))?.map_err(|error| of_render(&error))?;
+        let begun = work_until_interrupted(py, &stop.clone(), move || {
+            let mut job = make()?;
+            job.stop = watch.stop.clone();
+            options.apply(&mut job)?;
+            job.choose_settings().map_err(|error| of_render(&error))?;
+            let iterations = job.scene.settings.iterations;
+            let running = job.start(watch).map_err(|error| of_render(&error))?;
+            Ok::<_, PyErr>((running, iterations))
+        })?;
+        let (running, iterations) = begun?;
         let process = std::process::id();
         Ok(Self { process, iterations, desk, stop, running: Mutex::new(Some(running)) })
     }

@@ -6,17 +6,18 @@ use crate::values::{
     CameraTuple, MaterialTuple, SettingsTuple, camera, material, of_camera, of_material, of_settings,
     settings,
 };
-use crate::work::work;
+use crate::work::{work, work_until_interrupted};
+use figure::stage;
 use files::export::{self, Exported, View};
 use files::{atomic_file, named, scene_file};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use scene::check::Part;
-use scene::{Flaw, Rgb, Settings, Sphere, Vec3, check};
+use scene::{Flaw, Rgb, Settings, Sphere, Stop, Vec3, check};
 use std::io::Write as _;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Columns of new spheres: centres, radii, materials, emissions, velocities.
 type NewSpheres<'py> = (
@@ -30,20 +31,57 @@ type NewSpheres<'py> = (
 /// A scene. Its background is a colour, and not a sphere yet.
 #[pyclass(frozen, module = "sppm._sppm")]
 pub(crate) struct Scene {
-    /// Locked only while the interpreter's lock is not held.
-    scene: Mutex<scene::Scene>,
+    shared: Shared,
     /// The file that it was read from, which no output may overwrite.
     pub(crate) file: Option<PathBuf>,
+    /// Whether it is a stage for particles, with settings that suit path tracing if there are neither mirrors nor glass.
+    #[pyo3(get)]
+    is_stage: bool,
+}
+
+/// A scene that threads share. It is locked only while the interpreter's lock is not held.
+#[derive(Clone)]
+pub(crate) struct Shared(Arc<Mutex<scene::Scene>>);
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, scene::Scene> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A copy that can be rendered.
+    ///
+    /// # Errors
+    /// If the scene cannot be rendered.
+    pub(crate) fn checked(&self) -> PyResult<scene::Scene> {
+        let scene = with_sky(&self.lock());
+        scene.check().map_err(|flaw| of_flaw(&flaw))?;
+        Ok(scene)
+    }
 }
 
 impl Scene {
     fn new(scene: scene::Scene, file: Option<PathBuf>) -> Self {
-        Self { scene: Mutex::new(without_sky(scene)), file }
+        let shared = Shared(Arc::new(Mutex::new(without_sky(scene))));
+        Self { shared, file, is_stage: false }
+    }
+
+    /// A stage for particles.
+    pub(crate) fn stage(scene: scene::Scene, file: Option<PathBuf>) -> Self {
+        Self { is_stage: true, ..Self::new(scene, file) }
+    }
+
+    /// The scene, for other threads.
+    pub(crate) fn shared(&self) -> Shared {
+        self.shared.clone()
     }
 
     /// Works on the scene while other Python threads go on.
-    fn with<T: Send>(&self, py: Python, f: impl FnOnce(&mut scene::Scene) -> T + Send) -> PyResult<T> {
-        work(py, || f(&mut self.scene.lock().unwrap_or_else(PoisonError::into_inner)))
+    pub(crate) fn with<T: Send>(
+        &self,
+        py: Python,
+        f: impl FnOnce(&mut scene::Scene) -> T + Send,
+    ) -> PyResult<T> {
+        work(py, || f(&mut self.shared.lock()))
     }
 
     /// A copy with the background as a sky, as libraries expect it. It is not checked.
@@ -54,15 +92,6 @@ impl Scene {
     /// Reads the scene, with the background as a sky. Without a background, nothing is copied.
     fn read<T: Send>(&self, py: Python, f: impl FnOnce(&scene::Scene) -> T + Send) -> PyResult<T> {
         self.with(py, |scene| if scene.background == Rgb::ZERO { f(scene) } else { f(&with_sky(scene)) })
-    }
-
-    /// A copy that can be rendered.
-    ///
-    /// # Errors
-    /// If the scene cannot be rendered.
-    pub(crate) fn checked(&self, py: Python) -> PyResult<scene::Scene> {
-        let scene = self.with_sky(py)?;
-        work(py, || scene.check().map(|()| scene))?.map_err(|flaw| of_flaw(&flaw))
     }
 }
 
@@ -92,9 +121,9 @@ fn without_sky(mut scene: scene::Scene) -> scene::Scene {
 
 #[pymethods]
 impl Scene {
-    /// An empty scene.
+    /// An empty scene, which is a stage for particles if it `is_stage`.
     #[new]
-    fn empty(name: String) -> Self {
+    fn empty(name: String, is_stage: bool) -> Self {
         let scene = scene::Scene {
             name,
             camera: scene::Camera::default(),
@@ -104,25 +133,30 @@ impl Scene {
             imports: Vec::new(),
             settings: Settings::default(),
         };
-        Self::new(scene, None)
+        Self { is_stage, ..Self::new(scene, None) }
     }
 
-    /// The built-in scene of this name, or the scene in this file.
+    /// The built-in scene of this name, or the scene in this file; and notes.
     #[staticmethod]
-    fn load(py: Python, name: PathBuf) -> PyResult<Self> {
-        let opened = work(py, || named::open(name.as_os_str(), u64::MAX))?.map_err(SceneError::new_err)?;
-        Ok(Self::new(opened.scene, opened.file))
+    fn load(py: Python, name: PathBuf) -> PyResult<(Self, Vec<String>)> {
+        let is_stage = named::is_particles(name.as_os_str());
+        let open = move || named::open(name.as_os_str(), u64::MAX);
+        let opened = work_until_interrupted(py, &Stop::new(), open)?.map_err(SceneError::new_err)?;
+        Ok((Self { is_stage, ..Self::new(opened.scene, opened.file) }, opened.notes))
     }
 
     /// The scene of a scene file's text.
     #[staticmethod]
-    fn parse(py: Python, text: &str, name: &str) -> PyResult<Self> {
-        let parsed = work(py, || scene_file::parse(name, text))?;
+    fn parse(py: Python, text: String, name: String) -> PyResult<Self> {
+        let parse = move || scene_file::parse(&name, &text);
+        let parsed = work_until_interrupted(py, &Stop::new(), parse)?;
         Ok(Self::new(parsed.map_err(|error| SceneError::new_err(error.to_string()))?, None))
     }
 
     fn copy(&self, py: Python) -> PyResult<Self> {
-        Ok(Self { scene: Mutex::new(self.with(py, |scene| scene.clone())?), file: self.file.clone() })
+        let copy = self.with(py, |scene| scene.clone())?;
+        let shared = Shared(Arc::new(Mutex::new(copy)));
+        Ok(Self { shared, file: self.file.clone(), is_stage: self.is_stage })
     }
 
     #[getter]
@@ -176,6 +210,11 @@ impl Scene {
     #[getter]
     fn material_count(&self, py: Python) -> PyResult<usize> {
         self.with(py, |scene| scene.materials.len())
+    }
+
+    /// Whether there are neither mirrors nor glass.
+    fn is_matte(&self, py: Python) -> PyResult<bool> {
+        self.with(py, |scene| stage::is_matte(&scene.materials))
     }
 
     /// Appends a material; returns its index.
@@ -326,7 +365,8 @@ impl Scene {
                 return Err(InputError::new_err(problem));
             }
         };
-        let scene = self.checked(py)?;
+        let shared = self.shared();
+        let scene = work(py, || shared.checked())??;
         let written = work(py, || {
             let Settings { width, height, filter, .. } = scene.settings;
             let (name, camera, still) = (&scene.name, &scene.camera, &scene.at(time));

@@ -17,7 +17,15 @@ EXAMPLE = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 def test_pages_have_examples() -> None:
-    assert [page.name for page in PAGES] == ["README.md", "README.md", "images.md", "rays.md", "renders.md", "scenes.md"]
+    assert [page.name for page in PAGES] == [
+        "README.md",
+        "README.md",
+        "images.md",
+        "particles.md",
+        "rays.md",
+        "renders.md",
+        "scenes.md",
+    ]
     assert all(len(EXAMPLE.findall(page.read_text())) >= 1 for page in PAGES)
 
 

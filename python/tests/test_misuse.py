@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from datetime import timedelta
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ import sppm
 Misuse = Callable[[sppm.Scene], object]
 GREY = sppm.Diffuse(0.5)
 NAN, INF = float("nan"), float("inf")
+HEAP = Path(__file__).parents[2] / "fixtures/particles/heap.csv"
 
 
 def add(centers=((1.0, 2.0, 3.0),), radii=1.0, material=GREY, **more) -> Misuse:
@@ -27,6 +29,14 @@ def render(**settings) -> Misuse:
 
 def assign(name: str, value: object) -> Misuse:
     return lambda scene: setattr(scene, name, value)
+
+
+def show(**arguments) -> Misuse:
+    return lambda scene: sppm.load_particles(HEAP, **arguments)
+
+
+def particles(positions=((0, 0, 0), (1, 1, 1)), **columns) -> Misuse:
+    return lambda scene: sppm.Particles(positions, **columns)
 
 
 def closed(use: Callable[[sppm.Render], object]) -> Misuse:
@@ -108,6 +118,7 @@ MISUSES: list[tuple[Misuse, type[Exception], str]] = [
     (lambda _: sppm.Scene.load("/nowhere/a.toml"), S, "/nowhere/a.toml: there is no such file"),
     (lambda _: sppm.Scene.load(3), T, "expected str, bytes or os.PathLike object, not int"),  # type: ignore[arg-type]
     (lambda _: sppm.Scene.parse("x = 1", "mine.toml"), S, "mine.toml:1:1: "),
+    (lambda _: sppm.Scene.parse(3), T, "text must be a str, not int"),  # type: ignore[arg-type]
     (lambda _: sppm.Scene(name=3), T, "name must be a str, not int"),  # type: ignore[arg-type]
     (lambda _: sppm.render(sppm.Scene()), S, "there is no light"),
     (lambda _: sppm.Scene().check(), S, "there is no light"),
@@ -170,6 +181,7 @@ MISUSES: list[tuple[Misuse, type[Exception], str]] = [
     (paused(lambda render: render.result()), R, "the render is paused, so this would wait for ever"),
     (paused(lambda render: next(iter(render))), R, "the render is paused"),
     (paused(lambda render: render.report), R, "the render is paused"),
+    (running(lambda render: render.wait("long")), T, "timeout must be a number, not str"),  # type: ignore[arg-type]
     (running(lambda render: render.wait(-1)), I, "timeout is -1; it must be at least 0 seconds"),
     (running(lambda render: next(render.films(0))), I, "every is 0; it must be at least 1"),
     (running(lambda render: __import__("copy").copy(render)), T, "cannot be pickled or copied"),
@@ -192,6 +204,48 @@ MISUSES: list[tuple[Misuse, type[Exception], str]] = [
     (lambda _: FILM.to_png(exposure=1e9), I, "exposure is 1000000000.0; it must be from -100 to 100 stops"),
     (lambda _: FILM.save_radius("a.exr"), I, "the film has no radius"),
     (lambda _: FILM.radiance.__setitem__(0, 0), ValueError, "assignment destination is read-only"),
+    # Particles: files and styles.
+    (lambda _: sppm.load_particles("/nowhere/a.xyz"), F, "/nowhere/a.xyz: there is no such file"),
+    (lambda _: sppm.load_particles(17), T, "int holds no atoms; give Atoms of ASE"),
+    (show(frame=-1), I, "frame is -1; it must be at least 0"),
+    (show(frame=99), F, "has no frame 99; it has one frame, number 0"),
+    (show(frame="first"), I, "frame 'first': it must be the number of a frame, from 0, or \"last\""),
+    (show(color="radios"), I, "color: there is no column `radios` (did you mean radius?)"),
+    (show(color="jmol"), I, "color: the file has no elements"),
+    (show(color=3), T, "color must be a str, not int"),
+    (show(color="x", map="jet"), I, "map: there is no map `jet`; the maps are viridis"),
+    (show(color="x", range=(3, 1)), I, "range: `3.0..1.0` must be two numbers or percentiles, the lower first"),
+    (show(color="x", range=(3,)), T, "range must be two numbers, or percentiles"),
+    (show(radius=NAN), I, "radius: `nan` must be a number from"),
+    (show(material="wood"), I, "material: there is no material `wood`"),
+    (show(style="color"), I, "style [0]: `color` is no KEY=VALUE"),
+    (show(radius=1, style=["x > 0: hide", "q > 1: hide"]), I, "style [1]: where: "),
+    (show(style=[{"colour": "red"}]), I, "style: there is no key 'colour'; the keys are where"),
+    (show(style={"hide": "yes"}), T, "hide must be True or False, not str"),
+    (show(cut="x >"), I, "cut: column 4: "),
+    (show(bonds="all"), I, "bonds: `all` must be file"),
+    (show(cell=True), I, "cell: the file has no cell"),
+    (show(view="side"), I, 'view "side": there is no such; it is one of "front"'),
+    (show(zoom=0), I, "zoom is 0.0; it must be from 0.1 to 1000"),
+    (show(light="overcast", background="black"), I, "overcast light is that of the background"),
+    (show(background="puce"), I, "background: `puce` must be #rrggbb or one of white"),
+    (show(memory_limit=10), F, "allow more memory"),
+    (lambda scene: scene.add_particles(HEAP, origin=(0, 0)), I, "origin must be 3 numbers; it has shape (2,)"),
+    (lambda scene: scene.add_particles(HEAP, radius=1e20), I, "a radius is 1e20"),
+    # Particles: columns.
+    (particles([[0, 0, INF]]), I, "positions [0] must be finite"),
+    (particles(elements=["Xq"] * 2), I, 'elements: "Xq" is no symbol of an element'),
+    (particles(elements=[6, 200]), I, "elements [1] is 200; it must be from 0 to 118"),
+    (particles(radii=[1, -1]), I, "radii [1] is -1; it must be finite, and not negative"),
+    (particles(names=[1.5, 2]), T, "names is an array of float64; give texts"),
+    (particles(bonds=[[0, 2]]), I, "bonds [0] joins 0 and 2; it must join two of 2 particles"),
+    (particles(cell=np.zeros((3, 3))), I, "the vectors of cell must be finite and linearly independent"),
+    (particles(properties={"q": [1.0]}), I, 'properties["q"] has 1 values for 2 particles'),
+    (particles(ids=[1, -1]), I, "ids has numbers from -1 to 1"),
+    (particles(unit="foot"), I, 'unit "foot": there is no such'),
+    (lambda _: sppm.Particles([0, 0, 0]).replace(colour=1), T, "there is no column 'colour'"),
+    (lambda _: sppm.Particles.of("water.pdb"), T, "str holds no atoms"),
+    (lambda _: sppm.frame_count("/nowhere/a.xyz"), F, "/nowhere/a.xyz"),
     # Comparisons and rays.
     (lambda _: sppm.compare(FILM, np.ones((5, 4, 3))), I, "image A is 5 x 4 pixels and image B 4 x 5"),
     (lambda _: sppm.compare(FILM, np.full((4, 5, 3), NAN)), I, "image B has 20 pixels with a NaN"),

@@ -11,6 +11,7 @@ import threading
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from conftest import ENDLESS, SMALL
 
@@ -133,6 +134,85 @@ def test_an_interruption_before_the_first_image_has_none(cornell, monkeypatch) -
     assert "before its first iteration" in str(caught.value)
 
 
+class Slow:
+    """Stands for a render that takes its time to end, such as one that develops a large image or writes a checkpoint."""
+
+    iterations = 5
+
+    def __init__(self) -> None:
+        self.may_end = threading.Event()
+        self.stopped = self.is_interrupted = False
+
+    def wait(self, seconds: float) -> bool:
+        if not self.is_interrupted:
+            self.is_interrupted = True
+            raise KeyboardInterrupt
+        return self.may_end.wait(seconds)
+
+    def stop(self) -> None:
+        self.stopped = True
+
+    def progress(self) -> tuple[object, ...]:
+        return (3, 5, 0.1, 0.3, 100, None, None, False, 0.0)
+
+    def finish(self) -> tuple[str, str, None]:
+        return "{}", "stop", None
+
+    def take_image(self) -> tuple[object, ...]:
+        return np.ones((2, 3, 3), np.float32), None, None, "{}"
+
+    def warnings(self) -> list[str]:
+        return []
+
+
+def test_control_c_does_not_wait_for_the_image() -> None:
+    slow = Slow()
+    render = sppm.Render.adopt(slow, False)  # type: ignore[arg-type]
+    with pytest.raises(sppm.Interrupted) as caught, render:
+        render.result(progress=False)
+    assert slow.stopped and not slow.may_end.is_set()
+    assert "if there is one" in str(caught.value)
+    # Python waits for this thread before it exits.
+    assert any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread())
+    slow.may_end.set()
+    assert caught.value.film is not None and caught.value.film.width == 3
+    assert "its image is the attribute film" in str(caught.value)
+
+
+MANY = sppm.Scene.load("cornell").to_toml() + "\n".join(
+    f"[[sphere]]\ncenter = [{i % 97}.5, {i % 89}.25, 300]\nradius = 0.01\nmaterial = 'm0000000000'" for i in range(60_000)
+)
+"""A scene that takes a while to be read."""
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="the system does not tell the names of threads")
+@pytest.mark.parametrize("what", ["reading", "choosing"])
+def test_control_c_is_answered_before_a_render_begins(what: str, cornell, tmp_path: Path) -> None:
+    """When the handler of the signal runs, the work that it interrupts is not done yet."""
+    working: list[bool] = []
+
+    def interrupt(*_: object) -> None:
+        names = [path.joinpath("comm").read_text().strip() for path in Path("/proc/self/task").iterdir()]
+        working.append("work" in names)
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        if what == "reading":
+            signal.setitimer(signal.ITIMER_REAL, 0.03)
+            with pytest.raises(KeyboardInterrupt):
+                sppm.Scene.parse(MANY)
+        else:
+            signal.setitimer(signal.ITIMER_REAL, 0.1)
+            with pytest.raises(sppm.Interrupted) as caught:
+                sppm.render(cornell, quality="final", width=1000, height=800, progress=False)
+            assert caught.value.film is None
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    assert working == [True]
+
+
 def test_a_loop_over_renders_ends_with_control_c(cornell) -> None:
     """As ``Interrupted`` is a ``KeyboardInterrupt``, ``except Exception`` does not keep the loop going."""
     with pytest.raises(KeyboardInterrupt):
@@ -171,6 +251,21 @@ def test_a_fork_after_a_render_can_render(cornell, tmp_path: Path) -> None:
 
     assert in_child(work) == 0
     assert sppm.Film.load(tmp_path / "child.exr") == sppm.Film(right.radiance)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot fork")
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_a_fork_after_reading_can_read() -> None:
+    """Readers use many threads, which a child does not have."""
+    file = Path(__file__).parents[2] / "fixtures/particles/melt.dump"
+    right = sppm.load_particles(file), sppm.Particles.load(file)
+
+    def work() -> None:
+        assert sppm.load_particles(file) == sppm.Scene.load(file) == right[0]
+        assert sppm.load_particles(right[1], name="melt") == right[0]
+        assert sppm.Scene.parse(right[0].to_toml()) == right[0]
+
+    assert in_child(work) == 0
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot fork")

@@ -29,6 +29,20 @@ def build() -> sppm.Scene:
     return scene
 
 
+def show(path: Path) -> sppm.Film:
+    particles: sppm.Particles = sppm.Particles.load(path, frame="last", properties=["charge"])
+    places: NDArray[np.float64] = particles.positions
+    charges = particles.properties["charge"] * 2
+    cell: sppm.Cell | None = particles.cell
+    mine = sppm.Particles(places, elements=["C"] * len(particles), properties={"q": charges}, cell=cell, unit="angstrom")
+    scene: sppm.Scene = sppm.load_particles(
+        mine, color="q", range=("5%", 3), radius=0.5, style=["z > 3: hide", {"where": "x < 1", "scale": 2.0}], view="iso"
+    )
+    added: range = scene.add_particles(path, bonds="distance", cut="x > 0", origin=(1, 2, 3))
+    print(added, sppm.frame_count(path), scene.method)
+    return sppm.render(scene)
+
+
 def use(scene: sppm.Scene) -> float:
     film: sppm.Film = sppm.render(scene, iterations=8, engine="reference", progress=print, time=timedelta(minutes=1))
     radiance: NDArray[np.float32] = film.radiance

@@ -5,7 +5,7 @@ use crate::consolidate::develop;
 use crate::pixels::{Pixel, slot_of};
 use crate::prepared::Prepared;
 use rayon::prelude::*;
-use scene::{Engine, Film, Probe, Progress, Resumable, Rgb, Settings, Stats, Stop, Sums};
+use scene::{Engine, Film, Plane, Probe, Progress, Resumable, Rgb, Settings, Stats, Stop, Sums};
 use std::mem::take;
 
 impl Sppm<'_> {
@@ -26,6 +26,23 @@ impl Sppm<'_> {
             None if *iterations > 0 => develop(&self.pixels[slot], settings, *iterations),
             None => Rgb::ZERO,
         }
+    }
+
+    /// A value of every pixel by its slot, row by row. By all threads.
+    fn every<T: Send + Sync + Copy + Default>(&self, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        let Settings { width, height, .. } = self.progress.settings;
+        let mut values = vec![T::default(); width as usize * height as usize];
+        values.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
+            for (x, place) in row.iter_mut().enumerate() {
+                *place = value(slot_of(width, x as u32, y as u32));
+            }
+        });
+        values
+    }
+
+    fn plane(&self, value: impl Fn(usize) -> f32 + Sync) -> Plane {
+        let Settings { width, height, .. } = self.progress.settings;
+        Plane { width, height, values: self.every(value) }
     }
 }
 
@@ -69,20 +86,23 @@ impl Engine for Sppm<'_> {
         Probe { radiance, direct: Rgb::from_array(pixel.direct), radius: pixel.radius(), count: pixel.n }
     }
 
-    /// By all threads.
     fn develop(&self) -> Film {
         let Settings { width, height, .. } = self.progress.settings;
-        let mut film = Film::new(width, height);
-        if self.progress.iterations > 0 {
-            let rows = film.pixels.par_chunks_mut(width as usize).enumerate();
-            rows.for_each(|(y, row)| {
-                for (x, pixel) in row.iter_mut().enumerate() {
-                    let slot = slot_of(width, x as u32, y as u32);
-                    *pixel = self.radiance(slot);
-                }
-            });
-        }
-        film
+        Film { width, height, pixels: self.every(|slot| self.radiance(slot)) }
+    }
+
+    fn radius(&self) -> Option<Plane> {
+        Some(match &self.global {
+            Some(global) => self.plane(|_| global.radius_squared.sqrt()),
+            None => self.plane(|slot| self.pixels[slot].radius()),
+        })
+    }
+
+    fn count(&self) -> Option<Plane> {
+        Some(match &self.global {
+            Some(global) => self.plane(|slot| global.sums(slot).photons as f32),
+            None => self.plane(|slot| self.pixels[slot].n),
+        })
     }
 }
 

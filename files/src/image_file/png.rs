@@ -121,8 +121,9 @@ impl RowSource for WholeRows {
 }
 
 pub(super) fn read_note(input: &mut (impl Seekable + ?Sized), length: u64) -> Result<Option<String>, String> {
-    // A text is in memory twice, raw and decoded. Even the smallest files need some memory.
-    let bytes = usize::try_from(length.saturating_mul(2)).unwrap_or(usize::MAX).max(1 << 16);
+    // A text is in memory twice, raw, in a buffer that grows by doubling, and decoded. Even the smallest files need some
+    // memory.
+    let bytes = usize::try_from(length.saturating_mul(4)).unwrap_or(usize::MAX).max(1 << 16);
     let limits = png::Limits { bytes };
     let mut decoder = png::Decoder::new_with_limits(input, limits);
     decoder.set_ignore_iccp_chunk(true);

@@ -330,6 +330,19 @@ fn exr_without_colours_names_its_channels() {
     }
 }
 
+/// The note of a scene of many balls is most of a small picture.
+#[test]
+fn a_note_may_be_longer_than_the_rest_of_the_file() {
+    let folder = folder();
+    let path = folder.path().join("a.png");
+    for length in [30_000, 60_000, 100_000, 1 << 20] {
+        let note: String = ('a'..='z').cycle().take(length).collect();
+        let encoding = Encoding { note: Some(&note), ..Encoding::default() };
+        write(&path, &byte_film(2, 2), &encoding).unwrap();
+        assert_eq!(read_note(&path).unwrap(), Some(note));
+    }
+}
+
 #[test]
 fn a_note_is_read_back_and_changes_no_pixel() {
     let folder = folder();

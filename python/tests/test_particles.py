@@ -1,0 +1,279 @@
+"""Molecules and particles: the scenes that the command makes of files, columns as arrays, ASE and MDAnalysis."""
+
+from __future__ import annotations
+
+import copy
+import json
+import pickle
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import sppm
+
+FIXTURES = Path(__file__).parents[2] / "fixtures/particles"
+WATER, COPPER, MELT, HEAP = (str(FIXTURES / name) for name in ("water.pdb", "copper.xyz", "melt.dump", "heap.csv"))
+SMALL = {"width": 40, "height": 30}
+
+CASES: list[tuple[str, dict[str, object], list[str]]] = [
+    (WATER, {}, []),
+    (WATER, {"bonds": "file", "cell": True}, ["--bonds=file", "--cell"]),
+    (WATER, {"radius": "covalent", "scale": 0.5, "unit": "angstrom"}, ["--ball-radius=covalent", "--ball-scale=0.5", "--unit=angstrom"]),
+    (
+        COPPER,
+        {"color": "neighbours", "radius": 1.0, "style": "neighbours == 12: scale=0.35", "cell": True},
+        ["--color=neighbours", "--ball-radius=1.0", "--style=neighbours == 12: scale=0.35", "--cell"],
+    ),
+    (
+        COPPER,
+        {"color": "z", "map": "coolwarm", "range": (1, 9.5), "cut": ["x < 9", "y > 3"], "zoom": 1.5},
+        ["--color=z", "--map=coolwarm", "--color-range=1..9.5", "--cut=x < 9", "--cut=y > 3", "--zoom=1.5"],
+    ),
+    (
+        COPPER,
+        {"color": "x", "range": ("5%", "95%"), "view": "front", "light": "overcast"},
+        ["--color=x", "--color-range=5%..95%", "--view=front", "--light=overcast"],
+    ),
+    (MELT, {"color": "molecule", "wrap": True, "cell": True, "background": "grey"}, ["--color=molecule", "--wrap", "--cell", "--background=grey"]),
+    (MELT, {"frame": "last", "view": "top", "light": "dark", "material": "light 3"}, ["--frame=last", "--view=top", "--light=dark", "--material=light 3"]),
+    (HEAP, {"color": "radius", "ground": True, "view": "iso"}, ["--color=radius", "--ground", "--view=iso"]),
+    (
+        HEAP,
+        {"style": [{"where": "radius > 1", "material": "mirror"}, {"where": "z > 2", "hide": True}]},
+        ["--style=radius > 1: material=mirror", "--style=z > 2: hide", "-n2", "--photons=3000"],
+    ),
+]
+
+
+@pytest.mark.parametrize(("file", "arguments", "options"), CASES, ids=[f"{Path(f).stem}-{'-'.join(a)}" for f, a, _ in CASES])
+@pytest.mark.filterwarnings("ignore::sppm.ParticleWarning")
+def test_scenes_are_those_of_the_command(file, arguments, options, tmp_path: Path, command) -> None:
+    scene = sppm.load_particles(file, **arguments, **SMALL)
+    number = 2 if scene.method == "sppm" else 3
+    more = [f"-n{number}", "--quiet"] if "-n2" not in options else ["--quiet"]
+    photons = {"photons_per_iteration": 3000} if number == 2 else {}
+    for name in ("image.png", "image.exr"):
+        command("render", file, "-o", tmp_path / name, "--width=40", "--height=30", *options, *more)
+    film = sppm.render(scene, iterations=number, **photons)
+    # The files differ in how they state the scene: ours has the balls, as they can be changed.
+    assert sppm.compare(film, tmp_path / "image.exr").identical
+    film.save(tmp_path / "ours.png")
+    assert sppm.compare(tmp_path / "ours.png", tmp_path / "image.png").identical
+    theirs = json.loads(command("info", tmp_path / "image.exr", "--json"))
+    assert theirs["scene_digest"] == film.metadata["scene_digest"] == scene.digest
+    for key in ("method", "settings", "scene"):
+        assert theirs[key] == film.metadata[key], key
+
+
+def test_load_shows_particles_as_the_command_does() -> None:
+    scene = sppm.Scene.load(WATER)
+    assert scene == sppm.load_particles(WATER) and scene.name == "water"
+    assert scene.settings == sppm.load_particles(WATER).settings
+    assert scene.method == "path"
+    assert sppm.Scene.load("cornell").method == "sppm"
+
+
+def test_the_method_follows_the_materials() -> None:
+    scene = sppm.load_particles(HEAP, **SMALL)
+    for twin in (scene, scene.copy(), pickle.loads(pickle.dumps(scene))):
+        assert twin.method == "path"
+        twin.add_spheres([0, 0, 50], 1, sppm.Dielectric())
+        assert twin.method == "sppm"
+    film = sppm.render(sppm.load_particles(HEAP, **SMALL), iterations=1)
+    assert film.metadata["method"] == "path" and film.radius is None
+    film = sppm.render(sppm.load_particles(HEAP, **SMALL), iterations=1, method="sppm", photons_per_iteration=1000)
+    assert film.metadata["method"] == "sppm"
+
+
+def test_the_background_has_the_colour_asked_for(tmp_path: Path) -> None:
+    film = sppm.render(sppm.load_particles(HEAP, **SMALL, background="#336699"), iterations=1)
+    for shown in (film, pickle.loads(pickle.dumps(film))):
+        assert np.abs(shown.to_srgb()[0, 0].astype(int) - (0x33, 0x66, 0x99)).max() <= 1
+    assert np.abs(film.to_srgb(tone="agx")[0, 0].astype(int) - (0x33, 0x66, 0x99)).max() > 5
+    film.save(tmp_path / "a.png")
+    assert sppm.info(tmp_path / "a.png")["tone"] == "clamp"
+    film.save(tmp_path / "a.exr")
+
+
+def test_a_render_of_the_command_is_repeated(tmp_path: Path, command) -> None:
+    command("render", WATER, "-o", tmp_path / "a.exr", "--width=40", "--height=30", "-n1", "--quiet")
+    right = sppm.Film.load(tmp_path / "a.exr")
+    with pytest.raises(sppm.FileError, match="water.pdb: there is no such file"):
+        sppm.Render.like(tmp_path / "a.exr")
+    scene = sppm.load_particles(WATER, **SMALL)
+    assert sppm.compare(sppm.Render.like(tmp_path / "a.exr", scene).result(), right).identical
+
+
+def test_files_are_columns() -> None:
+    water = sppm.Particles.load(WATER)
+    assert len(water) == 648 and water.positions.shape == (648, 3) and water.positions.dtype == np.float64
+    assert water.positions[0].tolist() == [1.987, 1.640, 1.378]
+    assert water.elements is not None and water.elements[:3].tolist() == [8, 1, 1]
+    assert water.names is not None and water.names[:3].tolist() == ["O", "H1", "H2"]
+    assert water.residues is not None and set(water.residues) == {"HOH"}
+    assert water.chains is not None and water.residue_numbers is not None and water.ids is not None
+    assert water.residue_numbers[3] == 2 and water.ids[-1] == 648
+    assert water.bonds.shape[1] == 2 and (water.bonds[:, 0] < water.bonds[:, 1]).all()
+    assert water.cell is not None and water.cell.vectors[0] == (18.7, 0.0, 0.0) and water.cell.periodic == (True,) * 3
+    assert water.unit == "angstrom" and "648 with elements" in repr(water)
+    copper = sppm.Particles.load(COPPER)
+    assert set(copper.properties) == {"neighbours"} and copper.properties["neighbours"].max() >= 12
+    assert sppm.Particles.load(COPPER, properties=[]).properties == {}
+    heap = sppm.Particles.load(HEAP)
+    assert heap.radii is not None and heap.elements is None and heap.unit is None and heap.cell is None
+    for array in (water.positions, water.elements, water.names, water.bonds, heap.radii):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+    assert sppm.frame_count(MELT) >= 1 == sppm.frame_count(HEAP)
+
+
+@pytest.mark.parametrize("file", [WATER, COPPER, MELT, HEAP], ids=lambda file: Path(file).stem)
+def test_columns_give_the_scene_of_the_file(file: str) -> None:
+    particles = sppm.Particles.load(file)
+    right = sppm.load_particles(file)
+    # A file of macromolecules has the cell of a crystal, which is not what it shows; an array is taken at its word.
+    view = {"view": "principal"} if file == WATER else {}
+    again = sppm.load_particles(particles, name=right.name, **view)
+    assert again == right
+    for twin in (pickle.loads(pickle.dumps(particles)), copy.copy(particles), copy.deepcopy(particles)):
+        assert sppm.load_particles(twin, name=right.name, **view) == right
+        assert not twin.positions.flags.writeable
+
+
+def test_columns_of_my_own() -> None:
+    random = np.random.default_rng(1)
+    places = random.uniform(0, 9, (50, 3))
+    charges = random.normal(size=50)
+    particles = sppm.Particles(
+        places.astype(">f4"),
+        elements=["O", "H"] * 25,
+        names=np.array(["a", "bb"] * 25),
+        properties={"charge": charges},
+        bonds=[(3, 1), (1, 3), (0, 2)],
+        cell=[9, 9, 9],
+        unit="angstrom",
+        title="mine",
+    )
+    assert particles.bonds.tolist() == [[0, 2], [1, 3]] and particles.title == "mine"
+    assert particles.elements is not None and particles.elements[:2].tolist() == [8, 1]
+    assert particles.cell == sppm.Cell(((9.0, 0.0, 0.0), (0.0, 9.0, 0.0), (0.0, 0.0, 9.0)))
+    assert particles.names is not None and particles.names[1] == "bb"
+    scene = sppm.load_particles(particles, color="charge", map="coolwarm", style='name == "bb": hide')
+    only = sppm.load_particles(particles, color="charge", map="coolwarm", cut='name == "a"')
+    assert len(scene) == 25 + 3 and len(only) == len(scene)
+    changed = particles.replace(elements=None, radii=np.full(50, 0.3))
+    assert changed.elements is None and particles.radii is None
+    assert changed.radii is not None and changed.radii[0] == np.float32(0.3)
+    given = places.copy()
+    kept = sppm.Particles(given)
+    given[:] = 0
+    assert kept.positions.max() > 1
+
+
+def test_particles_join_a_scene() -> None:
+    scene = sppm.Scene(sppm.Camera.look_at([9, -30, 9], [9, 9, 9], up=[0, 0, 1]), background=[1, 1, 1])
+    scene.add_spheres([0, 0, -1000], 990, sppm.Diffuse(0.5))
+    added = scene.add_particles(WATER, radius="covalent", origin=(1, 2, 3))
+    assert (added.start, len(added)) == (1, 648) and len(scene) == 649
+    particles = sppm.Particles.load(WATER)
+    right = np.sort((particles.positions - (1, 2, 3)).astype(np.float32)[:, 2])
+    assert np.array_equal(np.sort(scene.centers[1:, 2]), right)
+    assert (scene.material_indices[1:] > 0).all() and set(scene.radii[1:]) == {np.float32(0.31), np.float32(0.66)}
+    more = scene.add_particles(particles, cut='element == "O"', color="red")
+    assert len(more) == 216 and len(scene) == 649 + 216
+    scene.check()
+    before = scene.digest
+    with pytest.raises(sppm.InputError, match="no particle is left"):
+        scene.add_particles(WATER, cut="x > 1000")
+    assert scene.digest == before
+
+
+def test_notes_are_warnings() -> None:
+    with pytest.warns(sppm.ParticleWarning, match="no bonds to draw") as caught:
+        sppm.load_particles(HEAP, bonds="file")
+    assert caught[0].filename == __file__
+
+
+def test_atoms_of_ase(tmp_path: Path) -> None:
+    build = pytest.importorskip("ase.build")
+    atoms = build.bulk("NaCl", "rocksalt", a=5.64, cubic=True).repeat(2)
+    atoms.set_initial_charges([1.0, -1.0] * 32)
+    atoms.new_array("forces", np.arange(192.0).reshape(64, 3))
+    particles = sppm.Particles.of(atoms)
+    assert particles.elements is not None and particles.elements[:2].tolist() == [11, 17]
+    assert particles.cell is not None and particles.cell.vectors[2] == (0.0, 0.0, 11.28)
+    assert {"initial_charges", "forces_x", "forces_y", "forces_z"} <= set(particles.properties)
+    assert particles.unit == "angstrom"
+    scene = sppm.load_particles(atoms, radius="covalent", cell=True, bonds="distance", style='element == "Na": color=red')
+    assert len(scene) > 64 + 100
+    coloured = sppm.load_particles(atoms, color="forces_z")
+    assert len(coloured.materials) > 10
+    # As if it came through a file.
+    from ase.io import write
+
+    path = tmp_path / "a.xyz"
+    write(path, atoms, format="extxyz", columns=["symbols", "positions"])
+    assert sppm.load_particles(path, name="a") == sppm.load_particles(atoms, name="a")
+    alone = build.molecule("H2O")
+    assert sppm.Particles.of(alone).cell is None
+    assert len(sppm.load_particles(alone, bonds="distance")) > 3
+
+
+class Group:
+    """What the package looks at of a group of MDAnalysis: water and a stray atom, of which the group lacks the first."""
+
+    positions = np.float32([[0.7, 0.5, 0], [-0.7, 0.5, 0], [5, 5, 5]])
+    ix = np.array([1, 2, 3])
+    names = np.array(["H1", "H2", "X"], object)
+    resnames = np.array(["SOL", "SOL", "ION"], object)
+    resids = np.array([1, 1, 2])
+    segids = np.array(["A", "A", "B"], object)
+    elements = np.array(["H", "H", ""], object)
+    masses = np.array([1.0, 1.0, 30.0])
+    dimensions = np.float32([10, 10, 10, 90, 90, 60])
+    universe = SimpleNamespace(atoms=SimpleNamespace(n_atoms=4))
+
+    class Bonds:
+        indices = np.array([[0, 1], [1, 2], [2, 3]])
+
+        def __len__(self) -> int:
+            return 3
+
+    bonds = Bonds()
+
+    def __len__(self) -> int:
+        return 3
+
+    @property
+    def atoms(self) -> Group:
+        return self
+
+    @property
+    def charges(self) -> None:
+        raise AttributeError("no charges here")
+
+
+def test_groups_of_mdanalysis() -> None:
+    particles = sppm.Particles.of(Group())
+    assert particles.elements is not None and particles.elements.tolist() == [1, 1, 0]
+    assert particles.bonds.tolist() == [[0, 1], [1, 2]]
+    assert list(particles.properties) == ["masses"] and particles.chains is not None and particles.chains[2] == "B"
+    assert particles.cell is not None
+    assert np.allclose(particles.cell.vectors, [[10, 0, 0], [5, 75**0.5, 0], [0, 0, 10]], atol=1e-6)
+    assert len(sppm.load_particles(Group(), radius=0.4, bonds="file", color="residue")) > 3 + 3
+
+
+def test_real_groups_of_mdanalysis() -> None:
+    mda = pytest.importorskip("MDAnalysis")
+    universe = mda.Universe(WATER)
+    whole = sppm.Particles.of(universe)
+    right = sppm.Particles.load(WATER)
+    assert np.allclose(whole.positions, right.positions, atol=1e-5)
+    assert np.array_equal(whole.elements, right.elements) and np.array_equal(whole.names, right.names)
+    assert np.array_equal(whole.bonds, right.bonds)
+    assert whole.cell is not None and right.cell is not None
+    assert np.allclose(whole.cell.vectors, right.cell.vectors)
+    oxygens = universe.select_atoms("element O")
+    assert len(sppm.load_particles(oxygens, color="resid")) == 216 + 3
