@@ -6,22 +6,24 @@
 //! ```text
 //! radius      LARGEST_RADIUS footprints of a pixel, from which pilots choose down for each pixel
 //! depth       the least of DEPTHS that hardly darkens the pilot
-//! photons     the number by which a unit of work lowers the error most, for a pilot with few and one with many
+//! photons     the number by which the noise is least for so much work, from a pilot with few and one with many
 //! iterations  until the noise is that of the quality, but for so much work at most
 //! ```
 
+mod account;
 mod bias;
 mod footprint;
 mod pilot;
 mod pilots;
 
+use account::Account;
 pub(crate) use bias::relative_bias;
 use fast::{LaneKind, Parameters, Sppm};
 use footprint::footprint;
-use pilot::{DEPOSITS_AT_ONCE, SEEDS, Variance, loss};
+use pilot::{DEPOSITS_AT_ONCE, SEEDS, loss};
 use pilots::{PILOT_PHOTONS, Pilots, pilot_settings};
 use scene::settings::{MAX_DEPOSITS, MAX_PHOTONS, RADIUS_RANGE, RADIUS_RATIO};
-use scene::{Automatic, Quality, RadiusSchedule, Scene, Settings, Stats, Stop};
+use scene::{Automatic, Quality, RadiusSchedule, Scene, Settings, Stop};
 
 /// The first radius in footprints of a pixel, if the render does not end by its quality. Of eleven scenes, the radii by
 /// which the error of pixels and of blocks was least lay from 1.2 to 6.9 and from 0.6 to 5.3; see docs/quality.md.
@@ -40,18 +42,6 @@ const UNKNOWN_ITERATIONS: u32 = 128;
 const DEPTHS: [u32; 4] = [8, 16, 32, 64];
 /// Pixels along the side of a block, as images are compared by blocks of 8 x 8.
 const BLOCK: f64 = 8.0;
-/// The least number of photons that is chosen.
-const FEWEST_PHOTONS: u32 = 1 << 12;
-
-/// Work in units of a ray segment.
-mod work {
-    /// A pixel's share besides its rays.
-    pub(super) const PIXEL: f64 = 0.5;
-    /// A photon that lands: kept, sorted.
-    pub(super) const DEPOSIT: f64 = 1.5;
-    /// A photon that counts at a visible point.
-    pub(super) const CONTRIBUTION: f64 = 0.07;
-}
 
 /// The noise to reach, and the work that may be spent on it.
 struct Goal {
@@ -105,10 +95,10 @@ pub(crate) fn choose(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop:
         let account = pilot.account(&Settings { max_depth: settings.max_depth, ..typical })?;
         if automatic.photons_per_iteration {
             let most = ((MAX_DEPOSITS - 1) / u64::from(settings.max_depth)).min(MAX_PHOTONS.into()) as u32;
-            settings.photons_per_iteration = account.photons(most);
+            settings.photons_per_iteration = account.photons(most, goal.work);
         }
         if automatic.iterations {
-            settings.iterations = account.iterations(settings.photons_per_iteration, &goal);
+            settings.iterations = account.iterations(settings.photons_per_iteration, goal.noise, goal.work);
         }
     }
     if automatic.radius_pilots && are_own {
@@ -166,100 +156,11 @@ impl Pilots<'_> {
         let side = self.block(settings);
         let scale = settings.pixels() as f64 / self.settings.pixels() as f64;
         let variances = [first.variance(side), second.variance(side)];
-        let mut account = Account::new([few, many], variances, &second.stats, scale);
-        account.camera_work += work::PIXEL * settings.pixels() as f64;
-        account.spheres = self.scene.spheres.len();
-        Some(account)
+        Some(
+            Account::new([few, many], variances, &second.stats, scale)
+                .of(settings.pixels(), self.scene.spheres.len()),
+        )
     }
-}
-
-/// Noise and work of an iteration, as functions of its photons.
-#[derive(Debug)]
-struct Account {
-    /// The variance that more photons do not lower.
-    camera: Variance,
-    /// The variance of one photon; that of `n` photons is an n-th of it.
-    photons: Variance,
-    /// The work of the camera's paths.
-    camera_work: f64,
-    /// The work of a photon.
-    photon_work: f64,
-    spheres: usize,
-}
-
-impl Account {
-    /// From `variances` with so many `photons` each, the `stats` of the pilot with more of them, and how many pixels the
-    /// image has for each of the pilot.
-    fn new(photons: [u32; 2], variances: [Variance; 2], stats: &Stats, scale: f64) -> Self {
-        let [few, many] = photons.map(f64::from);
-        let split = |a: f64, b: f64| {
-            // V(few) = c + p / few, V(many) = c + p / many. Noise of the variances may make either negative.
-            let p = ((a - b) / (1.0 / few - 1.0 / many)).max(0.0);
-            let c = (b - p / many).max(0.0);
-            (c, p)
-        };
-        let [a, b] = variances;
-        let (pixel, block) = (split(a.pixel, b.pixel), split(a.block, b.block));
-        let seeds = SEEDS as f64;
-        let paths = (stats.camera_segments + stats.shadow_rays) as f64;
-        let landed = work::DEPOSIT * stats.deposits as f64 + stats.photon_segments as f64;
-        let counted = work::CONTRIBUTION * scale * stats.contributions as f64;
-        Self {
-            // A block of the image has more pixels than one of the pilot, and each has its own paths.
-            camera: Variance { pixel: pixel.0, block: block.0 / scale },
-            photons: Variance { pixel: pixel.1, block: block.1 },
-            camera_work: scale * paths / seeds,
-            photon_work: (landed + counted) / (many * seeds),
-            spheres: 0,
-        }
-    }
-
-    /// The variance of one iteration with so many photons.
-    fn variance(&self, photons: f64) -> Variance {
-        Variance {
-            pixel: self.camera.pixel + self.photons.pixel / photons,
-            block: self.camera.block + self.photons.block / photons,
-        }
-    }
-
-    fn work(&self, photons: f64) -> f64 {
-        self.camera_work + self.photon_work * photons
-    }
-
-    /// The number of photons by which the work for a given error is least. Errors of pixels and of blocks count both, those
-    /// of blocks twice: noise of neighbours that is alike is easier to see. Powers of two and the numbers half-way between are tried, up to `most`.
-    fn photons(&self, most: u32) -> u32 {
-        let cost = |photons: f64| {
-            let (variance, work) = (self.variance(photons), self.work(photons));
-            (variance.pixel * work) * (variance.block * work) * (variance.block * work)
-        };
-        let powers = (FEWEST_PHOTONS.ilog2()..31).map(|power| 1_u32 << power);
-        let candidates =
-            powers.flat_map(|power| [power, power / 2 * 3]).take_while(|&photons| photons <= most);
-        let best = candidates.min_by(|&a, &b| cost(a.into()).total_cmp(&cost(b.into())));
-        best.unwrap_or(most)
-    }
-
-    /// The iterations by which the noise of `goal` is reached, or its work is spent.
-    fn iterations(&self, photons: u32, goal: &Goal) -> u32 {
-        let photons = f64::from(photons);
-        let needed = self.variance(photons).pixel / (goal.noise * goal.noise);
-        let affordable = goal.work / (self.work(photons) * segment_work(self.spheres));
-        let iterations = needed.min(affordable) + 0.5;
-        // The conversion saturates, and makes 0 of what is not a number.
-        (iterations as u32).max(FEWEST_ITERATIONS)
-    }
-}
-
-/// The least number of iterations that is chosen: the estimate of noise is of few images, and radii need some to shrink.
-const FEWEST_ITERATIONS: u32 = 8;
-
-/// The work of a ray segment among so many spheres, in units of one among few: measured, it grows by about as much for
-/// every time that there are twice as many.
-fn segment_work(spheres: usize) -> f64 {
-    const FEW: usize = 64;
-    let doublings = (spheres / FEW).max(1).ilog2();
-    1.0 + 1.5 * f64::from(doublings)
 }
 
 /// `value` with two significant digits.
@@ -326,8 +227,24 @@ mod tests {
         let of = |quality| chosen(&scene, Automatic::all(quality), LaneKind::best(), 1);
         let [draft, good, last] = [Quality::Draft, Quality::Good, Quality::Final].map(of);
         assert!(draft.iterations < good.iterations && good.iterations < last.iterations);
-        assert!(draft.initial_radius > good.initial_radius && good.initial_radius > last.initial_radius);
         assert!(draft.max_depth <= good.max_depth && good.max_depth <= last.max_depth);
+        assert!([draft, good, last].iter().all(|settings| settings.radius_pilots > 0));
+        assert_eq!(draft.initial_radius, last.initial_radius);
+    }
+
+    /// With the same radius for all pixels it is narrower than the largest of their own, and the narrower, the better the
+    /// picture.
+    #[test]
+    fn one_radius_for_all_follows_the_quality() {
+        let scene = cornell();
+        let own = chosen(&scene, Automatic::all(Quality::Good), LaneKind::best(), 1);
+        let settings = Settings { radius_schedule: RadiusSchedule::Global, ..scene.settings };
+        let scene = Scene { settings, ..scene };
+        let of = |quality| chosen(&scene, Automatic::all(quality), LaneKind::best(), 1);
+        let [draft, good, last] = [Quality::Draft, Quality::Good, Quality::Final].map(of);
+        assert!([draft, good, last].iter().all(|settings| settings.radius_pilots == 0));
+        assert!(draft.initial_radius > good.initial_radius && good.initial_radius > last.initial_radius);
+        assert!(own.initial_radius > draft.initial_radius);
     }
 
     #[test]
@@ -335,51 +252,6 @@ mod tests {
         let stop = Stop::new();
         stop.request();
         assert_eq!(choose(&cornell(), Automatic::all(Quality::Good), LaneKind::best(), &stop), None);
-    }
-
-    /// Variances that follow the law are split into its parts.
-    fn account(camera: f64, photons: f64, camera_work: f64, photon_work: f64) -> Account {
-        let variance = |of: f64| {
-            let all = camera + photons / of;
-            Variance { pixel: all, block: all }
-        };
-        let account =
-            Account::new([1000, 4000], [variance(1000.0), variance(4000.0)], &Stats::default(), 1.0);
-        Account { camera_work, photon_work, spheres: 1, ..account }
-    }
-
-    #[test]
-    fn variances_are_split_into_those_of_camera_and_photons() {
-        const ROUNDING: f64 = 1e-9;
-        let account = account(0.3, 500.0, 1.0, 1.0);
-        for (found, exact) in [(account.camera.pixel, 0.3), (account.photons.block, 500.0)] {
-            assert!((found / exact - 1.0).abs() < ROUNDING, "{found} for {exact}");
-        }
-    }
-
-    /// The work for an error, (c + p / n) (w + v n), is least at n = sqrt(p w / (c v)).
-    #[test]
-    fn the_number_of_photons_is_next_to_the_best() {
-        for (c, p, w, v) in [(0.3_f64, 5e3, 1e6, 10.0), (0.01, 5e4, 1e6, 3.0), (1.0, 1e4, 1e7, 20.0)] {
-            let best: f64 = p * w / (c * v);
-            let best = best.sqrt();
-            let found = f64::from(account(c, p, w, v).photons(1 << 28));
-            // Candidates are at most 1.5 times apart.
-            assert!(found / best < 1.5 && best / found < 1.5, "{found} for {best}");
-        }
-        assert_eq!(account(0.3, 5e9, 1e6, 10.0).photons(100_000), 98_304);
-        assert_eq!(account(0.3, 5e9, 1e6, 10.0).photons(1000), 1000);
-        // Where photons do nothing, there are few.
-        assert_eq!(account(0.3, 0.0, 1e6, 10.0).photons(1 << 28), FEWEST_PHOTONS);
-    }
-
-    #[test]
-    fn iterations_end_with_the_noise_or_the_work() {
-        let goal = Goal { noise: 0.1, work: 1e9, loss: 0.0, radius: 1.0 };
-        // A variance of 1.5 in an iteration, and 0.01 to reach.
-        assert_eq!(account(1.0, 5000.0, 1e6, 1.0).iterations(10_000, &goal), 150);
-        assert_eq!(account(1.0, 5000.0, 1e8, 1.0).iterations(10_000, &goal), 10);
-        assert_eq!(account(0.0, 0.0, 1.0, 1.0).iterations(10_000, &goal), FEWEST_ITERATIONS);
     }
 
     #[test]
