@@ -37,7 +37,7 @@ const TYPICAL_SHARE: f32 = 0.6;
 const ITERATIONS_PER_PILOT: u32 = 64;
 const MOST_PILOTS: u32 = 4;
 /// Taken for the iterations of a render that ends by time or by its error.
-const UNKNOWN_ITERATIONS: u32 = 128;
+const UNKNOWN_ITERATIONS: u32 = 256;
 /// The depths from which one is chosen. The last is as good as all light.
 const DEPTHS: [u32; 4] = [8, 16, 32, 64];
 /// Pixels along the side of a block, as images are compared by blocks of 8 x 8.
