@@ -59,9 +59,9 @@ struct Goal {
 impl Goal {
     fn of(quality: Quality) -> Self {
         match quality {
-            Quality::Draft => Self { noise: 0.08, work: 4e7, loss: 0.02, radius: 6.5 },
-            Quality::Good | Quality::Paper => Self { noise: 0.02, work: 5e8, loss: 0.005, radius: 4.8 },
-            Quality::Final => Self { noise: 0.007, work: 1e10, loss: 0.002, radius: 3.6 },
+            Quality::Draft => Self { noise: 0.08, work: 2e7, loss: 0.02, radius: 6.5 },
+            Quality::Good | Quality::Paper => Self { noise: 0.02, work: 2.5e8, loss: 0.005, radius: 4.8 },
+            Quality::Final => Self { noise: 0.007, work: 5e9, loss: 0.002, radius: 3.6 },
         }
     }
 }
