@@ -11,23 +11,13 @@ use crate::light_tree::{Lamp, LightTree};
 use crate::material::Material;
 use crate::neighbours::Neighbours;
 use crate::ray::SphereId;
+pub use crate::roles::{Role, Roles};
 use crate::sphere::Sphere;
 use crate::world::Scene;
 use glam::Vec3;
 use std::borrow::Cow;
 use std::f64::consts::PI;
 use std::ops::Range;
-
-/// From which side a sphere is met.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
-    /// Opaque, the eye outside of it: met from outside.
-    Solid,
-    /// Opaque, the eye inside of it: met from inside. Holds the index into [`Still::enclosures`].
-    Enclosure(u32),
-    /// Transparent: met from both sides.
-    Glass,
-}
 
 /// What the intersection from inside needs to know of an enclosure.
 ///
@@ -94,7 +84,7 @@ pub struct Still<'a> {
     /// The materials that spheres refer to.
     pub materials: &'a [Material],
     /// The role of each sphere.
-    pub roles: Vec<Role>,
+    pub roles: Roles,
     /// The spheres around the eye, in order of their ids.
     pub enclosures: Vec<Enclosure>,
     /// What glows.
@@ -135,7 +125,7 @@ impl Scene {
         let mut still = Still {
             spheres,
             materials: &self.materials,
-            roles: Vec::new(),
+            roles: Roles::default(),
             enclosures: Vec::new(),
             lights: Lights::default(),
         };
@@ -153,6 +143,7 @@ impl Still<'_> {
     }
 
     fn assign_roles(&mut self, eye: Vec3) {
+        self.roles = Roles::with_capacity(self.spheres.len());
         for (id, s) in self.spheres.iter().enumerate() {
             let role = if !self.materials[s.material as usize].is_opaque() {
                 Role::Glass
