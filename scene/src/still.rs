@@ -94,8 +94,16 @@ pub struct Still<'a> {
 /// Relative slack within which surfaces count as touching, so that rounding never hides a blocker.
 const TOUCHING: f64 = 1e-5;
 
-/// Up to so many lamps, every sphere is examined for every lamp: less work than to build a hierarchy.
+/// Up to so many lamps, every sphere is examined for every lamp: less work and memory than to build a hierarchy.
 const FEW_LAMPS: usize = 16;
+
+/// The solid spheres, for lamps to find those that are near.
+enum Solids {
+    /// Every one is examined.
+    All,
+    /// In a hierarchy.
+    Sorted(Neighbours),
+}
 
 /// Whether a sphere hides some of another's surface, and all of it.
 struct Cover {
@@ -196,7 +204,7 @@ impl Still<'_> {
 
     /// The opaque spheres that hide part of the surface of sphere `id` from free space, in order of their ids; `None`
     /// if one of them hides all of it. `solids` finds candidates among the solid spheres; all enclosures are candidates.
-    fn blockers(&self, id: usize, solids: &Neighbours) -> Option<Vec<SphereId>> {
+    fn blockers(&self, id: usize, solids: &Solids) -> Option<Vec<SphereId>> {
         let (mut blockers, mut is_hidden) = (Vec::new(), false);
         let mut examine = |other: SphereId| {
             let Cover { some, all } = self.cover(id, other);
@@ -205,7 +213,10 @@ impl Still<'_> {
                 blockers.push(other);
             }
         };
-        solids.visit(&self.spheres[id], &mut examine);
+        match solids {
+            Solids::All => self.solid_ids().for_each(&mut examine),
+            Solids::Sorted(neighbours) => neighbours.visit(&self.spheres[id], &mut examine),
+        }
         self.enclosures.iter().for_each(|enclosure| examine(enclosure.sphere));
         blockers.sort_unstable();
         (!is_hidden).then_some(blockers)
@@ -226,11 +237,18 @@ impl Still<'_> {
     }
 
     /// The solid spheres, to find those near a lamp.
-    fn solids(&self) -> Neighbours {
-        let is_solid = |id: &SphereId| self.roles[*id as usize] == Role::Solid;
-        let ids = (0..self.spheres.len() as SphereId).filter(is_solid).collect();
+    fn solids(&self) -> Solids {
         let lamps = self.spheres.iter().filter(|s| s.is_emitter()).count();
-        if lamps <= FEW_LAMPS { Neighbours::unsorted(ids) } else { Neighbours::new(&self.spheres, ids) }
+        if lamps <= FEW_LAMPS {
+            Solids::All
+        } else {
+            Solids::Sorted(Neighbours::new(&self.spheres, self.solid_ids().collect()))
+        }
+    }
+
+    fn solid_ids(&self) -> impl Iterator<Item = SphereId> {
+        let is_solid = |id: &SphereId| self.roles[*id as usize] == Role::Solid;
+        (0..self.spheres.len() as SphereId).filter(is_solid)
     }
 
     /// The hierarchy over the lights that were found.
