@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use scene::Sphere;
+use scene::{Sphere, Vec3};
 use std::collections::BTreeMap;
 
 /// Balls that overlap by less than this only touch.
@@ -26,8 +26,12 @@ pub(crate) fn overlaps<'a>(balls: impl Iterator<Item = &'a Sphere>) -> bool {
     let extent = (all().fold(DVec3::NEG_INFINITY, DVec3::max) - low).max_element();
     by_size.iter().any(|(size, coarse)| {
         let grid = Grid::new(*size, low, extent, coarse);
-        // Each ball meets those of its own size and of larger ones.
-        by_size.range(..=size).any(|(_, balls)| balls.par_iter().any(|ball| grid.overlaps(ball)))
+        // Each ball meets those of its own size, itself among them, and larger ones.
+        let meets_another = |place: &Place| grid.meets(place.center, place.radius, 2);
+        grid.places.par_iter().any(meets_another)
+            || by_size
+                .range(..size)
+                .any(|(_, balls)| balls.par_iter().any(|ball| grid.meets(ball.center, ball.radius, 1)))
     })
 }
 
@@ -37,45 +41,54 @@ fn octave(radius: f32) -> i32 {
 }
 
 /// Balls of radii from a power of two to the next, by the cubes that their centres are in.
-struct Grid<'a> {
+struct Grid {
     low: DVec3,
     width: f64,
-    /// The number of the cube and the ball, sorted by the number.
-    places: Vec<(u64, &'a Sphere)>,
+    /// Sorted by the cube.
+    places: Vec<Place>,
 }
 
-impl<'a> Grid<'a> {
+/// A ball in its cube: a copy, as those of a cube are far from each other among all spheres.
+struct Place {
+    cube: u64,
+    center: Vec3,
+    radius: f32,
+}
+
+impl Grid {
     /// For points that are at most `extent` from `low` along each axis.
-    fn new(size: i32, low: DVec3, extent: f64, balls: &[&'a Sphere]) -> Self {
+    fn new(size: i32, low: DVec3, extent: f64, balls: &[&Sphere]) -> Self {
         // The centres of a ball of this size and of one no larger, which overlap, are nearer than twice the largest radius;
         // and along an axis there are no more cubes than numbers, with one to spare on each side.
         let width = (4.0 * f64::powi(2.0, size)).max(extent / f64::from((1 << AXIS_BITS) - 4));
         let mut grid = Self { low, width, places: Vec::new() };
-        grid.places = balls.par_iter().map(|ball| (number(grid.cube(ball)), *ball)).collect();
-        grid.places.par_sort_unstable_by_key(|(number, _)| *number);
+        let place = |ball: &&Sphere| {
+            let Sphere { center, radius, .. } = **ball;
+            Place { cube: number(grid.cube(center)), center, radius }
+        };
+        grid.places = balls.par_iter().map(place).collect();
+        grid.places.par_sort_unstable_by_key(|place| place.cube);
         grid
     }
 
-    /// The cube that the centre of a ball is in; the first is 1.
-    fn cube(&self, ball: &Sphere) -> [u64; 3] {
-        ((ball.center.as_dvec3() - self.low) / self.width).to_array().map(|x| x as u64 + 1)
+    /// The cube that a centre is in; the first is 1.
+    fn cube(&self, center: Vec3) -> [u64; 3] {
+        ((center.as_dvec3() - self.low) / self.width).to_array().map(|x| x as u64 + 1)
     }
 
-    /// Whether a ball, which is no larger than those of the grid, overlaps one of them other than itself.
-    fn overlaps(&self, ball: &Sphere) -> bool {
-        let [x, y, z] = self.cube(ball);
-        (z - 1..=z + 1).any(|z| (y - 1..=y + 1).any(|y| self.row_overlaps(ball, [x, y, z])))
+    /// Whether a ball, which is no larger than those of the grid, overlaps at least `least` of them.
+    fn meets(&self, center: Vec3, radius: f32, least: usize) -> bool {
+        let [x, y, z] = self.cube(center);
+        let overlaps = |place: &&Place| center.distance(place.center) < (radius + place.radius) * TOUCHING;
+        let rows = (z - 1..=z + 1).flat_map(|z| (y - 1..=y + 1).map(move |y| [x, y, z]));
+        rows.flat_map(|cube| self.row(cube).filter(overlaps)).nth(least - 1).is_some()
     }
 
-    /// As [`Self::overlaps`], for the cube and its neighbours along x.
-    fn row_overlaps(&self, ball: &Sphere, [x, y, z]: [u64; 3]) -> bool {
+    /// The balls in a cube and its neighbours along x.
+    fn row(&self, [x, y, z]: [u64; 3]) -> impl Iterator<Item = &Place> {
         let (first, last) = (number([x - 1, y, z]), number([x + 1, y, z]));
-        let start = self.places.partition_point(|(number, _)| *number < first);
-        let row = self.places[start..].iter().take_while(|(number, _)| *number <= last);
-        row.into_iter().any(|(_, other)| {
-            !std::ptr::eq(*other, ball)
-                && ball.center.distance(other.center) < (ball.radius + other.radius) * TOUCHING
-        })
+        let start = self.places.partition_point(|place| place.cube < first);
+        self.places[start..].iter().take_while(move |place| place.cube <= last)
     }
 }
 
@@ -88,7 +101,7 @@ fn number([x, y, z]: [u64; 3]) -> u64 {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use scene::{Rgb, Vec3};
+    use scene::Rgb;
 
     fn ball(center: [f32; 3], radius: f32) -> Sphere {
         Sphere { center: Vec3::from(center), velocity: Vec3::ZERO, radius, material: 0, emission: Rgb::ZERO }

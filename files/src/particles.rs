@@ -12,8 +12,9 @@ use std::ops::Range;
 use std::path::Path;
 use thiserror::Error;
 
-/// Memory per particle while its file is read and made spheres.
-pub(crate) const BYTES_PER_PARTICLE: u64 = 256;
+/// Memory per particle while its file is read and made spheres; 80 where it has an element alone, and more with names and
+/// properties (`figure/tests/memory.rs`).
+pub(crate) const BYTES_PER_PARTICLE: u64 = 128;
 
 /// Why a file of particles cannot be part of a scene.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]

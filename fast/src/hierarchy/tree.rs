@@ -374,3 +374,44 @@ fn slab<L: Lanes>(origin: L::F, direction: L::F, slack: L::F, axis: u32) -> (L::
     let side = L::select_u(L::lt(inverse, L::f(0.0)), L::u(3 + axis), L::u(axis));
     (inverse, middle - slack, middle + slack, side)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hierarchy::leaves::arranged;
+    use crate::search::ball_count;
+    use rayon::ThreadPoolBuilder;
+    use scene::{Rgb, Sphere};
+
+    /// More than are worth a thread on either side of the first splits, many of them at equal coordinates.
+    const BALLS: u32 = 40_000;
+
+    #[test]
+    fn the_tree_is_the_same_on_any_number_of_threads() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        let glass = scene.materials.iter().position(|material| !material.is_opaque()).unwrap() as u32;
+        scene.spheres.extend((0..BALLS).map(|i| Sphere {
+            center: Vec3::from([i * 7919 % 31, i * 104_729 % 37, i * 1_299_709 % 41].map(|c| c as f32)),
+            velocity: Vec3::ZERO,
+            radius: 0.2 + (i % 5) as f32 * 0.1,
+            material: if i % 3 == 0 { glass } else { 0 },
+            emission: Rgb::ZERO,
+        }));
+        let still = scene.at(0.0);
+        let on = |threads: usize| {
+            let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| Tree::new(arranged(&still, ball_count(&still))))
+        };
+        let bits = |tree: &Tree| {
+            let words = [bytemuck::cast_slice(&tree.leaves), bytemuck::cast_slice::<Node, u32>(&tree.nodes)];
+            words.concat()
+        };
+        let one = on(1);
+        assert_eq!(one.leaves.iter().map(|leaf| leaf.balls().count()).sum::<usize>(), ball_count(&still));
+        for threads in [2, 3, 8] {
+            let tree = on(threads);
+            assert!(bits(&tree) == bits(&one), "{threads} threads");
+            assert_eq!((tree.height, tree.offsets, tree.extent), (one.height, one.offsets, one.extent));
+        }
+    }
+}
