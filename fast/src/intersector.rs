@@ -13,20 +13,21 @@ use scene::ray::SphereId;
 use scene::{Ray, Rgb, Still, Vec3};
 
 /// Finds what rays hit in a still, by the code of the passes: in batches, on any lanes.
-pub struct Intersector {
+pub struct Intersector<'a> {
+    still: &'a Still<'a>,
     tables: Tables,
     lanes: LaneKind,
 }
 
-impl Intersector {
+impl<'a> Intersector<'a> {
     /// With the search that the renderer would use.
-    pub fn new(still: &Still, lanes: LaneKind) -> Self {
-        Self { tables: Tables::new(still), lanes }
+    pub fn new(still: &'a Still<'a>, lanes: LaneKind) -> Self {
+        Self { still, tables: Tables::new(still), lanes }
     }
 
     /// With the given search, however many balls there are.
-    pub fn with_search(still: &Still, lanes: LaneKind, search: Search) -> Self {
-        Self { tables: Tables::with_search(still, search), lanes }
+    pub fn with_search(still: &'a Still<'a>, lanes: LaneKind, search: Search) -> Self {
+        Self { still, tables: Tables::with_search(still, search), lanes }
     }
 
     /// Bytes of memory held.
@@ -41,7 +42,7 @@ impl Intersector {
 
     /// What each ray hits, with the surface there; `None` where it hits nothing.
     pub fn surfaces(&self, rays: &[Ray]) -> Vec<Option<Met>> {
-        dispatch(self.lanes, Surfaces { tables: &self.tables, rays })
+        dispatch(self.lanes, AllMet { still: self.still, tables: &self.tables, rays })
     }
 
     /// Which rays hit a surface other than `light` nearer than `t`; there is one `t` and one `light` per ray.
@@ -78,16 +79,18 @@ pub struct Met {
     pub kind: u32,
 }
 
-struct Surfaces<'a> {
+struct AllMet<'a> {
+    still: &'a Still<'a>,
     tables: &'a Tables,
     rays: &'a [Ray],
 }
 
-impl Kernel for Surfaces<'_> {
+impl Kernel for AllMet<'_> {
     type Output = Vec<Option<Met>>;
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
         let (mut paths, mut buffers) = (Paths::new(), SearchBuffers::new());
+        let surfaces = self.tables.surfaces(self.still);
         let mut found = Vec::with_capacity(self.rays.len());
         for rays in self.rays.chunks(BATCH) {
             fill(&mut paths, rays);
@@ -98,7 +101,7 @@ impl Kernel for Surfaces<'_> {
                 let mut ids = [0; MOST_LANES];
                 L::store_u(hit, &mut ids);
                 let (origin, direction) = (paths.origin.load::<L>(at), paths.direction.load::<L>(at));
-                let surface = Hit::<L>::at(&self.tables.surfaces, origin, direction, t, &ids);
+                let surface = Hit::<L>::at(surfaces, origin, direction, t, &ids);
                 let material = Materials::<L>::gather(&self.tables.materials, surface.tag);
                 let met = met::<L>(t, &surface, &material, L::mask_bits(arrived), &ids);
                 found.extend_from_slice(&met[..L::N.min(rest)]);
@@ -207,7 +210,7 @@ fn occlude_batch<L: Lanes>(
         L::store(L::select(blocked, L::f(BLOCKED), limit), &mut t[at..]);
     }
     let rays = Rays { origin, direction, leaves, ignores: lights, count };
-    tables.hierarchy.occlude::<L>(&tables.surfaces, &rays, buffers, t);
+    tables.hierarchy.occlude::<L>(&rays, buffers, t);
 }
 
 fn fill(paths: &mut Paths, rays: &[Ray]) {

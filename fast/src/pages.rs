@@ -7,6 +7,7 @@ use bytemuck::Pod;
 use memmap2::MmapMut;
 use rayon::prelude::*;
 use std::alloc::{Layout, handle_alloc_error};
+use std::fmt;
 use std::marker::PhantomData;
 use std::ops::{Deref, DerefMut};
 
@@ -54,6 +55,12 @@ impl<T: Pod + Send + Sync> Pages<T> {
         let mut pages = Self { map, elements: PhantomData };
         pages.par_chunks_mut(PER_JOB).for_each(|elements| elements.fill(value));
         pages
+    }
+}
+
+impl<T> fmt::Debug for Pages<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Pages").finish_non_exhaustive()
     }
 }
 

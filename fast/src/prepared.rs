@@ -7,8 +7,18 @@ use crate::search::ball_count;
 use crate::tables::Tables;
 use scene::{Scene, Still};
 
-/// What a sphere takes in the tables and trees made of the scene, while they are built.
+/// What a sphere takes in the tables made of a scene of few.
 pub(crate) const BYTES_PER_SPHERE: u64 = 256;
+/// What each of many spheres takes: 24 in the tree, and a box for eight while it is built.
+const BYTES_OF_MANY: u64 = 32;
+/// So many spheres are few. Of more, most are balls: a room for each would hold the eye.
+const FEW: u64 = 4096;
+
+/// What so many spheres take in the tables and trees made of the scene, while they are built.
+pub(crate) fn bytes_of_spheres(spheres: usize) -> u64 {
+    let spheres = spheres as u64;
+    spheres.min(FEW) * BYTES_PER_SPHERE + spheres.saturating_sub(FEW) * BYTES_OF_MANY
+}
 
 /// A still with its tables.
 pub(crate) struct Prepared<'a> {

@@ -1,9 +1,13 @@
-//! The surfaces that rays hit: a table with a row per sphere, and the point and normal of each hit.
+//! The surfaces that rays hit: a row per sphere, and the point and normal of each hit.
+//!
+//! Rows are in a table if spheres are few. Of many they are made where they are needed: a table would take nearly as much
+//! memory again as the scene, and a hit waits for either to come from memory.
 
 use bytemuck::{Pod, Zeroable};
-use lanes::{Lanes, Row, V3};
+use lanes::{Lanes, MOST_LANES, Row, V3};
+use scene::ray::SphereId;
 use scene::still::Role;
-use scene::{Sphere, Still, Vec3};
+use scene::{Still, Vec3};
 
 /// The bits of a surface's tag.
 pub(crate) mod tag {
@@ -25,7 +29,7 @@ pub(crate) mod tag {
     }
 }
 
-/// A sphere's row in the table of surfaces.
+/// A sphere's row.
 ///
 /// For a point p on the sphere, the vector from the centre is `(p - anchor) + offset`. For an enclosure the anchor is the
 /// point nearest to the eye (`scene::still::Enclosure`) and `scale` is `-1 / radius`. For a ball the anchor is the centre,
@@ -40,8 +44,10 @@ struct SurfaceRow {
     tag: u32,
 }
 
-/// The row of a sphere.
-pub(crate) fn surface_row(still: &Still, sphere: &Sphere, role: Role) -> Row {
+/// The row of sphere `id`.
+#[inline]
+pub(crate) fn surface_row(still: &Still, id: SphereId) -> Row {
+    let (sphere, role) = (&still.spheres[id as usize], still.roles[id as usize]);
     let (anchor, scale, offset, side) = match role {
         Role::Solid => (sphere.center, sphere.radius, Vec3::ZERO, 0),
         Role::Glass => (sphere.center, sphere.radius, Vec3::ZERO, tag::GLASS),
@@ -55,19 +61,35 @@ pub(crate) fn surface_row(still: &Still, sphere: &Sphere, role: Role) -> Row {
     bytemuck::cast(SurfaceRow { anchor: anchor.into(), scale, offset: offset.into(), tag })
 }
 
+/// The rows of all spheres.
+#[derive(Clone, Copy)]
+pub(crate) struct Surfaces<'a> {
+    /// As a table; empty if they are made of `still`.
+    pub(crate) rows: &'a [Row],
+    pub(crate) still: &'a Still<'a>,
+}
+
 /// [`SurfaceRow`]s in lanes.
-pub(crate) struct SurfaceLanes<L: Lanes> {
-    pub(crate) anchor: V3<L>,
-    pub(crate) scale: L::F,
-    pub(crate) offset: V3<L>,
-    pub(crate) tag: L::U,
+struct SurfaceLanes<L: Lanes> {
+    anchor: V3<L>,
+    scale: L::F,
+    offset: V3<L>,
+    tag: L::U,
 }
 
 impl<L: Lanes> SurfaceLanes<L> {
     /// The rows of the spheres with these ids.
     #[inline(always)]
-    pub(crate) fn gather(surfaces: &[Row], ids: &[u32]) -> Self {
-        let [ax, ay, az, scale, bx, by, bz, tag] = L::gather_rows(surfaces, ids);
+    fn gather(surfaces: Surfaces, ids: &[u32]) -> Self {
+        let [ax, ay, az, scale, bx, by, bz, tag] = if surfaces.rows.is_empty() {
+            let mut rows = [Row::default(); MOST_LANES];
+            for (row, id) in rows.iter_mut().zip(&ids[..L::N]) {
+                *row = surface_row(surfaces.still, *id);
+            }
+            L::load_rows(&rows)
+        } else {
+            L::gather_rows(surfaces.rows, ids)
+        };
         Self { anchor: V3::new(ax, ay, az), scale, offset: V3::new(bx, by, bz), tag: L::bits(tag) }
     }
 }
@@ -89,7 +111,7 @@ pub(crate) struct Hit<L: Lanes> {
 impl<L: Lanes> Hit<L> {
     /// The points at distance `t` along the rays, on the spheres with these ids.
     #[inline(always)]
-    pub(crate) fn at(surfaces: &[Row], origin: V3<L>, direction: V3<L>, t: L::F, ids: &[u32]) -> Self {
+    pub(crate) fn at(surfaces: Surfaces, origin: V3<L>, direction: V3<L>, t: L::F, ids: &[u32]) -> Self {
         let SurfaceLanes { anchor, scale, offset, tag } = SurfaceLanes::<L>::gather(surfaces, ids);
         let point = origin + direction.scale(t);
         let from_anchor = point - anchor;

@@ -138,7 +138,8 @@ impl Survey<'_> {
     /// number of walks that go on.
     #[inline(always)]
     fn scatter<L: Lanes>(&self, walks: &mut Walks, live: usize) -> usize {
-        let tables = &self.prepared.tables;
+        let Prepared { still, tables, .. } = self.prepared;
+        let surfaces = tables.surfaces(still);
         walks.asking.count = 0;
         let mut go_on = 0;
         for at in (0..live).step_by(L::N) {
@@ -147,7 +148,7 @@ impl Survey<'_> {
             let (t, hit, arrived) = hits::<L>(&walks.paths, at, L::first(live - at));
             let mut ids = [0; MOST_LANES];
             L::store_u(hit, &mut ids);
-            let surface = Hit::<L>::at(&tables.surfaces, p.origin, p.direction, t, &ids);
+            let surface = Hit::<L>::at(surfaces, p.origin, p.direction, t, &ids);
             let material = Materials::<L>::gather(&tables.materials, surface.tag);
             let [u, v, roulette] = std::array::from_fn(|_| next_uniform::<L>(&mut p.stream));
             let [choice, x, y] = std::array::from_fn(|_| next_uniform::<L>(&mut p.stream));

@@ -4,7 +4,7 @@ use crate::hierarchy::Hierarchy;
 use crate::material::material_row;
 use crate::search::Search;
 use crate::shapes::Shape;
-use crate::surface::surface_row;
+use crate::surface::{Surfaces, surface_row};
 use lanes::Row;
 use scene::Still;
 use scene::ray::SphereId;
@@ -12,8 +12,8 @@ use scene::still::Role;
 
 /// The tables of one still. Rows are fetched by lanes; shapes are broadcast to lanes.
 pub(crate) struct Tables {
-    /// A row per sphere ([`surface_row`]).
-    pub(crate) surfaces: Vec<Row>,
+    /// A row per sphere ([`surface_row`]); empty if the balls are in a tree, as they are many.
+    surfaces: Vec<Row>,
     /// A row per material ([`material_row`]).
     pub(crate) materials: Vec<Row>,
     /// The spheres that are not in the hierarchy, in order of their ids.
@@ -42,10 +42,21 @@ impl Tables {
         let shapes: Vec<Shape> = ids.map(|id| Shape::of(still, id)).collect();
         let casts_shadow = |s: &&Shape| !matches!(s, Shape::Enclosure(e) if !e.casts_shadow);
         let shadow_casters = shapes.iter().filter(casts_shadow).copied().collect();
-        let spheres = still.spheres.iter().zip(&still.roles);
-        let surfaces = never_empty(spheres.map(|(s, role)| surface_row(still, s, *role)).collect());
+        let surfaces = match hierarchy {
+            Hierarchy::Tree(_) => Vec::new(),
+            Hierarchy::InTurn | Hierarchy::Clusters(_) => {
+                let ids = 0..still.spheres.len() as SphereId;
+                never_empty(ids.map(|id| surface_row(still, id)).collect())
+            }
+        };
         let materials = never_empty(still.materials.iter().map(material_row).collect());
         Self { surfaces, materials, shapes, shadow_casters, hierarchy }
+    }
+
+    /// The surfaces of the spheres of `still`, which these tables must be of.
+    #[inline(always)]
+    pub(crate) fn surfaces<'a>(&'a self, still: &'a Still<'a>) -> Surfaces<'a> {
+        Surfaces { rows: &self.surfaces, still }
     }
 
     /// Bytes of memory held.

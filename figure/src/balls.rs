@@ -2,6 +2,7 @@
 
 use crate::color::{Screen, WHITE};
 use crate::neighbours::nearest;
+use crate::overlap::overlaps;
 use crate::paint::paint;
 use crate::recipe::{Bonds, Recipe};
 use crate::rods::{self, Ends};
@@ -58,6 +59,9 @@ struct Surface {
     color: Screen,
 }
 
+/// Room for the lamps and ground of a stage and for the sky, so that millions of spheres need not be moved for them.
+const OTHERS: usize = 8;
+
 /// A ball before the spheres are sorted; its surface is an index.
 #[derive(Clone, Copy)]
 struct Ball {
@@ -73,7 +77,7 @@ struct State {
     finishes: Vec<Finish>,
     hidden: Vec<bool>,
     /// The particles that cuts keep; rules are for these alone.
-    kept: Vec<usize>,
+    kept: Vec<u32>,
 }
 
 /// The spheres of `particles` by `recipe`.
@@ -107,10 +111,12 @@ pub fn balls(mut particles: Particles, recipe: &Recipe) -> Result<Balls, Refusal
         let cell = particles.cell.as_ref().ok_or_else(|| Refusal::of("cell", "the file has no cell"))?;
         rods::edges(cell, |p, radius| pile.add(p, radius, Finish::Matte, rods::CELL_COLOR));
     }
-    drop(particles);
+    // The spheres need the room.
+    drop((particles, state));
     check(&pile.balls).map_err(|problem| Refusal::of("file", problem))?;
     let (spheres, materials) = pile.surfaces.spheres(pile.balls);
-    notes.extend(overlap(&spheres, &materials));
+    let is_glass = |s: &&Sphere| !materials[s.material as usize].is_opaque();
+    notes.extend(overlaps(spheres.iter().filter(is_glass)).then(|| OVERLAP.into()));
     Ok(Balls { spheres, materials, notes })
 }
 
@@ -199,7 +205,7 @@ impl State {
             colors: vec![USUAL; count],
             finishes: vec![Finish::Matte; count],
             hidden: vec![false; count],
-            kept: (0..count).collect(),
+            kept: (0..count as u32).collect(),
         }
     }
 
@@ -209,11 +215,11 @@ impl State {
         for cut in &recipe.cut {
             let test = cut.bind(&table);
             let test = test.map_err(|error| Refusal::of("cut", format!("{error} in `{cut}`")))?;
-            self.kept.retain(|&i| test.holds(i));
+            self.kept.retain(|&i| test.holds(i as usize));
         }
         if !recipe.cut.is_empty() {
             self.hidden.fill(true);
-            self.kept.iter().for_each(|&i| self.hidden[i] = false);
+            self.kept.iter().for_each(|&i| self.hidden[i as usize] = false);
         }
         Ok(())
     }
@@ -221,33 +227,26 @@ impl State {
     /// Applies a rule; an error is a key and what is wrong with it.
     fn apply(&mut self, particles: &Particles, rule: &Rule, unit: f64) -> Result<(), (&'static str, String)> {
         let table = Table { particles, radii: &self.radii };
-        let chosen = self.chosen(&table, rule.only.as_ref()).map_err(|problem| ("where", problem))?;
+        let chosen = chosen(&self.kept, &table, rule.only.as_ref()).map_err(|problem| ("where", problem))?;
         if let Some(color) = &rule.color {
             paint(&table, rule, color, &chosen, &mut self.colors).map_err(|problem| ("color", problem))?;
         } else if rule.map.is_some() || rule.range.is_some() {
             let key = if rule.map.is_some() { "map" } else { "range" };
             return Err((key, "this is for a color by a column of numbers, which the rule must name".into()));
         }
-        let radii = match &rule.radius {
-            Some(radius) => {
-                let of = radius_of(&table, radius, unit).map_err(|problem| ("radius", problem))?;
-                chosen.iter().map(|&i| of(i)).collect()
-            }
-            None => chosen.iter().map(|&i| f64::from(self.radii[i])).collect::<Vec<_>>(),
+        let of = match &rule.radius {
+            Some(radius) => radius_of(&table, radius, unit).map_err(|problem| ("radius", problem))?,
+            None => Box::new(|i| f64::from(self.radii[i])),
         };
-        for (&i, radius) in chosen.iter().zip(radii) {
-            self.radii[i] = (radius * rule.scale.unwrap_or(1.0)) as f32;
+        let chosen = || chosen.iter().map(|&i| i as usize);
+        let radii: Vec<f32> = chosen().map(|i| (of(i) * rule.scale.unwrap_or(1.0)) as f32).collect();
+        drop(of);
+        for (i, radius) in chosen().zip(radii) {
+            self.radii[i] = radius;
             self.finishes[i] = rule.material.unwrap_or(self.finishes[i]);
             self.hidden[i] = rule.hide.unwrap_or(self.hidden[i]);
         }
         Ok(())
-    }
-
-    /// The particles that a rule is for. Hidden ones are among them, as a rule may show them again.
-    fn chosen(&self, table: &Table<'_>, only: Option<&Selection>) -> Result<Vec<usize>, String> {
-        let Some(only) = only else { return Ok(self.kept.clone()) };
-        let test = only.bind(table).map_err(|error| error.to_string())?;
-        Ok(self.kept.iter().copied().filter(|&i| test.holds(i)).collect())
     }
 
     /// Hides particles without a radius, and says so.
@@ -265,6 +264,17 @@ impl State {
             vec![format!("{particles} without a radius above 0 are not shown")]
         }
     }
+}
+
+/// The particles of `kept` that a rule is for. Hidden ones are among them, as a rule may show them again.
+fn chosen<'a>(
+    kept: &'a [u32],
+    table: &Table<'_>,
+    only: Option<&Selection>,
+) -> Result<Cow<'a, [u32]>, String> {
+    let Some(only) = only else { return Ok(kept.into()) };
+    let test = only.bind(table).map_err(|error| error.to_string())?;
+    Ok(kept.iter().copied().filter(|&i| test.holds(i as usize)).collect())
 }
 
 /// The colour of particles of which nothing is known.
@@ -370,8 +380,7 @@ impl Surfaces {
             material: ball.surface,
             emission: surfaces[ball.surface as usize].emission(),
         };
-        // One more for the sky.
-        let mut spheres = Vec::with_capacity(balls.len() + 1);
+        let mut spheres = Vec::with_capacity(balls.len() + OTHERS);
         spheres.extend(balls.iter().map(sphere));
         (spheres, surfaces.into_iter().map(Surface::material).collect())
     }
@@ -403,20 +412,6 @@ impl Surface {
     }
 }
 
-/// A note if balls of glass overlap: there each is drawn as if it were alone, with its own surface within the other.
-fn overlap(spheres: &[Sphere], materials: &[Material]) -> Option<String> {
-    let is_glass = |s: &&Sphere| !materials[s.material as usize].is_opaque();
-    let glass: Vec<&Sphere> = spheres.iter().filter(is_glass).collect();
-    let widest = glass.iter().map(|s| s.radius).fold(0.0, f32::max);
-    // Spheres are sorted by x.
-    let overlaps = glass.iter().enumerate().any(|(i, a)| {
-        let near = glass[i + 1..].iter().take_while(|b| b.center.x - a.center.x < a.radius + widest);
-        near.into_iter().any(|b| a.center.distance(b.center) < (a.radius + b.radius) * TOUCHING)
-    });
-    let note = "balls of glass overlap: light passes the surface of each within the other, as it does in no real glass; \
-        a smaller radius or scale parts them";
-    overlaps.then(|| note.into())
-}
-
-/// Balls that overlap by less than this only touch.
-const TOUCHING: f32 = 0.999;
+/// The note if balls of glass overlap: there each is drawn as if it were alone, with its own surface within the other.
+const OVERLAP: &str = "balls of glass overlap: light passes the surface of each within the other, as it does in no real glass; \
+    a smaller radius or scale parts them";

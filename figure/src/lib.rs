@@ -18,6 +18,7 @@ pub mod color;
 pub mod columns;
 mod fit;
 mod neighbours;
+mod overlap;
 mod paint;
 mod principal;
 pub mod recipe;

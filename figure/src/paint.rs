@@ -15,7 +15,7 @@ pub(crate) fn paint(
     table: &Table<'_>,
     rule: &Rule,
     paint: &Paint,
-    chosen: &[usize],
+    chosen: &[u32],
     colors: &mut [Screen],
 ) -> Result<(), String> {
     let particles = table.particles;
@@ -36,13 +36,13 @@ pub(crate) fn paint(
             None => return Err(unknown(table, name)),
             Some(Column::Text { index, names }) => {
                 refuse_map(rule, name)?;
-                let used: BTreeSet<u32> = chosen.iter().map(|&i| index(i)).collect();
+                let used: BTreeSet<u32> = chosen.iter().map(|&i| index(i as usize)).collect();
                 let colors = of_names(&names, &used);
                 Box::new(move |i| colors.get(&index(i)).copied().unwrap_or(NAMELESS))
             }
             Some(Column::Number(value)) if name == "molecule" => {
                 refuse_map(rule, name)?;
-                let used: BTreeSet<u64> = chosen.iter().map(|&i| value(i).to_bits()).collect();
+                let used: BTreeSet<u64> = chosen.iter().map(|&i| value(i as usize).to_bits()).collect();
                 let colors: HashMap<u64, Screen> =
                     used.into_iter().enumerate().map(|(place, bits)| (bits, palette(place))).collect();
                 Box::new(move |i| colors[&value(i).to_bits()])
@@ -60,7 +60,7 @@ pub(crate) fn paint(
     } else if rule.map.is_some() || rule.range.is_some() {
         refuse_map(rule, &paint.to_string())?;
     }
-    for &i in chosen {
+    for i in chosen.iter().map(|&i| i as usize) {
         colors[i] = color(i);
     }
     Ok(())
@@ -86,11 +86,14 @@ fn of_names(names: &[String], used: &BTreeSet<u32>) -> HashMap<u32, Screen> {
 /// The values at the ends of a map.
 fn ends(
     range: Option<Range>,
-    chosen: &[usize],
+    chosen: &[u32],
     value: &(dyn Fn(usize) -> f64 + Sync),
 ) -> Result<[f64; 2], String> {
     let Range(low, high) = range.unwrap_or(Range(End::Percentile(0.0), End::Percentile(100.0)));
-    let mut values: Vec<f64> = chosen.iter().map(|&i| value(i)).filter(|v| v.is_finite()).collect();
+    // Percentiles are of values in their order; ends that are given need none.
+    let is_percentile = |end: End| matches!(end, End::Percentile(_));
+    let ranked = if is_percentile(low) || is_percentile(high) { chosen } else { &[] };
+    let mut values: Vec<f64> = ranked.iter().map(|&i| value(i as usize)).filter(|v| v.is_finite()).collect();
     let mut end = |end: End| match end {
         End::Value(value) => value,
         End::Percentile(_) if values.is_empty() => 0.0, // nothing is coloured by it
@@ -123,7 +126,7 @@ mod tests {
     #[test]
     fn ranges_are_of_finite_values() {
         let values = [3.0, f64::NAN, -1.0, f64::INFINITY, 1.0, 2.0, 0.0];
-        let chosen: Vec<usize> = (0..values.len()).collect();
+        let chosen: Vec<u32> = (0..values.len() as u32).collect();
         let ends = |range: Option<&str>| {
             let mut rule = Rule::default();
             if let Some(range) = range {

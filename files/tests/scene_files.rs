@@ -144,7 +144,7 @@ fn a_background_becomes_a_sky_around_everything() {
         assert!(scene.camera.eye.distance(sky.center) < sky.radius);
         assert!(needed < sky.radius && sky.radius < 1.02 * needed.max(10.0), "{needed} {}", sky.radius);
         let still = scene.at(scene.camera.shutter[0]);
-        assert!(matches!(still.roles.last(), Some(Role::Enclosure(_))));
+        assert!(matches!(still.roles.iter().next_back(), Some(Role::Enclosure(_))));
         let light = still.lights.entries.last().unwrap();
         assert!(light.inside && light.blockers.is_empty());
         assert_eq!(light.sphere as usize, others.len());

@@ -177,7 +177,7 @@ impl Job {
         let Some(scene) = scene.or(own) else {
             return bad("its scene is too large to stand in it; name the scene too");
         };
-        if scene_file::digest(&scene) != digest {
+        if !scene_file::is_digest_of(&digest, &scene) {
             return bad("the scene is another than the one that made it");
         }
         Ok(Self {

@@ -18,10 +18,12 @@ const BYTES_PER_PAST_PIXEL: u64 = 24;
 const BYTES_PER_REFERENCE_PIXEL: u64 = 512;
 /// Memory per pixel of the reference's path tracer: sums and samples.
 const BYTES_PER_TRACED_PIXEL: u64 = 36;
-/// Memory per sphere: in the scene, twice if it moves, and in the still.
-const BYTES_PER_SPHERE: u64 = 128;
-/// Memory per lamp, in addition: what is found out about its light, and the tree of lamps.
-const BYTES_PER_LAMP: u64 = 192;
+/// Memory per sphere: in the scene, and in the still.
+const BYTES_PER_SPHERE: u64 = 64;
+/// Memory per sphere of a scene in which something moves, in addition: where it is at one instant.
+const BYTES_PER_MOVED_SPHERE: u64 = 64;
+/// Memory per lamp, in addition: what is found out about its light, the tree of lamps, and an engine's tables of both.
+const BYTES_PER_LAMP: u64 = 448;
 /// Memory per material.
 const BYTES_PER_MATERIAL: u64 = 64;
 /// Least number of deposits to hold at a time.
@@ -96,11 +98,12 @@ fn bytes(engine: EngineChoice, scene: &Scene, threads: usize, has_past: bool, de
         (MethodName::Path, EngineName::Reference) => pixels * BYTES_PER_TRACED_PIXEL,
     };
     let past = if has_past { BYTES_PER_PAST_PIXEL } else { 0 };
+    let per_sphere = BYTES_PER_SPHERE + if scene.moves() { BYTES_PER_MOVED_SPHERE } else { 0 };
     of_engine
         + BYTES_OF_PROCESS
         + threads as u64 * u64::from(settings.width) * BYTES_PER_WRITTEN_COLUMN
         + pixels * past
-        + spheres as u64 * BYTES_PER_SPHERE
+        + spheres as u64 * per_sphere
         + scene.spheres.iter().filter(|sphere| sphere.is_emitter()).count() as u64 * BYTES_PER_LAMP
         + scene.materials.len() as u64 * BYTES_PER_MATERIAL
 }
@@ -181,6 +184,9 @@ mod tests {
             assert_eq!(more(&one_more), BYTES_PER_SPHERE + of_spheres);
             *one_more.spheres.last_mut().unwrap() = *lit;
             assert_eq!(more(&one_more), BYTES_PER_SPHERE + of_spheres + BYTES_PER_LAMP);
+            one_more.spheres.last_mut().unwrap().velocity = scene::Vec3::X;
+            let moved = one_more.spheres.len() as u64 * BYTES_PER_MOVED_SPHERE;
+            assert_eq!(more(&one_more), BYTES_PER_SPHERE + of_spheres + BYTES_PER_LAMP + moved);
             let mut one_more = base.clone();
             one_more.materials.push(base.materials[0]);
             assert_eq!(more(&one_more), BYTES_PER_MATERIAL);
@@ -196,7 +202,8 @@ mod tests {
             }
         }
         // The structures that these bytes are for.
-        assert!(BYTES_PER_SPHERE as usize > 2 * size_of::<scene::Sphere>() + size_of::<scene::still::Role>());
+        assert!(BYTES_PER_SPHERE as usize > size_of::<scene::Sphere>() + size_of::<scene::still::Role>());
+        assert!(BYTES_PER_MOVED_SPHERE as usize > size_of::<scene::Sphere>());
         assert!(
             BYTES_PER_LAMP as usize
                 > size_of::<scene::still::Light>() + size_of::<[scene::light_tree::LightNode; 2]>()

@@ -33,6 +33,7 @@ pub mod quality;
 pub mod radius_schedule;
 pub mod ray;
 pub mod rng;
+mod roles;
 pub mod settings;
 pub mod sobol;
 pub mod sphere;

@@ -46,12 +46,6 @@ impl Neighbours {
         Self { nodes, ids }
     }
 
-    /// All of `ids` in one leaf without bounds: every query finds them all.
-    pub(crate) fn unsorted(ids: Vec<SphereId>) -> Self {
-        let content = Content::Leaf { first: 0, end: ids.len() };
-        Self { nodes: vec![Node { low: DVec3::NEG_INFINITY, high: DVec3::INFINITY, content }], ids }
-    }
-
     /// Calls `found` for every ball that the surface of `sphere` meets or almost meets, and for some that it does not,
     /// in no particular order.
     pub(crate) fn visit(&self, sphere: &Sphere, mut found: impl FnMut(SphereId)) {

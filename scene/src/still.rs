@@ -11,23 +11,13 @@ use crate::light_tree::{Lamp, LightTree};
 use crate::material::Material;
 use crate::neighbours::Neighbours;
 use crate::ray::SphereId;
+pub use crate::roles::{Role, Roles};
 use crate::sphere::Sphere;
 use crate::world::Scene;
 use glam::Vec3;
 use std::borrow::Cow;
 use std::f64::consts::PI;
 use std::ops::Range;
-
-/// From which side a sphere is met.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
-    /// Opaque, the eye outside of it: met from outside.
-    Solid,
-    /// Opaque, the eye inside of it: met from inside. Holds the index into [`Still::enclosures`].
-    Enclosure(u32),
-    /// Transparent: met from both sides.
-    Glass,
-}
 
 /// What the intersection from inside needs to know of an enclosure.
 ///
@@ -94,7 +84,7 @@ pub struct Still<'a> {
     /// The materials that spheres refer to.
     pub materials: &'a [Material],
     /// The role of each sphere.
-    pub roles: Vec<Role>,
+    pub roles: Roles,
     /// The spheres around the eye, in order of their ids.
     pub enclosures: Vec<Enclosure>,
     /// What glows.
@@ -104,8 +94,16 @@ pub struct Still<'a> {
 /// Relative slack within which surfaces count as touching, so that rounding never hides a blocker.
 const TOUCHING: f64 = 1e-5;
 
-/// Up to so many lamps, every sphere is examined for every lamp: less work than to build a hierarchy.
+/// Up to so many lamps, every sphere is examined for every lamp: less work and memory than to build a hierarchy.
 const FEW_LAMPS: usize = 16;
+
+/// The solid spheres, for lamps to find those that are near.
+enum Solids {
+    /// Every one is examined.
+    All,
+    /// In a hierarchy.
+    Sorted(Neighbours),
+}
 
 /// Whether a sphere hides some of another's surface, and all of it.
 struct Cover {
@@ -135,7 +133,7 @@ impl Scene {
         let mut still = Still {
             spheres,
             materials: &self.materials,
-            roles: Vec::new(),
+            roles: Roles::default(),
             enclosures: Vec::new(),
             lights: Lights::default(),
         };
@@ -153,6 +151,7 @@ impl Still<'_> {
     }
 
     fn assign_roles(&mut self, eye: Vec3) {
+        self.roles = Roles::with_capacity(self.spheres.len());
         for (id, s) in self.spheres.iter().enumerate() {
             let role = if !self.materials[s.material as usize].is_opaque() {
                 Role::Glass
@@ -205,7 +204,7 @@ impl Still<'_> {
 
     /// The opaque spheres that hide part of the surface of sphere `id` from free space, in order of their ids; `None`
     /// if one of them hides all of it. `solids` finds candidates among the solid spheres; all enclosures are candidates.
-    fn blockers(&self, id: usize, solids: &Neighbours) -> Option<Vec<SphereId>> {
+    fn blockers(&self, id: usize, solids: &Solids) -> Option<Vec<SphereId>> {
         let (mut blockers, mut is_hidden) = (Vec::new(), false);
         let mut examine = |other: SphereId| {
             let Cover { some, all } = self.cover(id, other);
@@ -214,7 +213,10 @@ impl Still<'_> {
                 blockers.push(other);
             }
         };
-        solids.visit(&self.spheres[id], &mut examine);
+        match solids {
+            Solids::All => self.solid_ids().for_each(&mut examine),
+            Solids::Sorted(neighbours) => neighbours.visit(&self.spheres[id], &mut examine),
+        }
         self.enclosures.iter().for_each(|enclosure| examine(enclosure.sphere));
         blockers.sort_unstable();
         (!is_hidden).then_some(blockers)
@@ -235,11 +237,18 @@ impl Still<'_> {
     }
 
     /// The solid spheres, to find those near a lamp.
-    fn solids(&self) -> Neighbours {
-        let is_solid = |id: &SphereId| self.roles[*id as usize] == Role::Solid;
-        let ids = (0..self.spheres.len() as SphereId).filter(is_solid).collect();
+    fn solids(&self) -> Solids {
         let lamps = self.spheres.iter().filter(|s| s.is_emitter()).count();
-        if lamps <= FEW_LAMPS { Neighbours::unsorted(ids) } else { Neighbours::new(&self.spheres, ids) }
+        if lamps <= FEW_LAMPS {
+            Solids::All
+        } else {
+            Solids::Sorted(Neighbours::new(&self.spheres, self.solid_ids().collect()))
+        }
+    }
+
+    fn solid_ids(&self) -> impl Iterator<Item = SphereId> {
+        let is_solid = |id: &SphereId| self.roles[*id as usize] == Role::Solid;
+        (0..self.spheres.len() as SphereId).filter(is_solid)
     }
 
     /// The hierarchy over the lights that were found.

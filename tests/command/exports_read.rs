@@ -127,7 +127,7 @@ fn assert_is(read: &Read, scene: &Scene, [width, height]: [u32; 2], shift: DVec3
     assert_eq!(read.filter, scene.settings.filter.name());
     let still = scene.at(TIME);
     assert_eq!(read.shapes.len(), still.spheres.len());
-    for ((shape, sphere), role) in read.shapes.iter().zip(&*still.spheres).zip(&still.roles) {
+    for ((shape, sphere), role) in read.shapes.iter().zip(&*still.spheres).zip(still.roles.iter()) {
         assert_near(shape.center, sphere.center.as_dvec3() + shift, "centre");
         assert_eq!(shape.radius, f64::from(sphere.radius));
         assert_eq!(shape.turned, matches!(role, Role::Enclosure(_)));

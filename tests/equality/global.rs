@@ -10,7 +10,8 @@ use scene::{Engine, ExactSums, Film, RadiusSchedule, Resumable, Rgb, Scene, Sett
 use std::cell::Cell;
 
 fn global(settings: Settings) -> Settings {
-    Settings { radius_schedule: RadiusSchedule::Global, ..settings }
+    // Pilots choose radii of pixels, of which there are none.
+    Settings { radius_schedule: RadiusSchedule::Global, radius_pilots: 0, ..settings }
 }
 
 #[test]

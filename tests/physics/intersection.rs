@@ -292,6 +292,38 @@ fn rays_into_the_corners_of_a_room_do_not_leak() {
     tell("physics", 400_000, "rays into corners");
 }
 
+/// Balls of a cage overlap or barely do, as those of molecules and heaps; many of its hits are where two or three meet.
+#[test]
+fn no_light_leaks_out_of_a_cage_of_balls() {
+    const BALLS: u32 = 600;
+    /// Radius of the cage.
+    const CAGE: f64 = 10.0;
+    let turn = std::f64::consts::PI * (3.0 - 5_f64.sqrt());
+    let mut stream = numbers(3);
+    // Spread evenly, no point of the cage is farther from a centre than 1.2.
+    for (radius, middle) in [(1.2_f32, Vec3::ZERO), (2.5, Vec3::ZERO), (1.3, Vec3::new(300.0, -70.0, 1e3))] {
+        let place = |i: u32| {
+            let height = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(BALLS);
+            let (sin, cos) = (turn * f64::from(i)).sin_cos();
+            let aside = (1.0 - height * height).sqrt();
+            Vec3::from([aside * cos, aside * sin, height].map(|x| (CAGE * x) as f32)) + middle
+        };
+        let mut scene = room();
+        scene.camera.eye = middle;
+        scene.spheres = (0..BALLS).map(|i| ball(place(i), radius)).collect();
+        let still = scene.at(0.0);
+        let mut ray = Ray { origin: middle, direction: Vec3::X, leaves: NO_SPHERE };
+        for _ in 0..60_000 {
+            let hit = intersect(&still, &ray).expect("the ray leaks");
+            let out = hit.point.distance(middle) - CAGE as f32;
+            assert!(out < 0.0, "{out} beyond the centres of a cage of radius {radius}");
+            let direction = cosine_hemisphere(hit.normal, stream.next_f32(), stream.next_f32());
+            ray = Ray { origin: hit.point, direction, leaves: hit.sphere };
+        }
+    }
+    tell("physics", 180_000, "bounces in cages of balls that overlap");
+}
+
 #[test]
 fn distances_to_huge_walls_are_right_to_a_hundred_thousandth_of_the_room() {
     let scene = room();

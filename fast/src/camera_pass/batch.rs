@@ -151,6 +151,7 @@ impl CameraPass<'_> {
     /// Shades the first `live` paths where they have hit; returns the number of those that go on.
     #[inline(always)]
     fn shade<L: Lanes>(&self, batch: &mut CameraBatch, live: usize, segment: u32) -> usize {
+        let surfaces = self.tables.surfaces(self.still);
         let mut go_on = 0;
         for at in (0..live).step_by(L::N) {
             let here = L::first(live - at);
@@ -158,7 +159,7 @@ impl CameraPass<'_> {
             let (t, hit, arrived) = hits::<L>(&batch.paths, at, here);
             let mut ids = [0; MOST_LANES];
             L::store_u(hit, &mut ids);
-            let surface = Hit::<L>::at(&self.tables.surfaces, p.origin, p.direction, t, &ids);
+            let surface = Hit::<L>::at(surfaces, p.origin, p.direction, t, &ids);
             let material = Materials::<L>::gather(&self.tables.materials, surface.tag);
             let glows = arrived & tag::has::<L>(surface.tag, tag::EMITTER);
             if L::any(glows) {

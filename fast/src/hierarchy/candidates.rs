@@ -1,31 +1,41 @@
 //! Candidates: pairs of a ray and a ball that it may hit, collected and then tested by the exact formula in full packets.
+//!
+//! The ball is copied from its leaf, which is in the cache. A table of all spheres would have to come from memory.
 
 use super::keys::key;
-use super::leaves::WIDTH;
+use super::leaves::{GLASS, WIDTH};
 use super::rays::Rays;
 use crate::intersect::meet;
-use crate::paths::ROOM;
+use crate::paths::{ROOM, Vectors};
 use crate::search::Work;
-use crate::surface::{SurfaceLanes, tag};
 use lanes::{Lanes, MOST_LANES, Row, V3};
 
 /// The list is evaluated once it has this many candidates.
-const ENOUGH: usize = 1024;
+const ENOUGH: usize = 256;
 /// Room for them, for those that are added at once, and for what vectors write past the end.
 const CANDIDATE_ROOM: usize = ENOUGH + (WIDTH + 1) * MOST_LANES;
 
-// A packet adds a pair per lane and ball of a leaf at most; and the two lists take no more than a third of a first-level
-// cache of 32 KiB.
+// A packet adds a pair per lane and ball of a leaf at most; and the pairs take no more than a third of a first-level cache of
+// 32 KiB.
 const _: () =
-    assert!(ENOUGH - 1 + WIDTH * MOST_LANES <= CANDIDATE_ROOM && 2 * 4 * CANDIDATE_ROOM <= (32 << 10) / 3);
+    assert!(ENOUGH - 1 + WIDTH * MOST_LANES <= CANDIDATE_ROOM && size_of::<Pairs>() <= (32 << 10) / 3);
+
+/// Pairs of a ray and a ball, as a structure of arrays.
+pub(crate) struct Pairs {
+    /// The number of the ray in the batch.
+    pub(crate) rays: [u32; CANDIDATE_ROOM],
+    /// The sphere, and perhaps [`GLASS`].
+    pub(crate) balls: [u32; CANDIDATE_ROOM],
+    pub(crate) centers: Vectors<CANDIDATE_ROOM>,
+    pub(crate) radii_squared: [f32; CANDIDATE_ROOM],
+}
 
 /// The rays of a batch as rows, and the balls that they may hit.
 pub(crate) struct Candidates {
     /// A row per ray of the batch, see [`RayLanes`].
     rows: Box<[Row; ROOM]>,
-    /// Of each pair, the ray and the ball.
-    pub(crate) rays: Box<[u32; CANDIDATE_ROOM]>,
-    pub(crate) balls: Box<[u32; CANDIDATE_ROOM]>,
+    pub(crate) pairs: Box<Pairs>,
+    /// The number of pairs.
     pub(crate) count: usize,
     /// Counted work so far.
     pub(crate) work: Work,
@@ -57,13 +67,14 @@ impl<L: Lanes> RayLanes<L> {
 
 impl Candidates {
     pub(crate) fn new() -> Self {
-        Self {
-            rows: Box::new([Row::default(); ROOM]),
-            rays: Box::new([0; CANDIDATE_ROOM]),
-            balls: Box::new([0; CANDIDATE_ROOM]),
-            count: 0,
-            work: Work::default(),
-        }
+        let pairs = Pairs {
+            rays: [0; CANDIDATE_ROOM],
+            balls: [0; CANDIDATE_ROOM],
+            centers: Vectors::ZERO,
+            radii_squared: [0.0; CANDIDATE_ROOM],
+        };
+        let rows = Box::new([Row::default(); ROOM]);
+        Self { rows, pairs: Box::new(pairs), count: 0, work: Work::default() }
     }
 
     /// Stores a packet of rays, those from `at` on.
@@ -95,22 +106,23 @@ impl Candidates {
 
     /// Tests all candidates by the exact formula, lowers the keys of the rays to those of the hits, and empties the list.
     #[inline(always)]
-    pub(crate) fn evaluate<L: Lanes>(&mut self, surfaces: &[Row], keys: &mut [u64; ROOM]) {
+    pub(crate) fn evaluate<L: Lanes>(&mut self, keys: &mut [u64; ROOM]) {
         self.work.balls += self.count as u64;
         for at in (0..self.count).step_by(L::N) {
-            let (rays, balls) = (&self.rays[at..at + L::N], &self.balls[at..at + L::N]);
+            let (pairs, rays) = (&self.pairs, &self.pairs.rays[at..at + L::N]);
             let RayLanes { origin, direction, leaves, ignores } = RayLanes::<L>::gather(&self.rows[..], rays);
-            let surface = SurfaceLanes::<L>::gather(surfaces, balls);
-            let (sphere, radius) = (L::load_u(balls), surface.scale);
-            let is_glass = tag::has::<L>(surface.tag, tag::GLASS);
+            let balls = L::load_u(&pairs.balls[at..]);
+            let (glass, sphere) = (L::u(GLASS), balls & L::u(!GLASS));
+            let is_glass = L::eq(balls & glass, glass);
+            let (center, radius_squared) = (pairs.centers.load::<L>(at), L::load(&pairs.radii_squared[at..]));
             let leaves = L::eq(sphere, leaves);
-            let (t, valid) = meet(origin, direction, leaves, surface.anchor, radius * radius, is_glass);
+            let (t, valid) = meet(origin, direction, leaves, center, radius_squared, is_glass);
             let valid = valid & L::first(self.count - at) & !L::eq(sphere, ignores);
             let mut distances = [0; MOST_LANES];
             L::store_u(L::select_u(valid, L::bits(t), L::u(u32::MAX)), &mut distances);
             for k in 0..L::N {
                 let nearest = &mut keys[rays[k] as usize];
-                *nearest = (*nearest).min(key(distances[k], balls[k]));
+                *nearest = (*nearest).min(key(distances[k], pairs.balls[at + k] & !GLASS));
             }
         }
         self.count = 0;

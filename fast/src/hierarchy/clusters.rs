@@ -20,14 +20,15 @@ use super::candidates::Candidates;
 use super::cull::{may_meet, trust};
 use super::leaves::{Ball, Leaf, WIDTH};
 use super::rays::Rays;
+use crate::pages::Pages;
 use crate::paths::{Floats, ROOM, Words};
-use lanes::{Lanes, Row, V3};
+use lanes::{Lanes, V3};
 use scene::Vec3;
 
 /// Balls in clusters.
 #[derive(Debug)]
 pub(crate) struct Clusters {
-    leaves: Vec<Leaf>,
+    leaves: Pages<Leaf>,
     /// The bounding sphere of each leaf: centre and squared radius.
     bounding_spheres: Vec<[f32; 4]>,
 }
@@ -48,10 +49,10 @@ impl Queues {
 }
 
 impl Clusters {
-    /// From balls in the order of [`super::leaves::arrange`].
-    pub(crate) fn new(balls: &[Ball]) -> Self {
-        let leaves = balls.chunks(WIDTH).map(Leaf::new).collect();
-        Self { leaves, bounding_spheres: balls.chunks(WIDTH).map(bounding_sphere).collect() }
+    /// From the leaves of [`super::leaves::arranged`].
+    pub(crate) fn new(leaves: Pages<Leaf>) -> Self {
+        let around = |leaf: &Leaf| bounding_sphere(&leaf.balls().collect::<Vec<_>>());
+        Self { bounding_spheres: leaves.iter().map(around).collect(), leaves }
     }
 
     pub(crate) fn leaves(&self) -> &[Leaf] {
@@ -66,7 +67,6 @@ impl Clusters {
     #[inline(always)]
     pub(crate) fn search<L: Lanes>(
         &self,
-        surfaces: &[Row],
         rays: &Rays,
         t: &Floats,
         queues: &mut Queues,
@@ -85,11 +85,11 @@ impl Clusters {
             for at in (0..*count).step_by(L::N) {
                 cull::<L>(leaf, &waiting[at..], L::first(*count - at), candidates);
                 if candidates.are_enough() {
-                    candidates.evaluate::<L>(surfaces, keys);
+                    candidates.evaluate::<L>(keys);
                 }
             }
         }
-        candidates.evaluate::<L>(surfaces, keys);
+        candidates.evaluate::<L>(keys);
     }
 
     /// Appends a packet, the rays from `at` on, to the queues of the clusters that they may hit.
@@ -114,9 +114,13 @@ fn cull<L: Lanes>(leaf: &Leaf, waiting: &[u32], live: L::M, candidates: &mut Can
     let mut count = candidates.count;
     for k in 0..WIDTH {
         let center = V3::new(L::f(leaf.x[k]), L::f(leaf.y[k]), L::f(leaf.z[k]));
-        let may = live & may_meet(origin, direction, trust, center, L::f(leaf.radius_squared[k]));
-        L::compress_u(may, ids, &mut candidates.rays[count..]);
-        L::store_u(L::u(leaf.spheres[k]), &mut candidates.balls[count..]);
+        let radius_squared = L::f(leaf.radius_squared[k]);
+        let may = live & may_meet(origin, direction, trust, center, radius_squared);
+        let pairs = &mut candidates.pairs;
+        L::compress_u(may, ids, &mut pairs.rays[count..]);
+        pairs.centers.store(count, center);
+        L::store(radius_squared, &mut pairs.radii_squared[count..]);
+        L::store_u(L::u(leaf.spheres[k]), &mut pairs.balls[count..]);
         count += L::mask_bits(may).count_ones() as usize;
     }
     candidates.count = count;
@@ -126,8 +130,9 @@ fn cull<L: Lanes>(leaf: &Leaf, waiting: &[u32], live: L::M, candidates: &mut Can
 fn bounding_sphere(balls: &[Ball]) -> [f32; 4] {
     /// Steps towards the ball that sticks out most. More steps give a smaller sphere.
     const STEPS: u32 = 64;
-    let reach = |center: Vec3, ball: &Ball| center.distance(ball.center) + ball.radius;
-    let mut center = balls.iter().map(|ball| ball.center).sum::<Vec3>() / balls.len() as f32;
+    let middle = |ball: &Ball| Vec3::from_array(ball.center);
+    let reach = |center: Vec3, ball: &Ball| center.distance(middle(ball)) + ball.radius;
+    let mut center = balls.iter().map(middle).sum::<Vec3>() / balls.len() as f32;
     let mut radius = f32::INFINITY;
     let mut best = center;
     for step in 2..STEPS {
@@ -136,7 +141,7 @@ fn bounding_sphere(balls: &[Ball]) -> [f32; 4] {
         if reach(center, farthest) < radius {
             (best, radius) = (center, reach(center, farthest));
         }
-        center += (farthest.center - center) / step as f32;
+        center += (middle(farthest) - center) / step as f32;
     }
     // A few ulps more, for the rounding of these lines.
     let radius = radius * (1.0 + 1e-6) + best.abs().max_element() * 1e-6;
@@ -158,11 +163,11 @@ mod tests {
             ((0..8).map(far).collect(), 32.5),
             (vec![([0.0; 3], 1.0)], 1.0),
         ] {
-            let ball = |(center, radius): ([f32; 3], f32)| Ball { center: center.into(), radius, sphere: 0 };
+            let ball = |(center, radius): ([f32; 3], f32)| Ball { center, radius, sphere: 0 };
             let balls: Vec<Ball> = places.into_iter().map(ball).collect();
             let [x, y, z, radius_squared] = bounding_sphere(&balls);
             let (center, radius) = (Vec3::new(x, y, z), radius_squared.sqrt());
-            assert!(balls.iter().all(|ball| center.distance(ball.center) + ball.radius <= radius));
+            assert!(balls.iter().all(|ball| center.distance(ball.center.into()) + ball.radius <= radius));
             assert!((0.99 * least..1.03 * least).contains(&radius), "{radius}, where {least} would do");
         }
     }

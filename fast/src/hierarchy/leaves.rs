@@ -3,8 +3,12 @@
 //! Clusters and tree end in the same leaves, which should be full and compact. Balls are ordered by splitting them along
 //! the longest axis, so that the left side is a whole number of subtrees. That gives a complete tree: all leaves but the
 //! last are full, and nodes need no pointers to their children.
+//!
+//! Balls are ordered where their leaves will be, so no second copy of them is ever in memory.
 
-use rayon::join;
+use crate::pages::Pages;
+use bytemuck::{Pod, Zeroable};
+use rayon::prelude::*;
 use scene::ray::SphereId;
 use scene::still::Role;
 use scene::{Still, Vec3};
@@ -14,35 +18,54 @@ pub(crate) const WIDTH: usize = 8;
 /// With so many balls in the left side of a split, its sides go to different threads.
 const WORTH_A_THREAD: usize = 1 << 12;
 
+/// Set in the id of a ball of glass.
+pub(crate) const GLASS: u32 = 1 << 31;
+
 /// A ball that is not yet in a leaf.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
 pub(crate) struct Ball {
-    pub(crate) center: Vec3,
+    pub(crate) center: [f32; 3],
     pub(crate) radius: f32,
+    /// Its sphere, and perhaps [`GLASS`].
     pub(crate) sphere: SphereId,
 }
 
 /// Eight balls as a structure of arrays. Missing balls have a squared radius of minus infinity and are never hit.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub(crate) struct Leaf {
     pub(crate) x: [f32; WIDTH],
     pub(crate) y: [f32; WIDTH],
     pub(crate) z: [f32; WIDTH],
     pub(crate) radius_squared: [f32; WIDTH],
+    /// Each with [`GLASS`], if it is.
     pub(crate) spheres: [SphereId; WIDTH],
 }
+
+// A leaf has the place of its balls.
+const _: () = assert!(size_of::<Leaf>() == WIDTH * size_of::<Ball>());
 
 impl Leaf {
     pub(crate) fn new(balls: &[Ball]) -> Self {
         let (zero, nothing) = ([0.0; WIDTH], [f32::NEG_INFINITY; WIDTH]);
         let mut leaf = Self { x: zero, y: zero, z: zero, radius_squared: nothing, spheres: [0; WIDTH] };
         for (k, ball) in balls.iter().enumerate() {
-            (leaf.x[k], leaf.y[k], leaf.z[k]) = ball.center.into();
+            [leaf.x[k], leaf.y[k], leaf.z[k]] = ball.center;
             leaf.radius_squared[k] = ball.radius * ball.radius;
             leaf.spheres[k] = ball.sphere;
         }
         leaf
+    }
+
+    /// Its balls. The root of the squared radius is the radius, as both are rounded to the nearest.
+    pub(crate) fn balls(&self) -> impl Iterator<Item = Ball> {
+        let is_there = |k: &usize| self.radius_squared[*k] != f32::NEG_INFINITY;
+        (0..WIDTH).filter(is_there).map(|k| Ball {
+            center: [self.x[k], self.y[k], self.z[k]],
+            radius: self.radius_squared[k].sqrt(),
+            sphere: self.spheres[k],
+        })
     }
 
     /// The number of its balls, if all of them are balls of `still`, at the same place and of the same size.
@@ -50,9 +73,14 @@ impl Leaf {
         let is_missing = |k: &usize| self.radius_squared[*k] == f32::NEG_INFINITY;
         let held: Vec<usize> = (0..WIDTH).filter(|k| !is_missing(k)).collect();
         let is_same = |k: &usize| {
-            let id = self.spheres[*k] as usize;
-            let is_ball = still.roles.get(id).is_some_and(|role| !matches!(role, Role::Enclosure(_)));
-            is_ball && {
+            let id = (self.spheres[*k] & !GLASS) as usize;
+            let is_glass = self.spheres[*k] & GLASS != 0;
+            let is_same_role = |role: Role| match role {
+                Role::Solid => !is_glass,
+                Role::Glass => is_glass,
+                Role::Enclosure(_) => false,
+            };
+            id < still.spheres.len() && is_same_role(still.roles[id]) && {
                 let sphere = &still.spheres[id];
                 let center = Vec3::new(self.x[*k], self.y[*k], self.z[*k]);
                 center == sphere.center && self.radius_squared[*k] == sphere.radius * sphere.radius
@@ -62,8 +90,35 @@ impl Leaf {
     }
 }
 
+/// The leaves of the balls of a still, of which there are `count`: each run of 8, 64, 512, ... balls is compact.
+pub(crate) fn arranged(still: &Still, count: usize) -> Pages<Leaf> {
+    let mut leaves = Pages::<Leaf>::zeros(count.div_ceil(WIDTH));
+    let balls = &mut bytemuck::cast_slice_mut(&mut leaves)[..count];
+    for (place, ball) in balls.iter_mut().zip(self::balls(still)) {
+        *place = ball;
+    }
+    arrange(balls);
+    leaves.par_iter_mut().enumerate().for_each(|(i, leaf)| {
+        let balls: [Ball; WIDTH] = bytemuck::cast(*leaf);
+        *leaf = Leaf::new(&balls[..WIDTH.min(count - i * WIDTH)]);
+    });
+    leaves
+}
+
+/// The balls of a still, in order of their ids.
+fn balls(still: &Still) -> impl Iterator<Item = Ball> {
+    still.spheres.iter().zip(still.roles.iter()).zip(0..).filter_map(|((s, role), id): (_, SphereId)| {
+        let glass = match role {
+            Role::Solid => 0,
+            Role::Glass => GLASS,
+            Role::Enclosure(_) => return None,
+        };
+        Some(Ball { center: s.center.into(), radius: s.radius, sphere: id | glass })
+    })
+}
+
 /// Orders balls so that each aligned run of 8, 64, 512, ... is compact.
-pub(crate) fn arrange(balls: &mut [Ball]) {
+fn arrange(balls: &mut [Ball]) {
     let mut unit = WIDTH;
     while unit < balls.len() {
         unit *= WIDTH;
@@ -88,15 +143,15 @@ fn arrange_in_units(balls: &mut [Ball], unit: usize) {
         arrange_in_units(left, unit);
         arrange_in_units(right, unit);
     } else {
-        join(|| arrange_in_units(left, unit), || arrange_in_units(right, unit));
+        rayon::join(|| arrange_in_units(left, unit), || arrange_in_units(right, unit));
     }
 }
 
 /// The axis along which the centres spread widest.
 fn longest_axis(balls: &[Ball]) -> usize {
-    let (mut low, mut high) = (balls[0].center, balls[0].center);
-    for ball in balls {
-        (low, high) = (low.min(ball.center), high.max(ball.center));
+    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    for center in balls.iter().map(|ball| Vec3::from_array(ball.center)) {
+        (low, high) = (low.min(center), high.max(center));
     }
     (high - low).max_position()
 }
@@ -109,7 +164,7 @@ mod tests {
     fn arranged_runs_of_eight_are_compact() {
         // A cube of 8^3 places in a scattered order.
         let place = |k: u32| [k & 7, k >> 3 & 7, k >> 6].map(|c| c as f32);
-        let ball = |k: u32| Ball { center: place(k * 197 % 512).into(), radius: 0.5, sphere: k };
+        let ball = |k: u32| Ball { center: place(k * 197 % 512), radius: 0.5, sphere: k };
         let mut balls: Vec<Ball> = (0..512).map(ball).collect();
         let extent = |run: &[Ball]| {
             let bound = |pick: fn(f32, f32) -> f32, axis: usize| {

@@ -20,13 +20,11 @@ use crate::search::{Search, Work, ball_count};
 use candidates::Candidates;
 use clusters::{Clusters, Queues};
 use keys::{hit_key, key_distance, limit_key};
-use lanes::{Lanes, Row};
-use leaves::{Ball, arrange};
+use lanes::Lanes;
+use leaves::arranged;
 use rayon::prelude::*;
 pub(crate) use rays::{BLOCKED, IGNORES_NONE, Rays};
 use scene::Still;
-use scene::ray::SphereId;
-use scene::still::Role;
 use tree::{Tree, Wave};
 
 /// Buffers of a search, kept from batch to batch.
@@ -66,15 +64,15 @@ impl Hierarchy {
 
     /// With the given search.
     pub(crate) fn with_search(still: &Still, search: Search) -> Self {
-        let mut balls = if search == Search::InTurn { Vec::new() } else { balls(still) };
-        if balls.is_empty() {
+        let count = if search == Search::InTurn { 0 } else { ball_count(still) };
+        if count == 0 {
             return Self::InTurn;
         }
-        arrange(&mut balls);
+        let leaves = arranged(still, count);
         if search == Search::Clusters {
-            Self::Clusters(Clusters::new(&balls))
+            Self::Clusters(Clusters::new(leaves))
         } else {
-            Self::Tree(Tree::new(&balls))
+            Self::Tree(Tree::new(leaves))
         }
     }
 
@@ -114,7 +112,6 @@ impl Hierarchy {
     #[inline(always)]
     pub(crate) fn nearest<L: Lanes>(
         &self,
-        surfaces: &[Row],
         rays: &Rays,
         buffers: &mut SearchBuffers,
         t: &mut Floats,
@@ -131,9 +128,9 @@ impl Hierarchy {
         match self {
             Self::InTurn => {}
             Self::Clusters(clusters) => {
-                clusters.search::<L>(surfaces, rays, t, queues, candidates, &mut keys);
+                clusters.search::<L>(rays, t, queues, candidates, &mut keys);
             }
-            Self::Tree(tree) => tree.search::<L, false>(surfaces, rays, t, wave, candidates, &mut keys),
+            Self::Tree(tree) => tree.search::<L, false>(rays, t, wave, candidates, &mut keys),
         }
         for k in 0..rays.count {
             // Where no ball is nearer, the distance stays, even if it is minus zero.
@@ -145,13 +142,7 @@ impl Hierarchy {
 
     /// Sets `t` to [`BLOCKED`] where the ray hits a ball nearer than `t`.
     #[inline(always)]
-    pub(crate) fn occlude<L: Lanes>(
-        &self,
-        surfaces: &[Row],
-        rays: &Rays,
-        buffers: &mut SearchBuffers,
-        t: &mut Floats,
-    ) {
+    pub(crate) fn occlude<L: Lanes>(&self, rays: &Rays, buffers: &mut SearchBuffers, t: &mut Floats) {
         if !self.holds_balls() {
             return;
         }
@@ -163,22 +154,12 @@ impl Hierarchy {
         match self {
             Self::InTurn => {}
             Self::Clusters(clusters) => {
-                clusters.search::<L>(surfaces, rays, t, queues, candidates, &mut keys);
+                clusters.search::<L>(rays, t, queues, candidates, &mut keys);
             }
-            Self::Tree(tree) => tree.search::<L, true>(surfaces, rays, t, wave, candidates, &mut keys),
+            Self::Tree(tree) => tree.search::<L, true>(rays, t, wave, candidates, &mut keys),
         }
         for k in 0..rays.count {
             t[k] = if keys[k] == limit_key(t[k]) { t[k] } else { BLOCKED };
         }
     }
-}
-
-/// The balls of a still, in order of their ids.
-fn balls(still: &Still) -> Vec<Ball> {
-    let ball = |(id, role): (usize, &Role)| {
-        let s = &still.spheres[id];
-        let ball = Ball { center: s.center, radius: s.radius, sphere: id as SphereId };
-        (!matches!(role, Role::Enclosure(_))).then_some(ball)
-    };
-    still.roles.iter().enumerate().filter_map(ball).collect()
 }

@@ -22,9 +22,11 @@
 use super::candidates::Candidates;
 use super::cull::{may_meet, trust};
 use super::keys::key_distance;
-use super::leaves::{Ball, Leaf, WIDTH};
+use super::leaves::{Leaf, WIDTH};
 use super::rays::Rays;
+use crate::pages::Pages;
 use crate::paths::{Floats, ROOM};
+use bytemuck::{Pod, Zeroable};
 use lanes::{Lanes, MOST_LANES, Row, V3};
 use rayon::prelude::*;
 use scene::Vec3;
@@ -45,7 +47,7 @@ const _: () = assert!(1_u64 << (3 * LEVELS) >= 1 << 31 && 1_u64 << (3 * (LEVELS 
 const _: () = assert!(STACK >= (WIDTH - 1) * LEVELS + 1 + WIDTH && IN_STEP * STACK * 8 <= 48 << 10);
 
 /// The boxes of eight children: low x y z, high x y z. A missing child's box is empty.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 struct Node {
     planes: [[f32; WIDTH]; 6],
@@ -54,8 +56,8 @@ struct Node {
 /// A tree of balls.
 #[derive(Debug)]
 pub(crate) struct Tree {
-    leaves: Vec<Leaf>,
-    nodes: Vec<Node>,
+    leaves: Pages<Leaf>,
+    nodes: Pages<Node>,
     /// Where each level's nodes begin; level 1 is just above the leaves.
     offsets: [u32; LEVELS + 1],
     height: u32,
@@ -106,10 +108,10 @@ struct BoundingBox {
 impl BoundingBox {
     const EMPTY: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
 
-    fn of(balls: &[Ball]) -> Self {
-        balls.iter().fold(Self::EMPTY, |all, ball| {
-            let radius = Vec3::splat(ball.radius * (1.0 + LOOSE));
-            all.union(Self { low: ball.center - radius, high: ball.center + radius })
+    fn of(leaf: &Leaf) -> Self {
+        leaf.balls().fold(Self::EMPTY, |all, ball| {
+            let (center, radius) = (Vec3::from(ball.center), Vec3::splat(ball.radius * (1.0 + LOOSE)));
+            all.union(Self { low: center - radius, high: center + radius })
         })
     }
 
@@ -135,20 +137,26 @@ impl Node {
 }
 
 impl Tree {
-    /// From balls in the order of [`super::leaves::arrange`].
-    pub(crate) fn new(balls: &[Ball]) -> Self {
-        let leaves = balls.par_chunks(WIDTH).map(Leaf::new).collect();
-        let mut below: Vec<BoundingBox> = balls.par_chunks(WIDTH).map(BoundingBox::of).collect();
-        let mut tree = Self { leaves, nodes: Vec::new(), offsets: [0; LEVELS + 1], height: 0, extent: 0.0 };
-        while tree.height == 0 || below.len() > 1 {
-            tree.height += 1;
-            tree.offsets[tree.height as usize] = tree.nodes.len() as u32;
-            tree.nodes.extend(below.chunks(WIDTH).map(Node::new));
-            below = below.chunks(WIDTH).map(union).collect();
+    /// From the leaves of [`super::leaves::arranged`].
+    pub(crate) fn new(leaves: Pages<Leaf>) -> Self {
+        let (mut offsets, mut height) = ([0; LEVELS + 1], 0);
+        let (mut count, mut width) = (0, leaves.len());
+        while height == 0 || width > 1 {
+            height += 1;
+            offsets[height] = count as u32;
+            width = width.div_ceil(WIDTH);
+            count += width;
+        }
+        let mut nodes = Pages::<Node>::zeros(count);
+        let mut below: Vec<BoundingBox> = leaves.par_iter().map(BoundingBox::of).collect();
+        for offset in &offsets[1..=height] {
+            let level = nodes[*offset as usize..].iter_mut();
+            level.zip(below.chunks(WIDTH)).for_each(|(node, children)| *node = Node::new(children));
+            below = below.par_chunks(WIDTH).map(union).collect();
         }
         let all = union(&below);
-        tree.extent = all.low.abs().max(all.high.abs()).max_element();
-        tree
+        let extent = all.low.abs().max(all.high.abs()).max_element();
+        Self { leaves, nodes, offsets, height: height as u32, extent }
     }
 
     pub(crate) fn bytes(&self) -> usize {
@@ -164,7 +172,6 @@ impl Tree {
     #[inline(always)]
     pub(crate) fn search<L: Lanes, const ANY: bool>(
         &self,
-        surfaces: &[Row],
         rays: &Rays,
         t: &Floats,
         wave: &mut Wave,
@@ -181,7 +188,7 @@ impl Tree {
             let count = IN_STEP.min(rays.count - first);
             let mut live = wave.start(t, count, self.height << INDEX_BITS);
             while live > 0 {
-                live = self.step::<L, ANY>(surfaces, t, live, wave, candidates, keys);
+                live = self.step::<L, ANY>(t, live, wave, candidates, keys);
             }
         }
     }
@@ -190,7 +197,6 @@ impl Tree {
     #[inline(always)]
     fn step<L: Lanes, const ANY: bool>(
         &self,
-        surfaces: &[Row],
         t: &Floats,
         live: usize,
         wave: &mut Wave,
@@ -206,8 +212,11 @@ impl Tree {
         for k in 0..popped.leaves {
             let (ray, leaf) = wave.at_leaves[k];
             visit_leaf::<L::Eight>(&self.leaves[leaf as usize], wave.first as u32 + ray, candidates);
+            if candidates.are_enough() {
+                candidates.evaluate::<L>(keys);
+            }
         }
-        candidates.evaluate::<L>(surfaces, keys);
+        candidates.evaluate::<L>(keys);
         popped.live
     }
 
@@ -289,10 +298,13 @@ impl Wave {
 fn visit_leaf<L: Lanes>(leaf: &Leaf, ray: u32, candidates: &mut Candidates) {
     let (origin, direction) = candidates.broadcast_ray::<L>(ray as usize);
     let center = V3::new(L::load(&leaf.x), L::load(&leaf.y), L::load(&leaf.z));
-    let may = may_meet(origin, direction, trust(direction), center, L::load(&leaf.radius_squared));
-    let count = candidates.count;
-    L::compress_u(may, L::load_u(&leaf.spheres), &mut candidates.balls[count..]);
-    L::store_u(L::u(ray), &mut candidates.rays[count..]);
+    let radius_squared = L::load(&leaf.radius_squared);
+    let may = may_meet(origin, direction, trust(direction), center, radius_squared);
+    let (count, pairs) = (candidates.count, &mut candidates.pairs);
+    pairs.centers.compress(may, center, count);
+    L::compress(may, radius_squared, &mut pairs.radii_squared[count..]);
+    L::compress_u(may, L::load_u(&leaf.spheres), &mut pairs.balls[count..]);
+    L::store_u(L::u(ray), &mut pairs.rays[count..]);
     candidates.count = count + L::mask_bits(may).count_ones() as usize;
 }
 
@@ -361,4 +373,45 @@ fn slab<L: Lanes>(origin: L::F, direction: L::F, slack: L::F, axis: u32) -> (L::
     let (middle, slack) = (-(origin * inverse), L::abs(inverse) * slack);
     let side = L::select_u(L::lt(inverse, L::f(0.0)), L::u(3 + axis), L::u(axis));
     (inverse, middle - slack, middle + slack, side)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hierarchy::leaves::arranged;
+    use crate::search::ball_count;
+    use rayon::ThreadPoolBuilder;
+    use scene::{Rgb, Sphere};
+
+    /// More than are worth a thread on either side of the first splits, many of them at equal coordinates.
+    const BALLS: u32 = 40_000;
+
+    #[test]
+    fn the_tree_is_the_same_on_any_number_of_threads() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        let glass = scene.materials.iter().position(|material| !material.is_opaque()).unwrap() as u32;
+        scene.spheres.extend((0..BALLS).map(|i| Sphere {
+            center: Vec3::from([i * 7919 % 31, i * 104_729 % 37, i * 1_299_709 % 41].map(|c| c as f32)),
+            velocity: Vec3::ZERO,
+            radius: 0.2 + (i % 5) as f32 * 0.1,
+            material: if i % 3 == 0 { glass } else { 0 },
+            emission: Rgb::ZERO,
+        }));
+        let still = scene.at(0.0);
+        let on = |threads: usize| {
+            let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| Tree::new(arranged(&still, ball_count(&still))))
+        };
+        let bits = |tree: &Tree| {
+            let words = [bytemuck::cast_slice(&tree.leaves), bytemuck::cast_slice::<Node, u32>(&tree.nodes)];
+            words.concat()
+        };
+        let one = on(1);
+        assert_eq!(one.leaves.iter().map(|leaf| leaf.balls().count()).sum::<usize>(), ball_count(&still));
+        for threads in [2, 3, 8] {
+            let tree = on(threads);
+            assert!(bits(&tree) == bits(&one), "{threads} threads");
+            assert_eq!((tree.height, tree.offsets, tree.extent), (one.height, one.offsets, one.extent));
+        }
+    }
 }

@@ -179,8 +179,8 @@ impl PathPass<'_> {
     /// direct light. Returns the number of paths that go on.
     #[inline(always)]
     fn shade<L: Lanes>(&self, batch: &mut PathBatch, live: usize, samples: &mut [[f32; 3]]) -> usize {
-        let tables = &self.prepared.tables;
-        let is_dark = self.prepared.lights.is_empty();
+        let Prepared { still, tables, lights } = self.prepared;
+        let (surfaces, is_dark) = (tables.surfaces(still), lights.is_empty());
         let mut go_on = 0;
         for at in (0..live).step_by(L::N) {
             let mut p = batch.paths.load::<L>(at);
@@ -188,7 +188,7 @@ impl PathPass<'_> {
             let (t, hit, arrived) = hits::<L>(&batch.paths, at, L::first(live - at));
             let mut ids = [0; MOST_LANES];
             L::store_u(hit, &mut ids);
-            let surface = Hit::<L>::at(&tables.surfaces, p.origin, p.direction, t, &ids);
+            let surface = Hit::<L>::at(surfaces, p.origin, p.direction, t, &ids);
             let material = Materials::<L>::gather(&tables.materials, surface.tag);
             let glows = arrived & progress.counts_lamps & tag::has::<L>(surface.tag, tag::EMITTER);
             if L::any(glows) {

@@ -1,7 +1,7 @@
 //! How much memory the path tracer will take.
 
 use crate::pixels::slots;
-use crate::prepared::BYTES_PER_SPHERE;
+use crate::prepared::bytes_of_spheres;
 use scene::Settings;
 
 /// What a thread holds: a batch of paths.
@@ -11,15 +11,14 @@ const BYTES_PER_SLOT: u64 = 3 * (8 + 4);
 
 /// See `PathTracer::bytes_at_most`.
 pub(super) fn bytes_at_most(settings: &Settings, spheres: usize, threads: usize) -> u64 {
-    slots(settings) as u64 * BYTES_PER_SLOT
-        + threads as u64 * BYTES_PER_THREAD
-        + spheres as u64 * BYTES_PER_SPHERE
+    slots(settings) as u64 * BYTES_PER_SLOT + threads as u64 * BYTES_PER_THREAD + bytes_of_spheres(spheres)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::path_tracer::PathTracer;
+    use crate::prepared::BYTES_PER_SPHERE;
     use scene::Engine;
 
     /// The room for pixels is exactly what the engine holds, slots outside of the image included.

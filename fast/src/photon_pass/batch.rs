@@ -91,6 +91,7 @@ impl PhotonPass<'_> {
         out: &mut Binned,
         counts: &mut PhotonCounts,
     ) -> usize {
+        let surfaces = self.tables.surfaces(self.emission.still);
         let mut go_on = 0;
         for at in (0..live).step_by(L::N) {
             let here = L::first(live - at);
@@ -98,7 +99,7 @@ impl PhotonPass<'_> {
             let (t, hit, arrived) = hits::<L>(&batch.paths, at, here);
             let mut ids = [0; MOST_LANES];
             L::store_u(hit, &mut ids);
-            let surface = Hit::<L>::at(&self.tables.surfaces, p.origin, p.direction, t, &ids);
+            let surface = Hit::<L>::at(surfaces, p.origin, p.direction, t, &ids);
             let material = Materials::<L>::gather(&self.tables.materials, surface.tag);
             let is_diffuse = L::eq(material.kind, L::u(kind::DIFFUSE));
             if bounce > 0 {
@@ -223,7 +224,7 @@ fn exponent_of<L: Lanes>(x: L::F) -> L::U {
 /// A bound on how far a point computed to lie on a solid ball is from where its normal says: some ulps of the largest
 /// coordinate of any such ball.
 pub(crate) fn rounding_of_points(still: &Still) -> f32 {
-    let solid = still.spheres.iter().zip(&still.roles).filter(|(_, role)| **role == Role::Solid);
+    let solid = still.spheres.iter().zip(still.roles.iter()).filter(|(_, role)| **role == Role::Solid);
     solid.map(|(s, _)| s.center.abs().max_element() + s.radius).fold(0.0, f32::max) * 1e-6
 }
 

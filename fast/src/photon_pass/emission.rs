@@ -110,7 +110,7 @@ impl StratifiedPoints<'_> {
 
 /// Emission in one iteration.
 pub(crate) struct Emission<'a> {
-    still: &'a Still<'a>,
+    pub(super) still: &'a Still<'a>,
     emitters: &'a Emitters,
     lights: &'a LightChoice,
     /// Digital shifts of the iteration.

@@ -5,7 +5,7 @@ use crate::global::BYTES_OF_GLOBAL;
 use crate::join::{BYTES_OF_BINS, Direction, MOST_BYTES_OF_SUMS, Record, table_size, with_margin};
 use crate::parameters::Parameters;
 use crate::pixels::{GROUP, Pixel, PixelRows, slots};
-use crate::prepared::BYTES_PER_SPHERE;
+use crate::prepared::bytes_of_spheres;
 use scene::first_radii::{bytes_at_most as radii_bytes_at_most, pilot_settings};
 use scene::{RadiusSchedule, Settings};
 
@@ -36,7 +36,7 @@ pub(super) fn bytes_at_most(
         + 4 * buckets
         + buckets / 8
         + threads as u64 * (BYTES_PER_THREAD + BYTES_OF_BINS as u64)
-        + spheres as u64 * BYTES_PER_SPHERE
+        + bytes_of_spheres(spheres)
         + pilots(settings, threads, parameters)
 }
 
@@ -56,6 +56,7 @@ fn pilots(settings: &Settings, threads: usize, parameters: &Parameters) -> u64 {
 mod tests {
     use super::*;
     use crate::paths::Paths;
+    use crate::prepared::BYTES_PER_SPHERE;
 
     /// Every term is by itself: what one more of something takes does not depend on the rest.
     #[test]

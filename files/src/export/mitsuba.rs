@@ -22,7 +22,7 @@ type Xml = Writer<Vec<u8>>;
 
 /// The scene as a file for Mitsuba, or an error that says what Mitsuba cannot represent.
 pub(super) fn write(view: &View) -> Result<Exported, String> {
-    let spheres = view.still.spheres.iter().zip(&view.still.roles);
+    let spheres = view.still.spheres.iter().zip(view.still.roles.iter());
     if let Some((id, _)) = spheres.enumerate().find(|(_, (s, role))| s.is_emitter() && **role == Role::Glass)
     {
         return Err(format!(
@@ -78,7 +78,7 @@ impl Scene<'_> {
             for (index, material) in self.view.still.materials.iter().enumerate() {
                 bsdf(xml, index, material)?;
             }
-            for (sphere, role) in self.view.still.spheres.iter().zip(&self.view.still.roles) {
+            for (sphere, role) in self.view.still.spheres.iter().zip(self.view.still.roles.iter()) {
                 self.shape(xml, sphere, *role)?;
             }
             Ok(())

@@ -18,7 +18,7 @@ pub(super) fn write(view: &View) -> Exported {
     for (index, material) in view.still.materials.iter().enumerate() {
         lines.push(format!("MakeNamedMaterial \"material-{index}\" {}", parameters(material)));
     }
-    for (sphere, role) in view.still.spheres.iter().zip(&view.still.roles) {
+    for (sphere, role) in view.still.spheres.iter().zip(view.still.roles.iter()) {
         lines.extend(shape(sphere, *role));
     }
     Exported { text: lines.join("\n") + "\n", notes }

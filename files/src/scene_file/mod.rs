@@ -19,7 +19,7 @@ mod write;
 pub use error::{Fault, FileError, Position};
 pub use reader::{Field, Section};
 pub(crate) use write::head_to_text;
-pub use write::{digest, to_portable_text, to_text};
+pub use write::{digest, is_digest_of, to_portable_text, to_text};
 
 use crate::atomic_file::reason;
 use crate::input;

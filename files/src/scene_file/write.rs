@@ -46,11 +46,49 @@ pub(crate) fn head_to_text(scene: &Scene, settings: &Settings) -> String {
     text
 }
 
-/// Identifies a scene: the SHA-256, in hexadecimal, of its scene file without settings, with all spheres written out.
+/// Beyond so many spheres, [`digest`] takes their numbers in place of their text, which takes twenty times as long to write.
+const MOST_AS_TEXT: usize = 1 << 16;
+
+/// Identifies a scene: the SHA-256, in hexadecimal, of its scene file without settings, with all spheres written out; if
+/// they are more than 65536, as the bytes of their numbers.
 pub fn digest(scene: &Scene) -> String {
-    let mut text = Hashed(Sha256::new());
-    let _ = write_scene(&mut text, scene); // hashing cannot fail either
-    hexadecimal(&text.0.finalize())
+    hashed(scene, scene.spheres.len() <= MOST_AS_TEXT)
+}
+
+/// Whether `digest` is that of `scene`, by this version or by those that took the text of any number of spheres.
+pub fn is_digest_of(digest: &str, scene: &Scene) -> bool {
+    digest == self::digest(scene) || scene.spheres.len() > MOST_AS_TEXT && digest == hashed(scene, true)
+}
+
+/// The digest of a scene, of which spheres are taken as text or as numbers.
+fn hashed(scene: &Scene, as_text: bool) -> String {
+    let mut hash = Hashed(Sha256::new());
+    let (materials, spheres) = shown(scene);
+    // Hashing cannot fail either.
+    let _ = write_head(&mut hash, scene).and_then(|()| write_materials(&mut hash, materials));
+    if as_text {
+        let _ = spheres.iter().try_for_each(|sphere| write_sphere(&mut hash, sphere));
+    } else {
+        hash_numbers(&mut hash.0, spheres);
+    }
+    hexadecimal(&hash.0.finalize())
+}
+
+/// Takes the numbers of spheres, in the order of their fields and from the lowest byte, into a hash.
+fn hash_numbers(hash: &mut Sha256, spheres: &[Sphere]) {
+    /// Spheres that are hashed at once.
+    const AT_ONCE: usize = 64;
+    let mut bytes = Vec::with_capacity(AT_ONCE * size_of::<Sphere>());
+    for some in spheres.chunks(AT_ONCE) {
+        bytes.clear();
+        for Sphere { center, velocity, radius, material, emission } in some {
+            let vectors = |v: &Vec3| v.to_array().map(f32::to_bits);
+            let words =
+                [vectors(center), vectors(velocity), vectors(emission), [radius.to_bits(), *material, 0]];
+            bytes.extend(words.as_flattened().iter().flat_map(|word| word.to_le_bytes()));
+        }
+        hash.update(&bytes);
+    }
 }
 
 /// Hashes the text that is written to it, so that a large scene's text is never in memory.
@@ -63,13 +101,11 @@ impl Write for Hashed {
     }
 }
 
-/// Leaves out the sky, which comes last: the reader makes it from the background.
-fn write_scene(out: &mut impl Write, scene: &Scene) -> fmt::Result {
-    write_head(out, scene)?;
+/// All materials and spheres but for the sky, which comes last: the reader makes it from the background.
+fn shown(scene: &Scene) -> (&[Material], &[Sphere]) {
     let spheres = scene.without_sky();
     let skies = scene.spheres.len() - spheres.len();
-    write_materials(out, &scene.materials[..scene.materials.len() - skies])?;
-    spheres.iter().try_for_each(|sphere| write_sphere(out, sphere))
+    (&scene.materials[..scene.materials.len() - skies], spheres)
 }
 
 fn write_materials(out: &mut impl Write, materials: &[Material]) -> fmt::Result {
@@ -243,6 +279,32 @@ mod tests {
         let scene = parse("all.toml", text).unwrap();
         assert_eq!(again(&scene, &scene.settings), scene);
         assert_eq!((scene.camera.up, scene.settings.filter), (Vec3::new(0.3, 2.0, 0.4), Filter::Gaussian));
+    }
+
+    #[test]
+    fn the_digest_of_many_spheres_is_of_their_numbers_and_an_older_one_still_counts() {
+        let mut scene = crate::builtin::scene("cornell").unwrap();
+        let last = scene.spheres[scene.spheres.len() - 1];
+        scene.spheres.resize(MOST_AS_TEXT + 2, last);
+        let (ours, older) = (digest(&scene), hashed(&scene, true));
+        assert_ne!(ours, older);
+        assert!(is_digest_of(&ours, &scene) && is_digest_of(&older, &scene));
+        // Every number counts, and so does its sign.
+        let changes: [fn(&mut Sphere); 5] = [
+            |s| s.center.y = s.center.y.next_up(),
+            |s| s.velocity.z = 1.0,
+            |s| s.emission.x += 1.0,
+            |s| s.radius = s.radius.next_down(),
+            |s| s.material ^= 1,
+        ];
+        for (k, change) in changes.into_iter().enumerate() {
+            let mut other = scene.clone();
+            change(&mut other.spheres[MOST_AS_TEXT - k]);
+            assert!(!is_digest_of(&ours, &other) && !is_digest_of(&older, &other), "change {k}");
+        }
+        // The last of a scene of few is as text.
+        scene.spheres.truncate(MOST_AS_TEXT);
+        assert_eq!(digest(&scene), hashed(&scene, true));
     }
 
     #[test]

@@ -103,7 +103,7 @@ fn thinned(scene: &Scene) -> Option<Vec<Scene>> {
     let still = scene.at(scene.camera.shutter[0]);
     let is_ball =
         |(sphere, role): (&Sphere, &Role)| !sphere.is_emitter() && !matches!(role, Role::Enclosure(_));
-    let balls: Vec<bool> = scene.spheres.iter().zip(&still.roles).map(is_ball).collect();
+    let balls: Vec<bool> = scene.spheres.iter().zip(still.roles.iter()).map(is_ball).collect();
     let all = balls.iter().filter(|is_ball| **is_ball).count();
     let keep = |share: usize| {
         let mut left = all / share;

@@ -33,18 +33,16 @@ impl Core {
         let lights = &still.lights.entries;
         let is_lamp = |s: &Sphere, role| role == Role::Solid && s.is_emitter();
         let solids =
-            || still.spheres.iter().zip(&still.roles).filter(|(_, r)| !matches!(r, Role::Enclosure(_)));
-        let others = solids().filter(|(s, role)| !is_lamp(s, **role)).map(|(s, _)| (s.center, s.radius));
-        let mut balls: Vec<(Vec3, f32)> =
-            targets.iter().map(|t| (t.center, t.radius)).chain(others).collect();
-        let first = around(&balls);
+            || still.spheres.iter().zip(still.roles.iter()).filter(|(_, r)| !matches!(r, Role::Enclosure(_)));
+        let others = || solids().filter(|(s, role)| !is_lamp(s, **role)).map(|(s, _)| (s.center, s.radius));
+        let no_lamps = || targets.iter().map(|t| (t.center, t.radius)).chain(others());
+        let first = around(no_lamps);
         let is_far_lamp = |(id, s): &(SphereId, &Sphere)| {
             is_lamp(s, still.roles[*id as usize]) && gap(&first, s) >= f64::from(first.radius)
         };
         let lamps = || (0..).zip(&still.spheres[..]).filter(|(id, s)| is_lamp(s, still.roles[*id as usize]));
-        let near = lamps().filter(|lamp| !is_far_lamp(lamp));
-        balls.extend(near.map(|(_, s)| (s.center, s.radius)));
-        let ball = around(&balls);
+        let near = || lamps().filter(|lamp| !is_far_lamp(lamp)).map(|(_, s)| (s.center, s.radius));
+        let ball = around(|| no_lamps().chain(near()));
         let far: Vec<_> =
             lamps().filter(is_far_lamp).map(|(id, s)| (id, Target::ball(s.center, s.radius))).collect();
         let starts_at_core = |light: &Light| {
@@ -94,13 +92,14 @@ fn contains(s: &Sphere, ball: &Target) -> bool {
     (distance(ball.center, s.center) + f64::from(ball.radius)) * WIDENED < f64::from(s.radius)
 }
 
-fn around(balls: &[(Vec3, f32)]) -> Target {
+/// A ball around balls. They may be millions, so they are gone through twice and never held.
+fn around<I: Iterator<Item = (Vec3, f32)>>(balls: impl Fn() -> I) -> Target {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for (center, radius) in balls {
-        let (c, r) = (center.as_dvec3(), f64::from(*radius));
+    for (center, radius) in balls() {
+        let (c, r) = (center.as_dvec3(), f64::from(radius));
         (low, high) = (low.min(c - r), high.max(c + r));
     }
     let center = (0.5 * (low + high)).as_vec3();
-    let reach = |(c, r): &(Vec3, f32)| distance(*c, center) + f64::from(*r);
-    Target::ball(center, (balls.iter().map(reach).fold(0.0, f64::max) * WIDENED) as f32)
+    let reach = |(c, r): (Vec3, f32)| distance(c, center) + f64::from(r);
+    Target::ball(center, (balls().map(reach).fold(0.0, f64::max) * WIDENED) as f32)
 }

@@ -177,7 +177,7 @@ fn surround(
 ) {
     let is_object = |role: &Role| !matches!(role, Role::Enclosure(_));
     let objects =
-        still.spheres.iter().zip(&still.roles).filter(|(s, role)| is_object(role) && !s.is_emitter());
+        still.spheres.iter().zip(still.roles.iter()).filter(|(s, role)| is_object(role) && !s.is_emitter());
     let reach =
         |(s, _): (&Sphere, &Role)| s.center.as_dvec3().distance(center.as_dvec3()) + f64::from(s.radius);
     let step = (objects.map(reach).fold(radius, f64::max) / radius).sqrt().sqrt();

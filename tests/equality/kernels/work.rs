@@ -29,7 +29,8 @@ fn searches_try_few_balls() {
         // An incomplete last packet, and some shadow rays with a negative limit, which cannot hit anything.
         let (spheres, rays) = scattered(count, 1, 997, 900);
         let scene = scene_of(spheres, Vec3::splat(1e3));
-        let intersector = Intersector::with_search(&scene.at(0.0), LaneKind::Emulated, search);
+        let still = scene.at(0.0);
+        let intersector = Intersector::with_search(&still, LaneKind::Emulated, search);
         let limits: Vec<f32> = (0..rays.len()).map(|k| if k % 7 == 0 { -1.0 } else { 2.0 }).collect();
         let lamps = vec![NO_SPHERE; rays.len()];
         let work = intersector.work(&rays, &limits, &lamps).map(|work| [work.boxes, work.balls]);

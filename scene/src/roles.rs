@@ -1,0 +1,100 @@
+//! From which side each sphere of a scene is met, at a byte per sphere.
+
+use crate::ray::SphereId;
+use std::ops::Index;
+
+/// From which side a sphere is met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Opaque, the eye outside of it: met from outside.
+    Solid,
+    /// Opaque, the eye inside of it: met from inside. Holds the index into [`crate::Still::enclosures`].
+    Enclosure(u32),
+    /// Transparent: met from both sides.
+    Glass,
+}
+
+/// The roles of all spheres, in order of their ids. Enclosures are few, and found by bisection.
+#[derive(Clone, Debug, Default)]
+pub struct Roles {
+    kinds: Vec<Kind>,
+    /// The enclosures by their ids.
+    enclosures: Vec<(SphereId, Role)>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    Solid,
+    Glass,
+    Enclosure,
+}
+
+impl Roles {
+    /// No roles, with room for `count`.
+    pub(crate) fn with_capacity(count: usize) -> Self {
+        Self { kinds: Vec::with_capacity(count), enclosures: Vec::new() }
+    }
+
+    /// Adds the role of the next sphere.
+    pub(crate) fn push(&mut self, role: Role) {
+        self.kinds.push(match role {
+            Role::Solid => Kind::Solid,
+            Role::Glass => Kind::Glass,
+            Role::Enclosure(_) => {
+                self.enclosures.push((self.kinds.len() as SphereId, role));
+                Kind::Enclosure
+            }
+        });
+    }
+
+    /// The number of spheres.
+    pub fn len(&self) -> usize {
+        self.kinds.len()
+    }
+
+    /// True if there are no spheres.
+    pub fn is_empty(&self) -> bool {
+        self.kinds.is_empty()
+    }
+
+    /// All roles.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = &Role> + DoubleEndedIterator {
+        (0..self.len()).map(|id| &self[id])
+    }
+}
+
+impl Index<usize> for Roles {
+    type Output = Role;
+
+    fn index(&self, id: usize) -> &Role {
+        match self.kinds[id] {
+            Kind::Solid => &Role::Solid,
+            Kind::Glass => &Role::Glass,
+            Kind::Enclosure => {
+                let place = self.enclosures.partition_point(|(enclosure, _)| (*enclosure as usize) < id);
+                &self.enclosures[place].1
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn roles_are_those_that_were_added() {
+        let role = |i: u32| match i % 7 {
+            0 | 3 => Role::Glass,
+            5 => Role::Enclosure(i / 7),
+            _ => Role::Solid,
+        };
+        let mut roles = Roles::with_capacity(100);
+        assert!(roles.is_empty());
+        (0..100).for_each(|i| roles.push(role(i)));
+        assert_eq!(roles.len(), 100);
+        assert!(roles.iter().copied().eq((0..100).map(role)));
+        assert!(roles.iter().rev().copied().eq((0..100).rev().map(role)));
+        assert_eq!(size_of::<Kind>(), 1, "a byte per sphere");
+    }
+}
