@@ -6,8 +6,10 @@
         once a tree is added up: add it to the state file, and write the image
 
 Blocks that come back stay on their workers until the sum that they are in is in the state file. So a worker that is lost
-takes with it the block that it renders, and those that it has rendered since the last sum; Dask renders them again. The
-driver keeps ranges of iterations alone. All that it knows is in the state file, so it may be killed at any time.
+takes with it the block that it renders, and those that it has rendered since the last sum; Dask renders them again. Blocks are
+therefore added as soon as the sum before is stored: each by itself if they come slowly, and many together if they come
+faster than the driver can store them. The driver keeps ranges of iterations alone. All that it knows is in the state file,
+so it may be killed at any time.
 """
 
 from __future__ import annotations
@@ -40,6 +42,8 @@ _ATTEMPTS = 4
 """How often a block is given out that fails."""
 _SLOW = 4.0
 """A block that takes so many times as long as others is given out once more."""
+_STORING = 0.1
+"""The share of the driver's time that goes into adding sums to state files, at most."""
 _AHEAD = 2
 """Blocks that a worker has: one that it renders, and the next."""
 
@@ -75,8 +79,11 @@ class Sum:
     """Blocks that are being added up."""
 
     blocks: list[Block]
-    futures: list[Any]
-    """The tasks of the tree, the root last."""
+    roots: list[Any]
+    """What is left to be added by the driver."""
+    inner: list[Any]
+    """The tasks below them."""
+    begun: float
 
 
 @dataclass
@@ -86,10 +93,14 @@ class Work:
     job: Job
     missing: list[Range]
     ready: list[Block] = field(default_factory=list["Block"])
-    ready_since: float = 0.0
+    next_sum: float = 0.0
+    """When the next sum may begin."""
     sums: list[Sum] = field(default_factory=list["Sum"])
     scene: Any = None
     written: float = 0.0
+    stored: float = 0.0
+    """When a sum was stored last."""
+    lock: Any = None
 
     @property
     def done(self) -> int:
@@ -122,12 +133,13 @@ class Driver:
         every: float = 10.0,
         tell: Tell = print,
         show: Callable[[str], None] | None = None,
+        viewer: _sppm.Viewer | None = None,
         transport: int = _sppm.TRANSPORT,
         tasks: Any = _tasks,
     ) -> None:
         """``threads``: those that a block is rendered on. ``block``: iterations of a block; by default as many as take about
-        ``seconds``. ``every``: seconds between two images, and about between two sums. ``tell`` is given messages, ``show``
-        the progress. ``transport``: the version of the light transport that workers must compute. ``tasks``: what runs on
+        ``seconds``. ``every``: seconds between two images. ``tell`` is given messages, ``show`` the progress; ``viewer`` shows
+        the pictures. ``transport``: the version of the light transport that workers must compute. ``tasks``: what runs on
         them, the module ``_tasks`` or a stand-in.
         """
         self._client = client
@@ -139,6 +151,9 @@ class Driver:
         self._every = every
         self._tell = tell
         self._show = show
+        self._viewer = viewer
+        self._viewed: tuple[Work | None, int] = (None, 0)
+        self._told = 0.0
         self._transport = transport
         self._blocks: list[Block] = []
         self._workers: dict[str, Any] = {}
@@ -155,12 +170,14 @@ class Driver:
     def run(self, jobs: list[Job]) -> None:
         """Renders all jobs, each from where its state file is.
 
-        Raises FarmError if a block fails again and again, InputError if a state file is of another render.
+        Raises FarmError if a block fails again and again, InputError if a state file is of another render, and FileError if
+        another driver works on it.
         """
         works: list[Work] = []
         for job in jobs:
+            lock = _sppm.Lock(os.fspath(job.state))
             job.load()
-            works.append(Work(job, _without((0, job.iterations), job.done)))
+            works.append(Work(job, _without((0, job.iterations), job.done), lock=lock))
             if job.done:
                 self._tell(f"going on from {job.state} after {works[-1].done} of {job.iterations} iterations")
         try:
@@ -176,10 +193,13 @@ class Driver:
                 for work in [work for work in waiting if not _left(work, self._blocks)]:
                     waiting.remove(work)
                     self._write_image(work)
-                    work.scene = None
+                    work.scene = work.lock = None
                     self._tell(f"wrote {work.job.output}: {work.done} iterations")
                 self._show_progress(works)
+                self._show_picture(works)
         finally:
+            for work in works:
+                work.lock = None
             self._client.cancel([block.future for block in self._blocks], force=True)
 
     # Workers.
@@ -300,7 +320,7 @@ class Driver:
     def _wait(self, works: list[Work]) -> None:
         """Waits until something has ended, or for a moment."""
         futures: list[Any] = [future for block in self._blocks for future in (block.future, block.twin) if future is not None]
-        futures += [root.futures[-1] for work in works for root in work.sums]
+        futures += [root for work in works for total in work.sums for root in total.roots if root.status == "pending"]
         if not futures:
             time.sleep(_TICK)
             return
@@ -326,8 +346,6 @@ class Driver:
                     block.twin = None
                 self._finished.append((now, block.count))
                 self._durations = [*self._durations[-50:], now - block.given]
-                if not block.job.ready:
-                    block.job.ready_since = now
                 block.job.ready.append(block)
             else:
                 self._try_again(block, status)
@@ -348,31 +366,31 @@ class Driver:
     # Sums.
 
     def _add(self, work: Work) -> None:
-        """Has the blocks that are done added up, once there are enough, or they have waited."""
-        if not work.ready:
-            return
-        is_last = not work.missing and not any(block.job is work for block in self._blocks)
-        waited = time.monotonic() - work.ready_since
-        if len(work.ready) < max(_FAN, 2 * len(self._good)) and waited < self._every / 2 and not is_last:
+        """Begins the next sum, of the blocks that are done, once the last one is stored. One that is late, as blocks in it are
+        rendered again, is not waited for long.
+        """
+        now = time.monotonic()
+        if not work.ready or now < work.next_sum or any(now - total.begun < self._every for total in work.sums):
             return
         blocks, work.ready = work.ready, []
         level: list[Any] = [block.future for block in blocks]
-        futures: list[Any] = []
-        while len(level) > 1 or not futures:
-            level = [self._client.submit(self._tasks.add_parts, level[at : at + _FAN], pure=True, **self._placed())
+        inner: list[Any] = []
+        while len(level) > _FAN:
+            inner += level
+            # Before blocks that wait on the same worker.
+            level = [self._client.submit(self._tasks.add_parts, level[at : at + _FAN], pure=True, priority=10, **self._placed())
                      for at in range(0, len(level), _FAN)]
-            futures += level
-        work.sums.append(Sum(blocks, futures))
+        work.sums.append(Sum(blocks, level, inner, now))
 
     def _keep(self, work: Work) -> None:
         """Adds the sums that have ended to the state file; the blocks in them may then be forgotten."""
         for total in list(work.sums):
-            root = total.futures[-1]
-            if root.status == "pending":
+            if any(root.status == "pending" for root in total.roots):
                 continue
             work.sums.remove(total)
+            began = time.monotonic()
             try:
-                self._store(work, root.result(timeout=600))
+                self._store(work, [root.result(timeout=600) for root in total.roots])
             except Exception as error:
                 # Lost on its way, or damaged: the blocks are rendered anew under other names.
                 self._tell(f"a sum of {len(total.blocks)} blocks failed: {error}")
@@ -381,15 +399,19 @@ class Driver:
                     self._try_again(block, "a sum that failed")
                 continue
             work.job.done = sorted([*work.job.done, *(block.range for block in total.blocks)])
+            work.stored = time.monotonic()
+            work.next_sum = work.stored + (work.stored - began) * (1.0 / _STORING - 1.0)
             if time.monotonic() - work.written > self._every:
                 self._write_image(work)
 
-    def _store(self, work: Work, part: bytes) -> None:
+    def _store(self, work: Work, parts: list[bytes]) -> None:
         state = work.job.state
         with tempfile.TemporaryDirectory(prefix=".sppm-farm-", dir=state.parent) as folder:
-            file, total = Path(folder, "part.sppm"), Path(folder, "sum.sppm")
-            file.write_bytes(part)
-            sppm.merge([state, file] if state.exists() else [file], total)
+            files = [Path(folder, f"{number}.sppm") for number in range(len(parts))]
+            for file, part in zip(files, parts, strict=True):
+                file.write_bytes(part)
+            total = Path(folder, "sum.sppm")
+            sppm.merge([state, *files] if state.exists() else files, total)
             os.replace(total, state)
 
     def _write_image(self, work: Work) -> None:
@@ -419,6 +441,28 @@ class Driver:
         images = f"{len(works)} images, " if len(works) > 1 else ""
         speed = f", {rate:.3g} iterations/s" if rate else ""
         self._show(f"{images}{done + waiting} of {all_} iterations, {len(self._good)} workers{speed}{left}")
+
+
+    def _show_picture(self, works: list[Work]) -> None:
+        """Shows what was stored last to those who look."""
+        viewer = self._viewer
+        if viewer is None:
+            return
+        work = max(works, key=lambda work: work.stored)
+        job, done, seconds = work.job, work.done, time.monotonic() - self._begun
+        before, shown = self._viewed
+        if work is not before:
+            viewer.begin(job.output.name)
+            before, shown = work, 0
+        if time.monotonic() - self._told > _LOOK:
+            self._told = time.monotonic()
+            photons = done * job.scene.settings.photons_per_iteration
+            viewer.tell((done, job.iterations), photons, seconds, len(self._good))
+        is_last = done == job.iterations and done != shown
+        if done and (is_last or viewer.wants(done != shown)):
+            viewer.show(os.fspath(job.state), job.iterations, seconds)
+            shown = done
+        self._viewed = (before, shown)
 
 
 def _outcome(future: Any) -> Any:

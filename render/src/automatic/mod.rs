@@ -21,11 +21,15 @@ use footprint::footprint;
 use pilot::{DEPOSITS_AT_ONCE, SEEDS, Variance, loss};
 use pilots::{PILOT_PHOTONS, Pilots, pilot_settings};
 use scene::settings::{MAX_DEPOSITS, MAX_PHOTONS, RADIUS_RANGE};
-use scene::{Automatic, Quality, Scene, Settings, Stats, Stop};
+use scene::{Automatic, Quality, RadiusSchedule, Scene, Settings, Stats, Stop};
 
 /// The first radius in footprints of a pixel, if the render does not end by its quality. Of eleven scenes, the radii by
 /// which the error of pixels and of blocks was least lay from 1.2 to 6.9 and from 0.6 to 5.3; see docs/quality.md.
 const RADIUS: f32 = 4.0;
+/// The first of global radii over the first of radii per pixel: the root of alpha. With light that is even around a pixel, the
+/// squared radii per pixel are those of the iteration before times alpha, `r_i^2 (i - 1 + alpha) / i`, and global ones
+/// `r_i^2 (i + alpha) / (i + 1)`; so from this first radius both become the same (docs/farm.md).
+const GLOBAL: f32 = 0.816_496_6;
 /// The depths from which one is chosen. The last is as good as all light.
 const DEPTHS: [u32; 4] = [8, 16, 32, 64];
 /// Pixels along the side of a block, as images are compared by blocks of 8 x 8.
@@ -77,7 +81,11 @@ pub(crate) fn choose(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop:
     {
         let [least, most] = RADIUS_RANGE;
         let footprints = if automatic.iterations { goal.radius } else { RADIUS };
-        settings.initial_radius = rounded(footprints * side).clamp(least, most);
+        let share = match settings.radius_schedule {
+            RadiusSchedule::PerPixel => 1.0,
+            RadiusSchedule::Global => GLOBAL,
+        };
+        settings.initial_radius = rounded(share * footprints * side).clamp(least, most);
     }
     let pilot = Pilots::new(scene, &settings, lanes, stop);
     if automatic.max_depth {
@@ -294,6 +302,21 @@ mod tests {
             assert_eq!(found.max_depth == own.max_depth, !one.max_depth, "{found:?}");
             assert_eq!(found.initial_radius == own.initial_radius, !one.initial_radius, "{found:?}");
         }
+    }
+
+    /// Within the digits that radii are rounded to.
+    #[test]
+    fn global_radii_begin_smaller() {
+        let scene = cornell();
+        let one = Automatic { initial_radius: true, ..Automatic::default() };
+        let of = |radius_schedule| {
+            let settings = Settings { radius_schedule, ..scene.settings };
+            let scene = Scene { settings, ..scene.clone() };
+            chosen(&scene, one, LaneKind::best(), 1).initial_radius
+        };
+        let [per_pixel, global] = RadiusSchedule::ALL.map(of);
+        let share = global / per_pixel;
+        assert!((share.powi(2) - 2.0 / 3.0).abs() < 0.02, "{share}");
     }
 
     #[test]
