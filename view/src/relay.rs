@@ -60,7 +60,9 @@ impl Relay {
 
     /// Tells how far a render is that so many `workers` compute, without a picture.
     pub fn tell(&mut self, step: &Step, workers: u32) {
-        (self.step, self.workers) = (*step, Some(workers));
+        // The radius of the last picture.
+        let mean_radius = step.mean_radius.or(self.step.mean_radius);
+        (self.step, self.workers) = (Step { mean_radius, ..*step }, Some(workers));
         if let Some(hub) = &self.hub {
             self.show_status(hub, step.iteration >= step.iterations);
         }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import logging
 import os
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -47,6 +48,8 @@ def client_of(
         dashboard_address=":0",
         security=security,
         host="127.0.0.1",
+        # The driver says what happens to workers.
+        silence_logs=logging.ERROR,
     ) as cluster, distributed.Client(cluster, security=security, set_as_default=False) as client:
         yield client
 

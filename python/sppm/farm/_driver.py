@@ -276,7 +276,7 @@ class Driver:
             self._give_again()
 
     def _size(self, work: Work) -> int:
-        """Iterations of the next block: at first one, then as many as take about the seconds asked for, and towards the end
+        """Iterations of the next block: at first one, soon as many as take about the seconds asked for, and towards the end
         fewer, so that all workers end together."""
         if self._block is not None:
             return self._block
@@ -284,7 +284,9 @@ class Driver:
         if rate is None:
             return 1
         left = sum(stop - start for start, stop in work.missing)
-        return max(1, min(int(self._seconds * rate / workers), left // (2 * workers)))
+        # Short at first, so that there are pictures soon.
+        seconds = min(self._seconds, (time.monotonic() - self._begun) / 4)
+        return max(1, min(int(seconds * rate / workers), left // (2 * workers)))
 
     def _submit(self, work: Work, chosen: Range, attempt: int, worker: str = "") -> Any:
         """The task of a block. It is named by what it renders, so two that are alike are one. It is meant for ``worker``: by
