@@ -33,7 +33,9 @@ from ._jobs import Job, Range
 _TICK = 0.25
 """Seconds between two looks at what is going on."""
 _LOOK = 1.0
-"""Seconds between two looks at who is there."""
+"""Seconds between two looks at who is there; with more than _MANY workers more, in proportion."""
+_MANY = 200
+"""So many workers, or tasks, are many: each look at them takes time."""
 _SHORT = 10.0
 """Seconds after which workers of this machine are replaced that have not come back."""
 _FAN = 4
@@ -44,6 +46,8 @@ _SLOW = 4.0
 """A block that takes so many times as long as others is given out once more."""
 _STORING = 0.1
 """The share of the driver's time that goes into adding sums to state files, at most."""
+_LATE = 5.0
+"""Seconds after which a sum is late."""
 _AHEAD = 2
 """Blocks that a worker has: one that it renders, and the next."""
 
@@ -209,7 +213,7 @@ class Driver:
         self._ask()
         if time.monotonic() < self._look_next:
             return
-        self._look_next = time.monotonic() + _LOOK
+        self._look_next = time.monotonic() + _LOOK * max(1.0, len(self._workers) / _MANY)
         now = self._client.scheduler_info(n_workers=-1)["workers"]
         cluster = self._client.cluster
         if cluster is None or len(now) >= self._wanted:
@@ -323,7 +327,7 @@ class Driver:
         """Waits until something has ended, or for a moment."""
         futures: list[Any] = [future for block in self._blocks for future in (block.future, block.twin) if future is not None]
         futures += [root for work in works for total in work.sums for root in total.roots if root.status == "pending"]
-        if not futures:
+        if not futures or len(futures) > _MANY:
             time.sleep(_TICK)
             return
         try:
@@ -368,11 +372,11 @@ class Driver:
     # Sums.
 
     def _add(self, work: Work) -> None:
-        """Begins the next sum, of the blocks that are done, once the last one is stored. One that is late, as blocks in it are
-        rendered again, is not waited for long.
+        """Begins the next sum, of the blocks that are done, once the last one is stored, but waits for none that is late: blocks
+        in it may be rendered again.
         """
         now = time.monotonic()
-        if not work.ready or now < work.next_sum or any(now - total.begun < self._every for total in work.sums):
+        if not work.ready or now < work.next_sum or any(now - total.begun < _LATE for total in work.sums):
             return
         blocks, work.ready = work.ready, []
         level: list[Any] = [block.future for block in blocks]
@@ -387,9 +391,13 @@ class Driver:
     def _keep(self, work: Work) -> None:
         """Adds the sums that have ended to the state file; the blocks in them may then be forgotten."""
         for total in list(work.sums):
+            if not total.inner:
+                self._take_out_lost(total)
             if any(root.status == "pending" for root in total.roots):
                 continue
             work.sums.remove(total)
+            if not total.blocks:
+                continue
             began = time.monotonic()
             try:
                 self._store(work, [root.result(timeout=600) for root in total.roots])
@@ -405,6 +413,16 @@ class Driver:
             work.next_sum = work.stored + (work.stored - began) * (1.0 / _STORING - 1.0)
             if time.monotonic() - work.written > self._every:
                 self._write_image(work)
+
+    def _take_out_lost(self, total: Sum) -> None:
+        """Takes blocks out of a sum that were lost with their worker, as the others need not wait until Dask has them rendered
+        again."""
+        lost = [block for block in total.blocks if block.future.status == "pending"]
+        for block in lost:
+            block.given = time.monotonic()
+            total.blocks.remove(block)
+            total.roots.remove(block.future)
+        self._blocks += lost
 
     def _store(self, work: Work, parts: list[bytes]) -> None:
         state = work.job.state
