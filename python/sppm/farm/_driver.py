@@ -40,6 +40,8 @@ _SHORT = 10.0
 """Seconds after which workers of this machine are replaced that have not come back."""
 _FAN = 4
 """Parts that are added by one task."""
+_DIRECT = 8
+"""Parts that the driver adds up itself; to leave more of them to workers saves its network."""
 _ATTEMPTS = 4
 """How often a block is given out that fails."""
 _SLOW = 4.0
@@ -192,6 +194,7 @@ class Driver:
                 self._wait(waiting)
                 self._collect()
                 for work in waiting:
+                    self._mind_losses(work)
                     self._add(work)
                     self._keep(work)
                 for work in [work for work in waiting if not _left(work, self._blocks)]:
@@ -237,7 +240,7 @@ class Driver:
     def _ask(self) -> None:
         """Takes the answers of new workers."""
         for address, asked in self._workers.items():
-            if isinstance(asked, bool) or asked.status == "pending":
+            if isinstance(asked, bool) or _is_under_way(asked):
                 continue
             found = _outcome(asked)
             if found is None:
@@ -326,7 +329,7 @@ class Driver:
     def _wait(self, works: list[Work]) -> None:
         """Waits until something has ended, or for a moment."""
         futures: list[Any] = [future for block in self._blocks for future in (block.future, block.twin) if future is not None]
-        futures += [root for work in works for total in work.sums for root in total.roots if root.status == "pending"]
+        futures += [root for work in works for total in work.sums for root in total.roots if _is_under_way(root)]
         if not futures or len(futures) > _MANY:
             time.sleep(_TICK)
             return
@@ -342,9 +345,9 @@ class Driver:
         for block in list(self._blocks):
             if block.twin is not None and block.twin.status == "finished" and block.future.status != "finished":
                 block.future, block.twin = block.twin, block.future
-            status = block.future.status
-            if status == "pending":
+            if _is_under_way(block.future):
                 continue
+            status = block.future.status
             self._blocks.remove(block)
             if status == "finished":
                 if block.twin is not None:
@@ -381,7 +384,7 @@ class Driver:
         blocks, work.ready = work.ready, []
         level: list[Any] = [block.future for block in blocks]
         inner: list[Any] = []
-        while len(level) > _FAN:
+        while len(level) > _DIRECT:
             inner += level
             # Before blocks that wait on the same worker.
             level = [self._client.submit(self._tasks.add_parts, level[at : at + _FAN], pure=True, priority=10, **self._placed())
@@ -391,13 +394,9 @@ class Driver:
     def _keep(self, work: Work) -> None:
         """Adds the sums that have ended to the state file; the blocks in them may then be forgotten."""
         for total in list(work.sums):
-            if not total.inner:
-                self._take_out_lost(total)
-            if any(root.status == "pending" for root in total.roots):
+            if any(_is_under_way(root) for root in total.roots):
                 continue
             work.sums.remove(total)
-            if not total.blocks:
-                continue
             began = time.monotonic()
             try:
                 self._store(work, [root.result(timeout=600) for root in total.roots])
@@ -409,19 +408,25 @@ class Driver:
                     self._try_again(block, "a sum that failed")
                 continue
             work.job.done = sorted([*work.job.done, *(block.range for block in total.blocks)])
+            # At once: references to them may outlive this, in exceptions of Dask that have not been collected yet, and what is
+            # referred to is rendered again when its worker is lost.
+            for future in (*total.inner, *total.roots):
+                future.release()
             work.stored = time.monotonic()
             work.next_sum = work.stored + (work.stored - began) * (1.0 / _STORING - 1.0)
             if time.monotonic() - work.written > self._every:
                 self._write_image(work)
 
-    def _take_out_lost(self, total: Sum) -> None:
-        """Takes blocks out of a sum that were lost with their worker, as the others need not wait until Dask has them rendered
-        again."""
-        lost = [block for block in total.blocks if block.future.status == "pending"]
+    def _mind_losses(self, work: Work) -> None:
+        """Takes back blocks that were lost with their worker; Dask has them rendered again. A sum that has one is given up, as
+        the other blocks in it need not wait for it, and could be lost meanwhile."""
+        for total in [total for total in work.sums if any(_is_under_way(block.future) for block in total.blocks)]:
+            work.sums.remove(total)
+            work.ready = [*total.blocks, *work.ready]
+        lost = [block for block in work.ready if _is_under_way(block.future)]
         for block in lost:
             block.given = time.monotonic()
-            total.blocks.remove(block)
-            total.roots.remove(block.future)
+        work.ready = [block for block in work.ready if block not in lost]
         self._blocks += lost
 
     def _store(self, work: Work, parts: list[bytes]) -> None:
@@ -483,6 +488,11 @@ class Driver:
             viewer.show(os.fspath(job.state), job.iterations, seconds)
             shown = done
         self._viewed = (before, shown)
+
+
+def _is_under_way(future: Any) -> bool:
+    """Whether a task has not ended, or its result was lost with its worker, so that Dask has it done again."""
+    return future.status in ("pending", "lost")
 
 
 def _outcome(future: Any) -> Any:
