@@ -136,6 +136,8 @@ def kill_workers(folder: Path, words: argparse.Namespace) -> bool:
 
 def kill_drivers(folder: Path, words: argparse.Namespace) -> bool:
     """Kills the driver and all its workers, and begins again, until there were enough."""
+    if words.drivers == 0:
+        return True
     chance, log = random.Random(words.seed + 1), Path(os.environ[LOG])
     log.unlink(missing_ok=True)
     scene = scene_of(words.iterations // 4, words.seed + 1)
@@ -191,7 +193,7 @@ def main() -> int:
         return 0
     with tempfile.TemporaryDirectory(prefix="sppm-kills-") as folder:
         os.environ[LOG] = str(Path(folder, "log"))
-        results = [kill_workers(Path(folder), words), kill_drivers(Path(folder), words)]
+        results = [kill(Path(folder), words) for kill in (kill_workers, kill_drivers)]
     return 0 if all(results) else 1
 
 

@@ -103,10 +103,10 @@ def main(words: list[str] | None = None) -> int:
         _check(arguments)
         settings = {name: getattr(arguments, name) for name in names}
         jobs = jobs_of(arguments.scenes, arguments.output, settings, arguments.sweep, arguments.quality)
+        viewer = _viewer(arguments, jobs[0].output.name)
         for job in jobs:
             if job.chosen:
                 line.tell(f"{job.output}: chosen for {job.chosen}")
-        viewer = _viewer(arguments, jobs[0].output.name)
         tls = {"ca": arguments.tls_ca, "certificate": arguments.tls_cert, "key": arguments.tls_key}
         with client_of(arguments.workers, arguments.scheduler, **tls) as client:
             driver = Driver(client, threads=arguments.threads, block=arguments.block, every=arguments.every,

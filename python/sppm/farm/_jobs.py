@@ -53,8 +53,9 @@ class Job:
         flags = [name not in names for name in _CHOSEN]
         chosen = _sppm.choose_settings(native(self.scene), to_tuple(self.scene.settings), quality, flags)
         self.scene.settings = sppm.Settings(*cast("Any", chosen))
-        options = [f"{_CHOSEN[name]} {getattr(self.scene.settings, name):.9g}" for name in names]
-        self.chosen = f"quality {quality}: {' '.join(options)}"
+        if quality != "paper":
+            options = [f"{_CHOSEN[name]} {getattr(self.scene.settings, name):.9g}" for name in names]
+            self.chosen = f"quality {quality}: {' '.join(options)}"
 
     @property
     def state(self) -> Path:
