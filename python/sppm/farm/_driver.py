@@ -42,6 +42,8 @@ _FAN = 4
 """Parts that are added by one task."""
 _DIRECT = 8
 """Parts that the driver adds up itself; to leave more of them to workers saves its network."""
+_FETCH = 5.0
+"""Seconds in which a result arrives, unless it was lost just now."""
 _ATTEMPTS = 4
 """How often a block is given out that fails."""
 _SLOW = 4.0
@@ -72,6 +74,8 @@ class Block:
     attempt: int = 0
     worker: str = ""
     """The worker that it was meant for; Dask may move it."""
+    fetched: int = 0
+    """How often it did not arrive."""
     twin: Any = None
     """The same once more, if the first is slow."""
 
@@ -399,9 +403,15 @@ class Driver:
             work.sums.remove(total)
             began = time.monotonic()
             try:
-                self._store(work, [root.result(timeout=600) for root in total.roots])
+                parts = self._fetch(total)
+                if parts is None:
+                    work.ready = [*total.blocks, *work.ready]
+                    continue
+                self._store(work, parts)
+            except FarmError:
+                raise
             except Exception as error:
-                # Lost on its way, or damaged: the blocks are rendered anew under other names.
+                # Damaged: the blocks are rendered anew under other names.
                 self._tell(f"a sum of {len(total.blocks)} blocks failed: {error}")
                 for block in total.blocks:
                     self._client.cancel([block.future], force=True)
@@ -416,6 +426,23 @@ class Driver:
             work.next_sum = work.stored + (work.stored - began) * (1.0 / _STORING - 1.0)
             if time.monotonic() - work.written > self._every:
                 self._write_image(work)
+
+    def _fetch(self, total: Sum) -> list[bytes] | None:
+        """What is left of a sum; ``None`` if it was lost before it came, and is to be added up again. Raises what a task of it
+        raised, and FarmError if it does not come again and again."""
+        # What is lost just now would be waited for until it is rendered again. Large ones get more time with every attempt.
+        timeout = _FETCH * 4.0 ** max(block.fetched for block in total.blocks)
+        try:
+            return [root.result(timeout=timeout) for root in total.roots]
+        except Exception as error:
+            if any(root.status == "error" for root in total.roots):
+                raise
+            for block in total.blocks:
+                block.fetched += 1
+                if block.fetched > _ATTEMPTS:
+                    raise FarmError(f"results of workers do not arrive: {error}") from error
+            self._tell(f"a sum of {len(total.blocks)} blocks did not arrive, and is fetched again: {error}")
+            return None
 
     def _mind_losses(self, work: Work) -> None:
         """Takes back blocks that were lost with their worker; Dask has them rendered again. A sum that has one is given up, as
