@@ -1,4 +1,4 @@
-"""What a farm costs: farm_efficiency.py [--rounds N] [--iterations N] [--blocks N].
+"""What a farm costs: farm_efficiency.py [--rounds N] [--iterations N] [--block N] [--blocks N].
 
 First, the work of a farm of two workers of one thread each beside that of two separate renders of the same iterations, in
 turns: seconds, and seconds of the processor of all processes, those of the driver, the scheduler and of starting included. On a
@@ -49,12 +49,12 @@ def render(folder: Path, iterations: int) -> None:
         process.wait()
 
 
-def farm(folder: Path, iterations: int) -> tuple[float, float]:
+def farm(folder: Path, iterations: int, block: int | None) -> tuple[float, float]:
     """A farm. Returns the seconds, and those of the processor, without the start and the end of the cluster."""
     with client_of(WORKERS, None) as client:
         client.wait_for_workers(WORKERS)
         began, processor = time.monotonic(), cpu()
-        Driver(client, tell=lambda text: None).run([Job(scene_of(iterations), folder / "farm.exr")])
+        Driver(client, block=block, tell=lambda text: None).run([Job(scene_of(iterations), folder / "farm.exr")])
         return time.monotonic() - began, cpu() - processor
 
 
@@ -66,7 +66,7 @@ def efficiency(words: argparse.Namespace) -> None:
             began, processor = time.monotonic(), cpu()
             render(Path(name), words.iterations)
             alone = time.monotonic() - began, cpu() - processor
-            whole = farm(Path(name), words.iterations)
+            whole = farm(Path(name), words.iterations, words.block)
         ratios.append((alone[0] / whole[0], alone[1] / whole[1]))
         print(f"two renders {alone[0]:.1f} s, {alone[1]:.1f} s of CPU; the farm {whole[0]:.1f} s, {whole[1]:.1f} s of CPU; "
               f"efficiency {ratios[-1][0]:.3f} by time, {ratios[-1][1]:.3f} by CPU", flush=True)
@@ -103,6 +103,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--iterations", type=int, default=60)
+    parser.add_argument("--block", type=int, help="iterations of a block; on a busy machine, as many as take 10 seconds of a core")
     parser.add_argument("--blocks", type=int, default=10_000)
     words = parser.parse_args()
     if words.rounds:

@@ -15,6 +15,15 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
+_QUIET = {
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "500ms",
+    "distributed.admin.system-monitor.interval": "5s",
+}
+"""What Dask does many times a second in each process, to show it on pages that nobody opens here. It would take some percent of a
+core for each worker."""
+
+
 @contextmanager
 def client_of(
     workers: int | None,
@@ -41,7 +50,8 @@ def client_of(
             yield client
         return
     count = workers or default_workers()
-    with distributed.LocalCluster(
+    dask: Any = importlib.import_module("dask")
+    with dask.config.set(_QUIET), distributed.LocalCluster(
         n_workers=count,
         threads_per_worker=1,
         processes=True,

@@ -417,7 +417,7 @@ class Driver:
                     self._client.cancel([block.future], force=True)
                     self._try_again(block, "a sum that failed")
                 continue
-            work.job.done = sorted([*work.job.done, *(block.range for block in total.blocks)])
+            work.job.done = _joined([*work.job.done, *(block.range for block in total.blocks)])
             # At once: references to them may outlive this, in exceptions of Dask that have not been collected yet, and what is
             # referred to is rendered again when its worker is lost.
             for future in (*total.inner, *total.roots):
@@ -548,6 +548,17 @@ def _without(whole: Range, done: list[Range]) -> list[Range]:
     if start < whole[1]:
         missing.append((start, whole[1]))
     return missing
+
+
+def _joined(ranges: list[Range]) -> list[Range]:
+    """The same iterations in order, in as few ranges as there can be."""
+    joined: list[Range] = []
+    for start, stop in sorted(ranges):
+        if joined and joined[-1][1] == start:
+            joined[-1] = (joined[-1][0], stop)
+        else:
+            joined.append((start, stop))
+    return joined
 
 
 def _duration(seconds: float) -> str:
