@@ -27,6 +27,7 @@ import zlib
 from pathlib import Path
 from typing import Any
 
+import dask.config
 import psutil
 from distributed import Client, Scheduler, Worker
 
@@ -41,8 +42,13 @@ QUIET = {
     "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
     "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "10s",
     "DASK_DISTRIBUTED__ADMIN__SYSTEM_MONITOR__INTERVAL": "100s",
+    "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "300s",
+    "DASK_DISTRIBUTED__COMM__TIMEOUTS__TCP": "300s",
 }
-"""What Dask's workers do many times a second, each: a hundred of them in a process would do little else."""
+"""What Dask's workers do many times a second, each: a hundred of them in a process would do little else. And patience, as hundreds
+of workers of one machine do not start within seconds."""
+PATIENT = {"distributed.comm.timeouts.connect": "300s", "distributed.comm.timeouts.tcp": "300s"}
+"""The same patience for the driver."""
 PART = 1000
 """Bytes of a stand-in for a part besides its list."""
 
@@ -166,7 +172,7 @@ def main() -> int:
     if words.role == "host":
         asyncio.run(host(words.address, words.workers, words.fail_every))
         return 0
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, dask.config.set(PATIENT):
         os.environ[LOG], os.environ[SECONDS] = str(Path(folder, "log")), str(words.seconds)
         os.environ["PYTHONPATH"] = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
         scheduler = start("--role=scheduler")

@@ -20,6 +20,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
@@ -42,6 +43,8 @@ _FAN = 4
 """Parts that are added by one task."""
 _DIRECT = 8
 """Parts that the driver adds up itself; to leave more of them to workers saves its network."""
+_AT_ONCE = 16
+"""Workers whose answers are taken at the same time."""
 _FETCH = 5.0
 """Seconds in which a result arrives, unless it was lost just now."""
 _ATTEMPTS = 4
@@ -234,19 +237,26 @@ class Driver:
         for address in [address for address in self._workers if address not in now]:
             del self._workers[address]
             self._tell(f"worker {address} is gone; what it had is rendered again")
-        for address in [address for address in now if address not in self._workers]:
+        new = [address for address in now if address not in self._workers]
+        room = _MANY - sum(not isinstance(asked, bool) for asked in self._workers.values())
+        for address in new[: max(room, 0)]:
             # By a task, as a call would wait for workers that have just gone.
             self._workers[address] = self._client.submit(
                 self._tasks.versions, workers=[address], allow_other_workers=False, pure=False, priority=10
             )
+        if len(new) > room:
+            self._look_next = 0.0
         self._ask()
 
     def _ask(self) -> None:
         """Takes the answers of new workers."""
-        for address, asked in self._workers.items():
-            if isinstance(asked, bool) or _is_under_way(asked):
-                continue
-            found = _outcome(asked)
+        answered = {address: asked for address, asked in self._workers.items()
+                    if not isinstance(asked, bool) and not _is_under_way(asked)}
+        if not answered:
+            return
+        with ThreadPoolExecutor(_AT_ONCE) as threads:
+            outcomes = list(threads.map(_outcome, answered.values()))
+        for address, found in zip(answered, outcomes, strict=True):
             if found is None:
                 continue
             # Of the package, and of the light transport.

@@ -300,6 +300,19 @@ class ManyBalls(unittest.TestCase):
                 self.assertEqual(page.errors(), [])
 
 
+class Quality(unittest.TestCase):
+    def test_settings_are_chosen_at_the_quality_that_is_asked_for(self):
+        chosen = {}
+        for quality in ("paper", "draft", "final"):
+            with served("view", "cornell", "--width", "64", "--height", "48", "--quality", quality) as (_, address), Page() as page:
+                page.open(address)
+                chosen[quality] = [float(page.value(name)) for name in ("initial_radius", "max_depth")]
+        self.assertEqual(chosen["paper"], [2, 5])
+        self.assertNotEqual(chosen["draft"][0], 2)
+        # Better pictures lose less light by a finite depth; the radius of a render without end is the same for both.
+        self.assertGreaterEqual(chosen["final"][1], chosen["draft"][1])
+
+
 class FirstSight(unittest.TestCase):
     def test_a_picture_is_on_the_screen_within_three_seconds(self):
         with Page() as page:
