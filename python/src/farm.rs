@@ -81,7 +81,8 @@ impl Viewer {
         display: Option<&str>,
     ) -> PyResult<Self> {
         let place = page.map(|(ip, port)| place(ip.as_deref(), port)).transpose()?;
-        let display = display.map(|at| tev::place(at).map_err(|bad| InputError::new_err(format!("display {bad}"))));
+        let display =
+            display.map(|at| tev::place(at).map_err(|bad| InputError::new_err(format!("display {bad}"))));
         let display = display.transpose()?;
         let begun = work(py, || {
             let display = display.map(|at| Display::new(at, name.into())).transpose()?;
@@ -140,7 +141,8 @@ impl Viewer {
 
 /// Where a page is to be served.
 fn place(ip: Option<&str>, port: Option<u16>) -> PyResult<Place> {
-    let bad = |ip| InputError::new_err(format!("listen {ip} is no address of a machine, such as 0.0.0.0 for all"));
+    let bad =
+        |ip| InputError::new_err(format!("listen {ip} is no address of a machine, such as 0.0.0.0 for all"));
     let ip = ip.map(|ip| ip.parse::<IpAddr>().map_err(|_| bad(ip))).transpose()?;
     Ok(Place::new(ip, port))
 }

@@ -82,7 +82,8 @@ impl DisplayArgs {
     /// The viewer, in which the image is called `name`.
     pub(crate) fn start(&self, name: &str) -> Result<Option<Arc<Display>>, Error> {
         let start = |place: &str| {
-            let place = tev::place(place).map_err(|problem| Error::BadInput(format!("--display {problem}")))?;
+            let place =
+                tev::place(place).map_err(|problem| Error::BadInput(format!("--display {problem}")))?;
             Display::new(place, name.into()).map_err(Error::Failed)
         };
         Ok(self.display.as_deref().map(start).transpose()?.map(Arc::new))

@@ -207,7 +207,11 @@ impl Model {
 
     fn find(&self, index: usize) -> Result<(), String> {
         let count = self.spheres().len();
-        if index < count { Ok(()) } else { Err(format!("there is no sphere {}; there are {count}", index + 1)) }
+        if index < count {
+            Ok(())
+        } else {
+            Err(format!("there is no sphere {}; there are {count}", index + 1))
+        }
     }
 
     /// Forgets the oldest steps if there are too many.
@@ -373,7 +377,8 @@ mod tests {
         let mut model = model("cornell");
         let before = model.now().scene();
         let styles = before.spheres.iter().map(|sphere| sphere.material);
-        let style = styles.clone().find(|style| styles.clone().filter(|other| other == style).count() > 1).unwrap();
+        let style =
+            styles.clone().find(|style| styles.clone().filter(|other| other == style).count() > 1).unwrap();
         let index = before.spheres.iter().position(|sphere| sphere.material == style).unwrap();
         let black = Material::Diffuse { albedo: Rgb::ZERO };
         let radius = Some(before.spheres[index].radius * 1.5);
@@ -384,7 +389,8 @@ mod tests {
             let is_styled = old.material == style;
             assert_eq!(new.center, old.center);
             assert_eq!(new.radius, if is_styled { old.radius * 1.5 } else { old.radius });
-            let [was, is] = [(&before, old), (&after, new)].map(|(scene, sphere)| scene.materials[sphere.material as usize]);
+            let [was, is] = [(&before, old), (&after, new)]
+                .map(|(scene, sphere)| scene.materials[sphere.material as usize]);
             assert_eq!(is, if is_styled { black } else { was });
         }
         assert!(model.undo());

@@ -484,9 +484,7 @@ impl Studio {
         }
         let mut shared: Vec<_> = styles.iter().enumerate().filter(|(_, (_, count))| *count > 1).collect();
         shared.sort_by_key(|(style, (_, count))| (Reverse(*count), *style));
-        let told = |(style, (first, count)): (usize, &(usize, usize))| {
-            json!({ "style": style, "first": first, "count": count, "material": self.model.materials()[style] })
-        };
+        let told = |(style, (first, count)): (usize, &(usize, usize))| json!({ "style": style, "first": first, "count": count, "material": self.model.materials()[style] });
         shared.into_iter().take(MOST_STYLES).map(told).collect()
     }
 }

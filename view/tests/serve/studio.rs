@@ -163,7 +163,7 @@ fn balls_beyond_the_list_are_described_and_restyled() {
     // The style of most balls comes first.
     assert_eq!(scene["styles"][0]["style"], json!(of_glass));
     assert_eq!((&scene["styles"][0]["first"], &scene["styles"][0]["count"]), (&json!(6), &json!(BALLS + 1)));
-    let mut describe = |page: &mut Page, id: u32, index: usize| {
+    let describe = |page: &mut Page, id: u32, index: usize| {
         page.send(&json!({ "type": "describe", "id": id, "index": index }));
         page.text(|text| text["id"] == id)["sphere"].clone()
     };
@@ -180,6 +180,7 @@ fn balls_beyond_the_list_are_described_and_restyled() {
         assert_eq!(after["radius"], json!(0.004_f32));
     }
     // The glass ball itself grew as the others did.
-    let ratio = describe(&mut page, 5, 6)["radius"].as_f64().unwrap() / scene["spheres"][6]["radius"].as_f64().unwrap();
+    let ratio = describe(&mut page, 5, 6)["radius"].as_f64().unwrap()
+        / scene["spheres"][6]["radius"].as_f64().unwrap();
     assert!((ratio - 2.0).abs() < 1e-5, "{ratio}");
 }
