@@ -11,6 +11,7 @@
 
 mod columns;
 mod errors;
+mod farm;
 mod images;
 mod info;
 mod merge;
@@ -27,6 +28,8 @@ mod work;
 /// The extension module.
 #[pyo3::pymodule]
 mod _sppm {
+    #[pymodule_export]
+    use crate::farm::{Lock, Viewer, choose_settings, left_open};
     #[pymodule_export]
     use crate::images::{read_image, srgb, write_image, write_plane};
     #[pymodule_export]

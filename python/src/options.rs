@@ -43,12 +43,8 @@ impl Options {
         if let Some(values) = &self.settings {
             job.scene.settings = settings(values.clone())?;
         }
-        if let (Some(name), Some(given)) = (&self.quality, self.given) {
-            let quality = named("quality", name, Quality::ALL, Quality::name)?;
-            job.automatic = automatic(quality, given);
-            if quality == Quality::Paper {
-                job.scene.settings = papers(&job.scene.settings, given);
-            }
+        if let (Some(quality), Some(given)) = (&self.quality, self.given) {
+            set_quality(job, quality, given)?;
         }
         let (method, engine) = (self.method.as_deref(), self.engine.as_deref());
         job.engine =
@@ -77,6 +73,16 @@ impl Options {
             save.every = every;
         }
     }
+}
+
+/// Leaves what is not given to be chosen at the quality `name`, in the order of [`Options::given`], or takes the paper's.
+pub(crate) fn set_quality(job: &mut Job, name: &str, given: [bool; 5]) -> PyResult<()> {
+    let quality = named("quality", name, Quality::ALL, Quality::name)?;
+    job.automatic = automatic(quality, given);
+    if quality == Quality::Paper {
+        job.scene.settings = papers(&job.scene.settings, given);
+    }
+    Ok(())
 }
 
 /// What is chosen at this quality: what is not given, in the order of [`Options::given`].

@@ -114,6 +114,7 @@ impl Exact {
     }
 
     /// Whether it can be the sum of the gains of so many iterations.
+    #[inline]
     pub fn is_sum_of(self, iterations: u32) -> bool {
         let size = if self.is_negative() { self.negated() } else { self };
         let most = u128::from(iterations) << (BITS_OF_GAIN - 128);

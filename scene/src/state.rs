@@ -146,9 +146,13 @@ impl ExactSums {
     /// The inverse of [`Self::to_words`].
     #[inline]
     pub fn from_words(words: [u32; Self::WORDS]) -> Self {
-        let number = |k: usize| u64::from(words[2 * k]) | u64::from(words[2 * k + 1]) << 32;
-        let sum = |channel: usize| Exact([0, 1, 2].map(|k| number(3 * channel + k)));
-        Self { radiance: [0, 1, 2].map(sum), photons: number(9) }
+        // A loop over pairs, as merging reads billions of them: closures are not always inlined.
+        let mut numbers = [0; Self::WORDS / 2];
+        for (number, [low, high]) in numbers.iter_mut().zip(words.as_chunks().0) {
+            *number = u64::from(*low) | u64::from(*high) << 32;
+        }
+        let [a, b, c, d, e, f, g, h, i, photons] = numbers;
+        Self { radiance: [Exact([a, b, c]), Exact([d, e, f]), Exact([g, h, i])], photons }
     }
 
     fn fault(&self, iterations: u32) -> Option<&'static str> {

@@ -4,12 +4,9 @@ use crate::args::values::whole;
 use crate::terminal::error::Error;
 use crate::terminal::text::{complain, print};
 use clap::Args as ClapArgs;
-use std::net::{IpAddr, Ipv4Addr};
+use std::net::IpAddr;
 use std::sync::Arc;
-use view::{Display, Place, Relay, View};
-
-/// The environment variable that may hold the token of the page.
-const TOKEN: &str = "SPPM_VIEW_TOKEN";
+use view::{Display, Place, Relay, View, tev};
 
 /// Where the page is served.
 #[derive(Clone, Debug, Default, ClapArgs)]
@@ -38,12 +35,7 @@ pub(crate) struct PageArgs {
 impl PageArgs {
     /// Where the page is to be served.
     pub(crate) fn place(&self) -> Place {
-        Place {
-            ip: self.listen.unwrap_or(Ipv4Addr::LOCALHOST.into()),
-            port: self.port.unwrap_or(0),
-            // Not an option, as other users of the machine can see those.
-            token: std::env::var(TOKEN).ok().filter(|token| !token.is_empty()),
-        }
+        Place::new(self.listen, self.port)
     }
 
     /// Refuses these options where no page is asked for.
@@ -68,19 +60,11 @@ impl PageArgs {
         } else {
             print(format!("{}\n", view.address()).as_bytes())?;
         }
-        // The address is enough where there is no browser.
-        if !self.no_open && has_screen() {
-            let _ = view.open();
+        if !self.no_open {
+            view.open();
         }
         Ok(())
     }
-}
-
-/// Whether a browser can open a window: on Linux and the like a display server must be there, as else a browser in text would
-/// take the terminal.
-fn has_screen() -> bool {
-    let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
-    cfg!(any(target_os = "macos", windows)) || is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")
 }
 
 /// A viewer that images are sent to.
@@ -97,26 +81,13 @@ pub(crate) struct DisplayArgs {
 impl DisplayArgs {
     /// The viewer, in which the image is called `name`.
     pub(crate) fn start(&self, name: &str) -> Result<Option<Arc<Display>>, Error> {
-        let start = |place: &str| Display::new(with_port(place)?, name.into()).map_err(Error::Failed);
+        let start = |place: &str| {
+            let place =
+                tev::place(place).map_err(|problem| Error::BadInput(format!("--display {problem}")))?;
+            Display::new(place, name.into()).map_err(Error::Failed)
+        };
         Ok(self.display.as_deref().map(start).transpose()?.map(Arc::new))
     }
-}
-
-/// `place` with tev's port, unless it has one.
-fn with_port(place: &str) -> Result<String, Error> {
-    let bad = || {
-        let problem =
-            format!("--display {place}: write a host and a port, such as localhost:{}", view::tev::PORT);
-        Error::BadInput(problem)
-    };
-    let (host, port) = match place.rsplit_once(':') {
-        Some((host, port)) if !host.ends_with(':') && !host.is_empty() => {
-            (host, port.parse().map_err(|_| bad())?)
-        }
-        None if !place.is_empty() => (place, view::tev::PORT),
-        _ => return Err(bad()),
-    };
-    if port == 0 { Err(bad()) } else { Ok(format!("{host}:{port}")) }
 }
 
 /// Watching a render that runs.
@@ -150,20 +121,5 @@ impl WatchArgs {
             self.page.announce(view, is_taken)?;
         }
         Ok(Some((view, relay)))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_port_of_tev_is_the_usual_one() {
-        assert_eq!(with_port("localhost").unwrap(), "localhost:14158");
-        assert_eq!(with_port("10.0.0.1:99").unwrap(), "10.0.0.1:99");
-        assert_eq!(with_port("[::1]:99").unwrap(), "[::1]:99");
-        for bad in ["", ":99", "host:", "host:0", "host:65536", "host:x"] {
-            assert!(with_port(bad).is_err(), "{bad}");
-        }
     }
 }

@@ -31,6 +31,7 @@ Examples:
   sppm farm cornell -n 4096 -o cornell.exr --scheduler tcp://head:8786
   sppm farm scenes/ -n 64 -o images/                             all scene files of a folder
   sppm farm cornell --sweep radius=0.5,1,2 -o sweep/
+  sppm farm cornell -n 4096 -o cornell.exr --view                watch it in the browser
 
 Begun again, it goes on from where it was.";
 

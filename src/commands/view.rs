@@ -5,7 +5,7 @@ use crate::args::files::check_distinct;
 use crate::args::messages::MessageArgs;
 use crate::args::particles::{ParticleArgs, usual_renderer};
 use crate::args::scene::{self, SceneName};
-use crate::args::settings::SettingsArgs;
+use crate::args::settings::{QualityArgs, SettingsArgs};
 use crate::args::view::{DisplayArgs, PageArgs};
 use crate::terminal::error::Error;
 use crate::terminal::logs;
@@ -62,6 +62,9 @@ pub(crate) struct ViewArgs {
     pub settings: SettingsArgs,
 
     #[command(flatten)]
+    pub quality: QualityArgs,
+
+    #[command(flatten)]
     pub engine: EngineArgs,
 
     #[command(flatten)]
@@ -72,6 +75,7 @@ const VIEW_EXAMPLES: &str = "\
 Examples:
   sppm view cornell
   sppm view mine.toml --threads 2 --reference truth.exr
+  sppm view mine.toml --quality final
   sppm view beauty.exr
   sppm view cornell --no-open --port 8000     over ssh -L 8000:localhost:8000
   sppm view cornell --display localhost:14158";
@@ -132,7 +136,8 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
     let (size, most) = ([args.settings.width, args.settings.height], args.engine.memory_limit);
     let opened = scene::open(&args.target, &args.particles, size, most.unwrap_or(u64::MAX))?;
     check(args, opened.file.as_deref())?;
-    let settings = args.settings.apply(&opened.scene.settings)?;
+    let (own, automatic) = args.quality.apply(&opened.scene.settings, opened.automatic);
+    let settings = args.settings.apply(&own)?;
     let text = match &opened.file {
         // Such a file is no scene file, and may be of any size.
         Some(file) if named::is_particles(file.as_os_str()) => None,
@@ -141,7 +146,7 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
     };
     let engine = args.engine.choose(usual_renderer(&args.target, &opened.scene))?;
     // There is no end to them.
-    let automatic = args.settings.automatic(opened.automatic);
+    let automatic = args.settings.automatic(automatic);
     // Nor may they keep the first picture waiting.
     let automatic = Automatic { iterations: false, radius_pilots: false, ..automatic };
     let mut job = Job::new(Scene { settings, ..opened.scene }).choosing(automatic);

@@ -25,7 +25,7 @@ const PERMITTED: &[(&str, &[&str])] = &[
     ("figure", &["scene", "importers"]),
     // Front ends.
     ("view", &["scene", "files", "render"]),
-    ("python", &["scene", "files", "render", "importers", "figure", "compare"]),
+    ("python", &["scene", "files", "render", "importers", "figure", "compare", "view"]),
     // Line plots as SVG files.
     ("plots", &["files"]),
     // The paper's stages. Depends on `fast` to measure it for comparison.

@@ -64,7 +64,7 @@ const connection = new Connection({
 });
 const send = (message) => connection.send(message);
 
-const spheres = new Spheres(send, () => drawRing());
+const spheres = new Spheres(send, (message) => connection.ask(message), () => drawRing());
 const updateLook = bindLook(viewer, () => showLegend(viewer));
 bindSettings(send);
 const openSave = bindSave(connection, viewer);

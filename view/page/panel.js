@@ -64,7 +64,7 @@ function timed(seconds) {
 // Progress in the header and in the panel.
 export function showStatus(status, picture, setup) {
   if (status.preview) return;
-  const { iterations, limit, seconds, photons, camera_segments, mean_radius, error, waiting, curve } = status;
+  const { iterations, limit, seconds, photons, camera_segments, mean_radius, error, waiting, curve, workers } = status;
   const rate = seconds > 0 ? (photons || camera_segments) / seconds : 0;
   const of = limit ? ` of ${grouped(limit)}` : "";
   const state = waiting ? (setup && !(limit && iterations >= limit) ? " · paused" : " · done") : "";
@@ -72,6 +72,7 @@ export function showStatus(status, picture, setup) {
   $("progress").textContent = `${grouped(iterations)}${of} iterations · ${timed(seconds)}${noise}${state}`;
   const rows = [
     ["Iterations", `${grouped(iterations)}${of}`],
+    ...(workers == null ? [] : [["Workers", grouped(workers)]]),
     ["Time", timed(seconds)],
     [photons ? "Photons" : "Path segments", grouped(photons || camera_segments)],
     [photons ? "Photons per second" : "Segments per second", grouped(rate)],

@@ -1,4 +1,7 @@
 // The list of balls, and the form of the one that is chosen.
+//
+// Of many balls the first are listed; others are chosen by their number, or in the picture, and described when they are.
+// Balls that share a material are of one style, which can be changed as a whole.
 
 import { decode, encode } from "./tone.js";
 
@@ -22,10 +25,19 @@ function title(sphere, index) {
 }
 
 export class Spheres {
-  // `send` sends a request; `chosen` is told of every choice.
-  constructor(send, chosen) {
-    [this.send, this.chosen] = [send, chosen];
-    [this.all, this.total, this.index] = [[], 0, null];
+  // `send` sends a request, `ask` one that is answered; `chosen` is told of every choice.
+  constructor(send, ask, chosen) {
+    [this.send, this.ask, this.chosen] = [send, ask, chosen];
+    [this.all, this.total, this.index, this.far, this.styles] = [[], 0, null, null, []];
+    $("ball-number").onchange = () => {
+      const number = Math.round(Number($("ball-number").value));
+      if (number >= 1 && number <= this.total) this.choose(number - 1);
+    };
+    $("style").onchange = () => {
+      const style = this.styles[$("style").value];
+      $("styled").checked = Boolean(style);
+      this.choose(style ? style.first : null);
+    };
     $("ball").onchange = () => this.choose($("ball").value === "" ? null : Number($("ball").value));
     const material = (moving) => this.change({ material: this.material() }, moving);
     for (const id of ["material", "ior"]) $(id).onchange = () => material(false);
@@ -45,11 +57,21 @@ export class Spheres {
   }
 
   get sphere() {
-    return this.index === null ? null : (this.all[this.index] ?? null);
+    return this.index === null ? null : (this.all[this.index] ?? this.far);
   }
 
-  read({ spheres, total }) {
-    [this.all, this.total] = [spheres, total];
+  // The style of the chosen ball, if others share it.
+  get style() {
+    return this.styles.find(({ style }) => style === this.sphere?.style) ?? null;
+  }
+
+  read({ spheres, total, styles }) {
+    [this.all, this.total, this.styles] = [spheres, total, styles];
+    $("style-row").hidden = !styles.length;
+    const titles = styles.map(({ count, material }) => `${count} balls · ${KINDS[material.type]} · ${hex(material.albedo)}`);
+    $("style").replaceChildren(new Option("none", ""), ...titles.map((text, i) => new Option(text, i)));
+    $("number-row").hidden = total <= spheres.length;
+    $("ball-number").max = total;
     const options = spheres.map((sphere, i) => new Option(title(sphere, i), i));
     const rest = total > spheres.length ? [new Option(`… and ${total - spheres.length} more`, "", false, false)] : [];
     $("ball").replaceChildren(new Option("none", ""), ...options, ...rest);
@@ -57,14 +79,33 @@ export class Spheres {
   }
 
   choose(index, tells = true) {
+    if (index !== this.index) this.far = null;
     this.index = index;
-    const sphere = this.sphere;
-    $("ball").value = sphere ? String(index) : "";
+    if (index !== null && index >= this.all.length) this.describe(index);
+    this.show();
+    if (tells) this.chosen();
+  }
+
+  // Asks for a ball that is not in the list.
+  async describe(index) {
+    const { sphere } = await this.ask({ type: "describe", index });
+    if (index !== this.index) return;
+    this.far = sphere;
+    this.show();
+    this.chosen();
+  }
+
+  show() {
+    const { sphere, style } = this;
+    $("ball").value = sphere && this.index < this.all.length ? String(this.index) : "";
+    if (document.activeElement !== $("ball-number")) $("ball-number").value = sphere ? this.index + 1 : "";
     $("ball-form").hidden = !sphere;
     $("no-ball").hidden = Boolean(sphere);
-    if (index !== null && !sphere) $("no-ball").textContent = `Ball ${index + 1} is not in the list; it is too long.`;
+    $("style").value = style ? String(this.styles.indexOf(style)) : "";
+    $("styled-row").hidden = !style;
+    if (!style) $("styled").checked = false;
+    else $("styled-text").textContent = `Change all ${style.count} balls of this style`;
     if (sphere) this.fill(sphere);
-    if (tells) this.chosen();
   }
 
   fill({ center, radius, material, emission }) {
@@ -104,6 +145,7 @@ export class Spheres {
   }
 
   change(parts, moving = false) {
-    if (this.sphere) this.send({ type: "sphere", index: this.index, ...parts, moving });
+    const styled = $("styled").checked && !parts.center;
+    if (this.sphere) this.send({ type: "sphere", index: this.index, ...parts, styled, moving });
   }
 }

@@ -115,12 +115,11 @@ impl View {
         &self.server.address
     }
 
-    /// Opens the page in the browser of this machine, if it has one.
-    ///
-    /// # Errors
-    /// If none can be started.
-    pub fn open(&self) -> Result<(), String> {
-        open::that_detached(self.address()).map_err(|error| error.to_string())
+    /// Opens the page in the browser of this machine, if it has one; the address is enough where there is none.
+    pub fn open(&self) {
+        if has_screen() {
+            let _ = open::that_detached(self.address());
+        }
     }
 
     /// Ends, and returns what became of the scene; `None` for what is not edited.
@@ -137,4 +136,11 @@ impl Drop for View {
             let _ = studio.join(); // there is nobody to tell that it panicked
         }
     }
+}
+
+/// Whether a browser can open a window: on Linux and the like a display server must be there, as else a browser in text would
+/// take the terminal.
+fn has_screen() -> bool {
+    let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    cfg!(any(target_os = "macos", windows)) || is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")
 }

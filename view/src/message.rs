@@ -3,6 +3,7 @@
 use render::{EngineName, MethodName};
 use scene::Material;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 /// What a page asks for.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -32,9 +33,19 @@ pub(crate) enum Request {
         /// What is changed.
         #[serde(flatten)]
         parts: SphereParts,
+        /// Whether it is changed of all spheres of its style, which are those of its material.
+        #[serde(default)]
+        styled: bool,
         /// Whether more is to follow at once.
         #[serde(default)]
         moving: bool,
+    },
+    /// Asks for a sphere that is not listed.
+    Describe {
+        /// What the answer is to name.
+        id: u32,
+        /// The number of the sphere, from 0.
+        index: usize,
     },
     /// Changes settings.
     Settings(SettingsParts),
@@ -126,6 +137,13 @@ pub(crate) enum Answer {
         /// Its distance along the viewing direction, at which the lens would be focused on it.
         depth: Option<f32>,
     },
+    /// A sphere, as it is listed.
+    Described {
+        /// That of the request.
+        id: u32,
+        /// The sphere, or `None` if there is no such one.
+        sphere: Option<Value>,
+    },
     /// The image is ready for download at `save/{number}/...`.
     Kept {
         /// That of the request.
@@ -160,7 +178,7 @@ mod tests {
         let material = Some(Material::Diffuse { albedo: [1.0, 0.0, 0.0].into() });
         let parts = SphereParts { material, ..SphereParts::default() };
         let text = r#"{"type":"sphere","index":6,"material":{"type":"diffuse","albedo":[1,0,0]}}"#;
-        assert_eq!(read(text), Some(Request::Sphere { index: 6, parts, moving: false }));
+        assert_eq!(read(text), Some(Request::Sphere { index: 6, parts, styled: false, moving: false }));
         let settings = SettingsParts { max_depth: Some(9), ..SettingsParts::default() };
         assert_eq!(read(r#"{"type":"settings","max_depth":9}"#), Some(Request::Settings(settings)));
         for bad in ["", "{}", "[]", r#"{"type":"format_disk"}"#, r#"{"type":"pick","id":-1,"x":0,"y":0}"#] {

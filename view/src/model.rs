@@ -37,6 +37,8 @@ struct Body {
 pub(crate) enum Change {
     Camera(CameraParts),
     Sphere(usize, SphereParts),
+    /// Of all spheres of the style of this one, those of its material. Radii change in proportion, centres do not.
+    Style(usize, SphereParts),
     Settings(SettingsParts),
     Engine(EngineChoice),
 }
@@ -46,6 +48,7 @@ pub(crate) enum Change {
 enum Subject {
     Camera,
     Sphere(usize),
+    Style(usize),
     Settings,
     Engine,
 }
@@ -183,12 +186,14 @@ impl Model {
             Change::Camera(parts) => next.camera = parts.onto(next.camera),
             Change::Settings(parts) => next.settings = parts.onto(next.settings)?,
             Change::Engine(engine) => next.engine = engine,
+            Change::Style(index, parts) => {
+                self.find(index)?;
+                Arc::make_mut(&mut next.body).restyle(index, &parts);
+            }
             Change::Sphere(index, parts) => {
+                self.find(index)?;
                 let body = Arc::make_mut(&mut next.body);
-                let count = body.spheres.len();
-                let Some(sphere) = body.spheres.get_mut(index) else {
-                    return Err(format!("there is no sphere {}; there are {count}", index + 1));
-                };
+                let sphere = &mut body.spheres[index];
                 sphere.center = parts.center.map_or(sphere.center, Vec3::from);
                 sphere.radius = parts.radius.unwrap_or(sphere.radius);
                 sphere.emission = parts.emission.map_or(sphere.emission, Rgb::from);
@@ -198,6 +203,15 @@ impl Model {
             }
         }
         Ok(next)
+    }
+
+    fn find(&self, index: usize) -> Result<(), String> {
+        let count = self.spheres().len();
+        if index < count {
+            Ok(())
+        } else {
+            Err(format!("there is no sphere {}; there are {count}", index + 1))
+        }
     }
 
     /// Forgets the oldest steps if there are too many.
@@ -210,6 +224,23 @@ impl Model {
 }
 
 impl Body {
+    /// Changes all spheres of the material of sphere `index`.
+    fn restyle(&mut self, index: usize, parts: &SphereParts) {
+        let Sphere { material, radius, .. } = self.spheres[index];
+        let growth = parts.radius.map_or(1.0, |asked| asked / radius);
+        for sphere in self.spheres.iter_mut().filter(|sphere| sphere.material == material) {
+            sphere.radius *= growth;
+            sphere.emission = parts.emission.map_or(sphere.emission, Rgb::from);
+        }
+        if let Some(asked) = parts.radius {
+            // Not rounded.
+            self.spheres[index].radius = asked;
+        }
+        if let Some(asked) = parts.material {
+            self.materials[material as usize] = asked;
+        }
+    }
+
     /// Gives a sphere a material of its own.
     fn assign(&mut self, index: usize, material: Material) {
         let there = self.spheres[index].material;
@@ -228,6 +259,7 @@ impl Change {
         match self {
             Self::Camera(_) => Subject::Camera,
             Self::Sphere(index, _) => Subject::Sphere(*index),
+            Self::Style(index, _) => Subject::Style(*index),
             Self::Settings(_) => Subject::Settings,
             Self::Engine(_) => Subject::Engine,
         }
@@ -337,6 +369,34 @@ mod tests {
         for i in (0..9).filter(|i| *i != 3) {
             assert_eq!(material(&after, i), material(&before, i));
         }
+    }
+
+    /// The walls of cornell that share a material.
+    #[test]
+    fn a_style_is_changed_of_all_its_spheres() {
+        let mut model = model("cornell");
+        let before = model.now().scene();
+        let styles = before.spheres.iter().map(|sphere| sphere.material);
+        let style =
+            styles.clone().find(|style| styles.clone().filter(|other| other == style).count() > 1).unwrap();
+        let index = before.spheres.iter().position(|sphere| sphere.material == style).unwrap();
+        let black = Material::Diffuse { albedo: Rgb::ZERO };
+        let radius = Some(before.spheres[index].radius * 1.5);
+        let parts = SphereParts { material: Some(black), radius, ..SphereParts::default() };
+        model.apply(Change::Style(index, parts)).unwrap();
+        let after = model.now().scene();
+        for (old, new) in before.spheres.iter().zip(&after.spheres) {
+            let is_styled = old.material == style;
+            assert_eq!(new.center, old.center);
+            assert_eq!(new.radius, if is_styled { old.radius * 1.5 } else { old.radius });
+            let [was, is] = [(&before, old), (&after, new)]
+                .map(|(scene, sphere)| scene.materials[sphere.material as usize]);
+            assert_eq!(is, if is_styled { black } else { was });
+        }
+        assert!(model.undo());
+        assert_eq!(model.now().scene(), before);
+        let problem = model.apply(Change::Style(99, SphereParts::default())).unwrap_err();
+        assert_eq!(problem, "there is no sphere 100; there are 9");
     }
 
     #[test]

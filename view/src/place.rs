@@ -13,6 +13,18 @@ pub struct Place {
     pub token: Option<String>,
 }
 
+/// The environment variable that may hold the token. It is not an option, as other users of the machine can see those.
+const TOKEN: &str = "SPPM_VIEW_TOKEN";
+
+impl Place {
+    /// At this address and port, or the usual ones; the token may be in the environment, by the name `SPPM_VIEW_TOKEN`.
+    pub fn new(ip: Option<IpAddr>, port: Option<u16>) -> Self {
+        let usual = Self::default();
+        let token = std::env::var(TOKEN).ok().filter(|token| !token.is_empty());
+        Self { ip: ip.unwrap_or(usual.ip), port: port.unwrap_or(usual.port), token }
+    }
+}
+
 impl Default for Place {
     /// This machine alone, at any port.
     fn default() -> Self {

@@ -23,40 +23,79 @@ pub struct Relay {
     display: Option<Arc<Display>>,
     schedule: Schedule,
     number: u32,
+    /// Counts the renders that were shown.
+    version: u32,
     step: Step,
+    workers: Option<u32>,
 }
 
 impl Relay {
     pub(crate) fn new(hub: Option<Arc<Hub>>, display: Option<Arc<Display>>, name: &str) -> Self {
-        if let Some(hub) = &hub {
+        let schedule = Schedule::new(SHARE, Duration::ZERO);
+        let step = Step::default();
+        let relay = Self { hub, display, schedule, number: 0, version: 1, step, workers: None };
+        relay.entitle(name);
+        relay
+    }
+
+    /// The same with pictures that may take this `share` of the time.
+    #[must_use]
+    pub fn with_share(self, share: f64) -> Self {
+        Self { schedule: Schedule::new(share, Duration::ZERO), ..self }
+    }
+
+    /// From now on the pictures are of another render, which is called `name`.
+    pub fn begin(&mut self, name: &str) {
+        self.version += 1;
+        self.entitle(name);
+    }
+
+    fn entitle(&self, name: &str) {
+        if let Some(hub) = &self.hub {
             let scene =
                 json!({ "type": "scene", "mode": "watch", "name": name, "layers": LAYERS, "others": [] });
             show(&hub.scene, &scene);
         }
-        Self {
-            hub,
-            display,
-            schedule: Schedule::new(SHARE, Duration::ZERO),
-            number: 0,
-            step: Step::default(),
+    }
+
+    /// Tells how far a render is that so many `workers` compute, without a picture.
+    pub fn tell(&mut self, step: &Step, workers: u32) {
+        // The radius of the last picture.
+        let mean_radius = step.mean_radius.or(self.step.mean_radius);
+        (self.step, self.workers) = (Step { mean_radius, ..*step }, Some(workers));
+        if let Some(hub) = &self.hub {
+            self.show_status(hub, step.iteration >= step.iterations);
         }
     }
 
     /// Whether [`Self::after`] is to be called after this iteration: somebody looks, and a picture is due.
     pub fn wants(&self) -> bool {
-        let is_due = |hub: &Arc<Hub>| hub.clients() > 0 && (self.schedule.is_due() || lacks_layer(hub));
-        self.hub.as_ref().is_some_and(is_due) || self.display.as_ref().is_some_and(|display| display.is_due())
+        self.lacks() || (self.is_seen() && self.schedule.is_due())
+    }
+
+    /// Whether a page looks at a layer that the last picture lacks, so that a picture is wanted although nothing is new.
+    pub fn lacks(&self) -> bool {
+        self.hub.as_ref().is_some_and(|hub| hub.clients() > 0 && lacks_layer(hub))
+    }
+
+    fn is_seen(&self) -> bool {
+        self.hub.as_ref().is_some_and(|hub| hub.clients() > 0)
+            || self.display.as_ref().is_some_and(|display| display.is_due())
     }
 
     /// To be called after an iteration, if this relay [`Self::wants`] it.
     pub fn after(&mut self, step: &Step, engine: &dyn Resumable) {
         self.step = *step;
+        let mut schedule = self.schedule;
+        schedule.show(|| self.show(engine));
+        self.schedule = schedule;
+    }
+
+    fn show(&mut self, engine: &dyn Resumable) {
         let film = develop(engine);
         if let Some(hub) = self.hub.clone().filter(|hub| hub.clients() > 0) {
             let caption = self.caption([film.width, film.height]);
-            let mut schedule = self.schedule;
-            schedule.show(|| self.publish(&hub, layers(&hub, engine, &film, caption), false));
-            self.schedule = schedule;
+            self.publish(&hub, layers(&hub, engine, &film, caption), false);
         }
         if let Some(display) = self.display.as_ref().filter(|display| display.is_due()) {
             display.show(film);
@@ -81,17 +120,21 @@ impl Relay {
 
     fn caption(&mut self, whole: [u32; 2]) -> Caption {
         self.number += 1;
-        Caption { version: 1, iterations: self.step.iteration, whole, number: self.number }
+        Caption { version: self.version, iterations: self.step.iteration, whole, number: self.number }
     }
 
     fn publish(&self, hub: &Hub, layers: Vec<(u32, Bytes)>, is_last: bool) {
         hub.pictures.send_replace(Some(Arc::new(Picture::new(layers))));
+        self.show_status(hub, is_last);
+    }
+
+    fn show_status(&self, hub: &Hub, is_last: bool) {
         let step = &self.step;
         show(
             &hub.status,
             &json!({
                 "type": "status",
-                "version": 1,
+                "version": self.version,
                 "preview": false,
                 "iterations": step.iteration,
                 "limit": (step.iterations < MAX_ITERATIONS).then_some(step.iterations),
@@ -101,6 +144,7 @@ impl Relay {
                 "mean_radius": step.mean_radius,
                 "error": step.estimated_error.filter(|error| error.is_finite()),
                 "curve": [],
+                "workers": self.workers,
                 "waiting": is_last,
             }),
         );

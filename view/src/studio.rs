@@ -16,7 +16,8 @@ use crate::pick::pick;
 use render::{EngineChoice, Job, Running};
 use scene::settings::MAX_ITERATIONS;
 use scene::{Scene, Settings, Stop};
-use serde_json::json;
+use serde_json::{Value, json};
+use std::cmp::Reverse;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::{Duration, Instant};
@@ -31,8 +32,10 @@ const ABSENCE: Duration = Duration::from_millis(400);
 const FIRST_ABSENCE: Duration = Duration::from_secs(5);
 /// How long the end waits for the image to be kept.
 const LAST_WAIT: Duration = Duration::from_secs(20);
-/// More spheres are not listed in the page; they can still be picked in the image.
+/// More spheres are not listed in the page; they can still be picked in the image, or by their number.
 const MOST_LISTED: usize = 2000;
+/// More styles are not listed.
+const MOST_STYLES: usize = 100;
 
 /// What a studio is made of.
 #[derive(Debug)]
@@ -180,7 +183,10 @@ impl Studio {
         let before = self.model.now().clone();
         let done = match asked.request.clone() {
             Request::Camera { camera, moving, .. } => self.change(Change::Camera(camera), moving),
-            Request::Sphere { index, parts, moving } => self.change(Change::Sphere(index, parts), moving),
+            Request::Sphere { index, parts, styled, moving } => {
+                let change = if styled { Change::Style } else { Change::Sphere };
+                self.change(change(index, parts), moving)
+            }
             Request::Settings(parts) => self.change(Change::Settings(parts), false),
             Request::Engine { method, engine } => self.choose(render::Renderer { method, engine }),
             Request::Undo => Ok(self.model.undo()),
@@ -192,6 +198,9 @@ impl Studio {
                 return;
             }
             Request::Pick { id, x, y } => return asked.answer(pick(&self.model.now().scene(), id, [x, y])),
+            Request::Describe { id, index } => {
+                return asked.answer(Answer::Described { id, sphere: self.describe(index) });
+            }
             Request::Keep { .. } => {
                 self.desk.change(|wishes| wishes.wants_kept = true);
                 return self.keepers.push(asked);
@@ -433,16 +442,8 @@ impl Studio {
     }
 
     fn show_scene(&self) {
-        let (spheres, materials) = (self.model.spheres(), self.model.materials());
-        let listed = spheres.iter().take(MOST_LISTED).enumerate().map(|(i, sphere)| {
-            json!({
-                "name": self.names.get(i).cloned().flatten(),
-                "center": sphere.center.to_array(),
-                "radius": sphere.radius,
-                "emission": sphere.emission.to_array(),
-                "material": materials[sphere.material as usize],
-            })
-        });
+        let count = self.model.spheres().len();
+        let listed = (0..count.min(MOST_LISTED)).filter_map(|i| self.describe(i));
         show(
             &self.hub.scene,
             &json!({
@@ -451,10 +452,39 @@ impl Studio {
                 "name": self.model.name(),
                 "version": self.version,
                 "spheres": listed.collect::<Vec<_>>(),
-                "total": spheres.len(),
+                "total": count,
+                "styles": self.styles(),
                 "layers": LAYERS,
                 "others": self.hub.others.iter().map(|(name, _)| name).collect::<Vec<_>>(),
             }),
         );
+    }
+
+    /// What the page knows of a sphere.
+    fn describe(&self, index: usize) -> Option<Value> {
+        let sphere = self.model.spheres().get(index)?;
+        Some(json!({
+            "name": self.names.get(index).cloned().flatten(),
+            "center": sphere.center.to_array(),
+            "radius": sphere.radius,
+            "emission": sphere.emission.to_array(),
+            "material": self.model.materials()[sphere.material as usize],
+            "style": sphere.material,
+        }))
+    }
+
+    /// The styles: materials that several spheres have. Each with the first of the spheres, and their number; the one of most
+    /// spheres first.
+    fn styles(&self) -> Vec<Value> {
+        let mut styles: Vec<(usize, usize)> = vec![(0, 0); self.model.materials().len()];
+        for (i, sphere) in self.model.spheres().iter().enumerate() {
+            let (first, count) = &mut styles[sphere.material as usize];
+            *first = if *count == 0 { i } else { *first };
+            *count += 1;
+        }
+        let mut shared: Vec<_> = styles.iter().enumerate().filter(|(_, (_, count))| *count > 1).collect();
+        shared.sort_by_key(|(style, (_, count))| (Reverse(*count), *style));
+        let told = |(style, (first, count)): (usize, &(usize, usize))| json!({ "style": style, "first": first, "count": count, "material": self.model.materials()[style] });
+        shared.into_iter().take(MOST_STYLES).map(told).collect()
     }
 }

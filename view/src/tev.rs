@@ -23,6 +23,22 @@ pub struct Tile {
     pub height: u32,
 }
 
+/// `text`, a host and perhaps a port, with tev's port unless it has one.
+///
+/// # Errors
+/// If it is neither: `text`, and what would be right.
+pub fn place(text: &str) -> Result<String, String> {
+    let bad = || format!("{text}: write a host and a port, such as localhost:{PORT}");
+    let (host, port) = match text.rsplit_once(':') {
+        Some((host, port)) if !host.ends_with(':') && !host.is_empty() => {
+            (host, port.parse().map_err(|_| bad())?)
+        }
+        None if !text.is_empty() => (text, PORT),
+        _ => return Err(bad()),
+    };
+    if port == 0 { Err(bad()) } else { Ok(format!("{host}:{port}")) }
+}
+
 /// The packet that creates a black image, or replaces the one of that name.
 pub fn create(name: &str, width: u32, height: u32) -> Vec<u8> {
     let mut packet = begin(CREATE, name);
@@ -93,6 +109,16 @@ mod tests {
         expected.extend([0, 0, 128, 63, 0, 0, 0, 64, 0, 0, 64, 64]);
         expected[0] = expected.len() as u8;
         assert_eq!(update("box", tile, &[1.0, 2.0, 3.0]), expected);
+    }
+
+    #[test]
+    fn the_port_is_the_usual_one_unless_it_is_given() {
+        assert_eq!(place("localhost").unwrap(), "localhost:14158");
+        assert_eq!(place("10.0.0.1:99").unwrap(), "10.0.0.1:99");
+        assert_eq!(place("[::1]:99").unwrap(), "[::1]:99");
+        for bad in ["", ":99", "host:", "host:0", "host:65536", "host:x"] {
+            assert!(place(bad).is_err(), "{bad}");
+        }
     }
 
     #[test]

@@ -242,8 +242,8 @@ fn for_each_row<R: Read>(
     let mut bytes = vec![0; 4 * words.len()];
     for y in 0..settings.height {
         section.read_exact(&mut bytes)?;
-        for (word, bytes) in words.iter_mut().zip(bytes.chunks_exact(4)) {
-            *word = u32::from_le_bytes(std::array::from_fn(|i| bytes[i]));
+        for (word, bytes) in words.iter_mut().zip(bytes.as_chunks().0) {
+            *word = u32::from_le_bytes(*bytes);
         }
         take(y, &words);
     }

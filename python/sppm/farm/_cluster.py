@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import logging
 import os
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,15 @@ import sppm
 if TYPE_CHECKING:
     from collections.abc import Generator
     from pathlib import Path
+
+
+_QUIET = {
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "500ms",
+    "distributed.admin.system-monitor.interval": "5s",
+}
+"""What Dask does many times a second in each process, to show it on pages that nobody opens here. It would take some percent of a
+core for each worker."""
 
 
 @contextmanager
@@ -40,13 +50,16 @@ def client_of(
             yield client
         return
     count = workers or default_workers()
-    with distributed.LocalCluster(
+    dask: Any = importlib.import_module("dask")
+    with dask.config.set(_QUIET), distributed.LocalCluster(
         n_workers=count,
         threads_per_worker=1,
         processes=True,
         dashboard_address=":0",
         security=security,
         host="127.0.0.1",
+        # The driver says what happens to workers.
+        silence_logs=logging.ERROR,
     ) as cluster, distributed.Client(cluster, security=security, set_as_default=False) as client:
         yield client
 

@@ -6,8 +6,10 @@
         once a tree is added up: add it to the state file, and write the image
 
 Blocks that come back stay on their workers until the sum that they are in is in the state file. So a worker that is lost
-takes with it the block that it renders, and those that it has rendered since the last sum; Dask renders them again. The
-driver keeps ranges of iterations alone. All that it knows is in the state file, so it may be killed at any time.
+takes with it the block that it renders, and those that it has rendered since the last sum; Dask renders them again. Blocks are
+therefore added as soon as the sum before is stored: each by itself if they come slowly, and many together if they come
+faster than the driver can store them. The driver keeps ranges of iterations alone. All that it knows is in the state file,
+so it may be killed at any time.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
@@ -31,15 +34,27 @@ from ._jobs import Job, Range
 _TICK = 0.25
 """Seconds between two looks at what is going on."""
 _LOOK = 1.0
-"""Seconds between two looks at who is there."""
+"""Seconds between two looks at who is there; with more than _MANY workers more, in proportion."""
+_MANY = 200
+"""So many workers, or tasks, are many: each look at them takes time."""
 _SHORT = 10.0
 """Seconds after which workers of this machine are replaced that have not come back."""
 _FAN = 4
 """Parts that are added by one task."""
+_DIRECT = 8
+"""Parts that the driver adds up itself; to leave more of them to workers saves its network."""
+_AT_ONCE = 16
+"""Workers whose answers are taken at the same time."""
+_FETCH = 5.0
+"""Seconds in which a result arrives, unless it was lost just now."""
 _ATTEMPTS = 4
 """How often a block is given out that fails."""
 _SLOW = 4.0
 """A block that takes so many times as long as others is given out once more."""
+_STORING = 0.1
+"""The share of the driver's time that goes into adding sums to state files, at most."""
+_LATE = 5.0
+"""Seconds after which a sum is late."""
 _AHEAD = 2
 """Blocks that a worker has: one that it renders, and the next."""
 
@@ -62,6 +77,8 @@ class Block:
     attempt: int = 0
     worker: str = ""
     """The worker that it was meant for; Dask may move it."""
+    fetched: int = 0
+    """How often it did not arrive."""
     twin: Any = None
     """The same once more, if the first is slow."""
 
@@ -75,8 +92,11 @@ class Sum:
     """Blocks that are being added up."""
 
     blocks: list[Block]
-    futures: list[Any]
-    """The tasks of the tree, the root last."""
+    roots: list[Any]
+    """What is left to be added by the driver."""
+    inner: list[Any]
+    """The tasks below them."""
+    begun: float
 
 
 @dataclass
@@ -86,10 +106,14 @@ class Work:
     job: Job
     missing: list[Range]
     ready: list[Block] = field(default_factory=list["Block"])
-    ready_since: float = 0.0
+    next_sum: float = 0.0
+    """When the next sum may begin."""
     sums: list[Sum] = field(default_factory=list["Sum"])
     scene: Any = None
     written: float = 0.0
+    stored: float = 0.0
+    """When a sum was stored last."""
+    lock: Any = None
 
     @property
     def done(self) -> int:
@@ -122,12 +146,13 @@ class Driver:
         every: float = 10.0,
         tell: Tell = print,
         show: Callable[[str], None] | None = None,
+        viewer: _sppm.Viewer | None = None,
         transport: int = _sppm.TRANSPORT,
         tasks: Any = _tasks,
     ) -> None:
         """``threads``: those that a block is rendered on. ``block``: iterations of a block; by default as many as take about
-        ``seconds``. ``every``: seconds between two images, and about between two sums. ``tell`` is given messages, ``show``
-        the progress. ``transport``: the version of the light transport that workers must compute. ``tasks``: what runs on
+        ``seconds``. ``every``: seconds between two images. ``tell`` is given messages, ``show`` the progress; ``viewer`` shows
+        the pictures. ``transport``: the version of the light transport that workers must compute. ``tasks``: what runs on
         them, the module ``_tasks`` or a stand-in.
         """
         self._client = client
@@ -139,6 +164,9 @@ class Driver:
         self._every = every
         self._tell = tell
         self._show = show
+        self._viewer = viewer
+        self._viewed: tuple[Work | None, int] = (None, 0)
+        self._told = 0.0
         self._transport = transport
         self._blocks: list[Block] = []
         self._workers: dict[str, Any] = {}
@@ -155,12 +183,14 @@ class Driver:
     def run(self, jobs: list[Job]) -> None:
         """Renders all jobs, each from where its state file is.
 
-        Raises FarmError if a block fails again and again, InputError if a state file is of another render.
+        Raises FarmError if a block fails again and again, InputError if a state file is of another render, and FileError if
+        another driver works on it.
         """
         works: list[Work] = []
         for job in jobs:
+            lock = _sppm.Lock(os.fspath(job.state))
             job.load()
-            works.append(Work(job, _without((0, job.iterations), job.done)))
+            works.append(Work(job, _without((0, job.iterations), job.done), lock=lock))
             if job.done:
                 self._tell(f"going on from {job.state} after {works[-1].done} of {job.iterations} iterations")
         try:
@@ -171,15 +201,19 @@ class Driver:
                 self._wait(waiting)
                 self._collect()
                 for work in waiting:
+                    self._mind_losses(work)
                     self._add(work)
                     self._keep(work)
                 for work in [work for work in waiting if not _left(work, self._blocks)]:
                     waiting.remove(work)
                     self._write_image(work)
-                    work.scene = None
+                    work.scene = work.lock = None
                     self._tell(f"wrote {work.job.output}: {work.done} iterations")
                 self._show_progress(works)
+                self._show_picture(works)
         finally:
+            for work in works:
+                work.lock = None
             self._client.cancel([block.future for block in self._blocks], force=True)
 
     # Workers.
@@ -189,7 +223,7 @@ class Driver:
         self._ask()
         if time.monotonic() < self._look_next:
             return
-        self._look_next = time.monotonic() + _LOOK
+        self._look_next = time.monotonic() + _LOOK * max(1.0, len(self._workers) / _MANY)
         now = self._client.scheduler_info(n_workers=-1)["workers"]
         cluster = self._client.cluster
         if cluster is None or len(now) >= self._wanted:
@@ -203,19 +237,26 @@ class Driver:
         for address in [address for address in self._workers if address not in now]:
             del self._workers[address]
             self._tell(f"worker {address} is gone; what it had is rendered again")
-        for address in [address for address in now if address not in self._workers]:
+        new = [address for address in now if address not in self._workers]
+        room = _MANY - sum(not isinstance(asked, bool) for asked in self._workers.values())
+        for address in new[: max(room, 0)]:
             # By a task, as a call would wait for workers that have just gone.
             self._workers[address] = self._client.submit(
                 self._tasks.versions, workers=[address], allow_other_workers=False, pure=False, priority=10
             )
+        if len(new) > room:
+            self._look_next = 0.0
         self._ask()
 
     def _ask(self) -> None:
         """Takes the answers of new workers."""
-        for address, asked in self._workers.items():
-            if isinstance(asked, bool) or asked.status == "pending":
-                continue
-            found = _outcome(asked)
+        answered = {address: asked for address, asked in self._workers.items()
+                    if not isinstance(asked, bool) and not _is_under_way(asked)}
+        if not answered:
+            return
+        with ThreadPoolExecutor(_AT_ONCE) as threads:
+            outcomes = list(threads.map(_outcome, answered.values()))
+        for address, found in zip(answered, outcomes, strict=True):
             if found is None:
                 continue
             # Of the package, and of the light transport.
@@ -256,7 +297,7 @@ class Driver:
             self._give_again()
 
     def _size(self, work: Work) -> int:
-        """Iterations of the next block: at first one, then as many as take about the seconds asked for, and towards the end
+        """Iterations of the next block: at first one, soon as many as take about the seconds asked for, and towards the end
         fewer, so that all workers end together."""
         if self._block is not None:
             return self._block
@@ -264,7 +305,9 @@ class Driver:
         if rate is None:
             return 1
         left = sum(stop - start for start, stop in work.missing)
-        return max(1, min(int(self._seconds * rate / workers), left // (2 * workers)))
+        # Short at first, so that there are pictures soon.
+        seconds = min(self._seconds, (time.monotonic() - self._begun) / 4)
+        return max(1, min(int(seconds * rate / workers), left // (2 * workers)))
 
     def _submit(self, work: Work, chosen: Range, attempt: int, worker: str = "") -> Any:
         """The task of a block. It is named by what it renders, so two that are alike are one. It is meant for ``worker``: by
@@ -300,8 +343,8 @@ class Driver:
     def _wait(self, works: list[Work]) -> None:
         """Waits until something has ended, or for a moment."""
         futures: list[Any] = [future for block in self._blocks for future in (block.future, block.twin) if future is not None]
-        futures += [root.futures[-1] for work in works for root in work.sums]
-        if not futures:
+        futures += [root for work in works for total in work.sums for root in total.roots if _is_under_way(root)]
+        if not futures or len(futures) > _MANY:
             time.sleep(_TICK)
             return
         try:
@@ -316,9 +359,9 @@ class Driver:
         for block in list(self._blocks):
             if block.twin is not None and block.twin.status == "finished" and block.future.status != "finished":
                 block.future, block.twin = block.twin, block.future
-            status = block.future.status
-            if status == "pending":
+            if _is_under_way(block.future):
                 continue
+            status = block.future.status
             self._blocks.remove(block)
             if status == "finished":
                 if block.twin is not None:
@@ -326,8 +369,6 @@ class Driver:
                     block.twin = None
                 self._finished.append((now, block.count))
                 self._durations = [*self._durations[-50:], now - block.given]
-                if not block.job.ready:
-                    block.job.ready_since = now
                 block.job.ready.append(block)
             else:
                 self._try_again(block, status)
@@ -348,48 +389,91 @@ class Driver:
     # Sums.
 
     def _add(self, work: Work) -> None:
-        """Has the blocks that are done added up, once there are enough, or they have waited."""
-        if not work.ready:
-            return
-        is_last = not work.missing and not any(block.job is work for block in self._blocks)
-        waited = time.monotonic() - work.ready_since
-        if len(work.ready) < max(_FAN, 2 * len(self._good)) and waited < self._every / 2 and not is_last:
+        """Begins the next sum, of the blocks that are done, once the last one is stored, but waits for none that is late: blocks
+        in it may be rendered again.
+        """
+        now = time.monotonic()
+        if not work.ready or now < work.next_sum or any(now - total.begun < _LATE for total in work.sums):
             return
         blocks, work.ready = work.ready, []
         level: list[Any] = [block.future for block in blocks]
-        futures: list[Any] = []
-        while len(level) > 1 or not futures:
-            level = [self._client.submit(self._tasks.add_parts, level[at : at + _FAN], pure=True, **self._placed())
+        inner: list[Any] = []
+        while len(level) > _DIRECT:
+            inner += level
+            # Before blocks that wait on the same worker.
+            level = [self._client.submit(self._tasks.add_parts, level[at : at + _FAN], pure=True, priority=10, **self._placed())
                      for at in range(0, len(level), _FAN)]
-            futures += level
-        work.sums.append(Sum(blocks, futures))
+        work.sums.append(Sum(blocks, level, inner, now))
 
     def _keep(self, work: Work) -> None:
         """Adds the sums that have ended to the state file; the blocks in them may then be forgotten."""
         for total in list(work.sums):
-            root = total.futures[-1]
-            if root.status == "pending":
+            if any(_is_under_way(root) for root in total.roots):
                 continue
             work.sums.remove(total)
+            began = time.monotonic()
             try:
-                self._store(work, root.result(timeout=600))
+                parts = self._fetch(total)
+                if parts is None:
+                    work.ready = [*total.blocks, *work.ready]
+                    continue
+                self._store(work, parts)
+            except FarmError:
+                raise
             except Exception as error:
-                # Lost on its way, or damaged: the blocks are rendered anew under other names.
+                # Damaged: the blocks are rendered anew under other names.
                 self._tell(f"a sum of {len(total.blocks)} blocks failed: {error}")
                 for block in total.blocks:
                     self._client.cancel([block.future], force=True)
                     self._try_again(block, "a sum that failed")
                 continue
-            work.job.done = sorted([*work.job.done, *(block.range for block in total.blocks)])
+            work.job.done = _joined([*work.job.done, *(block.range for block in total.blocks)])
+            # At once: references to them may outlive this, in exceptions of Dask that have not been collected yet, and what is
+            # referred to is rendered again when its worker is lost.
+            for future in (*total.inner, *total.roots):
+                future.release()
+            work.stored = time.monotonic()
+            work.next_sum = work.stored + (work.stored - began) * (1.0 / _STORING - 1.0)
             if time.monotonic() - work.written > self._every:
                 self._write_image(work)
 
-    def _store(self, work: Work, part: bytes) -> None:
+    def _fetch(self, total: Sum) -> list[bytes] | None:
+        """What is left of a sum; ``None`` if it was lost before it came, and is to be added up again. Raises what a task of it
+        raised, and FarmError if it does not come again and again."""
+        # What is lost just now would be waited for until it is rendered again. Large ones get more time with every attempt.
+        timeout = _FETCH * 4.0 ** max(block.fetched for block in total.blocks)
+        try:
+            return [root.result(timeout=timeout) for root in total.roots]
+        except Exception as error:
+            if any(root.status == "error" for root in total.roots):
+                raise
+            for block in total.blocks:
+                block.fetched += 1
+                if block.fetched > _ATTEMPTS:
+                    raise FarmError(f"results of workers do not arrive: {error}") from error
+            self._tell(f"a sum of {len(total.blocks)} blocks did not arrive, and is fetched again: {error}")
+            return None
+
+    def _mind_losses(self, work: Work) -> None:
+        """Takes back blocks that were lost with their worker; Dask has them rendered again. A sum that has one is given up, as
+        the other blocks in it need not wait for it, and could be lost meanwhile."""
+        for total in [total for total in work.sums if any(_is_under_way(block.future) for block in total.blocks)]:
+            work.sums.remove(total)
+            work.ready = [*total.blocks, *work.ready]
+        lost = [block for block in work.ready if _is_under_way(block.future)]
+        for block in lost:
+            block.given = time.monotonic()
+        work.ready = [block for block in work.ready if block not in lost]
+        self._blocks += lost
+
+    def _store(self, work: Work, parts: list[bytes]) -> None:
         state = work.job.state
         with tempfile.TemporaryDirectory(prefix=".sppm-farm-", dir=state.parent) as folder:
-            file, total = Path(folder, "part.sppm"), Path(folder, "sum.sppm")
-            file.write_bytes(part)
-            sppm.merge([state, file] if state.exists() else [file], total)
+            files = [Path(folder, f"{number}.sppm") for number in range(len(parts))]
+            for file, part in zip(files, parts, strict=True):
+                file.write_bytes(part)
+            total = Path(folder, "sum.sppm")
+            sppm.merge([state, *files] if state.exists() else files, total)
             os.replace(total, state)
 
     def _write_image(self, work: Work) -> None:
@@ -421,6 +505,33 @@ class Driver:
         self._show(f"{images}{done + waiting} of {all_} iterations, {len(self._good)} workers{speed}{left}")
 
 
+    def _show_picture(self, works: list[Work]) -> None:
+        """Shows what was stored last to those who look."""
+        viewer = self._viewer
+        if viewer is None:
+            return
+        work = max(works, key=lambda work: work.stored)
+        job, done, seconds = work.job, work.done, time.monotonic() - self._begun
+        before, shown = self._viewed
+        if work is not before:
+            viewer.begin(job.output.name)
+            before, shown = work, 0
+        if time.monotonic() - self._told > _LOOK:
+            self._told = time.monotonic()
+            photons = done * job.scene.settings.photons_per_iteration
+            viewer.tell((done, job.iterations), photons, seconds, len(self._good))
+        is_last = done == job.iterations and done != shown
+        if done and (is_last or viewer.wants(done != shown)):
+            viewer.show(os.fspath(job.state), job.iterations, seconds)
+            shown = done
+        self._viewed = (before, shown)
+
+
+def _is_under_way(future: Any) -> bool:
+    """Whether a task has not ended, or its result was lost with its worker, so that Dask has it done again."""
+    return future.status in ("pending", "lost")
+
+
 def _outcome(future: Any) -> Any:
     """The result of a small task, or its exception; ``None`` if the worker that had it has just gone."""
     try:
@@ -447,6 +558,17 @@ def _without(whole: Range, done: list[Range]) -> list[Range]:
     if start < whole[1]:
         missing.append((start, whole[1]))
     return missing
+
+
+def _joined(ranges: list[Range]) -> list[Range]:
+    """The same iterations in order, in as few ranges as there can be."""
+    joined: list[Range] = []
+    for start, stop in sorted(ranges):
+        if joined and joined[-1][1] == start:
+            joined[-1] = (joined[-1][0], stop)
+        else:
+            joined.append((start, stop))
+    return joined
 
 
 def _duration(seconds: float) -> str:

@@ -7,13 +7,18 @@ import itertools
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import sppm
 from sppm import InputError, Scene, _sppm
+from sppm._scene import native
+from sppm._settings import to_tuple
 
 _WHOLE = ("width", "height", "iterations", "photons_per_iteration", "max_depth", "seed")
 _SHORT = {"radius": "initial_radius", "photons": "photons_per_iteration", "depth": "max_depth"}
+
+_CHOSEN = {"iterations": "-n", "photons_per_iteration": "--photons", "max_depth": "--depth", "initial_radius": "--radius"}
+"""Settings that may be chosen, with the options that state them, in the order of the extension module."""
 
 Range = tuple[int, int]
 """Iterations, from the first, counted from 0, to before the second."""
@@ -28,10 +33,29 @@ class Job:
     """The image."""
     done: list[Range] = field(default_factory=list[Range])
     """The iterations in the state file."""
+    chosen: str = ""
+    """The settings that were chosen, as options that repeat the choice."""
 
     def __post_init__(self) -> None:
         """Radii are global, as parts of others cannot be merged."""
         self.scene.settings = self.scene.settings.replace(radius_schedule="global", radius_pilots=0)
+
+    def choose(self, source: str, quality: str | None, given: set[str]) -> None:
+        """Chooses the settings that are not ``given``, at this quality or, without one, as far as ``source``, the scene's file,
+        leaves them open. The choice is recorded in the state file, as all settings are.
+        """
+        usual, left = _sppm.left_open(source)
+        names = [name for name, is_open in zip(_CHOSEN, left, strict=True)
+                 if name not in given and (is_open or quality is not None)]
+        if not names:
+            return
+        quality = quality or usual
+        flags = [name not in names for name in _CHOSEN]
+        chosen = _sppm.choose_settings(native(self.scene), to_tuple(self.scene.settings), quality, flags)
+        self.scene.settings = sppm.Settings(*cast("Any", chosen))
+        if quality != "paper":
+            options = [f"{_CHOSEN[name]} {getattr(self.scene.settings, name):.9g}" for name in names]
+            self.chosen = f"quality {quality}: {' '.join(options)}"
 
     @property
     def state(self) -> Path:
@@ -74,8 +98,13 @@ def _plain(scene: Scene) -> dict[str, Any]:
     return {name: getattr(settings, name) for name in names}
 
 
-def jobs_of(scenes: list[str], output: Path | None, settings: dict[str, Any], sweeps: list[str]) -> list[Job]:
+def jobs_of(
+    scenes: list[str], output: Path | None, settings: dict[str, Any], sweeps: list[str], quality: str | None = None
+) -> list[Job]:
     """The jobs for ``scenes``, which are names, files or folders of files, each with all values of ``sweeps``.
+
+    Settings that neither ``settings`` nor a sweep gives are chosen at this ``quality``; without one, those that the scene's
+    file leaves open.
 
     ``output`` is the image of a single job, or the folder of several. Raises InputError if a sweep is not one, or if two
     jobs would write one file.
@@ -87,14 +116,17 @@ def jobs_of(scenes: list[str], output: Path | None, settings: dict[str, Any], sw
     is_one = len(names) * len(combinations) == 1
     for name, combination in itertools.product(names, combinations):
         scene = Scene.load(name)
-        scene.settings = scene.settings.replace(**{**settings, **{key: value for key, value, _ in combination}})
+        stated = {**settings, **{key: value for key, value, _ in combination}}
+        scene.settings = scene.settings.replace(**stated)
         stem = "-".join([Path(name).stem, *(f"{key}-{text}" for key, _, text in combination)])
         default = Path(f"{stem}.png")
         if is_one:
             path = default if output is None else output
         else:
             path = default if output is None else output / default
-        jobs.append(Job(scene, path))
+        job = Job(scene, path)
+        job.choose(name, quality, {key for key, value in stated.items() if value is not None})
+        jobs.append(job)
     seen: set[str] = set()
     for job in jobs:
         whole = os.path.abspath(job.output)

@@ -38,6 +38,10 @@ const ITERATIONS_PER_PILOT: u32 = 64;
 const MOST_PILOTS: u32 = 4;
 /// Taken for the iterations of a render that ends by time or by its error.
 const UNKNOWN_ITERATIONS: u32 = 256;
+/// The first of global radii over the first of radii per pixel: the root of alpha. With light that is even around a pixel, the
+/// squared radii per pixel are those of the iteration before times alpha, `r_i^2 (i - 1 + alpha) / i`, and global ones
+/// `r_i^2 (i + alpha) / (i + 1)`; so from this first radius both become the same (docs/farm.md).
+const GLOBAL: f32 = 0.816_496_6;
 /// The depths from which one is chosen. The last is as good as all light.
 const DEPTHS: [u32; 4] = [8, 16, 32, 64];
 /// Pixels along the side of a block, as images are compared by blocks of 8 x 8.
@@ -82,8 +86,12 @@ pub(crate) fn choose(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop:
             (false, true) => goal.radius,
             (false, false) => RADIUS,
         };
+        let share = match settings.radius_schedule {
+            RadiusSchedule::PerPixel => 1.0,
+            RadiusSchedule::Global => GLOBAL,
+        };
         let [least, most] = [RADIUS_RANGE[0] * RADIUS_RATIO, RADIUS_RANGE[1]];
-        settings.initial_radius = rounded(footprints * side).clamp(least, most);
+        settings.initial_radius = rounded(share * footprints * side).clamp(least, most);
     }
     let share = if are_own { TYPICAL_SHARE } else { 1.0 };
     let typical = Settings { initial_radius: settings.initial_radius * share, ..settings };
@@ -219,6 +227,21 @@ mod tests {
             assert_eq!(found.initial_radius == own.initial_radius, !one.initial_radius, "{found:?}");
             assert_eq!(found.radius_pilots == own.radius_pilots, !one.radius_pilots, "{found:?}");
         }
+    }
+
+    /// Within the digits that radii are rounded to.
+    #[test]
+    fn global_radii_begin_smaller() {
+        let scene = cornell();
+        let one = Automatic { initial_radius: true, ..Automatic::default() };
+        let of = |radius_schedule| {
+            let settings = Settings { radius_schedule, ..scene.settings };
+            let scene = Scene { settings, ..scene.clone() };
+            chosen(&scene, one, LaneKind::best(), 1).initial_radius
+        };
+        let [per_pixel, global] = RadiusSchedule::ALL.map(of);
+        let share = global / per_pixel;
+        assert!((share.powi(2) - 2.0 / 3.0).abs() < 0.02, "{share}");
     }
 
     #[test]

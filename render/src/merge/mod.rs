@@ -15,6 +15,8 @@
 mod cover;
 mod sum;
 
+pub use sum::Sum;
+
 use crate::choice::EngineChoice;
 use crate::error::{Error, Field, Problem};
 use crate::metadata::{self, Metadata};
@@ -32,7 +34,6 @@ use std::io::BufReader;
 use std::mem::replace;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use sum::Sum;
 
 /// Bytes that are read from a part at a time.
 const BUFFER: usize = 1 << 20;
@@ -151,12 +152,7 @@ impl Merge {
     pub fn write(&self, out: &Path) -> Result<(), Error> {
         let outputs = self.check(out)?;
         let _lock = Lock::take(out).map_err(|error| Error::named(Field::Image, error))?;
-        let (mut sum, mut stats) = (Sum::new(&self.scene), Stats::default());
-        for part in self.chosen.iter().map(|&k| &self.parts[k]) {
-            part.add_to(&mut sum).map_err(|problem| Error::input(Field::Parts, problem))?;
-            stats.add(&part.checkpoint.account.stats);
-        }
-        sum.set_done(&self.done, &stats);
+        let sum = self.add_up()?;
         let written = match outputs {
             Some(outputs) => self.write_image(outputs, &sum, out),
             None => atomic_file::replace(out, |file| {
@@ -164,6 +160,20 @@ impl Merge {
             }),
         };
         written.map_err(|error| Error::failed(error.to_string()))
+    }
+
+    /// Adds the parts up in memory.
+    ///
+    /// # Errors
+    /// If a part turns out to be damaged.
+    pub fn add_up(&self) -> Result<Sum, Error> {
+        let (mut sum, mut stats) = (Sum::new(&self.scene), Stats::default());
+        for part in self.chosen.iter().map(|&k| &self.parts[k]) {
+            part.add_to(&mut sum).map_err(|problem| Error::input(Field::Parts, problem))?;
+            stats.add(&part.checkpoint.account.stats);
+        }
+        sum.set_done(&self.done, &stats);
+        Ok(sum)
     }
 
     /// Checks that `out` can be written; returns the outputs if it is an image.

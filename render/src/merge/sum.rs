@@ -7,7 +7,7 @@ use scene::{
 };
 
 /// The sum of parts, with what images and checkpoints need of an engine. It cannot iterate.
-pub(super) struct Sum {
+pub struct Sum {
     progress: Progress,
     scale: Scale,
     radius: f32,

@@ -17,6 +17,9 @@ SPPM = os.environ.get("SPPM", "target/debug/sppm")
 # What takes longer is taken to be lost.
 PATIENCE = 30
 
+# A shell starts what runs in the background with SIGINT ignored, and programs that are started from here would inherit that.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+
 
 @contextlib.contextmanager
 def served(*arguments, **options):

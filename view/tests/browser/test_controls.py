@@ -262,6 +262,57 @@ class Files(unittest.TestCase):
                 self.assertTrue(pathlib.Path(image).exists())
 
 
+class ManyBalls(unittest.TestCase):
+    """A hundred thousand particles of two kinds."""
+
+    def test_styles_and_numbers(self):
+        side = 46
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "many.xyz"
+            atoms = [f"{'O' if (x + y + z) % 2 else 'C'} {3 * x} {3 * y} {3 * z}"
+                     for x in range(side) for y in range(side) for z in range(side + 2)]
+            file.write_text("\n".join([str(len(atoms)), "", *atoms]) + "\n")
+            with served("view", str(file), "--width", "256", "--height", "192", "--threads", "2") as (_, address), Page() as page:
+                page.open(address)
+                page.settled(0)
+                self.assertGreater(page.run("return document.getElementById('style').options.length"), 2)
+                # A ball that is not listed, by its number.
+                page.set("ball-number", 90000)
+                page.wait("return !document.getElementById('ball-form').hidden")
+                self.assertEqual(page.value("ball-number"), "90000")
+                own = page.value("style")
+                page.click("styled")
+                version = page.last()["version"]
+                page.set("albedo", "#20ff20")
+                began = time.monotonic()
+                page.settled(version)
+                print(json.dumps({"balls": len(atoms), "seconds from a style's change to the whole picture":
+                                  round(time.monotonic() - began, 2)}))
+                page.wait("return document.getElementById('albedo').value === '#20ff20'")
+                self.assertEqual((page.value("style"), page.value("ball-number")), (own, "90000"))
+                # The list stays as quick as a short one.
+                self.assertLess(page.run("return document.getElementById('ball').options.length"), 2010)
+                # The first ball of another style, which kept its colour.
+                page.choose("style", "1" if own == "0" else "0")
+                page.wait("return document.getElementById('albedo').value !== '#20ff20'")
+                page.click("undo")
+                page.wait("return document.getElementById('undo').disabled")
+                self.assertEqual(page.errors(), [])
+
+
+class Quality(unittest.TestCase):
+    def test_settings_are_chosen_at_the_quality_that_is_asked_for(self):
+        chosen = {}
+        for quality in ("paper", "draft", "final"):
+            with served("view", "cornell", "--width", "64", "--height", "48", "--quality", quality) as (_, address), Page() as page:
+                page.open(address)
+                chosen[quality] = [float(page.value(name)) for name in ("initial_radius", "max_depth")]
+        self.assertEqual(chosen["paper"], [2, 5])
+        self.assertNotEqual(chosen["draft"][0], 2)
+        # Better pictures lose less light by a finite depth; the radius of a render without end is the same for both.
+        self.assertGreaterEqual(chosen["final"][1], chosen["draft"][1])
+
+
 class FirstSight(unittest.TestCase):
     def test_a_picture_is_on_the_screen_within_three_seconds(self):
         with Page() as page:

@@ -138,3 +138,49 @@ fn other_methods_and_engines_render_the_scene() {
         page.picture(|picture| picture.version == version && picture.is_whole());
     }
 }
+
+/// More balls than are listed: the others are described when they are asked for, and changed with their style.
+#[test]
+fn balls_beyond_the_list_are_described_and_restyled() {
+    const BALLS: usize = 5000;
+    let mut project = project();
+    let first = project.scene.spheres.len();
+    let of_glass = project.scene.spheres[6].material;
+    let ball = |i: usize| scene::Sphere {
+        center: scene::Vec3::new(20.0 + 0.01 * i as f32, 40.0, 60.0),
+        radius: 0.002,
+        material: of_glass,
+        ..project.scene.spheres[6]
+    };
+    let balls: Vec<_> = (0..BALLS).map(ball).collect();
+    project.scene.spheres.extend(balls);
+    (project.text, project.stem) = (None, "many".into());
+    let view = View::studio(project, None, None, &Place::default()).unwrap();
+    let mut page = Page::open(&view);
+    let scene = page.typed("scene");
+    assert_eq!(scene["total"], json!(first + BALLS));
+    assert!(scene["spheres"].as_array().unwrap().len() < BALLS);
+    // The style of most balls comes first.
+    assert_eq!(scene["styles"][0]["style"], json!(of_glass));
+    assert_eq!((&scene["styles"][0]["first"], &scene["styles"][0]["count"]), (&json!(6), &json!(BALLS + 1)));
+    let describe = |page: &mut Page, id: u32, index: usize| {
+        page.send(&json!({ "type": "describe", "id": id, "index": index }));
+        page.text(|text| text["id"] == id)["sphere"].clone()
+    };
+    let last = first + BALLS - 1;
+    let before = describe(&mut page, 1, last);
+    assert_eq!(before["style"], json!(of_glass));
+    assert_eq!(describe(&mut page, 2, last + 1), Value::Null);
+    let red = json!({ "type": "diffuse", "albedo": [1.0, 0.0, 0.0] });
+    page.send(&json!({ "type": "sphere", "index": last, "material": red, "radius": 0.004, "styled": true }));
+    page.text(|text| text["type"] == "scene" && text["version"].as_u64() > Some(1));
+    for (id, index) in [(3, first), (4, last)] {
+        let after = describe(&mut page, id, index);
+        assert_eq!(after["material"]["type"], "diffuse");
+        assert_eq!(after["radius"], json!(0.004_f32));
+    }
+    // The glass ball itself grew as the others did.
+    let ratio = describe(&mut page, 5, 6)["radius"].as_f64().unwrap()
+        / scene["spheres"][6]["radius"].as_f64().unwrap();
+    assert!((ratio - 2.0).abs() < 1e-5, "{ratio}");
+}

@@ -1,0 +1,212 @@
+//! Noise and work of a render as functions of its photons and iterations, and the choice of both.
+//!
+//! In one iteration of `L` photons the variance is `camera + photons / L`. After `n` iterations that of the camera is an n-th.
+//! That of photons, as radii shrink, is `3/4 n^(-2/3)` of it (Knaus and Zwicker 2011, section 5, with alpha = 2/3); and with
+//! more photons the best radius is smaller, by `L^(-1/6)`, so it goes as the number of all photons:
+//!
+//! ```text
+//! noise^2 = camera / n + 3/4 photons L_0^(-1/3) (n L)^(-2/3)      radii are those for L_0 photons
+//! ```
+
+use super::pilot::{SEEDS, Variance};
+use scene::Stats;
+
+/// The least number of photons that is chosen.
+const FEWEST_PHOTONS: u32 = 1 << 12;
+/// The least number of iterations that is chosen: the estimate of noise is of few images, and radii need some to shrink.
+const FEWEST_ITERATIONS: u32 = 8;
+/// See above.
+const SHRINKING: f64 = 0.75;
+
+/// Work in units of a ray segment.
+mod work {
+    /// A pixel's share besides its rays.
+    pub(super) const PIXEL: f64 = 0.5;
+    /// A photon that lands: kept, sorted.
+    pub(super) const DEPOSIT: f64 = 1.5;
+    /// A photon that counts at a visible point.
+    pub(super) const CONTRIBUTION: f64 = 0.07;
+}
+
+/// Noise and work of an iteration, as functions of its photons.
+#[derive(Debug)]
+pub(super) struct Account {
+    /// The variance that more photons do not lower.
+    camera: Variance,
+    /// The variance of one photon; that of `n` photons is an n-th of it.
+    photons: Variance,
+    /// The photons of an iteration for which the radius is meant.
+    usual: f64,
+    /// The work of the camera's paths.
+    camera_work: f64,
+    /// The work of a photon.
+    photon_work: f64,
+    spheres: usize,
+}
+
+impl Account {
+    /// From `variances` with so many `photons` each, the `stats` of the pilot with more of them, and how many pixels the
+    /// image has for each of the pilot.
+    pub(super) fn new(photons: [u32; 2], variances: [Variance; 2], stats: &Stats, scale: f64) -> Self {
+        let [few, many] = photons.map(f64::from);
+        let split = |a: f64, b: f64| {
+            // V(few) = c + p / few, V(many) = c + p / many. Noise of the variances may make either negative.
+            let p = ((a - b) / (1.0 / few - 1.0 / many)).max(0.0);
+            let c = (b - p / many).max(0.0);
+            (c, p)
+        };
+        let [a, b] = variances;
+        let (pixel, block) = (split(a.pixel, b.pixel), split(a.block, b.block));
+        let seeds = SEEDS as f64;
+        let paths = (stats.camera_segments + stats.shadow_rays) as f64;
+        let landed = work::DEPOSIT * stats.deposits as f64 + stats.photon_segments as f64;
+        let counted = work::CONTRIBUTION * scale * stats.contributions as f64;
+        Self {
+            // A block of the image has more pixels than one of the pilot, and each has its own paths.
+            camera: Variance { pixel: pixel.0, block: block.0 / scale },
+            photons: Variance { pixel: pixel.1, block: block.1 },
+            usual: few * scale,
+            camera_work: scale * paths / seeds,
+            photon_work: (landed + counted) / (many * seeds),
+            spheres: 0,
+        }
+    }
+
+    /// The same, for an image of so many pixels, among so many spheres.
+    pub(super) fn of(self, pixels: usize, spheres: usize) -> Self {
+        Self { camera_work: self.camera_work + work::PIXEL * pixels as f64, spheres, ..self }
+    }
+
+    /// The squared noise of so many iterations of so many photons.
+    fn noise(&self, photons: f64, iterations: f64) -> Variance {
+        let (root, usual) = (cube_root(iterations * photons), cube_root(self.usual));
+        let settled = SHRINKING / (usual * root * root);
+        let of = |camera: f64, photon: f64| camera / iterations + settled * photon;
+        Variance {
+            pixel: of(self.camera.pixel, self.photons.pixel),
+            block: of(self.camera.block, self.photons.block),
+        }
+    }
+
+    /// The work of an iteration of so many photons.
+    fn work(&self, photons: f64) -> f64 {
+        (self.camera_work + self.photon_work * photons) * segment_work(self.spheres)
+    }
+
+    /// The number of photons by which the noise is least after so much `work`. Noise of pixels and of blocks counts both, that
+    /// of blocks twice: noise of neighbours that is alike is easier to see. Powers of two and the numbers half-way between
+    /// are tried, up to `most`.
+    pub(super) fn photons(&self, most: u32, work: f64) -> u32 {
+        let cost = |photons: f64| {
+            let iterations = (work / self.work(photons)).max(FEWEST_ITERATIONS.into());
+            let noise = self.noise(photons, iterations);
+            // More work than there is counts as so much more noise.
+            let excess = (iterations * self.work(photons) / work).max(1.0);
+            noise.pixel * noise.block * noise.block * excess * excess * excess
+        };
+        let powers = (FEWEST_PHOTONS.ilog2()..31).map(|power| 1_u32 << power);
+        let candidates =
+            powers.flat_map(|power| [power, power / 2 * 3]).take_while(|&photons| photons <= most);
+        let best = candidates.min_by(|&a, &b| cost(a.into()).total_cmp(&cost(b.into())));
+        best.unwrap_or(most)
+    }
+
+    /// The iterations after which the root of the squared noise of pixels is `noise`, or so much `work` is done.
+    pub(super) fn iterations(&self, photons: u32, noise: f64, work: f64) -> u32 {
+        let photons = f64::from(photons);
+        // The conversion saturates, and makes 0 of what is not a number.
+        let most = (work / self.work(photons) + 0.5) as u32;
+        let is_enough = |iterations: u32| self.noise(photons, iterations.into()).pixel <= noise * noise;
+        let (mut low, mut high) = (FEWEST_ITERATIONS, most.max(FEWEST_ITERATIONS));
+        while low < high {
+            let middle = low + (high - low) / 2;
+            if is_enough(middle) {
+                high = middle;
+            } else {
+                low = middle + 1;
+            }
+        }
+        low
+    }
+}
+
+/// The cube root of a number from 1 on, by Newton's method: with operations that every processor rounds alike.
+fn cube_root(x: f64) -> f64 {
+    // From above, each step comes nearer by a third at least.
+    (0..100).fold(x, |root, _| (2.0 * root + x / (root * root)) / 3.0)
+}
+
+/// The work of a ray segment among so many spheres, in units of one among few: measured, it grows by about as much for
+/// every time that there are twice as many.
+fn segment_work(spheres: usize) -> f64 {
+    const FEW: usize = 64;
+    let doublings = (spheres / FEW).max(1).ilog2();
+    1.0 + 1.5 * f64::from(doublings)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Variances that follow the law are split into its parts.
+    fn account(camera: f64, photons: f64, camera_work: f64, photon_work: f64) -> Account {
+        let variance = |of: f64| {
+            let all = camera + photons / of;
+            Variance { pixel: all, block: all }
+        };
+        let account =
+            Account::new([1000, 4000], [variance(1000.0), variance(4000.0)], &Stats::default(), 1.0);
+        Account { camera_work, photon_work, ..account }
+    }
+
+    #[test]
+    fn variances_are_split_into_those_of_camera_and_photons() {
+        const ROUNDING: f64 = 1e-9;
+        let account = account(0.3, 500.0, 1.0, 1.0);
+        for (found, exact) in [(account.camera.pixel, 0.3), (account.photons.block, 500.0)] {
+            assert!((found / exact - 1.0).abs() < ROUNDING, "{found} for {exact}");
+        }
+    }
+
+    #[test]
+    fn cube_roots_are_exact_to_rounding() {
+        for x in [1.0, 2.0, 8.0, 1e3, 123_456.7, 1e9] {
+            assert!((cube_root(x) / f64::cbrt(x) - 1.0).abs() < 1e-14, "{x}");
+        }
+    }
+
+    /// Where photons alone make noise, it falls with the number of all photons, so each iteration has as many as there can
+    /// be; where they make none, there are few.
+    #[test]
+    fn photons_are_as_many_as_noise_asks_for() {
+        const WORK: f64 = 1e9;
+        assert!(account(0.0, 5e3, 1e4, 10.0).photons(1 << 28, WORK) >= 1 << 16);
+        assert_eq!(account(0.3, 0.0, 1e6, 10.0).photons(1 << 28, WORK), FEWEST_PHOTONS);
+        assert_eq!(account(0.3, 5e9, 1e6, 10.0).photons(100_000, WORK), 98_304);
+        assert_eq!(account(0.3, 5e9, 1e6, 10.0).photons(1000, WORK), 1000);
+    }
+
+    /// No other number has less noise for the same work, by a finer search.
+    #[test]
+    fn the_number_of_photons_is_next_to_the_best() {
+        const WORK: f64 = 5e8;
+        for (c, p, w, v) in [(0.3_f64, 5e3, 1e6, 10.0), (0.01, 5e2, 1e6, 3.0), (1.0, 1e4, 1e6, 20.0)] {
+            let account = account(c, p, w, v);
+            let noise = |photons: f64| account.noise(photons, WORK / account.work(photons)).pixel;
+            let found = noise(account.photons(1 << 28, WORK).into());
+            let best = (0..2000).map(|k| noise(4096.0 * 1.005_f64.powi(k))).fold(f64::INFINITY, f64::min);
+            // Candidates are at most 1.5 times apart, where the optimum is flat.
+            assert!(found < 1.03 * best, "{found}, not {best}");
+        }
+    }
+
+    #[test]
+    fn iterations_end_with_the_noise_or_the_work() {
+        // The camera's variance alone is 1 in an iteration, and 0.01 is to be reached.
+        assert_eq!(account(1.0, 0.0, 1e6, 1.0).iterations(10_000, 0.1, 1e9), 100);
+        // That of photons falls as the power of 2/3: 3/4 to 0.01 takes 75^(3/2), with as many photons as are usual.
+        assert_eq!(account(0.0, 1000.0, 1e6, 1.0).iterations(1000, 0.1, 1e9), 650);
+        assert_eq!(account(1.0, 5000.0, 1e8, 1.0).iterations(10_000, 0.1, 1e9), 10);
+        assert_eq!(account(0.0, 0.0, 1.0, 1.0).iterations(10_000, 0.1, 1e9), FEWEST_ITERATIONS);
+    }
+}
