@@ -391,7 +391,7 @@ mod tests {
         let mut scene = files::builtin::scene("cornell").unwrap();
         let glass = scene.materials.iter().position(|material| !material.is_opaque()).unwrap() as u32;
         scene.spheres.extend((0..BALLS).map(|i| Sphere {
-            center: Vec3::from([i * 7919 % 31, i * 104_729 % 37, i * 1_299_709 % 41].map(|c| c as f32)),
+            center: Vec3::from([i * 7919 % 31, i * 1009 % 37, i * 997 % 41].map(|c| c as f32)),
             velocity: Vec3::ZERO,
             radius: 0.2 + (i % 5) as f32 * 0.1,
             material: if i % 3 == 0 { glass } else { 0 },

@@ -1,5 +1,6 @@
 //! The radii with which pixels begin, by pilots: [`scene::first_radii`].
 
+use super::memory::DEPOSITS_OF_PILOTS;
 use super::render::{Parts, Sppm};
 use crate::hierarchy::Hierarchy;
 use crate::parameters::Parameters;
@@ -8,9 +9,6 @@ use crate::prepared::Prepared;
 use lanes::LaneKind;
 use scene::{Engine, FirstRadii, Progress, Scene, Settings, Stop};
 use std::mem::take;
-
-/// Deposits that a pilot holds at a time.
-pub(super) const DEPOSITS_AT_ONCE: u32 = 1 << 18;
 
 /// The first radii of a render with these settings, if `radius_pilots` is not 0; `None` if stopped.
 pub fn first_radii(scene: &Scene, settings: &Settings, lanes: LaneKind, stop: &Stop) -> Option<FirstRadii> {
@@ -28,7 +26,7 @@ fn choose(
     let mut parts = Parts::of_hierarchy(hierarchy.take());
     let radii = FirstRadii::choose(settings, |settings| {
         let pilot = Sppm::with_parts(scene, settings, lanes, parameters, take(&mut parts));
-        let mut pilot = pilot.deposits_at_once(DEPOSITS_AT_ONCE);
+        let mut pilot = pilot.deposits_at_once(DEPOSITS_OF_PILOTS);
         let is_whole = (0..settings.iterations).all(|_| pilot.iterate_unless(stop));
         let film = is_whole.then(|| pilot.develop());
         parts = pilot.into_parts();

@@ -1,6 +1,5 @@
 //! How much memory a render will take.
 
-use super::first_radii::DEPOSITS_AT_ONCE;
 use crate::global::BYTES_OF_GLOBAL;
 use crate::join::{BYTES_OF_BINS, Direction, MOST_BYTES_OF_SUMS, Record, table_size, with_margin};
 use crate::parameters::Parameters;
@@ -11,6 +10,8 @@ use scene::{RadiusSchedule, Settings};
 
 /// What a thread holds beside its deposits: batches of paths, and an occupancy map.
 const BYTES_PER_THREAD: u64 = 3 << 19;
+/// Deposits that a pilot holds at a time.
+pub(super) const DEPOSITS_OF_PILOTS: u32 = 1 << 18;
 
 /// See `Sppm::bytes_at_most`.
 pub(super) fn bytes_at_most(
@@ -42,14 +43,12 @@ pub(super) fn bytes_at_most(
 
 /// What choosing the first radii takes.
 fn pilots(settings: &Settings, threads: usize, parameters: &Parameters) -> u64 {
-    match settings.radius_pilots {
-        0 => 0,
-        // The balls' tables are those of the render.
-        _ => {
-            let pilot = pilot_settings(settings);
-            bytes_at_most(&pilot, 0, threads, DEPOSITS_AT_ONCE, parameters) + radii_bytes_at_most(settings)
-        }
+    if settings.radius_pilots == 0 {
+        return 0;
     }
+    // The balls' tables are those of the render.
+    let pilot = pilot_settings(settings);
+    bytes_at_most(&pilot, 0, threads, DEPOSITS_OF_PILOTS, parameters) + radii_bytes_at_most(settings)
 }
 
 #[cfg(test)]
