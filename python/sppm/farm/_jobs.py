@@ -37,7 +37,7 @@ class Job:
     """The settings that were chosen, as options that repeat the choice."""
 
     def __post_init__(self) -> None:
-        """Radii are global, as parts of others cannot be merged."""
+        """Radii are global, and alike in all pixels, as parts of others cannot be merged."""
         self.scene.settings = self.scene.settings.replace(radius_schedule="global", radius_pilots=0)
 
     def choose(self, source: str, quality: str | None, given: set[str]) -> None:
