@@ -30,6 +30,9 @@ fn a_built_in_scene_gets_a_picture_that_looks_finished() {
     }
 }
 
+/// The options of all settings that are chosen, as they are told.
+const ALL: [&str; 5] = ["-n", "--photons", "--radius", "--radius-pilots", "--depth"];
+
 #[test]
 fn what_is_given_is_not_chosen() {
     let sandbox = Sandbox::new();
@@ -39,14 +42,23 @@ fn what_is_given_is_not_chosen() {
         ended.stderr
     };
     let names = |stderr: &str| -> Vec<String> { told(stderr).into_iter().step_by(2).collect() };
-    assert_eq!(names(&of(&["--quality=draft"])), ["-n", "--photons", "--radius", "--depth"]);
-    assert_eq!(names(&of(&["--quality=draft", "--photons=500"])), ["-n", "--radius", "--depth"]);
-    assert_eq!(names(&of(&["-n=2", "--depth=5"])), ["--photons", "--radius"]);
+    assert_eq!(names(&of(&["--quality=draft"])), ALL);
+    assert_eq!(
+        names(&of(&["--quality=draft", "--photons=500"])),
+        ["-n", "--radius", "--radius-pilots", "--depth"]
+    );
+    assert_eq!(names(&of(&["-n=2", "--depth=5"])), ["--photons", "--radius", "--radius-pilots"]);
     let paper = ["--quality=paper", "-n=1"];
     assert!(!of(&paper).contains("chosen"));
-    assert_eq!(names(&of(&["--quality=paper", "-n=1", "--radius=auto"])), ["--radius"]);
+    assert_eq!(names(&of(&["--quality=paper", "-n=1", "--radius=auto"])), ["--radius", "--radius-pilots"]);
     // A goal ends the render, so its iterations are without end.
-    assert_eq!(names(&of(&["--time=100ms"])), ["--photons", "--radius", "--depth"]);
+    assert_eq!(names(&of(&["--time=100ms"])), ALL[1..]);
+    // Whoever gives the radius gets that one everywhere, unless pilots are asked for.
+    assert_eq!(
+        names(&of(&["-n=2", "--depth=5", "--photons=500", "--radius=3", "--radius-pilots=auto"])),
+        ALL[3..4]
+    );
+    assert!(!of(&["-n=2", "--depth=5", "--photons=500", "--radius=3"]).contains("chosen"));
     // The paper's settings are those of section 4.
     of(&["--quality=paper", "--stats=s.json", "-n=1"]);
     let settings = &sandbox.json("s.json")["settings"];
@@ -76,13 +88,12 @@ material = { type = \"diffuse\", albedo = [0.5, 0.5, 0.5] }
         }
         told(&ended.stderr).into_iter().step_by(2).collect()
     };
-    let all = ["-n", "--photons", "--radius", "--depth"];
-    assert_eq!(names(""), all);
-    assert_eq!(names("settings = { seed = 3 }"), all);
-    assert_eq!(names("settings = { quality = \"draft\", max_depth = 4 }"), all[..3]);
+    assert_eq!(names(""), ALL);
+    assert_eq!(names("settings = { seed = 3 }"), ALL);
+    assert_eq!(names("settings = { quality = \"draft\", max_depth = 4 }"), ALL[..4]);
     // Whoever states one setting keeps what the others have been so far.
     assert_eq!(names("settings = { iterations = 1 }"), [""; 0]);
-    assert_eq!(names("settings = { iterations = 1, initial_radius = \"auto\" }"), ["--radius"]);
+    assert_eq!(names("settings = { iterations = 1, initial_radius = \"auto\" }"), ALL[2..4]);
     assert_eq!(names("settings = { quality = \"paper\", iterations = 1 }"), [""; 0]);
 }
 

@@ -25,8 +25,8 @@ fn random_scenes() {
     let rows: Vec<&Row> = ROWS.iter().collect();
     let reached = Cell::new(0);
     let result = TestRunner::new(config).run(&case(1..=16), |Case { scene, settings, .. }: Case| {
-        // The published program has the box alone.
-        let settings = Settings { filter: Filter::Box, ..settings };
+        // The published program has the box alone, and one first radius.
+        let settings = Settings { filter: Filter::Box, radius_pilots: 0, ..settings };
         let contributions =
             first_difference(&scene, &settings, &rows, &Options::exact()).map_err(TestCaseError::fail)?;
         reached.set(reached.get() + u32::from(contributions > 0));
