@@ -1,7 +1,7 @@
 //! Estimates how noisy a render is from a sample of its pixels, which costs next to nothing.
 
 use crate::estimate::{is_checked, relative_square};
-use scene::{Probe, Resumable, Rgb};
+use scene::{FirstRadii, Probe, Resumable, Rgb};
 
 /// So many pixels are looked at, or all if there are fewer.
 const SAMPLES: usize = 4096;
@@ -40,30 +40,33 @@ impl Noise {
 
 /// The radiance of pixels from all over the image.
 fn sample(engine: &dyn Resumable) -> Vec<Rgb> {
-    probes(engine).map(|probe| probe.radiance).collect()
+    probes(engine).map(|(_, probe)| probe.radiance).collect()
 }
 
-/// The mean square of the radii of pixels that photons counted at, in units of the square of the first radius; 1 if there
-/// are none.
-pub(crate) fn mean_square_radius(engine: &dyn Resumable) -> f64 {
-    let first = f64::from(engine.settings().initial_radius);
+/// The mean square of the radii of pixels that photons counted at, each in units of the pixel's first radius; 1 if there are
+/// none.
+pub(crate) fn mean_square_radius(engine: &dyn Resumable, first: &FirstRadii) -> f64 {
+    let size = (engine.settings().width, engine.settings().height);
     let (mut sum, mut count) = (0.0, 0_u32);
-    for probe in probes(engine).filter(|probe| probe.count > 0.0) {
-        let radius = f64::from(probe.radius) / first;
+    for (place, probe) in probes(engine).filter(|(_, probe)| probe.count > 0.0) {
+        let radius = f64::from(probe.radius) / f64::from(first.at(place, size));
         (sum, count) = (sum + radius * radius, count + 1);
     }
     if count == 0 { 1.0 } else { sum / f64::from(count) }
 }
 
-/// Pixels from all over the image.
-fn probes(engine: &dyn Resumable) -> impl Iterator<Item = Probe> {
+/// Pixels from all over the image: column and row, and their values.
+fn probes(engine: &dyn Resumable) -> impl Iterator<Item = ((u32, u32), Probe)> {
     let (settings, pixels) = (engine.settings(), engine.settings().pixels());
     let count = pixels.min(SAMPLES);
     let place = move |i: usize| {
         if count == pixels { i } else { i * (pixels / count) + i * STRIDE % (pixels / count) }
     };
     let width = settings.width as usize;
-    (0..count).map(move |i| engine.probe((place(i) % width) as u32, (place(i) / width) as u32))
+    (0..count).map(move |i| {
+        let (x, y) = ((place(i) % width) as u32, (place(i) / width) as u32);
+        ((x, y), engine.probe(x, y))
+    })
 }
 
 #[cfg(test)]
@@ -100,5 +103,19 @@ mod tests {
             let engine = fast::Sppm::new(&scene, &settings);
             assert_eq!(sample(&engine).len(), settings.pixels().min(SAMPLES));
         }
+    }
+
+    /// Radii are compared with the first of the pixel, not with the largest of all: at first nothing has shrunk, and after an
+    /// iteration squares are 2/3 of the first where photons came.
+    #[test]
+    fn radii_shrink_from_the_first_of_their_pixel() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let settings = Settings { width: 40, height: 30, photons_per_iteration: 20_000, ..scene.settings };
+        let first = FirstRadii::even(settings.initial_radius / 4.0);
+        let mut engine = fast::Sppm::new(&scene, &settings).beginning_with(first.clone());
+        assert_eq!(mean_square_radius(&engine, &first), 1.0);
+        engine.iterate();
+        let found = mean_square_radius(&engine, &first);
+        assert!((found - 2.0 / 3.0).abs() < 1e-3, "{found}");
     }
 }

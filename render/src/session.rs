@@ -3,7 +3,7 @@
 //! A stop request or the time limit abandons the current iteration instead of waiting for it. The engine then holds the
 //! state after the last complete iteration.
 
-use crate::automatic::relative_bias;
+use crate::automatic::{Bias, first_bias};
 use crate::error::{Error, Field};
 use crate::estimate::{Estimate, is_checked};
 use crate::goals::Clock;
@@ -104,8 +104,8 @@ struct Session<'a> {
     keeper: Option<Keeper>,
     writer: Writer,
     estimate: Estimate,
-    /// The relative bias that the image would have if radii stayed as they are at first, if the error is estimated.
-    bias: Option<f64>,
+    /// The bias that the image would have if radii stayed as they are at first, if the error is estimated.
+    bias: Option<Bias>,
     /// The share of it that is left, as radii have shrunk.
     blur: f64,
     noise: Noise,
@@ -149,19 +149,20 @@ impl Session<'_> {
     }
 
     /// The bias by which the error is estimated, if there is an error goal and if there is a bias at all.
-    fn first_bias(&self) -> Option<f64> {
+    fn first_bias(&self) -> Option<Bias> {
         if self.job.goals.error.is_none() || self.job.engine.method() != MethodName::Sppm {
             return None;
         }
         let stop = self.job.stop.child();
-        let bias = relative_bias(self.scene, self.job.engine.lane_kind(), &stop);
+        let bias = first_bias(self.scene, self.job.engine.lane_kind(), &stop);
         stop.meter().begin(0);
         bias
     }
 
     /// The estimated relative error: noise and bias.
     fn error(&self) -> Option<f64> {
-        let (noise, bias) = (self.estimate.error?, self.blur * self.bias.unwrap_or(0.0));
+        let (noise, bias) =
+            (self.estimate.error?, self.bias.as_ref().map_or(0.0, |bias| self.blur * bias.relative));
         Some((noise * noise + bias * bias).sqrt())
     }
 
@@ -233,8 +234,8 @@ impl Session<'_> {
         let iterations = engine.iterations();
         if self.job.goals.error.is_some() {
             self.estimate.update(iterations, || engine.develop());
-            if is_checked(iterations) && self.bias.is_some() {
-                self.blur = (AVERAGE_OF_SQUARES * mean_square_radius(engine)).min(1.0);
+            if let Some(bias) = self.bias.as_ref().filter(|_| is_checked(iterations)) {
+                self.blur = (AVERAGE_OF_SQUARES * mean_square_radius(engine, &bias.radii)).min(1.0);
             }
         }
         self.noise.update(engine);

@@ -26,9 +26,15 @@ const PHOTONS: (u32, u32) = (4, 1 << 14);
 /// too noisy to tell.
 const SIDE: usize = 2;
 
-/// The relative bias at the first radii of the scene's settings, as the root of the mean square over blocks, each
-/// relative as in [`crate::Estimate`]; `None` if stopped.
-pub(crate) fn relative_bias(scene: &Scene, lanes: LaneKind, stop: &Stop) -> Option<f64> {
+/// The bias of a render at its first radii.
+pub(crate) struct Bias {
+    /// The root of its mean square over blocks, each relative as in [`crate::Estimate`].
+    pub(crate) relative: f64,
+    pub(crate) radii: FirstRadii,
+}
+
+/// The bias at the first radii of the scene's settings; `None` if stopped.
+pub(crate) fn first_bias(scene: &Scene, lanes: LaneKind, stop: &Stop) -> Option<Bias> {
     let pilots = Pilots::new(scene, &scene.settings, lanes, stop);
     let (per_pixel, least) = PHOTONS;
     let photons = (per_pixel * pilots.settings.pixels() as u32).max(least);
@@ -38,7 +44,7 @@ pub(crate) fn relative_bias(scene: &Scene, lanes: LaneKind, stop: &Stop) -> Opti
     };
     let of = |radii: &FirstRadii| pilots.run_with(SEEDS, photons, radii);
     let (wide, narrow) = (of(&radii)?, of(&radii.scaled(0.5))?);
-    Some(bias(&wide, &narrow))
+    Some(Bias { relative: bias(&wide, &narrow), radii })
 }
 
 /// The relative bias of the images of `wide`, if those of `narrow` have half the radius and the same random numbers.
@@ -104,7 +110,7 @@ mod tests {
                 max_depth: 16,
                 ..scene.settings
             };
-            relative_bias(&Scene { settings, ..scene.clone() }, LaneKind::best(), &Stop::new()).unwrap()
+            first_bias(&Scene { settings, ..scene.clone() }, LaneKind::best(), &Stop::new()).unwrap().relative
         };
         let (wide, narrow) = (of(16.0), of(4.0));
         assert!(wide > 2.0 * narrow, "{wide} and {narrow}");

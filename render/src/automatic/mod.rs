@@ -17,7 +17,7 @@ mod pilot;
 mod pilots;
 
 use account::Account;
-pub(crate) use bias::relative_bias;
+pub(crate) use bias::{Bias, first_bias};
 use fast::{LaneKind, Parameters, Sppm};
 use footprint::footprint;
 use pilot::{DEPOSITS_AT_ONCE, SEEDS, loss};
