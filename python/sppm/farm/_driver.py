@@ -166,6 +166,7 @@ class Driver:
         self._show = show
         self._viewer = viewer
         self._viewed: tuple[Work | None, int] = (None, 0)
+        self._shown_whole: set[int] = set()
         self._told = 0.0
         self._transport = transport
         self._blocks: list[Block] = []
@@ -506,16 +507,19 @@ class Driver:
 
 
     def _show_picture(self, works: list[Work]) -> None:
-        """Shows what was stored last to those who look."""
-        viewer = self._viewer
-        if viewer is None:
+        """Shows what was stored last to those who look, and each image once it is whole."""
+        if self._viewer is None:
             return
-        work = max(works, key=lambda work: work.stored)
+        whole = [work for work in works if work.done == work.job.iterations and id(work) not in self._shown_whole]
+        for work in [*whole, max(works, key=lambda work: work.stored)]:
+            self._show_work(self._viewer, work)
+
+    def _show_work(self, viewer: _sppm.Viewer, work: Work) -> None:
         job, done, seconds = work.job, work.done, time.monotonic() - self._begun
         before, shown = self._viewed
         if work is not before:
             viewer.begin(job.output.name)
-            before, shown = work, 0
+            before, shown = work, done if id(work) in self._shown_whole else 0
         if time.monotonic() - self._told > _LOOK:
             self._told = time.monotonic()
             photons = done * job.scene.settings.photons_per_iteration
@@ -524,6 +528,8 @@ class Driver:
         if done and (is_last or viewer.wants(done != shown)):
             viewer.show(os.fspath(job.state), job.iterations, seconds)
             shown = done
+            if is_last:
+                self._shown_whole.add(id(work))
         self._viewed = (before, shown)
 
 

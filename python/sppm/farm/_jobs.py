@@ -94,7 +94,8 @@ class Job:
 def _plain(scene: Scene) -> dict[str, Any]:
     """The settings of a scene as its files name them, but for the number of iterations."""
     settings = scene.settings
-    names = [name for name in settings.__dataclass_fields__ if name != "iterations"]
+    # Files do not name pilots where there are none, and a farm has none.
+    names = [name for name in settings.__dataclass_fields__ if name not in ("iterations", "radius_pilots")]
     return {name: getattr(settings, name) for name in names}
 
 
