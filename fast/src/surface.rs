@@ -69,6 +69,17 @@ pub(crate) struct Surfaces<'a> {
     pub(crate) still: &'a Still<'a>,
 }
 
+/// The rows of the spheres with these ids. Not inlined: the passes over few spheres, which have a table, would be slower for
+/// the code that they do not run.
+#[inline(never)]
+fn made_rows(still: &Still, ids: &[u32]) -> [Row; MOST_LANES] {
+    let mut rows = [Row::default(); MOST_LANES];
+    for (row, id) in rows.iter_mut().zip(ids) {
+        *row = surface_row(still, *id);
+    }
+    rows
+}
+
 /// [`SurfaceRow`]s in lanes.
 struct SurfaceLanes<L: Lanes> {
     anchor: V3<L>,
@@ -82,11 +93,7 @@ impl<L: Lanes> SurfaceLanes<L> {
     #[inline(always)]
     fn gather(surfaces: Surfaces, ids: &[u32]) -> Self {
         let [ax, ay, az, scale, bx, by, bz, tag] = if surfaces.rows.is_empty() {
-            let mut rows = [Row::default(); MOST_LANES];
-            for (row, id) in rows.iter_mut().zip(&ids[..L::N]) {
-                *row = surface_row(surfaces.still, *id);
-            }
-            L::load_rows(&rows)
+            L::load_rows(&made_rows(surfaces.still, &ids[..L::N]))
         } else {
             L::gather_rows(surfaces.rows, ids)
         };

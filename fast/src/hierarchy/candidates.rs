@@ -1,33 +1,92 @@
 //! Candidates: pairs of a ray and a ball that it may hit, collected and then tested by the exact formula in full packets.
 //!
-//! The ball is copied from its leaf, which is in the cache. A table of all spheres would have to come from memory.
+//! A pair names its ball by the row of a table, [`BallRows`], where all balls fit the cache. Where they do not, the ball is
+//! copied from its leaf, which is in the cache ([`Copies`]): a row would have to come from memory.
 
 use super::keys::key;
-use super::leaves::{GLASS, WIDTH};
+use super::leaves::{GLASS, Leaf, WIDTH};
 use super::rays::Rays;
 use crate::intersect::meet;
 use crate::paths::{ROOM, Vectors};
 use crate::search::Work;
 use lanes::{Lanes, MOST_LANES, Row, V3};
 
-/// The list is evaluated once it has this many candidates.
-const ENOUGH: usize = 256;
-/// Room for them, for those that are added at once, and for what vectors write past the end.
-const CANDIDATE_ROOM: usize = ENOUGH + (WIDTH + 1) * MOST_LANES;
+/// Room for the pairs of either kind, for those that are added at once, and for what vectors write past the end.
+const CANDIDATE_ROOM: usize = BallRows::ENOUGH + (WIDTH + 1) * MOST_LANES;
 
-// A packet adds a pair per lane and ball of a leaf at most; and the pairs take no more than a third of a first-level cache of
-// 32 KiB.
-const _: () =
-    assert!(ENOUGH - 1 + WIDTH * MOST_LANES <= CANDIDATE_ROOM && size_of::<Pairs>() <= (32 << 10) / 3);
+// A packet adds a pair per lane and ball of a leaf at most; and the pairs in use take no more than a third of a first-level
+// cache of 32 KiB: a ray and a row, or a ray and the five words of a ball.
+const _: () = assert!(Copies::ENOUGH <= BallRows::ENOUGH && WIDTH * MOST_LANES < CANDIDATE_ROOM - BallRows::ENOUGH);
+const _: () = assert!(BallRows::ENOUGH * 2 * 4 <= (32 << 10) / 3 && Copies::ENOUGH * 6 * 4 <= (32 << 10) / 3);
 
 /// Pairs of a ray and a ball, as a structure of arrays.
 pub(crate) struct Pairs {
     /// The number of the ray in the batch.
     pub(crate) rays: [u32; CANDIDATE_ROOM],
-    /// The sphere, and perhaps [`GLASS`].
+    /// With [`BallRows`] the row; with [`Copies`] the sphere, and perhaps [`GLASS`].
     pub(crate) balls: [u32; CANDIDATE_ROOM],
+    /// With [`Copies`] only.
     pub(crate) centers: Vectors<CANDIDATE_ROOM>,
+    /// With [`Copies`] only.
     pub(crate) radii_squared: [f32; CANDIDATE_ROOM],
+}
+
+/// Balls in lanes.
+pub(crate) struct BallLanes<L: Lanes> {
+    center: V3<L>,
+    radius_squared: L::F,
+    /// The sphere, and perhaps [`GLASS`].
+    id: L::U,
+}
+
+/// Where the balls of pairs are.
+pub(crate) trait Balls {
+    /// The list is evaluated once it has this many candidates.
+    const ENOUGH: usize;
+
+    /// The balls of the pairs from `at` on.
+    fn load<L: Lanes>(&self, pairs: &Pairs, at: usize) -> BallLanes<L>;
+}
+
+/// A row per place of a leaf: centre, squared radius, and id as in [`Pairs::balls`] of [`Copies`].
+#[derive(Debug)]
+pub(crate) struct BallRows(Vec<Row>);
+
+impl BallRows {
+    pub(crate) fn new(leaves: &[Leaf]) -> Self {
+        let row = |leaf: &Leaf, k: usize| {
+            let Leaf { x, y, z, radius_squared, spheres } = leaf;
+            Row([x[k], y[k], z[k], radius_squared[k], f32::from_bits(spheres[k]), 0.0, 0.0, 0.0])
+        };
+        Self(leaves.iter().flat_map(|leaf| (0..WIDTH).map(move |k| row(leaf, k))).collect())
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&self.0[..])
+    }
+}
+
+impl Balls for BallRows {
+    const ENOUGH: usize = 1024;
+
+    #[inline(always)]
+    fn load<L: Lanes>(&self, pairs: &Pairs, at: usize) -> BallLanes<L> {
+        let [x, y, z, radius_squared, id, ..] = L::gather_rows(&self.0, &pairs.balls[at..at + L::N]);
+        BallLanes { center: V3::new(x, y, z), radius_squared, id: L::bits(id) }
+    }
+}
+
+/// The balls are in the pairs.
+pub(crate) struct Copies;
+
+impl Balls for Copies {
+    const ENOUGH: usize = 256;
+
+    #[inline(always)]
+    fn load<L: Lanes>(&self, pairs: &Pairs, at: usize) -> BallLanes<L> {
+        let (center, radius_squared) = (pairs.centers.load::<L>(at), L::load(&pairs.radii_squared[at..]));
+        BallLanes { center, radius_squared, id: L::load_u(&pairs.balls[at..]) }
+    }
 }
 
 /// The rays of a batch as rows, and the balls that they may hit.
@@ -100,29 +159,29 @@ impl Candidates {
 
     /// True if the candidates must be evaluated before more are added.
     #[inline(always)]
-    pub(crate) fn are_enough(&self) -> bool {
-        self.count >= ENOUGH
+    pub(crate) fn are_enough<B: Balls>(&self, _: &B) -> bool {
+        self.count >= B::ENOUGH
     }
 
     /// Tests all candidates by the exact formula, lowers the keys of the rays to those of the hits, and empties the list.
     #[inline(always)]
-    pub(crate) fn evaluate<L: Lanes>(&mut self, keys: &mut [u64; ROOM]) {
+    pub(crate) fn evaluate<L: Lanes>(&mut self, balls: &impl Balls, keys: &mut [u64; ROOM]) {
         self.work.balls += self.count as u64;
         for at in (0..self.count).step_by(L::N) {
-            let (pairs, rays) = (&self.pairs, &self.pairs.rays[at..at + L::N]);
+            let rays = &self.pairs.rays[at..at + L::N];
             let RayLanes { origin, direction, leaves, ignores } = RayLanes::<L>::gather(&self.rows[..], rays);
-            let balls = L::load_u(&pairs.balls[at..]);
-            let (glass, sphere) = (L::u(GLASS), balls & L::u(!GLASS));
-            let is_glass = L::eq(balls & glass, glass);
-            let (center, radius_squared) = (pairs.centers.load::<L>(at), L::load(&pairs.radii_squared[at..]));
+            let BallLanes { center, radius_squared, id } = balls.load::<L>(&self.pairs, at);
+            let (glass, sphere) = (L::u(GLASS), id & L::u(!GLASS));
+            let is_glass = L::eq(id & glass, glass);
             let leaves = L::eq(sphere, leaves);
             let (t, valid) = meet(origin, direction, leaves, center, radius_squared, is_glass);
             let valid = valid & L::first(self.count - at) & !L::eq(sphere, ignores);
-            let mut distances = [0; MOST_LANES];
+            let (mut distances, mut spheres) = ([0; MOST_LANES], [0; MOST_LANES]);
             L::store_u(L::select_u(valid, L::bits(t), L::u(u32::MAX)), &mut distances);
+            L::store_u(sphere, &mut spheres);
             for k in 0..L::N {
                 let nearest = &mut keys[rays[k] as usize];
-                *nearest = (*nearest).min(key(distances[k], pairs.balls[at + k] & !GLASS));
+                *nearest = (*nearest).min(key(distances[k], spheres[k]));
             }
         }
         self.count = 0;

@@ -16,7 +16,7 @@
 //!    A tree walked ray by ray is slower up to about a thousand balls, for its branches and its chain of latencies.
 //! 3. Candidates come in any order, and the minimum of their keys ([`super::keys`]) is the nearest hit.
 
-use super::candidates::Candidates;
+use super::candidates::{BallRows, Candidates};
 use super::cull::{may_meet, trust};
 use super::leaves::{Ball, Leaf, WIDTH};
 use super::rays::Rays;
@@ -31,6 +31,7 @@ pub(crate) struct Clusters {
     leaves: Pages<Leaf>,
     /// The bounding sphere of each leaf: centre and squared radius.
     bounding_spheres: Vec<[f32; 4]>,
+    rows: BallRows,
 }
 
 /// Per cluster, the rays that may hit it.
@@ -52,7 +53,8 @@ impl Clusters {
     /// From the leaves of [`super::leaves::arranged`].
     pub(crate) fn new(leaves: Pages<Leaf>) -> Self {
         let around = |leaf: &Leaf| bounding_sphere(&leaf.balls().collect::<Vec<_>>());
-        Self { bounding_spheres: leaves.iter().map(around).collect(), leaves }
+        let (bounding_spheres, rows) = (leaves.iter().map(around).collect(), BallRows::new(&leaves));
+        Self { leaves, bounding_spheres, rows }
     }
 
     pub(crate) fn leaves(&self) -> &[Leaf] {
@@ -60,7 +62,7 @@ impl Clusters {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&self.leaves[..]) + size_of_val(&self.bounding_spheres[..])
+        size_of_val(&self.leaves[..]) + size_of_val(&self.bounding_spheres[..]) + self.rows.bytes()
     }
 
     /// Lowers the keys of the rays to those of their nearest hits. Rays with a negative `t` are skipped.
@@ -81,15 +83,16 @@ impl Clusters {
             self.enqueue::<L>(origin, direction, live, at, queues);
         }
         candidates.work.boxes += queues.counts.iter().sum::<usize>() as u64;
-        for (leaf, (waiting, count)) in self.leaves.iter().zip(queues.waiting.iter().zip(&queues.counts)) {
+        let queues = queues.waiting.iter().zip(&queues.counts);
+        for (leaf, (waiting, count)) in queues.enumerate() {
             for at in (0..*count).step_by(L::N) {
-                cull::<L>(leaf, &waiting[at..], L::first(*count - at), candidates);
-                if candidates.are_enough() {
-                    candidates.evaluate::<L>(keys);
+                self.cull::<L>(leaf, &waiting[at..], L::first(*count - at), candidates);
+                if candidates.are_enough(&self.rows) {
+                    candidates.evaluate::<L>(&self.rows, keys);
                 }
             }
         }
-        candidates.evaluate::<L>(keys);
+        candidates.evaluate::<L>(&self.rows, keys);
     }
 
     /// Appends a packet, the rays from `at` on, to the queues of the clusters that they may hit.
@@ -104,26 +107,23 @@ impl Clusters {
             *count += L::mask_bits(may).count_ones() as usize;
         }
     }
-}
 
-/// Adds to the candidates each ball of a leaf with each waiting ray that may hit it.
-#[inline(always)]
-fn cull<L: Lanes>(leaf: &Leaf, waiting: &[u32], live: L::M, candidates: &mut Candidates) {
-    let (origin, direction) = candidates.gather_rays::<L>(waiting);
-    let (ids, trust) = (L::load_u(waiting), trust(direction));
-    let mut count = candidates.count;
-    for k in 0..WIDTH {
-        let center = V3::new(L::f(leaf.x[k]), L::f(leaf.y[k]), L::f(leaf.z[k]));
-        let radius_squared = L::f(leaf.radius_squared[k]);
-        let may = live & may_meet(origin, direction, trust, center, radius_squared);
-        let pairs = &mut candidates.pairs;
-        L::compress_u(may, ids, &mut pairs.rays[count..]);
-        pairs.centers.store(count, center);
-        L::store(radius_squared, &mut pairs.radii_squared[count..]);
-        L::store_u(L::u(leaf.spheres[k]), &mut pairs.balls[count..]);
-        count += L::mask_bits(may).count_ones() as usize;
+    /// Adds to the candidates each ball of a leaf with each waiting ray that may hit it.
+    #[inline(always)]
+    fn cull<L: Lanes>(&self, leaf: usize, waiting: &[u32], live: L::M, candidates: &mut Candidates) {
+        let Leaf { x, y, z, radius_squared, .. } = &self.leaves[leaf];
+        let (origin, direction) = candidates.gather_rays::<L>(waiting);
+        let (ids, trust) = (L::load_u(waiting), trust(direction));
+        let mut count = candidates.count;
+        for k in 0..WIDTH {
+            let center = V3::new(L::f(x[k]), L::f(y[k]), L::f(z[k]));
+            let may = live & may_meet(origin, direction, trust, center, L::f(radius_squared[k]));
+            L::compress_u(may, ids, &mut candidates.pairs.rays[count..]);
+            L::store_u(L::u((leaf * WIDTH + k) as u32), &mut candidates.pairs.balls[count..]);
+            count += L::mask_bits(may).count_ones() as usize;
+        }
+        candidates.count = count;
     }
-    candidates.count = count;
 }
 
 /// A small bounding sphere of some balls: centre and squared radius.

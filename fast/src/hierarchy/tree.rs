@@ -19,7 +19,7 @@
 //!    a ball takes 20 bytes in its leaf and 3.5 in the boxes above.
 //! 3. Boxes enclose all that the reference may hit *with its rounding*, so that the nearest hit is the same: see [`Slabs`].
 
-use super::candidates::Candidates;
+use super::candidates::{Candidates, Copies};
 use super::cull::{may_meet, trust};
 use super::keys::key_distance;
 use super::leaves::{Leaf, WIDTH};
@@ -212,11 +212,11 @@ impl Tree {
         for k in 0..popped.leaves {
             let (ray, leaf) = wave.at_leaves[k];
             visit_leaf::<L::Eight>(&self.leaves[leaf as usize], wave.first as u32 + ray, candidates);
-            if candidates.are_enough() {
-                candidates.evaluate::<L>(keys);
+            if candidates.are_enough(&Copies) {
+                candidates.evaluate::<L>(&Copies, keys);
             }
         }
-        candidates.evaluate::<L>(keys);
+        candidates.evaluate::<L>(&Copies, keys);
         popped.live
     }
 
