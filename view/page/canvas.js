@@ -1,12 +1,10 @@
 // Draws pictures on a plain canvas, where there is no WebGL.
 
-import { encode, luminance, shown, viridis } from "./tone.js";
+import { coder, luminance, viridis } from "./tone.js";
+import { SCALES } from "./picture.js";
 
 // More pixels than this are thinned out.
 const MOST_PIXELS = 1 << 20;
-// Codes of light in so many steps; the step between two of them is hidden by rounding.
-const STEPS = 4096;
-const CODES = Uint8ClampedArray.from({ length: STEPS + 1 }, (_, i) => Math.round(255 * encode((i / STEPS) ** 2)));
 const COLOURS = Array.from({ length: 256 }, (_, i) => viridis(i / 255).map((v) => Math.round(255 * v)));
 
 export class CanvasPainter {
@@ -42,39 +40,54 @@ export class CanvasPainter {
     [this.sheet.width, this.sheet.height] = [width, height];
     const context = this.sheet.getContext("2d");
     const image = context.createImageData(width, height);
-    const colour = painter(a.isPlane, look);
     const mode = b ? look.mode : 0;
+    const write = mode === 2 ? null : writer(a.isPlane, look);
+    const bytes = image.data;
     let to = 0;
     for (let y = 0; y < height; y++) {
+      const rowOfA = Math.min(y * thin, a.height - 1) * a.width;
+      const rowOfB = b ? place((y * thin + 0.5) / a.height, b.height) * b.width : 0;
       for (let x = 0; x < width; x++, to += 4) {
-        const [u, v] = [(x * thin + 0.5) / a.width, (y * thin + 0.5) / a.height];
-        const isB = mode === 3 || (mode === 1 && u > look.split);
-        const ofB = mode === 0 ? null : b.sample(Math.min(u, 0.999999), Math.min(v, 0.999999)).rgb;
-        const ofA = a.at(Math.min(y * thin, a.height - 1) * a.width + Math.min(x * thin, a.width - 1));
-        const rgb = mode === 2 ? difference(ofA, ofB, look) : colour(isB ? ofB : ofA);
-        [image.data[to], image.data[to + 1], image.data[to + 2], image.data[to + 3]] = [rgb[0], rgb[1], rgb[2], 255];
+        const u = (x * thin + 0.5) / a.width;
+        const [atA, atB] = [rowOfA + Math.min(x * thin, a.width - 1), b ? rowOfB + place(u, b.width) : 0];
+        if (mode === 2) {
+          difference(a.at(atA), b.at(atB), look, bytes, to);
+        } else {
+          const isB = mode === 3 || (mode === 1 && u > look.split);
+          const { words, scale } = isB ? b : a;
+          const word = words[isB ? atB : atA];
+          const unit = SCALES[word >>> 27] * scale;
+          write((word & 511) * unit, ((word >>> 9) & 511) * unit, ((word >>> 18) & 511) * unit, bytes, to);
+        }
+        bytes[to + 3] = 255;
       }
     }
     context.putImageData(image, 0, 0);
   }
 }
 
-const code = (v) => CODES[Math.round(Math.sqrt(v) * STEPS)];
-const coloured = (t) => COLOURS[Math.round(255 * Math.min(Math.max(t, 0), 1)) || 0];
+// The row or column of so many at a place from 0 to 1.
+const place = (at, count) => Math.min(Math.floor(at * count), count - 1);
 
-function difference(a, b, look) {
-  const most = Math.max(...a.map((v, i) => Math.abs(v - b[i])));
-  return coloured(most / Math.max(look.range[1], 1e-30));
+// Writes a colour for `t`, from 0 to 1.
+function paint(t, bytes, to) {
+  const colour = COLOURS[Math.round(255 * Math.min(Math.max(t, 0), 1)) || 0];
+  for (let c = 0; c < 3; c++) bytes[to + c] = colour[c];
 }
 
-// The function from radiance to codes.
-function painter(isPlane, look) {
+function difference(a, b, look, bytes, to) {
+  const most = Math.max(...a.map((v, i) => Math.abs(v - b[i])));
+  paint(most / Math.max(look.range[1], 1e-30), bytes, to);
+}
+
+// The function that writes the codes of a pixel's values to `bytes`, from `to` on.
+function writer(isPlane, look) {
   const [low, high] = look.range;
-  if (isPlane) return ([v]) => coloured((v - low) / Math.max(high - low, 1e-30));
+  if (isPlane) return (v, _g, _b, bytes, to) => paint((v - low) / Math.max(high - low, 1e-30), bytes, to);
   if (look.tone === "false") {
-    const [from, to] = [low, high].map((v) => Math.log2(Math.max(v, 1e-30)));
-    return (rgb) => coloured((Math.log2(Math.max(luminance(...rgb), 1e-30)) - from) / Math.max(to - from, 1e-6));
+    const [from, until] = [low, high].map((v) => Math.log2(Math.max(v, 1e-30)));
+    const at = (y) => (Math.log2(Math.max(y, 1e-30)) - from) / Math.max(until - from, 1e-6);
+    return (r, g, b, bytes, to) => paint(at(luminance(r, g, b)), bytes, to);
   }
-  const gain = 2 ** look.exposure;
-  return (rgb) => shown(look.tone, rgb.map((v) => v * gain), look.white).map(code);
+  return coder(look.tone, 2 ** look.exposure, look.white);
 }

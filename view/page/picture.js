@@ -1,6 +1,8 @@
 // A picture as the server sends it (view/src/picture.rs): a header and a word of RGB9E5 per pixel.
 
 const HEADER = 48;
+// The unit of each exponent of RGB9E5.
+export const SCALES = Float64Array.from({ length: 32 }, (_, e) => 2 ** (e - 24));
 
 export class Picture {
   // The picture in `buffer`; null if it is none.
@@ -22,7 +24,7 @@ export class Picture {
   // Linear red, green and blue of the pixel number `at`, row by row.
   at(at) {
     const word = this.words[at];
-    const scale = 2 ** ((word >>> 27) - 24) * this.scale;
+    const scale = SCALES[word >>> 27] * this.scale;
     return [(word & 511) * scale, ((word >>> 9) & 511) * scale, ((word >>> 18) & 511) * scale];
   }
 

@@ -13,7 +13,7 @@ const OUTSET = [
   -0.0989611768448433, -0.0529716355144438, -0.0980434501171241, 1.15107367264116,
 ];
 const STOPS = [-12.47393, 4.026069];
-const AGX = [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232];
+const AGX_FIT = [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232];
 // Viridis by Smith and van der Walt, as fitted by a polynomial (Matt Zucker, CC0).
 const VIRIDIS = [
   [0.2777273272234177, 0.005407344544966578, 0.3340998053353061],
@@ -26,35 +26,65 @@ const VIRIDIS = [
 ];
 
 const clamp = (v, low, high) => Math.min(Math.max(v, low), high);
-const times = (m, [x, y, z]) => [
-  m[0] * x + m[1] * y + m[2] * z, m[3] * x + m[4] * y + m[5] * z, m[6] * x + m[7] * y + m[8] * z,
-];
+// Row `i` of a matrix, times a vector.
+const row = (m, i, x, y, z) => m[3 * i] * x + m[3 * i + 1] * y + m[3 * i + 2] * z;
 
 export const luminance = (r, g, b) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
 
-// What a screen shows of linear radiance: linear light in [0, 1].
-export function shown(curve, rgb, white = 4) {
-  const light = rgb.map((v) => Math.max(v, 0));
-  let signal = light;
+const acesFit = (v) => (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.432951) + 0.238081);
+
+function agxFit(v) {
+  const x = (clamp(Math.log2(v), STOPS[0], STOPS[1]) - STOPS[0]) / (STOPS[1] - STOPS[0]);
+  let sum = 0;
+  for (let i = 0; i < AGX_FIT.length; i++) sum = sum * x + AGX_FIT[i];
+  return sum;
+}
+
+const ACES = { to: TO_ACES, from: FROM_ACES, fit: acesFit };
+const AGX = { to: INSET, from: OUTSET, fit: agxFit };
+
+// What a screen shows of linear radiance: linear light in [0, 1], in `out`; for AgX its root of order 2.2. This runs for each
+// pixel, so it makes no arrays.
+function signal(curve, r, g, b, white, out) {
+  r = Math.max(r, 0);
+  g = Math.max(g, 0);
+  b = Math.max(b, 0);
   if (curve === "reinhard") {
-    const y = luminance(...light);
+    const y = luminance(r, g, b);
     const scale = (1 + y / (white * white)) / (1 + y);
-    signal = light.map((v) => v * scale);
-  } else if (curve === "aces") {
-    const fit = (v) => (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.432951) + 0.238081);
-    signal = times(FROM_ACES, times(TO_ACES, light).map(fit));
-  } else if (curve === "agx") {
-    const place = (v) => (clamp(Math.log2(v), STOPS[0], STOPS[1]) - STOPS[0]) / (STOPS[1] - STOPS[0]);
-    const fit = (x) => AGX.reduce((sum, a) => sum * x + a, 0);
-    signal = times(OUTSET, times(INSET, light).map((v) => fit(place(v))));
+    r *= scale;
+    g *= scale;
+    b *= scale;
+  } else if (curve === "aces" || curve === "agx") {
+    const { to, from, fit } = curve === "aces" ? ACES : AGX;
+    const x = fit(row(to, 0, r, g, b)), y = fit(row(to, 1, r, g, b)), z = fit(row(to, 2, r, g, b));
+    r = row(from, 0, x, y, z);
+    g = row(from, 1, x, y, z);
+    b = row(from, 2, x, y, z);
   }
-  signal = signal.map((v) => clamp(v, 0, 1));
-  return curve === "agx" ? signal.map((v) => v ** 2.2) : signal;
+  out[0] = clamp(r, 0, 1);
+  out[1] = clamp(g, 0, 1);
+  out[2] = clamp(b, 0, 1);
 }
 
 // The code of sRGB, from 0 to 1, of linear light.
 export const encode = (v) => (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055);
 export const decode = (v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
+
+// The codes of signals, for `light` as the function from signal to light. A step hides less than half a code.
+const STEPS = 4096;
+const codesOf = (light) => Uint8Array.from({ length: STEPS + 1 }, (_, i) => Math.round(255 * encode(light((i / STEPS) ** 2))));
+const CODES = codesOf((v) => v), AGX_CODES = codesOf((v) => v ** 2.2);
+
+// The function that writes the codes of a pixel's radiance to `bytes`, from `to` on.
+export function coder(curve, gain, white) {
+  const codes = curve === "agx" ? AGX_CODES : CODES;
+  const out = new Float64Array(3);
+  return (r, g, b, bytes, to) => {
+    signal(curve, r * gain, g * gain, b * gain, white, out);
+    for (let c = 0; c < 3; c++) bytes[to + c] = codes[Math.round(Math.sqrt(out[c]) * STEPS)];
+  };
+}
 
 // The colour, in codes of sRGB, for a place t in [0, 1].
 export function viridis(t) {
@@ -82,7 +112,7 @@ vec3 tone(int curve, vec3 light, float white) {
   } else if (curve == 3) {
     vec3 v = ${mat(INSET)} * light;
     vec3 x = (clamp(log2(max(v, 1e-20)), ${glsl(STOPS[0])}, ${glsl(STOPS[1])}) - ${glsl(STOPS[0])}) / ${glsl(STOPS[1] - STOPS[0])};
-    signal = ${mat(OUTSET)} * (${AGX.slice(1).reduce((sum, a) => `(${sum} * x + ${glsl(a)})`, `vec3(${glsl(AGX[0])})`)});
+    signal = ${mat(OUTSET)} * (${AGX_FIT.slice(1).reduce((sum, a) => `(${sum} * x + ${glsl(a)})`, `vec3(${glsl(AGX_FIT[0])})`)});
   }
   signal = clamp(signal, 0.0, 1.0);
   return curve == 3 ? pow(signal, vec3(2.2)) : signal;

@@ -37,7 +37,18 @@ struct Left;
 pub(crate) async fn serve(socket: WebSocket, hub: Arc<Hub>, visit: Visit) {
     let (answers, mail) = mpsc::channel(MAX_ANSWERS);
     let (pictures, budget) = (hub.pictures.subscribe(), Budget::new());
-    let page = Page { socket, hub, visit, answers, pictures, budget, is_ready: true, sent: None, bad: 0 };
+    let page = Page {
+        socket,
+        hub,
+        visit,
+        answers,
+        pictures,
+        budget,
+        is_ready: true,
+        sent: None,
+        sent_at: Instant::now(),
+        bad: 0,
+    };
     let Left = page.serve(mail).await;
 }
 
@@ -52,6 +63,8 @@ struct Page {
     is_ready: bool,
     /// The last picture, and its layer.
     sent: Option<(Arc<Picture>, u32)>,
+    /// When it was sent.
+    sent_at: Instant,
     bad: u32,
 }
 
@@ -92,6 +105,9 @@ impl Page {
         match request {
             Some(Request::Ack) => {
                 self.is_ready = true;
+                if let Some((picture, _)) = &self.sent {
+                    self.hub.note_drawn(picture, self.sent_at.elapsed());
+                }
                 Ok(())
             }
             Some(Request::Layer { layer }) if (layer as usize) < MAX_LAYERS => {
@@ -135,7 +151,7 @@ impl Page {
         let Some(bytes) = picture.layer(layer).filter(|_| !self.sent.as_ref().is_some_and(is_sent)) else {
             return Ok(());
         };
-        (self.is_ready, self.sent) = (false, Some((picture, layer)));
+        (self.is_ready, self.sent, self.sent_at) = (false, Some((picture, layer)), Instant::now());
         self.send(Message::Binary(bytes)).await
     }
 

@@ -6,8 +6,9 @@ use crate::message::{Answer, Request};
 use crate::picture::Picture;
 use axum::body::Bytes;
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 use tokio::sync::{mpsc, watch};
 
 /// Most layers of an image.
@@ -55,6 +56,8 @@ pub(crate) struct Hub {
     pub(crate) others: Vec<(String, Bytes)>,
     kept: Mutex<VecDeque<Arc<Kept>>>,
     clients: AtomicUsize,
+    /// How long the quickest page took for the last picture, in microseconds; see [`Hub::drawing_time`].
+    drawing: AtomicU64,
     /// How many clients look at each layer.
     wanted: [AtomicUsize; MAX_LAYERS],
 }
@@ -73,6 +76,7 @@ impl Hub {
             others,
             kept: Mutex::default(),
             clients: AtomicUsize::new(0),
+            drawing: AtomicU64::new(0),
             wanted: [const { AtomicUsize::new(0) }; MAX_LAYERS],
         }
     }
@@ -89,6 +93,18 @@ impl Hub {
     /// The number of clients.
     pub(crate) fn clients(&self) -> usize {
         self.clients.load(Ordering::Relaxed)
+    }
+
+    /// Notes that a page has drawn a picture, so long after it was sent.
+    pub(crate) fn note_drawn(&self, picture: &Picture, taken: Duration) {
+        if picture.note_drawn() {
+            self.drawing.store(taken.as_micros() as u64, Ordering::Relaxed);
+        }
+    }
+
+    /// The time in which the last picture was sent and drawn, by the page that was first.
+    pub(crate) fn drawing_time(&self) -> Duration {
+        Duration::from_micros(self.drawing.load(Ordering::Relaxed))
     }
 
     /// The layers that somebody looks at; if nobody does, the first.
@@ -146,5 +162,23 @@ impl Drop for Visit {
         self.hub.wanted[self.layer].fetch_sub(1, Ordering::Relaxed);
         self.hub.clients.fetch_sub(1, Ordering::Relaxed);
         self.hub.requests.ring();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_quickest_page_tells_the_drawing_time() {
+        let hub = Hub::new(true, Vec::new());
+        let [first, second] = [(); 2].map(|()| Picture::new(Vec::new()));
+        let after = |picture: &Picture, milliseconds: u64| {
+            hub.note_drawn(picture, Duration::from_millis(milliseconds));
+            hub.drawing_time().as_millis()
+        };
+        assert_eq!(after(&first, 20), 20);
+        assert_eq!(after(&first, 5000), 20);
+        assert_eq!(after(&second, 30), 30);
     }
 }

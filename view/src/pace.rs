@@ -69,7 +69,8 @@ impl Default for Divisor {
 }
 
 impl Divisor {
-    /// Learns from a picture that took so long.
+    /// Learns from a picture that took so long, to be rendered or else to be sent and drawn: a page draws one while the next is
+    /// rendered.
     pub(crate) fn learn(&mut self, taken: Duration) {
         // The time is about proportional to the number of pixels. Half a step at a time keeps the size from jumping.
         let wanted = self.0 * (taken.as_secs_f64() / TARGET).sqrt();

@@ -19,6 +19,7 @@ use crate::rgb9e5;
 use axum::body::Bytes;
 use rayon::prelude::*;
 use scene::{Film, Plane};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Bytes of the header.
 pub const HEADER: usize = 48;
@@ -31,10 +32,12 @@ const TOP: i32 = 15;
 const AT_ONCE: usize = 1 << 13;
 
 /// A picture in all layers that somebody looks at.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Picture {
     /// Each with its number.
     layers: Vec<(u32, Bytes)>,
+    /// Whether a page has drawn it.
+    is_drawn: AtomicBool,
 }
 
 /// What the header says, but for what the pixels tell.
@@ -53,7 +56,12 @@ pub(crate) struct Caption {
 impl Picture {
     /// A picture of layers, each with its number.
     pub(crate) fn new(layers: Vec<(u32, Bytes)>) -> Self {
-        Self { layers }
+        Self { layers, is_drawn: AtomicBool::new(false) }
+    }
+
+    /// Notes that a page has drawn it; returns whether that was the first.
+    pub(crate) fn note_drawn(&self) -> bool {
+        !self.is_drawn.swap(true, Ordering::Relaxed)
     }
 
     /// The bytes of layer `number`, if it is there.

@@ -260,7 +260,7 @@ impl Studio {
     fn mind_render(&mut self) {
         if self.stage != Stage::Nothing && self.is_over.load(Ordering::Acquire) {
             if self.stage == Stage::Small {
-                self.divisor.learn(self.began.elapsed());
+                self.divisor.learn(self.began.elapsed().max(self.hub.drawing_time()));
             }
             self.finish();
         }

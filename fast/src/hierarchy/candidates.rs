@@ -16,7 +16,8 @@ const CANDIDATE_ROOM: usize = BallRows::ENOUGH + (WIDTH + 1) * MOST_LANES;
 
 // A packet adds a pair per lane and ball of a leaf at most; and the pairs in use take no more than a third of a first-level
 // cache of 32 KiB: a ray and a row, or a ray and the five words of a ball.
-const _: () = assert!(Copies::ENOUGH <= BallRows::ENOUGH && WIDTH * MOST_LANES < CANDIDATE_ROOM - BallRows::ENOUGH);
+const _: () =
+    assert!(Copies::ENOUGH <= BallRows::ENOUGH && WIDTH * MOST_LANES < CANDIDATE_ROOM - BallRows::ENOUGH);
 const _: () = assert!(BallRows::ENOUGH * 2 * 4 <= (32 << 10) / 3 && Copies::ENOUGH * 6 * 4 <= (32 << 10) / 3);
 
 /// Pairs of a ray and a ball, as a structure of arrays.
