@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         name: "row".into(),
         camera: Camera { eye, direction: Vec3::Y - eye, ..Camera::default() },
         materials,
-        spheres,
+        spheres: spheres.into(),
         background: Rgb::ZERO,
         imports: Vec::new(),
         settings: Settings {

@@ -53,7 +53,7 @@ pub(crate) fn scene_of(spheres: Vec<Sphere>, eye: Vec3) -> Scene {
             Material::Specular { albedo: Rgb::new(0.9, 0.7, 0.5) },
             Material::Dielectric { albedo: Rgb::new(1.0, 0.9, 0.95), ior: 1.5 },
         ],
-        spheres,
+        spheres: spheres.into(),
         background: Rgb::ZERO,
         imports: Vec::new(),
         settings: Settings::default(),

@@ -157,7 +157,8 @@ fn on_stage(
     let notes = std::mem::take(&mut made.notes);
     let Set { camera, spheres, materials, background, settings } =
         stage::set(&made.spheres, &made.materials, has_cell, wanted).map_err(Problem::Stage)?;
-    let scene = Scene { name, camera, spheres, materials, background, settings, imports: Vec::new() };
+    let scene =
+        Scene { name, camera, spheres: spheres.into(), materials, background, settings, imports: Vec::new() };
     Ok((Staged { scene, notes }, made))
 }
 
@@ -193,7 +194,7 @@ pub fn join(scene: &mut Scene, balls: Balls) -> (Range<usize>, Range<usize>) {
     // Of two lists, the shorter is copied into the memory of the longer: they may hold millions.
     if spheres < new.len() {
         new.splice(0..0, scene.spheres.drain(..));
-        scene.spheres = new;
+        scene.spheres = new.into();
     } else {
         scene.spheres.append(&mut new);
     }

@@ -47,7 +47,8 @@ fn plain() -> Scene {
             radius: 1.0,
             material: 0,
             emission: Rgb::new(1.0, 2.0, 3.0),
-        }],
+        }]
+        .into(),
         background: Rgb::ZERO,
         imports: Vec::new(),
         settings: Settings { seed: u64::MAX, ..Settings::default() },

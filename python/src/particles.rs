@@ -346,6 +346,6 @@ pub(crate) fn add_particles(
     })?;
     let mut made = made.map_err(|problem| of_problem(&problem, !style.base.is_empty()))?;
     let notes = std::mem::take(&mut made.notes);
-    let (added, _) = scene.with(py, |scene| particles::join(scene, made))?;
+    let (added, _) = scene.edit(py, |scene| particles::join(scene, made))?;
     Ok((added.start, added.end, notes))
 }

@@ -41,19 +41,64 @@ pub(crate) struct Scene {
 
 /// A scene that threads share. It is locked only while the interpreter's lock is not held.
 #[derive(Clone)]
-pub(crate) struct Shared(Arc<Mutex<scene::Scene>>);
+pub(crate) struct Shared(Arc<Mutex<Held>>);
+
+/// A scene, at times with the sphere that its background becomes. That is added where the scene is, so that a render shares
+/// the spheres, and removed before the scene is changed.
+#[derive(Clone)]
+struct Held {
+    scene: scene::Scene,
+    has_sky: bool,
+}
+
+impl Held {
+    /// Spheres from files of particles are the scene's own: they can be changed.
+    fn new(mut scene: scene::Scene) -> Self {
+        scene.imports.clear();
+        let has_sky = scene.without_sky().len() < scene.spheres.len();
+        Self { scene, has_sky }
+    }
+
+    /// Without the sky.
+    fn bare(&mut self) -> &mut scene::Scene {
+        if std::mem::take(&mut self.has_sky) {
+            self.scene.spheres.pop();
+            self.scene.materials.pop();
+        }
+        &mut self.scene
+    }
+
+    /// With the sky, as libraries expect it.
+    fn whole(&mut self) -> &scene::Scene {
+        if !self.has_sky && self.scene.background != Rgb::ZERO {
+            self.scene.add_sky();
+            self.has_sky = true;
+        }
+        &self.scene
+    }
+
+    /// The spheres but for the sky.
+    fn spheres(&self) -> &[Sphere] {
+        &self.scene.spheres[..self.scene.spheres.len() - usize::from(self.has_sky)]
+    }
+
+    /// The materials but for the sky's.
+    fn materials(&self) -> &[scene::Material] {
+        &self.scene.materials[..self.scene.materials.len() - usize::from(self.has_sky)]
+    }
+}
 
 impl Shared {
-    fn lock(&self) -> MutexGuard<'_, scene::Scene> {
+    fn lock(&self) -> MutexGuard<'_, Held> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A copy that can be rendered.
+    /// The scene as it can be rendered. It shares the spheres.
     ///
     /// # Errors
     /// If the scene cannot be rendered.
     pub(crate) fn checked(&self) -> PyResult<scene::Scene> {
-        let scene = with_sky(&self.lock());
+        let scene = self.lock().whole().clone();
         scene.check().map_err(|flaw| of_flaw(&flaw))?;
         Ok(scene)
     }
@@ -61,8 +106,7 @@ impl Shared {
 
 impl Scene {
     fn new(scene: scene::Scene, file: Option<PathBuf>) -> Self {
-        let shared = Shared(Arc::new(Mutex::new(without_sky(scene))));
-        Self { shared, file, is_stage: false }
+        Self { shared: Shared(Arc::new(Mutex::new(Held::new(scene)))), file, is_stage: false }
     }
 
     /// A stage for particles.
@@ -75,48 +119,29 @@ impl Scene {
         self.shared.clone()
     }
 
-    /// Works on the scene while other Python threads go on.
-    pub(crate) fn with<T: Send>(
+    /// Changes the scene, which has no sky then, while other Python threads go on.
+    pub(crate) fn edit<T: Send>(
         &self,
         py: Python,
         f: impl FnOnce(&mut scene::Scene) -> T + Send,
     ) -> PyResult<T> {
+        work(py, || f(self.shared.lock().bare()))
+    }
+
+    /// The scene with its sky, as libraries expect it; the spheres are shared. It is not checked.
+    pub(crate) fn with_sky(&self, py: Python) -> PyResult<scene::Scene> {
+        work(py, || self.shared.lock().whole().clone())
+    }
+
+    /// Reads the scene, or changes what its sky does not depend on, while other Python threads go on.
+    fn hold<T: Send>(&self, py: Python, f: impl FnOnce(&mut Held) -> T + Send) -> PyResult<T> {
         work(py, || f(&mut self.shared.lock()))
     }
 
-    /// A copy with the background as a sky, as libraries expect it. It is not checked.
-    pub(crate) fn with_sky(&self, py: Python) -> PyResult<scene::Scene> {
-        self.with(py, |scene| with_sky(scene))
+    /// Reads the scene with its sky.
+    fn read_whole<T: Send>(&self, py: Python, f: impl FnOnce(&scene::Scene) -> T + Send) -> PyResult<T> {
+        work(py, || f(self.shared.lock().whole()))
     }
-
-    /// Reads the scene, with the background as a sky. Without a background, nothing is copied.
-    fn read<T: Send>(&self, py: Python, f: impl FnOnce(&scene::Scene) -> T + Send) -> PyResult<T> {
-        self.with(py, |scene| if scene.background == Rgb::ZERO { f(scene) } else { f(&with_sky(scene)) })
-    }
-}
-
-/// A copy of the scene with the sphere that its background becomes.
-fn with_sky(scene: &scene::Scene) -> scene::Scene {
-    let scene::Scene { name, camera, materials, spheres, background, settings, .. } = scene;
-    // With room for the sky, as memory that grows is copied once more.
-    let mut all = Vec::with_capacity(spheres.len() + 1);
-    all.extend_from_slice(spheres);
-    let (name, materials) = (name.clone(), materials.clone());
-    let (camera, background, settings) = (*camera, *background, *settings);
-    scene::Scene { name, camera, materials, spheres: all, background, settings, imports: Vec::new() }
-        .with_sky()
-}
-
-/// The scene without the sphere that its background has become, and with spheres from files of particles as its own: they
-/// can be changed.
-fn without_sky(mut scene: scene::Scene) -> scene::Scene {
-    scene.imports.clear();
-    let spheres = scene.without_sky().len();
-    if spheres < scene.spheres.len() {
-        scene.spheres.truncate(spheres);
-        scene.materials.pop();
-    }
-    scene
 }
 
 #[pymethods]
@@ -128,7 +153,7 @@ impl Scene {
             name,
             camera: scene::Camera::default(),
             materials: Vec::new(),
-            spheres: Vec::new(),
+            spheres: Vec::new().into(),
             background: Rgb::ZERO,
             imports: Vec::new(),
             settings: Settings::default(),
@@ -154,73 +179,73 @@ impl Scene {
     }
 
     fn copy(&self, py: Python) -> PyResult<Self> {
-        let copy = self.with(py, |scene| scene.clone())?;
+        let copy = self.hold(py, |held| held.clone())?;
         let shared = Shared(Arc::new(Mutex::new(copy)));
         Ok(Self { shared, file: self.file.clone(), is_stage: self.is_stage })
     }
 
     #[getter]
     fn name(&self, py: Python) -> PyResult<String> {
-        self.with(py, |scene| scene.name.clone())
+        self.hold(py, |held| held.scene.name.clone())
     }
 
     #[setter]
     fn set_name(&self, py: Python, name: String) -> PyResult<()> {
-        self.with(py, |scene| scene.name = name)
+        self.hold(py, |held| held.scene.name = name)
     }
 
     #[getter]
     fn background(&self, py: Python) -> PyResult<[f32; 3]> {
-        self.with(py, |scene| scene.background.to_array())
+        self.hold(py, |held| held.scene.background.to_array())
     }
 
     #[setter]
     fn set_background(&self, py: Python, background: [f32; 3]) -> PyResult<()> {
         let background = Rgb::from_array(background);
         check::check_radiance(Part::Scene, "background", background).map_err(|flaw| of_flaw(&flaw))?;
-        self.with(py, |scene| scene.background = background)
+        self.edit(py, |scene| scene.background = background)
     }
 
     #[getter]
     fn camera(&self, py: Python) -> PyResult<CameraTuple> {
-        self.with(py, |scene| of_camera(&scene.camera))
+        self.hold(py, |held| of_camera(&held.scene.camera))
     }
 
     #[setter]
     fn set_camera(&self, py: Python, values: CameraTuple) -> PyResult<()> {
-        self.with(py, |scene| scene.camera = camera(values))
+        self.edit(py, |scene| scene.camera = camera(values))
     }
 
     #[getter]
     fn settings(&self, py: Python) -> PyResult<SettingsTuple> {
-        self.with(py, |scene| of_settings(&scene.settings))
+        self.hold(py, |held| of_settings(&held.scene.settings))
     }
 
     #[setter]
     fn set_settings(&self, py: Python, values: SettingsTuple) -> PyResult<()> {
         let settings = settings(values)?;
-        self.with(py, |scene| scene.settings = settings)
+        self.hold(py, |held| held.scene.settings = settings)
     }
 
     #[getter]
     fn materials(&self, py: Python) -> PyResult<Vec<MaterialTuple>> {
-        self.with(py, |scene| scene.materials.iter().map(of_material).collect())
+        self.hold(py, |held| held.materials().iter().map(of_material).collect())
     }
 
     #[getter]
     fn material_count(&self, py: Python) -> PyResult<usize> {
-        self.with(py, |scene| scene.materials.len())
+        self.hold(py, |held| held.materials().len())
     }
 
     /// Whether there are neither mirrors nor glass.
     fn is_matte(&self, py: Python) -> PyResult<bool> {
-        self.with(py, |scene| stage::is_matte(&scene.materials))
+        self.hold(py, |held| stage::is_matte(held.materials()))
     }
 
     /// Appends a material; returns its index.
     fn add_material(&self, py: Python, values: MaterialTuple) -> PyResult<usize> {
         let material = material(values)?;
-        self.with(py, |scene| {
+        self.edit(py, |scene| {
             scene.materials.push(material);
             scene.materials.len() - 1
         })
@@ -229,7 +254,7 @@ impl Scene {
     /// Replaces a material.
     fn set_material(&self, py: Python, index: usize, values: MaterialTuple) -> PyResult<()> {
         let material = material(values)?;
-        self.with(py, |scene| {
+        self.edit(py, |scene| {
             let materials = scene.materials.len();
             scene.materials.get_mut(index).map(|old| *old = material).ok_or(materials)
         })?
@@ -239,12 +264,12 @@ impl Scene {
     }
 
     fn __len__(&self, py: Python) -> PyResult<usize> {
-        self.with(py, |scene| scene.spheres.len())
+        self.hold(py, |held| held.spheres().len())
     }
 
     /// Makes room for so many more spheres, without more memory than they need.
     fn reserve(&self, py: Python, more: usize) -> PyResult<()> {
-        self.with(py, |scene| scene.spheres.try_reserve_exact(more))?
+        self.edit(py, |scene| scene.spheres.try_reserve_exact(more))?
             .map_err(|_| PyMemoryError::new_err(format!("there is no memory for {more} spheres")))
     }
 
@@ -264,7 +289,7 @@ impl Scene {
             material: materials[i],
             emission: Rgb::from_array(emissions[i]),
         };
-        self.with(py, |scene| {
+        self.edit(py, |scene| {
             let known = scene.materials.len();
             let checked = |i: usize| {
                 check::check_sphere(Part::Sphere(first + i), &sphere(i), known).map(|()| sphere(i))
@@ -278,7 +303,7 @@ impl Scene {
 
     /// Removes all but the first `spheres` and `materials`.
     fn truncate(&self, py: Python, spheres: usize, materials: usize) -> PyResult<()> {
-        self.with(py, |scene| {
+        self.edit(py, |scene| {
             scene.spheres.truncate(spheres);
             scene.spheres.shrink_to_fit();
             scene.materials.truncate(materials);
@@ -288,7 +313,7 @@ impl Scene {
     /// Keeps the spheres for which `kept` is true.
     fn retain(&self, py: Python, kept: PyReadonlyArray1<bool>) -> PyResult<()> {
         let kept = elements(&kept)?;
-        self.with(py, |scene| {
+        self.edit(py, |scene| {
             check_length(scene, kept.len())?;
             let mut kept = kept.iter();
             scene.spheres.retain(|_| kept.next() == Some(&true));
@@ -299,19 +324,19 @@ impl Scene {
     /// The vectors called `name` of all spheres.
     fn vectors<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let vector = Vector::named(name)?;
-        let all = self.with(py, |scene| scene.spheres.iter().map(|s| vector.get(s)).collect())?;
+        let all = self.hold(py, |held| held.spheres().iter().map(|s| vector.get(s)).collect())?;
         columns::rows(py, all)
     }
 
     /// The radii of all spheres.
     fn radii<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f32>>> {
-        let all = self.with(py, |scene| scene.spheres.iter().map(|s| s.radius).collect())?;
+        let all = self.hold(py, |held| held.spheres().iter().map(|s| s.radius).collect())?;
         columns::values(py, all)
     }
 
     /// The materials' indices of all spheres.
     fn material_indices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<u32>>> {
-        let all = self.with(py, |scene| scene.spheres.iter().map(|s| s.material).collect())?;
+        let all = self.hold(py, |held| held.spheres().iter().map(|s| s.material).collect())?;
         columns::values(py, all)
     }
 
@@ -335,17 +360,17 @@ impl Scene {
 
     /// Checks that the scene can be rendered.
     fn check(&self, py: Python) -> PyResult<()> {
-        self.read(py, scene::Scene::check)?.map_err(|flaw| of_flaw(&flaw))
+        self.read_whole(py, scene::Scene::check)?.map_err(|flaw| of_flaw(&flaw))
     }
 
     /// The scene file.
     fn to_text(&self, py: Python) -> PyResult<String> {
-        self.read(py, |scene| scene_file::to_text(scene, &scene.settings))
+        self.read_whole(py, |scene| scene_file::to_text(scene, &scene.settings))
     }
 
     /// Identifies the scene, without its settings.
     fn digest(&self, py: Python) -> PyResult<String> {
-        self.read(py, scene_file::digest)
+        self.read_whole(py, scene_file::digest)
     }
 
     /// Writes the scene file.
@@ -388,7 +413,7 @@ impl Scene {
         length: usize,
         change: impl Fn(&mut Sphere, usize) + Send + Sync,
     ) -> PyResult<()> {
-        self.with(py, |scene| {
+        self.edit(py, |scene| {
             check_length(scene, length)?;
             let materials = scene.materials.len();
             let check = |(i, sphere): (usize, &Sphere)| -> Result<(), Flaw> {

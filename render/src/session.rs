@@ -25,7 +25,7 @@ use fast::Parts;
 use files::atomic_file::FileError;
 use files::checkpoint::{Loaded, Past};
 use files::lock::Lock;
-use scene::{Iterations, Resumable, Scene, Stop, TRANSPORT};
+use scene::{Iterations, Resumable, Scene, Spheres, Stop, TRANSPORT};
 use std::mem::{replace, take};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -42,7 +42,7 @@ pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) ->
     let Ready { mut job, pool, need, digest, locks, keeper, from } = ready;
     // The engine borrows the scene. Move it out of the job, which is returned to the caller.
     let nothing = Scene {
-        spheres: Vec::new(),
+        spheres: Spheres::default(),
         materials: Vec::new(),
         name: String::new(),
         imports: Vec::new(),

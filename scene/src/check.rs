@@ -414,7 +414,8 @@ mod tests {
             spheres: vec![
                 sphere(Vec3::NEG_Z * 10.0, 1.0, Rgb::ONE),
                 sphere(Vec3::new(0.0, 4.0, -10.0), 1.0, Rgb::ZERO),
-            ],
+            ]
+            .into(),
             background: Rgb::ZERO,
             imports: Vec::new(),
             settings: Settings::default(),

@@ -6,6 +6,7 @@ use crate::import::Import;
 use crate::material::Material;
 use crate::settings::Settings;
 use crate::sphere::Sphere;
+use crate::spheres::Spheres;
 use glam::{DVec3, Vec3};
 
 /// A scene. [`Scene::check`] says whether it can be rendered; scenes read from files have passed it.
@@ -18,7 +19,7 @@ pub struct Scene {
     /// The materials that spheres refer to.
     pub materials: Vec<Material>,
     /// The spheres, in file order. Of two hits at the same distance, the sphere with the lower index counts.
-    pub spheres: Vec<Sphere>,
+    pub spheres: Spheres,
     /// Radiance that arrives from every direction in which there is no sphere; zero for black.
     ///
     /// [`Scene::with_sky`] turns it into a sphere, the last of `spheres`. Engines do not read this field.
@@ -48,10 +49,10 @@ impl Scene {
     /// as a light, and no photon is lost.
     ///
     /// ```
-    /// use scene::{Camera, Rgb, Scene, Settings};
+    /// use scene::{Camera, Rgb, Scene, Settings, Spheres};
     ///
     /// let camera = Camera::default();
-    /// let (spheres, materials) = (Vec::new(), Vec::new());
+    /// let (spheres, materials) = (Spheres::default(), Vec::new());
     /// let scene = Scene {
     ///     name: "fog".into(),
     ///     camera,
@@ -65,19 +66,25 @@ impl Scene {
     /// ```
     #[must_use]
     pub fn with_sky(mut self) -> Self {
+        self.add_sky();
+        self
+    }
+
+    /// As [`Scene::with_sky`], of a scene that has no sky yet.
+    pub fn add_sky(&mut self) {
         if self.background == Rgb::ZERO {
-            return self;
+            return;
         }
         let (center, radius) = self.bounding_ball();
-        self.spheres.push(Sphere {
+        let sky = Sphere {
             center,
             velocity: Vec3::ZERO,
             radius: (radius * SKY_MARGIN) as f32,
             material: self.materials.len() as u32,
             emission: self.background,
-        });
+        };
+        self.spheres.push(sky);
         self.materials.push(Material::Diffuse { albedo: Rgb::ZERO });
-        self
     }
 
     /// The spheres that are not from files of particles, nor the sky.
@@ -124,7 +131,7 @@ mod tests {
             name: "moving".into(),
             camera: Camera::default(),
             materials: Vec::new(),
-            spheres: Vec::new(),
+            spheres: Spheres::default(),
             background: Rgb::ONE,
             settings: Settings::default(),
             imports: Vec::new(),
@@ -143,7 +150,8 @@ mod tests {
             at(Vec3::X * 10.0, Vec3::X * 100.0, 1.0),
             at(Vec3::Y * -10.0, Vec3::Y * 200.0, 5.0),
             at(Vec3::ZERO, Vec3::ZERO, 2.0),
-        ];
+        ]
+        .into();
         let moving = scene.spheres.clone();
         let (eye, lens) = (scene.camera.eye, scene.camera.aperture_radius);
         let scene = scene.with_sky();

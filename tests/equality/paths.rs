@@ -82,7 +82,7 @@ fn nothing_to_see_and_nothing_that_glows() {
     let (whole, settings) = small("surgery");
     let mut dark = whole.clone();
     dark.spheres.iter_mut().for_each(|sphere| sphere.emission = scene::Rgb::ZERO);
-    let empty = Scene { spheres: Vec::new(), materials: Vec::new(), ..whole };
+    let empty = Scene { spheres: Vec::new().into(), materials: Vec::new(), ..whole };
     let cases = [dark, empty].map(|scene| assert_equal_paths(&scene, &settings, &all_lanes(2)));
     tell(cases.into_iter().sum(), "nothing by paths");
 }

@@ -98,7 +98,7 @@ fn nothing_to_see_and_nothing_that_glows() {
     for (spheres, materials) in
         [(vec![], vec![]), (vec![], whole.materials.clone()), (dark, whole.materials.clone())]
     {
-        let scene = Scene { spheres, materials, ..whole.clone() };
+        let scene = Scene { spheres: spheres.into(), materials, ..whole.clone() };
         cases += assert_equal(&scene, &settings, &all_lanes(2));
         let mut engine = reference::Sppm::new(&scene, &settings);
         engine.iterate();

@@ -49,7 +49,7 @@ pub(crate) fn empty_scene(camera: Camera) -> Scene {
         name: "built in code".into(),
         camera,
         materials: Vec::new(),
-        spheres: Vec::new(),
+        spheres: Vec::new().into(),
         background: Rgb::ZERO,
         imports: Vec::new(),
         settings: Settings::default(),

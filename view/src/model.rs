@@ -2,7 +2,7 @@
 
 use crate::message::{CameraParts, SettingsParts, SphereParts};
 use render::EngineChoice;
-use scene::{Camera, Material, Rgb, Scene, Settings, Sphere, Vec3};
+use scene::{Camera, Material, Rgb, Scene, Settings, Sphere, Spheres, Vec3};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -28,7 +28,7 @@ struct Body {
     name: String,
     materials: Vec<Material>,
     /// Without the sky.
-    spheres: Vec<Sphere>,
+    spheres: Spheres,
     background: Rgb,
 }
 
@@ -99,7 +99,7 @@ impl Model {
             name: scene.name.clone(),
             // The sky's own material is the last.
             materials: scene.materials[..scene.materials.len() - skies].to_vec(),
-            spheres: scene.without_sky().to_vec(),
+            spheres: if skies == 0 { scene.spheres.clone() } else { scene.without_sky().to_vec().into() },
             background: scene.background,
         };
         let (camera, settings) = (scene.camera, scene.settings);

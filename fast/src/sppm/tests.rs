@@ -125,7 +125,7 @@ fn a_hierarchy_is_of_the_balls_that_it_was_built_for() {
         |scene, ball| scene.spheres[ball].center.x += 1.0,
         |scene, ball| scene.spheres[ball].radius *= 1.5,
         |scene, ball| _ = scene.spheres.remove(ball),
-        |scene, ball| scene.spheres.push(scene.spheres[ball]),
+        |scene, ball| scene.spheres.extend_from_within(ball..=ball),
     ];
     for change in changes {
         let mut other = scene.clone();

@@ -260,7 +260,8 @@ fn read(name: &str, text: &str, place: Place<'_>) -> Result<(Scene, Automatic), 
     let places = Spheres::new(count, &root).map_err(in_head)?;
     let spheres = places.read(text, &head, &mut materials)?;
     let materials = materials.list;
-    let mut scene = Scene { name, camera, spheres, materials, background, settings, imports: Vec::new() };
+    let mut scene =
+        Scene { name, camera, spheres: spheres.into(), materials, background, settings, imports: Vec::new() };
     particles::read(&root, place, &mut scene).map_err(in_head)?;
     let scene = scene.with_sky();
     Parsed { text, head: &head, root, camera: camera_section, spheres: &places }.check(&scene)?;
@@ -284,7 +285,15 @@ pub(crate) fn with_spheres(
         let Top { root, camera: (_, camera), stated, background, name } =
             Top::read(name, document.get_ref(), spheres.len())?;
         let settings = stated.settings;
-        let mut scene = Scene { name, camera, spheres, materials, background, settings, imports: Vec::new() };
+        let mut scene = Scene {
+            name,
+            camera,
+            spheres: spheres.into(),
+            materials,
+            background,
+            settings,
+            imports: Vec::new(),
+        };
         particles::read(&root, Place { folders, most: u64::MAX }, &mut scene)?;
         Ok(scene.with_sky())
     };

@@ -266,7 +266,8 @@ mod tests {
         for builtin in SCENES {
             let mut scene = builtin.scene();
             let sky = scene.background;
-            scene.spheres.truncate(scene.without_sky().len());
+            let spheres = scene.without_sky().len();
+            scene.spheres.truncate(spheres);
             scene.materials.truncate(scene.materials.len() - usize::from(sky != Rgb::ZERO));
             scene.camera.eye += Vec3::new(0.125, 0.1, -0.3);
             scene.camera.vertical_fov_degrees *= 0.9;

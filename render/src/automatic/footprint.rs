@@ -53,7 +53,8 @@ mod tests {
                 radius: 10.0,
                 material: 0,
                 emission: Vec3::ZERO,
-            }],
+            }]
+            .into(),
             background: Vec3::ZERO,
             settings: Settings { width: 100, height: 80, ..Settings::default() },
             imports: Vec::new(),

@@ -27,7 +27,7 @@ use cover::{Conflict, cover};
 use files::atomic_file::{self, FileError, reason};
 use files::checkpoint::{self, Checkpoint, Contents};
 use files::lock::Lock;
-use scene::{Engine, Iterations, Scene, Settings, Stats, Sums, TRANSPORT};
+use scene::{Engine, Iterations, Scene, Settings, Spheres, Stats, Sums, TRANSPORT};
 use std::fmt::Display;
 use std::fs::{self, File};
 use std::io::BufReader;
@@ -239,7 +239,7 @@ impl Part {
     fn take_scene(&mut self) -> Scene {
         let own = &mut self.checkpoint.scene;
         let (camera, settings, background) = (own.camera, own.settings, own.background);
-        let (name, materials, spheres) = (String::new(), Vec::new(), Vec::new());
+        let (name, materials, spheres) = (String::new(), Vec::new(), Spheres::default());
         replace(own, Scene { name, camera, materials, spheres, background, settings, imports: Vec::new() })
     }
 
