@@ -5,7 +5,7 @@ use crate::names::{EngineName, LanesName, MethodName, Renderer, available_lanes}
 use crate::profile::Profile;
 use fast::{LaneKind, Parameters, Parts};
 use scene::text::list;
-use scene::{Resumable, Scene};
+use scene::{FirstRadii, Resumable, Scene};
 use std::path::Path;
 
 /// A method and an engine, with lanes and free parameters if it is the fast engine.
@@ -116,16 +116,31 @@ impl EngineChoice {
     }
 
     /// A new render of `scene` with the scene's settings. The fast engine, for photon mapping, holds at most about `deposits`
-    /// deposits at a time, and reuses the `parts` of an earlier render.
-    pub(crate) fn start(self, scene: &Scene, deposits: u32, parts: Parts) -> Started<'_> {
+    /// deposits at a time, and reuses the `parts` of an earlier render. `radii` are the first ones that the settings choose, if
+    /// they are known already.
+    pub(crate) fn start(
+        self,
+        scene: &Scene,
+        deposits: u32,
+        parts: Parts,
+        radii: Option<FirstRadii>,
+    ) -> Started<'_> {
         let settings = &scene.settings;
         match (self.method(), self.name()) {
             (MethodName::Sppm, EngineName::Fast) => {
-                let engine = fast::Sppm::with_parts(scene, settings, self.lanes, &self.parameters, parts);
-                Started::Fast(Box::new(engine.deposits_at_once(deposits)))
+                let engine = fast::Sppm::with_parts(scene, settings, self.lanes, &self.parameters, parts)
+                    .deposits_at_once(deposits);
+                Started::Fast(Box::new(match radii {
+                    Some(radii) => engine.beginning_with(radii),
+                    None => engine,
+                }))
             }
             (MethodName::Sppm, EngineName::Reference) => {
-                Started::Other(Box::new(reference::Sppm::new(scene, settings)))
+                let engine = reference::Sppm::new(scene, settings);
+                Started::Other(Box::new(match radii {
+                    Some(radii) => engine.beginning_with(radii),
+                    None => engine,
+                }))
             }
             (MethodName::Path, EngineName::Fast) => {
                 let engine = fast::PathTracer::with_parameters(scene, settings, self.lanes, &self.parameters);

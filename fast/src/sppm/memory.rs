@@ -10,8 +10,8 @@ use scene::{RadiusSchedule, Settings};
 
 /// What a thread holds beside its deposits: batches of paths, and an occupancy map.
 const BYTES_PER_THREAD: u64 = 3 << 19;
-/// Deposits that a pilot holds at a time.
-pub(super) const DEPOSITS_OF_PILOTS: u32 = 1 << 18;
+/// Deposits that a small render, of those that choose radii or settings, holds at a time.
+pub const DEPOSITS_OF_PILOTS: u32 = 1 << 18;
 
 /// See `Sppm::bytes_at_most`.
 pub(super) fn bytes_at_most(

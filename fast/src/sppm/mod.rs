@@ -9,4 +9,5 @@ mod render;
 mod tests;
 
 pub use first_radii::first_radii;
+pub use memory::DEPOSITS_OF_PILOTS;
 pub use render::{DEPOSITS_AT_ONCE, Parts, Sppm};

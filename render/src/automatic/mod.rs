@@ -18,9 +18,9 @@ mod pilots;
 
 use account::Account;
 pub(crate) use bias::{Bias, first_bias};
-use fast::{LaneKind, Parameters, Sppm};
+use fast::{DEPOSITS_OF_PILOTS, LaneKind, Parameters, Sppm};
 use footprint::footprint;
-use pilot::{DEPOSITS_AT_ONCE, SEEDS, loss};
+use pilot::{SEEDS, loss};
 use pilots::{PILOT_PHOTONS, Pilots, pilot_settings};
 use scene::settings::{MAX_DEPOSITS, MAX_PHOTONS, RADIUS_RANGE, RADIUS_RATIO};
 use scene::{Automatic, Quality, RadiusSchedule, Scene, Settings, Stop};
@@ -36,8 +36,6 @@ const TYPICAL_SHARE: f32 = 0.6;
 /// most of a pilot. More of them choose better, but hardly so: see docs/quality.md.
 const ITERATIONS_PER_PILOT: u32 = 64;
 const MOST_PILOTS: u32 = 4;
-/// Taken for the iterations of a render that ends by time or by its error.
-const UNKNOWN_ITERATIONS: u32 = 256;
 /// The first of global radii over the first of radii per pixel: the root of alpha. With light that is even around a pixel, the
 /// squared radii per pixel are those of the iteration before times alpha, `r_i^2 (i - 1 + alpha) / i`, and global ones
 /// `r_i^2 (i + alpha) / (i + 1)`; so from this first radius both become the same (docs/farm.md).
@@ -86,12 +84,7 @@ pub(crate) fn choose(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop:
             (false, true) => goal.radius,
             (false, false) => RADIUS,
         };
-        let share = match settings.radius_schedule {
-            RadiusSchedule::PerPixel => 1.0,
-            RadiusSchedule::Global => GLOBAL,
-        };
-        let [least, most] = [RADIUS_RANGE[0] * RADIUS_RATIO, RADIUS_RANGE[1]];
-        settings.initial_radius = rounded(share * footprints * side).clamp(least, most);
+        settings.initial_radius = first_radius(footprints * side, settings.radius_schedule);
     }
     let share = if are_own { TYPICAL_SHARE } else { 1.0 };
     let typical = Settings { initial_radius: settings.initial_radius * share, ..settings };
@@ -110,10 +103,20 @@ pub(crate) fn choose(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop:
         }
     }
     if automatic.radius_pilots && are_own {
-        let iterations = if automatic.iterations { settings.iterations } else { UNKNOWN_ITERATIONS };
-        settings.radius_pilots = (iterations / ITERATIONS_PER_PILOT).clamp(1, MOST_PILOTS);
+        // A render that ends by time or by its error has the most iterations there can be.
+        settings.radius_pilots = (settings.iterations / ITERATIONS_PER_PILOT).clamp(1, MOST_PILOTS);
     }
     Some(settings)
+}
+
+/// The initial radius, in scene units, by which radii per pixel would begin with `radius`.
+fn first_radius(radius: f32, schedule: RadiusSchedule) -> f32 {
+    let share = match schedule {
+        RadiusSchedule::PerPixel => 1.0,
+        RadiusSchedule::Global => GLOBAL,
+    };
+    let [least, most] = [RADIUS_RANGE[0] * RADIUS_RATIO, RADIUS_RANGE[1]];
+    rounded(share * radius).clamp(least, most)
 }
 
 /// The most bytes that choosing settings takes, or estimating the bias, on so many threads.
@@ -126,7 +129,7 @@ pub(crate) fn bytes_at_most(scene: &Scene, threads: usize) -> u64 {
     let films = 16 * bias::FILMS * settings.pixels() as u64;
     // The variances of all channels are sorted.
     let terms = 3 * 8 * settings.pixels() as u64;
-    Sppm::bytes_at_most(&deepest, spheres, threads, DEPOSITS_AT_ONCE, &parameters) + films + terms
+    Sppm::bytes_at_most(&deepest, spheres, threads, DEPOSITS_OF_PILOTS, &parameters) + films + terms
 }
 
 impl Pilots<'_> {

@@ -9,7 +9,7 @@
 //!
 //! It is looked at by pixels, and by blocks, in which the noise of photons lasts, as neighbours share them.
 
-use fast::{LaneKind, Parameters, Parts, Sppm};
+use fast::{DEPOSITS_OF_PILOTS, LaneKind, Parameters, Parts, Sppm};
 use scene::{Engine, Film, FirstRadii, Rgb, Scene, Settings, Stats, Stop};
 
 /// Images that are compared.
@@ -18,8 +18,6 @@ pub(super) const SEEDS: u64 = 4;
 const SPARKS: f64 = 0.005;
 /// Dark parts count as if they were this much brighter, relative to the mean of the image.
 const FLOOR: f64 = 0.1;
-/// Deposits that a pilot holds at a time.
-pub(super) const DEPOSITS_AT_ONCE: u32 = 1 << 18;
 
 /// Images of one iteration that differ in their seeds, and the work that they took.
 pub(super) struct Pilot {
@@ -49,7 +47,7 @@ pub(super) fn run(
     for seed in 0..seeds {
         let settings = Settings { seed: settings.seed.wrapping_add(seed), ..*settings };
         let engine = Sppm::with_parts(scene, &settings, lanes, &Parameters::default(), parts);
-        let mut engine = engine.deposits_at_once(DEPOSITS_AT_ONCE);
+        let mut engine = engine.deposits_at_once(DEPOSITS_OF_PILOTS);
         if let Some(radii) = first_radii {
             engine = engine.beginning_with(radii.clone());
         }

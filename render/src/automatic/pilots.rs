@@ -2,29 +2,17 @@
 
 use super::pilot::{Pilot, run};
 use fast::LaneKind;
-use scene::{FirstRadii, Scene, Settings, Stop};
+use scene::{FirstRadii, Scene, Settings, Stop, first_radii};
 
-/// Pixels of the pilot, at most.
-const PILOT_PIXELS: u64 = 256 * 192;
 /// Photons of the pilot per pixel of it, and the least; and how many times as many the second pilot has.
 pub(super) const PILOT_PHOTONS: (f64, u32, u32) = (0.5, 4096, 4);
 
 /// The settings of the pilot of a render with `settings`.
 pub(super) fn pilot_settings(settings: &Settings) -> Settings {
-    let pixels = settings.pixels() as f64;
-    let scale = (PILOT_PIXELS as f64 / pixels).min(1.0).sqrt();
-    let side = |side: u32| ((f64::from(side) * scale) as u32).max(1);
-    let (width, height) = (side(settings.width), side(settings.height));
+    let small = first_radii::pilot_settings(settings);
     let (per_pixel, least, _) = PILOT_PHOTONS;
-    let photons = (per_pixel * f64::from(width) * f64::from(height)) as u32;
-    Settings {
-        width,
-        height,
-        iterations: 1,
-        photons_per_iteration: photons.max(least),
-        radius_pilots: 0,
-        ..*settings
-    }
+    let photons = (per_pixel * small.pixels() as f64) as u32;
+    Settings { iterations: 1, photons_per_iteration: photons.max(least), ..small }
 }
 
 /// Pilots of a scene.
