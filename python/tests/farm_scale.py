@@ -34,7 +34,7 @@ from distributed import Client, Scheduler, Worker
 import sppm
 from sppm import _sppm
 from sppm.farm import Driver, Job
-from sppm.farm._driver import Work
+from sppm.farm._work import Work
 
 SECONDS, LOG = "SPPM_FARM_SECONDS", "SPPM_FARM_LOG"
 """Variables: what a block takes on the average, and a file that gets a byte for each block that is begun."""

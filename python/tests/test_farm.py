@@ -24,7 +24,7 @@ from sppm import _sppm
 from sppm.farm import Driver, FarmError, Job, jobs_of
 from sppm.farm import _tasks as tasks
 from sppm.farm._cluster import client_of
-from sppm.farm._driver import _joined, _without
+from sppm.farm._work import joined, without
 
 pytestmark = pytest.mark.filterwarnings("ignore")  # Dask warns of ports, of slow starts, of workers that are gone
 
@@ -378,15 +378,15 @@ def test_tls(tmp_path: Path) -> None:
 
 
 def test_what_is_missing() -> None:
-    assert _without((0, 10), []) == [(0, 10)]
-    assert _without((0, 10), [(0, 3), (3, 5), (7, 8)]) == [(5, 7), (8, 10)]
-    assert _without((0, 10), [(0, 10)]) == []
-    assert _without((0, 2), [(0, 1), (1, 4)]) == []
+    assert without((0, 10), []) == [(0, 10)]
+    assert without((0, 10), [(0, 3), (3, 5), (7, 8)]) == [(5, 7), (8, 10)]
+    assert without((0, 10), [(0, 10)]) == []
+    assert without((0, 2), [(0, 1), (1, 4)]) == []
 
 
 def test_ranges_are_joined() -> None:
-    assert _joined([]) == []
-    assert _joined([(4, 6), (0, 2), (2, 3), (6, 9)]) == [(0, 3), (4, 9)]
+    assert joined([]) == []
+    assert joined([(4, 6), (0, 2), (2, 3), (6, 9)]) == [(0, 3), (4, 9)]
 
 
 class Slow:

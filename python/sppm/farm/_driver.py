@@ -2,14 +2,14 @@
 
     while iterations are missing:
         give each worker a block to render, and another to begin with next
-        once some blocks are done: have workers add them up, as a tree
-        once a tree is added up: add it to the state file, and write the image
+        add the largest of the parts that are there to the state file, and write the image
+        if there are many more: have workers add up the smallest, four at a time; each sum is a part again
 
-Blocks that come back stay on their workers until the sum that they are in is in the state file. So a worker that is lost
-takes with it the block that it renders, and those that it has rendered since the last sum; Dask renders them again. Blocks are
-therefore added as soon as the sum before is stored: each by itself if they come slowly, and many together if they come
-faster than the driver can store them. The driver keeps ranges of iterations alone. All that it knows is in the state file,
-so it may be killed at any time.
+What comes back stays on its workers until it is in the state file. So a worker that is lost takes with it the block that it
+renders, and what it has of others; Dask makes it again. Blocks are therefore stored as soon as what came before is stored: each
+by itself if they come slowly; and if they come faster than the driver can store them, sums of them. A sum is of four parts, and
+nobody waits for it: on a worker that renders it may take as long as a block, and of a thousand workers some are lost
+meanwhile. The driver keeps ranges of iterations alone. All that it knows is in the state file, so it may be killed at any time.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
@@ -30,6 +29,7 @@ from sppm import _sppm
 
 from . import _tasks
 from ._jobs import Job, Range
+from ._work import Block, Part, Work, joined, without
 
 _TICK = 0.25
 """Seconds between two looks at what is going on."""
@@ -42,7 +42,7 @@ _SHORT = 10.0
 _FAN = 4
 """Parts that are added by one task."""
 _DIRECT = 8
-"""Parts that the driver adds up itself; to leave more of them to workers saves its network."""
+"""Parts that the driver adds up itself at a time; to leave more of them to workers saves its network."""
 _AT_ONCE = 16
 """Workers whose answers are taken at the same time."""
 _FETCH = 5.0
@@ -52,9 +52,7 @@ _ATTEMPTS = 4
 _SLOW = 4.0
 """A block that takes so many times as long as others is given out once more."""
 _STORING = 0.1
-"""The share of the driver's time that goes into adding sums to state files, at most."""
-_LATE = 5.0
-"""Seconds after which a sum is late."""
+"""The share of the driver's time that goes into adding parts to state files, at most."""
 _AHEAD = 2
 """Blocks that a worker has: one that it renders, and the next."""
 
@@ -64,70 +62,6 @@ class FarmError(sppm.RenderError):
 
 
 FarmError.__module__ = "sppm.farm"
-
-
-@dataclass
-class Block:
-    """Some iterations of a job, and the task that renders them."""
-
-    job: Work
-    range: Range
-    future: Any
-    given: float
-    attempt: int = 0
-    worker: str = ""
-    """The worker that it was meant for; Dask may move it."""
-    fetched: int = 0
-    """How often it did not arrive."""
-    twin: Any = None
-    """The same once more, if the first is slow."""
-
-    @property
-    def count(self) -> int:
-        return self.range[1] - self.range[0]
-
-
-@dataclass
-class Sum:
-    """Blocks that are being added up."""
-
-    blocks: list[Block]
-    roots: list[Any]
-    """What is left to be added by the driver."""
-    inner: list[Any]
-    """The tasks below them."""
-    begun: float
-
-
-@dataclass
-class Work:
-    """A job under way."""
-
-    job: Job
-    missing: list[Range]
-    ready: list[Block] = field(default_factory=list["Block"])
-    next_sum: float = 0.0
-    """When the next sum may begin."""
-    sums: list[Sum] = field(default_factory=list["Sum"])
-    scene: Any = None
-    written: float = 0.0
-    stored: float = 0.0
-    """When a sum was stored last."""
-    lock: Any = None
-
-    @property
-    def done(self) -> int:
-        return sum(stop - start for start, stop in self.job.done)
-
-    def take(self, count: int) -> Range | None:
-        """The next iterations, at most so many."""
-        if not self.missing:
-            return None
-        start, stop = self.missing.pop(0)
-        if stop - start > count:
-            self.missing.insert(0, (start + count, stop))
-            stop = start + count
-        return start, stop
 
 
 Tell = Callable[[str], None]
@@ -191,7 +125,7 @@ class Driver:
         for job in jobs:
             lock = _sppm.Lock(os.fspath(job.state))
             job.load()
-            works.append(Work(job, _without((0, job.iterations), job.done), lock=lock))
+            works.append(Work(job, without((0, job.iterations), job.done), lock=lock))
             if job.done:
                 self._tell(f"going on from {job.state} after {works[-1].done} of {job.iterations} iterations")
         try:
@@ -203,9 +137,9 @@ class Driver:
                 self._collect()
                 for work in waiting:
                     self._mind_losses(work)
-                    self._add(work)
                     self._keep(work)
-                for work in [work for work in waiting if not _left(work, self._blocks)]:
+                    self._add(work)
+                for work in [work for work in waiting if not work.is_left(self._blocks)]:
                     waiting.remove(work)
                     self._write_image(work)
                     work.scene = work.lock = None
@@ -344,7 +278,7 @@ class Driver:
     def _wait(self, works: list[Work]) -> None:
         """Waits until something has ended, or for a moment."""
         futures: list[Any] = [future for block in self._blocks for future in (block.future, block.twin) if future is not None]
-        futures += [root for work in works for total in work.sums for root in total.roots if _is_under_way(root)]
+        futures += [total.future for work in works for total in work.sums]
         if not futures or len(futures) > _MANY:
             time.sleep(_TICK)
             return
@@ -370,7 +304,7 @@ class Driver:
                     block.twin = None
                 self._finished.append((now, block.count))
                 self._durations = [*self._durations[-50:], now - block.given]
-                block.job.ready.append(block)
+                block.job.ready.append(Part([block], block.future))
             else:
                 self._try_again(block, status)
 
@@ -389,83 +323,99 @@ class Driver:
 
     # Sums.
 
+    def _mind_losses(self, work: Work) -> None:
+        """Takes back parts that were lost with their worker; Dask makes them again. A sum that waits for one of them is given up,
+        as what else is in it could be lost meanwhile."""
+        for total in [total for total in work.sums if any(_is_under_way(part.future) for part in total.of)]:
+            work.sums.remove(total)
+            work.ready += total.of
+        lost = [part for part in work.ready if _is_under_way(part.future)]
+        work.ready = [part for part in work.ready if part not in lost]
+        for part in lost:
+            if len(part.blocks) > 1:
+                # Of blocks that Dask still knows; they are rendered on the way.
+                work.sums.append(part)
+            else:
+                part.blocks[0].given = time.monotonic()
+                self._blocks += part.blocks
+
     def _add(self, work: Work) -> None:
-        """Begins the next sum, of the blocks that are done, once the last one is stored, but waits for none that is late: blocks
-        in it may be rendered again.
-        """
-        now = time.monotonic()
-        if not work.ready or now < work.next_sum or any(now - total.begun < _LATE for total in work.sums):
-            return
-        blocks, work.ready = work.ready, []
-        level: list[Any] = [block.future for block in blocks]
-        inner: list[Any] = []
-        while len(level) > _DIRECT:
-            inner += level
+        """Has workers add up the smallest parts, where there are more than the driver adds itself."""
+        while len(work.ready) > _DIRECT:
+            work.ready.sort(key=lambda part: len(part.blocks))
+            some, work.ready = work.ready[:_FAN], work.ready[_FAN:]
             # Before blocks that wait on the same worker.
-            level = [self._client.submit(self._tasks.add_parts, level[at : at + _FAN], pure=True, priority=10, **self._placed())
-                     for at in range(0, len(level), _FAN)]
-        work.sums.append(Sum(blocks, level, inner, now))
+            future = self._client.submit(self._tasks.add_parts, [part.future for part in some], pure=True, priority=10,
+                                         **self._placed())
+            work.sums.append(Part([block for part in some for block in part.blocks], future, some))
 
     def _keep(self, work: Work) -> None:
-        """Adds the sums that have ended to the state file; the blocks in them may then be forgotten."""
-        for total in list(work.sums):
-            if any(_is_under_way(root) for root in total.roots):
-                continue
+        """Adds the largest parts that are there to the state file; the blocks in them may then be forgotten."""
+        for total in [total for total in work.sums if not _is_under_way(total.future)]:
             work.sums.remove(total)
-            began = time.monotonic()
-            try:
-                parts = self._fetch(total)
-                if parts is None:
-                    work.ready = [*total.blocks, *work.ready]
-                    continue
-                self._store(work, parts)
-            except FarmError:
-                raise
-            except Exception as error:
-                # Damaged: the blocks are rendered anew under other names.
-                self._tell(f"a sum of {len(total.blocks)} blocks failed: {error}")
-                for block in total.blocks:
-                    self._client.cancel([block.future], force=True)
-                    self._try_again(block, "a sum that failed")
-                continue
-            work.job.done = _joined([*work.job.done, *(block.range for block in total.blocks)])
-            # At once: references to them may outlive this, in exceptions of Dask that have not been collected yet, and what is
-            # referred to is rendered again when its worker is lost.
-            for future in (*total.inner, *total.roots):
-                future.release()
-            work.stored = time.monotonic()
-            work.next_sum = work.stored + (work.stored - began) * (1.0 / _STORING - 1.0)
-            if time.monotonic() - work.written > self._every:
-                self._write_image(work)
-
-    def _fetch(self, total: Sum) -> list[bytes] | None:
-        """What is left of a sum; ``None`` if it was lost before it came, and is to be added up again. Raises what a task of it
-        raised, and FarmError if it does not come again and again."""
-        # What is lost just now would be waited for until it is rendered again. Large ones get more time with every attempt.
-        timeout = _FETCH * 4.0 ** max(block.fetched for block in total.blocks)
+            if total.future.status == "finished":
+                _release(total.of)
+                total.of = []
+                work.ready.append(total)
+            else:
+                self._render_again(total, _outcome(total.future) or total.future.status)
+        began = time.monotonic()
+        if not work.ready or began < work.next_store:
+            return
+        work.ready.sort(key=lambda part: len(part.blocks))
+        parts, work.ready = work.ready[-_DIRECT:], work.ready[:-_DIRECT]
+        parts, contents = self._fetch(work, parts)
         try:
-            return [root.result(timeout=timeout) for root in total.roots]
+            if contents:
+                self._store(work, contents)
         except Exception as error:
-            if any(root.status == "error" for root in total.roots):
-                raise
-            for block in total.blocks:
-                block.fetched += 1
-                if block.fetched > _ATTEMPTS:
-                    raise FarmError(f"results of workers do not arrive: {error}") from error
-            self._tell(f"a sum of {len(total.blocks)} blocks did not arrive, and is fetched again: {error}")
-            return None
+            # Damaged.
+            for part in parts:
+                self._render_again(part, error)
+            return
+        work.job.done = joined([*work.job.done, *(block.range for part in parts for block in part.blocks)])
+        # At once: references to them may outlive this, in exceptions of Dask that have not been collected yet, and what is
+        # referred to is rendered again when its worker is lost.
+        _release(parts)
+        work.stored = time.monotonic()
+        work.next_store = work.stored + (work.stored - began) * (1.0 / _STORING - 1.0)
+        if time.monotonic() - work.written > self._every:
+            self._write_image(work)
 
-    def _mind_losses(self, work: Work) -> None:
-        """Takes back blocks that were lost with their worker; Dask has them rendered again. A sum that has one is given up, as
-        the other blocks in it need not wait for it, and could be lost meanwhile."""
-        for total in [total for total in work.sums if any(_is_under_way(block.future) for block in total.blocks)]:
-            work.sums.remove(total)
-            work.ready = [*total.blocks, *work.ready]
-        lost = [block for block in work.ready if _is_under_way(block.future)]
-        for block in lost:
-            block.given = time.monotonic()
-        work.ready = [block for block in work.ready if block not in lost]
-        self._blocks += lost
+    def _fetch(self, work: Work, parts: list[Part]) -> tuple[list[Part], list[bytes]]:
+        """The parts that arrive, and their contents. The others stay with ``work``. Raises FarmError if one does not come again
+        and again."""
+
+        def fetch(part: Part) -> bytes | Exception:
+            try:
+                # What is lost just now would be waited for until it is rendered again. Large ones get more time with every
+                # attempt.
+                return cast("bytes", part.future.result(timeout=_FETCH * 4.0**part.fetched))
+            except Exception as error:
+                return error
+
+        with ThreadPoolExecutor(_DIRECT) as threads:
+            found = list(zip(parts, threads.map(fetch, parts), strict=True))
+        for part, content in found:
+            if isinstance(content, bytes):
+                continue
+            if part.future.status == "error":
+                self._render_again(part, content)
+                continue
+            part.fetched += 1
+            if part.fetched > _ATTEMPTS:
+                raise FarmError(f"results of workers do not arrive: {content}") from content
+            self._tell(f"a sum of {len(part.blocks)} blocks did not arrive, and is fetched again: {content}")
+            work.ready.append(part)
+        arrived = [(part, content) for part, content in found if isinstance(content, bytes)]
+        return [part for part, _ in arrived], [content for _, content in arrived]
+
+    def _render_again(self, part: Part, why: Any) -> None:
+        """Gives out the blocks of a part that failed, under other names."""
+        self._tell(f"a sum of {len(part.blocks)} blocks failed: {why}")
+        for block in part.blocks:
+            self._client.cancel([block.future], force=True)
+            self._try_again(block, "a sum that failed")
 
     def _store(self, work: Work, parts: list[bytes]) -> None:
         state = work.job.state
@@ -497,8 +447,7 @@ class Driver:
         if self._show is None:
             return
         done, all_ = sum(work.done for work in works), sum(work.job.iterations for work in works)
-        waiting = sum(block.count for work in works for block in work.ready)
-        waiting += sum(block.count for work in works for total in work.sums for block in total.blocks)
+        waiting = sum(part.count for work in works for part in (*work.ready, *work.sums))
         rate = self._rate()
         left = f", {_duration((all_ - done - waiting) / rate)} to go" if rate else ""
         images = f"{len(works)} images, " if len(works) > 1 else ""
@@ -533,6 +482,12 @@ class Driver:
         self._viewed = (before, shown)
 
 
+def _release(parts: list[Part]) -> None:
+    """Lets workers forget these parts."""
+    for part in parts:
+        part.future.release()
+
+
 def _is_under_way(future: Any) -> bool:
     """Whether a task has not ended, or its result was lost with its worker, so that Dask has it done again."""
     return future.status in ("pending", "lost")
@@ -546,35 +501,6 @@ def _outcome(future: Any) -> Any:
         return None
     except Exception as error:
         return error
-
-
-def _left(work: Work, blocks: list[Block]) -> bool:
-    """Whether anything of a job is left to be done."""
-    return bool(work.missing or work.ready or work.sums or any(block.job is work for block in blocks))
-
-
-def _without(whole: Range, done: list[Range]) -> list[Range]:
-    """The ranges of ``whole`` between those that are done, which are in order."""
-    missing: list[Range] = []
-    start = whole[0]
-    for first, stop in done:
-        if first > start:
-            missing.append((start, first))
-        start = max(start, stop)
-    if start < whole[1]:
-        missing.append((start, whole[1]))
-    return missing
-
-
-def _joined(ranges: list[Range]) -> list[Range]:
-    """The same iterations in order, in as few ranges as there can be."""
-    joined: list[Range] = []
-    for start, stop in sorted(ranges):
-        if joined and joined[-1][1] == start:
-            joined[-1] = (joined[-1][0], stop)
-        else:
-            joined.append((start, stop))
-    return joined
 
 
 def _duration(seconds: float) -> str:
