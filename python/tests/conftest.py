@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +11,9 @@ from pathlib import Path
 import pytest
 
 import sppm
+
+# A shell starts what runs in the background with SIGINT ignored, and programs that are started from here would inherit that.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 SMALL = {"width": 40, "height": 30, "iterations": 2, "photons_per_iteration": 4000}
 """Settings of a render that takes some milliseconds."""
