@@ -13,8 +13,8 @@ use crate::choice::{EngineChoice, Started};
 use fast::Parts;
 use scene::{Iterations, Rgb, Rgba, Scene, Settings};
 
-/// Light that is a smaller share of the background's in a pixel counts as none. The sums of both renders are rounded,
-/// to 2^-24 of each at every addition.
+/// Light that is a smaller share of the background's in a pixel counts as none, and so does a smaller alpha. The sums of both
+/// renders are rounded, to 2^-24 of each at every addition, and so are the factors by which glass scales radiance.
 const ROUNDING: f32 = 1e-5;
 
 /// A second render, which follows that of the image.
@@ -67,7 +67,8 @@ impl<'a> Backdrop<'a> {
 fn without(seen: Rgb, radiance: Rgb, share: Rgb) -> Rgba {
     let rest = radiance - seen;
     let color = Rgb::select(rest.abs().cmple(ROUNDING * seen), Rgb::ZERO, rest);
-    Rgba { color, alpha: 1.0 - (share.x + share.y + share.z) / 3.0 }
+    let alpha = 1.0 - (share.x + share.y + share.z) / 3.0;
+    Rgba { color, alpha: if alpha.abs() < ROUNDING { 0.0 } else { alpha } }
 }
 
 #[cfg(test)]

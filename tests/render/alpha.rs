@@ -188,14 +188,13 @@ fn alpha_is_the_same_after_a_pause_and_of_parts() {
         };
         let whole = bits(&rendered(of(6), EngineChoice::default()).0);
         let mut first = job(of(2), EngineChoice::default(), &path("paused.exr"));
-        let (save, every) = (path("paused.sppm"), Every::default());
+        let (save, every) = (path(&format!("{radius_schedule}.sppm")), Every::default());
         first.save = Some(Save { path: save.clone(), every, keep: true });
         first.start(()).unwrap().wait().unwrap();
         let mut rest = Job::resume(&save).unwrap();
         rest.scene.settings.iterations = 6;
         rest.start(()).unwrap().wait().unwrap();
         assert!(bits(&read(&path("paused.exr"))) == whole, "{radius_schedule:?}");
-        std::fs::remove_file(save).unwrap();
         if radius_schedule == RadiusSchedule::Global {
             let parts = [0..2, 2..6].map(|range| {
                 let save = path(&format!("part{}.sppm", range.start));
