@@ -172,7 +172,19 @@ fn scene_files_have_stages() {
     sandbox.render(&["atoms.toml", "-o", "one.png", "--checkpoint", "c.sppm"]);
     let resumed = sandbox.run(["resume", "c.sppm", "-n", "4", "-o", "four.png"]);
     assert_eq!(resumed.code, Some(0), "{resumed:?}");
-    let four = ["render", "atoms.toml", "-o", "whole.png", "-n", "4", "--width", "16", "--height", "12"];
+    let four = [
+        "render",
+        "atoms.toml",
+        "--quality=paper",
+        "-o",
+        "whole.png",
+        "-n",
+        "4",
+        "--width",
+        "16",
+        "--height",
+        "12",
+    ];
     assert_eq!(sandbox.run(four.iter().chain(&["--photons", "500"])).code, Some(0));
     assert!(sandbox.bytes("four.png") == sandbox.bytes("whole.png"));
 }
@@ -216,8 +228,8 @@ fn a_stage_is_set_around_everything() {
         sandbox.write("two.toml", &format!("{text}{}", file("near")).replace(old, new));
         sandbox.run(["render", "two.toml"]).refused(words);
     }
-    sandbox.write("empty.toml", "[stage]\n");
-    sandbox.run(["render", "empty.toml"]).refused(&["empty.toml:1:1", "there is nothing on the [stage]"]);
+    sandbox.write("empty.toml", "particles = []\n[stage]\n");
+    sandbox.run(["render", "empty.toml"]).refused(&["empty.toml:2:1", "there is nothing on the [stage]"]);
 }
 
 /// The bytes of a pixel of a PNG are not looked at here: see `tests/render/alpha.rs`.
@@ -233,11 +245,11 @@ fn a_transparent_background_is_recorded() {
     assert_eq!(repeated.code, Some(0), "{repeated:?}");
     assert!(sandbox.bytes("one.png") == sandbox.bytes("two.png"));
     sandbox
-        .write("stage.toml", "[stage]\nbackground = \"transparent\"\n[[particles]]\nfile = \"atoms.xyz\"\n");
-    sandbox.render(&["stage.toml", "-o", "three.png"]);
+        .write("atoms.toml", "[stage]\nbackground = \"transparent\"\n[[particles]]\nfile = \"atoms.xyz\"\n");
+    sandbox.render(&["atoms.toml", "-o", "three.png"]);
     assert!(sandbox.bytes("one.png") == sandbox.bytes("three.png"));
     sandbox
-        .run(["render", "stage.toml", "-o", "four.jpg"])
+        .run(["render", "atoms.toml", "-o", "four.jpg"])
         .refused(&["--output: four.jpg", "JPEG files have no alpha"]);
 }
 
