@@ -1,7 +1,7 @@
 //! Stages: the camera sees every ball and no lamp.
 
 use figure::color::Screen;
-use figure::stage::{Light, Set, Stage, View, set};
+use figure::stage::{Background, Light, Set, Stage, View, set};
 use proptest::prelude::*;
 use scene::{Rgb, Sphere, Vec3};
 

@@ -40,7 +40,7 @@ impl<'a> Backdrop<'a> {
     /// For the image of a scene with this `background`, rendered by `choice`; `behind` is its [`scene_behind`].
     pub(crate) fn new(behind: &'a Scene, background: Rgb, choice: EngineChoice) -> Self {
         let is_seen = behind.check_light().is_ok();
-        let engine = is_seen.then(|| choice.start(behind, 1, Parts::default()));
+        let engine = is_seen.then(|| choice.start(behind, 1, Parts::default(), None));
         Self { background, engine, done: Iterations::default() }
     }
 

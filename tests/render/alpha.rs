@@ -28,7 +28,7 @@ fn scene_of(spheres: Vec<Sphere>, materials: Vec<Material>, settings: Settings) 
         name: "balls".into(),
         camera,
         materials,
-        spheres,
+        spheres: spheres.into(),
         background: Rgb::new(0.5, 1.0, 2.0),
         transparent_background: true,
         settings,
