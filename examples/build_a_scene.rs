@@ -29,6 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         materials,
         spheres: spheres.into(),
         background: Rgb::ZERO,
+        transparent_background: false,
         imports: Vec::new(),
         settings: Settings {
             width: 160,

@@ -55,6 +55,7 @@ pub(crate) fn scene_of(spheres: Vec<Sphere>, eye: Vec3) -> Scene {
         ],
         spheres: spheres.into(),
         background: Rgb::ZERO,
+        transparent_background: false,
         imports: Vec::new(),
         settings: Settings::default(),
     }

@@ -31,6 +31,7 @@ pub mod units;
 mod vector;
 
 pub use balls::{Balls, Refusal, balls};
+pub use importers::Frame;
 pub use recipe::Recipe;
 pub use rule::Rule;
 pub use selection::Selection;

@@ -20,10 +20,22 @@ pub struct Stage {
     pub light: Light,
     /// Whether there is a ground.
     pub ground: bool,
-    /// The background; `None` is black in a dark room, and white elsewhere.
-    pub background: Option<Screen>,
+    /// The background.
+    pub background: Background,
     /// Width and height of the image, in pixels.
     pub size: [u32; 2],
+}
+
+/// What is behind the particles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Background {
+    /// Black in a dark room, and white elsewhere.
+    #[default]
+    Usual,
+    /// A colour.
+    Color(Screen),
+    /// Lights as the usual one does, and is left out of the image, which has alpha in its place.
+    Transparent,
 }
 
 /// A direction to look along. The z axis points up but for the views along it and for the principal one.
@@ -80,6 +92,8 @@ pub struct Set {
     pub materials: Vec<Material>,
     /// The background of the scene.
     pub background: Rgb,
+    /// Whether it is left out of the image.
+    pub transparent_background: bool,
     /// Settings for a quick picture.
     pub settings: Settings,
 }
@@ -108,9 +122,39 @@ impl Default for Stage {
             zoom: 1.0,
             light: Light::Studio,
             ground: false,
-            background: None,
+            background: Background::Usual,
             size: [800, 600],
         }
+    }
+}
+
+impl Stage {
+    /// The colour of the background's light.
+    fn sky(&self) -> Screen {
+        match (self.background, self.light) {
+            (Background::Color(color), _) => color,
+            (_, Light::Dark) => Screen([0; 3]),
+            (_, Light::Studio | Light::Overcast) => Screen([255; 3]),
+        }
+    }
+}
+
+impl Background {
+    /// The name of [`Self::Transparent`].
+    const TRANSPARENT: &str = "transparent";
+
+    /// Reads `transparent`, or a colour.
+    ///
+    /// # Errors
+    /// If it is neither: what would be right.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        if text == Self::TRANSPARENT {
+            return Ok(Self::Transparent);
+        }
+        Screen::parse(text).map(Self::Color).ok_or_else(|| {
+            let names = Screen::names().collect::<Vec<_>>().join(", ");
+            format!("`{text}` must be {}, #rrggbb or one of {names}", Self::TRANSPARENT)
+        })
     }
 }
 
@@ -204,11 +248,7 @@ pub fn is_matte(materials: &[Material]) -> bool {
 /// # Errors
 /// If the options contradict each other.
 pub fn set(balls: &[Sphere], materials: &[Material], has_cell: bool, stage: &Stage) -> Result<Set, String> {
-    let background = stage.background.unwrap_or(match stage.light {
-        Light::Dark => Screen([0; 3]),
-        Light::Studio | Light::Overcast => Screen([255; 3]),
-    });
-    let sky = background.linear();
+    let sky = stage.sky().linear();
     if stage.light == Light::Overcast && sky == Rgb::ZERO {
         return Err("overcast light is that of the background, and a black one gives none".into());
     }
@@ -223,6 +263,7 @@ pub fn set(balls: &[Sphere], materials: &[Material], has_cell: bool, stage: &Sta
         spheres: Vec::new(),
         materials: Vec::new(),
         background: sky,
+        transparent_background: stage.background == Background::Transparent,
         settings: shot.settings(balls, is_matte(materials), stage),
     };
     let ground = stage.ground.then(|| shot.ground(up, balls));

@@ -1,7 +1,7 @@
 //! Stages: the camera sees every ball and no lamp.
 
 use figure::color::Screen;
-use figure::stage::{Light, Set, Stage, View, set};
+use figure::stage::{Background, Light, Set, Stage, View, set};
 use proptest::prelude::*;
 use scene::{Rgb, Sphere, Vec3};
 
@@ -132,8 +132,12 @@ fn backgrounds_are_linear_light() {
     assert_eq!(background(Stage::default()), Ok(Rgb::ONE));
     assert_eq!(background(Stage { light: Light::Dark, ..Stage::default() }), Ok(Rgb::ZERO));
     let grey = Screen([188; 3]);
-    assert_eq!(background(Stage { background: Some(grey), ..Stage::default() }), Ok(grey.linear()));
-    let black = Stage { light: Light::Overcast, background: Some(Screen([0; 3])), ..Stage::default() };
+    assert_eq!(
+        background(Stage { background: Background::Color(grey), ..Stage::default() }),
+        Ok(grey.linear())
+    );
+    let black =
+        Stage { light: Light::Overcast, background: Background::Color(Screen([0; 3])), ..Stage::default() };
     assert!(background(black).unwrap_err().contains("a black one gives none"));
 }
 

@@ -16,6 +16,8 @@ pub struct Opened {
     pub scene: Scene,
     /// The settings that are left to be chosen.
     pub automatic: Automatic,
+    /// Whether camera, lamps and settings follow from what it shows: it is a file of particles, or has a `[stage]`.
+    pub is_staged: bool,
     /// A bound of the memory that was taken to read it, in bytes.
     pub bytes: u64,
     /// The default name of its image, without extension: the built-in name, or the file's name.
@@ -31,26 +33,34 @@ pub fn is_particles(name: &OsStr) -> bool {
     Format::of_name(Path::new(name)).is_some()
 }
 
-/// Finds and reads the scene `name`, in at most about `most` bytes of memory.
+/// Finds and reads the scene `name`, in at most about `most` bytes of memory. If it is on a stage, that is set for an image of
+/// this `size`, where it is given.
 ///
 /// # Errors
 /// If there is no such scene, or if its file is not valid or needs more memory: one line that says how to fix it.
-pub fn open(name: &OsStr, most: u64) -> Result<Opened, String> {
+pub fn open(name: &OsStr, size: [Option<u32>; 2], most: u64) -> Result<Opened, String> {
     let path = Path::new(name);
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-        let LoadedScene { scene, automatic, bytes } =
-            scene_file::load_within(path, most).map_err(|error| error.to_string())?;
+        let loaded = scene_file::load_within(path, size, most).map_err(|error| error.to_string())?;
         let stem = path.file_stem().unwrap_or(OsStr::new("scene")).to_owned();
-        return Ok(Opened { scene, automatic, bytes, stem, file: Some(path.into()), notes: Vec::new() });
+        return Ok(of_scene_file(loaded, stem, Some(path.into())));
     }
     if is_particles(name) {
-        let opened = open_particles(path, &Recipe::default(), &Stage::default(), most);
+        let usual = Stage::default();
+        let size = [0, 1].map(|side| size[side].unwrap_or(usual.size[side]));
+        let opened = open_particles(path, &Recipe::default(), &Stage { size, ..usual }, most);
         return opened.map_err(|problem| problem.to_string());
     }
     let builtin = find(name)?;
     let (scene, automatic) = builtin.open();
     let stem = builtin.name.into();
-    Ok(Opened { scene, automatic, bytes: 0, stem, file: None, notes: Vec::new() })
+    Ok(Opened { scene, automatic, is_staged: false, bytes: 0, stem, file: None, notes: Vec::new() })
+}
+
+/// The scene of a scene file, whose image has the name `stem`.
+pub fn of_scene_file(loaded: LoadedScene, stem: OsString, file: Option<PathBuf>) -> Opened {
+    let LoadedScene { scene, automatic, is_staged, bytes } = loaded;
+    Opened { scene, automatic, is_staged, bytes, stem, file, notes: Vec::new() }
 }
 
 /// Reads the file of particles `path` and puts it on a stage; see [`particles::staged`].
@@ -58,12 +68,16 @@ pub fn open(name: &OsStr, most: u64) -> Result<Opened, String> {
 /// # Errors
 /// As [`particles::staged`].
 pub fn open_particles(path: &Path, recipe: &Recipe, stage: &Stage, most: u64) -> Result<Opened, Problem> {
-    let Staged { scene, notes } = particles::staged(path, recipe, stage, most)?;
+    particles::staged(path, recipe, stage, most).map(|staged| of_particles(path, staged))
+}
+
+/// The file of particles `path`, which is on its stage.
+pub fn of_particles(path: &Path, Staged { scene, notes }: Staged) -> Opened {
     let stem = particles::stem(path).into();
     let bytes = scene.spheres.len() as u64 * BYTES_PER_PARTICLE;
     // The stage has chosen all settings.
     let automatic = Automatic::default();
-    Ok(Opened { scene, automatic, bytes, stem, file: Some(path.into()), notes })
+    Opened { scene, automatic, is_staged: true, bytes, stem, file: Some(path.into()), notes }
 }
 
 /// Finds the built-in scene `name`.

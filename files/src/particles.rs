@@ -3,13 +3,13 @@
 use crate::atomic_file::reason;
 use crate::input;
 use figure::{Balls, Recipe, Refusal, Rule, Set, Stage, balls, stage};
-use importers::{Format, Particles};
-use scene::{Import, Scene};
+use importers::{Format, Particles, Trajectory};
+use scene::{Import, Scene, Settings, Sphere};
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
 use std::io::{self, Read as _};
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// Memory per particle while its file is read and made spheres; 80 where it has an element alone, and more with names and
@@ -78,17 +78,16 @@ pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
     })
 }
 
-/// Appends the spheres that `recipe` makes of the file `path` to `scene`, which has no sky yet.
+/// As [`read`], of a file that must have the SHA-256 `digest`, if that is given.
 ///
 /// # Errors
-/// If the file cannot be read, has not the SHA-256 `digest`, or the recipe does not suit it.
-pub fn append(
-    scene: &mut Scene,
+/// If the file cannot be read, or has another.
+pub fn read_unchanged(
     path: &Path,
     digest: Option<&str>,
     recipe: &Recipe,
     most: u64,
-) -> Result<(), Problem> {
+) -> Result<Source, Problem> {
     let source = read(path, recipe, most).map_err(Problem::Read)?;
     if let Some(expected) = digest
         && !expected.eq_ignore_ascii_case(&source.digest)
@@ -98,9 +97,46 @@ pub fn append(
             "{name} has changed: its SHA-256 is {found}; bring back the file that was meant, or correct the digest"
         )));
     }
-    let made = balls(source.particles, recipe).map_err(Problem::Recipe)?;
-    attach(scene, made, path, source.digest, recipe);
-    Ok(())
+    Ok(source)
+}
+
+/// Appends the spheres that `recipe` makes of what was read of the file `path` to `scene`, which has no sky yet. Returns whether
+/// they fill a cell.
+///
+/// # Errors
+/// If the recipe does not suit it.
+pub fn append(
+    scene: &mut Scene,
+    Source { particles, digest }: Source,
+    path: &Path,
+    recipe: &Recipe,
+) -> Result<bool, Problem> {
+    let (made, has_cell) = made_of(particles, recipe)?;
+    attach(scene, made, path, digest, recipe);
+    Ok(has_cell)
+}
+
+/// Puts the `scene`, which has no sky yet, on a stage: it gets camera, background and spheres of that, the last of its own.
+/// Returns the settings of the stage.
+pub fn set_up(scene: &mut Scene, set: Set) -> Settings {
+    let Set { camera, spheres, materials, background, transparent_background, settings } = set;
+    (scene.camera, scene.background) = (camera, background);
+    scene.transparent_background = transparent_background;
+    let first = scene.imports.first();
+    let place = first.map_or(scene.spheres.len(), |import| import.spheres.start);
+    let own = first.map_or(scene.materials.len(), |import| import.materials.start);
+    let (more, more_materials) = (spheres.len(), materials.len());
+    for sphere in &mut scene.spheres[place..] {
+        sphere.material += more_materials as u32;
+    }
+    let of_stage = |sphere: Sphere| Sphere { material: sphere.material + own as u32, ..sphere };
+    scene.spheres.splice(place..place, spheres.into_iter().map(of_stage));
+    scene.materials.splice(own..own, materials);
+    for import in &mut scene.imports {
+        import.spheres = import.spheres.start + more..import.spheres.end + more;
+        import.materials = import.materials.start + more_materials..import.materials.end + more_materials;
+    }
+    settings
 }
 
 /// A scene that shows a file of particles by itself.
@@ -112,18 +148,93 @@ pub struct Staged {
     pub notes: Vec<String>,
 }
 
+/// The stage that suits one frame of a file, on which others can be shown: its camera, lamps and settings.
+#[derive(Clone, Debug)]
+pub struct Scenery {
+    /// The origin of the scene.
+    origin: [f64; 3],
+    set: Set,
+}
+
 /// The file `path` on a stage of its own: camera, lamps and settings follow from its particles, and the origin of the
 /// scene is their centre, whatever that of `recipe` is. The scene has the name of the file.
 ///
 /// # Errors
 /// If the file cannot be read, or if recipe or stage do not suit it.
 pub fn staged(path: &Path, recipe: &Recipe, wanted: &Stage, most: u64) -> Result<Staged, Problem> {
-    let Source { particles, digest } = read(path, recipe, most).map_err(Problem::Read)?;
-    let recipe = Recipe { origin: stage::origin(&particles), ..recipe.clone() };
-    let (mut staged, made) = on_stage(particles, stem(path), &recipe, wanted)?;
+    let source = read(path, recipe, most).map_err(Problem::Read)?;
+    from_source(source, path, recipe, wanted, None).map(|(staged, _)| staged)
+}
+
+/// A file of particles of which several frames are shown.
+#[derive(Debug)]
+pub struct Clip {
+    path: PathBuf,
+    digest: String,
+    /// Where frames start, or why that cannot be found for all; then each is searched by itself.
+    trajectory: Result<Trajectory, String>,
+}
+
+impl Clip {
+    /// Opens the file `path` and looks where its frames start.
+    ///
+    /// # Errors
+    /// If it cannot be read: one line.
+    pub fn open(path: &Path) -> Result<Self, String> {
+        let digest = digest(path)?;
+        let trajectory = Trajectory::open(path).map_err(|error| error.to_string());
+        Ok(Self { path: path.to_owned(), digest, trajectory })
+    }
+
+    /// The number of frames.
+    ///
+    /// # Errors
+    /// If it cannot be told, as the file is damaged: one line.
+    pub fn frames(&self) -> Result<usize, String> {
+        self.trajectory.as_ref().map(Trajectory::frames).map_err(Clone::clone)
+    }
+
+    /// The frame that `recipe` asks for, on the stage of `scenery`, or else on one of its own; and that stage. See [`staged`].
+    ///
+    /// # Errors
+    /// As [`staged`].
+    pub fn stage(
+        &self,
+        recipe: &Recipe,
+        wanted: &Stage,
+        scenery: Option<&Scenery>,
+        most: u64,
+    ) -> Result<(Staged, Scenery), Problem> {
+        let request = recipe.request(most);
+        let read = match &self.trajectory {
+            Ok(trajectory) => trajectory.read(&request),
+            Err(_) => importers::read(&self.path, &request),
+        };
+        let particles = read.map_err(|error| Problem::Read(error.to_string()))?;
+        let source = Source { particles, digest: self.digest.clone() };
+        from_source(source, &self.path, recipe, wanted, scenery)
+    }
+}
+
+/// What was read of the file `path`, on the stage of `scenery` or else on one of its own.
+fn from_source(
+    Source { particles, digest }: Source,
+    path: &Path,
+    recipe: &Recipe,
+    wanted: &Stage,
+    scenery: Option<&Scenery>,
+) -> Result<(Staged, Scenery), Problem> {
+    let origin = scenery.map_or_else(|| stage::origin(&particles), |scenery| scenery.origin);
+    let recipe = Recipe { origin, ..recipe.clone() };
+    let (mut made, has_cell) = made_of(particles, &recipe)?;
+    let scenery = match scenery {
+        Some(scenery) => scenery.clone(),
+        None => Scenery { origin, set: set_of(&made, has_cell, wanted)? },
+    };
+    let mut staged = empty_stage(scenery.set.clone(), stem(path), &mut made);
     attach(&mut staged.scene, made, path, digest, &recipe);
     let told = |problem| Problem::Read(format!("{}: {problem}", path.display()));
-    finished(staged).map_err(told)
+    Ok((finished(staged).map_err(told)?, scenery))
 }
 
 /// Particles that are in memory on a stage of their own, as by [`staged`]. The scene has this name, and its spheres are its
@@ -138,28 +249,31 @@ pub fn staged_in_memory(
     wanted: &Stage,
 ) -> Result<Staged, Problem> {
     let recipe = Recipe { origin: stage::origin(&particles), ..recipe.clone() };
-    let (mut staged, made) = on_stage(particles, name.into(), &recipe, wanted)?;
+    let (mut made, has_cell) = made_of(particles, &recipe)?;
+    let mut staged = empty_stage(set_of(&made, has_cell, wanted)?, name.into(), &mut made);
     join(&mut staged.scene, made);
     finished(staged).map_err(Problem::Stage)
 }
 
-/// The stage of `particles` without the balls, and the balls.
-fn on_stage(
-    particles: Particles,
-    name: String,
-    recipe: &Recipe,
-    wanted: &Stage,
-) -> Result<(Staged, Balls), Problem> {
+/// The balls of `particles`, and whether these fill a cell.
+fn made_of(particles: Particles, recipe: &Recipe) -> Result<(Balls, bool), Problem> {
     // Files of macromolecules state the cell of the crystal that they come from, which is not what they show.
     let is_molecule = matches!(particles.format, Format::Pdb | Format::Mmcif);
     let has_cell = particles.cell.is_some() && (recipe.cell || !is_molecule);
-    let mut made = balls(particles, recipe).map_err(Problem::Recipe)?;
-    let notes = std::mem::take(&mut made.notes);
-    let Set { camera, spheres, materials, background, settings } =
-        stage::set(&made.spheres, &made.materials, has_cell, wanted).map_err(Problem::Stage)?;
+    Ok((balls(particles, recipe).map_err(Problem::Recipe)?, has_cell))
+}
+
+fn set_of(made: &Balls, has_cell: bool, wanted: &Stage) -> Result<Set, Problem> {
+    stage::set(&made.spheres, &made.materials, has_cell, wanted).map_err(Problem::Stage)
+}
+
+/// A stage without the balls, of which it takes the notes.
+fn empty_stage(set: Set, name: String, made: &mut Balls) -> Staged {
+    let Set { camera, spheres, materials, background, transparent_background, settings } = set;
+    let (spheres, imports) = (spheres.into(), Vec::new());
     let scene =
-        Scene { name, camera, spheres: spheres.into(), materials, background, settings, imports: Vec::new() };
-    Ok((Staged { scene, notes }, made))
+        Scene { name, camera, spheres, materials, background, transparent_background, settings, imports };
+    Staged { scene, notes: std::mem::take(&mut made.notes) }
 }
 
 /// The whole scene, with its sky, checked.

@@ -50,6 +50,7 @@ fn plain() -> Scene {
         }]
         .into(),
         background: Rgb::ZERO,
+        transparent_background: false,
         imports: Vec::new(),
         settings: Settings { seed: u64::MAX, ..Settings::default() },
     }

@@ -39,6 +39,35 @@ pub(crate) fn packed(text: &[u8]) -> u64 {
     u64::from_be_bytes(bytes)
 }
 
+/// An atom of a disordered part of a crystal.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Disordered {
+    /// The atom's row.
+    pub(crate) row: u32,
+    /// The text of its assembly, of which the groups are alternatives: see [`packed`].
+    pub(crate) assembly: u64,
+    /// The text of its group.
+    pub(crate) group: u64,
+    pub(crate) occupancy: f32,
+}
+
+/// Strikes out the atoms that are not in the group of the highest mean occupancy of their assembly, among equals the first.
+fn keep_one_group(mut atoms: Vec<Disordered>, keep: &mut [bool]) {
+    atoms.sort_by_key(|atom| (atom.assembly, atom.group, atom.row));
+    for assembly in atoms.chunk_by(|a, b| a.assembly == b.assembly) {
+        let groups = || assembly.chunk_by(|a, b| a.group == b.group);
+        let mean = |group: &[Disordered]| {
+            group.iter().map(|atom| f64::from(atom.occupancy)).sum::<f64>() / group.len() as f64
+        };
+        let rank =
+            |a: &&[Disordered], b: &&[Disordered]| mean(b).total_cmp(&mean(a)).then(a[0].row.cmp(&b[0].row));
+        let best = groups().min_by(rank).map(|group| group[0].group);
+        for atom in assembly {
+            keep[atom.row as usize] &= Some(atom.group) == best;
+        }
+    }
+}
+
 /// Means of the atoms of a residue at a location.
 #[derive(Clone, Copy, Default)]
 struct Mean {
@@ -47,9 +76,13 @@ struct Mean {
     b_factor: f64,
 }
 
-/// Which of `rows` rows stay; `None` if all do.
-pub(crate) fn kept(mut alternatives: Vec<Alternative>, rows: usize) -> Option<Vec<bool>> {
-    if alternatives.is_empty() {
+/// Which of `rows` rows stay, of macromolecules and of disordered crystals; `None` if all do.
+pub(crate) fn kept(
+    mut alternatives: Vec<Alternative>,
+    disordered: Vec<Disordered>,
+    rows: usize,
+) -> Option<Vec<bool>> {
+    if alternatives.is_empty() && disordered.is_empty() {
         return None;
     }
     let mut keep = vec![true; rows];
@@ -57,6 +90,7 @@ pub(crate) fn kept(mut alternatives: Vec<Alternative>, rows: usize) -> Option<Ve
     for residue in alternatives.chunk_by(|a, b| a.residue == b.residue) {
         choose(residue, &mut keep);
     }
+    keep_one_group(disordered, &mut keep);
     Some(keep)
 }
 
@@ -108,7 +142,7 @@ mod tests {
     fn the_highest_mean_occupancy_wins_then_the_lowest_b_then_the_alphabet() {
         let keep = |atoms: Vec<Alternative>| {
             let rows = atoms.len() + 1;
-            let keep = kept(atoms, rows).unwrap();
+            let keep = kept(atoms, Vec::new(), rows).unwrap();
             (0..rows).filter(|&row| keep[row]).collect::<Vec<_>>()
         };
         // Atom 4 has no alternatives. One atom of A has a higher occupancy than B's, but not their mean.
@@ -138,7 +172,7 @@ mod tests {
             atom(3, 1, b'B', 0.9, 1.0),
         ];
         (atoms[1].residue.number, atoms[3].residue.number) = (8, 8);
-        assert_eq!(kept(atoms, 4).unwrap(), [true, false, false, true]);
-        assert_eq!(kept(Vec::new(), 4), None);
+        assert_eq!(kept(atoms, Vec::new(), 4).unwrap(), [true, false, false, true]);
+        assert_eq!(kept(Vec::new(), Vec::new(), 4), None);
     }
 }

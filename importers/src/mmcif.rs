@@ -1,7 +1,7 @@
 //! PDBx/mmCIF, with Cartesian coordinates, and CIF of small molecules and crystals, with coordinates along the vectors
 //! of the cell, which are repeated by the symmetry operations that the file lists.
 
-use crate::altloc::{self, Alternative, Residue, packed};
+use crate::altloc::{self, Alternative, Disordered, Residue, packed};
 use crate::cell::by_angles;
 use crate::error::{Fault, no_such_frame, quote};
 use crate::format::Format;
@@ -14,6 +14,7 @@ use crate::symmetry::{Operation, images};
 use crate::table::{Kind, Layout, Role, Table, element_of};
 use crate::text::{Position, Source, Text, integer, number};
 use std::collections::HashMap;
+use std::mem::take;
 
 /// The most symmetry operations: a cubic cell with all of its centring has 192.
 const MOST_OPERATIONS: usize = 1024;
@@ -35,12 +36,14 @@ enum Item {
     Occupancy,
     BFactor,
     Model,
+    Assembly,
+    Group,
 }
 
-const ITEM_COUNT: usize = Item::Model as usize + 1;
+const ITEM_COUNT: usize = Item::Group as usize + 1;
 
 /// The names of items after `_atom_site.` or `_atom_site_`. Authors' numbers are those of PDB files.
-const ITEMS: [(&str, Item); 22] = [
+const ITEMS: [(&str, Item); 24] = [
     ("id", Item::Id),
     ("type_symbol", Item::Symbol),
     ("label_atom_id", Item::Name),
@@ -63,6 +66,8 @@ const ITEMS: [(&str, Item); 22] = [
     ("fract_x", Item::X),
     ("fract_y", Item::Y),
     ("fract_z", Item::Z),
+    ("disorder_assembly", Item::Assembly),
+    ("disorder_group", Item::Group),
 ];
 
 /// The number of models.
@@ -130,6 +135,7 @@ struct Reader {
     others: [Role; 2],
     most: u64,
     alternatives: Vec<Alternative>,
+    disordered: Vec<Disordered>,
     models: usize,
     model: Vec<u8>,
     is_fractional: bool,
@@ -155,6 +161,7 @@ impl Reader {
             layout,
             others,
             alternatives: Vec::new(),
+            disordered: Vec::new(),
             models: 0,
             model: Vec::new(),
             is_fractional: false,
@@ -256,7 +263,7 @@ impl Reader {
         if self.single.is_empty() || self.models > 0 {
             return Ok(());
         }
-        let single = std::mem::take(&mut self.single);
+        let single = take(&mut self.single);
         let names: Vec<String> = single.iter().map(|(name, _)| name.clone()).collect();
         self.is_fractional = !names.iter().any(|name| name.ends_with("cartn_x"));
         for (item, (_, value)) in items(&names).into_iter().zip(single) {
@@ -315,6 +322,14 @@ impl Reader {
                 b_factor: b_factor.unwrap_or(0.0) as f32,
             });
         }
+        if !field(Item::Group).is_empty() {
+            self.disordered.push(Disordered {
+                row: self.table.len() as u32,
+                assembly: packed(field(Item::Assembly)),
+                group: packed(field(Item::Group)),
+                occupancy: occupancy.unwrap_or(1.0) as f32,
+            });
+        }
         self.table.end_row(true, false);
         if self.table.len() as u64 > self.most {
             return Err(format!(
@@ -362,11 +377,12 @@ impl Reader {
     }
 
     fn finish(mut self, request: &Request) -> Result<Particles, Fault> {
-        if let Some(keep) = altloc::kept(std::mem::take(&mut self.alternatives), self.table.len()) {
+        let (alternatives, disordered) = (take(&mut self.alternatives), take(&mut self.disordered));
+        if let Some(keep) = altloc::kept(alternatives, disordered, self.table.len()) {
             self.table.retain(&keep);
         }
         let mut particles = Particles::new(Format::Mmcif);
-        particles.title = std::mem::take(&mut self.title);
+        particles.title = take(&mut self.title);
         // The unit cube of structures that are no crystals stands for none.
         if self.lengths != [1.0; 3] {
             particles.cell = by_angles(self.lengths, self.angles);

@@ -1,11 +1,12 @@
-//! `NumPy` arrays: (N, 3) positions, (N, 4) positions and radii, or structured with named fields.
+//! `NumPy` arrays: (N, 3) positions, (N, 4) positions and radii, or structured with named fields; and trajectories, (frames, N,
+//! 3) or (frames, N, 4).
 //!
 //! The header is read by `npyz`, and the numbers here: that crate reads row by row, and only into types that are known
 //! before.
 
 use crate::binary::{Field, Rows, Stored, fill};
 use crate::columns::{no_axes, role, role_of_vector};
-use crate::error::{Fault, quote};
+use crate::error::{Fault, no_such_frame, quote};
 use crate::format::Format;
 use crate::particles::Particles;
 use crate::request::{Properties, Request};
@@ -24,16 +25,26 @@ pub(crate) struct Array {
     dtype: DType,
     pub(crate) shape: Vec<u64>,
     is_fortran: bool,
-    /// Bytes of the header.
+    /// Bytes before the numbers: those of the header, and of the frames before the one that is read.
     pub(crate) header: u64,
 }
 
-/// Reads an array of particles.
-pub(crate) fn read(source: &mut dyn Source, request: &Request) -> Result<Particles, Fault> {
+/// The number of frames.
+pub(crate) fn frames(source: &mut dyn Source) -> Result<usize, Fault> {
+    let mut stream = Stream::new(source).map_err(|error| Fault::unread(&error))?;
+    let array = Array::header(&mut stream)?;
+    Ok(array.frame_shape().map_or(1, |[frames, ..]| usize::try_from(frames).unwrap_or(usize::MAX)))
+}
+
+/// Reads the particles of a frame.
+pub(crate) fn read(source: &mut dyn Source, number: usize, request: &Request) -> Result<Particles, Fault> {
     let unread = |error: std::io::Error| Fault::unread(&error);
     let mut stream = Stream::new(source).map_err(unread)?;
     let length = stream.length().map_err(unread)?;
-    let array = Array::header(&mut stream)?;
+    let mut array = Array::header(&mut stream)?;
+    if let Some(skipped) = array.take_frame(number)? {
+        stream.skip(skipped).map_err(unread)?;
+    }
     let mut layout = Layout::default();
     let columns = array.particles(&mut layout, &request.properties)?;
     let mut table = Table::new(&layout);
@@ -103,6 +114,38 @@ impl Array {
         })
     }
 
+    /// The shape of a trajectory; `None` for one frame.
+    fn frame_shape(&self) -> Option<[u64; 3]> {
+        match self.shape[..] {
+            [frames, rows, columns @ (3 | 4)] if matches!(self.dtype, DType::Plain(_)) => {
+                Some([frames, rows, columns])
+            }
+            _ => None,
+        }
+    }
+
+    /// Makes of a trajectory its frame `number`. Returns the bytes that stand before it, behind the header.
+    fn take_frame(&mut self, number: usize) -> Result<Option<u64>, Fault> {
+        let Some([frames, rows, columns]) = self.frame_shape() else {
+            return if number == 0 { Ok(None) } else { Err(no_such_frame(number, 1)) };
+        };
+        if number as u64 >= frames {
+            return Err(no_such_frame(number, usize::try_from(frames).unwrap_or(usize::MAX)));
+        }
+        if self.is_fortran && frames > 1 {
+            return Err(self.fault(format!(
+                "has shape {} in Fortran order, in which frames are mixed: save numpy.ascontiguousarray(array)",
+                self.shown_shape()
+            )));
+        }
+        let size = self.stored(&self.dtype)?.0.size() as u64;
+        let all = rows.checked_mul(columns).and_then(|n| n.checked_mul(size)?.checked_mul(number as u64));
+        let skipped = all.ok_or_else(|| self.fault("has more numbers than any file"))?;
+        self.header = self.header.saturating_add(skipped);
+        self.shape = vec![rows, columns];
+        Ok(Some(skipped))
+    }
+
     fn fault(&self, problem: impl Into<String>) -> Fault {
         Fault::byte(self.header, problem)
     }
@@ -126,12 +169,8 @@ impl Array {
                 self.shown_shape(),
                 "(N, 3) or (N, 4)"
             ))),
-            [_, _, 3 | 4] => Err(self.fault(format!(
-                "has shape {}, and should have (N, 3) or (N, 4): save one frame, array[0]",
-                self.shown_shape()
-            ))),
             _ => Err(self.fault(format!(
-                "has shape {}; particles are (N, 3), (N, 4) with radii, or structured with x, y and z",
+                "has shape {}; particles are (N, 3), (N, 4) with radii, frames of these, or structured with x, y and z",
                 self.shown_shape()
             ))),
         }

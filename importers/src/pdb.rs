@@ -222,7 +222,8 @@ impl Reader {
     }
 
     fn finish(mut self) -> Particles {
-        if let Some(keep) = altloc::kept(std::mem::take(&mut self.alternatives), self.table.len()) {
+        if let Some(keep) = altloc::kept(std::mem::take(&mut self.alternatives), Vec::new(), self.table.len())
+        {
             self.table.retain(&keep);
         }
         let mut particles = Particles::new(Format::Pdb);

@@ -155,7 +155,7 @@ fn reader(format: Format) -> Reader {
         Format::Mmcif => Reader::Whole(Whole { frames: mmcif::frames, read: mmcif::read }),
         Format::Ply => Reader::Single(ply::read),
         Format::Csv => Reader::Single(delimited::read),
-        Format::Npy => Reader::Single(npy::read),
+        Format::Npy => Reader::Whole(Whole { frames: npy::frames, read: npy::read }),
         Format::Npz => Reader::Single(npz::read),
         Format::Gsd => Reader::Whole(Whole { frames: gsd::frames, read: gsd::read }),
     }

@@ -44,6 +44,17 @@ impl<'a> Stream<'a> {
         }
     }
 
+    /// Leaves out the next `bytes`.
+    pub(crate) fn skip(&mut self, bytes: u64) -> io::Result<()> {
+        match self {
+            Self::Plain(source) => {
+                let at = source.stream_position()?;
+                source.seek(SeekFrom::Start(at.saturating_add(bytes))).map(drop)
+            }
+            Self::Gzip(decoder) => io::copy(&mut decoder.take(bytes), &mut io::sink()).map(drop),
+        }
+    }
+
     /// The length, if it is known before all is read.
     pub(crate) fn length(&mut self) -> io::Result<Option<u64>> {
         let Self::Plain(source) = self else { return Ok(None) };

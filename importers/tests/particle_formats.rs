@@ -420,6 +420,48 @@ fn mmcif_names_bonds_and_models_are_read() {
     assert_eq!(parse(Format::Mmcif, group.replace("F m -3 m", "P 1")).positions, [[1.0, 0.5, -2.0]]);
 }
 
+/// Of each assembly the group of the highest mean occupancy stays, among equals the first; atoms without a group stay.
+#[test]
+fn of_disordered_groups_one_is_read() {
+    let text = "data_a\n_cell_length_a 10\n_cell_length_b 10\n_cell_length_c 10\nloop_\n_atom_site_label\n_atom_site_fract_x\n\
+                _atom_site_fract_y\n_atom_site_fract_z\n_atom_site_occupancy\n_atom_site_disorder_assembly\n\
+                _atom_site_disorder_group\nC1 .1 0 0 1 . .\nC2A .2 0 0 0.4(1) A 1\nC2B .3 0 0 0.6 A 2\nC3A .4 0 0 0.4 A 1\n\
+                C3B .5 0 0 0.6 A 2\nO4B .6 0 0 0.5 B 2\nO4A .7 0 0 0.5 B 1\nN5 .8 0 0 0.5 . -1\n";
+    let x = |text: &str| parse(Format::Mmcif, text).positions.iter().map(|p| p[0]).collect::<Vec<_>>();
+    assert_eq!(x(text), [1.0, 3.0, 5.0, 6.0, 8.0]);
+    assert_eq!(x(&text.replace("0.4", "0.7")), [1.0, 2.0, 4.0, 6.0, 8.0]);
+}
+
+/// Frame by frame, plain and compressed; a structured array is of one frame whatever its shape.
+#[test]
+fn arrays_of_frames_are_trajectories() {
+    let numbers: Vec<u8> = (0_u8..24).flat_map(|value| f64::from(value).to_le_bytes()).collect();
+    let array = npy("'<f8'", "(4, 2, 3)", false, &numbers);
+    let of = |bytes: &[u8], frame: Frame| {
+        let request = Request { frame, ..Request::default() };
+        read_from("a.npy", Cursor::new(bytes), Format::Npy, &request)
+    };
+    for (frame, number) in [(Frame::Number(0), 0), (Frame::Number(2), 2), (Frame::Last, 3)] {
+        let particles = of(&array, frame).unwrap();
+        let first = 6.0 * f64::from(number);
+        let expected = [[first, first + 1.0, first + 2.0], [first + 3.0, first + 4.0, first + 5.0]];
+        assert_eq!((particles.positions, particles.frame), (expected.to_vec(), number as usize));
+    }
+    assert!(of(&array, Frame::Number(4)).unwrap_err().to_string().contains("it has 4 frames, 0 to 3"));
+    let short = of(&array[..array.len() - 1], Frame::Number(3)).unwrap_err().to_string();
+    assert!(short.contains("too short for the 2 rows"), "{short}");
+    assert!(of(&array[..array.len() - 1], Frame::Number(2)).is_ok());
+    let with_radii = npy("'<f8'", "(3, 2, 4)", false, &numbers);
+    assert_eq!(of(&with_radii, Frame::Number(1)).unwrap().radii, Some(vec![11.0, 15.0]));
+    let mixed = npy("'<f8'", "(4, 2, 3)", true, &numbers);
+    assert!(of(&mixed, Frame::Number(1)).unwrap_err().to_string().contains("ascontiguousarray"));
+    assert_eq!(of(&gzip(&array), Frame::Number(3)).unwrap().positions[0], [18.0, 19.0, 20.0]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.npy");
+    std::fs::write(&path, &array).unwrap();
+    assert_eq!(frames(&path).unwrap(), 4);
+}
+
 #[test]
 fn ply_lists_and_elements_before_the_points_are_skipped() {
     let header = "ply\nformat ascii 1.0\nelement face 2\nproperty list uchar int v\nelement vertex 2\nproperty list int float more\n\
@@ -490,7 +532,10 @@ fn faults_of_arrays_say_what_to_save() {
         fault("'<f8'", "(3, 10)", &[0; 240])
             .contains("has shape (3, 10), and should have (N, 3) or (N, 4): save array.T")
     );
-    assert!(fault("'<f8'", "(2, 10, 3)", &[0; 480]).contains("save one frame, array[0]"));
+    assert!(fault("'<f8'", "(2, 10, 5)", &[0; 800]).contains("frames of these"));
+    assert!(fault("'<f8'", "(2, 10, 3)", &[0; 239]).contains("too short for the 10 rows"));
+    assert!(fault("'<f8'", "(0, 10, 3)", &[]).contains("has no frame"));
+    assert!(fault("'<f8'", "(1, 4611686018427387904, 3)", &[0; 24]).contains("more numbers than any file"));
     assert!(fault("'<f8'", "(10,)", &[0; 80]).contains("particles are (N, 3)"));
     assert!(fault("'<c16'", "(10, 3)", &[0; 480]).contains("use array.astype(\"f4\")"));
     assert!(fault("'|O'", "(10, 3)", &[0; 480]).contains("which is not read"));

@@ -5,8 +5,7 @@ use crate::errors::{FileError, InputError};
 use crate::scene::Scene;
 use crate::values::named;
 use crate::work::{work, work_until_interrupted};
-use figure::color::Screen;
-use figure::stage::{Light, Stage, View};
+use figure::stage::{Background, Light, Stage, View};
 use figure::{Recipe, Refusal, Rule, Selection, balls};
 use files::particles::{self, Problem, Staged};
 use importers::elements::by_symbol;
@@ -277,17 +276,20 @@ pub(crate) struct StageOptions {
 
 impl StageOptions {
     fn stage(&self) -> PyResult<Stage> {
-        let background = self.background.as_deref().map(|text| {
-            let names = Screen::names().collect::<Vec<_>>().join(", ");
-            let problem = || of_key("background", &format!("`{text}` must be #rrggbb or one of {names}"));
-            Screen::parse(text).ok_or_else(problem)
-        });
+        let bad = |problem: &str| of_key("background", problem);
+        let background = self.background.as_deref().map(Background::parse).transpose();
+        let background = background.map_err(|problem| bad(&problem))?.unwrap_or_default();
+        if background == Background::Transparent {
+            return Err(bad(
+                "images in Python have no alpha; the command `sppm render` makes transparent ones",
+            ));
+        }
         Ok(Stage {
             view: self.view.as_deref().map(|name| named("view", name, View::ALL, View::name)).transpose()?,
             zoom: self.zoom,
             light: named("light", &self.light, Light::ALL, Light::name)?,
             ground: self.ground,
-            background: background.transpose()?,
+            background,
             size: self.size,
         })
     }

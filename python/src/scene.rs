@@ -155,6 +155,7 @@ impl Scene {
             materials: Vec::new(),
             spheres: Vec::new().into(),
             background: Rgb::ZERO,
+            transparent_background: false,
             imports: Vec::new(),
             settings: Settings::default(),
         };
@@ -164,10 +165,9 @@ impl Scene {
     /// The built-in scene of this name, or the scene in this file; and notes.
     #[staticmethod]
     fn load(py: Python, name: PathBuf) -> PyResult<(Self, Vec<String>)> {
-        let is_stage = named::is_particles(name.as_os_str());
-        let open = move || named::open(name.as_os_str(), u64::MAX);
+        let open = move || named::open(name.as_os_str(), [None; 2], u64::MAX);
         let opened = work_until_interrupted(py, &Stop::new(), open)?.map_err(SceneError::new_err)?;
-        Ok((Self { is_stage, ..Self::new(opened.scene, opened.file) }, opened.notes))
+        Ok((Self { is_stage: opened.is_staged, ..Self::new(opened.scene, opened.file) }, opened.notes))
     }
 
     /// The scene of a scene file's text.

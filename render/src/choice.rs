@@ -167,6 +167,14 @@ impl<'a> Started<'a> {
         }
     }
 
+    /// The same, to be read.
+    pub(crate) fn get(&self) -> &(dyn Resumable + 'a) {
+        match self {
+            Self::Fast(engine) => &**engine,
+            Self::Other(engine) => &**engine,
+        }
+    }
+
     /// The parts that a later render can reuse.
     pub(crate) fn into_parts(self) -> Parts {
         match self {

@@ -22,6 +22,7 @@
 #![forbid(unsafe_code)]
 
 mod automatic;
+mod backdrop;
 mod choice;
 mod error;
 mod estimate;

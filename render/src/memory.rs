@@ -1,10 +1,11 @@
 //! Bounds the memory of a render before it starts, and rejects renders that need too much.
 
+use crate::backdrop::settings_behind;
 use crate::choice::EngineChoice;
 use crate::error::{Error, Field};
 use crate::names::{EngineName, MethodName};
-use scene::Scene;
 use scene::text::mebibytes;
+use scene::{Scene, Settings};
 
 /// Memory of the process itself, with its libraries.
 const BYTES_OF_PROCESS: u64 = 16 << 20;
@@ -89,7 +90,7 @@ impl Need {
 fn bytes(engine: EngineChoice, scene: &Scene, threads: usize, has_past: bool, deposits: u32) -> u64 {
     let (settings, spheres) = (&scene.settings, scene.spheres.len());
     let pixels = settings.pixels() as u64;
-    let of_engine = match (engine.method(), engine.name()) {
+    let of_engine = |settings: &Settings| match (engine.method(), engine.name()) {
         (MethodName::Sppm, EngineName::Fast) => {
             fast::Sppm::bytes_at_most(settings, spheres, threads, deposits, engine.parameters())
         }
@@ -99,7 +100,13 @@ fn bytes(engine: EngineChoice, scene: &Scene, threads: usize, has_past: bool, de
     };
     let past = if has_past { BYTES_PER_PAST_PIXEL } else { 0 };
     let per_sphere = BYTES_PER_SPHERE + if scene.moves() { BYTES_PER_MOVED_SPHERE } else { 0 };
-    of_engine
+    let behind = if scene.transparent_background {
+        of_engine(&settings_behind(settings)) + spheres as u64 * per_sphere
+    } else {
+        0
+    };
+    of_engine(settings)
+        + behind
         + BYTES_OF_PROCESS
         + threads as u64 * u64::from(settings.width) * BYTES_PER_WRITTEN_COLUMN
         + pixels * past
@@ -138,7 +145,6 @@ pub(crate) fn peak() -> Option<u64> {
 mod tests {
     use super::*;
     use crate::names::Renderer;
-    use scene::Settings;
 
     fn scene(settings: Settings) -> Scene {
         Scene { settings, ..files::builtin::scene("cornell").unwrap() }
@@ -168,6 +174,7 @@ mod tests {
     fn each_thing_takes_its_own_bytes() {
         let settings = Settings { width: 64, height: 32, ..Settings::default() };
         let (fast, reference) = (EngineName::Fast, EngineName::Reference);
+        let pixels_of = |per_pixel: Option<u64>| per_pixel.unwrap_or(0) * 64 * 32;
         for (engine, per_pixel, of_spheres) in [
             (chosen(MethodName::Sppm, fast), None, 256),
             (chosen(MethodName::Path, fast), Some(BYTES_PER_TRACED_PIXEL), 256),
@@ -190,6 +197,10 @@ mod tests {
             let mut one_more = base.clone();
             one_more.materials.push(base.materials[0]);
             assert_eq!(more(&one_more), BYTES_PER_MATERIAL);
+            let mut transparent = base.clone();
+            transparent.transparent_background = true;
+            let again = base.spheres.len() as u64 * (BYTES_PER_SPHERE + of_spheres) + pixels_of(per_pixel);
+            assert!(more(&transparent) >= again, "{engine:?}");
             let past = with(&base, 2, true) - with(&base, 2, false);
             assert_eq!(past, BYTES_PER_PAST_PIXEL * 64 * 32);
             // A thread has rows to write, and in the fast engine what that says itself.

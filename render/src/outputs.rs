@@ -6,6 +6,7 @@ use crate::stream::Stream;
 use files::atomic_file;
 use files::image_file::{self, Format, ImageError, Tone};
 use files::paths::{self, around};
+use scene::Scene;
 use std::path::{Path, PathBuf};
 
 /// Upper bound of a report's bytes.
@@ -111,6 +112,23 @@ impl Outputs {
         }
     }
 
+    /// Checks that the image's format has alpha, if the background of `scene` is transparent.
+    pub(crate) fn check_alpha(&self, scene: &Scene) -> Result<(), Error> {
+        let streamed = self.stream.iter().map(|stream| (stream.path(), stream.file_name()));
+        let images = self.image.iter().map(|image| (image.clone(), image.clone())).chain(streamed);
+        for (path, name) in images.filter(|_| scene.transparent_background) {
+            if let Some(format) = Format::from_path(&name).ok().filter(|format| !format.has_alpha()) {
+                let (path, format) = (path.display(), format.name());
+                let problem = format!(
+                    "{path}: {format} files have no alpha, and the scene's background is transparent; name a .png, .exr or \
+                     .tif file, or give it a background"
+                );
+                return Err(Error::named(Field::Image, problem));
+            }
+        }
+        Ok(())
+    }
+
     fn check_engine(&self, engine: EngineChoice) -> Result<(), Error> {
         let of_photons = |content| matches!(content, Content::Radius | Content::Count);
         match self.files().find(|(content, _)| of_photons(*content)) {
@@ -146,14 +164,16 @@ impl Outputs {
         }
     }
 
-    /// Checks that the disk has room for images of `pixels` pixels.
-    pub(crate) fn check_room(&self, pixels: u64) -> Result<(), Error> {
+    /// Checks that the disk has room for images of `scene`.
+    pub(crate) fn check_room(&self, scene: &Scene) -> Result<(), Error> {
+        let pixels = scene.settings.pixels() as u64;
+        let alpha = u64::from(scene.transparent_background);
         for (content, path) in self.files() {
             let bytes = match (content, Format::from_path(path)) {
                 (Content::Stats, _) => STATS_BYTES,
-                (_, Ok(Format::Png | Format::Jpeg)) => 3 * pixels,
+                (_, Ok(Format::Png | Format::Jpeg)) => (3 + alpha) * pixels,
                 (_, Ok(Format::Hdr)) => 4 * pixels,
-                _ => 12 * pixels,
+                _ => (12 + 4 * alpha) * pixels,
             };
             let checked = atomic_file::check_room(path, bytes);
             checked.map_err(|error| Error::named(content.field(), error))?;

@@ -47,6 +47,7 @@ pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
         check_resumed(&job, &digest, from)?;
     }
     job.outputs.check(job.engine, &job.inputs)?;
+    job.outputs.check_alpha(&job.scene)?;
     if job.from.is_none() {
         check_checkpoint(&job)?;
     }
@@ -62,7 +63,7 @@ pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     let need = Need::new(job.engine, &job.scene, threads, job.goals.error.is_some(), job.memory_limit)?;
     let of_bias = if job.goals.error.is_some() { automatic::bytes_at_most(&job.scene, threads) } else { 0 };
     let need = need.after(job.bytes_before.max(job.bytes_of_choice).max(of_bias));
-    job.outputs.check_room(job.scene.settings.pixels() as u64)?;
+    job.outputs.check_room(&job.scene)?;
     let keeper = keeper(&job, &digest, from.as_ref())?;
     Ok(Ready { job, pool, need, digest, locks, keeper, from })
 }

@@ -4,6 +4,7 @@
 //! state after the last complete iteration.
 
 use crate::automatic::{Bias, first_bias};
+use crate::backdrop::{Backdrop, scene_behind};
 use crate::error::{Error, Field};
 use crate::estimate::{Estimate, is_checked};
 use crate::goals::Clock;
@@ -49,6 +50,7 @@ pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) ->
         ..job.scene
     };
     let scene = replace(&mut job.scene, nothing);
+    let behind = scene_behind(&scene);
     let (threads, mut parts) = (pool.current_num_threads(), take(&mut job.warm.parts));
     let ended = pool.install(|| {
         let mut session = Session {
@@ -56,6 +58,7 @@ pub(crate) fn run(ready: Ready, observer: &mut dyn Observer, window: &Window) ->
             writer: Writer::new(job.outputs.clone()),
             job: &job,
             scene: &scene,
+            backdrop: behind.as_ref().map(|behind| Backdrop::new(behind, scene.background, job.engine)),
             threads,
             bytes_at_most: need.bytes,
             digest,
@@ -98,6 +101,8 @@ struct Ended {
 struct Session<'a> {
     job: &'a Job,
     scene: &'a Scene,
+    /// If the background is transparent.
+    backdrop: Option<Backdrop<'a>>,
     threads: usize,
     bytes_at_most: u64,
     digest: String,
@@ -233,6 +238,7 @@ impl Session<'_> {
     }
 
     fn after_iteration(&mut self, engine: &dyn Resumable, time: Duration) {
+        self.catch_up();
         let iterations = engine.iterations();
         if self.job.goals.error.is_some() {
             self.estimate.update(iterations, || engine.develop());
@@ -262,6 +268,13 @@ impl Session<'_> {
             self.observer.after(&step, engine);
         }
         self.offer_image(engine, false);
+    }
+
+    /// Brings what is seen of the background up to the image, if that has alpha.
+    fn catch_up(&mut self) {
+        if let Some(backdrop) = &mut self.backdrop {
+            backdrop.catch_up(&self.done);
+        }
     }
 
     /// Gives the image to the observer, if it wants it.
@@ -299,8 +312,8 @@ impl Session<'_> {
         way(keeper, self.scene, (engine, &self.done), self.estimate.past())
     }
 
-    fn shown<'b>(&self, engine: &'b dyn Resumable) -> Shown<'b> {
-        Shown { engine, note: self.metadata(engine).to_note() }
+    fn shown<'b>(&'b self, engine: &'b dyn Resumable) -> Shown<'b> {
+        Shown { engine, backdrop: self.backdrop.as_ref(), note: self.metadata(engine).to_note() }
     }
 
     fn metadata(&self, engine: &dyn Resumable) -> Metadata {
@@ -319,6 +332,7 @@ impl Session<'_> {
     fn conclude(&mut self, engine: &dyn Resumable, end: End) -> Ended {
         let is_stopped = end == End::Stopped;
         let has_image = engine.iterations() > 0 || !is_stopped;
+        self.catch_up();
         // The checkpoint first: the image can be made from it.
         let mut unsaved = None;
         if is_stopped && has_image {

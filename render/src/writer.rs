@@ -1,5 +1,6 @@
 //! Writes the output files of a render. Pixels are developed while they are written, without an image in memory.
 
+use crate::backdrop::Backdrop;
 use crate::outcome::Unwritten;
 use crate::outputs::{Content, Outputs};
 use crate::report::Report;
@@ -20,6 +21,8 @@ pub(crate) struct Writer {
 /// The state of a render, and the note to store in its images.
 pub(crate) struct Shown<'a> {
     pub(crate) engine: &'a dyn Resumable,
+    /// If the background is transparent.
+    pub(crate) backdrop: Option<&'a Backdrop<'a>>,
     pub(crate) note: String,
 }
 
@@ -109,7 +112,13 @@ impl Writer {
         let written = match content {
             Content::Image => {
                 let pixel = |x, y| shown.engine.probe(x, y).radiance;
-                image_file::write_picture(path, &shown.picture(&pixel), &encoding)
+                match shown.backdrop {
+                    None => image_file::write_picture(path, &shown.picture(&pixel), &encoding),
+                    Some(backdrop) => {
+                        let pixel = |x, y| backdrop.pixel(pixel(x, y), x, y);
+                        image_file::write_transparent(path, &shown.picture(&pixel), &encoding)
+                    }
+                }
             }
             Content::Radius => values("radius", |probe| probe.radius),
             Content::Count => values("count", |probe| probe.count),
@@ -134,7 +143,7 @@ mod tests {
         let scene = files::builtin::scene("cornell").unwrap();
         let settings = Settings { width: 9, height: 8, ..scene.settings };
         let engine = fast::Sppm::new(&scene, &settings);
-        let shown = Shown { engine: &engine, note: String::new() };
+        let shown = Shown { engine: &engine, backdrop: None, note: String::new() };
         let writer = Writer::new(Outputs { image: Some(folder.path().join("a.pfm")), ..Outputs::default() });
         let mut before = Duration::ZERO;
         for _ in 0..12 {

@@ -417,6 +417,7 @@ mod tests {
             ]
             .into(),
             background: Rgb::ZERO,
+            transparent_background: false,
             imports: Vec::new(),
             settings: Settings::default(),
         }

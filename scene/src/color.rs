@@ -5,6 +5,16 @@ use glam::Vec3;
 /// A linear RGB triple (radiance, power or reflectance, per channel).
 pub type Rgb = Vec3;
 
+/// A pixel of an image with alpha.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rgba {
+    /// What the pixel adds to whatever is behind it: radiance times the share that is covered ("associated", or
+    /// premultiplied).
+    pub color: Rgb,
+    /// The share of the pixel that is covered, from 0 to 1; filters with negative weights may leave this range.
+    pub alpha: f32,
+}
+
 /// The largest of the three channels.
 #[inline]
 pub fn max_component(c: Rgb) -> f32 {

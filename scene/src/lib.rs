@@ -47,7 +47,7 @@ pub mod world;
 
 pub use camera::Camera;
 pub use check::Flaw;
-pub use color::{Rgb, max_component};
+pub use color::{Rgb, Rgba, max_component};
 pub use engine::{Engine, Pass, Probe, Progress, Stats};
 pub use film::{Film, FilmRows, Picture, Plane, RowReader};
 pub use filter::Filter;

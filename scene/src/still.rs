@@ -344,6 +344,7 @@ mod tests {
             materials,
             spheres,
             background: Rgb::ZERO,
+            transparent_background: false,
             settings,
             imports: Vec::new(),
         }

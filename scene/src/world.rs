@@ -24,6 +24,9 @@ pub struct Scene {
     ///
     /// [`Scene::with_sky`] turns it into a sphere, the last of `spheres`. Engines do not read this field.
     pub background: Rgb,
+    /// Whether images are written with alpha in place of the background where the camera sees it; it lights the scene all
+    /// the same ([`Scene::background_alone`]). Engines do not read this field.
+    pub transparent_background: bool,
     /// Settings that suit the scene; the command line may override each.
     pub settings: Settings,
     /// Which of `spheres` come from files of particles: the last ones but for the sky, in this order. Engines do not read
@@ -59,6 +62,7 @@ impl Scene {
     ///     spheres,
     ///     materials,
     ///     background: Rgb::ONE,
+    ///     transparent_background: false,
     ///     settings: Settings::default(),
     ///     imports: Vec::new(),
     /// };
@@ -85,6 +89,34 @@ impl Scene {
         };
         self.spheres.push(sky);
         self.materials.push(Material::Diffuse { albedo: Rgb::ZERO });
+    }
+
+    /// The scene in which the background alone is seen: it has the radiance 1, nothing else emits light, and everything but
+    /// glass is black. Its image is the share of each pixel through which the camera sees the background, directly or by
+    /// way of glass, with the tint of that.
+    ///
+    /// Camera paths have the random numbers of this scene's, and end where they do or at the first surface that is not
+    /// glass. So the image of `n` iterations holds exactly the samples of this scene's that reached the background.
+    #[must_use]
+    pub fn background_alone(&self) -> Self {
+        let black = Material::Diffuse { albedo: Rgb::ZERO };
+        let seen_through = |material: &Material| if material.is_opaque() { black } else { *material };
+        let dark = |sphere: &Sphere| Sphere { emission: Rgb::ZERO, ..*sphere };
+        // Exact sizes, as memory that grows is copied once more for the sky.
+        let own = self.without_sky();
+        let mut spheres = Vec::with_capacity(own.len() + 1);
+        spheres.extend(own.iter().map(dark));
+        Self {
+            name: self.name.clone(),
+            camera: self.camera,
+            materials: self.materials.iter().map(seen_through).collect(),
+            spheres: spheres.into(),
+            background: Rgb::ONE,
+            transparent_background: false,
+            settings: self.settings,
+            imports: Vec::new(),
+        }
+        .with_sky()
     }
 
     /// The spheres that are not from files of particles, nor the sky.
@@ -133,6 +165,7 @@ mod tests {
             materials: Vec::new(),
             spheres: Spheres::default(),
             background: Rgb::ONE,
+            transparent_background: false,
             settings: Settings::default(),
             imports: Vec::new(),
         };

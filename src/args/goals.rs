@@ -1,5 +1,6 @@
 //! Options for when a render ends, and for writing checkpoints.
 
+use super::frames::numbered;
 use super::values::{every, positive, time};
 use clap::{Args as ClapArgs, ValueHint};
 use render::{Every, Goals, Save};
@@ -33,7 +34,7 @@ impl GoalArgs {
 }
 
 /// What is kept of a render on its way.
-#[derive(Debug, Default, ClapArgs)]
+#[derive(Clone, Debug, Default, ClapArgs)]
 #[command(next_help_heading = "Checkpoints")]
 pub(crate) struct CheckpointArgs {
     /// Save the render to FILE as it goes, and keep the last state [default: OUT.sppm, removed when all is done]
@@ -52,6 +53,12 @@ pub(crate) struct CheckpointArgs {
 }
 
 impl CheckpointArgs {
+    /// Those of one frame of a trajectory.
+    pub(crate) fn of_frame(&self, number: usize) -> Self {
+        let checkpoint = self.checkpoint.as_deref().map(|path| numbered(path, number));
+        Self { checkpoint, ..self.clone() }
+    }
+
     /// How to save the render that writes `image`; `None` with `--no-checkpoint`, or if neither a checkpoint nor an image
     /// is named.
     pub(crate) fn save(&self, image: Option<&Path>) -> Option<Save> {

@@ -3,6 +3,7 @@
 pub(crate) mod engine;
 mod fields;
 pub(crate) mod files;
+pub(crate) mod frames;
 pub(crate) mod goals;
 pub(crate) mod messages;
 pub(crate) mod outputs;

@@ -1,5 +1,6 @@
 //! Options for the files that a render writes.
 
+use super::frames::numbered;
 use super::values::number;
 use crate::terminal::error::Error;
 use clap::Args as ClapArgs;
@@ -10,7 +11,7 @@ use std::io::{self, IsTerminal as _};
 use std::path::{Path, PathBuf};
 
 /// The files that a render writes.
-#[derive(Debug, Default, ClapArgs)]
+#[derive(Clone, Debug, Default, ClapArgs)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct OutputArgs {
     /// The image to write: .png or .jpg (sRGB), .exr, .pfm, .tif or .hdr (linear) [default: the scene's name, .png]
@@ -19,6 +20,8 @@ pub(crate) struct OutputArgs {
     /// render is over. All messages go to standard error, and there is no checkpoint unless --checkpoint names one.
     ///
     /// Only .png and .exr hold what `sppm info` and --like read. A .hdr holds 8 bits per channel with a common exponent.
+    /// Of a range of frames each gets a file of its own: `{frame}` stands for its number, as in frame-{frame}.png.
+    ///
     /// Files are written beside their place and then renamed into it, so that nobody ever sees half an image.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
@@ -78,6 +81,23 @@ impl OutputArgs {
             count_image: self.count_image.clone().or(usual.count_image),
             stats: self.stats.clone().or(usual.stats),
         })
+    }
+
+    /// Whether the image goes to standard output.
+    pub(crate) fn is_streamed(&self) -> bool {
+        self.output.as_deref().and_then(streamed).is_some()
+    }
+
+    /// The files that one frame of a trajectory gets.
+    pub(crate) fn of_frame(&self, number: usize) -> Self {
+        let of_frame = |path: &Option<PathBuf>| path.as_deref().map(|path| numbered(path, number));
+        Self {
+            output: of_frame(&self.output),
+            radius_image: of_frame(&self.radius_image),
+            count_image: of_frame(&self.count_image),
+            stats: of_frame(&self.stats),
+            ..self.clone()
+        }
     }
 
     /// The tone curve, if one is asked for here or else by `usual`.

@@ -1,28 +1,37 @@
 //! Options for files of molecules and particles: how spheres are made of them, and the stage that shows them.
 
+use super::frames::Frames;
 use super::values::number;
 use crate::terminal::error::Error;
 use clap::Args as ClapArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use figure::color::Screen;
-use figure::recipe::{Bonds, Recipe};
-use figure::stage::{Light, Stage, View, is_matte};
+use figure::Frame;
+use figure::recipe::{Bonds, Recipe, parse_frame};
+use figure::stage::{Background, Light, Stage, View, is_matte};
 use figure::units::Length;
 use figure::{Refusal, Rule, Selection};
 use files::named::{self, Opened};
-use files::particles::Problem;
+use files::particles::{Clip, Problem, Scenery};
 use render::{MethodName, Renderer};
 use scene::Scene;
-use std::ffi::OsStr;
 use std::path::Path;
 
 /// How a file of particles is shown.
 #[derive(Clone, Debug, Default, ClapArgs)]
 #[command(next_help_heading = "Particle files")]
 pub(crate) struct ParticleArgs {
-    /// The frame to show, from 0, or `last` [default: 0]
-    #[arg(long, value_name = "N|last", allow_hyphen_values = true)]
+    /// The frame to show, from 0, or `last`; `render` also takes ranges, such as 3..10 (10 is left out), 3.., .. and 0..100:5,
+    /// and makes an image of each frame [default: 0]
+    ///
+    /// The images of a range are numbered, as OUT-0003.png, or as `{frame}` in --output says. The camera stays as it suits
+    /// the first of them. A frame that fails does not keep the others from being rendered.
+    #[arg(long, value_name = "N|last|A..B", allow_hyphen_values = true)]
     frame: Option<String>,
+
+    /// The frame to which camera, lamps and ground are fitted: its number, `last`, or `each` for every frame's own [default:
+    /// the first of a range, else the one that is shown]
+    #[arg(long, value_name = "N|last|each", allow_hyphen_values = true)]
+    camera_frame: Option<String>,
 
     /// Where colours come from: `jmol`, `cpk` (of elements), `file`, a column such as `type`, `chain`, `molecule` or any
     /// property, a name such as `red`, or `#rrggbb`
@@ -104,20 +113,35 @@ pub(crate) struct ParticleArgs {
     #[arg(long)]
     ground: bool,
 
-    /// The background, which also lights: a name such as white, grey or black, or `#rrggbb` [default: white; black with
-    /// --light dark]
+    /// The background, which also lights: a name such as white, grey or black, `#rrggbb`, or `transparent`, for .png, .exr
+    /// and .tif files with alpha, lit as by default [default: white; black with --light dark]
     #[arg(long, value_name = "COLOR")]
     background: Option<String>,
 }
 
-/// The method and engine for the scene `name` if no option names them: path tracing for files of particles without
-/// caustics, as photons of the few iterations of a quick picture show as spots; else photon mapping.
-pub(crate) fn usual_renderer(name: &OsStr, scene: &Scene) -> Renderer {
-    if named::is_particles(name) && is_matte(&scene.materials) {
-        MethodName::Path.into()
-    } else {
-        Renderer::default()
-    }
+/// The method and engine for a scene if no option names them: path tracing for one on a stage without caustics, as photons of
+/// the few iterations of a quick picture show as spots; else photon mapping.
+pub(crate) fn usual_renderer(is_staged: bool, scene: &Scene) -> Renderer {
+    if is_staged && is_matte(&scene.materials) { MethodName::Path.into() } else { Renderer::default() }
+}
+
+/// The frame that is shown if none is asked for.
+const FIRST: Frame = Frame::Number(0);
+
+/// What `--camera-frame` says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum CameraFrame {
+    /// Nothing.
+    Usual,
+    /// Every frame has a camera of its own.
+    Each,
+    /// This frame.
+    Of(Frame),
+}
+
+/// The frame that the value of an `option` names.
+fn frame_of(option: &str, text: &str) -> Result<Frame, Error> {
+    parse_frame(text).map_err(|problem| Error::BadInput(format!("{option}: {problem}")))
 }
 
 /// Accepts one of `names`.
@@ -152,6 +176,7 @@ impl ParticleArgs {
         let base = self.base();
         let given = [
             ("--frame", self.frame.is_some()),
+            ("--camera-frame", self.camera_frame.is_some()),
             (base.first().map_or("", |(option, ..)| option), !base.is_empty()),
             ("--style", !self.style.is_empty()),
             ("--cut", !self.cut.is_empty()),
@@ -187,15 +212,57 @@ impl ParticleArgs {
     /// Reads the file of particles `path`, in at most about `most` bytes of memory, and puts it on a stage for an image of
     /// this `size`, if it is asked for.
     pub(crate) fn open(&self, path: &Path, size: [Option<u32>; 2], most: u64) -> Result<Opened, Error> {
-        let (recipe, stage) = (self.recipe()?, self.stage(size)?);
-        let opened = named::open_particles(path, &recipe, &stage, most);
+        if self.frames()?.is_some() {
+            let problem = "--frame: only `render` takes a range of frames; name one";
+            return Err(Error::BadInput(problem.into()));
+        }
+        let frame = self.frame.as_deref().map(|text| frame_of("--frame", text)).transpose()?;
+        let (recipe, stage) = (self.recipe(frame.unwrap_or(FIRST))?, self.stage(size)?);
+        let opened = match self.camera_frame()? {
+            CameraFrame::Of(frame) => {
+                let clip = Clip::open(path).map_err(Error::BadInput)?;
+                let scenery = self.scenery(&clip, frame, &stage, most)?;
+                let staged = clip.stage(&recipe, &stage, Some(&scenery), most);
+                staged.map(|(staged, _)| named::of_particles(path, staged))
+            }
+            CameraFrame::Usual | CameraFrame::Each => named::open_particles(path, &recipe, &stage, most),
+        };
         opened.map_err(|problem| Error::BadInput(self.say(&problem)))
     }
 
-    fn recipe(&self) -> Result<Recipe, Error> {
+    /// The range of frames, if one is asked for.
+    pub(crate) fn frames(&self) -> Result<Option<Frames>, Error> {
+        let range = self.frame.as_deref().filter(|text| text.contains(".."));
+        let parsed = range.map(Frames::parse).transpose();
+        parsed.map_err(|problem| Error::BadInput(format!("--frame: {problem}")))
+    }
+
+    /// The frame that the camera is fitted to.
+    pub(crate) fn camera_frame(&self) -> Result<CameraFrame, Error> {
+        match self.camera_frame.as_deref() {
+            None => Ok(CameraFrame::Usual),
+            Some("each") => Ok(CameraFrame::Each),
+            Some(text) => frame_of("--camera-frame", text).map(CameraFrame::Of),
+        }
+    }
+
+    /// The stage that suits `frame`.
+    pub(crate) fn scenery(
+        &self,
+        clip: &Clip,
+        frame: Frame,
+        stage: &Stage,
+        most: u64,
+    ) -> Result<Scenery, Error> {
+        let staged = clip.stage(&self.recipe(frame)?, stage, None, most);
+        staged.map(|(_, scenery)| scenery).map_err(|problem| Error::BadInput(self.say(&problem)))
+    }
+
+    /// How `frame` is made balls.
+    pub(crate) fn recipe(&self, frame: Frame) -> Result<Recipe, Error> {
         let bad = |option: &str, problem: String| Error::BadInput(format!("{option}: {problem}"));
-        let mut recipe = Recipe { wrap: self.wrap, cell: self.cell, ..Recipe::default() };
-        let keys = [("frame", &self.frame), ("unit", &self.unit), ("bonds", &self.bonds)];
+        let mut recipe = Recipe { frame, wrap: self.wrap, cell: self.cell, ..Recipe::default() };
+        let keys = [("unit", &self.unit), ("bonds", &self.bonds)];
         for (key, value) in keys {
             if let Some(value) = value {
                 recipe.set(key, value).map_err(|problem| bad(&format!("--{key}"), problem))?;
@@ -219,26 +286,24 @@ impl ParticleArgs {
         Ok(recipe)
     }
 
-    fn stage(&self, [width, height]: [Option<u32>; 2]) -> Result<Stage, Error> {
+    /// The stage for an image of this size, if one is asked for.
+    pub(crate) fn stage(&self, [width, height]: [Option<u32>; 2]) -> Result<Stage, Error> {
         let usual = Stage::default();
-        let background = self.background.as_deref().map(|text| {
-            let names = Screen::names().collect::<Vec<_>>().join(", ");
-            let problem = || format!("--background: `{text}` must be #rrggbb or one of {names}");
-            Screen::parse(text).ok_or_else(|| Error::BadInput(problem()))
-        });
+        let background = self.background.as_deref().map(Background::parse).transpose();
+        let bad = |problem| Error::BadInput(format!("--background: {problem}"));
         let light = self.light.as_deref();
         Ok(Stage {
             view: self.direction().and_then(|name| View::ALL.into_iter().find(|view| view.name() == name)),
             zoom: self.zoom.map_or(usual.zoom, f64::from),
             light: Light::ALL.into_iter().find(|kind| Some(kind.name()) == light).unwrap_or_default(),
             ground: self.ground,
-            background: background.transpose()?,
+            background: background.map_err(bad)?.unwrap_or_default(),
             size: [width.unwrap_or(usual.size[0]), height.unwrap_or(usual.size[1])],
         })
     }
 
     /// The problem in terms of options.
-    fn say(&self, problem: &Problem) -> String {
+    pub(crate) fn say(&self, problem: &Problem) -> String {
         let Problem::Recipe(Refusal { rule, key, problem }) = problem else { return problem.to_string() };
         let base = self.base();
         match rule.map(|rule| rule.checked_sub(usize::from(!base.is_empty()))) {

@@ -8,7 +8,7 @@ use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Arg, Args as ClapArgs, Command, ValueHint};
 use files::builtin::SCENES;
 use files::named::{self, Opened};
-use files::scene_file::{self, LoadedScene};
+use files::scene_file;
 use scene::text::one_line;
 use std::ffi::{OsStr, OsString};
 use std::io::{self, IsTerminal as _};
@@ -75,7 +75,7 @@ impl TypedValueParser for SceneName {
 }
 
 /// Finds and reads the scene `name`, in at most about `most` bytes of memory. A file of particles is shown as `particles`
-/// says, in an image of this `size`, if it is asked for.
+/// says. A stage is set for an image of this `size`, if it is asked for.
 pub(crate) fn open(
     name: &OsStr,
     particles: &ParticleArgs,
@@ -91,21 +91,24 @@ pub(crate) fn open(
         return Ok(opened);
     }
     particles.refuse(&told)?;
-    if name == "-" { from_standard_input(most) } else { named::open(name, most).map_err(Error::BadInput) }
+    if name == "-" {
+        from_standard_input(size, most)
+    } else {
+        named::open(name, size, most).map_err(Error::BadInput)
+    }
 }
 
 /// Reads the scene that is piped into this process.
-fn from_standard_input(most: u64) -> Result<Opened, Error> {
+fn from_standard_input(size: [Option<u32>; 2], most: u64) -> Result<Opened, Error> {
     let input = io::stdin();
     if input.is_terminal() {
         let problem =
             "-: standard input is a terminal; pipe a scene into it, as by `sppm render - < mine.toml`";
         return Err(Error::BadInput(problem.into()));
     }
-    let loaded = scene_file::load_from("stdin", input.lock(), 0, most);
-    let LoadedScene { scene, automatic, bytes } =
-        loaded.map_err(|error| Error::BadInput(error.to_string()))?;
-    Ok(Opened { scene, automatic, bytes, stem: "stdin".into(), file: None, notes: Vec::new() })
+    let loaded = scene_file::load_from("stdin", (input.lock(), 0), size, most);
+    let loaded = loaded.map_err(|error| Error::BadInput(error.to_string()))?;
+    Ok(named::of_scene_file(loaded, "stdin".into(), None))
 }
 
 /// The instant given by `--time`, else the one at which the shutter opens.

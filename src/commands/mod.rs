@@ -5,6 +5,7 @@ mod completions;
 mod conclusion;
 mod export;
 mod farm;
+mod frames;
 mod info;
 mod instants;
 mod ladder;

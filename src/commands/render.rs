@@ -1,6 +1,6 @@
 //! The command `render`: renders a scene and writes the files asked for.
 
-use super::watch;
+use super::{frames, watch};
 use crate::args::engine::EngineArgs;
 use crate::args::goals::{CheckpointArgs, GoalArgs};
 use crate::args::messages::MessageArgs;
@@ -12,12 +12,13 @@ use crate::args::settings::{QualityArgs, SettingsArgs};
 use crate::args::view::WatchArgs;
 use crate::terminal::error::Error;
 use crate::terminal::logs;
+use crate::terminal::signals::Requests;
 use ::render::merge::is_checkpoint;
-use ::render::{Field, Goals, Job, Outputs, Save};
+use ::render::{EngineChoice, Field, Goals, Job, Outputs, Save};
 use ::scene::Settings;
 use clap::Args as ClapArgs;
 use files::image_file::Tone;
-use files::named;
+use files::named::{self, Opened};
 use std::path::{Path, PathBuf};
 
 /// Render a scene to an image file
@@ -69,6 +70,7 @@ Examples:
   sppm render - -o exr:- < mine.toml > mine.exr
   sppm render surgery -n 4096 --radius-schedule global --part 3/64 -o part3.sppm
   sppm render water.pdb --view iso --ground
+  sppm render melt.dump --frame 0..100:10 -o melt-{frame}.png
   sppm render melt.dump --frame last --color molecule --style 'z > 30: hide' --width 1600 --height 1200
 
 What settings do:
@@ -79,8 +81,23 @@ What settings do:
 /// Runs the command.
 pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     logs::init(args.messages.log_format, args.messages.level());
+    if let Some(range) = args.source.particles.frames()? {
+        return frames::run(args, range);
+    }
     let size = [args.settings.width, args.settings.height];
-    let (mut job, image) = open(&args.source, size, args.engine.memory_limit)?;
+    let (job, image) = open(&args.source, size, args.engine.memory_limit)?;
+    let job = configure(args, job, image, (&args.outputs, &args.checkpoints))?;
+    let has_page = args.source.particles.asks_for_a_page();
+    watch::run(job, &args.messages, (&args.viewers, has_page), &Requests::listen()?)
+}
+
+/// The job as options ask for it; `image` is the default name of its image.
+pub(super) fn configure(
+    args: &RenderArgs,
+    mut job: Job,
+    image: PathBuf,
+    (outputs, checkpoints): (&OutputArgs, &CheckpointArgs),
+) -> Result<Job, Error> {
     job.goals = args.goals.or(Goals::default());
     let (own, automatic) = args.quality.apply(&job.scene.settings, job.automatic);
     let settings = args.settings.apply(&own)?;
@@ -89,11 +106,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     job.scene.settings = Settings { iterations, ..settings };
     job.automatic = args.settings.automatic(automatic);
     job.automatic.iterations &= !job.goals.are_open();
-    let usual = match &args.source.scene {
-        Some(name) if args.source.like.is_none() => usual_renderer(name, &job.scene),
-        _ => job.engine.renderer(),
-    };
-    job.engine = args.engine.choose(usual)?;
+    job.engine = args.engine.choose(job.engine.renderer())?;
     job.inputs.extend(args.engine.profile.clone().map(|path| (Field::Profile, path)));
     (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
     if args.part.is_given() {
@@ -104,11 +117,10 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
         job.save = Some(Save { path, every: args.checkpoints.every.unwrap_or_default(), keep: true });
         job.outputs = Outputs { stats: args.outputs.stats.clone(), ..Outputs::default() };
     } else {
-        job.outputs = args.outputs.or(job.outputs, image)?;
-        job.save = args.checkpoints.save(job.outputs.image.as_deref());
+        job.outputs = outputs.or(job.outputs, image)?;
+        job.save = checkpoints.save(job.outputs.image.as_deref());
     }
-    let has_page = args.source.particles.asks_for_a_page();
-    watch::run(job, &args.messages, (&args.viewers, has_page))
+    Ok(job)
 }
 
 /// The checkpoint that a part is written to; `image` is the default name of the whole image.
@@ -134,8 +146,21 @@ fn part_file(args: &RenderArgs, image: &Path) -> Result<PathBuf, Error> {
     Err(Error::BadInput(format!("--output: {}: {problem}", path.display())))
 }
 
+/// The job for a scene.
+pub(super) fn job_of(Opened { scene, automatic, is_staged, bytes, file, .. }: Opened) -> Result<Job, Error> {
+    let engine = EngineChoice::new(usual_renderer(is_staged, &scene), None)?;
+    let mut job = Job::new(scene).choosing(automatic);
+    (job.engine, job.bytes_before) = (engine, bytes);
+    job.inputs.extend(file.map(|file| (Field::Scene, file)));
+    if is_staged {
+        // Backgrounds are to have the colour that is asked for, and lamps are such that nothing is brighter than white.
+        job.outputs.tone = Some(Tone::Clamp);
+    }
+    Ok(job)
+}
+
 /// The file of particles that is named in place of a scene, if it is one.
-fn particles(args: &SourceArgs) -> Option<&Path> {
+pub(super) fn particles(args: &SourceArgs) -> Option<&Path> {
     args.scene.as_deref().filter(|name| named::is_particles(name)).map(Path::new)
 }
 
@@ -159,20 +184,19 @@ fn open(
     }
     let open = |name| scene::open(name, &args.particles, size, most);
     let named = args.scene.as_deref().map(open).transpose()?;
-    let bytes_before = named.as_ref().map_or(0, |named| named.bytes);
-    let file = named.as_ref().and_then(|named| named.file.clone()).map(|file| (Field::Scene, file));
     let stem = named.as_ref().map(|named| default_name(&named.stem));
-    let mut job = match (&args.like, named) {
-        (Some(like), named) => Job::like(like, named.map(|named| named.scene))?,
-        (None, Some(named)) => Job::new(named.scene).choosing(named.automatic),
+    let job = match (&args.like, named) {
+        (Some(like), named) => {
+            let bytes_before = named.as_ref().map_or(0, |named| named.bytes);
+            let file = named.as_ref().and_then(|named| named.file.clone()).map(|file| (Field::Scene, file));
+            let mut job = Job::like(like, named.map(|named| named.scene))?;
+            job.inputs.splice(0..0, file);
+            job.bytes_before = bytes_before;
+            job
+        }
+        (None, Some(named)) => job_of(named)?,
         (None, None) => return Err(Error::BadInput("<SCENE> is missing".into())), // clap requires one of the two
     };
-    job.inputs.splice(0..0, file);
-    job.bytes_before = bytes_before;
-    if particles.is_some() {
-        // Backgrounds are to have the colour that is asked for, and lamps are such that nothing is brighter than white.
-        job.outputs.tone = Some(Tone::Clamp);
-    }
     let image = stem.unwrap_or_else(|| default_name_of(&job.scene.name));
     Ok((job, image))
 }

@@ -10,6 +10,7 @@ use crate::args::view::WatchArgs;
 use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
 use crate::terminal::logs;
+use crate::terminal::signals::Requests;
 use clap::{Args as ClapArgs, ValueHint};
 use render::{Every, Job};
 use scene::settings::MAX_ITERATIONS;
@@ -79,7 +80,7 @@ pub(crate) fn run(args: &ResumeArgs) -> Result<(), Error> {
     let image = args.file.with_file_name(default_name_of(&job.scene.name));
     job.outputs = args.outputs.or(take(&mut job.outputs), image)?;
     (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
-    watch::run(job, &args.messages, (&args.viewers, args.view))
+    watch::run(job, &args.messages, (&args.viewers, args.view), &Requests::listen()?)
 }
 
 /// The total number of iterations asked for by this run.

@@ -144,7 +144,7 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
         Some(file) => fs::read_to_string(file).ok(),
         None => opened.stem.to_str().and_then(builtin::find).map(|builtin| builtin.text.to_owned()),
     };
-    let engine = args.engine.choose(usual_renderer(&args.target, &opened.scene))?;
+    let engine = args.engine.choose(usual_renderer(opened.is_staged, &opened.scene))?;
     // There is no end to them.
     let automatic = args.settings.automatic(automatic);
     // Nor may they keep the first picture waiting.

@@ -27,6 +27,7 @@ pub(crate) fn run(
     mut job: Job,
     messages: &MessageArgs,
     (viewers, has_page): (&WatchArgs, bool),
+    requests: &Requests,
 ) -> Result<(), Error> {
     let is_json = messages.progress == Progress::Json;
     if is_json && job.outputs.stream.is_some() {
@@ -35,7 +36,6 @@ pub(crate) fn run(
     }
     let is_taken = is_json || job.outputs.stream.is_some();
     let (page, relay) = viewers.start(has_page, &job.scene.name, is_taken)?.unzip();
-    let requests = Requests::listen()?;
     // The command does not show intermediate images.
     (job.live, job.stop) = (false, requests.stop().clone());
     let problem = Problem::default();
@@ -51,7 +51,7 @@ pub(crate) fn run(
         relay,
     };
     let outcome = job.start(watch)?.wait()?;
-    let concluded = conclude(&outcome, &requests);
+    let concluded = conclude(&outcome, requests);
     // The page had the last image when it was shown; files were written since.
     drop(page);
     concluded?;

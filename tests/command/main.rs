@@ -8,6 +8,7 @@ mod documents;
 mod export;
 mod exports_read;
 mod failures;
+mod frames;
 #[cfg(unix)]
 mod interrupt;
 mod ladder;

@@ -145,6 +145,114 @@ fn scene_files_name_particles() {
     }
 }
 
+/// What `[stage]` says is what the options say, and it is repeated like everything else of a scene.
+#[test]
+fn scene_files_have_stages() {
+    let sandbox = with_atoms();
+    let stage = "[stage]\nview = \"front\"\nzoom = 0.8\nlight = \"studio\"\nground = true\nbackground = \"grey\"\n\
+        [[particles]]\nfile = \"atoms.xyz\"\n";
+    sandbox.write("atoms.toml", stage);
+    let options = ["--view", "front", "--zoom", "0.8", "--ground", "--background", "grey"];
+    let exposed = ["--tone", "clamp"];
+    sandbox.render(&[&["atoms.xyz", "-o", "options.png"][..], &options, &exposed].concat());
+    sandbox.render(&["atoms.toml", "-o", "file.png"]);
+    assert!(sandbox.bytes("options.png") == sandbox.bytes("file.png"));
+    // The camera is fitted to the image that is asked for, or else to that of the file.
+    sandbox.write("wide.toml", &format!("{stage}[settings]\nwidth = 32\nheight = 12\niterations = 2\n"));
+    let sized = |file: &str, size: &[&str]| {
+        let ended = sandbox.run(["render", file, "-o", "sized.pfm", "-n", "2"].iter().chain(size));
+        assert_eq!(ended.code, Some(0), "{ended:?}");
+        sandbox.bytes("sized.pfm")
+    };
+    assert!(sized("wide.toml", &[]) == sized("atoms.toml", &["--width", "32", "--height", "12"]));
+    // What was recorded says the same without the stage.
+    let repeated = sandbox.run(["render", "--like", "file.png", "-o", "again.png"]);
+    assert_eq!(repeated.code, Some(0), "{repeated:?}");
+    assert!(sandbox.bytes("file.png") == sandbox.bytes("again.png"));
+    sandbox.render(&["atoms.toml", "-o", "one.png", "--checkpoint", "c.sppm"]);
+    let resumed = sandbox.run(["resume", "c.sppm", "-n", "4", "-o", "four.png"]);
+    assert_eq!(resumed.code, Some(0), "{resumed:?}");
+    let four = [
+        "render",
+        "atoms.toml",
+        "--quality=paper",
+        "-o",
+        "whole.png",
+        "-n",
+        "4",
+        "--width",
+        "16",
+        "--height",
+        "12",
+    ];
+    assert_eq!(sandbox.run(four.iter().chain(&["--photons", "500"])).code, Some(0));
+    assert!(sandbox.bytes("four.png") == sandbox.bytes("whole.png"));
+}
+
+/// Own spheres and several files share a stage, and an origin.
+#[test]
+fn a_stage_is_set_around_everything() {
+    let sandbox = with_atoms();
+    let far = ATOMS.map(|(element, p)| (element, p.map(|x| x + 1e6)));
+    sandbox.write("near.xyz", &xyz(&ATOMS[..2]));
+    sandbox.write("far.xyz", &xyz(&far[..2]));
+    sandbox.write("rest.xyz", &xyz(&far[2..]));
+    let text = "[stage]\nview = \"front\"\n[[sphere]]\ncenter = [0, 0, 9]\nradius = 1\n\
+        material = { type = \"specular\", albedo = [1, 1, 1] }\n";
+    let file = |name: &str| format!("[[particles]]\nfile = \"{name}.xyz\"\n");
+    sandbox.write("two.toml", &format!("{text}{}{}", file("far"), file("rest")));
+    sandbox.render(&["two.toml"]);
+    let printed = sandbox.run(["info", "two.png", "--scene"]);
+    // Both origins are the centre of the first file, in double precision.
+    assert_eq!(
+        printed.stdout.matches("origin = [1000000.5, 1000000.0, 1000000.125]").count(),
+        2,
+        "{printed:?}"
+    );
+    sandbox.write("printed.toml", &printed.stdout);
+    sandbox.render(&["printed.toml", "-o", "again.png", "--tone", "clamp"]);
+    assert!(sandbox.bytes("two.png") == sandbox.bytes("again.png"));
+    for (old, new, words) in [
+        (
+            "\"front\"",
+            "\"side\"",
+            &["two.toml:2:8", "view \"side\" of [stage] is unknown", "front, back"][..],
+        ),
+        ("view", "vieww", &["two.toml:2:1", "unknown key \"vieww\" in [stage]"]),
+        ("[stage]", "background = [1, 1, 1]\n[stage]", &["two.toml:1:14", "leave out one of the two"]),
+        ("\"front\"", "\"front\"\nzoom = 0", &["two.toml:3:8", "zoom 0 of [stage] is outside"]),
+        ("\"front\"", "\"front\"\nground = 1", &["two.toml:3:10", "must be true or false"]),
+        ("\"front\"", "\"bottom\"\nground = true", &["[stage]: the view bottom is from below the ground"]),
+        ("\"front\"", "\"front\"\nbackground = \"mauve\"", &["background of [stage]: `mauve` must be"]),
+    ] {
+        sandbox.write("two.toml", &format!("{text}{}", file("near")).replace(old, new));
+        sandbox.run(["render", "two.toml"]).refused(words);
+    }
+    sandbox.write("empty.toml", "particles = []\n[stage]\n");
+    sandbox.run(["render", "empty.toml"]).refused(&["empty.toml:2:1", "there is nothing on the [stage]"]);
+}
+
+/// The bytes of a pixel of a PNG are not looked at here: see `tests/render/alpha.rs`.
+#[test]
+fn a_transparent_background_is_recorded() {
+    let sandbox = with_atoms();
+    sandbox.render(&["atoms.xyz", "--background", "transparent", "-o", "one.png"]);
+    // Bit depth 8, colour type 6: RGB with alpha.
+    assert_eq!(sandbox.bytes("one.png")[24..26], [8, 6]);
+    let printed = sandbox.run(["info", "one.png", "--scene"]).stdout;
+    assert!(printed.contains("\ntransparent_background = true\n"), "{printed}");
+    let repeated = sandbox.run(["render", "--like", "one.png", "-o", "two.png"]);
+    assert_eq!(repeated.code, Some(0), "{repeated:?}");
+    assert!(sandbox.bytes("one.png") == sandbox.bytes("two.png"));
+    sandbox
+        .write("atoms.toml", "[stage]\nbackground = \"transparent\"\n[[particles]]\nfile = \"atoms.xyz\"\n");
+    sandbox.render(&["atoms.toml", "-o", "three.png"]);
+    assert!(sandbox.bytes("one.png") == sandbox.bytes("three.png"));
+    sandbox
+        .run(["render", "atoms.toml", "-o", "four.jpg"])
+        .refused(&["--output: four.jpg", "JPEG files have no alpha"]);
+}
+
 #[test]
 fn options_that_do_not_fit_are_refused() {
     let sandbox = with_atoms();
@@ -161,7 +269,7 @@ fn options_that_do_not_fit_are_refused() {
     refused(&["atoms.xyz", "--cut", "x > 3 and"], &["--cut: column 10: this ends"]);
     refused(
         &["atoms.xyz", "--background", "mauve"],
-        &["--background: `mauve` must be #rrggbb or one of white"],
+        &["--background: `mauve` must be transparent, #rrggbb or one of white"],
     );
     refused(&["atoms.xyz", "--view", "bottom", "--ground"], &["the view bottom is from below the ground"]);
     refused(&["atoms.xyz", "--frame", "1"], &["atoms.xyz", "frame 1"]);

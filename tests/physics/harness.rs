@@ -51,6 +51,7 @@ pub(crate) fn empty_scene(camera: Camera) -> Scene {
         materials: Vec::new(),
         spheres: Vec::new().into(),
         background: Rgb::ZERO,
+        transparent_background: false,
         imports: Vec::new(),
         settings: Settings::default(),
     }

@@ -1,5 +1,6 @@
 //! Tests of the library `render` through its public interface.
 
+mod alpha;
 #[path = "../shared/cases.rs"]
 mod cases;
 mod changes;

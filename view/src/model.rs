@@ -30,6 +30,7 @@ struct Body {
     /// Without the sky.
     spheres: Spheres,
     background: Rgb,
+    transparent_background: bool,
 }
 
 /// A change of the scene, or of how it is rendered.
@@ -66,13 +67,14 @@ pub(crate) struct Model {
 impl State {
     /// The scene, with its sky.
     pub(crate) fn scene(&self) -> Scene {
-        let Body { name, materials, spheres, background } = &*self.body;
+        let Body { name, materials, spheres, background, transparent_background } = &*self.body;
         let scene = Scene {
             name: name.clone(),
             camera: self.camera,
             materials: materials.clone(),
             spheres: spheres.clone(),
             background: *background,
+            transparent_background: *transparent_background,
             settings: self.settings,
             // Each may be changed, so spheres from files of particles are written out.
             imports: Vec::new(),
@@ -101,6 +103,7 @@ impl Model {
             materials: scene.materials[..scene.materials.len() - skies].to_vec(),
             spheres: if skies == 0 { scene.spheres.clone() } else { scene.without_sky().to_vec().into() },
             background: scene.background,
+            transparent_background: scene.transparent_background,
         };
         let (camera, settings) = (scene.camera, scene.settings);
         let now = State { body: Arc::new(body), camera, settings, engine };

@@ -201,7 +201,9 @@ impl PathPass<'_> {
             progress.seen_diffuse = progress.seen_diffuse | is_diffuse;
             progress.counts_lamps = !is_diffuse;
             let may_follow = !L::eq(progress.rest, L::u(0));
-            let is_lit = is_diffuse & may_follow;
+            // A black surface, such as the sky, ends the path: what it receives is not seen, nor are the random numbers of the
+            // path that are left.
+            let is_lit = is_diffuse & may_follow & L::lt(L::f(0.0), p.weight.max_component());
             if L::any(is_lit) {
                 let [choice, u, v] = std::array::from_fn(|_| next_where::<L>(is_lit, &mut p.stream));
                 if !is_dark {

@@ -100,6 +100,11 @@ impl Format {
         !matches!(self, Self::WebP | Self::Qoi)
     }
 
+    /// Whether files of this format can be written with alpha.
+    pub fn has_alpha(self) -> bool {
+        matches!(self, Self::Png | Self::Exr | Self::Tiff)
+    }
+
     /// Whether an image is exposed and encoded as sRGB when it is written. The other formats hold radiance.
     pub fn is_exposed(self) -> bool {
         matches!(self, Self::Png | Self::Jpeg)

@@ -11,8 +11,10 @@
 //! | WebP | | lossy or lossless; the first image of an animation |
 //! | QOI | | all |
 //!
+//! PNG, EXR and TIFF are also written with alpha ([`write_transparent`]).
+//!
 //! A file is read by what it contains, whatever its name is, and written by its extension. Integers are decoded from sRGB
-//! whatever gamma or profile the file states, floats are linear. Alpha is ignored. A plane (one value per pixel) is
+//! whatever gamma or profile the file states, floats are linear. Alpha is ignored when a file is read. A plane (one value per pixel) is
 //! written to EXR as channel Y, to PFM and TIFF as a grey map, to HDR as grey, and to PNG and JPEG as a grey image in
 //! which its greatest value is white. The bytes of a file depend only on the pixels and the [`Encoding`], whose note PNG
 //! and EXR hold.
@@ -48,7 +50,7 @@ pub use format::Format;
 use limits::{Seekable, check_size};
 use opened::Opened;
 pub use reader::ImageReader;
-use scene::{Film, Picture, Plane, Rgb};
+use scene::{Film, Picture, Plane, Rgb, Rgba};
 use std::io::{self, Cursor};
 use std::path::Path;
 pub use tone::{Tone, USUAL_WHITE};
@@ -126,6 +128,26 @@ pub fn write_picture(path: &Path, picture: &Picture<Rgb>, encoding: &Encoding) -
         Format::Hdr => hdr::write(out, picture),
         Format::Tiff => tiff::write(out, picture),
         Format::WebP | Format::Qoi => Err(io::ErrorKind::Unsupported.into()),
+    })
+}
+
+/// Like [`write_picture`], with alpha: to EXR and TIFF with associated colours as they are; to PNG with those of what covers a
+/// pixel, divided by alpha, as its standard asks.
+///
+/// # Errors
+/// Like [`write()`], or if the format has no alpha ([`Format::has_alpha`]).
+pub fn write_transparent(
+    path: &Path,
+    picture: &Picture<Rgba>,
+    encoding: &Encoding,
+) -> Result<(), ImageError> {
+    let format = Format::from_path(path)?;
+    check_sides(path, picture)?;
+    atomic_file::replace(path, |out| match format {
+        Format::Png => png::write_transparent(out, picture, encoding),
+        Format::Exr => openexr::write_transparent(out, picture, encoding.note),
+        Format::Tiff => tiff::write_transparent(out, picture),
+        _ => Err(io::ErrorKind::Unsupported.into()),
     })
 }
 

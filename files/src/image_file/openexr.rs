@@ -17,7 +17,7 @@ use exr::prelude::{
 };
 use rayon::prelude::*;
 use scene::settings::MAX_SIDE;
-use scene::{Picture, Rgb};
+use scene::{Picture, Rgb, Rgba};
 use std::collections::BTreeSet;
 use std::io::{self, SeekFrom, Write};
 
@@ -53,6 +53,21 @@ pub(super) fn write(
 ) -> io::Result<()> {
     let size = (picture.width as usize, picture.height as usize);
     let channels = SpecificChannels::rgb(|p: Vec2<usize>| -> (f32, f32, f32) { at(picture, p).into() });
+    let layer = noted(LayerAttributes::default(), note);
+    write_image(out, &Image::from_layer(ExrLayer::new(size, layer, encoding(), channels))).map_err(into_io)
+}
+
+/// Writes `R`, `G`, `B` and `A`; colours are associated, as the format has them.
+pub(super) fn write_transparent(
+    out: &mut (impl Write + io::Seek),
+    picture: &Picture<Rgba>,
+    note: Option<&str>,
+) -> io::Result<()> {
+    let size = (picture.width as usize, picture.height as usize);
+    let channels = SpecificChannels::rgba(|p: Vec2<usize>| -> (f32, f32, f32, f32) {
+        let Rgba { color, alpha } = at(picture, p);
+        (color.x, color.y, color.z, alpha)
+    });
     let layer = noted(LayerAttributes::default(), note);
     write_image(out, &Image::from_layer(ExrLayer::new(size, layer, encoding(), channels))).map_err(into_io)
 }

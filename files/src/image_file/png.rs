@@ -7,7 +7,7 @@ use super::rows::{First, Rows};
 use super::samples::{Sample, Samples};
 use super::shown;
 use crate::atomic_file::reason;
-use scene::{Picture, Rgb};
+use scene::{Picture, Rgb, Rgba};
 use std::io::{self, Write};
 
 /// The best compression ratio: deflate encodes 258 bytes in at least 2 bits.
@@ -19,10 +19,24 @@ const CHUNK: usize = 1 << 15;
 pub(super) fn write(out: &mut impl Write, picture: &Picture<Rgb>, encoding: Encoding) -> io::Result<()> {
     let codes = shown::codes(picture, &encoding);
     let codes = Picture { width: picture.width, height: picture.height, pixel: &codes };
-    write_codes(out, &codes, encoding.note).map_err(|e| match e {
+    write_codes(out, &codes, png::ColorType::Rgb, encoding.note).map_err(into_io)
+}
+
+pub(super) fn write_transparent(
+    out: &mut impl Write,
+    picture: &Picture<Rgba>,
+    encoding: &Encoding,
+) -> io::Result<()> {
+    let codes = shown::codes_with_alpha(picture, encoding);
+    let codes = Picture { width: picture.width, height: picture.height, pixel: &codes };
+    write_codes(out, &codes, png::ColorType::Rgba, encoding.note).map_err(into_io)
+}
+
+fn into_io(e: png::EncodingError) -> io::Error {
+    match e {
         png::EncodingError::IoError(e) => e,
         other => io::Error::other(other),
-    })
+    }
 }
 
 /// Writes the values as a grey image in which the greatest finite value is white.
@@ -37,13 +51,14 @@ pub(super) fn write_values(
     write(out, &grey, Encoding { note, ..Encoding::default() })
 }
 
-fn write_codes(
+fn write_codes<const SAMPLES: usize>(
     out: &mut impl Write,
-    codes: &Picture<[u8; 3]>,
+    codes: &Picture<[u8; SAMPLES]>,
+    color: png::ColorType,
     note: Option<&str>,
 ) -> Result<(), png::EncodingError> {
     let mut encoder = png::Encoder::new(out, codes.width, codes.height);
-    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_color(color);
     encoder.set_depth(png::BitDepth::Eight);
     // Noise hardly compresses: the best compression takes ten times as long and saves only a few percent.
     encoder.set_compression(png::Compression::Fast);

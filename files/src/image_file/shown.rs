@@ -3,7 +3,7 @@
 use super::encoding::Encoding;
 use super::rows::Rows;
 use super::tone::Encoder;
-use scene::{Picture, Rgb};
+use scene::{Picture, Rgb, Rgba};
 
 /// The colour of a pixel with a NaN: magenta, because it is easily noticed.
 const NOT_A_NUMBER: [u8; 3] = [255, 0, 255];
@@ -17,6 +17,28 @@ pub(super) fn codes<'a>(
     move |x, y| {
         let pixel = (picture.pixel)(x, y);
         if pixel.is_nan() { NOT_A_NUMBER } else { encoder.codes(y * picture.width + x, pixel) }
+    }
+}
+
+/// The codes of the pixel in a column and a row of `picture`, and of its alpha: the colour of what covers the pixel, and how
+/// much of it that is.
+pub(super) fn codes_with_alpha<'a>(
+    picture: &'a Picture<Rgba>,
+    encoding: &Encoding,
+) -> impl Fn(u32, u32) -> [u8; 4] + Sync + use<'a> {
+    let encoder = Encoder::new(encoding.exposure, encoding.tone, encoding.seed);
+    move |x, y| {
+        let Rgba { color, alpha } = (picture.pixel)(x, y);
+        if color.is_nan() || alpha.is_nan() {
+            let [r, g, b] = NOT_A_NUMBER;
+            return [r, g, b, u8::MAX];
+        }
+        let opacity = (alpha.clamp(0.0, 1.0) * f32::from(u8::MAX)).round() as u8;
+        if opacity == 0 {
+            return [0; 4];
+        }
+        let [r, g, b] = encoder.codes(y * picture.width + x, color / alpha);
+        [r, g, b, opacity]
     }
 }
 

@@ -9,34 +9,47 @@ use super::rows::{First, Rows};
 use super::samples::Sample;
 use exr::prelude::f16;
 use scene::settings::MAX_SIDE;
-use scene::{Picture, Rgb, srgb};
+use scene::{Picture, Rgb, Rgba, srgb};
 use std::io::{self, Seek, Write};
 use tiff::ColorType;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::encoder::colortype::{self, Gray32Float, RGB32Float};
 use tiff::encoder::{TiffEncoder, TiffValue};
-use tiff::tags::Tag;
+use tiff::tags::{ExtraSamples, Tag};
 
 /// Target size of the strips that are written, in bytes.
 const STRIP: usize = 1 << 16;
 
 pub(super) fn write(out: &mut (impl Write + Seek), picture: &Picture<Rgb>) -> io::Result<()> {
-    write_pixels::<RGB32Float, _, 12>(out, picture, |pixel| {
-        let mut bytes = [0; 12];
-        for (bytes, sample) in bytes.chunks_exact_mut(4).zip(pixel.to_array()) {
-            bytes.copy_from_slice(&sample.to_ne_bytes());
-        }
-        bytes
+    write_pixels::<RGB32Float, _, 12>(out, picture, &[], |pixel| bytes_of(&pixel.to_array()))
+}
+
+/// Colours are associated, and told to be so.
+pub(super) fn write_transparent(out: &mut (impl Write + Seek), picture: &Picture<Rgba>) -> io::Result<()> {
+    let extra = [ExtraSamples::AssociatedAlpha];
+    write_pixels::<RGB32Float, _, 16>(out, picture, &extra, |Rgba { color, alpha }| {
+        bytes_of(&[color.x, color.y, color.z, alpha])
     })
 }
 
-pub(super) fn write_values(out: &mut (impl Write + Seek), values: &Picture<f32>) -> io::Result<()> {
-    write_pixels::<Gray32Float, _, 4>(out, values, f32::to_ne_bytes)
+/// Samples as they are in memory.
+fn bytes_of<const BYTES: usize>(samples: &[f32]) -> [u8; BYTES] {
+    let mut bytes = [0; BYTES];
+    for (bytes, sample) in bytes.chunks_exact_mut(4).zip(samples) {
+        bytes.copy_from_slice(&sample.to_ne_bytes());
+    }
+    bytes
 }
 
+pub(super) fn write_values(out: &mut (impl Write + Seek), values: &Picture<f32>) -> io::Result<()> {
+    write_pixels::<Gray32Float, _, 4>(out, values, &[], f32::to_ne_bytes)
+}
+
+/// Writes pixels of the colour type `C` and `extra` samples, `BYTES` in all.
 fn write_pixels<C, T, const BYTES: usize>(
     out: &mut (impl Write + Seek),
     picture: &Picture<T>,
+    extra: &[ExtraSamples],
     encode: impl Fn(T) -> [u8; BYTES] + Sync,
 ) -> io::Result<()>
 where
@@ -46,6 +59,9 @@ where
     let rows_per_strip = (STRIP / (BYTES * picture.width as usize)).clamp(1, picture.height as usize);
     let mut encoder = TiffEncoder::new(out).map_err(into_io)?;
     let mut image = encoder.new_image::<C>(picture.width, picture.height).map_err(into_io)?;
+    if !extra.is_empty() {
+        image.extra_samples(extra).map_err(into_io)?;
+    }
     image.rows_per_strip(rows_per_strip as u32).map_err(into_io)?;
     let mut strip: Vec<f32> = Vec::new();
     Rows(picture).write(First::Top, encode, |rows| {

@@ -29,7 +29,14 @@ impl Parsed<'_> {
         let moving = scene.spheres.iter().position(|sphere| sphere.velocity != scene::Vec3::ZERO);
         let Some(i) = moving.filter(|_| self.camera.get("shutter").is_none()) else { return Ok(()) };
         let subject = self.name(i)?;
-        let message = format!("{subject} moves, but [camera] has no shutter; add shutter = [0, 1] there");
+        let message = match self.camera.subject {
+            Subject::Camera => {
+                format!("{subject} moves, but [camera] has no shutter; add shutter = [0, 1] there")
+            }
+            other => {
+                format!("{subject} moves, but {other} has no shutter; give the scene a [camera] with one")
+            }
+        };
         Err(Fault::new(self.sphere(i, "velocity")?, message))
     }
 

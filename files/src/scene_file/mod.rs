@@ -13,6 +13,7 @@ pub mod revise;
 mod settings;
 mod sphere;
 mod spheres;
+mod stage;
 mod syntax;
 mod write;
 
@@ -27,12 +28,12 @@ use crate::particles::BYTES_PER_PARTICLE;
 use checks::Parsed;
 use error::{escape, quote};
 use material::Named;
-use particles::Place;
+use particles::{Found, Place};
 use pieces::{Head, Kind, MOST_BYTES as MOST_PIECE_BYTES, Pieces};
 use reader::Subject;
 use scene::text::mebibytes;
 use scene::{Automatic, Camera, Material, Rgb, Scene, Sphere};
-use settings::Stated;
+use settings::{Stated, Usual};
 use spheres::Spheres;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
@@ -52,14 +53,24 @@ const BYTES_PER_MATERIAL: u64 = 192;
 /// Memory per byte of the head, which is parsed at once.
 const BYTES_PER_HEAD_BYTE: u64 = 48;
 
-const KEYS: [&str; 7] = ["name", "background", "camera", "settings", "materials", "sphere", "particles"];
+const KEYS: [&str; 9] = [
+    "name",
+    "background",
+    "transparent_background",
+    "camera",
+    "stage",
+    "settings",
+    "materials",
+    "sphere",
+    "particles",
+];
 
 /// Reads the scene in the file `path`.
 ///
 /// # Errors
 /// If the file cannot be read, or as [`parse`].
 pub fn load(path: &Path) -> Result<Scene, FileError> {
-    load_within(path, u64::MAX).map(|read| read.scene)
+    load_within(path, [None; 2], u64::MAX).map(|read| read.scene)
 }
 
 /// A scene as it was read.
@@ -69,18 +80,21 @@ pub struct LoadedScene {
     pub scene: Scene,
     /// The settings that are left to be chosen.
     pub automatic: Automatic,
+    /// Whether a `[stage]` has chosen camera, lamps and settings.
+    pub is_staged: bool,
     /// A bound of the memory that was taken to read it, in bytes.
     pub bytes: u64,
 }
 
-/// As [`load`], but refuses to take much more than `most` bytes of memory.
+/// As [`load`], but refuses to take much more than `most` bytes of memory. A `[stage]` is set for an image of this `size`
+/// where that is given, else of the one that the file states.
 ///
 /// # Errors
 /// As [`load`], or if the file needs more.
-pub fn load_within(path: &Path, most: u64) -> Result<LoadedScene, FileError> {
+pub fn load_within(path: &Path, size: [Option<u32>; 2], most: u64) -> Result<LoadedScene, FileError> {
     let name = path.to_string_lossy();
     let (file, length) = open(path, "scene")?;
-    load_from(&name, file, length, most)
+    load_from(&name, (file, length), size, most)
 }
 
 /// Reads a TOML file other than a scene, with the same strict checks. Its root may have only the keys `keys`; `read`
@@ -102,12 +116,17 @@ pub fn load_other<T>(
     read().map_err(|fault| FileError::in_text(&name, &text, &fault))
 }
 
-/// Reads a scene from `input`, which errors call `name`; for standard input and sockets. `length` is its length in bytes,
+/// Reads a scene from `input`, which errors call `name`; for standard input and sockets. With it comes its length in bytes,
 /// or 0 if that is not known. See [`load_within`].
 ///
 /// # Errors
 /// If `input` cannot be read or is too long, or as [`load_within`].
-pub fn load_from(name: &str, input: impl Read, length: u64, most: u64) -> Result<LoadedScene, FileError> {
+pub fn load_from(
+    name: &str,
+    (input, length): (impl Read, u64),
+    size: [Option<u32>; 2],
+    most: u64,
+) -> Result<LoadedScene, FileError> {
     let unread = |problem: String| FileError::unread(name, &problem);
     if length > most {
         return Err(unread(too_much(length, most)));
@@ -122,13 +141,15 @@ pub fn load_from(name: &str, input: impl Read, length: u64, most: u64) -> Result
         let need = mebibytes(least);
         return Err(unread(format!("takes up to {need} to read, which the system refuses")));
     }
-    let (scene, automatic) = parse_within(name, &text, &[folder(name)], most - least)?;
+    let folders = [folder(name)];
+    let place = Place { folders: &folders, most: most - least, size };
+    let Meant { scene, automatic, is_staged } = parse_within(name, &text, place)?;
     let imported = scene.spheres.len() as u64 - spheres.min(scene.spheres.len() as u64);
     let lamps = scene.spheres.iter().filter(|sphere| sphere.is_emitter()).count() as u64;
     let materials = scene.materials.len() as u64;
     let more = BYTES_PER_LAMP * lamps + BYTES_PER_MATERIAL * materials;
     let bytes = least + more + BYTES_PER_PARTICLE * imported;
-    Ok(LoadedScene { scene, automatic, bytes })
+    Ok(LoadedScene { scene, automatic, is_staged, bytes })
 }
 
 fn too_much(bytes: u64, most: u64) -> String {
@@ -214,7 +235,7 @@ pub fn parse(name: &str, text: &str) -> Result<Scene, FileError> {
 /// # Errors
 /// As [`parse`].
 pub fn parse_with_automatic(name: &str, text: &str) -> Result<(Scene, Automatic), FileError> {
-    parse_within(name, text, &[folder(name)], u64::MAX)
+    parse_within(name, text, Place::of(&[folder(name)])).map(|meant| (meant.scene, meant.automatic))
 }
 
 /// As [`parse`], for a text that was recorded: files of particles are searched in `folders` instead, also by their names
@@ -223,16 +244,11 @@ pub fn parse_with_automatic(name: &str, text: &str) -> Result<(Scene, Automatic)
 /// # Errors
 /// As [`parse`].
 pub fn parse_in(name: &str, text: &str, folders: &[&Path]) -> Result<Scene, FileError> {
-    parse_within(name, text, folders, u64::MAX).map(|(scene, _)| scene)
+    parse_within(name, text, Place::of(folders)).map(|meant| meant.scene)
 }
 
-fn parse_within(
-    name: &str,
-    text: &str,
-    folders: &[&Path],
-    most: u64,
-) -> Result<(Scene, Automatic), FileError> {
-    read(name, text, Place { folders, most }).map_err(|fault| FileError::in_text(name, text, &fault))
+fn parse_within(name: &str, text: &str, place: Place<'_>) -> Result<Meant, FileError> {
+    read(name, text, place).map_err(|fault| FileError::in_text(name, text, &fault))
 }
 
 /// The folder that the file `name` is in.
@@ -240,7 +256,14 @@ fn folder(name: &str) -> &Path {
     Path::new(name).parent().unwrap_or(Path::new(""))
 }
 
-fn read(name: &str, text: &str, place: Place<'_>) -> Result<(Scene, Automatic), Fault> {
+/// What a text means.
+struct Meant {
+    scene: Scene,
+    automatic: Automatic,
+    is_staged: bool,
+}
+
+fn read(name: &str, text: &str, place: Place<'_>) -> Result<Meant, Fault> {
     let (mut head, mut named, mut count) = (Head::default(), Named::default(), 0);
     for piece in Pieces::new(text) {
         match piece.kind {
@@ -252,20 +275,16 @@ fn read(name: &str, text: &str, place: Place<'_>) -> Result<(Scene, Automatic), 
     let document = DeTable::parse(&head.text).map_err(|e| head.fault(syntax_fault(&head.text, &e)))?;
     let root = document.get_ref();
     let in_head = |fault| head.fault(fault);
-    let Top { root, camera: (camera_section, camera), stated, background, name } =
-        Top::read(name, root, count).map_err(in_head)?;
-    let Stated { settings, automatic } = stated;
+    let top = Top::read(name, root, count).map_err(in_head)?;
     named.read(document.get_ref()).map_err(in_head)?;
     let mut materials = named.sort().map_err(|name| twice(text, &name))?;
-    let places = Spheres::new(count, &root).map_err(in_head)?;
+    let places = Spheres::new(count, &top.root).map_err(in_head)?;
     let spheres = places.read(text, &head, &mut materials)?;
-    let materials = materials.list;
-    let mut scene =
-        Scene { name, camera, spheres: spheres.into(), materials, background, settings, imports: Vec::new() };
-    particles::read(&root, place, &mut scene).map_err(in_head)?;
-    let scene = scene.with_sky();
-    Parsed { text, head: &head, root, camera: camera_section, spheres: &places }.check(&scene)?;
-    Ok((scene, automatic))
+    let (root, view) = (top.root, top.view);
+    let (scene, automatic) = top.scene(spheres, materials.list, place).map_err(in_head)?;
+    let camera = view.section();
+    Parsed { text, head: &head, root, camera, spheres: &places }.check(&scene)?;
+    Ok(Meant { scene, automatic, is_staged: matches!(view, View::Stage(_)) })
 }
 
 /// The scene whose own materials and spheres are given, and everything else in `text`; files of particles are searched in
@@ -282,20 +301,8 @@ pub(crate) fn with_spheres(
 ) -> Result<Scene, FileError> {
     let read = || {
         let document = DeTable::parse(text).map_err(|e| syntax_fault(text, &e))?;
-        let Top { root, camera: (_, camera), stated, background, name } =
-            Top::read(name, document.get_ref(), spheres.len())?;
-        let settings = stated.settings;
-        let mut scene = Scene {
-            name,
-            camera,
-            spheres: spheres.into(),
-            materials,
-            background,
-            settings,
-            imports: Vec::new(),
-        };
-        particles::read(&root, Place { folders, most: u64::MAX }, &mut scene)?;
-        Ok(scene.with_sky())
+        let top = Top::read(name, document.get_ref(), spheres.len())?;
+        top.scene(spheres, materials, Place::of(folders)).map(|(scene, _)| scene)
     };
     read().map_err(|fault| FileError::in_text(name, text, &fault))
 }
@@ -303,10 +310,50 @@ pub(crate) fn with_spheres(
 /// What the head of a scene file states.
 struct Top<'a> {
     root: Section<'a>,
-    camera: (Section<'a>, Camera),
+    view: View<'a>,
+    /// What it says of settings, beside the usual ones of what it shows before that is seen.
     stated: Stated,
     background: Rgb,
+    transparent_background: bool,
     name: String,
+}
+
+/// From where the scene is seen.
+#[derive(Clone, Copy)]
+enum View<'a> {
+    Camera(Section<'a>, Camera),
+    Stage(Section<'a>),
+}
+
+impl<'a> View<'a> {
+    fn read(root: &Section<'a>) -> Result<Self, Fault> {
+        let Some(field) = root.get("stage") else {
+            let section = camera::section(root.require("camera", "[camera]")?)?;
+            return Ok(Self::Camera(section, camera::camera(&section)?));
+        };
+        for key in ["camera", "background", "transparent_background"] {
+            if let Some(other) = root.get(key) {
+                let message =
+                    format!("a scene with a [stage] has its {key} from that; leave out one of the two");
+                return Err(Fault::new(other.at, message));
+            }
+        }
+        stage::section(field).map(Self::Stage)
+    }
+
+    /// The settings before anything on a stage is seen.
+    fn usual_settings(self) -> Usual {
+        match self {
+            Self::Camera(..) => Usual::Paper,
+            Self::Stage(_) => Usual::Staged(stage::size_alone()),
+        }
+    }
+
+    fn section(self) -> Section<'a> {
+        match self {
+            Self::Camera(section, _) | Self::Stage(section) => section,
+        }
+    }
 }
 
 impl<'a> Top<'a> {
@@ -317,14 +364,38 @@ impl<'a> Top<'a> {
             return Err(Fault::new(0, message));
         }
         let root = Section::new(Subject::Scene, 0, root, &KEYS)?;
-        let camera = camera::section(root.require("camera", "[camera]")?)?;
+        let view = View::read(&root)?;
         Ok(Self {
             root,
-            camera: (camera, camera::camera(&camera)?),
-            stated: root.or("settings", Stated::default(), settings::settings)?,
+            view,
+            stated: settings::stated(&root, view.usual_settings())?,
             background: root.or("background", Rgb::ZERO, |field| field.rgb(sphere::radiance))?,
+            transparent_background: root.or("transparent_background", false, |field| field.truth())?,
             name: root.or("name", stem(file), |field| sphere::name(field).map(Into::into))?,
         })
+    }
+
+    /// The scene with these spheres and those of files of particles, and the settings that are left to be chosen.
+    fn scene(
+        self,
+        spheres: Vec<Sphere>,
+        materials: Vec<Material>,
+        place: Place<'_>,
+    ) -> Result<(Scene, Automatic), Fault> {
+        let Self { root, view, stated, background, transparent_background, name } = self;
+        let Stated { settings, automatic } = stated;
+        let camera = if let View::Camera(_, camera) = view { camera } else { Camera::default() };
+        let (spheres, imports) = (spheres.into(), Vec::new());
+        let mut scene =
+            Scene { name, camera, spheres, materials, background, transparent_background, settings, imports };
+        let mut found = Found { is_centered: matches!(view, View::Stage(_)), ..Found::default() };
+        particles::read(&root, place, &mut scene, &mut found)?;
+        let View::Stage(section) = view else { return Ok((scene.with_sky(), automatic)) };
+        let size = [0, 1].map(|side| place.size[side].unwrap_or([settings.width, settings.height][side]));
+        let usual = stage::set(&section, &mut scene, found.has_cell, size)?;
+        let Stated { settings, automatic } = settings::stated(&root, Usual::Staged(usual))?;
+        scene.settings = settings;
+        Ok((scene.with_sky(), automatic))
     }
 }
 

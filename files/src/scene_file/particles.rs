@@ -3,17 +3,37 @@
 use super::error::{Fault, quote};
 use super::reader::{Field, Section, Subject, type_of};
 use crate::particles::{self, Problem};
-use figure::{Recipe, Rule, Selection};
+use figure::{Recipe, Rule, Selection, stage};
 use scene::Scene;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
-/// Where files are searched, and how much memory each may take.
+/// Where files are searched, how much memory each may take, and the size of the image.
 #[derive(Clone, Copy)]
 pub(super) struct Place<'a> {
     pub(super) folders: &'a [&'a Path],
     pub(super) most: u64,
+    /// Width and height, where they are other than the file's.
+    pub(super) size: [Option<u32>; 2],
+}
+
+impl<'a> Place<'a> {
+    /// In these folders, and as much as is needed.
+    pub(super) fn of(folders: &'a [&'a Path]) -> Self {
+        Self { folders, most: u64::MAX, size: [None; 2] }
+    }
+}
+
+/// What the files hold together.
+#[derive(Default)]
+pub(super) struct Found {
+    /// Whether the first of them is moved so that its centre is the origin of the scene, unless it states another.
+    pub(super) is_centered: bool,
+    /// The origin of all, if they are moved.
+    pub(super) origin: Option<[f64; 3]>,
+    /// Whether one of them has a periodic cell that is shown.
+    pub(super) has_cell: bool,
 }
 
 const KEYS: [&str; 10] =
@@ -22,27 +42,40 @@ const SUBJECT: &str = "[[particles]]";
 const RULE: &str = "[[particles.style]]";
 
 /// Appends the spheres of all files that `root` names to `scene`.
-pub(super) fn read(root: &Section<'_>, place: Place<'_>, scene: &mut Scene) -> Result<(), Fault> {
+pub(super) fn read(
+    root: &Section<'_>,
+    place: Place<'_>,
+    scene: &mut Scene,
+    found: &mut Found,
+) -> Result<(), Fault> {
     let Some(field) = root.get("particles") else { return Ok(()) };
     for value in elements(field, SUBJECT)? {
         let at = value.span().start;
         let section = Section::new(Subject::Other(SUBJECT), at, table(value, SUBJECT)?, &KEYS)?;
-        one(&section, place, scene)?;
+        one(&section, place, scene, found)?;
     }
     Ok(())
 }
 
-fn one(section: &Section<'_>, place: Place<'_>, scene: &mut Scene) -> Result<(), Fault> {
+fn one(section: &Section<'_>, place: Place<'_>, scene: &mut Scene, found: &mut Found) -> Result<(), Fault> {
     let named = section.require("file", "file = \"water.pdb\", say")?;
-    let recipe = recipe(section)?;
+    let mut recipe = recipe(section)?;
     let file = find(Path::new(named.text()?), place.folders);
     let digest = section.get("digest").map(|field| field.text()).transpose()?;
-    let appended = particles::append(scene, &file, digest, &recipe, place.most);
-    appended.map_err(|problem| match problem {
+    let told = |problem| match problem {
         Problem::Read(problem) | Problem::Stage(problem) => Fault::new(named.at, problem),
         Problem::Changed(problem) => Fault::new(section.get("digest").map_or(named.at, |d| d.at), problem),
         Problem::Recipe(refusal) => Fault::new(place_of(section, &refusal), refusal.to_string()),
-    })
+    };
+    let source = particles::read_unchanged(&file, digest, &recipe, place.most).map_err(told)?;
+    if found.is_centered {
+        if section.get("origin").is_none() {
+            recipe.origin = found.origin.unwrap_or_else(|| stage::origin(&source.particles));
+        }
+        found.origin.get_or_insert(recipe.origin);
+    }
+    found.has_cell |= particles::append(scene, source, &file, &recipe).map_err(told)?;
+    Ok(())
 }
 
 /// The first of the places where the file may be that has it: its path in each of the folders, then its name alone.

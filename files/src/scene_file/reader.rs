@@ -170,6 +170,14 @@ impl<'a> Field<'a> {
             .ok_or_else(|| self.fault(format_args!("must be a whole number from {low} to {high}")))
     }
 
+    /// The value as true or false.
+    ///
+    /// # Errors
+    /// If it is neither.
+    pub(super) fn truth(&self) -> Result<bool, Fault> {
+        self.value.as_bool().ok_or_else(|| self.wrong_type("true or false"))
+    }
+
     /// The value as a string.
     ///
     /// # Errors

@@ -57,7 +57,7 @@ fn is_same(a: &Scene, b: &Scene) -> bool {
         let material = |sphere: &Sphere| scene.materials.get(sphere.material as usize).copied();
         scene.spheres.iter().map(|sphere| (Sphere { material: 0, ..*sphere }, material(sphere))).collect()
     };
-    let rest = |scene: &Scene| (scene.camera, scene.background, scene.settings);
+    let rest = |scene: &Scene| (scene.camera, scene.background, scene.transparent_background, scene.settings);
     rest(a) == rest(b) && spheres(a) == spheres(b)
 }
 

@@ -31,14 +31,39 @@ pub(super) struct Stated {
     pub(super) automatic: Automatic,
 }
 
-impl Default for Stated {
-    /// If a file says nothing.
-    fn default() -> Self {
-        Self { settings: Settings::default(), automatic: Automatic::all(Quality::default()) }
+/// The settings where a file states none.
+#[derive(Clone, Copy)]
+pub(super) enum Usual {
+    /// The paper's, or chosen from the scene.
+    Paper,
+    /// Those of a stage.
+    Staged(Settings),
+}
+
+impl Usual {
+    fn settings(self) -> Settings {
+        match self {
+            Self::Paper => Settings::default(),
+            Self::Staged(settings) => settings,
+        }
+    }
+
+    /// Those that are chosen if a file says nothing.
+    fn automatic(self) -> Automatic {
+        match self {
+            Self::Paper => Automatic::all(Quality::default()),
+            Self::Staged(_) => Automatic::default(),
+        }
     }
 }
 
-pub(super) fn settings(field: Field<'_>) -> Result<Stated, Fault> {
+/// What the scene `root` says of settings.
+pub(super) fn stated(root: &Section<'_>, usual: Usual) -> Result<Stated, Fault> {
+    let unsaid = Stated { settings: usual.settings(), automatic: usual.automatic() };
+    root.or("settings", unsaid, |field| settings(field, usual))
+}
+
+fn settings(field: Field<'_>, usual: Usual) -> Result<Stated, Fault> {
     let Some(table) = field.value.as_table() else {
         let found = type_of(field.value);
         return Err(Fault::new(field.at, format!("settings must be a table, [settings], not {found}")));
@@ -51,7 +76,7 @@ pub(super) fn settings(field: Field<'_>) -> Result<Stated, Fault> {
             if is_auto(&field) { Ok(default) } else { Ok(field.whole(1, most.into())? as u32) }
         })
     };
-    let default = Settings::default();
+    let default = usual.settings();
     let settings = Settings {
         width: whole("width", default.width, MAX_SIDE)?,
         height: whole("height", default.height, MAX_SIDE)?,
@@ -69,11 +94,15 @@ pub(super) fn settings(field: Field<'_>) -> Result<Stated, Fault> {
         filter: section.or("filter", default.filter, filter)?,
         radius_schedule: section.or("radius_schedule", default.radius_schedule, radius_schedule)?,
         radius_pilots: section.or("radius_pilots", default.radius_pilots, |field| {
-            if is_auto(&field) { Ok(0) } else { Ok(field.whole(0, MAX_RADIUS_PILOTS.into())? as u32) }
+            if is_auto(&field) {
+                Ok(default.radius_pilots)
+            } else {
+                Ok(field.whole(0, MAX_RADIUS_PILOTS.into())? as u32)
+            }
         })?,
     };
     settings.validate().map_err(|e| Fault::new(place(&section, e.option), e.to_string()))?;
-    Ok(Stated { settings, automatic: automatic(&section)? })
+    Ok(Stated { settings, automatic: automatic(&section, usual)? })
 }
 
 fn is_auto(field: &Field<'_>) -> bool {
@@ -81,15 +110,15 @@ fn is_auto(field: &Field<'_>) -> bool {
 }
 
 /// The settings that are left to be chosen: those that are `"auto"`; and where no number is stated, or a quality is, those
-/// that are not stated.
-fn automatic(section: &Section<'_>) -> Result<Automatic, Fault> {
+/// that are not stated. On a stage they are its own, unless a quality is stated.
+fn automatic(section: &Section<'_>, usual: Usual) -> Result<Automatic, Fault> {
     let quality = section.get("quality").map(quality).transpose()?;
     let keys = ["iterations", "photons_per_iteration", "max_depth", "initial_radius"];
     let [iterations, photons_per_iteration, max_depth, initial_radius] = keys.map(|key| section.get(key));
     let is_number = |field: &Option<Field<'_>>| field.is_some_and(|field| !is_auto(&field));
-    let states_none = !keys.iter().any(|key| is_number(&section.get(key)));
+    let is_left = matches!(usual, Usual::Paper) && !keys.iter().any(|key| is_number(&section.get(key)));
     let unstated = Automatic::all(quality.unwrap_or_default());
-    let others = unstated.any() && (quality.is_some() || states_none);
+    let others = unstated.any() && (quality.is_some() || is_left);
     let is_chosen = |field: Option<Field<'_>>| field.map_or(others, |field| is_auto(&field));
     Ok(Automatic {
         iterations: is_chosen(iterations),
@@ -117,7 +146,7 @@ fn radius_schedule(field: Field<'_>) -> Result<RadiusSchedule, Fault> {
 }
 
 /// The one of `all` that has the name in a field; `what` they are called together.
-fn named<T: Copy, const N: usize>(
+pub(super) fn named<T: Copy, const N: usize>(
     field: &Field<'_>,
     what: &str,
     all: [T; N],

@@ -126,6 +126,9 @@ fn write_head(out: &mut impl Write, scene: &Scene) -> fmt::Result {
     if scene.background != Rgb::ZERO {
         writeln!(out, "background = {}", Triple(scene.background))?;
     }
+    if scene.transparent_background {
+        writeln!(out, "transparent_background = true")?;
+    }
     write_camera(out, &scene.camera)
 }
 

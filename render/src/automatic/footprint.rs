@@ -56,6 +56,7 @@ mod tests {
             }]
             .into(),
             background: Vec3::ZERO,
+            transparent_background: false,
             settings: Settings { width: 100, height: 80, ..Settings::default() },
             imports: Vec::new(),
         }

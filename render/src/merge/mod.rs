@@ -17,6 +17,7 @@ mod sum;
 
 pub use sum::Sum;
 
+use crate::backdrop::{Backdrop, scene_behind};
 use crate::choice::EngineChoice;
 use crate::error::{Error, Field, Problem};
 use crate::metadata::{self, Metadata};
@@ -189,14 +190,22 @@ impl Merge {
         }
         let outputs = Outputs { image: Some(out.to_owned()), ..Outputs::default() };
         outputs.check(EngineChoice::default(), &[])?;
-        outputs.check_room(self.scene.settings.pixels() as u64)?;
+        outputs.check_alpha(&self.scene)?;
+        outputs.check_room(&self.scene)?;
         Ok(Some(outputs))
     }
 
     fn write_image(&self, outputs: Outputs, sum: &Sum, out: &Path) -> Result<(), FileError> {
         let writer = Writer::new(outputs);
         let note = self.metadata(sum, writer.outputs()).to_note();
-        writer.image(out, &Shown { engine: sum, note })
+        let behind = scene_behind(&self.scene);
+        let mut backdrop = behind
+            .as_ref()
+            .map(|behind| Backdrop::new(behind, self.scene.background, EngineChoice::default()));
+        if let Some(backdrop) = &mut backdrop {
+            backdrop.catch_up(&self.done);
+        }
+        writer.image(out, &Shown { engine: sum, backdrop: backdrop.as_ref(), note })
     }
 
     fn note_text(&self) -> String {
@@ -238,9 +247,13 @@ impl Part {
     /// Takes the scene out: of many parts, one scene is enough.
     fn take_scene(&mut self) -> Scene {
         let own = &mut self.checkpoint.scene;
-        let (camera, settings, background) = (own.camera, own.settings, own.background);
+        let Scene { camera, settings, background, transparent_background, .. } = *own;
         let (name, materials, spheres) = (String::new(), Vec::new(), Spheres::default());
-        replace(own, Scene { name, camera, materials, spheres, background, settings, imports: Vec::new() })
+        let imports = Vec::new();
+        replace(
+            own,
+            Scene { name, camera, materials, spheres, background, transparent_background, settings, imports },
+        )
     }
 
     /// Adds the sums. The file is opened again, as there may be more parts than files that can be open.
