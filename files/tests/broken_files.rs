@@ -116,19 +116,19 @@ fn unknown_and_missing_keys() {
 const KEYS: &[Case<'static>] = &[
     (
         &[("name = \"test\"", "caption = \"test\"")],
-        "1:1: unknown key \"caption\" in the scene; the keys are name, background, camera, settings, materials, sphere, particles",
+        "1:1: unknown key \"caption\" in the scene; the keys are name, background, transparent_background, camera, stage, settings, materials, sphere, particles",
     ),
     (
         &[("background", "backgruond")],
-        "2:1: unknown key \"backgruond\" in the scene (did you mean \"background\"?); the keys are name, background, camera, settings, materials, sphere, particles",
+        "2:1: unknown key \"backgruond\" in the scene (did you mean \"background\"?); the keys are name, background, transparent_background, camera, stage, settings, materials, sphere, particles",
     ),
     (
         &[("[[sphere]]\ncenter", "[[spheres]]\ncenter")],
-        "18:3: unknown key \"spheres\" in the scene (did you mean \"sphere\"?); the keys are name, background, camera, settings, materials, sphere, particles",
+        "18:3: unknown key \"spheres\" in the scene (did you mean \"sphere\"?); the keys are name, background, transparent_background, camera, stage, settings, materials, sphere, particles",
     ),
     (
         &[("[materials.white]", "[material.white]")],
-        "9:2: unknown key \"material\" in the scene (did you mean \"materials\"?); the keys are name, background, camera, settings, materials, sphere, particles",
+        "9:2: unknown key \"material\" in the scene (did you mean \"materials\"?); the keys are name, background, transparent_background, camera, stage, settings, materials, sphere, particles",
     ),
     (
         &[("vertical_fov_degrees = 40", "fov = 40")],
