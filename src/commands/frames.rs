@@ -7,6 +7,7 @@ use crate::args::outputs::default_name;
 use crate::args::particles::CameraFrame;
 use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
+use crate::terminal::logs;
 use crate::terminal::signals::Requests;
 use crate::terminal::text::complain;
 use figure::Frame;
@@ -20,6 +21,7 @@ use tracing::info;
 /// Renders the frames of `range` one after another. One that fails is told, and does not keep the others from being rendered;
 /// a signal ends all.
 pub(super) fn run(args: &RenderArgs, range: Frames) -> Result<(), Error> {
+    logs::init(args.messages.log_format, args.messages.level());
     let bad = |problem: &str| Err(Error::BadInput(problem.into()));
     let Some(path) = particles(&args.source).filter(|_| args.source.like.is_none()) else {
         return bad("--frame: ranges of frames are for files of particles, such as .xyz or .dump");

@@ -90,7 +90,10 @@ impl Args {
     /// Runs the command.
     pub(crate) fn run(&self) -> Result<(), Error> {
         match &self.command {
-            Command::Render(args) => render::run(args),
+            Command::Render(args) => match args.source.particles.frames()? {
+                Some(range) => frames::run(args, range),
+                None => render::run(args),
+            },
             Command::Resume(args) => resume::run(args),
             Command::Merge(args) => merge::run(args),
             Command::Farm(args) => farm::run(args),

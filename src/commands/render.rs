@@ -1,6 +1,6 @@
 //! The command `render`: renders a scene and writes the files asked for.
 
-use super::{frames, watch};
+use super::watch;
 use crate::args::engine::EngineArgs;
 use crate::args::goals::{CheckpointArgs, GoalArgs};
 use crate::args::messages::MessageArgs;
@@ -78,12 +78,9 @@ What settings do:
   A depth of 5, the paper's, is quick and makes closed rooms 6 to 13 % too dark; 64 is as good as all of it.
   Lengths are in the scene's own unit; radiance is linear, in W sr^-1 m^-2 per channel.";
 
-/// Runs the command.
+/// Runs the command for one image.
 pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     logs::init(args.messages.log_format, args.messages.level());
-    if let Some(range) = args.source.particles.frames()? {
-        return frames::run(args, range);
-    }
     let size = [args.settings.width, args.settings.height];
     let (job, image) = open(&args.source, size, args.engine.memory_limit)?;
     let job = configure(args, job, image, (&args.outputs, &args.checkpoints))?;
