@@ -637,3 +637,33 @@ proptest! {
         }
     }
 }
+
+/// PNG holds the colour of what covers a pixel, TIFF what it adds to the pixel; both tell how much it covers.
+#[test]
+fn alpha_is_written_as_each_format_has_it() {
+    let half = Rgba { color: Rgb::new(0.25, 0.0, 0.5), alpha: 0.5 };
+    let pixels =
+        [half, Rgba { color: Rgb::ZERO, alpha: 0.0 }, Rgba { color: Rgb::splat(f32::NAN), alpha: 0.5 }];
+    let pixel = |x: u32, _| pixels[x as usize];
+    let picture = Picture { width: 3, height: 1, pixel: &pixel };
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    for name in ["a.png", "a.tif", "a.exr"] {
+        write_transparent(&path(name), &picture, &Encoding::default()).unwrap();
+    }
+    let png = std::fs::read(path("a.png")).unwrap();
+    let mut reader = ::png::Decoder::new(Cursor::new(png)).read_info().unwrap();
+    assert_eq!(reader.output_color_type(), (::png::ColorType::Rgba, ::png::BitDepth::Eight));
+    // Linear 0.5 is code 188 of sRGB.
+    let row = reader.next_row().unwrap().unwrap().data().to_vec();
+    assert_eq!(row, [188, 0, 255, 128, 0, 0, 0, 0, 255, 0, 255, 255]);
+    let tif = std::fs::read(path("a.tif")).unwrap();
+    let mut decoder = ::tiff::decoder::Decoder::new(Cursor::new(tif)).unwrap();
+    // Associated alpha.
+    let extra = decoder.get_tag_u16_vec(::tiff::tags::Tag::ExtraSamples).unwrap();
+    assert_eq!(extra, [1]);
+    for name in ["a.tif", "a.exr"] {
+        assert_eq!(read(&path(name)).unwrap().pixels[..2], [half.color, Rgb::ZERO], "{name}");
+    }
+    assert!(write_transparent(&path("a.pfm"), &picture, &Encoding::default()).is_err());
+}
