@@ -23,7 +23,7 @@ const SHARE: f64 = 0.03;
 /// What the scene `source` leaves to be chosen: the quality, and whether iterations, photons, depth and radius are.
 #[pyfunction]
 pub(crate) fn left_open(py: Python, source: &str) -> PyResult<(&'static str, [bool; 4])> {
-    let opened = work(py, || scenes::open(OsStr::new(source), u64::MAX))?;
+    let opened = work(py, || scenes::open(OsStr::new(source), [None; 2], u64::MAX))?;
     let Automatic { quality, iterations, photons_per_iteration, max_depth, initial_radius, .. } =
         opened.map_err(SceneError::new_err)?.automatic;
     Ok((quality.name(), [iterations, photons_per_iteration, max_depth, initial_radius]))
