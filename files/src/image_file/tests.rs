@@ -651,13 +651,13 @@ fn alpha_is_written_as_each_format_has_it() {
     for name in ["a.png", "a.tif", "a.exr"] {
         write_transparent(&path(name), &picture, &Encoding::default()).unwrap();
     }
-    let png = std::fs::read(path("a.png")).unwrap();
+    let png = fs::read(path("a.png")).unwrap();
     let mut reader = ::png::Decoder::new(Cursor::new(png)).read_info().unwrap();
     assert_eq!(reader.output_color_type(), (::png::ColorType::Rgba, ::png::BitDepth::Eight));
     // Linear 0.5 is code 188 of sRGB.
     let row = reader.next_row().unwrap().unwrap().data().to_vec();
     assert_eq!(row, [188, 0, 255, 128, 0, 0, 0, 0, 255, 0, 255, 255]);
-    let tif = std::fs::read(path("a.tif")).unwrap();
+    let tif = fs::read(path("a.tif")).unwrap();
     let mut decoder = ::tiff::decoder::Decoder::new(Cursor::new(tif)).unwrap();
     // Associated alpha.
     let extra = decoder.get_tag_u16_vec(::tiff::tags::Tag::ExtraSamples).unwrap();
