@@ -189,7 +189,7 @@ impl ParticleArgs {
     pub(crate) fn open(&self, path: &Path, size: [Option<u32>; 2], most: u64) -> Result<Opened, Error> {
         let (recipe, stage) = (self.recipe()?, self.stage(size)?);
         let opened = named::open_particles(path, &recipe, &stage, most);
-        opened.map_err(|problem| Error::BadInput(self.say(&problem)))
+        opened.map_err(|problem| Error::BadInput(self.say(path, &problem)))
     }
 
     fn recipe(&self) -> Result<Recipe, Error> {
@@ -238,7 +238,7 @@ impl ParticleArgs {
     }
 
     /// The problem in terms of options.
-    fn say(&self, problem: &Problem) -> String {
+    fn say(&self, path: &Path, problem: &Problem) -> String {
         let Problem::Recipe(Refusal { rule, key, problem }) = problem else { return problem.to_string() };
         let base = self.base();
         match rule.map(|rule| rule.checked_sub(usize::from(!base.is_empty()))) {
@@ -251,7 +251,7 @@ impl ParticleArgs {
                     base.iter().find(|(_, of, _)| of == key).map_or("--color", |(option, ..)| option);
                 format!("{option}: {problem}")
             }
-            None if *key == "file" => problem.clone(),
+            None if *key == "file" => format!("{}: {problem}", path.display()),
             None => format!("--{key}: {problem}"),
         }
     }
