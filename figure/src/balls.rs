@@ -103,6 +103,9 @@ pub fn balls(mut particles: Particles, recipe: &Recipe) -> Result<Balls, Refusal
         pile.add(particles.positions[i], state.radii[i], state.finishes[i], state.colors[i]);
     }
     if pile.balls.is_empty() {
+        if particles.is_empty() {
+            return Err(Refusal::of("file", "there is no particle in it"));
+        }
         let key = if recipe.cut.is_empty() { "style" } else { "cut" };
         return Err(Refusal::of(key, "no particle is left to be shown"));
     }

@@ -199,7 +199,13 @@ fn unquoted(text: &str, sign: char) -> impl Iterator<Item = usize> {
 /// A number from `low` to `high`.
 fn number(text: &str, [low, high]: [f64; 2]) -> Result<f64, String> {
     let value = text.parse::<f64>().ok().filter(|value| (low..=high).contains(value));
-    value.ok_or_else(|| format!("`{text}` must be a number from {low:e} to {high:e}"))
+    value.ok_or_else(|| format!("`{text}` must be a number from {} to {}", plain(low), plain(high)))
+}
+
+/// A bound as it is written in the source: it may have been a single, whose double has many digits.
+fn plain(bound: f64) -> String {
+    let single = bound as f32;
+    if (1e-3..1e6).contains(&bound) { single.to_string() } else { format!("{single:e}") }
 }
 
 /// `true` or `false`.
@@ -450,7 +456,7 @@ mod tests {
             ("radius=-1", "radius: `-1` must be a number from 1e-30"),
             ("radius=NaN", "radius: `NaN` must be a number"),
             ("scale=0", "scale: `0` must be a number"),
-            ("material=glass 0.5", "material: `0.5` must be a number from 1e0 to 1e2"),
+            ("material=glass 0.5", "material: `0.5` must be a number from 1 to 100"),
             ("material=plastic", "material: there is no material `plastic`"),
             ("map=jet", "map: there is no map `jet`; the maps are viridis"),
             ("range=2..1", "range: `2..1` must be two numbers"),

@@ -9,7 +9,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// If it does not exist, is no regular file, or cannot be read. The message continues the path.
-pub(crate) fn open(path: &Path, expected: &str) -> Result<(File, u64), String> {
+pub fn open(path: &Path, expected: &str) -> Result<(File, u64), String> {
     let unreadable = |error: io::Error| match error.kind() {
         ErrorKind::NotFound => "there is no such file".into(),
         _ => format!("cannot be read: {}", reason(&error)),

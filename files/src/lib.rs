@@ -10,6 +10,7 @@
 //! | [`export`] | scenes for Mitsuba 3 and pbrt-v4 |
 //! | [`particles`] | files of particles as parts of scenes |
 //! | [`npy`] | rays and hits as `NumPy` arrays |
+//! | [`input`] | opening files to read, and nothing but files
 //! | [`paths`] | where paths lead, and the names of files beside others |
 //! | [`lock`] | locks on files that are going to be replaced |
 //! | [`atomic_file`] | atomic file replacement, by which all of these files are written |
@@ -44,7 +45,7 @@ pub mod builtin;
 pub mod checkpoint;
 pub mod export;
 pub mod image_file;
-mod input;
+pub mod input;
 pub mod lock;
 pub mod named;
 pub mod npy;

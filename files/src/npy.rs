@@ -4,8 +4,9 @@ use crate::atomic_file::{self, FileError, reason};
 use crate::input;
 use npyz::{DType, NpyFile, Order, WriterBuilder as _};
 use scene::ray::{NO_SPHERE, SphereId};
+use scene::text::counted;
 use scene::{Ray, Vec3};
-use std::io::{self, BufReader};
+use std::io::{self, BufReader, ErrorKind};
 use std::path::Path;
 
 /// Numbers per ray: origin and direction.
@@ -28,14 +29,19 @@ struct Row {
 /// If the file is not an array of float32 of shape (N, 6), or if a ray is not finite or has a zero direction.
 pub fn read(path: &Path) -> Result<Vec<Ray>, FileError> {
     let fail = |problem: String| FileError::new(path, problem);
-    let unreadable = |error: io::Error| fail(format!("cannot be read: {}", reason(&error)));
     let (file, length) = input::open(path, "name a .npy file").map_err(fail)?;
     let array = NpyFile::new(BufReader::new(file)).map_err(|error| {
-        fail(format!("is no .npy file that can be read: {}; write one by numpy.save", reason(&error)))
+        // The reader of headers shows the place in further lines.
+        let reason = reason(&error);
+        let first = reason.lines().next().unwrap_or_default().trim_end();
+        fail(format!("is no .npy file that can be read: {first}; write one by numpy.save"))
     })?;
     check_header(&array, length).map_err(fail)?;
     let (rows, order) = (array.shape()[0] as usize, array.order());
-    let numbers: Vec<f32> = array.into_vec().map_err(unreadable)?;
+    let numbers: Vec<f32> = array.into_vec().map_err(|error| match error.kind() {
+        ErrorKind::UnexpectedEof => fail(too_short(rows as u64, length)),
+        _ => fail(format!("cannot be read: {}", reason(&error))),
+    })?;
     let number = |row: usize, column: usize| match order {
         Order::C => numbers[row * COLUMNS + column],
         Order::Fortran => numbers[column * rows + row],
@@ -54,16 +60,20 @@ fn check_header<R: io::Read>(array: &NpyFile<R>, bytes: u64) -> Result<(), Strin
     }
     let shape = array.shape();
     let &[rows, columns] = shape else {
-        return Err(format!("has {} dimensions; {wanted}", shape.len()));
+        return Err(format!("has {}; {wanted}", counted(shape.len() as u64, "dimension")));
     };
     if columns != COLUMNS as u64 {
         return Err(format!("is of shape ({rows}, {columns}); {wanted}"));
     }
     let size = rows.checked_mul((COLUMNS * size_of::<f32>()) as u64);
     if size.is_none_or(|size| size > bytes) {
-        return Err(format!("ends before its {rows} rays do: it has {bytes} bytes"));
+        return Err(too_short(rows, bytes));
     }
     Ok(())
+}
+
+fn too_short(rows: u64, bytes: u64) -> String {
+    format!("ends before its {rows} rays do: it has {bytes} bytes")
 }
 
 /// A ray, with its direction normalised unless it is a unit vector already.

@@ -186,6 +186,11 @@ impl Clip {
         Ok(Self { path: path.to_owned(), digest, trajectory })
     }
 
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// The number of frames.
     ///
     /// # Errors

@@ -6,7 +6,11 @@
 
 use crate::binary::{Field, Rows, Stored, fill};
 use crate::columns::{no_axes, role, role_of_vector};
+<<<<<<< HEAD
 use crate::error::{Fault, no_such_frame, quote};
+=======
+use crate::error::Fault;
+>>>>>>> found
 use crate::format::Format;
 use crate::particles::Particles;
 use crate::request::{Properties, Request};
@@ -230,7 +234,8 @@ impl Array {
     /// How values of a type are stored, and whether the most significant byte is the first.
     fn stored(&self, dtype: &DType) -> Result<(Stored, bool), Fault> {
         let wrong = || {
-            let shown = quote(dtype.descr().as_bytes());
+            // It has quotes of its own.
+            let shown = dtype.descr();
             self.fault(format!("is of dtype {shown}, which is not read; use array.astype(\"f4\")"))
         };
         let DType::Plain(plain) = dtype else { return Err(wrong()) };

@@ -202,8 +202,8 @@ impl Reader<'_> {
     fn finish(self) -> Result<Particles, Fault> {
         if !self.layout.has(Role::Axis(0)) {
             let shown: Vec<&str> = self.names.iter().take(12).map(String::as_str).collect();
-            let problem =
-                format!("has no array called positions, xyz or centers; it has {}", shown.join(", "));
+            let shown = if shown.is_empty() { "none".into() } else { shown.join(", ") };
+            let problem = format!("has no array called positions, xyz or centers; it has {shown}");
             return Err(Fault::file(problem));
         }
         if let Some(length) = self.table.other_length() {

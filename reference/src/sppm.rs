@@ -296,7 +296,7 @@ impl<'a> Sppm<'a> {
 
 /// The first radii of a render with these settings, by pilots; `None` if stopped.
 fn first_radii(scene: &Scene, settings: &Settings, stop: &Stop) -> Option<FirstRadii> {
-    FirstRadii::choose(settings, |settings| {
+    FirstRadii::choose(settings, stop, |settings, stop| {
         let mut pilot = Sppm::new(scene, settings);
         (0..settings.iterations).all(|_| pilot.iterate_unless(stop)).then(|| pilot.develop())
     })

@@ -53,6 +53,8 @@ pub enum Field {
     Checkpoint,
     /// `range`.
     Range,
+    /// Not a field: which part of how many is asked for.
+    Part,
     /// Not a field: the files that are merged.
     Parts,
     /// The checkpoint that is resumed.
@@ -84,6 +86,7 @@ impl Field {
             Self::Stats => "stats",
             Self::Checkpoint => "checkpoint",
             Self::Range => "range",
+            Self::Part => "part",
             Self::Parts => "parts",
             Self::Resumed => "the checkpoint",
             Self::Like => "like",

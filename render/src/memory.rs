@@ -27,6 +27,11 @@ const BYTES_PER_MOVED_SPHERE: u64 = 64;
 const BYTES_PER_LAMP: u64 = 448;
 /// Memory per material.
 const BYTES_PER_MATERIAL: u64 = 64;
+/// Deposits of a photon that there is room for: the Cornell box has 2 at a depth of 16, other scenes fewer. Where there are
+/// more, photons take several rounds.
+const DEPOSITS_PER_PHOTON: u32 = 3;
+/// Least number of deposits to hold at a time, if memory is not limited.
+const USUAL_DEPOSITS: u32 = 1 << 18;
 /// Least number of deposits to hold at a time.
 const FEWEST_DEPOSITS: u32 = 1 << 16;
 
@@ -53,7 +58,8 @@ impl Need {
         limit: Option<u64>,
     ) -> Result<Self, Error> {
         let with = |deposits| Self { bytes: bytes(engine, scene, threads, has_past, deposits), deposits };
-        let all = with(fast::DEPOSITS_AT_ONCE);
+        let usual = scene.settings.photons_per_iteration.saturating_mul(DEPOSITS_PER_PHOTON);
+        let all = with(usual.clamp(USUAL_DEPOSITS, fast::DEPOSITS_AT_ONCE));
         let need = match limit {
             Some(limit) if all.bytes > limit => {
                 let fewer = std::iter::successors(Some(all.deposits / 2), |deposits| Some(deposits / 2));
@@ -156,7 +162,8 @@ mod tests {
 
     #[test]
     fn fewer_deposits_are_held_under_a_limit() {
-        let settings = Settings { photons_per_iteration: 10_000_000, ..Settings::default() };
+        let settings =
+            Settings { width: 64, height: 48, photons_per_iteration: 10_000_000, ..Settings::default() };
         let all = fast(settings, None).unwrap();
         assert_eq!(all.deposits, fast::DEPOSITS_AT_ONCE);
         let less = fast(settings, Some(all.bytes / 3)).unwrap();

@@ -160,9 +160,10 @@ impl Session<'_> {
         if self.job.goals.error.is_none() || self.job.engine.method() != MethodName::Sppm {
             return None;
         }
-        let stop = self.job.stop.child();
-        let bias = first_bias(self.scene, self.job.engine.lane_kind(), &stop);
-        stop.meter().begin(0);
+        let meter = self.job.stop.meter();
+        meter.prepare(1);
+        let bias = first_bias(self.scene, self.job.engine.lane_kind(), &self.job.stop.child_aside());
+        meter.begin(0);
         bias
     }
 

@@ -27,6 +27,7 @@
 use crate::color::Rgb;
 use crate::film::Film;
 use crate::settings::{RADIUS_RATIO, Settings};
+use crate::stop::Stop;
 
 /// Pixels of a pilot, at most.
 const PILOT_PIXELS: u64 = 256 * 192;
@@ -68,17 +69,25 @@ impl FirstRadii {
     }
 
     /// The radii for a render with `settings`, whose `initial_radius` is the largest of them. `render` runs a pilot with the
-    /// settings that it is given, and gives its image, or `None` if stopped.
+    /// settings that it is given, and gives its image, or `None` if stopped by what it is given, a child of `stop`. Pilots
+    /// count as preparation on the meter of `stop`.
     ///
     /// # Panics
     /// If an image has not the size that the settings ask for.
-    pub fn choose(settings: &Settings, mut render: impl FnMut(&Settings) -> Option<Film>) -> Option<Self> {
+    pub fn choose(
+        settings: &Settings,
+        stop: &Stop,
+        mut render: impl FnMut(&Settings, &Stop) -> Option<Film>,
+    ) -> Option<Self> {
+        stop.meter().prepare((SEEDS.len() * LEVELS) as u64);
+        let aside = stop.child_aside();
         let pilot = pilot_settings(settings);
         let mut films = Vec::with_capacity(SEEDS.len() * LEVELS);
         for seed in SEEDS {
             for level in 0..LEVELS {
                 let initial_radius = settings.initial_radius * level_radius(level) as f32;
-                let film = render(&Settings { seed: settings.seed ^ seed, initial_radius, ..pilot })?;
+                let film = render(&Settings { seed: settings.seed ^ seed, initial_radius, ..pilot }, &aside)?;
+                stop.meter().advance(1);
                 assert_eq!((film.width, film.height), (pilot.width, pilot.height), "another size");
                 films.push(film.pixels);
             }
@@ -262,7 +271,7 @@ mod tests {
     /// photons in a disc: `noise` is the standard deviation at the largest radius.
     fn chosen(bias: impl Fn(u32, u32) -> f32, noise: f32) -> FirstRadii {
         let settings = settings();
-        let choose = |pilot: &Settings| {
+        let choose = |pilot: &Settings, _: &Stop| {
             let share = pilot.initial_radius / settings.initial_radius;
             // Rings of photons, from the inside out: a wider disc has those of the narrower ones and more.
             let noise_of = |index: u32| {
@@ -280,7 +289,7 @@ mod tests {
             let pixel = |x, y| Rgb::splat(1.0 + bias(x, y) * share * share + noise_of(y * SIZE.0 + x));
             Some(Film::from_fn(pilot.width, pilot.height, pixel))
         };
-        FirstRadii::choose(&settings, choose).unwrap()
+        FirstRadii::choose(&settings, &Stop::new(), choose).unwrap()
     }
 
     /// Of a bias that grows as the square of the radius, the least of `WEIGHT b^2 r^4 + v / r^2` is where
@@ -319,7 +328,7 @@ mod tests {
     #[test]
     fn images_that_tell_nothing_leave_the_largest_radius() {
         for value in [0.0, f32::INFINITY, f32::NAN] {
-            let radii = FirstRadii::choose(&settings(), |pilot| {
+            let radii = FirstRadii::choose(&settings(), &Stop::new(), |pilot, _| {
                 Some(Film::from_fn(pilot.width, pilot.height, |_, _| Rgb::splat(value)))
             });
             assert_eq!(radii.unwrap().at((5, 7), SIZE), 2.0, "{value}");
@@ -329,8 +338,15 @@ mod tests {
     #[test]
     fn pilots_are_small_and_differ_in_seed_and_radius() {
         let settings = Settings { width: 1920, height: 1080, radius_pilots: 5, ..Settings::default() };
-        let mut seen = Vec::new();
-        FirstRadii::choose(&settings, |pilot| {
+        let (mut seen, stop) = (Vec::new(), Stop::new());
+        FirstRadii::choose(&settings, &stop, |pilot, aside| {
+            // What a pilot counts is no progress of the render.
+            aside.meter().begin(1);
+            aside.meter().advance(1);
+            assert_eq!(
+                (stop.meter().preparation(), stop.meter().share()),
+                (Some(seen.len() as f64 / 8.0), 0.0)
+            );
             pilot.validate().unwrap();
             assert!(pilot.pixels() as u64 <= PILOT_PIXELS && pilot.width > pilot.height);
             assert_eq!((pilot.iterations, pilot.radius_pilots), (5, 0));
@@ -341,7 +357,7 @@ mod tests {
         assert_eq!(seen.len(), 8);
         assert!((0..8).all(|i| !seen[..i].contains(&seen[i])), "{seen:?}");
         assert_eq!(seen.iter().map(|(_, radius)| *radius).fold(0.0, f32::max), settings.initial_radius);
-        assert!(FirstRadii::choose(&settings, |_| None).is_none());
+        assert!(FirstRadii::choose(&settings, &stop, |_, _| None).is_none());
     }
 
     /// Between the centres of the pilot's pixels, radii are on straight lines; beyond the outermost, they stay.

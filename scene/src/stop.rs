@@ -36,6 +36,12 @@ impl Stop {
         Self { flag: Arc::default(), outer: Some(Arc::new(self.clone())), meter, is_held }
     }
 
+    /// As [`Self::child`], but with a meter of its own: what is done with it is no progress of the iteration.
+    #[must_use]
+    pub fn child_aside(&self) -> Self {
+        Self { meter: Meter::default(), ..self.child() }
+    }
+
     /// Holds the render, or lets it go on. A held render waits, within an iteration too, and takes next to no processor
     /// time. The image does not depend on it. A request to stop ends the wait.
     pub fn hold(&self, is_held: bool) {

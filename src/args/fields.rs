@@ -36,6 +36,7 @@ fn name(field: Field) -> std::borrow::Cow<'static, str> {
         Field::Stats => "--stats".into(),
         Field::Checkpoint => "--checkpoint".into(),
         Field::Range => "--range".into(),
+        Field::Part => "--part".into(),
         Field::Parts => "the parts".into(),
         Field::Resumed => "the checkpoint".into(),
         Field::Like => "--like".into(),

@@ -2,6 +2,7 @@
 
 use super::frames::numbered;
 use super::values::{every, positive, time};
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args as ClapArgs, ValueHint};
 use render::{Every, Goals, Save};
 use std::path::{Path, PathBuf};
@@ -40,7 +41,7 @@ pub(crate) struct CheckpointArgs {
     /// Save the render to FILE as it goes, and keep the last state [default: OUT.sppm, removed when all is done]
     ///
     /// `sppm resume FILE` goes on from there, and so does the same `sppm render`. The generation before is in FILE.1.
-    #[arg(long, value_name = "FILE", conflicts_with = "no_checkpoint", value_hint = ValueHint::FilePath)]
+    #[arg(long, value_name = "FILE", conflicts_with = "no_checkpoint", value_parser = PathBufValueParser::new().try_map(file), value_hint = ValueHint::FilePath)]
     pub checkpoint: Option<PathBuf>,
 
     /// How often to save, and to refresh the image: a time, such as 30s or 5m, or a number of iterations [default: 60s]
@@ -50,6 +51,14 @@ pub(crate) struct CheckpointArgs {
     /// Save nothing
     #[arg(long)]
     pub no_checkpoint: bool,
+}
+
+/// A path that is not `-`, which stands for standard output elsewhere; a checkpoint cannot be streamed.
+fn file(path: PathBuf) -> Result<PathBuf, &'static str> {
+    if path == Path::new("-") {
+        return Err("is standard output, which cannot hold a checkpoint; name a file");
+    }
+    Ok(path)
 }
 
 impl CheckpointArgs {

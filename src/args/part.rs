@@ -3,6 +3,7 @@
 use crate::terminal::error::Error;
 use clap::Args as ClapArgs;
 use render::merge::part_of;
+use scene::settings::MAX_ITERATIONS;
 use std::ops::Range;
 use std::str::FromStr;
 
@@ -28,6 +29,10 @@ impl PartArgs {
     /// The iterations to render of so many; `None` for all.
     pub(crate) fn range(&self, iterations: u32) -> Result<Option<Range<u32>>, Error> {
         match self.part {
+            Some(_) if iterations == MAX_ITERATIONS => {
+                let problem = "--part: how many iterations there are in all is not known; state them by -n";
+                Err(Error::BadInput(problem.into()))
+            }
             Some([part, parts]) => Ok(Some(part_of(iterations, part, parts)?)),
             None => Ok(self.range.clone()),
         }

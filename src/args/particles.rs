@@ -227,7 +227,7 @@ impl ParticleArgs {
             }
             CameraFrame::Usual | CameraFrame::Each => named::open_particles(path, &recipe, &stage, most),
         };
-        opened.map_err(|problem| Error::BadInput(self.say(&problem)))
+        opened.map_err(|problem| Error::BadInput(self.say(path, &problem)))
     }
 
     /// The range of frames, if one is asked for.
@@ -255,7 +255,7 @@ impl ParticleArgs {
         most: u64,
     ) -> Result<Scenery, Error> {
         let staged = clip.stage(&self.recipe(frame)?, stage, None, most);
-        staged.map(|(_, scenery)| scenery).map_err(|problem| Error::BadInput(self.say(&problem)))
+        staged.map(|(_, scenery)| scenery).map_err(|problem| Error::BadInput(self.say(clip.path(), &problem)))
     }
 
     /// How `frame` is made balls.
@@ -303,7 +303,7 @@ impl ParticleArgs {
     }
 
     /// The problem in terms of options.
-    pub(crate) fn say(&self, problem: &Problem) -> String {
+    pub(crate) fn say(&self, path: &Path, problem: &Problem) -> String {
         let Problem::Recipe(Refusal { rule, key, problem }) = problem else { return problem.to_string() };
         let base = self.base();
         match rule.map(|rule| rule.checked_sub(usize::from(!base.is_empty()))) {
@@ -316,7 +316,7 @@ impl ParticleArgs {
                     base.iter().find(|(_, of, _)| of == key).map_or("--color", |(option, ..)| option);
                 format!("{option}: {problem}")
             }
-            None if *key == "file" => problem.clone(),
+            None if *key == "file" => format!("{}: {problem}", path.display()),
             None => format!("--{key}: {problem}"),
         }
     }

@@ -24,12 +24,16 @@ pub(crate) struct PageArgs {
     /// By default only programs on this machine can reach the page, and they need its whole address, which holds a random
     /// token. Elsewhere the token is all that keeps others out, and it travels without encryption: prefer a tunnel, such as
     /// `ssh -L`.
-    #[arg(long, value_name = "ADDRESS")]
+    #[arg(long, value_name = "ADDRESS", value_parser = address, allow_hyphen_values = true)]
     pub listen: Option<IpAddr>,
 
     /// Do not open the page in the browser
     #[arg(long)]
     pub no_open: bool,
+}
+
+fn address(text: &str) -> Result<IpAddr, String> {
+    text.parse().map_err(|_| "is not the number of an address, such as 0.0.0.0 or 192.168.1.7".into())
 }
 
 impl PageArgs {

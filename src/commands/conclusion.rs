@@ -84,6 +84,10 @@ fn hint(outcome: &Outcome) -> String {
     /// The error falls about as this power of the time (docs/lasting.md).
     const RATE: f64 = 0.4;
     let is_asked_for = outcome.end == End::Error;
+    if outcome.report.iterations == 1 && !is_asked_for && outcome.job.range.is_none() {
+        // It cannot be compared with an earlier one to tell how noisy it is.
+        return "; that is one sample in each pixel: more, as by `-n 16`, give a smoother image".into();
+    }
     let Some(noise) = outcome.noise.filter(|noise| *noise > NOISY && !is_asked_for) else {
         return String::new();
     };

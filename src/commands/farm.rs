@@ -1,6 +1,7 @@
 //! The command `farm`: hands on to the Python package, where the farm is.
 
 use crate::terminal::error::Error;
+use crate::terminal::logs;
 use clap::Args as ClapArgs;
 use std::ffi::OsString;
 use std::io::ErrorKind;
@@ -37,6 +38,8 @@ Begun again, it goes on from where it was.";
 
 /// Runs the command.
 pub(crate) fn run(args: &FarmArgs) -> Result<(), Error> {
+    // The words are the farm's, this one among them.
+    logs::init_for(&args.words);
     let python = std::env::var_os(PYTHON).unwrap_or_else(|| "python3".into());
     let named = python.to_string_lossy().into_owned();
     let probe = Command::new(&python).args(["-c", PROBE]).stdin(Stdio::null()).stderr(Stdio::null()).status();

@@ -103,7 +103,7 @@ impl<'a> Reel<'a> {
         let busy = Busy::with(format!("reading frame {number} of {}", self.path.display()));
         let staged = self.clip.stage(&recipe, &self.stage, self.scenery.as_ref(), self.most);
         // Of another frame it may be true, so the request is not at fault.
-        let (staged, _) = staged.map_err(|problem| Error::Failed(particles.say(&problem)))?;
+        let (staged, _) = staged.map_err(|problem| Error::Failed(particles.say(self.path, &problem)))?;
         drop(busy);
         let opened = named::of_particles(self.path, staged);
         opened.notes.iter().for_each(|note| complain(&format!("note: frame {number}: {note}")));

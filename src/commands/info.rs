@@ -4,6 +4,7 @@ use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
 use crate::terminal::text::{complain, print};
 use clap::{Args as ClapArgs, ValueHint};
+use files::atomic_file::FileError;
 use files::checkpoint::Loaded;
 use files::image_file::{self, ImageReader, Tone};
 use files::scene_file;
@@ -76,7 +77,14 @@ pub(crate) fn run(args: &InfoArgs) -> Result<(), Error> {
         Ok(Made::Image(metadata)) => of_image(metadata),
         Ok(Made::Checkpoint(loaded)) => of_checkpoint(&loaded, args.scene),
         Err(error) => {
-            let other = Picture::read(&args.file).filter(|_| !args.scene).ok_or(error)?;
+            let other = match Picture::read(&args.file) {
+                Ok(picture) if !args.scene => picture,
+                // Why an image cannot be read tells more than that it does not say what made it.
+                Err(problem) if image_file::read_note(&args.file).is_ok() => {
+                    return Err(Error::BadInput(problem));
+                }
+                _ => return Err(error.into()),
+            };
             drop(busy);
             return print((if args.json { json(&other)? } else { other.to_text() }).as_bytes());
         }
@@ -116,12 +124,14 @@ struct Picture {
 }
 
 impl Picture {
-    /// `None` if the file is no image that can be read.
-    fn read(path: &Path) -> Option<Self> {
-        let layers = image_file::layer_names(path).ok()?;
-        let image = ImageReader::open(path, layers.first().map(String::as_str)).ok()?;
+    /// # Errors
+    /// If the file is no image that can be read.
+    fn read(path: &Path) -> Result<Self, String> {
+        let told = |error: FileError| error.to_string();
+        let layers = image_file::layer_names(path).map_err(told)?;
+        let image = ImageReader::open(path, layers.first().map(String::as_str)).map_err(told)?;
         let ([width, height], format) = (image.size(), image.format().name());
-        Some(Self { kind: "image", format, samples: image.samples().to_string(), width, height, layers })
+        Ok(Self { kind: "image", format, samples: image.samples().to_string(), width, height, layers })
     }
 
     fn to_text(&self) -> String {

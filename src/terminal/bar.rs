@@ -96,8 +96,8 @@ impl Bar {
 
     /// Shows the state of the render after an iteration.
     pub(crate) fn show(&self, step: &Step) {
-        let seconds = self.began.elapsed().as_secs_f64();
         let mut work = lock(&self.work);
+        let seconds = self.began.elapsed().saturating_sub(work.prepared).as_secs_f64();
         (work.done, work.facts) = (step.iteration, facts(step, work.began_at, seconds));
         drop(work);
         self.shown.tick();
@@ -137,7 +137,11 @@ impl ProgressTracker for Line {
 
     fn write(&self, _: &ProgressState, out: &mut dyn fmt::Write) {
         let (within, elapsed) = (self.meter.share(), self.began.elapsed());
-        let work = Work { within, elapsed, ..lock(&self.work).clone() };
+        let mut work = Work { within, elapsed, ..lock(&self.work).clone() };
+        if let Some(share) = self.meter.preparation() {
+            work = work.preparing(share);
+            lock(&self.work).prepared = elapsed;
+        }
         let columns =
             terminal_size_of(io::stderr()).map_or(USUAL_COLUMNS, |(Width(columns), _)| columns.into());
         let _ = out.write_str(&work.line(columns)); // writing to a String cannot fail

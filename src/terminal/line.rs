@@ -25,6 +25,8 @@ pub(crate) struct Work {
     pub(crate) within: f64,
     /// Time since the beginning.
     pub(crate) elapsed: Duration,
+    /// How much of it went by before the first step.
+    pub(crate) prepared: Duration,
     /// The time after which the work ends.
     pub(crate) limit: Option<Duration>,
     /// More to tell, the most important first.
@@ -32,6 +34,12 @@ pub(crate) struct Work {
 }
 
 impl Work {
+    /// The same while it is being prepared, of which this share is done.
+    pub(crate) fn preparing(self, share: f64) -> Self {
+        let what = format!("preparing, {:.0} %", 100.0 * share);
+        Self { noun: "", facts: vec![what], all: None, prepared: self.elapsed, ..self }
+    }
+
     /// The line for a terminal of `columns` columns. It leaves the last column free, where some terminals would go on to
     /// the next line.
     pub(crate) fn line(&self, columns: usize) -> String {
@@ -93,7 +101,8 @@ impl Work {
         let behind = f64::from(self.done - self.began_at.min(self.done)) + self.within;
         let by_steps = self.all.filter(|_| behind > 0.0).and_then(|all| {
             let ahead = f64::from(all.saturating_sub(self.done)) - self.within;
-            let left = self.elapsed.as_secs_f64() * ahead.max(0.0) / behind;
+            let stepping = self.elapsed.saturating_sub(self.prepared);
+            let left = stepping.as_secs_f64() * ahead.max(0.0) / behind;
             Duration::try_from_secs_f64(left).ok().filter(|left| *left <= FARTHEST)
         });
         let by_limit = self.limit.map(|limit| limit.saturating_sub(self.elapsed));
@@ -199,6 +208,17 @@ mod tests {
         assert!(begun.line(60).starts_with("[###"), "{}", begun.line(60));
         let nothing = Work { within: 0.0, ..begun };
         assert!(nothing.line(60).ends_with("6s elapsed"), "{}", nothing.line(60));
+    }
+
+    /// What came before the first iteration will not come again.
+    #[test]
+    fn preparation_says_nothing_of_the_time_that_is_left() {
+        let prepared = Work { prepared: seconds(4), done: 1, all: Some(4), facts: Vec::new(), ..work() };
+        assert!(prepared.line(60).ends_with("6s elapsed, 6s left"), "{}", prepared.line(60));
+        let preparing = work().preparing(0.375);
+        assert_eq!(preparing.line(60), "preparing, 38 %  6s");
+        let limited = Work { limit: Some(seconds(10)), ..work() }.preparing(0.375).line(60);
+        assert!(limited.starts_with("[####") && limited.ends_with("] preparing, 38 %  6s"), "{limited}");
     }
 
     /// The iterations of an earlier session took none of this one's time.

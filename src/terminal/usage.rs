@@ -2,18 +2,24 @@
 
 use super::error::Error;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
+use files::atomic_file::reason;
 use scene::text::list;
 use std::error::Error as _;
 use std::ffi::OsString;
+use std::io::{self, Write as _};
 
 /// Prints help or version if `error` stands for a request of these; else returns one line on what is wrong with
 /// `arguments`.
 pub(crate) fn answer(error: &clap::Error, arguments: &[OsString]) -> Result<(), Error> {
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
-            // Clap knows whether the terminal wants colours. A closed pipe is not an error.
-            let _ = error.print();
-            Ok(())
+            // Clap knows whether the terminal wants colours.
+            match error.print().and_then(|()| io::stdout().flush()) {
+                Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+                    Err(Error::Failed(format!("cannot write to standard output: {}", reason(&error))))
+                }
+                _ => Ok(()), // A closed pipe is not an error.
+            }
         }
         kind => Err(Error::BadInput(Wrong { error, arguments }.describe(kind))),
     }

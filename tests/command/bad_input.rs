@@ -149,6 +149,8 @@ fn options() {
         (&["completions"], &["<SHELL> is missing"]),
         (&["man", "missing"], &["DIR", "missing", "not a folder"]),
         (&["man", "note.txt"], &["note.txt", "not a folder"]),
+        (&["view", "cornell", "--listen", "here"], &["--listen: \"here\" is not the number of an address"]),
+        (&["render", "cornell", "--checkpoint", "-"], &["--checkpoint: \"-\" is standard output"]),
     ]);
 }
 

@@ -22,7 +22,10 @@ fn every_command_that_prints_fails_on_a_full_disk() {
     let sandbox = Sandbox::new();
     sandbox.render(&["cornell", "-o", "a.pfm"]);
     let verify: Vec<&str> = ["verify", "cornell", "--threads", "1"].into_iter().chain(TINY).collect();
-    let commands: [&[&str]; 7] = [
+    let commands: [&[&str]; 10] = [
+        &["--help"],
+        &["render", "--help"],
+        &["--version"],
         &["scenes"],
         &["scenes", "cornell"],
         &["compare", "a.pfm", "a.pfm"],

@@ -26,6 +26,7 @@ fn every_error_is_json_where_that_is_asked_for() {
             "--output: no/a.png",
         ),
         (&["resume", "no.sppm", "--log-format", "json"], "no.sppm: there is no such file"),
+        (&["merge", "no.sppm", "--missing", "--log-format", "json"], "no.sppm: there is no such file"),
     ];
     for (args, words) in cases {
         let ended = sandbox.run(*args);
@@ -34,6 +35,11 @@ fn every_error_is_json_where_that_is_asked_for() {
         assert_eq!((&line["level"], &line["exit_code"]), (&"ERROR".into(), &2.into()), "{line}");
         assert!(line["message"].as_str().unwrap().starts_with(words), "{line}");
     }
+    // The farm's words are handed on, and what is missing for that is told by the command itself.
+    let mut farm = sandbox.command(["farm", "cornell", "--log-format", "json"]);
+    let farm = farm.env("SPPM_PYTHON", "no-such-python").output().unwrap();
+    let told: Value = serde_json::from_slice(&farm.stderr).unwrap();
+    assert_eq!(told["exit_code"], 2, "{told}");
     // For people, the label stays.
     sandbox
         .run(["render", "cornell", "--quality=paper", "--width", "0", "--log-format", "text"])
@@ -76,7 +82,9 @@ fn a_noisy_image_is_told_with_what_to_do() {
     let one = sandbox.render(&["cornell", "-o", "one.png", "--quiet"]);
     assert_eq!(one.stderr, "");
     let args = ["render", "cornell", "--quality=paper", "-n=1"].iter().chain(&TINY[..4]);
-    assert!(!sandbox.run(args).stderr.contains("noisy"));
+    let first = sandbox.run(args);
+    first.said_one_line("wrote cornell.png: 1 iteration in ", &["one sample in each pixel", "`-n 16`"]);
+    assert!(!first.stderr.contains("noisy"), "{first:?}");
 }
 
 /// Nothing but sky.

@@ -166,7 +166,7 @@ fn parts_of_other_renders_are_refused_by_name() {
         ("cut.sppm", "is cut short"),
         ("flipped.sppm", "the checksum of its sums does not match"),
         ("whole.exr", "is no checkpoint"),
-        ("none.sppm", "cannot be read"),
+        ("none.sppm", "there is no such file"),
     ] {
         let ended = sandbox.run(["merge", "1.sppm", name, "3.sppm", "-o", "x.sppm"]);
         ended.refused(&[name, why]);
@@ -178,7 +178,7 @@ fn parts_of_other_renders_are_refused_by_name() {
 fn parts_that_cannot_be_are_refused() {
     let sandbox = Sandbox::new();
     for (options, why) in [
-        (&["--part=1/13"][..], &["part 1/13", "ask for fewer parts"][..]),
+        (&["--part=1/13"][..], &["--part 1/13 has no iterations", "ask for fewer parts"][..]),
         (&["--range=6..13"], &["--range 6..13", "to before 12"]),
         (&["--part=1/2", "-o", "a.exr"], &["--output", "a.exr", ".sppm"]),
         (&["--part=1/2", "--snapshots"], &["--snapshots", "leave out"]),
@@ -188,5 +188,7 @@ fn parts_that_cannot_be_are_refused() {
     }
     let ended = sandbox.run([&["render", "cornell"], &GLOBAL[..10], &["--part=1/2"]].concat());
     ended.refused(&["--range 0..6", "--radius-schedule global"]);
+    let endless = ["--radius-schedule=global", "--time=1s", "--part=1/2"];
+    sandbox.run(["render", "cornell"].iter().chain(&endless)).refused(&["--part", "state them by -n"]);
     assert_eq!(sandbox.names(), [""; 0]);
 }

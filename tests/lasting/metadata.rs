@@ -128,5 +128,11 @@ fn images_without_metadata_are_described() {
         let told: Value = serde_json::from_str(&json.stdout).unwrap();
         assert_eq!(told["format"], format.split(',').next().unwrap());
         assert_eq!(told["width"], sandbox.image(file).width);
+        // Of one that is cut, it is told that it is.
+        let whole = sandbox.bytes(file);
+        std::fs::write(sandbox.path("cut"), &whole[..8]).unwrap();
+        let cut = sandbox.run(["info", "cut"]);
+        cut.refused(&["cut: "]);
+        assert!(!cut.stderr.contains("does not say"), "{cut:?}");
     }
 }

@@ -85,10 +85,12 @@ impl PhotonWorkers {
     ) -> Option<u32> {
         let PhotonPlan { total, deposits_at_once, photons_per_job: per_job, .. } = plan;
         let (mut next, mut deposits) = (plan.from, 0);
-        // So many photons fill a round if every photon is deposited at every bounce. They are traced, again and again, until
-        // the round is full.
-        let most = deposits_at_once.div_ceil(pass.max_depth).next_multiple_of(per_job);
-        while next < total && deposits < deposits_at_once as usize {
+        // So many photons are traced, again and again, as fill what is left of the round if every photon is deposited at every
+        // bounce, so that it never overflows. What is left shrinks; a quarter is not worth the wait for the last thread.
+        let bounces = (pass.max_depth - 1).max(1);
+        while next < total && deposits < deposits_at_once as usize / 4 * 3 {
+            let left = deposits_at_once - deposits as u32;
+            let most = (left / bounces / per_job).max(1) * per_job;
             let end = total.min(next.saturating_add(most));
             self.trace(pass, (lanes, per_job), next..end, stop);
             deposits = self.workers.all().iter().map(|worker| worker.out.count).sum();

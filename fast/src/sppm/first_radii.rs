@@ -24,7 +24,7 @@ fn choose(
     stop: &Stop,
 ) -> Option<FirstRadii> {
     let mut parts = Parts::of_hierarchy(hierarchy.take());
-    let radii = FirstRadii::choose(settings, |settings| {
+    let radii = FirstRadii::choose(settings, stop, |settings, stop| {
         let pilot = Sppm::with_parts(scene, settings, lanes, parameters, take(&mut parts));
         let mut pilot = pilot.deposits_at_once(DEPOSITS_OF_PILOTS);
         let is_whole = (0..settings.iterations).all(|_| pilot.iterate_unless(stop));

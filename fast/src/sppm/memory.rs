@@ -24,10 +24,10 @@ pub(super) fn bytes_at_most(
     let global = if settings.radius_schedule == RadiusSchedule::Global { BYTES_OF_GLOBAL } else { 0 };
     let per_slot = size_of::<Pixel>() + size_of::<PixelRows>() + MOST_BYTES_OF_SUMS / GROUP + global;
     let pixels = slots(settings) as u64 * per_slot as u64;
-    // A round may exceed its deposits by as many again, and by those of the work items in progress.
+    // A round may exceed its deposits by those of a work item.
     let bounces = u64::from(settings.max_depth - 1);
     let all = u64::from(settings.photons_per_iteration) * bounces;
-    let round = 2 * u64::from(deposits_at_once) + u64::from(parameters.photons_per_job) * bounces;
+    let round = u64::from(deposits_at_once) + u64::from(parameters.photons_per_job) * bounces;
     let each = (size_of::<Record>() + size_of::<Direction>()) as u64;
     // Once in the bins' chunks, and once sorted.
     let deposits = 2 * with_margin(all.min(round)) * each;
@@ -80,17 +80,17 @@ mod tests {
         // One bounce more: a deposit per photon and a sixteenth, of 48 bytes, twice.
         let deep = Settings { max_depth: few.max_depth + 1, ..few };
         assert_eq!(bytes(&deep, 10, 2, 1 << 22) - base, (1 << 16) * 17 / 16 * 48 * 2);
-        // No more deposits than two rounds and what is in work, however many photons there are: then buckets alone.
+        // No more deposits than a round and what is in work, however many photons there are: then buckets alone.
         let many = Settings { photons_per_iteration: 1 << 20, ..few };
         let more = Settings { photons_per_iteration: 1 << 21, ..few };
         let buckets = |photons| table_size(parameters.buckets(photons)) as u64;
         let added = buckets(1 << 21) - buckets(1 << 20);
         assert!(added > 0);
         assert_eq!(bytes(&more, 10, 2, 1 << 18) - bytes(&many, 10, 2, 1 << 18), 4 * added + added / 8);
-        // Of deposits those of a round: twice what is held at once, and a job's.
+        // Of deposits those of a round: what is held at once, and a job's.
         let bounces = u64::from(few.max_depth - 1);
         let in_work = u64::from(parameters.photons_per_job) * bounces;
-        let round = with_margin((2 << 18) + in_work) * 48 * 2;
+        let round = with_margin((1 << 18) + in_work) * 48 * 2;
         let none = bytes(&Settings { max_depth: 1, ..many }, 10, 2, 1 << 18);
         assert_eq!(bytes(&many, 10, 2, 1 << 18) - none, round);
     }

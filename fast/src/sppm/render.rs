@@ -31,9 +31,9 @@ use std::time::Instant;
 /// The work of sorting and joining the deposits of a photon, in units as [`PHOTON_WORK`].
 const JOIN_WORK: u64 = 3;
 
-/// Once there are so many deposits, they are joined before more photons are traced (unless
-/// [`Sppm::deposits_at_once`] says otherwise).
-pub const DEPOSITS_AT_ONCE: u32 = 1 << 22;
+/// Deposits that are held at once, at most: they are joined before there are more (unless [`Sppm::deposits_at_once`] says
+/// otherwise).
+pub const DEPOSITS_AT_ONCE: u32 = 3 << 19;
 
 /// What outlives a render, for another one.
 #[derive(Default)]

@@ -67,6 +67,9 @@ pub enum Damage {
         /// What is invalid; continues the section's name.
         problem: String,
     },
+    /// It is not there, or no regular file.
+    #[error("{0}")]
+    Unopened(String),
     /// Reading it failed.
     #[error("cannot be read: {}", reason(.0))]
     Io(#[from] io::Error),

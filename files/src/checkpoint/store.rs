@@ -6,7 +6,7 @@
 use super::damage::Damage;
 use super::read::Checkpoint;
 use crate::atomic_file::{self, FileError, Output, reason};
-use crate::paths;
+use crate::{input, paths};
 use scene::Resumable;
 use std::fs::{self, File};
 use std::io::{self, BufReader, ErrorKind};
@@ -117,16 +117,12 @@ impl Store {
 }
 
 fn load(path: &Path) -> Result<Option<Loaded>, Damage> {
-    // Checked before opening, because opening a pipe blocks until there is a writer.
-    let status = match fs::metadata(path) {
-        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
-        status => status?,
-    };
-    if !status.is_file() {
-        return Err(Damage::NoCheckpoint);
+    if fs::metadata(path).is_err_and(|e| e.kind() == ErrorKind::NotFound) {
+        return Ok(None);
     }
-    let mut file = BufReader::new(File::open(path)?);
-    let checkpoint = Checkpoint::read_in(&mut file, status.len(), path.parent().unwrap_or(Path::new("")))?;
+    let (file, length) = input::open(path, "name a checkpoint").map_err(Damage::Unopened)?;
+    let mut file = BufReader::new(file);
+    let checkpoint = Checkpoint::read_in(&mut file, length, path.parent().unwrap_or(Path::new("")))?;
     Ok(Some(Loaded { path: path.into(), checkpoint, fallback: None, file }))
 }
 

@@ -18,10 +18,15 @@ pub(super) fn write(view: &View) -> Exported {
     for (index, material) in view.still.materials.iter().enumerate() {
         lines.push(format!("MakeNamedMaterial \"material-{index}\" {}", parameters(material)));
     }
+    let mut text = lines.join("\n") + "\n";
+    // One at a time: millions of lines would take several times the memory of their text.
     for (sphere, role) in view.still.spheres.iter().zip(view.still.roles.iter()) {
-        lines.extend(shape(sphere, *role));
+        for line in shape(sphere, *role) {
+            text += &line;
+            text.push('\n');
+        }
     }
-    Exported { text: lines.join("\n") + "\n", notes }
+    Exported { text, notes }
 }
 
 /// How pbrt's material differs from ours, if it does.

@@ -148,5 +148,8 @@ pub(super) fn read_note(input: &mut (impl Seekable + ?Sized), length: u64) -> Re
 }
 
 fn problem(e: &png::DecodingError) -> String {
-    format!("is no PNG file that can be read: {}", reason(e))
+    let reason = reason(e);
+    // Where the first chunk is another, the decoder shows its own structures.
+    let reason = if reason.contains("ChunkType {") { "its chunks are damaged" } else { &reason };
+    format!("is no PNG file that can be read: {reason}")
 }

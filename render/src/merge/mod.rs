@@ -25,12 +25,13 @@ use crate::outputs::{Outputs, check_distinct};
 use crate::save::Note;
 use crate::writer::{Shown, Writer};
 use cover::{Conflict, cover};
-use files::atomic_file::{self, FileError, reason};
+use files::atomic_file::{self, FileError};
 use files::checkpoint::{self, Checkpoint, Contents};
+use files::input;
 use files::lock::Lock;
 use scene::{Engine, Iterations, Scene, Settings, Spheres, Stats, Sums, TRANSPORT};
 use std::fmt::Display;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::BufReader;
 use std::mem::replace;
 use std::ops::Range;
@@ -263,21 +264,15 @@ impl Part {
             return Err(format!("{} has changed while it was merged; begin again", self.path.display()));
         }
         let read = again.sums(&mut file, length, |y, words| sum.add_row(y, words));
-        read.map_err(|damage| format!("{} {damage}", self.path.display()))
+        read.map_err(|damage| format!("{}: {damage}", self.path.display()))
     }
 }
 
 /// Opens a part, and reads what stands before its sums. Returns the file with its length.
 fn read_head(path: &Path) -> Result<(BufReader<File>, u64, Checkpoint), String> {
-    let told = |problem: &dyn Display| format!("{} {problem}", path.display());
-    let unread = |error| told(&format_args!("cannot be read: {}", reason(&error)));
-    // Before it is opened, as a pipe waits for its writer.
-    let status = fs::metadata(path).map_err(unread)?;
-    if !status.is_file() {
-        return Err(told(&"is no file"));
-    }
-    let (mut file, length) =
-        (BufReader::with_capacity(BUFFER, File::open(path).map_err(unread)?), status.len());
+    let told = |problem: &dyn Display| format!("{}: {problem}", path.display());
+    let (file, length) = input::open(path, "name a part").map_err(|problem| told(&problem))?;
+    let mut file = BufReader::with_capacity(BUFFER, file);
     let read = Checkpoint::read_head(&mut file, length, path.parent().unwrap_or(Path::new("")));
     let checkpoint = read.and_then(|checkpoint| checkpoint.check_transport().map(|()| checkpoint));
     let checkpoint = checkpoint.map_err(|damage| told(&damage))?;
@@ -325,15 +320,15 @@ fn difference(ours: &Settings, theirs: &Settings) -> Option<String> {
 /// # Errors
 /// If there is no such part, or it has no iterations.
 pub fn part_of(iterations: u32, part: u32, parts: u32) -> Result<Range<u32>, Error> {
-    let said = || Problem::of(Field::Range).text(format_args!(" part {part}/{parts}"));
+    let said = || Problem::of(Field::Part).text(format_args!(" {part}/{parts}"));
     if part == 0 || part > parts {
-        return Err(Error::input(Field::Range, said().text(": parts are counted from 1 to their number")));
+        return Err(Error::input(Field::Part, said().text(": parts are counted from 1 to their number")));
     }
     let start = |part: u32| (u64::from(iterations) * u64::from(part) / u64::from(parts)) as u32;
     let range = start(part - 1)..start(part);
     if range.is_empty() {
-        let problem = format!(" of {iterations} iterations has none; ask for fewer parts");
-        return Err(Error::input(Field::Range, said().text(problem)));
+        let problem = format!(" has no iterations, as there are {iterations} in all; ask for fewer parts");
+        return Err(Error::input(Field::Part, said().text(problem)));
     }
     Ok(range)
 }
