@@ -6,11 +6,7 @@
 
 use crate::binary::{Field, Rows, Stored, fill};
 use crate::columns::{no_axes, role, role_of_vector};
-<<<<<<< HEAD
-use crate::error::{Fault, no_such_frame, quote};
-=======
-use crate::error::Fault;
->>>>>>> found
+use crate::error::{Fault, no_such_frame};
 use crate::format::Format;
 use crate::particles::Particles;
 use crate::request::{Properties, Request};

@@ -145,23 +145,13 @@ pub fn load_from(
         let need = mebibytes(bytes);
         return Err(unread(format!("takes up to {need} to read, which the system refuses")));
     }
-<<<<<<< HEAD
     let folders = [folder(name)];
-    let place = Place { folders: &folders, most: most - least, size };
+    let place = Place { folders: &folders, most: most - bytes, size };
     let Meant { scene, automatic, is_staged } = parse_within(name, &text, place)?;
-    let imported = scene.spheres.len() as u64 - spheres.min(scene.spheres.len() as u64);
-    let lamps = scene.spheres.iter().filter(|sphere| sphere.is_emitter()).count() as u64;
-    let materials = scene.materials.len() as u64;
-    let more = BYTES_PER_LAMP * lamps + BYTES_PER_MATERIAL * materials;
-    let bytes = least + more + BYTES_PER_PARTICLE * imported;
-    Ok(LoadedScene { scene, automatic, is_staged, bytes })
-=======
-    let (scene, automatic) = parse_within(name, &text, &[folder(name)], most - bytes)?;
     let imported = scene.spheres.get(spheres as usize..).unwrap_or_default();
     let lamps = imported.iter().filter(|sphere| sphere.is_emitter()).count() as u64;
     let bytes = bytes + BYTES_PER_PARTICLE * imported.len() as u64 + BYTES_PER_LAMP * lamps;
-    Ok(LoadedScene { scene, automatic, bytes })
->>>>>>> found
+    Ok(LoadedScene { scene, automatic, is_staged, bytes })
 }
 
 fn too_much(bytes: u64, most: u64) -> String {
