@@ -106,17 +106,15 @@ fn bytes(engine: EngineChoice, scene: &Scene, threads: usize, has_past: bool, de
     };
     let past = if has_past { BYTES_PER_PAST_PIXEL } else { 0 };
     let per_sphere = BYTES_PER_SPHERE + if scene.moves() { BYTES_PER_MOVED_SPHERE } else { 0 };
-    let behind = if scene.transparent_background {
-        of_engine(&settings_behind(settings)) + spheres as u64 * per_sphere
-    } else {
-        0
-    };
+    let of_spheres = spheres as u64 * per_sphere;
+    let behind =
+        if scene.transparent_background { of_engine(&settings_behind(settings)) + of_spheres } else { 0 };
     of_engine(settings)
         + behind
         + BYTES_OF_PROCESS
         + threads as u64 * u64::from(settings.width) * BYTES_PER_WRITTEN_COLUMN
         + pixels * past
-        + spheres as u64 * per_sphere
+        + of_spheres
         + scene.spheres.iter().filter(|sphere| sphere.is_emitter()).count() as u64 * BYTES_PER_LAMP
         + scene.materials.len() as u64 * BYTES_PER_MATERIAL
 }
