@@ -33,7 +33,7 @@ const JOIN_WORK: u64 = 3;
 
 /// Deposits that are held at once, at most: they are joined before there are more (unless [`Sppm::deposits_at_once`] says
 /// otherwise).
-pub const DEPOSITS_AT_ONCE: u32 = 3 << 19;
+pub const DEPOSITS_AT_ONCE: u32 = 1 << 22;
 
 /// What outlives a render, for another one.
 #[derive(Default)]
