@@ -5,7 +5,7 @@ use crate::choice::EngineChoice;
 use crate::error::{Error, Field};
 use crate::goals::Goals;
 use crate::made::Repeated;
-use crate::memory::check_limit;
+use crate::memory::{Need, check_limit};
 use crate::outputs::Outputs;
 use crate::save::{Note, Save};
 use crate::warm::Warm;
@@ -123,6 +123,17 @@ impl Job {
             (self.scene.settings, self.chosen) = (settings, automatic);
         }
         Ok(())
+    }
+
+    /// The most bytes that the render takes, from which its checkpoint and what it writes are left out.
+    ///
+    /// # Errors
+    /// If it is more than the memory limit.
+    pub fn bytes_at_most(&self) -> Result<u64, Error> {
+        let threads = self.threads.unwrap_or_else(rayon::current_num_threads);
+        let has_error_goal = self.goals.error.is_some();
+        let need = Need::new(self.engine, &self.scene, threads, has_error_goal, self.memory_limit)?;
+        Ok(need.after(self.bytes_before.max(self.bytes_of_choice)).bytes)
     }
 
     /// Resumes the render that wrote the checkpoint `file`, with its scene, settings, engine, error goal and output

@@ -88,7 +88,8 @@ impl DisplayArgs {
         let start = |place: &str| {
             let place =
                 tev::place(place).map_err(|problem| Error::BadInput(format!("--display {problem}")))?;
-            Display::new(place, name.into()).map_err(Error::Failed)
+            Display::telling(place, name.into(), |problem| complain(&format!("--display: {problem}")))
+                .map_err(Error::Failed)
         };
         Ok(self.display.as_deref().map(start).transpose()?.map(Arc::new))
     }

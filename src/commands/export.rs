@@ -8,6 +8,7 @@ use crate::terminal::text::{complain, print};
 use clap::{Args as ClapArgs, ValueEnum};
 use files::atomic_file;
 use files::export::{self, Exported, Renderer, View};
+use files::lock::Lock;
 use files::named::Opened;
 use scene::settings::{BYTES_PER_PIXEL, MAX_ITERATIONS, MAX_SIDE, SettingsError};
 use scene::{Settings, Vec3};
@@ -77,6 +78,10 @@ pub(crate) fn run(args: &ExportArgs) -> Result<(), Error> {
         check_distinct(scene_file.as_slice(), &[("--output", output)])?;
         atomic_file::check(output).map_err(|error| Error::BadInput(format!("--output: {error}")))?;
     }
+    // Until it is written: a render may be about to write the same file.
+    let locked = output.filter(|output| output.is_file() || !output.exists());
+    let lock = locked.map(|output| Lock::take(output)).transpose();
+    let _lock = lock.map_err(|error| Error::BadInput(format!("--output: {error}")))?;
     let scene = &opened.scene;
     let view = View {
         name: &scene.name,

@@ -12,6 +12,7 @@ use crate::terminal::logs;
 use crate::terminal::signals::Requests;
 use ::render::Job;
 use ::scene::settings::MAX_ITERATIONS;
+use ::scene::text::mebibytes;
 use ::scene::{Automatic, Scene};
 use clap::{Args as ClapArgs, ValueHint};
 use files::image_file::{self, Format, ImageReader};
@@ -22,6 +23,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
+use tracing::debug;
 use view::{Legacy, Look, Project, View};
 
 /// Render a scene in the browser and change it there, or look at an image
@@ -152,6 +154,8 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
     let mut job = Job::new(Scene { settings, ..opened.scene }).choosing(automatic);
     (job.engine, job.threads, job.memory_limit) = (engine, args.engine.threads, args.engine.memory_limit);
     job.choose_settings()?;
+    let bytes = job.bytes_at_most()? + view::bytes_at_most(job.scene.spheres.len());
+    debug!("up to {}", mebibytes(bytes));
     let project = Project {
         scene: job.scene,
         text,

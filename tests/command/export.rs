@@ -2,6 +2,7 @@
 
 use crate::sandbox::{Ended, Sandbox};
 use files::builtin::{self, SCENES};
+use files::lock::Lock;
 use roxmltree::{Document, Node};
 use scene::Vec3;
 
@@ -189,4 +190,18 @@ fn scenes_that_cannot_be_exported_are_rejected() {
     }
     let pbrt = export(&sandbox, &["glow.toml", "--format", "pbrt"]);
     assert!(pbrt.contains("\"bool twosided\" [ true ]"), "{pbrt}");
+}
+
+#[test]
+fn a_file_that_something_else_writes_is_left_alone() {
+    let sandbox = Sandbox::new();
+    let path = sandbox.path("a.xml");
+    let lock = Lock::take(&path).unwrap();
+    let export = || sandbox.run(["export", "cornell", "--format", "mitsuba", "-o", "a.xml"]);
+    let Ended { code, stderr, .. } = export();
+    assert_eq!(code, Some(2), "{stderr}");
+    assert!(stderr.contains("--output: a.xml") && !path.exists(), "{stderr}");
+    drop(lock);
+    assert_eq!(export().code, Some(0));
+    assert!(path.exists());
 }

@@ -57,8 +57,29 @@ impl Display {
     /// # Errors
     /// If the system denies a thread.
     pub fn new(place: String, name: String) -> Result<Self, String> {
+        Self::telling(place, name, |_| {})
+    }
+
+    /// As [`Display::new`]; `tell` is called with a line when the viewer is not there, once until it is.
+    ///
+    /// # Errors
+    /// As [`Display::new`].
+    pub fn telling(
+        place: String,
+        name: String,
+        tell: impl Fn(&str) + Send + 'static,
+    ) -> Result<Self, String> {
         let shared = Arc::new(Shared::default());
-        let sender = Sender { place, name, shared: Arc::clone(&shared), stream: None, sent: None };
+        let tell = Box::new(tell);
+        let sender = Sender {
+            place,
+            name,
+            shared: Arc::clone(&shared),
+            stream: None,
+            sent: None,
+            tell,
+            is_told: false,
+        };
         let begun = thread::Builder::new().name("display".into()).spawn(move || sender.run());
         let thread = begun.map_err(|error| format!("cannot start a thread: {}", reason(&error)))?;
         Ok(Self { shared, thread: Some(thread) })
@@ -124,18 +145,33 @@ struct Sender {
     stream: Option<TcpStream>,
     /// What the viewer shows.
     sent: Option<Film>,
+    tell: Box<dyn Fn(&str) + Send>,
+    /// Whether it was told that the viewer is not there.
+    is_told: bool,
 }
 
 impl Sender {
     fn run(mut self) {
         while let Some(mut film) = self.shared.take() {
-            while self.send(&film).is_err() {
+            while let Err(error) = self.send(&film) {
                 (self.stream, self.sent) = (None, None);
+                self.miss(&error);
                 let Some(next) = self.shared.retry(film) else { return };
                 film = next;
             }
-            self.sent = Some(film);
+            (self.sent, self.is_told) = (Some(film), false);
             self.shared.lock().is_sending = false;
+        }
+    }
+
+    /// Tells that the viewer is not there.
+    fn miss(&mut self, error: &io::Error) {
+        if !std::mem::replace(&mut self.is_told, true) {
+            let Self { place, .. } = self;
+            let why = reason(error);
+            (self.tell)(&format!(
+                "no viewer is reached at {place} ({why}); it is looked for until there is one"
+            ));
         }
     }
 

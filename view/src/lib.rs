@@ -35,7 +35,7 @@ pub use kept::{Download, Kept, Look};
 pub use picture::HEADER;
 pub use place::Place;
 pub use relay::Relay;
-pub use studio::{Legacy, Project};
+pub use studio::{Legacy, Project, bytes_at_most};
 
 use files::atomic_file::reason;
 use hub::Hub;

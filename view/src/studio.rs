@@ -15,7 +15,7 @@ use crate::pace::Divisor;
 use crate::pick::pick;
 use render::{EngineChoice, Job, Running};
 use scene::settings::MAX_ITERATIONS;
-use scene::{Scene, Settings, Stop};
+use scene::{Scene, Settings, Sphere, Stop};
 use serde_json::{Value, json};
 use std::cmp::Reverse;
 use std::sync::Arc;
@@ -54,6 +54,12 @@ pub struct Project {
     pub memory_limit: Option<u64>,
     /// Iterations after which the image is taken to be done.
     pub limit: Option<u32>,
+}
+
+/// The most bytes of memory that a studio takes for so many spheres, besides those of a render and of the text: names, and copies
+/// of the spheres for the edited scene, for the one that is rendered, and for the one in which something is picked.
+pub fn bytes_at_most(spheres: usize) -> u64 {
+    ((3 * size_of::<Sphere>() + size_of::<Option<String>>()) * spheres) as u64
 }
 
 /// What became of a project when its studio ended.

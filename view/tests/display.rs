@@ -3,6 +3,7 @@
 use scene::{Film, Rgb};
 use std::io::{self, Read};
 use std::net::{TcpListener, TcpStream};
+use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 use view::Display;
@@ -227,4 +228,22 @@ fn the_last_image_is_sent_when_the_render_is_over() {
     display.show(film());
     drop(display);
     viewer.join().unwrap();
+}
+
+/// It is looked for several times meanwhile.
+#[test]
+fn a_viewer_that_is_not_there_is_told_once() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let place = listener.local_addr().unwrap();
+    drop(listener);
+    let (sender, told) = mpsc::channel();
+    let tell = move |problem: &str| sender.send(problem.to_owned()).unwrap();
+    let display = Display::telling(place.to_string(), "box".into(), tell).unwrap();
+    display.show(film());
+    let line = told.recv_timeout(PATIENCE).unwrap();
+    assert!(line.contains(&place.to_string()) && line.contains("looked for"), "{line}");
+    thread::sleep(Duration::from_millis(1200));
+    assert!(told.try_recv().is_err(), "it is told again");
+    let listener = TcpListener::bind(place).unwrap();
+    Viewer::accept(&listener).wait_for(&film());
 }
