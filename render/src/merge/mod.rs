@@ -36,7 +36,11 @@ use std::io::BufReader;
 use std::mem::replace;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{channel, sync_channel};
+use std::thread;
 
+/// Rows that are read before they are added.
+const ROWS_AHEAD: usize = 8;
 /// Bytes that are read from a part at a time.
 const BUFFER: usize = 1 << 20;
 
@@ -263,7 +267,23 @@ impl Part {
         if again.account != self.checkpoint.account {
             return Err(format!("{} has changed while it was merged; begin again", self.path.display()));
         }
-        let read = again.sums(&mut file, length, |y, words| sum.add_row(y, words));
+        let read = thread::scope(|scope| {
+            // To read takes about as long as to add.
+            let (rows, received) = sync_channel::<(u32, Vec<u32>)>(ROWS_AHEAD);
+            let (back, used) = channel::<Vec<u32>>();
+            scope.spawn(move || {
+                for (y, words) in received {
+                    sum.add_row(y, &words);
+                    let _ = back.send(words); // when all is read, nobody wants it back
+                }
+            });
+            again.sums(&mut file, length, |y, words| {
+                let mut row = used.try_recv().unwrap_or_default();
+                row.clear();
+                row.extend_from_slice(words);
+                let _ = rows.send((y, row)); // fails if the other thread panics, as this one does then
+            })
+        });
         read.map_err(|damage| format!("{}: {damage}", self.path.display()))
     }
 }
