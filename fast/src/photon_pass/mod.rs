@@ -88,7 +88,8 @@ impl PhotonWorkers {
         // So many photons are traced, again and again, as fill what is left of the round if every photon is deposited at every
         // bounce, so that it never overflows. What is left shrinks; a quarter is not worth the wait for the last thread.
         let bounces = (pass.max_depth - 1).max(1);
-        while next < total && deposits < deposits_at_once as usize / 4 * 3 {
+        let enough = (deposits_at_once as usize / 4 * 3).max(1);
+        while next < total && deposits < enough {
             let left = deposits_at_once - deposits as u32;
             let most = (left / bounces / per_job).max(1) * per_job;
             let end = total.min(next.saturating_add(most));
