@@ -236,7 +236,7 @@ impl Kernel for Occlusion<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        self.tables.hierarchy.occlude::<L>(&self.rays, self.buffers, self.t);
+        self.tables.hierarchy.occlude::<L>(self.tables.rows(), &self.rays, self.buffers, self.t);
     }
 }
 

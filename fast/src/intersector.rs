@@ -210,7 +210,7 @@ fn occlude_batch<L: Lanes>(
         L::store(L::select(blocked, L::f(BLOCKED), limit), &mut t[at..]);
     }
     let rays = Rays { origin, direction, leaves, ignores: lights, count };
-    tables.hierarchy.occlude::<L>(&rays, buffers, t);
+    tables.hierarchy.occlude::<L>(tables.rows(), &rays, buffers, t);
 }
 
 fn fill(paths: &mut Paths, rays: &[Ray]) {

@@ -80,6 +80,13 @@ fn made_rows(still: &Still, ids: &[u32]) -> [Row; MOST_LANES] {
     rows
 }
 
+/// Of the balls with these ids, whose rows are in the table `rows`: centres, radii, and which are of glass.
+#[inline(always)]
+pub(crate) fn ball_lanes<L: Lanes>(rows: &[Row], ids: &[u32]) -> (V3<L>, L::F, L::M) {
+    let [x, y, z, radius, .., tag] = L::gather_rows(rows, ids);
+    (V3::new(x, y, z), radius, tag::has::<L>(L::bits(tag), tag::GLASS))
+}
+
 /// [`SurfaceRow`]s in lanes.
 struct SurfaceLanes<L: Lanes> {
     anchor: V3<L>,

@@ -59,6 +59,12 @@ impl Tables {
         Surfaces { rows: &self.surfaces, still }
     }
 
+    /// The rows of the surfaces; empty with a tree.
+    #[inline(always)]
+    pub(crate) fn rows(&self) -> &[Row] {
+        &self.surfaces
+    }
+
     /// Bytes of memory held.
     pub(crate) fn bytes(&self) -> usize {
         let rows = size_of_val(&self.surfaces[..]) + size_of_val(&self.materials[..]);

@@ -48,7 +48,7 @@ fn nearest_hits<L: Lanes>(tables: &Tables, paths: &mut Paths, buffers: &mut Sear
     }
     let Paths { origin, direction, leaves, t, hit, .. } = paths;
     let rays = Rays { origin, direction, leaves, ignores: &IGNORES_NONE, count };
-    tables.hierarchy.nearest::<L>(&rays, buffers, t, hit);
+    tables.hierarchy.nearest::<L>(tables.rows(), &rays, buffers, t, hit);
 }
 
 /// The hits of `L::N` paths from `at` on: distances, spheres, and which lanes of `live` hit anything. Lanes that hit

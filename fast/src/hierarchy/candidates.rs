@@ -1,30 +1,33 @@
 //! Candidates: pairs of a ray and a ball that it may hit, collected and then tested by the exact formula in full packets.
 //!
-//! A pair names its ball by the row of a table, [`BallRows`], where all balls fit the cache. Where they do not, the ball is
-//! copied from its leaf, which is in the cache ([`Copies`]): a row would have to come from memory.
+//! A pair names its ball by its sphere, whose surface row is in the cache where balls are few ([`SurfaceRows`]). Where they are
+//! many, the ball is copied from its leaf, which is in the cache ([`Copies`]): a row would have to come from memory.
 
 use super::keys::key;
-use super::leaves::{GLASS, Leaf, WIDTH};
+use super::leaves::{GLASS, WIDTH};
 use super::rays::Rays;
 use crate::intersect::meet;
 use crate::paths::{ROOM, Vectors};
 use crate::search::Work;
+use crate::surface::ball_lanes;
 use lanes::{Lanes, MOST_LANES, Row, V3};
 
 /// Room for the pairs of either kind, for those that are added at once, and for what vectors write past the end.
-const CANDIDATE_ROOM: usize = BallRows::ENOUGH + (WIDTH + 1) * MOST_LANES;
+const CANDIDATE_ROOM: usize = SurfaceRows::ENOUGH + (WIDTH + 1) * MOST_LANES;
 
 // A packet adds a pair per lane and ball of a leaf at most; and the pairs in use take no more than a third of a first-level
-// cache of 32 KiB: a ray and a row, or a ray and the five words of a ball.
+// cache of 32 KiB: a ray and a sphere, or a ray and the five words of a ball.
+const _: () = assert!(
+    Copies::ENOUGH <= SurfaceRows::ENOUGH && WIDTH * MOST_LANES < CANDIDATE_ROOM - SurfaceRows::ENOUGH
+);
 const _: () =
-    assert!(Copies::ENOUGH <= BallRows::ENOUGH && WIDTH * MOST_LANES < CANDIDATE_ROOM - BallRows::ENOUGH);
-const _: () = assert!(BallRows::ENOUGH * 2 * 4 <= (32 << 10) / 3 && Copies::ENOUGH * 6 * 4 <= (32 << 10) / 3);
+    assert!(SurfaceRows::ENOUGH * 2 * 4 <= (32 << 10) / 3 && Copies::ENOUGH * 6 * 4 <= (32 << 10) / 3);
 
 /// Pairs of a ray and a ball, as a structure of arrays.
 pub(crate) struct Pairs {
     /// The number of the ray in the batch.
     pub(crate) rays: [u32; CANDIDATE_ROOM],
-    /// With [`BallRows`] the row; with [`Copies`] the sphere, and perhaps [`GLASS`].
+    /// The sphere; with [`Copies`] perhaps with [`GLASS`].
     pub(crate) balls: [u32; CANDIDATE_ROOM],
     /// With [`Copies`] only.
     pub(crate) centers: Vectors<CANDIDATE_ROOM>,
@@ -36,8 +39,8 @@ pub(crate) struct Pairs {
 pub(crate) struct BallLanes<L: Lanes> {
     center: V3<L>,
     radius_squared: L::F,
-    /// The sphere, and perhaps [`GLASS`].
-    id: L::U,
+    sphere: L::U,
+    is_glass: L::M,
 }
 
 /// Where the balls of pairs are.
@@ -49,31 +52,17 @@ pub(crate) trait Balls {
     fn load<L: Lanes>(&self, pairs: &Pairs, at: usize) -> BallLanes<L>;
 }
 
-/// A row per place of a leaf: centre, squared radius, and id as in [`Pairs::balls`] of [`Copies`].
-#[derive(Debug)]
-pub(crate) struct BallRows(Vec<Row>);
+/// The rows of the surfaces of all spheres, enclosures included.
+pub(crate) struct SurfaceRows<'a>(pub(crate) &'a [Row]);
 
-impl BallRows {
-    pub(crate) fn new(leaves: &[Leaf]) -> Self {
-        let row = |leaf: &Leaf, k: usize| {
-            let Leaf { x, y, z, radius_squared, spheres } = leaf;
-            Row([x[k], y[k], z[k], radius_squared[k], f32::from_bits(spheres[k]), 0.0, 0.0, 0.0])
-        };
-        Self(leaves.iter().flat_map(|leaf| (0..WIDTH).map(move |k| row(leaf, k))).collect())
-    }
-
-    pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&self.0[..])
-    }
-}
-
-impl Balls for BallRows {
+impl Balls for SurfaceRows<'_> {
     const ENOUGH: usize = 1024;
 
     #[inline(always)]
     fn load<L: Lanes>(&self, pairs: &Pairs, at: usize) -> BallLanes<L> {
-        let [x, y, z, radius_squared, id, ..] = L::gather_rows(&self.0, &pairs.balls[at..at + L::N]);
-        BallLanes { center: V3::new(x, y, z), radius_squared, id: L::bits(id) }
+        let spheres = &pairs.balls[at..at + L::N];
+        let (center, radius, is_glass) = ball_lanes::<L>(self.0, spheres);
+        BallLanes { center, radius_squared: radius * radius, sphere: L::load_u(spheres), is_glass }
     }
 }
 
@@ -86,7 +75,8 @@ impl Balls for Copies {
     #[inline(always)]
     fn load<L: Lanes>(&self, pairs: &Pairs, at: usize) -> BallLanes<L> {
         let (center, radius_squared) = (pairs.centers.load::<L>(at), L::load(&pairs.radii_squared[at..]));
-        BallLanes { center, radius_squared, id: L::load_u(&pairs.balls[at..]) }
+        let (id, glass) = (L::load_u(&pairs.balls[at..]), L::u(GLASS));
+        BallLanes { center, radius_squared, sphere: id & L::u(!GLASS), is_glass: L::eq(id & glass, glass) }
     }
 }
 
@@ -171,9 +161,7 @@ impl Candidates {
         for at in (0..self.count).step_by(L::N) {
             let rays = &self.pairs.rays[at..at + L::N];
             let RayLanes { origin, direction, leaves, ignores } = RayLanes::<L>::gather(&self.rows[..], rays);
-            let BallLanes { center, radius_squared, id } = balls.load::<L>(&self.pairs, at);
-            let (glass, sphere) = (L::u(GLASS), id & L::u(!GLASS));
-            let is_glass = L::eq(id & glass, glass);
+            let BallLanes { center, radius_squared, sphere, is_glass } = balls.load::<L>(&self.pairs, at);
             let leaves = L::eq(sphere, leaves);
             let (t, valid) = meet(origin, direction, leaves, center, radius_squared, is_glass);
             let valid = valid & L::first(self.count - at) & !L::eq(sphere, ignores);

@@ -16,9 +16,9 @@
 //!    A tree walked ray by ray is slower up to about a thousand balls, for its branches and its chain of latencies.
 //! 3. Candidates come in any order, and the minimum of their keys ([`super::keys`]) is the nearest hit.
 
-use super::candidates::{BallRows, Candidates};
+use super::candidates::{Candidates, SurfaceRows};
 use super::cull::{may_meet, trust};
-use super::leaves::{Ball, Leaf, WIDTH};
+use super::leaves::{Ball, GLASS, Leaf, WIDTH};
 use super::rays::Rays;
 use crate::pages::Pages;
 use crate::paths::{Floats, ROOM, Words};
@@ -31,7 +31,6 @@ pub(crate) struct Clusters {
     leaves: Pages<Leaf>,
     /// The bounding sphere of each leaf: centre and squared radius.
     bounding_spheres: Vec<[f32; 4]>,
-    rows: BallRows,
 }
 
 /// Per cluster, the rays that may hit it.
@@ -53,8 +52,7 @@ impl Clusters {
     /// From the leaves of [`super::leaves::arranged`].
     pub(crate) fn new(leaves: Pages<Leaf>) -> Self {
         let around = |leaf: &Leaf| bounding_sphere(&leaf.balls().collect::<Vec<_>>());
-        let (bounding_spheres, rows) = (leaves.iter().map(around).collect(), BallRows::new(&leaves));
-        Self { leaves, bounding_spheres, rows }
+        Self { bounding_spheres: leaves.iter().map(around).collect(), leaves }
     }
 
     pub(crate) fn leaves(&self) -> &[Leaf] {
@@ -62,13 +60,14 @@ impl Clusters {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&self.leaves[..]) + size_of_val(&self.bounding_spheres[..]) + self.rows.bytes()
+        size_of_val(&self.leaves[..]) + size_of_val(&self.bounding_spheres[..])
     }
 
     /// Lowers the keys of the rays to those of their nearest hits. Rays with a negative `t` are skipped.
     #[inline(always)]
     pub(crate) fn search<L: Lanes>(
         &self,
+        surfaces: &SurfaceRows,
         rays: &Rays,
         t: &Floats,
         queues: &mut Queues,
@@ -83,16 +82,15 @@ impl Clusters {
             self.enqueue::<L>(origin, direction, live, at, queues);
         }
         candidates.work.boxes += queues.counts.iter().sum::<usize>() as u64;
-        let queues = queues.waiting.iter().zip(&queues.counts);
-        for (leaf, (waiting, count)) in queues.enumerate() {
+        for (leaf, (waiting, count)) in self.leaves.iter().zip(queues.waiting.iter().zip(&queues.counts)) {
             for at in (0..*count).step_by(L::N) {
-                self.cull::<L>(leaf, &waiting[at..], L::first(*count - at), candidates);
-                if candidates.are_enough(&self.rows) {
-                    candidates.evaluate::<L>(&self.rows, keys);
+                cull::<L>(leaf, &waiting[at..], L::first(*count - at), candidates);
+                if candidates.are_enough(surfaces) {
+                    candidates.evaluate::<L>(surfaces, keys);
                 }
             }
         }
-        candidates.evaluate::<L>(&self.rows, keys);
+        candidates.evaluate::<L>(surfaces, keys);
     }
 
     /// Appends a packet, the rays from `at` on, to the queues of the clusters that they may hit.
@@ -107,23 +105,22 @@ impl Clusters {
             *count += L::mask_bits(may).count_ones() as usize;
         }
     }
+}
 
-    /// Adds to the candidates each ball of a leaf with each waiting ray that may hit it.
-    #[inline(always)]
-    fn cull<L: Lanes>(&self, leaf: usize, waiting: &[u32], live: L::M, candidates: &mut Candidates) {
-        let Leaf { x, y, z, radius_squared, .. } = &self.leaves[leaf];
-        let (origin, direction) = candidates.gather_rays::<L>(waiting);
-        let (ids, trust) = (L::load_u(waiting), trust(direction));
-        let mut count = candidates.count;
-        for k in 0..WIDTH {
-            let center = V3::new(L::f(x[k]), L::f(y[k]), L::f(z[k]));
-            let may = live & may_meet(origin, direction, trust, center, L::f(radius_squared[k]));
-            L::compress_u(may, ids, &mut candidates.pairs.rays[count..]);
-            L::store_u(L::u((leaf * WIDTH + k) as u32), &mut candidates.pairs.balls[count..]);
-            count += L::mask_bits(may).count_ones() as usize;
-        }
-        candidates.count = count;
+/// Adds to the candidates each ball of a leaf with each waiting ray that may hit it.
+#[inline(always)]
+fn cull<L: Lanes>(leaf: &Leaf, waiting: &[u32], live: L::M, candidates: &mut Candidates) {
+    let (origin, direction) = candidates.gather_rays::<L>(waiting);
+    let (ids, trust) = (L::load_u(waiting), trust(direction));
+    let mut count = candidates.count;
+    for k in 0..WIDTH {
+        let center = V3::new(L::f(leaf.x[k]), L::f(leaf.y[k]), L::f(leaf.z[k]));
+        let may = live & may_meet(origin, direction, trust, center, L::f(leaf.radius_squared[k]));
+        L::compress_u(may, ids, &mut candidates.pairs.rays[count..]);
+        L::store_u(L::u(leaf.spheres[k] & !GLASS), &mut candidates.pairs.balls[count..]);
+        count += L::mask_bits(may).count_ones() as usize;
     }
+    candidates.count = count;
 }
 
 /// A small bounding sphere of some balls: centre and squared radius.

@@ -17,10 +17,10 @@ mod tree;
 use crate::parameters::Parameters;
 use crate::paths::{Floats, ROOM, Words};
 use crate::search::{Search, Work, ball_count};
-use candidates::Candidates;
+use candidates::{Candidates, SurfaceRows};
 use clusters::{Clusters, Queues};
 use keys::{hit_key, key_distance, limit_key};
-use lanes::Lanes;
+use lanes::{Lanes, Row};
 use leaves::arranged;
 use rayon::prelude::*;
 pub(crate) use rays::{BLOCKED, IGNORES_NONE, Rays};
@@ -112,6 +112,7 @@ impl Hierarchy {
     #[inline(always)]
     pub(crate) fn nearest<L: Lanes>(
         &self,
+        surfaces: &[Row],
         rays: &Rays,
         buffers: &mut SearchBuffers,
         t: &mut Floats,
@@ -128,7 +129,7 @@ impl Hierarchy {
         match self {
             Self::InTurn => {}
             Self::Clusters(clusters) => {
-                clusters.search::<L>(rays, t, queues, candidates, &mut keys);
+                clusters.search::<L>(&SurfaceRows(surfaces), rays, t, queues, candidates, &mut keys);
             }
             Self::Tree(tree) => tree.search::<L, false>(rays, t, wave, candidates, &mut keys),
         }
@@ -142,7 +143,13 @@ impl Hierarchy {
 
     /// Sets `t` to [`BLOCKED`] where the ray hits a ball nearer than `t`.
     #[inline(always)]
-    pub(crate) fn occlude<L: Lanes>(&self, rays: &Rays, buffers: &mut SearchBuffers, t: &mut Floats) {
+    pub(crate) fn occlude<L: Lanes>(
+        &self,
+        surfaces: &[Row],
+        rays: &Rays,
+        buffers: &mut SearchBuffers,
+        t: &mut Floats,
+    ) {
         if !self.holds_balls() {
             return;
         }
@@ -154,7 +161,7 @@ impl Hierarchy {
         match self {
             Self::InTurn => {}
             Self::Clusters(clusters) => {
-                clusters.search::<L>(rays, t, queues, candidates, &mut keys);
+                clusters.search::<L>(&SurfaceRows(surfaces), rays, t, queues, candidates, &mut keys);
             }
             Self::Tree(tree) => tree.search::<L, true>(rays, t, wave, candidates, &mut keys),
         }
