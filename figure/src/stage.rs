@@ -104,8 +104,10 @@ const TANGENT: f64 = 0.176_326_980_708_464_97;
 const MARGIN: f64 = 0.05;
 /// How much higher than level the principal view is with a ground, as a tangent, so that the ground is seen.
 const TILT: f64 = 0.25;
-/// Paths per pixel of a quick picture.
-const PATHS: u32 = 64;
+/// Paths per pixel of a quick picture, and shadow rays of each from the first surface: most noise is of direct light, from
+/// three lamps and the background (docs/particles.md).
+const PATHS: u32 = 32;
+const LIGHT_SAMPLES: u32 = 4;
 /// Iterations of photon mapping, which take longer.
 const ITERATIONS: u32 = 48;
 /// Radius of the ground, in sizes of what stands on it: flat to the eye, and yet exact in `f32`.
@@ -388,6 +390,7 @@ impl Shot {
             iterations: if is_matte { PATHS } else { ITERATIONS },
             photons_per_iteration: 200_000,
             max_depth: 16,
+            light_samples: if is_matte { LIGHT_SAMPLES } else { 1 },
             initial_radius: initial_radius.clamp(least, most),
             ..Settings::default()
         }

@@ -49,6 +49,7 @@ def render(
     filter: Filter | None = None,
     radius_schedule: RadiusSchedule | None = None,
     radius_pilots: int | None = None,
+    light_samples: int | None = None,
     method: Method | None = None,
     engine: Engine = "fast",
     lanes: Lanes | None = None,
@@ -102,6 +103,7 @@ def render(
             filter=filter,
             radius_schedule=radius_schedule,
             radius_pilots=radius_pilots,
+            light_samples=light_samples,
             method=method,
             engine=engine,
             lanes=lanes,
@@ -141,6 +143,7 @@ class Render:
         filter: Filter | None = None,
         radius_schedule: RadiusSchedule | None = None,
         radius_pilots: int | None = None,
+        light_samples: int | None = None,
         method: Method | None = None,
         engine: Engine = "fast",
         lanes: Lanes | None = None,
@@ -174,6 +177,7 @@ class Render:
             filter=filter,
             radius_schedule=radius_schedule,
             radius_pilots=radius_pilots,
+            light_samples=light_samples,
         )
         if every is not None and checkpoint is None:
             raise InputError("every says how often a checkpoint is written; name its file by checkpoint")

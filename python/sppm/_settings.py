@@ -49,10 +49,12 @@ class Settings:
     radius_pilots: int = 0
     """Iterations of each of the eight small renders by which the first radius of every pixel is chosen, from
     ``initial_radius`` down to an eighth of it. If 0, all pixels begin with ``initial_radius``."""
+    light_samples: int = 1
+    """Shadow rays from the first diffuse surface of each path from the eye, from 1 to 16."""
 
     def __post_init__(self) -> None:
         """Checks all values."""
-        for name in ("width", "height", "iterations", "photons_per_iteration", "max_depth"):
+        for name in ("width", "height", "iterations", "photons_per_iteration", "max_depth", "light_samples"):
             object.__setattr__(self, name, whole(getattr(self, name), name, 1, _MAX_U32, InputError))
         pilots = whole(self.radius_pilots, "radius_pilots", 0, _MAX_U32, InputError)
         object.__setattr__(self, "radius_pilots", pilots)
@@ -86,4 +88,5 @@ def to_tuple(settings: Settings) -> SettingsTuple:
         settings.filter,
         settings.radius_schedule,
         settings.radius_pilots,
+        settings.light_samples,
     )

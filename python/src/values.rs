@@ -8,7 +8,7 @@ use scene::{Camera, Filter, Material, RadiusSchedule, Rgb, Settings, Vec3};
 pub(crate) type CameraTuple = ([f32; 3], [f32; 3], [f32; 3], f32, f32, f32, [f32; 2]);
 /// Width, height, iterations, `photons_per_iteration`, `max_depth`, `initial_radius`, seed, filter, radius
 /// schedule.
-pub(crate) type SettingsTuple = (u32, u32, u32, u32, u32, f32, u64, String, String, u32);
+pub(crate) type SettingsTuple = (u32, u32, u32, u32, u32, f32, u64, String, String, u32, u32);
 /// Type, albedo, ior (for dielectrics).
 pub(crate) type MaterialTuple = (String, [f32; 3], Option<f32>);
 
@@ -39,6 +39,7 @@ pub(crate) fn settings(values: SettingsTuple) -> PyResult<Settings> {
         filter,
         schedule,
         radius_pilots,
+        light_samples,
     ) = values;
     let filter = named("filter", &filter, Filter::ALL, Filter::name)?;
     let radius_schedule = named("radius_schedule", &schedule, RadiusSchedule::ALL, RadiusSchedule::name)?;
@@ -53,6 +54,7 @@ pub(crate) fn settings(values: SettingsTuple) -> PyResult<Settings> {
         filter,
         radius_schedule,
         radius_pilots,
+        light_samples,
     })
 }
 
@@ -68,6 +70,7 @@ pub(crate) fn of_settings(settings: &Settings) -> SettingsTuple {
         filter,
         radius_schedule,
         radius_pilots,
+        light_samples,
     } = *settings;
     let (filter, schedule) = (filter.name().into(), radius_schedule.name().into());
     (
@@ -81,6 +84,7 @@ pub(crate) fn of_settings(settings: &Settings) -> SettingsTuple {
         filter,
         schedule,
         radius_pilots,
+        light_samples,
     )
 }
 

@@ -54,32 +54,58 @@ mod dimension {
 /// rest (at glass, after the first four segments) come from the pixel's own stream.
 pub struct CameraNumbers {
     iteration: u32,
+    light_samples: u32,
     index: u32,
     shifts: [u32; DIMENSIONS],
-    stream: Stream,
+    /// The numbers that are not stratified.
+    pub(crate) stream: Stream,
 }
 
 impl CameraNumbers {
     /// The numbers of pixel (x, y) in iteration `iteration`.
     pub fn new(settings: &Settings, iteration: u32, x: u32, y: u32) -> Self {
+        Self::with_stream(Family::Camera, settings, iteration, x, y)
+    }
+
+    /// The same, with the pixel's stream of another family.
+    pub(crate) fn with_stream(family: Family, settings: &Settings, iteration: u32, x: u32, y: u32) -> Self {
         let tile = (y / 8) * settings.width.div_ceil(8) + x / 8;
         let mut tile_stream = StreamKey::new(settings.seed, Family::Tile, 0).stream(tile);
-        let key = StreamKey::new(settings.seed, Family::Camera, iteration);
+        let key = StreamKey::new(settings.seed, family, iteration);
         Self {
             iteration,
+            light_samples: settings.light_samples,
             index: morton(x & 7, y & 7),
             shifts: std::array::from_fn(|_| tile_stream.next_u32()),
             stream: key.stream(y * settings.width + x),
         }
     }
 
-    fn stratified(&self, dimension: usize) -> f32 {
-        let shifted = sobol(self.index, dimension) ^ self.shifts[dimension];
-        unit_float(shifted.wrapping_add(moved_on(self.iteration, dimension)))
+    pub(crate) fn stratified(&self, dimension: usize) -> f32 {
+        self.stratified_at(self.iteration, dimension)
     }
 
-    fn pair(&self, [a, b]: [usize; 2]) -> (f32, f32) {
+    /// As in iteration `iteration`.
+    fn stratified_at(&self, iteration: u32, dimension: usize) -> f32 {
+        let shifted = sobol(self.index, dimension) ^ self.shifts[dimension];
+        unit_float(shifted.wrapping_add(moved_on(iteration, dimension)))
+    }
+
+    pub(crate) fn pair(&self, [a, b]: [usize; 2]) -> (f32, f32) {
         (self.stratified(a), self.stratified(b))
+    }
+
+    /// How many shadow rays the first diffuse surface sends.
+    pub(crate) fn light_samples(&self) -> u32 {
+        self.light_samples
+    }
+
+    /// The numbers of one of these shadow rays: one to choose the light, two for the point on it. Those of all iterations
+    /// are one sequence.
+    pub(crate) fn light(&self, sample: u32) -> [f32; 3] {
+        let place = self.iteration.wrapping_mul(self.light_samples).wrapping_add(sample);
+        let [u, v] = dimension::LIGHT_POINT;
+        [dimension::LIGHT, u, v].map(|d| self.stratified_at(place, d))
     }
 
     /// The number that chooses between reflection and refraction if segment `segment` ends at glass.
@@ -114,7 +140,7 @@ pub fn trace(
                 if beta == Rgb::ZERO {
                     break;
                 }
-                stats.shadow_rays += 1;
+                stats.shadow_rays += u64::from(numbers.light_samples);
                 stats.visible_points += 1;
                 direct += beta * irradiance(still, &hit, numbers);
                 let visible = VisiblePoint { point: hit.point, normal: hit.normal, sphere: hit.sphere, beta };
@@ -134,8 +160,12 @@ pub fn trace(
 
 fn irradiance(still: &Still, hit: &Hit, numbers: &CameraNumbers) -> Rgb {
     let receiver = Receiver { point: hit.point, normal: hit.normal, sphere: hit.sphere };
-    let (u, v) = numbers.pair(dimension::LIGHT_POINT);
-    estimate_irradiance(still, &receiver, numbers.stratified(dimension::LIGHT), u, v)
+    let mut sum = Rgb::ZERO;
+    for sample in 0..numbers.light_samples {
+        let [choice, u, v] = numbers.light(sample);
+        sum += estimate_irradiance(still, &receiver, choice, u, v);
+    }
+    sum * (1.0 / numbers.light_samples as f32)
 }
 
 /// The camera ray of pixel (x, y), with a random position that the pixel's filter chooses, and on the lens if there is
@@ -154,7 +184,7 @@ pub fn camera_ray(
 
 /// The position from the top left of a pixel that two uniform numbers give under `filter`, the box if there is none; and
 /// what a sample there counts.
-pub fn place_in_pixel(filter: Option<&Table>, (u, v): (f32, f32)) -> ((f32, f32), f32) {
+fn place_in_pixel(filter: Option<&Table>, (u, v): (f32, f32)) -> ((f32, f32), f32) {
     let Some(table) = filter else { return ((u, v), 1.0) };
     let ((x, weight_x), (y, weight_y)) = (table.place(u), table.place(v));
     ((x, y), weight_x * weight_y)

@@ -4,7 +4,7 @@
 //! have the same limits as in SPPM: at most `max_depth` segments up to the first diffuse surface, and at most as many
 //! from there to the light.
 
-use crate::camera_pass::{place_in_pixel, ray_through};
+use crate::camera_pass::{CameraNumbers, camera_ray};
 use crate::direct_light::estimate_irradiance;
 use crate::intersect::intersect;
 use crate::light_choice::Receiver;
@@ -12,7 +12,7 @@ use crate::sampling::cosine_hemisphere;
 use crate::scatter::{dielectric, reflect};
 use rayon::prelude::*;
 use scene::filter::Table;
-use scene::rng::{Family, Stream, StreamKey};
+use scene::rng::Family;
 use scene::{
     Engine, Material, Probe, Progress, Ray, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums,
     max_component,
@@ -66,8 +66,7 @@ impl Engine for PathTracer<'_> {
         let Progress { settings, next, .. } = &self.progress;
         let still = self.scene.at(self.scene.camera.shutter_time(settings.seed, *next));
         let frame = self.scene.camera.frame(settings.width, settings.height);
-        let key = StreamKey::new(settings.seed, Family::Path, *next);
-        let (width, depth) = (settings.width, settings.max_depth);
+        let width = settings.width;
         let row_of_paths = |(y, row): (usize, &mut [Rgb])| {
             let mut segments = 0;
             stop.meter().advance(width.into());
@@ -75,13 +74,10 @@ impl Engine for PathTracer<'_> {
                 if stop.is_requested() {
                     return None;
                 }
-                let mut stream = key.stream(y as u32 * width + x as u32);
-                let in_pixel = (stream.next_f32(), stream.next_f32());
-                let (place, weight) = place_in_pixel(self.filter.as_deref(), in_pixel);
-                let lens = (stream.next_f32(), stream.next_f32());
-                let place = (x as f32 + place.0, y as f32 + place.1);
-                let ray = ray_through(&frame, place, (frame.aperture_radius > 0.0).then_some(lens));
-                *sample = trace(&still, ray, depth, &mut stream, &mut segments) * weight;
+                let mut numbers = PathNumbers::new(settings, *next, x as u32, y as u32);
+                let (ray, weight) =
+                    camera_ray(&frame, self.filter.as_deref(), x as u32, y as u32, &numbers.camera);
+                *sample = trace(&still, ray, settings.max_depth, &mut numbers, &mut segments) * weight;
             }
             Some(segments)
         };
@@ -134,8 +130,52 @@ impl Resumable for PathTracer<'_> {
     }
 }
 
+/// Which dimensions of a pixel's Sobol point the path tracer uses otherwise than the camera pass: those of the choices at
+/// glass serve the first two segments and, as a pair that is spread evenly, the direction in which a path leaves its first
+/// diffuse surface.
+mod dimension {
+    pub(super) const LOBES: [usize; 2] = [8, 10];
+    pub(super) const BOUNCE: [usize; 2] = [7, 9];
+}
+
+/// The random numbers of one path: stratified as those of the camera pass up to the first diffuse surface, and for the
+/// direction in which the path leaves it; the rest come from the pixel's own stream.
+struct PathNumbers {
+    camera: CameraNumbers,
+}
+
+impl PathNumbers {
+    fn new(settings: &Settings, iteration: u32, x: u32, y: u32) -> Self {
+        Self { camera: CameraNumbers::with_stream(Family::Path, settings, iteration, x, y) }
+    }
+
+    /// The next number of the stream.
+    fn next_f32(&mut self) -> f32 {
+        self.camera.stream.next_f32()
+    }
+
+    /// The number that chooses between reflection and refraction if the segment ends at glass; `segment` counts from the
+    /// eye, and is `None` after the first diffuse surface.
+    fn lobe(&mut self, segment: Option<u32>) -> f32 {
+        match segment.and_then(|segment| dimension::LOBES.get(segment as usize)) {
+            Some(&dimension) => self.camera.stratified(dimension),
+            None => self.next_f32(),
+        }
+    }
+
+    /// The numbers of light sample `sample` at the first diffuse surface, or at a later one.
+    fn light(&mut self, is_first: bool, sample: u32) -> [f32; 3] {
+        if is_first { self.camera.light(sample) } else { std::array::from_fn(|_| self.next_f32()) }
+    }
+
+    /// The numbers of the direction in which a path leaves a diffuse surface.
+    fn bounce(&mut self, is_first: bool) -> (f32, f32) {
+        if is_first { self.camera.pair(dimension::BOUNCE) } else { (self.next_f32(), self.next_f32()) }
+    }
+}
+
 /// The radiance of one random path.
-fn trace(still: &Still, ray: Ray, max_depth: u32, stream: &mut Stream, segments: &mut u64) -> Rgb {
+fn trace(still: &Still, ray: Ray, max_depth: u32, numbers: &mut PathNumbers, segments: &mut u64) -> Rgb {
     let (mut ray, mut throughput, mut radiance) = (ray, Rgb::ONE, Rgb::ZERO);
     // The product of the factors from refraction. It is kept out of the throughput that decides roulette, as it does
     // not change the chance of a path to find light.
@@ -152,23 +192,30 @@ fn trace(still: &Still, ray: Ray, max_depth: u32, stream: &mut Stream, segments:
             radiance += throughput * radiance_scale * still.spheres[hit.sphere as usize].emission;
         }
         let material = still.material(hit.sphere);
+        let segment = (!seen_diffuse).then_some(length - 1);
         throughput *= material.albedo();
         let direction = match *material {
             Material::Diffuse { .. } => {
-                if !seen_diffuse {
+                let is_first = !seen_diffuse;
+                if is_first {
                     (seen_diffuse, length) = (true, 0);
                 }
                 if length < max_depth {
                     let receiver = Receiver { point: hit.point, normal: hit.normal, sphere: hit.sphere };
-                    let [choice, u, v] = std::array::from_fn(|_| stream.next_f32());
-                    let irradiance = estimate_irradiance(still, &receiver, choice, u, v);
-                    radiance += throughput * (radiance_scale * FRAC_1_PI) * irradiance;
+                    let samples = if is_first { numbers.camera.light_samples() } else { 1 };
+                    let share = 1.0 / samples as f32;
+                    for sample in 0..samples {
+                        let [choice, u, v] = numbers.light(is_first, sample);
+                        let irradiance = estimate_irradiance(still, &receiver, choice, u, v);
+                        radiance += throughput * (radiance_scale * FRAC_1_PI * share) * irradiance;
+                    }
                 }
-                cosine_hemisphere(hit.normal, stream.next_f32(), stream.next_f32())
+                let (u, v) = numbers.bounce(is_first);
+                cosine_hemisphere(hit.normal, u, v)
             }
             Material::Specular { .. } => reflect(ray.direction, hit.normal),
             Material::Dielectric { ior, .. } => {
-                let (direction, scale) = dielectric(ray.direction, &hit, ior, stream.next_f32());
+                let (direction, scale) = dielectric(ray.direction, &hit, ior, numbers.lobe(segment));
                 radiance_scale *= scale;
                 direction
             }
@@ -177,7 +224,7 @@ fn trace(still: &Still, ray: Ray, max_depth: u32, stream: &mut Stream, segments:
         // Russian roulette by the throughput, which starts at 1; only after the first diffuse surface.
         let survival = max_component(throughput).min(1.0);
         if seen_diffuse {
-            if stream.next_f32() >= survival {
+            if numbers.next_f32() >= survival {
                 break;
             }
             throughput /= survival;

@@ -33,6 +33,14 @@ pub struct Settings {
     /// `initial_radius`; nothing to the path tracer.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub radius_pilots: u32,
+    /// Shadow rays that each path from the eye sends from its first diffuse surface: direct light there is their mean. More
+    /// of them lessen the noise of direct light, for the time that they take.
+    #[serde(default = "one")]
+    pub light_samples: u32,
+}
+
+fn one() -> u32 {
+    1
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref)] // as serde wants it
@@ -54,6 +62,7 @@ impl Default for Settings {
             filter: Filter::Box,
             radius_schedule: RadiusSchedule::PerPixel,
             radius_pilots: 0,
+            light_samples: 1,
         }
     }
 }
@@ -68,6 +77,8 @@ pub const MAX_ITERATIONS: u32 = 1 << 30;
 pub const MAX_PHOTONS: u32 = 1 << 28;
 /// Most iterations of a small render by which radii are chosen.
 pub const MAX_RADIUS_PILOTS: u32 = 1 << 12;
+/// Most shadow rays from a point.
+pub const MAX_LIGHT_SAMPLES: u32 = 16;
 /// Most segments of a path.
 pub const MAX_DEPTH: u32 = 1 << 12;
 /// `photons_per_iteration * max_depth` stays below this, so that a count of photons fits an `i32`, and a sum of fluxes
@@ -120,6 +131,7 @@ impl Settings {
         whole("iterations", self.iterations, MAX_ITERATIONS)?;
         whole("photons_per_iteration", self.photons_per_iteration, MAX_PHOTONS)?;
         whole("max_depth", self.max_depth, MAX_DEPTH)?;
+        whole("light_samples", self.light_samples, MAX_LIGHT_SAMPLES)?;
         if self.max_deposits() >= MAX_DEPOSITS {
             let (l, d) = (self.photons_per_iteration, self.max_depth);
             return Err(error(
@@ -196,12 +208,13 @@ mod tests {
     #[test]
     fn each_bound_holds_to_the_last_step() {
         type Field = fn(&mut Settings) -> &mut u32;
-        let fields: [(&str, Field, u32); 5] = [
+        let fields: [(&str, Field, u32); 6] = [
             ("width", |s| &mut s.width, MAX_SIDE),
             ("height", |s| &mut s.height, MAX_SIDE),
             ("iterations", |s| &mut s.iterations, MAX_ITERATIONS),
             ("photons_per_iteration", |s| &mut s.photons_per_iteration, MAX_PHOTONS),
             ("max_depth", |s| &mut s.max_depth, MAX_DEPTH),
+            ("light_samples", |s| &mut s.light_samples, MAX_LIGHT_SAMPLES),
         ];
         for (name, field, most) in fields {
             assert_verdict(|s| *field(s) = 0, Some(name));

@@ -15,7 +15,7 @@ use std::fmt;
 /// of two versions are never added up.
 ///
 /// 2: shadow rays choose their light by what it may send to the point. 3: photons are aimed.
-pub const TRANSPORT: u32 = 3;
+pub const TRANSPORT: u32 = 4;
 
 /// The meaning of a pixel's words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

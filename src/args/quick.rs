@@ -15,5 +15,6 @@ pub(crate) fn quick(own: &Settings) -> Settings {
         filter: own.filter,
         radius_schedule: own.radius_schedule,
         radius_pilots: 0,
+        light_samples: 1,
     }
 }

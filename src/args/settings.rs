@@ -5,8 +5,8 @@ use crate::terminal::error::Error;
 use clap::Args as ClapArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use scene::settings::{
-    BYTES_PER_PIXEL, MAX_DEPTH, MAX_ITERATIONS, MAX_PHOTONS, MAX_RADIUS_PILOTS, MAX_SIDE, RADIUS_RANGE,
-    SettingsError,
+    BYTES_PER_PIXEL, MAX_DEPTH, MAX_ITERATIONS, MAX_LIGHT_SAMPLES, MAX_PHOTONS, MAX_RADIUS_PILOTS, MAX_SIDE,
+    RADIUS_RANGE, SettingsError,
 };
 use scene::{Automatic, Filter, Quality, RadiusSchedule, Settings};
 
@@ -73,6 +73,11 @@ pub(crate) struct SettingsArgs {
     #[arg(long, value_name = "N", allow_hyphen_values = true)]
     #[arg(value_parser = or_auto(whole::<u32>(0, MAX_RADIUS_PILOTS.into())))]
     pub radius_pilots: Option<Given<u32>>,
+
+    /// Send so many shadow rays from the first diffuse surface of each path from the eye, up to 16: less noise of direct
+    /// light, for the time that they take
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1, MAX_LIGHT_SAMPLES.into()), allow_hyphen_values = true)]
+    pub light_samples: Option<u32>,
 }
 
 /// Parses the name of a filter.
@@ -104,6 +109,7 @@ impl SettingsArgs {
             filter: self.filter.unwrap_or(own.filter),
             radius_schedule: self.radius_schedule.unwrap_or(own.radius_schedule),
             radius_pilots: Given::number_or(self.radius_pilots, own.radius_pilots),
+            light_samples: self.light_samples.unwrap_or(own.light_samples),
         };
         settings.validate().map_err(|error| Error::BadInput(self.blame(&error)))?;
         Ok(settings)

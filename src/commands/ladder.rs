@@ -232,6 +232,11 @@ fn cases(args: &LadderArgs) -> Result<Vec<Case>, Error> {
             let problem = "--radius-pilots: the ladder's rows begin with one radius; it must be 0";
             return Err(Error::BadInput(problem.into()));
         }
+        if settings.light_samples > 1 {
+            let problem =
+                "--light-samples: the ladder's rows send one shadow ray from each point; it must be 1";
+            return Err(Error::BadInput(problem.into()));
+        }
         let (name, scene) = (opened.stem.to_string_lossy().into_owned(), opened.scene);
         match args.sweep.map(Sweep::from) {
             Some(sweep) => all.extend(sweep.cases(&name, &scene, settings, args.quick).map_err(told)?),

@@ -216,6 +216,7 @@ fn tell_beginning(notice: &Notice) {
         filter,
         radius_schedule,
         radius_pilots,
+        light_samples,
     } = settings;
     let lanes = lanes.map_or(String::new(), |lanes| format!(" on {} lanes", lanes.name()));
     let iterations = match *iterations {
@@ -234,9 +235,13 @@ fn tell_beginning(notice: &Notice) {
         0 => String::new(),
         n => format!(" (at most, by pilots of {})", counted(*n, "iteration")),
     };
+    let samples = match light_samples {
+        1 => String::new(),
+        n => format!(", {}", counted(*n, "light sample")),
+    };
     debug!(
         bytes_at_most,
-        "{scene}: {width} x {height} pixels, {iterations}, {} each, depth {max_depth}, radius {initial_radius}{schedule}{pilots}, seed \
+        "{scene}: {width} x {height} pixels, {iterations}, {} each, depth {max_depth}, radius {initial_radius}{schedule}{pilots}{samples}, seed \
          {seed}{filter}; method {}, engine {}{lanes}, {}; up to {}",
         counted(*photons_per_iteration, "photon"),
         renderer.method.name(),

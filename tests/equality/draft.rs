@@ -4,7 +4,7 @@
 use crate::placement::{Placement, among_others, around_all, log_uniform, point};
 use files::scene_file;
 use proptest::prelude::*;
-use scene::settings::RADIUS_RANGE;
+use scene::settings::{MAX_LIGHT_SAMPLES, RADIUS_RANGE};
 use scene::{Filter, Material, RadiusSchedule, Rgb, Scene, Settings, Vec3};
 use std::fmt::Write;
 
@@ -78,14 +78,15 @@ fn settings() -> impl Strategy<Value = Settings> {
     let filter =
         prop_oneof![2 => Just(Filter::Box), 1 => Just(Filter::Gaussian), 1 => Just(Filter::Mitchell)];
     let pilots = prop_oneof![5 => Just(0), 1 => 1..3_u32];
-    (size(), size(), 1..4_u32, photons, depth, (radius, pilots), any::<u64>(), filter).prop_map(
+    let samples = prop_oneof![3 => Just(1), 1 => 2..=MAX_LIGHT_SAMPLES];
+    (size(), size(), 1..4_u32, photons, depth, (radius, pilots, samples), any::<u64>(), filter).prop_map(
         |(
             width,
             height,
             iterations,
             photons_per_iteration,
             max_depth,
-            (initial_radius, pilots),
+            (initial_radius, pilots, light_samples),
             seed,
             filter,
         )| {
@@ -102,6 +103,7 @@ fn settings() -> impl Strategy<Value = Settings> {
                 filter,
                 radius_schedule: RadiusSchedule::PerPixel,
                 radius_pilots,
+                light_samples,
             }
         },
     )

@@ -3,7 +3,7 @@
 use crate::pair::{MOST_THREADS, Way, all_lanes, assert_equal_paths, tell};
 use fast::Parameters;
 use files::builtin::{SCENES, scene};
-use scene::settings::MAX_DEPTH;
+use scene::settings::{MAX_DEPTH, MAX_LIGHT_SAMPLES};
 use scene::{Filter, Scene, Settings};
 
 fn small(name: &str) -> (Scene, Settings) {
@@ -47,6 +47,19 @@ fn depths() {
         }
     }
     tell(cases, "depths by paths");
+}
+
+/// A list of points that is worked off in the midst of a stage, and one that holds a single packet.
+#[test]
+fn light_samples() {
+    let mut cases = 0;
+    for name in ["random", "mirror"] {
+        let (scene, settings) = small(name);
+        for light_samples in [2, 3, 7, MAX_LIGHT_SAMPLES] {
+            cases += assert_equal_paths(&scene, &Settings { light_samples, ..settings }, &all_lanes(2));
+        }
+    }
+    tell(cases, "light samples by paths");
 }
 
 #[test]

@@ -18,6 +18,7 @@ mod grid;
 mod harness;
 mod intersection;
 mod light_choice;
+mod light_samples;
 mod lights;
 mod roles;
 mod sampling;

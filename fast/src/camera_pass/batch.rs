@@ -1,11 +1,11 @@
 //! The camera paths of a batch of pixels.
 
 use super::eye::{Eye, EyeRays};
-use super::numbers::{Numbers, dimension, gather};
-use crate::direct_light::{LightTable, Receivers, ShadowNumbers, ShadowRays};
+use super::numbers::{Numbers, dimension};
+use crate::direct_light::{LightTable, Receivers, ShadowRays};
 use crate::hierarchy::SearchBuffers;
 use crate::material::{Materials, kind};
-use crate::paths::{Packet, Paths, ROOM, Vectors, Words};
+use crate::paths::{Floats, Packet, Paths, ROOM, Vectors, Words};
 use crate::pixels::{PixelRows, PixelRowsLanes};
 use crate::sampling::{next_uniform, stream_state};
 use crate::scatter::{dielectric, reflect};
@@ -51,6 +51,8 @@ pub(crate) struct CameraBatch {
     ended: Box<Ended>,
     /// Direct light of each pixel: of lamps that its path meets.
     direct: Box<Vectors>,
+    /// The sum over the shadow rays of each of the paths that have ended.
+    irradiance: Box<Vectors>,
     numbers: Numbers,
 }
 
@@ -74,7 +76,8 @@ impl CameraBatch {
             search: SearchBuffers::new(),
             shadows: Box::new(ShadowRays::new()),
             ended: Box::new(Ended { point, normal, beta, sphere: words, slot: words, count: 0 }),
-            direct: Box::new(vectors),
+            direct: Box::new(vectors.clone()),
+            irradiance: Box::new(vectors),
             numbers: Numbers::new(),
         }
     }
@@ -92,8 +95,7 @@ impl CameraPass<'_> {
     ) -> CameraCounts {
         let mut counts = CameraCounts::default();
         batch.ended.count = 0;
-        let key = (self.settings.seed, self.iteration);
-        batch.numbers.draw::<L>(&self.eye.tiles, key, first, rows.len());
+        batch.numbers.begin(self.settings, self.iteration, first, rows.len());
         let mut live = self.make_rays::<L>(batch, first, rows.len());
         for segment in 0..self.settings.max_depth {
             if live == 0 {
@@ -121,7 +123,8 @@ impl CameraPass<'_> {
         if !L::any(needed) {
             return L::f(0.0);
         }
-        numbers.compute::<L>(&self.eye.tiles, self.iteration, d, p.slot)
+        let [number] = numbers.of_slots::<L, 1>(&self.eye.tiles, [d], p.slot);
+        number
     }
 
     /// Makes the camera rays of the batch, except for slots outside of the image; returns their number.
@@ -131,8 +134,8 @@ impl CameraPass<'_> {
         let mut live = 0;
         for at in (0..count).step_by(L::N) {
             let pixels = self.eye.pixels::<L>(first + at);
-            let in_pixel = batch.numbers.load_pair::<L>(dimension::PIXEL, at);
-            let lens = batch.numbers.load_pair::<L>(dimension::LENS, at);
+            let [in_pixel, lens] = [dimension::PIXEL, dimension::LENS]
+                .map(|pair| batch.numbers.of_packet::<L>(&self.eye.tiles, pair, at));
             let EyeRays { origin, direction, weight } = self.eye.rays(&pixels, in_pixel, lens);
             let packet = Packet {
                 origin,
@@ -204,34 +207,37 @@ impl CameraPass<'_> {
         }
     }
 
-    /// Direct light on all visible points.
+    /// Direct light on all visible points: the mean over all shadow rays from each.
     #[inline(always)]
     fn light<L: Lanes>(&self, batch: &mut CameraBatch) {
-        let CameraBatch { ended, shadows, search, numbers, .. } = batch;
-        for at in (0..ended.count).step_by(L::N) {
-            let slots = &ended.slot[at..at + L::N];
-            let [u, v] = dimension::LIGHT_POINT;
-            let numbers = ShadowNumbers {
-                choice: numbers.gather::<L>(dimension::LIGHT, slots),
-                u: numbers.gather::<L>(u, slots),
-                v: numbers.gather::<L>(v, slots),
-            };
-            let sphere = L::load_u(&ended.sphere[at..]);
-            let receivers = Receivers {
-                live: L::first(ended.count - at) & !L::eq(sphere, L::u(NO_SPHERE)),
-                point: ended.point.load::<L>(at),
-                normal: ended.normal.load::<L>(at),
-                sphere,
-            };
-            shadows.aim(at, self.tables, self.lights, &receivers, &numbers);
+        let CameraBatch { ended, shadows, search, numbers, irradiance, .. } = batch;
+        let samples = self.settings.light_samples;
+        for sample in 0..samples {
+            for at in (0..ended.count).step_by(L::N) {
+                let digits = numbers.light_digits(&self.eye.tiles, L::load_u(&ended.slot[at..]));
+                let sphere = L::load_u(&ended.sphere[at..]);
+                let receivers = Receivers {
+                    live: L::first(ended.count - at) & !L::eq(sphere, L::u(NO_SPHERE)),
+                    point: ended.point.load::<L>(at),
+                    normal: ended.normal.load::<L>(at),
+                    sphere,
+                };
+                let numbers = numbers.light(&digits, sample);
+                shadows.aim(at, self.tables, self.lights, &receivers, &numbers);
+            }
+            shadows.follow::<L>(self.tables, &ended.point, &ended.sphere, search, ended.count);
+            for at in (0..ended.count).step_by(L::N) {
+                let so_far = if sample == 0 { V3::splat(Vec3::ZERO) } else { irradiance.load::<L>(at) };
+                irradiance.store(at, so_far + shadows.irradiance(at));
+            }
         }
-        shadows.follow::<L>(self.tables, &ended.point, &ended.sphere, search, ended.count);
     }
 
     /// Writes the results of all pixels; returns the number of visible points.
     #[inline(always)]
     fn write<L: Lanes>(&self, batch: &CameraBatch, rows: &mut [PixelRows]) -> u64 {
         let ended = &batch.ended;
+        let share = 1.0 / self.settings.light_samples as f32;
         let mut visible_points = 0;
         for at in (0..ended.count).step_by(L::N) {
             let beta: V3<L> = ended.beta.load(at);
@@ -242,8 +248,8 @@ impl CameraPass<'_> {
             visible_points += u64::from(L::mask_bits(is_visible).count_ones());
             let mut direct = batch.direct.gather::<L>(slots);
             if !self.lights.is_empty() {
-                let e = batch.shadows.irradiance(at);
-                direct = V3::select(is_visible, direct + beta * e, direct);
+                let mean = batch.irradiance.load::<L>(at).scale(L::f(share));
+                direct = V3::select(is_visible, direct + beta * mean, direct);
             }
             let found = PixelRowsLanes { point, sphere, beta, normal, direct };
             found.scatter(slots, ended.count - at, rows);
@@ -296,4 +302,14 @@ impl Vectors {
         self.y[at] += v.y;
         self.z[at] += v.z;
     }
+}
+
+/// Lane k of the result is `from[index[k]]`.
+#[inline(always)]
+fn gather<L: Lanes>(from: &Floats, index: &[u32]) -> L::F {
+    let mut values = [0.0; MOST_LANES];
+    for (value, i) in values.iter_mut().zip(index).take(L::N) {
+        *value = from[*i as usize];
+    }
+    L::load(&values)
 }

@@ -10,7 +10,7 @@ use scene::{Scene, Settings};
 
 /// What the rays through the pixels depend on: the same for all iterations.
 pub(crate) struct Eye {
-    pub(super) tiles: TileTable,
+    pub(crate) tiles: TileTable,
     /// `None` for the box.
     filter: Option<PixelFilter>,
     frame: Frame,

@@ -31,6 +31,7 @@ use crate::work_items::singly;
 pub(crate) use batch::{CameraBatch, CameraCounts, CameraPass};
 pub(crate) use eye::{Eye, EyeRays, ray_through};
 use lanes::{Kernel, LaneKind, Lanes, dispatch};
+pub(crate) use numbers::{Numbers, TileTable, dimension};
 use rayon::current_num_threads;
 use rayon::prelude::*;
 use scene::{Stats, Stop};
@@ -102,7 +103,7 @@ impl CameraWorkers {
             worker.occupancy.take().iter().for_each(|occupancy| all.merge(occupancy));
             let CameraCounts { segments, visible_points } = take(&mut worker.counts);
             stats.camera_segments += segments;
-            stats.shadow_rays += visible_points;
+            stats.shadow_rays += visible_points * u64::from(pass.settings.light_samples);
             stats.visible_points += visible_points;
         }
         (!stop.is_requested()).then_some(all)

@@ -1,24 +1,24 @@
-//! The stratified numbers of camera paths: Sobol points under a digital shift per tile, moved on with the iteration.
+//! The stratified numbers of paths from the eye: Sobol points under a digital shift per tile, moved on with the iteration.
 
-use crate::paths::{BATCH, Floats, ROOM};
+use crate::direct_light::ShadowNumbers;
 use crate::pixels::TILE;
 use crate::sampling::unit_float;
-use lanes::{Lanes, MOST_LANES};
+use lanes::Lanes;
+use scene::Settings;
 use scene::rng::{Family, StreamKey};
 use scene::sobol::{DIMENSIONS, morton, moved_on, sobol};
 
 /// What the dimensions of a pixel's stratified point are used for; as in `reference::camera_pass`.
-pub(super) mod dimension {
+pub(crate) mod dimension {
     pub(crate) const PIXEL: [usize; 2] = [0, 1];
-    pub(crate) const LIGHT_POINT: [usize; 2] = [2, 3];
-    pub(crate) const LIGHT: usize = 4;
+    pub(super) const LIGHT_POINT: [usize; 2] = [2, 3];
+    pub(super) const LIGHT: usize = 4;
     pub(crate) const LENS: [usize; 2] = [5, 6];
-    /// The dimensions above are drawn for all pixels, these only where a path meets glass.
     pub(crate) const LOBES: [usize; 4] = [7, 8, 9, 10];
 }
 
 /// The Sobol digits of the pixels of a tile, and their coordinates within it: the same for all tiles and iterations.
-pub(super) struct TileTable {
+pub(crate) struct TileTable {
     digits: [[u32; TILE]; DIMENSIONS],
     pub(super) x: [u32; TILE],
     pub(super) y: [u32; TILE],
@@ -38,83 +38,94 @@ impl TileTable {
     }
 }
 
-/// The stratified numbers of a batch.
-pub(super) struct Numbers {
-    /// The digital shifts of the batch's tiles.
-    shifts: [[u32; DIMENSIONS]; BATCH / TILE],
-    /// Per dimension before [`dimension::LOBES`], the numbers of all pixels.
-    drawn: Box<[Floats; dimension::LOBES[0]]>,
+/// The stratified numbers of the pixels of some tiles in one iteration.
+pub(crate) struct Numbers {
+    iteration: u32,
+    light_samples: u32,
+    /// Per dimension, the digital shifts of the tiles; a power of two of them.
+    shifts: [Vec<u32>; DIMENSIONS],
 }
 
+/// The digits of a point's dimensions that shadow rays use, before they are moved on.
+pub(crate) struct LightDigits<L: Lanes>([L::U; 3]);
+
 impl Numbers {
-    pub(super) fn new() -> Self {
-        let drawn = Box::new([[0.0; ROOM]; dimension::LOBES[0]]);
-        Self { shifts: [[0; DIMENSIONS]; BATCH / TILE], drawn }
+    pub(crate) fn new() -> Self {
+        Self { iteration: 0, light_samples: 1, shifts: [const { Vec::new() }; DIMENSIONS] }
     }
 
-    /// Draws the numbers of `count` pixels from slot `first` on.
-    #[inline(always)]
-    pub(super) fn draw<L: Lanes>(
-        &mut self,
-        tiles: &TileTable,
-        (seed, iteration): (u64, u32),
-        first: usize,
-        count: usize,
-    ) {
-        let key = StreamKey::new(seed, Family::Tile, 0);
-        for start in (0..count).step_by(TILE) {
-            let mut stream = key.stream(((first + start) / TILE) as u32);
-            let shifts = std::array::from_fn(|_| stream.next_u32());
-            self.shifts[start / TILE] = shifts;
-            for (d, numbers) in self.drawn.iter_mut().enumerate() {
-                let (shift, moved) = (L::u(shifts[d]), L::u(moved_on(iteration, d)));
-                for at in (0..TILE).step_by(L::N) {
-                    let word = (L::load_u(&tiles.digits[d][at..]) ^ shift) + moved;
-                    L::store(unit_float::<L>(word), &mut numbers[start + at..]);
-                }
+    /// Makes ready for `count` pixels from slot `first` on, the first of a tile.
+    pub(crate) fn begin(&mut self, settings: &Settings, iteration: u32, first: usize, count: usize) {
+        (self.iteration, self.light_samples) = (iteration, settings.light_samples);
+        let key = StreamKey::new(settings.seed, Family::Tile, 0);
+        let tiles = count.div_ceil(TILE);
+        for shifts in &mut self.shifts {
+            shifts.resize(tiles.next_power_of_two(), 0);
+        }
+        for tile in 0..tiles {
+            let mut stream = key.stream((first / TILE + tile) as u32);
+            for shifts in &mut self.shifts {
+                shifts[tile] = stream.next_u32();
             }
         }
     }
 
-    /// Dimension `d` of the pixels from `at` on.
+    /// Two dimensions of the pixels of consecutive slots, the first of them `at` slots after the first of all.
     #[inline(always)]
-    pub(super) fn load<L: Lanes>(&self, d: usize, at: usize) -> L::F {
-        L::load(&self.drawn[d][at..])
+    pub(crate) fn of_packet<L: Lanes>(
+        &self,
+        tiles: &TileTable,
+        dimensions: [usize; 2],
+        at: usize,
+    ) -> [L::F; 2] {
+        dimensions.map(|d| {
+            let shift = L::u(self.shifts[d][at / TILE]);
+            let digits = L::load_u(&tiles.digits[d][at % TILE..]) ^ shift;
+            unit_float::<L>(digits + L::u(moved_on(self.iteration, d)))
+        })
     }
 
-    /// Two dimensions of the pixels from `at` on.
+    /// Some dimensions of the pixels that are so many slots after the first.
     #[inline(always)]
-    pub(super) fn load_pair<L: Lanes>(&self, [a, b]: [usize; 2], at: usize) -> [L::F; 2] {
-        [self.load::<L>(a, at), self.load::<L>(b, at)]
+    pub(crate) fn of_slots<L: Lanes, const N: usize>(
+        &self,
+        tiles: &TileTable,
+        dimensions: [usize; N],
+        slots: L::U,
+    ) -> [L::F; N] {
+        let digits = self.digits::<L, N>(tiles, dimensions, slots);
+        let moved = dimensions.map(|d| L::u(moved_on(self.iteration, d)));
+        std::array::from_fn(|k| unit_float::<L>(digits[k] + moved[k]))
     }
 
-    /// Dimension `d` of the pixels with these slots.
     #[inline(always)]
-    pub(super) fn gather<L: Lanes>(&self, d: usize, slots: &[u32]) -> L::F {
-        gather::<L>(&self.drawn[d], slots)
+    fn digits<L: Lanes, const N: usize>(
+        &self,
+        tiles: &TileTable,
+        dimensions: [usize; N],
+        slots: L::U,
+    ) -> [L::U; N] {
+        const PLACE_BITS: i32 = TILE.trailing_zeros() as i32;
+        let tile = L::shr::<PLACE_BITS>(slots);
+        // The place within the tile is what `gather_u` leaves of the slot.
+        dimensions.map(|d| L::gather_u(&tiles.digits[d], slots) ^ L::gather_u(&self.shifts[d], tile))
     }
 
-    /// Dimension `d` of the pixels with these slots, computed here and now.
+    /// What [`Self::light`] needs of the pixels that are so many slots after the first.
     #[inline(always)]
-    pub(super) fn compute<L: Lanes>(&self, tiles: &TileTable, iteration: u32, d: usize, slots: L::U) -> L::F {
-        let (mut at, mut words) = ([0; MOST_LANES], [0; MOST_LANES]);
-        L::store_u(slots, &mut at);
-        for (word, slot) in words.iter_mut().zip(at).take(L::N) {
-            let (tile, place) = (slot as usize / TILE % self.shifts.len(), slot as usize % TILE);
-            *word = tiles.digits[d][place] ^ self.shifts[tile][d];
-        }
-        unit_float::<L>(L::load_u(&words) + L::u(moved_on(iteration, d)))
+    pub(crate) fn light_digits<L: Lanes>(&self, tiles: &TileTable, slots: L::U) -> LightDigits<L> {
+        let [u, v] = dimension::LIGHT_POINT;
+        LightDigits(self.digits::<L, 3>(tiles, [dimension::LIGHT, u, v], slots))
+    }
+
+    /// The numbers of shadow ray `sample`, as `reference::camera_pass::CameraNumbers::light`.
+    #[inline(always)]
+    pub(crate) fn light<L: Lanes>(&self, digits: &LightDigits<L>, sample: u32) -> ShadowNumbers<L> {
+        let place = self.iteration.wrapping_mul(self.light_samples).wrapping_add(sample);
+        let number = |k: usize, d| unit_float::<L>(digits.0[k] + L::u(moved_on(place, d)));
+        let [u, v] = dimension::LIGHT_POINT;
+        ShadowNumbers { choice: number(0, dimension::LIGHT), u: number(1, u), v: number(2, v) }
     }
 }
 
-/// Lane k of the result is `from[index[k]]`.
-#[inline(always)]
-pub(super) fn gather<L: Lanes>(from: &Floats, index: &[u32]) -> L::F {
-    let mut values = [0.0; MOST_LANES];
-    for (value, i) in values.iter_mut().zip(index).take(L::N) {
-        *value = from[*i as usize];
-    }
-    L::load(&values)
-}
-
-const _: () = assert!(BATCH.is_multiple_of(TILE));
+const _: () = assert!(TILE.is_power_of_two());

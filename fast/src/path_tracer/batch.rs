@@ -1,29 +1,29 @@
 //! The paths of a work item, from the eye until they end, a batch of them at a time.
 
-use crate::camera_pass::{Eye, EyeRays};
-use crate::direct_light::Receivers;
+use super::numbers::{Choices, next_where};
+use crate::camera_pass::{Eye, EyeRays, Numbers, dimension};
+use crate::direct_light::{Receivers, ShadowNumbers};
 use crate::hierarchy::SearchBuffers;
 use crate::lit_points::LitPoints;
 use crate::material::{Materials, kind};
-use crate::paths::{Floats, Packet, Paths, ROOM, Vectors, Words};
+use crate::paths::{BATCH, Floats, Packet, Paths, ROOM, Vectors, Words};
 use crate::prepared::Prepared;
-use crate::sampling::{cosine_hemisphere, next_uniform, stream_state};
+use crate::sampling::{cosine_hemisphere, stream_state};
 use crate::scatter::{dielectric, reflect};
 use crate::surface::{Hit, tag};
 use crate::trace::{hits, intersect_batch};
 use lanes::{Lanes, MOST_LANES, V3};
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, StreamKey};
-use scene::{Rgb, Vec3};
+use scene::{Rgb, Settings, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
 /// What an iteration reads.
 pub(super) struct PathPass<'a> {
     pub(super) prepared: &'a Prepared<'a>,
     pub(super) eye: &'a Eye,
-    pub(super) max_depth: u32,
-    /// The key of the paths' random streams.
-    pub(super) key: StreamKey,
+    pub(super) settings: &'a Settings,
+    pub(super) iteration: u32,
 }
 
 impl<'a> PathPass<'a> {
@@ -31,10 +31,10 @@ impl<'a> PathPass<'a> {
     pub(super) fn new(
         prepared: &'a Prepared<'a>,
         eye: &'a Eye,
-        max_depth: u32,
-        (seed, iteration): (u64, u32),
+        settings: &'a Settings,
+        iteration: u32,
     ) -> Self {
-        Self { prepared, eye, max_depth, key: StreamKey::new(seed, Family::Path, iteration) }
+        Self { prepared, eye, settings, iteration }
     }
 }
 
@@ -48,6 +48,7 @@ pub(super) struct PathBatch {
     lit_weights: Box<Vectors>,
     /// What the sample of each pixel of a work item counts, by the filter.
     weights: Vec<f32>,
+    numbers: Numbers,
 }
 
 impl PathBatch {
@@ -59,6 +60,7 @@ impl PathBatch {
             lit: LitPoints::new(),
             lit_weights: Box::new(Vectors::ZERO),
             weights: Vec::new(),
+            numbers: Numbers::new(),
         }
     }
 }
@@ -125,10 +127,12 @@ impl PathPass<'_> {
     ) -> u64 {
         samples.fill([0.0; 3]);
         batch.weights.resize(samples.len(), 0.0);
+        batch.numbers.begin(self.settings, self.iteration, first, samples.len());
+        let key = StreamKey::new(self.settings.seed, Family::Path, self.iteration);
         let (mut live, mut begun, mut segments) = (0, 0, 0);
         loop {
             while live + L::N <= at_once && begun < samples.len() {
-                live = self.make_rays::<L>(batch, live, first, begun);
+                live = self.make_rays::<L>(batch, live, key, (first, begun));
                 begun += L::N;
             }
             if live == 0 {
@@ -136,9 +140,7 @@ impl PathPass<'_> {
             }
             segments += live as u64;
             intersect_batch::<L>(&self.prepared.tables, &mut batch.paths, &mut batch.search, live);
-            batch.lit.count = 0;
             live = self.shade::<L>(batch, live, samples);
-            self.light::<L>(batch, samples);
         }
         if self.eye.weighs() {
             for (sample, weight) in samples.iter_mut().zip(&batch.weights) {
@@ -151,38 +153,54 @@ impl PathPass<'_> {
     /// Appends the camera rays of a packet of slots, the one at `begun` after `first`, to the `live` paths, except for slots
     /// outside of the image; returns the number of paths.
     #[inline(always)]
-    fn make_rays<L: Lanes>(&self, batch: &mut PathBatch, live: usize, first: usize, begun: usize) -> usize {
+    fn make_rays<L: Lanes>(
+        &self,
+        batch: &mut PathBatch,
+        live: usize,
+        key: StreamKey,
+        (first, begun): (usize, usize),
+    ) -> usize {
         let pixels = self.eye.pixels::<L>(first + begun);
-        let mut stream = stream_state::<L>(self.key, pixels.index);
-        let [a, b, c, d] = std::array::from_fn(|_| next_uniform::<L>(&mut stream));
-        let EyeRays { origin, direction, weight } = self.eye.rays(&pixels, [a, b], [c, d]);
+        let [in_pixel, lens] = [dimension::PIXEL, dimension::LENS]
+            .map(|pair| batch.numbers.of_packet::<L>(&self.eye.tiles, pair, begun));
+        let EyeRays { origin, direction, weight } = self.eye.rays(&pixels, in_pixel, lens);
         L::store(weight, &mut batch.weights[begun..]);
         let packet = Packet {
             origin,
             direction,
             weight: V3::splat(Vec3::ONE),
             leaves: L::u(NO_SPHERE),
-            stream,
+            stream: stream_state::<L>(key, pixels.index),
             slot: L::u(begun as u32) + L::iota(),
         };
         let progress = ProgressLanes::<L> {
             scale: L::f(1.0),
             seen_diffuse: L::first(0),
             counts_lamps: L::first(L::N),
-            rest: L::u(self.max_depth),
+            rest: L::u(self.settings.max_depth),
         };
         batch.progress.append(live, pixels.in_image, &progress);
         batch.paths.append(live, pixels.in_image, &packet)
     }
 
-    /// Shades the first `live` paths where they have hit: adds emission to `samples`, and lists the points that receive
-    /// direct light. Returns the number of paths that go on.
+    /// Shades the first `live` paths where they have hit: adds emission and direct light to `samples`. Returns the number of
+    /// paths that go on.
     #[inline(always)]
     fn shade<L: Lanes>(&self, batch: &mut PathBatch, live: usize, samples: &mut [[f32; 3]]) -> usize {
-        let Prepared { still, tables, lights } = self.prepared;
-        let (surfaces, is_dark) = (tables.surfaces(still), lights.is_empty());
-        let mut go_on = 0;
-        for at in (0..live).step_by(L::N) {
+        let Prepared { still, tables, .. } = self.prepared;
+        let surfaces = tables.surfaces(still);
+        // A packet lists so many points at most.
+        let room = BATCH - self.settings.light_samples as usize * L::N;
+        let (mut at, mut go_on) = (0, 0);
+        batch.lit.count = 0;
+        loop {
+            if at >= live || batch.lit.count > room {
+                self.light::<L>(batch, samples);
+                batch.lit.count = 0;
+            }
+            if at >= live {
+                return go_on;
+            }
             let mut p = batch.paths.load::<L>(at);
             let mut progress = batch.progress.go_on::<L>(at);
             let (t, hit, arrived) = hits::<L>(&batch.paths, at, L::first(live - at));
@@ -197,7 +215,18 @@ impl PathPass<'_> {
             p.weight = p.weight * material.albedo;
             let is_diffuse = arrived & L::eq(material.kind, L::u(kind::DIFFUSE));
             let is_first = is_diffuse & !progress.seen_diffuse;
-            progress.rest = L::select_u(is_first, L::u(self.max_depth), progress.rest);
+            let is_segment = |number: u32| {
+                let rest = self.settings.max_depth.wrapping_sub(number + 1);
+                !progress.seen_diffuse & L::eq(progress.rest, L::u(rest))
+            };
+            let choices = Choices {
+                arrived,
+                is_diffuse,
+                is_first,
+                is_glass: arrived & L::eq(material.kind, L::u(kind::DIELECTRIC)),
+                is_early: [is_segment(0), is_segment(1)],
+            };
+            progress.rest = L::select_u(is_first, L::u(self.settings.max_depth), progress.rest);
             progress.seen_diffuse = progress.seen_diffuse | is_diffuse;
             progress.counts_lamps = !is_diffuse;
             let may_follow = !L::eq(progress.rest, L::u(0));
@@ -205,23 +234,47 @@ impl PathPass<'_> {
             // path that are left.
             let is_lit = is_diffuse & may_follow & L::lt(L::f(0.0), p.weight.max_component());
             if L::any(is_lit) {
-                let [choice, u, v] = std::array::from_fn(|_| next_where::<L>(is_lit, &mut p.stream));
-                if !is_dark {
-                    let weight = p.weight.scale(progress.scale * L::f(FRAC_1_PI));
-                    batch.lit_weights.compress(is_lit, weight, batch.lit.count);
-                    let (point, normal) = (surface.point, surface.normal);
-                    let receivers = Receivers { live: is_lit, point, normal, sphere: hit };
-                    batch.lit.append(&receivers, p.slot, V3::new(choice, u, v));
-                }
+                self.list_lit::<L>(batch, (is_lit, is_first), (&surface, hit), &mut p, progress.scale);
             }
-            p.direction = scatter::<L>(arrived, &surface, &material, &mut p, &mut progress.scale);
+            let [u, v] = choices.numbers(&batch.numbers, &self.eye.tiles, &mut p);
+            p.direction = scatter::<L>(&choices, &surface, &material, (&p, [u, v]), &mut progress.scale);
             p.origin = surface.point;
             p.leaves = hit;
             let survives = arrived & survive::<L>(arrived & progress.seen_diffuse, &mut p) & may_follow;
             batch.progress.append(go_on, survives, &progress);
             go_on = batch.paths.append(go_on, survives, &p);
+            at += L::N;
         }
-        go_on
+    }
+
+    /// Lists what the points of a packet ask lamps: as many times as there are light samples where `is_first`, else once.
+    #[inline(always)]
+    fn list_lit<L: Lanes>(
+        &self,
+        batch: &mut PathBatch,
+        (is_lit, is_first): (L::M, L::M),
+        (surface, sphere): (&Hit<L>, L::U),
+        p: &mut Packet<L>,
+        scale: L::F,
+    ) {
+        let is_first = is_lit & is_first;
+        let drawn: [L::F; 3] = std::array::from_fn(|_| next_where::<L>(is_lit & !is_first, &mut p.stream));
+        if self.prepared.lights.is_empty() {
+            return;
+        }
+        let samples = if L::any(is_first) { self.settings.light_samples } else { 1 };
+        let share = 1.0 / self.settings.light_samples as f32;
+        let share = L::select(is_first, L::f(share), L::f(1.0));
+        let weight = p.weight.scale(scale * L::f(FRAC_1_PI) * share);
+        let digits = batch.numbers.light_digits::<L>(&self.eye.tiles, p.slot);
+        for sample in 0..samples {
+            let live = if sample == 0 { is_lit } else { is_first };
+            let ShadowNumbers { choice, u, v } = batch.numbers.light(&digits, sample);
+            let numbers = V3::select(is_first, V3::new(choice, u, v), V3::new(drawn[0], drawn[1], drawn[2]));
+            batch.lit_weights.compress(live, weight, batch.lit.count);
+            let receivers = Receivers { live, point: surface.point, normal: surface.normal, sphere };
+            batch.lit.append(&receivers, p.slot, numbers);
+        }
     }
 
     /// Adds the emission of lamps that paths of this weight meet: seldom, so lane by lane.
@@ -265,24 +318,20 @@ impl PathPass<'_> {
 /// The directions in which paths go on from where they have hit. Multiplies `scale` by the factor from refraction.
 #[inline(always)]
 fn scatter<L: Lanes>(
-    arrived: L::M,
+    to: &Choices<L>,
     surface: &Hit<L>,
     material: &Materials<L>,
-    p: &mut Packet<L>,
+    (p, [u, v]): (&Packet<L>, [L::F; 2]),
     scale: &mut L::F,
 ) -> V3<L> {
-    let is_diffuse = arrived & L::eq(material.kind, L::u(kind::DIFFUSE));
-    let is_glass = arrived & L::eq(material.kind, L::u(kind::DIELECTRIC));
-    let u = next_where::<L>(is_diffuse | is_glass, &mut p.stream);
-    let v = next_where::<L>(is_diffuse, &mut p.stream);
     let direction = cosine_hemisphere(surface.normal, u, v);
-    if !L::any(arrived & !is_diffuse) {
+    if !L::any(to.arrived & !to.is_diffuse) {
         return direction;
     }
     let mirrored = reflect(p.direction, surface.normal);
     let (through, factor) = dielectric(p.direction, surface.normal, surface.inside, material.ior, u);
-    *scale = *scale * L::select(is_glass, factor, L::f(1.0));
-    V3::select(is_diffuse, direction, V3::select(is_glass, through, mirrored))
+    *scale = *scale * L::select(to.is_glass, factor, L::f(1.0));
+    V3::select(to.is_diffuse, direction, V3::select(to.is_glass, through, mirrored))
 }
 
 /// Russian roulette by the throughput, where `m` is true: which lanes survive it, with what throughput. Elsewhere all do.
@@ -293,15 +342,6 @@ fn survive<L: Lanes>(m: L::M, p: &mut Packet<L>) -> L::M {
     let V3 { x, y, z } = p.weight;
     p.weight = V3::select(m, V3::new(x / survival, y / survival, z / survival), p.weight);
     survives | !m
-}
-
-/// Steps the streams where `m` is true, and returns their next uniform numbers; elsewhere anything.
-#[inline(always)]
-fn next_where<L: Lanes>(m: L::M, stream: &mut L::U) -> L::F {
-    let mut next = *stream;
-    let number = next_uniform::<L>(&mut next);
-    *stream = L::select_u(m, next, *stream);
-    number
 }
 
 /// The components of each lane.

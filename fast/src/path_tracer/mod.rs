@@ -6,10 +6,11 @@
 //!         fill the batch up to 256 paths with rays through the next pixels
 //!         intersect all
 //!         for each packet:
+//!             if the list of diffuse hits is full: direct light for all on it, in full packets; add it to the samples
 //!             add the emission of lamps that count; fetch surface and material
-//!             diffuse hits that receive direct light go to a list
+//!             diffuse hits that receive direct light go to the list, once for each of their shadow rays
 //!             scatter; roulette; paths that go on to the front of the batch
-//!         direct light for all on the list, in full packets; add it to the samples
+//!         direct light for the rest of the list
 //! add the samples to the sums of the pixels
 //! ```
 //!
@@ -28,6 +29,7 @@
 mod batch;
 mod engine;
 mod memory;
+mod numbers;
 mod workers;
 
 pub use engine::PathTracer;

@@ -119,6 +119,7 @@ fn revise_settings(
             open.photons_per_iteration,
         ),
         ("max_depth", old.max_depth, new.max_depth, open.max_depth),
+        ("light_samples", old.light_samples, new.light_samples, false),
     ];
     for (key, old, new, is_open) in whole {
         if old != new || is_open {

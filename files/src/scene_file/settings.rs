@@ -3,10 +3,12 @@
 use super::error::{Fault, suggestion};
 use super::reader::{Field, Section, Subject, type_of};
 use super::sphere::positive;
-use scene::settings::{MAX_DEPTH, MAX_ITERATIONS, MAX_PHOTONS, MAX_RADIUS_PILOTS, MAX_SIDE};
+use scene::settings::{
+    MAX_DEPTH, MAX_ITERATIONS, MAX_LIGHT_SAMPLES, MAX_PHOTONS, MAX_RADIUS_PILOTS, MAX_SIDE,
+};
 use scene::{Automatic, Filter, Quality, RadiusSchedule, Settings};
 
-const KEYS: [&str; 11] = [
+const KEYS: [&str; 12] = [
     "width",
     "height",
     "iterations",
@@ -17,6 +19,7 @@ const KEYS: [&str; 11] = [
     "filter",
     "radius_schedule",
     "radius_pilots",
+    "light_samples",
     "quality",
 ];
 
@@ -100,6 +103,7 @@ fn settings(field: Field<'_>, usual: Usual) -> Result<Stated, Fault> {
                 Ok(field.whole(0, MAX_RADIUS_PILOTS.into())? as u32)
             }
         })?,
+        light_samples: whole("light_samples", default.light_samples, MAX_LIGHT_SAMPLES)?,
     };
     settings.validate().map_err(|e| Fault::new(place(&section, e.option), e.to_string()))?;
     Ok(Stated { settings, automatic: automatic(&section, usual)? })

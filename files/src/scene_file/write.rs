@@ -194,6 +194,7 @@ fn write_settings(out: &mut impl Write, settings: &Settings) -> fmt::Result {
         filter,
         radius_schedule,
         radius_pilots,
+        light_samples,
     } = settings;
     writeln!(out, "\n[settings]\nwidth = {width}\nheight = {height}\niterations = {iterations}")?;
     writeln!(out, "photons_per_iteration = {photons_per_iteration}\nmax_depth = {max_depth}")?;
@@ -209,6 +210,10 @@ fn write_settings(out: &mut impl Write, settings: &Settings) -> fmt::Result {
     match radius_pilots {
         0 => Ok(()),
         pilots => writeln!(out, "radius_pilots = {pilots}"),
+    }?;
+    match light_samples {
+        1 => Ok(()),
+        samples => writeln!(out, "light_samples = {samples}"),
     }
 }
 

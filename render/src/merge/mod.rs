@@ -314,7 +314,17 @@ pub fn is_checkpoint(path: &Path) -> bool {
 fn difference(ours: &Settings, theirs: &Settings) -> Option<String> {
     let rows = |settings: &Settings| {
         let Settings {
-            width, height, photons_per_iteration, max_depth, initial_radius, seed, filter, ..
+            width,
+            height,
+            photons_per_iteration,
+            max_depth,
+            initial_radius,
+            seed,
+            filter,
+            light_samples,
+            iterations: _,
+            radius_schedule: _,
+            radius_pilots: _,
         } = *settings;
         [
             ("width", width.to_string()),
@@ -324,6 +334,7 @@ fn difference(ours: &Settings, theirs: &Settings) -> Option<String> {
             ("initial_radius", initial_radius.to_string()),
             ("seed", seed.to_string()),
             ("filter", filter.to_string()),
+            ("light_samples", light_samples.to_string()),
         ]
     };
     if (Settings { iterations: ours.iterations, ..*theirs }) == *ours {

@@ -1,6 +1,7 @@
 //! The roles of the random numbers of the path tracer: a scene for each that shows its number.
 //!
-//! A path draws its numbers one after the other, so which number a role gets depends on what the path met before. In all
+//! Up to the first diffuse surface the numbers are stratified, and so is the direction in which a path leaves it. After that
+//! a path draws its numbers one after the other, so which number a role gets depends on what the path met before. In all
 //! scenes here it crosses two interfaces of glass and then meets a diffuse surface.
 
 use super::Role;

@@ -22,8 +22,8 @@ type Named = &'static [(&'static str, &'static [usize])];
 
 /// Per file of the reference that reads random numbers, its dimensions and the draws from streams. Draws are: in the
 /// camera pass the shifts of a tile, and lobes beyond the stratified ones; in the photon pass the shifts of an iteration,
-/// and the three numbers of a later bounce; in the path tracer place in the pixel (2), place on the lens (2), the three
-/// numbers of direct light (1 call), direction (2), lobe and roulette.
+/// and the three numbers of a later bounce; in the path tracer the call that serves all others, a later lobe, the three
+/// numbers of direct light on later surfaces (1 call), later directions (2), and roulette.
 ///
 /// The survey's numbers enter no image: place in the image and on the lens, and per surface two for the direction, roulette
 /// and the three of direct light. Its dimensions are places of walks in the image.
@@ -44,13 +44,14 @@ const READ: [(&str, Named, usize); 4] = [
         &[("DIRECTION", &[0, 1]), ("FIRST_BOUNCE", &[4, 5, 7]), ("LIGHT", &[6]), ("POSITION", &[2, 3])],
         2,
     ),
-    ("path_tracer.rs", &[], 9),
+    ("path_tracer.rs", &[("BOUNCE", &[7, 9]), ("LOBES", &[8, 10])], 6),
     ("survey.rs", &[], 4),
 ];
 
 /// The files of the fast engine that name dimensions, and the reference's file of the same path.
-const ALIKE: [(&str, &str); 2] = [
+const ALIKE: [(&str, &str); 3] = [
     ("fast/src/camera_pass/numbers.rs", "reference/src/camera_pass.rs"),
+    ("fast/src/path_tracer/numbers.rs", "reference/src/path_tracer.rs"),
     ("fast/src/photon_pass/emission.rs", "reference/src/photon_numbers.rs"),
 ];
 
@@ -134,6 +135,16 @@ fn no_dimension_has_two_roles() {
         dimensions.sort_unstable();
         dimensions.dedup();
         assert_eq!(dimensions.len(), count, "{file}: two roles share a dimension");
+    }
+}
+
+/// Up to the first diffuse surface the path tracer has the dimensions of the camera pass, but for its choices at glass.
+#[test]
+fn paths_and_the_camera_pass_share_no_dimension_for_two_roles() {
+    let of = |name| READ.iter().find(|(file, ..)| *file == name).unwrap().1;
+    let paths: Vec<_> = of("path_tracer.rs").iter().flat_map(|(_, numbers)| *numbers).collect();
+    for (role, numbers) in of("camera_pass.rs").iter().filter(|(role, _)| *role != "LOBES") {
+        assert!(!numbers.iter().any(|number| paths.contains(&number)), "{role}");
     }
 }
 

@@ -1,0 +1,52 @@
+//! The random numbers by which paths go on: `reference::path_tracer::PathNumbers`.
+
+use crate::camera_pass::{Numbers, TileTable};
+use crate::paths::Packet;
+use crate::sampling::next_uniform;
+use lanes::Lanes;
+
+/// Dimensions of a pixel's stratified point that the path tracer uses otherwise than the camera pass.
+mod dimension {
+    pub(super) const LOBES: [usize; 2] = [8, 10];
+    pub(super) const BOUNCE: [usize; 2] = [7, 9];
+}
+
+/// What the random numbers of a packet's paths are needed for.
+pub(super) struct Choices<L: Lanes> {
+    pub(super) arrived: L::M,
+    pub(super) is_diffuse: L::M,
+    /// The first diffuse surface of the path.
+    pub(super) is_first: L::M,
+    pub(super) is_glass: L::M,
+    /// The first segment from the eye, and the second if no diffuse surface came before.
+    pub(super) is_early: [L::M; 2],
+}
+
+impl<L: Lanes> Choices<L> {
+    /// Two numbers for a direction, of which glass takes the first; anything where none is needed.
+    #[inline(always)]
+    pub(super) fn numbers(&self, numbers: &Numbers, tiles: &TileTable, p: &mut Packet<L>) -> [L::F; 2] {
+        let is_early_glass = self.is_glass & (self.is_early[0] | self.is_early[1]);
+        let is_later = self.is_diffuse & !self.is_first;
+        let mut u = next_where::<L>(is_later | (self.is_glass & !is_early_glass), &mut p.stream);
+        let mut v = next_where::<L>(is_later, &mut p.stream);
+        if L::any(self.is_first) {
+            let [a, b] = numbers.of_slots::<L, 2>(tiles, dimension::BOUNCE, p.slot);
+            (u, v) = (L::select(self.is_first, a, u), L::select(self.is_first, b, v));
+        }
+        if L::any(is_early_glass) {
+            let [first, second] = numbers.of_slots::<L, 2>(tiles, dimension::LOBES, p.slot);
+            u = L::select(is_early_glass, L::select(self.is_early[0], first, second), u);
+        }
+        [u, v]
+    }
+}
+
+/// Steps the streams where `m` is true, and returns their next uniform numbers; elsewhere anything.
+#[inline(always)]
+pub(super) fn next_where<L: Lanes>(m: L::M, stream: &mut L::U) -> L::F {
+    let mut next = *stream;
+    let number = next_uniform::<L>(&mut next);
+    *stream = L::select_u(m, next, *stream);
+    number
+}

@@ -1,0 +1,81 @@
+//! Several shadow rays from the first diffuse surface of a path: direct light is their mean, by numbers of their own.
+
+use crate::cases::tell;
+use crate::harness::{
+    BLACK, Build, assert_mean, diffuse, empty_scene, pinhole, render_path, render_sppm, settings,
+};
+use scene::settings::MAX_LIGHT_SAMPLES;
+use scene::{Film, Rgb, Scene, Settings, Vec3};
+
+/// Relative tolerance of the mean over 64 iterations of 16 x 16 pixels that show one point: the stratified noise of the
+/// choice between two lamps is below this.
+const MEAN: f64 = 2e-3;
+
+/// The albedo of the ball, the distance of the lamps from its top, and their radius.
+const ALBEDO: f32 = 0.8;
+const DISTANCE: f32 = 5.0;
+const LAMP: f32 = 0.5;
+
+/// A ball under a red lamp on one side and a green one on the other, as the eye sees its top.
+fn red_and_green() -> Scene {
+    let side = |x: f32| Vec3::Z + Vec3::new(0.6 * x, 0.0, 0.8) * DISTANCE;
+    empty_scene(pinhole(Vec3::Z * 100.0, Vec3::Z, 1e-4))
+        .ball(Vec3::ZERO, 1.0, diffuse(ALBEDO))
+        .lamp(side(1.0), LAMP, BLACK, Rgb::X)
+        .lamp(side(-1.0), LAMP, BLACK, Rgb::Y)
+}
+
+fn many(light_samples: u32, iterations: u32) -> Settings {
+    Settings { light_samples, iterations, ..settings(16, 16, 1, 2, 0.01) }
+}
+
+const ENGINES: [(&str, fn(&Scene, &Settings) -> Film); 2] =
+    [("SPPM", render_sppm), ("path tracer", render_path)];
+
+#[test]
+fn their_mean_is_direct_light() {
+    let scene = red_and_green();
+    // A lamp wholly above the horizon gives the irradiance pi L sin^2(a) cos(t), and the ball reflects albedo / pi of it.
+    let radiance = f64::from(ALBEDO) * f64::from(LAMP / DISTANCE).powi(2) * 0.8;
+    for (name, render) in ENGINES {
+        for samples in [1, 2, 3, 5, MAX_LIGHT_SAMPLES] {
+            let film = render(&scene, &many(samples, 64));
+            assert_mean(&film, [radiance, radiance, 0.0], MEAN, &format!("{name}, {samples} light samples"));
+        }
+    }
+    tell("physics", 10, "means of several light samples");
+}
+
+/// Shadow rays that share a number would all go to the same lamp.
+#[test]
+fn each_chooses_its_lamp() {
+    let scene = red_and_green();
+    for (name, render) in ENGINES {
+        let two_colours = |samples| {
+            let film = render(&scene, &many(samples, 1));
+            film.pixels.iter().filter(|pixel| pixel.x > 0.0 && pixel.y > 0.0).count()
+        };
+        assert_eq!(two_colours(1), 0, "{name}");
+        // Two numbers that are spread evenly are mostly on two sides.
+        assert!(two_colours(2) > 16 * 16 / 2, "{name}: {}", two_colours(2));
+        assert_eq!(two_colours(MAX_LIGHT_SAMPLES), 16 * 16, "{name}");
+    }
+    tell("physics", 6, "choices by several light samples");
+}
+
+/// Sixteen numbers that were unrelated would divide the variance by sixteen; as they are spread evenly, it falls further.
+#[test]
+fn noise_falls_as_if_they_were_so_many_paths() {
+    let scene = red_and_green();
+    for (name, render) in ENGINES {
+        let variance = |samples| {
+            let film = render(&scene, &many(samples, 1));
+            let reds: Vec<f64> = film.pixels.iter().map(|pixel| f64::from(pixel.x)).collect();
+            let mean = reds.iter().sum::<f64>() / reds.len() as f64;
+            reds.iter().map(|red| (red - mean).powi(2)).sum::<f64>() / reds.len() as f64
+        };
+        let (one, sixteen) = (variance(1), variance(16));
+        assert!(sixteen * 16.0 < one, "{name}: {one:.2e}, {sixteen:.2e}");
+    }
+    tell("physics", 2, "variances of several light samples");
+}
