@@ -14,7 +14,8 @@ use std::fmt;
 /// The version of the light transport, raised whenever a scene with its settings and seed gets another image. Iterations
 /// of two versions are never added up.
 ///
-/// 2: shadow rays choose their light by what it may send to the point. 3: photons are aimed.
+/// 2: shadow rays choose their light by what it may send to the point. 3: photons are aimed. 4: the path
+/// tracer's numbers are stratified up to the first bounce.
 pub const TRANSPORT: u32 = 4;
 
 /// The meaning of a pixel's words.
