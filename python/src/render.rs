@@ -14,9 +14,11 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Image, radii, counts, and the text of the metadata.
-type ImageTuple<'py> =
-    (Bound<'py, PyArray3<f32>>, Option<Bound<'py, PyArray2<f32>>>, Option<Bound<'py, PyArray2<f32>>>, String);
+/// Colours, alpha if the background is transparent, radii, counts, and the text of the metadata.
+type ImageTuple<'py> = (Bound<'py, PyArray3<f32>>, PlaneOf<'py>, PlaneOf<'py>, PlaneOf<'py>, String);
+
+/// A value per pixel, if there is one.
+type PlaneOf<'py> = Option<Bound<'py, PyArray2<f32>>>;
 
 /// Iteration, iterations, seconds, elapsed seconds, photons, mean radius, estimated error, whether a checkpoint was
 /// written, and the share of the next iteration that is done.
@@ -241,11 +243,20 @@ impl Drop for Render {
 }
 
 fn arrays(py: Python<'_>, image: Image) -> PyResult<ImageTuple<'_>> {
-    let Image { film, radius, count, metadata } = image;
-    let plane = |plane: scene::Plane| columns::plane(py, [plane.width, plane.height], plane.values);
-    let (radius, count) = (radius.map(plane).transpose()?, count.map(plane).transpose()?);
-    let radiance = columns::picture(py, [film.width, film.height], film.pixels)?;
-    Ok((radiance, radius, count, metadata.to_note()))
+    let Image { film, transparent, radius, count, metadata } = image;
+    let size = [film.width, film.height];
+    let plane = |values: Vec<f32>| columns::plane(py, size, values);
+    let (pixels, alpha) = match transparent {
+        None => (film.pixels, None),
+        Some(pixels) => {
+            let alpha = pixels.iter().map(|pixel| pixel.alpha).collect();
+            (pixels.into_iter().map(|pixel| pixel.color).collect(), Some(alpha))
+        }
+    };
+    let radiance = columns::picture(py, size, pixels)?;
+    let [radius, count] = [radius, count].map(|plane| plane.map(|plane| plane.values));
+    let [alpha, radius, count] = [alpha, radius, count].map(|values| values.map(plane).transpose());
+    Ok((radiance, alpha?, radius?, count?, metadata.to_note()))
 }
 
 fn told(outcome: &Outcome) -> PyResult<(String, &'static str, Option<PathBuf>)> {

@@ -207,6 +207,16 @@ impl Scene {
     }
 
     #[getter]
+    fn transparent_background(&self, py: Python) -> PyResult<bool> {
+        self.hold(py, |held| held.scene.transparent_background)
+    }
+
+    #[setter]
+    fn set_transparent_background(&self, py: Python, is_transparent: bool) -> PyResult<()> {
+        self.hold(py, |held| held.scene.transparent_background = is_transparent)
+    }
+
+    #[getter]
     fn camera(&self, py: Python) -> PyResult<CameraTuple> {
         self.hold(py, |held| of_camera(&held.scene.camera))
     }
