@@ -11,7 +11,8 @@ import numpy as np
 
 from . import _sppm
 from ._film import Film
-from ._render import Method, Render
+from ._options import Method
+from ._render import Render
 from ._scene import Scene
 
 
