@@ -20,6 +20,7 @@ mod options;
 mod particles;
 mod render;
 mod scene;
+mod shared;
 mod trace;
 mod values;
 mod watch;

@@ -216,3 +216,30 @@ fn keeper(job: &Job, digest: &str, from: Option<&Loaded>) -> Result<Option<Keepe
     }
     Ok(Some(keeper))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::automatic;
+
+    /// A small render, whose error is estimated or not.
+    fn job(error: Option<f64>) -> Job {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        scene.settings = Settings { width: 16, height: 12, photons_per_iteration: 100, ..scene.settings };
+        let mut job = Job::new(scene);
+        (job.threads, job.goals.error) = (Some(1), error);
+        job
+    }
+
+    /// What a job says before it starts is what the render will say, the pilots of its bias included, which take more than the
+    /// rest.
+    #[test]
+    fn a_job_tells_the_memory_of_its_render() {
+        let told = |error| job(error).bytes_at_most().unwrap();
+        for error in [None, Some(0.1)] {
+            assert_eq!(prepare(job(error)).unwrap().need.bytes, told(error));
+        }
+        let of_pilots = automatic::bytes_at_most(&job(None).scene, 1);
+        assert!(told(Some(0.1)) > of_pilots && told(None) < of_pilots, "{of_pilots}, {}", told(None));
+    }
+}
