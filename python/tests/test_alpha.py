@@ -8,24 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import balls
 
 import sppm
 
 WATER = Path(__file__).parents[2] / "fixtures/particles/water.pdb"
 ROUNDING = 1e-5
 """Of the sums of both renders, relative to the brightest pixels, which are about 1; see ``render/src/backdrop.rs``."""
-
-
-def balls(**settings: object) -> sppm.Scene:
-    """A matte ball, one of glass, and a mirror, before a background that is transparent."""
-    scene = sppm.Scene(
-        sppm.Camera.look_at([0, 0, 10], [0, 0, 0], vertical_fov_degrees=30),
-        background=[0.4, 0.5, 0.6],
-        transparent_background=True,
-        settings=sppm.Settings(**{"width": 48, "height": 32, "iterations": 3, "initial_radius": 0.3, **settings}),
-    )
-    scene.add_spheres([[-2, 0, 0], [0, 0, 0], [2, 0, 0]], 0.9, [sppm.Diffuse(0.7), sppm.Dielectric(), sppm.Specular(0.9)])
-    return scene
 
 
 @pytest.mark.parametrize("method", ["sppm", "path"])
