@@ -9,7 +9,7 @@ use crate::work::{work, work_until_interrupted};
 use numpy::{PyArray2, PyArray3};
 use pyo3::prelude::*;
 use render::{End, Image, Job, Outcome, Running};
-use scene::Stop;
+use scene::{Rgba, Stop};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -246,13 +246,12 @@ fn arrays(py: Python<'_>, image: Image) -> PyResult<ImageTuple<'_>> {
     let Image { film, transparent, radius, count, metadata } = image;
     let size = [film.width, film.height];
     let plane = |values: Vec<f32>| columns::plane(py, size, values);
-    let (pixels, alpha) = match transparent {
-        None => (film.pixels, None),
-        Some(pixels) => {
-            let alpha = pixels.iter().map(|pixel| pixel.alpha).collect();
-            (pixels.into_iter().map(|pixel| pixel.color).collect(), Some(alpha))
-        }
-    };
+    // The image without the background takes the place of that with it.
+    let mut pixels = film.pixels;
+    let alpha = transparent.map(|transparent| {
+        pixels.iter_mut().zip(&transparent).for_each(|(pixel, Rgba { color, .. })| *pixel = *color);
+        transparent.iter().map(|pixel| pixel.alpha).collect()
+    });
     let radiance = columns::picture(py, size, pixels)?;
     let [radius, count] = [radius, count].map(|plane| plane.map(|plane| plane.values));
     let [alpha, radius, count] = [alpha, radius, count].map(|values| values.map(plane).transpose());
