@@ -35,19 +35,23 @@ pub enum Problem {
 
 /// What a file of particles holds, and the SHA-256 of its bytes.
 #[derive(Debug)]
-pub struct Source {
+pub(crate) struct Source {
     /// The particles.
-    pub particles: Particles,
+    pub(crate) particles: Particles,
     /// In hexadecimal.
-    pub digest: String,
+    pub(crate) digest: String,
 }
 
 /// Reads the frame of the file `path` that `recipe` asks for, in at most `most` bytes of memory.
 ///
 /// # Errors
 /// If it cannot be read: one line.
-pub fn read(path: &Path, recipe: &Recipe, most: u64) -> Result<Source, String> {
-    let digest = digest(path)?;
+fn read(path: &Path, recipe: &Recipe, most: u64) -> Result<Source, String> {
+    read_of(path, digest(path)?, recipe, most)
+}
+
+/// As [`read`], of a file with this `digest`.
+fn read_of(path: &Path, digest: String, recipe: &Recipe, most: u64) -> Result<Source, String> {
     let particles = importers::read(path, &recipe.request(most)).map_err(|error| error.to_string())?;
     Ok(Source { particles, digest })
 }
@@ -82,22 +86,21 @@ pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
 ///
 /// # Errors
 /// If the file cannot be read, or has another.
-pub fn read_unchanged(
+pub(crate) fn read_unchanged(
     path: &Path,
     digest: Option<&str>,
     recipe: &Recipe,
     most: u64,
 ) -> Result<Source, Problem> {
-    let source = read(path, recipe, most).map_err(Problem::Read)?;
-    if let Some(expected) = digest
-        && !expected.eq_ignore_ascii_case(&source.digest)
-    {
-        let (name, found) = (path.display(), &source.digest);
+    let found = self::digest(path).map_err(Problem::Read)?;
+    // First: what has changed may be read no more, or need more memory.
+    if digest.is_some_and(|expected| !expected.eq_ignore_ascii_case(&found)) {
+        let name = path.display();
         return Err(Problem::Changed(format!(
             "{name} has changed: its SHA-256 is {found}; bring back the file that was meant, or correct the digest"
         )));
     }
-    Ok(source)
+    read_of(path, found, recipe, most).map_err(Problem::Read)
 }
 
 /// Appends the spheres that `recipe` makes of what was read of the file `path` to `scene`, which has no sky yet. Returns whether
@@ -105,7 +108,7 @@ pub fn read_unchanged(
 ///
 /// # Errors
 /// If the recipe does not suit it.
-pub fn append(
+pub(crate) fn append(
     scene: &mut Scene,
     Source { particles, digest }: Source,
     path: &Path,
@@ -118,7 +121,7 @@ pub fn append(
 
 /// Puts the `scene`, which has no sky yet, on a stage: it gets camera, background and spheres of that, the last of its own.
 /// Returns the settings of the stage.
-pub fn set_up(scene: &mut Scene, set: Set) -> Settings {
+pub(crate) fn set_up(scene: &mut Scene, set: Set) -> Settings {
     let Set { camera, spheres, materials, background, transparent_background, settings } = set;
     (scene.camera, scene.background) = (camera, background);
     scene.transparent_background = transparent_background;
@@ -298,7 +301,7 @@ pub fn stem(path: &Path) -> String {
 }
 
 /// Appends `balls`, which `recipe` has made of the file `path` with this digest, to `scene`, which has no sky yet.
-pub fn attach(scene: &mut Scene, balls: Balls, path: &Path, digest: String, recipe: &Recipe) {
+fn attach(scene: &mut Scene, balls: Balls, path: &Path, digest: String, recipe: &Recipe) {
     let (spheres, materials) = join(scene, balls);
     scene.imports.push(Import { file: path.into(), digest, table: table(recipe), spheres, materials });
 }
@@ -368,6 +371,23 @@ mod tests {
         let expected = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
         assert_eq!(digest(&path).as_deref(), Ok(expected));
         assert!(digest(folder.path()).unwrap_err().contains("this is a directory"));
+    }
+
+    #[test]
+    fn a_file_that_has_changed_is_told_even_if_it_cannot_be_read_any_more() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.xyz");
+        let read = |digest: &str| read_unchanged(&path, Some(digest), &Recipe::default(), u64::MAX);
+        std::fs::write(&path, "1\n\nO 1 2 3\n").unwrap();
+        let own = digest(&path).unwrap();
+        assert_eq!(read(&own.to_uppercase()).unwrap().digest, own);
+        std::fs::write(&path, "2\n\nO 1 2 3\n").unwrap();
+        assert!(
+            matches!(read(&own), Err(Problem::Changed(line)) if line.contains("a.xyz has changed: its SHA-256 is"))
+        );
+        assert!(
+            matches!(read(&digest(&path).unwrap()), Err(Problem::Read(line)) if line.contains("ends after 1 of 2"))
+        );
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! Rows of binary numbers, all of one size.
 
 use crate::error::Fault;
+use crate::layout::{Layout, Role};
 use crate::request::Request;
 use crate::rows::{most_rows, too_many};
-use crate::table::{Layout, Role, Table};
+use crate::table::Table;
 use crate::values::Scalar;
 use std::io::{ErrorKind, Read};
 

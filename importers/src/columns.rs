@@ -1,6 +1,6 @@
 //! What named columns are, for formats that leave their names to whoever writes them: CSV, PLY, `NumPy`.
 
-use crate::table::{Kind, Role};
+use crate::layout::{Kind, Role};
 
 /// The role of the column `name` among columns of these names; all in lower case. `None` for a mere number.
 pub(crate) fn role(name: &str, all: &[String]) -> Option<Role> {

@@ -3,10 +3,11 @@
 use crate::columns::{no_axes, role};
 use crate::error::{Fault, Place, quote};
 use crate::format::Format;
+use crate::layout::{Layout, MOST_COLUMNS, Role};
 use crate::particles::Particles;
 use crate::request::Request;
 use crate::rows::{self, RowReader};
-use crate::table::{Layout, MOST_COLUMNS, Role, Table};
+use crate::table::Table;
 use crate::text::{Fields, Position, Source, Text, number};
 use csv_core::{ReadRecordResult, ReaderBuilder};
 

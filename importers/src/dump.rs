@@ -7,10 +7,10 @@
 use crate::cell::cell;
 use crate::error::{Fault, quote};
 use crate::format::Format;
+use crate::layout::{Kind, Layout, MOST_COLUMNS, Role};
 use crate::particles::{Cell, Particles, title};
 use crate::request::{Properties, Request};
 use crate::rows::{self, Separated};
-use crate::table::{Kind, Layout, MOST_COLUMNS, Role};
 use crate::text::{Fields, Text, number};
 use crate::unit::Unit;
 

@@ -9,6 +9,8 @@
 //!   2013, 8617 (doi:10.1039/c3dt50599e).
 //! - Colours: those of Jmol (<https://jmol.sourceforge.net/jscolors/>) and the CPK colours of `RasMol`.
 
+use crate::particles::Labels;
+
 /// Radii and colours of an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Element {
@@ -44,6 +46,19 @@ pub fn by_symbol(symbol: &str) -> Option<u8> {
     }
     let index = ELEMENTS.iter().position(|element| element.symbol.eq_ignore_ascii_case(symbol))?;
     Some(index as u8 + 1)
+}
+
+/// The atomic number of a symbol or of an atomic number; 0 if it is neither.
+pub(crate) fn element_of(text: &str) -> u8 {
+    let by_number = || text.parse().ok().filter(|&number| element(number).is_some());
+    by_symbol(text).or_else(by_number).unwrap_or(0)
+}
+
+/// The atomic numbers of a column of labels, unless none is known.
+pub(crate) fn elements_of(labels: &Labels, of: impl Fn(&str) -> u8) -> Option<Vec<u8>> {
+    let numbers: Vec<u8> = labels.names.iter().map(|name| of(name)).collect();
+    let is_known = numbers.iter().any(|&number| number > 0);
+    is_known.then(|| labels.index.iter().map(|&index| numbers[usize::from(index)]).collect())
 }
 
 static ELEMENTS: [Element; COUNT as usize] = {

@@ -3,11 +3,12 @@
 use crate::cell::cell;
 use crate::error::{Fault, quote};
 use crate::format::Format;
+use crate::layout::{Kind, Layout, Role};
 use crate::names;
 use crate::particles::{Cell, Particles, title};
 use crate::request::Request;
 use crate::rows::{self, RowReader};
-use crate::table::{Kind, Layout, Role, Table};
+use crate::table::Table;
 use crate::text::{Fields, Text, integer, number};
 
 /// Where positions begin, after number and name of the residue, name and number of the atom, of five columns each.

@@ -6,11 +6,12 @@
 
 use crate::binary::fill;
 use crate::cell::cell;
+use crate::elements::elements_of;
 use crate::error::{Fault, no_such_frame, quote};
 use crate::format::Format;
+use crate::layout::{components, is_wanted};
 use crate::particles::{Cell, Labels, Particles, Property};
 use crate::request::Request;
-use crate::table::{components, elements_of, is_wanted};
 use crate::text::Source;
 use crate::values::Scalar;
 use std::collections::HashMap;

@@ -3,15 +3,17 @@
 
 use crate::altloc::{self, Alternative, Disordered, Residue, packed};
 use crate::cell::by_angles;
+use crate::elements::element_of;
 use crate::error::{Fault, no_such_frame, quote};
 use crate::format::Format;
+use crate::layout::{Kind, Layout, Role};
 use crate::names;
 use crate::particles::{Cell, Particles, title};
 use crate::request::Request;
 use crate::rows::{most_rows, too_many};
 use crate::star::{Token, Tokens};
 use crate::symmetry::{Operation, images};
-use crate::table::{Kind, Layout, Role, Table, element_of};
+use crate::table::Table;
 use crate::text::{Position, Source, Text, integer, number};
 use std::collections::HashMap;
 use std::mem::take;

@@ -4,10 +4,11 @@ use crate::cell::cell;
 use crate::columns::{role, role_of_vector};
 use crate::error::{Fault, Place, quote};
 use crate::format::Format;
+use crate::layout::{Layout, MOST_COLUMNS, Role, components};
 use crate::npy::{Array, Input};
 use crate::particles::Particles;
 use crate::request::Request;
-use crate::table::{Layout, MOST_COLUMNS, Role, Table, components};
+use crate::table::Table;
 use crate::text::Source;
 use flate2::read::DeflateDecoder;
 use rawzip::{CompressionMethod, RECOMMENDED_BUFFER_SIZE, ReaderAt, ZipArchive, ZipArchiveEntryWayfinder};
@@ -165,7 +166,7 @@ impl Reader<'_> {
                 array.columns(&roles, &mut self.layout)?
             }
         };
-        self.table.properties.resize_with(self.layout.property_count(), Vec::new);
+        self.table.properties.resize_with(self.layout.properties().len(), Vec::new);
         self.full = self.full.or(columns.full);
         array.read(&columns, input, &self.layout, self.request, &mut self.table)?;
         Ok(true)

@@ -6,11 +6,12 @@ use crate::cell::{by_angles, dot, inverse};
 use crate::elements::by_symbol;
 use crate::error::{Fault, Place, no_such_frame, quote};
 use crate::format::Format;
+use crate::layout::{Kind, Layout, Role};
 use crate::names;
 use crate::particles::{Cell, Particles, title};
 use crate::request::Request;
 use crate::rows::{most_rows, too_many};
-use crate::table::{Kind, Layout, Role, Table};
+use crate::table::Table;
 use crate::text::{Position, Source, Text, number};
 
 /// The columns up to the coordinates' end.

@@ -1,9 +1,10 @@
 //! Rows of text, a particle on each line, read block by block on all threads.
 
 use crate::error::{Fault, Place, quote};
+use crate::layout::{Layout, Role};
 use crate::particles::Particles;
 use crate::request::Request;
-use crate::table::{Layout, Role, Table};
+use crate::table::Table;
 use crate::text::{Block, Fields, Text, lines};
 use rayon::prelude::*;
 use scene::text::mebibytes;

@@ -1,214 +1,12 @@
-//! Columns that grow row by row, and what each field of a row is.
+//! Columns that grow row by row.
 
-use crate::elements;
+use crate::changes::{Change, Gather, Keep, Permute, Reserve};
+use crate::elements::{element_of, elements_of};
 use crate::error::quote;
-use crate::particles::{Labels, Particles, Property};
-use crate::request::Properties;
+use crate::interner::Interner;
+use crate::layout::{Kind, Layout, Role};
+use crate::particles::{Particles, Property};
 use crate::text::{integer, number};
-use std::collections::HashMap;
-
-/// The most columns of a file.
-pub(crate) const MOST_COLUMNS: usize = 1024;
-/// The most bytes of a label.
-const LONGEST_LABEL: usize = 100;
-
-/// What a field of a row is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Role {
-    Skip,
-    /// A coordinate.
-    Axis(usize),
-    /// A radius, or a diameter.
-    Radius,
-    Diameter,
-    /// A component of a colour.
-    Color(usize),
-    Label(Kind),
-    Id,
-    Molecule,
-    /// A numeric column beyond these, by its index.
-    Property(usize),
-}
-
-/// A column of labels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
-    /// Symbols of elements, or atomic numbers.
-    Element,
-    Type,
-    Name,
-    Residue,
-    Chain,
-}
-
-const KINDS: usize = 5;
-
-/// The roles of a row's fields, in the order of the file.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Layout {
-    pub(crate) roles: Vec<Role>,
-    /// The names of the properties that are read.
-    properties: Vec<String>,
-    /// The names of all properties.
-    pub(crate) available: Vec<String>,
-}
-
-impl Layout {
-    /// The fields of an atom in PDB and mmCIF, in order: position, labels, number of the residue, serial number, occupancy and
-    /// temperature factor. Also returns the roles of the last two, which are read if they are wanted.
-    pub(crate) fn of_atoms(wanted: &Properties) -> (Self, [Role; 2]) {
-        let mut layout = Self::default();
-        (0..3).for_each(|axis| layout.push(Role::Axis(axis)));
-        let labels = [Kind::Name, Kind::Residue, Kind::Chain].map(Role::Label);
-        labels.into_iter().chain([Role::Molecule, Role::Id]).for_each(|role| layout.push(role));
-        let others = ["occupancy", "b_factor"].map(|name| layout.property(name, wanted));
-        layout.roles.extend(others);
-        (layout, others)
-    }
-
-    pub(crate) fn push(&mut self, role: Role) {
-        self.roles.push(role);
-    }
-
-    /// A field that is no more than a number with a name: read if it is wanted.
-    pub(crate) fn push_property(&mut self, name: &str, wanted: &Properties) {
-        let role = self.property(name, wanted);
-        self.push(role);
-    }
-
-    /// The role of a number with a name.
-    pub(crate) fn property(&mut self, name: &str, wanted: &Properties) -> Role {
-        self.available.push(name.to_owned());
-        if !is_wanted(name, wanted) {
-            return Role::Skip;
-        }
-        self.properties.push(name.to_owned());
-        Role::Property(self.properties.len() - 1)
-    }
-
-    /// The number of properties that are read.
-    pub(crate) fn property_count(&self) -> usize {
-        self.properties.len()
-    }
-
-    pub(crate) fn has(&self, role: Role) -> bool {
-        self.roles.contains(&role)
-    }
-
-    /// Bytes per row of a [`Table`] and of what becomes of it.
-    pub(crate) fn bytes_per_row(&self) -> u64 {
-        let bytes = |role: &Role| match role {
-            Role::Skip => 0,
-            Role::Axis(_) | Role::Id => 8,
-            Role::Label(_) => 2,
-            Role::Radius | Role::Diameter | Role::Color(_) | Role::Molecule | Role::Property(_) => 4,
-        };
-        self.roles.iter().map(bytes).sum::<u64>() + 5
-    }
-}
-
-/// Whether a numeric column is asked for, by its own name or by the name that its components share.
-pub(crate) fn is_wanted(name: &str, wanted: &Properties) -> bool {
-    match wanted {
-        Properties::None => false,
-        Properties::All => true,
-        Properties::Named(names) => {
-            let shared = name.rsplit_once('_').map_or(name, |(shared, _)| shared);
-            names.iter().any(|wanted| wanted == name || wanted == shared)
-        }
-    }
-}
-
-/// The names of the components of a column.
-pub(crate) fn components(name: &str, count: usize) -> Vec<String> {
-    match count {
-        1 => vec![name.to_owned()],
-        3 => ["x", "y", "z"].map(|axis| format!("{name}_{axis}")).to_vec(),
-        _ => (0..count).map(|index| format!("{name}_{index}")).collect(),
-    }
-}
-
-/// Texts of which few are different, as indices.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Interner {
-    labels: Labels,
-    known: HashMap<Box<[u8]>, u16>,
-    /// The last text, which is often the next one too.
-    last: u16,
-    is_given_up: bool,
-}
-
-impl Interner {
-    #[inline]
-    pub(crate) fn push(&mut self, text: &[u8]) -> Result<(), String> {
-        if self.is_given_up {
-            return Ok(());
-        }
-        let index = self.index(text)?;
-        self.labels.index.push(index);
-        Ok(())
-    }
-
-    #[inline]
-    fn index(&mut self, text: &[u8]) -> Result<u16, String> {
-        let last = self.labels.names.get(usize::from(self.last));
-        if last.is_some_and(|last| last.as_bytes() == text) {
-            return Ok(self.last);
-        }
-        if let Some(&known) = self.known.get(text) {
-            self.last = known;
-            return Ok(known);
-        }
-        self.add(text)
-    }
-
-    fn add(&mut self, text: &[u8]) -> Result<u16, String> {
-        if text.len() > LONGEST_LABEL {
-            return Err(format!("{} is longer than {LONGEST_LABEL} bytes; labels are short", quote(text)));
-        }
-        let index = u16::try_from(self.labels.names.len()).map_err(|_| {
-            format!("{} is one label too many: a column may have {}", quote(text), Labels::MOST)
-        })?;
-        self.labels.names.push(String::from_utf8_lossy(text).into_owned());
-        self.known.insert(text.into(), index);
-        self.last = index;
-        Ok(index)
-    }
-
-    /// Forgets the column, and what comes of it.
-    fn give_up(&mut self) {
-        *self = Self { is_given_up: true, ..Self::default() };
-    }
-
-    /// The index of the last text.
-    pub(crate) fn last(&self) -> u16 {
-        self.last
-    }
-
-    /// The index of each row.
-    pub(crate) fn rows(&self) -> &[u16] {
-        &self.labels.index
-    }
-
-    /// The index of a text that some row has.
-    pub(crate) fn find(&self, text: &[u8]) -> Option<u16> {
-        self.known.get(text).copied()
-    }
-
-    /// Appends the rows of another column.
-    fn append(&mut self, other: &Self) -> Result<(), String> {
-        let to: Vec<u16> =
-            other.labels.names.iter().map(|name| self.index(name.as_bytes())).collect::<Result<_, _>>()?;
-        self.labels.index.extend(other.labels.index.iter().map(|&index| to[usize::from(index)]));
-        Ok(())
-    }
-
-    /// The column, if it has rows.
-    pub(crate) fn finish(mut self) -> Option<Labels> {
-        self.labels.index.shrink_to_fit();
-        (!self.labels.index.is_empty()).then_some(self.labels)
-    }
-}
 
 /// The columns of some rows. Those that no role fills stay empty.
 #[derive(Clone, Debug, Default)]
@@ -216,7 +14,7 @@ pub(crate) struct Table {
     pub(crate) positions: Vec<[f64; 3]>,
     /// Atomic numbers, from readers that find them row by row.
     pub(crate) elements: Vec<u8>,
-    pub(crate) labels: [Interner; KINDS],
+    pub(crate) labels: [Interner; Kind::ALL.len()],
     pub(crate) radii: Vec<f32>,
     pub(crate) colors: Vec<[f32; 3]>,
     pub(crate) ids: Vec<u64>,
@@ -230,7 +28,7 @@ pub(crate) struct Table {
 
 impl Table {
     pub(crate) fn new(layout: &Layout) -> Self {
-        Self { properties: vec![Vec::new(); layout.properties.len()], ..Self::default() }
+        Self { properties: vec![Vec::new(); layout.properties().len()], ..Self::default() }
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -241,16 +39,11 @@ impl Table {
         &mut self.labels[kind as usize]
     }
 
-    /// Takes a label of the row. Names that are too many or too long are nothing to tell particles apart by, and their
-    /// column is given up; elements and types are needed.
+    /// Takes a label of the row. A column that is not needed is given up if it cannot be had.
     #[inline]
     pub(crate) fn push_label(&mut self, kind: Kind, text: &[u8]) -> Result<(), String> {
         let column = self.label(kind);
-        match column.push(text) {
-            Err(_) if !matches!(kind, Kind::Element | Kind::Type) => column.give_up(),
-            result => return result,
-        }
-        Ok(())
+        needed(kind, column.push(text), column)
     }
 
     /// Takes a field of the row. The error continues the place.
@@ -371,7 +164,7 @@ impl Table {
             self.molecules.len(),
             self.residue_numbers.len(),
         ];
-        let labels = self.labels.iter().map(|column| column.labels.index.len());
+        let labels = self.labels.iter().map(|column| column.rows().len());
         let properties = self.properties.iter().map(Vec::len);
         let all = lengths.into_iter().chain(labels).chain(properties);
         all.filter(|length| *length > 0).find(|length| *length != self.len())
@@ -379,17 +172,9 @@ impl Table {
 
     /// Appends rows of the same layout.
     pub(crate) fn append(&mut self, other: &mut Self) -> Result<(), String> {
-        for (at, other) in other.labels.iter().enumerate() {
-            let column = &mut self.labels[at];
-            let is_needed = at == Kind::Element as usize || at == Kind::Type as usize;
-            if column.is_given_up || other.is_given_up {
-                column.give_up();
-            } else if let Err(problem) = column.append(other) {
-                if is_needed {
-                    return Err(problem);
-                }
-                column.give_up();
-            }
+        for (kind, other) in Kind::ALL.into_iter().zip(&other.labels) {
+            let column = self.label(kind);
+            needed(kind, column.append(other), column)?;
         }
         for (column, other) in self.properties.iter_mut().zip(&mut other.properties) {
             column.append(other);
@@ -406,76 +191,42 @@ impl Table {
 
     /// Makes room for `rows` in all columns that have any.
     pub(crate) fn reserve_total(&mut self, rows: usize) {
-        fn grow<T>(column: &mut Vec<T>, rows: usize) {
-            if !column.is_empty() {
-                column.reserve_exact(rows.saturating_sub(column.len()));
-            }
-        }
-        grow(&mut self.positions, rows);
-        grow(&mut self.elements, rows);
-        grow(&mut self.radii, rows);
-        grow(&mut self.colors, rows);
-        grow(&mut self.ids, rows);
-        grow(&mut self.molecules, rows);
-        grow(&mut self.residue_numbers, rows);
-        self.properties.iter_mut().for_each(|column| grow(column, rows));
-        self.labels.iter_mut().for_each(|column| grow(&mut column.labels.index, rows));
+        self.change(&mut Reserve(rows));
     }
 
     /// Puts the rows in the order of their ids, if they have any. Rows with the same id keep their order.
     pub(crate) fn sort_by_id(&mut self) {
-        if self.ids.is_sorted() {
-            return;
+        if !self.ids.is_sorted() {
+            self.change(&mut Permute::sorting(&self.ids));
         }
-        let mut order: Vec<u32> = (0..self.ids.len() as u32).collect();
-        order.sort_by_key(|&row| self.ids[row as usize]);
-        let mut cycles = Cycles { order, is_done: vec![false; self.ids.len()] };
-        cycles.permute(&mut self.positions);
-        cycles.permute(&mut self.elements);
-        cycles.permute(&mut self.radii);
-        cycles.permute(&mut self.colors);
-        cycles.permute(&mut self.ids);
-        cycles.permute(&mut self.molecules);
-        cycles.permute(&mut self.residue_numbers);
-        self.properties.iter_mut().for_each(|column| cycles.permute(column));
-        self.labels.iter_mut().for_each(|column| cycles.permute(&mut column.labels.index));
     }
 
     /// Keeps the rows that `keep` names.
     pub(crate) fn retain(&mut self, keep: &[bool]) {
-        fn sift<T>(column: &mut Vec<T>, keep: &[bool]) {
-            if !column.is_empty() {
-                let mut rows = keep.iter();
-                column.retain(|_| rows.next().copied().unwrap_or(false));
-            }
-        }
-        sift(&mut self.positions, keep);
-        sift(&mut self.elements, keep);
-        sift(&mut self.radii, keep);
-        sift(&mut self.colors, keep);
-        sift(&mut self.ids, keep);
-        sift(&mut self.molecules, keep);
-        sift(&mut self.residue_numbers, keep);
-        self.properties.iter_mut().for_each(|column| sift(column, keep));
-        self.labels.iter_mut().for_each(|column| sift(&mut column.labels.index, keep));
+        self.change(&mut Keep(keep));
     }
 
     /// Replaces the rows by those of these indices, which may repeat.
     pub(crate) fn gather(&mut self, rows: &[usize]) {
-        fn pick<T: Copy>(column: &mut Vec<T>, rows: &[usize]) {
+        self.change(&mut Gather(rows));
+    }
+
+    /// Changes all columns that have rows.
+    fn change(&mut self, change: &mut impl Change) {
+        fn apply<T: Copy>(change: &mut impl Change, column: &mut Vec<T>) {
             if !column.is_empty() {
-                *column = rows.iter().map(|&row| column[row]).collect();
+                change.apply(column);
             }
         }
-        pick(&mut self.positions, rows);
-        pick(&mut self.elements, rows);
-        pick(&mut self.radii, rows);
-        pick(&mut self.colors, rows);
-        pick(&mut self.ids, rows);
-        pick(&mut self.molecules, rows);
-        pick(&mut self.residue_numbers, rows);
-        self.properties.iter_mut().for_each(|column| pick(column, rows));
-        self.labels.iter_mut().for_each(|column| pick(&mut column.labels.index, rows));
+        apply(change, &mut self.positions);
+        apply(change, &mut self.elements);
+        apply(change, &mut self.radii);
+        apply(change, &mut self.colors);
+        apply(change, &mut self.ids);
+        apply(change, &mut self.molecules);
+        apply(change, &mut self.residue_numbers);
+        self.properties.iter_mut().for_each(|column| apply(change, column));
+        self.labels.iter_mut().for_each(|column| apply(change, column.rows_mut()));
     }
 
     /// Moves the columns into `particles`. `full` is the number that stands for a colour's full intensity; without it,
@@ -498,48 +249,22 @@ impl Table {
         particles.ids = filled(self.ids);
         particles.molecules = filled(self.molecules);
         particles.residue_numbers = filled(self.residue_numbers);
+        let names = layout.properties().iter().cloned();
         let columns = self.properties.into_iter().map(shrunk);
-        particles.properties = layout
-            .properties
-            .into_iter()
-            .zip(columns)
-            .map(|(name, values)| Property { name, values })
-            .collect();
+        particles.properties = names.zip(columns).map(|(name, values)| Property { name, values }).collect();
         particles.available = layout.available;
         particles.positions = shrunk(self.positions);
     }
 }
 
-/// A permutation of rows, applied in place: columns of ten million rows are not held twice.
-struct Cycles {
-    /// For each row, which one comes there.
-    order: Vec<u32>,
-    is_done: Vec<bool>,
-}
-
-impl Cycles {
-    fn permute<T: Copy>(&mut self, column: &mut [T]) {
-        if column.is_empty() {
-            return;
-        }
-        self.is_done.fill(false);
-        for start in 0..self.order.len() {
-            if self.is_done[start] {
-                continue;
-            }
-            let (first, mut row) = (column[start], start);
-            loop {
-                self.is_done[row] = true;
-                let next = self.order[row] as usize;
-                if next == start {
-                    break;
-                }
-                column[row] = column[next];
-                row = next;
-            }
-            column[row] = first;
-        }
+/// What became of a change of the column of this kind, which is given up if that failed and it is not needed.
+#[inline]
+fn needed(kind: Kind, result: Result<(), String>, column: &mut Interner) -> Result<(), String> {
+    if result.is_ok() || kind.is_needed() {
+        return result;
     }
+    column.give_up();
+    Ok(())
 }
 
 fn shrunk<T>(mut column: Vec<T>) -> Vec<T> {
@@ -550,19 +275,6 @@ fn shrunk<T>(mut column: Vec<T>) -> Vec<T> {
 /// The column, if it has rows.
 fn filled<T>(column: Vec<T>) -> Option<Vec<T>> {
     (!column.is_empty()).then(|| shrunk(column))
-}
-
-/// The atomic numbers of a column of labels, unless none is known.
-pub(crate) fn elements_of(labels: &Labels, of: impl Fn(&str) -> u8) -> Option<Vec<u8>> {
-    let numbers: Vec<u8> = labels.names.iter().map(|name| of(name)).collect();
-    let is_known = numbers.iter().any(|&number| number > 0);
-    is_known.then(|| labels.index.iter().map(|&index| numbers[usize::from(index)]).collect())
-}
-
-/// The atomic number of a symbol or of an atomic number; 0 if it is neither.
-pub(crate) fn element_of(text: &str) -> u8 {
-    let by_number = || text.parse().ok().filter(|&number| elements::element(number).is_some());
-    elements::by_symbol(text).or_else(by_number).unwrap_or(0)
 }
 
 /// A number that may be missing or a truth value.
@@ -586,6 +298,7 @@ fn no_coordinate(field: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::particles::Labels;
 
     #[test]
     fn rows_are_sorted_by_id_in_place() {
@@ -604,31 +317,6 @@ mod tests {
     }
 
     #[test]
-    fn labels_of_pieces_are_joined() {
-        let (mut a, mut b) = (Interner::default(), Interner::default());
-        for (interner, text) in [(&mut a, "x y"), (&mut b, "z y z")] {
-            text.split(' ').for_each(|label| interner.push(label.as_bytes()).unwrap());
-        }
-        a.append(&b).unwrap();
-        let labels = a.finish().unwrap();
-        assert_eq!(
-            (labels.names, labels.index),
-            (["x", "y", "z"].map(str::to_owned).to_vec(), vec![0, 1, 2, 1, 2])
-        );
-    }
-
-    #[test]
-    fn labels_have_bounds() {
-        let mut interner = Interner::default();
-        assert!(interner.push(&[b'a'; LONGEST_LABEL + 1]).is_err());
-        for label in 0..Labels::MOST {
-            interner.push(label.to_string().as_bytes()).unwrap();
-        }
-        assert!(interner.push(b"one").is_err());
-        assert!(interner.push(b"0").is_ok());
-    }
-
-    #[test]
     fn too_many_names_are_given_up_and_too_many_types_refused() {
         let with = |kind: Kind| {
             let (mut a, mut b) = (Table::default(), Table::default());
@@ -642,13 +330,5 @@ mod tests {
         };
         assert_eq!(with(Kind::Name), (true, true, true, None));
         assert!(matches!(with(Kind::Type), (false, false, true, Some(_))));
-    }
-
-    #[test]
-    fn wanted_names_are_those_of_columns_or_of_all_their_components() {
-        let named = |name: &str| Properties::Named(vec![name.into()]);
-        assert!(is_wanted("forces_x", &named("forces")) && is_wanted("forces_x", &named("forces_x")));
-        assert!(!is_wanted("forces_x", &named("forces_y")) && !is_wanted("q", &Properties::None));
-        assert!(is_wanted("q", &Properties::All) && is_wanted("q", &named("q")));
     }
 }

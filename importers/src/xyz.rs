@@ -1,16 +1,17 @@
 //! XYZ and extended XYZ: a count, a comment, and a line per atom; frame after frame.
 //!
 //! The comment of extended XYZ has pairs of key and value. `Properties=species:S:1:pos:R:3:...` names the columns,
-//! `Lattice="..."` has the three vectors of the cell, `pbc="T T F"` says along which it repeats, and `Origin="..."` where
+//! `Lattice="..."` has the three vectors of the cell, or the lengths of its edges along the axes, `pbc="T T F"` says along which it repeats, and `Origin="..."` where
 //! it begins (<https://github.com/libAtoms/extxyz>).
 
 use crate::cell::cell;
+use crate::elements::{element_of, elements_of};
 use crate::error::{Fault, quote};
 use crate::format::Format;
+use crate::layout::{Kind, Layout, MOST_COLUMNS, Role, components};
 use crate::particles::{Cell, Labels, Particles, title};
 use crate::request::{Properties, Request};
 use crate::rows::{self, Separated};
-use crate::table::{Kind, Layout, MOST_COLUMNS, Role, components, element_of, elements_of};
 use crate::text::{Fields, Text, integer, number};
 
 /// Skips a frame; `false` if there is none.
@@ -124,7 +125,7 @@ impl Comment {
             has_byte_colors: false,
         };
         // Free text may hold anything, quotation marks too: only what is meant to be extended XYZ is read as such.
-        if !["Properties=", "Lattice="].iter().any(|key| find_key(&text, key).is_some()) {
+        if !["properties", "lattice"].iter().any(|key| has_key(&text, key)) {
             return Ok(comment);
         }
         for (key, value) in pairs(&text)? {
@@ -161,7 +162,7 @@ impl Comment {
         let Some(lattice) = &self.lattice else { return Ok(None) };
         let wrong = || {
             format!(
-                "Lattice={} is no cell; it is nine numbers, three for each vector",
+                "Lattice={} is no cell; it is nine numbers, three for each vector, or three lengths of edges",
                 quote(lattice.as_bytes())
             )
         };
@@ -283,11 +284,19 @@ fn columns(text: &str) -> Result<Vec<Column>, String> {
         .collect()
 }
 
-/// Where `key` begins in `text` as a word of its own, in any case.
-fn find_key(text: &str, key: &str) -> Option<usize> {
+/// Whether `key`, a word of its own in any case, has a value in `text`. After blanks that must look like one: in free text an
+/// equals sign may mean anything.
+fn has_key(text: &str, key: &str) -> bool {
     let text = text.to_ascii_lowercase();
     let begins = |at: &usize| *at == 0 || text.as_bytes()[at - 1].is_ascii_whitespace();
-    text.match_indices(&key.to_ascii_lowercase()).map(|(at, _)| at).find(begins)
+    let has_value = |at: usize| {
+        let rest = &text[at + key.len()..];
+        let Some(value) = rest.trim_start().strip_prefix('=') else { return false };
+        let value = value.trim_start();
+        let word = value.split_whitespace().next().unwrap_or_default();
+        rest.starts_with('=') || value.starts_with(['"', '{', '[']) || word.contains(':')
+    };
+    text.match_indices(key).map(|(at, _)| at).filter(begins).any(has_value)
 }
 
 /// Pairs of key and value; words without a value are left out.

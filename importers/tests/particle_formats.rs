@@ -2,7 +2,9 @@
 
 mod specimens;
 
-use importers::{Format, Frame, Particles, Properties, Request, Trajectory, Unit, frames, read, read_from};
+use importers::{
+    Cell, Format, Frame, Particles, Properties, Request, Trajectory, Unit, frames, read, read_from,
+};
 use specimens::{COUNT, gsd_of, gzip, npy, place, specimens, zip};
 use std::fmt::Write as _;
 use std::io::Cursor;
@@ -179,6 +181,31 @@ fn comments_of_plain_xyz_may_hold_anything() {
 }
 
 #[test]
+fn lattices_are_vectors_or_lengths_of_edges() {
+    let cell = |comment: &str| parse(Format::Xyz, format!("1\n{comment}\nO 1 2 3\n")).cell;
+    let right = Cell {
+        origin: [0.0; 3],
+        vectors: [[4.0, 0.0, 0.0], [0.0, 5.0, 0.0], [0.0, 0.0, 6.5]],
+        periodic: [true, true, false],
+    };
+    for lattice in [
+        "Lattice=\"4 0 0 0 5 0 0 0 6.5\"",
+        "Lattice=\"4 5 6.5\"",
+        "lattice={4 5 6.5}",
+        "Lattice=[4, 5, 6.5]",
+        "Lattice=[[4, 0, 0], [0, 5, 0], [0, 0, 6.5]]",
+        "Lattice = \"4 5 6.5\"",
+        "Properties = species:S:1:pos:R:3 Lattice=\"4 5 6.5\"",
+    ] {
+        assert_eq!(cell(&format!("{lattice} pbc=\"T T F\"")), Some(right), "{lattice}");
+    }
+    // Free text.
+    for comment in ["the lattice = cubic", "sublattice=\"4 5 6\"", "no lattice", "lattice constant=\"4\""] {
+        assert_eq!(cell(comment), None, "{comment}");
+    }
+}
+
+#[test]
 fn faults_of_xyz_are_told_with_line_and_column() {
     let fault = |text: &str| fault(Format::Xyz, text);
     assert_eq!(
@@ -201,7 +228,12 @@ fn faults_of_xyz_are_told_with_line_and_column() {
     );
     assert_eq!(extended("pos:R:3"), ":3:1: \"O\" is no number; a coordinate is one, such as 1.5");
     assert!(fault("1\nLattice=\"1 2\nO 1 2 3\n").contains("the value of \"Lattice\" has no end"));
-    assert!(fault("1\nLattice=\"1 2\"\nO 1 2 3\n").contains("it is nine numbers"));
+    for numbers in ["", "1 2", "1 2 3 4", "4 5 6 90 90 90", "4 5 x"] {
+        let line = fault(&format!("1\nLattice=\"{numbers}\"\nO 1 2 3\n"));
+        let right = "is no cell; it is nine numbers, three for each vector, or three lengths of edges";
+        assert_eq!(line, format!(":2: Lattice=\"{numbers}\" {right}"));
+    }
+    assert!(fault("1\nLattice=4 5 6\nO 1 2 3\n").starts_with(":2: Lattice=\"4\" is no cell"));
 }
 
 #[test]

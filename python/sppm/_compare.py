@@ -81,7 +81,8 @@ class Metrics:
 
 
 def compare(a: ImageLike, b: ImageLike, *, hdr_flip: bool = True) -> Metrics:
-    """Judges image ``a`` against ``b``, the image that is right. ``hdr_flip=False`` leaves out what takes longest.
+    """Judges image ``a`` against ``b``, the image that is right. ``hdr_flip=False`` leaves out what takes longest. Of films
+    with alpha, ``radiance`` is compared, as it is over black.
 
     Raises InputError if the images differ in size or have pixels that are not finite, FileError if a file cannot be
     read, and TypeError for anything but images.
@@ -102,7 +103,7 @@ def difference_image(a: ImageLike, b: ImageLike) -> tuple[Film, float]:
     Raises what :func:`compare` raises.
     """
     radiance, scale = _sppm.difference_image(_picture(a, "a"), _picture(b, "b"))
-    return new_film(radiance, None, None, None, None), scale
+    return new_film(radiance, None, None, None, None, None), scale
 
 
 def _picture(image: ImageLike, name: str) -> npt.NDArray[np.float32]:

@@ -20,28 +20,41 @@ Tone: TypeAlias = Literal["clamp"] | Literal["reinhard"] | Literal["aces"] | Lit
 """How a picture shows bright light."""
 Floats = npt.NDArray[np.float32]
 """An array of 32-bit floats."""
+_Shown: TypeAlias = tuple[
+    tuple[Floats, Floats | None], str | None, float | None, tuple[str, float] | None, tuple[str, float] | None
+]
 
 
 class Film:
-    """An image: linear radiance, and where it was rendered, radii, photon counts, and how it was made.
+    """An image: linear radiance, alpha if the background is transparent, and where it was rendered, radii, photon counts,
+    and how it was made.
 
     A film does not change: its arrays are read-only. It is independent of the render that made it. A notebook shows it
     as a picture. NumPy takes a film as the array ``radiance``.
     """
 
     radiance: Floats
-    """Linear RGB radiance, in W sr^-1 m^-2 per channel: shape (height, width, 3), rows from the top."""
+    """Linear RGB radiance, in W sr^-1 m^-2 per channel: shape (height, width, 3), rows from the top. With ``alpha`` it is
+    what the pixel adds to whatever is behind it ("associated" with alpha, or premultiplied, as in EXR files)."""
+    alpha: Floats | None
+    """The share of every pixel that is covered: shape (height, width). ``None`` unless the background is transparent. It
+    goes from 0 to 1; filters with negative weights leave this range a little."""
     radius: Floats | None
     """The search radius of every pixel, in scene units: shape (height, width). ``None`` without photons."""
     count: Floats | None
     """The photons counted in every pixel, weighted by alpha (2/3): shape (height, width). ``None`` without photons."""
 
-    __slots__ = ("__weakref__", "_note", "_tone", "count", "radiance", "radius")
+    __slots__ = ("__weakref__", "_note", "_tone", "alpha", "count", "radiance", "radius")
 
     def __init__(
-        self, radiance: npt.ArrayLike, *, radius: npt.ArrayLike | None = None, count: npt.ArrayLike | None = None
+        self,
+        radiance: npt.ArrayLike,
+        *,
+        alpha: npt.ArrayLike | None = None,
+        radius: npt.ArrayLike | None = None,
+        count: npt.ArrayLike | None = None,
     ) -> None:
-        """A film of your own: ``radiance`` has shape (height, width, 3), ``radius`` and ``count`` (height, width).
+        """A film of your own: ``radiance`` has shape (height, width, 3), ``alpha``, ``radius`` and ``count`` (height, width).
 
         Raises InputError for other shapes, and TypeError for anything but real numbers.
         """
@@ -49,32 +62,39 @@ class Film:
         # A copy if it is not one yet, as the given array may be changed later.
         self.radiance = _owned(pixels, radiance)
         planes: list[Floats | None] = []
-        for name, values in (("radius", radius), ("count", count)):
+        for name, values in (("alpha", alpha), ("radius", radius), ("count", count)):
             if values is None:
                 planes.append(None)
             else:
                 planes.append(_owned(_arrays.plane(values, pixels.shape[:2], name, InputError), values))
-        self.radius, self.count = planes
+        self.alpha, self.radius, self.count = planes
         self._note: str | None = None
         self._tone: Tone | None = None
 
     @classmethod
     def _of(
-        cls, radiance: Floats, radius: Floats | None, count: Floats | None, note: str | None, tone: Tone | None
+        cls,
+        radiance: Floats,
+        alpha: Floats | None,
+        radius: Floats | None,
+        count: Floats | None,
+        note: str | None,
+        tone: Tone | None,
     ) -> Film:
         """A film of read-only arrays, without a copy, which is shown by ``tone`` if no other is asked for."""
         film = cls.__new__(cls)
-        film.radiance, film.radius, film.count, film._note, film._tone = radiance, radius, count, note, tone
+        film.radiance, film.alpha, film.radius, film.count = radiance, alpha, radius, count
+        film._note, film._tone = note, tone
         return film
 
     @classmethod
     def load(cls, path: Source, *, layer: str | None = None) -> Film:
         """Reads an image: PNG, JPEG, EXR, PFM, HDR, TIFF, WebP or QOI; ``layer`` is that of an EXR file with layers.
 
-        Integers are decoded from sRGB. Raises FileError if the file cannot be read.
+        Integers are decoded from sRGB. Alpha is not read. Raises FileError if the file cannot be read.
         """
         radiance, note = _sppm.read_image(os.fspath(path), layer)
-        return cls._of(radiance, None, None, note, None)
+        return cls._of(radiance, None, None, None, note, None)
 
     @property
     def width(self) -> int:
@@ -85,6 +105,13 @@ class Film:
     def height(self) -> int:
         """Height in pixels."""
         return int(self.radiance.shape[0])
+
+    @property
+    def rgba(self) -> Floats:
+        """``radiance`` and ``alpha`` in one array: shape (height, width, 4), as the channels R, G, B and A of EXR files hold
+        them, colours premultiplied. Alpha is 1 in films without. The array is new each time."""
+        alpha = np.ones(self.radiance.shape[:2], np.float32) if self.alpha is None else self.alpha
+        return np.dstack((self.radiance, alpha))
 
     @property
     def metadata(self) -> dict[str, Any]:
@@ -118,19 +145,24 @@ class Film:
         white: float | None = None,
     ) -> None:
         """Writes the image, whole or not at all: ``.png`` or ``.jpg`` (sRGB), ``.exr``, ``.pfm``, ``.hdr`` or ``.tif``
-        (linear radiance). PNG and EXR hold the metadata.
+        (linear radiance). PNG and EXR hold the metadata. Of these, ``.png``, ``.exr`` and ``.tif`` can hold ``alpha``.
 
         Of a PNG or JPEG, ``exposure`` is the brightness in stops, and ``tone`` the curve by which it shows bright light:
         ``"agx"`` and ``"aces"`` as film does, ``"reinhard"`` with its colours (``white`` is the least luminance that is
         white, 4 if not given), ``"clamp"`` not at all. If none is given it is ``"agx"``, and ``"clamp"`` for scenes of
         :func:`sppm.load_particles`, so that the background has the colour that was asked for.
 
-        Raises FileError if the file cannot be written, and InputError for exposure or tone of linear radiance.
+        Raises FileError if the file cannot be written, and InputError for exposure or tone of linear radiance, and for
+        alpha in a format that has none.
         """
+        _sppm.write_image(os.fspath(path), *self._shown(exposure, tone, white))
+
+    def _shown(self, exposure: float | None, tone: Tone | None, white: float | None) -> _Shown:
+        """What the extension module needs to show the film."""
         # An exposure of 0 is none.
         stops = None if exposure is None else _exposure(exposure) or None
         usual = None if self._tone is None else _curve(self._tone, None)
-        _sppm.write_image(os.fspath(path), self.radiance, self._note, stops, _curve(tone, white), usual)
+        return (self.radiance, self.alpha), self._note, stops, _curve(tone, white), usual
 
     def save_radius(self, path: Source) -> None:
         """Writes the search radii as an image, in the formats of :meth:`save`; in PNG, the largest is white.
@@ -161,15 +193,12 @@ class Film:
     def to_srgb(
         self, *, exposure: float = 0.0, tone: Tone | None = None, white: float | None = None
     ) -> npt.NDArray[np.uint8]:
-        """The picture that a screen shows, as PNG files hold it: shape (height, width, 3), 8 bits of sRGB.
+        """The picture that a screen shows, as PNG files hold it: shape (height, width, 3), 8 bits of sRGB. With ``alpha`` the
+        shape is (height, width, 4), and colours are straight, not premultiplied.
 
         The arguments are those of :meth:`save`.
         """
-        with tempfile.TemporaryDirectory() as folder:
-            path = os.path.join(folder, "film.png")
-            self.save(path, exposure=exposure, tone=tone, white=white)
-            # Codes of 8 bits survive decoding and encoding.
-            return _sppm.srgb(_sppm.read_image(path, None)[0])
+        return _sppm.codes(*self._shown(exposure, tone, white))
 
     def _repr_png_(self) -> bytes:
         """The picture that a notebook shows."""
@@ -184,10 +213,10 @@ class Film:
         return np.asarray(self.radiance, dtype=dtype)
 
     def __eq__(self, other: object) -> bool:
-        """Whether every bit of image, radii and counts is the same."""
+        """Whether every bit of image, alpha, radii and counts is the same."""
         if not isinstance(other, Film):
             return NotImplemented
-        pairs = ((getattr(self, name), getattr(other, name)) for name in ("radiance", "radius", "count"))
+        pairs = ((getattr(self, name), getattr(other, name)) for name in ("radiance", "alpha", "radius", "count"))
         return all(_same(a, b) for a, b in pairs)
 
     __hash__ = None  # type: ignore[assignment]
@@ -207,22 +236,32 @@ class Film:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """For ``pickle``."""
-        return _restored, (self.radiance, self.radius, self.count, self._note, self._tone)
+        return _restored, (self.radiance, self.alpha, self.radius, self.count, self._note, self._tone)
 
 
 def _restored(
-    radiance: Floats, radius: Floats | None, count: Floats | None, note: str | None, tone: Tone | None
+    radiance: Floats,
+    alpha: Floats | None,
+    radius: Floats | None,
+    count: Floats | None,
+    note: str | None,
+    tone: Tone | None,
 ) -> Film:
     """The film that was pickled."""
-    planes = [None if plane is None else _arrays.frozen(plane) for plane in (radius, count)]
-    return new_film(_arrays.frozen(radiance), planes[0], planes[1], note, tone)
+    planes = [None if plane is None else _arrays.frozen(plane) for plane in (alpha, radius, count)]
+    return new_film(_arrays.frozen(radiance), planes[0], planes[1], planes[2], note, tone)
 
 
 def new_film(
-    radiance: Floats, radius: Floats | None, count: Floats | None, note: str | None, tone: Tone | None
+    radiance: Floats,
+    alpha: Floats | None,
+    radius: Floats | None,
+    count: Floats | None,
+    note: str | None,
+    tone: Tone | None,
 ) -> Film:
     """The film of arrays that the extension module gives."""
-    return Film._of(radiance, radius, count, note, tone)  # pyright: ignore[reportPrivateUsage]
+    return Film._of(radiance, alpha, radius, count, note, tone)  # pyright: ignore[reportPrivateUsage]
 
 
 def _owned(converted: Floats, given: object) -> Floats:

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 from . import _numbers, _sppm
 from ._errors import InputError
-from ._render import Engine, Lanes, start_part
-from ._scene import Scene, Source
+from ._options import Engine, Lanes, options
+from ._render import Render
+from ._scene import Scene, Source, native
 
 
 @dataclass(frozen=True)
@@ -44,8 +45,16 @@ def render_part(
     """
     most = _sppm.MAX_ITERATIONS
     numbers = [_numbers.whole(value, name, 0, most, InputError) for value, name in ((start, "start"), (stop, "stop"))]
-    render = start_part(scene, (numbers[0], numbers[1]), file, engine, lanes, threads, memory_limit)
-    with render:
+    checked = options(
+        settings=scene.settings,
+        engine=engine,
+        lanes=lanes,
+        threads=threads,
+        memory_limit=memory_limit,
+        checkpoint=file,
+        range=(numbers[0], numbers[1]),
+    )
+    with Render.adopt(_sppm.Render.start(native(scene), checked), False) as render:
         render.result(progress=False)
 
 

@@ -15,19 +15,11 @@ from . import _numbers, _sppm
 from ._errors import InputError, RenderError, RenderWarning
 from ._film import Film, Tone, new_film
 from ._interrupted import Interrupted, interrupted
+from ._options import Engine, Lanes, Method, Quality, options
 from ._progress import Bar, Progress, Show
 from ._scene import Scene, Source, native
 from ._settings import Filter, RadiusSchedule
-from ._settings import to_tuple as settings_tuple
 
-Method: TypeAlias = Literal["sppm"] | Literal["path"]
-"""A method: photon mapping, or path tracing."""
-Engine: TypeAlias = Literal["fast"] | Literal["reference"]
-"""An engine. Both give the same image, bit for bit."""
-Lanes: TypeAlias = Literal["auto"] | Literal["avx2"] | Literal["avx512"] | Literal["emulated"]
-"""The vectors that the fast engine works on; the image does not depend on them."""
-Quality: TypeAlias = Literal["paper"] | Literal["draft"] | Literal["good"] | Literal["final"]
-"""How good a picture is to be; ``"paper"`` stands for the settings of the paper."""
 Interrupt: TypeAlias = Literal["raise"] | Literal["return"]
 """What Ctrl-C does."""
 
@@ -163,8 +155,7 @@ class Render:
         Raises what :func:`sppm.render` raises before it starts.
         """
         scene_native = native(scene)
-        goals = _goals(time, until_error)
-        if iterations is None and any(goal is not None for goal in goals.values()):
+        if iterations is None and not (time is None and until_error is None):
             iterations = _sppm.MAX_ITERATIONS
         settings = scene.settings.replace(
             width=width,
@@ -181,25 +172,24 @@ class Render:
         )
         if every is not None and checkpoint is None:
             raise InputError("every says how often a checkpoint is written; name its file by checkpoint")
-        options = _options(
-            settings=settings_tuple(settings),
-            quality=_word(quality, "quality"),
-            given=[
-                value is not None
-                for value in (iterations, photons_per_iteration, max_depth, initial_radius, radius_pilots)
-            ],
-            method=scene.method if method is None else _word(method, "method"),
-            engine=_word(engine, "engine"),
-            lanes=_word(lanes, "lanes"),
-            profile=None if profile is None else os.fspath(profile),
-            threads=_numbers.threads(threads),
-            memory_limit=_memory(memory_limit),
-            checkpoint=None if checkpoint is None else os.fspath(checkpoint),
-            paused=bool(paused),
-            **goals,
-            **_every(every),
+        given = (iterations, photons_per_iteration, max_depth, initial_radius, radius_pilots)
+        checked = options(
+            settings=settings,
+            quality=quality,
+            given=[value is not None for value in given],
+            method=scene.method if method is None else method,
+            engine=engine,
+            lanes=lanes,
+            profile=profile,
+            threads=threads,
+            memory_limit=memory_limit,
+            time=time,
+            until_error=until_error,
+            checkpoint=checkpoint,
+            every=every,
+            paused=paused,
         )
-        begun = _sppm.Render.start(scene_native, options)
+        begun = _sppm.Render.start(scene_native, checked)
         # As the command writes pictures of particles.
         self._begin(begun, begun.iterations, paused, "clamp" if scene_native.is_stage else None)
 
@@ -242,19 +232,19 @@ class Render:
         """
         if iterations is not None:
             iterations = _numbers.whole(iterations, "iterations", 1, _sppm.MAX_ITERATIONS, InputError)
-        goals = _goals(time, until_error)
-        options = _options(
-            method=_word(method, "method"),
-            engine=_word(engine, "engine"),
-            lanes=_word(lanes, "lanes"),
-            profile=None if profile is None else os.fspath(profile),
-            threads=_numbers.threads(threads),
-            memory_limit=_memory(memory_limit),
-            paused=bool(paused),
-            **goals,
-            **_every(every),
+        checked = options(
+            method=method,
+            engine=engine,
+            lanes=lanes,
+            profile=profile,
+            threads=threads,
+            memory_limit=memory_limit,
+            time=time,
+            until_error=until_error,
+            every=every,
+            paused=paused,
         )
-        return cls.adopt(_sppm.Render.resume(os.fspath(checkpoint), iterations, options), paused)
+        return cls.adopt(_sppm.Render.resume(os.fspath(checkpoint), iterations, checked), paused)
 
     @classmethod
     def like(
@@ -277,16 +267,11 @@ class Render:
 
         Raises FileError if the file does not say what made it, or if the scene is another.
         """
-        options = _options(
-            lanes=_word(lanes, "lanes"),
-            threads=_numbers.threads(threads),
-            memory_limit=_memory(memory_limit),
-            checkpoint=None if checkpoint is None else os.fspath(checkpoint),
-            paused=bool(paused),
-            **_every(every),
+        checked = options(
+            lanes=lanes, threads=threads, memory_limit=memory_limit, checkpoint=checkpoint, every=every, paused=paused
         )
         own = None if scene is None else native(scene)
-        return cls.adopt(_sppm.Render.like(os.fspath(file), own, options), paused)
+        return cls.adopt(_sppm.Render.like(os.fspath(file), own, checked), paused)
 
     @classmethod
     def adopt(cls, native: _sppm.Render, paused: bool) -> Render:
@@ -532,72 +517,6 @@ def _see_out(native: _sppm.Render) -> None:
     """Keeps a render until it is over."""
     while not native.wait(1.0):
         pass
-
-
-def start_part(
-    scene: Scene,
-    iterations: tuple[int, int],
-    file: Source,
-    engine: Engine,
-    lanes: Lanes | None,
-    threads: int | None,
-    memory_limit: int | None,
-) -> Render:
-    """Starts a render of some iterations of ``scene`` into a checkpoint."""
-    options = _options(
-        settings=settings_tuple(scene.settings),
-        engine=_word(engine, "engine"),
-        lanes=_word(lanes, "lanes"),
-        threads=_numbers.threads(threads),
-        memory_limit=_memory(memory_limit),
-        checkpoint=os.fspath(file),
-        range=iterations,
-        paused=False,
-    )
-    return Render.adopt(_sppm.Render.start(native(scene), options), False)
-
-
-def _options(**given: Any) -> dict[str, Any]:
-    """All options of the extension module; those not given are ``None``."""
-    names = (
-        "settings quality given method engine lanes profile threads memory_limit time until_error checkpoint "
-        "every_seconds every_iterations range paused"
-    )
-    return {**dict.fromkeys(names.split()), **given}
-
-
-def _word(value: object, name: str) -> str | None:
-    if value is None or isinstance(value, str):
-        return value
-    raise TypeError(f"{name} must be a name, not {type(value).__name__}")
-
-
-def _memory(limit: int | None) -> int | None:
-    return None if limit is None else _numbers.whole(limit, "memory_limit", 1, 2**60, InputError)
-
-
-def _seconds(time: object, name: str) -> float:
-    """A time above 0 and below a century, in seconds."""
-    seconds = time.total_seconds() if isinstance(time, timedelta) else time
-    value = _numbers.positive(seconds, name, InputError)
-    if value > 3.2e9:
-        raise InputError(f"{name} is {value} seconds; it must be below a century")
-    return value
-
-
-def _goals(time: float | timedelta | None, until_error: float | None) -> dict[str, float | None]:
-    return {
-        "time": None if time is None else _seconds(time, "time"),
-        "until_error": None if until_error is None else _numbers.positive(until_error, "until_error", InputError),
-    }
-
-
-def _every(every: int | timedelta | None) -> dict[str, Any]:
-    if isinstance(every, timedelta):
-        return {"every_seconds": _seconds(every, "every")}
-    if every is None:
-        return {}
-    return {"every_iterations": _numbers.whole(every, "every", 1, _sppm.MAX_ITERATIONS, InputError)}
 
 
 def _check_interrupt(interrupt: object) -> None:

@@ -51,14 +51,17 @@ class Scene:
         *,
         name: str = "scene",
         background: VectorLike = (0.0, 0.0, 0.0),
+        transparent_background: bool = False,
         settings: Settings | None = None,
     ) -> None:
-        """An empty scene. ``background`` is the radiance that comes from where there is no sphere.
+        """An empty scene. ``background`` is the radiance that comes from where there is no sphere; with
+        ``transparent_background``, images have alpha in its place.
 
         Raises SceneError if a channel of ``background`` is negative or not finite.
         """
         self._adopt(_sppm.Scene(_name(name), False))
         self.background = background
+        self.transparent_background = transparent_background
         if camera is not None:
             self.camera = camera
         if settings is not None:
@@ -144,6 +147,17 @@ class Scene:
     @background.setter
     def background(self, background: VectorLike) -> None:
         self._native.background = vector(background, "background", SceneError)
+
+    @property
+    def transparent_background(self) -> bool:
+        """Whether images have :attr:`sppm.Film.alpha` where the camera sees the background. It lights the scene as before."""
+        return self._native.transparent_background
+
+    @transparent_background.setter
+    def transparent_background(self, is_transparent: bool) -> None:
+        if not isinstance(is_transparent, bool):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise TypeError(f"transparent_background must be True or False, not {type(is_transparent).__name__}")
+        self._native.transparent_background = is_transparent
 
     @property
     def materials(self) -> tuple[Material, ...]:
@@ -422,7 +436,8 @@ class Scene:
         """For ``pickle``."""
         with self._lock:
             columns = (self.centers, self.radii, self.material_indices, self.emissions, self.velocities)
-            kept = (self.camera, self.name, self.background, self.settings, self.materials, columns)
+            background = (self.background, self.transparent_background)
+            kept = (self.camera, self.name, background, self.settings, self.materials, columns)
             return _restored, (*kept, self._native.is_stage)
 
     def __eq__(self, other: object) -> bool:
@@ -446,7 +461,7 @@ class Exported(NamedTuple):
 def _restored(
     camera: Camera,
     name: str,
-    background: Vector,
+    background: tuple[Vector, bool],
     settings: Settings,
     materials: tuple[Material, ...],
     columns: tuple[Any, ...],
@@ -454,7 +469,8 @@ def _restored(
 ) -> Scene:
     """The scene that was pickled."""
     scene = new_scene(_sppm.Scene(name, is_stage))
-    scene.camera, scene.background, scene.settings = camera, background, settings
+    scene.camera, scene.settings = camera, settings
+    scene.background, scene.transparent_background = background
     for material in materials:
         scene.add_material(material)
     centers, radii, indices, emissions, velocities = columns

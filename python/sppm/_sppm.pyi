@@ -10,7 +10,8 @@ from ._tuples import CameraTuple, MaterialTuple, ParticleColumns, SettingsTuple,
 _Vector: TypeAlias = tuple[float, float, float]
 _Floats: TypeAlias = NDArray[np.float32]
 _Indices: TypeAlias = NDArray[np.uint32]
-_Image: TypeAlias = tuple[_Floats, _Floats | None, _Floats | None, str]
+_Image: TypeAlias = tuple[_Floats, _Floats | None, _Floats | None, _Floats | None, str]
+_Pixels: TypeAlias = tuple[_Floats, _Floats | None]
 _Step: TypeAlias = tuple[int, int, float, float, int, float | None, float | None, bool, float]
 
 VERSION: Final[str]
@@ -21,6 +22,7 @@ MAX_ITERATIONS: Final[int]
 class Scene:
     name: str
     background: _Vector
+    transparent_background: bool
     camera: CameraTuple
     settings: SettingsTuple
     @property
@@ -116,15 +118,21 @@ def merge(
 ) -> tuple[list[tuple[int, int]], list[tuple[int, int]], list[str]]: ...
 def write_image(
     path: str,
-    radiance: _Floats,
+    pixels: _Pixels,
     note: str | None,
     exposure: float | None,
     tone: tuple[str, float] | None,
     usual: tuple[str, float] | None,
 ) -> None: ...
+def codes(
+    pixels: _Pixels,
+    note: str | None,
+    exposure: float | None,
+    tone: tuple[str, float] | None,
+    usual: tuple[str, float] | None,
+) -> NDArray[np.uint8]: ...
 def write_plane(path: str, values: _Floats, name: str, note: str | None) -> None: ...
 def read_image(path: str, layer: str | None) -> tuple[_Floats, str | None]: ...
-def srgb(radiance: _Floats) -> NDArray[np.uint8]: ...
 def compare(a: _Floats, b: _Floats, hdr_flip: bool) -> str: ...
 def difference_image(a: _Floats, b: _Floats) -> tuple[_Floats, float]: ...
 def trace(

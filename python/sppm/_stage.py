@@ -82,7 +82,7 @@ def load_particles(
     - ``view``: ``"front"``, ``"back"``, ``"left"``, ``"right"``, ``"top"``, ``"bottom"``, ``"iso"`` or ``"principal"``;
       ``zoom`` magnifies the image about its centre, from 0.1 to 1000.
     - ``light``: ``"studio"``, ``"overcast"`` or ``"dark"``; ``ground`` puts a ground below; ``background``: ``"white"``,
-      ``"grey"``, ``"black"``, ``"#rrggbb"``.
+      ``"grey"``, ``"black"``, ``"#rrggbb"``; or ``"transparent"``, for images with :attr:`sppm.Film.alpha`.
     - ``width``, ``height``: the size of the image in pixels, to which the camera is fitted.
     - ``memory_limit``: in bytes, for reading the file.
 

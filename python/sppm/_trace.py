@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from . import _arrays, _numbers, _sppm
 from ._errors import InputError
-from ._render import Engine, Lanes
+from ._options import Engine, Lanes
 from ._scene import Scene, native
 
 

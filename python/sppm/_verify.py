@@ -11,7 +11,8 @@ import numpy as np
 
 from . import _sppm
 from ._film import Film
-from ._render import Method, Render
+from ._options import Method
+from ._render import Render
 from ._scene import Scene
 
 
@@ -20,7 +21,7 @@ class Verification:
     """The outcome of :func:`sppm.verify`. It is true if all engines agree."""
 
     identical: bool
-    """Whether every bit of image, radii and counts was the same after each iteration."""
+    """Whether every bit of image, alpha, radii and counts was the same after each iteration."""
     variants: tuple[str, ...]
     """What was compared with the reference."""
     difference: str | None
@@ -33,7 +34,7 @@ class Verification:
 
 def verify(scene: Scene, *, method: Method = "sppm", threads: int | None = None, **settings: Any) -> Verification:
     """Renders with the reference, and with the fast engine on all lanes that this processor has, on one thread and on
-    ``threads`` (by default one per core), and compares every bit of image, radii and counts after each iteration.
+    ``threads`` (by default one per core), and compares every bit of image, alpha, radii and counts after each iteration.
 
     Settings are given by name, as in :func:`sppm.render`. Raises what :func:`sppm.render` raises.
     """
@@ -66,7 +67,7 @@ def verify(scene: Scene, *, method: Method = "sppm", threads: int | None = None,
 
 def _differences(film: Film | None, right: Film | None) -> Iterator[str]:
     """The first differing value of each array."""
-    for name in ("count", "radius", "radiance"):
+    for name in ("count", "radius", "radiance", "alpha"):
         a, b = (getattr(one, name, None) for one in (film, right))
         if a is None or b is None:
             continue

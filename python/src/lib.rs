@@ -20,6 +20,7 @@ mod options;
 mod particles;
 mod render;
 mod scene;
+mod shared;
 mod trace;
 mod values;
 mod watch;
@@ -31,7 +32,7 @@ mod _sppm {
     #[pymodule_export]
     use crate::farm::{Lock, Viewer, choose_settings, left_open};
     #[pymodule_export]
-    use crate::images::{read_image, srgb, write_image, write_plane};
+    use crate::images::{codes, read_image, write_image, write_plane};
     #[pymodule_export]
     use crate::info::info;
     #[pymodule_export]

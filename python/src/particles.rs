@@ -276,14 +276,8 @@ pub(crate) struct StageOptions {
 
 impl StageOptions {
     fn stage(&self) -> PyResult<Stage> {
-        let bad = |problem: &str| of_key("background", problem);
         let background = self.background.as_deref().map(Background::parse).transpose();
-        let background = background.map_err(|problem| bad(&problem))?.unwrap_or_default();
-        if background == Background::Transparent {
-            return Err(bad(
-                "images in Python have no alpha; the command `sppm render` makes transparent ones",
-            ));
-        }
+        let background = background.map_err(|problem| of_key("background", &problem))?.unwrap_or_default();
         Ok(Stage {
             view: self.view.as_deref().map(|name| named("view", name, View::ALL, View::name)).transpose()?,
             zoom: self.zoom,

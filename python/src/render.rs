@@ -9,14 +9,16 @@ use crate::work::{work, work_until_interrupted};
 use numpy::{PyArray2, PyArray3};
 use pyo3::prelude::*;
 use render::{End, Image, Job, Outcome, Running};
-use scene::Stop;
+use scene::{Rgba, Stop};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Image, radii, counts, and the text of the metadata.
-type ImageTuple<'py> =
-    (Bound<'py, PyArray3<f32>>, Option<Bound<'py, PyArray2<f32>>>, Option<Bound<'py, PyArray2<f32>>>, String);
+/// Colours, alpha if the background is transparent, radii, counts, and the text of the metadata.
+type ImageTuple<'py> = (Bound<'py, PyArray3<f32>>, PlaneOf<'py>, PlaneOf<'py>, PlaneOf<'py>, String);
+
+/// A value per pixel, if there is one.
+type PlaneOf<'py> = Option<Bound<'py, PyArray2<f32>>>;
 
 /// Iteration, iterations, seconds, elapsed seconds, photons, mean radius, estimated error, whether a checkpoint was
 /// written, and the share of the next iteration that is done.
@@ -241,11 +243,19 @@ impl Drop for Render {
 }
 
 fn arrays(py: Python<'_>, image: Image) -> PyResult<ImageTuple<'_>> {
-    let Image { film, radius, count, metadata } = image;
-    let plane = |plane: scene::Plane| columns::plane(py, [plane.width, plane.height], plane.values);
-    let (radius, count) = (radius.map(plane).transpose()?, count.map(plane).transpose()?);
-    let radiance = columns::picture(py, [film.width, film.height], film.pixels)?;
-    Ok((radiance, radius, count, metadata.to_note()))
+    let Image { film, transparent, radius, count, metadata } = image;
+    let size = [film.width, film.height];
+    let plane = |values: Vec<f32>| columns::plane(py, size, values);
+    // The image without the background takes the place of that with it.
+    let mut pixels = film.pixels;
+    let alpha = transparent.map(|transparent| {
+        pixels.iter_mut().zip(&transparent).for_each(|(pixel, Rgba { color, .. })| *pixel = *color);
+        transparent.iter().map(|pixel| pixel.alpha).collect()
+    });
+    let radiance = columns::picture(py, size, pixels)?;
+    let [radius, count] = [radius, count].map(|plane| plane.map(|plane| plane.values));
+    let [alpha, radius, count] = [alpha, radius, count].map(|values| values.map(plane).transpose());
+    Ok((radiance, alpha?, radius?, count?, metadata.to_note()))
 }
 
 fn told(outcome: &Outcome) -> PyResult<(String, &'static str, Option<PathBuf>)> {

@@ -2,6 +2,7 @@
 
 use crate::columns::{self, Vector, elements, vectors};
 use crate::errors::{FileError, InputError, SceneError, of_flaw};
+use crate::shared::{Held, Shared};
 use crate::values::{
     CameraTuple, MaterialTuple, SettingsTuple, camera, material, of_camera, of_material, of_settings,
     settings,
@@ -17,7 +18,6 @@ use scene::check::Part;
 use scene::{Flaw, Rgb, Settings, Sphere, Stop, Vec3, check};
 use std::io::Write as _;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Columns of new spheres: centres, radii, materials, emissions, velocities.
 type NewSpheres<'py> = (
@@ -39,74 +39,9 @@ pub(crate) struct Scene {
     is_stage: bool,
 }
 
-/// A scene that threads share. It is locked only while the interpreter's lock is not held.
-#[derive(Clone)]
-pub(crate) struct Shared(Arc<Mutex<Held>>);
-
-/// A scene, at times with the sphere that its background becomes. That is added where the scene is, so that a render shares
-/// the spheres, and removed before the scene is changed.
-#[derive(Clone)]
-struct Held {
-    scene: scene::Scene,
-    has_sky: bool,
-}
-
-impl Held {
-    /// Spheres from files of particles are the scene's own: they can be changed.
-    fn new(mut scene: scene::Scene) -> Self {
-        scene.imports.clear();
-        let has_sky = scene.without_sky().len() < scene.spheres.len();
-        Self { scene, has_sky }
-    }
-
-    /// Without the sky.
-    fn bare(&mut self) -> &mut scene::Scene {
-        if std::mem::take(&mut self.has_sky) {
-            self.scene.spheres.pop();
-            self.scene.materials.pop();
-        }
-        &mut self.scene
-    }
-
-    /// With the sky, as libraries expect it.
-    fn whole(&mut self) -> &scene::Scene {
-        if !self.has_sky && self.scene.background != Rgb::ZERO {
-            self.scene.add_sky();
-            self.has_sky = true;
-        }
-        &self.scene
-    }
-
-    /// The spheres but for the sky.
-    fn spheres(&self) -> &[Sphere] {
-        &self.scene.spheres[..self.scene.spheres.len() - usize::from(self.has_sky)]
-    }
-
-    /// The materials but for the sky's.
-    fn materials(&self) -> &[scene::Material] {
-        &self.scene.materials[..self.scene.materials.len() - usize::from(self.has_sky)]
-    }
-}
-
-impl Shared {
-    fn lock(&self) -> MutexGuard<'_, Held> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// The scene as it can be rendered. It shares the spheres.
-    ///
-    /// # Errors
-    /// If the scene cannot be rendered.
-    pub(crate) fn checked(&self) -> PyResult<scene::Scene> {
-        let scene = self.lock().whole().clone();
-        scene.check().map_err(|flaw| of_flaw(&flaw))?;
-        Ok(scene)
-    }
-}
-
 impl Scene {
     fn new(scene: scene::Scene, file: Option<PathBuf>) -> Self {
-        Self { shared: Shared(Arc::new(Mutex::new(Held::new(scene)))), file, is_stage: false }
+        Self { shared: Shared::new(scene), file, is_stage: false }
     }
 
     /// A stage for particles.
@@ -179,8 +114,7 @@ impl Scene {
     }
 
     fn copy(&self, py: Python) -> PyResult<Self> {
-        let copy = self.hold(py, |held| held.clone())?;
-        let shared = Shared(Arc::new(Mutex::new(copy)));
+        let shared = work(py, || self.shared.copy())?;
         Ok(Self { shared, file: self.file.clone(), is_stage: self.is_stage })
     }
 
@@ -204,6 +138,16 @@ impl Scene {
         let background = Rgb::from_array(background);
         check::check_radiance(Part::Scene, "background", background).map_err(|flaw| of_flaw(&flaw))?;
         self.edit(py, |scene| scene.background = background)
+    }
+
+    #[getter]
+    fn transparent_background(&self, py: Python) -> PyResult<bool> {
+        self.hold(py, |held| held.scene.transparent_background)
+    }
+
+    #[setter]
+    fn set_transparent_background(&self, py: Python, is_transparent: bool) -> PyResult<()> {
+        self.hold(py, |held| held.scene.transparent_background = is_transparent)
     }
 
     #[getter]

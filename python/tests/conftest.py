@@ -21,6 +21,18 @@ ENDLESS = {**SMALL, "iterations": 1 << 30, "threads": 1}
 """Settings of a render that no test waits for."""
 
 
+def balls(**settings: object) -> sppm.Scene:
+    """A matte ball, one of glass, and a mirror, before a background that is transparent."""
+    scene = sppm.Scene(
+        sppm.Camera.look_at([0, 0, 10], [0, 0, 0], vertical_fov_degrees=30),
+        background=[0.4, 0.5, 0.6],
+        transparent_background=True,
+        settings=sppm.Settings(**{"width": 48, "height": 32, "iterations": 3, "initial_radius": 0.3, **settings}),
+    )
+    scene.add_spheres([[-2, 0, 0], [0, 0, 0], [2, 0, 0]], 0.9, [sppm.Diffuse(0.7), sppm.Dielectric(), sppm.Specular(0.9)])
+    return scene
+
+
 @pytest.fixture
 def cornell() -> sppm.Scene:
     """The scene cornell with small settings."""

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import balls
 
 import sppm
 from sppm import _sppm
@@ -61,6 +62,17 @@ def test_the_image_is_that_of_one_machine(client, tmp_path: Path, block) -> None
     assert sorted(os.listdir(tmp_path)) == ["a.exr", "a.exr.sppm"]
     assert told == [f"wrote {tmp_path / 'a.exr'}: 20 iterations"]
     assert sppm.merge([tmp_path / "a.exr.sppm"]).iterations == [(0, 20)]
+
+
+def test_alpha_is_that_of_one_machine(client, tmp_path: Path) -> None:
+    scene = balls(radius_schedule="global", iterations=12)
+    job = Job(scene, tmp_path / "a.exr")
+    farm(client, [job], block=3)
+    # The driver may still hold the lock of its state file.
+    sppm.merge([job.state], tmp_path / "b.sppm")
+    film = sppm.Render.resume(tmp_path / "b.sppm").result(progress=False)
+    assert film == sppm.render(scene, progress=False) and film.alpha is not None
+    assert sppm.compare(film, job.output).identical
 
 
 def test_it_goes_on_from_its_state(client, tmp_path: Path) -> None:

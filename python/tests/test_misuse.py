@@ -229,7 +229,6 @@ MISUSES: list[tuple[Misuse, type[Exception], str]] = [
     (show(zoom=0), I, "zoom is 0.0; it must be from 0.1 to 1000"),
     (show(light="overcast", background="black"), I, "overcast light is that of the background"),
     (show(background="puce"), I, "background: `puce` must be transparent, #rrggbb or one of white"),
-    (show(background="transparent"), I, "background: images in Python have no alpha"),
     (show(memory_limit=10), F, "allow more memory"),
     (lambda scene: scene.add_particles(HEAP, origin=(0, 0)), I, "origin must be 3 numbers; it has shape (2,)"),
     (lambda scene: scene.add_particles(HEAP, radius=1e20), I, "a radius is 1e20"),

@@ -159,7 +159,7 @@ class Slow:
         return "{}", "stop", None
 
     def take_image(self) -> tuple[object, ...]:
-        return np.ones((2, 3, 3), np.float32), None, None, "{}"
+        return np.ones((2, 3, 3), np.float32), None, None, None, "{}"
 
     def warnings(self) -> list[str]:
         return []

@@ -11,7 +11,8 @@
 
 use crate::choice::{EngineChoice, Started};
 use fast::Parts;
-use scene::{Iterations, Rgb, Rgba, Scene, Settings};
+use rayon::prelude::*;
+use scene::{Film, Iterations, Rgb, Rgba, Scene, Settings};
 
 /// Light that is a smaller share of the background's in a pixel counts as none, and so does a smaller alpha. The sums of both
 /// renders are rounded, to 2^-24 of each at every addition, and so are the factors by which glass scales radiance.
@@ -60,6 +61,16 @@ impl<'a> Backdrop<'a> {
     pub(crate) fn pixel(&self, radiance: Rgb, x: u32, y: u32) -> Rgba {
         let share = self.engine.as_ref().map_or(Rgb::ZERO, |engine| engine.get().probe(x, y).radiance);
         without(self.background * share, radiance, share)
+    }
+
+    /// All pixels without the background, in the order of those of the image, which is `film`.
+    pub(crate) fn pixels(&self, film: &Film) -> Vec<Rgba> {
+        let place = |i: usize| (i as u32 % film.width, i as u32 / film.width);
+        let pixel = |(i, radiance): (usize, &Rgb)| {
+            let (x, y) = place(i);
+            self.pixel(*radiance, x, y)
+        };
+        film.pixels.par_iter().enumerate().map(pixel).collect()
     }
 }
 

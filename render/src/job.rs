@@ -2,7 +2,7 @@
 
 use crate::automatic;
 use crate::choice::EngineChoice;
-use crate::error::{Error, Field};
+use crate::error::{Error, Field, Problem};
 use crate::goals::Goals;
 use crate::made::Repeated;
 use crate::memory::{Need, check_limit};
@@ -12,7 +12,7 @@ use crate::warm::Warm;
 use files::checkpoint::{Loaded, Store};
 use files::lock::Lock;
 use files::scene_file;
-use scene::{Automatic, Scene, Stop};
+use scene::{Automatic, Scene, Stop, Sums};
 use std::mem::take;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -130,10 +130,32 @@ impl Job {
     /// # Errors
     /// If it is more than the memory limit.
     pub fn bytes_at_most(&self) -> Result<u64, Error> {
-        let threads = self.threads.unwrap_or_else(rayon::current_num_threads);
+        Ok(self.need(self.threads.unwrap_or_else(rayon::current_num_threads))?.bytes)
+    }
+
+    /// The memory that the render needs on so many threads, with what was taken before it.
+    ///
+    /// # Errors
+    /// If it is more than the memory limit, or if the system cannot provide it.
+    pub(crate) fn need(&self, threads: usize) -> Result<Need, Error> {
         let has_error_goal = self.goals.error.is_some();
         let need = Need::new(self.engine, &self.scene, threads, has_error_goal, self.memory_limit)?;
-        Ok(need.after(self.bytes_before.max(self.bytes_of_choice)).bytes)
+        // The bias, which is a part of the error, is estimated from pilots, as settings are chosen.
+        let of_bias = if has_error_goal { automatic::bytes_at_most(&self.scene, threads) } else { 0 };
+        Ok(need.after(self.bytes_before.max(self.bytes_of_choice).max(of_bias)))
+    }
+
+    /// Checks that parts of the render, some of its iterations, can be merged. `field` is the one that asks for a part.
+    ///
+    /// # Errors
+    /// If iterations depend on those before.
+    pub fn check_parts(&self, field: Field) -> Result<(), Error> {
+        if self.engine.method().sums(&self.scene.settings) == Sums::Exact {
+            return Ok(());
+        }
+        let why = ": iterations are independent of each other only in photon mapping with ";
+        let schedule = Field::Setting("radius_schedule");
+        Err(Error::input(field, Problem::of(field).text(why).field(schedule).text(" global")))
     }
 
     /// Resumes the render that wrote the checkpoint `file`, with its scene, settings, engine, error goal and output

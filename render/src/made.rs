@@ -16,7 +16,7 @@ use std::path::Path;
 #[derive(Debug)]
 pub enum Made {
     /// The metadata of an image.
-    Image(Metadata),
+    Image(Box<Metadata>),
     /// A checkpoint.
     Checkpoint(Box<Loaded>),
 }
@@ -44,7 +44,7 @@ impl Made {
         }
         let note = image_file::read_note(path).map_err(|error| bad(error.to_string()))?;
         let metadata = note.as_deref().and_then(Metadata::from_note);
-        metadata.map(Self::Image).ok_or_else(|| {
+        metadata.map(|metadata| Self::Image(Box::new(metadata))).ok_or_else(|| {
             let path = path.display();
             bad(format!("{path} does not say what made it; only .png and .exr images by sppm do"))
         })
@@ -92,7 +92,7 @@ impl Repeated {
                     transport,
                     which,
                     ..
-                } = metadata;
+                } = *metadata;
                 if let Some(which) = which {
                     return Err(bad(format!(
                         "it holds the iterations {which} of a render; repeat that by its own options"

@@ -1,6 +1,5 @@
 //! Validates a job and acquires its resources, so that errors are found before the render starts.
 
-use crate::automatic;
 use crate::error::{Error, Field, Problem};
 use crate::job::Job;
 use crate::keeper::Keeper;
@@ -14,7 +13,7 @@ use files::lock::Lock;
 use files::{atomic_file, scene_file};
 use rayon::ThreadPool;
 use scene::text::list;
-use scene::{Flaw, Settings, Sums};
+use scene::{Flaw, Settings};
 use std::path::Path;
 
 /// A validated job with its resources.
@@ -59,10 +58,7 @@ pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     }
     let from = job.from.take();
     let pool = job.warm.take_pool(job.threads)?;
-    let threads = pool.current_num_threads();
-    let need = Need::new(job.engine, &job.scene, threads, job.goals.error.is_some(), job.memory_limit)?;
-    let of_bias = if job.goals.error.is_some() { automatic::bytes_at_most(&job.scene, threads) } else { 0 };
-    let need = need.after(job.bytes_before.max(job.bytes_of_choice).max(of_bias));
+    let need = job.need(pool.current_num_threads())?;
     job.outputs.check_room(&job.scene)?;
     let keeper = keeper(&job, &digest, from.as_ref())?;
     Ok(Ready { job, pool, need, digest, locks, keeper, from })
@@ -78,19 +74,14 @@ fn check_settings(job: &Job) -> Result<(), Error> {
 /// Checks that the iterations asked for, if not all, are some of the render's, and independent of the others.
 fn check_range(job: &Job) -> Result<(), Error> {
     let Some(range) = &job.range else { return Ok(()) };
-    let settings = &job.scene.settings;
-    let said = Problem::of(Field::Range).text(format_args!(" {}..{}: ", range.start, range.end));
-    let refuse = |problem: Problem| Err(Error::input(Field::Range, problem));
-    if job.engine.method().sums(settings) != Sums::Exact {
-        let field = Field::Setting("radius_schedule");
-        let why = said.text("iterations are independent of each other only in photon mapping with ");
-        return refuse(why.field(field).text(" global"));
-    }
-    if range.is_empty() || range.end > settings.iterations {
-        let all = settings.iterations;
-        return refuse(said.text(format_args!(
-            "there are no such iterations; they are counted from 0 to before {all}, and the second is left out"
-        )));
+    job.check_parts(Field::Range)?;
+    let all = job.scene.settings.iterations;
+    if range.is_empty() || range.end > all {
+        let problem = format!(
+            " {}..{}: there are no such iterations; they are counted from 0 to before {all}, and the second is left out",
+            range.start, range.end
+        );
+        return Err(Error::input(Field::Range, Problem::of(Field::Range).text(problem)));
     }
     Ok(())
 }
@@ -224,4 +215,31 @@ fn keeper(job: &Job, digest: &str, from: Option<&Loaded>) -> Result<Option<Keepe
         room.map_err(|error| Error::named(Field::Checkpoint, error))?;
     }
     Ok(Some(keeper))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::automatic;
+
+    /// A small render, whose error is estimated or not.
+    fn job(error: Option<f64>) -> Job {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        scene.settings = Settings { width: 16, height: 12, photons_per_iteration: 100, ..scene.settings };
+        let mut job = Job::new(scene);
+        (job.threads, job.goals.error) = (Some(1), error);
+        job
+    }
+
+    /// What a job says before it starts is what the render will say, the pilots of its bias included, which take more than the
+    /// rest.
+    #[test]
+    fn a_job_tells_the_memory_of_its_render() {
+        let told = |error| job(error).bytes_at_most().unwrap();
+        for error in [None, Some(0.1)] {
+            assert_eq!(prepare(job(error)).unwrap().need.bytes, told(error));
+        }
+        let of_pilots = automatic::bytes_at_most(&job(None).scene, 1);
+        assert!(told(Some(0.1)) > of_pilots && told(None) < of_pilots, "{of_pilots}, {}", told(None));
+    }
 }

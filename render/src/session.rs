@@ -282,7 +282,8 @@ impl Session<'_> {
     fn offer_image(&mut self, engine: &dyn Resumable, is_last: bool) {
         if self.observer.wants_image(is_last) {
             let (film, radius, count) = (engine.develop(), engine.radius(), engine.count());
-            self.observer.image(Image { film, radius, count, metadata: self.metadata(engine) });
+            let transparent = self.backdrop.as_ref().map(|backdrop| backdrop.pixels(&film));
+            self.observer.image(Image { film, transparent, radius, count, metadata: self.metadata(engine) });
         }
     }
 

@@ -2,6 +2,7 @@
 
 use crate::terminal::error::Error;
 use clap::Args as ClapArgs;
+use render::Field;
 use render::merge::part_of;
 use scene::settings::MAX_ITERATIONS;
 use std::ops::Range;
@@ -21,9 +22,10 @@ pub(crate) struct PartArgs {
 }
 
 impl PartArgs {
-    /// Whether a part is asked for.
-    pub(crate) fn is_given(&self) -> bool {
-        self.part.is_some() || self.range.is_some()
+    /// What asks for a part, if anything does.
+    pub(crate) fn field(&self) -> Option<Field> {
+        let range = self.range.as_ref().map(|_| Field::Range);
+        self.part.map(|_| Field::Part).or(range)
     }
 
     /// The iterations to render of so many; `None` for all.

@@ -26,7 +26,7 @@ pub(super) fn run(args: &RenderArgs, range: Frames) -> Result<(), Error> {
     let Some(path) = particles(&args.source).filter(|_| args.source.like.is_none()) else {
         return bad("--frame: ranges of frames are for files of particles, such as .xyz or .dump");
     };
-    if args.part.is_given() {
+    if args.part.field().is_some() {
         return bad("--frame: parts of a render are of one frame; name one, or leave out --part and --range");
     }
     if args.outputs.is_streamed() {

@@ -74,7 +74,7 @@ struct Info {
 pub(crate) fn run(args: &InfoArgs) -> Result<(), Error> {
     let busy = Busy::with(format!("reading {}", one_line(&args.file.to_string_lossy())));
     let info = match Made::read(&args.file) {
-        Ok(Made::Image(metadata)) => of_image(metadata),
+        Ok(Made::Image(metadata)) => of_image(*metadata),
         Ok(Made::Checkpoint(loaded)) => of_checkpoint(&loaded, args.scene),
         Err(error) => {
             let other = match Picture::read(&args.file) {

@@ -106,7 +106,8 @@ pub(super) fn configure(
     job.engine = args.engine.choose(job.engine.renderer())?;
     job.inputs.extend(args.engine.profile.clone().map(|path| (Field::Profile, path)));
     (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
-    if args.part.is_given() {
+    if let Some(field) = args.part.field() {
+        job.check_parts(field)?;
         // Which iterations a part has depends on how many there are.
         job.choose_settings()?;
         job.range = args.part.range(job.scene.settings.iterations)?;

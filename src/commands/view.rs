@@ -154,7 +154,7 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
     let mut job = Job::new(Scene { settings, ..opened.scene }).choosing(automatic);
     (job.engine, job.threads, job.memory_limit) = (engine, args.engine.threads, args.engine.memory_limit);
     job.choose_settings()?;
-    let bytes = job.bytes_at_most()? + view::bytes_at_most(job.scene.spheres.len());
+    let bytes = job.bytes_at_most()? + view::bytes_at_most(&job.scene);
     debug!("up to {}", mebibytes(bytes));
     let project = Project {
         scene: job.scene,

@@ -182,12 +182,13 @@ fn parts_that_cannot_be_are_refused() {
         (&["--range=6..13"], &["--range 6..13", "to before 12"]),
         (&["--part=1/2", "-o", "a.exr"], &["--output", "a.exr", ".sppm"]),
         (&["--part=1/2", "--snapshots"], &["--snapshots", "leave out"]),
-        (&["--part=1/2", "--method=path"], &["--range 0..6", "--radius-schedule global"]),
+        (&["--part=1/2", "--method=path"], &["--part: iterations", "--radius-schedule global"]),
+        (&["--range=0..6", "--method=path"], &["--range: iterations", "--radius-schedule global"]),
     ] {
         sandbox.run([&["render", "cornell"], &GLOBAL[..], options].concat()).refused(why);
     }
     let ended = sandbox.run([&["render", "cornell"], &GLOBAL[..10], &["--part=1/2"]].concat());
-    ended.refused(&["--range 0..6", "--radius-schedule global"]);
+    ended.refused(&["--part: iterations", "--radius-schedule global"]);
     let endless = ["--radius-schedule=global", "--time=1s", "--part=1/2"];
     sandbox.run(["render", "cornell"].iter().chain(&endless)).refused(&["--part", "state them by -n"]);
     assert_eq!(sandbox.names(), [""; 0]);

@@ -1,9 +1,11 @@
 //! Images with alpha in place of the background.
 
+use crate::images::Asks;
 use exr::prelude::read_first_rgba_layer_from_file;
 use render::{EngineChoice, EngineName, Every, Job, MethodName, Renderer, Save, merge};
 use scene::{Camera, Film, Filter, Material, RadiusSchedule, Rgb, Rgba, Scene, Settings, Sphere, Vec3};
 use std::path::Path;
+use std::sync::mpsc::channel;
 use tempfile::TempDir;
 
 /// Difference of two sums of the same rounded samples in another order, relative to the brightest pixels, which are 2.
@@ -108,6 +110,21 @@ fn over_its_background_an_image_is_as_without_alpha() {
         // Glass shows what is behind it.
         assert!(at(24).alpha < 0.1, "{:?}", at(24));
     }
+}
+
+/// An observer gets them with the whole image, which shows the background.
+#[test]
+fn an_observer_gets_the_pixels_of_the_file() {
+    let (sender, images) = channel();
+    let (pixels, film) = rendered(balls(), EngineChoice::default());
+    Job::new(balls()).start(Asks::new(2, sender)).unwrap().wait().unwrap();
+    let images: Vec<_> = images.iter().collect();
+    let [early, last] = images.as_slice() else { panic!("{} images", images.len()) };
+    assert!(last.film == film && last.transparent.as_deref().map(bits) == Some(bits(&pixels)));
+    let mut scene = balls();
+    scene.settings.iterations = 2;
+    let (pixels, _) = rendered(scene, EngineChoice::default());
+    assert!(early.transparent.as_deref().map(bits) == Some(bits(&pixels)));
 }
 
 #[test]

@@ -6,7 +6,7 @@ use scene::{Engine, Resumable, Settings, Stop};
 use std::sync::mpsc::{Sender, channel};
 
 /// Asks for the image after the given iteration, and for the last.
-struct Asks {
+pub(crate) struct Asks {
     after: u32,
     done: u32,
     images: Sender<Image>,
@@ -14,7 +14,7 @@ struct Asks {
 }
 
 impl Asks {
-    fn new(after: u32, images: Sender<Image>) -> Self {
+    pub(crate) fn new(after: u32, images: Sender<Image>) -> Self {
         Self { after, done: 0, images, stop: None }
     }
 }

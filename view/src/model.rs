@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 /// So many steps can be taken back, or fewer if they take more than [`MOST_BYTES`].
 const MOST_STEPS: usize = 200;
-/// Steps that change spheres hold all spheres.
+/// Steps that change spheres hold all spheres. One can be taken back in any case.
 const MOST_BYTES: usize = 1 << 28;
 /// Changes of one thing that follow each other within this time are one step.
 const PAUSE: Duration = Duration::from_secs(1);
@@ -82,15 +82,26 @@ impl State {
         scene.with_sky()
     }
 
-    fn bytes(&self) -> usize {
-        size_of_val(&self.body.spheres[..]) + size_of_val(&self.body.materials[..])
-    }
-
     fn is_like(&self, other: &Self) -> bool {
         let has_body = Arc::ptr_eq(&self.body, &other.body) || self.body == other.body;
         let has_engine = self.engine.renderer() == other.engine.renderer();
         has_body && has_engine && self.camera == other.camera && self.settings == other.settings
     }
+}
+
+/// The most bytes that the model of a scene takes, whatever is changed: the scene as it was first, as it is, as it becomes, and
+/// in the steps that can be taken back.
+pub(crate) fn bytes_at_most(scene: &Scene) -> usize {
+    most_held(bytes_of(&scene.spheres, &scene.materials))
+}
+
+/// The same of a scene whose spheres and materials take `body` bytes.
+fn most_held(body: usize) -> usize {
+    3 * body + (MOST_STEPS * body).min(MOST_BYTES.max(body))
+}
+
+fn bytes_of(spheres: &[Sphere], materials: &[Material]) -> usize {
+    size_of_val(spheres) + size_of_val(materials)
 }
 
 impl Model {
@@ -149,7 +160,7 @@ impl Model {
         let goes_on = self.last.is_some_and(|(last, at)| last == subject && at.elapsed() < PAUSE);
         if !goes_on {
             self.past.push(self.now.clone());
-            self.forget();
+            self.forget(MOST_BYTES);
         }
         self.future.clear();
         (self.now, self.last) = (next, Some((subject, Instant::now())));
@@ -217,12 +228,20 @@ impl Model {
         }
     }
 
-    /// Forgets the oldest steps if there are too many.
-    fn forget(&mut self) {
-        let bytes: usize = self.past.iter().map(State::bytes).sum();
-        if self.past.len() > MOST_STEPS || (bytes > MOST_BYTES && self.past.len() > 1) {
+    /// Forgets the oldest steps if there are too many, or if they take more than `most_bytes`.
+    fn forget(&mut self, most_bytes: usize) {
+        while self.past.len() > MOST_STEPS || (self.past.len() > 1 && self.bytes_of_past() > most_bytes) {
             self.past.remove(0);
         }
+    }
+
+    /// What the steps that can be taken back hold for themselves: moves of the camera share the spheres of the next step.
+    fn bytes_of_past(&self) -> usize {
+        let following = self.past.iter().skip(1).chain([&self.now]);
+        let own = self.past.iter().zip(following).filter(|(step, next)| {
+            ![next, &&self.first].iter().any(|other| Arc::ptr_eq(&step.body, &other.body))
+        });
+        own.map(|(step, _)| bytes_of(&step.body.spheres, &step.body.materials)).sum()
     }
 }
 
@@ -332,6 +351,61 @@ mod tests {
             assert_eq!(model.now().scene(), files::builtin::scene(name).unwrap());
             assert_eq!(model.steps(), [false; 3]);
         }
+    }
+
+    fn lit(index: usize, emission: f32) -> Change {
+        Change::Sphere(index, SphereParts { emission: Some([emission; 3]), ..SphereParts::default() })
+    }
+
+    /// Bytes of all spheres and materials that a model holds.
+    fn held(model: &Model) -> usize {
+        let states = model.past.iter().chain(&model.future).chain([&model.first, &model.now]);
+        let mut bodies: Vec<_> = states.map(|state| Arc::as_ptr(&state.body)).collect();
+        bodies.sort();
+        bodies.dedup();
+        bodies.len() * bytes_of(model.spheres(), model.materials())
+    }
+
+    #[test]
+    fn memory_covers_all_that_is_held() {
+        let mut model = model("cornell");
+        let scene = model.now().scene();
+        let body = bytes_of(&scene.spheres, &scene.materials);
+        for step in 0..MOST_STEPS + 20 {
+            model.apply(lit(step % 2, 1.0 + step as f32)).unwrap();
+            if step % 3 == 0 {
+                assert!(model.reset());
+            }
+            assert!(held(&model) + body <= bytes_at_most(&scene), "step {step}");
+        }
+        for step in 0..MOST_STEPS + 20 {
+            model.apply(lit(step % 2, 1.0 + step as f32)).unwrap();
+        }
+        // All steps, the first state and the present one; as the next one comes, there is one more.
+        assert_eq!((model.past.len(), held(&model)), (MOST_STEPS, (MOST_STEPS + 2) * body));
+        assert_eq!(bytes_at_most(&scene), held(&model) + body);
+        // Of many spheres, fewer steps are held, and of very many a single one.
+        assert_eq!(most_held(MOST_BYTES / 2), 3 * (MOST_BYTES / 2) + MOST_BYTES);
+        assert_eq!(most_held(2 * MOST_BYTES), 4 * (2 * MOST_BYTES));
+    }
+
+    #[test]
+    fn moves_of_the_camera_are_kept_however_many_spheres_there_are() {
+        let mut model = model("cornell");
+        let most = bytes_of(model.spheres(), model.materials()) / 2;
+        for step in 0..10 {
+            model.apply(moved(&model, 1.0)).unwrap();
+            let parts = SettingsParts { seed: Some(step.to_string()), ..SettingsParts::default() };
+            model.apply(Change::Settings(parts)).unwrap();
+            model.forget(most);
+        }
+        assert_eq!(model.past.len(), 20);
+        for step in 0..5 {
+            model.apply(lit(step % 2, 1.0 + step as f32)).unwrap();
+            model.forget(most);
+        }
+        assert_eq!(model.past.len(), 1);
+        assert!(model.undo());
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::easel::{Desk, Easel, History, LAYERS};
 use crate::hub::{Asked, Hub, show};
 use crate::kept::{Kept, Subject};
 use crate::message::{Answer, CameraParts, Request};
-use crate::model::{Change, Model, State};
+use crate::model::{self, Change, Model, State};
 use crate::pace::Divisor;
 use crate::pick::pick;
 use render::{EngineChoice, Job, Running};
@@ -34,6 +34,9 @@ const FIRST_ABSENCE: Duration = Duration::from_secs(5);
 const LAST_WAIT: Duration = Duration::from_secs(20);
 /// More spheres are not listed in the page; they can still be picked in the image, or by their number.
 const MOST_LISTED: usize = 2000;
+/// Memory per sphere of a scene that is searched for what is picked: the sphere at one instant, if anything moves, its role, and
+/// its place in the search tree (see "Memory" in ARCHITECTURE.md), with some reserve.
+const BYTES_PER_SEARCHED: usize = 2 * size_of::<Sphere>();
 /// More styles are not listed.
 const MOST_STYLES: usize = 100;
 
@@ -56,10 +59,12 @@ pub struct Project {
     pub limit: Option<u32>,
 }
 
-/// The most bytes of memory that a studio takes for so many spheres, besides those of a render and of the text: names, and copies
-/// of the spheres for the edited scene, for the one that is rendered, and for the one in which something is picked.
-pub fn bytes_at_most(spheres: usize) -> u64 {
-    ((3 * size_of::<Sphere>() + size_of::<Option<String>>()) * spheres) as u64
+/// The most bytes of memory that a studio of `scene` takes, besides those of a render and of the text: the edited scene with the
+/// steps that can be taken back; a copy that is checked, rendered next, or searched for what is picked; names.
+pub fn bytes_at_most(scene: &Scene) -> u64 {
+    let copy = size_of_val(&scene.spheres[..]) + size_of_val(&scene.materials[..]);
+    let per_sphere = BYTES_PER_SEARCHED + size_of::<Option<String>>();
+    (model::bytes_at_most(scene) + copy + per_sphere * scene.spheres.len()) as u64
 }
 
 /// What became of a project when its studio ended.
@@ -492,5 +497,28 @@ impl Studio {
         shared.sort_by_key(|(style, (_, count))| (Reverse(*count), *style));
         let told = |(style, (first, count)): (usize, &(usize, usize))| json!({ "style": style, "first": first, "count": count, "material": self.model.materials()[style] });
         shared.into_iter().take(MOST_STYLES).map(told).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every term is by itself, and covers the structures that it is for.
+    #[test]
+    fn each_sphere_and_material_takes_its_own_bytes() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let base = bytes_at_most(&scene) - model::bytes_at_most(&scene) as u64;
+        let mut more = scene.clone();
+        more.spheres.push(scene.spheres[0]);
+        let per_sphere = bytes_at_most(&more) - model::bytes_at_most(&more) as u64 - base;
+        let still = size_of::<Sphere>() + size_of::<scene::still::Role>();
+        let name = size_of::<Option<String>>();
+        // A copy of the scene, what is searched, of which a tree takes 32, and the name.
+        assert!(per_sphere as usize >= size_of::<Sphere>() + still + 32 + name, "{per_sphere}");
+        let mut more = scene.clone();
+        more.materials.push(scene.materials[0]);
+        let per_material = bytes_at_most(&more) - model::bytes_at_most(&more) as u64 - base;
+        assert_eq!(per_material as usize, size_of_val(&scene.materials[0]));
     }
 }

@@ -151,6 +151,16 @@ pub fn write_transparent(
     })
 }
 
+/// The codes that a PNG file of `picture` holds, row by row from the top.
+pub fn codes(picture: &Picture<Rgb>, encoding: &Encoding) -> Vec<[u8; 3]> {
+    rows::collected(picture, shown::codes(picture, encoding))
+}
+
+/// The codes that a PNG file of `picture` with alpha holds, as [`codes`].
+pub fn codes_with_alpha(picture: &Picture<Rgba>, encoding: &Encoding) -> Vec<[u8; 4]> {
+    rows::collected(picture, shown::codes_with_alpha(picture, encoding))
+}
+
 /// Writes `plane` to `path`. `name`, such as `radius`, is the name of the layer in an EXR file. Exposure is ignored.
 ///
 /// # Errors

@@ -101,6 +101,13 @@ impl<T> Rows<'_, '_, T> {
     }
 }
 
+/// What `code` gives for all pixels of an image as large as `picture`, computed on all threads.
+pub(super) fn collected<T, U: Send>(picture: &Picture<T>, code: impl Fn(u32, u32) -> U + Sync) -> Vec<U> {
+    let Picture { width, height, .. } = *picture;
+    let code = &code;
+    (0..height).into_par_iter().flat_map_iter(|y| (0..width).map(move |x| code(x, y))).collect()
+}
+
 /// Column and row of each pixel of a tile, in the Morton order of [`scene::sobol::morton`].
 fn tile_places() -> impl Iterator<Item = (usize, usize)> {
     let gather = |bits: usize| (bits & 1) | ((bits >> 1) & 2) | ((bits >> 2) & 4);

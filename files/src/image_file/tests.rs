@@ -638,6 +638,18 @@ proptest! {
     }
 }
 
+#[test]
+fn codes_in_memory_are_those_of_a_png_file() {
+    let film = extreme_film(13, 9);
+    let pixel = |x: u32, y: u32| film.pixels[(y * 13 + x) as usize];
+    let picture = Picture { width: 13, height: 9, pixel: &pixel };
+    let encoding = Encoding { exposure: 0.5, tone: Tone::default(), seed: 3, note: None };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    write_picture(&path, &picture, &encoding).unwrap();
+    assert_eq!(super::codes(&picture, &encoding).as_flattened(), codes(&path));
+}
+
 /// PNG holds the colour of what covers a pixel, TIFF what it adds to the pixel; both tell how much it covers.
 #[test]
 fn alpha_is_written_as_each_format_has_it() {
@@ -657,6 +669,7 @@ fn alpha_is_written_as_each_format_has_it() {
     // Linear 0.5 is code 188 of sRGB.
     let row = reader.next_row().unwrap().unwrap().data().to_vec();
     assert_eq!(row, [188, 0, 255, 128, 0, 0, 0, 0, 255, 0, 255, 255]);
+    assert_eq!(codes_with_alpha(&picture, &Encoding::default()).as_flattened(), row);
     let tif = fs::read(path("a.tif")).unwrap();
     let mut decoder = ::tiff::decoder::Decoder::new(Cursor::new(tif)).unwrap();
     // Associated alpha.
