@@ -96,7 +96,7 @@ fn a_checkpoint_names_the_file_instead_of_its_particles() {
     assert!(bytes < 16_000, "{bytes}");
     let resume = || sandbox.run(["resume", "c.sppm", "-n", "4", "-o", "resumed.pfm"]);
     assert_eq!(resume().code, Some(0));
-    let whole = ["render", "argon.xyz", "-o", "whole.pfm", "-n", "4"];
+    let whole = ["render", "argon.xyz", "-o", "whole.pfm", "-n", "4", "--quality", "paper"];
     let ended = sandbox.run(whole.iter().chain(&["--width", "16", "--height", "12", "--photons", "500"]));
     assert_eq!(ended.code, Some(0), "{ended:?}");
     assert!(sandbox.bytes("resumed.pfm") == sandbox.bytes("whole.pfm"));

@@ -123,7 +123,7 @@ impl CameraPass<'_> {
         if !L::any(needed) {
             return L::f(0.0);
         }
-        let [number] = numbers.of_slots::<L, 1>(&self.eye.tiles, [d], p.slot);
+        let [number] = numbers.of_slots::<L, 1>(&self.eye.tiles, [d], (needed, p.slot));
         number
     }
 
@@ -134,8 +134,8 @@ impl CameraPass<'_> {
         let mut live = 0;
         for at in (0..count).step_by(L::N) {
             let pixels = self.eye.pixels::<L>(first + at);
-            let [in_pixel, lens] = [dimension::PIXEL, dimension::LENS]
-                .map(|pair| batch.numbers.of_packet::<L>(&self.eye.tiles, pair, at));
+            let in_pixel = batch.numbers.of_packet::<L>(&self.eye.tiles, dimension::PIXEL, at);
+            let lens = batch.numbers.of_packet::<L>(&self.eye.tiles, dimension::LENS, at);
             let EyeRays { origin, direction, weight } = self.eye.rays(&pixels, in_pixel, lens);
             let packet = Packet {
                 origin,
@@ -214,10 +214,11 @@ impl CameraPass<'_> {
         let samples = self.settings.light_samples;
         for sample in 0..samples {
             for at in (0..ended.count).step_by(L::N) {
-                let digits = numbers.light_digits(&self.eye.tiles, L::load_u(&ended.slot[at..]));
                 let sphere = L::load_u(&ended.sphere[at..]);
+                let live = L::first(ended.count - at) & !L::eq(sphere, L::u(NO_SPHERE));
+                let digits = numbers.light_digits(&self.eye.tiles, live, L::load_u(&ended.slot[at..]));
                 let receivers = Receivers {
-                    live: L::first(ended.count - at) & !L::eq(sphere, L::u(NO_SPHERE)),
+                    live,
                     point: ended.point.load::<L>(at),
                     normal: ended.normal.load::<L>(at),
                     sphere,

@@ -3,7 +3,7 @@
 use crate::direct_light::ShadowNumbers;
 use crate::pixels::TILE;
 use crate::sampling::unit_float;
-use lanes::Lanes;
+use lanes::{Lanes, MOST_LANES};
 use scene::Settings;
 use scene::rng::{Family, StreamKey};
 use scene::sobol::{DIMENSIONS, morton, moved_on, sobol};
@@ -42,8 +42,8 @@ impl TileTable {
 pub(crate) struct Numbers {
     iteration: u32,
     light_samples: u32,
-    /// Per dimension, the digital shifts of the tiles; a power of two of them.
-    shifts: [Vec<u32>; DIMENSIONS],
+    /// The digital shifts of each tile.
+    shifts: Vec<[u32; DIMENSIONS]>,
 }
 
 /// The digits of a point's dimensions that shadow rays use, before they are moved on.
@@ -51,81 +51,93 @@ pub(crate) struct LightDigits<L: Lanes>([L::U; 3]);
 
 impl Numbers {
     pub(crate) fn new() -> Self {
-        Self { iteration: 0, light_samples: 1, shifts: [const { Vec::new() }; DIMENSIONS] }
+        Self { iteration: 0, light_samples: 1, shifts: Vec::new() }
     }
 
     /// Makes ready for `count` pixels from slot `first` on, the first of a tile.
     pub(crate) fn begin(&mut self, settings: &Settings, iteration: u32, first: usize, count: usize) {
         (self.iteration, self.light_samples) = (iteration, settings.light_samples);
         let key = StreamKey::new(settings.seed, Family::Tile, 0);
-        let tiles = count.div_ceil(TILE);
-        for shifts in &mut self.shifts {
-            shifts.resize(tiles.next_power_of_two(), 0);
-        }
-        for tile in 0..tiles {
+        self.shifts.clear();
+        self.shifts.extend((0..count.div_ceil(TILE)).map(|tile| {
             let mut stream = key.stream((first / TILE + tile) as u32);
-            for shifts in &mut self.shifts {
-                shifts[tile] = stream.next_u32();
-            }
-        }
+            [(); DIMENSIONS].map(|()| stream.next_u32())
+        }));
     }
 
     /// Two dimensions of the pixels of consecutive slots, the first of them `at` slots after the first of all.
     #[inline(always)]
-    pub(crate) fn of_packet<L: Lanes>(
-        &self,
-        tiles: &TileTable,
-        dimensions: [usize; 2],
-        at: usize,
-    ) -> [L::F; 2] {
-        dimensions.map(|d| {
-            let shift = L::u(self.shifts[d][at / TILE]);
-            let digits = L::load_u(&tiles.digits[d][at % TILE..]) ^ shift;
-            unit_float::<L>(digits + L::u(moved_on(self.iteration, d)))
-        })
+    pub(crate) fn of_packet<L: Lanes>(&self, tiles: &TileTable, [a, b]: [usize; 2], at: usize) -> [L::F; 2] {
+        [self.one_of_packet::<L>(tiles, a, at), self.one_of_packet::<L>(tiles, b, at)]
     }
 
-    /// Some dimensions of the pixels that are so many slots after the first.
+    #[inline(always)]
+    fn one_of_packet<L: Lanes>(&self, tiles: &TileTable, d: usize, at: usize) -> L::F {
+        let digits = L::load_u(&tiles.digits[d][at % TILE..]) ^ L::u(self.shifts[at / TILE][d]);
+        unit_float::<L>(digits + L::u(moved_on(self.iteration, d)))
+    }
+
+    /// Some dimensions of the pixels that are so many slots after the first, where `m` is true; elsewhere anything.
     #[inline(always)]
     pub(crate) fn of_slots<L: Lanes, const N: usize>(
         &self,
         tiles: &TileTable,
         dimensions: [usize; N],
-        slots: L::U,
+        (m, slots): (L::M, L::U),
     ) -> [L::F; N] {
-        let digits = self.digits::<L, N>(tiles, dimensions, slots);
-        let moved = dimensions.map(|d| L::u(moved_on(self.iteration, d)));
-        std::array::from_fn(|k| unit_float::<L>(digits[k] + moved[k]))
+        let digits = self.digits::<L, N>(tiles, dimensions, (m, slots));
+        let mut numbers = [L::f(0.0); N];
+        for k in 0..N {
+            numbers[k] = unit_float::<L>(digits[k] + L::u(moved_on(self.iteration, dimensions[k])));
+        }
+        numbers
     }
 
+    /// Lane by lane: few lanes need them at a time, and gathers take their time whatever the mask.
     #[inline(always)]
     fn digits<L: Lanes, const N: usize>(
         &self,
         tiles: &TileTable,
         dimensions: [usize; N],
-        slots: L::U,
+        (m, slots): (L::M, L::U),
     ) -> [L::U; N] {
-        const PLACE_BITS: i32 = TILE.trailing_zeros() as i32;
-        let tile = L::shr::<PLACE_BITS>(slots);
-        // The place within the tile is what `gather_u` leaves of the slot.
-        dimensions.map(|d| L::gather_u(&tiles.digits[d], slots) ^ L::gather_u(&self.shifts[d], tile))
+        let (mut at, mut digits) = ([0; MOST_LANES], [[0; MOST_LANES]; N]);
+        L::store_u(slots, &mut at);
+        let mut rest = L::mask_bits(m);
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize;
+            rest &= rest - 1;
+            let (tile, place) = (at[lane] as usize / TILE, at[lane] as usize % TILE);
+            for (digits, d) in digits.iter_mut().zip(dimensions) {
+                digits[lane] = tiles.digits[d][place] ^ self.shifts[tile][d];
+            }
+        }
+        // Not `map`, whose call would pass vectors through memory.
+        let mut words = [L::u(0); N];
+        for k in 0..N {
+            words[k] = L::load_u(&digits[k]);
+        }
+        words
     }
 
-    /// What [`Self::light`] needs of the pixels that are so many slots after the first.
+    /// What [`Self::light`] needs of the pixels that are so many slots after the first, where `m` is true.
     #[inline(always)]
-    pub(crate) fn light_digits<L: Lanes>(&self, tiles: &TileTable, slots: L::U) -> LightDigits<L> {
+    pub(crate) fn light_digits<L: Lanes>(&self, tiles: &TileTable, m: L::M, slots: L::U) -> LightDigits<L> {
         let [u, v] = dimension::LIGHT_POINT;
-        LightDigits(self.digits::<L, 3>(tiles, [dimension::LIGHT, u, v], slots))
+        LightDigits(self.digits::<L, 3>(tiles, [dimension::LIGHT, u, v], (m, slots)))
     }
 
     /// The numbers of shadow ray `sample`, as `reference::camera_pass::CameraNumbers::light`.
     #[inline(always)]
     pub(crate) fn light<L: Lanes>(&self, digits: &LightDigits<L>, sample: u32) -> ShadowNumbers<L> {
         let place = self.iteration.wrapping_mul(self.light_samples).wrapping_add(sample);
-        let number = |k: usize, d| unit_float::<L>(digits.0[k] + L::u(moved_on(place, d)));
         let [u, v] = dimension::LIGHT_POINT;
-        ShadowNumbers { choice: number(0, dimension::LIGHT), u: number(1, u), v: number(2, v) }
+        let moved = [dimension::LIGHT, u, v].map(|d| moved_on(place, d));
+        let LightDigits([choice, u, v]) = *digits;
+        ShadowNumbers {
+            choice: unit_float::<L>(choice + L::u(moved[0])),
+            u: unit_float::<L>(u + L::u(moved[1])),
+            v: unit_float::<L>(v + L::u(moved[2])),
+        }
     }
 }
-
-const _: () = assert!(TILE.is_power_of_two());

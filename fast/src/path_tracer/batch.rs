@@ -161,8 +161,8 @@ impl PathPass<'_> {
         (first, begun): (usize, usize),
     ) -> usize {
         let pixels = self.eye.pixels::<L>(first + begun);
-        let [in_pixel, lens] = [dimension::PIXEL, dimension::LENS]
-            .map(|pair| batch.numbers.of_packet::<L>(&self.eye.tiles, pair, begun));
+        let in_pixel = batch.numbers.of_packet::<L>(&self.eye.tiles, dimension::PIXEL, begun);
+        let lens = batch.numbers.of_packet::<L>(&self.eye.tiles, dimension::LENS, begun);
         let EyeRays { origin, direction, weight } = self.eye.rays(&pixels, in_pixel, lens);
         L::store(weight, &mut batch.weights[begun..]);
         let packet = Packet {
@@ -258,7 +258,10 @@ impl PathPass<'_> {
         scale: L::F,
     ) {
         let is_first = is_lit & is_first;
-        let drawn: [L::F; 3] = std::array::from_fn(|_| next_where::<L>(is_lit & !is_first, &mut p.stream));
+        let is_later = is_lit & !is_first;
+        let choice = next_where::<L>(is_later, &mut p.stream);
+        let u = next_where::<L>(is_later, &mut p.stream);
+        let drawn = V3::new(choice, u, next_where::<L>(is_later, &mut p.stream));
         if self.prepared.lights.is_empty() {
             return;
         }
@@ -266,11 +269,11 @@ impl PathPass<'_> {
         let share = 1.0 / self.settings.light_samples as f32;
         let share = L::select(is_first, L::f(share), L::f(1.0));
         let weight = p.weight.scale(scale * L::f(FRAC_1_PI) * share);
-        let digits = batch.numbers.light_digits::<L>(&self.eye.tiles, p.slot);
+        let digits = batch.numbers.light_digits::<L>(&self.eye.tiles, is_first, p.slot);
         for sample in 0..samples {
             let live = if sample == 0 { is_lit } else { is_first };
             let ShadowNumbers { choice, u, v } = batch.numbers.light(&digits, sample);
-            let numbers = V3::select(is_first, V3::new(choice, u, v), V3::new(drawn[0], drawn[1], drawn[2]));
+            let numbers = V3::select(is_first, V3::new(choice, u, v), drawn);
             batch.lit_weights.compress(live, weight, batch.lit.count);
             let receivers = Receivers { live, point: surface.point, normal: surface.normal, sphere };
             batch.lit.append(&receivers, p.slot, numbers);

@@ -31,11 +31,11 @@ impl<L: Lanes> Choices<L> {
         let mut u = next_where::<L>(is_later | (self.is_glass & !is_early_glass), &mut p.stream);
         let mut v = next_where::<L>(is_later, &mut p.stream);
         if L::any(self.is_first) {
-            let [a, b] = numbers.of_slots::<L, 2>(tiles, dimension::BOUNCE, p.slot);
+            let [a, b] = numbers.of_slots::<L, 2>(tiles, dimension::BOUNCE, (self.is_first, p.slot));
             (u, v) = (L::select(self.is_first, a, u), L::select(self.is_first, b, v));
         }
         if L::any(is_early_glass) {
-            let [first, second] = numbers.of_slots::<L, 2>(tiles, dimension::LOBES, p.slot);
+            let [first, second] = numbers.of_slots::<L, 2>(tiles, dimension::LOBES, (is_early_glass, p.slot));
             u = L::select(is_early_glass, L::select(self.is_early[0], first, second), u);
         }
         [u, v]
