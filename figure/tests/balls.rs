@@ -169,7 +169,59 @@ fn radii_follow_the_unit_of_the_file() {
         let radius = balls.spheres.iter().find(|s| s.center == scene::Vec3::ZERO).unwrap().radius;
         let share = f64::from(radius) / scale / 1.52;
         assert!((share - 1.0).abs() < 1e-6, "{scale}: {radius}");
+        // Also that of an element that is not known.
+        let radius = balls.spheres.iter().map(|s| s.center.x).zip(balls.spheres.iter().map(|s| s.radius));
+        let (_, unknown) =
+            radius.fold((f32::NEG_INFINITY, 0.0), |last, new| if new.0 > last.0 { new } else { last });
+        assert!((f64::from(unknown) / scale / 1.5 - 1.0).abs() < 1e-6, "{scale}: {unknown}");
     }
+}
+
+/// Neighbours in liquid argon and in salt are further apart than bonds are long; in files in nanometres, as many of XYZ are.
+#[test]
+fn units_are_told_by_neighbours_that_are_no_bonds() {
+    for (element, distance, covalent) in
+        [(18, 3.76, 1.06), (11, 2.82, 1.66), (29, 2.56, 1.32), (6, 1.42, 0.76)]
+    {
+        for unit in [1.0, 0.1, 1e-10] {
+            let mut particles = Particles::new(Format::Xyz);
+            particles.positions = (0..9).map(|i| [f64::from(i) * distance * unit, 0.0, 0.0]).collect();
+            particles.elements = Some(vec![element; 9]);
+            let balls = balls(particles, &recipe(&["radius=covalent"])).unwrap();
+            let share = f64::from(balls.spheres[0].radius) / unit / covalent;
+            assert!((share - 1.0).abs() < 1e-6, "element {element}, unit {unit}: {share}");
+        }
+    }
+}
+
+/// A second ball in the same place shows nothing, and one of glass would be wrong.
+#[test]
+fn particles_in_the_same_place_are_one_ball_if_they_look_alike() {
+    let twice = |name: &str| {
+        let mut particles = few();
+        particles.positions.extend_from_within(..);
+        particles.elements.as_mut().unwrap().extend_from_within(..);
+        particles.types.as_mut().unwrap().index.extend_from_within(..);
+        particles.properties[0].values.extend((0..4_u8).map(f32::from));
+        balls(particles, &recipe(&[name])).unwrap().spheres.len()
+    };
+    assert_eq!(twice("material=glass, radius=0.3"), 4);
+    // By the values of the second ones, of which the first has no radius.
+    assert_eq!(twice("radius=charge"), 2 + 3);
+}
+
+#[test]
+fn rules_scale_what_rules_before_have_made() {
+    let with_radii = |style: &[&str]| {
+        let mut particles = few();
+        particles.radii = Some(vec![0.5, 0.25, 0.25, 1.0]);
+        balls(particles, &recipe(style)).unwrap()
+    };
+    let of = |style: &[&str]| [0.0, 0.96].map(|x| at(&with_radii(style), x).0);
+    assert_eq!(of(&[]), [0.5, 0.25]);
+    assert_eq!(of(&["scale=2"]), [1.0, 0.5]);
+    assert_eq!(of(&["scale=2", "element == 'O': scale=3"]), [3.0, 0.5]);
+    assert_eq!(of(&["radius=0.125", "scale=4", "x > 0: scale=2"]), [0.5, 1.0]);
 }
 
 #[test]
@@ -202,6 +254,57 @@ fn bonds_join_atoms() {
     // Half of each bond has the colour of its atom, so there are no further materials.
     assert_eq!(balls.materials.len(), 3);
     assert_eq!(at(&balls, 0.0).0, 0.25 * 1.52);
+}
+
+/// A bond with one end alone would be a stick in the air.
+#[test]
+fn bonds_of_hidden_particles_are_not_drawn() {
+    let balls_of = |style: &[&str]| {
+        let mut particles = few();
+        particles.bonds = vec![[0, 1], [1, 2], [2, 3]];
+        let mut recipe = recipe(style);
+        recipe.set("bonds", "file").unwrap();
+        balls(particles, &recipe).unwrap().spheres.len()
+    };
+    let all = balls_of(&[]);
+    assert!(all > 10);
+    // Of each bond one end is left.
+    assert_eq!(balls_of(&["element == 'H' and x < 0: hide", "element == 'H': hide"]), 2);
+    // Both ends of the first.
+    let some = balls_of(&["element == 'H' and x < 0: hide"]);
+    assert!(some > 3 && some < all, "{some} of {all}");
+}
+
+/// A cell may begin anywhere, and with it its atoms.
+#[test]
+fn bonds_through_sides_are_where_the_cell_is() {
+    let balls_at = |origin: [f64; 3]| {
+        let mut particles = few();
+        particles.positions = [[0.5, 1.0, 1.0], [3.75, 1.0, 1.0], [2.0, 3.5, 1.0], [2.0, 0.5, 1.0]]
+            .map(|p| [0, 1, 2].map(|axis| p[axis] + origin[axis]))
+            .to_vec();
+        particles.bonds = vec![[0, 1], [2, 3]];
+        let vectors = [[4.0, 0.0, 0.0], [1.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
+        particles.cell = Some(Cell { origin, vectors, periodic: [true; 3] });
+        let mut recipe = Recipe { origin, ..recipe(&["radius=0.25"]) };
+        recipe.set("bonds", "file").unwrap();
+        balls(particles, &recipe).unwrap().spheres
+    };
+    let usual = balls_at([0.0; 3]);
+    assert!(usual.len() > 10);
+    // No half of a bond is longer than half of the shortest way, 0.75.
+    assert!(usual.iter().all(|ball| ball.center.x < 4.5 && ball.center.x > 0.0), "{usual:?}");
+    for origin in [[-64.0, 32.0, 8.0], [3.0, 3.0, 3.0], [-2.5, 1.75, 0.5]] {
+        let moved = balls_at(origin);
+        assert_eq!(moved.len(), usual.len(), "{origin:?}");
+        for (a, b) in moved.iter().zip(&usual) {
+            // Rounding of coordinates up to 64.
+            assert!(
+                a.center.distance(b.center) < 1e-5 && a.radius == b.radius,
+                "{origin:?}: {a:?} for {b:?}"
+            );
+        }
+    }
 }
 
 proptest! {

@@ -1,6 +1,6 @@
 //! Stages: the camera sees every ball and no lamp.
 
-use figure::color::Screen;
+use figure::color::{Screen, WHITE};
 use figure::stage::{Background, Light, Set, Stage, View, set};
 use proptest::prelude::*;
 use scene::{Rgb, Sphere, Vec3};
@@ -51,15 +51,16 @@ proptest! {
         scale in prop::sample::select(vec![1e-10_f32, 0.1, 1.0, 1e4]),
         (view, has_ground, size) in (view(), any::<bool>(), prop::sample::select(vec![[800, 600], [300, 900], [900, 200]])),
         light in prop::sample::select(Light::ALL.to_vec()),
+        zoom in prop::sample::select(vec![0.1, 0.2, 0.4, 1.0, 1.0, 3.0]),
     ) {
         let balls: Vec<Sphere> = balls
             .iter()
             .map(|(p, r)| sphere([0, 1, 2].map(|i| p[i] * stretch[i] * scale), r * scale))
             .collect();
         let ground = has_ground && view != View::Bottom;
-        let stage = Stage { view: Some(view), ground, size, light, ..Stage::default() };
+        let stage = Stage { view: Some(view), ground, size, light, zoom, ..Stage::default() };
         let set = set(&balls, &[], false, &stage).unwrap();
-        let most = balls.iter().map(|ball| reach(&set, size, ball)).fold(0.0, f64::max);
+        let most = balls.iter().map(|ball| reach(&set, size, ball)).fold(0.0, f64::max) / zoom;
         prop_assert!((most - (1.0 - MARGIN)).abs() < TOLERANCE, "{most}");
         for lamp in set.spheres.iter().filter(|sphere| sphere.is_emitter()) {
             let gap = set.camera.eye.distance(lamp.center) - lamp.radius;
@@ -123,6 +124,49 @@ fn zoom_magnifies() {
         f64::from(degrees / 2.0).to_radians().tan()
     };
     assert!((fov(1.0) / fov(2.0) - 2.0).abs() < 1e-6);
+}
+
+/// The eye is so placed that the frame is tight, which the centre of the balls is not in the middle of.
+#[test]
+fn what_is_in_focus_is_the_plane_through_the_middle_of_the_balls() {
+    let balls = [sphere([-4.0, 0.0, 0.0], 3.0), sphere([5.0, 9.0, 2.0], 0.5), sphere([6.0, 1.0, 1.0], 0.2)];
+    // Of the box around them.
+    let center = Vec3::new(-0.4, 3.25, 0.0);
+    for view in View::ALL {
+        let camera = set(&balls, &[], false, &Stage { view: Some(view), ..Stage::default() }).unwrap().camera;
+        let depth = (center - camera.eye).dot(camera.direction);
+        assert!((camera.focus_distance / depth - 1.0).abs() < 1e-5, "{view:?}: {depth}");
+    }
+}
+
+/// A white particle that faces a lamp, from which the lamp takes its share of the half space, has the radiance of the lamp's
+/// share of the brightest, beside the background's light: in sizes of what is seen, however large that is.
+#[test]
+fn a_white_particle_that_faces_the_key_lamp_is_just_below_white() {
+    /// The radiance of a white surface that faces the key lamp.
+    const BRIGHTEST: f32 = 0.9;
+    let grey = Background::Color(Screen([128; 3]));
+    for radius in [1e-3, 1.0, 400.0] {
+        for (light, background, shares) in [
+            (Light::Studio, Background::Usual, &[1.0, 0.2, 0.6][..]),
+            (Light::Studio, grey, &[1.0, 0.2, 0.6]),
+            (Light::Dark, Background::Usual, &[0.25]),
+            (Light::Overcast, Background::Usual, &[]),
+        ] {
+            let stage = Stage { light, background, ..Stage::default() };
+            let set = set(&[sphere([0.0; 3], radius)], &[], false, &stage).unwrap();
+            let lamps: Vec<f32> = set
+                .spheres
+                .iter()
+                .map(|lamp| WHITE * lamp.emission.x * (lamp.radius / lamp.center.length()).powi(2))
+                .collect();
+            assert_eq!(lamps.len(), shares.len(), "{light:?}");
+            let key = BRIGHTEST - WHITE * set.background.x;
+            for (lamp, share) in lamps.iter().zip(shares) {
+                assert!((lamp - share * key).abs() < 1e-5, "{light:?}: {lamp} for {share} of {key}");
+            }
+        }
+    }
 }
 
 #[test]

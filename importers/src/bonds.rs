@@ -212,17 +212,18 @@ mod tests {
         particles
     }
 
-    /// Pairs found by trying all, over all images of the nearest cells.
+    /// Pairs found by trying all, over all images of the nearest cells and the next ones.
     fn by_brute_force(particles: &Particles) -> Vec<[u32; 2]> {
         let radius = |at: usize| {
             f64::from(element(particles.elements.as_ref().unwrap()[at]).unwrap().covalent.unwrap())
         };
         let shifts: Vec<[f64; 3]> =
-            (0..27).map(|i| [i % 3, i / 3 % 3, i / 9].map(|s| f64::from(s) - 1.0)).collect();
+            (0..125).map(|i| [i % 5, i / 5 % 5, i / 25].map(|s| f64::from(s) - 2.0)).collect();
         let cell = particles.cell;
+        let periodic = cell.map_or([false; 3], |cell| cell.periodic);
         let near = |a: usize, b: usize| {
             shifts.iter().any(|shift| {
-                if cell.is_none() && *shift != [0.0; 3] {
+                if (0..3).any(|v| !periodic[v] && shift[v] != 0.0) {
                     return false;
                 }
                 let moved = |axis: usize| {
@@ -282,6 +283,29 @@ mod tests {
         assert_eq!(bonds, by_brute_force(&all));
         all.cell.as_mut().unwrap().periodic = [false; 3];
         assert!(by_distance(&all).len() < bonds.len());
+    }
+
+    /// Sides that are much nearer to each other than the edges between them are long, vectors that do not repeat, and files
+    /// whose molecules are whole, so that atoms are anywhere.
+    #[test]
+    fn bonds_are_those_of_all_images_in_every_cell_wherever_its_atoms_are() {
+        let slanted = [[12.0, 0.0, 0.0], [9.0, 8.0, 0.0], [-8.0, 6.0, 7.0]];
+        let lying = [[5.0, 0.0, 4.0], [0.0, 9.0, 8.5], [-1.0, -9.0, 9.0]];
+        let places = [[true; 3], [true, false, true], [false, false, true], [false, true, false]];
+        for (vectors, periodic) in [slanted, lying].iter().flat_map(|v| places.map(|p| (*v, p))) {
+            let mut all = particles(&scattered(200, 9.0));
+            all.cell = cell([1.0, -2.0, 0.5], vectors, periodic);
+            all.wrap();
+            let bonds = by_distance(&all);
+            assert_eq!(bonds, by_brute_force(&all), "{vectors:?} {periodic:?}");
+            for (at, position) in all.positions.iter_mut().enumerate() {
+                for vector in (0..3).filter(|&vector| periodic[vector]) {
+                    let turns = ((at + vector) % 7) as f64 - 3.0;
+                    *position = std::array::from_fn(|axis| position[axis] + turns * vectors[vector][axis]);
+                }
+            }
+            assert_eq!(by_distance(&all), bonds, "{vectors:?} {periodic:?}, atoms anywhere");
+        }
     }
 
     #[test]

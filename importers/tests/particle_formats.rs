@@ -286,6 +286,55 @@ fn dumps_are_sorted_and_their_boxes_understood() {
     );
 }
 
+/// One slanted cell as every format writes it that has vectors or tilts, with tilts of all signs.
+#[test]
+fn a_slanted_cell_is_the_same_in_every_format() {
+    let lengths = [10.0, 8.0, 6.0];
+    for signs in 0..8_u8 {
+        let sign = |bit: u8| if signs >> bit & 1 == 1 { -1.0 } else { 1.0 };
+        let [x, y, z] = lengths;
+        let (xy, xz, yz) = (3.0 * sign(0), 2.0 * sign(1), 1.5 * sign(2));
+        let vectors = [[x, 0.0, 0.0], [xy, y, 0.0], [xz, yz, z]];
+        let origin = [1.0, -2.0, 0.5];
+        let check = |format: Format, bytes: &[u8], origin: [f64; 3]| {
+            let cell = parse(format, bytes).cell.unwrap();
+            let near = |a: [f64; 3], b: [f64; 3]| (0..3).all(|axis| (a[axis] - b[axis]).abs() < SINGLE);
+            let is_same = (0..3).all(|at| near(cell.vectors[at], vectors[at])) && near(cell.origin, origin);
+            assert!(is_same, "{format:?}: {cell:?} for {vectors:?} from {origin:?}");
+        };
+        let words = |numbers: &[f64]| numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
+        let rows = vectors.as_flattened();
+        let text = format!("1\nLattice=\"{}\" Origin=\"{}\"\nO 1 2 3\n", words(rows), words(&origin));
+        check(Format::Xyz, text.as_bytes(), origin);
+        let line = "    1SOL     OW    1   1.000   2.000   3.000";
+        let text = format!("a\n1\n{line}\n{}\n", words(&[x, y, z, 0.0, 0.0, xy, 0.0, xz, yz]));
+        check(Format::Gro, text.as_bytes(), [0.0; 3]);
+        let dump = |bounds: &str| {
+            format!("ITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS {bounds}\nITEM: ATOMS x y z\n1 2 3\n")
+        };
+        // The bounding box is that of the eight corners.
+        let corner = |at: usize, axis: usize| {
+            origin[axis] + (0..3).map(|v| f64::from((at >> v & 1) as u8) * vectors[v][axis]).sum::<f64>()
+        };
+        let ends = |axis: usize| {
+            let all = (0..8).map(|at| corner(at, axis));
+            all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], c| [low.min(c), high.max(c)])
+        };
+        let row = |axis: usize, tilt: f64| words(&[ends(axis)[0], ends(axis)[1], tilt]);
+        let text = dump(&format!("xy xz yz pp pp pp\n{}\n{}\n{}", row(0, xy), row(1, xz), row(2, yz)));
+        check(Format::Dump, text.as_bytes(), origin);
+        let row = |at: usize| words(&[vectors[at][0], vectors[at][1], vectors[at][2], origin[at]]);
+        let text = dump(&format!("abc origin pp pp pp\n{}\n{}\n{}", row(0), row(1), row(2)));
+        check(Format::Dump, text.as_bytes(), origin);
+        let tilted = [x, y, z, xy / y, xz / z, yz / z];
+        let bytes: Vec<u8> = tilted.iter().flat_map(|number| (*number as f32).to_le_bytes()).collect();
+        let count = 1_u32.to_le_bytes().to_vec();
+        let file = gsd_of(&[(0, "configuration/box", 9, 1, bytes), (0, "particles/N", 3, 1, count)]);
+        let middle = [0, 1, 2].map(|axis| 0.5 * (0..3).map(|v| vectors[v][axis]).sum::<f64>());
+        check(Format::Gsd, &file, middle.map(|m| -m));
+    }
+}
+
 #[test]
 fn faults_of_dumps_are_told() {
     let fault = |text: &str| fault(Format::Dump, text);
@@ -320,6 +369,12 @@ fn numbers_of_gro_files_go_on_beyond_five_digits() {
     assert_eq!(particles.ids.unwrap()[100_002], 200_001);
     assert_eq!(particles.residue_numbers.unwrap()[100_002], 200_001);
     assert_eq!((particles.unit, particles.cell.unwrap().vectors[2]), (Unit::Nanometre, [0.0, 0.0, 6.0]));
+    // What is not in order, such as a selection, has not come to the end of its digits.
+    let row = |number: u32| format!("{number:>5}ION     NA{number:>5}   1.000   2.000   3.000\n");
+    let text = ["few\n4\n", &row(70), &row(3), &row(40_000), &row(12), "4 5 6\n"].concat();
+    let particles = parse(Format::Gro, text);
+    assert_eq!(particles.ids, Some(vec![70, 3, 40_000, 12]));
+    assert_eq!(particles.residue_numbers, Some(vec![70, 3, 40_000, 12]));
     // More decimals make columns wider.
     let wide = "wide\n1\n    1SOL     OW    1    0.123456    1.234567   12.345678\n 1 2 3\n";
     assert_eq!(parse(Format::Gro, wide).positions, [[0.123_456, 1.234_567, 12.345_678]]);
@@ -368,6 +423,42 @@ fn pdb_alternatives_are_chosen_by_mean_occupancy() {
     ];
     let particles = parse(Format::Pdb, text.concat());
     assert_eq!(particles.positions.iter().map(|place| place[0]).collect::<Vec<_>>(), [1.0, 3.0, 5.0, 6.0]);
+}
+
+/// Residues 52 and 52A are two, in which other locations may be the best.
+#[test]
+fn alternatives_are_chosen_in_each_residue_by_itself() {
+    let rows = [
+        ("52", "?", 'A', 1.0, 0.7),
+        ("52", "?", 'B', 2.0, 0.3),
+        ("52", "A", 'A', 3.0, 0.2),
+        ("52", "A", 'B', 4.0, 0.8),
+        ("53", "?", 'A', 5.0, 0.6),
+        ("53", "?", 'B', 6.0, 0.4),
+    ];
+    let pdb = rows.map(|(number, insertion, mark, x, occupancy)| {
+        let line = atom(
+            "1",
+            " CA ",
+            mark,
+            "SER",
+            number,
+            &format!("{x:>8.3}   0.000   0.000  {occupancy:.2} 10.00"),
+        );
+        if insertion == "A" { line.replace("52 ", "52A") } else { line }
+    });
+    let names = ["id", "type_symbol", "label_atom_id", "label_alt_id", "auth_comp_id", "auth_asym_id"];
+    let places = ["auth_seq_id", "pdbx_PDB_ins_code", "Cartn_x", "Cartn_y", "Cartn_z", "occupancy"];
+    let names = names.iter().chain(&places).map(|name| format!("_atom_site.{name}\n"));
+    let cif = rows.map(|(number, insertion, mark, x, occupancy)| {
+        format!("1 C CA {mark} SER A {number} {insertion} {x} 0 0 {occupancy}\n")
+    });
+    let cif = format!("data_a\nloop_\n{}{}", names.collect::<String>(), cif.concat());
+    for (format, text) in [(Format::Pdb, pdb.concat()), (Format::Mmcif, cif)] {
+        let particles = parse(format, text);
+        let x: Vec<f64> = particles.positions.iter().map(|place| place[0]).collect();
+        assert_eq!(x, [1.0, 4.0, 5.0], "{format:?}");
+    }
 }
 
 #[test]
@@ -450,6 +541,43 @@ fn mmcif_names_bonds_and_models_are_read() {
                  _atom_site_label\n_atom_site_fract_x\n_atom_site_fract_y\n_atom_site_fract_z\nNa1 0.5 0.25(2) -1\n";
     assert!(fault(group).contains("lists no _space_group_symop_operation_xyz"));
     assert_eq!(parse(Format::Mmcif, group.replace("F m -3 m", "P 1")).positions, [[1.0, 0.5, -2.0]]);
+}
+
+/// Models have numbers of their own, which need not begin at 1; and a bond to another image of the crystal is none within it.
+#[test]
+fn mmcif_models_are_frames_and_bonds_stay_within_the_crystal() {
+    let names = [
+        "id",
+        "type_symbol",
+        "auth_asym_id",
+        "auth_seq_id",
+        "label_atom_id",
+        "Cartn_x",
+        "Cartn_y",
+        "Cartn_z",
+    ];
+    let names = names.iter().chain(&["pdbx_PDB_model_num"]).map(|name| format!("_atom_site.{name}\n"));
+    let ends = |end: u8| {
+        ["auth_asym_id", "auth_seq_id", "label_atom_id", "symmetry"]
+            .map(|name| format!("_struct_conn.ptnr{end}_{name}\n"))
+            .concat()
+    };
+    let text = format!(
+        "data_a\nloop_\n{}1 C A 1 CA 1 0 0 4\n2 C A 2 CA 2 0 0 4\n3 C A 3 CA 3 0 0 4\n4 O A 1 OW 4 0 0 7\n5 O A 1 OW 5 0 0 2\n\
+         6 O A 2 OW 6 0 0 2\nloop_\n_struct_conn.conn_type_id\n{}{}covale A 1 CA 1_555 A 2 CA 1_555\n\
+         metalc A 2 CA 1_555 A 3 CA 2_655\ndisulf A 1 CA 3_555 A 3 CA 3_555\n",
+        names.collect::<String>(),
+        ends(1),
+        ends(2)
+    );
+    let (_folder, path) = file("a.cif", &text);
+    assert_eq!(frames(&path).unwrap(), 3);
+    let of = |frame| read(&path, &all(frame)).unwrap();
+    let x = |frame| of(frame).positions.iter().map(|p| p[0]).collect::<Vec<_>>();
+    let models = [0, 1, 2].map(|number| x(Frame::Number(number)));
+    assert_eq!(models, [vec![1.0, 2.0, 3.0], vec![4.0], vec![5.0, 6.0]]);
+    assert_eq!(x(Frame::Last), [5.0, 6.0]);
+    assert_eq!(of(Frame::Number(0)).bonds, [[0, 1], [0, 2]]);
 }
 
 /// Of each assembly the group of the highest mean occupancy stays, among equals the first; atoms without a group stay.
@@ -610,8 +738,22 @@ fn gsd_frames_share_what_they_lack_with_the_first() {
     let cell = second.cell.unwrap();
     let middle = cell.point([0.5; 3]);
     assert!(middle.iter().all(|number| number.abs() < SINGLE), "centred at {middle:?}");
-    // Symbols are elements if all types are such.
     let number = |count: u32| count.to_le_bytes().to_vec();
+    // A box of two dimensions, whose height may be 0, repeats in its plane.
+    for height in [0.0_f32, 3.0] {
+        let bounds = [4.0, 5.0, height, 0.5, 0.0, 0.0].into_iter().flat_map(f32::to_le_bytes).collect();
+        let cell = |dimensions: u8| {
+            let chunks = [
+                (0, "configuration/dimensions", 1, 1, vec![dimensions]),
+                (0, "configuration/box", 9, 1, Vec::clone(&bounds)),
+                (0, "particles/N", 3, 1, number(1)),
+            ];
+            parse(Format::Gsd, gsd_of(&chunks)).cell
+        };
+        assert_eq!(cell(2).unwrap().periodic, [true, true, false]);
+        assert_eq!(cell(3).map(|cell| cell.periodic), (height > 0.0).then_some([true; 3]));
+    }
+    // Symbols are elements if all types are such.
     let typed = |names: &[u8]| {
         parse(
             Format::Gsd,

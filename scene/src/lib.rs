@@ -42,6 +42,8 @@ pub mod srgb;
 pub mod state;
 pub mod still;
 pub mod stop;
+#[cfg(test)]
+mod test_scenes;
 pub mod text;
 pub mod world;
 

@@ -365,6 +365,7 @@ mod tests {
         let tree = LightTree::new(lamps.to_vec(), &[]);
         let nodes = tree.pairs[0].iter();
         let mut lights: Vec<u32> = nodes.flat_map(|node| check(&tree, node, lamps, MAX_LEVELS - 1)).collect();
+        assert_eq!(tree.lights_in_order(), lights, "neighbours come after each other");
         lights.sort_unstable();
         assert_eq!(lights, (0..lamps.len() as u32).collect::<Vec<_>>());
         assert_eq!(tree.pairs.len(), lamps.len() - 1);
@@ -383,6 +384,51 @@ mod tests {
             let scaled = |(place, radius, power): ([f64; 3], f64, f64)| (place.map(|x| x * scale), radius * scale, power);
             check_tree(&(0..).zip(lamps.into_iter().map(scaled)).map(lamp).collect::<Vec<_>>());
         }
+    }
+
+    /// Of all planes between slabs the one that is chosen leaves the least power times squared extent.
+    #[test]
+    fn lamps_are_divided_where_it_costs_least() {
+        let lamps: Vec<Lamp> = (0..60_u32)
+            .map(|light| {
+                let part = |step: u32| f64::from(light * step % 61) / 61.0;
+                lamp((
+                    light,
+                    ([9.0 * part(17), part(23).powi(3), 4.0 * part(41)], 0.02, 1.0 + 50.0 * part(7).powi(4)),
+                ))
+            })
+            .collect();
+        let cost = |plane: &Plane| {
+            let of = |is_before: bool| {
+                let side = lamps.iter().filter(|lamp| plane.is_before(lamp) == is_before);
+                side.fold(Part::EMPTY, |part, lamp| part.joined(&Part::of(lamp))).cost()
+            };
+            of(true) + of(false)
+        };
+        let (low, widths) = spread(&lamps);
+        let slabs = [0, 1, 2].map(|axis| Slabs { axis, from: low[axis], width: widths[axis] });
+        let planes = slabs.iter().flat_map(|slabs| (0..SLABS - 1).map(|last| Plane { slabs: *slabs, last }));
+        let least = planes.map(|plane| cost(&plane)).fold(f64::INFINITY, f64::min);
+        let found = cost(&best_plane(&lamps).unwrap());
+        assert!((found / least - 1.0).abs() < 1e-9, "{found}, not {least}");
+    }
+
+    /// Far away, a lamp of radius r and radiance L gives the irradiance `pi L r^2 / d^2`, and a sky of radiance L `pi L`.
+    #[test]
+    fn ambient_lights_have_the_unit_of_lamps_and_shares_by_their_radiance() {
+        let (r, radiance) = (0.5_f64, 3.0);
+        let power = 4.0 * PI * PI * r * r * radiance;
+        let lamps = [([0.0; 3], power), ([100.0, 0.0, 0.0], 2.0 * power)];
+        let lamps = (0..).zip(lamps).map(|(light, (place, power))| lamp((light, (place, r, power))));
+        let skies = [(5, 0.25), (2, 1.0), (9, 0.75)];
+        let tree = LightTree::new(lamps.collect(), &skies);
+        let of_first = tree.pairs[0].iter().find(|node| node.link == IS_LIGHT).unwrap();
+        let share = f64::from(tree.ambient_irradiance) / f64::from(of_first.intensity);
+        let exact = 2.0 / (radiance * r * r);
+        assert!((share / exact - 1.0).abs() < 1e-6, "{share}, not {exact}");
+        let expected = [(5, 0.125, 0.125), (2, 0.5, 0.625), (9, 0.375, 1.0)];
+        let expected = expected.map(|(light, share, cumulative)| AmbientLight { light, share, cumulative });
+        assert_eq!(tree.ambient, expected);
     }
 
     #[test]

@@ -103,3 +103,42 @@ fn around<I: Iterator<Item = (Vec3, f32)>>(balls: impl Fn() -> I) -> Target {
     let reach = |(c, r): (Vec3, f32)| distance(c, center) + f64::from(r);
     Target::ball(center, (balls().map(reach).fold(0.0, f64::max) * WIDENED) as f32)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_scenes::balls;
+
+    /// What weighs a line asks which targets it crosses, from where it enters the core.
+    #[test]
+    fn all_that_is_near_and_all_targets_lie_in_the_core() {
+        let near = [(Vec3::X, 0.5, 0.0), (3.0 * Vec3::Y, 1.0, 0.0), (4.0 * Vec3::Y, 0.25, 1.0)];
+        let sun = (1000.0 * Vec3::Z, 20.0, 5.0);
+        let scene = balls(&[&near[..], &[sun]].concat());
+        let still = scene.at(0.0);
+        for target in [Target::ball(Vec3::ZERO, 0.1), Target::ball(-30.0 * Vec3::X, 2.0)] {
+            let core = Core::new(&still, &[target]).unwrap();
+            let holds = |center: Vec3, radius: f32| {
+                distance(center, core.ball.center) + f64::from(radius) <= f64::from(core.ball.radius)
+            };
+            assert!(holds(target.center, target.radius), "{:?}", core.ball);
+            assert!(near.iter().all(|(center, radius, _)| holds(*center, *radius)), "{:?}", core.ball);
+            assert_eq!(core.far.iter().map(|(id, _)| *id).collect::<Vec<_>>(), [3]);
+            assert_eq!(core.is_far, [false, true]);
+        }
+    }
+
+    /// Where its photons end, and begin nowhere else.
+    #[test]
+    fn a_far_lamp_stands_in_the_way_of_another() {
+        let scene =
+            balls(&[(Vec3::ZERO, 1.0, 0.0), (100.0 * Vec3::Z, 5.0, 1.0), (200.0 * Vec3::Z, 5.0, 1.0)]);
+        let core = Core::new(&scene.at(0.0), &[Target::ball(Vec3::ZERO, 1.0)]).unwrap();
+        let entry = |lamp: SphereId, from: Vec3| core.entry(lamp, from, Vec3::ZERO, Vec3::NEG_Z);
+        let entered = entry(1, 95.0 * Vec3::Z).unwrap();
+        assert!((entered.z - core.ball.radius).abs() < 1e-5, "{entered}");
+        assert_eq!(entry(2, 195.0 * Vec3::Z), None);
+        // Away from the core nothing enters it.
+        assert_eq!(core.entry(1, 105.0 * Vec3::Z, 105.0 * Vec3::Z, Vec3::Z), None);
+    }
+}

@@ -208,3 +208,63 @@ fn divide(arrivals: &mut [Arrival], leaves: usize, least: f64, balls: &mut Vec<T
     divide(first, leaves / 2, least, balls);
     divide(second, leaves / 2, least, balls);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_scenes::balls;
+
+    /// Lines that each cross one of two targets, whose components are 1 and 2.
+    fn lines() -> Vec<(f64, Vec<usize>)> {
+        vec![(9.0, vec![0, 1]), (1.0, vec![0, 2]), (3.0, vec![0, 2])]
+    }
+
+    /// Of targets that share no lines, each is due a share that goes as the root of its flux over its density: then no other
+    /// shares leave less variance (by Lagrange's multiplier).
+    #[test]
+    fn targets_of_their_own_lines_get_the_best_shares() {
+        let densities = [1e-12, 2.0, 8.0];
+        let shares = search(&lines(), &densities);
+        let learnt = 1.0 - UNIFORM_SHARE - EVEN_SHARE;
+        let roots = [(9.0_f64 / 2.0).sqrt(), (4.0_f64 / 8.0).sqrt()];
+        for (share, root) in shares[1..].iter().zip(roots) {
+            let exact = learnt * root / (roots[0] + roots[1]) + EVEN_SHARE / 3.0;
+            assert!((share / exact - 1.0).abs() < 1e-5, "{share}, not {exact}");
+        }
+        assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        // It is less than that of shares without learning.
+        assert!(variance(&lines(), &densities, &shares) < variance(&lines(), &densities, &[1.0 / 3.0; 3]));
+    }
+
+    /// It is relative to that of uniform emission, whatever the unit of flux.
+    #[test]
+    fn variances_are_relative() {
+        let (densities, shares) = ([1.0, 2.0, 8.0], [0.5, 0.3, 0.2]);
+        assert_eq!(variance(&lines(), &densities, &[1.0, 0.0, 0.0]), 1.0);
+        let found = variance(&lines(), &densities, &shares);
+        let exact = (9.0 / (0.5 + 0.6) + 4.0 / (0.5 + 1.6)) / 13.0;
+        assert!((found - exact).abs() < 1e-12, "{found}, not {exact}");
+        let brighter: Vec<_> = lines().into_iter().map(|(flux, of)| (1e6 * flux, of)).collect();
+        assert!((variance(&brighter, &densities, &shares) - found).abs() < 1e-12);
+    }
+
+    /// Up to one that holds all that reflects, lamps and rooms left out.
+    #[test]
+    fn balls_around_targets_grow_step_by_step_to_all_that_reflects() {
+        let far = Vec3::new(0.0, 30.0, 40.0);
+        let scene =
+            balls(&[(Vec3::ZERO, 900.0, 0.0), (far, 7.0, 0.0), (Vec3::X, 0.5, 0.0), (10.0 * far, 2.0, 1.0)]);
+        let mut found = Vec::new();
+        surround(&scene.at(0.0), (Vec3::ZERO, 2.0), (Vec3::Z, ALL_DIRECTIONS), &mut found);
+        assert_eq!(found.len(), OUTER);
+        assert!((found[0].radius / 57.0 - 1.0).abs() < 1e-5, "{}", found[0].radius);
+        let step = found[OUTER - 1].radius / 2.0;
+        for pair in found.windows(2) {
+            assert!((pair[0].radius / pair[1].radius / step - 1.0).abs() < 1e-5, "{found:?}");
+        }
+        // There is nothing to be gained where all is near.
+        found.clear();
+        surround(&scene.at(0.0), (Vec3::ZERO, 50.0), (Vec3::Z, ALL_DIRECTIONS), &mut found);
+        assert!(found.is_empty());
+    }
+}
