@@ -84,6 +84,42 @@ fn columns_have_colours() {
     assert_eq!(at(&balls, 0.0).1, matte(Map::Grey.at(0.0999)));
 }
 
+/// Of the values in their order, that whose place is nearest.
+#[test]
+fn percentiles_are_values_of_the_nearest_place() {
+    let colors = |range: &str| {
+        let mut particles = Particles::new(Format::Npy);
+        particles.positions = (0..5).map(|i| [f64::from(i), 0.0, 0.0]).collect();
+        let values = vec![3.0, 100.0, 0.0, 2.0, 1.0];
+        particles.properties = vec![Property { name: "q".into(), values }];
+        let rule = format!("radius=0.1, color=q, map=grey, range={range}");
+        let balls = balls(particles, &recipe(&[rule.as_str()])).unwrap();
+        [0.0, 3.0].map(|x| at(&balls, x).1)
+    };
+    let of = |places: [f64; 2]| places.map(|place| matte(Map::Grey.at(place)));
+    assert_eq!(colors("0%..100%"), of([0.03, 0.02]));
+    // Places 0.4 and 3.6 of 0 to 4.
+    assert_eq!(colors("10%..90%"), of([0.03, 0.02]));
+    // Places 0.6 and 3.4.
+    assert_eq!(colors("15%..85%"), of([1.0, 0.5]));
+}
+
+#[test]
+fn conditions_hold_whichever_side_the_column_is_on() {
+    let xs = |condition: &str| {
+        let style = ["radius=0.1, hide", &format!("{condition}: hide=false")];
+        let balls = balls(few(), &recipe(&style));
+        balls.map_or(Vec::new(), |balls| balls.spheres.iter().map(|sphere| sphere.center.x).collect())
+    };
+    for (sign, turned) in [("<", ">"), ("<=", ">="), (">", "<"), (">=", "<="), ("==", "=="), ("!=", "!=")] {
+        for bound in ["0", "0.96", "5", "-9", "9"] {
+            let (column_first, column_last) = (format!("x {sign} {bound}"), format!("{bound} {turned} x"));
+            assert_eq!(xs(&column_first), xs(&column_last), "{column_first}");
+        }
+    }
+    assert_eq!((xs("0.96 <= x"), xs("0.96 < x")), (vec![0.96, 5.0], vec![5.0]));
+}
+
 #[test]
 fn what_does_not_suit_the_file_is_refused() {
     let refused = |style: &[&str]| balls(few(), &recipe(style)).unwrap_err();

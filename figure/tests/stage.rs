@@ -3,7 +3,7 @@
 use figure::color::{Screen, WHITE};
 use figure::stage::{Background, Light, Set, Stage, View, set};
 use proptest::prelude::*;
-use scene::{Rgb, Sphere, Vec3};
+use scene::{Material, Rgb, Sphere, Vec3};
 
 /// The margin of a frame, and the rounding of the camera to `f32`.
 const MARGIN: f64 = 0.05;
@@ -167,6 +167,24 @@ fn a_white_particle_that_faces_the_key_lamp_is_just_below_white() {
             }
         }
     }
+}
+
+/// Matte balls are path traced, and others need photons: iterations take longer, and the radius of most balls is the first
+/// radius, within some pixels.
+#[test]
+fn settings_follow_materials_and_most_radii() {
+    let matte = Material::Diffuse { albedo: Rgb::splat(0.5) };
+    let mirror = Material::Specular { albedo: Rgb::ONE };
+    let balls: Vec<Sphere> = [0.3, 0.5, 0.4, 3.0, 0.45]
+        .iter()
+        .zip(0_u8..)
+        .map(|(r, x)| sphere([f32::from(x), 0.0, 0.0], *r))
+        .collect();
+    let of = |materials: &[Material]| set(&balls, materials, false, &Stage::default()).unwrap().settings;
+    assert_eq!(of(&[matte; 2]).iterations, 64);
+    assert_eq!((of(&[matte, mirror]).iterations, of(&[mirror]).iterations), (48, 48));
+    assert_eq!(of(&[matte]).initial_radius, 0.45);
+    assert_eq!([of(&[matte]).width, of(&[matte]).height], Stage::default().size);
 }
 
 #[test]

@@ -373,6 +373,59 @@ mod tests {
         assert!(digest(folder.path()).unwrap_err().contains("this is a directory"));
     }
 
+    fn shown(name: &str, text: &str, cell: bool) -> Scene {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        let recipe = Recipe { cell, ..Recipe::default() };
+        staged(&path, &recipe, &Stage::default(), u64::MAX).unwrap().scene
+    }
+
+    /// A macromolecule is not shown as the crystal that it was found in, unless its cell is asked for; other files are shown as
+    /// what fills their cell.
+    #[test]
+    fn cells_are_looked_at_from_a_corner_where_they_are_shown() {
+        let atoms = [[1.0, 2.0, 3.0], [7.0, 3.0, 4.0], [2.0, 8.0, 3.5]];
+        let line = |[x, y, z]: [f64; 3]| {
+            format!("ATOM      1  CA  ALA A   1    {x:8.3}{y:8.3}{z:8.3}  1.00  0.00\n")
+        };
+        let pdb = atoms.map(line).concat();
+        let crystal = format!("CRYST1   20.000   20.000   20.000  90.00  90.00  90.00 P 1\n{pdb}");
+        let alone = shown("a.pdb", &pdb, false).camera.direction;
+        assert_eq!(shown("a.pdb", &crystal, false).camera.direction, alone);
+        let corner = shown("a.pdb", &crystal, true).camera.direction;
+        assert_ne!(corner, alone);
+        let xyz = atoms.map(|[x, y, z]| format!("C {x} {y} {z}\n")).concat();
+        let filled = format!("3\nLattice=\"20 0 0 0 20 0 0 0 20\"\n{xyz}");
+        assert_eq!(shown("a.xyz", &filled, false).camera.direction, corner);
+        assert_eq!(shown("a.xyz", &format!("3\n\n{xyz}"), false).camera.direction, alone);
+    }
+
+    /// What rests in a trajectory rests in its pictures, whatever else moves.
+    #[test]
+    fn frames_on_a_shared_stage_have_its_origin() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("two.xyz");
+        let frame = |x: f64| format!("3\n\nC 1 2 3\nC 1 2 6\nC {x} 2 3\n");
+        std::fs::write(&path, frame(4.0) + &frame(40.0)).unwrap();
+        let clip = Clip::open(&path).unwrap();
+        let of = |number: usize, scenery: Option<&Scenery>| {
+            let recipe = Recipe { frame: figure::Frame::Number(number), ..Recipe::default() };
+            clip.stage(&recipe, &Stage::default(), scenery, u64::MAX).unwrap()
+        };
+        let (first, scenery) = of(0, None);
+        let (second, _) = of(1, Some(&scenery));
+        let (alone, _) = of(1, None);
+        let rests = |staged: &Staged| {
+            let own = &first.scene.imports[0].spheres;
+            let center = first.scene.spheres[own.start].center;
+            staged.scene.spheres.iter().any(|sphere| sphere.center == center)
+        };
+        assert!(rests(&second) && !rests(&alone));
+        assert_eq!(second.scene.camera, first.scene.camera);
+        assert_ne!(alone.scene.camera, first.scene.camera);
+    }
+
     #[test]
     fn a_file_that_has_changed_is_told_even_if_it_cannot_be_read_any_more() {
         let folder = tempfile::tempdir().unwrap();

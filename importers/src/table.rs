@@ -316,6 +316,65 @@ mod tests {
         assert_eq!((0..6).map(|row| labels.name(row)).collect::<String>(), "abcdef");
     }
 
+    /// A table whose rows have, in every column, what follows from a key.
+    fn keyed(keys: &[u16]) -> Table {
+        let mut layout = Layout::default();
+        layout.push_property("q", &Properties::All);
+        let mut table = Table::new(&layout);
+        for &key in keys {
+            let value = f64::from(key);
+            let axes = [0, 1, 2].map(Role::Axis);
+            let colors = [0, 1, 2].map(Role::Color);
+            for role in axes.into_iter().chain(colors).chain([Role::Radius, Role::Property(0)]) {
+                table.number(role, value).unwrap();
+            }
+            let kinds = [Kind::Element, Kind::Type, Kind::Name, Kind::Residue, Kind::Chain].map(Role::Label);
+            for role in kinds.into_iter().chain([Role::Id, Role::Molecule]) {
+                table.field(role, key.to_string().as_bytes()).unwrap();
+            }
+            table.elements.push(key as u8);
+            table.residue_numbers.push(key.into());
+            table.end_row(true, true);
+        }
+        table
+    }
+
+    /// Checks that `table` has the rows of `keys`, whole.
+    fn check_rows(table: &Table, keys: &[u16]) {
+        assert_eq!(table.len(), keys.len());
+        assert_eq!(table.other_length(), None);
+        for (row, &key) in keys.iter().enumerate() {
+            let (value, number) = (f64::from(key), f32::from(key));
+            assert_eq!((table.positions[row], table.colors[row]), ([value; 3], [number; 3]));
+            assert_eq!((table.radii[row], table.properties[0][row]), (number, number));
+            assert_eq!((table.ids[row], table.molecules[row]), (key.into(), key.into()));
+            assert_eq!((table.elements[row], table.residue_numbers[row]), (key as u8, key.into()));
+            for column in &table.labels {
+                assert_eq!(column.labels.name(row), key.to_string());
+            }
+        }
+    }
+
+    /// Whatever is done with rows is done in every column.
+    #[test]
+    fn rows_stay_whole() {
+        let keys = [7, 3, 300, 12, 1, 5];
+        check_rows(&keyed(&keys), &keys);
+        let mut table = keyed(&keys);
+        table.sort_by_id();
+        check_rows(&table, &[1, 3, 5, 7, 12, 300]);
+        let mut table = keyed(&keys);
+        table.retain(&[true, false, true, true, false, true]);
+        check_rows(&table, &[7, 300, 12, 5]);
+        let mut table = keyed(&keys);
+        table.gather(&[2, 2, 0, 5]);
+        check_rows(&table, &[300, 300, 7, 5]);
+        // Pieces number labels as they come.
+        let mut table = keyed(&keys);
+        table.append(&mut keyed(&[5, 9, 7])).unwrap();
+        check_rows(&table, &[7, 3, 300, 12, 1, 5, 5, 9, 7]);
+    }
+
     #[test]
     fn too_many_names_are_given_up_and_too_many_types_refused() {
         let with = |kind: Kind| {

@@ -228,6 +228,15 @@ mod tests {
         assert_eq!(BYTES_PER_PAST_PIXEL as usize, 2 * size_of::<scene::Rgb>());
     }
 
+    /// Settings are chosen by other renders, whose memory is free again when this one begins.
+    #[test]
+    fn what_came_before_counts_if_it_took_more() {
+        let need = Need { bytes: 100 << 20, deposits: 7 };
+        assert_eq!(need.after(0), need);
+        assert_eq!(need.after((100 << 20) - BYTES_OF_PROCESS), need);
+        assert_eq!(need.after(1 << 30), Need { bytes: (1 << 30) + BYTES_OF_PROCESS, ..need });
+    }
+
     #[test]
     fn the_peak_does_not_fall_when_memory_is_freed() {
         let Some(before) = peak() else { return };

@@ -107,7 +107,10 @@ fn weights_are_1_on_the_average_with_more_lamps_than_are_aimed_one_by_one() {
         scene = scene.lamp(place, radius, BLACK, Rgb::splat(1.0 + (k % 13) as f32));
     }
     let still = scene.at(0.0);
-    let aim = Aim::new(&still, &aimed_at(targets(1.0, Vec3::ZERO)), PHOTONS);
+    // Also one that is smaller than the lamps next to it.
+    let small = Target::ball(Vec3::new(0.3, 6.2, 0.4), 0.008);
+    let all = [&[small], &targets(1.0, Vec3::ZERO)[..]].concat();
+    let aim = Aim::new(&still, &aimed_at(all), PHOTONS);
     assert!(aim.groups.iter().any(|group| group.end - group.first > 1), "each lamp is by itself");
     let photons = emitted(&scene, &aim, PHOTONS, 0);
     let sum: f64 = photons.iter().map(|(_, e)| f64::from(weight(e))).sum();
@@ -129,6 +132,43 @@ fn weights_are_1_on_the_average_with_more_lamps_than_are_aimed_one_by_one() {
         assert!((power / expected - 1.0).abs() < SHARE_OF_LAMPS, "{class}: {power}, not {expected}");
     }
     tell("physics", PHOTONS as usize, "weights of photons of 3000 lamps");
+}
+
+/// So few photons that their shares cannot be what is asked for: components get whole runs of them, or none.
+#[test]
+fn weights_are_1_on_the_average_with_few_photons() {
+    const ITERATIONS: u32 = 4096;
+    let scene = open(1.0, Vec3::ZERO);
+    for photons in [40, 72, 100] {
+        let aim = Aim::new(&scene.at(0.0), &aimed_at(targets(1.0, Vec3::ZERO)), photons);
+        let of = |iteration| emitted(&scene, &aim, photons, iteration).into_iter().map(|(_, e)| weight(&e));
+        let sum: f64 = (0..ITERATIONS).flat_map(of).map(f64::from).sum();
+        let mean = sum / f64::from(ITERATIONS * photons);
+        assert!((mean - 1.0).abs() < FEW, "{photons} photons: {mean}");
+    }
+}
+
+/// Of a few hundred thousand weights, which are not stratified from one iteration to the next.
+const FEW: f64 = 2e-2;
+
+/// A line of a sun that is known to some units at its lamp crosses small balls, or it does not, where it enters what is near.
+#[test]
+fn photons_of_a_far_sun_belong_to_the_target_that_they_are_drawn_for() {
+    let sun = Vec3::new(0.48, 0.6, 0.64) * 1e6;
+    let scene = empty_scene(pinhole(Vec3::Z * 9.0, Vec3::ZERO, 30.0))
+        .ball(Vec3::ZERO, 1.0, diffuse(0.5))
+        .lamp(sun, 4500.0, BLACK, Rgb::splat(3e4));
+    let balls = [(Vec3::Z, 0.02), (Vec3::X, 0.1), (Vec3::Y * 0.5, 0.6)];
+    let balls = balls.map(|(center, radius)| Target::ball(center, radius)).to_vec();
+    let aim = Aim::new(&scene.at(0.0), &aimed_at(balls), 1 << 16);
+    assert!(aim.core.is_some());
+    let photons = emitted(&scene, &aim, 1 << 16, 0);
+    let aimed = photons.iter().filter(|(p, _)| aim.component(*p) > 0);
+    assert!(aimed.clone().count() > 1 << 14);
+    for (photon, e) in aimed {
+        let most = 1.0 / aim.densities[aim.component(*photon)];
+        assert!(weight(e) <= most * (1.0 + 1e-5), "photon {photon} weighs {}, not {most}", weight(e));
+    }
 }
 
 /// A thirteenth of the photons, of which some are heavy.

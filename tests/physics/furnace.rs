@@ -11,7 +11,7 @@ use crate::harness::{
     BLACK, Build, assert_mean, coloured, diffuse, empty_scene, glass, mean, mirror, pinhole, relative_error,
     render_path, render_sppm, settings,
 };
-use scene::{Film, Material, Rgb, Scene, Settings, Vec3};
+use scene::{Film, Material, RadiusSchedule, Rgb, Scene, Settings, Vec3};
 
 /// Relative tolerance of furnaces in general. The numbers of photons and samples are chosen to reach it.
 const FURNACE: f64 = 1e-3;
@@ -150,6 +150,24 @@ fn lamp_at_the_centre_of_a_dark_shell() {
         assert_concentric([0.1, 0.3, 0.0], depth, 1);
     }
     tell("physics", 6, "furnaces: a lamp in a dark shell, by both engines");
+}
+
+/// Each iteration is then an estimate by itself, with a disc of its own.
+#[test]
+fn lamp_at_the_centre_by_global_radii() {
+    let (albedo, emission, depth) = ([0.5, 0.3, 0.1], [4.0, 2.0, 1.0], 3);
+    let scene = concentric(albedo, Rgb::from_array(emission));
+    let walks = walks_for(0.5, depth);
+    let settings = Settings {
+        iterations: 6,
+        photons_per_iteration: walks / 6,
+        radius_schedule: RadiusSchedule::Global,
+        ..photons(walks, depth)
+    };
+    let [lamp, shell] = lamp_and_shell(&render_sppm(&scene, &settings));
+    assert!(lamp.pixels.iter().all(|&pixel| pixel == Rgb::from_array(emission)));
+    assert_mean(&shell, concentric_radiance(albedo, emission, depth), FURNACE, "global radii");
+    tell("physics", 1, "furnaces by global radii");
 }
 
 #[test]

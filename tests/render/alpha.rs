@@ -222,6 +222,16 @@ fn alpha_is_the_same_after_a_pause_and_of_parts() {
             });
             merge::Merge::open(&parts).unwrap().write(&path("merged.exr")).unwrap();
             assert!(bits(&read(&path("merged.exr"))) == whole);
+            // Alpha is a mean over iterations: of the first two, of the last four, and of all.
+            let [first, last] = [&parts[..1], &parts[1..]].map(|part| {
+                merge::Merge::open(part).unwrap().write(&path("some.exr")).unwrap();
+                read(&path("some.exr"))
+            });
+            let all = read(&path("merged.exr"));
+            for ((first, last), all) in first.iter().zip(&last).zip(&all) {
+                let mean = (2.0 * first.alpha + 4.0 * last.alpha) / 6.0;
+                assert!((mean - all.alpha).abs() < ROUNDING, "{mean}, not {}", all.alpha);
+            }
         }
     }
 }

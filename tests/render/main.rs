@@ -4,9 +4,11 @@ mod alpha;
 #[path = "../shared/cases.rs"]
 mod cases;
 mod changes;
+mod error_goal;
 mod errors;
 mod images;
 mod lives;
+mod merge;
 mod progress;
 mod trace;
 

@@ -434,6 +434,29 @@ mod tests {
     }
 
     #[test]
+    fn a_change_after_others_were_taken_back_is_a_step_of_its_own() {
+        let mut model = model("cornell");
+        let first = model.now().scene();
+        model.apply(moved(&model, 1.0)).unwrap();
+        assert!(model.undo());
+        // Of the same thing, and at once.
+        model.apply(moved(&model, 2.0)).unwrap();
+        let second = model.now().scene();
+        assert_eq!(model.steps(), [true, false, true]);
+        // What was taken back belongs to a scene that there is no more.
+        assert!(!model.redo());
+        assert_eq!(model.now().scene(), second);
+        assert!(model.undo() && model.redo());
+        model.apply(moved(&model, 4.0)).unwrap();
+        assert!(model.undo());
+        assert_eq!(model.now().scene(), second);
+        assert!(model.reset());
+        model.apply(moved(&model, 8.0)).unwrap();
+        assert!(model.undo());
+        assert_eq!(model.now().scene(), first);
+    }
+
+    #[test]
     fn a_shared_material_changes_for_one_sphere_alone() {
         let mut model = model("cornell");
         let before = model.now().scene();

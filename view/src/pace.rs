@@ -117,6 +117,22 @@ mod tests {
         assert!(large.photons_per_iteration <= 20_000);
     }
 
+    /// Half the side is a quarter of the pixels: of as many photons for each, and as many of them at each visible point.
+    #[test]
+    fn small_pictures_have_photons_by_their_area_and_radii_for_these() {
+        let whole = Settings { photons_per_iteration: 40_000, initial_radius: 1.5, ..Settings::default() };
+        let half = Divisor(2.0).reduce(&whole);
+        assert_eq!((half.width, half.height), (whole.width / 2, whole.height / 2));
+        assert_eq!((half.photons_per_iteration, half.initial_radius), (10_000, 3.0));
+        let most = Settings { photons_per_iteration: 1 << 24, ..whole };
+        let quarter = Divisor(4.0).reduce(&most);
+        assert_eq!((quarter.photons_per_iteration, quarter.initial_radius), (20_000, 1.5 * MOST_WIDENING));
+        assert_eq!(
+            Divisor(1.0).reduce(&Settings { photons_per_iteration: 9000, ..whole }).initial_radius,
+            1.5
+        );
+    }
+
     #[test]
     fn no_image_is_too_small_or_too_narrow() {
         for (width, height) in [(1, 1), (100, 3), (1, 5000), (1 << 20, 1)] {

@@ -56,6 +56,27 @@ mod tests {
         assert_eq!(at(f32::NAN, 0.5), (None, None));
     }
 
+    /// What the camera turns about and focuses on: a plane, not a ball about the eye.
+    #[test]
+    fn depths_are_along_the_view_and_points_on_the_line_of_sight() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let (width, height) = (scene.settings.width as f32, scene.settings.height as f32);
+        let frame = scene.camera.frame(scene.settings.width, scene.settings.height);
+        for [x, y] in [[0.02, 0.03], [0.97, 0.04], [0.05, 0.95], [0.9, 0.9], [0.5, 0.02]] {
+            let Answer::Picked { point: Some(point), depth: Some(depth), .. } = pick(&scene, 1, [x, y])
+            else {
+                panic!("nothing at {x}, {y}");
+            };
+            let way = scene::Vec3::from(point) - scene.camera.eye;
+            let along = way.dot(frame.forward);
+            assert!((depth / along - 1.0).abs() < 1e-5, "{depth} for {along}");
+            let [right, up] =
+                [way.dot(frame.right), way.dot(frame.up)].map(|side| side / along / frame.pixel);
+            assert!((right - (x - 0.5) * width).abs() < 0.01, "{right} at {x}");
+            assert!((up - (0.5 - y) * height).abs() < 0.01, "{up} at {y}");
+        }
+    }
+
     #[test]
     fn the_sky_is_no_sphere_of_the_scene() {
         let scene = files::builtin::scene("terrace").unwrap();

@@ -143,6 +143,23 @@ mod tests {
         assert_eq!(rgb9e5::decode(word(&bytes, 12)).map(|v| v * scale), [3.0, 2.0, 1.0]);
     }
 
+    /// Of more work items than one, the last of which is not full.
+    #[test]
+    fn every_pixel_is_in_its_place() {
+        let (width, height) = (200, 2 * AT_ONCE as u32 / 200 + 3);
+        // Neighbours differ by more than a code does, and so do pixels a work item apart.
+        let of = |at: u32| 1.0 + (at % 7) as f32 / 7.0;
+        let pixels = (0..width * height).map(|at| Rgb::new(of(at), 1.0, 0.5)).collect();
+        let film = Film { width, height, pixels };
+        let bytes = of_film(&film, 0, Caption::default());
+        let scale = f32::from_bits(word(&bytes, 8));
+        for at in 0..width * height {
+            let [red, ..] = rgb9e5::decode(word(&bytes, HEADER / 4 + at as usize));
+            // Half a step of a mantissa of at least 256.
+            assert!((red * scale / of(at) - 1.0).abs() <= 1.0 / 512.0, "pixel {at}: {}", red * scale);
+        }
+    }
+
     /// Also numbers far beyond what RGB9E5 holds.
     #[test]
     fn values_of_any_size_keep_their_digits() {

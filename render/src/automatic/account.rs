@@ -168,6 +168,45 @@ mod tests {
         }
     }
 
+    /// Of a pilot as large as the image, an iteration with its photons takes the work that was counted, once for each seed; of a
+    /// smaller one, the camera's part and what counts at visible points grow with the pixels.
+    #[test]
+    fn work_is_what_the_pilots_have_counted() {
+        let stats = Stats {
+            camera_segments: 7000,
+            shadow_rays: 5000,
+            photon_segments: 90_000,
+            deposits: 40_000,
+            contributions: 300_000,
+            ..Stats::default()
+        };
+        let none = Variance { pixel: 0.0, block: 0.0 };
+        let seeds = SEEDS as f64;
+        for scale in [1.0, 16.0] {
+            let account = Account::new([1000, 4000], [none; 2], &stats, scale).of(600, 9);
+            let camera = scale * 12_000.0 / seeds + work::PIXEL * 600.0;
+            let counted = work::CONTRIBUTION * scale * 300_000.0;
+            let photons = (90_000.0 + work::DEPOSIT * 40_000.0 + counted) / seeds;
+            let found = [account.work(0.0), account.work(4000.0), account.work(8000.0)];
+            for (found, exact) in found.into_iter().zip([camera, camera + photons, camera + 2.0 * photons]) {
+                assert!((found / exact - 1.0).abs() < 1e-12, "{found} for {exact}, {scale}");
+            }
+        }
+    }
+
+    /// An image with 16 pixels for each of the pilot: a block of it has 16 times the paths, and its photons are as usual if there
+    /// are 16 times those of the pilot.
+    #[test]
+    fn noise_of_a_larger_image_is_that_of_its_own_blocks_and_photons() {
+        let at = |photons: f64| Variance { pixel: 0.3 + 500.0 / photons, block: 0.2 + 400.0 / photons };
+        let account = Account::new([1000, 4000], [at(1000.0), at(4000.0)], &Stats::default(), 16.0);
+        // After one iteration of the usual photons.
+        let found = account.noise(16_000.0, 1.0);
+        let (pixel, block) = (0.3 + SHRINKING * 500.0 / 16_000.0, 0.2 / 16.0 + SHRINKING * 400.0 / 16_000.0);
+        assert!((found.pixel / pixel - 1.0).abs() < 1e-9, "{found:?} for {pixel}");
+        assert!((found.block / block - 1.0).abs() < 1e-9, "{found:?} for {block}");
+    }
+
     #[test]
     fn cube_roots_are_exact_to_rounding() {
         for x in [1.0, 2.0, 8.0, 1e3, 123_456.7, 1e9] {

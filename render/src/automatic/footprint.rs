@@ -76,6 +76,13 @@ mod tests {
             let found = footprint(LaneKind::best(), &scene, &scene.settings).unwrap();
             assert!((found / exact - 1.0).abs() < ROUNDING, "{found} for {exact}");
         }
+        // A ball just before the camera is seen by a few pixels of the middle.
+        let mut scene = from_the_centre(Material::Diffuse { albedo: Vec3::splat(0.5) });
+        let center = scene.camera.direction * 1.0;
+        let near = Sphere { center, radius: 0.1, ..scene.spheres[0] };
+        scene.spheres.push(near);
+        let found = footprint(LaneKind::best(), &scene, &scene.settings).unwrap();
+        assert!((found / exact - 1.0).abs() < ROUNDING, "{found} for {exact}");
         let black = from_the_centre(Material::Diffuse { albedo: Vec3::ZERO });
         assert_eq!(footprint(LaneKind::best(), &black, &black.settings), None);
     }

@@ -95,8 +95,7 @@ pub(crate) fn choose(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop:
     if automatic.photons_per_iteration || automatic.iterations {
         let account = pilot.account(&Settings { max_depth: settings.max_depth, ..typical })?;
         if automatic.photons_per_iteration {
-            let most = ((MAX_DEPOSITS - 1) / u64::from(settings.max_depth)).min(MAX_PHOTONS.into()) as u32;
-            settings.photons_per_iteration = account.photons(most, goal.work);
+            settings.photons_per_iteration = account.photons(most_photons(settings.max_depth), goal.work);
         }
         if automatic.iterations {
             settings.iterations = account.iterations(settings.photons_per_iteration, goal.noise, goal.work);
@@ -107,6 +106,11 @@ pub(crate) fn choose(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop:
         settings.radius_pilots = (settings.iterations / ITERATIONS_PER_PILOT).clamp(1, MOST_PILOTS);
     }
     Some(settings)
+}
+
+/// The most photons of an iteration of paths that have at most `max_depth` segments.
+fn most_photons(max_depth: u32) -> u32 {
+    ((MAX_DEPOSITS - 1) / u64::from(max_depth)).min(MAX_PHOTONS.into()) as u32
 }
 
 /// The initial radius, in scene units, by which radii per pixel would begin with `radius`.
@@ -229,6 +233,56 @@ mod tests {
             assert_eq!(found.max_depth == own.max_depth, !one.max_depth, "{found:?}");
             assert_eq!(found.initial_radius == own.initial_radius, !one.initial_radius, "{found:?}");
             assert_eq!(found.radius_pilots == own.radius_pilots, !one.radius_pilots, "{found:?}");
+        }
+    }
+
+    /// What is chosen follows from the scene, and not from what the scene has in its place.
+    #[test]
+    fn what_is_chosen_does_not_depend_on_what_stands_there() {
+        let scene = cornell();
+        let all = Automatic::all(Quality::Draft);
+        let expected = chosen(&scene, all, LaneKind::best(), 1);
+        let own = Settings {
+            iterations: 77,
+            photons_per_iteration: 1_000_000,
+            max_depth: 2,
+            initial_radius: 0.01,
+            radius_pilots: 3,
+            ..scene.settings
+        };
+        let found = chosen(&Scene { settings: own, ..scene }, all, LaneKind::best(), 1);
+        assert_eq!(found, expected);
+    }
+
+    /// Where pixels have radii of their own, most of which are narrower than the largest.
+    #[test]
+    fn photons_are_chosen_for_the_radius_that_most_pixels_take() {
+        let scene = cornell();
+        let of = |initial_radius: f32, radius_pilots: bool| {
+            let settings = Settings { initial_radius, radius_pilots: 0, ..scene.settings };
+            let automatic =
+                Automatic { initial_radius: false, radius_pilots, ..Automatic::all(Quality::Good) };
+            chosen(&Scene { settings, ..scene.clone() }, automatic, LaneKind::best(), 1)
+        };
+        let (own, even) = (of(8.0, true), of(8.0 * TYPICAL_SHARE, false));
+        assert!(own.radius_pilots > 0 && even.radius_pilots == 0);
+        assert_eq!(
+            (own.iterations, own.photons_per_iteration),
+            (even.iterations, even.photons_per_iteration)
+        );
+        assert_ne!(own.iterations, of(8.0, false).iterations, "the radius is of no account here");
+    }
+
+    #[test]
+    fn photons_are_as_many_as_their_depth_allows() {
+        for depth in [1, 8, 16, 64, 1000] {
+            let most = most_photons(depth);
+            let is_valid = |photons: u32| {
+                let settings =
+                    Settings { photons_per_iteration: photons, max_depth: depth, ..Settings::default() };
+                settings.validate().is_ok()
+            };
+            assert!(is_valid(most) && !is_valid(most + 1), "{most} at depth {depth}");
         }
     }
 

@@ -184,6 +184,24 @@ mod tests {
     }
 
     #[test]
+    fn counts_of_pilots_are_added_up_and_times_are_not() {
+        let one = Stats {
+            camera_segments: 1,
+            shadow_rays: 2,
+            photons: 3,
+            photon_segments: 4,
+            deposits: 5,
+            contributions: 6,
+            photon_seconds: 7.0,
+            ..Stats::default()
+        };
+        let two = sum(&one, &sum(&Stats::default(), &one));
+        let counts = [two.camera_segments, two.shadow_rays, two.photons, two.photon_segments];
+        assert_eq!(counts, [2, 4, 6, 8]);
+        assert_eq!((two.deposits, two.contributions, two.photon_seconds), (10, 12, 0.0));
+    }
+
+    #[test]
     fn loss_is_the_share_that_is_missing() {
         let (whole, dark) = (film(8, 8, |_| 2.0), film(8, 8, |_| 1.0));
         let exact = 1.0 / (2.0 + 0.2);

@@ -145,3 +145,36 @@ impl Aim {
         1.0 / sum
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One number chooses the group, and then is as good as new for the lamp in it.
+    #[test]
+    fn lamps_of_groups_are_chosen_by_their_power() {
+        const COUNT: u32 = 1 << 16;
+        let group =
+            |first: u32, end: u32, share: f64| Group { center: Vec3::ZERO, radius: 1.0, first, end, share };
+        let aim = Aim {
+            cumulative: vec![vec![0.25, 0.375]],
+            groups: vec![group(0, 3, 0.5), group(3, 4, 0.1), group(4, 6, 0.4)],
+            order: vec![5, 0, 3, 2, 4, 1],
+            within: vec![0.5, 0.75, 1.0, 1.0, 0.125, 1.0],
+            ..Aim::default()
+        };
+        let mut counts = [0_u32; 6];
+        for i in 0..COUNT {
+            let u = i as f32 / COUNT as f32;
+            let number = aim.cumulative[0].partition_point(|&c| c <= u);
+            counts[aim.light_of(0, number, u) as usize] += 1;
+        }
+        // By light: of the groups' 0.25, 0.125 and 0.625.
+        let exact = [0.0625, 0.625 * 0.875, 0.125, 0.0625, 0.625 * 0.125, 0.125];
+        for (count, exact) in counts.into_iter().zip(exact) {
+            let found = f64::from(count) / f64::from(COUNT);
+            // A few numbers at the ends of their ranges.
+            assert!((found - exact).abs() < 1e-4, "{counts:?}: {found}, not {exact}");
+        }
+    }
+}

@@ -3,7 +3,7 @@
 use crate::client::{Page, get, studio};
 use files::image_file::{self, Format, Tone};
 use files::scene_file;
-use render::{Job, Outputs};
+use render::{Job, Made, Outputs};
 use serde_json::json;
 
 /// "Save" gives what `sppm render` of the saved scene gives.
@@ -53,6 +53,19 @@ fn saved_files_are_those_of_a_render_of_the_saved_scene_bit_for_bit() {
     let outputs = Outputs { exposure: Some(1.5), tone: Some(Tone::Aces), ..Outputs::default() };
     let shown = pixels(Format::Png, &image("rendered.png", outputs));
     assert_eq!(pixels(Format::Png, &load("image.png?exposure=1.5&tone=aces")), shown);
+    // Each says how it was made: what is shown otherwise, how it is shown too.
+    for (name, query, exposure, tone) in [
+        ("image.png", "?exposure=1.5&tone=aces", Some(1.5), Some(Tone::Aces)),
+        ("image.png", "?exposure=0&tone=clamp", None, Some(Tone::Clamp)),
+        ("image.exr", "", None, None),
+    ] {
+        let path = folder.path().join(name);
+        std::fs::write(&path, load(&format!("{name}{query}"))).unwrap();
+        let Made::Image(made) = Made::read(&path).unwrap() else { panic!("{name} is no image") };
+        assert_eq!((made.exposure, made.tone), (exposure, tone), "{name}{query}");
+        assert_eq!(made.settings, scene.settings);
+        assert_eq!(made.photons, iterations * u64::from(scene.settings.photons_per_iteration));
+    }
     // The checkpoint holds as many iterations, and goes on to the image of more.
     let state = folder.path().join("state.sppm");
     std::fs::write(&state, load("state.sppm")).unwrap();

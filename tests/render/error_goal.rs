@@ -1,0 +1,59 @@
+//! The error that a render estimates for a goal: noise, and the bias of photon mapping.
+
+use crate::small;
+use fast::Sppm;
+use render::{Estimate, Job};
+use scene::radius_schedule::Shrinking;
+use scene::{Engine, RadiusSchedule, Scene, Settings};
+
+/// The error that is told of a render of so many iterations.
+fn told(scene: &Scene, iterations: u32) -> f64 {
+    let mut job = Job::new(Scene { settings: Settings { iterations, ..scene.settings }, ..scene.clone() });
+    job.goals.error = Some(1e-9);
+    job.start(()).unwrap().wait().unwrap().report.estimated_error.unwrap()
+}
+
+/// What is told beside noise is the same bias at all times, which falls as the mean of the squared radii does: by global radii
+/// that is known.
+#[test]
+fn the_error_is_of_noise_and_of_a_bias_that_falls_with_the_radius() {
+    /// Differences of squares lose digits, and radii are read as `f32`.
+    const ROUNDING: f64 = 1e-4;
+    let scene = small(32);
+    let radius_schedule = RadiusSchedule::Global;
+    let (width, height, max_depth, initial_radius) = (64, 48, 16, 16.0);
+    let settings = Settings { width, height, max_depth, initial_radius, radius_schedule, ..scene.settings };
+    let scene = Scene { settings, ..scene };
+    let (mut engine, mut noise) = (Sppm::new(&scene, &scene.settings), Estimate::default());
+    let mut biases = Vec::new();
+    for n in 1..=scene.settings.iterations {
+        engine.iterate();
+        noise.update(n, || engine.develop());
+        if matches!(n, 2 | 4 | 8 | 32) {
+            let noise = noise.error.unwrap();
+            // The mean of `i^(-1/3)` up to n is 3/2 of the last; in no pixel is light blurred more than at first.
+            let share = 1.5 * f64::from(Shrinking::default().radius_squared(1.0, n));
+            biases.push((told(&scene, n).powi(2) - noise * noise).sqrt() / share.min(1.0));
+        }
+    }
+    assert!(biases[0] > 0.0, "{biases:?}");
+    for bias in &biases {
+        assert!((bias / biases[0] - 1.0).abs() < ROUNDING, "{biases:?}");
+    }
+}
+
+/// A goal ends a render, and is of no account for its image. The estimate finds the first radii of the pixels before.
+#[test]
+fn an_image_is_the_same_with_a_goal() {
+    for radius_pilots in [0, 1] {
+        let scene = small(3);
+        let settings = Settings { radius_pilots, initial_radius: 8.0, ..scene.settings };
+        let scene = Scene { settings, ..scene };
+        let film = |goal: Option<f64>| {
+            let mut job = Job::new(scene.clone());
+            job.goals.error = goal;
+            job.start(()).unwrap().wait().unwrap().last.unwrap().film.clone()
+        };
+        assert_eq!(film(Some(1e-9)), film(None), "{radius_pilots} pilots");
+    }
+}
