@@ -2,9 +2,10 @@
 
 use crate::small;
 use fast::Sppm;
-use render::{Estimate, Job};
+use render::{EngineChoice, EngineName, Estimate, Job, Notice, Observer};
 use scene::radius_schedule::Shrinking;
 use scene::{Engine, RadiusSchedule, Scene, Settings};
+use std::sync::mpsc::{Sender, channel};
 
 /// The error that is told of a render of so many iterations.
 fn told(scene: &Scene, iterations: u32) -> f64 {
@@ -56,4 +57,32 @@ fn an_image_is_the_same_with_a_goal() {
         };
         assert_eq!(film(Some(1e-9)), film(None), "{radius_pilots} pilots");
     }
+}
+
+/// Keeps the memory that a render tells at its start.
+struct Memory(Sender<u64>);
+
+impl Observer for Memory {
+    fn notice(&mut self, notice: &Notice) {
+        if let Notice::Begun { bytes_at_most, .. } = notice {
+            self.0.send(*bytes_at_most).unwrap();
+        }
+    }
+}
+
+/// They are renders of the fast engine by themselves, of many photons, whatever engine renders the image.
+#[test]
+fn the_pilots_of_the_bias_count_as_memory() {
+    let told = |goal: Option<f64>| {
+        let (sender, told) = channel();
+        let scene = small(1);
+        let settings = Settings { width: 4, height: 3, photons_per_iteration: 10, ..scene.settings };
+        let mut job = Job::new(Scene { settings, ..scene });
+        job.engine = EngineChoice::new(EngineName::Reference, None).unwrap();
+        job.goals.error = goal;
+        job.start(Memory(sender)).unwrap().wait().unwrap();
+        told.recv().unwrap()
+    };
+    let (without, with) = (told(None), told(Some(1e9)));
+    assert!(with > without + (1 << 20), "{with} and {without} bytes");
 }

@@ -3,7 +3,7 @@
 use crate::cases::tell;
 use crate::{endless, image, path_tracer, small};
 use render::{End, Error, Field, Job, Notice, Observer, Step};
-use scene::{Resumable, Settings, Stop};
+use scene::{RadiusSchedule, Resumable, Settings, Stop};
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::thread::{sleep, spawn};
@@ -117,6 +117,15 @@ fn an_observer_is_notified_of_every_iteration() {
     let told: Vec<String> = told.iter().collect();
     assert_eq!(told, ["2 iterations on 2", "1 of 2, radius none", "2 of 2, radius none"]);
     assert_eq!(outcome.report.threads, 2);
+    // A part tells of its own iterations.
+    let (sender, told) = channel();
+    let mut job = Job::new(small(9));
+    job.scene.settings.radius_schedule = RadiusSchedule::Global;
+    job.range = Some(5..8);
+    job.start(Told(sender)).unwrap().wait().unwrap();
+    let told: Vec<String> =
+        told.iter().skip(1).map(|line| line.split(',').next().unwrap().to_owned()).collect();
+    assert_eq!(told, ["1 of 3", "2 of 3", "3 of 3"]);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::pilot::{Pilot, run};
 use fast::LaneKind;
-use scene::{FirstRadii, Scene, Settings, Stop, first_radii};
+use scene::{FirstRadii, RadiusSchedule, Scene, Settings, Stop, first_radii};
 
 /// Photons of the pilot per pixel of it, and the least; and how many times as many the second pilot has.
 pub(super) const PILOT_PHOTONS: (f64, u32, u32) = (0.5, 4096, 4);
@@ -38,7 +38,9 @@ impl<'a> Pilots<'a> {
 
     /// So many pilots of so many photons, with these first radii.
     pub(super) fn run_with(&self, seeds: u64, photons: u32, radii: &FirstRadii) -> Option<Pilot> {
-        let settings = Settings { photons_per_iteration: photons, ..self.settings };
+        // Global radii are the same in all pixels, whatever they begin with; in one iteration nothing else tells them apart.
+        let radius_schedule = RadiusSchedule::PerPixel;
+        let settings = Settings { photons_per_iteration: photons, radius_schedule, ..self.settings };
         run(self.lanes, self.scene, &settings, seeds, Some(radii), self.stop)
     }
 }
