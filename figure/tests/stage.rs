@@ -175,7 +175,7 @@ fn a_white_particle_that_faces_the_key_lamp_is_just_below_white() {
 fn settings_follow_materials_and_most_radii() {
     let matte = Material::Diffuse { albedo: Rgb::splat(0.5) };
     let mirror = Material::Specular { albedo: Rgb::ONE };
-    let balls: Vec<Sphere> = [0.1, 0.2, 0.15, 1.0, 0.17]
+    let balls: Vec<Sphere> = [0.05, 0.1, 0.08, 1.0, 0.07]
         .iter()
         .zip(0_u8..)
         .map(|(r, x)| sphere([f32::from(x), 0.0, 0.0], *r))
@@ -183,7 +183,7 @@ fn settings_follow_materials_and_most_radii() {
     let of = |materials: &[Material]| set(&balls, materials, false, &Stage::default()).unwrap().settings;
     assert_eq!(of(&[matte; 2]).iterations, 64);
     assert_eq!((of(&[matte, mirror]).iterations, of(&[mirror]).iterations), (48, 48));
-    assert_eq!(of(&[matte]).initial_radius, 0.17);
+    assert_eq!(of(&[matte]).initial_radius, 0.08);
     assert_eq!([of(&[matte]).width, of(&[matte]).height], Stage::default().size);
 }
 

@@ -107,10 +107,7 @@ fn weights_are_1_on_the_average_with_more_lamps_than_are_aimed_one_by_one() {
         scene = scene.lamp(place, radius, BLACK, Rgb::splat(1.0 + (k % 13) as f32));
     }
     let still = scene.at(0.0);
-    // Also one that is smaller than the lamps next to it.
-    let small = Target::ball(Vec3::new(0.3, 6.2, 0.4), 0.008);
-    let all = [&[small], &targets(1.0, Vec3::ZERO)[..]].concat();
-    let aim = Aim::new(&still, &aimed_at(all), PHOTONS);
+    let aim = Aim::new(&still, &aimed_at(targets(1.0, Vec3::ZERO)), PHOTONS);
     assert!(aim.groups.iter().any(|group| group.end - group.first > 1), "each lamp is by itself");
     let photons = emitted(&scene, &aim, PHOTONS, 0);
     let sum: f64 = photons.iter().map(|(_, e)| f64::from(weight(e))).sum();
@@ -241,6 +238,32 @@ fn every_ball_receives_what_the_lamps_send_it() {
         }
     }
     tell("physics", 15, "balls that receive what the lamps send");
+}
+
+/// A ball that is smaller than the lamps, which are aimed by runs of neighbours.
+#[test]
+fn a_small_ball_receives_what_many_large_lamps_send_it() {
+    /// Of some ten thousand photons, each drawn for two lamps.
+    const NOISE: f64 = 4e-2;
+    let mut scene = empty_scene(pinhole(Vec3::Z * 9.0, Vec3::ZERO, 30.0));
+    for k in 0..1200_u32 {
+        let place = Vec3::new((k % 40) as f32 - 20.0, 6.0, (k / 40) as f32 - 15.0);
+        scene = scene.lamp(place, 0.3, BLACK, Rgb::splat(1.0 + (k % 5) as f32));
+    }
+    let still = scene.at(0.0);
+    let detector = Target::ball(Vec3::ZERO, 0.15);
+    let aim = Aim::new(&still, &aimed_at(vec![detector]), PHOTONS);
+    assert!(aim.groups.iter().all(|group| group.end - group.first == 2), "runs of two");
+    let share = |light: &scene::still::Light| {
+        let lamp = &still.spheres[light.sphere as usize];
+        let distance = f64::from(lamp.center.length());
+        share_of_lines(lamp.radius.into(), detector.radius.into(), distance) * f64::from(light.probability)
+    };
+    let expected: f64 = still.lights.entries.iter().map(share).sum();
+    let actual = power_through(&emitted(&scene, &aim, PHOTONS, 0), PHOTONS, &detector);
+    let error = relative_error(actual.to_array(), [expected; 3]);
+    assert!(error < NOISE, "{actual}, not {expected}: {error:.3}");
+    tell("physics", 1, "balls that receive what many lamps send");
 }
 
 /// Some ten thousand photons of alike weights that cross a ball, were they not stratified.
