@@ -299,6 +299,7 @@ fn no_coordinate(field: &[u8]) -> String {
 mod tests {
     use super::*;
     use crate::particles::Labels;
+    use crate::request::Properties;
 
     #[test]
     fn rows_are_sorted_by_id_in_place() {
@@ -350,7 +351,7 @@ mod tests {
             assert_eq!((table.ids[row], table.molecules[row]), (key.into(), key.into()));
             assert_eq!((table.elements[row], table.residue_numbers[row]), (key as u8, key.into()));
             for column in &table.labels {
-                assert_eq!(column.labels.name(row), key.to_string());
+                assert_eq!(column.clone().finish().unwrap().name(row), key.to_string());
             }
         }
     }
