@@ -29,8 +29,9 @@ fn many(light_samples: u32, iterations: u32) -> Settings {
     Settings { light_samples, iterations, ..settings(16, 16, 1, 2, 0.01) }
 }
 
-const ENGINES: [(&str, fn(&Scene, &Settings) -> Film); 2] =
-    [("SPPM", render_sppm), ("path tracer", render_path)];
+type Render = fn(&Scene, &Settings) -> Film;
+
+const ENGINES: [(&str, Render); 2] = [("SPPM", render_sppm), ("path tracer", render_path)];
 
 #[test]
 fn their_mean_is_direct_light() {
