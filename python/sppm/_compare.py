@@ -103,7 +103,7 @@ def difference_image(a: ImageLike, b: ImageLike) -> tuple[Film, float]:
     Raises what :func:`compare` raises.
     """
     radiance, scale = _sppm.difference_image(_picture(a, "a"), _picture(b, "b"))
-    return new_film(radiance, None, None, None, None, None), scale
+    return new_film(radiance), scale
 
 
 def _picture(image: ImageLike, name: str) -> npt.NDArray[np.float32]:

@@ -75,11 +75,11 @@ class Film:
     def _of(
         cls,
         radiance: Floats,
-        alpha: Floats | None,
-        radius: Floats | None,
-        count: Floats | None,
-        note: str | None,
-        tone: Tone | None,
+        alpha: Floats | None = None,
+        radius: Floats | None = None,
+        count: Floats | None = None,
+        note: str | None = None,
+        tone: Tone | None = None,
     ) -> Film:
         """A film of read-only arrays, without a copy, which is shown by ``tone`` if no other is asked for."""
         film = cls.__new__(cls)
@@ -94,7 +94,7 @@ class Film:
         Integers are decoded from sRGB. Alpha is not read. Raises FileError if the file cannot be read.
         """
         radiance, note = _sppm.read_image(os.fspath(path), layer)
-        return cls._of(radiance, None, None, None, note, None)
+        return cls._of(radiance, note=note)
 
     @property
     def width(self) -> int:
@@ -236,32 +236,19 @@ class Film:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """For ``pickle``."""
-        return _restored, (self.radiance, self.alpha, self.radius, self.count, self._note, self._tone)
+        return _restored, (self.radiance, (self.alpha, self.radius, self.count), self._note, self._tone)
 
 
 def _restored(
-    radiance: Floats,
-    alpha: Floats | None,
-    radius: Floats | None,
-    count: Floats | None,
-    note: str | None,
-    tone: Tone | None,
+    radiance: Floats, planes: tuple[Floats | None, ...], note: str | None, tone: Tone | None
 ) -> Film:
     """The film that was pickled."""
-    planes = [None if plane is None else _arrays.frozen(plane) for plane in (alpha, radius, count)]
-    return new_film(_arrays.frozen(radiance), planes[0], planes[1], planes[2], note, tone)
+    alpha, radius, count = (None if plane is None else _arrays.frozen(plane) for plane in planes)
+    return new_film(_arrays.frozen(radiance), alpha, radius, count, note, tone)
 
 
-def new_film(
-    radiance: Floats,
-    alpha: Floats | None,
-    radius: Floats | None,
-    count: Floats | None,
-    note: str | None,
-    tone: Tone | None,
-) -> Film:
-    """The film of arrays that the extension module gives."""
-    return Film._of(radiance, alpha, radius, count, note, tone)  # pyright: ignore[reportPrivateUsage]
+new_film = Film._of  # pyright: ignore[reportPrivateUsage]
+"""The film of arrays that the extension module gives."""
 
 
 def _owned(converted: Floats, given: object) -> Floats:

@@ -185,3 +185,10 @@ fn what_cannot_be_run_is_refused() {
     }
     assert_eq!(sandbox.names(), [""; 0]);
 }
+
+/// Its rows are those of the paper, which sends one shadow ray from each point.
+#[test]
+fn several_light_samples_are_refused() {
+    let ended = Sandbox::new().run(["ladder", "--quick", "--scene", "mirror", "--light-samples", "2"]);
+    ended.refused(&["--light-samples", "it must be 1"]);
+}

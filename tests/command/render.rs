@@ -319,3 +319,20 @@ fn links_to_the_same_file_are_detected() {
     sandbox.run(args.iter().chain(&TINY)).refused(&["--radius-image", "also --output"]);
     assert_eq!(sandbox.bytes("a.exr"), b"old");
 }
+
+/// They change the image of both methods, are told, and have bounds.
+#[test]
+fn light_samples_are_taken() {
+    let sandbox = Sandbox::new();
+    for method in ["--method=sppm", "--method=path"] {
+        sandbox.render(&["random", method, "-o", "one.exr"]);
+        sandbox.render(&["random", method, "-o", "three.exr", "--light-samples=3"]);
+        assert!(sandbox.image("one.exr") != sandbox.image("three.exr"), "{method}");
+        let [one, three] = ["one.exr", "three.exr"].map(|file| sandbox.run(["info", file]).stdout);
+        assert!(!one.contains("samples") && three.contains("light      3 samples"), "{one}{three}");
+    }
+    for (given, told) in [("0", "0"), ("17", "17"), ("many", "many")] {
+        let ended = sandbox.run(["render", "random", "--light-samples", given, "-o", "x.pfm"]);
+        ended.refused(&["--light-samples", told, "from 1 to 16"]);
+    }
+}

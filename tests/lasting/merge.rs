@@ -150,6 +150,7 @@ fn parts_of_other_renders_are_refused_by_name() {
     let sandbox = parted();
     part(&sandbox, "3..6", "seed.sppm", &["--seed=2"]);
     part(&sandbox, "3..6", "radius.sppm", &["--radius=1.5"]);
+    part(&sandbox, "3..6", "samples.sppm", &["--light-samples=3"]);
     run(&sandbox, &[&["render", "mirror"], &GLOBAL[..], &["--range=3..6", "-o", "scene.sppm"]].concat());
     let own = ["--checkpoint=own.sppm", "--quality=paper", "-o", "own.exr", "-n", "2"];
     run(&sandbox, &[&["render", "cornell", "--width=16", "--height=12", "--photons=500"], &own[..]].concat());
@@ -161,6 +162,7 @@ fn parts_of_other_renders_are_refused_by_name() {
     for (name, why) in [
         ("seed.sppm", "other settings than 1.sppm: seed is 2, not 1"),
         ("radius.sppm", "initial_radius is 1.5, not 2"),
+        ("samples.sppm", "light_samples is 3, not 1"),
         ("scene.sppm", "another scene than 1.sppm"),
         ("own.sppm", "whose sums cannot be merged"),
         ("cut.sppm", "is cut short"),

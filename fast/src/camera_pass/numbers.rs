@@ -93,7 +93,8 @@ impl Numbers {
         numbers
     }
 
-    /// Lane by lane: few lanes need them at a time, and gathers take their time whatever the mask.
+    /// The digits of some dimensions, before they are moved on. They are fetched lane by lane: few lanes need them at a time,
+    /// and a gather takes as long for one lane as for all.
     #[inline(always)]
     fn digits<L: Lanes, const N: usize>(
         &self,

@@ -5,7 +5,7 @@ use crate::camera_pass::{Eye, EyeRays, Numbers, dimension};
 use crate::direct_light::{Receivers, ShadowNumbers};
 use crate::hierarchy::SearchBuffers;
 use crate::lit_points::LitPoints;
-use crate::material::{Materials, kind};
+use crate::material::Materials;
 use crate::paths::{BATCH, Floats, Packet, Paths, ROOM, Vectors, Words};
 use crate::prepared::Prepared;
 use crate::sampling::{cosine_hemisphere, stream_state};
@@ -24,18 +24,6 @@ pub(super) struct PathPass<'a> {
     pub(super) eye: &'a Eye,
     pub(super) settings: &'a Settings,
     pub(super) iteration: u32,
-}
-
-impl<'a> PathPass<'a> {
-    /// That of iteration `iteration`.
-    pub(super) fn new(
-        prepared: &'a Prepared<'a>,
-        eye: &'a Eye,
-        settings: &'a Settings,
-        iteration: u32,
-    ) -> Self {
-        Self { prepared, eye, settings, iteration }
-    }
 }
 
 /// Buffers of one batch.
@@ -213,19 +201,9 @@ impl PathPass<'_> {
                 self.add_emission::<L>(glows, p.weight.scale(progress.scale), (p.slot, &ids), samples);
             }
             p.weight = p.weight * material.albedo;
-            let is_diffuse = arrived & L::eq(material.kind, L::u(kind::DIFFUSE));
-            let is_first = is_diffuse & !progress.seen_diffuse;
-            let is_segment = |number: u32| {
-                let rest = self.settings.max_depth.wrapping_sub(number + 1);
-                !progress.seen_diffuse & L::eq(progress.rest, L::u(rest))
-            };
-            let choices = Choices {
-                arrived,
-                is_diffuse,
-                is_first,
-                is_glass: arrived & L::eq(material.kind, L::u(kind::DIELECTRIC)),
-                is_early: [is_segment(0), is_segment(1)],
-            };
+            let before = (progress.seen_diffuse, progress.rest);
+            let choices = Choices::at(arrived, material.kind, before, self.settings.max_depth);
+            let Choices { is_diffuse, is_first, .. } = choices;
             progress.rest = L::select_u(is_first, L::u(self.settings.max_depth), progress.rest);
             progress.seen_diffuse = progress.seen_diffuse | is_diffuse;
             progress.counts_lamps = !is_diffuse;

@@ -76,7 +76,7 @@ impl<'a> PathTracer<'a> {
             moved = Prepared::new(scene.at(time), parameters, None);
             &moved
         };
-        let pass = PathPass::new(prepared, &self.eye, settings, *next);
+        let pass = PathPass { prepared, eye: &self.eye, settings, iteration: *next };
         let plan = PathPlan {
             pixels_per_job: parameters.pixels_per_job as usize,
             paths_per_batch: parameters.pixels_per_batch as usize,

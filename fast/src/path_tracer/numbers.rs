@@ -1,6 +1,7 @@
 //! The random numbers by which paths go on: `reference::path_tracer::PathNumbers`.
 
 use crate::camera_pass::{Numbers, TileTable};
+use crate::material::kind;
 use crate::paths::Packet;
 use crate::sampling::next_uniform;
 use lanes::Lanes;
@@ -23,6 +24,22 @@ pub(super) struct Choices<L: Lanes> {
 }
 
 impl<L: Lanes> Choices<L> {
+    /// Where paths of at most `max_depth` segments have `arrived` at materials of this `kind`: whether they have seen a diffuse
+    /// surface before, and how many segments may follow this one.
+    #[inline(always)]
+    pub(super) fn at(arrived: L::M, kind: L::U, (seen_diffuse, rest): (L::M, L::U), max_depth: u32) -> Self {
+        let is_diffuse = arrived & L::eq(kind, L::u(kind::DIFFUSE));
+        let first = L::eq(rest, L::u(max_depth.wrapping_sub(1)));
+        let second = L::eq(rest, L::u(max_depth.wrapping_sub(2)));
+        Self {
+            arrived,
+            is_diffuse,
+            is_first: is_diffuse & !seen_diffuse,
+            is_glass: arrived & L::eq(kind, L::u(kind::DIELECTRIC)),
+            is_early: [first & !seen_diffuse, second & !seen_diffuse],
+        }
+    }
+
     /// Two numbers for a direction, of which glass takes the first; anything where none is needed.
     #[inline(always)]
     pub(super) fn numbers(&self, numbers: &Numbers, tiles: &TileTable, p: &mut Packet<L>) -> [L::F; 2] {

@@ -272,8 +272,13 @@ mod tests {
             scene.materials.truncate(scene.materials.len() - usize::from(sky != Rgb::ZERO));
             scene.camera.eye += Vec3::new(0.125, 0.1, -0.3);
             scene.camera.vertical_fov_degrees *= 0.9;
-            scene.settings =
-                Settings { seed: 7, initial_radius: 0.1, filter: Filter::Mitchell, ..scene.settings };
+            scene.settings = Settings {
+                seed: 7,
+                initial_radius: 0.1,
+                filter: Filter::Mitchell,
+                light_samples: 3,
+                ..scene.settings
+            };
             let last = scene.spheres.len() - 1;
             scene.spheres[last].radius *= 0.99;
             scene.spheres[last].material = scene.materials.len() as u32;
