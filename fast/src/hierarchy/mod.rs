@@ -6,6 +6,7 @@
 //!
 //! Every search lowers [`keys`]: integers of distance and sphere, whose minimum is the nearest hit.
 
+mod boxes;
 mod candidates;
 mod clusters;
 mod cull;

@@ -1,0 +1,132 @@
+//! Boxes around balls, and which of eight boxes a ray enters.
+
+use super::cull::trust;
+use super::leaves::{Leaf, WIDTH};
+use bytemuck::{Pod, Zeroable};
+use lanes::{Lanes, MOST_LANES, Row, V3};
+use scene::Vec3;
+
+/// Relative slack: of the radii of balls in boxes, and of distances to boxes. See [`Slabs`].
+pub(super) const LOOSE: f32 = 1.0 / 512.0;
+
+/// The boxes of eight children: along each axis, their low and high planes. A missing child's box is empty.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub(super) struct Node {
+    planes: [[[f32; WIDTH]; 2]; 3],
+}
+
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BoundingBox {
+    pub(super) low: Vec3,
+    pub(super) high: Vec3,
+}
+
+impl BoundingBox {
+    const EMPTY: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
+
+    /// Around the balls of a leaf.
+    pub(super) fn of(leaf: &Leaf) -> Self {
+        leaf.balls().fold(Self::EMPTY, |all, ball| {
+            let (center, radius) = (Vec3::from(ball.center), Vec3::splat(ball.radius * (1.0 + LOOSE)));
+            all.union(Self { low: center - radius, high: center + radius })
+        })
+    }
+
+    /// Around all of these.
+    pub(super) fn around(boxes: &[Self]) -> Self {
+        boxes.iter().fold(Self::EMPTY, |all, one| all.union(*one))
+    }
+
+    fn union(self, other: Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+}
+
+impl Node {
+    pub(super) fn new(children: &[BoundingBox]) -> Self {
+        let mut planes = [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3];
+        for (k, child) in children.iter().enumerate() {
+            for axis in 0..3 {
+                planes[axis][0][k] = child.low[axis];
+                planes[axis][1][k] = child.high[axis];
+            }
+        }
+        Self { planes }
+    }
+}
+
+/// What the test of a ray against boxes needs to know of the ray, in two rows: the inverse direction, the offsets that
+/// added to `plane * inverse` give the distances to the near and far planes of each axis, and which planes are near; and
+/// what leaves need, the [`trust`] of its direction.
+///
+/// Why it misses no box that matters. With f from the centre of a ball to the origin, u = 2^-24, and D the distance
+/// of the centre from the line of the ray, the reference accepts a ball only if D <= r (1 + 4u) + 8u |f|
+/// ([`may_meet`](super::cull::may_meet) derives it). So the line meets the box around the ball if the box grows by 8u |f|, and |f| is at
+/// most 4 times the sum of the largest coordinates of origin and boxes. `slack` is 64u times that sum, and so also
+/// outweighs the rounding of this test, whose every step errs by a few u times the sum over the direction's
+/// component. The distance that the reference finds, `power / (root - b)`, can be smaller than that to the grown
+/// ball only by the rounding of `power`, 4u |f|^2, over |b|: less than 5e-4 |f|, in which |f| is at most the
+/// distance plus the radius. Hence `LOOSE` in both.
+#[derive(Clone, Copy)]
+pub(super) struct Slabs([Row; 2]);
+
+impl Slabs {
+    pub(super) const ZERO: Self = Self([Row([0.0; 8]); 2]);
+
+    /// Computes the rows of a packet of rays, for boxes with coordinates up to `extent`.
+    #[inline(always)]
+    pub(super) fn store<L: Lanes>(origin: V3<L>, direction: V3<L>, extent: f32, to: &mut [Self]) {
+        let largest = L::max(L::abs(origin.x), L::max(L::abs(origin.y), L::abs(origin.z)));
+        let slack = (largest + L::f(extent)) * L::f(1.0 / (1 << 18) as f32);
+        let (ix, nx, fx, sx) = slab::<L>(origin.x, direction.x, slack);
+        let (iy, ny, fy, sy) = slab::<L>(origin.y, direction.y, slack);
+        let (iz, nz, fz, sz) = slab::<L>(origin.z, direction.z, slack);
+        let side = sx + L::shl::<1>(sy) + L::shl::<2>(sz);
+        let zero = L::f(0.0);
+        let mut rows = [[Row::default(); MOST_LANES]; 2];
+        L::transpose([ix, iy, iz, nx, ny, nz, trust(direction), L::from_bits(side)], &mut rows[0]);
+        L::transpose([fx, fy, fz, zero, zero, zero, zero, zero], &mut rows[1]);
+        for k in 0..L::N {
+            to[k] = Self([rows[0][k], rows[1][k]]);
+        }
+    }
+
+    /// Distances to the boxes of a node, and which of them the ray enters before `t`.
+    #[inline(always)]
+    pub(super) fn meet<L: Lanes>(&self, node: &Node, t: f32) -> (L::F, L::M) {
+        let Self([Row([ix, iy, iz, nx, ny, nz, _, side]), Row([fx, fy, fz, ..])]) = self;
+        let side = side.to_bits() as usize;
+        let (x, y, z) = (side & 1, side >> 1 & 1, side >> 2 & 1);
+        let [px, py, pz] = &node.planes;
+        let [ix, iy, iz] = [L::f(*ix), L::f(*iy), L::f(*iz)];
+        let near_x = L::fused(L::load(&px[x]), ix, L::f(*nx));
+        let near_y = L::fused(L::load(&py[y]), iy, L::f(*ny));
+        let near_z = L::fused(L::load(&pz[z]), iz, L::f(*nz));
+        let far_x = L::fused(L::load(&px[x ^ 1]), ix, L::f(*fx));
+        let far_y = L::fused(L::load(&py[y ^ 1]), iy, L::f(*fy));
+        let far_z = L::fused(L::load(&pz[z ^ 1]), iz, L::f(*fz));
+        let enters = L::max(L::max(near_x, near_y), L::max(near_z, L::f(0.0)));
+        let exits = L::min(L::min(far_x, far_y), L::min(far_z, L::f(t * (1.0 + LOOSE))));
+        (enters, L::le(enters, exits))
+    }
+
+    /// The [`trust`] of the ray's direction.
+    #[inline(always)]
+    pub(super) fn trust(&self) -> f32 {
+        self.0[0].0[6]
+    }
+}
+
+/// Along one axis: the inverse direction, offsets to the near and far planes, and which plane is near.
+#[inline(always)]
+fn slab<L: Lanes>(origin: L::F, direction: L::F, slack: L::F) -> (L::F, L::F, L::F, L::U) {
+    // Zero is replaced by a number too small to matter.
+    let tiny = L::f(1e-18);
+    let is_tiny = L::lt(L::abs(direction), tiny);
+    let inverse = L::f(1.0) / L::select(is_tiny, tiny, direction);
+    let (middle, slack) = (-(origin * inverse), L::abs(inverse) * slack);
+    let side = L::select_u(L::lt(inverse, L::f(0.0)), L::u(1), L::u(0));
+    (inverse, middle - slack, middle + slack, side)
+}
