@@ -4,7 +4,7 @@
 //! memory again as the scene, and a hit waits for either to come from memory.
 
 use bytemuck::{Pod, Zeroable};
-use lanes::{Lanes, MOST_LANES, Row, V3};
+use lanes::{Lanes, MOST_LANES, Row, V3, prefetch};
 use scene::ray::SphereId;
 use scene::still::Role;
 use scene::{Still, Vec3};
@@ -67,6 +67,15 @@ pub(crate) struct Surfaces<'a> {
     /// As a table; empty if they are made of `still`.
     pub(crate) rows: &'a [Row],
     pub(crate) still: &'a Still<'a>,
+}
+
+impl Surfaces<'_> {
+    /// Asks for the spheres that rays have hit. Where rows are in a table, that is small and in the cache.
+    pub(crate) fn prefetch(&self, hits: &[u32]) {
+        if self.rows.is_empty() {
+            hits.iter().for_each(|hit| prefetch(&self.still.spheres, *hit as usize));
+        }
+    }
 }
 
 /// The rows of the spheres with these ids. Not inlined: the passes over few spheres, which have a table, would be slower for

@@ -155,6 +155,7 @@ impl CameraPass<'_> {
     #[inline(always)]
     fn shade<L: Lanes>(&self, batch: &mut CameraBatch, live: usize, segment: u32) -> usize {
         let surfaces = self.tables.surfaces(self.still);
+        surfaces.prefetch(&batch.paths.hit[..live]);
         let mut go_on = 0;
         for at in (0..live).step_by(L::N) {
             let here = L::first(live - at);

@@ -9,11 +9,11 @@ use scene::Vec3;
 /// Relative slack: of the radii of balls in boxes, and of distances to boxes. See [`Slabs`].
 pub(super) const LOOSE: f32 = 1.0 / 512.0;
 
-/// The boxes of eight children: along each axis, their low and high planes. A missing child's box is empty.
+/// The boxes of eight children: along each axis, their low planes and then their high ones. A missing child's box is empty.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct Node {
-    planes: [[[f32; WIDTH]; 2]; 3],
+    planes: [[f32; 2 * WIDTH]; 3],
 }
 
 /// An axis-aligned box.
@@ -46,11 +46,14 @@ impl BoundingBox {
 
 impl Node {
     pub(super) fn new(children: &[BoundingBox]) -> Self {
-        let mut planes = [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3];
+        let mut planes = [[f32::NEG_INFINITY; 2 * WIDTH]; 3];
+        for axis in &mut planes {
+            axis[..WIDTH].fill(f32::INFINITY);
+        }
         for (k, child) in children.iter().enumerate() {
             for axis in 0..3 {
-                planes[axis][0][k] = child.low[axis];
-                planes[axis][1][k] = child.high[axis];
+                planes[axis][k] = child.low[axis];
+                planes[axis][WIDTH + k] = child.high[axis];
             }
         }
         Self { planes }
@@ -58,8 +61,8 @@ impl Node {
 }
 
 /// What the test of a ray against boxes needs to know of the ray, in two rows: the inverse direction, the offsets that
-/// added to `plane * inverse` give the distances to the near and far planes of each axis, and which planes are near; and
-/// what leaves need, the [`trust`] of its direction.
+/// added to `plane * inverse` give the distances to the near and far planes of each axis, and where the near planes
+/// begin; and what leaves need, the [`trust`] of its direction.
 ///
 /// Why it misses no box that matters. With f from the centre of a ball to the origin, u = 2^-24, and D the distance
 /// of the centre from the line of the ray, the reference accepts a ball only if D <= r (1 + 4u) + 8u |f|
@@ -83,11 +86,10 @@ impl Slabs {
         let (ix, nx, fx, sx) = slab::<L>(origin.x, direction.x, slack);
         let (iy, ny, fy, sy) = slab::<L>(origin.y, direction.y, slack);
         let (iz, nz, fz, sz) = slab::<L>(origin.z, direction.z, slack);
-        let side = sx + L::shl::<1>(sy) + L::shl::<2>(sz);
         let zero = L::f(0.0);
         let mut rows = [[Row::default(); MOST_LANES]; 2];
-        L::transpose([ix, iy, iz, nx, ny, nz, trust(direction), L::from_bits(side)], &mut rows[0]);
-        L::transpose([fx, fy, fz, zero, zero, zero, zero, zero], &mut rows[1]);
+        L::transpose([ix, iy, iz, nx, ny, nz, trust(direction), zero], &mut rows[0]);
+        L::transpose([fx, fy, fz, sx, sy, sz, zero, zero], &mut rows[1]);
         for k in 0..L::N {
             to[k] = Self([rows[0][k], rows[1][k]]);
         }
@@ -96,17 +98,18 @@ impl Slabs {
     /// Distances to the boxes of a node, and which of them the ray enters before `t`.
     #[inline(always)]
     pub(super) fn meet<L: Lanes>(&self, node: &Node, t: f32) -> (L::F, L::M) {
-        let Self([Row([ix, iy, iz, nx, ny, nz, _, side]), Row([fx, fy, fz, ..])]) = self;
-        let side = side.to_bits() as usize;
-        let (x, y, z) = (side & 1, side >> 1 & 1, side >> 2 & 1);
+        let Self([Row([ix, iy, iz, nx, ny, nz, ..]), Row([fx, fy, fz, sx, sy, sz, ..])]) = self;
         let [px, py, pz] = &node.planes;
         let [ix, iy, iz] = [L::f(*ix), L::f(*iy), L::f(*iz)];
-        let near_x = L::fused(L::load(&px[x]), ix, L::f(*nx));
-        let near_y = L::fused(L::load(&py[y]), iy, L::f(*ny));
-        let near_z = L::fused(L::load(&pz[z]), iz, L::f(*nz));
-        let far_x = L::fused(L::load(&px[x ^ 1]), ix, L::f(*fx));
-        let far_y = L::fused(L::load(&py[y ^ 1]), iy, L::f(*fy));
-        let far_z = L::fused(L::load(&pz[z ^ 1]), iz, L::f(*fz));
+        // The mask tells the compiler that they are in bounds.
+        let [x, y, z] =
+            [sx.to_bits() as usize & WIDTH, sy.to_bits() as usize & WIDTH, sz.to_bits() as usize & WIDTH];
+        let near_x = L::fused(L::load(&px[x..]), ix, L::f(*nx));
+        let near_y = L::fused(L::load(&py[y..]), iy, L::f(*ny));
+        let near_z = L::fused(L::load(&pz[z..]), iz, L::f(*nz));
+        let far_x = L::fused(L::load(&px[x ^ WIDTH..]), ix, L::f(*fx));
+        let far_y = L::fused(L::load(&py[y ^ WIDTH..]), iy, L::f(*fy));
+        let far_z = L::fused(L::load(&pz[z ^ WIDTH..]), iz, L::f(*fz));
         let enters = L::max(L::max(near_x, near_y), L::max(near_z, L::f(0.0)));
         let exits = L::min(L::min(far_x, far_y), L::min(far_z, L::f(t * (1.0 + LOOSE))));
         (enters, L::le(enters, exits))
@@ -119,14 +122,14 @@ impl Slabs {
     }
 }
 
-/// Along one axis: the inverse direction, offsets to the near and far planes, and which plane is near.
+/// Along one axis: the inverse direction, offsets to the near and far planes, and where in a node the near planes begin.
 #[inline(always)]
-fn slab<L: Lanes>(origin: L::F, direction: L::F, slack: L::F) -> (L::F, L::F, L::F, L::U) {
+fn slab<L: Lanes>(origin: L::F, direction: L::F, slack: L::F) -> (L::F, L::F, L::F, L::F) {
     // Zero is replaced by a number too small to matter.
     let tiny = L::f(1e-18);
     let is_tiny = L::lt(L::abs(direction), tiny);
     let inverse = L::f(1.0) / L::select(is_tiny, tiny, direction);
     let (middle, slack) = (-(origin * inverse), L::abs(inverse) * slack);
-    let side = L::select_u(L::lt(inverse, L::f(0.0)), L::u(1), L::u(0));
-    (inverse, middle - slack, middle + slack, side)
+    let side = L::select_u(L::lt(inverse, L::f(0.0)), L::u(WIDTH as u32), L::u(0));
+    (inverse, middle - slack, middle + slack, L::from_bits(side))
 }

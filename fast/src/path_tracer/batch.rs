@@ -177,6 +177,7 @@ impl PathPass<'_> {
     fn shade<L: Lanes>(&self, batch: &mut PathBatch, live: usize, samples: &mut [[f32; 3]]) -> usize {
         let Prepared { still, tables, .. } = self.prepared;
         let surfaces = tables.surfaces(still);
+        surfaces.prefetch(&batch.paths.hit[..live]);
         // A packet lists so many points at most.
         let room = BATCH - self.settings.light_samples as usize * L::N;
         let (mut at, mut go_on) = (0, 0);
