@@ -73,7 +73,9 @@ impl Surfaces<'_> {
     /// Asks for the spheres that rays have hit. Where rows are in a table, that is small and in the cache.
     pub(crate) fn prefetch(&self, hits: &[u32]) {
         if self.rows.is_empty() {
-            hits.iter().for_each(|hit| prefetch(&self.still.spheres, *hit as usize));
+            for hit in hits {
+                prefetch(&self.still.spheres, *hit as usize);
+            }
         }
     }
 }
