@@ -103,6 +103,7 @@ impl Walker {
 type Walkers = [Walker; BATCH];
 
 /// Writes a walker to the end of a list, which becomes longer if the walker `is_there`: without a branch.
+/// While this is called the ray is on no list, so at most all others are on this one and there is room.
 #[inline(always)]
 fn push_if(is_there: bool, walker: Walker, list: &mut Walkers, count: &mut usize) {
     list[*count % BATCH] = walker;
