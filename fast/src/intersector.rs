@@ -90,11 +90,11 @@ impl Kernel for AllMet<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
         let (mut paths, mut buffers) = (Paths::new(), SearchBuffers::new());
-        let surfaces = self.tables.surfaces(self.still);
         let mut found = Vec::with_capacity(self.rays.len());
         for rays in self.rays.chunks(BATCH) {
             fill(&mut paths, rays);
             intersect_batch::<L>(self.tables, &mut paths, &mut buffers, rays.len());
+            let surfaces = self.tables.surfaces(self.still, &paths.hit[..rays.len()]);
             for at in (0..rays.len()).step_by(L::N) {
                 let rest = rays.len() - at;
                 let (t, hit, arrived) = hits::<L>(&paths, at, L::first(rest));

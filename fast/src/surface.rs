@@ -70,8 +70,8 @@ pub(crate) struct Surfaces<'a> {
 }
 
 impl Surfaces<'_> {
-    /// Asks for the spheres that rays have hit. Where rows are in a table, that is small and in the cache.
-    pub(crate) fn prefetch(&self, hits: &[u32]) {
+    /// Prefetches the spheres that rays have hit. Where rows are in a table, that is small and in the cache.
+    pub(crate) fn prefetch(&self, hits: &[SphereId]) {
         if self.rows.is_empty() {
             for hit in hits {
                 prefetch(&self.still.spheres, *hit as usize);

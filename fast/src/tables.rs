@@ -53,10 +53,13 @@ impl Tables {
         Self { surfaces, materials, shapes, shadow_casters, hierarchy }
     }
 
-    /// The surfaces of the spheres of `still`, which these tables must be of.
+    /// The surfaces of the spheres of `still`, which these tables must be of. Those of `hits` are asked for, if they have to
+    /// come from memory; a hit may be no sphere.
     #[inline(always)]
-    pub(crate) fn surfaces<'a>(&'a self, still: &'a Still<'a>) -> Surfaces<'a> {
-        Surfaces { rows: &self.surfaces, still }
+    pub(crate) fn surfaces<'a>(&'a self, still: &'a Still<'a>, hits: &[SphereId]) -> Surfaces<'a> {
+        let surfaces = Surfaces { rows: &self.surfaces, still };
+        surfaces.prefetch(hits);
+        surfaces
     }
 
     /// The rows of the surfaces; empty with a tree.

@@ -331,8 +331,8 @@ fn light_samples_are_taken() {
         let [one, three] = ["one.exr", "three.exr"].map(|file| sandbox.run(["info", file]).stdout);
         assert!(!one.contains("samples") && three.contains("light      3 samples"), "{one}{three}");
     }
-    for (given, told) in [("0", "0"), ("17", "17"), ("many", "many")] {
+    for given in ["0", "17", "many"] {
         let ended = sandbox.run(["render", "random", "--light-samples", given, "-o", "x.pfm"]);
-        ended.refused(&["--light-samples", told, "from 1 to 16"]);
+        ended.refused(&["--light-samples", given, "from 1 to 16"]);
     }
 }

@@ -118,7 +118,8 @@ impl Slabs {
     /// The [`trust`] of the ray's direction.
     #[inline(always)]
     pub(super) fn trust(&self) -> f32 {
-        self.0[0].0[6]
+        let Self([Row([.., trust, _]), _]) = self;
+        *trust
     }
 }
 

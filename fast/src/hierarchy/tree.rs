@@ -111,7 +111,7 @@ fn push_if(is_there: bool, walker: Walker, list: &mut Walkers, count: &mut usize
 }
 
 /// The lengths of the lists of walkers.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Counts {
     nodes: usize,
     leaves: usize,
@@ -141,7 +141,7 @@ impl Wave {
             at_nodes: [Walker(0); BATCH],
             at_leaves: [Walker(0); BATCH],
             waiting: [Walker(0); BATCH],
-            counts: Counts { nodes: 0, leaves: 0, waiting: 0 },
+            counts: Counts::default(),
         })
     }
 }
@@ -262,7 +262,7 @@ impl Wave {
     #[inline(always)]
     fn start(&mut self, t: &Floats, count: usize, root: u32) {
         self.heights = [0; BATCH];
-        self.counts = Counts { nodes: 0, leaves: 0, waiting: 0 };
+        self.counts = Counts::default();
         for ray in 0..count {
             push_if(t[ray] >= 0.0, Walker::new(ray as u32, root), &mut self.at_nodes, &mut self.counts.nodes);
         }

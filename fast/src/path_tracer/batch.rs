@@ -176,8 +176,7 @@ impl PathPass<'_> {
     #[inline(always)]
     fn shade<L: Lanes>(&self, batch: &mut PathBatch, live: usize, samples: &mut [[f32; 3]]) -> usize {
         let Prepared { still, tables, .. } = self.prepared;
-        let surfaces = tables.surfaces(still);
-        surfaces.prefetch(&batch.paths.hit[..live]);
+        let surfaces = tables.surfaces(still, &batch.paths.hit[..live]);
         // A packet lists so many points at most.
         let room = BATCH - self.settings.light_samples as usize * L::N;
         let (mut at, mut go_on) = (0, 0);
