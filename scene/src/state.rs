@@ -15,8 +15,8 @@ use std::fmt;
 /// of two versions are never added up.
 ///
 /// 2: shadow rays choose their light by what it may send to the point. 3: photons are aimed. 4: the path
-/// tracer's numbers are stratified up to the first bounce.
-pub const TRANSPORT: u32 = 4;
+/// tracer's numbers are stratified up to the first bounce. 5: photons are scattered towards what they are aimed at.
+pub const TRANSPORT: u32 = 5;
 
 /// The meaning of a pixel's words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -9,7 +9,7 @@ use glam::DVec3;
 use reference::Sppm;
 use reference::emission::{Emitted, emit};
 use reference::photon_numbers::PhotonNumbers;
-use reference::photon_pass::quantise;
+use reference::photon_pass::{quantise, scatter_towards};
 use reference::survey::survey;
 use scene::aim::{Aim, Arrival, MOST_SCALE_BITS, Target, Targets, UNIFORM_SHARE, cone};
 use scene::film::FLUX_ONE;
@@ -21,7 +21,7 @@ use std::f64::consts::TAU;
 fn aimed_at(balls: Vec<Target>) -> Targets {
     let share = 0.5 / balls.len() as f64;
     let shares = std::iter::once(0.5).chain(balls.iter().map(|_| share)).collect();
-    Targets { balls, shares, expected: 0.0 }
+    Targets { balls, root: 0, shares, expected: 0.0 }
 }
 
 /// A sky of radius `sky`, a far sun, near lamps of several sizes, in the midst of nothing.
@@ -472,4 +472,85 @@ fn shares_sum_to_one_and_none_is_starved() {
     // Too few arrivals teach nothing.
     let few = vec![Arrival { point: Vec3::ZERO, source: Vec3::Y, flux: 1.0 }; 10];
     assert_eq!(Targets::new(&scene.at(0.0), few), Targets::default());
+}
+
+/// A surface at the origin that faces up, and a ball above the horizon at this distance and angle to the normal.
+fn ball_over_surface(radius: f32, distance: f32, angle: f32) -> Target {
+    Target::ball(Vec3::new(angle.sin(), 0.0, angle.cos()) * distance, radius)
+}
+
+/// Directions and weights of photons scattered at a surface at the origin that faces up, at 512 x 512 even numbers.
+fn scattered(ball: &Target) -> impl Iterator<Item = (DVec3, f64)> {
+    const SIDE: u32 = 512;
+    let at = |k: u32| (k as f32 + 0.5) / SIDE as f32;
+    (0..SIDE * SIDE).map(move |k| {
+        let (direction, weight) = scatter_towards(ball, Vec3::ZERO, Vec3::Z, at(k / SIDE), at(k % SIDE));
+        (direction.as_dvec3(), f64::from(weight) / f64::from(SIDE * SIDE))
+    })
+}
+
+/// Means over a grid of 2^18 numbers: the rims of the ball and of the surface cut through its cells.
+const SCATTERED: f64 = 5e-3;
+
+#[test]
+fn photons_scattered_towards_a_ball_carry_what_the_cosine_sends_in_each_direction() {
+    for (radius, distance, angle) in [
+        (1.0, 1.01, 0.1),
+        (1.0, 1.5, 0.5),
+        (1.0, 4.0, 0.8),
+        (1e-3, 10.0, 1.0),
+        (1.0, 1e4, 0.3),
+        (0.02, 1.0, 1.5),
+    ] {
+        let ball = ball_over_surface(radius, distance, angle);
+        let (mut power, mut mean, mut through) = (0.0, DVec3::ZERO, 0.0);
+        for (direction, weight) in scattered(&ball) {
+            power += weight;
+            mean += direction * weight;
+            through += if ball.is_crossed(Vec3::ZERO, direction.as_vec3()) { weight } else { 0.0 };
+        }
+        let case = format!("radius {radius}, distance {distance}, angle {angle}");
+        assert!((power - 1.0).abs() < SCATTERED, "{case}: {power} of the power");
+        // The mean direction by the cosine is two thirds of the normal.
+        assert!((mean - DVec3::Z * 2.0 / 3.0).length() < SCATTERED, "{case}: {mean}");
+        // A ball wholly above the horizon is met by the cosine times the square of the sine of its half angle.
+        if (radius / distance).asin() + angle < std::f32::consts::FRAC_PI_2 {
+            let form_factor = f64::from(angle).cos() * f64::from(radius / distance).powi(2);
+            assert!((through / form_factor - 1.0).abs() < SCATTERED, "{case}: {through}, not {form_factor}");
+        }
+    }
+    tell("physics", 6 << 18, "photons scattered towards balls");
+}
+
+/// What crosses the ball is many light photons, not few heavy ones; and no photon is more than doubled.
+#[test]
+fn photons_scattered_towards_a_far_ball_are_light() {
+    for (radius, distance, angle) in [(1.0, 4.0, 0.8), (1e-3, 10.0, 1.0), (1.0, 1e4, 0.3)] {
+        let ball = ball_over_surface(radius, distance, angle);
+        let (mut crossing, mut most) = (0_u32, 0.0_f64);
+        for (direction, weight) in scattered(&ball) {
+            let weight = weight * f64::from(1 << 18);
+            assert!((0.0..=2.0).contains(&weight), "a weight of {weight}");
+            if weight > 0.0 && ball.is_crossed(Vec3::ZERO, direction.as_vec3()) {
+                crossing += 1;
+                most = most.max(weight);
+            }
+        }
+        let height = 1.0 - (1.0 - f64::from(radius / distance).powi(2)).sqrt();
+        // Of the half that is drawn for the ball, rounding keeps few from it.
+        assert!(crossing > (1 << 17) - (1 << 14), "{crossing} photons cross the ball");
+        assert!(most <= 4.0 * height * (1.0 + 1e-3), "a weight of {most} in a cap of height {height}");
+    }
+}
+
+#[test]
+fn photons_within_the_ball_are_scattered_by_the_cosine_alone() {
+    for ball in
+        [Target::ball(Vec3::X * 0.5, 0.6), Target::ball(Vec3::ZERO, 1e-3), Target::ball(Vec3::ZERO, 0.0)]
+    {
+        for (u, v) in [(0.1, 0.2), (0.7, 0.9), (0.0, 0.5)] {
+            let expected = (reference::sampling::cosine_hemisphere(Vec3::Z, u, v), 1.0);
+            assert_eq!(scatter_towards(&ball, Vec3::ZERO, Vec3::Z, u, v), expected, "{ball:?}");
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Aimed photons: where they leave their lamps, and what they weigh. `reference::emission` and [`scene::aim`], in lanes.
 
 use crate::light_choice::LightChoice;
-use crate::sampling::{frame, uniform_cone, uniform_disk};
+use crate::sampling::{cosine_hemisphere, frame, uniform_cone, uniform_disk};
 use bytemuck::{Pod, Zeroable};
 use lanes::{Lanes, MOST_LANES, Row, V3};
 use scene::aim::{Aim, Group, RUN, Target};
@@ -26,6 +26,8 @@ struct LineRow {
 /// The tables of aimed emission: the same for all iterations of a still.
 pub(crate) struct AimTables {
     pub(super) aim: Aim,
+    /// See [`Aim::region`].
+    region: Target,
     /// For each ball, the choice among groups of lamps.
     groups: Vec<LightChoice>,
     /// [`LineRow`]s: for each ball, those of all groups.
@@ -54,13 +56,11 @@ pub(super) struct LampLanes<L: Lanes> {
 impl AimTables {
     /// `None` if nothing is aimed.
     pub(crate) fn new(aim: Aim) -> Option<Self> {
-        if aim.is_empty() {
-            return None;
-        }
+        let region = aim.region?;
         let groups = aim.cumulative.iter().map(|cumulative| LightChoice::new(cumulative)).collect();
         let lines = aim.balls.iter().flat_map(|ball| aim.groups.iter().map(|group| line_row(group, ball)));
         let lines = lines.collect();
-        Some(Self { aim, groups, lines })
+        Some(Self { aim, region, groups, lines })
     }
 
     /// What multiplies a photon's power before it is rounded to units of `FLUX_ONE`.
@@ -153,6 +153,28 @@ impl AimTables {
             }
         }
         (L::f(1.0) / sum, is_of_component)
+    }
+
+    /// As `reference::photon_pass::scatter_towards`, with the ball around all that photons are aimed at.
+    #[inline(always)]
+    pub(super) fn scatter<L: Lanes>(&self, point: V3<L>, normal: V3<L>, u: L::F, v: L::F) -> (V3<L>, L::F) {
+        let (ball, one) = (&self.region, L::f(1.0));
+        let way = V3::splat(ball.center) - point;
+        let d2 = way.dot(way);
+        let sin2 = L::f(ball.radius_squared) / d2;
+        let is_outside = L::lt(sin2, one);
+        let axis = way.scale(one / L::sqrt(d2));
+        let height = sin2 / (one + L::sqrt(one - sin2));
+        let twice = u * L::f(2.0);
+        let is_aimed = is_outside & L::lt(twice, one);
+        let (aimed, _) = uniform_cone(axis, height, twice, v);
+        let spread = L::select(is_outside, twice - one, u);
+        let direction = V3::select(is_aimed, aimed, cosine_hemisphere(normal, spread, v));
+        let ratio = L::f(2.0) * (height * L::max(direction.dot(normal), L::f(0.0)));
+        let crosses = is_crossed(ball, point, direction);
+        let missed = L::select(is_aimed, L::f(0.0), L::f(2.0));
+        let weight = L::select(crosses, L::f(2.0) * (ratio / (one + ratio)), missed);
+        (direction, L::select(is_outside, weight, one))
     }
 }
 

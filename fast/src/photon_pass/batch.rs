@@ -12,7 +12,7 @@ use crate::tables::Tables;
 use crate::trace::{hits, intersect_batch};
 use lanes::{Lanes, MOST_LANES, Row, V3};
 use scene::Still;
-use scene::aim::EXPONENT_STEP;
+use scene::aim::{AIMED_BOUNCES, EXPONENT_STEP};
 use scene::film::FLUX_ONE;
 use scene::still::Role;
 use std::ops::Range;
@@ -115,9 +115,17 @@ impl PhotonPass<'_> {
                 V3::new(u, v, next_uniform::<L>(&mut p.stream))
             };
             let (survives, survivor) = survive::<L>(p.weight, material.albedo, roulette);
-            let survives = arrived & survives;
+            let mut survives = arrived & survives;
             p.weight = survivor;
-            let mut direction = cosine_hemisphere(surface.normal, u, v);
+            let mut direction = match self.emission.aim() {
+                Some(aim) if bounce < AIMED_BOUNCES => {
+                    let (direction, weight) = aim.scatter(surface.point, surface.normal, u, v);
+                    p.weight = V3::select(is_diffuse, survivor.scale(weight), survivor);
+                    survives = survives & (!is_diffuse | L::lt(L::f(0.0), weight));
+                    direction
+                }
+                _ => cosine_hemisphere(surface.normal, u, v),
+            };
             if L::any(survives & !is_diffuse) {
                 let is_glass = L::eq(material.kind, L::u(kind::DIELECTRIC));
                 let (through, _) = dielectric(p.direction, surface.normal, surface.inside, material.ior, u);

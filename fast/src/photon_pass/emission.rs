@@ -131,6 +131,11 @@ impl<'a> Emission<'a> {
         Self { still, emitters, lights, shifts, key: StreamKey::new(seed, Family::Photon, iteration) }
     }
 
+    /// How photons are aimed, if they are.
+    pub(super) fn aim(&self) -> Option<&AimTables> {
+        self.emitters.aim.as_ref()
+    }
+
     /// See [`Emitters::scale`].
     pub(super) fn scale(&self) -> Option<f32> {
         self.emitters.scale()

@@ -8,12 +8,16 @@ use super::targets::{Targets, UNIFORM_SHARE};
 use crate::still::Still;
 use glam::Vec3;
 
-/// Bits by which the unit of flux is lowered for light photons, at most. No flux exceeds 2^(3 + 21 + 38), and as fewer than
-/// 2^31 photons are deposited no sum exceeds 2^93.
-pub const MOST_SCALE_BITS: u32 = 38;
+/// Bits by which the unit of flux is lowered for light photons, at most. Photons weigh at most 2^3 as they depart, and are
+/// doubled by at most [`AIMED_BOUNCES`]. So no flux exceeds 2^(3 + 3 + 21 + 35), and as fewer than 2^31 photons are deposited
+/// no sum exceeds 2^93.
+pub const MOST_SCALE_BITS: u32 = 35;
 
 /// Photons are given to components in multiples of this, but for the last: no vector of photons has two components.
 pub const RUN: u32 = 16;
+
+/// Photons are scattered towards the [`region`](Aim::region) up to so many times.
+pub const AIMED_BOUNCES: u32 = 3;
 
 /// Exponents of heavy photons' fluxes are multiples of this; weights of up to `2^EXPONENT_STEP` times the least need none
 /// ([`Aim::scale_bits`]).
@@ -36,6 +40,9 @@ pub struct Aim {
     pub order: Vec<u32>,
     /// For each place in the order, the share that lights up to it have of their group's power.
     pub within: Vec<f32>,
+    /// The ball around all places where photons should land, to be crossed in any direction: photons that a surface outside
+    /// of it scatters go towards it as often as not. `None` if nothing is aimed.
+    pub region: Option<Target>,
     /// Where photons of far lamps start.
     pub core: Option<Core>,
     /// Fluxes count in units of `2^-scale_bits` of what they are without aiming.
@@ -61,6 +68,7 @@ impl Aim {
         aim.densities = (0..aim.ends.len()).map(|k| density(k) as f32).collect();
         aim.cumulative = aim.balls.iter().zip(&fluxes).map(|(ball, sum)| aim.cumulate(ball, *sum)).collect();
         aim.within = aim.cumulate_groups(still);
+        aim.region = aim.balls.get(targets.root).map(|root| Target::ball(root.center, root.radius));
         aim.core = Core::new(still, &aim.balls);
         let most: f64 = aim.densities.iter().map(|&d| f64::from(d)).sum();
         while aim.scale_bits < MOST_SCALE_BITS && most >= (1_u64 << (aim.scale_bits + EXPONENT_STEP)) as f64 {

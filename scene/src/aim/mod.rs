@@ -18,6 +18,6 @@ mod targets;
 
 pub use self::core::Core;
 pub use groups::Group;
-pub use mixture::{Aim, EXPONENT_STEP, MOST_SCALE_BITS, RUN};
+pub use mixture::{AIMED_BOUNCES, Aim, EXPONENT_STEP, MOST_SCALE_BITS, RUN};
 pub use target::{Target, cone};
 pub use targets::{Arrival, Targets, UNIFORM_SHARE};

@@ -66,6 +66,8 @@ pub struct Arrival {
 pub struct Targets {
     /// The balls, inner nodes before what is within.
     pub balls: Vec<Target>,
+    /// The index of the ball around all arrivals: those before it are around it.
+    pub root: usize,
     /// The share of each component: of uniform emission first, then of each ball. Empty if nothing is aimed.
     pub shares: Vec<f64>,
     /// The variance expected, over that of uniform emission.
@@ -81,6 +83,7 @@ impl Targets {
         let mut balls = Vec::new();
         let all = ball_around(&arrivals, 0.0);
         surround(still, all, cap_around(&arrivals), &mut balls);
+        let root = balls.len();
         let leaves = LEAVES.min(1 << (arrivals.len() / LEAST_IN_LEAF).ilog2());
         divide(&mut arrivals, leaves, all.1 * LEAST_RADIUS, &mut balls);
         let fluxes = fluxes(&balls, &groups(still).0);
@@ -90,7 +93,7 @@ impl Targets {
         let shares = search(&lines, &densities);
         let expected = variance(&lines, &densities, &shares);
         let shares = if expected < WORTH_IT { shares } else { Vec::new() };
-        Self { balls, shares, expected }
+        Self { balls, root, shares, expected }
     }
 }
 
@@ -212,6 +215,7 @@ fn divide(arrivals: &mut [Arrival], leaves: usize, least: f64, balls: &mut Vec<T
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::aim::Aim;
     use crate::test_scenes::balls;
 
     /// Lines that each cross one of two targets, whose components are 1 and 2.
@@ -266,5 +270,21 @@ mod tests {
         found.clear();
         surround(&scene.at(0.0), (Vec3::ZERO, 50.0), (Vec3::Z, ALL_DIRECTIONS), &mut found);
         assert!(found.is_empty());
+    }
+
+    /// Not those around it, and not its parts: outside of it photons are scattered towards it.
+    #[test]
+    fn photons_are_scattered_towards_the_ball_around_all_arrivals() {
+        let far = (Vec3::new(0.0, 300.0, 400.0), 7.0, 0.0);
+        let scene = balls(&[(Vec3::ZERO, 1.0, 0.0), far, (40.0 * Vec3::Y, 2.0, 1.0)]);
+        let still = scene.at(0.0);
+        let place = |k: u16| Vec3::new(f32::from(k % 8), f32::from(k / 8), 0.0);
+        let arrival = |k| Arrival { point: place(k), source: 38.0 * Vec3::Y, flux: 1.0 };
+        let targets = Targets::new(&still, (0..64).map(arrival).collect());
+        assert_eq!(targets.root, OUTER);
+        let region = Aim::new(&still, &targets, 1000).region.unwrap();
+        assert_eq!(region, Target::ball(Vec3::new(3.5, 3.5, 0.0), 3.5 * 2.0_f32.sqrt()));
+        // Nothing is aimed, so nothing is scattered anywhere.
+        assert_eq!(Aim::new(&still, &Targets::default(), 1000).region, None);
     }
 }

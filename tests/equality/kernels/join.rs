@@ -7,11 +7,11 @@ use fast::kernels::{Gathered, Join, Photon, Point};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use scene::Vec3;
-use scene::aim::{EXPONENT_STEP, MOST_SCALE_BITS};
+use scene::aim::{AIMED_BOUNCES, EXPONENT_STEP, MOST_SCALE_BITS};
 use scene::film::FLUX_ONE;
 
-/// Weights are at most 8.
-const MOST_EXPONENT: u32 = (MOST_SCALE_BITS + 3).next_multiple_of(EXPONENT_STEP);
+/// Weights are at most 8 as photons depart, and are doubled by so many surfaces.
+const MOST_EXPONENT: u32 = (MOST_SCALE_BITS + 3 + AIMED_BOUNCES).next_multiple_of(EXPONENT_STEP);
 
 /// Photons and visible points, scattered around a few places.
 #[derive(Clone, Debug)]

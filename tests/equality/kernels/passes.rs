@@ -135,7 +135,8 @@ fn aim_at(
     let balls: Vec<Target> = near.enumerate().map(ball).collect();
     let shares =
         if balls.is_empty() { Vec::new() } else { vec![1.0 / (balls.len() + 1) as f64; balls.len() + 1] };
-    Aim::new(still, &Targets { balls, shares, expected: 0.0 }, settings.photons_per_iteration)
+    let root = balls.len() / 2;
+    Aim::new(still, &Targets { balls, root, shares, expected: 0.0 }, settings.photons_per_iteration)
 }
 
 #[test]
