@@ -147,10 +147,11 @@ pub fn scatter_towards(ball: &Target, point: Vec3, normal: Vec3, u: f32, v: f32)
 /// power at most. A photon's brightest channel may exceed the nominal power by rounding, so the result is clamped: no flux
 /// exceeds `FLUX_ONE` = 2^21.
 ///
-/// Aimed photons weigh more or less than that, and so do those scattered towards what they are aimed at. They are counted in a unit of 2^-s of it ([`Aim::scale_bits`]), and heavy
-/// ones in a multiple of that unit by a power of two, with an error of 2^-14 of the brightest channel at most. As weights
-/// are at most 8 as photons depart, doubled by at most three surfaces, and s is at most 35, no flux exceeds 2^62. A photon
-/// lighter than 2^-14 of the lightest as they depart may count for nothing.
+/// Aimed photons weigh more or less than that, and so do those scattered towards what they are aimed at. They are counted
+/// in a unit of 2^-s of it ([`Aim::scale_bits`]), and heavy ones in a multiple of that unit by a power of two, with an
+/// error of 2^-14 of the brightest channel at most. As weights are at most 8 as photons depart, doubled by at most three
+/// surfaces, and s is at most 35, no flux exceeds 2^62. A photon lighter than 2^-14 of the lightest that depart may count
+/// for nothing.
 ///
 /// Fewer than 2^31 photons are deposited ([`scene::settings::MAX_DEPOSITS`]). So sums stay below 2^52 without aiming, and
 /// below 2^93 with it.

@@ -1,4 +1,5 @@
-//! Aimed photons: where they leave their lamps, and what they weigh. `reference::emission` and [`scene::aim`], in lanes.
+//! Aimed photons: where they leave their lamps, where surfaces scatter them, and what they weigh. `reference::emission`,
+//! `reference::photon_pass::scatter_towards` and [`scene::aim`], in lanes.
 
 use crate::light_choice::LightChoice;
 use crate::sampling::{cosine_hemisphere, frame, uniform_cone, uniform_disk};
