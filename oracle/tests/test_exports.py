@@ -99,7 +99,9 @@ def test_rays_meet_the_lamps_and_the_glass(exported: tuple) -> None:
 
     def met(target: tuple) -> tuple:
         direction = np.array(target) + shift - eye
-        ray = mi.Ray3f(mi.Point3f(*eye), mi.Vector3f(*(direction / np.linalg.norm(direction))))
+        # Plain floats: the variants for arrays take no numbers of NumPy.
+        unit = direction / np.linalg.norm(direction)
+        ray = mi.Ray3f(mi.Point3f(*eye.tolist()), mi.Vector3f(*unit.tolist()))
         found = scene.ray_intersect(ray)
         return found, ray
 
