@@ -5,7 +5,7 @@ use crate::intersect::intersect;
 use crate::photon_numbers::PhotonNumbers;
 use crate::sampling::{cosine_hemisphere, uniform_cone};
 use crate::scatter::{dielectric, reflect};
-use scene::aim::{AIMED_BOUNCES, Aim, EXPONENT_STEP, Target};
+use scene::aim::{AIMED_BOUNCES, Aim, EXPONENT_STEP, Target, cone};
 use scene::film::FLUX_ONE;
 use scene::ray::SphereId;
 use scene::{Material, Ray, Rgb, Settings, Stats, Still, Vec3, max_component};
@@ -107,6 +107,9 @@ pub fn survive(power: Rgb, albedo: Rgb, roulette: f32) -> Option<Rgb> {
     if roulette * before < after { Some(scattered * (before / after)) } else { None }
 }
 
+/// `1 - cos` of the half angle of a cone of all directions, which [`cone`] gives for a point within the ball.
+const ALL_DIRECTIONS: f32 = 2.0;
+
 /// The direction of a photon that a diffuse surface scatters at `point` outside of a ball, as often as not towards the ball;
 /// and what that multiplies its power by, at most 2. Within the ball, by the cosine alone, and 1.
 ///
@@ -117,14 +120,10 @@ pub fn survive(power: Rgb, albedo: Rgb, roulette: f32) -> Option<Rgb> {
 /// `4 h cos / (1 + 2 h cos)`, and 2. Weight 0 stands for a direction into the surface, or one that rounding has kept
 /// from the ball, which [`Target::is_crossed`] decides for all directions alike.
 pub fn scatter_towards(ball: &Target, point: Vec3, normal: Vec3, u: f32, v: f32) -> (Vec3, f32) {
-    let way = ball.center - point;
-    let d2 = way.dot(way);
-    let sin2 = ball.radius_squared / d2;
-    let is_outside = sin2 < 1.0;
-    if !is_outside {
+    let (axis, height) = cone(point, 0.0, ball.center, ball.radius);
+    if height >= ALL_DIRECTIONS {
         return (cosine_hemisphere(normal, u, v), 1.0);
     }
-    let (axis, height) = (way * (1.0 / d2.sqrt()), sin2 / (1.0 + (1.0 - sin2).sqrt()));
     // The first bit of the number decides; the others are as good as new.
     let twice = u * 2.0;
     let is_aimed = twice < 1.0;

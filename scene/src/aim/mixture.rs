@@ -9,14 +9,14 @@ use crate::still::Still;
 use glam::Vec3;
 
 /// Bits by which the unit of flux is lowered for light photons, at most. Photons weigh at most 2^3 as they depart, and are
-/// doubled by at most [`AIMED_BOUNCES`]. So no flux exceeds 2^(3 + 3 + 21 + 35), and as fewer than 2^31 photons are deposited
+/// doubled by at most [`AIMED_BOUNCES`] surfaces. So no flux exceeds 2^(3 + 3 + 21 + 35), and as fewer than 2^31 photons are deposited
 /// no sum exceeds 2^93.
 pub const MOST_SCALE_BITS: u32 = 35;
 
 /// Photons are given to components in multiples of this, but for the last: no vector of photons has two components.
 pub const RUN: u32 = 16;
 
-/// Photons are scattered towards the [`region`](Aim::region) up to so many times.
+/// Of the surfaces that a photon meets, those up to this one scatter it towards the [`region`](Aim::region).
 pub const AIMED_BOUNCES: u32 = 3;
 
 /// Exponents of heavy photons' fluxes are multiples of this; weights of up to `2^EXPONENT_STEP` times the least need none
