@@ -17,7 +17,7 @@ pub enum Search {
 /// Counted work of searches. The image does not depend on it; the time does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Boxes of a tree, or clusters, that rays have entered.
+    /// Boxes of a tree below its top, or clusters, that rays have entered.
     pub boxes: u64,
     /// Balls that were tested by the exact formula.
     pub balls: u64,

@@ -59,8 +59,8 @@ pub fn open(name: &OsStr, size: [Option<u32>; 2], most: u64) -> Result<Opened, S
 
 /// The scene of a scene file, whose image has the name `stem`.
 pub fn of_scene_file(loaded: LoadedScene, stem: OsString, file: Option<PathBuf>) -> Opened {
-    let LoadedScene { scene, automatic, is_staged, bytes } = loaded;
-    Opened { scene, automatic, is_staged, bytes, stem, file, notes: Vec::new() }
+    let LoadedScene { scene, automatic, is_staged, bytes, notes } = loaded;
+    Opened { scene, automatic, is_staged, bytes, stem, file, notes }
 }
 
 /// Reads the file of particles `path` and puts it on a stage; see [`particles::staged`].

@@ -15,10 +15,10 @@ const N: usize = 8;
 
 /// `f32` lanes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct F(__m256);
+pub(crate) struct F(pub(crate) __m256);
 /// `u32` lanes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct U(__m256i);
+pub(crate) struct U(pub(crate) __m256i);
 /// Truth values: a true lane has all bits set, a false one none.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct M(__m256);

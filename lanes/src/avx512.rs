@@ -1,11 +1,13 @@
 //! Sixteen lanes in 512-bit registers. Truth values are bits of mask registers.
 
 use crate::avx2;
+use crate::mask;
+use crate::masked::Masked;
 use crate::operations::{Kernel, Lanes};
 use crate::row::Row;
 #[allow(clippy::wildcard_imports)] // some forty intrinsics
 use std::arch::x86_64::*;
-use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Sub};
 
 /// The back end. Only [`dispatch`](crate::dispatch()) names it outside of this file, after it has asked the processor for
 /// AVX-512 F, BW, DQ and VL, and for what AVX2 needs: the contract that makes the intrinsics below safe to call.
@@ -21,8 +23,7 @@ pub(crate) struct F(__m512);
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct U(__m512i);
 /// Truth values, a bit each.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct M(__mmask16);
+type M = mask::M<__mmask16>;
 
 macro_rules! binary {
     ($($op:ident $method:ident $on:ident $intrinsic:ident;)*) => {$(
@@ -47,30 +48,6 @@ binary! {
     BitAnd bitand U _mm512_and_si512;
     BitOr bitor U _mm512_or_si512;
     BitXor bitxor U _mm512_xor_si512;
-}
-
-impl BitAnd for M {
-    type Output = Self;
-    #[inline(always)]
-    fn bitand(self, other: Self) -> Self {
-        Self(self.0 & other.0)
-    }
-}
-
-impl BitOr for M {
-    type Output = Self;
-    #[inline(always)]
-    fn bitor(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-}
-
-impl Not for M {
-    type Output = Self;
-    #[inline(always)]
-    fn not(self) -> Self {
-        Self(!self.0)
-    }
 }
 
 impl Neg for F {
@@ -108,7 +85,7 @@ fn columns(rows: [&Row; 16]) -> [F; 8] {
 
 impl Lanes for Avx512 {
     const N: usize = N;
-    type Eight = avx2::Avx2;
+    type Eight = Masked;
     type F = F;
     type U = U;
     type M = M;
@@ -173,11 +150,11 @@ impl Lanes for Avx512 {
     }
     #[inline(always)]
     fn lt(a: F, b: F) -> M {
-        M(unsafe { _mm512_cmp_ps_mask::<_CMP_LT_OQ>(a.0, b.0) })
+        mask::M(unsafe { _mm512_cmp_ps_mask::<_CMP_LT_OQ>(a.0, b.0) })
     }
     #[inline(always)]
     fn le(a: F, b: F) -> M {
-        M(unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a.0, b.0) })
+        mask::M(unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a.0, b.0) })
     }
     #[inline(always)]
     fn truncate(v: F) -> U {
@@ -226,7 +203,7 @@ impl Lanes for Avx512 {
     }
     #[inline(always)]
     fn eq(a: U, b: U) -> M {
-        M(unsafe { _mm512_cmpeq_epi32_mask(a.0, b.0) })
+        mask::M(unsafe { _mm512_cmpeq_epi32_mask(a.0, b.0) })
     }
     #[inline(always)]
     fn add_where(m: M, a: U, b: U) -> U {
@@ -246,7 +223,7 @@ impl Lanes for Avx512 {
     }
     #[inline(always)]
     fn mask_from_bits(bits: u32) -> M {
-        M(bits as __mmask16)
+        mask::M(bits as __mmask16)
     }
     #[inline(always)]
     fn gather_u(table: &[u32], index: U) -> U {

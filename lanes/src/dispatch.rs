@@ -132,6 +132,60 @@ mod tests {
         }
     }
 
+    /// What the back end of eight makes of two packets and a mask.
+    struct OfEight {
+        a: [f32; 8],
+        b: [f32; 8],
+        bits: u32,
+    }
+
+    impl OfEight {
+        #[inline(always)]
+        fn words<E: Lanes>(&self) -> Vec<u32> {
+            let (a, b, m) = (E::load(&self.a), E::load(&self.b), E::mask_from_bits(self.bits));
+            let (c, d) = (E::bits(a), E::bits(b));
+            let masks =
+                [E::lt(a, b), E::le(a, b), E::eq(c, d), m & E::le(a, b), m | E::lt(a, b), !m, E::first(5)];
+            let mut words: Vec<u32> = masks.iter().map(|m| E::mask_bits(*m)).collect();
+            let count = self.bits.count_ones() as usize;
+            for v in [E::bits(E::select(m, a, b)), E::select_u(m, c, d), E::add_where(m, c, d)] {
+                let mut lanes = [0; 8];
+                E::store_u(v, &mut lanes);
+                words.extend(lanes);
+            }
+            let (mut floats, mut others) = ([0.0; 8], [0; 8]);
+            E::compress(m, a, &mut floats);
+            E::compress_u(m, d, &mut others);
+            words.extend(floats[..count].iter().map(|x| x.to_bits()));
+            words.extend(&others[..count]);
+            words.push(u32::from(E::any(m)));
+            words
+        }
+    }
+
+    impl Kernel for &OfEight {
+        type Output = Vec<u32>;
+        #[inline(always)]
+        fn run<L: Lanes>(self) -> Vec<u32> {
+            assert_eq!(L::Eight::N, 8);
+            self.words::<L::Eight>()
+        }
+    }
+
+    #[test]
+    fn the_back_ends_of_eight_agree_for_every_mask() {
+        let a = [1.0, -0.0, f32::NAN, 3.5, f32::INFINITY, -7.0, 1e-45, 2.0];
+        let mut b = [1.0, 0.0, 1.0, 2.5, f32::MAX, f32::NAN, 1e-44, 2.0];
+        for bits in 0..256 {
+            b.rotate_left(1);
+            let given = OfEight { a, b, bits };
+            let expected = given.words::<Emulated<8>>();
+            for kind in LaneKind::ALL {
+                assert_eq!(dispatch(kind, &given), expected, "{kind:?}, mask {bits:#b}");
+            }
+        }
+    }
+
     /// Compares with what the operating system reports of the processor.
     #[cfg(all(target_arch = "x86_64", target_os = "linux"))]
     #[test]

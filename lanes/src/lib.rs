@@ -52,6 +52,10 @@ mod avx2;
 mod avx512;
 mod dispatch;
 mod emulated;
+#[cfg(target_arch = "x86_64")]
+mod mask;
+#[cfg(target_arch = "x86_64")]
+mod masked;
 mod operations;
 mod prefetch;
 mod row;

@@ -15,7 +15,7 @@ from . import _sppm
 from ._camera import Camera
 from ._cell import Cell
 from ._compare import Channels, LargestDifference, Metrics, compare, difference_image
-from ._errors import Error, FileError, InputError, ParticleWarning, RenderError, RenderWarning, SceneError
+from ._errors import Error, FileError, InputError, ParticleWarning, RenderError, RenderWarning, SceneError, SceneWarning
 from ._film import Film, info
 from ._interrupted import Interrupted
 from ._materials import Dielectric, Diffuse, Material, Specular
@@ -54,6 +54,7 @@ __all__ = [
     "RenderWarning",
     "Scene",
     "SceneError",
+    "SceneWarning",
     "Settings",
     "Specular",
     "Verification",

@@ -28,9 +28,13 @@ class RenderWarning(UserWarning):
     """Something went wrong that does not end a render, such as a checkpoint that could not be written."""
 
 
+class SceneWarning(UserWarning):
+    """Something that one should know of a scene file, such as a lamp that is sealed off and lights nothing."""
+
+
 class ParticleWarning(UserWarning):
     """Something that one should know of a scene of particles, such as that some have no radius and are left out."""
 
 
-for _public in (Error, InputError, SceneError, FileError, RenderError, RenderWarning, ParticleWarning):
+for _public in (Error, InputError, SceneError, FileError, RenderError, RenderWarning, SceneWarning, ParticleWarning):
     _public.__module__ = "sppm"

@@ -7,6 +7,7 @@ import os
 import threading
 import warnings
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias, cast
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy.typing as npt
 from . import _arrays, _sppm
 from ._camera import Camera
 from ._camera import to_tuple as camera_tuple
-from ._errors import InputError, ParticleWarning, SceneError
+from ._errors import InputError, ParticleWarning, SceneError, SceneWarning
 from ._materials import Material, from_tuple, is_material
 from ._materials import to_tuple as material_tuple
 from ._numbers import Vector, VectorLike, single, vector, whole
@@ -83,10 +84,12 @@ class Scene:
         """Loads a built-in scene by its name (:func:`sppm.builtin_scenes` lists them), a ``.toml`` scene file, or a file of
         molecules or particles as :func:`sppm.load_particles` shows it by default.
 
-        Raises SceneError if there is no such scene, or if the file is not valid, with line and column.
+        Gives a :class:`sppm.SceneWarning` for what one should know of a scene file, such as a lamp that lights nothing. Raises
+        SceneError if there is no such scene, or if the file is not valid, with line and column.
         """
-        native, notes = _sppm.Scene.load(os.fspath(source))
-        tell(notes)
+        path = os.fspath(source)
+        native, notes = _sppm.Scene.load(path)
+        tell(notes, SceneWarning if Path(path).suffix.lower() == ".toml" else ParticleWarning)
         return cls._of(native)
 
     @classmethod
@@ -483,10 +486,10 @@ def new_scene(native: _sppm.Scene) -> Scene:
     return Scene._of(native)  # pyright: ignore[reportPrivateUsage]
 
 
-def tell(notes: list[str]) -> None:
-    """Gives notes on particles as warnings of the caller's caller."""
+def tell(notes: list[str], category: type[Warning] = ParticleWarning) -> None:
+    """Gives notes as warnings of the caller's caller."""
     for note in notes:
-        warnings.warn(note, ParticleWarning, stacklevel=3)
+        warnings.warn(note, category, stacklevel=3)
 
 
 def native(scene: Scene) -> _sppm.Scene:

@@ -37,6 +37,16 @@ def test_a_sky_is_no_sphere(tmp_path: Path) -> None:
         again.check()
 
 
+def test_a_lamp_that_lights_nothing_is_told(tmp_path: Path) -> None:
+    scene = sppm.Scene(sppm.Camera(), background=[0.5, 0.6, 0.7])
+    scene.add_spheres([[0, 0, -5]], 1, sppm.Diffuse(0.8), emission=[1, 1, 1])
+    scene.add_spheres([[0, 0, -5]], 2, sppm.Diffuse(0.8))
+    scene.save(tmp_path / "sealed.toml")
+    with pytest.warns(sppm.SceneWarning, match=r"sealed\.toml:\d+:\d+: sphere 1 lights nothing") as caught:
+        sppm.Scene.load(tmp_path / "sealed.toml")
+    assert caught[0].filename == __file__
+
+
 def test_numbers_stay_as_they_are_written() -> None:
     camera = sppm.Camera([0.1, 0.2, 0.3], [0, 0, -0.7], vertical_fov_degrees=33.3)
     assert camera.eye == (0.1, 0.2, 0.3) and camera.vertical_fov_degrees == 33.3

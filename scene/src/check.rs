@@ -64,6 +64,13 @@ pub enum Problem {
     NoLight,
     /// Light from none of the lamps can reach the eye; with the sphere that hides the first lamp, if it is one alone.
     Sealed(Option<(Seal, usize)>),
+    /// Light from this lamp cannot reach the space that the eye is in.
+    Hidden {
+        /// The sphere that hides it by itself, if there is one.
+        by: Option<(Seal, usize)>,
+        /// How many other lamps are hidden too.
+        others: usize,
+    },
     /// The power of all lamps is not a normal `f32`.
     Power,
 }
@@ -71,7 +78,7 @@ pub enum Problem {
 /// How a sphere keeps the light of a lamp from the eye.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Seal {
-    /// It lies where the lamp does, and comes first.
+    /// It lies where the lamp does.
     Coincides,
     /// It encloses the eye and not the lamp.
     HoldsEye,
@@ -122,6 +129,22 @@ impl Flaw {
                 };
                 format!("no light reaches the eye: {what}; put a light into the space that the eye is in")
             }
+            Problem::Hidden { by, others } => {
+                let others = match others {
+                    0 => String::new(),
+                    1 => ", as does another lamp".into(),
+                    _ => format!(", as do {others} other lamps"),
+                };
+                let why = match by {
+                    Some((Seal::Coincides, i)) => {
+                        format!("{} is opaque and lies exactly where it does; remove one", sphere(i))
+                    }
+                    Some((Seal::HoldsEye, i)) => format!("{} encloses the eye and not it", sphere(i)),
+                    Some((Seal::HoldsLamp, i)) => format!("{} is opaque and encloses it", sphere(i)),
+                    None => "opaque spheres seal it off".into(),
+                };
+                format!("{part} lights nothing{others}: {why}")
+            }
             Problem::Power => {
                 "the power of all lights, the sum of 4 (pi radius)^2 emission, is beyond the range of \
                 a 32-bit float; take another unit for emission or for length"
@@ -159,7 +182,7 @@ impl Scene {
     pub fn check(&self) -> Result<(), Flaw> {
         self.check_ranges()?;
         self.check_places()?;
-        self.check_light()
+        self.check_light().map(|_| ())
     }
 
     /// Checks every number by itself.
@@ -192,20 +215,31 @@ impl Scene {
         Ok(())
     }
 
-    /// Checks that light reaches the eye.
+    /// Checks that light reaches the space that the eye is in. Returns what is to be told of lamps whose light does not, if
+    /// there are any.
     ///
     /// # Errors
     /// If none does.
-    pub fn check_light(&self) -> Result<(), Flaw> {
+    pub fn check_light(&self) -> Result<Option<Flaw>, Flaw> {
         if !self.spheres.iter().any(Sphere::is_emitter) {
             return Err(Flaw::new(Part::Scene, "background", Problem::NoLight));
         }
         let [open, close] = self.camera.shutter;
-        self.check_lights(&self.lights_at(open), open)?;
+        let lights = self.lights_at(open);
+        self.check_lights(&lights, open)?;
+        let mut shines = vec![false; self.spheres.len()];
+        lights.entries.iter().for_each(|light| shines[light.sphere as usize] = true);
         if close > open && self.spheres.iter().any(|s| s.velocity != Vec3::ZERO) {
-            self.check_lights(&self.lights_at(close), close)?;
+            let lights = self.lights_at(close);
+            self.check_lights(&lights, close)?;
+            lights.entries.iter().for_each(|light| shines[light.sphere as usize] = true);
         }
-        Ok(())
+        let lamps = self.without_sky().iter().enumerate();
+        let mut hidden = lamps.filter(|(i, sphere)| sphere.is_emitter() && !shines[*i]).map(|(i, _)| i);
+        Ok(hidden.next().map(|first| {
+            let problem = Problem::Hidden { by: self.seal(Some(first), open), others: hidden.count() };
+            Flaw::new(Part::Sphere(first), "emission", problem)
+        }))
     }
 
     /// The spheres but for the sky that [`Scene::with_sky`] has added.
@@ -280,10 +314,10 @@ impl Scene {
             let (sphere, radius) = (at(sphere), f64::from(sphere.radius));
             let from = |point: DVec3| sphere.center.as_dvec3().distance(point);
             let holds_eye = from(eye) < radius;
-            let Some((index, lamp)) = lamp else { return holds_eye.then_some((Seal::HoldsEye, i)) };
+            let Some((_, lamp)) = lamp else { return holds_eye.then_some((Seal::HoldsEye, i)) };
             let (distance, lamp_radius) = (from(lamp.center.as_dvec3()), f64::from(lamp.radius));
             if (lamp.center, lamp.radius) == (sphere.center, sphere.radius) {
-                (i < index).then_some((Seal::Coincides, i))
+                Some((Seal::Coincides, i))
             } else if holds_eye && distance >= radius + lamp_radius {
                 Some((Seal::HoldsEye, i))
             } else if !holds_eye && distance + lamp_radius <= radius {
@@ -421,6 +455,51 @@ mod tests {
             imports: Vec::new(),
             settings: Settings::default(),
         }
+    }
+
+    /// Two lamps, of which the second is sealed off in each way; and scenes in which it is not.
+    #[test]
+    fn a_lamp_that_lights_nothing_is_told() {
+        let with = |others: &[(Vec3, f32, Rgb)]| {
+            let mut scene = valid();
+            let others = others.iter().map(|(center, radius, emission)| sphere(*center, *radius, *emission));
+            scene.spheres.extend(others);
+            scene.check_light().unwrap().map(|flaw| flaw.to_string())
+        };
+        let (aside, dark) = (Vec3::X * 20.0, Rgb::ZERO);
+        let lamp = (aside, 1.0, Rgb::ONE);
+        assert_eq!(with(&[lamp]), None);
+        assert_eq!(with(&[lamp, (aside + Vec3::X, 1.5, dark)]), None, "a part of it is outside");
+        assert_eq!(with(&[lamp, (aside, 0.5, dark)]), None, "it holds the ball");
+        assert_eq!(
+            with(&[lamp, (aside, 2.0, dark)]).as_deref(),
+            Some("sphere 3 lights nothing: sphere 4 is opaque and encloses it")
+        );
+        assert_eq!(
+            with(&[(aside, 2.0, dark), lamp, lamp]).as_deref(),
+            Some("sphere 4 lights nothing, as does another lamp: sphere 3 is opaque and encloses it")
+        );
+        assert_eq!(
+            with(&[lamp, lamp, lamp]).as_deref(),
+            Some(
+                "sphere 3 lights nothing, as do 2 other lamps: sphere 4 is opaque and lies exactly where it does; remove one"
+            )
+        );
+        assert_eq!(
+            with(&[lamp, (Vec3::ZERO, 18.0, dark)]).as_deref(),
+            Some("sphere 3 lights nothing: sphere 4 encloses the eye and not it")
+        );
+    }
+
+    /// A lamp that comes into the open while the shutter is open does light something.
+    #[test]
+    fn a_lamp_that_lights_for_a_moment_is_not_told() {
+        let mut scene = valid();
+        let (aside, dark) = (Vec3::X * 20.0, Rgb::ZERO);
+        scene.spheres.extend([sphere(aside, 1.0, Rgb::ONE), sphere(aside, 2.0, dark)]);
+        assert!(scene.check_light().unwrap().is_some());
+        scene.spheres[2].velocity = Vec3::Y * 10.0;
+        assert_eq!(scene.check_light(), Ok(None));
     }
 
     #[test]

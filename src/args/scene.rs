@@ -91,11 +91,14 @@ pub(crate) fn open(
         return Ok(opened);
     }
     particles.refuse(&told)?;
-    if name == "-" {
+    let opened = if name == "-" {
         from_standard_input(size, most)
     } else {
         named::open(name, size, most).map_err(Error::BadInput)
-    }
+    }?;
+    drop(busy);
+    opened.notes.iter().for_each(|note| complain(&format!("note: {note}")));
+    Ok(opened)
 }
 
 /// Reads the scene that is piped into this process.

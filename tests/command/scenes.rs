@@ -26,6 +26,26 @@ fn a_printed_scene_is_a_file_to_start_from() {
     assert_eq!(sandbox.bytes("mine.png"), sandbox.bytes("mirror.png"));
 }
 
+/// A lamp that is pasted twice in a scene with another light: the render succeeds, and is told to miss a light.
+#[test]
+fn a_lamp_that_lights_nothing_is_told() {
+    let sandbox = Sandbox::new();
+    let glowing = "[[sphere]]\ncenter = [0, 6, 0]\nradius = 1\nemission = [9, 9, 9]\nmaterial = { type = \"diffuse\", albedo = [0, 0, 0] }\n";
+    let scene = |lamps: &str| {
+        format!(
+            "background = [1, 1, 1]\n[camera]\neye = [0, 0, 9]\ntarget = [0, 0, 0]\nvertical_fov_degrees = 40\n{lamps}"
+        )
+    };
+    sandbox.write("once.toml", &scene(glowing));
+    sandbox.write("twice.toml", &scene(&glowing.repeat(2)));
+    let once = sandbox.render(&["once.toml"]);
+    assert!(!once.stderr.contains("note:"), "{once:?}");
+    let told = "note: twice.toml:9:12: sphere 1 lights nothing, as does another lamp: sphere 2 (line 11) is opaque and lies \
+                exactly where it does; remove one\n";
+    let twice = sandbox.render(&["twice.toml"]);
+    assert!(twice.stderr.contains(told), "{twice:?}");
+}
+
 #[test]
 fn a_closed_pipe_is_not_a_failure() {
     let (reader, writer) = io::pipe().unwrap();

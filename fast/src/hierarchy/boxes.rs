@@ -2,8 +2,9 @@
 
 use super::cull::trust;
 use super::leaves::{Leaf, WIDTH};
+use crate::paths::ROOM;
 use bytemuck::{Pod, Zeroable};
-use lanes::{Lanes, MOST_LANES, Row, V3};
+use lanes::{Lanes, Row, V3};
 use scene::Vec3;
 
 /// Relative slack: of the radii of balls in boxes, and of distances to boxes. See [`Slabs`].
@@ -60,7 +61,7 @@ impl Node {
     }
 }
 
-/// What the test of a ray against boxes needs to know of the ray, in two rows: the inverse direction, the offsets that
+/// What tests against boxes need to know of the rays of a batch, in two rows for each: the inverse direction, the offsets that
 /// added to `plane * inverse` give the distances to the near and far planes of each axis, and where the near planes
 /// begin; and what leaves need, the [`trust`] of its direction.
 ///
@@ -72,33 +73,17 @@ impl Node {
 /// component. The distance that the reference finds, `power / (root - b)`, can be smaller than that to the grown
 /// ball only by the rounding of `power`, 4u |f|^2, over |b|: less than 5e-4 |f|, in which |f| is at most the
 /// distance plus the radius. Hence `LOOSE` in both.
-#[derive(Clone, Copy)]
-pub(super) struct Slabs([Row; 2]);
+pub(super) struct Slabs([[Row; ROOM]; 2]);
 
 impl Slabs {
-    pub(super) const ZERO: Self = Self([Row([0.0; 8]); 2]);
+    #[allow(clippy::large_stack_arrays)] // A part of the box of a search.
+    pub(super) const ZERO: Self = Self([[Row([0.0; 8]); ROOM]; 2]);
 
-    /// Computes the rows of a packet of rays, for boxes with coordinates up to `extent`.
+    /// Distances to the boxes of a node, and which of them a ray enters before `t`.
     #[inline(always)]
-    pub(super) fn store<L: Lanes>(origin: V3<L>, direction: V3<L>, extent: f32, to: &mut [Self]) {
-        let largest = L::max(L::abs(origin.x), L::max(L::abs(origin.y), L::abs(origin.z)));
-        let slack = (largest + L::f(extent)) * L::f(1.0 / (1 << 18) as f32);
-        let (ix, nx, fx, sx) = slab::<L>(origin.x, direction.x, slack);
-        let (iy, ny, fy, sy) = slab::<L>(origin.y, direction.y, slack);
-        let (iz, nz, fz, sz) = slab::<L>(origin.z, direction.z, slack);
-        let zero = L::f(0.0);
-        let mut rows = [[Row::default(); MOST_LANES]; 2];
-        L::transpose([ix, iy, iz, nx, ny, nz, trust(direction), zero], &mut rows[0]);
-        L::transpose([fx, fy, fz, sx, sy, sz, zero, zero], &mut rows[1]);
-        for k in 0..L::N {
-            to[k] = Self([rows[0][k], rows[1][k]]);
-        }
-    }
-
-    /// Distances to the boxes of a node, and which of them the ray enters before `t`.
-    #[inline(always)]
-    pub(super) fn meet<L: Lanes>(&self, node: &Node, t: f32) -> (L::F, L::M) {
-        let Self([Row([ix, iy, iz, nx, ny, nz, ..]), Row([fx, fy, fz, sx, sy, sz, ..])]) = self;
+    pub(super) fn meet<L: Lanes>(&self, ray: usize, node: &Node, t: f32) -> (L::F, L::M) {
+        let Row([ix, iy, iz, nx, ny, nz, ..]) = &self.0[0][ray];
+        let Row([fx, fy, fz, sx, sy, sz, ..]) = &self.0[1][ray];
         let [px, py, pz] = &node.planes;
         let [ix, iy, iz] = [L::f(*ix), L::f(*iy), L::f(*iz)];
         // The mask tells the compiler that they are in bounds.
@@ -115,22 +100,78 @@ impl Slabs {
         (enters, L::le(enters, exits))
     }
 
-    /// The [`trust`] of the ray's direction.
+    /// The [`trust`] of a ray's direction.
     #[inline(always)]
-    pub(super) fn trust(&self) -> f32 {
-        let Self([Row([.., trust, _]), _]) = self;
+    pub(super) fn trust(&self, ray: usize) -> f32 {
+        let Row([.., trust, _]) = &self.0[0][ray];
         *trust
     }
 }
 
-/// Along one axis: the inverse direction, offsets to the near and far planes, and where in a node the near planes begin.
-#[inline(always)]
-fn slab<L: Lanes>(origin: L::F, direction: L::F, slack: L::F) -> (L::F, L::F, L::F, L::F) {
-    // Zero is replaced by a number too small to matter.
-    let tiny = L::f(1e-18);
-    let is_tiny = L::lt(L::abs(direction), tiny);
-    let inverse = L::f(1.0) / L::select(is_tiny, tiny, direction);
-    let (middle, slack) = (-(origin * inverse), L::abs(inverse) * slack);
-    let side = L::select_u(L::lt(inverse, L::f(0.0)), L::u(WIDTH as u32), L::u(0));
-    (inverse, middle - slack, middle + slack, L::from_bits(side))
+/// What the test against boxes needs to know of rays, a ray per lane: see [`Slabs`].
+pub(super) struct RayLanes<L: Lanes> {
+    axes: [Axis<L>; 3],
+    trust: L::F,
+}
+
+/// Of rays along one axis: the inverse direction, the offsets to the near and far planes, and where in a node the near
+/// planes begin.
+struct Axis<L: Lanes> {
+    inverse: L::F,
+    near: L::F,
+    far: L::F,
+    side: L::F,
+}
+
+impl<L: Lanes> RayLanes<L> {
+    /// Of rays among boxes with coordinates up to `extent`.
+    #[inline(always)]
+    pub(super) fn new(origin: V3<L>, direction: V3<L>, extent: f32) -> Self {
+        let largest = L::max(L::abs(origin.x), L::max(L::abs(origin.y), L::abs(origin.z)));
+        let slack = (largest + L::f(extent)) * L::f(1.0 / (1 << 18) as f32);
+        let axes = [
+            Axis::new(origin.x, direction.x, slack),
+            Axis::new(origin.y, direction.y, slack),
+            Axis::new(origin.z, direction.z, slack),
+        ];
+        Self { axes, trust: trust(direction) }
+    }
+
+    /// Stores these as the rays from `at` on.
+    #[inline(always)]
+    pub(super) fn store(&self, at: usize, to: &mut Slabs) {
+        let (Self { axes: [x, y, z], trust }, zero) = (self, L::f(0.0));
+        let near = [x.inverse, y.inverse, z.inverse, x.near, y.near, z.near, *trust, zero];
+        L::transpose(near, &mut to.0[0][at..]);
+        L::transpose([x.far, y.far, z.far, x.side, y.side, z.side, zero, zero], &mut to.0[1][at..]);
+    }
+
+    /// Distances to a box, and which rays enter it before `t`: as [`Slabs::meet`].
+    #[inline(always)]
+    pub(super) fn entry(&self, bounds: &BoundingBox, t: L::F) -> (L::F, L::M) {
+        let (mut enters, mut exits) = (L::f(0.0), t * L::f(1.0 + LOOSE));
+        for (k, axis) in self.axes.iter().enumerate() {
+            let (low, high) = (L::f(bounds.low[k]), L::f(bounds.high[k]));
+            // Which plane is near differs between lanes, and is the one of the smaller distance.
+            let near =
+                L::min(L::fused(low, axis.inverse, axis.near), L::fused(high, axis.inverse, axis.near));
+            let far = L::max(L::fused(low, axis.inverse, axis.far), L::fused(high, axis.inverse, axis.far));
+            enters = L::max(near, enters);
+            exits = L::min(far, exits);
+        }
+        (enters, L::le(enters, exits))
+    }
+}
+
+impl<L: Lanes> Axis<L> {
+    #[inline(always)]
+    fn new(origin: L::F, direction: L::F, slack: L::F) -> Self {
+        // Zero is replaced by a number too small to matter.
+        let tiny = L::f(1e-18);
+        let is_tiny = L::lt(L::abs(direction), tiny);
+        let inverse = L::f(1.0) / L::select(is_tiny, tiny, direction);
+        let (middle, slack) = (-(origin * inverse), L::abs(inverse) * slack);
+        let side = L::select_u(L::lt(inverse, L::f(0.0)), L::u(WIDTH as u32), L::u(0));
+        Self { inverse, near: middle - slack, far: middle + slack, side: L::from_bits(side) }
+    }
 }

@@ -13,6 +13,7 @@ mod cull;
 mod keys;
 mod leaves;
 mod rays;
+mod top;
 mod tree;
 
 use crate::parameters::Parameters;

@@ -3,14 +3,14 @@
 //! All rays of a batch walk it in step, each visiting its nearest box first.
 //!
 //! ```text
-//! every ray is at the root
+//! each ray enters at the nearest box of the top, the others on its stack
 //! until no ray walks:
 //!     each ray at an inner node: test its eight boxes at once, go on to the nearest one hit, push the others; if none
 //!                                is hit, wait
 //!     each ray at a leaf:        append those of its eight balls that the ray may hit to the candidates, and wait
 //!     test the candidates by the exact formula, keep the nearest hit of each ray
-//!     each ray that waits:       pop a box and go there; if it is farther than the ray's nearest hit, wait on; if there
-//!                                is none, the walk ends
+//!     each ray that waits:       pop boxes down to one that is not farther than the ray's nearest hit, and go there; if
+//!                                there is none, the walk ends
 //! ```
 //!
 //! How it differs from a textbook's tree, and why:
@@ -23,24 +23,30 @@
 //!    popped it gained nothing.
 //! 4. The tree is complete ([`super::leaves`]): levels are arrays, the indices of children follow from their parent's, and
 //!    a ball takes 20 bytes in its leaf and 3.5 in the boxes above.
-//! 5. Boxes enclose all that the reference may hit *with its rounding*, so that the nearest hit is the same: see [`Slabs`].
+//! 5. It has no root, but a [`top`](super::top) of up to 32 boxes, of which each ray sorts those that it enters.
+//! 6. A ray that waits looks at the eight upper boxes of its stack at once: after a hit most are farther.
+//! 7. Boxes enclose all that the reference may hit *with its rounding*, so that the nearest hit is the same: see [`Slabs`].
 
-use super::boxes::{BoundingBox, LOOSE, Node, Slabs};
+use super::boxes::{BoundingBox, LOOSE, Node, RayLanes, Slabs};
 use super::candidates::{Candidates, Copies};
 use super::cull::may_meet;
 use super::keys::key_distance;
 use super::leaves::{Leaf, WIDTH};
 use super::rays::Rays;
+use super::top::{Entries, MOST_TOP};
 use crate::pages::Pages;
 use crate::paths::{BATCH, Floats, ROOM};
 use bytemuck::Pod;
 use lanes::{Lanes, V3, prefetch};
 use rayon::prelude::*;
 
-/// Levels of a tree of 2^31 balls.
-const LEVELS: usize = 11;
-/// Boxes on a stack: seven per level, and what vectors write past the end; whole lines of the cache.
-const STACK: usize = (7 * LEVELS + WIDTH).next_multiple_of(16);
+/// Levels of nodes in a tree of 2^31 balls, the leaves not counted.
+const LEVELS: usize = 8;
+/// Boxes on a stack: its ground, those of the top, seven per level, and what vectors write past the end. As the next odd
+/// multiple of 8: then a stack is an odd number of lines of the cache, and those of a batch share all its sets.
+const STACK: usize = (GROUND + MOST_TOP + 7 * LEVELS + WIDTH).div_ceil(8) / 2 * 16 + 8;
+/// Entries at the bottom of a stack that are no boxes, so that eight can be read below any box.
+const GROUND: usize = WIDTH;
 /// Low bits of a place in the tree: the index within its level. The bits above hold the level.
 const INDEX_BITS: u32 = 28;
 /// Bytes of a tree that is small enough for the caches.
@@ -52,12 +58,17 @@ const NAMED_LEVELS: usize = 1 << (32 - INDEX_BITS);
 
 // As many levels as nodes of eight need, all of which have names.
 const _: () = assert!(LEVELS < NAMED_LEVELS);
-const _: () = assert!(1_u64 << (3 * LEVELS) >= 1 << 31 && 1_u64 << (3 * (LEVELS - 1)) < 1 << 31);
+const _: () = assert!(balls(LEVELS) >= 1 << 31 && balls(LEVELS - 1) < 1 << 31);
 // Half a line is the least that leaves and nodes are aligned to.
 const _: () =
     assert!(size_of::<Leaf>().is_multiple_of(LINE / 2) && size_of::<Node>().is_multiple_of(LINE / 2));
 // Numbers of rays are reduced modulo the size of a batch, which tells the compiler that they are in bounds.
 const _: () = assert!(BATCH.is_power_of_two() && BATCH <= ROOM);
+
+/// The most balls of a tree of so many levels.
+const fn balls(levels: usize) -> u64 {
+    MOST_TOP as u64 * (WIDTH as u64).pow(levels as u32 + 1)
+}
 
 /// A tree of balls.
 #[derive(Debug)]
@@ -66,12 +77,15 @@ pub(crate) struct Tree {
     nodes: Pages<Node>,
     /// Where each level's nodes begin; level 1 is just above the leaves.
     offsets: [u32; NAMED_LEVELS],
+    /// The boxes of the topmost level, one per node, or per leaf if there are no nodes.
+    top: Vec<BoundingBox>,
+    /// The number of the topmost level.
     height: u32,
     /// The largest coordinate of all boxes.
     extent: f32,
 }
 
-/// Boxes that a ray has yet to visit: their places and distances.
+/// Boxes that a ray has yet to visit: their places and distances. Those of the ground are nowhere: NaN is not nearer than anything.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 struct Stack {
@@ -120,9 +134,10 @@ struct Counts {
 
 /// The state of the rays of a batch while they walk.
 pub(crate) struct Wave {
-    /// Per ray, its [`Slabs`].
-    slabs: [Slabs; ROOM],
+    entries: Entries,
+    slabs: Slabs,
     stacks: [Stack; BATCH],
+    /// The number of boxes on each stack.
     heights: [u32; BATCH],
     at_nodes: Walkers,
     at_leaves: Walkers,
@@ -135,8 +150,9 @@ impl Wave {
     #[allow(clippy::large_stack_arrays)] // On their way into the box, once per thread.
     pub(crate) fn new() -> Box<Self> {
         Box::new(Self {
-            slabs: [Slabs::ZERO; ROOM],
-            stacks: [Stack { places: [0; STACK], entries: [0.0; STACK] }; BATCH],
+            entries: Entries::EMPTY,
+            slabs: Slabs::ZERO,
+            stacks: [Stack { places: [0; STACK], entries: [f32::NAN; STACK] }; BATCH],
             heights: [0; BATCH],
             at_nodes: [Walker(0); BATCH],
             at_leaves: [Walker(0); BATCH],
@@ -151,7 +167,7 @@ impl Tree {
     pub(crate) fn new(leaves: Pages<Leaf>) -> Self {
         let (mut offsets, mut height) = ([0; NAMED_LEVELS], 0);
         let (mut count, mut width) = (0, leaves.len());
-        while height == 0 || width > 1 {
+        while width > MOST_TOP {
             height += 1;
             offsets[height] = count as u32;
             width = width.div_ceil(WIDTH);
@@ -166,7 +182,7 @@ impl Tree {
         }
         let all = BoundingBox::around(&below);
         let extent = all.low.abs().max(all.high.abs()).max_element();
-        Self { leaves, nodes, offsets, height: height as u32, extent }
+        Self { leaves, nodes, offsets, top: below, height: height as u32, extent }
     }
 
     pub(crate) fn bytes(&self) -> usize {
@@ -188,19 +204,24 @@ impl Tree {
         candidates: &mut Candidates,
         keys: &mut [u64; ROOM],
     ) {
+        wave.counts = Counts::default();
         for at in (0..rays.count).step_by(L::N) {
             let (origin, direction) = (rays.origin.load::<L>(at), rays.direction.load::<L>(at));
             candidates.take_rays::<L>(rays, at, origin, direction);
-            Slabs::store::<L>(origin, direction, self.extent, &mut wave.slabs[at..]);
+            let lanes = RayLanes::<L>::new(origin, direction, self.extent);
+            lanes.store(at, &mut wave.slabs);
+            wave.entries.test(&self.top, &lanes, L::load(&t[at..]));
+            for lane in 0..L::N.min(rays.count - at) {
+                wave.enter::<L::Eight>(at + lane, lane, self.height << INDEX_BITS, t[at + lane] >= 0.0);
+            }
         }
-        wave.start(t, rays.count, self.height << INDEX_BITS);
         while wave.counts.nodes + wave.counts.leaves + wave.counts.waiting > 0 {
             candidates.work.boxes += wave.counts.nodes as u64;
             self.visit_nodes::<L::Eight>(wave, keys);
             candidates.work.boxes += wave.counts.leaves as u64;
             self.visit_leaves::<L>(wave, candidates, keys);
             candidates.evaluate::<L>(&Copies, keys);
-            wave.pop::<ANY>(keys, t);
+            wave.pop::<L::Eight, ANY>(keys, t);
         }
     }
 
@@ -219,13 +240,14 @@ impl Tree {
             let (level, index) = (place >> INDEX_BITS, place & ((1 << INDEX_BITS) - 1));
             let node = &nodes[(self.offsets[level as usize] + index) as usize];
             let first = ((level - 1) << INDEX_BITS) + index * WIDTH as u32;
-            let (entries, hit) = wave.slabs[ray].meet::<L>(node, key_distance(keys[ray]));
+            let (entries, hit) = wave.slabs.meet::<L>(ray, node, key_distance(keys[ray]));
             let nearest = L::min_lane(L::select(hit, entries, L::f(f32::INFINITY)));
             let others = hit & !L::eq(L::iota(), L::u(nearest));
-            let (bottom, stack) = (wave.heights[ray], &mut wave.stacks[ray]);
-            L::compress_u(others, L::u(first) + L::iota(), &mut stack.places[bottom as usize..]);
-            L::compress(others, entries, &mut stack.entries[bottom as usize..]);
-            wave.heights[ray] = bottom + L::mask_bits(others).count_ones();
+            let (height, stack) = (wave.heights[ray], &mut wave.stacks[ray]);
+            let above = GROUND + height as usize;
+            L::compress_u(others, L::u(first) + L::iota(), &mut stack.places[above..]);
+            L::compress(others, entries, &mut stack.entries[above..]);
+            wave.heights[ray] = height + L::mask_bits(others).count_ones();
             let (goes_on, is_above_leaves) = (L::any(hit), level == 1);
             if is_large && is_above_leaves {
                 prefetch_all(leaves, (index * WIDTH as u32 + nearest) as usize);
@@ -247,7 +269,7 @@ impl Tree {
         let leaves = &self.leaves[..];
         for k in 0..std::mem::take(&mut wave.counts.leaves) {
             let walker = wave.at_leaves[k % BATCH];
-            let trust = wave.slabs[walker.ray() as usize % BATCH].trust();
+            let trust = wave.slabs.trust(walker.ray() as usize % BATCH);
             visit_leaf::<L::Eight>(&leaves[walker.place() as usize], walker.ray(), trust, candidates);
             if candidates.are_enough(&Copies) {
                 candidates.evaluate::<L>(&Copies, keys);
@@ -258,36 +280,46 @@ impl Tree {
 }
 
 impl Wave {
-    /// Puts the rays with `t >= 0` at the root.
-    #[inline(always)]
-    fn start(&mut self, t: &Floats, count: usize, root: u32) {
-        self.heights = [0; BATCH];
-        self.counts = Counts::default();
-        for ray in 0..count {
-            push_if(t[ray] >= 0.0, Walker::new(ray as u32, root), &mut self.at_nodes, &mut self.counts.nodes);
-        }
-    }
-
-    /// Pops a box for each ray that waits.
+    /// Pushes the boxes of the top that a ray enters, if it `walks`, and goes on to the nearest.
     #[allow(clippy::needless_bitwise_bool)] // Lazy operators would be branches, which this stage avoids.
     #[inline(always)]
-    fn pop<const ANY: bool>(&mut self, keys: &[u64; ROOM], t: &Floats) {
+    fn enter<L: Lanes>(&mut self, ray: usize, lane: usize, first: u32, walks: bool) {
+        let Stack { places, entries } = &mut self.stacks[ray % BATCH];
+        let (places, entries) = (&mut places[GROUND..], &mut entries[GROUND..]);
+        let count = self.entries.push::<L>(lane, first, places, entries);
+        let last = count.saturating_sub(1);
+        let next = Walker::new(ray as u32, places[last]);
+        self.heights[ray % BATCH] = last as u32;
+        let (walks, is_leaf) = (walks & (count > 0), first == 0);
+        push_if(walks & !is_leaf, next, &mut self.at_nodes, &mut self.counts.nodes);
+        push_if(walks & is_leaf, next, &mut self.at_leaves, &mut self.counts.leaves);
+    }
+
+    /// Pops a box for each ray that waits: the uppermost of its eight upper ones that is not farther than its nearest hit.
+    /// If all eight are, these are popped, and the ray waits on.
+    #[allow(clippy::needless_bitwise_bool)] // Lazy operators would be branches, which this stage avoids.
+    #[inline(always)]
+    fn pop<L: Lanes, const ANY: bool>(&mut self, keys: &[u64; ROOM], t: &Floats) {
         let mut counts = Counts { waiting: 0, ..self.counts };
         for k in 0..self.counts.waiting {
             let walker = self.waiting[k % BATCH];
             let ray = walker.ray() as usize % BATCH;
             let (nearest, height) = (key_distance(keys[ray]), self.heights[ray]);
+            let stack = &self.stacks[ray];
+            let upper = L::load(&stack.entries[height as usize..]);
+            let near = L::mask_bits(L::le(upper, L::f(nearest * (1.0 + LOOSE))));
+            // From above, the first that is near: 0 if none is.
+            let from_ground = near.checked_ilog2().unwrap_or(0) + height;
+            let place = stack.places[from_ground as usize];
+            self.heights[ray] = from_ground.saturating_sub(GROUND as u32);
             let walks = (height != 0) & !(ANY & (nearest < t[ray]));
-            let top = height.saturating_sub(1);
-            let (place, entry) =
-                (self.stacks[ray].places[top as usize], self.stacks[ray].entries[top as usize]);
-            let is_near = walks & (entry <= nearest * (1.0 + LOOSE));
+            let is_near = walks & (near != 0);
+            let waits_on = walks & (near == 0) & (height > GROUND as u32);
             let is_leaf = place >> INDEX_BITS == 0;
-            self.heights[ray] = top;
             let next = Walker::new(walker.ray(), place);
             push_if(is_near & !is_leaf, next, &mut self.at_nodes, &mut counts.nodes);
             push_if(is_near & is_leaf, next, &mut self.at_leaves, &mut counts.leaves);
-            push_if(walks & !is_near, next, &mut self.waiting, &mut counts.waiting);
+            push_if(waits_on, next, &mut self.waiting, &mut counts.waiting);
         }
         self.counts = counts;
     }

@@ -17,11 +17,15 @@ pub(super) struct Parsed<'a> {
 }
 
 impl Parsed<'_> {
-    /// Checks what concerns several parts of the scene: motion, the lens, and whether light reaches the eye.
-    pub(super) fn check(&self, scene: &Scene) -> Result<(), Fault> {
+    /// Checks what concerns several parts of the scene: motion, the lens, and whether light reaches the eye. Returns what is to
+    /// be told of a scene that can be rendered.
+    pub(super) fn check(&self, scene: &Scene) -> Result<Option<Fault>, Fault> {
         self.check_shutter(scene)?;
         let checked = scene.check_places().and_then(|()| scene.check_light());
-        checked.map_err(|flaw| self.fault(&flaw).unwrap_or_else(|fault| fault))
+        match checked {
+            Ok(flaw) => flaw.map(|flaw| self.fault(&flaw)).transpose(),
+            Err(flaw) => Err(self.fault(&flaw).unwrap_or_else(|fault| fault)),
+        }
     }
 
     /// A camera whose shutter is not mentioned was not meant for spheres that move.
@@ -52,7 +56,10 @@ impl Parsed<'_> {
         };
         // Of a sphere that is not at fault itself, the line helps to find it.
         let other = match flaw.problem {
-            Problem::LensCuts(_, i) | Problem::EyeOn(i) | Problem::Sealed(Some((_, i))) => Some(i),
+            Problem::LensCuts(_, i)
+            | Problem::EyeOn(i)
+            | Problem::Sealed(Some((_, i)))
+            | Problem::Hidden { by: Some((_, i)), .. } => Some(i),
             Problem::PassesEye => match flaw.part {
                 Part::Sphere(i) => Some(i),
                 _ => None,

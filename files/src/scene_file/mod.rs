@@ -62,6 +62,8 @@ pub struct LoadedScene {
     pub is_staged: bool,
     /// A bound of the memory that was taken to read it, in bytes.
     pub bytes: u64,
+    /// What the user should know, with its place in the file: sentences without a full stop.
+    pub notes: Vec<String>,
 }
 
 /// As [`load`], but refuses to take much more than `most` bytes of memory. A `[stage]` is set for an image of this `size`
@@ -120,9 +122,10 @@ pub fn load_from(
     }
     let folders = [folder(name)];
     let place = Place { folders: &folders, most: most - bytes, size };
-    let Meant { scene, automatic, is_staged } = parse_within(name, &text, place)?;
+    let Meant { scene, automatic, is_staged, note } = parse_within(name, &text, place)?;
     let bytes = bytes + of_imported(scene.spheres.get(spheres as usize..).unwrap_or_default());
-    Ok(LoadedScene { scene, automatic, is_staged, bytes })
+    let notes = note.iter().map(|note| FileError::in_text(name, &text, note).to_string()).collect();
+    Ok(LoadedScene { scene, automatic, is_staged, bytes, notes })
 }
 
 /// Reads the scene in `text`; `name` is the path that errors show.
@@ -169,6 +172,8 @@ struct Meant {
     scene: Scene,
     automatic: Automatic,
     is_staged: bool,
+    /// What is to be told of it.
+    note: Option<Fault>,
 }
 
 fn read(name: &str, text: &str, place: Place<'_>) -> Result<Meant, Fault> {
@@ -191,8 +196,8 @@ fn read(name: &str, text: &str, place: Place<'_>) -> Result<Meant, Fault> {
     let (root, view) = (top.root, top.view);
     let (scene, automatic) = top.scene(spheres, materials.list, place).map_err(in_head)?;
     let camera = view.section();
-    Parsed { text, head: &head, root, camera, spheres: &places }.check(&scene)?;
-    Ok(Meant { scene, automatic, is_staged: matches!(view, View::Stage(_)) })
+    let note = Parsed { text, head: &head, root, camera, spheres: &places }.check(&scene)?;
+    Ok(Meant { scene, automatic, is_staged: matches!(view, View::Stage(_)), note })
 }
 
 /// The scene whose own materials and spheres are given, and everything else in `text`; files of particles are searched in

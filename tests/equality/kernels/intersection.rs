@@ -141,11 +141,14 @@ fn small_balls_far_away_on_every_side() {
 
 const RAYS: usize = 400;
 
-/// Numbers of spheres around those at which a leaf, a node or a level is full, and at which several threads build.
+/// Numbers of spheres around those at which a leaf, a node, a level or the top of the tree is full, and at which several
+/// threads build.
 #[test]
 fn hierarchies_of_every_shape() {
-    let sizes =
-        [1, 2, 7, 8, 9, 15, 16, 17, 63, 64, 65, 72, 100, 511, 512, 513, 520, 1500, 4095, 4096, 4097, 20_000];
+    let sizes = [
+        1, 2, 7, 8, 9, 15, 16, 17, 63, 64, 65, 72, 100, 255, 256, 257, 511, 512, 513, 520, 1500, 2047, 2048,
+        2049, 4095, 4096, 4097, 16_384, 16_385, 20_000,
+    ];
     let mut cases = 0;
     for (index, count) in sizes.into_iter().enumerate() {
         let (spheres, rays) = scattered(count, 1, RAYS, 300 + 2 * index as u32);
@@ -156,6 +159,37 @@ fn hierarchies_of_every_shape() {
         cases += rays.len() * searches.len();
     }
     tell(cases, "rays against 1 to 20 000 spheres");
+}
+
+/// Balls in a row, and rays along it, which enter many boxes and hit none of the first balls; some begin within a box. So
+/// stacks are high, and rays come to what is at their bottom.
+#[test]
+fn along_rows_of_balls() {
+    let mut cases = 0;
+    for (index, count) in [40, 256, 1000, 2048, 9000].into_iter().enumerate() {
+        let mut stream = inputs::numbers(900 + index as u32);
+        let mut symmetric = |size: f32| (stream.next_f32() * 2.0 - 1.0) * size;
+        let ball = |k: usize, [y, z]: [f32; 2]| Sphere {
+            center: Vec3::new(k as f32, y, z),
+            velocity: Vec3::ZERO,
+            radius: 0.02,
+            material: 0,
+            emission: Rgb::ZERO,
+        };
+        let spheres: Vec<Sphere> = (0..count).map(|k| ball(k, [symmetric(0.5), symmetric(0.5)])).collect();
+        let mut along = |k: usize| {
+            let (from, to) = (symmetric(0.5).abs() * count as f32, spheres[(k * 7919) % count].center);
+            let aside = Vec3::new(0.0, symmetric(0.02), symmetric(0.02));
+            let begin = [-5.0, count as f32 + 5.0, from][k % 3];
+            let origin = Vec3::new(begin, symmetric(0.5), symmetric(0.5));
+            Ray { origin, direction: (to + aside - origin).normalize(), leaves: NO_SPHERE }
+        };
+        let rays: Vec<Ray> = (0..RAYS).map(&mut along).collect();
+        let scene = scene_of(spheres, Vec3::splat(1e5));
+        assert!(compare(&scene.at(0.0), &rays, &SEARCHES[1..]) > RAYS / 2);
+        cases += rays.len() * 2;
+    }
+    tell(cases, "rays along rows of balls");
 }
 
 #[test]

@@ -22,8 +22,8 @@ fn searches_try_few_balls() {
     let cases = [
         (60, Search::Clusters, [1953, 748, 1681, 634]),
         (1000, Search::Clusters, [4594, 1799, 3969, 1542]),
-        (1000, Search::Tree, [6055, 989, 4168, 582]),
-        (20_000, Search::Tree, [8187, 1238, 5115, 709]),
+        (1000, Search::Tree, [3944, 939, 2557, 583]),
+        (20_000, Search::Tree, [7152, 1230, 4278, 709]),
     ];
     for (count, search, expected) in cases {
         // An incomplete last packet, and some shadow rays with a negative limit, which cannot hit anything.
