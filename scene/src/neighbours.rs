@@ -4,6 +4,7 @@
 use crate::ray::SphereId;
 use crate::sphere::Sphere;
 use glam::DVec3;
+use std::ops::ControlFlow;
 
 /// Most balls per leaf.
 const LEAF: usize = 8;
@@ -47,30 +48,41 @@ impl Neighbours {
     }
 
     /// Calls `found` for every ball that the surface of `sphere` meets or almost meets, and for some that it does not,
-    /// in no particular order.
-    pub(crate) fn visit(&self, sphere: &Sphere, mut found: impl FnMut(SphereId)) {
+    /// in no particular order, until it breaks off.
+    pub(crate) fn visit(
+        &self,
+        sphere: &Sphere,
+        mut found: impl FnMut(SphereId) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
         let center = sphere.center.as_dvec3();
         let radius = f64::from(sphere.radius);
         let slack = ROUNDING * (center.abs().max_element() + radius);
-        if !self.nodes.is_empty() {
-            self.visit_below(0, center, [radius - slack, radius + slack], &mut found);
+        if self.nodes.is_empty() {
+            return ControlFlow::Continue(());
         }
+        self.visit_below(0, center, [radius - slack, radius + slack], &mut found)
     }
 
     /// As [`Neighbours::visit`], for the balls below node `index` and surfaces between two radii.
-    fn visit_below(&self, index: usize, center: DVec3, radii: [f64; 2], found: &mut impl FnMut(SphereId)) {
+    fn visit_below(
+        &self,
+        index: usize,
+        center: DVec3,
+        radii: [f64; 2],
+        found: &mut impl FnMut(SphereId) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
         let node = &self.nodes[index];
         let nearest = center.clamp(node.low, node.high).distance_squared(center);
         let farthest = (center - node.low).abs().max((center - node.high).abs()).length_squared();
         let [least, most] = radii;
         if nearest > most * most || (least > 0.0 && farthest < least * least) {
-            return;
+            return ControlFlow::Continue(());
         }
         match node.content {
-            Content::Leaf { first, end } => self.ids[first..end].iter().for_each(|&id| found(id)),
+            Content::Leaf { first, end } => self.ids[first..end].iter().try_for_each(|&id| found(id)),
             Content::Inner { right } => {
-                self.visit_below(index + 1, center, radii, found);
-                self.visit_below(right, center, radii, found);
+                self.visit_below(index + 1, center, radii, found)?;
+                self.visit_below(right, center, radii, found)
             }
         }
     }

@@ -17,7 +17,7 @@ use crate::world::Scene;
 use glam::Vec3;
 use std::borrow::Cow;
 use std::f64::consts::PI;
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 
 /// What the intersection from inside needs to know of an enclosure.
 ///
@@ -205,21 +205,27 @@ impl Still<'_> {
     /// The opaque spheres that hide part of the surface of sphere `id` from free space, in order of their ids; `None`
     /// if one of them hides all of it. `solids` finds candidates among the solid spheres; all enclosures are candidates.
     fn blockers(&self, id: usize, solids: &Solids) -> Option<Vec<SphereId>> {
-        let (mut blockers, mut is_hidden) = (Vec::new(), false);
+        let mut blockers = Vec::new();
         let mut examine = |other: SphereId| {
             let Cover { some, all } = self.cover(id, other);
-            is_hidden |= all;
             if some {
                 blockers.push(other);
             }
+            // What else covers a hidden light does not matter; among many coincident ones that would be all of them.
+            if all { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        match solids {
-            Solids::All => self.solid_ids().for_each(&mut examine),
-            Solids::Sorted(neighbours) => neighbours.visit(&self.spheres[id], &mut examine),
+        let mut examine_all = || {
+            match solids {
+                Solids::All => self.solid_ids().try_for_each(&mut examine),
+                Solids::Sorted(neighbours) => neighbours.visit(&self.spheres[id], &mut examine),
+            }?;
+            self.enclosures.iter().try_for_each(|enclosure| examine(enclosure.sphere))
+        };
+        if examine_all().is_break() {
+            return None;
         }
-        self.enclosures.iter().for_each(|enclosure| examine(enclosure.sphere));
         blockers.sort_unstable();
-        (!is_hidden).then_some(blockers)
+        Some(blockers)
     }
 
     /// How much of the surface of sphere `id` is hidden from free space by sphere `other`.

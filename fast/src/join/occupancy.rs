@@ -97,7 +97,8 @@ mod tests {
         #[inline(always)]
         fn run<L: Lanes>(self) -> [bool; 2] {
             let mut occupancy = Occupancy::new(1.0, 1 << 19);
-            let row = PixelRows { sphere: 0, point: [0.5; 3], ..PixelRows::NOTHING };
+            let mut row = PixelRows::NOTHING;
+            (row.sphere, row.point) = (0, [0.5; 3]);
             occupancy.mark_group::<L>(&[row, PixelRows::NOTHING], &[Pixel::new(self.radius); 2]);
             let is_marked = |at: f32| L::any(occupancy.touches::<L>(V3::new(L::f(at), L::f(0.5), L::f(0.5))));
             [is_marked(0.5 + 0.99 * self.radius), is_marked(5000.5)]
