@@ -104,7 +104,7 @@ pub(crate) fn read_unchanged(
 }
 
 /// Appends the spheres that `recipe` makes of what was read of the file `path` to `scene`, which has no sky yet. Returns whether
-/// they fill a cell.
+/// they fill a cell, and what the user should know of them.
 ///
 /// # Errors
 /// If the recipe does not suit it.
@@ -113,10 +113,11 @@ pub(crate) fn append(
     Source { particles, digest }: Source,
     path: &Path,
     recipe: &Recipe,
-) -> Result<bool, Problem> {
-    let (made, has_cell) = made_of(particles, recipe)?;
+) -> Result<(bool, Vec<String>), Problem> {
+    let (mut made, has_cell) = made_of(particles, recipe)?;
+    let notes = std::mem::take(&mut made.notes);
     attach(scene, made, path, digest, recipe);
-    Ok(has_cell)
+    Ok((has_cell, notes))
 }
 
 /// Puts the `scene`, which has no sky yet, on a stage: it gets camera, background and spheres of that, the last of its own.

@@ -303,4 +303,10 @@ fn what_the_user_should_know_is_told() {
     let sandbox = with_atoms();
     let ended = sandbox.render(&["atoms.xyz", "--material", "glass"]);
     assert!(ended.stderr.contains("note: atoms.xyz: balls of glass overlap"), "{ended:?}");
+    sandbox.write(
+        "glass.toml",
+        "[stage]\n[[particles]]\nfile = \"atoms.xyz\"\nstyle = [{ material = \"glass\" }]\n",
+    );
+    let ended = sandbox.render(&["glass.toml"]);
+    assert!(ended.stderr.contains("note: glass.toml:3:8: balls of glass overlap"), "{ended:?}");
 }

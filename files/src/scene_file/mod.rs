@@ -122,9 +122,9 @@ pub fn load_from(
     }
     let folders = [folder(name)];
     let place = Place { folders: &folders, most: most - bytes, size };
-    let Meant { scene, automatic, is_staged, note } = parse_within(name, &text, place)?;
+    let Meant { scene, automatic, is_staged, notes } = parse_within(name, &text, place)?;
     let bytes = bytes + of_imported(scene.spheres.get(spheres as usize..).unwrap_or_default());
-    let notes = note.iter().map(|note| FileError::in_text(name, &text, note).to_string()).collect();
+    let notes = notes.iter().map(|note| FileError::in_text(name, &text, note).to_string()).collect();
     Ok(LoadedScene { scene, automatic, is_staged, bytes, notes })
 }
 
@@ -172,8 +172,8 @@ struct Meant {
     scene: Scene,
     automatic: Automatic,
     is_staged: bool,
-    /// What is to be told of it.
-    note: Option<Fault>,
+    /// What the user should know.
+    notes: Vec<Fault>,
 }
 
 fn read(name: &str, text: &str, place: Place<'_>) -> Result<Meant, Fault> {
@@ -194,10 +194,11 @@ fn read(name: &str, text: &str, place: Place<'_>) -> Result<Meant, Fault> {
     let places = Spheres::new(count, &top.root).map_err(in_head)?;
     let spheres = places.read(text, &head, &mut materials)?;
     let (root, view) = (top.root, top.view);
-    let (scene, automatic) = top.scene(spheres, materials.list, place).map_err(in_head)?;
+    let (scene, automatic, of_particles) = top.scene(spheres, materials.list, place).map_err(in_head)?;
     let camera = view.section();
-    let note = Parsed { text, head: &head, root, camera, spheres: &places }.check(&scene)?;
-    Ok(Meant { scene, automatic, is_staged: matches!(view, View::Stage(_)), note })
+    let of_lamps = Parsed { text, head: &head, root, camera, spheres: &places }.check(&scene)?;
+    let notes = of_particles.into_iter().map(in_head).chain(of_lamps).collect();
+    Ok(Meant { scene, automatic, is_staged: matches!(view, View::Stage(_)), notes })
 }
 
 /// The scene whose own materials and spheres are given, and everything else in `text`; files of particles are searched in
@@ -215,7 +216,7 @@ pub(crate) fn with_spheres(
     let read = || {
         let document = DeTable::parse(text).map_err(|e| syntax_fault(text, &e))?;
         let top = Top::read(name, document.get_ref(), spheres.len())?;
-        top.scene(spheres, materials, Place::of(folders)).map(|(scene, _)| scene)
+        top.scene(spheres, materials, Place::of(folders)).map(|(scene, ..)| scene)
     };
     read().map_err(|fault| FileError::in_text(name, text, &fault))
 }

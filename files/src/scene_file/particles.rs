@@ -34,6 +34,8 @@ pub(super) struct Found {
     pub(super) origin: Option<[f64; 3]>,
     /// Whether one of them has a periodic cell that is shown.
     pub(super) has_cell: bool,
+    /// What the user should know of them.
+    pub(super) notes: Vec<Fault>,
 }
 
 const KEYS: [&str; 10] =
@@ -74,7 +76,9 @@ fn one(section: &Section<'_>, place: Place<'_>, scene: &mut Scene, found: &mut F
         }
         found.origin.get_or_insert(recipe.origin);
     }
-    found.has_cell |= particles::append(scene, source, &file, &recipe).map_err(told)?;
+    let (has_cell, notes) = particles::append(scene, source, &file, &recipe).map_err(told)?;
+    found.has_cell |= has_cell;
+    found.notes.extend(notes.into_iter().map(|note| Fault::new(named.at, note)));
     Ok(())
 }
 

@@ -90,13 +90,14 @@ impl<'a> Top<'a> {
         })
     }
 
-    /// The scene with these spheres and those of files of particles, and the settings that are left to be chosen.
+    /// The scene with these spheres and those of files of particles, the settings that are left to be chosen, and what the user
+    /// should know of the particles.
     pub(super) fn scene(
         self,
         spheres: Vec<Sphere>,
         materials: Vec<Material>,
         place: Place<'_>,
-    ) -> Result<(Scene, Automatic), Fault> {
+    ) -> Result<(Scene, Automatic, Vec<Fault>), Fault> {
         let Self { root, view, stated, background, transparent_background, name } = self;
         let Stated { settings, automatic } = stated;
         let camera = if let View::Camera(_, camera) = view { camera } else { Camera::default() };
@@ -105,12 +106,12 @@ impl<'a> Top<'a> {
             Scene { name, camera, spheres, materials, background, transparent_background, settings, imports };
         let mut found = Found { is_centered: matches!(view, View::Stage(_)), ..Found::default() };
         particles::read(&root, place, &mut scene, &mut found)?;
-        let View::Stage(section) = view else { return Ok((scene.with_sky(), automatic)) };
+        let View::Stage(section) = view else { return Ok((scene.with_sky(), automatic, found.notes)) };
         let size = [0, 1].map(|side| place.size[side].unwrap_or([settings.width, settings.height][side]));
         let usual = stage::set(&section, &mut scene, found.has_cell, size)?;
         let Stated { settings, automatic } = settings::stated(&root, Usual::Staged(usual))?;
         scene.settings = settings;
-        Ok((scene.with_sky(), automatic))
+        Ok((scene.with_sky(), automatic, found.notes))
     }
 }
 
