@@ -85,32 +85,23 @@ impl Occupancy {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lanes::{Kernel, LaneKind, dispatch};
+    use lanes::Emulated;
 
-    /// Marks what one visible point reaches among cells of size 1. Returns whether places near it, and one far away, are marked.
-    struct One {
-        radius: f32,
-    }
-
-    impl Kernel for One {
-        type Output = [bool; 2];
-        #[inline(always)]
-        fn run<L: Lanes>(self) -> [bool; 2] {
-            let mut occupancy = Occupancy::new(1.0, 1 << 19);
-            let mut row = PixelRows::NOTHING;
-            (row.sphere, row.point) = (0, [0.5; 3]);
-            occupancy.mark_group::<L>(&[row, PixelRows::NOTHING], &[Pixel::new(self.radius); 2]);
-            let is_marked = |at: f32| L::any(occupancy.touches::<L>(V3::new(L::f(at), L::f(0.5), L::f(0.5))));
-            [is_marked(0.5 + 0.99 * self.radius), is_marked(5000.5)]
-        }
+    /// Marks what one visible point reaches among cells of size 1. Returns whether a place near its reach, and one far away, are
+    /// marked.
+    fn marked<L: Lanes>(radius: f32) -> [bool; 2] {
+        let mut occupancy = Occupancy::new(1.0, 1 << 19);
+        let mut row = PixelRows::NOTHING;
+        (row.sphere, row.point) = (0, [0.5; 3]);
+        occupancy.mark_group::<L>(&[row, PixelRows::NOTHING], &[Pixel::new(radius); 2]);
+        let is_marked = |x: f32| L::any(occupancy.touches::<L>(V3::new(L::f(x), L::f(0.5), L::f(0.5))));
+        [is_marked(0.5 + 0.99 * radius), is_marked(5000.5)]
     }
 
     #[test]
     fn a_point_that_reaches_more_cells_than_a_window_has_marks_all() {
-        for lanes in LaneKind::ALL {
-            assert_eq!(dispatch(lanes, One { radius: 1.0 }), [true, false], "{lanes:?}");
-            assert_eq!(dispatch(lanes, One { radius: 3.0 }), [true, false], "{lanes:?}");
-            assert_eq!(dispatch(lanes, One { radius: 40.0 }), [true, true], "{lanes:?}");
-        }
+        assert_eq!(marked::<Emulated<8>>(1.0), [true, false]);
+        assert_eq!(marked::<Emulated<8>>(3.0), [true, false]);
+        assert_eq!(marked::<Emulated<8>>(40.0), [true, true]);
     }
 }
