@@ -489,6 +489,15 @@ mod tests {
             with(&[lamp, (Vec3::ZERO, 18.0, dark)]).as_deref(),
             Some("sphere 3 lights nothing: sphere 4 encloses the eye and not it")
         );
+        // Spheres that hide a part of it are not to blame.
+        assert_eq!(
+            with(&[(aside + Vec3::X * 1.5, 2.0, dark), lamp, (aside, 2.0, dark)]).as_deref(),
+            Some("sphere 4 lights nothing: sphere 5 is opaque and encloses it")
+        );
+        assert_eq!(
+            with(&[(Vec3::ZERO, 19.5, dark), lamp, (aside, 2.0, dark)]).as_deref(),
+            Some("sphere 4 lights nothing: sphere 5 is opaque and encloses it")
+        );
     }
 
     /// A lamp that comes into the open while the shutter is open does light something.
@@ -499,6 +508,9 @@ mod tests {
         scene.spheres.extend([sphere(aside, 1.0, Rgb::ONE), sphere(aside, 2.0, dark)]);
         assert!(scene.check_light().unwrap().is_some());
         scene.spheres[2].velocity = Vec3::Y * 10.0;
+        assert_eq!(scene.check_light(), Ok(None));
+        // Also if nothing stands still.
+        scene.spheres.iter_mut().for_each(|sphere| sphere.velocity += Vec3::Z * 0.01);
         assert_eq!(scene.check_light(), Ok(None));
     }
 

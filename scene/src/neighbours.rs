@@ -112,3 +112,71 @@ fn build(spheres: &[Sphere], ids: &mut [SphereId], first: usize, nodes: &mut Vec
     nodes[index].content = Content::Inner { right: nodes.len() };
     build(spheres, right, first + middle, nodes);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Rgb;
+    use glam::Vec3;
+
+    /// Balls on a lattice around `middle`, and surfaces among them: every ball that a surface meets is found, and few others.
+    #[test]
+    fn surfaces_find_the_balls_that_they_meet_and_few_others() {
+        const SIDE: u32 = 24;
+        for (middle, radius) in
+            [(Vec3::ZERO, 0.3), (Vec3::new(-3e5, 2e5, 1e5), 0.3), (Vec3::splat(700.0), 0.02)]
+        {
+            let ball = |center, radius| Sphere {
+                center,
+                velocity: Vec3::ZERO,
+                radius,
+                material: 0,
+                emission: Rgb::ZERO,
+            };
+            let at = |k: u32| {
+                let place =
+                    [k % SIDE, k / SIDE % SIDE, k / (SIDE * SIDE)].map(|i| i as f32 - SIDE as f32 / 2.0);
+                middle + Vec3::from(place)
+            };
+            let balls: Vec<Sphere> = (0..SIDE.pow(3)).map(|k| ball(at(k), radius)).collect();
+            let neighbours = Neighbours::new(&balls, (0..balls.len() as SphereId).collect());
+            // Where the surface is, its radius, and how many balls it may find: a fifth more than it did.
+            let surfaces = [
+                (0.0, 0.5, 8),
+                (0.5, 1.0, 100),
+                (3.0, 0.7, 42),
+                (0.25, 6.0, 1600),
+                (11.0, 12.0, 1300),
+                (40.0, 28.0, 0),
+            ];
+            for (aside, surface, most) in surfaces {
+                let sphere = ball(middle + Vec3::new(aside, aside * 0.5, -aside), surface);
+                let mut found = Vec::new();
+                let visited = neighbours.visit(&sphere, |id| {
+                    found.push(id);
+                    ControlFlow::Continue(())
+                });
+                assert!(visited.is_continue());
+                let meets = |ball: &Sphere| {
+                    let apart = ball.center.as_dvec3().distance(sphere.center.as_dvec3());
+                    (apart - f64::from(surface)).abs() <= f64::from(ball.radius)
+                };
+                let expected: Vec<SphereId> =
+                    (0..).zip(&balls).filter(|(_, ball)| meets(ball)).map(|(id, _)| id).collect();
+                assert!(expected.iter().all(|id| found.contains(id)), "{middle} {aside} {surface}");
+                assert!(
+                    found.len() <= most,
+                    "{} for {} at {middle} {aside} {surface}",
+                    found.len(),
+                    expected.len()
+                );
+            }
+            let mut few = 0;
+            let broken = neighbours.visit(&ball(middle, 6.0), |_| {
+                few += 1;
+                if few == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            });
+            assert_eq!((broken, few), (ControlFlow::Break(()), 3));
+        }
+    }
+}
