@@ -109,7 +109,7 @@ impl Slabs {
 }
 
 /// What the test against boxes needs to know of rays, a ray per lane: see [`Slabs`].
-pub(super) struct RayLanes<L: Lanes> {
+pub(super) struct SlabLanes<L: Lanes> {
     axes: [Axis<L>; 3],
     trust: L::F,
 }
@@ -123,7 +123,7 @@ struct Axis<L: Lanes> {
     side: L::F,
 }
 
-impl<L: Lanes> RayLanes<L> {
+impl<L: Lanes> SlabLanes<L> {
     /// Of rays among boxes with coordinates up to `extent`.
     #[inline(always)]
     pub(super) fn new(origin: V3<L>, direction: V3<L>, extent: f32) -> Self {

@@ -21,7 +21,7 @@
 //!    whose boxes are small, it would save 2 % of the visits. If a ray enters more than eight boxes, the others come last.
 //! 3. A key is a distance whose lowest bits are the number of the box: one word is sorted.
 
-use super::boxes::{BoundingBox, RayLanes};
+use super::boxes::{BoundingBox, SlabLanes};
 use super::leaves::WIDTH;
 use lanes::{Lanes, MOST_LANES, Row};
 
@@ -89,7 +89,7 @@ impl Entries {
 
     /// Tests the boxes for a packet of rays that end at `t`, and sorts them.
     #[inline(always)]
-    pub(super) fn test<L: Lanes>(&mut self, top: &[BoundingBox], rays: &RayLanes<L>, t: L::F) {
+    pub(super) fn test<L: Lanes>(&mut self, top: &[BoundingBox], rays: &SlabLanes<L>, t: L::F) {
         let (mut number, groups) = (0, top.len().div_ceil(WIDTH));
         for (boxes, rows) in top.chunks(WIDTH).zip(&mut self.all) {
             let mut columns = [L::f(0.0); WIDTH];

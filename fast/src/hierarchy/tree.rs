@@ -27,7 +27,7 @@
 //! 6. A ray that waits looks at the eight upper boxes of its stack at once: after a hit most are farther.
 //! 7. Boxes enclose all that the reference may hit *with its rounding*, so that the nearest hit is the same: see [`Slabs`].
 
-use super::boxes::{BoundingBox, LOOSE, Node, RayLanes, Slabs};
+use super::boxes::{BoundingBox, LOOSE, Node, SlabLanes, Slabs};
 use super::candidates::{Candidates, Copies};
 use super::cull::may_meet;
 use super::keys::key_distance;
@@ -208,9 +208,9 @@ impl Tree {
         for at in (0..rays.count).step_by(L::N) {
             let (origin, direction) = (rays.origin.load::<L>(at), rays.direction.load::<L>(at));
             candidates.take_rays::<L>(rays, at, origin, direction);
-            let lanes = RayLanes::<L>::new(origin, direction, self.extent);
-            lanes.store(at, &mut wave.slabs);
-            wave.entries.test(&self.top, &lanes, L::load(&t[at..]));
+            let slabs = SlabLanes::<L>::new(origin, direction, self.extent);
+            slabs.store(at, &mut wave.slabs);
+            wave.entries.test(&self.top, &slabs, L::load(&t[at..]));
             for lane in 0..L::N.min(rays.count - at) {
                 wave.enter::<L::Eight>(at + lane, lane, self.height << INDEX_BITS, t[at + lane] >= 0.0);
             }
