@@ -52,25 +52,6 @@ fn expect(text: &str, expected: &str) {
     assert_eq!(error.to_string(), format!("dir/broken.toml:{expected}"), "for\n{text}");
 }
 
-/// Notes have the place of the lamp, and the line of what hides it.
-#[test]
-fn lamps_that_light_nothing_are_told_with_their_place() {
-    let note = |edits: &[(&str, &str)]| {
-        let text = edit(edits);
-        let read = (text.as_bytes(), text.len() as u64);
-        scene_file::load_from("dir/noted.toml", read, [None; 2], u64::MAX).unwrap().notes
-    };
-    assert!(note(&[]).is_empty());
-    let more = "\n[[sphere]]\nname = \"core\"\ncenter = [5, 0, 0]\nradius = 1\nmaterial = \"white\"\nemission = [9, 9, 9]\n\
-                [[sphere]]\ncenter = [5, 0, 0]\nradius = 2\nmaterial = \"white\"\n";
-    assert_eq!(
-        note(&[("\n[[sphere]]\ncenter = [0, 0, 0]", &format!("{more}[[sphere]]\ncenter = [0, 0, 0]"))]),
-        [
-            "dir/noted.toml:23:12: sphere \"core\" lights nothing: sphere 3 (line 24) is opaque and encloses it"
-        ]
-    );
-}
-
 #[test]
 fn the_base_is_valid() {
     assert_eq!(scene_file::parse("base.toml", BASE).unwrap().spheres.len(), 2);

@@ -319,3 +319,22 @@ proptest! {
         }
     }
 }
+
+/// Notes have the place of the lamp, and the line of what hides it.
+#[test]
+fn lamps_that_light_nothing_are_told_with_their_place() {
+    let notes = |more: &str| {
+        let text = format!("{PLAIN}{more}");
+        let input = (text.as_bytes(), text.len() as u64);
+        scene_file::load_from("dir/noted.toml", input, [None; 2], u64::MAX).unwrap().notes
+    };
+    let core = "\n[[sphere]]\nname = \"core\"\ncenter = [5, 0, 0]\nradius = 1\nmaterial = \"white\"\nemission = [9, 9, 9]\n";
+    let shell = "\n[[sphere]]\ncenter = [5, 0, 0]\nradius = 2\nmaterial = \"white\"\n";
+    assert!(notes("").is_empty() && notes(core).is_empty());
+    assert_eq!(
+        notes(&format!("{core}{shell}")),
+        [
+            "dir/noted.toml:26:12: sphere \"core\" lights nothing: sphere 3 (line 28) is opaque and encloses it"
+        ]
+    );
+}

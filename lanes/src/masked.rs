@@ -1,8 +1,8 @@
 //! Eight lanes in 256-bit registers, whose truth values are bits of mask registers: the back end of eight for processors with
 //! AVX-512. What is not about truth values is that of [`Avx2`].
 //!
-//! A comparison gives a mask without a further instruction, and lanes are compressed without a table. In the tree of boxes that
-//! saves 6 % of the time of a path.
+//! A comparison gives a mask without a further instruction, and lanes are compressed without a table. A path
+//! among ten thousand balls takes 6 % less time for it, among more balls 2 %.
 
 use crate::avx2::{Avx2, F, U};
 use crate::mask;

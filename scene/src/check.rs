@@ -80,7 +80,7 @@ pub enum Problem {
 pub enum Seal {
     /// It lies where the lamp does.
     Coincides,
-    /// It encloses the eye and not the lamp.
+    /// It encloses the eye, and no part of the lamp's surface.
     HoldsEye,
     /// It encloses the lamp and not the eye.
     HoldsLamp,
@@ -227,19 +227,28 @@ impl Scene {
         let [open, close] = self.camera.shutter;
         let lights = self.lights_at(open);
         self.check_lights(&lights, open)?;
+        let moves = close > open && self.spheres.iter().any(|s| s.velocity != Vec3::ZERO);
+        if moves {
+            self.check_lights(&self.lights_at(close), close)?;
+        }
         let mut shines = vec![false; self.spheres.len()];
         lights.entries.iter().for_each(|light| shines[light.sphere as usize] = true);
-        if close > open && self.spheres.iter().any(|s| s.velocity != Vec3::ZERO) {
-            let lights = self.lights_at(close);
-            self.check_lights(&lights, close)?;
-            lights.entries.iter().for_each(|light| shines[light.sphere as usize] = true);
-        }
         let lamps = self.without_sky().iter().enumerate();
-        let mut hidden = lamps.filter(|(i, sphere)| sphere.is_emitter() && !shines[*i]).map(|(i, _)| i);
-        Ok(hidden.next().map(|first| {
-            let problem = Problem::Hidden { by: self.seal(Some(first), open), others: hidden.count() };
-            Flaw::new(Part::Sphere(first), "emission", problem)
-        }))
+        let hidden = lamps.filter(|(i, sphere)| sphere.is_emitter() && !shines[*i]).map(|(i, _)| i);
+        Ok(self.told_of(hidden, moves))
+    }
+
+    /// What is to be told of lamps that are hidden when the shutter opens. If something moves, a lamp is told only if one sphere
+    /// holds it all the time.
+    fn told_of(&self, mut hidden: impl Iterator<Item = usize>, moves: bool) -> Option<Flaw> {
+        let [open, close] = self.camera.shutter;
+        let seal = |lamp, time| self.seal(Some(lamp), time);
+        // Paths are straight, so what is within a sphere at both ends is within it in between.
+        let stays_held = |lamp: &usize| matches!(seal(*lamp, open), held @ Some((Seal::HoldsLamp | Seal::Coincides, _)) if held == seal(*lamp, close));
+        let first = if moves { hidden.find(stays_held) } else { hidden.next() }?;
+        let others = if moves { 0 } else { hidden.count() };
+        let problem = Problem::Hidden { by: seal(first, open), others };
+        Some(Flaw::new(Part::Sphere(first), "emission", problem))
     }
 
     /// The spheres but for the sky that [`Scene::with_sky`] has added.
@@ -318,7 +327,7 @@ impl Scene {
             let (distance, lamp_radius) = (from(lamp.center.as_dvec3()), f64::from(lamp.radius));
             if (lamp.center, lamp.radius) == (sphere.center, sphere.radius) {
                 Some((Seal::Coincides, i))
-            } else if holds_eye && distance >= radius + lamp_radius {
+            } else if holds_eye && (distance - lamp_radius).abs() >= radius {
                 Some((Seal::HoldsEye, i))
             } else if !holds_eye && distance + lamp_radius <= radius {
                 Some((Seal::HoldsLamp, i))
@@ -489,6 +498,11 @@ mod tests {
             with(&[lamp, (Vec3::ZERO, 18.0, dark)]).as_deref(),
             Some("sphere 3 lights nothing: sphere 4 encloses the eye and not it")
         );
+        assert_eq!(
+            with(&[(Vec3::ZERO, 100.0, Rgb::ONE), (Vec3::ZERO, 18.0, dark)]).as_deref(),
+            Some("sphere 3 lights nothing: sphere 4 encloses the eye and not it"),
+            "a lamp around the sphere that the eye is in"
+        );
         // Spheres that hide a part of it are not to blame.
         assert_eq!(
             with(&[(aside + Vec3::X * 1.5, 2.0, dark), lamp, (aside, 2.0, dark)]).as_deref(),
@@ -509,9 +523,13 @@ mod tests {
         assert!(scene.check_light().unwrap().is_some());
         scene.spheres[2].velocity = Vec3::Y * 10.0;
         assert_eq!(scene.check_light(), Ok(None));
-        // Also if nothing stands still.
-        scene.spheres.iter_mut().for_each(|sphere| sphere.velocity += Vec3::Z * 0.01);
+        // It crosses the open from one sphere to another.
+        scene.spheres.extend([sphere(aside + Vec3::Y * 10.0, 2.0, dark)]);
         assert_eq!(scene.check_light(), Ok(None));
+        // What moves along with it hides it all the time.
+        scene.spheres[3].velocity = scene.spheres[2].velocity;
+        let told = scene.check_light().unwrap().unwrap().to_string();
+        assert_eq!(told, "sphere 3 lights nothing: sphere 4 is opaque and encloses it");
     }
 
     #[test]

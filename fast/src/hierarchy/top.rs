@@ -18,7 +18,7 @@
 //! 1. Every ray tests the same boxes, so the rays stand in the lanes, and a plane is read once for a packet. The test of a box
 //!    takes some thirty operations for all rays of the packet.
 //! 2. Boxes are sorted, by a network without branches. Among a million balls a third fewer boxes are visited for it. In nodes,
-//!    whose boxes are small, it would save 2 % of the visits. If a ray enters more than eight boxes, the others come last.
+//!    whose boxes are small, it would save 4 % of the visits, and among fewer balls less than 1 %. If a ray enters more than eight boxes, the others come last.
 //! 3. A key is a distance whose lowest bits are the number of the box: one word is sorted.
 
 use super::boxes::{BoundingBox, SlabLanes};
@@ -74,6 +74,7 @@ pub(super) struct Entries {
     all: [[Row; MOST_LANES]; GROUPS],
     /// Per ray, those that are not zero.
     kept: [Row; KEPT * MOST_LANES],
+    /// How many these are, as floats: lanes compare no integers.
     counts: [f32; MOST_LANES],
     /// Per ray, the first eight that were kept, the greatest first; zeros follow them.
     sorted: [Row; MOST_LANES],
@@ -146,12 +147,12 @@ impl Entries {
         distances: &mut [f32],
     ) -> usize {
         let count = self.counts[lane] as usize;
+        let begin = count.saturating_sub(WIDTH);
         let others: &[u32] = bytemuck::cast_slice(&self.kept[lane * KEPT + 1..][..KEPT - 1]);
-        for (k, key) in others.iter().take(count.saturating_sub(WIDTH)).enumerate() {
+        for (k, key) in others.iter().take(begin).enumerate() {
             places[k] = first + (key & NUMBER) - 1;
             distances[k] = f32::from_bits(key & !NUMBER);
         }
-        let begin = count.saturating_sub(WIDTH);
         let keys = L::bits(L::load(&self.sorted[lane].0));
         L::store_u((keys & L::u(NUMBER)) + L::u(first.wrapping_sub(1)), &mut places[begin..]);
         L::store(L::from_bits(keys & L::u(!NUMBER)), &mut distances[begin..]);
