@@ -1,7 +1,7 @@
 //! The surfaces that rays hit: a row per sphere, and the point and normal of each hit.
 //!
-//! Rows are in a table if spheres are few. Of many they are made where they are needed: a table would take nearly as much
-//! memory again as the scene, and a hit waits for either to come from memory.
+//! Rows are in a table, unless spheres are so many (`Parameters::most_surface_rows`) that it would take too much memory: then they are
+//! made where they are needed.
 
 use bytemuck::{Pod, Zeroable};
 use lanes::{Lanes, MOST_LANES, Row, V3, prefetch};
@@ -61,6 +61,9 @@ pub(crate) fn surface_row(still: &Still, id: SphereId) -> Row {
     bytemuck::cast(SurfaceRow { anchor: anchor.into(), scale, offset: offset.into(), tag })
 }
 
+/// Rows of a table that is in the cache: 256 KiB.
+const ROWS_IN_CACHE: usize = 1 << 13;
+
 /// The rows of all spheres.
 #[derive(Clone, Copy)]
 pub(crate) struct Surfaces<'a> {
@@ -70,11 +73,15 @@ pub(crate) struct Surfaces<'a> {
 }
 
 impl Surfaces<'_> {
-    /// Prefetches the spheres that rays have hit. Where rows are in a table, that is small and in the cache.
+    /// Prefetches the rows of the spheres that rays have hit, or what they are made of; unless the table is in the cache.
     pub(crate) fn prefetch(&self, hits: &[SphereId]) {
         if self.rows.is_empty() {
             for hit in hits {
                 prefetch(&self.still.spheres, *hit as usize);
+            }
+        } else if self.rows.len() > ROWS_IN_CACHE {
+            for hit in hits {
+                prefetch(self.rows, *hit as usize);
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use crate::hierarchy::Hierarchy;
 use crate::material::material_row;
+use crate::parameters::Parameters;
 use crate::search::Search;
 use crate::shapes::Shape;
 use crate::surface::{Surfaces, surface_row};
@@ -12,7 +13,7 @@ use scene::still::Role;
 
 /// The tables of one still. Rows are fetched by lanes; shapes are broadcast to lanes.
 pub(crate) struct Tables {
-    /// A row per sphere ([`surface_row`]); empty if the balls are in a tree, as they are many.
+    /// A row per sphere ([`surface_row`]); empty if spheres are too many (`Parameters::most_surface_rows`).
     surfaces: Vec<Row>,
     /// A row per material ([`material_row`]).
     pub(crate) materials: Vec<Row>,
@@ -27,24 +28,26 @@ pub(crate) struct Tables {
 impl Tables {
     /// With the search that is usually fastest.
     pub(crate) fn new(still: &Still) -> Self {
-        Self::with_hierarchy(still, Hierarchy::new(still))
+        let most_rows = Parameters::default().most_surface_rows;
+        Self::with_hierarchy(still, Hierarchy::new(still), most_rows)
     }
 
     /// With the given search.
     pub(crate) fn with_search(still: &Still, search: Search) -> Self {
-        Self::with_hierarchy(still, Hierarchy::with_search(still, search))
+        let most_rows = Parameters::default().most_surface_rows;
+        Self::with_hierarchy(still, Hierarchy::with_search(still, search), most_rows)
     }
 
-    /// With the given hierarchy, which must be of this still.
-    pub(crate) fn with_hierarchy(still: &Still, hierarchy: Hierarchy) -> Self {
+    /// With the given hierarchy, which must be of this still, and the most spheres that have a table of surfaces.
+    pub(crate) fn with_hierarchy(still: &Still, hierarchy: Hierarchy, most_rows: u32) -> Self {
         let is_shape = |role: &Role| matches!(role, Role::Enclosure(_)) || !hierarchy.holds_balls();
         let ids = (0..still.spheres.len() as SphereId).filter(|id| is_shape(&still.roles[*id as usize]));
         let shapes: Vec<Shape> = ids.map(|id| Shape::of(still, id)).collect();
         let casts_shadow = |s: &&Shape| !matches!(s, Shape::Enclosure(e) if !e.casts_shadow);
         let shadow_casters = shapes.iter().filter(casts_shadow).copied().collect();
         let surfaces = match hierarchy {
-            Hierarchy::Tree(_) => Vec::new(),
-            Hierarchy::InTurn | Hierarchy::Clusters(_) => {
+            Hierarchy::Tree(_) if still.spheres.len() > most_rows as usize => Vec::new(),
+            _ => {
                 let ids = 0..still.spheres.len() as SphereId;
                 never_empty(ids.map(|id| surface_row(still, id)).collect())
             }
@@ -62,7 +65,7 @@ impl Tables {
         surfaces
     }
 
-    /// The rows of the surfaces; empty with a tree.
+    /// The rows of the surfaces; empty if there are too many.
     #[inline(always)]
     pub(crate) fn rows(&self) -> &[Row] {
         &self.surfaces

@@ -1,4 +1,4 @@
-//! Boxes around balls, and which of eight boxes a ray enters.
+//! Boxes around balls, and which of a node's boxes a ray enters.
 
 use super::cull::trust;
 use super::leaves::{Leaf, WIDTH};
@@ -10,7 +10,7 @@ use scene::Vec3;
 /// Relative slack: of the radii of balls in boxes, and of distances to boxes. See [`Slabs`].
 pub(super) const LOOSE: f32 = 1.0 / 512.0;
 
-/// The boxes of eight children: along each axis, their low planes and then their high ones. A missing child's box is empty.
+/// The boxes of a node's children: along each axis, their low planes and then their high ones. A missing child's box is empty.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct Node {
@@ -81,7 +81,15 @@ impl Slabs {
 
     /// Distances to the boxes of a node, and which of them a ray enters before `t`.
     #[inline(always)]
-    pub(super) fn meet<L: Lanes>(&self, ray: usize, node: &Node, t: f32) -> (L::F, L::M) {
+    pub(super) fn children<L: Lanes>(&self, ray: usize, node: &Node, t: f32) -> Children<L> {
+        let first = self.meet::<L>(ray, node, 0, t);
+        let second = if Children::<L>::PARTS == 1 { first } else { self.meet::<L>(ray, node, L::N, t) };
+        Children([first, second])
+    }
+
+    /// The same for the children from `first` on.
+    #[inline(always)]
+    fn meet<L: Lanes>(&self, ray: usize, node: &Node, first: usize, t: f32) -> (L::F, L::M) {
         let Row([ix, iy, iz, nx, ny, nz, ..]) = &self.0[0][ray];
         let Row([fx, fy, fz, sx, sy, sz, ..]) = &self.0[1][ray];
         let [px, py, pz] = &node.planes;
@@ -89,12 +97,12 @@ impl Slabs {
         // The mask tells the compiler that they are in bounds.
         let [x, y, z] =
             [sx.to_bits() as usize & WIDTH, sy.to_bits() as usize & WIDTH, sz.to_bits() as usize & WIDTH];
-        let near_x = L::fused(L::load(&px[x..]), ix, L::f(*nx));
-        let near_y = L::fused(L::load(&py[y..]), iy, L::f(*ny));
-        let near_z = L::fused(L::load(&pz[z..]), iz, L::f(*nz));
-        let far_x = L::fused(L::load(&px[x ^ WIDTH..]), ix, L::f(*fx));
-        let far_y = L::fused(L::load(&py[y ^ WIDTH..]), iy, L::f(*fy));
-        let far_z = L::fused(L::load(&pz[z ^ WIDTH..]), iz, L::f(*fz));
+        let near_x = L::fused(L::load(&px[x + first..]), ix, L::f(*nx));
+        let near_y = L::fused(L::load(&py[y + first..]), iy, L::f(*ny));
+        let near_z = L::fused(L::load(&pz[z + first..]), iz, L::f(*nz));
+        let far_x = L::fused(L::load(&px[(x ^ WIDTH) + first..]), ix, L::f(*fx));
+        let far_y = L::fused(L::load(&py[(y ^ WIDTH) + first..]), iy, L::f(*fy));
+        let far_z = L::fused(L::load(&pz[(z ^ WIDTH) + first..]), iz, L::f(*fz));
         let enters = L::max(L::max(near_x, near_y), L::max(near_z, L::f(0.0)));
         let exits = L::min(L::min(far_x, far_y), L::min(far_z, L::f(t * (1.0 + LOOSE))));
         (enters, L::le(enters, exits))
@@ -105,6 +113,33 @@ impl Slabs {
     pub(super) fn trust(&self, ray: usize) -> f32 {
         let Row([.., trust, _]) = &self.0[0][ray];
         *trust
+    }
+}
+
+/// Distances to the children of a node, and which of them are hit: in one vector of 16, or two of 8. If it is one, the second
+/// repeats the first and is not used.
+pub(super) struct Children<L: Lanes>(pub(super) [(L::F, L::M); 2]);
+
+impl<L: Lanes> Children<L> {
+    /// The number of vectors.
+    pub(super) const PARTS: usize = WIDTH / L::N;
+
+    /// The nearest child that is hit; any, if none is.
+    #[inline(always)]
+    pub(super) fn nearest(&self) -> u32 {
+        let [(first, first_hit), (second, second_hit)] = self.0;
+        let far = L::f(f32::INFINITY);
+        let (first, second) = (L::select(first_hit, first, far), L::select(second_hit, second, far));
+        let lane = L::min_lane(L::min(first, second));
+        let in_second = L::mask_bits(L::lt(second, first)) >> lane & 1;
+        lane + in_second * L::N as u32
+    }
+
+    /// True if some child is hit.
+    #[inline(always)]
+    pub(super) fn is_any_hit(&self) -> bool {
+        let [(_, first), (_, second)] = self.0;
+        L::any(first | second)
     }
 }
 

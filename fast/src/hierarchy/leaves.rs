@@ -1,4 +1,4 @@
-//! Leaves: eight balls that are near each other.
+//! Leaves: sixteen balls that are near each other.
 //!
 //! Clusters and tree end in the same leaves, which should be full and compact. Balls are ordered by splitting them along
 //! the longest axis, so that the left side is a whole number of subtrees. That gives a complete tree: all leaves but the
@@ -14,7 +14,9 @@ use scene::still::Role;
 use scene::{Still, Vec3};
 
 /// Balls of a leaf, and children of a node.
-pub(crate) const WIDTH: usize = 8;
+pub(crate) const WIDTH: usize = 16;
+/// Balls of half a leaf, which are nearer to each other.
+pub(crate) const HALF: usize = WIDTH / 2;
 /// With so many balls in the left side of a split, its sides go to different threads.
 const WORTH_A_THREAD: usize = 1 << 12;
 
@@ -31,7 +33,7 @@ pub(crate) struct Ball {
     pub(crate) sphere: SphereId,
 }
 
-/// Eight balls as a structure of arrays. Missing balls have a squared radius of minus infinity and are never hit.
+/// Sixteen balls as a structure of arrays. Missing balls have a squared radius of minus infinity and are never hit.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub(crate) struct Leaf {
@@ -90,7 +92,7 @@ impl Leaf {
     }
 }
 
-/// The leaves of the balls of a still, of which there are `count`: each run of 8, 64, 512, ... balls is compact.
+/// The leaves of the balls of a still, of which there are `count`: each run of 8, 16, 256, 4096, ... balls is compact.
 pub(crate) fn arranged(still: &Still, count: usize) -> Pages<Leaf> {
     let mut leaves = Pages::<Leaf>::zeros(count.div_ceil(WIDTH));
     let balls = &mut bytemuck::cast_slice_mut(&mut leaves)[..count];
@@ -117,7 +119,7 @@ fn balls(still: &Still) -> impl Iterator<Item = Ball> {
     })
 }
 
-/// Orders balls so that each aligned run of 8, 64, 512, ... is compact.
+/// Orders balls so that each aligned run of 8, 16, 256, 4096, ... is compact.
 fn arrange(balls: &mut [Ball]) {
     let mut unit = WIDTH;
     while unit < balls.len() {
@@ -128,12 +130,12 @@ fn arrange(balls: &mut [Ball]) {
 
 /// As [`arrange`], where runs of `unit` balls become the children of one node.
 fn arrange_in_units(balls: &mut [Ball], unit: usize) {
-    if balls.len() <= WIDTH {
+    if balls.len() <= HALF {
         return;
     }
     let units = balls.len().div_ceil(unit);
     if units == 1 {
-        return arrange_in_units(balls, unit / WIDTH);
+        return arrange_in_units(balls, HALF.max(unit / WIDTH));
     }
     let axis = longest_axis(balls);
     let left = units / 2 * unit;

@@ -1,8 +1,8 @@
 //! The top of a tree: the boxes among which every ray begins.
 //!
-//! A root of eight children, above nodes of eight, is a poor place to begin: it has three to five children if there are
-//! some power of ten balls, so few boxes are tested at a time; and a ray that hits nothing in the nearest child goes through
-//! the others in any order, each of which is a large part of the scene. Here all boxes of the topmost level that has few of
+//! A root is a poor place to begin: it may have any number of children, and where these are few, few boxes are tested at a
+//! time; and a ray that hits nothing in the nearest child goes through the others in any order, each of which is a large part
+//! of the scene. Here all boxes of the topmost level that has few of
 //! them are tested at the start, and each ray visits those that it enters from the nearest to the farthest:
 //!
 //! ```text
@@ -18,19 +18,22 @@
 //! 1. Every ray tests the same boxes, so the rays stand in the lanes, and a plane is read once for a packet. The test of a box
 //!    takes some thirty operations for all rays of the packet.
 //! 2. Boxes are sorted, by a network without branches. Among a million balls a third fewer boxes are visited for it. In nodes,
-//!    whose boxes are small, it would save 4 % of the visits, and among fewer balls less than 1 %. If a ray enters more than eight boxes, the others come last.
-//! 3. A key is a distance whose lowest bits are the number of the box: one word is sorted.
+//!    whose boxes are small, it would save 4 % of the visits, and among fewer balls less than 1 %. If a ray enters more than
+//!    eight boxes, the others come last.
+//! 3. If there are no more than eight boxes the keys are sorted where they are.
+//! 4. A key is a distance whose lowest bits are the number of the box: one word is sorted.
 
 use super::boxes::{BoundingBox, SlabLanes};
-use super::leaves::WIDTH;
 use lanes::{Lanes, MOST_LANES, Row};
 
+/// Boxes whose keys stand in a row.
+const ROW: usize = 8;
 /// The most boxes of a top.
 pub(super) const MOST_TOP: usize = 32;
 /// Low bits of a key: one more than the number of the box, so that no key is zero.
 const NUMBER: u32 = (MOST_TOP as u32 + 1).next_power_of_two() - 1;
 /// Rows of keys of all boxes.
-const GROUPS: usize = MOST_TOP / WIDTH;
+const GROUPS: usize = MOST_TOP / ROW;
 /// Rows of the keys that are not zero, with one for what vectors write past the end.
 const KEPT: usize = GROUPS + 1;
 /// Comparisons that sort eight (Batcher's odd-even merge sort): by stages, within which they are independent.
@@ -66,7 +69,7 @@ const FIRST_KEPT: [u32; MOST_LANES] = {
     first
 };
 
-const _: () = assert!(MOST_TOP.is_multiple_of(WIDTH));
+const _: () = assert!(MOST_TOP.is_multiple_of(ROW));
 
 /// The keys of the boxes of a top, for the rays of a packet.
 pub(super) struct Entries {
@@ -91,21 +94,26 @@ impl Entries {
     /// Tests the boxes for a packet of rays that end at `t`, and sorts them.
     #[inline(always)]
     pub(super) fn test<L: Lanes>(&mut self, top: &[BoundingBox], rays: &SlabLanes<L>, t: L::F) {
-        let (mut number, groups) = (0, top.len().div_ceil(WIDTH));
-        for (boxes, rows) in top.chunks(WIDTH).zip(&mut self.all) {
-            let mut columns = [L::f(0.0); WIDTH];
+        let (mut number, mut count, groups) = (0, L::f(0.0), top.len().div_ceil(ROW));
+        for (boxes, rows) in top.chunks(ROW).zip(&mut self.all) {
+            let mut columns = [L::f(0.0); ROW];
             for (column, bounds) in columns.iter_mut().zip(boxes) {
                 number += 1;
                 let (distance, enters) = rays.entry(bounds, t);
                 let key = L::bits(distance) & L::u(!NUMBER) | L::u(number);
                 *column = L::select(enters, L::from_bits(key), L::f(0.0));
+                count = L::select(enters, count + L::f(1.0), count);
+            }
+            if groups == 1 {
+                L::store(count, &mut self.counts);
+                return self.sort::<L>(columns);
             }
             L::transpose(columns, rows);
         }
         for lane in 0..L::N {
             self.keep::<L::Eight>(lane, groups);
         }
-        self.sort::<L>();
+        self.sort_kept::<L>();
     }
 
     /// Keeps the keys of a ray that are not zero.
@@ -124,12 +132,18 @@ impl Entries {
 
     /// Sorts the first eight keys that each ray has kept.
     #[inline(always)]
-    fn sort<L: Lanes>(&mut self) {
+    fn sort_kept<L: Lanes>(&mut self) {
         let mut keys = L::gather_rows(&self.kept, &FIRST_KEPT[..L::N]);
         let counts = L::load(&self.counts);
         for (k, key) in keys.iter_mut().enumerate() {
             *key = L::select(L::lt(L::f(k as f32), counts), *key, L::f(0.0));
         }
+        self.sort::<L>(keys);
+    }
+
+    /// Sorts eight keys of each ray.
+    #[inline(always)]
+    fn sort<L: Lanes>(&mut self, mut keys: [L::F; ROW]) {
         for (a, b) in NETWORK {
             (keys[a], keys[b]) = (L::max(keys[a], keys[b]), L::min(keys[a], keys[b]));
         }
@@ -147,7 +161,7 @@ impl Entries {
         distances: &mut [f32],
     ) -> usize {
         let count = self.counts[lane] as usize;
-        let begin = count.saturating_sub(WIDTH);
+        let begin = count.saturating_sub(ROW);
         let others: &[u32] = bytemuck::cast_slice(&self.kept[lane * KEPT + 1..][..KEPT - 1]);
         for (k, key) in others.iter().take(begin).enumerate() {
             places[k] = first + (key & NUMBER) - 1;

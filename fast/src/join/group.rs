@@ -20,7 +20,7 @@
 use super::deposit::{Arrival, Flux, HEAVY, SAFE, safe_surface};
 use super::found::{Found, JoinBuffers};
 use super::region::Region;
-use super::sorted::Sorted;
+use super::sorted::Deposits;
 use super::sums::{GroupSums, JoinCounts};
 use crate::pixels::{GROUP, Pixel, PixelLanes, PixelRows, PixelRowsLanes};
 use lanes::{Lanes, V3};
@@ -117,7 +117,7 @@ fn shared_safe_surface(rows: &[PixelRows]) -> u32 {
 /// A group that gathers photons.
 pub(crate) struct Gathering<'a, L: Lanes> {
     parts: [Part<L>; 2],
-    sorted: &'a Sorted,
+    deposits: &'a Deposits<'a>,
     found: &'a mut [Found; 2],
     sums: &'a mut GroupSums,
     counts: &'a mut JoinCounts,
@@ -131,7 +131,7 @@ impl<'a, L: Lanes> Gathering<'a, L> {
     #[inline(always)]
     pub(crate) fn run(
         group: &Group,
-        sorted: &'a Sorted,
+        deposits: &'a Deposits<'a>,
         buffers: &'a mut JoinBuffers,
         sums: &'a mut GroupSums,
         counts: &'a mut JoinCounts,
@@ -142,7 +142,7 @@ impl<'a, L: Lanes> Gathering<'a, L> {
             if Self::PARTS == 1 { first } else { Part::new(&rows[L::N..], &pixels[L::N..], &halves[1]) };
         let JoinBuffers { runs, found } = buffers;
         (found[0].count, found[1].count) = (0, 0);
-        let mut this = Self { parts: [first, second], sorted, found, sums, counts };
+        let mut this = Self { parts: [first, second], deposits, found, sums, counts };
         for k in 0..runs.count() {
             this.find(runs.range(k));
         }
@@ -155,8 +155,8 @@ impl<'a, L: Lanes> Gathering<'a, L> {
     #[inline(always)]
     fn find(&mut self, run: Range<usize>) {
         for at in run.clone().step_by(L::N) {
-            let p = self.sorted.load_points::<L>(at);
-            self.sorted.prefetch_arrivals::<L>(at);
+            let p = self.deposits.load_points::<L>(at);
+            self.deposits.prefetch_arrivals::<L>(at);
             let in_run = L::first(run.end - at);
             for k in 0..Self::PARTS {
                 let near = self.parts[k].in_reach.contains(p) & in_run;
@@ -175,7 +175,7 @@ impl<'a, L: Lanes> Gathering<'a, L> {
         let (Part { point, normal, radius_squared, safe, shared, .. }, count) =
             (self.parts[part], take(count));
         let (xs, ys, zs) = (&points.x[..count], &points.y[..count], &points.z[..count]);
-        let (indices, arrivals) = (&indices[..count], self.sorted.arrivals());
+        let (indices, arrivals) = (&indices[..count], self.deposits.arrivals);
         let (mut m, mut sums) = (L::u(0), [L::u(0); 3]);
         for k in 0..count {
             let Arrival { surface, flux, wi, .. } = arrivals[indices[k] as usize];

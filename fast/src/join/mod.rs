@@ -51,7 +51,7 @@ pub(crate) use radii::Radii;
 use rayon::prelude::*;
 pub(crate) use region::Region;
 use scene::{Stats, Stop};
-pub(crate) use sorted::Sorted;
+pub(crate) use sorted::{Deposits, Sorted};
 use std::mem::take;
 pub(crate) use sums::{GroupSums, JoinCounts, MOST_BYTES_OF_SUMS};
 
@@ -180,12 +180,13 @@ impl Kernel for JoinJob<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> JoinCounts {
         let Round { sorted, cells, is_last, nominal, density } = self.round;
+        let deposits = sorted.map(Sorted::deposits);
         let (mut counts, mut buffers) = (JoinCounts::default(), JoinBuffers::new());
         let groups = self.pixels.chunks_mut(GROUP).zip(self.rows.chunks(GROUP));
         for (number, (pixels, rows)) in groups.enumerate() {
             let mut sums = self.sums.get_mut(number).map(take).unwrap_or_default();
-            if let Some(sorted) = sorted {
-                gather_group::<L>(sorted, cells, rows, pixels, &mut buffers, &mut sums, &mut counts);
+            if let Some(deposits) = &deposits {
+                gather_group::<L>(deposits, cells, rows, pixels, &mut buffers, &mut sums, &mut counts);
             }
             if is_last && let Some(density) = density {
                 estimate_group::<L>(pixels, rows, &sums, nominal, density);
@@ -202,7 +203,7 @@ impl Kernel for JoinJob<'_> {
 /// Adds up the photons that count at each pixel of a group.
 #[inline(always)]
 pub(crate) fn gather_group<L: Lanes>(
-    sorted: &Sorted,
+    deposits: &Deposits,
     cells: Cells,
     rows: &[PixelRows],
     pixels: &[Pixel],
@@ -217,9 +218,9 @@ pub(crate) fn gather_group<L: Lanes>(
     }
     let span = cells.span(&all);
     if span.fits() {
-        buffers.runs.look_up(sorted, &cells.query::<L>(span, &all));
+        buffers.runs.look_up(deposits, &cells.query::<L>(span, &all));
         let group = Group { rows, pixels, halves, all };
-        Gathering::<L>::run(&group, sorted, buffers, sums, counts);
+        Gathering::<L>::run(&group, deposits, buffers, sums, counts);
         return;
     }
     for (lane, (row, pixel)) in rows.iter().zip(pixels).enumerate() {
@@ -227,11 +228,11 @@ pub(crate) fn gather_group<L: Lanes>(
             let mut point = SinglePoint { row, radius_squared: pixel.radius_squared, sums, lane };
             let span = cells.span(&region);
             if span.fits() {
-                buffers.runs.look_up(sorted, &cells.query::<L>(span, &region));
-                point.run::<L>(sorted, buffers, counts);
+                buffers.runs.look_up(deposits, &cells.query::<L>(span, &region));
+                point.run::<L>(deposits, buffers, counts);
             } else {
                 // Coordinates are so large that they round to many cells.
-                point.run_on_all::<L>(sorted, buffers, counts);
+                point.run_on_all::<L>(deposits, buffers, counts);
             }
         }
     }

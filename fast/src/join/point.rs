@@ -15,7 +15,7 @@
 
 use super::deposit::{Arrival, Flux, HEAVY, safe_surface};
 use super::found::{Found, JoinBuffers};
-use super::sorted::Sorted;
+use super::sorted::Deposits;
 use super::sums::{GroupSums, JoinCounts};
 use crate::pixels::PixelRows;
 use lanes::{Lanes, V3};
@@ -36,37 +36,37 @@ impl SinglePoint<'_> {
     #[inline(always)]
     pub(crate) fn run<L: Lanes>(
         &mut self,
-        sorted: &Sorted,
+        deposits: &Deposits,
         buffers: &mut JoinBuffers,
         counts: &mut JoinCounts,
     ) {
         let JoinBuffers { runs, found: [found, _] } = buffers;
         found.count = 0;
         for k in 0..runs.count() {
-            self.find::<L>(sorted, runs.range(k), found, counts);
+            self.find::<L>(deposits, runs.range(k), found, counts);
         }
-        self.add(sorted, found, counts);
+        self.add(deposits, found, counts);
     }
 
     /// Adds up what the point gathers from all photons.
     #[inline(always)]
     pub(crate) fn run_on_all<L: Lanes>(
         &mut self,
-        sorted: &Sorted,
+        deposits: &Deposits,
         buffers: &mut JoinBuffers,
         counts: &mut JoinCounts,
     ) {
         let [found, _] = &mut buffers.found;
         found.count = 0;
-        self.find::<L>(sorted, 0..sorted.count(), found, counts);
-        self.add(sorted, found, counts);
+        self.find::<L>(deposits, 0..deposits.count(), found, counts);
+        self.add(deposits, found, counts);
     }
 
     /// Finds the photons of a run that are within the radius.
     #[inline(always)]
     fn find<L: Lanes>(
         &mut self,
-        sorted: &Sorted,
+        deposits: &Deposits,
         run: Range<usize>,
         found: &mut Found,
         counts: &mut JoinCounts,
@@ -74,23 +74,23 @@ impl SinglePoint<'_> {
         let point = V3::<L>::splat(Vec3::from_array(self.row.point));
         counts.candidates += run.len() as u64;
         for at in run.clone().step_by(L::N) {
-            let d = sorted.load_points::<L>(at) - point;
+            let d = deposits.load_points::<L>(at) - point;
             let near = L::lt(d.dot(d), L::f(self.radius_squared)) & L::first(run.end - at);
-            sorted.prefetch_arrivals::<L>(at);
+            deposits.prefetch_arrivals::<L>(at);
             found.append_indices::<L>(near, at);
             if found.is_full::<L>() {
-                self.add(sorted, found, counts);
+                self.add(deposits, found, counts);
             }
         }
     }
 
     /// Adds up the photons found that arrive on the visible side, and empties the list.
     #[inline(always)]
-    fn add(&mut self, sorted: &Sorted, found: &mut Found, counts: &mut JoinCounts) {
+    fn add(&mut self, deposits: &Deposits, found: &mut Found, counts: &mut JoinCounts) {
         let (safe, normal) = (safe_surface(self.row.sphere), Vec3::from_array(self.row.normal));
         let (mut m, mut sums) = (0, [0_u64; 3]);
         for index in &found.indices[..found.count] {
-            let Arrival { surface, flux, wi, .. } = sorted.arrivals()[*index as usize];
+            let Arrival { surface, flux, wi, .. } = deposits.arrivals[*index as usize];
             if surface & !HEAVY == safe || Vec3::from_array(wi).dot(normal) > 0.0 {
                 m += 1;
                 if surface & HEAVY != 0 {

@@ -1,7 +1,7 @@
 //! Looking up the photons of a query.
 
 use super::cells::{Query, WINDOW};
-use super::sorted::Sorted;
+use super::sorted::Deposits;
 use lanes::Lanes;
 use std::ops::Range;
 
@@ -22,17 +22,17 @@ impl Runs {
 
     /// Looks up a query. Prefetches each run found, so that memory answers while the other rows are looked up.
     #[inline(always)]
-    pub(crate) fn look_up<L: Lanes>(&mut self, sorted: &Sorted, query: &Query<L>) {
+    pub(crate) fn look_up<L: Lanes>(&mut self, deposits: &Deposits, query: &Query<L>) {
         self.count = 0;
         for z in query.slabs() {
             let mut rows = query.rows(z);
             while let Some(row) = rows.next() {
-                if sorted.is_empty(row) {
+                if deposits.is_empty(row) {
                     continue;
                 }
-                for Range { start, end } in sorted.photons(row) {
+                for Range { start, end } in deposits.photons(row) {
                     if start < end {
-                        sorted.prefetch_points(start);
+                        deposits.prefetch_points(start);
                         self.ranges[self.count] = (start as u32, end as u32);
                         self.count += 1;
                     }
@@ -61,6 +61,7 @@ mod tests {
     use crate::join::cells::Cells;
     use crate::join::deposit::Record;
     use crate::join::region::Region;
+    use crate::join::sorted::Sorted;
     use lanes::Emulated;
     use scene::Vec3;
     use std::sync::Arc;
@@ -83,7 +84,7 @@ mod tests {
             let region = Region { low, high: low + wide - 2e-3, reach: 1e-4 };
             let span = cells.span(&region);
             assert!(span.fits());
-            runs.look_up(&sorted, &cells.query::<Emulated>(span, &region));
+            runs.look_up(&sorted.deposits(), &cells.query::<Emulated>(span, &region));
             let found: usize = (0..runs.count).map(|k| runs.range(k).len()).sum();
             assert_eq!(found, (WINDOW * WINDOW * WINDOW) as usize);
             most = most.max(runs.count);

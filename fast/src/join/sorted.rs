@@ -12,7 +12,7 @@ use scene::Vec3;
 use std::array;
 use std::ops::Range;
 
-// A run and the bits before it in its byte fit into the two bytes that `Sorted::is_empty` reads.
+// A run and the bits before it in its byte fit into the two bytes that `Deposits::is_empty` reads.
 const _: () = assert!(WINDOW <= 9);
 
 /// The deposits of all photons, in order of their buckets.
@@ -39,10 +39,10 @@ impl Sorted {
         self.starts.last().map_or(0, |end| *end as usize)
     }
 
-    /// What each deposit brings.
-    #[inline(always)]
-    pub(crate) fn arrivals(&self) -> &[Arrival] {
-        &self.arrivals
+    /// What is read of these to gather.
+    pub(crate) fn deposits(&self) -> Deposits<'_> {
+        let points = self.points.each_ref().map(|column| &column[..]);
+        Deposits { points, arrivals: &self.arrivals, starts: &self.starts, filled: &self.filled }
     }
 
     /// The point of a deposit.
@@ -82,6 +82,29 @@ impl Sorted {
         self.filled[buckets / 8] = self.filled[0];
     }
 
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        let points: usize = self.points.iter().map(|column| size_of_val(&column[..])).sum();
+        points + size_of_val(&self.arrivals[..]) + size_of_val(&self.starts[..]) + self.filled.len()
+    }
+}
+
+/// Sorted deposits as slices: [`Pages`] and vectors would be dereferenced for every packet of photons.
+#[derive(Clone, Copy)]
+pub(crate) struct Deposits<'a> {
+    points: [&'a [f32]; 3],
+    /// What each deposit brings.
+    pub(crate) arrivals: &'a [Arrival],
+    starts: &'a [u32],
+    filled: &'a [u8],
+}
+
+impl Deposits<'_> {
+    /// How many there are.
+    pub(crate) fn count(&self) -> usize {
+        self.starts.last().map_or(0, |end| *end as usize)
+    }
+
     /// True if a run of buckets, which may wrap around the table, has no deposits.
     #[inline(always)]
     pub(crate) fn is_empty(&self, run: Run) -> bool {
@@ -112,7 +135,7 @@ impl Sorted {
     /// The points of `L::N` deposits from `at` on.
     #[inline(always)]
     pub(crate) fn load_points<L: Lanes>(&self, at: usize) -> V3<L> {
-        let [xs, ys, zs] = &self.points;
+        let [xs, ys, zs] = self.points;
         V3::new(L::load(&xs[at..]), L::load(&ys[at..]), L::load(&zs[at..]))
     }
 
@@ -122,14 +145,8 @@ impl Sorted {
         /// Two rows share a cache line.
         const STEP: usize = 2;
         for k in (0..L::N).step_by(STEP) {
-            prefetch(&self.arrivals, at + k);
+            prefetch(self.arrivals, at + k);
         }
-    }
-
-    /// Bytes held.
-    pub(crate) fn bytes(&self) -> usize {
-        let points: usize = self.points.iter().map(|column| size_of_val(&column[..])).sum();
-        points + size_of_val(&self.arrivals[..]) + size_of_val(&self.starts[..]) + self.filled.len()
     }
 }
 
@@ -219,10 +236,14 @@ mod tests {
         for bucket in 0..=cells.mask {
             for length in 1..=WINDOW {
                 let expected = !(0..length).any(|k| is_filled((bucket + k) & cells.mask));
-                assert_eq!(sorted.is_empty(Run { bucket, length }), expected, "{length} from {bucket}");
+                assert_eq!(
+                    sorted.deposits().is_empty(Run { bucket, length }),
+                    expected,
+                    "{length} from {bucket}"
+                );
             }
         }
         sorted.fill(&[], cells);
-        assert!((0..=cells.mask).all(|bucket| sorted.is_empty(Run { bucket, length: WINDOW })));
+        assert!((0..=cells.mask).all(|bucket| sorted.deposits().is_empty(Run { bucket, length: WINDOW })));
     }
 }

@@ -239,11 +239,12 @@ impl Kernel for Gather<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
         let Join { cells, sorted, pixels, rows, .. } = self.0;
+        let deposits = sorted.deposits();
         let mut all = Vec::with_capacity(pixels.len() / GROUP);
         let (mut counts, mut buffers) = (JoinCounts::default(), JoinBuffers::new());
         for (pixels, rows) in pixels.chunks(GROUP).zip(rows.chunks(GROUP)) {
             let mut sums = GroupSums::default();
-            gather_group::<L>(sorted, *cells, rows, pixels, &mut buffers, &mut sums, &mut counts);
+            gather_group::<L>(&deposits, *cells, rows, pixels, &mut buffers, &mut sums, &mut counts);
             all.push(sums);
         }
         (all, counts)
@@ -282,5 +283,5 @@ pub(super) fn sorted_photons(sorted: &Sorted) -> Vec<(Photon, u32)> {
         };
         (photon, bucket)
     };
-    sorted.arrivals().iter().enumerate().take(sorted.count()).map(photon).collect()
+    sorted.deposits().arrivals.iter().enumerate().take(sorted.count()).map(photon).collect()
 }

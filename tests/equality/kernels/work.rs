@@ -21,9 +21,9 @@ fn assert_near(actual: &[u64], expected: &[u64], what: &str) {
 fn searches_try_few_balls() {
     let cases = [
         (60, Search::Clusters, [1953, 748, 1681, 634]),
-        (1000, Search::Clusters, [4594, 1799, 3969, 1542]),
-        (1000, Search::Tree, [3944, 939, 2557, 583]),
-        (20_000, Search::Tree, [7152, 1230, 4278, 709]),
+        (1000, Search::Clusters, [4644, 1799, 4013, 1542]),
+        (1000, Search::Tree, [3322, 1049, 2201, 677]),
+        (20_000, Search::Tree, [5321, 1445, 3119, 811]),
     ];
     for (count, search, expected) in cases {
         // An incomplete last packet, and some shadow rays with a negative limit, which cannot hit anything.
