@@ -295,7 +295,7 @@ fn memory_per_sphere() {
         let scene = scene_of(spheres, Vec3::splat(1e3));
         let still = scene.at(0.0);
         let tree = Intersector::with_search(&still, LaneKind::best(), Search::Tree).bytes();
-        // 20 bytes in a leaf, a box for sixteen of them, and a row of 32, which no more than four million have.
+        // 20 bytes in a leaf, a box for sixteen of them, and a row of 32, which no more than a million have.
         assert!((52 * count..56 * count).contains(&tree), "{tree} bytes for {count} spheres");
         let in_turn = Intersector::with_search(&still, LaneKind::best(), Search::InTurn).bytes();
         let clusters = Intersector::with_search(&still, LaneKind::best(), Search::Clusters).bytes();
