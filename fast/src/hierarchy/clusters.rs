@@ -25,7 +25,7 @@ use crate::paths::{Floats, ROOM, Words};
 use lanes::{Lanes, V3};
 use scene::Vec3;
 
-/// Balls in clusters, which are the halves of leaves. With whole leaves fewer bounding spheres would be tested, but a fifth more balls.
+/// Balls in clusters, which are the halves of leaves.
 #[derive(Debug)]
 pub(crate) struct Clusters {
     leaves: Pages<Leaf>,
