@@ -13,21 +13,20 @@ use scene::ray::SphereId;
 use scene::{Ray, Rgb, Still, Vec3};
 
 /// Finds what rays hit in a still, by the code of the passes: in batches, on any lanes.
-pub struct Intersector<'a> {
-    still: &'a Still<'a>,
+pub struct Intersector {
     tables: Tables,
     lanes: LaneKind,
 }
 
-impl<'a> Intersector<'a> {
+impl Intersector {
     /// With the search that the renderer would use.
-    pub fn new(still: &'a Still<'a>, lanes: LaneKind) -> Self {
-        Self { still, tables: Tables::new(still), lanes }
+    pub fn new(still: &Still, lanes: LaneKind) -> Self {
+        Self { tables: Tables::new(still), lanes }
     }
 
     /// With the given search, however many balls there are.
-    pub fn with_search(still: &'a Still<'a>, lanes: LaneKind, search: Search) -> Self {
-        Self { still, tables: Tables::with_search(still, search), lanes }
+    pub fn with_search(still: &Still, lanes: LaneKind, search: Search) -> Self {
+        Self { tables: Tables::with_search(still, search), lanes }
     }
 
     /// Bytes of memory held.
@@ -42,7 +41,7 @@ impl<'a> Intersector<'a> {
 
     /// What each ray hits, with the surface there; `None` where it hits nothing.
     pub fn surfaces(&self, rays: &[Ray]) -> Vec<Option<Met>> {
-        dispatch(self.lanes, AllMet { still: self.still, tables: &self.tables, rays })
+        dispatch(self.lanes, AllMet { tables: &self.tables, rays })
     }
 
     /// Which rays hit a surface other than `light` nearer than `t`; there is one `t` and one `light` per ray.
@@ -80,7 +79,6 @@ pub struct Met {
 }
 
 struct AllMet<'a> {
-    still: &'a Still<'a>,
     tables: &'a Tables,
     rays: &'a [Ray],
 }
@@ -94,7 +92,7 @@ impl Kernel for AllMet<'_> {
         for rays in self.rays.chunks(BATCH) {
             fill(&mut paths, rays);
             intersect_batch::<L>(self.tables, &mut paths, &mut buffers, rays.len());
-            let surfaces = self.tables.surfaces(self.still, &paths.hit[..rays.len()]);
+            let surfaces = self.tables.surfaces(&paths.hit[..rays.len()]);
             for at in (0..rays.len()).step_by(L::N) {
                 let rest = rays.len() - at;
                 let (t, hit, arrived) = hits::<L>(&paths, at, L::first(rest));

@@ -141,10 +141,6 @@ parameters! {
     most_balls_in_turn: u32 = 12, Whole 0.0..=4096.0;
     /// The most balls that are put in clusters; more are put in a tree.
     most_balls_in_clusters: u32 = 1024, Whole 0.0..=4096.0;
-    /// The most spheres that have a table of surfaces if balls are in a tree; of more, the row of a surface is made when it is
-    /// hit. The table takes 32 bytes a sphere. A segment among a million spheres takes a tenth less time with it, among ten
-    /// million 3 % less.
-    most_surface_rows: u32 = 1 << 20, Whole 0.0..=4_194_304.0;
 }
 
 impl Parameters {

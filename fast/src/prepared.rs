@@ -9,20 +9,15 @@ use scene::{Scene, Still};
 
 /// What a sphere takes in the tables made of a scene of few.
 pub(crate) const BYTES_PER_SPHERE: u64 = 256;
-/// What each of many spheres takes: 22 in the tree, and a box for sixteen while it is built.
-const BYTES_OF_MANY: u64 = 24;
-/// What each takes in the table of surfaces, if there is one.
-const BYTES_OF_ROW: u64 = 32;
+/// What each of many spheres takes: 22 in the tree, a box for sixteen while it is built, and a row of 32 for its surface.
+const BYTES_OF_MANY: u64 = 56;
 /// So many spheres are few. Of more, most are balls: a room for each would hold the eye.
 const FEW: u64 = 4096;
 
 /// What so many spheres take in the tables and trees made of the scene, while they are built.
 pub(crate) fn bytes_of_spheres(spheres: usize) -> u64 {
     let spheres = spheres as u64;
-    let most_rows = Parameters::ALL.iter().find(|parameter| parameter.name == "most_surface_rows");
-    let has_rows = most_rows.is_some_and(|most_rows| spheres as f64 <= most_rows.most);
-    let of_many = BYTES_OF_MANY + if has_rows { BYTES_OF_ROW } else { 0 };
-    spheres.min(FEW) * BYTES_PER_SPHERE + spheres.saturating_sub(FEW) * of_many
+    spheres.min(FEW) * BYTES_PER_SPHERE + spheres.saturating_sub(FEW) * BYTES_OF_MANY
 }
 
 /// A still with its tables.
@@ -37,7 +32,7 @@ impl<'a> Prepared<'a> {
     pub(crate) fn new(still: Still<'a>, parameters: &Parameters, old: Option<Hierarchy>) -> Self {
         let search = parameters.search(ball_count(&still));
         let hierarchy = Hierarchy::reuse(old, &still, search);
-        let tables = Tables::with_hierarchy(&still, hierarchy, parameters.most_surface_rows);
+        let tables = Tables::with_hierarchy(&still, hierarchy);
         let lights = LightTable::new(&still);
         Self { still, tables, lights }
     }

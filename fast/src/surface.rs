@@ -1,10 +1,11 @@
 //! The surfaces that rays hit: a row per sphere, and the point and normal of each hit.
 //!
-//! Rows are in a table, unless spheres are so many (`Parameters::most_surface_rows`) that it would take too much memory: then they are
-//! made where they are needed.
+//! Rows are in a table of 32 bytes a sphere. Made when a surface is hit, from the sphere, its role and its material, they would
+//! take no memory; but among ten million spheres three lines would come from memory for one, and a segment take a third more
+//! time.
 
 use bytemuck::{Pod, Zeroable};
-use lanes::{Lanes, MOST_LANES, Row, V3, prefetch};
+use lanes::{Lanes, Row, V3, prefetch};
 use scene::ray::SphereId;
 use scene::still::Role;
 use scene::{Still, Vec3};
@@ -64,38 +65,13 @@ pub(crate) fn surface_row(still: &Still, id: SphereId) -> Row {
 /// Rows of a table that is in the cache: 256 KiB.
 const ROWS_IN_CACHE: usize = 1 << 13;
 
-/// The rows of all spheres.
-#[derive(Clone, Copy)]
-pub(crate) struct Surfaces<'a> {
-    /// As a table; empty if they are made of `still`.
-    pub(crate) rows: &'a [Row],
-    pub(crate) still: &'a Still<'a>,
-}
-
-impl Surfaces<'_> {
-    /// Prefetches the rows of the spheres that rays have hit, or what they are made of; unless the table is in the cache.
-    pub(crate) fn prefetch(&self, hits: &[SphereId]) {
-        if self.rows.is_empty() {
-            for hit in hits {
-                prefetch(&self.still.spheres, *hit as usize);
-            }
-        } else if self.rows.len() > ROWS_IN_CACHE {
-            for hit in hits {
-                prefetch(self.rows, *hit as usize);
-            }
+/// Prefetches the rows of the spheres that rays have hit, unless the table is in the cache. A hit may be no sphere.
+pub(crate) fn prefetch_rows(rows: &[Row], hits: &[SphereId]) {
+    if rows.len() > ROWS_IN_CACHE {
+        for hit in hits {
+            prefetch(rows, *hit as usize);
         }
     }
-}
-
-/// The rows of the spheres with these ids. Not inlined: the passes over few spheres, which have a table, would be slower for
-/// the code that they do not run.
-#[inline(never)]
-fn made_rows(still: &Still, ids: &[u32]) -> [Row; MOST_LANES] {
-    let mut rows = [Row::default(); MOST_LANES];
-    for (row, id) in rows.iter_mut().zip(ids) {
-        *row = surface_row(still, *id);
-    }
-    rows
 }
 
 /// Of the balls with these ids, whose rows are in the table `rows`: centres, radii, and which are of glass.
@@ -116,12 +92,8 @@ struct SurfaceLanes<L: Lanes> {
 impl<L: Lanes> SurfaceLanes<L> {
     /// The rows of the spheres with these ids.
     #[inline(always)]
-    fn gather(surfaces: Surfaces, ids: &[u32]) -> Self {
-        let [ax, ay, az, scale, bx, by, bz, tag] = if surfaces.rows.is_empty() {
-            L::load_rows(&made_rows(surfaces.still, &ids[..L::N]))
-        } else {
-            L::gather_rows(surfaces.rows, ids)
-        };
+    fn gather(surfaces: &[Row], ids: &[u32]) -> Self {
+        let [ax, ay, az, scale, bx, by, bz, tag] = L::gather_rows(surfaces, ids);
         Self { anchor: V3::new(ax, ay, az), scale, offset: V3::new(bx, by, bz), tag: L::bits(tag) }
     }
 }
@@ -143,7 +115,7 @@ pub(crate) struct Hit<L: Lanes> {
 impl<L: Lanes> Hit<L> {
     /// The points at distance `t` along the rays, on the spheres with these ids.
     #[inline(always)]
-    pub(crate) fn at(surfaces: Surfaces, origin: V3<L>, direction: V3<L>, t: L::F, ids: &[u32]) -> Self {
+    pub(crate) fn at(surfaces: &[Row], origin: V3<L>, direction: V3<L>, t: L::F, ids: &[u32]) -> Self {
         let SurfaceLanes { anchor, scale, offset, tag } = SurfaceLanes::<L>::gather(surfaces, ids);
         let point = origin + direction.scale(t);
         let from_anchor = point - anchor;

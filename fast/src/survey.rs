@@ -138,8 +138,8 @@ impl Survey<'_> {
     /// number of walks that go on.
     #[inline(always)]
     fn scatter<L: Lanes>(&self, walks: &mut Walks, live: usize) -> usize {
-        let Prepared { still, tables, .. } = self.prepared;
-        let surfaces = tables.surfaces(still, &walks.paths.hit[..live]);
+        let tables = &self.prepared.tables;
+        let surfaces = tables.surfaces(&walks.paths.hit[..live]);
         walks.asking.count = 0;
         let mut go_on = 0;
         for at in (0..live).step_by(L::N) {

@@ -2,19 +2,23 @@
 
 use crate::hierarchy::Hierarchy;
 use crate::material::material_row;
-use crate::parameters::Parameters;
+use crate::pages::Pages;
 use crate::search::Search;
 use crate::shapes::Shape;
-use crate::surface::{Surfaces, surface_row};
+use crate::surface::{prefetch_rows, surface_row};
 use lanes::Row;
+use rayon::prelude::*;
 use scene::Still;
 use scene::ray::SphereId;
 use scene::still::Role;
 
+/// So many rows are worth a thread.
+const WORTH_A_THREAD: usize = 1 << 12;
+
 /// The tables of one still. Rows are fetched by lanes; shapes are broadcast to lanes.
 pub(crate) struct Tables {
-    /// A row per sphere ([`surface_row`]); empty if spheres are too many (`Parameters::most_surface_rows`).
-    surfaces: Vec<Row>,
+    /// A row per sphere ([`surface_row`]).
+    surfaces: Pages<Row>,
     /// A row per material ([`material_row`]).
     pub(crate) materials: Vec<Row>,
     /// The spheres that are not in the hierarchy, in order of their ids.
@@ -28,44 +32,37 @@ pub(crate) struct Tables {
 impl Tables {
     /// With the search that is usually fastest.
     pub(crate) fn new(still: &Still) -> Self {
-        let most_rows = Parameters::default().most_surface_rows;
-        Self::with_hierarchy(still, Hierarchy::new(still), most_rows)
+        Self::with_hierarchy(still, Hierarchy::new(still))
     }
 
     /// With the given search.
     pub(crate) fn with_search(still: &Still, search: Search) -> Self {
-        let most_rows = Parameters::default().most_surface_rows;
-        Self::with_hierarchy(still, Hierarchy::with_search(still, search), most_rows)
+        Self::with_hierarchy(still, Hierarchy::with_search(still, search))
     }
 
-    /// With the given hierarchy, which must be of this still, and the most spheres that have a table of surfaces.
-    pub(crate) fn with_hierarchy(still: &Still, hierarchy: Hierarchy, most_rows: u32) -> Self {
+    /// With the given hierarchy, which must be of this still.
+    pub(crate) fn with_hierarchy(still: &Still, hierarchy: Hierarchy) -> Self {
         let is_shape = |role: &Role| matches!(role, Role::Enclosure(_)) || !hierarchy.holds_balls();
         let ids = (0..still.spheres.len() as SphereId).filter(|id| is_shape(&still.roles[*id as usize]));
         let shapes: Vec<Shape> = ids.map(|id| Shape::of(still, id)).collect();
         let casts_shadow = |s: &&Shape| !matches!(s, Shape::Enclosure(e) if !e.casts_shadow);
         let shadow_casters = shapes.iter().filter(casts_shadow).copied().collect();
-        let surfaces = match hierarchy {
-            Hierarchy::Tree(_) if still.spheres.len() > most_rows as usize => Vec::new(),
-            _ => {
-                let ids = 0..still.spheres.len() as SphereId;
-                never_empty(ids.map(|id| surface_row(still, id)).collect())
-            }
-        };
+        // Lanes that have hit nothing fetch row 0.
+        let mut surfaces = Pages::<Row>::zeros(still.spheres.len().max(1));
+        let rows = surfaces[..still.spheres.len()].par_iter_mut().with_min_len(WORTH_A_THREAD);
+        rows.enumerate().for_each(|(id, row)| *row = surface_row(still, id as SphereId));
         let materials = never_empty(still.materials.iter().map(material_row).collect());
         Self { surfaces, materials, shapes, shadow_casters, hierarchy }
     }
 
-    /// The surfaces of the spheres of `still`, which these tables must be of. Those of `hits` are asked for, if they have to
-    /// come from memory; a hit may be no sphere.
+    /// The rows of the surfaces, of which those of `hits` are asked for, if they have to come from memory.
     #[inline(always)]
-    pub(crate) fn surfaces<'a>(&'a self, still: &'a Still<'a>, hits: &[SphereId]) -> Surfaces<'a> {
-        let surfaces = Surfaces { rows: &self.surfaces, still };
-        surfaces.prefetch(hits);
-        surfaces
+    pub(crate) fn surfaces(&self, hits: &[SphereId]) -> &[Row] {
+        prefetch_rows(&self.surfaces, hits);
+        &self.surfaces
     }
 
-    /// The rows of the surfaces; empty if there are too many.
+    /// The rows of the surfaces.
     #[inline(always)]
     pub(crate) fn rows(&self) -> &[Row] {
         &self.surfaces

@@ -214,8 +214,8 @@ assert np.array_equal(first.radiance, second.radiance)
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="the system does not tell the peak of memory")
 def test_a_render_shares_the_spheres_of_its_scene() -> None:
-    """What comes to the 44 bytes of a sphere are the engine's own tables, of at most 34 bytes a sphere."""
-    SIDE, BYTES_PER_SPHERE, SLACK = 150, 34, 24 << 20
+    """What comes to the 44 bytes of a sphere are the engine's own tables, of at most 62 bytes a sphere."""
+    SIDE, BYTES_PER_SPHERE, SLACK = 150, 62, 24 << 20
     done = subprocess.run([sys.executable, "-c", RENDER, str(SIDE)], capture_output=True, text=True, check=True)
     for more in map(int, done.stdout.split()):
-        assert SIDE**3 * 20 < more < SIDE**3 * BYTES_PER_SPHERE + SLACK
+        assert SIDE**3 * 50 < more < SIDE**3 * BYTES_PER_SPHERE + SLACK

@@ -73,8 +73,8 @@ fn a_search_leaves_a_profile_that_renders_load() {
     let lines: Vec<&str> = tried.lines().collect();
     assert_eq!(lines.len(), 1 + 3 + 1, "{tried}");
     assert!(lines[0].starts_with("evaluation,ratio,least,most,pairs,lanes,cell_size,neighbours_at_first"));
-    assert!(lines[2].ends_with(",3,emulated,2.75,1,0.125,0.5,32768,64,64,1024,1024,3,3,1048576"), "{tried}");
-    assert!(lines[3].ends_with(",3,emulated,7.33,9,4,8,2097152,128,256,1024,1024,3,1024,1048576"), "{tried}");
+    assert!(lines[2].ends_with(",3,emulated,2.75,1,0.125,0.5,32768,64,64,1024,1024,3,3"), "{tried}");
+    assert!(lines[3].ends_with(",3,emulated,7.33,9,4,8,2097152,128,256,1024,1024,3,1024"), "{tried}");
     let svg = String::from_utf8(sandbox.bytes("search.svg")).unwrap();
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
 
@@ -89,7 +89,7 @@ fn a_profile_changes_no_bit() {
     let sandbox = Sandbox::new();
     let odd = "[parameters]\ncell_size = 3.6\nbuckets_per_photon = 4\noccupancy_cell_size = 7\noccupancy_bits = 32768\n\
                pixels_per_batch = 64\nphotons_per_batch = 128\npixels_per_job = 256\nphotons_per_job = 512\n\
-               most_balls_in_turn = 0\nmost_balls_in_clusters = 0\nmost_surface_rows = 0\nlanes = \"emulated\"\n";
+               most_balls_in_turn = 0\nmost_balls_in_clusters = 0\nlanes = \"emulated\"\n";
     sandbox.write("odd.toml", odd);
     for scene in ["cornell", "random"] {
         sandbox.render(&[scene, "-o", "usual.pfm", "--stats", "usual.json"]);

@@ -12,8 +12,6 @@ const MOST_IN_TURN: usize = 512;
 /// The parameters that limit the number of balls for each search method.
 const IN_TURN: &str = "most_balls_in_turn";
 const IN_CLUSTERS: &str = "most_balls_in_clusters";
-/// The parameter that saves memory, not time.
-const ROWS: &str = "most_surface_rows";
 
 /// A dimension, as sent to the optimiser.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -49,8 +47,7 @@ impl Space {
     /// matter. Lanes are a dimension unless they are `asked` for.
     pub(crate) fn new(balls: usize, threads: usize, asked: Option<LaneKind>) -> Self {
         let is_job = |name: &str| name.ends_with("_per_job");
-        let is_number =
-            |name: &str| ![IN_TURN, IN_CLUSTERS, ROWS].contains(&name) && (threads > 1 || !is_job(name));
+        let is_number = |name: &str| name != IN_TURN && name != IN_CLUSTERS && (threads > 1 || !is_job(name));
         let numbers = Parameters::ALL.iter().filter(|parameter| is_number(parameter.name));
         let mut dimensions: Vec<Dimension> = numbers
             .map(|parameter| {

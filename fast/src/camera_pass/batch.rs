@@ -154,7 +154,7 @@ impl CameraPass<'_> {
     /// Shades the first `live` paths where they have hit; returns the number of those that go on.
     #[inline(always)]
     fn shade<L: Lanes>(&self, batch: &mut CameraBatch, live: usize, segment: u32) -> usize {
-        let surfaces = self.tables.surfaces(self.still, &batch.paths.hit[..live]);
+        let surfaces = self.tables.surfaces(&batch.paths.hit[..live]);
         let mut go_on = 0;
         for at in (0..live).step_by(L::N) {
             let here = L::first(live - at);

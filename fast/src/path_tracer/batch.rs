@@ -175,8 +175,8 @@ impl PathPass<'_> {
     /// paths that go on.
     #[inline(always)]
     fn shade<L: Lanes>(&self, batch: &mut PathBatch, live: usize, samples: &mut [[f32; 3]]) -> usize {
-        let Prepared { still, tables, .. } = self.prepared;
-        let surfaces = tables.surfaces(still, &batch.paths.hit[..live]);
+        let tables = &self.prepared.tables;
+        let surfaces = tables.surfaces(&batch.paths.hit[..live]);
         // A packet lists so many points at most.
         let room = BATCH - self.settings.light_samples as usize * L::N;
         let (mut at, mut go_on) = (0, 0);

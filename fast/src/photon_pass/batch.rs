@@ -91,7 +91,7 @@ impl PhotonPass<'_> {
         out: &mut Binned,
         counts: &mut PhotonCounts,
     ) -> usize {
-        let surfaces = self.tables.surfaces(self.emission.still, &batch.paths.hit[..live]);
+        let surfaces = self.tables.surfaces(&batch.paths.hit[..live]);
         let mut go_on = 0;
         for at in (0..live).step_by(L::N) {
             let here = L::first(live - at);
