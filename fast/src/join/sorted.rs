@@ -36,7 +36,7 @@ impl Sorted {
 
     /// How many deposits there are.
     pub(crate) fn count(&self) -> usize {
-        self.starts.last().map_or(0, |end| *end as usize)
+        self.deposits().count()
     }
 
     /// What is read of these to gather.
