@@ -38,8 +38,13 @@ impl<T: Pod + Send + Sync> Pages<T> {
         }
     }
 
-    /// `count` times the same value. If memory runs out this ends the process, as it does for a vector.
+    /// `count` times the same value.
     pub(crate) fn filled(value: T, count: usize) -> Self {
+        Self::made(count, |_| value)
+    }
+
+    /// `count` elements, each made from its index. If memory runs out this ends the process, as it does for a vector.
+    pub(crate) fn made(count: usize, make: impl Fn(usize) -> T + Sync) -> Self {
         let bytes = count * size_of::<T>();
         let map = (bytes > 0).then(|| {
             let map = MmapMut::map_anon(bytes);
@@ -53,7 +58,11 @@ impl<T: Pod + Send + Sync> Pages<T> {
             let _ = map.advise(memmap2::Advice::HugePage);
         }
         let mut pages = Self { map, elements: PhantomData };
-        pages.par_chunks_mut(PER_JOB).for_each(|elements| elements.fill(value));
+        pages.par_chunks_mut(PER_JOB).enumerate().for_each(|(job, elements)| {
+            for (element, index) in elements.iter_mut().zip(job * PER_JOB..) {
+                *element = make(index);
+            }
+        });
         pages
     }
 }
@@ -88,6 +97,8 @@ mod tests {
             let mut pages = Pages::filled([7_u32, 8, 9], count);
             assert_eq!(pages.len(), count);
             assert!(pages.iter().all(|element| *element == [7, 8, 9]));
+            let made = Pages::made(count, |index| index as u64);
+            assert!(made.iter().copied().eq(0..count as u64));
             if let Some(last) = pages.last_mut() {
                 *last = [1, 2, 3];
                 assert_eq!(pages[count - 1], [1, 2, 3]);

@@ -7,13 +7,9 @@ use crate::search::Search;
 use crate::shapes::Shape;
 use crate::surface::{prefetch_rows, surface_row};
 use lanes::Row;
-use rayon::prelude::*;
 use scene::Still;
 use scene::ray::SphereId;
 use scene::still::Role;
-
-/// So many rows are worth a thread.
-const WORTH_A_THREAD: usize = 1 << 12;
 
 /// The tables of one still. Rows are fetched by lanes; shapes are broadcast to lanes.
 pub(crate) struct Tables {
@@ -48,9 +44,9 @@ impl Tables {
         let casts_shadow = |s: &&Shape| !matches!(s, Shape::Enclosure(e) if !e.casts_shadow);
         let shadow_casters = shapes.iter().filter(casts_shadow).copied().collect();
         // Lanes that have hit nothing fetch row 0.
-        let mut surfaces = Pages::<Row>::zeros(still.spheres.len().max(1));
-        let rows = surfaces[..still.spheres.len()].par_iter_mut().with_min_len(WORTH_A_THREAD);
-        rows.enumerate().for_each(|(id, row)| *row = surface_row(still, id as SphereId));
+        let count = still.spheres.len();
+        let row = |id| if id < count { surface_row(still, id as SphereId) } else { Row::default() };
+        let surfaces = Pages::made(count.max(1), row);
         let materials = never_empty(still.materials.iter().map(material_row).collect());
         Self { surfaces, materials, shapes, shadow_casters, hierarchy }
     }

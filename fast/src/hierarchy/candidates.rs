@@ -4,7 +4,7 @@
 //! many, the ball is copied from its leaf, which is in the cache ([`Copies`]): a row would have to come from memory.
 
 use super::keys::key;
-use super::leaves::{GLASS, WIDTH};
+use super::leaves::{GLASS, HALF, WIDTH};
 use super::rays::Rays;
 use crate::intersect::meet;
 use crate::paths::{ROOM, Vectors};
@@ -13,12 +13,14 @@ use crate::surface::ball_lanes;
 use lanes::{Lanes, MOST_LANES, Row, V3};
 
 /// Room for the pairs of either kind, for those that are added at once, and for what vectors write past the end.
-const CANDIDATE_ROOM: usize = SurfaceRows::ENOUGH + (WIDTH + 1) * MOST_LANES;
+const CANDIDATE_ROOM: usize = SurfaceRows::ENOUGH + (HALF + 1) * MOST_LANES;
 
-// A packet adds a pair per lane and ball of a leaf at most; and the pairs in use take no more than a third of a first-level
-// cache of 32 KiB: a ray and a sphere, or a ray and the five words of a ball.
+// A packet of rays adds a pair per lane and ball of a cluster at most, a ray in a tree a pair per ball of a leaf; and the
+// pairs in use take no more than a third of a first-level cache of 32 KiB: a ray and a sphere, or a ray and the five words
+// of a ball.
 const _: () = assert!(
-    Copies::ENOUGH <= SurfaceRows::ENOUGH && WIDTH * MOST_LANES < CANDIDATE_ROOM - SurfaceRows::ENOUGH
+    HALF * MOST_LANES < CANDIDATE_ROOM - SurfaceRows::ENOUGH
+        && WIDTH + MOST_LANES < CANDIDATE_ROOM - Copies::ENOUGH
 );
 const _: () =
     assert!(SurfaceRows::ENOUGH * 2 * 4 <= (32 << 10) / 3 && Copies::ENOUGH * 6 * 4 <= (32 << 10) / 3);

@@ -2,8 +2,8 @@
 //!
 //! A root is a poor place to begin: it may have any number of children, and where these are few, few boxes are tested at a
 //! time; and a ray that hits nothing in the nearest child goes through the others in any order, each of which is a large part
-//! of the scene. Here all boxes of the topmost level that has few of
-//! them are tested at the start, and each ray visits those that it enters from the nearest to the farthest:
+//! of the scene. Here all boxes of the lowest level that has no more than 32 are tested at the start, and each ray visits
+//! those that it enters from the nearest to the farthest:
 //!
 //! ```text
 //! for each packet of rays:
@@ -26,14 +26,14 @@
 use super::boxes::{BoundingBox, SlabLanes};
 use lanes::{Lanes, MOST_LANES, Row};
 
-/// Boxes whose keys stand in a row.
-const ROW: usize = 8;
+/// Keys of a row.
+const PER_ROW: usize = 8;
 /// The most boxes of a top.
 pub(super) const MOST_TOP: usize = 32;
 /// Low bits of a key: one more than the number of the box, so that no key is zero.
 const NUMBER: u32 = (MOST_TOP as u32 + 1).next_power_of_two() - 1;
 /// Rows of keys of all boxes.
-const GROUPS: usize = MOST_TOP / ROW;
+const GROUPS: usize = MOST_TOP / PER_ROW;
 /// Rows of the keys that are not zero, with one for what vectors write past the end.
 const KEPT: usize = GROUPS + 1;
 /// Comparisons that sort eight (Batcher's odd-even merge sort): by stages, within which they are independent.
@@ -69,7 +69,7 @@ const FIRST_KEPT: [u32; MOST_LANES] = {
     first
 };
 
-const _: () = assert!(MOST_TOP.is_multiple_of(ROW));
+const _: () = assert!(MOST_TOP.is_multiple_of(PER_ROW));
 
 /// The keys of the boxes of a top, for the rays of a packet.
 pub(super) struct Entries {
@@ -77,7 +77,7 @@ pub(super) struct Entries {
     all: [[Row; MOST_LANES]; GROUPS],
     /// Per ray, those that are not zero.
     kept: [Row; KEPT * MOST_LANES],
-    /// How many these are, as floats: lanes compare no integers.
+    /// How many these are: lanes compare no integers.
     counts: [f32; MOST_LANES],
     /// Per ray, the first eight that were kept, the greatest first; zeros follow them.
     sorted: [Row; MOST_LANES],
@@ -94,18 +94,20 @@ impl Entries {
     /// Tests the boxes for a packet of rays that end at `t`, and sorts them.
     #[inline(always)]
     pub(super) fn test<L: Lanes>(&mut self, top: &[BoundingBox], rays: &SlabLanes<L>, t: L::F) {
-        let (mut number, mut count, groups) = (0, L::f(0.0), top.len().div_ceil(ROW));
-        for (boxes, rows) in top.chunks(ROW).zip(&mut self.all) {
-            let mut columns = [L::f(0.0); ROW];
+        let (mut number, mut count, groups) = (0, L::f(0.0), top.len().div_ceil(PER_ROW));
+        for (boxes, rows) in top.chunks(PER_ROW).zip(&mut self.all) {
+            let mut columns = [L::f(0.0); PER_ROW];
             for (column, bounds) in columns.iter_mut().zip(boxes) {
                 number += 1;
                 let (distance, enters) = rays.entry(bounds, t);
+                // Where a distance is infinite nothing is hit, and its key would be no number.
+                let enters = enters & L::lt(distance, L::f(f32::INFINITY));
                 let key = L::bits(distance) & L::u(!NUMBER) | L::u(number);
                 *column = L::select(enters, L::from_bits(key), L::f(0.0));
                 count = L::select(enters, count + L::f(1.0), count);
             }
+            L::store(count, &mut self.counts);
             if groups == 1 {
-                L::store(count, &mut self.counts);
                 return self.sort::<L>(columns);
             }
             L::transpose(columns, rows);
@@ -127,7 +129,6 @@ impl Entries {
             L::compress(enters, row, &mut kept[count..]);
             count += L::mask_bits(enters).count_ones() as usize;
         }
-        self.counts[lane] = count as f32;
     }
 
     /// Sorts the first eight keys that each ray has kept.
@@ -143,7 +144,7 @@ impl Entries {
 
     /// Sorts eight keys of each ray.
     #[inline(always)]
-    fn sort<L: Lanes>(&mut self, mut keys: [L::F; ROW]) {
+    fn sort<L: Lanes>(&mut self, mut keys: [L::F; PER_ROW]) {
         for (a, b) in NETWORK {
             (keys[a], keys[b]) = (L::max(keys[a], keys[b]), L::min(keys[a], keys[b]));
         }
@@ -161,7 +162,7 @@ impl Entries {
         distances: &mut [f32],
     ) -> usize {
         let count = self.counts[lane] as usize;
-        let begin = count.saturating_sub(ROW);
+        let begin = count.saturating_sub(PER_ROW);
         let others: &[u32] = bytemuck::cast_slice(&self.kept[lane * KEPT + 1..][..KEPT - 1]);
         for (k, key) in others.iter().take(begin).enumerate() {
             places[k] = first + (key & NUMBER) - 1;
@@ -171,5 +172,39 @@ impl Entries {
         L::store_u((keys & L::u(NUMBER)) + L::u(first.wrapping_sub(1)), &mut places[begin..]);
         L::store(L::from_bits(keys & L::u(!NUMBER)), &mut distances[begin..]);
         count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lanes::{Emulated, V3};
+    use scene::Vec3;
+
+    /// The boxes of a top of so many that a ray along z enters, the nearest last; of these, every third is at an infinite
+    /// distance.
+    fn entered(count: usize) -> Vec<u32> {
+        type L = Emulated<8>;
+        let bounds = |k: usize| {
+            let far = if k.is_multiple_of(3) { 1e25 } else { 0.0 };
+            let low = Vec3::new(far - 1.0, -1.0, 1.0 + k as f32);
+            BoundingBox { low, high: low + Vec3::new(2.0, 2.0, 0.5) }
+        };
+        let top: Vec<BoundingBox> = (0..count).map(bounds).collect();
+        let rays = SlabLanes::<L>::new(V3::splat(Vec3::ZERO), V3::splat(Vec3::new(0.0, 0.0, 1.0)), 64.0);
+        let mut entries = Entries::EMPTY;
+        entries.test(&top, &rays, L::f(f32::INFINITY));
+        let (mut places, mut distances) = ([0; 2 * MOST_TOP], [0.0; 2 * MOST_TOP]);
+        let count = entries.push::<L>(0, 0, &mut places, &mut distances);
+        assert!(distances[..count].iter().all(|distance| distance.is_finite()));
+        places[..count].to_vec()
+    }
+
+    #[test]
+    fn boxes_at_an_infinite_distance_are_not_entered_and_move_no_other() {
+        for count in 1..=12_u32 {
+            let nearest_last: Vec<u32> = (0..count).rev().filter(|k| !k.is_multiple_of(3)).collect();
+            assert_eq!(entered(count as usize), nearest_last, "{count} boxes");
+        }
     }
 }

@@ -258,16 +258,7 @@ impl Levels<'_> {
             let first = ((level - 1) << INDEX_BITS) + index * WIDTH as u32;
             let children = wave.slabs.children::<L>(ray, node, key_distance(keys[ray]));
             let nearest = children.nearest();
-            let (mut height, stack) = (wave.heights[ray] as usize, &mut wave.stacks[ray]);
-            for part in 0..Children::<L>::PARTS {
-                let (entries, hit) = children.0[part];
-                let child = L::u((part * L::N) as u32) + L::iota();
-                let others = hit & !L::eq(child, L::u(nearest));
-                L::compress_u(others, L::u(first) + child, &mut stack.places[GROUND + height..]);
-                L::compress(others, entries, &mut stack.entries[GROUND + height..]);
-                height += L::mask_bits(others).count_ones() as usize;
-            }
-            wave.heights[ray] = height as u32;
+            wave.push_others(ray, &children, nearest, first);
             let (goes_on, is_above_leaves) = (children.is_any_hit(), level == 1);
             if is_large && is_above_leaves {
                 prefetch_all(leaves, (index * WIDTH as u32 + nearest) as usize);
@@ -312,6 +303,21 @@ impl Wave {
         let (walks, is_leaf) = (walks & (count > 0), first == 0);
         push_if(walks & !is_leaf, next, &mut self.at_nodes, &mut self.counts.nodes);
         push_if(walks & is_leaf, next, &mut self.at_leaves, &mut self.counts.leaves);
+    }
+
+    /// Pushes the children that a ray hits, but for the nearest. `first` is the place of the first child.
+    #[inline(always)]
+    fn push_others<L: Lanes>(&mut self, ray: usize, children: &Children<L>, nearest: u32, first: u32) {
+        let (mut height, stack) = (self.heights[ray] as usize, &mut self.stacks[ray]);
+        for part in 0..Children::<L>::PARTS {
+            let (entries, hit) = children.0[part];
+            let child = L::u((part * L::N) as u32) + L::iota();
+            let others = hit & !L::eq(child, L::u(nearest));
+            L::compress_u(others, L::u(first) + child, &mut stack.places[GROUND + height..]);
+            L::compress(others, entries, &mut stack.entries[GROUND + height..]);
+            height += L::mask_bits(others).count_ones() as usize;
+        }
+        self.heights[ray] = height as u32;
     }
 
     /// Pops a box for each ray that waits: the uppermost of its eight upper ones that is not farther than its nearest hit.
