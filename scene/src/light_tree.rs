@@ -6,6 +6,8 @@
 //! enclosures, such as the sky, light all points alike. They are in no node, but in a list of their own.
 
 use glam::{DVec3, Vec3};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::f64::consts::PI;
 
 /// Most levels of the tree, so that every descent is short, wherever the lamps are.
@@ -102,23 +104,65 @@ impl LightTree {
         Self { ambient: ambient.collect(), ambient_irradiance: 1.0, ..Self::default() }
     }
 
-    /// The lights of the hierarchy, neighbours after each other; of a lamp of glass the outer side.
-    pub fn lights_in_order(&self) -> Vec<u32> {
-        let (mut order, mut rest) = (Vec::new(), Vec::new());
-        rest.extend(self.pairs.first().map(|pair| (0, pair)));
-        while let Some((side, pair)) = rest.pop() {
-            let LightNode { link, intensity, .. } = pair[side];
-            if side == 0 {
-                rest.push((1, pair));
+    /// The lights of the hierarchy in runs of neighbours, at most `most` of them (at least two); of a lamp of glass the
+    /// outer side. Neighbouring runs come after each other.
+    ///
+    /// A run is what is below one node. From the first pair on, the node is divided whose power is spread most, by power
+    /// times squared radius: so a lamp far from all others, such as a sun, is a run by itself.
+    pub fn runs(&self, most: usize) -> Vec<Vec<u32>> {
+        let divided = self.divided(most);
+        let mut runs = Vec::new();
+        self.visit(|link, is_below_run| {
+            let begins = !is_below_run && (link & IS_LIGHT != 0 || !divided[link as usize]);
+            if begins {
+                runs.push(Vec::new());
             }
-            match link & IS_LIGHT {
-                // The second node of a single lamp's pair repeats it.
-                0 => rest.push((0, &self.pairs[link as usize])),
-                _ if intensity > 0.0 => order.push(link & !IS_LIGHT),
-                _ => {}
+            if let Some(run) = runs.last_mut().filter(|_| link & IS_LIGHT != 0) {
+                run.push(link & !IS_LIGHT);
+            }
+            begins || is_below_run
+        });
+        runs
+    }
+
+    /// Which pairs the nodes above them are divided into, if there are to be `most` parts.
+    fn divided(&self, most: usize) -> Vec<bool> {
+        let mut divided = vec![false; self.pairs.len()];
+        // The bits of floats that are not negative are in the order of the floats.
+        let spread = |node: &LightNode| {
+            (f64::from(node.intensity) * f64::from(node.radius) * f64::from(node.radius)).to_bits()
+        };
+        let waiting = |pair: &[LightNode; 2]| {
+            pair.map(|node| (node.link & IS_LIGHT == 0).then(|| (spread(&node), Reverse(node.link))))
+        };
+        let mut nodes: BinaryHeap<_> = self.pairs.first().into_iter().flat_map(waiting).flatten().collect();
+        for _ in 2..most {
+            let Some((_, Reverse(pair))) = nodes.pop() else { break };
+            divided[pair as usize] = true;
+            nodes.extend(waiting(&self.pairs[pair as usize]).into_iter().flatten());
+        }
+        divided
+    }
+
+    /// Calls `visit` with the link of each node, neighbours after each other, and with what it gave for
+    /// the node above; false for the first pair.
+    fn visit(&self, mut visit: impl FnMut(u32, bool) -> bool) {
+        let mut rest = Vec::new();
+        rest.extend(self.pairs.first().map(|pair| (0, pair, false)));
+        while let Some((side, pair, above)) = rest.pop() {
+            if side == 0 {
+                rest.push((1, pair, above));
+            }
+            let link = pair[side].link;
+            // The second node of a single lamp's pair repeats it.
+            if side == 1 && link == pair[0].link {
+                continue;
+            }
+            let below = visit(link, above);
+            if link & IS_LIGHT == 0 {
+                rest.push((0, &self.pairs[link as usize], below));
             }
         }
-        order
     }
 
     /// Adds the pair of nodes that at least two lamps are divided into, and all below it: at most `levels` levels.
@@ -361,11 +405,26 @@ mod tests {
         lights
     }
 
+    /// Checks that runs are as many as asked for, and together all `lights` in their order.
+    fn check_runs(tree: &LightTree, lights: &[u32]) {
+        for most in [2, 3, 10, 64] {
+            let runs = tree.runs(most);
+            assert_eq!(runs.len(), most.min(lights.len()));
+            assert!(runs.iter().all(|run| !run.is_empty()));
+            assert_eq!(runs.concat(), lights);
+        }
+    }
+
     fn check_tree(lamps: &[Lamp]) {
         let tree = LightTree::new(lamps.to_vec(), &[]);
         let nodes = tree.pairs[0].iter();
         let mut lights: Vec<u32> = nodes.flat_map(|node| check(&tree, node, lamps, MAX_LEVELS - 1)).collect();
-        assert_eq!(tree.lights_in_order(), lights, "neighbours come after each other");
+        assert_eq!(
+            tree.runs(usize::MAX),
+            lights.iter().map(|l| vec![*l]).collect::<Vec<_>>(),
+            "neighbours in a row"
+        );
+        check_runs(&tree, &lights);
         lights.sort_unstable();
         assert_eq!(lights, (0..lamps.len() as u32).collect::<Vec<_>>());
         assert_eq!(tree.pairs.len(), lamps.len() - 1);
@@ -429,6 +488,23 @@ mod tests {
         let expected = [(5, 0.125, 0.125), (2, 0.5, 0.625), (9, 0.375, 1.0)];
         let expected = expected.map(|(light, share, cumulative)| AmbientLight { light, share, cumulative });
         assert_eq!(tree.ambient, expected);
+    }
+
+    /// A sun and two lanterns among a hundred lamps that stand close together: each is a run by itself before these are divided
+    /// at all.
+    #[test]
+    fn lamps_far_from_others_are_runs_by_themselves() {
+        let close = (0..100).map(|k| ([f64::from(k % 10), 0.0, f64::from(k / 10)], 0.1, 1.0));
+        let far =
+            [([1e6, 2e6, 0.0], 1e4, 1e9), ([300.0, 0.0, 0.0], 0.1, 1.0), ([0.0, 0.0, -400.0], 0.1, 1.0)];
+        let tree = LightTree::new((0..).zip(close.chain(far)).map(lamp).collect(), &[]);
+        let mut runs = tree.runs(4);
+        runs.sort_unstable_by_key(Vec::len);
+        let mut alone = runs[..3].concat();
+        alone.sort_unstable();
+        assert_eq!(alone, [100, 101, 102]);
+        assert_eq!(runs[3].len(), 100);
+        assert_eq!(LightTree::default().runs(4), Vec::<Vec<u32>>::new());
     }
 
     #[test]

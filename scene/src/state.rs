@@ -15,8 +15,9 @@ use std::fmt;
 /// of two versions are never added up.
 ///
 /// 2: shadow rays choose their light by what it may send to the point. 3: photons are aimed. 4: the path
-/// tracer's numbers are stratified up to the first bounce. 5: photons are scattered towards what they are aimed at.
-pub const TRANSPORT: u32 = 5;
+/// tracer's numbers are stratified up to the first bounce. 5: photons are scattered towards what they are aimed at. 6: of more
+/// than a thousand lights those far from others are aimed by themselves.
+pub const TRANSPORT: u32 = 6;
 
 /// The meaning of a pixel's words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -4,6 +4,7 @@ use super::target::{Target, cone};
 use crate::sphere::Sphere;
 use crate::still::Still;
 use glam::{DVec3, Vec3};
+use std::collections::HashSet;
 
 /// Lamps are aimed one by one up to so many, and by runs of neighbours beyond.
 const MAX_GROUPS: usize = 1024;
@@ -35,33 +36,56 @@ impl Group {
 
 /// Lights in groups: each by itself, or where there are many in runs of neighbours; and the lights in that order.
 pub(super) fn groups(still: &Still) -> (Vec<Group>, Vec<u32>) {
+    let runs = runs(still, MAX_GROUPS);
+    let mut first = 0;
+    let groups = runs.iter().map(|run| {
+        let begin = first;
+        first += run.len() as u32;
+        group(still, run, begin)
+    });
+    (groups.collect(), runs.concat())
+}
+
+/// Lamps in runs of neighbours, at most `most` in all if most lights are lamps; then the inner sides of lamps of glass, in the
+/// same runs; then ambient lights, each by itself: these are as large as the scene, and few.
+fn runs(still: &Still, most: usize) -> Vec<Vec<u32>> {
     let lights = &still.lights;
+    let ambient: HashSet<u32> = lights.tree.ambient.iter().map(|ambient| ambient.light).collect();
+    let is_inner = |light: u32| lights.entries[light as usize].inside && !ambient.contains(&light);
     let count = lights.entries.len() as u32;
-    let mut order = lights.tree.lights_in_order();
-    let mut is_there = vec![false; count as usize];
-    for &light in &order {
-        is_there[light as usize] = true;
+    if count as usize <= most {
+        let mut runs = lights.tree.runs(most);
+        let in_tree: HashSet<u32> = runs.iter().flatten().copied().collect();
+        runs.extend((0..count).filter(|light| !in_tree.contains(light)).map(|light| vec![light]));
+        return runs;
     }
-    order.extend((0..count).filter(|&light| !is_there[light as usize]));
-    let run = order.len().div_ceil(MAX_GROUPS);
-    let group = |(index, run_of): (usize, &[u32])| {
-        let spheres = || run_of.iter().map(|&l| &still.spheres[lights.entries[l as usize].sphere as usize]);
-        let low = spheres().fold(DVec3::INFINITY, |low, s| low.min(s.center.as_dvec3()));
-        let high = spheres().fold(DVec3::NEG_INFINITY, |high, s| high.max(s.center.as_dvec3()));
-        let center = (0.5 * (low + high)).as_vec3();
-        let reach =
-            |s: &Sphere| s.center.as_dvec3().distance(center.as_dvec3()) * (1.0 + 1e-6) + f64::from(s.radius);
-        let first = (index * run) as u32;
-        Group {
-            center,
-            radius: spheres().map(reach).fold(0.0, f64::max) as f32,
-            first,
-            end: first + run_of.len() as u32,
-            share: run_of.iter().map(|&l| f64::from(lights.entries[l as usize].probability)).sum(),
-        }
-    };
-    let groups = order.chunks(run.max(1)).enumerate().map(group).collect();
-    (groups, order)
+    let parts = if (0..count).any(is_inner) { 2 } else { 1 };
+    let mut runs = lights.tree.runs((most.saturating_sub(ambient.len()) / parts).max(2));
+    // The inner side of a lamp of glass follows the outer one.
+    let inner_side = |outer: &u32| Some(outer + 1).filter(|&light| light < count && is_inner(light));
+    let inner = runs.iter().map(|run| run.iter().filter_map(inner_side).collect::<Vec<u32>>());
+    let inner: Vec<_> = inner.filter(|run| !run.is_empty()).collect();
+    runs.extend(inner);
+    runs.extend(lights.tree.ambient.iter().map(|ambient| vec![ambient.light]));
+    runs
+}
+
+/// The group of the lights `run`, which begin at place `first`.
+fn group(still: &Still, run: &[u32], first: u32) -> Group {
+    let light = |l: &u32| &still.lights.entries[*l as usize];
+    let spheres = || run.iter().map(|l| &still.spheres[light(l).sphere as usize]);
+    let low = spheres().fold(DVec3::INFINITY, |low, s| low.min(s.center.as_dvec3()));
+    let high = spheres().fold(DVec3::NEG_INFINITY, |high, s| high.max(s.center.as_dvec3()));
+    let center = (0.5 * (low + high)).as_vec3();
+    let reach =
+        |s: &Sphere| s.center.as_dvec3().distance(center.as_dvec3()) * (1.0 + 1e-6) + f64::from(s.radius);
+    Group {
+        center,
+        radius: spheres().map(reach).fold(0.0, f64::max) as f32,
+        first,
+        end: first + run.len() as u32,
+        share: run.iter().map(|l| f64::from(light(l).probability)).sum(),
+    }
 }
 
 /// The share of a group's flux that component `ball` draws lines for: of a single lamp, lines through the disk of the
@@ -88,4 +112,57 @@ fn are_apart((a, height_a): (Vec3, f32), (b, height_b): (Vec3, f32)) -> bool {
 /// [`flux`] of each ball, of all groups together.
 pub(super) fn fluxes(balls: &[Target], groups: &[Group]) -> Vec<f64> {
     balls.iter().map(|ball| groups.iter().map(|group| flux(group, ball)).sum()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Rgb;
+    use crate::material::Material;
+    use crate::test_scenes::balls;
+    use crate::world::Scene;
+
+    /// `count` lamps over a square, every third of glass; a sun far away; a sky.
+    fn open(count: u32) -> Scene {
+        let place = |k: u32| Vec3::new((k % 40) as f32, 3.0 + (k % 3) as f32, (k / 40) as f32);
+        let lamps = (0..count).map(|k| (place(k), 0.1, 1.0 + (k % 5) as f32));
+        let sun = (Vec3::new(6e5, 6e5, -5e5), 4e4, 700.0);
+        let mut scene = balls(&lamps.chain([sun]).collect::<Vec<_>>());
+        scene.materials.push(Material::Dielectric { albedo: Rgb::ONE, ior: 1.5 });
+        let mut spheres = scene.spheres.to_vec();
+        spheres[..count as usize].iter_mut().step_by(3).for_each(|lamp| lamp.material = 1);
+        (scene.spheres, scene.background) = (spheres.into(), Rgb::splat(0.5));
+        scene
+    }
+
+    /// Whatever else there is, lights that are as large as the scene are aimed by themselves: with a sky or a sun in its run of
+    /// lamps, no direction would be better than another.
+    #[test]
+    fn skies_and_suns_are_aimed_by_themselves() {
+        for count in [100, 2000, 5000] {
+            let scene = open(count);
+            let still = scene.at(0.0);
+            let (groups, order) = groups(&still);
+            let entries = &still.lights.entries;
+            let mut all = order.clone();
+            all.sort_unstable();
+            assert_eq!(all, (0..entries.len() as u32).collect::<Vec<_>>(), "{count}: each light once");
+            let places = groups.iter().flat_map(|group| [group.first, group.end]);
+            let ends: Vec<u32> = places.collect();
+            assert!(ends.windows(2).skip(1).step_by(2).all(|pair| pair[0] == pair[1]), "{count}: no gaps");
+            assert_eq!((ends.first(), ends.last()), (Some(&0), Some(&(order.len() as u32))));
+            assert!(groups.len() <= MAX_GROUPS, "{count}: {} groups", groups.len());
+            for group in &groups {
+                let lights = &order[group.first as usize..group.end as usize];
+                let large = lights
+                    .iter()
+                    .filter(|&&l| still.spheres[entries[l as usize].sphere as usize].radius > 1.0);
+                assert!(large.count() == 0 || lights.len() == 1, "{count}: a sky or a sun among {lights:?}");
+                let is_inner = |l: &u32| entries[*l as usize].inside;
+                assert!(lights.iter().all(is_inner) || !lights.iter().any(is_inner), "{count}: sides apart");
+            }
+            let share: f64 = groups.iter().map(|group| group.share).sum();
+            assert!((share - 1.0).abs() < 1e-4, "{count}: shares of {share}");
+        }
+    }
 }
