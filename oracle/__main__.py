@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from oracle import sppm
-from oracle.sppm import SCENES, OracleError
+from oracle.sppm import SCENES, SCENES_WITH_TRUTH, OracleError
 from oracle.ztest import Verdict
 
 DESCRIPTION = """
@@ -93,8 +93,8 @@ def _count(text: str) -> int:
     return value
 
 
-def _named(args: argparse.Namespace) -> Sequence[str]:
-    return args.scenes or SCENES
+def _named(args: argparse.Namespace, usual: Sequence[str] = SCENES) -> Sequence[str]:
+    return args.scenes or usual
 
 
 def _intersections(args: argparse.Namespace) -> bool:
@@ -128,7 +128,7 @@ def _truth(args: argparse.Namespace) -> bool:
     from oracle import judge, truth
 
     verdicts = []
-    for scene in _named(args):
+    for scene in _named(args, SCENES_WITH_TRUTH):
         if args.what == "make":
             plan = truth.Plan(args.batches, args.samples)
             made = truth.make(scene, plan)

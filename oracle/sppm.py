@@ -18,6 +18,8 @@ from oracle import images
 ROOT = Path(__file__).resolve().parent.parent
 PAPER_SCENES = ("cornell", "large", "mirror", "random", "surgery")
 SCENES = (*PAPER_SCENES, "focus", "motion")
+# Those with truth by Mitsuba, which renders no scene right whose sun is 10^6 away (docs/oracle.md).
+SCENES_WITH_TRUTH = (*SCENES, "dusk")
 # Path depth at which the rest of the light is negligible; the ground truth has unlimited depth.
 DEEP = 64
 

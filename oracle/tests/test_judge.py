@@ -52,7 +52,7 @@ def test_an_unmodified_render_passes(first_seed: int) -> None:
     assert verdict.same, verdict
 
 
-@pytest.mark.parametrize("scene", ["mirror", "surgery", "motion", "focus"])
+@pytest.mark.parametrize("scene", ["mirror", "surgery", "motion", "focus", "dusk"])
 def test_other_scenes_pass(scene: str) -> None:
     verdict = judge.verdict(renders(scene), expected(scene))
     assert verdict.same, verdict

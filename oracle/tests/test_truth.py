@@ -12,7 +12,7 @@ from oracle.__main__ import main
 from oracle.truth import Plan, Truth
 
 
-@pytest.mark.parametrize("scene", sppm.SCENES)
+@pytest.mark.parametrize("scene", sppm.SCENES_WITH_TRUTH)
 def test_every_scene_has_truth_and_provenance(scene: str) -> None:
     found = truth.load(scene)
     assert found.mean.shape == found.stderr.shape == (truth.HEIGHT, truth.WIDTH, 3)
