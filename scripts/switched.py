@@ -20,6 +20,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 # Built crates of both scripts: what the workspace depends on is built once.
 BUILT = ROOT / "target" / "faults" / "target"
+# The Python package asks for other features of these.
+BUILT_PYTHON = ROOT / "target" / "faults" / "python"
 PACKAGES = "sppm scene files lanes reference fast compare render importers figure view".split()
 
 # As Rust's tests tell it, and as pytest does.
@@ -98,6 +100,7 @@ def make_copy(copy: Path, changed: dict[str, bytes], faults: list[str]):
             data = data.replace(b"&[];", f"&[{quoted}];".encode())
         if name != "Cargo.lock":
             write(copy / name, data)
+            shutil.copymode(ROOT / name, copy / name)
     if not (copy / "Cargo.lock").exists():
         shutil.copy(ROOT / "Cargo.lock", copy / "Cargo.lock")
     for path in copy.rglob("*.rs"):
@@ -145,20 +148,20 @@ def build(copy: Path) -> tuple[dict[str, Suite], list[dict]]:
 
 
 def build_python(copy: Path) -> PythonSuite:
-    """Builds and installs the Python package. The tests of all crates are built already, and with them the command."""
+    """Builds the command and the Python package, and installs the latter."""
     (copy / "target").mkdir(exist_ok=True)
+    needed = {"SPPM_REQUIREMENTS": "python/requirements.lock"}
     # The packages that it needs are installed once, in the repository.
-    needed = {**os.environ, "SPPM_REQUIREMENTS": "python/requirements.lock"}
-    subprocess.run(["scripts/python", "--version"], cwd=ROOT, env=needed, check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(["scripts/python", "--version"], cwd=ROOT, env=os.environ | needed, check=True, stdout=subprocess.DEVNULL)
     for installed in (ROOT / "target").glob("python-" + "?" * 12):
         link = copy / "target" / installed.name
         if not link.exists():
             link.symlink_to(installed)
-    environment = {**os.environ, "CARGO_TARGET_DIR": str(BUILT)}
+    environment = {**os.environ, "CARGO_TARGET_DIR": str(BUILT_PYTHON)}
+    subprocess.run(["cargo", "build", "--quiet", "--offline", "-p", "sppm"], cwd=copy, env=environment, check=True)
     wheel = subprocess.run(["scripts/python-wheel"], cwd=copy, env=environment, check=True, stdout=subprocess.PIPE, text=True)
-    package = wheel.stdout.strip()
-    needed = {"PYTHONPATH": package, "SPPM": str(BUILT / "debug" / "sppm"), "SPPM_REQUIREMENTS": "python/requirements.lock"}
-    return PythonSuite(BUILT / "debug" / "lib_sppm.so", copy, needed)
+    needed |= {"PYTHONPATH": wheel.stdout.strip(), "SPPM": str(BUILT_PYTHON / "debug" / "sppm")}
+    return PythonSuite(BUILT_PYTHON / "debug" / "lib_sppm.so", copy, needed)
 
 
 def run(suite: Suite, filters: list[str], fault: str | None, excused: set[str], limit: float) -> Iterator[str]:

@@ -52,6 +52,9 @@ def test_numbers_stay_as_they_are_written() -> None:
     assert camera.eye == (0.1, 0.2, 0.3) and camera.vertical_fov_degrees == 33.3
     scene = sppm.Scene(camera)
     assert scene.camera == camera and repr(scene.camera) == repr(camera)
+    kinds = [sppm.Diffuse([0.1, 0.2, 0.3]), sppm.Specular([0.4, 0.5, 0.6]), sppm.Dielectric([0.7, 0.8, 0.9], ior=1.33)]
+    scene.add_spheres([[-2, 0, 0], [0, 0, 0], [2, 0, 0]], 0.9, kinds)
+    assert scene.materials == tuple(kinds)
     assert sppm.Diffuse([0.8, 0.3, 0.2]).albedo == (0.8, 0.3, 0.2)
     assert sppm.Diffuse(np.float32([0.8, 0.3, 0.2])) == sppm.Diffuse([0.8, 0.3, 0.2])
     assert sppm.Diffuse(0.5) == sppm.Diffuse([0.5] * 3) and hash(sppm.Diffuse(0.5)) == hash(sppm.Diffuse([0.5] * 3))
