@@ -29,7 +29,10 @@ fn of_an_image_and_itself_nothing_differs() {
         }
         assert_eq!((m.psnr, m.ssim.all, m.flip), (f64::INFINITY, 1.0, 0.0));
         let table = m.table();
-        assert!(table.contains("identical to the last bit") && !table.contains("largest difference"), "{table}");
+        assert!(
+            table.contains("identical to the last bit") && !table.contains("largest difference"),
+            "{table}"
+        );
         let json = serde_json::to_value(m).unwrap();
         assert!(json["psnr"].is_null() && json["identical"] == true && json["rmse"]["all"] == 0.0);
     }
