@@ -346,7 +346,7 @@ mod tests {
     #[test]
     fn means_are_those_of_the_part_of_the_window_that_is_in_the_image() {
         let plane = Plane { width: 5, height: 4 };
-        let value = |x: usize, y: usize| (1 << x) as f64 + 100.0 * (y * y) as f64;
+        let value = |x: usize, y: usize| f64::from(1 << x) + 100.0 * (y * y) as f64;
         let values: Vec<f64> = (0..20).map(|i| value(i % 5, i / 5)).collect();
         for reach in [0, 1, 2, 9] {
             let means = plane.windowed(&values, reach);

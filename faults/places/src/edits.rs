@@ -75,9 +75,7 @@ impl Finder<'_> {
         let opaque = is_opaque(output);
         self.find("FnValue", first.span(), |_, mutant| match opaque {
             true => Switch::Not("another type in place of an opaque one"),
-            false => {
-                Switch::Insert { at, text: format!(" if FAULT {{ return {}; }} ", mutant.replacement) }
-            }
+            false => Switch::Insert { at, text: format!(" if FAULT {{ return {}; }} ", mutant.replacement) },
         });
     }
 }
@@ -164,11 +162,16 @@ impl<'a> Visit<'a> for Finder<'_> {
                 self.find("MatchArmGuard", guard.span(), |inner, mutant| {
                     inner.instead(guard.span(), whole.clone(), &mutant.replacement)
                 });
-                self.find("MatchArm", arm.span(), |inner, _| inner.instead(guard.span(), whole.clone(), "false"));
+                self.find("MatchArm", arm.span(), |inner, _| {
+                    inner.instead(guard.span(), whole.clone(), "false")
+                });
             }
             None => {
                 let at = arm.pat.span().byte_range().end;
-                self.find("MatchArm", arm.span(), |_, _| Switch::Insert { at, text: " if !FAULT".to_owned() });
+                self.find("MatchArm", arm.span(), |_, _| Switch::Insert {
+                    at,
+                    text: " if !FAULT".to_owned(),
+                });
             }
         }
         visit::visit_arm(self, arm);
@@ -179,7 +182,9 @@ impl<'a> Visit<'a> for Finder<'_> {
             let (field, comma) = (pair.value(), pair.punct());
             let start = field.span().byte_range();
             let end = comma.map_or(start.end, |comma| comma.span().byte_range().end);
-            self.find("StructField", field.span(), |inner, _| inner.instead(whole.span(), start.start..end, ""));
+            self.find("StructField", field.span(), |inner, _| {
+                inner.instead(whole.span(), start.start..end, "")
+            });
         }
         visit::visit_expr_struct(self, whole);
     }
