@@ -135,6 +135,29 @@ fn pixels_that_are_not_finite_are_counted_in_all_strips() {
     assert_eq!(error, CompareError::NotFinite { image: 'A', count: 3, x: 5, y: 40 });
 }
 
+#[test]
+fn of_pixels_that_are_not_finite_all_in_a_row_count_and_the_first_is_told() {
+    let (a, mut b) = (film(9, 30, 1, false), film(9, 30, 2, false));
+    for place in [9 * 7 + 2, 9 * 7 + 3, 9 * 7 + 8, 9 * 20, 9 * 20 + 1] {
+        b.pixels[place].x = f32::INFINITY;
+    }
+    let error = difference_image(&a, &b).unwrap_err();
+    assert_eq!(error, CompareError::NotFinite { image: 'B', count: 5, x: 2, y: 7 });
+}
+
+/// Images are read several times; to who waits this is one task, which goes on from strip to strip until all is done.
+#[test]
+fn progress_goes_on_until_all_is_done() {
+    let (a, b) = (film(8000, 400, 1, false), film(8000, 400, 2, false));
+    let mut told = vec![(0, 0)];
+    let mut progress = |done, all| told.push((done, all));
+    DifferenceMap::of_rows(&mut FilmRows::new(&a), &mut FilmRows::new(&b), &mut progress).unwrap();
+    let all = told[1].1;
+    assert!(told.len() > 4 && told[1..].iter().all(|step| step.1 == all), "{told:?}");
+    assert!(told.is_sorted_by(|earlier, later| earlier.0 < later.0), "{told:?}");
+    assert_eq!(told.last(), Some(&(all, all)));
+}
+
 /// An image whose rows end too early.
 struct Cut;
 

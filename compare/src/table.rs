@@ -52,3 +52,24 @@ fn figure(v: f64) -> String {
     let plain = v == 0.0 || !v.is_finite() || (1e-3..1e5).contains(&v.abs());
     if plain { format!("{v:.6}") } else { format!("{v:.5e}") }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_an_exponent_only_if_they_are_very_small_or_large() {
+        for (number, text) in [
+            (0.0, "0.000000"),
+            (0.001, "0.001000"),
+            (-12.5, "-12.500000"),
+            (99_999.5, "99999.500000"),
+            (0.000_999, "9.99000e-4"),
+            (-0.000_001_25, "-1.25000e-6"),
+            (100_000.0, "1.00000e5"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(figure(number), text);
+        }
+    }
+}

@@ -92,6 +92,7 @@ const SYNTAX: &[Case<'static>] = &[
     (&[("[settings]", "[camera]")], "7:2: key \"camera\" is given twice; keep one"),
     (&[("[settings]", "[[camera]]")], "7:3: key \"camera\" is given twice; keep one"),
     (&[("[[sphere]]\ncenter", "[sphere]\ncenter")], "18:2: head every sphere with [[sphere]]"),
+    (&[("[camera]", "sphere = 1\nsphere = 2\n[camera]")], "4:1: head every sphere with [[sphere]]"),
     (&[("ior = 1.5 }", "ior = 1.5")], "21:64: this is not TOML: unclosed inline table; expected `}`"),
     (&[("ior = 1.5", "ior = 1.5, ior = 2")], "21:66: key \"ior\" is given twice; keep one"),
     (

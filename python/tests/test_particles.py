@@ -172,6 +172,17 @@ def test_columns_of_my_own() -> None:
     assert kept.positions.max() > 1
 
 
+def test_texts_of_each_column_are_its_own() -> None:
+    columns = {"name": "names", "type": "types", "residue": "residues", "chain": "chains"}
+    # The text x stands at another particle in each column.
+    texts = {column: ["x" if i == k else "y" for i in range(4)] for k, column in enumerate(columns.values())}
+    radii = np.float32([0.1, 0.2, 0.3, 0.4])
+    particles = sppm.Particles(np.arange(12.0).reshape(4, 3), radii=radii, **texts)
+    for k, key in enumerate(columns):
+        scene = sppm.load_particles(particles, cut=f'{key} == "x"')
+        assert set(scene.radii) & set(radii) == {radii[k]}, key
+
+
 def test_particles_join_a_scene() -> None:
     scene = sppm.Scene(sppm.Camera.look_at([9, -30, 9], [9, 9, 9], up=[0, 0, 1]), background=[1, 1, 1])
     scene.add_spheres([0, 0, -1000], 990, sppm.Diffuse(0.5))

@@ -120,7 +120,7 @@ def test_checkpoints_are_resumed(cornell, tmp_path: Path) -> None:
     # The same call goes on from what is there, and the complete render takes more iterations.
     assert sppm.render(cornell, iterations=9, checkpoint=path) == right
     assert sppm.Render.resume(path, iterations=12).result() == sppm.render(cornell, iterations=12)
-    with pytest.raises(sppm.InputError, match="holds 12 iterations of another scene|of other settings"):
+    with pytest.raises(sppm.InputError, match="holds 12 iterations of .*; continue it by sppm.Render.resume"):
         sppm.render(cornell, seed=3, checkpoint=path)
     with pytest.raises(sppm.InputError, match="iterations 3: .* holds 12 already"):
         sppm.Render.resume(path, iterations=3)

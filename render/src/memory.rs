@@ -170,6 +170,14 @@ mod tests {
         assert!(line.contains("more than 1.0 MiB") && line.contains("needs up to"), "{line}");
     }
 
+    #[test]
+    fn a_limit_is_kept_to_the_byte() {
+        let limit = Some(BYTES_OF_PROCESS + 1000);
+        assert!(check_limit(0, limit).is_ok() && check_limit(1000, limit).is_ok());
+        assert!(check_limit(1001, limit).is_err() && check_limit(1 << 40, limit).is_err());
+        assert!(check_limit(1 << 40, None).is_ok());
+    }
+
     fn chosen(method: MethodName, engine: EngineName) -> EngineChoice {
         EngineChoice::new(Renderer { method, engine }, None).unwrap()
     }

@@ -75,3 +75,36 @@ fn normal_at(still: &Still, ray: &Ray, t: f32, sphere: SphereId) -> Vec3 {
     let normal = if is_inside { -outward } else { outward };
     normal.as_vec3() + Vec3::ZERO // no -0
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene::Sphere;
+
+    /// What rounding of `f32` may turn a unit vector by.
+    const ROUNDING: f32 = 1e-6;
+
+    /// Of what is opaque normals are on the side that can be seen, of glass on the side that the ray comes from.
+    #[test]
+    fn normals_are_on_the_side_of_the_ray() {
+        let text = "background = [1, 1, 1]\n\
+            camera = { eye = [0, 0, 10], direction = [0, 0, -1], vertical_fov_degrees = 40 }\n\
+            [[sphere]]\ncenter = [0, 0, 0]\nradius = 2\n\
+            material = { type = \"dielectric\", albedo = [1, 1, 1], ior = 1.5 }\n\
+            [[sphere]]\ncenter = [9, 0, 0]\nradius = 1\nmaterial = { type = \"diffuse\", albedo = [1, 1, 1] }\n";
+        let scene = files::scene_file::parse("balls.toml", text).unwrap();
+        let still = scene.at(0.0);
+        let (glass, ball, sky) = (0, 1, 2);
+        let Sphere { center: middle, radius: sky_radius, .. } = still.spheres[sky as usize];
+        for (origin, t, sphere, normal) in [
+            (Vec3::Z * 10.0, 8.0, glass, Vec3::Z),
+            (Vec3::ZERO, 2.0, glass, Vec3::Z),
+            (Vec3::new(9.0, 0.0, 10.0), 9.0, ball, Vec3::Z),
+            (middle, sky_radius, sky, Vec3::Z),
+        ] {
+            let ray = Ray { origin, direction: Vec3::NEG_Z, leaves: NO_SPHERE };
+            let found = normal_at(&still, &ray, t, sphere);
+            assert!((found - normal).length() < ROUNDING, "{found} of sphere {sphere} from {origin}");
+        }
+    }
+}

@@ -324,6 +324,58 @@ mod tests {
         }
     }
 
+    /// In the middle of four pixels of the pilot, and where an image ends.
+    #[test]
+    fn between_pixels_of_the_pilot_radii_are_interpolated() {
+        let radii = FirstRadii { width: 2, height: 2, radii: vec![1.0, 2.0, 5.0, 8.0] };
+        let size = (6, 6);
+        // Six pixels lie at -1/3, 0, 1/3, 2/3, 1, 4/3 of the way from one to the next; at most as far as that.
+        for (place, radius) in [
+            ((0, 0), 1.0),
+            ((1, 1), 1.0),
+            ((2, 1), 1.0 + 1.0 / 3.0),
+            ((3, 5), 5.0 + 2.0),
+            ((1, 2), 1.0 + 4.0 / 3.0),
+            ((4, 3), 2.0 + 4.0),
+            ((5, 5), 8.0),
+        ] {
+            approx::assert_relative_eq!(radii.at(place, size), radius, max_relative = 1e-6);
+        }
+    }
+
+    #[test]
+    fn means_are_those_of_the_part_of_the_window_that_is_in_the_image() {
+        let plane = Plane { width: 5, height: 4 };
+        let value = |x: usize, y: usize| f64::from(1 << x) + 100.0 * (y * y) as f64;
+        let values: Vec<f64> = (0..20).map(|i| value(i % 5, i / 5)).collect();
+        for reach in [0, 1, 2, 9] {
+            let means = plane.windowed(&values, reach);
+            for (i, mean) in means.into_iter().enumerate() {
+                let (x, y) = (i % 5, i / 5);
+                let is_in = |j: &usize| x.abs_diff(j % 5) <= reach && y.abs_diff(j / 5) <= reach;
+                let within: Vec<f64> = (0..20).filter(is_in).map(|j| values[j]).collect();
+                let expected = within.iter().sum::<f64>() / within.len() as f64;
+                approx::assert_relative_eq!(mean, expected, max_relative = 1e-12);
+            }
+        }
+    }
+
+    /// Errors count relative to the brightness there, and in the dark to a tenth of the mean brightness of all.
+    #[test]
+    fn weights_are_those_of_the_brightness_there_and_at_least_a_tenth_of_the_mean() {
+        let plane = Plane { width: 40, height: 3 };
+        // Two films whose mean is 8 in the left half and 0 in the right one.
+        let half =
+            |bright: f32| (0..120).map(|i| Rgb::splat(if i % 40 < 20 { bright } else { 0.0 })).collect();
+        let weights = plane.weights(&[half(6.0), half(10.0)]);
+        let floor = FLOOR * 16.0;
+        for (place, squared) in [(0, 64.0), (39, 0.0)] {
+            for weight in weights[place] {
+                approx::assert_relative_eq!(weight, 1.0 / (squared + floor), max_relative = 1e-12);
+            }
+        }
+    }
+
     /// Of images without light, or with too much of it, nothing follows.
     #[test]
     fn images_that_tell_nothing_leave_the_largest_radius() {

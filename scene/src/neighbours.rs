@@ -13,7 +13,8 @@ const LEAF: usize = 8;
 /// [`Neighbours::visit`] count spheres as touching.
 const ENLARGED: f64 = 1e-4;
 
-/// What boxes and queries are enlarged by, relative to their coordinates: a thousand roundings of `f64`.
+/// What boxes and queries are enlarged by, relative to their coordinates: a thousand roundings of `f64`. (What boxes are
+/// enlarged by relative to radii is far more.)
 const ROUNDING: f64 = 1e-13;
 
 /// A hierarchy over some of a scene's balls.
@@ -95,7 +96,7 @@ fn build(spheres: &[Sphere], ids: &mut [SphereId], first: usize, nodes: &mut Vec
     let (mut low_center, mut high_center) = (low, high);
     for &id in &*ids {
         let (c, radius) = (center(id), f64::from(spheres[id as usize].radius));
-        let reach = radius * (1.0 + ENLARGED) + ROUNDING * (c.abs().max_element() + radius);
+        let reach = radius * (1.0 + ENLARGED) + ROUNDING * c.abs().max_element();
         (low, high) = (low.min(c - reach), high.max(c + reach));
         (low_center, high_center) = (low_center.min(c), high_center.max(c));
     }

@@ -41,12 +41,11 @@ impl Samples {
 
     /// The pixel stored as `bytes`.
     pub(super) fn pixel(&self, bytes: &[u8]) -> Rgb {
+        let word = |i: usize| [bytes[2 * i], bytes[2 * i + 1]];
         let value = |i: usize| match self.sample {
             Sample::Byte => self.linear[usize::from(bytes[i])],
-            Sample::BigWord => self.linear[usize::from(u16::from_be_bytes([bytes[2 * i], bytes[2 * i + 1]]))],
-            Sample::NativeWord => {
-                self.linear[usize::from(u16::from_ne_bytes([bytes[2 * i], bytes[2 * i + 1]]))]
-            }
+            Sample::BigWord => self.linear[usize::from(u16::from_be_bytes(word(i)))],
+            Sample::NativeWord => self.linear[usize::from(u16::from_ne_bytes(word(i)))],
             Sample::Float => f32::from_ne_bytes(std::array::from_fn(|k| bytes[4 * i + k])),
         };
         if self.per_pixel < 3 { Rgb::splat(value(0)) } else { Rgb::new(value(0), value(1), value(2)) }

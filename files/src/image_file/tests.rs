@@ -417,6 +417,22 @@ fn sizes_larger_than_the_file_allows_are_rejected() {
     exr.copy_within(window..window + 16, frame);
     let problem = decode_bytes(Format::Exr, &exr).unwrap_err();
     assert!(problem.contains("cannot hold the 1073741824 bytes"), "{problem}");
+    // An image may have twice the pixels of its display window, whose rows begin at 7, but no more.
+    for (last_row, told) in
+        [(8198_i32, "cannot hold the 1073741824 bytes"), (8197, "for a display window of")]
+    {
+        exr[frame + 12..frame + 16].copy_from_slice(&last_row.to_le_bytes());
+        let problem = decode_bytes(Format::Exr, &exr).unwrap_err();
+        assert!(problem.contains(told), "{last_row}: {problem}");
+    }
+}
+
+#[test]
+fn riff_files_are_webp_images_only_if_they_say_so() {
+    assert_eq!(Format::of_content(b"RIFF\x10\0\0\0WEBP"), Some(Format::WebP));
+    assert_eq!(Format::of_content(b"RIFF\x10\0\0\0WAVE"), None);
+    assert_eq!(Format::of_content(b"FORM\x10\0\0\0WEBP"), None);
+    assert_eq!(Format::of_content(b"RIFF"), None);
 }
 
 /// The CRC-32 of PNG chunks, computed bit by bit.

@@ -140,6 +140,14 @@ mod tests {
     }
 
     #[test]
+    fn a_line_is_made_of_what_can_be_asked_for() {
+        let error = FileError::in_text("a.toml", "one\ntwo", &Fault::new(5, "is wrong".to_owned()));
+        assert_eq!((error.name(), error.message()), ("a.toml", "is wrong"));
+        assert_eq!(error.position(), Some(Position { line: 2, column: 2 }));
+        assert_eq!(error.to_string(), "a.toml:2:2: is wrong");
+    }
+
+    #[test]
     fn a_path_or_message_with_line_breaks_stays_on_one_line() {
         let error = FileError::unread("a\nb.toml", "no\r\u{2028}such\u{1b}[31m file");
         assert_eq!(error.to_string(), "a\\nb.toml: no\\r\\u{2028}such\\u{1b}[31m file");

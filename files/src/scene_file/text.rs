@@ -57,3 +57,21 @@ fn read_bytes(input: impl Read, length: u64) -> io::Result<Vec<u8>> {
     }
     if bytes.len() as u64 > MAX_BYTES { Err(ErrorKind::FileTooLarge.into()) } else { Ok(bytes) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn room_is_made_for_a_file_and_for_little_more() {
+        /// What may be granted at once without a file to fill it.
+        const LITTLE: usize = 3 << 20;
+        for (length, told) in [(0, 0), (1000, 1000), (5 << 20, 5 << 20), (5 << 20, 0)] {
+            let bytes = read_bytes(&vec![b'#'; length][..], told).unwrap();
+            assert_eq!(bytes.len(), length);
+            assert!(bytes.capacity() <= 2 * length + LITTLE, "{length}: {}", bytes.capacity());
+        }
+        let too_large = read_bytes(&b""[..], MAX_BYTES + 1).unwrap_err();
+        assert_eq!(too_large.kind(), ErrorKind::FileTooLarge);
+    }
+}

@@ -273,6 +273,29 @@ mod tests {
         assert_eq!(again(&scene, &scene.settings), scene);
     }
 
+    /// A checkpoint may be resumed in another folder than the one in which it was written.
+    #[test]
+    fn heads_name_files_of_particles_by_absolute_paths() {
+        let import = |file: &str| Import {
+            file: file.into(),
+            digest: "0f".into(),
+            table: "radius = 1".into(),
+            spheres: 0..0,
+            materials: 0..0,
+        };
+        let mut scene = crate::builtin::scene("cornell").unwrap();
+        let absolute = std::env::temp_dir().join("there.xyz");
+        scene.imports = vec![import("here/a.xyz"), import(absolute.to_str().unwrap())];
+        let text: toml::Table = head_to_text(&scene, &scene.settings).parse().unwrap();
+        let files = text["particles"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|table| Path::new(table["file"].as_str().unwrap()));
+        let here = std::env::current_dir().unwrap().join("here/a.xyz");
+        assert!(files.eq([here.as_path(), absolute.as_path()]), "{text}");
+    }
+
     /// No value is a default, and no two are alike.
     #[test]
     fn everything_is_read_back() {

@@ -236,6 +236,33 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_pilot_has_an_iteration_for_so_many_of_the_render() {
+        let one = Automatic { radius_pilots: true, ..Automatic::default() };
+        for (iterations, pilots) in [(1, 1), (64, 1), (128, 2), (250, 3), (256, 4), (100_000, 4)] {
+            let mut scene = cornell();
+            scene.settings.iterations = iterations;
+            assert_eq!(
+                chosen(&scene, one, LaneKind::best(), 1).radius_pilots,
+                pilots,
+                "{iterations} iterations"
+            );
+        }
+    }
+
+    /// A block shows the same part of the picture, whatever its size.
+    #[test]
+    fn blocks_are_to_the_image_as_those_of_the_pilot_are_to_it() {
+        let (scene, stop) = (cornell(), Stop::new());
+        let pilots = Pilots::new(&scene, &scene.settings, LaneKind::best(), &stop);
+        let Settings { width, height, .. } = pilots.settings;
+        assert_eq!(pilots.block(&pilots.settings), BLOCK as usize);
+        for (times, block) in [(2, 4), (3, 3), (8, 1), (100, 1)] {
+            let larger = Settings { width: width * times, height: height * times, ..scene.settings };
+            assert_eq!(pilots.block(&larger), block, "{times} times");
+        }
+    }
+
     /// What is chosen follows from the scene, and not from what the scene has in its place.
     #[test]
     fn what_is_chosen_does_not_depend_on_what_stands_there() {

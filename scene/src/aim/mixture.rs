@@ -158,6 +158,22 @@ impl Aim {
 mod tests {
     use super::*;
 
+    /// Also of few photons, and of a number that is a multiple of runs, and if what was learnt leaves none alike.
+    #[test]
+    fn as_many_photons_as_must_leave_all_lamps_alike() {
+        let targets = Targets { shares: vec![0.0, 0.75, 0.25], ..Targets::default() };
+        for photons in (1..4 * RUN).chain([8 * RUN, 64 * RUN, 1_000_003]) {
+            let mut aim = Aim::default();
+            aim.allot(&targets, photons);
+            let alike = aim.ends[0];
+            assert!(
+                alike > 0 && f64::from(alike) >= f64::from(photons) * UNIFORM_SHARE,
+                "{alike} of {photons}"
+            );
+            assert!(aim.ends.is_sorted() && aim.ends[2] == photons, "{:?} of {photons}", aim.ends);
+        }
+    }
+
     /// One number chooses the group, and then is as good as new for the lamp in it.
     #[test]
     fn lamps_of_groups_are_chosen_by_their_power() {
