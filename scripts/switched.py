@@ -4,6 +4,7 @@ For `scripts/faults` and `scripts/mutants-at-once`. The variable SPPM_FAULT name
 starts; the crate in `faults/` reads it. The sources hold no switch.
 """
 
+import contextlib
 import json
 import os
 import re
@@ -202,9 +203,10 @@ def run(suite: Suite, filters: list[str], fault: str | None, excused: set[str], 
         if process.wait() and not seen:
             yield "the suite broke off"
     finally:
-        if process.poll() is None:
+        # Programs that the suite has started and that do not end outlive it.
+        with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, 9)
-            process.wait()
+        process.wait()
 
 
 def entries(suites: list[str]) -> list[tuple[str, list[str]]]:
