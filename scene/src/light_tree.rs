@@ -490,13 +490,12 @@ mod tests {
         assert_eq!(tree.ambient, expected);
     }
 
-    /// A sun and two lanterns among a hundred lamps that stand close together: each is a run by itself before these are divided
-    /// at all.
+    /// A sun, two lanterns far from each other, and a hundred lamps close together, which have more power than the lanterns: each
+    /// of the former is a run by itself before these are divided at all.
     #[test]
     fn lamps_far_from_others_are_runs_by_themselves() {
         let close = (0..100).map(|k| ([f64::from(k % 10), 0.0, f64::from(k / 10)], 0.1, 1.0));
-        let far =
-            [([1e6, 2e6, 0.0], 1e4, 1e9), ([300.0, 0.0, 0.0], 0.1, 1.0), ([0.0, 0.0, -400.0], 0.1, 1.0)];
+        let far = [([1e6, 2e6, 0.0], 1e4, 1e9), ([1e3, 0.0, 0.0], 0.1, 1.0), ([1e3, 0.0, 1e3], 0.1, 1.0)];
         let tree = LightTree::new((0..).zip(close.chain(far)).map(lamp).collect(), &[]);
         let mut runs = tree.runs(4);
         runs.sort_unstable_by_key(Vec::len);

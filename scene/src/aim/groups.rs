@@ -132,7 +132,7 @@ mod tests {
         let mut spheres = scene.spheres.to_vec();
         spheres[..count as usize].iter_mut().step_by(3).for_each(|lamp| lamp.material = 1);
         (scene.spheres, scene.background) = (spheres.into(), Rgb::splat(0.5));
-        scene
+        scene.with_sky()
     }
 
     /// Whatever else there is, lights that are as large as the scene are aimed by themselves: with a sky or a sun in its run of
@@ -151,6 +151,8 @@ mod tests {
             let ends: Vec<u32> = places.collect();
             assert!(ends.windows(2).skip(1).step_by(2).all(|pair| pair[0] == pair[1]), "{count}: no gaps");
             assert_eq!((ends.first(), ends.last()), (Some(&0), Some(&(order.len() as u32))));
+            let (sky, sides) = (1, count.div_ceil(3));
+            assert_eq!(order.len() as u32, count + sides + 1 + sky, "{count}: with sun and sky");
             assert!(groups.len() <= MAX_GROUPS, "{count}: {} groups", groups.len());
             for group in &groups {
                 let lights = &order[group.first as usize..group.end as usize];
