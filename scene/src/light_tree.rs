@@ -111,17 +111,25 @@ impl LightTree {
     /// times squared radius: so a lamp far from all others, such as a sun, is a run by itself.
     pub fn runs(&self, most: usize) -> Vec<Vec<u32>> {
         let divided = self.divided(most);
-        let mut runs = Vec::new();
-        self.visit(|link, is_below_run| {
-            let begins = !is_below_run && (link & IS_LIGHT != 0 || !divided[link as usize]);
+        let (mut runs, mut rest) = (Vec::new(), Vec::new());
+        rest.extend(self.pairs.first().map(|pair| (0, pair, false)));
+        while let Some((side, pair, is_in_run)) = rest.pop() {
+            let link = pair[side].link;
+            // The second node of a single lamp's pair repeats the first.
+            if side == 0 && link != pair[1].link {
+                rest.push((1, pair, is_in_run));
+            }
+            let is_light = link & IS_LIGHT != 0;
+            let begins = !is_in_run && (is_light || !divided[link as usize]);
             if begins {
                 runs.push(Vec::new());
             }
-            if let Some(run) = runs.last_mut().filter(|_| link & IS_LIGHT != 0) {
+            if !is_light {
+                rest.push((0, &self.pairs[link as usize], is_in_run || begins));
+            } else if let Some(run) = runs.last_mut() {
                 run.push(link & !IS_LIGHT);
             }
-            begins || is_below_run
-        });
+        }
         runs
     }
 
@@ -142,27 +150,6 @@ impl LightTree {
             nodes.extend(waiting(&self.pairs[pair as usize]).into_iter().flatten());
         }
         divided
-    }
-
-    /// Calls `visit` with the link of each node, neighbours after each other, and with what it gave for
-    /// the node above; false for the first pair.
-    fn visit(&self, mut visit: impl FnMut(u32, bool) -> bool) {
-        let mut rest = Vec::new();
-        rest.extend(self.pairs.first().map(|pair| (0, pair, false)));
-        while let Some((side, pair, above)) = rest.pop() {
-            if side == 0 {
-                rest.push((1, pair, above));
-            }
-            let link = pair[side].link;
-            // The second node of a single lamp's pair repeats it.
-            if side == 1 && link == pair[0].link {
-                continue;
-            }
-            let below = visit(link, above);
-            if link & IS_LIGHT == 0 {
-                rest.push((0, &self.pairs[link as usize], below));
-            }
-        }
     }
 
     /// Adds the pair of nodes that at least two lamps are divided into, and all below it: at most `levels` levels.

@@ -140,7 +140,7 @@ const AIMED_AMONG_THOUSANDS: f64 = 1e-3;
 
 /// Balls on a wide ground under a sky and two thousand lamps.
 #[test]
-fn photons_arrive_under_a_sky_and_thousands_of_lamps() {
+fn photons_are_aimed_under_a_sky_and_thousands_of_lamps() {
     let mut scene = lamps_over_a_square(2000);
     scene.background = Rgb::splat(0.02);
     scene.camera = pinhole(Vec3::new(0.0, 3.0, 12.0), Vec3::ZERO, 34.0);
@@ -280,7 +280,8 @@ fn a_small_ball_receives_what_many_large_lamps_send_it() {
     let detector = Target::ball(Vec3::ZERO, 0.15);
     let aim = Aim::new(&still, &aimed_at(vec![detector]), PHOTONS);
     let in_runs = |group: &Group| Some(group.end - group.first).filter(|&lamps| lamps > 1);
-    assert!(aim.groups.iter().filter_map(in_runs).sum::<u32>() > 900, "most lamps are in runs");
+    let lamps = still.lights.entries.len() as u32;
+    assert!(aim.groups.iter().filter_map(in_runs).sum::<u32>() > lamps / 2, "most lamps are in runs");
     let share = |light: &scene::still::Light| {
         let lamp = &still.spheres[light.sphere as usize];
         let distance = f64::from(lamp.center.length());

@@ -57,15 +57,11 @@ impl Finder<'_> {
         self.constant -= usize::from(constant);
     }
 
-    /// The text of `whole`, with `replacement` in place of `part`.
-    fn with(&self, whole: &Range<usize>, part: Range<usize>, replacement: &str) -> String {
-        [&self.text[whole.start..part.start], replacement, &self.text[part.end..whole.end]].concat()
-    }
-
+    /// The expression `whole`, with `replacement` in place of `part` of it.
     fn instead(&self, whole: Span, part: Range<usize>, replacement: &str) -> Switch {
-        let whole = whole.byte_range();
-        let text = self.with(&whole, part, replacement);
-        Switch::Instead { start: whole.start, end: whole.end, text }
+        let Range { start, end } = whole.byte_range();
+        let text = [&self.text[start..part.start], replacement, &self.text[part.end..end]].concat();
+        Switch::Instead { start, end, text }
     }
 
     /// Another value of the function: returned at the start of its body.
@@ -80,37 +76,25 @@ impl Finder<'_> {
     }
 }
 
+/// Visits of what stands where the compiler evaluates it.
+macro_rules! evaluated_by_the_compiler {
+    ($($visit:ident: $what:ident,)*) => {
+        $(fn $visit(&mut self, item: &'a syn::$what) {
+            self.within(true, |inner| visit::$visit(inner, item));
+        })*
+    };
+}
+
 impl<'a> Visit<'a> for Finder<'_> {
-    fn visit_item_const(&mut self, item: &'a syn::ItemConst) {
-        self.within(true, |inner| visit::visit_item_const(inner, item));
-    }
-
-    fn visit_impl_item_const(&mut self, item: &'a syn::ImplItemConst) {
-        self.within(true, |inner| visit::visit_impl_item_const(inner, item));
-    }
-
-    fn visit_trait_item_const(&mut self, item: &'a syn::TraitItemConst) {
-        self.within(true, |inner| visit::visit_trait_item_const(inner, item));
-    }
-
-    fn visit_item_static(&mut self, item: &'a syn::ItemStatic) {
-        self.within(true, |inner| visit::visit_item_static(inner, item));
-    }
-
-    fn visit_expr_const(&mut self, expression: &'a syn::ExprConst) {
-        self.within(true, |inner| visit::visit_expr_const(inner, expression));
-    }
-
-    fn visit_type_array(&mut self, array: &'a syn::TypeArray) {
-        self.within(true, |inner| visit::visit_type_array(inner, array));
-    }
-
-    fn visit_generic_argument(&mut self, argument: &'a syn::GenericArgument) {
-        self.within(true, |inner| visit::visit_generic_argument(inner, argument));
-    }
-
-    fn visit_variant(&mut self, variant: &'a syn::Variant) {
-        self.within(true, |inner| visit::visit_variant(inner, variant));
+    evaluated_by_the_compiler! {
+        visit_item_const: ItemConst,
+        visit_impl_item_const: ImplItemConst,
+        visit_trait_item_const: TraitItemConst,
+        visit_item_static: ItemStatic,
+        visit_expr_const: ExprConst,
+        visit_type_array: TypeArray,
+        visit_generic_argument: GenericArgument,
+        visit_variant: Variant,
     }
 
     fn visit_expr_repeat(&mut self, repeat: &'a syn::ExprRepeat) {

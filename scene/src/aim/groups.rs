@@ -46,8 +46,8 @@ pub(super) fn groups(still: &Still) -> (Vec<Group>, Vec<u32>) {
     (groups.collect(), runs.concat())
 }
 
-/// Lamps in runs of neighbours, at most `most` in all if most lights are lamps; then the inner sides of lamps of glass, in the
-/// same runs; then ambient lights, each by itself: these are as large as the scene, and few.
+/// The lights in runs: each by itself, if there are at most `most`. Else lamps in runs of neighbours, then the inner sides of
+/// lamps of glass in the same runs, then ambient lights, each by itself: these are as large as the scene, and few.
 fn runs(still: &Still, most: usize) -> Vec<Vec<u32>> {
     let lights = &still.lights;
     let ambient: HashSet<u32> = lights.tree.ambient.iter().map(|ambient| ambient.light).collect();
