@@ -106,8 +106,8 @@ const MARGIN: f64 = 0.05;
 const TILT: f64 = 0.25;
 /// Paths per pixel of a quick picture, and shadow rays of each from the first surface: most noise is of direct light, from
 /// three lamps and the background (docs/particles.md).
-const PATHS: u32 = 32;
-const LIGHT_SAMPLES: u32 = 4;
+const PATHS: u32 = 40;
+const LIGHT_SAMPLES: u32 = 2;
 /// Iterations of photon mapping, which take longer.
 const ITERATIONS: u32 = 48;
 /// Radius of the ground, in sizes of what stands on it: flat to the eye, and yet exact in `f32`.

@@ -181,7 +181,7 @@ fn settings_follow_materials_and_most_radii() {
         .map(|(r, x)| sphere([f32::from(x), 0.0, 0.0], *r))
         .collect();
     let of = |materials: &[Material]| set(&balls, materials, false, &Stage::default()).unwrap().settings;
-    assert_eq!(of(&[matte; 2]).iterations, 32);
+    assert_eq!((of(&[matte; 2]).iterations, of(&[matte; 2]).light_samples), (40, 2));
     assert_eq!((of(&[matte, mirror]).iterations, of(&[mirror]).iterations), (48, 48));
     assert_eq!(of(&[matte]).initial_radius, 0.08);
     assert_eq!([of(&[matte]).width, of(&[matte]).height], Stage::default().size);

@@ -3,6 +3,12 @@
 //! It shares intersection, scattering and direct light with SPPM, but has no photons and no density estimation. Paths
 //! have the same limits as in SPPM: at most `max_depth` segments up to the first diffuse surface, and at most as many
 //! from there to the light.
+//!
+//! A lamp is asked by shadow rays. A glowing enclosure, such as the sky, is not: a shadow ray to it would be drawn by the
+//! cosine, as the direction is in which the path goes on. So it counts where that meets it. What a direction brings,
+//! straight from the enclosure or by way of what stands before it, then comes of one number, and varies less than both by two;
+//! and one ray does for two. If there is such light, a path is put to roulette where it arrives, not where it
+//! departs, as the light may be all that there is to find, and only after some segments ([`SPARED`]).
 
 use crate::camera_pass::{CameraNumbers, camera_ray};
 use crate::direct_light::estimate_irradiance;
@@ -64,7 +70,7 @@ impl Engine for PathTracer<'_> {
     fn iterate_unless(&mut self, stop: &Stop) -> bool {
         let start = Instant::now();
         let Progress { settings, next, .. } = &self.progress;
-        let still = self.scene.at(self.scene.camera.shutter_time(settings.seed, *next));
+        let world = World::new(self.scene.at(self.scene.camera.shutter_time(settings.seed, *next)));
         let frame = self.scene.camera.frame(settings.width, settings.height);
         let width = settings.width;
         let row_of_paths = |(y, row): (usize, &mut [Rgb])| {
@@ -77,7 +83,7 @@ impl Engine for PathTracer<'_> {
                 let mut numbers = PathNumbers::new(settings, *next, x as u32, y as u32);
                 let (ray, weight) =
                     camera_ray(&frame, self.filter.as_deref(), x as u32, y as u32, &numbers.camera);
-                *sample = trace(&still, ray, settings.max_depth, &mut numbers, &mut segments) * weight;
+                *sample = trace(&world, ray, settings.max_depth, &mut numbers, &mut segments) * weight;
             }
             Some(segments)
         };
@@ -138,6 +144,10 @@ mod dimension {
     pub(super) const BOUNCE: [usize; 2] = [7, 9];
 }
 
+/// The segments after the first diffuse surface that are spared roulette if there is ambient light. In the open few paths meet a
+/// surface again, so little work is saved, and those below balls are where the noise is.
+const SPARED: u32 = 4;
+
 /// The random numbers of one path: stratified as those of the camera pass up to the first diffuse surface, and for the
 /// direction in which the path leaves it; the rest come from the pixel's own stream.
 struct PathNumbers {
@@ -174,8 +184,32 @@ impl PathNumbers {
     }
 }
 
+/// A still, and how paths come to its lights.
+struct World<'a> {
+    /// Direct light chooses among its lamps.
+    still: Still<'a>,
+    has_lamps: bool,
+    /// True if paths meet lights that no shadow ray is sent to.
+    has_ambient_lights: bool,
+}
+
+impl<'a> World<'a> {
+    fn new(still: Still<'a>) -> Self {
+        let still = still.with_choice_of_lamps();
+        Self { has_lamps: still.has_lamps(), has_ambient_lights: still.has_ambient_lights(), still }
+    }
+}
+
+/// Russian roulette by the throughput, which starts at 1: true if the path survives.
+fn survives(throughput: &mut Rgb, numbers: &mut PathNumbers) -> bool {
+    let survival = max_component(*throughput).min(1.0);
+    let survives = numbers.next_f32() < survival;
+    *throughput /= survival;
+    survives
+}
+
 /// The radiance of one random path.
-fn trace(still: &Still, ray: Ray, max_depth: u32, numbers: &mut PathNumbers, segments: &mut u64) -> Rgb {
+fn trace(world: &World, ray: Ray, max_depth: u32, numbers: &mut PathNumbers, segments: &mut u64) -> Rgb {
     let (mut ray, mut throughput, mut radiance) = (ray, Rgb::ONE, Rgb::ZERO);
     // The product of the factors from refraction. It is kept out of the throughput that decides roulette, as it does
     // not change the chance of a path to find light.
@@ -184,23 +218,31 @@ fn trace(still: &Still, ray: Ray, max_depth: u32, numbers: &mut PathNumbers, seg
     let mut seen_diffuse = false;
     // Lamps hit directly from a diffuse surface were already counted there, as direct light.
     let mut counts_lamps = true;
+    let still = &world.still;
     while length < max_depth {
         length += 1;
         *segments += 1;
         let Some(hit) = intersect(still, &ray) else { break };
-        if counts_lamps {
+        if counts_lamps || still.is_enclosure(hit.sphere) {
             radiance += throughput * radiance_scale * still.spheres[hit.sphere as usize].emission;
+        }
+        let is_late = seen_diffuse && length > SPARED;
+        if is_late && world.has_ambient_lights && !survives(&mut throughput, numbers) {
+            break;
         }
         let material = still.material(hit.sphere);
         let segment = (!seen_diffuse).then_some(length - 1);
         throughput *= material.albedo();
+        if throughput == Rgb::ZERO {
+            break;
+        }
         let direction = match *material {
             Material::Diffuse { .. } => {
                 let is_first = !seen_diffuse;
                 if is_first {
                     (seen_diffuse, length) = (true, 0);
                 }
-                if length < max_depth {
+                if length < max_depth && world.has_lamps {
                     let receiver = Receiver { point: hit.point, normal: hit.normal, sphere: hit.sphere };
                     let samples = if is_first { numbers.camera.light_samples() } else { 1 };
                     let share = 1.0 / samples as f32;
@@ -221,13 +263,8 @@ fn trace(still: &Still, ray: Ray, max_depth: u32, numbers: &mut PathNumbers, seg
             }
         };
         counts_lamps = !matches!(material, Material::Diffuse { .. });
-        // Russian roulette by the throughput, which starts at 1; only after the first diffuse surface.
-        let survival = max_component(throughput).min(1.0);
-        if seen_diffuse {
-            if numbers.next_f32() >= survival {
-                break;
-            }
-            throughput /= survival;
+        if seen_diffuse && !world.has_ambient_lights && !survives(&mut throughput, numbers) {
+            break;
         }
         ray = Ray { origin: hit.point, direction, leaves: hit.sphere };
     }

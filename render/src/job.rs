@@ -106,7 +106,8 @@ impl Job {
     /// # Errors
     /// If the scene cannot be rendered, if the threads cannot be started, or if it takes more than the memory limit.
     pub fn choose_settings(&mut self) -> Result<(), Error> {
-        let automatic = take(&mut self.automatic);
+        let (automatic, method) = (take(&mut self.automatic), self.engine.method());
+        let automatic = if method.has_photons() { automatic } else { automatic.without_photons() };
         if !automatic.any() || self.from.is_some() {
             return Ok(());
         }
@@ -116,7 +117,7 @@ impl Job {
         check_limit(self.bytes_of_choice, self.memory_limit)?;
         // A child: what is done here is not progress of the render.
         let (scene, stop, lanes) = (&self.scene, self.stop.child(), self.engine.lane_kind());
-        let chosen = pool.install(|| automatic::choose(scene, automatic, lanes, &stop));
+        let chosen = pool.install(|| automatic::choose(scene, automatic, (method, lanes), &stop));
         stop.meter().begin(0);
         self.warm.keep_pool(self.threads, pool);
         if let Some(settings) = chosen {

@@ -104,6 +104,12 @@ impl LightTree {
         Self { ambient: ambient.collect(), ambient_irradiance: 1.0, ..Self::default() }
     }
 
+    /// Leaves out the ambient lights: the choice is among the lamps of the hierarchy.
+    pub(crate) fn leave_out_ambient(&mut self) {
+        self.ambient.clear();
+        self.ambient_irradiance = 0.0;
+    }
+
     /// The lights of the hierarchy in runs of neighbours, at most `most` of them (at least two); of a lamp of glass the
     /// outer side. Neighbouring runs come after each other.
     ///

@@ -73,6 +73,12 @@ impl Automatic {
         }
     }
 
+    /// The same of what matters to a render that has no photons.
+    #[must_use]
+    pub fn without_photons(self) -> Self {
+        Self { photons_per_iteration: false, initial_radius: false, radius_pilots: false, ..self }
+    }
+
     /// Whether anything is to be chosen.
     pub fn any(&self) -> bool {
         self.iterations

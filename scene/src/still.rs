@@ -150,6 +150,30 @@ impl Still<'_> {
         &self.materials[self.spheres[id as usize].material as usize]
     }
 
+    /// The same, but that the choice of a light for direct light ([`Lights::tree`]) is among lamps alone: for renderers
+    /// whose paths meet glowing enclosures by themselves.
+    pub fn with_choice_of_lamps(mut self) -> Self {
+        self.lights.tree.leave_out_ambient();
+        self
+    }
+
+    /// True if a light is no glowing enclosure.
+    pub fn has_lamps(&self) -> bool {
+        self.lights.entries.iter().any(|light| !self.is_enclosure(light.sphere))
+    }
+
+    /// True if a light is a glowing enclosure, such as the sky.
+    pub fn has_ambient_lights(&self) -> bool {
+        let lights = &self.lights.entries;
+        let is_light = |id: &SphereId| lights.binary_search_by_key(id, |light| light.sphere).is_ok();
+        self.enclosures.iter().any(|enclosure| is_light(&enclosure.sphere))
+    }
+
+    /// True if sphere `id` is around the eye, and opaque.
+    pub fn is_enclosure(&self, id: SphereId) -> bool {
+        matches!(self.roles[id as usize], Role::Enclosure(_))
+    }
+
     fn assign_roles(&mut self, eye: Vec3) {
         self.roles = Roles::with_capacity(self.spheres.len());
         for (id, s) in self.spheres.iter().enumerate() {

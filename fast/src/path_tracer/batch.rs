@@ -24,6 +24,9 @@ pub(super) struct PathPass<'a> {
     pub(super) eye: &'a Eye,
     pub(super) settings: &'a Settings,
     pub(super) iteration: u32,
+    has_lamps: bool,
+    /// True if paths meet lights that no shadow ray is sent to.
+    has_ambient_lights: bool,
 }
 
 /// Buffers of one batch.
@@ -52,6 +55,9 @@ impl PathBatch {
         }
     }
 }
+
+/// As in `reference::path_tracer`.
+const SPARED: f32 = 4.0;
 
 /// What the path tracer knows of each path of a batch, beside [`Paths`].
 struct PathProgress {
@@ -102,7 +108,18 @@ impl PathProgress {
     }
 }
 
-impl PathPass<'_> {
+impl<'a> PathPass<'a> {
+    pub(super) fn new(
+        prepared: &'a Prepared<'a>,
+        eye: &'a Eye,
+        settings: &'a Settings,
+        iteration: u32,
+    ) -> Self {
+        let Prepared { still, .. } = prepared;
+        let (has_lamps, has_ambient_lights) = (still.has_lamps(), still.has_ambient_lights());
+        Self { prepared, eye, settings, iteration, has_lamps, has_ambient_lights }
+    }
+
     /// Samples the pixels of the slots from `first` on, one per element of `samples`, by at most `at_once` paths at a time,
     /// themselves at most [`BATCH`](crate::paths::BATCH). Returns the number of segments traced.
     #[inline(always)]
@@ -191,16 +208,24 @@ impl PathPass<'_> {
             }
             let mut p = batch.paths.load::<L>(at);
             let mut progress = batch.progress.go_on::<L>(at);
-            let (t, hit, arrived) = hits::<L>(&batch.paths, at, L::first(live - at));
+            let (t, hit, mut arrived) = hits::<L>(&batch.paths, at, L::first(live - at));
             let mut ids = [0; MOST_LANES];
             L::store_u(hit, &mut ids);
             let surface = Hit::<L>::at(surfaces, p.origin, p.direction, t, &ids);
             let material = Materials::<L>::gather(&tables.materials, surface.tag);
-            let glows = arrived & progress.counts_lamps & tag::has::<L>(surface.tag, tag::EMITTER);
+            let counts = progress.counts_lamps | tag::has::<L>(surface.tag, tag::ENCLOSURE);
+            let glows = arrived & counts & tag::has::<L>(surface.tag, tag::EMITTER);
             if L::any(glows) {
                 self.add_emission::<L>(glows, p.weight.scale(progress.scale), (p.slot, &ids), samples);
             }
+            if self.has_ambient_lights {
+                let is_late =
+                    L::lt(L::to_float(progress.rest), L::f(self.settings.max_depth as f32 - SPARED));
+                arrived = arrived & survive::<L>(arrived & progress.seen_diffuse & is_late, &mut p);
+            }
             p.weight = p.weight * material.albedo;
+            // A black surface, such as the sky, ends the path.
+            arrived = arrived & L::lt(L::f(0.0), p.weight.max_component());
             let before = (progress.seen_diffuse, progress.rest);
             let choices = Choices::at(arrived, material.kind, before, self.settings.max_depth);
             let Choices { is_diffuse, is_first, .. } = choices;
@@ -208,17 +233,18 @@ impl PathPass<'_> {
             progress.seen_diffuse = progress.seen_diffuse | is_diffuse;
             progress.counts_lamps = !is_diffuse;
             let may_follow = !L::eq(progress.rest, L::u(0));
-            // A black surface, such as the sky, ends the path: what it receives is not seen, nor are the random numbers of the
-            // path that are left.
-            let is_lit = is_diffuse & may_follow & L::lt(L::f(0.0), p.weight.max_component());
-            if L::any(is_lit) {
+            let is_lit = is_diffuse & may_follow;
+            if self.has_lamps && L::any(is_lit) {
                 self.list_lit::<L>(batch, (is_lit, is_first), (&surface, hit), &mut p, progress.scale);
             }
             let [u, v] = choices.numbers(&batch.numbers, &self.eye.tiles, &mut p);
             p.direction = scatter::<L>(&choices, &surface, &material, (&p, [u, v]), &mut progress.scale);
             p.origin = surface.point;
             p.leaves = hit;
-            let survives = arrived & survive::<L>(arrived & progress.seen_diffuse, &mut p) & may_follow;
+            let mut survives = arrived & may_follow;
+            if !self.has_ambient_lights {
+                survives = survives & survive::<L>(arrived & progress.seen_diffuse, &mut p);
+            }
             batch.progress.append(go_on, survives, &progress);
             go_on = batch.paths.append(go_on, survives, &p);
             at += L::N;
@@ -240,9 +266,6 @@ impl PathPass<'_> {
         let choice = next_where::<L>(is_later, &mut p.stream);
         let u = next_where::<L>(is_later, &mut p.stream);
         let drawn = V3::new(choice, u, next_where::<L>(is_later, &mut p.stream));
-        if self.prepared.lights.is_empty() {
-            return;
-        }
         let samples = if L::any(is_first) { self.settings.light_samples } else { 1 };
         let share = 1.0 / self.settings.light_samples as f32;
         let share = L::select(is_first, L::f(share), L::f(1.0));

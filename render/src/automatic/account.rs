@@ -72,6 +72,22 @@ impl Account {
         }
     }
 
+    /// Of path tracing, from the variance with so many paths in each pixel and the `stats` of the pilot; its photons are none, and
+    /// cost nothing.
+    pub(super) fn of_paths(paths: u32, variance: Variance, stats: &Stats, scale: f64) -> Self {
+        let paths = f64::from(paths);
+        // A path asks for light at most once for each of its segments.
+        let rays = 2.0 * stats.camera_segments as f64;
+        Self {
+            camera: Variance { pixel: paths * variance.pixel, block: paths * variance.block / scale },
+            photons: Variance { pixel: 0.0, block: 0.0 },
+            usual: 1.0,
+            camera_work: scale * rays / (paths * SEEDS as f64),
+            photon_work: 0.0,
+            spheres: 0,
+        }
+    }
+
     /// The same, for an image of so many pixels, among so many spheres.
     pub(super) fn of(self, pixels: usize, spheres: usize) -> Self {
         Self { camera_work: self.camera_work + work::PIXEL * pixels as f64, spheres, ..self }

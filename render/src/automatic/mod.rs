@@ -9,6 +9,9 @@
 //! photons     the number by which the noise is least for so much work, from a pilot with few and one with many
 //! iterations  until the noise is that of the quality, but for so much work at most
 //! ```
+//!
+//! Of these a render by path tracing has depth and iterations. By how much a depth darkens an image, photon mapping tells for
+//! both; noise and work are those of a pilot by path tracing.
 
 mod account;
 mod bias;
@@ -16,9 +19,10 @@ mod footprint;
 mod pilot;
 mod pilots;
 
+use crate::names::MethodName;
 use account::Account;
 pub(crate) use bias::{Bias, first_bias};
-use fast::{DEPOSITS_OF_PILOTS, LaneKind, Parameters, Sppm};
+use fast::{DEPOSITS_OF_PILOTS, LaneKind, Parameters, PathTracer, Sppm};
 use footprint::footprint;
 use pilot::{SEEDS, loss};
 use pilots::{PILOT_PHOTONS, Pilots, pilot_settings};
@@ -40,6 +44,8 @@ const MOST_PILOTS: u32 = 4;
 /// squared radii per pixel are those of the iteration before times alpha, `r_i^2 (i - 1 + alpha) / i`, and global ones
 /// `r_i^2 (i + alpha) / (i + 1)`; so from this first radius both become the same (docs/farm.md).
 const GLOBAL: f32 = 0.816_496_6;
+/// Paths in each pixel of the pilot by path tracing. With fewer, light that few paths find is missed in most pixels.
+const PATHS: u32 = 4;
 /// The depths from which one is chosen. The last is as good as all light.
 const DEPTHS: [u32; 4] = [8, 16, 32, 64];
 /// Pixels along the side of a block, as images are compared by blocks of 8 x 8.
@@ -68,10 +74,39 @@ impl Goal {
     }
 }
 
-/// The settings of `scene` with those that are `automatic` chosen; `None` if stopped.
+/// The settings of `scene` with those that are `automatic` chosen for `method`; `None` if stopped.
 ///
 /// Takes at most [`bytes_at_most`].
-pub(crate) fn choose(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop: &Stop) -> Option<Settings> {
+pub(crate) fn choose(
+    scene: &Scene,
+    automatic: Automatic,
+    (method, lanes): (MethodName, LaneKind),
+    stop: &Stop,
+) -> Option<Settings> {
+    match method {
+        MethodName::Sppm => choose_for_photons(scene, automatic, lanes, stop),
+        MethodName::Path => choose_for_paths(scene, automatic, lanes, stop),
+    }
+}
+
+fn choose_for_paths(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop: &Stop) -> Option<Settings> {
+    let (goal, mut settings) = (Goal::of(automatic.quality), scene.settings);
+    let pilots = Pilots::new(scene, &settings, lanes, stop);
+    if automatic.max_depth {
+        settings.max_depth = pilots.depth(&goal)?;
+    }
+    if automatic.iterations {
+        let pilot = pilots.run_paths(SEEDS, PATHS, settings.max_depth)?;
+        let scale = settings.pixels() as f64 / pilots.settings.pixels() as f64;
+        let variance = pilot.variance(pilots.block(&settings));
+        let account = Account::of_paths(PATHS, variance, &pilot.stats, scale)
+            .of(settings.pixels(), scene.spheres.len());
+        settings.iterations = account.iterations(1, goal.noise, goal.work);
+    }
+    Some(settings)
+}
+
+fn choose_for_photons(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop: &Stop) -> Option<Settings> {
     let goal = Goal::of(automatic.quality);
     let mut settings = scene.settings;
     let are_own = automatic.radius_pilots && settings.radius_schedule == RadiusSchedule::PerPixel
@@ -133,7 +168,8 @@ pub(crate) fn bytes_at_most(scene: &Scene, threads: usize) -> u64 {
     let films = 16 * bias::FILMS * settings.pixels() as u64;
     // The variances of all channels are sorted.
     let terms = 3 * 8 * settings.pixels() as u64;
-    Sppm::bytes_at_most(&deepest, spheres, threads, DEPOSITS_OF_PILOTS, &parameters) + films + terms
+    let of_photons = Sppm::bytes_at_most(&deepest, spheres, threads, DEPOSITS_OF_PILOTS, &parameters);
+    of_photons.max(PathTracer::bytes_at_most(&deepest, spheres, threads)) + films + terms
 }
 
 impl Pilots<'_> {
@@ -195,7 +231,7 @@ mod tests {
 
     fn chosen(scene: &Scene, automatic: Automatic, lanes: LaneKind, threads: usize) -> Settings {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| choose(scene, automatic, lanes, &Stop::new())).unwrap()
+        pool.install(|| choose(scene, automatic, (MethodName::Sppm, lanes), &Stop::new())).unwrap()
     }
 
     #[test]
@@ -358,7 +394,12 @@ mod tests {
     fn a_stopped_choice_gives_nothing() {
         let stop = Stop::new();
         stop.request();
-        assert_eq!(choose(&cornell(), Automatic::all(Quality::Good), LaneKind::best(), &stop), None);
+        for method in MethodName::ALL {
+            assert_eq!(
+                choose(&cornell(), Automatic::all(Quality::Good), (method, LaneKind::best()), &stop),
+                None
+            );
+        }
     }
 
     #[test]

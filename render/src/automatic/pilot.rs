@@ -9,7 +9,7 @@
 //!
 //! It is looked at by pixels, and by blocks, in which the noise of photons lasts, as neighbours share them.
 
-use fast::{DEPOSITS_OF_PILOTS, LaneKind, Parameters, Parts, Sppm};
+use fast::{DEPOSITS_OF_PILOTS, LaneKind, Parameters, Parts, PathTracer, Sppm};
 use scene::{Engine, Film, FirstRadii, Rgb, Scene, Settings, Stats, Stop};
 
 /// Images that are compared.
@@ -57,6 +57,27 @@ pub(super) fn run(
         films.push(engine.develop());
         stats = sum(&stats, engine.stats());
         parts = engine.into_parts();
+    }
+    Some(Pilot { films, stats })
+}
+
+/// Renders `seeds` images by path tracing with these settings; `None` if stopped.
+pub(super) fn run_paths(
+    lanes: LaneKind,
+    scene: &Scene,
+    settings: &Settings,
+    seeds: u64,
+    stop: &Stop,
+) -> Option<Pilot> {
+    let (mut films, mut stats) = (Vec::new(), Stats::default());
+    for seed in 0..seeds {
+        let settings = Settings { seed: settings.seed.wrapping_add(seed), ..*settings };
+        let mut engine = PathTracer::with_lanes(scene, &settings, lanes);
+        if !(0..settings.iterations).all(|_| engine.iterate_unless(stop)) {
+            return None;
+        }
+        films.push(engine.develop());
+        stats = sum(&stats, engine.stats());
     }
     Some(Pilot { films, stats })
 }

@@ -1,6 +1,6 @@
 //! The pilots of a render: their size, their settings, and how they are run.
 
-use super::pilot::{Pilot, run};
+use super::pilot::{Pilot, run, run_paths};
 use fast::LaneKind;
 use scene::{FirstRadii, RadiusSchedule, Scene, Settings, Stop, first_radii};
 
@@ -34,6 +34,12 @@ impl<'a> Pilots<'a> {
         let mut settings = self.settings;
         change(&mut settings);
         run(self.lanes, self.scene, &settings, seeds, None, self.stop)
+    }
+
+    /// So many pilots by path tracing, of so many paths in each pixel.
+    pub(super) fn run_paths(&self, seeds: u64, paths: u32, max_depth: u32) -> Option<Pilot> {
+        let settings = Settings { iterations: paths, max_depth, ..self.settings };
+        run_paths(self.lanes, self.scene, &settings, seeds, self.stop)
     }
 
     /// So many pilots of so many photons, with these first radii.

@@ -50,7 +50,8 @@ pub(super) fn roles(iteration: u32) -> Vec<Role> {
         // Red, green, blue or white; or none.
         Some(if r > 0.0 && g > 0.0 { 4 } else { is_lit(r) + 2 * is_lit(g) + 3 * is_lit(b) })
     }));
-    roles.push(two("roulette at the first surface", surface_in_glass(0.5, Rgb::ONE), 8));
+    roles.push(two("roulette at the first surface", surface_in_glowing_glass(), 8));
+    roles.push(two("roulette under a sky", surface_in_many_glasses(), 8));
     roles
 }
 
@@ -92,6 +93,17 @@ fn surface_in_glass(albedo: f32, emission: Rgb) -> Scene {
         0.01,
         glass(1.0, 1.0),
     )
+}
+
+/// As [`surface_in_glass`], with glowing glass around: a lamp that shows on all sides and is no enclosure.
+fn surface_in_glowing_glass() -> Scene {
+    surface_in_glass(0.5, Rgb::ZERO).lamp(Vec3::ZERO, 90.0, glass(1.0, 1.0), Rgb::ONE)
+}
+
+/// As [`surface_in_glass`], in so much glass that the path is put to roulette on its way to the shell, once.
+fn surface_in_many_glasses() -> Scene {
+    let scene = surface_in_glass(0.5, Rgb::ONE);
+    [4.0, 5.0, 6.0, 7.0].iter().fold(scene, |scene, radius| scene.ball(Vec3::ZERO, *radius, glass(1.0, 1.0)))
 }
 
 /// As [`surface_in_glass`], with lamps of four colours on four sides of a black shell.

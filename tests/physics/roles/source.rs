@@ -23,7 +23,7 @@ type Named = &'static [(&'static str, &'static [usize])];
 /// Per file of the reference that reads random numbers, its dimensions and the draws from streams. Draws are: in the
 /// camera pass the shifts of a tile, and lobes beyond the stratified ones; in the photon pass the shifts of an iteration,
 /// and the three numbers of a later bounce; in the path tracer the call that serves all others, a later lobe, the three
-/// numbers of direct light on later surfaces (1 call), later directions (2), and roulette.
+/// numbers of direct light on later surfaces (1 call), later directions (2), and roulette (1 call in the source).
 ///
 /// The survey's numbers enter no image: place in the image and on the lens, and per surface two for the direction, roulette
 /// and the three of direct light. Its dimensions are places of walks in the image.
