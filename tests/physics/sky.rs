@@ -45,6 +45,23 @@ fn a_ball_under_the_sky_reflects_its_albedo_of_it() {
     tell("physics", 6, "images of a ball under the sky");
 }
 
+/// Where all that is not sky reflects all light, each path of the path tracer ends in the sky and brings just that: of a shadow ray
+/// and a path of their own, one or both might. Balls touch, so that paths are long and roulette decides, which spares all.
+#[test]
+fn white_objects_are_invisible_to_every_path() {
+    const WHITE: [f32; 3] = [1.0; 3];
+    let scene = empty_scene(pinhole(Vec3::new(0.5, 1.5, 5.0), Vec3::ZERO, 50.0))
+        .ball(Vec3::new(0.0, -101.0, 0.0), 100.0, coloured(WHITE))
+        .ball(Vec3::new(-1.0, 0.0, 0.0), 1.0, coloured(WHITE))
+        .ball(Vec3::new(1.0, 0.0, 0.0), 1.0, coloured(WHITE))
+        .ball(Vec3::new(0.0, -0.6, 1.2), 0.4, glass(1.0, 1.5));
+    let settings = Settings { iterations: 1, ..settings(33, 25, 1, 1024, 1.0) };
+    let film = render_path(&under_the_sky(scene), &settings);
+    let shows = |p: &&Rgb| ((**p - SKY) / SKY).abs().max_element() > THROUGH_GLASS;
+    assert_eq!(film.pixels.iter().find(shows), None, "something shows");
+    tell("physics", 1, "images of white things under the sky");
+}
+
 #[test]
 fn lossless_objects_are_invisible_under_the_sky() {
     let scene = empty_scene(pinhole(Vec3::Z * 5.0, Vec3::ZERO, 50.0))
