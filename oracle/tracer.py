@@ -1,8 +1,9 @@
 """An independent path tracer in double precision: the oracle's second witness of light, beside Mitsuba.
 
-It reads a scene file and shares no code with sppm. It is made to be checked by reading, so it has one estimator only:
-a path from the eye adds the emission of whatever it hits. There is no direct light, no importance sampling of lamps and
-no offset along rays: a ray that leaves a sphere knows it, and meets that sphere again only at the far end of its chord.
+It reads a scene file and shares no code with sppm. It is made to be checked by reading, so a path from the eye adds the
+emission of whatever it hits, and that is all, but for lamps that are small and far, such as a sun: diffuse surfaces ask these
+straight (`far_lamps`), and paths from there do not count them. There is no offset along rays: a ray that leaves a sphere
+knows it, and meets that sphere again only at the far end of its chord.
 
 The formulas are those of textbooks:
 
@@ -13,12 +14,13 @@ The formulas are those of textbooks:
 - Snell's law and Fresnel's equations for unpolarised light: the same, section 9.5;
 - radiance that grows with the square of the index: Veach, "Robust Monte Carlo methods for light transport simulation"
   (1997), section 5.2;
+- the cone in which a sphere is seen: Pharr, Jakob and Humphreys, section 6.2.4;
 - Russian roulette: Arvo and Kirk, "Particle transport and image synthesis", SIGGRAPH 1990.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,6 +34,9 @@ KINDS = {"diffuse": DIFFUSE, "specular": SPECULAR, "dielectric": DIELECTRIC}
 NONE = -1
 # Segments after which a path is an error rather than a sample. Only light caught in lossless glass is so long.
 SEGMENTS_AT_MOST = 10_000
+# A lamp is asked straight if its radius is so small a part of its distance from the eye, and that is so many times the distance
+# of the nearest thing.
+SMALL, FAR = 0.1, 100.0
 # Rays that are traced together, which bounds the memory.
 TOGETHER = 1 << 14
 
@@ -90,6 +95,8 @@ class Paths:
     scale: np.ndarray
     length: np.ndarray
     has_met_diffuse: np.ndarray
+    # Far lamps were asked where the path was last scattered.
+    has_asked: np.ndarray
     pixels: np.ndarray
 
     @staticmethod
@@ -103,6 +110,7 @@ class Paths:
             np.ones((count, 3)),
             np.ones(count),
             np.zeros(count, dtype=np.int64),
+            np.zeros(count, dtype=bool),
             np.zeros(count, dtype=bool),
             pixels,
         )
@@ -177,10 +185,11 @@ def render(name: str, width: int, height: int, samples: int, seed: int, depth: i
     At most `depth` segments lead to the first diffuse surface, and at most as many from there on; None is no limit.
     """
     world, camera = read(name)
+    lamps = far_lamps(world, camera)
     total = np.zeros((height * width, 3))
     random = np.random.default_rng(seed)
     for pixels, origins, directions in camera_rays(camera, width, height, samples, random):
-        np.add.at(total, pixels, trace(world, origins, directions, random, depth))
+        np.add.at(total, pixels, trace(world, origins, directions, random, depth, lamps))
     return total.reshape(height, width, 3) / samples
 
 
@@ -195,10 +204,48 @@ def camera_rays(
         yield pixels, *camera.rays(x + random.random(len(x)), y + random.random(len(y)), width, height, random)
 
 
-def trace(
-    world: World, origins: np.ndarray, directions: np.ndarray, random: np.random.Generator, depth: int | None = None
+def far_lamps(world: World, camera: Camera) -> list[int]:
+    """The opaque lamps that are small and far, as seen from the eye."""
+    distances = np.linalg.norm(world.centers - camera.eye, axis=1)
+    is_around, is_lamp = distances < world.radii, (world.emissions.max(axis=1) > 0) & (world.kinds != DIELECTRIC)
+    is_small = is_lamp & ~is_around & (world.radii < SMALL * distances)
+    nearest = np.min(distances[~is_small & ~is_around] - world.radii[~is_small & ~is_around], initial=np.inf)
+    return [int(lamp) for lamp in np.flatnonzero(is_small & (distances > FAR * nearest))]
+
+
+def asked(
+    world: World, points: np.ndarray, normals: np.ndarray, spheres: np.ndarray, lamp: int, random: np.random.Generator
 ) -> np.ndarray:
-    """The radiance (n, 3) that one random path each finds along rays from points in free space."""
+    """An estimate of the irradiance (n, 3) at points on spheres, straight from a lamp: one direction in its cone for each."""
+    to_lamp = world.centers[lamp] - points
+    distance = np.sqrt(_dot(to_lamp, to_lamp))
+    # At most 1, on the lamp itself, which it does not light.
+    squared_sine = np.minimum((world.radii[lamp] / distance) ** 2, 1)
+    # 1 - cos of the cone, without cancellation.
+    height = squared_sine / (1 + np.sqrt(1 - squared_sine))
+    axis = to_lamp / distance[:, None]
+    side = _unit(np.cross(axis, np.where(np.abs(axis[:, :1]) > 0.5, [[0.0, 1.0, 0.0]], [[1.0, 0.0, 0.0]])))
+    along, angle = 1 - height * random.random(len(points)), 2 * np.pi * random.random(len(points))
+    across = np.sqrt(np.maximum(1 - along**2, 0))
+    directions = along[:, None] * axis + (across * np.cos(angle))[:, None] * side
+    directions = _unit(directions + (across * np.sin(angle))[:, None] * np.cross(axis, side))
+    cosine = _dot(directions, normals)
+    arrives = (cosine > 0) & (intersect(world, points, directions, spheres).spheres == lamp)
+    return np.where(arrives, cosine * 2 * np.pi * height, 0)[:, None] * world.emissions[lamp]
+
+
+def trace(
+    world: World,
+    origins: np.ndarray,
+    directions: np.ndarray,
+    random: np.random.Generator,
+    depth: int | None = None,
+    lamps: Sequence[int] = (),
+) -> np.ndarray:
+    """The radiance (n, 3) that one random path each finds along rays from points in free space.
+
+    Diffuse surfaces ask `lamps` straight.
+    """
     radiance = np.zeros((len(directions), 3))
     paths = Paths.begin(origins, directions, np.arange(len(directions)))
     for _ in range(SEGMENTS_AT_MOST):
@@ -211,10 +258,34 @@ def trace(
         met = hits.spheres != NONE
         weight = paths.throughput * paths.scale[:, None]
         emitted = np.where(met[:, None], world.emissions[hits.spheres], world.background)
+        emitted[paths.has_asked & np.isin(hits.spheres, lamps)] = 0
         # A path adds to its own pixel only, so no index occurs twice.
         radiance[paths.pixels] += weight * emitted
-        paths = after(world, paths.only(met), hits.only(met), random)
+        paths, hits = paths.only(met), hits.only(met)
+        if len(lamps):
+            ask(world, paths, hits, lamps, depth, random, radiance)
+        paths = after(world, paths, hits, random)
     raise sppm.OracleError(f"a path of {SEGMENTS_AT_MOST} segments has not ended: light is caught in lossless glass")
+
+
+def ask(
+    world: World,
+    paths: Paths,
+    hits: Hits,
+    lamps: Sequence[int],
+    depth: int | None,
+    random: np.random.Generator,
+    radiance: np.ndarray,
+) -> None:
+    """Adds to `radiance` what `lamps` send straight to the diffuse surfaces that paths have met."""
+    is_diffuse = world.kinds[hits.spheres] == DIFFUSE
+    paths.has_asked = is_diffuse
+    # The first diffuse surface may be `depth` segments from the light, however far from the eye it is.
+    may_ask = is_diffuse & (~paths.has_met_diffuse | (depth is None or paths.length < depth))
+    paths, hits = paths.only(may_ask), hits.only(may_ask)
+    weight = paths.throughput * paths.scale[:, None] * world.albedos[hits.spheres] / np.pi
+    for lamp in lamps:
+        radiance[paths.pixels] += weight * asked(world, hits.points, hits.normals, hits.spheres, lamp, random)
 
 
 def intersect(world: World, origins: np.ndarray, directions: np.ndarray, leaves: np.ndarray) -> Hits:

@@ -17,6 +17,10 @@ CONCENTRIC, ASIDE = witness.SCENES
 SIGNIFICANCE = ztest.SIGNIFICANCE
 
 
+# At the origin.
+EYE = tracer.Camera(np.zeros(3), np.eye(3), 45.0, 0.0, 1.0)
+
+
 def world(*spheres: tuple, background: float = 0.0) -> World:
     """Grey spheres: (centre, radius, kind, albedo, index, emission)."""
     centers, radii, kinds, albedos, iors, emissions = zip(*spheres, strict=True)
@@ -111,6 +115,32 @@ def test_a_lamp_above_a_plane() -> None:
         assert_mean(found, np.pi * 10 * 0.09 * np.sqrt(1 - sine**2), 0.01)
 
 
+def test_a_far_lamp_is_asked_and_not_met() -> None:
+    """The irradiance is that of a lamp that paths meet, with less noise, and half of it where half of the lamp is hidden."""
+    sine, cosine = 0.6, 0.8
+    sun = ((1e6 * sine, 1e6 * cosine, 0), 2e4, DIFFUSE, 0.0, 1, 1e4)
+    ground = ((0, -1e4, 0), 1e4, DIFFUSE, 0.5, 1, 0.0)
+    # A wall of which the face goes through the origin and the middle of the sun; paths come along it, just outside.
+    towards, normal = np.array([sine, cosine, 0]), np.array([cosine, -sine, 0])
+    wall = (tuple(-5e3 * normal), 5e3, DIFFUSE, 0.0, 1, 0.0)
+    expected = 0.5 * 1e4 * 0.02**2 * cosine
+    for scene, share in ((world(sun, ground), 1.0), (world(sun, ground, wall), 0.5)):
+        lamps = tracer.far_lamps(scene, EYE)
+        assert lamps == [0]
+        origins, directions = (np.tile(v, (20_000, 1)) for v in (towards + 1e-8 * normal, -towards))
+        found = tracer.trace(scene, origins, directions, np.random.default_rng(9), 1, lamps)[:, 0]
+        # At a depth of 1 the ground does not light itself.
+        assert_mean(found, share * expected, 0.01)
+
+
+def test_near_or_wide_lamps_are_met() -> None:
+    near = world(((0, 5, 0), 0.1, DIFFUSE, 0.0, 1, 1.0), ((0, -101, 0), 100, DIFFUSE, 0.5, 1, 0.0))
+    wide = world(((0, 1e5, 0), 5e4, DIFFUSE, 0.0, 1, 1.0), ((0, -101, 0), 100, DIFFUSE, 0.5, 1, 0.0))
+    glass = world(((0, 1e5, 0), 1e3, DIELECTRIC, 0.0, 1.5, 1.0), ((0, -101, 0), 100, DIFFUSE, 0.5, 1, 0.0))
+    around = world(((0, 0, 0), 1e5, DIFFUSE, 0.0, 1, 1.0), ((0, -101, 0), 100, DIFFUSE, 0.5, 1, 0.0))
+    assert [tracer.far_lamps(scene, EYE) for scene in (near, wide, glass, around)] == [[]] * 4
+
+
 @pytest.mark.parametrize(("albedo", "tint", "radius"), [(0.0, 1.0, 6), (0.5, 1.0, 6), (0.5, 0.8, 6), (0.8, 0.9, 12)])
 def test_the_power_that_leaves_a_lamp_within_glass(albedo: float, tint: float, radius: float) -> None:
     """What the glass reflects returns to the concentric lamp, at the same angle; the series of returns is geometric.
@@ -196,6 +226,7 @@ def test_the_floor_under_a_lamp_within_glass_is_known(renderer: str, effort: Eff
     assert_mean(renders[:, holds, 0].mean(axis=1), expected[holds, 0].mean(), precision)
 
 
+SUNNY = Effort(renders=16, samples=256, iterations=32, photons=60_000)
 QUICK = Effort(renders=16, samples=64, iterations=16, photons=30_000)
 
 
@@ -212,6 +243,20 @@ def test_sppm_agrees_with_the_tracer(traced: np.ndarray, engine: str) -> None:
     assert verdict.same, verdict
     # The test can fail: 3 % of brightness is found.
     assert witness.verdict(1.03 * ours, traced).different
+
+
+@pytest.fixture(scope="module")
+def under_the_sun() -> np.ndarray:
+    return witness.traced("terrace", Effort(renders=16, samples=192))
+
+
+@pytest.mark.parametrize("engine", ["path", "fast"])
+def test_sppm_agrees_with_the_tracer_under_a_sun(under_the_sun: np.ndarray, engine: str) -> None:
+    """Shadows and caustics of a sun 10^6 away, where Mitsuba's are elsewhere."""
+    ours = witness.rendered("terrace", engine, SUNNY)
+    verdict = witness.verdict(ours, under_the_sun)
+    assert verdict.same, verdict
+    assert witness.verdict(1.03 * ours, under_the_sun).different
 
 
 def test_glass_of_another_index_is_found(traced: np.ndarray, tmp_path: Path) -> None:
