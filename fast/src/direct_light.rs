@@ -17,7 +17,6 @@ use crate::tables::Tables;
 use bytemuck::{Pod, Zeroable};
 use lanes::{Kernel, Lanes, MOST_LANES, Row, V3};
 use scene::Still;
-use scene::light_tree::Among;
 use scene::ray::SphereId;
 use scene::still::{Enclosure, Light, Role};
 use std::f32::consts::PI;
@@ -79,16 +78,11 @@ impl LightTable {
         self.rows.is_empty()
     }
 
-    /// Among what visible points' shadow rays choose, one ray for each.
-    pub(crate) fn asked(&self) -> &'static [Among] {
-        self.tree.as_ref().map_or(&[Among::All], LightTree::asked)
-    }
-
-    /// The lights among these that `u` chooses for the receivers, of which there must be one.
+    /// The lights that `u` chooses for the receivers, of which there must be one.
     #[inline(always)]
-    pub(crate) fn choose<L: Lanes>(&self, among: Among, to: &Receivers<L>, u: L::F) -> ChosenLights<L> {
+    pub(crate) fn choose<L: Lanes>(&self, to: &Receivers<L>, u: L::F) -> ChosenLights<L> {
         let Choice { found, light, probability } = match &self.tree {
-            Some(tree) => tree.choose(among, to.live, (to.point, to.normal), u),
+            Some(tree) => tree.choose(to.live, to.point, to.normal, u),
             None => Choice { found: to.live, light: L::u(0), probability: L::f(1.0) },
         };
         let mut indices = [0; MOST_LANES];
@@ -156,19 +150,19 @@ impl ShadowRays {
         Self { direction: Vectors::ZERO, t: [0.0; ROOM], lamp: [0; ROOM], irradiance: Vectors::ZERO }
     }
 
-    /// Aims one shadow ray per lane at a light among these, the rays from `at` on, and tests them against the shapes outside of the hierarchy.
+    /// Aims one shadow ray per lane, the rays from `at` on, and tests them against the shapes outside of the hierarchy.
     #[inline(always)]
     pub(crate) fn aim<L: Lanes>(
         &mut self,
         at: usize,
         tables: &Tables,
-        (lights, among): (&LightTable, Among),
+        lights: &LightTable,
         to: &Receivers<L>,
         numbers: &ShadowNumbers<L>,
     ) {
         let zero = L::f(0.0);
         let &Receivers { point, normal, sphere, .. } = to;
-        let chosen = lights.choose::<L>(among, to, numbers.choice);
+        let chosen = lights.choose::<L>(to, numbers.choice);
         let (mut direction, mut t, mut weight) = from_outside(&chosen, point, normal, numbers);
         let mut valid = L::lt(zero, weight) & !L::eq(sphere, chosen.sphere);
         if L::any(chosen.is_around) || !lights.enclosures.is_empty() {

@@ -14,15 +14,15 @@
 //!    again, which is in the cache.
 //! 2. The first pair is the same for all lanes: it is broadcast, not fetched. Its importance serves both the choice
 //!    between ambient lights and lamps and the first choice of a node. With two lamps nothing is fetched.
-//! 3. Without ambient lights, or if they are asked apart, their probability is exactly 0, which leaves the random number as it
-//!    is: nothing is computed.
+//! 3. Without ambient lights their probability is exactly 0, which leaves the random number as it is: nothing is
+//!    computed.
 //! 4. A scene with one light has no tree.
 //! 5. Which side of a lamp of glass a point sees is found with the lamp's row (`LightTable::choose`).
 
 use bytemuck::{Pod, Zeroable};
 use lanes::{Lanes, MOST_LANES, Row, V3};
 use scene::Still;
-use scene::light_tree::{AmbientLight, Among, IS_LIGHT, LightNode};
+use scene::light_tree::{AmbientLight, IS_LIGHT, LightNode};
 
 /// As in `reference::light_choice`.
 const LEAST: f32 = 1.0 / 1024.0;
@@ -53,7 +53,6 @@ pub(crate) struct LightTree {
     root: [LightNode; 2],
     ambient: Vec<AmbientLight>,
     ambient_irradiance: f32,
-    asked: &'static [Among],
 }
 
 /// The lights that lanes have chosen.
@@ -95,29 +94,14 @@ impl LightTree {
             root: tree.pairs.first().copied().unwrap_or_default(),
             ambient: tree.ambient.clone(),
             ambient_irradiance: tree.ambient_irradiance,
-            asked: tree.asked(),
         })
     }
 
-    /// Among what visible points' shadow rays choose.
-    pub(crate) fn asked(&self) -> &'static [Among] {
-        self.asked
-    }
-
-    /// The lights among these that `u`, in [0, 1), chooses for the `live` lanes.
+    /// The lights that `u`, in [0, 1), chooses for the `live` lanes.
     #[inline(always)]
-    pub(crate) fn choose<L: Lanes>(
-        &self,
-        among: Among,
-        live: L::M,
-        (point, normal): (V3<L>, V3<L>),
-        u: L::F,
-    ) -> Choice<L> {
+    pub(crate) fn choose<L: Lanes>(&self, live: L::M, point: V3<L>, normal: V3<L>, u: L::F) -> Choice<L> {
         let (zero, none) = (L::f(0.0), L::first(0));
         let mut decisions = Decisions::<L> { u, probability: L::f(1.0) };
-        if among == Among::Ambient {
-            return self.choose_ambient::<L>(live, &decisions);
-        }
         let mut chosen = Choice { found: none, light: L::u(0), probability: L::f(1.0) };
         let mut pair = [Nodes::<L>::broadcast(&self.root[0]), Nodes::<L>::broadcast(&self.root[1])];
         let (mut a, mut b) = (zero, zero);
@@ -125,7 +109,7 @@ impl LightTree {
             (a, b) = (pair[0].importance(point, normal), pair[1].importance(point, normal));
         }
         let mut descends = live;
-        if among == Among::All && self.ambient_irradiance > 0.0 {
+        if self.ambient_irradiance > 0.0 {
             let (matters, p) = share::<L>(L::f(self.ambient_irradiance), a + b, LEAST_AMBIENT);
             let outcome = decisions.decide(p);
             let takes_ambient = live & matters & outcome;

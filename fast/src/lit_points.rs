@@ -5,7 +5,6 @@ use crate::hierarchy::SearchBuffers;
 use crate::paths::{ROOM, Vectors, Words};
 use crate::prepared::Prepared;
 use lanes::{Lanes, V3};
-use scene::light_tree::Among;
 
 /// The points, in any order.
 pub(crate) struct LitPoints {
@@ -45,9 +44,9 @@ impl LitPoints {
         self.count += L::mask_bits(m).count_ones() as usize;
     }
 
-    /// Sends a shadow ray from each point, to a light among these.
+    /// Sends a shadow ray from each point.
     #[inline(always)]
-    pub(crate) fn ask<L: Lanes>(&mut self, among: Among, prepared: &Prepared, search: &mut SearchBuffers) {
+    pub(crate) fn ask<L: Lanes>(&mut self, prepared: &Prepared, search: &mut SearchBuffers) {
         let Prepared { tables, lights, .. } = prepared;
         for at in (0..self.count).step_by(L::N) {
             let V3 { x: choice, y: u, z: v } = self.numbers.load::<L>(at);
@@ -57,7 +56,7 @@ impl LitPoints {
                 normal: self.normal.load::<L>(at),
                 sphere: L::load_u(&self.sphere[at..]),
             };
-            self.shadows.aim(at, tables, (lights, among), &receivers, &ShadowNumbers { choice, u, v });
+            self.shadows.aim(at, tables, lights, &receivers, &ShadowNumbers { choice, u, v });
         }
         self.shadows.follow::<L>(tables, &self.point, &self.sphere, search, self.count);
     }

@@ -24,7 +24,6 @@ use lanes::{Kernel, LaneKind, Lanes, MOST_LANES, V3, dispatch};
 use rayon::prelude::*;
 use scene::aim::{Arrival, Targets, survey};
 use scene::camera::Frame;
-use scene::light_tree::Among;
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, StreamKey};
 use scene::sobol::sobol;
@@ -190,7 +189,7 @@ impl Survey<'_> {
         if self.prepared.lights.is_empty() {
             return;
         }
-        asking.ask::<L>(Among::All, self.prepared, search);
+        asking.ask::<L>(self.prepared, search);
         for at in (0..asking.count).step_by(L::N) {
             let source = asking.point.load::<L>(at) + asking.shadows.to_lamp::<L>(at);
             let flux = asking.shadows.irradiance::<L>(at).max_component();

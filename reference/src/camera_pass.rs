@@ -140,7 +140,7 @@ pub fn trace(
                 if beta == Rgb::ZERO {
                     break;
                 }
-                stats.shadow_rays += u64::from(shadow_rays(still, numbers.light_samples));
+                stats.shadow_rays += u64::from(numbers.light_samples);
                 stats.visible_points += 1;
                 direct += beta * irradiance(still, &hit, numbers);
                 let visible = VisiblePoint { point: hit.point, normal: hit.normal, sphere: hit.sphere, beta };
@@ -158,20 +158,12 @@ pub fn trace(
     CameraSample { direct, visible: None }
 }
 
-/// How many shadow rays a visible point sends for so many light samples.
-fn shadow_rays(still: &Still, light_samples: u32) -> u32 {
-    still.lights.tree.asked().len() as u32 * light_samples
-}
-
-/// The mean over all light samples. Lamps and ambient lights that are asked apart take the same random numbers: what they send
-/// adds up, so each has its mean.
 fn irradiance(still: &Still, hit: &Hit, numbers: &CameraNumbers) -> Rgb {
     let receiver = Receiver { point: hit.point, normal: hit.normal, sphere: hit.sphere };
     let mut sum = Rgb::ZERO;
     for sample in 0..numbers.light_samples {
-        for among in still.lights.tree.asked() {
-            sum += estimate_irradiance(still, *among, &receiver, numbers.light(sample));
-        }
+        let [choice, u, v] = numbers.light(sample);
+        sum += estimate_irradiance(still, &receiver, choice, u, v);
     }
     sum * (1.0 / numbers.light_samples as f32)
 }

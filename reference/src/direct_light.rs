@@ -3,7 +3,6 @@
 use crate::intersect::{distance, occluded};
 use crate::light_choice::{Receiver, choose};
 use crate::sampling::{cosine_hemisphere, uniform_cone};
-use scene::light_tree::Among;
 use scene::still::{Light, Lights};
 use scene::{Ray, Rgb, Still, Vec3};
 use std::f32::consts::PI;
@@ -14,20 +13,15 @@ pub fn choose_light(lights: &Lights, u: f32) -> Option<u32> {
     (index < lights.entries.len()).then_some(index as u32)
 }
 
-/// An unbiased estimate of the irradiance that reaches `receiver` straight from some of the lights, from three uniform
-/// numbers: one to choose the light among these, two for the direction.
-pub fn estimate_irradiance(still: &Still, among: Among, receiver: &Receiver, numbers: [f32; 3]) -> Rgb {
-    sample_light(still, among, receiver, numbers).map_or(Rgb::ZERO, |(_, irradiance)| irradiance)
+/// An unbiased estimate of the irradiance that reaches `receiver` straight from the lights, from three uniform
+/// numbers: one to choose the light, two for the direction.
+pub fn estimate_irradiance(still: &Still, receiver: &Receiver, choice: f32, u: f32, v: f32) -> Rgb {
+    sample_light(still, receiver, choice, u, v).map_or(Rgb::ZERO, |(_, irradiance)| irradiance)
 }
 
 /// The same, with the point of the light that it comes from; `None` if none comes.
-pub fn sample_light(
-    still: &Still,
-    among: Among,
-    receiver: &Receiver,
-    [choice, u, v]: [f32; 3],
-) -> Option<(Vec3, Rgb)> {
-    let chosen = choose(still, among, receiver, choice)?;
+pub fn sample_light(still: &Still, receiver: &Receiver, choice: f32, u: f32, v: f32) -> Option<(Vec3, Rgb)> {
+    let chosen = choose(still, receiver, choice)?;
     let light = &still.lights.entries[chosen.light as usize];
     let sample = if light.inside {
         from_inside(still, receiver, light, u, v)

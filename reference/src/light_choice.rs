@@ -2,13 +2,12 @@
 //!
 //! Lamps are divided into two parts again and again ([`LightTree`]). One uniform number leads from all of them to one:
 //! at each pair of nodes it chooses one of the two in proportion to their [`importance`]. Ambient lights, which light all
-//! points alike, stand against all lamps together, or are asked
-//! apart ([`Among`]).
+//! points alike, stand against all lamps together.
 //!
 //! Estimates may be wrong, and nothing is known of shadows. So no side of a choice that has any importance gets less than
 //! a least probability, [`LEAST`] or [`LEAST_AMBIENT`].
 
-use scene::light_tree::{Among, IS_LIGHT, LightNode, LightTree};
+use scene::light_tree::{IS_LIGHT, LightNode, LightTree};
 use scene::ray::SphereId;
 use scene::{Still, Vec3};
 
@@ -64,20 +63,15 @@ pub fn importance(node: &LightNode, receiver: &Receiver) -> f32 {
     if height > 0.0 { node.intensity / d2 * (height / d) } else { 0.0 }
 }
 
-/// The light that `u` in [0, 1) chooses for `receiver` among these; `None` if no light can arrive from where `u` leads.
-pub fn choose(still: &Still, among: Among, receiver: &Receiver, u: f32) -> Option<Choice> {
+/// The light that `u` in [0, 1) chooses for `receiver`; `None` if no light can arrive from where `u` leads.
+pub fn choose(still: &Still, receiver: &Receiver, u: f32) -> Option<Choice> {
     let lights = &still.lights;
     if lights.entries.len() < 2 {
         return lights.entries.first().map(|_| Choice { light: 0, probability: 1.0 });
     }
     let tree = &lights.tree;
     let (mut u, mut probability) = (u, 1.0);
-    let takes_ambient = match among {
-        Among::All => decide(&mut u, &mut probability, ambient_probability(tree, receiver)?),
-        Among::Lamps => false,
-        Among::Ambient => true,
-    };
-    if takes_ambient {
+    if decide(&mut u, &mut probability, ambient_probability(tree, receiver)?) {
         let chosen = tree.ambient.iter().find(|ambient| u < ambient.cumulative).or(tree.ambient.last())?;
         return Some(Choice { light: chosen.light, probability: probability * chosen.share });
     }

@@ -18,7 +18,6 @@ use crate::sampling::cosine_hemisphere;
 use crate::scatter::{dielectric, reflect};
 use rayon::prelude::*;
 use scene::filter::Table;
-use scene::light_tree::Among;
 use scene::rng::Family;
 use scene::{
     Engine, Material, Probe, Progress, Ray, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums,
@@ -187,15 +186,16 @@ impl PathNumbers {
 
 /// A still, and how paths come to its lights.
 struct World<'a> {
+    /// Direct light chooses among its lamps.
     still: Still<'a>,
-    /// True if there are lights for shadow rays.
     has_lamps: bool,
-    /// True if there are lights that paths meet by themselves.
+    /// True if paths meet lights that no shadow ray is sent to.
     has_ambient_lights: bool,
 }
 
 impl<'a> World<'a> {
     fn new(still: Still<'a>) -> Self {
+        let still = still.with_choice_of_lamps();
         Self { has_lamps: still.has_lamps(), has_ambient_lights: still.has_ambient_lights(), still }
     }
 }
@@ -245,11 +245,10 @@ fn trace(world: &World, ray: Ray, max_depth: u32, numbers: &mut PathNumbers, seg
                 if length < max_depth && world.has_lamps {
                     let receiver = Receiver { point: hit.point, normal: hit.normal, sphere: hit.sphere };
                     let samples = if is_first { numbers.camera.light_samples() } else { 1 };
-                    let (share, among) = (1.0 / samples as f32, Among::Lamps);
+                    let share = 1.0 / samples as f32;
                     for sample in 0..samples {
                         let [choice, u, v] = numbers.light(is_first, sample);
-                        let numbers = [choice, u, v];
-                        let irradiance = estimate_irradiance(still, among, &receiver, numbers);
+                        let irradiance = estimate_irradiance(still, &receiver, choice, u, v);
                         radiance += throughput * (radiance_scale * FRAC_1_PI * share) * irradiance;
                     }
                 }

@@ -13,7 +13,6 @@ use crate::sampling::cosine_hemisphere;
 use crate::scatter::{dielectric, reflect};
 use scene::aim::survey::targets;
 use scene::aim::{Arrival, Targets};
-use scene::light_tree::Among;
 use scene::rng::{Family, Stream, StreamKey, unit_float};
 use scene::sobol::sobol;
 use scene::{Material, Ray, Scene, Settings, Still, Vec3, max_component};
@@ -71,10 +70,10 @@ fn follow(still: &Still, ray: Ray, max_depth: u32, stream: &mut Stream, arrivals
 }
 
 /// Light that arrives at a hit on the side where the walk goes on.
-fn arrival(still: &Still, hit: &Hit, direction: Vec3, numbers: [f32; 3]) -> Option<Arrival> {
+fn arrival(still: &Still, hit: &Hit, direction: Vec3, [choice, u, v]: [f32; 3]) -> Option<Arrival> {
     let normal = if hit.normal.dot(direction) > 0.0 { hit.normal } else { -hit.normal };
     let receiver = Receiver { point: hit.point, normal, sphere: hit.sphere };
-    let (source, irradiance) = sample_light(still, Among::All, &receiver, numbers)?;
+    let (source, irradiance) = sample_light(still, &receiver, choice, u, v)?;
     let flux = max_component(irradiance);
     (flux > 0.0).then_some(Arrival { point: hit.point, source, flux })
 }

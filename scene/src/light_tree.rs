@@ -66,17 +66,6 @@ pub struct LightTree {
     pub ambient_irradiance: f32,
 }
 
-/// Which lights a shadow ray chooses among.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Among {
-    /// All lights.
-    All,
-    /// Those of the hierarchy, of which there is one.
-    Lamps,
-    /// The glowing enclosures, of which there is one.
-    Ambient,
-}
-
 /// A lamp to be put into the tree.
 #[derive(Clone, Copy)]
 pub(crate) struct Lamp {
@@ -115,13 +104,10 @@ impl LightTree {
         Self { ambient: ambient.collect(), ambient_irradiance: 1.0, ..Self::default() }
     }
 
-    /// Among what a visible point's shadow rays choose their lights: one ray of each sample goes to a lamp and one to an ambient
-    /// light if there are both, so that none has to stand for the other. By all lights, if it is by power.
-    pub fn asked(&self) -> &'static [Among] {
-        match (self.pairs.is_empty(), self.ambient.is_empty()) {
-            (false, false) => &[Among::Lamps, Among::Ambient],
-            _ => &[Among::All],
-        }
+    /// Leaves out the ambient lights: the choice is among the lamps of the hierarchy.
+    pub(crate) fn leave_out_ambient(&mut self) {
+        self.ambient.clear();
+        self.ambient_irradiance = 0.0;
     }
 
     /// The lights of the hierarchy in runs of neighbours, at most `most` of them (at least two); of a lamp of glass the

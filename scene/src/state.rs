@@ -17,7 +17,7 @@ use std::fmt;
 /// 2: shadow rays choose their light by what it may send to the point. 3: photons are aimed. 4: the path
 /// tracer's numbers are stratified up to the first bounce. 5: photons are scattered towards what they are aimed at. 6: of more
 /// than a thousand lights those far from others are aimed by themselves. 7: the path tracer's paths meet glowing enclosures,
-/// such as the sky, by themselves; visible points ask lamps and enclosures by a shadow ray each.
+/// such as the sky, by themselves.
 pub const TRANSPORT: u32 = 7;
 
 /// The meaning of a pixel's words.

@@ -150,6 +150,13 @@ impl Still<'_> {
         &self.materials[self.spheres[id as usize].material as usize]
     }
 
+    /// The same, but that the choice of a light for direct light ([`Lights::tree`]) is among lamps alone: for renderers
+    /// whose paths meet glowing enclosures by themselves.
+    pub fn with_choice_of_lamps(mut self) -> Self {
+        self.lights.tree.leave_out_ambient();
+        self
+    }
+
     /// True if a light is no glowing enclosure.
     pub fn has_lamps(&self) -> bool {
         self.lights.entries.iter().any(|light| !self.is_enclosure(light.sphere))

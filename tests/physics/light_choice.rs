@@ -6,7 +6,7 @@ use crate::harness::{BLACK, Build, diffuse, empty_scene, glass, pinhole, relativ
 use glam::DVec3;
 use reference::direct_light::estimate_irradiance;
 use reference::light_choice::{Receiver, ambient_probability, choose, first_probability, importance};
-use scene::light_tree::{Among, IS_LIGHT};
+use scene::light_tree::IS_LIGHT;
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, Stream, StreamKey};
 use scene::still::Role;
@@ -117,18 +117,13 @@ fn receivers(count: usize) -> Vec<Receiver> {
 
 /// The probability of each light, by the definition: the product of those on the way from the root. For a lamp of glass,
 /// it is noted for the side that the receiver sees.
-fn probabilities(still: &Still, among: Among, receiver: &Receiver) -> Vec<f64> {
+fn probabilities(still: &Still, receiver: &Receiver) -> Vec<f64> {
     let mut all = vec![0.0; still.lights.entries.len()];
     if all.len() == 1 {
         return vec![1.0];
     }
     let tree = &still.lights.tree;
-    let of_ambient = match among {
-        Among::All => ambient_probability(tree, receiver).map(f64::from),
-        Among::Lamps => Some(0.0),
-        Among::Ambient => Some(1.0),
-    };
-    let Some(of_ambient) = of_ambient else {
+    let Some(of_ambient) = ambient_probability(tree, receiver).map(f64::from) else {
         return all;
     };
     for ambient in &tree.ambient {
@@ -154,25 +149,6 @@ fn probabilities(still: &Still, among: Among, receiver: &Receiver) -> Vec<f64> {
         }
     }
     all
-}
-
-/// What shadow rays may choose among: all lights, and if there are both, lamps and ambient lights apart.
-fn choices(still: &Still) -> Vec<Among> {
-    let asked = still.lights.tree.asked();
-    if asked == [Among::All] { vec![Among::All] } else { [&[Among::All], asked].concat() }
-}
-
-fn pairs(receivers: &[Receiver], choices: &[Among]) -> Vec<(Receiver, Among)> {
-    receivers.iter().flat_map(|receiver| choices.iter().map(|among| (*receiver, *among))).collect()
-}
-
-fn is_among(still: &Still, among: Among, light: usize) -> bool {
-    let is_ambient = still.is_enclosure(still.lights.entries[light].sphere);
-    match among {
-        Among::All => true,
-        Among::Lamps => !is_ambient,
-        Among::Ambient => is_ambient,
-    }
 }
 
 fn is_glass(still: &Still, light: usize) -> bool {
@@ -228,12 +204,11 @@ fn lights_are_chosen_as_often_as_is_said() {
     let mut histograms = 0;
     for Case { name, scene } in cases() {
         let still = scene.at(0.0);
-        let receivers = receivers(if still.lights.entries.len() > 1000 { 2 } else { 12 });
-        for (receiver, among) in pairs(&receivers, &choices(&still)) {
-            let expected = probabilities(&still, among, &receiver);
+        for receiver in receivers(if still.lights.entries.len() > 1000 { 2 } else { 12 }) {
+            let expected = probabilities(&still, &receiver);
             let mut counts = vec![0_u32; expected.len()];
             for k in 0..NUMBERS {
-                let Some(choice) = choose(&still, among, &receiver, (k as f32 + 0.5) / NUMBERS as f32) else {
+                let Some(choice) = choose(&still, &receiver, (k as f32 + 0.5) / NUMBERS as f32) else {
                     continue;
                 };
                 let expected = expected[choice.light as usize];
@@ -264,16 +239,13 @@ fn estimates_with_the_chosen_light_have_the_right_mean() {
     let mut means = 0;
     for Case { name, scene } in cases() {
         let still = scene.at(0.0);
-        let receivers = receivers(if still.lights.entries.len() > 1000 { 4 } else { 24 });
-        for (receiver, among) in pairs(&receivers, &choices(&still)) {
-            let of = |light| {
-                if is_among(&still, among, light) { irradiance(&still, &receiver, light).x } else { 0.0 }
-            };
-            let lights: Vec<f64> = (0..still.lights.entries.len()).map(of).collect();
+        for receiver in receivers(if still.lights.entries.len() > 1000 { 4 } else { 24 }) {
+            let lights: Vec<f64> =
+                (0..still.lights.entries.len()).map(|light| irradiance(&still, &receiver, light).x).collect();
             let expected: f64 = lights.iter().sum();
             let (mut sum, mut squares) = (0.0, 0.0);
             for k in 0..NUMBERS {
-                if let Some(choice) = choose(&still, among, &receiver, (k as f32 + 0.5) / NUMBERS as f32) {
+                if let Some(choice) = choose(&still, &receiver, (k as f32 + 0.5) / NUMBERS as f32) {
                     let estimate = lights[choice.light as usize] / f64::from(choice.probability);
                     (sum, squares) = (sum + estimate, squares + estimate * estimate);
                 }
@@ -298,12 +270,10 @@ fn no_light_that_can_arrive_is_left_out() {
     let mut points = 0;
     for Case { name, scene } in cases() {
         let still = scene.at(0.0);
-        let receivers = receivers(if still.lights.entries.len() > 1000 { 4 } else { 200 });
-        for (receiver, among) in pairs(&receivers, &choices(&still)) {
-            for (light, p) in probabilities(&still, among, &receiver).into_iter().enumerate() {
+        for receiver in receivers(if still.lights.entries.len() > 1000 { 4 } else { 200 }) {
+            for (light, p) in probabilities(&still, &receiver).into_iter().enumerate() {
                 let irradiance = irradiance(&still, &receiver, light);
-                let is_found = p > 0.0 || irradiance == DVec3::ZERO;
-                assert!(is_found || !is_among(&still, among, light), "{name}: light {light} is left out");
+                assert!(p > 0.0 || irradiance == DVec3::ZERO, "{name}: light {light} is left out");
             }
             points += 1;
         }
@@ -417,8 +387,7 @@ fn many_lamps_give_the_sum_of_what_each_gives() {
             (0..side).flat_map(|i| (0..side).flat_map(move |j| (0..side).map(move |k| (i, j, k))))
         {
             let [a, b, c] = std::array::from_fn(|_| stream.next_f32());
-            sum +=
-                estimate_irradiance(&still, Among::All, &receiver, [at(i, a), at(j, b), at(k, c)]).as_dvec3();
+            sum += estimate_irradiance(&still, &receiver, at(i, a), at(j, b), at(k, c)).as_dvec3();
         }
         let mean = (sum / f64::from(side * side * side)).to_array();
         let error = relative_error(mean, expected);

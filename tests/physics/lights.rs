@@ -10,7 +10,6 @@ use reference::light_choice::Receiver;
 use reference::photon_pass::photon_pass;
 use reference::sampling::uniform_sphere;
 use scene::aim::Aim;
-use scene::light_tree::Among;
 use scene::{Film, Rgb, Scene, Settings, Stats, Still, Vec3};
 use std::f64::consts::PI;
 
@@ -33,7 +32,7 @@ fn irradiance(still: &Still, receiver: &Receiver, side: u32) -> f64 {
     let place = |i: u32| (i as f32 + 0.5) / side as f32;
     let mut sum = 0.0;
     for (i, j) in (0..side).flat_map(|i| (0..side).map(move |j| (i, j))) {
-        sum += f64::from(estimate_irradiance(still, Among::All, receiver, [0.5, place(i), place(j)]).x);
+        sum += f64::from(estimate_irradiance(still, receiver, 0.5, place(i), place(j)).x);
     }
     sum / f64::from(side * side)
 }
@@ -335,9 +334,8 @@ fn a_glowing_glass_ball_lights_what_is_within_from_its_inner_side() {
     let receiver = Receiver { point: Vec3::X, normal: Vec3::X, sphere: 1 };
     // The inner side alone can light what is within, and whatever the number, it is chosen.
     for choice in [0.25, 0.75] {
-        let actual = f64::from(
-            estimate_irradiance(&scene(Vec3::X * 5.0).at(0.0), Among::All, &receiver, [choice, 0.3, 0.6]).x,
-        );
+        let actual =
+            f64::from(estimate_irradiance(&scene(Vec3::X * 5.0).at(0.0), &receiver, choice, 0.3, 0.6).x);
         assert!((actual / PI - 1.0).abs() < EXACT, "{actual} instead of pi");
     }
     // Seen from inside the glass, the ball shows its albedo. Seen from outside, the emission of the near side is added.

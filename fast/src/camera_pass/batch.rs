@@ -207,14 +207,12 @@ impl CameraPass<'_> {
         }
     }
 
-    /// Direct light on all visible points: the sum over all light samples of each.
+    /// Direct light on all visible points: the mean over all shadow rays from each.
     #[inline(always)]
     fn light<L: Lanes>(&self, batch: &mut CameraBatch) {
         let CameraBatch { ended, shadows, search, numbers, irradiance, .. } = batch;
         let samples = self.settings.light_samples;
-        let asked = self.lights.asked();
-        for ray in 0..samples * asked.len() as u32 {
-            let (sample, among) = (ray / asked.len() as u32, asked[ray as usize % asked.len()]);
+        for sample in 0..samples {
             for at in (0..ended.count).step_by(L::N) {
                 let sphere = L::load_u(&ended.sphere[at..]);
                 let live = L::first(ended.count - at) & !L::eq(sphere, L::u(NO_SPHERE));
@@ -226,11 +224,11 @@ impl CameraPass<'_> {
                     sphere,
                 };
                 let numbers = numbers.light(&digits, sample);
-                shadows.aim(at, self.tables, (self.lights, among), &receivers, &numbers);
+                shadows.aim(at, self.tables, self.lights, &receivers, &numbers);
             }
             shadows.follow::<L>(self.tables, &ended.point, &ended.sphere, search, ended.count);
             for at in (0..ended.count).step_by(L::N) {
-                let so_far = if ray == 0 { V3::splat(Vec3::ZERO) } else { irradiance.load::<L>(at) };
+                let so_far = if sample == 0 { V3::splat(Vec3::ZERO) } else { irradiance.load::<L>(at) };
                 irradiance.store(at, so_far + shadows.irradiance(at));
             }
         }

@@ -98,13 +98,12 @@ impl CameraWorkers {
             workers.put(worker);
             stop.meter().advance(pixels.len() as u64);
         });
-        let rays_of_each = u64::from(pass.settings.light_samples) * pass.lights.asked().len() as u64;
         let mut all = new_map();
         for worker in self.0.all() {
             worker.occupancy.take().iter().for_each(|occupancy| all.merge(occupancy));
             let CameraCounts { segments, visible_points } = take(&mut worker.counts);
             stats.camera_segments += segments;
-            stats.shadow_rays += visible_points * rays_of_each;
+            stats.shadow_rays += visible_points * u64::from(pass.settings.light_samples);
             stats.visible_points += visible_points;
         }
         (!stop.is_requested()).then_some(all)

@@ -16,7 +16,6 @@ use crate::prepared::Prepared;
 use crate::tables::Tables;
 use lanes::{Kernel, LaneKind, Lanes, MOST_LANES, dispatch};
 use scene::aim::{Aim, Targets};
-use scene::light_tree::Among;
 use scene::ray::{NO_SPHERE, SphereId};
 use scene::{Rgb, Scene, Settings, Still, Vec3};
 use std::ops::Range;
@@ -127,33 +126,31 @@ pub struct Receiver {
     pub sphere: SphereId,
 }
 
-/// The irradiance that each receiver gets straight from a light among these; per receiver, a number to choose the light and
+/// The irradiance that each receiver gets straight from the lights; per receiver, a number to choose the light and
 /// two for the direction. There must be a light.
 pub fn direct_light(
     still: &Still,
-    among: Among,
     receivers: &[Receiver],
     numbers: [&[f32]; 3],
     lanes: LaneKind,
 ) -> Vec<Rgb> {
     let (tables, lights) = (Tables::new(still), LightTable::new(still));
-    dispatch(lanes, Light { tables: &tables, lights: (&lights, among), receivers, numbers })
+    dispatch(lanes, Light { tables: &tables, lights: &lights, receivers, numbers })
 }
 
-/// The light among these that each receiver chooses by its number, with its probability; `None` where no light can arrive. There
+/// The light that each receiver chooses by its number, with its probability; `None` where no light can arrive. There
 /// must be a light.
 pub fn choose_for_points(
     still: &Still,
-    among: Among,
     receivers: &[Receiver],
     choice: &[f32],
     lanes: LaneKind,
 ) -> Vec<Option<(u32, f32)>> {
-    dispatch(lanes, ChooseForPoints { lights: (&LightTable::new(still), among), receivers, choice })
+    dispatch(lanes, ChooseForPoints { lights: &LightTable::new(still), receivers, choice })
 }
 
 struct ChooseForPoints<'a> {
-    lights: (&'a LightTable, Among),
+    lights: &'a LightTable,
     receivers: &'a [Receiver],
     choice: &'a [f32],
 }
@@ -173,8 +170,7 @@ impl Kernel for ChooseForPoints<'_> {
                 sphere: L::load_u(&spheres),
             };
             let choice = L::load(&padded(&self.choice[first..first + count]));
-            let (lights, among) = self.lights;
-            let chosen = lights.choose::<L>(among, &receivers, choice);
+            let chosen = self.lights.choose::<L>(&receivers, choice);
             let (mut lights, mut probabilities) = ([0; MOST_LANES], [0.0; MOST_LANES]);
             L::store_u(L::add_where(chosen.is_around, chosen.light, L::u(1)), &mut lights);
             L::store(chosen.probability, &mut probabilities);
@@ -189,7 +185,7 @@ impl Kernel for ChooseForPoints<'_> {
 
 struct Light<'a> {
     tables: &'a Tables,
-    lights: (&'a LightTable, Among),
+    lights: &'a LightTable,
     receivers: &'a [Receiver],
     numbers: [&'a [f32]; 3],
 }

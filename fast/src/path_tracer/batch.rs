@@ -13,7 +13,6 @@ use crate::scatter::{dielectric, reflect};
 use crate::surface::{Hit, tag};
 use crate::trace::{hits, intersect_batch};
 use lanes::{Lanes, MOST_LANES, V3};
-use scene::light_tree::Among;
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, StreamKey};
 use scene::{Rgb, Settings, Vec3};
@@ -307,7 +306,7 @@ impl<'a> PathPass<'a> {
     #[inline(always)]
     fn light<L: Lanes>(&self, batch: &mut PathBatch, samples: &mut [[f32; 3]]) {
         let PathBatch { lit, lit_weights, search, .. } = batch;
-        lit.ask::<L>(Among::Lamps, self.prepared, search);
+        lit.ask::<L>(self.prepared, search);
         for at in (0..lit.count).step_by(L::N) {
             let light = lanes_of::<L>(lit_weights.load::<L>(at) * lit.shadows.irradiance(at));
             for lane in 0..L::N.min(lit.count - at) {

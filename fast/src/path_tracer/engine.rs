@@ -56,7 +56,7 @@ impl<'a> PathTracer<'a> {
             sums: Pages::zeros(slots(settings)),
             samples: Pages::zeros(slots(settings)),
             workers: PathWorkers::new(),
-            prepared: Prepared::only(scene, parameters, None),
+            prepared: (!scene.moves()).then(|| prepared(scene, 0.0, parameters)),
         }
     }
 
@@ -73,7 +73,7 @@ impl<'a> PathTracer<'a> {
             prepared
         } else {
             let time = scene.camera.shutter_time(settings.seed, *next);
-            moved = Prepared::new(scene.at(time), parameters, None);
+            moved = prepared(scene, time, parameters);
             &moved
         };
         let pass = PathPass::new(prepared, &self.eye, settings, *next);
@@ -87,6 +87,11 @@ impl<'a> PathTracer<'a> {
     fn slot(&self, x: u32, y: u32) -> usize {
         slot_of(self.progress.settings.width, x, y)
     }
+}
+
+/// The scene at shutter time `time`. Shadow rays choose among its lamps.
+fn prepared<'a>(scene: &'a Scene, time: f32, parameters: &Parameters) -> Prepared<'a> {
+    Prepared::new(scene.at(time).with_choice_of_lamps(), parameters, None)
 }
 
 impl Engine for PathTracer<'_> {

@@ -4,7 +4,6 @@ use super::inputs::{direction, numbers, place, scene_of};
 use super::{assert_same, edge_uniforms, lane_kinds, tell};
 use fast::kernels::{Receiver, choose_for_points};
 use reference::light_choice::choose;
-use scene::light_tree::Among;
 use scene::ray::NO_SPHERE;
 use scene::rng::Stream;
 use scene::{Rgb, Scene, Sphere, Vec3};
@@ -64,42 +63,31 @@ fn lights_chosen_for_points() {
                     (0..POINTS).map(|_| receiver(&scene, unit, &mut stream)).collect();
                 let mut choice = edge_uniforms();
                 choice.resize_with(POINTS, || stream.next_f32());
-                let asked = still.lights.tree.asked();
-                for among in
-                    [Among::All].into_iter().chain(asked.iter().copied().filter(|a| *a != Among::All))
-                {
-                    let expected: Vec<_> = receivers
-                        .iter()
-                        .zip(&choice)
-                        .map(|(r, u)| {
-                            let Receiver { point, normal, sphere } = *r;
-                            choose(
-                                &still,
-                                among,
-                                &reference::light_choice::Receiver { point, normal, sphere },
-                                *u,
-                            )
-                        })
-                        .collect();
-                    for light in expected.iter().flatten().map(|choice| choice.light) {
-                        found += 1;
-                        ambient_found += usize::from(
-                            still.lights.tree.ambient.iter().any(|ambient| ambient.light == light),
-                        );
-                        inner_found += usize::from(still.lights.entries[light as usize].inside);
-                    }
-                    for lanes in lane_kinds() {
-                        let actual = choose_for_points(&still, among, &receivers, &choice, lanes);
-                        assert_eq!(actual.len(), expected.len());
-                        for (k, (a, e)) in actual.iter().zip(&expected).enumerate() {
-                            let what = (lanes, among, count, enclosures, sky, unit, receivers[k], choice[k]);
-                            assert_eq!(a.map(|a| a.0), e.map(|e| e.light), "{what:?}");
-                            if let (Some(a), Some(e)) = (a, e) {
-                                assert_same(&[a.1], &[e.probability], &what);
-                            }
+                let expected: Vec<_> = receivers
+                    .iter()
+                    .zip(&choice)
+                    .map(|(r, u)| {
+                        let Receiver { point, normal, sphere } = *r;
+                        choose(&still, &reference::light_choice::Receiver { point, normal, sphere }, *u)
+                    })
+                    .collect();
+                for light in expected.iter().flatten().map(|choice| choice.light) {
+                    found += 1;
+                    ambient_found +=
+                        usize::from(still.lights.tree.ambient.iter().any(|ambient| ambient.light == light));
+                    inner_found += usize::from(still.lights.entries[light as usize].inside);
+                }
+                for lanes in lane_kinds() {
+                    let actual = choose_for_points(&still, &receivers, &choice, lanes);
+                    assert_eq!(actual.len(), expected.len());
+                    for (k, (a, e)) in actual.iter().zip(&expected).enumerate() {
+                        let what = (lanes, count, enclosures, sky, unit, receivers[k], choice[k]);
+                        assert_eq!(a.map(|a| a.0), e.map(|e| e.light), "{what:?}");
+                        if let (Some(a), Some(e)) = (a, e) {
+                            assert_same(&[a.1], &[e.probability], &what);
                         }
-                        cases += actual.len();
                     }
+                    cases += actual.len();
                 }
             }
         }

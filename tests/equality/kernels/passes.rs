@@ -16,7 +16,6 @@ use reference::direct_light::estimate_irradiance;
 use reference::intersect::{Hit, intersect};
 use reference::photon_pass::{Deposit, Flux};
 use scene::aim::{Aim, Target, Targets};
-use scene::light_tree::Among;
 use scene::ray::NO_SPHERE;
 use scene::{Ray, Rgb, Scene, Settings, Sphere, Stats, Still, Vec3};
 use std::collections::HashMap;
@@ -205,12 +204,11 @@ fn direct_light_on_any_point() {
             .map(|(r, (choice, u, v))| {
                 let Receiver { point, normal, sphere } = *r;
                 let receiver = reference::light_choice::Receiver { point, normal, sphere };
-                estimate_irradiance(&still, Among::All, &receiver, [*choice, *u, *v])
+                estimate_irradiance(&still, &receiver, *choice, *u, *v)
             })
             .collect();
         for lanes in lane_kinds() {
-            let actual =
-                direct_light(&still, Among::All, &receivers, columns.each_ref().map(|c| &c[..]), lanes);
+            let actual = direct_light(&still, &receivers, columns.each_ref().map(|c| &c[..]), lanes);
             prop_assert_eq!(actual.len(), expected.len());
             for (k, (a, e)) in actual.iter().zip(&expected).enumerate() {
                 assert_same_vector(*a, *e, &(lanes, receivers[k], numbers[k]));
@@ -327,12 +325,11 @@ fn a_lamp_gives_no_light_where_it_is_touched() {
             let column = |x: f32| vec![x; receivers.len()];
             let columns = [column(0.0), column(u), column(v)];
             for lanes in lane_kinds() {
-                let actual =
-                    direct_light(&still, Among::All, &receivers, columns.each_ref().map(|c| &c[..]), lanes);
+                let actual = direct_light(&still, &receivers, columns.each_ref().map(|c| &c[..]), lanes);
                 for (receiver, actual) in receivers.iter().zip(actual) {
                     let Receiver { point, normal, sphere } = *receiver;
                     let as_reference = reference::light_choice::Receiver { point, normal, sphere };
-                    let expected = estimate_irradiance(&still, Among::All, &as_reference, [0.0, u, v]);
+                    let expected = estimate_irradiance(&still, &as_reference, 0.0, u, v);
                     assert_same_vector(actual, expected, &(lanes, receiver, u, v));
                     assert!(point.x != radius || expected == Rgb::ZERO, "{receiver:?} is lit");
                     cases += 1;
