@@ -223,6 +223,22 @@ mod tests {
         assert!((found.block / block - 1.0).abs() < 1e-9, "{found:?} for {block}");
     }
 
+    /// Four images of two paths in each of 100 pixels, which an image of 1600 is made of by its variance and its work.
+    #[test]
+    fn paths_have_the_variance_of_one_and_its_work() {
+        let stats = Stats { camera_segments: 4 * 2 * 100 * 3, ..Stats::default() };
+        let variance = Variance { pixel: 0.5, block: 0.04 };
+        let account = Account::of_paths(2, variance, &stats, 16.0).of(1600, 9);
+        let found = account.noise(1.0, 10.0);
+        assert!((found.pixel / (2.0 * 0.5 / 10.0) - 1.0).abs() < 1e-12, "{found:?}");
+        assert!((found.block / (2.0 * 0.04 / 16.0 / 10.0) - 1.0).abs() < 1e-12, "{found:?}");
+        // Three segments, and a shadow ray for each.
+        let exact = 1600.0 * (6.0 + work::PIXEL);
+        assert!((account.work(1.0) / exact - 1.0).abs() < 1e-12, "{} for {exact}", account.work(1.0));
+        assert_eq!(account.iterations(1, 0.1, 1e9), 100);
+        assert_eq!(account.iterations(1, 0.1, 50.0 * exact), 50);
+    }
+
     #[test]
     fn cube_roots_are_exact_to_rounding() {
         for x in [1.0, 2.0, 8.0, 1e3, 123_456.7, 1e9] {

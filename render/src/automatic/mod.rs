@@ -248,6 +248,28 @@ mod tests {
         assert!(one != scene.settings);
     }
 
+    /// The noise of the render is that of the quality, within what pilots of few paths can tell.
+    #[test]
+    fn paths_are_as_many_as_their_noise_asks_for() {
+        const FACTOR: f64 = 2.0;
+        let mut scene = files::builtin::scene("terrace").unwrap();
+        (scene.settings.width, scene.settings.height) = (96, 72);
+        let automatic = Automatic::all(Quality::Draft).without_photons();
+        let of =
+            |automatic, lanes| choose(&scene, automatic, (MethodName::Path, lanes), &Stop::new()).unwrap();
+        let found = of(automatic, LaneKind::best());
+        assert_eq!(found, of(automatic, LaneKind::Emulated));
+        let own = Settings { iterations: found.iterations, max_depth: found.max_depth, ..scene.settings };
+        assert_eq!(found, own, "something else is chosen");
+        let stop = Stop::new();
+        let pilots = Pilots::new(&scene, &found, LaneKind::best(), &stop);
+        let noise = pilots.run_paths(8, found.iterations, found.max_depth).unwrap().variance(8).pixel.sqrt();
+        let goal = Goal::of(Quality::Draft).noise;
+        assert!((goal / FACTOR..goal * FACTOR).contains(&noise), "{noise} for {goal}: {found:?}");
+        let fixed = Automatic { iterations: false, ..automatic };
+        assert_eq!(of(fixed, LaneKind::best()).iterations, scene.settings.iterations);
+    }
+
     #[test]
     fn only_what_is_automatic_is_chosen() {
         let scene = cornell();
