@@ -214,11 +214,16 @@ def entries(suites: list[str]) -> list[tuple[str, list[str]]]:
     return [(name, filters.split()) for name, _, filters in (entry.partition(": ") for entry in suites)]
 
 
-def baseline(suites: dict[str, Suite], names: set[str], known_file: Path) -> dict[str, dict]:
-    """Per suite the tests that fail without a fault, and its seconds. What is known of a program that was not built anew
-    is kept. From here on, this script and what it starts take no more than `MEMORY`."""
+def limit_memory():
+    """From here on, this script and what it starts take no more than `MEMORY`."""
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def baseline(suites: dict[str, Suite], names: set[str], known_file: Path) -> dict[str, dict]:
+    """Per suite the tests that fail without a fault, and its seconds. What is known of a program that was not built anew
+    is kept."""
+    limit_memory()
     known = json.loads(known_file.read_text()) if known_file.exists() else {}
     for name in sorted(names):
         if name not in suites:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -192,8 +193,7 @@ def test_control_c_is_answered_before_a_render_begins(what: str, cornell, tmp_pa
     working: list[bool] = []
 
     def interrupt(*_: object) -> None:
-        names = [path.joinpath("comm").read_text().strip() for path in Path("/proc/self/task").iterdir()]
-        working.append("work" in names)
+        working.append("work" in threads())
         raise KeyboardInterrupt
 
     before = signal.signal(signal.SIGALRM, interrupt)
@@ -211,6 +211,36 @@ def test_control_c_is_answered_before_a_render_begins(what: str, cornell, tmp_pa
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
     assert working == [True]
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="the system does not tell the names of threads")
+def test_a_render_that_is_interrupted_while_it_is_prepared_never_begins(cornell) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    while "render" in threads():  # of a test before
+        time.sleep(0.01)
+    before = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.1)
+        with pytest.raises(sppm.Interrupted):
+            sppm.render(cornell, quality="final", width=4000, height=3000, progress=False)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    # The work that was interrupted ends, and is not followed by the render itself.
+    while "work" in (names := threads()):
+        assert "render" not in names
+    assert "render" not in names
+
+
+def threads() -> list[str]:
+    """The names of this process's threads."""
+    names = []
+    for path in Path("/proc/self/task").iterdir():
+        with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+            names.append(path.joinpath("comm").read_text().strip())
+    return names
 
 
 def test_a_loop_over_renders_ends_with_control_c(cornell) -> None:
