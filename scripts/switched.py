@@ -182,6 +182,9 @@ def run(suite: Suite, filters: list[str], fault: str | None, excused: set[str], 
         stdin=subprocess.DEVNULL,
         start_new_session=True,
     )
+    # Linux gives a session its share of the processor whatever the niceness of its processes, unless it has one itself.
+    with contextlib.suppress(OSError):
+        Path(f"/proc/{process.pid}/autogroup").write_text(str(os.nice(0)))
     rest, test = "", None
     try:
         while True:
