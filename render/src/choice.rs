@@ -227,8 +227,7 @@ mod tests {
     fn a_profile_gives_parameters_and_lanes_but_those_asked_for_win() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("profile.toml");
-        let mut parameters = Parameters::default();
-        parameters.photons_per_job *= 2;
+        let parameters = Parameters::default().with("photons_per_job", 4096.0).unwrap();
         let profile = Profile { parameters, lanes: Some(LanesName::Emulated) };
         std::fs::write(&path, profile.to_text()).unwrap();
         let usual = EngineChoice::with_profile(MethodName::Sppm, None, &path).unwrap();

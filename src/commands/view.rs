@@ -245,13 +245,13 @@ mod tests {
         image_file::write(&image, &Film::new(1, 1), &image_file::Encoding::default()).unwrap();
         let of = |name: &str, from: Option<&Path>| {
             let path = folder.path().join(name);
-            from.map(|from| std::fs::copy(from, &path).unwrap());
+            from.map(|from| fs::copy(from, &path).unwrap());
             is_image(path.as_os_str())
         };
         // What is named as an image is one, whether it is there or not; others if they are.
         assert!(of("b.png", Some(&image)) && of("none.exr", None));
         assert!(of("image", Some(&image)) && !of("none", None));
-        std::fs::write(folder.path().join("text"), "text").unwrap();
+        fs::write(folder.path().join("text"), "text").unwrap();
         assert!(!of("text", None));
         // Scenes, whatever they hold.
         assert!(!of("a.toml", Some(&image)) && !of("B.TOML", None) && !of("a.xyz", Some(&image)));

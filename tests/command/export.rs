@@ -196,7 +196,7 @@ fn scenes_that_cannot_be_exported_are_rejected() {
 #[test]
 fn an_instant_is_asked_for_only_where_there_are_several() {
     let sandbox = Sandbox::new();
-    let scene = files::builtin::scene("motion").unwrap();
+    let scene = builtin::scene("motion").unwrap();
     let text = |shutter| {
         let camera = scene::Camera { shutter, ..scene.camera };
         files::scene_file::to_text(&scene::Scene { camera, ..scene.clone() }, &scene.settings)
