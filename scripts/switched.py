@@ -182,6 +182,9 @@ def run(suite: Suite, filters: list[str], fault: str | None, excused: set[str], 
         stdin=subprocess.DEVNULL,
         start_new_session=True,
     )
+    # Linux gives a session its share of the processor whatever the niceness of its processes, unless it has one itself.
+    with contextlib.suppress(OSError):
+        Path(f"/proc/{process.pid}/autogroup").write_text(str(os.nice(0)))
     rest, test = "", None
     try:
         while True:
@@ -214,11 +217,16 @@ def entries(suites: list[str]) -> list[tuple[str, list[str]]]:
     return [(name, filters.split()) for name, _, filters in (entry.partition(": ") for entry in suites)]
 
 
-def baseline(suites: dict[str, Suite], names: set[str], known_file: Path) -> dict[str, dict]:
-    """Per suite the tests that fail without a fault, and its seconds. What is known of a program that was not built anew
-    is kept. From here on, this script and what it starts take no more than `MEMORY`."""
+def limit_memory():
+    """From here on, this script and what it starts take no more than `MEMORY`."""
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def baseline(suites: dict[str, Suite], names: set[str], known_file: Path) -> dict[str, dict]:
+    """Per suite the tests that fail without a fault, and its seconds. What is known of a program that was not built anew
+    is kept."""
+    limit_memory()
     known = json.loads(known_file.read_text()) if known_file.exists() else {}
     for name in sorted(names):
         if name not in suites:

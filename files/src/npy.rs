@@ -111,3 +111,24 @@ pub fn write(path: &Path, hits: &[(f32, SphereId, Vec3)]) -> Result<(), FileErro
         writer.finish()
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_what_rays_have_hit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("hits.npy");
+        let hits = [(2.5, 7, Vec3::new(0.0, 0.6, -0.8)), (f32::INFINITY, 3, Vec3::ZERO)];
+        write(&path, &hits).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        let row = |t: f32, sphere: i32, normal: [f32; 3]| {
+            let normal = normal.into_iter().flat_map(f32::to_le_bytes);
+            t.to_le_bytes().into_iter().chain(sphere.to_le_bytes()).chain(normal).collect::<Vec<u8>>()
+        };
+        // What hits nothing has no sphere.
+        let rows = [row(2.5, 7, [0.0, 0.6, -0.8]), row(f32::INFINITY, -1, [0.0; 3])].concat();
+        assert!(bytes.ends_with(&rows), "{bytes:?}");
+    }
+}

@@ -111,6 +111,31 @@ fn names_may_be_in_any_script() {
     assert_eq!(parse(&text).name, "Ka\u{308}se \u{1f9c0}");
 }
 
+/// A stage is of the usual size where a file does not say another, for each side by itself.
+#[test]
+fn a_stage_is_fitted_to_the_size_of_its_image() {
+    let stage = |settings: &str| {
+        parse(&format!(
+            "[stage]\n[settings]\n{settings}\n[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\n\
+            material = {{ type = \"diffuse\", albedo = [1, 1, 1] }}\n"
+        ))
+    };
+    let usual = figure::stage::Stage::default().size;
+    for (settings, size) in [
+        ("", usual),
+        ("width = 90", [90, usual[1]]),
+        ("height = 9000", [usual[0], 9000]),
+        ("width = 90\nheight = 900", [90, 900]),
+    ] {
+        let scene = stage(settings);
+        assert_eq!([scene.settings.width, scene.settings.height], size, "{settings}");
+        // The narrower the image, the farther the camera.
+        let far = scene.camera.eye.length();
+        let narrow = size[0] < size[1];
+        assert_eq!(far > 1.5 * stage("").camera.eye.length(), narrow, "{settings}: {far}");
+    }
+}
+
 #[test]
 fn a_moving_sphere_may_pass_beside_the_lens_but_not_over_it() {
     let moving = |velocity: &str| {

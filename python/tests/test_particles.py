@@ -172,6 +172,16 @@ def test_columns_of_my_own() -> None:
     assert kept.positions.max() > 1
 
 
+def test_without_a_unit_distances_tell_it() -> None:
+    water = sppm.Particles.load(WATER).replace(cell=None)
+    angstrom = sppm.load_particles(water, radius="covalent").radii
+    for unit, length in (("angstrom", 1.0), ("nanometre", 0.1), ("metre", 1e-10)):
+        moved = water.replace(positions=water.positions * length)
+        guessed, told = (sppm.load_particles(moved.replace(unit=some), radius="covalent") for some in (None, unit))
+        assert guessed == told, unit
+        assert guessed.radii.min() == pytest.approx(length * angstrom.min()), unit
+
+
 def test_texts_of_each_column_are_its_own() -> None:
     columns = {"name": "names", "type": "types", "residue": "residues", "chain": "chains"}
     # The text x stands at another particle in each column.

@@ -139,6 +139,28 @@ def test_a_damaged_checkpoint_is_a_warning(cornell, tmp_path: Path) -> None:
         assert sppm.Render.resume(path, iterations=7).result() == sppm.render(cornell, iterations=7)
 
 
+@pytest.mark.parametrize("when", ["during the render", "at its end"])
+def test_a_checkpoint_that_cannot_be_written_is_a_warning(cornell, tmp_path: Path, when: str) -> None:
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    every: int | timedelta = 1 if when == "during the render" else timedelta(hours=1)
+    with sppm.Render(cornell, iterations=3, checkpoint=folder / "a.sppm", every=every, paused=True) as render:
+        render.iterate()
+        shutil.rmtree(folder)
+        if when == "during the render":
+            with pytest.warns(sppm.RenderWarning, match="the checkpoint was not written: .*folder"):
+                render.iterate()
+            folder.mkdir()
+            render.iterate()
+            assert render.checkpoint == str(folder / "a.sppm")
+        else:
+            render.iterate()
+            with pytest.warns(sppm.RenderWarning, match="the checkpoint was not written: .*folder"):
+                render.iterate()
+                assert render.result() == sppm.render(cornell, iterations=3)
+            assert render.checkpoint is None
+
+
 def test_a_checkpoint_is_used_by_one_render(cornell, tmp_path: Path) -> None:
     path = tmp_path / "a.sppm"
     with sppm.Render(cornell, **ENDLESS, checkpoint=path), pytest.raises(sppm.InputError, match="checkpoint"):

@@ -94,6 +94,28 @@ def test_settings_are_chosen_alike(quality, tmp_path: Path, command) -> None:
     assert (settings["iterations"], settings["max_depth"]) == (2, 3)
 
 
+@pytest.mark.parametrize(
+    ("given", "option"),
+    [
+        ({"iterations": 3}, "-n3"),
+        ({"photons_per_iteration": 5000}, "--photons=5000"),
+        ({"max_depth": 4}, "--depth=4"),
+        ({"initial_radius": 0.75}, "--radius=0.75"),
+        ({"radius_pilots": 2}, "--radius-pilots=2"),
+    ],
+    ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
+)
+def test_what_is_given_is_not_chosen(given, option: str, tmp_path: Path, command) -> None:
+    """What follows from it neither: pilots make no radius where one is given."""
+    options = ["--width=40", "--height=30", "--quality=good", "--quiet", "-o", tmp_path / "image.exr"]
+    few = {} if "iterations" in given else {"iterations": 1}
+    command("render", "cornell", *options, option, *(["-n1"] if few else []))
+    film = sppm.render(sppm.Scene.load("cornell"), quality="good", width=40, height=30, **given, **few)
+    settings = film.metadata["settings"]
+    assert settings == json.loads(command("info", tmp_path / "image.exr", "--json"))["settings"]
+    assert all(settings[name] == value for name, value in given.items())
+
+
 def test_a_quality_has_a_name() -> None:
     scene = sppm.Scene.load("cornell")
     with pytest.raises(sppm.InputError, match="best"):

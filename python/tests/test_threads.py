@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -192,8 +193,7 @@ def test_control_c_is_answered_before_a_render_begins(what: str, cornell, tmp_pa
     working: list[bool] = []
 
     def interrupt(*_: object) -> None:
-        names = [path.joinpath("comm").read_text().strip() for path in Path("/proc/self/task").iterdir()]
-        working.append("work" in names)
+        working.append("work" in threads())
         raise KeyboardInterrupt
 
     before = signal.signal(signal.SIGALRM, interrupt)
@@ -211,6 +211,44 @@ def test_control_c_is_answered_before_a_render_begins(what: str, cornell, tmp_pa
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
     assert working == [True]
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="the system does not tell the names of threads")
+def test_work_that_is_interrupted_is_given_up(cornell) -> None:
+    """It takes little more of the processors, which are counted, not the clock."""
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    def settle() -> float:
+        while {"work", "render"} & set(threads()):
+            time.sleep(0.002)
+        return time.process_time()
+
+    options = {"quality": "final", "width": 1000, "height": 800}
+    begun = settle()
+    with sppm.Render(cornell, **options, paused=True):
+        pass
+    whole = settle() - begun
+    before = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.02)
+        with pytest.raises(sppm.Interrupted):
+            sppm.render(cornell, **options, progress=False)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    interrupted = time.process_time()
+    assert settle() - interrupted < whole / 2
+
+
+def threads() -> list[str]:
+    """The names of this process's threads."""
+    names = []
+    for path in Path("/proc/self/task").iterdir():
+        with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+            names.append(path.joinpath("comm").read_text().strip())
+    return names
 
 
 def test_a_loop_over_renders_ends_with_control_c(cornell) -> None:

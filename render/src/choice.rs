@@ -224,6 +224,22 @@ mod tests {
     }
 
     #[test]
+    fn a_profile_gives_parameters_and_lanes_but_those_asked_for_win() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("profile.toml");
+        let parameters = Parameters::default().with("photons_per_job", 4096.0).unwrap();
+        let profile = Profile { parameters, lanes: Some(LanesName::Emulated) };
+        std::fs::write(&path, profile.to_text()).unwrap();
+        let usual = EngineChoice::with_profile(MethodName::Sppm, None, &path).unwrap();
+        assert_eq!((usual.parameters(), usual.lanes()), (&parameters, Some(LanesName::Emulated)));
+        let asked = Some(LaneKind::best().into());
+        let asked_for = EngineChoice::with_profile(MethodName::Sppm, asked, &path).unwrap();
+        assert_eq!((asked_for.parameters(), asked_for.lanes()), (&parameters, asked));
+        let reference = Renderer { method: MethodName::Sppm, engine: EngineName::Reference };
+        assert!(EngineChoice::with_profile(reference, None, &path).is_err());
+    }
+
+    #[test]
     fn lanes_that_the_processor_lacks_are_rejected() {
         for lanes in [LanesName::Emulated, LanesName::Avx2, LanesName::Avx512] {
             let chosen = EngineChoice::new(EngineName::Fast, Some(lanes));

@@ -247,7 +247,9 @@ mod tests {
 
     #[test]
     fn the_peak_does_not_fall_when_memory_is_freed() {
-        let Some(before) = peak() else { return };
+        let before = peak();
+        assert!(before.is_some() || !cfg!(target_os = "linux"), "Linux tells the peak");
+        let Some(before) = before else { return };
         let held = vec![1_u8; 64 << 20];
         assert!(held.iter().map(|byte| u64::from(*byte)).sum::<u64>() == 64 << 20);
         drop(held);

@@ -95,6 +95,22 @@ mod tests {
         assert!(sampled / whole < NEAR && whole / sampled < NEAR, "{sampled} of {whole}");
     }
 
+    /// Of each of as many runs of pixels one is looked at, and those do not line up.
+    #[test]
+    fn samples_are_spread_over_the_whole_image() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let settings = Settings { width: 1024, height: 64, photons_per_iteration: 10, ..scene.settings };
+        let engine = fast::Sppm::new(&scene, &settings);
+        let run = settings.pixels() / SAMPLES;
+        let places: Vec<usize> =
+            probes(&engine).map(|((x, y), _)| y as usize * settings.width as usize + x as usize).collect();
+        assert!(places.iter().enumerate().all(|(i, place)| place / run == i), "{places:?}");
+        let mut within: Vec<usize> = places.iter().map(|place| place % run).collect();
+        within.sort_unstable();
+        within.dedup();
+        assert_eq!(within.len(), run);
+    }
+
     #[test]
     fn small_images_are_sampled_as_a_whole() {
         let scene = files::builtin::scene("cornell").unwrap();

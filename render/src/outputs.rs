@@ -167,19 +167,27 @@ impl Outputs {
     /// Checks that the disk has room for images of `scene`.
     pub(crate) fn check_room(&self, scene: &Scene) -> Result<(), Error> {
         let pixels = scene.settings.pixels() as u64;
-        let alpha = u64::from(scene.transparent_background);
         for (content, path) in self.files() {
-            let bytes = match (content, Format::from_path(path)) {
-                (Content::Stats, _) => STATS_BYTES,
-                (_, Ok(Format::Png | Format::Jpeg)) => (3 + alpha) * pixels,
-                (_, Ok(Format::Hdr)) => 4 * pixels,
-                _ => (12 + 4 * alpha) * pixels,
+            let bytes = match content {
+                Content::Stats => STATS_BYTES,
+                _ => room_of(Format::from_path(path).ok(), pixels, scene.transparent_background),
             };
             let checked = atomic_file::check_room(path, bytes);
             checked.map_err(|error| Error::named(content.field(), error))?;
         }
         Ok(())
     }
+}
+
+/// The most bytes that an image of so many pixels takes as they are, without what compression saves.
+fn room_of(format: Option<Format>, pixels: u64, has_alpha: bool) -> u64 {
+    let alpha = u64::from(has_alpha);
+    pixels
+        * match format {
+            Some(Format::Png | Format::Jpeg) => 3 + alpha,
+            Some(Format::Hdr) => 4,
+            _ => 4 * (3 + alpha),
+        }
 }
 
 /// Whether exposure and tone apply to the image file: to PNG and JPEG, as the other formats store radiance.
@@ -196,4 +204,22 @@ pub(crate) fn check_distinct(inputs: &[(Field, &Path)], outputs: &[(Field, &Path
     let (other, _) = inputs.iter().chain(outputs).nth(other).copied().unwrap_or((Field::Scene, path));
     let problem = Problem::of(field).text(format_args!(": {} is also ", path.display()));
     Err(Error::input(field, problem.field(other).text("; name another file")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn room_is_for_the_samples_of_every_pixel() {
+        for (format, of_colors, with_alpha) in
+            [(Format::Png, 3, 4), (Format::Exr, 12, 16), (Format::Tiff, 12, 16)]
+        {
+            assert_eq!(room_of(Some(format), 1000, false), 1000 * of_colors, "{format:?}");
+            assert_eq!(room_of(Some(format), 1000, true), 1000 * with_alpha, "{format:?}");
+        }
+        assert_eq!(room_of(Some(Format::Jpeg), 1000, false), 3000);
+        assert_eq!(room_of(Some(Format::Hdr), 1000, false), 4000);
+        assert_eq!(room_of(Some(Format::Pfm), 1000, false), 12_000);
+    }
 }

@@ -50,12 +50,7 @@ impl Report {
     ///
     /// Its error then does not show in the image, and [`Report::estimated_error`] is that of direct light alone.
     pub fn lacks_photons(&self) -> bool {
-        /// Of fewer photons nothing is said: a render so small is a test.
-        const LEAST_PHOTONS: u64 = 10_000;
-        /// Photons that were emitted for each that counted at a visible point.
-        const MOST_PER_CONTRIBUTION: u64 = 1000;
-        let Stats { photons, contributions, visible_points, .. } = self.stats;
-        photons >= LEAST_PHOTONS && visible_points > 0 && contributions < photons / MOST_PER_CONTRIBUTION
+        stats_lack_photons(&self.stats)
     }
 
     /// Writes the report as indented JSON.
@@ -65,5 +60,32 @@ impl Report {
     pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
         serde_json::to_writer_pretty(&mut *out, self)?;
         out.write_all(b"\n")
+    }
+}
+
+/// See [`Report::lacks_photons`].
+fn stats_lack_photons(&Stats { photons, contributions, visible_points, .. }: &Stats) -> bool {
+    /// Of fewer photons nothing is said: a render so small is a test.
+    const LEAST_PHOTONS: u64 = 10_000;
+    /// Photons that were emitted for each that counted at a visible point.
+    const MOST_PER_CONTRIBUTION: u64 = 1000;
+    photons >= LEAST_PHOTONS && visible_points > 0 && contributions < photons / MOST_PER_CONTRIBUTION
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn photons_lack_where_less_than_one_in_a_thousand_counts() {
+        let lacks = |photons, contributions, visible_points| {
+            let stats = Stats { photons, contributions, visible_points, ..Stats::default() };
+            stats_lack_photons(&stats)
+        };
+        assert!(lacks(1_000_000, 0, 1) && lacks(1_000_000, 999, 500));
+        assert!(!lacks(1_000_000, 1000, 500) && !lacks(1_000_000, 5_000_000, 500));
+        // So few photons are a test, and where nothing is seen that they could reach, none is missing.
+        assert!(lacks(10_000, 9, 1) && !lacks(9_999, 0, 1));
+        assert!(!lacks(1_000_000, 0, 0));
     }
 }

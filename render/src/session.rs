@@ -206,7 +206,8 @@ impl Session<'_> {
     fn iterate(&mut self, engine: &mut dyn Resumable) -> Result<End, Error> {
         let (job, goals) = (self.job, &self.job.goals);
         // A child of the job's stop: the time limit ends the iteration, but must not count as a stop request.
-        let (stop, mut alarm) = (job.stop.child(), None);
+        let stop = job.stop.child();
+        let mut alarm = None;
         loop {
             if job.stop.is_requested() {
                 return Ok(End::Stopped);
@@ -223,8 +224,8 @@ impl Session<'_> {
                 }
                 match self.clock.left() {
                     Some(Duration::ZERO) => return Ok(End::Time),
-                    Some(left) if alarm.is_none() => alarm = Some(ring(left, stop.clone())),
-                    _ => {}
+                    Some(left) => _ = alarm.get_or_insert_with(|| ring(left, stop.clone())),
+                    None => {}
                 }
             }
             let began = Instant::now();

@@ -64,3 +64,70 @@ impl PartialEq for Stream {
         Arc::ptr_eq(&self.sink, &other.sink) && self.extension == other.extension
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a caller writes to.
+    #[derive(Clone, Default)]
+    struct Sink(Arc<Mutex<Vec<u8>>>);
+
+    impl Write for Sink {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.lock().unwrap().write(bytes)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn streams_are_equal_that_write_the_same_to_the_same() {
+        let stream = Stream::new("a socket", "png", Sink::default());
+        assert_eq!(stream, stream.clone());
+        assert_ne!(stream, Stream::new("a socket", "png", Sink::default()));
+        let other_format = Stream { extension: "exr".into(), ..stream.clone() };
+        assert_ne!(stream, other_format);
+    }
+
+    #[test]
+    fn a_stream_gets_all_of_an_image_or_nothing() {
+        let sink = Sink::default();
+        let stream = Stream::new("a socket", "png", sink.clone());
+        let write = |path: &Path| {
+            assert_eq!(path.file_name(), Some("image.png".as_ref()));
+            std::fs::write(path, "whole").map_err(|e| FileError::new(path, e.to_string()))
+        };
+        let fail = |path: &Path| write(path).and(Err(FileError::new(path, "is half")));
+        assert!(stream.send(fail).is_err() && sink.0.lock().unwrap().is_empty());
+        stream.send(write).unwrap();
+        assert_eq!(*sink.0.lock().unwrap(), b"whole");
+    }
+
+    /// A sink that can write no more.
+    struct Broken(ErrorKind);
+
+    impl Write for Broken {
+        fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+            Err(self.0.into())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_reader_that_has_gone_is_no_error_and_all_else_is() {
+        let send = |kind| {
+            let write =
+                |path: &Path| std::fs::write(path, "whole").map_err(|e| FileError::new(path, e.to_string()));
+            Stream::new("a socket", "png", Broken(kind)).send(write)
+        };
+        assert_eq!(send(ErrorKind::BrokenPipe), Ok(()));
+        let line = send(ErrorKind::StorageFull).unwrap_err().to_string();
+        assert!(line.starts_with("a socket: cannot be written: "), "{line}");
+    }
+}

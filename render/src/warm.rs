@@ -35,3 +35,24 @@ impl fmt::Debug for Warm {
         f.debug_struct("Warm").field("has_pool", &self.pool.is_some()).finish_non_exhaustive()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pool is taken once, and only for as many threads as it was made for.
+    #[test]
+    fn a_pool_is_kept_for_its_number_of_threads() {
+        let kept = || {
+            let mut warm = Warm::default();
+            warm.keep_pool(Some(2), pool(Some(2)).unwrap());
+            warm
+        };
+        assert_eq!(kept().take_pool(Some(2)).unwrap().current_num_threads(), 2);
+        assert_eq!(kept().take_pool(Some(1)).unwrap().current_num_threads(), 1);
+        let mut warm = kept();
+        assert!(format!("{warm:?}").contains("has_pool: true"), "{warm:?}");
+        warm.take_pool(Some(2)).unwrap();
+        assert!(format!("{warm:?}").contains("has_pool: false"), "{warm:?}");
+    }
+}

@@ -412,6 +412,19 @@ mod tests {
         assert!(FirstRadii::choose(&settings, &stop, |_, _| None).is_none());
     }
 
+    /// Eight images are held until the radii are chosen, and beside them planes of the numbers that are made of them.
+    #[test]
+    fn bytes_are_those_of_all_images_and_planes() {
+        for (width, height) in [(64, 48), (1920, 1080)] {
+            let settings = Settings { width, height, radius_pilots: 3, ..Settings::default() };
+            let pilot = pilot_settings(&settings);
+            let images = 8 * size_of::<[f32; 3]>();
+            let planes = 12 * size_of::<f64>();
+            assert_eq!(bytes_at_most(&settings), (pilot.pixels() * (images + planes)) as u64);
+            assert_eq!(bytes_at_most(&Settings { radius_pilots: 0, ..settings }), 0);
+        }
+    }
+
     /// Between the centres of the pilot's pixels, radii are on straight lines; beyond the outermost, they stay.
     #[test]
     fn radii_are_interpolated() {

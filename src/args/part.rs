@@ -72,6 +72,15 @@ fn range(text: &str) -> Result<Range<u32>, String> {
 mod tests {
     use super::*;
 
+    /// Files of all parts of a scene have names of their own.
+    #[test]
+    fn files_are_named_by_their_part() {
+        let name = |part, range| PartArgs { part, range }.name();
+        assert_eq!(name(Some([3, 64]), None), "3-of-64");
+        assert_eq!(name(None, Some(128..192)), "128-192");
+        assert_eq!(name(None, None), "");
+    }
+
     #[test]
     fn parts_and_ranges_are_read() {
         assert_eq!(part("3/64"), Ok([3, 64]));

@@ -77,24 +77,36 @@ fn few_photons(stats: &Stats) -> String {
 
 /// What to do about an image with visible noise.
 fn hint(outcome: &Outcome) -> String {
+    let is_asked_for = outcome.end == End::Error;
+    if outcome.report.iterations == 1 && !is_asked_for && outcome.job.range.is_none() {
+        // It cannot be compared with an earlier one to tell how noisy it is.
+        return "; that is one sample in each pixel: more, as by `-n 16`, give a smoother image".into();
+    }
+    let Report { wall_seconds: seconds, iterations, resumed_after, .. } = outcome.report;
+    let noise = outcome.noise.filter(|_| !is_asked_for);
+    noise.map_or(String::new(), |noise| hint_of(noise, &Measured { seconds, iterations, resumed_after }))
+}
+
+/// What a session took for the iterations that it has added.
+struct Measured {
+    seconds: f64,
+    iterations: u32,
+    resumed_after: u32,
+}
+
+/// The same of an image with this relative error.
+fn hint_of(noise: f64, &Measured { seconds, iterations, resumed_after }: &Measured) -> String {
     /// From this relative error on, noise is seen at once.
     const NOISY: f64 = 0.1;
     /// At this one, it is hardly seen.
     const SMOOTH: f64 = 0.05;
     /// The error falls about as this power of the time (docs/lasting.md).
     const RATE: f64 = 0.4;
-    let is_asked_for = outcome.end == End::Error;
-    if outcome.report.iterations == 1 && !is_asked_for && outcome.job.range.is_none() {
-        // It cannot be compared with an earlier one to tell how noisy it is.
-        return "; that is one sample in each pixel: more, as by `-n 16`, give a smoother image".into();
-    }
-    let Some(noise) = outcome.noise.filter(|noise| *noise > NOISY && !is_asked_for) else {
+    if noise <= NOISY {
         return String::new();
-    };
-    let Report { wall_seconds, iterations, resumed_after, .. } = &outcome.report;
+    }
     // The time of all iterations, those of earlier sessions included.
-    let whole =
-        wall_seconds * f64::from(*iterations) / f64::from(iterations.saturating_sub(*resumed_after).max(1));
+    let whole = seconds * f64::from(iterations) / f64::from(iterations.saturating_sub(resumed_after).max(1));
     let seconds = whole * (noise / SMOOTH).powf(1.0 / RATE);
     format!(
         "; it is noisy, with an error of about {noise:.2}: `--time {}` gives a smoother one",
@@ -165,6 +177,26 @@ fn account(report: &Report, writing: Duration) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn photons_that_did_not_count_are_told() {
+        let said = |contributions| few_photons(&Stats { photons: 40_000, contributions, ..Stats::default() });
+        assert!(said(0).starts_with("of 40000 photons none counted at what is seen: "), "{}", said(0));
+        assert!(said(17).starts_with("of 40000 photons 17 counted at what is seen: "), "{}", said(17));
+    }
+
+    /// From 0.1 to 0.05 it takes the square root of two, to the power of five: 5.66 times as long.
+    #[test]
+    fn the_time_for_a_smooth_image_is_that_of_all_iterations() {
+        let noisy = |noise, seconds, iterations, resumed_after| {
+            hint_of(noise, &Measured { seconds, iterations, resumed_after })
+        };
+        assert_eq!(noisy(0.1, 10.0, 8, 0), "");
+        let told = "; it is noisy, with an error of about 0.20: `--time 10m` gives a smoother one";
+        assert_eq!(noisy(0.2, 10.0, 8, 0), told); // 320 seconds
+        assert_eq!(noisy(0.2, 5.0, 8, 4), told);
+        assert!(noisy(0.2, 10.0, 8, 4).contains("`--time 20m`")); // 640 seconds
+    }
 
     #[test]
     fn round_times_are_no_shorter() {

@@ -232,3 +232,29 @@ fn interrupted(requests: &Requests, what: String) -> Error {
         None => Error::Failed(what),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ::scene::Film;
+
+    #[test]
+    fn images_are_told_from_scenes_by_their_names_or_content() {
+        let folder = tempfile::tempdir().unwrap();
+        let image = folder.path().join("a.png");
+        image_file::write(&image, &Film::new(1, 1), &image_file::Encoding::default()).unwrap();
+        let of = |name: &str, from: Option<&Path>| {
+            let path = folder.path().join(name);
+            from.map(|from| fs::copy(from, &path).unwrap());
+            is_image(path.as_os_str())
+        };
+        // What is named as an image is one, whether it is there or not; others if they are.
+        assert!(of("b.png", Some(&image)) && of("none.exr", None));
+        assert!(of("image", Some(&image)) && !of("none", None));
+        fs::write(folder.path().join("text"), "text").unwrap();
+        assert!(!of("text", None));
+        // Scenes, whatever they hold.
+        assert!(!of("a.toml", Some(&image)) && !of("B.TOML", None) && !of("a.xyz", Some(&image)));
+        assert!(!is_image("-".as_ref()) && !is_image("cornell".as_ref()));
+    }
+}

@@ -169,10 +169,14 @@ impl Observer for Watch {
 
 impl Watch {
     fn new_bar(&self, settings: &Settings) -> Bar {
-        let all = (settings.iterations != MAX_ITERATIONS).then_some(settings.iterations);
-        let work = Work { noun: "iterations", all, limit: self.limit, ..Work::default() };
-        Bar::new(work, self.requests.stop().meter().clone())
+        Bar::new(work(settings.iterations, self.limit), self.requests.stop().meter().clone())
     }
+}
+
+/// The work of so many iterations; of the most there can be, how many it will be is not known.
+fn work(iterations: u32, limit: Option<Duration>) -> Work {
+    let all = (iterations != MAX_ITERATIONS).then_some(iterations);
+    Work { noun: "iterations", all, limit, ..Work::default() }
 }
 
 impl Drop for Watch {
@@ -249,4 +253,17 @@ fn tell_beginning(notice: &Notice) {
         counted(*threads as u64, "thread"),
         mebibytes(*bytes_at_most),
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn as_many_iterations_as_it_takes_are_no_number() {
+        assert_eq!(work(8, None).all, Some(8));
+        assert_eq!(work(MAX_ITERATIONS - 1, None).all, Some(MAX_ITERATIONS - 1));
+        let limit = Some(Duration::from_secs(3));
+        assert_eq!((work(MAX_ITERATIONS, limit).all, work(MAX_ITERATIONS, limit).limit), (None, limit));
+    }
 }

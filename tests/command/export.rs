@@ -192,6 +192,27 @@ fn scenes_that_cannot_be_exported_are_rejected() {
     assert!(pbrt.contains("\"bool twosided\" [ true ]"), "{pbrt}");
 }
 
+/// Nothing moves while the shutter is open for no time.
+#[test]
+fn an_instant_is_asked_for_only_where_there_are_several() {
+    let sandbox = Sandbox::new();
+    let scene = builtin::scene("motion").unwrap();
+    let text = |shutter| {
+        let camera = scene::Camera { shutter, ..scene.camera };
+        files::scene_file::to_text(&scene::Scene { camera, ..scene.clone() }, &scene.settings)
+    };
+    sandbox.write("open.toml", &text([0.25, 0.5]));
+    sandbox.write("still.toml", &text([0.25, 0.25]));
+    sandbox.run(["export", "open.toml", "--format", "pbrt"]).refused(&["--time", "from 0.25 to 0.5"]);
+    let at = export(&sandbox, &["open.toml", "--format", "pbrt", "--time", "0.25"]);
+    let still = export(&sandbox, &["still.toml", "--format", "pbrt"]);
+    let shapes = |text: &str| {
+        text.lines().filter(|line| line.contains("Translate")).map(String::from).collect::<Vec<_>>()
+    };
+    assert_eq!(shapes(&at), shapes(&still));
+    assert!(!shapes(&at).is_empty());
+}
+
 #[test]
 fn a_file_that_something_else_writes_is_left_alone() {
     let sandbox = Sandbox::new();

@@ -46,6 +46,29 @@ fn every_error_is_json_where_that_is_asked_for() {
         .refused(&["--width: \"0\" is not"]);
 }
 
+/// It gets all words, the command's output and its exit code are its own.
+#[cfg(unix)]
+#[test]
+fn the_farm_is_run_by_the_python_that_is_named() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let sandbox = Sandbox::new();
+    // Python has what the farm needs if the program after -c, which asks for it, ends well.
+    let python = |probe: u8| {
+        sandbox
+            .write("python", &format!("#!/bin/sh\n[ \"$1\" = -c ] && exit {probe}\necho \"$@\"\nexit 7\n"));
+        let path = sandbox.path("python");
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+        let mut farm = sandbox.command(["farm", "cornell", "--parts", "9"]);
+        let output = farm.env("SPPM_PYTHON", path).output().unwrap();
+        let text = |bytes| String::from_utf8(bytes).unwrap();
+        (output.status.code(), text(output.stdout), text(output.stderr))
+    };
+    assert_eq!(python(0), (Some(7), "-m sppm.farm cornell --parts 9\n".into(), String::new()));
+    let (code, printed, said) = python(1);
+    assert_eq!((code, printed.as_str()), (Some(2), ""));
+    assert!(said.contains("python lacks the package sppm or Dask"), "{said}");
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interruption_is_json_too() {

@@ -138,6 +138,7 @@ fn scene_files_name_particles() {
         ("radius = 0.5", "radius = []", &["room.toml:15:21", "must be a text, a number, true or false"]),
         ("frame = 0", "digest = \"00\"", &["room.toml:12:10", "atoms.xyz has changed"]),
         ("[1.5, 0, 0]", "[1.5, 0]", &["room.toml:14:10", "must be three finite numbers"]),
+        ("[1.5, 0, 0]", "[1.5, 0, inf]", &["room.toml:14:19", "must be three finite numbers"]),
         ("atoms.xyz", "other.xyz", &["room.toml:11:8", "other.xyz: there is no such file"]),
     ] {
         sandbox.write("room.toml", &text.replace(old, new));
@@ -165,6 +166,9 @@ fn scene_files_have_stages() {
         sandbox.bytes("sized.pfm")
     };
     assert!(sized("wide.toml", &[]) == sized("atoms.toml", &["--width", "32", "--height", "12"]));
+    assert!(
+        sized("wide.toml", &["--width", "16"]) == sized("atoms.toml", &["--width", "16", "--height", "12"])
+    );
     // What was recorded says the same without the stage.
     let repeated = sandbox.run(["render", "--like", "file.png", "-o", "again.png"]);
     assert_eq!(repeated.code, Some(0), "{repeated:?}");

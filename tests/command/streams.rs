@@ -66,6 +66,27 @@ fn a_closed_pipe_is_not_a_failure() {
     let args = ["render", "cornell", "--quality=paper", "-o", "-"];
     let status = sandbox.command(args.iter().chain(&TINY)).stdout(writer).status().unwrap();
     assert_eq!(status.code(), Some(0));
+    for args in [&["--help"][..], &["--version"], &["scenes"], &["render", "--help"]] {
+        let (reader, writer) = io::pipe().unwrap();
+        drop(reader);
+        let ended = sandbox.command(args).stdout(writer).output().unwrap();
+        assert_eq!((ended.status.code(), ended.stderr), (Some(0), vec![]), "{args:?}");
+    }
+}
+
+/// On standard output too, where its format has them.
+#[test]
+fn a_repeated_render_keeps_exposure_and_tone() {
+    let sandbox = Sandbox::new();
+    sandbox.render(&["cornell", "-o", "a.png", "--exposure", "1", "--tone", "clamp"]);
+    let again = |output: &str| {
+        let ended = sandbox.command(["render", "--like", "a.png", "-o", output]).output().unwrap();
+        assert_eq!(ended.status.code(), Some(0));
+        ended.stdout
+    };
+    assert!(again("-") == sandbox.bytes("a.png"));
+    again("b.pfm");
+    assert!(again("pfm:-") == sandbox.bytes("b.pfm"));
 }
 
 /// The image is not lost: it is written beside.

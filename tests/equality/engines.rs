@@ -203,6 +203,19 @@ fn any_path_tracer_resumes_from_any_other() {
     );
 }
 
+#[test]
+fn before_the_first_iteration_images_are_black() {
+    let (scene, settings) = scenes().swap_remove(0);
+    let photons = photon_ways().into_iter().flat_map(|way| [(way, PerPixel), (way, Global)]);
+    for (way, radius_schedule) in photons.chain(path_ways().into_iter().map(|way| (way, PerPixel))) {
+        let settings = Settings { radius_schedule, ..settings };
+        let engine = way.start(&scene, &settings);
+        let film = engine.develop();
+        assert!(film.pixels.iter().all(|pixel| *pixel == Rgb::ZERO), "{way:?}, {radius_schedule:?}");
+        check_probes(&*engine, &film);
+    }
+}
+
 /// Stops each iteration after longer and longer times, from its first microseconds on, until it completes.
 #[test]
 fn an_abandoned_iteration_changes_nothing() {

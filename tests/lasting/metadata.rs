@@ -81,6 +81,29 @@ fn a_scene_too_large_for_the_metadata_must_be_given() {
     assert_eq!(sandbox.run(["info", "a.exr", "--scene"]).code, Some(1));
 }
 
+/// Of what is as usual, the text says nothing.
+#[test]
+fn what_is_unusual_is_told() {
+    let sandbox = Sandbox::new();
+    let rows = |args: &[&str]| {
+        sandbox.render(&[&["cornell", "-o", "a.png"], args].concat());
+        let text = sandbox.run(["info", "a.png"]).stdout;
+        let rows = text.lines().filter_map(|line| line.split_once(' '));
+        rows.map(|(name, value)| (name.to_string(), value.trim().to_string())).collect::<Vec<_>>()
+    };
+    let usual = rows(&[]);
+    for (name, options, value) in [
+        ("filter", ["--filter", "gaussian"], "gaussian"),
+        ("light", ["--light-samples", "3"], "3 samples"),
+        ("exposure", ["--exposure", "1.5"], "1.5 stops"),
+    ] {
+        assert!(usual.iter().all(|(known, _)| known != name), "{usual:?}");
+        let told = rows(&options);
+        assert!(told.contains(&(name.into(), value.into())), "{told:?}");
+        assert_eq!(told.len(), usual.len() + 1, "{told:?}");
+    }
+}
+
 #[test]
 fn files_without_metadata_are_rejected() {
     let sandbox = Sandbox::new();

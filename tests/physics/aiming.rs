@@ -9,9 +9,9 @@ use glam::DVec3;
 use reference::Sppm;
 use reference::emission::{Emitted, emit};
 use reference::photon_numbers::PhotonNumbers;
-use reference::photon_pass::{quantise, scatter_towards};
+use reference::photon_pass::{Flux, quantise, scatter_towards};
 use reference::survey::survey;
-use scene::aim::{Aim, Arrival, Group, MOST_SCALE_BITS, Target, Targets, UNIFORM_SHARE, cone};
+use scene::aim::{Aim, Arrival, EXPONENT_STEP, Group, MOST_SCALE_BITS, Target, Targets, UNIFORM_SHARE, cone};
 use scene::film::FLUX_ONE;
 use scene::rng::{Family, StreamKey};
 use scene::{Engine, Rgb, Scene, Settings, Vec3, max_component};
@@ -169,6 +169,31 @@ fn weights_are_1_on_the_average_with_few_photons() {
         let mean = sum / f64::from(ITERATIONS * photons);
         assert!((mean - 1.0).abs() < FEW, "{photons} photons: {mean}");
     }
+}
+
+/// Each in a unit that keeps its brightest channel within 2^21 and no coarser than that needs, in steps of 2^8.
+#[test]
+fn heavy_photons_are_counted_in_coarser_units() {
+    /// Half a step of the least units that the brightest channel may have, and the rounding of a sum of 24 bits.
+    const ROUNDING: f64 = 0.75;
+    let scene = open(1.0, Vec3::ZERO);
+    let aim = Aim::new(&scene.at(0.0), &aimed_at(targets(1.0, Vec3::ZERO)), PHOTONS);
+    let mut seen = Vec::new();
+    for (octave, part) in (-20..38).flat_map(|octave| [1.0, 1.2, 1.999].map(|part| (octave, part))) {
+        let scaled = part * 2.0_f32.powi(octave);
+        let Flux { units, shift } = quantise(&aim, Rgb::new(0.25, 1.0, 0.5) * (scaled / aim.scale()));
+        let step = f64::from(shift).exp2();
+        for (units, share) in units.into_iter().zip([0.25, 1.0, 0.5]) {
+            let exact = share * f64::from(scaled) * f64::from(FLUX_ONE) / step;
+            assert!((f64::from(units) - exact).abs() <= ROUNDING, "{scaled}: {units} of 2^{shift}");
+        }
+        assert!(units[1] <= FLUX_ONE && shift % EXPONENT_STEP == 0, "{scaled}: {units:?} of 2^{shift}");
+        let would_fit = f64::from(scaled) < f64::from(shift.saturating_sub(EXPONENT_STEP)).exp2();
+        assert!(shift == 0 || !would_fit, "{scaled}: {units:?} of 2^{shift}");
+        seen.push(shift);
+    }
+    seen.dedup();
+    assert_eq!(seen, [0, 8, 16, 24, 32, 40]);
 }
 
 /// Of a few hundred thousand weights, which are not stratified from one iteration to the next.

@@ -349,6 +349,18 @@ fn distances_to_huge_walls_are_right_to_a_hundred_thousandth_of_the_room() {
     tell("physics", 200_000, "distances to huge walls");
 }
 
+/// In numbers that are exact.
+#[test]
+fn a_ray_that_touches_glass_stays_outside() {
+    let scene = empty_scene(pinhole(Vec3::Z * 9.0, Vec3::ZERO, 30.0)).ball(Vec3::ZERO, 2.0, glass(1.0, 1.5));
+    let still = scene.at(0.0);
+    let ray = Ray { origin: Vec3::new(-5.0, 2.0, 0.0), direction: Vec3::X, leaves: NO_SPHERE };
+    let hit = intersect(&still, &ray).unwrap();
+    assert_eq!((hit.t, hit.point, hit.normal, hit.inside), (5.0, Vec3::Y * 2.0, Vec3::Y, false));
+    let across = intersect(&still, &Ray { origin: Vec3::ZERO, ..ray }).unwrap();
+    assert_eq!((across.t, across.normal, across.inside), (2.0, -Vec3::X, true));
+}
+
 #[test]
 fn of_coincident_spheres_the_lower_index_is_hit() {
     let eye = Vec3::new(0.0, 0.0, 5.0);

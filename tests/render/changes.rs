@@ -23,6 +23,7 @@ fn camera_materials_and_settings_change_between_starts() {
         let expected = image(&job.scene);
         let outcome = job.start(()).unwrap().wait().unwrap();
         assert_eq!(outcome.last.unwrap().film, expected);
+        assert_eq!(Some(outcome.report.threads), outcome.job.threads);
         job = outcome.job;
     }
 }

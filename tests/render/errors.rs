@@ -1,6 +1,7 @@
 //! Errors of invalid jobs name the field at fault, and leave no files behind.
 
 use crate::{path_tracer, small};
+use files::image_file::Tone;
 use render::{EngineChoice, EngineName, Error, Field, Job, LanesName};
 use scene::{Rgb, Scene};
 use std::path::PathBuf;
@@ -32,6 +33,14 @@ fn the_field_at_fault_is_named() {
         job.outputs.exposure = Some(1.0);
     });
     assert_eq!(exposure.0, Field::Exposure);
+
+    for white in [0.0, -1.0, f32::INFINITY, f32::NAN] {
+        let tone = refused(|job| {
+            job.outputs.image = Some("a.png".into());
+            job.outputs.tone = Some(Tone::Reinhard { white });
+        });
+        assert_eq!(tone.0, Field::Tone, "{white}");
+    }
 
     let twice = refused(|job| {
         job.outputs.image = Some("a.exr".into());
@@ -80,6 +89,15 @@ fn missing_lanes_and_files_are_reported() {
     for error in [Job::resume(&missing).unwrap_err(), Job::like(&missing, None).unwrap_err()] {
         assert_eq!(error.to_string(), "no such.sppm: there is no such file");
     }
+    // Whatever its name promises; nor does a checkpoint that is looked for leave a lock.
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["none.png", "none.txt", "none"] {
+        let path = folder.path().join(name);
+        let told = format!("{}: there is no such file", path.display());
+        assert_eq!(Job::like(&path, None).unwrap_err().to_string(), told);
+        assert_eq!(Job::resume(&path).unwrap_err().to_string(), told);
+    }
+    assert_eq!(folder.path().read_dir().unwrap().count(), 0);
 }
 
 /// A rejected job writes no output, checkpoint or lock file.

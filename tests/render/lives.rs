@@ -2,8 +2,8 @@
 
 use crate::cases::tell;
 use crate::{endless, image, path_tracer, small};
-use render::{End, Error, Field, Job, Notice, Observer, Step};
-use scene::{RadiusSchedule, Resumable, Settings, Stop};
+use render::{End, EngineChoice, EngineName, Error, Field, Job, Notice, Observer, Step};
+use scene::{RadiusSchedule, Resumable, Settings, Stats, Stop};
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::thread::{sleep, spawn};
@@ -134,6 +134,7 @@ fn progress_is_available_without_an_observer() {
     while !running.is_over() {
         sleep(Duration::from_millis(1));
     }
+    assert_eq!(running.latest().unwrap().iterations, 4);
     let step = running.progress().unwrap();
     assert_eq!((step.iteration, step.iterations, step.photons), (4, 4, 20_000));
     assert!(step.elapsed_seconds >= step.seconds && step.seconds > 0.0);
@@ -146,6 +147,32 @@ fn images_are_developed_only_if_live() {
     let running = job.start(()).unwrap();
     assert!(running.latest().is_none());
     assert!(running.wait().unwrap().last.is_none());
+}
+
+/// Seconds are those of passes, which follow each other, and bytes those of pixels and what belongs to them.
+#[test]
+fn engines_tell_their_seconds_and_bytes() {
+    /// What an engine holds for any image: tables of spheres and of cells.
+    const FIXED: f64 = 40e6;
+    for engine in EngineName::ALL {
+        let told = |width: u32| {
+            let mut job = Job::new(small(2));
+            (job.scene.settings.width, job.threads) = (width, Some(1));
+            job.engine = EngineChoice::new(engine, None).unwrap();
+            job.start(()).unwrap().wait().unwrap().report
+        };
+        let report = told(40);
+        let Stats { camera_seconds, build_grid_seconds, photon_seconds, consolidate_seconds, .. } =
+            report.stats;
+        let passes = [camera_seconds, build_grid_seconds, photon_seconds, consolidate_seconds];
+        assert!(passes.iter().all(|seconds| *seconds >= 0.0), "{engine:?}: {passes:?}");
+        assert!(camera_seconds > 0.0 && photon_seconds > 0.0, "{engine:?}: {passes:?}");
+        assert!(passes.iter().sum::<f64>() <= report.wall_seconds, "{engine:?}: {passes:?}");
+        // At least the sums of a pixel, and no more than was told before.
+        let (few, many) = (report.stats.bytes, told(400).stats.bytes);
+        assert!(many - few >= 360 * 30 * 32, "{engine:?}: {few} and {many} bytes");
+        assert!((few as f64) < FIXED && few <= report.bytes_at_most, "{engine:?}: {few} bytes");
+    }
 }
 
 /// Several threads read snapshots during a render. Each must be the complete image of an iteration.

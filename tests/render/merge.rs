@@ -83,7 +83,14 @@ fn a_merged_image_says_which_engine_rendered_its_parts() {
         Merge::open(&parts).unwrap().write(&out).unwrap();
         let Made::Image(made) = Made::read(&out).unwrap() else { panic!("no image") };
         assert_eq!(made.renderer.engine, engine);
-        for file in parts.iter().chain([&out]) {
+        assert_eq!(made.photons, 2 * u64::from(made.settings.photons_per_iteration));
+        // So does an image of what was merged to be merged again, or resumed.
+        let again = folder.path().join("merged.sppm");
+        Merge::open(&parts).unwrap().write(&again).unwrap();
+        Merge::open(std::slice::from_ref(&again)).unwrap().write(&out).unwrap();
+        let Made::Image(made) = Made::read(&out).unwrap() else { panic!("no image") };
+        assert_eq!(made.renderer.engine, engine);
+        for file in parts.iter().chain([&out, &again]) {
             std::fs::remove_file(file).unwrap();
         }
     }

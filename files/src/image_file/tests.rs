@@ -482,6 +482,9 @@ fn the_old_file_stays_until_the_new_one_is_complete() {
         out.write_all(b"new")?;
         out.flush()?;
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        // A process that is killed now leaves nothing behind.
+        #[cfg(target_os = "linux")]
+        assert_eq!(names_in(folder.path()), ["a.png"]);
         Ok(())
     })
     .unwrap();

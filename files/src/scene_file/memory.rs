@@ -56,3 +56,45 @@ pub(super) fn of_imported(spheres: &[Sphere]) -> u64 {
 pub(super) fn too_much(bytes: u64, most: u64) -> String {
     format!("takes up to {} to read, more than the limit of {}", mebibytes(bytes), mebibytes(most))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEAD: &str = "[camera]\neye = [0, 0, 9]\n";
+    const PLAIN: &str = "[[sphere]]\nradius = 1\nmaterial = \"a\"\n";
+
+    fn bytes(text: &str) -> u64 {
+        measure(text).1 - text.len() as u64
+    }
+
+    #[test]
+    fn each_piece_takes_its_own_bytes() {
+        let head = bytes(HEAD);
+        assert_eq!(head, BYTES_PER_HEAD_BYTE * HEAD.len() as u64);
+        let with = |pieces: &[&str]| bytes(&[&[HEAD], pieces].concat().concat()) - head;
+        assert_eq!(measure(&[HEAD, PLAIN, PLAIN].concat()).0, 2);
+        assert_eq!(with(&[PLAIN, PLAIN, PLAIN]), 3 * BYTES_PER_SPHERE);
+        let lamp = "[[sphere]]\nemission = [1, 1, 1]\n";
+        assert_eq!(with(&[PLAIN, lamp]), 2 * BYTES_PER_SPHERE + BYTES_PER_LAMP);
+        let own = "[[sphere]]\nmaterial = { type = \"diffuse\" }\n";
+        assert_eq!(with(&[PLAIN, own]), 2 * BYTES_PER_SPHERE + BYTES_PER_OWN_MATERIAL);
+        let material = "[materials.a]\ntype = \"diffuse\"\n";
+        assert_eq!(with(&[PLAIN, material]), BYTES_PER_SPHERE + BYTES_PER_MATERIAL);
+        // If one sphere moves, there is another list of all.
+        let moving = "[[sphere]]\nvelocity = [1, 0, 0]\n";
+        assert_eq!(with(&[PLAIN, PLAIN, moving]), 3 * (BYTES_PER_SPHERE + BYTES_PER_MOVED_SPHERE));
+    }
+
+    #[test]
+    fn a_word_that_is_escaped_may_be_any() {
+        let escaped = "[[sphere]]\n\"\\u0065mission\" = [1, 1, 1]\n";
+        let all = BYTES_PER_SPHERE + BYTES_PER_OWN_MATERIAL + BYTES_PER_LAMP + BYTES_PER_MOVED_SPHERE;
+        assert_eq!(bytes(escaped), all);
+    }
+
+    #[test]
+    fn what_is_too_much_is_told_with_the_limit() {
+        assert_eq!(too_much(3 << 20, 1 << 20), "takes up to 3.0 MiB to read, more than the limit of 1.0 MiB");
+    }
+}

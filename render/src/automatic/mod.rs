@@ -358,6 +358,33 @@ mod tests {
         assert_ne!(own.iterations, of(8.0, false).iterations, "the radius is of no account here");
     }
 
+    /// The engine of the largest pilot, all images that are held at once, and the terms of a variance of one image.
+    #[test]
+    fn bytes_are_those_of_the_largest_pilot_and_of_its_images() {
+        /// In memory an image may be padded to so many bytes per pixel.
+        const PADDED: u64 = 16;
+        for (width, height, threads) in [(64, 48, 1), (1024, 768, 3)] {
+            let mut scene = cornell();
+            (scene.settings.width, scene.settings.height) = (width, height);
+            let pilot = pilot_settings(&scene.settings);
+            let largest =
+                Settings { photons_per_iteration: pilot.photons_per_iteration * 8, max_depth: 64, ..pilot };
+            let (spheres, parameters) = (scene.spheres.len(), Parameters::default());
+            let engine = |settings: &Settings| {
+                Sppm::bytes_at_most(settings, spheres, threads, DEPOSITS_OF_PILOTS, &parameters)
+            };
+            let images = bytes_at_most(&scene, threads) - engine(&largest);
+            let pixels = pilot.pixels() as u64;
+            let (image, terms) = (size_of::<scene::Rgb>() as u64, size_of::<[f64; 3]>() as u64);
+            let exact = |per_pixel: u64| (per_pixel * bias::FILMS + terms) * pixels;
+            assert!((exact(image)..=exact(PADDED)).contains(&images), "{images} for {pixels} pixels");
+            // What makes it the largest.
+            assert!(engine(&largest) > engine(&Settings { max_depth: 16, ..largest }));
+            let fewer = Settings { photons_per_iteration: pilot.photons_per_iteration * 4, ..largest };
+            assert!(engine(&largest) > engine(&fewer));
+        }
+    }
+
     #[test]
     fn photons_are_as_many_as_their_depth_allows() {
         for depth in [1, 8, 16, 64, 1000] {

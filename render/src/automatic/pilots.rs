@@ -50,3 +50,18 @@ impl<'a> Pilots<'a> {
         run(self.lanes, self.scene, &settings, seeds, Some(radii), self.stop)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pilot_is_one_iteration_of_few_photons_but_not_too_few() {
+        let large = Settings { width: 1024, height: 768, iterations: 9, ..Settings::default() };
+        let pilot = pilot_settings(&large);
+        assert_eq!((pilot.iterations, pilot.radius_pilots), (1, 0));
+        assert_eq!(u64::from(pilot.photons_per_iteration), pilot.pixels() as u64 / 2);
+        let small = pilot_settings(&Settings { width: 8, height: 8, ..large });
+        assert_eq!((small.iterations, small.photons_per_iteration), (1, 4096));
+    }
+}

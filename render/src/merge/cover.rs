@@ -95,6 +95,8 @@ mod tests {
         assert_eq!(cover_of(&[&[[2, 9]], &[[0, 5]], &[[5, 9]], &[[9, 10]]]), Ok(vec![1, 2, 3]));
         // Merged files with gaps.
         assert_eq!(cover_of(&[&[[0, 2], [4, 6]], &[[2, 4]], &[[0, 4]], &[[4, 6]]]), Ok(vec![0, 1]));
+        // The larger of two, though by one of many.
+        assert_eq!(cover_of(&[&[[0, 100_000]], &[[100_000, 100_001]], &[[0, 100_001]]]), Ok(vec![2]));
         assert_eq!(cover_of(&[]), Ok(vec![]));
     }
 

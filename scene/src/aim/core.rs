@@ -128,6 +128,16 @@ mod tests {
         }
     }
 
+    /// In numbers that are exact: a line that only touches it does not enter.
+    #[test]
+    fn a_line_enters_the_core_where_it_crosses_it() {
+        let core = Core { ball: Target::ball(Vec3::ZERO, 5.0), far: Vec::new(), is_far: Vec::new() };
+        let entry = |y: f32| core.entry(0, Vec3::new(-100.0, y, 0.0), Vec3::new(8.0, y, 0.0), Vec3::X);
+        assert_eq!(entry(0.0), Some(Vec3::new(-5.0, 0.0, 0.0)));
+        assert_eq!(entry(3.0), Some(Vec3::new(-4.0, 3.0, 0.0)));
+        assert_eq!((entry(5.0), entry(6.0)), (None, None));
+    }
+
     /// Where its photons end, and begin nowhere else.
     #[test]
     fn a_far_lamp_stands_in_the_way_of_another() {

@@ -1,6 +1,6 @@
 //! Tests of the formats that other programs write: HDR, TIFF, JPEG, WebP and QOI.
 
-use super::{bits, byte_film, extreme_film, folder, problem};
+use super::{bits, byte_film, crc32, extreme_film, folder, problem};
 use crate::image_file::{Encoding, Format, ImageReader, decode_bytes, layer_names, read, write, write_plane};
 use image::ImageEncoder;
 use image::codecs::{qoi::QoiEncoder, webp::WebPEncoder};
@@ -234,6 +234,67 @@ fn rows_are_those_of_the_whole_image_and_come_again() {
             reader.rewind().unwrap();
         }
     }
+}
+
+/// The bytes of a PNG file in the passes of Adam7, which the `png` crate does not write: 8-bit RGB, in blocks that are not
+/// compressed.
+fn interlaced(film: &Film) -> Vec<u8> {
+    /// Of each pass: the first column and row, and the steps between columns and rows.
+    const PASSES: [[usize; 4]; 7] =
+        [[0, 0, 8, 8], [4, 0, 8, 8], [0, 4, 4, 8], [2, 0, 4, 4], [0, 2, 2, 4], [1, 0, 2, 2], [0, 1, 1, 2]];
+    let (width, height) = (film.width as usize, film.height as usize);
+    let mut raw = Vec::new();
+    for [left, top, across, down] in PASSES.into_iter().filter(|[left, ..]| *left < width) {
+        for y in (top..height).step_by(down) {
+            raw.push(0); // no filter
+            for x in (left..width).step_by(across) {
+                raw.extend(film.pixels[y * width + x].to_array().map(|v| srgb::encode_byte(v.into())));
+            }
+        }
+    }
+    let mut stream = vec![0x78, 0x01];
+    let blocks = raw.chunks(0xffff);
+    let last = blocks.len() - 1;
+    for (number, block) in blocks.enumerate() {
+        let length = block.len() as u16;
+        stream.push(u8::from(number == last));
+        stream.extend(length.to_le_bytes());
+        stream.extend((!length).to_le_bytes());
+        stream.extend(block);
+    }
+    let (a, b) = raw.iter().fold((1, 0), |(a, b), &byte| {
+        let a = (a + u32::from(byte)) % 65521;
+        (a, (b + a) % 65521)
+    });
+    stream.extend((b << 16 | a).to_be_bytes());
+    let mut bytes = b"\x89PNG\r\n\x1a\n".to_vec();
+    let header = [film.width.to_be_bytes(), film.height.to_be_bytes()].concat();
+    for (name, content) in
+        [(b"IHDR", [&header[..], &[8, 2, 0, 0, 1]].concat()), (b"IDAT", stream), (b"IEND", vec![])]
+    {
+        let named = [&name[..], &content].concat();
+        bytes.extend((content.len() as u32).to_be_bytes());
+        bytes.extend(&named);
+        bytes.extend(crc32(&named).to_be_bytes());
+    }
+    bytes
+}
+
+#[test]
+fn interlaced_png_files_are_read_by_rows_too() {
+    let folder = folder();
+    let path = folder.path().join("a.png");
+    let film = byte_film(37, 21);
+    fs::write(&path, interlaced(&film)).unwrap();
+    assert_eq!(bits(&read(&path).unwrap()), bits(&film));
+    let mut reader = ImageReader::open(&path, None).unwrap();
+    let mut rows = Vec::new();
+    for some in [1, 7, 13] {
+        let mut part = vec![Rgb::ZERO; 37 * some];
+        reader.read(&mut part).unwrap();
+        rows.extend(part);
+    }
+    assert!(rows == film.pixels);
 }
 
 #[test]
