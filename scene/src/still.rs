@@ -152,6 +152,7 @@ impl Still<'_> {
 
     /// The same, but that the choice of a light for direct light ([`Lights::tree`]) is among lamps alone: for renderers
     /// whose paths meet glowing enclosures by themselves.
+    #[must_use]
     pub fn with_choice_of_lamps(mut self) -> Self {
         self.lights.tree.leave_out_ambient();
         self
