@@ -258,3 +258,92 @@ impl Info {
         text
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn info() -> Info {
+        Info {
+            kind: "checkpoint",
+            version: "1".into(),
+            scene: "cornell".into(),
+            scene_digest: "d".into(),
+            settings: Settings { iterations: 6, ..Settings::default() },
+            transport: TRANSPORT,
+            which: None,
+            part: None,
+            iterations: 6,
+            photons: 12,
+            renderer: Renderer::default(),
+            lanes: None,
+            exposure: None,
+            tone: None,
+            estimated_error: None,
+            scene_file: None,
+            fault: None,
+        }
+    }
+
+    /// The value in the row of this name.
+    fn told(info: &Info, name: &str) -> Option<String> {
+        let text = info.to_text();
+        let row = text.lines().find(|row| row.split_whitespace().next() == Some(name));
+        row.map(|row| row[11..].to_owned())
+    }
+
+    #[test]
+    fn iterations_are_told_with_how_many_there_are_to_be() {
+        let of = |done, all| {
+            let settings = Settings { iterations: all, ..info().settings };
+            told(&Info { settings, iterations: done, ..info() }, "iterations").unwrap()
+        };
+        assert_eq!([of(6, 6), of(5, 6)], ["6", "5 of 6"]);
+        assert_eq!(of(5, MAX_ITERATIONS), "5 of as many as it takes");
+        assert_eq!(of(MAX_ITERATIONS - 1, MAX_ITERATIONS - 1), (MAX_ITERATIONS - 1).to_string());
+    }
+
+    #[test]
+    fn what_is_usual_is_not_told() {
+        let rows = ["part", "light", "filter", "transport", "exposure", "tone", "error"];
+        assert_eq!(rows.map(|row| told(&info(), row)), rows.map(|_| None));
+        let settings =
+            Settings { light_samples: 4, filter: Filter::Gaussian, radius_pilots: 2, ..info().settings };
+        let other = Info {
+            settings: Settings { radius_schedule: RadiusSchedule::Global, ..settings },
+            transport: TRANSPORT - 1,
+            part: Some([3, 5]),
+            lanes: Some(LanesName::Avx2),
+            exposure: Some(-1.5),
+            estimated_error: Some(0.0123),
+            ..info()
+        };
+        let found =
+            ["part", "light", "filter", "exposure", "error", "engine"].map(|row| told(&other, row).unwrap());
+        let expected = [
+            "iterations 3..5",
+            "4 samples",
+            "gaussian",
+            "-1.5 stops",
+            "about 1.230e-2, relative",
+            "fast on avx2 lanes",
+        ];
+        assert_eq!(found, expected);
+        let radius = told(&other, "radius").unwrap();
+        assert!(radius.ends_with(", global at most, by pilots of 2 iterations"), "{radius}");
+        let earlier = format!("{}; this program computes {TRANSPORT}", TRANSPORT - 1);
+        assert_eq!(told(&other, "transport"), Some(earlier));
+    }
+
+    #[test]
+    fn layers_are_told_if_there_are_any() {
+        let of = |layers: &[&str]| {
+            let layers = layers.iter().map(|layer| (*layer).to_owned()).collect();
+            let samples = "floats".into();
+            Picture { kind: "image", format: "EXR", samples, width: 3, height: 2, layers }.to_text()
+        };
+        assert!(of(&["left", "right"]).contains("\nlayers     left, right\n"));
+        assert!(!of(&[]).contains("layers"));
+        assert!(of(&[]).contains("\nsize       3 x 2 pixels\n"));
+    }
+}
