@@ -105,18 +105,31 @@ fn bytes(engine: EngineChoice, scene: &Scene, threads: usize, has_past: bool, de
         (MethodName::Path, EngineName::Reference) => pixels * BYTES_PER_TRACED_PIXEL,
     };
     let past = if has_past { BYTES_PER_PAST_PIXEL } else { 0 };
-    let per_sphere = BYTES_PER_SPHERE + if scene.moves() { BYTES_PER_MOVED_SPHERE } else { 0 };
-    let of_spheres = spheres as u64 * per_sphere;
-    let behind =
-        if scene.transparent_background { of_engine(&settings_behind(settings)) + of_spheres } else { 0 };
+    let behind = if scene.transparent_background {
+        of_engine(&settings_behind(settings)) + of_spheres(scene)
+    } else {
+        0
+    };
     of_engine(settings)
         + behind
         + BYTES_OF_PROCESS
         + threads as u64 * u64::from(settings.width) * BYTES_PER_WRITTEN_COLUMN
         + pixels * past
-        + of_spheres
-        + scene.spheres.iter().filter(|sphere| sphere.is_emitter()).count() as u64 * BYTES_PER_LAMP
-        + scene.materials.len() as u64 * BYTES_PER_MATERIAL
+        + bytes_of_scene(scene)
+}
+
+/// What a scene takes while it is rendered, besides what grows with its pixels and photons and the engine's tables.
+pub(crate) fn bytes_of_scene(scene: &Scene) -> u64 {
+    of_spheres(scene) + lamps(scene) * BYTES_PER_LAMP + scene.materials.len() as u64 * BYTES_PER_MATERIAL
+}
+
+/// How many spheres glow.
+pub(crate) fn lamps(scene: &Scene) -> u64 {
+    scene.spheres.iter().filter(|sphere| sphere.is_emitter()).count() as u64
+}
+
+fn of_spheres(scene: &Scene) -> u64 {
+    scene.spheres.len() as u64 * (BYTES_PER_SPHERE + if scene.moves() { BYTES_PER_MOVED_SPHERE } else { 0 })
 }
 
 fn too_much(bytes: u64, limit: u64) -> Error {

@@ -24,6 +24,7 @@ pub(super) struct PathPass<'a> {
     pub(super) eye: &'a Eye,
     pub(super) settings: &'a Settings,
     pub(super) iteration: u32,
+    /// True if there are lights for shadow rays.
     has_lamps: bool,
     /// True if paths meet lights that no shadow ray is sent to.
     has_ambient_lights: bool,
