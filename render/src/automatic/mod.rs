@@ -391,6 +391,32 @@ mod tests {
         }
     }
 
+    /// Scenes of many lamps are small in pixels, and large in what is found out about their light.
+    #[test]
+    fn bytes_grow_with_spheres_and_lamps() {
+        let base = cornell();
+        let more = |is_lamp: bool| {
+            let mut scene = base.clone();
+            let sphere = *scene.spheres.iter().find(|sphere| sphere.is_emitter() == is_lamp).unwrap();
+            scene.spheres.push(sphere);
+            let of_engine = |scene: &Scene| {
+                let pilot = pilot_settings(&scene.settings);
+                let spheres = scene.spheres.len();
+                Sppm::bytes_at_most(&pilot, spheres, 1, DEPOSITS_OF_PILOTS, &Parameters::default())
+            };
+            let more = bytes_at_most(&scene, 1) - bytes_at_most(&base, 1);
+            more - (of_engine(&scene) - of_engine(&base))
+        };
+        let sphere = bytes_of_scene(&base) - {
+            let mut fewer = base.clone();
+            let dark = fewer.spheres.iter().position(|sphere| !sphere.is_emitter()).unwrap();
+            fewer.spheres.remove(dark);
+            bytes_of_scene(&fewer)
+        };
+        assert_eq!(more(false), sphere);
+        assert!(more(true) >= sphere + size_of::<scene::still::Light>() as u64 + KEPT_PER_LAMP);
+    }
+
     #[test]
     fn photons_are_as_many_as_their_depth_allows() {
         for depth in [1, 8, 16, 64, 1000] {
