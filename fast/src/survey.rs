@@ -14,7 +14,7 @@ use crate::direct_light::Receivers;
 use crate::hierarchy::SearchBuffers;
 use crate::lit_points::LitPoints;
 use crate::material::{Materials, kind};
-use crate::paths::{BATCH, Packet, Paths, ROOM, Vectors, Words};
+use crate::paths::{BATCH, Packet, Paths, ROOM, Words};
 use crate::prepared::Prepared;
 use crate::sampling::{cosine_hemisphere, next_uniform, stream_state, unit_float};
 use crate::scatter::{dielectric, reflect};
@@ -24,10 +24,12 @@ use lanes::{Kernel, LaneKind, Lanes, MOST_LANES, V3, dispatch};
 use rayon::prelude::*;
 use scene::aim::{Arrival, Targets, survey};
 use scene::camera::Frame;
+use scene::guide::{Edge, Found, Lit};
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, StreamKey};
 use scene::sobol::sobol;
 use scene::{Scene, Settings, Vec3};
+use std::mem::take;
 
 // A round is a number of whole batches.
 const _: () = assert!((survey::ROUND as usize).is_multiple_of(BATCH));
@@ -40,10 +42,10 @@ pub(crate) fn survey(scene: &Scene, settings: &Settings, first: &Prepared, lanes
         settings,
         key: StreamKey::new(settings.seed, Family::Survey, 0),
     };
-    survey::targets(&first.still, |walks| {
+    survey::targets(&first.still, settings.photons_per_iteration, |walks| {
         let batches: Vec<u32> = walks.step_by(BATCH).collect();
-        let found = batches.into_par_iter().map(|first| dispatch(lanes, Batch { pass: &pass, first }));
-        found.flatten().collect()
+        let run = |walks: &mut Walks, first| dispatch(lanes, Batch { pass: &pass, walks, first });
+        batches.into_par_iter().map_init(Walks::new, run).collect()
     })
 }
 
@@ -59,29 +61,35 @@ struct Survey<'a> {
 /// [`BATCH`] walks from `first` on.
 struct Batch<'a> {
     pass: &'a Survey<'a>,
+    walks: &'a mut Walks,
     first: u32,
 }
 
 impl Kernel for Batch<'_> {
-    type Output = Vec<Arrival>;
+    type Output = Found;
     #[inline(always)]
-    fn run<L: Lanes>(self) -> Vec<Arrival> {
-        let mut walks = Walks::new();
-        let mut live = self.pass.begin::<L>(&mut walks, self.first);
+    fn run<L: Lanes>(self) -> Found {
+        let Batch { pass, walks, first } = self;
+        let mut live = pass.begin::<L>(walks, first);
         while live > 0 {
-            intersect_batch::<L>(&self.pass.prepared.tables, &mut walks.paths, &mut walks.search, live);
-            live = self.pass.scatter::<L>(&mut walks, live);
-            self.pass.ask::<L>(&mut walks);
+            intersect_batch::<L>(&pass.prepared.tables, &mut walks.paths, &mut walks.search, live);
+            live = pass.scatter::<L>(walks, live);
+            pass.ask::<L>(walks);
         }
         // Stable: those of a walk stay in order.
-        walks.arrivals.sort_by_key(|(walk, _)| *walk);
-        walks.arrivals.into_iter().map(|(_, arrival)| arrival).collect()
+        let mut found = take(&mut walks.found);
+        found.edges.sort_by_key(|edge| edge.walk);
+        found.lit.sort_by_key(|lit| lit.walk);
+        found
     }
 }
 
 /// The bit of a walk's state that is set once it has met a diffuse surface; those above it count its segments.
 const SEEN_DIFFUSE: u32 = 1;
 const LENGTH_SHIFT: i32 = 1;
+
+/// The bit of the slot of a point that asks for a lamp which is set if the eye sees it itself.
+const IS_SEEN: u32 = 1 << 31;
 
 /// The walks of a batch.
 struct Walks {
@@ -90,8 +98,9 @@ struct Walks {
     state: Box<Words>,
     search: SearchBuffers,
     asking: Box<LitPoints>,
-    /// With the number of the walk in the batch.
-    arrivals: Vec<(u32, Arrival)>,
+    /// The number of the first.
+    first: u32,
+    found: Found,
 }
 
 impl Walks {
@@ -101,15 +110,46 @@ impl Walks {
             state: Box::new([0; ROOM]),
             search: SearchBuffers::new(),
             asking: LitPoints::new(),
-            arrivals: Vec::new(),
+            first: 0,
+            found: Found::default(),
         }
     }
+
+    /// Keeps the lines of these lanes, along which walks have come to a surface.
+    #[inline(always)]
+    fn keep_edges<L: Lanes>(&mut self, lanes: L::M, surface: &Hit<L>, p: &Packet<L>) {
+        let mut rest = L::mask_bits(lanes);
+        if rest == 0 {
+            return;
+        }
+        let mut slots = [0; MOST_LANES];
+        L::store_u(p.slot, &mut slots);
+        let [points, normals, directions] = [surface.point, surface.normal, -p.direction].map(columns);
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize;
+            rest &= rest - 1;
+            let [point, normal, direction] =
+                [&points, &normals, &directions].map(|columns| Vec3::from(columns.map(|column| column[lane])));
+            self.found.edges.push(Edge { walk: self.first + slots[lane], point, normal, direction });
+        }
+    }
+}
+
+/// The components of a vector by lanes.
+#[inline(always)]
+fn columns<L: Lanes>(v: V3<L>) -> [[f32; MOST_LANES]; 3] {
+    [v.x, v.y, v.z].map(|component| {
+        let mut column = [0.0; MOST_LANES];
+        L::store(component, &mut column);
+        column
+    })
 }
 
 impl Survey<'_> {
     /// Begins the walks from number `first` on; returns how many.
     #[inline(always)]
     fn begin<L: Lanes>(&self, walks: &mut Walks, first: u32) -> usize {
+        walks.first = first;
         let (width, height) = (L::f(self.settings.width as f32), L::f(self.settings.height as f32));
         for at in (0..BATCH).step_by(L::N) {
             let start = first + at as u32;
@@ -134,8 +174,8 @@ impl Survey<'_> {
         BATCH
     }
 
-    /// Takes the first `live` walks on from where they have hit, and lists the points that ask for a lamp. Returns the
-    /// number of walks that go on.
+    /// Takes the first `live` walks on from where they have hit, keeps the lines between diffuse surfaces, and lists the points that ask for
+    /// a lamp. Returns the number of walks that go on.
     #[inline(always)]
     fn scatter<L: Lanes>(&self, walks: &mut Walks, live: usize) -> usize {
         let tables = &self.prepared.tables;
@@ -153,6 +193,8 @@ impl Survey<'_> {
             let [u, v, roulette] = std::array::from_fn(|_| next_uniform::<L>(&mut p.stream));
             let [choice, x, y] = std::array::from_fn(|_| next_uniform::<L>(&mut p.stream));
             let is_diffuse = L::eq(material.kind, L::u(kind::DIFFUSE));
+            let seen = tag::has::<L>(state, SEEN_DIFFUSE);
+            walks.keep_edges::<L>(arrived & is_diffuse & seen, &surface, &p);
             let is_glass = L::eq(material.kind, L::u(kind::DIELECTRIC));
             let (through, _) = dielectric(p.direction, surface.normal, surface.inside, material.ior, u);
             let smooth = V3::select(is_glass, through, reflect(p.direction, surface.normal));
@@ -160,19 +202,20 @@ impl Survey<'_> {
             (p.origin, p.direction, p.leaves) = (surface.point, V3::select(is_diffuse, diffuse, smooth), hit);
             // What would be absorbed where it arrives does not matter.
             let survives = arrived & L::lt(roulette, material.albedo.max_component());
-            let seen = tag::has::<L>(state, SEEN_DIFFUSE);
+            let is_first = is_diffuse & !seen;
             let faces = L::lt(L::f(0.0), surface.normal.dot(p.direction));
             let receivers = Receivers {
-                live: survives & seen,
+                live: survives & (seen | is_first),
                 point: surface.point,
                 normal: V3::select(faces, surface.normal, -surface.normal),
                 sphere: hit,
             };
-            walks.asking.append(&receivers, p.slot, V3::new(choice, x, y));
+            let slot = p.slot | L::select_u(is_first, L::u(IS_SEEN), L::u(0));
+            walks.asking.append(&receivers, slot, V3::new(choice, x, y));
             // The first diffuse surface begins a new count, of one segment.
             let one = L::u(1);
             let length = L::shr::<LENGTH_SHIFT>(state) + one;
-            let length = L::select_u(is_diffuse & !seen, one, length);
+            let length = L::select_u(is_first, one, length);
             let seen = L::select_u(is_diffuse | seen, L::u(SEEN_DIFFUSE), L::u(0));
             let may_follow = L::lt(L::to_float(length), L::f(self.settings.max_depth as f32));
             let goes_on = survives & may_follow;
@@ -185,26 +228,29 @@ impl Survey<'_> {
     /// Follows a shadow ray from each point of the list. Those that find their lamp are arrivals.
     #[inline(always)]
     fn ask<L: Lanes>(&self, walks: &mut Walks) {
-        let Walks { asking, search, arrivals, .. } = walks;
+        let Walks { asking, search, first, found, .. } = walks;
         if self.prepared.lights.is_empty() {
             return;
         }
         asking.ask::<L>(self.prepared, search);
         for at in (0..asking.count).step_by(L::N) {
-            let source = asking.point.load::<L>(at) + asking.shadows.to_lamp::<L>(at);
+            let point = asking.point.load::<L>(at);
+            let [points, sources] = [point, point + asking.shadows.to_lamp::<L>(at)].map(columns);
             let flux = asking.shadows.irradiance::<L>(at).max_component();
-            let mut found = L::mask_bits(L::lt(L::f(0.0), flux) & L::first(asking.count - at));
-            let mut columns = [[0.0; MOST_LANES]; 4];
-            for (column, values) in columns.iter_mut().zip([source.x, source.y, source.z, flux]) {
-                L::store(values, column);
-            }
-            while found != 0 {
-                let lane = found.trailing_zeros() as usize;
-                found &= found - 1;
-                let [x, y, z, flux] = columns.map(|column| column[lane]);
-                let Vectors { x: px, y: py, z: pz } = &asking.point;
-                let point = Vec3::new(px[at + lane], py[at + lane], pz[at + lane]);
-                arrivals.push((asking.slot[at + lane], Arrival { point, source: Vec3::new(x, y, z), flux }));
+            let mut rest = L::mask_bits(L::lt(L::f(0.0), flux) & L::first(asking.count - at));
+            let mut fluxes = [0.0; MOST_LANES];
+            L::store(flux, &mut fluxes);
+            while rest != 0 {
+                let lane = rest.trailing_zeros() as usize;
+                rest &= rest - 1;
+                let slot = asking.slot[at + lane];
+                let [point, source] = [&points, &sources].map(|columns| Vec3::from(columns.map(|c| c[lane])));
+                found.lit.push(Lit {
+                    walk: *first + (slot & !IS_SEEN),
+                    lamp: asking.shadows.lamp(at + lane),
+                    is_seen: slot & IS_SEEN != 0,
+                    arrival: Arrival { point, source, flux: fluxes[lane] },
+                });
             }
         }
     }

@@ -10,6 +10,7 @@ use crate::direct_light::choose_light;
 use crate::photon_numbers::{PhotonNumbers, dimension};
 use crate::sampling::{cosine_hemisphere, frame, uniform_cone, uniform_disk, uniform_sphere};
 use scene::aim::Aim;
+use scene::guide::{Guide, Guided};
 use scene::ray::NO_SPHERE;
 use scene::still::{Light, Role};
 use scene::{Ray, Rgb, Still, Vec3};
@@ -39,9 +40,10 @@ struct Start {
 /// where the lamp is sunk into another sphere.
 pub fn emit(still: &Still, aim: &Aim, numbers: &PhotonNumbers, photon: u32) -> Option<Emitted> {
     let component = aim.component(photon);
-    let start = match component {
-        0 => uniform(still, numbers, photon)?,
-        k => aimed(still, aim, k - 1, numbers, photon)?,
+    let (start, weight) = match (&aim.guide, component) {
+        (Some(guide), _) => guided(still, guide, numbers, photon)?,
+        (None, 0) => (uniform(still, numbers, photon)?, 1.0),
+        (None, k) => (aimed(still, aim, k - 1, numbers, photon)?, 1.0),
     };
     let light = &still.lights.entries[start.light as usize];
     if is_blocked(still, light, start.origin) {
@@ -51,7 +53,7 @@ pub fn emit(still: &Still, aim: &Aim, numbers: &PhotonNumbers, photon: u32) -> O
     if component > 0 && !aim.balls[component - 1].is_crossed(ray.origin, ray.direction) {
         return None;
     }
-    Some(Emitted { ray, power: light.photon_power * aim.weight(ray.origin, ray.direction) })
+    Some(Emitted { ray, power: light.photon_power * (weight * aim.weight(ray.origin, ray.direction)) })
 }
 
 /// The ray of a photon: from its lamp, or if that is far from where all else begins.
@@ -77,6 +79,25 @@ fn uniform(still: &Still, numbers: &PhotonNumbers, photon: u32) -> Option<Start>
     let [u, v] = numbers.stratified(photon, dimension::DIRECTION);
     let origin = lamp.center + outward * lamp.radius;
     Some(Start { light: index, origin, direction: cosine_hemisphere(normal, u, v), point: origin })
+}
+
+/// From a lamp chosen by power, in a guided direction; and the weight.
+///
+/// The points of a Lambertian lamp and their directions are uniform and by the cosine about the normal. So directions are uniform, and
+/// normals by the cosine about the direction: in this order the direction is free to be guided.
+fn guided(still: &Still, guide: &Guide, numbers: &PhotonNumbers, photon: u32) -> Option<(Start, f32)> {
+    let [choice] = numbers.stratified(photon, [dimension::LIGHT]);
+    let index = choose_light(&still.lights, choice)?;
+    let light = &still.lights.entries[index as usize];
+    let lamp = &still.spheres[light.sphere as usize];
+    let [u, v] = numbers.stratified(photon, dimension::DIRECTION);
+    let Guided { u, v, weight } = guide.guided(guide.lamp(index), u, v);
+    let direction = uniform_sphere(u, v);
+    let [u, v] = numbers.stratified(photon, dimension::POSITION);
+    let normal = cosine_hemisphere(direction, u, v);
+    let outward = if light.inside { -normal } else { normal };
+    let origin = lamp.center + outward * lamp.radius;
+    Some((Start { light: index, origin, direction, point: origin }, weight))
 }
 
 /// Along a line that crosses a lamp, and most likely ball number `ball`.

@@ -1,12 +1,13 @@
 //! Photon pass: traces photons from the lamps and deposits them wherever they meet a diffuse surface.
 
 use crate::emission::{Emitted, emit};
-use crate::intersect::intersect;
+use crate::intersect::{Hit, intersect};
 use crate::photon_numbers::PhotonNumbers;
 use crate::sampling::{cosine_hemisphere, uniform_cone};
 use crate::scatter::{dielectric, reflect};
 use scene::aim::{AIMED_BOUNCES, Aim, EXPONENT_STEP, Target, cone};
 use scene::film::FLUX_ONE;
+use scene::guide::{GUIDED_BOUNCES, Guided};
 use scene::ray::SphereId;
 use scene::{Material, Ray, Rgb, Settings, Stats, Still, Vec3, max_component};
 use std::ops::Range;
@@ -84,18 +85,29 @@ fn trace(
         let Some(survivor) = survive(power, material.albedo(), roulette) else {
             return;
         };
-        let region = aim.region.as_ref().filter(|_| bounce < AIMED_BOUNCES);
-        let (direction, weight) = match (*material, region) {
-            (Material::Diffuse { .. }, None) => (cosine_hemisphere(hit.normal, u, v), 1.0),
-            (Material::Diffuse { .. }, Some(ball)) => scatter_towards(ball, hit.point, hit.normal, u, v),
-            (Material::Specular { .. }, _) => (reflect(ray.direction, hit.normal), 1.0),
-            (Material::Dielectric { ior, .. }, _) => (dielectric(ray.direction, &hit, ior, u).0, 1.0),
+        let (direction, weight) = match *material {
+            Material::Diffuse { .. } => scatter(aim, bounce, &hit, u, v),
+            Material::Specular { .. } => (reflect(ray.direction, hit.normal), 1.0),
+            Material::Dielectric { ior, .. } => (dielectric(ray.direction, &hit, ior, u).0, 1.0),
         };
         if weight == 0.0 {
             return;
         }
         power = survivor * weight;
         ray = Ray { origin: hit.point, direction, leaves: hit.sphere };
+    }
+}
+
+/// The direction in which a diffuse surface scatters a photon, and what that multiplies its power by: by the cosine, which may be guided, or
+/// towards what is aimed at.
+fn scatter(aim: &Aim, bounce: u32, hit: &Hit, u: f32, v: f32) -> (Vec3, f32) {
+    if let Some(guide) = aim.guide.as_ref().filter(|_| bounce < GUIDED_BOUNCES) {
+        let Guided { u, v, weight } = guide.guided(guide.surface(hit.point, hit.normal), u, v);
+        return (cosine_hemisphere(hit.normal, u, v), weight);
+    }
+    match aim.region.as_ref().filter(|_| bounce < AIMED_BOUNCES) {
+        Some(ball) => scatter_towards(ball, hit.point, hit.normal, u, v),
+        None => (cosine_hemisphere(hit.normal, u, v), 1.0),
     }
 }
 

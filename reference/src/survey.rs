@@ -2,17 +2,20 @@
 //!
 //! Walks start at the eye, go on from the first diffuse surface as light may have come to it, and ask at every surface
 //! that they meet from there on how much light arrives straight from a lamp: by a shadow ray, as direct light does. Those
-//! arrivals say what photons are to be aimed at ([`Targets`]). They enter the image in no other way, so it does not matter
-//! that mirrors and glass are asked as if they scattered.
+//! arrivals say what photons are to be aimed at ([`Targets`]). Where nothing is aimed, the lines between diffuse surfaces say how
+//! photons are guided ([`scene::guide`]). What walks find enters the image in no other way, so it does not matter that mirrors and
+//! glass are asked as if they scattered.
 
 use crate::camera_pass::ray_through;
-use crate::direct_light::sample_light;
+use crate::direct_light::{LightSample, sample_light};
 use crate::intersect::{Hit, intersect};
 use crate::light_choice::Receiver;
 use crate::sampling::cosine_hemisphere;
 use crate::scatter::{dielectric, reflect};
 use scene::aim::survey::targets;
 use scene::aim::{Arrival, Targets};
+use scene::guide::{Edge, Found, Lit};
+use scene::ray::SphereId;
 use scene::rng::{Family, Stream, StreamKey, unit_float};
 use scene::sobol::sobol;
 use scene::{Material, Ray, Scene, Settings, Still, Vec3, max_component};
@@ -21,14 +24,14 @@ use scene::{Material, Ray, Scene, Settings, Still, Vec3, max_component};
 pub fn survey(scene: &Scene, settings: &Settings) -> Targets {
     let still = scene.at(scene.camera.shutter_time(settings.seed, 0));
     let key = StreamKey::new(settings.seed, Family::Survey, 0);
-    targets(&still, |walks| {
-        let mut arrivals = Vec::new();
+    targets(&still, settings.photons_per_iteration, |walks| {
+        let mut found = Found::default();
         for walk in walks {
             let mut stream = key.stream(walk);
             let ray = eye_ray(scene, settings, walk, &mut stream);
-            follow(&still, ray, settings.max_depth, &mut stream, &mut arrivals);
+            follow(&still, (walk, ray), settings.max_depth, &mut stream, &mut found);
         }
-        arrivals
+        vec![found]
     })
 }
 
@@ -42,12 +45,17 @@ fn eye_ray(scene: &Scene, settings: &Settings, walk: u32, stream: &mut Stream) -
 }
 
 /// Walks as paths of the path tracer do, with roulette at every surface.
-fn follow(still: &Still, ray: Ray, max_depth: u32, stream: &mut Stream, arrivals: &mut Vec<Arrival>) {
+fn follow(still: &Still, (walk, ray): (u32, Ray), max_depth: u32, stream: &mut Stream, found: &mut Found) {
     let (mut ray, mut length, mut seen_diffuse) = (ray, 0, false);
     while length < max_depth {
         length += 1;
         let Some(hit) = intersect(still, &ray) else { return };
         let material = still.material(hit.sphere);
+        let is_diffuse = matches!(material, Material::Diffuse { .. });
+        if is_diffuse && seen_diffuse {
+            let Hit { point, normal, .. } = hit;
+            found.edges.push(Edge { walk, point, normal, direction: -ray.direction });
+        }
         let [u, v, roulette] = std::array::from_fn(|_| stream.next_f32());
         let direction = match *material {
             Material::Diffuse { .. } => cosine_hemisphere(hit.normal, u, v),
@@ -59,21 +67,24 @@ fn follow(still: &Still, ray: Ray, max_depth: u32, stream: &mut Stream, arrivals
         if roulette >= max_component(material.albedo()) {
             return;
         }
-        if seen_diffuse {
-            arrivals.extend(arrival(still, &hit, direction, numbers));
+        let is_first = is_diffuse && !seen_diffuse;
+        if (seen_diffuse || is_first)
+            && let Some((lamp, arrival)) = arrival(still, &hit, direction, numbers)
+        {
+            found.lit.push(Lit { walk, lamp, is_seen: is_first, arrival });
         }
-        if matches!(material, Material::Diffuse { .. }) && !seen_diffuse {
+        if is_first {
             (seen_diffuse, length) = (true, 1);
         }
         ray = Ray { origin: hit.point, direction, leaves: hit.sphere };
     }
 }
 
-/// Light that arrives at a hit on the side where the walk goes on.
-fn arrival(still: &Still, hit: &Hit, direction: Vec3, [choice, u, v]: [f32; 3]) -> Option<Arrival> {
+/// Light that arrives at a hit on the side where the walk goes on, and from which lamp.
+fn arrival(still: &Still, hit: &Hit, direction: Vec3, [choice, u, v]: [f32; 3]) -> Option<(SphereId, Arrival)> {
     let normal = if hit.normal.dot(direction) > 0.0 { hit.normal } else { -hit.normal };
     let receiver = Receiver { point: hit.point, normal, sphere: hit.sphere };
-    let (source, irradiance) = sample_light(still, &receiver, choice, u, v)?;
+    let LightSample { lamp, source, irradiance } = sample_light(still, &receiver, choice, u, v)?;
     let flux = max_component(irradiance);
-    (flux > 0.0).then_some(Arrival { point: hit.point, source, flux })
+    (flux > 0.0).then_some((lamp, Arrival { point: hit.point, source, flux }))
 }

@@ -23,6 +23,7 @@ pub mod exact;
 pub mod film;
 pub mod filter;
 pub mod first_radii;
+pub mod guide;
 mod import;
 pub mod iterations;
 pub mod light_tree;

@@ -64,11 +64,6 @@ impl AimTables {
         Some(Self { aim, region, groups, lines })
     }
 
-    /// What multiplies a photon's power before it is rounded to units of `FLUX_ONE`.
-    pub(crate) fn scale(&self) -> f32 {
-        self.aim.scale()
-    }
-
     /// The component of a packet of photons, of which `photon` is the first.
     pub(super) fn component(&self, photon: u32) -> usize {
         self.aim.component(photon)

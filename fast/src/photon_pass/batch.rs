@@ -14,6 +14,7 @@ use lanes::{Lanes, MOST_LANES, Row, V3};
 use scene::Still;
 use scene::aim::{AIMED_BOUNCES, EXPONENT_STEP};
 use scene::film::FLUX_ONE;
+use scene::guide::GUIDED_BOUNCES;
 use scene::still::Role;
 use std::ops::Range;
 
@@ -117,15 +118,11 @@ impl PhotonPass<'_> {
             let (survives, survivor) = survive::<L>(p.weight, material.albedo, roulette);
             let mut survives = arrived & survives;
             p.weight = survivor;
-            let mut direction = match self.emission.aim() {
-                Some(aim) if bounce < AIMED_BOUNCES => {
-                    let (direction, weight) = aim.scatter(surface.point, surface.normal, u, v);
-                    p.weight = V3::select(is_diffuse, survivor.scale(weight), survivor);
-                    survives = survives & (!is_diffuse | L::lt(L::f(0.0), weight));
-                    direction
-                }
-                _ => cosine_hemisphere(surface.normal, u, v),
-            };
+            let (mut direction, weight) = self.scatter::<L>(bounce, &surface, u, v);
+            if let Some(weight) = weight {
+                p.weight = V3::select(is_diffuse, survivor.scale(weight), survivor);
+                survives = survives & (!is_diffuse | L::lt(L::f(0.0), weight));
+            }
             if L::any(survives & !is_diffuse) {
                 let is_glass = L::eq(material.kind, L::u(kind::DIELECTRIC));
                 let (through, _) = dielectric(p.direction, surface.normal, surface.inside, material.ior, u);
@@ -138,6 +135,29 @@ impl PhotonPass<'_> {
             go_on = batch.paths.append(go_on, survives, &p);
         }
         go_on
+    }
+
+    /// As `reference::photon_pass::scatter`; the weights only if there are any but 1.
+    #[inline(always)]
+    fn scatter<L: Lanes>(
+        &self,
+        bounce: u32,
+        surface: &Hit<L>,
+        u: L::F,
+        v: L::F,
+    ) -> (V3<L>, Option<L::F>) {
+        let (point, normal) = (surface.point, surface.normal);
+        if let Some(guide) = self.emission.guide().filter(|_| bounce < GUIDED_BOUNCES) {
+            let (direction, weight) = guide.scatter::<L>(point, normal, u, v);
+            return (direction, Some(weight));
+        }
+        match self.emission.aim().filter(|_| bounce < AIMED_BOUNCES) {
+            Some(aim) => {
+                let (direction, weight) = aim.scatter(point, normal, u, v);
+                (direction, Some(weight))
+            }
+            None => (cosine_hemisphere(normal, u, v), None),
+        }
     }
 
     /// Bins the deposits of the lanes `lands`; drops those that no visible point can reach.
@@ -205,7 +225,7 @@ pub(crate) fn quantise<L: Lanes>(power: L::F) -> L::F {
     L::from_bits(L::min_u(L::truncate(flux), L::u(FLUX_ONE)))
 }
 
-/// The same for aimed photons, as [`Flux::pack`](crate::join::Flux::pack) has it; and [`HEAVY`] where there is an exponent.
+/// The same for aimed and for guided photons, as [`Flux::pack`](crate::join::Flux::pack) has it; and [`HEAVY`] where there is an exponent.
 #[inline(always)]
 pub(crate) fn quantise_aimed<L: Lanes>(scale: f32, power: V3<L>) -> ([L::F; 3], L::U) {
     let scaled = power.scale(L::f(scale));

@@ -1,6 +1,7 @@
 //! Emission: where photons start and in which directions, and the numbers of their first bounce.
 
 use super::aiming::{AimTables, Departures, LampLanes};
+use super::guiding::GuideTables;
 use crate::light_choice::LightChoice;
 use crate::paths::{BATCH, Packet, Paths, Vectors};
 use crate::sampling::{cosine_hemisphere, stream_state, uniform_sphere, unit_float};
@@ -43,8 +44,12 @@ const IS_FAR: u32 = 1 << 30;
 pub(crate) struct Emitters {
     /// [`EmitterRow`]s.
     rows: Vec<Row>,
-    /// `None` if photons leave all lamps alike.
+    /// `None` if photons are aimed at nothing.
     aim: Option<AimTables>,
+    /// `None` if they are not guided.
+    guide: Option<GuideTables>,
+    /// What multiplies powers before they are rounded to units; `None` if all photons weigh the same.
+    scale: Option<f32>,
     /// The Sobol digits of indices 0..256: what the low bits of any index contribute.
     low_digits: Box<[[u32; BATCH]; DIMENSIONS]>,
 }
@@ -66,14 +71,16 @@ impl Emitters {
         };
         Self {
             rows: still.lights.entries.iter().enumerate().map(row).collect(),
+            scale: (!aim.is_empty()).then(|| aim.scale()),
+            guide: aim.guide.clone().map(GuideTables::new),
             aim: AimTables::new(aim),
             low_digits: Box::new(std::array::from_fn(|d| std::array::from_fn(|i| sobol(i as u32, d)))),
         }
     }
 
-    /// What multiplies powers before they are rounded to units, if photons are aimed.
+    /// What multiplies powers before they are rounded to units, if photons are aimed or guided.
     pub(crate) fn scale(&self) -> Option<f32> {
-        self.aim.as_ref().map(AimTables::scale)
+        self.scale
     }
 
     /// The lights with these numbers, and what each photon of theirs carries.
@@ -136,6 +143,11 @@ impl<'a> Emission<'a> {
         self.emitters.aim.as_ref()
     }
 
+    /// How photons are guided, if they are.
+    pub(super) fn guide(&self) -> Option<&GuideTables> {
+        self.emitters.guide.as_ref()
+    }
+
     /// See [`Emitters::scale`].
     pub(super) fn scale(&self) -> Option<f32> {
         self.emitters.scale()
@@ -170,9 +182,10 @@ impl<'a> Emission<'a> {
             if start.is_multiple_of(BATCH as u32) {
                 points = self.points_around(start);
             }
-            let (packet, is_free) = match &self.emitters.aim {
-                None => self.unaimed::<L>(&points, start),
-                Some(aim) => self.aimed::<L>(aim, &points, start),
+            let (packet, is_free) = match (self.guide(), self.aim()) {
+                (Some(guide), _) => self.guided::<L>(guide, &points, start),
+                (None, Some(aim)) => self.aimed::<L>(aim, &points, start),
+                (None, None) => self.unaimed::<L>(&points, start),
             };
             let free = L::first(count - at) & is_free;
             let [u, v, roulette] = dimension::FIRST_BOUNCE;
@@ -195,6 +208,21 @@ impl<'a> Emission<'a> {
         let (origin, direction) = uniform(points, start, &lamp);
         let ray = Departures { origin, direction, leaves: lamp.sphere };
         (self.packet(start, &ray, power), self.is_free(origin, &lights))
+    }
+
+    /// The photons from index `start` on, guided; and which of them start in free space. As `reference::emission::guided`.
+    #[inline(always)]
+    fn guided<L: Lanes>(&self, guide: &GuideTables, points: &StratifiedPoints, start: u32) -> (Packet<L>, L::M) {
+        let lights = self.choose::<L>(points, start);
+        let (lamp, power) = self.emitters.gather::<L>(&lights);
+        let [u, v] = dimension::DIRECTION.map(|d| points.at::<L>(start, d));
+        let (direction, weight) = guide.emit::<L>(L::load_u(&lights), u, v);
+        let [u, v] = dimension::POSITION.map(|d| points.at::<L>(start, d));
+        let normal = cosine_hemisphere(direction, u, v);
+        let outward = V3::select(lamp.shines_inwards, -normal, normal);
+        let origin = lamp.center + outward.scale(lamp.radius);
+        let ray = Departures { origin, direction, leaves: lamp.sphere };
+        (self.packet(start, &ray, power.scale(weight)), self.is_free(origin, &lights))
     }
 
     /// The photons from index `start` on, all of one component; and which of them are not dropped.

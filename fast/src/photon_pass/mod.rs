@@ -20,6 +20,7 @@
 mod aiming;
 mod batch;
 mod emission;
+mod guiding;
 
 use crate::join::{Binned, Cells, Chunks, Sorted, bytes_at_rest, reserve};
 use crate::pool::Pool;

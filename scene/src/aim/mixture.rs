@@ -5,8 +5,10 @@ use super::core::Core;
 use super::groups::{Group, flux, fluxes, groups};
 use super::target::Target;
 use super::targets::{Targets, UNIFORM_SHARE};
+use crate::guide::{GUIDED_BITS, Guide};
 use crate::still::Still;
 use glam::Vec3;
+use std::sync::Arc;
 
 /// Bits by which the unit of flux is lowered for light photons, at most. Photons weigh at most 2^3 as they depart, and are
 /// doubled by at most [`AIMED_BOUNCES`] surfaces. So no flux exceeds 2^(3 + 3 + 21 + 35), and as fewer than 2^31 photons are deposited
@@ -47,13 +49,15 @@ pub struct Aim {
     pub core: Option<Core>,
     /// Fluxes count in units of `2^-scale_bits` of what they are without aiming.
     pub scale_bits: u32,
+    /// How lamps and surfaces guide photons; only where nothing is aimed.
+    pub guide: Option<Arc<Guide>>,
 }
 
 impl Aim {
     /// How `photons` of an iteration are aimed from the lamps of `still`.
     pub fn new(still: &Still, targets: &Targets, photons: u32) -> Self {
         if targets.shares.is_empty() || still.lights.entries.is_empty() {
-            return Self::default();
+            return Self { guide: targets.guide.clone(), ..Self::default() };
         }
         let (groups, order) = groups(still);
         let mut aim = Self { balls: targets.balls.clone(), groups, order, ..Self::default() };
@@ -133,12 +137,15 @@ impl Aim {
 
     /// What multiplies a photon's power, where [`FLUX_ONE`](crate::film::FLUX_ONE) stands for the nominal one.
     pub fn scale(&self) -> f32 {
-        (1_u64 << self.scale_bits) as f32
+        match self.guide {
+            Some(_) => 1.0 / (1_u64 << GUIDED_BITS) as f32,
+            None => (1_u64 << self.scale_bits) as f32,
+        }
     }
 
-    /// True if photons are aimed at nothing: they leave all lamps alike.
+    /// True if all photons weigh the same: they are neither aimed nor guided.
     pub fn is_empty(&self) -> bool {
-        self.ends.is_empty()
+        self.ends.is_empty() && self.guide.is_none()
     }
 
     /// The weight of a photon that leaves its lamp along this half line; 1 if nothing is aimed.

@@ -2,9 +2,11 @@
 
 use super::groups::{fluxes, groups};
 use super::target::{ALL_DIRECTIONS, Target};
+use crate::guide::Guide;
 use crate::sphere::Sphere;
 use crate::still::{Role, Still};
 use glam::{DVec3, Vec3};
+use std::sync::Arc;
 
 /// Leaves of the tree of targets: a power of two.
 const LEAVES: usize = 16;
@@ -72,6 +74,8 @@ pub struct Targets {
     pub shares: Vec<f64>,
     /// The variance expected, over that of uniform emission.
     pub expected: f64,
+    /// Where nothing is aimed, how photons are guided, if they are.
+    pub guide: Option<Arc<Guide>>,
 }
 
 impl Targets {
@@ -93,7 +97,7 @@ impl Targets {
         let shares = search(&lines, &densities);
         let expected = variance(&lines, &densities, &shares);
         let shares = if expected < WORTH_IT { shares } else { Vec::new() };
-        Self { balls, root, shares, expected }
+        Self { balls, root, shares, expected, guide: None }
     }
 }
 

@@ -1,0 +1,262 @@
+//! What the guide's tables hold, by what a survey has found.
+//!
+//! Walks from the eye go the ways of light backwards. Where one leaves a surface that the eye sees, by the cosine, and meets
+//! another at some point, photons that leave that point along the same line land where they are seen: the density of these
+//! lines, over that of photons that leave by the cosine, is the number of pixels in the place where they land. So cells
+//! that hold many lines should get many photons. Where a lamp shines on what a walk meets, it should send photons there.
+
+use super::table::{SIDE, rows, weights};
+use super::{FACES, Guide, MOST_LAMPS, SURFACES};
+use crate::aim::Arrival;
+use crate::ray::SphereId;
+use crate::sobol::sobol;
+use crate::still::{Light, Still};
+use glam::Vec3;
+
+/// Fewer lines than this tell nothing.
+const LEAST_EDGES: usize = 256;
+
+/// A table of which so many lines are known trusts them and its kind alike: all surfaces that face the same way, or all lamps.
+const DOUBT: f64 = 64.0;
+
+/// Photons are guided only if that is expected to leave at most so much of their variance: a guided photon takes some more
+/// time, and in rooms of which the eye sees most it gains nothing.
+const WORTH_IT: f64 = 0.8;
+
+/// Walks are weighted by one over the brightness of their tile of the image: its photons are noise in proportion to that. Tiles
+/// of `2^TILE_BITS` along either axis.
+const TILE_BITS: u32 = 4;
+
+/// The share of the mean square that is added to the square of a tile's brightness: that of the metric, relative mean square
+/// errors of blocks.
+const FLOOR: f64 = 0.01;
+
+/// The share of the places that lie before the box of parts, and of those behind it, along each axis.
+const OUTSIDE: usize = 50;
+/// Of so many places, at most.
+const MOST_PLACES: usize = 4096;
+
+/// A line along which photons come to where they matter: from a diffuse surface to what a walk came from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    /// The walk that found it.
+    pub walk: u32,
+    /// Where photons leave the surface.
+    pub point: Vec3,
+    /// Its unit normal there.
+    pub normal: Vec3,
+    /// Their unit direction.
+    pub direction: Vec3,
+}
+
+/// Light that comes straight from a lamp to a place that a walk met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lit {
+    /// The walk.
+    pub walk: u32,
+    /// The sphere of the lamp.
+    pub lamp: SphereId,
+    /// Is it where the walk met the first diffuse surface, which the eye sees itself?
+    pub is_seen: bool,
+    /// The light.
+    pub arrival: Arrival,
+}
+
+/// What some walks have found, in order of the walks.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Found {
+    /// Lines between surfaces.
+    pub edges: Vec<Edge>,
+    /// Light from lamps.
+    pub lit: Vec<Lit>,
+}
+
+impl Found {
+    /// Light that arrives where the eye sees what is scattered only: there photons are of use.
+    pub fn arrivals(&self) -> impl Iterator<Item = &Lit> {
+        self.lit.iter().filter(|lit| !lit.is_seen)
+    }
+}
+
+/// The values of the cells of a table, and what they are known by.
+#[derive(Clone, Copy, Default)]
+struct Values {
+    cells: [[f64; SIDE]; SIDE],
+    sum: f64,
+    squares: f64,
+}
+
+impl Values {
+    fn add(&mut self, [u, v]: [usize; 2], weight: f64) {
+        self.cells[u][v] += weight;
+        self.sum += weight;
+        self.squares += weight * weight;
+    }
+
+    fn extend(&mut self, other: &Self) {
+        for (cells, others) in self.cells.iter_mut().flatten().zip(other.cells.iter().flatten()) {
+            *cells += others;
+        }
+        self.sum += other.sum;
+        self.squares += other.squares;
+    }
+
+    /// The shares of the cells, by these values and by what is thought likely without them.
+    fn shares(&self, likely: &Shares) -> Shares {
+        // Lines of equal weight that would tell as much.
+        let lines = if self.squares > 0.0 { self.sum * self.sum / self.squares } else { 0.0 };
+        let (known, scale) = (lines + DOUBT, if self.sum > 0.0 { lines / self.sum } else { 0.0 });
+        std::array::from_fn(|u| {
+            std::array::from_fn(|v| (self.cells[u][v] * scale + likely[u][v] * DOUBT) / known)
+        })
+    }
+}
+
+/// What a share each cell of a table has: together 1.
+type Shares = [[f64; SIDE]; SIDE];
+
+/// The shares of the cells of all tables of surfaces, or of all tables of lamps, of which every `kinds`-th is alike.
+fn all_shares(tables: &[Values], kinds: usize) -> Vec<Shares> {
+    let even = [[1.0 / (SIDE * SIDE) as f64; SIDE]; SIDE];
+    let of_kind = |kind: usize| {
+        let mut all = Values::default();
+        tables.iter().skip(kind).step_by(kinds).for_each(|values| all.extend(values));
+        all.shares(&even)
+    };
+    let likely: Vec<Shares> = (0..kinds).map(of_kind).collect();
+    tables.iter().enumerate().map(|(table, values)| values.shares(&likely[table % kinds])).collect()
+}
+
+impl Guide {
+    /// The guide of the lamps of `still`, those of the first iteration, by what the first `walks` walks have found; `None` if it
+    /// is not worth it.
+    pub fn learn(still: &Still, walks: u32, found: &[Found]) -> Option<Self> {
+        let edges = || found.iter().flat_map(|found| &found.edges);
+        if edges().count() < LEAST_EDGES {
+            return None;
+        }
+        let mut guide = Self::even(still);
+        (guide.low, guide.scale) = box_of_parts(edges());
+        let weights = Weights::new(walks, found);
+        let mut values = vec![Values::default(); guide.tables()];
+        for edge in edges() {
+            let table = guide.surface(edge.point, edge.normal) as usize;
+            values[table].add(cell_of(reversed(edge)), weights.of(edge.walk));
+        }
+        for lit in found.iter().flat_map(Found::arrivals) {
+            let Lit { arrival, .. } = lit;
+            let way = arrival.point - arrival.source;
+            let direction = way * (1.0 / way.dot(way).sqrt());
+            let weight = weights.of(lit.walk) * f64::from(arrival.flux);
+            let table = guide.lamp(light_of(still, lit.lamp, arrival.source, direction));
+            values[table as usize].add(cell_of(direction), weight);
+        }
+        let (surfaces, lamps) = values.split_at(SURFACES as usize);
+        let shares = [all_shares(surfaces, FACES as usize), all_shares(lamps, 1)];
+        guide.rows = shares.iter().flatten().flat_map(rows).collect();
+        guide.expected = guide.variance(surfaces, 0) * guide.variance(lamps, SURFACES);
+        (guide.expected < WORTH_IT).then_some(guide)
+    }
+
+    /// The mean weight of photons that arrive, of these tables from number `first` on: by it variance falls.
+    fn variance(&self, tables: &[Values], first: u32) -> f64 {
+        let (mut sum, mut of_weights) = (0.0, 0.0);
+        for (table, values) in (first..).zip(tables) {
+            for (values, weights) in values.cells.iter().zip(weights(self.table(table))) {
+                for (value, weight) in values.iter().zip(weights) {
+                    sum += value;
+                    of_weights += value * weight;
+                }
+            }
+        }
+        if sum > 0.0 { of_weights / sum } else { 1.0 }
+    }
+}
+
+/// The light of a lamp that shines from `source` in `direction`: of glass both sides glow, the outer one first. Of many lamps the
+/// first, as all share a table.
+fn light_of(still: &Still, lamp: SphereId, source: Vec3, direction: Vec3) -> u32 {
+    let lights = &still.lights.entries;
+    let is_inward = (source - still.spheres[lamp as usize].center).dot(direction) < 0.0;
+    let is_it = |light: &Light| light.sphere == lamp && light.inside == is_inward;
+    let known = if lights.len() > MOST_LAMPS { None } else { lights.iter().position(is_it) };
+    known.unwrap_or(0) as u32
+}
+
+/// What a photon is worth to a walk's pixel, over the mean: one over the brightness of its tile.
+struct Weights {
+    /// Of each tile.
+    weights: Vec<f64>,
+    /// Of each walk the tile.
+    tiles: Vec<u8>,
+}
+
+// A tile is told by a byte.
+const _: () = assert!(2 * TILE_BITS <= u8::BITS);
+
+impl Weights {
+    fn new(walks: u32, found: &[Found]) -> Self {
+        let tiles: Vec<u8> = (0..walks).map(tile_of).collect();
+        let mut sums = vec![(0.0, 0.0); 1 << (2 * TILE_BITS)];
+        for tile in &tiles {
+            sums[usize::from(*tile)].1 += 1.0;
+        }
+        for lit in found.iter().flat_map(|found| &found.lit) {
+            sums[usize::from(tiles[lit.walk as usize])].0 += f64::from(lit.arrival.flux);
+        }
+        let mean = sums.iter().map(|(flux, _)| flux).sum::<f64>() / f64::from(walks.max(1));
+        let weight = |&(flux, walks): &(f64, f64)| {
+            let brightness = if walks > 0.0 { flux / walks } else { 0.0 };
+            let square = brightness * brightness + FLOOR * mean * mean;
+            if square > 0.0 { mean / square.sqrt() } else { 1.0 }
+        };
+        Self { weights: sums.iter().map(weight).collect(), tiles }
+    }
+
+    fn of(&self, walk: u32) -> f64 {
+        self.weights[usize::from(self.tiles[walk as usize])]
+    }
+}
+
+/// The tile of the image in which a walk begins: as engines begin them, by its Sobol point.
+fn tile_of(walk: u32) -> u8 {
+    let [x, y] = [0, 1].map(|d| sobol(walk, d) >> (u32::BITS - TILE_BITS));
+    (y << TILE_BITS | x) as u8
+}
+
+/// The low corner and the scale of a box of parts, which holds nearly all places.
+fn box_of_parts<'a>(edges: impl Iterator<Item = &'a Edge>) -> (Vec3, f32) {
+    let points: Vec<Vec3> = edges.take(MOST_PLACES).map(|edge| edge.point).collect();
+    let outside = points.len() / OUTSIDE;
+    let range = |axis: usize| {
+        let mut places: Vec<f32> = points.iter().map(|point| point[axis]).collect();
+        places.sort_unstable_by(f32::total_cmp);
+        (places[outside], places[places.len() - 1 - outside])
+    };
+    let ranges = [0, 1, 2].map(range);
+    let longest = ranges.iter().map(|(low, high)| high - low).fold(0.0, f32::max);
+    let scale = if longest > 0.0 { super::PARTS as f32 / longest } else { 0.0 };
+    (Vec3::from(ranges.map(|(low, _)| low)), scale)
+}
+
+/// The point of the unit sphere that [the cosine's map](super) takes to the direction of an edge: the direction is that of
+/// the normal plus this point.
+fn reversed(edge: &Edge) -> Vec3 {
+    edge.direction * (2.0 * edge.direction.dot(edge.normal)) - edge.normal
+}
+
+/// The cell of the two numbers that are mapped to a point of the unit sphere: the height, and the turn around the axis z.
+fn cell_of(point: Vec3) -> [usize; 2] {
+    let Vec3 { x, y, z } = point;
+    let height = (0.5 * (1.0 - z) * SIDE as f32) as usize;
+    let (quarter, along, across) = match (x >= 0.0, y >= 0.0) {
+        (true, true) => (0, x, y),
+        (false, true) => (1, y, -x),
+        (false, false) => (2, -x, -y),
+        (true, false) => (3, -y, x),
+    };
+    [height.min(SIDE - 1), 2 * quarter + usize::from(across >= along)]
+}
+
+// Octants are the cells of a turn.
+const _: () = assert!(SIDE == 8);

@@ -1,0 +1,113 @@
+//! Guided photons: where lamps send them and surfaces scatter them, so that more of them land where the eye sees it.
+//!
+//! See docs/guiding.md for the derivation. Two uniform numbers choose a direction: at a surface by the cosine, at a lamp
+//! alike from all directions. The guide bends these numbers, before they are mapped to a direction. Their unit square is divided
+//! into [`SIDE`] x [`SIDE`] cells, each with a probability, in a table of its own for each part of the scene and each lamp. A
+//! photon weighs the inverse of its cell's probability times the number of cells: so whatever the tables hold, nothing is
+//! biased.
+//!
+//! What is computed here is set-up, shared by engines as [`crate::aim`] is: `f64`, of `+ - * /` and square roots, and the
+//! choice of a table and of a cell in `f32`, which `fast` has in lanes.
+
+mod learn;
+mod table;
+
+pub use learn::{Edge, Found, Lit};
+pub use table::{Guided, ROWS, SIDE};
+
+use crate::still::Still;
+use glam::Vec3;
+use table::guided;
+
+/// Of the surfaces that a photon meets, those up to this one guide it.
+pub const GUIDED_BOUNCES: u32 = 3;
+
+/// The least share of the photons of a table that is spread evenly over its cells: no photon weighs more than its inverse.
+pub const EVEN_SHARE: f64 = 3.0 / 8.0;
+
+/// Fluxes of guided photons count in units of `2^-GUIDED_BITS` of the nominal power over
+/// [`FLUX_ONE`](crate::film::FLUX_ONE), but for those that weigh more than `2^GUIDED_BITS`: few do. The most that one weighs, from its lamp over
+/// all surfaces that guide it, is below 2^6.
+pub const GUIDED_BITS: u32 = 3;
+
+/// Parts of the scene along its longest axis.
+pub const PARTS: u32 = 4;
+/// Parts differ in the axis nearest to their normals, and in its sign.
+pub const FACES: u32 = 6;
+/// Tables of surfaces: those of lamps come after them.
+pub const SURFACES: u32 = PARTS * PARTS * PARTS * FACES;
+/// More lamps than this have one table together: what is learnt would be too little for each.
+const MOST_LAMPS: usize = 16;
+
+/// Where photons should go.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Guide {
+    /// The least corner of the box of parts.
+    pub low: Vec3,
+    /// Parts per unit of length.
+    pub scale: f32,
+    /// The last table of a lamp, counted from that of the first: lamps from this one on share it.
+    pub last_lamp: u32,
+    /// For each table the rows of its cells: cumulative probabilities along the first number, and for each cell of it along the second.
+    pub rows: Vec<[f32; SIDE]>,
+    /// The variance that photons are expected to leave, over that of photons that are not guided.
+    pub expected: f64,
+}
+
+impl Guide {
+    /// The table of a surface that faces `normal` at `point`.
+    pub fn surface(&self, point: Vec3, normal: Vec3) -> u32 {
+        let [x, y, z] = ((point - self.low) * self.scale).to_array().map(part);
+        let face = face(normal);
+        ((x * PARTS + y) * PARTS + z) * FACES + face
+    }
+
+    /// The table of the light with this index.
+    pub fn lamp(&self, light: u32) -> u32 {
+        SURFACES + light.min(self.last_lamp)
+    }
+
+    /// Bends two uniform numbers by a table.
+    pub fn guided(&self, table: u32, u: f32, v: f32) -> Guided {
+        guided(self.table(table), u, v)
+    }
+
+    /// The rows of a table.
+    fn table(&self, number: u32) -> &[[f32; SIDE]] {
+        let first = number as usize * ROWS;
+        &self.rows[first..first + ROWS]
+    }
+
+    /// The tables of a scene of which nothing is known yet.
+    fn even(still: &Still) -> Self {
+        let lamps = match still.lights.entries.len() {
+            many if many > MOST_LAMPS => 1,
+            few => few.max(1),
+        };
+        Self { low: Vec3::ZERO, scale: 0.0, last_lamp: lamps as u32 - 1, rows: Vec::new(), expected: 1.0 }
+    }
+
+    fn tables(&self) -> usize {
+        (SURFACES + self.last_lamp + 1) as usize
+    }
+}
+
+/// The part along an axis, for a place in parts from the low corner on.
+fn part(x: f32) -> u32 {
+    let last = (PARTS - 1) as f32;
+    let inner = if x > 0.0 { x } else { 0.0 };
+    (if inner < last { inner } else { last }) as u32
+}
+
+/// The axis nearest to a normal, and whether it points backwards.
+fn face(normal: Vec3) -> u32 {
+    let Vec3 { x, y, z } = normal.abs();
+    let axis = if x >= y && x >= z {
+        0
+    } else if y >= z {
+        1
+    } else {
+        2
+    };
+    2 * axis + u32::from(normal[axis as usize] < 0.0)
+}

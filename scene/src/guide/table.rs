@@ -1,0 +1,75 @@
+//! A table of cells with probabilities, by which two uniform numbers are bent.
+
+use super::EVEN_SHARE;
+
+/// Cells along either number.
+pub const SIDE: usize = 8;
+
+/// Rows of a table: one for the first number, and for each of its cells one for the second.
+pub const ROWS: usize = SIDE + 1;
+
+/// Probabilities are multiples of one over this, so that differences of cumulative ones are exact.
+const UNIT: f64 = 65536.0;
+
+/// Two numbers bent by a table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guided {
+    /// The first, in \[0, 1\].
+    pub u: f32,
+    /// The second, in \[0, 1\].
+    pub v: f32,
+    /// One over the density of both together.
+    pub weight: f32,
+}
+
+/// The rows of a table whose cells have these shares, together 1, of what is not spread evenly.
+pub(super) fn rows(shares: &[[f64; SIDE]; SIDE]) -> [[f32; SIDE]; ROWS] {
+    let even = EVEN_SHARE / (SIDE * SIDE) as f64;
+    let probabilities = shares.map(|row| row.map(|share| (1.0 - EVEN_SHARE) * share + even));
+    let mut rows = [[0.0; SIDE]; ROWS];
+    rows[0] = cumulate(&probabilities.map(|row| row.iter().sum()));
+    for (row, probabilities) in rows[1..].iter_mut().zip(&probabilities) {
+        *row = cumulate(probabilities);
+    }
+    rows
+}
+
+/// Cumulative probabilities: that of each cell or one before. The last is 1.
+fn cumulate(probabilities: &[f64; SIDE]) -> [f32; SIDE] {
+    let all: f64 = probabilities.iter().sum();
+    let mut sum = 0.0;
+    probabilities.map(|probability| {
+        sum += probability;
+        (f64::from((sum / all * UNIT + 0.5) as u32) / UNIT) as f32
+    })
+}
+
+/// Bends two uniform numbers by the rows of a table.
+///
+/// Each is mapped within its cell, so strata stay strata. Rounding may give the upper end of the last cell, which is 1: a direction as
+/// good as others.
+pub(super) fn guided(rows: &[[f32; SIDE]], u: f32, v: f32) -> Guided {
+    let (cell, u, of_u) = bend(&rows[0], u);
+    let (_, v, of_v) = bend(&rows[1 + cell], v);
+    const AREA: f32 = 1.0 / (SIDE * SIDE) as f32;
+    Guided { u, v, weight: AREA / (of_u * of_v) }
+}
+
+/// The weight of each cell of a table.
+pub(super) fn weights(table: &[[f32; SIDE]]) -> [[f64; SIDE]; SIDE] {
+    let middle = |row: &[f32; SIDE], cell: usize| 0.5 * (row[cell] + if cell > 0 { row[cell - 1] } else { 0.0 });
+    std::array::from_fn(|u| {
+        std::array::from_fn(|v| {
+            f64::from(guided(table, middle(&table[0], u), middle(&table[1 + u], v)).weight)
+        })
+    })
+}
+
+/// The cell that a uniform number chooses by cumulative probabilities, the number bent into it, and the cell's probability.
+fn bend(row: &[f32; SIDE], u: f32) -> (usize, f32, f32) {
+    let cell = row[..SIDE - 1].iter().filter(|&&end| end <= u).count();
+    let before = if cell > 0 { row[cell - 1] } else { 0.0 };
+    let probability = row[cell] - before;
+    const WIDTH: f32 = 1.0 / SIDE as f32;
+    (cell, (cell as f32 + (u - before) / probability) * WIDTH, probability)
+}
