@@ -214,11 +214,6 @@ impl ShadowRays {
         self.direction.load(at).scale(L::load(&self.t[at..]))
     }
 
-    /// The sphere of the lamp of a ray.
-    pub(crate) fn lamp(&self, at: usize) -> SphereId {
-        self.lamp[at]
-    }
-
     /// The irradiance by the rays from `at` on; zero where something blocks them.
     #[inline(always)]
     pub(crate) fn irradiance<L: Lanes>(&self, at: usize) -> V3<L> {

@@ -247,7 +247,6 @@ impl Survey<'_> {
                 let [point, source] = [&points, &sources].map(|columns| Vec3::from(columns.map(|c| c[lane])));
                 found.lit.push(Lit {
                     walk: *first + (slot & !IS_SEEN),
-                    lamp: asking.shadows.lamp(at + lane),
                     is_seen: slot & IS_SEEN != 0,
                     arrival: Arrival { point, source, flux: fluxes[lane] },
                 });

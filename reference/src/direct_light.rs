@@ -3,7 +3,6 @@
 use crate::intersect::{distance, occluded};
 use crate::light_choice::{Receiver, choose};
 use crate::sampling::{cosine_hemisphere, uniform_cone};
-use scene::ray::SphereId;
 use scene::still::{Light, Lights};
 use scene::{Ray, Rgb, Still, Vec3};
 use std::f32::consts::PI;
@@ -17,22 +16,11 @@ pub fn choose_light(lights: &Lights, u: f32) -> Option<u32> {
 /// An unbiased estimate of the irradiance that reaches `receiver` straight from the lights, from three uniform
 /// numbers: one to choose the light, two for the direction.
 pub fn estimate_irradiance(still: &Still, receiver: &Receiver, choice: f32, u: f32, v: f32) -> Rgb {
-    sample_light(still, receiver, choice, u, v).map_or(Rgb::ZERO, |sample| sample.irradiance)
+    sample_light(still, receiver, choice, u, v).map_or(Rgb::ZERO, |(_, irradiance)| irradiance)
 }
 
-/// Light that comes straight from a lamp.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightSample {
-    /// The lamp.
-    pub lamp: SphereId,
-    /// The point of it that the light comes from.
-    pub source: Vec3,
-    /// An unbiased estimate of the irradiance.
-    pub irradiance: Rgb,
-}
-
-/// The same, with where it comes from; `None` if none comes.
-pub fn sample_light(still: &Still, receiver: &Receiver, choice: f32, u: f32, v: f32) -> Option<LightSample> {
+/// The same, with the point of the light that it comes from; `None` if none comes.
+pub fn sample_light(still: &Still, receiver: &Receiver, choice: f32, u: f32, v: f32) -> Option<(Vec3, Rgb)> {
     let chosen = choose(still, receiver, choice)?;
     let light = &still.lights.entries[chosen.light as usize];
     let sample = if light.inside {
@@ -42,7 +30,7 @@ pub fn sample_light(still: &Still, receiver: &Receiver, choice: f32, u: f32, v: 
     };
     let (ray, t, weight) = sample.filter(|(ray, t, _)| !occluded(still, ray, *t, light.sphere))?;
     let irradiance = still.spheres[light.sphere as usize].emission * (weight / chosen.probability);
-    Some(LightSample { lamp: light.sphere, source: ray.origin + ray.direction * t, irradiance })
+    Some((ray.origin + ray.direction * t, irradiance))
 }
 
 /// A shadow ray with its length, and the cosine at the receiver over the density of the direction.

@@ -10,7 +10,7 @@ use crate::direct_light::choose_light;
 use crate::photon_numbers::{PhotonNumbers, dimension};
 use crate::sampling::{cosine_hemisphere, frame, uniform_cone, uniform_disk, uniform_sphere};
 use scene::aim::Aim;
-use scene::guide::{Guide, Guided};
+use scene::guide::Cell;
 use scene::ray::NO_SPHERE;
 use scene::still::{Light, Role};
 use scene::{Ray, Rgb, Still, Vec3};
@@ -40,8 +40,8 @@ struct Start {
 /// where the lamp is sunk into another sphere.
 pub fn emit(still: &Still, aim: &Aim, numbers: &PhotonNumbers, photon: u32) -> Option<Emitted> {
     let component = aim.component(photon);
-    let (start, weight) = match (&aim.guide, component) {
-        (Some(guide), _) => guided(still, guide, numbers, photon)?,
+    let (start, weight) = match (&aim.departures, component) {
+        (Some(departures), _) => guided(still, &departures.cell(photon), numbers, photon)?,
         (None, 0) => (uniform(still, numbers, photon)?, 1.0),
         (None, k) => (aimed(still, aim, k - 1, numbers, photon)?, 1.0),
     };
@@ -81,23 +81,23 @@ fn uniform(still: &Still, numbers: &PhotonNumbers, photon: u32) -> Option<Start>
     Some(Start { light: index, origin, direction: cosine_hemisphere(normal, u, v), point: origin })
 }
 
-/// From a lamp chosen by power, in a guided direction; and the weight.
+/// From a lamp chosen by power, in a direction of a cell; and the weight.
 ///
 /// The points of a Lambertian lamp and their directions are uniform and by the cosine about the normal. So directions are uniform, and
 /// normals by the cosine about the direction: in this order the direction is free to be guided.
-fn guided(still: &Still, guide: &Guide, numbers: &PhotonNumbers, photon: u32) -> Option<(Start, f32)> {
+fn guided(still: &Still, cell: &Cell, numbers: &PhotonNumbers, photon: u32) -> Option<(Start, f32)> {
     let [choice] = numbers.stratified(photon, [dimension::LIGHT]);
     let index = choose_light(&still.lights, choice)?;
     let light = &still.lights.entries[index as usize];
     let lamp = &still.spheres[light.sphere as usize];
     let [u, v] = numbers.stratified(photon, dimension::DIRECTION);
-    let Guided { u, v, weight } = guide.guided(guide.lamp(index), u, v);
+    let (u, v) = cell.place(u, v);
     let direction = uniform_sphere(u, v);
     let [u, v] = numbers.stratified(photon, dimension::POSITION);
     let normal = cosine_hemisphere(direction, u, v);
     let outward = if light.inside { -normal } else { normal };
     let origin = lamp.center + outward * lamp.radius;
-    Some((Start { light: index, origin, direction, point: origin }, weight))
+    Some((Start { light: index, origin, direction, point: origin }, cell.weight))
 }
 
 /// Along a line that crosses a lamp, and most likely ball number `ball`.

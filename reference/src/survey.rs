@@ -7,7 +7,7 @@
 //! glass are asked as if they scattered.
 
 use crate::camera_pass::ray_through;
-use crate::direct_light::{LightSample, sample_light};
+use crate::direct_light::sample_light;
 use crate::intersect::{Hit, intersect};
 use crate::light_choice::Receiver;
 use crate::sampling::cosine_hemisphere;
@@ -15,7 +15,6 @@ use crate::scatter::{dielectric, reflect};
 use scene::aim::survey::targets;
 use scene::aim::{Arrival, Targets};
 use scene::guide::{Edge, Found, Lit};
-use scene::ray::SphereId;
 use scene::rng::{Family, Stream, StreamKey, unit_float};
 use scene::sobol::sobol;
 use scene::{Material, Ray, Scene, Settings, Still, Vec3, max_component};
@@ -69,9 +68,9 @@ fn follow(still: &Still, (walk, ray): (u32, Ray), max_depth: u32, stream: &mut S
         }
         let is_first = is_diffuse && !seen_diffuse;
         if (seen_diffuse || is_first)
-            && let Some((lamp, arrival)) = arrival(still, &hit, direction, numbers)
+            && let Some(arrival) = arrival(still, &hit, direction, numbers)
         {
-            found.lit.push(Lit { walk, lamp, is_seen: is_first, arrival });
+            found.lit.push(Lit { walk, is_seen: is_first, arrival });
         }
         if is_first {
             (seen_diffuse, length) = (true, 1);
@@ -80,11 +79,11 @@ fn follow(still: &Still, (walk, ray): (u32, Ray), max_depth: u32, stream: &mut S
     }
 }
 
-/// Light that arrives at a hit on the side where the walk goes on, and from which lamp.
-fn arrival(still: &Still, hit: &Hit, direction: Vec3, [choice, u, v]: [f32; 3]) -> Option<(SphereId, Arrival)> {
+/// Light that arrives at a hit on the side where the walk goes on.
+fn arrival(still: &Still, hit: &Hit, direction: Vec3, [choice, u, v]: [f32; 3]) -> Option<Arrival> {
     let normal = if hit.normal.dot(direction) > 0.0 { hit.normal } else { -hit.normal };
     let receiver = Receiver { point: hit.point, normal, sphere: hit.sphere };
-    let LightSample { lamp, source, irradiance } = sample_light(still, &receiver, choice, u, v)?;
+    let (source, irradiance) = sample_light(still, &receiver, choice, u, v)?;
     let flux = max_component(irradiance);
-    (flux > 0.0).then_some((lamp, Arrival { point: hit.point, source, flux }))
+    (flux > 0.0).then_some(Arrival { point: hit.point, source, flux })
 }

@@ -8,6 +8,7 @@ use crate::sampling::{cosine_hemisphere, stream_state, uniform_sphere, unit_floa
 use bytemuck::{Pod, Zeroable};
 use lanes::{Lanes, MOST_LANES, Row, V3};
 use scene::aim::Aim;
+use scene::guide::{Cell, Departures as Cells, SIDE};
 use scene::ray::SphereId;
 use scene::rng::{Family, StreamKey};
 use scene::sobol::{DIMENSIONS, sobol};
@@ -46,8 +47,10 @@ pub(crate) struct Emitters {
     rows: Vec<Row>,
     /// `None` if photons are aimed at nothing.
     aim: Option<AimTables>,
-    /// `None` if they are not guided.
+    /// `None` if surfaces do not guide them.
     guide: Option<GuideTables>,
+    /// `None` if lamps do not.
+    departures: Option<Cells>,
     /// What multiplies powers before they are rounded to units; `None` if all photons weigh the same.
     scale: Option<f32>,
     /// The Sobol digits of indices 0..256: what the low bits of any index contribute.
@@ -73,6 +76,7 @@ impl Emitters {
             rows: still.lights.entries.iter().enumerate().map(row).collect(),
             scale: (!aim.is_empty()).then(|| aim.scale()),
             guide: aim.guide.clone().map(GuideTables::new),
+            departures: aim.departures.clone(),
             aim: AimTables::new(aim),
             low_digits: Box::new(std::array::from_fn(|d| std::array::from_fn(|i| sobol(i as u32, d)))),
         }
@@ -143,7 +147,7 @@ impl<'a> Emission<'a> {
         self.emitters.aim.as_ref()
     }
 
-    /// How photons are guided, if they are.
+    /// How surfaces guide photons, if they do.
     pub(super) fn guide(&self) -> Option<&GuideTables> {
         self.emitters.guide.as_ref()
     }
@@ -182,8 +186,8 @@ impl<'a> Emission<'a> {
             if start.is_multiple_of(BATCH as u32) {
                 points = self.points_around(start);
             }
-            let (packet, is_free) = match (self.guide(), self.aim()) {
-                (Some(guide), _) => self.guided::<L>(guide, &points, start),
+            let (packet, is_free) = match (&self.emitters.departures, self.aim()) {
+                (Some(departures), _) => self.guided::<L>(&departures.cell(start), &points, start),
                 (None, Some(aim)) => self.aimed::<L>(aim, &points, start),
                 (None, None) => self.unaimed::<L>(&points, start),
             };
@@ -210,19 +214,23 @@ impl<'a> Emission<'a> {
         (self.packet(start, &ray, power), self.is_free(origin, &lights))
     }
 
-    /// The photons from index `start` on, guided; and which of them start in free space. As `reference::emission::guided`.
+    /// The photons from index `start` on, all of one cell of directions; and which of them start in free space. As
+    /// `reference::emission::guided`.
     #[inline(always)]
-    fn guided<L: Lanes>(&self, guide: &GuideTables, points: &StratifiedPoints, start: u32) -> (Packet<L>, L::M) {
+    fn guided<L: Lanes>(&self, cell: &Cell, points: &StratifiedPoints, start: u32) -> (Packet<L>, L::M) {
         let lights = self.choose::<L>(points, start);
         let (lamp, power) = self.emitters.gather::<L>(&lights);
-        let [u, v] = dimension::DIRECTION.map(|d| points.at::<L>(start, d));
-        let (direction, weight) = guide.emit::<L>(L::load_u(&lights), u, v);
+        let [u, v] = [0, 1].map(|k| {
+            let number = points.at::<L>(start, dimension::DIRECTION[k]);
+            (L::f(cell.corner[k]) + number) * L::f(1.0 / SIDE as f32)
+        });
+        let direction = uniform_sphere::<L>(u, v);
         let [u, v] = dimension::POSITION.map(|d| points.at::<L>(start, d));
         let normal = cosine_hemisphere(direction, u, v);
         let outward = V3::select(lamp.shines_inwards, -normal, normal);
         let origin = lamp.center + outward.scale(lamp.radius);
         let ray = Departures { origin, direction, leaves: lamp.sphere };
-        (self.packet(start, &ray, power.scale(weight)), self.is_free(origin, &lights))
+        (self.packet(start, &ray, power.scale(L::f(cell.weight))), self.is_free(origin, &lights))
     }
 
     /// The photons from index `start` on, all of one component; and which of them are not dropped.

@@ -1,8 +1,8 @@
-//! Guided photons: [`scene::guide`], in lanes.
+//! Photons that surfaces guide: [`scene::guide`], in lanes.
 
-use crate::sampling::{cosine_hemisphere, uniform_sphere};
+use crate::sampling::cosine_hemisphere;
 use lanes::{Lanes, MOST_LANES, Row, V3};
-use scene::guide::{FACES, Guide, PARTS, ROWS, SIDE, SURFACES};
+use scene::guide::{FACES, Guide, PARTS, ROWS, SIDE};
 use std::sync::Arc;
 
 // A row of a table is a row of lanes' memory.
@@ -32,14 +32,6 @@ impl GuideTables {
     pub(super) fn scatter<L: Lanes>(&self, point: V3<L>, normal: V3<L>, u: L::F, v: L::F) -> (V3<L>, L::F) {
         let Bent { u, v, weight } = self.guided::<L>(self.surface(point, normal), u, v);
         (cosine_hemisphere(normal, u, v), weight)
-    }
-
-    /// The directions of photons that leave these lights, guided, and the weights.
-    #[inline(always)]
-    pub(super) fn emit<L: Lanes>(&self, lights: L::U, u: L::F, v: L::F) -> (V3<L>, L::F) {
-        let table = L::u(SURFACES) + L::min_u(lights, L::u(self.guide.last_lamp));
-        let Bent { u, v, weight } = self.guided::<L>(table, u, v);
-        (uniform_sphere(u, v), weight)
     }
 
     /// As [`Guide::surface`].

@@ -5,7 +5,7 @@ use super::core::Core;
 use super::groups::{Group, flux, fluxes, groups};
 use super::target::Target;
 use super::targets::{Targets, UNIFORM_SHARE};
-use crate::guide::{GUIDED_BITS, Guide};
+use crate::guide::{Departures, GUIDED_BITS, Guide};
 use crate::still::Still;
 use glam::Vec3;
 use std::sync::Arc;
@@ -49,15 +49,19 @@ pub struct Aim {
     pub core: Option<Core>,
     /// Fluxes count in units of `2^-scale_bits` of what they are without aiming.
     pub scale_bits: u32,
-    /// How lamps and surfaces guide photons; only where nothing is aimed.
+    /// How surfaces guide photons; only where nothing is aimed.
     pub guide: Option<Arc<Guide>>,
+    /// Directions of guided photons as they leave their lamps; `None` if they leave in all directions alike.
+    pub departures: Option<Departures>,
 }
 
 impl Aim {
     /// How `photons` of an iteration are aimed from the lamps of `still`.
     pub fn new(still: &Still, targets: &Targets, photons: u32) -> Self {
         if targets.shares.is_empty() || still.lights.entries.is_empty() {
-            return Self { guide: targets.guide.clone(), ..Self::default() };
+            let guide = targets.guide.clone();
+            let departures = guide.as_ref().and_then(|guide| Departures::new(&guide.departures, photons));
+            return Self { guide, departures, ..Self::default() };
         }
         let (groups, order) = groups(still);
         let mut aim = Self { balls: targets.balls.clone(), groups, order, ..Self::default() };

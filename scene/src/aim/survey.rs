@@ -39,5 +39,5 @@ pub fn targets(still: &Still, photons: u32, mut walk: impl FnMut(Range<u32>) -> 
     }
     let all = (photons / PHOTONS_PER_WALK).min(MOST_OF_GUIDE).next_multiple_of(ROUND).max(walks);
     found.extend(walk(walks..all));
-    Targets { guide: Guide::learn(still, all, &found).map(Arc::new), ..targets }
+    Targets { guide: Guide::learn(all, &found).map(Arc::new), ..targets }
 }

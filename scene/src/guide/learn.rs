@@ -5,18 +5,16 @@
 //! lines, over that of photons that leave by the cosine, is the number of pixels in the place where they land. So cells
 //! that hold many lines should get many photons. Where a lamp shines on what a walk meets, it should send photons there.
 
-use super::table::{SIDE, rows, weights};
-use super::{FACES, Guide, MOST_LAMPS, SURFACES};
+use super::table::{CELL, SIDE, Shares, probabilities, rows, weights_of};
+use super::{FACES, Guide, SURFACES};
 use crate::aim::Arrival;
-use crate::ray::SphereId;
 use crate::sobol::sobol;
-use crate::still::{Light, Still};
 use glam::Vec3;
 
 /// Fewer lines than this tell nothing.
 const LEAST_EDGES: usize = 256;
 
-/// A table of which so many lines are known trusts them and its kind alike: all surfaces that face the same way, or all lamps.
+/// A table of which so many lines are known trusts them and what is likely alike: for surfaces, all that face the same way.
 const DOUBT: f64 = 64.0;
 
 /// Photons are guided only if that is expected to leave at most so much of their variance: a guided photon takes some more
@@ -54,8 +52,6 @@ pub struct Edge {
 pub struct Lit {
     /// The walk.
     pub walk: u32,
-    /// The sphere of the lamp.
-    pub lamp: SphereId,
     /// Is it where the walk met the first diffuse surface, which the eye sees itself?
     pub is_seen: bool,
     /// The light.
@@ -112,75 +108,61 @@ impl Values {
     }
 }
 
-/// What a share each cell of a table has: together 1.
-type Shares = [[f64; SIDE]; SIDE];
+/// All cells alike.
+const EVEN: Shares = [[CELL; SIDE]; SIDE];
 
-/// The shares of the cells of all tables of surfaces, or of all tables of lamps, of which every `kinds`-th is alike.
-fn all_shares(tables: &[Values], kinds: usize) -> Vec<Shares> {
-    let even = [[1.0 / (SIDE * SIDE) as f64; SIDE]; SIDE];
-    let of_kind = |kind: usize| {
+/// The shares of the cells of all tables of surfaces. Those that face the same way are likely to be alike.
+fn shares_of_surfaces(tables: &[Values]) -> Vec<Shares> {
+    let faces = FACES as usize;
+    let of_face = |face: usize| {
         let mut all = Values::default();
-        tables.iter().skip(kind).step_by(kinds).for_each(|values| all.extend(values));
-        all.shares(&even)
+        tables.iter().skip(face).step_by(faces).for_each(|values| all.extend(values));
+        all.shares(&EVEN)
     };
-    let likely: Vec<Shares> = (0..kinds).map(of_kind).collect();
-    tables.iter().enumerate().map(|(table, values)| values.shares(&likely[table % kinds])).collect()
+    let likely: Vec<Shares> = (0..faces).map(of_face).collect();
+    tables.iter().enumerate().map(|(table, values)| values.shares(&likely[table % faces])).collect()
 }
 
 impl Guide {
-    /// The guide of the lamps of `still`, those of the first iteration, by what the first `walks` walks have found; `None` if it
-    /// is not worth it.
-    pub fn learn(still: &Still, walks: u32, found: &[Found]) -> Option<Self> {
+    /// The guide by what the first `walks` walks have found, before the first iteration; `None` if it is not worth it.
+    pub fn learn(walks: u32, found: &[Found]) -> Option<Self> {
         let edges = || found.iter().flat_map(|found| &found.edges);
         if edges().count() < LEAST_EDGES {
             return None;
         }
-        let mut guide = Self::even(still);
-        (guide.low, guide.scale) = box_of_parts(edges());
+        let (low, scale) = box_of_parts(edges());
+        let mut guide = Self { low, scale, ..Self::default() };
         let weights = Weights::new(walks, found);
-        let mut values = vec![Values::default(); guide.tables()];
+        let mut surfaces = vec![Values::default(); SURFACES as usize];
         for edge in edges() {
             let table = guide.surface(edge.point, edge.normal) as usize;
-            values[table].add(cell_of(reversed(edge)), weights.of(edge.walk));
+            surfaces[table].add(cell_of(reversed(edge)), weights.of(edge.walk));
         }
-        for lit in found.iter().flat_map(Found::arrivals) {
-            let Lit { arrival, .. } = lit;
+        let mut lamps = Values::default();
+        for Lit { walk, arrival, .. } in found.iter().flat_map(Found::arrivals) {
             let way = arrival.point - arrival.source;
             let direction = way * (1.0 / way.dot(way).sqrt());
-            let weight = weights.of(lit.walk) * f64::from(arrival.flux);
-            let table = guide.lamp(light_of(still, lit.lamp, arrival.source, direction));
-            values[table as usize].add(cell_of(direction), weight);
+            lamps.add(cell_of(direction), weights.of(*walk) * f64::from(arrival.flux));
         }
-        let (surfaces, lamps) = values.split_at(SURFACES as usize);
-        let shares = [all_shares(surfaces, FACES as usize), all_shares(lamps, 1)];
-        guide.rows = shares.iter().flatten().flat_map(rows).collect();
-        guide.expected = guide.variance(surfaces, 0) * guide.variance(lamps, SURFACES);
+        guide.rows = shares_of_surfaces(&surfaces).iter().flat_map(rows).collect();
+        guide.departures = probabilities(&lamps.shares(&EVEN));
+        let of_surfaces = surfaces.iter().enumerate().map(|(table, values)| (values, weights_of(guide.table(table as u32))));
+        let of_lamps = [(&lamps, guide.departures.map(|row| row.map(|p| CELL / p)))];
+        guide.expected = mean_weight(of_surfaces) * mean_weight(of_lamps.into_iter());
         (guide.expected < WORTH_IT).then_some(guide)
-    }
-
-    /// The mean weight of photons that arrive, of these tables from number `first` on: by it variance falls.
-    fn variance(&self, tables: &[Values], first: u32) -> f64 {
-        let (mut sum, mut of_weights) = (0.0, 0.0);
-        for (table, values) in (first..).zip(tables) {
-            for (values, weights) in values.cells.iter().zip(weights(self.table(table))) {
-                for (value, weight) in values.iter().zip(weights) {
-                    sum += value;
-                    of_weights += value * weight;
-                }
-            }
-        }
-        if sum > 0.0 { of_weights / sum } else { 1.0 }
     }
 }
 
-/// The light of a lamp that shines from `source` in `direction`: of glass both sides glow, the outer one first. Of many lamps the
-/// first, as all share a table.
-fn light_of(still: &Still, lamp: SphereId, source: Vec3, direction: Vec3) -> u32 {
-    let lights = &still.lights.entries;
-    let is_inward = (source - still.spheres[lamp as usize].center).dot(direction) < 0.0;
-    let is_it = |light: &Light| light.sphere == lamp && light.inside == is_inward;
-    let known = if lights.len() > MOST_LAMPS { None } else { lights.iter().position(is_it) };
-    known.unwrap_or(0) as u32
+/// The mean weight of photons that arrive: in proportion to it is the variance.
+fn mean_weight<'a>(tables: impl Iterator<Item = (&'a Values, Shares)>) -> f64 {
+    let (mut sum, mut of_weights) = (0.0, 0.0);
+    for (values, weights) in tables {
+        for (value, weight) in values.cells.iter().flatten().zip(weights.iter().flatten()) {
+            sum += value;
+            of_weights += value * weight;
+        }
+    }
+    if sum > 0.0 { of_weights / sum } else { 1.0 }
 }
 
 /// What a photon is worth to a walk's pixel, over the mean: one over the brightness of its tile.

@@ -1,21 +1,24 @@
 //! Guided photons: where lamps send them and surfaces scatter them, so that more of them land where the eye sees it.
 //!
 //! See docs/guiding.md for the derivation. Two uniform numbers choose a direction: at a surface by the cosine, at a lamp
-//! alike from all directions. The guide bends these numbers, before they are mapped to a direction. Their unit square is divided
-//! into [`SIDE`] x [`SIDE`] cells, each with a probability, in a table of its own for each part of the scene and each lamp. A
-//! photon weighs the inverse of its cell's probability times the number of cells: so whatever the tables hold, nothing is
-//! biased.
+//! alike from all directions. The unit square of these numbers is divided into [`SIDE`] x [`SIDE`] cells, each with a probability, in a table
+//! of its own for each part of the scene, and one for all lamps. A photon weighs the inverse of its cell's probability times the
+//! number of cells: so whatever the tables hold, nothing is biased.
+//!
+//! At surfaces the numbers are bent, so that each cell gets its share of them. From lamps each cell gets a run of an iteration's
+//! photons ([`Departures`]).
 //!
 //! What is computed here is set-up, shared by engines as [`crate::aim`] is: `f64`, of `+ - * /` and square roots, and the
 //! choice of a table and of a cell in `f32`, which `fast` has in lanes.
 
+mod departures;
 mod learn;
 mod table;
 
+pub use departures::{Cell, Departures};
 pub use learn::{Edge, Found, Lit};
-pub use table::{Guided, ROWS, SIDE};
+pub use table::{Guided, ROWS, SIDE, Shares};
 
-use crate::still::Still;
 use glam::Vec3;
 use table::guided;
 
@@ -34,22 +37,21 @@ pub const GUIDED_BITS: u32 = 3;
 pub const PARTS: u32 = 4;
 /// Parts differ in the axis nearest to their normals, and in its sign.
 pub const FACES: u32 = 6;
-/// Tables of surfaces: those of lamps come after them.
+/// Tables of surfaces.
 pub const SURFACES: u32 = PARTS * PARTS * PARTS * FACES;
-/// More lamps than this have one table together: what is learnt would be too little for each.
-const MOST_LAMPS: usize = 16;
 
 /// Where photons should go.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Guide {
     /// The least corner of the box of parts.
     pub low: Vec3,
     /// Parts per unit of length.
     pub scale: f32,
-    /// The last table of a lamp, counted from that of the first: lamps from this one on share it.
-    pub last_lamp: u32,
-    /// For each table the rows of its cells: cumulative probabilities along the first number, and for each cell of it along the second.
+    /// For each table of surfaces the rows of its cells: cumulative probabilities along the first number, and for each cell of it along
+    /// the second.
     pub rows: Vec<[f32; SIDE]>,
+    /// The probabilities of the cells of directions from lamps.
+    pub departures: Shares,
     /// The variance that photons are expected to leave, over that of photons that are not guided.
     pub expected: f64,
 }
@@ -62,11 +64,6 @@ impl Guide {
         ((x * PARTS + y) * PARTS + z) * FACES + face
     }
 
-    /// The table of the light with this index.
-    pub fn lamp(&self, light: u32) -> u32 {
-        SURFACES + light.min(self.last_lamp)
-    }
-
     /// Bends two uniform numbers by a table.
     pub fn guided(&self, table: u32, u: f32, v: f32) -> Guided {
         guided(self.table(table), u, v)
@@ -76,19 +73,6 @@ impl Guide {
     fn table(&self, number: u32) -> &[[f32; SIDE]] {
         let first = number as usize * ROWS;
         &self.rows[first..first + ROWS]
-    }
-
-    /// The tables of a scene of which nothing is known yet.
-    fn even(still: &Still) -> Self {
-        let lamps = match still.lights.entries.len() {
-            many if many > MOST_LAMPS => 1,
-            few => few.max(1),
-        };
-        Self { low: Vec3::ZERO, scale: 0.0, last_lamp: lamps as u32 - 1, rows: Vec::new(), expected: 1.0 }
-    }
-
-    fn tables(&self) -> usize {
-        (SURFACES + self.last_lamp + 1) as usize
     }
 }
 

@@ -22,10 +22,20 @@ pub struct Guided {
     pub weight: f32,
 }
 
-/// The rows of a table whose cells have these shares, together 1, of what is not spread evenly.
-pub(super) fn rows(shares: &[[f64; SIDE]; SIDE]) -> [[f32; SIDE]; ROWS] {
-    let even = EVEN_SHARE / (SIDE * SIDE) as f64;
-    let probabilities = shares.map(|row| row.map(|share| (1.0 - EVEN_SHARE) * share + even));
+/// A number for each cell of a table.
+pub type Shares = [[f64; SIDE]; SIDE];
+
+/// The share of a cell of all.
+pub(super) const CELL: f64 = 1.0 / (SIDE * SIDE) as f64;
+
+/// The probabilities of cells that have these shares, together 1, of what is not spread evenly.
+pub(super) fn probabilities(shares: &Shares) -> Shares {
+    shares.map(|row| row.map(|share| (1.0 - EVEN_SHARE) * share + EVEN_SHARE * CELL))
+}
+
+/// The rows of a table whose cells have these shares.
+pub(super) fn rows(shares: &Shares) -> [[f32; SIDE]; ROWS] {
+    let probabilities = probabilities(shares);
     let mut rows = [[0.0; SIDE]; ROWS];
     rows[0] = cumulate(&probabilities.map(|row| row.iter().sum()));
     for (row, probabilities) in rows[1..].iter_mut().zip(&probabilities) {
@@ -56,7 +66,7 @@ pub(super) fn guided(rows: &[[f32; SIDE]], u: f32, v: f32) -> Guided {
 }
 
 /// The weight of each cell of a table.
-pub(super) fn weights(table: &[[f32; SIDE]]) -> [[f64; SIDE]; SIDE] {
+pub(super) fn weights_of(table: &[[f32; SIDE]]) -> Shares {
     let middle = |row: &[f32; SIDE], cell: usize| 0.5 * (row[cell] + if cell > 0 { row[cell - 1] } else { 0.0 });
     std::array::from_fn(|u| {
         std::array::from_fn(|v| {
