@@ -22,6 +22,7 @@ use crate::surface::{Hit, tag};
 use crate::trace::{hits, intersect_batch};
 use lanes::{Kernel, LaneKind, Lanes, MOST_LANES, V3, dispatch};
 use rayon::prelude::*;
+use scene::aim::survey::MOST_OF_WALK;
 use scene::aim::{Arrival, Targets, survey};
 use scene::camera::Frame;
 use scene::guide::{Edge, Found, Lit};
@@ -42,9 +43,9 @@ pub(crate) fn survey(scene: &Scene, settings: &Settings, first: &Prepared, lanes
         settings,
         key: StreamKey::new(settings.seed, Family::Survey, 0),
     };
-    survey::targets(&first.still, settings.photons_per_iteration, |walks| {
+    survey::targets(&first.still, settings, |walks, max_depth| {
         let batches: Vec<u32> = walks.step_by(BATCH).collect();
-        let run = |walks: &mut Walks, first| dispatch(lanes, Batch { pass: &pass, walks, first });
+        let run = |walks: &mut Walks, first| dispatch(lanes, Batch { pass: &pass, walks, first, max_depth });
         batches.into_par_iter().map_init(Walks::new, run).collect()
     })
 }
@@ -63,17 +64,19 @@ struct Batch<'a> {
     pass: &'a Survey<'a>,
     walks: &'a mut Walks,
     first: u32,
+    /// Segments of a walk after its first diffuse surface, at most.
+    max_depth: u32,
 }
 
 impl Kernel for Batch<'_> {
     type Output = Found;
     #[inline(always)]
     fn run<L: Lanes>(self) -> Found {
-        let Batch { pass, walks, first } = self;
+        let Batch { pass, walks, first, max_depth } = self;
         let mut live = pass.begin::<L>(walks, first);
         while live > 0 {
             intersect_batch::<L>(&pass.prepared.tables, &mut walks.paths, &mut walks.search, live);
-            live = pass.scatter::<L>(walks, live);
+            live = pass.scatter::<L>(walks, live, max_depth);
             pass.ask::<L>(walks);
         }
         // Stable: those of a walk stay in order.
@@ -128,8 +131,8 @@ impl Walks {
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize;
             rest &= rest - 1;
-            let [point, normal, direction] =
-                [&points, &normals, &directions].map(|columns| Vec3::from(columns.map(|column| column[lane])));
+            let [point, normal, direction] = [&points, &normals, &directions]
+                .map(|columns| Vec3::from(columns.map(|column| column[lane])));
             self.found.edges.push(Edge { walk: self.first + slots[lane], point, normal, direction });
         }
     }
@@ -174,10 +177,10 @@ impl Survey<'_> {
         BATCH
     }
 
-    /// Takes the first `live` walks on from where they have hit, keeps the lines between diffuse surfaces, and lists the points that ask for
-    /// a lamp. Returns the number of walks that go on.
+    /// Takes the first `live` walks on from where they have hit, keeps the lines between diffuse surfaces, and lists the points
+    /// that ask for a lamp. Returns the number of walks that go on.
     #[inline(always)]
-    fn scatter<L: Lanes>(&self, walks: &mut Walks, live: usize) -> usize {
+    fn scatter<L: Lanes>(&self, walks: &mut Walks, live: usize, max_depth: u32) -> usize {
         let tables = &self.prepared.tables;
         let surfaces = tables.surfaces(&walks.paths.hit[..live]);
         walks.asking.count = 0;
@@ -194,7 +197,10 @@ impl Survey<'_> {
             let [choice, x, y] = std::array::from_fn(|_| next_uniform::<L>(&mut p.stream));
             let is_diffuse = L::eq(material.kind, L::u(kind::DIFFUSE));
             let seen = tag::has::<L>(state, SEEN_DIFFUSE);
-            walks.keep_edges::<L>(arrived & is_diffuse & seen, &surface, &p);
+            let one = L::u(1);
+            let length = L::shr::<LENGTH_SHIFT>(state) + one;
+            let is_of_use = L::lt(L::to_float(length), L::f((MOST_OF_WALK + 1) as f32));
+            walks.keep_edges::<L>(arrived & is_diffuse & seen & is_of_use, &surface, &p);
             let is_glass = L::eq(material.kind, L::u(kind::DIELECTRIC));
             let (through, _) = dielectric(p.direction, surface.normal, surface.inside, material.ior, u);
             let smooth = V3::select(is_glass, through, reflect(p.direction, surface.normal));
@@ -213,11 +219,9 @@ impl Survey<'_> {
             let slot = p.slot | L::select_u(is_first, L::u(IS_SEEN), L::u(0));
             walks.asking.append(&receivers, slot, V3::new(choice, x, y));
             // The first diffuse surface begins a new count, of one segment.
-            let one = L::u(1);
-            let length = L::shr::<LENGTH_SHIFT>(state) + one;
             let length = L::select_u(is_first, one, length);
             let seen = L::select_u(is_diffuse | seen, L::u(SEEN_DIFFUSE), L::u(0));
-            let may_follow = L::lt(L::to_float(length), L::f(self.settings.max_depth as f32));
+            let may_follow = L::lt(L::to_float(length), L::f(max_depth as f32));
             let goes_on = survives & may_follow;
             L::compress_u(goes_on, L::shl::<LENGTH_SHIFT>(length) | seen, &mut walks.state[go_on..]);
             go_on = walks.paths.append(go_on, goes_on, &p);

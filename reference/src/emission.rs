@@ -83,8 +83,8 @@ fn uniform(still: &Still, numbers: &PhotonNumbers, photon: u32) -> Option<Start>
 
 /// From a lamp chosen by power, in a direction of a cell; and the weight.
 ///
-/// The points of a Lambertian lamp and their directions are uniform and by the cosine about the normal. So directions are uniform, and
-/// normals by the cosine about the direction: in this order the direction is free to be guided.
+/// The points of a Lambertian lamp are uniform, and directions by the cosine about the normal there. That is the same as
+/// directions that are uniform and normals by the cosine about the direction: in this order it is free to be guided.
 fn guided(still: &Still, cell: &Cell, numbers: &PhotonNumbers, photon: u32) -> Option<(Start, f32)> {
     let [choice] = numbers.stratified(photon, [dimension::LIGHT]);
     let index = choose_light(&still.lights, choice)?;

@@ -12,7 +12,7 @@ use crate::intersect::{Hit, intersect};
 use crate::light_choice::Receiver;
 use crate::sampling::cosine_hemisphere;
 use crate::scatter::{dielectric, reflect};
-use scene::aim::survey::targets;
+use scene::aim::survey::{MOST_OF_WALK, targets};
 use scene::aim::{Arrival, Targets};
 use scene::guide::{Edge, Found, Lit};
 use scene::rng::{Family, Stream, StreamKey, unit_float};
@@ -23,12 +23,12 @@ use scene::{Material, Ray, Scene, Settings, Still, Vec3, max_component};
 pub fn survey(scene: &Scene, settings: &Settings) -> Targets {
     let still = scene.at(scene.camera.shutter_time(settings.seed, 0));
     let key = StreamKey::new(settings.seed, Family::Survey, 0);
-    targets(&still, settings.photons_per_iteration, |walks| {
+    targets(&still, settings, |walks, max_depth| {
         let mut found = Found::default();
         for walk in walks {
             let mut stream = key.stream(walk);
             let ray = eye_ray(scene, settings, walk, &mut stream);
-            follow(&still, (walk, ray), settings.max_depth, &mut stream, &mut found);
+            follow(&still, (walk, ray), max_depth, &mut stream, &mut found);
         }
         vec![found]
     })
@@ -51,7 +51,7 @@ fn follow(still: &Still, (walk, ray): (u32, Ray), max_depth: u32, stream: &mut S
         let Some(hit) = intersect(still, &ray) else { return };
         let material = still.material(hit.sphere);
         let is_diffuse = matches!(material, Material::Diffuse { .. });
-        if is_diffuse && seen_diffuse {
+        if is_diffuse && seen_diffuse && length <= MOST_OF_WALK {
             let Hit { point, normal, .. } = hit;
             found.edges.push(Edge { walk, point, normal, direction: -ray.direction });
         }

@@ -4,6 +4,7 @@ use crate::backdrop::settings_behind;
 use crate::choice::EngineChoice;
 use crate::error::{Error, Field};
 use crate::names::{EngineName, MethodName};
+use scene::aim::survey;
 use scene::text::mebibytes;
 use scene::{Scene, Settings};
 
@@ -100,7 +101,10 @@ fn bytes(engine: EngineChoice, scene: &Scene, threads: usize, has_past: bool, de
         (MethodName::Sppm, EngineName::Fast) => {
             fast::Sppm::bytes_at_most(settings, spheres, threads, deposits, engine.parameters())
         }
-        (MethodName::Sppm, EngineName::Reference) => pixels * BYTES_PER_REFERENCE_PIXEL,
+        (MethodName::Sppm, EngineName::Reference) => {
+            let survey = survey::bytes_at_most(settings.photons_per_iteration, settings.max_depth);
+            pixels * BYTES_PER_REFERENCE_PIXEL + survey
+        }
         (MethodName::Path, EngineName::Fast) => fast::PathTracer::bytes_at_most(settings, spheres, threads),
         (MethodName::Path, EngineName::Reference) => pixels * BYTES_PER_TRACED_PIXEL,
     };

@@ -139,13 +139,7 @@ impl PhotonPass<'_> {
 
     /// As `reference::photon_pass::scatter`; the weights only if there are any but 1.
     #[inline(always)]
-    fn scatter<L: Lanes>(
-        &self,
-        bounce: u32,
-        surface: &Hit<L>,
-        u: L::F,
-        v: L::F,
-    ) -> (V3<L>, Option<L::F>) {
+    fn scatter<L: Lanes>(&self, bounce: u32, surface: &Hit<L>, u: L::F, v: L::F) -> (V3<L>, Option<L::F>) {
         let (point, normal) = (surface.point, surface.normal);
         if let Some(guide) = self.emission.guide().filter(|_| bounce < GUIDED_BOUNCES) {
             let (direction, weight) = guide.scatter::<L>(point, normal, u, v);

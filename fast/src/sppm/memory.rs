@@ -5,6 +5,7 @@ use crate::join::{BYTES_OF_BINS, Direction, MOST_BYTES_OF_SUMS, Record, table_si
 use crate::parameters::Parameters;
 use crate::pixels::{GROUP, Pixel, PixelRows, slots};
 use crate::prepared::bytes_of_spheres;
+use scene::aim::survey;
 use scene::first_radii::{bytes_at_most as radii_bytes_at_most, pilot_settings};
 use scene::{RadiusSchedule, Settings};
 
@@ -32,8 +33,10 @@ pub(super) fn bytes_at_most(
     // Once in the bins' chunks, and once sorted.
     let deposits = 2 * with_margin(all.min(round)) * each;
     let buckets = table_size(parameters.buckets(settings.photons_per_iteration)) as u64;
+    // The survey comes before the first deposit.
+    let survey = survey::bytes_at_most(settings.photons_per_iteration, settings.max_depth);
     pixels
-        + deposits
+        + deposits.max(survey)
         + 4 * buckets
         + buckets / 8
         + threads as u64 * (BYTES_PER_THREAD + BYTES_OF_BINS as u64)

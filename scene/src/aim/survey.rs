@@ -2,7 +2,8 @@
 //! walk goes is the engines'.
 
 use super::targets::Targets;
-use crate::guide::{Found, Guide};
+use crate::guide::{Edge, Found, Guide, Lit};
+use crate::settings::Settings;
 use crate::still::Still;
 use std::ops::Range;
 use std::sync::Arc;
@@ -16,19 +17,27 @@ const ENOUGH: usize = 1024;
 /// Most walks, however little they find.
 const MOST: u32 = 16 * ROUND;
 
-/// Walks of a guide for each photon of an iteration; and the most.
+/// Photons of an iteration for each walk of a guide; and the most walks.
 const PHOTONS_PER_WALK: u32 = 16;
-const MOST_OF_GUIDE: u32 = 64 * ROUND;
+const MOST_OF_GUIDE: u32 = 32 * ROUND;
+
+/// Lines between surfaces are of use to a guide up to this segment of a walk after its first diffuse surface, and walks that are for
+/// a guide alone go no farther.
+pub const MOST_OF_WALK: u32 = 8;
 
 /// What photons are to be aimed at, or how they are guided, from the lamps of `still`, those of the first iteration. `walk` gives
-/// what walks find, in their order, in any pieces.
-pub fn targets(still: &Still, photons: u32, mut walk: impl FnMut(Range<u32>) -> Vec<Found>) -> Targets {
+/// what walks find that have at most so many segments after their first diffuse surface, in their order, in any pieces.
+pub fn targets(
+    still: &Still,
+    settings: &Settings,
+    mut walk: impl FnMut(Range<u32>, u32) -> Vec<Found>,
+) -> Targets {
     let (mut found, mut walks, mut arrivals) = (Vec::new(), 0, Vec::new());
     if still.lights.entries.is_empty() {
         return Targets::default();
     }
     while walks < MOST && arrivals.len() < ENOUGH {
-        let round = walk(walks..walks + ROUND);
+        let round = walk(walks..walks + ROUND, settings.max_depth);
         arrivals.extend(round.iter().flat_map(Found::arrivals).map(|lit| lit.arrival));
         found.extend(round);
         walks += ROUND;
@@ -37,7 +46,20 @@ pub fn targets(still: &Still, photons: u32, mut walk: impl FnMut(Range<u32>) -> 
     if !targets.shares.is_empty() {
         return targets;
     }
-    let all = (photons / PHOTONS_PER_WALK).min(MOST_OF_GUIDE).next_multiple_of(ROUND).max(walks);
-    found.extend(walk(walks..all));
+    let all = walks_of_guide(settings.photons_per_iteration).max(walks);
+    found.extend(walk(walks..all, settings.max_depth.min(MOST_OF_WALK)));
     Targets { guide: Guide::learn(all, &found).map(Arc::new), ..targets }
+}
+
+fn walks_of_guide(photons: u32) -> u32 {
+    (photons / PHOTONS_PER_WALK).min(MOST_OF_GUIDE).next_multiple_of(ROUND)
+}
+
+/// The most bytes that a survey takes for what it finds, and for the guide, where an iteration has so many photons.
+pub fn bytes_at_most(photons: u32, max_depth: u32) -> u64 {
+    let (edges, lit) = (size_of::<Edge>() as u64, size_of::<Lit>() as u64);
+    let per_walk = u64::from(MOST_OF_WALK.min(max_depth)) * (edges + lit);
+    let last_round = u64::from(ROUND) * u64::from(max_depth) * lit;
+    // Lists grow by doubling.
+    2 * u64::from(walks_of_guide(photons).max(MOST)) * per_walk + last_round + Guide::BYTES
 }

@@ -17,9 +17,9 @@ const LEAST_EDGES: usize = 256;
 /// A table of which so many lines are known trusts them and what is likely alike: for surfaces, all that face the same way.
 const DOUBT: f64 = 64.0;
 
-/// Photons are guided only if that is expected to leave at most so much of their variance: a guided photon takes some more
-/// time, and in rooms of which the eye sees most it gains nothing.
-const WORTH_IT: f64 = 0.8;
+/// Photons are guided only if that is expected to leave at most so much of their variance. To guide them takes some more time,
+/// and photons that are not alike are worth less. Of the scenes measured in docs/guiding.md those above gain nothing.
+const WORTH_IT: f64 = 0.72;
 
 /// Walks are weighted by one over the brightness of their tile of the image: its photons are noise in proportion to that. Tiles
 /// of `2^TILE_BITS` along either axis.
@@ -146,7 +146,10 @@ impl Guide {
         }
         guide.rows = shares_of_surfaces(&surfaces).iter().flat_map(rows).collect();
         guide.departures = probabilities(&lamps.shares(&EVEN));
-        let of_surfaces = surfaces.iter().enumerate().map(|(table, values)| (values, weights_of(guide.table(table as u32))));
+        let of_surfaces = surfaces
+            .iter()
+            .enumerate()
+            .map(|(table, values)| (values, weights_of(guide.table(table as u32))));
         let of_lamps = [(&lamps, guide.departures.map(|row| row.map(|p| CELL / p)))];
         guide.expected = mean_weight(of_surfaces) * mean_weight(of_lamps.into_iter());
         (guide.expected < WORTH_IT).then_some(guide)

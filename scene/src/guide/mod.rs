@@ -1,9 +1,9 @@
 //! Guided photons: where lamps send them and surfaces scatter them, so that more of them land where the eye sees it.
 //!
 //! See docs/guiding.md for the derivation. Two uniform numbers choose a direction: at a surface by the cosine, at a lamp
-//! alike from all directions. The unit square of these numbers is divided into [`SIDE`] x [`SIDE`] cells, each with a probability, in a table
-//! of its own for each part of the scene, and one for all lamps. A photon weighs the inverse of its cell's probability times the
-//! number of cells: so whatever the tables hold, nothing is biased.
+//! alike from all directions. The unit square of these numbers is divided into [`SIDE`] x [`SIDE`] cells, each with a
+//! probability, in a table of its own for each part of the scene, and one for all lamps. A photon weighs one over its cell's
+//! probability times the number of cells: so whatever the tables hold, nothing is biased.
 //!
 //! At surfaces the numbers are bent, so that each cell gets its share of them. From lamps each cell gets a run of an iteration's
 //! photons ([`Departures`]).
@@ -29,8 +29,8 @@ pub const GUIDED_BOUNCES: u32 = 3;
 pub const EVEN_SHARE: f64 = 3.0 / 8.0;
 
 /// Fluxes of guided photons count in units of `2^-GUIDED_BITS` of the nominal power over
-/// [`FLUX_ONE`](crate::film::FLUX_ONE), but for those that weigh more than `2^GUIDED_BITS`: few do. The most that one weighs, from its lamp over
-/// all surfaces that guide it, is below 2^6.
+/// [`FLUX_ONE`](crate::film::FLUX_ONE), but for those that weigh more than `2^GUIDED_BITS`: few do. The most that one weighs,
+/// from its lamp over all surfaces that guide it, is below 2^7.
 pub const GUIDED_BITS: u32 = 3;
 
 /// Parts of the scene along its longest axis.
@@ -47,8 +47,8 @@ pub struct Guide {
     pub low: Vec3,
     /// Parts per unit of length.
     pub scale: f32,
-    /// For each table of surfaces the rows of its cells: cumulative probabilities along the first number, and for each cell of it along
-    /// the second.
+    /// For each table of surfaces the rows of its cells: cumulative probabilities along the first number, and for each cell of
+    /// it along the second.
     pub rows: Vec<[f32; SIDE]>,
     /// The probabilities of the cells of directions from lamps.
     pub departures: Shares,
@@ -57,6 +57,9 @@ pub struct Guide {
 }
 
 impl Guide {
+    /// Bytes of the tables, and of what they are made from.
+    pub(crate) const BYTES: u64 = SURFACES as u64 * (ROWS * SIDE * 8 + 2 * SIDE * SIDE * 8) as u64;
+
     /// The table of a surface that faces `normal` at `point`.
     pub fn surface(&self, point: Vec3, normal: Vec3) -> u32 {
         let [x, y, z] = ((point - self.low) * self.scale).to_array().map(part);

@@ -56,8 +56,8 @@ fn cumulate(probabilities: &[f64; SIDE]) -> [f32; SIDE] {
 
 /// Bends two uniform numbers by the rows of a table.
 ///
-/// Each is mapped within its cell, so strata stay strata. Rounding may give the upper end of the last cell, which is 1: a direction as
-/// good as others.
+/// Each is mapped within its cell, so strata stay strata. Rounding may give the upper end of the last cell, which is 1: a
+/// direction as good as others.
 pub(super) fn guided(rows: &[[f32; SIDE]], u: f32, v: f32) -> Guided {
     let (cell, u, of_u) = bend(&rows[0], u);
     let (_, v, of_v) = bend(&rows[1 + cell], v);
@@ -67,7 +67,8 @@ pub(super) fn guided(rows: &[[f32; SIDE]], u: f32, v: f32) -> Guided {
 
 /// The weight of each cell of a table.
 pub(super) fn weights_of(table: &[[f32; SIDE]]) -> Shares {
-    let middle = |row: &[f32; SIDE], cell: usize| 0.5 * (row[cell] + if cell > 0 { row[cell - 1] } else { 0.0 });
+    let middle =
+        |row: &[f32; SIDE], cell: usize| 0.5 * (row[cell] + if cell > 0 { row[cell - 1] } else { 0.0 });
     std::array::from_fn(|u| {
         std::array::from_fn(|v| {
             f64::from(guided(table, middle(&table[0], u), middle(&table[1 + u], v)).weight)

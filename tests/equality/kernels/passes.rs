@@ -136,7 +136,11 @@ fn aim_at(
     let shares =
         if balls.is_empty() { Vec::new() } else { vec![1.0 / (balls.len() + 1) as f64; balls.len() + 1] };
     let root = balls.len() / 2;
-    Aim::new(still, &Targets { balls, root, shares, expected: 0.0, guide: None }, settings.photons_per_iteration)
+    Aim::new(
+        still,
+        &Targets { balls, root, shares, expected: 0.0, guide: None },
+        settings.photons_per_iteration,
+    )
 }
 
 #[test]
