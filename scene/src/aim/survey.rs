@@ -21,6 +21,11 @@ const MOST: u32 = 16 * ROUND;
 const PHOTONS_PER_WALK: u32 = 16;
 const MOST_OF_GUIDE: u32 = 32 * ROUND;
 
+/// A guide is learnt from a part of the walks first, and from all only if by then it promises to gain anything. It is of use only if it
+/// is expected to leave at most so much of the variance: to guide photons takes some time, and photons that are not alike are worth less.
+/// docs/guiding.md has what was measured.
+const PARTS: [(u32, f64); 2] = [(4, 1.0), (1, 0.9)];
+
 /// Lines between surfaces are of use to a guide up to this segment of a walk after its first diffuse surface, and walks that are for
 /// a guide alone go no farther.
 pub const MOST_OF_WALK: u32 = 8;
@@ -46,9 +51,17 @@ pub fn targets(
     if !targets.shares.is_empty() {
         return targets;
     }
-    let all = walks_of_guide(settings.photons_per_iteration).max(walks);
-    found.extend(walk(walks..all, settings.max_depth.min(MOST_OF_WALK)));
-    Targets { guide: Guide::learn(all, &found).map(Arc::new), ..targets }
+    let mut guide = None;
+    for (part, limit) in PARTS {
+        let end = walks_of_guide(settings.photons_per_iteration / part).max(walks);
+        found.extend(walk(walks..end, settings.max_depth.min(MOST_OF_WALK)));
+        walks = end;
+        guide = Guide::learn(walks, &found, limit);
+        if guide.is_none() {
+            break;
+        }
+    }
+    Targets { guide: guide.map(Arc::new), ..targets }
 }
 
 fn walks_of_guide(photons: u32) -> u32 {

@@ -17,10 +17,6 @@ const LEAST_EDGES: usize = 256;
 /// A table of which so many lines are known trusts them and what is likely alike: for surfaces, all that face the same way.
 const DOUBT: f64 = 64.0;
 
-/// Photons are guided only if that is expected to leave at most so much of their variance. To guide them takes some more time,
-/// and photons that are not alike are worth less. Of the scenes measured in docs/guiding.md those above gain nothing.
-const WORTH_IT: f64 = 0.72;
-
 /// Walks are weighted by one over the brightness of their tile of the image: its photons are noise in proportion to that. Tiles
 /// of `2^TILE_BITS` along either axis.
 const TILE_BITS: u32 = 4;
@@ -28,6 +24,10 @@ const TILE_BITS: u32 = 4;
 /// The share of the mean square that is added to the square of a tile's brightness: that of the metric, relative mean square
 /// errors of blocks.
 const FLOOR: f64 = 0.01;
+
+/// Runs of so many walks belong to one half or the other, in turn. Neighbouring numbers would divide the image: of Sobol points
+/// the lowest bit of the number is the highest of the place.
+const HALVED: u32 = 64;
 
 /// The share of the places that lie before the box of parts, and of those behind it, along each axis.
 const OUTSIDE: usize = 50;
@@ -123,9 +123,59 @@ fn shares_of_surfaces(tables: &[Values]) -> Vec<Shares> {
     tables.iter().enumerate().map(|(table, values)| values.shares(&likely[table % faces])).collect()
 }
 
+/// The values of all tables.
+#[derive(Clone)]
+struct Learnt {
+    surfaces: Vec<Values>,
+    lamps: Values,
+}
+
+impl Learnt {
+    /// By what every second walk has found: by those of even or of odd numbers.
+    fn of(parity: u32, guide: &Guide, weights: &Weights, found: &[Found]) -> Self {
+        let mut learnt =
+            Self { surfaces: vec![Values::default(); SURFACES as usize], lamps: Values::default() };
+        let is_one = |walk: u32| walk / HALVED % 2 == parity;
+        for edge in found.iter().flat_map(|found| &found.edges).filter(|edge| is_one(edge.walk)) {
+            let table = guide.surface(edge.point, edge.normal) as usize;
+            learnt.surfaces[table].add(cell_of(reversed(edge)), weights.of(edge.walk));
+        }
+        for Lit { walk, arrival, .. } in found.iter().flat_map(Found::arrivals).filter(|lit| is_one(lit.walk))
+        {
+            let way = arrival.point - arrival.source;
+            let direction = way * (1.0 / way.dot(way).sqrt());
+            learnt.lamps.add(cell_of(direction), weights.of(*walk) * f64::from(arrival.flux));
+        }
+        learnt
+    }
+
+    fn extend(&mut self, other: &Self) {
+        for (values, others) in self.surfaces.iter_mut().zip(&other.surfaces) {
+            values.extend(others);
+        }
+        self.lamps.extend(&other.lamps);
+    }
+
+    /// Makes the tables.
+    fn fill(&self, guide: &mut Guide) {
+        guide.rows = shares_of_surfaces(&self.surfaces).iter().flat_map(rows).collect();
+        guide.departures = probabilities(&self.lamps.shares(&EVEN));
+    }
+
+    /// The mean weight, by the tables of `guide`, of photons that arrive as these did: in proportion to it is the variance.
+    fn mean_weight(&self, guide: &Guide) -> f64 {
+        let of_table = |(table, values)| (values, weights_of(guide.table(table)));
+        let of_lamps = (&self.lamps, guide.departures.map(|row| row.map(|p| CELL / p)));
+        mean_weight((0..).zip(&self.surfaces).map(of_table)) * mean_weight(std::iter::once(of_lamps))
+    }
+}
+
 impl Guide {
-    /// The guide by what the first `walks` walks have found, before the first iteration; `None` if it is not worth it.
-    pub fn learn(walks: u32, found: &[Found]) -> Option<Self> {
+    /// The guide by what the first `walks` walks have found, before the first iteration; `None` if it is expected to leave no less
+    /// than `limit` of the variance.
+    ///
+    /// That is judged by half of the walks, for tables that the other half makes: all tables suit the walks that make them.
+    pub fn learn(walks: u32, found: &[Found], limit: f64) -> Option<Self> {
         let edges = || found.iter().flat_map(|found| &found.edges);
         if edges().count() < LEAST_EDGES {
             return None;
@@ -133,30 +183,19 @@ impl Guide {
         let (low, scale) = box_of_parts(edges());
         let mut guide = Self { low, scale, ..Self::default() };
         let weights = Weights::new(walks, found);
-        let mut surfaces = vec![Values::default(); SURFACES as usize];
-        for edge in edges() {
-            let table = guide.surface(edge.point, edge.normal) as usize;
-            surfaces[table].add(cell_of(reversed(edge)), weights.of(edge.walk));
+        let [mut half, other] = [0, 1].map(|parity| Learnt::of(parity, &guide, &weights, found));
+        half.fill(&mut guide);
+        guide.expected = other.mean_weight(&guide);
+        if guide.expected >= limit {
+            return None;
         }
-        let mut lamps = Values::default();
-        for Lit { walk, arrival, .. } in found.iter().flat_map(Found::arrivals) {
-            let way = arrival.point - arrival.source;
-            let direction = way * (1.0 / way.dot(way).sqrt());
-            lamps.add(cell_of(direction), weights.of(*walk) * f64::from(arrival.flux));
-        }
-        guide.rows = shares_of_surfaces(&surfaces).iter().flat_map(rows).collect();
-        guide.departures = probabilities(&lamps.shares(&EVEN));
-        let of_surfaces = surfaces
-            .iter()
-            .enumerate()
-            .map(|(table, values)| (values, weights_of(guide.table(table as u32))));
-        let of_lamps = [(&lamps, guide.departures.map(|row| row.map(|p| CELL / p)))];
-        guide.expected = mean_weight(of_surfaces) * mean_weight(of_lamps.into_iter());
-        (guide.expected < WORTH_IT).then_some(guide)
+        half.extend(&other);
+        half.fill(&mut guide);
+        Some(guide)
     }
 }
 
-/// The mean weight of photons that arrive: in proportion to it is the variance.
+/// The mean weight of what cells hold.
 fn mean_weight<'a>(tables: impl Iterator<Item = (&'a Values, Shares)>) -> f64 {
     let (mut sum, mut of_weights) = (0.0, 0.0);
     for (values, weights) in tables {
