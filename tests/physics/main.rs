@@ -15,6 +15,7 @@ mod facts;
 mod filters;
 mod furnace;
 mod grid;
+mod guiding;
 mod harness;
 mod intersection;
 mod light_choice;

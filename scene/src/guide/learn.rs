@@ -5,7 +5,7 @@
 //! lines, over that of photons that leave by the cosine, is the number of pixels in the place where they land. So cells
 //! that hold many lines should get many photons. Where a lamp shines on what a walk meets, it should send photons there.
 
-use super::table::{CELL, SIDE, Shares, probabilities, rows, weights_of};
+use super::table::{CELL, SIDE, Shares, weights_of};
 use super::{FACES, Guide, SURFACES};
 use crate::aim::Arrival;
 use crate::sobol::sobol;
@@ -156,10 +156,10 @@ impl Learnt {
         self.lamps.extend(&other.lamps);
     }
 
-    /// Makes the tables.
-    fn fill(&self, guide: &mut Guide) {
-        guide.rows = shares_of_surfaces(&self.surfaces).iter().flat_map(rows).collect();
-        guide.departures = probabilities(&self.lamps.shares(&EVEN));
+    /// The guide of these values, with parts as in `guide`.
+    fn guide(&self, &Guide { low, scale, .. }: &Guide) -> Guide {
+        let surfaces = shares_of_surfaces(&self.surfaces);
+        Guide::of_shares(low, scale, surfaces.into_iter(), &self.lamps.shares(&EVEN))
     }
 
     /// The mean weight, by the tables of `guide`, of photons that arrive as these did: in proportion to it is the variance.
@@ -181,17 +181,15 @@ impl Guide {
             return None;
         }
         let (low, scale) = box_of_parts(edges());
-        let mut guide = Self { low, scale, ..Self::default() };
+        let parts = Self { low, scale, ..Self::default() };
         let weights = Weights::new(walks, found);
-        let [mut half, other] = [0, 1].map(|parity| Learnt::of(parity, &guide, &weights, found));
-        half.fill(&mut guide);
-        guide.expected = other.mean_weight(&guide);
-        if guide.expected >= limit {
+        let [mut half, other] = [0, 1].map(|parity| Learnt::of(parity, &parts, &weights, found));
+        let expected = other.mean_weight(&half.guide(&parts));
+        if expected >= limit {
             return None;
         }
         half.extend(&other);
-        half.fill(&mut guide);
-        Some(guide)
+        Some(Self { expected, ..half.guide(&parts) })
     }
 }
 

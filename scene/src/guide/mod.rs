@@ -20,7 +20,7 @@ pub use learn::{Edge, Found, Lit};
 pub use table::{Guided, ROWS, SIDE, Shares};
 
 use glam::Vec3;
-use table::guided;
+use table::{guided, probabilities, rows};
 
 /// Of the surfaces that a photon meets, those up to this one guide it.
 pub const GUIDED_BOUNCES: u32 = 3;
@@ -60,6 +60,13 @@ impl Guide {
     /// Bytes of the tables, and of what they are made from.
     pub(crate) const BYTES: u64 = SURFACES as u64 * (ROWS * SIDE * 8 + 2 * SIDE * SIDE * 8) as u64;
 
+    /// The guide whose tables of surfaces, from number 0 on, and of directions from lamps have these shares, each together 1, of what is
+    /// not spread evenly. Parts begin at `low`, and there are `scale` of them per unit of length.
+    pub fn of_shares(low: Vec3, scale: f32, surfaces: impl Iterator<Item = Shares>, lamps: &Shares) -> Self {
+        let rows = surfaces.take(SURFACES as usize).flat_map(|shares| rows(&shares)).collect();
+        Self { low, scale, rows, departures: probabilities(lamps), expected: 1.0 }
+    }
+
     /// The table of a surface that faces `normal` at `point`.
     pub fn surface(&self, point: Vec3, normal: Vec3) -> u32 {
         let [x, y, z] = ((point - self.low) * self.scale).to_array().map(part);
@@ -98,3 +105,6 @@ fn face(normal: Vec3) -> u32 {
     };
     2 * axis + u32::from(normal[axis as usize] < 0.0)
 }
+
+#[cfg(test)]
+mod tests;
