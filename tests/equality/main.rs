@@ -12,6 +12,7 @@ mod difference;
 mod draft;
 mod engines;
 mod global;
+mod guiding;
 mod kernels;
 mod pair;
 mod parameters;

@@ -15,7 +15,7 @@ use glam::Vec3;
 const LEAST_EDGES: usize = 256;
 
 /// A table of which so many lines are known trusts them and what is likely alike: for surfaces, all that face the same way.
-const DOUBT: f64 = 64.0;
+const DOUBT: f64 = 128.0;
 
 /// Walks are weighted by one over the brightness of their tile of the image: its photons are noise in proportion to that. Tiles
 /// of `2^TILE_BITS` along either axis.

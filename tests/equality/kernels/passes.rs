@@ -16,9 +16,12 @@ use reference::direct_light::estimate_irradiance;
 use reference::intersect::{Hit, intersect};
 use reference::photon_pass::{Deposit, Flux};
 use scene::aim::{Aim, Target, Targets};
+use scene::guide::{Departures, Guide, SURFACES, Shares};
 use scene::ray::NO_SPHERE;
+use scene::rng::{Family, StreamKey};
 use scene::{Ray, Rgb, Scene, Settings, Sphere, Stats, Still, Vec3};
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// The results of the reference's camera pass for all pixels.
 fn samples(scene: &Scene, still: &Still, settings: &Settings, iteration: u32) -> (Vec<CameraSample>, Stats) {
@@ -141,6 +144,51 @@ fn aim_at(
         &Targets { balls, root, shares, expected: 0.0, guide: None },
         settings.photons_per_iteration,
     )
+}
+
+/// A guide that knows nothing of the scene: parts of this size around the visible points, and tables that all differ.
+fn guide_anywhere(visible: &[VisiblePoint], size: f32, seed: u32, photons: u32) -> Aim {
+    let shares = |number: u32| {
+        let mut stream = StreamKey::new(seed.into(), Family::Path, number).stream(0);
+        let values: Shares =
+            std::array::from_fn(|_| std::array::from_fn(|_| f64::from(stream.next_f32()).powi(4)));
+        let sum: f64 = values.iter().flatten().sum();
+        values.map(|row| row.map(|value| value / sum))
+    };
+    let low = visible.first().map_or(Vec3::ZERO, |v| v.point - Vec3::splat(1.5 * size));
+    let guide = Guide::of_shares(low, 1.0 / size, (0..SURFACES).map(shares), &shares(SURFACES));
+    let departures = Departures::new(&guide.departures, photons);
+    Aim { guide: Some(Arc::new(guide)), departures, ..Aim::default() }
+}
+
+/// The photon pass whose photons are guided anywhere: with few of them, and with as many as are guided as they leave.
+#[test]
+fn guided_photon_passes() {
+    let inputs = (
+        case(1..=20),
+        log_uniform(0.1, 100.0),
+        prop_oneof![3 => 1..3000_u32, 1 => 8192..9000_u32],
+        any::<u32>(),
+    );
+    check(100, "the guided photon pass", &inputs, |(Case { scene, settings, .. }, size, photons, seed)| {
+        let still = scene.at(scene.camera.shutter_time(settings.seed, 0));
+        let (samples, _) = samples(&scene, &still, &settings, 0);
+        let point = |(point, normal, sphere, beta)| VisiblePoint { point, normal, sphere, beta };
+        let visible: Vec<VisiblePoint> = samples.iter().filter_map(|s| s.visible).map(point).collect();
+        let aim = guide_anywhere(&visible, size, seed, photons);
+        let (mut stats, mut deposits) = (Stats::default(), Vec::new());
+        let deposit = |deposit: &Deposit, _: &mut Stats| deposits.push(*deposit);
+        reference::photon_pass::photon_pass(&still, &aim, &settings, 0, 0..photons, &mut stats, deposit);
+        let radius = settings.initial_radius;
+        let (cells, all) = (Cells::new(radius * 1.5, photons as usize), all_of(&deposits, radius.max(1e-3)));
+        for lanes in lane_kinds() {
+            let run = photon_pass((&still, &aim), &settings, 0, 0..photons, (&all, cells, radius), lanes);
+            prop_assert_eq!((run.segments, run.deposits), (stats.photon_segments, stats.deposits));
+            let dropped = dropped(&run, &deposits)?;
+            prop_assert!(dropped.is_empty(), "{:?} is dropped", dropped);
+        }
+        Ok(())
+    });
 }
 
 #[test]

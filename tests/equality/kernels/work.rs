@@ -44,7 +44,7 @@ fn searches_try_few_balls() {
 fn joins_test_few_pairs() {
     let cases = [
         ("cornell", [1_267_767, 4_516_577]),
-        ("large", [53_199, 2_235_597]),
+        ("large", [148_559, 2_359_165]),
         ("mirror", [83_819, 2_418_117]),
         ("random", [289_889, 2_781_297]),
         ("surgery", [214_121, 2_521_345]),
