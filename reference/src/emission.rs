@@ -13,7 +13,7 @@ use scene::aim::Aim;
 use scene::guide::Cell;
 use scene::ray::NO_SPHERE;
 use scene::still::{Light, Role};
-use scene::{Ray, Rgb, Still, Vec3};
+use scene::{Ray, Rgb, Sphere, Still, Vec3};
 
 /// A photon as it leaves its lamp.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,12 +67,21 @@ fn departure(still: &Still, aim: &Aim, start: &Start) -> Ray {
     }
 }
 
-/// From a uniform point of a lamp chosen by power, by the cosine.
-fn uniform(still: &Still, numbers: &PhotonNumbers, photon: u32) -> Option<Start> {
+/// The light that a photon leaves, chosen by power: its index, itself, and the lamp.
+fn lamp_by_power<'a>(
+    still: &'a Still,
+    numbers: &PhotonNumbers,
+    photon: u32,
+) -> Option<(u32, &'a Light, &'a Sphere)> {
     let [choice] = numbers.stratified(photon, [dimension::LIGHT]);
     let index = choose_light(&still.lights, choice)?;
     let light = &still.lights.entries[index as usize];
-    let lamp = &still.spheres[light.sphere as usize];
+    Some((index, light, &still.spheres[light.sphere as usize]))
+}
+
+/// From a uniform point of a lamp chosen by power, by the cosine.
+fn uniform(still: &Still, numbers: &PhotonNumbers, photon: u32) -> Option<Start> {
+    let (index, light, lamp) = lamp_by_power(still, numbers, photon)?;
     let [u, v] = numbers.stratified(photon, dimension::POSITION);
     let outward = uniform_sphere(u, v);
     let normal = if light.inside { -outward } else { outward };
@@ -86,10 +95,7 @@ fn uniform(still: &Still, numbers: &PhotonNumbers, photon: u32) -> Option<Start>
 /// The points of a Lambertian lamp are uniform, and directions by the cosine about the normal there. That is the same as
 /// directions that are uniform and normals by the cosine about the direction: in this order it is free to be guided.
 fn guided(still: &Still, cell: &Cell, numbers: &PhotonNumbers, photon: u32) -> Option<(Start, f32)> {
-    let [choice] = numbers.stratified(photon, [dimension::LIGHT]);
-    let index = choose_light(&still.lights, choice)?;
-    let light = &still.lights.entries[index as usize];
-    let lamp = &still.spheres[light.sphere as usize];
+    let (index, light, lamp) = lamp_by_power(still, numbers, photon)?;
     let [u, v] = numbers.stratified(photon, dimension::DIRECTION);
     let (u, v) = cell.place(u, v);
     let direction = uniform_sphere(u, v);

@@ -1,6 +1,6 @@
 //! Directions of photons that leave lamps: each cell of directions gets a run of an iteration's photons.
 
-use super::table::{CELL, SIDE, Shares};
+use super::table::{CELL, SIDE, Shares, WIDTH};
 use crate::aim::RUN;
 
 /// Of fewer photons in an iteration none are guided as they leave: cells would have hardly any.
@@ -27,7 +27,6 @@ pub struct Cell {
 impl Cell {
     /// Two uniform numbers, moved into the cell.
     pub fn place(&self, u: f32, v: f32) -> (f32, f32) {
-        const WIDTH: f32 = 1.0 / SIDE as f32;
         ((self.corner[0] + u) * WIDTH, (self.corner[1] + v) * WIDTH)
     }
 }

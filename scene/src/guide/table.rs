@@ -25,6 +25,10 @@ pub struct Guided {
 /// A number for each cell of a table.
 pub type Shares = [[f64; SIDE]; SIDE];
 
+/// The width and the area of a cell in the unit square.
+pub(super) const WIDTH: f32 = 1.0 / SIDE as f32;
+const AREA: f32 = 1.0 / (SIDE * SIDE) as f32;
+
 /// The share of a cell of all.
 pub(super) const CELL: f64 = 1.0 / (SIDE * SIDE) as f64;
 
@@ -61,7 +65,6 @@ fn cumulate(probabilities: &[f64; SIDE]) -> [f32; SIDE] {
 pub(super) fn guided(rows: &[[f32; SIDE]], u: f32, v: f32) -> Guided {
     let (cell, u, of_u) = bend(&rows[0], u);
     let (_, v, of_v) = bend(&rows[1 + cell], v);
-    const AREA: f32 = 1.0 / (SIDE * SIDE) as f32;
     Guided { u, v, weight: AREA / (of_u * of_v) }
 }
 
@@ -81,6 +84,5 @@ fn bend(row: &[f32; SIDE], u: f32) -> (usize, f32, f32) {
     let cell = row[..SIDE - 1].iter().filter(|&&end| end <= u).count();
     let before = if cell > 0 { row[cell - 1] } else { 0.0 };
     let probability = row[cell] - before;
-    const WIDTH: f32 = 1.0 / SIDE as f32;
     (cell, (cell as f32 + (u - before) / probability) * WIDTH, probability)
 }

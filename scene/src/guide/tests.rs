@@ -3,6 +3,7 @@
 use super::table::CELL;
 use super::*;
 use crate::aim::{Arrival, RUN};
+use std::f32::consts::TAU;
 
 /// Shares that differ in all cells, and of which some are 0.
 fn uneven(seed: usize) -> Shares {
@@ -11,8 +12,8 @@ fn uneven(seed: usize) -> Shares {
     std::array::from_fn(|u| std::array::from_fn(|v| value(u, v) / sum))
 }
 
-fn one(shares: Shares) -> Guide {
-    Guide::of_shares(Vec3::ZERO, 0.0, std::iter::once(shares), &uneven(0))
+fn one(shares: &Shares) -> Guide {
+    Guide::of_shares(Vec3::ZERO, 0.0, std::iter::once(*shares), &uneven(0))
 }
 
 /// Equally spaced numbers along both axes.
@@ -24,7 +25,7 @@ const ROUNDED: f64 = 2.0 / NUMBERS as f64;
 #[test]
 fn each_cell_gets_its_share_and_weighs_one_over_it() {
     for seed in 0..4 {
-        let (shares, guide) = (uneven(seed), one(uneven(seed)));
+        let (shares, guide) = (uneven(seed), one(&uneven(seed)));
         let (mut counts, mut weights) = ([[0_u32; SIDE]; SIDE], 0.0);
         let number = |k: usize| (k as f32 + 0.5) / NUMBERS as f32;
         for (j, k) in (0..NUMBERS).flat_map(|j| (0..NUMBERS).map(move |k| (j, k))) {
@@ -50,7 +51,7 @@ fn each_cell_gets_its_share_and_weighs_one_over_it() {
 /// The sum over cells of probability times weight is the area of all, whatever is rounded: what keeps weights without bias.
 #[test]
 fn probability_times_weight_is_the_area_of_a_cell() {
-    let guide = one(uneven(1));
+    let guide = one(&uneven(1));
     let mut sum = 0.0;
     for row in 0..SIDE {
         let width = |row: &[f32; SIDE], cell: usize| {
@@ -70,7 +71,7 @@ fn probability_times_weight_is_the_area_of_a_cell() {
 
 #[test]
 fn numbers_at_the_ends_stay_within() {
-    let guide = one(uneven(2));
+    let guide = one(&uneven(2));
     let below_1 = 1.0 - f32::EPSILON / 2.0;
     let ends: Vec<f32> = guide.rows.iter().flatten().copied().filter(|end| *end < 1.0).collect();
     for u in ends.into_iter().chain([0.0, below_1]) {
@@ -88,7 +89,7 @@ fn numbers_at_the_ends_stay_within() {
 fn the_most_that_a_photon_weighs_is_below_2_to_7() {
     let surfaces = (1.0 / EVEN_SHARE).powi(GUIDED_BOUNCES as i32);
     for photons in [8192, 8193, 10_000, 200_000] {
-        let least = Departures::new(&one(uneven(0)).departures, photons).unwrap();
+        let least = Departures::new(&one(&uneven(0)).departures, photons).unwrap();
         let of_lamps = (0..photons).map(|photon| least.cell(photon).weight).fold(0.0, f32::max);
         assert!(surfaces * f64::from(of_lamps) * 1.01 < 128.0, "{of_lamps} of {photons}");
     }
@@ -98,7 +99,7 @@ fn the_most_that_a_photon_weighs_is_below_2_to_7() {
 #[test]
 fn photons_of_a_cell_together_weigh_the_same_as_those_of_others() {
     for photons in [8192_u32, 9999, 65_536, 200_000] {
-        let departures = Departures::new(&one(uneven(0)).departures, photons).unwrap();
+        let departures = Departures::new(&one(&uneven(0)).departures, photons).unwrap();
         let (mut weights, mut before) = ([[0.0; SIDE]; SIDE], None);
         for photon in 0..photons {
             let cell = departures.cell(photon);
@@ -163,7 +164,7 @@ fn found_with(direction: impl Fn(u32) -> Vec3, to_light: impl Fn(u32) -> Vec3) -
 
 /// Points of the unit sphere, all alike.
 fn any(walk: u32) -> Vec3 {
-    let (height, turn) = ((walk * 37 % 64) as f32 / 32.0 - 1.0, (walk * 13 % 101) as f32 / 101.0 * 6.2832);
+    let (height, turn) = ((walk * 37 % 64) as f32 / 32.0 - 1.0, (walk * 13 % 101) as f32 / 101.0 * TAU);
     let radius = (1.0 - height * height).sqrt();
     Vec3::new(radius * turn.cos(), height, radius * turn.sin())
 }
@@ -209,7 +210,9 @@ fn few_lines_and_lines_to_everywhere_are_of_no_use() {
 /// Tables that suit one half of the walks alone are not trusted.
 #[test]
 fn what_one_half_of_the_walks_finds_is_judged_by_the_other() {
-    let halves = |walk: u32| if walk / 64 % 2 == 0 { Vec3::Y } else { Vec3::new(0.9, 0.1, 0.1).normalize() };
+    let halves = |walk: u32| {
+        if (walk / 64).is_multiple_of(2) { Vec3::Y } else { Vec3::new(0.9, 0.1, 0.1).normalize() }
+    };
     assert!(Guide::learn(WALKS, &found(halves), 1.0).is_none());
 }
 
