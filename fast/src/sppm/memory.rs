@@ -94,7 +94,13 @@ mod tests {
         let bounces = u64::from(few.max_depth - 1);
         let in_work = u64::from(parameters.photons_per_job) * bounces;
         let round = with_margin((1 << 18) + in_work) * 48 * 2;
-        let none = bytes(&Settings { max_depth: 1, ..many }, 10, 2, 1 << 18);
-        assert_eq!(bytes(&many, 10, 2, 1 << 18) - none, round);
+        let shallow = Settings { max_depth: 1, ..many };
+        let none = bytes(&shallow, 10, 2, 1 << 18);
+        let survey =
+            |settings: &Settings| survey::bytes_at_most(settings.photons_per_iteration, settings.max_depth);
+        assert_eq!(bytes(&many, 10, 2, 1 << 18) - none, round - survey(&shallow));
+        // Of few deposits, the survey takes more than these.
+        let [few, deep] = [2, 9].map(|max_depth| Settings { max_depth, photons_per_iteration: 1, ..few });
+        assert_eq!(bytes(&deep, 10, 2, 1 << 22) - bytes(&few, 10, 2, 1 << 22), survey(&deep) - survey(&few));
     }
 }
