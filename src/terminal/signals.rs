@@ -94,3 +94,29 @@ fn is_ignored(signal: i32) -> bool {
     mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
         .is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::terminal::error::Error;
+
+    #[test]
+    fn a_signal_is_told_as_a_shell_tells_it() {
+        for (number, code, name) in
+            [(SIGINT, 130, "SIGINT"), (SIGTERM, 143, "SIGTERM"), (SIGHUP, 129, "SIGHUP")]
+        {
+            let error = Error::Interrupted(Signal(number), "b".into());
+            assert_eq!((error.code(), error.label(), error.signal()), (code, "interrupted", Some(name)));
+            assert_eq!(error.to_string(), "b");
+        }
+    }
+
+    #[test]
+    fn no_signal_is_pending_before_one_came() {
+        let requests = Requests { signal: Arc::default(), stop: Stop::default() };
+        assert_eq!(requests.pending(), None);
+        requests.signal.store(SIGTERM as usize, Ordering::Relaxed);
+        assert_eq!(requests.pending(), Some(Signal(SIGTERM)));
+        assert!(!requests.stop().is_requested());
+    }
+}
