@@ -280,4 +280,36 @@ mod tests {
         assert_eq!(account(1.0, 5000.0, 1e8, 1.0).iterations(10_000, 0.1, 1e9), 10);
         assert_eq!(account(0.0, 0.0, 1.0, 1.0).iterations(10_000, 0.1, 1e9), FEWEST_ITERATIONS);
     }
+
+    /// One work unit among few spheres, 1.5 more for each doubling.
+    #[test]
+    fn segments_take_longer_among_many_spheres() {
+        let found = [0, 1, 64, 127, 128, 255, 256, 65_536].map(segment_work);
+        assert_eq!(found, [1.0, 1.0, 1.0, 1.0, 2.5, 2.5, 4.0, 16.0]);
+        let account = account(0.3, 500.0, 7.0, 2.0).of(0, 128);
+        assert_eq!((account.work(0.0), account.work(10.0)), (17.5, 67.5));
+    }
+
+    /// Noise may turn what pilots say around: no part of a variance is negative.
+    #[test]
+    fn variances_are_never_negative() {
+        let of = |few: f64, many: f64| {
+            let variance = |of| Variance { pixel: of, block: of };
+            let account = Account::new([1000, 4000], [variance(few), variance(many)], &Stats::default(), 1.0);
+            (account.camera.pixel, account.photons.pixel)
+        };
+        // More photons, more noise: that of photons is none.
+        assert_eq!(of(0.1, 0.2), (0.2, 0.0));
+        // All of it goes with the photons, and more than all.
+        let (camera, photons) = of(10.0, 1.0);
+        assert!(camera == 0.0 && (photons - 9.0 / (1e-3 - 2.5e-4)).abs() < 1e-6, "{camera} and {photons}");
+    }
+
+    /// Work is rounded to whole iterations, and never to fewer than the least.
+    #[test]
+    fn iterations_are_as_many_as_the_work_allows() {
+        let noisy = account(1e9, 0.0, 10.0, 0.0);
+        let of = |work| noisy.iterations(1000, 1e-9, work);
+        assert_eq!([of(0.0), of(84.0), of(94.9), of(95.1), of(1234.0)], [8, 8, 9, 10, 123]);
+    }
 }
