@@ -128,3 +128,22 @@ impl WatchArgs {
         Ok(Some((view, relay)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::of_render;
+
+    #[test]
+    fn options_of_the_page_need_one() {
+        let page = |words: &[&str]| of_render(&[&["cornell"], words].concat()).viewers.page;
+        for words in [&["--port", "8000"][..], &["--listen", "0.0.0.0"], &["--no-open"]] {
+            let problem = page(words).check(false).unwrap_err().to_string();
+            assert_eq!(problem, format!("{}: is of the page; ask for it by --view", words[0]));
+            assert!(page(words).check(true).is_ok());
+        }
+        assert!(page(&[]).check(false).is_ok());
+        assert!(address("0.0.0.0").is_ok() && address("::1").is_ok());
+        assert!(address("localhost").unwrap_err().starts_with("is not the number of an address"));
+    }
+}

@@ -204,4 +204,21 @@ mod tests {
             assert_eq!(at_least(seconds), text);
         }
     }
+
+    /// The least of the round times that is long enough, and of whole hours beyond.
+    #[test]
+    fn round_times_are_told_as_the_option_takes_them() {
+        for (seconds, text) in [
+            (1.0, "1s"),
+            (1.01, "2s"),
+            (45.0, "1m"),
+            (60.0, "1m"),
+            (3600.0, "1h"),
+            (18000.0, "5h"),
+            (18001.0, "6h"),
+        ] {
+            assert_eq!(at_least(seconds), text);
+            assert!(crate::args::values::time(text).unwrap().as_secs_f64() >= seconds);
+        }
+    }
 }
