@@ -584,4 +584,16 @@ mod tests {
             assert_eq!((flaw.part, flaw.problem), (Part::Sphere(1), Problem::Sealed(Some((seal, 0)))));
         }
     }
+
+    /// Of a line: beside one of its ends, or across it.
+    #[test]
+    fn the_nearest_point_of_a_way_may_be_within_it() {
+        let of = |from: [f64; 3], to: [f64; 3]| nearest(from.into(), to.into());
+        assert_eq!(of([-3.0, 4.0, 0.0], [5.0, 4.0, 0.0]), 4.0);
+        assert_eq!(of([3.0, 4.0, 0.0], [9.0, 4.0, 0.0]), 5.0);
+        assert_eq!(of([-9.0, 0.0, 4.0], [-3.0, 0.0, 4.0]), 5.0);
+        assert_eq!(of([0.0, 3.0, 4.0], [0.0, 3.0, 4.0]), 5.0);
+        let found = of([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        assert!((found - 0.5_f64.sqrt()).abs() < 1e-15, "{found}");
+    }
 }
