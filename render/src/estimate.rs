@@ -168,4 +168,16 @@ mod tests {
         assert_eq!(relative_square(&[a], &[Rgb::splat(f32::NAN)]), 0.0);
         assert_eq!(relative_square(&[], &[]), 0.0);
     }
+
+    /// An image compared with itself would tell nothing.
+    #[test]
+    fn an_image_is_compared_with_earlier_ones_alone() {
+        let mut estimate = Estimate::default();
+        let film = || Film::from_fn(2, 2, |_, _| Rgb::ONE);
+        estimate.update(2, film);
+        estimate.update(2, film);
+        assert_eq!(estimate.error, None);
+        estimate.update(3, film);
+        assert_eq!(estimate.error, Some(0.0));
+    }
 }

@@ -167,4 +167,23 @@ mod tests {
         assert!(at(Vec3::ZERO) && at(Vec3::splat(-limit)) && at(Vec3::Y * limit));
         assert!(!at(Vec3::Y * limit * 1.001) && !at(Vec3::Z * limit * -1.001));
     }
+
+    /// Where a ray meets a ball obliquely, the normal is that of the point.
+    #[test]
+    fn normals_are_those_of_the_points_that_are_met() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let still = scene.at(0.0);
+        let (id, ball) =
+            (0..).zip(still.spheres.iter()).find(|(id, _)| still.roles[*id] == Role::Solid).unwrap();
+        for (x, y) in [(0.6, 0.0), (-0.3, 0.5), (0.0, -0.8)] {
+            let normal = Vec3::new(x, y, (1.0 - x * x - y * y).sqrt());
+            let ray = Ray {
+                origin: ball.center + normal * ball.radius + Vec3::Z * 5.0,
+                direction: Vec3::NEG_Z,
+                leaves: NO_SPHERE,
+            };
+            let found = normal_at(&still, &ray, 5.0, id as SphereId);
+            assert!((found - normal).length() < 1e-4, "{found}, not {normal}");
+        }
+    }
 }

@@ -210,6 +210,10 @@ fn check_hdr_flip(args: &CompareArgs, images: [&ImageReader; 2]) -> Result<(), E
 /// Images of more pixels than this take seconds, and have a bar.
 const QUICK: u64 = 1 << 22;
 
+fn is_quick([width, height]: [u32; 2]) -> bool {
+    u64::from(width) * u64::from(height) <= QUICK
+}
+
 /// Runs `work`, which reads all rows `passes` times, with a bar if that takes long.
 fn with_bar<T>(
     [width, height]: [u32; 2],
@@ -217,8 +221,7 @@ fn with_bar<T>(
     what: &str,
     work: impl FnOnce(compare::Progress) -> T,
 ) -> T {
-    let is_quick = u64::from(width) * u64::from(height) <= QUICK;
-    let bar = (!is_quick).then(|| Bar::of(passes * height, "rows"));
+    let bar = (!is_quick([width, height])).then(|| Bar::of(passes * height, "rows"));
     let done = work(&mut |rows, _| {
         if let Some(bar) = &bar {
             bar.step(rows as u32, what);
@@ -270,4 +273,56 @@ fn incomparable(args: &CompareArgs, error: &CompareError) -> Error {
 fn json(metrics: &impl serde::Serialize) -> Result<String, Error> {
     let text = serde_json::to_string_pretty(metrics);
     text.map(|text| text + "\n").map_err(|error| Error::Failed(format!("cannot make JSON: {error}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_images_have_a_bar() {
+        assert!(is_quick([2048, 2048]) && is_quick([1, 1 << 22]) && !is_quick([2048, 2049]));
+        assert!(!is_quick([u32::MAX, u32::MAX]));
+        let mut steps = 0;
+        let done = with_bar([3, 2], 1, "comparing", |progress| {
+            progress(1, 2);
+            steps += 1;
+            7
+        });
+        assert_eq!((done, steps), (7, 1));
+    }
+
+    #[test]
+    fn what_is_exceeded_is_told_by_its_option() {
+        let exceeded = |is_above, field| {
+            sentence(&Exceeded { metric: "it", value: 0.5, field, threshold: 0.25, is_above })
+        };
+        assert_eq!(exceeded(true, "max_block_relmse"), "it is 0.5, above --max-block-relmse 0.25");
+        assert_eq!(exceeded(false, "min_ssim"), "it is 0.5, below --min-ssim 0.25");
+    }
+
+    #[test]
+    fn each_bound_is_its_own() {
+        use crate::commands::{Args as All, Command};
+        use clap::Parser as _;
+        let of = |words: &[&str]| {
+            let args = All::try_parse_from(["sppm", "compare", "a", "b"].iter().chain(words)).unwrap();
+            let Command::Compare(args) = args.command else { panic!("another command") };
+            Thresholds::from(&args.thresholds)
+        };
+        let (none, bound) = (Thresholds::default(), Some(0.5));
+        assert_eq!(of(&[]), none);
+        for (option, expected) in [
+            ("--max-rmse", Thresholds { max_rmse: bound, ..none }),
+            ("--max-relmse", Thresholds { max_relmse: bound, ..none }),
+            ("--max-block-relmse", Thresholds { max_block_relmse: bound, ..none }),
+            ("--max-flip", Thresholds { max_flip: bound, ..none }),
+            ("--max-hdr-flip", Thresholds { max_hdr_flip: bound, ..none }),
+            ("--max-abs", Thresholds { max_abs: bound, ..none }),
+            ("--min-ssim", Thresholds { min_ssim: bound, ..none }),
+            ("--min-psnr", Thresholds { min_psnr: bound, ..none }),
+        ] {
+            assert_eq!(of(&[option, "0.5"]), expected, "{option}");
+        }
+    }
 }

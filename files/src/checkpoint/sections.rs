@@ -236,6 +236,7 @@ mod tests {
         assert!(matches!(read(&header, 101), Err(Damage::Appended { has: 101, length: 100 })));
         assert!(matches!(read(&header[..9], 9), Err(Damage::Truncated { has: 9, length: HEADER })));
         assert!(matches!(read(&header[..23], 23), Err(Damage::Truncated { has: 23, length: HEADER })));
+        assert!(matches!(read(&header, 24), Err(Damage::Truncated { has: 24, length: 100 })));
         assert!(matches!(read(b"", 0), Err(Damage::NoCheckpoint)));
         assert!(matches!(read(&header[..1], 1), Err(Damage::Truncated { has: 1, .. })));
         assert!(matches!(read(&[0; 24], 24), Err(Damage::NoCheckpoint)));
