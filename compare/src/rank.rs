@@ -101,9 +101,13 @@ mod tests {
     #[test]
     fn what_was_not_asked_for_is_not_counted() {
         let mut coarse = Coarse::new();
-        [0.0, 1.0, 2.0, 4.0].into_iter().for_each(|v| coarse.add(v));
+        for v in [0.0, 1.0, 2.0, 4.0] {
+            coarse.add(v);
+        }
         let mut fine = coarse.refine([2]);
-        [4.0, 2.0, 1.0, 0.0].into_iter().for_each(|v| fine.add(v));
+        for v in [4.0, 2.0, 1.0, 0.0] {
+            fine.add(v);
+        }
         assert_eq!((fine.value(2), fine.buckets.len()), (2.0, 1));
     }
 }

@@ -168,28 +168,24 @@ mod tests {
         );
     }
 
-    fn still_of(spheres: &str) -> scene::Scene {
+    fn scene_of(spheres: &[&str]) -> scene::Scene {
         let camera = "camera = { eye = [0, 0, 0], direction = [0, 0, -1], vertical_fov_degrees = 40 }";
-        let spheres: String = spheres
-            .lines()
-            .map(|sphere| {
-                format!(
-                    "[[sphere]]\n{}\nmaterial = {{ type = \"diffuse\", albedo = [1, 1, 1] }}\n",
-                    sphere.replace("; ", "\n")
-                )
-            })
-            .collect();
-        files::scene_file::parse("a.toml", &format!("background = [0, 0, 0]\n{camera}\n{spheres}")).unwrap()
+        let mut text = format!("background = [0, 0, 0]\n{camera}\n");
+        for sphere in spheres {
+            let material = "material = { type = \"diffuse\", albedo = [1, 1, 1] }";
+            text.extend(["[[sphere]]\n", &sphere.replace("; ", "\n"), "\n", material, "\n"]);
+        }
+        files::scene_file::parse("a.toml", &text).unwrap()
     }
 
     /// Nothing leaves a lamp where it is sunk into a ball, or stands out of the room.
     #[test]
     fn sunken_parts_of_lamps_send_nothing() {
-        let scene = still_of(
-            "center = [0, 0, 0]; radius = 10\n\
-             center = [9.5, 0, 0]; radius = 1; emission = [1, 1, 1]\n\
-             center = [8.5, 0, 0]; radius = 0.5",
-        );
+        let scene = scene_of(&[
+            "center = [0, 0, 0]; radius = 10",
+            "center = [9.5, 0, 0]; radius = 1; emission = [1, 1, 1]",
+            "center = [8.5, 0, 0]; radius = 0.5",
+        ]);
         let still = scene.at(0.0);
         let lamp = still.lights.entries.iter().find(|light| light.sphere == 1).unwrap();
         let blocked = |x: f32, y: f32| is_blocked(&still, lamp, Vec3::new(9.5 + x, y, 0.0));

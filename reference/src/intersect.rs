@@ -183,17 +183,14 @@ mod tests {
     #[test]
     fn the_nearest_counts_and_of_equals_the_first() {
         let text = |balls: &[(f32, f32)]| {
-            let balls: String = balls
-                .iter()
-                .map(|(z, radius)| {
-                    format!(
-                        "[[sphere]]\ncenter = [0, 0, {z:?}]\nradius = {radius:?}\n\
-                         material = {{ type = \"diffuse\", albedo = [1, 1, 1] }}\n"
-                    )
-                })
-                .collect();
             let camera = "{ eye = [0, 0, 9], direction = [0, 0, -1], vertical_fov_degrees = 40 }";
-            format!("background = [1, 1, 1]\ncamera = {camera}\n{balls}")
+            let mut text = format!("background = [1, 1, 1]\ncamera = {camera}\n");
+            for (z, radius) in balls {
+                let material = "material = { type = \"diffuse\", albedo = [1, 1, 1] }";
+                let place = format!("center = [0, 0, {z:?}]\nradius = {radius:?}\n");
+                text.extend(["[[sphere]]\n", &place, material, "\n"]);
+            }
+            text
         };
         let hit = |balls: &[(f32, f32)]| {
             let scene = files::scene_file::parse("a.toml", &text(balls)).unwrap();

@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn squares_are_relative_and_of_what_is_finite() {
         let (a, b) = (Rgb::new(2.0, 0.0, f32::INFINITY), Rgb::new(1.0, 1.0, 1.0));
-        let exact = (1.0 / (4.0 + RELATIVE_MSE_EPSILON) + 1.0 / RELATIVE_MSE_EPSILON) / 2.0;
+        let exact = f64::midpoint(1.0 / (4.0 + RELATIVE_MSE_EPSILON), 1.0 / RELATIVE_MSE_EPSILON);
         assert!((relative_square(&[a], &[b]) / exact - 1.0).abs() < 1e-12);
         assert_eq!(relative_square(&[a], &[Rgb::splat(f32::NAN)]), 0.0);
         assert_eq!(relative_square(&[], &[]), 0.0);

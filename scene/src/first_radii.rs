@@ -513,15 +513,11 @@ mod tests {
         let shares: Vec<f64> = (0..w * h).map(best).collect();
         let expected = planes(&|i| shares[i], reach);
         let (mut narrow, mut wide) = (0, 0);
-        for i in 0..w * h {
+        for (i, expected) in expected.into_iter().enumerate() {
             let found = f64::from(radii.at((i as u32 % width, i as u32 / width), (width, height)));
-            assert!(
-                (found / (2.0 * expected[i]) - 1.0).abs() < 1e-5,
-                "{found} of {} at {i}",
-                2.0 * expected[i]
-            );
-            narrow += u32::from(expected[i] < 0.4);
-            wide += u32::from(expected[i] > 0.8);
+            assert!((found / (2.0 * expected) - 1.0).abs() < 1e-5, "{found} of {} at {i}", 2.0 * expected);
+            narrow += u32::from(expected < 0.4);
+            wide += u32::from(expected > 0.8);
         }
         assert!(narrow > 50 && wide > 50, "{narrow} and {wide}");
     }

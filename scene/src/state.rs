@@ -260,7 +260,9 @@ mod tests {
         let gains = [Rgb::new(0.5, 0.25, 0.0), Rgb::new(1.5, 0.0, 0.125), Rgb::new(0.0, 1.0, 3.0)];
         let sum_of = |gains: &[Rgb]| {
             let mut sums = ExactSums::default();
-            gains.iter().for_each(|gain| sums.gain(scale, *gain, 2));
+            for gain in gains {
+                sums.gain(scale, *gain, 2);
+            }
             sums
         };
         let all = sum_of(&gains);

@@ -240,11 +240,11 @@ mod tests {
             assert_eq!(of(&words).apply_numbers(&own).unwrap(), expected, "{words:?}");
         }
         for filter in Filter::ALL {
-            assert_eq!(apply(&["--filter", &filter.name()]), Settings { filter, ..own });
+            assert_eq!(apply(&["--filter", filter.name()]), Settings { filter, ..own });
         }
         let single = Settings { radius_pilots: 0, ..own };
         for radius_schedule in RadiusSchedule::ALL {
-            let words = ["--radius-schedule", &radius_schedule.name()];
+            let words = ["--radius-schedule", radius_schedule.name()];
             assert_eq!(of(&words).apply(&single).unwrap(), Settings { radius_schedule, ..single });
         }
     }
@@ -315,7 +315,7 @@ mod tests {
         assert_eq!(of(Some(Quality::Paper)), (own.with_papers(), Automatic::all(Quality::Paper)));
         assert_eq!(of(Some(Quality::Draft)), (own, Automatic::all(Quality::Draft)));
         for quality in Quality::ALL {
-            assert_eq!(of_render(&["cornell", "--quality", &quality.name()]).quality.quality, Some(quality));
+            assert_eq!(of_render(&["cornell", "--quality", quality.name()]).quality.quality, Some(quality));
         }
     }
 }

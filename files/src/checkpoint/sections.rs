@@ -193,7 +193,7 @@ mod tests {
         let bytes = section(b"12345");
         let read = |most| begin(&bytes, NOTE, bytes.len() as u64).unwrap().read_all(most);
         assert_eq!((read(5).unwrap(), read(6).unwrap()), (b"12345".to_vec(), b"12345".to_vec()));
-        assert_eq!(read(4).unwrap_err().to_string().contains("has 5 bytes; at most 4 are read"), true);
+        assert!(read(4).unwrap_err().to_string().contains("has 5 bytes; at most 4 are read"));
         assert!(begin(&section(b""), NOTE, FRAME).unwrap().read_all(0).unwrap().is_empty());
     }
 

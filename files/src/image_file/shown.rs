@@ -53,7 +53,7 @@ pub(super) fn greatest(values: &Picture<f32>) -> f32 {
 mod tests {
     use super::*;
 
-    fn picture<'a, T>(pixel: &'a (dyn Fn(u32, u32) -> T + Sync)) -> Picture<'a, T> {
+    fn picture<T>(pixel: &(dyn Fn(u32, u32) -> T + Sync)) -> Picture<'_, T> {
         Picture { width: 3, height: 2, pixel }
     }
 
