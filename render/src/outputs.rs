@@ -52,6 +52,16 @@ impl Content {
             Self::Stats => Field::Stats,
         }
     }
+
+    /// The most bytes that the file takes, if it is of so many pixels.
+    fn room(self, path: &Path, pixels: u64, has_alpha: bool) -> u64 {
+        match self {
+            Self::Stats => STATS_BYTES,
+            Self::Image | Self::Radius | Self::Count => {
+                room_of(Format::from_path(path).ok(), pixels, has_alpha)
+            }
+        }
+    }
 }
 
 impl Outputs {
@@ -168,10 +178,7 @@ impl Outputs {
     pub(crate) fn check_room(&self, scene: &Scene) -> Result<(), Error> {
         let pixels = scene.settings.pixels() as u64;
         for (content, path) in self.files() {
-            let bytes = match content {
-                Content::Stats => STATS_BYTES,
-                _ => room_of(Format::from_path(path).ok(), pixels, scene.transparent_background),
-            };
+            let bytes = content.room(path, pixels, scene.transparent_background);
             let checked = atomic_file::check_room(path, bytes);
             checked.map_err(|error| Error::named(content.field(), error))?;
         }
@@ -323,5 +330,30 @@ mod tests {
         );
         let twice = [(Field::Image, image), (Field::RadiusImage, image)];
         assert_eq!(check(&twice), told("radius_image", "/a/b.png", "image"));
+    }
+
+    #[test]
+    fn a_folder_is_no_file_whatever_its_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = |name: &str| {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(&path).unwrap();
+            let outputs = Outputs { image: Some(path), ..Outputs::default() };
+            outputs.check(EngineChoice::default(), &[]).unwrap_err().to_string()
+        };
+        for name in ["a.png", "a", "a.txt"] {
+            assert!(of(name).ends_with("is a folder; name a file in it"), "{}", of(name));
+        }
+    }
+
+    #[test]
+    fn a_report_takes_as_much_room_whatever_the_pixels() {
+        let room = |content: Content, path: &str, pixels| content.room(Path::new(path), pixels, true);
+        assert_eq!(
+            [room(Content::Stats, "a.json", 1), room(Content::Stats, "a.png", 1 << 20)],
+            [STATS_BYTES; 2]
+        );
+        assert_eq!(room(Content::Image, "a.png", 1000), 4000);
+        assert_eq!([room(Content::Radius, "a.exr", 1000), room(Content::Count, "a.tif", 1000)], [16_000; 2]);
     }
 }

@@ -134,18 +134,18 @@ fn first_difference(
     iterations: u32,
     progress: &Bar,
 ) -> Option<String> {
-    (1..=iterations).find_map(|iteration| {
-        progress.step(iteration - 1, "the reference");
+    (0..iterations).find_map(|done| {
+        progress.step(done, "the reference");
         reference.iterate();
         let expected = planes(reference);
         variants.iter_mut().find_map(|Variant { label, engine, pool }| {
-            progress.step(iteration - 1, label);
+            progress.step(done, label);
             let actual = pool.install(|| {
                 engine.iterate();
                 planes(&**engine)
             });
             let difference = compare::first_difference(&expected, &actual)?;
-            Some(format!("{label} differs from the reference in iteration {iteration}, {difference}"))
+            Some(format!("{label} differs from the reference in iteration {}, {difference}", done + 1))
         })
     })
 }

@@ -80,7 +80,7 @@ impl Bar {
 
     /// A bar for something that takes long, of which no more is known than `what` it is.
     pub(crate) fn wait(what: String) -> Self {
-        Self::new(Work { noun: "", facts: vec![what], ..Work::default() }, Meter::default())
+        Self::new(Work { facts: vec![what], ..Work::default() }, Meter::default())
     }
 
     /// Whether the bar draws nothing.

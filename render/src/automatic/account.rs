@@ -312,4 +312,46 @@ mod tests {
         let of = |work| noisy.iterations(1000, 1e-9, work);
         assert_eq!([of(0.0), of(84.0), of(94.9), of(95.1), of(1234.0)], [8, 8, 9, 10, 123]);
     }
+
+    /// The first number of iterations by which the noise is low enough, one after another, and at most what the work allows.
+    #[test]
+    fn iterations_are_the_fewest() {
+        for (camera, photons, noise, work) in [
+            (1.0, 0.0, 0.1, 1e9),
+            (0.3, 5000.0, 0.05, 1e9),
+            (0.0, 70_000.0, 0.03, 1e9),
+            (0.3, 5000.0, 0.05, 3e8),
+            (2.0, 1e5, 1e-3, 5e7),
+        ] {
+            let account = account(camera, photons, 1e6, 3.0);
+            let most = ((work / account.work(20_000.0)).round() as u32).max(8);
+            let is_enough = |n: u32| account.noise(20_000.0, n.into()).pixel <= noise * noise;
+            let expected = (8..most).find(|n| is_enough(*n)).unwrap_or(most);
+            assert_eq!(account.iterations(20_000, noise, work), expected, "{camera}, {photons}, {noise}");
+        }
+    }
+
+    /// With little work too, where more photons than there is work for cost as much more noise.
+    #[test]
+    fn photons_are_those_of_the_least_cost() {
+        for (c, p, w, v, work) in [
+            (0.3_f64, 5e3, 1e6, 10.0, 5e8),
+            (0.01, 5e4, 1e5, 3.0, 1e6),
+            (0.5, 5e5, 1e4, 20.0, 3e6),
+            (0.2, 1e3, 1e3, 1.0, 1e5),
+        ] {
+            let account = account(c, p, w, v);
+            let cost = |photons: u32| {
+                let each = account.work(photons.into());
+                let iterations = (work / each).max(8.0);
+                let Variance { pixel, block } = account.noise(photons.into(), iterations);
+                pixel * block.powi(2) * (iterations * each / work).max(1.0).powi(3)
+            };
+            let all = (12..28).flat_map(|power| [1_u32 << power, 3 << (power - 1)]);
+            let expected = all.clone().min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap();
+            assert_eq!(account.photons(1 << 28, work), expected, "{c}, {p}");
+            let fewer = all.filter(|n| *n <= 50_000).min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap();
+            assert_eq!(account.photons(50_000, work), fewer, "{c}, {p}");
+        }
+    }
 }
