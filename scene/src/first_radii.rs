@@ -503,8 +503,8 @@ mod tests {
             let error = |radius: f64| {
                 let level = (radius.log2().floor() as usize).min(2);
                 let [low, high] = [level, level + 1].map(|level| 4.0_f64.powi(level as i32));
-                let bias = biases[level]
-                    + (biases[level + 1] - biases[level]) * (radius * radius - low) / (high - low);
+                let [near, far] = [biases[level], biases[level + 1]];
+                let bias = near + (far - near) * (radius * radius - low) / (high - low);
                 30.0 * bias * bias + noise / (radius * radius)
             };
             let radii = (0..=12).map(|step| 8.0 * 0.5_f64.powf(f64::from(step) / 4.0) * (1.0 + 1e-12));

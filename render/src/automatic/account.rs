@@ -325,7 +325,7 @@ mod tests {
         ] {
             let account = account(camera, photons, 1e6, 3.0);
             let most = ((work / account.work(20_000.0)).round() as u32).max(8);
-            let is_enough = |n: u32| account.noise(20_000.0, n.into()).pixel <= noise * noise;
+            let is_enough = |n: u32| account.noise(20_000.0, n.into()).pixel <= noise.powi(2);
             let expected = (8..most).find(|n| is_enough(*n)).unwrap_or(most);
             assert_eq!(account.iterations(20_000, noise, work), expected, "{camera}, {photons}, {noise}");
         }
