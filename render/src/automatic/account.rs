@@ -317,7 +317,7 @@ mod tests {
     #[test]
     fn iterations_are_the_fewest() {
         for (camera, photons, noise, work) in [
-            (1.0, 0.0, 0.1, 1e9),
+            (1.0, 0.0, 0.1_f64, 1e9),
             (0.3, 5000.0, 0.05, 1e9),
             (0.0, 70_000.0, 0.03, 1e9),
             (0.3, 5000.0, 0.05, 3e8),
