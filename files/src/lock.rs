@@ -239,4 +239,12 @@ mod tests {
         std::os::unix::fs::symlink(folder.path().join("b"), &path).unwrap();
         assert!(!is_still(&file, &path));
     }
+
+    #[test]
+    fn a_folder_is_no_lock() {
+        let folder = TempDir::new().unwrap();
+        assert_eq!(open(folder.path()).unwrap_err().kind(), ErrorKind::IsADirectory);
+        assert_eq!(open(&folder.path().join("a/b")).unwrap_err().kind(), ErrorKind::NotFound);
+        assert!(open(&folder.path().join("a")).is_ok());
+    }
 }

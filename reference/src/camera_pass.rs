@@ -277,4 +277,29 @@ mod tests {
         assert_eq!(light(2, 0), light(0, 6));
         assert_ne!(light(0, 0), light(0, 1));
     }
+
+    /// The mean of so many shadow rays, each with its own numbers.
+    #[test]
+    fn light_samples_are_averaged() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let (still, frame) = (scene.at(0.0), scene.camera.frame(40, 30));
+        for light_samples in [1, 2, 5] {
+            let settings = Settings { width: 40, height: 30, light_samples, ..scene.settings };
+            let numbers = CameraNumbers::new(&settings, 0, 20, 5);
+            let (ray, _) = camera_ray(&frame, None, 20, 5, &numbers);
+            let hit = intersect(&still, &ray).unwrap();
+            let receiver = Receiver { point: hit.point, normal: hit.normal, sphere: hit.sphere };
+            let one = |sample| {
+                let [choice, u, v] = numbers.light(sample);
+                estimate_irradiance(&still, &receiver, choice, u, v)
+            };
+            let mean = (0..light_samples).map(one).sum::<Rgb>() / light_samples as f32;
+            let found = irradiance(&still, &hit, &numbers);
+            assert!(
+                mean.max_element() > 0.0 && (found - mean).abs().max_element() <= 1e-5 * mean.max_element(),
+                "{found}, {mean}"
+            );
+            assert_eq!(numbers.light_samples(), light_samples);
+        }
+    }
 }

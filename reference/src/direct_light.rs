@@ -74,12 +74,12 @@ fn from_inside(still: &Still, receiver: &Receiver, light: &Light, u: f32, v: f32
 mod tests {
     use super::*;
 
-    /// A scene of one shell of this material around the origin, which glows, and a ball; as seen from the middle of the ball.
+    /// A shell of this material, which glows, around the eye.
     fn shell(kind: &str) -> scene::Scene {
         let material = format!("material = {{ type = {kind} }}");
         let text = format!(
             "background = [0, 0, 0]\ncamera = {{ eye = [0, 0, 0], direction = [0, 0, -1], vertical_fov_degrees = 40 }}\n\
-             [[sphere]]\ncenter = [0, 0, 0]\nradius = 10\nemission = [2, 2, 2]\n{material}\n"
+             [[sphere]]\ncenter = [4, 0, 0]\nradius = 10\nemission = [2, 2, 2]\n{material}\n"
         );
         files::scene_file::parse("a.toml", &text).unwrap()
     }
@@ -94,7 +94,7 @@ mod tests {
             let still = scene.at(0.0);
             let inner = still.lights.entries.iter().find(|light| light.inside).unwrap();
             let at = |x: f32| {
-                let receiver = Receiver { point: Vec3::X * x, normal: Vec3::NEG_X, sphere: u32::MAX };
+                let receiver = Receiver { point: Vec3::X * (4.0 + x), normal: Vec3::NEG_X, sphere: u32::MAX };
                 from_inside(&still, &receiver, inner, 0.3, 0.7).map(|(_, t, weight)| (t.is_finite(), weight))
             };
             assert_eq!([at(0.0), at(-9.99), at(9.99)], [Some((true, PI)); 3], "{kind}");

@@ -597,14 +597,17 @@ mod tests {
         assert!((found - 0.5_f64.sqrt()).abs() < 1e-15, "{found}");
     }
 
+    /// Away from the origin.
+    const EYE: Vec3 = Vec3::new(3.0, -2.0, 1.0);
+
     /// The whole lens stays on one side: outside of a ball beside it, and inside of a room around it.
     #[test]
     fn a_lens_keeps_clear_of_surfaces() {
         let said = |aperture_radius: f32, center: Vec3, radius: f32| {
             let mut scene = valid();
-            scene.camera.aperture_radius = aperture_radius;
+            (scene.camera.eye, scene.camera.aperture_radius) = (EYE, aperture_radius);
             let mut spheres = scene.spheres.to_vec();
-            spheres[1] = sphere(center, radius, Rgb::ZERO);
+            spheres[1] = sphere(EYE + center, radius, Rgb::ZERO);
             scene.spheres = spheres.into();
             scene.check_places().err().map(|flaw| flaw.key)
         };
@@ -626,9 +629,9 @@ mod tests {
     fn spheres_that_move_keep_clear_of_the_lens() {
         let said = |from: Vec3, velocity: Vec3, lens: f32| {
             let mut scene = valid();
-            scene.camera.aperture_radius = lens;
+            (scene.camera.eye, scene.camera.aperture_radius) = (EYE, lens);
             let mut spheres = scene.spheres.to_vec();
-            spheres[1] = Sphere { velocity, ..sphere(from, 2.0, Rgb::ZERO) };
+            spheres[1] = Sphere { velocity, ..sphere(EYE + from, 2.0, Rgb::ZERO) };
             scene.spheres = spheres.into();
             scene.check_places().err().map(|flaw| flaw.key)
         };

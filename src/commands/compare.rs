@@ -126,9 +126,8 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
     }
     let hdr_flip = a.is_linear() && b.is_linear();
     check_hdr_flip(args, [&a, &b])?;
-    let metrics = with_bar(b.size(), if hdr_flip { 3 } else { 1 }, "comparing", |progress| {
-        Metrics::of_rows(&mut a, &mut b, hdr_flip, progress)
-    });
+    let metrics =
+        with_bar(b.size(), "comparing", |progress| Metrics::of_rows(&mut a, &mut b, hdr_flip, progress));
     let metrics = metrics.map_err(|error| incomparable(args, &error))?;
     let text = if args.json { json(&metrics)? } else { metrics.to_string() };
     // The page's address is the first line on standard output.
@@ -214,17 +213,12 @@ fn is_quick([width, height]: [u32; 2]) -> bool {
     u64::from(width) * u64::from(height) <= QUICK
 }
 
-/// Runs `work`, which reads all rows `passes` times, with a bar if that takes long.
-fn with_bar<T>(
-    [width, height]: [u32; 2],
-    passes: u32,
-    what: &str,
-    work: impl FnOnce(compare::Progress) -> T,
-) -> T {
-    let bar = (!is_quick([width, height])).then(|| Bar::of(passes * height, "rows"));
-    let done = work(&mut |rows, _| {
-        if let Some(bar) = &bar {
-            bar.step(rows as u32, what);
+/// Runs `work`, with a bar of the rows that it reads in all if that takes long.
+fn with_bar<T>(size: [u32; 2], what: &str, work: impl FnOnce(compare::Progress) -> T) -> T {
+    let mut bar = None;
+    let done = work(&mut |rows, all| {
+        if !is_quick(size) {
+            bar.get_or_insert_with(|| Bar::of(all as u32, "rows")).step(rows as u32, what);
         }
     });
     if let Some(bar) = bar {
@@ -248,8 +242,7 @@ fn write_difference(
     a: &mut ImageReader,
     b: &mut ImageReader,
 ) -> Result<(), Error> {
-    let map =
-        with_bar(b.size(), 3, "mapping the difference", |progress| DifferenceMap::of_rows(a, b, progress));
+    let map = with_bar(b.size(), "mapping the difference", |progress| DifferenceMap::of_rows(a, b, progress));
     let map = map.map_err(|error| incomparable(args, &error))?;
     let pixel = |x, y| map.color(x, y);
     let picture = Picture { width: map.width, height: map.height, pixel: &pixel };
@@ -284,7 +277,7 @@ mod tests {
         assert!(is_quick([2048, 2048]) && is_quick([1, 1 << 22]) && !is_quick([2048, 2049]));
         assert!(!is_quick([u32::MAX, u32::MAX]));
         let mut steps = 0;
-        let done = with_bar([3, 2], 1, "comparing", |progress| {
+        let done = with_bar([3, 2], "comparing", |progress| {
             progress(1, 2);
             steps += 1;
             7

@@ -322,4 +322,16 @@ mod tests {
             assert!(check_header(&header, least - 1).is_err(), "{compression:?}");
         }
     }
+
+    /// By the method that most programs write.
+    #[test]
+    fn what_is_written_is_compressed() {
+        let pixel = |_, _| Rgb::ONE;
+        let mut bytes = io::Cursor::new(Vec::new());
+        write(&mut bytes, &Picture { width: 64, height: 64, pixel: &pixel }, None).unwrap();
+        let bytes = bytes.into_inner();
+        let meta = MetaData::read_from_buffered(&bytes[..], false).unwrap();
+        assert_eq!(meta.headers[0].compression, Compression::ZIP16);
+        assert!(bytes.len() < 64 * 64 * 12 / 4, "{}", bytes.len());
+    }
 }

@@ -132,4 +132,12 @@ mod tests {
         stopped.request();
         assert!(first_bias(&scene, lanes, &stopped).is_none());
     }
+
+    /// Differences of 0.2, 0.3 and 0.7: 0.4 on the average, whose variance is a third of 0.07.
+    #[test]
+    fn the_variance_of_the_mean_is_taken_away() {
+        let found = bias(&pilot(&[1.2, 1.3, 1.7]), &pilot(&[1.0; 3]));
+        let squared = (0.16 - 0.07 / 3.0) / (1.4_f64 * 1.4 + RELATIVE_MSE_EPSILON);
+        assert!((found / (4.0 / 3.0 * squared.sqrt()) - 1.0).abs() < 1e-6, "{found}");
+    }
 }

@@ -360,4 +360,27 @@ mod tests {
         );
         assert_eq!(Targets::new(&still, vec![arrival(Vec3::X, Vec3::Y); 15]), Targets::default());
     }
+
+    /// Around the mean direction, as far as the farthest and a tenth more; all directions where there is no mean.
+    #[test]
+    fn a_cap_holds_all_directions_of_arrival() {
+        let from = |degrees: f64| {
+            let angle = degrees.to_radians();
+            arrival(Vec3::ZERO, Vec3::new(-angle.cos() as f32, -angle.sin() as f32, 0.0) * 7.0)
+        };
+        let (axis, height) = cap_around(&[from(30.0), from(-30.0), from(0.0)]);
+        assert!((axis - Vec3::X).length() < 1e-6, "{axis}");
+        let exact = (1.0 - 30.0_f64.to_radians().cos()) * CAP_WIDENED + LEAST_CAP;
+        assert!((f64::from(height) / exact - 1.0).abs() < 1e-5, "{height}, not {exact}");
+        assert_eq!(cap_around(&[from(0.0), from(180.0)]), (Vec3::Z, ALL_DIRECTIONS));
+        let one = cap_around(&[from(0.0)]);
+        assert!((f64::from(one.1) / LEAST_CAP - 1.0).abs() < 1e-3, "{one:?}");
+        // A mean that is just long enough: 1 of 9, and too short, 1 of 11.
+        let many = |ahead: usize, behind: usize| {
+            let all: Vec<Arrival> =
+                (0..ahead).map(|_| from(0.0)).chain((0..behind).map(|_| from(180.0))).collect();
+            cap_around(&all).0
+        };
+        assert!((many(5, 4) - Vec3::X).length() < 1e-6 && many(6, 5) == Vec3::Z);
+    }
 }
