@@ -332,4 +332,51 @@ mod tests {
         let text = "method sppm, engine fast on avx2 lanes, 8 threads";
         assert_eq!(machine(Renderer::default(), Some(LanesName::Avx2), 8), text);
     }
+
+    fn watch() -> Watch {
+        Watch {
+            busy: None,
+            bar: None,
+            has_bar: false,
+            limit: None,
+            told: Told::default(),
+            lines: None,
+            problem: Problem::default(),
+            requests: Requests::deaf(),
+            relay: None,
+        }
+    }
+
+    /// Who shows nothing need not be told of every iteration.
+    #[test]
+    fn a_render_is_followed_by_who_shows_it() {
+        let mut watch = watch();
+        assert!(!watch.follows() && !watch.wants_image(true) && !watch.wants_image(false));
+        // In tests the bar is hidden.
+        watch.bar = Some(Bar::of(3, "iterations"));
+        assert_eq!(watch.follows(), !watch.bar.as_ref().unwrap().is_hidden());
+        watch.lines = Some(Lines::default());
+        assert!(watch.follows());
+        assert_eq!(watch.stopped_by(), "stop");
+    }
+
+    /// One has its bar once the render has begun, if it is to have one.
+    #[test]
+    fn a_bar_begins_with_the_render() {
+        let begun = Notice::Begun {
+            scene: "a".into(),
+            settings: Settings::default(),
+            chosen: Automatic::default(),
+            renderer: Renderer::default(),
+            lanes: None,
+            threads: 1,
+            bytes_at_most: 1,
+        };
+        for has_bar in [true, false] {
+            let mut watch = watch();
+            (watch.has_bar, watch.busy) = (has_bar, Some(Busy::with("preparing")));
+            watch.notice(&begun);
+            assert_eq!((watch.bar.is_some(), watch.busy.is_none()), (has_bar, true));
+        }
+    }
 }

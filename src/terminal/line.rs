@@ -283,4 +283,24 @@ mod tests {
             ["", "", "\u{4e16}", "\u{4e16}b", "\u{4e16}bc"]
         );
     }
+
+    /// A bar has enough columns to tell something, and is there wherever there is room for it beside what matters more.
+    #[test]
+    fn bars_are_neither_too_short_nor_too_long() {
+        let limited = Work { all: None, limit: Some(seconds(100)), ..work() };
+        for work in
+            [work(), limited, Work { noun: "", ..work() }, Work { done: 12_345, all: Some(99_999), ..work() }]
+        {
+            for columns in 0..200 {
+                let line = work.line(columns);
+                let bar = line.strip_prefix('[').and_then(|rest| rest.find(']')).map(|end| end + 2);
+                assert!(
+                    bar.is_none_or(|bar| (SHORTEST_BAR..=LONGEST_BAR).contains(&bar)),
+                    "{columns}: {line}"
+                );
+                let is_free = columns < NARROW || work.noun.is_empty();
+                assert!(bar.is_some() || is_free, "{columns}: {line}");
+            }
+        }
+    }
 }

@@ -48,7 +48,7 @@ pub(crate) struct Requests {
 impl Requests {
     /// Installs the handlers: from now on the first signal makes a request instead of ending the process.
     pub(crate) fn listen() -> Result<Self, SignalError> {
-        let requests = Self { signal: Arc::new(AtomicUsize::new(0)), stop: Stop::default() };
+        let requests = Self::deaf();
         let asked = Arc::new(AtomicBool::new(false));
         // What the process was started to ignore stays ignored: SIGHUP under `nohup`, so that a render survives the end of
         // its terminal, and SIGINT where a shell starts it in the background.
@@ -56,6 +56,11 @@ impl Requests {
             requests.register(signal, &asked)?;
         }
         Ok(requests)
+    }
+
+    /// Requests that no signal makes.
+    pub(crate) fn deaf() -> Self {
+        Self { signal: Arc::new(AtomicUsize::new(0)), stop: Stop::default() }
     }
 
     fn register(&self, signal: i32, asked: &Arc<AtomicBool>) -> io::Result<()> {
@@ -113,7 +118,7 @@ mod tests {
 
     #[test]
     fn no_signal_is_pending_before_one_came() {
-        let requests = Requests { signal: Arc::default(), stop: Stop::default() };
+        let requests = Requests::deaf();
         assert_eq!(requests.pending(), None);
         requests.signal.store(SIGTERM as usize, Ordering::Relaxed);
         assert_eq!(requests.pending(), Some(Signal(SIGTERM)));

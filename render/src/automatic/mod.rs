@@ -534,4 +534,24 @@ mod tests {
             [DEPTHS[0], DEPTHS[1], DEPTHS[1], DEPTHS[2]]
         );
     }
+
+    /// Of an image that has four times the pixels of its pilot, by the noise and the work of each of them.
+    #[test]
+    fn iterations_of_paths_are_those_of_the_pilot_scaled_to_the_image() {
+        let mut scene = files::builtin::scene("terrace").unwrap();
+        (scene.settings.width, scene.settings.height) = (512, 384);
+        let automatic = Automatic { quality: Quality::Draft, iterations: true, ..Automatic::default() };
+        let (method, stop) = ((MethodName::Path, LaneKind::best()), Stop::new());
+        let found = choose(&scene, automatic, method, &stop).unwrap().iterations;
+        let pilots = Pilots::new(&scene, &scene.settings, LaneKind::best(), &stop);
+        assert_eq!(scene.settings.pixels(), 4 * pilots.settings.pixels());
+        let pilot = pilots.run_paths(SEEDS, PATHS, scene.settings.max_depth).unwrap();
+        let variance = pilot.variance(BLOCK as usize / 2);
+        let account = Account::of_paths(PATHS, variance, &pilot.stats, 4.0);
+        let account = account.of(scene.settings.pixels(), scene.spheres.len());
+        let goal = Goal::of(Quality::Draft);
+        assert_eq!(found, account.iterations(1, goal.noise, goal.work));
+        // Neither the least nor what the work alone would allow.
+        assert!(found > 8 && found < account.iterations(1, 0.0, goal.work), "{found}");
+    }
 }
