@@ -97,4 +97,17 @@ mod tests {
         assert_eq!(ranks.map(|rank| fine.value(rank)), ranks.map(|rank| values[rank as usize]));
         assert_eq!((coarse.count, coarse.zeros, coarse.greatest), (5004, 5, f32::MAX));
     }
+
+    #[test]
+    fn what_was_not_asked_for_is_not_counted() {
+        let mut coarse = Coarse::new();
+        for v in [0.0, 1.0, 2.0, 4.0] {
+            coarse.add(v);
+        }
+        let mut fine = coarse.refine([2]);
+        for v in [4.0, 2.0, 1.0, 0.0] {
+            fine.add(v);
+        }
+        assert_eq!((fine.value(2), fine.buckets.len()), (2.0, 1));
+    }
 }

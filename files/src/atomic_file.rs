@@ -210,3 +210,32 @@ fn sync_folder(folder: &Path) -> io::Result<()> {
         other => other,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_in_the_way_of_a_file_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("file"), "").unwrap();
+        let problem = |name: &str| Target::find(&at(name)).err().map(|error| error.problem);
+        let shown = |name: &str| at(name).display().to_string();
+        assert_eq!([problem("new"), problem("file")], [None, None]);
+        assert_eq!(
+            problem("a/new"),
+            Some(format!("the folder {} does not exist; make it first", shown("a")))
+        );
+        assert_eq!(problem("file/new"), Some(format!("{} is not a folder", shown("file"))));
+        let told = problem("file/a/new").unwrap();
+        assert!(told.starts_with(&format!("the folder {} cannot be used: ", shown("file/a"))), "{told}");
+        assert_eq!(problem("new/").as_deref(), Some("names a folder; name a file in it"));
+        assert_eq!(
+            Target::find(folder.path()).err().map(|error| error.problem).as_deref(),
+            Some("is a folder; name a file in it")
+        );
+        // A name alone is in the current folder.
+        assert_eq!(Target::find(Path::new("no such file")).unwrap().folder, Path::new("."));
+    }
+}

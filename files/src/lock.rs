@@ -221,4 +221,30 @@ mod tests {
         assert_eq!(names(&folder), [".sppm-a.png.lock", "precious"]);
         assert_eq!(fs::read_to_string(folder.path().join("precious")).unwrap(), "text");
     }
+
+    /// A lock file that was removed, and one that stands in its place, are others.
+    #[cfg(unix)]
+    #[test]
+    fn a_file_is_what_it_was_unless_it_was_replaced() {
+        let folder = TempDir::new().unwrap();
+        let path = folder.path().join("a");
+        let file = File::create(&path).unwrap();
+        assert!(is_still(&file, &path));
+        fs::rename(&path, folder.path().join("b")).unwrap();
+        assert!(!is_still(&file, &path));
+        fs::write(&path, "").unwrap();
+        assert!(!is_still(&file, &path));
+        // A link to the same file is another thing, which may change.
+        fs::remove_file(&path).unwrap();
+        std::os::unix::fs::symlink(folder.path().join("b"), &path).unwrap();
+        assert!(!is_still(&file, &path));
+    }
+
+    #[test]
+    fn a_folder_is_no_lock() {
+        let folder = TempDir::new().unwrap();
+        assert_eq!(open(folder.path()).unwrap_err().kind(), ErrorKind::IsADirectory);
+        assert_eq!(open(&folder.path().join("a/b")).unwrap_err().kind(), ErrorKind::NotFound);
+        assert!(open(&folder.path().join("a")).is_ok());
+    }
 }

@@ -131,4 +131,31 @@ mod tests {
         let rows = [row(2.5, 7, [0.0, 0.6, -0.8]), row(f32::INFINITY, -1, [0.0; 3])].concat();
         assert!(bytes.ends_with(&rows), "{bytes:?}");
     }
+
+    /// What a header announces has to be in the file, to the byte.
+    #[test]
+    fn rays_that_are_not_there_are_missed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rays.npy");
+        let rays = |announced: u64, there: usize| {
+            let mut text = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({announced}, 6), }}");
+            while (text.len() + 11) % 64 != 0 {
+                text.push(' ');
+            }
+            let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+            bytes.extend((text.len() as u16 + 1).to_le_bytes());
+            bytes.extend(text.bytes().chain(*b"\n"));
+            bytes.extend((0..there).flat_map(|_| 1.0_f32.to_le_bytes()));
+            std::fs::write(&path, bytes).unwrap();
+            read(&path).map(|rays| rays.len()).map_err(|error| error.problem)
+        };
+        assert_eq!([rays(0, 0), rays(5, 30)], [Ok(0), Ok(5)]);
+        for (announced, there) in [(5, 29), (5, 6), (u64::MAX / 24, 30), (u64::MAX, 30)] {
+            let problem = rays(announced, there).unwrap_err();
+            assert!(
+                problem.starts_with(&format!("ends before its {announced} rays do: it has ")),
+                "{problem}"
+            );
+        }
+    }
 }

@@ -460,4 +460,51 @@ mod tests {
             [[particles.style]]\nwhere = \"z > 3\"\nhide = true\n";
         assert_eq!(table(&recipe), expected);
     }
+
+    /// Between spheres of the scene's own and those of the file, whose places and materials move on.
+    #[test]
+    fn a_stage_stands_between_own_spheres_and_those_of_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.xyz");
+        std::fs::write(&path, "2\n\nC 0 0 0\nO 3 0 0\n").unwrap();
+        let mut scene = crate::builtin::scene("cornell").unwrap();
+        let own = scene.spheres[0];
+        scene.materials.truncate(2);
+        scene.spheres = std::iter::once(Sphere { material: 1, ..own }).collect();
+        let source = read(&path, &Recipe::default(), u64::MAX).unwrap();
+        append(&mut scene, source, &path, &Recipe::default()).unwrap();
+        let before = scene.clone();
+        let material = |albedo: f32| scene::Material::Diffuse { albedo: scene::Rgb::splat(albedo) };
+        let set = Set {
+            camera: scene.camera,
+            spheres: vec![Sphere { material: 0, ..own }, Sphere { material: 2, ..own }],
+            materials: vec![material(0.1), material(0.2), material(0.3)],
+            background: scene::Rgb::ONE,
+            transparent_background: true,
+            settings: scene.settings,
+        };
+        set_up(&mut scene, set);
+        let materials: Vec<u32> = scene.spheres.iter().map(|sphere| sphere.material).collect();
+        let of_file = |i: usize| before.spheres[i].material + 3;
+        assert_eq!(materials, [1, 2, 4, of_file(1), of_file(2)]);
+        assert_eq!(scene.materials[2..5], [material(0.1), material(0.2), material(0.3)]);
+        assert_eq!(scene.materials[5..], before.materials[2..]);
+        assert_eq!((&scene.imports[0].spheres, scene.imports[0].materials.start), (&(3..5), 5));
+        assert_eq!(scene.imports[0].materials.end, scene.materials.len());
+        assert!(scene.transparent_background && scene.background == scene::Rgb::ONE);
+    }
+
+    /// The names of files, without what says how they are written.
+    #[test]
+    fn stems_are_names_without_extensions() {
+        for (path, name) in [
+            ("a/water.xyz.gz", "water"),
+            ("water.xyz", "water"),
+            ("a.b.pdb", "a.b"),
+            ("a\u{7}b.xyz", "ab"),
+            ("", ""),
+        ] {
+            assert_eq!(stem(Path::new(path)), name, "{path:?}");
+        }
+    }
 }

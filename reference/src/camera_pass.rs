@@ -204,3 +204,102 @@ pub fn ray_through(frame: &Frame, (x, y): (f32, f32), lens: Option<(f32, f32)>) 
     let direction = unit(to_image * frame.focus_distance - offset);
     Ray { origin: frame.eye + offset, direction, leaves: NO_SPHERE }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rays through the middle and the corners of an image.
+    #[test]
+    fn rays_go_through_their_places_in_the_image() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let frame = scene.camera.frame(40, 30);
+        let middle = ray_through(&frame, (20.0, 15.0), None);
+        assert!((middle.direction - unit(frame.forward)).length() < 1e-6 && middle.origin == frame.eye);
+        let (left, right) = (ray_through(&frame, (0.0, 15.0), None), ray_through(&frame, (40.0, 15.0), None));
+        assert!(left.direction.dot(frame.right) < 0.0 && right.direction.dot(frame.right) > 0.0);
+        assert!((left.direction.dot(frame.right) + right.direction.dot(frame.right)).abs() < 1e-6);
+        // Rows are counted from the top, and pixels are square.
+        let up = |y: f32| ray_through(&frame, (20.0, y), None).direction.dot(frame.up);
+        assert!(up(0.0) > 0.0 && up(30.0) < 0.0);
+        let tan = |ray: Ray, axis: Vec3| ray.direction.dot(axis) / ray.direction.dot(frame.forward);
+        let (x, y) = (
+            tan(ray_through(&frame, (25.0, 15.0), None), frame.right),
+            up(10.0) / (1.0 - up(10.0).powi(2)).sqrt(),
+        );
+        assert!((x / y - 1.0).abs() < 1e-5, "{x}, {y}");
+    }
+
+    /// All rays of a place meet in the plane of focus, and leave the lens everywhere within its rim.
+    #[test]
+    fn rays_from_a_lens_meet_in_focus() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let frame = Frame { aperture_radius: 2.0, focus_distance: 30.0, ..scene.camera.frame(40, 30) };
+        let focus = |u, v| {
+            let ray = ray_through(&frame, (33.0, 4.0), Some((u, v)));
+            let from_eye = ray.origin - frame.eye;
+            assert!((from_eye.length() - 2.0 * f32::sqrt(u)).abs() < 1e-3, "{from_eye}");
+            let depth = 30.0 - from_eye.dot(frame.forward);
+            ray.origin + ray.direction * (depth / ray.direction.dot(frame.forward))
+        };
+        let pinhole = ray_through(&frame, (33.0, 4.0), None).direction;
+        let expected = frame.eye + pinhole * (30.0 / pinhole.dot(frame.forward));
+        for (u, v) in [(0.0, 0.0), (0.5, 0.1), (0.9, 0.6)] {
+            assert!((focus(u, v) - expected).length() < 1e-2, "{} not {expected}", focus(u, v));
+        }
+    }
+
+    #[test]
+    fn without_a_filter_a_sample_is_uniform_in_its_pixel() {
+        assert_eq!(place_in_pixel(None, (0.25, 0.75)), ((0.25, 0.75), 1.0));
+        let table = scene::Filter::Mitchell.table().unwrap();
+        let ((x, y), weight) = place_in_pixel(Some(&table), (0.25, 0.875));
+        let ((of_x, weight_x), (of_y, weight_y)) = (table.place(0.25), table.place(0.875));
+        assert_eq!(((x, y), weight), ((of_x, of_y), weight_x * weight_y));
+    }
+
+    /// Every pixel of a tile has numbers of its own, and so has every tile, iteration and shadow ray.
+    #[test]
+    fn numbers_are_stratified_over_tiles_and_iterations() {
+        let settings = Settings { width: 20, height: 20, light_samples: 3, ..Settings::default() };
+        let first = |iteration, x, y| CameraNumbers::new(&settings, iteration, x, y).stratified(0);
+        let mut cells: Vec<u32> = (0..64).map(|i| (first(0, 8 + i % 8, 8 + i / 8) * 64.0) as u32).collect();
+        cells.sort_unstable();
+        assert_eq!(cells, (0..64).collect::<Vec<u32>>());
+        let others =
+            [first(0, 0, 0), first(0, 8, 0), first(0, 0, 8), first(0, 16, 0), first(1, 0, 0), first(0, 1, 0)];
+        for (i, number) in others.iter().enumerate() {
+            assert!(!others[..i].contains(number), "{others:?}");
+        }
+        // Shadow rays of all iterations are one sequence.
+        let light = |iteration, sample| CameraNumbers::new(&settings, iteration, 3, 3).light(sample);
+        assert_eq!(light(0, 4), light(1, 1));
+        assert_eq!(light(2, 0), light(0, 6));
+        assert_ne!(light(0, 0), light(0, 1));
+    }
+
+    /// The mean of so many shadow rays, each with its own numbers.
+    #[test]
+    fn light_samples_are_averaged() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let (still, frame) = (scene.at(0.0), scene.camera.frame(40, 30));
+        for light_samples in [1, 2, 5] {
+            let settings = Settings { width: 40, height: 30, light_samples, ..scene.settings };
+            let numbers = CameraNumbers::new(&settings, 0, 20, 5);
+            let (ray, _) = camera_ray(&frame, None, 20, 5, &numbers);
+            let hit = intersect(&still, &ray).unwrap();
+            let receiver = Receiver { point: hit.point, normal: hit.normal, sphere: hit.sphere };
+            let one = |sample| {
+                let [choice, u, v] = numbers.light(sample);
+                estimate_irradiance(&still, &receiver, choice, u, v)
+            };
+            let mean = (0..light_samples).map(one).sum::<Rgb>() / light_samples as f32;
+            let found = irradiance(&still, &hit, &numbers);
+            assert!(
+                mean.max_element() > 0.0 && (found - mean).abs().max_element() <= 1e-5 * mean.max_element(),
+                "{found}, {mean}"
+            );
+            assert_eq!(numbers.light_samples(), light_samples);
+        }
+    }
+}

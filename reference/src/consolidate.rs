@@ -85,3 +85,45 @@ pub fn estimate(
     let density = 1.0 / (photons as f32 * (PI * radius_squared));
     direct + beta * gathered.power(nominal_power) * density
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gathered(m: u32) -> Gathered {
+        Gathered { m, flux: [u128::from(m) * u128::from(FLUX_ONE); 3] }
+    }
+
+    /// `N' = N + alpha M`, and the density of photons stays as it was measured.
+    #[test]
+    fn radius_and_flux_shrink_alike() {
+        let mut pixel = Pixel::new(3.0);
+        assert_eq!((pixel.radius_squared, pixel.n), (9.0, 0.0));
+        pixel.consolidate(Rgb::ONE, &gathered(0), 1.0);
+        assert_eq!(pixel, Pixel::new(3.0));
+        for m in [3, 6] {
+            let before = pixel;
+            pixel.consolidate(Rgb::ONE, &gathered(m), 2.0);
+            let ratio = (before.n + ALPHA * m as f32) / (before.n + m as f32);
+            assert_eq!(pixel.n, before.n + ALPHA * m as f32);
+            assert_eq!(pixel.radius_squared, before.radius_squared * ratio);
+            assert_eq!(pixel.tau, (before.tau + Rgb::splat(2.0 * m as f32)) * ratio);
+        }
+    }
+
+    /// Both ways to estimate agree on one iteration, but for the shrunk radius, whose density is the same.
+    #[test]
+    fn an_estimate_is_direct_light_and_flux_over_the_disk() {
+        let settings = Settings { photons_per_iteration: 10, ..Settings::default() };
+        let (direct, beta) = (Rgb::splat(0.5), Rgb::new(1.0, 0.5, 0.0));
+        let found = estimate(direct, (beta, &gathered(4)), 3.0, 10, 2.0);
+        let density = 12.0 / (10.0 * PI * 2.0);
+        assert!((found - (direct + beta * density)).abs().max_element() < 1e-6, "{found}");
+        assert_eq!(estimate(direct, (beta, &gathered(0)), 3.0, 10, 2.0), direct);
+        let mut pixel = Pixel { direct, ..Pixel::new(2.0_f32.sqrt()) };
+        pixel.consolidate(beta, &gathered(4), 3.0);
+        assert!((pixel.develop(&settings, 1) - found).abs().max_element() < 1e-6);
+        // Of two iterations, of which the second brought nothing, it is half.
+        assert!((pixel.develop(&settings, 2) - found * 0.5).abs().max_element() < 1e-6);
+    }
+}

@@ -69,3 +69,71 @@ fn from_inside(still: &Still, receiver: &Receiver, light: &Light, u: f32, v: f32
         || from_center.dot(from_center) < shell.radius * shell.radius;
     (is_within && t < f32::INFINITY).then_some((ray, t, PI))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A shell of this material, which glows, around the eye.
+    fn shell(kind: &str) -> scene::Scene {
+        let material = format!("material = {{ type = {kind} }}");
+        let text = format!(
+            "background = [0, 0, 0]\ncamera = {{ eye = [0, 0, 0], direction = [0, 0, -1], vertical_fov_degrees = 40 }}\n\
+             [[sphere]]\ncenter = [4, 0, 0]\nradius = 10\nemission = [2, 2, 2]\n{material}\n"
+        );
+        files::scene_file::parse("a.toml", &text).unwrap()
+    }
+
+    /// Within a shell that glows, every direction brings its radiance: pi of it. What lies outside of glass gets none from its
+    /// inner side.
+    #[test]
+    fn a_shell_fills_the_half_space_of_what_is_within() {
+        let glass = "\"dielectric\", albedo = [1, 1, 1], ior = 1.5";
+        for kind in ["\"diffuse\", albedo = [0, 0, 0]", glass] {
+            let scene = shell(kind);
+            let still = scene.at(0.0);
+            let inner = still.lights.entries.iter().find(|light| light.inside).unwrap();
+            let at = |x: f32| {
+                let receiver = Receiver { point: Vec3::X * (4.0 + x), normal: Vec3::NEG_X, sphere: u32::MAX };
+                from_inside(&still, &receiver, inner, 0.3, 0.7).map(|(_, t, weight)| (t.is_finite(), weight))
+            };
+            assert_eq!([at(0.0), at(-9.99), at(9.99)], [Some((true, PI)); 3], "{kind}");
+            let is_glass = kind == glass;
+            assert!(at(10.5).is_none() || !is_glass, "{kind}");
+        }
+    }
+
+    /// Of a lamp, whatever the numbers, the weight is the cosine over the density of the cone, and the way ends on it.
+    #[test]
+    fn a_lamp_is_seen_under_its_cone() {
+        let text = "background = [0, 0, 0]\n\
+            camera = { eye = [0, 0, 0], direction = [0, 0, -1], vertical_fov_degrees = 40 }\n\
+            [[sphere]]\ncenter = [0, 0, 5]\nradius = 3\nemission = [2, 2, 2]\n\
+            material = { type = \"diffuse\", albedo = [1, 1, 1] }\n";
+        let scene = files::scene_file::parse("a.toml", text).unwrap();
+        let still = scene.at(0.0);
+        let lamp = &still.lights.entries[0];
+        let from = |point: Vec3, sphere| {
+            let receiver = Receiver { point, normal: Vec3::Z, sphere };
+            from_outside(&still, &receiver, lamp, 0.4, 0.2)
+        };
+        let (ray, t, weight) = from(Vec3::ZERO, u32::MAX).unwrap();
+        let end = ray.origin + ray.direction * t - Vec3::Z * 5.0;
+        assert!((end.length() - 3.0).abs() < 1e-5 && end.z < 0.0, "{end}");
+        // 1 - cos of the half angle, whose sine is 3 / 5.
+        assert!((weight - ray.direction.z * 2.0 * PI * 0.2).abs() < 1e-6, "{weight}");
+        // It lights neither itself, nor what is within or behind the horizon.
+        assert!(from(Vec3::ZERO, 0).is_none() && from(Vec3::Z * 3.0, u32::MAX).is_none());
+        assert!(from(Vec3::Z * 2.0, u32::MAX).is_none() && from(Vec3::Z * 9.0, u32::MAX).is_none());
+    }
+
+    #[test]
+    fn numbers_choose_lights_by_their_power() {
+        let lights =
+            Lights { entries: Vec::new(), ..shell("\"diffuse\", albedo = [0, 0, 0]").at(0.0).lights };
+        assert_eq!(choose_light(&lights, 0.0), None);
+        let one = shell("\"diffuse\", albedo = [0, 0, 0]").at(0.0).lights;
+        assert_eq!(choose_light(&one, 0.0), Some(0));
+        assert_eq!(choose_light(&one, 1.0 - f32::EPSILON / 2.0), Some(0));
+    }
+}

@@ -160,3 +160,64 @@ fn is_blocked(still: &Still, light: &Light, point: Vec3) -> bool {
         within == (still.roles[id as usize] == Role::Solid)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a lamp photons leave where their line does, of a shell where it enters the room.
+    #[test]
+    fn photons_start_at_an_end_of_the_chord() {
+        let (center, radius) = (Vec3::new(1.0, 2.0, 3.0), 5.0);
+        let point = center + Vec3::new(3.0, 0.0, -9.0);
+        let end = |inside| end_of_chord(center, radius, inside, point, Vec3::Z).unwrap();
+        assert!((end(false) - (center + Vec3::new(3.0, 0.0, 4.0))).length() < 1e-5);
+        assert!((end(true) - (center + Vec3::new(3.0, 0.0, -4.0))).length() < 1e-5);
+        let at = |x: f32| end_of_chord(center, radius, false, center + Vec3::X * x, Vec3::Z);
+        assert_eq!(at(5.0), Some(center + Vec3::X * 5.0));
+        assert!(at(5.001).is_none() && at(-4.999).is_some());
+    }
+
+    /// Evenly over the disk, and no farther from the middle than its radius.
+    #[test]
+    fn points_of_a_disk_lie_across_the_direction() {
+        let (center, direction) = (Vec3::new(1.0, -2.0, 0.5), Vec3::new(0.6, 0.0, 0.8));
+        for (u, v) in [(0.0, 0.3), (0.25, 0.0), (0.25, 0.25), (0.81, 0.6), (0.999, 0.9)] {
+            let from = on_disk(center, 2.0, direction, u, v) - center;
+            assert!(
+                from.dot(direction).abs() < 1e-6 && (from.length() - 2.0 * u.sqrt()).abs() < 1e-5,
+                "{u}, {v}"
+            );
+        }
+        let quarter = |v| on_disk(center, 2.0, direction, 0.25, v) - center;
+        assert!(
+            quarter(0.0).dot(quarter(0.25)).abs() < 1e-6 && (quarter(0.0) + quarter(0.5)).length() < 1e-6
+        );
+    }
+
+    fn scene_of(spheres: &[&str]) -> scene::Scene {
+        let camera = "camera = { eye = [0, 0, 0], direction = [0, 0, -1], vertical_fov_degrees = 40 }";
+        let mut text = format!("background = [0, 0, 0]\n{camera}\n");
+        for sphere in spheres {
+            let material = "material = { type = \"diffuse\", albedo = [1, 1, 1] }";
+            text.extend(["[[sphere]]\n", &sphere.replace("; ", "\n"), "\n", material, "\n"]);
+        }
+        files::scene_file::parse("a.toml", &text).unwrap()
+    }
+
+    /// Nothing leaves a lamp where it is sunk into a ball, or stands out of the room.
+    #[test]
+    fn sunken_parts_of_lamps_send_nothing() {
+        let scene = scene_of(&[
+            "center = [0, 0, 0]; radius = 10",
+            "center = [9.5, 0, 0]; radius = 1; emission = [1, 1, 1]",
+            "center = [8.5, 0, 0]; radius = 0.5",
+        ]);
+        let still = scene.at(0.0);
+        let lamp = still.lights.entries.iter().find(|light| light.sphere == 1).unwrap();
+        let blocked = |x: f32, y: f32| is_blocked(&still, lamp, Vec3::new(9.5 + x, y, 0.0));
+        assert!(blocked(-1.0, 0.0), "within the small ball");
+        assert!(blocked(1.0, 0.0), "outside of the room");
+        assert!(!blocked(0.0, 1.0) && !blocked(-0.6, 0.8));
+    }
+}

@@ -86,3 +86,45 @@ fn bucket_of(cell: Cell) -> u32 {
     let hash = x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663) ^ z.wrapping_mul(83_492_791);
     hash % BUCKETS as u32
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene::Rgb;
+
+    fn grid(point: Vec3, radius: f32, multiple: f32) -> Grid {
+        Grid::build(
+            &[VisiblePoint { point, normal: Vec3::Z, sphere: 0, beta: Rgb::ONE }],
+            |_| radius,
+            multiple,
+        )
+    }
+
+    /// A photon looks into its own cell alone, and a point is in no cell that its sphere does not touch.
+    #[test]
+    fn cells_are_as_large_as_asked_for() {
+        for multiple in [2.5, 4.0] {
+            // The first cell reaches from 0 to so many radii of 1.
+            let grid = grid(Vec3::splat(multiple / 2.0), 1.0, multiple);
+            let is_found = |x: f32| grid.candidates(Vec3::new(x, 1.0, 1.0)).count() == 1;
+            assert!(is_found(1e-3) && is_found(multiple - 1e-3), "{multiple}");
+            assert!(!is_found(-1e-3) && !is_found(multiple + 1e-3), "{multiple}");
+        }
+        assert_eq!(Grid::build(&[], |_| 1.0, 2.0).candidates(Vec3::ZERO).count(), 0);
+    }
+
+    /// What rounding may count as near has to be looked at.
+    #[test]
+    fn a_sphere_reaches_a_little_beyond_its_radius() {
+        let grid = grid(Vec3::new(1.0, 1.5, 1.5), 1.0, 2.0);
+        assert_eq!(grid.candidates(Vec3::new(-1e-7, 1.5, 1.5)).count(), 1);
+    }
+
+    #[test]
+    fn bytes_are_those_of_buckets_and_entries() {
+        // In one cell, and around the corner of eight.
+        let (one, eight) = (grid(Vec3::splat(1.0), 0.9, 2.0 / 0.9), grid(Vec3::splat(2.0), 0.9, 2.0 / 0.9));
+        let entries = |grid: &Grid| (grid.bytes() - 4 * (BUCKETS + 1)) / size_of::<Entry>();
+        assert_eq!((entries(&one), entries(&eight), size_of::<Entry>()), (1, 8, 16));
+    }
+}

@@ -140,3 +140,73 @@ fn surface_at(still: &Still, id: SphereId, ray: &Ray, t: f32) -> Hit {
     let inside = outward.dot(ray.direction) > 0.0 && still.roles[id as usize] == Role::Glass;
     Hit { sphere: id, t, point, normal: if inside { -outward } else { outward }, inside }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ray(origin: Vec3, direction: Vec3) -> Ray {
+        Ray { origin, direction, leaves: scene::ray::NO_SPHERE }
+    }
+
+    fn ball() -> Sphere {
+        Sphere {
+            center: Vec3::ZERO,
+            velocity: Vec3::ZERO,
+            radius: 5.0,
+            material: 0,
+            emission: scene::Rgb::ZERO,
+        }
+    }
+
+    const NONE: f32 = f32::INFINITY;
+
+    /// Along a line at a distance of 3 from the middle, which is in the ball from -4 to 4.
+    #[test]
+    fn roots_are_those_of_the_side_that_is_hit() {
+        let ball = ball();
+        let at = |z: f32| ray(Vec3::new(3.0, 0.0, z), Vec3::Z);
+        let [outside, either] = [from_outside, from_either_side];
+        assert_eq!([outside(&ball, &at(-10.0), false), either(&ball, &at(-10.0), false)], [6.0, 6.0]);
+        // Behind the surface an opaque ball is hit at once if the ray goes inwards, and else passed.
+        assert_eq!([outside(&ball, &at(-1.0), false), either(&ball, &at(-1.0), false)], [0.0, 5.0]);
+        assert_eq!([outside(&ball, &at(1.0), false), either(&ball, &at(1.0), false)], [NONE, 3.0]);
+        assert_eq!([outside(&ball, &at(10.0), false), either(&ball, &at(10.0), false)], [NONE, NONE]);
+        // From the surface itself: not hit again, but glass from within.
+        assert_eq!([outside(&ball, &at(4.0), true), either(&ball, &at(4.0), true)], [NONE, NONE]);
+        assert_eq!([outside(&ball, &at(-4.0), true), either(&ball, &at(-4.0), true)], [0.0, 8.0]);
+        let past = ray(Vec3::new(5.1, 0.0, -10.0), Vec3::Z);
+        assert_eq!([outside(&ball, &past, false), either(&ball, &past, false)], [NONE, NONE]);
+    }
+
+    /// Of equal distances the lower sphere counts, and what is nearer before that.
+    #[test]
+    fn the_nearest_counts_and_of_equals_the_first() {
+        let text = |balls: &[(f32, f32)]| {
+            let camera = "{ eye = [0, 0, 9], direction = [0, 0, -1], vertical_fov_degrees = 40 }";
+            let mut text = format!("background = [1, 1, 1]\ncamera = {camera}\n");
+            for (z, radius) in balls {
+                let material = "material = { type = \"diffuse\", albedo = [1, 1, 1] }";
+                let place = format!("center = [0, 0, {z:?}]\nradius = {radius:?}\n");
+                text.extend(["[[sphere]]\n", &place, material, "\n"]);
+            }
+            text
+        };
+        let hit = |balls: &[(f32, f32)]| {
+            let scene = files::scene_file::parse("a.toml", &text(balls)).unwrap();
+            let still = scene.at(0.0);
+            let ray = ray(Vec3::Z * 9.0, Vec3::NEG_Z);
+            let hit = intersect(&still, &ray).unwrap();
+            assert!(
+                occluded(&still, &ray, hit.t + 0.5, SphereId::MAX)
+                    && !occluded(&still, &ray, hit.t, SphereId::MAX)
+            );
+            assert_eq!(occluded(&still, &ray, NONE, hit.sphere), balls.len() > 1);
+            (hit.sphere, hit.t, hit.normal, hit.inside)
+        };
+        assert_eq!(hit(&[(0.0, 1.0)]), (0, 8.0, Vec3::Z, false));
+        assert_eq!(hit(&[(0.0, 1.0), (0.5, 0.5)]), (0, 8.0, Vec3::Z, false));
+        assert_eq!(hit(&[(0.0, 1.0), (3.0, 1.0)]), (1, 5.0, Vec3::Z, false));
+        assert_eq!(hit(&[(3.0, 1.0), (0.0, 1.0)]), (0, 5.0, Vec3::Z, false));
+    }
+}

@@ -130,3 +130,75 @@ fn side_towards(still: &Still, light: u32, receiver: &Receiver) -> u32 {
     let is_glass = !still.material(entry.sphere).is_opaque();
     light + u32::from(is_glass && is_within)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_in_proportion_and_none_is_too_small() {
+        assert_eq!(share(0.0, 0.0, LEAST), None);
+        assert_eq!([share(1.0, 3.0, LEAST), share(3.0, 1.0, LEAST)], [Some(0.25), Some(0.75)]);
+        // What does not matter at all gets nothing.
+        assert_eq!([share(0.0, 1.0, LEAST), share(1.0, 0.0, LEAST)], [Some(0.0), Some(1.0)]);
+        assert_eq!([share(1.0, 1e6, LEAST), share(1e6, 1.0, LEAST)], [Some(LEAST), Some(1.0 - LEAST)]);
+        assert_eq!([share(1.0, 7.0, 0.125), share(7.0, 1.0, 0.125)], [Some(0.125), Some(0.875)]);
+        assert_eq!([share(1.0, 8.0, 0.125), share(8.0, 1.0, 0.125)], [Some(0.125), Some(0.875)]);
+    }
+
+    /// After a decision the number is as uniform as before, and below 1.
+    #[test]
+    fn a_number_decides_again_and_again() {
+        let after = |u: f32, p: f32| {
+            let (mut u, mut probability) = (u, 0.5);
+            (decide(&mut u, &mut probability, p), u, probability)
+        };
+        assert_eq!(after(0.125, 0.25), (true, 0.5, 0.125));
+        assert_eq!(after(0.25, 0.25), (false, 0.0, 0.375));
+        assert_eq!(after(0.625, 0.25), (false, 0.5, 0.375));
+        let below = 0.3_f32.next_down();
+        assert_eq!(after(below, 0.3), (true, (below / 0.3).min(BELOW_ONE), 0.15));
+        assert!(after(BELOW_ONE, 1e-7).1 < 1.0);
+    }
+
+    fn node(center: Vec3, radius: f32) -> LightNode {
+        LightNode { center, radius, intensity: 2.0, link: IS_LIGHT }
+    }
+
+    /// The intensity over the square of the distance, times the cosine; within the ball and at the horizon not more than that of
+    /// its rim.
+    #[test]
+    fn importance_is_irradiance_from_the_middle() {
+        let receiver = Receiver { point: Vec3::ZERO, normal: Vec3::Z, sphere: 0 };
+        let of = |center, radius| importance(&node(center, radius), &receiver);
+        assert_eq!(of(Vec3::Z * 4.0, 1.0), 2.0 / 16.0);
+        let oblique = of(Vec3::new(4.0, 0.0, 3.0), 1.0);
+        assert!((oblique - 2.0 / 25.0 * 0.6).abs() < 1e-7, "{oblique}");
+        // Of a ball around the point, the radius counts in place of the distance.
+        assert_eq!(of(Vec3::Z, 4.0), 2.0 / 16.0 * (2.5 + 2.0 / 1_048_576.0) / 4.0);
+        // In the plane half of it is above; half the height of its top counts.
+        let level = of(Vec3::X * 4.0, 1.0);
+        assert!((level / (2.0 / 16.0 * 0.125) - 1.0).abs() < 1e-5, "{level}");
+        assert_eq!(of(Vec3::new(4.0, 0.0, -1.1), 1.0), 0.0);
+        assert!(of(Vec3::new(4.0, 0.0, -0.99), 1.0) > 0.0);
+    }
+
+    /// Of a glass lamp, what lies within sees its inner side.
+    #[test]
+    fn glass_glows_on_the_side_of_the_receiver() {
+        let text = |kind: &str| {
+            format!(
+                "background = [0, 0, 0]\ncamera = {{ eye = [0, 0, 50], direction = [0, 0, -1], vertical_fov_degrees = 40 }}\n\
+                 [[sphere]]\ncenter = [5, 0, 0]\nradius = 2\nemission = [1, 1, 1]\nmaterial = {{ type = {kind} }}\n"
+            )
+        };
+        let side = |kind: &str, x: f32| {
+            let scene = files::scene_file::parse("lamp.toml", &text(kind)).unwrap();
+            let receiver = Receiver { point: Vec3::X * x, normal: Vec3::X, sphere: 0 };
+            side_towards(&scene.at(0.0), 0, &receiver)
+        };
+        let glass = "\"dielectric\", albedo = [1, 1, 1], ior = 1.5";
+        assert_eq!([2.9, 3.1, 5.0, 6.9, 7.1].map(|x| side(glass, x)), [0, 1, 1, 1, 0]);
+        assert_eq!([2.9, 5.0].map(|x| side("\"diffuse\", albedo = [1, 1, 1]", x)), [0, 0]);
+    }
+}

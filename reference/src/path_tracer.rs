@@ -270,3 +270,105 @@ fn trace(world: &World, ray: Ray, max_depth: u32, numbers: &mut PathNumbers, seg
     }
     radiance
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene(name: &str) -> Scene {
+        let scene = files::builtin::scene(name).unwrap();
+        Scene { settings: Settings { width: 12, height: 9, ..scene.settings }, ..scene }
+    }
+
+    /// Paths survive by their brightest channel, and what they carry stays the same on the average.
+    #[test]
+    fn survivors_of_roulette_carry_what_others_lose() {
+        let settings = Settings::default();
+        let (mut survivors, count) = (0, 4000);
+        for x in 0..count {
+            let mut throughput = Rgb::new(0.25, 0.125, 0.0);
+            survivors += u32::from(survives(&mut throughput, &mut PathNumbers::new(&settings, 0, x, 0)));
+            assert_eq!(throughput, Rgb::new(1.0, 0.5, 0.0));
+        }
+        let share = f64::from(survivors) / f64::from(count);
+        assert!((share - 0.25).abs() < 0.03, "{share}");
+        // Brighter ones always do, and are not made brighter.
+        let mut bright = Rgb::splat(3.0);
+        assert!(
+            survives(&mut bright, &mut PathNumbers::new(&settings, 0, 0, 0)) && bright == Rgb::splat(3.0)
+        );
+    }
+
+    #[test]
+    fn a_render_goes_on_from_its_rows() {
+        let scene = scene("cornell");
+        let mut whole = PathTracer::new(&scene, &scene.settings);
+        assert_eq!(whole.probe(11, 8).radiance, Rgb::ZERO);
+        whole.iterate();
+        whole.iterate();
+        let mut resumed = PathTracer::new(&scene, &scene.settings);
+        for y in 0..9 {
+            let mut words = vec![0; 12 * 6];
+            whole.save_row(y, &mut words);
+            resumed.load_row(y, &words);
+        }
+        resumed.go_on_after(2, *whole.stats());
+        for _ in 0..2 {
+            let done = |engine: &PathTracer| (engine.iterations(), engine.progress.next, *engine.stats());
+            assert_eq!((&resumed.sums, done(&resumed)), (&whole.sums, done(&whole)));
+            assert_eq!(resumed.probe(5, 7), whole.probe(5, 7));
+            whole.iterate();
+            resumed.iterate();
+            whole.progress.stats = resumed.progress.stats; // of different times
+        }
+    }
+
+    /// The image is the mean of all samples, and an iteration that is abandoned is none.
+    #[test]
+    fn samples_are_averaged_and_counted() {
+        let (scene, stopped) = (scene("cornell"), Stop::new());
+        stopped.request();
+        let mut engine = PathTracer::new(&scene, &scene.settings);
+        let mut sums = [0.0; 3];
+        for n in 1..=3_u32 {
+            assert!(!engine.iterate_unless(&stopped));
+            assert_eq!(engine.iterations(), n - 1);
+            engine.iterate();
+            for (sum, value) in sums.iter_mut().zip(engine.samples[5 * 12 + 7].to_array()) {
+                *sum += f64::from(value) / 3.0;
+            }
+        }
+        let radiance = engine.probe(7, 5).radiance;
+        assert_ne!(radiance, Rgb::ZERO);
+        for (found, exact) in radiance.to_array().into_iter().zip(sums) {
+            assert!((f64::from(found) - exact).abs() < 1e-6, "{radiance}, {sums:?}");
+        }
+        let stats = engine.stats();
+        let paths = 3 * 12 * 9;
+        assert!(
+            stats.camera_segments >= 2 * paths
+                && stats.camera_segments <= paths * 2 * u64::from(scene.settings.max_depth)
+        );
+        assert_eq!(stats.bytes, 12 * 9 * (24 + size_of::<Rgb>() as u64));
+        assert!(stats.camera_seconds > 0.0 && !engine.has_photons());
+    }
+
+    /// Roulette needs no light to end: every path has at most as many segments as are allowed, twice.
+    #[test]
+    fn paths_have_at_most_their_depth() {
+        let scene = scene("cornell");
+        for max_depth in [1, 2, 5] {
+            let world = World::new(scene.at(0.0));
+            let frame = scene.camera.frame(12, 9);
+            let mut most = 0;
+            for (x, y) in (0..12).flat_map(|x| (0..9).map(move |y| (x, y))) {
+                let mut numbers = PathNumbers::new(&scene.settings, 0, x, y);
+                let (ray, _) = camera_ray(&frame, None, x, y, &numbers.camera);
+                let mut segments = 0;
+                trace(&world, ray, max_depth, &mut numbers, &mut segments);
+                most = most.max(segments);
+            }
+            assert!(most > u64::from(max_depth) && most <= 2 * u64::from(max_depth), "{most} of {max_depth}");
+        }
+    }
+}

@@ -49,3 +49,34 @@ impl PhotonNumbers {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of as many photons as a power of two, each stratum has one; other iterations and seeds shift them otherwise.
+    #[test]
+    fn numbers_are_stratified_over_photons() {
+        let numbers = PhotonNumbers::new(1, 0);
+        for dimension in [0, 3, dimension::LIGHT] {
+            let mut cells: Vec<u32> =
+                (0..64).map(|photon| (numbers.stratified(photon, [dimension])[0] * 64.0) as u32).collect();
+            cells.sort_unstable();
+            assert_eq!(cells, (0..64).collect::<Vec<u32>>(), "dimension {dimension}");
+        }
+        let of = |seed, iteration| PhotonNumbers::new(seed, iteration).stratified(5, [0, 1]);
+        assert!(of(1, 0) != of(1, 1) && of(1, 0) != of(2, 0));
+    }
+
+    #[test]
+    fn the_first_bounce_is_stratified_and_later_ones_are_not() {
+        let numbers = PhotonNumbers::new(1, 0);
+        let mut stream = numbers.stream(9);
+        assert_eq!(numbers.bounce(9, 0, &mut stream), numbers.stratified(9, dimension::FIRST_BOUNCE));
+        let mut again = numbers.stream(9);
+        for bounce in [1, 2] {
+            let expected: [f32; 3] = std::array::from_fn(|_| again.next_f32());
+            assert_eq!(numbers.bounce(9, bounce, &mut stream), expected, "{bounce}");
+        }
+    }
+}

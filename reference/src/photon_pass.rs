@@ -184,3 +184,70 @@ fn exponent_of(x: f32) -> u32 {
     let exponent = x.to_bits() >> 23;
     if exponent < OF_ONE { 0 } else { ((exponent - OF_ONE) / EXPONENT_STEP + 1) * EXPONENT_STEP }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Photons that survive keep the power of their brightest channel, and as many do as light is left.
+    #[test]
+    fn survivors_keep_their_power() {
+        let (power, albedo) = (Rgb::new(1.0, 0.5, 0.25), Rgb::new(0.5, 0.8, 0.0));
+        assert_eq!(survive(power, albedo, 0.499), Some(Rgb::new(1.0, 0.8, 0.0)));
+        assert_eq!([survive(power, albedo, 0.5), survive(power, Rgb::ZERO, 0.0)], [None, None]);
+        assert_eq!(survive(power, Rgb::ONE, 0.999), Some(power));
+        assert_eq!(survive(power * 4.0, albedo, 0.499), Some(Rgb::new(4.0, 3.2, 0.0)));
+    }
+
+    #[test]
+    fn fluxes_are_rounded_to_the_nearest_and_never_exceed_one() {
+        let units = |p: f32| quantise(&Aim::default(), Rgb::splat(p)).units[0];
+        let unit = 1.0 / FLUX_ONE as f32;
+        assert_eq!([0.0, 0.49 * unit, 0.51 * unit, 1.4 * unit, 1.0].map(units), [0, 0, 1, 1, FLUX_ONE]);
+        assert_eq!([1.0 + f32::EPSILON, 1.5].map(units), [FLUX_ONE; 2]);
+        assert_eq!(quantise(&Aim::default(), Rgb::ONE).shift, 0);
+        assert_eq!(Flux { units: [1, 2, 3], shift: 8 }.values(), [256, 512, 768]);
+    }
+
+    #[test]
+    fn exponents_are_the_least_multiples_that_hold_a_number() {
+        for (x, exponent) in [
+            (0.0, 0),
+            (0.5, 0),
+            (0.999, 0),
+            (1.0, 8),
+            (255.9, 8),
+            (256.0, 16),
+            (65_535.0, 16),
+            (65_536.0, 24),
+        ] {
+            assert_eq!(exponent_of(x), exponent, "{x}");
+        }
+    }
+
+    /// From afar half of the photons fly towards the ball; weights undo that, and none is above 2.
+    #[test]
+    fn photons_scatter_towards_what_they_are_aimed_at() {
+        let ball = Target::ball(Vec3::Z * 10.0, 1.0);
+        let mut hits = [0.0, 0.0];
+        let (mut count, side) = (0, 64);
+        for (i, j) in (0..side).flat_map(|i| (0..side).map(move |j| (i, j))) {
+            let [u, v] = [i, j].map(|k| (k as f32 + 0.5) / side as f32);
+            let (direction, weight) = scatter_towards(&ball, Vec3::ZERO, Vec3::Z, u, v);
+            let is_met = ball.is_crossed(Vec3::ZERO, direction);
+            assert!(
+                (0.0..=2.0).contains(&weight) && (is_met || weight == 2.0 || u < 0.5),
+                "{direction}, {weight}"
+            );
+            hits[usize::from(is_met)] += weight;
+            count += u32::from(is_met);
+        }
+        let all = (side * side) as f32;
+        // By the cosine a share of 1 / 100 meets it, the square of the sine of the half angle.
+        assert!((hits[1] / all - 0.01).abs() < 1e-3 && (hits[0] / all - 0.99).abs() < 0.02, "{hits:?}");
+        assert!((count as f32 / all - 0.505).abs() < 0.02, "{count}");
+        // Within the ball there is nothing to aim at.
+        let within = scatter_towards(&ball, Vec3::Z * 9.5, Vec3::Z, 0.3, 0.6);
+        assert_eq!(within, (cosine_hemisphere(Vec3::Z, 0.3, 0.6), 1.0));
+    }
+}

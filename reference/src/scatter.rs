@@ -39,3 +39,49 @@ pub fn fresnel(eta: f32, cos_i: f32, cos_t: f32) -> f32 {
     let p = (eta * cos_t - cos_i) / (eta * cos_t + cos_i);
     0.5 * (s * s + p * p)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hit(normal: Vec3, inside: bool) -> Hit {
+        Hit { sphere: 0, t: 1.0, point: Vec3::ZERO, normal, inside }
+    }
+
+    #[test]
+    fn reflection_turns_the_part_along_the_normal() {
+        assert_eq!(reflect(Vec3::new(0.6, 0.0, -0.8), Vec3::Z), Vec3::new(0.6, 0.0, 0.8));
+        assert_eq!(reflect(Vec3::NEG_Z, Vec3::Z), Vec3::Z);
+    }
+
+    /// Sines are as the indices, and radiance as their squares.
+    #[test]
+    fn refraction_follows_the_law_of_snell() {
+        let d = Vec3::new(0.6, 0.0, -0.8);
+        let (entering, scale) = dielectric(d, &hit(Vec3::Z, false), 1.5, 1.0);
+        assert!((entering - Vec3::new(0.4, 0.0, -(1.0 - 0.16_f32).sqrt())).length() < 1e-6, "{entering}");
+        assert!((scale - 1.0 / 2.25).abs() < 1e-6, "{scale}");
+        // The way back.
+        let (leaving, scale) = dielectric(-entering, &hit(Vec3::NEG_Z, true), 1.5, 1.0);
+        assert!((leaving + d).length() < 1e-6 && (scale - 2.25).abs() < 1e-6, "{leaving}, {scale}");
+        // Beyond the critical angle all is reflected.
+        assert_eq!(dielectric(d, &hit(Vec3::Z, true), 1.7, 0.999_999), (reflect(d, Vec3::Z), 1.0));
+    }
+
+    /// Head on `((n - 1) / (n + 1))^2`, at Brewster's angle half of what one polarisation has, and all at grazing angles.
+    #[test]
+    fn reflectance_is_that_of_fresnel() {
+        assert!((fresnel(1.0 / 1.5, 1.0, 1.0) - 0.04).abs() < 1e-7);
+        assert!((fresnel(1.5, 1.0, 1.0) - 0.04).abs() < 1e-7);
+        let cos = 1.0 / (1.0_f32 + 2.25).sqrt();
+        let sin_t = (1.0 - cos * cos).sqrt() / 1.5;
+        let s = (1.0 - 2.25_f32) / (1.0 + 2.25);
+        let found = fresnel(1.0 / 1.5, cos, (1.0 - sin_t * sin_t).sqrt());
+        assert!((found - 0.5 * s * s).abs() < 1e-6, "{found}");
+        assert_eq!(fresnel(1.5, 0.3, 0.0), 1.0);
+        // The number decides at the reflectance.
+        let d = Vec3::NEG_Z;
+        let is_reflected = |u| dielectric(d, &hit(Vec3::Z, false), 1.5, u).0.z > 0.0;
+        assert!(is_reflected(0.0) && is_reflected(0.0399) && !is_reflected(0.0401) && !is_reflected(0.99));
+    }
+}

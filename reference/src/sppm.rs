@@ -396,3 +396,177 @@ impl Resumable for Sppm<'_> {
         self.shrink();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene() -> Scene {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let settings = Settings { width: 12, height: 9, photons_per_iteration: 2000, ..scene.settings };
+        Scene { settings, ..scene }
+    }
+
+    /// All that a render holds of its pixels.
+    fn state(engine: &Sppm) -> Vec<Vec<u32>> {
+        let Settings { width, height, .. } = engine.progress.settings;
+        let row = |y| {
+            let mut words = vec![0; width as usize * engine.sums().words()];
+            engine.save_row(y, &mut words);
+            words
+        };
+        (0..height).map(row).collect()
+    }
+
+    fn iterated(mut engine: Sppm, iterations: u32) -> Sppm {
+        (0..iterations).for_each(|_| engine.iterate());
+        engine
+    }
+
+    fn schedules() -> [Settings; 2] {
+        let settings = scene().settings;
+        RadiusSchedule::ALL.map(|radius_schedule| Settings { radius_schedule, ..settings })
+    }
+
+    #[test]
+    fn before_the_first_iteration_all_is_black_and_radii_are_the_first() {
+        let scene = scene();
+        for settings in schedules() {
+            let probe = Sppm::new(&scene, &settings).probe(11, 8);
+            assert_eq!((probe.radiance, probe.direct, probe.count), (Rgb::ZERO, Rgb::ZERO, 0.0));
+            let is_own = settings.radius_schedule == RadiusSchedule::PerPixel;
+            assert!(!is_own || probe.radius == settings.initial_radius, "{probe:?}");
+        }
+    }
+
+    /// First radii hold for the first iteration, and shrink from then on as those of the settings do.
+    #[test]
+    fn given_first_radii_are_in_the_place_of_the_settings() {
+        let scene = scene();
+        let half = scene.settings.initial_radius / 2.0;
+        let given = Sppm::new(&scene, &scene.settings).beginning_with(FirstRadii::even(half));
+        let own = Sppm::new(&scene, &Settings { initial_radius: half, ..scene.settings });
+        let (given, own) = (iterated(given, 3), iterated(own, 3));
+        assert_eq!(state(&given), state(&own));
+        assert!((0..12).any(|x| given.probe(x, 4).radius < half));
+    }
+
+    /// Pilots choose first radii if the settings ask for them, once.
+    #[test]
+    fn pilots_choose_first_radii_if_they_are_asked_for() {
+        let scene = scene();
+        let with =
+            |radius_pilots| iterated(Sppm::new(&scene, &Settings { radius_pilots, ..scene.settings }), 2);
+        assert!(with(0).first_radii.is_none());
+        let chosen = with(1);
+        let radii =
+            first_radii(&scene, &Settings { radius_pilots: 1, ..scene.settings }, &Stop::new()).unwrap();
+        let given = iterated(Sppm::new(&scene, &scene.settings).beginning_with(radii), 2);
+        assert_eq!(state(&chosen), state(&given));
+    }
+
+    /// An iteration that is abandoned has changed nothing, whenever that is.
+    #[test]
+    fn an_abandoned_iteration_leaves_no_trace() {
+        let (scene, stopped) = (scene(), Stop::new());
+        stopped.request();
+        for settings in schedules() {
+            for iterations in [0, 2] {
+                let mut engine = Sppm::new(&scene, &settings);
+                if settings.radius_schedule == RadiusSchedule::PerPixel {
+                    engine = engine.beginning_with(FirstRadii::even(0.5));
+                }
+                let mut engine = iterated(engine, iterations);
+                let (before, stats) = (state(&engine), *engine.stats());
+                assert!(!engine.iterate_unless(&stopped));
+                assert_eq!(
+                    (state(&engine), *engine.stats(), engine.iterations()),
+                    (before, stats, iterations)
+                );
+            }
+        }
+    }
+
+    /// From what is saved, a render goes on as if it had never ended.
+    #[test]
+    fn a_render_goes_on_from_its_rows() {
+        let scene = scene();
+        for settings in schedules() {
+            let mut whole = iterated(Sppm::new(&scene, &settings), 2);
+            let mut resumed = Sppm::new(&scene, &settings);
+            for (y, words) in state(&whole).iter().enumerate() {
+                resumed.load_row(y as u32, words);
+            }
+            resumed.go_on_after(2, *whole.stats());
+            for iterations in [2, 3] {
+                assert_eq!(state(&resumed), state(&whole), "{iterations}");
+                assert_eq!(resumed.iterations(), iterations);
+                for (x, y) in [(0, 0), (5, 0), (0, 5), (11, 8)] {
+                    assert_eq!(resumed.probe(x, y), whole.probe(x, y), "{x}, {y}");
+                }
+                whole.iterate();
+                resumed.iterate();
+            }
+        }
+    }
+
+    /// With global radii any iteration can be the first, and has the radius of its number.
+    #[test]
+    fn iterations_with_global_radii_are_independent() {
+        let scene = scene();
+        let [_, settings] = schedules();
+        let mut engine = Sppm::new(&scene, &settings);
+        engine.skip_to(2);
+        assert_eq!(engine.progress().next, 2);
+        let radius = engine.probe(0, 0).radius;
+        engine.iterate();
+        let after = engine.probe(0, 0).radius;
+        assert!(after < radius && radius < settings.initial_radius, "{radius}, {after}");
+        assert_eq!(iterated(Sppm::new(&scene, &settings), 3).probe(0, 0).radius, after);
+    }
+
+    /// Photons fly where they are aimed, by a survey unless that is known.
+    #[test]
+    fn photons_are_aimed_by_a_survey_or_as_told() {
+        let scene = files::builtin::scene("terrace").unwrap();
+        let settings = Settings {
+            width: 12,
+            height: 9,
+            photons_per_iteration: 2000,
+            radius_pilots: 0,
+            ..scene.settings
+        };
+        let new = || Sppm::new(&scene, &settings);
+        let by_survey = iterated(new(), 1);
+        let told = iterated(new().aimed_at(survey(&scene, &settings)), 1);
+        assert_eq!(state(&by_survey), state(&told));
+        let alike = iterated(new().aimed_at(Targets::default()), 1);
+        assert_ne!(state(&by_survey), state(&alike));
+        assert_ne!(state(&iterated(new().lit_by_power(), 1)), state(&alike));
+        assert_eq!(by_survey.stats().photons, 2000);
+    }
+
+    /// Of every pass.
+    #[test]
+    fn times_and_bytes_are_counted() {
+        let scene = scene();
+        for settings in schedules() {
+            let engine = iterated(Sppm::new(&scene, &settings), 2);
+            let Stats {
+                camera_seconds, build_grid_seconds, photon_seconds, consolidate_seconds, bytes, ..
+            } = *engine.stats();
+            for seconds in [camera_seconds, build_grid_seconds, photon_seconds, consolidate_seconds] {
+                assert!(seconds > 0.0, "{:?}", engine.stats());
+            }
+            // In the box each pixel sees a surface.
+            let per_pixel =
+                size_of::<Pixel>() + size_of::<Rgb>() + size_of::<VisiblePoint>() + size_of::<usize>();
+            let sums = if engine.global.is_some() { size_of::<ExactSums>() } else { 0 };
+            let pixels = settings.pixels() * (per_pixel + size_of::<Gathered>() + sums);
+            let empty = Grid::build(&[], |_| 1.0, CELL_SIZE).bytes();
+            // An entry of a point has 16 bytes, and a point touches from 1 to 27 cells.
+            let most = pixels + empty + 27 * 16 * settings.pixels();
+            assert!((pixels + empty..=most).contains(&(bytes as usize)), "{bytes} for {pixels} and {empty}");
+        }
+    }
+}

@@ -87,3 +87,58 @@ fn arrival(still: &Still, hit: &Hit, direction: Vec3, [choice, u, v]: [f32; 3]) 
     let flux = max_component(irradiance);
     (flux > 0.0).then_some(Arrival { point: hit.point, source, flux })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Walks start all over the image, and within it.
+    #[test]
+    fn walks_start_at_places_of_the_image() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let settings = Settings { width: 40, height: 30, ..scene.settings };
+        let frame = scene.camera.frame(40, 30);
+        let key = StreamKey::new(settings.seed, Family::Survey, 0);
+        let mut places: Vec<(i32, i32)> = (0..64)
+            .map(|walk| {
+                let ray = eye_ray(&scene, &settings, walk, &mut key.stream(walk));
+                assert_eq!(ray.origin, frame.eye);
+                let [x, y, z] = [frame.right, frame.up, frame.forward].map(|axis| ray.direction.dot(axis));
+                let (x, y) = (x / z / frame.pixel + frame.half[0], frame.half[1] - y / z / frame.pixel);
+                assert!((-1e-3..40.001).contains(&x) && (-1e-3..30.001).contains(&y), "{x}, {y}");
+                ((x * 0.2 + 1e-3) as i32, (y * 0.8 / 3.0 + 1e-3) as i32)
+            })
+            .collect();
+        places.sort_unstable();
+        places.dedup();
+        assert_eq!(places.len(), 64);
+    }
+
+    /// Light arrives on the side where the walk goes on, from a lamp, and not in the dark.
+    #[test]
+    fn arrivals_are_of_light_that_was_seen_from_a_surface() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let still = scene.at(0.0);
+        let key = StreamKey::new(1, Family::Survey, 0);
+        let arrivals = |max_depth| {
+            let mut arrivals = Vec::new();
+            for walk in 0..200 {
+                let mut stream = key.stream(walk);
+                let ray = eye_ray(&scene, &scene.settings, walk, &mut stream);
+                follow(&still, ray, max_depth, &mut stream, &mut arrivals);
+            }
+            arrivals
+        };
+        // Of one segment from the first surface on, none but that surface is met.
+        assert!(arrivals(1).is_empty());
+        let (two, five) = (arrivals(2).len(), arrivals(5));
+        assert!(two > 20 && two <= 200 && five.len() > two, "{two}, {}", five.len());
+        let is_lit = |point: Vec3| {
+            still.lights.entries.iter().any(|light| {
+                let lamp = still.spheres[light.sphere as usize];
+                ((point - lamp.center).length() / lamp.radius - 1.0).abs() < 1e-2
+            })
+        };
+        assert!(five.iter().all(|arrival| arrival.flux > 0.0 && is_lit(arrival.source)), "{five:?}");
+    }
+}

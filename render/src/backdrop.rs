@@ -114,4 +114,34 @@ mod tests {
         let red = without(Rgb::X, Rgb::X, Rgb::X);
         assert!((red.alpha - 2.0 / 3.0).abs() <= f32::EPSILON && red.color == Rgb::ZERO, "{red:?}");
     }
+
+    /// The same camera paths, and photons that change nothing.
+    #[test]
+    fn what_is_behind_is_seen_by_the_same_paths() {
+        let settings =
+            Settings { photons_per_iteration: 500, radius_pilots: 3, seed: 9, ..Settings::default() };
+        assert_eq!(
+            settings_behind(&settings),
+            Settings { photons_per_iteration: 1, radius_pilots: 0, ..settings }
+        );
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        assert!(scene_behind(&scene).is_none());
+        (scene.transparent_background, scene.settings) = (true, settings);
+        assert_eq!(scene_behind(&scene).unwrap().settings, settings_behind(&settings));
+    }
+
+    /// The image is opaque where nothing of the background is seen.
+    #[test]
+    fn without_a_background_in_sight_all_is_opaque() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        (scene.settings.width, scene.settings.height) = (3, 2);
+        scene.transparent_background = true;
+        let behind = scene_behind(&scene).unwrap();
+        let mut backdrop = Backdrop::new(&behind, scene.background, EngineChoice::default());
+        backdrop.catch_up(&(0..2).into());
+        let film = Film::from_fn(3, 2, |x, y| Rgb::splat((10 * y + x) as f32));
+        let pixels: Vec<Rgba> = film.pixels.iter().map(|color| Rgba { color: *color, alpha: 1.0 }).collect();
+        assert_eq!(backdrop.pixels(&film), pixels);
+        assert_eq!(backdrop.pixel(film.pixels[5], 2, 1), pixels[5]);
+    }
 }

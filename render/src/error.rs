@@ -204,4 +204,42 @@ mod tests {
         let error = Error::named(Field::Setting("width"), "is 0");
         assert_eq!(error.to_string(), "width: is 0");
     }
+
+    /// What a front end prints is the field's name in this library, unless it has another.
+    #[test]
+    fn fields_have_names_of_their_own() {
+        use Field as F;
+        let all = [
+            F::Scene,
+            F::Setting("width"),
+            F::Method,
+            F::Engine,
+            F::Lanes,
+            F::Profile,
+            F::Threads,
+            F::MemoryLimit,
+            F::Image,
+            F::Exposure,
+            F::Tone,
+            F::Snapshots,
+            F::RadiusImage,
+            F::CountImage,
+            F::Stats,
+            F::Checkpoint,
+            F::Range,
+            F::Part,
+            F::Parts,
+            F::Resumed,
+            F::Like,
+            F::Resume,
+        ];
+        let names: std::collections::HashSet<&str> = all.iter().map(|field| field.name()).collect();
+        assert_eq!(names.len(), all.len());
+        assert!(
+            ["width", "memory_limit", "radius_image", "Job::resume"].iter().all(|name| names.contains(name))
+        );
+        let joined = Problem::of(Field::Stats).text(" a").join(&Problem::from("b").field(Field::Like));
+        assert_eq!(joined.to_string(), "stats ablike");
+        assert_eq!(Error::failed("it").problem().to_string(), "it");
+    }
 }

@@ -150,4 +150,34 @@ mod tests {
             }
         }
     }
+
+    /// Each to the power of two of iterations, and 16 times on the way to the next.
+    #[test]
+    fn estimates_are_made_at_most_so_often() {
+        assert!((1..=32).all(is_checked));
+        let of = |from: u32| (from + 1..=2 * from).filter(|n| is_checked(*n)).count();
+        assert_eq!([of(16), of(32), of(64), of(1024)], [16; 4]);
+        assert!(is_checked(34) && !is_checked(33) && is_checked(1024 + 64) && !is_checked(1024 + 32));
+    }
+
+    #[test]
+    fn squares_are_relative_and_of_what_is_finite() {
+        let (a, b) = (Rgb::new(2.0, 0.0, f32::INFINITY), Rgb::new(1.0, 1.0, 1.0));
+        let exact = f64::midpoint(1.0 / (4.0 + RELATIVE_MSE_EPSILON), 1.0 / RELATIVE_MSE_EPSILON);
+        assert!((relative_square(&[a], &[b]) / exact - 1.0).abs() < 1e-12);
+        assert_eq!(relative_square(&[a], &[Rgb::splat(f32::NAN)]), 0.0);
+        assert_eq!(relative_square(&[], &[]), 0.0);
+    }
+
+    /// An image compared with itself would tell nothing.
+    #[test]
+    fn an_image_is_compared_with_earlier_ones_alone() {
+        let mut estimate = Estimate::default();
+        let film = || Film::from_fn(2, 2, |_, _| Rgb::ONE);
+        estimate.update(2, film);
+        estimate.update(2, film);
+        assert_eq!(estimate.error, None);
+        estimate.update(3, film);
+        assert_eq!(estimate.error, Some(0.0));
+    }
 }

@@ -60,4 +60,22 @@ mod tests {
         assert_eq!(timed.iterations(None, 6), MAX_ITERATIONS);
         assert_eq!(timed.iterations(Some(9), 6), 9);
     }
+
+    #[test]
+    fn either_goal_leaves_the_iterations_open() {
+        let (time, error) = (Some(Duration::from_secs(1)), Some(0.1));
+        let are_open = |time, error| Goals { time, error }.are_open();
+        assert!(are_open(time, None) && are_open(None, error) && are_open(time, error));
+        assert!(!are_open(None, None));
+    }
+
+    #[test]
+    fn a_clock_tells_what_is_left_of_its_limit() {
+        let hour = Duration::from_hours(1);
+        let left = |time| Clock::start(&Goals { time, error: None }).left();
+        assert_eq!((left(None), left(Some(Duration::ZERO))), (None, Some(Duration::ZERO)));
+        let clock = Clock::start(&Goals { time: Some(hour), error: None });
+        let (left, elapsed) = (clock.left().unwrap(), clock.elapsed());
+        assert!(left < hour && left > hour / 2 && left + elapsed >= hour, "{left:?}");
+    }
 }

@@ -120,3 +120,28 @@ impl Repeated {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_file_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("text"), "text").unwrap();
+        let said = |name: &str| {
+            let path = folder.path().join(name);
+            let problem = Made::read(&path).err().unwrap().to_string();
+            problem.replace(&path.display().to_string(), "it")
+        };
+        assert_eq!(said("none.png"), "it: there is no such file");
+        assert_eq!(said("none.sppm"), "it: there is no such file");
+        assert_eq!(said(""), "it: this is a directory; name a file");
+        // In what is no folder there may be something that cannot be looked at.
+        assert!(!said("text/a.png").contains("there is no such file"), "{}", said("text/a.png"));
+        let image = folder.path().join("a.png");
+        let (film, encoding) = (scene::Film::new(2, 2), image_file::Encoding::default());
+        image_file::write(&image, &film, &encoding).unwrap();
+        assert_eq!(said("a.png"), "it does not say what made it; only .png and .exr images by sppm do");
+    }
+}

@@ -211,4 +211,42 @@ mod tests {
             assert_eq!(MethodName::of(method.sums(&Settings::default())), method);
         }
     }
+
+    /// Names are those that files and options have.
+    #[test]
+    fn each_name_is_that_of_files() {
+        fn written(name: impl Serialize) -> String {
+            serde_json::to_string(&name).unwrap().trim_matches('"').to_owned()
+        }
+        for method in MethodName::ALL {
+            assert_eq!(written(method), method.name());
+        }
+        for engine in EngineName::ALL {
+            assert_eq!(written(engine), engine.name());
+        }
+        for lanes in LanesName::ALL {
+            assert_eq!(written(lanes), lanes.name());
+        }
+    }
+
+    #[test]
+    fn lanes_are_named_and_found_again() {
+        for kind in LaneKind::ALL {
+            assert_eq!(LanesName::from(kind).kind(), kind);
+        }
+        assert_eq!(LanesName::Auto.kind(), LaneKind::best());
+        let available: Vec<LaneKind> = available_lanes().collect();
+        assert!(available[0] == LaneKind::Emulated && available.contains(&LaneKind::best()));
+        assert!(available.iter().all(|kind| kind.is_available()));
+    }
+
+    #[test]
+    fn only_photon_mapping_has_photons_and_sums_follow_the_schedule() {
+        let global = Settings { radius_schedule: RadiusSchedule::Global, ..Settings::default() };
+        assert!(MethodName::Sppm.has_photons() && !MethodName::Path.has_photons());
+        assert_eq!(MethodName::Sppm.sums(&Settings::default()), Sums::Photons);
+        assert_eq!(MethodName::Sppm.sums(&global), Sums::Exact);
+        assert_eq!(MethodName::Path.sums(&global), Sums::Paths);
+        assert_eq!(MethodName::of(Sums::Exact), MethodName::Sppm);
+    }
 }

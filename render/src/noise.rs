@@ -134,4 +134,23 @@ mod tests {
         let found = mean_square_radius(&engine, &first);
         assert!((found - 2.0 / 3.0).abs() < 1e-3, "{found}");
     }
+
+    /// After every iteration from the second on, whatever its distance from the one before.
+    #[test]
+    fn a_sample_tells_it_after_any_iteration() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let settings = Settings { width: 64, height: 48, photons_per_iteration: 20_000, ..scene.settings };
+        let mut engine = fast::Sppm::new(&scene, &settings);
+        let (mut noise, mut estimate) = (Noise::default(), Estimate::default());
+        for n in 1..=7 {
+            engine.iterate();
+            noise.update(&engine);
+            estimate.update(n, || engine.develop());
+            // All pixels are looked at.
+            assert_eq!(noise.estimate().is_some(), n > 1);
+            if let (Some(sampled), Some(whole)) = (noise.estimate(), estimate.error) {
+                assert!((sampled / whole - 1.0).abs() < 1e-9, "{sampled} of {whole} after {n}");
+            }
+        }
+    }
 }

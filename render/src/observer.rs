@@ -96,3 +96,21 @@ pub enum Notice {
     /// The snapshot of an iteration could not be written. The render continues.
     NoSnapshot(FileError),
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nobody_follows_nothing() {
+        assert!(!().follows() && !().wants_image(true) && !().wants_image(false));
+        assert_eq!(().stopped_by(), "stop");
+    }
+
+    #[test]
+    fn an_observer_follows_unless_it_says_otherwise() {
+        struct Usual;
+        impl Observer for Usual {}
+        assert!(Usual.follows() && !Usual.wants_image(true));
+    }
+}

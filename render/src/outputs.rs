@@ -52,6 +52,16 @@ impl Content {
             Self::Stats => Field::Stats,
         }
     }
+
+    /// The most bytes that the file takes, if it is of so many pixels.
+    fn room(self, path: &Path, pixels: u64, has_alpha: bool) -> u64 {
+        match self {
+            Self::Stats => STATS_BYTES,
+            Self::Image | Self::Radius | Self::Count => {
+                room_of(Format::from_path(path).ok(), pixels, has_alpha)
+            }
+        }
+    }
 }
 
 impl Outputs {
@@ -168,10 +178,7 @@ impl Outputs {
     pub(crate) fn check_room(&self, scene: &Scene) -> Result<(), Error> {
         let pixels = scene.settings.pixels() as u64;
         for (content, path) in self.files() {
-            let bytes = match content {
-                Content::Stats => STATS_BYTES,
-                _ => room_of(Format::from_path(path).ok(), pixels, scene.transparent_background),
-            };
+            let bytes = content.room(path, pixels, scene.transparent_background);
             let checked = atomic_file::check_room(path, bytes);
             checked.map_err(|error| Error::named(content.field(), error))?;
         }
@@ -221,5 +228,132 @@ mod tests {
         assert_eq!(room_of(Some(Format::Jpeg), 1000, false), 3000);
         assert_eq!(room_of(Some(Format::Hdr), 1000, false), 4000);
         assert_eq!(room_of(Some(Format::Pfm), 1000, false), 12_000);
+    }
+
+    fn outputs(image: &str) -> Outputs {
+        Outputs { image: Some(image.into()), snapshots: true, ..Outputs::default() }
+    }
+
+    #[test]
+    fn snapshots_are_of_powers_of_two_and_numbered() {
+        let outputs = outputs("a/b.c.png");
+        assert_eq!(outputs.snapshot(1), Some("a/b.c-0001.png".into()));
+        assert_eq!(outputs.snapshot(4096), Some("a/b.c-4096.png".into()));
+        assert_eq!(outputs.snapshot(65536), Some("a/b.c-65536.png".into()));
+        assert_eq!([outputs.snapshot(3), outputs.snapshot(6)], [None, None]);
+        assert_eq!(Outputs { snapshots: false, ..outputs.clone() }.snapshot(1), None);
+        assert_eq!(Outputs { image: None, ..outputs.clone() }.snapshot(1), None);
+        let all = |iterations| outputs.all_snapshots(iterations).count();
+        assert_eq!([all(0), all(1), all(2), all(3), all(4), all(u32::MAX)], [0, 1, 2, 2, 3, 32]);
+    }
+
+    #[test]
+    fn files_are_written_in_their_order() {
+        let [image, radius, count, stats] = ["a.png", "b.exr", "c.exr", "d.json"].map(PathBuf::from);
+        let all = Outputs {
+            image: Some(image.clone()),
+            radius_image: Some(radius.clone()),
+            count_image: Some(count.clone()),
+            stats: Some(stats.clone()),
+            ..Outputs::default()
+        };
+        let found: Vec<_> = all.files().map(|(content, path)| (content.field(), path.to_owned())).collect();
+        let fields = [Field::Image, Field::RadiusImage, Field::CountImage, Field::Stats];
+        let expected: Vec<_> = fields.into_iter().zip([image, radius, count, stats]).collect();
+        assert_eq!(found, expected);
+        assert_eq!(Outputs::default().files().count(), 0);
+    }
+
+    #[test]
+    fn what_holds_radiance_has_no_curve() {
+        let tone = Some(Tone::Clamp);
+        for (image, is_shown) in
+            [("a.png", true), ("a.jpg", true), ("a.exr", false), ("a.tif", false), ("a", false)]
+        {
+            assert_eq!(outputs(image).shown_tone(), is_shown.then(Tone::default), "{image}");
+            let toned = Outputs { tone, ..outputs(image) };
+            assert_eq!(toned.shown_tone(), tone.filter(|_| is_shown), "{image}");
+            assert_eq!(toned.check_shown(Field::Tone, true).is_ok(), is_shown, "{image}");
+            assert!(toned.check_shown(Field::Tone, false).is_ok(), "{image}");
+        }
+        let stream = |extension| Some(Stream::new("a socket", extension, Vec::new()));
+        let streamed = Outputs { image: None, stream: stream("exr"), ..outputs("a") };
+        assert_eq!(streamed.shown_tone(), None);
+        assert!(streamed.check_shown(Field::Exposure, true).is_err());
+        let streamed = Outputs { stream: stream("png"), ..streamed };
+        assert_eq!(streamed.shown_tone(), Some(Tone::default()));
+        assert!(streamed.check_shown(Field::Exposure, true).is_ok());
+    }
+
+    #[test]
+    fn a_white_is_a_finite_number_above_0() {
+        let of = |white| {
+            let folder = tempfile::tempdir().unwrap();
+            let image = Some(folder.path().join("a.png"));
+            let outputs = Outputs { image, tone: Some(Tone::Reinhard { white }), ..Outputs::default() };
+            outputs.check(EngineChoice::default(), &[]).map_err(|error| error.to_string())
+        };
+        assert_eq!(of(1e-6), Ok(()));
+        for white in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+            assert_eq!(of(white), Err("tone: the white of reinhard must be a finite number above 0".into()));
+        }
+    }
+
+    #[test]
+    fn only_formats_with_alpha_take_a_transparent_background() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        for (image, has_alpha) in
+            [("a.png", true), ("a.exr", true), ("a.tif", true), ("a.jpg", false), ("a.pfm", false)]
+        {
+            scene.transparent_background = true;
+            assert_eq!(outputs(image).check_alpha(&scene).is_ok(), has_alpha, "{image}");
+            scene.transparent_background = false;
+            assert!(outputs(image).check_alpha(&scene).is_ok(), "{image}");
+        }
+        scene.transparent_background = true;
+        let stream = Some(Stream::new("a socket", "pfm", Vec::new()));
+        let problem = Outputs { stream, ..outputs("a.png") }.check_alpha(&scene).unwrap_err().to_string();
+        assert!(problem.starts_with("image: a socket: PFM files have no alpha"), "{problem}");
+    }
+
+    #[test]
+    fn files_that_clash_are_named_by_their_fields() {
+        let (scene, image) = (Path::new("/a/b.toml"), Path::new("/a/b.png"));
+        let check = |outputs: &[(Field, &Path)]| {
+            check_distinct(&[(Field::Scene, scene)], outputs).map_err(|error| error.to_string())
+        };
+        assert_eq!(check(&[(Field::Image, image), (Field::Stats, Path::new("/a/c"))]), Ok(()));
+        let told = |field, path, other| Err(format!("{field}: {path} is also {other}; name another file"));
+        assert_eq!(
+            check(&[(Field::Image, image), (Field::Stats, scene)]),
+            told("stats", "/a/b.toml", "scene")
+        );
+        let twice = [(Field::Image, image), (Field::RadiusImage, image)];
+        assert_eq!(check(&twice), told("radius_image", "/a/b.png", "image"));
+    }
+
+    #[test]
+    fn a_folder_is_no_file_whatever_its_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = |name: &str| {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(&path).unwrap();
+            let outputs = Outputs { image: Some(path), ..Outputs::default() };
+            outputs.check(EngineChoice::default(), &[]).unwrap_err().to_string()
+        };
+        for name in ["a.png", "a", "a.txt"] {
+            assert!(of(name).ends_with("is a folder; name a file in it"), "{}", of(name));
+        }
+    }
+
+    #[test]
+    fn a_report_takes_as_much_room_whatever_the_pixels() {
+        let room = |content: Content, path: &str, pixels| content.room(Path::new(path), pixels, true);
+        assert_eq!(
+            [room(Content::Stats, "a.json", 1), room(Content::Stats, "a.png", 1 << 20)],
+            [STATS_BYTES; 2]
+        );
+        assert_eq!(room(Content::Image, "a.png", 1000), 4000);
+        assert_eq!([room(Content::Radius, "a.exr", 1000), room(Content::Count, "a.tif", 1000)], [16_000; 2]);
     }
 }

@@ -88,4 +88,36 @@ mod tests {
         assert!(lacks(10_000, 9, 1) && !lacks(9_999, 0, 1));
         assert!(!lacks(1_000_000, 0, 0));
     }
+
+    #[test]
+    fn a_report_is_one_json_object_on_lines() {
+        let report = Report {
+            version: "1",
+            scene: "a".into(),
+            renderer: Renderer::default(),
+            lanes: None,
+            threads: 3,
+            settings: Settings::default(),
+            iterations: 4,
+            interrupted: true,
+            ended_by: "stop",
+            resumed_after: 2,
+            estimated_error: Some(0.5),
+            wall_seconds: 1.5,
+            write_seconds: 0.25,
+            bytes_at_most: 7,
+            peak_bytes: None,
+            stats: Stats { photons: 20_000, visible_points: 1, ..Stats::default() },
+        };
+        assert!(report.lacks_photons());
+        let mut out = Vec::new();
+        report.write(&mut out).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        assert!(text.starts_with("{\n") && text.ends_with("\n}\n"), "{text}");
+        let read: serde_json::Value = serde_json::from_str(&text).unwrap();
+        for (key, value) in [("threads", 3), ("iterations", 4), ("resumed_after", 2), ("photons", 20_000)] {
+            assert_eq!(read[key], value, "{key}");
+        }
+        assert_eq!((&read["method"], &read["ended_by"]), (&"sppm".into(), &"stop".into()));
+    }
 }

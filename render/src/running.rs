@@ -86,3 +86,56 @@ impl Drop for Running {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    use crate::observer::Observer;
+    use scene::Resumable;
+    use std::sync::mpsc::{Receiver, Sender, channel};
+
+    /// Waits after the first iteration until it may go on.
+    struct Waiting {
+        is_there: Sender<()>,
+        may_go: Receiver<()>,
+    }
+
+    impl Observer for Waiting {
+        fn after(&mut self, step: &Step, _: &dyn Resumable) {
+            if step.iteration == 1 {
+                let _ = self.is_there.send(());
+                let _ = self.may_go.recv();
+            }
+        }
+    }
+
+    #[test]
+    fn a_render_can_be_looked_at_while_it_runs() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        scene.settings = scene::Settings {
+            width: 8,
+            height: 6,
+            iterations: 2,
+            photons_per_iteration: 100,
+            ..scene.settings
+        };
+        let (is_there, arrived) = channel();
+        let (go, may_go) = channel();
+        let mut job = Job::new(scene);
+        job.threads = Some(1);
+        let running = job.start(Waiting { is_there, may_go }).unwrap();
+        arrived.recv().unwrap();
+        assert!(!running.is_over() && running.progress().is_some_and(|step| step.iteration == 1));
+        assert_eq!(running.share_of_iteration(), 0.0);
+        assert_eq!(running.latest().map(|shown| shown.iterations), Some(1));
+        // As of an iteration of which a quarter is done.
+        let stopper = running.stopper();
+        stopper.meter().begin(8);
+        stopper.meter().advance(2);
+        assert_eq!(running.share_of_iteration(), 0.25);
+        go.send(()).unwrap();
+        let outcome = running.wait().unwrap();
+        assert_eq!((outcome.report.iterations, outcome.report.interrupted), (2, false));
+    }
+}

@@ -49,3 +49,20 @@ impl Window {
         self.shown.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_latest_is_shown() {
+        let window = Window::default();
+        assert!(window.snapshot().is_none() && window.step().is_none());
+        for iterations in [1, 2] {
+            window.show_snapshot(Snapshot { iterations, film: Film::new(1, 1) });
+            window.show_step(Step { iteration: iterations, ..Step::default() });
+            assert_eq!(window.snapshot().map(|shown| shown.iterations), Some(iterations));
+            assert_eq!(window.step().map(|step| step.iteration), Some(iterations));
+        }
+    }
+}

@@ -65,6 +65,7 @@ fn mean_radius(engine: &dyn Resumable) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use scene::Engine;
 
     #[test]
     fn only_photon_mapping_has_a_radius() {
@@ -75,5 +76,24 @@ mod tests {
         let global = scene::Settings { radius_schedule: scene::RadiusSchedule::Global, ..settings };
         assert_eq!(Step::of(&fast::Sppm::new(&scene, &global)).mean_radius, Some(2.5));
         assert_eq!(Step::of(&reference::PathTracer::new(&scene, &settings)).mean_radius, None);
+    }
+
+    /// Where radii are not the same, and in whichever order the rows are.
+    #[test]
+    fn the_mean_radius_is_that_of_all_pixels() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let settings =
+            scene::Settings { width: 24, height: 18, photons_per_iteration: 20_000, ..scene.settings };
+        let mut engine = fast::Sppm::new(&scene, &settings);
+        engine.iterate();
+        let places = (0..18).flat_map(|y| (0..24).map(move |x| (x, y)));
+        let radii: Vec<f64> = places.map(|(x, y)| engine.probe(x, y).radius.into()).collect();
+        let exact = radii.iter().sum::<f64>() / radii.len() as f64;
+        assert!(radii.iter().any(|radius| *radius != radii[0]));
+        let step = Step::of(&engine);
+        assert!((step.mean_radius.unwrap() / exact - 1.0).abs() < 1e-12, "{step:?}, not {exact}");
+        let stats = engine.stats();
+        assert_eq!((step.iteration, step.photons, step.camera_segments), (1, 20_000, stats.camera_segments));
+        assert_eq!(Step::brief(&engine), Step { mean_radius: None, ..step });
     }
 }

@@ -107,4 +107,83 @@ mod tests {
             assert!((found - normal).length() < ROUNDING, "{found} of sphere {sphere} from {origin}");
         }
     }
+
+    fn hit(t: f32, normal: Vec3) -> (f32, SphereId, Vec3) {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let ray = Ray { origin: scene.camera.eye, direction: scene.camera.direction, leaves: NO_SPHERE };
+        answer(&scene.at(0.0), &ray, (t, 0, normal))
+    }
+
+    /// Distances are finite and at least 0, normals of unit length.
+    #[test]
+    fn what_is_no_distance_is_a_miss() {
+        for t in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1e-9] {
+            assert_eq!(hit(t, Vec3::X), MISS, "{t}");
+        }
+        let (t, sphere, normal) = hit(-0.0, Vec3::X);
+        assert_eq!((t.to_bits(), sphere, normal), (0, 0, Vec3::X));
+        assert_eq!(hit(f32::MAX, Vec3::X).0, f32::MAX);
+    }
+
+    /// The engines' own normal stays to the bit; what is none is computed.
+    #[test]
+    fn normals_that_are_not_of_unit_length_are_computed() {
+        let nearly = Vec3::X * 1.000_004;
+        assert_eq!(hit(1.0, nearly).2, nearly);
+        for wrong in [Vec3::X * 1.001, Vec3::X * 0.999, Vec3::ZERO, Vec3::splat(f32::NAN)] {
+            let (_, _, normal) = hit(1.0, wrong);
+            assert!((normal.length() - 1.0).abs() < ROUNDING && normal != wrong, "{normal}");
+        }
+    }
+
+    /// Behind a part of an array that the lanes take, the rays are still in their order.
+    #[test]
+    fn hits_are_in_the_order_of_the_rays() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let still = scene.at(0.0);
+        let ray = |i: usize| {
+            let far = if i.is_multiple_of(3) { 1e30 } else { 0.0 };
+            let origin = scene.camera.eye + Vec3::X * (0.01 * (i % 100) as f32 + far);
+            Ray { origin, direction: scene.camera.direction, leaves: NO_SPHERE }
+        };
+        let rays: Vec<Ray> = (0..RAYS_AT_ONCE + 5).map(ray).collect();
+        let by = |engine| trace(EngineChoice::new(engine, None).unwrap(), &still, &rays);
+        let (fast, reference) = (by(EngineName::Fast), by(EngineName::Reference));
+        assert_eq!(fast, reference);
+        for i in [0, 1, 99, RAYS_AT_ONCE - 1, RAYS_AT_ONCE, RAYS_AT_ONCE + 4] {
+            assert_eq!(
+                fast[i],
+                trace(EngineChoice::new(EngineName::Reference, None).unwrap(), &still, &rays[i..=i])[0],
+                "{i}"
+            );
+        }
+        assert_eq!(fast.len(), rays.len());
+    }
+
+    #[test]
+    fn what_starts_at_the_limit_of_a_scene_is_near() {
+        let at = |origin| is_near(&Ray { origin, direction: Vec3::X, leaves: NO_SPHERE });
+        let limit = LIMIT as f32;
+        assert!(at(Vec3::ZERO) && at(Vec3::splat(-limit)) && at(Vec3::Y * limit));
+        assert!(!at(Vec3::Y * limit * 1.001) && !at(Vec3::Z * limit * -1.001));
+    }
+
+    /// Where a ray meets a ball obliquely, the normal is that of the point.
+    #[test]
+    fn normals_are_those_of_the_points_that_are_met() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let still = scene.at(0.0);
+        let (id, ball) =
+            (0..).zip(still.spheres.iter()).find(|(id, _)| still.roles[*id] == Role::Solid).unwrap();
+        for (x, y) in [(0.6, 0.0), (-0.3, 0.5), (0.0, -0.8)] {
+            let normal = Vec3::new(x, y, (1.0 - x * x - y * y).sqrt());
+            let ray = Ray {
+                origin: ball.center + normal * ball.radius + Vec3::Z * 5.0,
+                direction: Vec3::NEG_Z,
+                leaves: NO_SPHERE,
+            };
+            let found = normal_at(&still, &ray, 5.0, id as SphereId);
+            assert!((found - normal).length() < 1e-4, "{found}, not {normal}");
+        }
+    }
 }

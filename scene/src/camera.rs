@@ -128,4 +128,43 @@ mod tests {
             approx::assert_relative_eq!(ours, theirs, max_relative = 4e-12);
         }
     }
+
+    #[test]
+    fn a_frame_is_right_handed_and_of_unit_length() {
+        let camera = Camera {
+            direction: Vec3::new(1.0, -2.0, -3.0),
+            up: Vec3::new(0.5, 9.0, 0.0),
+            vertical_fov_degrees: 53.130_104,
+            aperture_radius: 0.25,
+            focus_distance: 7.0,
+            ..Camera::default()
+        };
+        let frame = camera.frame(40, 30);
+        for axis in [frame.forward, frame.right, frame.up] {
+            assert!((axis.length() - 1.0).abs() < 1e-6, "{axis}");
+        }
+        assert!((frame.right.cross(frame.forward) - frame.up).length() < 1e-6);
+        assert!(frame.forward.dot(frame.up).abs() < 1e-6 && frame.up.dot(camera.up) > 0.0);
+        assert!((frame.forward - camera.direction / 14.0_f32.sqrt()).length() < 1e-6);
+        // The tangent of half the angle is a half, and the image is as high as it is far away.
+        assert!((frame.pixel * 30.0 - 1.0).abs() < 1e-6, "{}", frame.pixel);
+        assert_eq!((frame.half, frame.aperture_radius, frame.focus_distance), ([20.0, 15.0], 0.25, 7.0));
+    }
+
+    /// Every eighth of the time that the shutter is open has one of eight iterations.
+    #[test]
+    fn instants_fill_the_exposure_evenly() {
+        let camera = Camera { shutter: [2.0, 6.0], ..Camera::default() };
+        for seed in [1, 2] {
+            for first in [0, 8, 800] {
+                let mut cells: Vec<u32> =
+                    (first..first + 8).map(|n| ((camera.shutter_time(seed, n) - 2.0) * 2.0) as u32).collect();
+                cells.sort_unstable();
+                assert_eq!(cells, (0..8).collect::<Vec<u32>>());
+            }
+        }
+        assert_ne!(camera.shutter_time(1, 0), camera.shutter_time(2, 0));
+        let still = Camera { shutter: [3.0, 3.0], ..camera };
+        assert!((0..8).all(|n| still.shutter_time(1, n) == 3.0));
+    }
 }

@@ -584,4 +584,63 @@ mod tests {
             assert_eq!((flaw.part, flaw.problem), (Part::Sphere(1), Problem::Sealed(Some((seal, 0)))));
         }
     }
+
+    /// Of a line: beside one of its ends, or across it.
+    #[test]
+    fn the_nearest_point_of_a_way_may_be_within_it() {
+        let of = |from: [f64; 3], to: [f64; 3]| nearest(from.into(), to.into());
+        assert_eq!(of([-3.0, 4.0, 0.0], [5.0, 4.0, 0.0]), 4.0);
+        assert_eq!(of([3.0, 4.0, 0.0], [9.0, 4.0, 0.0]), 5.0);
+        assert_eq!(of([-9.0, 0.0, 4.0], [-3.0, 0.0, 4.0]), 5.0);
+        assert_eq!(of([0.0, 3.0, 4.0], [0.0, 3.0, 4.0]), 5.0);
+        let found = of([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        assert!((found - 0.5_f64.sqrt()).abs() < 1e-15, "{found}");
+    }
+
+    /// Away from the origin.
+    const EYE: Vec3 = Vec3::new(3.0, -2.0, 1.0);
+
+    /// The whole lens stays on one side: outside of a ball beside it, and inside of a room around it.
+    #[test]
+    fn a_lens_keeps_clear_of_surfaces() {
+        let said = |aperture_radius: f32, center: Vec3, radius: f32| {
+            let mut scene = valid();
+            (scene.camera.eye, scene.camera.aperture_radius) = (EYE, aperture_radius);
+            let mut spheres = scene.spheres.to_vec();
+            spheres[1] = sphere(EYE + center, radius, Rgb::ZERO);
+            scene.spheres = spheres.into();
+            scene.check_places().err().map(|flaw| flaw.key)
+        };
+        // A ball that is 1 away.
+        assert_eq!(
+            [said(0.99, Vec3::X * 5.0, 4.0), said(1.01, Vec3::X * 5.0, 4.0)],
+            [None, Some("aperture_radius")]
+        );
+        // A room whose wall is 1 away.
+        assert_eq!(
+            [said(0.99, Vec3::X * 5.0, 6.0), said(1.01, Vec3::X * 5.0, 6.0)],
+            [None, Some("aperture_radius")]
+        );
+        assert_eq!(said(0.0, Vec3::X * 5.0, 5.0), Some("eye"));
+    }
+
+    /// On its way past the eye, and around it.
+    #[test]
+    fn spheres_that_move_keep_clear_of_the_lens() {
+        let said = |from: Vec3, velocity: Vec3, lens: f32| {
+            let mut scene = valid();
+            (scene.camera.eye, scene.camera.aperture_radius) = (EYE, lens);
+            let mut spheres = scene.spheres.to_vec();
+            spheres[1] = Sphere { velocity, ..sphere(EYE + from, 2.0, Rgb::ZERO) };
+            scene.spheres = spheres.into();
+            scene.check_places().err().map(|flaw| flaw.key)
+        };
+        let across = |y: f32| said(Vec3::new(-10.0, y, 0.0), Vec3::X * 20.0, 0.0);
+        assert_eq!([across(3.0), across(2.1), across(1.9)], [None, None, Some("velocity")]);
+        // It ends before it comes near.
+        assert_eq!(said(Vec3::X * -10.0, Vec3::X * 7.9, 0.0), None);
+        assert_eq!(said(Vec3::X * -10.0, Vec3::X * 8.1, 0.0), Some("velocity"));
+        assert_eq!(said(Vec3::new(-10.0, 3.0, 0.0), Vec3::X * 20.0, 1.1), Some("aperture_radius"));
+        assert_eq!(said(Vec3::new(-10.0, 3.0, 0.0), Vec3::X * 20.0, 0.9), None);
+    }
 }

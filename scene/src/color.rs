@@ -21,3 +21,22 @@ pub fn max_component(c: Rgb) -> f32 {
     let xy = if c.x > c.y { c.x } else { c.y };
     if xy > c.z { xy } else { c.z }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_brightest_channel_counts_wherever_it_is() {
+        for (color, most) in [
+            (Rgb::new(3.0, 2.0, 1.0), 3.0),
+            (Rgb::new(1.0, 3.0, 2.0), 3.0),
+            (Rgb::new(1.0, 2.0, 3.0), 3.0),
+            (Rgb::new(2.0, 1.0, 3.0), 3.0),
+            (Rgb::new(-3.0, -2.0, -1.0), -1.0),
+            (Rgb::splat(2.0), 2.0),
+        ] {
+            assert_eq!(max_component(color), most);
+        }
+    }
+}

@@ -204,3 +204,112 @@ impl Stats {
         self.bytes = self.bytes.max(other.bytes);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An engine whose pixels are known.
+    struct Fake {
+        progress: Progress,
+        has_photons: bool,
+    }
+
+    fn fake(radius_schedule: RadiusSchedule, has_photons: bool) -> Fake {
+        let settings = Settings { width: 3, height: 2, radius_schedule, ..Settings::default() };
+        Fake { progress: Progress::new(&settings), has_photons }
+    }
+
+    impl Engine for Fake {
+        fn progress(&self) -> &Progress {
+            &self.progress
+        }
+
+        fn iterate_unless(&mut self, stop: &Stop) -> bool {
+            if !stop.is_requested() {
+                self.progress.advance();
+            }
+            !stop.is_requested()
+        }
+
+        fn probe(&self, x: u32, y: u32) -> Probe {
+            let value = (10 * y + x) as f32;
+            let (radiance, direct) = (Rgb::splat(value), Rgb::splat(value + 0.25));
+            Probe { radiance, direct, radius: value + 0.5, count: value + 0.75 }
+        }
+
+        fn has_photons(&self) -> bool {
+            self.has_photons
+        }
+    }
+
+    #[test]
+    fn images_are_of_the_values_of_their_pixels() {
+        let mut engine = fake(RadiusSchedule::PerPixel, true);
+        let value = |x: u32, y: u32| (10 * y + x) as f32;
+        assert_eq!(engine.develop(), Film::from_fn(3, 2, |x, y| Rgb::splat(value(x, y))));
+        assert_eq!(engine.direct(), Some(Film::from_fn(3, 2, |x, y| Rgb::splat(value(x, y) + 0.25))));
+        assert_eq!(engine.radius(), Some(Plane::from_fn(3, 2, |x, y| value(x, y) + 0.5)));
+        assert_eq!(engine.count(), Some(Plane::from_fn(3, 2, |x, y| value(x, y) + 0.75)));
+        engine.iterate();
+        engine.iterate();
+        assert_eq!((engine.iterations(), engine.progress.next, engine.settings().width), (2, 2, 3));
+        assert!(fake(RadiusSchedule::Global, true).direct().is_none());
+        assert!(fake(RadiusSchedule::Global, true).radius().is_some());
+        let path = fake(RadiusSchedule::PerPixel, false);
+        assert!(path.direct().is_none() && path.radius().is_none() && path.count().is_none());
+    }
+
+    #[test]
+    fn a_render_goes_on_from_where_it_was() {
+        let mut progress = Progress::new(&Settings::default());
+        let stats = Stats { photons: 5, ..Stats::default() };
+        progress.go_on_after(7, stats);
+        assert_eq!((progress.iterations, progress.next, progress.stats), (7, 7, stats));
+        progress.next = 20;
+        progress.advance();
+        assert_eq!((progress.iterations, progress.next), (8, 21));
+    }
+
+    /// Each field by itself: times and counts are added, of bytes the most counts.
+    #[test]
+    fn statistics_are_added_up() {
+        let numbered = |from: u64, bytes| {
+            let seconds = |k: u64| (from + k) as f64;
+            Stats {
+                camera_seconds: seconds(0),
+                build_grid_seconds: seconds(1),
+                photon_seconds: seconds(2),
+                consolidate_seconds: seconds(3),
+                camera_segments: from + 4,
+                shadow_rays: from + 5,
+                visible_points: from + 6,
+                photons: from + 7,
+                photon_segments: from + 8,
+                deposits: from + 9,
+                candidates: from + 10,
+                contributions: from + 11,
+                bytes,
+            }
+        };
+        let mut sum = numbered(100, 5);
+        sum.add(&numbered(0, 9));
+        let twice = numbered(100, 9);
+        assert_eq!(sum.camera_seconds, 100.0);
+        assert_eq!(
+            (sum.build_grid_seconds, sum.photon_seconds, sum.consolidate_seconds),
+            (102.0, 104.0, 106.0)
+        );
+        assert_eq!(
+            [sum.camera_segments, sum.shadow_rays, sum.visible_points, sum.photons],
+            [108, 110, 112, 114]
+        );
+        assert_eq!(
+            [sum.photon_segments, sum.deposits, sum.candidates, sum.contributions],
+            [116, 118, 120, 122]
+        );
+        assert_eq!(sum.bytes, twice.bytes);
+        sum.add(&Stats { photons: u64::MAX, bytes: 3, ..Stats::default() });
+        assert_eq!((sum.photons, sum.bytes), (u64::MAX, 9));
+    }
+}

@@ -126,3 +126,44 @@ fn row_by_row<T>(width: u32, height: u32, pixel: impl Fn(u32, u32) -> T) -> Vec<
     }
     pixels
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn numbered() -> Film {
+        Film::from_fn(3, 2, |x, y| Rgb::new(x as f32, y as f32, 7.0))
+    }
+
+    #[test]
+    fn rows_are_read_one_after_another_and_again() {
+        let film = numbered();
+        let mut rows = FilmRows::new(&film);
+        assert_eq!(rows.size(), [3, 2]);
+        for _ in 0..2 {
+            let mut pixels = [Rgb::ZERO; 3];
+            for y in 0..2 {
+                rows.read(&mut pixels).unwrap();
+                assert_eq!(pixels, film.pixels[3 * y..][..3]);
+            }
+            rows.rewind().unwrap();
+        }
+        let mut whole = [Rgb::ZERO; 6];
+        rows.read(&mut whole).unwrap();
+        assert_eq!(whole[..], film.pixels);
+    }
+
+    #[test]
+    fn pixels_are_row_by_row_from_the_top() {
+        let film = numbered();
+        assert_eq!((film.width, film.height, film.pixels.len()), (3, 2, 6));
+        assert_eq!((film.pixels[2], film.pixels[3]), (Rgb::new(2.0, 0.0, 7.0), Rgb::new(0.0, 1.0, 7.0)));
+        let plane = Plane::from_fn(3, 2, |x, y| (10 * y + x) as f32);
+        assert_eq!(
+            (plane.width, plane.height, &plane.values[..]),
+            (3, 2, &[0.0, 1.0, 2.0, 10.0, 11.0, 12.0][..])
+        );
+        assert_eq!(plane.to_film(), Film::from_fn(3, 2, |x, y| Rgb::splat((10 * y + x) as f32)));
+        assert_eq!(Film::new(3, 2), Film::from_fn(3, 2, |_, _| Rgb::ZERO));
+    }
+}

@@ -434,4 +434,91 @@ mod tests {
         assert_eq!(FirstRadii::even(0.7).at((3, 2), (9, 9)), 0.7);
         assert_eq!(radii.scaled(0.5).at((0, 0), (8, 1)), 0.5);
     }
+
+    /// The radii as the formulas at the top of this file state them, of images of noise, without any of the code above.
+    #[test]
+    fn radii_follow_from_the_formulas() {
+        let (width, height) = (24_u32, 100_u32);
+        let settings =
+            Settings { width, height, initial_radius: 2.0, radius_pilots: 3, ..Settings::default() };
+        let mut films: Vec<Film> = Vec::new();
+        let radii = FirstRadii::choose(&settings, &Stop::new(), |pilot, _| {
+            let mut stream = StreamKey::new(pilot.seed, Family::Camera, films.len() as u32).stream(0);
+            let share = pilot.initial_radius / 2.0;
+            let pixels = (0..width * height).map(|i| {
+                let edge = if i % width < 8 { 0.5 * share * share } else { 0.0 };
+                let noise = 0.02 + 0.2 * (i / width) as f32 / height as f32;
+                Rgb::from_array(std::array::from_fn(|c| {
+                    0.3 + 0.2 * c as f32 + edge + noise * (stream.next_f32() - 0.5) / share
+                }))
+            });
+            films.push(Film { width, height, pixels: pixels.collect() });
+            films.last().cloned()
+        });
+        let radii = radii.unwrap();
+        let (w, h) = (width as usize, height as usize);
+        let value =
+            |seed: usize, level: usize, i: usize, c: usize| f64::from(films[4 * seed + level].pixels[i][c]);
+        let window = |values: &dyn Fn(usize) -> f64, i: usize, reach: usize| {
+            let within = |j: &usize| (i % w).abs_diff(j % w) <= reach && (i / w).abs_diff(j / w) <= reach;
+            let all: Vec<f64> = (0..w * h).filter(within).map(values).collect();
+            all.iter().sum::<f64>() / all.len() as f64
+        };
+        let planes = |of: &dyn Fn(usize) -> f64, reach: usize| {
+            (0..w * h).map(|i| window(of, i, reach)).collect::<Vec<f64>>()
+        };
+        let mean = |i: usize, c: usize| (0..8).map(|k| value(k / 4, k % 4, i, c)).sum::<f64>() / 8.0;
+        let brightness = [0, 1, 2].map(|c| planes(&|i| mean(i, c), 2));
+        let all = brightness.iter().flatten().sum::<f64>() / (3 * w * h) as f64;
+        let difference = |seed: usize, level: usize, i: usize, c: usize| {
+            value(seed, level, i, c) - value(seed, level - 1, i, c)
+        };
+        // The window reaches a 32nd of the rows.
+        let reach = 3;
+        let relative = |level: usize, term: &dyn Fn(f64, f64) -> f64| {
+            let of = |i: usize| {
+                (0..3)
+                    .map(|c| {
+                        let weight = 1.0 / (brightness[c][i].powi(2) + 0.01 * all * all);
+                        term(difference(0, level, i, c), difference(1, level, i, c)) * weight
+                    })
+                    .sum::<f64>()
+                    / 3.0
+            };
+            planes(&of, reach)
+        };
+        let products: Vec<Vec<f64>> = (1..4).map(|level| relative(level, &|a, b| a * b)).collect();
+        let variance = relative(2, &|a, b| (a - b) * (a - b) / 2.0);
+        let best = |i: usize| {
+            // Of d_1 it is four times that of d_2, and the deviation of the mean over a window of 7 x 7 a seventh.
+            let deviation = |level: i32| 4.0 * variance[i] / 4.0_f64.powi(level - 1) / 7.0;
+            let mut biases = vec![0.0];
+            for level in 1..4 {
+                let squared =
+                    (4.0_f64 / 3.0).powi(2) * (products[level - 1][i] - 0.5 * deviation(level as i32));
+                biases.push(squared.max(0.0).sqrt().max(biases[level - 1]));
+            }
+            biases[0] = biases[1] / 4.0;
+            let noise = 4.0 / 3.0 * variance[i] * 4.0 * 3.0;
+            let error = |radius: f64| {
+                let level = (radius.log2().floor() as usize).min(2);
+                let [low, high] = [level, level + 1].map(|level| 4.0_f64.powi(level as i32));
+                let [near, far] = [biases[level], biases[level + 1]];
+                let bias = near + (far - near) * (radius * radius - low) / (high - low);
+                30.0 * bias * bias + noise / (radius * radius)
+            };
+            let radii = (0..=12).map(|step| 8.0 * 0.5_f64.powf(f64::from(step) / 4.0) * (1.0 + 1e-12));
+            radii.min_by(|a, b| error(*a).total_cmp(&error(*b))).unwrap() / 8.0
+        };
+        let shares: Vec<f64> = (0..w * h).map(best).collect();
+        let expected = planes(&|i| shares[i], reach);
+        let (mut narrow, mut wide) = (0, 0);
+        for (i, expected) in expected.into_iter().enumerate() {
+            let found = f64::from(radii.at((i as u32 % width, i as u32 / width), (width, height)));
+            assert!((found / (2.0 * expected) - 1.0).abs() < 1e-5, "{found} of {} at {i}", 2.0 * expected);
+            narrow += u32::from(expected < 0.4);
+            wide += u32::from(expected > 0.8);
+        }
+        assert!(narrow > 50 && wide > 50, "{narrow} and {wide}");
+    }
 }

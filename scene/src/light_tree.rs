@@ -510,4 +510,28 @@ mod tests {
         });
         check_tree(&closer.collect::<Vec<_>>());
     }
+
+    /// By power times squared radius, and neither by one alone.
+    #[test]
+    fn the_node_whose_power_is_spread_most_is_divided_first() {
+        let divided = |[a, b]: [(f32, f32); 2]| {
+            let node = |(intensity, radius): (f32, f32), link| LightNode {
+                center: Vec3::ZERO,
+                radius,
+                intensity,
+                link,
+            };
+            let light = |light: u32| node((1.0, 1.0), IS_LIGHT | light);
+            let pairs = vec![[node(a, 1), node(b, 2)], [light(0), light(1)], [light(2), light(3)]];
+            let tree = LightTree { pairs, ..LightTree::default() };
+            tree.runs(3)
+        };
+        let (first, second) = (vec![vec![0], vec![1], vec![2, 3]], vec![vec![0, 1], vec![2], vec![3]]);
+        assert_eq!(divided([(10.0, 1.0), (1.0, 4.0)]), second);
+        assert_eq!(divided([(10.0, 2.0), (1.0, 5.0)]), first);
+        assert_eq!(divided([(10.0, 0.5), (2.0, 1.0)]), first);
+        assert_eq!(divided([(1.0, 0.2), (0.9, 0.25)]), second);
+        // Of equals the first.
+        assert_eq!(divided([(1.0, 2.0), (4.0, 1.0)]), first);
+    }
 }

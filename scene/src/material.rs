@@ -39,3 +39,20 @@ impl Material {
         !matches!(self, Self::Dielectric { .. })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_glass_lets_light_through() {
+        let albedo = Rgb::new(0.1, 0.2, 0.3);
+        for (material, is_opaque) in [
+            (Material::Diffuse { albedo }, true),
+            (Material::Specular { albedo }, true),
+            (Material::Dielectric { albedo, ior: 1.5 }, false),
+        ] {
+            assert_eq!((material.albedo(), material.is_opaque()), (albedo, is_opaque));
+        }
+    }
+}

@@ -88,3 +88,36 @@ impl Automatic {
             || self.radius_pilots
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn something_is_chosen_if_any_of_it_is() {
+        let none = Automatic::default();
+        assert!(!none.any() && !Automatic::all(Quality::Paper).any() && Automatic::all(Quality::Draft).any());
+        let all = Automatic::all(Quality::Good);
+        assert!(
+            all.iterations
+                && all.photons_per_iteration
+                && all.max_depth
+                && all.initial_radius
+                && all.radius_pilots
+        );
+        for (one, needs_photons) in [
+            (Automatic { iterations: true, ..none }, false),
+            (Automatic { photons_per_iteration: true, ..none }, true),
+            (Automatic { max_depth: true, ..none }, false),
+            (Automatic { initial_radius: true, ..none }, true),
+            (Automatic { radius_pilots: true, ..none }, true),
+        ] {
+            assert!(one.any() && one.without_photons().any() != needs_photons, "{one:?}");
+        }
+    }
+
+    #[test]
+    fn qualities_have_names() {
+        assert_eq!(Quality::ALL.map(|quality| quality.to_string()), ["paper", "draft", "good", "final"]);
+    }
+}

@@ -252,4 +252,29 @@ mod tests {
             assert_verdict(of(radius), Some("initial_radius"));
         }
     }
+
+    /// Size, seed, filter, schedule and light samples stay.
+    #[test]
+    fn the_papers_settings_are_those_of_the_method() {
+        let usual = Settings::default();
+        let own = Settings {
+            width: 7,
+            height: 5,
+            iterations: 77,
+            photons_per_iteration: 78,
+            max_depth: 79,
+            initial_radius: 80.0,
+            seed: 9,
+            filter: Filter::Gaussian,
+            radius_schedule: RadiusSchedule::Global,
+            radius_pilots: 3,
+            light_samples: 2,
+        };
+        let Settings { iterations, photons_per_iteration, max_depth, initial_radius, radius_pilots, .. } =
+            usual;
+        let expected =
+            Settings { iterations, photons_per_iteration, max_depth, initial_radius, radius_pilots, ..own };
+        assert_eq!((own.with_papers(), usual.with_papers()), (expected, usual));
+        assert_eq!((own.pixels(), own.max_deposits()), (35, 78 * 79));
+    }
 }

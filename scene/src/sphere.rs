@@ -31,3 +31,22 @@ impl Sphere {
         self.emission != Rgb::ZERO
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sphere_is_at_rest_where_it_is() {
+        let moving = Sphere {
+            center: Vec3::new(1.0, 2.0, 3.0),
+            velocity: Vec3::new(2.0, 0.0, -4.0),
+            radius: 0.5,
+            material: 3,
+            emission: Rgb::X,
+        };
+        let at = moving.at(0.5);
+        assert_eq!(at, Sphere { center: Vec3::new(2.0, 2.0, 1.0), velocity: Vec3::ZERO, ..moving });
+        assert!(moving.is_emitter() && !Sphere { emission: Rgb::ZERO, ..moving }.is_emitter());
+    }
+}

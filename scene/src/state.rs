@@ -228,3 +228,75 @@ fn size(engine: &dyn Resumable) -> (u32, u32) {
     let settings = engine.settings();
     (settings.width, settings.height)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_the_numbers_of_a_pixel_in_their_order() {
+        let sums = PhotonSums {
+            direct: Rgb::new(1.0, 2.0, 3.0),
+            tau: Rgb::new(4.0, 5.0, 6.0),
+            n: 7.0,
+            radius_squared: 8.0,
+        };
+        let words = sums.to_words();
+        assert_eq!(words, [1, 2, 3, 4, 5, 6, 7, 8].map(|n: u8| f32::from(n).to_bits()));
+        assert_eq!(PhotonSums::from_words(words), sums);
+        let part = |k: u64| Exact([k, k + 1 + (9 << 32), k + 2]);
+        let sums = ExactSums { radiance: [part(10), part(20), part(30)], photons: 5 << 32 | 6 };
+        let words = sums.to_words();
+        assert_eq!((words[..4].to_vec(), words[18..].to_vec()), (vec![10, 0, 11, 9], vec![6, 5]));
+        assert_eq!(ExactSums::from_words(words), sums);
+        assert_eq!([Sums::Photons, Sums::Exact, Sums::Paths].map(Sums::words), [8, 20, 6]);
+    }
+
+    /// What is gained in whichever order and grouping is the same sum, and its mean is that of the gains.
+    #[test]
+    fn exact_sums_are_of_all_gains() {
+        let scene = crate::test_scenes::balls(&[(glam::Vec3::ZERO, 1.0, 1.0)]);
+        let scale = Scale::of(&scene);
+        let gains = [Rgb::new(0.5, 0.25, 0.0), Rgb::new(1.5, 0.0, 0.125), Rgb::new(0.0, 1.0, 3.0)];
+        let sum_of = |gains: &[Rgb]| {
+            let mut sums = ExactSums::default();
+            for gain in gains {
+                sums.gain(scale, *gain, 2);
+            }
+            sums
+        };
+        let all = sum_of(&gains);
+        let mut apart = sum_of(&gains[2..]);
+        apart.add(&sum_of(&gains[..2]));
+        assert_eq!((all, all.photons), (apart, 6));
+        assert_eq!(sum_of(&[gains[2], gains[0], gains[1]]), all);
+        let mean = gains.iter().sum::<Rgb>() / 3.0;
+        assert!((all.develop(scale, 3) - mean).abs().max_element() < 1e-6, "{}", all.develop(scale, 3));
+    }
+
+    #[test]
+    fn sums_that_no_engine_writes_are_found() {
+        let sums = PhotonSums { direct: Rgb::ZERO, tau: Rgb::ZERO, n: 0.0, radius_squared: 4.0 };
+        let fault = |sums: PhotonSums| Sums::Photons.fault(&sums.to_words(), 2.0, 1);
+        assert_eq!([fault(sums), fault(PhotonSums { n: 1e9, radius_squared: 1e-9, ..sums })], [None, None]);
+        for n in [-1.0, f32::NAN, f32::INFINITY] {
+            assert_eq!(fault(PhotonSums { n, ..sums }), Some("has a pixel whose count of photons is none"));
+        }
+        for radius_squared in [0.0, -1.0, 4.000_001, f32::NAN, f32::INFINITY] {
+            let told = Some("has a pixel whose radius is none, or larger than the first");
+            assert_eq!(fault(PhotonSums { radius_squared, ..sums }), told, "{radius_squared}");
+        }
+        let exact = ExactSums { photons: 3 * MAX_DEPOSITS, ..ExactSums::default() };
+        let fault = |sums: ExactSums| Sums::Exact.fault(&sums.to_words(), 2.0, 3);
+        assert_eq!(fault(exact), None);
+        let told = Some("has a pixel whose count of photons is too large for its iterations");
+        assert_eq!(fault(ExactSums { photons: exact.photons + 1, ..exact }), told);
+        let told = Some("has a pixel whose sum is too large for its iterations");
+        for channel in 0..3 {
+            let mut large = exact;
+            large.radiance[channel] = Exact([0, 0, u64::MAX >> 1]);
+            assert_eq!(fault(large), told, "{channel}");
+        }
+        assert_eq!(Sums::Paths.fault(&[u32::MAX; 6], 2.0, 1), None);
+    }
+}

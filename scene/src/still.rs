@@ -419,4 +419,92 @@ mod tests {
             assert_eq!(still.blockers(id, &solids).as_deref(), Some(&neighbours[..]), "ball {id}");
         }
     }
+
+    fn of(balls: &[(Vec3, f32, f32)]) -> Scene {
+        crate::test_scenes::balls(balls)
+    }
+
+    /// A lamp of radius r and radiance L sends `4 pi^2 r^2 L`, and lights are chosen by that.
+    #[test]
+    fn lights_are_chosen_by_their_power() {
+        let mut scene =
+            of(&[(Vec3::X * 10.0, 1.0, 2.0), (Vec3::X * 20.0, 2.0, 1.0), (Vec3::X * 30.0, 1.0, 0.0)]);
+        let mut spheres = scene.spheres.to_vec();
+        spheres[1].emission = Rgb::new(0.25, 1.0, 0.5);
+        scene.spheres = spheres.into();
+        let still = scene.at(0.0);
+        let lights = &still.lights;
+        assert_eq!(lights.entries.len(), 2);
+        assert!((f64::from(lights.power) / (4.0 * PI * PI * (2.0 + 4.0)) - 1.0).abs() < 1e-6);
+        for (light, share) in lights.entries.iter().zip([1.0 / 3.0, 2.0 / 3.0]) {
+            assert!((light.probability - share).abs() < 1e-6 && !light.inside, "{light:?}");
+        }
+        assert_eq!(lights.entries[0].photon_power, Rgb::ONE);
+        assert_eq!(lights.entries[1].photon_power, Rgb::new(0.25, 1.0, 0.5));
+        assert_eq!(lights.cumulative, [lights.entries[0].probability]);
+        assert!(still.has_lamps() && !still.has_ambient_lights() && !still.is_enclosure(0));
+    }
+
+    /// What touches a lamp is looked at when light leaves it, whatever rounding, and what holds it leaves nothing.
+    #[test]
+    fn what_touches_a_lamp_may_hide_some_of_it() {
+        let blockers = |balls: &[(Vec3, f32, f32)]| {
+            let still_of = of(balls);
+            let still = still_of.at(0.0);
+            let range = still.lights.entries.first()?.blockers.clone();
+            Some(still.lights.blockers[range.start as usize..range.end as usize].to_vec())
+        };
+        let lamp = (Vec3::X * 10.0, 2.0, 1.0);
+        // Beside it, at a distance of both radii and a bit more or less.
+        assert_eq!(blockers(&[lamp, (Vec3::X * 15.0, 3.0, 0.0)]), Some(vec![1]));
+        assert_eq!(blockers(&[lamp, (Vec3::X * 15.01, 3.0, 0.0)]), Some(vec![]));
+        // Around it, or as large as it at the same place.
+        assert_eq!(blockers(&[lamp, (Vec3::X * 11.0, 3.0, 0.0)]), None);
+        assert_eq!(blockers(&[lamp, (Vec3::X * 11.01, 3.0, 0.0)]), Some(vec![1]));
+        // A room around eye and lamp, which touches it, stands off, or leaves it outside. The eye is at (0, -3, 0).
+        assert_eq!(blockers(&[lamp, (Vec3::ZERO, 12.0, 0.0)]), Some(vec![1]));
+        assert_eq!(blockers(&[lamp, (Vec3::ZERO, 12.01, 0.0)]), Some(vec![]));
+        assert_eq!(blockers(&[lamp, (Vec3::ZERO, 8.0, 0.0)]), None);
+        assert_eq!(blockers(&[lamp, (Vec3::ZERO, 8.01, 0.0)]), Some(vec![1]));
+    }
+
+    /// A room that cuts a lamp casts a shadow, one that holds it whole casts none.
+    #[test]
+    fn only_rooms_that_cut_lamps_cast_shadows() {
+        let lamp = (Vec3::X * 10.0, 2.0, 1.0);
+        for (radius, casts_shadow) in [(11.0, true), (20.0, false)] {
+            let scene = of(&[lamp, (Vec3::ZERO, radius, 0.0)]);
+            let still = scene.at(0.0);
+            assert_eq!(still.enclosures.len(), 1);
+            let enclosure = &still.enclosures[0];
+            assert_eq!((enclosure.sphere, enclosure.casts_shadow), (1, casts_shadow));
+            // The anchor is on the surface, on the side of the eye.
+            assert!(
+                (enclosure.anchor - Vec3::NEG_Y * radius).length() < 1e-5
+                    && enclosure.offset == enclosure.anchor
+            );
+            assert_eq!(enclosure.twice_offset, 2.0 * enclosure.offset);
+            assert!(
+                (enclosure.minus_inverse_radius + 1.0 / radius).abs() < 1e-7 && enclosure.power.abs() < 1e-4
+            );
+            assert!(still.is_enclosure(1) && !still.is_enclosure(0));
+        }
+    }
+
+    /// The sky is no lamp, and paths that meet it choose among lamps alone.
+    #[test]
+    fn ambient_lights_are_rooms_that_glow() {
+        let mut scene = of(&[(Vec3::X * 10.0, 2.0, 1.0)]);
+        scene.background = Rgb::splat(0.5);
+        let scene = scene.with_sky();
+        let still = scene.at(0.0);
+        assert!(still.has_lamps() && still.has_ambient_lights());
+        assert_eq!((still.lights.tree.ambient.len(), still.lights.entries.len()), (1, 2));
+        let chosen = still.with_choice_of_lamps();
+        assert!(chosen.lights.tree.ambient.is_empty() && chosen.lights.tree.ambient_irradiance == 0.0);
+        let mut sky = of(&[(Vec3::X * 10.0, 2.0, 0.0)]);
+        sky.background = Rgb::ONE;
+        let sky = sky.with_sky();
+        assert!(!sky.at(0.0).has_lamps() && sky.at(0.0).has_ambient_lights());
+    }
 }

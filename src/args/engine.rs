@@ -119,4 +119,15 @@ mod tests {
         assert_eq!(chosen(Some(path), Some(Engine::Path), usual), by(path, EngineName::Fast));
         assert_eq!(chosen(Some(sppm), Some(Engine::Path), usual), None);
     }
+
+    /// Messages name the option that chose the method: the engine, if that is an old name of both.
+    #[test]
+    fn the_option_that_chose_the_method_is_known() {
+        let by = |method, engine| {
+            let args = EngineArgs { method, engine, ..EngineArgs::default() };
+            format!("{:?}", args.choose(Renderer::default()).unwrap()).contains("method_field: Engine")
+        };
+        assert!(by(None, Some(Engine::Path)) && !by(Some(MethodName::Path), Some(Engine::Path)));
+        assert!(!by(None, None) && !by(None, Some(Engine::Fast)) && !by(Some(MethodName::Path), None));
+    }
 }

@@ -43,3 +43,28 @@ fn name(field: Field) -> std::borrow::Cow<'static, str> {
         Field::Resume => "`sppm resume`".into(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_told_by_options_and_are_bad_input_or_failures() {
+        let told = |field| Error::from(render::Error::named(field, "no"));
+        for (field, option) in [
+            (Field::Setting("photons_per_iteration"), "--photons"),
+            (Field::Setting("max_depth"), "--depth"),
+            (Field::Setting("initial_radius"), "--radius"),
+            (Field::Setting("light_samples"), "--light-samples"),
+            (Field::MemoryLimit, "--memory-limit"),
+            (Field::Image, "--output"),
+            (Field::RadiusImage, "--radius-image"),
+            (Field::Scene, "the scene"),
+            (Field::Resume, "`sppm resume`"),
+        ] {
+            let error = told(field);
+            assert_eq!((error.to_string(), error.code()), (format!("{option}: no"), 2));
+        }
+        assert_eq!(Error::from(render::Error::failed("no")).code(), 1);
+    }
+}

@@ -16,3 +16,20 @@ pub(crate) fn check_distinct(inputs: &[Named], outputs: &[Named]) -> Result<(), 
     let other = inputs.iter().chain(outputs).nth(other).map_or("another file", |(what, _)| what);
     Err(Error::BadInput(format!("{what}: {} is also {other}; name another file", path.display())))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_other_that_is_the_same_file_is_named() {
+        let (a, b) = (Path::new("/a/b.toml"), Path::new("/a/c.png"));
+        let check = |outputs: &[Named]| {
+            check_distinct(&[("the scene", a)], outputs).map_err(|error| error.to_string())
+        };
+        assert_eq!(check(&[("--output", b)]), Ok(()));
+        let told = |what, path, other| Err(format!("{what}: {path} is also {other}; name another file"));
+        assert_eq!(check(&[("--output", b), ("--csv", a)]), told("--csv", "/a/b.toml", "the scene"));
+        assert_eq!(check(&[("--output", b), ("--csv", b)]), told("--csv", "/a/c.png", "--output"));
+    }
+}

@@ -81,3 +81,38 @@ impl CheckpointArgs {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::of_render;
+
+    #[test]
+    fn goals_are_those_given_and_an_error_stays() {
+        let of = |words: &[&str]| of_render(&[&["cornell"], words].concat()).goals;
+        let usual = Goals { time: Some(Duration::from_secs(9)), error: Some(0.5) };
+        assert_eq!(of(&[]).or(usual), Goals { time: None, error: Some(0.5) });
+        let given = of(&["--time", "3s", "--until-error", "0.1"]).or(usual);
+        assert_eq!(given, Goals { time: Some(Duration::from_secs(3)), error: Some(0.1) });
+    }
+
+    #[test]
+    fn checkpoints_are_beside_the_image_or_where_they_are_named() {
+        let of = |words: &[&str]| of_render(&[&["cornell"], words].concat()).checkpoints;
+        let image = Some(Path::new("a.png"));
+        let save = |path: &str, every, keep| Some(Save { path: path.into(), every, keep });
+        let usual = Every::default();
+        assert_eq!(of(&[]).save(image), save("a.png.sppm", usual, false));
+        assert_eq!(of(&[]).save(None), None);
+        assert_eq!(of(&["--every", "7"]).save(image), save("a.png.sppm", Every::Iterations(7), false));
+        assert_eq!(of(&["--no-checkpoint"]).save(image), None);
+        let named = of(&["--checkpoint", "b.sppm", "--every", "7"]);
+        assert_eq!(
+            [named.save(image), named.save(None)],
+            [(); 2].map(|()| save("b.sppm", Every::Iterations(7), true))
+        );
+        assert_eq!(named.of_frame(3).save(None), save("b-0003.sppm", Every::Iterations(7), true));
+        assert_eq!(of(&[]).of_frame(3).checkpoint, None);
+        assert!(file("-".into()).is_err() && file("a".into()).is_ok());
+    }
+}

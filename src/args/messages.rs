@@ -36,3 +36,15 @@ impl MessageArgs {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::of_render;
+
+    #[test]
+    fn more_or_less_is_told() {
+        let level = |words: &[&str]| of_render(&[&["cornell"], words].concat()).messages.level();
+        assert_eq!([level(&[]), level(&["-q"]), level(&["-v"])], [Level::INFO, Level::WARN, Level::DEBUG]);
+    }
+}

@@ -14,3 +14,15 @@ pub(crate) mod scene;
 pub(crate) mod settings;
 pub(crate) mod values;
 pub(crate) mod view;
+
+/// The options of `sppm render` with these words.
+#[cfg(test)]
+fn of_render(words: &[&str]) -> crate::commands::render::RenderArgs {
+    use crate::commands::{Args, Command};
+    use clap::Parser as _;
+    let Command::Render(args) = Args::try_parse_from(["sppm", "render"].iter().chain(words)).unwrap().command
+    else {
+        panic!("another command")
+    };
+    args
+}

@@ -167,3 +167,149 @@ pub(crate) fn default_name(stem: &OsStr) -> PathBuf {
 pub(crate) fn default_name_of(scene: &str) -> PathBuf {
     default_name(OsStr::new(&scene.replace(['/', '\\'], "-")))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::of_render;
+
+    fn of(words: &[&str]) -> OutputArgs {
+        of_render(&[&["cornell"], words].concat()).outputs
+    }
+
+    fn or(words: &[&str], usual: Outputs) -> Result<Outputs, String> {
+        of(words).or(usual, "usual.png".into()).map_err(|error| error.to_string())
+    }
+
+    const ALL: [&str; 15] = [
+        "-o",
+        "a.png",
+        "--exposure",
+        "1.5",
+        "--tone",
+        "reinhard",
+        "--white",
+        "9",
+        "--snapshots",
+        "--radius-image",
+        "b.exr",
+        "--count-image",
+        "c.exr",
+        "--stats",
+        "d.json",
+    ];
+
+    fn all() -> Outputs {
+        Outputs {
+            image: Some("a.png".into()),
+            exposure: Some(1.5),
+            tone: Some(Tone::Reinhard { white: 9.0 }),
+            snapshots: true,
+            radius_image: Some("b.exr".into()),
+            count_image: Some("c.exr".into()),
+            stats: Some("d.json".into()),
+            stream: None,
+        }
+    }
+
+    #[test]
+    fn what_is_given_stands_before_what_is_usual() {
+        let own = Outputs { image: Some("usual.png".into()), ..Outputs::default() };
+        assert_eq!(or(&[], Outputs::default()), Ok(own));
+        assert_eq!(or(&ALL, Outputs::default()), Ok(all()));
+        assert_eq!(or(&[], all()), Ok(all()));
+        let other = [
+            "-o",
+            "x.png",
+            "--exposure",
+            "2",
+            "--tone",
+            "clamp",
+            "--radius-image",
+            "y.exr",
+            "--count-image",
+            "z.exr",
+            "--stats",
+            "w",
+        ];
+        let expected = Outputs {
+            image: Some("x.png".into()),
+            exposure: Some(2.0),
+            tone: Some(Tone::Clamp),
+            radius_image: Some("y.exr".into()),
+            count_image: Some("z.exr".into()),
+            stats: Some("w".into()),
+            ..all()
+        };
+        assert_eq!(or(&other, all()), Ok(expected));
+    }
+
+    /// They do not matter to an image that holds radiance, unless they are asked for, which is refused later.
+    #[test]
+    fn usual_exposures_and_tones_are_of_what_is_shown() {
+        let radiance = or(&["-o", "a.exr"], all()).unwrap();
+        assert_eq!((radiance.exposure, radiance.tone), (None, None));
+        assert_eq!(or(&["-o", "a.exr", "--exposure", "2"], all()).unwrap().exposure, Some(2.0));
+        assert_eq!(or(&["--exposure", "0"], all()).unwrap().exposure, None);
+        // The usual white stays with the usual curve.
+        let tone =
+            |words: &[&str], usual| or(words, Outputs { tone: usual, ..all() }).map(|outputs| outputs.tone);
+        let reinhard = |white| Ok(Some(Tone::Reinhard { white }));
+        let usual = Some(Tone::Reinhard { white: 9.0 });
+        assert_eq!(tone(&["--tone", "reinhard"], usual), reinhard(9.0));
+        assert_eq!(tone(&["--white", "3"], usual), reinhard(3.0));
+        assert_eq!(tone(&["--tone", "reinhard"], None), reinhard(USUAL_WHITE));
+        assert_eq!(tone(&["--tone", "reinhard", "--white", "2"], Some(Tone::Clamp)), reinhard(2.0));
+        for (words, usual) in [
+            (&["--white", "3"][..], None),
+            (&["--white", "3", "--tone", "clamp"], None),
+            (&["--white", "3"], Some(Tone::Clamp)),
+        ] {
+            let problem = tone(words, usual).unwrap_err();
+            assert!(problem.starts_with("--white: only the curve reinhard has a white"), "{problem}");
+        }
+    }
+
+    /// In tests standard output is no terminal.
+    #[test]
+    fn a_stream_is_in_its_format_and_of_the_image_alone() {
+        for (output, format) in [
+            ("-", Some("png")),
+            ("exr:-", Some("exr")),
+            ("pfm:-", Some("pfm")),
+            ("a-", None),
+            ("a.png", None),
+        ] {
+            assert_eq!(streamed(Path::new(output)), format, "{output}");
+            assert_eq!(of(&["-o", output]).is_streamed(), format.is_some(), "{output}");
+        }
+        for (option, words) in [
+            ("--radius-image", ["--radius-image", "-"]),
+            ("--count-image", ["--count-image", "exr:-"]),
+            ("--stats", ["--stats", "-"]),
+        ] {
+            let problem = or(&words, Outputs::default()).unwrap_err();
+            assert!(
+                problem.starts_with(&format!("{option}: standard output takes the image alone")),
+                "{problem}"
+            );
+        }
+    }
+
+    #[test]
+    fn every_frame_has_outputs_of_its_own() {
+        let frame = of(&ALL).of_frame(7);
+        let paths = [&frame.output, &frame.radius_image, &frame.count_image, &frame.stats];
+        let expected =
+            ["a-0007.png", "b-0007.exr", "c-0007.exr", "d-0007.json"].map(|path| Some(PathBuf::from(path)));
+        assert_eq!(paths.map(Clone::clone), expected);
+        assert_eq!((frame.exposure, frame.white, frame.snapshots), (Some(1.5), Some(9.0), true));
+        assert_eq!(of(&[]).of_frame(7).output, None);
+    }
+
+    #[test]
+    fn images_are_named_by_their_scene() {
+        assert_eq!(default_name("a.b".as_ref()), Path::new("a.b.png"));
+        assert_eq!(default_name_of("a/b\\c d"), Path::new("a-b-c d.png"));
+    }
+}

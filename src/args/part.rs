@@ -92,4 +92,20 @@ mod tests {
             assert!(range(text).is_err(), "{text}");
         }
     }
+
+    #[test]
+    fn a_part_is_of_so_many_iterations_and_a_range_of_any() {
+        let of = |part, range| PartArgs { part, range };
+        assert_eq!(of(None, None).field(), None);
+        assert_eq!(
+            [of(Some([1, 2]), None).field(), of(None, Some(0..3)).field()],
+            [Some(Field::Part), Some(Field::Range)]
+        );
+        assert_eq!(of(None, None).range(8).unwrap(), None);
+        assert_eq!(of(Some([2, 4]), None).range(8).unwrap(), Some(2..4));
+        assert_eq!(of(None, Some(3..5)).range(8).unwrap(), Some(3..5));
+        assert_eq!(of(None, Some(3..5)).range(MAX_ITERATIONS).unwrap(), Some(3..5));
+        let problem = of(Some([2, 4]), None).range(MAX_ITERATIONS).unwrap_err().to_string();
+        assert_eq!(problem, "--part: how many iterations there are in all is not known; state them by -n");
+    }
 }

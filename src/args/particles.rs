@@ -321,3 +321,149 @@ impl ParticleArgs {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::of_render;
+
+    fn of(words: &[&str]) -> ParticleArgs {
+        of_render(&[&["a.xyz"], words].concat()).source.particles
+    }
+
+    const ALL: [&[&str]; 18] = [
+        &["--frame", "3"],
+        &["--camera-frame", "last"],
+        &["--color", "red"],
+        &["--ball-radius", "2"],
+        &["--ball-scale", "0.5"],
+        &["--material", "glass"],
+        &["--style", "x < 3: hide"],
+        &["--cut", "x < 3"],
+        &["--unit", "nanometre"],
+        &["--wrap"],
+        &["--bonds", "file"],
+        &["--cell"],
+        &["--view", "iso"],
+        &["--zoom", "2"],
+        &["--light", "dark"],
+        &["--ground"],
+        &["--background", "grey"],
+        &["--color", "x"],
+    ];
+
+    /// Whatever is given of them, the first is named where there are no particles.
+    #[test]
+    fn every_option_is_refused_for_other_scenes() {
+        assert!(of(&[]).refuse("cornell").is_ok() && of(&["--view"]).refuse("cornell").is_ok());
+        for words in ALL {
+            let problem = of(words).refuse("cornell").unwrap_err().to_string();
+            assert!(
+                problem.starts_with(&format!("{}: this is for files of particles", words[0])),
+                "{problem}"
+            );
+        }
+        let both = of(&["--ground", "--frame", "1"]).refuse("cornell").unwrap_err().to_string();
+        assert!(both.starts_with("--frame: "), "{both}");
+    }
+
+    #[test]
+    fn a_view_without_a_direction_is_a_page() {
+        assert!(of(&["--view"]).asks_for_a_page() && of(&["--view"]).direction().is_none());
+        assert!(!of(&["--view", "iso"]).asks_for_a_page() && !of(&[]).asks_for_a_page());
+        assert_eq!(of(&["--view", "iso"]).direction(), Some("iso"));
+    }
+
+    #[test]
+    fn frames_are_one_or_a_range_and_the_camera_has_its_own() {
+        assert_eq!(of(&[]).frames().unwrap(), None);
+        assert_eq!(of(&["--frame", "7"]).frames().unwrap(), None);
+        assert!(of(&["--frame", "1..4"]).frames().unwrap().is_some());
+        let problem = of(&["--frame", "4..1"]).frames().unwrap_err().to_string();
+        assert!(problem.starts_with("--frame: `4..1` is not a range of frames"), "{problem}");
+        let camera = |words: &[&str]| of(words).camera_frame().unwrap();
+        assert_eq!(camera(&[]), CameraFrame::Usual);
+        assert_eq!(camera(&["--camera-frame", "each"]), CameraFrame::Each);
+        assert_eq!(camera(&["--camera-frame", "5"]), CameraFrame::Of(Frame::Number(5)));
+        assert_eq!(camera(&["--camera-frame", "last"]), CameraFrame::Of(Frame::Last));
+        let problem = of(&["--camera-frame", "x"]).camera_frame().unwrap_err().to_string();
+        assert!(problem.starts_with("--camera-frame: "), "{problem}");
+        let opened = of(&["--frame", "1..4"]).open(Path::new("a.xyz"), [None; 2], 0).unwrap_err().to_string();
+        assert_eq!(opened, "--frame: only `render` takes a range of frames; name one");
+    }
+
+    /// Each option is in the recipe, and nothing else changes by it.
+    #[test]
+    fn a_recipe_has_what_is_asked_for() {
+        let recipe = |words: &[&str]| of(words).recipe(Frame::Number(2)).unwrap();
+        let usual = Recipe { frame: Frame::Number(2), ..Recipe::default() };
+        assert_eq!(recipe(&[]), usual);
+        assert_eq!(recipe(&["--wrap"]), Recipe { wrap: true, ..usual.clone() });
+        assert_eq!(recipe(&["--cell"]), Recipe { cell: true, ..usual.clone() });
+        let set = |key: &str, value: &str| {
+            let mut recipe = usual.clone();
+            recipe.set(key, value).unwrap();
+            recipe
+        };
+        assert_eq!(recipe(&["--unit", "nanometre"]), set("unit", "nanometre"));
+        assert_eq!(recipe(&["--bonds", "file"]), set("bonds", "file"));
+        let cuts = recipe(&["--cut", "x < 3", "--cut", "y < 1"]).cut;
+        assert_eq!(cuts, ["x < 3", "y < 1"].map(|cut| Selection::parse(cut).unwrap()));
+        // What is for all balls comes before what is for some, which wins.
+        let style = recipe(&["--style", "x < 3: hide", "--color", "red", "--ball-scale", "2"]).style;
+        let mut base = Rule::default();
+        base.set("color", "red").unwrap();
+        base.set("scale", "2").unwrap();
+        assert_eq!(style, [base, Rule::parse("x < 3: hide").unwrap()]);
+        for (words, start) in [
+            (["--cut", "x <"], "--cut: "),
+            (["--style", "x"], "--style: "),
+            (["--ball-scale", "x"], "--ball-scale: "),
+            (["--material", "x"], "--material: "),
+        ] {
+            let problem = of(&words).recipe(FIRST).unwrap_err().to_string();
+            assert!(problem.starts_with(start), "{problem}");
+        }
+    }
+
+    #[test]
+    fn a_stage_is_as_asked_for() {
+        let stage = |words: &[&str], size| of(words).stage(size).unwrap();
+        let usual = Stage::default();
+        assert_eq!(stage(&[], [None; 2]), usual);
+        assert_eq!(stage(&[], [Some(7), None]), Stage { size: [7, usual.size[1]], ..usual });
+        assert_eq!(stage(&[], [None, Some(7)]), Stage { size: [usual.size[0], 7], ..usual });
+        assert_eq!(stage(&["--zoom", "2.5"], [None; 2]), Stage { zoom: 2.5, ..usual });
+        assert_eq!(stage(&["--ground"], [None; 2]), Stage { ground: true, ..usual });
+        for view in View::ALL {
+            assert_eq!(stage(&["--view", view.name()], [None; 2]), Stage { view: Some(view), ..usual });
+        }
+        for light in Light::ALL {
+            assert_eq!(stage(&["--light", light.name()], [None; 2]), Stage { light, ..usual });
+        }
+        let grey = Background::parse("grey").unwrap();
+        assert_eq!(stage(&["--background", "grey"], [None; 2]), Stage { background: grey, ..usual });
+        let problem = of(&["--background", "x"]).stage([None; 2]).unwrap_err().to_string();
+        assert!(problem.starts_with("--background: "), "{problem}");
+    }
+
+    /// A rule that does not suit the file is told by the option that made it.
+    #[test]
+    fn refusals_name_the_option_at_fault() {
+        let said = |words: &[&str], rule, key: &'static str| {
+            let refusal = Refusal { rule, key, problem: "no".into() };
+            of(words).say(Path::new("a.xyz"), &Problem::Recipe(refusal))
+        };
+        let style = ["--style", "x < 3: hide", "--style", "y < 1: hide"];
+        assert_eq!(said(&style, Some(1), "color"), "--style: color: no (in 'y < 1: hide')");
+        let both = [&style[..], &["--ball-radius", "x", "--color", "y"]].concat();
+        assert_eq!(said(&both, Some(1), "color"), "--style: color: no (in 'x < 3: hide')");
+        assert_eq!(said(&both, Some(0), "radius"), "--ball-radius: no");
+        assert_eq!(said(&both, Some(0), "color"), "--color: no");
+        assert_eq!(said(&both, Some(0), "hide"), "--color: no");
+        assert_eq!(said(&[], None, "file"), "a.xyz: no");
+        assert_eq!(said(&[], None, "bonds"), "--bonds: no");
+        let read = Problem::Read("a.xyz:3: no".into());
+        assert_eq!(of(&[]).say(Path::new("a.xyz"), &read), read.to_string());
+    }
+}

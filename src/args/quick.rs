@@ -18,3 +18,25 @@ pub(crate) fn quick(own: &Settings) -> Settings {
         light_samples: 1,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_makes_the_image_another_stays() {
+        let own = Settings {
+            seed: 9,
+            filter: scene::Filter::Gaussian,
+            iterations: 99,
+            radius_pilots: 2,
+            ..Settings::default()
+        };
+        let found = quick(&own);
+        assert_eq!(
+            (found.seed, found.filter, found.radius_schedule),
+            (own.seed, own.filter, own.radius_schedule)
+        );
+        assert_eq!((found.iterations, found.radius_pilots, found.light_samples), (2, 0, 1));
+    }
+}

@@ -125,3 +125,26 @@ pub(crate) fn instant(opened: &Opened, asked: Option<f32>) -> Result<f32, Error>
         None => Ok(open),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_instant_is_while_the_shutter_is_open() {
+        let opened = |shutter| {
+            let mut opened = named::open("cornell".as_ref(), [None; 2], u64::MAX).unwrap();
+            opened.scene.camera.shutter = shutter;
+            opened
+        };
+        let of = |asked| instant(&opened([1.0, 2.0]), asked).map_err(|error| error.to_string());
+        assert_eq!(
+            [of(None), of(Some(1.0)), of(Some(1.5)), of(Some(2.0))],
+            [Ok(1.0), Ok(1.0), Ok(1.5), Ok(2.0)]
+        );
+        for asked in [0.5, 2.5, f32::NAN] {
+            let problem = format!("--time: {asked} is not while the shutter is open, 1 to 2");
+            assert_eq!(of(Some(asked)), Err(problem));
+        }
+    }
+}

@@ -205,3 +205,117 @@ impl QualityArgs {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::of_render;
+
+    fn of(words: &[&str]) -> SettingsArgs {
+        of_render(&[&["cornell"], words].concat()).settings
+    }
+
+    fn own() -> Settings {
+        Settings { width: 40, height: 30, radius_pilots: 2, ..Settings::default() }
+    }
+
+    #[test]
+    fn each_option_sets_its_setting_and_no_other() {
+        let own = own();
+        let apply = |words: &[&str]| of(words).apply(&own).unwrap();
+        assert_eq!(apply(&[]), own);
+        for (words, expected) in [
+            (["--width", "7"], Settings { width: 7, ..own }),
+            (["--height", "7"], Settings { height: 7, ..own }),
+            (["-n", "7"], Settings { iterations: 7, ..own }),
+            (["--iterations", "7"], Settings { iterations: 7, ..own }),
+            (["--photons", "7"], Settings { photons_per_iteration: 7, ..own }),
+            (["--depth", "7"], Settings { max_depth: 7, ..own }),
+            (["--radius", "7"], Settings { initial_radius: 7.0, ..own }),
+            (["--seed", "7"], Settings { seed: 7, ..own }),
+            (["--radius-pilots", "7"], Settings { radius_pilots: 7, ..own }),
+            (["--light-samples", "7"], Settings { light_samples: 7, ..own }),
+        ] {
+            assert_eq!(apply(&words), expected, "{words:?}");
+            assert_eq!(of(&words).apply_numbers(&own).unwrap(), expected, "{words:?}");
+        }
+        for filter in Filter::ALL {
+            assert_eq!(apply(&["--filter", filter.name()]), Settings { filter, ..own });
+        }
+        let single = Settings { radius_pilots: 0, ..own };
+        for radius_schedule in RadiusSchedule::ALL {
+            let words = ["--radius-schedule", radius_schedule.name()];
+            assert_eq!(of(&words).apply(&single).unwrap(), Settings { radius_schedule, ..single });
+        }
+    }
+
+    /// What is `auto` is chosen, and what is a number is not, whatever the scene says.
+    #[test]
+    fn options_say_what_is_chosen() {
+        let none = Automatic { quality: Quality::Final, ..Automatic::default() };
+        let all = Automatic::all(Quality::Final);
+        let chosen = |words: &[&str], own| of(words).automatic(own);
+        assert_eq!((chosen(&[], none), chosen(&[], all)), (none, all));
+        for (option, given, left) in [
+            ("-n", Automatic { iterations: true, ..none }, Automatic { iterations: false, ..all }),
+            (
+                "--photons",
+                Automatic { photons_per_iteration: true, ..none },
+                Automatic { photons_per_iteration: false, ..all },
+            ),
+            ("--depth", Automatic { max_depth: true, ..none }, Automatic { max_depth: false, ..all }),
+            (
+                "--radius",
+                Automatic { initial_radius: true, radius_pilots: true, ..none },
+                Automatic { initial_radius: false, radius_pilots: false, ..all },
+            ),
+            (
+                "--radius-pilots",
+                Automatic { radius_pilots: true, ..none },
+                Automatic { radius_pilots: false, ..all },
+            ),
+        ] {
+            assert_eq!(chosen(&[option, "auto"], none), given, "{option}");
+            assert_eq!(chosen(&[option, "2"], all), left, "{option}");
+            let problem = of(&[option, "auto"]).apply_numbers(&own()).unwrap_err().to_string();
+            assert_eq!(problem, format!("{option} auto: only `sppm render` chooses settings; give a number"));
+        }
+        assert_eq!(of(&["-n", "7"]).given_iterations(), Some(7));
+        assert_eq!([of(&["-n", "auto"]), of(&[])].map(|args| args.given_iterations()), [None, None]);
+    }
+
+    /// Of two settings whose product is too large, the option that was given is at fault.
+    #[test]
+    fn the_option_that_was_given_is_blamed() {
+        let problem = |words: &[&str], own: &Settings| of(words).apply(own).unwrap_err().to_string();
+        let (wide, tall) = (Settings { width: 1 << 16, ..own() }, Settings { height: 1 << 16, ..own() });
+        let said = problem(&["--height", "65536"], &wide);
+        assert!(
+            said.starts_with("--height") && problem(&["--width", "65536"], &tall).starts_with("--"),
+            "{said}"
+        );
+        let deep = Settings { max_depth: MAX_DEPTH, photons_per_iteration: 1, ..own() };
+        let photons = MAX_PHOTONS.to_string();
+        assert!(
+            problem(&["--photons", &photons], &deep).starts_with("--photons "),
+            "{}",
+            problem(&["--photons", &photons], &deep)
+        );
+        let many = Settings { max_depth: 1, photons_per_iteration: MAX_PHOTONS, ..own() };
+        let depth = MAX_DEPTH.to_string();
+        let said = problem(&["--depth", &depth], &many);
+        assert!(said.starts_with("--depth: photons_per_iteration "), "{said}");
+    }
+
+    #[test]
+    fn a_quality_chooses_all_and_that_of_the_paper_nothing() {
+        let (own, automatic) = (own(), Automatic { max_depth: true, ..Automatic::default() });
+        let of = |quality| QualityArgs { quality }.apply(&own, automatic);
+        assert_eq!(of(None), (own, automatic));
+        assert_eq!(of(Some(Quality::Paper)), (own.with_papers(), Automatic::all(Quality::Paper)));
+        assert_eq!(of(Some(Quality::Draft)), (own, Automatic::all(Quality::Draft)));
+        for quality in Quality::ALL {
+            assert_eq!(of_render(&["cornell", "--quality", quality.name()]).quality.quality, Some(quality));
+        }
+    }
+}

@@ -239,4 +239,33 @@ mod tests {
             assert!(bound(text).is_err(), "{text:?}");
         }
     }
+
+    #[test]
+    fn what_is_positive_is_finite_and_above_0() {
+        assert_eq!((positive("0.05"), positive("1e-300")), (Ok(0.05), Ok(1e-300)));
+        for text in ["0", "-0.1", "NaN", "inf", "-inf", "x", ""] {
+            assert_eq!(positive(text), Err("is not a number above 0".into()), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_given_stands_before_what_the_scene_has() {
+        let parse = or_auto(whole::<u32>(1, 9));
+        assert_eq!((parse("auto"), parse("9")), (Ok(Given::Auto), Ok(Given::Number(9))));
+        assert_eq!(parse("10"), Err("is not a whole number from 1 to 9".into()));
+        let number = |given| Given::number_or(given, 7);
+        assert_eq!([number(None), number(Some(Given::Auto)), number(Some(Given::Number(2)))], [7, 7, 2]);
+        let is_chosen = |given: Option<Given<u32>>, own| Given::is_chosen(given.as_ref(), own);
+        assert!(is_chosen(None, true) && is_chosen(Some(Given::Auto), false));
+        assert!(!is_chosen(None, false) && !is_chosen(Some(Given::Number(2)), true));
+    }
+
+    #[test]
+    fn times_and_sizes_end_where_they_are_told_to() {
+        assert!(time("3.2e9").is_ok() && time("3.3e9").is_err() && time("1e-9").is_ok());
+        assert_eq!((bytes("1.9"), bytes("0.99").is_err()), (Ok(1), true));
+        assert_eq!(bytes("1048575T"), Ok(1_048_575 << 40));
+        assert!(bytes("1048576T").is_err());
+        assert_eq!(every("1073741824").is_ok(), MAX_ITERATIONS >= 1_073_741_824);
+    }
 }

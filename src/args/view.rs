@@ -128,3 +128,35 @@ impl WatchArgs {
         Ok(Some((view, relay)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::of_render;
+
+    #[test]
+    fn options_of_the_page_need_one() {
+        let page = |words: &[&str]| of_render(&[&["cornell"], words].concat()).viewers.page;
+        for words in [&["--port", "8000"][..], &["--listen", "0.0.0.0"], &["--no-open"]] {
+            let problem = page(words).check(false).unwrap_err().to_string();
+            assert_eq!(problem, format!("{}: is of the page; ask for it by --view", words[0]));
+            assert!(page(words).check(true).is_ok());
+        }
+        assert!(page(&[]).check(false).is_ok());
+        assert!(address("0.0.0.0").is_ok() && address("::1").is_ok());
+        assert!(address("localhost").unwrap_err().starts_with("is not the number of an address"));
+    }
+
+    #[test]
+    fn nothing_is_watched_unless_it_is_asked_for() {
+        let watch = |words: &[&str]| of_render(&[&["cornell"], words].concat()).viewers;
+        assert!(watch(&[]).start(false, "a", false).unwrap().is_none());
+        assert!(watch(&["--no-open"]).start(false, "a", false).is_err());
+        let started = watch(&["--no-open"]).start(true, "a", true).unwrap();
+        assert!(started.is_some_and(|(view, _)| {
+            view.is_some_and(|view| view.address().starts_with("http://127.0.0.1:"))
+        }));
+        let problem = watch(&["--display", "a:b"]).start(false, "a", false).err().unwrap().to_string();
+        assert!(problem.starts_with("--display "), "{problem}");
+    }
+}

@@ -126,9 +126,8 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
     }
     let hdr_flip = a.is_linear() && b.is_linear();
     check_hdr_flip(args, [&a, &b])?;
-    let metrics = with_bar(b.size(), if hdr_flip { 3 } else { 1 }, "comparing", |progress| {
-        Metrics::of_rows(&mut a, &mut b, hdr_flip, progress)
-    });
+    let metrics =
+        with_bar(b.size(), "comparing", |progress| Metrics::of_rows(&mut a, &mut b, hdr_flip, progress));
     let metrics = metrics.map_err(|error| incomparable(args, &error))?;
     let text = if args.json { json(&metrics)? } else { metrics.to_string() };
     // The page's address is the first line on standard output.
@@ -210,18 +209,16 @@ fn check_hdr_flip(args: &CompareArgs, images: [&ImageReader; 2]) -> Result<(), E
 /// Images of more pixels than this take seconds, and have a bar.
 const QUICK: u64 = 1 << 22;
 
-/// Runs `work`, which reads all rows `passes` times, with a bar if that takes long.
-fn with_bar<T>(
-    [width, height]: [u32; 2],
-    passes: u32,
-    what: &str,
-    work: impl FnOnce(compare::Progress) -> T,
-) -> T {
-    let is_quick = u64::from(width) * u64::from(height) <= QUICK;
-    let bar = (!is_quick).then(|| Bar::of(passes * height, "rows"));
-    let done = work(&mut |rows, _| {
-        if let Some(bar) = &bar {
-            bar.step(rows as u32, what);
+fn is_quick([width, height]: [u32; 2]) -> bool {
+    u64::from(width) * u64::from(height) <= QUICK
+}
+
+/// Runs `work`, with a bar of the rows that it reads in all if that takes long.
+fn with_bar<T>(size: [u32; 2], what: &str, work: impl FnOnce(compare::Progress) -> T) -> T {
+    let mut bar = None;
+    let done = work(&mut |rows, all| {
+        if !is_quick(size) {
+            bar.get_or_insert_with(|| Bar::of(all as u32, "rows")).step(rows as u32, what);
         }
     });
     if let Some(bar) = bar {
@@ -245,8 +242,7 @@ fn write_difference(
     a: &mut ImageReader,
     b: &mut ImageReader,
 ) -> Result<(), Error> {
-    let map =
-        with_bar(b.size(), 3, "mapping the difference", |progress| DifferenceMap::of_rows(a, b, progress));
+    let map = with_bar(b.size(), "mapping the difference", |progress| DifferenceMap::of_rows(a, b, progress));
     let map = map.map_err(|error| incomparable(args, &error))?;
     let pixel = |x, y| map.color(x, y);
     let picture = Picture { width: map.width, height: map.height, pixel: &pixel };
@@ -270,4 +266,56 @@ fn incomparable(args: &CompareArgs, error: &CompareError) -> Error {
 fn json(metrics: &impl serde::Serialize) -> Result<String, Error> {
     let text = serde_json::to_string_pretty(metrics);
     text.map(|text| text + "\n").map_err(|error| Error::Failed(format!("cannot make JSON: {error}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_images_have_a_bar() {
+        assert!(is_quick([2048, 2048]) && is_quick([1, 1 << 22]) && !is_quick([2048, 2049]));
+        assert!(!is_quick([u32::MAX, u32::MAX]));
+        let mut steps = 0;
+        let done = with_bar([3, 2], "comparing", |progress| {
+            progress(1, 2);
+            steps += 1;
+            7
+        });
+        assert_eq!((done, steps), (7, 1));
+    }
+
+    #[test]
+    fn what_is_exceeded_is_told_by_its_option() {
+        let exceeded = |is_above, field| {
+            sentence(&Exceeded { metric: "it", value: 0.5, field, threshold: 0.25, is_above })
+        };
+        assert_eq!(exceeded(true, "max_block_relmse"), "it is 0.5, above --max-block-relmse 0.25");
+        assert_eq!(exceeded(false, "min_ssim"), "it is 0.5, below --min-ssim 0.25");
+    }
+
+    #[test]
+    fn each_bound_is_its_own() {
+        use crate::commands::{Args as All, Command};
+        use clap::Parser as _;
+        let of = |words: &[&str]| {
+            let args = All::try_parse_from(["sppm", "compare", "a", "b"].iter().chain(words)).unwrap();
+            let Command::Compare(args) = args.command else { panic!("another command") };
+            Thresholds::from(&args.thresholds)
+        };
+        let (none, bound) = (Thresholds::default(), Some(0.5));
+        assert_eq!(of(&[]), none);
+        for (option, expected) in [
+            ("--max-rmse", Thresholds { max_rmse: bound, ..none }),
+            ("--max-relmse", Thresholds { max_relmse: bound, ..none }),
+            ("--max-block-relmse", Thresholds { max_block_relmse: bound, ..none }),
+            ("--max-flip", Thresholds { max_flip: bound, ..none }),
+            ("--max-hdr-flip", Thresholds { max_hdr_flip: bound, ..none }),
+            ("--max-abs", Thresholds { max_abs: bound, ..none }),
+            ("--min-ssim", Thresholds { min_ssim: bound, ..none }),
+            ("--min-psnr", Thresholds { min_psnr: bound, ..none }),
+        ] {
+            assert_eq!(of(&[option, "0.5"]), expected, "{option}");
+        }
+    }
 }

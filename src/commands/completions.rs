@@ -102,3 +102,36 @@ fn zsh(script: &str) -> String {
     );
     script.replace(list, "_sppm_scenes").replacen(MAIN, &(function + MAIN), 1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In every shell, for all commands that take a scene.
+    #[test]
+    fn names_of_scenes_are_offered_by_the_commands_that_take_one() {
+        use clap::CommandFactory as _;
+        let mut command = crate::commands::Args::command();
+        let names: Vec<String> = takers(&command).into_iter().map(String::from).collect();
+        for taker in ["render", "verify", "trace", "export", "view", "scenes", "tune"] {
+            assert!(names.iter().any(|name| name == taker), "{names:?}");
+        }
+        assert!(!names.iter().any(|name| name == "compare" || name == "info"), "{names:?}");
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        for shell in [Shell::Bash, Shell::Elvish, Shell::Fish, Shell::PowerShell, Shell::Zsh] {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut command, "sppm", &mut script);
+            let script = with_scenes(shell, String::from_utf8(script).unwrap(), &names);
+            for scene in SCENES {
+                assert!(script.contains(scene.name), "{shell}: {}", scene.name);
+            }
+            let of_first = match shell {
+                Shell::Elvish => format!("cand {} '", SCENES[0].name),
+                Shell::PowerShell => format!("[CompletionResult]::new('{}', '", SCENES[0].name),
+                Shell::Fish => format!("\" -a \"{}\\t'", SCENES[0].name),
+                _ => continue,
+            };
+            assert_eq!(script.matches(&of_first).count(), names.len(), "{shell}");
+        }
+    }
+}

@@ -40,14 +40,7 @@ pub(crate) fn conclude(outcome: &Outcome, requests: &Requests) -> Result<(), Err
     if let Some(error) = unsaved {
         return Err(Error::Failed(format!("the image is written, but not its checkpoint: {error}")));
     }
-    let why = match (end, report.estimated_error) {
-        (End::Time, _) => "; time is up".into(),
-        (End::Error, Some(error)) if report.lacks_photons() => {
-            format!("; the estimated error is {error:.3e}, of direct light alone")
-        }
-        (End::Error, Some(error)) => format!("; the estimated error is {error:.3e}"),
-        _ => String::new(),
-    };
+    let why = why(*end, report.estimated_error, report.lacks_photons());
     info!(
         iterations = done,
         wall_seconds = report.wall_seconds,
@@ -60,6 +53,18 @@ pub(crate) fn conclude(outcome: &Outcome, requests: &Requests) -> Result<(), Err
         warn!("{}", few_photons(&report.stats));
     }
     Ok(())
+}
+
+/// Why a render ended, unless all its iterations are done.
+fn why(end: End, error: Option<f64>, lacks_photons: bool) -> String {
+    match (end, error) {
+        (End::Time, _) => "; time is up".into(),
+        (End::Error, Some(error)) => {
+            let of = if lacks_photons { ", of direct light alone" } else { "" };
+            format!("; the estimated error is {error:.3e}{of}")
+        }
+        _ => String::new(),
+    }
 }
 
 /// The warning that light which comes over other surfaces is missing, and what helps.
@@ -203,5 +208,33 @@ mod tests {
         for (seconds, text) in [(0.1, "1s"), (13.4, "20s"), (20.0, "20s"), (61.0, "2m"), (1e5, "28h")] {
             assert_eq!(at_least(seconds), text);
         }
+    }
+
+    /// The least of the round times that is long enough, and of whole hours beyond.
+    #[test]
+    fn round_times_are_told_as_the_option_takes_them() {
+        for (seconds, text) in [
+            (1.0, "1s"),
+            (1.01, "2s"),
+            (45.0, "1m"),
+            (60.0, "1m"),
+            (3600.0, "1h"),
+            (18000.0, "5h"),
+            (18001.0, "6h"),
+        ] {
+            assert_eq!(at_least(seconds), text);
+            assert!(crate::args::values::time(text).unwrap().as_secs_f64() >= seconds);
+        }
+    }
+
+    #[test]
+    fn it_is_told_why_a_render_ended() {
+        assert_eq!(why(End::Time, Some(0.5), true), "; time is up");
+        assert_eq!(why(End::Error, Some(0.0123), false), "; the estimated error is 1.230e-2");
+        assert_eq!(
+            why(End::Error, Some(0.5), true),
+            "; the estimated error is 5.000e-1, of direct light alone"
+        );
+        assert_eq!([why(End::Iterations, Some(0.5), true), why(End::Stopped, None, true)], ["", ""]);
     }
 }

@@ -130,3 +130,27 @@ fn settings(opened: &Opened, args: &ExportArgs) -> Result<Settings, SettingsErro
         Settings { width: args.width.unwrap_or(own.width), height: args.height.unwrap_or(own.height), ..own };
     settings.validate().map(|()| settings)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_moves_is_frozen_at_an_instant() {
+        let open = |name: &str| files::named::open(name.as_ref(), [None; 2], u64::MAX).unwrap();
+        let (motion, still) = (open("motion"), open("cornell"));
+        let problem = still_instant(&motion, None).unwrap_err().to_string();
+        assert!(
+            problem.contains("an exported scene stands still") && problem.ends_with("by --time"),
+            "{problem}"
+        );
+        let [begin, end] = motion.scene.camera.shutter;
+        assert_eq!(still_instant(&motion, Some(end)).unwrap(), end);
+        assert!(still_instant(&motion, Some(end + 1.0)).is_err());
+        assert_eq!(still_instant(&still, None).unwrap(), still.scene.camera.shutter[0]);
+        // While the shutter is closed there is one instant alone.
+        let mut closed = open("motion");
+        closed.scene.camera.shutter = [begin, begin];
+        assert_eq!(still_instant(&closed, None).unwrap(), begin);
+    }
+}

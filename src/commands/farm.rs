@@ -4,7 +4,7 @@ use crate::terminal::error::Error;
 use crate::terminal::logs;
 use clap::Args as ClapArgs;
 use std::ffi::OsString;
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::process::{Command, Stdio};
 
 /// The variable that names the Python to run.
@@ -53,15 +53,17 @@ pub(crate) fn run(args: &FarmArgs) -> Result<(), Error> {
             return Err(Error::BadInput(problem));
         }
         Err(error) => {
-            let why =
-                if error.kind() == ErrorKind::NotFound { "there is none".into() } else { error.to_string() };
-            let problem = format!(
-                "farm: {named} cannot be run: {why}; install Python 3.10 or later, or name one by {PYTHON}"
-            );
-            return Err(Error::BadInput(problem));
+            return Err(unrunnable(&named, &error));
         }
     }
     hand_on(Command::new(&python).args(["-m", "sppm.farm"]).args(&args.words), &named)
+}
+
+fn unrunnable(named: &str, error: &io::Error) -> Error {
+    let why = if error.kind() == ErrorKind::NotFound { "there is none".into() } else { error.to_string() };
+    Error::BadInput(format!(
+        "farm: {named} cannot be run: {why}; install Python 3.10 or later, or name one by {PYTHON}"
+    ))
 }
 
 /// Becomes the farm, so that signals reach it.
@@ -78,4 +80,18 @@ fn hand_on(command: &mut Command, named: &str) -> Result<(), Error> {
     let ended = command.status();
     let status = ended.map_err(|error| Error::Failed(format!("farm: {named} cannot be run: {error}")))?;
     std::process::exit(status.code().unwrap_or(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_told_why_there_is_no_python() {
+        let said = |kind: ErrorKind| unrunnable("py", &kind.into()).to_string();
+        assert!(
+            said(ErrorKind::NotFound).starts_with("farm: py cannot be run: there is none; install Python")
+        );
+        assert!(said(ErrorKind::PermissionDenied).starts_with("farm: py cannot be run: permission denied; "));
+    }
 }

@@ -63,4 +63,19 @@ mod tests {
         }
         assert_eq!(hint(&scene, 1), "");
     }
+
+    /// From so many pixels on, and no fewer.
+    #[test]
+    fn instants_that_are_close_enough_are_not_told() {
+        let mut scene = files::builtin::scene("motion").unwrap();
+        let travel = travel(&scene);
+        let ratio = 4.0 * APART / travel;
+        for sphere in &mut scene.spheres {
+            sphere.velocity *= ratio as f32;
+        }
+        // Some 8 pixels in all.
+        assert!((super::travel(&scene) / (4.0 * APART) - 1.0).abs() < 0.3, "{}", super::travel(&scene));
+        assert_eq!((hint(&scene, 8), hint(&scene, 1).is_empty()), (String::new(), false));
+        assert_eq!(hint(&scene, 0), hint(&scene, 1).replace("at 1 instants", "at 0 instants"));
+    }
 }

@@ -280,3 +280,52 @@ impl report::Progress for Stages {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_and_runs_are_as_many_as_are_asked_for() {
+        use crate::commands::{Args as All, Command};
+        use clap::Parser as _;
+        let of = |words: &[&str]| {
+            let args = All::try_parse_from(["sppm", "ladder"].iter().chain(words)).unwrap();
+            let Command::Ladder(args) = args.command else { panic!("another command") };
+            args
+        };
+        let names = |words: &[&str]| rows(&of(words)).iter().map(|row| row.name).collect::<Vec<_>>();
+        assert_eq!(names(&[]).len(), ROWS.len());
+        assert_eq!(names(&["--rows", "6,fast"]), ["6", "fast"]);
+        let swept = names(&["--sweep", "depth"]);
+        assert!(swept.len() < ROWS.len() && swept.contains(&"fast") && swept.contains(&"0"), "{swept:?}");
+        assert!(row("none").unwrap_err().starts_with("is no row; there are "));
+        let runs = |words: &[&str]| {
+            plan(&of(&[words, &["--scene", "cornell"]].concat())).map(|plan| plan.repeat).unwrap()
+        };
+        assert_eq!([runs(&[]), runs(&["--quick"]), runs(&["--quick", "--repeat", "5"])], [3, 1, 5]);
+        let scenes = |words: &[&str]| cases(&of(words)).map(|cases| cases.len()).unwrap();
+        assert_eq!(
+            [scenes(&[]), scenes(&["--quick"]), scenes(&["--scene", "mirror", "--scene", "cornell"])],
+            [5, 1, 2]
+        );
+    }
+
+    /// What the rows do not have is refused by its option.
+    #[test]
+    fn settings_that_rows_do_not_have_are_refused() {
+        use crate::commands::{Args as All, Command};
+        use clap::Parser as _;
+        for (words, option) in [
+            (["--filter", "gaussian"], "--filter"),
+            (["--radius-schedule", "global"], "--radius-schedule"),
+            (["--radius-pilots", "1"], "--radius-pilots"),
+            (["--light-samples", "2"], "--light-samples"),
+        ] {
+            let args = All::try_parse_from(["sppm", "ladder", "--quick"].iter().chain(&words)).unwrap();
+            let Command::Ladder(args) = args.command else { panic!("another command") };
+            let problem = cases(&args).err().unwrap().to_string();
+            assert!(problem.starts_with(&format!("{option}: the ladder's rows ")), "{problem}");
+        }
+    }
+}

@@ -103,3 +103,20 @@ fn quoted(word: &str) -> String {
         format!("'{}'", word.replace('\'', "'\\''"))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_quoted_only_where_a_shell_needs_it() {
+        for plain in ["part.sppm", "/a-b/c_d+1,2:3=4@5%6.sppm"] {
+            assert_eq!(quoted(plain), plain);
+        }
+        for (word, text) in
+            [("", "''"), ("a b", "'a b'"), ("$(x)", "'$(x)'"), ("it's", "'it'\\''s'"), ("\u{fc}", "'\u{fc}'")]
+        {
+            assert_eq!(quoted(word), text);
+        }
+    }
+}

@@ -11,7 +11,7 @@ mod instants;
 mod ladder;
 mod man;
 mod merge;
-mod render;
+pub(crate) mod render;
 mod resume;
 mod scenes;
 mod trace;

@@ -198,3 +198,83 @@ fn open(
     let image = stem.unwrap_or_else(|| default_name_of(&job.scene.name));
     Ok((job, image))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn job(words: &[&str]) -> Result<Job, String> {
+        use crate::commands::{Args, Command};
+        use clap::Parser as _;
+        let words = ["sppm", "render"].iter().chain(words);
+        let Command::Render(args) = Args::try_parse_from(words).unwrap().command else {
+            panic!("another command")
+        };
+        let (job, image) = open(&args.source, [None; 2], None).map_err(|error| error.to_string())?;
+        configure(&args, job, image, (&args.outputs, &args.checkpoints)).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_job_is_as_options_ask_for_it() {
+        let usual = job(&["cornell"]).unwrap();
+        assert_eq!(usual.outputs, Outputs { image: Some("cornell.png".into()), ..Outputs::default() });
+        assert_eq!(usual.save, Some(Save::beside(Path::new("cornell.png"))));
+        assert_eq!((usual.threads, usual.memory_limit, usual.range.clone()), (None, None, None));
+        assert!(usual.automatic.iterations && usual.goals == Goals::default() && usual.inputs.is_empty());
+        let own = usual.scene.settings;
+        let fixed =
+            job(&["cornell", "-n", "7", "--threads", "2", "--memory-limit", "1G", "--engine", "reference"])
+                .unwrap();
+        assert_eq!(fixed.scene.settings, Settings { iterations: 7, ..own });
+        assert!(!fixed.automatic.iterations && fixed.automatic.max_depth);
+        assert_eq!((fixed.threads, fixed.memory_limit), (Some(2), Some(1 << 30)));
+        assert_eq!(fixed.engine.name(), ::render::EngineName::Reference);
+    }
+
+    /// A goal leaves the iterations open, unless they are given.
+    #[test]
+    fn goals_take_the_place_of_iterations() {
+        use ::scene::settings::MAX_ITERATIONS;
+        for goal in [["--time", "3s"], ["--until-error", "0.1"]] {
+            let open = job(&[&["cornell"], &goal[..]].concat()).unwrap();
+            assert_eq!((open.scene.settings.iterations, open.automatic.iterations), (MAX_ITERATIONS, false));
+            assert!(open.goals.are_open() && open.automatic.photons_per_iteration);
+            let both = job(&[&["cornell", "-n", "9"], &goal[..]].concat()).unwrap();
+            assert_eq!(both.scene.settings.iterations, 9);
+        }
+    }
+
+    const PART: [&str; 8] =
+        ["cornell", "--quality", "paper", "-n", "8", "--radius-schedule", "global", "--part"];
+
+    #[test]
+    fn a_part_is_kept_as_a_checkpoint_of_its_own_name() {
+        let part = job(&[&PART[..], &["2/4"]].concat()).unwrap();
+        assert_eq!((part.range, part.outputs), (Some(2..4), Outputs::default()));
+        let save = part.save.unwrap();
+        assert_eq!((save.path.as_path(), save.keep), (Path::new("cornell.2-of-4.sppm"), true));
+        let named = job(&[&PART[..], &["2/4", "-o", "a.sppm", "--every", "3", "--stats", "b.json"]].concat())
+            .unwrap();
+        let expected = Save { path: "a.sppm".into(), every: ::render::Every::Iterations(3), keep: true };
+        assert_eq!((named.save, named.outputs.stats), (Some(expected), Some("b.json".into())));
+    }
+
+    #[test]
+    fn what_does_not_go_with_a_part_is_refused() {
+        for option in [
+            &["--snapshots"][..],
+            &["--radius-image", "a.exr"],
+            &["--count-image", "a.exr"],
+            &["--checkpoint", "a.sppm"],
+            &["--no-checkpoint"],
+        ] {
+            let problem = job(&[&PART[..], &["2/4"], option].concat()).unwrap_err();
+            let start = format!("{}: a part is no image, but the checkpoint that --output names", option[0]);
+            assert!(problem.starts_with(&start), "{problem}");
+        }
+        let problem = job(&[&PART[..], &["2/4", "-o", "a.png"]].concat()).unwrap_err();
+        assert!(problem.starts_with("--output: a.png: a part is no image, but a checkpoint"), "{problem}");
+        let problem = job(&["cornell", "--quality", "paper", "-n", "8", "--part", "2/4"]).unwrap_err();
+        assert!(problem.starts_with("--part: iterations are independent"), "{problem}");
+    }
+}

@@ -34,3 +34,19 @@ fn listing() -> String {
     };
     SCENES.iter().map(line).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_scene_has_a_line() {
+        let listing = listing();
+        assert_eq!(listing.lines().count(), SCENES.len());
+        for (line, builtin) in listing.lines().zip(SCENES) {
+            assert!(line.starts_with(builtin.name) && line.ends_with(builtin.about), "{line}");
+            let count = builtin.scene().spheres.len();
+            assert!(line.contains(&format!(" {count} sphere")), "{line}");
+        }
+    }
+}

@@ -191,3 +191,31 @@ fn budget(args: &TuneArgs) -> Budget {
         time: args.time,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quick_search_is_smaller_and_what_is_given_counts() {
+        use crate::commands::{Args, Command};
+        use clap::Parser as _;
+        let of = |words: &[&str]| {
+            let args = Args::try_parse_from(["sppm", "tune", "cornell"].iter().chain(words)).unwrap();
+            let Command::Tune(args) = args.command else { panic!("another command") };
+            let Budget { evaluations, pairs, final_pairs, time } = budget(&args);
+            (evaluations, pairs, final_pairs, time.map(|time| time.as_secs()))
+        };
+        assert_eq!(of(&[]), (40, 3, 25, None));
+        assert_eq!(of(&["--quick"]), (12, 1, 7, None));
+        let given = ["--evaluations", "5", "--pairs", "2", "--final-pairs", "9", "--time", "3s"];
+        assert_eq!(of(&given), (5, 2, 9, Some(3)));
+        assert_eq!(of(&[&given[..], &["--quick"]].concat()), (5, 2, 9, Some(3)));
+    }
+
+    #[test]
+    fn errors_of_the_optimiser_say_what_helps() {
+        let failed = told(tuner::Error::Failed("no".into()));
+        assert_eq!((failed.to_string(), failed.code()), ("no".into(), 1));
+    }
+}

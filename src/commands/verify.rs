@@ -134,18 +134,18 @@ fn first_difference(
     iterations: u32,
     progress: &Bar,
 ) -> Option<String> {
-    (1..=iterations).find_map(|iteration| {
-        progress.step(iteration - 1, "the reference");
+    (0..iterations).find_map(|done| {
+        progress.step(done, "the reference");
         reference.iterate();
         let expected = planes(reference);
         variants.iter_mut().find_map(|Variant { label, engine, pool }| {
-            progress.step(iteration - 1, label);
+            progress.step(done, label);
             let actual = pool.install(|| {
                 engine.iterate();
                 planes(&**engine)
             });
             let difference = compare::first_difference(&expected, &actual)?;
-            Some(format!("{label} differs from the reference in iteration {iteration}, {difference}"))
+            Some(format!("{label} differs from the reference in iteration {}, {difference}", done + 1))
         })
     })
 }
@@ -232,5 +232,52 @@ mod tests {
         });
         let (place, values) = ("in iteration 2, camera pass: direct light of pixel (2, 1)", "is 0.0 (");
         assert!(all.as_deref().is_some_and(|d| d.contains(place) && d.contains(values)), "{all:?}");
+    }
+
+    /// The last iterations are compared too, and no more.
+    #[test]
+    fn all_iterations_are_compared() {
+        assert!(differ(4, |_, probe| probe.count = 1.0).unwrap().contains("in iteration 4, "));
+        assert_eq!(differ(5, |_, probe| probe.count = 1.0), None);
+    }
+
+    #[test]
+    fn a_verdict_names_what_was_compared() {
+        let pool = pool(Some(1)).unwrap();
+        let settings = Settings { width: 3, height: 2, iterations: 4, ..Settings::default() };
+        let engine = || Box::new(Fake::new(u32::MAX, |_, _| ()));
+        let variants = ["a", "b"].map(|label| Variant { label: label.into(), engine: engine(), pool: &pool });
+        let said = verdict(MethodName::Sppm, ("box", &settings), &variants);
+        assert_eq!(
+            said,
+            "box: identical in every bit of direct light, count, radius and image, 3 x 2 pixels, after each of 4 \
+             iterations:\n  the reference\n  a\n  b\n"
+        );
+        let said = verdict(MethodName::Path, ("box", &settings), &variants);
+        assert!(
+            said.starts_with("box: identical in every bit of the path tracer's image, 3 x 2 pixels"),
+            "{said}"
+        );
+    }
+
+    /// On every kind of lanes and every number of threads, and the reference with another grid, which path tracing has none of.
+    #[test]
+    fn every_engine_is_compared() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let settings = Settings { width: 3, height: 2, ..scene.settings };
+        let pools = [pool(Some(1)).unwrap(), pool(Some(2)).unwrap()];
+        let labels = |method| -> Vec<String> {
+            let all = variants(method, &scene, &settings, &pools, &Parameters::default());
+            assert!(all.iter().all(|variant| variant.engine.has_photons() == (method == MethodName::Sppm)));
+            all.into_iter().map(|variant| variant.label).collect()
+        };
+        let (sppm, path) = (labels(MethodName::Sppm), labels(MethodName::Path));
+        assert_eq!(path.len(), 2 * available_lanes().count());
+        assert_eq!(
+            path[..2],
+            ["fast on emulated lanes and 1 thread", "fast on emulated lanes and 2 threads"]
+        );
+        assert_eq!(sppm[..path.len()], path);
+        assert_eq!(sppm[path.len()..], ["the reference with grid cells of 3.7 radii"]);
     }
 }

@@ -257,4 +257,17 @@ mod tests {
         assert!(!of("a.toml", Some(&image)) && !of("B.TOML", None) && !of("a.xyz", Some(&image)));
         assert!(!is_image("-".as_ref()) && !is_image("cornell".as_ref()));
     }
+
+    /// Beside the image, or in the current folder, and never over another.
+    #[test]
+    fn a_changed_scene_gets_a_name_that_no_file_has() {
+        let folder = tempfile::tempdir().unwrap();
+        let output = folder.path().join("a.png");
+        let next = || unused(Some(&output), "b").unwrap();
+        for name in ["a-edited.toml", "a-edited-2.toml", "a-edited-3.toml"] {
+            assert_eq!(next(), folder.path().join(name));
+            fs::write(next(), "").unwrap();
+        }
+        assert_eq!(unused(None, "no such scene").unwrap(), Path::new("no such scene-edited.toml"));
+    }
 }

@@ -11,7 +11,7 @@ use crate::terminal::logs;
 use crate::terminal::signals::Requests;
 use crate::terminal::told::Told;
 use files::atomic_file::reason;
-use render::{Image, Job, Notice, Observer, Step};
+use render::{Image, Job, LanesName, Notice, Observer, Renderer, Step};
 use scene::settings::MAX_ITERATIONS;
 use scene::text::{counted, mebibytes, one_line};
 use scene::{Automatic, Filter, RadiusSchedule, Resumable, Settings, TRANSPORT};
@@ -118,7 +118,9 @@ impl Observer for Watch {
         match notice {
             Notice::Begun { settings, chosen, .. } => {
                 self.busy = None;
-                tell_choice(settings, *chosen);
+                if let Some(choice) = choice(settings, *chosen) {
+                    info!("{choice}");
+                }
                 tell_beginning(notice);
                 self.bar = self.has_bar.then(|| self.new_bar(settings));
             }
@@ -188,8 +190,8 @@ impl Drop for Watch {
     }
 }
 
-/// Tells which settings were chosen, by the options that would repeat the choice.
-fn tell_choice(settings: &Settings, chosen: Automatic) {
+/// Which settings were chosen, if any were: by the options that would repeat the choice.
+fn choice(settings: &Settings, chosen: Automatic) -> Option<String> {
     let Automatic { quality, iterations, photons_per_iteration, max_depth, initial_radius, radius_pilots } =
         chosen;
     let options = [
@@ -200,15 +202,29 @@ fn tell_choice(settings: &Settings, chosen: Automatic) {
         max_depth.then(|| format!("--depth {}", settings.max_depth)),
     ];
     let options: Vec<String> = options.into_iter().flatten().collect();
-    if !options.is_empty() {
-        info!("chosen for quality {quality}: {}", options.join(" "));
-    }
+    (!options.is_empty()).then(|| format!("chosen for quality {quality}: {}", options.join(" ")))
 }
 
 fn tell_beginning(notice: &Notice) {
-    let Notice::Begun { scene, settings, renderer, lanes, threads, bytes_at_most, .. } = notice else {
-        return;
-    };
+    if let Notice::Begun { scene, settings, renderer, lanes, threads, bytes_at_most, .. } = notice {
+        let machine = machine(*renderer, *lanes, *threads);
+        debug!(
+            bytes_at_most,
+            "{scene}: {}; {machine}; up to {}",
+            all_settings(settings),
+            mebibytes(*bytes_at_most)
+        );
+    }
+}
+
+/// What the image does not depend on, but for the method.
+fn machine(renderer: Renderer, lanes: Option<LanesName>, threads: usize) -> String {
+    let lanes = lanes.map_or(String::new(), |lanes| format!(" on {} lanes", lanes.name()));
+    let (method, engine) = (renderer.method.name(), renderer.engine.name());
+    format!("method {method}, engine {engine}{lanes}, {}", counted(threads as u64, "thread"))
+}
+
+fn all_settings(settings: &Settings) -> String {
     let Settings {
         width,
         height,
@@ -222,7 +238,6 @@ fn tell_beginning(notice: &Notice) {
         radius_pilots,
         light_samples,
     } = settings;
-    let lanes = lanes.map_or(String::new(), |lanes| format!(" on {} lanes", lanes.name()));
     let iterations = match *iterations {
         MAX_ITERATIONS => "iterations without end".into(),
         n => counted(n, "iteration"),
@@ -243,21 +258,17 @@ fn tell_beginning(notice: &Notice) {
         1 => String::new(),
         n => format!(", {}", counted(*n, "light sample")),
     };
-    debug!(
-        bytes_at_most,
-        "{scene}: {width} x {height} pixels, {iterations}, {} each, depth {max_depth}, radius {initial_radius}{schedule}{pilots}{samples}, seed \
-         {seed}{filter}; method {}, engine {}{lanes}, {}; up to {}",
+    format!(
+        "{width} x {height} pixels, {iterations}, {} each, depth {max_depth}, radius \
+         {initial_radius}{schedule}{pilots}{samples}, seed {seed}{filter}",
         counted(*photons_per_iteration, "photon"),
-        renderer.method.name(),
-        renderer.engine.name(),
-        counted(*threads as u64, "thread"),
-        mebibytes(*bytes_at_most),
-    );
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use scene::Quality;
 
     #[test]
     fn as_many_iterations_as_it_takes_are_no_number() {
@@ -265,5 +276,107 @@ mod tests {
         assert_eq!(work(MAX_ITERATIONS - 1, None).all, Some(MAX_ITERATIONS - 1));
         let limit = Some(Duration::from_secs(3));
         assert_eq!((work(MAX_ITERATIONS, limit).all, work(MAX_ITERATIONS, limit).limit), (None, limit));
+    }
+
+    #[test]
+    fn a_choice_is_told_by_the_options_that_repeat_it() {
+        let settings = Settings {
+            iterations: 7,
+            photons_per_iteration: 1000,
+            max_depth: 16,
+            initial_radius: 0.5,
+            radius_pilots: 3,
+            ..Settings::default()
+        };
+        let all = "chosen for quality final: -n 7 --photons 1000 --radius 0.5 --radius-pilots 3 --depth 16";
+        assert_eq!(choice(&settings, Automatic::all(Quality::Final)).as_deref(), Some(all));
+        let none = Automatic { quality: Quality::Draft, ..Automatic::default() };
+        let only = |chosen: Automatic| choice(&settings, chosen);
+        assert_eq!(only(none), None);
+        for (chosen, option) in [
+            (Automatic { iterations: true, ..none }, "-n 7"),
+            (Automatic { photons_per_iteration: true, ..none }, "--photons 1000"),
+            (Automatic { initial_radius: true, ..none }, "--radius 0.5"),
+            (Automatic { radius_pilots: true, ..none }, "--radius-pilots 3"),
+            (Automatic { max_depth: true, ..none }, "--depth 16"),
+        ] {
+            assert_eq!(only(chosen), Some(format!("chosen for quality draft: {option}")));
+        }
+    }
+
+    #[test]
+    fn what_is_not_as_usual_is_told_of_the_settings() {
+        let usual = Settings { width: 64, height: 48, ..Settings::default() };
+        let Settings { iterations, photons_per_iteration, max_depth, initial_radius, seed, .. } = usual;
+        let text = format!(
+            "64 x 48 pixels, {iterations} iterations, {photons_per_iteration} photons each, depth {max_depth}, radius \
+             {initial_radius}, seed {seed}"
+        );
+        assert_eq!(all_settings(&usual), text);
+        let other = Settings {
+            iterations: MAX_ITERATIONS,
+            photons_per_iteration: 1,
+            max_depth: 3,
+            initial_radius: 0.5,
+            seed: 9,
+            filter: Filter::Gaussian,
+            radius_schedule: RadiusSchedule::Global,
+            radius_pilots: 1,
+            light_samples: 2,
+            ..usual
+        };
+        let text = "64 x 48 pixels, iterations without end, 1 photon each, depth 3, radius 0.5 (global) (at most, by pilots \
+                    of 1 iteration), 2 light samples, seed 9, filter gaussian";
+        assert_eq!(all_settings(&other), text);
+        assert_eq!(machine(Renderer::default(), None, 1), "method sppm, engine fast, 1 thread");
+        let text = "method sppm, engine fast on avx2 lanes, 8 threads";
+        assert_eq!(machine(Renderer::default(), Some(LanesName::Avx2), 8), text);
+    }
+
+    fn watch() -> Watch {
+        Watch {
+            busy: None,
+            bar: None,
+            has_bar: false,
+            limit: None,
+            told: Told::default(),
+            lines: None,
+            problem: Problem::default(),
+            requests: Requests::deaf(),
+            relay: None,
+        }
+    }
+
+    /// Who shows nothing need not be told of every iteration.
+    #[test]
+    fn a_render_is_followed_by_who_shows_it() {
+        let mut watch = watch();
+        assert!(!watch.follows() && !watch.wants_image(true) && !watch.wants_image(false));
+        // In tests the bar is hidden.
+        watch.bar = Some(Bar::of(3, "iterations"));
+        assert_eq!(watch.follows(), !watch.bar.as_ref().unwrap().is_hidden());
+        watch.lines = Some(Lines::default());
+        assert!(watch.follows());
+        assert_eq!(watch.stopped_by(), "stop");
+    }
+
+    /// One has its bar once the render has begun, if it is to have one.
+    #[test]
+    fn a_bar_begins_with_the_render() {
+        let begun = Notice::Begun {
+            scene: "a".into(),
+            settings: Settings::default(),
+            chosen: Automatic::default(),
+            renderer: Renderer::default(),
+            lanes: None,
+            threads: 1,
+            bytes_at_most: 1,
+        };
+        for has_bar in [true, false] {
+            let mut watch = watch();
+            (watch.has_bar, watch.busy) = (has_bar, Some(Busy::with("preparing")));
+            watch.notice(&begun);
+            assert_eq!((watch.bar.is_some(), watch.busy.is_none()), (has_bar, true));
+        }
     }
 }

@@ -80,7 +80,7 @@ impl Bar {
 
     /// A bar for something that takes long, of which no more is known than `what` it is.
     pub(crate) fn wait(what: String) -> Self {
-        Self::new(Work { noun: "", facts: vec![what], ..Work::default() }, Meter::default())
+        Self::new(Work { facts: vec![what], ..Work::default() }, Meter::default())
     }
 
     /// Whether the bar draws nothing.
@@ -126,6 +126,19 @@ struct Line {
     began: Instant,
 }
 
+impl Line {
+    /// What is shown now, on a terminal of `columns` columns.
+    fn text(&self, columns: usize) -> String {
+        let (within, elapsed) = (self.meter.share(), self.began.elapsed());
+        let mut work = Work { within, elapsed, ..lock(&self.work).clone() };
+        if let Some(share) = self.meter.preparation() {
+            work = work.preparing(share);
+            lock(&self.work).prepared = elapsed;
+        }
+        work.line(columns)
+    }
+}
+
 impl ProgressTracker for Line {
     fn clone_box(&self) -> Box<dyn ProgressTracker> {
         Box::new(self.clone())
@@ -136,15 +149,9 @@ impl ProgressTracker for Line {
     fn reset(&mut self, _: &ProgressState, _: Instant) {}
 
     fn write(&self, _: &ProgressState, out: &mut dyn fmt::Write) {
-        let (within, elapsed) = (self.meter.share(), self.began.elapsed());
-        let mut work = Work { within, elapsed, ..lock(&self.work).clone() };
-        if let Some(share) = self.meter.preparation() {
-            work = work.preparing(share);
-            lock(&self.work).prepared = elapsed;
-        }
         let columns =
             terminal_size_of(io::stderr()).map_or(USUAL_COLUMNS, |(Width(columns), _)| columns.into());
-        let _ = out.write_str(&work.line(columns)); // writing to a String cannot fail
+        let _ = out.write_str(&self.text(columns)); // writing to a String cannot fail
     }
 }
 
@@ -203,5 +210,39 @@ mod tests {
         assert_eq!((work.done, work.began_at, work.all), (3, 2, Some(10)));
         bar.clear();
         assert!(bar.shown.is_finished());
+    }
+
+    #[test]
+    fn a_bar_tells_what_runs_and_how_much_is_done() {
+        let bar = Bar::of(4, "points");
+        let work = || lock(&bar.work).clone();
+        assert_eq!((work().noun, work().all, work().done), ("points", Some(4), 0));
+        bar.step(3, "the last");
+        assert_eq!((work().done, work().facts), (3, vec!["the last".to_owned()]));
+        assert!(!bar.shown.is_finished());
+        bar.clear();
+        let waiting = Bar::wait("reading a.toml".into());
+        let work = lock(&waiting.work).clone();
+        assert_eq!((work.noun, work.all, work.facts), ("", None, vec!["reading a.toml".to_owned()]));
+        waiting.clear();
+    }
+
+    /// Iterations begin when the preparation ends: its time is not theirs.
+    #[test]
+    fn the_text_follows_the_meter() {
+        let meter = Meter::default();
+        let work = Arc::new(Mutex::new(Work { noun: "iterations", all: Some(4), ..Work::default() }));
+        let line = Line { work: Arc::clone(&work), meter: meter.clone(), began: Instant::now() };
+        assert!(line.text(60).contains(" 0/4 iterations  "), "{}", line.text(60));
+        meter.prepare(8);
+        meter.advance(2);
+        assert!(line.text(60).starts_with("preparing, 25 %"), "{}", line.text(60));
+        let prepared = lock(&work).prepared;
+        assert!(prepared > Duration::ZERO);
+        meter.begin(4);
+        meter.advance(2);
+        lock(&work).done = 1;
+        assert!(line.text(80).starts_with("[########") && line.text(80).contains(" 1/4 iterations  "));
+        assert_eq!(lock(&work).prepared, prepared);
     }
 }

@@ -60,3 +60,18 @@ impl fmt::Display for Error {
         f.write_str(what)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scripts_can_tell_why_a_command_ended() {
+        for (error, code, label) in
+            [(Error::BadInput("a".into()), 2, "error"), (Error::Failed("a".into()), 1, "error")]
+        {
+            assert_eq!((error.code(), error.label(), error.signal()), (code, label, None));
+            assert_eq!(error.to_string(), "a");
+        }
+    }
+}

@@ -243,4 +243,64 @@ mod tests {
             assert_eq!(clock(seconds(time)), text);
         }
     }
+
+    #[test]
+    fn a_unit_begins_where_the_one_before_ends() {
+        for (time, text) in
+            [(60, "1m 0s"), (3599, "59m 59s"), (3600, "1h 0m"), (86_399, "23h 59m"), (86_400, "1d 0h")]
+        {
+            assert_eq!(clock(seconds(time)), text);
+        }
+    }
+
+    #[test]
+    fn a_bar_is_full_at_the_end_and_has_as_many_columns_as_it_is_given() {
+        assert_eq!(
+            [bar(0.0, 6), bar(0.5, 6), bar(0.99, 6), bar(1.0, 6)],
+            ["[....]", "[##..]", "[###.]", "[####]"]
+        );
+        let done = Work { done: 9, all: Some(3), ..work() };
+        assert_eq!((done.share(), done.left()), (Some(1.0), Some(Duration::ZERO)));
+    }
+
+    /// A guess of more than a year is none; a limit is not guessed.
+    #[test]
+    fn what_is_too_far_away_is_not_told() {
+        let far = |days: u64| Work { done: 1, all: Some(2), elapsed: seconds(86_400 * days), ..work() };
+        assert_eq!(far(365).left(), Some(FARTHEST));
+        assert_eq!(far(366).left(), None);
+        assert_eq!(
+            Work { limit: Some(seconds(86_400 * 400)), ..far(366) }.left(),
+            Some(seconds(86_400 * 34))
+        );
+    }
+
+    #[test]
+    fn columns_are_those_of_the_widest_script() {
+        assert_eq!(["", "ab", "\u{4e16}b"].map(columns_of), [0, 2, 3]);
+        assert_eq!(
+            [0, 1, 2, 3, 4].map(|columns| cut("\u{4e16}bc", columns)),
+            ["", "", "\u{4e16}", "\u{4e16}b", "\u{4e16}bc"]
+        );
+    }
+
+    /// A bar has enough columns to tell something, and is there wherever there is room for it beside what matters more.
+    #[test]
+    fn bars_are_neither_too_short_nor_too_long() {
+        let limited = Work { all: None, limit: Some(seconds(100)), ..work() };
+        for work in
+            [work(), limited, Work { noun: "", ..work() }, Work { done: 12_345, all: Some(99_999), ..work() }]
+        {
+            for columns in 0..200 {
+                let line = work.line(columns);
+                let bar = line.strip_prefix('[').and_then(|rest| rest.find(']')).map(|end| end + 2);
+                assert!(
+                    bar.is_none_or(|bar| (SHORTEST_BAR..=LONGEST_BAR).contains(&bar)),
+                    "{columns}: {line}"
+                );
+                let is_free = columns < NARROW || work.noun.is_empty();
+                assert!(bar.is_some() || is_free, "{columns}: {line}");
+            }
+        }
+    }
 }

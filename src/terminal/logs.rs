@@ -114,11 +114,26 @@ impl<S: Subscriber + for<'a> LookupSpan<'a>, N: for<'a> FormatFields<'a> + 'stat
     ) -> fmt::Result {
         let mut text = String::new();
         ctx.field_format().format_fields(Writer::new(&mut text), event)?;
-        let label = match *event.metadata().level() {
-            Level::ERROR => "error: ",
-            Level::WARN => "warning: ",
-            _ => "",
-        };
-        writeln!(out, "{label}{}", one_line(&text))
+        writeln!(out, "{}{}", label(*event.metadata().level()), one_line(&text))
+    }
+}
+
+/// What precedes a message of this level.
+fn label(level: Level) -> &'static str {
+    match level {
+        Level::ERROR => "error: ",
+        Level::WARN => "warning: ",
+        _ => "",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn warnings_and_errors_have_a_label() {
+        let labels = [Level::ERROR, Level::WARN, Level::INFO, Level::DEBUG].map(label);
+        assert_eq!(labels, ["error: ", "warning: ", "", ""]);
     }
 }

@@ -48,7 +48,7 @@ pub(crate) struct Requests {
 impl Requests {
     /// Installs the handlers: from now on the first signal makes a request instead of ending the process.
     pub(crate) fn listen() -> Result<Self, SignalError> {
-        let requests = Self { signal: Arc::new(AtomicUsize::new(0)), stop: Stop::default() };
+        let requests = Self::deaf();
         let asked = Arc::new(AtomicBool::new(false));
         // What the process was started to ignore stays ignored: SIGHUP under `nohup`, so that a render survives the end of
         // its terminal, and SIGINT where a shell starts it in the background.
@@ -56,6 +56,11 @@ impl Requests {
             requests.register(signal, &asked)?;
         }
         Ok(requests)
+    }
+
+    /// Requests that no signal makes.
+    pub(crate) fn deaf() -> Self {
+        Self { signal: Arc::new(AtomicUsize::new(0)), stop: Stop::default() }
     }
 
     fn register(&self, signal: i32, asked: &Arc<AtomicBool>) -> io::Result<()> {
@@ -93,4 +98,30 @@ fn is_ignored(signal: i32) -> bool {
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
         .is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::terminal::error::Error;
+
+    #[test]
+    fn a_signal_is_told_as_a_shell_tells_it() {
+        for (number, code, name) in
+            [(SIGINT, 130, "SIGINT"), (SIGTERM, 143, "SIGTERM"), (SIGHUP, 129, "SIGHUP")]
+        {
+            let error = Error::Interrupted(Signal(number), "b".into());
+            assert_eq!((error.code(), error.label(), error.signal()), (code, "interrupted", Some(name)));
+            assert_eq!(error.to_string(), "b");
+        }
+    }
+
+    #[test]
+    fn no_signal_is_pending_before_one_came() {
+        let requests = Requests::deaf();
+        assert_eq!(requests.pending(), None);
+        requests.signal.store(SIGTERM as usize, Ordering::Relaxed);
+        assert_eq!(requests.pending(), Some(Signal(SIGTERM)));
+        assert!(!requests.stop().is_requested());
+    }
 }

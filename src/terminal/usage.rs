@@ -142,3 +142,53 @@ impl Wrong<'_> {
 fn bare(argument: &str) -> String {
     argument.split_once([' ', '=']).map_or(argument, |(name, _)| name).into()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(arguments: &[&str]) -> String {
+        use clap::Parser as _;
+        let arguments: Vec<OsString> = ["sppm"].iter().chain(arguments).map(Into::into).collect();
+        let error = crate::commands::Args::try_parse_from(&arguments).unwrap_err();
+        answer(&error, &arguments).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn arguments_are_named_without_their_values() {
+        let names = ["--width <W>", "--width=<W>", "<SCENE>", "-n"].map(bare);
+        assert_eq!(names, ["--width", "--width", "<SCENE>", "-n"]);
+    }
+
+    /// What is wrong, then what would be right.
+    #[test]
+    fn each_fault_of_a_command_line_has_its_sentence() {
+        for (arguments, text) in [
+            (
+                &["render", "cornell", "--seed", "x"][..],
+                "--seed: \"x\" is not a whole number from 0 to 18446744073709551615",
+            ),
+            (
+                &["render", "cornell", "--engine"],
+                "--engine: the value is missing; there are fast, reference and path",
+            ),
+            (
+                &["render", "cornell", "--engine", "gpu"],
+                "--engine: \"gpu\" is no choice; there are fast, reference and path",
+            ),
+            (&["render", "cornell", "--widht", "3"], "there is no option --widht; did you mean --width?"),
+            (&["render", "cornell", "--qqqqqqq"], "there is no option --qqqqqqq; see `sppm render --help`"),
+            (&["info", "a", "b"], "\"b\" is one argument too many; see `sppm info --help`"),
+            (&["info", "-", "-"], "\"-\" is one argument too many; see `sppm info --help`"),
+            (&["rendr"], "there is no command \"rendr\"; did you mean render?"),
+            (&["zzzzzz"], "there is no command \"zzzzzz\"; see `sppm --help`"),
+            (&[], "a command is missing; try `sppm render cornell`, or `sppm --help`"),
+            (&["render"], "<SCENE> is missing; see `sppm render --help`"),
+            (&["compare"], "<A> and <B> are missing; see `sppm compare --help`"),
+            (&["render", "cornell", "--seed", "1", "--seed", "2"], "--seed is given twice; once is enough"),
+            (&["render", "cornell", "-q", "-v"], "--quiet contradicts --verbose; give one of them"),
+        ] {
+            assert_eq!(told(arguments), text, "{arguments:?}");
+        }
+    }
+}

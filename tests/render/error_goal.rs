@@ -2,9 +2,10 @@
 
 use crate::small;
 use fast::Sppm;
-use render::{EngineChoice, EngineName, Estimate, Job, Notice, Observer};
+use files::image_file::read_note;
+use render::{EngineChoice, EngineName, Estimate, Job, Metadata, Notice, Observer, Step};
 use scene::radius_schedule::Shrinking;
-use scene::{Engine, RadiusSchedule, Scene, Settings};
+use scene::{Engine, RadiusSchedule, Resumable, Scene, Settings};
 use std::sync::mpsc::{Sender, channel};
 
 /// The error that is told of a render of so many iterations.
@@ -85,4 +86,29 @@ fn the_pilots_of_the_bias_count_as_memory() {
     };
     let (without, with) = (told(None), told(Some(1e9)));
     assert!(with > without + (1 << 20), "{with} and {without} bytes");
+}
+
+/// With every step once it is known, and in the image.
+#[test]
+fn the_error_is_told_with_steps_and_in_the_image() {
+    struct Steps(Sender<Option<f64>>);
+
+    impl Observer for Steps {
+        fn after(&mut self, step: &Step, _: &dyn Resumable) {
+            let _ = self.0.send(step.estimated_error);
+        }
+    }
+
+    let folder = tempfile::tempdir().unwrap();
+    let image = folder.path().join("a.exr");
+    let (told, steps) = channel();
+    let mut job = Job::new(small(4));
+    job.goals.error = Some(1e-9);
+    job.outputs.image = Some(image.clone());
+    let report = job.start(Steps(told)).unwrap().wait().unwrap().report;
+    let told: Vec<Option<f64>> = steps.iter().collect();
+    assert_eq!((told.len(), told[0].is_none(), told[1].is_some()), (4, true, true));
+    let metadata = Metadata::from_note(&read_note(&image).unwrap().unwrap()).unwrap();
+    assert_eq!([told[3], metadata.estimated_error], [report.estimated_error; 2]);
+    assert!(report.estimated_error.is_some());
 }

@@ -108,3 +108,32 @@ fn product(matrix: &[Opponent; 3], v: Opponent) -> Opponent {
 fn times(a: Opponent, b: Opponent) -> Opponent {
     std::array::from_fn(|i| a[i] * b[i])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_are_of_lightness_and_of_chroma() {
+        assert_eq!(hyab([5.0, 0.0, 0.0], [2.0, 3.0, 4.0]), 8.0);
+        assert_eq!(hyab([2.0, 3.0, 4.0], [5.0, 0.0, 0.0]), 8.0);
+        assert_eq!(hyab([1.0, -2.0, 3.0], [1.0, -2.0, 3.0]), 0.0);
+        assert_eq!(
+            product(&[[1.0, 2.0, 3.0], [0.0, 1.0, 0.0], [0.0, 0.0, 4.0]], [1.0, 10.0, 100.0]),
+            [321.0, 10.0, 400.0]
+        );
+        assert_eq!(times([1.0, 2.0, 3.0], [4.0, 5.0, 6.0]), [4.0, 10.0, 18.0]);
+    }
+
+    /// White, black and grey have no chroma; white has a lightness of 100, and black of 0.
+    #[test]
+    fn greys_have_lightness_alone() {
+        for (grey, lightness) in [(1.0, 100.0), (0.0, 0.0), (0.184_187, 50.0), (0.008, 7.226)] {
+            let [l, a, b] = hunt_lab([grey; 3]);
+            assert!(
+                (l - lightness).abs() < 0.01 && a.abs() < 0.01 && b.abs() < 0.01,
+                "{grey}: {l}, {a}, {b}"
+            );
+        }
+    }
+}

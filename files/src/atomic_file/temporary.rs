@@ -101,3 +101,31 @@ pub(super) fn reserve(file: &File, bytes: u64) -> io::Result<()> {
     let _ = (file, bytes);
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a killed process may leave is told by its name.
+    #[test]
+    fn temporary_names_say_whose_they_are() {
+        let folder = tempfile::tempdir().unwrap();
+        let made = builder(&mut Builder::new()).tempfile_in(folder.path()).unwrap();
+        let name = made.path().file_name().unwrap().to_string_lossy();
+        assert!(name.strip_prefix(".sppm-").and_then(|rest| rest.strip_suffix(".part")).is_some(), "{name}");
+    }
+
+    #[test]
+    fn files_are_renamed_once_they_are_made() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("a");
+        rename_new(folder.path(), &target, |path| fs::write(path, "new")).unwrap();
+        assert_eq!(fs::read(&target).unwrap(), b"new");
+        assert!(rename_new(folder.path(), &target, |_| Err(io::ErrorKind::StorageFull.into())).is_err());
+        // Of two names of one file, the rename does nothing.
+        rename_new(folder.path(), &target, |path| fs::hard_link(&target, path)).unwrap();
+        let left: Vec<_> =
+            fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        assert_eq!(left, ["a"]);
+    }
+}

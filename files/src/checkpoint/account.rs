@@ -50,3 +50,27 @@ pub struct Past {
     /// The image.
     pub film: Film,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn iterations_are_the_first_unless_it_is_said_which() {
+        let account = Account {
+            version: "1".into(),
+            transport: 3,
+            scene: "a".into(),
+            sums: Sums::Exact,
+            iterations: 4,
+            which: None,
+            stats: Stats::default(),
+        };
+        assert_eq!(account.done(), (0..4).into());
+        let part = Account { which: Some((7..11).into()), ..account.clone() };
+        assert_eq!(part.done(), (7..11).into());
+        // Files from before the version was noted.
+        let text = serde_json::to_string(&account).unwrap().replace(r#""transport":3,"#, "");
+        assert_eq!(serde_json::from_str::<Account>(&text).unwrap(), Account { transport: 1, ..account });
+    }
+}

@@ -174,3 +174,63 @@ fn sphere([x, y, z, radius, material]: [u32; SPHERE_WORDS]) -> Sphere {
     let [x, y, z, radius] = [x, y, z, radius].map(f32::from_bits);
     Sphere { center: Vec3::new(x, y, z), velocity: Vec3::ZERO, radius, material, emission: Rgb::ZERO }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene(count: usize) -> Scene {
+        let mut scene = crate::builtin::scene("cornell").unwrap();
+        scene.materials = vec![
+            Material::Diffuse { albedo: Rgb::new(0.1, 0.2, 0.3) },
+            Material::Specular { albedo: Rgb::splat(0.5) },
+            Material::Dielectric { albedo: Rgb::ONE, ior: 1.5 },
+        ];
+        let sphere = |i: usize| Sphere {
+            center: Vec3::new(i as f32, 1.0, 2.0),
+            velocity: if i % 3 == 1 { Vec3::Y * i as f32 } else { Vec3::ZERO },
+            radius: 0.5 + i as f32,
+            material: i as u32 % 3,
+            emission: if i % 5 == 2 { Rgb::X * i as f32 } else { Rgb::ZERO },
+        };
+        scene.spheres = (0..count).map(sphere).collect();
+        scene.imports.clear();
+        scene
+    }
+
+    /// As many as are written at a time, and one more and less; lamps and what moves among them.
+    #[test]
+    fn what_is_written_is_read() {
+        for count in [1, 3, 4095, 4096, 4097, 9000] {
+            let scene = scene(count);
+            let arrays = Arrays { materials: &scene.materials, spheres: &scene.spheres };
+            let mut bytes = Vec::new();
+            arrays.write(&mut bytes).unwrap();
+            assert_eq!(bytes.len() as u64, arrays.bytes());
+            let mut at = 0;
+            let (materials, spheres) = read(&mut &bytes[..], &mut at, bytes.len() as u64).unwrap();
+            assert_eq!((materials, at), (scene.materials.clone(), bytes.len() as u64));
+            assert!(spheres[..] == scene.spheres[..], "{count}");
+        }
+    }
+
+    #[test]
+    fn rows_that_are_not_valid_are_told() {
+        assert_eq!(material([3, 0, 0, 0, 0]), None);
+        let told = |name, words: &[u32]| {
+            let content: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+            let mut bytes = Vec::new();
+            write_section(&mut bytes, name, content.len() as u64, |out| out.write_all(&content)).unwrap();
+            let mut at = 0;
+            let read = read_rows(&mut &bytes[..], name, &mut at, bytes.len() as u64, material);
+            assert_eq!(at, bytes.len() as u64);
+            read.map(|rows| rows.len()).map_err(|damage| damage.to_string())
+        };
+        let row = |kind| [kind, 0, 0, 0, 0];
+        assert_eq!(told(MATERIALS, &[row(0), row(1)].concat()), Ok(2));
+        let problem = told(MATERIALS, &[row(0), row(9), row(8)].concat()).unwrap_err();
+        assert!(problem.contains("row 1 is not valid"), "{problem}");
+        let problem = told(MATERIALS, &[0; 6]).unwrap_err();
+        assert!(problem.contains("has 24 bytes, not a multiple of 20"), "{problem}");
+    }
+}

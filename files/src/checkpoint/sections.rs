@@ -172,3 +172,83 @@ impl<R: Read> Section<R> {
         Damage::Invalid { section: self.name.1, problem: problem.into() }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn section(content: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        write_section(&mut bytes, NOTE, content.len() as u64, |out| out.write_all(content)).unwrap();
+        assert_eq!(bytes.len() as u64, FRAME + content.len() as u64);
+        bytes
+    }
+
+    fn begin(bytes: &[u8], name: Name, left: u64) -> Result<Section<&[u8]>, Damage> {
+        Section::begin(bytes, name, left)
+    }
+
+    #[test]
+    fn a_section_is_read_up_to_its_bound() {
+        let bytes = section(b"12345");
+        let read = |most| begin(&bytes, NOTE, bytes.len() as u64).unwrap().read_all(most);
+        assert_eq!((read(5).unwrap(), read(6).unwrap()), (b"12345".to_vec(), b"12345".to_vec()));
+        assert!(read(4).unwrap_err().to_string().contains("has 5 bytes; at most 4 are read"));
+        assert!(begin(&section(b""), NOTE, FRAME).unwrap().read_all(0).unwrap().is_empty());
+    }
+
+    /// Every flipped bit is found, whether of name, length, content or checksum.
+    #[test]
+    fn a_section_that_has_changed_is_refused() {
+        let bytes = section(b"12345");
+        let read = |bytes: &[u8]| {
+            begin(bytes, NOTE, bytes.len() as u64).and_then(|section| section.read_all(1 << 20))
+        };
+        assert!(read(&bytes).is_ok());
+        for bit in 0..8 * bytes.len() {
+            let mut broken = bytes.clone();
+            broken[bit / 8] ^= 1 << (bit % 8);
+            assert!(read(&broken).is_err(), "{bit}");
+        }
+        let left = bytes.len() as u64;
+        assert!(begin(&bytes, SUMS, left).is_err() && begin(&bytes, NOTE, left - 1).is_err());
+        assert!(begin(&bytes, NOTE, FRAME - 1).is_err() && begin(&bytes, NOTE, left + 1).is_ok());
+        assert!(read(&bytes[..bytes.len() - 1]).is_err());
+    }
+
+    /// Of a wrong length the fault is told, unless the section has changed.
+    #[test]
+    fn refusals_tell_the_fault_of_what_is_whole() {
+        let mut bytes = section(b"12345");
+        let refuse = |bytes: &[u8]| begin(bytes, NOTE, bytes.len() as u64).unwrap().refuse("is odd".into());
+        assert!(matches!(refuse(&bytes), Damage::Invalid { section: "its note", .. }));
+        bytes[13] ^= 1;
+        assert!(matches!(refuse(&bytes), Damage::Flipped { section: "its note" }));
+    }
+
+    #[test]
+    fn headers_tell_whether_a_file_is_whole() {
+        let mut header = Vec::new();
+        write_header(&mut header, 100).unwrap();
+        let read = |bytes: &[u8], length| read_header(&mut &bytes[..], length);
+        assert_eq!(read(&header, 100).unwrap(), FORMAT);
+        assert!(matches!(read(&header, 99), Err(Damage::Truncated { has: 99, length: 100 })));
+        assert!(matches!(read(&header, 101), Err(Damage::Appended { has: 101, length: 100 })));
+        assert!(matches!(read(&header[..9], 9), Err(Damage::Truncated { has: 9, length: HEADER })));
+        assert!(matches!(read(&header[..23], 23), Err(Damage::Truncated { has: 23, length: HEADER })));
+        assert!(matches!(read(&header, 24), Err(Damage::Truncated { has: 24, length: 100 })));
+        assert!(matches!(read(b"", 0), Err(Damage::NoCheckpoint)));
+        assert!(matches!(read(&header[..1], 1), Err(Damage::Truncated { has: 1, .. })));
+        assert!(matches!(read(&[0; 24], 24), Err(Damage::NoCheckpoint)));
+        for byte in 8..24 {
+            let mut broken = header.clone();
+            broken[byte] ^= 1;
+            assert!(matches!(read(&broken, 100), Err(Damage::Flipped { section: "its header" })), "{byte}");
+        }
+        let mut later = header[..8].to_vec();
+        later.extend((FORMAT + 1).to_le_bytes());
+        later.extend(100_u64.to_le_bytes());
+        later.extend(crc32fast::hash(&later).to_le_bytes());
+        assert!(matches!(read(&later, 100), Err(Damage::Version { found }) if found == FORMAT + 1));
+    }
+}

@@ -136,3 +136,36 @@ impl Loaded {
         restored.map_err(|damage| FileError::new(&self.path, damage.to_string()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_removed_is_told_and_what_is_not_there_is_fine() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::new(folder.path().join("a.sppm"));
+        assert_eq!((store.remove(), store.exists()), (Ok(()), false));
+        for path in [store.path().to_owned(), store.previous()] {
+            fs::write(&path, "").unwrap();
+            assert!(store.exists());
+            assert_eq!((store.remove(), path.exists()), (Ok(()), false));
+            fs::create_dir(&path).unwrap();
+            let problem = store.remove().unwrap_err().to_string();
+            assert!(problem.starts_with(&format!("{}: cannot be removed: ", path.display())), "{problem}");
+            fs::remove_dir(&path).unwrap();
+        }
+    }
+
+    #[test]
+    fn the_older_generation_takes_the_place_of_the_newest() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::new(folder.path().join("a.sppm"));
+        assert_eq!(store.previous(), folder.path().join("a.sppm.1"));
+        let problem = store.fall_back().unwrap_err().to_string();
+        assert!(problem.contains("a.sppm: cannot be replaced by the older: "), "{problem}");
+        fs::write(store.previous(), "older").unwrap();
+        store.fall_back().unwrap();
+        assert_eq!((fs::read(store.path()).unwrap(), store.previous().exists()), (b"older".to_vec(), false));
+    }
+}

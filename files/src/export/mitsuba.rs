@@ -208,3 +208,42 @@ fn color(xml: &mut Xml, name: &str, color: Rgb) -> io::Result<()> {
 fn numbers<T: ToString>(values: &[T]) -> String {
     values.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shift_of(spheres: &[(f32, f32)], eye: f32) -> f32 {
+        let mut scene = crate::builtin::scene("cornell").unwrap();
+        let ball = scene.spheres[0];
+        let sphere = |&(z, radius): &(f32, f32)| Sphere { center: Vec3::Z * z, radius, material: 0, ..ball };
+        scene.spheres = spheres.iter().map(sphere).collect();
+        scene.camera.eye = Vec3::new(500.0, 0.0, eye);
+        let still = scene.at(0.0);
+        shift(&View {
+            name: "a",
+            camera: &scene.camera,
+            still: &still,
+            time: 0.0,
+            width: 4,
+            height: 3,
+            filter: scene::Filter::Box,
+            samples: 1,
+            version: "1",
+        })
+    }
+
+    /// What is small, and the eye, come at least a hundredth of the largest radius above the origin, by a whole number.
+    #[test]
+    fn small_things_are_moved_away_from_the_origin() {
+        // A wall of 1000, so a margin of 5: the lowest point is to be at 10.
+        assert_eq!(shift_of(&[(0.0, 1000.0), (20.0, 2.0)], 50.0), 0.0);
+        assert_eq!(shift_of(&[(0.0, 1000.0), (11.5, 2.0)], 50.0), 1.0);
+        assert_eq!(shift_of(&[(0.0, 1000.0), (12.0, 2.0)], 50.0), 0.0);
+        assert_eq!(shift_of(&[(0.0, 1000.0), (-30.0, 2.0)], 50.0), 42.0);
+        assert_eq!(shift_of(&[(0.0, 1000.0), (50.0, 2.0)], -3.5), 14.0);
+        // What is larger than the margin is a wall itself.
+        assert_eq!(shift_of(&[(0.0, 1000.0), (-30.0, 6.0)], 50.0), 0.0);
+        assert_eq!(shift_of(&[(0.0, 1000.0), (-30.0, 5.0)], 50.0), 45.0);
+    }
+}

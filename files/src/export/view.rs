@@ -69,6 +69,7 @@ pub(super) fn comment(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use scene::Vec3;
 
     #[test]
     fn comments_keep_to_their_line() {
@@ -76,5 +77,56 @@ mod tests {
         for text in ["--", "---", "a--b---->"] {
             assert!(!comment(text).contains("--"), "{text}");
         }
+    }
+
+    #[test]
+    fn a_file_says_what_made_it_and_when_it_is_frozen() {
+        let scene = crate::builtin::scene("cornell").unwrap();
+        let still = scene.at(0.0);
+        let said = |shutter| {
+            let camera = Camera { shutter, ..scene.camera };
+            let view = View {
+                name: "box",
+                camera: &camera,
+                still: &still,
+                time: 0.25,
+                width: 4,
+                height: 3,
+                filter: Filter::Box,
+                samples: 1,
+                version: "9",
+            };
+            view.introduction()
+        };
+        let told = said([0.0, 0.0]);
+        assert_eq!((told.len(), told[0].as_str()), (2, "box, exported by sppm 9"));
+        assert!(told[1].contains("max_depth"), "{told:?}");
+        let frozen = said([0.0, 1.0]);
+        assert_eq!((&frozen[..2], frozen[2].as_str()), (&told[..], "Frozen at shutter time 0.25."));
+    }
+
+    /// As far as the eye from the origin, and at least 1.
+    #[test]
+    fn a_target_is_ahead_of_the_eye() {
+        let scene = crate::builtin::scene("cornell").unwrap();
+        let still = scene.at(0.0);
+        let target = |eye: Vec3| {
+            let camera = Camera { eye, direction: Vec3::NEG_Z * 7.0, ..scene.camera };
+            let (name, time, width, height, samples, version) = ("a", 0.0, 4, 3, 1, "9");
+            View {
+                name,
+                camera: &camera,
+                still: &still,
+                time,
+                width,
+                height,
+                filter: Filter::Box,
+                samples,
+                version,
+            }
+            .target()
+        };
+        assert_eq!(target(Vec3::new(0.0, 3.0, 4.0)), [0.0, 3.0, -1.0]);
+        assert_eq!(target(Vec3::new(0.25, 0.0, 0.0)), [0.25, 0.0, -1.0]);
     }
 }

@@ -142,3 +142,61 @@ impl RowSource for Decoded {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL: [Orientation; 8] = [
+        Orientation::NoTransforms,
+        Orientation::FlipHorizontal,
+        Orientation::FlipVertical,
+        Orientation::Rotate90,
+        Orientation::Rotate180,
+        Orientation::Rotate270,
+        Orientation::Rotate90FlipH,
+        Orientation::Rotate270FlipH,
+    ];
+
+    /// As the library that reads them turns them, of which this holds no copy.
+    #[test]
+    fn images_are_turned_upright() {
+        let (width, height) = (5_usize, 3_usize);
+        let bytes: Vec<u8> = (0..15).map(|k| 10 + 7 * k).collect();
+        for orientation in ALL {
+            let samples = Samples::new(Sample::Byte, 1);
+            let expected = {
+                let grey = image::GrayImage::from_raw(5, 3, bytes.clone()).unwrap();
+                let mut turned = image::DynamicImage::from(grey);
+                turned.apply_orientation(orientation);
+                turned
+            };
+            let mut decoded = Decoded { samples, bytes: bytes.clone(), width, height, orientation, next: 0 };
+            let is_turned = expected.width() == 3;
+            assert_eq!(decoded.is_on_its_side(), is_turned, "{orientation:?}");
+            let mut pixels = [Rgb::ZERO; 15];
+            // Row by row.
+            let (first, rest) = pixels.split_at_mut(expected.width() as usize);
+            decoded.read(first).unwrap();
+            decoded.read(rest).unwrap();
+            let upright: Vec<Rgb> = expected
+                .as_bytes()
+                .iter()
+                .map(|code| Rgb::splat(scene::srgb::decode_code((*code).into(), 255)))
+                .collect();
+            assert_eq!(pixels[..], upright, "{orientation:?}");
+        }
+    }
+
+    #[test]
+    fn samples_are_as_many_as_the_channels() {
+        let of = |color| samples(color).map(|samples| (samples.sample, samples.per_pixel));
+        assert_eq!(of(ColorType::L8), Some((Sample::Byte, 1)));
+        assert_eq!(of(ColorType::Rgba8), Some((Sample::Byte, 4)));
+        assert_eq!(of(ColorType::La16), Some((Sample::NativeWord, 2)));
+        assert_eq!(of(ColorType::Rgb16), Some((Sample::NativeWord, 3)));
+        assert_eq!(of(ColorType::Rgb32F), Some((Sample::Float, 3)));
+        let limits = limits(1000);
+        assert_eq!((limits.max_alloc, limits.max_image_width), (Some(4000), Some(MAX_SIDE)));
+    }
+}

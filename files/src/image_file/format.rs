@@ -114,3 +114,87 @@ impl Format {
 fn extension(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL: [Format; 8] = [
+        Format::Png,
+        Format::Jpeg,
+        Format::Exr,
+        Format::Pfm,
+        Format::Hdr,
+        Format::Tiff,
+        Format::WebP,
+        Format::Qoi,
+    ];
+
+    #[test]
+    fn extensions_name_formats_in_either_case() {
+        for (name, format) in [
+            ("a.png", Format::Png),
+            ("a.JPG", Format::Jpeg),
+            ("a.jpeg", Format::Jpeg),
+            ("a.Exr", Format::Exr),
+            ("a.pfm", Format::Pfm),
+            ("a.hdr", Format::Hdr),
+            ("a.tif", Format::Tiff),
+            ("a.TIFF", Format::Tiff),
+        ] {
+            assert_eq!(Format::from_path(Path::new(name)).unwrap(), format);
+        }
+        let problem = |name: &str| Format::from_path(Path::new(name)).unwrap_err().to_string();
+        assert_eq!(
+            problem("a.webp"),
+            format!("a.webp: would be WebP, which can be read but not written; it must be {WRITTEN}")
+        );
+        assert_eq!(
+            problem("a.qoi"),
+            format!("a.qoi: would be QOI, which can be read but not written; it must be {WRITTEN}")
+        );
+        assert_eq!(problem("a"), format!("a: has no extension; it must be {WRITTEN}"));
+        assert_eq!(problem("a.Txt"), format!("a.Txt: has the extension .txt; it must be {WRITTEN}"));
+        // Each has its own, and what can be written is what the message says.
+        for format in ALL {
+            let name = format!("a.{}", format.name().to_lowercase());
+            assert_eq!(Format::of_extension(Path::new(&name)), Some(format));
+            assert_eq!(
+                WRITTEN.contains(&format!(".{}", &format.name().to_lowercase()[..3])),
+                format.is_written() && format != Format::Jpeg
+            );
+        }
+    }
+
+    #[test]
+    fn content_tells_the_format() {
+        for (start, format) in [
+            (&b"\x89PNG\r\n\x1a\n"[..], Some(Format::Png)),
+            (b"\xff\xd8\xff\xe0", Some(Format::Jpeg)),
+            (b"\x76\x2f\x31\x01", Some(Format::Exr)),
+            (b"PF\n", Some(Format::Pfm)),
+            (b"Pf\n", Some(Format::Pfm)),
+            (b"#?RADIANCE\n", Some(Format::Hdr)),
+            (b"#?RGBE\n", Some(Format::Hdr)),
+            (b"II*\0", Some(Format::Tiff)),
+            (b"MM\0*", Some(Format::Tiff)),
+            (b"qoif", Some(Format::Qoi)),
+            (b"RIFF1234WEBP", Some(Format::WebP)),
+            (b"RIFF1234WAVE", None),
+            (b"RIFF", None),
+            (b"P6\n", None),
+            (b"", None),
+        ] {
+            assert_eq!(Format::of_content(start), format, "{start:?}");
+        }
+    }
+
+    #[test]
+    fn formats_hold_what_they_can() {
+        let with =
+            |has: fn(Format) -> bool| ALL.into_iter().filter(|format| has(*format)).collect::<Vec<_>>();
+        assert_eq!(with(Format::has_alpha), [Format::Png, Format::Exr, Format::Tiff]);
+        assert_eq!(with(Format::is_exposed), [Format::Png, Format::Jpeg]);
+        assert_eq!(with(|format| !format.is_written()), [Format::WebP, Format::Qoi]);
+    }
+}

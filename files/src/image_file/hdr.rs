@@ -135,4 +135,18 @@ mod tests {
         pack(&[7; 300], &mut packed);
         assert_eq!(packed, [255, 7, 255, 7, 174, 7]);
     }
+
+    /// Rows of 256 pixels and more have a width of two bytes.
+    #[test]
+    fn wide_rows_say_how_wide_they_are() {
+        for width in [255_u32, 256, 300, 515] {
+            let pixel = |x: u32, _| Rgb::splat(x as f32);
+            let mut bytes = Vec::new();
+            write(&mut bytes, &Picture { width, height: 1, pixel: &pixel }).unwrap();
+            let head = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X {width}\n");
+            assert!(bytes.starts_with(head.as_bytes()));
+            let [high, low] = (width as u16).to_be_bytes();
+            assert_eq!(bytes[head.len()..][..4], [2, 2, high, low]);
+        }
+    }
 }

@@ -60,3 +60,48 @@ pub(super) fn told(format: &str, e: &impl ToString) -> String {
     let line: String = line.chars().filter(|c| !c.is_control()).take(LONGEST).collect();
     format!("is no {format} file that can be read: {line}")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_within_their_bounds() {
+        let side = u64::from(MAX_SIDE);
+        assert!(check_size(1, 1).is_ok() && check_size(side, MAX_PIXELS / side).is_ok());
+        assert_eq!(check_size(0, 5).unwrap_err(), "has no pixels: it is 0 x 5");
+        assert_eq!(check_size(5, 0).unwrap_err(), "has no pixels: it is 5 x 0");
+        for (width, height) in [
+            (side + 1, 1),
+            (1, side + 1),
+            (side, MAX_PIXELS / side + 1),
+            (u64::from(u32::MAX), u64::from(u32::MAX)),
+        ] {
+            assert!(
+                check_size(width, height)
+                    .unwrap_err()
+                    .starts_with(&format!("is {width} x {height} pixels; "))
+            );
+        }
+    }
+
+    #[test]
+    fn bytes_expand_by_no_more_than_the_format_can() {
+        assert!(check_expansion(1000, 10, 100).is_ok() && check_expansion(1099, 10, 100).is_ok());
+        let told = "has 10 bytes, which cannot hold the 1100 bytes of pixels that it announces";
+        assert_eq!(check_expansion(1100, 10, 100).unwrap_err(), told);
+        assert!(check_likely(ANY_RATIO, 0).is_ok());
+        let (pixels, length) = (ANY_RATIO * 2, ANY_RATIO * 2 / LIKELY_RATIO);
+        assert!(check_likely(pixels, length).is_ok() && check_likely(pixels, length - 1).is_err());
+        assert!(check_likely(ANY_RATIO + 1, 0).is_err());
+    }
+
+    #[test]
+    fn messages_of_decoders_are_one_line_of_bounded_length() {
+        assert_eq!(told("PNG", &"a\n  b\u{7}c"), "is no PNG file that can be read: a bc");
+        let long = told("PNG", &"x".repeat(1000));
+        assert_eq!(long.len(), "is no PNG file that can be read: ".len() + 160);
+        assert_eq!(truncated(&io::ErrorKind::UnexpectedEof.into()), "ends too early");
+        assert!(truncated(&io::ErrorKind::PermissionDenied.into()).starts_with("cannot be read: "));
+    }
+}

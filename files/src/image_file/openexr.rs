@@ -295,3 +295,43 @@ fn into_io(e: exr::error::Error) -> io::Error {
         other => io::Error::other(other),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn header(width: usize, height: usize, compression: Compression) -> Header {
+        use exr::meta::attribute::{ChannelDescription, Text};
+        let channel = ChannelDescription::new(Text::from("Y"), SampleType::F32, true);
+        let header = Header::new(Text::from("image"), (width, height), std::iter::once(channel).collect());
+        Header { compression, ..header }
+    }
+
+    /// What is compressed as far as the format can is read, and what claims more is not.
+    #[test]
+    fn files_hold_what_they_announce() {
+        let pixels = 1 << 20;
+        for (compression, most) in [
+            (Compression::ZIP16, MOST_BYTES_PER_BYTE),
+            (Compression::DWAA(None), MOST_BYTES_PER_BYTE_DWA),
+            (Compression::DWAB(None), MOST_BYTES_PER_BYTE_DWA),
+        ] {
+            let header = header(1 << 10, 1 << 10, compression);
+            let least = 4 * pixels / most;
+            assert!(check_header(&header, least).is_ok(), "{compression:?}");
+            assert!(check_header(&header, least - 1).is_err(), "{compression:?}");
+        }
+    }
+
+    /// By the method that most programs write.
+    #[test]
+    fn what_is_written_is_compressed() {
+        let pixel = |_, _| Rgb::ONE;
+        let mut bytes = io::Cursor::new(Vec::new());
+        write(&mut bytes, &Picture { width: 64, height: 64, pixel: &pixel }, None).unwrap();
+        let bytes = bytes.into_inner();
+        let meta = MetaData::read_from_buffered(&bytes[..], false).unwrap();
+        assert_eq!(meta.headers[0].compression, Compression::ZIP16);
+        assert!(bytes.len() < 64 * 64 * 12 / 4, "{}", bytes.len());
+    }
+}

@@ -82,3 +82,46 @@ impl fmt::Display for Sample {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In each way to store them, one sample or three, whatever follows.
+    #[test]
+    fn samples_become_linear_pixels() {
+        let byte = |per_pixel, bytes: &[u8]| Samples::new(Sample::Byte, per_pixel).pixel(bytes);
+        let of = |code: u8| srgb::decode_code(code.into(), 255);
+        assert_eq!(byte(1, &[7]), Rgb::splat(of(7)));
+        assert_eq!(byte(2, &[7, 200]), Rgb::splat(of(7)));
+        assert_eq!(byte(3, &[0, 7, 255]), Rgb::new(0.0, of(7), 1.0));
+        assert_eq!(byte(4, &[255, 7, 0, 9]), Rgb::new(1.0, of(7), 0.0));
+        let word = srgb::decode_code(0x1234, u16::MAX);
+        assert_eq!(Samples::new(Sample::BigWord, 1).pixel(&[0x12, 0x34]), Rgb::splat(word));
+        assert_eq!(
+            Samples::new(Sample::NativeWord, 2).pixel(&[&0x1234_u16.to_ne_bytes()[..], &[1, 2]].concat()),
+            Rgb::splat(word)
+        );
+        let floats: Vec<u8> = [0.5_f32, -1.5, 3e9].into_iter().flat_map(f32::to_ne_bytes).collect();
+        assert_eq!(Samples::new(Sample::Float, 3).pixel(&floats), Rgb::new(0.5, -1.5, 3e9));
+        let mut pixels = [Rgb::ZERO; 2];
+        Samples::new(Sample::Byte, 2).decode(&[7, 0, 255, 0], &mut pixels);
+        assert_eq!(pixels, [Rgb::splat(of(7)), Rgb::ONE]);
+    }
+
+    #[test]
+    fn bytes_are_those_of_all_samples() {
+        let bytes = |sample, per_pixel| Samples::new(sample, per_pixel).bytes_per_pixel();
+        assert_eq!(
+            [
+                bytes(Sample::Byte, 3),
+                bytes(Sample::BigWord, 4),
+                bytes(Sample::NativeWord, 1),
+                bytes(Sample::Float, 3)
+            ],
+            [3, 8, 2, 12]
+        );
+        assert!(Sample::Float.is_linear() && !Sample::BigWord.is_linear());
+        assert_eq!(Sample::Byte.to_string(), "8 bits of sRGB");
+    }
+}

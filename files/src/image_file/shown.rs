@@ -48,3 +48,44 @@ pub(super) fn greatest(values: &Picture<f32>) -> f32 {
     let greatest = all.filter(|v| v.is_finite()).fold(0.0, f32::max);
     if greatest > 0.0 { greatest } else { 1.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture<T>(pixel: &(dyn Fn(u32, u32) -> T + Sync)) -> Picture<'_, T> {
+        Picture { width: 3, height: 2, pixel }
+    }
+
+    #[test]
+    fn what_is_no_number_is_shown_at_once() {
+        let pixel = |x, _| Rgb::new(1.0, if x == 1 { f32::NAN } else { 0.0 }, 0.0);
+        let picture = picture(&pixel);
+        let codes = codes(&picture, &Encoding::default());
+        assert_eq!([codes(0, 0), codes(1, 0), codes(2, 1)], [[255, 0, 0], NOT_A_NUMBER, [255, 0, 0]]);
+    }
+
+    /// The colour is that of what covers the pixel, which may have been scaled by its share.
+    #[test]
+    fn colours_are_those_of_what_covers_a_pixel() {
+        let shown = |color, alpha| {
+            let pixel = |_, _| Rgba { color, alpha };
+            codes_with_alpha(&picture(&pixel), &Encoding::default())(0, 0)
+        };
+        assert_eq!(shown(Rgb::X * 0.25, 0.25), [255, 0, 0, 64]);
+        assert_eq!(shown(Rgb::X, 1.0), [255, 0, 0, 255]);
+        assert_eq!(shown(Rgb::X, 0.001), [0; 4]);
+        assert_eq!(shown(Rgb::X, -0.1), [0; 4]);
+        assert_eq!(shown(Rgb::ONE * 1.1, 1.1), [255; 4]);
+        assert_eq!(shown(Rgb::ONE, f32::NAN), [255, 0, 255, 255]);
+        assert_eq!(shown(Rgb::Y * f32::NAN, 0.0), [255, 0, 255, 255]);
+    }
+
+    #[test]
+    fn the_greatest_value_that_is_finite_is_white() {
+        let of = |values: [f32; 6]| greatest(&picture(&|x, y| values[(3 * y + x) as usize]));
+        assert_eq!(of([0.0, 2.0, 1.0, 0.5, 4.0, 3.0]), 4.0);
+        assert_eq!(of([f32::INFINITY, f32::NAN, 0.0, -1.0, 0.25, 0.0]), 0.25);
+        assert_eq!(of([0.0, -1.0, 0.0, -0.0, f32::NAN, 0.0]), 1.0);
+    }
+}

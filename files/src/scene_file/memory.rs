@@ -97,4 +97,14 @@ mod tests {
     fn what_is_too_much_is_told_with_the_limit() {
         assert_eq!(too_much(3 << 20, 1 << 20), "takes up to 3.0 MiB to read, more than the limit of 1.0 MiB");
     }
+
+    #[test]
+    fn particles_take_their_bytes_and_lamps_more() {
+        let scene = crate::builtin::scene("cornell").unwrap();
+        let lamp = *scene.spheres.iter().find(|sphere| sphere.is_emitter()).unwrap();
+        let dark = *scene.spheres.iter().find(|sphere| !sphere.is_emitter()).unwrap();
+        assert_eq!(of_imported(&[]), 0);
+        assert_eq!(of_imported(&[dark; 5]), 5 * BYTES_PER_PARTICLE);
+        assert_eq!(of_imported(&[dark, lamp, dark, lamp]), 4 * BYTES_PER_PARTICLE + 2 * BYTES_PER_LAMP);
+    }
 }

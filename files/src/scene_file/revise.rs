@@ -304,4 +304,25 @@ mod tests {
         assert_eq!(names[6].as_deref(), Some("glass ball"));
         assert!(sphere_names("sphere = 1").is_empty() && sphere_names("{").is_empty());
     }
+
+    /// A lens needs a distance of focus, though it is that which a pinhole would have.
+    #[test]
+    fn a_lens_gets_a_distance_of_focus() {
+        let text = "[camera]\neye = [0, 0, 9]\ndirection = [0, 0, -1]\nvertical_fov_degrees = 30\n\
+                    [[sphere]]\ncenter = [0, 0, 0]\nradius = 1\nemission = [1, 1, 1]\nmaterial = { type = \"diffuse\", albedo = [1, 1, 1] }\n\
+                    [settings]\niterations = 1\nphotons_per_iteration = 1\nmax_depth = 1\ninitial_radius = 1\nradius_pilots = 0\n";
+        let mut scene = parse("a.toml", text).unwrap();
+        assert_eq!(revise(text, &scene).as_deref(), Some(text));
+        scene.camera.aperture_radius = 0.5;
+        let revised = revise(text, &scene).unwrap();
+        assert!(
+            revised.contains("aperture_radius = 0.5\n") && revised.contains("focus_distance = 1"),
+            "{revised}"
+        );
+        scene.camera.shutter = [0.0, 2.0];
+        assert!(revise(text, &scene).unwrap().contains("shutter = [0, 2]"));
+        // A pinhole has none.
+        scene.camera.aperture_radius = 0.0;
+        assert!(!revise(text, &scene).unwrap().contains("focus_distance"));
+    }
 }

@@ -280,4 +280,78 @@ mod tests {
         assert_eq!(account(1.0, 5000.0, 1e8, 1.0).iterations(10_000, 0.1, 1e9), 10);
         assert_eq!(account(0.0, 0.0, 1.0, 1.0).iterations(10_000, 0.1, 1e9), FEWEST_ITERATIONS);
     }
+
+    /// One work unit among few spheres, 1.5 more for each doubling.
+    #[test]
+    fn segments_take_longer_among_many_spheres() {
+        let found = [0, 1, 64, 127, 128, 255, 256, 65_536].map(segment_work);
+        assert_eq!(found, [1.0, 1.0, 1.0, 1.0, 2.5, 2.5, 4.0, 16.0]);
+        let account = account(0.3, 500.0, 7.0, 2.0).of(0, 128);
+        assert_eq!((account.work(0.0), account.work(10.0)), (17.5, 67.5));
+    }
+
+    /// Noise may turn what pilots say around: no part of a variance is negative.
+    #[test]
+    fn variances_are_never_negative() {
+        let of = |few: f64, many: f64| {
+            let variance = |of| Variance { pixel: of, block: of };
+            let account = Account::new([1000, 4000], [variance(few), variance(many)], &Stats::default(), 1.0);
+            (account.camera.pixel, account.photons.pixel)
+        };
+        // More photons, more noise: that of photons is none.
+        assert_eq!(of(0.1, 0.2), (0.2, 0.0));
+        // All of it goes with the photons, and more than all.
+        let (camera, photons) = of(10.0, 1.0);
+        assert!(camera == 0.0 && (photons - 9.0 / (1e-3 - 2.5e-4)).abs() < 1e-6, "{camera} and {photons}");
+    }
+
+    /// Work is rounded to whole iterations, and never to fewer than the least.
+    #[test]
+    fn iterations_are_as_many_as_the_work_allows() {
+        let noisy = account(1e9, 0.0, 10.0, 0.0);
+        let of = |work| noisy.iterations(1000, 1e-9, work);
+        assert_eq!([of(0.0), of(84.0), of(94.9), of(95.1), of(1234.0)], [8, 8, 9, 10, 123]);
+    }
+
+    /// The first number of iterations by which the noise is low enough, one after another, and at most what the work allows.
+    #[test]
+    fn iterations_are_the_fewest() {
+        for (camera, photons, noise, work) in [
+            (1.0, 0.0, 0.1_f64, 1e9),
+            (0.3, 5000.0, 0.05, 1e9),
+            (0.0, 70_000.0, 0.03, 1e9),
+            (0.3, 5000.0, 0.05, 3e8),
+            (2.0, 1e5, 1e-3, 5e7),
+        ] {
+            let account = account(camera, photons, 1e6, 3.0);
+            let most = ((work / account.work(20_000.0)).round() as u32).max(8);
+            let is_enough = |n: u32| account.noise(20_000.0, n.into()).pixel <= noise.powi(2);
+            let expected = (8..most).find(|n| is_enough(*n)).unwrap_or(most);
+            assert_eq!(account.iterations(20_000, noise, work), expected, "{camera}, {photons}, {noise}");
+        }
+    }
+
+    /// With little work too, where more photons than there is work for cost as much more noise.
+    #[test]
+    fn photons_are_those_of_the_least_cost() {
+        for (c, p, w, v, work) in [
+            (0.3_f64, 5e3, 1e6, 10.0, 5e8),
+            (0.01, 5e4, 1e5, 3.0, 1e6),
+            (0.5, 5e5, 1e4, 20.0, 3e6),
+            (0.2, 1e3, 1e3, 1.0, 1e5),
+        ] {
+            let account = account(c, p, w, v);
+            let cost = |photons: u32| {
+                let each = account.work(photons.into());
+                let iterations = (work / each).max(8.0);
+                let Variance { pixel, block } = account.noise(photons.into(), iterations);
+                pixel * block.powi(2) * (iterations * each / work).max(1.0).powi(3)
+            };
+            let all = (12..28).flat_map(|power| [1_u32 << power, 3 << (power - 1)]);
+            let expected = all.clone().min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap();
+            assert_eq!(account.photons(1 << 28, work), expected, "{c}, {p}");
+            let fewer = all.filter(|n| *n <= 50_000).min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap();
+            assert_eq!(account.photons(50_000, work), fewer, "{c}, {p}");
+        }
+    }
 }

@@ -115,4 +115,29 @@ mod tests {
         let (wide, narrow) = (of(16.0), of(4.0));
         assert!(wide > 2.0 * narrow, "{wide} and {narrow}");
     }
+
+    /// As many photons as the pixels of a pilot ask for, and no fewer than the least; with both radii.
+    #[test]
+    fn the_bias_is_found_with_enough_photons() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        (scene.settings.width, scene.settings.height) = (8, 6);
+        let (lanes, stop) = (LaneKind::best(), Stop::new());
+        let found = first_bias(&scene, lanes, &stop).unwrap();
+        assert_eq!(found.radii, FirstRadii::even(scene.settings.initial_radius));
+        let pilots = Pilots::new(&scene, &scene.settings, lanes, &stop);
+        let of = |radii: FirstRadii| pilots.run_with(SEEDS, PHOTONS.1, &radii).unwrap();
+        let half = FirstRadii::even(scene.settings.initial_radius / 2.0);
+        assert_eq!(found.relative, bias(&of(found.radii), &of(half)));
+        let stopped = Stop::new();
+        stopped.request();
+        assert!(first_bias(&scene, lanes, &stopped).is_none());
+    }
+
+    /// Differences of 0.2, 0.3 and 0.7: 0.4 on the average, whose variance is a third of 0.07.
+    #[test]
+    fn the_variance_of_the_mean_is_taken_away() {
+        let found = bias(&pilot(&[1.2, 1.3, 1.7]), &pilot(&[1.0; 3]));
+        let squared = (0.16 - 0.07 / 3.0) / (1.4_f64 * 1.4 + RELATIVE_MSE_EPSILON);
+        assert!((found / (4.0 / 3.0 * squared.sqrt()) - 1.0).abs() < 1e-6, "{found}");
+    }
 }

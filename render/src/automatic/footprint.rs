@@ -86,4 +86,34 @@ mod tests {
         let black = from_the_centre(Material::Diffuse { albedo: Vec3::ZERO });
         assert_eq!(footprint(LaneKind::best(), &black, &black.settings), None);
     }
+
+    /// Evenly over the image, from the middle of their parts, and at most so many along a side.
+    #[test]
+    fn rays_are_spread_over_the_image() {
+        let scene = from_the_centre(Material::Diffuse { albedo: Vec3::splat(0.5) });
+        for (width, height, count) in [(3, 2, 6), (64, 65, 64 * 64), (640, 2, 128)] {
+            let settings = Settings { width, height, ..scene.settings };
+            let rays = camera_rays(&scene, &settings);
+            assert_eq!(rays.len(), count);
+            let frame = scene.camera.frame(width, height);
+            let (columns, rows) = (width.min(64) as f32, height.min(64) as f32);
+            let through = |x: f32, y: f32| {
+                ray_through(&frame, (x / columns * width as f32, y / rows * height as f32), None).direction
+            };
+            let corners = [through(0.5, 0.5), through(columns - 0.5, rows - 0.5)];
+            for (ray, corner) in [rays[0], rays[count - 1]].iter().zip(corners) {
+                assert!((ray.direction - corner).length() < 1e-6, "{width} x {height}");
+            }
+            assert!((rays[1].direction - through(1.5, 0.5)).length() < 1e-6, "{width} x {height}");
+        }
+    }
+
+    #[test]
+    fn a_median_is_the_upper_of_the_middle() {
+        assert_eq!(median(Vec::new()), None);
+        assert_eq!(
+            [median(vec![3.0]), median(vec![5.0, 1.0, 3.0]), median(vec![4.0, 1.0, 3.0, 2.0])],
+            [Some(3.0); 3]
+        );
+    }
 }

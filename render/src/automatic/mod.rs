@@ -381,9 +381,9 @@ mod tests {
             let of_scene = bytes_of_scene(&scene) + lamps(&scene) * KEPT_PER_LAMP;
             let images = bytes_at_most(&scene, threads) - engine(&largest) - of_scene;
             let pixels = pilot.pixels() as u64;
-            let (image, terms) = (size_of::<scene::Rgb>() as u64, size_of::<[f64; 3]>() as u64);
-            let exact = |per_pixel: u64| (per_pixel * bias::FILMS + terms) * pixels;
-            assert!((exact(image)..=exact(PADDED)).contains(&images), "{images} for {pixels} pixels");
+            let terms = size_of::<[f64; 3]>() as u64;
+            assert!(PADDED >= size_of::<scene::Rgb>() as u64);
+            assert_eq!(images, (PADDED * bias::FILMS + terms) * pixels, "{pixels} pixels");
             // What makes it the largest.
             assert!(engine(&largest) > engine(&Settings { max_depth: 16, ..largest }));
             let fewer = Settings { photons_per_iteration: pilot.photons_per_iteration * 4, ..largest };
@@ -498,5 +498,60 @@ mod tests {
             (scene.settings.width, scene.settings.height) = (width, height);
             chosen(&scene, Automatic::all(Quality::Draft), LaneKind::best(), 1).validate().unwrap();
         }
+    }
+
+    /// Of half as many rows and columns, pixels are twice as large.
+    #[test]
+    fn radii_follow_the_size_of_pixels() {
+        let one = Automatic { initial_radius: true, ..Automatic::default() };
+        let of = |width, height, radius_pilots| {
+            let scene = cornell();
+            let settings = Settings { width, height, radius_pilots, ..scene.settings };
+            chosen(&Scene { settings, ..scene }, one, LaneKind::best(), 1).initial_radius
+        };
+        let (coarse, fine) = (of(64, 48, 0), of(128, 96, 0));
+        // Radii have two digits.
+        assert!((coarse / fine - 2.0).abs() < 0.15, "{coarse}, {fine}");
+        // With radii of their own, pixels have wider ones to choose from, whoever asks for them.
+        let own = of(64, 48, 2);
+        assert!((own / coarse - LARGEST_RADIUS / RADIUS).abs() < 0.15, "{own}, {coarse}");
+    }
+
+    /// The least depth that loses no more than is allowed, or else the deepest.
+    #[test]
+    fn depths_are_the_least_that_are_good_enough() {
+        let (scene, stop) = (cornell(), Stop::new());
+        let pilots = Pilots::new(&scene, &scene.settings, LaneKind::best(), &stop);
+        let of = |loss| pilots.depth(&Goal { loss, ..Goal::of(Quality::Good) }).unwrap();
+        assert_eq!([of(f64::INFINITY), of(-1.0)], [DEPTHS[0], DEPTHS[3]]);
+        let film = |depth| pilots.run(1, |settings| settings.max_depth = depth).unwrap().films.remove(0);
+        let all = film(DEPTHS[3]);
+        let lost = |depth| loss(&film(depth), &all, pilots.block(&pilots.settings));
+        let (first, second) = (lost(DEPTHS[0]), lost(DEPTHS[1]));
+        assert!(first > second && second > 0.0, "{first}, {second}");
+        assert_eq!(
+            [of(first), of(second), of(second * 1.01), of(second * 0.99)],
+            [DEPTHS[0], DEPTHS[1], DEPTHS[1], DEPTHS[2]]
+        );
+    }
+
+    /// Of an image that has four times the pixels of its pilot, by the noise and the work of each of them.
+    #[test]
+    fn iterations_of_paths_are_those_of_the_pilot_scaled_to_the_image() {
+        let mut scene = files::builtin::scene("terrace").unwrap();
+        (scene.settings.width, scene.settings.height) = (512, 384);
+        let automatic = Automatic { quality: Quality::Draft, iterations: true, ..Automatic::default() };
+        let (method, stop) = ((MethodName::Path, LaneKind::best()), Stop::new());
+        let found = choose(&scene, automatic, method, &stop).unwrap().iterations;
+        let pilots = Pilots::new(&scene, &scene.settings, LaneKind::best(), &stop);
+        assert_eq!(scene.settings.pixels(), 4 * pilots.settings.pixels());
+        let pilot = pilots.run_paths(SEEDS, PATHS, scene.settings.max_depth).unwrap();
+        let variance = pilot.variance(BLOCK as usize / 2);
+        let account = Account::of_paths(PATHS, variance, &pilot.stats, 4.0);
+        let account = account.of(scene.settings.pixels(), scene.spheres.len());
+        let goal = Goal::of(Quality::Draft);
+        assert_eq!(found, account.iterations(1, goal.noise, goal.work));
+        // Neither the least nor what the work alone would allow.
+        assert!(found > 8 && found < account.iterations(1, 0.0, goal.work), "{found}");
     }
 }

@@ -229,4 +229,36 @@ mod tests {
         assert!((loss(&dark, &whole, 4) - exact).abs() < 1e-12);
         assert_eq!(loss(&whole, &whole, 4), 0.0);
     }
+
+    #[test]
+    fn sparks_are_left_out_of_a_mean() {
+        let terms =
+            |sparks: usize, all: usize| (0..all).map(|i| if i < sparks { 1e9 } else { 2.0 }).collect();
+        assert_eq!(trimmed_mean(terms(5, 1000)), 2.0);
+        assert!(trimmed_mean(terms(6, 1000)) > 1e5);
+        assert_eq!(trimmed_mean(terms(0, 3)), 2.0);
+        assert_eq!(trimmed_mean(vec![f64::NAN, 3.0, f64::INFINITY]), 3.0);
+        assert_eq!(trimmed_mean(Vec::new()), 0.0);
+    }
+
+    /// A tenth of the mean of all images and channels, and never 0.
+    #[test]
+    fn the_floor_is_a_share_of_the_mean() {
+        let (dark, bright) = ([Rgb::ZERO, Rgb::X * 3.0], [Rgb::splat(1.0), Rgb::splat(2.0)]);
+        assert!((floor(&[&dark, &bright]) - 0.1).abs() < 1e-12, "{}", floor(&[&dark, &bright]));
+        assert!((floor(&[&bright]) - 0.15).abs() < 1e-12);
+        assert!(floor(&[&[Rgb::ZERO]]) > 0.0);
+    }
+
+    /// Brighter and darker blocks do not make up for each other, nor do channels.
+    #[test]
+    fn loss_adds_up_whatever_its_sign() {
+        let whole = film(4, 2, |_| 1.0);
+        let other = film(4, 2, |i| if i % 4 < 2 { 0.5 } else { 1.5 });
+        let exact = 0.5 / (1.0 + FLOOR);
+        assert!((loss(&other, &whole, 2) - exact).abs() < 1e-12);
+        assert_eq!(loss(&other, &whole, 4), 0.0);
+        let red = Film { pixels: vec![Rgb::new(0.5, 1.0, 1.0); 8], ..whole.clone() };
+        assert!((loss(&red, &whole, 2) - exact / 3.0).abs() < 1e-12);
+    }
 }

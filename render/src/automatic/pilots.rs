@@ -64,4 +64,22 @@ mod tests {
         let small = pilot_settings(&Settings { width: 8, height: 8, ..large });
         assert_eq!((small.iterations, small.photons_per_iteration), (1, 4096));
     }
+
+    #[test]
+    fn pilots_are_as_they_are_asked_for() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        (scene.settings.width, scene.settings.height) = (16, 12);
+        scene.settings.radius_schedule = RadiusSchedule::Global;
+        let stop = Stop::new();
+        let pilots = Pilots::new(&scene, &scene.settings, LaneKind::best(), &stop);
+        let pilot = pilots.run_with(3, 700, &FirstRadii::even(1.0)).unwrap();
+        assert_eq!((pilot.films.len(), pilot.stats.photons), (3, 2100));
+        let pilot = pilots.run(2, |settings| settings.photons_per_iteration = 500).unwrap();
+        assert_eq!((pilot.films.len(), pilot.stats.photons), (2, 1000));
+        assert_ne!(pilot.films[0], pilot.films[1]);
+        let pilot = pilots.run_paths(2, 3, 1).unwrap();
+        assert_eq!((pilot.films.len(), pilot.stats.photons), (2, 0));
+        // Three paths in each pixel, of at least a segment to the first diffuse surface.
+        assert!(pilot.stats.camera_segments >= 2 * 3 * 16 * 12 && pilot.films[0] != pilot.films[1]);
+    }
 }

@@ -152,4 +152,21 @@ mod tests {
         let parts: Vec<Iterations> = (0..3000_u32).rev().map(|k| (4 * k..4 * k + 4).into()).collect();
         assert_eq!(cover(&parts).unwrap().len(), 3000);
     }
+
+    /// Two that overlap in part come before one that holds another, and the first of them before others.
+    #[test]
+    fn the_first_two_that_overlap_in_part_are_named() {
+        let set = |start: u32, end: u32| Iterations::from(start..end);
+        let of = |parts: &[Iterations]| {
+            let Conflict { parts, common } = conflict(parts);
+            (parts, common)
+        };
+        let (outer, inner, partial) = (set(0, 9), set(2, 4), set(3, 12));
+        assert_eq!(of(&[outer.clone(), inner.clone()]), ([0, 1], set(2, 4)));
+        assert_eq!(of(&[set(20, 30), outer.clone(), inner.clone()]), ([1, 2], set(2, 4)));
+        assert_eq!(of(&[outer.clone(), inner.clone(), partial.clone()]), ([0, 2], set(3, 9)));
+        assert_eq!(of(&[inner.clone(), set(20, 30), partial.clone()]), ([0, 2], set(3, 4)));
+        assert_eq!(of(&[inner.clone(), set(20, 30), inner.clone()]), ([0, 2], set(2, 4)));
+        assert_eq!(of(&[outer, set(20, 30)]), ([0, 0], Iterations::default()));
+    }
 }

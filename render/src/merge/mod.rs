@@ -363,3 +363,60 @@ pub fn part_of(iterations: u32, part: u32, parts: u32) -> Result<Range<u32>, Err
     }
     Ok(range)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene::{Filter, RadiusSchedule};
+
+    #[test]
+    fn the_setting_that_differs_is_named() {
+        let ours =
+            Settings { width: 4, height: 3, radius_schedule: RadiusSchedule::Global, ..Settings::default() };
+        assert_eq!(difference(&ours, &ours), None);
+        // Parts may have been asked for with other numbers of iterations.
+        assert_eq!(difference(&ours, &Settings { iterations: ours.iterations + 1, ..ours }), None);
+        for (theirs, told) in [
+            (Settings { width: 5, ..ours }, "width is 5, not 4"),
+            (Settings { height: 5, ..ours }, "height is 5, not 3"),
+            (
+                Settings { photons_per_iteration: 7, max_depth: 1, ..ours },
+                "photons_per_iteration is 7, not 200000",
+            ),
+            (Settings { max_depth: 1, ..ours }, "max_depth is 1, not 5"),
+            (Settings { initial_radius: 0.5, ..ours }, "initial_radius is 0.5, not 2"),
+            (Settings { seed: 99, ..ours }, "seed is 99, not 1"),
+            (Settings { filter: Filter::Gaussian, ..ours }, "filter is gaussian, not box"),
+            (Settings { light_samples: 2, ..ours }, "light_samples is 2, not 1"),
+            (Settings { radius_pilots: 2, ..ours }, "they differ in one that this program does not name"),
+        ] {
+            assert_eq!(difference(&ours, &theirs).as_deref(), Some(told));
+        }
+    }
+
+    #[test]
+    fn parts_have_each_iteration_once_and_are_alike() {
+        for (iterations, parts) in [(1, 1), (7, 3), (64, 64), (100, 7), (u32::MAX, 3)] {
+            let ranges: Vec<_> = (1..=parts).map(|part| part_of(iterations, part, parts).unwrap()).collect();
+            assert_eq!((ranges[0].start, ranges[ranges.len() - 1].end), (0, iterations));
+            assert!(ranges.windows(2).all(|pair| pair[0].end == pair[1].start), "{ranges:?}");
+            let least = iterations / parts;
+            assert!(ranges.iter().all(|range| (least..=least + 1).contains(&(range.end - range.start))));
+        }
+        for (part, parts, told) in [
+            (0, 4, "part 0/4: parts are counted from 1 to their number"),
+            (5, 4, "part 5/4: parts are counted from 1 to their number"),
+            (1, 4, "part 1/4 has no iterations, as there are 3 in all; ask for fewer parts"),
+        ] {
+            assert_eq!(part_of(3, part, parts).unwrap_err().to_string(), told);
+        }
+    }
+
+    #[test]
+    fn checkpoints_are_told_by_their_names() {
+        assert!(is_checkpoint(Path::new("a/b.sppm")) && is_checkpoint(Path::new("a.png.sppm")));
+        for other in ["a.png", "sppm", ".sppm", "a.sppm.1", "a.SPPM"] {
+            assert!(!is_checkpoint(Path::new(other)), "{other}");
+        }
+    }
+}

@@ -82,3 +82,66 @@ impl Resumable for Sum {
         self.progress.go_on_after(iterations, stats);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene() -> Scene {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        scene.settings = Settings {
+            width: 3,
+            height: 2,
+            radius_schedule: scene::RadiusSchedule::Global,
+            ..scene.settings
+        };
+        scene
+    }
+
+    /// The words of a row of pixels that have seen so many photons, one more each.
+    fn row(first: u64) -> Vec<u32> {
+        let pixel = |k: u64| ExactSums { photons: first + k, ..ExactSums::default() }.to_words();
+        (0..3).flat_map(pixel).collect()
+    }
+
+    fn saved(sum: &Sum, y: u32) -> Vec<u32> {
+        let mut words = vec![0; 3 * ExactSums::WORDS];
+        sum.save_row(y, &mut words);
+        words
+    }
+
+    #[test]
+    fn rows_are_added_and_loaded_in_their_place() {
+        let mut sum = Sum::new(&scene());
+        assert_eq!((sum.sums(), sum.iterate_unless(&Stop::new())), (Sums::Exact, false));
+        sum.add_row(1, &row(10));
+        sum.add_row(1, &row(100));
+        sum.add_row(0, &row(1));
+        let doubled: Vec<u32> = (0..3)
+            .flat_map(|k| ExactSums { photons: 110 + 2 * k, ..ExactSums::default() }.to_words())
+            .collect();
+        assert_eq!((saved(&sum, 0), saved(&sum, 1)), (row(1), doubled));
+        assert_eq!(sum.probe(2, 1).count, 114.0);
+        // Whatever was there before.
+        sum.load_row(1, &row(7));
+        assert_eq!((saved(&sum, 0), saved(&sum, 1)), (row(1), row(7)));
+    }
+
+    #[test]
+    fn a_sum_of_nothing_is_black_and_radii_are_those_of_its_end() {
+        let scene = scene();
+        let mut sum = Sum::new(&scene);
+        assert_eq!(
+            (sum.probe(0, 0).radiance, sum.probe(0, 0).radius),
+            (Rgb::ZERO, scene.settings.initial_radius)
+        );
+        sum.set_done(&(2..5).into(), &Stats { photons: 9, ..Stats::default() });
+        assert_eq!((sum.iterations(), sum.progress().next, sum.stats().photons), (3, 5, 9));
+        let mut engine = fast::Sppm::new(&scene, &scene.settings);
+        engine.skip_to(5);
+        assert_eq!(sum.probe(2, 1).radius, engine.probe(2, 1).radius);
+        assert_eq!(sum.probe(0, 0).radiance, Rgb::ZERO);
+        sum.go_on_after(4, Stats::default());
+        assert_eq!((sum.iterations(), sum.progress().next), (4, 4));
+    }
+}

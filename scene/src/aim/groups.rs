@@ -167,4 +167,54 @@ mod tests {
             assert!((share - 1.0).abs() < 1e-4, "{count}: shares of {share}");
         }
     }
+
+    /// Of a single lamp, the lines through the smaller of both over all of its lines: the share of directions, and of the disk.
+    #[test]
+    fn fluxes_are_shares_of_lines() {
+        let group = |radius, end| Group { center: Vec3::ZERO, radius, first: 0, end, share: 0.5 };
+        let ball = Target::ball(Vec3::X * 10.0, 2.0);
+        let height = |radius| f64::from(cone(Vec3::ZERO, radius, ball.center, ball.radius).1);
+        let near = |found: f64, exact: f64| (found / exact - 1.0).abs() < 1e-12;
+        let small = group(1.0, 1);
+        assert!(!small.is_aimed_by_disk(&ball) && near(flux(&small, &ball), 0.5 * 0.5 * height(1.0)));
+        let large = group(4.0, 1);
+        assert!(large.is_aimed_by_disk(&ball) && near(flux(&large, &ball), 0.5 * 0.5 * height(4.0) / 4.0));
+        // Of several lamps, lines are drawn through each.
+        let several = group(4.0, 2);
+        assert!(!several.is_aimed_by_disk(&ball) && near(flux(&several, &ball), 0.5 * 0.5 * height(4.0)));
+        // A narrow cap is drawn from instead, and one that looks elsewhere gets nothing.
+        let cap = Target { axis: Vec3::X, height: 0.001, ..ball };
+        assert!(near(flux(&small, &cap), 0.5 * 0.5 * f64::from(0.001_f32)));
+        assert_eq!(flux(&small, &Target { axis: Vec3::Y, ..cap }), 0.0);
+        let all = [small, large];
+        let sum = flux(&small, &ball) + flux(&large, &ball);
+        assert_eq!(fluxes(&[ball, cap], &all), [sum, flux(&small, &cap) + flux(&large, &cap)]);
+    }
+
+    /// By the angles between their axes: half angles of 60 and 20 degrees.
+    #[test]
+    fn caps_are_apart_if_their_axes_are_further_than_their_half_angles() {
+        let height = |degrees: f64| (1.0 - degrees.to_radians().cos()) as f32;
+        let axis = |degrees: f64| {
+            Vec3::new(degrees.to_radians().cos() as f32, degrees.to_radians().sin() as f32, 0.0)
+        };
+        let apart = |between, a, b| are_apart((Vec3::X, height(a)), (axis(between), height(b)));
+        assert!(apart(81.0, 60.0, 20.0) && !apart(79.0, 60.0, 20.0) && apart(81.0, 20.0, 60.0));
+        assert!(apart(179.0, 90.0, 80.0) && !apart(169.0, 90.0, 80.0));
+        // Half angles of more than a half turn together hold some direction in common.
+        assert!(!apart(180.0, 100.0, 90.0) && !apart(180.0, 180.0, 1.0));
+        assert!(!are_apart((Vec3::X, 3.0), (Vec3::NEG_X, 0.1)));
+    }
+
+    /// The ball of a group is around all of its lamps, and its share is theirs.
+    #[test]
+    fn a_group_is_around_its_lamps() {
+        let scene = balls(&[(Vec3::X * 2.0, 0.5, 1.0), (Vec3::X * 8.0, 1.5, 2.0), (Vec3::Y * 9.0, 0.5, 1.0)]);
+        let still = scene.at(0.0);
+        let found = group(&still, &[0, 1], 4);
+        assert_eq!((found.center, found.first, found.end), (Vec3::X * 5.0, 4, 6));
+        assert!((found.radius - 4.5).abs() < 1e-4, "{}", found.radius);
+        let share = |light: usize| f64::from(still.lights.entries[light].probability);
+        assert!((found.share - share(0) - share(1)).abs() < 1e-12);
+    }
 }

@@ -212,4 +212,46 @@ mod tests {
             assert!((found - exact).abs() < 1e-4, "{counts:?}: {found}, not {exact}");
         }
     }
+
+    fn aim() -> Aim {
+        Aim {
+            balls: vec![Target::ball(Vec3::X * 10.0, 1.0), Target::ball(Vec3::X * 10.0, 2.0)],
+            ends: vec![32, 48, 100],
+            densities: vec![0.25, 0.5, 1.25],
+            ..Aim::default()
+        }
+    }
+
+    /// What a line weighs is one over the density of all components that it belongs to.
+    #[test]
+    fn weights_are_of_the_balls_that_are_crossed() {
+        let weight = |y: f32| aim().weight(Vec3::new(0.0, y, 0.0), Vec3::X);
+        assert_eq!([weight(0.0), weight(1.5), weight(3.0)], [0.5, 1.0 / 1.5, 4.0]);
+        assert_eq!(Aim::default().weight(Vec3::ZERO, Vec3::X), 1.0);
+        assert!(Aim::default().is_empty() && !aim().is_empty());
+        assert_eq!((aim().scale(), Aim { scale_bits: 5, ..aim() }.scale()), (1.0, 32.0));
+    }
+
+    #[test]
+    fn components_have_their_runs_of_photons() {
+        let of = |photon| aim().component(photon);
+        assert_eq!([of(0), of(31), of(32), of(47), of(48), of(99)], [0, 0, 1, 1, 2, 2]);
+    }
+
+    /// In each group the lights' shares of its power add up to 1.
+    #[test]
+    fn shares_within_a_group_are_of_its_power() {
+        let lamps = [(Vec3::X * 9.0, 0.5, 1.0), (Vec3::X * 12.0, 0.5, 3.0), (Vec3::Y * 50.0, 1.0, 2.0)];
+        let scene = crate::test_scenes::balls(&lamps);
+        let still = scene.at(0.0);
+        let probability = |light: usize| f64::from(still.lights.entries[light].probability);
+        let group = |first, end, share| Group { center: Vec3::ZERO, radius: 1.0, first, end, share };
+        let groups = vec![group(0, 2, probability(1) + probability(0)), group(2, 3, probability(2))];
+        let within = Aim { groups, order: vec![1, 0, 2], ..Aim::default() }.cumulate_groups(&still);
+        let exact = [probability(1) / (probability(1) + probability(0)), 1.0, 1.0];
+        for (found, exact) in within.iter().zip(exact) {
+            assert!((f64::from(*found) - exact).abs() < 1e-6, "{within:?}");
+        }
+        assert_eq!(within.len(), 3);
+    }
 }

@@ -55,3 +55,47 @@ pub fn cone(from: Vec3, from_radius: f32, to: Vec3, to_radius: f32) -> (Vec3, f3
     let sin2 = reach * reach / d2;
     if sin2 < 1.0 { (axis * (1.0 / d2.sqrt()), sin2 / (1.0 + (1.0 - sin2).sqrt())) } else { (Vec3::Z, 2.0) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The sine of the half angle is both radii over the distance.
+    #[test]
+    fn a_cone_holds_all_lines_through_both_balls() {
+        let (axis, height) = cone(Vec3::ZERO, 1.0, Vec3::X * 10.0, 5.0);
+        assert_eq!(axis, Vec3::X);
+        assert!((height - 0.2).abs() < 1e-6, "{height}"); // 1 - cos, of a sine of 0.6
+        // Balls that touch are crossed by lines of all directions.
+        assert_eq!(cone(Vec3::ZERO, 5.0, Vec3::X * 10.0, 5.0).1, 2.0);
+        assert_eq!(cone(Vec3::ZERO, 1.0, Vec3::ZERO, 1.0).1, 2.0);
+    }
+
+    /// The smaller of the cone and the cap is drawn from.
+    #[test]
+    fn directions_are_those_of_the_smaller_cone() {
+        let ball = Target::ball(Vec3::X * 10.0, 5.0);
+        let narrow = Target { axis: Vec3::Y, height: 0.1, ..ball };
+        let wide = Target { height: 0.3, ..narrow };
+        assert_eq!(narrow.directions(Vec3::ZERO, 1.0), (Vec3::Y, 0.1));
+        assert_eq!(wide.directions(Vec3::ZERO, 1.0), cone(Vec3::ZERO, 1.0, ball.center, 5.0));
+        assert_eq!(ball.directions(Vec3::ZERO, 1.0), cone(Vec3::ZERO, 1.0, ball.center, 5.0));
+    }
+
+    #[test]
+    fn half_lines_cross_what_is_before_them() {
+        let ball = Target::ball(Vec3::X * 10.0, 2.0);
+        let crosses = |x: f32, y: f32, direction| ball.is_crossed(Vec3::new(x, y, 0.0), direction);
+        assert!(crosses(0.0, 0.0, Vec3::X) && crosses(0.0, 1.99, Vec3::X) && crosses(20.0, 0.0, Vec3::NEG_X));
+        assert!(
+            !crosses(0.0, 2.01, Vec3::X) && !crosses(0.0, 0.0, Vec3::NEG_X) && !crosses(20.0, 0.0, Vec3::X)
+        );
+        // From within, in every direction.
+        assert!(
+            crosses(11.5, 0.0, Vec3::X) && crosses(8.5, 0.0, Vec3::NEG_X) && !crosses(12.5, 0.0, Vec3::X)
+        );
+        let cap = Target { axis: Vec3::X, height: 0.1, ..ball };
+        let tilted = |cos: f32| Vec3::new(cos, (1.0 - cos * cos).sqrt(), 0.0);
+        assert!(cap.is_crossed(ball.center, tilted(0.91)) && !cap.is_crossed(ball.center, tilted(0.89)));
+    }
+}

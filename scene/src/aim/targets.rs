@@ -291,4 +291,100 @@ mod tests {
         // Nothing is aimed, so nothing is scattered anywhere.
         assert_eq!(Aim::new(&still, &Targets::default(), 1000).region, None);
     }
+
+    fn arrival(point: Vec3, source: Vec3) -> Arrival {
+        Arrival { point, source, flux: 2.0 }
+    }
+
+    /// A line belongs to uniform emission, and to every ball that it crosses; from far lamps only what is near the targets counts.
+    #[test]
+    fn lines_belong_to_the_balls_that_they_cross() {
+        let found = arrival(Vec3::ZERO, Vec3::Y * 100.0);
+        let ball = |y: f32, radius| Target::ball(Vec3::Y * y, radius);
+        let balls = [
+            ball(0.0, 4.0),
+            ball(0.0, 1.0),
+            ball(90.0, 1.0),
+            ball(11.0, 1.5),
+            Target::ball(Vec3::X * 3.0, 2.0),
+        ];
+        // Three radii of the first ball are 12.
+        assert_eq!(line(&found, &balls), (2.0, vec![0, 1, 2, 4]));
+        assert_eq!(line(&found, &[]), (2.0, vec![0]));
+        let near = arrival(Vec3::ZERO, Vec3::Y * 10.0);
+        assert_eq!(line(&near, &balls), (2.0, vec![0, 1, 2, 4]));
+        let nearer = arrival(Vec3::ZERO, Vec3::Y * 9.0);
+        assert_eq!(line(&nearer, &balls), (2.0, vec![0, 1, 2]));
+    }
+
+    #[test]
+    fn a_ball_is_around_all_arrivals() {
+        let arrivals =
+            [Vec3::ZERO, Vec3::new(4.0, 0.0, 0.0), Vec3::new(2.0, 6.0, 0.0)].map(|p| arrival(p, Vec3::Z));
+        let (center, radius) = ball_around(&arrivals, 0.5);
+        assert_eq!(center, Vec3::new(2.0, 3.0, 0.0));
+        assert!((radius - 13.0_f64.sqrt()).abs() < 1e-12, "{radius}");
+        assert_eq!(ball_around(&arrivals[..1], 0.5), (Vec3::ZERO, 0.5));
+    }
+
+    /// Each node before what is within, its two halves one after the other.
+    #[test]
+    fn arrivals_are_divided_along_the_longer_side() {
+        let mut arrivals: Vec<Arrival> = (0..8_u8)
+            .map(|k| arrival(Vec3::new(f32::from(k * 3 % 8), 0.25 * f32::from(k % 2), 0.0), Vec3::Z * 9.0))
+            .collect();
+        let mut balls = Vec::new();
+        divide(&mut arrivals, 4, 0.25, &mut balls);
+        let places: Vec<(f32, f32)> = balls.iter().map(|ball| (ball.center.x, ball.radius)).collect();
+        assert_eq!(places.len(), 7);
+        let middles = [3.5, 1.5, 0.5, 2.5, 5.5, 4.5, 6.5];
+        for ((x, radius), middle) in places.iter().zip(middles) {
+            assert!((x - middle).abs() < 1e-6 && *radius >= 0.5, "{places:?}");
+        }
+        balls.clear();
+        divide(&mut arrivals, 1, 0.25, &mut balls);
+        assert_eq!(balls.len(), 1);
+        assert_eq!(balls[0].radius_squared, balls[0].radius * balls[0].radius);
+    }
+
+    /// Too few of them tell nothing, and each leaf has enough.
+    #[test]
+    fn a_tree_has_as_many_leaves_as_there_are_arrivals_for() {
+        let scene = balls(&[(Vec3::ZERO, 1.0, 0.0), (40.0 * Vec3::Y, 2.0, 1.0)]);
+        let still = scene.at(0.0);
+        let nodes = |count: u16| {
+            let place = |k: u16| Vec3::new(f32::from(k % 16), f32::from(k / 16), 0.0);
+            let targets =
+                Targets::new(&still, (0..count).map(|k| arrival(place(k), 38.0 * Vec3::Y)).collect());
+            targets.balls.len() - targets.root
+        };
+        assert_eq!(
+            [nodes(16), nodes(31), nodes(32), nodes(64), nodes(128), nodes(300)],
+            [3, 3, 7, 15, 31, 31]
+        );
+        assert_eq!(Targets::new(&still, vec![arrival(Vec3::X, Vec3::Y); 15]), Targets::default());
+    }
+
+    /// Around the mean direction, as far as the farthest and a tenth more; all directions where there is no mean.
+    #[test]
+    fn a_cap_holds_all_directions_of_arrival() {
+        let from = |degrees: f64| {
+            let angle = degrees.to_radians();
+            arrival(Vec3::ZERO, Vec3::new(-angle.cos() as f32, -angle.sin() as f32, 0.0) * 7.0)
+        };
+        let (axis, height) = cap_around(&[from(30.0), from(-30.0), from(0.0)]);
+        assert!((axis - Vec3::X).length() < 1e-6, "{axis}");
+        let exact = (1.0 - 30.0_f64.to_radians().cos()) * CAP_WIDENED + LEAST_CAP;
+        assert!((f64::from(height) / exact - 1.0).abs() < 1e-5, "{height}, not {exact}");
+        assert_eq!(cap_around(&[from(0.0), from(180.0)]), (Vec3::Z, ALL_DIRECTIONS));
+        let one = cap_around(&[from(0.0)]);
+        assert!((f64::from(one.1) / LEAST_CAP - 1.0).abs() < 1e-3, "{one:?}");
+        // A mean that is just long enough: 1 of 9, and too short, 1 of 11.
+        let many = |ahead: usize, behind: usize| {
+            let all: Vec<Arrival> =
+                (0..ahead).map(|_| from(0.0)).chain((0..behind).map(|_| from(180.0))).collect();
+            cap_around(&all).0
+        };
+        assert!((many(5, 4) - Vec3::X).length() < 1e-6 && many(6, 5) == Vec3::Z);
+    }
 }
