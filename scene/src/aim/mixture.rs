@@ -5,7 +5,7 @@ use super::core::Core;
 use super::groups::{Group, flux, fluxes, groups};
 use super::target::Target;
 use super::targets::{Targets, UNIFORM_SHARE};
-use crate::guide::{Departures, GUIDED_BITS, Guide};
+use crate::guide::{Departures, GUIDED_BITS, Guide, RUN};
 use crate::still::Still;
 use glam::Vec3;
 use std::sync::Arc;
@@ -14,9 +14,6 @@ use std::sync::Arc;
 /// doubled by at most [`AIMED_BOUNCES`] surfaces. So no flux exceeds 2^(3 + 3 + 21 + 35), and as fewer than 2^31 photons are deposited
 /// no sum exceeds 2^93.
 pub const MOST_SCALE_BITS: u32 = 35;
-
-/// Photons are given to components in multiples of this, but for the last: no vector of photons has two components.
-pub const RUN: u32 = 16;
 
 /// Of the surfaces that a photon meets, those up to this one scatter it towards the [`region`](Aim::region).
 pub const AIMED_BOUNCES: u32 = 3;

@@ -17,7 +17,8 @@ mod target;
 mod targets;
 
 pub use self::core::Core;
+pub use crate::guide::{Arrival, RUN};
 pub use groups::Group;
-pub use mixture::{AIMED_BOUNCES, Aim, EXPONENT_STEP, MOST_SCALE_BITS, RUN};
+pub use mixture::{AIMED_BOUNCES, Aim, EXPONENT_STEP, MOST_SCALE_BITS};
 pub use target::{Target, cone};
-pub use targets::{Arrival, Targets, UNIFORM_SHARE};
+pub use targets::{Targets, UNIFORM_SHARE};

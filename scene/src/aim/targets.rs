@@ -2,7 +2,7 @@
 
 use super::groups::{fluxes, groups};
 use super::target::{ALL_DIRECTIONS, Target};
-use crate::guide::Guide;
+use crate::guide::{Arrival, Guide};
 use crate::sphere::Sphere;
 use crate::still::{Role, Still};
 use glam::{DVec3, Vec3};
@@ -51,17 +51,6 @@ const CAP_WIDENED: f64 = 1.1;
 
 /// And that of a single direction: some hundred times what rounding makes of it.
 const LEAST_CAP: f64 = 1e-5;
-
-/// Light that arrives where it matters: what a walk from the eye over a diffuse surface found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Arrival {
-    /// Where.
-    pub point: Vec3,
-    /// Where it comes from: a point of a lamp.
-    pub source: Vec3,
-    /// How much, in the brightest channel; in any unit.
-    pub flux: f32,
-}
 
 /// What photons are aimed at in all iterations, and how many at what.
 #[derive(Clone, Debug, Default, PartialEq)]

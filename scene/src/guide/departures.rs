@@ -1,7 +1,9 @@
 //! Directions of photons that leave lamps: each cell of directions gets a run of an iteration's photons.
 
 use super::table::{CELL, SIDE, Shares, WIDTH};
-use crate::aim::RUN;
+
+/// Photons are given to cells, and to what they are aimed at, in multiples of this, but for the last: no vector of photons is of two.
+pub const RUN: u32 = 16;
 
 /// Of fewer photons in an iteration none are guided as they leave: cells would have hardly any.
 const LEAST_PHOTONS: u32 = 8192;

@@ -5,9 +5,9 @@
 //! lines, over that of photons that leave by the cosine, is the number of pixels in the place where they land. So cells
 //! that hold many lines should get many photons. Where a lamp shines on what a walk meets, it should send photons there.
 
+use super::found::{Edge, Found, Lit};
 use super::table::{CELL, SIDE, Shares, weights_of};
-use super::{FACES, Guide, SURFACES};
-use crate::aim::Arrival;
+use super::tables::{FACES, Guide, PARTS, SURFACES};
 use crate::sobol::sobol;
 use glam::Vec3;
 
@@ -33,46 +33,6 @@ const HALVED: u32 = 64;
 const OUTSIDE: usize = 50;
 /// Of so many places, at most.
 const MOST_PLACES: usize = 4096;
-
-/// A line along which photons come to where they matter: from a diffuse surface to what a walk came from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Edge {
-    /// The walk that found it.
-    pub walk: u32,
-    /// Where photons leave the surface.
-    pub point: Vec3,
-    /// Its unit normal there.
-    pub normal: Vec3,
-    /// Their unit direction.
-    pub direction: Vec3,
-}
-
-/// Light that comes straight from a lamp to a place that a walk met.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lit {
-    /// The walk.
-    pub walk: u32,
-    /// Is it where the walk met the first diffuse surface, which the eye sees itself?
-    pub is_seen: bool,
-    /// The light.
-    pub arrival: Arrival,
-}
-
-/// What some walks have found, in order of the walks.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Found {
-    /// Lines between surfaces.
-    pub edges: Vec<Edge>,
-    /// Light from lamps.
-    pub lit: Vec<Lit>,
-}
-
-impl Found {
-    /// Light that arrives where the eye sees what is scattered only: there photons are of use.
-    pub fn arrivals(&self) -> impl Iterator<Item = &Lit> {
-        self.lit.iter().filter(|lit| !lit.is_seen)
-    }
-}
 
 /// The values of the cells of a table, and what they are known by.
 #[derive(Clone, Copy, Default)]
@@ -257,7 +217,7 @@ fn box_of_parts<'a>(edges: impl Iterator<Item = &'a Edge>) -> (Vec3, f32) {
     };
     let ranges = [0, 1, 2].map(range);
     let longest = ranges.iter().map(|(low, high)| high - low).fold(0.0, f32::max);
-    let scale = if longest > 0.0 { super::PARTS as f32 / longest } else { 0.0 };
+    let scale = if longest > 0.0 { PARTS as f32 / longest } else { 0.0 };
     (Vec3::from(ranges.map(|(low, _)| low)), scale)
 }
 

@@ -1,12 +1,13 @@
 //! A table of cells with probabilities, by which two uniform numbers are bent.
 
-use super::EVEN_SHARE;
-
 /// Cells along either number.
 pub const SIDE: usize = 8;
 
 /// Rows of a table: one for the first number, and for each of its cells one for the second.
 pub const ROWS: usize = SIDE + 1;
+
+/// The least share of the photons of a table that is spread evenly over its cells: no photon weighs more than its inverse.
+pub const EVEN_SHARE: f64 = 3.0 / 8.0;
 
 /// Probabilities are multiples of one over this, so that differences of cumulative ones are exact.
 const UNIT: f64 = 65536.0;

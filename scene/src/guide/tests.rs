@@ -3,6 +3,7 @@
 use super::table::CELL;
 use super::*;
 use crate::aim::{Arrival, RUN};
+use glam::Vec3;
 use std::f32::consts::TAU;
 
 /// Shares that differ in all cells, and of which some are 0.
