@@ -120,15 +120,16 @@ mod tests {
         let scene = files::builtin::scene("cornell").unwrap();
         let still = scene.at(0.0);
         let key = StreamKey::new(1, Family::Survey, 0);
-        let arrivals = |max_depth| {
-            let mut arrivals = Vec::new();
+        let found = |max_depth| {
+            let mut found = Found::default();
             for walk in 0..200 {
                 let mut stream = key.stream(walk);
                 let ray = eye_ray(&scene, &scene.settings, walk, &mut stream);
-                follow(&still, ray, max_depth, &mut stream, &mut arrivals);
+                follow(&still, (walk, ray), max_depth, &mut stream, &mut found);
             }
-            arrivals
+            found
         };
+        let arrivals = |max_depth| found(max_depth).arrivals().map(|lit| lit.arrival).collect::<Vec<_>>();
         // Of one segment from the first surface on, none but that surface is met.
         assert!(arrivals(1).is_empty());
         let (two, five) = (arrivals(2).len(), arrivals(5));
@@ -140,5 +141,12 @@ mod tests {
             })
         };
         assert!(five.iter().all(|arrival| arrival.flux > 0.0 && is_lit(arrival.source)), "{five:?}");
+        // What the eye sees itself is lit too, and no walk goes on from there more often than it comes there.
+        let one = found(1);
+        assert!(one.edges.is_empty() && one.lit.iter().all(|lit| lit.is_seen) && one.lit.len() > 20);
+        // A line ends at one diffuse surface and leads to another, on the side that it leaves.
+        let found = found(5);
+        assert!(found.edges.len() > 100 && found.edges.is_sorted_by_key(|edge| edge.walk));
+        assert!(found.edges.iter().all(|edge| edge.direction.dot(edge.normal) > 0.0), "{:?}", found.edges);
     }
 }
