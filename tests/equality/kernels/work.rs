@@ -46,7 +46,7 @@ fn joins_test_few_pairs() {
         ("cornell", [1_267_767, 4_516_577]),
         ("large", [148_559, 2_359_165]),
         ("mirror", [83_819, 2_418_117]),
-        ("random", [289_889, 2_781_297]),
+        ("random", [414_883, 3_008_369]),
         ("surgery", [214_121, 2_521_345]),
     ];
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
