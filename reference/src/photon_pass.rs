@@ -17,7 +17,7 @@ use std::ops::Range;
 pub struct Flux {
     /// At most `FLUX_ONE` per channel.
     pub units: [u32; 3],
-    /// A multiple of [`EXPONENT_STEP`]; 0 where nothing is aimed.
+    /// A multiple of [`EXPONENT_STEP`]; 0 where all photons weigh the same.
     pub shift: u32,
 }
 
@@ -98,8 +98,8 @@ fn trace(
     }
 }
 
-/// The direction in which a diffuse surface scatters a photon, and what that multiplies its power by: by the cosine, which may be guided, or
-/// towards what is aimed at.
+/// The direction in which a diffuse surface scatters a photon, and what that multiplies its power by: by the cosine, which may be
+/// guided, or towards what is aimed at.
 fn scatter(aim: &Aim, bounce: u32, hit: &Hit, u: f32, v: f32) -> (Vec3, f32) {
     if let Some(guide) = aim.guide.as_ref().filter(|_| bounce < GUIDED_BOUNCES) {
         let Guided { u, v, weight } = guide.guided(guide.surface(hit.point, hit.normal), u, v);
@@ -163,6 +163,8 @@ pub fn scatter_towards(ball: &Target, point: Vec3, normal: Vec3, u: f32, v: f32)
 /// error of 2^-14 of the brightest channel at most. As weights are at most 8 as photons depart, doubled by at most three
 /// surfaces, and s is at most 35, no flux exceeds 2^62. A photon lighter than 2^-14 of the lightest that depart may count
 /// for nothing.
+///
+/// Guided photons ([`scene::guide`]) are counted in a unit of 2^3 of that of photons that weigh the same, and weigh less than 2^7.
 ///
 /// Fewer than 2^31 photons are deposited ([`scene::settings::MAX_DEPOSITS`]). So sums stay below 2^52 without aiming, and
 /// below 2^93 with it.

@@ -2,7 +2,7 @@
 
 use crate::cases::tell;
 use crate::harness::{
-    BLACK, Build, assert_uniform_square, block_mean, diffuse, empty_scene, glass, mean, pinhole,
+    BLACK, Build, assert_same_blocks, assert_uniform_square, diffuse, empty_scene, glass, mean, pinhole,
     relative_error, render_path, settings,
 };
 use glam::DVec3;
@@ -457,11 +457,7 @@ fn an_open_scene_is_the_path_tracers_block_by_block() {
     let path = render_path(&scene, &Settings { iterations: 2048, ..settings });
     let error = relative_error(mean(&aimed), mean(&path));
     assert!(error < SAME_MEAN, "{:?} and {:?}", mean(&aimed), mean(&path));
-    for (x, y) in (0..6).flat_map(|y| (0..8).map(move |x| (x, y))) {
-        let block = |film| block_mean(film, x * 8..x * 8 + 8, y * 8..y * 8 + 8);
-        let error = relative_error(block(&aimed), block(&path));
-        assert!(error < SAME_BLOCK, "block {x}, {y}: {:?} and {:?}", block(&aimed), block(&path));
-    }
+    assert_same_blocks(&aimed, &path, SAME_BLOCK);
     // Without aiming the plain below the balls gets no light from them.
     let uniform = render_aimed(&scene, &settings, Targets::default());
     assert!(relative_error(mean(&uniform), mean(&path)) > SAME_MEAN, "nothing was to be gained");

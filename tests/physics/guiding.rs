@@ -2,7 +2,7 @@
 
 use crate::cases::tell;
 use crate::harness::{
-    BLACK, Build, block_mean, diffuse, empty_scene, glass, mean, mirror, pinhole, relative_error,
+    BLACK, Build, assert_same_blocks, diffuse, empty_scene, glass, mean, mirror, pinhole, relative_error,
     render_path, settings,
 };
 use glam::DVec3;
@@ -232,11 +232,7 @@ fn a_guided_room_is_the_path_tracers_block_by_block() {
     let path = render_path(&scene, &Settings { iterations: 2048, ..settings });
     let error = relative_error(mean(&guided), mean(&path));
     assert!(error < SAME_MEAN, "{:?} and {:?}", mean(&guided), mean(&path));
-    for (x, y) in (0..6).flat_map(|y| (0..8).map(move |x| (x, y))) {
-        let block = |film| block_mean(film, x * 8..x * 8 + 8, y * 8..y * 8 + 8);
-        let error = relative_error(block(&guided), block(&path));
-        assert!(error < SAME_BLOCK, "block {x}, {y}: {:?} and {:?}", block(&guided), block(&path));
-    }
+    assert_same_blocks(&guided, &path, SAME_BLOCK);
     tell("physics", 48, "blocks of a guided room");
 }
 

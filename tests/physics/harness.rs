@@ -203,3 +203,12 @@ pub(crate) fn assert_uniform_square(
     let p = chi_square_p(&counts);
     assert!(p > SIGNIFICANCE, "{what}: not uniform, p = {p:.1e}");
 }
+
+/// Expects all blocks of 8x8 pixels of two images of 64x48 to agree within `tolerance`.
+pub(crate) fn assert_same_blocks(a: &Film, b: &Film, tolerance: f64) {
+    for (x, y) in (0..6).flat_map(|y| (0..8).map(move |x| (x, y))) {
+        let block = |film| block_mean(film, x * 8..x * 8 + 8, y * 8..y * 8 + 8);
+        let error = relative_error(block(a), block(b));
+        assert!(error < tolerance, "block {x}, {y}: {:?} and {:?}", block(a), block(b));
+    }
+}

@@ -219,7 +219,8 @@ pub(crate) fn quantise<L: Lanes>(power: L::F) -> L::F {
     L::from_bits(L::min_u(L::truncate(flux), L::u(FLUX_ONE)))
 }
 
-/// The same for aimed and for guided photons, as [`Flux::pack`](crate::join::Flux::pack) has it; and [`HEAVY`] where there is an exponent.
+/// The same for aimed and for guided photons, as [`Flux::pack`](crate::join::Flux::pack) has it; and [`HEAVY`] where there is an
+/// exponent.
 #[inline(always)]
 pub(crate) fn quantise_aimed<L: Lanes>(scale: f32, power: V3<L>) -> ([L::F; 3], L::U) {
     let scaled = power.scale(L::f(scale));

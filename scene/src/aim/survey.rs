@@ -21,13 +21,13 @@ const MOST: u32 = 16 * ROUND;
 const PHOTONS_PER_WALK: u32 = 16;
 const MOST_OF_GUIDE: u32 = 32 * ROUND;
 
-/// A guide is learnt from a part of the walks first, and from all only if by then it promises to gain anything. It is of use only if it
-/// is expected to leave at most so much of the variance: to guide photons takes some time, and photons that are not alike are worth less.
-/// docs/guiding.md has what was measured.
-const PARTS: [(u32, f64); 2] = [(4, 1.0), (1, 0.9)];
+/// A guide is learnt from one in so many of the walks first, and from all only if by then it is expected to leave less than so
+/// much of the variance. It is of use only if it leaves less than the last: to guide photons takes some time, and photons that
+/// are not alike are worth less. docs/guiding.md has what was measured.
+const STAGES: [(u32, f64); 2] = [(4, 1.0), (1, 0.9)];
 
-/// Lines between surfaces are of use to a guide up to this segment of a walk after its first diffuse surface, and walks that are for
-/// a guide alone go no farther.
+/// Lines between surfaces are of use to a guide up to this segment of a walk after its first diffuse surface, and walks that are
+/// for a guide alone go no farther.
 pub const MOST_OF_WALK: u32 = 8;
 
 /// What photons are to be aimed at, or how they are guided, from the lamps of `still`, those of the first iteration. `walk` gives
@@ -52,7 +52,7 @@ pub fn targets(
         return targets;
     }
     let mut guide = None;
-    for (part, limit) in PARTS {
+    for (part, limit) in STAGES {
         let end = walks_of_guide(settings.photons_per_iteration / part).max(walks);
         found.extend(walk(walks..end, settings.max_depth.min(MOST_OF_WALK)));
         walks = end;
@@ -74,5 +74,5 @@ pub fn bytes_at_most(photons: u32, max_depth: u32) -> u64 {
     let per_walk = u64::from(MOST_OF_WALK.min(max_depth)) * (edges + lit);
     let last_round = u64::from(ROUND) * u64::from(max_depth) * lit;
     // Lists grow by doubling.
-    2 * u64::from(walks_of_guide(photons).max(MOST)) * per_walk + last_round + Guide::BYTES
+    2 * (u64::from(walks_of_guide(photons).max(MOST)) * per_walk + last_round) + Guide::BYTES
 }

@@ -2,7 +2,8 @@
 
 use super::table::{CELL, SIDE, Shares, WIDTH};
 
-/// Photons are given to cells, and to what they are aimed at, in multiples of this, but for the last: no vector of photons is of two.
+/// Photons are given to cells, and to what they are aimed at, in multiples of this, but for the last: no vector of photons is
+/// of two.
 pub const RUN: u32 = 16;
 
 /// Of fewer photons in an iteration none are guided as they leave: cells would have hardly any.

@@ -91,7 +91,7 @@ struct Learnt {
 }
 
 impl Learnt {
-    /// By what every second walk has found: by those of even or of odd numbers.
+    /// By what half of the walks have found: those in runs of even or of odd numbers.
     fn of(parity: u32, guide: &Guide, weights: &Weights, found: &[Found]) -> Self {
         let mut learnt =
             Self { surfaces: vec![Values::default(); SURFACES as usize], lamps: Values::default() };
@@ -131,8 +131,8 @@ impl Learnt {
 }
 
 impl Guide {
-    /// The guide by what the first `walks` walks have found, before the first iteration; `None` if it is expected to leave no less
-    /// than `limit` of the variance.
+    /// The guide by what the first `walks` walks have found, before the first iteration; `None` if it is expected to leave no
+    /// less than `limit` of the variance.
     ///
     /// That is judged by half of the walks, for tables that the other half makes: all tables suit the walks that make them.
     pub fn learn(walks: u32, found: &[Found], limit: f64) -> Option<Self> {

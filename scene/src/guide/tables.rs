@@ -27,11 +27,12 @@ pub struct Guide {
 }
 
 impl Guide {
-    /// Bytes of the tables, and of what they are made from.
-    pub(crate) const BYTES: u64 = SURFACES as u64 * (ROWS * SIDE * 8 + 2 * SIDE * SIDE * 8) as u64;
+    /// Bytes of the tables, here and in an engine, and of what they are made from: the values of both halves of the walks and the
+    /// shares, with reserve.
+    pub(crate) const BYTES: u64 = SURFACES as u64 * (ROWS * SIDE * 8 + 4 * SIDE * SIDE * 8) as u64;
 
-    /// The guide whose tables of surfaces, from number 0 on, and of directions from lamps have these shares, each together 1, of what is
-    /// not spread evenly. Parts begin at `low`, and there are `scale` of them per unit of length.
+    /// The guide whose tables of surfaces, from number 0 on, and of directions from lamps have these shares, each together 1, of
+    /// what is not spread evenly. Parts begin at `low`, and there are `scale` of them per unit of length.
     pub fn of_shares(low: Vec3, scale: f32, surfaces: impl Iterator<Item = Shares>, lamps: &Shares) -> Self {
         let rows = surfaces.take(SURFACES as usize).flat_map(|shares| rows(&shares)).collect();
         Self { low, scale, rows, departures: probabilities(lamps), expected: 1.0 }
