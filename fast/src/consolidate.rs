@@ -34,7 +34,7 @@ pub(crate) fn consolidate_group<L: Lanes>(
             direct: old.direct + new.direct,
             tau: V3::select(nothing, old.tau, tau),
             n: L::select(nothing, old.n, n),
-            radius_squared: L::select(nothing, old.radius_squared, old.radius_squared * ratio),
+            radius_squared: L::select(nothing, old.radius_squared, new.radius_squared * ratio),
         };
         pixel.store(&mut pixels[at..]);
     }

@@ -94,11 +94,12 @@ pub(crate) struct PixelRows {
     pub(crate) sphere: SphereId,
     /// Throughput times BRDF.
     pub(crate) beta: [f32; 3],
-    unused: f32,
+    /// The squared search radius of the iteration.
+    pub(crate) radius_squared: f32,
     /// Unit normal on the visible side.
     pub(crate) normal: [f32; 3],
     pub(crate) direct: [f32; 3],
-    unused_too: [f32; 2],
+    unused: [f32; 2],
 }
 
 impl PixelRows {
@@ -107,10 +108,10 @@ impl PixelRows {
         point: [0.0; 3],
         sphere: NO_SPHERE,
         beta: [0.0; 3],
-        unused: 0.0,
+        radius_squared: 0.0,
         normal: [0.0; 3],
         direct: [0.0; 3],
-        unused_too: [0.0; 2],
+        unused: [0.0; 2],
     };
 
     /// The visible point, if there is one.
@@ -130,6 +131,7 @@ pub(crate) struct PixelRowsLanes<L: Lanes> {
     pub(crate) point: V3<L>,
     pub(crate) sphere: L::U,
     pub(crate) beta: V3<L>,
+    pub(crate) radius_squared: L::F,
     pub(crate) normal: V3<L>,
     pub(crate) direct: V3<L>,
 }
@@ -142,12 +144,13 @@ impl<L: Lanes> PixelRowsLanes<L> {
         for k in 0..L::N {
             [first[k], second[k]] = bytemuck::cast(rows[k]);
         }
-        let [px, py, pz, sphere, br, bg, bb, _] = L::load_rows(&first);
+        let [px, py, pz, sphere, br, bg, bb, radius_squared] = L::load_rows(&first);
         let [nx, ny, nz, dr, dg, db, ..] = L::load_rows(&second);
         Self {
             point: V3::new(px, py, pz),
             sphere: L::bits(sphere),
             beta: V3::new(br, bg, bb),
+            radius_squared,
             normal: V3::new(nx, ny, nz),
             direct: V3::new(dr, dg, db),
         }
@@ -156,10 +159,10 @@ impl<L: Lanes> PixelRowsLanes<L> {
     /// Writes lane k to the slot `slots[k]`, for the first `count` lanes.
     #[inline(always)]
     pub(crate) fn scatter(&self, slots: &[u32], count: usize, rows: &mut [PixelRows]) {
-        let Self { point: p, sphere, beta: b, normal: n, direct: d } = self;
+        let Self { point: p, sphere, beta: b, radius_squared, normal: n, direct: d } = self;
         let zero = L::f(0.0);
         let mut transposed = [[Row::default(); MOST_LANES]; 2];
-        L::transpose([p.x, p.y, p.z, L::from_bits(*sphere), b.x, b.y, b.z, zero], &mut transposed[0]);
+        L::transpose([p.x, p.y, p.z, L::from_bits(*sphere), b.x, b.y, b.z, *radius_squared], &mut transposed[0]);
         L::transpose([n.x, n.y, n.z, d.x, d.y, d.z, zero, zero], &mut transposed[1]);
         for (lane, slot) in slots.iter().enumerate().take(count) {
             rows[*slot as usize] = bytemuck::cast([transposed[0][lane], transposed[1][lane]]);

@@ -41,6 +41,7 @@ def render(
     filter: Filter | None = None,
     radius_schedule: RadiusSchedule | None = None,
     radius_pilots: int | None = None,
+    radius_clearance: float | None = None,
     light_samples: int | None = None,
     method: Method | None = None,
     engine: Engine = "fast",
@@ -95,6 +96,7 @@ def render(
             filter=filter,
             radius_schedule=radius_schedule,
             radius_pilots=radius_pilots,
+            radius_clearance=radius_clearance,
             light_samples=light_samples,
             method=method,
             engine=engine,
@@ -135,6 +137,7 @@ class Render:
         filter: Filter | None = None,
         radius_schedule: RadiusSchedule | None = None,
         radius_pilots: int | None = None,
+        radius_clearance: float | None = None,
         light_samples: int | None = None,
         method: Method | None = None,
         engine: Engine = "fast",
@@ -168,6 +171,7 @@ class Render:
             filter=filter,
             radius_schedule=radius_schedule,
             radius_pilots=radius_pilots,
+            radius_clearance=radius_clearance,
             light_samples=light_samples,
         )
         if every is not None and checkpoint is None:

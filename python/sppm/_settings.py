@@ -49,6 +49,9 @@ class Settings:
     radius_pilots: int = 0
     """Iterations of each of the eight small renders by which the first radius of every pixel is chosen, from
     ``initial_radius`` down to an eighth of it. If 0, all pixels begin with ``initial_radius``."""
+    radius_clearance: float = 0.0
+    """While a pixel has gathered no photon, its radius is at most so many times as far as the nearest other sphere is from
+    what it sees, but no less than an eighth of ``initial_radius``. If 0, radii have no such limit."""
     light_samples: int = 1
     """Shadow rays from the first diffuse surface of each path from the eye, from 1 to 16."""
 
@@ -59,7 +62,8 @@ class Settings:
         pilots = whole(self.radius_pilots, "radius_pilots", 0, _MAX_U32, InputError)
         object.__setattr__(self, "radius_pilots", pilots)
         object.__setattr__(self, "seed", whole(self.seed, "seed", 0, _MAX_SEED, InputError))
-        object.__setattr__(self, "initial_radius", single(self.initial_radius, "initial_radius"))
+        for name in ("initial_radius", "radius_clearance"):
+            object.__setattr__(self, name, single(getattr(self, name), name))
         for name in ("filter", "radius_schedule"):
             if not isinstance(getattr(self, name), str):
                 raise TypeError(f"{name} must be a name, not {type(getattr(self, name)).__name__}")
@@ -88,5 +92,6 @@ def to_tuple(settings: Settings) -> SettingsTuple:
         settings.filter,
         settings.radius_schedule,
         settings.radius_pilots,
+        settings.radius_clearance,
         settings.light_samples,
     )

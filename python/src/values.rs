@@ -7,8 +7,8 @@ use scene::{Camera, Filter, Material, RadiusSchedule, Rgb, Settings, Vec3};
 /// Eye, direction, up, `vertical_fov_degrees`, `aperture_radius`, `focus_distance`, shutter.
 pub(crate) type CameraTuple = ([f32; 3], [f32; 3], [f32; 3], f32, f32, f32, [f32; 2]);
 /// Width, height, iterations, `photons_per_iteration`, `max_depth`, `initial_radius`, seed, filter, radius
-/// schedule.
-pub(crate) type SettingsTuple = (u32, u32, u32, u32, u32, f32, u64, String, String, u32, u32);
+/// schedule, `radius_pilots`, `radius_clearance`, `light_samples`.
+pub(crate) type SettingsTuple = (u32, u32, u32, u32, u32, f32, u64, String, String, u32, f32, u32);
 /// Type, albedo, ior (for dielectrics).
 pub(crate) type MaterialTuple = (String, [f32; 3], Option<f32>);
 
@@ -39,6 +39,7 @@ pub(crate) fn settings(values: SettingsTuple) -> PyResult<Settings> {
         filter,
         schedule,
         radius_pilots,
+        radius_clearance,
         light_samples,
     ) = values;
     let filter = named("filter", &filter, Filter::ALL, Filter::name)?;
@@ -54,6 +55,7 @@ pub(crate) fn settings(values: SettingsTuple) -> PyResult<Settings> {
         filter,
         radius_schedule,
         radius_pilots,
+        radius_clearance,
         light_samples,
     })
 }
@@ -70,6 +72,7 @@ pub(crate) fn of_settings(settings: &Settings) -> SettingsTuple {
         filter,
         radius_schedule,
         radius_pilots,
+        radius_clearance,
         light_samples,
     } = *settings;
     let (filter, schedule) = (filter.name().into(), radius_schedule.name().into());
@@ -84,6 +87,7 @@ pub(crate) fn of_settings(settings: &Settings) -> SettingsTuple {
         filter,
         schedule,
         radius_pilots,
+        radius_clearance,
         light_samples,
     )
 }

@@ -48,8 +48,14 @@ impl Pixel {
 
     /// Adds the photons of one iteration (equations 9 to 11 of the paper of 2009):
     /// `N' = N + alpha M`, `R'^2 = R^2 (N + alpha M) / (N + M)`, `tau' = (tau + beta phi) R'^2 / R^2`. A flux of
-    /// `FLUX_ONE` is `nominal_power`, in W.
-    pub fn consolidate(&mut self, beta: Rgb, gathered: &Gathered, nominal_power: f32) {
+    /// `FLUX_ONE` is `nominal_power`, in W. The squared radius of the iteration, `R^2`, is the pixel's own unless that has
+    /// gathered nothing before.
+    pub fn consolidate(
+        &mut self,
+        (beta, radius_squared): (Rgb, f32),
+        gathered: &Gathered,
+        nominal_power: f32,
+    ) {
         if gathered.m == 0 {
             return;
         }
@@ -57,7 +63,7 @@ impl Pixel {
         let n = self.n + ALPHA * m;
         let ratio = n / (self.n + m);
         self.tau = (self.tau + beta * gathered.power(nominal_power)) * ratio;
-        self.radius_squared *= ratio;
+        self.radius_squared = radius_squared * ratio;
         self.n = n;
     }
 
@@ -99,11 +105,11 @@ mod tests {
     fn radius_and_flux_shrink_alike() {
         let mut pixel = Pixel::new(3.0);
         assert_eq!((pixel.radius_squared, pixel.n), (9.0, 0.0));
-        pixel.consolidate(Rgb::ONE, &gathered(0), 1.0);
+        pixel.consolidate((Rgb::ONE, 4.0), &gathered(0), 1.0);
         assert_eq!(pixel, Pixel::new(3.0));
         for m in [3, 6] {
             let before = pixel;
-            pixel.consolidate(Rgb::ONE, &gathered(m), 2.0);
+            pixel.consolidate((Rgb::ONE, pixel.radius_squared), &gathered(m), 2.0);
             let ratio = (before.n + ALPHA * m as f32) / (before.n + m as f32);
             assert_eq!(pixel.n, before.n + ALPHA * m as f32);
             assert_eq!(pixel.radius_squared, before.radius_squared * ratio);
@@ -121,7 +127,7 @@ mod tests {
         assert!((found - (direct + beta * density)).abs().max_element() < 1e-6, "{found}");
         assert_eq!(estimate(direct, (beta, &gathered(0)), 3.0, 10, 2.0), direct);
         let mut pixel = Pixel { direct, ..Pixel::new(2.0_f32.sqrt()) };
-        pixel.consolidate(beta, &gathered(4), 3.0);
+        pixel.consolidate((beta, 2.0), &gathered(4), 3.0);
         assert!((pixel.develop(&settings, 1) - found).abs().max_element() < 1e-6);
         // Of two iterations, of which the second brought nothing, it is half.
         assert!((pixel.develop(&settings, 2) - found * 0.5).abs().max_element() < 1e-6);

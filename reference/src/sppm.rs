@@ -12,7 +12,7 @@ use scene::light_tree::LightTree;
 use scene::radius_schedule::{RadiusSchedule, Shrinking};
 use scene::still::Role;
 use scene::{
-    Engine, ExactSums, FirstRadii, PhotonSums, Probe, Progress, Resumable, Rgb, Scene, Settings, Stats,
+    Clearance, Engine, ExactSums, FirstRadii, PhotonSums, Probe, Progress, Resumable, Rgb, Scene, Settings, Stats,
     Still, Stop, Sums,
 };
 use std::time::Instant;
@@ -60,11 +60,16 @@ struct Seen {
     points: Vec<VisiblePoint>,
     /// The pixel of each visible point.
     owners: Vec<usize>,
+    /// The squared search radius of each visible point.
+    radii_squared: Vec<f32>,
 }
 
 impl Seen {
     fn bytes(&self) -> usize {
-        size_of_val(&self.direct[..]) + size_of_val(&self.points[..]) + size_of_val(&self.owners[..])
+        size_of_val(&self.direct[..])
+            + size_of_val(&self.points[..])
+            + size_of_val(&self.owners[..])
+            + size_of_val(&self.radii_squared[..])
     }
 }
 
@@ -133,6 +138,7 @@ impl<'a> Sppm<'a> {
     fn camera_pass(&mut self, still: &Still, stop: &Stop) -> Option<Seen> {
         let Progress { settings, next, stats, .. } = &mut self.progress;
         let frame = self.scene.camera.frame(settings.width, settings.height);
+        let clearance = Clearance::new(settings);
         let mut seen = Seen::default();
         for index in 0..self.pixels.len() {
             if stop.is_requested() {
@@ -147,8 +153,16 @@ impl<'a> Sppm<'a> {
             let sample = trace(still, ray, settings.max_depth, &mut numbers, stats);
             seen.direct.push(sample.direct);
             if let Some(visible) = sample.visible {
+                let Pixel { n, mut radius_squared, .. } = self.pixels[index];
+                if n == 0.0
+                    && let Some(clearance) = &clearance
+                {
+                    let place = (visible.point, visible.sphere);
+                    radius_squared = clearance.limited(&still.spheres, place, radius_squared);
+                }
                 seen.points.push(visible);
                 seen.owners.push(index);
+                seen.radii_squared.push(radius_squared);
             }
         }
         Some(seen)
@@ -163,7 +177,6 @@ impl<'a> Sppm<'a> {
         stop: &Stop,
     ) -> Option<Vec<Gathered>> {
         let mut gathered = vec![Gathered::default(); seen.points.len()];
-        let pixels = &self.pixels;
         let all = self.progress.settings.photons_per_iteration;
         for first in (0..all).step_by(PHOTONS_PER_STOP as usize) {
             if stop.is_requested() {
@@ -181,8 +194,7 @@ impl<'a> Sppm<'a> {
                 |deposit, stats| {
                     for index in grid.candidates(deposit.point) {
                         stats.candidates += 1;
-                        let radius_squared = pixels[seen.owners[index]].radius_squared;
-                        if contributes(still, deposit, &seen.points[index], radius_squared) {
+                        if contributes(still, deposit, &seen.points[index], seen.radii_squared[index]) {
                             stats.contributions += 1;
                             let sum = &mut gathered[index];
                             sum.m += 1;
@@ -234,7 +246,7 @@ impl<'a> Sppm<'a> {
         stop.meter().begin(self.pixels.len() as u64 + PHOTON_WORK * photons);
         let seen = self.camera_pass(&still, stop)?;
         let camera = Instant::now();
-        let radius = |i: usize| self.pixels[seen.owners[i]].radius_squared.sqrt();
+        let radius = |i: usize| seen.radii_squared[i].sqrt();
         let grid = Grid::build(&seen.points, radius, self.cell_size);
         let built = Instant::now();
         let settings = &self.progress.settings;
@@ -266,21 +278,21 @@ impl<'a> Sppm<'a> {
 
     /// Adds to the pixels what they have seen and gathered in an iteration; a flux of `FLUX_ONE` is `power`, in W.
     fn consolidate(&mut self, seen: &Seen, gathered: &[Gathered], power: f32) {
-        let points = seen.points.iter().zip(&seen.owners).zip(gathered);
+        let points = seen.points.iter().zip(&seen.owners).zip(&seen.radii_squared).zip(gathered);
         let Some(Global { scale, sums, .. }) = &mut self.global else {
             for (pixel, direct) in self.pixels.iter_mut().zip(&seen.direct) {
                 pixel.direct += *direct;
             }
-            for ((visible, owner), gathered) in points {
-                self.pixels[*owner].consolidate(visible.beta, gathered, power);
+            for (((visible, owner), radius_squared), gathered) in points {
+                self.pixels[*owner].consolidate((visible.beta, *radius_squared), gathered, power);
             }
             return;
         };
         let photons = self.progress.settings.photons_per_iteration;
         let mut gains: Vec<(Rgb, u32)> = seen.direct.iter().map(|direct| (*direct, 0)).collect();
-        for ((visible, owner), gathered) in points {
-            let (direct, radius_squared) = (seen.direct[*owner], self.pixels[*owner].radius_squared);
-            let radiance = estimate(direct, (visible.beta, gathered), power, photons, radius_squared);
+        for (((visible, owner), radius_squared), gathered) in points {
+            let direct = seen.direct[*owner];
+            let radiance = estimate(direct, (visible.beta, gathered), power, photons, *radius_squared);
             gains[*owner] = (radiance, gathered.m);
         }
         for (sum, (radiance, m)) in sums.iter_mut().zip(gains) {
@@ -559,8 +571,8 @@ mod tests {
                 assert!(seconds > 0.0, "{:?}", engine.stats());
             }
             // In the box each pixel sees a surface.
-            let per_pixel =
-                size_of::<Pixel>() + size_of::<Rgb>() + size_of::<VisiblePoint>() + size_of::<usize>();
+            let of_point = size_of::<VisiblePoint>() + size_of::<usize>() + size_of::<f32>();
+            let per_pixel = size_of::<Pixel>() + size_of::<Rgb>() + of_point;
             let sums = if engine.global.is_some() { size_of::<ExactSums>() } else { 0 };
             let pixels = settings.pixels() * (per_pixel + size_of::<Gathered>() + sums);
             let empty = Grid::build(&[], |_| 1.0, CELL_SIZE).bytes();

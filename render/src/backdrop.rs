@@ -34,7 +34,7 @@ pub(crate) fn scene_behind(scene: &Scene) -> Option<Scene> {
 
 /// The settings with which it is rendered. Photons change nothing in it.
 pub(crate) fn settings_behind(settings: &Settings) -> Settings {
-    Settings { photons_per_iteration: 1, radius_pilots: 0, ..*settings }
+    Settings { photons_per_iteration: 1, radius_pilots: 0, radius_clearance: 0.0, ..*settings }
 }
 
 impl<'a> Backdrop<'a> {

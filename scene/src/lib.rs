@@ -17,6 +17,7 @@
 pub mod aim;
 pub mod camera;
 pub mod check;
+mod clearance;
 mod color;
 pub mod engine;
 pub mod exact;
@@ -50,6 +51,7 @@ pub mod world;
 
 pub use camera::Camera;
 pub use check::Flaw;
+pub use clearance::Clearance;
 pub use color::{Rgb, Rgba, max_component};
 pub use engine::{Engine, Pass, Probe, Progress, Stats};
 pub use film::{Film, FilmRows, Picture, Plane, RowReader};

@@ -64,6 +64,21 @@ impl Neighbours {
         self.visit_below(0, center, [radius - slack, radius + slack], &mut found)
     }
 
+    /// Calls `found` for every ball of which some point is within `reach` of `place`, and for some others, in no particular
+    /// order, until it breaks off.
+    pub(crate) fn visit_near(
+        &self,
+        place: DVec3,
+        reach: f64,
+        mut found: impl FnMut(SphereId) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        if self.nodes.is_empty() {
+            return ControlFlow::Continue(());
+        }
+        let slack = ROUNDING * (place.abs().max_element() + reach);
+        self.visit_below(0, place, [0.0, reach + slack], &mut found)
+    }
+
     /// As [`Neighbours::visit`], for the balls below node `index` and surfaces between two radii.
     fn visit_below(
         &self,

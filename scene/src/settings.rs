@@ -33,6 +33,11 @@ pub struct Settings {
     /// `initial_radius`; nothing to the path tracer.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub radius_pilots: u32,
+    /// While a pixel has gathered no photon, its radius is at most so many times as far as the nearest other sphere is from
+    /// what it sees, but no less than an eighth of `initial_radius` ([`Clearance`](crate::Clearance)). If 0, radii have no
+    /// such limit; nothing to the path tracer.
+    #[serde(default, skip_serializing_if = "is_nothing")]
+    pub radius_clearance: f32,
     /// Shadow rays that each path from the eye sends from its first diffuse surface: direct light there is their mean. More
     /// of them lessen the noise of direct light, for the time that they take.
     #[serde(default = "one")]
@@ -46,6 +51,11 @@ fn one() -> u32 {
 #[allow(clippy::trivially_copy_pass_by_ref)] // as serde wants it
 fn is_zero(number: &u32) -> bool {
     *number == 0
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // as serde wants it
+fn is_nothing(number: &f32) -> bool {
+    *number == 0.0
 }
 
 impl Default for Settings {
@@ -62,6 +72,7 @@ impl Default for Settings {
             filter: Filter::Box,
             radius_schedule: RadiusSchedule::PerPixel,
             radius_pilots: 0,
+            radius_clearance: 0.0,
             light_samples: 1,
         }
     }
@@ -77,6 +88,8 @@ pub const MAX_ITERATIONS: u32 = 1 << 30;
 pub const MAX_PHOTONS: u32 = 1 << 28;
 /// Most iterations of a small render by which radii are chosen.
 pub const MAX_RADIUS_PILOTS: u32 = 1 << 12;
+/// The range of [`Settings::radius_clearance`], if it is not 0.
+pub const RADIUS_CLEARANCE_RANGE: [f32; 2] = [1e-3, 1e3];
 /// Most shadow rays from a point.
 pub const MAX_LIGHT_SAMPLES: u32 = 16;
 /// Most segments of a path.
@@ -87,7 +100,7 @@ pub const MAX_DEPOSITS: u64 = 1 << 31;
 /// The range of radii. Beyond it the square of a radius would be a subnormal or infinite `f32`.
 pub const RADIUS_RANGE: [f32; 2] = [1e-15, 1e15];
 
-/// How many times as large as the smallest first radius the largest is, if pilots choose them.
+/// How many times as large as the smallest first radius the largest is, if pilots or clearance choose them.
 pub const RADIUS_RATIO: f32 = 8.0;
 
 /// Bytes that a render holds per pixel: film, visible point, sums and index. It is used in messages; a test of the
@@ -146,32 +159,52 @@ impl Settings {
             let r = self.initial_radius;
             return Err(error("initial_radius", format!("is {r}; it must be from {low:e} to {high:e}")));
         }
-        self.validate_pilots()
+        self.validate_first_radii()
     }
 
-    fn validate_pilots(&self) -> Result<(), SettingsError> {
-        let refuse = |problem: String| Err(error("radius_pilots", problem));
-        match self.radius_pilots {
-            0 => Ok(()),
-            n if n > MAX_RADIUS_PILOTS => refuse(format!("is {n}; it must be at most {MAX_RADIUS_PILOTS}")),
-            n if self.radius_schedule == RadiusSchedule::Global => refuse(format!(
-                "is {n}, but with radius_schedule global all pixels have the same radius; it must be 0, or \
-                 radius_schedule per-pixel"
-            )),
-            _ if self.initial_radius < RADIUS_RANGE[0] * RADIUS_RATIO => {
-                let (r, least) = (self.initial_radius, RADIUS_RANGE[0] * RADIUS_RATIO);
-                refuse(format!("needs an initial_radius of at least {least:e}, not {r}; or it must be 0"))
-            }
-            _ => Ok(()),
+    /// The bounds of what gives pixels first radii of their own.
+    fn validate_first_radii(&self) -> Result<(), SettingsError> {
+        let (pilots, clearance) = (self.radius_pilots, self.radius_clearance);
+        if pilots > MAX_RADIUS_PILOTS {
+            return Err(error("radius_pilots", format!("is {pilots}; it must be at most {MAX_RADIUS_PILOTS}")));
         }
+        let [low, high] = RADIUS_CLEARANCE_RANGE;
+        if clearance != 0.0 && !(low..=high).contains(&clearance) {
+            let problem = format!("is {clearance}; it must be 0, or from {low} to {high}");
+            return Err(error("radius_clearance", problem));
+        }
+        let by_pilots = (pilots > 0).then(|| ("radius_pilots", pilots.to_string()));
+        let by_clearance = (clearance > 0.0).then(|| ("radius_clearance", clearance.to_string()));
+        let Some((option, value)) = by_pilots.or(by_clearance) else { return Ok(()) };
+        if self.radius_schedule == RadiusSchedule::Global {
+            return Err(error(
+                option,
+                format!(
+                    "is {value}, but with radius_schedule global all pixels have the same radius; it must be 0, or \
+                     radius_schedule per-pixel"
+                ),
+            ));
+        }
+        let (r, least) = (self.initial_radius, RADIUS_RANGE[0] * RADIUS_RATIO);
+        if r < least {
+            let problem = format!("needs an initial_radius of at least {least:e}, not {r}; or it must be 0");
+            return Err(error(option, problem));
+        }
+        Ok(())
     }
 
     /// The same with the paper's iterations, photons, depth and radius, one for all pixels: [`Quality::Paper`](crate::Quality::Paper).
     #[must_use]
     pub fn with_papers(self) -> Self {
-        let Self { iterations, photons_per_iteration, max_depth, initial_radius, radius_pilots, .. } =
-            Self::default();
-        Self { iterations, photons_per_iteration, max_depth, initial_radius, radius_pilots, ..self }
+        Self {
+            width: self.width,
+            height: self.height,
+            seed: self.seed,
+            filter: self.filter,
+            radius_schedule: self.radius_schedule,
+            light_samples: self.light_samples,
+            ..Self::default()
+        }
     }
 
     /// Pixels of the image.
@@ -253,6 +286,38 @@ mod tests {
         }
     }
 
+    #[test]
+    fn clearance_is_nothing_or_within_its_range() {
+        let of = |radius_clearance| move |s: &mut Settings| s.radius_clearance = radius_clearance;
+        let [low, high] = RADIUS_CLEARANCE_RANGE;
+        for clearance in [0.0, low, 1.0, high] {
+            assert_verdict(of(clearance), None);
+        }
+        for clearance in [low.next_down(), high.next_up(), -1.0, f32::INFINITY, f32::NAN] {
+            assert_verdict(of(clearance), Some("radius_clearance"));
+        }
+    }
+
+    /// A first radius of each pixel's own, by pilots or clearance, is not that of all, and may be an eighth of the largest.
+    #[test]
+    fn radii_of_their_own_need_a_schedule_and_room_below_the_largest() {
+        let least = RADIUS_RANGE[0] * RADIUS_RATIO;
+        type Change = fn(&mut Settings);
+        let ways: [(Change, &str); 2] =
+            [(|s| s.radius_pilots = 1, "radius_pilots"), (|s| s.radius_clearance = 1.0, "radius_clearance")];
+        for (way, option) in ways {
+            let with = |radius_schedule, initial_radius| {
+                move |s: &mut Settings| {
+                    way(s);
+                    (s.radius_schedule, s.initial_radius) = (radius_schedule, initial_radius);
+                }
+            };
+            assert_verdict(with(RadiusSchedule::PerPixel, least), None);
+            assert_verdict(with(RadiusSchedule::PerPixel, least.next_down()), Some(option));
+            assert_verdict(with(RadiusSchedule::Global, 1.0), Some(option));
+        }
+    }
+
     /// Size, seed, filter, schedule and light samples stay.
     #[test]
     fn the_papers_settings_are_those_of_the_method() {
@@ -268,12 +333,11 @@ mod tests {
             filter: Filter::Gaussian,
             radius_schedule: RadiusSchedule::Global,
             radius_pilots: 3,
+            radius_clearance: 0.5,
             light_samples: 2,
         };
-        let Settings { iterations, photons_per_iteration, max_depth, initial_radius, radius_pilots, .. } =
-            usual;
-        let expected =
-            Settings { iterations, photons_per_iteration, max_depth, initial_radius, radius_pilots, ..own };
+        let Settings { width, height, seed, filter, radius_schedule, light_samples, .. } = own;
+        let expected = Settings { width, height, seed, filter, radius_schedule, light_samples, ..usual };
         assert_eq!((own.with_papers(), usual.with_papers()), (expected, usual));
         assert_eq!((own.pixels(), own.max_deposits()), (35, 78 * 79));
     }

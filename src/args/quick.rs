@@ -15,6 +15,7 @@ pub(crate) fn quick(own: &Settings) -> Settings {
         filter: own.filter,
         radius_schedule: own.radius_schedule,
         radius_pilots: 0,
+        radius_clearance: 0.0,
         light_samples: 1,
     }
 }

@@ -1,12 +1,12 @@
 //! Options that override the settings stored in a scene.
 
-use super::values::{Given, amount, number, or_auto, whole};
+use super::values::{Given, amount, number, number_or_zero, or_auto, whole};
 use crate::terminal::error::Error;
 use clap::Args as ClapArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use scene::settings::{
     BYTES_PER_PIXEL, MAX_DEPTH, MAX_ITERATIONS, MAX_LIGHT_SAMPLES, MAX_PHOTONS, MAX_RADIUS_PILOTS, MAX_SIDE,
-    RADIUS_RANGE, SettingsError,
+    RADIUS_CLEARANCE_RANGE, RADIUS_RANGE, SettingsError,
 };
 use scene::{Automatic, Filter, Quality, RadiusSchedule, Settings};
 
@@ -74,6 +74,14 @@ pub(crate) struct SettingsArgs {
     #[arg(value_parser = or_auto(whole::<u32>(0, MAX_RADIUS_PILOTS.into())))]
     pub radius_pilots: Option<Given<u32>>,
 
+    /// Limit the first radius of each pixel to so many times the distance from what it sees to the nearest other sphere,
+    /// but to no less than an eighth of --radius; 0 for no limit
+    ///
+    /// Narrow where balls touch the ground, in corners and below balls of glass, where light changes fast.
+    #[arg(long, value_name = "F", allow_hyphen_values = true)]
+    #[arg(value_parser = number_or_zero(RADIUS_CLEARANCE_RANGE))]
+    pub radius_clearance: Option<f32>,
+
     /// Send so many shadow rays from the first diffuse surface of each path from the eye, up to 16: less noise of direct
     /// light, for the time that they take
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1, MAX_LIGHT_SAMPLES.into()), allow_hyphen_values = true)]
@@ -109,6 +117,7 @@ impl SettingsArgs {
             filter: self.filter.unwrap_or(own.filter),
             radius_schedule: self.radius_schedule.unwrap_or(own.radius_schedule),
             radius_pilots: Given::number_or(self.radius_pilots, own.radius_pilots),
+            radius_clearance: self.radius_clearance.unwrap_or(own.radius_clearance),
             light_samples: self.light_samples.unwrap_or(own.light_samples),
         };
         settings.validate().map_err(|error| Error::BadInput(self.blame(&error)))?;

@@ -81,6 +81,18 @@ pub(crate) fn number(
     }
 }
 
+/// Parses 0, or numbers from `least` to `most`.
+pub(crate) fn number_or_zero(
+    [least, most]: [f32; 2],
+) -> impl Fn(&str) -> Result<f32, String> + Clone + Send + Sync + 'static {
+    let parse = number(least, most);
+    move |text| match f32::from_str(text) {
+        // Without the sign of -0.
+        Ok(0.0) => Ok(0.0),
+        _ => parse(text).map_err(|problem| format!("{problem}, or 0")),
+    }
+}
+
 /// Formats `value`, with an exponent if that is shorter.
 fn short(value: f32) -> String {
     let (plain, exponential) = (value.to_string(), format!("{value:e}"));

@@ -213,6 +213,7 @@ impl Info {
             filter,
             radius_schedule,
             radius_pilots,
+            radius_clearance,
             light_samples,
         } = self.settings;
         let is_usual = radius_schedule == RadiusSchedule::PerPixel;
@@ -220,6 +221,10 @@ impl Info {
         let pilots = match radius_pilots {
             0 => String::new(),
             n => format!(" at most, by pilots of {}", counted(n, "iteration")),
+        };
+        let clearance = match radius_clearance {
+            0.0 => String::new(),
+            factor => format!(" at most, {factor} times the clearance"),
         };
         let of = match iterations {
             MAX_ITERATIONS => " of as many as it takes".into(),
@@ -240,7 +245,7 @@ impl Info {
             ("part", part),
             ("photons", format!("{} ({photons_per_iteration} per iteration)", self.photons)),
             ("depth", max_depth.to_string()),
-            ("radius", format!("{initial_radius}{schedule}{pilots}")),
+            ("radius", format!("{initial_radius}{schedule}{pilots}{clearance}")),
             ("light", if light_samples == 1 { String::new() } else { format!("{light_samples} samples") }),
             ("seed", seed.to_string()),
             ("filter", if filter == Filter::Box { String::new() } else { filter.to_string() }),

@@ -236,6 +236,7 @@ fn all_settings(settings: &Settings) -> String {
         filter,
         radius_schedule,
         radius_pilots,
+        radius_clearance,
         light_samples,
     } = settings;
     let iterations = match *iterations {
@@ -254,13 +255,17 @@ fn all_settings(settings: &Settings) -> String {
         0 => String::new(),
         n => format!(" (at most, by pilots of {})", counted(*n, "iteration")),
     };
+    let clearance = match radius_clearance {
+        0.0 => String::new(),
+        factor => format!(" (at most, {factor} times the clearance)"),
+    };
     let samples = match light_samples {
         1 => String::new(),
         n => format!(", {}", counted(*n, "light sample")),
     };
     format!(
         "{width} x {height} pixels, {iterations}, {} each, depth {max_depth}, radius \
-         {initial_radius}{schedule}{pilots}{samples}, seed {seed}{filter}",
+         {initial_radius}{schedule}{pilots}{clearance}{samples}, seed {seed}{filter}",
         counted(*photons_per_iteration, "photon"),
     )
 }

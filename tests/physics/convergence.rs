@@ -121,7 +121,7 @@ fn consolidation_is_that_of_the_paper() {
     let (mut n, mut r2, mut tau) = (0.0_f64, 4.0_f64, [0.0_f64; 3]);
     for m in [10_u32, 0, 1, 250, 3, 0, 17] {
         let flux = [u64::from(m * FLUX_ONE), u64::from(m * (FLUX_ONE / 2)), u64::from(m)];
-        pixel.consolidate(beta, &Gathered { m, flux: flux.map(u128::from) }, power);
+        pixel.consolidate((beta, pixel.radius_squared), &Gathered { m, flux: flux.map(u128::from) }, power);
         if m > 0 {
             let kept = n + f64::from(m) * 2.0 / 3.0;
             let ratio = kept / (n + f64::from(m));

@@ -6,7 +6,7 @@ use crate::direct_light::{LightTable, Receivers, ShadowRays};
 use crate::hierarchy::SearchBuffers;
 use crate::material::{Materials, kind};
 use crate::paths::{Floats, Packet, Paths, ROOM, Vectors, Words};
-use crate::pixels::{PixelRows, PixelRowsLanes};
+use crate::pixels::{Pixel, PixelRows, PixelRowsLanes};
 use crate::sampling::{next_uniform, stream_state};
 use crate::scatter::{dielectric, reflect};
 use crate::surface::{Hit, tag};
@@ -15,7 +15,7 @@ use crate::trace::{hits, intersect_batch};
 use lanes::{Lanes, MOST_LANES, V3};
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, StreamKey};
-use scene::{Settings, Still, Vec3};
+use scene::{Clearance, Settings, Still, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
 /// What the camera pass of one iteration reads.
@@ -26,6 +26,8 @@ pub(crate) struct CameraPass<'a> {
     pub(crate) eye: &'a Eye,
     pub(crate) settings: &'a Settings,
     pub(crate) iteration: u32,
+    /// The limit of radii by what is near, if there is one.
+    pub(crate) clearance: Option<&'a Clearance>,
 }
 
 /// Counted work.
@@ -111,6 +113,17 @@ impl CameraPass<'_> {
         }
         counts.visible_points = self.write::<L>(batch, rows);
         counts
+    }
+
+    /// The squared search radius of a pixel whose camera path has found `row`.
+    #[inline(always)]
+    pub(crate) fn radius_squared(&self, row: &PixelRows, pixel: &Pixel) -> f32 {
+        match (self.clearance, row.visible()) {
+            (Some(clearance), Some(point)) if pixel.n == 0.0 => {
+                clearance.limited(&self.still.spheres, (point, row.sphere), pixel.radius_squared)
+            }
+            _ => pixel.radius_squared,
+        }
     }
 
     /// The number by which a path chooses between reflection and refraction, as
@@ -252,7 +265,9 @@ impl CameraPass<'_> {
                 let mean = batch.irradiance.load::<L>(at).scale(L::f(share));
                 direct = V3::select(is_visible, direct + beta * mean, direct);
             }
-            let found = PixelRowsLanes { point, sphere, beta, normal, direct };
+            // The radius follows once all pixels have their points.
+            let radius_squared = L::f(0.0);
+            let found = PixelRowsLanes { point, sphere, beta, radius_squared, normal, direct };
             found.scatter(slots, ended.count - at, rows);
         }
         visible_points

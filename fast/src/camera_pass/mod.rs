@@ -9,6 +9,7 @@
 //!             intersect all; shade all: paths that end go to a list, the others to the front of the batch
 //!         direct light for all on the list, in full packets
 //!         write the visible point and direct light of every pixel
+//!     give each pixel its search radius of this iteration
 //!     mark the cells that the visible points reach in the thread's occupancy map
 //! merge the occupancy maps of all threads
 //! ```
@@ -137,8 +138,11 @@ impl Kernel for CameraJob<'_> {
         for (number, rows) in self.rows.chunks_mut(self.at_once).enumerate() {
             counts.add(self.pass.run::<L>(self.batch, self.first + number * self.at_once, rows));
         }
-        for (rows, pixels) in self.rows.chunks(GROUP).zip(self.pixels.chunks(GROUP)) {
-            self.occupancy.mark_group::<L>(rows, pixels);
+        for (rows, pixels) in self.rows.chunks_mut(GROUP).zip(self.pixels.chunks(GROUP)) {
+            for (row, pixel) in rows.iter_mut().zip(pixels) {
+                row.radius_squared = self.pass.radius_squared(row, pixel);
+            }
+            self.occupancy.mark_group::<L>(rows);
         }
         counts
     }

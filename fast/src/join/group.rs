@@ -22,7 +22,7 @@ use super::found::{Found, JoinBuffers};
 use super::region::Region;
 use super::sorted::Deposits;
 use super::sums::{GroupSums, JoinCounts};
-use crate::pixels::{GROUP, Pixel, PixelLanes, PixelRows, PixelRowsLanes};
+use crate::pixels::{GROUP, PixelRows, PixelRowsLanes};
 use lanes::{Lanes, V3};
 use scene::Vec3;
 use scene::ray::NO_SPHERE;
@@ -32,7 +32,6 @@ use std::ops::Range;
 /// The pixels of a group, with the regions that their visible points reach.
 pub(crate) struct Group<'a> {
     pub(crate) rows: &'a [PixelRows],
-    pub(crate) pixels: &'a [Pixel],
     /// The region of each half.
     pub(crate) halves: [Region; 2],
     /// The region of all.
@@ -88,9 +87,8 @@ struct Part<L: Lanes> {
 impl<L: Lanes> Part<L> {
     /// The first `L::N` pixels, whose points are in this region.
     #[inline(always)]
-    fn new(rows: &[PixelRows], pixels: &[Pixel], region: &Region) -> Self {
-        let PixelRowsLanes { point, sphere, normal, .. } = PixelRowsLanes::<L>::load(rows);
-        let PixelLanes { radius_squared, .. } = PixelLanes::<L>::load(pixels);
+    fn new(rows: &[PixelRows], region: &Region) -> Self {
+        let PixelRowsLanes { point, sphere, normal, radius_squared, .. } = PixelRowsLanes::<L>::load(rows);
         let is_nothing = L::eq(sphere, L::u(NO_SPHERE));
         Self {
             point,
@@ -136,10 +134,9 @@ impl<'a, L: Lanes> Gathering<'a, L> {
         sums: &'a mut GroupSums,
         counts: &'a mut JoinCounts,
     ) {
-        let Group { rows, pixels, halves, all } = group;
-        let first = Part::new(rows, pixels, if Self::PARTS == 1 { all } else { &halves[0] });
-        let second =
-            if Self::PARTS == 1 { first } else { Part::new(&rows[L::N..], &pixels[L::N..], &halves[1]) };
+        let Group { rows, halves, all } = group;
+        let first = Part::new(rows, if Self::PARTS == 1 { all } else { &halves[0] });
+        let second = if Self::PARTS == 1 { first } else { Part::new(&rows[L::N..], &halves[1]) };
         let JoinBuffers { runs, found } = buffers;
         (found[0].count, found[1].count) = (0, 0);
         let mut this = Self { parts: [first, second], deposits, found, sums, counts };

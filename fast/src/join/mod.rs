@@ -186,7 +186,7 @@ impl Kernel for JoinJob<'_> {
         for (number, (pixels, rows)) in groups.enumerate() {
             let mut sums = self.sums.get_mut(number).map(take).unwrap_or_default();
             if let Some(deposits) = &deposits {
-                gather_group::<L>(deposits, cells, rows, pixels, &mut buffers, &mut sums, &mut counts);
+                gather_group::<L>(deposits, cells, rows, &mut buffers, &mut sums, &mut counts);
             }
             if is_last && let Some(density) = density {
                 estimate_group::<L>(pixels, rows, &sums, nominal, density);
@@ -206,12 +206,11 @@ pub(crate) fn gather_group<L: Lanes>(
     deposits: &Deposits,
     cells: Cells,
     rows: &[PixelRows],
-    pixels: &[Pixel],
     buffers: &mut JoinBuffers,
     sums: &mut GroupSums,
     counts: &mut JoinCounts,
 ) {
-    let halves = [0, GROUP / 2].map(|at| Region::of_all(&rows[at..][..GROUP / 2], &pixels[at..]));
+    let halves = [0, GROUP / 2].map(|at| Region::of_all(&rows[at..][..GROUP / 2]));
     let all = halves[0].and(&halves[1]);
     if all.is_empty() {
         return;
@@ -219,13 +218,13 @@ pub(crate) fn gather_group<L: Lanes>(
     let span = cells.span(&all);
     if span.fits() {
         buffers.runs.look_up(deposits, &cells.query::<L>(span, &all));
-        let group = Group { rows, pixels, halves, all };
+        let group = Group { rows, halves, all };
         Gathering::<L>::run(&group, deposits, buffers, sums, counts);
         return;
     }
-    for (lane, (row, pixel)) in rows.iter().zip(pixels).enumerate() {
-        if let Some(region) = Region::of_one(row, pixel) {
-            let mut point = SinglePoint { row, radius_squared: pixel.radius_squared, sums, lane };
+    for (lane, row) in rows.iter().enumerate() {
+        if let Some(region) = Region::of_one(row) {
+            let mut point = SinglePoint { row, sums, lane };
             let span = cells.span(&region);
             if span.fits() {
                 buffers.runs.look_up(deposits, &cells.query::<L>(span, &region));

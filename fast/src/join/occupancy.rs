@@ -2,7 +2,7 @@
 
 use super::cells::Cells;
 use super::region::Region;
-use crate::pixels::{Pixel, PixelRows};
+use crate::pixels::PixelRows;
 use lanes::{Lanes, MOST_LANES, V3};
 
 /// A bit per bucket of coarse cells, set if some visible point reaches the cell.
@@ -39,13 +39,13 @@ impl Occupancy {
 
     /// Marks the cells that the visible points of a group reach.
     #[inline(always)]
-    pub(crate) fn mark_group<L: Lanes>(&mut self, rows: &[PixelRows], pixels: &[Pixel]) {
-        let all = Region::of_all(rows, pixels);
+    pub(crate) fn mark_group<L: Lanes>(&mut self, rows: &[PixelRows]) {
+        let all = Region::of_all(rows);
         if all.is_empty() || self.mark::<L>(&all) {
             return;
         }
-        for (row, pixel) in rows.iter().zip(pixels) {
-            if let Some(one) = Region::of_one(row, pixel)
+        for row in rows {
+            if let Some(one) = Region::of_one(row)
                 && !self.mark::<L>(&one)
             {
                 self.mark_all();
@@ -92,8 +92,8 @@ mod tests {
     fn marked<L: Lanes>(radius: f32) -> [bool; 2] {
         let mut occupancy = Occupancy::new(1.0, 1 << 19);
         let mut row = PixelRows::NOTHING;
-        (row.sphere, row.point) = (0, [0.5; 3]);
-        occupancy.mark_group::<L>(&[row, PixelRows::NOTHING], &[Pixel::new(radius); 2]);
+        (row.sphere, row.point, row.radius_squared) = (0, [0.5; 3], radius * radius);
+        occupancy.mark_group::<L>(&[row, PixelRows::NOTHING]);
         let is_marked = |x: f32| L::any(occupancy.touches::<L>(V3::new(L::f(x), L::f(0.5), L::f(0.5))));
         [is_marked(0.5 + 0.99 * radius), is_marked(5000.5)]
     }

@@ -25,7 +25,6 @@ use std::ops::Range;
 /// The visible point of one pixel.
 pub(crate) struct SinglePoint<'a> {
     pub(crate) row: &'a PixelRows,
-    pub(crate) radius_squared: f32,
     pub(crate) sums: &'a mut GroupSums,
     /// The place of the pixel in its group.
     pub(crate) lane: usize,
@@ -75,7 +74,7 @@ impl SinglePoint<'_> {
         counts.candidates += run.len() as u64;
         for at in run.clone().step_by(L::N) {
             let d = deposits.load_points::<L>(at) - point;
-            let near = L::lt(d.dot(d), L::f(self.radius_squared)) & L::first(run.end - at);
+            let near = L::lt(d.dot(d), L::f(self.row.radius_squared)) & L::first(run.end - at);
             deposits.prefetch_arrivals::<L>(at);
             found.append_indices::<L>(near, at);
             if found.is_full::<L>() {

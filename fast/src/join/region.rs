@@ -1,6 +1,6 @@
 //! The region around visible points in which photons may count.
 
-use crate::pixels::{Pixel, PixelRows};
+use crate::pixels::PixelRows;
 use scene::Vec3;
 
 /// The radius of search is widened by this factor where cells are looked up, as the test of the distance rounds.
@@ -20,20 +20,20 @@ impl Region {
 
     /// The region of a pixel's visible point, if it has one.
     #[inline(always)]
-    pub(crate) fn of_one(rows: &PixelRows, pixel: &Pixel) -> Option<Self> {
-        let point = rows.visible()?;
-        Some(Self { low: point, high: point, reach: reach(pixel.radius_squared) })
+    pub(crate) fn of_one(row: &PixelRows) -> Option<Self> {
+        let point = row.visible()?;
+        Some(Self { low: point, high: point, reach: reach(row.radius_squared) })
     }
 
     /// The region of some pixels' visible points; [`Region::EMPTY`] if none has one.
     #[inline(always)]
-    pub(crate) fn of_all(rows: &[PixelRows], pixels: &[Pixel]) -> Self {
+    pub(crate) fn of_all(rows: &[PixelRows]) -> Self {
         let Self { mut low, mut high, .. } = Self::EMPTY;
         let mut largest = 0.0;
-        for (row, pixel) in rows.iter().zip(pixels) {
+        for row in rows {
             if let Some(point) = row.visible() {
                 (low, high) = (low.min(point), high.max(point));
-                largest = if largest < pixel.radius_squared { pixel.radius_squared } else { largest };
+                largest = if largest < row.radius_squared { row.radius_squared } else { largest };
             }
         }
         Self { low, high, reach: reach(largest) }

@@ -35,6 +35,8 @@ pub struct Seen {
     pub direct: Rgb,
     /// Throughput times BRDF.
     pub beta: Rgb,
+    /// Squared search radius.
+    pub radius_squared: f32,
 }
 
 impl Pixel {
@@ -79,7 +81,9 @@ impl Consolidation {
         };
         for (k, ((pixel, seen), gathered)) in pixels.iter().zip(seen).zip(gathered).enumerate() {
             this.pixels[k] = pixel.inner();
-            (this.rows[k].beta, this.rows[k].direct) = (seen.beta.into(), seen.direct.into());
+            let row = &mut this.rows[k];
+            (row.beta, row.direct) = (seen.beta.into(), seen.direct.into());
+            row.radius_squared = seen.radius_squared;
             let sums = &mut this.sums[k / GROUP];
             sums.m[k % GROUP] = gathered.m;
             if gathered.flux.iter().any(|flux| *flux > u128::from(u64::MAX)) {

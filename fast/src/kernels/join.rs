@@ -7,7 +7,7 @@ use crate::join::{
     SPHERE, Sorted, bin_shift, gather_group,
 };
 use crate::parameters::Parameters;
-use crate::pixels::{GROUP, Pixel, PixelRows};
+use crate::pixels::{GROUP, PixelRows};
 use lanes::{Kernel, LaneKind, Lanes, V3, dispatch};
 use scene::Vec3;
 use scene::ray::SphereId;
@@ -177,7 +177,6 @@ pub struct Join {
     count: usize,
     cells: join::Cells,
     sorted: Sorted,
-    pixels: Vec<Pixel>,
     rows: Vec<PixelRows>,
 }
 
@@ -197,15 +196,15 @@ impl Join {
         sorted.fill(&parts.iter().collect::<Vec<_>>(), cells);
         let slots = points.len().next_multiple_of(GROUP);
         let mut rows = vec![PixelRows::NOTHING; slots];
-        // A pixel keeps its radius where nothing is seen.
-        let mut pixels = vec![Pixel::new(1.0); slots];
-        for ((rows, pixel), point) in rows.iter_mut().zip(&mut pixels).zip(points) {
+        for (row, point) in rows.iter_mut().zip(points) {
+            // A pixel keeps its radius where nothing is seen.
+            row.radius_squared = 1.0;
             if let Some(Point { point, normal, sphere, radius_squared }) = *point {
-                (rows.point, rows.normal, rows.sphere) = (point.into(), normal.into(), sphere);
-                pixel.radius_squared = radius_squared;
+                (row.point, row.normal, row.sphere) = (point.into(), normal.into(), sphere);
+                row.radius_squared = radius_squared;
             }
         }
-        Self { count: points.len(), cells, sorted, pixels, rows }
+        Self { count: points.len(), cells, sorted, rows }
     }
 
     /// The photons in sorted order, each with its bucket.
@@ -238,13 +237,13 @@ impl Kernel for Gather<'_> {
     type Output = (Vec<GroupSums>, JoinCounts);
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
-        let Join { cells, sorted, pixels, rows, .. } = self.0;
+        let Join { cells, sorted, rows, .. } = self.0;
         let deposits = sorted.deposits();
-        let mut all = Vec::with_capacity(pixels.len() / GROUP);
+        let mut all = Vec::with_capacity(rows.len() / GROUP);
         let (mut counts, mut buffers) = (JoinCounts::default(), JoinBuffers::new());
-        for (pixels, rows) in pixels.chunks(GROUP).zip(rows.chunks(GROUP)) {
+        for rows in rows.chunks(GROUP) {
             let mut sums = GroupSums::default();
-            gather_group::<L>(&deposits, *cells, rows, pixels, &mut buffers, &mut sums, &mut counts);
+            gather_group::<L>(&deposits, *cells, rows, &mut buffers, &mut sums, &mut counts);
             all.push(sums);
         }
         (all, counts)

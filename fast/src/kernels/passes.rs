@@ -52,6 +52,7 @@ pub fn camera_pass(
         eye: &Eye::new(scene, settings),
         settings,
         iteration,
+        clearance: None,
     };
     let pixels = vec![Pixel::new(1.0); rows.len()];
     let (batch, occupancy) = (&mut CameraBatch::new(), &mut Occupancy::new(1.0).0);

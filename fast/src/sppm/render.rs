@@ -25,7 +25,7 @@ use crate::prepared::Prepared;
 use crate::survey::survey;
 use lanes::LaneKind;
 use scene::aim::{Aim, Targets};
-use scene::{FirstRadii, Progress, Scene, Settings, Stop};
+use scene::{Clearance, FirstRadii, Progress, Scene, Settings, Stop};
 use std::time::Instant;
 
 /// The work of sorting and joining the deposits of a photon, in units as [`PHOTON_WORK`].
@@ -84,6 +84,8 @@ pub struct Sppm<'a> {
     pub(super) emitters: Option<Emitters>,
     /// The radii with which pixels begin, if they are given or known.
     pub(super) first_radii: Option<FirstRadii>,
+    /// The limit of first radii by what is near, at this iteration's instant.
+    clearance: Option<Clearance>,
     /// Photons that counted at a visible point in the last iteration, on average.
     neighbours: f64,
 }
@@ -137,6 +139,7 @@ impl<'a> Sppm<'a> {
             targets: None,
             emitters: None,
             first_radii: None,
+            clearance: Clearance::new(settings),
             neighbours: parameters.neighbours_at_first.into(),
         }
     }
@@ -209,6 +212,9 @@ impl<'a> Sppm<'a> {
             (Instant::now(), (self.progress.stats.contributions, self.progress.stats.visible_points));
         let photons = u64::from(self.progress.settings.photons_per_iteration);
         stop.meter().begin(self.pixels.len() as u64 + (PHOTON_WORK + JOIN_WORK) * photons);
+        if self.scene.moves() {
+            self.clearance = Clearance::new(&self.progress.settings);
+        }
         let radii = self.radii();
         let occupancy = self.camera_pass(p, radii, stop)?;
         self.progress.stats.camera_seconds += start.elapsed().as_secs_f64();
@@ -277,6 +283,7 @@ impl<'a> Sppm<'a> {
             eye: &self.eye,
             settings: &self.progress.settings,
             iteration: self.progress.next,
+            clearance: self.clearance.as_ref(),
         };
         let lanes = (self.lanes, plan);
         self.camera_workers.run(&pass, lanes, &mut self.rows, &self.pixels, &mut self.progress.stats, stop)

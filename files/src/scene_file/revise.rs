@@ -134,6 +134,9 @@ fn revise_settings(
     if old.radius_pilots != new.radius_pilots || are_open {
         set(table, "radius_pilots", i64::from(new.radius_pilots).into());
     }
+    if old.radius_clearance != new.radius_clearance {
+        set(table, "radius_clearance", number(new.radius_clearance));
+    }
     if old.seed != new.seed {
         set(table, "seed", i64::try_from(new.seed).ok()?.into());
     }

@@ -5,10 +5,11 @@ use super::reader::{Field, Section, Subject, type_of};
 use super::sphere::positive;
 use scene::settings::{
     MAX_DEPTH, MAX_ITERATIONS, MAX_LIGHT_SAMPLES, MAX_PHOTONS, MAX_RADIUS_PILOTS, MAX_SIDE,
+    RADIUS_CLEARANCE_RANGE,
 };
 use scene::{Automatic, Filter, Quality, RadiusSchedule, Settings};
 
-const KEYS: [&str; 12] = [
+const KEYS: [&str; 13] = [
     "width",
     "height",
     "iterations",
@@ -19,6 +20,7 @@ const KEYS: [&str; 12] = [
     "filter",
     "radius_schedule",
     "radius_pilots",
+    "radius_clearance",
     "light_samples",
     "quality",
 ];
@@ -103,6 +105,7 @@ fn settings(field: Field<'_>, usual: Usual) -> Result<Stated, Fault> {
                 Ok(field.whole(0, MAX_RADIUS_PILOTS.into())? as u32)
             }
         })?,
+        radius_clearance: section.or("radius_clearance", default.radius_clearance, clearance)?,
         light_samples: whole("light_samples", default.light_samples, MAX_LIGHT_SAMPLES)?,
     };
     settings.validate().map_err(|e| Fault::new(place(&section, e.option), e.to_string()))?;
@@ -147,6 +150,12 @@ fn filter(field: Field<'_>) -> Result<Filter, Fault> {
 
 fn radius_schedule(field: Field<'_>) -> Result<RadiusSchedule, Fault> {
     named(&field, "schedules", RadiusSchedule::ALL, RadiusSchedule::name)
+}
+
+fn clearance(field: Field<'_>) -> Result<f32, Fault> {
+    let [low, high] = RADIUS_CLEARANCE_RANGE;
+    let is_valid = |value| value == 0.0 || (low..=high).contains(&value);
+    field.number()?.check(is_valid, format_args!("must be 0, or from {low} to {high}"))
 }
 
 /// The one of `all` that has the name in a field; `what` they are called together.

@@ -194,6 +194,7 @@ fn write_settings(out: &mut impl Write, settings: &Settings) -> fmt::Result {
         filter,
         radius_schedule,
         radius_pilots,
+        radius_clearance,
         light_samples,
     } = settings;
     writeln!(out, "\n[settings]\nwidth = {width}\nheight = {height}\niterations = {iterations}")?;
@@ -210,6 +211,10 @@ fn write_settings(out: &mut impl Write, settings: &Settings) -> fmt::Result {
     match radius_pilots {
         0 => Ok(()),
         pilots => writeln!(out, "radius_pilots = {pilots}"),
+    }?;
+    match radius_clearance {
+        0.0 => Ok(()),
+        factor => writeln!(out, "radius_clearance = {}", Float(*factor)),
     }?;
     match light_samples {
         1 => Ok(()),

@@ -325,6 +325,7 @@ fn difference(ours: &Settings, theirs: &Settings) -> Option<String> {
             iterations: _,
             radius_schedule: _,
             radius_pilots: _,
+            radius_clearance: _,
         } = *settings;
         [
             ("width", width.to_string()),

@@ -45,7 +45,11 @@ fn of_reference(pixel: &Pixel) -> consolidate::Pixel {
 
 #[test]
 fn pixels_are_consolidated() {
-    let seen = (color(), color()).prop_map(|(direct, beta)| Seen { direct, beta });
+    let seen = (color(), color(), log_uniform(1e-15, 1e15)).prop_map(|(direct, beta, radius)| Seen {
+        direct,
+        beta,
+        radius_squared: radius * radius,
+    });
     let inputs = (prop::collection::vec((pixel(), seen, photons()), 0..=48), log_uniform(1e-20, 1e20));
     check(400, "consolidate", &inputs, |(rows, nominal)| {
         let (pixels, rest): (Vec<_>, Vec<_>) = rows.iter().map(|(p, s, g)| (*p, (*s, *g))).unzip();
@@ -59,7 +63,7 @@ fn pixels_are_consolidated() {
                 let mut expected = of_reference(pixel);
                 expected.direct += seen.direct;
                 let Gathered { m, flux } = *gathered;
-                expected.consolidate(seen.beta, &consolidate::Gathered { m, flux }, nominal);
+                expected.consolidate((seen.beta, seen.radius_squared), &consolidate::Gathered { m, flux }, nominal);
                 let what = (lanes, pixel, seen, gathered);
                 assert_same_vector(actual.direct, expected.direct, &what);
                 assert_same_vector(actual.tau, expected.tau, &what);
