@@ -176,7 +176,7 @@ class Render:
         )
         if every is not None and checkpoint is None:
             raise InputError("every says how often a checkpoint is written; name its file by checkpoint")
-        given = (iterations, photons_per_iteration, max_depth, initial_radius, radius_pilots)
+        given = (iterations, photons_per_iteration, max_depth, initial_radius, radius_pilots, radius_clearance)
         checked = options(
             settings=settings,
             quality=quality,

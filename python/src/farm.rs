@@ -44,8 +44,8 @@ pub(crate) fn choose_settings(
     let job = work(py, || {
         let mut job = Job::new(shared.checked()?);
         job.scene.settings = values;
-        // A farm's radii are global: pilots have nothing to choose.
-        set_quality(&mut job, quality, [iterations, photons, depth, radius, true])?;
+        // A farm's radii are global: pilots and clearance have nothing to choose.
+        set_quality(&mut job, quality, [iterations, photons, depth, radius, true, true])?;
         job.choose_settings().map_err(|error| of_render(&error))?;
         PyResult::Ok(job)
     })??;

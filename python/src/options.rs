@@ -17,8 +17,8 @@ use std::time::Duration;
 pub(crate) struct Options {
     settings: Option<SettingsTuple>,
     quality: Option<String>,
-    /// Whether iterations, photons, depth, radius and pilots are given.
-    given: Option<[bool; 5]>,
+    /// Whether iterations, photons, depth, radius, pilots and clearance are given.
+    given: Option<[bool; 6]>,
     method: Option<String>,
     engine: Option<String>,
     lanes: Option<String>,
@@ -86,7 +86,10 @@ pub(crate) fn set_quality(job: &mut Job, name: &str, given: [bool; 5]) -> PyResu
 }
 
 /// What is chosen at this quality: what is not given, in the order of [`Options::given`].
-fn automatic(quality: Quality, [iterations, photons, depth, radius, pilots]: [bool; 5]) -> Automatic {
+fn automatic(
+    quality: Quality,
+    [iterations, photons, depth, radius, pilots, clearance]: [bool; 6],
+) -> Automatic {
     let all = Automatic::all(quality);
     Automatic {
         iterations: all.iterations && !iterations,
@@ -94,12 +97,16 @@ fn automatic(quality: Quality, [iterations, photons, depth, radius, pilots]: [bo
         max_depth: all.max_depth && !depth,
         initial_radius: all.initial_radius && !radius,
         radius_pilots: all.radius_pilots && !radius && !pilots,
+        radius_clearance: all.radius_clearance && !radius && !clearance,
         ..all
     }
 }
 
 /// `settings` with the paper's in place of those that are not given.
-fn papers(settings: &Settings, [iterations, photons, depth, radius, pilots]: [bool; 5]) -> Settings {
+fn papers(
+    settings: &Settings,
+    [iterations, photons, depth, radius, pilots, clearance]: [bool; 6],
+) -> Settings {
     let paper = settings.with_papers();
     let own = |is_given| if is_given { settings } else { &paper };
     Settings {
@@ -108,6 +115,7 @@ fn papers(settings: &Settings, [iterations, photons, depth, radius, pilots]: [bo
         max_depth: own(depth).max_depth,
         initial_radius: own(radius).initial_radius,
         radius_pilots: own(pilots).radius_pilots,
+        radius_clearance: own(clearance).radius_clearance,
         ..paper
     }
 }

@@ -1,6 +1,7 @@
 //! Estimates how noisy a render is from a sample of its pixels, which costs next to nothing.
 
 use crate::estimate::{is_checked, relative_square};
+use scene::radius_schedule::Shrinking;
 use scene::{FirstRadii, Probe, Resumable, Rgb};
 
 /// So many pixels are looked at, or all if there are fewer.
@@ -53,6 +54,14 @@ pub(crate) fn mean_square_radius(engine: &dyn Resumable, first: &FirstRadii) -> 
         (sum, count) = (sum + radius * radius, count + 1);
     }
     if count == 0 { 1.0 } else { sum / f64::from(count) }
+}
+
+/// The squared radius after so many iterations, at least one, in units of the first, of a pixel at which as many photons count
+/// in each: the product of `(i - 1 + alpha) / i` over these.
+pub(crate) fn evenly_shrunk(iterations: u32) -> f64 {
+    // From i = 2 on it is that of global radii, i - 1 taken for i; alpha is 2/3.
+    let global = Shrinking::default().radius_squared(1.0, iterations - 1);
+    2.0 / 3.0 * f64::from(global)
 }
 
 /// Pixels from all over the image: column and row, and their values.
@@ -133,6 +142,22 @@ mod tests {
         engine.iterate();
         let found = mean_square_radius(&engine, &first);
         assert!((found - 2.0 / 3.0).abs() < 1e-3, "{found}");
+    }
+
+    /// Where light is even they are those of pixels that count many photons: in the box, whose walls are lit from all sides.
+    #[test]
+    fn radii_shrink_evenly_where_light_is_even() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let settings = Settings { width: 40, height: 30, photons_per_iteration: 20_000, ..scene.settings };
+        let first = FirstRadii::even(settings.initial_radius);
+        let mut engine = fast::Sppm::new(&scene, &settings);
+        for iterations in 1..=8 {
+            engine.iterate();
+            let (even, found) = (evenly_shrunk(iterations), mean_square_radius(&engine, &first));
+            assert!((even / found - 1.0).abs() < 0.1, "{iterations} iterations: {even}, {found}");
+        }
+        assert!((evenly_shrunk(1) - 2.0 / 3.0).abs() < 1e-7);
+        assert!((evenly_shrunk(2) - 2.0 / 3.0 * 5.0 / 6.0).abs() < 1e-7);
     }
 
     /// After every iteration from the second on, whatever its distance from the one before.

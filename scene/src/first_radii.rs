@@ -124,7 +124,9 @@ pub fn pilot_settings(settings: &Settings) -> Settings {
     let scale = (PILOT_PIXELS as f64 / settings.pixels() as f64).min(1.0).sqrt();
     let side = |side: u32| ((f64::from(side) * scale) as u32).max(1);
     let (width, height) = (side(settings.width), side(settings.height));
-    Settings { width, height, iterations: settings.radius_pilots, radius_pilots: 0, ..*settings }
+    let iterations = settings.radius_pilots;
+    // Their radii are those that are compared, in all pixels.
+    Settings { width, height, iterations, radius_pilots: 0, radius_clearance: 0.0, ..*settings }
 }
 
 /// The most bytes that [`FirstRadii::choose`] takes, besides those of a render with [`pilot_settings`].

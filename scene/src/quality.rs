@@ -57,6 +57,8 @@ pub struct Automatic {
     pub initial_radius: bool,
     /// Whether it is chosen by how many iterations of pilots the first radii of the pixels are.
     pub radius_pilots: bool,
+    /// Whether it is chosen how the first radii of the pixels are limited by clearance.
+    pub radius_clearance: bool,
 }
 
 impl Automatic {
@@ -70,13 +72,20 @@ impl Automatic {
             max_depth: is_chosen,
             initial_radius: is_chosen,
             radius_pilots: is_chosen,
+            radius_clearance: is_chosen,
         }
     }
 
     /// The same of what matters to a render that has no photons.
     #[must_use]
     pub fn without_photons(self) -> Self {
-        Self { photons_per_iteration: false, initial_radius: false, radius_pilots: false, ..self }
+        Self {
+            photons_per_iteration: false,
+            initial_radius: false,
+            radius_pilots: false,
+            radius_clearance: false,
+            ..self
+        }
     }
 
     /// Whether anything is to be chosen.
@@ -86,6 +95,7 @@ impl Automatic {
             || self.max_depth
             || self.initial_radius
             || self.radius_pilots
+            || self.radius_clearance
     }
 }
 
@@ -104,6 +114,7 @@ mod tests {
                 && all.max_depth
                 && all.initial_radius
                 && all.radius_pilots
+                && all.radius_clearance
         );
         for (one, needs_photons) in [
             (Automatic { iterations: true, ..none }, false),
@@ -111,6 +122,7 @@ mod tests {
             (Automatic { max_depth: true, ..none }, false),
             (Automatic { initial_radius: true, ..none }, true),
             (Automatic { radius_pilots: true, ..none }, true),
+            (Automatic { radius_clearance: true, ..none }, true),
         ] {
             assert!(one.any() && one.without_photons().any() != needs_photons, "{one:?}");
         }

@@ -79,8 +79,8 @@ pub(crate) struct SettingsArgs {
     ///
     /// Narrow where balls touch the ground, in corners and below balls of glass, where light changes fast.
     #[arg(long, value_name = "F", allow_hyphen_values = true)]
-    #[arg(value_parser = number_or_zero(RADIUS_CLEARANCE_RANGE))]
-    pub radius_clearance: Option<f32>,
+    #[arg(value_parser = or_auto(number_or_zero(RADIUS_CLEARANCE_RANGE)))]
+    pub radius_clearance: Option<Given<f32>>,
 
     /// Send so many shadow rays from the first diffuse surface of each path from the eye, up to 16: less noise of direct
     /// light, for the time that they take
@@ -117,7 +117,7 @@ impl SettingsArgs {
             filter: self.filter.unwrap_or(own.filter),
             radius_schedule: self.radius_schedule.unwrap_or(own.radius_schedule),
             radius_pilots: Given::number_or(self.radius_pilots, own.radius_pilots),
-            radius_clearance: self.radius_clearance.unwrap_or(own.radius_clearance),
+            radius_clearance: Given::number_or(self.radius_clearance, own.radius_clearance),
             light_samples: self.light_samples.unwrap_or(own.light_samples),
         };
         settings.validate().map_err(|error| Error::BadInput(self.blame(&error)))?;
@@ -132,6 +132,7 @@ impl SettingsArgs {
             ("--depth", Given::is_chosen(self.depth.as_ref(), false)),
             ("--radius", Given::is_chosen(self.radius.as_ref(), false)),
             ("--radius-pilots", Given::is_chosen(self.radius_pilots.as_ref(), false)),
+            ("--radius-clearance", Given::is_chosen(self.radius_clearance.as_ref(), false)),
         ];
         match options.into_iter().find(|(_, is_chosen)| *is_chosen) {
             Some((name, _)) => Err(Error::BadInput(format!(
@@ -149,10 +150,14 @@ impl SettingsArgs {
             photons_per_iteration: Given::is_chosen(self.photons.as_ref(), own.photons_per_iteration),
             max_depth: Given::is_chosen(self.depth.as_ref(), own.max_depth),
             initial_radius: Given::is_chosen(self.radius.as_ref(), own.initial_radius),
-            // Pilots choose from the first radius down, so by themselves they go with it.
+            // Pilots and clearance choose from the first radius down, so by themselves they go with it.
             radius_pilots: Given::is_chosen(
                 self.radius_pilots.as_ref(),
                 Given::is_chosen(self.radius.as_ref(), own.radius_pilots),
+            ),
+            radius_clearance: Given::is_chosen(
+                self.radius_clearance.as_ref(),
+                Given::is_chosen(self.radius.as_ref(), own.radius_clearance),
             ),
         }
     }

@@ -192,13 +192,21 @@ impl Drop for Watch {
 
 /// Which settings were chosen, if any were: by the options that would repeat the choice.
 fn choice(settings: &Settings, chosen: Automatic) -> Option<String> {
-    let Automatic { quality, iterations, photons_per_iteration, max_depth, initial_radius, radius_pilots } =
-        chosen;
+    let Automatic {
+        quality,
+        iterations,
+        photons_per_iteration,
+        max_depth,
+        initial_radius,
+        radius_pilots,
+        radius_clearance,
+    } = chosen;
     let options = [
         iterations.then(|| format!("-n {}", settings.iterations)),
         photons_per_iteration.then(|| format!("--photons {}", settings.photons_per_iteration)),
         initial_radius.then(|| format!("--radius {}", settings.initial_radius)),
         radius_pilots.then(|| format!("--radius-pilots {}", settings.radius_pilots)),
+        radius_clearance.then(|| format!("--radius-clearance {}", settings.radius_clearance)),
         max_depth.then(|| format!("--depth {}", settings.max_depth)),
     ];
     let options: Vec<String> = options.into_iter().flatten().collect();
@@ -291,9 +299,11 @@ mod tests {
             max_depth: 16,
             initial_radius: 0.5,
             radius_pilots: 3,
+            radius_clearance: 0.5,
             ..Settings::default()
         };
-        let all = "chosen for quality final: -n 7 --photons 1000 --radius 0.5 --radius-pilots 3 --depth 16";
+        let all = "chosen for quality final: -n 7 --photons 1000 --radius 0.5 --radius-pilots 3 --radius-clearance 0.5 \
+                   --depth 16";
         assert_eq!(choice(&settings, Automatic::all(Quality::Final)).as_deref(), Some(all));
         let none = Automatic { quality: Quality::Draft, ..Automatic::default() };
         let only = |chosen: Automatic| choice(&settings, chosen);
@@ -303,6 +313,7 @@ mod tests {
             (Automatic { photons_per_iteration: true, ..none }, "--photons 1000"),
             (Automatic { initial_radius: true, ..none }, "--radius 0.5"),
             (Automatic { radius_pilots: true, ..none }, "--radius-pilots 3"),
+            (Automatic { radius_clearance: true, ..none }, "--radius-clearance 0.5"),
             (Automatic { max_depth: true, ..none }, "--depth 16"),
         ] {
             assert_eq!(only(chosen), Some(format!("chosen for quality draft: {option}")));

@@ -129,12 +129,13 @@ fn revise_settings(
     if old.initial_radius != new.initial_radius || open.initial_radius {
         set(table, "initial_radius", number(new.initial_radius));
     }
-    // Once a radius is stated, pilots are not left open unless the file says so.
+    // Once a radius is stated, pilots and clearance are not left open unless the file says so.
     let are_open = open.radius_pilots && table.contains_key("radius_pilots");
     if old.radius_pilots != new.radius_pilots || are_open {
         set(table, "radius_pilots", i64::from(new.radius_pilots).into());
     }
-    if old.radius_clearance != new.radius_clearance {
+    let is_open = open.radius_clearance && table.contains_key("radius_clearance");
+    if old.radius_clearance != new.radius_clearance || is_open {
         set(table, "radius_clearance", number(new.radius_clearance));
     }
     if old.seed != new.seed {

@@ -105,7 +105,9 @@ fn settings(field: Field<'_>, usual: Usual) -> Result<Stated, Fault> {
                 Ok(field.whole(0, MAX_RADIUS_PILOTS.into())? as u32)
             }
         })?,
-        radius_clearance: section.or("radius_clearance", default.radius_clearance, clearance)?,
+        radius_clearance: section.or("radius_clearance", default.radius_clearance, |field| {
+            if is_auto(&field) { Ok(default.radius_clearance) } else { clearance(field) }
+        })?,
         light_samples: whole("light_samples", default.light_samples, MAX_LIGHT_SAMPLES)?,
     };
     settings.validate().map_err(|e| Fault::new(place(&section, e.option), e.to_string()))?;
@@ -127,15 +129,15 @@ fn automatic(section: &Section<'_>, usual: Usual) -> Result<Automatic, Fault> {
     let unstated = Automatic::all(quality.unwrap_or_default());
     let others = unstated.any() && (quality.is_some() || is_left);
     let is_chosen = |field: Option<Field<'_>>| field.map_or(others, |field| is_auto(&field));
+    // Pilots and clearance choose from the first radius down, so by themselves they go with it.
+    let of_radius = |key| section.get(key).map_or(is_chosen(initial_radius), |field| is_auto(&field));
     Ok(Automatic {
         iterations: is_chosen(iterations),
         photons_per_iteration: is_chosen(photons_per_iteration),
         max_depth: is_chosen(max_depth),
         initial_radius: is_chosen(initial_radius),
-        // Pilots choose from the first radius down, so by themselves they go with it.
-        radius_pilots: section
-            .get("radius_pilots")
-            .map_or(is_chosen(initial_radius), |field| is_auto(&field)),
+        radius_pilots: of_radius("radius_pilots"),
+        radius_clearance: of_radius("radius_clearance"),
         ..unstated
     })
 }

@@ -38,7 +38,8 @@ class Job:
 
     def __post_init__(self) -> None:
         """Radii are global, and alike in all pixels, as parts of others cannot be merged."""
-        self.scene.settings = self.scene.settings.replace(radius_schedule="global", radius_pilots=0)
+        self.scene.settings = self.scene.settings.replace(
+            radius_schedule="global", radius_pilots=0, radius_clearance=0)
 
     def choose(self, source: str, quality: str | None, given: set[str]) -> None:
         """Chooses the settings that are not ``given``, at this quality or, without one, as far as ``source``, the scene's file,
@@ -94,8 +95,9 @@ class Job:
 def _plain(scene: Scene) -> dict[str, Any]:
     """The settings of a scene as its files name them, but for the number of iterations."""
     settings = scene.settings
-    # Files do not name pilots where there are none, and a farm has none.
-    names = [name for name in settings.__dataclass_fields__ if name not in ("iterations", "radius_pilots")]
+    # Files do not name pilots and clearance where there are none, and a farm has none.
+    left_out = ("iterations", "radius_pilots", "radius_clearance")
+    names = [name for name in settings.__dataclass_fields__ if name not in left_out]
     return {name: getattr(settings, name) for name in names}
 
 

@@ -42,8 +42,8 @@ pub(crate) fn first_bias(scene: &Scene, lanes: LaneKind, stop: &Stop) -> Option<
         0 => FirstRadii::even(scene.settings.initial_radius),
         _ => first_radii(scene, &scene.settings, lanes, stop)?,
     };
-    let of = |radii: &FirstRadii| pilots.run_with(SEEDS, photons, radii);
-    let (wide, narrow) = (of(&radii)?, of(&radii.scaled(0.5))?);
+    let of = |scale| pilots.run_with(SEEDS, photons, (&radii, &scene.settings), scale);
+    let (wide, narrow) = (of(1.0)?, of(0.5)?);
     Some(Bias { relative: bias(&wide, &narrow), radii })
 }
 
@@ -125,9 +125,8 @@ mod tests {
         let found = first_bias(&scene, lanes, &stop).unwrap();
         assert_eq!(found.radii, FirstRadii::even(scene.settings.initial_radius));
         let pilots = Pilots::new(&scene, &scene.settings, lanes, &stop);
-        let of = |radii: FirstRadii| pilots.run_with(SEEDS, PHOTONS.1, &radii).unwrap();
-        let half = FirstRadii::even(scene.settings.initial_radius / 2.0);
-        assert_eq!(found.relative, bias(&of(found.radii), &of(half)));
+        let of = |scale| pilots.run_with(SEEDS, PHOTONS.1, (&found.radii, &scene.settings), scale).unwrap();
+        assert_eq!(found.relative, bias(&of(1.0), &of(0.5)));
         let stopped = Stop::new();
         stopped.request();
         assert!(first_bias(&scene, lanes, &stopped).is_none());

@@ -4,7 +4,8 @@
 //! docs/quality.md has the reasons, and what was measured.
 //!
 //! ```text
-//! radius      LARGEST_RADIUS footprints of a pixel, from which pilots choose down for each pixel
+//! radius      LARGEST_RADIUS footprints of a pixel, from which pilots choose down for each pixel, or clearance if there are
+//!             few iterations
 //! depth       the least of DEPTHS that hardly darkens the pilot
 //! photons     the number by which the noise is least for so much work, from a pilot with few and one with many
 //! iterations  until the noise is that of the quality, but for so much work at most
@@ -41,6 +42,9 @@ const TYPICAL_SHARE: f32 = 0.6;
 /// most of a pilot. More of them choose better, but hardly so: see docs/quality.md.
 const ITERATIONS_PER_PILOT: u32 = 64;
 const MOST_PILOTS: u32 = 4;
+/// In a render of fewer iterations than ask for a pilot, first radii are limited by clearance instead, by this factor: pilots
+/// would take longer than they are worth. See docs/quality.md.
+const CLEARANCE: f32 = 0.7;
 /// The first of global radii over the first of radii per pixel: the root of alpha. With light that is even around a pixel, the
 /// squared radii per pixel are those of the iteration before times alpha, `r_i^2 (i - 1 + alpha) / i`, and global ones
 /// `r_i^2 (i + alpha) / (i + 1)`; so from this first radius both become the same (docs/farm.md).
@@ -113,8 +117,10 @@ fn choose_for_paths(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop: 
 fn choose_for_photons(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop: &Stop) -> Option<Settings> {
     let goal = Goal::of(automatic.quality);
     let mut settings = scene.settings;
-    let are_own = automatic.radius_pilots && settings.radius_schedule == RadiusSchedule::PerPixel
-        || settings.radius_pilots > 0;
+    let are_chosen = automatic.radius_pilots || automatic.radius_clearance;
+    let are_own = are_chosen && settings.radius_schedule == RadiusSchedule::PerPixel
+        || settings.radius_pilots > 0
+        || settings.radius_clearance > 0.0;
     if automatic.initial_radius
         && let Some(side) = footprint(lanes, scene, &settings)
     {
@@ -140,11 +146,24 @@ fn choose_for_photons(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop
             settings.iterations = account.iterations(settings.photons_per_iteration, goal.noise, goal.work);
         }
     }
-    if automatic.radius_pilots && are_own {
-        // A render that ends by time or by its error has the most iterations there can be.
-        settings.radius_pilots = (settings.iterations / ITERATIONS_PER_PILOT).clamp(1, MOST_PILOTS);
+    if are_own {
+        choose_first_radii(&mut settings, automatic);
     }
     Some(settings)
+}
+
+/// How each pixel comes to a first radius of its own: by pilots in renders of many iterations, else by clearance.
+fn choose_first_radii(settings: &mut Settings, automatic: Automatic) {
+    // A render that ends by time or by its error has the most iterations there can be.
+    let pilots = (settings.iterations / ITERATIONS_PER_PILOT).min(MOST_PILOTS);
+    if automatic.radius_pilots {
+        let is_limited = !automatic.radius_clearance && settings.radius_clearance > 0.0;
+        let least = if automatic.radius_clearance { 0 } else { 1 };
+        settings.radius_pilots = if is_limited { 0 } else { pilots.max(least) };
+    }
+    if automatic.radius_clearance {
+        settings.radius_clearance = if settings.radius_pilots > 0 { 0.0 } else { CLEARANCE };
+    }
 }
 
 /// The most photons of an iteration of paths that have at most `max_depth` segments.
@@ -285,6 +304,7 @@ mod tests {
             Automatic { max_depth: true, ..none },
             Automatic { initial_radius: true, ..none },
             Automatic { radius_pilots: true, ..none },
+            Automatic { radius_clearance: true, ..none },
         ] {
             let (found, own) = (chosen(&scene, one, LaneKind::best(), 1), scene.settings);
             assert_eq!(found.iterations == own.iterations, !one.iterations, "{found:?}");
@@ -296,6 +316,7 @@ mod tests {
             assert_eq!(found.max_depth == own.max_depth, !one.max_depth, "{found:?}");
             assert_eq!(found.initial_radius == own.initial_radius, !one.initial_radius, "{found:?}");
             assert_eq!(found.radius_pilots == own.radius_pilots, !one.radius_pilots, "{found:?}");
+            assert_eq!(found.radius_clearance == own.radius_clearance, !one.radius_clearance, "{found:?}");
         }
     }
 

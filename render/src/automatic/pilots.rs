@@ -42,12 +42,24 @@ impl<'a> Pilots<'a> {
         run_paths(self.lanes, self.scene, &settings, seeds, self.stop)
     }
 
-    /// So many pilots of so many photons, with these first radii.
-    pub(super) fn run_with(&self, seeds: u64, photons: u32, radii: &FirstRadii) -> Option<Pilot> {
+    /// So many pilots of so many photons, with these first radii and their limit, each times `scale`.
+    pub(super) fn run_with(
+        &self,
+        seeds: u64,
+        photons: u32,
+        (radii, limit): (&FirstRadii, &Settings),
+        scale: f32,
+    ) -> Option<Pilot> {
         // Global radii are the same in all pixels, whatever they begin with; in one iteration nothing else tells them apart.
         let radius_schedule = RadiusSchedule::PerPixel;
-        let settings = Settings { photons_per_iteration: photons, radius_schedule, ..self.settings };
-        run(self.lanes, self.scene, &settings, seeds, Some(radii), self.stop)
+        let settings = Settings {
+            photons_per_iteration: photons,
+            radius_schedule,
+            initial_radius: limit.initial_radius * scale,
+            radius_clearance: limit.radius_clearance * scale,
+            ..self.settings
+        };
+        run(self.lanes, self.scene, &settings, seeds, Some(&radii.scaled(scale)), self.stop)
     }
 }
 
@@ -72,7 +84,8 @@ mod tests {
         scene.settings.radius_schedule = RadiusSchedule::Global;
         let stop = Stop::new();
         let pilots = Pilots::new(&scene, &scene.settings, LaneKind::best(), &stop);
-        let pilot = pilots.run_with(3, 700, &FirstRadii::even(1.0)).unwrap();
+        let radii = FirstRadii::even(1.0);
+        let pilot = pilots.run_with(3, 700, (&radii, &scene.settings), 1.0).unwrap();
         assert_eq!((pilot.films.len(), pilot.stats.photons), (3, 2100));
         let pilot = pilots.run(2, |settings| settings.photons_per_iteration = 500).unwrap();
         assert_eq!((pilot.films.len(), pilot.stats.photons), (2, 1000));
