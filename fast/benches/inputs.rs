@@ -121,7 +121,8 @@ pub(crate) fn pixels(count: usize) -> (Vec<Pixel>, Vec<Seen>, Vec<Gathered>) {
     let pixel =
         |_| Pixel { direct: color(), tau: color() * 1e3, n: 100.0 * color().x, radius_squared: color().y };
     let pixels = (0..count).map(pixel).collect();
-    let seen = (0..count).map(|_| Seen { direct: color(), beta: color(), radius_squared: color().y }).collect();
+    let seen =
+        (0..count).map(|_| Seen { direct: color(), beta: color(), radius_squared: color().y }).collect();
     let gathered = |k: usize| {
         let m = if k.is_multiple_of(4) { 0 } else { 1 + k as u32 % 50 };
         Gathered { m, flux: color().to_array().map(|x| (x * m as f32 * FLUX_ONE as f32) as u128) }

@@ -162,7 +162,10 @@ impl<L: Lanes> PixelRowsLanes<L> {
         let Self { point: p, sphere, beta: b, radius_squared, normal: n, direct: d } = self;
         let zero = L::f(0.0);
         let mut transposed = [[Row::default(); MOST_LANES]; 2];
-        L::transpose([p.x, p.y, p.z, L::from_bits(*sphere), b.x, b.y, b.z, *radius_squared], &mut transposed[0]);
+        L::transpose(
+            [p.x, p.y, p.z, L::from_bits(*sphere), b.x, b.y, b.z, *radius_squared],
+            &mut transposed[0],
+        );
         L::transpose([n.x, n.y, n.z, d.x, d.y, d.z, zero, zero], &mut transposed[1]);
         for (lane, slot) in slots.iter().enumerate().take(count) {
             rows[*slot as usize] = bytemuck::cast([transposed[0][lane], transposed[1][lane]]);

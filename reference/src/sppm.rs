@@ -12,8 +12,8 @@ use scene::light_tree::LightTree;
 use scene::radius_schedule::{RadiusSchedule, Shrinking};
 use scene::still::Role;
 use scene::{
-    Clearance, Engine, ExactSums, FirstRadii, PhotonSums, Probe, Progress, Resumable, Rgb, Scene, Settings, Stats,
-    Still, Stop, Sums,
+    Clearance, Engine, ExactSums, FirstRadii, PhotonSums, Probe, Progress, Resumable, Rgb, Scene, Settings,
+    Stats, Still, Stop, Sums,
 };
 use std::time::Instant;
 

@@ -5,6 +5,7 @@ use crate::choice::EngineChoice;
 use crate::error::{Error, Field};
 use crate::names::{EngineName, MethodName};
 use scene::aim::survey;
+use scene::clearance;
 use scene::text::mebibytes;
 use scene::{Scene, Settings};
 
@@ -103,7 +104,7 @@ fn bytes(engine: EngineChoice, scene: &Scene, threads: usize, has_past: bool, de
         }
         (MethodName::Sppm, EngineName::Reference) => {
             let survey = survey::bytes_at_most(settings.photons_per_iteration, settings.max_depth);
-            pixels * BYTES_PER_REFERENCE_PIXEL + survey
+            pixels * BYTES_PER_REFERENCE_PIXEL + survey + clearance::bytes_at_most(settings, spheres)
         }
         (MethodName::Path, EngineName::Fast) => fast::PathTracer::bytes_at_most(settings, spheres, threads),
         (MethodName::Path, EngineName::Reference) => pixels * BYTES_PER_TRACED_PIXEL,

@@ -17,7 +17,7 @@
 pub mod aim;
 pub mod camera;
 pub mod check;
-mod clearance;
+pub mod clearance;
 mod color;
 pub mod engine;
 pub mod exact;

@@ -41,11 +41,16 @@ enum Content {
 impl Neighbours {
     /// The hierarchy over the balls `ids` of `spheres`.
     pub(crate) fn new(spheres: &[Sphere], mut ids: Vec<SphereId>) -> Self {
-        let mut nodes = Vec::new();
+        let mut nodes = Vec::with_capacity(most_nodes(ids.len()));
         if !ids.is_empty() {
             build(spheres, &mut ids, 0, &mut nodes);
         }
         Self { nodes, ids }
+    }
+
+    /// The most bytes that the hierarchy over so many balls takes.
+    pub(crate) fn bytes_at_most(balls: usize) -> u64 {
+        (most_nodes(balls) * size_of::<Node>() + balls * size_of::<SphereId>()) as u64
     }
 
     /// Calls `found` for every ball that the surface of `sphere` meets or almost meets, and for some that it does not,
@@ -104,6 +109,11 @@ impl Neighbours {
     }
 }
 
+/// The most nodes of the hierarchy over so many balls: each leaf but an only one has half of [`LEAF`] at least.
+fn most_nodes(balls: usize) -> usize {
+    2 * balls.div_ceil(LEAF / 2)
+}
+
 /// Adds the node over `ids`, the first of which is at index `first` of all, and those below it.
 fn build(spheres: &[Sphere], ids: &mut [SphereId], first: usize, nodes: &mut Vec<Node>) {
     let center = |id: SphereId| spheres[id as usize].center.as_dvec3();
@@ -134,6 +144,60 @@ mod tests {
     use super::*;
     use crate::Rgb;
     use glam::Vec3;
+
+    /// For any number of balls, nothing is allocated anew while it is built.
+    #[test]
+    fn nodes_are_no_more_than_are_made_room_for() {
+        let ball = |k: u32| Sphere {
+            center: Vec3::new((k * 37 % 101) as f32, (k * 61 % 89) as f32, k as f32),
+            velocity: Vec3::ZERO,
+            radius: 1.0,
+            material: 0,
+            emission: Rgb::ZERO,
+        };
+        for count in (0..300).chain([1023, 1024, 1025, 4099]) {
+            let balls: Vec<Sphere> = (0..count).map(ball).collect();
+            let Neighbours { nodes, ids } = Neighbours::new(&balls, (0..count as SphereId).collect());
+            assert!(nodes.len() <= most_nodes(count as usize), "{} for {count}", nodes.len());
+            assert!(nodes.capacity() <= most_nodes(count as usize).max(4), "{count}");
+            let told = Neighbours::bytes_at_most(count as usize);
+            assert_eq!(told, (most_nodes(ids.len()) * size_of::<Node>() + size_of_val(&ids[..])) as u64);
+        }
+    }
+
+    /// Balls within reach of a place are found, whether they are small or contain it, and few others.
+    #[test]
+    fn places_find_the_balls_near_them() {
+        let ball = |center, radius| Sphere {
+            center,
+            velocity: Vec3::ZERO,
+            radius,
+            material: 0,
+            emission: Rgb::ZERO,
+        };
+        let mut balls: Vec<Sphere> =
+            (0..4096).map(|k| ball(Vec3::new((k % 64) as f32, (k / 64) as f32, 0.0), 0.25)).collect();
+        balls.push(ball(Vec3::splat(30.0), 200.0));
+        let neighbours = Neighbours::new(&balls, (0..balls.len() as SphereId).collect());
+        for (place, reach) in [([10.0, 20.0, 0.0], 1.0), ([31.5, 31.5, 2.0], 3.0), ([0.0; 3], 0.0)] {
+            let (place, mut found) = (DVec3::from(place), Vec::new());
+            let _ = neighbours.visit_near(place, reach, |id| {
+                found.push(id);
+                ControlFlow::Continue(())
+            });
+            for (id, ball) in (0..).zip(&balls) {
+                let away = place.distance(ball.center.as_dvec3()) - f64::from(ball.radius);
+                assert!(away > reach || found.contains(&id), "{id} near {place}");
+            }
+            assert!(found.len() < 130, "{} near {place}", found.len());
+        }
+        let mut calls = 0;
+        let end = neighbours.visit_near(DVec3::ZERO, 10.0, |_| {
+            calls += 1;
+            ControlFlow::Break(())
+        });
+        assert!(end.is_break() && calls == 1);
+    }
 
     /// Balls on a lattice around `middle`, and surfaces among them: every ball that a surface meets is found, and few others.
     #[test]

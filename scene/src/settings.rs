@@ -166,7 +166,10 @@ impl Settings {
     fn validate_first_radii(&self) -> Result<(), SettingsError> {
         let (pilots, clearance) = (self.radius_pilots, self.radius_clearance);
         if pilots > MAX_RADIUS_PILOTS {
-            return Err(error("radius_pilots", format!("is {pilots}; it must be at most {MAX_RADIUS_PILOTS}")));
+            return Err(error(
+                "radius_pilots",
+                format!("is {pilots}; it must be at most {MAX_RADIUS_PILOTS}"),
+            ));
         }
         let [low, high] = RADIUS_CLEARANCE_RANGE;
         if clearance != 0.0 && !(low..=high).contains(&clearance) {

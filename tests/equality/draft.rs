@@ -80,36 +80,37 @@ fn settings() -> impl Strategy<Value = Settings> {
     let pilots = prop_oneof![5 => Just(0), 1 => 1..3_u32];
     let clearance = prop_oneof![3 => Just(0.0), 2 => log_uniform(0.1, 10.0)];
     let samples = prop_oneof![3 => Just(1), 1 => 2..=MAX_LIGHT_SAMPLES];
-    (size(), size(), 1..4_u32, photons, depth, ((radius, pilots, clearance), samples), any::<u64>(), filter).prop_map(
-        |(
-            width,
-            height,
-            iterations,
-            photons_per_iteration,
-            max_depth,
-            ((initial_radius, pilots, clearance), light_samples),
-            seed,
-            filter,
-        )| {
-            // Too small a radius has no eighth.
-            let (radius_pilots, radius_clearance) =
-                if initial_radius < 1e-9 { (0, 0.0) } else { (pilots, clearance) };
-            Settings {
+    (size(), size(), 1..4_u32, photons, depth, ((radius, pilots, clearance), samples), any::<u64>(), filter)
+        .prop_map(
+            |(
                 width,
                 height,
                 iterations,
                 photons_per_iteration,
                 max_depth,
-                initial_radius,
+                ((initial_radius, pilots, clearance), light_samples),
                 seed,
                 filter,
-                radius_schedule: RadiusSchedule::PerPixel,
-                radius_pilots,
-                radius_clearance,
-                light_samples,
-            }
-        },
-    )
+            )| {
+                // Too small a radius has no eighth.
+                let (radius_pilots, radius_clearance) =
+                    if initial_radius < 1e-9 { (0, 0.0) } else { (pilots, clearance) };
+                Settings {
+                    width,
+                    height,
+                    iterations,
+                    photons_per_iteration,
+                    max_depth,
+                    initial_radius,
+                    seed,
+                    filter,
+                    radius_schedule: RadiusSchedule::PerPixel,
+                    radius_pilots,
+                    radius_clearance,
+                    light_samples,
+                }
+            },
+        )
 }
 
 fn draft(spheres: impl Into<prop::collection::SizeRange>) -> impl Strategy<Value = Draft> {

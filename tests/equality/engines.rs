@@ -3,7 +3,7 @@
 use crate::cases::tell;
 use fast::LaneKind;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use scene::RadiusSchedule::{self, Global, PerPixel};
+use scene::RadiusSchedule::{Global, PerPixel};
 use scene::state::transfer;
 use scene::{Film, Probe, Resumable, Rgb, Scene, Settings, Stop};
 use std::thread;
@@ -150,11 +150,12 @@ fn whole(way: Way, scene: &Scene, settings: &Settings) -> Vec<(u32, Vec<u32>)> {
     all
 }
 
-/// Expects each of the `ways` to resume what any other has begun; returns the number of pairs.
-fn check_all(ways: &[Way], (radius_schedule, radius_pilots): (RadiusSchedule, u32)) -> usize {
+/// Expects each of the `ways` to resume what any other has begun, with radii as in `own`; returns the number of pairs.
+fn check_all(ways: &[Way], own: Settings) -> usize {
+    let Settings { radius_schedule, radius_pilots, radius_clearance, .. } = own;
     let mut pairs = 0;
     for (scene, settings) in scenes() {
-        let settings = Settings { radius_schedule, radius_pilots, ..settings };
+        let settings = Settings { radius_schedule, radius_pilots, radius_clearance, ..settings };
         let expected = whole(ways[0], &scene, &settings);
         for (i, &first) in ways.iter().enumerate() {
             for &second in &ways[i..] {
@@ -171,7 +172,7 @@ fn check_all(ways: &[Way], (radius_schedule, radius_pilots): (RadiusSchedule, u3
 fn any_engine_resumes_from_any_other() {
     tell(
         "equality",
-        check_all(&photon_ways(), (PerPixel, 0)),
+        check_all(&photon_ways(), Settings::default()),
         "renders begun by one engine and ended by another",
     );
 }
@@ -180,7 +181,7 @@ fn any_engine_resumes_from_any_other() {
 fn any_engine_resumes_from_any_other_with_global_radii() {
     tell(
         "equality",
-        check_all(&photon_ways(), (Global, 0)),
+        check_all(&photon_ways(), Settings { radius_schedule: Global, ..Settings::default() }),
         "renders with global radii begun by one engine and ended by another",
     );
 }
@@ -189,8 +190,17 @@ fn any_engine_resumes_from_any_other_with_global_radii() {
 fn any_engine_resumes_from_any_other_with_radii_of_pilots() {
     tell(
         "equality",
-        check_all(&photon_ways(), (PerPixel, 1)),
+        check_all(&photon_ways(), Settings { radius_pilots: 1, ..Settings::default() }),
         "renders with first radii by pilots begun by one engine and ended by another",
+    );
+}
+
+#[test]
+fn any_engine_resumes_from_any_other_with_radii_by_clearance() {
+    tell(
+        "equality",
+        check_all(&photon_ways(), Settings { radius_clearance: 0.7, ..Settings::default() }),
+        "renders with first radii by clearance begun by one engine and ended by another",
     );
 }
 
@@ -198,7 +208,7 @@ fn any_engine_resumes_from_any_other_with_radii_of_pilots() {
 fn any_path_tracer_resumes_from_any_other() {
     tell(
         "equality",
-        check_all(&path_ways(), (PerPixel, 0)),
+        check_all(&path_ways(), Settings::default()),
         "renders begun by one path tracer and ended by another",
     );
 }
@@ -223,7 +233,7 @@ fn an_abandoned_iteration_changes_nothing() {
     let settings =
         Settings { width: 96, height: 64, photons_per_iteration: 20_000, iterations: 2, ..settings };
     let global = Settings { radius_schedule: Global, ..settings };
-    let own = Settings { radius_pilots: 1, ..settings };
+    let own = Settings { radius_pilots: 1, radius_clearance: 0.7, ..settings };
     let photons = photon_ways().into_iter().flat_map(|way| [(way, settings), (way, global), (way, own)]);
     for (way, settings) in photons.chain(path_ways().into_iter().map(|way| (way, settings))) {
         let expected = whole(way, &scene, &settings);

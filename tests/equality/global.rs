@@ -11,7 +11,7 @@ use std::cell::Cell;
 
 fn global(settings: Settings) -> Settings {
     // Pilots choose radii of pixels, of which there are none.
-    Settings { radius_schedule: RadiusSchedule::Global, radius_pilots: 0, ..settings }
+    Settings { radius_schedule: RadiusSchedule::Global, radius_pilots: 0, radius_clearance: 0.0, ..settings }
 }
 
 #[test]

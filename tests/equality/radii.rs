@@ -42,6 +42,32 @@ fn first_radii() {
     tell(cases, "14 radii");
 }
 
+/// Limits of first radii by what is near: among few spheres, among many, while these move, and with radii that find all photons
+/// or hardly any, so that pixels keep asking.
+#[test]
+fn first_radii_by_clearance() {
+    let mut cases = 0;
+    for (name, radii) in [("mirror", [0.05, 8.0]), ("motion", [0.1, 2.0]), ("heap", [0.02, 0.8])] {
+        let scene = files::builtin::scene(name).unwrap();
+        for (initial_radius, radius_clearance) in
+            radii.into_iter().flat_map(|radius| [0.2, 0.7, 3.0, 1000.0].map(|factor| (radius, factor)))
+        {
+            let settings = Settings {
+                width: 32,
+                height: 24,
+                iterations: 3,
+                photons_per_iteration: 2000,
+                initial_radius,
+                radius_clearance,
+                radius_pilots: 0,
+                ..scene.settings
+            };
+            cases += assert_equal(&scene, &settings, &all_lanes(1));
+        }
+    }
+    tell(cases, "limits by clearance");
+}
+
 #[test]
 fn radii_that_spread() {
     let mut cases = 0;

@@ -90,6 +90,7 @@ pub(crate) fn settings(width: u32, height: u32, photons: u32, depth: u32, radius
         filter: Filter::Box,
         radius_schedule: RadiusSchedule::PerPixel,
         radius_pilots: 0,
+        radius_clearance: 0.0,
         light_samples: 1,
     }
 }

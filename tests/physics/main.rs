@@ -7,6 +7,7 @@ mod aiming;
 mod camera;
 #[path = "../shared/cases.rs"]
 mod cases;
+mod clearance;
 mod convergence;
 mod determinism;
 mod distributed;

@@ -6,6 +6,7 @@ use crate::parameters::Parameters;
 use crate::pixels::{GROUP, Pixel, PixelRows, slots};
 use crate::prepared::bytes_of_spheres;
 use scene::aim::survey;
+use scene::clearance;
 use scene::first_radii::{bytes_at_most as radii_bytes_at_most, pilot_settings};
 use scene::{RadiusSchedule, Settings};
 
@@ -41,6 +42,7 @@ pub(super) fn bytes_at_most(
         + buckets / 8
         + threads as u64 * (BYTES_PER_THREAD + BYTES_OF_BINS as u64)
         + bytes_of_spheres(spheres)
+        + clearance::bytes_at_most(settings, spheres)
         + pilots(settings, threads, parameters)
 }
 
@@ -79,6 +81,8 @@ mod tests {
         let global = Settings { radius_schedule: RadiusSchedule::Global, ..few };
         assert_eq!(bytes(&global, 10, 2, 1 << 22) - base, 64 * 64 * 80);
         assert_eq!(bytes(&few, 11, 2, 1 << 22) - base, BYTES_PER_SPHERE);
+        let limited = Settings { radius_clearance: 1.0, ..few };
+        assert_eq!(bytes(&limited, 10, 2, 1 << 22) - base, clearance::bytes_at_most(&limited, 10));
         assert_eq!(bytes(&few, 10, 3, 1 << 22) - base, BYTES_PER_THREAD + BYTES_OF_BINS as u64);
         // One bounce more: a deposit per photon and a sixteenth, of 48 bytes, twice.
         let deep = Settings { max_depth: few.max_depth + 1, ..few };

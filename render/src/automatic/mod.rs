@@ -334,6 +334,35 @@ mod tests {
         }
     }
 
+    /// By clearance in renders that are too short for a pilot, and by one of both alone, unless both are given.
+    #[test]
+    fn first_radii_are_by_clearance_or_by_pilots() {
+        let none = Automatic::default();
+        let [pilots, clearance] =
+            [Automatic { radius_pilots: true, ..none }, Automatic { radius_clearance: true, ..none }];
+        let both = Automatic { radius_pilots: true, radius_clearance: true, ..none };
+        let own = |radius_pilots, radius_clearance| Settings {
+            radius_pilots,
+            radius_clearance,
+            ..Settings::default()
+        };
+        for (automatic, iterations, given, expected) in [
+            (both, 63, (0, 0.0), (0, CLEARANCE)),
+            (both, 64, (9, 9.0), (1, 0.0)),
+            (both, 1 << 30, (0, 0.0), (4, 0.0)),
+            (pilots, 63, (9, 0.0), (1, 0.0)),
+            (pilots, 500, (9, 2.0), (0, 2.0)),
+            (clearance, 500, (0, 0.0), (0, CLEARANCE)),
+            (clearance, 6, (2, 5.0), (2, 0.0)),
+            (none, 6, (2, 5.0), (2, 5.0)),
+        ] {
+            let mut settings = Settings { iterations, ..own(given.0, given.1) };
+            choose_first_radii(&mut settings, automatic);
+            let found = (settings.radius_pilots, settings.radius_clearance);
+            assert_eq!(found, expected, "{iterations} iterations, {automatic:?}, given {given:?}");
+        }
+    }
+
     /// A block shows the same part of the picture, whatever its size.
     #[test]
     fn blocks_are_to_the_image_as_those_of_the_pilot_are_to_it() {
@@ -369,10 +398,14 @@ mod tests {
     #[test]
     fn photons_are_chosen_for_the_radius_that_most_pixels_take() {
         let scene = cornell();
-        let of = |initial_radius: f32, radius_pilots: bool| {
+        let of = |initial_radius: f32, are_own: bool| {
             let settings = Settings { initial_radius, radius_pilots: 0, ..scene.settings };
-            let automatic =
-                Automatic { initial_radius: false, radius_pilots, ..Automatic::all(Quality::Good) };
+            let automatic = Automatic {
+                initial_radius: false,
+                radius_pilots: are_own,
+                radius_clearance: are_own,
+                ..Automatic::all(Quality::Good)
+            };
             chosen(&Scene { settings, ..scene.clone() }, automatic, LaneKind::best(), 1)
         };
         let (own, even) = (of(8.0, true), of(8.0 * TYPICAL_SHARE, false));
@@ -473,7 +506,8 @@ mod tests {
         let [draft, good, last] = [Quality::Draft, Quality::Good, Quality::Final].map(of);
         assert!(draft.iterations < good.iterations && good.iterations < last.iterations);
         assert!(draft.max_depth <= good.max_depth && good.max_depth <= last.max_depth);
-        assert!([draft, good, last].iter().all(|settings| settings.radius_pilots > 0));
+        assert!(draft.radius_pilots == 0 && draft.radius_clearance > 0.0);
+        assert!(last.radius_pilots > 0 && last.radius_clearance == 0.0);
         assert_eq!(draft.initial_radius, last.initial_radius);
     }
 
@@ -487,7 +521,7 @@ mod tests {
         let scene = Scene { settings, ..scene };
         let of = |quality| chosen(&scene, Automatic::all(quality), LaneKind::best(), 1);
         let [draft, good, last] = [Quality::Draft, Quality::Good, Quality::Final].map(of);
-        assert!([draft, good, last].iter().all(|settings| settings.radius_pilots == 0));
+        assert!([draft, good, last].iter().all(|s| (s.radius_pilots, s.radius_clearance) == (0, 0.0)));
         assert!(draft.initial_radius > good.initial_radius && good.initial_radius > last.initial_radius);
         assert!(own.initial_radius > draft.initial_radius);
     }

@@ -63,7 +63,11 @@ fn pixels_are_consolidated() {
                 let mut expected = of_reference(pixel);
                 expected.direct += seen.direct;
                 let Gathered { m, flux } = *gathered;
-                expected.consolidate((seen.beta, seen.radius_squared), &consolidate::Gathered { m, flux }, nominal);
+                expected.consolidate(
+                    (seen.beta, seen.radius_squared),
+                    &consolidate::Gathered { m, flux },
+                    nominal,
+                );
                 let what = (lanes, pixel, seen, gathered);
                 assert_same_vector(actual.direct, expected.direct, &what);
                 assert_same_vector(actual.tau, expected.tau, &what);
