@@ -137,11 +137,11 @@ const KEYS: &[Case<'static>] = &[
     ),
     (
         &[("width = 64", "Width = 64")],
-        "8:1: unknown key \"Width\" in [settings] (did you mean \"width\"?); the keys are width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter, radius_schedule, radius_pilots, light_samples, quality",
+        "8:1: unknown key \"Width\" in [settings] (did you mean \"width\"?); the keys are width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter, radius_schedule, radius_pilots, radius_clearance, light_samples, quality",
     ),
     (
         &[("width = 64", "spp = 64")],
-        "8:1: unknown key \"spp\" in [settings]; the keys are width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter, radius_schedule, radius_pilots, light_samples, quality",
+        "8:1: unknown key \"spp\" in [settings]; the keys are width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter, radius_schedule, radius_pilots, radius_clearance, light_samples, quality",
     ),
     (
         &[("type = \"diffuse\"\n", "type = \"diffuse\"\ncolour = 1\n")],
@@ -663,7 +663,7 @@ fn long_values_and_deep_nesting_give_short_messages() {
             &[("width", &key)],
             &format!(
                 "8:1: unknown key \"{}...\" in [settings]; the keys are width, height, iterations, \
-                 photons_per_iteration, max_depth, initial_radius, seed, filter, radius_schedule, radius_pilots, light_samples, quality",
+                 photons_per_iteration, max_depth, initial_radius, seed, filter, radius_schedule, radius_pilots, radius_clearance, light_samples, quality",
                 "x".repeat(40)
             ),
         ),

@@ -45,7 +45,7 @@ fn sample(engine: &dyn Resumable) -> Vec<Rgb> {
 }
 
 /// The mean square of the radii of pixels that photons counted at, each in units of the pixel's first radius; 1 if there are
-/// none.
+/// none. Of first radii that clearance has limited nothing is kept, so with it, it is no less than where light is even.
 pub(crate) fn mean_square_radius(engine: &dyn Resumable, first: &FirstRadii) -> f64 {
     let size = (engine.settings().width, engine.settings().height);
     let (mut sum, mut count) = (0.0, 0_u32);
@@ -53,12 +53,17 @@ pub(crate) fn mean_square_radius(engine: &dyn Resumable, first: &FirstRadii) -> 
         let radius = f64::from(probe.radius) / f64::from(first.at(place, size));
         (sum, count) = (sum + radius * radius, count + 1);
     }
-    if count == 0 { 1.0 } else { sum / f64::from(count) }
+    let is_limited = engine.settings().radius_clearance > 0.0;
+    match count {
+        0 => 1.0,
+        _ if is_limited => (sum / f64::from(count)).max(evenly_shrunk(engine.iterations())),
+        _ => sum / f64::from(count),
+    }
 }
 
 /// The squared radius after so many iterations, at least one, in units of the first, of a pixel at which as many photons count
 /// in each: the product of `(i - 1 + alpha) / i` over these.
-pub(crate) fn evenly_shrunk(iterations: u32) -> f64 {
+fn evenly_shrunk(iterations: u32) -> f64 {
     // From i = 2 on it is that of global radii, i - 1 taken for i; alpha is 2/3.
     let global = Shrinking::default().radius_squared(1.0, iterations - 1);
     2.0 / 3.0 * f64::from(global)
@@ -156,6 +161,11 @@ mod tests {
             let (even, found) = (evenly_shrunk(iterations), mean_square_radius(&engine, &first));
             assert!((even / found - 1.0).abs() < 0.1, "{iterations} iterations: {even}, {found}");
         }
+        // Clearance has narrowed the first radii of many: these have not shrunk.
+        let limited = Settings { radius_clearance: 0.1, ..settings };
+        let mut engine = fast::Sppm::new(&scene, &limited);
+        engine.iterate();
+        assert_eq!(mean_square_radius(&engine, &first), evenly_shrunk(1));
         assert!((evenly_shrunk(1) - 2.0 / 3.0).abs() < 1e-7);
         assert!((evenly_shrunk(2) - 2.0 / 3.0 * 5.0 / 6.0).abs() < 1e-7);
     }

@@ -14,7 +14,7 @@ use crate::keeper::Keeper;
 use crate::memory;
 use crate::metadata::Metadata;
 use crate::names::MethodName;
-use crate::noise::{Noise, evenly_shrunk, mean_square_radius};
+use crate::noise::{Noise, mean_square_radius};
 use crate::observer::{Notice, Observer};
 use crate::outcome::{End, Outcome, Unwritten};
 use crate::prepare::Ready;
@@ -245,11 +245,7 @@ impl Session<'_> {
         if self.job.goals.error.is_some() {
             self.estimate.update(iterations, || engine.develop());
             if let Some(bias) = self.bias.as_ref().filter(|_| is_checked(iterations)) {
-                // First radii that clearance limits are not known, but how radii shrink where light is even.
-                let is_limited = self.scene.settings.radius_clearance > 0.0;
-                let even = if is_limited { evenly_shrunk(iterations) } else { 0.0 };
-                let shrunk = mean_square_radius(engine, &bias.radii).max(even);
-                self.blur = (AVERAGE_OF_SQUARES * shrunk).min(1.0);
+                self.blur = (AVERAGE_OF_SQUARES * mean_square_radius(engine, &bias.radii)).min(1.0);
             }
         }
         self.noise.update(engine);

@@ -230,7 +230,7 @@ mod tests {
     }
 
     fn own() -> Settings {
-        Settings { width: 40, height: 30, radius_pilots: 2, ..Settings::default() }
+        Settings { width: 40, height: 30, radius_pilots: 2, radius_clearance: 0.5, ..Settings::default() }
     }
 
     #[test]
@@ -248,6 +248,7 @@ mod tests {
             (["--radius", "7"], Settings { initial_radius: 7.0, ..own }),
             (["--seed", "7"], Settings { seed: 7, ..own }),
             (["--radius-pilots", "7"], Settings { radius_pilots: 7, ..own }),
+            (["--radius-clearance", "0.25"], Settings { radius_clearance: 0.25, ..own }),
             (["--light-samples", "7"], Settings { light_samples: 7, ..own }),
         ] {
             assert_eq!(apply(&words), expected, "{words:?}");
@@ -256,7 +257,7 @@ mod tests {
         for filter in Filter::ALL {
             assert_eq!(apply(&["--filter", filter.name()]), Settings { filter, ..own });
         }
-        let single = Settings { radius_pilots: 0, ..own };
+        let single = Settings { radius_pilots: 0, radius_clearance: 0.0, ..own };
         for radius_schedule in RadiusSchedule::ALL {
             let words = ["--radius-schedule", radius_schedule.name()];
             assert_eq!(of(&words).apply(&single).unwrap(), Settings { radius_schedule, ..single });
@@ -280,13 +281,18 @@ mod tests {
             ("--depth", Automatic { max_depth: true, ..none }, Automatic { max_depth: false, ..all }),
             (
                 "--radius",
-                Automatic { initial_radius: true, radius_pilots: true, ..none },
-                Automatic { initial_radius: false, radius_pilots: false, ..all },
+                Automatic { initial_radius: true, radius_pilots: true, radius_clearance: true, ..none },
+                Automatic { initial_radius: false, radius_pilots: false, radius_clearance: false, ..all },
             ),
             (
                 "--radius-pilots",
                 Automatic { radius_pilots: true, ..none },
                 Automatic { radius_pilots: false, ..all },
+            ),
+            (
+                "--radius-clearance",
+                Automatic { radius_clearance: true, ..none },
+                Automatic { radius_clearance: false, ..all },
             ),
         ] {
             assert_eq!(chosen(&[option, "auto"], none), given, "{option}");

@@ -2,6 +2,7 @@
 
 use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
+use crate::terminal::radii::own_radii;
 use crate::terminal::text::{complain, print};
 use clap::{Args as ClapArgs, ValueHint};
 use files::atomic_file::FileError;
@@ -10,7 +11,7 @@ use files::image_file::{self, ImageReader, Tone};
 use files::scene_file;
 use render::{LanesName, Made, Metadata, Note, Renderer};
 use scene::settings::MAX_ITERATIONS;
-use scene::text::{counted, one_line};
+use scene::text::one_line;
 use scene::{Filter, Iterations, RadiusSchedule, RowReader, Settings, TRANSPORT};
 use serde::Serialize;
 use std::fmt::Write;
@@ -212,20 +213,13 @@ impl Info {
             seed,
             filter,
             radius_schedule,
-            radius_pilots,
-            radius_clearance,
+            radius_pilots: _,
+            radius_clearance: _,
             light_samples,
         } = self.settings;
         let is_usual = radius_schedule == RadiusSchedule::PerPixel;
         let schedule = if is_usual { String::new() } else { format!(", {radius_schedule}") };
-        let pilots = match radius_pilots {
-            0 => String::new(),
-            n => format!(" at most, by pilots of {}", counted(n, "iteration")),
-        };
-        let clearance = match radius_clearance {
-            0.0 => String::new(),
-            factor => format!(" at most, {factor} times the clearance"),
-        };
+        let own = own_radii(&self.settings).map_or(String::new(), |own| format!(" {own}"));
         let of = match iterations {
             MAX_ITERATIONS => " of as many as it takes".into(),
             all if all != self.iterations => format!(" of {all}"),
@@ -245,7 +239,7 @@ impl Info {
             ("part", part),
             ("photons", format!("{} ({photons_per_iteration} per iteration)", self.photons)),
             ("depth", max_depth.to_string()),
-            ("radius", format!("{initial_radius}{schedule}{pilots}{clearance}")),
+            ("radius", format!("{initial_radius}{schedule}{own}")),
             ("light", if light_samples == 1 { String::new() } else { format!("{light_samples} samples") }),
             ("seed", seed.to_string()),
             ("filter", if filter == Filter::Box { String::new() } else { filter.to_string() }),

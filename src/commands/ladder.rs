@@ -232,6 +232,10 @@ fn cases(args: &LadderArgs) -> Result<Vec<Case>, Error> {
             let problem = "--radius-pilots: the ladder's rows begin with one radius; it must be 0";
             return Err(Error::BadInput(problem.into()));
         }
+        if settings.radius_clearance > 0.0 {
+            let problem = "--radius-clearance: the ladder's rows begin with one radius; it must be 0";
+            return Err(Error::BadInput(problem.into()));
+        }
         if settings.light_samples > 1 {
             let problem =
                 "--light-samples: the ladder's rows send one shadow ray from each point; it must be 1";
@@ -320,6 +324,7 @@ mod tests {
             (["--filter", "gaussian"], "--filter"),
             (["--radius-schedule", "global"], "--radius-schedule"),
             (["--radius-pilots", "1"], "--radius-pilots"),
+            (["--radius-clearance", "1"], "--radius-clearance"),
             (["--light-samples", "2"], "--light-samples"),
         ] {
             let args = All::try_parse_from(["sppm", "ladder", "--quick"].iter().chain(&words)).unwrap();

@@ -8,6 +8,7 @@ use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
 use crate::terminal::line::Work;
 use crate::terminal::logs;
+use crate::terminal::radii::own_radii;
 use crate::terminal::signals::Requests;
 use crate::terminal::told::Told;
 use files::atomic_file::reason;
@@ -243,8 +244,8 @@ fn all_settings(settings: &Settings) -> String {
         seed,
         filter,
         radius_schedule,
-        radius_pilots,
-        radius_clearance,
+        radius_pilots: _,
+        radius_clearance: _,
         light_samples,
     } = settings;
     let iterations = match *iterations {
@@ -259,21 +260,14 @@ fn all_settings(settings: &Settings) -> String {
         RadiusSchedule::PerPixel => String::new(),
         schedule @ RadiusSchedule::Global => format!(" ({schedule})"),
     };
-    let pilots = match radius_pilots {
-        0 => String::new(),
-        n => format!(" (at most, by pilots of {})", counted(*n, "iteration")),
-    };
-    let clearance = match radius_clearance {
-        0.0 => String::new(),
-        factor => format!(" (at most, {factor} times the clearance)"),
-    };
+    let own = own_radii(settings).map_or(String::new(), |own| format!(" ({own})"));
     let samples = match light_samples {
         1 => String::new(),
         n => format!(", {}", counted(*n, "light sample")),
     };
     format!(
         "{width} x {height} pixels, {iterations}, {} each, depth {max_depth}, radius \
-         {initial_radius}{schedule}{pilots}{clearance}{samples}, seed {seed}{filter}",
+         {initial_radius}{schedule}{own}{samples}, seed {seed}{filter}",
         counted(*photons_per_iteration, "photon"),
     )
 }

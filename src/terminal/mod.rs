@@ -5,6 +5,7 @@ pub(crate) mod busy;
 pub(crate) mod error;
 pub(crate) mod line;
 pub(crate) mod logs;
+pub(crate) mod radii;
 pub(crate) mod signals;
 pub(crate) mod text;
 pub(crate) mod told;

@@ -31,7 +31,9 @@ fn a_built_in_scene_gets_a_picture_that_looks_finished() {
 }
 
 /// The options of all settings that are chosen, as they are told.
-const ALL: [&str; 5] = ["-n", "--photons", "--radius", "--radius-pilots", "--depth"];
+const ALL: [&str; 6] = ["-n", "--photons", "--radius", "--radius-pilots", "--radius-clearance", "--depth"];
+/// Those that choose first radii.
+const RADII: [&str; 3] = ["--radius", "--radius-pilots", "--radius-clearance"];
 
 #[test]
 fn what_is_given_is_not_chosen() {
@@ -45,19 +47,19 @@ fn what_is_given_is_not_chosen() {
     assert_eq!(names(&of(&["--quality=draft"])), ALL);
     assert_eq!(
         names(&of(&["--quality=draft", "--photons=500"])),
-        ["-n", "--radius", "--radius-pilots", "--depth"]
+        ["-n", "--radius", "--radius-pilots", "--radius-clearance", "--depth"]
     );
-    assert_eq!(names(&of(&["-n=2", "--depth=5"])), ["--photons", "--radius", "--radius-pilots"]);
+    assert_eq!(names(&of(&["-n=2", "--depth=5"])), ALL[1..5]);
     let paper = ["--quality=paper", "-n=1"];
     assert!(!of(&paper).contains("chosen"));
-    assert_eq!(names(&of(&["--quality=paper", "-n=1", "--radius=auto"])), ["--radius", "--radius-pilots"]);
+    assert_eq!(names(&of(&["--quality=paper", "-n=1", "--radius=auto"])), RADII);
     // A goal ends the render, so its iterations are without end.
     assert_eq!(names(&of(&["--time=100ms"])), ALL[1..]);
-    // Whoever gives the radius gets that one everywhere, unless pilots are asked for.
-    assert_eq!(
-        names(&of(&["-n=2", "--depth=5", "--photons=500", "--radius=3", "--radius-pilots=auto"])),
-        ALL[3..4]
-    );
+    // Whoever gives the radius gets that one everywhere, unless pilots or clearance are asked for.
+    for option in [ALL[3], ALL[4]] {
+        let given = ["-n=2", "--depth=5", "--photons=500", "--radius=3", &format!("{option}=auto")];
+        assert_eq!(names(&of(&given)), [option]);
+    }
     assert!(!of(&["-n=2", "--depth=5", "--photons=500", "--radius=3"]).contains("chosen"));
     // The paper's settings are those of section 4.
     of(&["--quality=paper", "--stats=s.json", "-n=1"]);
@@ -90,10 +92,10 @@ material = { type = \"diffuse\", albedo = [0.5, 0.5, 0.5] }
     };
     assert_eq!(names(""), ALL);
     assert_eq!(names("settings = { seed = 3 }"), ALL);
-    assert_eq!(names("settings = { quality = \"draft\", max_depth = 4 }"), ALL[..4]);
+    assert_eq!(names("settings = { quality = \"draft\", max_depth = 4 }"), ALL[..5]);
     // Whoever states one setting keeps what the others have been so far.
     assert_eq!(names("settings = { iterations = 1 }"), [""; 0]);
-    assert_eq!(names("settings = { iterations = 1, initial_radius = \"auto\" }"), ALL[2..4]);
+    assert_eq!(names("settings = { iterations = 1, initial_radius = \"auto\" }"), RADII);
     assert_eq!(names("settings = { quality = \"paper\", iterations = 1 }"), [""; 0]);
 }
 
