@@ -5,7 +5,7 @@ use reference::Sppm;
 use reference::camera_pass::{CameraNumbers, camera_ray, trace};
 use reference::consolidate::ALPHA;
 use scene::aim::Targets;
-use scene::{Engine, Rgb, Scene, Settings, Stats, Vec3};
+use scene::{Engine, Resumable, Rgb, Scene, Settings, Stats, Vec3};
 
 /// A room, a shell of radius 3, with a ball of radius 1 that touches its floor and one of glass above it.
 fn room() -> Scene {
@@ -60,6 +60,37 @@ fn first_radii_are_so_many_times_the_distance_to_what_is_near() {
         assert!(photons > 1000 || none > 50, "{none} pixels without photons");
     }
     assert!(all_least > 20, "{all_least} pixels");
+}
+
+/// What is near counts until a pixel has gathered photons: from then on its radius shrinks by photons alone, as in a render
+/// without clearance that begins with the same sums.
+#[test]
+fn clearance_matters_until_photons_are_gathered() {
+    let scene = room();
+    let with = Settings { radius_clearance: 0.4, ..settings(40, 30, 2000, 12, 0.8) };
+    let without = Settings { radius_clearance: 0.0, ..with };
+    let (mut limited, mut free) = (Sppm::new(&scene, &with), Sppm::new(&scene, &without));
+    limited.iterate();
+    for y in 0..30 {
+        let mut words = vec![0; 40 * limited.sums().words()];
+        limited.save_row(y, &mut words);
+        free.load_row(y, &words);
+    }
+    free.go_on_after(1, *limited.stats());
+    let places = || (0..30).flat_map(|y| (0..40).map(move |x| (x, y)));
+    let had_photons: Vec<bool> = places().map(|(x, y)| limited.probe(x, y).count > 0.0).collect();
+    (limited.iterate(), free.iterate());
+    let (mut same, mut others) = (0, 0);
+    for ((x, y), had_photons) in places().zip(had_photons) {
+        let (limited, free) = (limited.probe(x, y), free.probe(x, y));
+        if had_photons {
+            assert_eq!(limited, free, "at {x}, {y}");
+            same += 1;
+        } else {
+            others += u32::from(limited.radius < free.radius);
+        }
+    }
+    assert!(same > 300 && others > 5, "{same} pixels with photons, {others} limited later");
 }
 
 /// A little lamp in the middle of a ball of glass over a floor, which all its light reaches by photons: below it irradiance is

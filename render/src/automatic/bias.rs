@@ -116,6 +116,25 @@ mod tests {
         assert!(wide > 2.0 * narrow, "{wide} and {narrow}");
     }
 
+    /// By clearance radii are narrow where light changes fast, and so is the bias; and half of them are half as wide there too.
+    #[test]
+    fn clearance_makes_the_bias_less() {
+        let scene = files::builtin::scene("mirror").unwrap();
+        let of = |radius_clearance: f32| {
+            let settings = scene::Settings {
+                width: 64,
+                height: 48,
+                initial_radius: 10.0,
+                max_depth: 16,
+                radius_clearance,
+                ..scene.settings
+            };
+            first_bias(&Scene { settings, ..scene.clone() }, LaneKind::best(), &Stop::new()).unwrap().relative
+        };
+        let (without, wide, narrow) = (of(0.0), of(1000.0), of(0.5));
+        assert!(wide == without && narrow < 0.9 * without, "{without}, {wide}, {narrow}");
+    }
+
     /// As many photons as the pixels of a pilot ask for, and no fewer than the least; with both radii.
     #[test]
     fn the_bias_is_found_with_enough_photons() {
