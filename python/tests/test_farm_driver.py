@@ -141,9 +141,9 @@ def test_times_are_told_in_two_units(seconds: float, text: str) -> None:
 
 def test_a_job_has_radii_that_can_be_merged(tmp_path: Path) -> None:
     scene = sppm.Scene.load("cornell")
-    scene.settings = scene.settings.replace(**SMALL, radius_pilots=2)
+    scene.settings = scene.settings.replace(**SMALL, radius_pilots=2, radius_clearance=0.5)
     settings = Job(scene, tmp_path / "a.exr").scene.settings
-    assert (settings.radius_schedule, settings.radius_pilots) == ("global", 0)
+    assert (settings.radius_schedule, settings.radius_pilots, settings.radius_clearance) == ("global", 0, 0)
 
 
 def test_a_sweep_goes_before_what_is_given_for_all(tmp_path: Path) -> None:

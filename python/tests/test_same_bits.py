@@ -102,6 +102,7 @@ def test_settings_are_chosen_alike(quality, tmp_path: Path, command) -> None:
         ({"max_depth": 4}, "--depth=4"),
         ({"initial_radius": 0.75}, "--radius=0.75"),
         ({"radius_pilots": 2}, "--radius-pilots=2"),
+        ({"radius_clearance": 0.5}, "--radius-clearance=0.5"),
     ],
     ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
 )

@@ -158,7 +158,7 @@ fn choose_first_radii(settings: &mut Settings, automatic: Automatic) {
     let pilots = (settings.iterations / ITERATIONS_PER_PILOT).min(MOST_PILOTS);
     if automatic.radius_pilots {
         let is_limited = !automatic.radius_clearance && settings.radius_clearance > 0.0;
-        let least = if automatic.radius_clearance { 0 } else { 1 };
+        let least = u32::from(!automatic.radius_clearance);
         settings.radius_pilots = if is_limited { 0 } else { pilots.max(least) };
     }
     if automatic.radius_clearance {
