@@ -347,6 +347,11 @@ mod tests {
         }
     }
 
+    fn begun(settings: Settings) -> Notice {
+        let (scene, chosen, renderer) = ("a".into(), Automatic::default(), Renderer::default());
+        Notice::Begun { scene, settings, chosen, renderer, lanes: None, threads: 1, bytes_at_most: 1 }
+    }
+
     /// Who shows nothing need not be told of every iteration.
     #[test]
     fn a_render_is_followed_by_who_shows_it() {
@@ -363,20 +368,32 @@ mod tests {
     /// One has its bar once the render has begun, if it is to have one.
     #[test]
     fn a_bar_begins_with_the_render() {
-        let begun = Notice::Begun {
-            scene: "a".into(),
-            settings: Settings::default(),
-            chosen: Automatic::default(),
-            renderer: Renderer::default(),
-            lanes: None,
-            threads: 1,
-            bytes_at_most: 1,
-        };
+        let begun = begun(Settings::default());
         for has_bar in [true, false] {
             let mut watch = watch();
             (watch.has_bar, watch.busy) = (has_bar, Some(Busy::with("preparing")));
             watch.notice(&begun);
             assert_eq!((watch.bar.is_some(), watch.busy.is_none()), (has_bar, true));
         }
+    }
+
+    /// It counts from where the render begins, and to the goal that the render has.
+    #[test]
+    fn a_bar_shows_how_far_the_render_is() {
+        let mut watch = watch();
+        (watch.has_bar, watch.limit) = (true, Some(Duration::from_hours(1)));
+        watch.notice(&begun(Settings { iterations: 9, ..Settings::default() }));
+        let line = |watch: &Watch| watch.bar.as_ref().expect("the render has begun").line();
+        assert!(line(&watch).ends_with(" 0/9 iterations  0s elapsed, 1h 0m left"), "{}", line(&watch));
+        watch.notice(&Notice::Resumed { path: "a.sppm".into(), iterations: 5, of: 9, fallback: None });
+        assert!(line(&watch).contains(" 5/9 iterations  "), "{}", line(&watch));
+        let scene = files::builtin::scene("cornell").unwrap();
+        let engine = reference::Sppm::new(&scene, &Settings { width: 1, height: 1, ..scene.settings });
+        watch.after(&Step { iteration: 6, mean_radius: Some(0.5), ..Step::default() }, &engine);
+        assert!(
+            line(&watch).contains(" 6/9 iterations  0.00 photons/s  mean radius 0.5000  "),
+            "{}",
+            line(&watch)
+        );
     }
 }

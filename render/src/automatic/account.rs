@@ -116,9 +116,9 @@ impl Account {
         let cost = |photons: f64| {
             let iterations = (work / self.work(photons)).max(FEWEST_ITERATIONS.into());
             let noise = self.noise(photons, iterations);
-            // More work than there is counts as so much more noise.
-            let excess = (iterations * self.work(photons) / work).max(1.0);
-            noise.pixel * noise.block * noise.block * excess * excess * excess
+            // The fewest iterations may be more work than there is, which counts as so much more noise.
+            let spent = iterations * self.work(photons);
+            noise.pixel * noise.block * noise.block * spent * spent * spent
         };
         let powers = (FEWEST_PHOTONS.ilog2()..31).map(|power| 1_u32 << power);
         let candidates =
@@ -135,7 +135,7 @@ impl Account {
         let is_enough = |iterations: u32| self.noise(photons, iterations.into()).pixel <= noise * noise;
         let (mut low, mut high) = (FEWEST_ITERATIONS, most.max(FEWEST_ITERATIONS));
         while low < high {
-            let middle = low + (high - low) / 2;
+            let middle = low.midpoint(high);
             if is_enough(middle) {
                 high = middle;
             } else {
@@ -340,7 +340,9 @@ mod tests {
             (0.5, 5e5, 1e4, 20.0, 3e6),
             (0.2, 1e3, 1e3, 1.0, 1e5),
         ] {
-            let account = account(c, p, w, v);
+            // Pixels and blocks have noise of their own.
+            let mut account = account(c, p, w, v);
+            (account.camera.block, account.photons.block) = (c / 50.0, p / 3.0);
             let cost = |photons: u32| {
                 let each = account.work(photons.into());
                 let iterations = (work / each).max(8.0);
