@@ -120,10 +120,7 @@ impl Account {
             let spent = iterations * self.work(photons);
             noise.pixel * noise.block * noise.block * spent * spent * spent
         };
-        let powers = (FEWEST_PHOTONS.ilog2()..31).map(|power| 1_u32 << power);
-        let candidates =
-            powers.flat_map(|power| [power, power / 2 * 3]).take_while(|&photons| photons <= most);
-        let best = candidates.min_by(|&a, &b| cost(a.into()).total_cmp(&cost(b.into())));
+        let best = numbers(most).min_by(|&a, &b| cost(a.into()).total_cmp(&cost(b.into())));
         best.unwrap_or(most)
     }
 
@@ -144,6 +141,12 @@ impl Account {
         }
         low
     }
+}
+
+/// The numbers of photons that are tried, up to `most`.
+fn numbers(most: u32) -> impl Iterator<Item = u32> {
+    let powers = (FEWEST_PHOTONS.ilog2()..31).map(|power| 1_u32 << power);
+    powers.flat_map(|power| [power, power / 2 * 3]).take_while(move |&photons| photons <= most)
 }
 
 /// The cube root of a number from 1 on, by Newton's method: with operations that every processor rounds alike.
@@ -255,6 +258,14 @@ mod tests {
         assert_eq!(account(0.3, 0.0, 1e6, 10.0).photons(1 << 28, WORK), FEWEST_PHOTONS);
         assert_eq!(account(0.3, 5e9, 1e6, 10.0).photons(100_000, WORK), 98_304);
         assert_eq!(account(0.3, 5e9, 1e6, 10.0).photons(1000, WORK), 1000);
+    }
+
+    #[test]
+    fn numbers_of_photons_are_powers_of_two_and_half_way_between() {
+        let of = |most| numbers(most).collect::<Vec<_>>();
+        assert_eq!(of(24_575), [4096, 6144, 8192, 12_288, 16_384]);
+        assert_eq!((of(6144), of(4095)), (vec![4096, 6144], vec![]));
+        assert_eq!(of(u32::MAX).last(), Some(&(3 << 29)));
     }
 
     /// No other number has less noise for the same work, by a finer search.
