@@ -269,6 +269,7 @@ fn all_settings(settings: &Settings) -> String {
 mod tests {
     use super::*;
     use scene::Quality;
+    use std::io::Seek as _;
 
     #[test]
     fn as_many_iterations_as_it_takes_are_no_number() {
@@ -363,6 +364,60 @@ mod tests {
         watch.lines = Some(Lines::default());
         assert!(watch.follows());
         assert_eq!(watch.stopped_by(), "stop");
+    }
+
+    /// What is said of these notices, and of nothing less than `level`.
+    fn said(level: logs::Level, notices: &[Notice]) -> Vec<String> {
+        let mut lines = tempfile::tempfile().unwrap();
+        let format =
+            tracing_subscriber::fmt::format().without_time().with_target(false).with_ansi(false).compact();
+        let subscriber = tracing_subscriber::fmt()
+            .event_format(format)
+            .with_max_level(level)
+            .with_writer(Arc::new(lines.try_clone().unwrap()))
+            .finish();
+        let mut watch = watch();
+        tracing::subscriber::with_default(subscriber, || notices.iter().for_each(|n| watch.notice(n)));
+        lines.rewind().unwrap();
+        io::read_to_string(lines).unwrap().lines().map(|line| line.trim().to_owned()).collect()
+    }
+
+    /// What fails again and again is told once, until something has changed.
+    #[test]
+    fn a_failure_is_told_once() {
+        let error = |path: &str| files::atomic_file::FileError::new(Path::new(path), "no room");
+        let (unsaved, unrefreshed) =
+            (Notice::NotSaved(error("a.sppm")), Notice::NotRefreshed(error("a.png")));
+        let saved = Notice::Saved { iterations: 3 };
+        let twice = [unsaved.clone(), unrefreshed.clone(), unsaved.clone(), unrefreshed.clone()];
+        let told = ["WARN a.sppm: no room; rendering goes on", "WARN a.png: no room; rendering goes on"];
+        assert_eq!(said(logs::Level::INFO, &twice), told);
+        // Each snapshot is a file of its own.
+        let snapshots = [1, 2].map(|n| Notice::NoSnapshot(error(&format!("a-{n}.png"))));
+        assert_eq!(said(logs::Level::INFO, &snapshots), ["WARN a-1.png: no room; rendering goes on"]);
+        let mended = [saved.clone(), unsaved.clone(), saved.clone(), saved, unsaved];
+        let [first, again, second] = &said(logs::Level::INFO, &mended)[..] else { panic!("{mended:?}") };
+        assert_eq!((&first[..], &second[..]), (told[0], told[0]));
+        assert!(again.starts_with("INFO saved again, after 3 iterations"), "{again}");
+        let all = said(logs::Level::DEBUG, &mended);
+        assert_eq!(all.iter().filter(|line| line.starts_with("DEBUG saved after 3 iterations")).count(), 2);
+    }
+
+    #[test]
+    fn it_is_told_how_a_render_goes_on() {
+        let resumed = |of, fallback| {
+            said(logs::Level::INFO, &[Notice::Resumed { path: "a.sppm".into(), iterations: 5, of, fallback }])
+        };
+        let told = |of, text: &str| {
+            let lines = resumed(of, None);
+            assert!(lines.len() == 1 && lines[0].starts_with(text), "{lines:?}");
+        };
+        told(9, "INFO going on from a.sppm after 5 of 9 iterations");
+        told(MAX_ITERATIONS, "INFO going on from a.sppm after 5 iterations");
+        let fault = files::atomic_file::FileError::new(Path::new("a.sppm"), "is damaged");
+        let lines = resumed(9, Some(fault));
+        assert_eq!(lines[0], "WARN a.sppm: is damaged; going on from the older generation");
+        assert!(lines.len() == 2 && lines[1].starts_with("INFO going on from "), "{lines:?}");
     }
 
     /// One has its bar once the render has begun, if it is to have one.
