@@ -14,7 +14,7 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -135,9 +135,22 @@ def suite_name(target: dict) -> str:
     return f"{target['name']}, {'program' if 'bin' in target['kind'] else 'unit tests'}"
 
 
-def build(copy: Path) -> tuple[dict[str, Suite], list[dict]]:
-    """Builds the tests of all crates. Returns the suites by name, and what the compiler refuses."""
-    went, messages = cargo(copy, "test", "--no-run", *(word for package in PACKAGES for word in ("-p", package)))
+def selection(copy: Path, suites: Iterable[str]) -> list[str]:
+    """The words by which cargo builds these suites."""
+    packages, targets = [], []
+    for name in suites:
+        crate, _, is_of_crate = name.partition(", ")
+        places = {package: copy / ("" if package == "sppm" else package) / "tests" for package in PACKAGES}
+        owners = [p for p, tests in places.items() if (tests / f"{name}.rs").exists() or (tests / name / "main.rs").exists()]
+        packages += [crate] if is_of_crate else owners
+        targets.append("--lib" if is_of_crate else f"--test={name}")
+    return [*(f"--package={package}" for package in dict.fromkeys(packages)), *dict.fromkeys(targets)]
+
+
+def build(copy: Path, suites: Iterable[str] | None = None) -> tuple[dict[str, Suite], list[dict]]:
+    """Builds these suites, or the tests of all crates. Returns the suites by name, and what the compiler refuses."""
+    everything = [word for package in PACKAGES for word in ("-p", package)]
+    went, messages = cargo(copy, "test", "--no-run", *(everything if suites is None else selection(copy, suites)))
     if not went:
         return {}, errors(messages)
     suites = {}

@@ -57,9 +57,9 @@ impl Keeper {
         }
     }
 
-    /// An upper bound of a checkpoint's bytes.
-    pub(crate) fn bytes(&self, scene: &Scene, sums: Sums, has_past: bool) -> u64 {
-        checkpoint::length(scene, &self.note, sums, has_past)
+    /// The most bytes that its files take: two generations, and a third while it is being written.
+    pub(crate) fn room(&self, scene: &Scene, sums: Sums, has_past: bool) -> u64 {
+        3 * checkpoint::length(scene, &self.note, sums, has_past)
     }
 
     /// Whether it is time for the next checkpoint.
@@ -139,5 +139,45 @@ impl Keeper {
             return self.save(scene, (engine, done), past);
         }
         self.store.remove()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene::Engine as _;
+    use std::time::Duration;
+
+    fn keeper(path: &Path, every: Every, keep: bool) -> Keeper {
+        Keeper::new(Save { path: path.into(), every, keep }, "a digest", &Note::default(), None)
+    }
+
+    /// Of each generation no more than a third, and nearly that.
+    #[test]
+    fn there_is_room_for_three_generations() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        (scene.settings.width, scene.settings.height) = (64, 48);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.sppm");
+        let mut keeper = keeper(&path, Every::Iterations(1), true);
+        let mut engine = fast::Sppm::new(&scene, &scene.settings);
+        engine.iterate();
+        let done = Iterations::from(0..1);
+        keeper.save(&scene, (&engine, &done), None).unwrap();
+        let (room, length) = (keeper.room(&scene, engine.sums(), false), path.metadata().unwrap().len());
+        assert!((3 * length..4 * length).contains(&room), "{room} for {length}");
+    }
+
+    #[test]
+    fn checkpoints_are_due_after_their_time_or_their_iterations() {
+        let path = Path::new("a.sppm");
+        let mut counted = keeper(path, Every::Iterations(3), true);
+        assert_eq!([0, 2, 3, 4].map(|done| counted.is_due(done)), [false, false, true, true]);
+        counted.schedule(4);
+        assert_eq!([6, 7].map(|done| counted.is_due(done)), [false, true]);
+        counted.schedule(u32::MAX);
+        assert!(counted.is_due(u32::MAX) && !counted.is_due(u32::MAX - 1));
+        let timed = |time| keeper(path, Every::Time(time), true).is_due(u32::MAX);
+        assert_eq!([Duration::ZERO, Duration::from_hours(1)].map(timed), [true, false]);
     }
 }

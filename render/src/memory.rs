@@ -254,6 +254,20 @@ mod tests {
         assert_eq!(BYTES_PER_PAST_PIXEL as usize, 2 * size_of::<scene::Rgb>());
     }
 
+    /// Of the path tracer that is plain code it is known; photon mapping has the survey of its photons in addition.
+    #[test]
+    fn a_render_takes_the_sum_of_its_parts() {
+        let scene = scene(Settings { width: 64, height: 32, ..Settings::default() });
+        let of = |method| bytes(chosen(method, EngineName::Reference), &scene, 3, false, 1 << 20);
+        let rows = 3 * 64 * BYTES_PER_WRITTEN_COLUMN;
+        let rest = BYTES_OF_PROCESS + rows + bytes_of_scene(&scene);
+        assert_eq!(of(MethodName::Path), 64 * 32 * BYTES_PER_TRACED_PIXEL + rest);
+        let Settings { photons_per_iteration, max_depth, .. } = scene.settings;
+        let survey = survey::bytes_at_most(photons_per_iteration, max_depth);
+        assert!(survey > 0);
+        assert_eq!(of(MethodName::Sppm), 64 * 32 * BYTES_PER_REFERENCE_PIXEL + survey + rest);
+    }
+
     /// Settings are chosen by other renders, whose memory is free again when this one begins.
     #[test]
     fn what_came_before_counts_if_it_took_more() {

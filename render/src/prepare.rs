@@ -208,9 +208,8 @@ fn keeper(job: &Job, digest: &str, from: Option<&Loaded>) -> Result<Option<Keepe
     job.outputs.note(&save.path, &mut note);
     let keeper = Keeper::new(save.clone(), digest, &note, from);
     if save.keep {
-        // Two generations, and a third while it is being written.
         let sums = job.engine.method().sums(&job.scene.settings);
-        let bytes = 3 * keeper.bytes(&job.scene, sums, job.goals.error.is_some());
+        let bytes = keeper.room(&job.scene, sums, job.goals.error.is_some());
         let room = atomic_file::check_room(&save.path, bytes);
         room.map_err(|error| Error::named(Field::Checkpoint, error))?;
     }

@@ -141,8 +141,7 @@ impl Session<'_> {
             self.observer.notice(&Notice::OtherTransport { path, transport });
         }
         self.bias = self.first_bias();
-        let has_pilots = self.scene.settings.radius_pilots > 0;
-        let radii = self.bias.as_ref().filter(|_| has_pilots).map(|bias| bias.radii.clone());
+        let radii = self.bias.as_ref().map(|bias| bias.radii.clone());
         let mut started = self.job.engine.start(self.scene, deposits, take(parts), radii);
         let engine = started.engine();
         if let Some(from) = from {

@@ -99,6 +99,8 @@ mod tests {
         for (origin, t, sphere, normal) in [
             (Vec3::Z * 10.0, 8.0, glass, Vec3::Z),
             (Vec3::ZERO, 2.0, glass, Vec3::Z),
+            // A ray that only touches it stays outside.
+            (Vec3::new(2.0, 0.0, 10.0), 10.0, glass, Vec3::X),
             (Vec3::new(9.0, 0.0, 10.0), 9.0, ball, Vec3::Z),
             (middle, sky_radius, sky, Vec3::Z),
         ] {

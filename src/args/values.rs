@@ -131,8 +131,8 @@ fn duration(text: &str) -> Option<Duration> {
 /// A time above 0 and of less than a century.
 fn from_seconds(seconds: f64) -> Option<Duration> {
     const MOST: f64 = 3.2e9;
-    let is_time = seconds > 0.0 && seconds <= MOST;
-    is_time.then(|| Duration::from_secs_f64(seconds)).filter(|time| !time.is_zero())
+    let is_short = (0.0..=MOST).contains(&seconds);
+    is_short.then(|| Duration::from_secs_f64(seconds)).filter(|time| !time.is_zero())
 }
 
 /// Parses a memory size. Units are powers of 1024.

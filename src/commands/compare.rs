@@ -213,15 +213,20 @@ fn is_quick([width, height]: [u32; 2]) -> bool {
     u64::from(width) * u64::from(height) <= QUICK
 }
 
+/// The bar of so many rows that are read in all, if images of this size take long.
+fn bar_of(size: [u32; 2], rows: u64) -> Option<Bar> {
+    (!is_quick(size)).then(|| Bar::of(rows as u32, "rows"))
+}
+
 /// Runs `work`, with a bar of the rows that it reads in all if that takes long.
 fn with_bar<T>(size: [u32; 2], what: &str, work: impl FnOnce(compare::Progress) -> T) -> T {
     let mut bar = None;
     let done = work(&mut |rows, all| {
-        if !is_quick(size) {
-            bar.get_or_insert_with(|| Bar::of(all as u32, "rows")).step(rows as u32, what);
+        if let Some(bar) = bar.get_or_insert_with(|| bar_of(size, all)) {
+            bar.step(rows as u32, what);
         }
     });
-    if let Some(bar) = bar {
+    if let Some(bar) = bar.flatten() {
         bar.clear();
     }
     done
@@ -276,6 +281,8 @@ mod tests {
     fn large_images_have_a_bar() {
         assert!(is_quick([2048, 2048]) && is_quick([1, 1 << 22]) && !is_quick([2048, 2049]));
         assert!(!is_quick([u32::MAX, u32::MAX]));
+        assert!(bar_of([2048, 2048], 9).is_none());
+        assert!(bar_of([2048, 2049], 9).is_some_and(|bar| bar.line().contains(" 0/9 rows  ")));
         let mut steps = 0;
         let done = with_bar([3, 2], "comparing", |progress| {
             progress(1, 2);

@@ -288,6 +288,22 @@ impl report::Progress for Stages {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use report::Progress as _;
+
+    /// Each stage has a bar of its own, which is cleared before the next begins.
+    #[test]
+    fn stages_have_bars_as_long_as_they_last() {
+        let mut stages = Stages::default();
+        stages.step(1, "nothing");
+        for (count, noun) in [(4, "runs"), (2, "images")] {
+            stages.begin(count, noun);
+            stages.step(1, "row 6");
+            let bar = stages.bar.as_ref().expect("a stage has begun");
+            assert!(bar.line().contains(&format!(" 1/{count} {noun}  row 6  ")), "{}", bar.line());
+            stages.end();
+            assert!(stages.bar.is_none());
+        }
+    }
 
     #[test]
     fn rows_and_runs_are_as_many_as_are_asked_for() {

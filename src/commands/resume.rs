@@ -72,7 +72,7 @@ pub(crate) fn run(args: &ResumeArgs) -> Result<(), Error> {
     let mut job = Job::resume(&args.file)?;
     drop(busy);
     job.goals = args.goals.or(job.goals);
-    job.scene.settings.iterations = iterations(args, &job);
+    job.scene.settings.iterations = iterations(args, job.scene.settings.iterations, job.resumed_after());
     job.engine = args.engine.choose(job.engine.renderer())?;
     if let (Some(every), Some(save)) = (args.every, &mut job.save) {
         save.every = every;
@@ -83,11 +83,32 @@ pub(crate) fn run(args: &ResumeArgs) -> Result<(), Error> {
     watch::run(job, &args.messages, (&args.viewers, args.view), &Requests::listen()?)
 }
 
-/// The total number of iterations asked for by this run.
-fn iterations(args: &ResumeArgs, job: &Job) -> u32 {
-    let usual = job.scene.settings.iterations;
-    let is_done = job.resumed_after().is_some_and(|done| done >= usual);
+/// The total number of iterations asked for by this run, of a render of `usual` ones of which so many are `done`.
+fn iterations(args: &ResumeArgs, usual: u32, done: Option<u32>) -> u32 {
+    let is_done = done.is_some_and(|done| done >= usual);
     let is_open = args.goals.time.is_some() || args.goals.until_error.is_some();
     // A finished render that is given a new time or error goal needs more iterations to reach it.
     args.iterations.unwrap_or(if is_done && is_open { MAX_ITERATIONS } else { usual })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_finished_render_goes_on_to_a_new_goal() {
+        use crate::commands::{Args, Command};
+        use clap::Parser as _;
+        let of = |words: &[&str], done| {
+            let args = Args::try_parse_from(["sppm", "resume", "a.sppm"].iter().chain(words)).unwrap();
+            let Command::Resume(args) = args.command else { panic!("another command") };
+            iterations(&args, 8, done)
+        };
+        for goal in [&["--time", "3s"][..], &["--until-error", "0.1"]] {
+            let found = [None, Some(0), Some(7), Some(8), Some(9)].map(|done| of(goal, done));
+            assert_eq!(found, [8, 8, 8, MAX_ITERATIONS, MAX_ITERATIONS], "{goal:?}");
+            assert_eq!(of(&[goal, &["--iterations", "20"]].concat(), Some(8)), 20);
+        }
+        assert_eq!([of(&[], Some(3)), of(&[], Some(8)), of(&["--iterations", "20"], Some(3))], [8, 8, 20]);
+    }
 }

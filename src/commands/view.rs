@@ -147,15 +147,12 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
         None => opened.stem.to_str().and_then(builtin::find).map(|builtin| builtin.text.to_owned()),
     };
     let engine = args.engine.choose(usual_renderer(opened.is_staged, &opened.scene))?;
-    // There is no end to them.
-    let automatic = args.settings.automatic(automatic);
-    // Nor may they keep the first picture waiting.
-    let automatic = Automatic { iterations: false, radius_pilots: false, ..automatic };
+    let automatic = endless(args.settings.automatic(automatic));
     let mut job = Job::new(Scene { settings, ..opened.scene }).choosing(automatic);
     (job.engine, job.threads, job.memory_limit) = (engine, args.engine.threads, args.engine.memory_limit);
     job.choose_settings()?;
-    let bytes = job.bytes_at_most()? + view::bytes_at_most(&job.scene);
-    debug!("up to {}", mebibytes(bytes));
+    let (of_render, of_page) = (job.bytes_at_most()?, view::bytes_at_most(&job.scene));
+    debug!("up to {} for the render, and {} for the page", mebibytes(of_render), mebibytes(of_page));
     let project = Project {
         scene: job.scene,
         text,
@@ -163,7 +160,7 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
         engine,
         threads: args.engine.threads,
         memory_limit: args.engine.memory_limit,
-        limit: args.settings.given_iterations().filter(|iterations| *iterations < MAX_ITERATIONS),
+        limit: limit(args.settings.given_iterations()),
     };
     let name = project.stem.clone();
     let requests = Requests::listen()?;
@@ -177,6 +174,16 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
         None => "the view broke down; this is a fault of sppm, please report it".into(),
     };
     Err(interrupted(&requests, what))
+}
+
+/// What is chosen of a render that goes on for as long as it is looked at, and whose first picture must not have to wait.
+fn endless(automatic: Automatic) -> Automatic {
+    Automatic { iterations: false, radius_pilots: false, ..automatic }
+}
+
+/// The iterations after which it ends; `None` if there is no end, as where so many are given that there can be no more.
+fn limit(given: Option<u32>) -> Option<u32> {
+    given.filter(|iterations| *iterations != MAX_ITERATIONS)
 }
 
 fn check(args: &ViewArgs, scene: Option<&Path>) -> Result<(), Error> {
@@ -256,6 +263,15 @@ mod tests {
         // Scenes, whatever they hold.
         assert!(!of("a.toml", Some(&image)) && !of("B.TOML", None) && !of("a.xyz", Some(&image)));
         assert!(!is_image("-".as_ref()) && !is_image("cornell".as_ref()));
+    }
+
+    #[test]
+    fn a_view_goes_on_unless_it_is_told_when_to_end() {
+        assert_eq!([None, Some(MAX_ITERATIONS)].map(limit), [None; 2]);
+        let ends = [Some(1), Some(MAX_ITERATIONS - 1)];
+        assert_eq!(ends.map(limit), ends);
+        let all = Automatic::all(::scene::Quality::Final);
+        assert_eq!(endless(all), Automatic { iterations: false, radius_pilots: false, ..all });
     }
 
     /// Beside the image, or in the current folder, and never over another.

@@ -276,6 +276,7 @@ fn all_settings(settings: &Settings) -> String {
 mod tests {
     use super::*;
     use scene::Quality;
+    use std::io::Seek as _;
 
     #[test]
     fn as_many_iterations_as_it_takes_are_no_number() {
@@ -357,6 +358,11 @@ mod tests {
         }
     }
 
+    fn begun(settings: Settings) -> Notice {
+        let (scene, chosen, renderer) = ("a".into(), Automatic::default(), Renderer::default());
+        Notice::Begun { scene, settings, chosen, renderer, lanes: None, threads: 1, bytes_at_most: 1 }
+    }
+
     /// Who shows nothing need not be told of every iteration.
     #[test]
     fn a_render_is_followed_by_who_shows_it() {
@@ -370,23 +376,89 @@ mod tests {
         assert_eq!(watch.stopped_by(), "stop");
     }
 
+    /// What is said of these notices, and of nothing less than `level`.
+    fn said(level: logs::Level, notices: &[Notice]) -> Vec<String> {
+        let mut lines = tempfile::tempfile().unwrap();
+        let format =
+            tracing_subscriber::fmt::format().without_time().with_target(false).with_ansi(false).compact();
+        let subscriber = tracing_subscriber::fmt()
+            .event_format(format)
+            .with_max_level(level)
+            .with_writer(Arc::new(lines.try_clone().unwrap()))
+            .finish();
+        let mut watch = watch();
+        tracing::subscriber::with_default(subscriber, || notices.iter().for_each(|n| watch.notice(n)));
+        lines.rewind().unwrap();
+        io::read_to_string(lines).unwrap().lines().map(|line| line.trim().to_owned()).collect()
+    }
+
+    /// What fails again and again is told once, until something has changed.
+    #[test]
+    fn a_failure_is_told_once() {
+        let error = |path: &str| files::atomic_file::FileError::new(Path::new(path), "no room");
+        let (unsaved, unrefreshed) =
+            (Notice::NotSaved(error("a.sppm")), Notice::NotRefreshed(error("a.png")));
+        let saved = Notice::Saved { iterations: 3 };
+        let twice = [unsaved.clone(), unrefreshed.clone(), unsaved.clone(), unrefreshed.clone()];
+        let told = ["WARN a.sppm: no room; rendering goes on", "WARN a.png: no room; rendering goes on"];
+        assert_eq!(said(logs::Level::INFO, &twice), told);
+        // Each snapshot is a file of its own.
+        let snapshots = [1, 2].map(|n| Notice::NoSnapshot(error(&format!("a-{n}.png"))));
+        assert_eq!(said(logs::Level::INFO, &snapshots), ["WARN a-1.png: no room; rendering goes on"]);
+        let mended = [saved.clone(), unsaved.clone(), saved.clone(), saved, unsaved];
+        let [first, again, second] = &said(logs::Level::INFO, &mended)[..] else { panic!("{mended:?}") };
+        assert_eq!((&first[..], &second[..]), (told[0], told[0]));
+        assert!(again.starts_with("INFO saved again, after 3 iterations"), "{again}");
+        let all = said(logs::Level::DEBUG, &mended);
+        assert_eq!(all.iter().filter(|line| line.starts_with("DEBUG saved after 3 iterations")).count(), 2);
+    }
+
+    #[test]
+    fn it_is_told_how_a_render_goes_on() {
+        let resumed = |of, fallback| {
+            said(logs::Level::INFO, &[Notice::Resumed { path: "a.sppm".into(), iterations: 5, of, fallback }])
+        };
+        let told = |of, text: &str| {
+            let lines = resumed(of, None);
+            assert!(lines.len() == 1 && lines[0].starts_with(text), "{lines:?}");
+        };
+        told(9, "INFO going on from a.sppm after 5 of 9 iterations");
+        told(MAX_ITERATIONS, "INFO going on from a.sppm after 5 iterations");
+        let fault = files::atomic_file::FileError::new(Path::new("a.sppm"), "is damaged");
+        let lines = resumed(9, Some(fault));
+        assert_eq!(lines[0], "WARN a.sppm: is damaged; going on from the older generation");
+        assert!(lines.len() == 2 && lines[1].starts_with("INFO going on from "), "{lines:?}");
+    }
+
     /// One has its bar once the render has begun, if it is to have one.
     #[test]
     fn a_bar_begins_with_the_render() {
-        let begun = Notice::Begun {
-            scene: "a".into(),
-            settings: Settings::default(),
-            chosen: Automatic::default(),
-            renderer: Renderer::default(),
-            lanes: None,
-            threads: 1,
-            bytes_at_most: 1,
-        };
+        let begun = begun(Settings::default());
         for has_bar in [true, false] {
             let mut watch = watch();
             (watch.has_bar, watch.busy) = (has_bar, Some(Busy::with("preparing")));
             watch.notice(&begun);
             assert_eq!((watch.bar.is_some(), watch.busy.is_none()), (has_bar, true));
         }
+    }
+
+    /// It counts from where the render begins, and to the goal that the render has.
+    #[test]
+    fn a_bar_shows_how_far_the_render_is() {
+        let mut watch = watch();
+        (watch.has_bar, watch.limit) = (true, Some(Duration::from_hours(1)));
+        watch.notice(&begun(Settings { iterations: 9, ..Settings::default() }));
+        let line = |watch: &Watch| watch.bar.as_ref().expect("the render has begun").line();
+        assert!(line(&watch).ends_with(" 0/9 iterations  0s elapsed, 1h 0m left"), "{}", line(&watch));
+        watch.notice(&Notice::Resumed { path: "a.sppm".into(), iterations: 5, of: 9, fallback: None });
+        assert!(line(&watch).contains(" 5/9 iterations  "), "{}", line(&watch));
+        let scene = files::builtin::scene("cornell").unwrap();
+        let engine = reference::Sppm::new(&scene, &Settings { width: 1, height: 1, ..scene.settings });
+        watch.after(&Step { iteration: 6, mean_radius: Some(0.5), ..Step::default() }, &engine);
+        assert!(
+            line(&watch).contains(" 6/9 iterations  0.00 photons/s  mean radius 0.5000  "),
+            "{}",
+            line(&watch)
+        );
     }
 }

@@ -111,6 +111,12 @@ impl Bar {
         self.shown.tick();
     }
 
+    /// What it tells, but for what its meter measures.
+    #[cfg(test)]
+    pub(crate) fn line(&self) -> String {
+        lock(&self.work).line(200)
+    }
+
     /// Removes the bar from the terminal.
     pub(crate) fn clear(&self) {
         logs::make_room(None);
@@ -199,6 +205,13 @@ mod tests {
     fn a_path_tracer_has_no_radius() {
         let step = Step { estimated_error: Some(0.25), ..step(None) };
         assert_eq!(facts(&step, 0, 2.0), ["error 0.2500", "250 segments/s"]);
+    }
+
+    /// Where standard error is no terminal, nothing is drawn and nobody follows the render for it.
+    #[test]
+    fn a_bar_is_for_terminals() {
+        use std::io::IsTerminal as _;
+        assert_eq!(Bar::of(10, "iterations").is_hidden(), !io::stderr().is_terminal());
     }
 
     #[test]

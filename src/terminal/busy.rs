@@ -44,3 +44,27 @@ impl Drop for Busy {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    /// What comes next on the terminal must not be cleared by what was shown before.
+    #[test]
+    fn nothing_is_drawn_any_more_when_it_is_over() {
+        let (over, is_over) = channel();
+        let is_cleared = Arc::new(AtomicBool::new(false));
+        let cleared = Arc::clone(&is_cleared);
+        let thread = thread::spawn(move || {
+            let ended = is_over.recv();
+            thread::sleep(Duration::from_millis(50));
+            cleared.store(ended.is_err(), Ordering::Relaxed);
+        });
+        let busy = Busy { shown: Some((over, thread)) };
+        assert!(!is_cleared.load(Ordering::Relaxed));
+        drop(busy);
+        assert!(is_cleared.load(Ordering::Relaxed));
+    }
+}

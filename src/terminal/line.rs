@@ -99,9 +99,10 @@ impl Work {
     /// The time until the end, by the steps so far or by the limit, whichever is sooner.
     fn left(&self) -> Option<Duration> {
         let behind = f64::from(self.done - self.began_at.min(self.done)) + self.within;
-        let by_steps = self.all.filter(|_| behind > 0.0).and_then(|all| {
+        let by_steps = self.all.and_then(|all| {
             let ahead = f64::from(all.saturating_sub(self.done)) - self.within;
             let stepping = self.elapsed.saturating_sub(self.prepared);
+            // Before anything is done this is infinite or no number, which is no duration.
             let left = stepping.as_secs_f64() * ahead.max(0.0) / behind;
             Duration::try_from_secs_f64(left).ok().filter(|left| *left <= FARTHEST)
         });
@@ -208,6 +209,8 @@ mod tests {
         assert!(begun.line(60).starts_with("[###"), "{}", begun.line(60));
         let nothing = Work { within: 0.0, ..begun };
         assert!(nothing.line(60).ends_with("6s elapsed"), "{}", nothing.line(60));
+        let instant = Work { elapsed: Duration::ZERO, ..nothing };
+        assert!(instant.line(60).ends_with("0s elapsed"), "{}", instant.line(60));
     }
 
     /// What came before the first iteration will not come again.

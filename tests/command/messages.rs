@@ -110,6 +110,21 @@ fn a_noisy_image_is_told_with_what_to_do() {
     assert!(!first.stderr.contains("noisy"), "{first:?}");
 }
 
+/// What is rendered and how at its beginning, and what it took at its end.
+#[test]
+fn verbose_renders_tell_what_they_take() {
+    let sandbox = Sandbox::new();
+    let ended = sandbox.render(&["cornell", "--verbose", "--threads=1", "--engine=reference"]);
+    let lines: Vec<&str> = ended.stderr.lines().collect();
+    let [first, passes, last] = lines[..] else { panic!("{ended:?}") };
+    assert!(first.contains("16 x 12 pixels, 2 iterations, 500 photons each"), "{first}");
+    assert!(first.contains("method sppm, engine reference, 1 thread; up to "), "{first}");
+    assert!(passes.starts_with("camera pass ") && passes.ends_with(" MiB"), "{passes}");
+    let others = ["; ", ", grid ", ", photon pass ", ", consolidation ", ", developing and writing "];
+    assert!(others.iter().all(|other| passes.contains(other)), "{passes}");
+    assert!(last.starts_with("wrote cornell.png: 2 iterations in "), "{last}");
+}
+
 /// Nothing but sky.
 const SKY: &str = "
 background = [1, 1, 1]

@@ -179,7 +179,35 @@ fn progress_fits_on_every_terminal_and_leaves_nothing_behind() {
             terminal.log
         );
         assert!(columns < 20 || terminal.log.contains("s left"), "{columns}: {:?}", terminal.log);
+        // Each iteration tells what it took.
+        let speed = " photons/s  mean radius ";
+        assert!(columns < 100 || terminal.log.contains(speed), "{:?}", terminal.log);
     }
+}
+
+/// The bar makes room for them.
+#[test]
+fn messages_appear_above_the_bar() {
+    let sandbox = Sandbox::new();
+    let args = [
+        "render",
+        "cornell",
+        "--quality=paper",
+        "--width=64",
+        "--height=48",
+        "--photons=20000",
+        "--time=1s",
+        "--every=100ms",
+        "--verbose",
+    ];
+    let (mut child, mut terminal) = start(&mut sandbox.command(args), 100);
+    assert!(terminal.watch(|terminal| terminal.log.contains("] ")), "no bar: {:?}", terminal.log);
+    terminal.watch(|_| false);
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    let saved = terminal.rows.iter().filter(|row| row.starts_with("saved after ")).count();
+    assert!(saved >= 3, "{:?}", terminal.rows);
+    let is_whole = |row: &String| !row.contains("photons/s") && !row.contains(" elapsed");
+    assert!(terminal.rows.iter().all(is_whole), "{:?}", terminal.rows);
 }
 
 #[test]
@@ -217,6 +245,24 @@ fn reading_a_scene_is_shown_and_then_cleared() {
     terminal.watch(|_| false);
     assert_eq!(child.wait().unwrap().code(), Some(0));
     assert!(terminal.text().starts_with("wrote stdin.png: 1 iteration"), "{:?}", terminal.text());
+}
+
+/// However long it takes.
+#[test]
+fn nothing_is_shown_of_reading_where_no_progress_is() {
+    for option in ["--quiet", "--log-format=json"] {
+        let sandbox = Sandbox::new();
+        let args =
+            ["render", "-", "--quality=paper", "--width=16", "--height=12", "-n=1", "--photons=100", option];
+        let (mut child, mut terminal) = start(sandbox.command(args).stdin(Stdio::piped()), 60);
+        // Twice as long as what is mentioned.
+        std::thread::sleep(Duration::from_millis(600));
+        let scene = files::builtin::find("cornell").unwrap().text;
+        child.stdin.take().unwrap().write_all(scene.as_bytes()).unwrap();
+        terminal.watch(|_| false);
+        assert_eq!(child.wait().unwrap().code(), Some(0));
+        assert!(!terminal.log.contains("reading"), "{:?}", terminal.log);
+    }
 }
 
 #[test]

@@ -124,6 +124,8 @@ fn a_merged_file_is_described_and_resumed() {
         fs::copy(sandbox.path("a.sppm"), sandbox.path("b.sppm")).unwrap();
         run(&sandbox, &["resume", "b.sppm", "-o", "a.exr", engine]);
         assert_eq!(sandbox.image("a.exr"), sandbox.image("whole.exr"), "{engine}");
+        // It was asked for by its name, and is not removed as a checkpoint beside an image is.
+        assert!(run(&sandbox, &["info", "b.sppm"]).stdout.contains("\niterations 12\n"));
     }
     // An image of some iterations says so, and is not repeated as if it were of the first.
     run(&sandbox, &["merge", "3.sppm", "1.sppm", "-o", "some.exr"]);

@@ -47,16 +47,20 @@ fn the_error_is_of_noise_and_of_a_bias_that_falls_with_the_radius() {
 /// A goal ends a render, and is of no account for its image. The estimate finds the first radii of the pixels before.
 #[test]
 fn an_image_is_the_same_with_a_goal() {
-    for radius_pilots in [0, 1] {
+    let (per_pixel, global) = (RadiusSchedule::PerPixel, RadiusSchedule::Global);
+    for (radius_pilots, radius_schedule) in [(0, per_pixel), (1, per_pixel), (0, global)] {
         let scene = small(3);
-        let settings = Settings { radius_pilots, initial_radius: 8.0, ..scene.settings };
+        let settings = Settings { radius_pilots, radius_schedule, initial_radius: 8.0, ..scene.settings };
         let scene = Scene { settings, ..scene };
-        let film = |goal: Option<f64>| {
-            let mut job = Job::new(scene.clone());
-            job.goals.error = goal;
-            job.start(()).unwrap().wait().unwrap().last.unwrap().film.clone()
-        };
-        assert_eq!(film(Some(1e-9)), film(None), "{radius_pilots} pilots");
+        for engine in EngineName::ALL {
+            let film = |goal: Option<f64>| {
+                let mut job = Job::new(scene.clone());
+                job.engine = EngineChoice::new(engine, None).unwrap();
+                job.goals.error = goal;
+                job.start(()).unwrap().wait().unwrap().last.unwrap().film.clone()
+            };
+            assert_eq!(film(Some(1e-9)), film(None), "{radius_pilots} pilots, {radius_schedule}, {engine:?}");
+        }
     }
 }
 

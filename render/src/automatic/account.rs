@@ -116,14 +116,11 @@ impl Account {
         let cost = |photons: f64| {
             let iterations = (work / self.work(photons)).max(FEWEST_ITERATIONS.into());
             let noise = self.noise(photons, iterations);
-            // More work than there is counts as so much more noise.
-            let excess = (iterations * self.work(photons) / work).max(1.0);
-            noise.pixel * noise.block * noise.block * excess * excess * excess
+            // The fewest iterations may be more work than there is, which counts as so much more noise.
+            let spent = iterations * self.work(photons);
+            noise.pixel * noise.block * noise.block * spent * spent * spent
         };
-        let powers = (FEWEST_PHOTONS.ilog2()..31).map(|power| 1_u32 << power);
-        let candidates =
-            powers.flat_map(|power| [power, power / 2 * 3]).take_while(|&photons| photons <= most);
-        let best = candidates.min_by(|&a, &b| cost(a.into()).total_cmp(&cost(b.into())));
+        let best = numbers(most).min_by(|&a, &b| cost(a.into()).total_cmp(&cost(b.into())));
         best.unwrap_or(most)
     }
 
@@ -135,7 +132,7 @@ impl Account {
         let is_enough = |iterations: u32| self.noise(photons, iterations.into()).pixel <= noise * noise;
         let (mut low, mut high) = (FEWEST_ITERATIONS, most.max(FEWEST_ITERATIONS));
         while low < high {
-            let middle = low + (high - low) / 2;
+            let middle = low.midpoint(high);
             if is_enough(middle) {
                 high = middle;
             } else {
@@ -144,6 +141,12 @@ impl Account {
         }
         low
     }
+}
+
+/// The numbers of photons that are tried, up to `most`.
+fn numbers(most: u32) -> impl Iterator<Item = u32> {
+    let powers = (FEWEST_PHOTONS.ilog2()..31).map(|power| 1_u32 << power);
+    powers.flat_map(|power| [power, power / 2 * 3]).take_while(move |&photons| photons <= most)
 }
 
 /// The cube root of a number from 1 on, by Newton's method: with operations that every processor rounds alike.
@@ -257,6 +260,14 @@ mod tests {
         assert_eq!(account(0.3, 5e9, 1e6, 10.0).photons(1000, WORK), 1000);
     }
 
+    #[test]
+    fn numbers_of_photons_are_powers_of_two_and_half_way_between() {
+        let of = |most| numbers(most).collect::<Vec<_>>();
+        assert_eq!(of(24_575), [4096, 6144, 8192, 12_288, 16_384]);
+        assert_eq!((of(6144), of(4095)), (vec![4096, 6144], vec![]));
+        assert_eq!(of(u32::MAX).last(), Some(&(3 << 29)));
+    }
+
     /// No other number has less noise for the same work, by a finer search.
     #[test]
     fn the_number_of_photons_is_next_to_the_best() {
@@ -340,7 +351,9 @@ mod tests {
             (0.5, 5e5, 1e4, 20.0, 3e6),
             (0.2, 1e3, 1e3, 1.0, 1e5),
         ] {
-            let account = account(c, p, w, v);
+            // Pixels and blocks have noise of their own.
+            let mut account = account(c, p, w, v);
+            (account.camera.block, account.photons.block) = (c / 50.0, p / 3.0);
             let cost = |photons: u32| {
                 let each = account.work(photons.into());
                 let iterations = (work / each).max(8.0);

@@ -14,7 +14,7 @@ use super::pilot::{Pilot, blocks};
 use super::pilots::Pilots;
 use fast::{LaneKind, first_radii};
 use scene::film::RELATIVE_MSE_EPSILON;
-use scene::{FirstRadii, Rgb, Scene, Stop};
+use scene::{FirstRadii, Rgb, Scene, Settings, Stop};
 
 /// Pilots with each radius.
 const SEEDS: u64 = 8;
@@ -36,8 +36,7 @@ pub(crate) struct Bias {
 /// The bias at the first radii of the scene's settings; `None` if stopped.
 pub(crate) fn first_bias(scene: &Scene, lanes: LaneKind, stop: &Stop) -> Option<Bias> {
     let pilots = Pilots::new(scene, &scene.settings, lanes, stop);
-    let (per_pixel, least) = PHOTONS;
-    let photons = (per_pixel * pilots.settings.pixels() as u32).max(least);
+    let photons = photons(&pilots.settings);
     let radii = match scene.settings.radius_pilots {
         0 => FirstRadii::even(scene.settings.initial_radius),
         _ => first_radii(scene, &scene.settings, lanes, stop)?,
@@ -45,6 +44,12 @@ pub(crate) fn first_bias(scene: &Scene, lanes: LaneKind, stop: &Stop) -> Option<
     let of = |scale| pilots.run_with(SEEDS, photons, (&radii, &scene.settings), scale);
     let (wide, narrow) = (of(1.0)?, of(0.5)?);
     Some(Bias { relative: bias(&wide, &narrow), radii })
+}
+
+/// The photons of a pilot with these settings.
+fn photons(pilot: &Settings) -> u32 {
+    let (per_pixel, least) = PHOTONS;
+    (per_pixel * pilot.pixels() as u32).max(least)
 }
 
 /// The relative bias of the images of `wide`, if those of `narrow` have half the radius and the same random numbers.
@@ -60,7 +65,7 @@ fn bias(wide: &Pilot, narrow: &Pilot) -> f64 {
             let mean = wide.iter().map(value).sum::<f64>() / count;
             let differences = || wide.iter().zip(&narrow).map(|(a, b)| value(a) - value(b));
             let difference = differences().sum::<f64>() / count;
-            let squares: f64 = differences().map(|d| (d - difference) * (d - difference)).sum();
+            let squares: f64 = differences().map(|d| d - difference).map(|d| d * d).sum();
             let noise = squares / (count - 1.0) / count;
             let term = (difference * difference - noise) / (mean * mean + RELATIVE_MSE_EPSILON);
             if term.is_finite() {
@@ -103,13 +108,8 @@ mod tests {
     fn a_wider_radius_has_more_bias() {
         let scene = files::builtin::scene("cornell").unwrap();
         let of = |radius: f32| {
-            let settings = scene::Settings {
-                width: 64,
-                height: 48,
-                initial_radius: radius,
-                max_depth: 16,
-                ..scene.settings
-            };
+            let settings =
+                Settings { width: 64, height: 48, initial_radius: radius, max_depth: 16, ..scene.settings };
             first_bias(&Scene { settings, ..scene.clone() }, LaneKind::best(), &Stop::new()).unwrap().relative
         };
         let (wide, narrow) = (of(16.0), of(4.0));
@@ -135,7 +135,13 @@ mod tests {
         assert!(wide == without && narrow < 0.9 * without, "{without}, {wide}, {narrow}");
     }
 
-    /// As many photons as the pixels of a pilot ask for, and no fewer than the least; with both radii.
+    #[test]
+    fn photons_are_as_many_as_pixels_ask_for_but_not_too_few() {
+        let of = |width, height| photons(&Settings { width, height, ..Settings::default() });
+        assert_eq!([of(1, 1), of(64, 64), of(65, 64), of(256, 192)], [16_384, 16_384, 16_640, 196_608]);
+    }
+
+    /// With both radii, which begin as those of the settings.
     #[test]
     fn the_bias_is_found_with_enough_photons() {
         let mut scene = files::builtin::scene("cornell").unwrap();

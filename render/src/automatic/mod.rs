@@ -590,6 +590,36 @@ mod tests {
         );
     }
 
+    /// One with few photons and one with four times as many tell noise and work, of which an image with four times the pixels has
+    /// four times as much.
+    #[test]
+    fn photons_are_those_of_two_pilots_scaled_to_the_image() {
+        let mut scene = cornell();
+        (scene.settings.width, scene.settings.height) = (512, 384);
+        let automatic = Automatic {
+            quality: Quality::Final,
+            iterations: true,
+            photons_per_iteration: true,
+            ..Automatic::default()
+        };
+        let found = chosen(&scene, automatic, LaneKind::best(), 2);
+        let stop = Stop::new();
+        let pilots = Pilots::new(&scene, &scene.settings, LaneKind::best(), &stop);
+        assert_eq!(scene.settings.pixels(), 4 * pilots.settings.pixels());
+        let few = pilots.settings.photons_per_iteration;
+        let [first, second] = [few, 4 * few]
+            .map(|photons| pilots.run(SEEDS, |settings| settings.photons_per_iteration = photons).unwrap());
+        let variances = [&first, &second].map(|pilot| pilot.variance(BLOCK as usize / 2));
+        let account = Account::new([few, 4 * few], variances, &second.stats, 4.0);
+        let account = account.of(scene.settings.pixels(), scene.spheres.len());
+        let goal = Goal::of(Quality::Final);
+        let photons = account.photons(most_photons(scene.settings.max_depth), goal.work);
+        let iterations = account.iterations(photons, goal.noise, goal.work);
+        assert_eq!((found.photons_per_iteration, found.iterations), (photons, iterations));
+        // Not the least, so that they tell something.
+        assert!(photons > few && iterations > 8, "{photons}, {iterations}");
+    }
+
     /// Of an image that has four times the pixels of its pilot, by the noise and the work of each of them.
     #[test]
     fn iterations_of_paths_are_those_of_the_pilot_scaled_to_the_image() {

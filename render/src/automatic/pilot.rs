@@ -114,7 +114,7 @@ fn variance(images: &[&[Rgb]]) -> f64 {
         for channel in 0..3 {
             let values = || images.iter().map(|image| f64::from(image[place][channel]));
             let mean = values().sum::<f64>() / count;
-            let squares: f64 = values().map(|value| (value - mean) * (value - mean)).sum();
+            let squares: f64 = values().map(|value| value - mean).map(|d| d * d).sum();
             terms.push(squares / (count - 1.0) / (mean * mean + floor * floor));
         }
     }

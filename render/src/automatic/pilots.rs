@@ -77,6 +77,23 @@ mod tests {
         assert_eq!((small.iterations, small.photons_per_iteration), (1, 4096));
     }
 
+    /// Whatever schedule the render has: with global radii the first ones would be ignored.
+    #[test]
+    fn first_radii_are_those_that_are_given() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        (scene.settings.width, scene.settings.height) = (16, 12);
+        let (lanes, stop) = (LaneKind::best(), Stop::new());
+        let settings = Settings { radius_pilots: 1, ..scene.settings };
+        let radii = fast::first_radii(&scene, &settings, lanes, &stop).unwrap();
+        let of = |radius_schedule, radii| {
+            let settings = Settings { radius_schedule, ..scene.settings };
+            Pilots::new(&scene, &settings, lanes, &stop).run_with(1, 700, radii).unwrap().films
+        };
+        let [own, global] = RadiusSchedule::ALL.map(|schedule| of(schedule, &radii));
+        assert_eq!(own, global);
+        assert_ne!(own, of(RadiusSchedule::PerPixel, &radii.scaled(0.5)));
+    }
+
     #[test]
     fn pilots_are_as_they_are_asked_for() {
         let mut scene = files::builtin::scene("cornell").unwrap();
@@ -92,7 +109,9 @@ mod tests {
         assert_ne!(pilot.films[0], pilot.films[1]);
         let pilot = pilots.run_paths(2, 3, 1).unwrap();
         assert_eq!((pilot.films.len(), pilot.stats.photons), (2, 0));
-        // Three paths in each pixel, of at least a segment to the first diffuse surface.
+        // Three paths in each pixel, of at least a segment to the first diffuse surface, and of more if they may be longer.
         assert!(pilot.stats.camera_segments >= 2 * 3 * 16 * 12 && pilot.films[0] != pilot.films[1]);
+        let longer = pilots.run_paths(2, 3, 8).unwrap().stats.camera_segments;
+        assert!(longer > 2 * pilot.stats.camera_segments, "{longer}");
     }
 }
