@@ -208,6 +208,20 @@ fn few_lines_and_lines_to_everywhere_are_of_no_use() {
     assert!(Guide::learn(WALKS, &found_with(by_cosine, any), 0.9).is_none());
 }
 
+/// What a guide is expected to leave is of surfaces and of lamps together: either alone may make it worth having.
+#[test]
+fn surfaces_alone_and_lamps_alone_are_worth_a_guide() {
+    let way = |_| Vec3::new(0.3, 0.8, 0.52).normalize();
+    let by_cosine = |walk| (Vec3::Y + any(walk) * 0.999).normalize();
+    let expected = |found: Vec<Found>| Guide::learn(WALKS, &found, 0.9).map_or(1.0, |guide| guide.expected);
+    let [surfaces, lamps] = [found_with(way, any), found_with(by_cosine, way)].map(expected);
+    let both = expected(found(way));
+    assert!(surfaces < 0.5 && lamps < 0.5, "{surfaces}, {lamps}");
+    // Where light comes from everywhere, a table that is learnt is a little worse than none.
+    let even = (both / (surfaces * lamps)).sqrt();
+    assert!((0.8..1.1).contains(&even), "{both} of {surfaces} and {lamps}");
+}
+
 /// Tables that suit one half of the walks alone are not trusted.
 #[test]
 fn what_one_half_of_the_walks_finds_is_judged_by_the_other() {
