@@ -16,7 +16,7 @@ const PHOTONS: u32 = 1 << 16;
 fn scene() -> Scene {
     empty_scene(pinhole(Vec3::Z * 9.0, Vec3::ZERO, 30.0))
         .lamp(Vec3::new(3000.0, 6000.0, 2000.0), 500.0, BLACK, Rgb::new(4e-4, 2e-4, 1e-4))
-        .lamp(Vec3::new(-3.0, 4.0, 0.0), 0.5, BLACK, Rgb::new(100.0, 200.0, 50.0))
+        .lamp(Vec3::new(-1.5, 3.0, 0.0), 0.5, BLACK, Rgb::new(100.0, 200.0, 50.0))
         .lamp(Vec3::new(1.0, 0.8, 0.0), 0.4, BLACK, Rgb::splat(300.0))
         .lamp(Vec3::ZERO, 20_000.0, BLACK, Rgb::new(1e-7, 2e-7, 3e-7))
         .ball(Vec3::ZERO, 1.0, diffuse(0.5))

@@ -126,16 +126,22 @@ impl<'a> Definition<'a> {
     }
 }
 
-/// First radii that differ from pixel to pixel and along both axes: those that would be chosen for films in which light bends
-/// ever more towards one corner.
+/// First radii that differ from pixel to pixel and along both axes: those that would be chosen where photons are noise at the left,
+/// light bends at the right, and both are below.
 fn uneven_radii(settings: &Settings) -> FirstRadii {
     let chosen = FirstRadii::choose(&Settings { radius_pilots: 1, ..*settings }, &Stop::new(), |pilot, _| {
         let share = pilot.initial_radius / settings.initial_radius;
-        let bias = |x: u32, y: u32| if x > pilot.width / 2 { 0.5 } else { 0.01 * y as f32 };
-        Some(Film::from_fn(pilot.width, pilot.height, |x, y| {
-            let noise = ((pilot.seed >> (x % 7) & 3) as f32 - 1.5) * 0.01 / share;
-            Rgb::splat(1.0 + bias(x, y) * share * share + noise)
-        }))
+        let noise = |x: u32, y: u32| {
+            let mixed = (pilot.seed ^ u64::from(x * 131 + y * 57)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            ((mixed >> 60) as f32 - 7.5) * 0.01 / share
+        };
+        let bias = |x: u32, y: u32| match (x > pilot.width / 2, y > pilot.height / 2) {
+            (true, _) => 0.5,
+            (false, true) => 0.05,
+            (false, false) => 0.0,
+        };
+        let pixel = |x, y| Rgb::splat(1.0 + bias(x, y) * share * share + noise(x, y));
+        Some(Film::from_fn(pilot.width, pilot.height, pixel))
     });
     chosen.unwrap()
 }

