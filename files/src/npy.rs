@@ -132,6 +132,20 @@ mod tests {
         assert!(bytes.ends_with(&rows), "{bytes:?}");
     }
 
+    /// Directions of any length become unit vectors along the same line; those that are, up to rounding, keep their bits.
+    #[test]
+    fn directions_are_of_unit_length() {
+        let way = Vec3::new(0.36, -0.48, 0.8);
+        for length in [1e-20, 0.3, 0.95, 0.99, 0.9999, 1.0001, 1.01, 1.04, 1.5, 7.0, 1e15] {
+            let ray = ray(Vec3::ONE, way * length).unwrap();
+            assert!((ray.direction - way).length() < 3e-7, "{length}: {}", ray.direction);
+            assert!((ray.direction.as_dvec3().length() - 1.0).abs() < 1e-7, "{length}");
+            assert_eq!(ray.origin, Vec3::ONE);
+        }
+        assert_eq!(ray(Vec3::ZERO, way).unwrap().direction, way);
+        assert!(ray(Vec3::ZERO, Vec3::ZERO).unwrap_err().contains("length 0"));
+    }
+
     /// What a header announces has to be in the file, to the byte.
     #[test]
     fn rays_that_are_not_there_are_missed() {

@@ -106,6 +106,24 @@ mod tests {
         }
     }
 
+    /// Terms in any order, each with its own sign: what an operation makes of a point is what its text says.
+    #[test]
+    fn operations_do_what_they_say() {
+        let [x, y, z] = [0.1, 0.25, 0.7];
+        for (text, expected) in [
+            ("x,y,z", [x, y, z]),
+            ("x-1/2,y-1/4,z-0.5", [x - 0.5, y - 0.25, z - 0.5]),
+            ("1/2-x,-y+1/2,-z-1/2", [0.5 - x, 0.5 - y, -z - 0.5]),
+            ("-1/3+y,2/3+x,-5/6-z", [y - 1.0 / 3.0, 2.0 / 3.0 + x, -5.0 / 6.0 - z]),
+            ("x-y,y+x,-x-y+1/4", [x - y, x + y, 0.25 - x - y]),
+            ("y,z,x", [y, z, x]),
+        ] {
+            let found = Operation::parse(text).unwrap().apply([x, y, z]);
+            let is_near = found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12);
+            assert!(is_near, "{text}: {found:?}, not {expected:?}");
+        }
+    }
+
     #[test]
     fn atoms_on_symmetry_elements_have_fewer_images() {
         let operations = ["x,y,z", "-x,-y,-z"].map(|text| Operation::parse(text).unwrap());

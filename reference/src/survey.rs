@@ -18,20 +18,24 @@ use scene::guide::{Edge, Found, Lit};
 use scene::rng::{Family, Stream, StreamKey, unit_float};
 use scene::sobol::sobol;
 use scene::{Material, Ray, Scene, Settings, Still, Vec3, max_component};
+use std::ops::Range;
 
 /// What photons are to be aimed at: a function of scene, settings and seed, the same before every iteration.
 pub fn survey(scene: &Scene, settings: &Settings) -> Targets {
     let still = scene.at(scene.camera.shutter_time(settings.seed, 0));
+    targets(&still, settings, |walks, max_depth| vec![found(scene, &still, settings, walks, max_depth)])
+}
+
+/// What some walks find in the scene at one instant, each of at most `max_depth` segments after its first diffuse surface.
+pub fn found(scene: &Scene, still: &Still, settings: &Settings, walks: Range<u32>, max_depth: u32) -> Found {
     let key = StreamKey::new(settings.seed, Family::Survey, 0);
-    targets(&still, settings, |walks, max_depth| {
-        let mut found = Found::default();
-        for walk in walks {
-            let mut stream = key.stream(walk);
-            let ray = eye_ray(scene, settings, walk, &mut stream);
-            follow(&still, (walk, ray), max_depth, &mut stream, &mut found);
-        }
-        vec![found]
-    })
+    let mut found = Found::default();
+    for walk in walks {
+        let mut stream = key.stream(walk);
+        let ray = eye_ray(scene, settings, walk, &mut stream);
+        follow(still, (walk, ray), max_depth, &mut stream, &mut found);
+    }
+    found
 }
 
 /// The ray of a walk: places in the image are Sobol points.
@@ -119,16 +123,8 @@ mod tests {
     fn arrivals_are_of_light_that_was_seen_from_a_surface() {
         let scene = files::builtin::scene("cornell").unwrap();
         let still = scene.at(0.0);
-        let key = StreamKey::new(1, Family::Survey, 0);
-        let found = |max_depth| {
-            let mut found = Found::default();
-            for walk in 0..200 {
-                let mut stream = key.stream(walk);
-                let ray = eye_ray(&scene, &scene.settings, walk, &mut stream);
-                follow(&still, (walk, ray), max_depth, &mut stream, &mut found);
-            }
-            found
-        };
+        let settings = Settings { seed: 1, ..scene.settings };
+        let found = |max_depth| found(&scene, &still, &settings, 0..200, max_depth);
         let arrivals = |max_depth| found(max_depth).arrivals().map(|lit| lit.arrival).collect::<Vec<_>>();
         // Of one segment from the first surface on, none but that surface is met.
         assert!(arrivals(1).is_empty());

@@ -109,6 +109,26 @@ mod tests {
         assert!(sampled / whole < NEAR && whole / sampled < NEAR, "{sampled} of {whole}");
     }
 
+    /// A render that goes on after any number of iterations has noise to tell from its second one on.
+    #[test]
+    fn a_resumed_render_tells_its_noise_at_once() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let settings = Settings { width: 40, height: 30, photons_per_iteration: 5000, ..scene.settings };
+        for first in 1..=9 {
+            let mut engine = fast::Sppm::new(&scene, &settings);
+            (0..first).for_each(|_| engine.iterate());
+            let mut noise = Noise::default();
+            noise.update(&engine);
+            assert_eq!(noise.estimate(), None);
+            let before = sample(&engine);
+            engine.iterate();
+            noise.update(&engine);
+            let expected = (relative_square(&sample(&engine), &before) * f64::from(first)).sqrt();
+            let found = noise.estimate().unwrap();
+            assert!((found / expected - 1.0).abs() < 1e-9, "after {first}: {found}, not {expected}");
+        }
+    }
+
     /// Of each of as many runs of pixels one is looked at, and those do not line up.
     #[test]
     fn samples_are_spread_over_the_whole_image() {

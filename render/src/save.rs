@@ -180,4 +180,31 @@ mod tests {
         }
         assert_eq!(resolved(Path::new("x.png"), Path::new("x.sppm")), Path::new("x.png"));
     }
+
+    /// All that a render writes, and how, is what a resumed render writes unless it is told otherwise.
+    #[test]
+    fn outputs_come_back_from_their_note() {
+        let there = Path::new("/a/b/x.sppm");
+        let file = |name: &str| Some(PathBuf::from(name));
+        let all = Outputs {
+            image: file("/a/b/x.png"),
+            stream: None,
+            exposure: Some(-1.5),
+            tone: Some(Tone::Reinhard { white: 3.0 }),
+            snapshots: true,
+            radius_image: file("/a/b/radius.pfm"),
+            count_image: file("/c/count.pfm"),
+            stats: file("/a/b/stats.json"),
+        };
+        let none = Outputs::default();
+        let only_stats = Outputs { stats: all.stats.clone(), ..Outputs::default() };
+        let only_count = Outputs { count_image: all.count_image.clone(), ..Outputs::default() };
+        for outputs in [all, none, only_stats, only_count] {
+            let mut note = Note::default();
+            outputs.note(there, &mut note);
+            let read: Note = serde_json::from_str(&serde_json::to_string(&note).unwrap()).unwrap();
+            assert_eq!(read, note);
+            assert_eq!(Outputs::noted(&read, there), outputs);
+        }
+    }
 }

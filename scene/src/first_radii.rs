@@ -437,10 +437,15 @@ mod tests {
         assert_eq!(radii.scaled(0.5).at((0, 0), (8, 1)), 0.5);
     }
 
-    /// The radii as the formulas at the top of this file state them, of images of noise, without any of the code above.
+    /// With windows of the least width, and with such as reach a 32nd of the rows.
     #[test]
     fn radii_follow_from_the_formulas() {
-        let (width, height) = (24_u32, 100_u32);
+        check_formulas((24, 100), 3);
+        check_formulas((16, 192), 6);
+    }
+
+    /// The radii as the formulas at the top of this file state them, of images of noise, without any of the code above.
+    fn check_formulas((width, height): (u32, u32), reach: usize) {
         let settings =
             Settings { width, height, initial_radius: 2.0, radius_pilots: 3, ..Settings::default() };
         let mut films: Vec<Film> = Vec::new();
@@ -475,8 +480,6 @@ mod tests {
         let difference = |seed: usize, level: usize, i: usize, c: usize| {
             value(seed, level, i, c) - value(seed, level - 1, i, c)
         };
-        // The window reaches a 32nd of the rows.
-        let reach = 3;
         let relative = |level: usize, term: &dyn Fn(f64, f64) -> f64| {
             let of = |i: usize| {
                 (0..3)
@@ -493,7 +496,8 @@ mod tests {
         let variance = relative(2, &|a, b| (a - b) * (a - b) / 2.0);
         let best = |i: usize| {
             // Of d_1 it is four times that of d_2, and the deviation of the mean over a window of 7 x 7 a seventh.
-            let deviation = |level: i32| 4.0 * variance[i] / 4.0_f64.powi(level - 1) / 7.0;
+            let side = (2 * reach + 1) as f64;
+            let deviation = |level: i32| 4.0 * variance[i] / 4.0_f64.powi(level - 1) / side;
             let mut biases = vec![0.0];
             for level in 1..4 {
                 let squared =

@@ -103,7 +103,7 @@ fn many_points_in_one_place_are_each_found_once() {
 }
 
 /// A closed room of huge walls with a lamp, a mirror and glass.
-fn room() -> Scene {
+pub(crate) fn room() -> Scene {
     let mut scene = empty_scene(pinhole(Vec3::new(0.0, 0.0, 9.0), Vec3::new(0.0, -1.0, 0.0), 60.0));
     for (axis, albedo) in [(Vec3::X, [0.7, 0.2, 0.2]), (Vec3::Y, [0.7, 0.7, 0.7]), (Vec3::Z, [0.3, 0.6, 0.8])]
     {

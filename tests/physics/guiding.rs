@@ -9,9 +9,11 @@ use glam::DVec3;
 use reference::Sppm;
 use reference::emission::emit;
 use reference::photon_numbers::PhotonNumbers;
+use reference::photon_pass::quantise;
 use reference::sampling::{cosine_hemisphere, uniform_sphere};
 use reference::survey::survey;
 use scene::aim::{Aim, Arrival, Targets};
+use scene::film::FLUX_ONE;
 use scene::guide::{Edge, Found, Guide, Guided, Lit, SIDE, SURFACES, Shares};
 use scene::{Engine, Film, Rgb, Scene, Settings, Vec3};
 use std::f64::consts::PI;
@@ -176,6 +178,33 @@ fn lines_are_learnt_in_the_cells_that_draw_them() {
         }
     }
     tell("physics", 3 * SIDE * SIDE, "cells of lines");
+}
+
+/// Units of flux over the nominal power: a light channel is rounded by half a unit of 2^-18, and a photon that counts in multiples of
+/// the unit by 2^-14 of its brightest channel.
+const FINEST: f64 = 1.0 / (1 << 19) as f64;
+const COARSEST: f64 = 1.0 / (1 << 14) as f64;
+
+/// A flux, divided by the scale by which sums are divided in the end, is the power.
+#[test]
+fn fluxes_of_guided_photons_are_counted_in_the_unit_they_are_rounded_to() {
+    let aim = Aim { guide: Some(Arc::new(senseless(0))), ..Aim::default() };
+    let mut count = 0;
+    for weight in [1.0 / 64.0, 0.37, 1.0, 2.9, 7.99, 8.0, 19.0, 127.0] {
+        for color in [[1.0, 1.0, 1.0], [1.0, 0.5, 0.003], [0.0, 1.0, 0.2], [0.01, 0.0, 1.0]] {
+            let power = Rgb::from_array(color) * weight;
+            let (values, brightest) = (quantise(&aim, power).values(), f64::from(power.max_element()));
+            for (value, exact) in values.into_iter().zip(power.to_array()) {
+                let found = value as f64 / f64::from(FLUX_ONE) / f64::from(aim.scale());
+                let error = (found - f64::from(exact)).abs();
+                assert!(error <= FINEST.max(COARSEST * brightest), "{power} counts as {values:?}: {found}");
+                // Lighter than 8 is the finest unit.
+                assert!(brightest >= 8.0 || error <= FINEST, "{power} counts as {values:?}: {found}");
+                count += 1;
+            }
+        }
+    }
+    tell("physics", count, "fluxes of guided photons");
 }
 
 fn render(scene: &Scene, settings: &Settings, targets: Targets) -> Film {

@@ -10,6 +10,7 @@ mod images;
 mod lives;
 mod merge;
 mod progress;
+mod saves;
 mod trace;
 
 use render::{EngineChoice, Job, MethodName};

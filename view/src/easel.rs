@@ -244,3 +244,64 @@ pub(crate) fn layers(hub: &Hub, engine: &dyn Resumable, film: &Film, caption: Ca
 fn scaled(film: Film, factor: f32) -> Film {
     Film { pixels: film.pixels.into_iter().map(|pixel: Rgb| pixel * factor).collect(), ..film }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    /// Compares the layers of the page with the engine's values after every iteration.
+    struct Layers(Arc<Hub>);
+
+    impl Observer for Layers {
+        fn after(&mut self, step: &Step, engine: &dyn Resumable) {
+            let iterations = step.iteration;
+            let caption = Caption { version: 1, iterations, whole: [24, 18], number: 1 };
+            let film = develop(engine);
+            let share = 1.0 / iterations as f32;
+            let direct = Film::from_fn(24, 18, |x, y| engine.probe(x, y).direct * share);
+            let [radius, count] = [engine.radius(), engine.count()].map(Option::unwrap);
+            let expected = [
+                (0, of_film(&film, 0, caption)),
+                (1, of_film(&direct, 1, caption)),
+                (2, of_plane(&radius, 2, caption)),
+                (3, of_plane(&count, 3, caption)),
+            ];
+            assert!(layers(&self.0, engine, &film, caption) == expected, "after {iterations} iterations");
+        }
+    }
+
+    /// Each layer shows means over the iterations, those of direct light too.
+    #[test]
+    fn layers_are_means_over_the_iterations() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        scene.settings =
+            Settings { width: 24, height: 18, iterations: 3, photons_per_iteration: 2000, ..scene.settings };
+        let hub = Arc::new(Hub::new(true, Vec::new()));
+        let mut visits: Vec<_> = (0..LAYERS.len()).map(|_| hub.enter(9).unwrap()).collect();
+        visits.iter_mut().enumerate().for_each(|(layer, visit)| visit.look_at(layer));
+        let outcome = render::Job::new(scene).start(Layers(hub)).unwrap().wait().unwrap();
+        assert_eq!(outcome.report.iterations, 3);
+    }
+
+    /// The curve of errors has the whole render, however long: points are left out evenly.
+    #[test]
+    fn a_long_curve_keeps_its_beginning_and_its_end() {
+        let mut history = History::default();
+        let noise = std::cell::Cell::new(1_u32);
+        for iterations in 1..=1 << 12 {
+            history.learn(iterations, || {
+                Film::from_fn(8, 8, |_, _| {
+                    noise.set(noise.get().wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
+                    Rgb::splat(
+                        1.0 + (noise.get() >> 8) as f32 / (1 << 24) as f32 / (iterations as f32).sqrt(),
+                    )
+                })
+            });
+        }
+        let curve = &history.curve;
+        assert!((MOST_POINTS / 2..=MOST_POINTS).contains(&curve.len()), "{}", curve.len());
+        assert!(curve.is_sorted_by_key(|(iterations, _)| *iterations));
+        assert!(curve[0].0 <= 2 && curve.last().unwrap().0 > 3600, "{curve:?}");
+        let early = curve.iter().filter(|(iterations, _)| *iterations <= 64).count();
+        assert!(early > curve.len() / 4, "{early} of {}", curve.len());
+    }
+}

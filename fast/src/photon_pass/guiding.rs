@@ -86,3 +86,70 @@ fn face<L: Lanes>(normal: V3<L>) -> L::U {
     let axis = L::select_u(is_x, L::u(0), L::select_u(is_y, L::u(2), L::u(4)));
     axis + L::select_u(L::lt(along, L::f(0.0)), L::u(1), L::u(0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lanes::Emulated;
+    use scene::Vec3;
+    use scene::guide::{Guided, SURFACES, Shares};
+
+    /// Tables that all differ, some cells of which have the least share.
+    fn guide() -> Guide {
+        let shares = |table: usize| -> Shares {
+            let value = |u: usize, v: usize| ((u * 5 + v * 3 + table * 7) % 13 % 6) as f64;
+            let sum: f64 = (0..SIDE * SIDE).map(|cell| value(cell / SIDE, cell % SIDE)).sum();
+            std::array::from_fn(|u| std::array::from_fn(|v| value(u, v) / sum))
+        };
+        Guide::of_shares(Vec3::new(-2.0, 0.5, 10.0), 0.25, (0..SURFACES as usize).map(shares), &shares(0))
+    }
+
+    fn first(lanes: <Emulated as Lanes>::F) -> f32 {
+        let mut stored = [0.0; MOST_LANES];
+        Emulated::store(lanes, &mut stored);
+        stored[0]
+    }
+
+    fn table(tables: &GuideTables, point: Vec3, normal: Vec3) -> u32 {
+        let mut stored = [0; MOST_LANES];
+        Emulated::store_u(tables.surface::<Emulated>(V3::splat(point), V3::splat(normal)), &mut stored);
+        stored[0]
+    }
+
+    /// Where components of a normal are alike, at borders of parts, and outside of them too.
+    #[test]
+    fn surfaces_have_the_tables_that_the_scene_gives_them() {
+        let guide = guide();
+        let tables = GuideTables::new(Arc::new(guide.clone()));
+        let sides = [-0.8, -0.5, -0.0, 0.0, 0.5, 0.8];
+        let places = [-9.0, 0.0, 3.999, 4.0, 7.0, 8.0, 11.0, 12.0, 15.9, 16.0, 900.0];
+        for x in sides {
+            for normal in sides.iter().flat_map(|&y| sides.map(|z| Vec3::new(x, y, z))) {
+                for (k, place) in places.into_iter().enumerate() {
+                    let point = guide.low + Vec3::new(place, places[(k + 3) % 11], places[(k + 7) % 11]);
+                    let expected = guide.surface(point, normal);
+                    assert_eq!(table(&tables, point, normal), expected, "{normal} at {point}");
+                }
+            }
+        }
+    }
+
+    /// Also at the borders of cells, to the bit.
+    #[test]
+    fn numbers_are_bent_as_the_scene_bends_them() {
+        let guide = guide();
+        let tables = GuideTables::new(Arc::new(guide.clone()));
+        for number in [0, 1, 5, 100, SURFACES - 1] {
+            let rows = &guide.rows[number as usize * ROWS..][..ROWS];
+            let ends = rows.as_flattened().iter().flat_map(|end| [end.next_down(), *end]);
+            let numbers: Vec<f32> = ends.filter(|end| *end < 1.0).chain([0.0, 0.99]).step_by(5).collect();
+            for (&u, &v) in numbers.iter().zip(numbers.iter().rev()) {
+                let Guided { u: bent_u, v: bent_v, weight } = guide.guided(number, u, v);
+                let lanes = <Emulated as Lanes>::f;
+                let found = tables.guided::<Emulated>(<Emulated as Lanes>::u(number), lanes(u), lanes(v));
+                let found = [found.u, found.v, found.weight].map(first);
+                assert_eq!(found, [bent_u, bent_v, weight], "table {number}, {u}, {v}");
+            }
+        }
+    }
+}

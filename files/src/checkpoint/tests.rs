@@ -127,6 +127,28 @@ fn what_is_written_is_read() {
     }
 }
 
+/// What is told of a file's length differs between kinds of sums, and with an earlier image, by as much as the file does.
+#[test]
+fn lengths_differ_as_files_do() {
+    let past = past();
+    let both = |sums, past: Option<&Past>| {
+        let told = length(&scene(), "{}", sums, past.is_some()) as i64;
+        (told, whole(sums, past).len() as i64)
+    };
+    let (told, long) = both(Sums::Photons, None);
+    for (sums, past) in [
+        (Sums::Photons, Some(&past)),
+        (Sums::Paths, None),
+        (Sums::Paths, Some(&past)),
+        (Sums::Exact, None),
+        (Sums::Exact, Some(&past)),
+    ] {
+        let (more, longer) = both(sums, past);
+        // The account names the kind of sums.
+        assert!((more - told - (longer - long)).abs() < 16, "{sums}, {past:?}: {more} of {longer}");
+    }
+}
+
 #[test]
 fn the_format_is_as_documented() {
     let bytes = whole(Sums::Photons, Some(&past()));

@@ -116,3 +116,22 @@ fn color(color: Rgb) -> String {
 fn numbers<T: ToString>(values: &[T]) -> String {
     values.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Told is what pbrt shows otherwise, and nothing else.
+    #[test]
+    fn notes_are_of_mirrors_and_tinted_glass() {
+        let glass = |albedo| Material::Dielectric { albedo, ior: 1.5 };
+        let tint = Rgb::new(1.0, 0.5, 1.0);
+        let notes = |material| note((3, &material));
+        assert_eq!(notes(Material::Diffuse { albedo: tint }), None);
+        assert_eq!(notes(glass(Rgb::ONE)), None);
+        let tinted = notes(glass(tint)).unwrap();
+        assert!(tinted.starts_with("material-3: ") && tinted.ends_with("left out was 1 0.5 1"), "{tinted}");
+        let mirror = notes(Material::Specular { albedo: Rgb::ONE }).unwrap();
+        assert!(mirror.starts_with("material-3: mirrors"), "{mirror}");
+    }
+}

@@ -248,6 +248,14 @@ mod tests {
         ] {
             approx::assert_relative_eq!(grey(white(w), l), expected, max_relative = 1e-10);
         }
+        // Of colours the luminance counts (Rec. 709).
+        for [r, g, b] in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.9, 0.4, 0.1]] {
+            let l = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+            let expected = [r, g, b].map(|v| v * (1.0 + l / 9.0) / (1.0 + l));
+            for (shown, expected) in white(3.0).shown([r, g, b]).into_iter().zip(expected) {
+                approx::assert_relative_eq!(shown, expected, max_relative = 1e-10);
+            }
+        }
         // Colours keep their ratios.
         let [r, g, b] = white(4.0).shown([0.4, 0.2, 0.1]);
         approx::assert_relative_eq!(r / g, 2.0, max_relative = 1e-12);

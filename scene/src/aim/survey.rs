@@ -76,3 +76,90 @@ pub fn bytes_at_most(photons: u32, max_depth: u32) -> u64 {
     // Lists grow by doubling.
     2 * (u64::from(walks_of_guide(photons).max(MOST)) * per_walk + last_round) + Guide::BYTES
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::guide::Arrival;
+    use crate::test_scenes::balls;
+    use glam::Vec3;
+
+    fn settings(photons_per_iteration: u32, max_depth: u32) -> Settings {
+        Settings { photons_per_iteration, max_depth, ..Settings::default() }
+    }
+
+    /// What walks find that each go `length` segments: as many lines, and light at the end of each, in directions around one way.
+    fn one_way(walks: &Range<u32>, length: u32, is_lit: bool) -> Found {
+        let mut found = Found::default();
+        for (walk, step) in walks.clone().flat_map(|walk| (0..length).map(move |step| (walk, step))) {
+            let [x, z] = [walk % 64, walk / 64 % 64].map(|k| k as f32 - 32.0);
+            let point = Vec3::new(x, step as f32, z);
+            let direction = Vec3::new(x * 1e-3, 1.0, z * 1e-3).normalize();
+            found.edges.push(Edge { walk, point, normal: Vec3::Y, direction });
+            let arrival = Arrival { point, source: point + direction * 50.0, flux: 1.0 };
+            found.lit.extend(is_lit.then_some(Lit { walk, is_seen: false, arrival }));
+        }
+        found
+    }
+
+    /// Which walks are sent out, and how far.
+    fn walks(photons: u32, depth: u32, length: u32, is_lit: bool) -> (Vec<(Range<u32>, u32)>, Targets) {
+        // A lamp as wide as all that it shines on: to aim at it would gain nothing.
+        let scene = balls(&[(Vec3::Y * 1e3, 900.0, 1.0)]);
+        let mut asked = Vec::new();
+        let targets = targets(&scene.at(0.0), &settings(photons, depth), |walks, max_depth| {
+            asked.push((walks.clone(), max_depth));
+            vec![one_way(&walks, length, is_lit)]
+        });
+        (asked, targets)
+    }
+
+    /// Rounds until there are enough arrivals; then as many as a quarter of the photons asks for, and if these are worth it, all.
+    #[test]
+    fn as_many_walks_are_sent_out_as_photons_are_worth() {
+        let (asked, targets) = walks(200_000, 20, 1, true);
+        assert!(targets.shares.is_empty() && targets.guide.is_some(), "{}", targets.expected);
+        assert_eq!(asked, [(0..512, 20), (512..1024, 20), (1024..3584, 8), (3584..12_800, 8)]);
+        // No further than the render's own depth, and no more than the most.
+        let (asked, _) = walks(u32::MAX, 5, 4, true);
+        assert_eq!(asked, [(0..512, 5), (512..16_384, 5), (16_384..16_384, 5)]);
+        // Few photons are worth none beyond those that are there.
+        let (asked, _) = walks(1000, 5, 4, true);
+        assert_eq!(asked, [(0..512, 5), (512..512, 5), (512..512, 5)]);
+    }
+
+    #[test]
+    fn walks_end_where_nothing_is_found() {
+        let (asked, targets) = walks(1_000_000, 7, 0, false);
+        assert_eq!(asked.len(), 17, "{asked:?}");
+        assert_eq!((asked[15].clone(), asked[16].clone()), ((7680..8192, 7), (8192..15_872, 7)));
+        assert_eq!(targets, Targets::default());
+        let dark = targets_of_no_lamp();
+        assert_eq!(dark, Targets::default());
+    }
+
+    fn targets_of_no_lamp() -> Targets {
+        let scene = balls(&[(Vec3::ZERO, 1.0, 0.0)]);
+        targets(&scene.at(0.0), &settings(1000, 5), |_, _| panic!("there is no light to look for"))
+    }
+
+    /// Lists that grow by doubling have room for twice what is in them; the bound is no more than some megabytes above that.
+    #[test]
+    fn bytes_are_those_of_all_that_walks_may_find() {
+        for (photons, depth) in [(1000, 3), (200_000, 5), (200_000, 40), (4_000_000, 8)] {
+            let scene = balls(&[(Vec3::Y * 1e3, 900.0, 1.0)]);
+            let mut held = 0;
+            let _ = targets(&scene.at(0.0), &settings(photons, depth), |walks, max_depth| {
+                let found = one_way(&walks, max_depth.min(MOST_OF_WALK), true);
+                held += size_of_val(&found.edges[..]) + size_of_val(&found.lit[..]);
+                vec![found]
+            });
+            let most = bytes_at_most(photons, depth);
+            assert!(most >= 2 * held as u64, "{photons}, {depth}: {held} of {most}");
+            let all = MOST.max(walks_of_guide(photons));
+            let all =
+                u64::from(all * depth.min(MOST_OF_WALK)) * (size_of::<Edge>() + size_of::<Lit>()) as u64;
+            assert!(most <= 2 * all + (4 << 20), "{photons}, {depth}: {most}, for {all} twice");
+        }
+    }
+}

@@ -208,6 +208,37 @@ fn few_lines_and_lines_to_everywhere_are_of_no_use() {
     assert!(Guide::learn(WALKS, &found_with(by_cosine, any), 0.9).is_none());
 }
 
+/// What a guide is expected to leave is of surfaces and of lamps together: either alone may make it worth having.
+#[test]
+fn surfaces_alone_and_lamps_alone_are_worth_a_guide() {
+    let way = |_| Vec3::new(0.3, 0.8, 0.52).normalize();
+    let by_cosine = |walk| (Vec3::Y + any(walk) * 0.999).normalize();
+    let expected = |found: Vec<Found>| Guide::learn(WALKS, &found, 0.9).map_or(1.0, |guide| guide.expected);
+    let [surfaces, lamps] = [found_with(way, any), found_with(by_cosine, way)].map(expected);
+    let both = expected(found(way));
+    assert!(surfaces < 0.5 && lamps < 0.5, "{surfaces}, {lamps}");
+    // Where light comes from everywhere, a table that is learnt is a little worse than none.
+    let even = (both / (surfaces * lamps)).sqrt();
+    assert!((0.8..1.1).contains(&even), "{both} of {surfaces} and {lamps}");
+}
+
+/// Parts divide what nearly all lines leave: a few from afar make them no larger.
+#[test]
+fn a_few_lines_from_afar_do_not_widen_the_parts() {
+    let way = Vec3::new(0.3, 0.8, 0.52).normalize();
+    let of = |far: usize| {
+        let mut found = found(|_| way);
+        for edge in found[0].edges.iter_mut().step_by(WALKS as usize / far.max(1)).take(far) {
+            edge.point *= 1e4;
+        }
+        Guide::learn(WALKS, &found, 0.9).unwrap()
+    };
+    let (none, few) = (of(0), of(10));
+    assert!((few.scale / none.scale - 1.0).abs() < 0.1, "{} and {}", few.scale, none.scale);
+    // The longest side, which is 40 long but for a fiftieth at either end, has as many parts as there are.
+    assert!((none.scale * 38.5 / PARTS as f32 - 1.0).abs() < 0.05, "{}", none.scale);
+}
+
 /// Tables that suit one half of the walks alone are not trusted.
 #[test]
 fn what_one_half_of_the_walks_finds_is_judged_by_the_other() {

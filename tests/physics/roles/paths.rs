@@ -50,6 +50,12 @@ pub(super) fn roles(iteration: u32) -> Vec<Role> {
         // Red, green, blue or white; or none.
         Some(if r > 0.0 && g > 0.0 { 4 } else { is_lit(r) + 2 * is_lit(g) + 3 * is_lit(b) })
     }));
+    let [within, beyond] =
+        [surface_in_dense_glass(Rgb::ONE, Rgb::ZERO), surface_in_dense_glass(Rgb::ZERO, Rgb::ONE)];
+    roles.push(Role::of_few("lobe after the first surface", |seed| {
+        let is_reached = light(&within, seed, 3) != Rgb::ZERO;
+        is_reached.then(|| usize::from(light(&beyond, seed, 3) != Rgb::ZERO))
+    }));
     roles.push(two("roulette at the first surface", surface_in_glowing_glass(), 8));
     roles.push(two("roulette under a sky", surface_in_many_glasses(), 8));
     roles
@@ -104,6 +110,17 @@ fn surface_in_glowing_glass() -> Scene {
 fn surface_in_many_glasses() -> Scene {
     let scene = surface_in_glass(0.5, Rgb::ONE);
     [4.0, 5.0, 6.0, 7.0].iter().fold(scene, |scene, radius| scene.ball(Vec3::ZERO, *radius, glass(1.0, 1.0)))
+}
+
+/// A diffuse ball, which glows or not, whose top is the centre of a ball of glass that reflects nearly a half; beyond it a shell that
+/// glows or not. What leaves the top meets the glass head on: it passes, or comes back.
+fn surface_in_dense_glass(within: Rgb, beyond: Rgb) -> Scene {
+    let eye = Vec3::new(0.0, 0.0, 30.0);
+    empty_scene(pinhole(eye, Vec3::ZERO, 1e-3))
+        .lamp(Vec3::ZERO, 100.0, BLACK, beyond)
+        .lamp(Vec3::NEG_Z, 1.0, diffuse(1.0), within)
+        .ball(Vec3::ZERO, 3.0, glass(1.0, 5.0))
+        .ball(eye, 0.01, glass(1.0, 1.0))
 }
 
 /// As [`surface_in_glass`], with lamps of four colours on four sides of a black shell.

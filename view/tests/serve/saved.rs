@@ -94,3 +94,29 @@ fn what_is_not_saved_when_the_view_ends_is_not_lost() {
     assert_eq!(scene.spheres[6].radius, 12.5);
     assert!(kept.iterations > 0);
 }
+
+/// The image and the checkpoint tell the method and the engine that made them, whichever these are.
+#[test]
+fn saved_files_tell_what_rendered_them() {
+    let view = studio();
+    let mut page = Page::open(&view);
+    let folder = tempfile::tempdir().unwrap();
+    for (method, engine) in [("sppm", "reference"), ("path", "fast"), ("path", "reference"), ("sppm", "fast")]
+    {
+        page.send(&json!({ "type": "engine", "method": method, "engine": engine }));
+        let setup =
+            page.text(|text| text["type"] == "setup" && text["method"] == method && text["engine"] == engine);
+        let version = setup["version"].as_u64().unwrap() as u32;
+        page.picture(|picture| picture.version == version && picture.is_whole());
+        let (path, _) = page.keep();
+        for name in ["image.exr", "state.sppm"] {
+            let file = folder.path().join(name);
+            std::fs::write(&file, get(&view, &format!("{path}{name}")).body).unwrap();
+            let renderer = match Made::read(&file).unwrap() {
+                Made::Image(metadata) => metadata.renderer,
+                Made::Checkpoint(loaded) => render::Note::of(&loaded).renderer.unwrap(),
+            };
+            assert_eq!((renderer.method.name(), renderer.engine.name()), (method, engine), "{name}");
+        }
+    }
+}

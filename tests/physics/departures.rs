@@ -1,0 +1,98 @@
+//! Where photons leave from: each the lamp that its colour tells, or for far lamps the ball around all that is near.
+
+use crate::cases::tell;
+use crate::harness::{BLACK, Build, diffuse, empty_scene, pinhole};
+use reference::emission::{Emitted, emit};
+use reference::photon_numbers::PhotonNumbers;
+use scene::aim::{Aim, Target, Targets};
+use scene::guide::{Guide, SIDE, SURFACES};
+use scene::ray::NO_SPHERE;
+use scene::{Rgb, Scene, Vec3, max_component};
+use std::sync::Arc;
+
+const PHOTONS: u32 = 1 << 16;
+
+/// A far sun, a sky, two near lamps, one of which is sunk into a ball, and two balls. Each light has a colour of its own.
+fn scene() -> Scene {
+    empty_scene(pinhole(Vec3::Z * 9.0, Vec3::ZERO, 30.0))
+        .lamp(Vec3::new(3000.0, 6000.0, 2000.0), 500.0, BLACK, Rgb::new(4e-4, 2e-4, 1e-4))
+        .lamp(Vec3::new(-1.5, 3.0, 0.0), 0.5, BLACK, Rgb::new(100.0, 200.0, 50.0))
+        .lamp(Vec3::new(1.0, 0.8, 0.0), 0.4, BLACK, Rgb::splat(300.0))
+        .lamp(Vec3::ZERO, 20_000.0, BLACK, Rgb::new(1e-7, 2e-7, 3e-7))
+        .ball(Vec3::ZERO, 1.0, diffuse(0.5))
+        .ball(Vec3::new(2.0, -1.0, 0.5), 0.7, diffuse(0.5))
+}
+
+/// Which lights are far, by their spheres.
+const FAR: [u32; 2] = [0, 3];
+
+/// Half of the photons alike from all lamps, the others at three balls.
+fn aimed() -> Targets {
+    let balls = [(Vec3::ZERO, 1.0), (Vec3::new(2.0, -1.0, 0.5), 0.7), (Vec3::X, 2.5)];
+    let balls = balls.map(|(center, radius)| Target::ball(center, radius)).to_vec();
+    Targets { balls, root: 2, shares: vec![0.5, 0.2, 0.2, 0.1], expected: 0.0, guide: None }
+}
+
+fn guided() -> Targets {
+    let shares = [[1.0 / (SIDE * SIDE) as f64; SIDE]; SIDE];
+    let guide = Guide::of_shares(Vec3::ZERO, 1.0, (0..SURFACES).map(|_| shares), &shares);
+    Targets { guide: Some(Arc::new(guide)), ..Targets::default() }
+}
+
+/// The sphere of the light whose colour a photon has.
+fn sphere_of(scene: &Scene, power: Rgb) -> u32 {
+    let color = power / max_component(power);
+    let still = scene.at(0.0);
+    let same = |light: &&scene::still::Light| (light.photon_power - color).abs().max_element() < 1e-4;
+    still.lights.entries.iter().find(same).unwrap().sphere
+}
+
+/// Roundings of the farthest lamp.
+const ROUNDING: f32 = 4e-3;
+
+#[test]
+fn photons_leave_their_own_lamp_or_enter_where_all_that_is_near_begins() {
+    let scene = scene();
+    let still = scene.at(0.0);
+    let numbers = PhotonNumbers::new(5, 0);
+    for (what, targets) in [("alike", Targets::default()), ("aimed", aimed()), ("guided", guided())] {
+        let aim = Aim::new(&still, &targets, PHOTONS);
+        let core = aim.core.as_ref().map(|core| &core.ball);
+        assert_eq!(core.is_some(), what == "aimed");
+        let mut counts = [[0; 2]; 4];
+        for photon in 0..PHOTONS {
+            let Some(Emitted { ray, power }) = emit(&still, &aim, &numbers, photon) else { continue };
+            let light = sphere_of(&scene, power);
+            let lamp = &scene.spheres[light as usize];
+            let inwards = light == 3;
+            counts[light as usize][usize::from(ray.leaves == NO_SPHERE)] += 1;
+            if ray.leaves != NO_SPHERE {
+                assert_eq!(ray.leaves, light, "{what}: {ray:?} leaves another lamp than its colour's");
+                let outward = (ray.origin - lamp.center) / lamp.radius;
+                assert!((outward.length() - 1.0).abs() < ROUNDING, "{what}: {ray:?} begins off its lamp");
+                let cos = outward.dot(ray.direction);
+                assert!(if inwards { cos < ROUNDING } else { cos > -ROUNDING }, "{what}: {ray:?}, {cos}");
+                // Where it is sunk into the ball nothing leaves it.
+                assert!(ray.origin.length() > 1.0 - ROUNDING, "{what}: {ray:?} begins within the ball");
+                continue;
+            }
+            let core = core.unwrap();
+            assert!(FAR.contains(&light), "{what}: {ray:?} of a near lamp begins at the core");
+            let outward = (ray.origin - core.center) / core.radius;
+            assert!((outward.length() - 1.0).abs() < ROUNDING && outward.dot(ray.direction) < ROUNDING);
+            // Backwards it meets its lamp.
+            let way = lamp.center - ray.origin;
+            let nearest = way - ray.direction * way.dot(ray.direction);
+            assert!(
+                nearest.length() < lamp.radius * (1.0 + ROUNDING),
+                "{what}: {ray:?} is no line of its lamp"
+            );
+        }
+        for (light, [at_lamp, at_core]) in counts.into_iter().enumerate() {
+            let is_far = FAR.contains(&(light as u32)) && what == "aimed";
+            assert!(at_lamp + at_core > 100, "{what}: {light} sends few photons, {at_lamp} and {at_core}");
+            assert_eq!(at_core > 0, is_far, "{what}: {light}");
+        }
+    }
+    tell("physics", 3 * PHOTONS as usize, "departures of photons");
+}
