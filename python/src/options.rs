@@ -76,7 +76,7 @@ impl Options {
 }
 
 /// Leaves what is not given to be chosen at the quality `name`, in the order of [`Options::given`], or takes the paper's.
-pub(crate) fn set_quality(job: &mut Job, name: &str, given: [bool; 5]) -> PyResult<()> {
+pub(crate) fn set_quality(job: &mut Job, name: &str, given: [bool; 6]) -> PyResult<()> {
     let quality = named("quality", name, Quality::ALL, Quality::name)?;
     job.automatic = automatic(quality, given);
     if quality == Quality::Paper {

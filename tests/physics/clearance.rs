@@ -79,7 +79,8 @@ fn clearance_matters_until_photons_are_gathered() {
     free.go_on_after(1, *limited.stats());
     let places = || (0..30).flat_map(|y| (0..40).map(move |x| (x, y)));
     let had_photons: Vec<bool> = places().map(|(x, y)| limited.probe(x, y).count > 0.0).collect();
-    (limited.iterate(), free.iterate());
+    limited.iterate();
+    free.iterate();
     let (mut same, mut others) = (0, 0);
     for ((x, y), had_photons) in places().zip(had_photons) {
         let (limited, free) = (limited.probe(x, y), free.probe(x, y));
