@@ -85,13 +85,15 @@ mod tests {
         let (lanes, stop) = (LaneKind::best(), Stop::new());
         let settings = Settings { radius_pilots: 1, ..scene.settings };
         let radii = fast::first_radii(&scene, &settings, lanes, &stop).unwrap();
-        let of = |radius_schedule, radii| {
+        let of = |radius_schedule, radii, scale| {
             let settings = Settings { radius_schedule, ..scene.settings };
-            Pilots::new(&scene, &settings, lanes, &stop).run_with(1, 700, radii).unwrap().films
+            let pilots = Pilots::new(&scene, &settings, lanes, &stop);
+            pilots.run_with(1, 700, (radii, &settings), scale).unwrap().films
         };
-        let [own, global] = RadiusSchedule::ALL.map(|schedule| of(schedule, &radii));
+        let [own, global] = RadiusSchedule::ALL.map(|schedule| of(schedule, &radii, 1.0));
         assert_eq!(own, global);
-        assert_ne!(own, of(RadiusSchedule::PerPixel, &radii.scaled(0.5)));
+        let half = of(RadiusSchedule::PerPixel, &radii.scaled(0.5), 1.0);
+        assert!(own != half && half == of(RadiusSchedule::PerPixel, &radii, 0.5));
     }
 
     #[test]
