@@ -304,8 +304,8 @@ mod tests {
     /// A first radius of each pixel's own, by pilots or clearance, is not that of all, and may be an eighth of the largest.
     #[test]
     fn radii_of_their_own_need_a_schedule_and_room_below_the_largest() {
-        let least = RADIUS_RANGE[0] * RADIUS_RATIO;
         type Change = fn(&mut Settings);
+        let least = RADIUS_RANGE[0] * RADIUS_RATIO;
         let ways: [(Change, &str); 2] =
             [(|s| s.radius_pilots = 1, "radius_pilots"), (|s| s.radius_clearance = 1.0, "radius_clearance")];
         for (way, option) in ways {

@@ -121,7 +121,7 @@ mod tests {
     fn clearance_makes_the_bias_less() {
         let scene = files::builtin::scene("mirror").unwrap();
         let of = |radius_clearance: f32| {
-            let settings = scene::Settings {
+            let settings = Settings {
                 width: 64,
                 height: 48,
                 initial_radius: 10.0,

@@ -85,7 +85,7 @@ mod tests {
         let (lanes, stop) = (LaneKind::best(), Stop::new());
         let settings = Settings { radius_pilots: 1, ..scene.settings };
         let radii = fast::first_radii(&scene, &settings, lanes, &stop).unwrap();
-        let of = |radius_schedule, radii, scale| {
+        let of = |radius_schedule, radii: &FirstRadii, scale| {
             let settings = Settings { radius_schedule, ..scene.settings };
             let pilots = Pilots::new(&scene, &settings, lanes, &stop);
             pilots.run_with(1, 700, (radii, &settings), scale).unwrap().films
