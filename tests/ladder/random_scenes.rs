@@ -26,7 +26,13 @@ fn random_scenes() {
     let reached = Cell::new(0);
     let result = TestRunner::new(config).run(&case(1..=16), |Case { scene, settings, .. }: Case| {
         // The published program has the box alone, and one first radius.
-        let settings = Settings { filter: Filter::Box, radius_pilots: 0, light_samples: 1, ..settings };
+        let settings = Settings {
+            filter: Filter::Box,
+            radius_pilots: 0,
+            radius_clearance: 0.0,
+            light_samples: 1,
+            ..settings
+        };
         let contributions =
             first_difference(&scene, &settings, &rows, &Options::exact()).map_err(TestCaseError::fail)?;
         reached.set(reached.get() + u32::from(contributions > 0));
