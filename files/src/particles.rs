@@ -16,6 +16,9 @@ use thiserror::Error;
 /// properties (`figure/tests/memory.rs`).
 pub(crate) const BYTES_PER_PARTICLE: u64 = 128;
 
+/// Bytes of a file that are in memory while its digest is made.
+const READ_AT_ONCE: u64 = 1 << 20;
+
 /// Why a file of particles cannot be part of a scene.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum Problem {
@@ -62,13 +65,12 @@ fn digest(path: &Path) -> Result<String, String> {
     let opened = input::open(path, "a file of particles is a file");
     let (mut file, _) = opened.map_err(|problem| format!("{name}: {problem}"))?;
     let unread = |error: &io::Error| format!("{name}: cannot be read: {}", reason(error));
-    let mut hash = Sha256::new();
-    let mut bytes = vec![0; 1 << 20];
+    let (mut hash, mut bytes) = (Sha256::new(), Vec::new());
     loop {
-        match file.read(&mut bytes) {
+        bytes.clear();
+        match file.by_ref().take(READ_AT_ONCE).read_to_end(&mut bytes) {
             Ok(0) => return Ok(hexadecimal(&hash.finalize())),
-            Ok(count) => hash.update(&bytes[..count]),
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Ok(_) => hash.update(&bytes),
             Err(error) => return Err(unread(&error)),
         }
     }

@@ -266,6 +266,11 @@ mod tests {
         let survey = survey::bytes_at_most(photons_per_iteration, max_depth);
         assert!(survey > 0);
         assert_eq!(of(MethodName::Sppm), 64 * 32 * BYTES_PER_REFERENCE_PIXEL + survey + rest);
+        // What is behind a scene whose background is transparent is rendered too.
+        let clear = Scene { transparent_background: true, ..scene.clone() };
+        let path = chosen(MethodName::Path, EngineName::Reference);
+        let behind = 64 * 32 * BYTES_PER_TRACED_PIXEL + of_spheres(&scene);
+        assert_eq!(bytes(path, &clear, 3, false, 1 << 20), of(MethodName::Path) + behind);
     }
 
     /// Settings are chosen by other renders, whose memory is free again when this one begins.

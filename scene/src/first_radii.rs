@@ -414,6 +414,24 @@ mod tests {
         assert!(FirstRadii::choose(&settings, &stop, |_, _| None).is_none());
     }
 
+    /// Of two renders no pilot has the seed of another.
+    #[test]
+    fn seeds_of_pilots_are_those_of_their_render_alone() {
+        let seeds = |seed: u64| {
+            let mut seen = Vec::new();
+            FirstRadii::choose(&Settings { seed, ..settings() }, &Stop::new(), |pilot, _| {
+                seen.push(pilot.seed);
+                Some(Film::new(pilot.width, pilot.height))
+            });
+            seen.dedup();
+            seen
+        };
+        let mut all: Vec<u64> = [0, 1, 2, u64::MAX].into_iter().flat_map(seeds).collect();
+        all.sort_unstable();
+        all.dedup();
+        assert_eq!(all.len(), 8);
+    }
+
     /// Eight images are held until the radii are chosen, and beside them planes of the numbers that are made of them.
     #[test]
     fn bytes_are_those_of_all_images_and_planes() {
