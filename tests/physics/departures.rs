@@ -15,10 +15,10 @@ const PHOTONS: u32 = 1 << 16;
 /// A far sun, a sky, two near lamps, one of which is sunk into a ball, and two balls. Each light has a colour of its own.
 fn scene() -> Scene {
     empty_scene(pinhole(Vec3::Z * 9.0, Vec3::ZERO, 30.0))
-        .lamp(Vec3::new(3000.0, 6000.0, 2000.0), 500.0, BLACK, Rgb::new(4e-4, 2e-4, 1e-4))
+        .lamp(Vec3::new(30.0, 60.0, 20.0), 6.0, BLACK, Rgb::new(2.8, 1.4, 0.7))
         .lamp(Vec3::new(-1.5, 3.0, 0.0), 0.5, BLACK, Rgb::new(100.0, 200.0, 50.0))
         .lamp(Vec3::new(1.0, 0.8, 0.0), 0.4, BLACK, Rgb::splat(300.0))
-        .lamp(Vec3::ZERO, 20_000.0, BLACK, Rgb::new(1e-7, 2e-7, 3e-7))
+        .lamp(Vec3::ZERO, 200.0, BLACK, Rgb::new(8e-4, 1.6e-3, 2.4e-3))
         .ball(Vec3::ZERO, 1.0, diffuse(0.5))
         .ball(Vec3::new(2.0, -1.0, 0.5), 0.7, diffuse(0.5))
 }

@@ -121,7 +121,10 @@ impl<'a> Definition<'a> {
             assert!((f64::from(found.count) - pixel.n).abs() <= ROUNDING * pixel.n, "{at}: {found:?}");
             let (expected, radiance) = (self.radiance(pixel), found.radiance.as_dvec3());
             let error = (radiance - expected).abs().max_element();
-            assert!(error <= ROUNDING * (expected.max_element() + 0.1), "{at}: {radiance}, not {expected}");
+            assert!(
+                error <= ROUNDING * (expected.abs().max_element() + 0.1),
+                "{at}: {radiance}, not {expected}"
+            );
         }
     }
 }

@@ -139,6 +139,6 @@ fn no_two_roles_of_the_path_tracer_share_a_number() {
     for iteration in [0, 5] {
         let mut roles = paths::roles(iteration);
         roles.push(camera::time(iteration));
-        assert_unrelated(&roles, |_, _| false, "the path tracer");
+        assert_unrelated(&roles, paths::is_either, "the path tracer");
     }
 }

@@ -61,6 +61,12 @@ pub(super) fn roles(iteration: u32) -> Vec<Role> {
     roles
 }
 
+/// True for two roles of which a path has one at a time: where there is a sky, no roulette is before the next lobe.
+pub(super) fn is_either(a: &str, b: &str) -> bool {
+    let pair = ["lobe after the first surface", "roulette at the first surface"];
+    pair.contains(&a) && pair.contains(&b)
+}
+
 /// A lamp so large that it covers one half of the pixel, towards `side`.
 fn half_covered(side: Vec3) -> Scene {
     empty_scene(pinhole(Vec3::ZERO, Vec3::NEG_Z, 0.1)).lamp(
