@@ -83,12 +83,13 @@ mod tests {
     use crate::guide::Arrival;
     use crate::test_scenes::balls;
     use glam::Vec3;
+    use std::f32::consts::TAU;
 
     fn settings(photons_per_iteration: u32, max_depth: u32) -> Settings {
         Settings { photons_per_iteration, max_depth, ..Settings::default() }
     }
 
-    /// What walks find that each go `length` segments: as many lines, and light at the end of each, in directions around one way.
+    /// What walks find that each go `length` segments: as many lines in directions around one way, and light that comes to all sides.
     fn one_way(walks: &Range<u32>, length: u32, is_lit: bool) -> Found {
         let mut found = Found::default();
         for (walk, step) in walks.clone().flat_map(|walk| (0..length).map(move |step| (walk, step))) {
@@ -96,7 +97,11 @@ mod tests {
             let point = Vec3::new(x, step as f32, z);
             let direction = Vec3::new(x * 1e-3, 1.0, z * 1e-3).normalize();
             found.edges.push(Edge { walk, point, normal: Vec3::Y, direction });
-            let arrival = Arrival { point, source: point + direction * 50.0, flux: 1.0 };
+            let height = ((walk * 37 + step * 11) % 64) as f32 / 32.0 - 1.0;
+            let (sin, cos) = (((walk * 13 + step * 7) % 101) as f32 / 101.0 * TAU).sin_cos();
+            let radius = (1.0 - height * height).sqrt();
+            let outward = Vec3::new(radius * cos, height, radius * sin);
+            let arrival = Arrival { point: outward * 10.0, source: outward * 0.1, flux: 1.0 };
             found.lit.extend(is_lit.then_some(Lit { walk, is_seen: false, arrival }));
         }
         found
@@ -104,8 +109,8 @@ mod tests {
 
     /// Which walks are sent out, and how far.
     fn walks(photons: u32, depth: u32, length: u32, is_lit: bool) -> (Vec<(Range<u32>, u32)>, Targets) {
-        // A lamp as wide as all that it shines on: to aim at it would gain nothing.
-        let scene = balls(&[(Vec3::Y * 1e3, 900.0, 1.0)]);
+        // A lamp amid all that it shines on: to aim at it gains nothing.
+        let scene = balls(&[(Vec3::ZERO, 0.1, 1.0)]);
         let mut asked = Vec::new();
         let targets = targets(&scene.at(0.0), &settings(photons, depth), |walks, max_depth| {
             asked.push((walks.clone(), max_depth));
@@ -147,7 +152,7 @@ mod tests {
     #[test]
     fn bytes_are_those_of_all_that_walks_may_find() {
         for (photons, depth) in [(1000, 3), (200_000, 5), (200_000, 40), (4_000_000, 8)] {
-            let scene = balls(&[(Vec3::Y * 1e3, 900.0, 1.0)]);
+            let scene = balls(&[(Vec3::ZERO, 0.1, 1.0)]);
             let mut held = 0;
             let _ = targets(&scene.at(0.0), &settings(photons, depth), |walks, max_depth| {
                 let found = one_way(&walks, max_depth.min(MOST_OF_WALK), true);
