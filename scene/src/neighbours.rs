@@ -145,18 +145,16 @@ mod tests {
     use crate::Rgb;
     use glam::Vec3;
 
+    fn ball(center: Vec3, radius: f32) -> Sphere {
+        Sphere { center, velocity: Vec3::ZERO, radius, material: 0, emission: Rgb::ZERO }
+    }
+
     /// For any number of balls, nothing is allocated anew while it is built.
     #[test]
     fn nodes_are_no_more_than_are_made_room_for() {
-        let ball = |k: u32| Sphere {
-            center: Vec3::new((k * 37 % 101) as f32, (k * 61 % 89) as f32, k as f32),
-            velocity: Vec3::ZERO,
-            radius: 1.0,
-            material: 0,
-            emission: Rgb::ZERO,
-        };
+        let place = |k: u32| Vec3::new((k * 37 % 101) as f32, (k * 61 % 89) as f32, k as f32);
         for count in (0..300).chain([1023, 1024, 1025, 4099]) {
-            let balls: Vec<Sphere> = (0..count).map(ball).collect();
+            let balls: Vec<Sphere> = (0..count).map(|k| ball(place(k), 1.0)).collect();
             let Neighbours { nodes, ids } = Neighbours::new(&balls, (0..count as SphereId).collect());
             assert!(nodes.len() <= most_nodes(count as usize), "{} for {count}", nodes.len());
             assert!(nodes.capacity() <= most_nodes(count as usize).max(4), "{count}");
@@ -168,13 +166,6 @@ mod tests {
     /// Balls within reach of a place are found, whether they are small or contain it, and few others.
     #[test]
     fn places_find_the_balls_near_them() {
-        let ball = |center, radius| Sphere {
-            center,
-            velocity: Vec3::ZERO,
-            radius,
-            material: 0,
-            emission: Rgb::ZERO,
-        };
         let mut balls: Vec<Sphere> =
             (0..4096).map(|k| ball(Vec3::new((k % 64) as f32, (k / 64) as f32, 0.0), 0.25)).collect();
         balls.push(ball(Vec3::splat(30.0), 200.0));
@@ -206,13 +197,6 @@ mod tests {
         for (middle, radius) in
             [(Vec3::ZERO, 0.3), (Vec3::new(-3e5, 2e5, 1e5), 0.3), (Vec3::splat(700.0), 0.02)]
         {
-            let ball = |center, radius| Sphere {
-                center,
-                velocity: Vec3::ZERO,
-                radius,
-                material: 0,
-                emission: Rgb::ZERO,
-            };
             let at = |k: u32| {
                 let place =
                     [k % SIDE, k / SIDE % SIDE, k / (SIDE * SIDE)].map(|i| i as f32 - SIDE as f32 / 2.0);
