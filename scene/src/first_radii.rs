@@ -182,7 +182,7 @@ impl Plane {
         let products: Vec<Vec<f64>> = (1..LEVELS).map(|level| mean(level, |a, b| a * b)).collect();
         // In squares of level 0.
         let variance = mean(2, |a, b| (a - b) * (a - b) / 2.0);
-        let scale = 4.0 / 3.0 * 4.0 * f64::from(iterations);
+        let scale = noise_scale(iterations);
         let side = (2 * reach + 1) as f64;
         let shares = (0..variance.len()).map(|i| {
             // The deviation of a mean over a window, at level 1; those of the others fall as the variance.
@@ -223,6 +223,12 @@ impl Plane {
         };
         (0..width * height).map(|i| across(i % width, i / width)).collect()
     }
+}
+
+/// How many times `V` is `v`, in squares of the radius of level 0, for pilots of so many iterations: the squared radius of
+/// level 1 is 4.
+fn noise_scale(iterations: u32) -> f64 {
+    16.0 / 3.0 * f64::from(iterations)
 }
 
 /// The variance of the difference of a level from the one before, where that of level 1 from level 0 is 1 and `level` counts
@@ -412,6 +418,12 @@ mod tests {
         assert!((0..8).all(|i| !seen[..i].contains(&seen[i])), "{seen:?}");
         assert_eq!(seen.iter().map(|(_, radius)| *radius).fold(0.0, f32::max), settings.initial_radius);
         assert!(FirstRadii::choose(&settings, &stop, |_, _| None).is_none());
+    }
+
+    #[test]
+    fn noise_counts_with_the_iterations_that_it_is_of() {
+        let of = [1, 3, 4].map(noise_scale);
+        assert_eq!(of, [16.0 / 3.0, 16.0, 64.0 / 3.0]);
     }
 
     /// Of two renders no pilot has the seed of another.
