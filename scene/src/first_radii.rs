@@ -471,7 +471,7 @@ mod tests {
     #[test]
     fn radii_follow_from_the_formulas() {
         check_formulas((24, 100), 3);
-        check_formulas((16, 192), 6);
+        check_formulas((32, 192), 6);
     }
 
     /// The radii as the formulas at the top of this file state them, of images of noise, without any of the code above.
