@@ -140,6 +140,18 @@ const KEYS: &[Case<'static>] = &[
         "8:1: unknown key \"Width\" in [settings] (did you mean \"width\"?); the keys are width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter, radius_schedule, radius_pilots, radius_clearance, light_samples, quality",
     ),
     (
+        &[("width = 64", "radius_clearance = -1")],
+        "8:20: radius_clearance -1 of [settings] must be 0, or from 0.001 to 1000",
+    ),
+    (
+        &[("width = 64", "radius_clearance = 1001")],
+        "8:20: radius_clearance 1001 of [settings] must be 0, or from 0.001 to 1000",
+    ),
+    (
+        &[("width = 64", "radius_clearance = 1\nradius_schedule = \"global\"")],
+        "8:20: radius_clearance is 1, but with radius_schedule global all pixels have the same radius; it must be 0, or radius_schedule per-pixel",
+    ),
+    (
         &[("width = 64", "spp = 64")],
         "8:1: unknown key \"spp\" in [settings]; the keys are width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter, radius_schedule, radius_pilots, radius_clearance, light_samples, quality",
     ),

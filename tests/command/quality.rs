@@ -96,6 +96,11 @@ material = { type = \"diffuse\", albedo = [0.5, 0.5, 0.5] }
     // Whoever states one setting keeps what the others have been so far.
     assert_eq!(names("settings = { iterations = 1 }"), [""; 0]);
     assert_eq!(names("settings = { iterations = 1, initial_radius = \"auto\" }"), RADII);
+    assert_eq!(names("settings = { iterations = 1, radius_clearance = \"auto\" }"), ALL[4..5]);
+    assert_eq!(
+        names("settings = { quality = \"draft\", radius_clearance = 0 }"),
+        [&ALL[..4], &ALL[5..]].concat()
+    );
     assert_eq!(names("settings = { quality = \"paper\", iterations = 1 }"), [""; 0]);
 }
 

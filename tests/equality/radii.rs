@@ -1,7 +1,7 @@
 //! Search radii from one that finds no photons to one that finds all, and radii after many iterations.
 
 use crate::pair::{all_lanes, assert_equal, tell};
-use scene::Settings;
+use scene::{Settings, Vec3};
 
 /// Radii, with the width and height of the image. For large radii every photon is a candidate at every pixel, so the
 /// images are small.
@@ -64,6 +64,33 @@ fn first_radii_by_clearance() {
             };
             cases += assert_equal(&scene, &settings, &all_lanes(1));
         }
+    }
+    // Balls that move, each its own way and far, so that others are near at each instant.
+    let mut scene = files::builtin::scene("heap").unwrap();
+    scene.camera.shutter = [0.0, 1.0];
+    let mut balls = 0..150_u8;
+    scene.spheres.retain_mut(|sphere| {
+        // The ground and the lights stay.
+        if sphere.radius > 2.0 || sphere.is_emitter() {
+            return true;
+        }
+        let Some(k) = balls.next() else { return false };
+        let [x, y, z] = [k % 7, k % 5, k % 11].map(f32::from);
+        sphere.velocity = Vec3::new(x - 3.0, y - 2.0, z - 5.0);
+        true
+    });
+    for initial_radius in [0.05, 0.8] {
+        let settings = Settings {
+            width: 48,
+            height: 36,
+            iterations: 6,
+            photons_per_iteration: 300,
+            initial_radius,
+            radius_clearance: 1.0,
+            radius_pilots: 0,
+            ..scene.settings
+        };
+        cases += assert_equal(&scene, &settings, &all_lanes(1));
     }
     tell(cases, "limits by clearance");
 }

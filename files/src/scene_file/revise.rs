@@ -281,6 +281,7 @@ mod tests {
                 initial_radius: 0.1,
                 filter: Filter::Mitchell,
                 light_samples: 3,
+                radius_clearance: 0.6,
                 ..scene.settings
             };
             let last = scene.spheres.len() - 1;

@@ -316,6 +316,10 @@ mod tests {
         assert_eq!(again(&scene, &scene.settings), scene);
         assert_eq!((scene.camera.up, scene.settings.filter), (Vec3::new(0.3, 2.0, 0.4), Filter::Gaussian));
         assert_eq!(scene.settings.light_samples, 10);
+        // Only with radii of their own do pixels begin with other ones.
+        let radius_schedule = RadiusSchedule::PerPixel;
+        let own = Settings { radius_schedule, radius_pilots: 3, radius_clearance: 0.45, ..scene.settings };
+        assert_eq!(again(&scene, &own).settings, own);
     }
 
     #[test]
