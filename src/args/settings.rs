@@ -334,6 +334,9 @@ mod tests {
         assert_eq!(of(None), (own, automatic));
         assert_eq!(of(Some(Quality::Paper)), (own.with_papers(), Automatic::all(Quality::Paper)));
         assert_eq!(of(Some(Quality::Draft)), (own, Automatic::all(Quality::Draft)));
+        // Whatever the file states.
+        let stated = QualityArgs { quality: Some(Quality::Final) }.apply(&own, Automatic::default());
+        assert_eq!(stated, (own, Automatic::all(Quality::Final)));
         for quality in Quality::ALL {
             assert_eq!(of_render(&["cornell", "--quality", quality.name()]).quality.quality, Some(quality));
         }

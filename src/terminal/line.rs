@@ -168,6 +168,17 @@ mod tests {
         assert!(line.starts_with("[##########") && line.chars().count() == 99, "{line}");
     }
 
+    /// The way to the goal that is reached first, of steps or time.
+    #[test]
+    fn the_bar_is_that_of_the_nearer_goal() {
+        let share = |done, seconds_of_limit: Option<u64>| {
+            let limit = seconds_of_limit.map(seconds);
+            Work { done, limit, ..work() }.share().unwrap()
+        };
+        assert_eq!([share(3, None), share(3, Some(8)), share(3, Some(24))], [0.5, 0.75, 0.5]);
+        assert_eq!(share(6, Some(3)), 1.0);
+    }
+
     #[test]
     fn a_line_fits_on_every_terminal_and_tells_the_most_important() {
         let long = Work { done: 1_000_000_000, all: Some(1 << 30), limit: Some(seconds(9999)), ..work() };

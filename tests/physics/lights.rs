@@ -259,6 +259,37 @@ fn share_outside(radius: f32, distance: f32) -> f64 {
     0.5 * (1.0 + plane.clamp(-1.0, 1.0))
 }
 
+/// Balls on both sides of a lamp: each hides its own part of it.
+#[test]
+fn all_balls_that_a_lamp_is_sunk_into_hide_it() {
+    let photons = 1 << 17;
+    for (radius, distance) in [(2.0, 2.5), (0.5, 1.2)] {
+        let scene = lamp_by_ball(radius, distance).ball(AXIS * -distance, radius, BLACK);
+        let settings = settings(1, 1, photons, 1, 1.0);
+        let mut stats = Stats::default();
+        photon_pass(&scene.at(0.0), &Aim::default(), &settings, 0, 0..photons, &mut stats, |_, _| {});
+        let share = stats.photon_segments as f64 / f64::from(photons);
+        let expected = 2.0 * share_outside(radius, distance) - 1.0;
+        assert!((share - expected).abs() < STRATIFIED, "balls of {radius}: {share} instead of {expected}");
+    }
+}
+
+/// A surface that is black in one channel reflects in the others as if it were not.
+#[test]
+fn each_channel_reflects_by_itself() {
+    let pixel = |material| {
+        let scene = empty_scene(pinhole(Vec3::Z * 5.0, Vec3::ZERO, 5.0))
+            .ball(Vec3::ZERO, 1.0, material)
+            .lamp(Vec3::new(2.0, 0.0, 6.0), 0.5, BLACK, Rgb::ONE);
+        let settings = settings(8, 8, 1, 2, 1.0);
+        [render_sppm(&scene, &settings), render_path(&scene, &settings)].map(|film| film.pixels[27])
+    };
+    for (grey, colour) in pixel(diffuse(0.5)).into_iter().zip(pixel(coloured([0.5, 0.0, 0.25]))) {
+        assert!(grey.x > 0.0);
+        assert_eq!(colour, Rgb::new(grey.x, 0.0, grey.x / 2.0));
+    }
+}
+
 /// A small step in position; the conditions for a blocked lamp are tested this close to their limits.
 const STEP: f32 = 1e-3;
 

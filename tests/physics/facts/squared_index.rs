@@ -9,12 +9,15 @@ use crate::harness::{
 };
 use reference::photon_pass::Flux;
 use scene::film::FLUX_ONE;
-use scene::{Rgb, Vec3};
+use scene::{Rgb, Settings, Vec3};
 
 const IOR: f32 = 1.5;
 
 /// Relative tolerance of furnaces without noise: about a hundred rounding errors of 2^-24.
 const ROUNDING: f64 = 1e-5;
+
+/// Relative tolerance of a mean by paths of which some reflect at the glass and leave it: four standard errors.
+const PATHS: f64 = 0.05;
 
 #[test]
 fn eye_within_glass_sees_a_furnace_brighter_by_the_square_of_the_index() {
@@ -61,4 +64,6 @@ fn direct_light_within_glass_is_seen_from_outside_by_the_inverse_of_the_square()
     let expected = 0.5 * f64::from(0.8_f32) * (1.0 - reflectance(0.0, ior)) / (ior * ior);
     let expected = expected * lit(Vec3::Z, to_lamp, 0.02);
     assert_close(direct_light(&scene, 2), [expected; 3], SAMPLED, "a lit ball within glass");
+    let settings = Settings { iterations: 4096, ..settings(1, 1, 1, 2, 1.0) };
+    assert_mean(&render_path(&scene, &settings), [expected; 3], PATHS, "a lit ball within glass, by paths");
 }
