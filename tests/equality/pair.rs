@@ -141,3 +141,30 @@ fn another_seed_makes_a_difference() {
     other.iterate();
     assert!(Outcome::of(&one).difference(&Outcome::of(&other)).is_some());
 }
+
+/// The planes that are compared are those of the pixels: of either engine, with each value where it belongs.
+#[test]
+fn planes_are_what_pixels_tell() {
+    let scene = files::builtin::scene("cornell").unwrap();
+    let settings = Settings { width: 9, height: 8, photons_per_iteration: 5000, ..scene.settings };
+    let mut engines: [Box<dyn Engine>; 2] =
+        [Box::new(reference::Sppm::new(&scene, &settings)), Box::new(fast::Sppm::new(&scene, &settings))];
+    for engine in &mut engines {
+        engine.iterate();
+        for plane in compare::planes(&**engine) {
+            let places = (0..settings.height).flat_map(|y| (0..settings.width).map(move |x| (x, y)));
+            let told: Vec<f32> = places
+                .flat_map(|(x, y)| {
+                    let probe = engine.probe(x, y);
+                    match plane.kind {
+                        compare::PlaneKind::DirectLight => probe.direct.to_array().to_vec(),
+                        compare::PlaneKind::Count => vec![probe.count],
+                        compare::PlaneKind::Radius => vec![probe.radius],
+                        compare::PlaneKind::Image => probe.radiance.to_array().to_vec(),
+                    }
+                })
+                .collect();
+            assert_eq!(plane.values, told, "{:?}", plane.kind);
+        }
+    }
+}
