@@ -176,9 +176,10 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
     Err(interrupted(&requests, what))
 }
 
-/// What is chosen of a render that goes on for as long as it is looked at, and whose first picture must not have to wait.
+/// What is chosen of a render that goes on for as long as it is looked at, and whose first picture must not have to wait: neither
+/// for pilots nor, among many spheres, for what is near each pixel, which every change of the view asks for anew.
 fn endless(automatic: Automatic) -> Automatic {
-    Automatic { iterations: false, radius_pilots: false, ..automatic }
+    Automatic { iterations: false, radius_pilots: false, radius_clearance: false, ..automatic }
 }
 
 /// The iterations after which it ends; `None` if there is no end, as where so many are given that there can be no more.
@@ -271,7 +272,8 @@ mod tests {
         let ends = [Some(1), Some(MAX_ITERATIONS - 1)];
         assert_eq!(ends.map(limit), ends);
         let all = Automatic::all(::scene::Quality::Final);
-        assert_eq!(endless(all), Automatic { iterations: false, radius_pilots: false, ..all });
+        let (iterations, radius_pilots, radius_clearance) = (false, false, false);
+        assert_eq!(endless(all), Automatic { iterations, radius_pilots, radius_clearance, ..all });
     }
 
     /// Beside the image, or in the current folder, and never over another.

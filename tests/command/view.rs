@@ -70,8 +70,9 @@ fn ctrl_c_ends_the_view_and_writes_what_it_has() {
     assert_eq!(sandbox.names(), ["a.exr"]);
     // It is the image of a render of as many iterations.
     let done = ended.stderr.split(' ').nth(4).unwrap().to_owned();
-    // A view has no pilots.
-    let again = ["-n", &done, "--radius-pilots", "0", "-o", "b.exr", "--quiet"];
+    // A view has the same first radius for all pixels.
+    let same = ["--radius-pilots", "0", "--radius-clearance", "0"];
+    let again = [&["-n", &done, "-o", "b.exr", "--quiet"], &same[..]].concat();
     let ended = sandbox.run(["render", "cornell"].iter().chain(&QUICK[..7]).chain(&again));
     assert_eq!(ended.code, Some(0), "{ended:?}");
     assert_eq!(sandbox.image("a.exr"), sandbox.image("b.exr"));
