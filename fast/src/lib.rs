@@ -75,4 +75,4 @@ pub use lanes::LaneKind;
 pub use parameters::{Parameter, ParameterError, Parameters, Values};
 pub use path_tracer::PathTracer;
 pub use search::{Search, Work, ball_count};
-pub use sppm::{DEPOSITS_AT_ONCE, DEPOSITS_OF_PILOTS, Parts, Sppm, first_radii};
+pub use sppm::{DEPOSITS_AT_ONCE, DEPOSITS_OF_PILOTS, Parts, Sppm, first_radii, first_radii_for};

@@ -5,6 +5,7 @@ use crate::hierarchy::Hierarchy;
 use crate::parameters::Parameters;
 use crate::search::ball_count;
 use crate::tables::Tables;
+use scene::still::Carried;
 use scene::{Scene, Still};
 
 /// What a sphere takes in the tables made of a scene of few.
@@ -38,7 +39,12 @@ impl<'a> Prepared<'a> {
     }
 
     /// The only still of a scene, with the hierarchy `old` if that is of it; `None` if something moves.
-    pub(crate) fn only(scene: &'a Scene, parameters: &Parameters, old: Option<Hierarchy>) -> Option<Self> {
-        (!scene.moves()).then(|| Self::new(scene.at(0.0), parameters, old))
+    pub(crate) fn only(
+        scene: &'a Scene,
+        carried: Carried,
+        parameters: &Parameters,
+        old: Option<Hierarchy>,
+    ) -> Option<Self> {
+        (!scene.moves()).then(|| Self::new(scene.at_for(0.0, carried), parameters, old))
     }
 }

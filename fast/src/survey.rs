@@ -29,6 +29,7 @@ use scene::guide::{Edge, Found, Lit};
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, StreamKey};
 use scene::sobol::sobol;
+use scene::still::Carried;
 use scene::{Scene, Settings, Vec3};
 use std::mem::take;
 
@@ -183,6 +184,7 @@ impl Survey<'_> {
     fn scatter<L: Lanes>(&self, walks: &mut Walks, live: usize, max_depth: u32) -> usize {
         let tables = &self.prepared.tables;
         let surfaces = tables.surfaces(&walks.paths.hit[..live]);
+        let is_of_all = self.prepared.still.carried == Carried::All;
         walks.asking.count = 0;
         let mut go_on = 0;
         for at in (0..live).step_by(L::N) {
@@ -209,9 +211,10 @@ impl Survey<'_> {
             // What would be absorbed where it arrives does not matter.
             let survives = arrived & L::lt(roulette, material.albedo.max_component());
             let is_first = is_diffuse & !seen;
+            let counts = if is_of_all { survives } else { !is_diffuse };
             let faces = L::lt(L::f(0.0), surface.normal.dot(p.direction));
             let receivers = Receivers {
-                live: survives & (seen | is_first),
+                live: survives & (seen | is_first) & counts,
                 point: surface.point,
                 normal: V3::select(faces, surface.normal, -surface.normal),
                 sphere: hit,

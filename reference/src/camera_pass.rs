@@ -10,6 +10,7 @@ use scene::filter::Table;
 use scene::ray::{NO_SPHERE, SphereId};
 use scene::rng::{Family, Stream, StreamKey, unit_float};
 use scene::sobol::{DIMENSIONS, morton, moved_on, sobol};
+use scene::still::Carried;
 use scene::{Material, Ray, Rgb, Settings, Stats, Still, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
@@ -118,7 +119,7 @@ impl CameraNumbers {
 }
 
 /// Traces one camera path of the given weight: follows mirrors and glass, adds the light of lamps that it hits, and at the first diffuse
-/// surface estimates direct light and returns the visible point.
+/// surface estimates direct light and returns the visible point. If photons carry caustics alone, there is no direct light.
 pub fn trace(
     still: &Still,
     (ray, weight): (Ray, f32),
@@ -127,10 +128,13 @@ pub fn trace(
     stats: &mut Stats,
 ) -> CameraSample {
     let (mut ray, mut throughput, mut direct) = (ray, Rgb::splat(weight), Rgb::ZERO);
+    let has_direct = still.carried == Carried::All;
     for segment in 0..max_depth {
         stats.camera_segments += 1;
         let Some(hit) = intersect(still, &ray) else { break };
-        direct += throughput * still.spheres[hit.sphere as usize].emission;
+        if has_direct {
+            direct += throughput * still.spheres[hit.sphere as usize].emission;
+        }
         let lobe = numbers.lobe(segment);
         let material = still.material(hit.sphere);
         throughput *= material.albedo();
@@ -140,9 +144,11 @@ pub fn trace(
                 if beta == Rgb::ZERO {
                     break;
                 }
-                stats.shadow_rays += u64::from(numbers.light_samples);
                 stats.visible_points += 1;
-                direct += beta * irradiance(still, &hit, numbers);
+                if has_direct {
+                    stats.shadow_rays += u64::from(numbers.light_samples);
+                    direct += beta * irradiance(still, &hit, numbers);
+                }
                 let visible = VisiblePoint { point: hit.point, normal: hit.normal, sphere: hit.sphere, beta };
                 return CameraSample { direct, visible: Some(visible) };
             }

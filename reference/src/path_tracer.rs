@@ -18,6 +18,7 @@ use crate::sampling::cosine_hemisphere;
 use crate::scatter::{dielectric, reflect};
 use rayon::prelude::*;
 use scene::filter::Table;
+use scene::hybrid::Sampler;
 use scene::rng::Family;
 use scene::{
     Engine, Material, Probe, Progress, Ray, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums,
@@ -36,13 +37,26 @@ pub struct PathTracer<'a> {
     sums: Vec<[f64; 3]>,
     /// The samples of the current iteration.
     samples: Vec<Rgb>,
+    /// See [`PathTracer::without_caustics`].
+    has_caustics: bool,
+    /// What the samples took that are not added yet.
+    sampled: Stats,
 }
 
 impl<'a> PathTracer<'a> {
     /// A render that has not begun.
     pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
         let (sums, samples) = (vec![[0.0; 3]; settings.pixels()], vec![Rgb::ZERO; settings.pixels()]);
-        Self { scene, progress: Progress::new(settings), filter: settings.filter.table(), sums, samples }
+        let filter = settings.filter.table();
+        let progress = Progress::new(settings);
+        Self { scene, progress, filter, sums, samples, has_caustics: true, sampled: Stats::default() }
+    }
+
+    /// The same render without the light of lamps that mirrors and glass send on to a diffuse surface: what photons carry in
+    /// [`scene::Hybrid`].
+    #[must_use]
+    pub fn without_caustics(self) -> Self {
+        Self { has_caustics: false, ..self }
     }
 
     /// The radiance of a pixel; black before the first iteration.
@@ -68,9 +82,20 @@ impl Engine for PathTracer<'_> {
     }
 
     fn iterate_unless(&mut self, stop: &Stop) -> bool {
+        let is_whole = self.sample_unless(stop);
+        if is_whole {
+            self.add_samples();
+        }
+        is_whole
+    }
+}
+
+impl Sampler for PathTracer<'_> {
+    fn sample_unless(&mut self, stop: &Stop) -> bool {
         let start = Instant::now();
         let Progress { settings, next, .. } = &self.progress;
-        let world = World::new(self.scene.at(self.scene.camera.shutter_time(settings.seed, *next)));
+        let still = self.scene.at(self.scene.camera.shutter_time(settings.seed, *next));
+        let world = World { has_caustics: self.has_caustics, ..World::new(still) };
         let frame = self.scene.camera.frame(settings.width, settings.height);
         let width = settings.width;
         let row_of_paths = |(y, row): (usize, &mut [Rgb])| {
@@ -88,22 +113,27 @@ impl Engine for PathTracer<'_> {
             Some(segments)
         };
         stop.meter().begin(self.samples.len() as u64);
-        // Samples are added only when all are complete, so that an iteration can be abandoned.
         let rows = self.samples.par_chunks_mut(width as usize).enumerate();
         let Some(segments) = rows.map(row_of_paths).sum::<Option<u64>>() else {
             return false;
         };
+        self.sampled = Stats {
+            camera_segments: segments,
+            camera_seconds: start.elapsed().as_secs_f64(),
+            bytes: (size_of_val(&self.sums[..]) + size_of_val(&self.samples[..])) as u64,
+            ..Stats::default()
+        };
+        true
+    }
+
+    fn add_samples(&mut self) {
         for (sum, sample) in self.sums.iter_mut().zip(&self.samples) {
             for (total, value) in sum.iter_mut().zip(sample.to_array()) {
                 *total += f64::from(value);
             }
         }
-        let stats = &mut self.progress.stats;
-        stats.camera_segments += segments;
-        stats.bytes = (size_of_val(&self.sums[..]) + size_of_val(&self.samples[..])) as u64;
-        stats.camera_seconds += start.elapsed().as_secs_f64();
+        self.progress.stats.add(&self.sampled);
         self.progress.advance();
-        true
     }
 }
 
@@ -191,12 +221,15 @@ struct World<'a> {
     has_lamps: bool,
     /// True if paths meet lights that no shadow ray is sent to.
     has_ambient_lights: bool,
+    /// See [`PathTracer::without_caustics`].
+    has_caustics: bool,
 }
 
 impl<'a> World<'a> {
     fn new(still: Still<'a>) -> Self {
         let still = still.with_choice_of_lamps();
-        Self { has_lamps: still.has_lamps(), has_ambient_lights: still.has_ambient_lights(), still }
+        let (has_lamps, has_ambient_lights) = (still.has_lamps(), still.has_ambient_lights());
+        Self { still, has_lamps, has_ambient_lights, has_caustics: true }
     }
 }
 
@@ -223,7 +256,8 @@ fn trace(world: &World, ray: Ray, max_depth: u32, numbers: &mut PathNumbers, seg
         length += 1;
         *segments += 1;
         let Some(hit) = intersect(still, &ray) else { break };
-        if counts_lamps || still.is_enclosure(hit.sphere) {
+        let is_caustic = seen_diffuse && !world.has_caustics;
+        if (counts_lamps && !is_caustic) || still.is_enclosure(hit.sphere) {
             radiance += throughput * radiance_scale * still.spheres[hit.sphere as usize].emission;
         }
         let is_late = seen_diffuse && length > SPARED;

@@ -9,6 +9,7 @@ use scene::aim::{AIMED_BOUNCES, Aim, EXPONENT_STEP, Target, cone};
 use scene::film::FLUX_ONE;
 use scene::guide::{GUIDED_BOUNCES, Guided};
 use scene::ray::SphereId;
+use scene::still::Carried;
 use scene::{Material, Ray, Rgb, Settings, Stats, Still, Vec3, max_component};
 use std::ops::Range;
 
@@ -42,7 +43,8 @@ pub struct Deposit {
 }
 
 /// Traces the photons with indices `photons` of one iteration, and calls `deposit` wherever one arrives at a diffuse
-/// surface from bounce 1 on. At bounce 0 it would bring direct light, which the camera pass has counted.
+/// surface from bounce 1 on. At bounce 0 it would bring direct light, which the camera pass has counted. Photons that carry
+/// caustics end there.
 pub fn photon_pass(
     still: &Still,
     aim: &Aim,
@@ -76,6 +78,9 @@ fn trace(
         stats.photon_segments += 1;
         let Some(hit) = intersect(still, &ray) else { return };
         let material = still.material(hit.sphere);
+        if bounce == 0 && still.carried == Carried::Caustics && material.is_diffuse() {
+            return;
+        }
         if bounce > 0 && matches!(material, Material::Diffuse { .. }) {
             stats.deposits += 1;
             let flux = quantise(aim, power);

@@ -4,13 +4,13 @@ use crate::camera_pass::{CameraNumbers, VisiblePoint, camera_ray, trace};
 use crate::consolidate::{Gathered, Pixel, estimate};
 use crate::grid::Grid;
 use crate::photon_pass::{Deposit, photon_pass};
-use crate::survey::survey;
+use crate::survey::survey_for;
 use scene::aim::{Aim, Targets};
 use scene::exact::Scale;
 use scene::filter::Table;
 use scene::light_tree::LightTree;
 use scene::radius_schedule::{RadiusSchedule, Shrinking};
-use scene::still::Role;
+use scene::still::{Carried, Role};
 use scene::{
     Clearance, Engine, ExactSums, FirstRadii, PhotonSums, Probe, Progress, Resumable, Rgb, Scene, Settings,
     Stats, Still, Stop, Sums,
@@ -35,6 +35,7 @@ pub struct Sppm<'a> {
     cell_size: f32,
     /// See [`Sppm::lit_by_power`].
     lit_by_power: bool,
+    carried: Carried,
     pixels: Vec<Pixel>,
     /// What pixels have gained, if radii are global.
     global: Option<Global>,
@@ -94,6 +95,7 @@ impl<'a> Sppm<'a> {
             filter,
             cell_size,
             lit_by_power: false,
+            carried: Carried::All,
             pixels,
             global,
             targets: None,
@@ -115,6 +117,13 @@ impl<'a> Sppm<'a> {
         Self { targets: Some(targets), ..self }
     }
 
+    /// The image of caustics alone, and of what they light: of lamps' light whose first surface is a mirror or glass, as
+    /// photons bring it to diffuse surfaces. A part of [`scene::Hybrid`].
+    #[must_use]
+    pub fn of_caustics(self) -> Self {
+        Self { carried: Carried::Caustics, ..self }
+    }
+
     /// The same render with direct light from lights chosen by their power alone, and photons that leave all lamps alike, as
     /// in the paper: another estimate of the same image. The rows of the ladder are compared with it.
     #[must_use]
@@ -125,7 +134,7 @@ impl<'a> Sppm<'a> {
     /// The scene at the instant of this iteration.
     fn still(&self) -> Still<'a> {
         let Progress { settings, next, .. } = &self.progress;
-        let mut still = self.scene.at(self.scene.camera.shutter_time(settings.seed, *next));
+        let mut still = self.scene.at_for(self.scene.camera.shutter_time(settings.seed, *next), self.carried);
         if self.lit_by_power {
             let lights = &mut still.lights;
             let probabilities = lights.entries.iter().map(|light| light.probability);
@@ -224,7 +233,7 @@ impl<'a> Sppm<'a> {
             return Some(());
         }
         if self.first_radii.is_none() {
-            self.first_radii = Some(first_radii(self.scene, &settings, stop)?);
+            self.first_radii = Some(first_radii(self.scene, &settings, self.carried, stop)?);
         }
         if let Some(radii) = &self.first_radii {
             let size = (settings.width, settings.height);
@@ -240,6 +249,10 @@ impl<'a> Sppm<'a> {
     fn run_iteration(&mut self, stop: &Stop) -> Option<()> {
         self.begin(stop)?;
         let still = self.still();
+        if self.carried == Carried::Caustics && !still.has_photons() {
+            self.progress.advance();
+            return Some(());
+        }
         let start = Instant::now();
         self.shrink();
         let photons = u64::from(self.progress.settings.photons_per_iteration);
@@ -250,7 +263,7 @@ impl<'a> Sppm<'a> {
         let grid = Grid::build(&seen.points, radius, self.cell_size);
         let built = Instant::now();
         let settings = &self.progress.settings;
-        let targets = self.targets.get_or_insert_with(|| survey(self.scene, settings));
+        let targets = self.targets.get_or_insert_with(|| survey_for(self.scene, settings, self.carried));
         let aim = Aim::new(&still, targets, settings.photons_per_iteration);
         let gathered = self.photon_pass((&still, &aim), &grid, &seen, stop)?;
         let traced = Instant::now();
@@ -307,9 +320,9 @@ impl<'a> Sppm<'a> {
 }
 
 /// The first radii of a render with these settings, by pilots; `None` if stopped.
-fn first_radii(scene: &Scene, settings: &Settings, stop: &Stop) -> Option<FirstRadii> {
+fn first_radii(scene: &Scene, settings: &Settings, carried: Carried, stop: &Stop) -> Option<FirstRadii> {
     FirstRadii::choose(settings, stop, |settings, stop| {
-        let mut pilot = Sppm::new(scene, settings);
+        let mut pilot = Sppm { carried, ..Sppm::new(scene, settings) };
         (0..settings.iterations).all(|_| pilot.iterate_unless(stop)).then(|| pilot.develop())
     })
 }
@@ -550,7 +563,7 @@ mod tests {
         };
         let new = || Sppm::new(&scene, &settings);
         let by_survey = iterated(new(), 1);
-        let told = iterated(new().aimed_at(survey(&scene, &settings)), 1);
+        let told = iterated(new().aimed_at(crate::survey::survey(&scene, &settings)), 1);
         assert_eq!(state(&by_survey), state(&told));
         let alike = iterated(new().aimed_at(Targets::default()), 1);
         assert_ne!(state(&by_survey), state(&alike));

@@ -17,12 +17,18 @@ use scene::aim::{Arrival, Targets};
 use scene::guide::{Edge, Found, Lit};
 use scene::rng::{Family, Stream, StreamKey, unit_float};
 use scene::sobol::sobol;
+use scene::still::Carried;
 use scene::{Material, Ray, Scene, Settings, Still, Vec3, max_component};
 use std::ops::Range;
 
 /// What photons are to be aimed at: a function of scene, settings and seed, the same before every iteration.
 pub fn survey(scene: &Scene, settings: &Settings) -> Targets {
-    let still = scene.at(scene.camera.shutter_time(settings.seed, 0));
+    survey_for(scene, settings, Carried::All)
+}
+
+/// The same for photons that carry this light. Those that carry caustics are aimed at mirrors and glass alone.
+pub fn survey_for(scene: &Scene, settings: &Settings, carried: Carried) -> Targets {
+    let still = scene.at_for(scene.camera.shutter_time(settings.seed, 0), carried);
     targets(&still, settings, |walks, max_depth| vec![found(scene, &still, settings, walks, max_depth)])
 }
 
@@ -71,7 +77,9 @@ fn follow(still: &Still, (walk, ray): (u32, Ray), max_depth: u32, stream: &mut S
             return;
         }
         let is_first = is_diffuse && !seen_diffuse;
+        let counts = still.carried == Carried::All || !is_diffuse;
         if (seen_diffuse || is_first)
+            && counts
             && let Some(arrival) = arrival(still, &hit, direction, numbers)
         {
             found.lit.push(Lit { walk, is_seen: is_first, arrival });

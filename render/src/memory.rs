@@ -98,16 +98,23 @@ impl Need {
 fn bytes(engine: EngineChoice, scene: &Scene, threads: usize, has_past: bool, deposits: u32) -> u64 {
     let (settings, spheres) = (&scene.settings, scene.spheres.len());
     let pixels = settings.pixels() as u64;
-    let of_engine = |settings: &Settings| match (engine.method(), engine.name()) {
-        (MethodName::Sppm, EngineName::Fast) => {
+    let photons = |settings: &Settings| match engine.name() {
+        EngineName::Fast => {
             fast::Sppm::bytes_at_most(settings, spheres, threads, deposits, engine.parameters())
         }
-        (MethodName::Sppm, EngineName::Reference) => {
+        EngineName::Reference => {
             let survey = survey::bytes_at_most(settings.photons_per_iteration, settings.max_depth);
             pixels * BYTES_PER_REFERENCE_PIXEL + survey + clearance::bytes_at_most(settings, spheres)
         }
-        (MethodName::Path, EngineName::Fast) => fast::PathTracer::bytes_at_most(settings, spheres, threads),
-        (MethodName::Path, EngineName::Reference) => pixels * BYTES_PER_TRACED_PIXEL,
+    };
+    let paths = |settings: &Settings| match engine.name() {
+        EngineName::Fast => fast::PathTracer::bytes_at_most(settings, spheres, threads),
+        EngineName::Reference => pixels * BYTES_PER_TRACED_PIXEL,
+    };
+    let of_engine = |settings: &Settings| match engine.method() {
+        MethodName::Sppm => photons(settings),
+        MethodName::Path => paths(settings),
+        MethodName::Hybrid => photons(settings) + paths(settings),
     };
     let past = if has_past { BYTES_PER_PAST_PIXEL } else { 0 };
     let behind = if scene.transparent_background {

@@ -14,6 +14,8 @@ pub enum MethodName {
     Sppm,
     /// Path tracing: ground truth without bias, noisy where there are caustics; iterations are samples per pixel
     Path,
+    /// Path tracing, and photons for caustics: for open scenes, under a sky, with small lamps
+    Hybrid,
 }
 
 /// The name of an engine: an implementation. Both give the same image, bit for bit.
@@ -99,11 +101,11 @@ pub enum LanesName {
 
 impl MethodName {
     /// All methods.
-    pub const ALL: [Self; 2] = [Self::Sppm, Self::Path];
+    pub const ALL: [Self; 3] = [Self::Sppm, Self::Path, Self::Hybrid];
 
     /// Whether photons are traced, so that there are radii and photon counts.
     pub fn has_photons(self) -> bool {
-        self == Self::Sppm
+        self != Self::Path
     }
 
     /// The method that keeps `sums`.
@@ -111,6 +113,7 @@ impl MethodName {
         match sums {
             Sums::Photons | Sums::Exact => Self::Sppm,
             Sums::Paths => Self::Path,
+            Sums::Hybrid => Self::Hybrid,
         }
     }
 
@@ -120,6 +123,7 @@ impl MethodName {
             (Self::Sppm, RadiusSchedule::PerPixel) => Sums::Photons,
             (Self::Sppm, RadiusSchedule::Global) => Sums::Exact,
             (Self::Path, _) => Sums::Paths,
+            (Self::Hybrid, _) => Sums::Hybrid,
         }
     }
 
@@ -128,6 +132,7 @@ impl MethodName {
         match self {
             Self::Sppm => "sppm",
             Self::Path => "path",
+            Self::Hybrid => "hybrid",
         }
     }
 }

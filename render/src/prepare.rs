@@ -13,7 +13,7 @@ use files::lock::Lock;
 use files::{atomic_file, scene_file};
 use rayon::ThreadPool;
 use scene::text::list;
-use scene::{Flaw, Settings};
+use scene::{Flaw, RadiusSchedule, Settings};
 use std::path::Path;
 
 /// A validated job with its resources.
@@ -68,7 +68,15 @@ fn check_settings(job: &Job) -> Result<(), Error> {
     job.scene.settings.validate().map_err(|error| {
         let field = Field::Setting(error.option);
         Error::input(field, Problem::of(field).text(format_args!(" {}", error.problem)))
-    })
+    })?;
+    let is_global = job.scene.settings.radius_schedule == RadiusSchedule::Global;
+    if is_global && job.engine.method() == MethodName::Hybrid {
+        let field = Field::Setting("radius_schedule");
+        let problem = Problem::of(field)
+            .text(" global: method hybrid has radii per pixel alone; leave it out, or take ");
+        return Err(Error::input(field, problem.field(Field::Method).text(" sppm")));
+    }
+    Ok(())
 }
 
 /// Checks that the iterations asked for, if not all, are some of the render's, and independent of the others.

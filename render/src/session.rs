@@ -13,7 +13,6 @@ use crate::job::{Job, Repeats};
 use crate::keeper::Keeper;
 use crate::memory;
 use crate::metadata::Metadata;
-use crate::names::MethodName;
 use crate::noise::{Noise, mean_square_radius};
 use crate::observer::{Notice, Observer};
 use crate::outcome::{End, Outcome, Unwritten};
@@ -156,12 +155,14 @@ impl Session<'_> {
 
     /// The bias by which the error is estimated, if there is an error goal and if there is a bias at all.
     fn first_bias(&self) -> Option<Bias> {
-        if self.job.goals.error.is_none() || self.job.engine.method() != MethodName::Sppm {
+        let method = self.job.engine.method();
+        if self.job.goals.error.is_none() || !method.has_photons() {
             return None;
         }
         let meter = self.job.stop.meter();
         meter.prepare(1);
-        let bias = first_bias(self.scene, self.job.engine.lane_kind(), &self.job.stop.child_aside());
+        let bias =
+            first_bias(self.scene, (method, self.job.engine.lane_kind()), &self.job.stop.child_aside());
         meter.begin(0);
         bias
     }

@@ -30,7 +30,7 @@ impl Step {
     /// The part of the progress that `engine` provides.
     pub fn of(engine: &dyn Resumable) -> Self {
         let mean_radius = match engine.sums() {
-            Sums::Photons => Some(mean_radius(engine)),
+            Sums::Photons | Sums::Hybrid => Some(mean_radius(engine)),
             Sums::Exact => Some(engine.probe(0, 0).radius.into()),
             Sums::Paths => None,
         };
@@ -53,10 +53,13 @@ impl Step {
 /// The mean search radius. Computed row by row, to avoid allocating an image after every iteration.
 fn mean_radius(engine: &dyn Resumable) -> f64 {
     let settings = engine.settings();
-    let mut row = vec![0; settings.width as usize * PhotonSums::WORDS];
+    let words = engine.sums().words();
+    let mut row = vec![0; settings.width as usize * words];
     let of_row = |y| {
         engine.save_row(y, &mut row);
-        let pixels = row.as_chunks().0.iter().map(|words| PhotonSums::from_words(*words));
+        // The last of a pixel's words, whatever else is kept.
+        let of_photons = |words: &[u32]| words.last_chunk().map(|words| PhotonSums::from_words(*words));
+        let pixels = row.chunks_exact(words).filter_map(of_photons);
         pixels.map(|pixel| f64::from(pixel.radius_squared.sqrt())).sum::<f64>()
     };
     (0..settings.height).map(of_row).sum::<f64>() / settings.pixels() as f64

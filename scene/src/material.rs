@@ -34,6 +34,11 @@ impl Material {
         }
     }
 
+    /// True if light is scattered to all sides.
+    pub fn is_diffuse(&self) -> bool {
+        matches!(self, Self::Diffuse { .. })
+    }
+
     /// True where no light crosses the surface.
     pub fn is_opaque(&self) -> bool {
         !matches!(self, Self::Dielectric { .. })

@@ -32,16 +32,23 @@ pub enum Sums {
     /// Path tracing: the radiance of red, green and blue, each summed over all iterations, as the bits of three `f64`,
     /// lower word first.
     Paths,
+    /// Path tracing with photons for caustics: the words of [`Sums::Paths`], then those of [`PhotonSums`].
+    Hybrid,
 }
+
+/// Words per pixel of [`Sums::Paths`].
+pub(crate) const PATH_WORDS: usize = 6;
 
 impl Sums {
     /// Finds words that no engine could have written after so many `iterations`: an invalid count, a radius that is invalid
     /// or has grown, a sum that is too large. Returns the end of an error message.
     pub fn fault(self, words: &[u32], initial_radius: f32, iterations: u32) -> Option<&'static str> {
+        let photons = |words: &[u32]| {
+            words.try_into().ok().and_then(|words| PhotonSums::from_words(words).fault(initial_radius))
+        };
         match self {
-            Self::Photons => {
-                words.try_into().ok().and_then(|words| PhotonSums::from_words(words).fault(initial_radius))
-            }
+            Self::Photons => photons(words),
+            Self::Hybrid => words.get(PATH_WORDS..).and_then(photons),
             Self::Exact => {
                 words.try_into().ok().and_then(|words| ExactSums::from_words(words).fault(iterations))
             }
@@ -54,7 +61,8 @@ impl Sums {
         match self {
             Self::Photons => PhotonSums::WORDS,
             Self::Exact => ExactSums::WORDS,
-            Self::Paths => 6,
+            Self::Paths => PATH_WORDS,
+            Self::Hybrid => PATH_WORDS + PhotonSums::WORDS,
         }
     }
 }
@@ -173,6 +181,7 @@ impl fmt::Display for Sums {
             Self::Photons => "photon mapping",
             Self::Exact => "photon mapping with global radii",
             Self::Paths => "path tracing",
+            Self::Hybrid => "path tracing with photons for caustics",
         })
     }
 }

@@ -76,6 +76,17 @@ pub struct Lights {
     pub tree: LightTree,
 }
 
+/// Which light photons carry.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Carried {
+    /// All that comes to visible points by way of other surfaces, as in photon mapping; the camera pass adds direct light.
+    #[default]
+    All,
+    /// That of lamps whose first surface is a mirror or glass, and no other: what is left to it by a path tracer
+    /// ([`crate::Hybrid`]).
+    Caustics,
+}
+
 /// A scene at one instant.
 #[derive(Clone, Debug)]
 pub struct Still<'a> {
@@ -87,8 +98,10 @@ pub struct Still<'a> {
     pub roles: Roles,
     /// The spheres around the eye, in order of their ids.
     pub enclosures: Vec<Enclosure>,
-    /// What glows.
+    /// What glows; for photons that carry caustics alone, lamps alone.
     pub lights: Lights,
+    /// What photons carry.
+    pub carried: Carried,
 }
 
 /// Relative slack within which surfaces count as touching, so that rounding never hides a blocker.
@@ -114,17 +127,22 @@ struct Cover {
 impl Scene {
     /// The scene at shutter time `time`.
     pub fn at(&self, time: f32) -> Still<'_> {
-        let mut still = self.without_light_tree(time);
+        self.at_for(time, Carried::All)
+    }
+
+    /// The same, with the lights whose light photons carry.
+    pub fn at_for(&self, time: f32, carried: Carried) -> Still<'_> {
+        let mut still = self.without_light_tree(time, carried);
         still.lights.tree = still.light_tree();
         still
     }
 
     /// The lights at shutter time `time`, without [`Lights::tree`].
     pub(crate) fn lights_at(&self, time: f32) -> Lights {
-        self.without_light_tree(time).lights
+        self.without_light_tree(time, Carried::All).lights
     }
 
-    fn without_light_tree(&self, time: f32) -> Still<'_> {
+    fn without_light_tree(&self, time: f32, carried: Carried) -> Still<'_> {
         let spheres = if self.moves() {
             Cow::Owned(self.spheres.iter().map(|s| s.at(time)).collect())
         } else {
@@ -136,6 +154,7 @@ impl Scene {
             roles: Roles::default(),
             enclosures: Vec::new(),
             lights: Lights::default(),
+            carried,
         };
         still.assign_roles(self.camera.eye);
         still.find_lights();
@@ -156,6 +175,12 @@ impl Still<'_> {
     pub fn with_choice_of_lamps(mut self) -> Self {
         self.lights.tree.leave_out_ambient();
         self
+    }
+
+    /// True if photons may carry light at all: for caustics there must be a lamp, and a mirror or glass.
+    pub fn has_photons(&self) -> bool {
+        let can_scatter = self.carried == Carried::All || self.materials.iter().any(|m| !m.is_diffuse());
+        !self.lights.entries.is_empty() && can_scatter
     }
 
     /// True if a light is no glowing enclosure.
@@ -194,6 +219,9 @@ impl Still<'_> {
         let mut weights = Vec::new();
         let solids = self.solids();
         for (id, s) in self.spheres.iter().enumerate().filter(|(_, s)| s.is_emitter()) {
+            if self.carried == Carried::Caustics && self.is_enclosure(id as SphereId) {
+                continue;
+            }
             let Some(blockers) = self.blockers(id, &solids) else {
                 continue;
             };

@@ -12,7 +12,7 @@ use fast::Parameters;
 use rayon::ThreadPool;
 use render::{LanesName, MethodName, Profile, available_lanes, cores, pool};
 use scene::text::counted;
-use scene::{Engine, Scene, Settings};
+use scene::{Engine, Hybrid, Scene, Settings};
 use std::path::PathBuf;
 
 /// Check that engines agree, bit for bit
@@ -74,6 +74,10 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Error> {
     let mut reference: Box<dyn Engine> = match args.method {
         MethodName::Sppm => Box::new(reference::Sppm::new(&opened.scene, &settings)),
         MethodName::Path => Box::new(reference::PathTracer::new(&opened.scene, &settings)),
+        MethodName::Hybrid => Box::new(Hybrid::new(
+            reference::PathTracer::new(&opened.scene, &settings).without_caustics(),
+            reference::Sppm::new(&opened.scene, &settings).of_caustics(),
+        )),
     };
     let progress = Bar::of(settings.iterations, "iterations");
     let difference = first_difference(&mut *reference, &mut variants, settings.iterations, &progress);
@@ -101,6 +105,10 @@ fn variants<'a>(
             MethodName::Path => {
                 Box::new(fast::PathTracer::with_parameters(scene, settings, lanes, parameters))
             }
+            MethodName::Hybrid => Box::new(Hybrid::new(
+                fast::PathTracer::with_parameters(scene, settings, lanes, parameters).without_caustics(),
+                fast::Sppm::with_parameters(scene, settings, lanes, parameters).of_caustics(),
+            )),
         },
         pool,
     });
@@ -116,6 +124,7 @@ fn verdict(method: MethodName, (scene, settings): (&str, &Settings), variants: &
     let planes = match method {
         MethodName::Sppm => "direct light, count, radius and image",
         MethodName::Path => "the path tracer's image",
+        MethodName::Hybrid => "count, radius and image",
     };
     let Settings { width, height, iterations, .. } = settings;
     let iterations = counted(*iterations, "iteration");

@@ -13,6 +13,7 @@ mod draft;
 mod engines;
 mod global;
 mod guiding;
+mod hybrid;
 mod kernels;
 mod pair;
 mod parameters;

@@ -5,7 +5,7 @@ use crate::difference::Outcome;
 use fast::{LaneKind, Parameters};
 use proptest::test_runner::Config;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use scene::{Engine, Film, Scene, Settings, Stats};
+use scene::{Engine, Film, Hybrid, RadiusSchedule, Scene, Settings, Stats};
 use std::sync::OnceLock;
 
 /// The largest number of threads in the tests.
@@ -88,6 +88,28 @@ pub(crate) fn compare_paths(scene: &Scene, settings: &Settings, ways: &[Way]) ->
     let others = ways.iter().map(|way| (*way, start(way))).collect();
     let reference = run_side_by_side(reference::PathTracer::new(scene, settings), others)?;
     Ok(reference.develop())
+}
+
+/// The same by path tracing with photons for caustics. Returns the reference's statistics.
+pub(crate) fn compare_hybrids(scene: &Scene, settings: &Settings, ways: &[Way]) -> Result<Stats, String> {
+    let settings = &Settings { radius_schedule: RadiusSchedule::PerPixel, ..*settings };
+    let hybrid = |way: &Way| {
+        let paths = fast::PathTracer::with_parameters(scene, settings, way.lanes, &way.parameters);
+        Hybrid::new(paths.without_caustics(), start(scene, settings, *way).of_caustics())
+    };
+    let others = ways.iter().map(|way| (*way, hybrid(way))).collect();
+    let paths = reference::PathTracer::new(scene, settings).without_caustics();
+    let caustics = reference::Sppm::new(scene, settings).of_caustics();
+    Ok(*run_side_by_side(Hybrid::new(paths, caustics), others)?.stats())
+}
+
+/// Expects equality by path tracing with photons for caustics, and returns the number of renders that were compared with the
+/// reference, and the photons that counted in it.
+pub(crate) fn assert_equal_hybrids(scene: &Scene, settings: &Settings, ways: &[Way]) -> (usize, u64) {
+    match compare_hybrids(scene, settings, ways) {
+        Ok(stats) => (ways.len(), stats.contributions),
+        Err(difference) => panic!("{}, {settings:?}, hybrid: {difference}", scene.name),
+    }
 }
 
 /// Runs all iterations of the reference and of the others, and compares them after each. Returns the reference, or

@@ -1,7 +1,7 @@
 //! New random scenes in every run, with all materials and lamps, placed such that rounding matters.
 
 use crate::draft::{Case, case};
-use crate::pair::{Way, all_lanes, compare, compare_paths, effort, scaled, tell};
+use crate::pair::{Way, all_lanes, compare, compare_hybrids, compare_paths, effort, scaled, tell};
 use proptest::prelude::*;
 use proptest::test_runner::{TestError, TestRunner};
 use scene::{Rgb, Scene, Settings};
@@ -17,6 +17,10 @@ const PHOTONS: Comparison = |scene, settings, ways| Ok(compare(scene, settings, 
 /// By the path tracers. Of a scene whose image is black no light is compared.
 const PATHS: Comparison =
     |scene, settings, ways| Ok(compare_paths(scene, settings, ways)?.pixels.iter().any(|c| *c != Rgb::ZERO));
+
+/// By path tracing with photons for caustics. Scenes without caustics test the path tracer alone.
+const HYBRIDS: Comparison =
+    |scene, settings, ways| Ok(compare_hybrids(scene, settings, ways)?.contributions > 0);
 
 /// Compares the engines on `cases` scenes of `spheres` spheres, and shows the simplest scene that fails.
 fn check((cases, spheres): (u32, RangeInclusive<usize>), method: &str, comparison: Comparison) {
@@ -71,4 +75,14 @@ fn some_spheres_by_paths() {
 #[test]
 fn many_spheres_by_paths() {
     check((16, 61..=300), "paths", PATHS);
+}
+
+#[test]
+fn few_spheres_by_both() {
+    check((100, 1..=12), "paths and photons for caustics", HYBRIDS);
+}
+
+#[test]
+fn some_spheres_by_both() {
+    check((32, 13..=60), "paths and photons for caustics", HYBRIDS);
 }

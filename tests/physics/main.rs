@@ -19,6 +19,7 @@ mod furnace;
 mod grid;
 mod guiding;
 mod harness;
+mod hybrid;
 mod intersection;
 mod iterations;
 mod light_choice;

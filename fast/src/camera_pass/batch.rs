@@ -15,6 +15,7 @@ use crate::trace::{hits, intersect_batch};
 use lanes::{Lanes, MOST_LANES, V3};
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, StreamKey};
+use scene::still::Carried;
 use scene::{Clearance, Settings, Still, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
@@ -108,11 +109,22 @@ impl CameraPass<'_> {
             live = self.shade::<L>(batch, live, segment);
         }
         end_the_rest::<L>(batch, live);
-        if !self.lights.is_empty() {
+        if self.asks_lights() {
             self.light::<L>(batch);
         }
         counts.visible_points = self.write::<L>(batch, rows);
         counts
+    }
+
+    /// False if photons carry caustics alone: the rest is a path tracer's.
+    #[inline(always)]
+    pub(super) fn has_direct(&self) -> bool {
+        self.still.carried == Carried::All
+    }
+
+    #[inline(always)]
+    fn asks_lights(&self) -> bool {
+        self.has_direct() && !self.lights.is_empty()
     }
 
     /// The squared search radius of a pixel whose camera path has found `row`.
@@ -178,7 +190,7 @@ impl CameraPass<'_> {
             let surface = Hit::<L>::at(surfaces, p.origin, p.direction, t, &ids);
             let material = Materials::<L>::gather(&self.tables.materials, surface.tag);
             let glows = arrived & tag::has::<L>(surface.tag, tag::EMITTER);
-            if L::any(glows) {
+            if self.has_direct() && L::any(glows) {
                 self.add_emission::<L>(batch, glows, &p, &ids);
             }
             let is_glass = arrived & L::eq(material.kind, L::u(kind::DIELECTRIC));
@@ -261,7 +273,7 @@ impl CameraPass<'_> {
             let is_visible = L::first(ended.count - at) & !L::eq(sphere, L::u(NO_SPHERE));
             visible_points += u64::from(L::mask_bits(is_visible).count_ones());
             let mut direct = batch.direct.gather::<L>(slots);
-            if !self.lights.is_empty() {
+            if self.asks_lights() {
                 let mean = batch.irradiance.load::<L>(at).scale(L::f(share));
                 direct = V3::select(is_visible, direct + beta * mean, direct);
             }

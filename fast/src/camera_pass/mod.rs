@@ -104,7 +104,9 @@ impl CameraWorkers {
             worker.occupancy.take().iter().for_each(|occupancy| all.merge(occupancy));
             let CameraCounts { segments, visible_points } = take(&mut worker.counts);
             stats.camera_segments += segments;
-            stats.shadow_rays += visible_points * u64::from(pass.settings.light_samples);
+            if pass.has_direct() {
+                stats.shadow_rays += visible_points * u64::from(pass.settings.light_samples);
+            }
             stats.visible_points += visible_points;
         }
         (!stop.is_requested()).then_some(all)

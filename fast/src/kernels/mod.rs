@@ -20,5 +20,5 @@ pub use maps::{
 };
 pub use passes::{
     CameraSample, PhotonRun, Receiver, camera_pass, choose_for_points, direct_light, photon_pass, pixel_slot,
-    survey,
+    survey, survey_for,
 };

@@ -17,6 +17,7 @@ use crate::tables::Tables;
 use lanes::{Kernel, LaneKind, Lanes, MOST_LANES, dispatch};
 use scene::aim::{Aim, Targets};
 use scene::ray::{NO_SPHERE, SphereId};
+use scene::still::Carried;
 use scene::{Rgb, Scene, Settings, Still, Vec3};
 use std::ops::Range;
 use std::sync::Arc;
@@ -71,7 +72,12 @@ pub fn camera_pass(
 
 /// What photons are to be aimed at.
 pub fn survey(scene: &Scene, settings: &Settings, lanes: LaneKind) -> Targets {
-    let first = scene.at(scene.camera.shutter_time(settings.seed, 0));
+    survey_for(scene, settings, Carried::All, lanes)
+}
+
+/// The same for photons that carry this light.
+pub fn survey_for(scene: &Scene, settings: &Settings, carried: Carried, lanes: LaneKind) -> Targets {
+    let first = scene.at_for(scene.camera.shutter_time(settings.seed, 0), carried);
     let prepared = Prepared::new(first, &Parameters::default(), None);
     crate::survey::survey(scene, settings, &prepared, lanes)
 }
@@ -102,6 +108,7 @@ pub fn photon_pass(
         emission: Emission::new(still, &emitters, &lights, (settings.seed, iteration)),
         tables: &Tables::new(still),
         max_depth: settings.max_depth,
+        carried: still.carried,
         cells: cells.0,
         occupancy: &wanted.0,
         reach,

@@ -28,6 +28,7 @@ pub(super) struct PathPass<'a> {
     has_lamps: bool,
     /// True if paths meet lights that no shadow ray is sent to.
     has_ambient_lights: bool,
+    has_caustics: bool,
 }
 
 /// Buffers of one batch.
@@ -118,7 +119,12 @@ impl<'a> PathPass<'a> {
     ) -> Self {
         let Prepared { still, .. } = prepared;
         let (has_lamps, has_ambient_lights) = (still.has_lamps(), still.has_ambient_lights());
-        Self { prepared, eye, settings, iteration, has_lamps, has_ambient_lights }
+        Self { prepared, eye, settings, iteration, has_lamps, has_ambient_lights, has_caustics: true }
+    }
+
+    /// The same; without caustics if they are not wanted.
+    pub(super) fn with_caustics(self, has_caustics: bool) -> Self {
+        Self { has_caustics, ..self }
     }
 
     /// Samples the pixels of the slots from `first` on, one per element of `samples`, by at most `at_once` paths at a time,
@@ -197,6 +203,7 @@ impl<'a> PathPass<'a> {
         let surfaces = tables.surfaces(&batch.paths.hit[..live]);
         // A packet lists so many points at most.
         let room = BATCH - self.settings.light_samples as usize * L::N;
+        let is_caustic = L::first(if self.has_caustics { 0 } else { L::N });
         let (mut at, mut go_on) = (0, 0);
         batch.lit.count = 0;
         loop {
@@ -214,7 +221,8 @@ impl<'a> PathPass<'a> {
             L::store_u(hit, &mut ids);
             let surface = Hit::<L>::at(surfaces, p.origin, p.direction, t, &ids);
             let material = Materials::<L>::gather(&tables.materials, surface.tag);
-            let counts = progress.counts_lamps | tag::has::<L>(surface.tag, tag::ENCLOSURE);
+            let counts = (progress.counts_lamps & !(is_caustic & progress.seen_diffuse))
+                | tag::has::<L>(surface.tag, tag::ENCLOSURE);
             let glows = arrived & counts & tag::has::<L>(surface.tag, tag::EMITTER);
             if L::any(glows) {
                 self.add_emission::<L>(glows, p.weight.scale(progress.scale), (p.slot, &ids), samples);

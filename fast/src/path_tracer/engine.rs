@@ -10,6 +10,7 @@ use crate::pixels::{slot_of, slots};
 use crate::prepared::Prepared;
 use lanes::LaneKind;
 use rayon::prelude::*;
+use scene::hybrid::Sampler;
 use scene::{Engine, Probe, Progress, Resumable, Rgb, Scene, Settings, Stats, Stop, Sums};
 use std::time::Instant;
 
@@ -27,6 +28,10 @@ pub struct PathTracer<'a> {
     workers: PathWorkers,
     /// The scene's only still and its tables, if nothing moves.
     prepared: Option<Prepared<'a>>,
+    /// See [`PathTracer::without_caustics`].
+    has_caustics: bool,
+    /// What the samples took that are not added yet.
+    sampled: Stats,
 }
 
 impl<'a> PathTracer<'a> {
@@ -57,7 +62,16 @@ impl<'a> PathTracer<'a> {
             samples: Pages::zeros(slots(settings)),
             workers: PathWorkers::new(),
             prepared: (!scene.moves()).then(|| prepared(scene, 0.0, parameters)),
+            has_caustics: true,
+            sampled: Stats::default(),
         }
+    }
+
+    /// The same render without the light of lamps that mirrors and glass send on to a diffuse surface: what photons carry in
+    /// [`scene::Hybrid`].
+    #[must_use]
+    pub fn without_caustics(self) -> Self {
+        Self { has_caustics: false, ..self }
     }
 
     /// The most bytes that a render of a scene of so many `spheres` takes on so many threads.
@@ -76,7 +90,7 @@ impl<'a> PathTracer<'a> {
             moved = prepared(scene, time, parameters);
             &moved
         };
-        let pass = PathPass::new(prepared, &self.eye, settings, *next);
+        let pass = PathPass::new(prepared, &self.eye, settings, *next).with_caustics(self.has_caustics);
         let plan = PathPlan {
             pixels_per_job: parameters.pixels_per_job as usize,
             paths_per_batch: parameters.pixels_per_batch as usize,
@@ -111,10 +125,30 @@ impl Engine for PathTracer<'_> {
     }
 
     fn iterate_unless(&mut self, stop: &Stop) -> bool {
+        // Samples are added only when all are complete, so that an iteration can be abandoned.
+        let is_whole = self.sample_unless(stop);
+        if is_whole {
+            self.add_samples();
+        }
+        is_whole
+    }
+}
+
+impl Sampler for PathTracer<'_> {
+    fn sample_unless(&mut self, stop: &Stop) -> bool {
         let start = Instant::now();
         stop.meter().begin(self.samples.len() as u64);
-        // Samples are added only when all are complete, so that an iteration can be abandoned.
         let Some(segments) = self.sample(stop) else { return false };
+        self.sampled = Stats {
+            camera_segments: segments,
+            camera_seconds: start.elapsed().as_secs_f64(),
+            bytes: (size_of_val(&self.sums[..]) + size_of_val(&self.samples[..])) as u64,
+            ..Stats::default()
+        };
+        true
+    }
+
+    fn add_samples(&mut self) {
         let per_job = self.parameters.pixels_per_job as usize;
         let jobs = self.sums.par_chunks_mut(per_job).zip(self.samples.par_chunks(per_job));
         jobs.for_each(|(sums, samples)| {
@@ -122,12 +156,8 @@ impl Engine for PathTracer<'_> {
                 *sum += f64::from(*sample);
             }
         });
-        let stats = &mut self.progress.stats;
-        stats.camera_segments += segments;
-        stats.bytes = (size_of_val(&self.sums[..]) + size_of_val(&self.samples[..])) as u64;
-        stats.camera_seconds += start.elapsed().as_secs_f64();
+        self.progress.stats.add(&self.sampled);
         self.progress.advance();
-        true
     }
 }
 

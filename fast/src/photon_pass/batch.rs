@@ -15,7 +15,7 @@ use scene::Still;
 use scene::aim::{AIMED_BOUNCES, EXPONENT_STEP};
 use scene::film::FLUX_ONE;
 use scene::guide::GUIDED_BOUNCES;
-use scene::still::Role;
+use scene::still::{Carried, Role};
 use std::ops::Range;
 
 /// What the photon pass of one iteration reads.
@@ -23,6 +23,8 @@ pub(crate) struct PhotonPass<'a> {
     pub(crate) emission: Emission<'a>,
     pub(crate) tables: &'a Tables,
     pub(crate) max_depth: u32,
+    /// What photons carry.
+    pub(crate) carried: Carried,
     /// The cells of the join.
     pub(crate) cells: Cells,
     /// The cells that visible points reach.
@@ -117,6 +119,9 @@ impl PhotonPass<'_> {
             };
             let (survives, survivor) = survive::<L>(p.weight, material.albedo, roulette);
             let mut survives = arrived & survives;
+            if bounce == 0 && self.carried == Carried::Caustics {
+                survives = survives & !is_diffuse;
+            }
             p.weight = survivor;
             let (mut direction, weight) = self.scatter::<L>(bounce, &surface, u, v);
             if let Some(weight) = weight {

@@ -64,7 +64,7 @@ impl Engine for Sppm<'_> {
             done
         } else {
             let time = self.scene.camera.shutter_time(self.progress.settings.seed, self.progress.next);
-            let prepared = Prepared::new(self.scene.at(time), &self.parameters, None);
+            let prepared = Prepared::new(self.scene.at_for(time, self.carried), &self.parameters, None);
             let emitters = self.new_emitters(&prepared);
             self.run_iteration(&prepared, &emitters, stop)
         };

@@ -7,17 +7,28 @@ use crate::parameters::Parameters;
 use crate::pixels::{Pixel, slot_of};
 use crate::prepared::Prepared;
 use lanes::LaneKind;
+use scene::still::Carried;
 use scene::{Engine, FirstRadii, Progress, Scene, Settings, Stop};
 use std::mem::take;
 
 /// The first radii of a render with these settings, if `radius_pilots` is not 0; `None` if stopped.
 pub fn first_radii(scene: &Scene, settings: &Settings, lanes: LaneKind, stop: &Stop) -> Option<FirstRadii> {
-    choose(scene, settings, (lanes, &Parameters::default()), &mut None, stop)
+    first_radii_for((scene, Carried::All), settings, lanes, stop)
+}
+
+/// The same where photons carry this light.
+pub fn first_radii_for(
+    (scene, carried): (&Scene, Carried),
+    settings: &Settings,
+    lanes: LaneKind,
+    stop: &Stop,
+) -> Option<FirstRadii> {
+    choose((scene, carried), settings, (lanes, &Parameters::default()), &mut None, stop)
 }
 
 /// As [`first_radii`]. `hierarchy` is that of the scene, if there is one already, and is left there.
 fn choose(
-    scene: &Scene,
+    (scene, carried): (&Scene, Carried),
     settings: &Settings,
     (lanes, parameters): (LaneKind, &Parameters),
     hierarchy: &mut Option<Hierarchy>,
@@ -26,7 +37,7 @@ fn choose(
     let mut parts = Parts::of_hierarchy(hierarchy.take());
     let radii = FirstRadii::choose(settings, stop, |settings, stop| {
         let pilot = Sppm::with_parts(scene, settings, lanes, parameters, take(&mut parts));
-        let mut pilot = pilot.deposits_at_once(DEPOSITS_OF_PILOTS);
+        let mut pilot = pilot.deposits_at_once(DEPOSITS_OF_PILOTS).carrying(carried);
         let is_whole = (0..settings.iterations).all(|_| pilot.iterate_unless(stop));
         let film = is_whole.then(|| pilot.develop());
         parts = pilot.into_parts();
@@ -54,8 +65,9 @@ impl Sppm<'_> {
         if self.first_radii.is_none() {
             let mut hierarchy = self.prepared.take().map(|prepared| prepared.tables.hierarchy);
             let (scene, parameters) = (self.scene, &self.parameters);
-            self.first_radii = choose(scene, &settings, (self.lanes, parameters), &mut hierarchy, stop);
-            self.prepared = Prepared::only(scene, parameters, hierarchy);
+            let lanes = (self.lanes, parameters);
+            self.first_radii = choose((scene, self.carried), &settings, lanes, &mut hierarchy, stop);
+            self.prepared = Prepared::only(scene, self.carried, parameters, hierarchy);
         }
         let Some(radii) = &self.first_radii else { return false };
         let size = (settings.width, settings.height);

@@ -8,6 +8,6 @@ mod render;
 #[cfg(test)]
 mod tests;
 
-pub use first_radii::first_radii;
+pub use first_radii::{first_radii, first_radii_for};
 pub use memory::DEPOSITS_OF_PILOTS;
 pub use render::{DEPOSITS_AT_ONCE, Parts, Sppm};

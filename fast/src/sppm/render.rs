@@ -25,6 +25,7 @@ use crate::prepared::Prepared;
 use crate::survey::survey;
 use lanes::LaneKind;
 use scene::aim::{Aim, Targets};
+use scene::still::Carried;
 use scene::{Clearance, FirstRadii, Progress, Scene, Settings, Stop};
 use std::time::Instant;
 
@@ -88,6 +89,7 @@ pub struct Sppm<'a> {
     clearance: Option<Clearance>,
     /// Photons that counted at a visible point in the last iteration, on average.
     neighbours: f64,
+    pub(super) carried: Carried,
 }
 
 impl<'a> Sppm<'a> {
@@ -135,12 +137,13 @@ impl<'a> Sppm<'a> {
             camera_workers: parts.camera_workers.unwrap_or_else(CameraWorkers::new),
             photon_workers: parts.photon_workers.unwrap_or_else(PhotonWorkers::new),
             join: Join::new(),
-            prepared: Prepared::only(scene, parameters, parts.hierarchy),
+            prepared: Prepared::only(scene, Carried::All, parameters, parts.hierarchy),
             targets: None,
             emitters: None,
             first_radii: None,
             clearance: Clearance::new(settings),
             neighbours: parameters.neighbours_at_first.into(),
+            carried: Carried::All,
         }
     }
 
@@ -179,6 +182,23 @@ impl<'a> Sppm<'a> {
         Self { first_radii: Some(radii), ..self }
     }
 
+    /// The image of caustics alone, and of what they light: of lamps' light whose first surface is a mirror or glass, as
+    /// photons bring it to diffuse surfaces. A part of [`scene::Hybrid`].
+    #[must_use]
+    pub fn of_caustics(self) -> Self {
+        self.carrying(Carried::Caustics)
+    }
+
+    /// The same render with photons that carry this light.
+    pub(super) fn carrying(mut self, carried: Carried) -> Self {
+        if carried != self.carried {
+            self.carried = carried;
+            let hierarchy = self.prepared.take().map(|prepared| prepared.tables.hierarchy);
+            self.prepared = Prepared::only(self.scene, carried, &self.parameters, hierarchy);
+        }
+        self
+    }
+
     /// The most bytes that a render of a scene of so many `spheres` takes, with so many `deposits_at_once`
     /// ([`Sppm::deposits_at_once`]): if every photon is deposited at every bounce where something can be seen.
     pub fn bytes_at_most(
@@ -200,7 +220,7 @@ impl<'a> Sppm<'a> {
                 return survey(scene, settings, p, lanes);
             }
             // Resumed: the survey is that of the first iteration.
-            let first = scene.at(scene.camera.shutter_time(settings.seed, 0));
+            let first = scene.at_for(scene.camera.shutter_time(settings.seed, 0), p.still.carried);
             survey(scene, settings, &Prepared::new(first, parameters, None), lanes)
         });
         Emitters::new(&p.still, Aim::new(&p.still, targets, settings.photons_per_iteration))
@@ -208,6 +228,10 @@ impl<'a> Sppm<'a> {
 
     /// All passes of an iteration; `None` if stopped, and then no pixel has changed.
     pub(super) fn run_iteration(&mut self, p: &Prepared, emitters: &Emitters, stop: &Stop) -> Option<()> {
+        if self.carried == Carried::Caustics && !p.still.has_photons() {
+            self.progress.advance();
+            return Some(());
+        }
         let (start, before) =
             (Instant::now(), (self.progress.stats.contributions, self.progress.stats.visible_points));
         let photons = u64::from(self.progress.settings.photons_per_iteration);
@@ -226,6 +250,7 @@ impl<'a> Sppm<'a> {
             emission: Emission::new(&p.still, emitters, &p.lights.choice, key),
             tables: &p.tables,
             max_depth: self.progress.settings.max_depth,
+            carried: p.still.carried,
             cells,
             occupancy: &occupancy,
             reach: radii.largest,

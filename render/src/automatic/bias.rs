@@ -12,8 +12,10 @@
 
 use super::pilot::{Pilot, blocks};
 use super::pilots::Pilots;
-use fast::{LaneKind, first_radii};
+use crate::names::MethodName;
+use fast::{LaneKind, first_radii_for};
 use scene::film::RELATIVE_MSE_EPSILON;
+use scene::still::Carried;
 use scene::{FirstRadii, Rgb, Scene, Settings, Stop};
 
 /// Pilots with each radius.
@@ -34,12 +36,17 @@ pub(crate) struct Bias {
 }
 
 /// The bias at the first radii of the scene's settings; `None` if stopped.
-pub(crate) fn first_bias(scene: &Scene, lanes: LaneKind, stop: &Stop) -> Option<Bias> {
-    let pilots = Pilots::new(scene, &scene.settings, lanes, stop);
+pub(crate) fn first_bias(
+    scene: &Scene,
+    (method, lanes): (MethodName, LaneKind),
+    stop: &Stop,
+) -> Option<Bias> {
+    let pilots = Pilots::new(scene, &scene.settings, lanes, stop).by(method);
+    let carried = if method == MethodName::Hybrid { Carried::Caustics } else { Carried::All };
     let photons = photons(&pilots.settings);
     let radii = match scene.settings.radius_pilots {
         0 => FirstRadii::even(scene.settings.initial_radius),
-        _ => first_radii(scene, &scene.settings, lanes, stop)?,
+        _ => first_radii_for((scene, carried), &scene.settings, lanes, stop)?,
     };
     let of = |scale| pilots.run_with(SEEDS, photons, (&radii, &scene.settings), scale);
     let (wide, narrow) = (of(1.0)?, of(0.5)?);
@@ -110,7 +117,13 @@ mod tests {
         let of = |radius: f32| {
             let settings =
                 Settings { width: 64, height: 48, initial_radius: radius, max_depth: 16, ..scene.settings };
-            first_bias(&Scene { settings, ..scene.clone() }, LaneKind::best(), &Stop::new()).unwrap().relative
+            first_bias(
+                &Scene { settings, ..scene.clone() },
+                (MethodName::Sppm, LaneKind::best()),
+                &Stop::new(),
+            )
+            .unwrap()
+            .relative
         };
         let (wide, narrow) = (of(16.0), of(4.0));
         assert!(wide > 2.0 * narrow, "{wide} and {narrow}");
@@ -129,7 +142,13 @@ mod tests {
                 radius_clearance,
                 ..scene.settings
             };
-            first_bias(&Scene { settings, ..scene.clone() }, LaneKind::best(), &Stop::new()).unwrap().relative
+            first_bias(
+                &Scene { settings, ..scene.clone() },
+                (MethodName::Sppm, LaneKind::best()),
+                &Stop::new(),
+            )
+            .unwrap()
+            .relative
         };
         let (without, wide, narrow) = (of(0.0), of(1000.0), of(0.5));
         assert!(wide == without && narrow < 0.9 * without, "{without}, {wide}, {narrow}");
@@ -147,14 +166,14 @@ mod tests {
         let mut scene = files::builtin::scene("cornell").unwrap();
         (scene.settings.width, scene.settings.height) = (8, 6);
         let (lanes, stop) = (LaneKind::best(), Stop::new());
-        let found = first_bias(&scene, lanes, &stop).unwrap();
+        let found = first_bias(&scene, (MethodName::Sppm, lanes), &stop).unwrap();
         assert_eq!(found.radii, FirstRadii::even(scene.settings.initial_radius));
         let pilots = Pilots::new(&scene, &scene.settings, lanes, &stop);
         let of = |scale| pilots.run_with(SEEDS, PHOTONS.1, (&found.radii, &scene.settings), scale).unwrap();
         assert_eq!(found.relative, bias(&of(1.0), &of(0.5)));
         let stopped = Stop::new();
         stopped.request();
-        assert!(first_bias(&scene, lanes, &stopped).is_none());
+        assert!(first_bias(&scene, (MethodName::Sppm, lanes), &stopped).is_none());
     }
 
     /// Differences of 0.2, 0.3 and 0.7: 0.4 on the average, whose variance is a third of 0.07.

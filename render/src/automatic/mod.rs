@@ -92,7 +92,7 @@ pub(crate) fn choose(
     stop: &Stop,
 ) -> Option<Settings> {
     match method {
-        MethodName::Sppm => choose_for_photons(scene, automatic, lanes, stop),
+        MethodName::Sppm | MethodName::Hybrid => choose_for_photons(scene, automatic, (method, lanes), stop),
         MethodName::Path => choose_for_paths(scene, automatic, lanes, stop),
     }
 }
@@ -114,7 +114,12 @@ fn choose_for_paths(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop: 
     Some(settings)
 }
 
-fn choose_for_photons(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop: &Stop) -> Option<Settings> {
+fn choose_for_photons(
+    scene: &Scene,
+    automatic: Automatic,
+    (method, lanes): (MethodName, LaneKind),
+    stop: &Stop,
+) -> Option<Settings> {
     let goal = Goal::of(automatic.quality);
     let mut settings = scene.settings;
     let are_chosen = automatic.radius_pilots || automatic.radius_clearance;
@@ -133,7 +138,7 @@ fn choose_for_photons(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop
     }
     let share = if are_own { TYPICAL_SHARE } else { 1.0 };
     let typical = Settings { initial_radius: settings.initial_radius * share, ..settings };
-    let pilot = Pilots::new(scene, &typical, lanes, stop);
+    let pilot = Pilots::new(scene, &typical, lanes, stop).by(method);
     if automatic.max_depth {
         settings.max_depth = pilot.depth(&goal)?;
     }
@@ -192,7 +197,8 @@ pub(crate) fn bytes_at_most(scene: &Scene, threads: usize) -> u64 {
     // The variances of all channels are sorted.
     let terms = 3 * 8 * settings.pixels() as u64;
     let of_photons = Sppm::bytes_at_most(&deepest, spheres, threads, DEPOSITS_OF_PILOTS, &parameters);
-    let of_engine = of_photons.max(PathTracer::bytes_at_most(&deepest, spheres, threads));
+    // Path tracing with photons for caustics has both.
+    let of_engine = of_photons + PathTracer::bytes_at_most(&deepest, spheres, threads);
     of_engine + bytes_of_scene(scene) + lamps(scene) * KEPT_PER_LAMP + films + terms
 }
 

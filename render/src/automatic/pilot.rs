@@ -9,8 +9,10 @@
 //!
 //! It is looked at by pixels, and by blocks, in which the noise of photons lasts, as neighbours share them.
 
+use crate::names::MethodName;
 use fast::{DEPOSITS_OF_PILOTS, LaneKind, Parameters, Parts, PathTracer, Sppm};
-use scene::{Engine, Film, FirstRadii, Rgb, Scene, Settings, Stats, Stop};
+use scene::{Engine, Film, FirstRadii, Hybrid, Rgb, Scene, Settings, Stats, Stop};
+use std::mem::take;
 
 /// Images that are compared.
 pub(super) const SEEDS: u64 = 4;
@@ -36,27 +38,40 @@ pub(super) struct Variance {
 /// Renders `seeds` images of one iteration with these settings, and with other first radii if some are given; `None` if
 /// stopped.
 pub(super) fn run(
-    lanes: LaneKind,
+    (method, lanes): (MethodName, LaneKind),
     scene: &Scene,
     settings: &Settings,
     seeds: u64,
     first_radii: Option<&FirstRadii>,
     stop: &Stop,
 ) -> Option<Pilot> {
+    let is_hybrid = method == MethodName::Hybrid;
     let (mut films, mut stats, mut parts) = (Vec::new(), Stats::default(), Parts::default());
     for seed in 0..seeds {
         let settings = Settings { seed: settings.seed.wrapping_add(seed), ..*settings };
-        let engine = Sppm::with_parts(scene, &settings, lanes, &Parameters::default(), parts);
+        let engine = Sppm::with_parts(scene, &settings, lanes, &Parameters::default(), take(&mut parts));
         let mut engine = engine.deposits_at_once(DEPOSITS_OF_PILOTS);
         if let Some(radii) = first_radii {
             engine = engine.beginning_with(radii.clone());
         }
-        if !engine.iterate_unless(stop) {
-            return None;
+        if is_hybrid {
+            let paths = PathTracer::with_lanes(scene, &settings, lanes).without_caustics();
+            let mut engine = Hybrid::new(paths, engine.of_caustics());
+            if !engine.iterate_unless(stop) {
+                return None;
+            }
+            films.push(engine.develop());
+            // A path asks for light at most once for each of its segments.
+            let shadow_rays = engine.stats().camera_segments;
+            stats = sum(&stats, &Stats { shadow_rays, ..*engine.stats() });
+        } else {
+            if !engine.iterate_unless(stop) {
+                return None;
+            }
+            films.push(engine.develop());
+            stats = sum(&stats, engine.stats());
+            parts = engine.into_parts();
         }
-        films.push(engine.develop());
-        stats = sum(&stats, engine.stats());
-        parts = engine.into_parts();
     }
     Some(Pilot { films, stats })
 }

@@ -1,6 +1,7 @@
 //! The pilots of a render: their size, their settings, and how they are run.
 
 use super::pilot::{Pilot, run, run_paths};
+use crate::names::MethodName;
 use fast::LaneKind;
 use scene::{FirstRadii, RadiusSchedule, Scene, Settings, Stop, first_radii};
 
@@ -17,6 +18,8 @@ pub(super) fn pilot_settings(settings: &Settings) -> Settings {
 
 /// Pilots of a scene.
 pub(super) struct Pilots<'a> {
+    /// The method of those that trace photons.
+    method: MethodName,
     lanes: LaneKind,
     pub(super) scene: &'a Scene,
     stop: &'a Stop,
@@ -26,14 +29,19 @@ pub(super) struct Pilots<'a> {
 impl<'a> Pilots<'a> {
     /// Pilots of a render of `scene` with `settings`.
     pub(super) fn new(scene: &'a Scene, settings: &Settings, lanes: LaneKind, stop: &'a Stop) -> Self {
-        Self { lanes, scene, stop, settings: pilot_settings(settings) }
+        Self { method: MethodName::Sppm, lanes, scene, stop, settings: pilot_settings(settings) }
+    }
+
+    /// The same by another method that traces photons.
+    pub(super) fn by(self, method: MethodName) -> Self {
+        Self { method, ..self }
     }
 
     /// So many pilots, which differ in their seeds, with changed settings; `None` if stopped.
     pub(super) fn run(&self, seeds: u64, change: impl FnOnce(&mut Settings)) -> Option<Pilot> {
         let mut settings = self.settings;
         change(&mut settings);
-        run(self.lanes, self.scene, &settings, seeds, None, self.stop)
+        run((self.method, self.lanes), self.scene, &settings, seeds, None, self.stop)
     }
 
     /// So many pilots by path tracing, of so many paths in each pixel.
@@ -59,7 +67,7 @@ impl<'a> Pilots<'a> {
             radius_clearance: limit.radius_clearance * scale,
             ..self.settings
         };
-        run(self.lanes, self.scene, &settings, seeds, Some(&radii.scaled(scale)), self.stop)
+        run((self.method, self.lanes), self.scene, &settings, seeds, Some(&radii.scaled(scale)), self.stop)
     }
 }
 

@@ -1,0 +1,189 @@
+//! Path tracing with photons for caustics: each path of light between a lamp and the eye is counted by one of both, and by one
+//! alone.
+
+use crate::cases::tell;
+use crate::harness::{
+    BLACK, Build, diffuse, empty_scene, glass, mean, mirror, pinhole, relative_error, render_path, run,
+    settings,
+};
+use reference::emission::emit;
+use reference::intersect::intersect;
+use reference::photon_numbers::PhotonNumbers;
+use reference::photon_pass::{Deposit, photon_pass};
+use reference::{PathTracer, Sppm};
+use scene::aim::{Aim, Targets};
+use scene::still::Carried;
+use scene::{Film, Hybrid, Rgb, Scene, Settings, Stats, Vec3};
+
+fn hybrid<'a>(scene: &'a Scene, settings: &Settings) -> Hybrid<PathTracer<'a>, Sppm<'a>> {
+    let paths = PathTracer::new(scene, settings).without_caustics();
+    Hybrid::new(paths, Sppm::new(scene, settings).of_caustics())
+}
+
+/// A floor with balls of glass, mirror and chalk under a sky and two lamps, one of them within glass: so large that paths meet
+/// them often.
+fn open_scene() -> Scene {
+    let above = Vec3::new(-1.6, 2.2, 0.6);
+    empty_scene(pinhole(Vec3::new(0.0, 2.0, 7.0), Vec3::new(0.0, 0.6, 0.0), 40.0))
+        .lamp(Vec3::ZERO, 1e3, BLACK, Rgb::new(0.2, 0.3, 0.5))
+        .ball(Vec3::new(0.0, -200.0, 0.0), 200.0, diffuse(0.6))
+        .ball(Vec3::new(-0.9, 0.7, 0.3), 0.7, glass(0.9, 1.5))
+        .ball(Vec3::new(1.0, 0.8, -0.3), 0.8, mirror(0.9))
+        .ball(Vec3::new(0.2, 0.4, 1.2), 0.4, diffuse(0.8))
+        .lamp(Vec3::new(0.6, 3.0, 0.8), 0.9, BLACK, Rgb::new(3.0, 2.0, 1.0))
+        .ball(above, 0.8, glass(1.0, 1.4))
+        .lamp(above, 0.6, BLACK, Rgb::new(1.0, 2.0, 3.0))
+}
+
+/// The root of the mean square difference of blocks of `side` pixels, relative to the mean.
+fn difference(a: &Film, b: &Film, side: u32) -> f64 {
+    let block = |film: &Film, x: u32, y: u32, channel: usize| {
+        let places = (0..side * side).map(|i| ((y + i / side) * film.width + x + i % side) as usize);
+        places.map(|place| f64::from(film.pixels[place][channel])).sum::<f64>() / f64::from(side * side)
+    };
+    let (mut squares, mut count) = (0.0, 0.0);
+    for y in (0..a.height).step_by(side as usize) {
+        for x in (0..a.width).step_by(side as usize) {
+            for channel in 0..3 {
+                let (a, b) = (block(a, x, y, channel), block(b, x, y, channel));
+                squares += (a - b).powi(2);
+                count += 1.0;
+            }
+        }
+    }
+    let brightness = mean(b).iter().sum::<f64>() / 3.0;
+    (squares / count).sqrt() / brightness
+}
+
+/// By blocks it is the path tracer's image; and neither part is all of it.
+#[test]
+fn both_parts_together_are_the_image_of_the_path_tracer() {
+    /// Four times what two images of the path tracer with other seeds differ by.
+    const TOLERANCE: f64 = 0.02;
+    /// What either part lacks.
+    const LACKING: f64 = 0.04;
+    let scene = open_scene();
+    for max_depth in [3, 12] {
+        let settings = Settings {
+            iterations: 400,
+            photons_per_iteration: 2000,
+            ..settings(32, 24, 2000, max_depth, 0.25)
+        };
+        let truth = render_path(&scene, &settings);
+        let both = run(hybrid(&scene, &Settings { seed: 7, ..settings }), &settings);
+        let found = difference(&both, &truth, 4);
+        assert!(found < TOLERANCE, "{found} at depth {max_depth}");
+        let means = relative_error(mean(&both), mean(&truth));
+        assert!(means < TOLERANCE / 4.0, "{means} at depth {max_depth}");
+        let paths = run(PathTracer::new(&scene, &settings).without_caustics(), &settings);
+        let caustics = run(Sppm::new(&scene, &settings).of_caustics(), &settings);
+        assert!(difference(&paths, &truth, 4) > LACKING && difference(&caustics, &truth, 4) > LACKING);
+    }
+    tell("physics", 2, "images by paths and photons for caustics");
+}
+
+/// Where there is no mirror and no glass, or no lamp but the sky, paths do it all, as if there were no photons.
+#[test]
+fn without_caustics_the_image_is_the_path_tracers_bit_by_bit() {
+    let camera = || pinhole(Vec3::new(0.0, 1.0, 5.0), Vec3::ZERO, 40.0);
+    let floor = |scene: Scene| scene.ball(Vec3::new(0.0, -100.0, 0.0), 100.0, diffuse(0.6));
+    let dull = floor(empty_scene(camera())).lamp(Vec3::new(1.0, 3.0, 0.0), 0.3, BLACK, Rgb::splat(9.0)).ball(
+        Vec3::new(0.0, 0.5, 0.0),
+        0.5,
+        diffuse(0.7),
+    );
+    let sky = floor(empty_scene(camera()).lamp(Vec3::ZERO, 1e3, BLACK, Rgb::ONE))
+        .ball(Vec3::new(-0.5, 0.5, 0.0), 0.5, glass(1.0, 1.5))
+        .ball(Vec3::new(0.6, 0.5, 0.0), 0.5, mirror(0.9));
+    for scene in [dull, sky] {
+        let settings = settings(24, 18, 3000, 6, 0.3);
+        let settings = Settings { iterations: 3, ..settings };
+        assert_eq!(run(hybrid(&scene, &settings), &settings), render_path(&scene, &settings));
+    }
+}
+
+/// What all photons of one number deposit.
+fn deposits(scene: &Scene, settings: &Settings, carried: Carried, photon: u32) -> Vec<Deposit> {
+    let (still, mut all) = (scene.at_for(0.0, carried), Vec::new());
+    let photons = photon..photon + 1;
+    photon_pass(&still, &Aim::default(), settings, 0, photons, &mut Stats::default(), |deposit, _| {
+        all.push(*deposit);
+    });
+    all
+}
+
+/// A photon whose first surface is a mirror or glass does all that it does in photon mapping; any other, nothing.
+#[test]
+fn photons_carry_what_comes_from_a_mirror_or_glass_first() {
+    let mut scene = open_scene();
+    // The sky's photons are left out, so the others have other numbers: here it is dark.
+    scene.spheres[0].emission = Rgb::ZERO;
+    let settings = settings(8, 6, 4000, 6, 0.25);
+    let (still, numbers) = (scene.at(0.0), PhotonNumbers::new(settings.seed, 0));
+    let (mut first, mut others) = (0, 0);
+    for photon in 0..4000 {
+        let hit = emit(&still, &Aim::default(), &numbers, photon)
+            .and_then(|emitted| intersect(&still, &emitted.ray));
+        let is_first = hit.is_some_and(|hit| !still.material(hit.sphere).is_diffuse());
+        let all = deposits(&scene, &settings, Carried::All, photon);
+        let found = deposits(&scene, &settings, Carried::Caustics, photon);
+        if is_first {
+            assert_eq!(found, all, "photon {photon}");
+            first += found.len();
+        } else {
+            assert!(found.is_empty(), "photon {photon}");
+            others += all.len();
+        }
+    }
+    assert!(first > 500 && others > 500, "{first} deposits, {others} left out");
+}
+
+/// The sky is no lamp of photons that carry caustics, and a lamp's share of their power is that among lamps.
+#[test]
+fn photons_for_caustics_leave_lamps_alone() {
+    let scene = open_scene();
+    let (all, still) = (scene.at(0.0), scene.at_for(0.0, Carried::Caustics));
+    let spheres: Vec<u32> = still.lights.entries.iter().map(|light| light.sphere).collect();
+    assert_eq!(spheres, [5, 7]);
+    assert!(all.lights.entries.len() == 3 && all.lights.power > still.lights.power);
+    let power = |sphere: usize| {
+        let sphere = &scene.spheres[sphere];
+        let area = 4.0 * std::f64::consts::PI * f64::from(sphere.radius).powi(2);
+        std::f64::consts::PI * area * f64::from(sphere.emission.max_element())
+    };
+    let sum = power(5) + power(7);
+    assert!((f64::from(still.lights.power) / sum - 1.0).abs() < 1e-6);
+    for (light, sphere) in still.lights.entries.iter().zip([5, 7]) {
+        assert!((f64::from(light.probability) / (power(sphere) / sum) - 1.0).abs() < 1e-6);
+    }
+    assert!(
+        still.has_photons()
+            && !Scene { materials: vec![diffuse(0.5); 9], ..scene.clone() }
+                .at_for(0.0, Carried::Caustics)
+                .has_photons()
+    );
+}
+
+/// All light of a lamp in the middle of a ball of glass leaves it by the glass: below, irradiance is that of a point,
+/// `Phi / (4 pi h^2)`, less what the glass reflects back into the lamp, all of it by photons.
+#[test]
+fn light_of_a_lamp_within_glass_comes_by_photons_alone() {
+    /// Of the disc of radius 0.1, 0.7 below the lamp, 1.5 %; three standard errors of some 4,000 photons, 5 %.
+    const NEAR: f64 = 0.065;
+    let (height, lamp, radiance, albedo) = (0.7_f64, 0.02_f64, 1e4_f64, 0.5_f64);
+    // At normal incidence on an index of 1.5.
+    let transmitted = 1.0 - 0.2_f64.powi(2);
+    // `Phi = 4 pi^2 r^2 L`, and the floor reflects `albedo / pi`.
+    let expected = transmitted * albedo * lamp * lamp * radiance / (height * height);
+    let above = Vec3::new(0.0, height as f32, 0.0);
+    let scene = empty_scene(pinhole(Vec3::new(5.0, 0.4, 0.0), Vec3::ZERO, 0.1))
+        .ball(Vec3::new(0.0, -1000.0, 0.0), 1000.0, diffuse(albedo as f32))
+        .ball(above, 0.5, glass(1.0, 1.5))
+        .lamp(above, lamp as f32, BLACK, Rgb::splat(radiance as f32));
+    let settings = Settings { iterations: 4, radius_clearance: 0.5, ..settings(4, 3, 200_000, 8, 0.8) };
+    let paths = PathTracer::new(&scene, &settings).without_caustics();
+    let caustics = || Sppm::new(&scene, &settings).of_caustics().aimed_at(Targets::default());
+    let both = run(Hybrid::new(paths, caustics()), &settings);
+    assert!(relative_error(mean(&both), [expected; 3]) < NEAR, "{:?} for {expected}", mean(&both));
+    assert_eq!(both, run(caustics(), &settings));
+}
