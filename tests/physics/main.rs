@@ -4,6 +4,7 @@
 //! All seeds are fixed, so that every run gives the same result. Every tolerance is a named constant with its reason.
 
 mod aiming;
+mod backdrop;
 mod camera;
 #[path = "../shared/cases.rs"]
 mod cases;
@@ -24,6 +25,7 @@ mod iterations;
 mod light_choice;
 mod light_samples;
 mod lights;
+mod motion;
 mod roles;
 mod sampling;
 mod scattering;
