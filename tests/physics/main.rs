@@ -16,6 +16,7 @@ mod distributed;
 mod emission;
 mod facts;
 mod filters;
+mod first_radii;
 mod furnace;
 mod grid;
 mod guiding;
