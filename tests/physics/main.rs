@@ -34,3 +34,4 @@ mod sky;
 mod streams;
 mod survey;
 mod ties;
+mod validity;
