@@ -120,7 +120,7 @@ fn draft(spheres: impl Into<prop::collection::SizeRange>) -> impl Strategy<Value
     ];
     let fov = prop_oneof![8 => 5.0..150.0_f32, 1 => 0.001..179.9_f32];
     let camera = (eye, point(3.0), fov, rarely(log_uniform(0.01, 1.0)), log_uniform(0.5, 30.0));
-    let shutter = prop_oneof![Just([0.0, 1.0]), Just([0.0, 0.0]), Just([-1.0, 0.5])];
+    let shutter = prop_oneof![Just([0.0, 1.0]), Just([0.0, 0.0]), Just([-1.0, 0.5]), Just([0.75, 0.75])];
     let unit = prop_oneof![6 => Just(1.0), 1 => log_uniform(1e-4, 1e4)];
     let offset = prop_oneof![6 => Just(Vec3::ZERO), 1 => point(300.0)];
     let room = prop::collection::vec(ball(around_all(), 0.1), 0..=6);

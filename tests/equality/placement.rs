@@ -57,9 +57,10 @@ impl Placement {
     }
 }
 
-/// A number with a uniformly distributed logarithm.
+/// A number above 0 whose logarithm is distributed nearly uniformly: the bits of floats grow nearly as their logarithms. Without
+/// the functions of a library, so that a number that is drawn is the same on every machine.
 pub(crate) fn log_uniform(low: f32, high: f32) -> impl Strategy<Value = f32> + Clone {
-    (low.ln()..high.ln()).prop_map(f32::exp)
+    (low.to_bits()..high.to_bits()).prop_map(f32::from_bits)
 }
 
 /// A point in the cube from `-side` to `side`.

@@ -199,6 +199,9 @@ fn heavy_photons_are_counted_in_coarser_units() {
 /// Of a few hundred thousand weights, which are not stratified from one iteration to the next.
 const FEW: f64 = 2e-2;
 
+/// Of photons that are aimed from afar: those whose lines pass the rim of the sun are dropped, and some at the rim of the ball.
+const KEPT: f64 = 0.98;
+
 /// A line of a sun that is known to some units at its lamp crosses small balls, or it does not, where it enters what is near.
 #[test]
 fn photons_of_a_far_sun_belong_to_the_target_that_they_are_drawn_for() {
@@ -213,6 +216,13 @@ fn photons_of_a_far_sun_belong_to_the_target_that_they_are_drawn_for() {
     let photons = emitted(&scene, &aim, 1 << 16, 0);
     let aimed = photons.iter().filter(|(p, _)| aim.component(*p) > 0);
     assert!(aimed.clone().count() > 1 << 14);
+    // Of those that are drawn for a ball nearly all cross it, however small: the disk that they are drawn through is known far
+    // better than the place on the sun.
+    for k in 1..aim.ends.len() {
+        let asked = f64::from(aim.ends[k] - aim.ends[k - 1]);
+        let kept = aimed.clone().filter(|(photon, _)| aim.component(*photon) == k).count() as f64;
+        assert!(kept > KEPT * asked, "ball {k}: {kept} of {asked}");
+    }
     for (photon, e) in aimed {
         let most = 1.0 / aim.densities[aim.component(*photon)];
         assert!(weight(e) <= most * (1.0 + 1e-5), "photon {photon} weighs {}, not {most}", weight(e));

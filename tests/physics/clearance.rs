@@ -5,7 +5,8 @@ use reference::Sppm;
 use reference::camera_pass::{CameraNumbers, camera_ray, trace};
 use reference::consolidate::ALPHA;
 use scene::aim::Targets;
-use scene::{Engine, Resumable, Rgb, Scene, Settings, Stats, Vec3};
+use scene::rng::{Family, StreamKey};
+use scene::{Clearance, Engine, Resumable, Rgb, Scene, Settings, Sphere, Stats, Vec3};
 
 /// A room, a shell of radius 3, with a ball of radius 1 that touches its floor and one of glass above it.
 fn room() -> Scene {
@@ -60,6 +61,46 @@ fn first_radii_are_so_many_times_the_distance_to_what_is_near() {
         assert!(photons > 1000 || none > 50, "{none} pixels without photons");
     }
     assert!(all_least > 20, "{all_least} pixels");
+}
+
+/// Among hundreds of spheres, of which some are nearer than what the least radius asks for, and with any factor: it is the nearest
+/// that counts, whichever is found first.
+#[test]
+fn the_nearest_of_many_spheres_limits_the_radius() {
+    /// Roundings of `f32`.
+    const ROUNDING: f64 = 1e-6;
+    let mut stream = StreamKey::new(3, Family::Dither, 0).stream(0);
+    let mut place = |side: f32| Vec3::from_array(std::array::from_fn(|_| side * (stream.next_f32() - 0.5)));
+    let mut scene = empty_scene(pinhole(Vec3::ZERO, Vec3::NEG_Z, 40.0)).ball(Vec3::ZERO, 30.0, BLACK);
+    for k in 0..400 {
+        scene = scene.ball(place(6.0), [0.02, 0.1, 0.5][k % 3], BLACK);
+    }
+    let points: Vec<Vec3> = (0..300).map(|_| place(6.5)).collect();
+    let (mut limited, mut least) = (0, 0);
+    for radius_clearance in [0.1, 0.5, 0.99, 1.01, 2.0, 10.0] {
+        let settings = Settings { radius_clearance, ..settings(8, 8, 1, 2, 0.8) };
+        let clearance = Clearance::new(&settings).unwrap();
+        for (k, &point) in points.iter().enumerate() {
+            let own = (7 * k % scene.spheres.len()) as u32;
+            let others = scene.spheres.iter().enumerate().filter(|(id, _)| *id != own as usize);
+            let distance = |sphere: &Sphere| {
+                (point.as_dvec3().distance(sphere.center.as_dvec3()) - f64::from(sphere.radius)).abs()
+            };
+            let nearest = others.map(|(_, sphere)| distance(sphere)).fold(f64::INFINITY, f64::min);
+            for first in [0.8_f32, 0.3] {
+                let limit = (f64::from(radius_clearance) * nearest).max(0.1);
+                let expected = f64::from(first * first).min(limit * limit);
+                let found = f64::from(clearance.limited(&scene.spheres, (point, own), first * first));
+                assert!(
+                    (found / expected - 1.0).abs() < ROUNDING,
+                    "{radius_clearance} of {nearest}: {found}, not {expected}"
+                );
+                limited += u32::from(expected < f64::from(first * first) && limit > 0.1);
+                least += u32::from(limit <= 0.1);
+            }
+        }
+    }
+    assert!(limited > 500 && least > 500, "{limited} limited, {least} to the least");
 }
 
 /// What is near counts until a pixel has gathered photons: from then on its radius shrinks by photons alone, as in a render

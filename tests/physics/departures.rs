@@ -3,11 +3,12 @@
 use crate::cases::tell;
 use crate::harness::{BLACK, Build, diffuse, empty_scene, pinhole};
 use reference::emission::{Emitted, emit};
+use reference::intersect::intersect;
 use reference::photon_numbers::PhotonNumbers;
 use scene::aim::{Aim, Target, Targets};
 use scene::guide::{Guide, SIDE, SURFACES};
 use scene::ray::NO_SPHERE;
-use scene::{Rgb, Scene, Vec3, max_component};
+use scene::{Ray, Rgb, Scene, Vec3, max_component};
 use std::sync::Arc;
 
 const PHOTONS: u32 = 1 << 16;
@@ -80,6 +81,10 @@ fn photons_leave_their_own_lamp_or_enter_where_all_that_is_near_begins() {
             assert!(FAR.contains(&light), "{what}: {ray:?} of a near lamp begins at the core");
             let outward = (ray.origin - core.center) / core.radius;
             assert!((outward.length() - 1.0).abs() < ROUNDING && outward.dot(ray.direction) < ROUNDING);
+            // Between its lamp and there nothing stands: backwards, the first that it meets is the lamp.
+            let back = Ray { origin: ray.origin, direction: -ray.direction, leaves: NO_SPHERE };
+            let met = intersect(&still, &back).map(|hit| hit.sphere);
+            assert_eq!(met, Some(light), "{what}: {ray:?} has something behind it");
             // Backwards it meets its lamp.
             let way = lamp.center - ray.origin;
             let nearest = way - ray.direction * way.dot(ray.direction);

@@ -2,8 +2,10 @@
 
 use crate::cases::tell;
 use crate::harness::{Build, diffuse, empty_scene, glass, mirror, pinhole, run, settings};
+use reference::survey::survey;
 use reference::{PathTracer, Sppm};
-use scene::{Engine, Film, Rgb, Scene, Settings, Vec3};
+use scene::state::transfer;
+use scene::{Engine, Film, RadiusSchedule, Rgb, Scene, Settings, Vec3};
 
 const SIZES: [(u32, u32); 6] = [(48, 27), (36, 30), (1, 1), (7, 3), (1, 1000), (1000, 1)];
 
@@ -93,4 +95,44 @@ fn images_do_not_depend_on_the_number_of_threads() {
         pool.install(|| engines(&scene, &settings).map(|mut engine| render(engine.as_mut(), 2)))
     };
     assert!(on(1) == on(2) && on(1) == on(5));
+}
+
+/// In the open, so that photons are aimed: balls move over a wide ground, lit by a lamp of their size from afar.
+fn open_scene() -> Scene {
+    let mut scene = empty_scene(pinhole(Vec3::new(0.0, 3.0, 12.0), Vec3::ZERO, 30.0))
+        .ball(Vec3::new(0.0, -1e3, 0.0), 1e3, diffuse(0.5))
+        .ball(Vec3::new(-1.0, 1.0, 0.0), 1.0, diffuse(0.8))
+        .ball(Vec3::new(1.0, 0.7, 0.5), 0.7, glass(1.0, 1.5))
+        .lamp(Vec3::new(30.0, 40.0, 0.0), 1.0, diffuse(0.0), Rgb::splat(900.0));
+    for sphere in &mut scene.spheres[1..3] {
+        sphere.velocity = Vec3::new(0.0, 2.0, -8.0);
+    }
+    scene.camera.shutter = [0.0, 1.0];
+    scene
+}
+
+/// What an engine holds is all that another one needs to go on, whatever has been learnt before the first iteration.
+#[test]
+fn a_resumed_render_goes_on_as_if_it_had_not_ended() {
+    for (name, scene) in [("a room", scene()), ("in the open", open_scene())] {
+        for radius_schedule in RadiusSchedule::ALL {
+            let settings = Settings { radius_schedule, ..settings(16, 12, 3000, 5, 1.0) };
+            let targets = survey(&scene, &settings);
+            assert_eq!(targets.shares.is_empty(), name == "a room", "{name}");
+            let mut whole = Sppm::new(&scene, &settings);
+            whole.iterate();
+            let mut resumed = Sppm::new(&scene, &settings);
+            transfer(&whole, &mut resumed);
+            for iteration in 2..=3 {
+                whole.iterate();
+                resumed.iterate();
+                let is_same = whole.develop() == resumed.develop()
+                    && whole.radius() == resumed.radius()
+                    && whole.count() == resumed.count()
+                    && whole.direct() == resumed.direct();
+                assert!(is_same, "{name}, radii {radius_schedule}, after {iteration} iterations");
+            }
+        }
+    }
+    tell("physics", 8, "iterations of resumed renders");
 }

@@ -3,7 +3,7 @@
 
 use crate::cases::tell;
 use crate::harness::{BLACK, Build, empty_scene, pinhole, render_path, render_sppm, settings};
-use scene::{Film, Filter, Rgb, Scene, Settings, Vec3};
+use scene::{Film, Filter, RadiusSchedule, Rgb, Scene, Settings, Vec3};
 
 const SIDE: u32 = 9;
 
@@ -25,6 +25,60 @@ fn total(film: &Film) -> f64 {
     film.pixels.iter().map(|pixel| f64::from(pixel.x)).sum()
 }
 
+/// A filter by its definition, up to a factor: the Gaussian of deviation 1/2, less its value where it is cut off, and the cubic of
+/// Mitchell and Netravali (1988, equation 8) with B = C = 1/3.
+fn definition(filter: Filter, x: f64) -> f64 {
+    const B: f64 = 1.0 / 3.0;
+    const C: f64 = 1.0 / 3.0;
+    let x = x.abs();
+    match filter {
+        Filter::Box => f64::from(x <= 0.5),
+        _ if x >= 2.0 => 0.0,
+        Filter::Gaussian => (-x * x / (2.0 * 0.25)).exp() - (-4.0_f64 / (2.0 * 0.25)).exp(),
+        Filter::Mitchell if x < 1.0 => {
+            (12.0 - 9.0 * B - 6.0 * C) * x.powi(3) + (-18.0 + 12.0 * B + 6.0 * C) * x * x + 6.0 - 2.0 * B
+        }
+        Filter::Mitchell => {
+            (-B - 6.0 * C) * x.powi(3)
+                + (6.0 * B + 30.0 * C) * x * x
+                + (-12.0 * B - 48.0 * C) * x
+                + 8.0 * B
+                + 24.0 * C
+        }
+    }
+}
+
+/// Of 2048 even numbers, as many are mapped to each part of the axis as the size of the definition has there, and what they
+/// count is its sign: so sums over a part are the integral of the definition.
+#[test]
+fn tables_have_the_shape_of_their_definitions() {
+    /// Pieces of the table within a part, and the width of the samples that it is made of.
+    const TOLERANCE: f64 = 2e-3;
+    const NUMBERS: u32 = 1 << 15;
+    const PARTS: usize = 25;
+    for filter in [Filter::Gaussian, Filter::Mitchell] {
+        let table = filter.table().unwrap();
+        let mut found = [0.0; PARTS];
+        let width = 4.0 / PARTS as f64;
+        for k in 0..NUMBERS {
+            let (place, weight) = table.place((k as f32 + 0.5) / NUMBERS as f32);
+            let part = (f64::from(place) + 1.5) / width;
+            found[(part as usize).min(PARTS - 1)] += f64::from(weight) / f64::from(NUMBERS);
+        }
+        let integral = |from: f64, to: f64| {
+            let step = (to - from) / 1000.0;
+            (0..1000).map(|i| step * definition(filter, from + (f64::from(i) + 0.5) * step)).sum::<f64>()
+        };
+        let all = integral(-2.0, 0.0) + integral(0.0, 2.0);
+        for (part, found) in found.into_iter().enumerate() {
+            let from = part as f64 * width - 2.0;
+            let expected = integral(from, from + width) / all;
+            assert!((found - expected).abs() < TOLERANCE, "{filter} from {from}: {found}, not {expected}");
+        }
+    }
+    tell("physics", 2 * NUMBERS as usize, "places that two filters draw");
+}
+
 /// Each pixel receives the share of the speck that the filter's value at its distance says.
 #[test]
 fn a_speck_is_spread_by_the_shape_of_the_filter() {
@@ -40,8 +94,8 @@ fn a_speck_is_spread_by_the_shape_of_the_filter() {
                 let total = total(&film);
                 let value = |i: u32, at: f64| {
                     let distance = f64::from(i) - f64::from(SIDE / 2) - at;
-                    let around = |shift: i32| filter.value(distance + f64::from(shift));
-                    filter.value(distance) / (-8..=8).map(around).sum::<f64>()
+                    let around = |shift: i32| definition(filter, distance + f64::from(shift));
+                    definition(filter, distance) / (-8..=8).map(around).sum::<f64>()
                 };
                 for (index, pixel) in film.pixels.iter().enumerate() {
                     let (x, y) = (index as u32 % SIDE, index as u32 / SIDE);
@@ -67,15 +121,18 @@ fn every_filter_keeps_a_uniform_field() {
         empty_scene(pinhole(Vec3::ZERO, Vec3::NEG_Z, 60.0)).lamp(Vec3::ZERO, 10.0, BLACK, Rgb::splat(0.5));
     for filter in Filter::ALL {
         let settings = filtered(filter, 4096);
-        for (film, tolerance) in
-            [(render_sppm(&shell, &settings), TOLERANCE), (render_path(&shell, &settings), 10.0 * TOLERANCE)]
-        {
+        let global = Settings { radius_schedule: RadiusSchedule::Global, ..settings };
+        for (film, tolerance) in [
+            (render_sppm(&shell, &settings), TOLERANCE),
+            (render_sppm(&shell, &global), TOLERANCE),
+            (render_path(&shell, &settings), 10.0 * TOLERANCE),
+        ] {
             for pixel in &film.pixels {
                 assert!((pixel.x - 0.5).abs() < tolerance, "{filter}: {pixel}");
             }
         }
     }
-    tell("physics", 2 * 3 * (SIDE * SIDE) as usize, "pixels of a uniform field, by three filters");
+    tell("physics", 3 * 3 * (SIDE * SIDE) as usize, "pixels of a uniform field, by three filters");
 }
 
 /// Indirect light passes through the filter as direct light does: the weight of a sample is on its visible point as well.

@@ -9,7 +9,10 @@ use reference::photon_pass::{Deposit, photon_pass};
 use reference::survey::survey;
 use scene::aim::{Aim, Targets};
 use scene::film::FLUX_ONE;
-use scene::{Engine, Film, Filter, FirstRadii, RadiusSchedule, Rgb, Scene, Settings, Stats, Stop, Vec3};
+use scene::ray::SphereId;
+use scene::{
+    Engine, Film, Filter, FirstRadii, RadiusSchedule, Rgb, Scene, Settings, Sphere, Stats, Still, Stop, Vec3,
+};
 use std::f64::consts::PI;
 
 const ALPHA: f64 = 2.0 / 3.0;
@@ -70,10 +73,15 @@ impl<'a> Definition<'a> {
             let sample = trace(&still, ray, settings.max_depth, &mut numbers, &mut stats);
             pixel.direct += sample.direct.as_dvec3();
             let (mut m, mut phi) = (0.0, DVec3::ZERO);
+            let mut radius_squared = pixel.radius_squared;
             if let Some(visible) = sample.visible {
+                if pixel.n == 0.0 && settings.radius_clearance > 0.0 {
+                    let limit = limit(&settings, &still, (visible.point, visible.sphere));
+                    radius_squared = radius_squared.min(limit * limit);
+                }
                 let is_near = |d: &&Deposit| {
                     let distance = (d.point - visible.point).as_dvec3();
-                    distance.length_squared() < pixel.radius_squared && d.wi.dot(visible.normal) > 0.0
+                    distance.length_squared() < radius_squared && d.wi.dot(visible.normal) > 0.0
                 };
                 for deposit in deposits.iter().filter(is_near) {
                     m += 1.0;
@@ -90,7 +98,7 @@ impl<'a> Definition<'a> {
             } else if m > 0.0 {
                 let ratio = (pixel.n + ALPHA * m) / (pixel.n + m);
                 pixel.tau = (pixel.tau + phi) * ratio;
-                pixel.radius_squared *= ratio;
+                pixel.radius_squared = radius_squared * ratio;
                 pixel.n += ALPHA * m;
             }
         }
@@ -127,6 +135,16 @@ impl<'a> Definition<'a> {
             );
         }
     }
+}
+
+/// What clearance limits the radius to at a point of sphere `own`.
+fn limit(settings: &Settings, still: &Still, (point, own): (Vec3, SphereId)) -> f64 {
+    let others = still.spheres.iter().enumerate().filter(|(id, _)| *id != own as usize);
+    let distance = |sphere: &Sphere| {
+        (point.as_dvec3().distance(sphere.center.as_dvec3()) - f64::from(sphere.radius)).abs()
+    };
+    let nearest = others.map(|(_, sphere)| distance(sphere)).fold(f64::INFINITY, f64::min);
+    (f64::from(settings.radius_clearance) * nearest).max(f64::from(settings.initial_radius) / 8.0)
 }
 
 /// First radii that differ from pixel to pixel and along both axes: those that would be chosen where photons are noise at the left,
@@ -176,6 +194,9 @@ fn iterations_are_what_the_definition_makes_of_their_paths_and_photons() {
         ("in motion", &moving, size, &even),
         ("global, in motion", &moving, Settings { filter: Filter::Gaussian, ..global }, &even),
         ("filtered", &still, filtered, &even),
+        ("global, filtered", &still, Settings { filter: Filter::Mitchell, ..global }, &even),
+        ("limited by half of what is near", &still, Settings { radius_clearance: 0.5, ..size }, &even),
+        ("limited by more, in motion", &moving, Settings { radius_clearance: 3.0, ..size }, &even),
         ("uneven first radii", &still, size, &uneven),
     ] {
         let targets = survey(scene, &settings);
@@ -192,7 +213,7 @@ fn iterations_are_what_the_definition_makes_of_their_paths_and_photons() {
         let counted: f64 = definition.pixels.iter().map(|pixel| pixel.n).sum();
         assert!(counted > 100.0, "{what}: too few photons for a test, {counted}");
     }
-    tell("physics", 6 * 17 * 13 * ITERATIONS as usize, "pixels that are those of the definition");
+    tell("physics", 9 * 17 * 13 * ITERATIONS as usize, "pixels that are those of the definition");
 }
 
 /// Pilots are renders of the same method, of as many iterations as are asked for.

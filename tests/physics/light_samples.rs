@@ -80,3 +80,22 @@ fn noise_falls_as_if_they_were_so_many_paths() {
     }
     tell("physics", 2, "variances of several light samples");
 }
+
+/// Those of all iterations are one sequence: with as many in one iteration as others take iterations for, a pixel has the same
+/// shadow rays. (Here all pixels show one point at all times.)
+#[test]
+fn samples_of_one_iteration_go_on_where_those_of_the_last_ended() {
+    /// Roundings of `f32`, and of the point that is seen.
+    const ROUNDING: f32 = 1e-5;
+    let scene = red_and_green();
+    for (name, render) in ENGINES {
+        for (samples, iterations) in [(2, 6), (4, 3), (12, 1)] {
+            let (one, several) = (render(&scene, &many(1, 12)), render(&scene, &many(samples, iterations)));
+            for (a, b) in one.pixels.iter().zip(&several.pixels) {
+                let error = (*a - *b).abs().max_element();
+                assert!(error <= ROUNDING * a.max_element(), "{name}, {samples} samples: {b}, not {a}");
+            }
+        }
+    }
+    tell("physics", 6 * 256, "pixels with the shadow rays of another order");
+}

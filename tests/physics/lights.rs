@@ -5,8 +5,10 @@ use crate::harness::{
     BLACK, Build, assert_mean, coloured, diffuse, empty_scene, glass, mean, pinhole, relative_error,
     render_path, render_sppm, settings,
 };
-use reference::direct_light::estimate_irradiance;
+use reference::direct_light::{estimate_irradiance, sample_light};
+use reference::emission::{Emitted, emit};
 use reference::light_choice::Receiver;
+use reference::photon_numbers::PhotonNumbers;
 use reference::photon_pass::photon_pass;
 use reference::sampling::uniform_sphere;
 use scene::aim::Aim;
@@ -419,6 +421,79 @@ fn both_sides_of_a_glowing_glass_ball_light_the_shell_around_it() {
 /// Relative tolerance of image means: noise of 0.1 % in each engine, and the bias of SPPM where lamp and wall meet at a
 /// sharp angle.
 const SAME_MEAN: f64 = 5e-3;
+
+/// Few lamps or many, what is sunk into a ball or stands out of the room sends no light from there: photons begin in the room and
+/// out of all balls.
+#[test]
+fn photons_of_few_and_of_many_lamps_begin_in_free_space() {
+    /// Roundings of places, as a share of the room's radius.
+    const ROUNDING: f32 = 1e-6;
+    for count in [3_u16, 16, 17, 40] {
+        let mut scene = empty_scene(pinhole(Vec3::ZERO, Vec3::X, 40.0)).ball(Vec3::Y, 10.0, diffuse(0.5));
+        for k in 0..count {
+            let (sin, cos) = (f32::from(k) * std::f32::consts::TAU / f32::from(count)).sin_cos();
+            let direction = Vec3::new(cos, 0.0, sin);
+            // Some are cut by the room and by a ball, some by one of both.
+            let center = Vec3::Y + direction * [9.9, 8.0, 9.9][usize::from(k % 3)];
+            scene = scene.lamp(center, 0.3, BLACK, Rgb::splat(f32::from(k % 4) + 1.0));
+            if k % 3 < 2 {
+                scene = scene.ball(center + Vec3::Y * 0.3, 0.25, diffuse(0.5));
+            }
+        }
+        let (still, numbers) = (scene.at(0.0), PhotonNumbers::new(1, 0));
+        let balls: Vec<_> = still.spheres[1..].iter().filter(|sphere| !sphere.is_emitter()).collect();
+        let mut begun = 0;
+        for photon in 0..20_000 {
+            let Some(Emitted { ray, .. }) = emit(&still, &Aim::default(), &numbers, photon) else { continue };
+            let away = ray.origin.distance(Vec3::Y);
+            assert!(away < 10.0 * (1.0 + ROUNDING), "of {count}: {ray:?} begins outside of the room");
+            let within = balls.iter().find(|ball| ray.origin.distance(ball.center) < ball.radius - 1e-5);
+            assert_eq!(within, None, "of {count}: {ray:?}");
+            begun += 1;
+        }
+        // About half of the lamps that the room cuts is outside, and a tenth of others in balls.
+        assert!((9000..16_000).contains(&begun), "of {count}: {begun} photons begin");
+    }
+    tell("physics", 80_000, "beginnings of photons in free space");
+}
+
+/// A lamp that stands into two rooms around the eye, as far as it is in both: what direct light comes from is in both.
+#[test]
+fn direct_light_comes_from_what_all_rooms_leave_of_a_lamp() {
+    /// Roundings of distances.
+    const ROUNDING: f32 = 1e-4;
+    let rooms = [(Vec3::new(-3.0, 0.0, 0.0), 6.0), (Vec3::new(3.0, 0.0, 0.0), 6.0)];
+    let lamp = Vec3::new(0.0, 5.2, 0.0);
+    let scene =
+        rooms.into_iter().fold(empty_scene(pinhole(Vec3::ZERO, Vec3::Y, 60.0)), |scene, (center, radius)| {
+            scene.ball(center, radius, diffuse(0.5))
+        });
+    let scene = scene.lamp(lamp, 1.5, BLACK, Rgb::ONE).ball(Vec3::NEG_Y * 2.0, 0.5, diffuse(0.5));
+    let still = scene.at(0.0);
+    // At the top of the ball, and at a place of each room.
+    let receivers = [
+        (Vec3::NEG_Y * 1.5, Vec3::Y, 3),
+        (Vec3::new(2.0, 11.0_f32.sqrt() - 0.01, 0.0), Vec3::NEG_Y, 0),
+        (Vec3::new(-2.9, 0.2, 0.0), Vec3::X, 1),
+    ];
+    let (mut seen, mut hidden) = (0, 0);
+    for (point, normal, sphere) in receivers {
+        let receiver = Receiver { point, normal, sphere };
+        for (u, v) in
+            (0..64).flat_map(|i| (0..64).map(move |j| ((i as f32 + 0.5) / 64.0, (j as f32 + 0.5) / 64.0)))
+        {
+            let Some((from, _)) = sample_light(&still, &receiver, 0.5, u, v) else {
+                hidden += 1;
+                continue;
+            };
+            let is_within = rooms.iter().all(|(center, radius)| from.distance(*center) < radius + ROUNDING);
+            assert!(is_within, "{point} is lit from {from}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 1000 && hidden > 1000, "{seen}, {hidden}");
+    tell("physics", seen, "points of a lamp in two rooms");
+}
 
 #[test]
 fn an_enclosed_lamp_changes_no_pixel() {

@@ -4,6 +4,7 @@
 //! All seeds are fixed, so that every run gives the same result. Every tolerance is a named constant with its reason.
 
 mod aiming;
+mod backdrop;
 mod camera;
 #[path = "../shared/cases.rs"]
 mod cases;
@@ -15,6 +16,7 @@ mod distributed;
 mod emission;
 mod facts;
 mod filters;
+mod first_radii;
 mod furnace;
 mod grid;
 mod guiding;
@@ -25,6 +27,7 @@ mod iterations;
 mod light_choice;
 mod light_samples;
 mod lights;
+mod motion;
 mod roles;
 mod sampling;
 mod scattering;
@@ -32,3 +35,4 @@ mod sky;
 mod streams;
 mod survey;
 mod ties;
+mod validity;

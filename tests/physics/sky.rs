@@ -2,9 +2,9 @@
 
 use crate::cases::tell;
 use crate::harness::{
-    Build, coloured, empty_scene, glass, mirror, pinhole, render_path, render_sppm, settings,
+    Build, coloured, diffuse, empty_scene, glass, mirror, pinhole, render_path, render_sppm, settings,
 };
-use scene::{Film, Rgb, Scene, Settings, Vec3};
+use scene::{Camera, Film, Rgb, Scene, Settings, Vec3};
 
 const SKY: Rgb = Rgb::new(0.5, 1.0, 2.0);
 
@@ -91,5 +91,18 @@ fn the_sky_does_not_depend_on_place_and_size_of_the_scene() {
         for (actual, expected) in mean(&scene(offset, size)).into_iter().zip(expected) {
             assert!((actual / expected - 1.0).abs() < EDGE, "{actual} instead of {expected}");
         }
+    }
+}
+
+/// However wide the lens is, the sky is around all of it: a lens that is wider than all else sees nothing but the sky.
+#[test]
+fn the_sky_is_seen_from_all_of_a_wide_lens() {
+    let camera = pinhole(Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO, 30.0);
+    let camera = Camera { aperture_radius: 50.0, focus_distance: 100.0, ..camera };
+    let background = Rgb::new(0.25, 0.5, 2.0);
+    // Behind the lens.
+    let scene = Scene { background, ..empty_scene(camera) }.ball(Vec3::new(2.0, 4.0, 6.0), 0.5, diffuse(0.5));
+    for film in images(&scene.with_sky(), 4) {
+        assert!(film.pixels.iter().all(|pixel| *pixel == background), "{:?}", film.pixels);
     }
 }

@@ -27,7 +27,7 @@ fn text_path(name: &str) -> PathBuf {
 }
 
 /// Whether snapshots are to be updated: if insta is told to overwrite its texts, as in `scripts/bless`.
-fn blesses() -> bool {
+pub(crate) fn blesses() -> bool {
     env::var("INSTA_UPDATE").is_ok_and(|mode| ["always", "force"].contains(&mode.as_str()))
 }
 

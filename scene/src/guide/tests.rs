@@ -248,6 +248,20 @@ fn what_one_half_of_the_walks_finds_is_judged_by_the_other() {
     assert!(Guide::learn(WALKS, &found(halves), 1.0).is_none());
 }
 
+/// It is judged by halves, and made of both: what one walk of four in the second half alone finds gets photons too.
+#[test]
+fn both_halves_of_the_walks_make_the_guide() {
+    let (most, few) = (Vec3::new(0.3, 0.8, 0.52).normalize(), Vec3::new(-0.6, 0.5, 0.3).normalize());
+    for half in [0, 1] {
+        let way = |walk: u32| if walk / 64 % 2 == half && walk.is_multiple_of(4) { few } else { most };
+        let guide = Guide::learn(WALKS, &found(way), 1.0).unwrap();
+        let weights = table::weights_of(guide.table(guide.surface(Vec3::splat(3.0), Vec3::Y)));
+        let light = weights.iter().flatten().filter(|weight| **weight < 0.5).count();
+        let likely = guide.departures.iter().flatten().filter(|share| **share > 2.0 * CELL).count();
+        assert_eq!((light, likely), (2, 2), "half {half}");
+    }
+}
+
 /// Nine of ten walks find one way, in a bright part of the image, and the others another in a dark one.
 #[test]
 fn dark_parts_of_the_image_count_by_what_they_lack() {

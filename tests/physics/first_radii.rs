@@ -1,0 +1,97 @@
+//! First radii by pilots: what the pilots are, and that radii belong to the places of the image that ask for them.
+
+use crate::cases::tell;
+use crate::harness::settings;
+use scene::{Film, Filter, FirstRadii, Rgb, Settings, Stop};
+
+/// Pilots render what the render will, but smaller, with all pixels at a radius that is compared, and for seeds of their own. What
+/// else is asked for is asked of them too.
+#[test]
+fn pilots_differ_from_the_render_in_size_radius_and_seed_alone() {
+    let asked = Settings {
+        radius_pilots: 5,
+        radius_clearance: 0.7,
+        filter: Filter::Mitchell,
+        light_samples: 3,
+        seed: 77,
+        iterations: 900,
+        ..settings(512, 384, 12_345, 9, 4.0)
+    };
+    let mut found = Vec::new();
+    let radii = FirstRadii::choose(&asked, &Stop::new(), |pilot, _| {
+        found.push(*pilot);
+        Some(Film::from_fn(pilot.width, pilot.height, |_, _| Rgb::ONE))
+    });
+    let seeds: Vec<u64> = found.iter().map(|pilot| pilot.seed).collect();
+    assert!(seeds[0] != seeds[4] && !seeds.contains(&asked.seed), "{seeds:?}");
+    for (k, pilot) in found.iter().enumerate() {
+        let expected = Settings {
+            width: 256,
+            height: 192,
+            iterations: 5,
+            radius_pilots: 0,
+            radius_clearance: 0.0,
+            initial_radius: [0.5, 1.0, 2.0, 4.0][k % 4],
+            seed: seeds[k / 4 * 4],
+            ..asked
+        };
+        assert_eq!(*pilot, expected, "pilot {k}");
+    }
+    assert_eq!(found.len(), 8);
+    // Where nothing differs, the widest radius is as good as others.
+    let radii = radii.unwrap();
+    assert!([(0, 0), (511, 383)].iter().all(|&place| radii.at(place, (512, 384)) == 4.0));
+}
+
+/// A place in the image, from 0 to 1 along both axes.
+type Place = (f64, f64);
+
+/// The first radii of an image of `size` whose light is bent as `bias` says, with noise of photons in discs.
+fn radii(size: (u32, u32), bias: impl Fn(Place) -> f64) -> FirstRadii {
+    let asked = Settings { radius_pilots: 1, ..settings(size.0, size.1, 1000, 5, 1.0) };
+    let chosen = FirstRadii::choose(&asked, &Stop::new(), |pilot, _| {
+        let share = f64::from(pilot.initial_radius);
+        let place = |i: u32, of: u32| (f64::from(i) + 0.5) / f64::from(of);
+        let pixel = |x, y| {
+            let place = (place(x, pilot.width), place(y, pilot.height));
+            // The same at places that mirror each other or are transposed.
+            let [a, b] = [place.0, place.1].map(|x| ((x - 0.5).abs() * 1e6).round() as u64);
+            let mixed = (pilot.seed ^ (a * b + 31 * (a + b))).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            let noise = 0.1 * ((mixed >> 40) as f64 / f64::from(1 << 24) - 0.5) / share;
+            Rgb::splat((1.0 + bias(place) * share * share + noise) as f32)
+        };
+        Some(Film::from_fn(pilot.width, pilot.height, pixel))
+    });
+    chosen.unwrap()
+}
+
+/// The image is larger than the pilots, so radii are interpolated between their pixels: from the nearest ones, at the places
+/// that pixels have. A mirrored image has mirrored radii, and a transposed one transposed radii.
+#[test]
+fn radii_of_mirrored_and_transposed_images_are_mirrored_and_transposed() {
+    /// Rounding of means, which are summed in another order.
+    const ROUNDING: f32 = 1e-4;
+    let size = (380, 380);
+    let bias = |(x, y): Place| 0.06 * x * x * (1.2 - y) + if x + 0.7 * y > 1.1 { 0.1 } else { 0.0 };
+    let given = radii(size, bias);
+    let across = radii(size, |(x, y)| bias((1.0 - x, y)));
+    let down = radii(size, |(x, y)| bias((x, 1.0 - y)));
+    let transposed = radii(size, |(x, y)| bias((y, x)));
+    let (mut cases, mut uneven) = (0, 0);
+    for (x, y) in (0..size.1).step_by(3).flat_map(|y| (0..size.0).step_by(3).map(move |x| (x, y))) {
+        let expected = given.at((x, y), size);
+        let others = [
+            ("across", across.at((size.0 - 1 - x, y), size)),
+            ("down", down.at((x, size.1 - 1 - y), size)),
+            ("transposed", transposed.at((y, x), size)),
+        ];
+        for (what, found) in others {
+            assert!((found / expected - 1.0).abs() < ROUNDING, "{what} at {x}, {y}: {found}, not {expected}");
+            cases += 1;
+        }
+        let next = given.at(((x + 1).min(size.0 - 1), y), size);
+        uneven += u32::from((next / expected - 1.0).abs() > 10.0 * ROUNDING);
+    }
+    assert!(uneven > 3000, "radii differ at {uneven} places");
+    tell("physics", cases, "first radii of mirrored and transposed images");
+}
