@@ -266,6 +266,14 @@ fn dumps_are_sorted_and_their_boxes_understood() {
     assert_eq!((particles.ids, particles.radii), (Some(vec![4, 9]), Some(vec![0.5, 1.0])));
     assert_eq!(particles.cell.unwrap().periodic, [true, true, false]);
     assert_eq!(particles.unit, Unit::Unknown);
+    // A box repeats along an axis if both of its sides do; old versions say nothing, and mean all.
+    let periodic = |sides: &str| {
+        let text = dump(&format!("{sides}\n0 10\n0 20\n-5 5"), "x y z\n1 2 3\n4 5 6");
+        parse(Format::Dump, text).cell.unwrap().periodic
+    };
+    assert_eq!(periodic("pp ps fp"), [true, false, false]);
+    assert_eq!(periodic("ff pp mm"), [false, true, false]);
+    assert_eq!(periodic(""), [true; 3]);
     // The bounds are those of the bounding box: the cell itself is 10 wide.
     let particles =
         parse(Format::Dump, dump("xy xz yz pp pp pp\n-2 13 3\n0 24 -2\n0 5 4", "x y z\n1 2 3\n4 5 6"));
