@@ -181,9 +181,17 @@ fn the_seconds_of_iterations_are_their_own() {
     let sandbox = Sandbox::new();
     let words = ["--progress=json", "--threads=1", "--stats=s.json"];
     let ended = sandbox.run(
-        ["render", "cornell", "--quality=paper", "--width=64", "--height=48", "--iterations=8", "--photons=9000"]
-            .iter()
-            .chain(&words),
+        [
+            "render",
+            "cornell",
+            "--quality=paper",
+            "--width=64",
+            "--height=48",
+            "--iterations=8",
+            "--photons=9000",
+        ]
+        .iter()
+        .chain(&words),
     );
     let parse = |line| serde_json::from_str::<Value>(line).unwrap();
     let steps: Vec<Value> = ended.stdout.lines().map(parse).collect();
