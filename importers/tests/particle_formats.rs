@@ -598,6 +598,29 @@ fn of_disordered_groups_one_is_read() {
     let x = |text: &str| parse(Format::Mmcif, text).positions.iter().map(|p| p[0]).collect::<Vec<_>>();
     assert_eq!(x(text), [1.0, 3.0, 5.0, 6.0, 8.0]);
     assert_eq!(x(&text.replace("0.4", "0.7")), [1.0, 2.0, 4.0, 6.0, 8.0]);
+    // An occupancy that is not stated is whole.
+    assert_eq!(x(&text.replace("0.4(1)", "?").replace("0.4", ".")), [1.0, 2.0, 4.0, 6.0, 8.0]);
+}
+
+/// What a file calls itself, by the rules of each format.
+#[test]
+fn titles_are_those_of_the_files() {
+    let title = |format, text: &str| parse(format, text).title;
+    assert_eq!(title(Format::Xyz, "1\n two  atoms \nO 0 0 0\n").trim(), "two  atoms");
+    assert_eq!(
+        title(Format::Gro, "Some water\n1\n    1SOL     OW    1   0.100   0.200   0.300\n 1 1 1\n"),
+        "Some water"
+    );
+    let dump = "ITEM: TIMESTEP\n700\nITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS x y z\n1 2 3\n";
+    assert_eq!(title(Format::Dump, dump), "timestep 700");
+    let atom = "ATOM      1  N   ALA A   1       1.000   2.000   3.000  1.00 10.00           N\n";
+    // It goes on over several lines.
+    let pdb = format!("TITLE     SOME ATOMS\nREMARK\nTITLE    2 OF WATER\n{atom}");
+    assert_eq!(title(Format::Pdb, &pdb), "SOME ATOMS OF WATER");
+    // Of several comments the first is taken.
+    let ply = "ply\nformat ascii 1.0\ncomment two points\ncomment by hand\nobj_info 7\nelement vertex 1\nproperty float x\n\
+               property float y\nproperty float z\nend_header\n1 2 3\n";
+    assert_eq!(title(Format::Ply, ply), "two points");
 }
 
 /// Frame by frame, plain and compressed; a structured array is of one frame whatever its shape.
