@@ -266,6 +266,14 @@ fn dumps_are_sorted_and_their_boxes_understood() {
     assert_eq!((particles.ids, particles.radii), (Some(vec![4, 9]), Some(vec![0.5, 1.0])));
     assert_eq!(particles.cell.unwrap().periodic, [true, true, false]);
     assert_eq!(particles.unit, Unit::Unknown);
+    // A box repeats along an axis if both of its sides do; old versions say nothing, and mean all.
+    let periodic = |sides: &str| {
+        let text = dump(&format!("{sides}\n0 10\n0 20\n-5 5"), "x y z\n1 2 3\n4 5 6");
+        parse(Format::Dump, text).cell.unwrap().periodic
+    };
+    assert_eq!(periodic("pp ps fp"), [true, false, false]);
+    assert_eq!(periodic("ff pp mm"), [false, true, false]);
+    assert_eq!(periodic(""), [true; 3]);
     // The bounds are those of the bounding box: the cell itself is 10 wide.
     let particles =
         parse(Format::Dump, dump("xy xz yz pp pp pp\n-2 13 3\n0 24 -2\n0 5 4", "x y z\n1 2 3\n4 5 6"));
@@ -590,6 +598,29 @@ fn of_disordered_groups_one_is_read() {
     let x = |text: &str| parse(Format::Mmcif, text).positions.iter().map(|p| p[0]).collect::<Vec<_>>();
     assert_eq!(x(text), [1.0, 3.0, 5.0, 6.0, 8.0]);
     assert_eq!(x(&text.replace("0.4", "0.7")), [1.0, 2.0, 4.0, 6.0, 8.0]);
+    // An occupancy that is not stated is whole.
+    assert_eq!(x(&text.replace("0.4(1)", "?").replace("0.4", ".")), [1.0, 2.0, 4.0, 6.0, 8.0]);
+}
+
+/// What a file calls itself, by the rules of each format.
+#[test]
+fn titles_are_those_of_the_files() {
+    let title = |format, text: &str| parse(format, text).title;
+    assert_eq!(title(Format::Xyz, "1\n two  atoms \nO 0 0 0\n").trim(), "two  atoms");
+    assert_eq!(
+        title(Format::Gro, "Some water\n1\n    1SOL     OW    1   0.100   0.200   0.300\n 1 1 1\n"),
+        "Some water"
+    );
+    let dump = "ITEM: TIMESTEP\n700\nITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS x y z\n1 2 3\n";
+    assert_eq!(title(Format::Dump, dump), "timestep 700");
+    let atom = "ATOM      1  N   ALA A   1       1.000   2.000   3.000  1.00 10.00           N\n";
+    // It goes on over several lines.
+    let pdb = format!("TITLE     SOME ATOMS\nREMARK\nTITLE    2 OF WATER\n{atom}");
+    assert_eq!(title(Format::Pdb, &pdb), "SOME ATOMS OF WATER");
+    // Of several comments the first is taken.
+    let ply = "ply\nformat ascii 1.0\ncomment two points\ncomment by hand\nobj_info 7\nelement vertex 1\nproperty float x\n\
+               property float y\nproperty float z\nend_header\n1 2 3\n";
+    assert_eq!(title(Format::Ply, ply), "two points");
 }
 
 /// Frame by frame, plain and compressed; a structured array is of one frame whatever its shape.

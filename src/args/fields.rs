@@ -37,7 +37,7 @@ fn name(field: Field) -> std::borrow::Cow<'static, str> {
         Field::Checkpoint => "--checkpoint".into(),
         Field::Range => "--range".into(),
         Field::Part => "--part".into(),
-        Field::Parts => "the parts".into(),
+        Field::Parts => "one of the parts".into(),
         Field::Resumed => "the checkpoint".into(),
         Field::Like => "--like".into(),
         Field::Resume => "`sppm resume`".into(),

@@ -242,7 +242,10 @@ impl ParticleArgs {
         match self.camera_frame.as_deref() {
             None => Ok(CameraFrame::Usual),
             Some("each") => Ok(CameraFrame::Each),
-            Some(text) => frame_of("--camera-frame", text).map(CameraFrame::Of),
+            Some(text) => match parse_frame(text) {
+                Ok(frame) => Ok(CameraFrame::Of(frame)),
+                Err(problem) => Err(Error::BadInput(format!("--camera-frame: {problem}, or each"))),
+            },
         }
     }
 

@@ -88,7 +88,8 @@ fn hint(outcome: &Outcome) -> String {
         return "; that is one sample in each pixel: more, as by `-n 16`, give a smoother image".into();
     }
     let Report { wall_seconds: seconds, iterations, resumed_after, .. } = outcome.report;
-    let noise = outcome.noise.filter(|_| !is_asked_for);
+    // More time does not give a part more iterations.
+    let noise = outcome.noise.filter(|_| !is_asked_for && outcome.job.range.is_none());
     noise.map_or(String::new(), |noise| hint_of(noise, &Measured { seconds, iterations, resumed_after }))
 }
 

@@ -1,6 +1,7 @@
 //! Says when moving spheres show as separate images: each iteration renders one instant of the exposure.
 
 use scene::settings::MAX_ITERATIONS;
+use scene::text::counted;
 use scene::{Scene, Vec3};
 
 /// From so many pixels between two instants on, they are seen apart.
@@ -13,7 +14,7 @@ pub(super) fn hint(scene: &Scene, iterations: u32) -> String {
         return String::new();
     }
     let enough = (travel(scene) / APART).ceil();
-    let seen = format!("; moving spheres show at {iterations} instants");
+    let seen = format!("; moving spheres show at {}", counted(iterations, "instant"));
     if enough > f64::from(MAX_ITERATIONS) {
         return format!("{seen}, far apart: open the shutter for a shorter time");
     }
@@ -76,6 +77,6 @@ mod tests {
         // Some 8 pixels in all.
         assert!((super::travel(&scene) / (4.0 * APART) - 1.0).abs() < 0.3, "{}", super::travel(&scene));
         assert_eq!((hint(&scene, 8), hint(&scene, 1).is_empty()), (String::new(), false));
-        assert_eq!(hint(&scene, 0), hint(&scene, 1).replace("at 1 instants", "at 0 instants"));
+        assert_eq!(hint(&scene, 0), hint(&scene, 1).replace("at 1 instant,", "at 0 instants,"));
     }
 }

@@ -64,8 +64,8 @@ Examples:
   sppm resume cornell.png.sppm             go on with a render that was interrupted
   sppm compare box.exr truth.exr --max-flip 0.05
 
-Exit codes: 0 done; 1 failed while running, or the answer is no; 2 bad input; 130 ended by Ctrl-C, 143 by
-SIGTERM, 129 by SIGHUP.";
+Exit codes: 0 done; 1 failed while running, or the answer is no; 2 bad input; 130 ended by Ctrl-C,
+143 by SIGTERM, 129 by SIGHUP.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {

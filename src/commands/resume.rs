@@ -78,7 +78,12 @@ pub(crate) fn run(args: &ResumeArgs) -> Result<(), Error> {
         save.every = every;
     }
     let image = args.file.with_file_name(default_name_of(&job.scene.name));
+    // A part of a render is no image, unless one is asked for.
+    let has_image = job.range.is_none() || job.outputs.image.is_some() || args.outputs.output.is_some();
     job.outputs = args.outputs.or(take(&mut job.outputs), image)?;
+    if !has_image {
+        job.outputs.image = None;
+    }
     (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
     watch::run(job, &args.messages, (&args.viewers, args.view), &Requests::listen()?)
 }

@@ -102,6 +102,10 @@ fn the_difference_is_brightest_where_it_is_largest() {
     let film = sandbox.image("d.png");
     let brightness = |i: usize| film.pixels[i].element_sum();
     assert!((0..192).all(|i| i == 5 * 16 + 3 || brightness(i) < brightness(5 * 16 + 3)));
+    // Where a bound does not hold, it is needed most.
+    let ended = sandbox.run(["compare", "a.exr", "b.exr", "--difference", "e.png", "--max-abs", "0"]);
+    assert_eq!(ended.code, Some(1), "{ended:?}");
+    assert!(sandbox.bytes("e.png") == sandbox.bytes("d.png"));
 }
 
 #[test]

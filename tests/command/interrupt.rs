@@ -81,3 +81,19 @@ fn an_image_that_cannot_be_written_is_written_elsewhere() {
     assert_eq!(sandbox.image(refuge).pixels.len(), 16 * 12);
     assert!(sandbox.json("s.json").is_object());
 }
+
+/// A checkpoint that nobody can go on from is not told as one.
+#[test]
+fn what_could_be_written_nowhere_is_not_said_to_be_there() {
+    let sandbox = Sandbox::new();
+    fs::create_dir(sandbox.path("out")).unwrap();
+    let mut command = sandbox.command(LONG.iter().chain(&["-o", "out/a.exr"]));
+    let running = Running::start(command.env("TMPDIR", sandbox.path("none")));
+    fs::remove_dir_all(sandbox.path("out")).unwrap();
+    running.send(Signal::INT);
+    let ended = running.end();
+    assert_eq!(ended.code, Some(1));
+    ended.said_one_line("error: out/a.exr: ", &[]);
+    assert!(!ended.stderr.contains("it is in") && !ended.stderr.contains("sppm resume"), "{ended:?}");
+    assert_eq!(sandbox.names(), [""; 0]);
+}

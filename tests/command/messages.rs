@@ -173,3 +173,39 @@ fn photons_that_miss_what_is_seen_are_told() {
     let enough = sandbox.run(["render", "cornell", "--quality=paper", "-n=4"].iter().chain(&size[..3]));
     assert!(!enough.stderr.contains("counted"), "{enough:?}");
 }
+
+/// Whatever the clock says: an iteration takes no longer than the session until then, all of them together no longer than
+/// the whole of it, and its passes no longer than it.
+#[test]
+fn the_seconds_of_iterations_are_their_own() {
+    let sandbox = Sandbox::new();
+    let words = ["--progress=json", "--threads=1", "--stats=s.json"];
+    let ended = sandbox.run(
+        [
+            "render",
+            "cornell",
+            "--quality=paper",
+            "--width=64",
+            "--height=48",
+            "--iterations=8",
+            "--photons=9000",
+        ]
+        .iter()
+        .chain(&words),
+    );
+    let parse = |line| serde_json::from_str::<Value>(line).unwrap();
+    let steps: Vec<Value> = ended.stdout.lines().map(parse).collect();
+    assert_eq!(steps.len(), 8, "{ended:?}");
+    let number = |step: &Value, key: &str| step[key].as_f64().unwrap();
+    let (mut sum, mut last) = (0.0, 0.0);
+    for step in &steps {
+        let (own, elapsed) = (number(step, "seconds"), number(step, "elapsed_seconds"));
+        assert!(own > 0.0 && last + own <= elapsed, "{step} after {last}");
+        (sum, last) = (sum + own, elapsed);
+    }
+    let report = sandbox.json("s.json");
+    let wall = number(&report, "wall_seconds");
+    let passes = ["camera_seconds", "build_grid_seconds", "photon_seconds", "consolidate_seconds"];
+    let passes: f64 = passes.iter().map(|key| number(&report, key)).sum();
+    assert!(0.0 < passes && passes <= sum && sum <= wall, "{passes}, {sum}, {report}");
+}

@@ -122,5 +122,7 @@ mod tests {
         assert_ne!(a, b);
         assert_eq!(given_token(&a), Ok(a));
         assert!(given_token("tooshort").is_err() && given_token("no/path/no/path/no").is_err());
+        // As the help says: at least 16 letters and digits.
+        assert!(given_token("0123456789abcdeF").is_ok() && given_token("0123456789abcde").is_err());
     }
 }

@@ -170,6 +170,23 @@ mod tests {
     use super::*;
 
     #[test]
+    fn layers_are_wanted_as_long_as_somebody_looks_at_them() {
+        let hub = Arc::new(Hub::new(true, Vec::new()));
+        assert_eq!((hub.wanted(), hub.clients()), (vec![0], 0));
+        let mut one = hub.enter(2).unwrap();
+        let mut two = hub.enter(2).unwrap();
+        assert!(hub.enter(2).is_none());
+        one.look_at(3);
+        assert_eq!((hub.wanted(), one.layer(), hub.clients()), (vec![0, 3], 3, 2));
+        two.look_at(3);
+        assert_eq!(hub.wanted(), [3]);
+        one.look_at(MAX_LAYERS + 9);
+        assert_eq!(hub.wanted(), [3, MAX_LAYERS as u32 - 1]);
+        drop((one, two));
+        assert_eq!((hub.wanted(), hub.clients()), (vec![0], 0));
+    }
+
+    #[test]
     fn the_quickest_page_tells_the_drawing_time() {
         let hub = Hub::new(true, Vec::new());
         let [first, second] = [(); 2].map(|()| Picture::new(Vec::new()));

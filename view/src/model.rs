@@ -456,6 +456,120 @@ mod tests {
         assert_eq!(model.now().scene(), first);
     }
 
+    /// Steps are a list with a place in it, whatever is done in whichever order.
+    #[test]
+    fn the_history_is_a_list_with_a_place() {
+        let scenes = |model: &Model| (model.now().scene(), model.steps());
+        for seed in 0..40_u32 {
+            let mut model = model("cornell");
+            let first = model.now().scene();
+            let (mut list, mut place) = (vec![first.clone()], 0);
+            let mut random = seed.wrapping_mul(747_796_405).wrapping_add(1);
+            for step in 0..30 {
+                random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                let done = match random >> 29 {
+                    0 | 1 => {
+                        place > 0 && {
+                            place -= 1;
+                            true
+                        }
+                    }
+                    2 | 3 => {
+                        place + 1 < list.len() && {
+                            place += 1;
+                            true
+                        }
+                    }
+                    4 => {
+                        list[place] != first && {
+                            list.truncate(place + 1);
+                            list.push(first.clone());
+                            place += 1;
+                            true
+                        }
+                    }
+                    // Another sphere each time, so that each change is a step.
+                    _ => {
+                        model.apply(lit(step % 9, 1.0 + step as f32)).unwrap();
+                        list.truncate(place + 1);
+                        list.push(model.now().scene());
+                        place += 1;
+                        true
+                    }
+                };
+                let is_done = match random >> 29 {
+                    0 | 1 => model.undo(),
+                    2 | 3 => model.redo(),
+                    4 => model.reset(),
+                    _ => true,
+                };
+                let expected = [place > 0, place + 1 < list.len(), list[place] != first];
+                assert_eq!(
+                    (is_done, scenes(&model)),
+                    (done, (list[place].clone(), expected)),
+                    "seed {seed}, step {step}"
+                );
+            }
+        }
+    }
+
+    /// A page changes what it names, and nothing else.
+    #[test]
+    fn each_setting_is_changed_by_itself() {
+        let none = SettingsParts::default();
+        let parts = [
+            SettingsParts { width: Some(33), ..none.clone() },
+            SettingsParts { height: Some(22), ..none.clone() },
+            SettingsParts { photons_per_iteration: Some(77), ..none.clone() },
+            SettingsParts { max_depth: Some(9), ..none.clone() },
+            SettingsParts { initial_radius: Some(0.75), ..none.clone() },
+            SettingsParts { seed: Some("5".into()), ..none },
+        ];
+        let model = model("cornell");
+        let own = model.now().settings;
+        let expected = [
+            Settings { width: 33, ..own },
+            Settings { height: 22, ..own },
+            Settings { photons_per_iteration: 77, ..own },
+            Settings { max_depth: 9, ..own },
+            Settings { initial_radius: 0.75, ..own },
+            Settings { seed: 5, ..own },
+        ];
+        for (parts, expected) in parts.into_iter().zip(expected) {
+            assert_eq!(parts.onto(own), Ok(expected));
+        }
+        let other = Camera { shutter: [1.0, 2.0], ..Camera::default() };
+        let mut parts = CameraParts::of(&model.now().camera);
+        (parts.vertical_fov_degrees, parts.aperture_radius, parts.focus_distance) = (11.0, 0.5, 7.0);
+        let given = parts.onto(other);
+        // The shutter is no part.
+        assert_eq!((CameraParts::of(&given), given.shutter), (parts, [1.0, 2.0]));
+        let camera = Camera { shutter: [1.0, 2.0], ..model.now().camera };
+        assert_eq!(CameraParts::of(&camera).onto(other), camera);
+    }
+
+    /// What is not named stays, of a sphere too.
+    #[test]
+    fn each_part_of_a_sphere_is_changed_by_itself() {
+        let before = model("cornell").now().scene().spheres[6];
+        let after = |parts| {
+            let mut model = model("cornell");
+            model.apply(Change::Sphere(6, parts)).unwrap();
+            model.now().scene().spheres[6]
+        };
+        let none = SphereParts::default();
+        let center = before.center + Vec3::new(1.0, 2.0, 3.0);
+        let moved = after(SphereParts { center: Some(center.to_array()), ..none.clone() });
+        assert_eq!(moved, Sphere { center, ..before });
+        assert_eq!(
+            after(SphereParts { radius: Some(3.0), ..none.clone() }),
+            Sphere { radius: 3.0, ..before }
+        );
+        let emission = Rgb::new(1.0, 2.0, 3.0);
+        let glowing = after(SphereParts { emission: Some(emission.to_array()), ..none });
+        assert_eq!(glowing, Sphere { emission, ..before });
+    }
+
     #[test]
     fn a_shared_material_changes_for_one_sphere_alone() {
         let mut model = model("cornell");

@@ -77,6 +77,24 @@ mod tests {
         }
     }
 
+    /// The picture shows a moving ball all along its way; it is picked where its way begins.
+    #[test]
+    fn what_moves_is_picked_where_it_is_when_the_shutter_opens() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        let at = |scene: &Scene| match pick(scene, 1, [0.68, 0.75]) {
+            Answer::Picked { sphere, .. } => sphere,
+            _ => None,
+        };
+        let velocity = scene::Vec3::new(0.0, 40.0, 0.0);
+        scene.camera.shutter = [1.0, 2.0];
+        // When the shutter opens the ball is where it stood, and later it is away.
+        scene.spheres[6].velocity = velocity;
+        scene.spheres[6].center -= velocity;
+        assert_eq!(at(&scene), Some(6));
+        scene.camera.shutter = [0.0, 1.0];
+        assert_ne!(at(&scene), Some(6));
+    }
+
     #[test]
     fn the_sky_is_no_sphere_of_the_scene() {
         let scene = files::builtin::scene("terrace").unwrap();

@@ -150,3 +150,60 @@ impl Relay {
         );
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::Value;
+
+    /// What pages are told is what the step says, each figure by its own name.
+    #[test]
+    fn pages_are_told_what_the_step_says() {
+        let hub = Arc::new(Hub::new(false, Vec::new()));
+        let mut relay = Relay::new(Some(Arc::clone(&hub)), None, "box");
+        let told = |board: &crate::hub::Board| serde_json::from_str::<Value>(&board.borrow()).unwrap();
+        assert_eq!(told(&hub.scene)["name"], "box");
+        let step = Step {
+            iteration: 3,
+            iterations: 8,
+            seconds: 0.5,
+            elapsed_seconds: 2.5,
+            photons: 300,
+            camera_segments: 77,
+            mean_radius: Some(0.25),
+            estimated_error: Some(0.125),
+            saved: false,
+        };
+        relay.tell(&step, 5);
+        let expected = json!({
+            "type": "status", "version": 1, "preview": false, "iterations": 3, "limit": 8, "seconds": 2.5,
+            "photons": 300, "camera_segments": 77, "mean_radius": 0.25, "error": 0.125, "curve": [], "workers": 5,
+            "waiting": false,
+        });
+        assert_eq!(told(&hub.status), expected);
+        // The radius of the last picture stays; an error that is no number is none.
+        let later = Step { iteration: 8, mean_radius: None, estimated_error: Some(f64::INFINITY), ..step };
+        relay.tell(&later, 4);
+        let status = told(&hub.status);
+        assert_eq!((&status["mean_radius"], &status["error"]), (&json!(0.25), &Value::Null));
+        assert_eq!((&status["waiting"], &status["workers"]), (&json!(true), &json!(4)));
+        // Without an end there is no limit.
+        relay.tell(&Step { iterations: MAX_ITERATIONS, ..step }, 4);
+        assert_eq!(told(&hub.status)["limit"], Value::Null);
+        relay.begin("room");
+        relay.tell(&step, 1);
+        assert_eq!((&told(&hub.scene)["name"], &told(&hub.status)["version"]), (&json!("room"), &json!(2)));
+    }
+
+    /// Nobody looks, so nothing is developed.
+    #[test]
+    fn pictures_are_wanted_by_who_looks() {
+        let hub = Arc::new(Hub::new(false, Vec::new()));
+        let relay = Relay::new(Some(Arc::clone(&hub)), None, "box");
+        assert!(!relay.wants() && !relay.lacks());
+        let visit = hub.enter(1).unwrap();
+        assert!(relay.wants() && !relay.lacks());
+        drop(visit);
+        assert!(!relay.wants());
+    }
+}
