@@ -11,8 +11,8 @@ from . import _numbers, _sppm
 from ._errors import InputError
 from ._settings import to_tuple
 
-Method: TypeAlias = Literal["sppm"] | Literal["path"]
-"""A method: photon mapping, or path tracing."""
+Method: TypeAlias = Literal["sppm"] | Literal["path"] | Literal["hybrid"]
+"""A method: photon mapping, path tracing, or path tracing with photons for caustics."""
 Engine: TypeAlias = Literal["fast"] | Literal["reference"]
 """An engine. Both give the same image, bit for bit."""
 Lanes: TypeAlias = Literal["auto"] | Literal["avx2"] | Literal["avx512"] | Literal["emulated"]

@@ -65,7 +65,8 @@ def render(
     - ``quality``: chooses iterations, photons, depth and radius from the scene, as far as they are not given, for a
       picture that shows what is where (``"draft"``), looks finished (``"good"``) or has hardly any noise that can be
       seen (``"final"``); ``"paper"`` takes the settings of the paper. Without it they are as in ``scene.settings``.
-    - ``method``: ``"sppm"``, photon mapping, or ``"path"``, path tracing; if not given, ``scene.method``.
+    - ``method``: ``"sppm"``, photon mapping, ``"path"``, path tracing, or ``"hybrid"``, path tracing with photons for
+      caustics; if not given, ``scene.method``.
     - ``threads``: number of threads; one per core if not given.
     - ``memory_limit``: in bytes; a render that needs more is refused.
     - ``time``: a limit in seconds, or a ``timedelta``. ``until_error``: the estimated relative error to reach. With one

@@ -17,7 +17,7 @@ ROUNDING = 1e-5
 """Of the sums of both renders, relative to the brightest pixels, which are about 1; see ``render/src/backdrop.rs``."""
 
 
-@pytest.mark.parametrize("method", ["sppm", "path"])
+@pytest.mark.parametrize("method", ["sppm", "path", "hybrid"])
 @pytest.mark.parametrize("filter", ["box", "mitchell"])
 def test_files_are_those_of_the_command(method, filter, tmp_path: Path, command) -> None:
     scene = balls(filter=filter)

@@ -33,7 +33,7 @@ def test_settings_are_those_of_the_scene_unless_given(cornell) -> None:
     assert cornell.settings.width == 40
 
 
-@pytest.mark.parametrize("method", ["sppm", "path"])
+@pytest.mark.parametrize("method", ["sppm", "path", "hybrid"])
 def test_light_samples_are_those_of_the_command(cornell, command, tmp_path: Path, method) -> None:
     film = sppm.render(cornell, iterations=2, method=method, light_samples=3)
     assert film != sppm.render(cornell, iterations=2, method=method)

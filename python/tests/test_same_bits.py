@@ -24,6 +24,8 @@ CASES: list[tuple[str, dict[str, object]]] = [
     ("large", {"engine": "reference"}),
     ("cornell", {"method": "path", "iterations": 3}),
     ("motion", {"method": "path", "engine": "reference"}),
+    ("terrace", {"method": "hybrid", "iterations": 3}),
+    ("motion", {"method": "hybrid", "engine": "reference"}),
     ("focus", {"lanes": "emulated", "threads": 1}),
     ("mirror", {"lanes": "emulated", "threads": 3, "photons_per_iteration": 1}),
     ("surgery", {"memory_limit": 1 << 30, "seed": 7}),

@@ -485,7 +485,8 @@ mod tests {
         assert!(with(0).first_radii.is_none());
         let chosen = with(1);
         let radii =
-            first_radii(&scene, &Settings { radius_pilots: 1, ..scene.settings }, &Stop::new()).unwrap();
+            first_radii(&scene, &Settings { radius_pilots: 1, ..scene.settings }, Carried::All, &Stop::new())
+                .unwrap();
         let given = iterated(Sppm::new(&scene, &scene.settings).beginning_with(radii), 2);
         assert_eq!(state(&chosen), state(&given));
     }

@@ -218,6 +218,12 @@ mod tests {
             (chosen(MethodName::Path, fast), Some(BYTES_PER_TRACED_PIXEL), 256),
             (chosen(MethodName::Sppm, reference), Some(BYTES_PER_REFERENCE_PIXEL), 0),
             (chosen(MethodName::Path, reference), Some(BYTES_PER_TRACED_PIXEL), 0),
+            (chosen(MethodName::Hybrid, fast), None, 2 * 256),
+            (
+                chosen(MethodName::Hybrid, reference),
+                Some(BYTES_PER_REFERENCE_PIXEL + BYTES_PER_TRACED_PIXEL),
+                0,
+            ),
         ] {
             let base = scene(settings);
             let with = |scene: &Scene, threads, has_past| bytes(engine, scene, threads, has_past, 1 << 20);
@@ -273,6 +279,8 @@ mod tests {
         let survey = survey::bytes_at_most(photons_per_iteration, max_depth);
         assert!(survey > 0);
         assert_eq!(of(MethodName::Sppm), 64 * 32 * BYTES_PER_REFERENCE_PIXEL + survey + rest);
+        let both = 64 * 32 * (BYTES_PER_REFERENCE_PIXEL + BYTES_PER_TRACED_PIXEL);
+        assert_eq!(of(MethodName::Hybrid), both + survey + rest);
         // What is behind a scene whose background is transparent is rendered too.
         let clear = Scene { transparent_background: true, ..scene.clone() };
         let path = chosen(MethodName::Path, EngineName::Reference);

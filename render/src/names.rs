@@ -249,6 +249,7 @@ mod tests {
     fn only_photon_mapping_has_photons_and_sums_follow_the_schedule() {
         let global = Settings { radius_schedule: RadiusSchedule::Global, ..Settings::default() };
         assert!(MethodName::Sppm.has_photons() && !MethodName::Path.has_photons());
+        assert!(MethodName::Hybrid.has_photons());
         assert_eq!(MethodName::Sppm.sums(&Settings::default()), Sums::Photons);
         assert_eq!(MethodName::Sppm.sums(&global), Sums::Exact);
         assert_eq!(MethodName::Path.sums(&global), Sums::Paths);

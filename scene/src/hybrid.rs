@@ -112,3 +112,149 @@ impl<P: Sampler, C: Resumable> Resumable for Hybrid<P, C> {
         self.caustics.go_on_after(iterations, Stats::default());
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Rgb;
+    use crate::settings::Settings;
+
+    /// An engine whose words count its iterations and samples, and which may be told to abandon the next iteration.
+    struct Fake {
+        progress: Progress,
+        sums: Sums,
+        words: Vec<u32>,
+        taken: u32,
+        abandons: bool,
+    }
+
+    impl Fake {
+        fn new(sums: Sums, first: u32) -> Self {
+            let settings = Settings { width: 3, height: 2, ..Settings::default() };
+            let words = (first..).take(3 * 2 * sums.words()).collect();
+            Self { progress: Progress::new(&settings), sums, words, taken: 0, abandons: false }
+        }
+
+        fn row(&self, y: u32) -> std::ops::Range<usize> {
+            let row = 3 * self.sums.words();
+            y as usize * row..(y as usize + 1) * row
+        }
+    }
+
+    impl Engine for Fake {
+        fn progress(&self) -> &Progress {
+            &self.progress
+        }
+
+        fn iterate_unless(&mut self, _: &Stop) -> bool {
+            if !self.abandons {
+                self.progress.advance();
+                self.progress.stats.photons += 10;
+                self.progress.stats.bytes = 500;
+            }
+            !self.abandons
+        }
+
+        fn probe(&self, x: u32, y: u32) -> Probe {
+            let value = (10 * y + x + self.words[0]) as f32;
+            let direct = Rgb::splat(99.0);
+            Probe { radiance: Rgb::splat(value), direct, radius: value + 0.5, count: value + 0.25 }
+        }
+    }
+
+    impl Resumable for Fake {
+        fn sums(&self) -> Sums {
+            self.sums
+        }
+
+        fn save_row(&self, y: u32, words: &mut [u32]) {
+            words.copy_from_slice(&self.words[self.row(y)]);
+        }
+
+        fn load_row(&mut self, y: u32, words: &[u32]) {
+            let row = self.row(y);
+            self.words[row].copy_from_slice(words);
+        }
+
+        fn go_on_after(&mut self, iterations: u32, stats: Stats) {
+            self.progress.go_on_after(iterations, stats);
+        }
+    }
+
+    impl Sampler for Fake {
+        fn sample_unless(&mut self, _: &Stop) -> bool {
+            self.taken += u32::from(!self.abandons);
+            !self.abandons
+        }
+
+        fn add_samples(&mut self) {
+            self.progress.advance();
+            self.progress.stats.camera_segments += 7;
+            self.progress.stats.bytes = 300;
+        }
+    }
+
+    fn both() -> Hybrid<Fake, Fake> {
+        Hybrid::new(Fake::new(Sums::Paths, 1000), Fake::new(Sums::Photons, 5000))
+    }
+
+    /// Whichever part abandons an iteration, neither has done it.
+    #[test]
+    fn an_iteration_is_done_by_both_or_by_none() {
+        let (mut engine, stop) = (both(), Stop::new());
+        let done = |engine: &Hybrid<Fake, Fake>| {
+            (engine.iterations(), engine.paths.iterations(), engine.caustics.iterations())
+        };
+        engine.caustics.abandons = true;
+        assert!(!engine.iterate_unless(&stop) && engine.paths.taken == 1);
+        assert_eq!((done(&engine), *engine.stats()), ((0, 0, 0), Stats::default()));
+        (engine.caustics.abandons, engine.paths.abandons) = (false, true);
+        assert!(!engine.iterate_unless(&stop));
+        assert_eq!((done(&engine), *engine.stats()), ((0, 0, 0), Stats::default()));
+        engine.paths.abandons = false;
+        assert!(engine.iterate_unless(&stop));
+        assert_eq!(done(&engine), (1, 1, 1));
+    }
+
+    /// Work of both, and what another engine had done before; memory of both at the same time.
+    #[test]
+    fn work_is_that_of_both_and_of_before() {
+        let mut engine = both();
+        let before = Stats { camera_segments: 100, photons: 1000, bytes: 9999, ..Stats::default() };
+        engine.go_on_after(4, before);
+        assert_eq!((*engine.stats(), engine.iterations(), engine.paths.iterations()), (before, 4, 4));
+        engine.iterate();
+        engine.iterate();
+        let Stats { camera_segments, photons, bytes, .. } = *engine.stats();
+        assert_eq!((camera_segments, photons, bytes), (114, 1020, 800));
+        assert_eq!((engine.iterations(), engine.caustics.iterations(), engine.progress().next), (6, 6, 6));
+    }
+
+    #[test]
+    fn light_is_the_sum_and_radii_are_the_photons() {
+        let engine = both();
+        let found = engine.probe(2, 1);
+        assert_eq!(found.radiance, Rgb::splat(1012.0 + 5012.0));
+        assert_eq!((found.radius, found.count), (5012.5, 5012.25));
+        assert!(engine.has_photons() && engine.direct().is_none() && engine.radius().is_some());
+    }
+
+    /// Pixel by pixel the words of the path tracer come first.
+    #[test]
+    fn rows_hold_the_words_of_both() {
+        let engine = both();
+        assert_eq!((engine.sums(), Sums::Hybrid.words()), (Sums::Hybrid, 14));
+        let mut words = vec![0; 3 * 14];
+        engine.save_row(1, &mut words);
+        for (pixel, words) in (0..).zip(words.chunks_exact(14)) {
+            let (paths, caustics) = (1018 + 6 * pixel, 5024 + 8 * pixel);
+            assert_eq!(words[..6], (paths..paths + 6).collect::<Vec<u32>>());
+            assert_eq!(words[6..], (caustics..caustics + 8).collect::<Vec<u32>>());
+        }
+        let mut other = Hybrid::new(Fake::new(Sums::Paths, 0), Fake::new(Sums::Photons, 0));
+        other.load_row(1, &words);
+        assert_eq!(other.paths.words[18..], engine.paths.words[18..]);
+        assert_eq!(other.caustics.words[24..], engine.caustics.words[24..]);
+        assert_eq!((other.paths.words[17], other.caustics.words[23]), (17, 23));
+    }
+}

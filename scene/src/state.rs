@@ -258,7 +258,8 @@ mod tests {
         let words = sums.to_words();
         assert_eq!((words[..4].to_vec(), words[18..].to_vec()), (vec![10, 0, 11, 9], vec![6, 5]));
         assert_eq!(ExactSums::from_words(words), sums);
-        assert_eq!([Sums::Photons, Sums::Exact, Sums::Paths].map(Sums::words), [8, 20, 6]);
+        let all = [Sums::Photons, Sums::Exact, Sums::Paths, Sums::Hybrid];
+        assert_eq!(all.map(Sums::words), [8, 20, 6, 14]);
     }
 
     /// What is gained in whichever order and grouping is the same sum, and its mean is that of the gains.
@@ -307,5 +308,16 @@ mod tests {
             assert_eq!(fault(large), told, "{channel}");
         }
         assert_eq!(Sums::Paths.fault(&[u32::MAX; 6], 2.0, 1), None);
+        // Of both, the photons' words are checked.
+        let both = |sums: PhotonSums| {
+            let words: Vec<u32> = [u32::MAX; 6].into_iter().chain(sums.to_words()).collect();
+            Sums::Hybrid.fault(&words, 2.0, 1)
+        };
+        let sums = PhotonSums { direct: Rgb::ZERO, tau: Rgb::ZERO, n: 1.0, radius_squared: 1.0 };
+        assert_eq!(both(sums), None);
+        assert!(both(PhotonSums { n: -1.0, ..sums }).is_some_and(|fault| fault.contains("count")));
+        assert!(
+            both(PhotonSums { radius_squared: 5.0, ..sums }).is_some_and(|fault| fault.contains("radius"))
+        );
     }
 }

@@ -267,6 +267,8 @@ mod tests {
             said.starts_with("box: identical in every bit of the path tracer's image, 3 x 2 pixels"),
             "{said}"
         );
+        let said = verdict(MethodName::Hybrid, ("box", &settings), &variants);
+        assert!(said.starts_with("box: identical in every bit of count, radius and image, 3 x 2"), "{said}");
     }
 
     /// On every kind of lanes and every number of threads, and the reference with another grid, which path tracing has none of.
@@ -277,10 +279,11 @@ mod tests {
         let pools = [pool(Some(1)).unwrap(), pool(Some(2)).unwrap()];
         let labels = |method| -> Vec<String> {
             let all = variants(method, &scene, &settings, &pools, &Parameters::default());
-            assert!(all.iter().all(|variant| variant.engine.has_photons() == (method == MethodName::Sppm)));
+            assert!(all.iter().all(|variant| variant.engine.has_photons() == method.has_photons()));
             all.into_iter().map(|variant| variant.label).collect()
         };
         let (sppm, path) = (labels(MethodName::Sppm), labels(MethodName::Path));
+        assert_eq!(labels(MethodName::Hybrid), path);
         assert_eq!(path.len(), 2 * available_lanes().count());
         assert_eq!(
             path[..2],

@@ -352,7 +352,7 @@ $("divider").oninput = () => {
 
 function pin() {
   if (!viewer.a) return;
-  const what = setup ? `${setup.method === "path" ? "path tracing" : setup.engine}, ` : "";
+  const what = setup ? `${{ path: "path tracing", hybrid: "paths and caustics" }[setup.method] ?? setup.engine}, ` : "";
   pins.push({ name: `pinned: ${what}${viewer.a.iterations} iterations`, picture: viewer.a });
   if (pins.length > 8) pins.shift();
   listOthers();
