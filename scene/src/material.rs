@@ -58,6 +58,7 @@ mod tests {
             (Material::Dielectric { albedo, ior: 1.5 }, false),
         ] {
             assert_eq!((material.albedo(), material.is_opaque()), (albedo, is_opaque));
+            assert_eq!(material.is_diffuse(), matches!(material, Material::Diffuse { .. }));
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::instants;
 use crate::terminal::error::Error;
 use crate::terminal::signals::Requests;
-use render::{End, Outcome, Report};
+use render::{End, MethodName, Outcome, Report};
 use scene::Stats;
 use scene::settings::MAX_ITERATIONS;
 use scene::text::{counted, duration, list, mebibytes};
@@ -40,7 +40,8 @@ pub(crate) fn conclude(outcome: &Outcome, requests: &Requests) -> Result<(), Err
     if let Some(error) = unsaved {
         return Err(Error::Failed(format!("the image is written, but not its checkpoint: {error}")));
     }
-    let why = why(*end, report.estimated_error, report.lacks_photons());
+    let lacking = report.lacks_photons().then_some(outcome.job.engine.method());
+    let why = why(*end, report.estimated_error, lacking);
     info!(
         iterations = done,
         wall_seconds = report.wall_seconds,
@@ -50,17 +51,23 @@ pub(crate) fn conclude(outcome: &Outcome, requests: &Requests) -> Result<(), Err
         instants::hint(&outcome.job.scene, done),
     );
     if report.lacks_photons() {
-        warn!("{}", few_photons(&report.stats));
+        warn!("{}", few_photons(outcome.job.engine.method(), &report.stats));
     }
     Ok(())
 }
 
 /// Why a render ended, unless all its iterations are done.
-fn why(end: End, error: Option<f64>, lacks_photons: bool) -> String {
+///
+/// If its photons hardly counted, `lacking` is its method.
+fn why(end: End, error: Option<f64>, lacking: Option<MethodName>) -> String {
     match (end, error) {
         (End::Time, _) => "; time is up".into(),
         (End::Error, Some(error)) => {
-            let of = if lacks_photons { ", of direct light alone" } else { "" };
+            let of = match lacking {
+                Some(MethodName::Hybrid) => ", without caustics",
+                Some(_) => ", of direct light alone",
+                None => "",
+            };
             format!("; the estimated error is {error:.3e}{of}")
         }
         _ => String::new(),
@@ -68,12 +75,18 @@ fn why(end: End, error: Option<f64>, lacks_photons: bool) -> String {
 }
 
 /// The warning that light which comes over other surfaces is missing, and what helps.
-fn few_photons(stats: &Stats) -> String {
+fn few_photons(method: MethodName, stats: &Stats) -> String {
     let Stats { photons, contributions, .. } = *stats;
     let counted = match contributions {
         0 => "none".into(),
         n => n.to_string(),
     };
+    if method == MethodName::Hybrid {
+        return format!(
+            "of {photons} photons {counted} counted at what is seen: caustics are nearly missing, unless there are hardly any; \
+             a larger --radius helps a little"
+        );
+    }
     format!(
         "of {photons} photons {counted} counted at what is seen: light that comes over other surfaces or through glass is \
          nearly missing; --method path finds it where lamps are large or the sky is bright, a larger --radius helps a little"
@@ -186,7 +199,15 @@ mod tests {
 
     #[test]
     fn photons_that_did_not_count_are_told() {
-        let said = |contributions| few_photons(&Stats { photons: 40_000, contributions, ..Stats::default() });
+        let few = |method, contributions| {
+            few_photons(method, &Stats { photons: 40_000, contributions, ..Stats::default() })
+        };
+        let said = |contributions| few(MethodName::Sppm, contributions);
+        let of_caustics = few(MethodName::Hybrid, 3);
+        assert!(
+            of_caustics.starts_with("of 40000 photons 3 counted at what is seen: caustics are"),
+            "{of_caustics}"
+        );
         assert!(said(0).starts_with("of 40000 photons none counted at what is seen: "), "{}", said(0));
         assert!(said(17).starts_with("of 40000 photons 17 counted at what is seen: "), "{}", said(17));
     }
@@ -230,12 +251,20 @@ mod tests {
 
     #[test]
     fn it_is_told_why_a_render_ended() {
-        assert_eq!(why(End::Time, Some(0.5), true), "; time is up");
-        assert_eq!(why(End::Error, Some(0.0123), false), "; the estimated error is 1.230e-2");
+        assert_eq!(why(End::Time, Some(0.5), Some(MethodName::Sppm)), "; time is up");
+        assert_eq!(why(End::Error, Some(0.0123), None), "; the estimated error is 1.230e-2");
         assert_eq!(
-            why(End::Error, Some(0.5), true),
+            why(End::Error, Some(0.5), Some(MethodName::Sppm)),
             "; the estimated error is 5.000e-1, of direct light alone"
         );
-        assert_eq!([why(End::Iterations, Some(0.5), true), why(End::Stopped, None, true)], ["", ""]);
+        let of_caustics = why(End::Error, Some(0.5), Some(MethodName::Hybrid));
+        assert_eq!(of_caustics, "; the estimated error is 5.000e-1, without caustics");
+        assert_eq!(
+            [
+                why(End::Iterations, Some(0.5), Some(MethodName::Sppm)),
+                why(End::Stopped, None, Some(MethodName::Path))
+            ],
+            ["", ""]
+        );
     }
 }

@@ -142,7 +142,7 @@ fn options() {
         (&["verify", "cornell", "--lanes", "avx2"], &["no option --lanes"]),
         (&["render", "cornell", "-q", "-v"], &["--quiet", "--verbose", "one of them"]),
         (&["render", "cornell", "--quiet=yes"], &["--quiet"]),
-        (&["render", "cornell", "--method", "gpu"], &["--method: \"gpu\"", "sppm and path"]),
+        (&["render", "cornell", "--method", "gpu"], &["--method: \"gpu\"", "sppm, path and hybrid"]),
         (&["verify", "cornell", "--engine", "path"], &["no option --engine"]),
         (&["verify", "cornell", "-o", "a.png"], &["no option -o"]),
         (&["completions", "klingon"], &["\"klingon\"", "bash", "zsh"]),

@@ -423,7 +423,7 @@ mod tests {
         assert_ne!(own.iterations, of(8.0, false).iterations, "the radius is of no account here");
     }
 
-    /// The scene, the engine of the largest pilot, all images that are held at once, and the terms of a variance of one image.
+    /// The scene, the engines of the largest pilot, all images that are held at once, and the terms of a variance of one image.
     #[test]
     fn bytes_are_those_of_the_largest_pilot_and_of_its_images() {
         /// In memory an image may be padded to so many bytes per pixel.
@@ -437,6 +437,7 @@ mod tests {
             let (spheres, parameters) = (scene.spheres.len(), Parameters::default());
             let engine = |settings: &Settings| {
                 Sppm::bytes_at_most(settings, spheres, threads, DEPOSITS_OF_PILOTS, &parameters)
+                    + PathTracer::bytes_at_most(settings, spheres, threads)
             };
             let of_scene = bytes_of_scene(&scene) + lamps(&scene) * KEPT_PER_LAMP;
             let images = bytes_at_most(&scene, threads) - engine(&largest) - of_scene;
@@ -463,6 +464,7 @@ mod tests {
                 let pilot = pilot_settings(&scene.settings);
                 let spheres = scene.spheres.len();
                 Sppm::bytes_at_most(&pilot, spheres, 1, DEPOSITS_OF_PILOTS, &Parameters::default())
+                    + PathTracer::bytes_at_most(&pilot, spheres, 1)
             };
             let more = bytes_at_most(&scene, 1) - bytes_at_most(&base, 1);
             more - (of_engine(&scene) - of_engine(&base))
