@@ -54,6 +54,8 @@ fn definition(filter: Filter, x: f64) -> f64 {
 fn tables_have_the_shape_of_their_definitions() {
     /// Pieces of the table within a part, and the width of the samples that it is made of.
     const TOLERANCE: f64 = 2e-3;
+    /// The width of those samples, times the largest density.
+    const PIECE: f64 = 5e-5;
     const NUMBERS: u32 = 1 << 15;
     const PARTS: usize = 25;
     for filter in [Filter::Gaussian, Filter::Mitchell] {
@@ -70,6 +72,19 @@ fn tables_have_the_shape_of_their_definitions() {
             (0..1000).map(|i| step * definition(filter, from + (f64::from(i) + 0.5) * step)).sum::<f64>()
         };
         let all = integral(-2.0, 0.0) + integral(0.0, 2.0);
+        // Each piece has as much of the definition's size as others, also where that comes to nothing.
+        let size = |to: f64| {
+            let step = (to + 2.0) / 20_000.0;
+            (0..20_000)
+                .map(|i| step * definition(filter, -2.0 + (f64::from(i) + 0.5) * step).abs())
+                .sum::<f64>()
+        };
+        let whole = size(2.0);
+        for piece in [1, 2, 5, 100, 512, 900, 1023] {
+            let share = size(f64::from(table.begins[piece]) - 0.5) / whole;
+            let expected = piece as f64 / table.begins.len() as f64;
+            assert!((share - expected).abs() < PIECE, "{filter}, piece {piece}: {share}, not {expected}");
+        }
         for (part, found) in found.into_iter().enumerate() {
             let from = part as f64 * width - 2.0;
             let expected = integral(from, from + width) / all;
