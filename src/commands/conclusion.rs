@@ -95,15 +95,20 @@ fn few_photons(method: MethodName, stats: &Stats) -> String {
 
 /// What to do about an image with visible noise.
 fn hint(outcome: &Outcome) -> String {
-    let is_asked_for = outcome.end == End::Error;
-    if outcome.report.iterations == 1 && !is_asked_for && outcome.job.range.is_none() {
+    let is_told = is_noise_told(outcome.end, outcome.job.range.is_some());
+    if outcome.report.iterations == 1 && is_told {
         // It cannot be compared with an earlier one to tell how noisy it is.
         return "; that is one sample in each pixel: more, as by `-n 16`, give a smoother image".into();
     }
     let Report { wall_seconds: seconds, iterations, resumed_after, .. } = outcome.report;
-    // More time does not give a part more iterations.
-    let noise = outcome.noise.filter(|_| !is_asked_for && outcome.job.range.is_none());
+    let noise = outcome.noise.filter(|_| is_told);
     noise.map_or(String::new(), |noise| hint_of(noise, &Measured { seconds, iterations, resumed_after }))
+}
+
+/// Whether it helps to know how noisy an image is: not if its error was asked for, nor of a part, which more time gives no more
+/// iterations.
+fn is_noise_told(end: End, is_part: bool) -> bool {
+    end != End::Error && !is_part
 }
 
 /// What a session took for the iterations that it has added.
@@ -223,6 +228,14 @@ mod tests {
         assert_eq!(noisy(0.2, 10.0, 8, 0), told); // 320 seconds
         assert_eq!(noisy(0.2, 5.0, 8, 4), told);
         assert!(noisy(0.2, 10.0, 8, 4).contains("`--time 20m`")); // 640 seconds
+    }
+
+    #[test]
+    fn noise_is_told_of_whole_renders_whose_error_was_not_asked_for() {
+        for end in [End::Iterations, End::Time, End::Stopped] {
+            assert!(is_noise_told(end, false) && !is_noise_told(end, true), "{end:?}");
+        }
+        assert!(!is_noise_told(End::Error, false) && !is_noise_told(End::Error, true));
     }
 
     #[test]

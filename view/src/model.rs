@@ -585,6 +585,27 @@ mod tests {
         }
     }
 
+    /// Two are enough to share one.
+    #[test]
+    fn a_material_of_two_spheres_changes_for_one_alone() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        let (shared, black) =
+            (Material::Diffuse { albedo: Rgb::splat(0.25) }, Material::Diffuse { albedo: Rgb::ZERO });
+        scene.materials.push(shared);
+        for i in [3, 4] {
+            scene.spheres[i].material = scene.materials.len() as u32 - 1;
+        }
+        let mut model = Model::new(&scene, EngineChoice::default());
+        let parts = SphereParts { material: Some(black), ..SphereParts::default() };
+        model.apply(Change::Sphere(3, parts.clone())).unwrap();
+        let of = |model: &Model, i: usize| model.materials()[model.spheres()[i].material as usize];
+        assert_eq!([of(&model, 3), of(&model, 4)], [black, shared]);
+        // The last that has it needs no other.
+        let count = model.materials().len();
+        model.apply(Change::Sphere(4, parts)).unwrap();
+        assert_eq!((of(&model, 4), model.materials().len()), (black, count));
+    }
+
     /// The walls of cornell that share a material.
     #[test]
     fn a_style_is_changed_of_all_its_spheres() {

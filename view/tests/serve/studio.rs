@@ -116,6 +116,19 @@ fn layers_come_while_the_render_goes_on_and_while_it_is_paused() {
     page.picture(|picture| picture.iterations > again.iterations);
 }
 
+/// It is in the picture, as another page looks at it, and no other picture will come.
+#[test]
+fn a_layer_that_the_picture_has_comes_while_the_render_is_paused() {
+    let view = studio();
+    let (mut one, mut other) = (Page::open(&view), Page::open(&view));
+    other.send(&json!({ "type": "layer", "layer": 2 }));
+    other.picture(|picture| picture.layer == 2);
+    one.send(&json!({ "type": "pause", "paused": true }));
+    one.text(|text| text["type"] == "status" && text["waiting"] == true);
+    one.send(&json!({ "type": "layer", "layer": 2 }));
+    one.picture(|picture| picture.layer == 2);
+}
+
 #[test]
 fn a_render_waits_at_its_limit() {
     let project = view::Project { limit: Some(3), ..project() };
