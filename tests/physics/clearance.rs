@@ -1,6 +1,8 @@
 //! First search radii limited by clearance: what they are, and that light close to a ball is right with them.
 
-use crate::harness::{BLACK, Build, diffuse, empty_scene, glass, mean, pinhole, relative_error, settings};
+use crate::harness::{
+    BLACK, Build, diffuse, empty_scene, glass, lamp_within_glass, mean, pinhole, relative_error, settings,
+};
 use reference::Sppm;
 use reference::camera_pass::{CameraNumbers, camera_ray, trace};
 use reference::consolidate::ALPHA;
@@ -144,16 +146,7 @@ fn light_below_a_ball_of_glass_is_that_of_its_lamp() {
     const NEAR: f64 = 0.065;
     /// What is wrong without: over the disc of radius 0.8 irradiance is about half of that in its middle.
     const WRONG: f64 = 0.3;
-    let (height, lamp, radiance, albedo) = (0.7_f64, 0.02_f64, 1e4_f64, 0.5_f64);
-    // At normal incidence on an index of 1.5.
-    let transmitted = 1.0 - 0.2_f64.powi(2);
-    // `Phi = 4 pi^2 r^2 L`, and the floor reflects `albedo / pi`.
-    let expected = transmitted * albedo * lamp * lamp * radiance / (height * height);
-    let above = Vec3::new(0.0, height as f32, 0.0);
-    let scene = empty_scene(pinhole(Vec3::new(5.0, 0.4, 0.0), Vec3::ZERO, 0.1))
-        .ball(Vec3::new(0.0, -1000.0, 0.0), 1000.0, diffuse(albedo as f32))
-        .ball(above, 0.5, glass(1.0, 1.5))
-        .lamp(above, lamp as f32, BLACK, Rgb::splat(radiance as f32));
+    let (scene, expected) = lamp_within_glass();
     let error = |radius_clearance| {
         let settings = Settings { iterations: 4, radius_clearance, ..settings(4, 3, 200_000, 8, 0.8) };
         let mut engine = Sppm::new(&scene, &settings).aimed_at(Targets::default());

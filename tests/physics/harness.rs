@@ -95,6 +95,23 @@ pub(crate) fn settings(width: u32, height: u32, photons: u32, depth: u32, radius
     }
 }
 
+/// A little lamp in the middle of a ball of glass over a floor, which all its light reaches through the glass; and the radiance
+/// of the floor below it, where irradiance is that of a point, `Phi / (4 pi h^2)`, less what the glass reflects back into
+/// the lamp.
+pub(crate) fn lamp_within_glass() -> (Scene, f64) {
+    let (height, lamp, radiance, albedo) = (0.7_f64, 0.02_f64, 1e4_f64, 0.5_f64);
+    // At normal incidence on an index of 1.5.
+    let transmitted = 1.0 - 0.2_f64.powi(2);
+    // `Phi = 4 pi^2 r^2 L`, and the floor reflects `albedo / pi`.
+    let expected = transmitted * albedo * lamp * lamp * radiance / (height * height);
+    let above = Vec3::new(0.0, height as f32, 0.0);
+    let scene = empty_scene(pinhole(Vec3::new(5.0, 0.4, 0.0), Vec3::ZERO, 0.1))
+        .ball(Vec3::new(0.0, -1000.0, 0.0), 1000.0, diffuse(albedo as f32))
+        .ball(above, 0.5, glass(1.0, 1.5))
+        .lamp(above, lamp as f32, BLACK, Rgb::splat(radiance as f32));
+    (scene, expected)
+}
+
 /// The image after `settings.iterations` iterations.
 pub(crate) fn run(mut engine: impl Engine, settings: &Settings) -> Film {
     for _ in 0..settings.iterations {

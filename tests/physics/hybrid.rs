@@ -3,8 +3,8 @@
 
 use crate::cases::tell;
 use crate::harness::{
-    BLACK, Build, diffuse, empty_scene, glass, mean, mirror, pinhole, relative_error, render_path, run,
-    settings,
+    BLACK, Build, diffuse, empty_scene, glass, lamp_within_glass, mean, mirror, pinhole, relative_error,
+    render_path, run, settings,
 };
 use reference::emission::emit;
 use reference::intersect::intersect;
@@ -170,16 +170,7 @@ fn photons_for_caustics_leave_lamps_alone() {
 fn light_of_a_lamp_within_glass_comes_by_photons_alone() {
     /// Of the disc of radius 0.1, 0.7 below the lamp, 1.5 %; three standard errors of some 4,000 photons, 5 %.
     const NEAR: f64 = 0.065;
-    let (height, lamp, radiance, albedo) = (0.7_f64, 0.02_f64, 1e4_f64, 0.5_f64);
-    // At normal incidence on an index of 1.5.
-    let transmitted = 1.0 - 0.2_f64.powi(2);
-    // `Phi = 4 pi^2 r^2 L`, and the floor reflects `albedo / pi`.
-    let expected = transmitted * albedo * lamp * lamp * radiance / (height * height);
-    let above = Vec3::new(0.0, height as f32, 0.0);
-    let scene = empty_scene(pinhole(Vec3::new(5.0, 0.4, 0.0), Vec3::ZERO, 0.1))
-        .ball(Vec3::new(0.0, -1000.0, 0.0), 1000.0, diffuse(albedo as f32))
-        .ball(above, 0.5, glass(1.0, 1.5))
-        .lamp(above, lamp as f32, BLACK, Rgb::splat(radiance as f32));
+    let (scene, expected) = lamp_within_glass();
     let settings = Settings { iterations: 4, radius_clearance: 0.5, ..settings(4, 3, 200_000, 8, 0.8) };
     let paths = PathTracer::new(&scene, &settings).without_caustics();
     let caustics = || Sppm::new(&scene, &settings).of_caustics().aimed_at(Targets::default());
