@@ -76,3 +76,9 @@ pub use parameters::{Parameter, ParameterError, Parameters, Values};
 pub use path_tracer::PathTracer;
 pub use search::{Search, Work, ball_count};
 pub use sppm::{DEPOSITS_AT_ONCE, DEPOSITS_OF_PILOTS, Parts, Sppm, first_radii, first_radii_for};
+
+/// Path tracing with photons for caustics: both renders must be of the same scene and settings, with radii per pixel, and must
+/// not have begun.
+pub fn hybrid<'a>(paths: PathTracer<'a>, photons: Sppm<'a>) -> scene::Hybrid<PathTracer<'a>, Sppm<'a>> {
+    scene::Hybrid::new(paths.without_caustics(), photons.of_caustics())
+}

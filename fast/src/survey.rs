@@ -211,7 +211,7 @@ impl Survey<'_> {
             // What would be absorbed where it arrives does not matter.
             let survives = arrived & L::lt(roulette, material.albedo.max_component());
             let is_first = is_diffuse & !seen;
-            let counts = if is_of_all { survives } else { !is_diffuse };
+            let counts = if is_of_all { L::first(L::N) } else { !is_diffuse };
             let faces = L::lt(L::f(0.0), surface.normal.dot(p.direction));
             let receivers = Receivers {
                 live: survives & (seen | is_first) & counts,

@@ -40,3 +40,9 @@ pub mod survey;
 
 pub use path_tracer::PathTracer;
 pub use sppm::{Sppm, contributes};
+
+/// Path tracing with photons for caustics: both renders must be of the same scene and settings, with radii per pixel, and must
+/// not have begun.
+pub fn hybrid<'a>(paths: PathTracer<'a>, photons: Sppm<'a>) -> scene::Hybrid<PathTracer<'a>, Sppm<'a>> {
+    scene::Hybrid::new(paths.without_caustics(), photons.of_caustics())
+}

@@ -82,11 +82,7 @@ impl Engine for PathTracer<'_> {
     }
 
     fn iterate_unless(&mut self, stop: &Stop) -> bool {
-        let is_whole = self.sample_unless(stop);
-        if is_whole {
-            self.add_samples();
-        }
-        is_whole
+        self.sample_and_add_unless(stop)
     }
 }
 

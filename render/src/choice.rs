@@ -5,7 +5,7 @@ use crate::names::{EngineName, LanesName, MethodName, Renderer, available_lanes}
 use crate::profile::Profile;
 use fast::{LaneKind, Parameters, Parts};
 use scene::text::list;
-use scene::{FirstRadii, Hybrid, Resumable, Scene};
+use scene::{FirstRadii, Resumable, Scene};
 use std::path::Path;
 
 /// A method and an engine, with lanes and free parameters if it is the fast engine.
@@ -151,15 +151,22 @@ impl EngineChoice {
             }
             (MethodName::Hybrid, EngineName::Fast) => {
                 let paths = fast::PathTracer::with_parameters(scene, settings, self.lanes, &self.parameters);
-                let caustics = fast::Sppm::with_parameters(scene, settings, self.lanes, &self.parameters)
-                    .deposits_at_once(deposits)
-                    .of_caustics();
-                Started::Other(Box::new(Hybrid::new(paths.without_caustics(), caustics)))
+                let photons = fast::Sppm::with_parameters(scene, settings, self.lanes, &self.parameters)
+                    .deposits_at_once(deposits);
+                let photons = match radii {
+                    Some(radii) => photons.beginning_with(radii),
+                    None => photons,
+                };
+                Started::Other(Box::new(fast::hybrid(paths, photons)))
             }
             (MethodName::Hybrid, EngineName::Reference) => {
-                let paths = reference::PathTracer::new(scene, settings).without_caustics();
-                let caustics = reference::Sppm::new(scene, settings).of_caustics();
-                Started::Other(Box::new(Hybrid::new(paths, caustics)))
+                let paths = reference::PathTracer::new(scene, settings);
+                let photons = reference::Sppm::new(scene, settings);
+                let photons = match radii {
+                    Some(radii) => photons.beginning_with(radii),
+                    None => photons,
+                };
+                Started::Other(Box::new(reference::hybrid(paths, photons)))
             }
         }
     }

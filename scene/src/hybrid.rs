@@ -20,6 +20,17 @@ pub trait Sampler: Resumable {
 
     /// Adds the samples that [`Self::sample_unless`] took, which completes an iteration.
     fn add_samples(&mut self);
+
+    /// Both steps: [`Engine::iterate_unless`]. Samples are added only when all are complete, so that an iteration can be
+    /// abandoned.
+    #[must_use]
+    fn sample_and_add_unless(&mut self, stop: &Stop) -> bool {
+        let is_whole = self.sample_unless(stop);
+        if is_whole {
+            self.add_samples();
+        }
+        is_whole
+    }
 }
 
 /// The sum of a path tracer's image, without caustics, and of one of caustics alone.

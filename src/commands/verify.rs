@@ -12,7 +12,7 @@ use fast::Parameters;
 use rayon::ThreadPool;
 use render::{LanesName, MethodName, Profile, available_lanes, cores, pool};
 use scene::text::counted;
-use scene::{Engine, Hybrid, Scene, Settings};
+use scene::{Engine, Scene, Settings};
 use std::path::PathBuf;
 
 /// Check that engines agree, bit for bit
@@ -74,9 +74,9 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Error> {
     let mut reference: Box<dyn Engine> = match args.method {
         MethodName::Sppm => Box::new(reference::Sppm::new(&opened.scene, &settings)),
         MethodName::Path => Box::new(reference::PathTracer::new(&opened.scene, &settings)),
-        MethodName::Hybrid => Box::new(Hybrid::new(
-            reference::PathTracer::new(&opened.scene, &settings).without_caustics(),
-            reference::Sppm::new(&opened.scene, &settings).of_caustics(),
+        MethodName::Hybrid => Box::new(reference::hybrid(
+            reference::PathTracer::new(&opened.scene, &settings),
+            reference::Sppm::new(&opened.scene, &settings),
         )),
     };
     let progress = Bar::of(settings.iterations, "iterations");
@@ -105,9 +105,9 @@ fn variants<'a>(
             MethodName::Path => {
                 Box::new(fast::PathTracer::with_parameters(scene, settings, lanes, parameters))
             }
-            MethodName::Hybrid => Box::new(Hybrid::new(
-                fast::PathTracer::with_parameters(scene, settings, lanes, parameters).without_caustics(),
-                fast::Sppm::with_parameters(scene, settings, lanes, parameters).of_caustics(),
+            MethodName::Hybrid => Box::new(fast::hybrid(
+                fast::PathTracer::with_parameters(scene, settings, lanes, parameters),
+                fast::Sppm::with_parameters(scene, settings, lanes, parameters),
             )),
         },
         pool,

@@ -8,10 +8,7 @@ use files::builtin::{SCENES, scene};
 use reference::survey::survey_for;
 use scene::state::transfer;
 use scene::still::Carried;
-use scene::{Hybrid, Resumable, Scene, Settings};
-
-/// Scenes of which no photon carries a caustic: all is diffuse, or no lamp but the sky.
-const WITHOUT: [&str; 0] = [];
+use scene::{Resumable, Scene, Settings};
 
 #[test]
 fn built_in_scenes_by_both() {
@@ -31,7 +28,7 @@ fn built_in_scenes_by_both() {
             let ways: Vec<_> = [1, 2].into_iter().flat_map(all_lanes).collect();
             let (renders, contributions) = assert_equal_hybrids(&scene, &settings, &ways);
             cases += renders;
-            assert!(contributions > 0 || WITHOUT.contains(&builtin.name), "{} has no caustics", builtin.name);
+            assert!(contributions > 0, "{} has no caustics", builtin.name);
         }
     }
     tell(cases, "built-in scenes by paths and photons for caustics");
@@ -71,13 +68,13 @@ fn first_radii_of_caustics_by_pilots() {
 }
 
 fn by_reference<'a>(scene: &'a Scene, settings: &Settings) -> Box<dyn Resumable + 'a> {
-    let paths = reference::PathTracer::new(scene, settings).without_caustics();
-    Box::new(Hybrid::new(paths, reference::Sppm::new(scene, settings).of_caustics()))
+    let photons = reference::Sppm::new(scene, settings);
+    Box::new(reference::hybrid(reference::PathTracer::new(scene, settings), photons))
 }
 
 fn by_fast<'a>(scene: &'a Scene, settings: &Settings) -> Box<dyn Resumable + 'a> {
-    let paths = fast::PathTracer::new(scene, settings).without_caustics();
-    Box::new(Hybrid::new(paths, fast::Sppm::new(scene, settings).of_caustics()))
+    let photons = fast::Sppm::new(scene, settings);
+    Box::new(fast::hybrid(fast::PathTracer::new(scene, settings), photons))
 }
 
 fn words(engine: &dyn Resumable) -> Vec<u32> {

@@ -5,7 +5,7 @@ use crate::difference::Outcome;
 use fast::{LaneKind, Parameters};
 use proptest::test_runner::Config;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use scene::{Engine, Film, Hybrid, RadiusSchedule, Scene, Settings, Stats};
+use scene::{Engine, Film, RadiusSchedule, Scene, Settings, Stats};
 use std::sync::OnceLock;
 
 /// The largest number of threads in the tests.
@@ -95,12 +95,12 @@ pub(crate) fn compare_hybrids(scene: &Scene, settings: &Settings, ways: &[Way]) 
     let settings = &Settings { radius_schedule: RadiusSchedule::PerPixel, ..*settings };
     let hybrid = |way: &Way| {
         let paths = fast::PathTracer::with_parameters(scene, settings, way.lanes, &way.parameters);
-        Hybrid::new(paths.without_caustics(), start(scene, settings, *way).of_caustics())
+        fast::hybrid(paths, start(scene, settings, *way))
     };
     let others = ways.iter().map(|way| (*way, hybrid(way))).collect();
-    let paths = reference::PathTracer::new(scene, settings).without_caustics();
-    let caustics = reference::Sppm::new(scene, settings).of_caustics();
-    Ok(*run_side_by_side(Hybrid::new(paths, caustics), others)?.stats())
+    let (paths, photons) =
+        (reference::PathTracer::new(scene, settings), reference::Sppm::new(scene, settings));
+    Ok(*run_side_by_side(reference::hybrid(paths, photons), others)?.stats())
 }
 
 /// Expects equality by path tracing with photons for caustics, and returns the number of renders that were compared with the

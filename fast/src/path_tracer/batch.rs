@@ -28,6 +28,7 @@ pub(super) struct PathPass<'a> {
     has_lamps: bool,
     /// True if paths meet lights that no shadow ray is sent to.
     has_ambient_lights: bool,
+    /// False if the light of lamps that mirrors and glass send on to diffuse surfaces is left out.
     has_caustics: bool,
 }
 
@@ -203,7 +204,7 @@ impl<'a> PathPass<'a> {
         let surfaces = tables.surfaces(&batch.paths.hit[..live]);
         // A packet lists so many points at most.
         let room = BATCH - self.settings.light_samples as usize * L::N;
-        let is_caustic = L::first(if self.has_caustics { 0 } else { L::N });
+        let leaves_caustics = L::first(if self.has_caustics { 0 } else { L::N });
         let (mut at, mut go_on) = (0, 0);
         batch.lit.count = 0;
         loop {
@@ -221,7 +222,7 @@ impl<'a> PathPass<'a> {
             L::store_u(hit, &mut ids);
             let surface = Hit::<L>::at(surfaces, p.origin, p.direction, t, &ids);
             let material = Materials::<L>::gather(&tables.materials, surface.tag);
-            let counts = (progress.counts_lamps & !(is_caustic & progress.seen_diffuse))
+            let counts = (progress.counts_lamps & !(leaves_caustics & progress.seen_diffuse))
                 | tag::has::<L>(surface.tag, tag::ENCLOSURE);
             let glows = arrived & counts & tag::has::<L>(surface.tag, tag::EMITTER);
             if L::any(glows) {

@@ -125,12 +125,7 @@ impl Engine for PathTracer<'_> {
     }
 
     fn iterate_unless(&mut self, stop: &Stop) -> bool {
-        // Samples are added only when all are complete, so that an iteration can be abandoned.
-        let is_whole = self.sample_unless(stop);
-        if is_whole {
-            self.add_samples();
-        }
-        is_whole
+        self.sample_and_add_unless(stop)
     }
 }
 

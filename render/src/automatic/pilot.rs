@@ -11,7 +11,7 @@
 
 use crate::names::MethodName;
 use fast::{DEPOSITS_OF_PILOTS, LaneKind, Parameters, Parts, PathTracer, Sppm};
-use scene::{Engine, Film, FirstRadii, Hybrid, Rgb, Scene, Settings, Stats, Stop};
+use scene::{Engine, Film, FirstRadii, Rgb, Scene, Settings, Stats, Stop};
 use std::mem::take;
 
 /// Images that are compared.
@@ -55,8 +55,7 @@ pub(super) fn run(
             engine = engine.beginning_with(radii.clone());
         }
         if is_hybrid {
-            let paths = PathTracer::with_lanes(scene, &settings, lanes).without_caustics();
-            let mut engine = Hybrid::new(paths, engine.of_caustics());
+            let mut engine = fast::hybrid(PathTracer::with_lanes(scene, &settings, lanes), engine);
             if !engine.iterate_unless(stop) {
                 return None;
             }
