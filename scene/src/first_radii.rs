@@ -121,9 +121,7 @@ impl FirstRadii {
 
 /// The settings of the pilots, but for seed and radius.
 pub fn pilot_settings(settings: &Settings) -> Settings {
-    let scale = (PILOT_PIXELS as f64 / settings.pixels() as f64).min(1.0).sqrt();
-    let side = |side: u32| ((f64::from(side) * scale) as u32).max(1);
-    let (width, height) = (side(settings.width), side(settings.height));
+    let (width, height) = settings.size_within(PILOT_PIXELS);
     let iterations = settings.radius_pilots;
     // Their radii are those that are compared, in all pixels.
     Settings { width, height, iterations, radius_pilots: 0, radius_clearance: 0.0, ..*settings }

@@ -215,6 +215,13 @@ impl Settings {
         self.width as usize * self.height as usize
     }
 
+    /// Width and height of an image of the same shape that has at most so many pixels, and no more than this one.
+    pub fn size_within(&self, pixels: u64) -> (u32, u32) {
+        let scale = (pixels as f64 / self.pixels() as f64).min(1.0).sqrt();
+        let side = |side: u32| ((f64::from(side) * scale) as u32).max(1);
+        (side(self.width), side(self.height))
+    }
+
     /// An upper bound on the photons that one iteration deposits.
     pub fn max_deposits(&self) -> u64 {
         u64::from(self.photons_per_iteration) * u64::from(self.max_depth)

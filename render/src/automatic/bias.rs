@@ -41,7 +41,7 @@ pub(crate) fn first_bias(
     (method, lanes): (MethodName, LaneKind),
     stop: &Stop,
 ) -> Option<Bias> {
-    let pilots = Pilots::new(scene, &scene.settings, lanes, stop).by(method);
+    let pilots = Pilots::large(scene, &scene.settings, lanes, stop).by(method);
     let carried = if method == MethodName::Hybrid { Carried::Caustics } else { Carried::All };
     let photons = photons(&pilots.settings);
     let radii = match scene.settings.radius_pilots {
@@ -168,7 +168,7 @@ mod tests {
         let (lanes, stop) = (LaneKind::best(), Stop::new());
         let found = first_bias(&scene, (MethodName::Sppm, lanes), &stop).unwrap();
         assert_eq!(found.radii, FirstRadii::even(scene.settings.initial_radius));
-        let pilots = Pilots::new(&scene, &scene.settings, lanes, &stop);
+        let pilots = Pilots::large(&scene, &scene.settings, lanes, &stop);
         let of = |scale| pilots.run_with(SEEDS, PHOTONS.1, (&found.radii, &scene.settings), scale).unwrap();
         assert_eq!(found.relative, bias(&of(1.0), &of(0.5)));
         let stopped = Stop::new();

@@ -27,7 +27,7 @@ pub(crate) use bias::{Bias, first_bias};
 use fast::{DEPOSITS_OF_PILOTS, LaneKind, Parameters, PathTracer, Sppm};
 use footprint::footprint;
 use pilot::{SEEDS, loss};
-use pilots::{PILOT_PHOTONS, Pilots, pilot_settings};
+use pilots::{PILOT_PHOTONS, Pilots, large_pilot_settings};
 use scene::settings::{MAX_DEPOSITS, MAX_PHOTONS, RADIUS_RANGE, RADIUS_RATIO};
 use scene::{Automatic, Quality, RadiusSchedule, Scene, Settings, Stop};
 
@@ -99,7 +99,11 @@ pub(crate) fn choose(
 
 fn choose_for_paths(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop: &Stop) -> Option<Settings> {
     let (goal, mut settings) = (Goal::of(automatic.quality), scene.settings);
-    let pilots = Pilots::new(scene, &settings, lanes, stop);
+    // The photons of pilots need a radius that suits the scene. Paths have none, so nobody has stated one.
+    let radius =
+        footprint(lanes, scene, &settings).map(|side| first_radius(RADIUS * side, RadiusSchedule::PerPixel));
+    let typical = Settings { initial_radius: radius.unwrap_or(settings.initial_radius), ..settings };
+    let pilots = Pilots::new(scene, &typical, lanes, stop);
     if automatic.max_depth {
         settings.max_depth = pilots.depth(&goal)?;
     }
@@ -188,7 +192,7 @@ fn first_radius(radius: f32, schedule: RadiusSchedule) -> f32 {
 
 /// The most bytes that choosing settings takes, or estimating the bias, on so many threads.
 pub(crate) fn bytes_at_most(scene: &Scene, threads: usize) -> u64 {
-    let settings = pilot_settings(&scene.settings);
+    let settings = large_pilot_settings(&scene.settings);
     let (spheres, parameters) = (scene.spheres.len(), Parameters::default());
     // Those of the bias are twice as many as those of the second pilot.
     let photons_per_iteration = 2 * settings.photons_per_iteration * PILOT_PHOTONS.2;
@@ -431,7 +435,7 @@ mod tests {
         for (width, height, threads) in [(64, 48, 1), (1024, 768, 3)] {
             let mut scene = cornell();
             (scene.settings.width, scene.settings.height) = (width, height);
-            let pilot = pilot_settings(&scene.settings);
+            let pilot = large_pilot_settings(&scene.settings);
             let largest =
                 Settings { photons_per_iteration: pilot.photons_per_iteration * 8, max_depth: 64, ..pilot };
             let (spheres, parameters) = (scene.spheres.len(), Parameters::default());
@@ -461,7 +465,7 @@ mod tests {
             let sphere = *scene.spheres.iter().find(|sphere| sphere.is_emitter() == is_lamp).unwrap();
             scene.spheres.push(sphere);
             let of_engine = |scene: &Scene| {
-                let pilot = pilot_settings(&scene.settings);
+                let pilot = large_pilot_settings(&scene.settings);
                 let spheres = scene.spheres.len();
                 Sppm::bytes_at_most(&pilot, spheres, 1, DEPOSITS_OF_PILOTS, &Parameters::default())
                     + PathTracer::bytes_at_most(&pilot, spheres, 1)
@@ -603,7 +607,7 @@ mod tests {
     #[test]
     fn photons_are_those_of_two_pilots_scaled_to_the_image() {
         let mut scene = cornell();
-        (scene.settings.width, scene.settings.height) = (512, 384);
+        (scene.settings.width, scene.settings.height) = (256, 192);
         let automatic = Automatic {
             quality: Quality::Final,
             iterations: true,
@@ -628,11 +632,26 @@ mod tests {
         assert!(photons > few && iterations > 8, "{photons}, {iterations}");
     }
 
+    /// Paths gather no photons, so no radius has been stated, and the usual one may be wider than the scene.
+    #[test]
+    fn the_depth_of_paths_does_not_depend_on_a_search_radius() {
+        let depth = Automatic { max_depth: true, quality: Quality::Final, ..Automatic::default() };
+        let of = |initial_radius| {
+            let scene = cornell();
+            let settings = Settings { initial_radius, ..scene.settings };
+            let method = (MethodName::Path, LaneKind::best());
+            choose(&Scene { settings, ..scene }, depth, method, &Stop::new()).unwrap()
+        };
+        let [narrow, wide] = [of(0.01), of(1000.0)];
+        assert_eq!(narrow.max_depth, wide.max_depth);
+        assert_eq!((narrow.initial_radius, wide.initial_radius), (0.01, 1000.0));
+    }
+
     /// Of an image that has four times the pixels of its pilot, by the noise and the work of each of them.
     #[test]
     fn iterations_of_paths_are_those_of_the_pilot_scaled_to_the_image() {
         let mut scene = files::builtin::scene("terrace").unwrap();
-        (scene.settings.width, scene.settings.height) = (512, 384);
+        (scene.settings.width, scene.settings.height) = (256, 192);
         let automatic = Automatic { quality: Quality::Draft, iterations: true, ..Automatic::default() };
         let (method, stop) = ((MethodName::Path, LaneKind::best()), Stop::new());
         let found = choose(&scene, automatic, method, &stop).unwrap().iterations;

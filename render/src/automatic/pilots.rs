@@ -8,12 +8,24 @@ use scene::{FirstRadii, RadiusSchedule, Scene, Settings, Stop, first_radii};
 /// Photons of the pilot per pixel of it, and the least; and how many times as many the second pilot has.
 pub(super) const PILOT_PHOTONS: (f64, u32, u32) = (0.5, 4096, 4);
 
-/// The settings of the pilot of a render with `settings`.
+/// Pixels of a pilot by which settings are chosen, at most. They tell means over the image, of which so many tell enough.
+const PIXELS: u64 = 128 * 96;
+
+/// The settings of the pilots by which settings are chosen for a render with `settings`.
 pub(super) fn pilot_settings(settings: &Settings) -> Settings {
-    let small = first_radii::pilot_settings(settings);
+    let (width, height) = settings.size_within(PIXELS);
+    with_photons(Settings { width, height, ..first_radii::pilot_settings(settings) })
+}
+
+/// The settings of larger pilots, of as many pixels as those have by which radii are chosen.
+pub(super) fn large_pilot_settings(settings: &Settings) -> Settings {
+    with_photons(first_radii::pilot_settings(settings))
+}
+
+fn with_photons(pilot: Settings) -> Settings {
     let (per_pixel, least, _) = PILOT_PHOTONS;
-    let photons = (per_pixel * small.pixels() as f64) as u32;
-    Settings { iterations: 1, photons_per_iteration: photons.max(least), ..small }
+    let photons = (per_pixel * pilot.pixels() as f64) as u32;
+    Settings { iterations: 1, photons_per_iteration: photons.max(least), ..pilot }
 }
 
 /// Pilots of a scene.
@@ -30,6 +42,11 @@ impl<'a> Pilots<'a> {
     /// Pilots of a render of `scene` with `settings`.
     pub(super) fn new(scene: &'a Scene, settings: &Settings, lanes: LaneKind, stop: &'a Stop) -> Self {
         Self { method: MethodName::Sppm, lanes, scene, stop, settings: pilot_settings(settings) }
+    }
+
+    /// Larger pilots of a render of `scene` with `settings`.
+    pub(super) fn large(scene: &'a Scene, settings: &Settings, lanes: LaneKind, stop: &'a Stop) -> Self {
+        Self { settings: large_pilot_settings(settings), ..Self::new(scene, settings, lanes, stop) }
     }
 
     /// The same by another method that traces photons.
