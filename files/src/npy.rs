@@ -73,7 +73,7 @@ fn check_header<R: io::Read>(array: &NpyFile<R>, bytes: u64) -> Result<(), Strin
 }
 
 fn too_short(rows: u64, bytes: u64) -> String {
-    format!("ends before its {rows} rays do: it has {bytes} bytes")
+    format!("is too short for {}: it has {}", counted(rows, "ray"), counted(bytes, "byte"))
 }
 
 /// A ray, with its direction normalised unless it is a unit vector already.
@@ -166,10 +166,8 @@ mod tests {
         assert_eq!([rays(0, 0), rays(5, 30)], [Ok(0), Ok(5)]);
         for (announced, there) in [(5, 29), (5, 6), (u64::MAX / 24, 30), (u64::MAX, 30)] {
             let problem = rays(announced, there).unwrap_err();
-            assert!(
-                problem.starts_with(&format!("ends before its {announced} rays do: it has ")),
-                "{problem}"
-            );
+            assert!(problem.starts_with(&format!("is too short for {announced} rays: it has ")), "{problem}");
         }
+        assert!(rays(1, 5).unwrap_err().starts_with("is too short for 1 ray: it has "));
     }
 }

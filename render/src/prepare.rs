@@ -12,6 +12,7 @@ use files::checkpoint::{Loaded, Store};
 use files::lock::Lock;
 use files::{atomic_file, scene_file};
 use rayon::ThreadPool;
+use scene::settings::Piece;
 use scene::text::list;
 use scene::{Flaw, RadiusSchedule, Settings};
 use std::path::Path;
@@ -67,7 +68,12 @@ pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
 fn check_settings(job: &Job) -> Result<(), Error> {
     job.scene.settings.validate().map_err(|error| {
         let field = Field::Setting(error.option);
-        Error::input(field, Problem::of(field).text(format_args!(" {}", error.problem)))
+        let problem =
+            error.problem.into_iter().fold(Problem::of(field).text(" "), |problem, piece| match piece {
+                Piece::Text(text) => problem.text(text),
+                Piece::Setting(name) => problem.field(Field::Setting(name)),
+            });
+        Error::input(field, problem)
     })?;
     let is_global = job.scene.settings.radius_schedule == RadiusSchedule::Global;
     if is_global && job.engine.method() == MethodName::Hybrid {

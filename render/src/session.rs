@@ -316,7 +316,7 @@ impl Session<'_> {
     }
 
     fn shown<'b>(&'b self, engine: &'b dyn Resumable) -> Shown<'b> {
-        Shown { engine, backdrop: self.backdrop.as_ref(), note: self.metadata(engine).to_note() }
+        Shown { engine, backdrop: self.backdrop.as_ref(), metadata: self.metadata(engine) }
     }
 
     fn metadata(&self, engine: &dyn Resumable) -> Metadata {

@@ -1,6 +1,7 @@
 //! Writes the output files of a render. Pixels are developed while they are written, without an image in memory.
 
 use crate::backdrop::Backdrop;
+use crate::metadata::Metadata;
 use crate::outcome::Unwritten;
 use crate::outputs::{Content, Outputs};
 use crate::report::Report;
@@ -18,12 +19,12 @@ pub(crate) struct Writer {
     writing: Cell<Duration>,
 }
 
-/// The state of a render, and the note to store in its images.
+/// The state of a render, and what is told of it in its images.
 pub(crate) struct Shown<'a> {
     pub(crate) engine: &'a dyn Resumable,
     /// If the background is transparent.
     pub(crate) backdrop: Option<&'a Backdrop<'a>>,
-    pub(crate) note: String,
+    pub(crate) metadata: Metadata,
 }
 
 impl Shown<'_> {
@@ -99,11 +100,18 @@ impl Writer {
         report: Option<&Report>,
     ) -> Result<(), FileError> {
         let began = Instant::now();
+        let note = match content {
+            Content::Image | Content::Stats => shown.metadata.to_note(),
+            // Their greatest value is white, whatever exposure and curve the image has.
+            Content::Radius | Content::Count => {
+                Metadata { exposure: None, tone: None, ..shown.metadata.clone() }.to_note()
+            }
+        };
         let encoding = Encoding {
             exposure: self.outputs.exposure.unwrap_or(0.0),
             tone: self.outputs.tone.unwrap_or_default(),
             seed: shown.engine.settings().seed,
-            note: Some(&shown.note),
+            note: Some(&note),
         };
         let values = |name, value: fn(Probe) -> f32| {
             let pixel = |x, y| value(shown.engine.probe(x, y));
@@ -135,6 +143,35 @@ impl Writer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::choice::EngineChoice;
+    use files::image_file::Tone;
+
+    fn metadata(engine: &dyn Resumable, scene: &scene::Scene) -> Metadata {
+        Metadata::of(engine, scene, &files::scene_file::digest(scene), EngineChoice::default())
+    }
+
+    /// An image of radii or counts is neither exposed nor toned, and does not say that it is.
+    #[test]
+    fn only_the_image_tells_exposure_and_tone() {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = files::builtin::scene("cornell").unwrap();
+        let engine = fast::Sppm::new(&scene, &Settings { width: 3, height: 2, ..scene.settings });
+        let (exposure, tone) = (Some(1.5), Some(Tone::Aces));
+        let metadata = Metadata { exposure, tone, ..metadata(&engine, &scene) };
+        let shown = Shown { engine: &engine, backdrop: None, metadata: metadata.clone() };
+        let [image, radius, count] = ["a.png", "r.png", "n.exr"].map(|name| folder.path().join(name));
+        let outputs = Outputs {
+            image: Some(image.clone()),
+            radius_image: Some(radius.clone()),
+            count_image: Some(count.clone()),
+            ..Outputs::default()
+        };
+        assert!(Writer::new(outputs).refresh(&shown).is_empty());
+        let told = |path: &Path| Metadata::from_note(&image_file::read_note(path).unwrap().unwrap()).unwrap();
+        assert_eq!(told(&image), metadata);
+        let plain = Metadata { exposure: None, tone: None, ..metadata };
+        assert_eq!([told(&radius), told(&count)], [plain.clone(), plain]);
+    }
 
     /// The time told is of all files together.
     #[test]
@@ -143,7 +180,7 @@ mod tests {
         let scene = files::builtin::scene("cornell").unwrap();
         let settings = Settings { width: 9, height: 8, ..scene.settings };
         let engine = fast::Sppm::new(&scene, &settings);
-        let shown = Shown { engine: &engine, backdrop: None, note: String::new() };
+        let shown = Shown { engine: &engine, backdrop: None, metadata: metadata(&engine, &scene) };
         let writer = Writer::new(Outputs { image: Some(folder.path().join("a.pfm")), ..Outputs::default() });
         let mut before = Duration::ZERO;
         for _ in 0..12 {

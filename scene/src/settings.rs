@@ -107,14 +107,45 @@ pub const RADIUS_RATIO: f32 = 8.0;
 /// command checks it.
 pub const BYTES_PER_PIXEL: u64 = 256;
 
-/// A setting out of bounds; `option` is its name in scene files and, with dashes, on the command line.
+/// A setting out of bounds. Settings have their names in scene files, unless a front end says them by its own
+/// ([`SettingsError::say`]).
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("{option} {problem}")]
+#[error("{}", self.say(str::to_owned))]
 pub struct SettingsError {
     /// Name of the field of [`Settings`] at fault.
     pub option: &'static str,
     /// What is wrong and what would be right, as the rest of a sentence that begins with the name.
-    pub problem: String,
+    pub problem: Vec<Piece>,
+}
+
+/// A piece of what is said of a setting.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Piece {
+    /// Words.
+    Text(String),
+    /// The name of a setting, as that of a field of [`Settings`].
+    Setting(&'static str),
+}
+
+impl SettingsError {
+    fn text(mut self, text: impl Into<String>) -> Self {
+        self.problem.push(Piece::Text(text.into()));
+        self
+    }
+
+    fn setting(mut self, name: &'static str) -> Self {
+        self.problem.push(Piece::Setting(name));
+        self
+    }
+
+    /// The sentence, with the names of settings given by `name`.
+    pub fn say(&self, name: impl Fn(&'static str) -> String) -> String {
+        let piece = |piece: &Piece| match piece {
+            Piece::Text(text) => text.clone(),
+            Piece::Setting(setting) => name(setting),
+        };
+        name(self.option) + " " + &self.problem.iter().map(piece).collect::<String>()
+    }
 }
 
 impl Settings {
@@ -124,7 +155,7 @@ impl Settings {
     /// Names the first field out of bounds; for image sizes, also the memory that they would need.
     pub fn validate(&self) -> Result<(), SettingsError> {
         let whole = |option, value: u32, most: u32| match value {
-            0 => Err(error(option, "is 0; it must be at least 1".into())),
+            0 => Err(error(option, "is 0; it must be at least 1")),
             v if v > most => Err(error(option, format!("is {v}; it must be at most {most}"))),
             _ => Ok(()),
         };
@@ -134,12 +165,9 @@ impl Settings {
         if pixels > MAX_PIXELS {
             let need = gibibytes(pixels * BYTES_PER_PIXEL);
             let (w, h) = (self.width, self.height);
-            return Err(error(
-                "width",
-                format!(
-                    "{w} x height {h} is {pixels} pixels and would need {need}; at most {MAX_PIXELS} pixels are rendered"
-                ),
-            ));
+            return Err(error("width", format!("{w} x ")).setting("height").text(format!(
+                " {h} is {pixels} pixels and would need {need}; at most {MAX_PIXELS} pixels are rendered"
+            )));
         }
         whole("iterations", self.iterations, MAX_ITERATIONS)?;
         whole("photons_per_iteration", self.photons_per_iteration, MAX_PHOTONS)?;
@@ -147,10 +175,9 @@ impl Settings {
         whole("light_samples", self.light_samples, MAX_LIGHT_SAMPLES)?;
         if self.max_deposits() >= MAX_DEPOSITS {
             let (l, d) = (self.photons_per_iteration, self.max_depth);
-            return Err(error(
-                "photons_per_iteration",
+            return Err(error("photons_per_iteration", format!("{l} x ")).setting("max_depth").text(
                 format!(
-                    "{l} x max_depth {d} must stay below {MAX_DEPOSITS} photon segments; ask for more iterations instead"
+                    " {d} must stay below {MAX_DEPOSITS} photon segments; ask for more iterations instead"
                 ),
             ));
         }
@@ -180,18 +207,16 @@ impl Settings {
         let by_clearance = (clearance > 0.0).then(|| ("radius_clearance", clearance.to_string()));
         let Some((option, value)) = by_pilots.or(by_clearance) else { return Ok(()) };
         if self.radius_schedule == RadiusSchedule::Global {
-            return Err(error(
-                option,
-                format!(
-                    "is {value}, but with radius_schedule global all pixels have the same radius; it must be 0, or \
-                     radius_schedule per-pixel"
-                ),
-            ));
+            return Err(error(option, format!("is {value}, but with "))
+                .setting("radius_schedule")
+                .text(" global all pixels have the same radius; it must be 0, or ")
+                .setting("radius_schedule")
+                .text(" per-pixel"));
         }
         let (r, least) = (self.initial_radius, RADIUS_RANGE[0] * RADIUS_RATIO);
         if r < least {
-            let problem = format!("needs an initial_radius of at least {least:e}, not {r}; or it must be 0");
-            return Err(error(option, problem));
+            let rest = format!(" to be at least {least:e}, not {r}; or it must be 0");
+            return Err(error(option, "needs ").setting("initial_radius").text(rest));
         }
         Ok(())
     }
@@ -228,8 +253,8 @@ impl Settings {
     }
 }
 
-fn error(option: &'static str, problem: String) -> SettingsError {
-    SettingsError { option, problem }
+fn error(option: &'static str, problem: impl Into<String>) -> SettingsError {
+    SettingsError { option, problem: Vec::new() }.text(problem)
 }
 
 fn gibibytes(bytes: u64) -> String {

@@ -80,10 +80,12 @@ impl Scene {
             return;
         }
         let (center, radius) = self.bounding_ball();
+        // Around an eye that is alone and has no lens, any size will do.
+        let radius = if radius > 0.0 { radius * SKY_MARGIN } else { 1.0 };
         let sky = Sphere {
             center,
             velocity: Vec3::ZERO,
-            radius: (radius * SKY_MARGIN) as f32,
+            radius: radius as f32,
             material: self.materials.len() as u32,
             emission: self.background,
         };

@@ -14,7 +14,7 @@ impl From<render::Error> for Error {
 }
 
 /// The option that sets `field`; for fields without an option, a name for messages.
-fn name(field: Field) -> std::borrow::Cow<'static, str> {
+pub(super) fn name(field: Field) -> std::borrow::Cow<'static, str> {
     match field {
         Field::Scene => "the scene".into(),
         Field::Setting("photons_per_iteration") => "--photons".into(),

@@ -1,9 +1,11 @@
 //! Options that override the settings stored in a scene.
 
+use super::fields::name;
 use super::values::{Given, amount, number, number_or_zero, or_auto, whole};
 use crate::terminal::error::Error;
 use clap::Args as ClapArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use render::Field;
 use scene::settings::{
     BYTES_PER_PIXEL, MAX_DEPTH, MAX_ITERATIONS, MAX_LIGHT_SAMPLES, MAX_PHOTONS, MAX_RADIUS_PILOTS, MAX_SIDE,
     RADIUS_CLEARANCE_RANGE, RADIUS_RANGE, SettingsError,
@@ -170,21 +172,22 @@ impl SettingsArgs {
         }
     }
 
-    /// Describes `error` in terms of the options given. The scene's own settings are in bounds, as its file was checked
-    /// when it was read. So if the setting at fault was not given as an option, its partner was: the other setting in
-    /// a bound on their product.
+    /// Describes `error` in terms of the options given; settings of the scene keep their names.
     fn blame(&self, error: &SettingsError) -> String {
-        let SettingsError { option, problem } = error;
-        let options = [
-            ("width", "--width", self.width.is_some(), "--height"),
-            ("height", "--height", self.height.is_some(), "--width"),
-            ("photons_per_iteration", "--photons", self.photons.is_some(), "--depth"),
-        ];
-        match options.into_iter().find(|(field, ..)| field == option) {
-            Some((_, name, true, _)) => format!("{name} {problem}"),
-            Some((_, _, false, partner)) => format!("{partner}: {option} {problem}"),
-            None => error.to_string(),
-        }
+        let is_given = |setting| match setting {
+            "width" => self.width.is_some(),
+            "height" => self.height.is_some(),
+            "photons_per_iteration" => self.photons.is_some(),
+            "max_depth" => self.depth.is_some(),
+            "initial_radius" => self.radius.is_some(),
+            "radius_schedule" => self.radius_schedule.is_some(),
+            "radius_pilots" => self.radius_pilots.is_some(),
+            "radius_clearance" => self.radius_clearance.is_some(),
+            _ => false,
+        };
+        error.say(|setting| {
+            if is_given(setting) { name(Field::Setting(setting)).into_owned() } else { setting.to_owned() }
+        })
     }
 }
 
@@ -304,27 +307,46 @@ mod tests {
         assert_eq!([of(&["-n", "auto"]), of(&[])].map(|args| args.given_iterations()), [None, None]);
     }
 
-    /// Of two settings whose product is too large, the option that was given is at fault.
+    /// What was given is named as an option, and what the scene states as there.
     #[test]
     fn the_option_that_was_given_is_blamed() {
-        let problem = |words: &[&str], own: &Settings| of(words).apply(own).unwrap_err().to_string();
-        let (wide, tall) = (Settings { width: 1 << 16, ..own() }, Settings { height: 1 << 16, ..own() });
-        let said = problem(&["--height", "65536"], &wide);
-        assert!(
-            said.starts_with("--height") && problem(&["--width", "65536"], &tall).starts_with("--"),
-            "{said}"
+        let said = |words: &[&str], own: Settings| of(words).apply(&own).unwrap_err().to_string();
+        let starts = |words: &[&str], own: Settings, start: &str| {
+            let said = said(words, own);
+            assert!(said.starts_with(start), "{said}");
+        };
+        let own = Settings { radius_pilots: 0, radius_clearance: 0.0, ..own() };
+        starts(
+            &["--height", "65536"],
+            Settings { width: 1 << 16, ..own },
+            "width 65536 x --height 65536 is ",
         );
-        let deep = Settings { max_depth: MAX_DEPTH, photons_per_iteration: 1, ..own() };
-        let photons = MAX_PHOTONS.to_string();
-        assert!(
-            problem(&["--photons", &photons], &deep).starts_with("--photons "),
-            "{}",
-            problem(&["--photons", &photons], &deep)
+        starts(
+            &["--width", "65536"],
+            Settings { height: 1 << 16, ..own },
+            "--width 65536 x height 65536 is ",
         );
-        let many = Settings { max_depth: 1, photons_per_iteration: MAX_PHOTONS, ..own() };
-        let depth = MAX_DEPTH.to_string();
-        let said = problem(&["--depth", &depth], &many);
-        assert!(said.starts_with("--depth: photons_per_iteration "), "{said}");
+        let (photons, depth) = (MAX_PHOTONS.to_string(), MAX_DEPTH.to_string());
+        let deep = Settings { max_depth: MAX_DEPTH, photons_per_iteration: 1, ..own };
+        let end = format!("{photons} x max_depth {depth} must stay below ");
+        starts(&["--photons", &photons], deep, &format!("--photons {end}"));
+        let many = Settings { max_depth: 1, photons_per_iteration: MAX_PHOTONS, ..own };
+        let start = format!("photons_per_iteration {photons} x --depth {depth} must stay below ");
+        starts(&["--depth", &depth], many, &start);
+        let global = Settings { radius_schedule: RadiusSchedule::Global, ..own };
+        let same = "all pixels have the same radius; it must be 0, or";
+        assert_eq!(
+            said(&["--radius-pilots", "2"], global),
+            format!("--radius-pilots is 2, but with radius_schedule global {same} radius_schedule per-pixel")
+        );
+        assert_eq!(
+            said(&["--radius-clearance", "2", "--radius-schedule", "global"], own),
+            format!(
+                "--radius-clearance is 2, but with --radius-schedule global {same} --radius-schedule per-pixel"
+            )
+        );
+        let piloted = Settings { radius_pilots: 1, ..own };
+        starts(&["--radius", "1e-15"], piloted, "radius_pilots needs --radius to be at least 8e-15, not 0.");
     }
 
     #[test]

@@ -16,7 +16,6 @@ use files::named;
 use files::particles::{Clip, Scenery};
 use scene::text::{counted, list};
 use std::path::Path;
-use tracing::info;
 
 /// Renders the frames of `range` one after another. One that fails is told, and does not keep the others from being rendered;
 /// a signal ends all.
@@ -99,7 +98,6 @@ impl<'a> Reel<'a> {
         }
         let particles = &self.args.source.particles;
         let recipe = particles.recipe(Frame::Number(number))?;
-        info!("frame {number}, {} of {all}", place + 1);
         let busy = Busy::with(format!("reading frame {number} of {}", self.path.display()));
         let staged = self.clip.stage(&recipe, &self.stage, self.scenery.as_ref(), self.most);
         // Of another frame it may be true, so the request is not at fault.
@@ -112,6 +110,7 @@ impl<'a> Reel<'a> {
         let outputs = self.args.outputs.of_frame(number);
         let checkpoints = self.args.checkpoints.of_frame(number);
         let job = configure(self.args, job, image, (&outputs, &checkpoints))?;
-        watch::run(job, &self.args.messages, (&self.args.viewers, false), requests)
+        let title = format!("frame {number}, {} of {all}", place + 1);
+        watch::run(job, Some(title), &self.args.messages, (&self.args.viewers, false), requests)
     }
 }

@@ -85,7 +85,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     let (job, image) = open(&args.source, size, args.engine.memory_limit)?;
     let job = configure(args, job, image, (&args.outputs, &args.checkpoints))?;
     let has_page = args.source.particles.asks_for_a_page();
-    watch::run(job, &args.messages, (&args.viewers, has_page), &Requests::listen()?)
+    watch::run(job, None, &args.messages, (&args.viewers, has_page), &Requests::listen()?)
 }
 
 /// The job as options ask for it; `image` is the default name of its image.

@@ -85,7 +85,7 @@ pub(crate) fn run(args: &ResumeArgs) -> Result<(), Error> {
         job.outputs.image = None;
     }
     (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);
-    watch::run(job, &args.messages, (&args.viewers, args.view), &Requests::listen()?)
+    watch::run(job, None, &args.messages, (&args.viewers, args.view), &Requests::listen()?)
 }
 
 /// The total number of iterations asked for by this run, of a render of `usual` ones of which so many are `done`.

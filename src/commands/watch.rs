@@ -23,9 +23,11 @@ use std::time::Duration;
 use tracing::{debug, info, warn};
 use view::Relay;
 
-/// Runs `job` to its end and reports what became of it.
+/// Runs `job` to its end and reports what became of it. The `title`, if it has one, is told once it has begun: what is refused
+/// has none.
 pub(crate) fn run(
     mut job: Job,
+    title: Option<String>,
     messages: &MessageArgs,
     (viewers, has_page): (&WatchArgs, bool),
     requests: &Requests,
@@ -41,6 +43,7 @@ pub(crate) fn run(
     (job.live, job.stop) = (false, requests.stop().clone());
     let problem = Problem::default();
     let watch = Watch {
+        title,
         busy: (!is_json).then(|| Busy::with("preparing the render")),
         bar: None,
         has_bar: !is_json && logs::has_bars(),
@@ -68,6 +71,8 @@ type Problem = Arc<Mutex<Option<io::Error>>>;
 
 /// The observer of the render; it is called on the render's thread.
 struct Watch {
+    /// Until the render begins.
+    title: Option<String>,
     /// Until the render begins.
     busy: Option<Busy>,
     /// From then on.
@@ -119,6 +124,9 @@ impl Observer for Watch {
         match notice {
             Notice::Begun { settings, chosen, .. } => {
                 self.busy = None;
+                if let Some(title) = self.title.take() {
+                    info!("{title}");
+                }
                 if let Some(choice) = choice(settings, *chosen) {
                     info!("{choice}");
                 }
@@ -346,6 +354,7 @@ mod tests {
 
     fn watch() -> Watch {
         Watch {
+            title: None,
             busy: None,
             bar: None,
             has_bar: false,

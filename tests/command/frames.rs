@@ -111,5 +111,7 @@ fn ranges_that_cannot_be_rendered_are_refused() {
         (Some(2), 1),
         "{ended:?}"
     );
+    // Nor is a frame announced that is not rendered.
+    assert!(!ended.stderr.contains("frame 0"), "{ended:?}");
     assert_eq!(sandbox.names(), ["run.xyz"]);
 }

@@ -158,11 +158,11 @@ fn bad_arrays_are_refused_and_nothing_written() {
         (with(0, f32::NAN), &["ray 1 is not finite"]),
         (with(5, f32::INFINITY), &["ray 1 is not finite"]),
         (with(5, 0.0), &["ray 1", "length 0"]),
-        (whole[..whole.len() - 1].to_vec(), &["ends before its 4 rays do"]),
+        (whole[..whole.len() - 1].to_vec(), &["is too short for 4 rays: it has "]),
         (whole[..20].to_vec(), &["rays.npy", ".npy"]),
         (b"no array".to_vec(), &["rays.npy", "numpy.save"]),
         (Vec::new(), &["rays.npy", "numpy.save"]),
-        (endless, &["ends before its 4000000000000000000 rays"]),
+        (endless, &["is too short for 4000000000000000000 rays"]),
     ];
     for (bytes, words) in cases {
         let sandbox = prepared(&bytes);

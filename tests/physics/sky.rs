@@ -94,6 +94,16 @@ fn the_sky_does_not_depend_on_place_and_size_of_the_scene() {
     }
 }
 
+/// There is nothing else: no ball, no lens, and so nothing that gives the sky a size.
+#[test]
+fn an_eye_that_is_alone_sees_the_sky() {
+    let scene = under_the_sky(empty_scene(pinhole(Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO, 30.0)));
+    scene.check().unwrap();
+    for film in images(&scene, 4) {
+        assert!(film.pixels.iter().all(|pixel| *pixel == SKY), "{:?}", film.pixels);
+    }
+}
+
 /// However wide the lens is, the sky is around all of it: a lens that is wider than all else sees nothing but the sky.
 #[test]
 fn the_sky_is_seen_from_all_of_a_wide_lens() {

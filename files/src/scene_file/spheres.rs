@@ -21,8 +21,10 @@ impl<'a> Spheres<'a> {
     pub(super) fn new(pieces: usize, root: &Section<'a>) -> Result<Self, Fault> {
         const EXAMPLE: &str = "[[sphere]] with center, radius and material";
         match (pieces, root.key_at("sphere")) {
-            // All of them may come from files of particles.
-            (0, None) if root.get("particles").is_some() => Ok(Self::Pieces(0)),
+            // All of them may come from files of particles, and a background can be seen by itself.
+            (0, None) if ["particles", "background"].iter().any(|key| root.get(key).is_some()) => {
+                Ok(Self::Pieces(0))
+            }
             (0, _) => Ok(Self::Array(array(root.require("sphere", EXAMPLE)?)?)),
             (_, None) => Ok(Self::Pieces(pieces)),
             (_, Some(at)) => Err(Fault::new(at, "head every sphere with [[sphere]]")),

@@ -202,7 +202,7 @@ impl Merge {
 
     fn write_image(&self, outputs: Outputs, sum: &Sum, out: &Path) -> Result<(), FileError> {
         let writer = Writer::new(outputs);
-        let note = self.metadata(sum, writer.outputs()).to_note();
+        let metadata = self.metadata(sum, writer.outputs());
         let behind = scene_behind(&self.scene);
         let mut backdrop = behind
             .as_ref()
@@ -210,7 +210,7 @@ impl Merge {
         if let Some(backdrop) = &mut backdrop {
             backdrop.catch_up(&self.done);
         }
-        writer.image(out, &Shown { engine: sum, backdrop: backdrop.as_ref(), note })
+        writer.image(out, &Shown { engine: sum, backdrop: backdrop.as_ref(), metadata })
     }
 
     fn note_text(&self) -> String {
