@@ -642,9 +642,11 @@ mod tests {
             let method = (MethodName::Path, LaneKind::best());
             choose(&Scene { settings, ..scene }, depth, method, &Stop::new()).unwrap()
         };
-        let [narrow, wide] = [of(0.01), of(1000.0)];
-        assert_eq!(narrow.max_depth, wide.max_depth);
-        assert_eq!((narrow.initial_radius, wide.initial_radius), (0.01, 1000.0));
+        // By the first and the last no pilot would see that light is lost: none gathers a photon, or all gather the same.
+        let radii = [0.01, 2.0, 1000.0];
+        let found = radii.map(of);
+        assert!(found.iter().all(|chosen| chosen.max_depth == 16), "{found:?}");
+        assert_eq!(found.map(|chosen| chosen.initial_radius), radii);
     }
 
     /// Of an image that has four times the pixels of its pilot, by the noise and the work of each of them.
