@@ -12,6 +12,7 @@
 
 use crate::camera_pass::{CameraNumbers, camera_ray};
 use crate::direct_light::estimate_irradiance;
+use crate::glints::GlintRays;
 use crate::intersect::intersect;
 use crate::light_choice::Receiver;
 use crate::sampling::cosine_hemisphere;
@@ -94,6 +95,7 @@ impl Sampler for PathTracer<'_> {
         let world = World { has_caustics: self.has_caustics, ..World::new(still) };
         let frame = self.scene.camera.frame(settings.width, settings.height);
         let width = settings.width;
+        let glints = GlintRays { frame: &frame, filter: self.filter.as_deref(), settings, iteration: *next };
         let row_of_paths = |(y, row): (usize, &mut [Rgb])| {
             let mut segments = 0;
             stop.meter().advance(width.into());
@@ -104,7 +106,11 @@ impl Sampler for PathTracer<'_> {
                 let mut numbers = PathNumbers::new(settings, *next, x as u32, y as u32);
                 let (ray, weight) =
                     camera_ray(&frame, self.filter.as_deref(), x as u32, y as u32, &numbers.camera);
-                *sample = trace(&world, ray, settings.max_depth, &mut numbers, &mut segments) * weight;
+                let path = trace(&world, ray, settings.max_depth, &mut numbers, &mut segments);
+                *sample = path.radiance * weight;
+                if let Some(own) = path.glints {
+                    *sample += glints.mean(&world.still, (x as u32, y as u32), own * weight, &mut segments);
+                }
             }
             Some(segments)
         };
@@ -237,9 +243,25 @@ fn survives(throughput: &mut Rgb, numbers: &mut PathNumbers) -> bool {
     survives
 }
 
-/// The radiance of one random path.
-fn trace(world: &World, ray: Ray, max_depth: u32, numbers: &mut PathNumbers, segments: &mut u64) -> Rgb {
+/// What a random path brings.
+struct PathLight {
+    /// Its radiance, without [`Self::glints`].
+    radiance: Rgb,
+    /// The light of lamps that it meets after a mirror or glass that it meets first, if further rays are to see them as well.
+    glints: Option<Rgb>,
+}
+
+/// Traces one random path.
+fn trace(
+    world: &World,
+    ray: Ray,
+    max_depth: u32,
+    numbers: &mut PathNumbers,
+    segments: &mut u64,
+) -> PathLight {
     let (mut ray, mut throughput, mut radiance) = (ray, Rgb::ONE, Rgb::ZERO);
+    let has_glints = numbers.camera.has_glints(&world.still);
+    let mut glints = None;
     // The product of the factors from refraction. It is kept out of the throughput that decides roulette, as it does
     // not change the chance of a path to find light.
     let mut radiance_scale = 1.0;
@@ -254,7 +276,11 @@ fn trace(world: &World, ray: Ray, max_depth: u32, numbers: &mut PathNumbers, seg
         let Some(hit) = intersect(still, &ray) else { break };
         let is_caustic = seen_diffuse && !world.has_caustics;
         if (counts_lamps && !is_caustic) || still.is_enclosure(hit.sphere) {
-            radiance += throughput * radiance_scale * still.spheres[hit.sphere as usize].emission;
+            let light = throughput * radiance_scale * still.spheres[hit.sphere as usize].emission;
+            match &mut glints {
+                Some(glints) if !seen_diffuse && !still.is_enclosure(hit.sphere) => *glints += light,
+                _ => radiance += light,
+            }
         }
         let is_late = seen_diffuse && length > SPARED;
         if is_late && world.has_ambient_lights && !survives(&mut throughput, numbers) {
@@ -262,6 +288,9 @@ fn trace(world: &World, ray: Ray, max_depth: u32, numbers: &mut PathNumbers, seg
         }
         let material = still.material(hit.sphere);
         let segment = (!seen_diffuse).then_some(length - 1);
+        if has_glints && segment == Some(0) && !material.is_diffuse() {
+            glints = Some(Rgb::ZERO);
+        }
         throughput *= material.albedo();
         if throughput == Rgb::ZERO {
             break;
@@ -298,7 +327,7 @@ fn trace(world: &World, ray: Ray, max_depth: u32, numbers: &mut PathNumbers, seg
         }
         ray = Ray { origin: hit.point, direction, leaves: hit.sphere };
     }
-    radiance
+    PathLight { radiance, glints }
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use crate::camera_pass::{CameraNumbers, VisiblePoint, camera_ray, trace};
 use crate::consolidate::{Gathered, Pixel, estimate};
+use crate::glints::GlintRays;
 use crate::grid::Grid;
 use crate::photon_pass::{Deposit, photon_pass};
 use crate::survey::survey_for;
@@ -148,6 +149,7 @@ impl<'a> Sppm<'a> {
         let Progress { settings, next, stats, .. } = &mut self.progress;
         let frame = self.scene.camera.frame(settings.width, settings.height);
         let clearance = Clearance::new(settings);
+        let glints = GlintRays { frame: &frame, filter: self.filter.as_deref(), settings, iteration: *next };
         let mut seen = Seen::default();
         for index in 0..self.pixels.len() {
             if stop.is_requested() {
@@ -160,7 +162,8 @@ impl<'a> Sppm<'a> {
             let mut numbers = CameraNumbers::new(settings, *next, x, y);
             let ray = camera_ray(&frame, self.filter.as_deref(), x, y, &numbers);
             let sample = trace(still, ray, settings.max_depth, &mut numbers, stats);
-            seen.direct.push(sample.direct);
+            let lamps = sample.glints.map(|own| glints.mean(still, (x, y), own, &mut stats.camera_segments));
+            seen.direct.push(lamps.map_or(sample.direct, |lamps| sample.direct + lamps));
             if let Some(visible) = sample.visible {
                 let Pixel { n, mut radius_squared, .. } = self.pixels[index];
                 if n == 0.0

@@ -24,8 +24,8 @@ pub(crate) struct PixelLanes<L: Lanes> {
     pub(crate) in_image: L::M,
     /// `y * width + x`.
     pub(crate) index: L::U,
-    x: L::F,
-    y: L::F,
+    /// Their columns and rows.
+    pub(crate) corner: [L::F; 2],
 }
 
 /// Rays from the eye.
@@ -58,14 +58,32 @@ impl Eye {
         let index = y * L::u(self.width) + x;
         let (x, y) = (L::to_float(x), L::to_float(y));
         let in_image = L::lt(x, L::f(self.width as f32)) & L::lt(y, L::f(self.height as f32));
-        PixelLanes { in_image, index, x, y }
+        PixelLanes { in_image, index, corner: [x, y] }
     }
 
-    /// The rays through these pixels that two uniform numbers each choose: the place in the pixel, and on the lens.
+    /// Column and row of the pixel of a slot.
+    pub(crate) fn pixel(&self, slot: usize) -> (u32, u32) {
+        let (tile, tiles_across) = (slot / TILE, self.width.div_ceil(8) as usize);
+        let place = slot % TILE;
+        let x = (tile % tiles_across) as u32 * 8 + self.tiles.x[place];
+        (x, (tile / tiles_across) as u32 * 8 + self.tiles.y[place])
+    }
+
+    /// The number of pixel (x, y): the index of its streams.
+    pub(crate) fn index(&self, (x, y): (u32, u32)) -> u32 {
+        y * self.width + x
+    }
+
+    /// True if rays begin on a lens, so that each has a place on it.
+    pub(crate) fn has_lens(&self) -> bool {
+        self.frame.aperture_radius > 0.0
+    }
+
+    /// The rays through the pixels with these columns and rows that two uniform numbers each choose: the place in the pixel, and on the lens.
     #[inline(always)]
     pub(crate) fn rays<L: Lanes>(
         &self,
-        pixels: &PixelLanes<L>,
+        pixels: [L::F; 2],
         in_pixel: [L::F; 2],
         lens: [L::F; 2],
     ) -> EyeRays<L> {
@@ -73,7 +91,7 @@ impl Eye {
             Some(filter) => filter.place::<L>(in_pixel),
             None => (in_pixel, L::f(1.0)),
         };
-        let (x, y) = (pixels.x + place[0], pixels.y + place[1]);
+        let (x, y) = (pixels[0] + place[0], pixels[1] + place[1]);
         let (origin, direction) = ray_through::<L>(&self.frame, x, y, lens);
         EyeRays { origin, direction, weight }
     }

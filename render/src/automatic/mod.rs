@@ -45,6 +45,8 @@ const MOST_PILOTS: u32 = 4;
 /// In a render of fewer iterations than ask for a pilot, first radii are limited by clearance instead, by this factor: pilots
 /// would take longer than they are worth. See docs/quality.md.
 const CLEARANCE: f32 = 0.7;
+/// Rays by which pixels see lamps in mirrors and glass. See docs/quality.md.
+const GLINT_SAMPLES: u32 = 8;
 /// The first of global radii over the first of radii per pixel: the root of alpha. With light that is even around a pixel, the
 /// squared radii per pixel are those of the iteration before times alpha, `r_i^2 (i - 1 + alpha) / i`, and global ones
 /// `r_i^2 (i + alpha) / (i + 1)`; so from this first radius both become the same (docs/farm.md).
@@ -91,14 +93,31 @@ pub(crate) fn choose(
     (method, lanes): (MethodName, LaneKind),
     stop: &Stop,
 ) -> Option<Settings> {
+    let mut settings = scene.settings;
+    if automatic.glint_samples {
+        settings.glint_samples = if shows_lamps_again(scene) { GLINT_SAMPLES } else { 1 };
+    }
     match method {
-        MethodName::Sppm | MethodName::Hybrid => choose_for_photons(scene, automatic, (method, lanes), stop),
-        MethodName::Path => choose_for_paths(scene, automatic, lanes, stop),
+        MethodName::Sppm | MethodName::Hybrid => {
+            choose_for_photons((scene, settings), automatic, (method, lanes), stop)
+        }
+        MethodName::Path => choose_for_paths((scene, settings), automatic, lanes, stop),
     }
 }
 
-fn choose_for_paths(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop: &Stop) -> Option<Settings> {
-    let (goal, mut settings) = (Goal::of(automatic.quality), scene.settings);
+/// True if lamps may be seen in mirrors or glass.
+fn shows_lamps_again(scene: &Scene) -> bool {
+    let is_smooth = |material: u32| !scene.materials[material as usize].is_diffuse();
+    scene.spheres.iter().any(|sphere| is_smooth(sphere.material)) && scene.at(0.0).has_lamps()
+}
+
+fn choose_for_paths(
+    (scene, mut settings): (&Scene, Settings),
+    automatic: Automatic,
+    lanes: LaneKind,
+    stop: &Stop,
+) -> Option<Settings> {
+    let goal = Goal::of(automatic.quality);
     if automatic.max_depth {
         // The photons of pilots need a radius that suits the scene. Paths have none, so nobody has stated one.
         let radius = footprint(lanes, scene, &settings)
@@ -119,13 +138,12 @@ fn choose_for_paths(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop: 
 }
 
 fn choose_for_photons(
-    scene: &Scene,
+    (scene, mut settings): (&Scene, Settings),
     automatic: Automatic,
     (method, lanes): (MethodName, LaneKind),
     stop: &Stop,
 ) -> Option<Settings> {
     let goal = Goal::of(automatic.quality);
-    let mut settings = scene.settings;
     let are_chosen = automatic.radius_pilots || automatic.radius_clearance;
     let are_own = are_chosen && settings.radius_schedule == RadiusSchedule::PerPixel
         || settings.radius_pilots > 0
