@@ -1,8 +1,10 @@
-//! Lamps that pixels see in the mirror or glass which their path meets first: `reference::glints`, over batches of rays.
+//! Lamps that pixels see directly or in a mirror or glass: `reference::glints`, over batches of rays.
 //!
 //! ```text
-//! while the paths of a batch of pixels run, for those that first meet a mirror or glass:
-//!     list the pixel; keep the light of lamps that the path then meets apart
+//! before the paths of a batch of pixels run, list the pixels in which the rims of lamps may be seen
+//! while they run:
+//!     keep the light of lamps that the paths of listed pixels meet apart, until they meet a diffuse surface
+//!     list those that first meet a mirror or glass
 //! when they have ended, for each batch of further rays through the pixels listed:
 //!     make the rays
 //!     until no ray is left, at most max_depth times:
@@ -42,11 +44,21 @@ pub(crate) struct GlintPass<'a> {
 
 /// What the pixels of a batch see of lamps in mirrors and glass.
 pub(crate) struct Glints {
-    /// Of each slot: the light that its own path brings, and at last the mean.
-    light: Vec<Vec3>,
-    /// The slots of pixels whose own path first meets a mirror or glass.
+    slots: Vec<Slot>,
+    /// The slots of pixels that send further rays.
     listed: Vec<u32>,
     rays: Box<GlintRays>,
+}
+
+/// What a pixel sees.
+#[derive(Clone, Copy, Default)]
+struct Slot {
+    /// The light that its own path brings, and at last the mean.
+    light: Vec3,
+    /// True if it is listed.
+    is_listed: bool,
+    /// True if it was listed because the rim of a lamp may be seen: all its rays count.
+    is_rim: bool,
 }
 
 /// Further rays, a batch of them.
@@ -58,7 +70,7 @@ struct GlintRays {
     stream: Words,
     /// What each brings.
     light: Vectors,
-    /// 1 for those that first meet a mirror or glass, else 0.
+    /// 1 for those that count, else 0.
     counts: Words,
 }
 
@@ -70,14 +82,24 @@ impl Glints {
             light: Vectors::ZERO,
             counts: [0; ROOM],
         };
-        Self { light: Vec::new(), listed: Vec::new(), rays: Box::new(rays) }
+        Self { slots: Vec::new(), listed: Vec::new(), rays: Box::new(rays) }
     }
 
     /// Makes ready for so many slots.
     pub(crate) fn begin(&mut self, slots: usize) {
-        self.light.clear();
-        self.light.resize(slots, Vec3::ZERO);
+        self.slots.clear();
+        self.slots.resize(slots, Slot::default());
         self.listed.clear();
+    }
+
+    /// Lists those of the slots from `slot` on whose bit is set: the rim of a lamp may be seen in their pixels.
+    pub(crate) fn list_rims(&mut self, slot: usize, mut bits: u64) {
+        while bits != 0 {
+            let slot = slot + bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            self.slots[slot] = Slot { is_listed: true, is_rim: true, ..Slot::default() };
+            self.listed.push(slot as u32);
+        }
     }
 
     /// Lists the slots of lanes whose own path first meets a mirror or glass.
@@ -85,26 +107,36 @@ impl Glints {
     pub(crate) fn list<L: Lanes>(&mut self, m: L::M, slot: L::U) {
         let mut slots = [0; MOST_LANES];
         L::compress_u(m, slot, &mut slots);
-        self.listed.extend_from_slice(&slots[..L::mask_bits(m).count_ones() as usize]);
+        for slot in &slots[..L::mask_bits(m).count_ones() as usize] {
+            let is_listed = &mut self.slots[*slot as usize].is_listed;
+            if !std::mem::replace(is_listed, true) {
+                self.listed.push(*slot);
+            }
+        }
     }
 
-    /// The slots listed, and what they see.
-    pub(crate) fn means(&self) -> impl Iterator<Item = (usize, Vec3)> {
-        self.listed.iter().map(|slot| (*slot as usize, self.light[*slot as usize]))
-    }
-
-    /// What a slot's own path brings so far; when all rays have run, the mean.
+    /// What the own path of a slot brings so far, if that is kept apart.
     #[inline(always)]
-    pub(crate) fn of(&mut self, slot: usize) -> &mut Vec3 {
-        &mut self.light[slot]
+    pub(crate) fn of(&mut self, slot: usize) -> Option<&mut Vec3> {
+        self.slots.get_mut(slot).filter(|slot| slot.is_listed).map(|slot| &mut slot.light)
     }
 
-    /// The same of the slots of a packet.
+    /// Multiplies what the own paths of all slots bring by these weights.
+    pub(crate) fn weigh(&mut self, weights: &[f32]) {
+        self.slots.iter_mut().zip(weights).for_each(|(slot, weight)| slot.light *= *weight);
+    }
+
+    /// The slots listed, and the means of what they see.
+    pub(crate) fn means(&self) -> impl Iterator<Item = (usize, Vec3)> {
+        self.listed.iter().map(|slot| (*slot as usize, self.slots[*slot as usize].light))
+    }
+
+    /// The means of the slots of a packet.
     #[inline(always)]
     pub(crate) fn gather<L: Lanes>(&self, slots: &[u32]) -> V3<L> {
         let mut light = [[0.0; MOST_LANES]; 3];
         for (lane, slot) in slots.iter().enumerate().take(L::N) {
-            let Vec3 { x, y, z } = self.light[*slot as usize];
+            let Vec3 { x, y, z } = self.slots[*slot as usize].light;
             [light[0][lane], light[1][lane], light[2][lane]] = [x, y, z];
         }
         V3::new(L::load(&light[0]), L::load(&light[1]), L::load(&light[2]))
@@ -165,15 +197,9 @@ impl GlintPass<'_> {
         live
     }
 
-    /// Adds the light of lamps where the first `live` rays have hit, unless these are their first hits; returns the number of
-    /// rays that go on.
+    /// Adds the light of lamps where the first `live` rays have hit, if the rays count; returns the number of rays that go on.
     #[inline(always)]
-    fn shade<L: Lanes>(
-        &self,
-        light: &mut Vectors,
-        paths: &mut Paths,
-        (live, is_first): (usize, bool),
-    ) -> usize {
+    fn shade<L: Lanes>(&self, rays: &mut GlintRays, paths: &mut Paths, live: usize) -> usize {
         let surfaces = self.tables.surfaces(&paths.hit[..live]);
         let mut go_on = 0;
         for at in (0..live).step_by(L::N) {
@@ -184,10 +210,12 @@ impl GlintPass<'_> {
             let surface = Hit::<L>::at(surfaces, p.origin, p.direction, t, &ids);
             let is_lamp =
                 tag::has::<L>(surface.tag, tag::EMITTER) & !tag::has::<L>(surface.tag, tag::ENCLOSURE);
-            if !is_first {
-                let add = |slot, more| light.add(slot, more);
-                each_emission::<L>(self.still, arrived & is_lamp, p.weight, (p.slot, &ids), add);
-            }
+            let add = |ray: usize, light| {
+                if rays.counts[ray] == 1 {
+                    rays.light.add(ray, light);
+                }
+            };
+            each_emission::<L>(self.still, arrived & is_lamp, p.weight, (p.slot, &ids), add);
             let material = Materials::<L>::gather(&self.tables.materials, surface.tag);
             let is_smooth = arrived & !L::eq(material.kind, L::u(kind::DIFFUSE));
             if L::any(is_smooth) {
@@ -217,9 +245,10 @@ impl Kernel for FurtherRays<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> u64 {
-        let Self { pass, glints: Glints { light, listed, rays }, paths, search, first } = self;
+        let Self { pass, glints: Glints { slots, listed, rays }, paths, search, first } = self;
         let keys = pass.keys();
-        let mut sums: Vec<(Vec3, u32)> = listed.iter().map(|slot| (light[*slot as usize], 1)).collect();
+        let own = |slot: &u32| (slots[*slot as usize].light, 1);
+        let mut sums: Vec<(Vec3, u32)> = listed.iter().map(own).collect();
         let of_pixel = |ray| (ray / keys.len(), ray % keys.len());
         let (all, mut segments) = (listed.len() * keys.len(), 0);
         for begun in (0..all).step_by(BATCH) {
@@ -229,8 +258,9 @@ impl Kernel for FurtherRays<'_> {
                 let place = pass.eye.pixel(first + listed[pixel] as usize);
                 [rays.corner[0][ray], rays.corner[1][ray]] = [place.0 as f32, place.1 as f32];
                 rays.stream[ray] = keys[number].state(pass.eye.index(place));
+                rays.counts[ray] = slots[listed[pixel] as usize].is_rim.into();
             }
-            (rays.light, rays.counts) = (Vectors::ZERO, [0; ROOM]);
+            rays.light = Vectors::ZERO;
             let mut live = pass.make_rays::<L>(rays, paths, count);
             for segment in 0..pass.settings.max_depth {
                 if live == 0 {
@@ -238,7 +268,7 @@ impl Kernel for FurtherRays<'_> {
                 }
                 segments += live as u64;
                 intersect_batch::<L>(pass.tables, paths, search, live);
-                live = pass.shade::<L>(&mut rays.light, paths, (live, segment == 0));
+                live = pass.shade::<L>(rays, paths, live);
                 if segment == 0 {
                     paths.slot[..live].iter().for_each(|ray| rays.counts[*ray as usize] = 1);
                 }
@@ -250,7 +280,7 @@ impl Kernel for FurtherRays<'_> {
             }
         }
         for (slot, (sum, counted)) in listed.iter().zip(sums) {
-            light[*slot as usize] = sum / counted as f32;
+            slots[*slot as usize].light = sum / counted as f32;
         }
         segments
     }

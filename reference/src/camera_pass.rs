@@ -33,8 +33,7 @@ pub struct VisiblePoint {
 pub struct CameraSample {
     /// Radiance of lamps seen, and of direct light on the visible point; without [`Self::glints`].
     pub direct: Rgb,
-    /// The light of lamps that the path meets after a mirror or glass that it meets first, if further rays are to see them as
-    /// well ([`crate::glints`]).
+    /// The light of lamps that further rays through the pixel are to see as well, if it is to send any ([`crate::glints`]).
     pub glints: Option<Rgb>,
     /// The visible point, unless the path escaped, was absorbed, or was cut off at the maximal depth.
     pub visible: Option<VisiblePoint>,
@@ -60,6 +59,7 @@ pub struct CameraNumbers {
     iteration: u32,
     light_samples: u32,
     glint_samples: u32,
+    is_rim: bool,
     index: u32,
     shifts: [u32; DIMENSIONS],
     /// The numbers that are not stratified.
@@ -81,6 +81,7 @@ impl CameraNumbers {
             iteration,
             light_samples: settings.light_samples,
             glint_samples: settings.glint_samples,
+            is_rim: false,
             index: morton(x & 7, y & 7),
             shifts: std::array::from_fn(|_| tile_stream.next_u32()),
             stream: key.stream(y * settings.width + x),
@@ -106,7 +107,18 @@ impl CameraNumbers {
         self.light_samples
     }
 
-    /// True if lamps in the mirror or glass that a path meets first are seen by further rays.
+    /// The same of a pixel in which the rim of a lamp may be seen, if `is_rim`.
+    #[must_use]
+    pub fn at_rim(self, is_rim: bool) -> Self {
+        Self { is_rim, ..self }
+    }
+
+    /// True if the rim of a lamp may be seen in the pixel.
+    pub(crate) fn is_rim(&self) -> bool {
+        self.is_rim
+    }
+
+    /// True if further rays are to see lamps as well.
     pub(crate) fn has_glints(&self, still: &Still) -> bool {
         self.glint_samples > 1 && still.has_lamps()
     }
@@ -140,7 +152,7 @@ pub fn trace(
     let (mut ray, mut throughput, mut direct) = (ray, Rgb::splat(weight), Rgb::ZERO);
     let has_direct = still.carried == Carried::All;
     let has_glints = has_direct && numbers.has_glints(still);
-    let mut glints = None;
+    let mut glints = (has_glints && numbers.is_rim).then_some(Rgb::ZERO);
     for segment in 0..max_depth {
         stats.camera_segments += 1;
         let Some(hit) = intersect(still, &ray) else { break };
@@ -154,7 +166,7 @@ pub fn trace(
         let lobe = numbers.lobe(segment);
         let material = still.material(hit.sphere);
         if has_glints && segment == 0 && !material.is_diffuse() {
-            glints = Some(Rgb::ZERO);
+            glints = glints.or(Some(Rgb::ZERO));
         }
         throughput *= material.albedo();
         let direction = match *material {

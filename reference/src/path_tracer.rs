@@ -22,7 +22,7 @@ use scene::filter::Table;
 use scene::hybrid::Sampler;
 use scene::rng::Family;
 use scene::{
-    Engine, Material, Probe, Progress, Ray, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums,
+    Engine, Material, Probe, Progress, Ray, Resumable, Rgb, Rims, Scene, Settings, Stats, Still, Stop, Sums,
     max_component,
 };
 use std::f32::consts::FRAC_1_PI;
@@ -34,6 +34,7 @@ pub struct PathTracer<'a> {
     progress: Progress,
     /// The table of the pixels' filter; `None` for the box.
     filter: Option<Box<Table>>,
+    rims: Option<Rims>,
     /// Sums of radiance; in `f64`, as ground truth takes tens of thousands of samples.
     sums: Vec<[f64; 3]>,
     /// The samples of the current iteration.
@@ -50,7 +51,8 @@ impl<'a> PathTracer<'a> {
         let (sums, samples) = (vec![[0.0; 3]; settings.pixels()], vec![Rgb::ZERO; settings.pixels()]);
         let filter = settings.filter.table();
         let progress = Progress::new(settings);
-        Self { scene, progress, filter, sums, samples, has_caustics: true, sampled: Stats::default() }
+        let rims = Rims::new(scene, settings);
+        Self { scene, progress, filter, rims, sums, samples, has_caustics: true, sampled: Stats::default() }
     }
 
     /// The same render without the light of lamps that mirrors and glass send on to a diffuse surface: what photons carry in
@@ -95,7 +97,8 @@ impl Sampler for PathTracer<'_> {
         let world = World { has_caustics: self.has_caustics, ..World::new(still) };
         let frame = self.scene.camera.frame(settings.width, settings.height);
         let width = settings.width;
-        let glints = GlintRays { frame: &frame, filter: self.filter.as_deref(), settings, iteration: *next };
+        let (filter, rims) = (self.filter.as_deref(), self.rims.as_ref());
+        let glints = GlintRays { frame: &frame, filter, rims, settings, iteration: *next };
         let row_of_paths = |(y, row): (usize, &mut [Rgb])| {
             let mut segments = 0;
             stop.meter().advance(width.into());
@@ -104,6 +107,7 @@ impl Sampler for PathTracer<'_> {
                     return None;
                 }
                 let mut numbers = PathNumbers::new(settings, *next, x as u32, y as u32);
+                numbers.camera = numbers.camera.at_rim(glints.is_rim(x as u32, y as u32));
                 let (ray, weight) =
                     camera_ray(&frame, self.filter.as_deref(), x as u32, y as u32, &numbers.camera);
                 let path = trace(&world, ray, settings.max_depth, &mut numbers, &mut segments);
@@ -247,7 +251,7 @@ fn survives(throughput: &mut Rgb, numbers: &mut PathNumbers) -> bool {
 struct PathLight {
     /// Its radiance, without [`Self::glints`].
     radiance: Rgb,
-    /// The light of lamps that it meets after a mirror or glass that it meets first, if further rays are to see them as well.
+    /// The light of lamps that further rays through the pixel are to see as well, if it is to send any.
     glints: Option<Rgb>,
 }
 
@@ -261,7 +265,7 @@ fn trace(
 ) -> PathLight {
     let (mut ray, mut throughput, mut radiance) = (ray, Rgb::ONE, Rgb::ZERO);
     let has_glints = numbers.camera.has_glints(&world.still);
-    let mut glints = None;
+    let mut glints = (has_glints && numbers.camera.is_rim()).then_some(Rgb::ZERO);
     // The product of the factors from refraction. It is kept out of the throughput that decides roulette, as it does
     // not change the chance of a path to find light.
     let mut radiance_scale = 1.0;
@@ -289,7 +293,7 @@ fn trace(
         let material = still.material(hit.sphere);
         let segment = (!seen_diffuse).then_some(length - 1);
         if has_glints && segment == Some(0) && !material.is_diffuse() {
-            glints = Some(Rgb::ZERO);
+            glints = glints.or(Some(Rgb::ZERO));
         }
         throughput *= material.albedo();
         if throughput == Rgb::ZERO {

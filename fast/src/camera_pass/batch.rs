@@ -189,6 +189,9 @@ impl CameraPass<'_> {
             };
             live = batch.paths.append(live, pixels.in_image, &packet);
             batch.direct.store(at, V3::<L>::splat(Vec3::ZERO));
+            if self.has_glints() {
+                batch.glints.list_rims(at, self.eye.rims(first + at, L::N));
+            }
         }
         live
     }
@@ -209,13 +212,15 @@ impl CameraPass<'_> {
             let material = Materials::<L>::gather(&self.tables.materials, surface.tag);
             let glows = arrived & tag::has::<L>(surface.tag, tag::EMITTER);
             if self.has_direct() {
-                let is_own = L::first(if has_glints && segment > 0 { 0 } else { L::N })
-                    | tag::has::<L>(surface.tag, tag::ENCLOSURE);
+                let is_lamp = !tag::has::<L>(surface.tag, tag::ENCLOSURE);
                 let (still, from) = (self.still, (p.slot, &ids[..]));
+                let add = |slot, light| match batch.glints.of(slot) {
+                    Some(glints) => *glints += light,
+                    None => batch.direct.add(slot, light),
+                };
+                each_emission::<L>(still, glows & is_lamp, p.weight, from, add);
                 let add = |slot, light| batch.direct.add(slot, light);
-                each_emission::<L>(still, glows & is_own, p.weight, from, add);
-                let add = |slot, light| *batch.glints.of(slot) += light;
-                each_emission::<L>(still, glows & !is_own, p.weight, from, add);
+                each_emission::<L>(still, glows & !is_lamp, p.weight, from, add);
             }
             let is_glass = arrived & L::eq(material.kind, L::u(kind::DIELECTRIC));
             let lobe = self.lobe::<L>(&batch.numbers, &mut p, segment, is_glass);

@@ -2,11 +2,11 @@
 
 use super::filter::PixelFilter;
 use super::numbers::TileTable;
-use crate::pixels::TILE;
+use crate::pixels::{TILE, slots};
 use crate::sampling::{uniform_disk, unit};
 use lanes::{Lanes, V3};
 use scene::camera::Frame;
-use scene::{Scene, Settings};
+use scene::{Rims, Scene, Settings};
 
 /// What the rays through the pixels depend on: the same for all iterations.
 pub(crate) struct Eye {
@@ -14,6 +14,8 @@ pub(crate) struct Eye {
     /// `None` for the box.
     filter: Option<PixelFilter>,
     frame: Frame,
+    /// Per tile a bit for each of its slots: set where the rim of a lamp may be seen. Empty if it does not matter.
+    rims: Vec<u64>,
     width: u32,
     height: u32,
 }
@@ -40,7 +42,17 @@ impl Eye {
     pub(crate) fn new(scene: &Scene, settings: &Settings) -> Self {
         let &Settings { width, height, filter, .. } = settings;
         let frame = scene.camera.frame(width, height);
-        Self { tiles: TileTable::new(), filter: PixelFilter::new(filter), frame, width, height }
+        let (tiles, filter) = (TileTable::new(), PixelFilter::new(filter));
+        let mut eye = Self { tiles, filter, frame, rims: Vec::new(), width, height };
+        if let Some(rims) = Rims::new(scene, settings) {
+            let is_rim = |(x, y): (u32, u32)| x < width && y < height && rims.has(x, y);
+            let of_tile = |tile: usize| {
+                let bit = |place: usize| u64::from(is_rim(eye.pixel(tile * TILE + place))) << place;
+                (0..TILE).map(bit).sum()
+            };
+            eye.rims = (0..slots(settings) / TILE).map(of_tile).collect();
+        }
+        eye
     }
 
     /// True if the filter is not the box, so that paths count more or less than 1.
@@ -67,6 +79,11 @@ impl Eye {
         let place = slot % TILE;
         let x = (tile % tiles_across) as u32 * 8 + self.tiles.x[place];
         (x, (tile / tiles_across) as u32 * 8 + self.tiles.y[place])
+    }
+
+    /// Of so many slots from `slot` on, all in one tile: a bit for each, set where the rim of a lamp may be seen.
+    pub(crate) fn rims(&self, slot: usize, count: usize) -> u64 {
+        self.rims.get(slot / TILE).map_or(0, |tile| tile >> (slot % TILE) & ((1 << count) - 1))
     }
 
     /// The number of pixel (x, y): the index of its streams.

@@ -160,12 +160,10 @@ impl<'a> PathPass<'a> {
             live = self.shade::<L>(batch, live, samples);
         }
         if self.eye.weighs() {
-            for (slot, (sample, weight)) in samples.iter_mut().zip(&batch.weights).enumerate() {
+            for (sample, weight) in samples.iter_mut().zip(&batch.weights) {
                 *sample = (Rgb::from_array(*sample) * *weight).to_array();
-                if self.glint_pass().is_needed() {
-                    *batch.glints.of(slot) *= *weight;
-                }
             }
+            batch.glints.weigh(&batch.weights);
         }
         let PathBatch { paths, search, glints, .. } = batch;
         segments += self.glint_pass().run::<L>(glints, paths, search, first);
@@ -196,6 +194,9 @@ impl<'a> PathPass<'a> {
         let lens = batch.numbers.of_packet::<L>(&self.eye.tiles, dimension::LENS, begun);
         let EyeRays { origin, direction, weight } = self.eye.rays::<L>(pixels.corner, in_pixel, lens);
         L::store(weight, &mut batch.weights[begun..]);
+        if self.glint_pass().is_needed() {
+            batch.glints.list_rims(begun, self.eye.rims(first + begun, L::N));
+        }
         let packet = Packet {
             origin,
             direction,
@@ -248,13 +249,15 @@ impl<'a> PathPass<'a> {
                 L::eq(progress.rest, L::u(self.settings.max_depth.wrapping_sub(1))) & !progress.seen_diffuse;
             if L::any(glows) {
                 let weight = p.weight.scale(progress.scale);
-                let is_glint = has_glints
-                    & !(progress.seen_diffuse | is_first | tag::has::<L>(surface.tag, tag::ENCLOSURE));
+                let is_apart = !(progress.seen_diffuse | tag::has::<L>(surface.tag, tag::ENCLOSURE));
                 let (still, from) = (&self.prepared.still, (p.slot, &ids[..]));
+                let apart = |slot: usize, light: Vec3| match batch.glints.of(slot) {
+                    Some(glints) => *glints += light,
+                    None => add(&mut samples[slot], light.to_array()),
+                };
+                each_emission::<L>(still, glows & is_apart, weight, from, apart);
                 let own = |slot: usize, light: Vec3| add(&mut samples[slot], light.to_array());
-                each_emission::<L>(still, glows & !is_glint, weight, from, own);
-                let glint = |slot, light| *batch.glints.of(slot) += light;
-                each_emission::<L>(still, glows & is_glint, weight, from, glint);
+                each_emission::<L>(still, glows & !is_apart, weight, from, own);
             }
             let is_smooth = arrived & !L::eq(material.kind, L::u(kind::DIFFUSE));
             let is_listed = has_glints & is_first & is_smooth;
