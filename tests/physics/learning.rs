@@ -42,9 +42,9 @@ fn share(guide: &Guide, point: Vec3, normal: Vec3, cell: Cell) -> f64 {
 
 /// The normal of each of the six faces, not along an axis.
 fn normals() -> impl Iterator<Item = Vec3> {
-    [Vec3::X, Vec3::Y, Vec3::Z].into_iter().flat_map(|axis| {
-        [1.0, -1.0].map(|sign| (sign * axis + Vec3::new(0.1, -0.2, 0.15)).normalize())
-    })
+    [Vec3::X, Vec3::Y, Vec3::Z]
+        .into_iter()
+        .flat_map(|axis| [1.0, -1.0].map(|sign| (sign * axis + Vec3::new(0.1, -0.2, 0.15)).normalize()))
 }
 
 /// The parts of a scene of parts of side 1, by their lower corners.

@@ -66,7 +66,8 @@ fn least_cost(lamps: &[Lamp], some: &[u32]) -> f64 {
     for axis in 0..3 {
         let place = |light: u32| f64::from(lamps[light as usize].0[axis]);
         let places = || some.iter().map(|light| place(*light));
-        let (low, high) = (places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max));
+        let (low, high) =
+            (places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max));
         for slab in 1..16 {
             let plane = low + (high - low) * f64::from(slab) / 16.0;
             let (first, second): (Vec<u32>, Vec<u32>) = some.iter().partition(|light| place(**light) < plane);
@@ -95,7 +96,10 @@ fn lamps_are_divided_where_power_times_squared_extent_is_least() {
             let all = [&first[..], &second[..]].concat();
             if all.len() > 2 {
                 let (found, least) = (cost(&lamps, &first) + cost(&lamps, &second), least_cost(&lamps, &all));
-                assert!(found <= least * (1.0 + ROUNDING), "{found} for {first:?} and {second:?}, not {least}");
+                assert!(
+                    found <= least * (1.0 + ROUNDING),
+                    "{found} for {first:?} and {second:?}, not {least}"
+                );
                 divisions += 1;
             }
         }
@@ -132,7 +136,8 @@ fn noise_does_not_depend_on_the_axis_along_which_lamps_stand() {
                 (place(&mut stream) * Vec3::new(6.0, 14.0, 9.0), place(&mut stream).normalize());
             let expected = squares(&scene, &Receiver { point, normal, sphere: NO_SPHERE });
             for (what, turn) in turns {
-                let lamps = lamps.iter().map(|(center, radius, radiance)| (turn(*center), *radius, *radiance));
+                let lamps =
+                    lamps.iter().map(|(center, radius, radiance)| (turn(*center), *radius, *radiance));
                 let receiver = Receiver { point: turn(point), normal: turn(normal), sphere: NO_SPHERE };
                 let found = squares(&scene_of(lamps), &receiver);
                 assert!((found - expected).abs() <= ROUNDING * expected, "{what}: {found}, not {expected}");

@@ -143,7 +143,10 @@ fn what_mirrors_each_other_gets_as_many_photons() {
             let other = mirror_image(&targets, ball, mirror);
             let other = other.unwrap_or_else(|| panic!("nothing mirrors {ball:?}"));
             let (share, others) = (targets.shares[k + 1], targets.shares[other + 1]);
-            assert!((share / others - 1.0).abs() < ROUNDING, "{share} for {ball:?}, {others} for its mirror image");
+            assert!(
+                (share / others - 1.0).abs() < ROUNDING,
+                "{share} for {ball:?}, {others} for its mirror image"
+            );
             pairs += usize::from(other != k);
         }
     }

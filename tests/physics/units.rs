@@ -43,8 +43,7 @@ fn room() -> Scene {
         .ball(Vec3::new(1.25, -3.25, 0.0), 0.75, glass(1.0, 1.5));
     let scene = [Vec3::X, Vec3::NEG_X, Vec3::Z, Vec3::NEG_Z, Vec3::NEG_Y].into_iter().fold(scene, wall);
     (0..12).fold(scene, |scene, k: u32| {
-        let place =
-            Vec3::new(0.25 * (k % 4) as f32, 2.75 + 0.25 * (k % 3) as f32, -0.25 * (k / 3) as f32);
+        let place = Vec3::new(0.25 * (k % 4) as f32, 2.75 + 0.25 * (k % 3) as f32, -0.25 * (k / 3) as f32);
         let color = Rgb::new(40.0 + k as f32, 30.0, 20.0 + (k % 4) as f32);
         scene.lamp(place, 0.0625 + 0.03125 * (k % 2) as f32, BLACK, color)
     })
@@ -59,7 +58,11 @@ fn cases() -> [Case; 5] {
     let piloted = Settings { radius_pilots: 1, photons_per_iteration: 2000, ..settings };
     [
         ("the open", open(), filtered),
-        ("the open, limited by what is near", under_the_sky(), Settings { radius_clearance: 0.5, ..settings }),
+        (
+            "the open, limited by what is near",
+            under_the_sky(),
+            Settings { radius_clearance: 0.5, ..settings },
+        ),
         ("the open, global radii", open(), Settings { radius_schedule: RadiusSchedule::Global, ..settings }),
         ("a room", room(), settings),
         ("a room with pilots", room(), piloted),
