@@ -5,6 +5,7 @@ starts; the crate in `faults/` reads it. The sources hold no switch.
 """
 
 import contextlib
+import fcntl
 import json
 import os
 import re
@@ -58,6 +59,19 @@ class PythonSuite(Suite):
 
 def fail(message: str):
     sys.exit(f"scripts/{Path(sys.argv[0]).name}: {message}")
+
+
+def alone():
+    """Waits until no other script holds the built programs, and holds them until this one ends: those of another set of
+    faults would take the place of these while they are run, without a word."""
+    BUILT.mkdir(parents=True, exist_ok=True)
+    lock = open(BUILT / "lock", "w")
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        print("another script has faults built and runs them; waiting for it to end", file=sys.stderr, flush=True)
+        fcntl.flock(lock, fcntl.LOCK_EX)
+    return lock
 
 
 def switch(number: int) -> str:

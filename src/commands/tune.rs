@@ -208,6 +208,8 @@ mod tests {
         };
         assert_eq!(of(&[]), (40, 3, 25, None));
         assert_eq!(of(&["--quick"]), (12, 1, 7, None));
+        assert_eq!(of(&["--pairs", "2"]), (40, 2, 25, None));
+        assert_eq!(of(&["--final-pairs", "9"]), (40, 3, 9, None));
         let given = ["--evaluations", "5", "--pairs", "2", "--final-pairs", "9", "--time", "3s"];
         assert_eq!(of(&given), (5, 2, 9, Some(3)));
         assert_eq!(of(&[&given[..], &["--quick"]].concat()), (5, 2, 9, Some(3)));

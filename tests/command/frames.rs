@@ -70,6 +70,20 @@ fn a_frame_that_fails_does_not_lose_the_others() {
     assert!(ended.stderr.contains("of 3 frames these failed: 0 and 1;"), "{ended:?}");
 }
 
+/// What is wrong with the files of one frame alone, here the checkpoint of another render in its place, is no reason to leave
+/// out those after it.
+#[test]
+fn a_frame_whose_files_are_taken_does_not_lose_the_others() {
+    let sandbox = with_trajectory(3);
+    sandbox.render(&["cornell", "-o", "other.png", "--checkpoint", "run-0001.png.sppm"]);
+    let ended = sandbox.run(["render", "run.xyz", "--quality=paper", "--frame", ".."].iter().chain(&TINY));
+    assert_eq!(ended.code, Some(1), "{ended:?}");
+    assert!(ended.stderr.contains("of 3 frames these failed: 1; the others are rendered"), "{ended:?}");
+    let images = ["run-0000.png", "run-0002.png"];
+    assert!(images.iter().all(|image| sandbox.path(image).exists()), "{:?}", sandbox.names());
+    assert!(!sandbox.path("run-0001.png").exists());
+}
+
 #[test]
 fn a_signal_ends_all_frames() {
     let sandbox = with_trajectory(3);

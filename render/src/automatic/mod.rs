@@ -99,15 +99,15 @@ pub(crate) fn choose(
 
 fn choose_for_paths(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop: &Stop) -> Option<Settings> {
     let (goal, mut settings) = (Goal::of(automatic.quality), scene.settings);
-    // The photons of pilots need a radius that suits the scene. Paths have none, so nobody has stated one.
-    let radius =
-        footprint(lanes, scene, &settings).map(|side| first_radius(RADIUS * side, RadiusSchedule::PerPixel));
-    let typical = Settings { initial_radius: radius.unwrap_or(settings.initial_radius), ..settings };
-    let pilots = Pilots::new(scene, &typical, lanes, stop);
     if automatic.max_depth {
-        settings.max_depth = pilots.depth(&goal)?;
+        // The photons of pilots need a radius that suits the scene. Paths have none, so nobody has stated one.
+        let radius = footprint(lanes, scene, &settings)
+            .map(|side| first_radius(RADIUS * side, RadiusSchedule::PerPixel));
+        let typical = Settings { initial_radius: radius.unwrap_or(settings.initial_radius), ..settings };
+        settings.max_depth = Pilots::new(scene, &typical, lanes, stop).depth(&goal)?;
     }
     if automatic.iterations {
+        let pilots = Pilots::new(scene, &settings, lanes, stop);
         let pilot = pilots.run_paths(SEEDS, PATHS, settings.max_depth)?;
         let scale = settings.pixels() as f64 / pilots.settings.pixels() as f64;
         let variance = pilot.variance(pilots.block(&settings));
@@ -642,9 +642,11 @@ mod tests {
             let method = (MethodName::Path, LaneKind::best());
             choose(&Scene { settings, ..scene }, depth, method, &Stop::new()).unwrap()
         };
-        let [narrow, wide] = [of(0.01), of(1000.0)];
-        assert_eq!(narrow.max_depth, wide.max_depth);
-        assert_eq!((narrow.initial_radius, wide.initial_radius), (0.01, 1000.0));
+        // By the first and the last no pilot would see that light is lost: none gathers a photon, or all gather the same.
+        let radii = [0.01, 2.0, 1000.0];
+        let found = radii.map(of);
+        assert!(found.iter().all(|chosen| chosen.max_depth == 16), "{found:?}");
+        assert_eq!(found.map(|chosen| chosen.initial_radius), radii);
     }
 
     /// Of an image that has four times the pixels of its pilot, by the noise and the work of each of them.
