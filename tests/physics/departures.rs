@@ -130,7 +130,7 @@ fn anywhere(seed: u32) -> (Scene, Targets) {
         scene = scene.lamp(center, radius, BLACK, color / (radius * radius));
     }
     let (center, radius) = somewhere(&mut stream, [0.1, 4.0], [8.0, 60.0]);
-    let glow = if seed % 2 == 0 { Rgb::new(1.0, 0.9, 0.0) / (radius * radius) } else { Rgb::ZERO };
+    let glow = if seed.is_multiple_of(2) { Rgb::new(1.0, 0.9, 0.0) / (radius * radius) } else { Rgb::ZERO };
     scene = scene.lamp(center, radius, diffuse(0.5), glow);
     let balls = (0..3).map(|_| somewhere(&mut stream, [0.1, 3.0], [0.2, 2.0]));
     let balls = balls.map(|(center, radius)| Target::ball(center, radius)).collect();

@@ -108,6 +108,9 @@ fn lamps_are_divided_where_power_times_squared_extent_is_least() {
     tell("physics", divisions, "divisions of lamps");
 }
 
+/// How a scene is changed, and what it does to vectors.
+type Turn = (&'static str, fn(Vec3) -> Vec3);
+
 /// The squares of estimates at a receiver with the lamp that is chosen, on the average.
 fn squares(scene: &Scene, receiver: &Receiver) -> f64 {
     let still = scene.at(0.0);
@@ -120,7 +123,7 @@ fn squares(scene: &Scene, receiver: &Receiver) -> f64 {
 fn noise_does_not_depend_on_the_axis_along_which_lamps_stand() {
     /// Roundings of `f32` in the importance of nodes.
     const ROUNDING: f64 = 1e-3;
-    let turns: [(&str, fn(Vec3) -> Vec3); 4] = [
+    let turns: [Turn; 4] = [
         ("turned", |v| Vec3::new(v.z, v.x, v.y)),
         ("turned twice", |v| Vec3::new(v.y, v.z, v.x)),
         ("exchanged", |v| Vec3::new(v.y, v.x, v.z)),

@@ -230,6 +230,9 @@ fn what_arrives_in_every_round_counts() {
     assert!(!targets.shares.is_empty() && holds(1.0) && holds(4.0) && !holds(0.8), "{root:?}");
 }
 
+/// How a scene is changed, and what it does to vectors.
+type Turn = (&'static str, fn(Vec3) -> Vec3);
+
 /// A scene whose every vector is changed so.
 fn changed(scene: &Scene, change: impl Fn(Vec3) -> Vec3) -> Scene {
     let mut scene = scene.clone();
@@ -263,7 +266,7 @@ fn turned_scenes_gain_as_much() {
         };
         let expected = counted(&scene);
         assert!(expected > 3000.0, "{name}: {expected} photons count");
-        let turns: [(&str, fn(Vec3) -> Vec3); 4] = [
+        let turns: [Turn; 4] = [
             ("turned", |v| Vec3::new(v.z, v.x, v.y)),
             ("turned twice", |v| Vec3::new(v.y, v.z, v.x)),
             ("upside down", |v| Vec3::new(v.x, -v.y, -v.z)),
