@@ -55,3 +55,18 @@ fn a_mirror_behind_glass_hides_the_background() {
     assert_mean(&behind(&glass), [1.0; 3], 1e-6, "glass alone");
     assert_mean(&behind(&with_mirror), [0.0; 3], 0.0, "with a mirror");
 }
+
+/// What moves hides the background where it is at that instant.
+#[test]
+fn the_background_is_hidden_by_what_moves_where_it_is() {
+    let settings = Settings { iterations: 2, ..settings(24, 24, 1, 8, 0.1) };
+    let (scene, velocity) = (before_the_sky(mirror(1.0), 0.0), Vec3::new(0.5, -0.25, 1.0));
+    let behind = |scene: &Scene| render_path(&scene.background_alone(), &settings);
+    for time in [1.0_f32, -2.0] {
+        let (mut moving, mut placed) = (scene.clone(), scene.clone());
+        moving.camera.shutter = [time; 2];
+        moving.spheres[0].velocity = velocity;
+        placed.spheres[0].center += velocity * time;
+        assert!(behind(&moving) == behind(&placed) && behind(&moving) != behind(&scene), "at {time}");
+    }
+}

@@ -8,6 +8,8 @@ use reference::photon_numbers::PhotonNumbers;
 use scene::aim::{Aim, Target, Targets};
 use scene::guide::{Guide, SIDE, SURFACES};
 use scene::ray::NO_SPHERE;
+use scene::rng::{Family, Stream, StreamKey};
+use scene::still::Role;
 use scene::{Ray, Rgb, Scene, Vec3, max_component};
 use std::sync::Arc;
 
@@ -103,4 +105,62 @@ fn photons_leave_their_own_lamp_or_enter_where_all_that_is_near_begins() {
         }
     }
     tell("physics", 3 * PHOTONS as usize, "departures of photons");
+}
+
+/// A ball anywhere around the origin, as far and as large as between these, all magnitudes alike.
+fn somewhere(stream: &mut Stream, distances: [f32; 2], radii: [f32; 2]) -> (Vec3, f32) {
+    let between = |[low, high]: [f32; 2], u: f32| low * (high / low).powf(u);
+    let way = Vec3::from_array(std::array::from_fn(|_| stream.next_f32() - 0.5));
+    (way.normalize() * between(distances, stream.next_f32()), between(radii, stream.next_f32()))
+}
+
+/// Balls and lamps of any size at any distance, in a room that may glow, none of them around the eye but the room; and
+/// targets. Each light has its own share of green.
+fn anywhere(seed: u32) -> (Scene, Targets) {
+    let mut stream = StreamKey::new(31, Family::Survey, 0).stream(seed);
+    let beside = |(center, radius): (Vec3, f32)| (center, radius.min(0.9 * center.length()));
+    let mut scene = empty_scene(pinhole(Vec3::ZERO, Vec3::X, 30.0));
+    for _ in 0..3 {
+        let (center, radius) = beside(somewhere(&mut stream, [0.5, 2.0], [0.1, 0.6]));
+        scene = scene.ball(center, radius, diffuse(0.5));
+    }
+    for lamp in 0..5 {
+        let (center, radius) = beside(somewhere(&mut stream, [1.0, 40.0], [0.02, 8.0]));
+        let color = Rgb::new(1.0, 0.1 + 0.1 * lamp as f32, 0.0);
+        scene = scene.lamp(center, radius, BLACK, color / (radius * radius));
+    }
+    let (center, radius) = somewhere(&mut stream, [0.1, 4.0], [8.0, 60.0]);
+    let glow = if seed.is_multiple_of(2) { Rgb::new(1.0, 0.9, 0.0) / (radius * radius) } else { Rgb::ZERO };
+    scene = scene.lamp(center, radius, diffuse(0.5), glow);
+    let balls = (0..3).map(|_| somewhere(&mut stream, [0.1, 3.0], [0.2, 2.0]));
+    let balls = balls.map(|(center, radius)| Target::ball(center, radius)).collect();
+    (scene, Targets { balls, root: 0, shares: vec![0.25; 4], expected: 0.0, guide: None })
+}
+
+/// Where photons enter what is near is free space, which the light of their lamp reaches: within no ball, in every room, and
+/// nothing between it and their lamp.
+#[test]
+fn photons_enter_what_is_near_in_free_space_and_in_sight_of_their_lamp() {
+    let (mut cores, mut photons) = (0, 0);
+    for seed in 0..400 {
+        let (scene, targets) = anywhere(seed);
+        let still = scene.at(0.0);
+        let aim = Aim::new(&still, &targets, 256);
+        cores += u32::from(aim.core.is_some());
+        let numbers = PhotonNumbers::new(5, seed);
+        let emitted = (0..256).filter_map(|photon| emit(&still, &aim, &numbers, photon));
+        for Emitted { ray, power } in emitted.filter(|emitted| emitted.ray.leaves == NO_SPHERE) {
+            photons += 1;
+            for (sphere, role) in scene.spheres.iter().zip(still.roles.iter()) {
+                let depth = sphere.radius - (ray.origin - sphere.center).length();
+                let is_free = if *role == Role::Solid { depth < ROUNDING } else { depth > -ROUNDING };
+                assert!(is_free, "{seed}: {ray:?} begins beyond the surface of {sphere:?}");
+            }
+            let back = Ray { direction: -ray.direction, ..ray };
+            let met = intersect(&still, &back).map(|hit| hit.sphere);
+            assert_eq!(met, Some(sphere_of(&scene, power)), "{seed}: {ray:?} has something behind it");
+        }
+    }
+    assert!(cores > 50 && photons > 5000, "{cores} scenes, {photons} photons");
+    tell("physics", photons, "photons that enter what is near");
 }

@@ -95,3 +95,83 @@ fn radii_of_mirrored_and_transposed_images_are_mirrored_and_transposed() {
     assert!(uneven > 3000, "radii differ at {uneven} places");
     tell("physics", cases, "first radii of mirrored and transposed images");
 }
+
+/// The best radius, as a share of the largest, by the formulas at the top of `scene::first_radii`: for what radiance differs by
+/// from one radius to the next, and the variance of photons in a disc of radius 1. Where pilots are long, no bias is doubted.
+fn best(differences: [f64; 3], variance: f64) -> f64 {
+    let mut biases = [0.0_f64; 4];
+    for level in 1..4 {
+        biases[level] = biases[level - 1].max(4.0 / 3.0 * differences[level - 1].abs());
+    }
+    biases[0] = biases[1] / 4.0;
+    let bias = |radius: f64| {
+        // Between two that are compared, as the square of the radius.
+        let level = [0.25, 0.5].into_iter().filter(|compared| radius >= *compared).count();
+        let [low, high] = [level, level + 1].map(|level| 4.0_f64.powi(level as i32) / 64.0);
+        biases[level] + (biases[level + 1] - biases[level]) * (radius * radius - low) / (high - low)
+    };
+    let error = |radius: f64| 30.0 * bias(radius).powi(2) + variance / (radius * radius);
+    let radii = (0..=12).map(|step| 2.0_f64.powf(-f64::from(step) / 4.0));
+    radii.min_by(|a, b| error(*a).total_cmp(&error(*b))).unwrap()
+}
+
+/// Many iterations of pilots, so that little is doubted.
+const PILOTS: u32 = 1 << 14;
+
+/// The radius that is chosen for an image that is everywhere alike, and as much brighter at each radius as `levels` say. Noise is
+/// along rows for the first seed and along columns for the other, so that it cancels in a window but for its squares.
+fn radius_where(levels: [f64; 4], noise: f64) -> f64 {
+    const PATTERN: [f64; 7] = [1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 0.0];
+    let asked = Settings { radius_pilots: PILOTS, ..settings(64, 48, 1000, 5, 1.0) };
+    let mut first = None;
+    let chosen = FirstRadii::choose(&asked, &Stop::new(), |pilot, _| {
+        let is_first = *first.get_or_insert(pilot.seed) == pilot.seed;
+        let level = levels[(8.0 * pilot.initial_radius).log2() as usize];
+        let noise = noise / f64::from(pilot.initial_radius);
+        let pixel = |x: u32, y: u32| {
+            let place = if is_first { x } else { y } as usize % PATTERN.len();
+            Rgb::splat((1.0 + level + noise * PATTERN[place]) as f32)
+        };
+        Some(Film::from_fn(pilot.width, pilot.height, pixel))
+    });
+    chosen.unwrap().at((32, 24), (64, 48)).into()
+}
+
+/// Radii are those of the least error: where light bends by the square of the radius, where narrow discs lose it, and where
+/// wide ones do.
+#[test]
+fn first_radii_are_those_of_the_least_error() {
+    /// Radii to choose from are a fourth root of two apart; films are of `f32`.
+    const NEAR: f64 = 1e-3;
+    /// By so much the variance may be off, for doubt of biases and windows that do not cancel.
+    const UNSURE: f64 = 0.01;
+    let noise = 1e-3;
+    // Of the difference of two radii the pattern has the height 4 - 2, and 6/7 for its mean square.
+    let variance = 4.0 / 3.0 * (6.0 / 7.0 * (2.0_f64 * noise).powi(2)) / 16.0 * f64::from(PILOTS);
+    let (mut found_radii, mut cases) = (Vec::new(), 0);
+    for step in 0..120 {
+        let bend = (variance / 60.0).sqrt() * 2.0_f64.powf(f64::from(step) / 10.0);
+        let even = [1.0, 4.0, 16.0, 64.0].map(|square| bend * square / 64.0);
+        let early = [even[0], even[1], even[1] + 0.1 * bend, even[1] + 0.11 * bend];
+        let late = [0.0, 0.0, 0.02 * bend, bend];
+        for levels in [even, early, late] {
+            let differences = [1, 2, 3].map(|level| levels[level] - levels[level - 1]);
+            let expected = best(differences, variance);
+            // Not where two radii are as good but for what is left.
+            if [1.0 - UNSURE, 1.0 + UNSURE]
+                .iter()
+                .any(|factor| best(differences, variance * factor) != expected)
+            {
+                continue;
+            }
+            let found = radius_where(levels, noise);
+            assert!((found / expected - 1.0).abs() < NEAR, "{found}, not {expected}, for {levels:?}");
+            found_radii.push((expected * 1000.0) as u32);
+            cases += 1;
+        }
+    }
+    found_radii.sort_unstable();
+    found_radii.dedup();
+    assert!(cases > 250 && found_radii.len() >= 12, "{cases} cases with radii {found_radii:?}");
+    tell("physics", cases, "first radii of least error");
+}

@@ -2,7 +2,7 @@
 
 use crate::cases::tell;
 use crate::grid::room;
-use crate::harness::{Build, diffuse};
+use crate::harness::{Build, diffuse, glass};
 use glam::DVec3;
 use reference::Sppm;
 use reference::camera_pass::{CameraNumbers, camera_ray, trace};
@@ -220,21 +220,24 @@ fn iterations_are_what_the_definition_makes_of_their_paths_and_photons() {
     tell("physics", 10 * 17 * 13 * ITERATIONS as usize, "pixels that are those of the definition");
 }
 
-/// Pilots are renders of the same method, of as many iterations as are asked for.
+/// Pilots are renders of the same method and of the same light, of as many iterations as are asked for.
 #[test]
 fn pilots_are_renders_of_as_many_iterations_as_they_have() {
-    let scene = room();
-    for pilots in [1, 3] {
+    type Render = for<'a> fn(&'a Scene, &Settings) -> Sppm<'a>;
+    let of_all: Render = |scene, settings| Sppm::new(scene, settings);
+    let of_caustics: Render = |scene, settings| Sppm::new(scene, settings).of_caustics();
+    let scene = room().ball(Vec3::new(0.0, -2.0, 3.0), 1.0, glass(1.0, 1.5));
+    for (render, pilots) in [(of_all, 1), (of_all, 3), (of_caustics, 1)] {
         let settings = Settings { radius_pilots: pilots, ..crate::harness::settings(17, 13, 1000, 5, 2.0) };
         let radii = FirstRadii::choose(&settings, &Stop::new(), |settings, _| {
-            let mut pilot = Sppm::new(&scene, settings);
+            let mut pilot = render(&scene, settings);
             (0..settings.iterations).for_each(|_| pilot.iterate());
             assert_eq!(settings.iterations, pilots);
             Some(pilot.develop())
         });
         let radii = radii.unwrap();
         let (mut found, mut expected) =
-            (Sppm::new(&scene, &settings), Sppm::new(&scene, &settings).beginning_with(radii));
+            (render(&scene, &settings), render(&scene, &settings).beginning_with(radii));
         (0..2).for_each(|_| {
             found.iterate();
             expected.iterate();

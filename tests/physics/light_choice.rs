@@ -117,7 +117,7 @@ fn receivers(count: usize) -> Vec<Receiver> {
 
 /// The probability of each light, by the definition: the product of those on the way from the root. For a lamp of glass,
 /// it is noted for the side that the receiver sees.
-fn probabilities(still: &Still, receiver: &Receiver) -> Vec<f64> {
+pub(crate) fn probabilities(still: &Still, receiver: &Receiver) -> Vec<f64> {
     let mut all = vec![0.0; still.lights.entries.len()];
     if all.len() == 1 {
         return vec![1.0];
@@ -162,7 +162,7 @@ fn is_within(still: &Still, receiver: &Receiver, light: usize) -> bool {
 }
 
 /// The irradiance that a light gives a receiver if nothing is in between, in closed form.
-fn irradiance(still: &Still, receiver: &Receiver, light: usize) -> DVec3 {
+pub(crate) fn irradiance(still: &Still, receiver: &Receiver, light: usize) -> DVec3 {
     let entry = &still.lights.entries[light];
     let lamp = &still.spheres[entry.sphere as usize];
     let is_enclosure = matches!(still.roles[entry.sphere as usize], Role::Enclosure(_));

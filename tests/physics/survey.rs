@@ -1,16 +1,19 @@
 //! Walks of the survey: where they begin, what they find, and that photons which go by it are counted more often.
 
 use crate::cases::tell;
-use crate::harness::{BLACK, Build, diffuse, empty_scene, glass, pinhole, settings};
+use crate::harness::{BLACK, Build, diffuse, empty_scene, glass, mirror, pinhole, settings};
 use glam::DVec3;
 use reference::Sppm;
 use reference::camera_pass::ray_through;
 use reference::intersect::intersect;
+use reference::sampling::uniform_sphere;
 use reference::survey::{found, survey};
-use scene::aim::Targets;
+use scene::aim::survey::targets;
+use scene::aim::{Arrival, Targets};
 use scene::guide::{Edge, Found, Lit};
 use scene::rng::unit_float;
 use scene::sobol::sobol;
+use scene::still::Carried;
 use scene::{Engine, Rgb, Scene, Settings, Vec3};
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -162,5 +165,116 @@ fn guided_and_aimed_photons_count_more_often() {
         let (targets, more) = gain(&scene, &settings);
         assert_eq!((targets.guide.is_some(), targets.shares.is_empty()), (is_guided, is_guided), "{name}");
         assert!(more > least, "{name}: {more}");
+    }
+}
+
+/// What stands in the middle of a lens hides nothing from its rim.
+#[test]
+fn walks_begin_all_over_the_lens() {
+    let mut scene = empty_scene(pinhole(Vec3::ZERO, Vec3::NEG_Z, 20.0))
+        .ball(Vec3::NEG_Z * 0.35, 0.3, BLACK)
+        .ball(Vec3::NEG_Z * 60.0, 50.0, diffuse(0.5))
+        .lamp(Vec3::new(0.0, 20.0, 0.0), 1.0, BLACK, Rgb::ONE);
+    let settings = settings(60, 45, 1000, 2, 0.1);
+    let seen = |scene: &Scene| found(scene, &scene.at(0.0), &settings, 0..2048, 1).lit.len();
+    assert_eq!(seen(&scene), 0, "through a pinhole");
+    (scene.camera.aperture_radius, scene.camera.focus_distance) = (1.0, 10.0);
+    assert!(seen(&scene) > 500, "{} of 2048 walks", seen(&scene));
+}
+
+/// Photons that carry caustics are to arrive at mirrors and glass alone.
+#[test]
+fn light_of_caustics_arrives_at_mirrors_and_glass_alone() {
+    let scene = matt_room().ball(Vec3::new(0.5, -2.0, 1.5), 0.6, glass(1.0, 1.5)).ball(
+        Vec3::new(-1.5, 1.0, 0.5),
+        0.6,
+        mirror(0.9),
+    );
+    let settings = settings(60, 45, 1000, 5, 0.1);
+    let of = |carried| found(&scene, &scene.at_for(0.0, carried), &settings, 0..4096, 5);
+    let is_at_smooth = |lit: &&Lit| {
+        let distance = |s: &scene::Sphere| ((lit.arrival.point - s.center).length() - s.radius).abs();
+        scene.spheres[4..].iter().any(|s| distance(s) < NEAR)
+    };
+    let (all, caustics) = (of(Carried::All), of(Carried::Caustics));
+    let at_smooth = |found: &Found| found.lit.iter().filter(is_at_smooth).count();
+    assert!(
+        at_smooth(&caustics) > 100 && at_smooth(&caustics) == at_smooth(&all),
+        "{}",
+        at_smooth(&caustics)
+    );
+    assert!(caustics.lit.len() == at_smooth(&caustics) && all.lit.len() > caustics.lit.len());
+}
+
+/// Walks are sent out in rounds until enough has arrived, and what arrived in any of them counts.
+#[test]
+fn what_arrives_in_every_round_counts() {
+    let scene = matt_room();
+    let mut rounds = 0;
+    let targets = targets(&scene.at(0.0), &settings(60, 45, 1000, 5, 0.1), |walks, _| {
+        rounds += 1;
+        // Half of the 512 walks of a round find light, within a tenth of a place that is another in each.
+        let center = Vec3::X * rounds as f32;
+        let arrival = |walk: u32| Arrival {
+            point: center + 0.1 * uniform_sphere(0.5, (walk % 512) as f32 / 512.0),
+            source: LAMP.0,
+            flux: 1.0,
+        };
+        let lit = walks.step_by(2).map(|walk| Lit { walk, is_seen: false, arrival: arrival(walk) });
+        vec![Found { edges: Vec::new(), lit: lit.collect() }]
+    });
+    // A thousand are enough.
+    assert_eq!(rounds, 4);
+    let root = targets.balls[targets.root];
+    let holds = |x: f32| (Vec3::X * x - root.center).length() < root.radius;
+    assert!(!targets.shares.is_empty() && holds(1.0) && holds(4.0) && !holds(0.8), "{root:?}");
+}
+
+/// How a scene is changed, and what it does to vectors.
+type Turn = (&'static str, fn(Vec3) -> Vec3);
+
+/// A scene whose every vector is changed so.
+fn changed(scene: &Scene, change: impl Fn(Vec3) -> Vec3) -> Scene {
+    let mut scene = scene.clone();
+    let camera = &mut scene.camera;
+    for vector in [&mut camera.eye, &mut camera.direction, &mut camera.up] {
+        *vector = change(*vector);
+    }
+    for sphere in &mut scene.spheres {
+        sphere.center = change(sphere.center);
+    }
+    scene
+}
+
+/// What is gained does not depend on how the scene is turned.
+#[test]
+fn turned_scenes_gain_as_much() {
+    /// Of some thousand photons that count, in clumps; and cells are around the axis z, which suits some scenes better.
+    const ALIKE: f64 = 0.12;
+    let mut open = empty_scene(pinhole(Vec3::new(0.0, 3.0, 12.0), Vec3::ZERO, 30.0))
+        .ball(Vec3::new(0.0, -1e3, 0.0), 1e3, diffuse(0.5))
+        .ball(Vec3::new(-1.0, 1.0, 0.0), 1.0, diffuse(0.8))
+        .ball(Vec3::new(1.0, 0.7, 0.5), 0.7, glass(1.0, 1.5))
+        .lamp(Vec3::new(300.0, 400.0, 0.0), 10.0, BLACK, Rgb::splat(900.0));
+    open.background = Rgb::splat(0.1);
+    for (name, scene, radius) in [("a room", corner_of_a_tower(), 0.15), ("the open", open.with_sky(), 0.3)] {
+        let settings = settings(48, 36, 40_000, 8, radius);
+        let counted = |scene: &Scene| {
+            let mut engine = Sppm::new(scene, &settings);
+            engine.iterate();
+            engine.stats().contributions as f64
+        };
+        let expected = counted(&scene);
+        assert!(expected > 3000.0, "{name}: {expected} photons count");
+        let turns: [Turn; 4] = [
+            ("turned", |v| Vec3::new(v.z, v.x, v.y)),
+            ("turned twice", |v| Vec3::new(v.y, v.z, v.x)),
+            ("upside down", |v| Vec3::new(v.x, -v.y, -v.z)),
+            ("around", |v| Vec3::new(-v.x, v.y, -v.z)),
+        ];
+        for (what, turn) in turns {
+            let found = counted(&changed(&scene, turn));
+            assert!((found / expected - 1.0).abs() < ALIKE, "{name} {what}: {found}, not {expected}");
+        }
     }
 }
