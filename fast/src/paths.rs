@@ -5,6 +5,7 @@
 //! latency of that chain of operations; a stage overlaps many packets.
 
 use lanes::{Lanes, MOST_LANES, V3};
+use scene::Vec3;
 
 /// The most paths of a batch. At 14 words a path, a batch takes 15 KiB.
 pub(crate) const BATCH: usize = 256;
@@ -40,6 +41,13 @@ impl<const SIZE: usize> Vectors<SIZE> {
         L::store(v.x, &mut self.x[at..]);
         L::store(v.y, &mut self.y[at..]);
         L::store(v.z, &mut self.z[at..]);
+    }
+
+    #[inline(always)]
+    pub(crate) fn add(&mut self, at: usize, v: Vec3) {
+        self.x[at] += v.x;
+        self.y[at] += v.y;
+        self.z[at] += v.z;
     }
 
     #[inline(always)]

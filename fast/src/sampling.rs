@@ -27,6 +27,15 @@ pub(crate) fn next_uniform<L: Lanes>(state: &mut L::U) -> L::F {
     unit_float::<L>(x)
 }
 
+/// Steps the streams where `m` is true, and returns their next uniform numbers; elsewhere anything.
+#[inline(always)]
+pub(crate) fn next_where<L: Lanes>(m: L::M, stream: &mut L::U) -> L::F {
+    let mut next = *stream;
+    let number = next_uniform::<L>(&mut next);
+    *stream = L::select_u(m, next, *stream);
+    number
+}
+
 /// The top 24 bits as floats in [0, 1).
 #[inline(always)]
 pub(crate) fn unit_float<L: Lanes>(bits: L::U) -> L::F {

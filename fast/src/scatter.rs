@@ -1,6 +1,24 @@
 //! Mirrors and glass, as `reference::scatter` defines them, in lanes.
 
+use crate::paths::Packet;
+use crate::surface::Hit;
 use lanes::{Lanes, V3};
+
+/// Sends paths on from the mirrors and glass that they have hit: reflected, or at glass as the uniform number `lobe` chooses.
+#[inline(always)]
+pub(crate) fn follow<L: Lanes>(
+    p: &mut Packet<L>,
+    (surface, sphere): (&Hit<L>, L::U),
+    (is_glass, ior): (L::M, L::F),
+    lobe: L::F,
+) {
+    let mirrored = reflect(p.direction, surface.normal);
+    let (through, scale) = dielectric(p.direction, surface.normal, surface.inside, ior, lobe);
+    p.weight = p.weight.scale(L::select(is_glass, scale, L::f(1.0)));
+    p.direction = V3::select(is_glass, through, mirrored);
+    p.origin = surface.point;
+    p.leaves = sphere;
+}
 
 #[inline(always)]
 pub(crate) fn reflect<L: Lanes>(d: V3<L>, n: V3<L>) -> V3<L> {

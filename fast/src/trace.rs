@@ -1,10 +1,11 @@
-//! The stage that camera paths and photons share: the nearest hits of a batch of rays.
+//! What paths share: the nearest hits of a batch of rays, and the light of lamps that they hit.
 
 use crate::hierarchy::{IGNORES_NONE, Rays, SearchBuffers};
 use crate::intersect::{RayLanes, nearest};
 use crate::paths::Paths;
 use crate::tables::Tables;
-use lanes::{Kernel, Lanes};
+use lanes::{Kernel, Lanes, MOST_LANES, V3};
+use scene::{Still, Vec3};
 
 /// Computes distance and sphere of the nearest hit of the first `count` paths.
 #[inline(always)]
@@ -59,4 +60,32 @@ pub(crate) fn hits<L: Lanes>(paths: &Paths, at: usize, live: L::M) -> (L::F, L::
     let hit = L::load_u(&paths.hit[at..]);
     let arrived = live & L::lt(t, L::f(f32::INFINITY));
     (t, L::select_u(arrived, hit, L::u(0)), arrived)
+}
+
+/// Calls `add` with the slot of each lane of `m` and the light that its path, of this weight, brings from the sphere that it has
+/// hit: few lanes at a time hit lamps.
+#[inline(always)]
+pub(crate) fn each_emission<L: Lanes>(
+    still: &Still,
+    m: L::M,
+    weight: V3<L>,
+    (slot, ids): (L::U, &[u32]),
+    mut add: impl FnMut(usize, Vec3),
+) {
+    if !L::any(m) {
+        return;
+    }
+    let (mut slots, mut weights) = ([0; MOST_LANES], [[0.0; MOST_LANES]; 3]);
+    L::store_u(slot, &mut slots);
+    L::store(weight.x, &mut weights[0]);
+    L::store(weight.y, &mut weights[1]);
+    L::store(weight.z, &mut weights[2]);
+    let mut rest = L::mask_bits(m);
+    while rest != 0 {
+        let lane = rest.trailing_zeros() as usize;
+        rest &= rest - 1;
+        let emission = still.spheres[ids[lane] as usize].emission;
+        let weight = Vec3::new(weights[0][lane], weights[1][lane], weights[2][lane]);
+        add(slots[lane] as usize, weight * emission);
+    }
 }

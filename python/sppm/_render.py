@@ -43,6 +43,7 @@ def render(
     radius_pilots: int | None = None,
     radius_clearance: float | None = None,
     light_samples: int | None = None,
+    glint_samples: int | None = None,
     method: Method | None = None,
     engine: Engine = "fast",
     lanes: Lanes | None = None,
@@ -99,6 +100,7 @@ def render(
             radius_pilots=radius_pilots,
             radius_clearance=radius_clearance,
             light_samples=light_samples,
+            glint_samples=glint_samples,
             method=method,
             engine=engine,
             lanes=lanes,
@@ -140,6 +142,7 @@ class Render:
         radius_pilots: int | None = None,
         radius_clearance: float | None = None,
         light_samples: int | None = None,
+        glint_samples: int | None = None,
         method: Method | None = None,
         engine: Engine = "fast",
         lanes: Lanes | None = None,
@@ -174,10 +177,12 @@ class Render:
             radius_pilots=radius_pilots,
             radius_clearance=radius_clearance,
             light_samples=light_samples,
+            glint_samples=glint_samples,
         )
         if every is not None and checkpoint is None:
             raise InputError("every says how often a checkpoint is written; name its file by checkpoint")
-        given = (iterations, photons_per_iteration, max_depth, initial_radius, radius_pilots, radius_clearance)
+        radii = (initial_radius, radius_pilots, radius_clearance)
+        given = (iterations, photons_per_iteration, max_depth, *radii, glint_samples)
         checked = options(
             settings=settings,
             quality=quality,

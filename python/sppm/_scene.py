@@ -21,7 +21,7 @@ from ._materials import Material, from_tuple, is_material
 from ._materials import to_tuple as material_tuple
 from ._numbers import Vector, VectorLike, single, vector, whole
 from ._particles import Frame, Unit, memory
-from ._settings import Settings
+from ._settings import Settings, of_tuple
 from ._settings import to_tuple as settings_tuple
 from ._style import Bonds, Ends, Number, ParticleSource, Rule, source_of, style_fields
 
@@ -133,7 +133,7 @@ class Scene:
     @property
     def settings(self) -> Settings:
         """Settings that suit the scene. To change them, assign others: ``scene.settings.replace(width=640)``."""
-        return Settings(*cast(Any, self._native.settings))
+        return of_tuple(self._native.settings)
 
     @settings.setter
     def settings(self, settings: Settings) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, cast
 
 from . import _sppm
 from ._errors import InputError
@@ -54,10 +54,14 @@ class Settings:
     what it sees, but no less than an eighth of ``initial_radius``. If 0, radii have no such limit."""
     light_samples: int = 1
     """Shadow rays from the first diffuse surface of each path from the eye, from 1 to 16."""
+    glint_samples: int = 1
+    """Rays through a pixel by which it sees lamps in the mirror or glass that its path meets first, from 1 to 64. If 1, the
+    path alone sees them."""
 
     def __post_init__(self) -> None:
         """Checks all values."""
-        for name in ("width", "height", "iterations", "photons_per_iteration", "max_depth", "light_samples"):
+        counts = ("width", "height", "iterations", "photons_per_iteration", "max_depth")
+        for name in (*counts, "light_samples", "glint_samples"):
             object.__setattr__(self, name, whole(getattr(self, name), name, 1, _MAX_U32, InputError))
         pilots = whole(self.radius_pilots, "radius_pilots", 0, _MAX_U32, InputError)
         object.__setattr__(self, "radius_pilots", pilots)
@@ -93,5 +97,11 @@ def to_tuple(settings: Settings) -> SettingsTuple:
         settings.radius_schedule,
         settings.radius_pilots,
         settings.radius_clearance,
-        settings.light_samples,
+        (settings.light_samples, settings.glint_samples),
     )
+
+
+def of_tuple(values: SettingsTuple) -> Settings:
+    """Settings as the extension module gives them."""
+    *others, (light_samples, glint_samples) = values
+    return Settings(*cast("Any", others), light_samples, glint_samples)

@@ -12,7 +12,7 @@ from ._numbers import Vector
 
 CameraTuple: TypeAlias = tuple[Vector, Vector, Vector, float, float, float, tuple[float, float]]
 """The fields of a camera."""
-SettingsTuple: TypeAlias = tuple[int, int, int, int, int, float, int, str, str, int, float, int]
+SettingsTuple: TypeAlias = tuple[int, int, int, int, int, float, int, str, str, int, float, tuple[int, int]]
 """The fields of settings."""
 MaterialTuple: TypeAlias = tuple[str, Vector, float | None]
 """The type of a material as in scene files, its albedo, and the index of refraction of a dielectric."""

@@ -20,13 +20,21 @@ use view::{Display, Place, Relay, View, tev};
 /// The share of the driver's time that pictures may take. It renders nothing itself.
 const SHARE: f64 = 0.03;
 
-/// What the scene `source` leaves to be chosen: the quality, and whether iterations, photons, depth and radius are.
+/// What the scene `source` leaves to be chosen: the quality, and whether iterations, photons, depth, radius and samples of glints
+/// are.
 #[pyfunction]
-pub(crate) fn left_open(py: Python, source: &str) -> PyResult<(&'static str, [bool; 4])> {
+pub(crate) fn left_open(py: Python, source: &str) -> PyResult<(&'static str, [bool; 5])> {
     let opened = work(py, || scenes::open(OsStr::new(source), [None; 2], u64::MAX))?;
-    let Automatic { quality, iterations, photons_per_iteration, max_depth, initial_radius, .. } =
-        opened.map_err(SceneError::new_err)?.automatic;
-    Ok((quality.name(), [iterations, photons_per_iteration, max_depth, initial_radius]))
+    let Automatic {
+        quality,
+        iterations,
+        photons_per_iteration,
+        max_depth,
+        initial_radius,
+        glint_samples,
+        ..
+    } = opened.map_err(SceneError::new_err)?.automatic;
+    Ok((quality.name(), [iterations, photons_per_iteration, max_depth, initial_radius, glint_samples]))
 }
 
 /// The settings of `scene`, with those that are not `given`, in the order of [`left_open`], chosen at this quality. They do not
@@ -37,15 +45,15 @@ pub(crate) fn choose_settings(
     scene: &Scene,
     values: SettingsTuple,
     quality: &str,
-    given: [bool; 4],
+    given: [bool; 5],
 ) -> PyResult<SettingsTuple> {
     let (shared, values) = (scene.shared(), settings(values)?);
-    let [iterations, photons, depth, radius] = given;
+    let [iterations, photons, depth, radius, glints] = given;
     let job = work(py, || {
         let mut job = Job::new(shared.checked()?);
         job.scene.settings = values;
         // A farm's radii are global: pilots and clearance have nothing to choose.
-        set_quality(&mut job, quality, [iterations, photons, depth, radius, true, true])?;
+        set_quality(&mut job, quality, [iterations, photons, depth, radius, true, true, glints])?;
         job.choose_settings().map_err(|error| of_render(&error))?;
         PyResult::Ok(job)
     })??;

@@ -18,7 +18,7 @@ pub(crate) struct Options {
     settings: Option<SettingsTuple>,
     quality: Option<String>,
     /// Whether iterations, photons, depth, radius, pilots and clearance are given.
-    given: Option<[bool; 6]>,
+    given: Option<[bool; 7]>,
     method: Option<String>,
     engine: Option<String>,
     lanes: Option<String>,
@@ -76,7 +76,7 @@ impl Options {
 }
 
 /// Leaves what is not given to be chosen at the quality `name`, in the order of [`Options::given`], or takes the paper's.
-pub(crate) fn set_quality(job: &mut Job, name: &str, given: [bool; 6]) -> PyResult<()> {
+pub(crate) fn set_quality(job: &mut Job, name: &str, given: [bool; 7]) -> PyResult<()> {
     let quality = named("quality", name, Quality::ALL, Quality::name)?;
     job.automatic = automatic(quality, given);
     if quality == Quality::Paper {
@@ -88,7 +88,7 @@ pub(crate) fn set_quality(job: &mut Job, name: &str, given: [bool; 6]) -> PyResu
 /// What is chosen at this quality: what is not given, in the order of [`Options::given`].
 fn automatic(
     quality: Quality,
-    [iterations, photons, depth, radius, pilots, clearance]: [bool; 6],
+    [iterations, photons, depth, radius, pilots, clearance, glints]: [bool; 7],
 ) -> Automatic {
     let all = Automatic::all(quality);
     Automatic {
@@ -98,6 +98,7 @@ fn automatic(
         initial_radius: all.initial_radius && !radius,
         radius_pilots: all.radius_pilots && !radius && !pilots,
         radius_clearance: all.radius_clearance && !radius && !clearance,
+        glint_samples: all.glint_samples && !glints,
         ..all
     }
 }
@@ -105,7 +106,7 @@ fn automatic(
 /// `settings` with the paper's in place of those that are not given.
 fn papers(
     settings: &Settings,
-    [iterations, photons, depth, radius, pilots, clearance]: [bool; 6],
+    [iterations, photons, depth, radius, pilots, clearance, glints]: [bool; 7],
 ) -> Settings {
     let paper = settings.with_papers();
     let own = |is_given| if is_given { settings } else { &paper };
@@ -116,6 +117,7 @@ fn papers(
         initial_radius: own(radius).initial_radius,
         radius_pilots: own(pilots).radius_pilots,
         radius_clearance: own(clearance).radius_clearance,
+        glint_samples: own(glints).glint_samples,
         ..paper
     }
 }

@@ -7,8 +7,8 @@ use scene::{Camera, Filter, Material, RadiusSchedule, Rgb, Settings, Vec3};
 /// Eye, direction, up, `vertical_fov_degrees`, `aperture_radius`, `focus_distance`, shutter.
 pub(crate) type CameraTuple = ([f32; 3], [f32; 3], [f32; 3], f32, f32, f32, [f32; 2]);
 /// Width, height, iterations, `photons_per_iteration`, `max_depth`, `initial_radius`, seed, filter, radius
-/// schedule, `radius_pilots`, `radius_clearance`, `light_samples`.
-pub(crate) type SettingsTuple = (u32, u32, u32, u32, u32, f32, u64, String, String, u32, f32, u32);
+/// schedule, `radius_pilots`, `radius_clearance`, and `light_samples` with `glint_samples`.
+pub(crate) type SettingsTuple = (u32, u32, u32, u32, u32, f32, u64, String, String, u32, f32, [u32; 2]);
 /// Type, albedo, ior (for dielectrics).
 pub(crate) type MaterialTuple = (String, [f32; 3], Option<f32>);
 
@@ -40,7 +40,7 @@ pub(crate) fn settings(values: SettingsTuple) -> PyResult<Settings> {
         schedule,
         radius_pilots,
         radius_clearance,
-        light_samples,
+        [light_samples, glint_samples],
     ) = values;
     let filter = named("filter", &filter, Filter::ALL, Filter::name)?;
     let radius_schedule = named("radius_schedule", &schedule, RadiusSchedule::ALL, RadiusSchedule::name)?;
@@ -57,6 +57,7 @@ pub(crate) fn settings(values: SettingsTuple) -> PyResult<Settings> {
         radius_pilots,
         radius_clearance,
         light_samples,
+        glint_samples,
     })
 }
 
@@ -74,6 +75,7 @@ pub(crate) fn of_settings(settings: &Settings) -> SettingsTuple {
         radius_pilots,
         radius_clearance,
         light_samples,
+        glint_samples,
     } = *settings;
     let (filter, schedule) = (filter.name().into(), radius_schedule.name().into());
     (
@@ -88,7 +90,7 @@ pub(crate) fn of_settings(settings: &Settings) -> SettingsTuple {
         schedule,
         radius_pilots,
         radius_clearance,
-        light_samples,
+        [light_samples, glint_samples],
     )
 }
 

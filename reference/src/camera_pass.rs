@@ -31,8 +31,10 @@ pub struct VisiblePoint {
 /// The result of one camera path.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CameraSample {
-    /// Radiance of lamps seen, and of direct light on the visible point.
+    /// Radiance of lamps seen, and of direct light on the visible point; without [`Self::glints`].
     pub direct: Rgb,
+    /// The light of lamps that further rays through the pixel are to see as well, if it is to send any ([`crate::glints`]).
+    pub glints: Option<Rgb>,
     /// The visible point, unless the path escaped, was absorbed, or was cut off at the maximal depth.
     pub visible: Option<VisiblePoint>,
 }
@@ -56,6 +58,8 @@ mod dimension {
 pub struct CameraNumbers {
     iteration: u32,
     light_samples: u32,
+    glint_samples: u32,
+    is_rim: bool,
     index: u32,
     shifts: [u32; DIMENSIONS],
     /// The numbers that are not stratified.
@@ -76,6 +80,8 @@ impl CameraNumbers {
         Self {
             iteration,
             light_samples: settings.light_samples,
+            glint_samples: settings.glint_samples,
+            is_rim: false,
             index: morton(x & 7, y & 7),
             shifts: std::array::from_fn(|_| tile_stream.next_u32()),
             stream: key.stream(y * settings.width + x),
@@ -99,6 +105,22 @@ impl CameraNumbers {
     /// How many shadow rays the first diffuse surface sends.
     pub(crate) fn light_samples(&self) -> u32 {
         self.light_samples
+    }
+
+    /// The same of a pixel in which the rim of a lamp may be seen, if `is_rim`.
+    #[must_use]
+    pub fn at_rim(self, is_rim: bool) -> Self {
+        Self { is_rim, ..self }
+    }
+
+    /// True if the rim of a lamp may be seen in the pixel.
+    pub(crate) fn is_rim(&self) -> bool {
+        self.is_rim
+    }
+
+    /// True if further rays are to see lamps as well.
+    pub(crate) fn has_glints(&self, still: &Still) -> bool {
+        self.glint_samples > 1 && still.has_lamps()
     }
 
     /// The numbers of one of these shadow rays: one to choose the light, two for the point on it. Those of all iterations
@@ -129,14 +151,23 @@ pub fn trace(
 ) -> CameraSample {
     let (mut ray, mut throughput, mut direct) = (ray, Rgb::splat(weight), Rgb::ZERO);
     let has_direct = still.carried == Carried::All;
+    let has_glints = has_direct && numbers.has_glints(still);
+    let mut glints = (has_glints && numbers.is_rim).then_some(Rgb::ZERO);
     for segment in 0..max_depth {
         stats.camera_segments += 1;
         let Some(hit) = intersect(still, &ray) else { break };
         if has_direct {
-            direct += throughput * still.spheres[hit.sphere as usize].emission;
+            let light = throughput * still.spheres[hit.sphere as usize].emission;
+            match &mut glints {
+                Some(glints) if !still.is_enclosure(hit.sphere) => *glints += light,
+                _ => direct += light,
+            }
         }
         let lobe = numbers.lobe(segment);
         let material = still.material(hit.sphere);
+        if has_glints && segment == 0 && !material.is_diffuse() {
+            glints = glints.or(Some(Rgb::ZERO));
+        }
         throughput *= material.albedo();
         let direction = match *material {
             Material::Diffuse { .. } => {
@@ -150,7 +181,7 @@ pub fn trace(
                     direct += beta * irradiance(still, &hit, numbers);
                 }
                 let visible = VisiblePoint { point: hit.point, normal: hit.normal, sphere: hit.sphere, beta };
-                return CameraSample { direct, visible: Some(visible) };
+                return CameraSample { direct, glints, visible: Some(visible) };
             }
             Material::Specular { .. } => reflect(ray.direction, hit.normal),
             Material::Dielectric { ior, .. } => {
@@ -161,7 +192,7 @@ pub fn trace(
         };
         ray = Ray { origin: hit.point, direction, leaves: hit.sphere };
     }
-    CameraSample { direct, visible: None }
+    CameraSample { direct, glints, visible: None }
 }
 
 fn irradiance(still: &Still, hit: &Hit, numbers: &CameraNumbers) -> Rgb {
@@ -190,7 +221,7 @@ pub fn camera_ray(
 
 /// The position from the top left of a pixel that two uniform numbers give under `filter`, the box if there is none; and
 /// what a sample there counts.
-fn place_in_pixel(filter: Option<&Table>, (u, v): (f32, f32)) -> ((f32, f32), f32) {
+pub(crate) fn place_in_pixel(filter: Option<&Table>, (u, v): (f32, f32)) -> ((f32, f32), f32) {
     let Some(table) = filter else { return ((u, v), 1.0) };
     let ((x, weight_x), (y, weight_y)) = (table.place(u), table.place(v));
     ((x, y), weight_x * weight_y)

@@ -14,7 +14,7 @@
 //! ```
 //!
 //! Read it in this order: [`intersect`] (what a ray hits), [`sampling`] and [`scatter`] (where light goes),
-//! [`light_choice`] and [`direct_light`], then the passes of an iteration as [`Sppm`] runs them: [`camera_pass`],
+//! [`light_choice`] and [`direct_light`], then the passes of an iteration as [`Sppm`] runs them: [`camera_pass`] (with [`glints`]),
 //! [`grid`], [`survey`](mod@survey) and [`emission`], [`photon_pass`], [`consolidate`]. [`PathTracer`] computes the same image by another algorithm, without bias.
 //!
 //! Every formula is part of the contract: the fast engine evaluates the same operations in the same order, so that
@@ -27,6 +27,7 @@ pub mod camera_pass;
 pub mod consolidate;
 pub mod direct_light;
 pub mod emission;
+pub mod glints;
 pub mod grid;
 pub mod intersect;
 pub mod light_choice;

@@ -12,6 +12,7 @@
 
 use crate::camera_pass::{CameraNumbers, camera_ray};
 use crate::direct_light::estimate_irradiance;
+use crate::glints::GlintRays;
 use crate::intersect::intersect;
 use crate::light_choice::Receiver;
 use crate::sampling::cosine_hemisphere;
@@ -21,7 +22,7 @@ use scene::filter::Table;
 use scene::hybrid::Sampler;
 use scene::rng::Family;
 use scene::{
-    Engine, Material, Probe, Progress, Ray, Resumable, Rgb, Scene, Settings, Stats, Still, Stop, Sums,
+    Engine, Material, Probe, Progress, Ray, Resumable, Rgb, Rims, Scene, Settings, Stats, Still, Stop, Sums,
     max_component,
 };
 use std::f32::consts::FRAC_1_PI;
@@ -33,6 +34,7 @@ pub struct PathTracer<'a> {
     progress: Progress,
     /// The table of the pixels' filter; `None` for the box.
     filter: Option<Box<Table>>,
+    rims: Option<Rims>,
     /// Sums of radiance; in `f64`, as ground truth takes tens of thousands of samples.
     sums: Vec<[f64; 3]>,
     /// The samples of the current iteration.
@@ -49,7 +51,8 @@ impl<'a> PathTracer<'a> {
         let (sums, samples) = (vec![[0.0; 3]; settings.pixels()], vec![Rgb::ZERO; settings.pixels()]);
         let filter = settings.filter.table();
         let progress = Progress::new(settings);
-        Self { scene, progress, filter, sums, samples, has_caustics: true, sampled: Stats::default() }
+        let rims = Rims::new(scene, settings);
+        Self { scene, progress, filter, rims, sums, samples, has_caustics: true, sampled: Stats::default() }
     }
 
     /// The same render without the light of lamps that mirrors and glass send on to a diffuse surface: what photons carry in
@@ -94,6 +97,8 @@ impl Sampler for PathTracer<'_> {
         let world = World { has_caustics: self.has_caustics, ..World::new(still) };
         let frame = self.scene.camera.frame(settings.width, settings.height);
         let width = settings.width;
+        let (filter, rims) = (self.filter.as_deref(), self.rims.as_ref());
+        let glints = GlintRays { frame: &frame, filter, rims, settings, iteration: *next };
         let row_of_paths = |(y, row): (usize, &mut [Rgb])| {
             let mut segments = 0;
             stop.meter().advance(width.into());
@@ -102,9 +107,14 @@ impl Sampler for PathTracer<'_> {
                     return None;
                 }
                 let mut numbers = PathNumbers::new(settings, *next, x as u32, y as u32);
+                numbers.camera = numbers.camera.at_rim(glints.is_rim(x as u32, y as u32));
                 let (ray, weight) =
                     camera_ray(&frame, self.filter.as_deref(), x as u32, y as u32, &numbers.camera);
-                *sample = trace(&world, ray, settings.max_depth, &mut numbers, &mut segments) * weight;
+                let path = trace(&world, ray, settings.max_depth, &mut numbers, &mut segments);
+                *sample = path.radiance * weight;
+                if let Some(own) = path.glints {
+                    *sample += glints.mean(&world.still, (x as u32, y as u32), own * weight, &mut segments);
+                }
             }
             Some(segments)
         };
@@ -237,9 +247,25 @@ fn survives(throughput: &mut Rgb, numbers: &mut PathNumbers) -> bool {
     survives
 }
 
-/// The radiance of one random path.
-fn trace(world: &World, ray: Ray, max_depth: u32, numbers: &mut PathNumbers, segments: &mut u64) -> Rgb {
+/// What a random path brings.
+struct PathLight {
+    /// Its radiance, without [`Self::glints`].
+    radiance: Rgb,
+    /// The light of lamps that further rays through the pixel are to see as well, if it is to send any.
+    glints: Option<Rgb>,
+}
+
+/// Traces one random path.
+fn trace(
+    world: &World,
+    ray: Ray,
+    max_depth: u32,
+    numbers: &mut PathNumbers,
+    segments: &mut u64,
+) -> PathLight {
     let (mut ray, mut throughput, mut radiance) = (ray, Rgb::ONE, Rgb::ZERO);
+    let has_glints = numbers.camera.has_glints(&world.still);
+    let mut glints = (has_glints && numbers.camera.is_rim()).then_some(Rgb::ZERO);
     // The product of the factors from refraction. It is kept out of the throughput that decides roulette, as it does
     // not change the chance of a path to find light.
     let mut radiance_scale = 1.0;
@@ -254,7 +280,11 @@ fn trace(world: &World, ray: Ray, max_depth: u32, numbers: &mut PathNumbers, seg
         let Some(hit) = intersect(still, &ray) else { break };
         let is_caustic = seen_diffuse && !world.has_caustics;
         if (counts_lamps && !is_caustic) || still.is_enclosure(hit.sphere) {
-            radiance += throughput * radiance_scale * still.spheres[hit.sphere as usize].emission;
+            let light = throughput * radiance_scale * still.spheres[hit.sphere as usize].emission;
+            match &mut glints {
+                Some(glints) if !seen_diffuse && !still.is_enclosure(hit.sphere) => *glints += light,
+                _ => radiance += light,
+            }
         }
         let is_late = seen_diffuse && length > SPARED;
         if is_late && world.has_ambient_lights && !survives(&mut throughput, numbers) {
@@ -262,6 +292,9 @@ fn trace(world: &World, ray: Ray, max_depth: u32, numbers: &mut PathNumbers, seg
         }
         let material = still.material(hit.sphere);
         let segment = (!seen_diffuse).then_some(length - 1);
+        if has_glints && segment == Some(0) && !material.is_diffuse() {
+            glints = glints.or(Some(Rgb::ZERO));
+        }
         throughput *= material.albedo();
         if throughput == Rgb::ZERO {
             break;
@@ -298,7 +331,7 @@ fn trace(world: &World, ray: Ray, max_depth: u32, numbers: &mut PathNumbers, seg
         }
         ray = Ray { origin: hit.point, direction, leaves: hit.sphere };
     }
-    radiance
+    PathLight { radiance, glints }
 }
 
 #[cfg(test)]

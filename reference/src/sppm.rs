@@ -2,6 +2,7 @@
 
 use crate::camera_pass::{CameraNumbers, VisiblePoint, camera_ray, trace};
 use crate::consolidate::{Gathered, Pixel, estimate};
+use crate::glints::GlintRays;
 use crate::grid::Grid;
 use crate::photon_pass::{Deposit, photon_pass};
 use crate::survey::survey_for;
@@ -12,8 +13,8 @@ use scene::light_tree::LightTree;
 use scene::radius_schedule::{RadiusSchedule, Shrinking};
 use scene::still::{Carried, Role};
 use scene::{
-    Clearance, Engine, ExactSums, FirstRadii, PhotonSums, Probe, Progress, Resumable, Rgb, Scene, Settings,
-    Stats, Still, Stop, Sums,
+    Clearance, Engine, ExactSums, FirstRadii, PhotonSums, Probe, Progress, Resumable, Rgb, Rims, Scene,
+    Settings, Stats, Still, Stop, Sums,
 };
 use std::time::Instant;
 
@@ -32,6 +33,7 @@ pub struct Sppm<'a> {
     progress: Progress,
     /// The table of the pixels' filter; `None` for the box.
     filter: Option<Box<Table>>,
+    rims: Option<Rims>,
     cell_size: f32,
     /// See [`Sppm::lit_by_power`].
     lit_by_power: bool,
@@ -93,6 +95,7 @@ impl<'a> Sppm<'a> {
             scene,
             progress: Progress::new(settings),
             filter,
+            rims: Rims::new(scene, settings),
             cell_size,
             lit_by_power: false,
             carried: Carried::All,
@@ -148,6 +151,8 @@ impl<'a> Sppm<'a> {
         let Progress { settings, next, stats, .. } = &mut self.progress;
         let frame = self.scene.camera.frame(settings.width, settings.height);
         let clearance = Clearance::new(settings);
+        let (filter, rims) = (self.filter.as_deref(), self.rims.as_ref());
+        let glints = GlintRays { frame: &frame, filter, rims, settings, iteration: *next };
         let mut seen = Seen::default();
         for index in 0..self.pixels.len() {
             if stop.is_requested() {
@@ -157,10 +162,11 @@ impl<'a> Sppm<'a> {
             if x == 0 {
                 stop.meter().advance(settings.width.into());
             }
-            let mut numbers = CameraNumbers::new(settings, *next, x, y);
-            let ray = camera_ray(&frame, self.filter.as_deref(), x, y, &numbers);
+            let mut numbers = CameraNumbers::new(settings, *next, x, y).at_rim(glints.is_rim(x, y));
+            let ray = camera_ray(&frame, filter, x, y, &numbers);
             let sample = trace(still, ray, settings.max_depth, &mut numbers, stats);
-            seen.direct.push(sample.direct);
+            let lamps = sample.glints.map(|own| glints.mean(still, (x, y), own, &mut stats.camera_segments));
+            seen.direct.push(lamps.map_or(sample.direct, |lamps| sample.direct + lamps));
             if let Some(visible) = sample.visible {
                 let Pixel { n, mut radius_squared, .. } = self.pixels[index];
                 if n == 0.0

@@ -59,6 +59,8 @@ pub struct Automatic {
     pub radius_pilots: bool,
     /// Whether it is chosen how the first radii of the pixels are limited by clearance.
     pub radius_clearance: bool,
+    /// Whether it is chosen by how many rays pixels see lamps in mirrors and glass.
+    pub glint_samples: bool,
 }
 
 impl Automatic {
@@ -73,6 +75,7 @@ impl Automatic {
             initial_radius: is_chosen,
             radius_pilots: is_chosen,
             radius_clearance: is_chosen,
+            glint_samples: is_chosen,
         }
     }
 
@@ -96,6 +99,7 @@ impl Automatic {
             || self.initial_radius
             || self.radius_pilots
             || self.radius_clearance
+            || self.glint_samples
     }
 }
 
@@ -115,6 +119,7 @@ mod tests {
                 && all.initial_radius
                 && all.radius_pilots
                 && all.radius_clearance
+                && all.glint_samples
         );
         for (one, needs_photons) in [
             (Automatic { iterations: true, ..none }, false),
@@ -123,6 +128,7 @@ mod tests {
             (Automatic { initial_radius: true, ..none }, true),
             (Automatic { radius_pilots: true, ..none }, true),
             (Automatic { radius_clearance: true, ..none }, true),
+            (Automatic { glint_samples: true, ..none }, false),
         ] {
             assert!(one.any() && one.without_photons().any() != needs_photons, "{one:?}");
         }

@@ -42,6 +42,10 @@ pub struct Settings {
     /// of them lessen the noise of direct light, for the time that they take.
     #[serde(default = "one")]
     pub light_samples: u32,
+    /// Rays through a pixel by which it sees lamps in the mirror or glass that its path meets first, the path's own among them:
+    /// their mean lessens the noise of lamps that look smaller than a pixel there. If 1, the path alone sees them.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub glint_samples: u32,
 }
 
 fn one() -> u32 {
@@ -51,6 +55,11 @@ fn one() -> u32 {
 #[allow(clippy::trivially_copy_pass_by_ref)] // as serde wants it
 fn is_zero(number: &u32) -> bool {
     *number == 0
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // as serde wants it
+fn is_one(number: &u32) -> bool {
+    *number == 1
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref)] // as serde wants it
@@ -74,6 +83,7 @@ impl Default for Settings {
             radius_pilots: 0,
             radius_clearance: 0.0,
             light_samples: 1,
+            glint_samples: 1,
         }
     }
 }
@@ -92,6 +102,8 @@ pub const MAX_RADIUS_PILOTS: u32 = 1 << 12;
 pub const RADIUS_CLEARANCE_RANGE: [f32; 2] = [1e-3, 1e3];
 /// Most shadow rays from a point.
 pub const MAX_LIGHT_SAMPLES: u32 = 16;
+/// Most rays through a pixel that see lamps in mirrors and glass.
+pub const MAX_GLINT_SAMPLES: u32 = 64;
 /// Most segments of a path.
 pub const MAX_DEPTH: u32 = 1 << 12;
 /// `photons_per_iteration * max_depth` stays below this, so that a count of photons fits an `i32`, and a sum of fluxes
@@ -173,6 +185,7 @@ impl Settings {
         whole("photons_per_iteration", self.photons_per_iteration, MAX_PHOTONS)?;
         whole("max_depth", self.max_depth, MAX_DEPTH)?;
         whole("light_samples", self.light_samples, MAX_LIGHT_SAMPLES)?;
+        whole("glint_samples", self.glint_samples, MAX_GLINT_SAMPLES)?;
         if self.max_deposits() >= MAX_DEPOSITS {
             let (l, d) = (self.photons_per_iteration, self.max_depth);
             return Err(error("photons_per_iteration", format!("{l} x ")).setting("max_depth").text(
@@ -276,13 +289,14 @@ mod tests {
     #[test]
     fn each_bound_holds_to_the_last_step() {
         type Field = fn(&mut Settings) -> &mut u32;
-        let fields: [(&str, Field, u32); 6] = [
+        let fields: [(&str, Field, u32); 7] = [
             ("width", |s| &mut s.width, MAX_SIDE),
             ("height", |s| &mut s.height, MAX_SIDE),
             ("iterations", |s| &mut s.iterations, MAX_ITERATIONS),
             ("photons_per_iteration", |s| &mut s.photons_per_iteration, MAX_PHOTONS),
             ("max_depth", |s| &mut s.max_depth, MAX_DEPTH),
             ("light_samples", |s| &mut s.light_samples, MAX_LIGHT_SAMPLES),
+            ("glint_samples", |s| &mut s.glint_samples, MAX_GLINT_SAMPLES),
         ];
         for (name, field, most) in fields {
             assert_verdict(|s| *field(s) = 0, Some(name));
@@ -370,6 +384,7 @@ mod tests {
             radius_pilots: 3,
             radius_clearance: 0.5,
             light_samples: 2,
+            glint_samples: 4,
         };
         let Settings { width, height, seed, filter, radius_schedule, light_samples, .. } = own;
         let expected = Settings { width, height, seed, filter, radius_schedule, light_samples, ..usual };

@@ -56,6 +56,7 @@ mod tests {
             (Field::Setting("max_depth"), "--depth"),
             (Field::Setting("initial_radius"), "--radius"),
             (Field::Setting("light_samples"), "--light-samples"),
+            (Field::Setting("glint_samples"), "--glint-samples"),
             (Field::MemoryLimit, "--memory-limit"),
             (Field::Image, "--output"),
             (Field::RadiusImage, "--radius-image"),

@@ -17,6 +17,7 @@ pub(crate) fn quick(own: &Settings) -> Settings {
         radius_pilots: 0,
         radius_clearance: 0.0,
         light_samples: 1,
+        glint_samples: 1,
     }
 }
 

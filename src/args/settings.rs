@@ -7,8 +7,8 @@ use clap::Args as ClapArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use render::Field;
 use scene::settings::{
-    BYTES_PER_PIXEL, MAX_DEPTH, MAX_ITERATIONS, MAX_LIGHT_SAMPLES, MAX_PHOTONS, MAX_RADIUS_PILOTS, MAX_SIDE,
-    RADIUS_CLEARANCE_RANGE, RADIUS_RANGE, SettingsError,
+    BYTES_PER_PIXEL, MAX_DEPTH, MAX_GLINT_SAMPLES, MAX_ITERATIONS, MAX_LIGHT_SAMPLES, MAX_PHOTONS,
+    MAX_RADIUS_PILOTS, MAX_SIDE, RADIUS_CLEARANCE_RANGE, RADIUS_RANGE, SettingsError,
 };
 use scene::{Automatic, Filter, Quality, RadiusSchedule, Settings};
 
@@ -88,6 +88,12 @@ pub(crate) struct SettingsArgs {
     /// light, for the time that they take
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1, MAX_LIGHT_SAMPLES.into()), allow_hyphen_values = true)]
     pub light_samples: Option<u32>,
+
+    /// See lamps in a mirror or glass by so many rays through each pixel that shows one, up to 64: fewer sparks where lamps look
+    /// smaller than a pixel there
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    #[arg(value_parser = or_auto(whole::<u32>(1, MAX_GLINT_SAMPLES.into())))]
+    pub glint_samples: Option<Given<u32>>,
 }
 
 /// Parses the name of a filter.
@@ -121,6 +127,7 @@ impl SettingsArgs {
             radius_pilots: Given::number_or(self.radius_pilots, own.radius_pilots),
             radius_clearance: Given::number_or(self.radius_clearance, own.radius_clearance),
             light_samples: self.light_samples.unwrap_or(own.light_samples),
+            glint_samples: Given::number_or(self.glint_samples, own.glint_samples),
         };
         settings.validate().map_err(|error| Error::BadInput(self.blame(&error)))?;
         Ok(settings)
@@ -135,6 +142,7 @@ impl SettingsArgs {
             ("--radius", Given::is_chosen(self.radius.as_ref(), false)),
             ("--radius-pilots", Given::is_chosen(self.radius_pilots.as_ref(), false)),
             ("--radius-clearance", Given::is_chosen(self.radius_clearance.as_ref(), false)),
+            ("--glint-samples", Given::is_chosen(self.glint_samples.as_ref(), false)),
         ];
         match options.into_iter().find(|(_, is_chosen)| *is_chosen) {
             Some((name, _)) => Err(Error::BadInput(format!(
@@ -161,6 +169,7 @@ impl SettingsArgs {
                 self.radius_clearance.as_ref(),
                 Given::is_chosen(self.radius.as_ref(), own.radius_clearance),
             ),
+            glint_samples: Given::is_chosen(self.glint_samples.as_ref(), own.glint_samples),
         }
     }
 
@@ -183,6 +192,7 @@ impl SettingsArgs {
             "radius_schedule" => self.radius_schedule.is_some(),
             "radius_pilots" => self.radius_pilots.is_some(),
             "radius_clearance" => self.radius_clearance.is_some(),
+            "glint_samples" => self.glint_samples.is_some(),
             _ => false,
         };
         error.say(|setting| {
@@ -253,6 +263,7 @@ mod tests {
             (["--radius-pilots", "7"], Settings { radius_pilots: 7, ..own }),
             (["--radius-clearance", "0.25"], Settings { radius_clearance: 0.25, ..own }),
             (["--light-samples", "7"], Settings { light_samples: 7, ..own }),
+            (["--glint-samples", "9"], Settings { glint_samples: 9, ..own }),
         ] {
             assert_eq!(apply(&words), expected, "{words:?}");
             assert_eq!(of(&words).apply_numbers(&own).unwrap(), expected, "{words:?}");

@@ -216,6 +216,7 @@ impl Info {
             radius_pilots: _,
             radius_clearance: _,
             light_samples,
+            glint_samples,
         } = self.settings;
         let is_usual = radius_schedule == RadiusSchedule::PerPixel;
         let schedule = if is_usual { String::new() } else { format!(", {radius_schedule}") };
@@ -240,6 +241,7 @@ impl Info {
             ("photons", format!("{} ({photons_per_iteration} per iteration)", self.photons)),
             ("depth", max_depth.to_string()),
             ("radius", format!("{initial_radius}{schedule}{own}")),
+            ("glints", if glint_samples == 1 { String::new() } else { format!("{glint_samples} samples") }),
             ("light", if light_samples == 1 { String::new() } else { format!("{light_samples} samples") }),
             ("seed", seed.to_string()),
             ("filter", if filter == Filter::Box { String::new() } else { filter.to_string() }),

@@ -241,6 +241,10 @@ fn cases(args: &LadderArgs) -> Result<Vec<Case>, Error> {
                 "--light-samples: the ladder's rows send one shadow ray from each point; it must be 1";
             return Err(Error::BadInput(problem.into()));
         }
+        if settings.glint_samples > 1 {
+            let problem = "--glint-samples: the ladder's rows send one ray through each pixel; it must be 1";
+            return Err(Error::BadInput(problem.into()));
+        }
         let (name, scene) = (opened.stem.to_string_lossy().into_owned(), opened.scene);
         match args.sweep.map(Sweep::from) {
             Some(sweep) => all.extend(sweep.cases(&name, &scene, settings, args.quick).map_err(told)?),
@@ -342,6 +346,7 @@ mod tests {
             (["--radius-pilots", "1"], "--radius-pilots"),
             (["--radius-clearance", "1"], "--radius-clearance"),
             (["--light-samples", "2"], "--light-samples"),
+            (["--glint-samples", "2"], "--glint-samples"),
         ] {
             let args = All::try_parse_from(["sppm", "ladder", "--quick"].iter().chain(&words)).unwrap();
             let Command::Ladder(args) = args.command else { panic!("another command") };

@@ -209,6 +209,7 @@ fn choice(settings: &Settings, chosen: Automatic) -> Option<String> {
         initial_radius,
         radius_pilots,
         radius_clearance,
+        glint_samples,
     } = chosen;
     let options = [
         iterations.then(|| format!("-n {}", settings.iterations)),
@@ -217,6 +218,7 @@ fn choice(settings: &Settings, chosen: Automatic) -> Option<String> {
         radius_pilots.then(|| format!("--radius-pilots {}", settings.radius_pilots)),
         radius_clearance.then(|| format!("--radius-clearance {}", settings.radius_clearance)),
         max_depth.then(|| format!("--depth {}", settings.max_depth)),
+        glint_samples.then(|| format!("--glint-samples {}", settings.glint_samples)),
     ];
     let options: Vec<String> = options.into_iter().flatten().collect();
     (!options.is_empty()).then(|| format!("chosen for quality {quality}: {}", options.join(" ")))
@@ -255,6 +257,7 @@ fn all_settings(settings: &Settings) -> String {
         radius_pilots: _,
         radius_clearance: _,
         light_samples,
+        glint_samples,
     } = settings;
     let iterations = match *iterations {
         MAX_ITERATIONS => "iterations without end".into(),
@@ -273,9 +276,13 @@ fn all_settings(settings: &Settings) -> String {
         1 => String::new(),
         n => format!(", {}", counted(*n, "light sample")),
     };
+    let glints = match glint_samples {
+        1 => String::new(),
+        n => format!(", {n} samples of glints"),
+    };
     format!(
         "{width} x {height} pixels, {iterations}, {} each, depth {max_depth}, radius \
-         {initial_radius}{schedule}{own}{samples}, seed {seed}{filter}",
+         {initial_radius}{schedule}{own}{samples}{glints}, seed {seed}{filter}",
         counted(*photons_per_iteration, "photon"),
     )
 }
@@ -303,10 +310,11 @@ mod tests {
             initial_radius: 0.5,
             radius_pilots: 3,
             radius_clearance: 0.5,
+            glint_samples: 8,
             ..Settings::default()
         };
         let all = "chosen for quality final: -n 7 --photons 1000 --radius 0.5 --radius-pilots 3 --radius-clearance 0.5 \
-                   --depth 16";
+                   --depth 16 --glint-samples 8";
         assert_eq!(choice(&settings, Automatic::all(Quality::Final)).as_deref(), Some(all));
         let none = Automatic { quality: Quality::Draft, ..Automatic::default() };
         let only = |chosen: Automatic| choice(&settings, chosen);
@@ -318,6 +326,7 @@ mod tests {
             (Automatic { radius_pilots: true, ..none }, "--radius-pilots 3"),
             (Automatic { radius_clearance: true, ..none }, "--radius-clearance 0.5"),
             (Automatic { max_depth: true, ..none }, "--depth 16"),
+            (Automatic { glint_samples: true, ..none }, "--glint-samples 8"),
         ] {
             assert_eq!(only(chosen), Some(format!("chosen for quality draft: {option}")));
         }
@@ -342,10 +351,11 @@ mod tests {
             radius_schedule: RadiusSchedule::Global,
             radius_pilots: 1,
             light_samples: 2,
+            glint_samples: 3,
             ..usual
         };
         let text = "64 x 48 pixels, iterations without end, 1 photon each, depth 3, radius 0.5 (global) (at most, by pilots \
-                    of 1 iteration), 2 light samples, seed 9, filter gaussian";
+                    of 1 iteration), 2 light samples, 3 samples of glints, seed 9, filter gaussian";
         assert_eq!(all_settings(&other), text);
         assert_eq!(machine(Renderer::default(), None, 1), "method sppm, engine fast, 1 thread");
         let text = "method sppm, engine fast on avx2 lanes, 8 threads";

@@ -4,7 +4,7 @@
 use crate::placement::{Placement, among_others, around_all, log_uniform, point};
 use files::scene_file;
 use proptest::prelude::*;
-use scene::settings::{MAX_LIGHT_SAMPLES, RADIUS_RANGE};
+use scene::settings::{MAX_GLINT_SAMPLES, MAX_LIGHT_SAMPLES, RADIUS_RANGE};
 use scene::{Filter, Material, RadiusSchedule, Rgb, Scene, Settings, Vec3};
 use std::fmt::Write;
 
@@ -80,37 +80,39 @@ fn settings() -> impl Strategy<Value = Settings> {
     let pilots = prop_oneof![5 => Just(0), 1 => 1..3_u32];
     let clearance = prop_oneof![3 => Just(0.0), 2 => log_uniform(0.1, 10.0)];
     let samples = prop_oneof![3 => Just(1), 1 => 2..=MAX_LIGHT_SAMPLES];
-    (size(), size(), 1..4_u32, photons, depth, ((radius, pilots, clearance), samples), any::<u64>(), filter)
-        .prop_map(
-            |(
+    let glints = prop_oneof![3 => Just(1), 2 => 2..=8_u32, 1 => Just(MAX_GLINT_SAMPLES)];
+    let radii = (radius, pilots, clearance);
+    (size(), size(), 1..4_u32, photons, depth, (radii, samples), any::<u64>(), (filter, glints)).prop_map(
+        |(
+            width,
+            height,
+            iterations,
+            photons_per_iteration,
+            max_depth,
+            ((initial_radius, pilots, clearance), light_samples),
+            seed,
+            (filter, glint_samples),
+        )| {
+            // Too small a radius has no eighth.
+            let (radius_pilots, radius_clearance) =
+                if initial_radius < 1e-9 { (0, 0.0) } else { (pilots, clearance) };
+            Settings {
                 width,
                 height,
                 iterations,
                 photons_per_iteration,
                 max_depth,
-                ((initial_radius, pilots, clearance), light_samples),
+                initial_radius,
                 seed,
                 filter,
-            )| {
-                // Too small a radius has no eighth.
-                let (radius_pilots, radius_clearance) =
-                    if initial_radius < 1e-9 { (0, 0.0) } else { (pilots, clearance) };
-                Settings {
-                    width,
-                    height,
-                    iterations,
-                    photons_per_iteration,
-                    max_depth,
-                    initial_radius,
-                    seed,
-                    filter,
-                    radius_schedule: RadiusSchedule::PerPixel,
-                    radius_pilots,
-                    radius_clearance,
-                    light_samples,
-                }
-            },
-        )
+                radius_schedule: RadiusSchedule::PerPixel,
+                radius_pilots,
+                radius_clearance,
+                light_samples,
+                glint_samples,
+            }
+        },
+    )
 }
 
 fn draft(spheres: impl Into<prop::collection::SizeRange>) -> impl Strategy<Value = Draft> {

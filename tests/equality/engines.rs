@@ -152,10 +152,11 @@ fn whole(way: Way, scene: &Scene, settings: &Settings) -> Vec<(u32, Vec<u32>)> {
 
 /// Expects each of the `ways` to resume what any other has begun, with radii as in `own`; returns the number of pairs.
 fn check_all(ways: &[Way], own: Settings) -> usize {
-    let Settings { radius_schedule, radius_pilots, radius_clearance, .. } = own;
+    let Settings { radius_schedule, radius_pilots, radius_clearance, glint_samples, .. } = own;
     let mut pairs = 0;
     for (scene, settings) in scenes() {
-        let settings = Settings { radius_schedule, radius_pilots, radius_clearance, ..settings };
+        let settings =
+            Settings { radius_schedule, radius_pilots, radius_clearance, glint_samples, ..settings };
         let expected = whole(ways[0], &scene, &settings);
         for (i, &first) in ways.iter().enumerate() {
             for &second in &ways[i..] {
@@ -214,6 +215,16 @@ fn any_path_tracer_resumes_from_any_other() {
 }
 
 #[test]
+fn any_engine_resumes_from_any_other_with_several_rays_that_see_lamps() {
+    let several = Settings { glint_samples: 3, ..Settings::default() };
+    tell(
+        "equality",
+        check_all(&photon_ways(), several) + check_all(&path_ways(), several),
+        "renders with several rays that see lamps begun by one engine and ended by another",
+    );
+}
+
+#[test]
 fn before_the_first_iteration_images_are_black() {
     let (scene, settings) = scenes().swap_remove(0);
     let photons = photon_ways().into_iter().flat_map(|way| [(way, PerPixel), (way, Global)]);
@@ -233,7 +244,7 @@ fn an_abandoned_iteration_changes_nothing() {
     let settings =
         Settings { width: 96, height: 64, photons_per_iteration: 20_000, iterations: 2, ..settings };
     let global = Settings { radius_schedule: Global, ..settings };
-    let own = Settings { radius_pilots: 1, radius_clearance: 0.7, ..settings };
+    let own = Settings { radius_pilots: 1, radius_clearance: 0.7, glint_samples: 2, ..settings };
     let photons = photon_ways().into_iter().flat_map(|way| [(way, settings), (way, global), (way, own)]);
     for (way, settings) in photons.chain(path_ways().into_iter().map(|way| (way, settings))) {
         let expected = whole(way, &scene, &settings);

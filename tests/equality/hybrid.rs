@@ -15,7 +15,8 @@ fn built_in_scenes_by_both() {
     let mut cases = 0;
     for builtin in SCENES {
         let scene = builtin.scene();
-        for (max_depth, radius_clearance) in [(scene.settings.max_depth, 0.0), (12, 0.7)] {
+        for (max_depth, radius_clearance, glint_samples) in [(scene.settings.max_depth, 0.0, 1), (12, 0.7, 5)]
+        {
             let settings = Settings {
                 width: 40,
                 height: 30,
@@ -23,6 +24,7 @@ fn built_in_scenes_by_both() {
                 photons_per_iteration: 4000,
                 max_depth,
                 radius_clearance,
+                glint_samples,
                 ..scene.settings
             };
             let ways: Vec<_> = [1, 2].into_iter().flat_map(all_lanes).collect();

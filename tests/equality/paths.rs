@@ -3,7 +3,7 @@
 use crate::pair::{MOST_THREADS, Way, all_lanes, assert_equal_paths, tell};
 use fast::Parameters;
 use files::builtin::{SCENES, scene};
-use scene::settings::{MAX_DEPTH, MAX_LIGHT_SAMPLES};
+use scene::settings::{MAX_DEPTH, MAX_GLINT_SAMPLES, MAX_LIGHT_SAMPLES};
 use scene::{Filter, Scene, Settings};
 
 fn small(name: &str) -> (Scene, Settings) {
@@ -60,6 +60,22 @@ fn light_samples() {
         }
     }
     tell(cases, "light samples by paths");
+}
+
+/// Rims of lamps, mirrors and glass; work items of more rays than a batch holds.
+#[test]
+fn glint_samples() {
+    let mut cases = 0;
+    for name in ["mirror", "dusk", "focus"] {
+        let (scene, settings) = small(name);
+        for glint_samples in [2, 3, 8, MAX_GLINT_SAMPLES] {
+            for filter in [Filter::Box, Filter::Mitchell] {
+                let settings = Settings { glint_samples, filter, ..settings };
+                cases += assert_equal_paths(&scene, &settings, &all_lanes(2));
+            }
+        }
+    }
+    tell(cases, "rays that see lamps by paths");
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Various settings: depth, photons, seed, and units of light.
 
 use crate::pair::{MOST_THREADS, all_lanes, assert_equal, scaled, tell};
-use scene::settings::MAX_DEPTH;
-use scene::{Engine, Film, Rgb, Scene, Settings, Sphere};
+use scene::settings::{MAX_DEPTH, MAX_GLINT_SAMPLES};
+use scene::{Engine, Film, Filter, Rgb, Scene, Settings, Sphere};
 
 fn builtin(name: &str) -> (Scene, Settings) {
     let scene = files::builtin::scene(name).unwrap();
@@ -42,6 +42,22 @@ fn photons() {
         }
     }
     tell(cases, "1 to 4097 photons");
+}
+
+/// Rims of lamps, mirrors and glass; batches of more rays than paths.
+#[test]
+fn glint_samples() {
+    let mut cases = 0;
+    for name in ["mirror", "dusk", "focus"] {
+        let (scene, settings) = builtin(name);
+        for glint_samples in [2, 3, 8, MAX_GLINT_SAMPLES] {
+            for filter in [Filter::Box, Filter::Gaussian] {
+                let settings = Settings { glint_samples, filter, ..settings };
+                cases += assert_equal(&scene, &settings, &all_lanes(2));
+            }
+        }
+    }
+    tell(cases, "rays that see lamps");
 }
 
 #[test]

@@ -31,6 +31,7 @@ fn random_scenes() {
             radius_pilots: 0,
             radius_clearance: 0.0,
             light_samples: 1,
+            glint_samples: 1,
             ..settings
         };
         let contributions =

@@ -92,6 +92,7 @@ pub(crate) fn settings(width: u32, height: u32, photons: u32, depth: u32, radius
         radius_pilots: 0,
         radius_clearance: 0.0,
         light_samples: 1,
+        glint_samples: 1,
     }
 }
 

@@ -18,6 +18,7 @@ mod facts;
 mod filters;
 mod first_radii;
 mod furnace;
+mod glints;
 mod grid;
 mod guiding;
 mod harness;

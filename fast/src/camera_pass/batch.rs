@@ -3,15 +3,16 @@
 use super::eye::{Eye, EyeRays};
 use super::numbers::{Numbers, dimension};
 use crate::direct_light::{LightTable, Receivers, ShadowRays};
+use crate::glints::{GlintPass, Glints};
 use crate::hierarchy::SearchBuffers;
 use crate::material::{Materials, kind};
 use crate::paths::{Floats, Packet, Paths, ROOM, Vectors, Words};
 use crate::pixels::{Pixel, PixelRows, PixelRowsLanes};
 use crate::sampling::{next_uniform, stream_state};
-use crate::scatter::{dielectric, reflect};
+use crate::scatter::follow;
 use crate::surface::{Hit, tag};
 use crate::tables::Tables;
-use crate::trace::{hits, intersect_batch};
+use crate::trace::{each_emission, hits, intersect_batch};
 use lanes::{Lanes, MOST_LANES, V3};
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, StreamKey};
@@ -56,6 +57,7 @@ pub(crate) struct CameraBatch {
     direct: Box<Vectors>,
     /// The sum over the shadow rays of each of the paths that have ended.
     irradiance: Box<Vectors>,
+    glints: Glints,
     numbers: Numbers,
 }
 
@@ -81,6 +83,7 @@ impl CameraBatch {
             ended: Box::new(Ended { point, normal, beta, sphere: words, slot: words, count: 0 }),
             direct: Box::new(vectors.clone()),
             irradiance: Box::new(vectors),
+            glints: Glints::new(),
             numbers: Numbers::new(),
         }
     }
@@ -98,6 +101,7 @@ impl CameraPass<'_> {
     ) -> CameraCounts {
         let mut counts = CameraCounts::default();
         batch.ended.count = 0;
+        batch.glints.begin(if self.has_glints() { ROOM } else { 0 });
         batch.numbers.begin(self.settings, self.iteration, first, rows.len());
         let mut live = self.make_rays::<L>(batch, first, rows.len());
         for segment in 0..self.settings.max_depth {
@@ -112,6 +116,8 @@ impl CameraPass<'_> {
         if self.asks_lights() {
             self.light::<L>(batch);
         }
+        let CameraBatch { paths, search, glints, .. } = batch;
+        counts.segments += self.glint_pass().run::<L>(glints, paths, search, first);
         counts.visible_points = self.write::<L>(batch, rows);
         counts
     }
@@ -120,6 +126,17 @@ impl CameraPass<'_> {
     #[inline(always)]
     pub(super) fn has_direct(&self) -> bool {
         self.still.carried == Carried::All
+    }
+
+    #[inline(always)]
+    fn glint_pass(&self) -> GlintPass<'_> {
+        let &Self { still, tables, eye, settings, iteration, .. } = self;
+        GlintPass { still, tables, eye, settings, iteration }
+    }
+
+    #[inline(always)]
+    fn has_glints(&self) -> bool {
+        self.has_direct() && self.glint_pass().is_needed()
     }
 
     #[inline(always)]
@@ -161,7 +178,7 @@ impl CameraPass<'_> {
             let pixels = self.eye.pixels::<L>(first + at);
             let in_pixel = batch.numbers.of_packet::<L>(&self.eye.tiles, dimension::PIXEL, at);
             let lens = batch.numbers.of_packet::<L>(&self.eye.tiles, dimension::LENS, at);
-            let EyeRays { origin, direction, weight } = self.eye.rays(&pixels, in_pixel, lens);
+            let EyeRays { origin, direction, weight } = self.eye.rays::<L>(pixels.corner, in_pixel, lens);
             let packet = Packet {
                 origin,
                 direction,
@@ -172,6 +189,9 @@ impl CameraPass<'_> {
             };
             live = batch.paths.append(live, pixels.in_image, &packet);
             batch.direct.store(at, V3::<L>::splat(Vec3::ZERO));
+            if self.has_glints() {
+                batch.glints.list_rims(at, self.eye.rims(first + at, L::N));
+            }
         }
         live
     }
@@ -180,6 +200,7 @@ impl CameraPass<'_> {
     #[inline(always)]
     fn shade<L: Lanes>(&self, batch: &mut CameraBatch, live: usize, segment: u32) -> usize {
         let surfaces = self.tables.surfaces(&batch.paths.hit[..live]);
+        let has_glints = self.has_glints();
         let mut go_on = 0;
         for at in (0..live).step_by(L::N) {
             let here = L::first(live - at);
@@ -190,8 +211,16 @@ impl CameraPass<'_> {
             let surface = Hit::<L>::at(surfaces, p.origin, p.direction, t, &ids);
             let material = Materials::<L>::gather(&self.tables.materials, surface.tag);
             let glows = arrived & tag::has::<L>(surface.tag, tag::EMITTER);
-            if self.has_direct() && L::any(glows) {
-                self.add_emission::<L>(batch, glows, &p, &ids);
+            if self.has_direct() {
+                let is_lamp = !tag::has::<L>(surface.tag, tag::ENCLOSURE);
+                let (still, from) = (self.still, (p.slot, &ids[..]));
+                let add = |slot, light| match batch.glints.of(slot) {
+                    Some(glints) => *glints += light,
+                    None => batch.direct.add(slot, light),
+                };
+                each_emission::<L>(still, glows & is_lamp, p.weight, from, add);
+                let add = |slot, light| batch.direct.add(slot, light);
+                each_emission::<L>(still, glows & !is_lamp, p.weight, from, add);
             }
             let is_glass = arrived & L::eq(material.kind, L::u(kind::DIELECTRIC));
             let lobe = self.lobe::<L>(&batch.numbers, &mut p, segment, is_glass);
@@ -201,35 +230,14 @@ impl CameraPass<'_> {
             batch.ended.append(ends, is_diffuse, &surface, hit, &p);
             let is_smooth = arrived & !is_diffuse;
             if L::any(is_smooth) {
-                let mirrored = reflect(p.direction, surface.normal);
-                let (through, scale) =
-                    dielectric(p.direction, surface.normal, surface.inside, material.ior, lobe);
-                p.weight = p.weight.scale(L::select(is_glass, scale, L::f(1.0)));
-                p.direction = V3::select(is_glass, through, mirrored);
-                p.origin = surface.point;
-                p.leaves = hit;
+                if has_glints && segment == 0 {
+                    batch.glints.list::<L>(is_smooth, p.slot);
+                }
+                follow(&mut p, (&surface, hit), (is_glass, material.ior), lobe);
                 go_on = batch.paths.append(go_on, is_smooth, &p);
             }
         }
         go_on
-    }
-
-    /// Adds the emission of lamps that paths meet: rare, so lane by lane.
-    #[inline(always)]
-    fn add_emission<L: Lanes>(&self, batch: &mut CameraBatch, glows: L::M, p: &Packet<L>, ids: &[u32]) {
-        let (mut slots, mut weights) = ([0; MOST_LANES], [[0.0; MOST_LANES]; 3]);
-        L::store_u(p.slot, &mut slots);
-        L::store(p.weight.x, &mut weights[0]);
-        L::store(p.weight.y, &mut weights[1]);
-        L::store(p.weight.z, &mut weights[2]);
-        let mut rest = L::mask_bits(glows);
-        while rest != 0 {
-            let lane = rest.trailing_zeros() as usize;
-            rest &= rest - 1;
-            let emission = self.still.spheres[ids[lane] as usize].emission;
-            let weight = Vec3::new(weights[0][lane], weights[1][lane], weights[2][lane]);
-            batch.direct.add(slots[lane] as usize, weight * emission);
-        }
     }
 
     /// Direct light on all visible points: the mean over all shadow rays from each.
@@ -277,6 +285,9 @@ impl CameraPass<'_> {
                 let mean = batch.irradiance.load::<L>(at).scale(L::f(share));
                 direct = V3::select(is_visible, direct + beta * mean, direct);
             }
+            if self.has_glints() {
+                direct = direct + batch.glints.gather::<L>(slots);
+            }
             // The radius follows once all pixels have their points.
             let radius_squared = L::f(0.0);
             let found = PixelRowsLanes { point, sphere, beta, radius_squared, normal, direct };
@@ -322,13 +333,6 @@ impl Vectors {
     #[inline(always)]
     fn gather<L: Lanes>(&self, index: &[u32]) -> V3<L> {
         V3::new(gather::<L>(&self.x, index), gather::<L>(&self.y, index), gather::<L>(&self.z, index))
-    }
-
-    #[inline(always)]
-    fn add(&mut self, at: usize, v: Vec3) {
-        self.x[at] += v.x;
-        self.y[at] += v.y;
-        self.z[at] += v.z;
     }
 }
 

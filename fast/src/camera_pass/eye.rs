@@ -2,11 +2,11 @@
 
 use super::filter::PixelFilter;
 use super::numbers::TileTable;
-use crate::pixels::TILE;
+use crate::pixels::{TILE, slots};
 use crate::sampling::{uniform_disk, unit};
 use lanes::{Lanes, V3};
 use scene::camera::Frame;
-use scene::{Scene, Settings};
+use scene::{Rims, Scene, Settings};
 
 /// What the rays through the pixels depend on: the same for all iterations.
 pub(crate) struct Eye {
@@ -14,6 +14,8 @@ pub(crate) struct Eye {
     /// `None` for the box.
     filter: Option<PixelFilter>,
     frame: Frame,
+    /// Per tile a bit for each of its slots: set where the rim of a lamp may be seen. Empty if it does not matter.
+    rims: Vec<u64>,
     width: u32,
     height: u32,
 }
@@ -24,8 +26,8 @@ pub(crate) struct PixelLanes<L: Lanes> {
     pub(crate) in_image: L::M,
     /// `y * width + x`.
     pub(crate) index: L::U,
-    x: L::F,
-    y: L::F,
+    /// Their columns and rows.
+    pub(crate) corner: [L::F; 2],
 }
 
 /// Rays from the eye.
@@ -40,7 +42,17 @@ impl Eye {
     pub(crate) fn new(scene: &Scene, settings: &Settings) -> Self {
         let &Settings { width, height, filter, .. } = settings;
         let frame = scene.camera.frame(width, height);
-        Self { tiles: TileTable::new(), filter: PixelFilter::new(filter), frame, width, height }
+        let (tiles, filter) = (TileTable::new(), PixelFilter::new(filter));
+        let mut eye = Self { tiles, filter, frame, rims: Vec::new(), width, height };
+        if let Some(rims) = Rims::new(scene, settings) {
+            let is_rim = |(x, y): (u32, u32)| x < width && y < height && rims.has(x, y);
+            let of_tile = |tile: usize| {
+                let bit = |place: usize| u64::from(is_rim(eye.pixel(tile * TILE + place))) << place;
+                (0..TILE).map(bit).sum()
+            };
+            eye.rims = (0..slots(settings) / TILE).map(of_tile).collect();
+        }
+        eye
     }
 
     /// True if the filter is not the box, so that paths count more or less than 1.
@@ -58,14 +70,37 @@ impl Eye {
         let index = y * L::u(self.width) + x;
         let (x, y) = (L::to_float(x), L::to_float(y));
         let in_image = L::lt(x, L::f(self.width as f32)) & L::lt(y, L::f(self.height as f32));
-        PixelLanes { in_image, index, x, y }
+        PixelLanes { in_image, index, corner: [x, y] }
     }
 
-    /// The rays through these pixels that two uniform numbers each choose: the place in the pixel, and on the lens.
+    /// Column and row of the pixel of a slot.
+    pub(crate) fn pixel(&self, slot: usize) -> (u32, u32) {
+        let (tile, tiles_across) = (slot / TILE, self.width.div_ceil(8) as usize);
+        let place = slot % TILE;
+        let x = (tile % tiles_across) as u32 * 8 + self.tiles.x[place];
+        (x, (tile / tiles_across) as u32 * 8 + self.tiles.y[place])
+    }
+
+    /// Of so many slots from `slot` on, all in one tile: a bit for each, set where the rim of a lamp may be seen.
+    pub(crate) fn rims(&self, slot: usize, count: usize) -> u64 {
+        self.rims.get(slot / TILE).map_or(0, |tile| tile >> (slot % TILE) & ((1 << count) - 1))
+    }
+
+    /// The number of pixel (x, y): the index of its streams.
+    pub(crate) fn index(&self, (x, y): (u32, u32)) -> u32 {
+        y * self.width + x
+    }
+
+    /// True if rays begin on a lens, so that each has a place on it.
+    pub(crate) fn has_lens(&self) -> bool {
+        self.frame.aperture_radius > 0.0
+    }
+
+    /// The rays through the pixels with these columns and rows that two uniform numbers each choose: the place in the pixel, and on the lens.
     #[inline(always)]
     pub(crate) fn rays<L: Lanes>(
         &self,
-        pixels: &PixelLanes<L>,
+        pixels: [L::F; 2],
         in_pixel: [L::F; 2],
         lens: [L::F; 2],
     ) -> EyeRays<L> {
@@ -73,7 +108,7 @@ impl Eye {
             Some(filter) => filter.place::<L>(in_pixel),
             None => (in_pixel, L::f(1.0)),
         };
-        let (x, y) = (pixels.x + place[0], pixels.y + place[1]);
+        let (x, y) = (pixels[0] + place[0], pixels[1] + place[1]);
         let (origin, direction) = ray_through::<L>(&self.frame, x, y, lens);
         EyeRays { origin, direction, weight }
     }

@@ -1,17 +1,18 @@
 //! The paths of a work item, from the eye until they end, a batch of them at a time.
 
-use super::numbers::{Choices, next_where};
+use super::numbers::Choices;
 use crate::camera_pass::{Eye, EyeRays, Numbers, dimension};
 use crate::direct_light::{Receivers, ShadowNumbers};
+use crate::glints::{GlintPass, Glints};
 use crate::hierarchy::SearchBuffers;
 use crate::lit_points::LitPoints;
-use crate::material::Materials;
+use crate::material::{Materials, kind};
 use crate::paths::{BATCH, Floats, Packet, Paths, ROOM, Vectors, Words};
 use crate::prepared::Prepared;
-use crate::sampling::{cosine_hemisphere, stream_state};
+use crate::sampling::{cosine_hemisphere, next_where, stream_state};
 use crate::scatter::{dielectric, reflect};
 use crate::surface::{Hit, tag};
-use crate::trace::{hits, intersect_batch};
+use crate::trace::{each_emission, hits, intersect_batch};
 use lanes::{Lanes, MOST_LANES, V3};
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, StreamKey};
@@ -42,6 +43,7 @@ pub(super) struct PathBatch {
     lit_weights: Box<Vectors>,
     /// What the sample of each pixel of a work item counts, by the filter.
     weights: Vec<f32>,
+    glints: Glints,
     numbers: Numbers,
 }
 
@@ -54,6 +56,7 @@ impl PathBatch {
             lit: LitPoints::new(),
             lit_weights: Box::new(Vectors::ZERO),
             weights: Vec::new(),
+            glints: Glints::new(),
             numbers: Numbers::new(),
         }
     }
@@ -140,6 +143,7 @@ impl<'a> PathPass<'a> {
     ) -> u64 {
         samples.fill([0.0; 3]);
         batch.weights.resize(samples.len(), 0.0);
+        batch.glints.begin(if self.glint_pass().is_needed() { samples.len() } else { 0 });
         batch.numbers.begin(self.settings, self.iteration, first, samples.len());
         let key = StreamKey::new(self.settings.seed, Family::Path, self.iteration);
         let (mut live, mut begun, mut segments) = (0, 0, 0);
@@ -159,8 +163,20 @@ impl<'a> PathPass<'a> {
             for (sample, weight) in samples.iter_mut().zip(&batch.weights) {
                 *sample = (Rgb::from_array(*sample) * *weight).to_array();
             }
+            batch.glints.weigh(&batch.weights);
+        }
+        let PathBatch { paths, search, glints, .. } = batch;
+        segments += self.glint_pass().run::<L>(glints, paths, search, first);
+        for (slot, mean) in glints.means() {
+            add(&mut samples[slot], mean.to_array());
         }
         segments
+    }
+
+    #[inline(always)]
+    fn glint_pass(&self) -> GlintPass<'_> {
+        let &Self { prepared: Prepared { still, tables, .. }, eye, settings, iteration, .. } = self;
+        GlintPass { still, tables, eye, settings, iteration }
     }
 
     /// Appends the camera rays of a packet of slots, the one at `begun` after `first`, to the `live` paths, except for slots
@@ -176,8 +192,11 @@ impl<'a> PathPass<'a> {
         let pixels = self.eye.pixels::<L>(first + begun);
         let in_pixel = batch.numbers.of_packet::<L>(&self.eye.tiles, dimension::PIXEL, begun);
         let lens = batch.numbers.of_packet::<L>(&self.eye.tiles, dimension::LENS, begun);
-        let EyeRays { origin, direction, weight } = self.eye.rays(&pixels, in_pixel, lens);
+        let EyeRays { origin, direction, weight } = self.eye.rays::<L>(pixels.corner, in_pixel, lens);
         L::store(weight, &mut batch.weights[begun..]);
+        if self.glint_pass().is_needed() {
+            batch.glints.list_rims(begun, self.eye.rims(first + begun, L::N));
+        }
         let packet = Packet {
             origin,
             direction,
@@ -204,6 +223,7 @@ impl<'a> PathPass<'a> {
         let surfaces = tables.surfaces(&batch.paths.hit[..live]);
         // A packet lists so many points at most.
         let room = BATCH - self.settings.light_samples as usize * L::N;
+        let has_glints = L::first(if self.glint_pass().is_needed() { L::N } else { 0 });
         let leaves_caustics = L::first(if self.has_caustics { 0 } else { L::N });
         let (mut at, mut go_on) = (0, 0);
         batch.lit.count = 0;
@@ -225,8 +245,24 @@ impl<'a> PathPass<'a> {
             let counts = (progress.counts_lamps & !(leaves_caustics & progress.seen_diffuse))
                 | tag::has::<L>(surface.tag, tag::ENCLOSURE);
             let glows = arrived & counts & tag::has::<L>(surface.tag, tag::EMITTER);
+            let is_first =
+                L::eq(progress.rest, L::u(self.settings.max_depth.wrapping_sub(1))) & !progress.seen_diffuse;
             if L::any(glows) {
-                self.add_emission::<L>(glows, p.weight.scale(progress.scale), (p.slot, &ids), samples);
+                let weight = p.weight.scale(progress.scale);
+                let is_apart = !(progress.seen_diffuse | tag::has::<L>(surface.tag, tag::ENCLOSURE));
+                let (still, from) = (&self.prepared.still, (p.slot, &ids[..]));
+                let apart = |slot: usize, light: Vec3| match batch.glints.of(slot) {
+                    Some(glints) => *glints += light,
+                    None => add(&mut samples[slot], light.to_array()),
+                };
+                each_emission::<L>(still, glows & is_apart, weight, from, apart);
+                let own = |slot: usize, light: Vec3| add(&mut samples[slot], light.to_array());
+                each_emission::<L>(still, glows & !is_apart, weight, from, own);
+            }
+            let is_smooth = arrived & !L::eq(material.kind, L::u(kind::DIFFUSE));
+            let is_listed = has_glints & is_first & is_smooth;
+            if L::any(is_listed) {
+                batch.glints.list::<L>(is_listed, p.slot);
             }
             if self.has_ambient_lights {
                 let is_late =
@@ -288,27 +324,6 @@ impl<'a> PathPass<'a> {
             batch.lit_weights.compress(live, weight, batch.lit.count);
             let receivers = Receivers { live, point: surface.point, normal: surface.normal, sphere };
             batch.lit.append(&receivers, p.slot, numbers);
-        }
-    }
-
-    /// Adds the emission of lamps that paths of this weight meet: seldom, so lane by lane.
-    #[inline(always)]
-    fn add_emission<L: Lanes>(
-        &self,
-        glows: L::M,
-        weight: V3<L>,
-        (slot, ids): (L::U, &[u32]),
-        samples: &mut [[f32; 3]],
-    ) {
-        let (mut slots, weights) = ([0; MOST_LANES], lanes_of::<L>(weight));
-        L::store_u(slot, &mut slots);
-        let mut rest = L::mask_bits(glows);
-        while rest != 0 {
-            let lane = rest.trailing_zeros() as usize;
-            rest &= rest - 1;
-            let emission = self.prepared.still.spheres[ids[lane] as usize].emission;
-            let weight = Vec3::new(weights[0][lane], weights[1][lane], weights[2][lane]);
-            add(&mut samples[slots[lane] as usize], (weight * emission).to_array());
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::camera_pass::{Numbers, TileTable};
 use crate::material::kind;
 use crate::paths::Packet;
-use crate::sampling::next_uniform;
+use crate::sampling::next_where;
 use lanes::Lanes;
 
 /// Dimensions of a pixel's stratified point that the path tracer uses otherwise than the camera pass.
@@ -57,13 +57,4 @@ impl<L: Lanes> Choices<L> {
         }
         [u, v]
     }
-}
-
-/// Steps the streams where `m` is true, and returns their next uniform numbers; elsewhere anything.
-#[inline(always)]
-pub(super) fn next_where<L: Lanes>(m: L::M, stream: &mut L::U) -> L::F {
-    let mut next = *stream;
-    let number = next_uniform::<L>(&mut next);
-    *stream = L::select_u(m, next, *stream);
-    number
 }

@@ -120,6 +120,7 @@ fn revise_settings(
         ),
         ("max_depth", old.max_depth, new.max_depth, open.max_depth),
         ("light_samples", old.light_samples, new.light_samples, false),
+        ("glint_samples", old.glint_samples, new.glint_samples, open.glint_samples),
     ];
     for (key, old, new, is_open) in whole {
         if old != new || is_open {
@@ -281,6 +282,7 @@ mod tests {
                 initial_radius: 0.1,
                 filter: Filter::Mitchell,
                 light_samples: 3,
+                glint_samples: 5,
                 radius_clearance: 0.6,
                 ..scene.settings
             };

@@ -4,12 +4,12 @@ use super::error::{Fault, suggestion};
 use super::reader::{Field, Section, Subject, type_of};
 use super::sphere::positive;
 use scene::settings::{
-    MAX_DEPTH, MAX_ITERATIONS, MAX_LIGHT_SAMPLES, MAX_PHOTONS, MAX_RADIUS_PILOTS, MAX_SIDE,
-    RADIUS_CLEARANCE_RANGE,
+    MAX_DEPTH, MAX_GLINT_SAMPLES, MAX_ITERATIONS, MAX_LIGHT_SAMPLES, MAX_PHOTONS, MAX_RADIUS_PILOTS,
+    MAX_SIDE, RADIUS_CLEARANCE_RANGE,
 };
 use scene::{Automatic, Filter, Quality, RadiusSchedule, Settings};
 
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 14] = [
     "width",
     "height",
     "iterations",
@@ -22,6 +22,7 @@ const KEYS: [&str; 13] = [
     "radius_pilots",
     "radius_clearance",
     "light_samples",
+    "glint_samples",
     "quality",
 ];
 
@@ -109,6 +110,7 @@ fn settings(field: Field<'_>, usual: Usual) -> Result<Stated, Fault> {
             if is_auto(&field) { Ok(default.radius_clearance) } else { clearance(field) }
         })?,
         light_samples: whole("light_samples", default.light_samples, MAX_LIGHT_SAMPLES)?,
+        glint_samples: choosable("glint_samples", default.glint_samples, MAX_GLINT_SAMPLES)?,
     };
     settings.validate().map_err(|e| Fault::new(place(&section, e.option), e.to_string()))?;
     Ok(Stated { settings, automatic: automatic(&section, usual)? })
@@ -138,6 +140,7 @@ fn automatic(section: &Section<'_>, usual: Usual) -> Result<Automatic, Fault> {
         initial_radius: is_chosen(initial_radius),
         radius_pilots: of_radius("radius_pilots"),
         radius_clearance: of_radius("radius_clearance"),
+        glint_samples: is_chosen(section.get("glint_samples")),
         ..unstated
     })
 }

@@ -196,6 +196,7 @@ fn write_settings(out: &mut impl Write, settings: &Settings) -> fmt::Result {
         radius_pilots,
         radius_clearance,
         light_samples,
+        glint_samples,
     } = settings;
     writeln!(out, "\n[settings]\nwidth = {width}\nheight = {height}\niterations = {iterations}")?;
     writeln!(out, "photons_per_iteration = {photons_per_iteration}\nmax_depth = {max_depth}")?;
@@ -219,6 +220,10 @@ fn write_settings(out: &mut impl Write, settings: &Settings) -> fmt::Result {
     match light_samples {
         1 => Ok(()),
         samples => writeln!(out, "light_samples = {samples}"),
+    }?;
+    match glint_samples {
+        1 => Ok(()),
+        samples => writeln!(out, "glint_samples = {samples}"),
     }
 }
 
@@ -308,14 +313,14 @@ mod tests {
             vertical_fov_degrees = 37\naperture_radius = 0.5\nfocus_distance = 7\nshutter = [0.25, 0.75]\n\
             [settings]\nwidth = 11\nheight = 12\niterations = 13\nphotons_per_iteration = 14\nmax_depth = 15\n\
             initial_radius = 0.16\nseed = 17000000000000000001\nfilter = \"gaussian\"\nradius_schedule = \"global\"\n\
-            light_samples = 10\n[materials.a]\ntype = \"diffuse\"\nalbedo = [0.1, 0.2, 0.3]\n\
+            light_samples = 10\nglint_samples = 18\n[materials.a]\ntype = \"diffuse\"\nalbedo = [0.1, 0.2, 0.3]\n\
             [materials.b]\ntype = \"specular\"\nalbedo = [0.4, 0.5, 0.6]\n\
             [[sphere]]\ncenter = [9, 8, 7]\nradius = 0.7\nmaterial = \"b\"\nvelocity = [0.01, 0.02, 0.03]\n\
             emission = [21, 22, 23]\n[[sphere]]\ncenter = [-9, 8, 7]\nradius = 0.8\nmaterial = \"a\"\n";
         let scene = parse("all.toml", text).unwrap();
         assert_eq!(again(&scene, &scene.settings), scene);
         assert_eq!((scene.camera.up, scene.settings.filter), (Vec3::new(0.3, 2.0, 0.4), Filter::Gaussian));
-        assert_eq!(scene.settings.light_samples, 10);
+        assert_eq!((scene.settings.light_samples, scene.settings.glint_samples), (10, 18));
         // Only with radii of their own do pixels begin with other ones.
         let radius_schedule = RadiusSchedule::PerPixel;
         let own = Settings { radius_schedule, radius_pilots: 3, radius_clearance: 0.45, ..scene.settings };

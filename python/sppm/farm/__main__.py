@@ -39,6 +39,7 @@ def _parser() -> argparse.ArgumentParser:
     settings.add_argument("--height", type=int, metavar="H")
     settings.add_argument("--photons", type=int, dest="photons_per_iteration", metavar="L")
     settings.add_argument("--depth", type=int, dest="max_depth", metavar="D")
+    settings.add_argument("--glint-samples", type=int, dest="glint_samples", metavar="N")
     settings.add_argument("--radius", type=float, dest="initial_radius", metavar="R")
     settings.add_argument("--seed", type=int, metavar="S")
     settings.add_argument("--filter", metavar="FILTER")
@@ -98,7 +99,7 @@ def main(words: list[str] | None = None) -> int:
     from ._jobs import jobs_of
 
     line = _Line(arguments.quiet)
-    names = "iterations width height photons_per_iteration max_depth initial_radius seed filter".split()
+    names = "iterations width height photons_per_iteration max_depth initial_radius seed filter glint_samples".split()
     try:
         _check(arguments)
         settings = {name: getattr(arguments, name) for name in names}

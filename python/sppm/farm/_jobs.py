@@ -7,17 +7,18 @@ import itertools
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import sppm
 from sppm import InputError, Scene, _sppm
 from sppm._scene import native
-from sppm._settings import to_tuple
+from sppm._settings import of_tuple, to_tuple
 
-_WHOLE = ("width", "height", "iterations", "photons_per_iteration", "max_depth", "seed")
+_WHOLE = ("width", "height", "iterations", "photons_per_iteration", "max_depth", "seed", "glint_samples")
 _SHORT = {"radius": "initial_radius", "photons": "photons_per_iteration", "depth": "max_depth"}
 
-_CHOSEN = {"iterations": "-n", "photons_per_iteration": "--photons", "max_depth": "--depth", "initial_radius": "--radius"}
+_CHOSEN = {"iterations": "-n", "photons_per_iteration": "--photons", "max_depth": "--depth", "initial_radius": "--radius",
+           "glint_samples": "--glint-samples"}
 """Settings that may be chosen, with the options that state them, in the order of the extension module."""
 
 Range = tuple[int, int]
@@ -53,7 +54,7 @@ class Job:
         quality = quality or usual
         flags = [name not in names for name in _CHOSEN]
         chosen = _sppm.choose_settings(native(self.scene), to_tuple(self.scene.settings), quality, flags)
-        self.scene.settings = sppm.Settings(*cast("Any", chosen))
+        self.scene.settings = of_tuple(chosen)
         if quality != "paper":
             options = [f"{_CHOSEN[name]} {getattr(self.scene.settings, name):.9g}" for name in names]
             self.chosen = f"quality {quality}: {' '.join(options)}"
@@ -95,8 +96,10 @@ class Job:
 def _plain(scene: Scene) -> dict[str, Any]:
     """The settings of a scene as its files name them, but for the number of iterations."""
     settings = scene.settings
-    # Files do not name pilots and clearance where there are none, and a farm has none.
-    left_out = ("iterations", "radius_pilots", "radius_clearance")
+    # Files do not name pilots and clearance where there are none, and a farm has none; nor a single sample of glints.
+    left_out = {"iterations", "radius_pilots", "radius_clearance"}
+    if settings.glint_samples == 1:
+        left_out.add("glint_samples")
     names = [name for name in settings.__dataclass_fields__ if name not in left_out]
     return {name: getattr(settings, name) for name in names}
 

@@ -58,16 +58,13 @@ impl Account {
         let [a, b] = variances;
         let (pixel, block) = (split(a.pixel, b.pixel), split(a.block, b.block));
         let seeds = SEEDS as f64;
-        let paths = (stats.camera_segments + stats.shadow_rays) as f64;
-        let landed = work::DEPOSIT * stats.deposits as f64 + stats.photon_segments as f64;
-        let counted = work::CONTRIBUTION * scale * stats.contributions as f64;
         Self {
             // A block of the image has more pixels than one of the pilot, and each has its own paths.
             camera: Variance { pixel: pixel.0, block: block.0 / scale },
             photons: Variance { pixel: pixel.1, block: block.1 },
             usual: few * scale,
-            camera_work: scale * paths / seeds,
-            photon_work: (landed + counted) / (many * seeds),
+            camera_work: scale * camera_work(stats) / seeds,
+            photon_work: photon_work(stats, scale) / (many * seeds),
             spheres: 0,
         }
     }
@@ -141,6 +138,17 @@ impl Account {
         }
         low
     }
+}
+
+/// The work of the camera's paths.
+pub(super) fn camera_work(stats: &Stats) -> f64 {
+    (stats.camera_segments + stats.shadow_rays) as f64
+}
+
+/// The work of photons, for an image that has so many pixels for each of the pilot.
+pub(super) fn photon_work(stats: &Stats, scale: f64) -> f64 {
+    let landed = work::DEPOSIT * stats.deposits as f64 + stats.photon_segments as f64;
+    landed + work::CONTRIBUTION * scale * stats.contributions as f64
 }
 
 /// The numbers of photons that are tried, up to `most`.

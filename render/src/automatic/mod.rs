@@ -22,7 +22,7 @@ mod pilots;
 
 use crate::memory::{bytes_of_scene, lamps};
 use crate::names::MethodName;
-use account::Account;
+use account::{Account, camera_work, photon_work};
 pub(crate) use bias::{Bias, first_bias};
 use fast::{DEPOSITS_OF_PILOTS, LaneKind, Parameters, PathTracer, Sppm};
 use footprint::footprint;
@@ -45,6 +45,10 @@ const MOST_PILOTS: u32 = 4;
 /// In a render of fewer iterations than ask for a pilot, first radii are limited by clearance instead, by this factor: pilots
 /// would take longer than they are worth. See docs/quality.md.
 const CLEARANCE: f32 = 0.7;
+/// The numbers of rays through a pixel that sees a lamp, or a mirror or glass, from which one is chosen: the most whose work is
+/// not more than this share of what an iteration takes without them. See docs/quality.md.
+const GLINT_SAMPLES: [u32; 3] = [8, 4, 2];
+const GLINT_WORK: f64 = 1.0;
 /// The first of global radii over the first of radii per pixel: the root of alpha. With light that is even around a pixel, the
 /// squared radii per pixel are those of the iteration before times alpha, `r_i^2 (i - 1 + alpha) / i`, and global ones
 /// `r_i^2 (i + alpha) / (i + 1)`; so from this first radius both become the same (docs/farm.md).
@@ -91,14 +95,32 @@ pub(crate) fn choose(
     (method, lanes): (MethodName, LaneKind),
     stop: &Stop,
 ) -> Option<Settings> {
+    let mut settings = scene.settings;
+    if automatic.glint_samples {
+        // Paths alone have more noise by caustics than by lamps that are seen.
+        settings.glint_samples = 1;
+    }
     match method {
-        MethodName::Sppm | MethodName::Hybrid => choose_for_photons(scene, automatic, (method, lanes), stop),
-        MethodName::Path => choose_for_paths(scene, automatic, lanes, stop),
+        MethodName::Sppm | MethodName::Hybrid => {
+            choose_for_photons((scene, settings), automatic, (method, lanes), stop)
+        }
+        MethodName::Path => choose_for_paths((scene, settings), automatic, lanes, stop),
     }
 }
 
-fn choose_for_paths(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop: &Stop) -> Option<Settings> {
-    let (goal, mut settings) = (Goal::of(automatic.quality), scene.settings);
+/// True if lamps may be seen in mirrors or glass.
+fn shows_lamps_again(scene: &Scene) -> bool {
+    let is_smooth = |material: u32| !scene.materials[material as usize].is_diffuse();
+    scene.spheres.iter().any(|sphere| is_smooth(sphere.material)) && scene.at(0.0).has_lamps()
+}
+
+fn choose_for_paths(
+    (scene, mut settings): (&Scene, Settings),
+    automatic: Automatic,
+    lanes: LaneKind,
+    stop: &Stop,
+) -> Option<Settings> {
+    let goal = Goal::of(automatic.quality);
     if automatic.max_depth {
         // The photons of pilots need a radius that suits the scene. Paths have none, so nobody has stated one.
         let radius = footprint(lanes, scene, &settings)
@@ -119,13 +141,12 @@ fn choose_for_paths(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop: 
 }
 
 fn choose_for_photons(
-    scene: &Scene,
+    (scene, mut settings): (&Scene, Settings),
     automatic: Automatic,
     (method, lanes): (MethodName, LaneKind),
     stop: &Stop,
 ) -> Option<Settings> {
     let goal = Goal::of(automatic.quality);
-    let mut settings = scene.settings;
     let are_chosen = automatic.radius_pilots || automatic.radius_clearance;
     let are_own = are_chosen && settings.radius_schedule == RadiusSchedule::PerPixel
         || settings.radius_pilots > 0
@@ -146,8 +167,14 @@ fn choose_for_photons(
     if automatic.max_depth {
         settings.max_depth = pilot.depth(&goal)?;
     }
+    if automatic.glint_samples && shows_lamps_again(scene) {
+        settings.glint_samples = pilot.glint_samples(settings.max_depth)?;
+    }
     if automatic.photons_per_iteration || automatic.iterations {
-        let account = pilot.account(&Settings { max_depth: settings.max_depth, ..typical })?;
+        let account = {
+            let Settings { max_depth, glint_samples, .. } = settings;
+            pilot.account(&Settings { max_depth, glint_samples, ..typical })?
+        };
         if automatic.photons_per_iteration {
             settings.photons_per_iteration = account.photons(most_photons(settings.max_depth), goal.work);
         }
@@ -221,6 +248,19 @@ impl Pilots<'_> {
         Some(deepest)
     }
 
+    /// The rays through a pixel that sees a lamp, or a mirror or glass, in paths of so many segments.
+    fn glint_samples(&self, max_depth: u32) -> Option<u32> {
+        let most = GLINT_SAMPLES[0];
+        let of = |glint_samples| {
+            self.run(1, |pilot| (pilot.max_depth, pilot.glint_samples) = (max_depth, glint_samples))
+        };
+        let (one, several) = (of(1)?.stats, of(most)?.stats);
+        let each = (camera_work(&several) - camera_work(&one)) / f64::from(most - 1);
+        let room = GLINT_WORK * (camera_work(&one) + photon_work(&one, 1.0));
+        let is_cheap = |samples: &u32| f64::from(samples - 1) * each <= room;
+        Some(GLINT_SAMPLES.into_iter().find(is_cheap).unwrap_or(1))
+    }
+
     /// The side of a block in pixels of the pilot, for an image of so many pixels.
     fn block(&self, settings: &Settings) -> usize {
         let scale = (self.settings.pixels() as f64 / settings.pixels() as f64).sqrt();
@@ -235,6 +275,7 @@ impl Pilots<'_> {
             self.run(SEEDS, |pilot| {
                 pilot.photons_per_iteration = photons;
                 (pilot.max_depth, pilot.initial_radius) = (settings.max_depth, settings.initial_radius);
+                pilot.glint_samples = settings.glint_samples;
             })
         };
         let (first, second) = (of(few)?, of(many)?);

@@ -322,6 +322,7 @@ fn difference(ours: &Settings, theirs: &Settings) -> Option<String> {
             seed,
             filter,
             light_samples,
+            glint_samples,
             iterations: _,
             radius_schedule: _,
             radius_pilots: _,
@@ -336,6 +337,7 @@ fn difference(ours: &Settings, theirs: &Settings) -> Option<String> {
             ("seed", seed.to_string()),
             ("filter", filter.to_string()),
             ("light_samples", light_samples.to_string()),
+            ("glint_samples", glint_samples.to_string()),
         ]
     };
     if (Settings { iterations: ours.iterations, ..*theirs }) == *ours {
@@ -389,6 +391,7 @@ mod tests {
             (Settings { seed: 99, ..ours }, "seed is 99, not 1"),
             (Settings { filter: Filter::Gaussian, ..ours }, "filter is gaussian, not box"),
             (Settings { light_samples: 2, ..ours }, "light_samples is 2, not 1"),
+            (Settings { glint_samples: 2, ..ours }, "glint_samples is 2, not 1"),
             (Settings { radius_pilots: 2, ..ours }, "they differ in one that this program does not name"),
         ] {
             assert_eq!(difference(&ours, &theirs).as_deref(), Some(told));

@@ -13,13 +13,14 @@ use proptest::prelude::*;
 use reference::camera_pass::{CameraNumbers, VisiblePoint, camera_ray, trace};
 use reference::contributes;
 use reference::direct_light::estimate_irradiance;
+use reference::glints::GlintRays;
 use reference::intersect::{Hit, intersect};
 use reference::photon_pass::{Deposit, Flux};
 use scene::aim::{Aim, Target, Targets};
 use scene::guide::{Departures, Guide, SURFACES, Shares};
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, StreamKey};
-use scene::{Ray, Rgb, Scene, Settings, Sphere, Stats, Still, Vec3};
+use scene::{Ray, Rgb, Rims, Scene, Settings, Sphere, Stats, Still, Vec3};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -27,13 +28,17 @@ use std::sync::Arc;
 fn samples(scene: &Scene, still: &Still, settings: &Settings, iteration: u32) -> (Vec<CameraSample>, Stats) {
     let frame = scene.camera.frame(settings.width, settings.height);
     let mut stats = Stats::default();
+    let (table, rims) = (settings.filter.table(), Rims::new(scene, settings));
+    let (filter, rims) = (table.as_deref(), rims.as_ref());
+    let glints = GlintRays { frame: &frame, filter, rims, settings, iteration };
     let pixels = (0..settings.height).flat_map(|y| (0..settings.width).map(move |x| (x, y)));
     let sample = |(x, y)| {
-        let mut numbers = CameraNumbers::new(settings, iteration, x, y);
-        let ray = camera_ray(&frame, settings.filter.table().as_deref(), x, y, &numbers);
+        let mut numbers = CameraNumbers::new(settings, iteration, x, y).at_rim(glints.is_rim(x, y));
+        let ray = camera_ray(&frame, filter, x, y, &numbers);
         let sample = trace(still, ray, settings.max_depth, &mut numbers, &mut stats);
         let visible = sample.visible.map(|v| (v.point, v.normal, v.sphere, v.beta));
-        CameraSample { direct: sample.direct, visible }
+        let lamps = sample.glints.map(|own| glints.mean(still, (x, y), own, &mut stats.camera_segments));
+        CameraSample { direct: lamps.map_or(sample.direct, |lamps| sample.direct + lamps), visible }
     };
     (pixels.map(sample).collect(), stats)
 }

@@ -10,6 +10,7 @@
 //! is tested here. [`pictures`] shows some pairs as they appear in images, against closed forms.
 
 mod camera;
+mod glints;
 mod paths;
 mod photons;
 mod pictures;
@@ -128,8 +129,11 @@ fn no_two_roles_of_sppm_share_a_number() {
     for (iteration, pixel, photon) in [(0, [0, 0], 0), (3, [13, 6], 77)] {
         let mut roles = camera::roles(iteration, pixel);
         roles.extend(photons::roles(iteration, photon));
+        roles.extend(glints::roles(iteration, pixel));
         roles.push(camera::time(iteration));
-        let is_either = |a: &str, b: &str| photons::is_either(a, b) || photons::is_either(b, a);
+        let is_either = |a: &str, b: &str| {
+            photons::is_either(a, b) || photons::is_either(b, a) || glints::is_either(a, b)
+        };
         assert_unrelated(&roles, is_either, "SPPM");
     }
 }
@@ -138,7 +142,9 @@ fn no_two_roles_of_sppm_share_a_number() {
 fn no_two_roles_of_the_path_tracer_share_a_number() {
     for iteration in [0, 5] {
         let mut roles = paths::roles(iteration);
+        roles.extend(glints::roles(iteration, [0, 0]));
         roles.push(camera::time(iteration));
-        assert_unrelated(&roles, paths::is_either, "the path tracer");
+        let is_either = |a: &str, b: &str| paths::is_either(a, b) || glints::is_either(a, b);
+        assert_unrelated(&roles, is_either, "the path tracer");
     }
 }

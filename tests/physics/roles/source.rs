@@ -23,11 +23,12 @@ type Named = &'static [(&'static str, &'static [usize])];
 /// Per file of the reference that reads random numbers, its dimensions and the draws from streams. Draws are: in the
 /// camera pass the shifts of a tile, and lobes beyond the stratified ones; in the photon pass the shifts of an iteration,
 /// and the three numbers of a later bounce; in the path tracer the call that serves all others, a later lobe, the three
-/// numbers of direct light on later surfaces (1 call), later directions (2), and roulette (1 call in the source).
+/// numbers of direct light on later surfaces (1 call), later directions (2), and roulette (1 call in the source); in further
+/// rays the place in the pixel and on the lens (2 calls serve both), and the choice at glass.
 ///
 /// The survey's numbers enter no image: place in the image and on the lens, and per surface two for the direction, roulette
 /// and the three of direct light. Its dimensions are places of walks in the image.
-const READ: [(&str, Named, usize); 4] = [
+const READ: [(&str, Named, usize); 5] = [
     (
         "camera_pass.rs",
         &[
@@ -44,6 +45,7 @@ const READ: [(&str, Named, usize); 4] = [
         &[("DIRECTION", &[0, 1]), ("FIRST_BOUNCE", &[4, 5, 7]), ("LIGHT", &[6]), ("POSITION", &[2, 3])],
         2,
     ),
+    ("glints.rs", &[], 3),
     ("path_tracer.rs", &[("BOUNCE", &[7, 9]), ("LOBES", &[8, 10])], 6),
     ("survey.rs", &[], 4),
 ];
@@ -172,6 +174,6 @@ fn every_family_of_streams_has_a_reader_that_is_tested() {
     let text = std::fs::read_to_string(root().join("scene/src/rng.rs")).unwrap();
     families.visit_file(&syn::parse_file(&text).unwrap());
     // The last two make no image brighter or darker: where photons are aimed, and how codes are rounded.
-    let known = ["Camera", "Tile", "Photon", "Emission", "Shutter", "Path", "Survey", "Dither"];
+    let known = ["Camera", "Tile", "Photon", "Emission", "Shutter", "Path", "Survey", "Glint", "Dither"];
     assert_eq!(families.0, known);
 }

@@ -1,0 +1,227 @@
+//! Several rays by which pixels see lamps, directly and in mirrors and glass: their mean is what one path sees, with less noise.
+
+use crate::cases::tell;
+use crate::harness::{
+    BLACK, Build, assert_mean, block_mean, diffuse, empty_scene, glass, mean, mirror, pinhole,
+    relative_error, render_path, render_sppm, run, settings,
+};
+use reference::{PathTracer, Sppm, hybrid};
+use scene::settings::MAX_GLINT_SAMPLES;
+use scene::{Camera, Film, Filter, Material, Rgb, Scene, Settings, Vec3};
+use std::f64::consts::PI;
+
+type Render = fn(&Scene, &Settings) -> Film;
+
+fn render_hybrid(scene: &Scene, settings: &Settings) -> Film {
+    run(hybrid(PathTracer::new(scene, settings), Sppm::new(scene, settings)), settings)
+}
+
+const ENGINES: [(&str, Render); 3] =
+    [("SPPM", render_sppm), ("path tracer", render_path), ("paths with photons", render_hybrid)];
+
+/// The numbers of rays that are tried.
+const SAMPLES: [u32; 4] = [2, 3, 8, MAX_GLINT_SAMPLES];
+
+/// A pixel of side 1 at distance 1 has this vertical field of view, in degrees.
+const UNIT_PIXEL: f32 = 53.130_104;
+
+/// Relative tolerance of means over 4096 iterations of a pixel of which a tenth is lit or more. The own path's numbers are
+/// stratified, the others' are not: of 4096 of these alone the deviation would be below 0.05, of 2 to 64 as many 0.033 to 0.006,
+/// and the largest of those met is 0.03.
+const MEAN: f64 = 0.05;
+
+fn many(width: u32, height: u32, depth: u32, glint_samples: u32) -> Settings {
+    Settings { iterations: 4096, glint_samples, ..settings(width, height, 1, depth, 0.01) }
+}
+
+/// A lamp on the view axis, as large as a circle of this radius on the plane at distance 1.
+fn lamp_of(scene: Scene, tangent: f64, color: Rgb) -> Scene {
+    let sine = tangent / (1.0 + tangent * tangent).sqrt();
+    scene.lamp(Vec3::NEG_Z * 10.0, (10.0 * sine) as f32, BLACK, color)
+}
+
+fn looking_down_z(fov: f32) -> Scene {
+    empty_scene(pinhole(Vec3::ZERO, Vec3::NEG_Z, fov))
+}
+
+/// Around the eye, so that it is met first; of index 1, so that it does nothing but tint.
+fn veil(scene: Scene, material: Material) -> Scene {
+    scene.ball(Vec3::ZERO, 1.0, material)
+}
+
+/// Seen directly, and through glass that tints: the share of the pixel that the lamp covers, times its radiance.
+#[test]
+fn a_small_lamp_is_as_bright_as_the_share_of_the_pixel_that_it_covers() {
+    let tangent = 0.2;
+    let color = Rgb::new(3.0, 5.0, 7.0);
+    let mut cases = 0;
+    for (name, render) in ENGINES {
+        for samples in SAMPLES {
+            let iterations = 4096.min(32_768 / samples);
+            let settings = Settings { iterations, ..many(1, 1, 4, samples) };
+            for (tint, scene) in [
+                (1.0, lamp_of(looking_down_z(UNIT_PIXEL), tangent, color)),
+                (0.5, veil(lamp_of(looking_down_z(UNIT_PIXEL), tangent, color), glass(0.5, 1.0))),
+            ] {
+                let expected = color.to_array().map(|c| tint * PI * tangent * tangent * f64::from(c));
+                assert_mean(&render(&scene, &settings), expected, MEAN, &format!("{name}, {samples} rays"));
+                cases += 1;
+            }
+        }
+    }
+    tell("physics", cases, "small lamps by several rays");
+}
+
+/// A mirror ball that covers a part of a pixel: rays that meet nothing do not count, so what it shows is not dimmed.
+#[test]
+fn rays_that_meet_no_mirror_do_not_dim_what_it_shows() {
+    // The lamp is behind the eye, and so wide that the ball shows it in most directions.
+    let scene = looking_down_z(UNIT_PIXEL).ball(Vec3::NEG_Z * 10.0, 3.0, mirror(0.5)).lamp(
+        Vec3::Z * 50.0,
+        49.0,
+        BLACK,
+        Rgb::ONE,
+    );
+    let mut cases = 0;
+    for (name, render) in ENGINES {
+        let one = mean(&render(&scene, &many(1, 1, 8, 1)))[0];
+        for samples in [2, 8] {
+            let several = mean(&render(&scene, &many(1, 1, 8, samples)))[0];
+            assert!(one > 0.0 && (several / one - 1.0).abs() < MEAN, "{name}: {several}, not {one}");
+            cases += 1;
+        }
+    }
+    tell("physics", cases, "mirrors that fill a part of a pixel");
+}
+
+/// A mirror ball that reflects nothing beside one that does: its rays count, and bring nothing.
+#[test]
+fn black_mirrors_count_among_the_rays() {
+    let ball = |scene: Scene, x: f32, albedo: f32| scene.ball(Vec3::new(x, 0.0, -10.0), 2.0, mirror(albedo));
+    let lamp = looking_down_z(UNIT_PIXEL).lamp(Vec3::Z * 50.0, 49.0, BLACK, Rgb::ONE);
+    let scene = ball(ball(lamp, -2.2, 0.0), 2.2, 0.5);
+    let mut cases = 0;
+    for (name, render) in ENGINES {
+        let one = mean(&render(&scene, &many(1, 1, 8, 1)))[0];
+        let several = mean(&render(&scene, &many(1, 1, 8, 4)))[0];
+        assert!(one > 0.0 && (several / one - 1.0).abs() < MEAN, "{name}: {several}, not {one}");
+        cases += 1;
+    }
+    tell("physics", cases, "black mirrors beside bright ones");
+}
+
+/// Where a lamp covers a part of the pixel, the variance of one iteration is `p (1 - p) L^2 / N`, by the binomial distribution
+/// but for the own path.
+#[test]
+fn the_variance_is_that_of_so_many_paths() {
+    /// Of a variance of 4096 values.
+    const VARIANCE: f64 = 0.15;
+    let tangent: f64 = 0.2;
+    let p = PI * tangent * tangent;
+    for is_veiled in [false, true] {
+        let mut scene = lamp_of(looking_down_z(UNIT_PIXEL), tangent, Rgb::ONE);
+        if is_veiled {
+            scene = veil(scene, glass(1.0, 1.0));
+        }
+        for samples in [4, 16] {
+            let values: Vec<f64> = (0..4096)
+                .map(|seed| {
+                    let settings = Settings { seed, iterations: 1, ..many(1, 1, 3, samples) };
+                    mean(&render_path(&scene, &settings))[0]
+                })
+                .collect();
+            let mean = values.iter().sum::<f64>() / 4096.0;
+            let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / 4095.0;
+            let expected = p * (1.0 - p) / f64::from(samples);
+            assert!((variance / expected - 1.0).abs() < VARIANCE, "{samples}: {variance}, not {expected}");
+        }
+    }
+    tell("physics", 4, "variances of several rays");
+}
+
+/// Light that is no lamp's, and what paths meet beyond a diffuse surface, is the own path's alone: bit by bit as with one ray.
+#[test]
+fn the_sky_and_diffuse_surfaces_are_seen_by_the_own_path_alone() {
+    // The lamp is behind the eye, and a ball hides it from all that is before it.
+    let scene = Scene { background: Rgb::new(0.5, 0.75, 1.0), ..looking_down_z(40.0) }
+        .ball(Vec3::new(0.0, -101.0, -5.0), 100.0, diffuse(0.5))
+        .ball(Vec3::new(-0.7, -0.3, -5.0), 0.7, mirror(0.75))
+        .ball(Vec3::new(0.7, -0.3, -5.0), 0.7, glass(1.0, 1.5))
+        .lamp(Vec3::Z * 100.0, 1.0, BLACK, Rgb::ONE)
+        .ball(Vec3::Z * 60.0, 30.0, diffuse(0.25))
+        .with_sky();
+    for (name, render) in ENGINES {
+        let of = |glint_samples| {
+            let settings = Settings { iterations: 2, glint_samples, ..settings(20, 15, 2000, 8, 0.3) };
+            render(&scene, &settings).pixels
+        };
+        assert_eq!(of(1), of(8), "{name}");
+    }
+    tell("physics", 3, "images of what is no lamp");
+}
+
+/// Through each filter a lamp gives as much light to all pixels together as by one ray.
+#[test]
+fn filters_spread_lamps_as_with_one_ray() {
+    let tangent = 0.2;
+    // Pixels of side 1/2: the lamp is in the middle of four.
+    let fov = 2.0 * (2.0_f32).atan().to_degrees();
+    let mut cases = 0;
+    for (name, render) in ENGINES {
+        for filter in [Filter::Gaussian, Filter::Mitchell] {
+            for is_veiled in [false, true] {
+                let mut scene = lamp_of(looking_down_z(fov), tangent, Rgb::ONE);
+                if is_veiled {
+                    scene = veil(scene, glass(1.0, 1.0));
+                }
+                let settings = Settings { filter, iterations: 1024, ..many(8, 8, 3, 4) };
+                let one = mean(&render(&scene, &Settings { glint_samples: 1, ..settings }))[0];
+                let several = mean(&render(&scene, &settings))[0];
+                assert!((several / one - 1.0).abs() < MEAN, "{name}, {filter}: {several}, not {one}");
+                cases += 1;
+            }
+        }
+    }
+    tell("physics", cases, "lamps through filters");
+}
+
+/// A lamp out of focus is a disc of the lens: with several rays as with one.
+#[test]
+fn lamps_out_of_focus_are_as_with_one_ray() {
+    let mut scene = looking_down_z(20.0).lamp(Vec3::NEG_Z * 10.0, 0.5, BLACK, Rgb::ONE);
+    scene.camera = Camera { aperture_radius: 0.4, focus_distance: 5.0, ..scene.camera };
+    for is_veiled in [false, true] {
+        let scene = if is_veiled { veil(scene.clone(), glass(1.0, 1.0)) } else { scene.clone() };
+        let of = |glint_samples| {
+            let settings = many(8, 8, 3, glint_samples);
+            render_path(&scene, &settings)
+        };
+        let (one, several) = (of(1), of(8));
+        for (x, y) in [(0, 0), (4, 0), (0, 4), (4, 4)] {
+            let quarter = |film| block_mean(film, x..x + 4, y..y + 4);
+            let error = relative_error(quarter(&several), quarter(&one));
+            assert!(quarter(&one)[0] > 0.0 && error < MEAN, "{x}, {y}: off by {error}");
+        }
+    }
+    tell("physics", 8, "quarters of a lamp out of focus");
+}
+
+/// Rays go as far as paths do: through so many shells of glass.
+#[test]
+fn further_rays_are_as_deep_as_paths() {
+    let shells = |count: u32| {
+        let scene = lamp_of(looking_down_z(UNIT_PIXEL), 0.2, Rgb::ONE);
+        (0..count).fold(scene, |scene, i| scene.ball(Vec3::ZERO, 1.0 + i as f32, glass(1.0, 1.0)))
+    };
+    for (name, render) in ENGINES {
+        for count in 0..4 {
+            let of = |depth| {
+                let settings = Settings { iterations: 64, ..many(1, 1, depth, 16) };
+                mean(&render(&shells(count), &settings))[0]
+            };
+            assert!(of(count + 1) > 0.0, "{name}: nothing is seen through {count} shells");
+            assert!(count == 0 || of(count) == 0.0, "{name}: {} segments for {count} shells", count + 1);
+        }
+    }
+    tell("physics", 12, "depths of further rays");
+}
