@@ -203,7 +203,9 @@ fn shares_by_definition(films: &[Film], iterations: u32) -> Vec<f64> {
     let all = bright.iter().flatten().sum::<f64>() / (3 * width * height) as f64;
     let weight = |x, y, c: usize| 1.0 / (bright[c][(y * width + x) as usize].powi(2) + (DARK * all).powi(2));
     // What radiance differs by between a radius and the one before, for seed A or B.
-    let step = |set, level, x, y, c| value(4 * set + level, x, y, c) - value(4 * set + level - 1, x, y, c);
+    let step = |set: usize, level: usize, x, y, c| {
+        value(4 * set + level, x, y, c) - value(4 * set + level - 1, x, y, c)
+    };
     let mean = |level: usize, term: fn(f64, f64) -> f64| {
         let of_channel = |x, y, c| term(step(0, level, x, y, c), step(1, level, x, y, c)) * weight(x, y, c);
         let of = each(size, |x, y| (0..3).map(|c| of_channel(x, y, c)).sum::<f64>() / 3.0);

@@ -74,6 +74,26 @@ fn each_of_sixteen_heaps_of_arrivals_has_a_ball_of_its_own() {
     tell("physics", found, "arrivals in balls of their heap");
 }
 
+/// Arrivals that all lie in one place have a ball as well, which their lines cross.
+#[test]
+fn arrivals_in_one_place_have_a_ball_that_light_crosses() {
+    let scene = under_a_sun();
+    for count in [64, 16] {
+        let mut arrivals = heaps(&[Vec3::new(3.0, 0.5, 1.0)], count, 0.0);
+        arrivals.extend(heaps(&[Vec3::NEG_X * 3.0], 64, 0.5));
+        let targets = learnt(&scene, &arrivals);
+        let one = arrivals[0];
+        let direction = (one.point - one.source).normalize();
+        // All balls of the tree that hold the place but no other arrival.
+        let around: Vec<_> =
+            targets.balls.iter().filter(|ball| holds(ball, one.point) && ball.center.x > 2.0).collect();
+        assert!(around.len() > 1, "{around:?}");
+        for ball in around {
+            assert!(ball.radius > 0.0 && ball.is_crossed(one.source, direction), "no light crosses {ball:?}");
+        }
+    }
+}
+
 /// What surfaces scatter photons towards holds all places where light arrives, and is no wider than the box around them.
 #[test]
 fn photons_are_scattered_towards_all_places_of_arrival_and_no_more() {
