@@ -137,7 +137,7 @@ const KEYS: &[Case<'static>] = &[
     ),
     (
         &[("width = 64", "Width = 64")],
-        "8:1: unknown key \"Width\" in [settings] (did you mean \"width\"?); the keys are width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter, radius_schedule, radius_pilots, radius_clearance, light_samples, quality",
+        "8:1: unknown key \"Width\" in [settings] (did you mean \"width\"?); the keys are width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter, radius_schedule, radius_pilots, radius_clearance, light_samples, glint_samples, quality",
     ),
     (
         &[("width = 64", "radius_clearance = -1")],
@@ -152,8 +152,16 @@ const KEYS: &[Case<'static>] = &[
         "8:20: radius_clearance is 1, but with radius_schedule global all pixels have the same radius; it must be 0, or radius_schedule per-pixel",
     ),
     (
+        &[("width = 64", "glint_samples = 0")],
+        "8:17: glint_samples 0 of [settings] must be a whole number from 1 to 64",
+    ),
+    (
+        &[("width = 64", "glint_samples = 65")],
+        "8:17: glint_samples 65 of [settings] must be a whole number from 1 to 64",
+    ),
+    (
         &[("width = 64", "spp = 64")],
-        "8:1: unknown key \"spp\" in [settings]; the keys are width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter, radius_schedule, radius_pilots, radius_clearance, light_samples, quality",
+        "8:1: unknown key \"spp\" in [settings]; the keys are width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter, radius_schedule, radius_pilots, radius_clearance, light_samples, glint_samples, quality",
     ),
     (
         &[("type = \"diffuse\"\n", "type = \"diffuse\"\ncolour = 1\n")],
@@ -675,7 +683,7 @@ fn long_values_and_deep_nesting_give_short_messages() {
             &[("width", &key)],
             &format!(
                 "8:1: unknown key \"{}...\" in [settings]; the keys are width, height, iterations, \
-                 photons_per_iteration, max_depth, initial_radius, seed, filter, radius_schedule, radius_pilots, radius_clearance, light_samples, quality",
+                 photons_per_iteration, max_depth, initial_radius, seed, filter, radius_schedule, radius_pilots, radius_clearance, light_samples, glint_samples, quality",
                 "x".repeat(40)
             ),
         ),

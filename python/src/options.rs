@@ -98,7 +98,7 @@ fn automatic(
         initial_radius: all.initial_radius && !radius,
         radius_pilots: all.radius_pilots && !radius && !pilots,
         radius_clearance: all.radius_clearance && !radius && !clearance,
-        glint_samples: all.glint_samples && !glints,
+        glint_samples: all.glint_samples && !radius && !glints,
         ..all
     }
 }

@@ -169,7 +169,11 @@ impl SettingsArgs {
                 self.radius_clearance.as_ref(),
                 Given::is_chosen(self.radius.as_ref(), own.radius_clearance),
             ),
-            glint_samples: Given::is_chosen(self.glint_samples.as_ref(), own.glint_samples),
+            // Whoever gives a radius chooses by hand.
+            glint_samples: Given::is_chosen(
+                self.glint_samples.as_ref(),
+                Given::is_chosen(self.radius.as_ref(), own.glint_samples),
+            ),
         }
     }
 
@@ -295,8 +299,20 @@ mod tests {
             ("--depth", Automatic { max_depth: true, ..none }, Automatic { max_depth: false, ..all }),
             (
                 "--radius",
-                Automatic { initial_radius: true, radius_pilots: true, radius_clearance: true, ..none },
-                Automatic { initial_radius: false, radius_pilots: false, radius_clearance: false, ..all },
+                Automatic {
+                    initial_radius: true,
+                    radius_pilots: true,
+                    radius_clearance: true,
+                    glint_samples: true,
+                    ..none
+                },
+                Automatic {
+                    initial_radius: false,
+                    radius_pilots: false,
+                    radius_clearance: false,
+                    glint_samples: false,
+                    ..all
+                },
             ),
             (
                 "--radius-pilots",
@@ -307,6 +323,11 @@ mod tests {
                 "--radius-clearance",
                 Automatic { radius_clearance: true, ..none },
                 Automatic { radius_clearance: false, ..all },
+            ),
+            (
+                "--glint-samples",
+                Automatic { glint_samples: true, ..none },
+                Automatic { glint_samples: false, ..all },
             ),
         ] {
             assert_eq!(chosen(&[option, "auto"], none), given, "{option}");

@@ -31,9 +31,10 @@ fn a_built_in_scene_gets_a_picture_that_looks_finished() {
 }
 
 /// The options of all settings that are chosen, as they are told.
-const ALL: [&str; 6] = ["-n", "--photons", "--radius", "--radius-pilots", "--radius-clearance", "--depth"];
-/// Those that choose first radii.
-const RADII: [&str; 3] = ["--radius", "--radius-pilots", "--radius-clearance"];
+const ALL: [&str; 7] =
+    ["-n", "--photons", "--radius", "--radius-pilots", "--radius-clearance", "--depth", "--glint-samples"];
+/// The first radius, and what is chosen with it.
+const RADII: [&str; 4] = ["--radius", "--radius-pilots", "--radius-clearance", "--glint-samples"];
 
 #[test]
 fn what_is_given_is_not_chosen() {
@@ -47,18 +48,18 @@ fn what_is_given_is_not_chosen() {
     assert_eq!(names(&of(&["--quality=draft"])), ALL);
     assert_eq!(
         names(&of(&["--quality=draft", "--photons=500"])),
-        ["-n", "--radius", "--radius-pilots", "--radius-clearance", "--depth"]
+        ["-n", "--radius", "--radius-pilots", "--radius-clearance", "--depth", "--glint-samples"]
     );
-    assert_eq!(names(&of(&["-n=2", "--depth=5"])), ALL[1..5]);
+    assert_eq!(names(&of(&["-n=2", "--depth=5"])), [&ALL[1..5], &ALL[6..]].concat());
     let paper = ["--quality=paper", "-n=1"];
     assert!(!of(&paper).contains("chosen"));
     assert_eq!(names(&of(&["--quality=paper", "-n=1", "--radius=auto"])), RADII);
     // A goal ends the render, so its iterations are without end.
     assert_eq!(names(&of(&["--time=100ms"])), ALL[1..]);
     // Whoever gives the radius gets that one everywhere, unless pilots or clearance are asked for.
-    for option in [ALL[3], ALL[4]] {
+    for option in &RADII[1..] {
         let given = ["-n=2", "--depth=5", "--photons=500", "--radius=3", &format!("{option}=auto")];
-        assert_eq!(names(&of(&given)), [option]);
+        assert_eq!(names(&of(&given)), [*option]);
     }
     assert!(!of(&["-n=2", "--depth=5", "--photons=500", "--radius=3"]).contains("chosen"));
     // The paper's settings are those of section 4.
@@ -92,7 +93,7 @@ material = { type = \"diffuse\", albedo = [0.5, 0.5, 0.5] }
     };
     assert_eq!(names(""), ALL);
     assert_eq!(names("settings = { seed = 3 }"), ALL);
-    assert_eq!(names("settings = { quality = \"draft\", max_depth = 4 }"), ALL[..5]);
+    assert_eq!(names("settings = { quality = \"draft\", max_depth = 4 }"), [&ALL[..5], &ALL[6..]].concat());
     // Whoever states one setting keeps what the others have been so far.
     assert_eq!(names("settings = { iterations = 1 }"), [""; 0]);
     assert_eq!(names("settings = { iterations = 1, initial_radius = \"auto\" }"), RADII);

@@ -63,8 +63,7 @@ impl Eye {
     /// The pixels from `slot` on, all in one tile.
     #[inline(always)]
     pub(crate) fn pixels<L: Lanes>(&self, slot: usize) -> PixelLanes<L> {
-        let (tile, tiles_across) = (slot / TILE, self.width.div_ceil(8) as usize);
-        let corner = ((tile % tiles_across) as u32 * 8, (tile / tiles_across) as u32 * 8);
+        let corner = self.corner(slot);
         let x = L::load_u(&self.tiles.x[slot % TILE..]) + L::u(corner.0);
         let y = L::load_u(&self.tiles.y[slot % TILE..]) + L::u(corner.1);
         let index = y * L::u(self.width) + x;
@@ -73,12 +72,17 @@ impl Eye {
         PixelLanes { in_image, index, corner: [x, y] }
     }
 
+    /// Column and row of the first pixel of a slot's tile.
+    #[inline(always)]
+    fn corner(&self, slot: usize) -> (u32, u32) {
+        let (tile, tiles_across) = (slot / TILE, self.width.div_ceil(8) as usize);
+        ((tile % tiles_across) as u32 * 8, (tile / tiles_across) as u32 * 8)
+    }
+
     /// Column and row of the pixel of a slot.
     pub(crate) fn pixel(&self, slot: usize) -> (u32, u32) {
-        let (tile, tiles_across) = (slot / TILE, self.width.div_ceil(8) as usize);
-        let place = slot % TILE;
-        let x = (tile % tiles_across) as u32 * 8 + self.tiles.x[place];
-        (x, (tile / tiles_across) as u32 * 8 + self.tiles.y[place])
+        let ((x, y), place) = (self.corner(slot), slot % TILE);
+        (x + self.tiles.x[place], y + self.tiles.y[place])
     }
 
     /// Of so many slots from `slot` on, all in one tile: a bit for each, set where the rim of a lamp may be seen.

@@ -120,7 +120,6 @@ fn revise_settings(
         ),
         ("max_depth", old.max_depth, new.max_depth, open.max_depth),
         ("light_samples", old.light_samples, new.light_samples, false),
-        ("glint_samples", old.glint_samples, new.glint_samples, open.glint_samples),
     ];
     for (key, old, new, is_open) in whole {
         if old != new || is_open {
@@ -138,6 +137,10 @@ fn revise_settings(
     let is_open = open.radius_clearance && table.contains_key("radius_clearance");
     if old.radius_clearance != new.radius_clearance || is_open {
         set(table, "radius_clearance", number(new.radius_clearance));
+    }
+    let is_open = open.glint_samples && table.contains_key("glint_samples");
+    if old.glint_samples != new.glint_samples || is_open {
+        set(table, "glint_samples", i64::from(new.glint_samples).into());
     }
     if old.seed != new.seed {
         set(table, "seed", i64::try_from(new.seed).ok()?.into());

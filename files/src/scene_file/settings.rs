@@ -131,7 +131,8 @@ fn automatic(section: &Section<'_>, usual: Usual) -> Result<Automatic, Fault> {
     let unstated = Automatic::all(quality.unwrap_or_default());
     let others = unstated.any() && (quality.is_some() || is_left);
     let is_chosen = |field: Option<Field<'_>>| field.map_or(others, |field| is_auto(&field));
-    // Pilots and clearance choose from the first radius down, so by themselves they go with it.
+    // Pilots and clearance choose from the first radius down, so by themselves they go with it. Whoever states a radius chooses
+    // by hand, so rays that see lamps go with it too.
     let of_radius = |key| section.get(key).map_or(is_chosen(initial_radius), |field| is_auto(&field));
     Ok(Automatic {
         iterations: is_chosen(iterations),
@@ -140,7 +141,7 @@ fn automatic(section: &Section<'_>, usual: Usual) -> Result<Automatic, Fault> {
         initial_radius: is_chosen(initial_radius),
         radius_pilots: of_radius("radius_pilots"),
         radius_clearance: of_radius("radius_clearance"),
-        glint_samples: is_chosen(section.get("glint_samples")),
+        glint_samples: of_radius("glint_samples"),
         ..unstated
     })
 }

@@ -47,6 +47,8 @@ class Job:
         leaves them open. The choice is recorded in the state file, as all settings are.
         """
         usual, left = _sppm.left_open(source)
+        if "initial_radius" in given:
+            given = given | {"glint_samples"}  # whoever gives a radius chooses by hand
         names = [name for name, is_open in zip(_CHOSEN, left, strict=True)
                  if name not in given and (is_open or quality is not None)]
         if not names:

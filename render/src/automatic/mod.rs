@@ -95,16 +95,9 @@ pub(crate) fn choose(
     (method, lanes): (MethodName, LaneKind),
     stop: &Stop,
 ) -> Option<Settings> {
-    let mut settings = scene.settings;
-    if automatic.glint_samples {
-        // Paths alone have more noise by caustics than by lamps that are seen.
-        settings.glint_samples = 1;
-    }
     match method {
-        MethodName::Sppm | MethodName::Hybrid => {
-            choose_for_photons((scene, settings), automatic, (method, lanes), stop)
-        }
-        MethodName::Path => choose_for_paths((scene, settings), automatic, lanes, stop),
+        MethodName::Sppm | MethodName::Hybrid => choose_for_photons(scene, automatic, (method, lanes), stop),
+        MethodName::Path => choose_for_paths(scene, automatic, lanes, stop),
     }
 }
 
@@ -114,13 +107,8 @@ fn shows_lamps_again(scene: &Scene) -> bool {
     scene.spheres.iter().any(|sphere| is_smooth(sphere.material)) && scene.at(0.0).has_lamps()
 }
 
-fn choose_for_paths(
-    (scene, mut settings): (&Scene, Settings),
-    automatic: Automatic,
-    lanes: LaneKind,
-    stop: &Stop,
-) -> Option<Settings> {
-    let goal = Goal::of(automatic.quality);
+fn choose_for_paths(scene: &Scene, automatic: Automatic, lanes: LaneKind, stop: &Stop) -> Option<Settings> {
+    let (goal, mut settings) = (Goal::of(automatic.quality), scene.settings);
     if automatic.max_depth {
         // The photons of pilots need a radius that suits the scene. Paths have none, so nobody has stated one.
         let radius = footprint(lanes, scene, &settings)
@@ -141,12 +129,13 @@ fn choose_for_paths(
 }
 
 fn choose_for_photons(
-    (scene, mut settings): (&Scene, Settings),
+    scene: &Scene,
     automatic: Automatic,
     (method, lanes): (MethodName, LaneKind),
     stop: &Stop,
 ) -> Option<Settings> {
     let goal = Goal::of(automatic.quality);
+    let mut settings = scene.settings;
     let are_chosen = automatic.radius_pilots || automatic.radius_clearance;
     let are_own = are_chosen && settings.radius_schedule == RadiusSchedule::PerPixel
         || settings.radius_pilots > 0
@@ -167,14 +156,13 @@ fn choose_for_photons(
     if automatic.max_depth {
         settings.max_depth = pilot.depth(&goal)?;
     }
-    if automatic.glint_samples && shows_lamps_again(scene) {
-        settings.glint_samples = pilot.glint_samples(settings.max_depth)?;
+    if automatic.glint_samples {
+        let is_worthwhile = shows_lamps_again(scene);
+        settings.glint_samples = if is_worthwhile { pilot.glint_samples(settings.max_depth)? } else { 1 };
     }
     if automatic.photons_per_iteration || automatic.iterations {
-        let account = {
-            let Settings { max_depth, glint_samples, .. } = settings;
-            pilot.account(&Settings { max_depth, glint_samples, ..typical })?
-        };
+        let Settings { max_depth, glint_samples, .. } = settings;
+        let account = pilot.account(&Settings { max_depth, glint_samples, ..typical })?;
         if automatic.photons_per_iteration {
             settings.photons_per_iteration = account.photons(most_photons(settings.max_depth), goal.work);
         }
@@ -298,6 +286,7 @@ fn rounded(value: f32) -> f32 {
 mod tests {
     use super::*;
     use rayon::ThreadPoolBuilder;
+    use scene::Rgb;
 
     fn cornell() -> Scene {
         let scene = files::builtin::scene("cornell").unwrap();
@@ -345,6 +334,32 @@ mod tests {
         assert_eq!(of(fixed, LaneKind::best()).iterations, scene.settings.iterations);
     }
 
+    /// So many as do not take more work than the rest: few where mirrors fill the image, none where there is nothing to see in.
+    #[test]
+    fn rays_that_see_lamps_are_as_many_as_their_work_allows() {
+        let of = |name: &str, change: fn(&mut Scene)| {
+            let mut scene = files::builtin::scene(name).unwrap();
+            (scene.settings.width, scene.settings.height) = (64, 48);
+            change(&mut scene);
+            let only = Automatic { glint_samples: true, ..Automatic::default() };
+            chosen(&scene, only, LaneKind::best(), 1).glint_samples
+        };
+        assert_eq!(of("dusk", |_| {}), GLINT_SAMPLES[0]);
+        assert!(of("mirror", |_| {}) < GLINT_SAMPLES[0]);
+        let is_smooth = |scene: &Scene, material: u32| !scene.materials[material as usize].is_diffuse();
+        let matte = |scene: &mut Scene| {
+            let diffuse = (0..scene.materials.len() as u32).find(|m| !is_smooth(scene, *m)).unwrap();
+            scene.spheres.iter_mut().for_each(|sphere| sphere.material = diffuse);
+        };
+        let mut scene = cornell();
+        matte(&mut scene);
+        let only = Automatic { glint_samples: true, ..Automatic::default() };
+        assert_eq!(chosen(&scene, only, LaneKind::best(), 1).glint_samples, 1);
+        let mut dark = cornell();
+        dark.spheres.iter_mut().for_each(|sphere| sphere.emission = Rgb::ZERO);
+        assert!(!shows_lamps_again(&dark) && shows_lamps_again(&cornell()));
+    }
+
     #[test]
     fn only_what_is_automatic_is_chosen() {
         let scene = cornell();
@@ -356,6 +371,7 @@ mod tests {
             Automatic { initial_radius: true, ..none },
             Automatic { radius_pilots: true, ..none },
             Automatic { radius_clearance: true, ..none },
+            Automatic { glint_samples: true, ..none },
         ] {
             let (found, own) = (chosen(&scene, one, LaneKind::best(), 1), scene.settings);
             assert_eq!(found.iterations == own.iterations, !one.iterations, "{found:?}");
@@ -368,6 +384,7 @@ mod tests {
             assert_eq!(found.initial_radius == own.initial_radius, !one.initial_radius, "{found:?}");
             assert_eq!(found.radius_pilots == own.radius_pilots, !one.radius_pilots, "{found:?}");
             assert_eq!(found.radius_clearance == own.radius_clearance, !one.radius_clearance, "{found:?}");
+            assert_eq!(found.glint_samples == own.glint_samples, !one.glint_samples, "{found:?}");
         }
     }
 

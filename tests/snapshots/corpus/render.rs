@@ -129,11 +129,12 @@ fn chosen(sample: &Sample) -> Found {
         initial_radius,
         radius_pilots,
         radius_clearance,
+        glint_samples,
         ..
     } = job.scene.settings;
     let text = format!(
         "{quality} by {method:?}: {iterations} iterations, {photons_per_iteration} photons, depth {max_depth}, radius {initial_radius}, \
-         {radius_pilots} pilots, clearance {radius_clearance}"
+         {radius_pilots} pilots, clearance {radius_clearance}, {glint_samples} rays for lamps"
     );
     Found { photons: "", text }
 }

@@ -195,6 +195,7 @@ impl Sample {
             ("pilots", has_photons && s.radius_pilots > 0),
             ("clearance", has_photons && s.radius_clearance > 0.0),
             ("samples", s.light_samples > 1),
+            ("glints", s.glint_samples > 1),
             (found.photons, !found.photons.is_empty()),
         ];
         for (word, _) in words.into_iter().filter(|(_, is)| *is) {
