@@ -171,6 +171,35 @@ fn weights_are_1_on_the_average_with_few_photons() {
     }
 }
 
+/// However light the photons are that are aimed at something small, their fluxes are rounded by as little as others'.
+#[test]
+fn light_photons_are_counted_as_finely_as_heavy_ones() {
+    /// As `quantise` states it, of the brightest channel.
+    const MOST: f64 = 1.0 / 16_384.0;
+    let scene = open(1.0, Vec3::ZERO);
+    let mut cases = 0;
+    for radius in [1.0, 0.05, 1e-3] {
+        let aim = Aim::new(&scene.at(0.0), &aimed_at(vec![Target::ball(Vec3::ZERO, radius)]), PHOTONS);
+        let photons = emitted(&scene, &aim, PHOTONS, 0);
+        let lightest = photons.iter().map(|(_, e)| weight(e)).fold(f32::INFINITY, f32::min);
+        assert!(lightest < 0.1 * radius * radius, "a weight of {lightest} at radius {radius}");
+        for (photon, e) in &photons {
+            let scale = f64::from(FLUX_ONE) * f64::from(aim.scale());
+            for (value, power) in quantise(&aim, e.power).values().into_iter().zip(e.power.to_array()) {
+                let error = (value as f64 / scale - f64::from(power)).abs();
+                let most = MOST * f64::from(weight(e));
+                assert!(
+                    error <= most,
+                    "photon {photon} at radius {radius}: {value} for {power} of {}",
+                    weight(e)
+                );
+                cases += 1;
+            }
+        }
+    }
+    tell("physics", cases, "fluxes of light and heavy photons");
+}
+
 /// Each in a unit that keeps its brightest channel within 2^21 and no coarser than that needs, in steps of 2^8.
 #[test]
 fn heavy_photons_are_counted_in_coarser_units() {

@@ -3,6 +3,7 @@
 
 use crate::cases::tell;
 use crate::harness::{BLACK, Build, empty_scene, pinhole, render_path, render_sppm, settings};
+use reference::camera_pass::{CameraNumbers, camera_ray};
 use scene::{Film, Filter, RadiusSchedule, Rgb, Scene, Settings, Vec3};
 
 const SIDE: u32 = 9;
@@ -167,4 +168,50 @@ fn indirect_light_is_filtered_like_direct_light() {
         assert!((ratio - 1.0).abs() < TOLERANCE, "{filter}: {ratio}");
     }
     tell("physics", 2, "filtered images of as much light");
+}
+
+/// A filter reaches as far beyond the border of the image as within: whichever the pixel, what its rays count has the mean and the
+/// variance of the definition around its middle.
+#[test]
+fn pixels_at_the_border_see_as_far_beyond_it_as_within() {
+    /// Of some thousand numbers that are stratified along either axis, and whose products with the other's weight are not.
+    const NEAR: f64 = 0.02;
+    const ITERATIONS: u32 = 4096;
+    const STEPS: i32 = 4000;
+    let frame = speck([0.0, 0.0]).camera.frame(SIDE, SIDE);
+    let mut cases = 0;
+    for filter in Filter::ALL {
+        let (settings, table) = (filtered(filter, 1), filter.table());
+        let moment = |power: i32| -> f64 {
+            let at = |step: i32| 2.0 * (f64::from(step) + 0.5) / f64::from(STEPS);
+            (-STEPS..STEPS).map(|step| definition(filter, at(step)) * at(step).powi(power)).sum()
+        };
+        let variance = moment(2) / moment(0);
+        for (x, y) in [(0, 0), (4, 4), (0, SIDE - 1), (SIDE - 1, 3), (SIDE - 1, SIDE - 1)] {
+            let mut sums = [[0.0; 3]; 2];
+            for iteration in 0..ITERATIONS {
+                let numbers = CameraNumbers::new(&settings, iteration, x, y);
+                let (ray, weight) = camera_ray(&frame, table.as_deref(), x, y, &numbers);
+                let [right, up, forward] =
+                    [frame.right, frame.up, frame.forward].map(|axis| f64::from(ray.direction.dot(axis)));
+                let from_middle = |along: f64, pixel: u32| {
+                    along / forward / f64::from(frame.pixel) + f64::from(SIDE) / 2.0 - f64::from(pixel) - 0.5
+                };
+                for (sums, place) in sums.iter_mut().zip([from_middle(right, x), from_middle(-up, y)]) {
+                    for (power, sum) in (0..).zip(sums) {
+                        *sum += f64::from(weight) * place.powi(power);
+                    }
+                }
+            }
+            for [all, first, second] in sums {
+                let (mean, square) = (first / all, second / all);
+                assert!(
+                    mean.abs() < NEAR && (square - variance).abs() < NEAR,
+                    "{filter} at {x}, {y}: {mean}, {square}"
+                );
+                cases += 1;
+            }
+        }
+    }
+    tell("physics", cases, "axes along which pixels are filtered");
 }

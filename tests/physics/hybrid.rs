@@ -82,6 +82,42 @@ fn both_parts_together_are_the_image_of_the_path_tracer() {
     tell("physics", 2, "images by paths and photons for caustics");
 }
 
+/// Whatever it is that makes a caustic, photons carry it: a mirror where there is no glass, and the glass of a lamp itself, which
+/// glows within as well.
+#[test]
+fn mirrors_alone_and_glass_that_glows_make_caustics() {
+    /// Noise of means of the image, of 150 samples of each of 768 pixels.
+    const TOLERANCE: f64 = 0.01;
+    /// What photons bring is at least this share of the image.
+    const LEAST: f64 = 0.02;
+    let floor = || {
+        empty_scene(pinhole(Vec3::new(0.0, 2.0, 7.0), Vec3::new(0.0, 0.6, 0.0), 40.0)).ball(
+            Vec3::new(0.0, -200.0, 0.0),
+            200.0,
+            diffuse(0.6),
+        )
+    };
+    let color = Rgb::new(3.0, 2.0, 1.0);
+    let of_mirror = floor().ball(Vec3::new(0.6, 0.9, -0.3), 0.9, mirror(0.9)).lamp(
+        Vec3::new(-1.0, 1.5, 0.5),
+        0.9,
+        BLACK,
+        color,
+    );
+    let of_glass = floor().lamp(Vec3::new(0.0, 1.2, 0.0), 1.0, glass(1.0, 1.5), color);
+    for scene in [of_mirror, of_glass] {
+        let settings =
+            Settings { iterations: 150, photons_per_iteration: 2000, ..settings(32, 24, 2000, 8, 0.25) };
+        let truth = render_path(&scene, &Settings { seed: 9, ..settings });
+        let both = run(hybrid(&scene, &settings), &settings);
+        let error = relative_error(mean(&both), mean(&truth));
+        assert!(error < TOLERANCE, "{error}: {:?}, not {:?}", mean(&both), mean(&truth));
+        let caustics = run(Sppm::new(&scene, &settings).of_caustics(), &settings);
+        let share = mean(&caustics)[0] / mean(&truth)[0];
+        assert!(share > LEAST, "{share} of the image is of caustics");
+    }
+}
+
 /// Where there is no mirror and no glass, or no lamp but the sky, paths do it all, as if there were no photons.
 #[test]
 fn without_caustics_the_image_is_the_path_tracers_bit_by_bit() {

@@ -53,7 +53,7 @@ fn parts() -> impl Iterator<Item = Vec3> {
     (0..PARTS.pow(3)).map(move |k| Vec3::new(side(k), side(k / PARTS), side(k / PARTS / PARTS)))
 }
 
-/// Surfaces in each part of the scene, and on each side of it, scatter photons their own way.
+/// Surfaces in each part of the scene, and on each side of it, scatter photons their own way, wherever the scene is.
 #[test]
 fn every_part_of_the_scene_and_every_side_has_what_it_has_learnt() {
     const LINES: u32 = 192;
@@ -62,21 +62,23 @@ fn every_part_of_the_scene_and_every_side_has_what_it_has_learnt() {
     assert_eq!(surfaces.len() as u32, SURFACES);
     // Neighbours along any axis, and opposite sides, differ in theirs.
     let cell = |k: usize| [(k * 5 + k / 6) % SIDE, (k * 3 + k / 48 + k % 6 / 2) % SIDE];
-    let mut found = Found::default();
-    for line in 0..LINES {
-        // In the middle of the part, so that its borders may be anywhere near.
-        let offset = Vec3::from_array([1, 3, 5].map(|step| 0.2 + 0.6 * (line * step % 32) as f32 / 31.0));
+    for origin in [Vec3::ZERO, Vec3::new(64.0, -32.0, 16.0)] {
+        let mut found = Found::default();
+        for line in 0..LINES {
+            // In the middle of the part, so that its borders may be anywhere near.
+            let offset = Vec3::from_array([1, 3, 5].map(|step| 0.2 + 0.6 * (line * step % 32) as f32 / 31.0));
+            for (k, (part, normal)) in surfaces.iter().enumerate() {
+                found.edges.push(edge(line, (origin + *part + offset, *normal), cell(k)));
+            }
+        }
+        let guide = Guide::learn(LINES, &[found], 1.0).expect("a guide");
         for (k, (part, normal)) in surfaces.iter().enumerate() {
-            found.edges.push(edge(line, (*part + offset, *normal), cell(k)));
+            // Three parts of five are its own lines, of which 5/8 count.
+            let share = share(&guide, origin + *part + 0.5, *normal, cell(k));
+            assert!(share > 0.3, "{share} of the photons at {part} that face {normal}");
         }
     }
-    let guide = Guide::learn(LINES, &[found], 1.0).expect("a guide");
-    for (k, (part, normal)) in surfaces.iter().enumerate() {
-        // Three parts of five are its own lines, of which 5/8 count.
-        let share = share(&guide, *part + 0.5, *normal, cell(k));
-        assert!(share > 0.3, "{share} of the photons at {part} that face {normal}");
-    }
-    tell("physics", surfaces.len(), "surfaces that have learnt their own");
+    tell("physics", 2 * surfaces.len(), "surfaces that have learnt their own");
 }
 
 /// A surface of which next to nothing is known does as others that face the same way.

@@ -108,6 +108,49 @@ fn lamps_are_divided_where_power_times_squared_extent_is_least() {
     tell("physics", divisions, "divisions of lamps");
 }
 
+/// A node has the power of its lamps, and the least ball around the middle of their box that holds them: importance falls
+/// with the distance from the one, and light may arrive from all of the other.
+#[test]
+fn nodes_are_as_bright_and_as_wide_as_their_lamps() {
+    /// Roundings of `f32`, and by how much radii are enlarged for them.
+    const ROUNDING: f64 = 4e-6;
+    let mut nodes = 0;
+    for seed in 0..20 {
+        let lamps = heaps(200 + seed, 2 + 3 * seed);
+        let scene = scene_of(lamps.iter().copied());
+        let still = scene.at(0.0);
+        let tree = &still.lights.tree;
+        let power = |lights: &[u32]| -> f64 {
+            let of = |light: &u32| {
+                f64::from(lamps[*light as usize].2) * f64::from(lamps[*light as usize].1).powi(2)
+            };
+            lights.iter().map(of).sum()
+        };
+        let all: Vec<u32> = (0..lamps.len() as u32).collect();
+        let whole: f64 = tree.pairs[0].iter().map(|node| f64::from(node.intensity)).sum();
+        for node in tree.pairs.iter().flatten() {
+            let lights = below(tree, node.link);
+            let (share, expected) = (f64::from(node.intensity) / whole, power(&lights) / power(&all));
+            assert!((share / expected - 1.0).abs() < ROUNDING, "{share}, not {expected}, of {lights:?}");
+            let balls = || {
+                lights
+                    .iter()
+                    .map(|light| lamps[*light as usize])
+                    .map(|(c, r, _)| (c.as_dvec3(), f64::from(r)))
+            };
+            let low = balls().map(|(c, r)| c - r).reduce(DVec3::min).unwrap();
+            let high = balls().map(|(c, r)| c + r).reduce(DVec3::max).unwrap();
+            let (center, radius) = (node.center.as_dvec3(), f64::from(node.radius));
+            // Of coordinates, as far as the scene reaches.
+            assert!((center - 0.5 * (low + high)).length() < ROUNDING * 8.0, "{node:?} of {lights:?}");
+            let least = balls().map(|(c, r)| c.distance(center) + r).fold(0.0, f64::max);
+            assert!(radius >= least && radius < least * (1.0 + ROUNDING), "{node:?}, not {least}");
+            nodes += 1;
+        }
+    }
+    tell("physics", nodes, "nodes of lamps");
+}
+
 /// How a scene is changed, and what it does to vectors.
 type Turn = (&'static str, fn(Vec3) -> Vec3);
 

@@ -12,6 +12,8 @@ use reference::photon_numbers::PhotonNumbers;
 use reference::photon_pass::photon_pass;
 use reference::sampling::uniform_sphere;
 use scene::aim::Aim;
+use scene::rng::{Family, StreamKey};
+use scene::still::Role;
 use scene::{Film, Rgb, Scene, Settings, Stats, Still, Vec3};
 use std::f64::consts::PI;
 
@@ -527,4 +529,67 @@ fn lights_are_weighted_by_their_power() {
         // The brightest channel of a photon is the same for all lights.
         assert_eq!(light.photon_power.max_element(), 1.0);
     }
+}
+
+/// What hides a part of a lamp is found by the definition, be lamps few or many: the balls within which a part of its surface
+/// lies, other lamps among them, and the rooms beyond which a part lies. Of glass nothing is hidden. Who is hidden entirely sends
+/// no light.
+#[test]
+fn what_hides_a_part_of_a_lamp_is_found_whatever_the_number_of_lamps() {
+    /// Surfaces that touch but for roundings count as either.
+    const TOUCHING: f64 = 1e-4;
+    let (mut parts, mut hidden) = (0, 0);
+    for seed in 0..300 {
+        let mut stream = StreamKey::new(41, Family::Survey, 0).stream(seed);
+        let mut scene = empty_scene(pinhole(Vec3::ZERO, Vec3::X, 30.0))
+            .ball(Vec3::new(0.5, 0.0, 0.0), 9.0, diffuse(0.5))
+            .ball(Vec3::new(-0.5, 0.3, 0.0), 9.5, diffuse(0.5));
+        for k in 0..40 {
+            let mut next = || stream.next_f32();
+            let way = Vec3::from_array(std::array::from_fn(|_| next() - 0.5));
+            let center = way * 20.0;
+            let radius = (0.2 + 2.0 * next()).min(0.9 * center.length());
+            // Few lamps of odd seeds, many of even ones.
+            let glows = if seed % 2 == 1 { k % 10 == 0 } else { k % 3 > 0 };
+            let material = if next() < 0.25 { glass(1.0, 1.5) } else { diffuse(0.5) };
+            scene = scene.lamp(center, radius, material, if glows { Rgb::ONE } else { Rgb::ZERO });
+        }
+        let still = scene.at(0.0);
+        for (id, lamp) in scene.spheres.iter().enumerate().filter(|(_, sphere)| sphere.is_emitter()) {
+            let (mut some, mut unsure, mut all) = (Vec::new(), Vec::new(), false);
+            for (other, sphere) in (0..).zip(scene.spheres.iter()).filter(|(other, _)| *other != id as u32) {
+                let distance = lamp.center.as_dvec3().distance(sphere.center.as_dvec3());
+                let [own, radius] = [lamp.radius, sphere.radius].map(f64::from);
+                let [nearest, farthest] = [(distance - own).abs(), distance + own];
+                let (edge, part, whole) = match still.roles[other as usize] {
+                    Role::Glass => continue,
+                    Role::Solid => (nearest, nearest < radius, farthest < radius),
+                    Role::Enclosure(_) => (farthest, farthest > radius, nearest > radius),
+                };
+                all |= whole;
+                if (edge / radius - 1.0).abs() < TOUCHING {
+                    unsure.push(other);
+                } else if part {
+                    some.push(other);
+                }
+            }
+            let lights = still.lights.entries.iter().filter(|light| light.sphere == id as u32);
+            let mut sides = 0;
+            for light in lights {
+                let range = light.blockers.start as usize..light.blockers.end as usize;
+                let found: Vec<u32> = still.lights.blockers[range]
+                    .iter()
+                    .copied()
+                    .filter(|other| !unsure.contains(other))
+                    .collect();
+                assert_eq!(found, some, "{seed}: lamp {id}");
+                sides += 1;
+                parts += found.len();
+            }
+            assert_eq!(sides == 0, all, "{seed}: lamp {id}, of which {some:?} hide a part");
+            hidden += usize::from(all);
+        }
+    }
+    assert!(parts > 3000 && hidden > 300, "{parts} parts, {hidden} hidden");
+    tell("physics", parts, "parts of lamps that are hidden");
 }

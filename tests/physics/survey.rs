@@ -5,16 +5,19 @@ use crate::harness::{BLACK, Build, diffuse, empty_scene, glass, mirror, pinhole,
 use glam::DVec3;
 use reference::Sppm;
 use reference::camera_pass::ray_through;
+use reference::direct_light::sample_light;
 use reference::intersect::intersect;
-use reference::sampling::uniform_sphere;
+use reference::light_choice::Receiver;
+use reference::sampling::{cosine_hemisphere, uniform_sphere};
+use reference::scatter::{dielectric, reflect};
 use reference::survey::{found, survey};
 use scene::aim::survey::targets;
 use scene::aim::{Arrival, Targets};
 use scene::guide::{Edge, Found, Lit};
-use scene::rng::unit_float;
+use scene::rng::{Family, StreamKey, unit_float};
 use scene::sobol::sobol;
 use scene::still::Carried;
-use scene::{Engine, Rgb, Scene, Settings, Vec3};
+use scene::{Engine, Material, Ray, Rgb, Scene, Settings, Still, Vec3, max_component};
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
@@ -97,6 +100,93 @@ fn light_arrives_at_the_surfaces_of_walks_and_is_seen_at_the_first_alone() {
     }
     assert!(counts.iter().all(|count| *count > 500), "{counts:?}");
     tell("physics", found.lit.len(), "lit surfaces of walks");
+}
+
+/// What a walk finds, by its definition: it goes from surface to surface as paths do and ends by the brightest channel of the
+/// surface. Of light that takes `most` segments from its lamp to the first diffuse surface the last comes by a shadow ray.
+fn walked(scene: &Scene, still: &Still, settings: &Settings, walk: u32, most: u32) -> Found {
+    /// Surfaces from the first diffuse one on whose lines guides learn.
+    const GUIDED: usize = 8;
+    let mut stream = StreamKey::new(settings.seed, Family::Survey, 0).stream(walk);
+    let mut next = || stream.next_f32();
+    let lens = (next(), next());
+    let frame = scene.camera.frame(settings.width, settings.height);
+    let [x, y] = [0, 1].map(|d| unit_float(sobol(walk, d)));
+    let place = (x * settings.width as f32, y * settings.height as f32);
+    let mut ray = ray_through(&frame, place, (scene.camera.aperture_radius > 0.0).then_some(lens));
+    let mut found = Found::default();
+    // How many surfaces have been met before the first diffuse one, and from it on.
+    let (mut before, mut from_first) = (0, 0);
+    while before < most as usize && from_first < most as usize {
+        let Some(hit) = intersect(still, &ray) else { break };
+        let material = still.material(hit.sphere);
+        let is_diffuse = material.is_diffuse();
+        let is_first = is_diffuse && from_first == 0;
+        if is_first || from_first > 0 {
+            from_first += 1
+        } else {
+            before += 1
+        }
+        if is_diffuse && !is_first && from_first <= GUIDED {
+            let (point, normal, direction) = (hit.point, hit.normal, -ray.direction);
+            found.edges.push(Edge { walk, point, normal, direction });
+        }
+        let [u, v, roulette, choice, across, around] = std::array::from_fn(|_| next());
+        let direction = match *material {
+            Material::Diffuse { .. } => cosine_hemisphere(hit.normal, u, v),
+            Material::Specular { .. } => reflect(ray.direction, hit.normal),
+            Material::Dielectric { ior, .. } => dielectric(ray.direction, &hit, ior, u).0,
+        };
+        if roulette >= max_component(material.albedo()) {
+            break;
+        }
+        if from_first > 0 && (still.carried == Carried::All || !is_diffuse) {
+            let normal = if direction.dot(hit.normal) > 0.0 { hit.normal } else { -hit.normal };
+            let receiver = Receiver { point: hit.point, normal, sphere: hit.sphere };
+            let light = sample_light(still, &receiver, choice, across, around);
+            if let Some((source, irradiance)) = light.filter(|(_, irradiance)| *irradiance != Rgb::ZERO) {
+                let flux = max_component(irradiance);
+                let arrival = Arrival { point: hit.point, source, flux };
+                found.lit.push(Lit { walk, is_seen: is_first, arrival });
+            }
+        }
+        ray = Ray { origin: hit.point, direction, leaves: hit.sphere };
+    }
+    found
+}
+
+/// Walks by way of mirrors and glass, before the first diffuse surface and after it, find what their definition says: at any
+/// instant, through a lens, however long they may be, and for all light or for caustics.
+#[test]
+fn walks_find_what_their_definition_says() {
+    let mut smooth = matt_room()
+        .ball(Vec3::new(0.3, -0.8, 1.6), 0.7, glass(0.9, 1.5))
+        .ball(Vec3::new(-0.9, 0.4, 0.9), 0.6, mirror(0.8))
+        .lamp(Vec3::new(1.5, 1.0, 0.5), 0.3, glass(1.0, 1.3), Rgb::new(1.0, 3.0, 2.0));
+    (smooth.camera.aperture_radius, smooth.camera.focus_distance) = (0.2, 3.0);
+    smooth.spheres[1].velocity = Vec3::new(0.0, 1.0, 0.5);
+    smooth.spheres[3].velocity = Vec3::new(-1.0, 0.0, 0.5);
+    let mut lines = 0;
+    for scene in [matt_room(), smooth] {
+        for (seed, time, most) in [(1, 0.0, 3), (2, 0.5, 5), (3, 1.0, 12)] {
+            for carried in [Carried::All, Carried::Caustics] {
+                let settings = Settings { seed, ..settings(60, 45, 1000, most, 0.1) };
+                let still = scene.at_for(time, carried);
+                let given = found(&scene, &still, &settings, 100..700, most);
+                let mut expected = Found::default();
+                for Found { edges, lit } in
+                    (100..700).map(|walk| walked(&scene, &still, &settings, walk, most))
+                {
+                    expected.edges.extend(edges);
+                    expected.lit.extend(lit);
+                }
+                assert!(given == expected, "seed {seed}, {carried:?}");
+                lines += expected.edges.len() + expected.lit.len();
+            }
+        }
+    }
+    assert!(lines > 10_000, "{lines}");
+    tell("physics", lines, "lines and lights of walks");
 }
 
 /// Walks begin all over the image.

@@ -74,6 +74,26 @@ fn each_of_sixteen_heaps_of_arrivals_has_a_ball_of_its_own() {
     tell("physics", found, "arrivals in balls of their heap");
 }
 
+/// Arrivals that all lie in one place have a ball as well, which their lines cross.
+#[test]
+fn arrivals_in_one_place_have_a_ball_that_light_crosses() {
+    let scene = under_a_sun();
+    for count in [64, 16] {
+        let mut arrivals = heaps(&[Vec3::new(3.0, 0.5, 1.0)], count, 0.0);
+        arrivals.extend(heaps(&[Vec3::NEG_X * 3.0], 64, 0.5));
+        let targets = learnt(&scene, &arrivals);
+        let one = arrivals[0];
+        let direction = (one.point - one.source).normalize();
+        // All balls of the tree that hold the place but no other arrival.
+        let around: Vec<_> =
+            targets.balls.iter().filter(|ball| holds(ball, one.point) && ball.center.x > 2.0).collect();
+        assert!(around.len() > 1, "{around:?}");
+        for ball in around {
+            assert!(ball.radius > 0.0 && ball.is_crossed(one.source, direction), "no light crosses {ball:?}");
+        }
+    }
+}
+
 /// What surfaces scatter photons towards holds all places where light arrives, and is no wider than the box around them.
 #[test]
 fn photons_are_scattered_towards_all_places_of_arrival_and_no_more() {
@@ -154,21 +174,34 @@ fn what_mirrors_each_other_gets_as_many_photons() {
     tell("physics", pairs, "balls that mirror each other");
 }
 
-/// Of two heaps that are alike but for the light that arrives, the brighter gets more photons: where neither can have the
-/// other's, the least variance is that of shares by the root of the light.
+/// Of two heaps that mirror each other but for the light that arrives, the brighter gets more photons: where neither can have
+/// the other's, the least variance is that of shares by the root of the light. A part is spread evenly over all balls alike.
 #[test]
-fn where_more_light_arrives_more_photons_are_sent() {
+fn photons_are_sent_by_the_root_of_the_light_that_arrives() {
+    /// Sums in another order.
+    const ROUNDING: f64 = 1e-3;
+    let mirror = Vec3::new(-1.0, 1.0, 1.0);
     let scene = under_a_sun();
-    let mut arrivals = heaps(&[Vec3::X * 4.0, Vec3::X * -4.0], 128, 0.5);
-    arrivals.iter_mut().filter(|arrival| arrival.point.x > 0.0).for_each(|arrival| arrival.flux = 100.0);
-    let targets = learnt(&scene, &arrivals);
-    let share = |side: f32| -> f64 {
-        let balls = targets.balls.iter().zip(&targets.shares[1..]);
-        balls.filter(|(ball, _)| ball.center.x * side > ball.radius).map(|(_, share)| share).sum()
-    };
-    // Ten times as many, were not a part spread evenly.
-    let (bright, dim) = (share(1.0), share(-1.0));
-    assert!(bright > 2.5 * dim, "{bright} and {dim}");
+    for light in [4.0_f32, 100.0] {
+        let mut arrivals = heaps(&[Vec3::X * 4.0], 128, 0.5);
+        let others = arrivals.clone();
+        arrivals.iter_mut().for_each(|arrival| arrival.flux = light);
+        arrivals.extend(others.iter().map(|a| arrival(a.point * mirror, a.flux)));
+        let targets = learnt(&scene, &arrivals);
+        let is_bright = |ball: &Target| ball.center.x > ball.radius;
+        let bright = (0..targets.balls.len()).filter(|k| is_bright(&targets.balls[*k]));
+        let mut shares: Vec<[f64; 2]> = bright
+            .map(|k| {
+                let dim = mirror_image(&targets, &targets.balls[k], mirror).expect("a mirror image");
+                [targets.shares[dim + 1], targets.shares[k + 1]]
+            })
+            .collect();
+        shares.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let ([low, of_low], [high, of_high]) = (shares[0], shares[shares.len() - 1]);
+        assert!(shares.len() > 8 && high > 1.1 * low, "{shares:?}");
+        let (found, expected) = ((of_high - of_low) / (high - low), f64::from(light).sqrt());
+        assert!((found / expected - 1.0).abs() < ROUNDING, "{found} times as many photons, not {expected}");
+    }
 }
 
 /// What is expected to be left of the variance is the mean weight of photons that come along the lines of the arrivals, as

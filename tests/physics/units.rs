@@ -188,6 +188,32 @@ fn channels_are_alike() {
     }
 }
 
+/// In which order spheres are listed does not matter but for noise: all light of both orders is the same by every method.
+#[test]
+fn the_order_of_spheres_does_not_matter() {
+    /// Noise of the mean over an image, of so many iterations.
+    const NOISE: f64 = 0.04;
+    const ITERATIONS: u32 = 48;
+    let sums = |scene: &Scene, settings: &Settings| -> Vec<f64> {
+        let images = images(scene, settings);
+        let light = |(radiance, _): &(Rgb, f32)| f64::from(radiance.x + radiance.y + radiance.z);
+        images.iter().map(|image| image.iter().map(light).sum::<f64>()).collect()
+    };
+    for (name, scene, settings) in cases().into_iter().filter(|(name, ..)| !name.contains("global")) {
+        let settings =
+            Settings { iterations: ITERATIONS, photons_per_iteration: 4000, radius_pilots: 0, ..settings };
+        let mut other = scene.clone();
+        other.spheres.reverse();
+        let (before, after) = (sums(&scene, &settings), sums(&other, &settings));
+        for (method, (before, after)) in before.iter().zip(&after).enumerate() {
+            assert!(
+                (after / before - 1.0).abs() < NOISE,
+                "{name} by method {method}: {before}, reversed {after}"
+            );
+        }
+    }
+}
+
 /// These scenes are of both kinds.
 #[test]
 fn photons_of_these_scenes_are_aimed_in_the_open_and_guided_in_rooms() {
