@@ -68,7 +68,8 @@ impl OutputArgs {
         let stream = extension.map(|extension| self.stream(extension)).transpose()?;
         let image = self.output.clone().or(usual.image).unwrap_or(image);
         // An exposure given for a format without one is refused later; one from `usual` is dropped.
-        let is_exposed = extension.map_or_else(|| render::is_exposed(&image), |extension| extension == "png");
+        let shown = extension.map_or(image.clone(), |extension| format!("image.{extension}").into());
+        let is_exposed = render::is_exposed(&shown);
         let usual_exposure = usual.exposure.filter(|_| is_exposed);
         let usual_tone = usual.tone.filter(|_| is_exposed);
         Ok(Outputs {
@@ -250,6 +251,18 @@ mod tests {
         let radiance = or(&["-o", "a.exr"], all()).unwrap();
         assert_eq!((radiance.exposure, radiance.tone), (None, None));
         assert_eq!(or(&["-o", "a.exr", "--exposure", "2"], all()).unwrap().exposure, Some(2.0));
+        let shown = Outputs { snapshots: false, ..all() };
+        for (output, is_shown) in [
+            ("-", true),
+            ("png:-", true),
+            ("jpg:-", true),
+            ("jpeg:-", true),
+            ("exr:-", false),
+            ("hdr:-", false),
+        ] {
+            let streamed = or(&["-o", output], shown.clone()).unwrap();
+            assert_eq!([streamed.exposure.is_some(), streamed.tone.is_some()], [is_shown; 2], "{output}");
+        }
         assert_eq!(or(&["--exposure", "0"], all()).unwrap().exposure, None);
         // The usual white stays with the usual curve.
         let tone =
