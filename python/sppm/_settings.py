@@ -104,4 +104,4 @@ def to_tuple(settings: Settings) -> SettingsTuple:
 def of_tuple(values: SettingsTuple) -> Settings:
     """Settings as the extension module gives them."""
     *others, (light_samples, glint_samples) = values
-    return Settings(*cast("Any", others), light_samples, glint_samples)
+    return Settings(*cast("Any", (*others, light_samples, glint_samples)))

@@ -19,7 +19,7 @@ import numpy as np
 import sppm
 from sppm import _sppm
 from sppm._scene import native
-from sppm._settings import to_tuple
+from sppm._settings import of_tuple, to_tuple
 
 SMALL = {"width": 64, "height": 48, "photons_per_iteration": 20_000}
 SCENES = ["caustics", "cornell", "large", "mirror", "random", "surgery", "dusk"]
@@ -59,8 +59,8 @@ def opened(name: str) -> sppm.Scene:
 def first_radius(scene: sppm.Scene, schedule: str) -> float:
     """The radius that is chosen."""
     settings = scene.settings.replace(radius_schedule=schedule)  # type: ignore[arg-type]
-    chosen = _sppm.choose_settings(native(scene), to_tuple(settings), "good", [True, True, True, False])
-    return float(sppm.Settings(*chosen).initial_radius)  # type: ignore[arg-type]
+    chosen = _sppm.choose_settings(native(scene), to_tuple(settings), "good", [True, True, True, False, True])
+    return float(of_tuple(chosen).initial_radius)
 
 
 def errors_of(

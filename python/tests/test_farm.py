@@ -117,6 +117,7 @@ def test_settings_are_chosen_as_by_render(tmp_path: Path) -> None:
     render.settings = render.settings.replace(**size, radius_schedule="global")
     film = sppm.render(render, quality="good", iterations=2, progress=False)
     assert vars(job.scene.settings) == {**film.metadata["settings"], "radius_pilots": 0, "radius_clearance": 0}
+    assert job.scene.settings.glint_samples > 1 and "--glint-samples" in job.chosen.split()
     assert job.chosen.startswith("quality good: --photons ") and "-n" not in job.chosen.split()
     # The same again; and what is given is not chosen.
     (again,) = jobs_of(["cornell"], tmp_path / "a.exr", {**size, "iterations": 2}, [])

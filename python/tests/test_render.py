@@ -34,15 +34,17 @@ def test_settings_are_those_of_the_scene_unless_given(cornell) -> None:
 
 
 @pytest.mark.parametrize("method", ["sppm", "path", "hybrid"])
-def test_light_samples_are_those_of_the_command(cornell, command, tmp_path: Path, method) -> None:
-    film = sppm.render(cornell, iterations=2, method=method, light_samples=3)
+@pytest.mark.parametrize("samples", [("light_samples", "--light-samples", 16), ("glint_samples", "--glint-samples", 64)])
+def test_samples_are_those_of_the_command(cornell, command, tmp_path: Path, method, samples) -> None:
+    name, option, most = samples
+    film = sppm.render(cornell, iterations=2, method=method, **{name: 3})
     assert film != sppm.render(cornell, iterations=2, method=method)
     file = tmp_path / "cornell.toml"
     cornell.save(file)
-    command("render", file, "-n", 2, "--method", method, "--light-samples", 3, "-o", tmp_path / "a.pfm")
+    command("render", file, "-n", 2, "--method", method, option, 3, "-o", tmp_path / "a.pfm")
     assert (sppm.Film.load(tmp_path / "a.pfm").radiance == film.radiance).all()
-    with pytest.raises(ValueError, match="light_samples"):
-        sppm.render(cornell, iterations=2, light_samples=17)
+    with pytest.raises(ValueError, match=name):
+        sppm.render(cornell, iterations=2, **{name: most + 1})
 
 
 def test_progress_is_an_iterator(cornell) -> None:

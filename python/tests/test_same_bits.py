@@ -105,6 +105,7 @@ def test_settings_are_chosen_alike(quality, tmp_path: Path, command) -> None:
         ({"initial_radius": 0.75}, "--radius=0.75"),
         ({"radius_pilots": 2}, "--radius-pilots=2"),
         ({"radius_clearance": 0.5}, "--radius-clearance=0.5"),
+        ({"glint_samples": 3}, "--glint-samples=3"),
     ],
     ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
 )

@@ -223,7 +223,7 @@ impl<'a> PathPass<'a> {
         let surfaces = tables.surfaces(&batch.paths.hit[..live]);
         // A packet lists so many points at most.
         let room = BATCH - self.settings.light_samples as usize * L::N;
-        let has_glints = L::first(if self.glint_pass().is_needed() { L::N } else { 0 });
+        let has_glints = self.glint_pass().is_needed();
         let leaves_caustics = L::first(if self.has_caustics { 0 } else { L::N });
         let (mut at, mut go_on) = (0, 0);
         batch.lit.count = 0;
@@ -245,8 +245,6 @@ impl<'a> PathPass<'a> {
             let counts = (progress.counts_lamps & !(leaves_caustics & progress.seen_diffuse))
                 | tag::has::<L>(surface.tag, tag::ENCLOSURE);
             let glows = arrived & counts & tag::has::<L>(surface.tag, tag::EMITTER);
-            let is_first =
-                L::eq(progress.rest, L::u(self.settings.max_depth.wrapping_sub(1))) & !progress.seen_diffuse;
             if L::any(glows) {
                 let weight = p.weight.scale(progress.scale);
                 let is_apart = !(progress.seen_diffuse | tag::has::<L>(surface.tag, tag::ENCLOSURE));
@@ -259,10 +257,11 @@ impl<'a> PathPass<'a> {
                 let own = |slot: usize, light: Vec3| add(&mut samples[slot], light.to_array());
                 each_emission::<L>(still, glows & !is_apart, weight, from, own);
             }
-            let is_smooth = arrived & !L::eq(material.kind, L::u(kind::DIFFUSE));
-            let is_listed = has_glints & is_first & is_smooth;
-            if L::any(is_listed) {
-                batch.glints.list::<L>(is_listed, p.slot);
+            if has_glints {
+                let is_first =
+                    L::eq(progress.rest, L::u(self.settings.max_depth - 1)) & !progress.seen_diffuse;
+                let is_smooth = !L::eq(material.kind, L::u(kind::DIFFUSE));
+                batch.glints.list::<L>(arrived & is_first & is_smooth, p.slot);
             }
             if self.has_ambient_lights {
                 let is_late =
