@@ -140,3 +140,24 @@ fn consolidation_is_that_of_the_paper() {
     let actual = pixel.develop(&settings, 7);
     assert!(relative_error(actual.as_dvec3().to_array(), expected) < CONSOLIDATION);
 }
+
+/// Radiance by the paper's equation, however many photons there were in all: more than 32 bits count.
+#[test]
+fn radiance_is_that_of_the_equation_however_many_photons_there_were() {
+    /// Roundings of `f32`.
+    const ROUNDING: f64 = 1e-6;
+    let pixel =
+        Pixel { direct: Rgb::new(3.0, 0.0, 1.0), tau: Rgb::new(0.0, 7e3, 2e3), n: 40.0, radius_squared: 0.3 };
+    for (photons, iterations) in [(1000, 3), (65_536, 65_536), (200_000, 50_000), (1 << 28, 1 << 30)] {
+        let settings = settings(8, 8, photons, 5, 1.0);
+        let found = pixel.develop(&settings, iterations).as_dvec3();
+        let n = f64::from(iterations);
+        let disc = std::f64::consts::PI * f64::from(pixel.radius_squared);
+        let expected = pixel.direct.as_dvec3() / n + pixel.tau.as_dvec3() / (n * f64::from(photons) * disc);
+        let error = (found - expected).abs().max_element();
+        assert!(
+            error <= ROUNDING * expected.max_element(),
+            "{photons} photons, {iterations} times: {found}, not {expected}"
+        );
+    }
+}

@@ -200,7 +200,7 @@ fn shares_by_definition(films: &[Film], iterations: u32) -> Vec<f64> {
         let mean = |x, y| (0..8).map(|film| value(film, x, y, c)).sum::<f64>() / 8.0;
         each(size, |x, y| mean_around(size, (x, y), OF_BRIGHTNESS, mean))
     });
-    let all = bright.iter().flatten().sum::<f64>() / (3 * width * height) as f64;
+    let all = bright.iter().flatten().sum::<f64>() / f64::from(3 * width * height);
     let weight = |x, y, c: usize| 1.0 / (bright[c][(y * width + x) as usize].powi(2) + (DARK * all).powi(2));
     // What radiance differs by between a radius and the one before, for seed A or B.
     let step = |set: usize, level: usize, x, y, c| {

@@ -89,7 +89,7 @@ fn mirrors_alone_and_glass_that_glows_make_caustics() {
     /// Noise of means of the image, of 150 samples of each of 768 pixels.
     const TOLERANCE: f64 = 0.01;
     /// What photons bring is at least this share of the image.
-    const LEAST: f64 = 0.02;
+    const LEAST: f64 = 0.005;
     let floor = || {
         empty_scene(pinhole(Vec3::new(0.0, 2.0, 7.0), Vec3::new(0.0, 0.6, 0.0), 40.0)).ball(
             Vec3::new(0.0, -200.0, 0.0),

@@ -12,9 +12,11 @@ use scene::aim::{Aim, Targets};
 use scene::film::FLUX_ONE;
 use scene::ray::SphereId;
 use scene::{
-    Engine, Film, Filter, FirstRadii, RadiusSchedule, Rgb, Scene, Settings, Sphere, Stats, Still, Stop, Vec3,
+    Engine, ExactSums, Film, Filter, FirstRadii, RadiusSchedule, Resumable, Rgb, Scene, Settings, Sphere,
+    Stats, Still, Stop, Vec3,
 };
 use std::f64::consts::PI;
+use std::ops::Range;
 
 const ALPHA: f64 = 2.0 / 3.0;
 
@@ -255,5 +257,57 @@ fn pilots_are_renders_of_as_many_iterations_as_they_have() {
         });
         assert!(found.develop() == expected.develop(), "{pilots} iterations of each pilot");
         assert!(found.radius() == expected.radius(), "{pilots} iterations of each pilot");
+    }
+}
+
+/// With global radii a part of a render, begun at any iteration, has the radii of these iterations; its image is their mean, and
+/// its sums are what they add to the whole.
+#[test]
+fn parts_of_a_render_have_the_radii_of_their_iterations_and_add_up_to_it() {
+    const ITERATIONS: u32 = 7;
+    let scene = room();
+    let settings = Settings {
+        radius_schedule: RadiusSchedule::Global,
+        ..crate::harness::settings(17, 13, 3000, 6, 1.5)
+    };
+    let part = |iterations: Range<u32>| {
+        let mut engine = Sppm::new(&scene, &settings);
+        engine.skip_to(iterations.start);
+        let radius = f64::from(engine.probe(0, 0).radius);
+        let shrunk: f64 =
+            (0..iterations.start).map(f64::from).map(|i| (i + 1.0 + ALPHA) / (i + 2.0)).product();
+        let expected = f64::from(settings.initial_radius) * shrunk.sqrt();
+        assert!(
+            (radius / expected - 1.0).abs() < ROUNDING,
+            "{radius}, not {expected}, from {iterations:?} on"
+        );
+        iterations.for_each(|_| engine.iterate());
+        engine
+    };
+    let sums = |engine: &Sppm| -> Vec<ExactSums> {
+        let mut row = vec![0; 17 * ExactSums::WORDS];
+        let rows = (0..13).flat_map(|y| {
+            engine.save_row(y, &mut row);
+            row.as_chunks().0.iter().map(|words| ExactSums::from_words(*words)).collect::<Vec<_>>()
+        });
+        rows.collect()
+    };
+    let whole = part(0..ITERATIONS);
+    for middle in [1, 3, 6] {
+        let parts = [part(0..middle), part(middle..ITERATIONS)];
+        let (mut first, second) = (sums(&parts[0]), sums(&parts[1]));
+        first.iter_mut().zip(&second).for_each(|(sum, other)| sum.add(other));
+        assert!(first == sums(&whole), "parts before and after {middle}");
+        for (x, y) in (0..13).flat_map(|y| (0..17).map(move |x| (x, y))) {
+            let [a, b, all] =
+                [&parts[0], &parts[1], &whole].map(|engine| engine.probe(x, y).radiance.as_dvec3());
+            let (of_a, of_all) = (f64::from(middle), f64::from(ITERATIONS));
+            let expected = (all * of_all - a * of_a) / (of_all - of_a);
+            let error = (b - expected).abs().max_element();
+            assert!(
+                error <= ROUNDING * (all.max_element() + 0.1),
+                "{x}, {y} from {middle} on: {b}, not {expected}"
+            );
+        }
     }
 }

@@ -396,3 +396,29 @@ fn many_lamps_give_the_sum_of_what_each_gives() {
     }
     tell("physics", cases, "irradiances of many lamps");
 }
+
+/// Where paths meet glowing rooms by themselves, lamps are chosen as if no room glowed.
+#[test]
+fn among_lamps_alone_they_are_chosen_as_if_no_room_glowed() {
+    const NUMBERS: u32 = 1024;
+    let with_rooms = |glow: Rgb| {
+        let mut scene = empty_scene(pinhole(Vec3::Z * 5.0, Vec3::ZERO, 30.0));
+        for k in 0..5 {
+            let center = Vec3::new(k as f32 - 2.0, 3.0 - 0.5 * k as f32, 0.3 * k as f32);
+            scene = scene.lamp(center, 0.1 + 0.05 * k as f32, BLACK, Rgb::splat(1.0 + k as f32));
+        }
+        scene.lamp(Vec3::ZERO, 50.0, diffuse(0.5), glow).lamp(Vec3::X, 60.0, BLACK, 2.0 * glow)
+    };
+    let (dark, bright) = (with_rooms(Rgb::ZERO), with_rooms(Rgb::splat(3.0)));
+    let (dark, bright) = (dark.at(0.0), bright.at(0.0).with_choice_of_lamps());
+    let mut cases = 0;
+    for k in 0..16 {
+        let point = Vec3::new((k % 4) as f32 - 1.5, 0.2 * k as f32 - 1.0, (k / 4) as f32);
+        let receiver = Receiver { point, normal: Vec3::new(0.1, 1.0, 0.2).normalize(), sphere: NO_SPHERE };
+        for u in (0..NUMBERS).map(|u| u as f32 / NUMBERS as f32) {
+            assert_eq!(choose(&bright, &receiver, u), choose(&dark, &receiver, u), "{u} at {point}");
+            cases += 1;
+        }
+    }
+    tell("physics", cases, "choices among lamps alone");
+}

@@ -2,7 +2,7 @@
 
 use crate::cases::tell;
 use crate::harness::{
-    BLACK, Build, assert_mean, diffuse, empty_scene, pinhole, render_path, render_sppm, settings,
+    BLACK, Build, assert_mean, diffuse, empty_scene, mean, pinhole, render_path, render_sppm, settings,
 };
 use scene::settings::MAX_LIGHT_SAMPLES;
 use scene::{Film, Rgb, Scene, Settings, Vec3};
@@ -98,4 +98,22 @@ fn samples_of_one_iteration_go_on_where_those_of_the_last_ended() {
         }
     }
     tell("physics", 6 * 256, "pixels with the shadow rays of another order");
+}
+
+/// However many there are, light that comes by way of other surfaces is the same.
+#[test]
+fn they_leave_light_that_comes_by_way_of_others_as_it_is() {
+    /// Noise of the mean of an image.
+    const NOISE: f64 = 0.03;
+    let scene = empty_scene(pinhole(Vec3::Z * 3.0, Vec3::ZERO, 60.0))
+        .ball(Vec3::ZERO, 4.0, diffuse(0.8))
+        .lamp(Vec3::new(0.0, 2.0, 0.0), 0.5, BLACK, Rgb::ONE);
+    for (engine, render) in ENGINES {
+        let light = |light_samples: u32| {
+            let settings = settings(16, 12, 2000, 12, 0.5);
+            mean(&render(&scene, &Settings { light_samples, iterations: 200, ..settings }))[0]
+        };
+        let (one, five) = (light(1), light(5));
+        assert!((five / one - 1.0).abs() < NOISE, "{engine}: {five} with five, {one} with one");
+    }
 }

@@ -2,12 +2,12 @@
 
 use crate::cases::tell;
 use crate::harness::{
-    Build, SIGNIFICANCE, assert_uniform_square, chi_square_p, empty_scene, glass, pinhole, settings,
+    BLACK, Build, SIGNIFICANCE, assert_uniform_square, chi_square_p, empty_scene, glass, pinhole, settings,
 };
-use reference::Sppm;
+use reference::{PathTracer, Sppm};
 use scene::rng::{Family, Stream, StreamKey, unit_float};
 use scene::sobol::{DIMENSIONS, sobol};
-use scene::{Engine, Rgb, Vec3};
+use scene::{Engine, Rgb, Scene, Settings, Vec3};
 
 const FAMILIES: [Family; 6] =
     [Family::Camera, Family::Tile, Family::Photon, Family::Emission, Family::Shutter, Family::Path];
@@ -233,4 +233,48 @@ fn choices_at_glass_are_spread_evenly_over_tiles_and_iterations() {
     }
     assert!(furthest <= OF_PIXEL, "a pixel is reflected {furthest} times too often or too seldom");
     tell("physics", tiles + (side * side) as usize, "counts of reflections");
+}
+
+/// Behind two balls that bend nothing, glass that reflects most of what meets it: whether a path comes through to the lamp is by
+/// numbers that are the pixel's own, as the stratified ones are used up by then.
+fn behind_glass() -> Scene {
+    [(2.0, 1.0), (5.0, 1.0), (8.0, 8.0)].into_iter().fold(
+        empty_scene(pinhole(Vec3::ZERO, Vec3::X, 0.1)).lamp(Vec3::X * 20.0, 5.0, BLACK, Rgb::ONE),
+        |scene, (x, index)| scene.ball(Vec3::X * x, 1.0, glass(1.0, index)),
+    )
+}
+
+/// Whatever the shape of an image, no two of its pixels see the same through glass all the time.
+#[test]
+fn no_two_pixels_of_wide_and_high_images_draw_the_same_numbers() {
+    const ITERATIONS: u32 = 128;
+    let scene = behind_glass();
+    for (width, height) in [(13, 5), (5, 13), (9, 9)] {
+        let settings = Settings { glint_samples: 1, ..settings(width, height, 1, 40, 0.1) };
+        let engines: [(&str, Box<dyn Engine>); 2] = [
+            ("photon mapping", Box::new(Sppm::new(&scene, &settings))),
+            ("path tracing", Box::new(PathTracer::new(&scene, &settings))),
+        ];
+        for (name, mut engine) in engines {
+            // The sum of what was seen rises in each iteration or not.
+            let mut seen = vec![Vec::new(); (width * height) as usize];
+            let mut sums = vec![0.0_f32; seen.len()];
+            for iteration in 1..=ITERATIONS {
+                engine.iterate();
+                for (k, (seen, before)) in (0..).zip(seen.iter_mut().zip(&mut sums)) {
+                    let sum = engine.probe(k % width, k / width).radiance.x * iteration as f32;
+                    // Light that has come through twice is a hundred times what sums are rounded by.
+                    seen.push(sum - *before > 1e-3);
+                    *before = sum;
+                }
+            }
+            let share = seen.iter().flatten().filter(|is_seen| **is_seen).count() as f64
+                / f64::from(ITERATIONS * width * height);
+            assert!((0.05..0.95).contains(&share), "{name}: {share}");
+            for (k, one) in seen.iter().enumerate() {
+                let same = seen[..k].iter().position(|other| other == one);
+                assert_eq!(same, None, "{name}, {width} x {height}: pixel {k} is as another");
+            }
+        }
+    }
 }

@@ -123,9 +123,9 @@ fn walked(scene: &Scene, still: &Still, settings: &Settings, walk: u32, most: u3
         let is_diffuse = material.is_diffuse();
         let is_first = is_diffuse && from_first == 0;
         if is_first || from_first > 0 {
-            from_first += 1
+            from_first += 1;
         } else {
-            before += 1
+            before += 1;
         }
         if is_diffuse && !is_first && from_first <= GUIDED {
             let (point, normal, direction) = (hit.point, hit.normal, -ray.direction);
