@@ -505,7 +505,7 @@ mod tests {
             let images = bytes_at_most(&scene, threads) - engine(&largest) - of_scene;
             let pixels = pilot.pixels() as u64;
             let terms = size_of::<[f64; 3]>() as u64;
-            assert!(PADDED >= size_of::<scene::Rgb>() as u64);
+            assert!(PADDED >= size_of::<Rgb>() as u64);
             assert_eq!(images, (PADDED * bias::FILMS + terms) * pixels, "{pixels} pixels");
             // What makes it the largest.
             assert!(engine(&largest) > engine(&Settings { max_depth: 16, ..largest }));
