@@ -253,6 +253,9 @@ mod tests {
         // By the cosine a share of 1 / 100 meets it, the square of the sine of the half angle.
         assert!((hits[1] / all - 0.01).abs() < 1e-3 && (hits[0] / all - 0.99).abs() < 0.02, "{hits:?}");
         assert!((count as f32 / all - 0.505).abs() < 0.02, "{count}");
+        // Numbers from a half on are those of the others.
+        let (other, _) = scatter_towards(&ball, Vec3::ZERO, Vec3::Z, 0.5, 0.6);
+        assert_eq!(other, cosine_hemisphere(Vec3::Z, 0.0, 0.6));
         // Within the ball there is nothing to aim at.
         let within = scatter_towards(&ball, Vec3::Z * 9.5, Vec3::Z, 0.3, 0.6);
         assert_eq!(within, (cosine_hemisphere(Vec3::Z, 0.3, 0.6), 1.0));

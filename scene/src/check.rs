@@ -538,7 +538,7 @@ mod tests {
         let sky = Scene { background: Rgb::ONE, ..valid() };
         assert_eq!(sky.clone().with_sky().check(), Ok(()));
         assert!(sky.check().unwrap_err().to_string().starts_with("background of the scene is no light yet"));
-        let changes: [(Change, &str); 13] = [
+        let changes: [(Change, &str); 15] = [
             (|s| s.camera.eye.x = f32::NAN, "eye of the camera must be finite"),
             (
                 |s| s.camera.direction = Vec3::ZERO,
@@ -553,6 +553,15 @@ mod tests {
             (|s| s.spheres[0].emission = Rgb::ZERO, "there is no light"),
             (|s| s.spheres[1].velocity = Vec3::X * 2e15, "velocity of sphere 2 must be finite numbers"),
             (|s| s.spheres[1].center = Vec3::X, "eye of the camera lies on the surface of sphere 2"),
+            // Where it lies from the beginning, whichever way the sphere goes then.
+            (
+                |s| (s.spheres[1].center, s.spheres[1].velocity) = (Vec3::X, Vec3::X),
+                "eye of the camera lies on the surface of sphere 2",
+            ),
+            (
+                |s| (s.spheres[1].center, s.spheres[1].velocity) = (Vec3::X * 3.0, Vec3::NEG_X * 3.0),
+                "velocity of sphere 2",
+            ),
             (
                 |s| (s.spheres[1].velocity, s.camera.shutter[1]) = (Vec3::X * 9e14, 2.0),
                 "velocity of sphere 2 takes it beyond 1e15",

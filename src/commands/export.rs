@@ -148,6 +148,13 @@ mod tests {
         assert_eq!(still_instant(&motion, Some(end)).unwrap(), end);
         assert!(still_instant(&motion, Some(end + 1.0)).is_err());
         assert_eq!(still_instant(&still, None).unwrap(), still.scene.camera.shutter[0]);
+        // What moves makes the difference, not how long the shutter is open; and one sphere is enough.
+        let mut waiting = open("cornell");
+        waiting.scene.camera.shutter = [begin, end];
+        assert_eq!(still_instant(&waiting, None).unwrap(), begin);
+        let mut whole = open("motion");
+        whole.scene.spheres.retain(|sphere| sphere.velocity != Vec3::ZERO);
+        assert!(!whole.scene.spheres.is_empty() && still_instant(&whole, None).is_err());
         // While the shutter is closed there is one instant alone.
         let mut closed = open("motion");
         closed.scene.camera.shutter = [begin, begin];

@@ -140,12 +140,7 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
     check(args, opened.file.as_deref())?;
     let (own, automatic) = args.quality.apply(&opened.scene.settings, opened.automatic);
     let settings = args.settings.apply(&own)?;
-    let text = match &opened.file {
-        // Such a file is no scene file, and may be of any size.
-        Some(file) if named::is_particles(file.as_os_str()) => None,
-        Some(file) => fs::read_to_string(file).ok(),
-        None => opened.stem.to_str().and_then(builtin::find).map(|builtin| builtin.text.to_owned()),
-    };
+    let text = text_of(opened.file.as_deref(), &opened.stem);
     let engine = args.engine.choose(usual_renderer(opened.is_staged, &opened.scene))?;
     let automatic = endless(args.settings.automatic(automatic));
     let mut job = Job::new(Scene { settings, ..opened.scene }).choosing(automatic);
@@ -174,6 +169,16 @@ fn edit(args: &ViewArgs) -> Result<(), Error> {
         None => "the view broke down; this is a fault of sppm, please report it".into(),
     };
     Err(interrupted(&requests, what))
+}
+
+/// The text of the scene file, or of the built-in scene `stem`, which keeps its comments when the page changes it.
+fn text_of(file: Option<&Path>, stem: &OsStr) -> Option<String> {
+    match file {
+        // Such a file is no scene file, and may be of any size.
+        Some(file) if named::is_particles(file.as_os_str()) => None,
+        Some(file) => fs::read_to_string(file).ok(),
+        None => stem.to_str().and_then(builtin::find).map(|builtin| builtin.text.to_owned()),
+    }
 }
 
 /// What is chosen of a render that goes on for as long as it is looked at, and whose first picture must not have to wait: neither
@@ -264,6 +269,20 @@ mod tests {
         // Scenes, whatever they hold.
         assert!(!of("a.toml", Some(&image)) && !of("B.TOML", None) && !of("a.xyz", Some(&image)));
         assert!(!is_image("-".as_ref()) && !is_image("cornell".as_ref()));
+    }
+
+    #[test]
+    fn scene_files_and_built_in_scenes_have_a_text_to_change() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = |name: &str| {
+            let path = folder.path().join(name);
+            fs::write(&path, "# a comment").unwrap();
+            text_of(Some(&path), "cornell".as_ref())
+        };
+        assert_eq!([of("a.toml"), of("a.xyz")], [Some("# a comment".into()), None]);
+        let cornell = builtin::find("cornell").unwrap();
+        assert_eq!(text_of(None, "cornell".as_ref()).as_deref(), Some(cornell.text));
+        assert_eq!(text_of(None, "stdin".as_ref()), None);
     }
 
     #[test]

@@ -306,6 +306,21 @@ fn exr_of_every_kind_is_read() {
     }
 }
 
+/// A tile may be larger than its image, but not than any image: what is read at once is as large.
+#[test]
+fn exr_tiles_are_no_larger_than_images_can_be() {
+    let channels = vec![AnyChannel::new("Y", floats(0.0))];
+    let whole = exr_bytes(channels, Compression::Uncompressed, Blocks::Tiles(Vec2(3, 2)));
+    let name = b"tiles\0tiledesc\0";
+    let at = whole.windows(name.len()).position(|window| window == name).unwrap() + name.len() + 4;
+    for side in [0, 4] {
+        let mut bytes = whole.clone();
+        bytes[at + side..][..4].copy_from_slice(&(scene::settings::MAX_SIDE + 1).to_le_bytes());
+        let problem = decode_bytes(Format::Exr, &bytes).unwrap_err();
+        assert!(problem.contains("has tiles of") && problem.contains("1048577"), "{problem}");
+    }
+}
+
 #[test]
 fn exr_of_one_channel_is_grey() {
     let expected: Vec<_> = (0..20).map(|i| Rgb::splat(i as f32)).collect();

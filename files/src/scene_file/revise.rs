@@ -315,6 +315,18 @@ mod tests {
         assert!(sphere_names("sphere = 1").is_empty() && sphere_names("{").is_empty());
     }
 
+    /// Up to the longest, which is changed too.
+    #[test]
+    fn texts_have_names_as_long_as_they_can_be_changed() {
+        let short = crate::builtin::find("cornell").unwrap();
+        let of = |length| format!("{}#{:#<1$}", short.text, length - short.text.len() - 1);
+        let (longest, longer) = (of(MAX_BYTES), of(MAX_BYTES + 1));
+        assert_eq!([longest.len(), longer.len()], [MAX_BYTES, MAX_BYTES + 1]);
+        assert_eq!(sphere_names(&longest), sphere_names(short.text));
+        assert!(sphere_names(&longer).is_empty());
+        assert!(revise(&longest, &short.scene()).is_some() && revise(&longer, &short.scene()).is_none());
+    }
+
     /// A lens needs a distance of focus, though it is that which a pinhole would have.
     #[test]
     fn a_lens_gets_a_distance_of_focus() {

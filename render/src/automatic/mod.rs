@@ -629,16 +629,17 @@ mod tests {
     #[test]
     fn radii_follow_the_size_of_pixels() {
         let one = Automatic { initial_radius: true, ..Automatic::default() };
-        let of = |width, height, radius_pilots| {
+        let of = |width, height, radius_pilots, radius_clearance| {
             let scene = cornell();
-            let settings = Settings { width, height, radius_pilots, ..scene.settings };
+            let settings = Settings { width, height, radius_pilots, radius_clearance, ..scene.settings };
             chosen(&Scene { settings, ..scene }, one, LaneKind::best(), 1).initial_radius
         };
-        let (coarse, fine) = (of(64, 48, 0), of(128, 96, 0));
+        let (coarse, fine) = (of(64, 48, 0, 0.0), of(128, 96, 0, 0.0));
         // Radii have two digits.
         assert!((coarse / fine - 2.0).abs() < 0.15, "{coarse}, {fine}");
         // With radii of their own, pixels have wider ones to choose from, whoever asks for them.
-        let own = of(64, 48, 2);
+        let own = of(64, 48, 2, 0.0);
+        assert_eq!(own, of(64, 48, 0, 0.5));
         assert!((own / coarse - LARGEST_RADIUS / RADIUS).abs() < 0.15, "{own}, {coarse}");
     }
 

@@ -92,6 +92,8 @@ mod tests {
         scene.settings = Settings {
             width: 3,
             height: 2,
+            // Its square is not its double, as that of 2 is.
+            initial_radius: 0.5,
             radius_schedule: scene::RadiusSchedule::Global,
             ..scene.settings
         };

@@ -167,4 +167,20 @@ mod tests {
             assert!(most <= 2 * all + (4 << 20), "{photons}, {depth}: {most}, for {all} twice");
         }
     }
+
+    /// Those of the round after which there are enough arrivals may each find light at every segment of a deep path.
+    #[test]
+    fn bytes_are_those_of_a_round_of_long_walks_too() {
+        let (photons, depth) = (1000, 400);
+        let scene = balls(&[(Vec3::ZERO, 0.1, 1.0)]);
+        let mut held = 0;
+        let _ = targets(&scene.at(0.0), &settings(photons, depth), |walks, max_depth| {
+            let edges = one_way(&walks, max_depth.min(MOST_OF_WALK), false).edges;
+            let found = Found { edges, ..one_way(&walks, max_depth, true) };
+            held += size_of_val(&found.edges[..]) + size_of_val(&found.lit[..]);
+            vec![found]
+        });
+        let most = bytes_at_most(photons, depth);
+        assert!(most >= 2 * held as u64, "{held} of {most}");
+    }
 }
