@@ -560,7 +560,7 @@ mod tests {
             ),
             (
                 |s| (s.spheres[1].center, s.spheres[1].velocity) = (Vec3::X * 3.0, Vec3::NEG_X * 3.0),
-                "velocity of sphere 2",
+                "sphere 2 passes over the eye",
             ),
             (
                 |s| (s.spheres[1].velocity, s.camera.shutter[1]) = (Vec3::X * 9e14, 2.0),

@@ -320,37 +320,6 @@ fn invalid_content_is_rejected() {
     assert!(matches!(damage, Damage::Invalid { section: "its earlier image", .. }), "{damage}");
 }
 
-/// Sums of integers alone can be of any iterations; these are as many as were added, and none is beyond those asked for.
-#[test]
-fn which_iterations_are_those_of_exact_sums() {
-    let digest = scene_file::digest(&scene());
-    let is_read = |sums, which: std::ops::Range<u32>| {
-        let contents = Contents {
-            scene: &scene(),
-            digest: &digest,
-            version: "1.2.3",
-            note: "{}",
-            which: Some(&which.into()),
-            past: None,
-        };
-        let mut bytes = Vec::new();
-        write(&mut bytes, &Memory::new(scene().settings, sums), &contents).unwrap();
-        match read(&bytes) {
-            Ok(_) => true,
-            Err(damage) => {
-                assert!(
-                    damage.to_string().contains("iterations that cannot be those of its sums"),
-                    "{damage}"
-                );
-                false
-            }
-        }
-    };
-    assert!(is_read(Sums::Exact, 2..5) && is_read(Sums::Exact, 4..7));
-    assert!(!is_read(Sums::Exact, 2..4) && !is_read(Sums::Exact, 5..8));
-    assert!(!is_read(Sums::Photons, 2..5) && !is_read(Sums::Paths, 2..5));
-}
-
 #[test]
 fn an_engine_of_another_algorithm_is_rejected() {
     let bytes = whole(Sums::Photons, None);

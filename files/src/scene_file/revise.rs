@@ -319,7 +319,7 @@ mod tests {
     #[test]
     fn texts_have_names_as_long_as_they_can_be_changed() {
         let short = crate::builtin::find("cornell").unwrap();
-        let of = |length| format!("{}#{:#<1$}", short.text, length - short.text.len() - 1);
+        let of = |length: usize| short.text.to_owned() + &"#".repeat(length - short.text.len());
         let (longest, longer) = (of(MAX_BYTES), of(MAX_BYTES + 1));
         assert_eq!([longest.len(), longer.len()], [MAX_BYTES, MAX_BYTES + 1]);
         assert_eq!(sphere_names(&longest), sphere_names(short.text));
