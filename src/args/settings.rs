@@ -89,8 +89,8 @@ pub(crate) struct SettingsArgs {
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1, MAX_LIGHT_SAMPLES.into()), allow_hyphen_values = true)]
     pub light_samples: Option<u32>,
 
-    /// See lamps in a mirror or glass by so many rays through each pixel that shows one, up to 64: fewer sparks where lamps look
-    /// smaller than a pixel there
+    /// See lamps by so many rays, up to 64, through each pixel that shows the rim of one, or a mirror or glass first: fewer
+    /// sparks where lamps look smaller than a pixel
     #[arg(long, value_name = "N", allow_hyphen_values = true)]
     #[arg(value_parser = or_auto(whole::<u32>(1, MAX_GLINT_SAMPLES.into())))]
     pub glint_samples: Option<Given<u32>>,
