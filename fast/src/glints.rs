@@ -18,7 +18,7 @@
 //! 1. Stages over a batch: see [`crate::paths`]. The rays of a pixel are neighbours, so packets meet the same spheres.
 //! 2. Each ray adds up its light by itself, and then the pixel adds those: sums are rounded as in the reference.
 
-use crate::camera_pass::{Eye, EyeRays};
+use crate::eye::{Eye, EyeRays};
 use crate::hierarchy::SearchBuffers;
 use crate::material::{Materials, kind};
 use crate::paths::{BATCH, Floats, Packet, Paths, ROOM, Vectors, Words};
@@ -60,6 +60,11 @@ struct Slot {
     /// True if it was listed because the rim of a lamp may be seen: all its rays count.
     is_rim: bool,
 }
+
+/// What a pixel that sends further rays takes: its slot, its place in the list, and its sum.
+#[cfg(test)]
+pub(crate) const BYTES_PER_PIXEL: u64 =
+    (size_of::<Slot>() + size_of::<u32>() + size_of::<(Vec3, u32)>()) as u64;
 
 /// Further rays, a batch of them.
 #[derive(Clone)]
@@ -179,9 +184,8 @@ impl GlintPass<'_> {
         let mut live = 0;
         for at in (0..count).step_by(L::N) {
             let mut stream = L::load_u(&rays.stream[at..]);
-            let mut pair = || [next_uniform::<L>(&mut stream), next_uniform::<L>(&mut stream)];
-            let in_pixel = pair();
-            let lens = if self.eye.has_lens() { pair() } else { [L::f(0.0); 2] };
+            let in_pixel = next_pair::<L>(&mut stream);
+            let lens = if self.eye.has_lens() { next_pair::<L>(&mut stream) } else { [L::f(0.0); 2] };
             let corner = [L::load(&rays.corner[0][at..]), L::load(&rays.corner[1][at..])];
             let EyeRays { origin, direction, weight } = self.eye.rays::<L>(corner, in_pixel, lens);
             let packet = Packet {
@@ -228,6 +232,12 @@ impl GlintPass<'_> {
         }
         go_on
     }
+}
+
+/// The next two numbers of the streams. (Not a closure: these do not inherit what lanes the processor has.)
+#[inline(always)]
+fn next_pair<L: Lanes>(stream: &mut L::U) -> [L::F; 2] {
+    [next_uniform::<L>(stream), next_uniform::<L>(stream)]
 }
 
 /// [`GlintPass::run`] as a function that the passes share.

@@ -40,6 +40,7 @@
 mod camera_pass;
 mod consolidate;
 mod direct_light;
+mod eye;
 mod glints;
 mod global;
 mod hierarchy;

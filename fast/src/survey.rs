@@ -9,8 +9,8 @@
 //!     put the arrivals of the batch in order of their walks
 //! ```
 
-use crate::camera_pass::ray_through;
 use crate::direct_light::Receivers;
+use crate::eye::ray_through;
 use crate::hierarchy::SearchBuffers;
 use crate::lit_points::LitPoints;
 use crate::material::{Materials, kind};

@@ -55,8 +55,8 @@ class Settings:
     light_samples: int = 1
     """Shadow rays from the first diffuse surface of each path from the eye, from 1 to 16."""
     glint_samples: int = 1
-    """Rays through a pixel by which it sees lamps in the mirror or glass that its path meets first, from 1 to 64. If 1, the
-    path alone sees them."""
+    """Rays by which a pixel sees lamps if it shows the rim of one, or if its path first meets a mirror or glass, from 1 to 64. If 1,
+    the path alone sees them."""
 
     def __post_init__(self) -> None:
         """Checks all values."""

@@ -59,7 +59,7 @@ pub struct Automatic {
     pub radius_pilots: bool,
     /// Whether it is chosen how the first radii of the pixels are limited by clearance.
     pub radius_clearance: bool,
-    /// Whether it is chosen by how many rays pixels see lamps in mirrors and glass.
+    /// Whether it is chosen by how many rays pixels see lamps.
     pub glint_samples: bool,
 }
 

@@ -30,7 +30,7 @@ pub enum Family {
     Path = 6,
     /// Walks that find what photons are aimed at, of iteration 0; the index is the walk's.
     Survey = 7,
-    /// Further rays that see lamps in mirrors and glass ([`crate::Settings::glint_samples`]); the index is `y * width + x`,
+    /// Further rays that see lamps ([`crate::Settings::glint_samples`]); the index is `y * width + x`,
     /// and the rays of all iterations are numbered in order.
     Glint = 8,
     /// The dithering of the codes in image files; the index is `y * width + x`, the iteration 0.

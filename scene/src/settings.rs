@@ -42,8 +42,9 @@ pub struct Settings {
     /// of them lessen the noise of direct light, for the time that they take.
     #[serde(default = "one")]
     pub light_samples: u32,
-    /// Rays through a pixel by which it sees lamps in the mirror or glass that its path meets first, the path's own among them:
-    /// their mean lessens the noise of lamps that look smaller than a pixel there. If 1, the path alone sees them.
+    /// Rays, the path's own among them, by which a pixel sees lamps if it shows the rim of one ([`Rims`](crate::Rims)), or if its
+    /// path first meets a mirror or glass: their mean lessens the noise of lamps that look smaller than a pixel. If 1, the path alone
+    /// sees them.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub glint_samples: u32,
 }
@@ -102,7 +103,7 @@ pub const MAX_RADIUS_PILOTS: u32 = 1 << 12;
 pub const RADIUS_CLEARANCE_RANGE: [f32; 2] = [1e-3, 1e3];
 /// Most shadow rays from a point.
 pub const MAX_LIGHT_SAMPLES: u32 = 16;
-/// Most rays through a pixel that see lamps in mirrors and glass.
+/// Most rays through a pixel that see lamps.
 pub const MAX_GLINT_SAMPLES: u32 = 64;
 /// Most segments of a path.
 pub const MAX_DEPTH: u32 = 1 << 12;

@@ -1,8 +1,7 @@
 //! The camera paths of a batch of pixels.
 
-use super::eye::{Eye, EyeRays};
-use super::numbers::{Numbers, dimension};
 use crate::direct_light::{LightTable, Receivers, ShadowRays};
+use crate::eye::{Eye, EyeRays, Numbers, dimension};
 use crate::glints::{GlintPass, Glints};
 use crate::hierarchy::SearchBuffers;
 use crate::material::{Materials, kind};
@@ -173,6 +172,7 @@ impl CameraPass<'_> {
     #[inline(always)]
     fn make_rays<L: Lanes>(&self, batch: &mut CameraBatch, first: usize, count: usize) -> usize {
         let key = StreamKey::new(self.settings.seed, Family::Camera, self.iteration);
+        let has_glints = self.has_glints();
         let mut live = 0;
         for at in (0..count).step_by(L::N) {
             let pixels = self.eye.pixels::<L>(first + at);
@@ -189,7 +189,7 @@ impl CameraPass<'_> {
             };
             live = batch.paths.append(live, pixels.in_image, &packet);
             batch.direct.store(at, V3::<L>::splat(Vec3::ZERO));
-            if self.has_glints() {
+            if has_glints {
                 batch.glints.list_rims(at, self.eye.rims(first + at, L::N));
             }
         }
@@ -272,6 +272,7 @@ impl CameraPass<'_> {
     fn write<L: Lanes>(&self, batch: &CameraBatch, rows: &mut [PixelRows]) -> u64 {
         let ended = &batch.ended;
         let share = 1.0 / self.settings.light_samples as f32;
+        let has_glints = self.has_glints();
         let mut visible_points = 0;
         for at in (0..ended.count).step_by(L::N) {
             let beta: V3<L> = ended.beta.load(at);
@@ -285,7 +286,7 @@ impl CameraPass<'_> {
                 let mean = batch.irradiance.load::<L>(at).scale(L::f(share));
                 direct = V3::select(is_visible, direct + beta * mean, direct);
             }
-            if self.has_glints() {
+            if has_glints {
                 direct = direct + batch.glints.gather::<L>(slots);
             }
             // The radius follows once all pixels have their points.

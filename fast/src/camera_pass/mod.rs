@@ -21,18 +21,13 @@
 //! 3. The occupancy map lets the photon pass drop deposits that no visible point can reach.
 
 mod batch;
-mod eye;
-mod filter;
-mod numbers;
 
 use crate::join::Occupancy;
 use crate::pixels::{GROUP, Pixel, PixelRows};
 use crate::pool::Pool;
 use crate::work_items::singly;
 pub(crate) use batch::{CameraBatch, CameraCounts, CameraPass};
-pub(crate) use eye::{Eye, EyeRays, ray_through};
 use lanes::{Kernel, LaneKind, Lanes, dispatch};
-pub(crate) use numbers::{Numbers, TileTable, dimension};
 use rayon::current_num_threads;
 use rayon::prelude::*;
 use scene::{Stats, Stop};

@@ -1,6 +1,6 @@
 //! Functions of one lane: random streams, sampling, scattering.
 
-use crate::camera_pass::ray_through;
+use crate::eye::ray_through;
 use crate::light_choice::LightChoice;
 use crate::photon_pass;
 use crate::{sampling, scatter};

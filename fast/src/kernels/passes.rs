@@ -1,8 +1,9 @@
 //! Camera pass, photon pass and direct light, with their results before the join.
 
 use super::join::{Cells, Occupancy, Photon, sorted_photons};
-use crate::camera_pass::{CameraBatch, CameraJob, CameraPass, Eye};
+use crate::camera_pass::{CameraBatch, CameraJob, CameraPass};
 use crate::direct_light::{LightTable, Receivers, ShadowNumbers, ShadowRays};
+use crate::eye::Eye;
 use crate::hierarchy::SearchBuffers;
 use crate::join::{Binned, Chunks, Sorted};
 use crate::light_choice::LightChoice;

@@ -1,8 +1,8 @@
 //! The paths of a work item, from the eye until they end, a batch of them at a time.
 
 use super::numbers::Choices;
-use crate::camera_pass::{Eye, EyeRays, Numbers, dimension};
 use crate::direct_light::{Receivers, ShadowNumbers};
+use crate::eye::{Eye, EyeRays, Numbers, dimension};
 use crate::glints::{GlintPass, Glints};
 use crate::hierarchy::SearchBuffers;
 use crate::lit_points::LitPoints;

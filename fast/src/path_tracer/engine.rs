@@ -3,7 +3,7 @@
 use super::batch::PathPass;
 use super::memory::bytes_at_most;
 use super::workers::{PathPlan, PathWorkers};
-use crate::camera_pass::Eye;
+use crate::eye::Eye;
 use crate::pages::Pages;
 use crate::parameters::Parameters;
 use crate::pixels::{slot_of, slots};

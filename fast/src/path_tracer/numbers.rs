@@ -1,6 +1,6 @@
 //! The random numbers by which paths go on: `reference::path_tracer::PathNumbers`.
 
-use crate::camera_pass::{Numbers, TileTable};
+use crate::eye::{Numbers, TileTable};
 use crate::material::kind;
 use crate::paths::Packet;
 use crate::sampling::next_where;

@@ -1,5 +1,6 @@
 //! How much memory a render will take.
 
+use crate::eye;
 use crate::global::BYTES_OF_GLOBAL;
 use crate::join::{BYTES_OF_BINS, Direction, MOST_BYTES_OF_SUMS, Record, table_size, with_margin};
 use crate::parameters::Parameters;
@@ -43,6 +44,7 @@ pub(super) fn bytes_at_most(
         + threads as u64 * (BYTES_PER_THREAD + BYTES_OF_BINS as u64)
         + bytes_of_spheres(spheres)
         + clearance::bytes_at_most(settings, spheres)
+        + eye::bytes_at_most(settings)
         + pilots(settings, threads, parameters)
 }
 
@@ -83,6 +85,9 @@ mod tests {
         assert_eq!(bytes(&few, 11, 2, 1 << 22) - base, BYTES_PER_SPHERE);
         let limited = Settings { radius_clearance: 1.0, ..few };
         assert_eq!(bytes(&limited, 10, 2, 1 << 22) - base, clearance::bytes_at_most(&limited, 10));
+        // A bit per pixel, and again.
+        let several = Settings { glint_samples: 2, ..few };
+        assert_eq!(bytes(&several, 10, 2, 1 << 22) - base, 64 * 64 / 4);
         assert_eq!(bytes(&few, 10, 3, 1 << 22) - base, BYTES_PER_THREAD + BYTES_OF_BINS as u64);
         // One bounce more: a deposit per photon and a sixteenth, of 48 bytes, twice.
         let deep = Settings { max_depth: few.max_depth + 1, ..few };

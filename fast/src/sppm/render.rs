@@ -10,8 +10,9 @@
 //! ```
 
 use super::memory::bytes_at_most;
-use crate::camera_pass::{CameraPass, CameraPlan, CameraWorkers, Eye};
+use crate::camera_pass::{CameraPass, CameraPlan, CameraWorkers};
 use crate::consolidate::density;
+use crate::eye::Eye;
 use crate::global::Global;
 use crate::hierarchy::Hierarchy;
 use crate::join::{Cells, Join, Occupancy, Radii, Round, Sorted};

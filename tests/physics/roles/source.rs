@@ -52,7 +52,7 @@ const READ: [(&str, Named, usize); 5] = [
 
 /// The files of the fast engine that name dimensions, and the reference's file of the same path.
 const ALIKE: [(&str, &str); 3] = [
-    ("fast/src/camera_pass/numbers.rs", "reference/src/camera_pass.rs"),
+    ("fast/src/eye/numbers.rs", "reference/src/camera_pass.rs"),
     ("fast/src/path_tracer/numbers.rs", "reference/src/path_tracer.rs"),
     ("fast/src/photon_pass/emission.rs", "reference/src/photon_numbers.rs"),
 ];

@@ -1,10 +1,13 @@
-//! Where paths from the eye begin: the rays through the pixels.
+//! Where paths from the eye begin: the rays through the pixels, and the stratified numbers that choose them.
 
-use super::filter::PixelFilter;
-use super::numbers::TileTable;
+mod filter;
+mod numbers;
+
 use crate::pixels::{TILE, slots};
 use crate::sampling::{uniform_disk, unit};
+use filter::PixelFilter;
 use lanes::{Lanes, V3};
+pub(crate) use numbers::{Numbers, TileTable, dimension};
 use scene::camera::Frame;
 use scene::{Rims, Scene, Settings};
 
@@ -36,6 +39,12 @@ pub(crate) struct EyeRays<L: Lanes> {
     pub(crate) direction: V3<L>,
     /// What each path counts, by the filter.
     pub(crate) weight: L::F,
+}
+
+/// What an [`Eye`] takes by its pixels while it is made: two bits for each, if the rims of lamps matter.
+pub(crate) fn bytes_at_most(settings: &Settings) -> u64 {
+    let words = settings.pixels().div_ceil(64) + slots(settings) / TILE;
+    if settings.glint_samples > 1 { 8 * words as u64 } else { 0 }
 }
 
 impl Eye {
@@ -100,7 +109,8 @@ impl Eye {
         self.frame.aperture_radius > 0.0
     }
 
-    /// The rays through the pixels with these columns and rows that two uniform numbers each choose: the place in the pixel, and on the lens.
+    /// The rays through the pixels with these columns and rows that two uniform numbers each choose: the place in the pixel, and
+    /// on the lens.
     #[inline(always)]
     pub(crate) fn rays<L: Lanes>(
         &self,
