@@ -3,7 +3,7 @@
 use crate::shapes::{BallShape, Shape};
 use lanes::{Lanes, V3};
 use scene::ray::NO_SPHERE;
-use scene::still::Enclosure;
+use scene::still::{Enclosure, Ground};
 
 /// Rays in lanes.
 #[derive(Clone, Copy)]
@@ -49,6 +49,10 @@ fn distance<L: Lanes>(shape: &Shape, ray: &RayLanes<L>) -> (L::F, L::M, u32) {
             let (t, valid) = from_either_side(ball, ray);
             (t, valid, ball.sphere)
         }
+        Shape::Ground(ground) => {
+            let (t, valid) = from_above(ground, ray);
+            (t, valid, ground.sphere)
+        }
         Shape::Enclosure(e) => {
             let t = from_inside(e, ray);
             (t, L::le(t, t), e.sphere)
@@ -78,6 +82,31 @@ pub(crate) fn from_either_side<L: Lanes>(ball: &BallShape, ray: &RayLanes<L>) ->
     let ratio = L::select(leaving, -power, power) / q;
     let t = L::select(leaving | L::lt(zero, power), ratio, q);
     (t, L::lt(zero, t))
+}
+
+/// As `reference::intersect::from_above`.
+#[inline(always)]
+pub(crate) fn from_above<L: Lanes>(ground: &Ground, ray: &RayLanes<L>) -> (L::F, L::M) {
+    let zero = L::f(0.0);
+    let (offset, twice_offset) = (V3::splat(ground.offset), V3::splat(ground.twice_offset));
+    let g = ray.origin - V3::splat(ground.anchor);
+    let along = g.dot(ray.direction);
+    let nearest = g - ray.direction.scale(along);
+    let b = offset.dot(ray.direction);
+    let nearest_power = nearest.dot(nearest + twice_offset);
+    let discriminant = b * b - nearest_power;
+    let valid = L::lt(along + b, zero) & L::le(zero, discriminant);
+    let root = L::sqrt(discriminant);
+    let t = L::select(L::lt(b, zero), nearest_power / (root - b), -b - root) - along;
+    let is_above = L::lt(zero, power(ground, ray.origin)) & !L::eq(ray.leaves, L::u(ground.sphere));
+    (L::select(is_above & L::lt(zero, t), t, zero), valid)
+}
+
+/// As `scene::still::Ground::power`.
+#[inline(always)]
+pub(crate) fn power<L: Lanes>(ground: &Ground, point: V3<L>) -> L::F {
+    let from_anchor = point - V3::splat(ground.anchor);
+    from_anchor.dot(from_anchor + V3::splat(ground.twice_offset))
 }
 
 /// As `reference::intersect::from_inside`.

@@ -1,7 +1,6 @@
 //! How balls are searched, and what a search costs.
 
 use scene::Still;
-use scene::still::Role;
 
 /// How rays find the balls that they hit. The hits are the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +22,7 @@ pub struct Work {
     pub balls: u64,
 }
 
-/// The number of balls: spheres that rays meet from outside, solid or glass.
+/// The number of balls: spheres that rays meet from outside, solid or glass. Grounds, which are few, are none.
 pub fn ball_count(still: &Still) -> usize {
-    still.roles.iter().filter(|role| !matches!(role, Role::Enclosure(_))).count()
+    still.roles.iter().filter(|role| !role.is_anchored()).count()
 }

@@ -1,7 +1,7 @@
 //! The spheres that every ray is tested against, one by one.
 
 use scene::ray::SphereId;
-use scene::still::{Enclosure, Role};
+use scene::still::{Enclosure, Ground, Role};
 use scene::{Still, Vec3};
 
 /// A sphere as the intersection broadcasts it to all lanes, by the side that rays meet it from.
@@ -11,6 +11,8 @@ pub(crate) enum Shape {
     Solid(BallShape),
     /// From both sides.
     Glass(BallShape),
+    /// From outside, close to the eye.
+    Ground(Ground),
     /// From inside.
     Enclosure(Enclosure),
 }
@@ -31,6 +33,7 @@ impl Shape {
         match still.roles[id as usize] {
             Role::Solid => Self::Solid(ball),
             Role::Glass => Self::Glass(ball),
+            Role::Ground(g) => Self::Ground(still.grounds[g as usize]),
             Role::Enclosure(e) => Self::Enclosure(still.enclosures[e as usize]),
         }
     }

@@ -20,8 +20,10 @@ pub(crate) mod tag {
     pub(crate) const GLASS: u32 = 2;
     /// Glows.
     pub(crate) const EMITTER: u32 = 4;
+    /// Met from outside, close to the eye.
+    pub(crate) const GROUND: u32 = 8;
     /// The bits above these hold the number of the material.
-    pub(crate) const MATERIAL_SHIFT: i32 = 3;
+    pub(crate) const MATERIAL_SHIFT: i32 = 4;
 
     /// The lanes whose tag has the bit.
     #[inline(always)]
@@ -33,8 +35,8 @@ pub(crate) mod tag {
 /// A sphere's row.
 ///
 /// For a point p on the sphere, the vector from the centre is `(p - anchor) + offset`. For an enclosure the anchor is the
-/// point nearest to the eye (`scene::still::Enclosure`) and `scale` is `-1 / radius`. For a ball the anchor is the centre,
-/// the offset is zero and `scale` is the radius.
+/// point nearest to the eye (`scene::still::Enclosure`) and `scale` is `-1 / radius`; for a ground likewise, but that `scale` is
+/// `1 / radius`. For a ball the anchor is the centre, the offset is zero and `scale` is the radius.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct SurfaceRow {
@@ -52,6 +54,10 @@ pub(crate) fn surface_row(still: &Still, id: SphereId) -> Row {
     let (anchor, scale, offset, side) = match role {
         Role::Solid => (sphere.center, sphere.radius, Vec3::ZERO, 0),
         Role::Glass => (sphere.center, sphere.radius, Vec3::ZERO, tag::GLASS),
+        Role::Ground(g) => {
+            let g = &still.grounds[g as usize];
+            (g.anchor, g.inverse_radius, g.offset, tag::GROUND)
+        }
         Role::Enclosure(e) => {
             let e = &still.enclosures[e as usize];
             (e.anchor, e.minus_inverse_radius, e.offset, tag::ENCLOSURE)
@@ -106,7 +112,7 @@ pub(crate) struct Hit<L: Lanes> {
     pub(crate) normal: V3<L>,
     /// True where the ray comes from inside.
     pub(crate) inside: L::M,
-    /// `-1 / radius` of an enclosure, the radius of a ball.
+    /// `-1 / radius` of an enclosure, `1 / radius` of a ground, the radius of a ball.
     pub(crate) scale: L::F,
     /// See [`tag`].
     pub(crate) tag: L::U,
@@ -127,14 +133,32 @@ impl<L: Lanes> Hit<L> {
             return Self { point, normal: shell_normal, inside: in_shell, scale, tag };
         }
         let outward = from_anchor.scale(L::f(1.0) / L::sqrt(from_anchor.dot(from_anchor)));
+        let (mut ball_point, mut outward) = (anchor + outward.scale(scale), outward);
+        let on_ground = tag::has::<L>(tag, tag::GROUND);
+        if L::any(on_ground) {
+            let (point, normal) = on_to_ground(from_anchor, offset, scale);
+            ball_point = V3::select(on_ground, anchor + point, ball_point);
+            outward = V3::select(on_ground, normal, outward);
+        }
         let inside_glass = tag::has::<L>(tag, tag::GLASS) & L::lt(L::f(0.0), outward.dot(direction));
         let ball_normal = V3::select(inside_glass, -outward, outward);
         Self {
-            point: V3::select(in_shell, point, anchor + outward.scale(scale)),
+            point: V3::select(in_shell, point, ball_point),
             normal: V3::select(in_shell, shell_normal, ball_normal),
             inside: in_shell | inside_glass,
             scale,
             tag,
         }
     }
+}
+
+/// The point on a ground below a point, both from its anchor, and the normal there: as `reference::intersect::surface_at`.
+#[inline(always)]
+fn on_to_ground<L: Lanes>(from_anchor: V3<L>, offset: V3<L>, inverse_radius: L::F) -> (V3<L>, V3<L>) {
+    let outward = (from_anchor + offset).scale(inverse_radius);
+    let twice_offset = offset + offset;
+    let height = from_anchor.dot(from_anchor + twice_offset) * (L::f(0.5) * inverse_radius);
+    let point = from_anchor - outward.scale(height);
+    let normal = (point + offset).scale(inverse_radius);
+    (point, normal.scale(L::f(1.5) - L::f(0.5) * normal.dot(normal)))
 }

@@ -38,7 +38,7 @@ impl Tables {
 
     /// With the given hierarchy, which must be of this still.
     pub(crate) fn with_hierarchy(still: &Still, hierarchy: Hierarchy) -> Self {
-        let is_shape = |role: &Role| matches!(role, Role::Enclosure(_)) || !hierarchy.holds_balls();
+        let is_shape = |role: &Role| role.is_anchored() || !hierarchy.holds_balls();
         let ids = (0..still.spheres.len() as SphereId).filter(|id| is_shape(&still.roles[*id as usize]));
         let shapes: Vec<Shape> = ids.map(|id| Shape::of(still, id)).collect();
         let casts_shadow = |s: &&Shape| !matches!(s, Shape::Enclosure(e) if !e.casts_shadow);

@@ -98,6 +98,8 @@ fn distance_within<V: Vector>(shape: &Shape, rays: &Rays<V>) -> (F<V>, M<V>) {
             let t = from_inside::<V>(e, rays);
             (t, V::L::lt(t, infinity))
         }
+        // It does not glow.
+        Shape::Ground(_) => (infinity, V::L::first(0)),
         Shape::Solid(ball) | Shape::Glass(ball) => {
             let (t, valid) = from_either_side::<V>(ball, rays);
             let f = rays.origin - V::splat(ball.center);

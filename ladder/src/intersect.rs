@@ -7,7 +7,7 @@ use crate::tables::{Ball, Shape, Tables, kind, tag};
 use crate::vector::{F, M, U, Vector, callable};
 use lanes::{Lanes, MOST_LANES};
 use scene::ray::NO_SPHERE;
-use scene::still::Enclosure;
+use scene::still::{Enclosure, Ground};
 
 /// Rays.
 #[derive(Clone, Copy)]
@@ -62,6 +62,10 @@ callable! {
                 let (t, valid) = from_either_side::<V>(ball, rays);
                 (t, valid, ball.sphere)
             }
+            Shape::Ground(ground) => {
+                let (t, valid) = from_above::<V>(ground, rays);
+                (t, valid, ground.sphere)
+            }
             Shape::Enclosure(e) => {
                 let t = from_inside::<V>(e, rays);
                 (t, V::L::le(t, t), e.sphere)
@@ -107,6 +111,27 @@ pub(crate) fn from_either_side<V: Vector>(ball: &Ball, rays: &Rays<V>) -> (F<V>,
     let ratio = V::L::select(leaving, -power, power) / q;
     let t = V::L::select(leaving | V::L::lt(zero, power), ratio, q);
     (t, V::L::lt(zero, t))
+}
+
+/// As `reference::intersect::from_above`.
+#[inline(always)]
+fn from_above<V: Vector>(ground: &Ground, rays: &Rays<V>) -> (F<V>, M<V>) {
+    let zero = V::L::f(0.0);
+    let (offset, twice_offset) = (V::splat(ground.offset), V::splat(ground.twice_offset));
+    let g = rays.origin - V::splat(ground.anchor);
+    let along = g.dot(rays.direction);
+    let nearest = g - rays.direction.scale(along);
+    let b = offset.dot(rays.direction);
+    let nearest_power = nearest.dot(nearest + twice_offset);
+    let discriminant = b * b - nearest_power;
+    let valid = V::L::lt(along + b, zero) & V::L::le(zero, discriminant);
+    if is_idle::<V::L>(valid) {
+        return (zero, valid);
+    }
+    let root = V::L::sqrt(discriminant);
+    let t = V::L::select(V::L::lt(b, zero), nearest_power / (root - b), -b - root) - along;
+    let is_above = V::L::lt(zero, g.dot(g + twice_offset)) & !V::L::eq(rays.leaves, V::L::u(ground.sphere));
+    (V::L::select(is_above & V::L::lt(zero, t), t, zero), valid)
 }
 
 /// As `reference::intersect::from_inside`.
@@ -184,13 +209,30 @@ callable! {
             surface.normal = normal.scale(V::L::f(1.5) - V::L::f(0.5) * normal.dot(normal));
         }
         if V::L::any(!in_shell) {
-            let outward = from_a.scale(V::L::f(1.0) / V::L::sqrt(from_a.dot(from_a)));
+            let mut outward = from_a.scale(V::L::f(1.0) / V::L::sqrt(from_a.dot(from_a)));
+            let mut on_ball = a + outward.scale(scale);
+            let on_ground = V::L::eq(tag & V::L::u(tag::GROUND), V::L::u(tag::GROUND));
+            if V::L::any(on_ground) {
+                let (point, normal) = on_to_ground::<V>(from_a, V::new(bx, by, bz), scale);
+                on_ball = V::select(on_ground, a + point, on_ball);
+                outward = V::select(on_ground, normal, outward);
+            }
             let is_glass = V::L::eq(tag & V::L::u(tag::GLASS), V::L::u(tag::GLASS));
             let inside = is_glass & V::L::lt(V::L::f(0.0), outward.dot(rays.direction));
-            surface.point = V::select(in_shell, point, a + outward.scale(scale));
+            surface.point = V::select(in_shell, point, on_ball);
             surface.normal = V::select(in_shell, surface.normal, V::select(inside, -outward, outward));
             surface.inside = in_shell | inside;
         }
         surface
     }
+}
+
+/// The point on a ground below a point, both from its anchor, and the normal there: as `reference::intersect::surface_at`.
+#[inline(always)]
+fn on_to_ground<V: Vector>(from_a: V, offset: V, inverse_radius: F<V>) -> (V, V) {
+    let outward = (from_a + offset).scale(inverse_radius);
+    let height = from_a.dot(from_a + (offset + offset)) * (V::L::f(0.5) * inverse_radius);
+    let point = from_a - outward.scale(height);
+    let normal = (point + offset).scale(inverse_radius);
+    (point, normal.scale(V::L::f(1.5) - V::L::f(0.5) * normal.dot(normal)))
 }

@@ -12,8 +12,7 @@ use crate::scatter::{dielectric, reflect};
 use crate::tables::{Tables, fetch_pairs};
 use crate::vector::{F, M, U, Vector};
 use lanes::{Lanes, MOST_LANES};
-use scene::still::Role;
-use scene::{Settings, Stats, Still, Vec3};
+use scene::{Settings, Stats, Vec3};
 
 /// The inputs of the pass.
 pub(crate) struct PhotonPass<'a> {
@@ -90,7 +89,8 @@ impl PhotonPass<'_> {
         let points = lanes_of(origin);
         let mut bits = 0;
         for lane in 0..V::L::N {
-            let is_free = !is_blocked(self.tables.still, lights[lane], points[lane]);
+            let still = self.tables.still;
+            let is_free = !still.is_hidden(&still.lights.entries[lights[lane] as usize], points[lane]);
             bits |= u32::from(is_free) << lane;
         }
         V::L::mask_from_bits(bits)
@@ -213,16 +213,4 @@ fn lanes_of<V: Vector>(v: V) -> [Vec3; MOST_LANES] {
         vectors[lane] = Vec3::new(words[0][lane], words[1][lane], words[2][lane]);
     }
     vectors
-}
-
-/// As `reference::photon_pass::is_blocked`.
-fn is_blocked(still: &Still, light: u32, point: Vec3) -> bool {
-    let light = &still.lights.entries[light as usize];
-    let blockers = light.blockers.start as usize..light.blockers.end as usize;
-    still.lights.blockers[blockers].iter().any(|&id| {
-        let sphere = &still.spheres[id as usize];
-        let from_center = point - sphere.center;
-        let within = from_center.dot(from_center) < sphere.radius * sphere.radius;
-        within == (still.roles[id as usize] == Role::Solid)
-    })
 }

@@ -3,7 +3,7 @@
 
 use lanes::{Lanes, Row};
 use scene::ray::SphereId;
-use scene::still::{Enclosure, Light, Role};
+use scene::still::{Enclosure, Ground, Light, Role};
 use scene::{Material, Still, Vec3};
 
 /// The low bits of a surface's tag.
@@ -12,6 +12,8 @@ pub(crate) mod tag {
     pub(crate) const ENCLOSURE: u32 = 1;
     /// Hit from both sides.
     pub(crate) const GLASS: u32 = 2;
+    /// Hit from outside, close to the eye.
+    pub(crate) const GROUND: u32 = 4;
 }
 
 /// The kinds of material.
@@ -26,6 +28,7 @@ pub(crate) mod kind {
 pub(crate) enum Shape {
     Solid(Ball),
     Glass(Ball),
+    Ground(Ground),
     Enclosure(Enclosure),
 }
 
@@ -40,7 +43,7 @@ pub(crate) struct Ball {
 /// The words that lanes read of a sphere: `a.x a.y a.z scale b.x b.y b.z tag`, then `albedo ior emission kind`.
 ///
 /// For p on the sphere, the vector from its centre is `(p - a) + b`. For an enclosure, a is the anchor, b its offset
-/// and the scale is `-1 / radius`. For others, a is the centre, b is zero and the scale is the radius.
+/// and the scale is `-1 / radius`; for a ground likewise, with `1 / radius`. For others, a is the centre, b is zero and the scale is the radius.
 const WORDS: usize = 16;
 
 /// The tables of one still.
@@ -136,6 +139,7 @@ fn shape(still: &Still, id: SphereId) -> Shape {
     match still.roles[id as usize] {
         Role::Solid => Shape::Solid(ball),
         Role::Glass => Shape::Glass(ball),
+        Role::Ground(g) => Shape::Ground(still.grounds[g as usize]),
         Role::Enclosure(e) => Shape::Enclosure(still.enclosures[e as usize]),
     }
 }
@@ -145,6 +149,10 @@ fn sphere_rows(still: &Still, id: SphereId) -> [Row; 2] {
     let (a, scale, b, tag) = match still.roles[id as usize] {
         Role::Solid => (sphere.center, sphere.radius, Vec3::ZERO, 0),
         Role::Glass => (sphere.center, sphere.radius, Vec3::ZERO, tag::GLASS),
+        Role::Ground(g) => {
+            let g = &still.grounds[g as usize];
+            (g.anchor, g.inverse_radius, g.offset, tag::GROUND)
+        }
         Role::Enclosure(e) => {
             let e = &still.enclosures[e as usize];
             (e.anchor, e.minus_inverse_radius, e.offset, tag::ENCLOSURE)

@@ -7,12 +7,13 @@
 //! so weights need no more than the balls that a line crosses ([`scene::aim`]).
 
 use crate::direct_light::choose_light;
+use crate::intersect::from_above;
 use crate::photon_numbers::{PhotonNumbers, dimension};
 use crate::sampling::{cosine_hemisphere, frame, uniform_cone, uniform_disk, uniform_sphere};
 use scene::aim::Aim;
 use scene::guide::Cell;
 use scene::ray::NO_SPHERE;
-use scene::still::{Light, Role};
+use scene::still::{Ground, Light};
 use scene::{Ray, Rgb, Sphere, Still, Vec3};
 
 /// A photon as it leaves its lamp.
@@ -46,7 +47,7 @@ pub fn emit(still: &Still, aim: &Aim, numbers: &PhotonNumbers, photon: u32) -> O
         (None, k) => (aimed(still, aim, k - 1, numbers, photon)?, 1.0),
     };
     let light = &still.lights.entries[start.light as usize];
-    if is_blocked(still, light, start.origin) {
+    if still.is_hidden(light, start.origin) {
         return None;
     }
     let ray = departure(still, aim, &start);
@@ -61,10 +62,20 @@ fn departure(still: &Still, aim: &Aim, start: &Start) -> Ray {
     let &Start { light, origin, direction, point } = start;
     let sphere = still.lights.entries[light as usize].sphere;
     let core = aim.core.as_ref().filter(|core| core.is_far[light as usize]);
-    match core.and_then(|core| core.entry(sphere, origin, point, direction)) {
+    let entry = core.and_then(|core| {
+        let is_met = |entry: &Vec3| core.grounds.iter().any(|ground| has_met(ground, *entry, direction));
+        core.entry(sphere, origin, point, direction).filter(|entry| !is_met(entry))
+    });
+    match entry {
         Some(origin) => Ray { origin, direction, leaves: NO_SPHERE },
         None => Ray { origin, direction, leaves: sphere },
     }
+}
+
+/// True if a ray that comes from afar has met a ground before it is at `point`, or has come through it.
+fn has_met(ground: &Ground, point: Vec3, direction: Vec3) -> bool {
+    let back = Ray { origin: point, direction: -direction, leaves: NO_SPHERE };
+    ground.power(point) <= 0.0 || from_above(ground, &back, false) < f32::INFINITY
 }
 
 /// The light that a photon leaves, chosen by power: its index, itself, and the lamp.
@@ -150,17 +161,6 @@ fn end_of_chord(center: Vec3, radius: f32, inside: bool, point: Vec3, direction:
     Some(center + outward * radius)
 }
 
-/// True if `point` of the lamp lies within an opaque ball, or outside of a shell around the eye.
-fn is_blocked(still: &Still, light: &Light, point: Vec3) -> bool {
-    let blockers = light.blockers.start as usize..light.blockers.end as usize;
-    still.lights.blockers[blockers].iter().any(|&id| {
-        let sphere = &still.spheres[id as usize];
-        let from_center = point - sphere.center;
-        let within = from_center.dot(from_center) < sphere.radius * sphere.radius;
-        within == (still.roles[id as usize] == Role::Solid)
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -215,7 +215,7 @@ mod tests {
         ]);
         let still = scene.at(0.0);
         let lamp = still.lights.entries.iter().find(|light| light.sphere == 1).unwrap();
-        let blocked = |x: f32, y: f32| is_blocked(&still, lamp, Vec3::new(9.5 + x, y, 0.0));
+        let blocked = |x: f32, y: f32| still.is_hidden(lamp, Vec3::new(9.5 + x, y, 0.0));
         assert!(blocked(-1.0, 0.0), "within the small ball");
         assert!(blocked(1.0, 0.0), "outside of the room");
         assert!(!blocked(0.0, 1.0) && !blocked(-0.6, 0.8));

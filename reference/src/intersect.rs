@@ -12,10 +12,10 @@
 //! Spheres seen from outside use the formulas of Haines, Gunther and Akenine-Moller, "Precision improvements for
 //! ray/sphere intersection" (Ray Tracing Gems, 2019, chapter 7). For a wall of radius 10^4 seen from inside, these lose
 //! the distance in the rounding of the squared radius. So from inside the power is measured from an anchor on the
-//! surface ([`Enclosure`]).
+//! surface ([`Enclosure`]), and from outside as well if the eye is close to the sphere ([`Ground`]).
 
 use scene::ray::SphereId;
-use scene::still::{Enclosure, Role};
+use scene::still::{Enclosure, Ground, Role};
 use scene::{Ray, Sphere, Still, Vec3};
 
 /// The point where a ray hits a surface.
@@ -49,7 +49,7 @@ pub fn intersect(still: &Still, ray: &Ray) -> Option<Hit> {
 pub fn occluded(still: &Still, ray: &Ray, t: f32, light: SphereId) -> bool {
     let casts_shadow = |id: SphereId| match still.roles[id as usize] {
         Role::Enclosure(e) => still.enclosures[e as usize].casts_shadow,
-        Role::Solid | Role::Glass => true,
+        Role::Solid | Role::Ground(_) | Role::Glass => true,
     };
     (0..still.spheres.len() as SphereId)
         .any(|id| id != light && casts_shadow(id) && distance(still, id, ray) < t)
@@ -60,6 +60,7 @@ pub fn distance(still: &Still, id: SphereId, ray: &Ray) -> f32 {
     let (sphere, leaves) = (&still.spheres[id as usize], ray.leaves == id);
     match still.roles[id as usize] {
         Role::Solid => from_outside(sphere, ray, leaves),
+        Role::Ground(g) => from_above(&still.grounds[g as usize], ray, leaves),
         Role::Glass => from_either_side(sphere, ray, leaves),
         Role::Enclosure(e) => from_inside(&still.enclosures[e as usize], ray, leaves),
     }
@@ -88,6 +89,26 @@ pub fn from_either_side(sphere: &Sphere, ray: &Ray, leaves: bool) -> f32 {
         q
     };
     if t > 0.0 { t } else { f32::INFINITY }
+}
+
+/// Distance to a ground: the near root.
+///
+/// Roots are those of the ray as it would start at the point of its line that is nearest to the anchor. So it does not matter
+/// how far away it starts.
+pub fn from_above(ground: &Ground, ray: &Ray, leaves: bool) -> f32 {
+    let g = ray.origin - ground.anchor;
+    let along = g.dot(ray.direction);
+    let nearest = g - ray.direction * along;
+    let b = ground.offset.dot(ray.direction);
+    let nearest_power = nearest.dot(nearest + ground.twice_offset);
+    let discriminant = b * b - nearest_power;
+    if !(along + b < 0.0 && discriminant >= 0.0) {
+        return f32::INFINITY;
+    }
+    let root = discriminant.sqrt();
+    let t = if b < 0.0 { nearest_power / (root - b) } else { -b - root } - along;
+    let is_above = ground.power(ray.origin) > 0.0 && !leaves;
+    if is_above && t > 0.0 { t } else { 0.0 }
 }
 
 /// Distance to an opaque sphere that is hit from inside: the far root, which always exists.
@@ -132,6 +153,17 @@ fn surface_at(still: &Still, id: SphereId, ray: &Ray, t: f32) -> Hit {
         let normal = from_center * enclosure.minus_inverse_radius;
         let normal = normal * (1.5 - 0.5 * normal.dot(normal));
         return Hit { sphere: id, t, point, normal, inside: true };
+    }
+    if let Role::Ground(g) = still.roles[id as usize] {
+        let ground = &still.grounds[g as usize];
+        // Moved onto the ground along the normal, by the height over it: power over diameter.
+        let from_anchor = point - ground.anchor;
+        let outward = (from_anchor + ground.offset) * ground.inverse_radius;
+        let height = from_anchor.dot(from_anchor + ground.twice_offset) * (0.5 * ground.inverse_radius);
+        let from_anchor = from_anchor - outward * height;
+        let normal = (from_anchor + ground.offset) * ground.inverse_radius;
+        let normal = normal * (1.5 - 0.5 * normal.dot(normal));
+        return Hit { sphere: id, t, point: ground.anchor + from_anchor, normal, inside: false };
     }
     let sphere = &still.spheres[id as usize];
     let from_center = point - sphere.center;

@@ -69,7 +69,7 @@ fn normal_at(still: &Still, ray: &Ray, t: f32, sphere: SphereId) -> Vec3 {
     let outward = (point - still.spheres[sphere as usize].center.as_dvec3()).normalize_or_zero();
     let is_inside = match still.roles[sphere as usize] {
         Role::Enclosure(_) => true,
-        Role::Solid => false,
+        Role::Solid | Role::Ground(_) => false,
         Role::Glass => outward.dot(direction) > 0.0,
     };
     let normal = if is_inside { -outward } else { outward };

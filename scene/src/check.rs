@@ -19,8 +19,9 @@ pub const LIMIT: f64 = 1e15;
 pub const MAX_IOR: f32 = 100.0;
 /// Sine of the least allowed angle between the viewing direction and up.
 const PARALLEL: f64 = 1e-6;
-/// Least distance of the eye from an opaque surface, relative to the coordinates and radius involved. Any closer, and
-/// rounding to `f32` would decide on which side of the surface the eye is.
+/// Least distance of the eye from an opaque surface, relative to the coordinates involved. Any closer, and rounding to `f32`
+/// would decide on which side of the surface the eye is. The radius counts where the sphere moves, as its centre is then
+/// rounded anew at each instant; else a millionth of it does, for rounding to `f64`.
 const CLEARANCE: f64 = 1e-6;
 
 /// A part of a scene.
@@ -278,7 +279,8 @@ impl Scene {
         let eye = camera.eye.as_dvec3();
         let [open, close] = camera.shutter.map(|time| sphere.at(time).center.as_dvec3() - eye);
         let (lens, r) = (f64::from(camera.aperture_radius), f64::from(sphere.radius));
-        let slack = CLEARANCE * (r + eye.abs().max_element());
+        let rounded = if sphere.velocity == Vec3::ZERO { CLEARANCE * r } else { r };
+        let slack = CLEARANCE * (rounded + eye.abs().max_element());
         let clear = |from: DVec3, to: DVec3, lens: f64| {
             let farthest = from.length().max(to.length());
             nearest(from, to) - lens > r + slack || farthest + lens < r - slack

@@ -8,31 +8,46 @@ use std::ops::Index;
 pub enum Role {
     /// Opaque, the eye outside of it: met from outside.
     Solid,
+    /// The same, and the eye is close to it: a ground. Holds the index into [`crate::Still::grounds`].
+    Ground(u32),
     /// Opaque, the eye inside of it: met from inside. Holds the index into [`crate::Still::enclosures`].
     Enclosure(u32),
     /// Transparent: met from both sides.
     Glass,
 }
 
-/// The roles of all spheres, in order of their ids. Enclosures are few, and found by bisection.
+impl Role {
+    /// True if the sphere is opaque and met from outside.
+    pub fn is_solid(self) -> bool {
+        matches!(self, Self::Solid | Self::Ground(_))
+    }
+
+    /// True if its intersection is computed from a point on its surface ([`crate::still::Anchor`]), and such spheres are
+    /// few, as the eye is within or close.
+    pub fn is_anchored(self) -> bool {
+        matches!(self, Self::Ground(_) | Self::Enclosure(_))
+    }
+}
+
+/// The roles of all spheres, in order of their ids. Those that are anchored are few, and found by bisection.
 #[derive(Clone, Debug, Default)]
 pub struct Roles {
     kinds: Vec<Kind>,
-    /// The enclosures by their ids.
-    enclosures: Vec<(SphereId, Role)>,
+    /// Grounds and enclosures by their ids.
+    anchored: Vec<(SphereId, Role)>,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     Solid,
     Glass,
-    Enclosure,
+    Anchored,
 }
 
 impl Roles {
     /// No roles, with room for `count`.
     pub(crate) fn with_capacity(count: usize) -> Self {
-        Self { kinds: Vec::with_capacity(count), enclosures: Vec::new() }
+        Self { kinds: Vec::with_capacity(count), anchored: Vec::new() }
     }
 
     /// Adds the role of the next sphere.
@@ -40,9 +55,9 @@ impl Roles {
         self.kinds.push(match role {
             Role::Solid => Kind::Solid,
             Role::Glass => Kind::Glass,
-            Role::Enclosure(_) => {
-                self.enclosures.push((self.kinds.len() as SphereId, role));
-                Kind::Enclosure
+            Role::Ground(_) | Role::Enclosure(_) => {
+                self.anchored.push((self.kinds.len() as SphereId, role));
+                Kind::Anchored
             }
         });
     }
@@ -70,9 +85,9 @@ impl Index<usize> for Roles {
         match self.kinds[id] {
             Kind::Solid => &Role::Solid,
             Kind::Glass => &Role::Glass,
-            Kind::Enclosure => {
-                let place = self.enclosures.partition_point(|(enclosure, _)| (*enclosure as usize) < id);
-                &self.enclosures[place].1
+            Kind::Anchored => {
+                let place = self.anchored.partition_point(|(other, _)| (*other as usize) < id);
+                &self.anchored[place].1
             }
         }
     }
@@ -86,6 +101,7 @@ mod tests {
     fn roles_are_those_that_were_added() {
         let role = |i: u32| match i % 7 {
             0 | 3 => Role::Glass,
+            4 => Role::Ground(i / 7),
             5 => Role::Enclosure(i / 7),
             _ => Role::Solid,
         };
@@ -95,6 +111,14 @@ mod tests {
         assert_eq!(roles.len(), 100);
         assert!(roles.iter().copied().eq((0..100).map(role)));
         assert!(roles.iter().rev().copied().eq((0..100).rev().map(role)));
+        assert!(
+            roles.iter().all(|role| !(role.is_solid() && matches!(role, Role::Enclosure(_) | Role::Glass)))
+        );
+        assert_eq!(
+            roles.iter().filter(|role| role.is_anchored() && role.is_solid()).count(),
+            14,
+            "every seventh"
+        );
         assert_eq!(size_of::<Kind>(), 1, "a byte per sphere");
     }
 }

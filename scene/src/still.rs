@@ -2,8 +2,8 @@
 //!
 //! Everything that light does between the eye and the lights happens in one connected region, the free space. An
 //! opaque sphere is therefore only ever met from one side, and which one is known beforehand: a sphere around the
-//! eye from inside ([`Role::Enclosure`]), any other from outside ([`Role::Solid`]). Only glass is met from both
-//! ([`Role::Glass`]). This is more than an economy. A point where surfaces meet may be computed to lie behind one
+//! eye from inside ([`Role::Enclosure`]), any other from outside ([`Role::Solid`], [`Role::Ground`]). Only glass is met from
+//! both ([`Role::Glass`]). This is more than an economy. A point where surfaces meet may be computed to lie behind one
 //! of them by a rounding error; knowing that it cannot be there, the intersection closes such leaks exactly.
 
 use crate::color::{Rgb, max_component};
@@ -14,10 +14,31 @@ use crate::ray::SphereId;
 pub use crate::roles::{Role, Roles};
 use crate::sphere::Sphere;
 use crate::world::Scene;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::borrow::Cow;
 use std::f64::consts::PI;
 use std::ops::{ControlFlow, Range};
+
+/// What the intersection needs to know of a ground: of an opaque sphere that is met from outside, and that the eye is close to.
+/// See [`NEAR`] and [`Enclosure`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ground {
+    /// Which sphere this is.
+    pub sphere: SphereId,
+    /// The point of the sphere nearest to the eye. Rounded as it is, the ground goes through it.
+    pub anchor: Vec3,
+    /// From the centre to the anchor.
+    pub offset: Vec3,
+    /// Twice `offset`, exactly.
+    pub twice_offset: Vec3,
+    /// `1 / radius`: turns the vector from the centre into the normal on the outside.
+    pub inverse_radius: f32,
+}
+
+/// An opaque sphere is a ground if its radius is at least so many times the distance of the eye from its surface.
+/// Its points are then accurate to a rounding of their distances from the eye, which its centre and radius as `f32` do not
+/// give: at a radius of 10^4 these are a thousandth apart, which balls of a thousandth in size would be hidden by.
+pub const NEAR: f64 = 16.0;
 
 /// What the intersection from inside needs to know of an enclosure.
 ///
@@ -96,6 +117,8 @@ pub struct Still<'a> {
     pub materials: &'a [Material],
     /// The role of each sphere.
     pub roles: Roles,
+    /// The opaque spheres that the eye is close to the outside of, in order of their ids.
+    pub grounds: Vec<Ground>,
     /// The spheres around the eye, in order of their ids.
     pub enclosures: Vec<Enclosure>,
     /// What glows; for photons that carry caustics alone, lamps alone.
@@ -152,6 +175,7 @@ impl Scene {
             spheres,
             materials: &self.materials,
             roles: Roles::default(),
+            grounds: Vec::new(),
             enclosures: Vec::new(),
             lights: Lights::default(),
             carried,
@@ -195,6 +219,21 @@ impl Still<'_> {
         self.enclosures.iter().any(|enclosure| is_light(&enclosure.sphere))
     }
 
+    /// True if a blocker of a lamp ([`Light::blockers`]) hides this point of it: if the point lies within an opaque ball, or
+    /// outside of a shell around the eye.
+    pub fn is_hidden(&self, light: &Light, point: Vec3) -> bool {
+        let blockers = light.blockers.start as usize..light.blockers.end as usize;
+        self.lights.blockers[blockers].iter().any(|&id| {
+            let sphere = &self.spheres[id as usize];
+            let from_center = point - sphere.center;
+            let power = match self.roles[id as usize] {
+                Role::Ground(g) => self.grounds[g as usize].power(point),
+                _ => from_center.dot(from_center) - sphere.radius * sphere.radius,
+            };
+            (power < 0.0) == self.roles[id as usize].is_solid()
+        })
+    }
+
     /// True if sphere `id` is around the eye, and opaque.
     pub fn is_enclosure(&self, id: SphereId) -> bool {
         matches!(self.roles[id as usize], Role::Enclosure(_))
@@ -203,11 +242,15 @@ impl Still<'_> {
     fn assign_roles(&mut self, eye: Vec3) {
         self.roles = Roles::with_capacity(self.spheres.len());
         for (id, s) in self.spheres.iter().enumerate() {
+            let (away, radius) = (distance(eye, s.center), f64::from(s.radius));
             let role = if !self.materials[s.material as usize].is_opaque() {
                 Role::Glass
-            } else if distance(eye, s.center) < f64::from(s.radius) {
+            } else if away < radius {
                 self.enclosures.push(Enclosure::new(id as SphereId, s, eye));
                 Role::Enclosure(self.enclosures.len() as u32 - 1)
+            } else if is_near(away - radius, s) {
+                self.grounds.push(Ground::new(id as SphereId, s, eye));
+                Role::Ground(self.grounds.len() as u32 - 1)
             } else {
                 Role::Solid
             };
@@ -229,7 +272,7 @@ impl Still<'_> {
             self.lights.blockers.extend(blockers);
             let blockers = start..self.lights.blockers.len() as u32;
             let sides: &[bool] = match self.roles[id] {
-                Role::Solid => &[false],
+                Role::Solid | Role::Ground(_) => &[false],
                 Role::Enclosure(_) => &[true],
                 Role::Glass => &[false, true],
             };
@@ -289,7 +332,9 @@ impl Still<'_> {
         let (nearest, farthest) = ((d - f64::from(light.radius)).abs(), d + f64::from(light.radius));
         match self.roles[other as usize] {
             _ if other as usize == id => Cover { some: false, all: false },
-            Role::Solid => Cover { some: nearest < r * (1.0 + TOUCHING), all: farthest <= r },
+            Role::Solid | Role::Ground(_) => {
+                Cover { some: nearest < r * (1.0 + TOUCHING), all: farthest <= r }
+            }
             Role::Enclosure(_) => Cover { some: farthest > r * (1.0 - TOUCHING), all: nearest >= r },
             Role::Glass => Cover { some: false, all: false },
         }
@@ -306,7 +351,7 @@ impl Still<'_> {
     }
 
     fn solid_ids(&self) -> impl Iterator<Item = SphereId> {
-        let is_solid = |id: &SphereId| self.roles[*id as usize] == Role::Solid;
+        let is_solid = |id: &SphereId| self.roles[*id as usize].is_solid();
         (0..self.spheres.len() as SphereId).filter(is_solid)
     }
 
@@ -322,7 +367,7 @@ impl Still<'_> {
                 Role::Enclosure(_) => ambient.push((number, f64::from(max_component(s.emission)))),
                 // The inner side of glass is chosen with the outer one.
                 Role::Glass if light.inside => {}
-                Role::Glass | Role::Solid => lamps.push(Lamp {
+                Role::Glass | Role::Solid | Role::Ground(_) => lamps.push(Lamp {
                     light: number,
                     center: s.center.as_dvec3(),
                     radius: f64::from(s.radius),
@@ -342,14 +387,43 @@ impl Still<'_> {
     }
 }
 
+/// Whether a sphere is a ground at this distance of the eye from its surface. What glows is none: light is sent to it
+/// and from it by the formulas of balls.
+fn is_near(gap: f64, s: &Sphere) -> bool {
+    gap * NEAR <= f64::from(s.radius) && !s.is_emitter()
+}
+
+/// The point of a sphere nearest to the eye, and the vector to it from the centre.
+fn anchor(s: &Sphere, eye: Vec3) -> (Vec3, DVec3) {
+    let center = s.center.as_dvec3();
+    let to_eye = eye.as_dvec3() - center;
+    let length = to_eye.dot(to_eye).sqrt();
+    let outward = if length > 0.0 { to_eye / length } else { DVec3::X };
+    let anchor = (center + outward * f64::from(s.radius)).as_vec3();
+    (anchor, anchor.as_dvec3() - center)
+}
+
+impl Ground {
+    fn new(id: SphereId, s: &Sphere, eye: Vec3) -> Self {
+        let (anchor, offset) = anchor(s, eye);
+        let inverse_radius = (1.0 / f64::from(s.radius)) as f32;
+        let offset = offset.as_vec3();
+        Self { sphere: id, anchor, offset, twice_offset: 2.0 * offset, inverse_radius }
+    }
+
+    /// The power of a point with respect to the ground: twice its height over the ground times the radius, and more
+    /// where it is high.
+    #[inline]
+    pub fn power(&self, point: Vec3) -> f32 {
+        let from_anchor = point - self.anchor;
+        from_anchor.dot(from_anchor + self.twice_offset)
+    }
+}
+
 impl Enclosure {
     fn new(id: SphereId, s: &Sphere, eye: Vec3) -> Self {
-        let (center, radius) = (s.center.as_dvec3(), f64::from(s.radius));
-        let to_eye = eye.as_dvec3() - center;
-        let length = to_eye.dot(to_eye).sqrt();
-        let outward = if length > 0.0 { to_eye / length } else { glam::DVec3::X };
-        let anchor = (center + outward * radius).as_vec3();
-        let offset = anchor.as_dvec3() - center;
+        let (anchor, offset) = anchor(s, eye);
+        let radius = f64::from(s.radius);
         Self {
             sphere: id,
             anchor,

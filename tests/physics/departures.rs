@@ -153,7 +153,7 @@ fn photons_enter_what_is_near_in_free_space_and_in_sight_of_their_lamp() {
             photons += 1;
             for (sphere, role) in scene.spheres.iter().zip(still.roles.iter()) {
                 let depth = sphere.radius - (ray.origin - sphere.center).length();
-                let is_free = if *role == Role::Solid { depth < ROUNDING } else { depth > -ROUNDING };
+                let is_free = if role.is_solid() { depth < ROUNDING } else { depth > -ROUNDING };
                 assert!(is_free, "{seed}: {ray:?} begins beyond the surface of {sphere:?}");
             }
             let back = Ray { direction: -ray.direction, ..ray };

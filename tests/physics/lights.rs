@@ -563,7 +563,7 @@ fn what_hides_a_part_of_a_lamp_is_found_whatever_the_number_of_lamps() {
                 let [nearest, farthest] = [(distance - own).abs(), distance + own];
                 let (edge, part, whole) = match still.roles[other as usize] {
                     Role::Glass => continue,
-                    Role::Solid => (nearest, nearest < radius, farthest < radius),
+                    Role::Solid | Role::Ground(_) => (nearest, nearest < radius, farthest < radius),
                     Role::Enclosure(_) => (farthest, farthest > radius, nearest > radius),
                 };
                 all |= whole;

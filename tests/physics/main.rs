@@ -20,6 +20,7 @@ mod first_radii;
 mod furnace;
 mod glints;
 mod grid;
+mod grounds;
 mod guiding;
 mod harness;
 mod hybrid;

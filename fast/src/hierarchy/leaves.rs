@@ -80,7 +80,7 @@ impl Leaf {
             let is_same_role = |role: Role| match role {
                 Role::Solid => !is_glass,
                 Role::Glass => is_glass,
-                Role::Enclosure(_) => false,
+                Role::Ground(_) | Role::Enclosure(_) => false,
             };
             id < still.spheres.len() && is_same_role(still.roles[id]) && {
                 let sphere = &still.spheres[id];
@@ -113,7 +113,7 @@ fn balls(still: &Still) -> impl Iterator<Item = Ball> {
         let glass = match role {
             Role::Solid => 0,
             Role::Glass => GLASS,
-            Role::Enclosure(_) => return None,
+            Role::Ground(_) | Role::Enclosure(_) => return None,
         };
         Some(Ball { center: s.center.into(), radius: s.radius, sphere: id | glass })
     })

@@ -9,9 +9,7 @@ use crate::join::{Binned, Chunks, Sorted};
 use crate::light_choice::LightChoice;
 use crate::parameters::Parameters;
 use crate::paths::{BATCH, ROOM, Vectors, Words};
-use crate::photon_pass::{
-    Emission, Emitters, PhotonBatch, PhotonCounts, PhotonJob, PhotonPass, rounding_of_points,
-};
+use crate::photon_pass::{Emission, Emitters, PhotonBatch, PhotonCounts, PhotonJob, PhotonPass, Rounding};
 use crate::pixels::{Pixel, PixelRows, slot_of, slots};
 use crate::prepared::Prepared;
 use crate::tables::Tables;
@@ -113,7 +111,7 @@ pub fn photon_pass(
         cells: cells.0,
         occupancy: &wanted.0,
         reach,
-        slack: rounding_of_points(still),
+        rounding: Rounding::of(still),
         at_once: BATCH,
     };
     let mut out = Binned::new(&Arc::new(Chunks::new()));

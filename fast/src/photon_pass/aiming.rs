@@ -1,12 +1,14 @@
 //! Aimed photons: where they leave their lamps, where surfaces scatter them, and what they weigh. `reference::emission`,
 //! `reference::photon_pass::scatter_towards` and [`scene::aim`], in lanes.
 
+use crate::intersect::{RayLanes, from_above, power};
 use crate::light_choice::LightChoice;
 use crate::sampling::{cosine_hemisphere, frame, uniform_cone, uniform_disk};
 use bytemuck::{Pod, Zeroable};
 use lanes::{Lanes, MOST_LANES, Row, V3};
 use scene::aim::{Aim, Group, RUN, Target};
 use scene::ray::NO_SPHERE;
+use scene::still::Ground;
 
 // All photons of a packet are of one component.
 const _: () = assert!((RUN as usize).is_multiple_of(MOST_LANES));
@@ -129,6 +131,9 @@ impl AimTables {
         let half_chord2 = L::f(ball.radius_squared) - nearest.dot(nearest);
         enters = enters & L::lt(zero, half_chord2);
         let entry = center + (nearest - direction.scale(L::sqrt(half_chord2)));
+        for ground in &core.grounds {
+            enters = enters & !has_met(ground, entry, direction);
+        }
         Departures {
             origin: V3::select(enters, entry, origin),
             direction,
@@ -190,6 +195,14 @@ fn is_crossed<L: Lanes>(ball: &Target, origin: V3<L>, direction: V3<L>) -> L::M 
     L::lt(nearest.dot(nearest), r2)
         & (L::lt(b, L::f(0.0)) | L::lt(f.dot(f), r2))
         & L::lt(L::f(1.0) - direction.dot(V3::splat(ball.axis)), L::f(ball.height))
+}
+
+/// As `reference::emission::has_met`.
+#[inline(always)]
+fn has_met<L: Lanes>(ground: &Ground, point: V3<L>, direction: V3<L>) -> L::M {
+    let back = RayLanes { origin: point, direction: -direction, leaves: L::u(NO_SPHERE) };
+    let (t, meets) = from_above(ground, &back);
+    meets & L::lt(t, L::f(f32::INFINITY)) | !L::lt(L::f(0.0), power(ground, point))
 }
 
 /// Where lines through points leave their lamp, or where they enter a shell; and which of them cross it.

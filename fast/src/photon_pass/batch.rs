@@ -11,11 +11,11 @@ use crate::surface::{Hit, tag};
 use crate::tables::Tables;
 use crate::trace::{hits, intersect_batch};
 use lanes::{Lanes, MOST_LANES, Row, V3};
-use scene::Still;
 use scene::aim::{AIMED_BOUNCES, EXPONENT_STEP};
 use scene::film::FLUX_ONE;
 use scene::guide::GUIDED_BOUNCES;
 use scene::still::{Carried, Role};
+use scene::{Sphere, Still};
 use std::ops::Range;
 
 /// What the photon pass of one iteration reads.
@@ -31,8 +31,8 @@ pub(crate) struct PhotonPass<'a> {
     pub(crate) occupancy: &'a Occupancy,
     /// The largest search radius.
     pub(crate) reach: f32,
-    /// See [`rounding_of_points`].
-    pub(crate) slack: f32,
+    /// How far off points and normals may be.
+    pub(crate) rounding: Rounding,
     /// Photons of a batch: a multiple of the lanes, at most [`BATCH`](crate::paths::BATCH).
     pub(crate) at_once: usize,
 }
@@ -198,15 +198,21 @@ impl PhotonPass<'_> {
     fn is_safe<L: Lanes>(&self, surface: &Hit<L>, p: &Packet<L>) -> L::M {
         let in_shell = tag::has::<L>(surface.tag, tag::ENCLOSURE);
         let cos = -p.direction.dot(surface.normal);
-        in_shell | L::lt(safe_cosine::<L>(self.reach, self.slack, surface.scale), cos)
+        let on_ground = tag::has::<L>(surface.tag, tag::GROUND);
+        let safe = safe_cosine::<L>(self.reach, self.rounding.points, surface.scale);
+        let safe_on_ground = L::f(self.reach) * surface.scale + L::f(self.rounding.tilt + MORE);
+        in_shell | L::lt(L::select(on_ground, safe_on_ground, safe), cos)
     }
 }
+
+/// What cosines may be off by for their own rounding, and more.
+const MORE: f32 = 1e-5;
 
 /// If the cosine at one point of a ball is above this, cosines at all points within `reach` are positive: normals of points
 /// at a distance d differ by d / radius. Points are off by up to `slack`, and cosines by some roundings.
 #[inline(always)]
 fn safe_cosine<L: Lanes>(reach: f32, slack: f32, radius: L::F) -> L::F {
-    L::f(reach + slack) / radius + L::f(1e-5)
+    L::f(reach + slack) / radius + L::f(MORE)
 }
 
 /// As `reference::photon_pass::survive`: which photons survive the roulette, and their power if they do.
@@ -249,18 +255,32 @@ fn exponent_of<L: Lanes>(x: L::F) -> L::U {
     L::select_u(L::lt(x, one), L::u(0), L::shl::<STEP_BITS>(steps))
 }
 
-/// A bound on how far a point computed to lie on a solid ball is from where its normal says: some ulps of the largest
-/// coordinate of any such ball.
-pub(crate) fn rounding_of_points(still: &Still) -> f32 {
-    let solid = still.spheres.iter().zip(still.roles.iter()).filter(|(_, role)| **role == Role::Solid);
-    solid.map(|(s, _)| s.center.abs().max_element() + s.radius).fold(0.0, f32::max) * 1e-6
+/// Bounds on how far off from each other points and normals of surfaces are that are met from outside.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rounding {
+    /// Of how far a point computed to lie on a solid ball is from where its normal says: some ulps of the largest coordinate
+    /// of any such ball.
+    points: f32,
+    /// The same for grounds, over their radius: by how much a normal may be tilted.
+    tilt: f32,
+}
+
+impl Rounding {
+    pub(crate) fn of(still: &Still) -> Self {
+        let largest = |s: &Sphere| s.center.abs().max_element() + s.radius;
+        let solid = still.spheres.iter().zip(still.roles.iter()).filter(|(_, role)| **role == Role::Solid);
+        let points = solid.map(|(s, _)| largest(s)).fold(0.0, f32::max) * 1e-6;
+        let grounds = still.grounds.iter().map(|ground| &still.spheres[ground.sphere as usize]);
+        let tilt = grounds.map(|s| largest(s) / s.radius).fold(0.0, f32::max) * 1e-6;
+        Self { points, tilt }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use lanes::Emulated;
-    use scene::{Rgb, Sphere, Vec3};
+    use scene::{Rgb, Vec3};
 
     /// A dot product of unit vectors that are themselves rounded is off by some 10 roundings of 1.
     const LEAST: f64 = 10.0 * f32::EPSILON as f64;
@@ -293,11 +313,11 @@ mod tests {
             // Walls do not count.
             scene.spheres.retain(|sphere| sphere.radius > 1e3);
             scene.spheres.extend_from_slice(balls);
-            rounding_of_points(&scene.at(0.0))
+            Rounding::of(&scene.at(0.0))
         };
-        assert_eq!(bound(&[]), 0.0);
+        assert_eq!([bound(&[]).points, bound(&[]).tilt], [0.0, 0.0]);
         let roundings = |largest: f32| 4.0 * f32::EPSILON * largest..16.0 * f32::EPSILON * largest;
-        assert!(roundings(40.0).contains(&bound(&[sphere(-30.0, 10.0), sphere(5.0, 20.0)])));
-        assert!(roundings(302.0).contains(&bound(&[sphere(-300.0, 2.0), sphere(5.0, 20.0)])));
+        assert!(roundings(40.0).contains(&bound(&[sphere(-30.0, 10.0), sphere(5.0, 20.0)]).points));
+        assert!(roundings(302.0).contains(&bound(&[sphere(-300.0, 2.0), sphere(5.0, 20.0)]).points));
     }
 }

@@ -12,7 +12,7 @@ use scene::guide::{Cell, Departures as Cells, SIDE};
 use scene::ray::SphereId;
 use scene::rng::{Family, StreamKey};
 use scene::sobol::{DIMENSIONS, sobol};
-use scene::still::{Light, Role};
+use scene::still::Light;
 use scene::{Still, Vec3};
 
 /// What the dimensions of a photon's stratified point are used for; as in `reference::photon_pass`.
@@ -289,7 +289,7 @@ impl<'a> Emission<'a> {
         L::store(origin.z, &mut points[2]);
         let is_free = |lane: usize| {
             let point = Vec3::new(points[0][lane], points[1][lane], points[2][lane]);
-            !is_blocked(self.still, lights[lane], point)
+            !self.still.is_hidden(&self.still.lights.entries[lights[lane] as usize], point)
         };
         L::mask_from_bits((0..L::N).map(|lane| u32::from(is_free(lane)) << lane).sum())
     }
@@ -304,16 +304,4 @@ fn uniform<L: Lanes>(points: &StratifiedPoints, start: u32, lamp: &LampLanes<L>)
     let [u, v] = dimension::DIRECTION;
     let direction = cosine_hemisphere(normal, points.at::<L>(start, u), points.at::<L>(start, v));
     (lamp.center + outward.scale(lamp.radius), direction)
-}
-
-/// As `reference::emission::is_blocked`.
-fn is_blocked(still: &Still, light: u32, point: Vec3) -> bool {
-    let light = &still.lights.entries[light as usize];
-    let blockers = light.blockers.start as usize..light.blockers.end as usize;
-    still.lights.blockers[blockers].iter().any(|&id| {
-        let sphere = &still.spheres[id as usize];
-        let from_center = point - sphere.center;
-        let within = from_center.dot(from_center) < sphere.radius * sphere.radius;
-        within == (still.roles[id as usize] == Role::Solid)
-    })
 }

@@ -18,9 +18,7 @@ use crate::hierarchy::Hierarchy;
 use crate::join::{Cells, Join, Occupancy, Radii, Round, Sorted};
 use crate::pages::Pages;
 use crate::parameters::Parameters;
-use crate::photon_pass::{
-    Emission, Emitters, PHOTON_WORK, PhotonPass, PhotonPlan, PhotonWorkers, rounding_of_points,
-};
+use crate::photon_pass::{Emission, Emitters, PHOTON_WORK, PhotonPass, PhotonPlan, PhotonWorkers, Rounding};
 use crate::pixels::{Pixel, PixelRows, slots};
 use crate::prepared::Prepared;
 use crate::survey::survey;
@@ -255,7 +253,7 @@ impl<'a> Sppm<'a> {
             cells,
             occupancy: &occupancy,
             reach: radii.largest,
-            slack: rounding_of_points(&p.still),
+            rounding: Rounding::of(&p.still),
             at_once: photons_per_batch as usize,
         };
         let nominal = p.still.lights.power / emitters.scale().unwrap_or(1.0);

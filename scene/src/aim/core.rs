@@ -2,11 +2,12 @@
 //!
 //! A sun at distance 10^6 is known to 0.06 in `f32`, and so is a ray that starts there: a ball of radius 1 would lie in
 //! a fog of that width, and one of 10^-3 would not be met. Between a far lamp and the ball around all else nothing
-//! stands, so photons that cross this ball may as well start on it.
+//! stands but the ground, so photons that cross this ball, and that the ground has not stopped before, may as well start on it.
+//! The ground itself is not within: it may be 10^7 times as wide as what stands on it.
 
 use super::target::Target;
 use crate::ray::SphereId;
-use crate::still::{Light, Role, Still};
+use crate::still::{Ground, Light, Role, Still};
 use crate::{Sphere, Vec3};
 use glam::DVec3;
 
@@ -19,8 +20,11 @@ const WIDENED: f64 = 1.001;
 /// The ball around all that is near, and what glows far from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Core {
-    /// Around all spheres but rooms and far lamps, and all targets.
+    /// Around all spheres but rooms, grounds and far lamps, and all targets but those that are around it themselves. So a line
+    /// that enters it crosses a target there or later, or not at all.
     pub ball: Target,
+    /// The grounds.
+    pub grounds: Vec<Ground>,
     /// The far lamps, rooms not among them, each as sphere and ball.
     pub far: Vec<(SphereId, Target)>,
     /// For each light, true if its photons may start at the core.
@@ -34,15 +38,20 @@ impl Core {
         let is_lamp = |s: &Sphere, role| role == Role::Solid && s.is_emitter();
         let solids =
             || still.spheres.iter().zip(still.roles.iter()).filter(|(_, r)| !matches!(r, Role::Enclosure(_)));
-        let others = || solids().filter(|(s, role)| !is_lamp(s, **role)).map(|(s, _)| (s.center, s.radius));
-        let no_lamps = || targets.iter().map(|t| (t.center, t.radius)).chain(others());
-        let first = around(no_lamps);
+        let others = || solids().filter(|(s, role)| !is_lamp(s, **role));
+        let of_target = |t: &Target| (t.center, t.radius);
+        let with_grounds = || others().map(|(s, _)| (s.center, s.radius));
+        let first = around(|| targets.iter().map(of_target).chain(with_grounds()));
         let is_far_lamp = |(id, s): &(SphereId, &Sphere)| {
             is_lamp(s, still.roles[*id as usize]) && gap(&first, s) >= f64::from(first.radius)
         };
         let lamps = || (0..).zip(&still.spheres[..]).filter(|(id, s)| is_lamp(s, still.roles[*id as usize]));
         let near = || lamps().filter(|lamp| !is_far_lamp(lamp)).map(|(_, s)| (s.center, s.radius));
-        let ball = around(|| no_lamps().chain(near()));
+        let objects =
+            || others().filter(|(_, r)| !matches!(r, Role::Ground(_))).map(|(s, _)| (s.center, s.radius));
+        let innermost = targets.iter().min_by(|a, b| a.radius.total_cmp(&b.radius))?;
+        let ball = around(|| [of_target(innermost)].into_iter().chain(objects()).chain(near()));
+        let ball = with_targets(ball, targets);
         let far: Vec<_> =
             lamps().filter(is_far_lamp).map(|(id, s)| (id, Target::ball(s.center, s.radius))).collect();
         let starts_at_core = |light: &Light| {
@@ -57,13 +66,14 @@ impl Core {
         let is_in_rooms = still.enclosures.iter().all(|e| contains(&still.spheres[e.sphere as usize], &ball));
         (is_clear && is_in_rooms && far.len() <= MOST_FAR && is_far.contains(&true)).then_some(Self {
             ball,
+            grounds: still.grounds.clone(),
             far,
             is_far,
         })
     }
 
     /// Where a half line from far lamp `lamp` enters the core; `None` if it does not, or if another far lamp stands there.
-    /// `point` is any point of it, the nearer the better.
+    /// `point` is any point of it, the nearer the better. Whether a ground stands in the way, the engines ask.
     pub fn entry(&self, lamp: SphereId, origin: Vec3, point: Vec3, direction: Vec3) -> Option<Vec3> {
         let is_ahead = (origin - self.ball.center).dot(direction) < 0.0;
         let stands_between =
@@ -80,6 +90,22 @@ impl Core {
 
 fn distance(a: Vec3, b: Vec3) -> f64 {
     a.as_dvec3().distance(b.as_dvec3())
+}
+
+/// The ball, and around all targets that are not around it themselves.
+fn with_targets(mut ball: Target, targets: &[Target]) -> Target {
+    let is_within = |inner: &Target, outer: &Target, widened: f64| {
+        let reach = distance(inner.center, outer.center) + f64::from(inner.radius);
+        reach * widened <= f64::from(outer.radius)
+    };
+    let apart = |ball: Target| {
+        let is_apart = |t: &&Target| !is_within(t, &ball, 1.0) && !is_within(&ball, t, WIDENED);
+        targets.iter().find(is_apart)
+    };
+    while let Some(target) = apart(ball) {
+        ball = around(|| [ball, *target].into_iter().map(|t| (t.center, t.radius)));
+    }
+    ball
 }
 
 /// How far a sphere is from a ball.
@@ -107,7 +133,9 @@ fn around<I: Iterator<Item = (Vec3, f32)>>(balls: impl Fn() -> I) -> Target {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::Camera;
     use crate::test_scenes::balls;
+    use crate::world::Scene;
 
     /// What weighs a line asks which targets it crosses, from where it enters the core.
     #[test]
@@ -128,10 +156,32 @@ mod tests {
         }
     }
 
+    /// Else roundings at the far side of the ground would be as large as what stands on it.
+    #[test]
+    fn the_core_does_not_reach_around_the_ground() {
+        let scene =
+            balls(&[(-1000.0 * Vec3::Z, 999.0, 0.0), (0.2 * Vec3::Y, 0.5, 0.0), (9e4 * Vec3::Z, 90.0, 5.0)]);
+        let around_it = |eye: Vec3| {
+            let scene = Scene { camera: Camera { eye, ..scene.camera }, ..scene.clone() };
+            let core = Core::new(&scene.at(0.0), &[Target::ball(Vec3::ZERO, 1.0)]).unwrap();
+            assert_eq!(core.is_far, [true]);
+            (core.ball.radius, core.grounds.iter().map(|ground| ground.sphere).collect::<Vec<_>>())
+        };
+        let (radius, grounds) = around_it(Vec3::Z * 200.0);
+        assert!(radius > 999.0 && grounds.is_empty(), "{radius}");
+        let (radius, grounds) = around_it(Vec3::Z * 9.0);
+        assert!(radius < 1.1 && grounds == [0], "{radius}");
+    }
+
     /// In numbers that are exact: a line that only touches it does not enter.
     #[test]
     fn a_line_enters_the_core_where_it_crosses_it() {
-        let core = Core { ball: Target::ball(Vec3::ZERO, 5.0), far: Vec::new(), is_far: Vec::new() };
+        let core = Core {
+            ball: Target::ball(Vec3::ZERO, 5.0),
+            grounds: Vec::new(),
+            far: Vec::new(),
+            is_far: Vec::new(),
+        };
         let entry = |y: f32| core.entry(0, Vec3::new(-100.0, y, 0.0), Vec3::new(8.0, y, 0.0), Vec3::X);
         assert_eq!(entry(0.0), Some(Vec3::new(-5.0, 0.0, 0.0)));
         assert_eq!(entry(3.0), Some(Vec3::new(-4.0, 3.0, 0.0)));
