@@ -141,17 +141,22 @@ impl Chord {
     }
 }
 
+/// A vector of nearly unit length, made 1 long by one step of Newton's method. Without that step, the error would lengthen a
+/// mirrored direction by up to 4 times as much, and that in turn the error of the next hit. Inside of a mirror ball it would
+/// grow without bound.
+fn lengthened_to_1(normal: Vec3) -> Vec3 {
+    normal * (1.5 - 0.5 * normal.dot(normal))
+}
+
 /// The hit at distance `t` on sphere `id`.
 fn surface_at(still: &Still, id: SphereId, ray: &Ray, t: f32) -> Hit {
     let point = ray.origin + ray.direction * t;
     if let Role::Enclosure(e) = still.roles[id as usize] {
         let enclosure = &still.enclosures[e as usize];
-        // The far root is accurate to rounding, and the length of the normal nearly so; a Newton step makes it 1.
-        // Without that step, the error would lengthen a mirrored direction by up to 4 times as much, and that in
-        // turn the error of the next hit. Inside of a mirror ball it would grow without bound.
+        // The far root is accurate to rounding, and the length of the normal nearly so.
         let from_center = (point - enclosure.anchor) + enclosure.offset;
         let normal = from_center * enclosure.minus_inverse_radius;
-        let normal = normal * (1.5 - 0.5 * normal.dot(normal));
+        let normal = lengthened_to_1(normal);
         return Hit { sphere: id, t, point, normal, inside: true };
     }
     if let Role::Ground(g) = still.roles[id as usize] {
@@ -162,7 +167,7 @@ fn surface_at(still: &Still, id: SphereId, ray: &Ray, t: f32) -> Hit {
         let height = from_anchor.dot(from_anchor + ground.twice_offset) * (0.5 * ground.inverse_radius);
         let from_anchor = from_anchor - outward * height;
         let normal = (from_anchor + ground.offset) * ground.inverse_radius;
-        let normal = normal * (1.5 - 0.5 * normal.dot(normal));
+        let normal = lengthened_to_1(normal);
         return Hit { sphere: id, t, point: ground.anchor + from_anchor, normal, inside: false };
     }
     let sphere = &still.spheres[id as usize];

@@ -17,8 +17,9 @@ use std::fmt;
 /// 2: shadow rays choose their light by what it may send to the point. 3: photons are aimed. 4: the path
 /// tracer's numbers are stratified up to the first bounce. 5: photons are scattered towards what they are aimed at. 6: of more
 /// than a thousand lights those far from others are aimed by themselves. 7: the path tracer's paths meet glowing enclosures,
-/// such as the sky, by themselves. 8: photons are guided where none are aimed.
-pub const TRANSPORT: u32 = 8;
+/// such as the sky, by themselves. 8: photons are guided where none are aimed. 9: opaque spheres
+/// close to the eye are computed from an anchor.
+pub const TRANSPORT: u32 = 9;
 
 /// The meaning of a pixel's words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -9,7 +9,6 @@ use scene::aim::{Aim, Target, Targets};
 use scene::guide::{Guide, SIDE, SURFACES};
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, Stream, StreamKey};
-use scene::still::Role;
 use scene::{Ray, Rgb, Scene, Vec3, max_component};
 use std::sync::Arc;
 

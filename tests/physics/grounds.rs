@@ -118,7 +118,7 @@ fn rays_from_afar_arrive_on_the_ground() {
         let still = over.scene.at(0.0);
         let direction = direction(&mut stream);
         let near = over.eye + self::direction(&mut stream) * (over.gap as f32);
-        let away = over.gap as f32 * 10.0_f32.powf(6.0 * stream.next_f32());
+        let away = (over.gap as f32 * 10.0_f32.powf(6.0 * stream.next_f32())).min(1e3 * ground(&over).radius);
         let ray = Ray { origin: near - direction * away, direction, leaves: NO_SPHERE };
         if still.grounds.is_empty() || exact(&over, &ray).is_none_or(|(_, cos)| cos < 0.2) {
             continue;
@@ -127,6 +127,9 @@ fn rays_from_afar_arrive_on_the_ground() {
         let hit = intersect(&still, &ray).unwrap_or_else(|| panic!("{index}: {ray:?} misses"));
         let on_ground = hit.point.as_dvec3();
         let bound = ROUNDINGS * U * (on_ground.length() + still.grounds[0].anchor.as_dvec3().length());
+        // The point is moved onto the ground by one step of Newton's method, which leaves the square of what it was off by.
+        let off = ROUNDINGS * U * ray.origin.as_dvec3().length();
+        let bound = bound + off * off / f64::from(ground(&over).radius);
         assert!(height(&over, on_ground).abs() <= bound, "{index}: {} {bound}", height(&over, on_ground));
         let (d, way) = (ray.direction.as_dvec3().normalize(), on_ground - ray.origin.as_dvec3());
         let beside = (way - d * way.dot(d)).length();
