@@ -18,15 +18,16 @@ Pixels in which Mitsuba leaks light where spheres touch are left out (see `conta
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
-from oracle import contacts, truth, ztest
+from oracle import contacts, tracer, truth, ztest
 from oracle.sppm import Render
 from oracle.truth import Truth
 from oracle.ztest import Verdict
 
-# Initial radii for the extrapolation, in scene units: two, one and half a pixel of the built-in scenes at 128x96.
+# Initial radii for the extrapolation, in pixels at 128x96 (`pixel`).
 RADII = (2.0, 1.0, 0.5)
 # Photons that a pixel must have counted, in all renders together, for their variance to be a valid error estimate. With
 # fewer, as on walls far behind a mirror, all renders may be missing the same rare light.
@@ -66,12 +67,27 @@ def renders(wanted: Render, effort: Effort) -> Renders:
         pictures, counts = (np.stack(list(of)).astype(np.float64) for of in zip(*pairs, strict=True))
         return pictures, counts.sum(axis=0)
 
+    size = pixel(wanted.scene)
     if wanted.engine == "path":
-        pictures, counts = stack(RADII[0])
+        pictures, counts = stack(RADII[0] * size)
         return Renders(pictures, pictures, np.ones_like(counts))
-    (large, _), (half, _), (quarter, counts) = (stack(radius) for radius in RADII)
+    (large, _), (half, _), (quarter, counts) = (stack(radius * size) for radius in RADII)
     is_known = (counts >= ENOUGH_PHOTONS).astype(np.float64)
     return Renders(linear(large, half), quadratic(large, half, quarter), is_known)
+
+
+@cache
+def pixel(scene: str, width: int = 128, height: int = 96) -> float:
+    """The side of a pixel on what is seen, in units of the scene: the median over its rays. About 1 in the scenes that are
+    built in, and taken to be 1 there."""
+    if not scene.endswith(".toml"):
+        return 1.0
+    world, camera = tracer.read(scene, time=0.0)
+    _, origins, directions = next(tracer.camera_rays(camera, width, height, 1, np.random.default_rng(1)))
+    hits = tracer.intersect(world, origins, directions, np.full(len(origins), tracer.NONE))
+    away = np.linalg.norm(hits.points - origins, axis=1)[hits.spheres != tracer.NONE]
+    side = 2 * np.tan(np.radians(camera.vertical_fov_degrees) / 2) / height
+    return float(np.median(away) * side) if len(away) else 1.0
 
 
 def linear(large: np.ndarray, half: np.ndarray) -> np.ndarray:

@@ -116,3 +116,19 @@ def test_the_papers_depth_fails() -> None:
     height, width = expected("cornell").mean.shape[:2]
     shallow = judge.renders(Render("cornell", width=width, height=height, depth=5), QUICK)
     assert judge.verdict(shallow, expected("cornell")).different
+
+
+def test_radii_suit_the_unit_of_a_scene(tmp_path: Path) -> None:
+    def scene(unit: float) -> str:
+        path = tmp_path / f"{unit}.toml"
+        path.write_text(
+            f"background = [1, 1, 1]\ncamera = {{ eye = [0, 0, {10 * unit}], direction = [0, 0, -1], "
+            f"vertical_fov_degrees = 10 }}\n[[sphere]]\ncenter = [0, 0, {-100 * unit}]\nradius = {100 * unit}\n"
+            'material = { type = "diffuse", albedo = [1, 1, 1] }\n'
+        )
+        return str(path)
+
+    side = 10 * 2 * np.tan(np.radians(5)) / 96
+    for unit in (1e-3, 1.0, 1e3):
+        assert judge.pixel(scene(unit)) == pytest.approx(side * unit, rel=0.01)
+    assert judge.pixel("cornell") == 1.0
