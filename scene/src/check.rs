@@ -580,6 +580,26 @@ mod tests {
         }
     }
 
+    /// However large the sphere, unless it moves: its centre is then rounded.
+    #[test]
+    fn the_eye_may_be_as_close_to_a_surface_as_its_coordinates_tell() {
+        let over = |eye: Vec3, velocity: Vec3| {
+            let mut scene = valid();
+            let lamp = sphere(eye + Vec3::Y * 9.0, 1.0, Rgb::ONE);
+            let ground = sphere(Vec3::new(eye.x, -1e4, 0.0), 1e4, Rgb::ZERO);
+            scene.camera.eye = eye;
+            scene.spheres = vec![lamp, Sphere { velocity, ..ground }].into();
+            scene.check().map_err(|flaw| flaw.problem)
+        };
+        let refused = Err(Problem::EyeOn(1));
+        assert_eq!(over(Vec3::Y * 1e-3, Vec3::ZERO), Ok(()));
+        assert_eq!(over(Vec3::Y * 1e-3, Vec3::X), refused);
+        assert_eq!(over(Vec3::Y * 1e-9, Vec3::ZERO), refused);
+        // At a thousand, heights are told to a thousandth.
+        assert_eq!(over(Vec3::new(1e3, 2e-3, 0.0), Vec3::ZERO), Ok(()));
+        assert_eq!(over(Vec3::new(1e3, 5e-4, 0.0), Vec3::ZERO), refused);
+    }
+
     #[test]
     fn the_sphere_that_hides_the_only_lamp_is_named() {
         let at_lamp = sphere(Vec3::NEG_Z * 10.0, 1.0, Rgb::ZERO);
