@@ -31,7 +31,7 @@ fn open(balls: impl Into<prop::collection::SizeRange>) -> impl Strategy<Value = 
     let place = [-6.0..=6.0_f32, -6.0..=6.0_f32];
     let emission = prop::option::weighted(0.2, 0.5..=50.0_f32);
     let ball = (place, 0.0..=3.0_f32, 0.1..=1.0_f32, 0..MATERIALS.len(), emission);
-    let ground = prop::sample::select(vec![50.0_f32, 1e3, 1e4, 1e5]);
+    let ground = prop::sample::select(vec![50.0_f32, 1e3, 1e4, 1e5, 1e7]);
     let sun = prop::option::of((prop::sample::select(vec![50.0_f32, 1e3, 1e6]), 0.005..=0.3_f32));
     let unit = prop::sample::select(vec![1e-3_f32, 1.0, 1.0, 1.0, 1e3]);
     let offset = prop::sample::select(vec![0.0_f32, 0.0, 30.0, 2000.0]);
