@@ -102,7 +102,9 @@ fn with_targets(mut ball: Target, targets: &[Target]) -> Target {
         let is_apart = |t: &&Target| !is_within(t, &ball, 1.0) && !is_within(&ball, t, WIDENED);
         targets.iter().find(is_apart)
     };
-    while let Some(target) = apart(ball) {
+    // What has been added stays within, so there is no more to add than all.
+    for _ in targets {
+        let Some(target) = apart(ball) else { break };
         ball = around(|| [ball, *target].into_iter().map(|t| (t.center, t.radius)));
     }
     ball
