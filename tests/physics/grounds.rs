@@ -100,7 +100,7 @@ fn points_on_a_ground_are_exact_to_roundings_of_what_is_seen() {
         assert!(hit.normal.as_dvec3().distance(normal) <= ROUNDINGS * U, "{index}: {} {normal}", hit.normal);
         assert!(!hit.inside && hit.sphere == 0);
         let as_a_ball = f64::from(from_outside(ground(&over), &ray, false));
-        worse += u32::from(!((as_a_ball - t).abs() * cos <= bound));
+        worse += u32::from((as_a_ball - t).abs() * cos > bound);
     }
     assert!(rays > 10_000, "{rays}");
     // The formula of balls is worse by roundings of the radius.
