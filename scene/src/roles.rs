@@ -22,8 +22,8 @@ impl Role {
         matches!(self, Self::Solid | Self::Ground(_))
     }
 
-    /// True if its intersection is computed from a point on its surface ([`crate::still::Anchor`]), and such spheres are
-    /// few, as the eye is within or close.
+    /// True if its intersection is computed from the point of its surface that is nearest to the eye ([`crate::still::Ground`],
+    /// [`crate::still::Enclosure`]). Such spheres are few, as the eye is within or close.
     pub fn is_anchored(self) -> bool {
         matches!(self, Self::Ground(_) | Self::Enclosure(_))
     }
