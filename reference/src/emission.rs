@@ -63,7 +63,7 @@ fn departure(still: &Still, aim: &Aim, start: &Start) -> Ray {
     let sphere = still.lights.entries[light as usize].sphere;
     let core = aim.core.as_ref().filter(|core| core.is_far[light as usize]);
     let entry = core.and_then(|core| {
-        let is_met = |entry: &Vec3| core.grounds.iter().any(|ground| has_met(ground, *entry, direction));
+        let is_met = |entry: &Vec3| still.grounds.iter().any(|ground| has_met(ground, *entry, direction));
         core.entry(sphere, origin, point, direction).filter(|entry| !is_met(entry))
     });
     match entry {

@@ -15,6 +15,7 @@
 #![forbid(unsafe_code)]
 
 pub mod aim;
+mod anchored;
 pub mod camera;
 pub mod check;
 pub mod clearance;

@@ -6,6 +6,7 @@
 //! both ([`Role::Glass`]). This is more than an economy. A point where surfaces meet may be computed to lie behind one
 //! of them by a rounding error; knowing that it cannot be there, the intersection closes such leaks exactly.
 
+pub use crate::anchored::{Enclosure, Ground, NEAR};
 use crate::color::{Rgb, max_component};
 use crate::light_tree::{Lamp, LightTree};
 use crate::material::Material;
@@ -14,56 +15,10 @@ use crate::ray::SphereId;
 pub use crate::roles::{Role, Roles};
 use crate::sphere::Sphere;
 use crate::world::Scene;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use std::borrow::Cow;
 use std::f64::consts::PI;
 use std::ops::{ControlFlow, Range};
-
-/// What the intersection needs to know of a ground: of an opaque sphere that is met from outside, and that the eye is close to.
-/// See [`NEAR`] and [`Enclosure`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ground {
-    /// Which sphere this is.
-    pub sphere: SphereId,
-    /// The point of the sphere nearest to the eye. Rounded as it is, the ground goes through it.
-    pub anchor: Vec3,
-    /// From the centre to the anchor.
-    pub offset: Vec3,
-    /// Twice `offset`, exactly.
-    pub twice_offset: Vec3,
-    /// `1 / radius`: turns the vector from the centre into the normal on the outside.
-    pub inverse_radius: f32,
-}
-
-/// An opaque sphere is a ground if its radius is at least so many times the distance of the eye from its surface.
-/// Its points are then accurate to a rounding of their distances from the eye, which its centre and radius as `f32` do not
-/// give: at a radius of 10^4 these are a thousandth apart, which balls of a thousandth in size would be hidden by.
-pub const NEAR: f64 = 16.0;
-
-/// What the intersection from inside needs to know of an enclosure.
-///
-/// With `g = p - anchor`, the vector from the centre to a point p is `g + offset`, and the power of p
-/// (its squared distance from the centre less the squared radius) is `g . (g + 2 offset) + power`. As the anchor is
-/// the point of the sphere nearest to the eye, both stay accurate to about 1e-6 of the distances in the picture
-/// even on walls of radius 10^4, where `|p - centre|^2 - radius^2` in `f32` is wrong by 10 square units.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Enclosure {
-    /// Which sphere this is.
-    pub sphere: SphereId,
-    /// The point of the sphere nearest to the eye.
-    pub anchor: Vec3,
-    /// From the centre to the anchor.
-    pub offset: Vec3,
-    /// Twice `offset`, exactly.
-    pub twice_offset: Vec3,
-    /// The power of the (rounded) anchor with respect to the sphere: almost zero.
-    pub power: f32,
-    /// `-1 / radius`: turns the vector from the centre into the normal on the inside.
-    pub minus_inverse_radius: f32,
-    /// True if the enclosure can stand between a visible point and a light. It cannot if all lights lie within
-    /// it, as then so do the segments: a ball is convex.
-    pub casts_shadow: bool,
-}
 
 /// One side of a glowing sphere.
 #[derive(Clone, Debug, PartialEq)]
@@ -248,7 +203,7 @@ impl Still<'_> {
             } else if away < radius {
                 self.enclosures.push(Enclosure::new(id as SphereId, s, eye));
                 Role::Enclosure(self.enclosures.len() as u32 - 1)
-            } else if is_near(away - radius, s) {
+            } else if Ground::is_near(away - radius, s) {
                 self.grounds.push(Ground::new(id as SphereId, s, eye));
                 Role::Ground(self.grounds.len() as u32 - 1)
             } else {
@@ -383,55 +338,6 @@ impl Still<'_> {
             if let Role::Enclosure(e) = self.roles[*id as usize] {
                 self.enclosures[e as usize].casts_shadow = true;
             }
-        }
-    }
-}
-
-/// Whether a sphere is a ground at this distance of the eye from its surface. What glows is none: light is sent to it
-/// and from it by the formulas of balls.
-fn is_near(gap: f64, s: &Sphere) -> bool {
-    gap * NEAR <= f64::from(s.radius) && !s.is_emitter()
-}
-
-/// The point of a sphere nearest to the eye, and the vector to it from the centre.
-fn anchor(s: &Sphere, eye: Vec3) -> (Vec3, DVec3) {
-    let center = s.center.as_dvec3();
-    let to_eye = eye.as_dvec3() - center;
-    let length = to_eye.dot(to_eye).sqrt();
-    let outward = if length > 0.0 { to_eye / length } else { DVec3::X };
-    let anchor = (center + outward * f64::from(s.radius)).as_vec3();
-    (anchor, anchor.as_dvec3() - center)
-}
-
-impl Ground {
-    fn new(id: SphereId, s: &Sphere, eye: Vec3) -> Self {
-        let (anchor, offset) = anchor(s, eye);
-        let inverse_radius = (1.0 / f64::from(s.radius)) as f32;
-        let offset = offset.as_vec3();
-        Self { sphere: id, anchor, offset, twice_offset: 2.0 * offset, inverse_radius }
-    }
-
-    /// The power of a point with respect to the ground: twice its height over the ground times the radius, and more
-    /// where it is high.
-    #[inline]
-    pub fn power(&self, point: Vec3) -> f32 {
-        let from_anchor = point - self.anchor;
-        from_anchor.dot(from_anchor + self.twice_offset)
-    }
-}
-
-impl Enclosure {
-    fn new(id: SphereId, s: &Sphere, eye: Vec3) -> Self {
-        let (anchor, offset) = anchor(s, eye);
-        let radius = f64::from(s.radius);
-        Self {
-            sphere: id,
-            anchor,
-            offset: offset.as_vec3(),
-            twice_offset: 2.0 * offset.as_vec3(),
-            power: (offset.dot(offset) - radius * radius) as f32,
-            minus_inverse_radius: (-1.0 / radius) as f32,
-            casts_shadow: false,
         }
     }
 }

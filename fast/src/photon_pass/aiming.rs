@@ -112,10 +112,9 @@ impl AimTables {
     #[inline(always)]
     pub(super) fn depart<L: Lanes>(
         &self,
+        grounds: &[Ground],
         lamp: &LampLanes<L>,
-        origin: V3<L>,
-        direction: V3<L>,
-        point: V3<L>,
+        (origin, direction, point): (V3<L>, V3<L>, V3<L>),
     ) -> Departures<L> {
         let at_lamp = Departures { origin, direction, leaves: lamp.sphere };
         let Some(core) = &self.aim.core else { return at_lamp };
@@ -131,7 +130,7 @@ impl AimTables {
         let half_chord2 = L::f(ball.radius_squared) - nearest.dot(nearest);
         enters = enters & L::lt(zero, half_chord2);
         let entry = center + (nearest - direction.scale(L::sqrt(half_chord2)));
-        for ground in &core.grounds {
+        for ground in grounds {
             enters = enters & !has_met(ground, entry, direction);
         }
         Departures {
@@ -202,7 +201,7 @@ fn is_crossed<L: Lanes>(ball: &Target, origin: V3<L>, direction: V3<L>) -> L::M 
 fn has_met<L: Lanes>(ground: &Ground, point: V3<L>, direction: V3<L>) -> L::M {
     let back = RayLanes { origin: point, direction: -direction, leaves: L::u(NO_SPHERE) };
     let (t, meets) = from_above(ground, &back);
-    meets & L::lt(t, L::f(f32::INFINITY)) | !L::lt(L::f(0.0), power(ground, point))
+    (meets & L::lt(t, L::f(f32::INFINITY))) | !L::lt(L::f(0.0), power(ground, point))
 }
 
 /// Where lines through points leave their lamp, or where they enter a shell; and which of them cross it.

@@ -250,7 +250,7 @@ impl<'a> Emission<'a> {
                 .map(|pair| pair.map(|d| points.at::<L>(start, d)));
             aim.lines(&rows, &lamp, on_disk, direction)
         };
-        let ray = aim.depart(&lamp, origin, direction, point);
+        let ray = aim.depart(&self.still.grounds, &lamp, (origin, direction, point));
         let (weight, is_of_component) = aim.weigh(component, &ray);
         let is_free = crosses & is_of_component & self.is_free(origin, &lights);
         (self.packet(start, &ray, power.scale(weight)), is_free)

@@ -7,9 +7,10 @@
 
 use super::target::Target;
 use crate::ray::SphereId;
-use crate::still::{Ground, Light, Role, Still};
+use crate::still::{Light, Role, Still};
 use crate::{Sphere, Vec3};
 use glam::DVec3;
+use std::slice;
 
 /// Most far lamps but the rooms: each photon asks whether one of them stands in its way.
 const MOST_FAR: usize = 4;
@@ -23,8 +24,6 @@ pub struct Core {
     /// Around all spheres but rooms, grounds and far lamps, and all targets but those that are around it themselves. So a line
     /// that enters it crosses a target there or later, or not at all.
     pub ball: Target,
-    /// The grounds.
-    pub grounds: Vec<Ground>,
     /// The far lamps, rooms not among them, each as sphere and ball.
     pub far: Vec<(SphereId, Target)>,
     /// For each light, true if its photons may start at the core.
@@ -34,39 +33,25 @@ pub struct Core {
 impl Core {
     /// The core of a scene, if some lamp is far from it.
     pub(super) fn new(still: &Still, targets: &[Target]) -> Option<Self> {
-        let lights = &still.lights.entries;
-        let is_lamp = |s: &Sphere, role| role == Role::Solid && s.is_emitter();
-        let solids =
-            || still.spheres.iter().zip(still.roles.iter()).filter(|(_, r)| !matches!(r, Role::Enclosure(_)));
-        let others = || solids().filter(|(s, role)| !is_lamp(s, **role));
-        let of_target = |t: &Target| (t.center, t.radius);
-        let with_grounds = || others().map(|(s, _)| (s.center, s.radius));
-        let first = around(|| targets.iter().map(of_target).chain(with_grounds()));
-        let is_far_lamp = |(id, s): &(SphereId, &Sphere)| {
-            is_lamp(s, still.roles[*id as usize]) && gap(&first, s) >= f64::from(first.radius)
-        };
-        let lamps = || (0..).zip(&still.spheres[..]).filter(|(id, s)| is_lamp(s, still.roles[*id as usize]));
-        let near = || lamps().filter(|lamp| !is_far_lamp(lamp)).map(|(_, s)| (s.center, s.radius));
-        let objects =
-            || others().filter(|(_, r)| !matches!(r, Role::Ground(_))).map(|(s, _)| (s.center, s.radius));
-        let innermost = targets.iter().min_by(|a, b| a.radius.total_cmp(&b.radius))?;
-        let ball = around(|| [of_target(innermost)].into_iter().chain(objects()).chain(near()));
-        let ball = with_targets(ball, targets);
-        let far: Vec<_> =
-            lamps().filter(is_far_lamp).map(|(id, s)| (id, Target::ball(s.center, s.radius))).collect();
+        let all = around(|| of_targets(targets).chain(of_spheres(still, |s, role| !is_lamp(s, role))));
+        let is_far = |s: &Sphere, role| is_lamp(s, role) && gap(&all, s) >= f64::from(all.radius);
+        let is_near = |s: &Sphere, role| !is_far(s, role) && !matches!(role, Role::Ground(_));
+        let ball = around_near(still, targets, is_near)?;
+        let spheres = || (0..).zip(still.spheres.iter().zip(still.roles.iter()));
+        let far = spheres().filter(|(_, (s, role))| is_far(s, **role));
+        let far: Vec<_> = far.map(|(id, (s, _))| (id, Target::ball(s.center, s.radius))).collect();
         let starts_at_core = |light: &Light| {
-            let sphere = &still.spheres[light.sphere as usize];
-            let is_room = light.inside && contains(sphere, &ball);
-            light.blockers.is_empty() && (is_room || is_far_lamp(&(light.sphere, sphere)))
+            let id = light.sphere as usize;
+            let is_room = light.inside && contains(&still.spheres[id], &ball);
+            light.blockers.is_empty() && (is_room || is_far(&still.spheres[id], still.roles[id]))
         };
-        let is_far: Vec<bool> = lights.iter().map(starts_at_core).collect();
+        let is_far: Vec<bool> = still.lights.entries.iter().map(starts_at_core).collect();
         let is_clear = far
             .iter()
             .all(|(_, lamp)| distance(lamp.center, ball.center) > f64::from(lamp.radius + ball.radius));
         let is_in_rooms = still.enclosures.iter().all(|e| contains(&still.spheres[e.sphere as usize], &ball));
         (is_clear && is_in_rooms && far.len() <= MOST_FAR && is_far.contains(&true)).then_some(Self {
             ball,
-            grounds: still.grounds.clone(),
             far,
             is_far,
         })
@@ -92,8 +77,35 @@ fn distance(a: Vec3, b: Vec3) -> f64 {
     a.as_dvec3().distance(b.as_dvec3())
 }
 
-/// The ball, and around all targets that are not around it themselves.
-fn with_targets(mut ball: Target, targets: &[Target]) -> Target {
+/// True for lamps, which may be far. What glows and is a room, or of glass, is none.
+fn is_lamp(s: &Sphere, role: Role) -> bool {
+    role == Role::Solid && s.is_emitter()
+}
+
+/// Centres and radii of the spheres that `counts` names, but for rooms.
+fn of_spheres<'a>(
+    still: &'a Still,
+    counts: impl Fn(&Sphere, Role) -> bool + 'a,
+) -> impl Iterator<Item = (Vec3, f32)> + 'a {
+    let spheres = still.spheres.iter().zip(still.roles.iter());
+    let objects = spheres.filter(|(_, role)| !matches!(role, Role::Enclosure(_)));
+    objects.filter(move |(s, role)| counts(s, **role)).map(|(s, _)| (s.center, s.radius))
+}
+
+/// Centres and radii.
+fn of_targets(targets: &[Target]) -> impl Iterator<Item = (Vec3, f32)> + '_ {
+    targets.iter().map(|t| (t.center, t.radius))
+}
+
+/// The ball around what is near, and around all targets that are not around it themselves. `None` without targets.
+fn around_near(
+    still: &Still,
+    targets: &[Target],
+    is_near: impl Fn(&Sphere, Role) -> bool + Copy,
+) -> Option<Target> {
+    // So that there is a ball, even if nothing stands on the ground.
+    let smallest = targets.iter().min_by(|a, b| a.radius.total_cmp(&b.radius))?;
+    let mut ball = around(|| of_targets(slice::from_ref(smallest)).chain(of_spheres(still, is_near)));
     let is_within = |inner: &Target, outer: &Target, widened: f64| {
         let reach = distance(inner.center, outer.center) + f64::from(inner.radius);
         reach * widened <= f64::from(outer.radius)
@@ -107,7 +119,7 @@ fn with_targets(mut ball: Target, targets: &[Target]) -> Target {
         let Some(target) = apart(ball) else { break };
         ball = around(|| [ball, *target].into_iter().map(|t| (t.center, t.radius)));
     }
-    ball
+    Some(ball)
 }
 
 /// How far a sphere is from a ball.
@@ -167,23 +179,17 @@ mod tests {
             let scene = Scene { camera: Camera { eye, ..scene.camera }, ..scene.clone() };
             let core = Core::new(&scene.at(0.0), &[Target::ball(Vec3::ZERO, 1.0)]).unwrap();
             assert_eq!(core.is_far, [true]);
-            (core.ball.radius, core.grounds.iter().map(|ground| ground.sphere).collect::<Vec<_>>())
+            core.ball.radius
         };
-        let (radius, grounds) = around_it(Vec3::Z * 200.0);
-        assert!(radius > 999.0 && grounds.is_empty(), "{radius}");
-        let (radius, grounds) = around_it(Vec3::Z * 9.0);
-        assert!(radius < 1.1 && grounds == [0], "{radius}");
+        // It is a ball among others for an eye that is far from it.
+        assert!(around_it(Vec3::Z * 200.0) > 999.0);
+        assert!(around_it(Vec3::Z * 9.0) < 1.1);
     }
 
     /// In numbers that are exact: a line that only touches it does not enter.
     #[test]
     fn a_line_enters_the_core_where_it_crosses_it() {
-        let core = Core {
-            ball: Target::ball(Vec3::ZERO, 5.0),
-            grounds: Vec::new(),
-            far: Vec::new(),
-            is_far: Vec::new(),
-        };
+        let core = Core { ball: Target::ball(Vec3::ZERO, 5.0), far: Vec::new(), is_far: Vec::new() };
         let entry = |y: f32| core.entry(0, Vec3::new(-100.0, y, 0.0), Vec3::new(8.0, y, 0.0), Vec3::X);
         assert_eq!(entry(0.0), Some(Vec3::new(-5.0, 0.0, 0.0)));
         assert_eq!(entry(3.0), Some(Vec3::new(-4.0, 3.0, 0.0)));
