@@ -114,7 +114,7 @@ fn somewhere(stream: &mut Stream, distances: [f32; 2], radii: [f32; 2]) -> (Vec3
 }
 
 /// Balls and lamps of any size at any distance, in a room that may glow, none of them around the eye but the room; and
-/// targets. Each light has its own share of green.
+/// targets. Each light has its own share of green. Every third scene has a ground, and a room around it.
 fn anywhere(seed: u32) -> (Scene, Targets) {
     let mut stream = StreamKey::new(31, Family::Survey, 0).stream(seed);
     let beside = |(center, radius): (Vec3, f32)| (center, radius.min(0.9 * center.length()));
@@ -128,8 +128,15 @@ fn anywhere(seed: u32) -> (Scene, Targets) {
         let color = Rgb::new(1.0, 0.1 + 0.1 * lamp as f32, 0.0);
         scene = scene.lamp(center, radius, BLACK, color / (radius * radius));
     }
-    let (center, radius) = somewhere(&mut stream, [0.1, 4.0], [8.0, 60.0]);
-    let glow = if seed.is_multiple_of(2) { Rgb::new(1.0, 0.9, 0.0) / (radius * radius) } else { Rgb::ZERO };
+    let (mut center, mut radius) = somewhere(&mut stream, [0.1, 4.0], [8.0, 60.0]);
+    let mut dim = radius * radius;
+    if seed.is_multiple_of(3) {
+        let ground = 50.0;
+        // As bright as a room that is nearer.
+        (center, radius, dim) = (Vec3::NEG_Y * ground, 6.0 * ground, 20.0);
+        scene = scene.ball(Vec3::NEG_Y * (ground + 2.0 * stream.next_f32() + 0.5), ground, diffuse(0.5));
+    }
+    let glow = if seed.is_multiple_of(2) { Rgb::new(1.0, 0.9, 0.0) / dim } else { Rgb::ZERO };
     scene = scene.lamp(center, radius, diffuse(0.5), glow);
     let balls = (0..3).map(|_| somewhere(&mut stream, [0.1, 3.0], [0.2, 2.0]));
     let balls = balls.map(|(center, radius)| Target::ball(center, radius)).collect();
@@ -140,7 +147,7 @@ fn anywhere(seed: u32) -> (Scene, Targets) {
 /// nothing between it and their lamp.
 #[test]
 fn photons_enter_what_is_near_in_free_space_and_in_sight_of_their_lamp() {
-    let (mut cores, mut photons) = (0, 0);
+    let (mut cores, mut photons, mut over_grounds) = (0, 0, 0);
     for seed in 0..400 {
         let (scene, targets) = anywhere(seed);
         let still = scene.at(0.0);
@@ -150,6 +157,7 @@ fn photons_enter_what_is_near_in_free_space_and_in_sight_of_their_lamp() {
         let emitted = (0..256).filter_map(|photon| emit(&still, &aim, &numbers, photon));
         for Emitted { ray, power } in emitted.filter(|emitted| emitted.ray.leaves == NO_SPHERE) {
             photons += 1;
+            over_grounds += still.grounds.len();
             for (sphere, role) in scene.spheres.iter().zip(still.roles.iter()) {
                 let depth = sphere.radius - (ray.origin - sphere.center).length();
                 let is_free = if role.is_solid() { depth < ROUNDING } else { depth > -ROUNDING };
@@ -161,5 +169,6 @@ fn photons_enter_what_is_near_in_free_space_and_in_sight_of_their_lamp() {
         }
     }
     assert!(cores > 50 && photons > 2000, "{cores} scenes, {photons} photons");
+    assert!(over_grounds > 500, "{over_grounds} photons over grounds");
     tell("physics", photons, "photons that enter what is near");
 }

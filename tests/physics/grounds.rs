@@ -7,8 +7,11 @@ use crate::harness::{
     settings,
 };
 use glam::DVec3;
+use reference::emission::{Emitted, emit};
 use reference::intersect::{distance, from_outside, intersect};
+use reference::photon_numbers::PhotonNumbers;
 use reference::sampling::{uniform_sphere, unit};
+use scene::aim::Aim;
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, Stream, StreamKey};
 use scene::still::{NEAR, Role};
@@ -44,8 +47,8 @@ fn direction(stream: &mut Stream) -> Vec3 {
     unit(uniform_sphere(u, v))
 }
 
-/// The eye somewhere near the origin, over a ground of radius 10^2 to 10^6, at a height from its part of 10^-7 to what is a
-/// ground at most.
+/// The eye near the origin, over a ground of radius 10^2 to 10^6. Its height is from a millionth of the largest at which
+/// that is a ground to the largest.
 fn over(stream: &mut Stream) -> Over {
     let radius = 10.0_f32.powf(2.0 + 4.0 * stream.next_f32());
     let gap = f64::from(radius) / NEAR * 10.0_f64.powf(-6.0 * f64::from(stream.next_f32()));
@@ -75,6 +78,8 @@ fn exact(over: &Over, ray: &Ray) -> Option<(f64, f64)> {
 
 /// Below this cosine, roundings decide where a ray meets the ground, or whether.
 const GRAZING: f64 = 0.02;
+/// The same for rays from afar, which are off to the side by roundings of where they start.
+const GRAZING_FROM_AFAR: f64 = 0.2;
 
 #[test]
 fn points_on_a_ground_are_exact_to_roundings_of_what_is_seen() {
@@ -120,7 +125,7 @@ fn rays_from_afar_arrive_on_the_ground() {
         let near = over.eye + self::direction(&mut stream) * (over.gap as f32);
         let away = (over.gap as f32 * 10.0_f32.powf(6.0 * stream.next_f32())).min(1e3 * ground(&over).radius);
         let ray = Ray { origin: near - direction * away, direction, leaves: NO_SPHERE };
-        if still.grounds.is_empty() || exact(&over, &ray).is_none_or(|(_, cos)| cos < 0.2) {
+        if still.grounds.is_empty() || exact(&over, &ray).is_none_or(|(_, cos)| cos < GRAZING_FROM_AFAR) {
             continue;
         }
         rays += 1;
@@ -144,11 +149,13 @@ fn rays_from_afar_arrive_on_the_ground() {
 
 #[test]
 fn what_leaves_a_ground_does_not_meet_it_again_and_what_is_behind_it_meets_it_at_once() {
+    let mut grounds = 0;
     for index in 0..5_000 {
         let mut stream = StreamKey::new(9, Family::Path, 0).stream(index);
         let over = over(&mut stream);
         let still = over.scene.at(0.0);
         let Some(ground) = still.grounds.first() else { continue };
+        grounds += 1;
         let up = unit(ground.offset);
         let outward = direction(&mut stream);
         let outward = if outward.dot(up) < 0.0 { -outward } else { outward };
@@ -162,7 +169,37 @@ fn what_leaves_a_ground_does_not_meet_it_again_and_what_is_behind_it_meets_it_at
         let away = Ray { origin: over.eye, direction: outward, leaves: NO_SPHERE };
         assert_eq!(distance(&still, 0, &away), f32::INFINITY, "{index}");
     }
+    assert!(grounds > 4_000, "{grounds}");
+    tell("physics", 5 * grounds, "rays that leave grounds, or start behind them");
 }
+
+/// Of a lamp that is sunk into a ground to its middle, light leaves the upper half: to the height itself, not to roundings of the
+/// ground's radius, which are as large as the lamp.
+#[test]
+fn photons_leave_the_part_of_a_lamp_that_is_over_the_ground() {
+    let scene = empty_scene(pinhole(Vec3::new(0.0, 1.0, 6.0) * TINY, Vec3::ZERO, 40.0))
+        .ball(Vec3::NEG_Y * 1e4, 1e4, diffuse(0.5))
+        .lamp(Vec3::ZERO, TINY, BLACK, Rgb::ONE);
+    let still = scene.at(0.0);
+    assert_eq!(still.grounds.len(), 1);
+    let lamp = &still.lights.entries[0];
+    let mut photons = 0;
+    for photon in 0..20_000 {
+        let mut stream = StreamKey::new(10, Family::Path, 0).stream(photon);
+        let point = direction(&mut stream) * TINY;
+        assert_eq!(still.is_hidden(lamp, point), point.y < 0.0, "{point}");
+        let numbers = PhotonNumbers::new(10, photon);
+        if let Some(Emitted { ray, .. }) = emit(&still, &Aim::default(), &numbers, photon) {
+            assert!(ray.origin.y >= 0.0, "{ray:?} starts in the ground");
+            photons += 1;
+        }
+    }
+    assert!((f64::from(photons) / 20_000.0 - 0.5).abs() < HALF, "{photons}");
+    tell("physics", 20_000, "photons of a lamp that is sunk into a ground");
+}
+
+/// Four deviations of the mean of 20,000 that are 0 or 1.
+const HALF: f64 = 0.015;
 
 /// An opaque sphere that does not glow is a ground if the eye is outside, at a sixteenth of its radius or closer.
 #[test]
