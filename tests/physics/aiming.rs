@@ -330,6 +330,33 @@ fn every_ball_receives_what_the_lamps_send_it() {
     tell("physics", 15, "balls that receive what the lamps send");
 }
 
+/// Photons of the sky that fly down start among what stands on the ground. Where they started around the ground, which is 10^7 times
+/// as wide, roundings would take most of them past a ball.
+#[test]
+fn a_tiny_ball_on_a_huge_ground_receives_what_the_sky_sends_from_above() {
+    const TINY: f32 = 1e-3;
+    const GROUND: f32 = 1e4;
+    let scene = empty_scene(pinhole(Vec3::new(0.0, 2.0, 9.0) * TINY, Vec3::ZERO, 30.0))
+        .ball(Vec3::NEG_Y * GROUND, GROUND, diffuse(0.5))
+        .ball(Vec3::Y * TINY, TINY, diffuse(0.5));
+    let scene = Scene { background: Rgb::new(0.5, 1.0, 0.7), ..scene }.with_sky();
+    let still = scene.at(0.0);
+    let ball = Target::ball(Vec3::Y * TINY, 0.5 * TINY);
+    let around = [1.0, 1e2, 1e4, 3e7].map(|times| Target::ball(ball.center, ball.radius * times)).to_vec();
+    let aim = Aim::new(&still, &aimed_at(around), PHOTONS);
+    let photons: Vec<_> = emitted(&scene, &aim, PHOTONS, 0);
+    // Away from the horizon, where the ground may stand in the way.
+    let least_cos = 0.1;
+    let from_above: Vec<_> = photons.into_iter().filter(|(_, p)| p.ray.direction.y < -least_cos).collect();
+    let sky = still.spheres[still.lights.entries[0].sphere as usize].radius;
+    let share = (f64::from(ball.radius) / f64::from(sky)).powi(2) * 0.5 * (1.0 - f64::from(least_cos));
+    let expected = share * still.lights.entries[0].photon_power.as_dvec3();
+    let actual = power_through(&from_above, PHOTONS, &ball);
+    let error = relative_error(actual.to_array(), expected.to_array());
+    assert!(error < POWER, "{actual}, not {expected}: {error:.3}");
+    tell("physics", from_above.len(), "photons from above a tiny ball");
+}
+
 /// A ball that is smaller than the lamps, which are aimed by runs of neighbours.
 #[test]
 fn a_small_ball_receives_what_many_large_lamps_send_it() {
