@@ -93,8 +93,8 @@ pub fn from_either_side(sphere: &Sphere, ray: &Ray, leaves: bool) -> f32 {
 
 /// Distance to a ground: the near root.
 ///
-/// Roots are those of the ray as it would start at the point of its line that is nearest to the anchor. So it does not matter
-/// how far away it starts.
+/// Roots are computed as if the ray started at the point of its line that is nearest to the anchor, and its own start is
+/// subtracted. So they are accurate even if it starts far away.
 pub fn from_above(ground: &Ground, ray: &Ray, leaves: bool) -> f32 {
     let g = ray.origin - ground.anchor;
     let along = g.dot(ray.direction);

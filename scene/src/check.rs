@@ -20,8 +20,8 @@ pub const MAX_IOR: f32 = 100.0;
 /// Sine of the least allowed angle between the viewing direction and up.
 const PARALLEL: f64 = 1e-6;
 /// Least distance of the eye from an opaque surface, relative to the coordinates involved. Any closer, and rounding to `f32`
-/// would decide on which side of the surface the eye is. The radius counts where the sphere moves, as its centre is then
-/// rounded anew at each instant; else a millionth of it does, for rounding to `f64`.
+/// would decide on which side of the surface the eye is. The radius counts as well if the sphere moves, as its centre is then
+/// rounded anew at each instant. If not, a millionth of the radius counts, for roundings in `f64`.
 const CLEARANCE: f64 = 1e-6;
 
 /// A part of a scene.

@@ -275,8 +275,9 @@ fn direct_light_on_any_point() {
     });
 }
 
-/// A ball of radius 1 in a glowing shell, moved from the origin by `offset` along each axis.
-fn ball_in_shell(offset: f32) -> Scene {
+/// A ball of radius 1 in a glowing shell, moved from the origin by `offset` along each axis, with the eye at this distance from its
+/// centre.
+fn ball_in_shell(offset: f32, away: f32) -> Scene {
     let sphere = |radius, emission| Sphere {
         center: Vec3::splat(offset),
         velocity: Vec3::ZERO,
@@ -284,7 +285,7 @@ fn ball_in_shell(offset: f32) -> Scene {
         material: 0,
         emission: Rgb::splat(emission),
     };
-    scene_of(vec![sphere(1.0, 0.0), sphere(4.0, 1.0)], Vec3::splat(offset) + Vec3::X * 3.0)
+    scene_of(vec![sphere(1.0, 0.0), sphere(4.0, 1.0)], Vec3::splat(offset) + Vec3::X * away)
 }
 
 /// The engine's tolerance for the rounding of a point, relative to its largest coordinate: about 8 roundings.
@@ -300,9 +301,11 @@ const COSINES: f64 = 3e-5;
 #[test]
 fn safe_photons_count_at_all_points_within_reach() {
     let mut cases = 0;
-    for offset in [0.0_f32, 3e3, 1e5] {
-        let scene = ball_in_shell(offset);
+    // As a ball, and as a ground.
+    for (away, offset) in [(3.0, 0.0_f32), (3.0, 3e3), (3.0, 1e5), (1.03, 0.0), (1.03, 3e3), (1.03, 1e5)] {
+        let scene = ball_in_shell(offset, away);
         let still = scene.at(0.0);
+        assert_eq!(still.grounds.len(), usize::from(away < 2.0));
         let photons = 1 << 16;
         let settings = Settings { photons_per_iteration: photons, max_depth: 4, ..scene.settings };
         // Points on the ball, found by rays.
