@@ -10,7 +10,7 @@
 //!     until no ray is left, at most max_depth times:
 //!         intersect all; add the light of lamps; those that meet mirrors and glass to the front of the batch
 //!     add what each brings to its pixel, in order
-//! divide by the number of paths that count
+//! divide by the number of rays that count; if none does, what the own path brings stays
 //! ```
 //!
 //! How it differs from the plain loop, and why:
@@ -23,7 +23,7 @@ use crate::hierarchy::SearchBuffers;
 use crate::material::{Materials, kind};
 use crate::paths::{BATCH, Floats, Packet, Paths, ROOM, Vectors, Words};
 use crate::sampling::{next_uniform, next_where};
-use crate::scatter::follow;
+use crate::scatter::{dielectric_by_roots, follow};
 use crate::surface::{Hit, tag};
 use crate::tables::Tables;
 use crate::trace::{each_emission, hits, intersect_batch};
@@ -173,9 +173,9 @@ impl GlintPass<'_> {
 
     /// The keys of the streams of the further rays of one pixel.
     fn keys(&self) -> Vec<StreamKey> {
-        let further = self.settings.glint_samples - 1;
-        let number = |ray| self.iteration.wrapping_mul(further).wrapping_add(ray);
-        (0..further).map(|ray| StreamKey::new(self.settings.seed, Family::Glint, number(ray))).collect()
+        let rays = self.settings.glint_samples;
+        let number = |ray| self.iteration.wrapping_mul(rays).wrapping_add(ray);
+        (0..rays).map(|ray| StreamKey::new(self.settings.seed, Family::Glint, number(ray))).collect()
     }
 
     /// Makes the rays of the batch; returns their number.
@@ -226,7 +226,9 @@ impl GlintPass<'_> {
                 let is_glass = is_smooth & L::eq(material.kind, L::u(kind::DIELECTRIC));
                 let lobe = next_where::<L>(is_glass, &mut p.stream);
                 p.weight = p.weight * material.albedo;
-                follow(&mut p, (&surface, hit), (is_glass, material.ior), lobe);
+                let (d, ior) = (p.direction, material.ior);
+                let through = dielectric_by_roots(d, surface.normal, surface.inside, ior, lobe);
+                follow(&mut p, (&surface, hit), is_glass, through);
                 go_on = paths.append(go_on, is_smooth, &p);
             }
         }
@@ -257,8 +259,7 @@ impl Kernel for FurtherRays<'_> {
     fn run<L: Lanes>(self) -> u64 {
         let Self { pass, glints: Glints { slots, listed, rays }, paths, search, first } = self;
         let keys = pass.keys();
-        let own = |slot: &u32| (slots[*slot as usize].light, 1);
-        let mut sums: Vec<(Vec3, u32)> = listed.iter().map(own).collect();
+        let mut sums = vec![(Vec3::ZERO, 0); listed.len()];
         let of_pixel = |ray| (ray / keys.len(), ray % keys.len());
         let (all, mut segments) = (listed.len() * keys.len(), 0);
         for begun in (0..all).step_by(BATCH) {
@@ -290,7 +291,9 @@ impl Kernel for FurtherRays<'_> {
             }
         }
         for (slot, (sum, counted)) in listed.iter().zip(sums) {
-            slots[*slot as usize].light = sum / counted as f32;
+            if counted > 0 {
+                slots[*slot as usize].light = sum / counted as f32;
+            }
         }
         segments
     }

@@ -1,25 +1,29 @@
 //! Glints: lamps that a pixel sees, directly or in a mirror or glass, by several rays.
 //!
 //! No shadow ray finds such a lamp, and it often looks smaller than a pixel: few paths meet it, and each that does is a spark.
-//! So `N - 1` further rays go through some pixels, and take from the path of the pixel's own the light of lamps that it meets
-//! before a diffuse surface. With `e` for that light of a path,
+//! So `N` further rays go through some pixels, and see in place of the pixel's own path the lamps that it meets before a diffuse
+//! surface. With `e` for the light of these that a path brings, the mean of `M` of them,
 //!
 //! ```text
-//! L = (e_own + sum e) / M
+//! L = sum e / M
 //! ```
 //!
 //! takes the place of `e_own`.
 //!
-//! - In a pixel in which the rim of a lamp may be seen ([`Rims`]), all `N` count: `M = N`. It is their mean.
+//! - In a pixel in which the rim of a lamp may be seen ([`Rims`]), all `N` count: `M = N`.
 //! - In others further rays are sent if the own path first meets a mirror or glass, and those count that do so too. `e` is then
-//!   the light of lamps that a path meets after that. Given that the own path first meets a mirror or glass, each of the others
-//!   that do has the same distribution as it, and so has the mean over however many these are.
+//!   the light of lamps that a path meets after that. Given that the own path first meets a mirror or glass, `e` of each of the
+//!   others that do has the same expectation as `e_own`, and so has the mean over however many these are; if none does, `e_own`
+//!   itself stays.
 //!
-//! So both are unbiased. Glowing enclosures, such as the sky, are not small: the own path alone counts them.
+//! So both are unbiased. At glass a further ray is reflected or refracted by the roots of the shares of the power
+//! ([`dielectric_by_roots`]): what a lamp sends by way of a weak reflection comes more often, at less weight.
+//!
+//! Glowing enclosures, such as the sky, are not small: the own path alone counts them.
 
 use crate::camera_pass::{place_in_pixel, ray_through};
 use crate::intersect::intersect;
-use crate::scatter::{dielectric, reflect};
+use crate::scatter::{dielectric_by_roots, reflect};
 use scene::camera::Frame;
 use scene::filter::Table;
 use scene::rng::{Family, Stream, StreamKey};
@@ -45,15 +49,14 @@ impl GlintRays<'_> {
         self.rims.is_some_and(|rims| rims.has(x, y))
     }
 
-    /// The mean of what the own path of pixel (x, y) and those of the further rays that count bring of lamps, each times its
-    /// weight by the filter. Adds to the `segments` traced.
+    /// The mean of what the further rays of pixel (x, y) that count bring of lamps, each times its weight by the filter; if none
+    /// counts, what the `own` path brings. Adds to the `segments` traced.
     pub fn mean(&self, still: &Still, (x, y): (u32, u32), own: Rgb, segments: &mut u64) -> Rgb {
         let Settings { seed, width, glint_samples, .. } = *self.settings;
-        let further = glint_samples - 1;
         let begun = self.is_rim(x, y).then_some(Rgb::ZERO);
-        let (mut sum, mut count) = (own, 1);
-        for ray in 0..further {
-            let number = self.iteration.wrapping_mul(further).wrapping_add(ray);
+        let (mut sum, mut count) = (Rgb::ZERO, 0);
+        for ray in 0..glint_samples {
+            let number = self.iteration.wrapping_mul(glint_samples).wrapping_add(ray);
             let mut stream = StreamKey::new(seed, Family::Glint, number).stream(y * width + x);
             let start = self.ray((x, y), &mut stream);
             if let Some(light) = trace(still, start, self.settings.max_depth, begun, &mut stream, segments) {
@@ -61,7 +64,7 @@ impl GlintRays<'_> {
                 count += 1;
             }
         }
-        sum / count as f32
+        if count == 0 { own } else { sum / count as f32 }
     }
 
     /// A random ray through pixel (x, y), and what it counts.
@@ -98,7 +101,7 @@ fn trace(
             Material::Diffuse { .. } => break,
             Material::Specular { .. } => reflect(ray.direction, hit.normal),
             Material::Dielectric { ior, .. } => {
-                let (direction, scale) = dielectric(ray.direction, &hit, ior, stream.next_f32());
+                let (direction, scale) = dielectric_by_roots(ray.direction, &hit, ior, stream.next_f32());
                 throughput *= scale;
                 direction
             }

@@ -17,17 +17,56 @@ pub fn reflect(d: Vec3, n: Vec3) -> Vec3 {
 /// 1997, section 5.2); a path from the eye runs against the light, so it is scaled by the inverse. The power of photons
 /// does not change.
 pub fn dielectric(d: Vec3, hit: &Hit, ior: f32, u: f32) -> (Vec3, f32) {
-    let n = hit.normal;
-    let eta = if hit.inside { ior } else { 1.0 / ior };
-    let cos_i = -d.dot(n);
-    let sin2_t = eta * eta * (1.0 - cos_i * cos_i);
-    let cos2_t = 1.0 - sin2_t;
-    let cos_t = if cos2_t > 0.0 { cos2_t.sqrt() } else { 0.0 };
+    let boundary = Boundary::of(d, hit, ior);
     // A NaN reflectance (grazing from inside, where all terms are 0) counts as total reflection.
-    if u >= fresnel(eta, cos_i, cos_t) {
-        (d * eta + n * (eta * cos_i - cos_t), eta * eta)
+    if u >= boundary.reflectance {
+        (boundary.refract(d, hit.normal), boundary.eta * boundary.eta)
     } else {
-        (reflect(d, n), 1.0)
+        (reflect(d, hit.normal), 1.0)
+    }
+}
+
+/// The same with probabilities in proportion to the roots of the shares of the power: with the reflectance R and T = 1 - R, the
+/// direction is reflected with probability `sqrt(R) / (sqrt(R) + sqrt(T))`. So the factor is also multiplied by the share over
+/// its probability, which is `sqrt(R) (sqrt(R) + sqrt(T))` for reflection and `sqrt(T) (sqrt(R) + sqrt(T))` for refraction.
+///
+/// A weak reflection of something bright, which [`dielectric`] follows rarely and at full weight, is followed more often, at less.
+pub fn dielectric_by_roots(d: Vec3, hit: &Hit, ior: f32, u: f32) -> (Vec3, f32) {
+    let boundary = Boundary::of(d, hit, ior);
+    let share = if boundary.reflectance < 1.0 { boundary.reflectance } else { 1.0 };
+    let (reflected, refracted) = (share.sqrt(), (1.0 - share).sqrt());
+    let sum = reflected + refracted;
+    if u * sum >= reflected {
+        (boundary.refract(d, hit.normal), boundary.eta * boundary.eta * (refracted * sum))
+    } else {
+        (reflect(d, hit.normal), reflected * sum)
+    }
+}
+
+/// How a direction meets a boundary of glass.
+struct Boundary {
+    /// The index on the incident side over that on the other.
+    eta: f32,
+    /// The cosine of the angle of incidence.
+    cos_i: f32,
+    /// The cosine of the angle of refraction; 0 if all is reflected.
+    cos_t: f32,
+    /// The share of the power that is reflected.
+    reflectance: f32,
+}
+
+impl Boundary {
+    fn of(d: Vec3, hit: &Hit, ior: f32) -> Self {
+        let eta = if hit.inside { ior } else { 1.0 / ior };
+        let cos_i = -d.dot(hit.normal);
+        let sin2_t = eta * eta * (1.0 - cos_i * cos_i);
+        let cos2_t = 1.0 - sin2_t;
+        let cos_t = if cos2_t > 0.0 { cos2_t.sqrt() } else { 0.0 };
+        Self { eta, cos_i, cos_t, reflectance: fresnel(eta, cos_i, cos_t) }
+    }
+
+    fn refract(&self, d: Vec3, n: Vec3) -> Vec3 {
+        d * self.eta + n * (self.eta * self.cos_i - self.cos_t)
     }
 }
 
@@ -83,5 +122,30 @@ mod tests {
         let d = Vec3::NEG_Z;
         let is_reflected = |u| dielectric(d, &hit(Vec3::Z, false), 1.5, u).0.z > 0.0;
         assert!(is_reflected(0.0) && is_reflected(0.0399) && !is_reflected(0.0401) && !is_reflected(0.99));
+    }
+
+    /// Head on, the root of 0.04 is 0.2 and that of 0.96 is 0.98: the number decides at 0.2 / 1.18, and weights are shares over
+    /// probabilities. Beyond the critical angle, and where the reflectance is no number, all is reflected at full weight.
+    #[test]
+    fn by_roots_weak_reflections_are_followed_more_often_at_less_weight() {
+        let (d, border) = (Vec3::NEG_Z, 0.2 / (0.2 + 0.96_f32.sqrt()));
+        let of = |u| dielectric_by_roots(d, &hit(Vec3::Z, false), 1.5, u);
+        for (u, direction, weight) in [
+            (0.0, Vec3::Z, 0.04 / border),
+            (border - 1e-5, Vec3::Z, 0.04 / border),
+            (border + 1e-5, d, 0.96 / (1.0 - border) / 2.25),
+            (0.999_999, d, 0.96 / (1.0 - border) / 2.25),
+        ] {
+            let (found, scale) = of(u);
+            assert!(
+                (found - direction).length() < 1e-6 && (scale - weight).abs() < 1e-6,
+                "{u}: {found}, {scale}"
+            );
+        }
+        let (d, grazing) = (Vec3::new(0.6, 0.0, -0.8), Vec3::X);
+        assert_eq!(dielectric_by_roots(d, &hit(Vec3::Z, true), 1.7, 0.999_999), (reflect(d, Vec3::Z), 1.0));
+        let (_, scale) = dielectric_by_roots(grazing, &hit(Vec3::Z, true), 1.0, 0.999_999);
+        assert_eq!(scale, 1.0);
+        assert_eq!(dielectric_by_roots(Vec3::NEG_Z, &hit(Vec3::Z, true), 1.0, 0.0), (Vec3::NEG_Z, 1.0));
     }
 }

@@ -42,9 +42,9 @@ pub struct Settings {
     /// of them lessen the noise of direct light, for the time that they take.
     #[serde(default = "one")]
     pub light_samples: u32,
-    /// Rays, the path's own among them, by which a pixel sees lamps if it shows the rim of one ([`Rims`](crate::Rims)), or if its
-    /// path first meets a mirror or glass: their mean lessens the noise of lamps that look smaller than a pixel. If 1, the path alone
-    /// sees them.
+    /// Rays by which a pixel sees lamps in place of its path if it shows the rim of one ([`Rims`](crate::Rims)), or if its path first
+    /// meets a mirror or glass: their mean lessens the noise of lamps that look smaller than a pixel. If 1, the path itself sees
+    /// them.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub glint_samples: u32,
 }

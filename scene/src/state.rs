@@ -19,7 +19,7 @@ use std::fmt;
 /// than a thousand lights those far from others are aimed by themselves. 7: the path tracer's paths meet glowing enclosures,
 /// such as the sky, by themselves. 8: photons are guided where none are aimed. 9: opaque spheres
 /// close to the eye are computed from an anchor.
-pub const TRANSPORT: u32 = 9;
+pub const TRANSPORT: u32 = 10;
 
 /// The meaning of a pixel's words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

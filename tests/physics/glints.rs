@@ -110,8 +110,75 @@ fn black_mirrors_count_among_the_rays() {
     tell("physics", cases, "black mirrors beside bright ones");
 }
 
-/// Where a lamp covers a part of the pixel, the variance of one iteration is `p (1 - p) L^2 / N`, by the binomial distribution
-/// but for the own path.
+/// A ball of glass so large that it is a plane, which shows a lamp by its reflection alone: the share of the pixel that the lamp's
+/// image covers, times the reflectance.
+#[test]
+fn glass_reflects_lamps_by_its_reflectance() {
+    let (tangent, mut cases) = (0.2_f64, 0);
+    // Straight ahead, where the reflectance is ((n - 1) / (n + 1))^2; the lamp and its image are at distances 10 and 12.
+    for ior in [1.2_f32, 1.5, 2.5] {
+        let share = ((f64::from(ior) - 1.0) / (f64::from(ior) + 1.0)).powi(2);
+        let sine = tangent / (1.0 + tangent * tangent).sqrt();
+        let scene = looking_down_z(UNIT_PIXEL).ball(Vec3::NEG_Z * 100_001.0, 1e5, glass(0.5, ior)).lamp(
+            Vec3::Z * 10.0,
+            (12.0 * sine) as f32,
+            BLACK,
+            Rgb::ONE,
+        );
+        let expected = 0.5 * share * PI * tangent * tangent;
+        for (name, render) in ENGINES {
+            let film = render(&scene, &many(1, 1, 2, 16));
+            assert_mean(&film, [expected; 3], MEAN, &format!("{name}, index {ior}"));
+            cases += 1;
+        }
+    }
+    tell("physics", cases, "lamps that glass reflects");
+}
+
+/// By however many reflections within a ball of glass a lamp is seen: all of them together are as bright as by one ray.
+#[test]
+fn lamps_by_many_reflections_are_as_with_one_ray() {
+    // Wide, behind the ball and to a side, so that light comes by all orders. The ball fills the pixel.
+    let scene = looking_down_z(10.0)
+        .ball(Vec3::new(0.0, 1.2, -10.0), 3.0, glass(0.9, 1.6))
+        .lamp(Vec3::new(30.0, 0.0, -30.0), 20.0, BLACK, Rgb::ONE)
+        .lamp(Vec3::new(-20.0, 0.0, 40.0), 30.0, BLACK, Rgb::new(0.5, 1.0, 2.0));
+    let mut cases = 0;
+    for (name, render) in ENGINES {
+        // By one ray a thirtieth of the paths sees a lamp: 2^17 of them deviate by `sqrt(30 / 2^17) = 0.015`.
+        let of = |glint_samples, iterations| {
+            mean(&render(&scene, &Settings { iterations, ..many(1, 1, 24, glint_samples) }))
+        };
+        let (one, several) = (of(1, 1 << 17), of(8, 1 << 14));
+        let error = relative_error(several, one);
+        assert!(one[0] > 0.0 && error < MEAN, "{name}: {several:?}, not {one:?}");
+        cases += 1;
+    }
+    tell("physics", cases, "lamps by many reflections");
+}
+
+/// Where no further ray meets the mirror that the own path meets, what that path sees stays.
+#[test]
+fn what_the_own_path_alone_meets_is_not_lost() {
+    // The ball fills a twentieth of the pixel, so of two rays most often none meets it.
+    let scene = looking_down_z(UNIT_PIXEL).ball(Vec3::NEG_Z * 10.0, 1.25, mirror(0.5)).lamp(
+        Vec3::Z * 50.0,
+        49.0,
+        BLACK,
+        Rgb::ONE,
+    );
+    let mut cases = 0;
+    for (name, render) in ENGINES {
+        let settings = |glint_samples| Settings { iterations: 1 << 14, ..many(1, 1, 8, glint_samples) };
+        let of = |glint_samples| mean(&render(&scene, &settings(glint_samples)))[0];
+        let (one, several) = (of(1), of(2));
+        assert!(one > 0.0 && (several / one - 1.0).abs() < MEAN, "{name}: {several}, not {one}");
+        cases += 1;
+    }
+    tell("physics", cases, "mirrors that the own path alone meets");
+}
+
+/// Where a lamp covers a part of the pixel, the variance of one iteration is `p (1 - p) L^2 / N`, by the binomial distribution.
 #[test]
 fn the_variance_is_that_of_so_many_paths() {
     /// A variance of 4096 values that are nearly normal deviates by `sqrt(2 / 4096) = 0.022`, of rare ones by more.

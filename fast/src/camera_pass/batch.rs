@@ -8,7 +8,7 @@ use crate::material::{Materials, kind};
 use crate::paths::{Floats, Packet, Paths, ROOM, Vectors, Words};
 use crate::pixels::{Pixel, PixelRows, PixelRowsLanes};
 use crate::sampling::{next_uniform, stream_state};
-use crate::scatter::follow;
+use crate::scatter::{dielectric, follow};
 use crate::surface::{Hit, tag};
 use crate::tables::Tables;
 use crate::trace::{each_emission, hits, intersect_batch};
@@ -233,7 +233,8 @@ impl CameraPass<'_> {
                 if has_glints && segment == 0 {
                     batch.glints.list::<L>(is_smooth, p.slot);
                 }
-                follow(&mut p, (&surface, hit), (is_glass, material.ior), lobe);
+                let through = dielectric(p.direction, surface.normal, surface.inside, material.ior, lobe);
+                follow(&mut p, (&surface, hit), is_glass, through);
                 go_on = batch.paths.append(go_on, is_smooth, &p);
             }
         }

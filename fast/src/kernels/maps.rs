@@ -180,6 +180,13 @@ maps! {
         [d.x, d.y, d.z, scale]
     }
 
+    /// The same, reflected or refracted by the roots of the shares of the power.
+    dielectric_by_roots() [dx, dy, dz, nx, ny, nz, inside, ior, u] -> 4 {
+        let (d, n) = (V3::new(dx, dy, dz), V3::new(nx, ny, nz));
+        let (d, scale) = scatter::dielectric_by_roots::<L>(d, n, L::lt(L::f(0.0), inside), ior, u);
+        [d.x, d.y, d.z, scale]
+    }
+
     /// Powers, in multiples of the nominal power, as fluxes (words) in units of `FLUX_ONE` to it.
     quantise() [power] -> 1 {
         [photon_pass::quantise::<L>(power)]

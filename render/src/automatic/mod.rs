@@ -45,10 +45,11 @@ const MOST_PILOTS: u32 = 4;
 /// In a render of fewer iterations than ask for a pilot, first radii are limited by clearance instead, by this factor: pilots
 /// would take longer than they are worth. See docs/quality.md.
 const CLEARANCE: f32 = 0.7;
-/// The numbers of rays through a pixel that sees a lamp, or a mirror or glass, from which one is chosen: the most whose work is
-/// not more than this share of what an iteration takes without them. See docs/quality.md.
-const GLINT_SAMPLES: [u32; 3] = [8, 4, 2];
-const GLINT_WORK: f64 = 1.0;
+/// The numbers of rays through a pixel that sees a lamp, or a mirror or glass, from which one is chosen, each with a share: the most
+/// whose work is not more than this share of what an iteration takes without them. See docs/quality.md.
+const GLINT_SAMPLES: [(u32, f64); 5] = [(32, 0.25), (16, 0.25), (8, 1.0), (4, 1.0), (2, 1.0)];
+/// The rays of the pilot that counts their work.
+const GLINTS_OF_PILOT: u32 = 8;
 /// The first of global radii over the first of radii per pixel: the root of alpha. With light that is even around a pixel, the
 /// squared radii per pixel are those of the iteration before times alpha, `r_i^2 (i - 1 + alpha) / i`, and global ones
 /// `r_i^2 (i + alpha) / (i + 1)`; so from this first radius both become the same (docs/farm.md).
@@ -238,15 +239,14 @@ impl Pilots<'_> {
 
     /// The rays through a pixel that sees a lamp, or a mirror or glass, in paths of so many segments.
     fn glint_samples(&self, max_depth: u32) -> Option<u32> {
-        let most = GLINT_SAMPLES[0];
         let of = |glint_samples| {
             self.run(1, |pilot| (pilot.max_depth, pilot.glint_samples) = (max_depth, glint_samples))
         };
-        let (one, several) = (of(1)?.stats, of(most)?.stats);
-        let each = (camera_work(&several) - camera_work(&one)) / f64::from(most - 1);
-        let room = GLINT_WORK * (camera_work(&one) + photon_work(&one, 1.0));
-        let is_cheap = |samples: &u32| f64::from(samples - 1) * each <= room;
-        Some(GLINT_SAMPLES.into_iter().find(is_cheap).unwrap_or(1))
+        let (one, several) = (of(1)?.stats, of(GLINTS_OF_PILOT)?.stats);
+        let each = (camera_work(&several) - camera_work(&one)) / f64::from(GLINTS_OF_PILOT);
+        let rest = camera_work(&one) + photon_work(&one, 1.0);
+        let is_cheap = |&&(samples, share): &&(u32, f64)| f64::from(samples) * each <= share * rest;
+        Some(GLINT_SAMPLES.iter().find(is_cheap).map_or(1, |(samples, _)| *samples))
     }
 
     /// The side of a block in pixels of the pilot, for an image of so many pixels.

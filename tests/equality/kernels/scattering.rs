@@ -2,7 +2,7 @@
 
 use super::inputs::{direction, numbers};
 use super::{check_map, edge_directions, edge_uniforms, tell};
-use fast::kernels::{dielectric, fresnel, quantise, reflect, survive};
+use fast::kernels::{dielectric, dielectric_by_roots, fresnel, quantise, reflect, survive};
 use reference::intersect::Hit;
 use reference::{photon_pass, scatter};
 use scene::aim::Aim;
@@ -51,7 +51,7 @@ fn reflectances() {
     tell(check_map("fresnel", &rows, fresnel, exact), "reflectances");
 }
 
-/// Some random numbers are equal to the reflectance or next to it, to test ties.
+/// Some random numbers are equal to the probability of reflection or next to it, to test ties.
 #[test]
 fn glass() {
     let uniforms = edge_uniforms();
@@ -64,18 +64,24 @@ fn glass() {
         let cos2_t = 1.0 - eta * eta * (1.0 - cos_i * cos_i);
         let share = scatter::fresnel(eta, cos_i, if cos2_t > 0.0 { cos2_t.sqrt() } else { 0.0 });
         let inside = f32::from(u8::from(is_inside));
-        for u in [share, share.next_up(), share.next_down(), uniforms[k % uniforms.len()], 0.0, 0.999_999_94]
-        {
+        let [reflected, refracted] = [share.sqrt(), (1.0 - share).sqrt()];
+        let by_roots = reflected / (reflected + refracted);
+        let ties = [share, by_roots].into_iter().flat_map(|tie| [tie, tie.next_up(), tie.next_down()]);
+        for u in ties.chain([uniforms[k % uniforms.len()], 0.0, 0.999_999_94]) {
             rows.push([d.x, d.y, d.z, n.x, n.y, n.z, inside, ior, u]);
         }
     }
-    let exact = |[dx, dy, dz, nx, ny, nz, inside, ior, u]: [f32; 9]| {
-        let normal = Vec3::new(nx, ny, nz);
-        let hit = Hit { sphere: 0, t: 1.0, point: Vec3::ZERO, normal, inside: inside > 0.0 };
-        let (d, scale) = scatter::dielectric(Vec3::new(dx, dy, dz), &hit, ior, u);
-        [d.x, d.y, d.z, scale]
+    let exact = |by: fn(Vec3, &Hit, f32, f32) -> (Vec3, f32)| {
+        move |[dx, dy, dz, nx, ny, nz, inside, ior, u]: [f32; 9]| {
+            let normal = Vec3::new(nx, ny, nz);
+            let hit = Hit { sphere: 0, t: 1.0, point: Vec3::ZERO, normal, inside: inside > 0.0 };
+            let (d, scale) = by(Vec3::new(dx, dy, dz), &hit, ior, u);
+            [d.x, d.y, d.z, scale]
+        }
     };
-    tell(check_map("dielectric", &rows, dielectric, exact), "glass");
+    let cases = check_map("dielectric", &rows, dielectric, exact(scatter::dielectric))
+        + check_map("dielectric_by_roots", &rows, dielectric_by_roots, exact(scatter::dielectric_by_roots));
+    tell(cases, "glass");
 }
 
 /// Half units of flux, the largest flux, and values that rounding can bring above it.

@@ -1,7 +1,6 @@
 //! The roles of the random numbers of further rays, by which a pixel sees lamps: a scene for each that shows its number.
 //!
-//! All are seen through a veil of glass around the eye, as only rays that first meet a mirror or glass count. The own path brings
-//! nothing here, so what is seen is the further rays' alone.
+//! All are seen through a veil of glass around the eye, as only rays that first meet a mirror or glass count.
 
 use super::Role;
 use super::camera::{ASKEW, half_mirror};
@@ -24,11 +23,10 @@ const VEIL: f32 = 0.5;
 /// A seed, an iteration and a pixel.
 type Key = (u64, u32, [u32; 2]);
 
-/// What so many further rays of a pixel see, on the average over them and a path that sees nothing. The pixel shows all of the
-/// camera's image, whichever it is.
+/// What so many further rays of a pixel see, on the average. The pixel shows all of the camera's image, whichever it is.
 fn seen(scene: &Scene, (seed, iteration, [x, y]): Key, further: u32, depth: u32) -> Rgb {
     let frame = Frame { half: [0.5 + x as f32, 0.5 + y as f32], ..scene.camera.frame(1, 1) };
-    let settings = Settings { seed, glint_samples: 1 + further, ..settings(SIDE, SIDE, 1, depth, 1.0) };
+    let settings = Settings { seed, glint_samples: further, ..settings(SIDE, SIDE, 1, depth, 1.0) };
     let rays = GlintRays { frame: &frame, filter: None, rims: None, settings: &settings, iteration };
     rays.mean(&scene.at(0.0), (x, y), Rgb::ZERO, &mut 0)
 }
@@ -102,8 +100,7 @@ fn the_rays_of_a_pixel_are_independent() {
     for (iteration, pixel) in [(0, [0, 0]), (7, [5, 11])] {
         let mut counts = [0; 4];
         for seed in 0..4096 {
-            // Of four paths, the own one among them.
-            counts[(seen(&scene, (seed, iteration, pixel), 3, 2).x * 4.0).round() as usize] += 1;
+            counts[(seen(&scene, (seed, iteration, pixel), 3, 2).x * 3.0).round() as usize] += 1;
         }
         let p = chi_square_p_of(&counts, &[0.125, 0.375, 0.375, 0.125]);
         assert!(p > SIGNIFICANCE, "{counts:?}, p = {p:.1e}");
