@@ -131,6 +131,14 @@ def test_settings_are_chosen_as_by_render(tmp_path: Path) -> None:
     small("cornell").save(tmp_path / "b.toml")
     (own,) = jobs_of([str(tmp_path / "b.toml")], None, {}, [])
     assert own.scene.settings == small("cornell").settings and not own.chosen
+    # One that states its depth alone keeps that.
+    text = sppm.Scene.load("cornell").to_toml()
+    lines = [line for line in text.splitlines() if not line.startswith(("iterations", "photons", "initial_radius"))]
+    lines = ["max_depth = 3" if line.startswith("max_depth") else line for line in lines]
+    (tmp_path / "c.toml").write_text("\n".join(lines))
+    (open_but_for_depth,) = jobs_of([str(tmp_path / "c.toml")], None, size, [])
+    assert open_but_for_depth.scene.settings.max_depth == 3 and "--depth" not in open_but_for_depth.chosen.split()
+    assert "--photons" in open_but_for_depth.chosen.split()
 
 
 class Seen:
