@@ -131,14 +131,17 @@ def test_settings_are_chosen_as_by_render(tmp_path: Path) -> None:
     small("cornell").save(tmp_path / "b.toml")
     (own,) = jobs_of([str(tmp_path / "b.toml")], None, {}, [])
     assert own.scene.settings == small("cornell").settings and not own.chosen
-    # One that states its depth alone keeps that.
-    text = sppm.Scene.load("cornell").to_toml()
-    lines = [line for line in text.splitlines() if not line.startswith(("iterations", "photons", "initial_radius"))]
-    lines = ["max_depth = 3" if line.startswith("max_depth") else line for line in lines]
-    (tmp_path / "c.toml").write_text("\n".join(lines))
-    (open_but_for_depth,) = jobs_of([str(tmp_path / "c.toml")], None, size, [])
-    assert open_but_for_depth.scene.settings.max_depth == 3 and "--depth" not in open_but_for_depth.chosen.split()
-    assert "--photons" in open_but_for_depth.chosen.split()
+    # One that leaves its photons to be chosen keeps its depth, and one that leaves its depth its photons.
+    text = small("cornell", max_depth=3, photons_per_iteration=1234).to_toml()
+    for option, left, stated, kept in [
+        ("--photons", "photons_per_iteration", "max_depth", 3),
+        ("--depth", "max_depth", "photons_per_iteration", 1234),
+    ]:
+        lines = [f'{left} = "auto"' if line.startswith(left) else line for line in text.splitlines()]
+        (tmp_path / "c.toml").write_text("\n".join(lines))
+        (job,) = jobs_of([str(tmp_path / "c.toml")], None, {}, [])
+        assert getattr(job.scene.settings, stated) == kept
+        assert [word for word in job.chosen.split() if word.startswith("--")] == [option]
 
 
 class Seen:

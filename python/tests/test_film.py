@@ -43,12 +43,12 @@ def test_metadata_are_kept(cornell, tmp_path: Path) -> None:
 
 def test_codes_are_those_of_the_file_dithered_by_the_seed(cornell, tmp_path: Path) -> None:
     film = sppm.render(cornell, seed=5)
-    film.save(tmp_path / "a.png", tone="clamp")
+    film.save(tmp_path / "a.png", tone="agx")
     linear = sppm.Film.load(tmp_path / "a.png").radiance.astype(float)
     shown = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    assert np.array_equal(film.to_srgb(tone="clamp"), np.round(255 * shown).astype(np.uint8))
+    assert np.array_equal(film.to_srgb(tone="agx"), np.round(255 * shown).astype(np.uint8))
     # A film that was not rendered has seed 0.
-    assert not np.array_equal(sppm.Film(film.radiance).to_srgb(tone="clamp"), film.to_srgb(tone="clamp"))
+    assert not np.array_equal(sppm.Film(film.radiance).to_srgb(tone="agx"), film.to_srgb(tone="agx"))
 
 
 def test_notebooks_show_a_picture(cornell, tmp_path: Path) -> None:

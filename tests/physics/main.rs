@@ -13,6 +13,7 @@ mod convergence;
 mod departures;
 mod determinism;
 mod distributed;
+mod efficiency;
 mod emission;
 mod facts;
 mod filters;
