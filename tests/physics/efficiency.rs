@@ -173,6 +173,16 @@ fn many_lamps() -> Scene {
     })
 }
 
+/// A lamp that is nearly all of the light, and 64 faint ones all around.
+fn one_of_many() -> Scene {
+    let near = balls().lamp(Vec3::new(-0.3, 2.0, 1.0), 0.1, BLACK, Rgb::splat(200.0));
+    (0..64_u16).fold(near, |scene, i| {
+        let angle = f32::from(i) * 2.399_963;
+        let center = Vec3::new(20.0 * angle.cos(), 4.0 + 0.1 * f32::from(i), 20.0 * angle.sin());
+        scene.lamp(center, 0.1, BLACK, Rgb::splat(20.0))
+    })
+}
+
 fn lamp_in_glass() -> Scene {
     let at = Vec3::new(0.4, 1.4, 0.4);
     balls().ball(at, 0.3, glass(1.0, 1.5)).lamp(at, 0.08, BLACK, Rgb::splat(150.0))
@@ -246,6 +256,12 @@ fn open_scenes_are_as_noisy_as_recorded() {
             many_lamps,
             usual(2000, 0.4),
             [0.2585, 0.02062, 1.109, 0.7105, 1.452, 0.08383, 0.2808],
+        ),
+        row(
+            "one of many lamps",
+            one_of_many,
+            usual(2000, 0.4),
+            [0.3004, 0.009596, 1.109, 0.7105, 1.405, 0.09767, 0.2857],
         ),
         row(
             "lamp in glass",
