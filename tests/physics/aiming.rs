@@ -556,6 +556,26 @@ fn whatever_photons_are_aimed_at_a_closed_room_looks_the_same() {
     tell("physics", 3, "closed rooms with photons aimed anywhere");
 }
 
+/// A lamp that flies through the room in the exposure, past a ball that is aimed at: photons leave it where it is at each instant.
+#[test]
+fn photons_are_aimed_from_lamps_where_they_are() {
+    let mut scene = empty_scene(pinhole(Vec3::new(0.0, 0.0, 2.9), Vec3::ZERO, 90.0))
+        .ball(Vec3::ZERO, 3.0, diffuse(0.6))
+        .ball(Vec3::new(0.3, -1.2, 0.0), 0.8, diffuse(0.9))
+        .lamp(Vec3::new(-2.2, 0.4, 0.0), 0.3, BLACK, Rgb::splat(10.0));
+    scene.spheres[2].velocity = Vec3::X * 4.4;
+    scene.camera.shutter = [0.0, 1.0];
+    let settings = Settings { iterations: 32, ..settings(64, 48, 40_000, 5, 0.2) };
+    // The same camera paths, so that all that differs is what photons bring.
+    let expected = render_aimed(&scene, &settings, Targets::default());
+    let targets = aimed_at(vec![Target::ball(Vec3::new(0.3, -1.2, 0.0), 0.8), Target::ball(Vec3::ZERO, 1.5)]);
+    let aimed = render_aimed(&scene, &settings, targets);
+    let error = relative_error(mean(&aimed), mean(&expected));
+    assert!(error < SAME_MEAN, "{:?} and {:?}", mean(&aimed), mean(&expected));
+    assert_same_blocks(&aimed, &expected, SAME_BLOCK);
+    tell("physics", 1, "rooms with a moving lamp and photons aimed at a ball");
+}
+
 #[test]
 fn closed_rooms_are_left_alone() {
     for name in ["cornell", "mirror", "random", "surgery"] {
