@@ -13,6 +13,7 @@ use files::builtin;
 use rayon::prelude::*;
 use reference::{PathTracer, Sppm, hybrid};
 use scene::{Engine, Film, RadiusSchedule, Rgb, Scene, Settings, Vec3};
+use std::fmt::Write as _;
 
 /// The seeds of a row, and the iterations of each.
 const SEEDS: std::ops::Range<u64> = 1000..1064;
@@ -56,8 +57,7 @@ fn figures<E: Engine>(settings: &Settings, make: impl Fn(&Settings) -> E + Sync)
     let values = |of: &dyn Fn(&Film, &Film) -> Vec<f64>| -> Vec<Vec<f64>> {
         renders.iter().map(|(direct, all, _)| of(direct.as_ref().unwrap_or(&zero), all)).collect()
     };
-    let floats =
-        |film: &Film| film.pixels.iter().flat_map(|p| p.to_array()).map(f64::from).collect::<Vec<_>>();
+    let floats = |film: &Film| film.pixels.iter().flat_map(Rgb::to_array).map(f64::from).collect::<Vec<_>>();
     let all = values(&|_, all| floats(all));
     let direct = values(&|direct, _| floats(direct).iter().map(|sum| sum / f64::from(ITERATIONS)).collect());
     let rest = values(&|direct, all| {
@@ -132,7 +132,7 @@ fn check(rows: &[Row]) {
         };
         let is_wrong = |&i: &usize| (found[i] - recorded[i]).abs() > tolerances[i] * recorded[i];
         for i in (0..found.len()).filter(is_wrong) {
-            wrong += &format!("{name}: {} is {:.4}, not {:.4}\n", FIGURES[i], found[i], recorded[i]);
+            writeln!(wrong, "{name}: {} is {:.4}, not {:.4}", FIGURES[i], found[i], recorded[i]).unwrap();
         }
         println!("{name}: {found:?}");
     }
@@ -261,7 +261,7 @@ fn open_scenes_are_as_noisy_as_recorded() {
             "one of many lamps",
             one_of_many,
             usual(2000, 0.4),
-            [0.3004, 0.009596, 1.109, 0.7105, 1.405, 0.09767, 0.2857],
+            [0.3004, 0.009_596, 1.109, 0.7105, 1.405, 0.09767, 0.2857],
         ),
         row(
             "lamp in glass",
