@@ -72,16 +72,17 @@ fn a_small_lamp_is_as_bright_as_the_share_of_the_pixel_that_it_covers() {
     tell("physics", cases, "small lamps by several rays");
 }
 
+/// A mirror ball of this radius that covers a part of a pixel. The lamp is behind the eye, and so wide that the ball shows it in most
+/// directions.
+fn mirror_ball(radius: f32) -> Scene {
+    let ball = looking_down_z(UNIT_PIXEL).ball(Vec3::NEG_Z * 10.0, radius, mirror(0.5));
+    ball.lamp(Vec3::Z * 50.0, 49.0, BLACK, Rgb::ONE)
+}
+
 /// A mirror ball that covers a part of a pixel: rays that meet nothing do not count, so what it shows is not dimmed.
 #[test]
 fn rays_that_meet_no_mirror_do_not_dim_what_it_shows() {
-    // The lamp is behind the eye, and so wide that the ball shows it in most directions.
-    let scene = looking_down_z(UNIT_PIXEL).ball(Vec3::NEG_Z * 10.0, 3.0, mirror(0.5)).lamp(
-        Vec3::Z * 50.0,
-        49.0,
-        BLACK,
-        Rgb::ONE,
-    );
+    let scene = mirror_ball(3.0);
     let mut cases = 0;
     for (name, render) in ENGINES {
         let one = mean(&render(&scene, &many(1, 1, 8, 1)))[0];
@@ -161,12 +162,7 @@ fn lamps_by_many_reflections_are_as_with_one_ray() {
 #[test]
 fn what_the_own_path_alone_meets_is_not_lost() {
     // The ball fills a twentieth of the pixel, so of two rays most often none meets it.
-    let scene = looking_down_z(UNIT_PIXEL).ball(Vec3::NEG_Z * 10.0, 1.25, mirror(0.5)).lamp(
-        Vec3::Z * 50.0,
-        49.0,
-        BLACK,
-        Rgb::ONE,
-    );
+    let scene = mirror_ball(1.25);
     let mut cases = 0;
     for (name, render) in ENGINES {
         let settings = |glint_samples| Settings { iterations: 1 << 14, ..many(1, 1, 8, glint_samples) };
