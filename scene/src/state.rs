@@ -18,7 +18,7 @@ use std::fmt;
 /// tracer's numbers are stratified up to the first bounce. 5: photons are scattered towards what they are aimed at. 6: of more
 /// than a thousand lights those far from others are aimed by themselves. 7: the path tracer's paths meet glowing enclosures,
 /// such as the sky, by themselves. 8: photons are guided where none are aimed. 9: opaque spheres
-/// close to the eye are computed from an anchor.
+/// close to the eye are computed from an anchor. 10: rays that see lamps in place of a pixel's path choose at glass by roots.
 pub const TRANSPORT: u32 = 10;
 
 /// The meaning of a pixel's words.

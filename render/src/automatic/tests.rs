@@ -70,10 +70,9 @@ fn rays_that_see_lamps_are_as_many_as_their_work_allows() {
     matte(&mut scene);
     let only = Automatic { glint_samples: true, ..Automatic::default() };
     assert_eq!(chosen(&scene, only, LaneKind::best(), 1).glint_samples, 1);
-    let small = scene.spheres.iter_mut().filter(|sphere| !sphere.is_emitter());
-    let small = small.min_by(|a, b| a.radius.total_cmp(&b.radius)).unwrap();
-    let smooth =
-        (0..scene.materials.len() as u32).find(|m| !scene.materials[*m as usize].is_diffuse()).unwrap();
+    let smooth = (0..scene.materials.len() as u32).find(|m| is_smooth(&scene, *m)).unwrap();
+    let dark = scene.spheres.iter_mut().filter(|sphere| !sphere.is_emitter());
+    let small = dark.min_by(|a, b| a.radius.total_cmp(&b.radius)).unwrap();
     (small.radius, small.material) = (0.2 * small.radius, smooth);
     assert_eq!(chosen(&scene, only, LaneKind::best(), 1).glint_samples, GLINT_SAMPLES[0].0);
     let mut dark = cornell();
