@@ -176,6 +176,14 @@ def test_no_output_overwrites_the_scene(tmp_path: Path, cornell) -> None:
         sppm.render(sppm.Scene.load(path), checkpoint=path)
 
 
+def test_no_output_overwrites_the_profile(tmp_path: Path, cornell) -> None:
+    path = tmp_path / "profile.toml"
+    path.write_text("")
+    with pytest.raises(sppm.InputError, match="checkpoint: .* is also"):
+        sppm.render(cornell, profile=path, checkpoint=path)
+    assert path.read_text() == ""
+
+
 def test_progress_is_told_to_a_function(cornell) -> None:
     told: list[sppm.Progress] = []
     sppm.render(cornell, iterations=30, progress=told.append)

@@ -157,6 +157,10 @@ def test_what_made_a_file(tmp_path: Path, cornell, command) -> None:
         told = sppm.info(tmp_path / name)
         assert told == json.loads(command("info", tmp_path / name, "--json"))
         assert told["kind"] == kind and told["iterations"] == 2 and told["method"] == "path"
+    # By a light transport that is not the one of this program.
+    earlier = Path(__file__).parents[2] / "fixtures/checkpoints/version-1.sppm"
+    told = sppm.info(earlier)
+    assert told == json.loads(command("info", earlier, "--json")) and told["transport"] == 1
 
 
 def test_rays_hit_what_the_command_says(tmp_path: Path, command) -> None:

@@ -19,19 +19,31 @@ fn room() -> Scene {
         .ball(Vec3::new(1.4, -2.0, 0.6), 0.4, glass(1.0, 1.5))
 }
 
+/// The same room while the shutter is open, in which the ball on the floor has come from elsewhere.
+fn room_in_motion() -> Scene {
+    let mut scene = room();
+    scene.camera.shutter = [2.0, 2.0];
+    let ball = &mut scene.spheres[1];
+    ball.velocity = Vec3::new(0.3, 0.9, 0.0);
+    ball.center -= 2.0 * ball.velocity;
+    scene
+}
+
 /// After an iteration, the squared radius of a pixel that has counted photons is alpha times the first, and that is computed here
 /// from the definition, for the point that the pixel sees. A pixel that has counted none keeps the initial radius.
 #[test]
 fn first_radii_are_so_many_times_the_distance_to_what_is_near() {
     /// Roundings of `f32`, few of them.
     const ROUNDING: f64 = 1e-6;
-    let scene = room();
+    let (room, in_motion) = (room(), room_in_motion());
     let mut all_least = 0;
-    for (radius_clearance, photons) in [(1.0, 4000), (0.4, 4000), (2.5, 200)] {
+    for (scene, radius_clearance, photons) in
+        [(&room, 1.0, 4000), (&room, 0.4, 4000), (&room, 2.5, 200), (&in_motion, 1.0, 4000)]
+    {
         let settings = Settings { radius_clearance, ..settings(40, 30, photons, 12, 0.8) };
-        let mut engine = Sppm::new(&scene, &settings);
+        let mut engine = Sppm::new(scene, &settings);
         engine.iterate();
-        let (still, frame) = (scene.at(0.0), scene.camera.frame(40, 30));
+        let (still, frame) = (scene.at(scene.camera.shutter[0]), scene.camera.frame(40, 30));
         let (mut limited, mut least, mut none) = (0, 0, 0);
         for (x, y) in (0..30).flat_map(|y| (0..40).map(move |x| (x, y))) {
             let mut numbers = CameraNumbers::new(&settings, 0, x, y);
@@ -44,7 +56,7 @@ fn first_radii_are_so_many_times_the_distance_to_what_is_near() {
                 continue;
             };
             let distance = |id: usize| {
-                let sphere = &scene.spheres[id];
+                let sphere = &still.spheres[id];
                 let away = seen.point.as_dvec3().distance(sphere.center.as_dvec3());
                 (away - f64::from(sphere.radius)).abs()
             };
