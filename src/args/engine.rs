@@ -85,10 +85,12 @@ impl EngineArgs {
 
     /// What `--engine path` means.
     fn by_path(&self) -> Result<Renderer, Error> {
-        if self.method == Some(MethodName::Sppm) {
-            let problem =
-                "--engine path means --method path: --method sppm is another; leave out one of the two";
-            return Err(Error::BadInput(problem.into()));
+        if let Some(other) = self.method.filter(|method| *method != MethodName::Path) {
+            let problem = format!(
+                "--engine path means --method path: --method {} is another; leave out one of the two",
+                other.name()
+            );
+            return Err(Error::BadInput(problem));
         }
         Ok(MethodName::Path.into())
     }
@@ -117,7 +119,9 @@ mod tests {
         assert_eq!(chosen(Some(path), None, usual), by(path, EngineName::Fast));
         assert_eq!(chosen(None, Some(Engine::Path), usual), by(path, EngineName::Fast));
         assert_eq!(chosen(Some(path), Some(Engine::Path), usual), by(path, EngineName::Fast));
-        assert_eq!(chosen(Some(sppm), Some(Engine::Path), usual), None);
+        for other in [sppm, MethodName::Hybrid] {
+            assert_eq!(chosen(Some(other), Some(Engine::Path), usual), None);
+        }
     }
 
     /// Messages name the option that chose the method: the engine, if that is an old name of both.

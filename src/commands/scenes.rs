@@ -29,7 +29,7 @@ pub(crate) fn run(args: &ScenesArgs) -> Result<(), Error> {
 fn listing() -> String {
     let width = SCENES.iter().map(|s| s.name.len()).max().unwrap_or(0);
     let line = |builtin: &Builtin| {
-        let spheres = counted(builtin.scene().spheres.len() as u64, "sphere");
+        let spheres = counted(builtin.scene().without_sky().len() as u64, "sphere");
         format!("{:width$}  {spheres:>12}  {}\n", builtin.name, builtin.about)
     };
     SCENES.iter().map(line).collect()
@@ -45,7 +45,7 @@ mod tests {
         assert_eq!(listing.lines().count(), SCENES.len());
         for (line, builtin) in listing.lines().zip(SCENES) {
             assert!(line.starts_with(builtin.name) && line.ends_with(builtin.about), "{line}");
-            let count = builtin.scene().spheres.len();
+            let count = builtin.text.lines().filter(|line| *line == "[[sphere]]").count();
             assert!(line.contains(&format!(" {count} sphere")), "{line}");
         }
     }
