@@ -37,6 +37,18 @@ fn standard_output_gets_the_bytes_of_the_file() {
     assert!(bright == sandbox.bytes("a.png"));
 }
 
+/// The address of the page then is a message like others.
+#[test]
+fn an_image_on_standard_output_is_alone_there_beside_a_page() {
+    let sandbox = Sandbox::new();
+    sandbox.render(&["cornell", "-o", "a.png"]);
+    let output = render(&sandbox, &["cornell", "-o", "-", "--view", "--no-open"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.starts_with("the page is at http://127.0.0.1:"), "{said}");
+    assert!(output.stdout == sandbox.bytes("a.png"), "{said}");
+}
+
 #[test]
 fn what_standard_output_cannot_take_is_refused() {
     let sandbox = Sandbox::new();
