@@ -38,7 +38,8 @@ impl Exposures {
         Self { first: stops(greatest), last: stops(median) }
     }
 
-    /// The exposures: as many as there are stops between the first and the last, rounded up, and at least two; so they lie up to two stops apart.
+    /// The exposures: as many as there are stops between the first and the last, rounded up, and at least two. So they may lie more
+    /// than a stop apart, but not more than two.
     pub(crate) fn iter(self) -> impl ExactSizeIterator<Item = f32> {
         let count = ((self.last - self.first).ceil() as u16).max(2);
         let step = (self.last - self.first) / f32::from(count - 1);
