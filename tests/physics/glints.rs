@@ -5,9 +5,11 @@ use crate::harness::{
     BLACK, Build, assert_mean, block_mean, diffuse, empty_scene, glass, mean, mirror, pinhole,
     relative_error, render_path, render_sppm, run, settings,
 };
+use reference::camera_pass::{CameraNumbers, camera_ray};
+use reference::intersect::intersect;
 use reference::{PathTracer, Sppm, hybrid};
 use scene::settings::MAX_GLINT_SAMPLES;
-use scene::{Camera, Film, Filter, Material, Rgb, Scene, Settings, Vec3};
+use scene::{Camera, Film, Filter, Material, Rgb, Rims, Scene, Settings, Vec3};
 use std::f64::consts::PI;
 
 type Render = fn(&Scene, &Settings) -> Film;
@@ -272,6 +274,46 @@ fn lamps_out_of_focus_are_as_with_one_ray() {
         }
     }
     tell("physics", 8, "quarters of a lamp out of focus");
+}
+
+/// A pixel that shows a part of a lamp sees it by several rays, in focus, out of it and through any filter: else the rays that meet
+/// the lamp by chance are noise. Which pixels these are, the rays from the lens tell.
+#[test]
+fn pixels_that_show_parts_of_lamps_are_rims() {
+    /// Rays through each pixel.
+    const RAYS: u32 = 256;
+    for (what, aperture_radius, focus_distance, filter, least) in [
+        ("in focus", 0.0, 1.0, Filter::Box, 20),
+        ("before what is in focus", 0.4, 30.0, Filter::Box, 50),
+        ("beyond what is in focus", 0.4, 5.0, Filter::Box, 50),
+        ("filtered", 0.0, 1.0, Filter::Mitchell, 40),
+        ("filtered, out of focus", 0.4, 30.0, Filter::Gaussian, 60),
+    ] {
+        let camera = Camera { aperture_radius, focus_distance, ..pinhole(Vec3::ZERO, Vec3::NEG_Z, 12.0) };
+        let scene = empty_scene(camera).lamp(Vec3::new(-0.3, 0.2, -10.0), 0.05, BLACK, Rgb::ONE).lamp(
+            Vec3::new(0.6, -0.3, -12.0),
+            0.3,
+            BLACK,
+            Rgb::ONE,
+        );
+        let settings = Settings { filter, ..many(48, 36, 4, 8) };
+        let (still, frame) = (scene.at(0.0), scene.camera.frame(48, 36));
+        let (table, rims) = (filter.table(), Rims::new(&scene, &settings).unwrap());
+        let mut parts = 0;
+        for (x, y) in (0..36).flat_map(|y| (0..48).map(move |x| (x, y))) {
+            let meets_lamp = |iteration: &u32| {
+                let numbers = CameraNumbers::new(&settings, *iteration, x, y);
+                let (ray, _) = camera_ray(&frame, table.as_deref(), x, y, &numbers);
+                intersect(&still, &ray).is_some()
+            };
+            let met = (0..RAYS).filter(meets_lamp).count() as u32;
+            if met > 0 && met < RAYS {
+                parts += 1;
+                assert!(rims.has(x, y), "{what}: {met} of {RAYS} rays through ({x}, {y}) meet a lamp");
+            }
+        }
+        assert!(parts > least, "{what}: {parts} pixels");
+    }
 }
 
 /// Rays go as far as paths do: through so many shells of glass.
