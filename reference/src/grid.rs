@@ -1,15 +1,15 @@
 //! A spatial hash grid that finds the visible points near a photon.
 //!
 //! As in the paper (section 3.1), a visible point is entered in every cell that its search sphere touches, and a photon
-//! looks only into the cell that it lies in. Cells are hashed to a table of fixed length. Unlike in the published
+//! looks only into the cell that it lies in. Cells are hashed to a table. Unlike in the published
 //! program, each entry stores its cell, so a point is found exactly once even if several of its cells share a bucket.
 //! Insertion and lookup use the same function from coordinates to cells.
 
 use crate::camera_pass::VisiblePoint;
 use scene::Vec3;
 
-/// Buckets of the table. Any number is correct; a prime spreads the cells best.
-const BUCKETS: usize = 262_147;
+/// The most buckets of a table. Any number is correct; a prime spreads the cells best.
+const MOST_BUCKETS: usize = 262_147;
 
 /// Search radii are widened by this factor on insertion, because the distance test rounds: it computes
 /// `dx^2 + dy^2 + dz^2 < R^2` with 4 roundings, a relative error below 2^-21 of the distance.
@@ -35,30 +35,30 @@ impl Grid {
     pub fn build(points: &[VisiblePoint], radius: impl Fn(usize) -> f32, multiple: f32) -> Self {
         let largest = (0..points.len()).map(&radius).fold(0.0, f32::max);
         let inverse_cell_size = 1.0 / (largest * multiple).max(f32::MIN_POSITIVE);
-        let mut entries: Vec<(u32, Entry)> = Vec::new();
+        let mut entries = Vec::new();
         for (index, visible) in points.iter().enumerate() {
             let reach = Vec3::splat(radius(index) * WIDENED);
             let low = cell_of(visible.point - reach, inverse_cell_size);
             let high = cell_of(visible.point + reach, inverse_cell_size);
-            for cell in cells_between(low, high) {
-                entries.push((bucket_of(cell), Entry { cell, point: index as u32 }));
-            }
+            entries.extend(cells_between(low, high).map(|cell| Entry { cell, point: index as u32 }));
         }
-        entries.sort_by_key(|(bucket, _)| *bucket);
-        let mut starts = vec![0; BUCKETS + 1];
-        for (bucket, _) in &entries {
-            starts[*bucket as usize + 1] += 1;
+        // Small images have few entries: to clear a long table would take longer than all else.
+        let buckets = (2 * entries.len() + 1).min(MOST_BUCKETS);
+        entries.sort_by_cached_key(|entry| bucket_of(entry.cell, buckets));
+        let mut starts = vec![0; buckets + 1];
+        for entry in &entries {
+            starts[bucket_of(entry.cell, buckets) + 1] += 1;
         }
-        for b in 0..BUCKETS {
+        for b in 0..buckets {
             starts[b + 1] += starts[b];
         }
-        Self { inverse_cell_size, starts, entries: entries.into_iter().map(|(_, e)| e).collect() }
+        Self { inverse_cell_size, starts, entries }
     }
 
     /// The indices of all points whose radius may contain `point`, each once.
     pub fn candidates(&self, point: Vec3) -> impl Iterator<Item = usize> {
         let cell = cell_of(point, self.inverse_cell_size);
-        let bucket = bucket_of(cell) as usize;
+        let bucket = bucket_of(cell, self.starts.len() - 1);
         let range = self.starts[bucket] as usize..self.starts[bucket + 1] as usize;
         self.entries[range].iter().filter(move |e| e.cell == cell).map(|e| e.point as usize)
     }
@@ -81,10 +81,10 @@ fn cells_between(low: Cell, high: Cell) -> impl Iterator<Item = Cell> {
         .flat_map(move |x| (low[1]..=high[1]).flat_map(move |y| (low[2]..=high[2]).map(move |z| [x, y, z])))
 }
 
-fn bucket_of(cell: Cell) -> u32 {
+fn bucket_of(cell: Cell, buckets: usize) -> usize {
     let [x, y, z] = cell.map(|c| c as u32);
     let hash = x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663) ^ z.wrapping_mul(83_492_791);
-    hash % BUCKETS as u32
+    (hash % buckets as u32) as usize
 }
 
 #[cfg(test)]
@@ -124,7 +124,7 @@ mod tests {
     fn bytes_are_those_of_buckets_and_entries() {
         // In one cell, and around the corner of eight.
         let (one, eight) = (grid(Vec3::splat(1.0), 0.9, 2.0 / 0.9), grid(Vec3::splat(2.0), 0.9, 2.0 / 0.9));
-        let entries = |grid: &Grid| (grid.bytes() - 4 * (BUCKETS + 1)) / size_of::<Entry>();
-        assert_eq!((entries(&one), entries(&eight), size_of::<Entry>()), (1, 8, 16));
+        // Twice as many buckets as entries, one more, and the end of the last.
+        assert_eq!((one.bytes(), eight.bytes(), size_of::<Entry>()), (16 + 4 * 4, 8 * 16 + 4 * 18, 16));
     }
 }
