@@ -81,8 +81,11 @@ fn scenes() -> Vec<(Scene, Settings)> {
     ["cornell", "motion", "random", "focus"].map(tiny).to_vec()
 }
 
-/// The number of iterations, and the words of all rows.
-fn words(engine: &dyn Resumable) -> (u32, Vec<u32>) {
+/// The number of iterations, and the words of all rows: what one engine hands over to another, but for work and seconds,
+/// which are added to and read by nothing that renders.
+type State = (u32, Vec<u32>);
+
+fn state(engine: &dyn Resumable) -> State {
     let Settings { width, height, .. } = *engine.settings();
     let mut row = vec![0; width as usize * engine.sums().words()];
     let rows = (0..height).flat_map(|y| {
@@ -92,19 +95,20 @@ fn words(engine: &dyn Resumable) -> (u32, Vec<u32>) {
     (engine.iterations(), rows.collect())
 }
 
-/// For each iteration, renders up to it with `first` and resumes with `second`. Expects the words in `whole` after
-/// every further iteration.
-fn check(scene: &Scene, settings: &Settings, [first, second]: [Way; 2], whole: &[(u32, Vec<u32>)]) {
+/// For each iteration, renders up to it with `first` and resumes with `second`. Expects the states in `whole` of `first`, and
+/// of `second` after every further iteration.
+fn check(scene: &Scene, settings: &Settings, [first, second]: [Way; 2], whole: &[State]) {
     let pools = [first.pool(), second.pool()];
     let mut begun = first.start(scene, settings);
     for done in 0..settings.iterations {
         let mut other = second.start(scene, settings);
+        assert!(state(&*begun) == whole[done as usize], "{}: {first:?} after {done}", scene.name);
         transfer(&*begun, &mut *other);
         assert_eq!(other.stats(), begun.stats());
         for (_, expected) in whole.iter().enumerate().skip(done as usize + 1) {
             pools[1].install(|| other.iterate());
             assert!(
-                words(&*other) == *expected,
+                state(&*other) == *expected,
                 "{}: {first:?} {done} iterations, then {second:?}",
                 scene.name
             );
@@ -139,18 +143,21 @@ fn check_probes(engine: &dyn Resumable, film: &Film) {
     }
 }
 
-/// The words of an uninterrupted render, before the first and after each iteration.
-fn whole(way: Way, scene: &Scene, settings: &Settings) -> Vec<(u32, Vec<u32>)> {
+/// The states of an uninterrupted render, before the first and after each iteration.
+fn whole(way: Way, scene: &Scene, settings: &Settings) -> Vec<State> {
     let mut engine = way.start(scene, settings);
-    let mut all = vec![words(&*engine)];
+    let mut all = vec![state(&*engine)];
     for _ in 0..settings.iterations {
         engine.iterate();
-        all.push(words(&*engine));
+        all.push(state(&*engine));
     }
     all
 }
 
 /// Expects each of the `ways` to resume what any other has begun, with radii as in `own`; returns the number of pairs.
+///
+/// After each iteration the state that is handed over is the same of all ways, which is expected here. So it does not matter
+/// which way has begun, and each has to resume from one other alone.
 fn check_all(ways: &[Way], own: Settings) -> usize {
     let Settings { radius_schedule, radius_pilots, radius_clearance, glint_samples, .. } = own;
     let mut pairs = 0;
@@ -159,11 +166,8 @@ fn check_all(ways: &[Way], own: Settings) -> usize {
             Settings { radius_schedule, radius_pilots, radius_clearance, glint_samples, ..settings };
         let expected = whole(ways[0], &scene, &settings);
         for (i, &first) in ways.iter().enumerate() {
-            for &second in &ways[i..] {
-                check(&scene, &settings, [first, second], &expected);
-                check(&scene, &settings, [second, first], &expected);
-                pairs += 2 * settings.iterations as usize;
-            }
+            check(&scene, &settings, [first, ways[(i + 1) % ways.len()]], &expected);
+            pairs += settings.iterations as usize;
         }
     }
     pairs
@@ -253,7 +257,7 @@ fn an_abandoned_iteration_changes_nothing() {
         let (mut abandoned, mut wait) = (0, Duration::from_micros(30));
         for iteration in 1..=settings.iterations {
             loop {
-                let before = (words(&*engine), *engine.stats());
+                let before = (state(&*engine), *engine.stats());
                 let stop = Stop::new();
                 if abandoned == 0 {
                     stop.request();
@@ -268,11 +272,11 @@ fn an_abandoned_iteration_changes_nothing() {
                 if is_whole {
                     break;
                 }
-                assert!((words(&*engine), *engine.stats()) == before, "{way:?} left a trace after {wait:?}");
+                assert!((state(&*engine), *engine.stats()) == before, "{way:?} left a trace after {wait:?}");
                 abandoned += 1;
                 wait = wait.mul_f64(1.5);
             }
-            assert!(words(&*engine) == expected[iteration as usize], "{way:?} went astray in {iteration}");
+            assert!(state(&*engine) == expected[iteration as usize], "{way:?} went astray in {iteration}");
             wait = Duration::from_micros(100);
         }
         assert!(abandoned > 0, "{way:?} was never stopped");
