@@ -119,7 +119,7 @@ fn verbose_renders_tell_what_they_take() {
     let [first, passes, last] = lines[..] else { panic!("{ended:?}") };
     assert!(first.contains("16 x 12 pixels, 2 iterations, 500 photons each"), "{first}");
     assert!(first.contains("method sppm, engine reference, 1 thread; up to "), "{first}");
-    assert!(passes.starts_with("camera pass ") && passes.ends_with(" MiB"), "{passes}");
+    assert!(passes.starts_with("camera pass ") && passes.ends_with(" KiB"), "{passes}");
     let others = ["; ", ", grid ", ", photon pass ", ", consolidation ", ", developing and writing "];
     assert!(others.iter().all(|other| passes.contains(other)), "{passes}");
     assert!(last.starts_with("wrote cornell.png: 2 iterations in "), "{last}");
