@@ -138,6 +138,24 @@ fn glass_reflects_lamps_by_its_reflectance() {
     tell("physics", cases, "lamps that glass reflects");
 }
 
+/// What is met first is seen by the own path alone, also if it glows: the further rays bring what is seen in it.
+#[test]
+fn mirrors_and_glass_that_glow_are_counted_once() {
+    let mut cases = 0;
+    for material in [mirror(0.5), glass(0.9, 1.5)] {
+        // The ball fills the pixel. Glass shows its own inner side again, so that is compared with one ray.
+        let scene = looking_down_z(10.0).lamp(Vec3::NEG_Z * 10.0, 3.0, material, Rgb::new(1.0, 2.0, 4.0));
+        for (name, render) in ENGINES {
+            let of = |glint_samples| mean(&render(&scene, &many(1, 1, 16, glint_samples)));
+            let (one, several) = (of(1), of(4));
+            let error = relative_error(several, one);
+            assert!(one[0] > 0.9 && error < MEAN, "{name}, {material:?}: {several:?}, not {one:?}");
+            cases += 1;
+        }
+    }
+    tell("physics", cases, "mirrors and glass that glow");
+}
+
 /// By however many reflections within a ball of glass a lamp is seen: all of them together are as bright as by one ray.
 #[test]
 fn lamps_by_many_reflections_are_as_with_one_ray() {

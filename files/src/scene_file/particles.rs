@@ -197,3 +197,29 @@ fn place_of(section: &Section<'_>, refusal: &figure::Refusal) -> usize {
     };
     refusal.rule.map_or_else(of_key, of_rule).unwrap_or(section.at)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    /// Where several places have the file, the path that was stated comes before the name, and the folders come in order.
+    #[test]
+    fn the_stated_path_comes_before_the_name_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let [first, second] = ["first", "second"].map(|name| folder.path().join(name));
+        let places =
+            [first.join("sub/a.xyz"), second.join("sub/a.xyz"), first.join("a.xyz"), second.join("a.xyz")];
+        for place in &places {
+            fs::create_dir_all(place.parent().unwrap()).unwrap();
+            fs::write(place, "").unwrap();
+        }
+        let found = || find(Path::new("sub/a.xyz"), &[&first, &second]);
+        for place in &places {
+            assert_eq!(found(), *place);
+            fs::remove_file(place).unwrap();
+        }
+        // In none of them: the first is told to be missing.
+        assert_eq!(found(), places[0]);
+    }
+}
