@@ -59,6 +59,11 @@ fn like_repeats_a_render_bit_for_bit() {
     sandbox.render(&["cornell", "-o", "c.exr", "--checkpoint=c.sppm", "--seed=5"]);
     assert_eq!(sandbox.run(["render", "--like", "c.sppm", "-o", "d.exr"]).code, Some(0));
     assert!(sandbox.bytes("c.exr") == sandbox.bytes("d.exr"));
+    // A checkpoint knows how its image shows bright light as well.
+    let shown = ["--exposure=1", "--tone=reinhard", "--white=2"];
+    sandbox.render(&[&["cornell", "-o", "f.png", "--checkpoint=f.sppm"], &shown[..]].concat());
+    assert_eq!(sandbox.run(["render", "--like", "f.sppm", "-o", "g.png"]).code, Some(0));
+    assert!(sandbox.bytes("f.png") == sandbox.bytes("g.png"));
     assert_eq!(sandbox.run(["render", "--like", "c.exr", "-o", "e.exr", "--seed=6"]).code, Some(0));
     assert_ne!(sandbox.image("c.exr"), sandbox.image("e.exr"));
 }
