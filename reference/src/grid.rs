@@ -1,9 +1,9 @@
 //! A spatial hash grid that finds the visible points near a photon.
 //!
 //! As in the paper (section 3.1), a visible point is entered in every cell that its search sphere touches, and a photon
-//! looks only into the cell that it lies in. Cells are hashed to a table. Unlike in the published
-//! program, each entry stores its cell, so a point is found exactly once even if several of its cells share a bucket.
-//! Insertion and lookup use the same function from coordinates to cells.
+//! looks only into the cell that it lies in. Cells are hashed to a table. Unlike in the published program, each entry
+//! stores its cell, so a point is found exactly once even if several of its cells share a bucket. Insertion
+//! and lookup use the same function from coordinates to cells.
 
 use crate::camera_pass::VisiblePoint;
 use scene::Vec3;
