@@ -24,7 +24,8 @@ ROOT = Path(__file__).resolve().parent.parent
 BUILT = ROOT / "target" / "faults" / "target"
 # The Python package asks for other features of these.
 BUILT_PYTHON = ROOT / "target" / "faults" / "python"
-PACKAGES = "sppm scene files lanes reference fast compare render importers figure view".split()
+# All but the Python package.
+PACKAGES = "sppm scene files lanes reference fast compare render importers figure view plots ladder tuner".split()
 
 # As Rust's tests tell it, and as pytest does.
 FAILED = re.compile(r"^test (\S+)(?: - should panic)? \.\.\. .*FAILED|^(\S+\.py::.*?) (?:FAILED|ERROR)\b")

@@ -31,6 +31,16 @@ pub(crate) fn all_lanes(threads: usize) -> Vec<Way> {
         .collect()
 }
 
+/// The kinds of lanes that the processor has and, in turn by `number`, one of those that are emulated, on `threads`
+/// threads. Emulated lanes take ten times as long. The kernels are the same code on all lanes, and `kernels::lanes` shows
+/// the operations equal, so random scenes need not meet every kind.
+pub(crate) fn lanes_in_turn(threads: usize, number: u64) -> Vec<Way> {
+    let is_emulated = |way: &Way| way.lanes == LaneKind::Emulated || !way.lanes.is_available();
+    let (emulated, mut ways): (Vec<_>, Vec<_>) = all_lanes(threads).into_iter().partition(is_emulated);
+    ways.push(emulated[number as usize % emulated.len()]);
+    ways
+}
+
 /// The configuration of property tests with `cases` cases, scaled by `SPPM_EQUALITY_EFFORT`.
 pub(crate) fn effort(cases: u32) -> Config {
     Config {
