@@ -223,8 +223,8 @@ impl Job {
         })
     }
 
-    /// The iterations that are asked for.
-    pub(crate) fn wanted(&self) -> Range<u32> {
+    /// The iterations that are asked for: all, or those of a part.
+    pub fn wanted(&self) -> Range<u32> {
         self.range.clone().unwrap_or(0..self.scene.settings.iterations)
     }
 

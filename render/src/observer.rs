@@ -54,6 +54,8 @@ pub enum Notice {
         settings: Settings,
         /// Which of the settings were chosen.
         chosen: Automatic,
+        /// How many iterations are asked for: of a part of a render, its own.
+        wanted: u32,
         /// The method and the engine.
         renderer: Renderer,
         /// The lanes that it runs on, if it has any.

@@ -179,6 +179,7 @@ impl Session<'_> {
             scene: self.scene.name.clone(),
             settings: self.scene.settings,
             chosen: self.job.chosen,
+            wanted: self.job.wanted().len() as u32,
             renderer: self.job.engine.renderer(),
             lanes: self.job.engine.lanes(),
             threads: self.threads,

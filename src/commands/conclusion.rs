@@ -28,7 +28,7 @@ pub(crate) fn conclude(outcome: &Outcome, requests: &Requests) -> Result<(), Err
     account(report, outcome.writing);
     let (iterations, seconds) = (counted(done, "iteration"), duration(report.wall_seconds));
     if let Some(signal) = signal {
-        let all = match report.settings.iterations {
+        let all = match outcome.job.wanted().len() as u32 {
             MAX_ITERATIONS => iterations,
             all => format!("{done} of {}", counted(all, "iteration")),
         };

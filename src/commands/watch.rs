@@ -122,7 +122,7 @@ impl Observer for Watch {
 
     fn notice(&mut self, notice: &Notice) {
         match notice {
-            Notice::Begun { settings, chosen, .. } => {
+            Notice::Begun { settings, chosen, wanted, .. } => {
                 self.busy = None;
                 if let Some(title) = self.title.take() {
                     info!("{title}");
@@ -131,7 +131,7 @@ impl Observer for Watch {
                     info!("{choice}");
                 }
                 tell_beginning(notice);
-                self.bar = self.has_bar.then(|| self.new_bar(settings));
+                self.bar = self.has_bar.then(|| self.new_bar(*wanted));
             }
             Notice::Resumed { path, iterations, of, fallback } => {
                 if let Some(fault) = fallback {
@@ -179,8 +179,8 @@ impl Observer for Watch {
 }
 
 impl Watch {
-    fn new_bar(&self, settings: &Settings) -> Bar {
-        Bar::new(work(settings.iterations, self.limit), self.requests.stop().meter().clone())
+    fn new_bar(&self, iterations: u32) -> Bar {
+        Bar::new(work(iterations, self.limit), self.requests.stop().meter().clone())
     }
 }
 
@@ -379,7 +379,9 @@ mod tests {
 
     fn begun(settings: Settings) -> Notice {
         let (scene, chosen, renderer) = ("a".into(), Automatic::default(), Renderer::default());
-        Notice::Begun { scene, settings, chosen, renderer, lanes: None, threads: 1, bytes_at_most: 1 }
+        // A third of it is asked for.
+        let wanted = settings.iterations / 3;
+        Notice::Begun { scene, settings, chosen, wanted, renderer, lanes: None, threads: 1, bytes_at_most: 1 }
     }
 
     /// Who shows nothing need not be told of every iteration.
@@ -461,12 +463,12 @@ mod tests {
         }
     }
 
-    /// It counts from where the render begins, and to the goal that the render has.
+    /// It counts from where the render begins, and to the goal that the render has: of a part, to that of the part.
     #[test]
     fn a_bar_shows_how_far_the_render_is() {
         let mut watch = watch();
         (watch.has_bar, watch.limit) = (true, Some(Duration::from_hours(1)));
-        watch.notice(&begun(Settings { iterations: 9, ..Settings::default() }));
+        watch.notice(&begun(Settings { iterations: 27, ..Settings::default() }));
         let line = |watch: &Watch| watch.bar.as_ref().expect("the render has begun").line();
         assert!(line(&watch).ends_with(" 0/9 iterations  0s elapsed, 1h 0m left"), "{}", line(&watch));
         watch.notice(&Notice::Resumed { path: "a.sppm".into(), iterations: 5, of: 9, fallback: None });

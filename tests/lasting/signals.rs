@@ -78,6 +78,9 @@ fn every_signal_leaves_an_image_and_a_checkpoint() {
         let info = sandbox.run(["info", "cornell.png", "--json"]);
         let info: serde_json::Value = serde_json::from_str(&info.stdout).unwrap();
         let done = info["iterations"].to_string();
+        // What is asked for is told, not what is done.
+        let scene_file = sandbox.run(["info", "cornell.png.sppm", "--scene"]).stdout;
+        assert!(scene_file.contains("\niterations = 100000000\n"), "{scene_file}");
         let more = format!("--iterations={}", info["iterations"].as_u64().unwrap() + 3);
         assert_eq!(sandbox.run(["resume", "cornell.png.sppm", "-q", &more]).code, Some(0));
         let whole = LONG.map(|option| if option.starts_with("--iterations") { &more } else { option });
@@ -85,6 +88,19 @@ fn every_signal_leaves_an_image_and_a_checkpoint() {
         assert!(sandbox.bytes("cornell.png") == sandbox.bytes("whole.png"), "after {done} iterations");
         assert_eq!(sandbox.names(), ["cornell.png", "whole.png"]);
     }
+}
+
+/// Of a part, what is left are the iterations of that part.
+#[test]
+fn an_interrupted_part_counts_its_own_iterations() {
+    let sandbox = Sandbox::new();
+    let part = ["--radius-schedule=global", "--part=2/4", "--every=1", "-o", "part.sppm"];
+    let running = Running::start(&mut sandbox.command(LONG.iter().chain(&part)), "saved after ");
+    running.send(Signal::INT);
+    let ended = running.end();
+    assert_eq!(ended.code, Some(130), "{ended:?}");
+    let words = [" of 25000000 iterations in ", "`sppm resume part.sppm` goes on after "];
+    ended.said_one_line("interrupted: wrote part.sppm after ", &words);
 }
 
 #[test]

@@ -80,6 +80,19 @@ fn the_time_limit_does_not_request_a_stop() {
     assert!(outcome.report.iterations >= 1);
 }
 
+/// Its seconds, and its time limit, begin when the bias of an error goal is known. The pilots that tell it take over a
+/// thousand iterations here, and the render one.
+#[test]
+fn pilots_of_the_bias_do_not_count_as_time_of_the_render() {
+    let mut job = Job::new(small(1));
+    job.scene.settings.radius_pilots = 128;
+    job.goals.error = Some(1e-6);
+    let began = Instant::now();
+    let outcome = job.start(()).unwrap().wait().unwrap();
+    let (seconds, whole) = (outcome.report.wall_seconds, began.elapsed().as_secs_f64());
+    assert!(seconds > 0.0 && seconds < whole / 4.0, "{seconds} s of {whole} s");
+}
+
 #[test]
 fn an_error_goal_ends_a_render() {
     let mut job = endless();
