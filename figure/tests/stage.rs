@@ -193,6 +193,11 @@ fn backgrounds_are_linear_light() {
     let background = |stage: Stage| set(&balls, &[], false, &stage).map(|set| set.background);
     assert_eq!(background(Stage::default()), Ok(Rgb::ONE));
     assert_eq!(background(Stage { light: Light::Dark, ..Stage::default() }), Ok(Rgb::ZERO));
+    // What is left out of the image lights the particles all the same.
+    for (light, color) in [(Light::Studio, Rgb::ONE), (Light::Overcast, Rgb::ONE), (Light::Dark, Rgb::ZERO)] {
+        let stage = Stage { light, background: Background::Transparent, ..Stage::default() };
+        assert_eq!(background(stage), Ok(color), "{light:?}");
+    }
     let grey = Screen([188; 3]);
     assert_eq!(
         background(Stage { background: Background::Color(grey), ..Stage::default() }),

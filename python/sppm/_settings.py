@@ -51,7 +51,8 @@ class Settings:
     ``initial_radius`` down to an eighth of it. If 0, all pixels begin with ``initial_radius``."""
     radius_clearance: float = 0.0
     """While a pixel has gathered no photon, its radius is at most so many times as far as the nearest other sphere is from
-    what it sees, but no less than an eighth of ``initial_radius``. If 0, radii have no such limit."""
+    what it sees, but no less than an eighth of ``initial_radius``, and a third where that sphere is a wall around it. If 0,
+    radii have no such limit."""
     light_samples: int = 1
     """Shadow rays from the first diffuse surface of each path from the eye, from 1 to 16."""
     glint_samples: int = 1

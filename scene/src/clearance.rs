@@ -6,9 +6,13 @@
 //! photon:
 //!
 //! ```text
-//! d = min over all spheres but that of the visible point x of | |x - c| - r |
-//! R = min(R, max(radius_clearance d, R_0 / 8))     while the pixel has gathered no photon; R_0 the initial radius
+//! d(S) = | |x - c| - r |                             of each sphere S but that of the visible point x
+//! L(S) = R_0 / 3 if x lies within S, else R_0 / 8    R_0 the initial radius
+//! R = min(R, max(radius_clearance d(S), L(S)) over all S)     while the pixel has gathered no photon
 //! ```
+//!
+//! What surrounds `x` are mostly walls. In the corner of a room light changes less than below a ball, and with discs of an
+//! eighth its edges were lines of noise (docs/quality.md).
 //!
 //! `R` is the radius of that iteration alone, and becomes the pixel's with the first photon that is gathered. It depends on
 //! the visible point and on no photon of its iteration, so nothing is biased by it.
@@ -24,12 +28,15 @@ use glam::Vec3;
 use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
+/// The initial radius over the least to which spheres limit it that surround the visible point.
+const WALLS: f32 = 3.0;
+
 /// The limit of search radii by clearance, for the spheres of one instant.
 pub struct Clearance {
     /// [`Settings::radius_clearance`].
     factor: f64,
-    /// The least radius to which others are limited.
-    least: f64,
+    /// The least radii to which others are limited: by spheres that surround the visible point, and by the rest.
+    least: [f64; 2],
     /// All spheres; made for the first pixel that asks.
     neighbours: OnceLock<Neighbours>,
 }
@@ -39,7 +46,7 @@ impl Clearance {
     pub fn new(settings: &Settings) -> Option<Self> {
         (settings.radius_clearance > 0.0).then(|| Self {
             factor: settings.radius_clearance.into(),
-            least: f64::from(settings.initial_radius) / f64::from(RADIUS_RATIO),
+            least: [WALLS, RADIUS_RATIO].map(|ratio| f64::from(settings.initial_radius) / f64::from(ratio)),
             neighbours: OnceLock::new(),
         })
     }
@@ -49,24 +56,23 @@ impl Clearance {
     pub fn limited(&self, spheres: &[Sphere], (x, own): (Vec3, SphereId), radius_squared: f32) -> f32 {
         let all = || Neighbours::new(spheres, (0..spheres.len() as SphereId).collect());
         let neighbours = self.neighbours.get_or_init(all);
-        // Spheres that are farther do not limit the radius, and nearer than `enough` they limit it alike.
-        let mut nearest = f64::from(radius_squared).sqrt() / self.factor;
-        let (reach, enough) = (nearest, self.least / self.factor);
+        let [by_walls, by_others] = self.least;
+        let mut radius = f64::from(radius_squared).sqrt();
+        // Spheres that are farther do not limit the radius.
+        let reach = radius / self.factor;
         let x = x.as_dvec3();
         let _ = neighbours.visit_near(x, reach, |id| {
             let sphere = &spheres[id as usize];
-            let distance = (x.distance(sphere.center.as_dvec3()) - f64::from(sphere.radius)).abs();
-            if id != own && distance < nearest {
-                nearest = distance;
+            let beyond = x.distance(sphere.center.as_dvec3()) - f64::from(sphere.radius);
+            let least = if beyond < 0.0 { by_walls } else { by_others };
+            let limit = (self.factor * beyond.abs()).max(least);
+            if id != own && limit < radius {
+                radius = limit;
             }
-            if nearest > enough { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+            if radius > by_others { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         });
-        if nearest < reach {
-            let radius = (self.factor * nearest).max(self.least);
-            radius_squared.min((radius * radius) as f32)
-        } else {
-            radius_squared
-        }
+        // The square of the root of an `f32` is that `f32`.
+        radius_squared.min((radius * radius) as f32)
     }
 }
 
@@ -131,6 +137,14 @@ mod tests {
         let spheres = [sphere(Vec3::ZERO, 5.0), sphere(Vec3::new(0.0, 3.0, 0.0), 1.0)];
         let top = (Vec3::new(0.0, 4.0, 0.0), 1);
         assert_eq!(limited(&spheres, &settings(0.75), top, 2.0), 0.75);
+        // What surrounds it limits the radius to a third at least, and what does not, to an eighth.
+        let third = limited(&spheres, &settings(0.1), top, 2.0);
+        assert!((third - 2.0 / 3.0).abs() < 1e-6, "{third}");
+        let nearer = [spheres[0], spheres[1], sphere(Vec3::new(0.0, 4.4, 0.0), 0.1)];
+        assert_eq!(limited(&nearer, &settings(1.0), top, 2.0), 4.4_f32 - 0.1 - 4.0);
+        assert_eq!(limited(&nearer, &settings(0.1), top, 2.0), 0.25);
+        assert_eq!(limited(&nearer, &settings(0.1), top, 0.5), 0.25);
+        assert_eq!(limited(&spheres, &settings(0.1), top, 0.5), 0.5);
         // Of the sphere that it lies on, no other point is near: another sphere in its place is.
         let alone = [sphere(Vec3::ZERO, 5.0)];
         let wall = (Vec3::new(0.0, 5.0, 0.0), 0);
@@ -146,7 +160,7 @@ mod tests {
             .map(|_| sphere(within(&mut stream, 40.0), 10.0_f32.powf(2.0 * stream.next_f32() - 1.5)))
             .collect();
         spheres.push(sphere(Vec3::new(0.0, -1e4, 0.0), 1e4));
-        let (mut touched, mut least) = (0, 0);
+        let (mut touched, mut least, mut walls) = (0, 0, 0);
         for factor in [0.3, 1.0, 4.0] {
             let settings = settings(factor);
             let clearance = Clearance::new(&settings).unwrap();
@@ -155,18 +169,20 @@ mod tests {
                 let x = own.center + within(&mut stream, 1.0).normalize() * own.radius;
                 let of = |other: &Sphere| {
                     let away = x.as_dvec3().distance(other.center.as_dvec3());
-                    (away - f64::from(other.radius)).abs()
+                    let beyond = away - f64::from(other.radius);
+                    (f64::from(factor) * beyond.abs()).max(2.0 / if beyond < 0.0 { 3.0 } else { 8.0 })
                 };
                 let others = spheres.iter().enumerate().filter(|(other, _)| *other != id);
-                let nearest = others.map(|(_, other)| of(other)).fold(f64::INFINITY, f64::min);
-                let expected = (f64::from(factor) * nearest).clamp(0.25, 2.0).powi(2);
+                let expected = others.map(|(_, other)| of(other)).fold(2.0, f64::min).powi(2);
                 let found = f64::from(clearance.limited(&spheres, (x, id as SphereId), 4.0));
                 assert!((found / expected - 1.0).abs() < ROUNDING, "{found}, not {expected}, on {own:?}");
                 touched += u32::from(found < 4.0);
                 least += u32::from(found == 0.0625);
+                walls += u32::from((found * 9.0 / 4.0 - 1.0).abs() < ROUNDING);
             }
         }
         assert!(touched > 3000 && (300..touched / 2).contains(&least), "{touched}, {least}");
+        assert!(walls > 100, "{walls} by what surrounds them");
     }
 
     /// What is told for the hierarchy is what it takes, and little more.

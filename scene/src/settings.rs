@@ -34,8 +34,8 @@ pub struct Settings {
     #[serde(default, skip_serializing_if = "is_zero")]
     pub radius_pilots: u32,
     /// While a pixel has gathered no photon, its radius is at most so many times as far as the nearest other sphere is from
-    /// what it sees, but no less than an eighth of `initial_radius` ([`Clearance`](crate::Clearance)). If 0, radii have no
-    /// such limit; nothing to the path tracer.
+    /// what it sees, but no less than an eighth of `initial_radius`, and a third where that sphere is a wall around it
+    /// ([`Clearance`](crate::Clearance)). If 0, radii have no such limit; nothing to the path tracer.
     #[serde(default, skip_serializing_if = "is_nothing")]
     pub radius_clearance: f32,
     /// Shadow rays that each path from the eye sends from its first diffuse surface: direct light there is their mean. More

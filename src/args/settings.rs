@@ -77,7 +77,7 @@ pub(crate) struct SettingsArgs {
     pub radius_pilots: Option<Given<u32>>,
 
     /// Limit the first radius of each pixel to so many times the distance from what it sees to the nearest other sphere,
-    /// but to no less than an eighth of --radius; 0 for no limit
+    /// but to no less than an eighth of --radius, and a third where that sphere is a wall around it; 0 for no limit
     ///
     /// Narrow where balls touch the ground, in corners and below balls of glass, where light changes fast.
     #[arg(long, value_name = "F", allow_hyphen_values = true)]

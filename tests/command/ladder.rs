@@ -51,7 +51,18 @@ fn sweeps_have_a_line_per_value_and_plots() {
         let args = ["--quick", "--scene", "random", "--sweep", sweep, "--rows", "3,6"];
         let csv = format!("{sweep}.csv");
         let ended = ladder(&sandbox, &[&args[..], &["--plots", "plots", "--csv", &csv]].concat());
-        assert_eq!(records(&sandbox, &csv).len() - 1, 2 * values, "{sweep}");
+        let records = records(&sandbox, &csv);
+        assert_eq!(records.len() - 1, 2 * values, "{sweep}");
+        // Of each value, the speedup of a row is over the first row at that value.
+        let column = |name: &str| records[0].iter().position(|field| field == name).unwrap();
+        let number = |record: &[String], name: &str| record[column(name)].parse::<f64>().unwrap();
+        for rows in records[1..].chunks(2) {
+            assert_eq!(rows[0][column("value")], rows[1][column("value")]);
+            for row in rows {
+                let speedup = number(&rows[0], "seconds") / number(row, "seconds");
+                assert!((number(row, "speedup") / speedup - 1.0).abs() < 1e-9, "{sweep}: {row:?}");
+            }
+        }
         assert!(ended.stdout.contains("grows as"), "{ended:?}");
     }
     ladder(&sandbox, &["--scene", "cornell", "--rows", "0,fast", "--plots", "plots", "--repeat", "1"]);

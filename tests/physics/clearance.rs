@@ -29,6 +29,13 @@ fn room_in_motion() -> Scene {
     scene
 }
 
+/// The radius to which a sphere limits that of a pixel that sees `point`, by the definition.
+fn limit(sphere: &Sphere, point: Vec3, radius_clearance: f32, initial_radius: f32) -> f64 {
+    let beyond = point.as_dvec3().distance(sphere.center.as_dvec3()) - f64::from(sphere.radius);
+    let least = f64::from(initial_radius) / if beyond < 0.0 { 3.0 } else { 8.0 };
+    (f64::from(radius_clearance) * beyond.abs()).max(least)
+}
+
 /// After an iteration, the squared radius of a pixel that has counted photons is alpha times the first, and that is computed here
 /// from the definition, for the point that the pixel sees. A pixel that has counted none keeps the initial radius.
 #[test]
@@ -55,15 +62,11 @@ fn first_radii_are_so_many_times_the_distance_to_what_is_near() {
                 none += 1;
                 continue;
             };
-            let distance = |id: usize| {
-                let sphere = &still.spheres[id];
-                let away = seen.point.as_dvec3().distance(sphere.center.as_dvec3());
-                (away - f64::from(sphere.radius)).abs()
-            };
+            let of =
+                |id: usize| limit(&still.spheres[id], seen.point, radius_clearance, settings.initial_radius);
             let others = (0..scene.spheres.len()).filter(|id| *id != seen.sphere as usize);
-            let nearest = others.map(distance).fold(f64::INFINITY, f64::min);
             let initial = f64::from(settings.initial_radius);
-            let first = (f64::from(radius_clearance) * nearest).clamp(initial / 8.0, initial);
+            let first = others.map(of).fold(initial, f64::min);
             let expected = f64::from(ALPHA) * first * first;
             let found = f64::from(probe.radius).powi(2);
             assert!((found / expected - 1.0).abs() < ROUNDING, "{found}, not {expected}, at {x}, {y}");
@@ -97,20 +100,18 @@ fn the_nearest_of_many_spheres_limits_the_radius() {
         for (k, &point) in points.iter().enumerate() {
             let own = (7 * k % scene.spheres.len()) as u32;
             let others = scene.spheres.iter().enumerate().filter(|(id, _)| *id != own as usize);
-            let distance = |sphere: &Sphere| {
-                (point.as_dvec3().distance(sphere.center.as_dvec3()) - f64::from(sphere.radius)).abs()
-            };
-            let nearest = others.map(|(_, sphere)| distance(sphere)).fold(f64::INFINITY, f64::min);
+            let of = |sphere: &Sphere| limit(sphere, point, radius_clearance, settings.initial_radius);
+            let limit = others.map(|(_, sphere)| of(sphere)).fold(f64::INFINITY, f64::min);
+            let eighth = f64::from(settings.initial_radius) / 8.0;
             for first in [0.8_f32, 0.3] {
-                let limit = (f64::from(radius_clearance) * nearest).max(0.1);
                 let expected = f64::from(first * first).min(limit * limit);
                 let found = f64::from(clearance.limited(&scene.spheres, (point, own), first * first));
                 assert!(
                     (found / expected - 1.0).abs() < ROUNDING,
-                    "{radius_clearance} of {nearest}: {found}, not {expected}"
+                    "{radius_clearance}: {found}, not {expected}"
                 );
-                limited += u32::from(expected < f64::from(first * first) && limit > 0.1);
-                least += u32::from(limit <= 0.1);
+                limited += u32::from(expected < f64::from(first * first) && limit > eighth);
+                least += u32::from(limit <= eighth);
             }
         }
     }

@@ -244,16 +244,19 @@ fn behind_glass() -> Scene {
     )
 }
 
-/// Whatever the shape of an image, no two of its pixels see the same through glass all the time.
+/// Whatever the shape of an image, no two of its pixels see the same through glass all the time, by one ray or by further ones.
 #[test]
 fn no_two_pixels_of_wide_and_high_images_draw_the_same_numbers() {
     const ITERATIONS: u32 = 128;
     let scene = behind_glass();
     for (width, height) in [(13, 5), (5, 13), (9, 9)] {
-        let settings = Settings { glint_samples: 1, ..settings(width, height, 1, 40, 0.1) };
-        let engines: [(&str, Box<dyn Engine>); 2] = [
-            ("photon mapping", Box::new(Sppm::new(&scene, &settings))),
-            ("path tracing", Box::new(PathTracer::new(&scene, &settings))),
+        let settings = |glint_samples| Settings { glint_samples, ..settings(width, height, 1, 40, 0.1) };
+        let (one, two) = (settings(1), settings(2));
+        let engines: [(&str, Box<dyn Engine>); 4] = [
+            ("photon mapping", Box::new(Sppm::new(&scene, &one))),
+            ("path tracing", Box::new(PathTracer::new(&scene, &one))),
+            ("photon mapping by two rays", Box::new(Sppm::new(&scene, &two))),
+            ("path tracing by two rays", Box::new(PathTracer::new(&scene, &two))),
         ];
         for (name, mut engine) in engines {
             // The sum of what was seen rises in each iteration or not.
