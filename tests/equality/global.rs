@@ -80,6 +80,29 @@ fn iterations_rendered_apart_add_up_to_the_render() {
     }
 }
 
+/// Of sums that are loaded, the next iteration has the radius of its number, also where it is not named by `skip_to`.
+#[test]
+fn engines_go_on_after_sums_of_the_first_iterations() {
+    for (scene, settings) in scenes() {
+        let (mut whole, mut first) =
+            (reference::Sppm::new(&scene, &settings), fast::Sppm::new(&scene, &settings));
+        (0..5).for_each(|_| whole.iterate());
+        (0..3).for_each(|_| first.iterate());
+        let others: [Box<dyn Resumable>; 2] =
+            [Box::new(reference::Sppm::new(&scene, &settings)), Box::new(fast::Sppm::new(&scene, &settings))];
+        for mut other in others {
+            let mut row = vec![0; settings.width as usize * ExactSums::WORDS];
+            for y in 0..settings.height {
+                first.save_row(y, &mut row);
+                other.load_row(y, &row);
+            }
+            other.go_on_after(3, *first.stats());
+            (0..2).for_each(|_| other.iterate());
+            assert_eq!(sums(&*other), sums(&whole), "{}", scene.name);
+        }
+    }
+}
+
 /// The first iteration has the same radii by both schedules, so it is the same estimate but for its rounding.
 #[test]
 fn the_first_iteration_is_that_of_radii_per_pixel() {
