@@ -143,11 +143,12 @@ impl<'a> Definition<'a> {
 /// What clearance limits the radius to at a point of sphere `own`.
 fn limit(settings: &Settings, still: &Still, (point, own): (Vec3, SphereId)) -> f64 {
     let others = still.spheres.iter().enumerate().filter(|(id, _)| *id != own as usize);
-    let distance = |sphere: &Sphere| {
-        (point.as_dvec3().distance(sphere.center.as_dvec3()) - f64::from(sphere.radius)).abs()
+    let of = |sphere: &Sphere| {
+        let beyond = point.as_dvec3().distance(sphere.center.as_dvec3()) - f64::from(sphere.radius);
+        let least = f64::from(settings.initial_radius) / if beyond < 0.0 { 3.0 } else { 8.0 };
+        (f64::from(settings.radius_clearance) * beyond.abs()).max(least)
     };
-    let nearest = others.map(|(_, sphere)| distance(sphere)).fold(f64::INFINITY, f64::min);
-    (f64::from(settings.radius_clearance) * nearest).max(f64::from(settings.initial_radius) / 8.0)
+    others.map(|(_, sphere)| of(sphere)).fold(f64::INFINITY, f64::min)
 }
 
 /// First radii that differ from pixel to pixel and along both axes: those that would be chosen where photons are noise at the left,

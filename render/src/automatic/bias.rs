@@ -130,13 +130,14 @@ mod tests {
     }
 
     /// By clearance radii are narrow where light changes fast, and so is the bias; and half of them are half as wide there too.
+    /// In smaller images noise is as large as the bias that is left.
     #[test]
     fn clearance_makes_the_bias_less() {
         let scene = files::builtin::scene("mirror").unwrap();
         let of = |radius_clearance: f32| {
             let settings = Settings {
-                width: 64,
-                height: 48,
+                width: 128,
+                height: 96,
                 initial_radius: 10.0,
                 max_depth: 16,
                 radius_clearance,
@@ -151,7 +152,8 @@ mod tests {
             .relative
         };
         let (without, wide, narrow) = (of(0.0), of(1000.0), of(0.5));
-        assert!(wide == without && narrow < 0.9 * without, "{without}, {wide}, {narrow}");
+        // A thousandth of the radius away from another surface is where hardly a pixel looks.
+        assert!((wide / without - 1.0).abs() < 1e-3 && narrow < 0.5 * without, "{without}, {wide}, {narrow}");
     }
 
     #[test]
