@@ -32,7 +32,7 @@ pub(crate) fn all_lanes(threads: usize) -> Vec<Way> {
 }
 
 /// The kinds of lanes that the processor has and, in turn by `number`, one of those that are emulated, on `threads`
-/// threads. Emulated lanes take ten times as long. The kernels are the same code on all lanes, and `kernels::lanes` shows
+/// threads. Emulated lanes take five times as long (docs/benchmarks.md). The kernels are the same code on all lanes, and `kernels::operations` shows
 /// the operations equal, so random scenes need not meet every kind.
 pub(crate) fn lanes_in_turn(threads: usize, number: u64) -> Vec<Way> {
     let is_emulated = |way: &Way| way.lanes == LaneKind::Emulated || !way.lanes.is_available();

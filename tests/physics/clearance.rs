@@ -30,7 +30,7 @@ fn room_in_motion() -> Scene {
 }
 
 /// The radius to which a sphere limits that of a pixel that sees `point`, by the definition.
-fn limit(sphere: &Sphere, point: Vec3, radius_clearance: f32, initial_radius: f32) -> f64 {
+pub(crate) fn limit(sphere: &Sphere, point: Vec3, radius_clearance: f32, initial_radius: f32) -> f64 {
     let beyond = point.as_dvec3().distance(sphere.center.as_dvec3()) - f64::from(sphere.radius);
     let least = f64::from(initial_radius) / if beyond < 0.0 { 3.0 } else { 8.0 };
     (f64::from(radius_clearance) * beyond.abs()).max(least)

@@ -1,6 +1,7 @@
 //! Whole iterations of photon mapping, beside what its definition makes of the same paths and photons by brute force in `f64`.
 
 use crate::cases::tell;
+use crate::clearance;
 use crate::grid::room;
 use crate::harness::{Build, diffuse, glass};
 use glam::DVec3;
@@ -12,8 +13,8 @@ use scene::aim::{Aim, Targets};
 use scene::film::FLUX_ONE;
 use scene::ray::SphereId;
 use scene::{
-    Engine, ExactSums, Film, Filter, FirstRadii, RadiusSchedule, Resumable, Rgb, Scene, Settings, Sphere,
-    Stats, Still, Stop, Vec3,
+    Engine, ExactSums, Film, Filter, FirstRadii, RadiusSchedule, Resumable, Rgb, Scene, Settings, Stats,
+    Still, Stop, Vec3,
 };
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -143,11 +144,7 @@ impl<'a> Definition<'a> {
 /// What clearance limits the radius to at a point of sphere `own`.
 fn limit(settings: &Settings, still: &Still, (point, own): (Vec3, SphereId)) -> f64 {
     let others = still.spheres.iter().enumerate().filter(|(id, _)| *id != own as usize);
-    let of = |sphere: &Sphere| {
-        let beyond = point.as_dvec3().distance(sphere.center.as_dvec3()) - f64::from(sphere.radius);
-        let least = f64::from(settings.initial_radius) / if beyond < 0.0 { 3.0 } else { 8.0 };
-        (f64::from(settings.radius_clearance) * beyond.abs()).max(least)
-    };
+    let of = |sphere| clearance::limit(sphere, point, settings.radius_clearance, settings.initial_radius);
     others.map(|(_, sphere)| of(sphere)).fold(f64::INFINITY, f64::min)
 }
 
