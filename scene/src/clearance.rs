@@ -8,11 +8,11 @@
 //! ```text
 //! d(S) = | |x - c| - r |                             of each sphere S but that of the visible point x
 //! L(S) = R_0 / 3 if x lies within S, else R_0 / 8    R_0 the initial radius
-//! R = min(R, max(radius_clearance d(S), L(S)) over all S)     while the pixel has gathered no photon
+//! R = min(R, min over all S of max(radius_clearance d(S), L(S)))     while the pixel has gathered no photon
 //! ```
 //!
-//! What surrounds `x` are mostly walls. In the corner of a room light changes less than below a ball, and with discs of an
-//! eighth its edges were lines of noise (docs/quality.md).
+//! A sphere that `x` lies within is mostly a wall. In the corner of a room light changes less than below a ball: limited to
+//! an eighth there too, the edges of rooms were lines of noise (docs/quality.md).
 //!
 //! `R` is the radius of that iteration alone, and becomes the pixel's with the first photon that is gathered. It depends on
 //! the visible point and on no photon of its iteration, so nothing is biased by it.
@@ -28,14 +28,14 @@ use glam::Vec3;
 use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
-/// The initial radius over the least to which spheres limit it that surround the visible point.
+/// Spheres that the visible point lies within limit the radius to no less than the initial radius over this.
 const WALLS: f32 = 3.0;
 
 /// The limit of search radii by clearance, for the spheres of one instant.
 pub struct Clearance {
     /// [`Settings::radius_clearance`].
     factor: f64,
-    /// The least radii to which others are limited: by spheres that surround the visible point, and by the rest.
+    /// The least radii to which others are limited: by spheres that the visible point lies within, and by the rest.
     least: [f64; 2],
     /// All spheres; made for the first pixel that asks.
     neighbours: OnceLock<Neighbours>,
