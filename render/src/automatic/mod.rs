@@ -82,7 +82,7 @@ impl Goal {
     fn of(quality: Quality) -> Self {
         match quality {
             Quality::Draft => Self { noise: 0.08, work: 2e7, loss: 0.02, radius: 6.5 },
-            Quality::Good | Quality::Paper => Self { noise: 0.02, work: 2.2e8, loss: 0.005, radius: 4.8 },
+            Quality::Good | Quality::Paper => Self { noise: 0.02, work: 2e8, loss: 0.005, radius: 4.8 },
             Quality::Final => Self { noise: 0.007, work: 5e9, loss: 0.002, radius: 3.6 },
         }
     }
