@@ -62,9 +62,9 @@ impl LaneKind {
     }
 }
 
-/// Runs a kernel on lanes of the given kind, or on emulated lanes where the processor lacks it: on as many, if the
-/// feature `emulated-16` is enabled, as it is for tests; else on eight, as the instances for sixteen took about a third of
-/// the time to build `fast`.
+/// Runs a kernel on lanes of the given kind, or on emulated lanes where the processor lacks it: on as many in builds with
+/// debug assertions, as tests have them; else on eight, as the instances for sixteen took about a third of the time to build
+/// `fast`.
 pub fn dispatch<K: Kernel>(kind: LaneKind, kernel: K) -> K::Output {
     match kind {
         // SAFETY: `is_available` has asked the processor for the features that the function enables.
@@ -73,7 +73,7 @@ pub fn dispatch<K: Kernel>(kind: LaneKind, kernel: K) -> K::Output {
         // SAFETY: `is_available` has asked the processor for the features that the function enables.
         #[cfg(target_arch = "x86_64")]
         LaneKind::Avx512 if kind.is_available() => unsafe { run_on_avx512(kernel) },
-        #[cfg(any(test, feature = "emulated-16"))]
+        #[cfg(debug_assertions)]
         LaneKind::Avx512 => kernel.run::<Emulated<16>>(),
         _ => kernel.run::<Emulated<8>>(),
     }

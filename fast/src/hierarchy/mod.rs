@@ -172,3 +172,44 @@ impl Hierarchy {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene::still::Role;
+    use scene::{Rgb, Scene, Vec3};
+
+    /// A hierarchy is used again exactly if it holds the same balls.
+    #[test]
+    fn a_hierarchy_is_of_the_balls_that_it_was_built_for() {
+        let scene = files::builtin::scene("random").unwrap();
+        let reused = |scene: &Scene| {
+            let built = |scene: &Scene| Hierarchy::with_search(&scene.at(0.0), Search::Clusters);
+            let old = built(&files::builtin::scene("random").unwrap());
+            old.is_of(&scene.at(0.0), Search::Clusters)
+        };
+        assert!(reused(&scene));
+        let ball = ball_of(&scene);
+        let changes: [fn(&mut Scene, usize); 4] = [
+            |scene, ball| scene.spheres[ball].center.x += 1.0,
+            |scene, ball| scene.spheres[ball].radius *= 1.5,
+            |scene, ball| _ = scene.spheres.remove(ball),
+            |scene, ball| scene.spheres.extend_from_within(ball..=ball),
+        ];
+        for change in changes {
+            let mut other = scene.clone();
+            change(&mut other, ball);
+            assert!(!reused(&other));
+        }
+        let mut recoloured = scene.clone();
+        recoloured.spheres[ball].emission = Rgb::ONE;
+        recoloured.camera.eye += Vec3::splat(0.5);
+        assert!(reused(&recoloured));
+    }
+
+    /// A sphere that is met from outside.
+    fn ball_of(scene: &Scene) -> usize {
+        let still = scene.at(0.0);
+        still.roles.iter().rposition(|role| *role == Role::Solid).unwrap()
+    }
+}

@@ -68,7 +68,7 @@ pub(crate) struct Join {
     /// The number of pairs from which on a join is long.
     long_from: u64,
     /// Whether the last join was long.
-    pub(crate) was_long: Option<bool>,
+    was_long: Option<bool>,
 }
 
 /// The photons and cells of a round.

@@ -5,8 +5,6 @@ mod engine;
 mod first_radii;
 mod memory;
 mod render;
-#[cfg(test)]
-mod tests;
 
 pub use first_radii::{first_radii, first_radii_for};
 pub use memory::DEPOSITS_OF_PILOTS;

@@ -1,23 +1,20 @@
-//! Unit tests of whole iterations.
+//! Whole iterations: what is held, how long passes take, and what is left from one render to the next. Not unit tests, as the
+//! kernels of all lanes would be built once more for these.
 
-use super::render::{Parts, Sppm};
-use crate::hierarchy::Hierarchy;
-use crate::join::GroupSums;
-use crate::parameters::Parameters;
-use crate::pixels::GROUP;
-use crate::search::Search;
-use lanes::LaneKind;
-use scene::still::Role;
-use scene::{Engine, Rgb, Scene, Settings, Stats, Vec3};
+use fast::{LaneKind, Parameters, Parts, PathTracer, Sppm};
+use scene::{Engine, Scene, Settings, Stats};
 use std::time::Instant;
 
-/// Per iteration, on one thread: the pairs tested, the bytes held, and whether the next join will be long.
-fn iterations(mut engine: Sppm, count: u32) -> Vec<(u64, u64, Option<bool>)> {
+/// What the sums of a join take for 16 pixels: four bytes of each for a count and 24 for the flux, and a pointer.
+const BYTES_OF_SUMS: u64 = 16 * 28 + 8;
+
+/// Per iteration, on one thread: the pairs tested and the bytes held.
+fn iterations(mut engine: Sppm, count: u32) -> Vec<(u64, u64)> {
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let iteration = |_| {
         let before = engine.stats().candidates;
         one_thread.install(|| engine.iterate());
-        (engine.stats().candidates - before, engine.stats().bytes, engine.join.was_long)
+        (engine.stats().candidates - before, engine.stats().bytes)
     };
     (0..count).map(iteration).collect()
 }
@@ -29,17 +26,16 @@ fn a_join_is_long_after_one_that_tested_many_pairs() {
     let settings = Settings { width: 64, height: 48, photons_per_iteration: 20_000, ..scene.settings };
     let engine = || Sppm::new(&scene, &settings);
     let short = iterations(engine(), 3);
-    assert!(short.iter().all(|iteration| iteration.2 == Some(false)));
     let most = short.iter().map(|iteration| iteration.0).max().unwrap();
     assert_eq!(iterations(engine().long_join(most + 1), 3), short);
-    let sums = size_of::<GroupSums>() as u64 * 64 * 48 / GROUP as u64;
+    let sums = BYTES_OF_SUMS * 64 * 48 / 16;
     let from_the_second = iterations(engine().long_join(1), 3);
     let always = iterations(engine().long_join(0), 3);
     for (number, iteration) in short.iter().enumerate() {
-        let (pairs, bytes, _) = *iteration;
+        let (pairs, bytes) = *iteration;
         let held = if number > 0 { bytes + sums } else { bytes };
-        assert_eq!(from_the_second[number], (pairs, held, Some(true)));
-        assert_eq!(always[number], (pairs, bytes + sums, Some(true)));
+        assert_eq!(from_the_second[number], (pairs, held));
+        assert_eq!(always[number], (pairs, bytes + sums));
     }
 }
 
@@ -110,36 +106,12 @@ fn an_image_does_not_depend_on_the_parts_of_renders_before() {
     }
 }
 
-/// A hierarchy is used again exactly if it holds the same balls.
+/// Per pixel 36 bytes; the image is rendered in tiles of 8x8.
 #[test]
-fn a_hierarchy_is_of_the_balls_that_it_was_built_for() {
-    let scene = files::builtin::scene("random").unwrap();
-    let reused = |scene: &Scene| {
-        let built = |scene: &Scene| Hierarchy::with_search(&scene.at(0.0), Search::Clusters);
-        let old = built(&files::builtin::scene("random").unwrap());
-        old.is_of(&scene.at(0.0), Search::Clusters)
-    };
-    assert!(reused(&scene));
-    let ball = ball_of(&scene);
-    let changes: [fn(&mut Scene, usize); 4] = [
-        |scene, ball| scene.spheres[ball].center.x += 1.0,
-        |scene, ball| scene.spheres[ball].radius *= 1.5,
-        |scene, ball| _ = scene.spheres.remove(ball),
-        |scene, ball| scene.spheres.extend_from_within(ball..=ball),
-    ];
-    for change in changes {
-        let mut other = scene.clone();
-        change(&mut other, ball);
-        assert!(!reused(&other));
-    }
-    let mut recoloured = scene.clone();
-    recoloured.spheres[ball].emission = Rgb::ONE;
-    recoloured.camera.eye += Vec3::splat(0.5);
-    assert!(reused(&recoloured));
-}
-
-/// A sphere that is met from outside.
-fn ball_of(scene: &Scene) -> usize {
-    let still = scene.at(0.0);
-    still.roles.iter().rposition(|role| *role == Role::Solid).unwrap()
+fn path_tracing_holds_whole_tiles() {
+    let scene = files::builtin::scene("cornell").unwrap();
+    let settings = Settings { width: 20, height: 9, max_depth: 1, ..scene.settings };
+    let mut engine = PathTracer::new(&scene, &settings);
+    engine.iterate();
+    assert_eq!(engine.stats().bytes, 24 * 16 * 36);
 }
