@@ -673,5 +673,12 @@ mod tests {
         assert_eq!(said(Vec3::X * -10.0, Vec3::X * 8.1, 0.0), Some("velocity"));
         assert_eq!(said(Vec3::new(-10.0, 3.0, 0.0), Vec3::X * 20.0, 1.1), Some("aperture_radius"));
         assert_eq!(said(Vec3::new(-10.0, 3.0, 0.0), Vec3::X * 20.0, 0.9), None);
+        // A room around the eye, that comes and goes.
+        let room = |from: f32, to: f32, lens| said(Vec3::X * from, Vec3::X * (to - from), lens);
+        assert_eq!([room(-1.9, 1.9, 0.0), room(0.0, 1.9, 0.0), room(1.9, 0.0, 0.0)], [None; 3]);
+        assert_eq!([room(0.0, 2.1, 0.0), room(-1.0, 2.1, 0.0)], [Some("velocity"); 2]);
+        assert_eq!(room(2.1, 0.0, 0.0), Some("velocity"));
+        assert_eq!([room(0.0, 1.0, 0.9), room(1.0, 0.0, 0.9)], [None; 2]);
+        assert_eq!([room(0.0, 1.0, 1.1), room(1.0, 0.0, 1.1)], [Some("aperture_radius"); 2]);
     }
 }

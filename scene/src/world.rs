@@ -158,50 +158,47 @@ impl Scene {
 mod tests {
     use super::*;
 
-    /// One sphere is outermost at the end of the exposure, another at its beginning.
+    /// One sphere is outermost at the end of the exposure, another at its beginning; of the far eye the lens is as well.
     #[test]
     fn the_sky_lies_around_everything_as_long_as_the_shutter_is_open() {
-        let mut scene = Scene {
-            name: "moving".into(),
-            camera: Camera::default(),
-            materials: Vec::new(),
-            spheres: Spheres::default(),
-            background: Rgb::ONE,
-            transparent_background: false,
-            settings: Settings::default(),
-            imports: Vec::new(),
-        };
-        let at = |center: Vec3, velocity: Vec3, radius: f32| Sphere {
-            center,
-            velocity,
-            radius,
-            material: 0,
-            emission: Rgb::ZERO,
-        };
-        scene.camera.shutter = [-1.0, 2.0];
-        scene.camera.eye = Vec3::new(0.0, 0.0, 300.0);
-        scene.camera.aperture_radius = 20.0;
-        scene.spheres = vec![
-            at(Vec3::X * 10.0, Vec3::X * 100.0, 1.0),
-            at(Vec3::Y * -10.0, Vec3::Y * 200.0, 5.0),
-            at(Vec3::ZERO, Vec3::ZERO, 2.0),
-        ]
-        .into();
-        let moving = scene.spheres.clone();
-        let (eye, lens) = (scene.camera.eye, scene.camera.aperture_radius);
-        let scene = scene.with_sky();
-        let sky = *scene.spheres.last().unwrap();
-        assert_eq!((sky.velocity, sky.emission), (Vec3::ZERO, Rgb::ONE));
-        assert_eq!(scene.materials[sky.material as usize], Material::Diffuse { albedo: Rgb::ZERO });
-        let reach = |center: Vec3, radius: f32| center.distance(sky.center) + radius;
-        let farthest = scene
-            .camera
-            .shutter
-            .into_iter()
-            .flat_map(|time| moving.iter().map(move |s| reach(s.at(time).center, s.radius)))
-            .fold(reach(eye, lens), f32::max);
-        // Nothing touches the sky, and it is not much larger than needed.
-        let share = farthest / sky.radius;
-        assert!((0.98..0.995).contains(&share), "the farthest is at {share} of the sky's radius");
+        for (distance, lens) in [(300.0, 20.0), (3000.0, 200.0)] {
+            let eye = Vec3::Z * distance;
+            let at = |center: Vec3, velocity: Vec3, radius: f32| Sphere {
+                center,
+                velocity,
+                radius,
+                material: 0,
+                emission: Rgb::ZERO,
+            };
+            let moving = [
+                at(Vec3::X * 10.0, Vec3::X * 100.0, 1.0),
+                at(Vec3::Y * -10.0, Vec3::Y * 200.0, 5.0),
+                at(Vec3::ZERO, Vec3::ZERO, 2.0),
+            ];
+            let scene = Scene {
+                name: "moving".into(),
+                camera: Camera { eye, aperture_radius: lens, shutter: [-1.0, 2.0], ..Camera::default() },
+                materials: Vec::new(),
+                spheres: moving.to_vec().into(),
+                background: Rgb::ONE,
+                transparent_background: false,
+                settings: Settings::default(),
+                imports: Vec::new(),
+            };
+            let scene = scene.with_sky();
+            let sky = *scene.spheres.last().unwrap();
+            assert_eq!((sky.velocity, sky.emission), (Vec3::ZERO, Rgb::ONE));
+            assert_eq!(scene.materials[sky.material as usize], Material::Diffuse { albedo: Rgb::ZERO });
+            let reach = |center: Vec3, radius: f32| center.distance(sky.center) + radius;
+            let farthest = scene
+                .camera
+                .shutter
+                .into_iter()
+                .flat_map(|time| moving.iter().map(move |s| reach(s.at(time).center, s.radius)))
+                .fold(reach(eye, lens), f32::max);
+            // Nothing touches the sky, and it is not much larger than needed.
+            let share = farthest / sky.radius;
+            assert!((0.98..0.995).contains(&share), "the farthest is at {share} of the sky's radius");
+        }
     }
 }

@@ -31,13 +31,15 @@ pub(crate) fn all_lanes(threads: usize) -> Vec<Way> {
         .collect()
 }
 
-/// The kinds of lanes that the processor has and, in turn by `number`, one of those that are emulated, on `threads`
+/// The kinds of lanes that the processor has and, if `number` is even, one of those that are emulated in turn, on `threads`
 /// threads. Emulated lanes take five times as long (docs/benchmarks.md). The kernels are the same code on all lanes, and `kernels::operations` shows
 /// the operations equal, so random scenes need not meet every kind.
 pub(crate) fn lanes_in_turn(threads: usize, number: u64) -> Vec<Way> {
     let is_emulated = |way: &Way| way.lanes == LaneKind::Emulated || !way.lanes.is_available();
     let (emulated, mut ways): (Vec<_>, Vec<_>) = all_lanes(threads).into_iter().partition(is_emulated);
-    ways.push(emulated[number as usize % emulated.len()]);
+    if number.is_multiple_of(2) {
+        ways.push(emulated[number as usize / 2 % emulated.len()]);
+    }
     ways
 }
 

@@ -3,7 +3,7 @@
 use crate::cases::tell;
 use crate::harness::{
     BLACK, Build, assert_same_blocks, assert_uniform_square, diffuse, empty_scene, glass, mean, pinhole,
-    relative_error, render_path, settings,
+    relative_error, render_path_fast, settings,
 };
 use glam::DVec3;
 use reference::Sppm;
@@ -520,7 +520,7 @@ fn an_open_scene_is_the_path_tracers_block_by_block() {
     let targets = survey(&scene, &settings);
     assert!(!targets.shares.is_empty(), "nothing is aimed: {}", targets.expected);
     let aimed = render_aimed(&scene, &settings, targets);
-    let path = render_path(&scene, &Settings { iterations: 2048, ..settings });
+    let path = render_path_fast(&scene, &Settings { iterations: 2048, ..settings });
     let error = relative_error(mean(&aimed), mean(&path));
     assert!(error < SAME_MEAN, "{:?} and {:?}", mean(&aimed), mean(&path));
     assert_same_blocks(&aimed, &path, SAME_BLOCK);
@@ -569,7 +569,7 @@ fn photons_are_aimed_from_lamps_where_they_are() {
     // The first iteration is at the beginning, so that photons which are aimed as in the first one miss the lamp.
     let seed = (1..1000).find(|seed| scene.camera.shutter_time(*seed, 0) < 0.1).unwrap();
     let settings = Settings { seed, iterations: 64, ..settings(64, 48, 40_000, 5, 0.2) };
-    let expected = render_path(&scene, &Settings { iterations: 1024, ..settings });
+    let expected = render_path_fast(&scene, &Settings { iterations: 1024, ..settings });
     let targets = aimed_at(vec![Target::ball(Vec3::new(0.3, -1.2, 0.0), 0.8), Target::ball(Vec3::ZERO, 1.5)]);
     let aimed = render_aimed(&scene, &settings, targets);
     let error = relative_error(mean(&aimed), mean(&expected));

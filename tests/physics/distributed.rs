@@ -1,8 +1,8 @@
 //! Depth of field and motion blur: comparison of SPPM with the path tracer.
 
 use crate::harness::{
-    BLACK, Build, block_mean, coloured, diffuse, empty_scene, mean, pinhole, relative_error, render_path,
-    render_sppm, settings,
+    BLACK, Build, block_mean, coloured, diffuse, empty_scene, mean, pinhole, relative_error,
+    render_path_fast, render_sppm, settings,
 };
 use scene::{Film, Rgb, Scene, Settings, Vec3};
 
@@ -48,12 +48,12 @@ fn worst_block(a: &Film, b: &Film) -> f64 {
 pub(crate) fn assert_converges(scene: &Scene, without: &Scene) {
     let settings = sppm_settings(64);
     let sppm = render_sppm(scene, &settings);
-    let path = render_path(scene, &Settings { iterations: 1024, ..settings });
+    let path = render_path_fast(scene, &Settings { iterations: 1024, ..settings });
     let error = relative_error(mean(&sppm), mean(&path));
     assert!(error < SAME_MEAN, "means {:?} and {:?}", mean(&sppm), mean(&path));
     let error = worst_block(&sppm, &path);
     assert!(error < SAME_BLOCK, "a block differs by {error:.3}");
-    let without = render_path(without, &Settings { iterations: 256, ..settings });
+    let without = render_path_fast(without, &Settings { iterations: 256, ..settings });
     let differs = |(a, b): (&Rgb, &Rgb)| (a.x / b.x - 1.0).abs() > 0.25;
     let effect = without.pixels.iter().zip(&path.pixels).filter(|&pair| differs(pair)).count();
     assert!(effect > path.pixels.len() / 50, "the effect is seen in {effect} pixels only");

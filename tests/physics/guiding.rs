@@ -3,7 +3,7 @@
 use crate::cases::tell;
 use crate::harness::{
     BLACK, Build, assert_same_blocks, diffuse, empty_scene, glass, mean, mirror, pinhole, relative_error,
-    render_path, settings,
+    render_path_fast, settings,
 };
 use glam::DVec3;
 use reference::Sppm;
@@ -258,7 +258,7 @@ fn a_guided_room_is_the_path_tracers_block_by_block() {
     let targets = survey(&scene, &settings);
     assert!(targets.shares.is_empty() && targets.guide.is_some(), "nothing is guided");
     let guided = render(&scene, &settings, targets);
-    let path = render_path(&scene, &Settings { iterations: 2048, ..settings });
+    let path = render_path_fast(&scene, &Settings { iterations: 2048, ..settings });
     let error = relative_error(mean(&guided), mean(&path));
     assert!(error < SAME_MEAN, "{:?} and {:?}", mean(&guided), mean(&path));
     assert_same_blocks(&guided, &path, SAME_BLOCK);

@@ -131,6 +131,18 @@ pub(crate) fn render_path(scene: &Scene, settings: &Settings) -> Film {
     run(PathTracer::new(scene, settings), settings)
 }
 
+/// [`render_sppm`] by the fast engine.
+pub(crate) fn render_sppm_fast(scene: &Scene, settings: &Settings) -> Film {
+    settings.validate().unwrap();
+    run(fast::Sppm::new(scene, settings), settings)
+}
+
+/// [`render_path`] by the fast engine.
+pub(crate) fn render_path_fast(scene: &Scene, settings: &Settings) -> Film {
+    settings.validate().unwrap();
+    run(fast::PathTracer::new(scene, settings), settings)
+}
+
 /// The photons that several iterations deposit at shutter time 0, and the work that was counted.
 pub(crate) fn deposits(scene: &Scene, settings: &Settings) -> (Vec<Deposit>, Stats) {
     let (mut all, mut stats) = (Vec::new(), Stats::default());

@@ -4,7 +4,7 @@
 use crate::cases::tell;
 use crate::harness::{
     BLACK, Build, diffuse, empty_scene, glass, lamp_within_glass, mean, mirror, pinhole, relative_error,
-    render_path, run, settings,
+    render_path, render_path_fast, run, settings,
 };
 use reference::emission::emit;
 use reference::intersect::intersect;
@@ -68,7 +68,7 @@ fn both_parts_together_are_the_image_of_the_path_tracer() {
             photons_per_iteration: 2000,
             ..settings(32, 24, 2000, max_depth, 0.25)
         };
-        let truth = render_path(&scene, &settings);
+        let truth = render_path_fast(&scene, &settings);
         let both = run(hybrid(&scene, &Settings { seed: 7, ..settings }), &settings);
         let found = difference(&both, &truth, 4);
         assert!(found < TOLERANCE, "{found} at depth {max_depth}");
@@ -108,7 +108,7 @@ fn mirrors_alone_and_glass_that_glows_make_caustics() {
     for scene in [of_mirror, of_glass] {
         let settings =
             Settings { iterations: 150, photons_per_iteration: 2000, ..settings(32, 24, 2000, 8, 0.25) };
-        let truth = render_path(&scene, &Settings { seed: 9, ..settings });
+        let truth = render_path_fast(&scene, &Settings { seed: 9, ..settings });
         let both = run(hybrid(&scene, &settings), &settings);
         let error = relative_error(mean(&both), mean(&truth));
         assert!(error < TOLERANCE, "{error}: {:?}, not {:?}", mean(&both), mean(&truth));

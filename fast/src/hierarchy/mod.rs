@@ -177,21 +177,29 @@ impl Hierarchy {
 mod tests {
     use super::*;
     use scene::still::Role;
-    use scene::{Rgb, Scene, Vec3};
+    use scene::{Material, Rgb, Scene, Vec3};
 
     /// A hierarchy is used again exactly if it holds the same balls.
     #[test]
     fn a_hierarchy_is_of_the_balls_that_it_was_built_for() {
         let scene = files::builtin::scene("random").unwrap();
+        let reused_by = |scene: &Scene, search| {
+            let old = files::builtin::scene("random").unwrap();
+            Hierarchy::with_search(&old.at(0.0), search).is_of(&scene.at(0.0), search)
+        };
         let reused = |scene: &Scene| {
-            let built = |scene: &Scene| Hierarchy::with_search(&scene.at(0.0), Search::Clusters);
-            let old = built(&files::builtin::scene("random").unwrap());
-            old.is_of(&scene.at(0.0), Search::Clusters)
+            let [clusters, tree] = [Search::Clusters, Search::Tree].map(|search| reused_by(scene, search));
+            assert_eq!(clusters, tree);
+            tree
         };
         assert!(reused(&scene));
         let ball = ball_of(&scene);
-        let changes: [fn(&mut Scene, usize); 4] = [
+        let changes: [fn(&mut Scene, usize); 5] = [
             |scene, ball| scene.spheres[ball].center.x += 1.0,
+            |scene, ball| {
+                scene.spheres[ball].material = scene.materials.len() as u32;
+                scene.materials.push(Material::Dielectric { albedo: Rgb::ONE, ior: 1.5 });
+            },
             |scene, ball| scene.spheres[ball].radius *= 1.5,
             |scene, ball| _ = scene.spheres.remove(ball),
             |scene, ball| scene.spheres.extend_from_within(ball..=ball),

@@ -52,7 +52,7 @@ fn photons_bring_as_many_reflections_as_there_are_segments() {
     );
     for depth in [1, 2, 3, 5] {
         let expected = [0, 1, 2].map(|c| f64::from(emission[c]) * geometric(f64::from(albedo[c]), depth + 1));
-        let settings = Settings { iterations: 1, ..settings(16, 16, 400_000, depth, 6.0) };
+        let settings = Settings { iterations: 1, ..settings(4, 4, 400_000, depth, 6.0) };
         assert_mean(&render_sppm(&scene, &settings), expected, FURNACE, &format!("depth {depth}"));
     }
     tell("physics", 4, "furnaces within one radius");
