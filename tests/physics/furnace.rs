@@ -78,9 +78,12 @@ struct Rendered {
     noise: f64,
 }
 
+/// Renders a scene by one engine and method.
+type Render = fn(&Scene, &Settings) -> Film;
+
 /// An engine's photon mapping and path tracing, and the factor by which its renders may be noisier. The reference takes some twenty
 /// times as long as fast, so it has a quarter of the walks.
-const ENGINES: [(&str, [fn(&Scene, &Settings) -> Film; 2], u32); 2] =
+const ENGINES: [(&str, [Render; 2], u32); 2] =
     [("fast", [render_sppm_fast, render_path_fast], 1), ("the reference", [render_sppm, render_path], 2)];
 
 /// Renders by photon mapping and by path tracing, with both engines.
