@@ -20,7 +20,7 @@ use std::fmt;
 /// such as the sky, by themselves. 8: photons are guided where none are aimed. 9: opaque spheres
 /// close to the eye are computed from an anchor. 10: rays that see lamps in place of a pixel's path choose at glass by roots.
 /// 11: walls limit first radii to a third of the initial radius, no longer to an eighth.
-pub const TRANSPORT: u32 = 11;
+pub const TRANSPORT: u32 = 12;
 
 /// The meaning of a pixel's words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -94,7 +94,8 @@ fn arrivals_in_one_place_have_a_ball_that_light_crosses() {
     }
 }
 
-/// What surfaces scatter photons towards holds all places where light arrives, and is no wider than the box around them.
+/// What surfaces scatter photons towards holds all places where light arrives, and is no wider than the box around them,
+/// where none lies apart from the others.
 #[test]
 fn photons_are_scattered_towards_all_places_of_arrival_and_no_more() {
     let scene = under_a_sun();
@@ -108,6 +109,23 @@ fn photons_are_scattered_towards_all_places_of_arrival_and_no_more() {
         let most = 0.5 * (high - low).length() * (1.0 + RADIUS);
         assert!(f64::from(region.radius) <= most, "{region:?} from {low} to {high}");
     }
+}
+
+/// A few places far across a plain, where little light comes from, do not widen it: a photon that lands between them and what is
+/// seen would weigh as the square of their distance. There is a target as wide, for light from every direction of arrival.
+#[test]
+fn a_few_places_far_away_do_not_widen_what_photons_are_scattered_towards() {
+    let scene = under_a_sun();
+    let near = heaps(&[Vec3::ZERO, Vec3::X * 3.0], 100, 0.5);
+    let far = heaps(&[Vec3::new(80.0, 0.0, 5.0), Vec3::new(-30.0, 0.0, 60.0)], 5, 0.5);
+    let targets = learnt(&scene, &[&near[..], &far[..]].concat());
+    let region = Aim::new(&scene.at(0.0), &targets, 1 << 16).region.unwrap();
+    assert!(near.iter().all(|arrival| holds(&region, arrival.point)), "{region:?}");
+    assert!(!far.iter().any(|arrival| holds(&region, arrival.point)), "{region:?}");
+    let all = &targets.balls[targets.root];
+    let is_alike = |ball: &&Target| ball.radius <= region.radius && ball.height >= all.height;
+    assert!(far.iter().all(|arrival| holds(all, arrival.point)));
+    assert!(targets.balls.iter().any(|ball| is_alike(&ball)), "no target around the middle");
 }
 
 /// Around them are balls that grow by the same factor, the last of which reaches all that reflects. How far lamps are does

@@ -39,8 +39,8 @@ pub struct Aim {
     pub order: Vec<u32>,
     /// For each place in the order, the share that lights up to it have of their group's power.
     pub within: Vec<f32>,
-    /// The ball around all places where photons should land, to be crossed in any direction: photons that a surface outside
-    /// of it scatters go towards it as often as not. `None` if nothing is aimed.
+    /// The ball around the middle of the places where photons should land, to be crossed in any direction: photons that a surface
+    /// outside of it scatters go towards it as often as not. `None` if nothing is aimed.
     pub region: Option<Target>,
     /// Where photons of far lamps start.
     pub core: Option<Core>,
@@ -73,7 +73,7 @@ impl Aim {
         aim.densities = (0..aim.ends.len()).map(|k| density(k) as f32).collect();
         aim.cumulative = aim.balls.iter().zip(&fluxes).map(|(ball, sum)| aim.cumulate(ball, *sum)).collect();
         aim.within = aim.cumulate_groups(still);
-        aim.region = aim.balls.get(targets.root).map(|root| Target::ball(root.center, root.radius));
+        aim.region = aim.balls.get(targets.middle).map(|middle| Target::ball(middle.center, middle.radius));
         aim.core = Core::new(still, &aim.balls);
         let most: f64 = aim.densities.iter().map(|&d| f64::from(d)).sum();
         while aim.scale_bits < MOST_SCALE_BITS && most >= (1_u64 << (aim.scale_bits + EXPONENT_STEP)) as f64 {

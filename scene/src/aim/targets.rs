@@ -40,8 +40,14 @@ const WORTH_IT: f64 = 0.6;
 /// Least radius of a target over the radius of all: below, rounding decides which lines cross it.
 const LEAST_RADIUS: f64 = 1.0 / 65536.0;
 
-/// Balls around the root that grow by less than this would be of no use.
+/// Balls around the root that grow by less than this would be of no use, nor would a middle that is hardly narrower.
 const WIDE: f64 = 1.25;
+
+/// The share of arrivals that lie outside of the middle at each end of each axis.
+const OUTLYING: f64 = 0.1;
+
+/// What the ball around the middle is widened by.
+const MIDDLE_WIDENED: f64 = 1.5;
 
 /// Directions whose mean is shorter than this come from everywhere.
 const LEAST_MEAN: f64 = 0.1;
@@ -55,10 +61,13 @@ const LEAST_CAP: f64 = 1e-5;
 /// What photons are aimed at in all iterations, and how many at what.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Targets {
-    /// The balls, inner nodes before what is within.
+    /// The balls, inner nodes before what is within, and last the one around the middle of the arrivals.
     pub balls: Vec<Target>,
     /// The index of the ball around all arrivals: those before it are around it.
     pub root: usize,
+    /// The index of the ball around the middle of the arrivals, for [`Aim::region`](super::Aim::region); that of the root where
+    /// the middle is hardly narrower than all.
+    pub middle: usize,
     /// The share of each component: of uniform emission first, then of each ball. Empty if nothing is aimed.
     pub shares: Vec<f64>,
     /// The variance expected, over that of uniform emission.
@@ -75,10 +84,16 @@ impl Targets {
         }
         let mut balls = Vec::new();
         let all = ball_around(&arrivals, 0.0);
-        surround(still, all, cap_around(&arrivals), &mut balls);
+        let cap = cap_around(&arrivals);
+        surround(still, all, cap, &mut balls);
         let root = balls.len();
         let leaves = LEAVES.min(1 << (arrivals.len() / LEAST_IN_LEAF).ilog2());
-        divide(&mut arrivals, leaves, all.1 * LEAST_RADIUS, &mut balls);
+        let least = all.1 * LEAST_RADIUS;
+        divide(&mut arrivals, leaves, least, &mut balls);
+        let ball = middle(&arrivals, cap, least);
+        let is_narrower = f64::from(ball.radius) * WIDE < all.1;
+        let middle = if is_narrower { balls.len() } else { root };
+        balls.extend(is_narrower.then_some(ball));
         let fluxes = fluxes(&balls, &groups(still).0);
         let densities: Vec<f64> =
             std::iter::once(1.0).chain(fluxes.into_iter().map(|flux| 1.0 / flux)).collect();
@@ -86,8 +101,26 @@ impl Targets {
         let shares = search(&lines, &densities);
         let expected = variance(&lines, &densities, &shares);
         let shares = if expected < WORTH_IT { shares } else { Vec::new() };
-        Self { balls, root, shares, expected, guide: None }
+        Self { balls, root, middle, shares, expected, guide: None }
     }
+}
+
+/// The ball around the places that are not among the outlying ones along any axis, widened, with the cap of all arrivals.
+///
+/// A few arrivals from far across a plain make the ball around all many times as wide as what is seen. A photon that lands
+/// between the two, or whose line no narrower ball has, would weigh as the square of that: a spark.
+fn middle(arrivals: &[Arrival], (axis, height): (Vec3, f32), least: f64) -> Target {
+    let outlying = (OUTLYING * arrivals.len() as f64) as usize;
+    let edges = [0, 1, 2].map(|axis| {
+        let mut places: Vec<f32> = arrivals.iter().map(|a| a.point[axis]).collect();
+        places.sort_unstable_by(f32::total_cmp);
+        [places[outlying], places[places.len() - 1 - outlying]]
+    });
+    let [low, high] = [0, 1].map(|end| Vec3::from_array(edges.map(|edge| edge[end])));
+    let is_within = |a: &&Arrival| a.point.cmpge(low).all() && a.point.cmple(high).all();
+    let within: Vec<Arrival> = arrivals.iter().filter(is_within).copied().collect();
+    let (center, radius) = ball_around(&within, least / MIDDLE_WIDENED);
+    Target { axis, height, ..Target::ball(center, (radius * MIDDLE_WIDENED) as f32) }
 }
 
 /// The flux of an arrival, and the components that its line belongs to.
@@ -265,7 +298,7 @@ mod tests {
         assert!(found.is_empty());
     }
 
-    /// Not those around it, and not its parts: outside of it photons are scattered towards it.
+    /// Not those around it, and not its parts: outside of it photons are scattered towards it, as long as no arrival lies apart.
     #[test]
     fn photons_are_scattered_towards_the_ball_around_all_arrivals() {
         let far = (Vec3::new(0.0, 300.0, 400.0), 7.0, 0.0);
@@ -274,7 +307,7 @@ mod tests {
         let place = |k: u16| Vec3::new(f32::from(k % 8), f32::from(k / 8), 0.0);
         let arrival = |k| Arrival { point: place(k), source: 38.0 * Vec3::Y, flux: 1.0 };
         let targets = Targets::new(&still, (0..64).map(arrival).collect());
-        assert_eq!(targets.root, OUTER);
+        assert_eq!([targets.root, targets.middle], [OUTER; 2]);
         let region = Aim::new(&still, &targets, 1000).region.unwrap();
         assert_eq!(region, Target::ball(Vec3::new(3.5, 3.5, 0.0), 3.5 * 2.0_f32.sqrt()));
         // Nothing is aimed, so nothing is scattered anywhere.
@@ -283,6 +316,41 @@ mod tests {
 
     fn arrival(point: Vec3, source: Vec3) -> Arrival {
         Arrival { point, source, flux: 2.0 }
+    }
+
+    /// It leaves out a tenth at each end of each axis, and is half as wide again as what is left.
+    #[test]
+    fn outlying_arrivals_widen_the_root_and_not_the_middle() {
+        // Along an axis 0, ..., 99, of which 10, ..., 89 are within; across it all are.
+        let along = |axis: Vec3| -> Vec<Arrival> {
+            (0..100_u8).map(|k| arrival(axis * f32::from(k) + Vec3::ONE, Vec3::splat(900.0))).collect()
+        };
+        for axis in Vec3::AXES {
+            let ball = middle(&along(axis), (Vec3::X, 0.25), 1e-3);
+            let exact =
+                Target { axis: Vec3::X, height: 0.25, ..Target::ball(axis * 49.5 + Vec3::ONE, 39.5 * 1.5) };
+            assert_eq!(ball, exact);
+        }
+        // The order does not matter.
+        let mut turned = along(Vec3::Y);
+        turned.rotate_left(37);
+        assert_eq!(middle(&turned, (Vec3::X, 0.25), 1e-3), middle(&along(Vec3::Y), (Vec3::X, 0.25), 1e-3));
+        // Arrivals at one place have the least ball.
+        let ball = middle(&vec![arrival(Vec3::Z, Vec3::X); 16], (Vec3::X, 0.25), 0.5);
+        assert_eq!([ball.center, Vec3::splat(ball.radius)], [Vec3::Z, Vec3::splat(0.5)]);
+
+        // One in 65 lies far away: photons are scattered towards the others, and aimed at them by all of the cap.
+        let scene = balls(&[(Vec3::ZERO, 1.0, 0.0), (40.0 * Vec3::Y, 2.0, 1.0)]);
+        let still = scene.at(0.0);
+        let place = |k: u16| Vec3::new(f32::from(k % 8), f32::from(k / 8), 0.0);
+        let mut arrivals: Vec<Arrival> = (0..64).map(|k| arrival(place(k), 38.0 * Vec3::Y)).collect();
+        arrivals.push(arrival(Vec3::X * 1000.0, 38.0 * Vec3::Y));
+        let targets = Targets::new(&still, arrivals);
+        let (root, last) = (targets.balls[targets.root], targets.balls.len() - 1);
+        assert!(root.radius > 490.0 && targets.middle == last, "{root:?}");
+        let region = Aim::new(&still, &targets, 1000).region.unwrap();
+        assert!(region.radius < 8.0 && region.radius == targets.balls[last].radius, "{region:?}");
+        assert_eq!((targets.balls[last].axis, targets.balls[last].height), (root.axis, root.height));
     }
 
     /// A line belongs to uniform emission, and to every ball that it crosses; from far lamps only what is near the targets counts.

@@ -146,7 +146,7 @@ fn aim_at(
     let root = balls.len() / 2;
     Aim::new(
         still,
-        &Targets { balls, root, shares, expected: 0.0, guide: None },
+        &Targets { balls, root, middle: root, shares, expected: 0.0, guide: None },
         settings.photons_per_iteration,
     )
 }
