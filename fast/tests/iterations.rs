@@ -75,19 +75,24 @@ fn seconds_of_passes_add_up_to_no_more_than_all() {
     }
 }
 
-/// Camera, materials, sizes and spheres change from render to render; the parts go on.
+/// Camera, materials, sizes, spheres and photons change from render to render; the parts go on.
 #[test]
 fn an_image_does_not_depend_on_the_parts_of_renders_before() {
     let small = Settings { width: 24, height: 17, photons_per_iteration: 3000, ..Settings::default() };
     let mut scene = files::builtin::scene("random").unwrap();
     let mut parts = Parts::default();
-    let changes: [fn(&mut Scene, &mut Settings); 6] = [
+    let changes: [fn(&mut Scene, &mut Settings); 10] = [
         |_, _| {},
         |scene, _| scene.camera.eye.x += 1.0,
         |scene, _| scene.materials.rotate_left(1),
         |_, settings| settings.width = 40,
         |scene, _| scene.spheres.swap(7, 8),
         |scene, settings| (scene.spheres[9].radius, settings.height) = (scene.spheres[9].radius * 0.5, 9),
+        |_, settings| settings.photons_per_iteration = 60_000,
+        // Tables as wide as those before would be read beyond what these few photons fill.
+        |_, settings| settings.photons_per_iteration = 2000,
+        |_, settings| (settings.photons_per_iteration, settings.initial_radius) = (500, 20.0),
+        |_, settings| settings.photons_per_iteration = 150,
     ];
     let mut settings = small;
     for (number, change) in changes.into_iter().enumerate() {
