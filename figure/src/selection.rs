@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn particles_are_selected() {
-        let rows: [(&str, &[usize]); 19] = [
+        let rows: [(&str, &[usize]); 22] = [
             ("element == \"O\"", &[0]),
             ("element != 'O'", &[1, 2, 3]),
             ("z > 1", &[1, 2]),
@@ -121,6 +121,10 @@ mod tests {
             ("(element == \"O\" or element == \"H\") and z > 2", &[2]),
             ("not z > 1", &[0, 3]),
             ("not not z > 1", &[1, 2]),
+            // `not` binds the condition after it alone.
+            ("not z > 1 and element == 'O'", &[0]),
+            ("not z > 2 and type == 2", &[3]),
+            ("not element == 'H' or z > 2", &[0, 2, 3]),
             ("not (z > 1 or element == 'O')", &[3]),
             ("element in (\"O\", \"H\")", &[0, 1, 2]),
             ("element not in ('H', 'He')", &[0, 3]),

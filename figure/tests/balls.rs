@@ -4,7 +4,7 @@ use figure::color::{Map, Screen, WHITE, palette};
 use figure::{Balls, Recipe, Refusal, Rule, Selection, balls};
 use importers::{Cell, Format, Labels, Particles, Property};
 use proptest::prelude::*;
-use scene::{Material, Rgb};
+use scene::{Material, Rgb, Vec3};
 
 /// Three atoms of water and one of unknown element, with a charge; the types are those of a simulation.
 fn few() -> Particles {
@@ -290,6 +290,22 @@ fn bonds_join_atoms() {
     // Half of each bond has the colour of its atom, so there are no further materials.
     assert_eq!(balls.materials.len(), 3);
     assert_eq!(at(&balls, 0.0).0, 0.25 * 1.52);
+}
+
+/// Radii of elements are shown at a quarter between bonds; those that a file states are meant as they are.
+#[test]
+fn radii_of_the_file_are_kept_between_bonds() {
+    let mut particles = few();
+    particles.bonds = vec![[0, 1], [0, 2]];
+    particles.radii = Some(vec![0.5, 0.25, 0.25, 0.125]);
+    let mut recipe = Recipe::default();
+    recipe.set("bonds", "file").unwrap();
+    let balls = balls(particles, &recipe).unwrap();
+    let largest = |x: f32| {
+        let there = balls.spheres.iter().filter(|sphere| sphere.center == Vec3::X * x);
+        there.map(|sphere| sphere.radius).fold(0.0, f32::max)
+    };
+    assert_eq!([0.0, 0.96, 5.0].map(largest), [0.5, 0.25, 0.125]);
 }
 
 /// A bond with one end alone would be a stick in the air.

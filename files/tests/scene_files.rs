@@ -114,12 +114,14 @@ fn names_may_be_in_any_script() {
 /// A stage is of the usual size where a file does not say another, for each side by itself.
 #[test]
 fn a_stage_is_fitted_to_the_size_of_its_image() {
-    let stage = |settings: &str| {
-        parse(&format!(
+    let read = |settings: &str| {
+        let text = format!(
             "[stage]\n[settings]\n{settings}\n[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\n\
             material = {{ type = \"diffuse\", albedo = [1, 1, 1] }}\n"
-        ))
+        );
+        scene_file::parse_with_automatic("stage.toml", &text).unwrap()
     };
+    let stage = |settings: &str| read(settings).0;
     let usual = figure::stage::Stage::default().size;
     for (settings, size) in [
         ("", usual),
@@ -129,6 +131,11 @@ fn a_stage_is_fitted_to_the_size_of_its_image() {
     ] {
         let scene = stage(settings);
         assert_eq!([scene.settings.width, scene.settings.height], size, "{settings}");
+        // All else is as on any stage, but for the radius, which suits the pixels.
+        let ([width, height], Settings { initial_radius, .. }) = (size, scene.settings);
+        let expected = Settings { width, height, initial_radius, ..stage("").settings };
+        assert_eq!(scene.settings, expected, "{settings}");
+        assert_eq!(read(settings).1, read("").1, "{settings}");
         // The narrower the image, the farther the camera.
         let far = scene.camera.eye.length();
         let narrow = size[0] < size[1];

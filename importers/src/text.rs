@@ -404,6 +404,20 @@ mod tests {
         assert_eq!(all(b"\xef\xbb\xbfa\r\n\nb\n"), ["a", "", "b"]);
     }
 
+    /// A place counts the mark, which is no part of the first line, so that a line is found there again.
+    #[test]
+    fn places_after_a_byte_order_mark_are_found_again() {
+        for bytes in [&b"\xef\xbb\xbffirst\nsecond\nthird"[..], b"first\nsecond\nthird"] {
+            let mut source = Cursor::new(bytes);
+            let mut text = Text::new(&mut source, Position::START).unwrap();
+            assert_eq!(text.skip(1).unwrap(), 1);
+            let place = text.position();
+            assert_eq!(place.offset as usize, bytes.len() - b"second\nthird".len());
+            let mut again = Text::new(&mut source, place).unwrap();
+            assert_eq!(again.next_line().unwrap(), Some(&b"second"[..]));
+        }
+    }
+
     #[test]
     fn blocks_and_skipped_lines_are_counted_across_the_buffer() {
         let bytes = b"0123456789 0123456789\n".repeat(3 * BLOCK / 22);

@@ -122,3 +122,19 @@ fn gro_columns_are_as_wide_as_their_points_are_apart() {
         }
     }
 }
+
+/// `r` is a radius, unless it is red beside `g` and `b`; a diameter says nothing beside a radius.
+#[test]
+fn a_diameter_is_a_radius_where_none_is_stated() {
+    for (head, radius) in [
+        ("x,y,z,diameter,r,g,b", 2.0),
+        ("x,y,z,diameter,red,green,blue", 2.0),
+        ("x,y,z,diameter,r,a,b", 0.5),
+        ("x,y,z,diameter,radius,g,b", 0.5),
+    ] {
+        let particles =
+            parse(Format::Csv, &format!("{head}\n1,2,3,4,0.5,0.25,0.75\n5,6,7,4,0.5,0.25,0.75\n"));
+        assert_eq!(particles.radii, Some(vec![radius; 2]), "{head}");
+        assert_eq!(particles.colors.is_some(), radius == 2.0, "{head}");
+    }
+}

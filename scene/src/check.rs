@@ -534,6 +534,23 @@ mod tests {
         assert_eq!(told, "sphere 3 lights nothing: sphere 4 is opaque and encloses it");
     }
 
+    /// There must be light when the shutter closes as when it opens: the only lamp may not vanish in a ball.
+    #[test]
+    fn the_only_lamp_is_in_the_open_at_both_ends_of_the_exposure() {
+        let mut scene = valid();
+        let (aside, dark) = (Vec3::new(0.0, 20.0, -10.0), Rgb::ZERO);
+        scene.spheres.extend([sphere(aside, 2.0, dark)]);
+        assert_eq!(scene.check_light(), Ok(None));
+        scene.spheres[0].velocity = Vec3::Y * 20.0;
+        let told = scene.check_light().unwrap_err().to_string();
+        assert!(told.contains("sphere 3"), "{told}");
+        // The other way round, and half of the way.
+        (scene.spheres[0].center, scene.spheres[0].velocity) = (aside, Vec3::Y * -20.0);
+        assert_eq!(scene.check_light().unwrap_err().to_string(), told);
+        (scene.spheres[0].center, scene.spheres[0].velocity) = (Vec3::NEG_Z * 10.0, Vec3::Y * 10.0);
+        assert_eq!(scene.check_light(), Ok(None));
+    }
+
     #[test]
     fn a_scene_built_in_code_is_told_what_is_wrong_with_it() {
         assert_eq!(valid().check(), Ok(()));

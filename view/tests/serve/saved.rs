@@ -1,10 +1,11 @@
 //! What is saved.
 
-use crate::client::{Page, get, studio};
+use crate::client::{Page, get, project, studio};
 use files::image_file::{self, Format, Tone};
 use files::scene_file;
-use render::{Job, Made, Outputs};
+use render::{Image, Job, Made, Observer, Outputs};
 use serde_json::json;
+use view::{Place, Relay, View};
 
 /// "Save" gives what `sppm render` of the saved scene gives.
 #[test]
@@ -93,6 +94,42 @@ fn what_is_not_saved_when_the_view_ends_is_not_lost() {
     let scene = scene_file::parse("kept.toml", &kept.text).unwrap();
     assert_eq!(scene.spheres[6].radius, 12.5);
     assert!(kept.iterations > 0);
+}
+
+/// Whoever has taken all changes back has nothing to lose.
+#[test]
+fn nothing_is_unsaved_where_all_changes_were_taken_back() {
+    let view = studio();
+    let mut page = Page::open(&view);
+    page.typed("scene");
+    page.send(&json!({ "type": "sphere", "index": 6, "radius": 12.5 }));
+    page.text(|text| text["type"] == "setup" && text["changed"] == true);
+    page.send(&json!({ "type": "undo" }));
+    page.text(|text| text["type"] == "setup" && text["changed"] == false);
+    drop(page);
+    assert!(!view.end().unwrap().is_unsaved);
+}
+
+/// The last picture of a render that is watched tells its iterations, though nobody was told of any before.
+#[test]
+fn the_last_picture_of_a_watched_render_tells_all_its_iterations() {
+    struct Watched(Relay);
+    impl Observer for Watched {
+        fn wants_image(&mut self, is_last: bool) -> bool {
+            is_last
+        }
+
+        fn image(&mut self, image: Image) {
+            self.0.last(image);
+        }
+    }
+    let (view, relay) = View::relay("cornell", None, Some(&Place::default())).unwrap();
+    let view = view.unwrap();
+    let mut page = Page::open(&view);
+    let mut job = Job::new(project().scene);
+    job.scene.settings.iterations = 3;
+    job.start(Watched(relay)).unwrap().wait().unwrap();
+    assert_eq!(page.picture(|picture| picture.is_whole()).iterations, 3);
 }
 
 /// The image and the checkpoint tell the method and the engine that made them, whichever these are.
