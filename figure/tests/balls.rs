@@ -202,7 +202,7 @@ fn radii_follow_the_unit_of_the_file() {
             recipe.set("unit", unit).unwrap();
         }
         let balls = balls(particles, &recipe).unwrap();
-        let radius = balls.spheres.iter().find(|s| s.center == scene::Vec3::ZERO).unwrap().radius;
+        let radius = balls.spheres.iter().find(|s| s.center == Vec3::ZERO).unwrap().radius;
         let share = f64::from(radius) / scale / 1.52;
         assert!((share - 1.0).abs() < 1e-6, "{scale}: {radius}");
         // Also that of an element that is not known.

@@ -1,6 +1,6 @@
 //! What is saved.
 
-use crate::client::{Page, get, project, studio};
+use crate::client::{Header, Page, get, project, studio};
 use files::image_file::{self, Format, Tone};
 use files::scene_file;
 use render::{Image, Job, Made, Observer, Outputs};
@@ -129,7 +129,7 @@ fn the_last_picture_of_a_watched_render_tells_all_its_iterations() {
     let mut job = Job::new(project().scene);
     job.scene.settings.iterations = 3;
     job.start(Watched(relay)).unwrap().wait().unwrap();
-    assert_eq!(page.picture(|picture| picture.is_whole()).iterations, 3);
+    assert_eq!(page.picture(Header::is_whole).iterations, 3);
 }
 
 /// The image and the checkpoint tell the method and the engine that made them, whichever these are.
