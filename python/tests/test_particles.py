@@ -39,6 +39,7 @@ CASES: list[tuple[str, dict[str, object], list[str]]] = [
     (MELT, {"color": "molecule", "wrap": True, "cell": True, "background": "grey"}, ["--color=molecule", "--wrap", "--cell", "--background=grey"]),
     (MELT, {"frame": "last", "view": "top", "light": "dark", "material": "light 3"}, ["--frame=last", "--view=top", "--light=dark", "--material=light 3"]),
     (HEAP, {"color": "radius", "ground": True, "view": "iso"}, ["--color=radius", "--ground", "--view=iso"]),
+    (WATER, {"color": "red", "style": 'element == "H": color=blue'}, ["--color=red", '--style=element == "H": color=blue']),
     (
         HEAP,
         {"style": [{"where": "radius > 1", "material": "mirror"}, {"where": "z > 2", "hide": True}]},
@@ -73,6 +74,17 @@ def test_load_shows_particles_as_the_command_does() -> None:
     assert scene.settings == sppm.load_particles(WATER).settings
     assert scene.method == "path"
     assert sppm.Scene.load("cornell").method == "sppm"
+
+
+def test_changes_of_balls_from_a_file_are_saved(tmp_path: Path) -> None:
+    scene_file = tmp_path / "water.toml"
+    scene_file.write_text(f'background = [1, 1, 1]\n[stage]\n[[particles]]\nfile = "{WATER}"\n')
+    scene = sppm.Scene.load(scene_file)
+    radii = scene.radii.copy()
+    radii[7] = 9.5
+    scene.radii = radii
+    scene.save(tmp_path / "changed.toml")
+    assert np.array_equal(sppm.Scene.load(tmp_path / "changed.toml").radii, radii)
 
 
 def test_the_method_follows_the_materials() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import time
 import warnings
@@ -130,6 +131,31 @@ def test_checkpoints_are_resumed(cornell, tmp_path: Path) -> None:
         sppm.Render.resume(__file__)
 
 
+def test_resuming_the_command_s_checkpoint_leaves_its_files(cornell, command, tmp_path: Path) -> None:
+    cornell.save(tmp_path / "cornell.toml")
+    path = tmp_path / "a.sppm"
+    command("render", tmp_path / "cornell.toml", "-n", 2, "-o", tmp_path / "a.pfm", "--checkpoint", path)
+    before = (tmp_path / "a.pfm").read_bytes()
+    film = sppm.Render.resume(path, iterations=4).result()
+    assert film is not None and film == sppm.render(cornell, iterations=4)
+    assert (tmp_path / "a.pfm").read_bytes() == before
+
+
+def test_a_part_is_resumed_to_its_own_end(cornell, command, tmp_path: Path) -> None:
+    cornell.save(tmp_path / "cornell.toml")
+    path = tmp_path / "part.sppm"
+    part = ["--radius-schedule=global", "-n6", "--range=2..5", "--quiet"]
+    command("render", tmp_path / "cornell.toml", *part, "-o", path)
+    info = sppm.info(path)
+    assert info["iterations"] == 3 and info["which"] == [[2, 5]]
+    film = sppm.Render.resume(path).result()
+    assert film is not None and film.iterations == 3
+    # What is told of an image of some iterations is what the command tells.
+    command("merge", path, "-o", tmp_path / "some.exr", "--quiet")
+    told = json.loads(command("info", tmp_path / "some.exr", "--json"))
+    assert told["which"] == sppm.info(tmp_path / "some.exr")["which"] == [[2, 5]]
+
+
 def test_a_damaged_checkpoint_is_a_warning(cornell, tmp_path: Path) -> None:
     path = tmp_path / "a.sppm"
     for iterations in (3, 6):
@@ -216,3 +242,11 @@ def test_rays_are_broadcast(cornell) -> None:
     assert many.t.tolist() == [hit.t[0] for hit in one] and many.normal.shape == (3, 3)
     assert len(sppm.trace(cornell, np.zeros((0, 3)), [0, 0, 1]).t) == 0
     assert sppm.trace(sppm.Scene(), [0, 0, 0], [0, 0, 1]).sphere.tolist() == [-1]
+
+
+def test_rays_without_a_time_meet_the_scene_as_the_shutter_opens() -> None:
+    scene = sppm.Scene(sppm.Camera([0, 0, 10], [0, 0, -1], shutter=(1, 2)), background=[1, 1, 1])
+    scene.add_spheres([0, 0, 0], 1, sppm.Diffuse(0.5), velocity=[3, 0, 0])
+    ways = ([[0, 0, 10], [3, 0, 10], [6, 0, 10]], [0, 0, -1])
+    assert sppm.trace(scene, *ways).sphere.tolist() == sppm.trace(scene, *ways, time=1.0).sphere.tolist() == [-1, 0, -1]
+    assert sppm.trace(scene, *ways, time=2.0).sphere.tolist() == [-1, -1, 0]
