@@ -78,7 +78,7 @@ def test_load_shows_particles_as_the_command_does() -> None:
 
 def test_changes_of_balls_from_a_file_are_saved(tmp_path: Path) -> None:
     scene_file = tmp_path / "water.toml"
-    scene_file.write_text(f'background = [1, 1, 1]\n[stage]\n[[particles]]\nfile = "{WATER}"\n')
+    scene_file.write_text(f'[stage]\n[[particles]]\nfile = "{WATER}"\n')
     scene = sppm.Scene.load(scene_file)
     radii = scene.radii.copy()
     radii[7] = 9.5

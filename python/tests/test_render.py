@@ -245,7 +245,7 @@ def test_rays_are_broadcast(cornell) -> None:
 
 
 def test_rays_without_a_time_meet_the_scene_as_the_shutter_opens() -> None:
-    scene = sppm.Scene(sppm.Camera([0, 0, 10], [0, 0, -1], shutter=(1, 2)), background=[1, 1, 1])
+    scene = sppm.Scene(sppm.Camera([0, 0, 10], [0, 0, -1], shutter=(1, 2)))
     scene.add_spheres([0, 0, 0], 1, sppm.Diffuse(0.5), velocity=[3, 0, 0])
     ways = ([[0, 0, 10], [3, 0, 10], [6, 0, 10]], [0, 0, -1])
     assert sppm.trace(scene, *ways).sphere.tolist() == sppm.trace(scene, *ways, time=1.0).sphere.tolist() == [-1, 0, -1]
