@@ -21,7 +21,7 @@ use std::f64::consts::TAU;
 fn aimed_at(balls: Vec<Target>) -> Targets {
     let share = 0.5 / balls.len() as f64;
     let shares = std::iter::once(0.5).chain(balls.iter().map(|_| share)).collect();
-    Targets { balls, root: 0, middle: 0, shares, expected: 0.0, guide: None }
+    Targets { balls, middle: 0, shares, expected: 0.0, guide: None }
 }
 
 /// A sky of radius `sky`, a far sun, near lamps of several sizes, in the midst of nothing.

@@ -34,7 +34,7 @@ const FAR: [u32; 2] = [0, 3];
 fn aimed() -> Targets {
     let balls = [(Vec3::ZERO, 1.0), (Vec3::new(2.0, -1.0, 0.5), 0.7), (Vec3::X, 2.5)];
     let balls = balls.map(|(center, radius)| Target::ball(center, radius)).to_vec();
-    Targets { balls, root: 2, middle: 2, shares: vec![0.5, 0.2, 0.2, 0.1], expected: 0.0, guide: None }
+    Targets { balls, middle: 2, shares: vec![0.5, 0.2, 0.2, 0.1], expected: 0.0, guide: None }
 }
 
 fn guided() -> Targets {
@@ -140,7 +140,7 @@ fn anywhere(seed: u32) -> (Scene, Targets) {
     scene = scene.lamp(center, radius, diffuse(0.5), glow);
     let balls = (0..3).map(|_| somewhere(&mut stream, [0.1, 3.0], [0.2, 2.0]));
     let balls = balls.map(|(center, radius)| Target::ball(center, radius)).collect();
-    (scene, Targets { balls, root: 0, middle: 0, shares: vec![0.25; 4], expected: 0.0, guide: None })
+    (scene, Targets { balls, middle: 0, shares: vec![0.25; 4], expected: 0.0, guide: None })
 }
 
 /// A room with a lamp far from the one place where photons are wanted. The ball around that place reaches beyond the wall on the side
@@ -152,7 +152,7 @@ fn wanted_at_the_wall() -> (Scene, Targets) {
         .ball(Vec3::NEG_Y * 9.0, 0.5, diffuse(0.5))
         .lamp(Vec3::new(9.0, -2.0, 0.0), 0.2, BLACK, Rgb::new(1.0, 0.1, 0.0));
     let balls = vec![Target::ball(place, 3.0)];
-    (scene, Targets { balls, root: 0, middle: 0, shares: vec![0.1, 0.9], expected: 0.0, guide: None })
+    (scene, Targets { balls, middle: 0, shares: vec![0.1, 0.9], expected: 0.0, guide: None })
 }
 
 /// Where photons enter what is near is free space, which the light of their lamp reaches: within no ball, in every room, and

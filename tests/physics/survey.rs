@@ -315,9 +315,9 @@ fn what_arrives_in_every_round_counts() {
     });
     // A thousand are enough.
     assert_eq!(rounds, 4);
-    let root = targets.balls[targets.root];
-    let holds = |x: f32| (Vec3::X * x - root.center).length() < root.radius;
-    assert!(!targets.shares.is_empty() && holds(1.0) && holds(4.0) && !holds(0.8), "{root:?}");
+    let all = targets.balls[targets.middle];
+    let holds = |x: f32| (Vec3::X * x - all.center).length() < all.radius;
+    assert!(!targets.shares.is_empty() && holds(1.0) && holds(4.0) && !holds(0.8), "{all:?}");
 }
 
 /// How a scene is changed, and what it does to vectors.

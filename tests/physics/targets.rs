@@ -111,8 +111,8 @@ fn photons_are_scattered_towards_all_places_of_arrival_and_no_more() {
     }
 }
 
-/// A few places far across a plain, where little light comes from, do not widen it: a photon that lands between them and what is
-/// seen would weigh as the square of their distance. There is a target as wide, for light from every direction of arrival.
+/// A few places far across a plain do not widen it, or photons between them and what is seen would weigh too much. It is a target as
+/// well, for light from every direction of arrival.
 #[test]
 fn a_few_places_far_away_do_not_widen_what_photons_are_scattered_towards() {
     let scene = under_a_sun();
@@ -122,10 +122,16 @@ fn a_few_places_far_away_do_not_widen_what_photons_are_scattered_towards() {
     let region = Aim::new(&scene.at(0.0), &targets, 1 << 16).region.unwrap();
     assert!(near.iter().all(|arrival| holds(&region, arrival.point)), "{region:?}");
     assert!(!far.iter().any(|arrival| holds(&region, arrival.point)), "{region:?}");
-    let all = &targets.balls[targets.root];
-    let is_alike = |ball: &&Target| ball.radius <= region.radius && ball.height >= all.height;
-    assert!(far.iter().all(|arrival| holds(all, arrival.point)));
-    assert!(targets.balls.iter().any(|ball| is_alike(&ball)), "no target around the middle");
+    let middle = &targets.balls[targets.middle];
+    assert_eq!((middle.center, middle.radius), (region.center, region.radius));
+    for Arrival { point, source, .. } in near.iter().chain(&far) {
+        // Along the same direction, through its center.
+        let direction = (*point - *source).normalize();
+        assert!(
+            middle.is_crossed(middle.center - direction * 10.0, direction),
+            "{direction} is not in {middle:?}"
+        );
+    }
 }
 
 /// Around them are balls that grow by the same factor, the last of which reaches all that reflects. How far lamps are does
@@ -136,7 +142,7 @@ fn balls_grow_to_all_that_reflects_whatever_glows_beyond() {
     const ROUNDING: f64 = 1e-5;
     let arrivals = heaps(&[Vec3::ZERO, Vec3::X * 2.0], 100, 0.5);
     let targets = learnt(&under_a_sun(), &arrivals);
-    assert_eq!(targets.root, 4);
+    assert_eq!(targets.middle, 4);
     let radii: Vec<f64> = targets.balls[..=4].iter().map(|ball| f64::from(ball.radius)).collect();
     let reach = targets.balls[4].center.as_dvec3().distance(DVec3::NEG_Y * 5001.0) + 5000.0;
     assert!((radii[0] / reach - 1.0).abs() < ROUNDING, "{radii:?} up to {reach}");

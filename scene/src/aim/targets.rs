@@ -61,12 +61,10 @@ const LEAST_CAP: f64 = 1e-5;
 /// What photons are aimed at in all iterations, and how many at what.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Targets {
-    /// The balls, inner nodes before what is within, and last the one around the middle of the arrivals.
+    /// The balls: those around the tree, the tree, whose inner nodes come before what is within, and last the middle, if it is
+    /// narrower than the root.
     pub balls: Vec<Target>,
-    /// The index of the ball around all arrivals: those before it are around it.
-    pub root: usize,
-    /// The index of the ball around the middle of the arrivals, for [`Aim::region`](super::Aim::region); that of the root where
-    /// the middle is hardly narrower than all.
+    /// The index of the middle, or else of the root: for [`Aim::region`](super::Aim::region).
     pub middle: usize,
     /// The share of each component: of uniform emission first, then of each ball. Empty if nothing is aimed.
     pub shares: Vec<f64>,
@@ -101,14 +99,14 @@ impl Targets {
         let shares = search(&lines, &densities);
         let expected = variance(&lines, &densities, &shares);
         let shares = if expected < WORTH_IT { shares } else { Vec::new() };
-        Self { balls, root, middle, shares, expected, guide: None }
+        Self { balls, middle, shares, expected, guide: None }
     }
 }
 
 /// The ball around the places that are not among the outlying ones along any axis, widened, with the cap of all arrivals.
 ///
-/// A few arrivals from far across a plain make the ball around all many times as wide as what is seen. A photon that lands
-/// between the two, or whose line no narrower ball has, would weigh as the square of that: a spark.
+/// A few arrivals far across a plain make the ball around all many times as wide as what is seen. A photon whose line crosses no
+/// narrower ball weighs in proportion to the square of that radius: where it is seen, it is a spark.
 fn middle(arrivals: &[Arrival], (axis, height): (Vec3, f32), least: f64) -> Target {
     let outlying = (OUTLYING * arrivals.len() as f64) as usize;
     let edges = [0, 1, 2].map(|axis| {
@@ -119,8 +117,8 @@ fn middle(arrivals: &[Arrival], (axis, height): (Vec3, f32), least: f64) -> Targ
     let [low, high] = [0, 1].map(|end| Vec3::from_array(edges.map(|edge| edge[end])));
     let is_within = |a: &&Arrival| a.point.cmpge(low).all() && a.point.cmple(high).all();
     let within: Vec<Arrival> = arrivals.iter().filter(is_within).copied().collect();
-    let (center, radius) = ball_around(&within, least / MIDDLE_WIDENED);
-    Target { axis, height, ..Target::ball(center, (radius * MIDDLE_WIDENED) as f32) }
+    let (center, radius) = ball_around(&within, 0.0);
+    Target { axis, height, ..Target::ball(center, (radius * MIDDLE_WIDENED).max(least) as f32) }
 }
 
 /// The flux of an arrival, and the components that its line belongs to.
@@ -307,7 +305,7 @@ mod tests {
         let place = |k: u16| Vec3::new(f32::from(k % 8), f32::from(k / 8), 0.0);
         let arrival = |k| Arrival { point: place(k), source: 38.0 * Vec3::Y, flux: 1.0 };
         let targets = Targets::new(&still, (0..64).map(arrival).collect());
-        assert_eq!([targets.root, targets.middle], [OUTER; 2]);
+        assert_eq!(targets.middle, OUTER);
         let region = Aim::new(&still, &targets, 1000).region.unwrap();
         assert_eq!(region, Target::ball(Vec3::new(3.5, 3.5, 0.0), 3.5 * 2.0_f32.sqrt()));
         // Nothing is aimed, so nothing is scattered anywhere.
@@ -346,7 +344,8 @@ mod tests {
         let mut arrivals: Vec<Arrival> = (0..64).map(|k| arrival(place(k), 38.0 * Vec3::Y)).collect();
         arrivals.push(arrival(Vec3::X * 1000.0, 38.0 * Vec3::Y));
         let targets = Targets::new(&still, arrivals);
-        let (root, last) = (targets.balls[targets.root], targets.balls.len() - 1);
+        // There is no ball around the root.
+        let (root, last) = (targets.balls[0], targets.balls.len() - 1);
         assert!(root.radius > 490.0 && targets.middle == last, "{root:?}");
         let region = Aim::new(&still, &targets, 1000).region.unwrap();
         assert!(region.radius < 8.0 && region.radius == targets.balls[last].radius, "{region:?}");
@@ -413,7 +412,7 @@ mod tests {
             let place = |k: u16| Vec3::new(f32::from(k % 16), f32::from(k / 16), 0.0);
             let targets =
                 Targets::new(&still, (0..count).map(|k| arrival(place(k), 38.0 * Vec3::Y)).collect());
-            targets.balls.len() - targets.root
+            targets.balls.len() - targets.middle
         };
         assert_eq!(
             [nodes(16), nodes(31), nodes(32), nodes(64), nodes(128), nodes(300)],

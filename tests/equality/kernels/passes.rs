@@ -143,10 +143,10 @@ fn aim_at(
     let balls: Vec<Target> = near.enumerate().map(ball).collect();
     let shares =
         if balls.is_empty() { Vec::new() } else { vec![1.0 / (balls.len() + 1) as f64; balls.len() + 1] };
-    let root = balls.len() / 2;
+    let middle = balls.len() / 2;
     Aim::new(
         still,
-        &Targets { balls, root, middle: root, shares, expected: 0.0, guide: None },
+        &Targets { balls, middle, shares, expected: 0.0, guide: None },
         settings.photons_per_iteration,
     )
 }
