@@ -8,13 +8,14 @@ use crate::harness::{
 use glam::DVec3;
 use reference::Sppm;
 use reference::emission::{Emitted, emit};
+use reference::intersect::intersect;
 use reference::photon_numbers::PhotonNumbers;
 use reference::photon_pass::{Flux, quantise, scatter_towards};
 use reference::survey::survey;
 use scene::aim::{Aim, Arrival, EXPONENT_STEP, Group, MOST_SCALE_BITS, Target, Targets, UNIFORM_SHARE, cone};
 use scene::film::FLUX_ONE;
 use scene::rng::{Family, StreamKey};
-use scene::{Engine, Rgb, Scene, Settings, Vec3, max_component};
+use scene::{Engine, Ray, Rgb, Scene, Settings, Vec3, max_component};
 use std::f64::consts::TAU;
 
 /// Targets with equal shares, a half of all photons, the other half uniform.
@@ -355,6 +356,34 @@ fn a_tiny_ball_on_a_huge_ground_receives_what_the_sky_sends_from_above() {
     let error = relative_error(actual.to_array(), expected.to_array());
     assert!(error < POWER, "{actual}, not {expected}: {error:.3}");
     tell("physics", from_above.len(), "photons from above a tiny ball");
+}
+
+/// Photons that start on the sun are uncertain by some hundred times the ball's radius where it stands. They miss what is near by far
+/// more, or else it would receive them besides those that start beside it.
+#[test]
+fn a_tiny_ball_receives_what_a_far_sun_sends_and_no_more() {
+    const TINY: f32 = 1e-3;
+    let (sun, sun_radius) = (Vec3::new(4e5, 7e5, 3e5), 6e3);
+    let center = Vec3::Y * TINY;
+    let scene = empty_scene(pinhole(Vec3::new(0.0, 2.0, 9.0) * TINY, Vec3::ZERO, 30.0))
+        .ball(Vec3::NEG_Y * 1e4, 1e4, diffuse(0.5))
+        .ball(center, TINY, diffuse(0.5))
+        .lamp(sun, sun_radius, BLACK, Rgb::new(3.0, 2.0, 1.0));
+    let still = scene.at(0.0);
+    let away = sun - center;
+    assert!(f64::from(away.length() * f32::EPSILON) > 50.0 * f64::from(TINY), "all is certain");
+    let around = (0..12).map(|power| Target::ball(center, 2.0 * TINY * 4.0_f32.powi(power)));
+    let aim = Aim::new(&still, &aimed_at(around.collect()), PHOTONS);
+    assert!(aim.core.is_some());
+    let meets = |ray: &Ray| intersect(&still, ray).is_some_and(|hit| hit.sphere == 1);
+    let met = emitted(&scene, &aim, PHOTONS, 0).into_iter().filter(|(_, e)| meets(&e.ray));
+    let powers: Vec<DVec3> = met.map(|(_, e)| e.power.as_dvec3()).collect();
+    let actual = powers.iter().sum::<DVec3>() / f64::from(PHOTONS);
+    let share = share_of_lines(sun_radius.into(), TINY.into(), away.as_dvec3().length());
+    let expected = share * still.lights.entries[0].photon_power.as_dvec3();
+    let error = relative_error(actual.to_array(), expected.to_array());
+    assert!(error < POWER, "{actual}, not {expected}: {error:.3}");
+    tell("physics", powers.len(), "photons that meet a tiny ball");
 }
 
 /// A ball that is smaller than the lamps, which are aimed by runs of neighbours.

@@ -134,25 +134,41 @@ fn a_few_places_far_away_do_not_widen_what_photons_are_scattered_towards() {
     }
 }
 
-/// Around them are balls that grow by the same factor, the last of which reaches all that reflects. How far lamps are does
-/// not matter.
+/// Around the middle are balls that grow by the same factor, up to one that reaches all that reflects. How far lamps are does not
+/// matter, nor do a few places far away.
 #[test]
-fn balls_grow_to_all_that_reflects_whatever_glows_beyond() {
+fn balls_grow_from_the_middle_to_all_that_reflects_whatever_glows_beyond() {
     /// Roundings of `f32`.
     const ROUNDING: f64 = 1e-5;
-    let arrivals = heaps(&[Vec3::ZERO, Vec3::X * 2.0], 100, 0.5);
-    let targets = learnt(&under_a_sun(), &arrivals);
-    assert_eq!(targets.middle, 4);
-    let radii: Vec<f64> = targets.balls[..=4].iter().map(|ball| f64::from(ball.radius)).collect();
-    let reach = targets.balls[4].center.as_dvec3().distance(DVec3::NEG_Y * 5001.0) + 5000.0;
-    assert!((radii[0] / reach - 1.0).abs() < ROUNDING, "{radii:?} up to {reach}");
-    for three in radii.windows(3) {
-        assert!((three[0] * three[2] / (three[1] * three[1]) - 1.0).abs() < ROUNDING, "{radii:?}");
-    }
-    // The same angle from afar, and from farther.
-    for factor in [8.0, 0.5] {
-        let sun = lit(SUN.0 * factor, SUN.1 * factor);
-        assert_eq!(learnt(&sun, &arrivals).balls, targets.balls, "a sun {factor} times as far");
+    const STEP: f64 = 4.0;
+    /// The last of them grows by more where it would be hardly wider.
+    const MORE: f64 = 1.25;
+    let near = heaps(&[Vec3::ZERO, Vec3::X * 2.0], 100, 0.5);
+    let far = heaps(&[Vec3::new(80.0, 0.0, 5.0), Vec3::new(-30.0, 0.0, 60.0)], 5, 0.5);
+    for arrivals in [near.clone(), [&near[..], &far[..]].concat()] {
+        let targets = learnt(&under_a_sun(), &arrivals);
+        let middle = targets.balls[targets.middle];
+        let around: Vec<_> = targets.balls.iter().take_while(|ball| ball.center == middle.center).collect();
+        let mut radii: Vec<f64> = around.iter().rev().map(|ball| ball.radius.into()).collect();
+        // Where no place is far away the middle is the ball around all of them, and comes next.
+        radii.retain(|radius| *radius > f64::from(middle.radius));
+        let reach = middle.center.as_dvec3().distance(DVec3::NEG_Y * 5001.0) + 5000.0;
+        let last = radii.pop().unwrap();
+        assert!((last / reach - 1.0).abs() < ROUNDING, "{last}, not {reach}");
+        assert!(
+            radii.len() > 3 && last / radii[radii.len() - 1] < STEP * MORE * (1.0 + ROUNDING),
+            "{radii:?}"
+        );
+        let mut exact = f64::from(middle.radius);
+        for radius in &radii {
+            exact *= STEP;
+            assert!((radius / exact - 1.0).abs() < ROUNDING, "{radii:?} around {middle:?}");
+        }
+        // The same angle from afar, and from farther.
+        for factor in [8.0, 0.5] {
+            let sun = lit(SUN.0 * factor, SUN.1 * factor);
+            assert_eq!(learnt(&sun, &arrivals).balls, targets.balls, "a sun {factor} times as far");
+        }
     }
 }
 

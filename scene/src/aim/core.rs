@@ -4,6 +4,9 @@
 //! a fog of that width, and one of 10^-3 would not be met. Between a far lamp and the ball around all else nothing
 //! stands but the ground, so photons that cross this ball, and that the ground has not stopped before, may as well start on it.
 //! The ground itself is not within: it may be 10^7 times as wide as what stands on it.
+//!
+//! Photons that miss the core start on their lamps, and rounding may lead them into its rim. What is near must not be there, or
+//! it would receive them besides those that start at the core. So the core is many times as wide as the fog.
 
 use super::target::Target;
 use crate::ray::SphereId;
@@ -14,6 +17,9 @@ use std::slice;
 
 /// Most far lamps but the rooms: each photon asks whether one of them stands in its way.
 const MOST_FAR: usize = 4;
+
+/// The core's least radius over the fog of its farthest lamp. The farther from the core's middle, the coarser is `f32` there.
+const ROOM_FOR_FOG: f64 = 16.0;
 
 /// What the core is widened by, so that what it is put around lies within in spite of rounding.
 const WIDENED: f64 = 1.001;
@@ -34,9 +40,12 @@ impl Core {
     /// The core of a scene, if some lamp is far from it.
     pub(super) fn new(still: &Still, targets: &[Target]) -> Option<Self> {
         let all = around(|| of_targets(targets).chain(of_spheres(still, |s, role| !is_lamp(s, role))));
-        let is_far = |s: &Sphere, role| is_lamp(s, role) && gap(&all, s) >= f64::from(all.radius);
+        let may_be_far = |s: &Sphere, role| is_lamp(s, role) && gap(&all, s) >= f64::from(all.radius);
+        let least = ROOM_FOR_FOG * fog(still, &all, may_be_far);
+        // Lamps that are not far from so wide a core are near.
+        let is_far = |s: &Sphere, role| may_be_far(s, role) && gap(&all, s) >= 2.0 * least;
         let is_near = |s: &Sphere, role| !is_far(s, role) && !matches!(role, Role::Ground(_));
-        let ball = around_near(still, targets, is_near)?;
+        let ball = around_near(still, targets, least, is_near)?;
         let spheres = || (0..).zip(still.spheres.iter().zip(still.roles.iter()));
         let far = spheres().filter(|(_, (s, role))| is_far(s, **role));
         let far: Vec<_> = far.map(|(id, (s, _))| (id, Target::ball(s.center, s.radius))).collect();
@@ -97,15 +106,27 @@ fn of_targets(targets: &[Target]) -> impl Iterator<Item = (Vec3, f32)> + '_ {
     targets.iter().map(|t| (t.center, t.radius))
 }
 
-/// The ball around what is near, and around all targets that are not around it themselves. `None` without targets.
+/// By how much rays from far lamps and rooms are uncertain where they pass a ball.
+fn fog(still: &Still, ball: &Target, is_far: impl Fn(&Sphere, Role) -> bool) -> f64 {
+    let spheres = still.lights.entries.iter().map(|light| light.sphere as usize);
+    let roles = spheres.map(|id| (&still.spheres[id], still.roles[id]));
+    let sends = roles.filter(|(s, role)| matches!(role, Role::Enclosure(_)) || is_far(s, *role));
+    let reach = |(s, _): (&Sphere, Role)| distance(s.center, ball.center) + f64::from(s.radius);
+    sends.map(reach).fold(0.0, f64::max) * f64::from(f32::EPSILON)
+}
+
+/// The ball around what is near, and around all targets that are not around it themselves, of at least this radius. `None`
+/// without targets.
 fn around_near(
     still: &Still,
     targets: &[Target],
+    least: f64,
     is_near: impl Fn(&Sphere, Role) -> bool + Copy,
 ) -> Option<Target> {
     // So that there is a ball, even if nothing stands on the ground.
     let smallest = targets.iter().min_by(|a, b| a.radius.total_cmp(&b.radius))?;
-    let mut ball = around(|| of_targets(slice::from_ref(smallest)).chain(of_spheres(still, is_near)));
+    let ball = around(|| of_targets(slice::from_ref(smallest)).chain(of_spheres(still, is_near)));
+    let mut ball = Target::ball(ball.center, ball.radius.max(least as f32));
     let is_within = |inner: &Target, outer: &Target, widened: f64| {
         let reach = distance(inner.center, outer.center) + f64::from(inner.radius);
         reach * widened <= f64::from(outer.radius)
@@ -184,6 +205,28 @@ mod tests {
         // It is a ball among others for an eye that is far from it.
         assert!(around_it(Vec3::Z * 200.0) > 999.0);
         assert!(around_it(Vec3::Z * 9.0) < 1.1);
+    }
+
+    /// Of the sun, if there is no sky, and of the sky, which is around it; and no larger if all is near.
+    #[test]
+    fn the_core_is_many_times_as_wide_as_the_fog_of_far_lamps() {
+        let sun = (8e5 * Vec3::Z, 6e3, 5.0);
+        let of = |lamps: &[(Vec3, f32, f32)]| {
+            let scene = balls(&[&[(Vec3::X * 1e-3, 5e-4, 0.0)], lamps].concat());
+            f64::from(Core::new(&scene.at(0.0), &[Target::ball(Vec3::ZERO, 1e-3)]).unwrap().ball.radius)
+        };
+        let fog = |distance: f64| distance * 2.0_f64.powi(-23);
+        let (alone, with_sky) = (of(&[sun]), of(&[sun, (Vec3::ZERO, 3e6, 1.0)]));
+        assert!((alone / (16.0 * fog(8.06e5)) - 1.0).abs() < 1e-6, "{alone}");
+        assert!((with_sky / (16.0 * fog(3e6)) - 1.0).abs() < 1e-6, "{with_sky}");
+        // A lamp that would be in it, or at its rim, is near: it lies within.
+        for y in [1.0, 2.5] {
+            let with_lamp = of(&[sun, (y * Vec3::Y, 1e-3, 2.0)]);
+            assert!((alone..1.01 * alone.max(y.into())).contains(&with_lamp), "{with_lamp} for {y}");
+        }
+        // All is certain where no lamp is as far.
+        let near = of(&[(0.1 * Vec3::Z, 1e-2, 5.0)]);
+        assert!((1e-3..3e-3).contains(&near), "{near}");
     }
 
     /// In numbers that are exact: a line that only touches it does not enter.

@@ -11,10 +11,11 @@ use std::sync::Arc;
 /// Leaves of the tree of targets: a power of two.
 const LEAVES: usize = 16;
 
-/// Balls around the tree's root, ever larger, up to one around all that reflects. Light that arrives outside of the root
-/// matters little, but photons that leave all lamps alike may weigh 2^30 times as much as those aimed at it: one that
-/// found its way to the eye would be a spark. Between these balls weights grow step by step.
-const OUTER: usize = 4;
+/// Balls around the middle, each so many times as large as the one before, up to one around all that reflects.
+const STEP: f64 = 4.0;
+
+/// There are no more of them than this.
+const MOST_AROUND: usize = 16;
 
 /// Fewer arrivals than this tell nothing.
 const LEAST_ARRIVALS: usize = 16;
@@ -80,16 +81,16 @@ impl Targets {
         if arrivals.len() < LEAST_ARRIVALS {
             return Self::default();
         }
-        let mut balls = Vec::new();
         let all = ball_around(&arrivals, 0.0);
         let cap = cap_around(&arrivals);
-        surround(still, all, cap, &mut balls);
-        let root = balls.len();
-        let leaves = LEAVES.min(1 << (arrivals.len() / LEAST_IN_LEAF).ilog2());
         let least = all.1 * LEAST_RADIUS;
-        divide(&mut arrivals, leaves, least, &mut balls);
         let ball = middle(&arrivals, cap, least);
         let is_narrower = f64::from(ball.radius) * WIDE < all.1;
+        let mut balls = Vec::new();
+        surround(still, if is_narrower { (ball.center, ball.radius.into()) } else { all }, cap, &mut balls);
+        let root = balls.len();
+        let leaves = LEAVES.min(1 << (arrivals.len() / LEAST_IN_LEAF).ilog2());
+        divide(&mut arrivals, leaves, least, &mut balls);
         let middle = if is_narrower { balls.len() } else { root };
         balls.extend(is_narrower.then_some(ball));
         let fluxes = fluxes(&balls, &groups(still).0);
@@ -195,7 +196,7 @@ fn cap_around(arrivals: &[Arrival]) -> (Vec3, f32) {
     (axis, (height * CAP_WIDENED + LEAST_CAP) as f32)
 }
 
-/// Adds the balls around the ball (`center`, `radius`), the largest first, each as many times as large as the next.
+/// Adds the balls around the ball (`center`, `radius`), the largest first.
 fn surround(
     still: &Still,
     (center, radius): (Vec3, f64),
@@ -207,14 +208,11 @@ fn surround(
         still.spheres.iter().zip(still.roles.iter()).filter(|(s, role)| is_object(role) && !s.is_emitter());
     let reach =
         |(s, _): (&Sphere, &Role)| s.center.as_dvec3().distance(center.as_dvec3()) + f64::from(s.radius);
-    let step = (objects.map(reach).fold(radius, f64::max) / radius).sqrt().sqrt();
-    if step < WIDE {
-        return;
-    }
-    for power in (1..=OUTER as i32).rev() {
-        let radius = (radius * (0..power).fold(1.0, |product, _| product * step)) as f32;
-        balls.push(Target { axis, height, ..Target::ball(center, radius) });
-    }
+    let all = objects.map(reach).fold(radius, f64::max);
+    let grown = std::iter::successors(Some(radius * STEP), |radius| Some(radius * STEP));
+    let mut radii: Vec<f64> = grown.take(MOST_AROUND - 1).take_while(|radius| radius * WIDE < all).collect();
+    radii.extend((radius * WIDE < all).then_some(all));
+    balls.extend(radii.iter().rev().map(|&r| Target { axis, height, ..Target::ball(center, r as f32) }));
 }
 
 /// Adds the ball around arrivals, and those around each half of them, down to `leaves` parts.
@@ -278,22 +276,27 @@ mod tests {
 
     /// Up to one that holds all that reflects, lamps and rooms left out.
     #[test]
-    fn balls_around_targets_grow_step_by_step_to_all_that_reflects() {
+    fn balls_around_the_middle_grow_step_by_step_to_all_that_reflects() {
         let far = Vec3::new(0.0, 30.0, 40.0);
         let scene =
             balls(&[(Vec3::ZERO, 900.0, 0.0), (far, 7.0, 0.0), (Vec3::X, 0.5, 0.0), (10.0 * far, 2.0, 1.0)]);
-        let mut found = Vec::new();
-        surround(&scene.at(0.0), (Vec3::ZERO, 2.0), (Vec3::Z, ALL_DIRECTIONS), &mut found);
-        assert_eq!(found.len(), OUTER);
-        assert!((found[0].radius / 57.0 - 1.0).abs() < 1e-5, "{}", found[0].radius);
-        let step = found[OUTER - 1].radius / 2.0;
-        for pair in found.windows(2) {
-            assert!((pair[0].radius / pair[1].radius / step - 1.0).abs() < 1e-5, "{found:?}");
-        }
-        // There is nothing to be gained where all is near.
-        found.clear();
-        surround(&scene.at(0.0), (Vec3::ZERO, 50.0), (Vec3::Z, ALL_DIRECTIONS), &mut found);
-        assert!(found.is_empty());
+        let radii = |radius: f64| -> Vec<f32> {
+            let mut found = Vec::new();
+            surround(&scene.at(0.0), (Vec3::ZERO, radius), (Vec3::Y, 0.5), &mut found);
+            let is_around = |ball: &Target| {
+                let exact = Target::ball(Vec3::ZERO, ball.radius);
+                *ball == Target { axis: Vec3::Y, height: 0.5, ..exact }
+            };
+            assert!(found.iter().all(is_around), "{found:?}");
+            found.iter().map(|ball| ball.radius).collect()
+        };
+        assert_eq!(radii(2.0), [57.0, 32.0, 8.0]);
+        // One of 52 would hardly be narrower.
+        assert_eq!([radii(13.0), radii(40.0), radii(50.0)], [vec![57.0], vec![57.0], Vec::new()]);
+        // However small the middle is, they are not too many.
+        let most = radii(1e-12);
+        assert_eq!((most.len(), most[0]), (MOST_AROUND, 57.0));
+        assert!((f64::from(most[MOST_AROUND - 1]) / 4e-12 - 1.0).abs() < 1e-6, "{most:?}");
     }
 
     /// Not those around it, and not its parts: outside of it photons are scattered towards it, as long as no arrival lies apart.
@@ -305,7 +308,8 @@ mod tests {
         let place = |k: u16| Vec3::new(f32::from(k % 8), f32::from(k / 8), 0.0);
         let arrival = |k| Arrival { point: place(k), source: 38.0 * Vec3::Y, flux: 1.0 };
         let targets = Targets::new(&still, (0..64).map(arrival).collect());
-        assert_eq!(targets.middle, OUTER);
+        // After 4, 16, 64 times and all.
+        assert_eq!(targets.middle, 4);
         let region = Aim::new(&still, &targets, 1000).region.unwrap();
         assert_eq!(region, Target::ball(Vec3::new(3.5, 3.5, 0.0), 3.5 * 2.0_f32.sqrt()));
         // Nothing is aimed, so nothing is scattered anywhere.
@@ -344,7 +348,7 @@ mod tests {
         let mut arrivals: Vec<Arrival> = (0..64).map(|k| arrival(place(k), 38.0 * Vec3::Y)).collect();
         arrivals.push(arrival(Vec3::X * 1000.0, 38.0 * Vec3::Y));
         let targets = Targets::new(&still, arrivals);
-        // There is no ball around the root.
+        // There is none around them all, as nothing that reflects is far.
         let (root, last) = (targets.balls[0], targets.balls.len() - 1);
         assert!(root.radius > 490.0 && targets.middle == last, "{root:?}");
         let region = Aim::new(&still, &targets, 1000).region.unwrap();
