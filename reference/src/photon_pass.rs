@@ -166,13 +166,13 @@ pub fn scatter_towards(ball: &Target, point: Vec3, normal: Vec3, u: f32, v: f32)
 /// Aimed photons weigh more or less than that, and so do those scattered towards what they are aimed at. They are counted
 /// in a unit of 2^-s of it ([`Aim::scale_bits`]), and heavy ones in a multiple of that unit by a power of two, with an
 /// error of 2^-14 of the brightest channel at most. As weights are at most 8 as photons depart, doubled by at most three
-/// surfaces, and s is at most 35, no flux exceeds 2^62. A photon lighter than 2^-14 of the lightest that depart may count
+/// surfaces, and s is at most 63, no flux exceeds 2^90. A photon lighter than 2^-14 of the lightest that depart may count
 /// for nothing.
 ///
 /// Guided photons ([`scene::guide`]) are counted in a unit of 2^3 of that of photons that weigh the same, and weigh less than 2^7.
 ///
 /// Fewer than 2^31 photons are deposited ([`scene::settings::MAX_DEPOSITS`]). So sums stay below 2^52 without aiming, and
-/// below 2^93 with it.
+/// below 2^121 with it.
 pub fn quantise(aim: &Aim, power: Rgb) -> Flux {
     let one = FLUX_ONE as f32;
     if aim.is_empty() {

@@ -177,11 +177,14 @@ fn weights_are_1_on_the_average_with_few_photons() {
 fn light_photons_are_counted_as_finely_as_heavy_ones() {
     /// As `quantise` states it, of the brightest channel.
     const MOST: f64 = 1.0 / 16_384.0;
-    let scene = open(1.0, Vec3::ZERO);
+    let near = open(1.0, Vec3::ZERO);
+    let sun = (Vec3::new(4e5, 7e5, 3e5), 6e3);
+    let far =
+        empty_scene(pinhole(Vec3::Z, Vec3::ZERO, 30.0)).lamp(sun.0, sun.1, BLACK, Rgb::new(3.0, 2.0, 1.0));
     let mut cases = 0;
-    for radius in [1.0, 0.05, 1e-3] {
+    for (scene, radius) in [(&near, 1.0), (&near, 0.05), (&near, 1e-3), (&far, 1.0), (&far, 1e-3)] {
         let aim = Aim::new(&scene.at(0.0), &aimed_at(vec![Target::ball(Vec3::ZERO, radius)]), PHOTONS);
-        let photons = emitted(&scene, &aim, PHOTONS, 0);
+        let photons = emitted(scene, &aim, PHOTONS, 0);
         let lightest = photons.iter().map(|(_, e)| weight(e)).fold(f32::INFINITY, f32::min);
         assert!(lightest < 0.1 * radius * radius, "a weight of {lightest} at radius {radius}");
         for (photon, e) in &photons {

@@ -12,12 +12,12 @@ pub(crate) struct GroupSums {
     /// The lower 64 bits of the sums of fluxes per channel, in units of `FLUX_ONE` to the nominal power.
     flux: [[u64; GROUP]; 3],
     /// The bits above those; `None` until a heavy photon counts, as without such sums stay below 2^52. With them they stay
-    /// below 2^93 ([`scene::aim::MOST_SCALE_BITS`]).
-    upper: Option<Box<[[u32; GROUP]; 3]>>,
+    /// below 2^121 ([`scene::aim::MOST_SCALE_BITS`]).
+    upper: Option<Box<[[u64; GROUP]; 3]>>,
 }
 
 /// Bytes of [`GroupSums`] with heavy photons.
-pub(crate) const MOST_BYTES_OF_SUMS: usize = size_of::<GroupSums>() + size_of::<[[u32; GROUP]; 3]>();
+pub(crate) const MOST_BYTES_OF_SUMS: usize = size_of::<GroupSums>() + size_of::<[[u64; GROUP]; 3]>();
 
 /// Counted work.
 #[derive(Clone, Copy, Debug, Default)]
@@ -50,7 +50,7 @@ impl GroupSums {
             Some(upper) => {
                 let sum = u128::from(*lower) + flux;
                 *lower = sum as u64;
-                upper[channel][pixel] += (sum >> u64::BITS) as u32;
+                upper[channel][pixel] += (sum >> u64::BITS) as u64;
             }
         }
     }

@@ -10,10 +10,10 @@ use crate::still::Still;
 use glam::Vec3;
 use std::sync::Arc;
 
-/// Bits by which the unit of flux is lowered for light photons, at most. Photons weigh at most 2^3 as they depart, and are
-/// doubled by at most [`AIMED_BOUNCES`] surfaces. So no flux exceeds 2^(3 + 3 + 21 + 35), and as fewer than 2^31 photons are deposited
-/// no sum exceeds 2^93.
-pub const MOST_SCALE_BITS: u32 = 35;
+/// Bits by which the unit of flux is lowered for light photons, at most: those of a far sun that are aimed at a ball of a millimetre weigh
+/// 2^-60. Photons weigh at most 2^3 as they depart, and are doubled by at most [`AIMED_BOUNCES`] surfaces. So no flux exceeds
+/// 2^(3 + 3 + 21 + 63), and as fewer than 2^31 photons are deposited no sum exceeds 2^121.
+pub const MOST_SCALE_BITS: u32 = 63;
 
 /// Of the surfaces that a photon meets, those up to this one scatter it towards the [`region`](Aim::region).
 pub const AIMED_BOUNCES: u32 = 3;
@@ -76,7 +76,8 @@ impl Aim {
         aim.region = aim.balls.get(targets.middle).map(|middle| Target::ball(middle.center, middle.radius));
         aim.core = Core::new(still, &aim.balls);
         let most: f64 = aim.densities.iter().map(|&d| f64::from(d)).sum();
-        while aim.scale_bits < MOST_SCALE_BITS && most >= (1_u64 << (aim.scale_bits + EXPONENT_STEP)) as f64 {
+        while aim.scale_bits < MOST_SCALE_BITS && most >= (1_u128 << (aim.scale_bits + EXPONENT_STEP)) as f64
+        {
             aim.scale_bits += 1;
         }
         aim
