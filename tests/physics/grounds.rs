@@ -4,7 +4,7 @@
 use crate::cases::tell;
 use crate::harness::{
     BLACK, Build, coloured, diffuse, empty_scene, glass, pinhole, relative_error, render_path, render_sppm,
-    settings,
+    render_sppm_fast, settings,
 };
 use glam::DVec3;
 use reference::emission::{Emitted, emit};
@@ -15,7 +15,7 @@ use scene::aim::Aim;
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, Stream, StreamKey};
 use scene::still::{NEAR, Role};
-use scene::{Film, Ray, Rgb, Scene, Sphere, Vec3};
+use scene::{Engine, Film, Ray, Rgb, Scene, Sphere, Vec3};
 
 /// Half the spacing of floats at 1: the relative rounding error of one operation.
 const U: f64 = 1.0 / 16_777_216.0;
@@ -272,4 +272,48 @@ fn photons_light_tiny_things_on_a_huge_ground() {
     let error = relative_error(by_photons, by_paths);
     assert!(error < MEAN, "{by_photons:?} by photons, {by_paths:?} by paths");
     tell("physics", 2, "images of tiny things lit by photons");
+}
+
+/// Balls of this size on a huge ground under a sun so far away, as large as ours in the sky.
+fn under_a_sun(size: f32, away: f32) -> Scene {
+    let at = |x: f32, y: f32, z: f32| Vec3::new(x, y, z) * size;
+    let towards = Vec3::new(0.48, 0.8, 0.36);
+    empty_scene(pinhole(at(0.0, 1.8, 6.0), at(0.0, 0.5, 0.0), 36.0))
+        .ball(Vec3::NEG_Y * 1e4, 1e4, coloured([0.6, 0.5, 0.4]))
+        .ball(at(-0.9, 0.7, 0.0), 0.7 * size, glass(1.0, 1.5))
+        .ball(at(0.8, 0.6, 0.2), 0.6 * size, coloured([0.9, 0.3, 0.2]))
+        .lamp(towards * away, 7e-3 * away, BLACK, Rgb::splat(6e4))
+}
+
+/// Relative tolerance of the mean of caustics, whose photons are few.
+const CAUSTICS: f64 = 0.03;
+
+/// And of all light: a sun so near lights the ground at the horizon less, by the square of its distance.
+const HORIZON: f64 = 0.03;
+
+/// What a sun a hundred million times as far as things are large sends by way of glass, and what surfaces send on: as at a scale where
+/// nothing is rounded. Photons weigh 2^-60 there, and a ray from the sun is uncertain by a hundred times the size of what is seen. So they
+/// are under a sun that is nearer than the ground is wide.
+#[test]
+fn a_far_sun_lights_tiny_things_as_a_near_one_does() {
+    let settings =
+        |size: f32| scene::Settings { iterations: 300, ..settings(48, 48, 20_000, 6, 0.05 * size) };
+    let mean = |film: Film| crate::harness::mean(&film);
+    let by = |size: f32, away: f32| {
+        let (scene, settings) = (under_a_sun(size, away), settings(size));
+        let mut caustics = fast::Sppm::new(&scene, &settings).of_caustics();
+        (0..settings.iterations).for_each(|_| caustics.iterate());
+        [mean(caustics.develop()), mean(render_sppm_fast(&scene, &settings))]
+    };
+    let near = by(TINY, 1e3 * TINY);
+    for away in [800.0, 8e3, 8e5] {
+        let far = by(TINY, away);
+        for (what, near, far, most) in
+            [("caustics", near[0], far[0], CAUSTICS), ("all", near[1], far[1], HORIZON)]
+        {
+            let error = relative_error(far, near);
+            assert!(error < most, "{what}: {far:?} from {away} away, {near:?} from near by");
+        }
+    }
+    tell("physics", 8, "images under suns far and near");
 }

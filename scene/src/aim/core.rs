@@ -21,6 +21,9 @@ const MOST_FAR: usize = 4;
 /// The core's least radius over the fog of its farthest lamp. The farther from the core's middle, the coarser is `f32` there.
 const ROOM_FOR_FOG: f64 = 16.0;
 
+/// A lamp over a ground that is wider than it is far is far as well, where its rounding is more than such a part of what is near.
+const CERTAIN: f64 = 1.0 / 1024.0;
+
 /// What the core is widened by, so that what it is put around lies within in spite of rounding.
 const WIDENED: f64 = 1.001;
 
@@ -40,10 +43,16 @@ impl Core {
     /// The core of a scene, if some lamp is far from it.
     pub(super) fn new(still: &Still, targets: &[Target]) -> Option<Self> {
         let all = around(|| of_targets(targets).chain(of_spheres(still, |s, role| !is_lamp(s, role))));
-        let may_be_far = |s: &Sphere, role| is_lamp(s, role) && gap(&all, s) >= f64::from(all.radius);
-        let least = ROOM_FOR_FOG * fog(still, &all, may_be_far);
+        let things = things(still, targets)?;
+        let is_uncertain =
+            |s: &Sphere| reach(&things, s) * f64::from(f32::EPSILON) >= CERTAIN * f64::from(things.radius);
+        let is_beyond = |ball: &Target, s: &Sphere| gap(ball, s) >= f64::from(ball.radius);
+        let may_be_far = |s: &Sphere, role| {
+            is_lamp(s, role) && (is_beyond(&all, s) || is_beyond(&things, s) && is_uncertain(s))
+        };
+        let least = ROOM_FOR_FOG * fog(still, &things, may_be_far);
         // Lamps that are not far from so wide a core are near.
-        let is_far = |s: &Sphere, role| may_be_far(s, role) && gap(&all, s) >= 2.0 * least;
+        let is_far = |s: &Sphere, role| may_be_far(s, role) && gap(&things, s) >= 2.0 * least;
         let is_near = |s: &Sphere, role| !is_far(s, role) && !matches!(role, Role::Ground(_));
         let ball = around_near(still, targets, least, is_near)?;
         let spheres = || (0..).zip(still.spheres.iter().zip(still.roles.iter()));
@@ -111,8 +120,15 @@ fn fog(still: &Still, ball: &Target, is_far: impl Fn(&Sphere, Role) -> bool) -> 
     let spheres = still.lights.entries.iter().map(|light| light.sphere as usize);
     let roles = spheres.map(|id| (&still.spheres[id], still.roles[id]));
     let sends = roles.filter(|(s, role)| matches!(role, Role::Enclosure(_)) || is_far(s, *role));
-    let reach = |(s, _): (&Sphere, Role)| distance(s.center, ball.center) + f64::from(s.radius);
-    sends.map(reach).fold(0.0, f64::max) * f64::from(f32::EPSILON)
+    sends.map(|(s, _)| reach(ball, s)).fold(0.0, f64::max) * f64::from(f32::EPSILON)
+}
+
+/// The ball around all but rooms, grounds and lamps. `None` without targets.
+fn things(still: &Still, targets: &[Target]) -> Option<Target> {
+    // So that there is a ball, even if nothing stands on the ground.
+    let smallest = targets.iter().min_by(|a, b| a.radius.total_cmp(&b.radius))?;
+    let is_thing = |s: &Sphere, role| !is_lamp(s, role) && !matches!(role, Role::Ground(_));
+    Some(around(|| of_targets(slice::from_ref(smallest)).chain(of_spheres(still, is_thing))))
 }
 
 /// The ball around what is near, and around all targets that are not around it themselves, of at least this radius. `None`
@@ -141,6 +157,11 @@ fn around_near(
         ball = around(|| [ball, *target].into_iter().map(|t| (t.center, t.radius)));
     }
     Some(ball)
+}
+
+/// How far the far side of a sphere is from the middle of a ball.
+fn reach(ball: &Target, s: &Sphere) -> f64 {
+    distance(s.center, ball.center) + f64::from(s.radius)
 }
 
 /// How far a sphere is from a ball.
@@ -219,6 +240,9 @@ mod tests {
         let (alone, with_sky) = (of(&[sun]), of(&[sun, (Vec3::ZERO, 3e6, 1.0)]));
         assert!((alone / (16.0 * fog(8.06e5)) - 1.0).abs() < 1e-6, "{alone}");
         assert!((with_sky / (16.0 * fog(3e6)) - 1.0).abs() < 1e-6, "{with_sky}");
+        // So it is over a ground that is ten times as wide as the sun is far, and than which it is no farther.
+        let ground = (-8e6 * Vec3::Z, 8e6 - 1e-3, 0.0);
+        assert_eq!(of(&[sun, ground]), alone);
         // A lamp that would be in it, or at its rim, is near: it lies within.
         for y in [1.0, 2.5] {
             let with_lamp = of(&[sun, (y * Vec3::Y, 1e-3, 2.0)]);
