@@ -48,11 +48,9 @@ pub(crate) fn paint(
                 Box::new(move |i| colors[&value(i).to_bits()])
             }
             Some(Column::Number(value)) => {
-                let [low, high] = ends(rule.range, chosen, &*value)?;
+                let ends = ends(rule.range, chosen, &*value)?;
                 let map = rule.map.unwrap_or_default();
-                // A column of one value has the middle of the map.
-                let place = move |v: f64| if low < high { (v - low) / (high - low) } else { v - low + 0.5 };
-                Box::new(move |i| map.at(place(value(i))))
+                Box::new(move |i| map.at(place(ends, value(i))))
             }
         },
     };
@@ -81,6 +79,11 @@ fn of_names(names: &[String], used: &BTreeSet<u32>) -> HashMap<u32, Screen> {
         .collect();
     sorted.sort_unstable_by_key(|&(number, name, _)| (number.is_none(), number, name));
     sorted.into_iter().enumerate().map(|(place, (_, _, i))| (i, palette(place))).collect()
+}
+
+/// Where a value is on a map between these ends: 0 to 1, and beyond. A column of one value has the middle of the map.
+fn place([low, high]: [f64; 2], v: f64) -> f64 {
+    if low < high { (v - low) / (high - low) } else { v - low + 0.5 }
 }
 
 /// The values at the ends of a map.
@@ -121,6 +124,12 @@ mod tests {
         // What is not there takes no colour.
         let colors = of_names(&names, &BTreeSet::from([1, 2]));
         assert_eq!([2, 1].map(|i| colors[&i]), [0, 1].map(palette));
+    }
+
+    #[test]
+    fn a_column_of_one_value_has_the_middle_of_the_map() {
+        assert_eq!([2.0, 3.0, 4.0, 6.0].map(|v| place([2.0, 4.0], v)), [0.0, 0.5, 1.0, 2.0]);
+        assert_eq!([2.5, 3.0, 3.5].map(|v| place([3.0, 3.0], v)), [0.0, 0.5, 1.0]);
     }
 
     #[test]

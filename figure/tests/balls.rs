@@ -63,6 +63,9 @@ fn later_rules_win() {
     // What was hidden can be shown again.
     let balls = made(&["hide", "element == 'O': hide=false, radius=radius"]);
     assert_eq!(balls.spheres.len(), 1);
+    // Rules that say nothing of it leave it hidden.
+    let balls = made(&["element == 'O': hide", "color=red", "element == 'O': radius=2"]);
+    assert_eq!(balls.spheres.len(), 3);
 }
 
 #[test]

@@ -131,3 +131,33 @@ pub(crate) fn fill(stream: &mut dyn Read, buffer: &mut [u8], at: u64) -> Result<
         _ => Fault::unread(&error),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Place;
+
+    /// Rows and bytes are told as they are counted in the file, also where many blocks come before.
+    #[test]
+    fn what_is_wrong_far_behind_is_found_where_it_is() {
+        const SIZE: usize = 1 << 12;
+        const BAD: u64 = 200;
+        const _: () = assert!(BAD as usize * SIZE > 3 * BLOCK);
+        let field = |axis| Field {
+            offset: 8 + 4 * axis,
+            stored: Stored::Number(Scalar::Float(4)),
+            role: Role::Axis(axis),
+            is_big_endian: false,
+        };
+        let fields = [0, 1, 2].map(field);
+        let rows = Rows { fields: &fields, size: SIZE, count: 256, at: 77, available: None };
+        let mut bytes = vec![0; 256 * SIZE];
+        let read = |bytes: &[u8]| rows.read(&mut &bytes[..], &mut Table::new(&Layout::default()));
+        assert!(read(&bytes).is_ok());
+        let at = BAD as usize * SIZE + 12;
+        bytes[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes());
+        let Fault { place, problem } = read(&bytes).unwrap_err();
+        assert_eq!(problem, "row 200: the coordinate is NaN; coordinates are finite numbers");
+        assert_eq!(place, Place::Byte(77 + at as u64));
+    }
+}

@@ -76,6 +76,10 @@ fn ctrl_c_ends_the_view_and_writes_what_it_has() {
     let ended = sandbox.run(["render", "cornell"].iter().chain(&QUICK[..7]).chain(&again));
     assert_eq!(ended.code, Some(0), "{ended:?}");
     assert_eq!(sandbox.image("a.exr"), sandbox.image("b.exr"));
+    // No curve is noted that only images of codes have.
+    let about = |name| sandbox.run(["info", name]).stdout;
+    assert!(!about("b.exr").contains("tone"), "{}", about("b.exr"));
+    assert!(!about("a.exr").contains("tone"), "{}", about("a.exr"));
 }
 
 #[test]

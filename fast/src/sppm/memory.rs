@@ -76,9 +76,9 @@ mod tests {
         // Of a thread's, two batches of paths and the largest map alone.
         let map = Parameters::ALL.iter().find(|p| p.name == "occupancy_bits").unwrap().most as u64 / 8;
         assert!(BYTES_PER_THREAD > 2 * size_of::<Paths>() as u64 + map);
-        // As ARCHITECTURE.md has it: 96 bytes, and 40 in several rounds.
+        // As ARCHITECTURE.md has it: 96 bytes, and 52 in several rounds.
         let wide = Settings { width: 128, ..few };
-        assert_eq!(bytes(&wide, 10, 2, 1 << 22) - base, 64 * 64 * (96 + 40));
+        assert_eq!(bytes(&wide, 10, 2, 1 << 22) - base, 64 * 64 * (96 + 52));
         // And 80 with global radii.
         let global = Settings { radius_schedule: RadiusSchedule::Global, ..few };
         assert_eq!(bytes(&global, 10, 2, 1 << 22) - base, 64 * 64 * 80);
