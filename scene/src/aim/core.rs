@@ -42,10 +42,16 @@ pub struct Core {
 impl Core {
     /// The core of a scene, if some lamp is far from it.
     pub(super) fn new(still: &Still, targets: &[Target]) -> Option<Self> {
+        // If too many lamps over the ground are far, they are near.
+        Self::of(still, targets, CERTAIN).or_else(|| Self::of(still, targets, f64::INFINITY))
+    }
+
+    /// The core where lamps over a ground are far if their rounding is such a part of what is near.
+    fn of(still: &Still, targets: &[Target], certain: f64) -> Option<Self> {
         let all = around(|| of_targets(targets).chain(of_spheres(still, |s, role| !is_lamp(s, role))));
         let things = things(still, targets)?;
         let is_uncertain =
-            |s: &Sphere| reach(&things, s) * f64::from(f32::EPSILON) >= CERTAIN * f64::from(things.radius);
+            |s: &Sphere| reach(&things, s) * f64::from(f32::EPSILON) >= certain * f64::from(things.radius);
         let is_beyond = |ball: &Target, s: &Sphere| gap(ball, s) >= f64::from(ball.radius);
         let may_be_far = |s: &Sphere, role| {
             is_lamp(s, role) && (is_beyond(&all, s) || is_beyond(&things, s) && is_uncertain(s))
@@ -251,6 +257,23 @@ mod tests {
         // All is certain where no lamp is as far.
         let near = of(&[(0.1 * Vec3::Z, 1e-2, 5.0)]);
         assert!((1e-3..3e-3).contains(&near), "{near}");
+    }
+
+    /// Lamps over the ground that are uncertain: a few start at the core, and with more of them those of the sky still do.
+    #[test]
+    fn many_lamps_over_a_ground_leave_the_core_to_the_sky() {
+        let ground = (-1e4 * Vec3::Z, 1e4 - 1e-3, 0.0);
+        let (thing, sky) = ((Vec3::X * 1e-3, 5e-4, 0.0), (Vec3::ZERO, 3e6, 1.0));
+        let of = |lamps: u8| {
+            let lamp = |k: u8| (100.0 * Vec3::Z + Vec3::X * f32::from(10 * k), 0.5, 3.0);
+            let scene =
+                balls(&[&[ground, thing, sky][..], &(0..lamps).map(lamp).collect::<Vec<_>>()].concat());
+            let scene = Scene { camera: Camera { eye: Vec3::Z * 3e-3, ..scene.camera }, ..scene };
+            Core::new(&scene.at(0.0), &[Target::ball(Vec3::ZERO, 1e-3)]).unwrap()
+        };
+        let far = |core: &Core| core.is_far.iter().filter(|far| **far).count();
+        assert_eq!([of(1), of(4), of(5)].map(|core| (core.far.len(), far(&core))), [(1, 2), (4, 5), (0, 1)]);
+        assert!(of(4).ball.radius < 10.0 && of(5).ball.radius > 50.0);
     }
 
     /// In numbers that are exact: a line that only touches it does not enter.
