@@ -20,7 +20,8 @@ use std::fmt;
 /// such as the sky, by themselves. 8: photons are guided where none are aimed. 9: opaque spheres
 /// close to the eye are computed from an anchor. 10: rays that see lamps in place of a pixel's path choose at glass by roots.
 /// 11: walls limit first radii to a third of the initial radius, no longer to an eighth. 12: aimed photons are scattered towards
-/// the middle of the places where light arrives, which is a target too.
+/// the middle of the places where light arrives, which is a target too. 13: balls around the middle are targets, far lamps have
+/// wider cores, and fluxes have finer units.
 pub const TRANSPORT: u32 = 13;
 
 /// The meaning of a pixel's words.

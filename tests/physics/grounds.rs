@@ -291,9 +291,9 @@ const CAUSTICS: f64 = 0.03;
 /// And of all light: a sun so near lights the ground at the horizon less, by the square of its distance.
 const HORIZON: f64 = 0.03;
 
-/// What a sun a hundred million times as far as things are large sends by way of glass, and what surfaces send on: as at a scale where
-/// nothing is rounded. Photons weigh 2^-60 there, and a ray from the sun is uncertain by a hundred times the size of what is seen. So they
-/// are under a sun that is nearer than the ground is wide.
+/// Tiny things look alike under suns of one size in the sky, however far: caustics of glass, and all light together. The farthest is 8 10^8
+/// times as far as things are large. Its photons weigh 2^-60, and where they pass what is seen its rays are uncertain by a hundred times
+/// the size of that. The nearest two are nearer than the ground is wide.
 #[test]
 fn a_far_sun_lights_tiny_things_as_a_near_one_does() {
     let settings =

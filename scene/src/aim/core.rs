@@ -49,7 +49,8 @@ impl Core {
     /// The core where lamps over a ground are far if their rounding is such a part of what is near.
     fn of(still: &Still, targets: &[Target], certain: f64) -> Option<Self> {
         let all = around(|| of_targets(targets).chain(of_spheres(still, |s, role| !is_lamp(s, role))));
-        let things = things(still, targets)?;
+        let is_ground = |role| matches!(role, Role::Ground(_));
+        let things = around_smallest(still, targets, |s, role| !is_lamp(s, role) && !is_ground(role))?;
         let is_uncertain =
             |s: &Sphere| reach(&things, s) * f64::from(f32::EPSILON) >= certain * f64::from(things.radius);
         let is_beyond = |ball: &Target, s: &Sphere| gap(ball, s) >= f64::from(ball.radius);
@@ -59,8 +60,8 @@ impl Core {
         let least = ROOM_FOR_FOG * fog(still, &things, may_be_far);
         // Lamps that are not far from so wide a core are near.
         let is_far = |s: &Sphere, role| may_be_far(s, role) && gap(&things, s) >= 2.0 * least;
-        let is_near = |s: &Sphere, role| !is_far(s, role) && !matches!(role, Role::Ground(_));
-        let ball = around_near(still, targets, least, is_near)?;
+        let near = around_smallest(still, targets, |s, role| !is_far(s, role) && !is_ground(role))?;
+        let ball = around_apart(targets, Target::ball(near.center, near.radius.max(least as f32)));
         let spheres = || (0..).zip(still.spheres.iter().zip(still.roles.iter()));
         let far = spheres().filter(|(_, (s, role))| is_far(s, **role));
         let far: Vec<_> = far.map(|(id, (s, _))| (id, Target::ball(s.center, s.radius))).collect();
@@ -129,26 +130,19 @@ fn fog(still: &Still, ball: &Target, is_far: impl Fn(&Sphere, Role) -> bool) -> 
     sends.map(|(s, _)| reach(ball, s)).fold(0.0, f64::max) * f64::from(f32::EPSILON)
 }
 
-/// The ball around all but rooms, grounds and lamps. `None` without targets.
-fn things(still: &Still, targets: &[Target]) -> Option<Target> {
-    // So that there is a ball, even if nothing stands on the ground.
-    let smallest = targets.iter().min_by(|a, b| a.radius.total_cmp(&b.radius))?;
-    let is_thing = |s: &Sphere, role| !is_lamp(s, role) && !matches!(role, Role::Ground(_));
-    Some(around(|| of_targets(slice::from_ref(smallest)).chain(of_spheres(still, is_thing))))
-}
-
-/// The ball around what is near, and around all targets that are not around it themselves, of at least this radius. `None`
-/// without targets.
-fn around_near(
+/// The ball around the spheres that `counts` names, but for rooms, and around the smallest target, so that there is a ball even if nothing
+/// stands on the ground. `None` without targets.
+fn around_smallest(
     still: &Still,
     targets: &[Target],
-    least: f64,
-    is_near: impl Fn(&Sphere, Role) -> bool + Copy,
+    counts: impl Fn(&Sphere, Role) -> bool + Copy,
 ) -> Option<Target> {
-    // So that there is a ball, even if nothing stands on the ground.
     let smallest = targets.iter().min_by(|a, b| a.radius.total_cmp(&b.radius))?;
-    let ball = around(|| of_targets(slice::from_ref(smallest)).chain(of_spheres(still, is_near)));
-    let mut ball = Target::ball(ball.center, ball.radius.max(least as f32));
+    Some(around(|| of_targets(slice::from_ref(smallest)).chain(of_spheres(still, counts))))
+}
+
+/// The ball around a ball, and around all targets that neither lie within it nor are around it.
+fn around_apart(targets: &[Target], mut ball: Target) -> Target {
     let is_within = |inner: &Target, outer: &Target, widened: f64| {
         let reach = distance(inner.center, outer.center) + f64::from(inner.radius);
         reach * widened <= f64::from(outer.radius)
@@ -162,7 +156,7 @@ fn around_near(
         let Some(target) = apart(ball) else { break };
         ball = around(|| [ball, *target].into_iter().map(|t| (t.center, t.radius)));
     }
-    Some(ball)
+    ball
 }
 
 /// How far the far side of a sphere is from the middle of a ball.

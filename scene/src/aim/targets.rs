@@ -11,7 +11,9 @@ use std::sync::Arc;
 /// Leaves of the tree of targets: a power of two.
 const LEAVES: usize = 16;
 
-/// Balls around the middle, each so many times as large as the one before, up to one around all that reflects.
+/// Balls around the middle, each so many times as large as the one before, up to one around all that reflects. Little of the light that
+/// matters arrives outside of the middle, but photons that leave all lamps alike may weigh 2^30 times as much as those aimed at it: one
+/// that found its way to the eye would be a spark. Between these balls weights grow step by step.
 const STEP: f64 = 4.0;
 
 /// There are no more of them than this.
@@ -62,8 +64,8 @@ const LEAST_CAP: f64 = 1e-5;
 /// What photons are aimed at in all iterations, and how many at what.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Targets {
-    /// The balls: those around the tree, the tree, whose inner nodes come before what is within, and last the middle, if it is
-    /// narrower than the root.
+    /// The balls: those around the middle, the tree of arrivals, whose inner nodes come before what is within, and last the middle, if it
+    /// is narrower than the root of the tree.
     pub balls: Vec<Target>,
     /// The index of the middle, or else of the root: for [`Aim::region`](super::Aim::region).
     pub middle: usize,
