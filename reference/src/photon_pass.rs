@@ -180,7 +180,8 @@ pub fn quantise(aim: &Aim, power: Rgb) -> Flux {
     }
     let scaled = power * aim.scale();
     let shift = exponent_of(max_component(scaled));
-    let unit = one / (1_u64 << shift) as f32;
+    // A shift of up to 72: more than 64 bits.
+    let unit = one / (1_u128 << shift) as f32;
     Flux { units: scaled.to_array().map(|p| (p * unit + 0.5) as u32), shift }
 }
 
@@ -195,6 +196,7 @@ fn exponent_of(x: f32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use scene::aim::MOST_SCALE_BITS;
 
     /// Photons that survive keep the power of their brightest channel, and as many do as light is left.
     #[test]
@@ -214,6 +216,28 @@ mod tests {
         assert_eq!([1.0 + f32::EPSILON, 1.5].map(units), [FLUX_ONE; 2]);
         assert_eq!(quantise(&Aim::default(), Rgb::ONE).shift, 0);
         assert_eq!(Flux { units: [1, 2, 3], shift: 8 }.values(), [256, 512, 768]);
+    }
+
+    /// In every unit, for every weight that a photon may have after three surfaces.
+    #[test]
+    fn aimed_fluxes_are_within_2_14_of_their_power() {
+        for scale_bits in 0..=MOST_SCALE_BITS {
+            let aim = Aim { ends: vec![1], scale_bits, ..Aim::default() };
+            let least = -(scale_bits as i32);
+            for power in
+                (least..=6).flat_map(|k| [1.0, 1.3, 1.999].map(|m| m * 2_f32.powi(k))).filter(|&p| p <= 64.0)
+            {
+                let flux = quantise(&aim, Rgb::new(power, 0.5 * power, 0.0));
+                assert!(
+                    flux.units[0] <= FLUX_ONE && flux.shift <= MOST_SCALE_BITS + 9,
+                    "{scale_bits}, {power}: {flux:?}"
+                );
+                let unit = f64::from(FLUX_ONE) * 2_f64.powi(scale_bits as i32);
+                let [red, green, blue] = flux.values().map(|value| value as f64 / unit / f64::from(power));
+                let error = (red - 1.0).abs().max((green - 0.5).abs());
+                assert!(error <= 2_f64.powi(-14) && blue == 0.0, "{scale_bits}, {power}: {flux:?}");
+            }
+        }
     }
 
     #[test]

@@ -192,6 +192,12 @@ maps! {
         [photon_pass::quantise::<L>(power)]
     }
 
+    /// Powers of aimed photons as fluxes (words), with the exponent in the upper eight bits of the first; and 1 where there is one, else 0.
+    quantise_aimed(scale: f32) [r, g, b] -> 4 {
+        let ([r, g, b], heavy) = photon_pass::quantise_aimed::<L>(*scale, V3::new(r, g, b));
+        [r, g, b, L::select(L::eq(heavy, L::u(0)), L::f(0.0), L::f(1.0))]
+    }
+
     /// 1 where a photon of power `p` survives the roulette at albedo `a`, else 0; and its power then.
     survive() [px, py, pz, ax, ay, az, roulette] -> 4 {
         let (survives, p) = photon_pass::survive::<L>(V3::new(px, py, pz), V3::new(ax, ay, az), roulette);

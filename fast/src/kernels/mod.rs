@@ -15,8 +15,8 @@ pub use consolidation::{Consolidation, Gathered, Pixel, Seen};
 pub use join::{Cells, Join, Occupancy, Photon, Point, Query, Run};
 pub use maps::{
     camera_ray, choose_light, cosine_hemisphere, dielectric, dielectric_by_roots, fresnel, max_component,
-    next_uniform, orthonormal_frame, quantise, reflect, sincos_turn, stream_state, survive, uniform_cone,
-    uniform_disk, uniform_sphere, unit, unit_float,
+    next_uniform, orthonormal_frame, quantise, quantise_aimed, reflect, sincos_turn, stream_state, survive,
+    uniform_cone, uniform_disk, uniform_sphere, unit, unit_float,
 };
 pub use passes::{
     CameraSample, PhotonRun, Receiver, camera_pass, choose_for_points, direct_light, photon_pass, pixel_slot,

@@ -25,7 +25,7 @@ mod guiding;
 use crate::join::{Binned, Cells, Chunks, Sorted, bytes_at_rest, reserve};
 use crate::pool::Pool;
 use crate::work_items::singly;
-pub(crate) use batch::{PhotonBatch, PhotonCounts, PhotonPass, Rounding, quantise, survive};
+pub(crate) use batch::{PhotonBatch, PhotonCounts, PhotonPass, Rounding, quantise, quantise_aimed, survive};
 pub(crate) use emission::{Emission, Emitters};
 use lanes::{Kernel, LaneKind, Lanes, dispatch};
 use rayon::current_num_threads;

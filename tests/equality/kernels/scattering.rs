@@ -2,10 +2,11 @@
 
 use super::inputs::{direction, numbers};
 use super::{check_map, edge_directions, edge_uniforms, tell};
-use fast::kernels::{dielectric, dielectric_by_roots, fresnel, quantise, reflect, survive};
+use fast::kernels::{dielectric, dielectric_by_roots, fresnel, quantise, quantise_aimed, reflect, survive};
 use reference::intersect::Hit;
+use reference::photon_pass::Flux;
 use reference::{photon_pass, scatter};
-use scene::aim::Aim;
+use scene::aim::{Aim, MOST_SCALE_BITS};
 use scene::film::FLUX_ONE;
 use scene::{Rgb, Vec3};
 
@@ -100,6 +101,35 @@ fn fluxes() {
         [f32::from_bits(photon_pass::quantise(&Aim::default(), Rgb::splat(power)).units[2])]
     };
     tell(check_map("quantise", &rows, quantise, exact), "quantised fluxes");
+}
+
+/// In every unit, by powers of every magnitude that fluxes may have, next to powers of two above all.
+#[test]
+fn quantised_fluxes_of_aimed_photons() {
+    let mut stream = numbers(34);
+    let mut count = 0;
+    for scale_bits in 0..=MOST_SCALE_BITS {
+        let aim = Aim { ends: vec![1], scale_bits, ..Aim::default() };
+        let mut rows: Vec<[f32; 3]> = vec![[0.0; 3]];
+        for exponent in -(scale_bits as i32) - 24..=5 {
+            let one = 2_f32.powi(exponent);
+            for brightest in [one, one.next_down(), one.next_up(), one * (1.0 + stream.next_f32())] {
+                let mut row = [brightest, brightest * stream.next_f32(), brightest * stream.next_f32()];
+                row.rotate_left(rows.len() % 3);
+                rows.push(row);
+            }
+        }
+        let exact = |power: [f32; 3]| {
+            let Flux { units: [r, g, b], shift } = photon_pass::quantise(&aim, Rgb::from_array(power));
+            let [r, g, b] = [r | shift << 24, g, b].map(f32::from_bits);
+            [r, g, b, if shift > 0 { 1.0 } else { 0.0 }]
+        };
+        let kernel = |lanes, inputs: [&[f32]; 3], outputs: [&mut [f32]; 4]| {
+            quantise_aimed(lanes, aim.scale(), inputs, outputs)
+        };
+        count += check_map("quantise_aimed", &rows, kernel, exact);
+    }
+    tell(count, "quantised fluxes of aimed photons");
 }
 
 /// Some random numbers are equal to the survival probability or next to it, to test ties.
