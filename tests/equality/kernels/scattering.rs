@@ -125,7 +125,7 @@ fn quantised_fluxes_of_aimed_photons() {
             [r, g, b, if shift > 0 { 1.0 } else { 0.0 }]
         };
         let kernel = |lanes, inputs: [&[f32]; 3], outputs: [&mut [f32]; 4]| {
-            quantise_aimed(lanes, aim.scale(), inputs, outputs)
+            quantise_aimed(lanes, aim.scale(), inputs, outputs);
         };
         count += check_map("quantise_aimed", &rows, kernel, exact);
     }
