@@ -6,6 +6,7 @@ use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, 
 use fast::LaneKind;
 use fast::kernels::{Consolidation, Join};
 use inputs::{crowd, pixels};
+use scene::film::FluxUnit;
 use std::hint::black_box;
 
 const POINTS: usize = 4096;
@@ -50,7 +51,7 @@ fn consolidate(c: &mut Criterion) {
     for lanes in LaneKind::ALL.into_iter().filter(|lanes| lanes.is_available()) {
         group.bench_function(BenchmarkId::from_parameter(format!("{lanes:?}")), |b| {
             let fresh = || Consolidation::new(&pixels, &seen, &gathered);
-            b.iter_batched_ref(fresh, |all| all.run(lanes, 3.0), BatchSize::SmallInput);
+            b.iter_batched_ref(fresh, |all| all.run(lanes, FluxUnit::new(3.0, 1.0)), BatchSize::SmallInput);
         });
     }
     group.finish();

@@ -4,7 +4,7 @@
 use crate::join::sums::GroupSums;
 use crate::pixels::{GROUP, Pixel, PixelLanes, PixelRows, PixelRowsLanes};
 use lanes::{Lanes, MOST_LANES, V3};
-use scene::film::FLUX_ONE;
+use scene::film::FluxUnit;
 use scene::{Rgb, Settings};
 use std::f32::consts::PI;
 
@@ -17,9 +17,8 @@ pub(crate) fn consolidate_group<L: Lanes>(
     pixels: &mut [Pixel],
     rows: &[PixelRows],
     sums: &GroupSums,
-    nominal: f32,
+    unit: FluxUnit,
 ) {
-    let unit = L::f(nominal / FLUX_ONE as f32);
     for at in (0..GROUP).step_by(L::N) {
         let new = PixelRowsLanes::<L>::load(&rows[at..]);
         let old = PixelLanes::<L>::load(&pixels[at..]);
@@ -48,10 +47,9 @@ pub(crate) fn estimate_group<L: Lanes>(
     pixels: &mut [Pixel],
     rows: &[PixelRows],
     sums: &GroupSums,
-    nominal: f32,
+    unit: FluxUnit,
     density: f32,
 ) {
-    let unit = L::f(nominal / FLUX_ONE as f32);
     for at in (0..GROUP).step_by(L::N) {
         let new = PixelRowsLanes::<L>::load(&rows[at..]);
         let old = PixelLanes::<L>::load(&pixels[at..]);
@@ -72,14 +70,12 @@ pub(crate) fn density(photons: u32, radius_squared: f32) -> f32 {
     1.0 / (photons as f32 * (PI * radius_squared))
 }
 
-/// The fluxes of the pixels from `at` on, times `unit`.
+/// The power that the pixels from `at` on have gathered, in W.
 #[inline(always)]
-fn phi_of<L: Lanes>(sums: &GroupSums, at: usize, unit: L::F) -> V3<L> {
-    V3::new(
-        flux_of::<L>(sums, 0, at) * unit,
-        flux_of::<L>(sums, 1, at) * unit,
-        flux_of::<L>(sums, 2, at) * unit,
-    )
+fn phi_of<L: Lanes>(sums: &GroupSums, at: usize, unit: FluxUnit) -> V3<L> {
+    let (part, nominal) = (L::f(unit.part), L::f(unit.nominal));
+    let power = |channel| flux_of::<L>(sums, channel, at) * part * nominal;
+    V3::new(power(0), power(1), power(2))
 }
 
 /// The fluxes of the pixels from `at` on in one channel.

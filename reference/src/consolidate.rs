@@ -1,7 +1,7 @@
 //! The statistics of progressive photon mapping per pixel: `consolidate` adds the photons of an iteration, `develop`
 //! computes radiance.
 
-use scene::film::FLUX_ONE;
+use scene::film::FluxUnit;
 use scene::{Rgb, Settings};
 use std::f32::consts::PI;
 
@@ -32,10 +32,9 @@ pub struct Gathered {
 }
 
 impl Gathered {
-    /// The sum of fluxes in W, where a flux of `FLUX_ONE` is `nominal_power`.
-    fn power(&self, nominal_power: f32) -> Rgb {
-        let unit = nominal_power / FLUX_ONE as f32;
-        Rgb::from_array(self.flux.map(|sum| (sum as f64) as f32 * unit))
+    /// The sum of fluxes in W.
+    fn power(&self, unit: FluxUnit) -> Rgb {
+        Rgb::from_array(self.flux.map(|sum| (sum as f64) as f32 * unit.part * unit.nominal))
     }
 }
 
@@ -47,22 +46,16 @@ impl Pixel {
     }
 
     /// Adds the photons of one iteration (equations 9 to 11 of the paper of 2009):
-    /// `N' = N + alpha M`, `R'^2 = R^2 (N + alpha M) / (N + M)`, `tau' = (tau + beta phi) R'^2 / R^2`. A flux of
-    /// `FLUX_ONE` is `nominal_power`, in W. The squared radius of the iteration, `R^2`, is the pixel's own unless that has
+    /// `N' = N + alpha M`, `R'^2 = R^2 (N + alpha M) / (N + M)`, `tau' = (tau + beta phi) R'^2 / R^2`. The squared radius of the iteration, `R^2`, is the pixel's own unless that has
     /// gathered nothing before.
-    pub fn consolidate(
-        &mut self,
-        (beta, radius_squared): (Rgb, f32),
-        gathered: &Gathered,
-        nominal_power: f32,
-    ) {
+    pub fn consolidate(&mut self, (beta, radius_squared): (Rgb, f32), gathered: &Gathered, unit: FluxUnit) {
         if gathered.m == 0 {
             return;
         }
         let m = gathered.m as f32;
         let n = self.n + ALPHA * m;
         let ratio = n / (self.n + m);
-        self.tau = (self.tau + beta * gathered.power(nominal_power)) * ratio;
+        self.tau = (self.tau + beta * gathered.power(unit)) * ratio;
         self.radius_squared = radius_squared * ratio;
         self.n = n;
     }
@@ -81,7 +74,7 @@ impl Pixel {
 pub fn estimate(
     direct: Rgb,
     (beta, gathered): (Rgb, &Gathered),
-    nominal_power: f32,
+    unit: FluxUnit,
     photons: u32,
     radius_squared: f32,
 ) -> Rgb {
@@ -89,12 +82,27 @@ pub fn estimate(
         return direct;
     }
     let density = 1.0 / (photons as f32 * (PI * radius_squared));
-    direct + beta * gathered.power(nominal_power) * density
+    direct + beta * gathered.power(unit) * density
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use scene::film::FLUX_ONE;
+
+    fn unit(nominal: f32) -> FluxUnit {
+        FluxUnit::new(nominal, 1.0)
+    }
+
+    /// Of lamps of a power for which a flux of 1 is less than the least `f32`, where what they send is not.
+    #[test]
+    fn faint_lamps_keep_their_power() {
+        let scale = 2.0_f32.powi(69);
+        let gathered = Gathered { m: 1, flux: [u128::from(3 * FLUX_ONE) << 69; 3] };
+        for nominal in [1e-36, 1e-30, 1.0, 1e30] {
+            assert_eq!(gathered.power(FluxUnit::new(nominal, scale)), Rgb::splat(3.0 * nominal));
+        }
+    }
 
     fn gathered(m: u32) -> Gathered {
         Gathered { m, flux: [u128::from(m) * u128::from(FLUX_ONE); 3] }
@@ -105,11 +113,11 @@ mod tests {
     fn radius_and_flux_shrink_alike() {
         let mut pixel = Pixel::new(3.0);
         assert_eq!((pixel.radius_squared, pixel.n), (9.0, 0.0));
-        pixel.consolidate((Rgb::ONE, 4.0), &gathered(0), 1.0);
+        pixel.consolidate((Rgb::ONE, 4.0), &gathered(0), unit(1.0));
         assert_eq!(pixel, Pixel::new(3.0));
         for m in [3, 6] {
             let before = pixel;
-            pixel.consolidate((Rgb::ONE, pixel.radius_squared), &gathered(m), 2.0);
+            pixel.consolidate((Rgb::ONE, pixel.radius_squared), &gathered(m), unit(2.0));
             let ratio = (before.n + ALPHA * m as f32) / (before.n + m as f32);
             assert_eq!(pixel.n, before.n + ALPHA * m as f32);
             assert_eq!(pixel.radius_squared, before.radius_squared * ratio);
@@ -122,12 +130,12 @@ mod tests {
     fn an_estimate_is_direct_light_and_flux_over_the_disk() {
         let settings = Settings { photons_per_iteration: 10, ..Settings::default() };
         let (direct, beta) = (Rgb::splat(0.5), Rgb::new(1.0, 0.5, 0.0));
-        let found = estimate(direct, (beta, &gathered(4)), 3.0, 10, 2.0);
+        let found = estimate(direct, (beta, &gathered(4)), unit(3.0), 10, 2.0);
         let density = 12.0 / (10.0 * PI * 2.0);
         assert!((found - (direct + beta * density)).abs().max_element() < 1e-6, "{found}");
-        assert_eq!(estimate(direct, (beta, &gathered(0)), 3.0, 10, 2.0), direct);
+        assert_eq!(estimate(direct, (beta, &gathered(0)), unit(3.0), 10, 2.0), direct);
         let mut pixel = Pixel { direct, ..Pixel::new(2.0_f32.sqrt()) };
-        pixel.consolidate((beta, 2.0), &gathered(4), 3.0);
+        pixel.consolidate((beta, 2.0), &gathered(4), unit(3.0));
         assert!((pixel.develop(&settings, 1) - found).abs().max_element() < 1e-6);
         // Of two iterations, of which the second brought nothing, it is half.
         assert!((pixel.develop(&settings, 2) - found * 0.5).abs().max_element() < 1e-6);

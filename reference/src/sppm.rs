@@ -8,6 +8,7 @@ use crate::photon_pass::{Deposit, photon_pass};
 use crate::survey::survey_for;
 use scene::aim::{Aim, Targets};
 use scene::exact::Scale;
+use scene::film::FluxUnit;
 use scene::filter::Table;
 use scene::light_tree::LightTree;
 use scene::radius_schedule::{RadiusSchedule, Shrinking};
@@ -273,7 +274,7 @@ impl<'a> Sppm<'a> {
         let aim = Aim::new(&still, targets, settings.photons_per_iteration);
         let gathered = self.photon_pass((&still, &aim), &grid, &seen, stop)?;
         let traced = Instant::now();
-        self.consolidate(&seen, &gathered, still.lights.power / aim.scale());
+        self.consolidate(&seen, &gathered, FluxUnit::new(still.lights.power, aim.scale()));
         self.progress.advance();
         let sums = self.global.as_ref().map_or(0, |global| size_of_val(&global.sums[..]));
         let held = size_of_val(&self.pixels[..]) + sums + seen.bytes();
@@ -295,15 +296,15 @@ impl<'a> Sppm<'a> {
         }
     }
 
-    /// Adds to the pixels what they have seen and gathered in an iteration; a flux of `FLUX_ONE` is `power`, in W.
-    fn consolidate(&mut self, seen: &Seen, gathered: &[Gathered], power: f32) {
+    /// Adds to the pixels what they have seen and gathered in an iteration.
+    fn consolidate(&mut self, seen: &Seen, gathered: &[Gathered], unit: FluxUnit) {
         let points = seen.points.iter().zip(&seen.owners).zip(&seen.radii_squared).zip(gathered);
         let Some(Global { scale, sums, .. }) = &mut self.global else {
             for (pixel, direct) in self.pixels.iter_mut().zip(&seen.direct) {
                 pixel.direct += *direct;
             }
             for (((visible, owner), radius_squared), gathered) in points {
-                self.pixels[*owner].consolidate((visible.beta, *radius_squared), gathered, power);
+                self.pixels[*owner].consolidate((visible.beta, *radius_squared), gathered, unit);
             }
             return;
         };
@@ -311,7 +312,7 @@ impl<'a> Sppm<'a> {
         let mut gains: Vec<(Rgb, u32)> = seen.direct.iter().map(|direct| (*direct, 0)).collect();
         for (((visible, owner), radius_squared), gathered) in points {
             let direct = seen.direct[*owner];
-            let radiance = estimate(direct, (visible.beta, gathered), power, photons, *radius_squared);
+            let radiance = estimate(direct, (visible.beta, gathered), unit, photons, *radius_squared);
             gains[*owner] = (radiance, gathered.m);
         }
         for (sum, (radiance, m)) in sums.iter_mut().zip(gains) {

@@ -6,6 +6,23 @@ use crate::color::Rgb;
 /// multiples of 2^-21 of the nominal power, with an error of 2^-22 of it at most.
 pub const FLUX_ONE: u32 = 1 << 21;
 
+/// The power that a flux of 1 stands for: `part` of the nominal power, in W. Their product may be too small for an `f32`, so sums of fluxes
+/// are multiplied by `part` first, which is a power of two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FluxUnit {
+    /// The nominal power, in W.
+    pub nominal: f32,
+    /// The flux of 1 over it.
+    pub part: f32,
+}
+
+impl FluxUnit {
+    /// That of photons whose powers are multiplied by `scale` before they are rounded ([`Aim::scale`](crate::aim::Aim::scale)).
+    pub fn new(nominal: f32, scale: f32) -> Self {
+        Self { nominal, part: 1.0 / (FLUX_ONE as f32 * scale) }
+    }
+}
+
 /// Added to the divisor of relative square errors, to keep those of black pixels finite. It has the usual value 0.01,
 /// the square of a tenth of white. In pixels darker than that the absolute error counts, as it does to the eye.
 pub const RELATIVE_MSE_EPSILON: f64 = 0.01;

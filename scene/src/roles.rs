@@ -81,6 +81,7 @@ impl Roles {
 impl Index<usize> for Roles {
     type Output = Role;
 
+    #[inline]
     fn index(&self, id: usize) -> &Role {
         match self.kinds[id] {
             Kind::Solid => &Role::Solid,

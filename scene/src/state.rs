@@ -21,8 +21,8 @@ use std::fmt;
 /// close to the eye are computed from an anchor. 10: rays that see lamps in place of a pixel's path choose at glass by roots.
 /// 11: walls limit first radii to a third of the initial radius, no longer to an eighth. 12: aimed photons are scattered towards
 /// the middle of the places where light arrives, which is a target too. 13: balls around the middle are targets, far lamps have
-/// wider cores, and fluxes have finer units.
-pub const TRANSPORT: u32 = 13;
+/// wider cores, and fluxes have finer units. 14: those cores have rims, and lamps that they would reach are near.
+pub const TRANSPORT: u32 = 14;
 
 /// The meaning of a pixel's words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -389,6 +389,47 @@ fn a_tiny_ball_receives_what_a_far_sun_sends_and_no_more() {
     tell("physics", powers.len(), "photons that meet a tiny ball");
 }
 
+/// Balls of a millimetre over a ground as wide as the Earth, under a sun of red and green: where rays of that sun are uncertain by more than a
+/// ball, and by far less than the balls are apart, or where blue lamps stand at the rim of the core that would be around the balls alone.
+#[test]
+fn tiny_balls_far_apart_or_among_lamps_receive_what_a_far_sun_sends() {
+    const TINY: f32 = 1e-3;
+    let (sun, sun_radius) = (Vec3::new(5.7e5, 0.0, 5.7e5), 6e3);
+    let [side, far_side] = [2.0 * TINY, 2.0].map(|y| [y, -y].map(|y| Vec3::new(0.0, y, 2.0 * TINY)));
+    let lamps = [[3.0, 0.0], [0.0, 3.0], [2.3, 2.3]].map(|[x, y]| Vec3::new(x, y, 0.02));
+    for (balls, lamps) in [(far_side, &lamps[..0]), (side, &lamps), (far_side, &lamps)] {
+        let empty = empty_scene(pinhole(Vec3::new(9.0, 0.0, 2.0) * TINY, Vec3::ZERO, 30.0));
+        let lit = empty.ball(Vec3::NEG_Z * 8e6, 8e6, diffuse(0.5)).lamp(
+            sun,
+            sun_radius,
+            BLACK,
+            Rgb::new(3.0, 2.0, 0.0),
+        );
+        let scene = balls.into_iter().fold(lit, |scene, place| scene.ball(place, TINY, diffuse(0.5)));
+        let lamp = |scene: Scene, place: &Vec3| scene.lamp(*place, 0.01, BLACK, Rgb::new(0.0, 0.0, 1.0));
+        let scene = lamps.iter().fold(scene, lamp);
+        let still = scene.at(0.0);
+        let each = balls.map(|place| Target::ball(place, 2.0 * TINY));
+        let both = (0..8).map(|power| Target::ball(Vec3::ZERO, 2.0 * balls[0].y * 4.0_f32.powi(power)));
+        let aim = Aim::new(&still, &aimed_at(each.into_iter().chain(both).collect()), PHOTONS);
+        let is_of_sun = |light: usize| still.lights.entries[light].sphere == 1;
+        let core = aim.core.as_ref().expect("the sun is far");
+        assert!(
+            (0..still.lights.entries.len()).all(|light| core.is_far[light] == is_of_sun(light)),
+            "{core:?}"
+        );
+        let meets = |ray: &Ray| intersect(&still, ray).is_some_and(|hit| [2, 3].contains(&hit.sphere));
+        let met = emitted(&scene, &aim, PHOTONS, 0).into_iter().filter(|(_, e)| meets(&e.ray));
+        let actual = met.map(|(_, e)| e.power.as_dvec3()).sum::<DVec3>() / f64::from(PHOTONS);
+        let of_sun = still.lights.entries.iter().find(|light| light.sphere == 1).expect("it glows");
+        let share = share_of_lines(sun_radius.into(), TINY.into(), sun.as_dvec3().length());
+        let expected = 2.0 * share * f64::from(of_sun.probability) * of_sun.photon_power.as_dvec3();
+        let error = (actual / expected - 1.0).truncate().abs().max_element();
+        assert!(error < POWER, "{balls:?}, {}: {actual}, not {expected}: {error:.3}", lamps.len());
+    }
+    tell("physics", 3 * PHOTONS as usize, "photons above tiny balls");
+}
+
 /// A ball that is smaller than the lamps, which are aimed by runs of neighbours.
 #[test]
 fn a_small_ball_receives_what_many_large_lamps_send_it() {

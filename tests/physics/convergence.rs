@@ -4,7 +4,7 @@ use crate::cases::tell;
 use crate::harness::{Build, diffuse, empty_scene, pinhole, relative_error, settings};
 use reference::consolidate::{ALPHA, Gathered, Pixel};
 use reference::{PathTracer, Sppm};
-use scene::film::FLUX_ONE;
+use scene::film::{FLUX_ONE, FluxUnit};
 use scene::{Engine, Film, Rgb, Scene, Settings, Vec3};
 use statrs::function::gamma::ln_gamma;
 
@@ -116,12 +116,13 @@ const CONSOLIDATION: f64 = 2e-6;
 #[test]
 fn consolidation_is_that_of_the_paper() {
     let power = 3.0;
+    let unit = FluxUnit::new(power, 1.0);
     let (beta, radius) = (Rgb::new(0.5, 0.25, 0.125), 2.0);
     let mut pixel = Pixel::new(radius);
     let (mut n, mut r2, mut tau) = (0.0_f64, 4.0_f64, [0.0_f64; 3]);
     for m in [10_u32, 0, 1, 250, 3, 0, 17] {
         let flux = [u64::from(m * FLUX_ONE), u64::from(m * (FLUX_ONE / 2)), u64::from(m)];
-        pixel.consolidate((beta, pixel.radius_squared), &Gathered { m, flux: flux.map(u128::from) }, power);
+        pixel.consolidate((beta, pixel.radius_squared), &Gathered { m, flux: flux.map(u128::from) }, unit);
         if m > 0 {
             let kept = n + f64::from(m) * 2.0 / 3.0;
             let ratio = kept / (n + f64::from(m));

@@ -50,6 +50,7 @@ use point::SinglePoint;
 pub(crate) use radii::Radii;
 use rayon::prelude::*;
 pub(crate) use region::Region;
+use scene::film::FluxUnit;
 use scene::{Stats, Stop};
 pub(crate) use sorted::{Deposits, Sorted};
 use std::mem::take;
@@ -79,8 +80,8 @@ pub(crate) struct Round<'a> {
     pub(crate) cells: Cells,
     /// True if no round of this iteration follows.
     pub(crate) is_last: bool,
-    /// The nominal power of photons.
-    pub(crate) nominal: f32,
+    /// What fluxes count in.
+    pub(crate) unit: FluxUnit,
     /// If radii are global, the density of the iteration: see [`estimate_group`].
     pub(crate) density: Option<f32>,
 }
@@ -179,7 +180,7 @@ impl Kernel for JoinJob<'_> {
     type Output = JoinCounts;
     #[inline(always)]
     fn run<L: Lanes>(self) -> JoinCounts {
-        let Round { sorted, cells, is_last, nominal, density } = self.round;
+        let Round { sorted, cells, is_last, unit, density } = self.round;
         let deposits = sorted.map(Sorted::deposits);
         let (mut counts, mut buffers) = (JoinCounts::default(), JoinBuffers::new());
         let groups = self.pixels.chunks_mut(GROUP).zip(self.rows.chunks(GROUP));
@@ -189,9 +190,9 @@ impl Kernel for JoinJob<'_> {
                 gather_group::<L>(deposits, cells, rows, &mut buffers, &mut sums, &mut counts);
             }
             if is_last && let Some(density) = density {
-                estimate_group::<L>(pixels, rows, &sums, nominal, density);
+                estimate_group::<L>(pixels, rows, &sums, unit, density);
             } else if is_last {
-                consolidate_group::<L>(pixels, rows, &sums, nominal);
+                consolidate_group::<L>(pixels, rows, &sums, unit);
             } else if let Some(kept) = self.sums.get_mut(number) {
                 *kept = sums;
             }

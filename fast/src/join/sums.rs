@@ -12,7 +12,7 @@ pub(crate) struct GroupSums {
     /// The lower 64 bits of the sums of fluxes per channel, in units of `FLUX_ONE` to the nominal power.
     flux: [[u64; GROUP]; 3],
     /// The bits above those; `None` until a heavy photon counts, as without such sums stay below 2^52. With them they stay
-    /// below 2^121 ([`scene::aim::MOST_SCALE_BITS`]).
+    /// below 2^127 ([`scene::aim::MOST_SCALE_BITS`]).
     upper: Option<Box<[[u64; GROUP]; 3]>>,
 }
 

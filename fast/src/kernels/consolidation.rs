@@ -4,6 +4,7 @@ use crate::consolidate::{self, consolidate_group};
 use crate::join::{Flux, GroupSums};
 use crate::pixels::{self, GROUP, PixelRows};
 use lanes::{Kernel, LaneKind, Lanes, dispatch};
+use scene::film::FluxUnit;
 use scene::{Rgb, Settings};
 
 /// What a pixel has gathered over all iterations; as `reference::consolidate::Pixel`.
@@ -97,8 +98,8 @@ impl Consolidation {
     }
 
     /// Consolidates all pixels.
-    pub fn run(&mut self, lanes: LaneKind, nominal: f32) {
-        dispatch(lanes, ConsolidateAll { this: self, nominal });
+    pub fn run(&mut self, lanes: LaneKind, unit: FluxUnit) {
+        dispatch(lanes, ConsolidateAll { this: self, unit });
     }
 
     /// The pixels as they are now.
@@ -109,7 +110,7 @@ impl Consolidation {
 
 struct ConsolidateAll<'a> {
     this: &'a mut Consolidation,
-    nominal: f32,
+    unit: FluxUnit,
 }
 
 impl Kernel for ConsolidateAll<'_> {
@@ -118,7 +119,7 @@ impl Kernel for ConsolidateAll<'_> {
     fn run<L: Lanes>(self) {
         let Consolidation { pixels, rows, sums, .. } = self.this;
         for ((pixels, rows), sums) in pixels.chunks_mut(GROUP).zip(rows.chunks(GROUP)).zip(sums.iter()) {
-            consolidate_group::<L>(pixels, rows, sums, self.nominal);
+            consolidate_group::<L>(pixels, rows, sums, self.unit);
         }
     }
 }

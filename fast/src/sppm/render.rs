@@ -24,6 +24,7 @@ use crate::prepared::Prepared;
 use crate::survey::survey;
 use lanes::LaneKind;
 use scene::aim::{Aim, Targets};
+use scene::film::FluxUnit;
 use scene::still::Carried;
 use scene::{Clearance, FirstRadii, Progress, Scene, Settings, Stop};
 use std::time::Instant;
@@ -256,11 +257,11 @@ impl<'a> Sppm<'a> {
             rounding: Rounding::of(&p.still),
             at_once: photons_per_batch as usize,
         };
-        let nominal = p.still.lights.power / emitters.scale().unwrap_or(1.0);
+        let unit = FluxUnit::new(p.still.lights.power, emitters.scale().unwrap_or(1.0));
         let density = self.global.as_ref().map(|global| density(total, global.radius_squared));
         let mut next = 0;
         while next < total {
-            next = self.round(&pass, next, (nominal, density), stop)?;
+            next = self.round(&pass, next, (unit, density), stop)?;
         }
         if let Some(global) = &mut self.global {
             global.add(&self.pixels);
@@ -319,7 +320,7 @@ impl<'a> Sppm<'a> {
         &mut self,
         pass: &PhotonPass,
         from: u32,
-        (nominal, density): (f32, Option<f32>),
+        (unit, density): (FluxUnit, Option<f32>),
         stop: &Stop,
     ) -> Option<u32> {
         let start = Instant::now();
@@ -331,7 +332,7 @@ impl<'a> Sppm<'a> {
         self.photon_workers.sort_into(&mut self.sorted, pass.cells);
         let sorted = Instant::now();
         let is_last = next == total;
-        let round = Round { sorted: Some(&self.sorted), cells: pass.cells, is_last, nominal, density };
+        let round = Round { sorted: Some(&self.sorted), cells: pass.cells, is_last, unit, density };
         let lanes = (self.lanes, pixels_per_job as usize);
         self.join.run(round, lanes, &mut self.pixels, &self.rows, &mut self.progress.stats, stop)?;
         stop.meter().advance(JOIN_WORK * u64::from(next - from));

@@ -6,7 +6,8 @@
 //! The ground itself is not within: it may be 10^7 times as wide as what stands on it.
 //!
 //! Photons that miss the core start on their lamps, and rounding may lead them into its rim. What is near must not be there, or
-//! it would receive them besides those that start at the core. So the core is many times as wide as the fog.
+//! it would receive them besides those that start at the core. So the core reaches beyond it by some widths of the fog, and is many
+//! times as wide as the fog.
 
 use super::target::Target;
 use crate::ray::SphereId;
@@ -20,6 +21,9 @@ const MOST_FAR: usize = 4;
 
 /// The core's least radius over the fog of its farthest lamp. The farther from the core's middle, the coarser is `f32` there.
 const ROOM_FOR_FOG: f64 = 16.0;
+
+/// How far the core reaches beyond what is near, over the fog: the place and the direction of a ray are each rounded by about one.
+const RIM_OF_FOG: f64 = 4.0;
 
 /// A lamp over a ground that is wider than it is far is far as well, where its rounding is more than such a part of what is near.
 const CERTAIN: f64 = 1.0 / 1024.0;
@@ -42,44 +46,33 @@ pub struct Core {
 impl Core {
     /// The core of a scene, if some lamp is far from it.
     pub(super) fn new(still: &Still, targets: &[Target]) -> Option<Self> {
-        // If too many lamps over the ground are far, they are near.
-        Self::of(still, targets, CERTAIN).or_else(|| Self::of(still, targets, f64::INFINITY))
-    }
-
-    /// The core where lamps over a ground are far if their rounding is such a part of what is near.
-    fn of(still: &Still, targets: &[Target], certain: f64) -> Option<Self> {
-        let all = around(|| of_targets(targets).chain(of_spheres(still, |s, role| !is_lamp(s, role))));
-        let is_ground = |role| matches!(role, Role::Ground(_));
-        let things = around_smallest(still, targets, |s, role| !is_lamp(s, role) && !is_ground(role))?;
-        let is_uncertain =
-            |s: &Sphere| reach(&things, s) * f64::from(f32::EPSILON) >= certain * f64::from(things.radius);
-        let is_beyond = |ball: &Target, s: &Sphere| gap(ball, s) >= f64::from(ball.radius);
-        let may_be_far = |s: &Sphere, role| {
-            is_lamp(s, role) && (is_beyond(&all, s) || is_beyond(&things, s) && is_uncertain(s))
+        let things = around_smallest(still, targets, |_, s, role| !is_lamp(s, role))?;
+        let mut far = lamps_beyond(still, targets, &things);
+        // A lamp that is near widens the core, and so others may come too close to it.
+        let ball = loop {
+            let is_far = |id: SphereId| far.iter().any(|(lamp, _)| *lamp == id);
+            let fog = fog(still, &things, is_far);
+            let near = around_smallest(still, targets, |id, _, _| !is_far(id))?;
+            let radius = f64::from(near.radius) + RIM_OF_FOG * fog;
+            let least = ROOM_FOR_FOG * fog;
+            let ball = around_apart(targets, Target::ball(near.center, radius.max(least) as f32));
+            let is_clear = |lamp: &Target| {
+                gap(&things, lamp) >= 2.0 * least
+                    && distance(lamp.center, ball.center) > f64::from(lamp.radius + ball.radius)
+            };
+            let before = far.len();
+            far.retain(|(_, lamp)| is_clear(lamp));
+            if far.len() == before {
+                break ball;
+            }
         };
-        let least = ROOM_FOR_FOG * fog(still, &things, may_be_far);
-        // Lamps that are not far from so wide a core are near.
-        let is_far = |s: &Sphere, role| may_be_far(s, role) && gap(&things, s) >= 2.0 * least;
-        let near = around_smallest(still, targets, |s, role| !is_far(s, role) && !is_ground(role))?;
-        let ball = around_apart(targets, Target::ball(near.center, near.radius.max(least as f32)));
-        let spheres = || (0..).zip(still.spheres.iter().zip(still.roles.iter()));
-        let far = spheres().filter(|(_, (s, role))| is_far(s, **role));
-        let far: Vec<_> = far.map(|(id, (s, _))| (id, Target::ball(s.center, s.radius))).collect();
         let starts_at_core = |light: &Light| {
-            let id = light.sphere as usize;
-            let is_room = light.inside && contains(&still.spheres[id], &ball);
-            light.blockers.is_empty() && (is_room || is_far(&still.spheres[id], still.roles[id]))
+            let is_room = light.inside && contains(&still.spheres[light.sphere as usize], &ball);
+            light.blockers.is_empty() && (is_room || far.iter().any(|(id, _)| *id == light.sphere))
         };
         let is_far: Vec<bool> = still.lights.entries.iter().map(starts_at_core).collect();
-        let is_clear = far
-            .iter()
-            .all(|(_, lamp)| distance(lamp.center, ball.center) > f64::from(lamp.radius + ball.radius));
         let is_in_rooms = still.enclosures.iter().all(|e| contains(&still.spheres[e.sphere as usize], &ball));
-        (is_clear && is_in_rooms && far.len() <= MOST_FAR && is_far.contains(&true)).then_some(Self {
-            ball,
-            far,
-            is_far,
-        })
+        (is_in_rooms && is_far.contains(&true)).then_some(Self { ball, far, is_far })
     }
 
     /// Where a half line from far lamp `lamp` enters the core; `None` if it does not, or if another far lamp stands there.
@@ -107,14 +100,33 @@ fn is_lamp(s: &Sphere, role: Role) -> bool {
     role == Role::Solid && s.is_emitter()
 }
 
+/// The lamps that are beyond all else, by as much as that is wide, and those beyond all but the grounds whose fog is not small there: of
+/// both together the farthest [`MOST_FAR`], by the number of their sphere. `things` is around all but lamps, grounds and rooms.
+fn lamps_beyond(still: &Still, targets: &[Target], things: &Target) -> Vec<(SphereId, Target)> {
+    let all = around(|| of_targets(targets).chain(of_spheres(still, |_, s, role| !is_lamp(s, role))));
+    let is_beyond = |ball: &Target, lamp: &Target| gap(ball, lamp) >= f64::from(ball.radius);
+    let is_uncertain =
+        |lamp: &Target| reach(things, lamp) * f64::from(f32::EPSILON) >= CERTAIN * f64::from(things.radius);
+    let spheres = (0..).zip(still.spheres.iter().zip(still.roles.iter()));
+    let lamps = spheres.filter(|(_, (s, role))| is_lamp(s, **role));
+    let mut far: Vec<(SphereId, Target)> = lamps
+        .map(|(id, (s, _))| (id, Target::ball(s.center, s.radius)))
+        .filter(|(_, lamp)| is_beyond(&all, lamp) || is_beyond(things, lamp) && is_uncertain(lamp))
+        .collect();
+    far.sort_by(|(_, a), (_, b)| reach(things, b).total_cmp(&reach(things, a)));
+    far.truncate(MOST_FAR);
+    far.sort_unstable_by_key(|(id, _)| *id);
+    far
+}
+
 /// Centres and radii of the spheres that `counts` names, but for rooms.
 fn of_spheres<'a>(
     still: &'a Still,
-    counts: impl Fn(&Sphere, Role) -> bool + 'a,
+    counts: impl Fn(SphereId, &Sphere, Role) -> bool + 'a,
 ) -> impl Iterator<Item = (Vec3, f32)> + 'a {
-    let spheres = still.spheres.iter().zip(still.roles.iter());
-    let objects = spheres.filter(|(_, role)| !matches!(role, Role::Enclosure(_)));
-    objects.filter(move |(s, role)| counts(s, **role)).map(|(s, _)| (s.center, s.radius))
+    let spheres = (0..).zip(still.spheres.iter().zip(still.roles.iter()));
+    let objects = spheres.filter(|(_, (_, role))| !matches!(role, Role::Enclosure(_)));
+    objects.filter(move |(id, (s, role))| counts(*id, s, **role)).map(|(_, (s, _))| (s.center, s.radius))
 }
 
 /// Centres and radii.
@@ -123,22 +135,23 @@ fn of_targets(targets: &[Target]) -> impl Iterator<Item = (Vec3, f32)> + '_ {
 }
 
 /// By how much rays from far lamps and rooms are uncertain where they pass a ball.
-fn fog(still: &Still, ball: &Target, is_far: impl Fn(&Sphere, Role) -> bool) -> f64 {
-    let spheres = still.lights.entries.iter().map(|light| light.sphere as usize);
-    let roles = spheres.map(|id| (&still.spheres[id], still.roles[id]));
-    let sends = roles.filter(|(s, role)| matches!(role, Role::Enclosure(_)) || is_far(s, *role));
-    sends.map(|(s, _)| reach(ball, s)).fold(0.0, f64::max) * f64::from(f32::EPSILON)
+fn fog(still: &Still, ball: &Target, is_far: impl Fn(SphereId) -> bool) -> f64 {
+    let lights = still.lights.entries.iter().map(|light| light.sphere);
+    let sends = lights.filter(|id| matches!(still.roles[*id as usize], Role::Enclosure(_)) || is_far(*id));
+    let lamps = sends.map(|id| &still.spheres[id as usize]).map(|s| Target::ball(s.center, s.radius));
+    lamps.map(|lamp| reach(ball, &lamp)).fold(0.0, f64::max) * f64::from(f32::EPSILON)
 }
 
-/// The ball around the spheres that `counts` names, but for rooms, and around the smallest target, so that there is a ball even if nothing
-/// stands on the ground. `None` without targets.
+/// The ball around the spheres that `counts` names, but for rooms and grounds, and around the smallest target, so that there is a ball even
+/// if nothing stands on the ground. `None` without targets.
 fn around_smallest(
     still: &Still,
     targets: &[Target],
-    counts: impl Fn(&Sphere, Role) -> bool + Copy,
+    counts: impl Fn(SphereId, &Sphere, Role) -> bool + Copy,
 ) -> Option<Target> {
     let smallest = targets.iter().min_by(|a, b| a.radius.total_cmp(&b.radius))?;
-    Some(around(|| of_targets(slice::from_ref(smallest)).chain(of_spheres(still, counts))))
+    let stands = move |id, s: &Sphere, role| !matches!(role, Role::Ground(_)) && counts(id, s, role);
+    Some(around(|| of_targets(slice::from_ref(smallest)).chain(of_spheres(still, stands))))
 }
 
 /// The ball around a ball, and around all targets that neither lie within it nor are around it.
@@ -159,14 +172,14 @@ fn around_apart(targets: &[Target], mut ball: Target) -> Target {
     ball
 }
 
-/// How far the far side of a sphere is from the middle of a ball.
-fn reach(ball: &Target, s: &Sphere) -> f64 {
-    distance(s.center, ball.center) + f64::from(s.radius)
+/// How far the far side of a lamp is from the middle of a ball.
+fn reach(ball: &Target, lamp: &Target) -> f64 {
+    distance(lamp.center, ball.center) + f64::from(lamp.radius)
 }
 
-/// How far a sphere is from a ball.
-fn gap(ball: &Target, s: &Sphere) -> f64 {
-    distance(ball.center, s.center) - f64::from(s.radius) - f64::from(ball.radius)
+/// How far a lamp is from a ball.
+fn gap(ball: &Target, lamp: &Target) -> f64 {
+    distance(ball.center, lamp.center) - f64::from(lamp.radius) - f64::from(ball.radius)
 }
 
 /// True if a ball lies within a sphere.
@@ -253,7 +266,8 @@ mod tests {
         assert!((1e-3..3e-3).contains(&near), "{near}");
     }
 
-    /// Lamps over the ground that are uncertain: a few start at the core, and with more of them those of the sky still do.
+    /// Lamps over the ground that are uncertain: photons of a few start at the core, and with more of them those of the sky still do, and those
+    /// of a sun.
     #[test]
     fn many_lamps_over_a_ground_leave_the_core_to_the_sky() {
         let ground = (-1e4 * Vec3::Z, 1e4 - 1e-3, 0.0);
@@ -266,8 +280,55 @@ mod tests {
             Core::new(&scene.at(0.0), &[Target::ball(Vec3::ZERO, 1e-3)]).unwrap()
         };
         let far = |core: &Core| core.is_far.iter().filter(|far| **far).count();
-        assert_eq!([of(1), of(4), of(5)].map(|core| (core.far.len(), far(&core))), [(1, 2), (4, 5), (0, 1)]);
+        // Of five the nearest is near, and widens the core up to two more.
+        assert_eq!([of(1), of(4), of(5)].map(|core| (core.far.len(), far(&core))), [(1, 2), (4, 5), (2, 3)]);
         assert!(of(4).ball.radius < 10.0 && of(5).ball.radius > 50.0);
+        let sun = (Vec3::new(2e5, 0.0, 2e5), 2e3, 5.0);
+        let lamps = (0..9_u8).map(|k| (100.0 * Vec3::Z + Vec3::X * f32::from(10 * k), 0.5, 3.0));
+        let scene = balls(&[ground, thing].into_iter().chain(lamps).chain([sun]).collect::<Vec<_>>());
+        let scene = Scene { camera: Camera { eye: Vec3::Z * 3e-3, ..scene.camera }, ..scene };
+        let core = Core::new(&scene.at(0.0), &[Target::ball(Vec3::ZERO, 1e-3)]).unwrap();
+        assert!(core.far.iter().any(|(id, _)| *id == 11), "{core:?}");
+    }
+
+    /// Whatever its size, no less than four times the fog is left around what is near: photons from the sun itself may lead there.
+    #[test]
+    fn what_is_near_is_not_at_the_rim_of_the_core() {
+        let sun = (8e5 * Vec3::Z, 6e3, 5.0);
+        let fog = 8.06e5 * 2.0_f64.powi(-23);
+        for apart in [0.0, 1.0, 1.5, 2.0, 20.0] {
+            let [a, b] = [apart, -apart].map(|x| (Vec3::X * x, 1e-3, 0.0));
+            let core = Core::new(&balls(&[a, b, sun]).at(0.0), &[Target::ball(Vec3::ZERO, 1e-3)]).unwrap();
+            let rim = f64::from(core.ball.radius) - f64::from(apart) - 1e-3;
+            assert!(rim > 4.0 * fog, "{rim} for {apart}");
+        }
+    }
+
+    /// Where lamps that are near widen it up to one that was not.
+    #[test]
+    fn lamps_that_the_core_would_reach_are_near() {
+        let sun = (Vec3::new(5.7e5, 0.0, 5.7e5), 6e3, 5.0);
+        let thing = (Vec3::ZERO, 1e-3, 0.0);
+        let lamps = [[3.0, 0.0], [0.0, 3.0], [2.3, 2.3], [4.6, 0.0], [0.0, 6.0], [9.0, 0.0]];
+        for count in 0..=lamps.len() {
+            let lamp = |[x, y]: [f32; 2]| (Vec3::new(x, y, 0.0), 0.01, 1.0);
+            let near = lamps[..count].iter().map(|place| lamp(*place));
+            let scene = balls(&[thing, sun].into_iter().chain(near).collect::<Vec<_>>());
+            let core = Core::new(&scene.at(0.0), &[Target::ball(Vec3::ZERO, 1e-3)]).unwrap();
+            let (id, far) = core.far[0];
+            assert_eq!((id, far.center), (1, sun.0), "{count}");
+            for (place, radius, _) in near_spheres(&scene, &core) {
+                let reach = distance(place, core.ball.center) + f64::from(radius);
+                assert!(reach <= f64::from(core.ball.radius), "{count}: {core:?}");
+            }
+        }
+    }
+
+    /// Spheres but the far lamps.
+    fn near_spheres(scene: &Scene, core: &Core) -> Vec<(Vec3, f32, SphereId)> {
+        let ids = (0..).zip(scene.spheres.iter());
+        let near = ids.filter(|(id, _)| core.far.iter().all(|(far, _)| far != id));
+        near.map(|(id, s)| (s.center, s.radius, id)).collect()
     }
 
     /// In numbers that are exact: a line that only touches it does not enter.

@@ -5,22 +5,14 @@ use super::core::Core;
 use super::groups::{Group, flux, fluxes, groups};
 use super::target::Target;
 use super::targets::{Targets, UNIFORM_SHARE};
+use super::units::{EXPONENT_STEP, MOST_SCALE_BITS};
 use crate::guide::{Departures, GUIDED_BITS, Guide, RUN};
 use crate::still::Still;
 use glam::Vec3;
 use std::sync::Arc;
 
-/// Bits by which the unit of flux is lowered for light photons, at most: those of a far sun that are aimed at a ball of a millimetre weigh
-/// 2^-60. Photons weigh at most 2^3 as they depart, and are doubled by at most [`AIMED_BOUNCES`] surfaces. So no flux exceeds
-/// 2^(3 + 3 + 21 + 63), and as fewer than 2^31 photons are deposited no sum exceeds 2^121.
-pub const MOST_SCALE_BITS: u32 = 63;
-
 /// Of the surfaces that a photon meets, those up to this one scatter it towards the [`region`](Aim::region).
 pub const AIMED_BOUNCES: u32 = 3;
-
-/// Exponents of heavy photons' fluxes are multiples of this; weights of up to `2^EXPONENT_STEP` times the least need none
-/// ([`Aim::scale_bits`]).
-pub const EXPONENT_STEP: u32 = 8;
 
 /// All that aimed emission from the lamps of one instant needs.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -137,11 +129,11 @@ impl Aim {
         self.order[first + self.within[first..end - 1].partition_point(|&c| c <= rest)]
     }
 
-    /// What multiplies a photon's power, where [`FLUX_ONE`](crate::film::FLUX_ONE) stands for the nominal one.
+    /// What multiplies a photon's power, where [`FLUX_ONE`](crate::film::FLUX_ONE) stands for the nominal one: a power of two.
     pub fn scale(&self) -> f32 {
         match self.guide {
             Some(_) => 1.0 / (1_u64 << GUIDED_BITS) as f32,
-            None => (1_u64 << self.scale_bits) as f32,
+            None => (1_u128 << self.scale_bits) as f32,
         }
     }
 
@@ -227,7 +219,9 @@ mod tests {
         assert_eq!([weight(0.0), weight(1.5), weight(3.0)], [0.5, 1.0 / 1.5, 4.0]);
         assert_eq!(Aim::default().weight(Vec3::ZERO, Vec3::X), 1.0);
         assert!(Aim::default().is_empty() && !aim().is_empty());
-        assert_eq!((aim().scale(), Aim { scale_bits: 5, ..aim() }.scale()), (1.0, 32.0));
+        for scale_bits in [0, 5, MOST_SCALE_BITS] {
+            assert_eq!(Aim { scale_bits, ..aim() }.scale(), 2.0_f32.powi(scale_bits as i32));
+        }
     }
 
     #[test]

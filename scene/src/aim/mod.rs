@@ -15,10 +15,12 @@ mod mixture;
 pub mod survey;
 mod target;
 mod targets;
+mod units;
 
 pub use self::core::Core;
 pub use crate::guide::{Arrival, RUN};
 pub use groups::Group;
-pub use mixture::{AIMED_BOUNCES, Aim, EXPONENT_STEP, MOST_SCALE_BITS};
+pub use mixture::{AIMED_BOUNCES, Aim};
 pub use target::{Target, cone};
 pub use targets::{Targets, UNIFORM_SHARE};
+pub use units::{EXPONENT_STEP, MOST_SCALE_BITS};

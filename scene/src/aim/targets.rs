@@ -1,7 +1,8 @@
 //! What to aim at, and how often, by what a survey has found.
 
-use super::groups::{fluxes, groups};
+use super::groups::{Group, flux, fluxes, groups};
 use super::target::{ALL_DIRECTIONS, Target};
+use super::units::LEAST_FLUX;
 use crate::guide::{Arrival, Guide};
 use crate::sphere::Sphere;
 use crate::still::{Role, Still};
@@ -43,7 +44,7 @@ const WORTH_IT: f64 = 0.6;
 /// Least radius of a target over the radius of all: below, rounding decides which lines cross it.
 const LEAST_RADIUS: f64 = 1.0 / 65536.0;
 
-/// Balls around the root that grow by less than this would be of no use, nor would a middle that is hardly narrower.
+/// Balls around the middle that grow by less than this would be of no use, nor would a middle that is hardly narrower.
 const WIDE: f64 = 1.25;
 
 /// The share of arrivals that lie outside of the middle at each end of each axis.
@@ -84,6 +85,10 @@ impl Targets {
             return Self::default();
         }
         let all = ball_around(&arrivals, 0.0);
+        if all.1 == 0.0 {
+            // All at one place: nothing tells how large it is.
+            return Self::default();
+        }
         let cap = cap_around(&arrivals);
         let least = all.1 * LEAST_RADIUS;
         let ball = middle(&arrivals, cap, least);
@@ -95,7 +100,11 @@ impl Targets {
         divide(&mut arrivals, leaves, least, &mut balls);
         let middle = if is_narrower { balls.len() } else { root };
         balls.extend(is_narrower.then_some(ball));
-        let fluxes = fluxes(&balls, &groups(still).0);
+        let groups = groups(still).0;
+        for ball in &mut balls {
+            widen(ball, &groups);
+        }
+        let fluxes = fluxes(&balls, &groups);
         let densities: Vec<f64> =
             std::iter::once(1.0).chain(fluxes.into_iter().map(|flux| 1.0 / flux)).collect();
         let lines: Vec<(f64, Vec<usize>)> = arrivals.iter().map(|a| line(a, &balls)).collect();
@@ -103,6 +112,15 @@ impl Targets {
         let expected = variance(&lines, &densities, &shares);
         let shares = if expected < WORTH_IT { shares } else { Vec::new() };
         Self { balls, middle, shares, expected, guide: None }
+    }
+}
+
+/// Widens a ball that so little of the lamps' flux crosses that it would not be counted finely enough.
+fn widen(ball: &mut Target, groups: &[Group]) {
+    let share = |ball: &Target| groups.iter().map(|group| flux(group, ball)).sum::<f64>();
+    while (f64::MIN_POSITIVE..LEAST_FLUX).contains(&share(ball)) {
+        let radius = 2.0 * ball.radius;
+        (ball.radius, ball.radius_squared) = (radius, radius * radius);
     }
 }
 
@@ -129,8 +147,10 @@ fn line(arrival: &Arrival, balls: &[Target]) -> (f64, Vec<usize>) {
     let way = arrival.point - arrival.source;
     let length = way.dot(way).sqrt();
     let direction = way * (1.0 / length);
-    // From far lamps the line is told apart from its neighbours only near the targets: all lie in the first.
-    let back = balls.first().map_or(length, |all| (3.0 * all.radius).min(length));
+    // From far lamps the line is told apart from its neighbours only near the targets. All lie within three times the widest, as the
+    // centre of each lies in the ball around all arrivals.
+    let widest = balls.iter().map(|ball| ball.radius).fold(0.0, f32::max);
+    let back = if balls.is_empty() { length } else { (3.0 * widest).min(length) };
     let origin = arrival.point - direction * back;
     let crossed = (1..).zip(balls).filter(|(_, ball)| ball.is_crossed(origin, direction));
     (f64::from(arrival.flux), std::iter::once(0).chain(crossed.map(|(k, _)| k)).collect())
@@ -407,6 +427,36 @@ mod tests {
         divide(&mut arrivals, 1, 0.25, &mut balls);
         assert_eq!(balls.len(), 1);
         assert_eq!(balls[0].radius_squared, balls[0].radius * balls[0].radius);
+    }
+
+    /// Of a sun as ours, in metres: a ball of a centimetre is widened until photons aimed at it are counted by ten bits.
+    #[test]
+    fn balls_that_hardly_any_light_crosses_are_widened() {
+        let scene = balls(&[(Vec3::ZERO, 1.0, 0.0), (1.5e11 * Vec3::Z, 7e8, 1.0)]);
+        let groups = groups(&scene.at(0.0)).0;
+        let lit = |radius| Target { axis: Vec3::NEG_Z, height: 0.5, ..Target::ball(Vec3::X, radius) };
+        for radius in [1e-16, 1e-9, 1e-2, 0.1, 0.3, 1.0, 1e3] {
+            let mut ball = lit(radius);
+            let before = flux(&groups[0], &ball);
+            widen(&mut ball, &groups);
+            let after = flux(&groups[0], &ball);
+            if before < LEAST_FLUX {
+                assert!((LEAST_FLUX..4.01 * LEAST_FLUX).contains(&after), "{radius}: {after}");
+            }
+            let widened = if before < LEAST_FLUX { ball.radius } else { radius };
+            assert_eq!(ball, lit(widened));
+        }
+        // No light at all comes from below.
+        let mut ball = Target { axis: Vec3::Z, ..lit(1e-3) };
+        widen(&mut ball, &groups);
+        assert_eq!(ball.radius, 1e-3);
+    }
+
+    #[test]
+    fn arrivals_at_one_place_tell_nothing() {
+        let scene = balls(&[(Vec3::ZERO, 1.0, 0.0), (40.0 * Vec3::Y, 2.0, 1.0)]);
+        let targets = Targets::new(&scene.at(0.0), vec![arrival(Vec3::Y, Vec3::Y * 38.0); 64]);
+        assert_eq!(targets, Targets::default());
     }
 
     /// Too few of them tell nothing, and each leaf has enough.

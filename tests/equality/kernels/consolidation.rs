@@ -5,6 +5,9 @@ use crate::placement::log_uniform;
 use fast::kernels::{Consolidation, Gathered, Pixel, Seen};
 use proptest::prelude::*;
 use reference::consolidate;
+use scene::aim::MOST_SCALE_BITS;
+use scene::film::FluxUnit;
+use scene::guide::GUIDED_BITS;
 use scene::{Rgb, Settings};
 
 /// Zero, values of any size, and the largest possible sums.
@@ -16,11 +19,17 @@ fn photons() -> impl Strategy<Value = Gathered> {
             6 => 0..1_u128 << 30,
             2 => 0..1_u128 << 52,
             1 => Just(1 << 52),
-            1 => 0..1_u128 << 93,
-            1 => Just(1 << 93),
+            1 => 0..1_u128 << 127,
+            1 => Just(1 << 127),
         ]
     };
     (m, flux(), flux(), flux()).prop_map(|(m, r, g, b)| Gathered { m, flux: [r, g, b] })
+}
+
+/// Of any power, in the units of photons that weigh alike or are guided, and of those that are aimed.
+fn units() -> impl Strategy<Value = FluxUnit> {
+    let bits = -(GUIDED_BITS as i32)..=MOST_SCALE_BITS as i32;
+    (log_uniform(1e-30, 1e20), bits).prop_map(|(nominal, bits)| FluxUnit::new(nominal, 2.0_f32.powi(bits)))
 }
 
 fn color() -> impl Strategy<Value = Rgb> {
@@ -50,13 +59,13 @@ fn pixels_are_consolidated() {
         beta,
         radius_squared: radius * radius,
     });
-    let inputs = (prop::collection::vec((pixel(), seen, photons()), 0..=48), log_uniform(1e-20, 1e20));
-    check(400, "consolidate", &inputs, |(rows, nominal)| {
+    let inputs = (prop::collection::vec((pixel(), seen, photons()), 0..=48), units());
+    check(400, "consolidate", &inputs, |(rows, unit)| {
         let (pixels, rest): (Vec<_>, Vec<_>) = rows.iter().map(|(p, s, g)| (*p, (*s, *g))).unzip();
         let (seen, gathered): (Vec<_>, Vec<_>) = rest.into_iter().unzip();
         for lanes in lane_kinds() {
             let mut all = Consolidation::new(&pixels, &seen, &gathered);
-            all.run(lanes, nominal);
+            all.run(lanes, unit);
             let actual = all.pixels();
             prop_assert_eq!(actual.len(), pixels.len());
             for (actual, (pixel, seen, gathered)) in actual.iter().zip(&rows) {
@@ -66,7 +75,7 @@ fn pixels_are_consolidated() {
                 expected.consolidate(
                     (seen.beta, seen.radius_squared),
                     &consolidate::Gathered { m, flux },
-                    nominal,
+                    unit,
                 );
                 let what = (lanes, pixel, seen, gathered);
                 assert_same_vector(actual.direct, expected.direct, &what);
