@@ -370,3 +370,24 @@ fn lamps_that_light_nothing_are_told_with_their_place() {
         ]
     );
 }
+
+/// A stage shows its balls from a corner of their cell if one of the files of particles has a cell, wherever it stands.
+#[test]
+fn one_file_with_a_cell_shows_the_stage_from_a_corner() {
+    let folder = tempfile::tempdir().unwrap();
+    let atoms = "C 1 2 3\nC 7 3 4\nC 2 8 3.5\n";
+    for (name, comment) in [("open", ""), ("cell", "Lattice=\"20 0 0 0 20 0 0 0 20\"")] {
+        std::fs::write(folder.path().join(format!("{name}.xyz")), format!("3\n{comment}\n{atoms}")).unwrap();
+    }
+    let direction = |names: &[&str]| {
+        let particles = |name: &&str| format!("[[particles]]\nfile = \"{name}.xyz\"\n");
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, format!("[stage]\n{}", names.iter().map(particles).collect::<String>()))
+            .unwrap();
+        scene_file::load(&path).unwrap().camera.direction
+    };
+    let [corner, axis] = [["cell"], ["open"]].map(|names| direction(&names));
+    assert_ne!(corner, axis);
+    assert_eq!([["cell", "open"], ["open", "cell"]].map(|names| direction(&names)), [corner; 2]);
+    assert_eq!(direction(&["open", "open"]), axis);
+}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -17,6 +18,8 @@ from oracle.sppm import Render
 # Render at half the size of the truth, in a quarter of the time.
 FACTOR = 2
 QUICK = Effort(seeds=16, iterations=24, photons=40_000)
+# Enough to find large errors.
+COARSE = Effort(seeds=16, iterations=8, photons=20_000)
 SEEDS = (1, 1001, 2001)
 
 
@@ -26,9 +29,9 @@ def expected(scene: str) -> truth.Truth:
 
 
 @cache
-def renders(scene: str, first_seed: int = 1, engine: str = "fast") -> Renders:
+def renders(scene: str, first_seed: int = 1, engine: str = "fast", effort: Effort = QUICK) -> Renders:
     height, width = expected(Path(scene).stem).mean.shape[:2]
-    effort = Effort(QUICK.seeds, QUICK.iterations, QUICK.photons, first_seed)
+    effort = replace(effort, first_seed=first_seed)
     return judge.renders(Render(scene, width=width, height=height, engine=engine), effort)
 
 
@@ -107,14 +110,14 @@ def test_a_missing_caustic_fails(tmp_path: Path) -> None:
 
 def test_glass_that_does_not_refract_fails(tmp_path: Path) -> None:
     straight = changed(tmp_path, "cornell", "ior = 1.5", "ior = 1")
-    verdict = judge.verdict(renders(straight), expected("cornell"))
+    verdict = judge.verdict(renders(straight, effort=COARSE), expected("cornell"))
     assert verdict.different, verdict
 
 
 def test_the_papers_depth_fails() -> None:
     """Depth 5 loses 6 to 13 % of this scene's light."""
     height, width = expected("cornell").mean.shape[:2]
-    shallow = judge.renders(Render("cornell", width=width, height=height, depth=5), QUICK)
+    shallow = judge.renders(Render("cornell", width=width, height=height, depth=5), COARSE)
     assert judge.verdict(shallow, expected("cornell")).different
 
 

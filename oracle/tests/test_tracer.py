@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -184,6 +185,7 @@ def test_moving_scenes_are_refused() -> None:
         tracer.read("motion")
 
 
+@cache
 def lit_directly() -> tuple[np.ndarray, np.ndarray]:
     """The floor of the concentric scene in closed form (height, width, 3), and where it holds: in pixels of floor only.
 

@@ -1,10 +1,12 @@
 //! The path tracers: the fast one gives the reference's bits. Random scenes are in `random_scenes.rs`.
 
-use crate::pair::{MOST_THREADS, Way, all_lanes, assert_equal_paths, tell};
+use crate::pair::{MOST_THREADS, Way, all_lanes, assert_equal, assert_equal_paths, tell};
 use fast::Parameters;
 use files::builtin::{SCENES, scene};
+use files::scene_file::parse;
 use scene::settings::{MAX_DEPTH, MAX_GLINT_SAMPLES, MAX_LIGHT_SAMPLES};
 use scene::{Filter, Scene, Settings};
+use std::fmt::Write;
 
 fn small(name: &str) -> (Scene, Settings) {
     let scene = scene(name).unwrap();
@@ -76,6 +78,37 @@ fn glint_samples() {
         }
     }
     tell(cases, "rays that see lamps by paths");
+}
+
+/// A wide lamp behind the eye, and mirrors that are narrower than a pixel: often the own path alone meets one, and what it brings stays.
+#[test]
+fn glints_of_the_own_path() {
+    let mut text = "background = [0, 0, 0]\n\
+        camera = { eye = [0, 0, 0], direction = [0, 0, -1], vertical_fov_degrees = 40 }\n\
+        [[sphere]]\ncenter = [0, 0, 60]\nradius = 50\nemission = [1, 2, 3]\n\
+        material = { type = \"diffuse\", albedo = [0, 0, 0] }\n"
+        .to_owned();
+    for (i, j) in (-11..=11).flat_map(|i| (-9..=9).map(move |j| (i, j))) {
+        let (x, y, z) = (0.21 * f64::from(i), 0.19 * f64::from(j), -5.0 - 0.1 * f64::from((i * j) % 3));
+        write!(
+            text,
+            "[[sphere]]\ncenter = [{x}, {y}, {z}]\nradius = 0.06\n\
+             material = {{ type = \"specular\", albedo = [0.9, 0.8, 0.7] }}\n"
+        )
+        .unwrap();
+    }
+    let scene = parse("mirrors.toml", &text).unwrap();
+    let mut cases = 0;
+    for filter in [Filter::Gaussian, Filter::Mitchell] {
+        for glint_samples in [2, 3] {
+            let settings =
+                Settings { width: 20, height: 15, iterations: 3, glint_samples, filter, ..scene.settings };
+            cases += assert_equal_paths(&scene, &settings, &all_lanes(1));
+            cases +=
+                assert_equal(&scene, &Settings { photons_per_iteration: 500, ..settings }, &all_lanes(1));
+        }
+    }
+    tell(cases, "glints that further rays miss");
 }
 
 #[test]

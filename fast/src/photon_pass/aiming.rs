@@ -155,7 +155,7 @@ impl AimTables {
         (L::f(1.0) / sum, is_of_component)
     }
 
-    /// As `reference::photon_pass::scatter_towards`, with the ball around all that photons are aimed at.
+    /// As `reference::photon_pass::scatter_towards`, with the ball around the middle of what photons are aimed at.
     #[inline(always)]
     pub(super) fn scatter<L: Lanes>(&self, point: V3<L>, normal: V3<L>, u: L::F, v: L::F) -> (V3<L>, L::F) {
         let (ball, one) = (&self.region, L::f(1.0));
