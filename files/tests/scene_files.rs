@@ -98,6 +98,10 @@ fn every_spelling_gives_the_same_scene() {
 
 #[test]
 fn a_lens_focuses_on_its_target_unless_told_otherwise() {
+    // A pinhole that is stated is none, even where nothing tells the distance of focus.
+    let aside = PLAIN.replace("target = [0, 0, 0]", "direction = [0, 0, -1]");
+    let stated = aside.replace("[settings]", "aperture_radius = 0\n[settings]");
+    assert_eq!(parse(&stated).camera, parse(&aside).camera);
     let lens = PLAIN.replace("[settings]", "aperture_radius = 0.5\n[settings]");
     assert_eq!(parse(&lens).camera.focus_distance, 10.0);
     let told = lens.replace("aperture_radius", "focus_distance = 7\naperture_radius");

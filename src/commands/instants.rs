@@ -79,4 +79,21 @@ mod tests {
         assert_eq!((hint(&scene, 8), hint(&scene, 1).is_empty()), (String::new(), false));
         assert_eq!(hint(&scene, 0), hint(&scene, 1).replace("at 1 instant,", "at 0 instants,"));
     }
+
+    /// By its distance where it is nearest: as far whether it comes or goes.
+    #[test]
+    fn a_ball_that_comes_near_travels_as_far_as_one_that_leaves() {
+        let mut scene = files::builtin::scene("motion").unwrap();
+        scene.camera.shutter = [0.0, 1.0];
+        scene.spheres.retain(|sphere| sphere.velocity != Vec3::ZERO);
+        scene.spheres.truncate(1);
+        let (eye, ahead) = (scene.camera.eye, scene.camera.direction.normalize());
+        let [far, near] = [50.0, 5.0].map(|distance| eye + ahead * distance + Vec3::X * 4.0);
+        let mut between = |from: Vec3, to: Vec3| {
+            (scene.spheres[0].center, scene.spheres[0].velocity) = (from, to - from);
+            travel(&scene)
+        };
+        let [comes, leaves, rests] = [between(far, near), between(near, far), between(far, far + Vec3::X)];
+        assert!((comes / leaves - 1.0).abs() < 1e-5 && comes > 100.0 * rests, "{comes}, {leaves}, {rests}");
+    }
 }
