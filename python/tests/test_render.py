@@ -198,8 +198,10 @@ def test_a_checkpoint_is_used_by_one_render(cornell, tmp_path: Path) -> None:
 def test_no_output_overwrites_the_scene(tmp_path: Path, cornell) -> None:
     path = tmp_path / "a.toml"
     cornell.save(path)
-    with pytest.raises(sppm.InputError, match="checkpoint: .* is also"):
-        sppm.render(sppm.Scene.load(path), checkpoint=path)
+    loaded = sppm.Scene.load(path)
+    for scene in (loaded, loaded.copy()):
+        with pytest.raises(sppm.InputError, match="checkpoint: .* is also"):
+            sppm.render(scene, checkpoint=path)
 
 
 def test_no_output_overwrites_the_profile(tmp_path: Path, cornell) -> None:
@@ -215,6 +217,9 @@ def test_progress_is_told_to_a_function(cornell) -> None:
     sppm.render(cornell, iterations=30, progress=told.append)
     assert told[-1].iteration == 30
     assert [p.iteration for p in told] == sorted({p.iteration for p in told})
+    # Those of the last iteration, which are a part of those of all.
+    last = told[-1]
+    assert 0 < last.seconds < last.elapsed_seconds
 
 
 def test_an_error_of_that_function_stops_the_render(cornell) -> None:
