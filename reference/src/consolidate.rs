@@ -46,8 +46,8 @@ impl Pixel {
     }
 
     /// Adds the photons of one iteration (equations 9 to 11 of the paper of 2009):
-    /// `N' = N + alpha M`, `R'^2 = R^2 (N + alpha M) / (N + M)`, `tau' = (tau + beta phi) R'^2 / R^2`. The squared radius of the iteration, `R^2`, is the pixel's own unless that has
-    /// gathered nothing before.
+    /// `N' = N + alpha M`, `R'^2 = R^2 (N + alpha M) / (N + M)`, `tau' = (tau + beta phi) R'^2 / R^2`. The squared
+    /// radius of the iteration, `R^2`, is the pixel's own unless that has gathered nothing before.
     pub fn consolidate(&mut self, (beta, radius_squared): (Rgb, f32), gathered: &Gathered, unit: FluxUnit) {
         if gathered.m == 0 {
             return;

@@ -14,6 +14,7 @@ use reference::photon_pass::{Flux, quantise, scatter_towards};
 use reference::survey::survey;
 use scene::aim::{Aim, Arrival, EXPONENT_STEP, Group, MOST_SCALE_BITS, Target, Targets, UNIFORM_SHARE, cone};
 use scene::film::FLUX_ONE;
+use scene::ray::SphereId;
 use scene::rng::{Family, StreamKey};
 use scene::{Engine, Ray, Rgb, Scene, Settings, Vec3, max_component};
 use std::f64::consts::TAU;
@@ -361,6 +362,15 @@ fn a_tiny_ball_on_a_huge_ground_receives_what_the_sky_sends_from_above() {
     tell("physics", from_above.len(), "photons from above a tiny ball");
 }
 
+/// The power of the photons that meet some spheres first, and the number of those.
+fn power_met(scene: &Scene, aim: &Aim, spheres: &[SphereId]) -> (DVec3, usize) {
+    let still = scene.at(0.0);
+    let meets = |ray: &Ray| intersect(&still, ray).is_some_and(|hit| spheres.contains(&hit.sphere));
+    let met = emitted(scene, aim, PHOTONS, 0).into_iter().filter(|(_, e)| meets(&e.ray));
+    let powers: Vec<DVec3> = met.map(|(_, e)| e.power.as_dvec3()).collect();
+    (powers.iter().sum::<DVec3>() / f64::from(PHOTONS), powers.len())
+}
+
 /// Photons that start on the sun are uncertain by some hundred times the ball's radius where it stands. They miss what is near by far
 /// more, or else it would receive them besides those that start beside it.
 #[test]
@@ -378,15 +388,12 @@ fn a_tiny_ball_receives_what_a_far_sun_sends_and_no_more() {
     let around = (0..12).map(|power| Target::ball(center, 2.0 * TINY * 4.0_f32.powi(power)));
     let aim = Aim::new(&still, &aimed_at(around.collect()), PHOTONS);
     assert!(aim.core.is_some());
-    let meets = |ray: &Ray| intersect(&still, ray).is_some_and(|hit| hit.sphere == 1);
-    let met = emitted(&scene, &aim, PHOTONS, 0).into_iter().filter(|(_, e)| meets(&e.ray));
-    let powers: Vec<DVec3> = met.map(|(_, e)| e.power.as_dvec3()).collect();
-    let actual = powers.iter().sum::<DVec3>() / f64::from(PHOTONS);
+    let (actual, count) = power_met(&scene, &aim, &[1]);
     let share = share_of_lines(sun_radius.into(), TINY.into(), away.as_dvec3().length());
     let expected = share * still.lights.entries[0].photon_power.as_dvec3();
     let error = relative_error(actual.to_array(), expected.to_array());
     assert!(error < POWER, "{actual}, not {expected}: {error:.3}");
-    tell("physics", powers.len(), "photons that meet a tiny ball");
+    tell("physics", count, "photons that meet a tiny ball");
 }
 
 /// Balls of a millimetre over a ground as wide as the Earth, under a sun of red and green: where rays of that sun are uncertain by more than a
@@ -418,9 +425,7 @@ fn tiny_balls_far_apart_or_among_lamps_receive_what_a_far_sun_sends() {
             (0..still.lights.entries.len()).all(|light| core.is_far[light] == is_of_sun(light)),
             "{core:?}"
         );
-        let meets = |ray: &Ray| intersect(&still, ray).is_some_and(|hit| [2, 3].contains(&hit.sphere));
-        let met = emitted(&scene, &aim, PHOTONS, 0).into_iter().filter(|(_, e)| meets(&e.ray));
-        let actual = met.map(|(_, e)| e.power.as_dvec3()).sum::<DVec3>() / f64::from(PHOTONS);
+        let (actual, _) = power_met(&scene, &aim, &[2, 3]);
         let of_sun = still.lights.entries.iter().find(|light| light.sphere == 1).expect("it glows");
         let share = share_of_lines(sun_radius.into(), TINY.into(), sun.as_dvec3().length());
         let expected = 2.0 * share * f64::from(of_sun.probability) * of_sun.photon_power.as_dvec3();

@@ -317,7 +317,7 @@ mod tests {
             let core = Core::new(&scene.at(0.0), &[Target::ball(Vec3::ZERO, 1e-3)]).unwrap();
             let (id, far) = core.far[0];
             assert_eq!((id, far.center), (1, sun.0), "{count}");
-            for (place, radius, _) in near_spheres(&scene, &core) {
+            for (place, radius) in near_spheres(&scene, &core) {
                 let reach = distance(place, core.ball.center) + f64::from(radius);
                 assert!(reach <= f64::from(core.ball.radius), "{count}: {core:?}");
             }
@@ -325,10 +325,10 @@ mod tests {
     }
 
     /// Spheres but the far lamps.
-    fn near_spheres(scene: &Scene, core: &Core) -> Vec<(Vec3, f32, SphereId)> {
+    fn near_spheres(scene: &Scene, core: &Core) -> Vec<(Vec3, f32)> {
         let ids = (0..).zip(scene.spheres.iter());
         let near = ids.filter(|(id, _)| core.far.iter().all(|(far, _)| far != id));
-        near.map(|(id, s)| (s.center, s.radius, id)).collect()
+        near.map(|(_, s)| (s.center, s.radius)).collect()
     }
 
     /// In numbers that are exact: a line that only touches it does not enter.

@@ -1,12 +1,13 @@
 //! What to aim at, and how often, by what a survey has found.
 
-use super::groups::{Group, flux, fluxes, groups};
+use super::groups::{Group, fluxes, groups};
 use super::target::{ALL_DIRECTIONS, Target};
 use super::units::LEAST_FLUX;
 use crate::guide::{Arrival, Guide};
 use crate::sphere::Sphere;
 use crate::still::{Role, Still};
 use glam::{DVec3, Vec3};
+use std::slice;
 use std::sync::Arc;
 
 /// Leaves of the tree of targets: a power of two.
@@ -117,8 +118,8 @@ impl Targets {
 
 /// Widens a ball that so little of the lamps' flux crosses that it would not be counted finely enough.
 fn widen(ball: &mut Target, groups: &[Group]) {
-    let share = |ball: &Target| groups.iter().map(|group| flux(group, ball)).sum::<f64>();
-    while (f64::MIN_POSITIVE..LEAST_FLUX).contains(&share(ball)) {
+    // A ball that no light crosses stays as it is.
+    while (f64::MIN_POSITIVE..LEAST_FLUX).contains(&fluxes(slice::from_ref(ball), groups)[0]) {
         let radius = 2.0 * ball.radius;
         (ball.radius, ball.radius_squared) = (radius, radius * radius);
     }
@@ -260,6 +261,7 @@ fn divide(arrivals: &mut [Arrival], leaves: usize, least: f64, balls: &mut Vec<T
 mod tests {
     use super::*;
     use crate::aim::Aim;
+    use crate::aim::groups::flux;
     use crate::test_scenes::balls;
 
     /// Lines that each cross one of two targets, whose components are 1 and 2.
