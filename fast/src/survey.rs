@@ -15,6 +15,7 @@ use crate::hierarchy::SearchBuffers;
 use crate::lit_points::LitPoints;
 use crate::material::{Materials, kind};
 use crate::paths::{BATCH, Packet, Paths, ROOM, Words};
+use crate::pool::Pool;
 use crate::prepared::Prepared;
 use crate::sampling::{cosine_hemisphere, next_uniform, stream_state, unit_float};
 use crate::scatter::{dielectric, reflect};
@@ -44,10 +45,16 @@ pub(crate) fn survey(scene: &Scene, settings: &Settings, first: &Prepared, lanes
         settings,
         key: StreamKey::new(settings.seed, Family::Survey, 0),
     };
+    let pool = Pool::new();
     survey::targets(&first.still, settings, |walks, max_depth| {
         let batches: Vec<u32> = walks.step_by(BATCH).collect();
-        let run = |walks: &mut Walks, first| dispatch(lanes, Batch { pass: &pass, walks, first, max_depth });
-        batches.into_par_iter().map_init(Walks::new, run).collect()
+        let run = |first| {
+            let mut walks = pool.take(Walks::new);
+            let found = dispatch(lanes, Batch { pass: &pass, walks: &mut walks, first, max_depth });
+            pool.put(walks);
+            found
+        };
+        batches.into_par_iter().map(run).collect()
     })
 }
 

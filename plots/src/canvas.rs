@@ -43,7 +43,7 @@ pub fn save(path: &Path, draw: impl FnOnce(&Canvas) -> Drawn) -> Result<(), Plot
 }
 
 /// The text of the SVG file.
-fn render(draw: impl FnOnce(&Canvas) -> Drawn) -> Result<String, Box<dyn std::error::Error>> {
+pub(crate) fn render(draw: impl FnOnce(&Canvas) -> Drawn) -> Result<String, Box<dyn std::error::Error>> {
     let mut svg = String::new();
     let canvas = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
     canvas.fill(&WHITE)?;

@@ -99,3 +99,47 @@ impl LinePlot<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::canvas::render;
+
+    fn series(points: &[(f64, f64)]) -> Series {
+        Series { label: "a line".into(), points: points.to_vec() }
+    }
+
+    fn plot(series: &[Series], scale: Scale) -> LinePlot<'_> {
+        LinePlot { title: "", x_axis: "", y_axis: "", scale, series }
+    }
+
+    #[test]
+    fn axes_hold_all_points_of_all_lines() {
+        let lines = [series(&[(2.0, 5.0), (3.0, 4.0)]), series(&[(1.0, 6.0), (4.0, 3.0)]), series(&[(2.5, 9.0)])];
+        for scale in [Scale::Linear, Scale::Logarithmic] {
+            let plot = plot(&lines, scale);
+            assert_eq!((plot.range(|point| point.0), plot.range(|point| point.1)), ((1.0, 4.0), (3.0, 9.0)));
+        }
+    }
+
+    /// No point is drawn at the edge of the image, where what is outside of the axes is.
+    #[test]
+    fn points_are_drawn_within_the_image() {
+        for scale in [Scale::Linear, Scale::Logarithmic] {
+            let lines = [series(&[(2.0, 5.0), (3.0, 4.0)]), series(&[(1.0, 50.0), (40.0, 0.5)])];
+            let drawn = render(|canvas| plot(&lines, scale).draw(canvas)).unwrap();
+            let places: Vec<(i32, i32)> = drawn
+                .split("<circle cx=\"")
+                .skip(1)
+                .map(|circle| {
+                    let mut numbers = circle.split('"').filter_map(|part| part.parse().ok());
+                    (numbers.next().unwrap(), numbers.next().unwrap())
+                })
+                .collect();
+            assert_eq!(places.len(), 4, "{drawn}");
+            assert!(places.iter().all(|&(x, y)| (50..580).contains(&x) && (20..380).contains(&y)), "{places:?}");
+            // Four points, four places.
+            assert!((0..4).all(|a| (0..a).all(|b| places[a] != places[b])), "{places:?}");
+        }
+    }
+}

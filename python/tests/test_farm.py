@@ -94,9 +94,13 @@ def test_a_state_of_another_render_is_refused(client, tmp_path: Path) -> None:
     before = job.state.read_bytes()
     with pytest.raises(sppm.InputError, match="a.exr.sppm is of another render"):
         farm(client, [job])
-    with pytest.raises(sppm.InputError, match="holds more than 1 iterations"):
+    with pytest.raises(sppm.InputError, match="holds iterations up to 2, not 1; ask for"):
         farm(client, [Job(small(seed=9, iterations=1), tmp_path / "a.exr")])
     assert job.state.read_bytes() == before
+    # However few of them it holds, it is of more.
+    sppm.render_part(small(seed=9), 6, 8, tmp_path / "b.exr.sppm")
+    with pytest.raises(sppm.InputError, match="holds iterations up to 8, not 4"):
+        farm(client, [Job(small(seed=9, iterations=4), tmp_path / "b.exr")])
 
 
 def test_a_second_driver_is_refused(client, tmp_path: Path) -> None:
@@ -338,6 +342,8 @@ def run(*words: object, cwd: Path) -> subprocess.CompletedProcess[str]:
         (["cornell", "--workers=2", "--scheduler=tcp://x:1"], "leave out one of the two"),
         (["cornell", "--width=0"], "width is 0"),
         (["cornell", "--tls-ca=none.pem"], "none.pem: there is no such file"),
+        (["cornell", f"--tls-ca={__file__}"], "TLS needs --tls-ca and --tls-cert, and --tls-key"),
+        (["cornell", f"--tls-key={__file__}", f"--tls-cert={__file__}"], "TLS needs --tls-ca and --tls-cert"),
         (["cornell", "--port=80"], "--port is of the page; ask for it by --view"),
         (["cornell", "--view", "--port=0"], "--port 0 must be from 1 to 65535"),
         (["cornell", "--view", "--listen=here"], "--listen here is no address of a machine"),

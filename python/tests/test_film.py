@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -79,6 +81,28 @@ def test_films_of_your_own(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="radiance is float32; as float64 it must be copied"):
         film.__array__(np.float64, copy=False)
     assert float(np.asarray(film, np.float64).sum()) == pytest.approx(ours.sum(), rel=1e-6)
+
+
+VIEWS: dict[str, Any] = {
+    "itself": lambda a: a,
+    "mapped": lambda a: a.view(np.memmap),
+    "a buffer": memoryview,
+    "strided": lambda a: np.lib.stride_tricks.as_strided(a, a.shape, a.strides),
+    "masked": np.ma.masked_array,
+    "an interface": lambda a: SimpleNamespace(__array_interface__=a.__array_interface__, owner=a),
+}
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_a_film_of_your_own_stays_when_its_arrays_change(view: str) -> None:
+    """However their memory is given."""
+    arrays = [np.zeros(shape, np.float32) for shape in ((4, 5, 3), (4, 5), (4, 5), (4, 5))]
+    radiance, alpha, radius, count = map(VIEWS[view], arrays)
+    film = sppm.Film(radiance, alpha=alpha, radius=radius, count=count)
+    for array in arrays:
+        array[:] = 1.0
+    for kept in (film.radiance, film.alpha, film.radius, film.count):
+        assert not kept.any() and not kept.flags.writeable
 
 
 def test_where_images_differ(cornell) -> None:

@@ -215,31 +215,39 @@ def test_control_c_is_answered_before_a_render_begins(what: str, cornell, tmp_pa
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="the system does not tell the names of threads")
 def test_work_that_is_interrupted_is_given_up(cornell) -> None:
-    """It takes little more of the processors, which are counted, not the clock."""
+    """It takes little more of the processors, which are counted, not the clock; without this thread, which looks and looks."""
 
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
+    def others() -> float:
+        return time.process_time() - time.thread_time()
+
     def settle() -> float:
         while {"work", "render"} & set(threads()):
             time.sleep(0.002)
-        return time.process_time()
+        return others()
 
     options = {"quality": "final", "width": 1000, "height": 800}
     begun = settle()
     with sppm.Render(cornell, **options, paused=True):
         pass
     whole = settle() - begun
-    before = signal.signal(signal.SIGALRM, interrupt)
-    try:
-        signal.setitimer(signal.ITIMER_REAL, 0.02)
-        with pytest.raises(sppm.Interrupted):
-            sppm.render(cornell, **options, progress=False)
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
-    interrupted = time.process_time()
-    assert settle() - interrupted < whole / 2
+
+    def after_interrupt() -> float:
+        before = signal.signal(signal.SIGALRM, interrupt)
+        try:
+            signal.setitimer(signal.ITIMER_REAL, 0.02)
+            with pytest.raises(sppm.Interrupted):
+                sppm.render(cornell, **options, progress=False)
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+            signal.signal(signal.SIGALRM, before)
+        interrupted = others()
+        return settle() - interrupted
+
+    # The least of three, as threads that wait for work on a busy machine take some of it as well.
+    assert min(after_interrupt() for _ in range(3)) < whole / 2
 
 
 def threads() -> list[str]:

@@ -9,6 +9,7 @@ mod export;
 mod exports_read;
 mod failures;
 mod frames;
+mod info;
 #[cfg(unix)]
 mod interrupt;
 mod ladder;

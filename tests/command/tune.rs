@@ -61,6 +61,9 @@ fn a_search_leaves_a_profile_that_renders_load() {
         String::from_utf8(sandbox.bytes("cornell.profile.toml")).unwrap().parse().unwrap();
     let (tuned, search) = (&profile["tuned"], &profile["search"]);
     assert_eq!(tuned["scene"].as_str(), Some("cornell"));
+    // The settings that were timed, not those of the scene.
+    let settings = ["width", "height", "photons_per_iteration", "iterations"].map(|name| tuned[name].as_integer());
+    assert_eq!(settings, [16, 12, 500, 2].map(Some));
     assert_eq!(tuned["is_confirmed"].as_bool(), Some(true));
     assert_eq!(tuned["best_pairs"].as_integer(), Some(6));
     assert_eq!(search["optimiser"].as_str(), Some("stub 1.0"));
@@ -87,10 +90,10 @@ fn a_search_leaves_a_profile_that_renders_load() {
 #[test]
 fn a_profile_changes_no_bit() {
     let sandbox = Sandbox::new();
-    let odd = "[parameters]\ncell_size = 3.6\nbuckets_per_photon = 4\noccupancy_cell_size = 7\noccupancy_bits = 32768\n\
+    let odd_text = "[parameters]\ncell_size = 3.6\nbuckets_per_photon = 4\noccupancy_cell_size = 7\noccupancy_bits = 32768\n\
                pixels_per_batch = 64\nphotons_per_batch = 128\npixels_per_job = 256\nphotons_per_job = 512\n\
                most_balls_in_turn = 0\nmost_balls_in_clusters = 0\nlanes = \"emulated\"\n";
-    sandbox.write("odd.toml", odd);
+    sandbox.write("odd.toml", odd_text);
     for scene in ["cornell", "random"] {
         sandbox.render(&[scene, "-o", "usual.pfm", "--stats", "usual.json"]);
         sandbox.render(&[scene, "-o", "odd.pfm", "--stats", "odd.json", "--profile", "odd.toml"]);
@@ -100,6 +103,12 @@ fn a_profile_changes_no_bit() {
         assert_eq!(odd["lanes"], "emulated");
         assert_ne!(usual["candidates"], odd["candidates"]);
         assert_eq!(usual["contributions"], odd["contributions"]);
+        // What the command line says goes before the profile.
+        sandbox.write("auto.toml", &odd_text.replace("emulated", "auto"));
+        let both = ["--profile", "auto.toml", "--lanes", "emulated", "--stats", "both.json"];
+        sandbox.render(&[&[scene, "-o", "odd.pfm"], &both[..]].concat());
+        let both = sandbox.json("both.json");
+        assert_eq!((&both["lanes"], &both["candidates"]), (&odd["lanes"], &odd["candidates"]));
         let ended = sandbox.run(["verify", scene, "--profile", "odd.toml"].iter().chain(&TINY));
         assert!(ended.code == Some(0) && ended.stdout.contains("identical"), "{ended:?}");
     }

@@ -126,6 +126,44 @@ fn a_watched_render_gives_the_same_image() {
     assert!(bytes.len() > 16 * 12 * 3 * 4);
 }
 
+/// Who reads standard output gets what was asked for, and nothing else; the page's address goes beside it.
+#[test]
+fn the_address_is_told_where_nobody_reads() {
+    let sandbox = Sandbox::new();
+    let read = |args: &[&str]| {
+        let words = ["render", "cornell", "-n", "2", "--view"];
+        let output = sandbox.command(words.iter().chain(&QUICK).chain(args)).output().unwrap();
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success() && told.contains("http://127.0.0.1:"), "{told}");
+        output.stdout
+    };
+    let lines = String::from_utf8(read(&["-o", "a.exr", "--progress", "json"])).unwrap();
+    assert_eq!(lines.lines().count(), 2, "{lines}");
+    for line in lines.lines() {
+        serde_json::from_str::<serde_json::Value>(line).unwrap_or_else(|error| panic!("{line}: {error}"));
+    }
+    assert!(read(&["-o", "-"]).starts_with(b"\x89PNG"));
+}
+
+/// Particles on a stage are rendered by paths, in a view as without.
+#[test]
+fn particles_are_viewed_by_the_method_that_renders_them() {
+    let sandbox = Sandbox::new();
+    sandbox.write("atoms.xyz", "2\n\nC 0 0 0\nO 0 0 1.2\n");
+    let size = ["--width", "16", "--height", "12", "--threads=1", "--no-open", "-o", "a.exr"];
+    let ended = Viewing::start(&mut sandbox.command(["view", "atoms.xyz"].iter().chain(&size))).end();
+    assert_eq!(ended.code, Some(130), "{ended:?}");
+    let rendered =
+        ["render", "atoms.xyz", "-n", "1", "-o", "b.exr", "--quiet", "--width", "16", "--height", "12"];
+    assert_eq!(sandbox.run(rendered).code, Some(0));
+    let method = |name| {
+        let about = sandbox.run(["info", name]).stdout;
+        about.lines().find(|line| line.contains("method")).unwrap_or_else(|| panic!("{about}")).to_owned()
+    };
+    assert_eq!(method("a.exr"), method("b.exr"));
+    assert!(method("b.exr").contains("path"), "{}", method("b.exr"));
+}
+
 #[test]
 fn bad_requests_are_refused_in_one_line() {
     let sandbox = Sandbox::new();

@@ -64,18 +64,38 @@ impl<'a> Stopwatch<'a> {
         Err(Error::Failed(format!("another image by other free parameters, a fault of sppm: {profile}")))
     }
 
-    /// The ratios of `pairs` pairs of renders; `None` if stopped. The defaults come first in every other pair.
+    /// The ratios of `pairs` pairs of renders; `None` if stopped.
     pub(crate) fn ratios(&self, candidate: Candidate, pairs: u32) -> Result<Option<Ratios>, Error> {
-        let mut ratios = Vec::new();
-        for pair in 0..pairs {
-            let order = if pair % 2 == 0 { [self.defaults, candidate] } else { [candidate, self.defaults] };
-            let (Some(first), Some(second)) = (self.seconds(order[0])?, self.seconds(order[1])?) else {
-                return Ok(None);
-            };
-            ratios.push(if pair % 2 == 0 { second / first } else { first / second });
-        }
-        Ok(Some(Ratios::new(ratios)))
+        let seconds = |side| match side {
+            Side::Defaults => self.seconds(self.defaults),
+            Side::Candidate => self.seconds(candidate),
+        };
+        Ok(in_turns(pairs, seconds)?.map(Ratios::new))
     }
+}
+
+/// What is timed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Side {
+    Defaults,
+    Candidate,
+}
+
+/// The seconds of the candidate over those of the defaults, for each of `pairs` pairs; `None` once there is no time. The
+/// defaults come first in every other pair, as the first of a pair may always be slower.
+fn in_turns(
+    pairs: u32,
+    mut seconds: impl FnMut(Side) -> Result<Option<f64>, Error>,
+) -> Result<Option<Vec<f64>>, Error> {
+    let mut ratios = Vec::new();
+    for pair in 0..pairs {
+        let is_reversed = pair % 2 == 1;
+        let [first, second] =
+            if is_reversed { [Side::Candidate, Side::Defaults] } else { [Side::Defaults, Side::Candidate] };
+        let (Some(first), Some(second)) = (seconds(first)?, seconds(second)?) else { return Ok(None) };
+        ratios.push(if is_reversed { first / second } else { second / first });
+    }
+    Ok(Some(ratios))
 }
 
 #[cfg(test)]
@@ -98,5 +118,18 @@ mod tests {
         stop.request();
         assert_eq!(stopwatch.ratios(other, 3).unwrap(), None);
         assert!(!differing_pixels(&stopwatch.image, &Film::new(16, 12)).unwrap().is_empty());
+    }
+
+    #[test]
+    fn ratios_are_of_the_candidate_whichever_comes_first() {
+        let mut asked = Vec::new();
+        let ratios = in_turns(3, |side| {
+            asked.push(side);
+            Ok(Some(if side == Side::Defaults { 2.0 } else { 3.0 }))
+        });
+        assert_eq!(ratios.unwrap(), Some(vec![1.5; 3]));
+        let [defaults, candidate] = [Side::Defaults, Side::Candidate];
+        assert_eq!(asked, [defaults, candidate, candidate, defaults, defaults, candidate]);
+        assert_eq!(in_turns(3, |_| Ok(None)).unwrap(), None);
     }
 }

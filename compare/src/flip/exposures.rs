@@ -100,7 +100,9 @@ mod tests {
     }
 
     #[test]
-    fn black_pixels_do_not_count_if_they_are_the_most() {
+    fn black_pixels_count_unless_they_are_the_most() {
+        let exposures = of(&[0.0, 16.0, 0.0, 4.0, 2.0]).unwrap();
+        approx::assert_relative_eq!(*exposures.last().unwrap(), stops(2.0), max_relative = 1e-5);
         assert_eq!(of(&[0.0, 0.0, 0.0, 2.0, 1.0]).unwrap(), [stops(2.0), stops(1.5)]);
         assert_eq!(of(&[0.0; 7]), None);
     }

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import sppm
-from sppm import _sppm
+from sppm import Settings, _sppm
 
 EPILOG = """examples:
   sppm farm cornell -n 4096 -o cornell.exr                       one worker per core of this machine
@@ -60,7 +60,7 @@ def _parser() -> argparse.ArgumentParser:
     tls = parser.add_argument_group("TLS, for a scheduler at tls://, or between local workers")
     tls.add_argument("--tls-ca", type=Path, metavar="PEM", help="the authority that signs certificates")
     tls.add_argument("--tls-cert", type=Path, metavar="PEM", help="the certificate of this side")
-    tls.add_argument("--tls-key", type=Path, metavar="PEM", help="its key")
+    tls.add_argument("--tls-key", type=Path, metavar="PEM", help="its key, if that is not in the same file")
     add("-q", "--quiet", action="store_true", help="say nothing unless something is wrong")
     return parser
 
@@ -84,6 +84,8 @@ def _check(arguments: argparse.Namespace) -> None:
         file = getattr(arguments, name)
         if file is not None and not file.is_file():
             raise sppm.FileError(f"{file}: there is no such file (--{name.replace('_', '-')})")
+    if any((arguments.tls_ca, arguments.tls_cert, arguments.tls_key)) and not all((arguments.tls_ca, arguments.tls_cert)):
+        raise sppm.InputError("TLS needs --tls-ca and --tls-cert, and --tls-key if the key is not in the certificate's file")
 
 
 def main(words: list[str] | None = None) -> int:
@@ -99,10 +101,10 @@ def main(words: list[str] | None = None) -> int:
     from ._jobs import jobs_of
 
     line = _Line(arguments.quiet)
-    names = "iterations width height photons_per_iteration max_depth initial_radius seed filter glint_samples".split()
     try:
         _check(arguments)
-        settings = {name: getattr(arguments, name) for name in names}
+        # The options of settings have their names.
+        settings = {name: value for name, value in vars(arguments).items() if name in Settings.__dataclass_fields__}
         jobs = jobs_of(arguments.scenes, arguments.output, settings, arguments.sweep, arguments.quality)
         viewer = _viewer(arguments, jobs[0].output.name)
         for job in jobs:

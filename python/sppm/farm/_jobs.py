@@ -90,8 +90,8 @@ class Job:
         theirs.pop("iterations")
         if info["scene_digest"] != self.scene.digest or theirs != ours:
             raise InputError(f"{self.state} is of another render; remove it, or name another output")
-        if merged.iterations and merged.iterations[-1][1] > self.iterations:
-            raise InputError(f"{self.state} holds more than {self.iterations} iterations; ask for as many, or more")
+        if merged.iterations and (last := merged.iterations[-1][1]) > self.iterations:
+            raise InputError(f"{self.state} holds iterations up to {last}, not {self.iterations}; ask for as many, or more")
         self.done = merged.iterations
 
 
