@@ -115,7 +115,8 @@ mod tests {
 
     #[test]
     fn axes_hold_all_points_of_all_lines() {
-        let lines = [series(&[(2.0, 5.0), (3.0, 4.0)]), series(&[(1.0, 6.0), (4.0, 3.0)]), series(&[(2.5, 9.0)])];
+        let lines =
+            [series(&[(2.0, 5.0), (3.0, 4.0)]), series(&[(1.0, 6.0), (4.0, 3.0)]), series(&[(2.5, 9.0)])];
         for scale in [Scale::Linear, Scale::Logarithmic] {
             let plot = plot(&lines, scale);
             assert_eq!((plot.range(|point| point.0), plot.range(|point| point.1)), ((1.0, 4.0), (3.0, 9.0)));
@@ -137,7 +138,10 @@ mod tests {
                 })
                 .collect();
             assert_eq!(places.len(), 4, "{drawn}");
-            assert!(places.iter().all(|&(x, y)| (50..580).contains(&x) && (20..380).contains(&y)), "{places:?}");
+            assert!(
+                places.iter().all(|&(x, y)| (50..880).contains(&x) && (20..540).contains(&y)),
+                "{places:?}"
+            );
             // Four points, four places.
             assert!((0..4).all(|a| (0..a).all(|b| places[a] != places[b])), "{places:?}");
         }

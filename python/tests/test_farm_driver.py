@@ -160,3 +160,22 @@ def test_two_renders_do_not_write_one_image(tmp_path: Path) -> None:
         job(tmp_path).scene.save(path)
     with pytest.raises(sppm.InputError, match=r"a\.png would be the image of two renders"):
         jobs_of([str(path) for path in paths], tmp_path, {}, [])
+
+
+def test_every_image_is_shown_once_it_is_whole(tmp_path: Path) -> None:
+    """Also if nobody asks for another picture, and the one before had as many iterations."""
+    seen: list[tuple[str, ...]] = []
+    viewer = SimpleNamespace(
+        begin=lambda name: seen.append(("begin", name)), tell=lambda *_: None, wants=lambda _: False,
+        show=lambda state, *_: seen.append(("show", Path(state).name)))
+    one = driver({}, viewer=viewer)
+    names = ["a", "b", "c"]
+    works: list[Any] = [SimpleNamespace(job=job(tmp_path / f"{name}.exr", iterations=4), done=0, stored=0.0) for name in names]
+    for time_, work in enumerate(works, 1):
+        work.done, work.stored = 3, float(time_)
+        one._show_picture(works)
+        work.done = 4
+        one._show_picture(works)
+        one._show_picture(works)
+    assert [entry for entry in seen if entry[0] == "show"] == [("show", f"{name}.exr.sppm") for name in names]
+    assert [entry for entry in seen if entry[0] == "begin"] == [("begin", f"{name}.exr") for name in names]

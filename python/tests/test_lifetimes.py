@@ -16,6 +16,7 @@ import pytest
 from conftest import SMALL
 
 import sppm
+from sppm._interrupted import interrupted
 
 
 def resident() -> int:
@@ -128,6 +129,9 @@ def test_pickles_are_equal(cornell, protocol: int) -> None:
     assert sppm.render(pickle.loads(pickle.dumps(cornell, protocol))) == film
     stopped = pickle.loads(pickle.dumps(sppm.Interrupted(film), protocol))
     assert stopped.film == film and str(stopped) == str(sppm.Interrupted(film))
+    # An image that nobody has asked for yet is developed for it.
+    late = pickle.loads(pickle.dumps(interrupted(lambda: film), protocol))
+    assert late.film == film
     error = pickle.loads(pickle.dumps(sppm.SceneError("wrong"), protocol))
     assert type(error) is sppm.SceneError and str(error) == "wrong"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import itertools
 import json
 import pickle
 from pathlib import Path
@@ -251,6 +252,11 @@ def test_atoms_of_ase(tmp_path: Path) -> None:
     assert sppm.load_particles(path, name="a") == sppm.load_particles(atoms, name="a")
     alone = build.molecule("H2O")
     assert sppm.Particles.of(alone).cell is None
+    # A slab does not repeat through its vacuum.
+    for along in itertools.product((False, True), repeat=3):
+        atoms.pbc = along
+        cell = sppm.Particles.of(atoms).cell
+        assert cell is not None and cell.periodic == along
     assert len(sppm.load_particles(alone, bonds="distance")) > 3
 
 
@@ -296,6 +302,29 @@ def test_groups_of_mdanalysis() -> None:
     assert particles.cell is not None
     assert np.allclose(particles.cell.vectors, [[10, 0, 0], [5, 75**0.5, 0], [0, 0, 10]], atol=1e-6)
     assert len(sppm.load_particles(Group(), radius=0.4, bonds="file", color="residue")) > 3 + 3
+
+
+def test_cells_of_mdanalysis_have_their_lengths_and_angles() -> None:
+    class Leaning(Group):
+        dimensions = np.float32([10, 12, 14, 70, 100, 80])
+
+    cell = sppm.Particles.of(Leaning()).cell
+    assert cell is not None
+    a, b, c = np.array(cell.vectors)
+    assert np.allclose([np.linalg.norm(v) for v in (a, b, c)], [10, 12, 14])
+    angles = [np.degrees(np.arccos(np.dot(v, w) / np.linalg.norm(v) / np.linalg.norm(w))) for v, w in ((b, c), (a, c), (a, b))]
+    assert np.allclose(angles, [70, 100, 80])
+    assert (a[1], a[2], b[2]) == (0, 0, 0) and b[1] > 0 and c[2] > 0
+
+
+def test_ends_of_ranges_keep_their_digits() -> None:
+    """The range of all values is what they are mapped by without one."""
+    values = 1234567.0 + np.arange(3.0)
+    particles = sppm.Particles(np.arange(9.0).reshape(3, 3), radii=np.full(3, 0.3), properties={"time": values})
+    usual = sppm.load_particles(particles, color="time")
+    assert sppm.load_particles(particles, color="time", range=(values[0], values[-1])) == usual
+    assert sppm.load_particles(particles, color="time", range=("0%", values[-1])) == usual
+    assert sppm.load_particles(particles, color="time", range=(values[0], values[-1] + 1)) != usual
 
 
 def test_real_groups_of_mdanalysis() -> None:

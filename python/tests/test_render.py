@@ -14,6 +14,7 @@ import pytest
 from conftest import ENDLESS, SMALL
 
 import sppm
+from sppm import _progress
 
 
 def test_the_image_does_not_depend_on_how_it_is_rendered(cornell) -> None:
@@ -255,3 +256,28 @@ def test_rays_without_a_time_meet_the_scene_as_the_shutter_opens() -> None:
     ways = ([[0, 0, 10], [3, 0, 10], [6, 0, 10]], [0, 0, -1])
     assert sppm.trace(scene, *ways).sphere.tolist() == sppm.trace(scene, *ways, time=1.0).sphere.tolist() == [-1, 0, -1]
     assert sppm.trace(scene, *ways, time=2.0).sphere.tolist() == [-1, -1, 0]
+
+
+@pytest.mark.parametrize("news", [[1, 2, 3, 6], [2, 2, 6], [6]])
+def test_the_bar_is_where_the_render_is(news: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also if several iterations have passed since the last news, or none."""
+
+    class Tqdm:
+        def __init__(self, total: int, **_: object) -> None:
+            self.n, self.total, self.is_open = 0, total, True
+            bars.append(self)
+
+        def update(self, more: int) -> None:
+            self.n += more
+
+        def close(self) -> None:
+            self.is_open = False
+
+    bars: list[Tqdm] = []
+    told: list[int] = []
+    monkeypatch.setattr(_progress, "_tqdm", lambda: Tqdm)
+    with _progress.Bar(True, 6) as bar:
+        for iteration in news:
+            bar.update(sppm.Progress(iteration=iteration, iterations=6))
+            told.append(bars[0].n)
+    assert told == news and bars[0].total == 6 and not bars[0].is_open

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import sppm
+from sppm._verify import _differences
 
 BASE = {"width": 40, "height": 30, "iterations": 2, "photons_per_iteration": 4000}
 OPTIONS = {"photons_per_iteration": "photons", "max_depth": "depth", "initial_radius": "radius"}
@@ -194,3 +195,18 @@ def test_all_engines_agree(cornell) -> None:
         verified = sppm.verify(cornell, method=method, threads=2)
         assert verified and verified.difference is None
         assert any("emulated lanes and 2 threads" in name for name in verified.variants)
+
+
+def test_the_first_difference_is_told_with_its_place(cornell) -> None:
+    film = sppm.render(cornell, iterations=1)
+    arrays = {name: getattr(film, name).copy() for name in ("radiance", "radius", "count")}
+    for name, array in arrays.items():
+        changed = {**arrays, name: array.copy()}
+        # Column 5 of row 3: that of a difference further down and to the left is not told.
+        for place in ((3, 5), (4, 2)):
+            changed[name][place] = 0.25
+        other = sppm.Film(changed.pop("radiance"), **changed)
+        (told,) = _differences(other, film)
+        right = np.ravel(array[3, 5])[0]
+        assert told == f"{name} of pixel (5, 3) is 0.25 instead of {right}"
+    assert list(_differences(film, sppm.Film(film.radiance, radius=film.radius, count=film.count))) == []

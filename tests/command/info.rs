@@ -2,8 +2,8 @@
 
 use crate::sandbox::Sandbox;
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer, LayerAttributes, Layers,
-    WritableImage,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer,
+    LayerAttributes, Layers, WritableImage,
 };
 use std::path::Path;
 
@@ -11,7 +11,8 @@ use std::path::Path;
 fn write_layers(path: &Path, names: &[&str]) {
     let mut layers = Layers::new();
     for &name in names {
-        let channels = ["B", "G", "R"].map(|channel| AnyChannel::new(channel, FlatSamples::F32(vec![0.5; 2])));
+        let channels =
+            ["B", "G", "R"].map(|channel| AnyChannel::new(channel, FlatSamples::F32(vec![0.5; 2])));
         let channels = AnyChannels::sort(channels.into_iter().collect());
         layers.push(Layer::new((2, 1), LayerAttributes::named(name), Encoding::UNCOMPRESSED, channels));
     }

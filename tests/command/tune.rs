@@ -62,7 +62,8 @@ fn a_search_leaves_a_profile_that_renders_load() {
     let (tuned, search) = (&profile["tuned"], &profile["search"]);
     assert_eq!(tuned["scene"].as_str(), Some("cornell"));
     // The settings that were timed, not those of the scene.
-    let settings = ["width", "height", "photons_per_iteration", "iterations"].map(|name| tuned[name].as_integer());
+    let settings =
+        ["width", "height", "photons_per_iteration", "iterations"].map(|name| tuned[name].as_integer());
     assert_eq!(settings, [16, 12, 500, 2].map(Some));
     assert_eq!(tuned["is_confirmed"].as_bool(), Some(true));
     assert_eq!(tuned["best_pairs"].as_integer(), Some(6));

@@ -247,18 +247,26 @@ fn pilots_are_renders_of_as_many_iterations_as_they_have() {
     }
 }
 
-/// With global radii a part of a render, begun at any iteration, has the radii of these iterations; its image is their mean, and
-/// its sums are what they add to the whole.
+/// With global radii a part of a render, begun at any iteration, has the radii and the instants of these iterations; its image is
+/// their mean, and its sums are what they add to the whole.
 #[test]
 fn parts_of_a_render_have_the_radii_of_their_iterations_and_add_up_to_it() {
+    let mut moving = room();
+    for (k, sphere) in moving.spheres.iter_mut().enumerate().skip(1) {
+        sphere.velocity = 0.1 * Vec3::new(1.0, -1.0, k as f32);
+    }
+    moving.camera.shutter = [0.0, 1.0];
+    [room(), moving].iter().for_each(parts_add_up);
+}
+
+fn parts_add_up(scene: &Scene) {
     const ITERATIONS: u32 = 7;
-    let scene = room();
     let settings = Settings {
         radius_schedule: RadiusSchedule::Global,
         ..crate::harness::settings(17, 13, 3000, 6, 1.5)
     };
     let part = |iterations: Range<u32>| {
-        let mut engine = Sppm::new(&scene, &settings);
+        let mut engine = Sppm::new(scene, &settings);
         engine.skip_to(iterations.start);
         let radius = f64::from(engine.probe(0, 0).radius);
         let shrunk: f64 =

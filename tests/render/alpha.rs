@@ -212,6 +212,12 @@ fn alpha_is_the_same_after_a_pause_and_of_parts() {
         rest.scene.settings.iterations = 6;
         rest.start(()).unwrap().wait().unwrap();
         assert!(bits(&read(&path("paused.exr"))) == whole, "{radius_schedule:?}");
+        // A complete render has it without another iteration.
+        let mut complete = Job::resume(&save).unwrap();
+        assert_eq!(complete.scene.settings.iterations, 6);
+        complete.outputs.image = Some(path("complete.exr"));
+        complete.start(()).unwrap().wait().unwrap();
+        assert!(bits(&read(&path("complete.exr"))) == whole, "{radius_schedule:?}");
         if radius_schedule == RadiusSchedule::Global {
             let parts = [0..2, 2..6].map(|range| {
                 let save = path(&format!("part{}.sppm", range.start));

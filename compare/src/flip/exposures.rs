@@ -14,7 +14,8 @@ pub(crate) struct Exposures {
 /// The tone-mapped value that counts as white.
 const WHITE: f32 = 0.85;
 
-/// The two ranks whose mean is the median of all values but the `least` smallest.
+/// The two ranks whose mean is the median of all values but the `least` smallest; of an odd number those before its middle and at
+/// it, as in the program of FLIP's authors.
 fn middle(count: u64, least: u64) -> [u64; 2] {
     let upper = (count - least) / 2;
     [least + upper.saturating_sub(1), least + upper]
@@ -101,8 +102,8 @@ mod tests {
 
     #[test]
     fn black_pixels_count_unless_they_are_the_most() {
-        let exposures = of(&[0.0, 16.0, 0.0, 4.0, 2.0]).unwrap();
-        approx::assert_relative_eq!(*exposures.last().unwrap(), stops(2.0), max_relative = 1e-5);
+        let exposures = of(&[0.0, 16.0, 0.0, 4.0, 2.0, 1.0]).unwrap();
+        approx::assert_relative_eq!(*exposures.last().unwrap(), stops(1.5), max_relative = 1e-5);
         assert_eq!(of(&[0.0, 0.0, 0.0, 2.0, 1.0]).unwrap(), [stops(2.0), stops(1.5)]);
         assert_eq!(of(&[0.0; 7]), None);
     }
