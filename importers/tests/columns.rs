@@ -82,7 +82,8 @@ fn radii_are_radii_or_halves_of_diameters() {
         let extended =
             format!("2\nProperties=pos:R:3:{}:R:1\n{}", names[3..].join(":R:1:"), rows(&columns, " "));
         let table = format!("{}\n{}", names.join(","), rows(&columns, ","));
-        let declared: String = names.iter().map(|name| format!("property float {name}\n")).collect();
+        let declared =
+            names.iter().map(|name| format!("property float {name}\n")).collect::<Vec<_>>().concat();
         let points =
             format!("ply\nformat ascii 1.0\nelement vertex 2\n{declared}end_header\n{}", rows(&columns, " "));
         let dumped = dump(None, &columns);

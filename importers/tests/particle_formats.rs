@@ -618,7 +618,7 @@ fn mmcif_models_are_frames_and_bonds_stay_within_the_crystal() {
 #[test]
 fn blocks_of_cif_say_nothing_of_each_other() {
     let site = |names: &[&str], prefix: &str, rows: &str| {
-        let names: String = names.iter().map(|name| format!("{prefix}{name}\n")).collect();
+        let names = names.iter().map(|name| format!("{prefix}{name}\n")).collect::<Vec<_>>().concat();
         format!("loop_\n{names}{rows}")
     };
     let cell = |length: u8| ["a", "b", "c"].map(|side| format!("_cell_length_{side} {length}\n")).concat();
