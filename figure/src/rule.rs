@@ -395,6 +395,32 @@ mod tests {
         }
     }
 
+    /// Within quotation marks of one kind the other kind is a sign like all others, however often it is there.
+    #[test]
+    fn signs_within_quotes_are_of_the_text() {
+        for (open, other) in [('"', '\''), ('\'', '"')] {
+            for inner in [
+                format!("O5{other}"),
+                format!("{other}: hide{other}, hide"),
+                format!("a{other}, b: c"),
+                format!("a: b{other}"),
+                format!("{other}{other}{other}: ,="),
+                ":".into(),
+                String::new(),
+            ] {
+                let only = format!("name == {open}{inner}{open} and chain != {other}:,{other}");
+                let rule = Rule::parse(&format!("{only}: color=red, scale = 2")).unwrap();
+                let expected = Rule {
+                    only: Some(Selection::parse(&only).unwrap()),
+                    color: Some(Paint::parse("red").unwrap()),
+                    scale: Some(2.0),
+                    ..Rule::default()
+                };
+                assert_eq!(rule, expected, "{only}");
+            }
+        }
+    }
+
     proptest! {
         /// Texts that are made of what rules are made of come through most of the parser.
         #[test]

@@ -141,6 +141,46 @@ mod tests {
         }
     }
 
+    /// Two columns of texts, each with a list of its own, in which the same texts have other places.
+    struct Texts;
+
+    const NAMES: [&str; 7] = ["NA", "CL", "O", "NA", "", "CL", "H"];
+    const RESIDUES: [&str; 7] = ["NA", "SOL", "O", "CL", "", "CL", "SOL"];
+
+    impl Columns for Texts {
+        fn names(&self) -> Vec<String> {
+            ["name", "residue"].map(Into::into).to_vec()
+        }
+
+        fn column(&self, name: &str) -> Option<Column<'_>> {
+            let (texts, list) = match name {
+                "name" => (NAMES, vec!["CL", "H", "NA", "O", ""]),
+                "residue" => (RESIDUES, vec!["SOL", "", "CL", "unused", "O", "NA"]),
+                _ => return None,
+            };
+            let names = list.iter().map(ToString::to_string).collect();
+            let place = move |i: usize| list.iter().position(|text| *text == texts[i]).unwrap() as u32;
+            Some(Column::Text { index: Box::new(place), names })
+        }
+    }
+
+    #[test]
+    fn columns_of_texts_are_compared_by_their_texts() {
+        for (text, wanted) in [
+            ("name == residue", true),
+            ("residue == name", true),
+            ("name != residue", false),
+            ("not residue != name", true),
+        ] {
+            let selection = Selection::parse(text).unwrap();
+            let test = selection.bind(&Texts).unwrap();
+            for i in 0..NAMES.len() {
+                let is_same = NAMES[i] == RESIDUES[i];
+                assert_eq!(test.holds(i), is_same == wanted, "{text}: {} and {}", NAMES[i], RESIDUES[i]);
+            }
+        }
+    }
+
     #[test]
     fn faults_are_told_with_their_column() {
         for (text, expected) in [

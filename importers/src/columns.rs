@@ -20,7 +20,9 @@ pub(crate) fn role(name: &str, all: &[String]) -> Option<Role> {
         "green" | "color_g" | "diffuse_green" => Role::Color(1),
         "blue" | "color_b" | "diffuse_blue" => Role::Color(2),
         "r" | "radius" | "radii" => Role::Radius,
-        "diameter" | "diameters" if !has("radius") && (!has("r") || is_rgb) => Role::Diameter,
+        "diameter" | "diameters" if !["radius", "radii"].into_iter().any(has) && (!has("r") || is_rgb) => {
+            Role::Diameter
+        }
         "type" | "types" | "kind" => Role::Label(Kind::Type),
         "element" | "elements" | "species" | "symbol" | "symbols" | "atomic_number" | "atomic_numbers"
         | "numbers" => Role::Label(Kind::Element),

@@ -91,8 +91,10 @@ impl Layout {
         &self.properties
     }
 
+    /// Whether there is a field of this role. Radius and diameter are the same: a particle has one of them.
     pub(crate) fn has(&self, role: Role) -> bool {
-        self.roles.contains(&role)
+        let plain = |role: Role| if role == Role::Diameter { Role::Radius } else { role };
+        self.roles.iter().any(|other| plain(*other) == plain(role))
     }
 
     /// Bytes per row of a [`crate::table::Table`] and of what becomes of it.

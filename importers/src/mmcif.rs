@@ -96,8 +96,13 @@ fn parse(source: &mut dyn Source, wanted: Option<usize>, request: &Request) -> R
     let mut reader = Reader::new(wanted, request);
     while let Some(token) = tokens.next_token()? {
         match token {
-            Token::Block if reader.models > 0 => break,
-            Token::Block => reader = Reader::new(wanted, request),
+            Token::Block => {
+                reader.end_single_atom()?;
+                if reader.models > 0 {
+                    break;
+                }
+                reader = Reader::new(wanted, request);
+            }
             Token::Loop => reader.loop_of(&mut tokens)?,
             Token::Name(name) => {
                 if tokens.peek()? == Some(&Token::Value) {
@@ -241,8 +246,7 @@ impl Reader {
     /// The rows of `_atom_site`.
     fn atoms(&mut self, names: &[String], tokens: &mut Tokens) -> Result<(), Fault> {
         let items = items(names);
-        let has = |item: Item| items.contains(&Some(item));
-        if ![Item::X, Item::Y, Item::Z].into_iter().all(has) {
+        if !have_place(&items) {
             // Some files list what is known of each atom before its place.
             return rows(names, tokens, |_, _| Ok(()));
         }
@@ -262,13 +266,14 @@ impl Reader {
 
     /// An atom whose items stand alone.
     fn end_single_atom(&mut self) -> Result<(), Fault> {
-        if self.single.is_empty() || self.models > 0 {
-            return Ok(());
-        }
         let single = take(&mut self.single);
         let names: Vec<String> = single.iter().map(|(name, _)| name.clone()).collect();
+        let items = items(&names);
+        if self.models > 0 || !have_place(&items) {
+            return Ok(());
+        }
         self.is_fractional = !names.iter().any(|name| name.ends_with("cartn_x"));
-        for (item, (_, value)) in items(&names).into_iter().zip(single) {
+        for (item, (_, value)) in items.into_iter().zip(single) {
             if let Some(item) = item {
                 self.fields[item as usize] = value;
             }
@@ -496,6 +501,11 @@ fn items(names: &[String]) -> Vec<Option<Item>> {
                 .map(|(_, item)| item)
         })
         .collect()
+}
+
+/// Whether these are items of atoms that have a place.
+fn have_place(items: &[Option<Item>]) -> bool {
+    [Item::X, Item::Y, Item::Z].into_iter().all(|item| items.contains(&Some(item)))
 }
 
 fn is_operation(name: &str) -> bool {

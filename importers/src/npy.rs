@@ -164,7 +164,11 @@ impl Array {
         }
         match self.shape[..] {
             [_, 3] => self.columns(&[0, 1, 2].map(Role::Axis), layout),
-            [_, 4] => self.columns(&[Role::Axis(0), Role::Axis(1), Role::Axis(2), Role::Radius], layout),
+            [_, 4] => {
+                // An archive may have told radii before.
+                let fourth = if layout.has(Role::Radius) { Role::Skip } else { Role::Radius };
+                self.columns(&[Role::Axis(0), Role::Axis(1), Role::Axis(2), fourth], layout)
+            }
             [3 | 4, _] => Err(self.fault(format!(
                 "has shape {}, and should have {}: save array.T",
                 self.shown_shape(),

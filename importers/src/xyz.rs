@@ -192,6 +192,10 @@ fn is_color(name: &str) -> bool {
     matches!(name.to_ascii_lowercase().as_str(), "color" | "colour")
 }
 
+fn is_radius(column: &Column) -> bool {
+    matches!(column.name.to_ascii_lowercase().as_str(), "radius" | "radii") && column.count == 1
+}
+
 /// The layout of a frame's rows.
 fn layout(comment: &Comment, extra: usize, wanted: &Properties) -> Result<Layout, String> {
     let mut layout = Layout::default();
@@ -206,7 +210,7 @@ fn layout(comment: &Comment, extra: usize, wanted: &Properties) -> Result<Layout
         return Ok(layout);
     };
     for column in columns {
-        push_column(column, comment.has_species(), wanted, &mut layout);
+        push_column(column, comment, wanted, &mut layout);
     }
     if layout.roles.len() > MOST_COLUMNS {
         return Err(format!(
@@ -220,17 +224,17 @@ fn layout(comment: &Comment, extra: usize, wanted: &Properties) -> Result<Layout
     Ok(layout)
 }
 
-fn push_column(column: &Column, has_species: bool, wanted: &Properties, layout: &mut Layout) {
+fn push_column(column: &Column, comment: &Comment, wanted: &Properties, layout: &mut Layout) {
     let name = column.name.to_ascii_lowercase();
     let is_new = |role: &Role| !layout.has(*role);
     let role = match (name.as_str(), column.count) {
         ("pos" | "position" | "positions", 3) => Some(Role::Axis(0)),
         ("color" | "colour", 3) => Some(Role::Color(0)),
-        ("radius" | "radii", 1) => Some(Role::Radius),
-        ("diameter", 1) => Some(Role::Diameter),
+        _ if is_radius(column) => Some(Role::Radius),
+        ("diameter", 1) if !comment.properties.iter().flatten().any(is_radius) => Some(Role::Diameter),
         ("id", 1) if column.kind == b'I' => Some(Role::Id),
         ("mol" | "molecule" | "molid", 1) if column.kind == b'I' => Some(Role::Molecule),
-        ("z" | "numbers" | "atomic_number", 1) if column.kind == b'I' && !has_species => {
+        ("z" | "numbers" | "atomic_number", 1) if column.kind == b'I' && !comment.has_species() => {
             Some(Role::Label(Kind::Element))
         }
         ("type" | "types", 1) => Some(Role::Label(Kind::Type)),

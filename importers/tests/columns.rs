@@ -62,17 +62,44 @@ fn coordinates_of_dumps_are_plain_scaled_or_unwrapped() {
 
 /// Half of a diameter is a radius, and where both are told the radius counts, in whichever order they stand.
 #[test]
-fn radii_of_dumps_are_radii_or_halves_of_diameters() {
+fn radii_are_radii_or_halves_of_diameters() {
     let (radius, diameter) = (("radius", ["0.5", "2"]), ("diameter", ["3", "8"]));
+    let radii = ("radii", radius.1);
+    let rows = |columns: &[(&str, [&str; 2])], separator: &str| {
+        let row = |k: usize| columns.iter().map(|(_, values)| values[k]).collect::<Vec<_>>().join(separator);
+        format!("{}\n{}\n", row(0), row(1))
+    };
     for (more, expected, others) in [
         (vec![radius], [0.5, 2.0], None),
         (vec![diameter], [1.5, 4.0], None),
         (vec![radius, diameter], [0.5, 2.0], Some([3.0, 8.0])),
         (vec![diameter, radius], [0.5, 2.0], Some([3.0, 8.0])),
+        (vec![radii, diameter], [0.5, 2.0], Some([3.0, 8.0])),
+        (vec![diameter, radii], [0.5, 2.0], Some([3.0, 8.0])),
     ] {
-        let particles = parse(Format::Dump, &dump(None, &[&PLACES[..], &more].concat()));
-        assert_eq!(particles.radii.as_deref(), Some(&expected[..]), "{more:?}");
-        assert_eq!(particles.property("diameter"), others.as_ref().map(|values| &values[..]), "{more:?}");
+        let columns = [&PLACES[..], &more].concat();
+        let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
+        let extended =
+            format!("2\nProperties=pos:R:3:{}:R:1\n{}", names[3..].join(":R:1:"), rows(&columns, " "));
+        let table = format!("{}\n{}", names.join(","), rows(&columns, ","));
+        let declared =
+            names.iter().map(|name| format!("property float {name}\n")).collect::<Vec<_>>().concat();
+        let points =
+            format!("ply\nformat ascii 1.0\nelement vertex 2\n{declared}end_header\n{}", rows(&columns, " "));
+        let dumped = dump(None, &columns);
+        for (format, text) in
+            [(Format::Dump, dumped), (Format::Xyz, extended), (Format::Csv, table), (Format::Ply, points)]
+        {
+            // To LAMMPS `radii` is a name like any other.
+            if format == Format::Dump && more.contains(&radii) {
+                continue;
+            }
+            let particles = parse(format, &text);
+            assert_eq!(particles.len(), 2);
+            assert_eq!(particles.radii.as_deref(), Some(&expected[..]), "{format:?} {more:?}");
+            let others = others.as_ref().map(|values| &values[..]);
+            assert_eq!(particles.property("diameter"), others, "{format:?} {more:?}");
+        }
     }
 }
 
@@ -120,6 +147,61 @@ fn gro_columns_are_as_wide_as_their_points_are_apart() {
             let is_near = found.iter().zip(expected).all(|(v, e)| near(f64::from(*v), e));
             assert!(is_near, "{name} of {decimals}: {found:?}, not {expected:?}");
         }
+    }
+}
+
+/// Of the columns beyond the position, plain XYZ needs in every row those that are asked for, and what stands before them.
+#[test]
+fn rows_of_plain_xyz_may_end_before_columns_that_nobody_asks_for() {
+    let fields = ["O", "4", "5", "6", "0.5", "0.25", "0.75", "0.125"];
+    for count in 3..=fields.len() {
+        let text = format!("2\n\nO 1 2 3 1.5 1.25 1.75\n{}\n", fields[..count].join(" "));
+        for last in 4..=7 {
+            let name = format!("column_{last}");
+            let properties = if last == 4 { Properties::None } else { Properties::Named(vec![name.clone()]) };
+            let request = Request { properties, ..Request::default() };
+            let particles = read_from("a", Cursor::new(text.as_bytes()), Format::Xyz, &request);
+            if count < last {
+                let error = particles.unwrap_err().problem;
+                assert_eq!(error, format!("the line has {count} of {last} fields: a symbol and x, y, z"));
+                continue;
+            }
+            let particles = particles.unwrap();
+            assert_eq!(particles.positions, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+            assert_eq!(particles.available, ["column_5", "column_6", "column_7"]);
+            let values = [[1.5, 0.5], [1.25, 0.25], [1.75, 0.75]];
+            let expected = last.checked_sub(5).map(|at| &values[at][..]);
+            assert_eq!(particles.property(&name), expected, "{count} fields, {name}");
+        }
+    }
+}
+
+/// In tables, numbers of every column may have a decimal comma; a comma in a text is one.
+#[test]
+fn decimal_commas_are_points_in_all_columns() {
+    let header = "x y z radius red green blue type id charge note spin";
+    let rows =
+        ["1.5 -2.25 3 0.5 0.25 1 0.125 A,1 7 -0.25 2,4-a 1.5e-3", "-.5 4 5.75 2 1 0.5 0 2 8 3 5 -2.5E2"];
+    for separator in [',', ';', '\t', ' '] {
+        let table = |point: &str| {
+            let line = |row: &str| {
+                let field = |field: &str| {
+                    let field = field.replace('.', point);
+                    if field.contains(separator) { format!("\"{field}\"") } else { field }
+                };
+                row.split(' ').map(field).collect::<Vec<_>>().join(&separator.to_string())
+            };
+            format!("{}\n{}\n{}\n", line(header), line(rows[0]), line(rows[1]))
+        };
+        let particles = parse(Format::Csv, &table("."));
+        assert_eq!(particles.positions, [[1.5, -2.25, 3.0], [-0.5, 4.0, 5.75]]);
+        assert_eq!((&particles.radii, &particles.ids), (&Some(vec![0.5, 2.0]), &Some(vec![7, 8])));
+        assert_eq!(particles.colors.as_deref(), Some(&[[0.25, 1.0, 0.125], [1.0, 0.5, 0.0]][..]));
+        assert_eq!(particles.types.as_ref().map(|types| types.names.join(" ")).as_deref(), Some("A,1 2"));
+        assert_eq!(particles.available, ["charge", "spin"]);
+        assert_eq!(particles.property("charge"), Some(&[-0.25, 3.0][..]));
+        assert_eq!(particles.property("spin"), Some(&[1.5e-3, -250.0][..]));
+        assert_eq!(parse(Format::Csv, &table(",")), particles, "{separator:?}");
     }
 }
 

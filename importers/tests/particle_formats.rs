@@ -5,7 +5,7 @@ mod specimens;
 use importers::{
     Cell, Format, Frame, Particles, Properties, Request, Trajectory, Unit, frames, read, read_from,
 };
-use specimens::{COUNT, gsd_of, gzip, npy, place, specimens, zip};
+use specimens::{COUNT, by_columns, gsd_of, gzip, npy, place, specimens, zip};
 use std::fmt::Write as _;
 use std::io::Cursor;
 use std::path::PathBuf;
@@ -88,6 +88,31 @@ fn formats_are_told_by_content_or_name() {
     assert!(read(folder.path(), &Request::default()).unwrap_err().problem.contains("this is a directory"));
     let missing = read("missing.xyz".as_ref(), &Request::default()).unwrap_err();
     assert_eq!(missing.to_string(), "missing.xyz: there is no such file");
+}
+
+/// An ending that stands for a format goes before what comes earlier in a name.
+#[test]
+fn numbered_dumps_are_told_by_a_part_of_their_name() {
+    let of = |name: &str| Format::of_name(name.as_ref());
+    for name in [
+        "dump.melt.1000",
+        "melt.dump.0",
+        "a.b.dump.c.7",
+        "dump.melt",
+        "Melt.Dump.7",
+        "melt.dump.7.gz",
+        "runs/melt.dump.7",
+        "melt.dump",
+        "melt.dump.gz",
+    ] {
+        assert_eq!(of(name), Some(Format::Dump), "{name}");
+    }
+    for name in
+        ["dumpling.7", "dump_melt.7", "dump-1.7", "mydump.7", "melt.dumps.7", "dump.d/melt.7", "melt.7"]
+    {
+        assert_eq!(of(name), None, "{name}");
+    }
+    assert_eq!([of("dump.melt.xyz"), of("melt.dump.csv")], [Some(Format::Xyz), Some(Format::Csv)]);
 }
 
 #[test]
@@ -588,6 +613,68 @@ fn mmcif_models_are_frames_and_bonds_stay_within_the_crystal() {
     assert_eq!(of(Frame::Number(0)).bonds, [[0, 1], [0, 2]]);
 }
 
+/// Of several blocks the first with atoms is read as if it stood alone: no other says anything of its cell, its symmetry, its
+/// bonds or its atoms.
+#[test]
+fn blocks_of_cif_say_nothing_of_each_other() {
+    let site = |names: &[&str], prefix: &str, rows: &str| {
+        let names = names.iter().map(|name| format!("{prefix}{name}\n")).collect::<Vec<_>>().concat();
+        format!("loop_\n{names}{rows}")
+    };
+    let cell = |length: u8| ["a", "b", "c"].map(|side| format!("_cell_length_{side} {length}\n")).concat();
+    let molecule = site(
+        &[
+            "id",
+            "type_symbol",
+            "auth_asym_id",
+            "auth_seq_id",
+            "label_atom_id",
+            "Cartn_x",
+            "Cartn_y",
+            "Cartn_z",
+        ],
+        "_atom_site.",
+        "1 C A 1 CA 1 2 3\n2 C A 2 CA 4 5 6\n",
+    );
+    let crystal =
+        cell(4) + &site(&["label", "fract_x", "fract_y", "fract_z"], "_atom_site_", "Na1 0.25 0.5 0.125\n");
+    let alone = "_atom_site.id 1\n_atom_site.type_symbol He\n_atom_site.Cartn_x 1\n_atom_site.Cartn_y 2\n_atom_site.Cartn_z 3\n";
+    let without_atoms = [
+        cell(7),
+        "_cell_angle_beta 100\n".into(),
+        "_struct.title another\n".into(),
+        "_symmetry_space_group_name_H-M 'F m -3 m'\n".into(),
+        "loop_\n_symmetry_equiv_pos_as_xyz\nx,y,z\n-x,-y,-z\n".into(),
+        site(
+            &["conn_type_id", "ptnr1_auth_asym_id", "ptnr1_auth_seq_id", "ptnr1_label_atom_id"],
+            "_struct_conn.",
+            "",
+        ) + "_struct_conn.ptnr2_auth_asym_id\n_struct_conn.ptnr2_auth_seq_id\n_struct_conn.ptnr2_label_atom_id\n\
+             covale A 1 CA A 2 CA\n",
+        // What is known of atoms that have no place.
+        "_atom_site.type_symbol Fe\n_atom_site.label_atom_id FE\n".into(),
+        site(&["label", "occupancy"], "_atom_site_", "Na1 0.5\n"),
+        String::new(),
+    ];
+    let parse = |text: &str| {
+        read_from("a", Cursor::new(text.as_bytes()), Format::Mmcif, &Request::default()).unwrap()
+    };
+    for (atoms, count) in [(molecule.as_str(), 2), (&crystal, 1), (alone, 1)] {
+        let block = format!("data_a\n{atoms}");
+        let right = parse(&block);
+        assert_eq!((right.len(), right.bonds.len(), right.title.as_str()), (count, 0, ""));
+        assert_eq!(right.cell.is_some(), atoms == crystal);
+        for other in without_atoms.iter().map(String::as_str).chain([without_atoms.concat().as_str()]) {
+            let before = parse(&format!("data_other\n{other}{block}"));
+            assert_eq!(before, right, "after {other}");
+        }
+        for other in without_atoms.iter().map(String::as_str).chain([molecule.as_str(), &crystal, alone]) {
+            let after = parse(&format!("{block}data_other\n{other}"));
+            assert_eq!(after, right, "before {other}");
+        }
+    }
+}
+
 /// Of each assembly the group of the highest mean occupancy stays, among equals the first; atoms without a group stay.
 #[test]
 fn of_disordered_groups_one_is_read() {
@@ -651,6 +738,77 @@ fn arrays_of_frames_are_trajectories() {
     let path = folder.path().join("a.npy");
     std::fs::write(&path, &array).unwrap();
     assert_eq!(frames(&path).unwrap(), 4);
+}
+
+/// Whichever way the numbers of arrays follow each other, the archive says the same, of particles and of their cell.
+#[test]
+fn arrays_of_archives_may_be_in_either_order() {
+    let vectors = [[4.0, 0.5, 0.0], [1.0, 5.0, -0.5], [-2.0, 1.5, 6.0]];
+    for is_fortran in [false, true] {
+        let array = |rows: &[f64], width: usize| {
+            let bytes: Vec<u8> = rows.iter().flat_map(|number| number.to_le_bytes()).collect();
+            let bytes = if is_fortran { by_columns(&bytes, width) } else { bytes };
+            npy("'<f8'", &format!("({}, {width})", rows.len() / width), is_fortran, &bytes)
+        };
+        let files = [
+            ("positions.npy", array(&[1.0, 2.0, 3.0, 0.5, 4.0, 5.0, 6.0, 0.25], 4)),
+            ("colors.npy", array(&[0.0, 0.25, 0.5, 0.75, 1.0, 0.125], 3)),
+            ("force.npy", array(&[10.0, 20.0, 30.0, 40.0, 50.0, 60.0], 3)),
+            ("spin.npy", array(&[7.0, 8.0, 9.0, 10.0], 2)),
+            ("cell.npy", array(vectors.as_flattened(), 3)),
+        ];
+        for is_compressed in [false, true] {
+            let particles = parse(Format::Npz, zip(&files, is_compressed));
+            assert_eq!(particles.positions, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+            assert_eq!(particles.radii.as_deref(), Some(&[0.5, 0.25][..]));
+            assert_eq!(particles.colors.as_deref(), Some(&[[0.0, 0.25, 0.5], [0.75, 1.0, 0.125]][..]));
+            for (name, values) in [
+                ("force_x", [10.0, 40.0]),
+                ("force_y", [20.0, 50.0]),
+                ("force_z", [30.0, 60.0]),
+                ("spin_0", [7.0, 9.0]),
+                ("spin_1", [8.0, 10.0]),
+            ] {
+                assert_eq!(particles.property(name), Some(&values[..]), "{name}");
+            }
+            let cell = Cell { origin: [0.0; 3], vectors, periodic: [true; 3] };
+            assert_eq!(particles.cell, Some(cell), "Fortran: {is_fortran}");
+        }
+    }
+}
+
+/// As in an array alone; and where radii are told twice, what the archive has first counts.
+#[test]
+fn positions_in_archives_may_have_radii_beside_them() {
+    let numbers =
+        |numbers: &[f64]| numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>();
+    let plain = npy("'<f8'", "(2, 3)", false, &numbers(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]));
+    let with_radii = npy("'<f8'", "(2, 4)", false, &numbers(&[1.0, 2.0, 3.0, 0.5, 4.0, 5.0, 6.0, 0.25]));
+    let radii = npy("'<f8'", "(2,)", false, &numbers(&[7.0, 8.0]));
+    let charges = npy("'<f8'", "(2,)", false, &numbers(&[-1.0, 1.0]));
+    let of = |files: &[(&str, &Vec<u8>)]| {
+        let files: Vec<(&str, Vec<u8>)> = files.iter().map(|(name, data)| (*name, (*data).clone())).collect();
+        let particles = parse(Format::Npz, zip(&files, false));
+        assert_eq!(particles.positions, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], "{}", files[0].0);
+        particles
+    };
+    for name in
+        ["pos", "position", "positions", "xyz", "points", "centers", "centres", "coordinates", "Coords"]
+    {
+        let name = format!("{name}.npy");
+        assert_eq!(of(&[(&name, &plain), ("charge.npy", &charges)]).radii, None, "{name}");
+        let particles = of(&[("charge.npy", &charges), (&name, &with_radii)]);
+        assert_eq!(particles.radii.as_deref(), Some(&[0.5, 0.25][..]), "{name}");
+        assert_eq!(particles.available, ["charge"], "{name}");
+    }
+    for (name, expected) in [("radii.npy", [7.0, 8.0]), ("diameters.npy", [3.5, 4.0])] {
+        let second = of(&[(name, &radii), ("xyz.npy", &with_radii)]);
+        assert_eq!(second.radii.as_deref(), Some(&expected[..]), "{name}");
+        let both = of(&[("xyz.npy", &with_radii), (name, &radii)]);
+        assert_eq!(both.radii.as_deref(), Some(&[0.5, 0.25][..]), "{name}");
+    }
+    let third = of(&[("diameters.npy", &charges), ("radii.npy", &radii), ("xyz.npy", &plain)]);
+    assert_eq!(third.radii.as_deref(), Some(&[7.0, 8.0][..]), "a diameter says nothing beside a radius");
 }
 
 #[test]
@@ -793,6 +951,73 @@ fn gsd_frames_share_what_they_lack_with_the_first() {
     };
     assert_eq!(typed(b"Si\0O\0\0").elements, Some(vec![14]));
     assert_eq!(typed(b"Si\0A\0\0").elements, None);
+}
+
+/// Not with the frame before: of three frames that all say something else, whatever the last lacks is that of the first.
+#[test]
+fn gsd_frames_share_nothing_with_the_frame_before() {
+    /// A chunk without its frame.
+    type Part = (&'static str, u8, u32, Vec<u8>);
+    let singles =
+        |numbers: &[f32]| numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>();
+    let words = |numbers: &[u32]| numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>();
+    // All that a frame may have; that in the middle has a particle and a bond more.
+    let chunks = |frame: u8| -> Vec<Part> {
+        let (of_frame, count) = (f32::from(frame), if frame == 1 { 3 } else { 2 });
+        let each = |scale: f32, columns: u32| {
+            let numbers = (1..=count * columns).map(|k| scale * (10.0 * of_frame + k as f32));
+            singles(&numbers.collect::<Vec<_>>())
+        };
+        let types = ["Si\0\0O\0\0\0", "bis\0one\0", "cis\0one\0"][usize::from(frame)];
+        let kinds: Vec<u32> = (0..count).map(|at| (at + u32::from(frame)) % 2).collect();
+        // What joins a particle with itself is no bond.
+        let bonds: &[u32] = [&[0, 1][..], &[0, 2, 1, 2], &[1, 1]][usize::from(frame)];
+        let bounds = [4.0 + of_frame, 5.0 + of_frame, 6.0 + of_frame, 0.5, 0.0, 0.25];
+        vec![
+            ("configuration/dimensions", 1, 1, vec![if frame == 0 { 3 } else { 2 }]),
+            ("configuration/box", 9, 1, singles(&bounds)),
+            ("particles/N", 3, 1, words(&[count])),
+            ("particles/types", 5, 4, types.into()),
+            ("particles/typeid", 3, 1, words(&kinds)),
+            ("particles/position", 9, 3, each(1.0, 3)),
+            ("particles/diameter", 9, 1, each(0.25, 1)),
+            ("particles/charge", 9, 1, each(-1.0, 1)),
+            ("particles/velocity", 9, 3, each(2.0, 3)),
+            ("log/particles/energy", 9, 1, each(3.0, 1)),
+            ("bonds/N", 3, 1, words(&[bonds.len() as u32 / 2])),
+            ("bonds/group", 3, 2, words(bonds)),
+        ]
+    };
+    // The last of these frames.
+    let read_last = |frames: &[&[Part]]| {
+        let with_number = |(number, chunks): (usize, &&[Part])| {
+            let chunk =
+                |(name, kind, columns, bytes): &Part| (number as u64, *name, *kind, *columns, bytes.clone());
+            chunks.iter().map(chunk).collect::<Vec<_>>()
+        };
+        let bytes = gsd_of(&frames.iter().enumerate().flat_map(with_number).collect::<Vec<_>>());
+        let particles = read_from("a", Cursor::new(bytes), Format::Gsd, &all(Frame::Last)).unwrap();
+        assert_eq!(particles.frame + 1, frames.len());
+        Particles { frame: 0, ..particles }
+    };
+    let [first, middle, last] = [0, 1, 2].map(chunks);
+    let step = [("configuration/step", 4, 1, 9_u64.to_le_bytes().to_vec())];
+    assert_eq!(read_last(&[&first, &middle, &step]), read_last(&[&first]), "a frame that lacks all");
+    assert_eq!(read_last(&[&first, &middle, &last]), read_last(&[&last]), "a frame that has all");
+    for (at, lacked) in first.iter().enumerate() {
+        let (mut own, mut right) = (last.clone(), last.clone());
+        own.remove(at);
+        right[at] = lacked.clone();
+        let found = read_last(&[&first, &middle, &own]);
+        assert_eq!(found, read_last(&[&right]), "a frame that lacks {}", lacked.0);
+    }
+    // What there is of each particle is not shared with a frame that has another number of them.
+    let number = vec![middle[2].clone()];
+    let is_of_all = |name: &str| !name.contains("particles/") || name == "particles/types";
+    let of_all = first.iter().filter(|chunk| is_of_all(chunk.0)).chain(&number).cloned().collect::<Vec<_>>();
+    let right = read_last(&[&of_all]);
+    assert_eq!((&right.positions[..], right.properties.len()), (&[[0.0; 3]; 3][..], 0));
+    assert_eq!(read_last(&[&first, &number]), right);
 }
 
 #[test]

@@ -245,7 +245,7 @@ pub(crate) fn floats(width: usize) -> Vec<u8> {
 }
 
 /// The same numbers, column after column.
-fn by_columns(rows: &[u8], width: usize) -> Vec<u8> {
+pub(crate) fn by_columns(rows: &[u8], width: usize) -> Vec<u8> {
     let column = |at: usize| rows.chunks_exact(8).skip(at).step_by(width).flatten().copied();
     (0..width).flat_map(column).collect()
 }
