@@ -28,8 +28,9 @@ pub(crate) fn open(path: &Path, layer: Option<&str>, others: Vec<(String, Bytes)
         Some(layer) => vec![Some(layer.into())],
         None => names.into_iter().map(Some).take(MAX_LAYERS).collect(),
     };
-    // A picture without a name comes first, where there is one beside those with names.
-    if layer.is_none() && ImageReader::open(path, None).is_ok() {
+    // What is read without a choice comes first, unless it is the only layer and has a name: what has none is called "".
+    let is_only = names.len() == 1 && ImageReader::open(path, Some("")).is_err();
+    if layer.is_none() && !is_only && ImageReader::open(path, None).is_ok() {
         names.insert(0, None);
         names.truncate(MAX_LAYERS);
     }
@@ -72,4 +73,102 @@ fn caption(path: &Path) -> Result<Caption, String> {
 
 fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::picture::HEADER;
+    use crate::rgb9e5;
+    use files::image_file::Encoding;
+    use serde_json::Value;
+    use std::fs;
+
+    /// An EXR file of one pixel with these channels, in alphabetical order, which hold 1, 2, 3 ...
+    fn exr(channels: &[&str]) -> Vec<u8> {
+        let word = |value: i32| value.to_le_bytes().to_vec();
+        let float = 1_f32.to_le_bytes();
+        let list = channels.iter().flat_map(|name| {
+            [name.as_bytes(), &[0], &word(2), &[0; 4], &word(1), &word(1)].concat() // 32 bits, every pixel
+        });
+        let list: Vec<u8> = list.chain([0]).collect();
+        let mut file = [word(20_000_630), word(2)].concat();
+        for (name, kind, value) in [
+            ("channels", "chlist", &list[..]),
+            ("compression", "compression", &[0]),
+            ("dataWindow", "box2i", &[0; 16]),
+            ("displayWindow", "box2i", &[0; 16]),
+            ("lineOrder", "lineOrder", &[0]),
+            ("pixelAspectRatio", "float", &float),
+            ("screenWindowCenter", "v2f", &[0; 8]),
+            ("screenWindowWidth", "float", &float),
+        ] {
+            file.extend(
+                [name.as_bytes(), &[0], kind.as_bytes(), &[0], &word(value.len() as i32), value].concat(),
+            );
+        }
+        file.push(0);
+        let line = file.len() as u64 + 8;
+        file.extend(line.to_le_bytes());
+        file.extend([word(0), word(4 * channels.len() as i32)].concat());
+        file.extend((1..=channels.len()).flat_map(|value| (value as f32).to_le_bytes()));
+        file
+    }
+
+    /// The titles of the layers that are shown, each with the red of the first pixel.
+    fn shown(path: &Path, layer: Option<&str>) -> Vec<(String, f32)> {
+        let hub = open(path, layer, Vec::new()).unwrap();
+        let scene: Value = serde_json::from_str(&hub.scene.borrow()).unwrap();
+        let titles: Vec<String> = serde_json::from_value(scene["layers"].clone()).unwrap();
+        let picture = hub.pictures.borrow().clone().unwrap();
+        assert!(!picture.has(titles.len() as u32));
+        let layers = titles.into_iter().zip(0..).map(|(title, number)| {
+            let bytes = picture.layer(number).unwrap();
+            let word = |at: usize| u32::from_le_bytes(bytes[at..][..4].try_into().unwrap());
+            (title, rgb9e5::decode(word(HEADER))[0] * f32::from_bits(word(32)))
+        });
+        layers.collect()
+    }
+
+    /// The channels of a file, the layer that is asked for, and those that are shown.
+    type Case<'a> = (&'a [&'a str], Option<&'a str>, &'a [(&'a str, f32)]);
+
+    /// It is called "image".
+    #[test]
+    fn what_is_read_without_a_choice_comes_first_and_a_layer_that_was_asked_for_is_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let grey_and_colour = ["a.Y", "b.B", "b.G", "b.R"];
+        let cases: [Case; 8] = [
+            (&["B", "G", "R"], None, &[("image", 3.0)]),
+            (&["Y", "a.Y", "b.Y"], None, &[("image", 1.0), ("a", 2.0), ("b", 3.0)]),
+            (&["Y", "a.Y", "b.Y"], Some("b"), &[("b", 3.0)]),
+            // None is without a name; then only one in colour is read without a choice.
+            (&["a.Y", "b.Y"], None, &[("a", 1.0), ("b", 2.0)]),
+            (&grey_and_colour, None, &[("image", 4.0), ("a", 1.0), ("b", 4.0)]),
+            (&grey_and_colour, Some("b"), &[("b", 4.0)]),
+            // The only layer is not shown twice.
+            (&["a.Y"], None, &[("a", 1.0)]),
+            (&["a.Y"], Some("a"), &[("a", 1.0)]),
+        ];
+        for (channels, layer, expected) in cases {
+            fs::write(&path, exr(channels)).unwrap();
+            let expected: Vec<_> = expected.iter().map(|(title, red)| ((*title).to_owned(), *red)).collect();
+            assert_eq!(shown(&path, layer), expected, "{channels:?}, {layer:?}");
+        }
+        // It is shown also of more layers than are shown at once; the last of them can be asked for.
+        let names: Vec<String> = (0..MAX_LAYERS).map(|i| format!("l{i:02}.Y")).collect();
+        let channels: Vec<&str> = ["Y"].into_iter().chain(names.iter().map(String::as_str)).collect();
+        fs::write(&path, exr(&channels)).unwrap();
+        let layers = shown(&path, None);
+        assert_eq!(
+            (layers.len(), &layers[0], &layers[1].0),
+            (MAX_LAYERS, &("image".into(), 1.0), &"l00".into())
+        );
+        assert_eq!(shown(&path, Some("l63")), [("l63".into(), 65.0)]);
+        // Other formats have no layers.
+        let path = folder.path().join("a.pfm");
+        image_file::write(&path, &Film::from_fn(2, 1, |_, _| scene::Rgb::ONE), &Encoding::default()).unwrap();
+        assert_eq!(shown(&path, None), [("image".into(), 1.0)]);
+    }
 }

@@ -333,6 +333,7 @@ impl SettingsParts {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use scene::{Filter, RadiusSchedule};
 
     fn model(name: &str) -> Model {
         Model::new(&files::builtin::scene(name).unwrap(), EngineChoice::default())
@@ -350,6 +351,48 @@ mod tests {
             let model = model(name);
             assert_eq!(model.now().scene(), files::builtin::scene(name).unwrap());
             assert_eq!(model.steps(), [false; 3]);
+        }
+    }
+
+    /// Also what no page shows or changes, such as a transparent background.
+    #[test]
+    fn all_of_the_scene_that_is_not_changed_stays() {
+        // Radii that are the same in all pixels cannot be chosen for each.
+        for (name, radius_schedule, radius_pilots, radius_clearance) in
+            [("cornell", RadiusSchedule::PerPixel, 2, 0.5), ("terrace", RadiusSchedule::Global, 0, 0.0)]
+        {
+            let builtin = files::builtin::scene(name).unwrap();
+            let first = Scene {
+                name: "other".into(),
+                camera: Camera { shutter: [0.25, 0.75], ..builtin.camera },
+                transparent_background: !builtin.transparent_background,
+                settings: Settings {
+                    iterations: builtin.settings.iterations + 1,
+                    filter: Filter::Mitchell,
+                    radius_schedule,
+                    radius_pilots,
+                    radius_clearance,
+                    light_samples: 2,
+                    glint_samples: 3,
+                    ..builtin.settings
+                },
+                ..builtin
+            };
+            let mut model = Model::new(&first, EngineChoice::default());
+            let mut expected = first.clone();
+            assert_eq!(model.now().scene(), expected);
+            model.apply(moved(&model, 1.0)).unwrap();
+            expected.camera.eye.x += 1.0;
+            assert_eq!(model.now().scene(), expected);
+            model.apply(lit(0, 7.0)).unwrap();
+            expected.spheres[0].emission = Rgb::splat(7.0);
+            assert_eq!(model.now().scene(), expected);
+            let parts = SettingsParts { seed: Some("5".into()), ..SettingsParts::default() };
+            model.apply(Change::Settings(parts)).unwrap();
+            expected.settings.seed = 5;
+            assert_eq!(model.now().scene(), expected);
+            assert!(model.reset());
+            assert_eq!(model.now().scene(), first);
         }
     }
 

@@ -172,4 +172,29 @@ mod tests {
             assert_eq!(word(&bytes, 9), PLANE);
         }
     }
+
+    /// They would take all digits from the others.
+    #[test]
+    fn values_that_are_not_finite_do_not_set_the_scale() {
+        let value = 1e-7;
+        for odd in [f32::INFINITY, f32::NEG_INFINITY, f32::NAN] {
+            // In each channel, before the others and after them.
+            for at in [0, 1, 2, 6, 7, 8] {
+                let values: [f32; 9] = std::array::from_fn(|i| if i == at { odd } else { value });
+                let pixels = values.as_chunks().0.iter().map(|pixel: &[f32; 3]| Rgb::from(*pixel)).collect();
+                let film = Film { width: 3, height: 1, pixels };
+                let bytes = of_film(&film, 0, Caption::default());
+                let scale = f32::from_bits(word(&bytes, 8));
+                for pixel in (0..3).filter(|pixel| *pixel != at / 3) {
+                    for read in rgb9e5::decode(word(&bytes, 12 + pixel)) {
+                        // Half a step of a mantissa of at least 256.
+                        assert!((read * scale / value - 1.0).abs() <= 1.0 / 512.0, "{odd} at {at}: {read}");
+                    }
+                }
+                // What is infinite is shown brighter than all others, and the rest as black.
+                let read = rgb9e5::decode(word(&bytes, 12 + at / 3))[at % 3] * scale;
+                assert!(if odd > 0.0 { read > value } else { read == 0.0 }, "{odd} at {at}: {read}");
+            }
+        }
+    }
 }

@@ -297,11 +297,16 @@ impl Studio {
         if self.hub.clients() > 0 {
             self.watched = Some(Instant::now());
         }
+        if let Some(running) = &self.running {
+            running.stopper().hold(self.is_abandoned());
+        }
+    }
+
+    /// Whether no page has been open for a while, nor is there a viewer that images are sent to.
+    fn is_abandoned(&self) -> bool {
         let absence = self.watched.map(|at| at.elapsed());
         let is_alone = absence.map_or(self.opened.elapsed() > FIRST_ABSENCE, |absence| absence > ABSENCE);
-        if let Some(running) = &self.running {
-            running.stopper().hold(is_alone && self.display.is_none());
-        }
+        is_alone && self.display.is_none()
     }
 
     fn start(&mut self, stage: Stage) {
@@ -503,6 +508,74 @@ impl Studio {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kept::Look;
+    use files::image_file::{self, Format};
+    use tokio::sync::mpsc;
+
+    /// A studio of the Cornell Box, whose picture while the camera moves is half as wide as the whole image.
+    fn studio(display: Option<Arc<Display>>) -> Studio {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        scene.settings = Settings { width: 256, height: 192, photons_per_iteration: 2000, ..scene.settings };
+        let project = Project {
+            scene,
+            text: None,
+            stem: "cornell".into(),
+            engine: EngineChoice::default(),
+            threads: Some(2),
+            memory_limit: None,
+            limit: None,
+        };
+        Studio::new(project, Arc::new(Hub::new(true, Vec::new())), display)
+    }
+
+    /// Tev shows it without a page. The times are so far away that it does not matter how long the test takes.
+    #[test]
+    fn a_render_is_held_only_when_no_page_is_open_and_no_viewer_is_sent_to() {
+        let past = Instant::now().checked_sub(2 * FIRST_ABSENCE).unwrap();
+        let future = Instant::now() + Duration::from_hours(1);
+        // When the studio was opened, when a page was open last, and whether nobody is there any more.
+        let cases = [
+            (future, None, false),
+            (past, None, true),
+            (future, Some(past), true),
+            (past, Some(past), true),
+            (past, Some(future), false),
+        ];
+        let display = Display::new("127.0.0.1:14158".into(), "cornell".into()).unwrap();
+        for (display, has_display) in [(None, false), (Some(Arc::new(display)), true)] {
+            let mut studio = studio(display);
+            for (opened, watched, is_alone) in cases {
+                (studio.opened, studio.watched) = (opened, watched);
+                assert_eq!(studio.is_abandoned(), is_alone && !has_display, "{opened:?}, {watched:?}");
+            }
+        }
+    }
+
+    /// Also when it is asked for while a picture of reduced size is rendered, as after every change.
+    #[test]
+    fn only_the_whole_image_is_kept() {
+        let mut studio = studio(None);
+        let _page = studio.hub.enter(1).unwrap();
+        let (answers, mut answered) = mpsc::channel(1);
+        studio.obey(vec![Asked::new(Request::Keep { id: 5 }, answers)]);
+        studio.mind_render();
+        assert_eq!(studio.stage, Stage::Small);
+        let until = Instant::now() + Duration::from_mins(1);
+        let number = loop {
+            studio.hub.requests.take(TICK);
+            studio.hand_out();
+            match answered.try_recv() {
+                Ok(Answer::Kept { id: 5, number, .. }) => break number,
+                Ok(answer) => panic!("{answer:?}"),
+                Err(_) => assert!(Instant::now() < until, "no image is kept"),
+            }
+            studio.mind_render();
+        };
+        studio.stop();
+        let file = studio.hub.kept(number).unwrap().file("image.exr", Look::default());
+        let image = image_file::decode_bytes(Format::Exr, &file.unwrap().unwrap().bytes).unwrap();
+        assert_eq!([image.width, image.height], [256, 192]);
+    }
 
     /// Every term is by itself, and covers the structures that it is for.
     #[test]

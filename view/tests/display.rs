@@ -247,3 +247,33 @@ fn a_viewer_that_is_not_there_is_told_once() {
     let listener = TcpListener::bind(place).unwrap();
     Viewer::accept(&listener).wait_for(&film());
 }
+
+/// Each time that it is gone is told, once.
+#[test]
+fn a_viewer_that_came_and_is_gone_again_is_told_once_more() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let place = listener.local_addr().unwrap();
+    let (sender, told) = mpsc::channel();
+    let tell = move |problem: &str| sender.send(problem.to_owned()).unwrap();
+    let display = Display::telling(place.to_string(), "box".into(), tell).unwrap();
+    // So small that it is sent before the viewer reads it.
+    let mut now = Film::new(8, 8);
+    show(&display, &now);
+    for round in 0..2 {
+        let mut viewer = Viewer::accept(&listener);
+        viewer.wait_for(&now);
+        assert!(told.try_recv().is_err(), "round {round}: it is there");
+        drop(viewer);
+        // What is sent before the system tells that nobody reads is lost; then another image is needed.
+        let until = Instant::now() + PATIENCE;
+        let line = loop {
+            now.pixels[0].x += 1.0;
+            show(&display, &now);
+            if let Ok(line) = told.recv_timeout(Duration::from_millis(20)) {
+                break line;
+            }
+            assert!(Instant::now() < until, "round {round}: it is not told");
+        };
+        assert!(line.contains(&place.to_string()), "{line}");
+    }
+}
