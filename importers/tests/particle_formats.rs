@@ -576,20 +576,14 @@ fn mmcif_names_bonds_and_models_are_read() {
     assert_eq!(parse(Format::Mmcif, group.replace("F m -3 m", "P 1")).positions, [[1.0, 0.5, -2.0]]);
 }
 
+/// Columns of `_atom_site` that bonds need as well.
+const ATOM_SITES: [&str; 8] =
+    ["id", "type_symbol", "auth_asym_id", "auth_seq_id", "label_atom_id", "Cartn_x", "Cartn_y", "Cartn_z"];
+
 /// Models have numbers of their own, which need not begin at 1; and a bond to another image of the crystal is none within it.
 #[test]
 fn mmcif_models_are_frames_and_bonds_stay_within_the_crystal() {
-    let names = [
-        "id",
-        "type_symbol",
-        "auth_asym_id",
-        "auth_seq_id",
-        "label_atom_id",
-        "Cartn_x",
-        "Cartn_y",
-        "Cartn_z",
-    ];
-    let names = names.iter().chain(&["pdbx_PDB_model_num"]).map(|name| format!("_atom_site.{name}\n"));
+    let names = ATOM_SITES.iter().chain(&["pdbx_PDB_model_num"]).map(|name| format!("_atom_site.{name}\n"));
     let ends = |end: u8| {
         ["auth_asym_id", "auth_seq_id", "label_atom_id", "symmetry"]
             .map(|name| format!("_struct_conn.ptnr{end}_{name}\n"))
@@ -622,20 +616,7 @@ fn blocks_of_cif_say_nothing_of_each_other() {
         format!("loop_\n{names}{rows}")
     };
     let cell = |length: u8| ["a", "b", "c"].map(|side| format!("_cell_length_{side} {length}\n")).concat();
-    let molecule = site(
-        &[
-            "id",
-            "type_symbol",
-            "auth_asym_id",
-            "auth_seq_id",
-            "label_atom_id",
-            "Cartn_x",
-            "Cartn_y",
-            "Cartn_z",
-        ],
-        "_atom_site.",
-        "1 C A 1 CA 1 2 3\n2 C A 2 CA 4 5 6\n",
-    );
+    let molecule = site(&ATOM_SITES, "_atom_site.", "1 C A 1 CA 1 2 3\n2 C A 2 CA 4 5 6\n");
     let crystal =
         cell(4) + &site(&["label", "fract_x", "fract_y", "fract_z"], "_atom_site_", "Na1 0.25 0.5 0.125\n");
     let alone = "_atom_site.id 1\n_atom_site.type_symbol He\n_atom_site.Cartn_x 1\n_atom_site.Cartn_y 2\n_atom_site.Cartn_z 3\n";
