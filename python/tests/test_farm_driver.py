@@ -165,8 +165,9 @@ def test_two_renders_do_not_write_one_image(tmp_path: Path) -> None:
 def test_every_image_is_shown_once_it_is_whole(tmp_path: Path) -> None:
     """Also if nobody asks for another picture, and the one before had as many iterations."""
     seen: list[tuple[str, ...]] = []
+    told: list[tuple[Any, ...]] = []
     viewer = SimpleNamespace(
-        begin=lambda name: seen.append(("begin", name)), tell=lambda *_: None, wants=lambda _: False,
+        begin=lambda name: seen.append(("begin", name)), tell=lambda *given: told.append(given[:2]), wants=lambda _: False,
         show=lambda state, *_: seen.append(("show", Path(state).name)))
     one = driver({}, viewer=viewer)
     names = ["a", "b", "c"]
@@ -178,4 +179,5 @@ def test_every_image_is_shown_once_it_is_whole(tmp_path: Path) -> None:
         one._show_picture(works)
         one._show_picture(works)
     assert [entry for entry in seen if entry[0] == "show"] == [("show", f"{name}.exr.sppm") for name in names]
+    assert told[0] == ((3, 4), 3 * SMALL["photons_per_iteration"])
     assert [entry for entry in seen if entry[0] == "begin"] == [("begin", f"{name}.exr") for name in names]
