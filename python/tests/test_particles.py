@@ -317,6 +317,16 @@ def test_cells_of_mdanalysis_have_their_lengths_and_angles() -> None:
     assert (a[1], a[2], b[2]) == (0, 0, 0) and b[1] > 0 and c[2] > 0
 
 
+def test_particles_are_wrapped_into_a_cell_where_it_begins() -> None:
+    vectors = ((10.0, 0.0, 0.0), (0.0, 10.0, 0.0), (0.0, 0.0, 10.0))
+    # At 1, 6 and 2 of a cell that begins at 0, and at 11, 6 and 12 of one that begins at 5.
+    for start, width in ((0.0, 5.0), (5.0, 6.0)):
+        cell = sppm.Cell(vectors, origin=(start, 0.0, 0.0))
+        particles = sppm.Particles([[1, 1, 1], [6, 1, 1], [12, 1, 1]], radii=np.full(3, 0.25), cell=cell)
+        scene = sppm.load_particles(particles, wrap=True)
+        assert np.ptp(scene.centers[scene.radii == 0.25, 0]) == width
+
+
 def test_ends_of_ranges_keep_their_digits() -> None:
     """The range of all values is what they are mapped by without one."""
     values = 1234567.0 + np.arange(3.0)

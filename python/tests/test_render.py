@@ -111,6 +111,19 @@ def test_goals_end_a_render(cornell) -> None:
     assert render.progress.estimated_error is not None
 
 
+def test_a_resumed_render_keeps_its_goal(cornell, tmp_path: Path) -> None:
+    path = tmp_path / "a.sppm"
+    with sppm.Render(cornell, until_error=1e-9, checkpoint=path, paused=True) as render:
+        render.iterate(2)
+    with sppm.Render.resume(path, paused=True) as resumed:
+        resumed.iterate(2)
+        assert resumed.progress.iteration == 4 and resumed.progress.estimated_error is not None
+    # Unless it is given another.
+    with sppm.Render.resume(path, until_error=1e9) as resumed:
+        resumed.result()
+        assert resumed.ended_by == "error"
+
+
 def test_checkpoints_are_resumed(cornell, tmp_path: Path) -> None:
     right = sppm.render(cornell, iterations=9)
     path = tmp_path / "a.sppm"

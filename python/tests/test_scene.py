@@ -32,6 +32,10 @@ def test_a_sky_is_no_sphere(tmp_path: Path) -> None:
     assert len(again.materials) == 1
     hits = sppm.trace(scene, [0, 0, 0], [[0, 0, -1], [0, 1, 0]])
     assert hits.sphere.tolist() == [0, 1]
+    # It is around every camera that the scene is given.
+    far = [0.0, 0.0, 1e6]
+    scene.camera = sppm.Camera(far, [0, 0, -1])
+    assert sppm.trace(scene, far, [[0, 1, 0], [0, 0, 1]]).sphere.tolist() == [1, 1]
     again.background = [0, 0, 0]
     with pytest.raises(sppm.SceneError, match="there is no light"):
         again.check()
