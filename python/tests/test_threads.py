@@ -215,7 +215,7 @@ def test_control_c_is_answered_before_a_render_begins(what: str, cornell, tmp_pa
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="the system does not tell the names of threads")
 def test_work_that_is_interrupted_is_given_up(cornell) -> None:
-    """It takes little more of the processors, which are counted, not the clock; without this thread, which looks and looks."""
+    """Little more processor time is spent. That of this thread, which only waits and looks, does not count."""
 
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
