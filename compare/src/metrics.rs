@@ -17,7 +17,7 @@ use serde::Serialize;
 use std::ops::{Add, AddAssign};
 
 /// Side of the blocks of [`Metrics::block_relative_mse`].
-const BLOCK: usize = 8;
+pub(crate) const BLOCK: usize = 8;
 
 /// A figure for each channel and for all channels together.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -131,3 +131,19 @@ impl Strip {
         self.rows.clone().into_par_iter().map(&of).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metrics::BLOCK;
+
+    /// Metrics count blocks from the top of each strip, so a strip that ends within one would cut it in two.
+    #[test]
+    fn strips_of_any_width_end_where_blocks_do() {
+        for width in (0..5000).step_by(37).chain([40_000, 70_001, PIXELS, usize::MAX / 2]) {
+            let rows = rows_at_once(width);
+            assert!(rows >= FEWEST_ROWS && rows.is_multiple_of(BLOCK), "{rows} rows of {width} pixels");
+            assert!(width == 0 || (rows - FEWEST_ROWS) * width < PIXELS, "{rows} rows of {width} pixels");
+        }
+    }
+}

@@ -264,7 +264,8 @@ impl State {
         if count == 0 {
             Vec::new()
         } else {
-            vec![format!("{particles} without a radius above 0 are not shown")]
+            let are = if count == 1 { "is" } else { "are" };
+            vec![format!("{particles} without a radius above 0 {are} not shown")]
         }
     }
 }

@@ -153,9 +153,17 @@ fn what_does_not_suit_the_file_is_refused() {
 
 #[test]
 fn particles_without_a_radius_are_told() {
-    let balls = made(&["radius=charge"]);
-    assert_eq!((balls.spheres.len(), balls.notes.len()), (2, 1));
-    assert!(balls.notes[0].starts_with("2 particles without a radius"), "{:?}", balls.notes);
+    let made = made(&["radius=charge"]);
+    assert_eq!((made.spheres.len(), made.notes.len()), (2, 1));
+    assert!(made.notes[0].starts_with("2 particles without a radius"), "{:?}", made.notes);
+    // Of those that would be shown: the others were left out by whoever asked for that.
+    let notes = |style: &[&str], cut: &str| {
+        balls(few(), &Recipe { cut: vec![Selection::parse(cut).unwrap()], ..recipe(style) }).unwrap().notes
+    };
+    let one = ["1 particle without a radius above 0 is not shown"];
+    assert_eq!(notes(&["radius=charge"], "x < 3"), one);
+    assert_eq!(notes(&["radius=charge", "x == 0: hide"], "x < 9"), one);
+    assert_eq!(notes(&["radius=charge", "x == 0: hide"], "x < 3"), [""; 0]);
 }
 
 #[test]

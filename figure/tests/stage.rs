@@ -146,10 +146,13 @@ fn a_white_particle_that_faces_the_key_lamp_is_just_below_white() {
     /// The radiance of a white surface that faces the key lamp.
     const BRIGHTEST: f32 = 0.9;
     let grey = Background::Color(Screen([128; 3]));
+    // Its brightest channel leaves the least for the lamps.
+    let orange = Background::Color(Screen([200, 120, 0]));
     for radius in [1e-3, 1.0, 400.0] {
         for (light, background, shares) in [
             (Light::Studio, Background::Usual, &[1.0, 0.2, 0.6][..]),
             (Light::Studio, grey, &[1.0, 0.2, 0.6]),
+            (Light::Studio, orange, &[1.0, 0.2, 0.6]),
             (Light::Dark, Background::Usual, &[0.25]),
             (Light::Overcast, Background::Usual, &[]),
         ] {

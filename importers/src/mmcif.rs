@@ -121,6 +121,7 @@ fn parse(source: &mut dyn Source, wanted: Option<usize>, request: &Request) -> R
         }
     }
     reader.end_single_atom()?;
+    reader.end_single_bond();
     Ok(reader)
 }
 
@@ -133,6 +134,59 @@ struct End {
     chain: Vec<u8>,
     number: i32,
     name: Vec<u8>,
+}
+
+/// A row of `_struct_conn` that is being read.
+struct LinkRow {
+    /// The columns of the kind of the bond; per end, of its image, chain, number and name.
+    kind: Option<usize>,
+    images: [Option<usize>; 2],
+    ends: [[Option<usize>; 3]; 2],
+    is_bond: bool,
+    image: [Vec<u8>; 2],
+    link: Link,
+}
+
+impl LinkRow {
+    fn new(names: &[String]) -> Self {
+        let item =
+            |name: &str| names.iter().position(|other| other.strip_prefix("_struct_conn.") == Some(name));
+        Self {
+            kind: item("conn_type_id"),
+            images: ["ptnr1_symmetry", "ptnr2_symmetry"].map(item),
+            ends: [1, 2].map(|end| {
+                ["auth_asym_id", "auth_seq_id", "label_atom_id"]
+                    .map(|name| item(&format!("ptnr{end}_{name}")))
+            }),
+            is_bond: true,
+            image: Default::default(),
+            link: Link::default(),
+        }
+    }
+
+    fn take(&mut self, column: usize, value: &[u8]) {
+        let column = Some(column);
+        if column == self.kind {
+            self.is_bond = !value.starts_with(b"hydrog");
+        }
+        for (end, [chain, number, name]) in self.ends.into_iter().enumerate() {
+            let at = &mut self.link[end];
+            if column == chain {
+                at.chain = value.to_vec();
+            } else if column == number {
+                at.number = integer(value).and_then(|number| i32::try_from(number).ok()).unwrap_or(0);
+            } else if column == name {
+                at.name = value.to_vec();
+            } else if column == self.images[end] {
+                self.image[end] = value.to_vec();
+            }
+        }
+    }
+
+    /// The bond of the row, unless it is one of hydrogen or leads to another image of the crystal.
+    fn bond(&self) -> Option<Link> {
+        (self.is_bond && self.image[0] == self.image[1]).then(|| self.link.clone())
+    }
 }
 
 struct Reader {
@@ -154,6 +208,8 @@ struct Reader {
     title: String,
     /// The fields of an atom that is not in a loop.
     single: Vec<(String, Vec<u8>)>,
+    /// Those of a bond that is not in a loop.
+    single_bond: Vec<(String, Vec<u8>)>,
     /// The fields of the row that is being read.
     fields: [Vec<u8>; ITEM_COUNT],
 }
@@ -179,6 +235,7 @@ impl Reader {
             links: Vec::new(),
             title: String::new(),
             single: Vec::new(),
+            single_bond: Vec::new(),
             fields: Default::default(),
         }
     }
@@ -235,6 +292,8 @@ impl Reader {
             self.operation(tokens)?;
         } else if name.starts_with("_atom_site.") {
             self.single.push((name.to_owned(), if tokens.is_null() { Vec::new() } else { value.to_vec() }));
+        } else if name.starts_with("_struct_conn.") {
+            self.single_bond.push((name.to_owned(), value.to_vec()));
         } else if name == "_struct.title" {
             self.title = title(&String::from_utf8_lossy(value));
         } else if ["_symmetry_space_group_name_h-m", "_space_group_name_h-m_alt"].contains(&name) {
@@ -347,40 +406,31 @@ impl Reader {
         Ok(())
     }
 
-    /// The rows of `_struct_conn`: bonds but those of hydrogen, and but those to other images of the crystal.
+    /// The rows of `_struct_conn`.
     fn bonds(&mut self, names: &[String], tokens: &mut Tokens) -> Result<(), Fault> {
-        let item =
-            |name: &str| names.iter().position(|other| other.strip_prefix("_struct_conn.") == Some(name));
-        let kind = item("conn_type_id");
-        let images = ["ptnr1_symmetry", "ptnr2_symmetry"].map(item);
-        let ends = [1, 2].map(|end| {
-            ["auth_asym_id", "auth_seq_id", "label_atom_id"].map(|name| item(&format!("ptnr{end}_{name}")))
-        });
-        let (mut link, mut is_bond, mut image) = (Link::default(), true, [Vec::new(), Vec::new()]);
+        let mut row = LinkRow::new(names);
         let last = names.len() - 1;
         rows(names, tokens, |column, tokens| {
-            let (value, column) = (tokens.value(), Some(column));
-            if column == kind {
-                is_bond = !value.starts_with(b"hydrog");
-            }
-            for end in 0..2 {
-                let [chain, number, name] = ends[end];
-                if column == chain {
-                    link[end].chain = value.to_vec();
-                } else if column == number {
-                    link[end].number =
-                        integer(value).and_then(|number| i32::try_from(number).ok()).unwrap_or(0);
-                } else if column == name {
-                    link[end].name = value.to_vec();
-                } else if column == images[end] {
-                    image[end] = value.to_vec();
-                }
-            }
-            if column == Some(last) && is_bond && image[0] == image[1] {
-                self.links.push(link.clone());
+            row.take(column, tokens.value());
+            if column == last {
+                self.links.extend(row.bond());
             }
             Ok(())
         })
+    }
+
+    /// A bond whose items stand alone, as the only one of a structure does.
+    fn end_single_bond(&mut self) {
+        let single = take(&mut self.single_bond);
+        if single.is_empty() {
+            return;
+        }
+        let names: Vec<String> = single.iter().map(|(name, _)| name.clone()).collect();
+        let mut row = LinkRow::new(&names);
+        for (column, (_, value)) in single.iter().enumerate() {
+            row.take(column, value);
+        }
+        self.links.extend(row.bond());
     }
 
     fn finish(mut self, request: &Request) -> Result<Particles, Fault> {

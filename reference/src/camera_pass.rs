@@ -290,7 +290,7 @@ mod tests {
     fn without_a_filter_a_sample_is_uniform_in_its_pixel() {
         assert_eq!(place_in_pixel(None, (0.25, 0.75)), ((0.25, 0.75), 1.0));
         let table = scene::Filter::Mitchell.table().unwrap();
-        let ((x, y), weight) = place_in_pixel(Some(&table), (0.25, 0.875));
+        let ((x, y), weight) = place_in_pixel(Some(table), (0.25, 0.875));
         let ((of_x, weight_x), (of_y, weight_y)) = (table.place(0.25), table.place(0.875));
         assert_eq!(((x, y), weight), ((of_x, of_y), weight_x * weight_y));
     }

@@ -33,7 +33,7 @@ pub struct PathTracer<'a> {
     scene: &'a Scene,
     progress: Progress,
     /// The table of the pixels' filter; `None` for the box.
-    filter: Option<Box<Table>>,
+    filter: Option<&'static Table>,
     rims: Option<Rims>,
     /// Sums of radiance; in `f64`, as ground truth takes tens of thousands of samples.
     sums: Vec<[f64; 3]>,
@@ -97,7 +97,7 @@ impl Sampler for PathTracer<'_> {
         let world = World { has_caustics: self.has_caustics, ..World::new(still) };
         let frame = self.scene.camera.frame(settings.width, settings.height);
         let width = settings.width;
-        let (filter, rims) = (self.filter.as_deref(), self.rims.as_ref());
+        let (filter, rims) = (self.filter, self.rims.as_ref());
         let glints = GlintRays { frame: &frame, filter, rims, settings, iteration: *next };
         let row_of_paths = |(y, row): (usize, &mut [Rgb])| {
             let mut segments = 0;
@@ -108,8 +108,7 @@ impl Sampler for PathTracer<'_> {
                 }
                 let mut numbers = PathNumbers::new(settings, *next, x as u32, y as u32);
                 numbers.camera = numbers.camera.at_rim(glints.is_rim(x as u32, y as u32));
-                let (ray, weight) =
-                    camera_ray(&frame, self.filter.as_deref(), x as u32, y as u32, &numbers.camera);
+                let (ray, weight) = camera_ray(&frame, self.filter, x as u32, y as u32, &numbers.camera);
                 let path = trace(&world, ray, settings.max_depth, &mut numbers, &mut segments);
                 *sample = path.radiance * weight;
                 if let Some(own) = path.glints {

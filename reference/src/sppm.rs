@@ -33,7 +33,7 @@ pub struct Sppm<'a> {
     scene: &'a Scene,
     progress: Progress,
     /// The table of the pixels' filter; `None` for the box.
-    filter: Option<Box<Table>>,
+    filter: Option<&'static Table>,
     rims: Option<Rims>,
     cell_size: f32,
     /// See [`Sppm::lit_by_power`].
@@ -152,7 +152,7 @@ impl<'a> Sppm<'a> {
         let Progress { settings, next, stats, .. } = &mut self.progress;
         let frame = self.scene.camera.frame(settings.width, settings.height);
         let clearance = Clearance::new(settings);
-        let (filter, rims) = (self.filter.as_deref(), self.rims.as_ref());
+        let (filter, rims) = (self.filter, self.rims.as_ref());
         let glints = GlintRays { frame: &frame, filter, rims, settings, iteration: *next };
         let mut seen = Seen::default();
         for index in 0..self.pixels.len() {

@@ -79,6 +79,10 @@ mod tests {
         let global = scene::Settings { radius_schedule: scene::RadiusSchedule::Global, ..settings };
         assert_eq!(Step::of(&fast::Sppm::new(&scene, &global)).mean_radius, Some(2.5));
         assert_eq!(Step::of(&reference::PathTracer::new(&scene, &settings)).mean_radius, None);
+        // Paths with photons for caustics have that of the photons.
+        let (paths, photons) =
+            (reference::PathTracer::new(&scene, &settings), reference::Sppm::new(&scene, &settings));
+        assert_eq!(Step::of(&reference::hybrid(paths, photons)).mean_radius, Some(2.5));
     }
 
     /// Where radii are not the same, and in whichever order the rows are.

@@ -10,6 +10,7 @@
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::sync::LazyLock;
 
 /// How a pixel averages the light around it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -74,9 +75,16 @@ impl Filter {
         }
     }
 
-    /// The table of the filter; `None` for the box, whose places are the uniform numbers themselves.
-    pub fn table(self) -> Option<Box<Table>> {
-        (self != Self::Box).then(|| Table::new(self))
+    /// The table of the filter, made when it is first asked for; `None` for the box, whose places are the uniform numbers
+    /// themselves.
+    pub fn table(self) -> Option<&'static Table> {
+        static GAUSSIAN: LazyLock<Box<Table>> = LazyLock::new(|| Table::new(Filter::Gaussian));
+        static MITCHELL: LazyLock<Box<Table>> = LazyLock::new(|| Table::new(Filter::Mitchell));
+        match self {
+            Self::Box => None,
+            Self::Gaussian => Some(&GAUSSIAN),
+            Self::Mitchell => Some(&MITCHELL),
+        }
     }
 }
 

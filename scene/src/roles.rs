@@ -62,6 +62,12 @@ impl Roles {
         });
     }
 
+    /// The role of a sphere that is anchored. Apart, so that asking for a role is short enough to be inlined.
+    fn anchored(&self, id: usize) -> &Role {
+        let place = self.anchored.partition_point(|(other, _)| (*other as usize) < id);
+        &self.anchored[place].1
+    }
+
     /// The number of spheres.
     pub fn len(&self) -> usize {
         self.kinds.len()
@@ -86,10 +92,7 @@ impl Index<usize> for Roles {
         match self.kinds[id] {
             Kind::Solid => &Role::Solid,
             Kind::Glass => &Role::Glass,
-            Kind::Anchored => {
-                let place = self.anchored.partition_point(|(other, _)| (*other as usize) < id);
-                &self.anchored[place].1
-            }
+            Kind::Anchored => self.anchored(id),
         }
     }
 }

@@ -128,6 +128,22 @@ fn sizes_samples_and_files_are_as_asked() {
     assert_eq!(String::from_utf8(sandbox.bytes("box.xml")).unwrap(), text);
 }
 
+/// The camera of particles is fitted to the image that is asked for, as where a file states its size.
+#[test]
+fn particles_are_fitted_to_the_size_that_is_asked_for() {
+    let sandbox = Sandbox::new();
+    sandbox.write("atoms.xyz", "3\n\nO 0 0 0\nH 0.96 0 0\nH -0.24 0.93 0\n");
+    let stage = "[stage]\nview = \"front\"\n[[particles]]\nfile = \"atoms.xyz\"\n";
+    sandbox.write("atoms.toml", &format!("{stage}[settings]\nwidth = 20\nheight = 60\n"));
+    let particles = |size: &[&str]| {
+        export(&sandbox, &[&["atoms.xyz", "--view=front", "--format=mitsuba"], size].concat())
+    };
+    let narrow = particles(&["--width=20", "--height=60"]);
+    assert_eq!(narrow, export(&sandbox, &["atoms.toml", "--format=mitsuba"]));
+    let camera = |text: &str| text.lines().find(|line| line.contains("<lookat")).unwrap().to_owned();
+    assert_ne!(camera(&narrow), camera(&particles(&[])));
+}
+
 #[test]
 fn a_portrait_keeps_its_vertical_angle_in_pbrt() {
     let text = export(&Sandbox::new(), &["cornell", "--format=pbrt", "--width=30", "--height=60"]);

@@ -6,7 +6,11 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::thread;
+use std::time::Duration;
+use tungstenite::Message;
 
+/// What takes longer is taken to be lost.
+const PATIENCE: Duration = Duration::from_mins(1);
 const QUICK: [&str; 8] = ["--width", "16", "--height", "12", "--photons", "1000", "--threads=1", "--no-open"];
 
 /// A view that runs.
@@ -40,6 +44,23 @@ impl Viewing {
         answer
     }
 
+    /// Waits for a picture in full size, which there is once an iteration is over.
+    fn wait_for_picture(&self) {
+        let (host, path) = &self.page;
+        let stream = TcpStream::connect(host).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let (mut page, _) = tungstenite::client(format!("ws://{host}{path}socket"), stream).unwrap();
+        loop {
+            if let Message::Binary(picture) = page.read().expect("a picture comes") {
+                // After three words: the size that is sent, and that of the whole image.
+                if picture[12..20] == picture[20..28] {
+                    return;
+                }
+                page.send(Message::text(r#"{ "type": "ack" }"#)).unwrap();
+            }
+        }
+    }
+
     /// Ends it by Ctrl-C.
     fn end(mut self) -> Ended {
         kill_process(Pid::from_child(&self.child), Signal::INT).unwrap();
@@ -64,6 +85,7 @@ fn ctrl_c_ends_the_view_and_writes_what_it_has() {
     let out = ["-o", "a.exr"];
     let viewing = Viewing::start(&mut sandbox.command(["view", "cornell"].iter().chain(&QUICK).chain(&out)));
     assert!(viewing.get().starts_with("HTTP/1.1 200"));
+    viewing.wait_for_picture();
     let ended = viewing.end();
     assert_eq!(ended.code, Some(130), "{ended:?}");
     ended.said_one_line("interrupted: wrote a.exr after ", &[" iterations"]);
@@ -151,7 +173,9 @@ fn particles_are_viewed_by_the_method_that_renders_them() {
     let sandbox = Sandbox::new();
     sandbox.write("atoms.xyz", "2\n\nC 0 0 0\nO 0 0 1.2\n");
     let size = ["--width", "16", "--height", "12", "--threads=1", "--no-open", "-o", "a.exr"];
-    let ended = Viewing::start(&mut sandbox.command(["view", "atoms.xyz"].iter().chain(&size))).end();
+    let viewing = Viewing::start(&mut sandbox.command(["view", "atoms.xyz"].iter().chain(&size)));
+    viewing.wait_for_picture();
+    let ended = viewing.end();
     assert_eq!(ended.code, Some(130), "{ended:?}");
     let rendered =
         ["render", "atoms.xyz", "-n", "1", "-o", "b.exr", "--quiet", "--width", "16", "--height", "12"];

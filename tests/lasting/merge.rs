@@ -127,6 +127,17 @@ fn a_merged_file_is_described_and_resumed() {
         // It was asked for by its name, and is not removed as a checkpoint beside an image is.
         assert!(run(&sandbox, &["info", "b.sppm"]).stdout.contains("\niterations 12\n"));
     }
+    // What is done goes up to the last iteration that it holds, however many are missing before.
+    fs::copy(sandbox.path("a.sppm"), sandbox.path("b.sppm")).unwrap();
+    sandbox
+        .run(["resume", "b.sppm", "--iterations=7", "-o", "x.exr"])
+        .refused(&["--iterations 7", "holds 9 already"]);
+    let mut seven = GLOBAL;
+    seven[7] = "7";
+    sandbox
+        .run([&["render", "cornell"], &seven[..], &["--checkpoint=b.sppm", "-o", "x.exr"]].concat())
+        .refused(&["b.sppm", "more than 7"]);
+    assert_eq!(sandbox.bytes("a.sppm"), sandbox.bytes("b.sppm"));
     // An image of some iterations says so, and is not repeated as if it were of the first.
     run(&sandbox, &["merge", "3.sppm", "1.sppm", "-o", "some.exr"]);
     assert!(run(&sandbox, &["info", "some.exr"]).stdout.contains("6: 0..3, 6..9"));

@@ -191,7 +191,7 @@ fn pixels_at_the_border_see_as_far_beyond_it_as_within() {
             let mut sums = [[0.0; 3]; 2];
             for iteration in 0..ITERATIONS {
                 let numbers = CameraNumbers::new(&settings, iteration, x, y);
-                let (ray, weight) = camera_ray(&frame, table.as_deref(), x, y, &numbers);
+                let (ray, weight) = camera_ray(&frame, table, x, y, &numbers);
                 let [right, up, forward] =
                     [frame.right, frame.up, frame.forward].map(|axis| f64::from(ray.direction.dot(axis)));
                 let from_middle = |along: f64, pixel: u32| {

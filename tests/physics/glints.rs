@@ -321,7 +321,7 @@ fn pixels_that_show_parts_of_lamps_are_rims() {
         for (x, y) in (0..36).flat_map(|y| (0..48).map(move |x| (x, y))) {
             let meets_lamp = |iteration: &u32| {
                 let numbers = CameraNumbers::new(&settings, *iteration, x, y);
-                let (ray, _) = camera_ray(&frame, table.as_deref(), x, y, &numbers);
+                let (ray, _) = camera_ray(&frame, table, x, y, &numbers);
                 intersect(&still, &ray).is_some()
             };
             let met = (0..RAYS).filter(meets_lamp).count() as u32;

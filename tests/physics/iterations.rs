@@ -73,7 +73,7 @@ impl<'a> Definition<'a> {
         for (index, pixel) in self.pixels.iter_mut().enumerate() {
             let (x, y) = (index as u32 % settings.width, index as u32 / settings.width);
             let mut numbers = CameraNumbers::new(&settings, iteration, x, y);
-            let ray = camera_ray(&frame, table.as_deref(), x, y, &numbers);
+            let ray = camera_ray(&frame, table, x, y, &numbers);
             let sample = trace(&still, ray, settings.max_depth, &mut numbers, &mut stats);
             pixel.direct += sample.direct.as_dvec3();
             let (mut m, mut phi) = (0.0, DVec3::ZERO);

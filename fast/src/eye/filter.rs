@@ -14,7 +14,7 @@ impl PixelFilter {
     /// `None` for the box.
     pub(super) fn new(filter: Filter) -> Option<Self> {
         let bits = |floats: &[f32]| floats.iter().map(|x| x.to_bits()).collect();
-        let words = |table: Box<Table>| Self {
+        let words = |table: &Table| Self {
             begins: bits(&table.begins),
             lengths: bits(&table.lengths),
             weights: bits(&table.weights),

@@ -81,3 +81,22 @@ pub(super) fn check_end(input: &mut dyn Seekable) -> Result<(), String> {
         input.consume(length);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::{BufReader, Cursor};
+
+    #[test]
+    fn the_end_is_found_in_whatever_pieces_a_file_is_read() {
+        let pixel = |x: u32, y: u32| Rgb::new(x as f32 / 9.0, y as f32 / 7.0, 0.5);
+        let mut whole = Vec::new();
+        write(&mut whole, &Picture { width: 9, height: 7, pixel: &pixel }, &Encoding::default()).unwrap();
+        let cut = &whole[..whole.len() - 1];
+        for at_once in 1..64 {
+            let check = |bytes: &[u8]| check_end(&mut BufReader::with_capacity(at_once, Cursor::new(bytes)));
+            assert_eq!(check(&whole), Ok(()), "{at_once} bytes at once");
+            assert_eq!(check(cut), Err("ends too early".into()), "{at_once} bytes at once");
+        }
+    }
+}

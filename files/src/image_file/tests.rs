@@ -378,6 +378,26 @@ fn a_note_is_read_back_and_changes_no_pixel() {
     }
 }
 
+/// Other programs write texts of their own, before ours or after.
+#[test]
+fn texts_of_other_programs_are_no_note() {
+    let (ours, theirs) = ((encoding::NOTE, "ours"), ("Software", "theirs"));
+    for (texts, expected) in [
+        (&[theirs][..], None),
+        (&[theirs, ours], Some("ours")),
+        (&[ours, theirs], Some("ours")),
+        (&[theirs, ("Comment", "more"), ours, theirs], Some("ours")),
+    ] {
+        let mut bytes = Vec::new();
+        let mut encoder = ::png::Encoder::new(&mut bytes, 1, 1);
+        for (keyword, text) in texts {
+            encoder.add_text_chunk((*keyword).into(), (*text).into()).unwrap();
+        }
+        encoder.write_header().unwrap().write_image_data(&[0]).unwrap();
+        assert_eq!(decode_note_bytes(Format::Png, &bytes).unwrap().as_deref(), expected, "{texts:?}");
+    }
+}
+
 #[test]
 fn unknown_extensions_are_refused() {
     for name in ["a.gif", "a", "png", ".png", "a.png.", ""] {

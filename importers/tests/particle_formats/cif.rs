@@ -68,6 +68,40 @@ fn mmcif_models_are_frames_and_bonds_stay_within_the_crystal() {
     assert_eq!(of(Frame::Number(0)).bonds, [[0, 1], [0, 2]]);
 }
 
+/// A structure with one bond states it without a loop, before its atoms or after them; the rules are those of a row.
+#[test]
+fn a_single_bond_of_mmcif_needs_no_loop() {
+    let columns = ATOM_SITES.map(|name| format!("_atom_site.{name}\n")).concat();
+    let atoms = format!("loop_\n{columns}1 S A 1 SG 1 0 0\n2 S B 7 SG 2 0 0\n");
+    let bond = |kind: &str, images: [&str; 2]| {
+        format!(
+            "_struct_conn.id x1\n_struct_conn.conn_type_id {kind}\n_struct_conn.ptnr1_label_atom_id SG\n\
+             _struct_conn.ptnr1_auth_asym_id A\n_struct_conn.ptnr1_auth_seq_id 1\n_struct_conn.ptnr1_symmetry {}\n\
+             _struct_conn.ptnr2_auth_asym_id B\n_struct_conn.ptnr2_auth_seq_id 7\n_struct_conn.ptnr2_label_atom_id SG\n\
+             _struct_conn.ptnr2_symmetry {}\n#\n",
+            images[0], images[1]
+        )
+    };
+    for (kind, images, bonds) in [
+        ("disulf", ["1_555", "1_555"], &[[0, 1]][..]),
+        ("covale", ["?", "?"], &[[0, 1]]),
+        ("hydrog", ["1_555", "1_555"], &[]),
+        ("disulf", ["1_555", "2_655"], &[]),
+    ] {
+        let bond = bond(kind, images);
+        for text in [
+            format!("data_a\n{bond}{atoms}"),
+            format!("data_a\n{atoms}{bond}"),
+            format!("data_a\n{atoms}{bond}data_b\n"),
+        ] {
+            assert_eq!(parse(Format::Mmcif, &text).bonds, bonds, "{text}");
+        }
+    }
+    // Of a block without atoms before it nothing is left.
+    let other = format!("data_a\n{}data_b\n{atoms}", bond("disulf", ["?", "?"]));
+    assert_eq!(parse(Format::Mmcif, &other).bonds, [[0; 2]; 0]);
+}
+
 /// Of several blocks the first with atoms is read as if it stood alone: no other says anything of its cell, its symmetry, its
 /// bonds or its atoms.
 #[test]

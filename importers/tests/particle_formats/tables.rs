@@ -53,6 +53,11 @@ fn tables_of_all_separators_are_read() {
     assert_eq!((particles.positions, particles.radii), (vec![[1.5, 2.0, -3.0]], Some(vec![0.5])));
     let particles = parse(Format::Csv, "# x y z id q\n1 2 3 7 nan\n");
     assert_eq!((particles.ids, particles.properties[0].values[0].is_nan()), (Some(vec![7]), true));
+    // Some programs end each line with a separator; what is empty there is no field.
+    for text in ["x,y,z\n1,2,3,\n4,5,6\n", "x;y;z\n1;2;3;\n4;5;6; \n", "x\ty\tz\n1\t2\t3\t\n\"4\"\t5\t6\t\n"]
+    {
+        assert_eq!(parse(Format::Csv, text).positions, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], "{text}");
+    }
     let fault = |text: &str| fault(Format::Csv, text);
     assert_eq!(fault("x,y\n1,2\n"), ":1: has no columns x, y and z; its columns are x, y");
     assert!(

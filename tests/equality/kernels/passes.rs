@@ -28,8 +28,8 @@ use std::sync::Arc;
 fn samples(scene: &Scene, still: &Still, settings: &Settings, iteration: u32) -> (Vec<CameraSample>, Stats) {
     let frame = scene.camera.frame(settings.width, settings.height);
     let mut stats = Stats::default();
-    let (table, rims) = (settings.filter.table(), Rims::new(scene, settings));
-    let (filter, rims) = (table.as_deref(), rims.as_ref());
+    let (filter, rims) = (settings.filter.table(), Rims::new(scene, settings));
+    let rims = rims.as_ref();
     let glints = GlintRays { frame: &frame, filter, rims, settings, iteration };
     let pixels = (0..settings.height).flat_map(|y| (0..settings.width).map(move |x| (x, y)));
     let sample = |(x, y)| {

@@ -1,6 +1,7 @@
 //! Who gets in.
 
-use crate::client::{ask, get, place, studio};
+use crate::client::{ask, get, place, project, studio};
+use view::{Place, View};
 
 /// The lines of a head that asks for a websocket.
 fn upgrade(host: &str) -> Vec<String> {
@@ -33,6 +34,17 @@ fn foreign_hosts_foreign_pages_and_who_does_not_know_the_token_are_refused() {
         assert_ne!(status(&path, &[&own, &format!("Origin: http://{host}")]), 403, "{below}");
         assert_eq!(ask(&view, "POST", &path, &[&own]).status, 405, "{below}");
     }
+}
+
+/// Nobody can open the address of all networks, so that of this machine is told, with the port that it got.
+#[test]
+fn a_view_for_all_networks_tells_where_it_can_be_opened() {
+    let all = Place { ip: [0; 4].into(), ..Place::default() };
+    let view = View::studio(project(), None, None, &all).unwrap();
+    let (host, port) = (place(&view).0, place(&view).0.rsplit_once(':').unwrap().1.to_owned());
+    assert_eq!(host, format!("127.0.0.1:{port}"));
+    assert_ne!(port, "0");
+    assert_eq!(get(&view, "").status, 200);
 }
 
 /// Browsers let any page open a websocket.

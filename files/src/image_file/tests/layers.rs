@@ -62,7 +62,20 @@ fn layers_are_chosen_by_name() {
     let colour: &[&str] = &["R", "G", "B"];
     let in_channels: &[&str] =
         &["diffuse.R", "diffuse.G", "diffuse.B", "depth.Z", "glossy.r", "glossy.g", "glossy.b"];
-    let cases: [(Parts, &[(&str, Rgb)]); 2] = [
+    // Passes of passes, as of each lamp by itself.
+    let nested: &[&str] = &[
+        "diffuse.key.R",
+        "diffuse.key.G",
+        "diffuse.key.B",
+        "diffuse.fill.R",
+        "diffuse.fill.G",
+        "diffuse.fill.B",
+    ];
+    let cases: [(Parts, &[(&str, Rgb)]); 3] = [
+        (
+            &[(None, nested)],
+            &[("diffuse.key", Rgb::new(1.0, 2.0, 3.0)), ("diffuse.fill", Rgb::new(4.0, 5.0, 6.0))],
+        ),
         (
             &[(None, in_channels)],
             &[
