@@ -227,6 +227,21 @@ def test_a_folder_without_scenes_is_refused(tmp_path: Path) -> None:
         jobs_of([str(tmp_path)], None, {}, [])
 
 
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        ({"memory_limit": 1}, "memory_limit: the render needs up to"),
+        ({"threads": 0}, "threads is 0"),
+        ({"engine": "gpu"}, 'engine "gpu": there is no such'),
+        ({"engine": "reference", "lanes": "avx2"}, "lanes: engine reference has no lanes"),
+    ],
+)
+def test_parts_heed_the_options_of_a_render(options: dict[str, Any], why: str, tmp_path: Path) -> None:
+    with pytest.raises(sppm.InputError, match=why):
+        sppm.render_part(small(), 0, 1, tmp_path / "a.sppm", **options)
+    assert not (tmp_path / "a.sppm").exists()
+
+
 class Mixed:
     """Tasks whose blocks are rendered on whatever lanes there are, in turns."""
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+import sppm
 from sppm import _sppm
 from sppm.farm import __main__ as command
 from sppm.farm import _cluster, _driver, _jobs
@@ -117,6 +118,57 @@ def test_every_option_reaches_what_it_is_for(outcome: Callable[..., dict[str, An
     known = {action.option_strings[-1] for action in command._parser()._actions if action.option_strings}
     assert known - {"--help"} == set(OPTIONS), "every option has a row"
     assert outcome("terrace.toml")["scenes"] == ["cornell", "terrace.toml"]
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        ("--workers 0", "--workers 0 must be at least 1"),
+        ("--threads 0", "--threads 0 must be at least 1"),
+        ("--block 0", "--block 0 must be at least 1"),
+        ("--block -3", "--block -3 must be at least 1"),
+        ("--every 0", "--every 0.0 must be above 0 seconds"),
+        ("--every nan", "--every nan must be above 0 seconds"),
+        ("--workers 2 --scheduler tcp://head:1", "leave out one of the two"),
+        ("--port 8000", "--port is of the page; ask for it by --view"),
+        ("--listen ::1 --display head:1", "--listen is of the page"),
+        ("--no-open", "--no-open is of the page"),
+        ("--view --port 0", "--port 0 must be from 1 to 65535"),
+        ("--view --port 65536", "--port 65536 must be from 1 to 65535"),
+        (f"--tls-ca {HERE} --tls-cert nowhere.pem", "nowhere.pem: there is no such file (--tls-cert)"),
+        (f"--tls-cert {HERE}", "TLS needs --tls-ca and --tls-cert"),
+        (f"--tls-ca {HERE} --tls-key {HERE}", "TLS needs --tls-ca and --tls-cert"),
+    ],
+)
+@pytest.mark.usefixtures("outcome")
+def test_what_cannot_be_is_refused_before_anything_begins(words: str, why: str, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    monkeypatch.setattr(_cluster, "client_of", None)
+    assert command.main(["cornell", *words.split()]) == 2
+    told = capsys.readouterr()
+    assert told.err.startswith("error: ") and why in told.err and told.err.count("\n") == 1
+    assert told.out == ""
+
+
+@pytest.mark.parametrize(
+    ("ending", "code", "why"),
+    [
+        (sppm.InputError("no such scene"), 2, "error: no such scene"),
+        (sppm.FileError("a.sppm: is in use"), 2, "error: a.sppm: is in use"),
+        (sppm.Error("no workers"), 1, "error: no workers; what is done is kept, and the same command goes on from there"),
+        (OSError("disk full"), 1, "error: disk full; what is done is kept, and the same command goes on from there"),
+        (KeyboardInterrupt(), 130, "error: interrupted; what is done is kept, and the same command goes on from there"),
+    ],
+)
+@pytest.mark.usefixtures("outcome")
+def test_an_end_that_was_not_asked_for_says_what_is_left(
+    ending: BaseException, code: int, why: str, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    def run(driver: Any, jobs: list[Any]) -> None:
+        raise ending
+
+    monkeypatch.setattr(_driver.Driver, "run", run)
+    assert command.main(["cornell", "--quiet"]) == code
+    assert capsys.readouterr().err == why + "\n"
 
 
 def test_some_files_of_tls_are_enough_to_encrypt(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -155,6 +155,29 @@ def test_columns_give_the_scene_of_the_file(file: str) -> None:
         assert not twin.positions.flags.writeable
 
 
+def test_cells_begin_where_the_file_says_and_repeat_where_it_says(tmp_path: Path) -> None:
+    file = tmp_path / "a.dump"
+    bounds = "ITEM: BOX BOUNDS pp ff pp\n-2 3\n1 5\n0.5 8\n"
+    file.write_text(f"ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n1\n{bounds}ITEM: ATOMS id type x y z\n1 1 0 2 4\n")
+    right = sppm.Cell(((5.0, 0.0, 0.0), (0.0, 4.0, 0.0), (0.0, 0.0, 7.5)), (-2.0, 1.0, 0.5), (True, False, True))
+    particles = sppm.Particles.load(file)
+    for twin in (particles, particles.replace(title="again"), pickle.loads(pickle.dumps(particles))):
+        assert twin.cell == right
+
+
+@pytest.mark.parametrize("number", [1.2345678, 0.1 + 0.2, 123456.7, np.float32(0.3), 3, 2.3456789e-6])
+def test_numbers_of_styles_keep_their_digits(number: float) -> None:
+    balls = sppm.Particles([[0, 0, 0], [1e6, 0, 0]], radii=[1, 1])
+    for style in ({"radius": number}, {"scale": number}, {"style": {"where": "x > 1", "radius": number}}):
+        scene = sppm.Scene()
+        scene.add_particles(balls, **style)
+        assert scene.radii.max(initial=0, where=scene.radii != 1) == np.float32(number)
+    # And those of a map, below the last digit of which colours differ.
+    values = sppm.Particles([[0, 0, 0], [5, 0, 0]], radii=[1, 1], properties={"v": [0.0, 1e-7]})
+    scene = sppm.load_particles(values, color="v", range=(0, 1.0000001e-7))
+    assert scene == sppm.load_particles(values, color="v", range=("0", repr(1.0000001e-7)))
+
+
 def test_columns_of_my_own() -> None:
     random = np.random.default_rng(1)
     places = random.uniform(0, 9, (50, 3))
