@@ -8,6 +8,7 @@ use std::fs::File;
 use std::io::{Read, Write};
 use std::os::fd::OwnedFd;
 use std::process::{Child, Command, Stdio};
+use std::thread;
 use std::time::{Duration, Instant};
 
 /// What takes longer has failed.
@@ -147,42 +148,46 @@ fn bar_lengths(terminal: &Terminal) -> Vec<usize> {
 
 #[test]
 fn progress_fits_on_every_terminal_and_leaves_nothing_behind() {
-    for columns in [120, 80, 40, 20, 7] {
-        let sandbox = Sandbox::new();
-        let args = [
-            "render",
-            "cornell",
-            "--quality=paper",
-            "--width=64",
-            "--height=48",
-            "--photons=20000",
-            "--time=1500ms",
-        ];
-        let (mut child, mut terminal) = start(&mut sandbox.command(args), columns);
-        terminal.watch(|_| false);
-        assert_eq!(child.wait().unwrap().code(), Some(0));
-        let text = terminal.text();
-        assert!(
-            text.starts_with("wrote cornell.png: ") && text.contains("time is up"),
-            "{columns}: {text:?}"
-        );
-        // Only the message at the end may take more than a row.
-        let first = terminal.wrapped.first();
-        assert!(
-            first.is_none_or(|row| "wrote cornell.png".starts_with(&row[..row.len().min(17)])),
-            "{first:?}"
-        );
-        // The time goal is told by the clock.
-        assert!(
-            !terminal.log.contains("1073741824") && !terminal.log.contains("y left"),
-            "{:?}",
-            terminal.log
-        );
-        assert!(columns < 20 || terminal.log.contains("s left"), "{columns}: {:?}", terminal.log);
-        // Each iteration tells what it took.
-        let speed = " photons/s  mean radius ";
-        assert!(columns < 100 || terminal.log.contains(speed), "{:?}", terminal.log);
-    }
+    let args = [
+        "render",
+        "cornell",
+        "--quality=paper",
+        "--width=64",
+        "--height=48",
+        "--photons=20000",
+        "--time=1500ms",
+        "--threads=1",
+    ];
+    // All at once, as each takes its time.
+    thread::scope(|scope| {
+        for columns in [120, 80, 40, 20, 7] {
+            scope.spawn(move || {
+                let sandbox = Sandbox::new();
+                let (mut child, mut terminal) = start(&mut sandbox.command(args), columns);
+                terminal.watch(|_| false);
+                assert_eq!(child.wait().unwrap().code(), Some(0));
+                check_progress(&terminal, columns);
+            });
+        }
+    });
+}
+
+/// What a terminal of so many columns has shown of a render that time has ended.
+fn check_progress(terminal: &Terminal, columns: usize) {
+    let text = terminal.text();
+    assert!(text.starts_with("wrote cornell.png: ") && text.contains("time is up"), "{columns}: {text:?}");
+    // Only the message at the end may take more than a row.
+    let first = terminal.wrapped.first();
+    assert!(
+        first.is_none_or(|row| "wrote cornell.png".starts_with(&row[..row.len().min(17)])),
+        "{columns}: {first:?}"
+    );
+    // The time goal is told by the clock.
+    let log = &terminal.log;
+    assert!(!log.contains("1073741824") && !log.contains("y left"), "{columns}: {log:?}");
+    assert!(columns < 20 || log.contains("s left"), "{columns}: {log:?}");
+    // Each iteration tells what it took.
+    assert!(columns < 100 || log.contains(" photons/s  mean radius "), "{columns}: {log:?}");
 }
 
 /// The bar makes room for them.
@@ -222,6 +227,7 @@ fn a_long_first_iteration_shows_how_far_it_is() {
             "--width=6000",
             "--height=4000",
             "--photons=30000000",
+            "--threads=1",
             "--engine",
         ];
         let (mut child, mut terminal) = start(&mut sandbox.command(args.iter().chain(&[engine])), 100);
