@@ -262,7 +262,7 @@ fn nothing_is_shown_of_reading_where_no_progress_is() {
             ["render", "-", "--quality=paper", "--width=16", "--height=12", "-n=1", "--photons=100", option];
         let (mut child, mut terminal) = start(sandbox.command(args).stdin(Stdio::piped()), 60);
         // Twice as long as what is mentioned.
-        std::thread::sleep(Duration::from_millis(600));
+        thread::sleep(Duration::from_millis(600));
         let scene = files::builtin::find("cornell").unwrap().text;
         child.stdin.take().unwrap().write_all(scene.as_bytes()).unwrap();
         terminal.watch(|_| false);
