@@ -146,6 +146,17 @@ def test_settings_are_chosen_as_by_render(tmp_path: Path) -> None:
         (job,) = jobs_of([str(tmp_path / "c.toml")], None, {}, [])
         assert getattr(job.scene.settings, stated) == kept
         assert [word for word in job.chosen.split() if word.startswith("--")] == [option]
+    # A quality that the file states is that of what is chosen, and one that is given goes before it.
+    chosen = ("iterations", "photons_per_iteration", "max_depth", "initial_radius")
+    lines = [line for line in text.splitlines() if not line.startswith(chosen)]
+    for quality in ("draft", "good", "final"):
+        stated = [f'{line}\nquality = "{quality}"' if line == "[settings]" else line for line in lines]
+        (tmp_path / "d.toml").write_text("\n".join(stated))
+        (job,) = jobs_of([str(tmp_path / "d.toml")], None, {}, [])
+        (tmp_path / "d.toml").write_text("\n".join(lines))
+        (right,) = jobs_of([str(tmp_path / "d.toml")], None, {}, [], quality)
+        assert job.scene.settings == right.scene.settings and job.chosen == right.chosen
+        assert job.chosen.startswith(f"quality {quality}: -n ")
 
 
 class Seen:
