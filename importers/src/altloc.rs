@@ -138,6 +138,28 @@ mod tests {
         Alternative { row, residue, residue_name: 0, name, mark: packed(&[mark]), occupancy, b_factor }
     }
 
+    /// However many atoms a group has, and whichever other assemblies there are.
+    #[test]
+    fn of_an_assembly_the_group_of_the_highest_mean_occupancy_stays() {
+        let kept_of = |atoms: &[(u8, u8, f32)]| {
+            let rows = atoms.iter().zip(0..).map(|(&(assembly, group, occupancy), row)| Disordered {
+                row,
+                assembly: packed(&[assembly]),
+                group: packed(&[group]),
+                occupancy,
+            });
+            let keep = kept(Vec::new(), rows.collect(), atoms.len()).unwrap();
+            (0..atoms.len()).filter(|&row| keep[row]).collect::<Vec<_>>()
+        };
+        let three_and_one = [(b'A', b'1', 0.3), (b'A', b'1', 0.3), (b'A', b'2', 0.7), (b'A', b'1', 0.3)];
+        assert_eq!(kept_of(&three_and_one), [2]);
+        assert_eq!(kept_of(&[(b'A', b'1', 0.5), (b'A', b'2', 0.5)]), [0]);
+        assert_eq!(
+            kept_of(&[(b'A', b'1', 0.2), (b'B', b'1', 0.9), (b'A', b'2', 0.8), (b'B', b'2', 0.1)]),
+            [1, 2]
+        );
+    }
+
     #[test]
     fn the_highest_mean_occupancy_wins_then_the_lowest_b_then_the_alphabet() {
         let keep = |atoms: Vec<Alternative>| {

@@ -203,6 +203,15 @@ mod tests {
             all,
             ["Block", "Name(\"_a\")", "it''s", "a b", "null", ".", "O5'", "one\n two", "x", "Loop"]
         );
+        // Words of the format are in any case, and so are names.
+        assert_eq!(
+            tokens("DATA_x LOOP_ _B.c Loop_ Data_").unwrap(),
+            ["Block", "Loop", "Name(\"_b.c\")", "Loop", "Block"]
+        );
+        assert_eq!(
+            tokens("SAVE_ Stop_ GLOBAL_ loops data").unwrap(),
+            ["Other", "Other", "Other", "loops", "data"]
+        );
         assert_eq!(tokens("'a'b' c").unwrap(), ["a'b", "c"]);
         assert_eq!(tokens("''").unwrap(), [""]);
     }

@@ -89,6 +89,14 @@ fn a_merge_counts_what_it_has_once_and_says_so() {
     let all = ["merge", "over.sppm", "half.sppm", "1.sppm", "2.sppm", "3.sppm", "4.sppm"];
     let ended = run(&sandbox, &[&all[..], &["-o", "b.exr"]].concat());
     assert_eq!(sandbox.image("b.exr"), sandbox.image("whole.exr"), "{ended:?}");
+    // A part is not the output, needed or not.
+    let half = sandbox.bytes("half.sppm");
+    for out in ["half.sppm", "1.sppm", "4.sppm"] {
+        let ended = sandbox.run([&all[..], &["-o", out]].concat());
+        assert_eq!(ended.code, Some(2), "{ended:?}");
+        assert!(ended.stderr.contains(&format!("--output: {out} is also one of the parts")), "{ended:?}");
+    }
+    assert_eq!(sandbox.bytes("half.sppm"), half);
     let ended = sandbox.run(["merge", "over.sppm", "1.sppm", "4.sppm", "-o", "c.sppm"]);
     ended.refused(&["over.sppm (2..7)", "1.sppm (0..3)", "both hold the iterations 2..3"]);
 }

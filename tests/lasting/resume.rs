@@ -236,6 +236,15 @@ fn damage_is_reported_and_the_older_generation_is_resumed() {
     ] {
         let older = sandbox.bytes("a.sppm.1");
         fs::write(sandbox.path("a.sppm"), &bytes).unwrap();
+        for format in [&["--json"][..], &["--scene"], &[]] {
+            let ended = sandbox.run([&["info", "a.sppm"], format].concat());
+            assert_eq!(ended.code, Some(0), "{ended:?}");
+            assert!(
+                ended.stderr.starts_with("warning: a.sppm: ") && ended.stderr.contains(says),
+                "{ended:?}"
+            );
+            assert!(ended.stderr.ends_with("; this is the older generation\n"), "{ended:?}");
+        }
         let ended = resume(&sandbox, &[]);
         let lines: Vec<&str> = ended.stderr.lines().collect();
         assert!(lines[0].starts_with("warning: a.sppm: ") && lines[0].contains(says), "{ended:?}");

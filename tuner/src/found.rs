@@ -30,6 +30,11 @@ impl Found {
         self.is_confirmed && self.best.ratios.interval()[1] < 1.0
     }
 
+    /// The best point, unless its final measurement shows no gain. Of a search that was interrupted there is none.
+    pub(crate) fn chosen(&self) -> Option<Candidate> {
+        (self.is_gain() || !self.is_confirmed).then_some(self.best.candidate)
+    }
+
     /// For each point, the least ratio up to that point.
     pub(crate) fn best_so_far(&self) -> Vec<f64> {
         let ratios = self.tried.iter().map(|tried| tried.ratios.median());
@@ -69,6 +74,16 @@ mod tests {
         assert!(found(clear.clone(), true).is_gain());
         assert!(!found(clear, false).is_gain());
         assert!(!found(in_doubt, true).is_gain());
+    }
+
+    /// An interrupted search has not measured its best point anew, and keeps it all the same.
+    #[test]
+    fn the_best_point_is_chosen_unless_it_is_measured_to_be_none() {
+        let (gain, loss) = (vec![0.9; 6], vec![1.1; 6]);
+        let best = Some(Tried::example(4.0, 0.9).candidate);
+        assert_eq!(found(gain.clone(), true).chosen(), best);
+        assert_eq!(found(loss.clone(), true).chosen(), None);
+        assert_eq!((found(gain, false).chosen(), found(loss, false).chosen()), (best, best));
     }
 
     #[test]

@@ -26,21 +26,16 @@ pub(crate) fn open(path: &Path, layer: Option<&str>, others: Vec<(String, Bytes)
     let hub = Hub::new(false, others);
     let mut names: Vec<Option<String>> = match layer {
         Some(layer) => vec![Some(layer.into())],
-        None => names.into_iter().map(Some).take(MAX_LAYERS).collect(),
+        None => usual_first(path, names)?,
     };
-    // What is read without a choice comes first, unless it is the only layer and has a name: what has none is called "".
-    let is_only = names.len() == 1 && ImageReader::open(path, Some("")).is_err();
-    if layer.is_none() && !is_only && ImageReader::open(path, None).is_ok() {
-        names.insert(0, None);
-        names.truncate(MAX_LAYERS);
-    }
+    names.truncate(MAX_LAYERS);
     let caption = caption(path)?;
     let mut layers = Vec::new();
     for (number, name) in names.iter().enumerate() {
         let film = read(path, name.as_deref())?;
         layers.push((number as u32, of_film(&film, number as u32, caption)));
     }
-    let titles: Vec<&str> = names.iter().map(|name| name.as_deref().unwrap_or("image")).collect();
+    let titles: Vec<&str> = names.iter().map(|name| title(name.as_deref())).collect();
     show(
         &hub.scene,
         &json!({
@@ -53,6 +48,29 @@ pub(crate) fn open(path: &Path, layer: Option<&str>, others: Vec<(String, Bytes)
     );
     hub.pictures.send_replace(Some(Arc::new(Picture::new(layers))));
     Ok(hub)
+}
+
+/// The layers of the file to show, of which some have these `names`: first what is read without a choice (`None`), unless it is
+/// the only layer and has a name; then a layer without a name, if it is another one.
+fn usual_first(path: &Path, names: Vec<String>) -> Result<Vec<Option<String>>, String> {
+    let usual = image_file::usual_layer(path).map_err(|error| error.to_string())?;
+    let mut shown: Vec<Option<String>> = names.into_iter().map(Some).collect();
+    if usual.as_deref() != Some("") && ImageReader::open(path, Some("")).is_ok() {
+        shown.insert(0, Some(String::new()));
+    }
+    if usual.is_some() && shown != [usual] {
+        shown.insert(0, None);
+    }
+    Ok(shown)
+}
+
+/// What the page calls a layer; the one that is read without a choice is the image.
+fn title(layer: Option<&str>) -> &str {
+    match layer {
+        None => "image",
+        Some("") => "without a name",
+        Some(name) => name,
+    }
 }
 
 fn read(path: &Path, layer: Option<&str>) -> Result<Film, String> {
@@ -139,7 +157,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
         let grey_and_colour = ["a.Y", "b.B", "b.G", "b.R"];
-        let cases: [Case; 8] = [
+        let grey_beside = |named: &[&'static str]| [&["Y"], named].concat();
+        let (beside_one, beside_two) =
+            (grey_beside(&["b.B", "b.G", "b.R"]), grey_beside(&["b.B", "b.G", "b.R", "c.B", "c.G", "c.R"]));
+        let cases: [Case; 10] = [
+            // A layer without a name is shown also where another is read, or must be chosen.
+            (&beside_one, None, &[("image", 4.0), ("without a name", 1.0), ("b", 4.0)]),
+            (&beside_two, None, &[("without a name", 1.0), ("b", 4.0), ("c", 7.0)]),
             (&["B", "G", "R"], None, &[("image", 3.0)]),
             (&["Y", "a.Y", "b.Y"], None, &[("image", 1.0), ("a", 2.0), ("b", 3.0)]),
             (&["Y", "a.Y", "b.Y"], Some("b"), &[("b", 3.0)]),

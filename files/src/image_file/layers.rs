@@ -54,6 +54,11 @@ pub(super) fn choose(headers: &[Header], wanted: Option<&str>) -> Result<Layer, 
     }
 }
 
+/// The name of the layer that is read if none is chosen; `None` if one must be chosen.
+pub(super) fn usual(headers: &[Header]) -> Option<String> {
+    choose(headers, None).ok().map(|layer| layer.name)
+}
+
 /// The names of the layers that can be read and have one.
 pub(super) fn names(headers: &[Header]) -> Vec<String> {
     all(headers).into_iter().map(|layer| layer.name).filter(|name| !name.is_empty()).collect()

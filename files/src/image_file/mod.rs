@@ -84,6 +84,17 @@ pub fn layer_names(path: &Path) -> Result<Vec<String>, ImageError> {
     names.map_err(|problem| ImageError::new(path, problem))
 }
 
+/// The name of the layer that is read if none is chosen, empty if it has none; `None` if one must be chosen.
+///
+/// # Errors
+/// As [`read_note`].
+pub fn usual_layer(path: &Path) -> Result<Option<String>, ImageError> {
+    let (format, mut input, length) = reader::open_file(path)?;
+    let unnamed = || Ok(Some(String::new()));
+    let name = if format == Format::Exr { openexr::usual_layer(&mut input, length) } else { unnamed() };
+    name.map_err(|problem| ImageError::new(path, problem))
+}
+
 /// Decodes an image file in memory, with the same limits as [`read`].
 ///
 /// # Errors

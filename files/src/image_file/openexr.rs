@@ -128,6 +128,14 @@ pub(super) fn layer_names(input: &mut (impl Seekable + ?Sized), length: u64) -> 
     Ok(layers::names(&read_meta(input, length)?.headers))
 }
 
+/// The name of the layer that is read if none is chosen.
+pub(super) fn usual_layer(
+    input: &mut (impl Seekable + ?Sized),
+    length: u64,
+) -> Result<Option<String>, String> {
+    Ok(layers::usual(&read_meta(input, length)?.headers))
+}
+
 /// Opens an image, or the layer of that name.
 pub(super) fn open<'a>(
     mut input: Box<dyn Seekable + 'a>,

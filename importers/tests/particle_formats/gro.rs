@@ -23,6 +23,13 @@ fn numbers_of_gro_files_go_on_beyond_five_digits() {
     let particles = parse(Format::Gro, text);
     assert_eq!(particles.ids, Some(vec![70, 3, 40_000, 12]));
     assert_eq!(particles.residue_numbers, Some(vec![70, 3, 40_000, 12]));
+    // Stars and blanks stand for no number.
+    let place = "   1.000   2.000   3.000\n";
+    let text = format!(
+        "a\n3\n    8ION     NA    7{place}     ION     NA     {place}*****ION     NA*****{place}4 5 6\n"
+    );
+    let particles = parse(Format::Gro, text);
+    assert_eq!((particles.ids, particles.residue_numbers), (Some(vec![7, 0, 0]), Some(vec![8, 0, 0])));
     // More decimals make columns wider.
     let wide = "wide\n1\n    1SOL     OW    1    0.123456    1.234567   12.345678\n 1 2 3\n";
     assert_eq!(parse(Format::Gro, wide).positions, [[0.123_456, 1.234_567, 12.345_678]]);

@@ -51,6 +51,8 @@ fn tables_of_all_separators_are_read() {
     }
     let particles = parse(Format::Csv, "X [nm];Y [nm];Z [nm];Radius\n\n1,5;2;-3;\"0,5\"\n");
     assert_eq!((particles.positions, particles.radii), (vec![[1.5, 2.0, -3.0]], Some(vec![0.5])));
+    let round = parse(Format::Csv, "x (nm),y (nm),z (nm),charge (e)\n1,2,3,4\n");
+    assert_eq!((round.positions, round.available), (vec![[1.0, 2.0, 3.0]], vec!["charge".to_owned()]));
     let particles = parse(Format::Csv, "# x y z id q\n1 2 3 7 nan\n");
     assert_eq!((particles.ids, particles.properties[0].values[0].is_nan()), (Some(vec![7]), true));
     // Some programs end each line with a separator; what is empty there is no field.

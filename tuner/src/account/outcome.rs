@@ -16,9 +16,8 @@ pub(crate) struct Outcome {
 }
 
 impl Outcome {
-    /// The candidate for the profile: the best point, unless its final measurement shows no gain.
+    /// The candidate for the profile.
     pub(crate) fn chosen(&self) -> Candidate {
-        let Found { best, is_confirmed, .. } = &self.found;
-        if *is_confirmed && !self.found.is_gain() { self.defaults } else { best.candidate }
+        self.found.chosen().unwrap_or(self.defaults)
     }
 }

@@ -448,8 +448,13 @@ fn tiff_of_other_kinds_is_read_or_refused_with_a_reason() {
     assert_eq!(rgba.pixels, [Rgb::new(v(1), v(2), v(3)), Rgb::new(v(4), v(5), v(6))]);
     let doubles: Vec<u8> = [0.5_f64, -7.0].into_iter().flat_map(f64::to_le_bytes).collect();
     assert_eq!(strip(1, 1, 64, 3, &[], &doubles).unwrap().pixels, [Rgb::splat(0.5), Rgb::splat(-7.0)]);
+    // What is turned or mirrored is not shown as if it were upright.
+    assert_eq!(strip(1, 1, 8, 1, &[(274, &[1])], &[10, 200]).unwrap().pixels, grey([10, 200]));
+    for orientation in 2..=8 {
+        let line = strip(1, 1, 8, 1, &[(274, &[orientation])], &[1, 2]).unwrap_err();
+        assert!(line.contains(&format!("orientation {orientation};")), "{line}");
+    }
     for (result, says) in [
-        (strip(1, 1, 8, 1, &[(274, &[6])], &[1, 2]), "orientation 6"),
         (strip(2, 3, 8, 1, &[(284, &[2])], &[1; 6]), "inconsistent"),
         (strip(3, 1, 8, 1, &[(320, &palette)], &[1, 2]), "RGBPalette"),
         (strip(5, 4, 8, 1, &[], &[1; 8]), "CMYK"),
