@@ -4,7 +4,7 @@
 use crate::vector::Vector;
 use lanes::{Lanes, MOST_LANES};
 use scene::Vec3;
-use scene::film::FLUX_ONE;
+use scene::film::{FLUX_ONE, FluxUnit};
 use std::f32::consts::FRAC_1_PI;
 
 /// A photon's power, in the forms that are added.
@@ -60,9 +60,9 @@ impl IntegerSums {
     #[inline(always)]
     pub(crate) fn take(&mut self, pixel: usize, nominal: f32) -> Option<[f32; 4]> {
         let [r, g, b, m] = std::mem::take(&mut self.0.as_mut()?[pixel]);
-        let unit = nominal / FLUX_ONE as f32;
-        // As in the reference: exact as an f64, then rounded once.
-        let flux = |sum: u64| (sum as f64) as f32 * unit;
+        // As in the reference: exact as an f64, then rounded once, and multiplied by the power of two first.
+        let FluxUnit { part, nominal } = FluxUnit::new(nominal, 1.0);
+        let flux = |sum: u64| (sum as f64) as f32 * part * nominal;
         Some([flux(r), flux(g), flux(b), m as f32])
     }
 

@@ -29,6 +29,17 @@ fn sizes() {
     }
 }
 
+/// Lamps so faint that a flux of 1 is less than the least normal `f32`.
+#[test]
+fn faint_lamps() {
+    let (mut scene, settings) = builtin("cornell");
+    for sphere in &mut scene.spheres {
+        sphere.emission *= 1e-38;
+    }
+    let settings = Settings { initial_radius: 20.0, ..settings };
+    assert_exact(&scene, &settings, &all_rows(), &Options::exact());
+}
+
 #[test]
 fn depths_and_photons() {
     let (scene, settings) = builtin("mirror");
