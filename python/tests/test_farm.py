@@ -153,6 +153,9 @@ def test_settings_are_chosen_as_by_render(tmp_path: Path) -> None:
         stated = [f'{line}\nquality = "{quality}"' if line == "[settings]" else line for line in lines]
         (tmp_path / "d.toml").write_text("\n".join(stated))
         (job,) = jobs_of([str(tmp_path / "d.toml")], None, {}, [])
+        for other in ("draft", "final"):
+            (given,) = jobs_of([str(tmp_path / "d.toml")], None, {}, [], other)
+            assert given.chosen.startswith(f"quality {other}: -n ")
         (tmp_path / "d.toml").write_text("\n".join(lines))
         (right,) = jobs_of([str(tmp_path / "d.toml")], None, {}, [], quality)
         assert job.scene.settings == right.scene.settings and job.chosen == right.chosen

@@ -172,10 +172,6 @@ def test_numbers_of_styles_keep_their_digits(number: float) -> None:
         scene = sppm.Scene()
         scene.add_particles(balls, **style)
         assert scene.radii.max(initial=0, where=scene.radii != 1) == np.float32(number)
-    # And those of a map, below the last digit of which colours differ.
-    values = sppm.Particles([[0, 0, 0], [5, 0, 0]], radii=[1, 1], properties={"v": [0.0, 1e-7]})
-    scene = sppm.load_particles(values, color="v", range=(0, 1.0000001e-7))
-    assert scene == sppm.load_particles(values, color="v", range=("0", repr(1.0000001e-7)))
 
 
 def test_columns_of_my_own() -> None:

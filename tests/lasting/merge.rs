@@ -141,6 +141,7 @@ fn a_merged_file_is_described_and_resumed() {
         .run(["resume", "b.sppm", "--iterations=7", "-o", "x.exr"])
         .refused(&["--iterations 7", "holds 9 already"]);
     let mut seven = GLOBAL;
+    assert_eq!(seven[6], "--iterations");
     seven[7] = "7";
     sandbox
         .run([&["render", "cornell"], &seven[..], &["--checkpoint=b.sppm", "-o", "x.exr"]].concat())

@@ -30,7 +30,8 @@ impl Found {
         self.is_confirmed && self.best.ratios.interval()[1] < 1.0
     }
 
-    /// The best point, unless its final measurement shows no gain. Of a search that was interrupted there is none.
+    /// The best point; `None` if its final measurement shows no gain. A search that was interrupted has no such measurement, and
+    /// its best point stands.
     pub(crate) fn chosen(&self) -> Option<Candidate> {
         (self.is_gain() || !self.is_confirmed).then_some(self.best.candidate)
     }

@@ -90,8 +90,10 @@ pub fn layer_names(path: &Path) -> Result<Vec<String>, ImageError> {
 /// As [`read_note`].
 pub fn usual_layer(path: &Path) -> Result<Option<String>, ImageError> {
     let (format, mut input, length) = reader::open_file(path)?;
-    let unnamed = || Ok(Some(String::new()));
-    let name = if format == Format::Exr { openexr::usual_layer(&mut input, length) } else { unnamed() };
+    let name = match format {
+        Format::Exr => openexr::usual_layer(&mut input, length),
+        _ => Ok(Some(String::new())),
+    };
     name.map_err(|problem| ImageError::new(path, problem))
 }
 
