@@ -166,6 +166,13 @@ mod tests {
         assert!((linear.y - 0.503).abs() < 1e-3, "{linear}");
     }
 
+    #[test]
+    fn after_the_last_colour_of_the_palette_comes_the_first() {
+        let colors: Vec<String> = (0..20).map(|i| palette(i).to_string()).collect();
+        assert_eq!(colors[..10], colors[10..]);
+        assert!((1..10).all(|i| !colors[..i].contains(&colors[i])), "{colors:?}");
+    }
+
     /// The ends of matplotlib's maps, which d3 took over.
     #[test]
     fn maps_are_those_of_their_names() {

@@ -383,6 +383,7 @@ mod tests {
                 vec![("radius", "1e-10"), ("range", "5%..95%"), ("material", "light 4")],
             ),
             ("range = 1..99%", vec![("range", "1.0..99%")]),
+            ("range=0.5%..99.875%", vec![("range", "0.5%..99.875%")]),
         ] {
             let rule = Rule::parse(text).unwrap();
             let expected: Vec<_> = entries.iter().map(|(key, value)| (*key, (*value).to_string())).collect();

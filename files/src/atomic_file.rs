@@ -185,7 +185,6 @@ impl Target {
 fn resolve(path: &Path) -> Result<PathBuf, FileError> {
     let followed = match fs::metadata(path) {
         Ok(status) if !status.is_file() => return Ok(path.to_owned()), // the link to a pipe leads to no path
-        Ok(_) if path.is_symlink() => fs::canonicalize(path),
         _ => paths::follow(path),
     };
     followed

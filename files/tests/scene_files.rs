@@ -4,7 +4,7 @@ use files::builtin::{self, SCENES};
 use files::scene_file;
 use proptest::prelude::*;
 use scene::still::Role;
-use scene::{Automatic, Camera, Material, Rgb, Scene, Settings, Sphere, Vec3};
+use scene::{Automatic, Camera, Material, Quality, Rgb, Scene, Settings, Sphere, Vec3};
 
 /// A small scene in plain TOML; the tests below write it in other ways.
 const PLAIN: &str = r#"name = "Plain"
@@ -145,6 +145,9 @@ fn a_stage_is_fitted_to_the_size_of_its_image() {
         let narrow = size[0] < size[1];
         assert_eq!(far > 1.5 * stage("").camera.eye.length(), narrow, "{settings}: {far}");
     }
+    // A quality is a request to choose, as in every scene; what is stated beside it is not chosen.
+    let chosen = read("quality = \"draft\"\nmax_depth = 7").1;
+    assert_eq!(chosen, Automatic { max_depth: false, ..Automatic::all(Quality::Draft) });
 }
 
 #[test]

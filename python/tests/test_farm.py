@@ -101,6 +101,10 @@ def test_a_state_of_another_render_is_refused(client, tmp_path: Path) -> None:
     sppm.render_part(small(seed=9), 6, 8, tmp_path / "b.exr.sppm")
     with pytest.raises(sppm.InputError, match="holds iterations up to 8, not 4"):
         farm(client, [Job(small(seed=9, iterations=4), tmp_path / "b.exr")])
+    sppm.render_part(small(seed=9), 0, 2, tmp_path / "first.sppm")
+    sppm.merge([tmp_path / "b.exr.sppm", tmp_path / "first.sppm"], tmp_path / "c.exr.sppm")
+    with pytest.raises(sppm.InputError, match="holds iterations up to 8, not 4"):
+        farm(client, [Job(small(seed=9, iterations=4), tmp_path / "c.exr")])
 
 
 def test_a_second_driver_is_refused(client, tmp_path: Path) -> None:

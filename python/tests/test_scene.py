@@ -81,6 +81,9 @@ def test_a_camera_looks_where_a_scene_file_says() -> None:
     """
     camera = sppm.Camera.look_at([1.1, 2.3, 9.7], [0.3, -0.1, 0.2], aperture_radius=0.1)
     assert sppm.Scene.parse(text).camera == camera
+    # And all that a camera has can be given here as well.
+    given = dict(up=(0, 0, 1), vertical_fov_degrees=33, aperture_radius=0.25, focus_distance=7, shutter=(1, 2))
+    assert sppm.Camera.look_at([1, 2, 3], [1, 5, 3], **given) == sppm.Camera([1, 2, 3], [0, 3, 0], **given)
 
 
 def test_spheres_are_removed() -> None:
@@ -123,3 +126,6 @@ def test_scenes_are_exported(cornell) -> None:
     # Comments tell the time too.
     early, late = ([line for line in motion.export("pbrt", time=time).text.splitlines() if line[:1] != "#"] for time in (0.25, 0.75))
     assert early != late
+    # A shutter that opens for no time leaves one instant, which need not be told.
+    motion.camera = motion.camera.replace(shutter=(0.25, 0.25))
+    assert motion.export("pbrt").text == motion.export("pbrt", time=0.25).text

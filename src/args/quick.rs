@@ -1,9 +1,16 @@
 //! The settings behind `--quick`, for commands that measure.
 
+use crate::args::settings::SettingsArgs;
+use crate::terminal::error::Error;
 use scene::Settings;
 
+/// The settings to measure with: those that options state, else of a quick measurement or of the scene, which has `own`.
+pub(crate) fn measured(own: &Settings, is_quick: bool, options: &SettingsArgs) -> Result<Settings, Error> {
+    options.apply_numbers(&if is_quick { quick(own) } else { *own })
+}
+
 /// Settings for a small image and few photons, with the seed of `own`.
-pub(crate) fn quick(own: &Settings) -> Settings {
+fn quick(own: &Settings) -> Settings {
     Settings {
         width: 128,
         height: 96,
@@ -40,5 +47,21 @@ mod tests {
             (own.seed, own.filter, own.radius_schedule)
         );
         assert_eq!((found.iterations, found.radius_pilots, found.light_samples), (2, 0, 1));
+    }
+    #[test]
+    fn what_options_state_is_as_stated_in_quick_measurements_too() {
+        use clap::Parser as _;
+        #[derive(clap::Parser)]
+        struct Alone {
+            #[command(flatten)]
+            settings: SettingsArgs,
+        }
+        let options = Alone::parse_from(["sppm", "--width", "40", "--photons", "700"]).settings;
+        let own = Settings { iterations: 99, ..Settings::default() };
+        let found = [false, true].map(|is_quick| measured(&own, is_quick, &options).unwrap());
+        assert_eq!(
+            found.map(|s| (s.width, s.photons_per_iteration, s.iterations)),
+            [(40, 700, 99), (40, 700, 2)]
+        );
     }
 }

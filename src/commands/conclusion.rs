@@ -238,6 +238,28 @@ mod tests {
         assert!(!is_noise_told(End::Error, false) && !is_noise_told(End::Error, true));
     }
 
+    /// Nothing is lost without a word: whoever asked for a checkpoint learns that there is none.
+    #[test]
+    fn a_checkpoint_that_was_not_written_is_an_error() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        let quick = scene::Settings {
+            width: 8,
+            height: 6,
+            iterations: 1,
+            photons_per_iteration: 100,
+            ..scene.settings
+        };
+        scene.settings = quick;
+        let mut outcome = render::Job::new(scene).start(()).unwrap().wait().unwrap();
+        outcome.written = vec!["a.png".into()];
+        assert!(conclude(&outcome, &Requests::deaf()).is_ok());
+        let path = std::path::Path::new("a.png.sppm");
+        outcome.unsaved = Some(files::atomic_file::FileError::new(path, "the disk is full"));
+        let error = conclude(&outcome, &Requests::deaf()).unwrap_err();
+        let told = "the image is written, but not its checkpoint: a.png.sppm: the disk is full";
+        assert_eq!((error.to_string(), error.code()), (told.into(), 1));
+    }
+
     #[test]
     fn round_times_are_no_shorter() {
         for (seconds, text) in [(0.1, "1s"), (13.4, "20s"), (20.0, "20s"), (61.0, "2m"), (1e5, "28h")] {

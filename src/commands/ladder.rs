@@ -1,7 +1,7 @@
 //! The command `ladder`: times the optimisation stages of the paper (the rows of the ladder) side by side.
 
 use crate::args::particles::ParticleArgs;
-use crate::args::quick::quick;
+use crate::args::quick::measured;
 use crate::args::scene::{SceneName, open};
 use crate::args::settings::SettingsArgs;
 use crate::args::values::whole;
@@ -215,11 +215,8 @@ fn cases(args: &LadderArgs) -> Result<Vec<Case>, Error> {
     }
     let mut all = Vec::new();
     for name in names {
-        let mut opened = open(&name, &ParticleArgs::default(), [None; 2], u64::MAX)?;
-        if args.quick {
-            opened.scene.settings = quick(&opened.scene.settings);
-        }
-        let settings = args.settings.apply_numbers(&opened.scene.settings)?;
+        let opened = open(&name, &ParticleArgs::default(), [None; 2], u64::MAX)?;
+        let settings = measured(&opened.scene.settings, args.quick, &args.settings)?;
         if settings.filter != Filter::Box {
             let problem = format!("--filter: the ladder's rows have the box alone, not {}", settings.filter);
             return Err(Error::BadInput(problem));

@@ -2,7 +2,7 @@
 
 use crate::args::engine::MachineArgs;
 use crate::args::files::check_distinct;
-use crate::args::quick::quick;
+use crate::args::quick::measured;
 use crate::args::scene::SceneArg;
 use crate::args::settings::SettingsArgs;
 use crate::args::values::{time, whole};
@@ -99,11 +99,8 @@ Examples:
 
 /// Runs the search and writes its results. All options are checked before the search begins.
 pub(crate) fn run(args: &TuneArgs) -> Result<(), Error> {
-    let mut opened = args.scene.open([None; 2])?;
-    if args.quick {
-        opened.scene.settings = quick(&opened.scene.settings);
-    }
-    let settings = args.settings.apply_numbers(&opened.scene.settings)?;
+    let opened = args.scene.open([None; 2])?;
+    let settings = measured(&opened.scene.settings, args.quick, &args.settings)?;
     let asked = args.lanes.map(|lanes| EngineChoice::new(EngineName::Fast, Some(lanes))).transpose()?;
     let profile = profile_path(args, &opened);
     check_files(args, &opened, &profile)?;

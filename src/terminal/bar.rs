@@ -221,6 +221,10 @@ mod tests {
         bar.show(&step(None));
         let work = lock(&bar.work).clone();
         assert_eq!((work.done, work.began_at, work.all), (3, 2, Some(10)));
+        // If all of the time so far was preparation, the iteration took none of it.
+        lock(&bar.work).prepared = Duration::from_secs(1_000_000);
+        bar.show(&step(None));
+        assert_eq!(lock(&bar.work).facts, facts(&step(None), 2, 0.0));
         bar.clear();
         assert!(bar.shown.is_finished());
     }

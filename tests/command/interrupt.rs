@@ -4,6 +4,7 @@ use crate::running::{LONG, Running};
 use crate::sandbox::Sandbox;
 use rustix::process::Signal;
 use std::fs;
+use std::process::Stdio;
 
 #[test]
 fn ctrl_c_writes_the_image_after_the_last_whole_iteration() {
@@ -60,6 +61,23 @@ fn a_second_ctrl_c_leaves_no_incomplete_file() {
     assert_eq!(running.end().code, Some(130));
     let bytes = sandbox.bytes("cornell.png");
     assert!(bytes == b"old" || sandbox.image("cornell.png").pixels.len() == 16 * 12, "torn");
+}
+
+/// Where nobody reads what it writes, it would wait for ever.
+#[test]
+fn a_second_signal_of_another_kind_ends_at_once_too() {
+    for signals in [[Signal::INT, Signal::TERM], [Signal::TERM, Signal::INT], [Signal::TERM, Signal::HUP]] {
+        let sandbox = Sandbox::new();
+        let mut large = LONG;
+        (large[5], large[7]) = ("256", "128");
+        let mut command = sandbox.command(large.iter().chain(&["-o", "-"]));
+        let running = Running::start_writing(&mut command, Stdio::piped(), "method path");
+        signals.map(|signal| running.send(signal));
+        // If both wait for the process to go on, either may be handled first.
+        let codes = signals.map(|signal| Some(128 + signal.as_raw()));
+        let code = running.end_at_once();
+        assert!(codes.contains(&code), "{signals:?}: {code:?}");
+    }
 }
 
 #[test]

@@ -70,6 +70,15 @@ fn sweeps_have_a_line_per_value_and_plots() {
         let svg = String::from_utf8(sandbox.bytes(&format!("plots/{name}.svg"))).unwrap();
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{name}");
     }
+    // Speedups are over the first row, and how time grows is that of the last stage.
+    for (name, title) in [
+        ("speedup-depth-random", "random: times as fast as stage 3"),
+        ("complexity-pixels-random", "random, row 6: time of each pass over its most"),
+        ("flat-pixels-random", "random, row 6: time of each pass over predicted work"),
+    ] {
+        let svg = String::from_utf8(sandbox.bytes(&format!("plots/{name}.svg"))).unwrap();
+        assert!(svg.contains(title), "{name}: {svg}");
+    }
 }
 
 /// Figures 5, 8 and 10 to 12 of the paper.

@@ -110,6 +110,14 @@ fn a_noisy_image_is_told_with_what_to_do() {
     assert!(!first.stderr.contains("noisy"), "{first:?}");
 }
 
+/// They are those of the iterations that were made, which may be fewer than were asked for.
+#[test]
+fn instants_that_are_seen_apart_are_those_that_were_rendered() {
+    let args = ["render", "motion", "--quality=paper", "-n=100000", "--photons=500", "--until-error=0.9"];
+    let ended = Sandbox::new().run(args.iter().chain(&["--width=256", "--height=192"]));
+    ended.said_one_line("wrote motion.png: 2 iterations in ", &["moving spheres show at 2 instants", "`-n "]);
+}
+
 /// What is rendered and how at its beginning, and what it took at its end.
 #[test]
 fn verbose_renders_tell_what_they_take() {

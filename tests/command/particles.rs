@@ -146,6 +146,26 @@ fn scene_files_name_particles() {
     }
 }
 
+/// Whichever of them it is: a render reads them all.
+#[test]
+fn no_output_replaces_a_file_of_particles() {
+    let sandbox = with_atoms();
+    sandbox.write("points.csv", "x,y,z,radius\n4,0,0,1\n");
+    sandbox.write(
+        "both.toml",
+        "[camera]\neye = [1, 0, 40]\nvertical_fov_degrees = 20\ndirection = [0, 0, -1]\n\
+         [[sphere]]\ncenter = [0, 30, 0]\nradius = 3\nemission = [9, 9, 9]\nmaterial = { type = \"diffuse\", albedo = [0, 0, 0] }\n\
+         [[particles]]\nfile = \"atoms.xyz\"\n[[particles]]\nfile = \"points.csv\"\n",
+    );
+    for file in ["atoms.xyz", "points.csv"] {
+        let before = sandbox.bytes(file);
+        let ended = sandbox.run(["render", "both.toml", "--stats", file].iter().chain(&TINY));
+        ended.refused(&["--stats", file, "is also the scene"]);
+        assert!(sandbox.bytes(file) == before, "{file}");
+    }
+    sandbox.render(&["both.toml", "--stats", "stats.json"]);
+}
+
 /// What `[stage]` says is what the options say, and it is repeated like everything else of a scene.
 #[test]
 fn scene_files_have_stages() {

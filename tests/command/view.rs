@@ -7,7 +7,7 @@ use std::net::{TcpListener, TcpStream};
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::thread;
 use std::time::Duration;
-use tungstenite::Message;
+use tungstenite::{Message, WebSocket};
 
 /// What takes longer is taken to be lost.
 const PATIENCE: Duration = Duration::from_mins(1);
@@ -44,12 +44,17 @@ impl Viewing {
         answer
     }
 
-    /// Waits for a picture in full size, which there is once an iteration is over.
-    fn wait_for_picture(&self) {
+    /// The socket of an open page.
+    fn socket(&self) -> WebSocket<TcpStream> {
         let (host, path) = &self.page;
         let stream = TcpStream::connect(host).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        let (mut page, _) = tungstenite::client(format!("ws://{host}{path}socket"), stream).unwrap();
+        tungstenite::client(format!("ws://{host}{path}socket"), stream).unwrap().0
+    }
+
+    /// Waits for a picture in full size, which there is once an iteration is over.
+    fn wait_for_picture(&self) {
+        let mut page = self.socket();
         loop {
             if let Message::Binary(picture) = page.read().expect("a picture comes") {
                 // After three words: the size that is sent, and that of the whole image.
@@ -112,6 +117,25 @@ fn without_an_output_nothing_is_written() {
     assert_eq!(ended.code, Some(130));
     assert_eq!(ended.stdout, "");
     assert_eq!(sandbox.names(), [""; 0]);
+}
+
+/// It was enough for the scene as it was opened.
+#[test]
+fn the_memory_limit_holds_for_what_the_page_asks_for() {
+    let sandbox = Sandbox::new();
+    let limited = ["--memory-limit", "100MB"];
+    let mut command = sandbox.command(["view", "cornell"].iter().chain(&QUICK).chain(&limited));
+    let viewing = Viewing::start(&mut command);
+    let mut page = viewing.socket();
+    page.send(Message::text(r#"{ "type": "settings", "width": 2400, "height": 1800 }"#)).unwrap();
+    let problem = loop {
+        match page.read().expect("the problem is told") {
+            Message::Text(text) if text.contains(r#""type":"problem""#) => break text,
+            Message::Binary(_) => page.send(Message::text(r#"{ "type": "ack" }"#)).unwrap(),
+            _ => {}
+        }
+    };
+    assert!(problem.contains("more than 100.0 MiB"), "{problem}");
 }
 
 #[test]
@@ -192,6 +216,7 @@ fn particles_are_viewed_by_the_method_that_renders_them() {
 fn bad_requests_are_refused_in_one_line() {
     let sandbox = Sandbox::new();
     sandbox.write("no.exr", "no image");
+    sandbox.render(&["cornell", "-o", "a.exr"]);
     for (args, words) in [
         (&["view", "cornel"][..], &["did you mean cornell?"][..]),
         (&["view", "missing.exr"], &["missing.exr"]),
@@ -203,6 +228,8 @@ fn bad_requests_are_refused_in_one_line() {
         (&["view", "cornell", "--display", "host:x"], &["--display host:x", "localhost:14158"]),
         (&["render", "cornell", "--port", "8000"], &["--port", "--view"]),
         (&["compare", "no.exr", "no.exr", "--no-open"], &["--no-open", "--view"]),
+        (&["render", "cornell", "--no-open"], &["--no-open", "--view"]),
+        (&["view", "cornell", "--reference", "a.exr", "-o", "a.exr"], &["--output", "--reference", "a.exr"]),
         (&["view", "cornell", "--port", "0"], &["--port"]),
         (&["view", "cornell", "--listen", "everywhere"], &["--listen"]),
     ] {

@@ -3,7 +3,9 @@
 use crate::small;
 use fast::Sppm;
 use files::image_file::read_note;
-use render::{EngineChoice, EngineName, Estimate, Job, Metadata, Notice, Observer, Step};
+use render::{
+    EngineChoice, EngineName, Estimate, Job, Metadata, MethodName, Notice, Observer, Renderer, Step,
+};
 use scene::radius_schedule::Shrinking;
 use scene::{Engine, RadiusSchedule, Resumable, Scene, Settings};
 use std::sync::mpsc::{Sender, channel};
@@ -48,18 +50,25 @@ fn the_error_is_of_noise_and_of_a_bias_that_falls_with_the_radius() {
 #[test]
 fn an_image_is_the_same_with_a_goal() {
     let (per_pixel, global) = (RadiusSchedule::PerPixel, RadiusSchedule::Global);
-    for (radius_pilots, radius_schedule) in [(0, per_pixel), (1, per_pixel), (0, global)] {
+    let cases = [
+        (MethodName::Sppm, 0, per_pixel),
+        (MethodName::Sppm, 1, per_pixel),
+        (MethodName::Sppm, 0, global),
+        (MethodName::Hybrid, 1, per_pixel),
+    ];
+    for (method, radius_pilots, radius_schedule) in cases {
         let scene = small(3);
         let settings = Settings { radius_pilots, radius_schedule, initial_radius: 8.0, ..scene.settings };
         let scene = Scene { settings, ..scene };
         for engine in EngineName::ALL {
             let film = |goal: Option<f64>| {
                 let mut job = Job::new(scene.clone());
-                job.engine = EngineChoice::new(engine, None).unwrap();
+                job.engine = EngineChoice::new(Renderer { method, engine }, None).unwrap();
                 job.goals.error = goal;
                 job.start(()).unwrap().wait().unwrap().last.unwrap().film.clone()
             };
-            assert_eq!(film(Some(1e-9)), film(None), "{radius_pilots} pilots, {radius_schedule}, {engine:?}");
+            let case = format!("{radius_pilots} pilots, {radius_schedule}, {method:?} by {engine:?}");
+            assert_eq!(film(Some(1e-9)), film(None), "{case}");
         }
     }
 }

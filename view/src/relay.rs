@@ -154,7 +154,11 @@ impl Relay {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use render::{Job, Observer};
+    use scene::Settings;
     use serde_json::Value;
+    use std::io::Read as _;
+    use std::net::TcpListener;
 
     /// What pages are told is what the step says, each figure by its own name.
     #[test]
@@ -193,6 +197,35 @@ mod tests {
         relay.begin("room");
         relay.tell(&step, 1);
         assert_eq!((&told(&hub.scene)["name"], &told(&hub.status)["version"]), (&json!("room"), &json!(2)));
+    }
+
+    /// However short a time ago another one was: no later one comes.
+    #[test]
+    fn the_last_image_is_sent_to_the_viewer() {
+        struct Last(Relay);
+        impl Observer for Last {
+            fn wants_image(&mut self, is_last: bool) -> bool {
+                is_last
+            }
+            fn image(&mut self, image: Image) {
+                self.0.last(image);
+            }
+        }
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let display = Display::new(listener.local_addr().unwrap().to_string(), "box".into()).unwrap();
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        scene.settings =
+            Settings { width: 8, height: 6, iterations: 1, photons_per_iteration: 100, ..scene.settings };
+        display.show(scene::Film::new(8, 6));
+        assert!(!display.is_due());
+        let relay = Relay::new(None, Some(Arc::new(display)), "box");
+        let mut job = Job::new(scene);
+        job.live = true;
+        let film = job.start(Last(relay)).unwrap().wait().unwrap().last.unwrap().film.clone();
+        let mut bytes = Vec::new();
+        listener.accept().unwrap().0.read_to_end(&mut bytes).unwrap();
+        let brightest = film.pixels.iter().map(|pixel| pixel.max_element()).fold(0.0, f32::max);
+        assert!(brightest > 0.0 && bytes.windows(4).any(|four| four == brightest.to_le_bytes()));
     }
 
     /// Nobody looks, so nothing is developed.

@@ -187,6 +187,20 @@ fn only_tiles_that_changed_are_sent_and_all_of_them_to_a_new_viewer() {
     assert_eq!(viewer.tiles, all);
 }
 
+/// As many pixels in other rows are another image.
+#[test]
+fn an_image_of_another_shape_is_created_anew() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let display = Display::new(listener.local_addr().unwrap().to_string(), "box".into()).unwrap();
+    let wide = film();
+    show(&display, &wide);
+    let mut viewer = Viewer::accept(&listener);
+    viewer.wait_for(&wide);
+    let high = Film { width: wide.height, height: wide.width, pixels: wide.pixels };
+    show(&display, &high);
+    viewer.wait_for(&high);
+}
+
 #[test]
 fn a_viewer_that_comes_late_gets_the_newest_image_and_nobody_waits_for_it() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();

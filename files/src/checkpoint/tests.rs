@@ -6,7 +6,9 @@ use super::sections::{
 use super::*;
 use crate::atomic_file::Output;
 use crate::scene_file;
-use scene::{Engine, Film, Probe, Progress, Resumable, Rgb, Scene, Settings, Stats, Stop, Sums, TRANSPORT};
+use scene::{
+    Engine, Film, Iterations, Probe, Progress, Resumable, Rgb, Scene, Settings, Stats, Stop, Sums, TRANSPORT,
+};
 use std::fs;
 use std::io::{self, Cursor, Write as _};
 use tempfile::TempDir;
@@ -250,6 +252,39 @@ fn sums_of_another_light_transport_are_not_restored() {
         "{line}"
     );
     assert_eq!(engine.progress.iterations, 0);
+}
+
+/// Only sums that can be merged may be of other iterations than the first, and of as many as they say, within the render.
+#[test]
+fn sums_are_of_the_iterations_that_are_named() {
+    let with = |sums: Sums, which: Iterations| {
+        let engine = Memory::blank(scene().settings, sums);
+        let engine = Memory { progress: Progress { iterations: 3, ..engine.progress }, ..engine };
+        let digest = scene_file::digest(&scene());
+        let contents = Contents {
+            scene: &scene(),
+            digest: &digest,
+            version: "1",
+            note: "",
+            which: Some(&which),
+            past: None,
+        };
+        let mut bytes = Vec::new();
+        write(&mut bytes, &engine, &contents).unwrap();
+        read(&bytes).map(|checkpoint| checkpoint.account.done())
+    };
+    let some = |start: u32, end: u32| Iterations::from(start..end);
+    assert_eq!(with(Sums::Exact, some(4, 7)).unwrap(), some(4, 7));
+    let wrong = [
+        (Sums::Photons, some(4, 7)),
+        (Sums::Exact, some(5, 8)),
+        (Sums::Exact, some(4, 6)),
+        (Sums::Exact, some(0, 4)),
+    ];
+    for (sums, which) in wrong {
+        let line = with(sums, which.clone()).unwrap_err().to_string();
+        assert!(line.contains("iterations that cannot be those of its sums"), "{sums:?} of {which}: {line}");
+    }
 }
 
 /// Rows of materials and spheres that no scene has are rejected even if all checksums match.

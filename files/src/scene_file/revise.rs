@@ -237,6 +237,18 @@ mod tests {
             let (scene, open) = parse_with_automatic("again.toml", &revised).unwrap();
             assert!(!open.any() && scene.settings == builtin.scene().settings, "{}: {revised}", builtin.name);
         }
+        // Each by itself, whatever else is stated.
+        let numbers = "iterations = 3\nphotons_per_iteration = 500\nmax_depth = 4\ninitial_radius = 2\n";
+        for key in ["radius_pilots", "radius_clearance", "glint_samples"] {
+            let (head, _) = crate::builtin::find("cornell").unwrap().text.split_once("[settings]").unwrap();
+            let rest =
+                crate::builtin::find("cornell").unwrap().text.split_once("[materials.white]").unwrap().1;
+            let text = format!("{head}[settings]\n{numbers}{key} = \"auto\"\n[materials.white]{rest}");
+            let (scene, open) = parse_with_automatic("open.toml", &text).unwrap();
+            assert!(open.any(), "{key}");
+            let revised = revise(&text, &scene).unwrap();
+            assert!(!parse_with_automatic("again.toml", &revised).unwrap().1.any(), "{revised}");
+        }
     }
 
     /// Every line but those changed stays, comments behind changed values too.

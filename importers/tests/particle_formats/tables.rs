@@ -55,6 +55,9 @@ fn tables_of_all_separators_are_read() {
     assert_eq!((round.positions, round.available), (vec![[1.0, 2.0, 3.0]], vec!["charge".to_owned()]));
     let particles = parse(Format::Csv, "# x y z id q\n1 2 3 7 nan\n");
     assert_eq!((particles.ids, particles.properties[0].values[0].is_nan()), (Some(vec![7]), true));
+    // Blanks beside a separator are no part of a field, whether or not others of its line are in quotation marks.
+    let spaced = parse(Format::Csv, "x , y,z , \"name\"\n 1 ,2 , 3,\"O\"\n\"4\" , 5 ,6 , \"O\" \n");
+    assert_eq!(spaced.positions, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
     // Some programs end each line with a separator; what is empty there is no field.
     for text in ["x,y,z\n1,2,3,\n4,5,6\n", "x;y;z\n1;2;3;\n4;5;6; \n", "x\ty\tz\n1\t2\t3\t\n\"4\"\t5\t6\t\n"]
     {

@@ -13,6 +13,10 @@ fn labels_that_are_no_symbols_are_types() {
     let text = "1\nProperties=type:I:1:element:S:1:pos:R:3\n7 Au 1 2 3\n";
     let particles = parse(Format::Xyz, text);
     assert_eq!((particles.elements, labels(particles.types.as_ref())), (Some(vec![79]), vec!["7"]));
+    // A column of types goes before labels, which tell elements.
+    let text = "1\nProperties=species:S:1:pos:R:3:type:I:1\nFe2 1 2 3 7\n";
+    let particles = parse(Format::Xyz, text);
+    assert_eq!((particles.elements, labels(particles.types.as_ref())), (Some(vec![26]), vec!["7"]));
     let particles = parse(Format::Xyz, "1\nProperties=Z:I:1:pos:R:3\n79 1 2 3\n");
     assert_eq!(particles.elements, Some(vec![79]));
 }

@@ -121,6 +121,22 @@ mod tests {
         assert!(own != half && half == of(RadiusSchedule::PerPixel, &radii, 0.5));
     }
 
+    /// Half of the radii is half of them everywhere, also where what is near limits them.
+    #[test]
+    fn what_limits_radii_is_scaled_with_them() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        (scene.settings.width, scene.settings.height) = (16, 12);
+        let stop = Stop::new();
+        let pilots = Pilots::new(&scene, &scene.settings, LaneKind::best(), &stop);
+        let of = |initial_radius, radius_clearance, scale| {
+            let settings = Settings { initial_radius, radius_clearance, ..scene.settings };
+            let radii = FirstRadii::even(initial_radius);
+            pilots.run_with(1, 20_000, (&radii, &settings), scale).unwrap().films
+        };
+        let half = of(16.0, 1.0, 0.5);
+        assert!(half == of(8.0, 0.5, 1.0) && half != of(8.0, 1.0, 1.0));
+    }
+
     #[test]
     fn pilots_are_as_they_are_asked_for() {
         let mut scene = files::builtin::scene("cornell").unwrap();

@@ -107,6 +107,11 @@ fn nothing_is_unsaved_where_all_changes_were_taken_back() {
     page.send(&json!({ "type": "undo" }));
     // Not the setup at the beginning, in which nothing was changed yet.
     page.text(|text| text["type"] == "setup" && text["version"] == 3 && text["changed"] == false);
+    // At once, or one by one.
+    page.send(&json!({ "type": "redo" }));
+    page.text(|text| text["type"] == "setup" && text["version"] == 4 && text["changed"] == true);
+    page.send(&json!({ "type": "reset" }));
+    page.text(|text| text["type"] == "setup" && text["version"] == 5 && text["changed"] == false);
     drop(page);
     assert!(!view.end().unwrap().is_unsaved);
 }

@@ -149,7 +149,13 @@ fn other_methods_and_engines_render_the_scene() {
             page.text(|text| text["type"] == "setup" && text["method"] == method && text["engine"] == engine);
         let version = setup["version"].as_u64().unwrap() as u32;
         page.picture(|picture| picture.version == version && picture.is_whole());
+        assert_eq!(setup["changed"], true, "{setup}");
     }
+    // What rendered it first comes back with the rest.
+    page.send(&json!({ "type": "reset" }));
+    let is_first =
+        |text: &Value| text["type"] == "setup" && text["method"] == "sppm" && text["engine"] == "fast";
+    assert_eq!(page.text(is_first)["changed"], false);
 }
 
 /// More balls than are listed: the others are described when they are asked for, and changed with their style.
