@@ -151,6 +151,11 @@ mod tests {
         }
         assert_eq!(again, recipe);
         assert_eq!(recipe.entries().len(), Recipe::KEYS.len());
+        // As Americans write it.
+        for (text, unit) in [("nanometer", Length::Nanometre), ("meter", Length::Metre)] {
+            recipe.set("unit", text).unwrap();
+            assert_eq!(recipe.unit, Some(unit), "{text}");
+        }
         for (key, text) in [
             ("frame", "-1"),
             ("unit", "inch"),

@@ -98,6 +98,23 @@ mod tests {
         assert!(gap <= 0.05 + 1e-9, "{gap}");
     }
 
+    /// Where the balls of atoms meet, there is nothing between them; and between atoms in one place there is no way at all.
+    #[test]
+    fn a_bond_within_its_atoms_is_not_drawn() {
+        let drawn = |particles: &Particles, radius: f32| {
+            let mut count = 0;
+            let ends = Ends::new(particles, [0, 1], [radius; 2]);
+            ends.half(particles.positions[0], 1.0, radius, |_, _| count += 1);
+            count
+        };
+        // Half of the way is 4.5; a rod of 0.4 radii comes out of its ball after 0.6.
+        assert!(drawn(&two(None), 7.0) > 0);
+        assert_eq!(drawn(&two(None), 8.0), 0);
+        let mut together = two(None);
+        together.positions[1] = together.positions[0];
+        assert_eq!(drawn(&together, 1.0), 0);
+    }
+
     #[test]
     fn bonds_pass_the_sides_of_a_periodic_cell() {
         let vectors = [[10.0, 0.0, 0.0], [0.0, 10.0, 0.0], [0.0, 0.0, 10.0]];

@@ -487,6 +487,9 @@ mod tests {
             ("material=plastic", "material: there is no material `plastic`"),
             ("map=jet", "map: there is no map `jet`; the maps are viridis"),
             ("range=2..1", "range: `2..1` must be two numbers"),
+            // Nothing is between equal ends.
+            ("range=1..1", "range: `1..1` must be two numbers"),
+            ("range=50%..50%", "range: `50%..50%` must be two numbers"),
             ("range=0%..101%", "range: `0%..101%` must be"),
             ("range=3", "range: `3` must be"),
             ("hide=yes", "hide: `yes` must be true or false"),

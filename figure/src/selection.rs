@@ -219,5 +219,10 @@ mod tests {
         assert!(selected(&text).unwrap_err().contains("nested deeper than"));
         let text = format!("{} z > 1", "not ".repeat(10_000));
         assert!(selected(&text).unwrap_err().contains("nested deeper than"));
+        let nested = |depth: usize| selected(&format!("{}z > 1{}", "(".repeat(depth), ")".repeat(depth)));
+        assert_eq!(nested(100), Ok(vec![1, 2]));
+        assert!(nested(101).unwrap_err().contains("nested deeper than 100"));
+        // However many stand beside each other.
+        assert_eq!(selected(&format!("{}z > 2", "(z > 1) and not (z > 9) and ".repeat(200))), Ok(vec![2]));
     }
 }

@@ -2,7 +2,7 @@
 
 use figure::color::{Map, Screen, WHITE, palette};
 use figure::{Balls, Recipe, Refusal, Rule, Selection, balls};
-use importers::{Cell, Format, Labels, Particles, Property};
+use importers::{Cell, Format, Labels, Particles, Property, Unit};
 use proptest::prelude::*;
 use scene::{Material, Rgb, Vec3};
 
@@ -149,6 +149,11 @@ fn what_does_not_suit_the_file_is_refused() {
     assert_eq!(refused(Recipe { wrap: true, ..Recipe::default() }), "wrap: the file has no periodic cell");
     assert_eq!(refused(Recipe { cell: true, ..Recipe::default() }), "cell: the file has no cell");
     assert!(refused(recipe(&["radius=1e20"])).starts_with("file: a radius is 1e20"));
+    let refused = |particles: Particles| balls(particles, &recipe(&[])).unwrap_err().to_string();
+    assert_eq!(refused(Particles::new(Format::Xyz)), "file: there is no particle in it");
+    let mut far = few();
+    far.positions[3] = [0.0, -1e16, 0.0];
+    assert_eq!(refused(far), "file: a particle is farther than 1e15 from the origin; take another unit");
 }
 
 #[test]
@@ -241,6 +246,96 @@ fn units_are_told_by_neighbours_that_are_no_bonds() {
     }
 }
 
+/// However far the distances of neighbours are from those of bonds, and unless another unit is asked for.
+#[test]
+fn a_unit_that_is_stated_is_believed() {
+    for (format, unit, distance, asked, expected) in [
+        (Format::Gro, Unit::Nanometre, 10.0, None, 0.106),
+        (Format::Gro, Unit::Nanometre, 10.0, Some("angstrom"), 1.06),
+        (Format::Pdb, Unit::Angstrom, 0.2, None, 1.06),
+        (Format::Pdb, Unit::Angstrom, 0.2, Some("nanometre"), 0.106),
+        (Format::Dump, Unit::Metre, 1.0, None, 1.06e-10),
+        (Format::Dump, Unit::Unknown, 0.2, None, 0.106),
+    ] {
+        let mut particles = Particles::new(format);
+        particles.unit = unit;
+        particles.positions = (0..9).map(|i| [f64::from(i) * distance, 0.0, 0.0]).collect();
+        particles.elements = Some(vec![18; 9]);
+        let mut recipe = recipe(&["radius=covalent"]);
+        if let Some(asked) = asked {
+            recipe.set("unit", asked).unwrap();
+        }
+        let balls = balls(particles, &recipe).unwrap();
+        let share = f64::from(balls.spheres[0].radius) / expected;
+        assert!((share - 1.0).abs() < 1e-6, "{format:?} in {unit:?}, {asked:?}: {share}");
+    }
+}
+
+/// What a file says of the looks of its particles goes before what is known of elements, and that before types.
+#[test]
+fn colours_are_of_the_file_then_of_elements_then_of_types() {
+    let colors = |has: [bool; 3]| {
+        let mut particles = few();
+        particles.colors = has[0].then(|| vec![[1.0, 0.5, 0.0]; 4]);
+        particles.elements = particles.elements.filter(|_| has[1]);
+        particles.types = particles.types.filter(|_| has[2]);
+        let balls = balls(particles, &recipe(&["radius=0.1"])).unwrap();
+        [0.0, 0.96, 5.0].map(|x| at(&balls, x).1)
+    };
+    let of = |codes: [[u8; 3]; 3]| codes.map(|codes| matte(Screen(codes)));
+    assert_eq!(colors([true; 3]), of([[255, 128, 0]; 3]));
+    assert_eq!(colors([false, true, true]), of([[255, 13, 13], [255; 3], [160; 3]]));
+    assert_eq!(colors([false, false, true]), [palette(1), palette(0), palette(1)].map(matte));
+    let [one, two, three] = colors([false; 3]);
+    assert!(one == two && two == three);
+}
+
+/// The particles of [`few`] with all columns that files have, each with an order of its own.
+fn with_all_columns() -> Particles {
+    let mut particles = few();
+    particles.positions[3][2] = 2.0;
+    let labels = |names: &[&str], index: [u16; 4]| {
+        Some(Labels { names: names.iter().map(ToString::to_string).collect(), index: index.to_vec() })
+    };
+    particles.names = labels(&["OW", "HW1", "HW2", "NA"], [0, 1, 2, 3]);
+    particles.residues = labels(&["SOL", "ION"], [0, 0, 0, 1]);
+    particles.chains = labels(&["A", "B"], [0, 1, 1, 0]);
+    particles.residue_numbers = Some(vec![7, 7, 8, -3]);
+    particles.molecules = Some(vec![5, 3, 5, 9]);
+    particles.ids = Some(vec![40, 30, 20, 10]);
+    particles
+}
+
+#[test]
+fn every_column_is_known_by_its_name() {
+    for (condition, expected) in [
+        ("y > 0.5", &[-0.24][..]),
+        ("z > 1", &[5.0]),
+        ("element == 'O'", &[0.0]),
+        ("type == 10", &[0.0, 5.0]),
+        ("name == 'HW1'", &[0.96]),
+        ("residue == 'ION'", &[5.0]),
+        ("chain == 'B'", &[-0.24, 0.96]),
+        ("resid == 8", &[-0.24]),
+        ("resid < 0", &[5.0]),
+        ("molecule == 5", &[-0.24, 0.0]),
+        ("id >= 30", &[0.0, 0.96]),
+        ("charge > 0", &[-0.24, 0.96]),
+    ] {
+        let style = ["radius=0.1, hide", &format!("{condition}: hide=false")];
+        let balls = balls(with_all_columns(), &recipe(&style)).unwrap();
+        let found: Vec<f32> = balls.spheres.iter().map(|sphere| sphere.center.x).collect();
+        assert_eq!(found, expected, "{condition}");
+    }
+    // Molecules have a palette, by their numbers.
+    let balls_of = |rule: &str| balls(with_all_columns(), &recipe(&[rule]));
+    let colored = balls_of("radius=0.1, color=molecule").unwrap();
+    let colors = [0.96, 0.0, -0.24, 5.0].map(|x| at(&colored, x).1);
+    assert_eq!(colors, [palette(0), palette(1), palette(1), palette(2)].map(matte));
+    let refused = balls_of("color=molecule, range=0..1").unwrap_err().problem;
+    assert_eq!(refused, "a map and its range are for a column of numbers, and `molecule` is none");
+}
+
 /// A second ball in the same place shows nothing, and one of glass would be wrong.
 #[test]
 fn particles_in_the_same_place_are_one_ball_if_they_look_alike() {
@@ -269,6 +364,10 @@ fn rules_scale_what_rules_before_have_made() {
     assert_eq!(of(&["scale=2"]), [1.0, 0.5]);
     assert_eq!(of(&["scale=2", "element == 'O': scale=3"]), [3.0, 0.5]);
     assert_eq!(of(&["radius=0.125", "scale=4", "x > 0: scale=2"]), [0.5, 1.0]);
+    // Also what selects by radii sees them so.
+    let red = matte(Screen::parse("red").unwrap());
+    let scaled = with_radii(&["scale=2", "radius < 0.6: color=red"]);
+    assert_eq!([0.0, 0.96].map(|x| at(&scaled, x).1 == red), [false, true]);
 }
 
 #[test]

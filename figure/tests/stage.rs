@@ -103,6 +103,42 @@ fn the_views_are_those_of_their_names() {
     assert!(direction(View::Principal).dot(Vec3::new(3.0, 2.0, 1.0)).abs() < 1e-6);
 }
 
+/// What fills a cell is seen from a corner, and other things across their extent: with a ground from a little above, so that it
+/// is seen.
+#[test]
+fn the_usual_view_suits_cells_and_grounds() {
+    // In the plane of x and y, wider along x.
+    let balls = [[0.0, 0.0], [8.0, 0.0], [0.0, 4.0], [8.0, 4.0]].map(|[x, y]| sphere([x, y, 0.0], 1.0));
+    let of = |has_cell, stage: Stage| set(&balls, &[], has_cell, &stage).unwrap();
+    let usual = |has_cell| of(has_cell, Stage::default()).camera;
+    let iso = of(false, Stage { view: Some(View::Iso), ..Stage::default() }).camera;
+    assert_eq!((usual(true), usual(false).direction), (iso, Vec3::NEG_Z));
+    let grounded = of(false, Stage { ground: true, ..Stage::default() });
+    let down = grounded.camera.direction;
+    // A quarter down.
+    assert!((down.y / down.z - 0.25).abs() < 1e-6 && down.z < 0.0 && down.x.abs() < 1e-6, "{down}");
+    // Up is the axis of the second greatest extent.
+    let below = grounded.spheres[0].center;
+    assert!(below.y < -100.0 && (below.x - 4.0).abs() < 1e-3 && below.z.abs() < 1e-3, "{below}");
+}
+
+/// The first radius is that of a ball, but neither less than a few pixels nor a great part of what is seen, however close.
+#[test]
+fn the_first_radius_is_within_shares_of_what_is_seen() {
+    let share = |balls: &[Sphere], zoom: f64| {
+        let set = set(balls, &[], false, &Stage { zoom, ..Stage::default() }).unwrap();
+        let half = 0.5 * f64::from(set.camera.vertical_fov_degrees).to_radians();
+        f64::from(set.settings.initial_radius) / (half.tan() * f64::from(set.camera.focus_distance))
+    };
+    let specks = [sphere([-50.0, 0.0, 0.0], 1e-3), sphere([50.0, 0.0, 0.0], 1e-3)];
+    for zoom in [1.0, 4.0] {
+        for (balls, expected) in [(&specks[..], 0.02), (&[sphere([0.0; 3], 1.0)], 0.08)] {
+            let found = share(balls, zoom);
+            assert!((found / expected - 1.0).abs() < 1e-5, "zoom {zoom}: {found} for {expected}");
+        }
+    }
+}
+
 /// The reader of scene files makes zeros positive, so a scene with negative ones would not be read back.
 #[test]
 fn there_are_no_negative_zeros() {

@@ -237,4 +237,23 @@ mod tests {
         // A name alone is in the current folder.
         assert_eq!(Target::find(Path::new("no such file")).unwrap().folder, Path::new("."));
     }
+
+    /// Beside the file that cannot be written, or else in the temporary folder, and never over another.
+    #[test]
+    fn what_is_rescued_replaces_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let stem = folder.path().file_name().unwrap().to_str().unwrap(); // nobody else's
+        let path = folder.path().join(format!("{stem}.png"));
+        let name = format!("{stem}-rescued-{}.png", std::process::id());
+        let [beside, elsewhere] = [folder.path().join(&name), std::env::temp_dir().join(&name)];
+        let write = |path: &Path| fs::write(path, "new").map_err(|e| FileError::new(path, e.to_string()));
+        assert_eq!(rescue(&path, write), Some(beside.clone()));
+        fs::write(&beside, "old").unwrap();
+        assert_eq!(rescue(&path, write), Some(elsewhere.clone()));
+        assert_eq!(rescue(&path, write), None);
+        fs::remove_file(elsewhere).unwrap();
+        assert_eq!(fs::read_to_string(beside).unwrap(), "old");
+        let full = |path: &Path| Err(FileError::new(path, "is full"));
+        assert_eq!(rescue(&folder.path().join("b.png"), full), None);
+    }
 }

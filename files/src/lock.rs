@@ -222,6 +222,40 @@ mod tests {
         assert_eq!(fs::read_to_string(folder.path().join("precious")).unwrap(), "text");
     }
 
+    /// Whose lock file was removed, by whoever tidied up, does not remove that of the next.
+    #[cfg(unix)]
+    #[test]
+    fn who_has_lost_its_lock_leaves_that_of_others() {
+        let folder = TempDir::new().unwrap();
+        let path = folder.path().join("a.png");
+        let lost = Lock::take(&path).unwrap();
+        fs::remove_file(&lost.path).unwrap();
+        let lock = Lock::take(&path).unwrap();
+        drop(lost);
+        assert_eq!(names(&folder), [".sppm-a.png.lock"]);
+        assert!(Lock::take(&path).is_err());
+        drop(lock);
+        assert_eq!(names(&folder), [""; 0]);
+    }
+
+    /// The last holder may remove the file just before we lock it: then it is no lock that others would find.
+    #[cfg(unix)]
+    #[test]
+    fn a_lock_is_taken_through_a_file_that_is_there() {
+        let folder = TempDir::new().unwrap();
+        let path = folder.path().join("a.png");
+        let is_first = std::cell::Cell::new(true);
+        let late = |file: &File| {
+            if is_first.replace(false) {
+                fs::remove_file(folder.path().join(".sppm-a.png.lock")).unwrap();
+            }
+            file.try_lock()
+        };
+        let _lock = Lock::take_by(&path, late).unwrap();
+        assert_eq!(names(&folder), [".sppm-a.png.lock"]);
+        assert!(Lock::take(&path).is_err());
+    }
+
     /// A lock file that was removed, and one that stands in its place, are others.
     #[cfg(unix)]
     #[test]

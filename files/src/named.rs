@@ -103,3 +103,29 @@ fn unknown(name: &str) -> String {
         names.join(", ")
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene::Settings;
+
+    /// As other programs write them; the name of the image keeps its letters.
+    #[test]
+    fn extensions_are_known_in_upper_case() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("My.Box.TOML");
+        std::fs::write(&path, builtin::find("cornell").unwrap().text).unwrap();
+        let opened = open(path.as_os_str(), [None; 2], u64::MAX).unwrap();
+        assert_eq!(
+            (opened.stem.to_str(), opened.file, opened.is_staged),
+            (Some("My.Box"), Some(path), false)
+        );
+        assert_eq!(opened.scene, builtin::scene("cornell").unwrap());
+        let path = folder.path().join("Water.XYZ");
+        std::fs::write(&path, "2\n\nO 0 0 0\nH 1 0 0\n").unwrap();
+        let opened = open(path.as_os_str(), [Some(30), None], u64::MAX).unwrap();
+        assert_eq!((opened.stem.to_str(), opened.file, opened.is_staged), (Some("Water"), Some(path), true));
+        let Settings { width, height, .. } = opened.scene.settings;
+        assert_eq!([width, height], [30, Stage::default().size[1]]);
+    }
+}

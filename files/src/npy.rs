@@ -146,6 +146,28 @@ mod tests {
         assert!(ray(Vec3::ZERO, Vec3::ZERO).unwrap_err().contains("length 0"));
     }
 
+    /// Arrays of machines with the other byte order hold the same numbers.
+    #[test]
+    fn rays_may_be_in_either_byte_order() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rays.npy");
+        let numbers = [1.5_f32, -2.0, 3.25, 0.0, 0.0, -1.0, 7.0, 8.0, 9.0, 1.0, 0.0, 0.0];
+        let read_as = |order: char, bytes: fn(f32) -> [u8; 4]| {
+            let text = format!("{{'descr': '{order}f4', 'fortran_order': False, 'shape': (2, 6), }}\n");
+            let mut file = b"\x93NUMPY\x01\x00".to_vec();
+            file.extend((text.len() as u16).to_le_bytes());
+            file.extend(text.bytes().chain(numbers.into_iter().flat_map(bytes)));
+            std::fs::write(&path, file).unwrap();
+            let rays = read(&path).unwrap();
+            rays.iter()
+                .flat_map(|ray| [ray.origin.to_array(), ray.direction.to_array()])
+                .flatten()
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(read_as('<', f32::to_le_bytes), numbers);
+        assert_eq!(read_as('>', f32::to_be_bytes), numbers);
+    }
+
     /// What a header announces has to be in the file, to the byte.
     #[test]
     fn rays_that_are_not_there_are_missed() {

@@ -103,6 +103,27 @@ mod tests {
         identity(&circle); // ends
     }
 
+    /// Whether or not the file is there: an output mostly is not, before it is written.
+    #[cfg(unix)]
+    #[test]
+    fn ways_through_other_folders_lead_to_the_same_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir_all(at("real/sub")).unwrap();
+        std::os::unix::fs::symlink("real", at("link")).unwrap();
+        for exists in [false, true] {
+            if exists {
+                fs::write(at("real/a"), "").unwrap();
+            }
+            let file = at("real/a");
+            for way in ["link/a", "real/sub/../a", "link/sub/../a"] {
+                assert_eq!(identity(&at(way)), identity(&file), "{way}");
+                assert_eq!(first_clash(&[&file], &[&at(way)]), Some((0, 0)), "{way}");
+            }
+            assert_eq!(first_clash(&[&file], &[&at("a"), &at("real/sub/a")]), None);
+        }
+    }
+
     #[test]
     fn long_names_are_cut_and_still_told_apart() {
         let long = |last: &str| Path::new("folder").join("\u{e4}".repeat(120) + last);

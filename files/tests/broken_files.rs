@@ -91,6 +91,13 @@ const SYNTAX: &[Case<'static>] = &[
     ),
     (&[("[settings]", "[camera]")], "7:2: key \"camera\" is given twice; keep one"),
     (&[("[settings]", "[[camera]]")], "7:3: key \"camera\" is given twice; keep one"),
+    (
+        &[(
+            "[[sphere]]\nname",
+            "[materials.white]\ntype = \"specular\"\nalbedo = [1, 1, 1]\n[[sphere]]\nname",
+        )],
+        "12:12: key \"white\" is given twice; keep one",
+    ),
     (&[("[[sphere]]\ncenter", "[sphere]\ncenter")], "18:2: head every sphere with [[sphere]]"),
     (&[("[camera]", "sphere = 1\nsphere = 2\n[camera]")], "4:1: head every sphere with [[sphere]]"),
     (&[("ior = 1.5 }", "ior = 1.5")], "21:64: this is not TOML: unclosed inline table; expected `}`"),
@@ -216,6 +223,10 @@ const TYPES: &[Case<'static>] = &[
     (
         &[("name = \"test\"", "name = \"a\\nb\"")],
         "1:8: name \"a\\nb\" of the scene has a control character or line break; a name is one line of text",
+    ),
+    (
+        &[("name = \"lamp\"", "name = \"a\\nb\"")],
+        "13:8: name \"a\\nb\" of sphere \"a\\nb\" has a control character or line break; a name is one line of text",
     ),
     (
         &[("background = [0, 0, 0]", "background = 0")],
@@ -489,10 +500,32 @@ fn faults_of_the_whole_scene() {
     check(WHOLE);
 }
 
+/// Puts a material in the place of a question mark.
+const GREY: (&str, &str) = ("= ?", "= { type = \"diffuse\", albedo = [0, 0, 0] }");
+
 const WHOLE: &[Case<'static>] = &[
     (
         &[("material = \"white\"", "material = \"whit\"")],
         "16:12: unknown material \"whit\" of sphere \"lamp\" (did you mean \"white\"?); there is \"white\"",
+    ),
+    // The most similar of all, though only the first eight are listed.
+    (
+        &[
+            (
+                "[materials.white]",
+                "[materials]\nm1 = ?\nm2 = ?\nm3 = ?\nm4 = ?\nm5 = ?\nm6 = ?\nm7 = ?\nm8 = ?\n[materials.white]",
+            ),
+            GREY,
+            GREY,
+            GREY,
+            GREY,
+            GREY,
+            GREY,
+            GREY,
+            GREY,
+            ("material = \"white\"", "material = \"whit\""),
+        ],
+        "25:12: unknown material \"whit\" of sphere \"lamp\" (did you mean \"white\"?); there is \"m1\", \"m2\", \"m3\", \"m4\", \"m5\", \"m6\", \"m7\", \"m8\", ...",
     ),
     (
         &[("material = \"white\"", "material = \"gold\"")],
@@ -661,6 +694,26 @@ fn files_that_are_far_from_a_scene() {
     ] {
         expect(text, expected);
     }
+}
+
+/// A stage has no shutter: what is said to move would stand still there.
+#[test]
+fn what_moves_needs_a_camera_of_its_own() {
+    let text = "[stage]\n[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\nvelocity = [1, 0, 0]\n\
+        material = { type = \"diffuse\", albedo = [1, 1, 1] }\n";
+    scene_file::parse("still.toml", &text.replace("velocity = [1, 0, 0]\n", "")).unwrap();
+    expect(text, "5:12: sphere 1 moves, but [stage] has no shutter; give the scene a [camera] with one");
+}
+
+/// What is parsed at once takes many times the memory of its text, so it counts together.
+#[test]
+fn tables_other_than_spheres_and_materials_are_short_together() {
+    let half = "#".repeat((1 << 21) + 1);
+    expect(
+        &format!("[camera]\n{half}\n[settings]\n{half}\n"),
+        "3:1: this takes more than 4194304 bytes; head every sphere with [[sphere]] and every material with \
+         [materials.NAME], and shorten comments",
+    );
 }
 
 #[test]

@@ -398,3 +398,37 @@ fn one_file_with_a_cell_shows_the_stage_from_a_corner() {
     assert_eq!([["cell", "open"], ["open", "cell"]].map(|names| direction(&names)), [corner; 2]);
     assert_eq!(direction(&["open", "open"]), axis);
 }
+
+/// So that its scene file, of which images hold a copy, can be read again.
+#[test]
+fn a_name_from_a_file_is_one_line_of_text() {
+    let nameless = PLAIN.replace("name = \"Plain\"", "");
+    let scene = scene_file::parse("dir/a\u{7}b.c.toml", &nameless).unwrap();
+    assert_eq!(scene.name, "a\\u{7}b.c");
+    assert_eq!(parse(&scene_file::to_text(&scene, &scene.settings)), scene);
+}
+
+/// On a stage all files share an origin, which the first of them states or is the centre of; a later one may state its own.
+#[test]
+fn files_on_a_stage_share_the_origin_of_the_first() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, x) in [("a", 0.0), ("b", 4.0)] {
+        let atoms = format!("2\n\nC {x} 0 0\nC {} 2 0\n", x + 1.0);
+        std::fs::write(folder.path().join(format!("{name}.xyz")), atoms).unwrap();
+    }
+    // Where the first atom of each file is.
+    let places = |origins: [&str; 3]| {
+        let table =
+            |(name, origin): (&str, &str)| format!("[[particles]]\nfile = \"{name}.xyz\"\n{origin}\n");
+        let path = folder.path().join("scene.toml");
+        let tables: String = ["a", "b", "b"].into_iter().zip(origins).map(table).collect();
+        std::fs::write(&path, format!("[stage]\n{tables}")).unwrap();
+        let scene = scene_file::load(&path).unwrap();
+        let first = |import: &scene::Import| scene.spheres[import.spheres.start].center.to_array();
+        scene.imports.iter().map(first).collect::<Vec<_>>()
+    };
+    let stated = "origin = [1, 1, 1]";
+    assert_eq!(places(["", "", ""]), [[-0.5, -1.0, 0.0], [3.5, -1.0, 0.0], [3.5, -1.0, 0.0]]);
+    assert_eq!(places([stated, "", ""]), [[-1.0, -1.0, -1.0], [3.0, -1.0, -1.0], [3.0, -1.0, -1.0]]);
+    assert_eq!(places(["", stated, ""]), [[-0.5, -1.0, 0.0], [3.0, -1.0, -1.0], [3.5, -1.0, 0.0]]);
+}

@@ -177,6 +177,9 @@ mod tests {
         assert_eq!(keep(atoms), [1, 3, 4]);
         assert_eq!(keep(vec![atom(0, 1, b'A', 0.5, 9.0), atom(1, 1, b'B', 0.5, 8.0)]), [1, 2]);
         assert_eq!(keep(vec![atom(0, 1, b'B', 0.5, 9.0), atom(1, 1, b'A', 0.5, 9.0)]), [1, 2]);
+        // The mean of A's two is lower than that of B's one, and their sum higher.
+        let atoms = vec![atom(0, 1, b'A', 0.5, 5.0), atom(1, 2, b'A', 0.5, 5.0), atom(2, 1, b'B', 0.5, 8.0)];
+        assert_eq!(keep(atoms), [0, 1, 3]);
         // An atom that B lacks stays, unless B is another kind of residue.
         let mut atoms =
             vec![atom(0, 1, b'A', 0.4, 1.0), atom(1, 1, b'B', 0.6, 1.0), atom(2, 3, b'A', 0.4, 1.0)];

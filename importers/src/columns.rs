@@ -75,4 +75,40 @@ mod tests {
         assert_eq!(of("radius diameter"), [Some(Role::Radius), None], "one of the two is enough");
         assert_eq!(of("diameter"), [Some(Role::Diameter)]);
     }
+
+    /// As programs call them: each name of a coordinate is that of its axis, and those of labels are what they say.
+    #[test]
+    fn columns_are_what_their_names_say() {
+        let of = |name: &str| role(name, &[name.to_owned()]);
+        for prefix in ["", "p", "pos_", "position_", "positions_", "center_", "centre_"] {
+            let found = ["x", "y", "z"].map(|axis| of(&format!("{prefix}{axis}")));
+            assert_eq!(found, [0, 1, 2].map(|axis| Some(Role::Axis(axis))), "{prefix}");
+        }
+        for prefix in ["points:", "coordinates:"] {
+            let found = [0, 1, 2].map(|axis| of(&format!("{prefix}{axis}")));
+            assert_eq!(found, [0, 1, 2].map(|axis| Some(Role::Axis(axis))), "{prefix}");
+        }
+        for names in [["red", "green", "blue"], ["diffuse_red", "diffuse_green", "diffuse_blue"]] {
+            assert_eq!(names.map(of), [0, 1, 2].map(|channel| Some(Role::Color(channel))), "{names:?}");
+        }
+        for (name, kind) in [
+            ("atom_name", Kind::Name),
+            ("resname", Kind::Residue),
+            ("residue", Kind::Residue),
+            ("chain", Kind::Chain),
+            ("species", Kind::Element),
+            ("atomic_numbers", Kind::Element),
+            ("kind", Kind::Type),
+        ] {
+            assert_eq!(of(name), Some(Role::Label(kind)), "{name}");
+        }
+        assert_eq!(
+            [of("mol"), of("molecule_id"), of("id")],
+            [Role::Molecule, Role::Molecule, Role::Id].map(Some)
+        );
+        let vector = role_of_vector;
+        assert_eq!([vector("pos", 3), vector("centers", 3)], [Some(Role::Axis(0)); 2]);
+        assert_eq!([vector("rgb", 3), vector("rgba", 4), vector("color", 4)], [Some(Role::Color(0)); 3]);
+        assert_eq!([vector("pos", 2), vector("pos", 4), vector("rgb", 4), vector("forces", 3)], [None; 4]);
+    }
 }

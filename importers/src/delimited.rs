@@ -32,6 +32,9 @@ pub(crate) fn read(source: &mut dyn Source, request: &Request) -> Result<Particl
     let first = text.need("the names of the columns")?;
     let header = Header::new(first).map_err(|problem| Fault::line(line, problem))?;
     let mut layout = Layout::default();
+    while text.peek()?.is_some_and(is_skipped) {
+        text.next_line()?;
+    }
     let example = text.peek()?.unwrap_or_default();
     let example = header.split(example).unwrap_or_default();
     for (index, (name, shown)) in header.names.iter().zip(&header.shown).enumerate() {
@@ -55,6 +58,11 @@ pub(crate) fn read(source: &mut dyn Source, request: &Request) -> Result<Particl
     let mut particles = Particles::new(Format::Csv);
     table.finish(layout, None, &mut particles);
     Ok(particles)
+}
+
+/// Whether a line below the names is blank or a comment.
+fn is_skipped(line: &[u8]) -> bool {
+    line.trim_ascii().is_empty() || line.starts_with(b"#")
 }
 
 struct Header {
@@ -106,7 +114,7 @@ struct Row<'a> {
 
 impl RowReader for Row<'_> {
     fn read(&self, line: &[u8], table: &mut Table) -> Result<(), (usize, String)> {
-        if line.trim_ascii().is_empty() || line.starts_with(b"#") {
+        if is_skipped(line) {
             return Ok(());
         }
         let Some(separator) = self.header.separator else {

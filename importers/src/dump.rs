@@ -77,6 +77,12 @@ pub(crate) fn read(text: &mut Text, request: &Request) -> Result<Particles, Faul
     Ok(particles)
 }
 
+/// The unit that the first frame states, as LAMMPS writes it only there; unknown if that cannot be read.
+pub(crate) fn unit(text: &mut Text) -> Unit {
+    let first = text.skip_blank().and_then(|_| header(text));
+    first.map_or(Unit::Unknown, |header| header.unit)
+}
+
 /// Reads up to the first atom.
 fn header(text: &mut Text) -> Result<Header, Fault> {
     let mut header =
@@ -103,7 +109,7 @@ fn header(text: &mut Text) -> Result<Header, Fault> {
         }
         match item {
             "TIMESTEP" => header.time = Some(one_line(text, "the time step")?),
-            "UNITS" => header.unit = unit(&one_line(text, "the units")?),
+            "UNITS" => header.unit = unit_of(&one_line(text, "the units")?),
             "NUMBER OF ATOMS" => {
                 let (line, count) = (text.line(), one_line(text, "the number of atoms")?);
                 header.count = count.parse().map_err(|_| {
@@ -133,7 +139,7 @@ fn skip_section(text: &mut Text) -> Result<(), Fault> {
 }
 
 /// The unit of lengths in a style of LAMMPS's units.
-fn unit(style: &str) -> Unit {
+fn unit_of(style: &str) -> Unit {
     match style {
         "metal" | "real" => Unit::Angstrom,
         "nano" => Unit::Nanometre,

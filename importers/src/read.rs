@@ -6,6 +6,7 @@ use crate::format::Format;
 use crate::particles::Particles;
 use crate::request::{Frame, Request};
 use crate::text::{Position, Source, Text};
+use crate::unit::Unit;
 use crate::{delimited, dump, gro, gsd, mmcif, npy, npz, pdb, ply, xyz};
 use std::fs::{self, File};
 use std::io::{Read, Seek};
@@ -110,7 +111,8 @@ impl Trajectory {
             match reader(self.format) {
                 Reader::Sequence(sequence) => {
                     let mut text = Text::new(&mut file, self.starts[number])?;
-                    Ok(numbered((sequence.read)(&mut text, request)?, number))
+                    let particles = (sequence.read)(&mut text, request)?;
+                    Ok(numbered(sequence.with_unit(particles, &mut file)?, number))
                 }
                 _ => frame_of(
                     &mut file,
@@ -138,6 +140,8 @@ struct Sequence {
     skip: fn(&mut Text) -> Result<bool, Fault>,
     /// Reads a frame.
     read: fn(&mut Text, &Request) -> Result<Particles, Fault>,
+    /// The unit of all frames, of formats in which the first frame states it.
+    unit: Option<fn(&mut Text) -> Unit>,
 }
 
 struct Whole {
@@ -148,9 +152,11 @@ struct Whole {
 
 fn reader(format: Format) -> Reader {
     match format {
-        Format::Xyz => Reader::Sequence(Sequence { skip: xyz::skip, read: xyz::read }),
-        Format::Gro => Reader::Sequence(Sequence { skip: gro::skip, read: gro::read }),
-        Format::Dump => Reader::Sequence(Sequence { skip: dump::skip, read: dump::read }),
+        Format::Xyz => Reader::Sequence(Sequence { skip: xyz::skip, read: xyz::read, unit: None }),
+        Format::Gro => Reader::Sequence(Sequence { skip: gro::skip, read: gro::read, unit: None }),
+        Format::Dump => {
+            Reader::Sequence(Sequence { skip: dump::skip, read: dump::read, unit: Some(dump::unit) })
+        }
         Format::Pdb => Reader::Whole(Whole { frames: pdb::frames, read: pdb::read }),
         Format::Mmcif => Reader::Whole(Whole { frames: mmcif::frames, read: mmcif::read }),
         Format::Ply => Reader::Single(ply::read),
@@ -193,7 +199,18 @@ impl Sequence {
         if !text.skip_blank()? {
             return Err(no_such_frame(number, number));
         }
-        Ok(numbered((self.read)(&mut text, request)?, number))
+        let particles = (self.read)(&mut text, request)?;
+        Ok(numbered(self.with_unit(particles, source)?, number))
+    }
+
+    /// The particles of a frame of `source`, in the unit that its first frame states if they state none.
+    fn with_unit(&self, particles: Particles, source: &mut dyn Source) -> Result<Particles, Fault> {
+        match self.unit {
+            Some(unit) if particles.unit == Unit::Unknown => {
+                Ok(Particles { unit: unit(&mut Text::new(source, Position::START)?), ..particles })
+            }
+            _ => Ok(particles),
+        }
     }
 }
 

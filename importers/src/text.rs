@@ -447,6 +447,9 @@ mod tests {
         assert_eq!(text.skip(1501).unwrap(), 1501);
         let position = text.position();
         assert_eq!(Text::new(&mut source, position).unwrap().next_line().unwrap(), Some(&b"two"[..]));
+        // Compressed files that are joined are one, as `cat a.gz b.gz` and programs that compress in pieces make them.
+        let mut joined = Cursor::new(bytes.repeat(2));
+        assert_eq!(Text::new(&mut joined, Position::START).unwrap().skip(u64::MAX).unwrap(), 6000);
         let mut cut = Cursor::new(&bytes[..bytes.len() - 9]);
         let fault = Text::new(&mut cut, Position::START).unwrap().skip(9999).unwrap_err();
         assert!(fault.problem.contains("gzip data is damaged or cut off"), "{}", fault.problem);

@@ -48,12 +48,13 @@ impl Scalar {
         }
     }
 
-    /// The value of a colour's full intensity.
+    /// The value of a colour's full intensity. Of 4 bytes and more it is that of one byte, as libraries widen whole numbers.
     pub(crate) fn full(self) -> f64 {
         match self {
             Self::Float(_) => 1.0,
-            Self::Signed(size) => ((1_u64 << (8 * size.min(7) - 1)) - 1) as f64,
-            Self::Unsigned(size) => ((1_u64 << (8 * size.min(7))) - 1) as f64,
+            Self::Signed(4..) | Self::Unsigned(4..) => 255.0,
+            Self::Signed(size) => ((1_u64 << (8 * size - 1)) - 1) as f64,
+            Self::Unsigned(size) => ((1_u64 << (8 * size)) - 1) as f64,
         }
     }
 }

@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use render::Error;
 use render::merge::Merge;
 use scene::Iterations;
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 /// Ranges of iterations, each from the first to before the second.
@@ -18,13 +19,13 @@ pub(crate) fn merge(
     py: Python,
     parts: Vec<PathBuf>,
     output: Option<PathBuf>,
-) -> PyResult<(Ranges, Ranges, Vec<PathBuf>)> {
+) -> PyResult<(Ranges, Ranges, Vec<OsString>)> {
     let merged = work(py, || {
         let merge = Merge::open(&parts)?;
         if let Some(output) = &output {
             merge.write(output)?;
         }
-        let repeated = merge.repeated().map(PathBuf::from).collect();
+        let repeated = merge.repeated().map(OsString::from).collect();
         Ok::<_, Error>((ranges(merge.done()), ranges(&merge.missing()), repeated))
     })?;
     merged.map_err(|error| of_render(&error))

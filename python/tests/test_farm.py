@@ -88,6 +88,13 @@ def test_it_goes_on_from_its_state(client, tmp_path: Path) -> None:
     assert np.array_equal(sppm.Film.load(tmp_path / "a.exr").radiance, whole(more))
 
 
+def test_a_checkpoint_may_be_all_that_is_asked_for(client, tmp_path: Path) -> None:
+    scene = small(seed=32, iterations=3)
+    farm(client, [Job(scene, tmp_path / "a.sppm")])
+    assert [file.name for file in tmp_path.iterdir()] == ["a.sppm"]
+    assert sppm.merge([tmp_path / "a.sppm"]).iterations == [(0, 3)]
+
+
 def test_a_state_of_another_render_is_refused(client, tmp_path: Path) -> None:
     job = Job(small(seed=8), tmp_path / "a.exr")
     sppm.render_part(small(seed=9), 0, 2, job.state)

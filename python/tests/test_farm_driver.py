@@ -11,8 +11,8 @@ import pytest
 
 import sppm
 from sppm import _sppm
-from sppm.farm import Driver, Job, jobs_of
-from sppm.farm import _driver
+from sppm.farm import Driver, FarmError, Job, jobs_of
+from sppm.farm import _driver, _jobs
 from sppm.farm import _tasks as tasks
 from sppm.farm._work import Block, Part, Work
 
@@ -96,6 +96,66 @@ def test_parts_that_went_with_their_worker_are_waited_for_again(tmp_path: Path) 
     assert [block.range for block in one._blocks] == [(1, 2), (8, 9)]
 
 
+def stub(told: list[str]) -> Any:
+    """A driver whose client notes nothing and ends nothing."""
+    one = driver({}, every=1e9, tell=told.append)
+    one._client = SimpleNamespace(
+        cancel=lambda futures, force: None, submit=lambda *_, key, **rest: SimpleNamespace(status="pending", key=key))
+    return one
+
+
+def test_a_damaged_part_is_rendered_again_and_counts_for_nothing(tmp_path: Path) -> None:
+    """With those that were to be stored together with it."""
+    work = Work(job(tmp_path / "a.exr"), [])
+    packed = tasks.pack(work.job.scene)
+    good, damaged = (bytearray(tasks.render_block(packed, "a", k, k + 1, 1, _sppm.TRANSPORT)) for k in range(2))
+    damaged[-50] ^= 1
+    work.ready = [part(work, 0, 1, bytes(good)), part(work, 1, 2, bytes(damaged))]
+    told: list[str] = []
+    one = stub(told)
+    one._keep(work)
+    assert work.job.done == [] and not work.ready and not work.job.state.exists()
+    assert sorted((block.range, block.attempt) for block in one._blocks) == [((0, 1), 1), ((1, 2), 1)]
+    # Under other names, as what Dask has by the old ones is damaged.
+    assert all(block.future.key.endswith("-1") for block in one._blocks)
+    assert any("checksum" in line for line in told)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_does_not_arrive_is_fetched_again_and_in_the_end_told(tmp_path: Path) -> None:
+    def fail(timeout: float) -> bytes:
+        waited.append(timeout)
+        raise TimeoutError("gone")
+
+    waited: list[float] = []
+    work = Work(job(tmp_path / "a.exr"), [])
+    late = part(work, 0, 1)
+    late.future.result = fail
+    work.ready = [late]
+    told: list[str] = []
+    one = stub(told)
+    for _ in range(_driver._ATTEMPTS):
+        work.next_store = 0.0
+        one._keep(work)
+        assert work.ready == [late] and work.job.done == [] and work.is_left([])
+    assert len(told) == _driver._ATTEMPTS and "is fetched again: gone" in told[-1]
+    assert waited == sorted(set(waited)), "each time it gets longer"
+    work.next_store = 0.0
+    with pytest.raises(FarmError, match="results of workers do not arrive: gone"):
+        one._keep(work)
+
+
+@pytest.mark.parametrize(("kind", "hint"), [("KilledWorker", "; the workers may lack memory: 3"), ("RenderError", ": 3")])
+def test_a_block_that_kills_its_workers_may_need_memory(kind: str, hint: str, tmp_path: Path) -> None:
+    why = type(kind, (Exception,), {})(3)
+    future = SimpleNamespace(status="error", exception=lambda timeout: why)
+    work = Work(job(tmp_path / "a.exr"), [])
+    block = Block(work, (4, 6), future, 0.0, attempt=_driver._ATTEMPTS - 1)
+    with pytest.raises(FarmError) as caught:
+        stub([])._try_again(block, "error")
+    assert str(caught.value) == f"iterations 4..6 of {work.job.output} failed 4 times{hint}"
+
+
 def test_workers_of_another_version_get_nothing(tmp_path: Path) -> None:
     assert driver({"a": True, "b": True})._placed() == {}
     # Those that have not answered yet are neither.
@@ -144,6 +204,68 @@ def test_a_job_has_radii_that_can_be_merged(tmp_path: Path) -> None:
     scene.settings = scene.settings.replace(**SMALL, radius_pilots=2, radius_clearance=0.5)
     settings = Job(scene, tmp_path / "a.exr").scene.settings
     assert (settings.radius_schedule, settings.radius_pilots, settings.radius_clearance) == ("global", 0, 0)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"glint_samples": 3}, {"light_samples": 2}, {"filter": "mitchell"}, {"initial_radius": 0.3}, {"seed": 2**64 - 1}],
+    ids=str,
+)
+def test_a_state_is_of_the_render_with_its_settings(changes: dict[str, Any], tmp_path: Path) -> None:
+    made = job(tmp_path / "a.exr", **changes)
+    sppm.render_part(made.scene, 0, 2, made.state)
+    again = job(tmp_path / "a.exr", **changes)
+    again.load()
+    assert again.done == [(0, 2)]
+    other = job(tmp_path / "a.exr", **({} if changes else {"max_depth": 9}))
+    with pytest.raises(sppm.InputError, match=r"a\.exr\.sppm is of another render"):
+        other.load()
+
+
+def test_whoever_gives_a_radius_chooses_the_rest_of_the_sampling_by_hand() -> None:
+    size = {"width": 8, "height": 6}
+    for settings, sweeps in (({"initial_radius": 3.0}, []), ({}, ["radius=3"])):
+        (given,) = jobs_of(["cornell"], None, {**size, **settings}, sweeps, "draft")
+        assert [word for word in given.chosen.split() if word.startswith("-")] == ["-n", "--photons", "--depth"]
+        assert given.scene.settings.glint_samples == 1
+
+
+def test_sweeps_name_settings_as_options_do() -> None:
+    for sweep, name, values in (
+        ("photons=10, 20", "photons_per_iteration", [10, 20]),
+        ("depth=3", "max_depth", [3]),
+        ("glint-samples=1,4", "glint_samples", [1, 4]),
+        (" radius = 0.5,2", "initial_radius", [0.5, 2.0]),
+        ("filter=box,gaussian", "filter", ["box", "gaussian"]),
+        ("max_depth=3", "max_depth", [3]),
+    ):
+        found = _jobs._axis(sweep)
+        assert {one for one, _, _ in found} == {name} and [value for _, value, _ in found] == values
+
+
+def test_a_folder_is_its_scene_files_in_order(tmp_path: Path) -> None:
+    for name in ("b.toml", "a.toml", "notes.txt", "a.exr", "a.exr.sppm"):
+        (tmp_path / name).write_text("")
+    assert _jobs._files(str(tmp_path)) == [str(tmp_path / "a.toml"), str(tmp_path / "b.toml")]
+
+
+def test_images_are_called_as_their_scenes_unless_they_have_a_name(tmp_path: Path) -> None:
+    made = job(tmp_path / "x.exr")
+    made.scene.save(tmp_path / "box.toml")
+    box, folder = str(tmp_path / "box.toml"), tmp_path / "new"
+    outputs = [
+        ([box], None, [], ["box.png"]),
+        ([box], folder / "mine.exr", [], [folder / "mine.exr"]),
+        ([box], None, ["seed=1,2"], ["box-seed-1.png", "box-seed-2.png"]),
+        (["cornell", box], None, [], ["cornell.png", "box.png"]),
+        # One value is one render.
+        ([box], folder / "mine.exr", ["seed=1"], [folder / "mine.exr"]),
+    ]
+    for scenes, output, sweeps, expected in outputs:
+        assert [one.output for one in jobs_of(scenes, output, {}, sweeps, "paper")] == [Path(name) for name in expected]
+        assert not folder.exists()
+    several = jobs_of(["cornell", box], folder, {}, [], "paper")
+    assert [one.output for one in several] == [folder / "cornell.png", folder / "box.png"] and folder.is_dir()
 
 
 def test_a_sweep_goes_before_what_is_given_for_all(tmp_path: Path) -> None:

@@ -24,6 +24,15 @@ def test_every_format_is_written_and_read(cornell, tmp_path: Path) -> None:
         assert np.abs(np.clip(read.radiance, 0, 1) - np.clip(film.radiance, 0, 1)).mean() < 0.05
 
 
+def test_a_layer_is_read_by_its_name(cornell, tmp_path: Path) -> None:
+    film = sppm.render(cornell)
+    film.save_radius(tmp_path / "radius.exr")
+    read = sppm.Film.load(tmp_path / "radius.exr", layer="radius")
+    assert film.radius is not None and np.array_equal(read.radiance[..., 0], film.radius)
+    with pytest.raises(sppm.FileError, match=r"radius\.exr: has no layer `count`"):
+        sppm.Film.load(tmp_path / "radius.exr", layer="count")
+
+
 def test_metadata_are_kept(cornell, tmp_path: Path) -> None:
     film = sppm.render(cornell, seed=11)
     assert film.metadata["settings"]["seed"] == 11 and film.metadata["photons"] == 8000

@@ -139,6 +139,9 @@ MISUSES: list[tuple[Misuse, type[Exception], str]] = [
     (lambda scene: scene.set_material(0, "red"), T, "material must be a sppm.Diffuse, Specular or Dielectric"),
     (lambda scene: scene.export("povray"), I, 'format "povray": there is no such'),
     (lambda _: sppm.Scene.load("motion").export("pbrt"), I, "time: spheres move; choose an instant from 0.0 to 1.0"),
+    (lambda _: sppm.Scene.load("motion").export("pbrt", time=2), I, "time: 2.0 is not while the shutter is open, 0.0 to 1.0"),
+    (lambda scene: scene.export("pbrt", samples=0), I, "samples is 0; it must be at least 1"),
+    (lambda _: sppm.Scene().export("mitsuba"), S, "there is no light"),
     # Settings.
     (render(width=0), I, "width is 0; it must be at least 1"),
     (render(height=-3), I, "height is -3; it must be at least 1"),
@@ -233,6 +236,8 @@ MISUSES: list[tuple[Misuse, type[Exception], str]] = [
     (show(light="overcast", background="black"), I, "overcast light is that of the background"),
     (show(background="puce"), I, "background: `puce` must be transparent, #rrggbb or one of white"),
     (show(memory_limit=10), F, "allow more memory"),
+    (lambda scene: scene.add_particles(HEAP, memory_limit=10), F, "allow more memory"),
+    (lambda _: sppm.Particles.load(HEAP, memory_limit=10), F, "allow more memory"),
     (lambda scene: scene.add_particles(HEAP, origin=(0, 0)), I, "origin must be 3 numbers; it has shape (2,)"),
     (lambda scene: scene.add_particles(HEAP, radius=1e20), I, "a radius is 1e20"),
     # Particles: columns.
@@ -260,6 +265,7 @@ MISUSES: list[tuple[Misuse, type[Exception], str]] = [
     (lambda scene: sppm.trace(scene, np.ones(6), np.ones(3)), I, "origins has shape (6,)"),
     (lambda scene: sppm.trace(scene, [0, 0, 0], [0, 0, 1], time=2), I, "time: 2 is not while the shutter is open"),
     (lambda scene: sppm.trace(scene, [0, 0, 0], [0, 0, 1], engine="path"), I, 'engine "path"'),
+    (lambda scene: sppm.verify(scene, method="magic", **SMALL), I, 'method "magic": there is no such'),  # type: ignore[arg-type]
 ]
 
 

@@ -243,6 +243,60 @@ def test_particles_join_a_scene() -> None:
     assert scene.digest == before
 
 
+def test_frames_are_those_asked_for(tmp_path: Path) -> None:
+    file = tmp_path / "moving.xyz"
+    file.write_text("".join(f"1\nframe {k}\nO {k} 0 0\n" for k in range(3)))
+    assert sppm.frame_count(file) == 3
+    for frame, x in ((0, 0.0), (1, 1.0), ("last", 2.0)):
+        particles = sppm.Particles.load(file, frame=frame)
+        assert particles.positions.tolist() == [[x, 0.0, 0.0]] and particles.title == f"frame {int(x)}"
+        scene = sppm.Scene()
+        scene.add_particles(file, frame=frame)
+        assert scene.centers.tolist() == [[x, 0.0, 0.0]]
+        assert sppm.load_particles(file, frame=frame) == sppm.load_particles(particles, name="moving")
+
+
+def test_particles_join_a_scene_as_they_are_shown_by_themselves() -> None:
+    """Whatever is asked of them: each option changes the spheres, to those of a scene that shows them alone."""
+    places = [[0.0, 0.0, 0.0], [1.1, 0.0, 0.0], [0.0, 1.2, 0.0], [12.0, 5.0, 3.0]]
+    particles = sppm.Particles(
+        places, elements=["C", "O", "H", "C"], properties={"q": [0, 1, 2, 5]}, bonds=[[0, 1]], cell=[9, 9, 9], unit="angstrom"
+    )
+    by_q: dict[str, object] = {"color": "q"}
+    for base, option in (
+        ({}, {"color": "red"}),
+        (by_q, {"map": "magma"}),
+        (by_q, {"range": (0, 2)}),
+        ({}, {"radius": 0.25}),
+        ({}, {"scale": 0.5}),
+        ({}, {"material": "mirror"}),
+        ({}, {"style": "q > 1: color=red"}),
+        ({}, {"cut": "q < 3"}),
+        ({}, {"bonds": "file"}),
+        ({}, {"cell": True}),
+        ({}, {"wrap": True}),
+        ({}, {"unit": "nanometre"}),
+    ):
+        joined = []
+        for arguments in (base, {**base, **option}):
+            scene, alone = sppm.Scene(), sppm.load_particles(particles, **arguments)
+            added = scene.add_particles(particles, **arguments)
+            # The lamps are the first there.
+            assert len(added) == len(alone) - 3 and np.array_equal(scene.radii, alone.radii[3:]), arguments
+            colors = [[one.materials[i] for i in one.material_indices[-len(added) :]] for one in (scene, alone)]
+            assert colors[0] == colors[1], arguments
+            joined.append(scene)
+        assert joined[0] != joined[1], option
+
+
+def test_no_more_texts_are_taken_than_can_be_told_apart() -> None:
+    texts = [str(i) for i in range(65_537)]
+    most = sppm.Particles(np.zeros((65_536, 3)), names=texts[:-1])
+    assert most.names is not None and most.names[[0, -1]].tolist() == ["0", "65535"]
+    with pytest.raises(sppm.InputError, match="names has 65537 different texts; at most 65536 can be told apart"):
+        sppm.Particles(np.zeros((65_537, 3)), names=texts)
+
+
 def test_notes_are_warnings() -> None:
     with pytest.warns(sppm.ParticleWarning, match="no bonds to draw") as caught:
         sppm.load_particles(HEAP, bonds="file")
@@ -277,6 +331,14 @@ def test_atoms_of_ase(tmp_path: Path) -> None:
         cell = sppm.Particles.of(atoms).cell
         assert cell is not None and cell.periodic == along
     assert len(sppm.load_particles(alone, bonds="distance")) > 3
+
+
+def test_columns_of_a_file_that_ase_has_read_are_those_of_the_file() -> None:
+    read = pytest.importorskip("ase.io").read
+    ours, theirs = sppm.Particles.load(WATER), sppm.Particles.of(read(WATER))
+    for name in ("positions", "elements", "names", "residues", "residue_numbers"):
+        assert np.array_equal(getattr(ours, name), getattr(theirs, name)), name
+    assert set(theirs.properties) == {"occupancy", "bfactor"} and theirs.cell == ours.cell
 
 
 class Group:
@@ -321,6 +383,45 @@ def test_groups_of_mdanalysis() -> None:
     assert particles.cell is not None
     assert np.allclose(particles.cell.vectors, [[10, 0, 0], [5, 75**0.5, 0], [0, 0, 10]], atol=1e-6)
     assert len(sppm.load_particles(Group(), radius=0.4, bonds="file", color="residue")) > 3 + 3
+
+
+def test_every_attribute_of_a_group_is_a_column() -> None:
+    class Full(Group):
+        types = np.array(["a", "b", "a"], object)
+        chainIDs = np.array(["X", "Y", "X"], object)
+        molnums = np.array([0, 1, 2])
+        ids = np.array([5, 6, 7])
+        radii = np.array([1.0, 2.0, 3.0])
+        charges = np.array([0.5, 0.25, -1.0])  # type: ignore[assignment]
+        tempfactors = np.array([9.0, 8.0, 7.0])
+        occupancies = np.array([1.0, 0.5, 1.0])
+
+    right = {
+        "names": ["H1", "H2", "X"],
+        "types": ["a", "b", "a"],
+        "residues": ["SOL", "SOL", "ION"],
+        "residue_numbers": [1, 1, 2],
+        # Not the segments, where chains have names.
+        "chains": ["X", "Y", "X"],
+        "molecules": [0, 1, 2],
+        "ids": [5, 6, 7],
+        "radii": [1.0, 2.0, 3.0],
+    }
+    particles = sppm.Particles.of(Full())
+    assert {name: getattr(particles, name).tolist() for name in right} == right
+    properties = {name: column.tolist() for name, column in particles.properties.items()}
+    assert properties == {
+        "charges": [0.5, 0.25, -1.0], "masses": [1.0, 1.0, 30.0], "tempfactors": [9.0, 8.0, 7.0], "occupancies": [1.0, 0.5, 1.0]
+    }  # fmt: skip
+
+
+def test_groups_in_no_box_have_no_cell() -> None:
+    for nothing in (None, np.zeros(6, np.float32)):
+
+        class Free(Group):
+            dimensions = nothing
+
+        assert sppm.Particles.of(Free()).cell is None
 
 
 def test_cells_of_mdanalysis_have_their_lengths_and_angles() -> None:

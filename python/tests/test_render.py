@@ -111,6 +111,14 @@ def test_goals_end_a_render(cornell) -> None:
     assert render.progress.estimated_error is not None
 
 
+def test_iterations_that_are_given_too_end_a_render_before_its_goal(cornell) -> None:
+    for goal in ({"time": 3600}, {"until_error": 1e-9}):
+        with sppm.Render(cornell, iterations=3, **goal, paused=True) as render:
+            film = render.iterate(5)
+            assert film is not None and film.iterations == 3 == render.progress.iterations
+            assert render.is_over and render.ended_by == "iterations"
+
+
 def test_a_resumed_render_keeps_its_goal(cornell, tmp_path: Path) -> None:
     path = tmp_path / "a.sppm"
     with sppm.Render(cornell, until_error=1e-9, checkpoint=path, paused=True) as render:
@@ -143,6 +151,62 @@ def test_checkpoints_are_resumed(cornell, tmp_path: Path) -> None:
         sppm.Render.resume(path, iterations=3)
     with pytest.raises(sppm.FileError):
         sppm.Render.resume(__file__)
+
+
+def test_a_resumed_render_is_saved_as_often_as_it_is_told(cornell, tmp_path: Path) -> None:
+    path = tmp_path / "a.sppm"
+    with sppm.Render(cornell, iterations=9, checkpoint=path, every=timedelta(hours=1), paused=True) as render:
+        render.iterate()
+        assert not render.progress.saved
+    for every, is_saved in ((None, False), (2, True), (timedelta(hours=1), False)):
+        with sppm.Render.resume(path, every=every, paused=True) as render:
+            render.iterate(2)
+            assert render.progress.saved == is_saved, every
+
+
+def test_renders_of_files_heed_the_options_of_a_render(cornell, tmp_path: Path) -> None:
+    path, image = tmp_path / "a.sppm", tmp_path / "a.exr"
+    sppm.render(cornell, checkpoint=path).save(image)
+    wrong = [
+        ({"memory_limit": 1}, "memory_limit: the render needs up to"),
+        ({"threads": 0}, "threads is 0"),
+        ({"lanes": "wide"}, 'lanes "wide": there is no such'),
+    ]
+    for options, why in wrong:
+        for begin in (lambda given: sppm.Render.resume(path, iterations=3, **given), lambda given: sppm.Render.like(image, **given)):
+            with pytest.raises(sppm.InputError, match=why):
+                begin(options)
+    with pytest.raises(sppm.InputError, match="engine reference has no lanes"):
+        sppm.Render.resume(path, engine="reference", lanes="emulated")
+    # A render that is repeated can be resumed as any other.
+    with sppm.Render.like(image, checkpoint=tmp_path / "b.sppm", every=1, paused=True) as render:
+        render.iterate()
+        assert render.progress.saved
+    assert sppm.info(tmp_path / "b.sppm")["iterations"] == 1
+
+
+def test_an_image_of_an_older_light_transport_is_repeated_with_a_warning(tmp_path: Path) -> None:
+    """It is another image."""
+    path = tmp_path / "old.sppm"
+    shutil.copy(Path(__file__).parents[2] / "fixtures/checkpoints/version-1.sppm", path)
+    with sppm.Render.like(path) as render, pytest.warns(sppm.RenderWarning, match=r"old\.sppm was made by version 1 of the light"):
+        assert render.result().iterations == 2
+
+
+def test_parts_tell_what_they_hold_and_what_is_missing(cornell, tmp_path: Path) -> None:
+    cornell.settings = cornell.settings.replace(radius_schedule="global", iterations=8)
+    files = [tmp_path / name for name in ("a.sppm", "b.sppm", "c.sppm")]
+    for file, (start, stop) in zip(files, [(0, 2), (4, 6), (0, 2)], strict=True):
+        sppm.render_part(cornell, start, stop, file)
+    for parts, iterations, missing, repeated in (
+        (files[:1], [(0, 2)], [(2, 8)], []),
+        (files[1::-1], [(0, 2), (4, 6)], [(2, 4), (6, 8)], []),
+        (files, [(0, 2), (4, 6)], [(2, 4), (6, 8)], ["c.sppm"]),
+    ):
+        merged = sppm.merge(parts)
+        assert (merged.iterations, merged.missing) == (iterations, missing)
+        assert all(isinstance(file, str) for file in merged.repeated)
+        assert [Path(file).name for file in merged.repeated] == repeated
 
 
 def test_resuming_the_command_s_checkpoint_leaves_its_files(cornell, command, tmp_path: Path) -> None:
@@ -294,3 +358,6 @@ def test_the_bar_is_where_the_render_is(news: list[int], monkeypatch: pytest.Mon
             bar.update(sppm.Progress(iteration=iteration, iterations=6))
             told.append(bars[0].n)
     assert told == news and bars[0].total == 6 and not bars[0].is_open
+    # Until a goal is reached nobody knows how many iterations there will be.
+    with _progress.Bar(True, sppm._sppm.MAX_ITERATIONS):
+        assert bars[1].total is None

@@ -143,6 +143,7 @@ impl Job {
         let need = Need::new(self.engine, &self.scene, threads, has_error_goal, self.memory_limit)?;
         // The bias, which is a part of the error, is estimated from pilots, as settings are chosen.
         let of_bias = if has_error_goal { automatic::bytes_at_most(&self.scene, threads) } else { 0 };
+        check_limit(of_bias, self.memory_limit)?;
         Ok(need.after(self.bytes_before.max(self.bytes_of_choice).max(of_bias)))
     }
 

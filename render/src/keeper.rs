@@ -168,6 +168,27 @@ mod tests {
         assert!((3 * length..4 * length).contains(&room), "{room} for {length}");
     }
 
+    /// One that cannot be written is tried again when the next is due, not after each iteration, and is not taken for written.
+    #[test]
+    fn a_checkpoint_that_fails_is_tried_again_when_the_next_is_due() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        scene.settings = scene::Settings { width: 4, height: 3, photons_per_iteration: 10, ..scene.settings };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("none/a.sppm");
+        let mut keeper = keeper(&path, Every::Iterations(2), true);
+        let mut engine = fast::Sppm::new(&scene, &scene.settings);
+        (0..2).for_each(|_| engine.iterate());
+        assert!(keeper.is_due(2));
+        assert!(keeper.save(&scene, (&engine, &(0..2).into()), None).is_err());
+        assert_eq!([2, 3, 4].map(|done| keeper.is_due(done)), [false, false, true]);
+        assert_eq!(keeper.saved(), None);
+        // The same iteration, as it is not there yet.
+        std::fs::create_dir(folder.path().join("none")).unwrap();
+        keeper.save(&scene, (&engine, &(0..2).into()), None).unwrap();
+        assert_eq!(keeper.saved(), Some(Saved { path: path.clone(), iterations: 2 }));
+        assert!(path.is_file());
+    }
+
     #[test]
     fn checkpoints_are_due_after_their_time_or_their_iterations() {
         let path = Path::new("a.sppm");

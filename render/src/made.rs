@@ -124,6 +124,33 @@ impl Repeated {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::choice::EngineChoice;
+
+    /// What an image says of its render may have been changed by hand, or by a program that knows other settings.
+    #[test]
+    fn a_render_that_cannot_be_is_not_repeated() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        (scene.settings.width, scene.settings.height) = (3, 2);
+        let engine = fast::Sppm::new(&scene, &scene.settings);
+        let usual = Metadata::of(&engine, &scene, &scene_file::digest(&scene), EngineChoice::default());
+        let read = |metadata: &Metadata| {
+            let (film, note) = (scene::Film::new(3, 2), metadata.to_note());
+            let encoding = image_file::Encoding { note: Some(&note), ..image_file::Encoding::default() };
+            image_file::write(&path, &film, &encoding).unwrap();
+            let repeated = Repeated::read(&path, None);
+            repeated.map(|_| ()).map_err(|error| error.to_string().replace(&path.display().to_string(), "it"))
+        };
+        assert_eq!(read(&usual), Ok(()));
+        // A scene may be too large to be stored.
+        assert_eq!(read(&Metadata { scene_file: None, ..usual.clone() }), Ok(()));
+        let settings = Settings { width: 0, ..usual.settings };
+        let said = read(&Metadata { settings, ..usual.clone() }).unwrap_err();
+        assert!(said.starts_with("it: ") && said.contains("is 0; it must be at least 1"), "{said}");
+        let said = read(&Metadata { scene_file: Some("name = ".into()), ..usual }).unwrap_err();
+        assert!(said.starts_with("it: its scene cannot be used: "), "{said}");
+    }
 
     #[test]
     fn what_is_no_file_is_told() {

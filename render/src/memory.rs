@@ -65,7 +65,8 @@ impl Need {
         let need = match limit {
             Some(limit) if all.bytes > limit => {
                 let fewer = std::iter::successors(Some(all.deposits / 2), |deposits| Some(deposits / 2));
-                let mut fewer = fewer.take_while(|&deposits| deposits >= FEWEST_DEPOSITS).map(with);
+                let fewer = fewer.take_while(|&deposits| deposits > FEWEST_DEPOSITS);
+                let mut fewer = fewer.chain([FEWEST_DEPOSITS]).map(with);
                 fewer
                     .find(|need| need.bytes <= limit)
                     .ok_or_else(|| too_much(with(FEWEST_DEPOSITS).bytes, limit))?
@@ -193,6 +194,37 @@ mod tests {
         assert!(less.bytes <= all.bytes / 3 && less.deposits < all.deposits, "{less:?}");
         let line = fast(settings, Some(1 << 20)).unwrap_err().to_string();
         assert!(line.contains("more than 1.0 MiB") && line.contains("needs up to"), "{line}");
+    }
+
+    /// What is told to be needed is the least by which the render starts, and all that it needs is no more than its limit.
+    #[test]
+    fn the_memory_that_is_asked_for_is_enough() {
+        let settings =
+            Settings { width: 64, height: 48, photons_per_iteration: 10_000_000, ..Settings::default() };
+        let all = fast(settings, None).unwrap();
+        assert_eq!(fast(settings, Some(all.bytes)).unwrap(), all);
+        let choice = EngineChoice::new(EngineName::Fast, None).unwrap();
+        let least = bytes(choice, &scene(settings), 2, false, FEWEST_DEPOSITS);
+        assert!(least < all.bytes / 2, "{least} of {}", all.bytes);
+        assert_eq!(fast(settings, Some(least)).unwrap().bytes, least);
+        // Also where halving does not end at the fewest.
+        let odd = Settings { photons_per_iteration: 100_000, ..settings };
+        let least_of_odd = bytes(choice, &scene(odd), 2, false, FEWEST_DEPOSITS);
+        assert_eq!(fast(odd, Some(least_of_odd)).unwrap().deposits, FEWEST_DEPOSITS);
+        let line = fast(settings, Some(least - 1)).unwrap_err().to_string();
+        assert!(line.contains(&format!("needs up to {}, more than", mebibytes(least))), "{line}");
+    }
+
+    /// Three for each photon, within bounds.
+    #[test]
+    fn deposits_that_are_held_follow_the_photons() {
+        let of = |photons_per_iteration| {
+            let settings = Settings { width: 8, height: 6, photons_per_iteration, ..Settings::default() };
+            fast(settings, None).unwrap().deposits
+        };
+        let found = [1, 1000, 500_000, 1_000_000, 2_000_000, 10_000_000].map(of);
+        let most = fast::DEPOSITS_AT_ONCE;
+        assert_eq!(found, [USUAL_DEPOSITS, USUAL_DEPOSITS, 1_500_000, 3_000_000, most, most]);
     }
 
     #[test]

@@ -162,4 +162,22 @@ mod tests {
         scene.spheres.truncate(1 << 12);
         assert!(scene_file(&scene, &scene.settings).is_some());
     }
+
+    /// However many spheres a file of particles has, the scene's own text names it in a few lines.
+    #[test]
+    fn particles_do_not_make_a_scene_too_long() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        let (own, materials) = (scene.spheres.len(), scene.materials.len());
+        let particle = scene.spheres[0];
+        scene.spheres.extend(std::iter::repeat_n(particle, 1 << 15));
+        scene.imports = vec![scene::Import {
+            file: "/a/atoms.xyz".into(),
+            digest: "0123".into(),
+            table: String::new(),
+            spheres: own..scene.spheres.len(),
+            materials: materials..materials,
+        }];
+        let text = scene_file(&scene, &scene.settings).unwrap();
+        assert!(text.contains("atoms.xyz") && text.len() < 1 << 14, "{} bytes", text.len());
+    }
 }

@@ -285,6 +285,36 @@ mod tests {
         assert!(streamed.check_shown(Field::Exposure, true).is_ok());
     }
 
+    /// A stream has a format like a file, which is told under the name of the stream before the render starts.
+    #[test]
+    fn a_stream_of_no_format_is_refused() {
+        let of = |extension| {
+            let stream = Some(Stream::new("a socket", extension, Vec::new()));
+            let outputs = Outputs { stream, ..Outputs::default() };
+            outputs.check(EngineChoice::default(), &[]).map_err(|error| error.to_string())
+        };
+        assert_eq!([of("png"), of("EXR")], [Ok(()), Ok(())]);
+        for (extension, has) in [("gif", "has the extension .gif"), ("webp", "would be WebP")] {
+            let said = of(extension).unwrap_err();
+            assert!(said.starts_with(&format!("image: a socket: {has}")), "{said}");
+        }
+    }
+
+    /// Whichever of two images holds radiance is named.
+    #[test]
+    fn exposure_must_apply_to_the_file_and_to_the_stream() {
+        let of = |image: &str, extension| {
+            let stream = Some(Stream::new("a socket", extension, Vec::new()));
+            let both = Outputs { stream, ..outputs(image) };
+            both.check_shown(Field::Exposure, true).map_err(|error| error.to_string())
+        };
+        assert_eq!(of("a.png", "jpg"), Ok(()));
+        for (image, extension, named) in [("a.exr", "png", "a.exr"), ("a.png", "exr", "a socket")] {
+            let said = of(image, extension).unwrap_err();
+            assert!(said.starts_with(&format!("exposure: {named} holds linear radiance")), "{said}");
+        }
+    }
+
     #[test]
     fn a_white_is_a_finite_number_above_0() {
         let of = |white| {

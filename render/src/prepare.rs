@@ -234,6 +234,7 @@ fn keeper(job: &Job, digest: &str, from: Option<&Loaded>) -> Result<Option<Keepe
 mod tests {
     use super::*;
     use crate::automatic;
+    use scene::{Automatic, Quality};
 
     /// A small render, whose error is estimated or not.
     fn job(error: Option<f64>) -> Job {
@@ -254,5 +255,28 @@ mod tests {
         }
         let of_pilots = automatic::bytes_at_most(&job(None).scene, 1);
         assert!(told(Some(0.1)) > of_pilots && told(None) < of_pilots, "{of_pilots}, {}", told(None));
+        // A limit holds for them too.
+        let need = told(Some(0.1));
+        let limited =
+            |memory_limit| Job { memory_limit: Some(memory_limit), ..job(Some(0.1)) }.bytes_at_most();
+        assert_eq!(limited(need).unwrap(), need);
+        assert!(matches!(limited(need - 1), Err(Error::Input { field: Field::MemoryLimit, .. })));
+    }
+
+    /// Settings are chosen by larger renders than a small picture itself: their memory is told too, and a limit holds for them.
+    #[test]
+    fn choosing_settings_counts_as_memory() {
+        let of = |memory_limit| {
+            let automatic = Automatic { quality: Quality::Draft, iterations: true, ..Automatic::default() };
+            prepare(Job { memory_limit, ..job(None) }.choosing(automatic))
+        };
+        let own = job(None).bytes_at_most().unwrap();
+        let of_choice = automatic::bytes_at_most(&job(None).scene, 1);
+        assert!(own < of_choice, "{own} and {of_choice}");
+        let told = of(None).unwrap().need.bytes;
+        assert!(told > of_choice, "{told} and {of_choice}");
+        assert_eq!(of(Some(told)).unwrap().need.bytes, told);
+        let refused = of(Some(of_choice)).map(|ready| ready.need.bytes).unwrap_err();
+        assert!(matches!(refused, Error::Input { field: Field::MemoryLimit, .. }), "{refused}");
     }
 }

@@ -106,6 +106,21 @@ mod tests {
         assert_eq!(*sink.0.lock().unwrap(), b"whole");
     }
 
+    /// What a sink keeps back is sent on too: nobody else will do so while the caller holds the stream.
+    #[test]
+    fn a_stream_is_flushed_behind_the_image() {
+        let sink = Sink::default();
+        let stream = Stream::new("a pipe", "png", io::BufWriter::new(sink.clone()));
+        let write =
+            |path: &Path| std::fs::write(path, "whole").map_err(|e| FileError::new(path, e.to_string()));
+        stream.send(write).unwrap();
+        assert_eq!(*sink.0.lock().unwrap(), b"whole");
+        // So a full disk is told that shows when the rest is written out.
+        let full = Stream::new("a pipe", "png", io::BufWriter::new(Broken(ErrorKind::StorageFull)));
+        let line = full.send(write).unwrap_err().to_string();
+        assert!(line.starts_with("a pipe: cannot be written: "), "{line}");
+    }
+
     /// A sink that can write no more.
     struct Broken(ErrorKind);
 

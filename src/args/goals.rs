@@ -113,6 +113,10 @@ mod tests {
         );
         assert_eq!(named.of_frame(3).save(None), save("b-0003.sppm", Every::Iterations(7), true));
         assert_eq!(of(&[]).of_frame(3).checkpoint, None);
+        // What holds for a render holds for each frame.
+        assert_eq!(of(&["--no-checkpoint"]).of_frame(3).save(image), None);
+        let often = of(&["--every", "7"]).of_frame(3);
+        assert_eq!(often.save(image), save("a.png.sppm", Every::Iterations(7), false));
         assert!(file("-".into()).is_err() && file("a".into()).is_ok());
     }
 }

@@ -39,6 +39,9 @@ mod tests {
             filter: scene::Filter::Gaussian,
             iterations: 99,
             radius_pilots: 2,
+            radius_clearance: 0.5,
+            light_samples: 4,
+            glint_samples: 16,
             ..Settings::default()
         };
         let found = quick(&own);
@@ -47,6 +50,8 @@ mod tests {
             (own.seed, own.filter, own.radius_schedule)
         );
         assert_eq!((found.iterations, found.radius_pilots, found.light_samples), (2, 0, 1));
+        // What takes time for a better image is left out.
+        assert_eq!((found.radius_clearance, found.glint_samples), (0.0, 1));
     }
     #[test]
     fn what_options_state_is_as_stated_in_quick_measurements_too() {

@@ -3,7 +3,7 @@
 use super::particles::ParticleArgs;
 use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
-use crate::terminal::text::complain;
+use crate::terminal::logs::{Level, say};
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Arg, Args as ClapArgs, Command, ValueHint};
 use files::builtin::SCENES;
@@ -87,7 +87,7 @@ pub(crate) fn open(
     if named::is_particles(name) {
         let opened = particles.open(Path::new(name), size, most)?;
         drop(busy);
-        opened.notes.iter().for_each(|note| complain(&format!("note: {told}: {note}")));
+        opened.notes.iter().for_each(|note| say(Level::INFO, &format!("note: {told}: {note}")));
         return Ok(opened);
     }
     particles.refuse(&told)?;
@@ -97,7 +97,7 @@ pub(crate) fn open(
         named::open(name, size, most).map_err(Error::BadInput)
     }?;
     drop(busy);
-    opened.notes.iter().for_each(|note| complain(&format!("note: {note}")));
+    opened.notes.iter().for_each(|note| say(Level::INFO, &format!("note: {note}")));
     Ok(opened)
 }
 

@@ -211,9 +211,14 @@ mod tests {
 
     #[test]
     fn times_have_units() {
-        for (text, seconds) in
-            [("90s", 90.0), ("10m", 600.0), ("1.5h", 5400.0), ("250ms", 0.25), ("2d", 172_800.0)]
-        {
+        for (text, seconds) in [
+            ("90s", 90.0),
+            ("10m", 600.0),
+            ("10min", 600.0),
+            ("1.5h", 5400.0),
+            ("250ms", 0.25),
+            ("2d", 172_800.0),
+        ] {
             assert_eq!(time(text), Ok(Duration::from_secs_f64(seconds)), "{text}");
             assert_eq!(every(text), Ok(Every::Time(Duration::from_secs_f64(seconds))), "{text}");
         }
@@ -238,8 +243,27 @@ mod tests {
         {
             assert_eq!(bytes(text), Ok(size), "{text}");
         }
+        // In any case, with what follows the letter or without it.
+        for (text, size) in
+            [("500m", 500 << 20), ("8kib", 8 << 10), ("2Tb", 2 << 40), ("3gB", 3 << 30), ("7b", 7)]
+        {
+            assert_eq!(bytes(text), Ok(size), "{text}");
+        }
         for text in ["", "0", "-1", "M", "1X", "NaN", "1e30G", "0.1", "1 M"] {
             assert!(bytes(text).is_err(), "{text}");
+        }
+    }
+
+    /// Zero is no number of the range and yet right; with a minus sign it is the same number, and recorded as such.
+    #[test]
+    fn zero_stands_beside_a_range_and_has_no_sign() {
+        let parse = number_or_zero([1e-3, 1e3]);
+        for text in ["0", "-0", "0.0", "-0e5"] {
+            assert_eq!(parse(text).map(f32::to_bits), Ok(0), "{text}");
+        }
+        assert_eq!((parse("0.001"), parse("1000")), (Ok(1e-3), Ok(1e3)));
+        for text in ["5e-4", "-1", "1001", "NaN", "x", ""] {
+            assert_eq!(parse(text), Err("is not a number from 1e-3 to 1e3, or 0".into()), "{text:?}");
         }
     }
 

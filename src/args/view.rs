@@ -2,7 +2,8 @@
 
 use crate::args::values::whole;
 use crate::terminal::error::Error;
-use crate::terminal::text::{complain, print};
+use crate::terminal::logs::{Level, say};
+use crate::terminal::text::print;
 use clap::Args as ClapArgs;
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -60,7 +61,7 @@ impl PageArgs {
     /// Prints the address of the page, to standard output unless `is_taken`, and opens it in the browser.
     pub(crate) fn announce(&self, view: &View, is_taken: bool) -> Result<(), Error> {
         if is_taken {
-            complain(&format!("the page is at {}", view.address()));
+            say(Level::WARN, &format!("the page is at {}", view.address()));
         } else {
             print(format!("{}\n", view.address()).as_bytes())?;
         }
@@ -88,7 +89,7 @@ impl DisplayArgs {
         let start = |place: &str| {
             let place =
                 tev::place(place).map_err(|problem| Error::BadInput(format!("--display {problem}")))?;
-            Display::telling(place, name.into(), |problem| complain(&format!("--display: {problem}")))
+            Display::telling(place, name.into(), |problem| say(Level::WARN, &format!("--display: {problem}")))
                 .map_err(Error::Failed)
         };
         Ok(self.display.as_deref().map(start).transpose()?.map(Arc::new))

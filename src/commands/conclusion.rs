@@ -3,6 +3,7 @@
 use super::instants;
 use crate::terminal::error::Error;
 use crate::terminal::signals::Requests;
+use crate::terminal::text::quoted;
 use render::{End, MethodName, Outcome, Report};
 use scene::Stats;
 use scene::settings::MAX_ITERATIONS;
@@ -179,7 +180,8 @@ fn lament(outcome: &Outcome, written: &str) -> Error {
 fn how_to_go_on(outcome: &Outcome) -> Option<String> {
     let saved = outcome.saved.as_ref()?;
     let done = counted(saved.iterations, "iteration");
-    Some(format!("; `sppm resume {}` goes on after {done}", saved.path.display()))
+    let checkpoint = quoted(&saved.path.to_string_lossy());
+    Some(format!("; `sppm resume {checkpoint}` goes on after {done}"))
 }
 
 /// Logs the time of each pass and the memory used.
@@ -201,6 +203,26 @@ fn account(report: &Report, writing: Duration) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use files::atomic_file::FileError;
+    use render::{Saved, Unwritten};
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    use std::io::{self, Seek as _};
+    use std::path::Path;
+    use std::sync::Arc;
+
+    /// What became of a render of one iteration, which wrote no file.
+    fn outcome() -> Outcome {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        let quick = scene::Settings {
+            width: 8,
+            height: 6,
+            iterations: 1,
+            photons_per_iteration: 100,
+            ..scene.settings
+        };
+        scene.settings = quick;
+        render::Job::new(scene).start(()).unwrap().wait().unwrap()
+    }
 
     #[test]
     fn photons_that_did_not_count_are_told() {
@@ -241,23 +263,92 @@ mod tests {
     /// Nothing is lost without a word: whoever asked for a checkpoint learns that there is none.
     #[test]
     fn a_checkpoint_that_was_not_written_is_an_error() {
-        let mut scene = files::builtin::scene("cornell").unwrap();
-        let quick = scene::Settings {
-            width: 8,
-            height: 6,
-            iterations: 1,
-            photons_per_iteration: 100,
-            ..scene.settings
-        };
-        scene.settings = quick;
-        let mut outcome = render::Job::new(scene).start(()).unwrap().wait().unwrap();
+        let mut outcome = outcome();
         outcome.written = vec!["a.png".into()];
         assert!(conclude(&outcome, &Requests::deaf()).is_ok());
-        let path = std::path::Path::new("a.png.sppm");
-        outcome.unsaved = Some(files::atomic_file::FileError::new(path, "the disk is full"));
+        outcome.unsaved = Some(FileError::new(Path::new("a.png.sppm"), "the disk is full"));
         let error = conclude(&outcome, &Requests::deaf()).unwrap_err();
         let told = "the image is written, but not its checkpoint: a.png.sppm: the disk is full";
         assert_eq!((error.to_string(), error.code()), (told.into(), 1));
+    }
+
+    /// One that comes when the render has ended by itself is too late: all is done that was asked for.
+    #[test]
+    fn a_signal_ends_a_render_only_if_it_has_stopped_it() {
+        let (mut outcome, late) = (outcome(), Requests::after(SIGTERM));
+        for end in [End::Iterations, End::Time, End::Error] {
+            outcome.end = end;
+            assert!(conclude(&outcome, &late).is_ok(), "{end:?}");
+        }
+        outcome.end = End::Stopped;
+        assert_eq!(conclude(&outcome, &late).unwrap_err().code(), 143);
+    }
+
+    /// Of how many iterations, unless there was to be no end; and that there is no checkpoint to go on from.
+    #[test]
+    fn an_interruption_tells_what_is_done_and_what_is_lost() {
+        let mut outcome = outcome();
+        (outcome.end, outcome.written) = (End::Stopped, vec!["a.png".into()]);
+        let told = |outcome: &Outcome| conclude(outcome, &Requests::after(SIGINT)).unwrap_err().to_string();
+        outcome.job.scene.settings.iterations = 9;
+        let text = told(&outcome);
+        assert!(text.starts_with("wrote a.png after 1 of 9 iterations in "), "{text}");
+        outcome.job.scene.settings.iterations = MAX_ITERATIONS;
+        let text = told(&outcome);
+        assert!(text.starts_with("wrote a.png after 1 iteration in ") && !text.contains("; "), "{text}");
+        outcome.unsaved = Some(FileError::new(Path::new("a.png.sppm"), "the disk is full"));
+        let text = told(&outcome);
+        assert!(text.ends_with("; a.png.sppm: the disk is full"), "{text}");
+    }
+
+    /// Each with where it is instead, if it is anywhere.
+    #[test]
+    fn all_files_that_could_not_be_written_are_told() {
+        let mut outcome = outcome();
+        let unwritten = |path: &str, refuge: Option<&str>| Unwritten {
+            error: FileError::new(Path::new(path), "no room"),
+            refuge: refuge.map(Into::into),
+        };
+        outcome.failed = vec![unwritten("a.exr", Some("/tmp/a.exr")), unwritten("s.json", None)];
+        outcome.written = vec!["r.exr".into()];
+        outcome.saved = Some(Saved { path: "a.sppm".into(), iterations: 1 });
+        let error = conclude(&outcome, &Requests::deaf()).unwrap_err();
+        let told = "a.exr: no room; it is in /tmp/a.exr instead; s.json: no room; wrote r.exr; `sppm resume a.sppm` goes on \
+                    after 1 iteration, by -o to another image";
+        assert_eq!((error.to_string(), error.code()), (told.into(), 1));
+        // A shell can read what is told to do.
+        outcome.saved = Some(Saved { path: "my image.sppm".into(), iterations: 1 });
+        let error = conclude(&outcome, &Requests::deaf()).unwrap_err().to_string();
+        assert!(error.contains("`sppm resume 'my image.sppm'` goes on"), "{error}");
+    }
+
+    #[test]
+    fn each_pass_is_told_with_its_own_time() {
+        let mut outcome = outcome();
+        outcome.report.stats = Stats {
+            camera_seconds: 1.0,
+            build_grid_seconds: 2.0,
+            photon_seconds: 3.0,
+            consolidate_seconds: 4.0,
+            bytes: 2048,
+            ..outcome.report.stats
+        };
+        let mut lines = tempfile::tempfile().unwrap();
+        let subscriber = tracing_subscriber::fmt()
+            .with_ansi(false)
+            .with_max_level(tracing::Level::DEBUG)
+            .with_writer(Arc::new(lines.try_clone().unwrap()))
+            .finish();
+        let told = || account(&outcome.report, Duration::from_secs(5));
+        tracing::subscriber::with_default(subscriber, told);
+        lines.rewind().unwrap();
+        let told = io::read_to_string(lines).unwrap();
+        let [camera, grid, photons, consolidation, writing] = [1.0, 2.0, 3.0, 4.0, 5.0].map(duration);
+        let expected = format!(
+            "camera pass {camera}, grid {grid}, photon pass {photons}, consolidation {consolidation}, developing and writing \
+             {writing}; 2.0 KiB"
+        );
+        assert!(told.contains(&expected), "{told}");
     }
 
     #[test]

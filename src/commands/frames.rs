@@ -7,9 +7,8 @@ use crate::args::outputs::default_name;
 use crate::args::particles::CameraFrame;
 use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
-use crate::terminal::logs;
+use crate::terminal::logs::{self, Level};
 use crate::terminal::signals::Requests;
-use crate::terminal::text::complain;
 use figure::Frame;
 use figure::Stage;
 use files::named;
@@ -54,7 +53,7 @@ pub(super) fn run(args: &RenderArgs, range: Frames) -> Result<(), Error> {
             // What the options ask for cannot be done for any frame.
             Err(error @ Error::BadInput(_)) if place == 0 => return Err(error),
             Err(error) => {
-                complain(&format!("error: frame {number}: {error}"));
+                logs::say(Level::ERROR, &format!("frame {number}: {error}"));
                 failed.push(number);
             }
         }
@@ -104,7 +103,7 @@ impl<'a> Reel<'a> {
         let (staged, _) = staged.map_err(|problem| Error::Failed(particles.say(self.path, &problem)))?;
         drop(busy);
         let opened = named::of_particles(self.path, staged);
-        opened.notes.iter().for_each(|note| complain(&format!("note: frame {number}: {note}")));
+        opened.notes.iter().for_each(|note| logs::say(Level::INFO, &format!("note: frame {number}: {note}")));
         let image = numbered(&default_name(&opened.stem), number);
         let job = job_of(opened)?;
         let outputs = self.args.outputs.of_frame(number);

@@ -336,6 +336,14 @@ mod tests {
         assert_eq!(told(&other, "transport"), Some(earlier));
     }
 
+    /// Names may be a stranger's: no line break in one begins a row, and nothing in it reaches the terminal as a command.
+    #[test]
+    fn a_value_is_one_row_whatever_it_holds() {
+        let odd = Info { scene: "a\nseed       7\u{1b}[2J".into(), ..info() };
+        assert_eq!(told(&odd, "scene").as_deref(), Some("a\\nseed       7\\u{1b}[2J"));
+        assert_eq!(odd.to_text().lines().count(), info().to_text().lines().count());
+    }
+
     #[test]
     fn layers_are_told_if_there_are_any() {
         let of = |layers: &[&str]| {
@@ -344,6 +352,7 @@ mod tests {
             Picture { kind: "image", format: "EXR", samples, width: 3, height: 2, layers }.to_text()
         };
         assert!(of(&["left", "right"]).contains("\nlayers     left, right\n"));
+        assert!(of(&["left\nright", "b"]).contains("\nlayers     left\\nright, b\n"));
         assert!(!of(&[]).contains("layers"));
         assert!(of(&[]).contains("\nsize       3 x 2 pixels\n"));
     }

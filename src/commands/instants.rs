@@ -96,4 +96,17 @@ mod tests {
         let [comes, leaves, rests] = [between(far, near), between(near, far), between(far, far + Vec3::X)];
         assert!((comes / leaves - 1.0).abs() < 1e-5 && comes > 100.0 * rests, "{comes}, {leaves}, {rests}");
     }
+
+    /// It is seen from within, at the distance of its surface: its way over the image has an end.
+    #[test]
+    fn a_ball_around_the_eye_is_as_near_as_its_surface() {
+        let mut scene = files::builtin::scene("motion").unwrap();
+        scene.camera.shutter = [0.0, 1.0];
+        scene.spheres.retain(|sphere| sphere.velocity != Vec3::ZERO);
+        scene.spheres.truncate(1);
+        let ball = &mut scene.spheres[0];
+        (ball.center, ball.velocity) = (scene.camera.eye, Vec3::X * ball.radius);
+        let pixel = f64::from(scene.camera.frame(scene.settings.width, scene.settings.height).pixel);
+        assert!((travel(&scene) * pixel - 1.0).abs() < 1e-3, "{} pixels", travel(&scene));
+    }
 }

@@ -332,6 +332,30 @@ mod tests {
         );
     }
 
+    /// As far as the help says; a quick one less far.
+    #[test]
+    fn a_sweep_has_all_its_values() {
+        use crate::commands::{Args as All, Command};
+        use clap::Parser as _;
+        let values = |words: &[&str]| -> Vec<u64> {
+            let words = ["sppm", "ladder", "--scene", "random", "--sweep"].iter().chain(words);
+            let Command::Ladder(args) = All::try_parse_from(words).unwrap().command else {
+                panic!("another command")
+            };
+            cases(&args).unwrap().iter().map(|case| case.value).collect()
+        };
+        for (what, first, last) in [
+            ("iterations", 2, 64),
+            ("photons", 12_500, 800_000),
+            ("size", 32 * 24, 1024 * 768),
+            ("depth", 1, 10),
+        ] {
+            let (all, quick) = (values(&[what]), values(&[what, "--quick"]));
+            assert_eq!((all.first(), all.last()), (Some(&first), Some(&last)), "{what}");
+            assert!(quick.len() < all.len() && quick.last() < all.last(), "{what}: {quick:?}");
+        }
+    }
+
     /// What the rows do not have is refused by its option.
     #[test]
     fn settings_that_rows_do_not_have_are_refused() {

@@ -3,7 +3,7 @@
 use crate::terminal::busy::Busy;
 use crate::terminal::error::Error;
 use crate::terminal::logs::{self, Format, Level};
-use crate::terminal::text::print;
+use crate::terminal::text::{print, quoted};
 use clap::{Args as ClapArgs, ValueHint};
 use render::merge::Merge;
 use scene::Iterations;
@@ -92,31 +92,4 @@ fn commands(args: &MergeArgs, merge: &Merge, missing: &Iterations) -> String {
         );
     }
     text
-}
-
-/// A word as a shell reads it.
-fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./+,:=@%".contains(c);
-    if !word.is_empty() && word.chars().all(is_plain) {
-        word.into()
-    } else {
-        format!("'{}'", word.replace('\'', "'\\''"))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn words_are_quoted_only_where_a_shell_needs_it() {
-        for plain in ["part.sppm", "/a-b/c_d+1,2:3=4@5%6.sppm"] {
-            assert_eq!(quoted(plain), plain);
-        }
-        for (word, text) in
-            [("", "''"), ("a b", "'a b'"), ("$(x)", "'$(x)'"), ("it's", "'it'\\''s'"), ("\u{fc}", "'\u{fc}'")]
-        {
-            assert_eq!(quoted(word), text);
-        }
-    }
 }

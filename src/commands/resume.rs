@@ -12,7 +12,7 @@ use crate::terminal::error::Error;
 use crate::terminal::logs;
 use crate::terminal::signals::Requests;
 use clap::{Args as ClapArgs, ValueHint};
-use render::{Every, Job};
+use render::{Every, Field, Job};
 use scene::settings::MAX_ITERATIONS;
 use scene::text::one_line;
 use std::mem::take;
@@ -74,6 +74,7 @@ pub(crate) fn run(args: &ResumeArgs) -> Result<(), Error> {
     job.goals = args.goals.or(job.goals);
     job.scene.settings.iterations = iterations(args, job.scene.settings.iterations, job.resumed_after());
     job.engine = args.engine.choose(job.engine.renderer())?;
+    job.inputs.extend(args.engine.profile.clone().map(|path| (Field::Profile, path)));
     if let (Some(every), Some(save)) = (args.every, &mut job.save) {
         save.every = every;
     }

@@ -193,14 +193,18 @@ fn budget(args: &TuneArgs) -> Budget {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_quick_search_is_smaller_and_what_is_given_counts() {
+    fn args(words: &[&str]) -> TuneArgs {
         use crate::commands::{Args, Command};
         use clap::Parser as _;
+        let args = Args::try_parse_from(["sppm", "tune", "cornell"].iter().chain(words)).unwrap();
+        let Command::Tune(args) = args.command else { panic!("another command") };
+        args
+    }
+
+    #[test]
+    fn a_quick_search_is_smaller_and_what_is_given_counts() {
         let of = |words: &[&str]| {
-            let args = Args::try_parse_from(["sppm", "tune", "cornell"].iter().chain(words)).unwrap();
-            let Command::Tune(args) = args.command else { panic!("another command") };
-            let Budget { evaluations, pairs, final_pairs, time } = budget(&args);
+            let Budget { evaluations, pairs, final_pairs, time } = budget(&args(words));
             (evaluations, pairs, final_pairs, time.map(|time| time.as_secs()))
         };
         assert_eq!(of(&[]), (40, 3, 25, None));
@@ -210,6 +214,17 @@ mod tests {
         let given = ["--evaluations", "5", "--pairs", "2", "--final-pairs", "9", "--time", "3s"];
         assert_eq!(of(&given), (5, 2, 9, Some(3)));
         assert_eq!(of(&[&given[..], &["--quick"]].concat()), (5, 2, 9, Some(3)));
+    }
+
+    /// Here, and not beside the scene; a dot in its name is part of the name.
+    #[test]
+    fn a_profile_is_called_after_its_scene() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("box-1.5.toml");
+        std::fs::write(&path, files::builtin::find("cornell").unwrap().text).unwrap();
+        let opened = files::named::open(path.as_os_str(), [None; 2], u64::MAX).unwrap();
+        assert_eq!(profile_path(&args(&[]), &opened), Path::new("box-1.5.profile.toml"));
+        assert_eq!(profile_path(&args(&["-o", "mine.toml"]), &opened), Path::new("mine.toml"));
     }
 
     #[test]

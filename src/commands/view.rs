@@ -12,7 +12,7 @@ use crate::terminal::logs;
 use crate::terminal::signals::Requests;
 use ::render::Job;
 use ::scene::settings::MAX_ITERATIONS;
-use ::scene::text::mebibytes;
+use ::scene::text::{counted, mebibytes};
 use ::scene::{Automatic, Scene};
 use clap::{Args as ClapArgs, ValueHint};
 use files::image_file::{self, Format, ImageReader};
@@ -208,7 +208,8 @@ fn write(args: &ViewArgs, legacy: &Legacy, name: &str) -> Result<String, Error> 
     let mut written = Vec::new();
     if let Some(output) = &args.output {
         kept.write_image(output, Look::default()).map_err(Error::Failed)?;
-        written.push(format!("wrote {} after {} iterations", output.display(), kept.iterations));
+        let done = counted(kept.iterations, "iteration");
+        written.push(format!("wrote {} after {done}", output.display()));
     }
     if legacy.is_unsaved {
         let path = unused(args.output.as_deref(), name)?;

@@ -291,6 +291,7 @@ fn all_settings(settings: &Settings) -> String {
 mod tests {
     use super::*;
     use scene::Quality;
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     use std::io::Seek as _;
 
     #[test]
@@ -394,7 +395,17 @@ mod tests {
         assert_eq!(watch.follows(), !watch.bar.as_ref().unwrap().is_hidden());
         watch.lines = Some(Lines::default());
         assert!(watch.follows());
+    }
+
+    /// As it stands in the statistics.
+    #[test]
+    fn a_render_is_stopped_by_the_signal_that_came() {
+        let mut watch = watch();
         assert_eq!(watch.stopped_by(), "stop");
+        for (signal, name) in [(SIGINT, "SIGINT"), (SIGTERM, "SIGTERM"), (SIGHUP, "SIGHUP")] {
+            watch.requests = Requests::after(signal);
+            assert_eq!(watch.stopped_by(), name);
+        }
     }
 
     /// What is said of these notices, and of nothing less than `level`.
@@ -423,6 +434,8 @@ mod tests {
         let twice = [unsaved.clone(), unrefreshed.clone(), unsaved.clone(), unrefreshed.clone()];
         let told = ["WARN a.sppm: no room; rendering goes on", "WARN a.png: no room; rendering goes on"];
         assert_eq!(said(logs::Level::INFO, &twice), told);
+        // What could not be refreshed is an image: every checkpoint was saved, and none is saved "again".
+        assert_eq!(said(logs::Level::INFO, &[unrefreshed, saved.clone()]), told[1..]);
         // Each snapshot is a file of its own.
         let snapshots = [1, 2].map(|n| Notice::NoSnapshot(error(&format!("a-{n}.png"))));
         assert_eq!(said(logs::Level::INFO, &snapshots), ["WARN a-1.png: no room; rendering goes on"]);
@@ -432,6 +445,14 @@ mod tests {
         assert!(again.starts_with("INFO saved again, after 3 iterations"), "{again}");
         let all = said(logs::Level::DEBUG, &mended);
         assert_eq!(all.iter().filter(|line| line.starts_with("DEBUG saved after 3 iterations")).count(), 2);
+    }
+
+    /// Nothing but the warning keeps two renders from writing one file where the file system has no locks.
+    #[test]
+    fn a_file_that_is_not_locked_is_told() {
+        let error = files::atomic_file::FileError::new(Path::new("a.png"), "cannot be locked");
+        let told = ["WARN a.png: cannot be locked; let no other render write it"];
+        assert_eq!(said(logs::Level::WARN, &[Notice::NotLocked(error)]), told);
     }
 
     #[test]

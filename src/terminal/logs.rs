@@ -63,6 +63,19 @@ pub(crate) fn has_bars() -> bool {
     CHOSEN.get().is_none_or(|(format, level)| *format == Format::Text && *level >= Level::INFO)
 }
 
+/// Tells people `message` in any case, also those who asked for none but failures. Of lines of JSON the level decides.
+pub(crate) fn say(level: Level, message: &str) {
+    match CHOSEN.get() {
+        Some((Format::Json, _)) => match level {
+            Level::ERROR => tracing::error!("{message}"),
+            Level::WARN => tracing::warn!("{message}"),
+            _ => tracing::info!("{message}"),
+        },
+        _ if level == Level::ERROR => complain(&format!("error: {message}")),
+        _ => complain(&message),
+    }
+}
+
 /// Reports that the command failed.
 pub(crate) fn fail(error: &Error) {
     match CHOSEN.get() {

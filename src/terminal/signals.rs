@@ -105,6 +105,15 @@ mod tests {
     use super::*;
     use crate::terminal::error::Error;
 
+    impl Requests {
+        /// What there is once this signal has come, which must not come to a process that runs tests.
+        pub(crate) fn after(signal: i32) -> Self {
+            let requests = Self::deaf();
+            requests.signal.store(signal as usize, Ordering::Relaxed);
+            requests
+        }
+    }
+
     #[test]
     fn a_signal_is_told_as_a_shell_tells_it() {
         for (number, code, name) in
@@ -120,7 +129,7 @@ mod tests {
     fn no_signal_is_pending_before_one_came() {
         let requests = Requests::deaf();
         assert_eq!(requests.pending(), None);
-        requests.signal.store(SIGTERM as usize, Ordering::Relaxed);
+        let requests = Requests::after(SIGTERM);
         assert_eq!(requests.pending(), Some(Signal(SIGTERM)));
         assert!(!requests.stop().is_requested());
     }

@@ -21,3 +21,30 @@ pub(crate) fn print(text: &[u8]) -> Result<(), Error> {
 pub(crate) fn complain(message: &impl Display) {
     let _ = writeln!(io::stderr(), "{}", one_line(&message.to_string()));
 }
+
+/// A word as a shell reads it.
+pub(crate) fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./+,:=@%".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.into()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_quoted_only_where_a_shell_needs_it() {
+        for plain in ["part.sppm", "/a-b/c_d+1,2:3=4@5%6.sppm"] {
+            assert_eq!(quoted(plain), plain);
+        }
+        for (word, text) in
+            [("", "''"), ("a b", "'a b'"), ("$(x)", "'$(x)'"), ("it's", "'it'\\''s'"), ("\u{fc}", "'\u{fc}'")]
+        {
+            assert_eq!(quoted(word), text);
+        }
+    }
+}

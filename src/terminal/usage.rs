@@ -191,4 +191,19 @@ mod tests {
             assert_eq!(told(arguments), text, "{arguments:?}");
         }
     }
+
+    /// Whoever leaves out one of them would be refused again.
+    #[test]
+    fn all_that_an_option_contradicts_is_told() {
+        let text = told(&["ladder", "--images", "a", "--sweep", "depth", "--repeat", "2"]);
+        assert!(text.starts_with("--images contradicts ") && text.ends_with("; give one of them"), "{text}");
+        assert!(text.contains("--sweep") && text.contains("--repeat"), "{text}");
+    }
+
+    /// In one line, and with the label of all errors alone.
+    #[test]
+    fn what_has_no_sentence_of_its_own_is_told_as_by_the_parser() {
+        let text = told(&["render", "cornell", "--quiet=yes"]);
+        assert!(text.starts_with("unexpected value 'yes' for '--quiet'") && !text.contains('\n'), "{text}");
+    }
 }

@@ -61,6 +61,17 @@ fn manual_pages_that_cannot_be_written_are_a_failure() {
     ended.said_one_line("error: cannot write the manual pages into man1: ", &[]);
 }
 
+/// All are looked at before the first is written.
+#[test]
+fn no_manual_page_is_written_if_another_cannot_be() {
+    let sandbox = Sandbox::new();
+    fs::create_dir_all(sandbox.path("man1/sppm-man.1")).unwrap();
+    let ended = sandbox.run(["man", "man1"]);
+    assert_eq!(ended.code, Some(1), "{ended:?}");
+    ended.said_one_line("error: cannot write the manual pages into man1: ", &["sppm-man.1"]);
+    assert_eq!(sandbox.names(), ["man1/", "man1/sppm-man.1/"]);
+}
+
 /// On a full disk no empty page is left; here, with a limit on the size of files.
 #[cfg(unix)]
 #[test]

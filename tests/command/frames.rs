@@ -70,6 +70,16 @@ fn a_frame_that_fails_does_not_lose_the_others() {
     assert!(ended.stderr.contains("of 3 frames these failed: 0 and 1;"), "{ended:?}");
 }
 
+/// What the picture of a frame lacks is told with the number of the frame.
+#[test]
+fn notes_are_of_their_frames() {
+    let sandbox = with_trajectory(3);
+    let ended = sandbox.render(&["run.xyz", "--frame", "1..", "--bonds", "file"]);
+    let notes: Vec<&str> = ended.stderr.lines().filter(|line| line.starts_with("note: ")).collect();
+    let expected = [1, 2].map(|frame| format!("note: frame {frame}: there are no bonds to draw"));
+    assert_eq!(notes, expected);
+}
+
 /// What is wrong with the files of one frame alone, here the checkpoint of another render in its place, is no reason to leave
 /// out those after it.
 #[test]
@@ -114,6 +124,11 @@ fn ranges_that_cannot_be_rendered_are_refused() {
     refused(&["render", "run.xyz", "--frame", "..", "--view"], &["--view: the page shows one frame"]);
     refused(
         &["render", "cornell", "--frame", ".."],
+        &["--frame: ranges of frames are for files of particles"],
+    );
+    // What was rendered before is one frame.
+    refused(
+        &["render", "run.xyz", "--frame", "..", "--like", "a.png"],
         &["--frame: ranges of frames are for files of particles"],
     );
     refused(&["verify", "run.xyz", "--frame", ".."], &["--frame: only `render` takes a range"]);

@@ -72,7 +72,9 @@ fn a_second_signal_of_another_kind_ends_at_once_too() {
         (large[5], large[7]) = ("256", "128");
         let mut command = sandbox.command(large.iter().chain(&["-o", "-"]));
         let running = Running::start_writing(&mut command, Stdio::piped(), "method path");
-        signals.map(|signal| running.send(signal));
+        for signal in signals {
+            running.send(signal);
+        }
         // If both wait for the process to go on, either may be handled first.
         let codes = signals.map(|signal| Some(128 + signal.as_raw()));
         let code = running.end_at_once();

@@ -46,6 +46,33 @@ fn every_error_is_json_where_that_is_asked_for() {
         .refused(&["--width: \"0\" is not"]);
 }
 
+/// Notes, faults of single frames and the address of a page among them.
+#[test]
+fn every_line_beside_the_output_is_json_where_that_is_asked_for() {
+    let sandbox = Sandbox::new();
+    let frame = |second: &str| format!("2\n\nO 0 0 0\nC {second} 0 0\n");
+    sandbox.write("run.xyz", &(frame("2") + &frame("north")));
+    let told = |args: &[&str]| {
+        let ended = sandbox.run(["render"].iter().chain(args).chain(&["--log-format=json"]).chain(&TINY));
+        let lines = lines(&ended);
+        let line =
+            |line: &Value| [&line["level"], &line["message"]].map(|text| text.as_str().unwrap().to_owned());
+        lines.iter().map(line).collect::<Vec<_>>()
+    };
+    let has = |told: &[[String; 2]], level: &str, words: &str| {
+        assert!(
+            told.iter().any(|[at, text]| at == level && text.starts_with(words)),
+            "no {words:?} in {told:?}"
+        );
+    };
+    let frames = told(&["run.xyz", "--frame", "0..2", "--bonds", "file"]);
+    has(&frames, "INFO", "note: frame 0: there are no bonds to draw");
+    has(&frames, "ERROR", "frame 1: run.xyz:8");
+    has(&told(&["run.xyz", "--bonds", "file"]), "INFO", "note: run.xyz: there are no bonds to draw");
+    let viewed = told(&["cornell", "--view", "--no-open", "-o", "a.exr", "--progress=json", "-q"]);
+    has(&viewed, "WARN", "the page is at http://127.0.0.1:");
+}
+
 /// It gets all words, the command's output and its exit code are its own.
 #[cfg(unix)]
 #[test]

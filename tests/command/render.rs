@@ -309,6 +309,21 @@ fn a_scene_in_another_folder_is_rendered_here() {
     assert_eq!(sandbox.names(), ["box.png", "scenes/", "scenes/box.toml"]);
 }
 
+/// It names the image, as without, and is not written over.
+#[test]
+fn a_scene_beside_a_repeated_image_is_an_input() {
+    let sandbox = Sandbox::new();
+    sandbox.write("mine.toml", files::builtin::find("cornell").unwrap().text);
+    sandbox.render(&["mine.toml", "-o", "a.png"]);
+    let again = ["render", "mine.toml", "--like", "a.png"];
+    sandbox.run(again.iter().chain(&["--stats", "mine.toml"])).refused(&["--stats", "also the scene"]);
+    sandbox.run(again.iter().chain(&["--stats", "a.png"])).refused(&["--stats", "also --like"]);
+    let ended = sandbox.run(again);
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    assert_eq!(sandbox.names(), ["a.png", "mine.png", "mine.toml"]);
+    assert!(sandbox.bytes("a.png") == sandbox.bytes("mine.png"));
+}
+
 #[cfg(unix)]
 #[test]
 fn links_to_the_same_file_are_detected() {

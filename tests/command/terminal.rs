@@ -273,10 +273,14 @@ fn nothing_is_shown_of_reading_where_no_progress_is() {
 
 #[test]
 fn quiet_renders_and_logs_in_json_draw_nothing() {
-    for option in ["--quiet", "--log-format=json"] {
+    // Lines of progress are instead of the bar.
+    for (option, time) in [
+        ("--quiet", "--time=700ms"),
+        ("--log-format=json", "--time=700ms"),
+        ("--progress=json", "--time=250ms"),
+    ] {
         let sandbox = Sandbox::new();
-        let args =
-            ["render", "cornell", "--quality=paper", "--width=64", "--height=48", "--time=700ms", option];
+        let args = ["render", "cornell", "--quality=paper", "--width=64", "--height=48", time, option];
         let (mut child, mut terminal) = start(&mut sandbox.command(args), 80);
         terminal.watch(|_| false);
         assert_eq!(child.wait().unwrap().code(), Some(0));

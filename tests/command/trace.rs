@@ -203,3 +203,18 @@ fn bad_options_are_refused_and_nothing_written() {
         assert!(sandbox.contents() == before, "{args:?} changed the folder: {:?}", sandbox.names());
     }
 }
+
+/// A link is the file that it leads to.
+#[cfg(unix)]
+#[test]
+fn hits_go_into_neither_the_scene_nor_the_rays() {
+    let sandbox = prepared(&rays(&[[0.0, 0.0, 10.0, 0.0, 0.0, -1.0]]));
+    sandbox.write("ball.toml", FLOOR_OF_GLASS);
+    let link = sandbox.path("h.npy");
+    for (target, what) in [("ball.toml", "the scene"), ("rays.npy", "--rays")] {
+        std::os::unix::fs::symlink(target, &link).unwrap();
+        let ended = sandbox.run(["trace", "ball.toml", "--rays", "rays.npy", "--hits", "h.npy"]);
+        ended.refused(&[&format!("--hits: h.npy is also {what}")]);
+        std::fs::remove_file(&link).unwrap();
+    }
+}

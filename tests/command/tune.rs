@@ -120,6 +120,9 @@ fn a_profile_changes_no_bit() {
     let ended = sandbox.run(["render", "cornell", "--quality=paper", "-o", "b.pfm"].iter().chain(&three));
     assert_eq!(ended.code, Some(0), "{ended:?}");
     assert_eq!(sandbox.bytes("a.pfm"), sandbox.bytes("b.pfm"));
+    sandbox.render(&["cornell", "-o", "c.pfm", "--checkpoint", "c.sppm"]);
+    let over = sandbox.run(["resume", "c.sppm", "--iterations=3", "--profile=odd.toml", "--stats=odd.toml"]);
+    over.refused(&["--stats: odd.toml is also --profile"]);
 }
 
 #[test]

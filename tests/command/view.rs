@@ -146,7 +146,10 @@ fn images_are_shown_and_compared() {
     {
         let viewing = Viewing::start(&mut sandbox.command(&args));
         assert!(viewing.get().starts_with("HTTP/1.1 200"));
-        assert_eq!(viewing.end().code, Some(130), "{args:?}");
+        let ended = viewing.end();
+        assert_eq!((ended.code, &ended.stdout[..]), (Some(130), ""), "{args:?}");
+        // What was measured is told beside the address.
+        assert_eq!(ended.stderr.contains("RMSE"), args[0] == "compare", "{ended:?}");
     }
 }
 

@@ -69,4 +69,16 @@ fn the_background_is_hidden_by_what_moves_where_it_is() {
         placed.spheres[0].center += velocity * time;
         assert!(behind(&moving) == behind(&placed) && behind(&moving) != behind(&scene), "at {time}");
     }
+    // While the shutter is open, a ball whose disc has a radius of 6.2 pixels moves by 7.2: 7 pixels beside its middle it is not
+    // at first, and then for four fifths of the time.
+    let mut moving = scene.clone();
+    moving.camera.shutter = [0.0, 1.0];
+    moving.spheres[0].velocity = Vec3::X * 1.2;
+    let beside = |scene: &Scene| {
+        let film = render_path(&scene.background_alone(), &Settings { iterations: 24, ..settings });
+        [4, 19].map(|x| film.pixels[12 * 24 + x].x)
+    };
+    assert_eq!(beside(&scene), [1.0; 2]);
+    let [ahead, behind] = beside(&moving);
+    assert!(ahead.max(behind) == 1.0 && ahead.min(behind) < 0.4, "{ahead}, {behind}");
 }

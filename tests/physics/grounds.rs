@@ -198,6 +198,33 @@ fn photons_leave_the_part_of_a_lamp_that_is_over_the_ground() {
     tell("physics", 20_000, "photons of a lamp that is sunk into a ground");
 }
 
+/// The same of so many lamps that what hides them is looked up.
+#[test]
+fn photons_leave_the_parts_of_many_lamps_that_are_over_the_ground() {
+    /// How far the ground sinks below the eye's feet from one end of the lamps to the other, and roundings.
+    const EVEN: f32 = 1e-3 * TINY;
+    const PHOTONS: u32 = 20_000;
+    let ground = empty_scene(pinhole(Vec3::new(0.0, 1.0, 6.0) * TINY, Vec3::ZERO, 40.0)).ball(
+        Vec3::NEG_Y * 1e4,
+        1e4,
+        diffuse(0.5),
+    );
+    let places = (-20..20).map(|k| Vec3::X * 3.0 * TINY * k as f32);
+    let scene = places.fold(ground, |scene, center| scene.lamp(center, TINY, BLACK, Rgb::ONE));
+    let still = scene.at(0.0);
+    assert_eq!((still.grounds.len(), still.lights.entries.len()), (1, 40));
+    let numbers = PhotonNumbers::new(10, 0);
+    let mut left = 0;
+    for photon in 0..PHOTONS {
+        if let Some(Emitted { ray, .. }) = emit(&still, &Aim::default(), &numbers, photon) {
+            assert!(ray.origin.y >= -EVEN, "{ray:?} starts in the ground");
+            left += 1;
+        }
+    }
+    assert!((f64::from(left) / f64::from(PHOTONS) - 0.5).abs() < HALF, "{left}");
+    tell("physics", PHOTONS as usize, "photons of lamps that are sunk into a ground");
+}
+
 /// Four deviations of the mean of 20,000 that are 0 or 1.
 const HALF: f64 = 0.015;
 

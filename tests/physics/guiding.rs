@@ -123,6 +123,26 @@ fn lamps_emit_by_the_cosine_whatever_guides_it() {
     tell("physics", PHOTONS as usize, "photons that leave guided");
 }
 
+/// Of the fewest that are guided, each cell of directions has few: all together carry what the lamp sends, to roundings.
+#[test]
+fn few_photons_carry_the_power_of_their_lamp_whatever_guides_it() {
+    /// Roundings of weights.
+    const ROUNDING: f64 = 1e-6;
+    let scene = empty_scene(pinhole(Vec3::Z, Vec3::ZERO, 30.0)).lamp(Vec3::ZERO, 0.01, BLACK, Rgb::ONE);
+    let still = scene.at(0.0);
+    for (seed, photons) in [(1, 1 << 13), (2, 9_001), (3, 12_345)] {
+        let aim = Aim::new(&still, &guided_by(senseless(seed)), photons);
+        assert!(aim.departures.is_some());
+        let numbers = PhotonNumbers::new(seed.into(), 0);
+        let carried =
+            (0..photons).map(|photon| f64::from(emit(&still, &aim, &numbers, photon).unwrap().power.x));
+        let expected = f64::from(still.lights.entries[0].photon_power.x);
+        let share = carried.sum::<f64>() / f64::from(photons) / expected;
+        assert!((share - 1.0).abs() < ROUNDING, "{photons} photons carry {share} of the power");
+    }
+    tell("physics", 3, "iterations of few guided photons");
+}
+
 /// The part of a lamp's photons that meet a ball, over the power that is guided anywhere.
 #[test]
 fn a_ball_gets_what_lamps_send_it_whatever_guides_it() {

@@ -127,6 +127,23 @@ fn an_observer_gets_the_pixels_of_the_file() {
     assert!(early.transparent.as_deref().map(bits) == Some(bits(&pixels)));
 }
 
+/// As of a render that ends there, and not of the iteration before.
+#[test]
+fn snapshots_have_the_alpha_of_their_iteration() {
+    let folder = TempDir::new().unwrap();
+    let of = |iterations| {
+        let scene = balls();
+        Scene { settings: Settings { iterations, ..scene.settings }, ..scene }
+    };
+    let mut job = job(of(2), EngineChoice::default(), &folder.path().join("image.exr"));
+    job.outputs.snapshots = true;
+    job.start(()).unwrap().wait().unwrap();
+    for iterations in [1, 2] {
+        let snapshot = bits(&read(&folder.path().join(format!("image-000{iterations}.exr"))));
+        assert!(snapshot == bits(&rendered(of(iterations), EngineChoice::default()).0), "after {iterations}");
+    }
+}
+
 #[test]
 fn engines_agree_on_alpha_bit_by_bit() {
     for method in MethodName::ALL {
@@ -228,6 +245,9 @@ fn alpha_is_the_same_after_a_pause_and_of_parts() {
             });
             merge::Merge::open(&parts).unwrap().write(&path("merged.exr")).unwrap();
             assert!(bits(&read(&path("merged.exr"))) == whole);
+            let merge = merge::Merge::open(&parts).unwrap();
+            let refused = merge.write(&path("merged.jpg")).unwrap_err().to_string();
+            assert!(refused.contains("have no alpha") && !path("merged.jpg").exists(), "{refused}");
             // Alpha is a mean over iterations: of the first two, of the last four, and of all.
             let [first, last] = [&parts[..1], &parts[1..]].map(|part| {
                 merge::Merge::open(part).unwrap().write(&path("some.exr")).unwrap();

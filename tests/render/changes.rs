@@ -2,7 +2,7 @@
 
 use crate::{endless, image, small};
 use render::{End, Error, Every, Field, Job, Save};
-use scene::{Material, Rgb};
+use scene::{Automatic, Material, Quality, Rgb};
 use std::time::Duration;
 
 type Change = fn(&mut Job);
@@ -65,6 +65,45 @@ fn a_checkpoint_can_be_resumed_and_repeated() {
 
     let like = Job::like(&saved.path, None).unwrap();
     assert_eq!(like.scene.settings, small(6).settings);
+}
+
+/// It is the render that was begun: nothing is chosen anew, whatever is asked for.
+#[test]
+fn a_resumed_render_keeps_its_settings() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.sppm");
+    let mut job = Job::new(small(2));
+    job.save = Some(Save { path: file.clone(), every: Every::default(), keep: true });
+    job.start(()).unwrap().wait().unwrap();
+    let mut resumed = Job::resume(&file).unwrap().choosing(Automatic::all(Quality::Draft));
+    resumed.scene.settings.iterations = 3;
+    let outcome = resumed.start(()).unwrap().wait().unwrap();
+    assert_eq!((outcome.report.resumed_after, outcome.report.settings), (2, small(3).settings));
+    assert_eq!(outcome.last.unwrap().film, image(&small(3)));
+}
+
+/// The checkpoint that a stopped render leaves beside its image is gone on from, even if it is named as the render to repeat.
+#[test]
+fn a_checkpoint_beside_the_image_may_be_what_is_repeated() {
+    let folder = tempfile::tempdir().unwrap();
+    let image_file = folder.path().join("a.pfm");
+    let mut job = Job::new(small(2));
+    job.outputs.image = Some(image_file.clone());
+    job.save = Some(Save { keep: true, ..Save::beside(&image_file) });
+    let saved = job.start(()).unwrap().wait().unwrap().saved.unwrap();
+    let like = |keep| {
+        let mut job = Job::like(&saved.path, None).unwrap();
+        job.outputs.image = Some(image_file.clone());
+        job.save = Some(Save { keep, ..Save::beside(&image_file) });
+        job.start(())
+    };
+    // Kept under this name it would be an output like others, that overwrites an input.
+    let error = like(true).map(drop).unwrap_err();
+    assert!(matches!(error, Error::Input { field: Field::Checkpoint, .. }), "{error:?}");
+    let outcome = like(false).unwrap().wait().unwrap();
+    assert_eq!((outcome.report.resumed_after, outcome.report.iterations), (2, 2));
+    assert_eq!(outcome.last, None, "there was nothing left to be rendered");
+    assert_eq!(files::image_file::read(&image_file).unwrap(), image(&small(2)));
 }
 
 /// The sums of a checkpoint are worth nothing to another scene or other settings.

@@ -48,6 +48,14 @@ fn the_field_at_fault_is_named() {
     });
     assert_eq!(twice, (Field::RadiusImage, "radius_image: ./a.exr is also image; name another file".into()));
 
+    // A snapshot would overwrite the image that is repeated, though nobody has named its file as an output.
+    let snapshot = refused(|job| {
+        job.inputs.push((Field::Like, "a-0001.pfm".into()));
+        (job.outputs.image, job.outputs.snapshots) = (Some("a.pfm".into()), true);
+    });
+    assert_eq!(snapshot.0, Field::Snapshots);
+    assert!(snapshot.1.starts_with("snapshots: a-0001.pfm is also "), "{}", snapshot.1);
+
     let memory = refused(|job| job.memory_limit = Some(1));
     assert_eq!(memory.0, Field::MemoryLimit);
 

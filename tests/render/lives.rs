@@ -3,7 +3,7 @@
 use crate::cases::tell;
 use crate::{endless, image, path_tracer, small};
 use render::{End, EngineChoice, EngineName, Error, Field, Job, Notice, Observer, Step};
-use scene::{RadiusSchedule, Resumable, Settings, Stats, Stop};
+use scene::{Automatic, Quality, RadiusSchedule, Resumable, Settings, Stats, Stop};
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::thread::{sleep, spawn};
@@ -91,6 +91,27 @@ fn pilots_of_the_bias_do_not_count_as_time_of_the_render() {
     let outcome = job.start(()).unwrap().wait().unwrap();
     let (seconds, whole) = (outcome.report.wall_seconds, began.elapsed().as_secs_f64());
     assert!(seconds > 0.0 && seconds < whole / 4.0, "{seconds} s of {whole} s");
+}
+
+/// Nothing is said to be chosen that was not, and the settings stay as they are.
+#[test]
+fn a_render_that_is_stopped_while_settings_are_chosen_has_its_own() {
+    struct Begun(Sender<(Settings, bool)>);
+
+    impl Observer for Begun {
+        fn notice(&mut self, notice: &Notice) {
+            if let Notice::Begun { settings, chosen, .. } = notice {
+                self.0.send((*settings, chosen.any())).unwrap();
+            }
+        }
+    }
+
+    let (sender, begun) = channel();
+    let job = Job::new(small(2)).choosing(Automatic::all(Quality::Draft));
+    job.stop.request();
+    let outcome = job.start(Begun(sender)).unwrap().wait().unwrap();
+    assert_eq!((outcome.end, outcome.report.iterations), (End::Stopped, 0));
+    assert_eq!(begun.recv(), Ok((small(2).settings, false)));
 }
 
 #[test]

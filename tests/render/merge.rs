@@ -3,6 +3,7 @@
 use crate::small;
 use fast::Sppm;
 use files::checkpoint::Store;
+use files::lock::Lock;
 use render::merge::{Merge, part_of};
 use render::{EngineChoice, EngineName, Every, Job, Made, Save};
 use scene::{Engine, RadiusSchedule, Resumable, Scene, Settings, Stats};
@@ -93,6 +94,23 @@ fn a_merged_image_says_which_engine_rendered_its_parts() {
         for file in parts.iter().chain([&out, &again]) {
             std::fs::remove_file(file).unwrap();
         }
+    }
+}
+
+/// Image or checkpoint: what is merged is written to no file that another render is about to replace.
+#[test]
+fn a_merge_writes_no_file_of_another_render() {
+    let folder = tempfile::tempdir().unwrap();
+    let parts = [0..1, 1..2].map(|range| part(folder.path(), range, 2, EngineName::Fast));
+    for name in ["merged.pfm", "merged.sppm"] {
+        let out = folder.path().join(name);
+        let lock = Lock::take(&out).unwrap();
+        let refused = Merge::open(&parts).unwrap().write(&out).unwrap_err().to_string();
+        assert!(refused.contains(&format!("{name}: is in use by another render")), "{refused}");
+        assert!(!out.exists());
+        drop(lock);
+        Merge::open(&parts).unwrap().write(&out).unwrap();
+        assert!(out.is_file());
     }
 }
 

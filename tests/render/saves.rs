@@ -2,7 +2,7 @@
 
 use crate::small;
 use files::image_file;
-use render::{Every, Job, Observer, Outputs, Save, Step};
+use render::{Every, Job, Notice, Observer, Outputs, Save, Step};
 use scene::{Film, Plane, Resumable, Rgb, Settings};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -60,4 +60,54 @@ fn checkpoints_are_written_every_so_many_iterations_from_the_last_one_on() {
         let expected: Vec<u32> = (first + 1..then).filter(|n| (n - first).is_multiple_of(next)).collect();
         assert_eq!(saves(job, folder.path(), then, next), expected, "{then} after {first}, every {next}");
     }
+}
+
+/// Puts a folder in the place of the image after the first iteration, and notes what is told of checkpoints and images.
+#[derive(Clone, Default)]
+struct Obstacle {
+    image: PathBuf,
+    told: Arc<Mutex<Vec<String>>>,
+}
+
+impl Observer for Obstacle {
+    fn after(&mut self, step: &Step, engine: &dyn Resumable) {
+        if step.iteration == 1 {
+            std::fs::create_dir(&self.image).unwrap();
+        }
+        if step.saved {
+            let radii = image_file::read(&self.image.with_file_name("radius.pfm")).unwrap();
+            assert_eq!(radii.pixels[0], Rgb::splat(engine.probe(0, 0).radius), "the other image is there");
+        }
+    }
+
+    fn notice(&mut self, notice: &Notice) {
+        let line = match notice {
+            Notice::Saved { iterations } => format!("{iterations} saved"),
+            Notice::NotRefreshed(error) => {
+                format!("{} not refreshed", error.path.file_name().unwrap().display())
+            }
+            _ => return,
+        };
+        self.told.lock().unwrap().push(line);
+    }
+}
+
+/// With a checkpoint all images are written that can be, and which cannot is told. No work is lost at the end either.
+#[test]
+fn an_image_that_cannot_be_refreshed_is_told_and_holds_up_no_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let [image, radius, path] = ["a.pfm", "radius.pfm", "a.sppm"].map(|name| folder.path().join(name));
+    let obstacle = Obstacle { image: image.clone(), ..Obstacle::default() };
+    let mut job = Job::new(small(3));
+    job.save = Some(Save { path: path.clone(), every: Every::Iterations(2), keep: false });
+    job.outputs =
+        Outputs { image: Some(image.clone()), radius_image: Some(radius.clone()), ..Outputs::default() };
+    let outcome = job.start(obstacle.clone()).unwrap().wait().unwrap();
+    assert_eq!(*obstacle.told.lock().unwrap(), ["2 saved", "a.pfm not refreshed"]);
+    assert_eq!(outcome.written, [radius]);
+    let [failed] = outcome.failed.as_slice() else { panic!("{:?}", outcome.failed) };
+    assert_eq!((&failed.error.path, failed.refuge.as_ref().unwrap().is_file()), (&image, true));
+    // The checkpoint stays, with all iterations, although it was to be removed.
+    assert_eq!(outcome.saved.map(|saved| (saved.path, saved.iterations)), Some((path, 3)));
+    assert!(folder.path().join("a.sppm").is_file());
 }

@@ -660,13 +660,15 @@ mod tests {
         let index = before.spheres.iter().position(|sphere| sphere.material == style).unwrap();
         let black = Material::Diffuse { albedo: Rgb::ZERO };
         let radius = Some(before.spheres[index].radius * 1.5);
-        let parts = SphereParts { material: Some(black), radius, ..SphereParts::default() };
+        let emission = Some([1.0, 2.0, 3.0]);
+        let parts = SphereParts { material: Some(black), radius, emission, ..SphereParts::default() };
         model.apply(Change::Style(index, parts)).unwrap();
         let after = model.now().scene();
         for (old, new) in before.spheres.iter().zip(&after.spheres) {
             let is_styled = old.material == style;
             assert_eq!(new.center, old.center);
             assert_eq!(new.radius, if is_styled { old.radius * 1.5 } else { old.radius });
+            assert_eq!(new.emission, if is_styled { Rgb::new(1.0, 2.0, 3.0) } else { old.emission });
             let [was, is] = [(&before, old), (&after, new)]
                 .map(|(scene, sphere)| scene.materials[sphere.material as usize]);
             assert_eq!(is, if is_styled { black } else { was });

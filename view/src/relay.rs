@@ -228,6 +228,39 @@ mod tests {
         assert!(brightest > 0.0 && bytes.windows(4).any(|four| four == brightest.to_le_bytes()));
     }
 
+    /// One that the image does not have is shown as the image.
+    #[test]
+    fn the_last_picture_has_every_layer_in_its_place() {
+        struct Last(Relay, Arc<Hub>);
+        impl Observer for Last {
+            fn wants_image(&mut self, is_last: bool) -> bool {
+                is_last
+            }
+            fn image(&mut self, image: Image) {
+                let caption = Caption { version: 1, iterations: 2, whole: [8, 6], number: 1 };
+                let [radius, count] = [&image.radius, &image.count].map(|plane| plane.as_ref().unwrap());
+                assert_ne!(radius, count);
+                let expected = [
+                    of_film(&image.film, 0, caption),
+                    of_film(&image.film, 1, caption),
+                    of_plane(radius, 2, caption),
+                    of_plane(count, 3, caption),
+                ];
+                self.0.last(image);
+                let picture = self.1.pictures.borrow().clone().unwrap();
+                let shown = [0, 1, 2, 3].map(|layer| picture.layer(layer).unwrap());
+                assert!(shown == expected);
+            }
+        }
+        let hub = Arc::new(Hub::new(false, Vec::new()));
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        scene.settings =
+            Settings { width: 8, height: 6, iterations: 2, photons_per_iteration: 500, ..scene.settings };
+        let relay = Relay::new(Some(Arc::clone(&hub)), None, "box");
+        Job::new(scene).start(Last(relay, Arc::clone(&hub))).unwrap().wait().unwrap();
+        assert!(hub.pictures.borrow().is_some());
+    }
+
     /// Nobody looks, so nothing is developed.
     #[test]
     fn pictures_are_wanted_by_who_looks() {
@@ -238,5 +271,13 @@ mod tests {
         assert!(relay.wants() && !relay.lacks());
         drop(visit);
         assert!(!relay.wants());
+        // A layer that is not in the last picture is wanted at once, though nothing is new.
+        relay.publish(&hub, vec![(0, Bytes::new())], false);
+        let mut visit = hub.enter(1).unwrap();
+        assert!(!relay.lacks());
+        visit.look_at(2);
+        assert!(relay.wants() && relay.lacks());
+        relay.publish(&hub, vec![(0, Bytes::new()), (2, Bytes::new())], false);
+        assert!(!relay.lacks());
     }
 }

@@ -216,6 +216,10 @@ mod tests {
         let tone = Tone::Reinhard { white: 9.0 };
         assert_eq!(look("tone=reinhard&white=9"), Look { exposure: 0.0, tone });
         assert_eq!(look("exposure=NaN&tone=x&white=-1&more"), Look::default());
+        // Beyond them all is black or white.
+        for (asked, exposure) in [("500", 100.0), ("-1e9", -100.0), ("99.5", 99.5)] {
+            assert_eq!(look(&format!("exposure={asked}")).exposure, exposure, "{asked}");
+        }
     }
 
     #[test]

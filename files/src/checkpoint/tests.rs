@@ -355,6 +355,19 @@ fn invalid_content_is_rejected() {
     assert!(matches!(damage, Damage::Invalid { section: "its earlier image", .. }), "{damage}");
 }
 
+/// From the first iteration to the last that is done.
+#[test]
+fn an_earlier_image_is_of_some_iteration_that_is_done() {
+    let of = |iterations: u32| read(&whole(Sums::Photons, Some(&Past { iterations, ..past() })));
+    for iterations in 1..=3 {
+        assert_eq!(of(iterations).unwrap().past.unwrap().iterations, iterations);
+    }
+    for iterations in [0, 4] {
+        let line = of(iterations).unwrap_err().to_string();
+        assert!(line.contains(&format!("its earlier image is of iteration {iterations}, of 3")), "{line}");
+    }
+}
+
 #[test]
 fn an_engine_of_another_algorithm_is_rejected() {
     let bytes = whole(Sums::Photons, None);

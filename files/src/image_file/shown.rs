@@ -51,6 +51,7 @@ pub(super) fn greatest(values: &Picture<f32>) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tone::Tone;
     use super::*;
 
     fn picture<T>(pixel: &(dyn Fn(u32, u32) -> T + Sync)) -> Picture<'_, T> {
@@ -79,6 +80,20 @@ mod tests {
         assert_eq!(shown(Rgb::ONE * 1.1, 1.1), [255; 4]);
         assert_eq!(shown(Rgb::ONE, f32::NAN), [255, 0, 255, 255]);
         assert_eq!(shown(Rgb::Y * f32::NAN, 0.0), [255, 0, 255, 255]);
+    }
+
+    /// What covers its pixel whole is shown as in an image without alpha.
+    #[test]
+    fn alpha_changes_neither_exposure_nor_curve() {
+        let color = |x: u32, y: u32| Rgb::new(0.1, 0.02 * x as f32, 0.3) * (1 + y) as f32;
+        let opaque = |x, y| Rgba { color: color(x, y), alpha: 1.0 };
+        let encoding = Encoding { exposure: 1.5, tone: Tone::Agx, seed: 9, note: None };
+        let (plain, with_alpha) = (picture(&color), picture(&opaque));
+        let (codes, with_alpha) = (codes(&plain, &encoding), codes_with_alpha(&with_alpha, &encoding));
+        for (x, y) in (0..2).flat_map(|y| (0..3).map(move |x| (x, y))) {
+            let [r, g, b] = codes(x, y);
+            assert_eq!(with_alpha(x, y), [r, g, b, 255], "({x}, {y})");
+        }
     }
 
     #[test]

@@ -729,6 +729,8 @@ fn alpha_is_written_as_each_format_has_it() {
     // Associated alpha.
     let extra = decoder.get_tag_u16_vec(::tiff::tags::Tag::ExtraSamples).unwrap();
     assert_eq!(extra, [1]);
+    let ::tiff::decoder::DecodingResult::F32(samples) = decoder.read_image().unwrap() else { panic!() };
+    assert_eq!((&samples[..8], samples[11]), (&[0.25, 0.0, 0.5, 0.5, 0.0, 0.0, 0.0, 0.0][..], 0.5));
     for name in ["a.tif", "a.exr"] {
         assert_eq!(read(&path(name)).unwrap().pixels[..2], [half.color, Rgb::ZERO], "{name}");
     }

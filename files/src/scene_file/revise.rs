@@ -319,6 +319,102 @@ mod tests {
         assert_eq!(revise(other, &scene), None);
     }
 
+    /// The key of what is changed, and how it is.
+    type Change = (&'static str, fn(&mut Scene));
+
+    /// Beside the comments nothing is lost, whatever is changed, and whether or not the text has stated it before.
+    #[test]
+    fn each_part_of_a_scene_can_be_changed_by_itself() {
+        const BARE: &str = "# a comment\n[camera]\neye = [0, 0, 10]\ndirection = [0, 0, -1]\nvertical_fov_degrees = 40\n\
+            shutter = [0, 1]\n[settings]\niterations = 7\nphotons_per_iteration = 500\nmax_depth = 4\ninitial_radius = 1\n\
+            [materials.white]\ntype = \"diffuse\"\nalbedo = [1, 1, 1]\n\
+            [[sphere]]\ncenter = [0, 3, 0]\nradius = 1\nmaterial = \"white\"\nemission = [1, 1, 1]\n\
+            [[sphere]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"white\"\n";
+        let stated = BARE
+            .replace("shutter", "up = [0, 1, 0]\naperture_radius = 0\nfocus_distance = 1\nshutter")
+            .replace(
+                "iterations = 7",
+                "width = 40\nheight = 30\niterations = 7\nseed = 1\nfilter = \"box\"\nradius_pilots = 2\n\
+                radius_clearance = 0\nlight_samples = 1\nglint_samples = 1",
+            )
+            .replace(
+                "[[sphere]]\ncenter = [0, 0, 0]",
+                "[[sphere]]\nvelocity = [0, 0, 0]\ncenter = [0, 0, 0]",
+            );
+        let changes: [Change; 23] = [
+            ("eye", |scene| scene.camera.eye.x = 0.5),
+            ("direction", |scene| scene.camera.direction.y = 0.25),
+            ("up", |scene| scene.camera.up = Vec3::new(0.5, 1.0, 0.0)),
+            ("vertical_fov_degrees", |scene| scene.camera.vertical_fov_degrees = 33.5),
+            ("aperture_radius", |scene| scene.camera.aperture_radius = 0.125),
+            ("focus_distance", |scene| scene.camera.focus_distance = 9.5),
+            ("shutter", |scene| scene.camera.shutter = [0.25, 0.5]),
+            ("width", |scene| scene.settings.width = 123),
+            ("height", |scene| scene.settings.height = 45),
+            ("iterations", |scene| scene.settings.iterations = 8),
+            ("photons_per_iteration", |scene| scene.settings.photons_per_iteration = 600),
+            ("max_depth", |scene| scene.settings.max_depth = 9),
+            ("initial_radius", |scene| scene.settings.initial_radius = 0.75),
+            ("seed", |scene| scene.settings.seed = 99),
+            ("filter", |scene| scene.settings.filter = Filter::Mitchell),
+            ("radius_pilots", |scene| scene.settings.radius_pilots = 5),
+            ("radius_clearance", |scene| scene.settings.radius_clearance = 0.5),
+            ("light_samples", |scene| scene.settings.light_samples = 3),
+            ("glint_samples", |scene| scene.settings.glint_samples = 6),
+            ("center", |scene| scene.spheres[1].center.x = 0.5),
+            ("radius", |scene| scene.spheres[1].radius = 0.5),
+            ("emission", |scene| scene.spheres[1].emission = Rgb::X),
+            ("velocity", |scene| scene.spheres[1].velocity = Vec3::X),
+        ];
+        for text in [BARE, &stated] {
+            let before = parse("a.toml", text).unwrap();
+            for (key, change) in changes {
+                let mut scene = before.clone();
+                change(&mut scene);
+                assert_ne!(scene, before, "{key}");
+                let revised = revise(text, &scene).unwrap_or_else(|| panic!("{key} in\n{text}"));
+                assert_eq!(parse("a.toml", &revised).unwrap(), scene, "{key}");
+                // Every line stays but for that of the key.
+                let is_kept = |line: &str| line.starts_with(&format!("{key} = ")) || revised.contains(line);
+                assert!(text.lines().all(is_kept), "{key}: {revised}");
+            }
+        }
+    }
+
+    /// A camera or settings in braces are revised within them.
+    #[test]
+    fn tables_in_braces_are_revised_as_well() {
+        let text = "camera = { eye = [0, 0, 10], direction = [0, 0, -1], vertical_fov_degrees = 40 } # from the door\n\
+            settings = { iterations = 3, photons_per_iteration = 500, max_depth = 4, initial_radius = 1 } # in a hurry\n\
+            [[sphere]] # the lamp\ncenter = [0, 0, 0]\nradius = 1\nemission = [1, 1, 1]\n\
+            material = { type = \"diffuse\", albedo = [1, 1, 1] }\n";
+        let mut scene = parse("a.toml", text).unwrap();
+        scene.camera.eye = Vec3::new(0.5, 0.0, 10.0);
+        scene.settings.max_depth = 9;
+        let expected =
+            text.replace("eye = [0, 0, 10]", "eye = [0.5, 0, 10]").replace("depth = 4", "depth = 9");
+        assert_eq!(revise(text, &scene), Some(expected));
+    }
+
+    /// Rather than a text that states another scene, there is none.
+    #[test]
+    fn a_text_that_would_mean_another_scene_is_not_given() {
+        let text = crate::builtin::find("cornell").unwrap().text;
+        let scene = crate::builtin::scene("cornell").unwrap();
+        assert!(revise(text, &scene).is_some());
+        let changes: [fn(&mut Scene); 4] = [
+            |scene| scene.settings.radius_schedule = scene::RadiusSchedule::Global,
+            |scene| scene.settings.seed = u64::MAX,
+            |scene| scene.transparent_background = true,
+            |scene| scene.background = Rgb::ONE,
+        ];
+        for (k, change) in changes.into_iter().enumerate() {
+            let mut other = scene.clone();
+            change(&mut other);
+            assert_eq!(revise(text, &other), None, "change {k}");
+        }
+    }
+
     #[test]
     fn names_are_in_the_order_of_the_file() {
         let names = sphere_names(crate::builtin::find("cornell").unwrap().text);

@@ -306,6 +306,28 @@ mod tests {
         assert!(files.eq([here.as_path(), absolute.as_path()]), "{text}");
     }
 
+    /// An image that is given to others says nothing of the folders of whoever made it.
+    #[test]
+    fn portable_texts_name_files_of_particles_without_folders() {
+        let mut scene = crate::builtin::scene("cornell").unwrap();
+        let import = |file: &str| Import {
+            file: file.into(),
+            digest: "0f".into(),
+            table: String::new(),
+            spheres: 9..9,
+            materials: scene.materials.len()..scene.materials.len(),
+        };
+        scene.imports = vec![import("/home/me/a.xyz"), import("../b.gro"), import("c.pdb")];
+        let files = |text: String| -> Vec<String> {
+            text.lines().filter_map(|line| line.strip_prefix("file = ")).map(str::to_owned).collect()
+        };
+        let settings = &scene.settings;
+        let portable = files(to_portable_text(&scene, settings));
+        assert_eq!(portable, ["\"a.xyz\"", "\"b.gro\"", "\"c.pdb\""]);
+        let whole = files(to_text(&scene, settings));
+        assert_eq!(whole, ["\"/home/me/a.xyz\"", "\"../b.gro\"", "\"c.pdb\""]);
+    }
+
     /// No value is a default, and no two are alike.
     #[test]
     fn everything_is_read_back() {

@@ -1,6 +1,6 @@
 //! Arrays of `NumPy`, alone and in archives.
 
-use super::{fault, parse};
+use super::{fault, labels, parse};
 use crate::specimens::{by_columns, gzip, npy, specimens, zip};
 use importers::{Cell, Format, Frame, Request, frames, read_from};
 use std::io::Cursor;
@@ -104,6 +104,85 @@ fn positions_in_archives_may_have_radii_beside_them() {
     }
     let third = of(&[("diameters.npy", &charges), ("radii.npy", &radii), ("xyz.npy", &plain)]);
     assert_eq!(third.radii.as_deref(), Some(&[7.0, 8.0][..]), "a diameter says nothing beside a radius");
+}
+
+/// Later versions have longer headers, or names in other alphabets; and some machines write the greatest byte first.
+#[test]
+fn arrays_of_all_versions_and_byte_orders_are_read() {
+    let [little, big]: [Vec<u8>; 2] = [f64::to_le_bytes, f64::to_be_bytes]
+        .map(|bytes| [1.0, -2.5, 3.0, 0.1, 5.0, 600.0].into_iter().flat_map(bytes).collect());
+    let first = npy("'<f8'", "(2, 3)", false, &little);
+    let right = parse(Format::Npy, &first);
+    assert_eq!(right.positions, [[1.0, -2.5, 3.0], [0.1, 5.0, 600.0]]);
+    assert_eq!(parse(Format::Npy, npy("'>f8'", "(2, 3)", false, &big)), right);
+    for version in [2, 3] {
+        // The length of the header has four bytes instead of two.
+        let later = [&first[..6], &[version, 0], &first[8..10], &[0, 0], &first[10..]].concat();
+        assert_eq!(parse(Format::Npy, later), right, "version {version}");
+    }
+    let whole: Vec<u8> = [1_i16, -2, 300].into_iter().flat_map(i16::to_be_bytes).collect();
+    assert_eq!(parse(Format::Npy, npy("'>i2'", "(1, 3)", false, &whole)).positions, [[1.0, -2.0, 300.0]]);
+}
+
+/// Whole numbers are shares of the greatest of their type, however dark a picture is; and of four components the last is no
+/// colour.
+#[test]
+fn colours_of_arrays_are_scaled_by_their_type_and_have_no_alpha() {
+    let colors = |descr: &str, shape: &str, numbers: &[u8]| {
+        let files = [
+            ("positions.npy", npy("'<f8'", "(2, 3)", false, &[0; 48])),
+            ("colors.npy", npy(descr, shape, false, numbers)),
+        ];
+        parse(Format::Npz, zip(&files, false)).colors.unwrap()
+    };
+    let dark = [[1.0 / 255.0, 0.0, 0.0], [0.0, 1.0 / 255.0, 0.0]];
+    assert_eq!(colors("'|u1'", "(2, 3)", &[1, 0, 0, 0, 1, 0]), dark);
+    assert_eq!(colors("'|u1'", "(2, 4)", &[51, 0, 255, 7, 1, 0, 0, 9]), [[0.2, 0.0, 1.0], dark[0]]);
+    let words: Vec<u8> =
+        [65_535_u16, 0, 13_107, 0, 65_535, 0].into_iter().flat_map(u16::to_le_bytes).collect();
+    assert_eq!(colors("'<u2'", "(2, 3)", &words), [[1.0, 0.0, 0.2], [0.0, 1.0, 0.0]]);
+    // What NumPy makes of whole numbers that are given no type.
+    let wide: Vec<u8> = [255_i64, 0, 51, 0, 255, 0].into_iter().flat_map(i64::to_le_bytes).collect();
+    assert_eq!(colors("'<i8'", "(2, 3)", &wide), [[1.0, 0.0, 0.2], [0.0, 1.0, 0.0]]);
+    let floats: Vec<u8> =
+        [0.25_f32, 0.5, 0.75, 0.125, 1.0, 0.0, 0.5, 0.375].into_iter().flat_map(f32::to_le_bytes).collect();
+    assert_eq!(colors("'<f4'", "(2, 4)", &floats), [[0.25, 0.5, 0.75], [1.0, 0.0, 0.5]]);
+    let row = [&[0; 12][..], &[51, 0, 255, 7]].concat();
+    let structured = npy("[('pos', '<f4', (3,)), ('rgba', '|u1', (4,))]", "(1,)", false, &row);
+    assert_eq!(parse(Format::Npy, structured).colors.unwrap(), [[0.2, 0.0, 1.0]]);
+}
+
+/// A cell by its edges, and where it begins and along which of them it repeats; and columns of whole numbers and texts.
+#[test]
+fn archives_tell_the_cell_and_what_particles_are() {
+    let numbers =
+        |numbers: &[f64]| numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>();
+    let words = |numbers: &[i32]| numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>();
+    let text = "A\0BC".chars().flat_map(|c| u32::from(c).to_le_bytes()).collect::<Vec<u8>>();
+    for (cell, origin) in [("cell", "origin"), ("box", "cell_origin"), ("lattice", "Origin")] {
+        let [cell, origin] = [cell, origin].map(|name| format!("{name}.npy"));
+        let files = [
+            ("pbc.npy", npy("'|b1'", "(3,)", false, &[1, 0, 1])),
+            (origin.as_str(), npy("'<f8'", "(3,)", false, &numbers(&[1.0, -2.0, 0.5]))),
+            (cell.as_str(), npy("'<f8'", "(3,)", false, &numbers(&[4.0, 5.0, 6.0]))),
+            ("positions.npy", npy("'<f8'", "(2, 3)", false, &numbers(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]))),
+            ("types.npy", npy("'<i4'", "(2,)", false, &words(&[3, -1]))),
+            ("elements.npy", npy("'<i4'", "(2,)", false, &words(&[8, 1]))),
+            ("molecules.npy", npy("'<i4'", "(2,)", false, &words(&[7, 9]))),
+            ("chains.npy", npy("'<U2'", "(2,)", false, &text)),
+            ("Charge.npy", npy("'<i4'", "(2,)", false, &words(&[-2, 1]))),
+        ];
+        let particles = parse(Format::Npz, zip(&files, true));
+        let vectors = [[4.0, 0.0, 0.0], [0.0, 5.0, 0.0], [0.0, 0.0, 6.0]];
+        let right = Cell { origin: [1.0, -2.0, 0.5], vectors, periodic: [true, false, true] };
+        assert_eq!(particles.cell, Some(right), "{cell} {origin}");
+        assert_eq!(labels(particles.types.as_ref()), ["3", "-1"]);
+        assert_eq!(labels(particles.chains.as_ref()), ["A", "BC"]);
+        assert_eq!((&particles.elements, &particles.molecules), (&Some(vec![8, 1]), &Some(vec![7, 9])));
+        // Columns keep their names as they are written.
+        assert_eq!(particles.available, ["Charge"]);
+        assert_eq!(particles.property("Charge"), Some(&[-2.0, 1.0][..]));
+    }
 }
 
 #[test]

@@ -164,3 +164,30 @@ fn of_disordered_groups_one_is_read() {
     // An occupancy that is not stated is whole.
     assert_eq!(x(&text.replace("0.4(1)", "?").replace("0.4", ".")), [1.0, 2.0, 4.0, 6.0, 8.0]);
 }
+
+/// Both are in the files of the PDB: authors' numbers are those that papers name, and names of atoms are the standard's.
+#[test]
+fn chains_and_numbers_of_mmcif_are_those_of_the_authors() {
+    let with = |names: &str, row: &str| {
+        let names = names.split(' ').map(|name| format!("_atom_site.{name}\n")).collect::<Vec<_>>().concat();
+        // The unit cube of a structure that is no crystal.
+        let cell = ["a", "b", "c"].map(|side| format!("_cell.length_{side} 1.000\n")).concat();
+        parse(Format::Mmcif, format!("data_a\n{cell}loop_\n{names}{row}\n"))
+    };
+    let standard =
+        "id type_symbol label_atom_id label_comp_id label_asym_id label_seq_id Cartn_x Cartn_y Cartn_z";
+    let own = "auth_seq_id auth_comp_id auth_asym_id auth_atom_id";
+    for (names, row, expected) in [
+        (format!("{standard} {own}"), "1 Fe3+ M1 LA X 1 1 2 3 101 AU A N1", ("M1", "AU", "A", 101)),
+        (format!("{own} {standard}"), "101 AU A N1 1 Fe3+ M1 LA X 1 1 2 3", ("M1", "AU", "A", 101)),
+        (standard.to_owned(), "1 Fe3+ M1 LA X 1 1 2 3", ("M1", "LA", "X", 1)),
+    ] {
+        let particles = with(&names, row);
+        let first = |column: &Option<importers::Labels>| labels(column.as_ref())[0].to_owned();
+        let [name, residue, chain] = [&particles.names, &particles.residues, &particles.chains].map(first);
+        let number = particles.residue_numbers.as_ref().unwrap()[0];
+        assert_eq!((&*name, &*residue, &*chain, number), expected, "{names}");
+        // By the symbol, whatever its charge.
+        assert_eq!((particles.elements, particles.cell), (Some(vec![26]), None));
+    }
+}

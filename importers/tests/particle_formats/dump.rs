@@ -42,6 +42,11 @@ fn dumps_are_sorted_and_their_boxes_understood() {
     let general = dump("abc origin pp pp pp\n1 2 0 -1\n-3 1 0 -2\n0 1 4 -3", "xs ys zs\n1 0 0\n0 0.5 0.5");
     let particles = parse(Format::Dump, general);
     assert_eq!(particles.positions, [[0.0, 0.0, -3.0], [-2.5, -1.0, -1.0]]);
+    // Sections that say nothing of particles are passed over, however long they are.
+    let text = "ITEM: UNITS\nmetal\nITEM: TIMESTEP\n0\nITEM: TIME\n0.25\nITEM: WHAT MAY COME\n1 2 3\nx\n\n7\n\
+                ITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS x y z\n1 2 3\n";
+    let particles = parse(Format::Dump, text);
+    assert_eq!((particles.positions, particles.unit), (vec![[1.0, 2.0, 3.0]], Unit::Angstrom));
     // Wrapped coordinates go before unwrapped ones.
     assert_eq!(
         parse(Format::Dump, dump("pp pp pp\n0 1\n0 1\n0 1", "xu yu zu x y z\n9 9 9 1 2 3\n9 9 9 4 5 6"))

@@ -110,6 +110,35 @@ fn gsd_frames_share_nothing_with_the_frame_before() {
     assert_eq!(read_last(&[&first, &number]), right);
 }
 
+/// In the first version each name has 64 bytes.
+#[test]
+fn gsd_of_the_first_version_says_the_same() {
+    let singles =
+        |numbers: &[f32]| numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>();
+    let chunks = [
+        (0, "particles/N", 3, 1, 2_u32.to_le_bytes().to_vec()),
+        (0, "configuration/box", 9, 1, singles(&[4.0, 5.0, 6.0, 0.0, 0.5, 0.0])),
+        (0, "particles/position", 9, 3, singles(&[1.0, 2.0, 3.0, -1.0, -2.0, -3.0])),
+        (0, "particles/diameter", 9, 1, singles(&[0.5, 3.0])),
+        (0, "particles/charge", 9, 1, singles(&[-1.0, 2.0])),
+    ];
+    let second = gsd_of(&chunks);
+    let list_at = u64::from_le_bytes(second[24..32].try_into().unwrap()) as usize;
+    let mut first = second[..list_at].to_vec();
+    for (_, name, ..) in &chunks {
+        let begin = first.len();
+        first.extend(name.bytes());
+        first.resize(begin + 64, 0);
+    }
+    // Room for one more.
+    first.extend([0; 64]);
+    first[32..40].copy_from_slice(&(chunks.len() as u64 + 1).to_le_bytes());
+    first[44..48].copy_from_slice(&(1_u32 << 16).to_le_bytes());
+    let particles = parse(Format::Gsd, &first);
+    assert_eq!(particles.positions, [[1.0, 2.0, 3.0], [-1.0, -2.0, -3.0]]);
+    assert_eq!(particles, parse(Format::Gsd, &second));
+}
+
 #[test]
 fn faults_of_gsd_are_told_with_their_bytes() {
     let fault = |chunks: &[Chunk]| fault(Format::Gsd, gsd_of(chunks));

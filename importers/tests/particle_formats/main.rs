@@ -12,7 +12,7 @@ mod specimens;
 mod tables;
 mod xyz;
 
-use importers::{Format, Frame, Particles, Properties, Request, Trajectory, frames, read, read_from};
+use importers::{Format, Frame, Particles, Properties, Request, Trajectory, Unit, frames, read, read_from};
 use specimens::{COUNT, gsd_of, gzip, place, specimens};
 use std::io::Cursor;
 use std::path::PathBuf;
@@ -97,6 +97,20 @@ fn formats_are_told_by_content_or_name() {
     assert_eq!(missing.to_string(), "missing.xyz: there is no such file");
 }
 
+/// What no other format begins with is believed before a name, and a name before what the first lines look like.
+#[test]
+fn signatures_go_before_names_and_names_before_looks() {
+    let signed = [Format::Gsd, Format::Npy, Format::Npz, Format::Ply, Format::Dump];
+    for specimen in specimens().into_iter().filter(|specimen| signed.contains(&specimen.format)) {
+        let (_folder, path) = file("a.xyz", &specimen.bytes);
+        assert_eq!(read(&path, &Request::default()).unwrap().format, specimen.format, "{}", specimen.name);
+    }
+    // A title and an atom that are numbers.
+    let (_folder, path) = file("a.gro", "7\n1\n    1SOL      1    1   0.100   0.200   0.300\n 1 1 1\n");
+    let particles = read(&path, &Request::default()).unwrap();
+    assert_eq!((particles.format, particles.positions), (Format::Gro, vec![[0.1, 0.2, 0.3]]));
+}
+
 /// An ending that stands for a format goes before what comes earlier in a name.
 #[test]
 fn numbered_dumps_are_told_by_a_part_of_their_name() {
@@ -157,6 +171,48 @@ fn frames_are_found_by_number_and_from_the_end() {
             "{name}"
         );
     }
+}
+
+/// Each frame has its own header, and GRO also a line after its atoms.
+#[test]
+fn frames_of_gro_files_and_dumps_follow_each_other() {
+    let gro =
+        |x: usize| format!("frame {x}\n1\n    1SOL     OW    1   {x}.000   2.000   3.000\n 1 2 {}\n", x + 1);
+    let dump =
+        |x: usize| format!("ITEM: TIMESTEP\n{x}\nITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS x y z\n{x} 2 3\n");
+    let of = |frame: &dyn Fn(usize) -> String| (0..3).map(frame).collect::<String>();
+    for (name, text, title) in [("a.gro", of(&gro), "frame"), ("a.dump", of(&dump), "timestep")] {
+        let (_folder, path) = file(name, text);
+        let trajectory = Trajectory::open(&path).unwrap();
+        assert_eq!(trajectory.frames(), 3, "{name}");
+        for number in [2, 0, 1] {
+            let request = all(Frame::Number(number));
+            let particles = trajectory.read(&request).unwrap();
+            assert_eq!((particles.frame, particles.positions[0][0]), (number, number as f64), "{name}");
+            assert_eq!(particles.title, format!("{title} {number}"));
+            let height = particles.cell.map(|cell| cell.vectors[2][2]);
+            assert_eq!(height, (name == "a.gro").then_some(number as f64 + 1.0));
+            assert_eq!(particles, read(&path, &request).unwrap(), "{name}");
+        }
+        assert_eq!(read(&path, &all(Frame::Last)).unwrap().frame, 2, "{name}");
+    }
+}
+
+/// LAMMPS writes it at the beginning of a file alone.
+#[test]
+fn the_unit_of_the_first_frame_of_a_dump_is_that_of_all() {
+    let frame =
+        |x: usize| format!("ITEM: TIMESTEP\n{x}\nITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS x y z\n{x} 2 3\n");
+    let text = format!("\nITEM: UNITS\nsi\n{}{}{}", frame(0), frame(1), frame(2));
+    let (_folder, path) = file("a.dump", text);
+    let trajectory = Trajectory::open(&path).unwrap();
+    for asked in [Frame::Number(0), Frame::Number(2), Frame::Last] {
+        let request = all(asked);
+        assert_eq!(read(&path, &request).unwrap().unit, Unit::Metre, "{asked:?}");
+        assert_eq!(trajectory.read(&request).unwrap().unit, Unit::Metre, "{asked:?}");
+    }
+    let (_folder, path) = file("a.dump", format!("{}{}", frame(0), frame(1)));
+    assert_eq!(read(&path, &all(Frame::Last)).unwrap().unit, Unit::Unknown);
 }
 
 #[test]

@@ -25,6 +25,36 @@ fn pdb_numbers_go_on_in_hybrid_36() {
     assert_eq!((particles.elements, labels(particles.chains.as_ref())), (Some(vec![6; 4]), vec!["A"; 4]));
 }
 
+/// Programs with more atoms than five columns hold take one more: before serial numbers and after those of residues it is blank
+/// otherwise.
+#[test]
+fn pdb_numbers_may_be_one_column_wider() {
+    let row = |serial: u32, number: u32| {
+        format!("ATOM  {serial:>6} CA  ALA A{number:>5}      1.000   2.000   3.000\n")
+    };
+    let particles = parse(Format::Pdb, [row(123_456, 12_345), row(123_457, 12_346)].concat());
+    assert_eq!(particles.ids, Some(vec![123_456, 123_457]));
+    assert_eq!(particles.residue_numbers, Some(vec![12_345, 12_346]));
+    assert_eq!(labels(particles.names.as_ref()), ["CA", "CA"]);
+}
+
+/// The columns of the element go before the name, which tells it where they are empty or hold something else.
+#[test]
+fn pdb_elements_are_those_of_their_columns() {
+    let row = |name: &str, residue: &str, element: &str| {
+        let rest = format!("   1.000   2.000   3.000  1.00  5.00          {element:>2}");
+        atom("1", name, ' ', residue, "1", &rest)
+    };
+    let text = [
+        row(" CA ", "ALA", "C"),
+        row(" CA ", "ALA", "CA"),
+        row(" CA ", "ALA", ""),
+        row("ZN  ", "ZN", "XX"),
+        row("HG  ", "HG", "H"),
+    ];
+    assert_eq!(parse(Format::Pdb, text.concat()).elements, Some(vec![6, 20, 6, 30, 1]));
+}
+
 #[test]
 fn pdb_alternatives_are_chosen_by_mean_occupancy() {
     let of = |name: &str, mark: char, x: f64, occupancy: f64| {

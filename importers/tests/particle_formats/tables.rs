@@ -42,6 +42,31 @@ fn colours_are_scaled_by_their_type() {
     assert_eq!(csv, [[0.25, 1.0, 0.0]]);
 }
 
+/// Wherever they stand; and a column keeps its name as it is written.
+#[test]
+fn comments_and_blank_lines_of_tables_are_no_particles() {
+    for separator in [",", ";", "\t", " "] {
+        let text = "x,y,z,Charge\n# written, as it were, by hand\n\n1,2,3,0.5\n\n#4,5,6,7\n4,5,6,-1\n   \n"
+            .replace(',', separator);
+        let particles = parse(Format::Csv, &text);
+        assert_eq!(particles.positions, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], "{separator:?}");
+        assert_eq!(particles.available, ["Charge"]);
+        assert_eq!(particles.property("Charge"), Some(&[0.5, -1.0][..]));
+    }
+}
+
+/// What is missing is no number, rather than 0. Ids that are texts, as tables of other programs have them, are left out.
+#[test]
+fn fields_of_tables_may_be_missing_or_truths() {
+    let text =
+        "x,y,z,id,q,fixed\n1,2,3,a7,0.5,1\n4,5,6,b2,,False\n7,8,9,7,NA,T\n1,1,1,,?,F\n1,1,1,x,.,true\n";
+    let particles = parse(Format::Csv, text);
+    assert_eq!((particles.len(), &particles.ids), (5, &None));
+    assert_eq!(particles.property("fixed"), Some(&[1.0, 0.0, 1.0, 0.0, 1.0][..]));
+    let q = particles.property("q").unwrap();
+    assert!(q[0] == 0.5 && q[1..].iter().all(|value| value.is_nan()), "{q:?}");
+}
+
 #[test]
 fn tables_of_all_separators_are_read() {
     for separator in [',', ';', '\t'] {

@@ -32,6 +32,36 @@ fn comments_of_plain_xyz_may_hold_anything() {
     assert_eq!((cell.origin, cell.periodic), ([-1.0, 0.0, 2.0], [false, false, true]));
 }
 
+/// Columns of several fields are as wide as they say, also those that mean nothing here.
+#[test]
+fn columns_of_extended_xyz_are_what_their_names_say() {
+    let text = "2\nProperties=atom_name:S:1:note:S:2:resname:S:1:chain:S:1:mol:I:1:pos:R:3:forces:R:3:spin:R:2\n\
+                CA p q ALA A 7 1 2 3 0.5 0.25 0.75 8 9\nOW r s SOL B 3 4 5 6 1.5 1.25 1.75 6 5\n";
+    let particles = parse(Format::Xyz, text);
+    assert_eq!(labels(particles.names.as_ref()), ["CA", "OW"]);
+    assert_eq!(labels(particles.residues.as_ref()), ["ALA", "SOL"]);
+    assert_eq!(labels(particles.chains.as_ref()), ["A", "B"]);
+    assert_eq!((&particles.molecules, &particles.types), (&Some(vec![7, 3]), &None));
+    assert_eq!(particles.positions, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+    assert_eq!(particles.available, ["forces_x", "forces_y", "forces_z", "spin_0", "spin_1"]);
+    for (name, values) in [("forces_y", [0.25, 1.25]), ("spin_0", [8.0, 6.0]), ("spin_1", [9.0, 5.0])] {
+        assert_eq!(particles.property(name), Some(&values[..]), "{name}");
+    }
+}
+
+#[test]
+fn truths_of_pbc_are_written_in_many_ways() {
+    let periodic = |pbc: &str| {
+        let text = format!("1\nLattice=\"4 5 6\" pbc={pbc}\nO 1 2 3\n");
+        parse(Format::Xyz, text).cell.unwrap().periodic
+    };
+    for pbc in ["\"T F T\"", "\"1 0 1\"", "[True, False, True]", "{true false true}", "[T,F,T]"] {
+        assert_eq!(periodic(pbc), [true, false, true], "{pbc}");
+    }
+    let wrong = fault(Format::Xyz, "1\nLattice=\"4 5 6\" pbc=\"T F\"\nO 1 2 3\n");
+    assert!(wrong.starts_with(":2: pbc=\"T F\" is wrong"), "{wrong}");
+}
+
 #[test]
 fn lattices_are_vectors_or_lengths_of_edges() {
     let cell = |comment: &str| parse(Format::Xyz, format!("1\n{comment}\nO 1 2 3\n")).cell;

@@ -63,8 +63,8 @@ class Job:
 
     @property
     def state(self) -> Path:
-        """The checkpoint that the farm keeps of it, beside the image."""
-        return self.output.with_name(self.output.name + ".sppm")
+        """The checkpoint that the farm keeps of it: beside the image, or the output itself if that is one."""
+        return self.output if self.output.suffix == ".sppm" else self.output.with_name(self.output.name + ".sppm")
 
     @property
     def iterations(self) -> int:

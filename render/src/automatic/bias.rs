@@ -156,6 +156,19 @@ mod tests {
         assert!((wide / without - 1.0).abs() < 1e-3 && narrow < 0.5 * without, "{without}, {wide}, {narrow}");
     }
 
+    /// Path tracing with photons for caustics has the bias of these alone: none at all where nothing is smooth.
+    #[test]
+    fn the_bias_is_of_the_light_that_photons_carry() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        let diffuse = scene.materials.len() as u32;
+        scene.materials.push(scene::Material::Diffuse { albedo: Rgb::splat(0.5) });
+        scene.spheres.iter_mut().for_each(|sphere| sphere.material = diffuse);
+        (scene.settings.width, scene.settings.height, scene.settings.initial_radius) = (32, 24, 16.0);
+        let of = |method| first_bias(&scene, (method, LaneKind::best()), &Stop::new()).unwrap().relative;
+        let (photons, hybrid) = (of(MethodName::Sppm), of(MethodName::Hybrid));
+        assert!(hybrid == 0.0 && photons > 0.0, "{photons} and {hybrid}");
+    }
+
     #[test]
     fn photons_are_as_many_as_pixels_ask_for_but_not_too_few() {
         let of = |width, height| photons(&Settings { width, height, ..Settings::default() });

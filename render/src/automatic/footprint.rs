@@ -87,6 +87,18 @@ mod tests {
         assert_eq!(footprint(LaneKind::best(), &black, &black.settings), None);
     }
 
+    /// The ball is around the camera while the shutter is open, and nowhere near it at time 0.
+    #[test]
+    fn a_footprint_is_on_what_is_there_when_the_shutter_is_open() {
+        let mut scene = from_the_centre(Material::Diffuse { albedo: Vec3::splat(0.5) });
+        let exact = footprint(LaneKind::best(), &scene, &scene.settings);
+        assert!(exact.is_some());
+        scene.camera.shutter = [5.0; 2];
+        scene.spheres[0].velocity = Vec3::Y * 100.0;
+        scene.spheres[0].center = Vec3::Y * -500.0;
+        assert_eq!(footprint(LaneKind::best(), &scene, &scene.settings), exact);
+    }
+
     /// Evenly over the image, from the middle of their parts, and at most so many along a side.
     #[test]
     fn rays_are_spread_over_the_image() {

@@ -236,6 +236,26 @@ mod tests {
         assert_eq!((two.deposits, two.contributions, two.photon_seconds), (10, 12, 0.0));
     }
 
+    /// By the method of the render, of which each segment of a path may ask for light.
+    #[test]
+    fn pilots_are_images_by_their_method() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        (scene.settings.width, scene.settings.height) = (8, 6);
+        scene.settings.photons_per_iteration = 2000;
+        let (settings, lanes, stop) = (scene.settings, LaneKind::best(), Stop::new());
+        let of = |method| run((method, lanes), &scene, &settings, 1, None, &stop).unwrap();
+        let (mut photons, paths) = (Sppm::new(&scene, &settings), PathTracer::new(&scene, &settings));
+        let mut hybrid = fast::hybrid(paths, Sppm::new(&scene, &settings));
+        photons.iterate();
+        hybrid.iterate();
+        let (by_photons, by_both) = (of(MethodName::Sppm), of(MethodName::Hybrid));
+        assert!(by_photons.films == [photons.develop()] && by_both.films == [hybrid.develop()]);
+        assert_eq!(by_photons.stats.shadow_rays, photons.stats().shadow_rays);
+        let segments = hybrid.stats().camera_segments;
+        assert!(segments > 0);
+        assert_eq!([by_both.stats.shadow_rays, by_both.stats.camera_segments], [segments; 2]);
+    }
+
     #[test]
     fn loss_is_the_share_that_is_missing() {
         let (whole, dark) = (film(8, 8, |_| 2.0), film(8, 8, |_| 1.0));

@@ -2,7 +2,7 @@
 
 use super::*;
 use rayon::ThreadPoolBuilder;
-use scene::Rgb;
+use scene::{Material, Rgb};
 
 fn cornell() -> Scene {
     let scene = files::builtin::scene("cornell").unwrap();
@@ -277,6 +277,41 @@ fn global_radii_begin_smaller() {
     let [per_pixel, global] = RadiusSchedule::ALL.map(of);
     let share = global / per_pixel;
     assert!((share.powi(2) - 2.0 / 3.0).abs() < 0.02, "{share}");
+}
+
+/// However small or large the scene: what is chosen is a radius that a render takes, also if pilots or clearance narrow it.
+#[test]
+fn radii_that_are_chosen_are_within_their_bounds() {
+    for schedule in RadiusSchedule::ALL {
+        for size in [f32::MIN_POSITIVE, 1e-30, 1e-15, 1.0, 1e15, 1e30, f32::MAX, f32::INFINITY] {
+            let initial_radius = first_radius(size, schedule);
+            let settings = Settings { initial_radius, radius_schedule: schedule, ..Settings::default() };
+            settings.validate().unwrap();
+            if schedule == RadiusSchedule::PerPixel {
+                Settings { radius_pilots: 1, ..settings }.validate().unwrap();
+                Settings { radius_clearance: CLEARANCE, ..settings }.validate().unwrap();
+            }
+        }
+    }
+}
+
+/// Where nothing is smooth there are no caustics, so photons tell path tracing with photons for caustics nothing, however many
+/// there are; photon mapping has all light from them.
+#[test]
+fn photons_are_chosen_by_the_method_that_takes_them() {
+    let mut scene = cornell();
+    let diffuse = scene.materials.len() as u32;
+    scene.materials.push(Material::Diffuse { albedo: scene::Rgb::splat(0.5) });
+    scene.spheres.iter_mut().for_each(|sphere| sphere.material = diffuse);
+    (scene.settings.width, scene.settings.height) = (256, 192);
+    let automatic =
+        Automatic { quality: Quality::Final, photons_per_iteration: true, ..Automatic::default() };
+    let [photons, hybrid] = [MethodName::Sppm, MethodName::Hybrid].map(|method| {
+        let chosen = choose(&scene, automatic, (method, LaneKind::best()), &Stop::new());
+        chosen.unwrap().photons_per_iteration
+    });
+    // The fewest that are chosen at all.
+    assert!(hybrid == 4096 && photons > hybrid, "{photons} and {hybrid} photons");
 }
 
 #[test]

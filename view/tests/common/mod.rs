@@ -73,6 +73,8 @@ pub(crate) struct Page {
     /// Texts that were read while something else was waited for.
     texts: Vec<Value>,
     pictures: Vec<Header>,
+    /// Whether it says of each picture at once that it is drawn.
+    pub(crate) draws: bool,
 }
 
 /// The header of a picture.
@@ -113,7 +115,7 @@ impl Page {
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         let request = format!("ws://{host}{path}socket").into_client_request().unwrap();
         let (socket, _) = tungstenite::client(request, stream).unwrap();
-        Self { socket, texts: Vec::new(), pictures: Vec::new() }
+        Self { socket, texts: Vec::new(), pictures: Vec::new(), draws: true }
     }
 
     pub(crate) fn send(&mut self, request: &Value) {
@@ -135,7 +137,9 @@ impl Page {
             Message::Text(text) => self.texts.push(serde_json::from_str(text.as_str()).unwrap()),
             Message::Binary(bytes) => {
                 self.pictures.push(Header::read(&bytes));
-                self.send(&serde_json::json!({ "type": "ack" }));
+                if self.draws && !self.try_send(Message::text(r#"{ "type": "ack" }"#)) {
+                    return None;
+                }
             }
             Message::Close(_) => return None,
             _ => {}
@@ -153,6 +157,16 @@ impl Page {
             assert!(Instant::now() < until, "it does not come; there is {:?}", self.texts.last());
             self.read().expect("the server is there");
         }
+    }
+
+    /// Whether an answer to the request `id` comes, before the server hangs up.
+    pub(crate) fn is_answered(&mut self, id: u32) -> bool {
+        while self.texts.iter().all(|text| text["id"] != id) {
+            if self.read().is_none() {
+                return false;
+            }
+        }
+        true
     }
 
     /// The next text of this type.

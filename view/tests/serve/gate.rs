@@ -1,6 +1,8 @@
 //! Who gets in.
 
-use crate::client::{ask, get, place, project, studio};
+use crate::client::{Page, ask, get, place, project, studio};
+use serde_json::json;
+use tungstenite::Message;
 use view::{Place, View};
 
 /// The lines of a head that asks for a websocket.
@@ -102,4 +104,23 @@ fn all_files_of_the_page_are_served() {
     }
     assert!(get(&view, "style.css").head.contains("content-type: text/css"));
     assert!(get(&view, "icon.svg").head.contains("content-type: image/svg+xml"));
+}
+
+/// Sixteen times it is told that nothing was understood.
+#[test]
+fn a_page_that_goes_on_with_nonsense_is_left() {
+    let view = studio();
+    let mut page = Page::open(&view);
+    for nonsense in [r#"{ "type": "nonsense" }"#, "[", "", r#"{ "type": "pick", "id": 1 }"#].repeat(4) {
+        assert!(page.try_send(Message::text(nonsense)));
+        assert_eq!(page.typed("refused")["problem"], "that request is unknown");
+    }
+    // What cannot be is no nonsense.
+    page.send(&json!({ "type": "sphere", "index": 99, "radius": 1 }));
+    assert_eq!(page.typed("refused")["problem"], "there is no sphere 100; there are 9");
+    page.send(&json!({ "type": "describe", "id": 1, "index": 6 }));
+    assert!(page.is_answered(1));
+    page.try_send(Message::binary(vec![0]));
+    page.try_send(Message::text(r#"{ "type": "describe", "id": 2, "index": 6 }"#));
+    assert!(!page.is_answered(2));
 }

@@ -3,5 +3,6 @@
 #[path = "../common/mod.rs"]
 mod client;
 mod gate;
+mod images;
 mod saved;
 mod studio;

@@ -54,6 +54,15 @@ fn saved_files_are_those_of_a_render_of_the_saved_scene_bit_for_bit() {
     let outputs = Outputs { exposure: Some(1.5), tone: Some(Tone::Aces), ..Outputs::default() };
     let shown = pixels(Format::Png, &image("rendered.png", outputs));
     assert_eq!(pixels(Format::Png, &load("image.png?exposure=1.5&tone=aces")), shown);
+    for (name, kind) in [
+        ("image.png", "image/png"),
+        ("image.exr", "image/x-exr"),
+        ("scene.toml", "application/toml"),
+        ("state.sppm", "application/octet-stream"),
+    ] {
+        let head = get(&view, &format!("{path}{name}")).head;
+        assert!(head.lines().any(|line| line == format!("content-type: {kind}")), "{name}: {head}");
+    }
     // Each says how it was made: what is shown otherwise, how it is shown too.
     for (name, query, exposure, tone) in [
         ("image.png", "?exposure=1.5&tone=aces", Some(1.5), Some(Tone::Aces)),
@@ -114,6 +123,24 @@ fn nothing_is_unsaved_where_all_changes_were_taken_back() {
     page.text(|text| text["type"] == "setup" && text["version"] == 5 && text["changed"] == false);
     drop(page);
     assert!(!view.end().unwrap().is_unsaved);
+}
+
+/// Only what was changed after it would be lost.
+#[test]
+fn what_was_downloaded_is_saved() {
+    for changes_after in [false, true] {
+        let view = studio();
+        let mut page = Page::open(&view);
+        page.send(&json!({ "type": "sphere", "index": 6, "radius": 12.5 }));
+        page.text(|text| text["type"] == "setup" && text["version"] == 2);
+        page.keep();
+        if changes_after {
+            page.send(&json!({ "type": "sphere", "index": 5, "radius": 13.5 }));
+            page.text(|text| text["type"] == "setup" && text["version"] == 3);
+        }
+        drop(page);
+        assert_eq!(view.end().unwrap().is_unsaved, changes_after);
+    }
 }
 
 /// The last picture of a render that is watched tells its iterations, though nobody was told of any before.

@@ -25,6 +25,9 @@ fn a_picture_comes_and_converges() {
         status["mean_radius"].as_f64().unwrap() < 2.0 && status["error"].as_f64().unwrap() > 0.0,
         "{status}"
     );
+    // It has no end.
+    let [limit, preview, waiting] = ["limit", "preview", "waiting"].map(|name| &status[name]);
+    assert_eq!((limit, preview, waiting), (&Value::Null, &json!(false), &json!(false)), "{status}");
 }
 
 /// While the camera turns, and when it rests.
@@ -114,6 +117,36 @@ fn layers_come_while_the_render_goes_on_and_while_it_is_paused() {
     assert_eq!(again.iterations, paused.iterations);
     page.send(&json!({ "type": "pause", "paused": false }));
     page.picture(|picture| picture.iterations > again.iterations);
+}
+
+/// The image of the new camera comes too, after the picture of reduced size, which does not wait.
+#[test]
+fn a_paused_render_follows_the_camera() {
+    let mut project = project();
+    (project.scene.settings.width, project.scene.settings.height) = (256, 192);
+    let view = View::studio(project, None, None, &Place::default()).unwrap();
+    let mut page = Page::open(&view);
+    let camera = page.camera();
+    let is_waiting =
+        |text: &Value| text["type"] == "status" && text["waiting"] == true && text["preview"] == false;
+    page.send(&json!({ "type": "pause", "paused": true }));
+    page.text(is_waiting);
+    page.send(&json!({ "type": "camera", "id": 3, "camera": moved(&camera, 1.0) }));
+    let version = page.text(|text| text["type"] == "taken")["version"].clone();
+    page.text(|text| is_waiting(text) && text["version"] == version);
+}
+
+/// A page that is slow is never more than a picture behind.
+#[test]
+fn the_next_picture_comes_when_the_last_is_drawn_and_is_the_newest() {
+    let view = studio();
+    let (mut slow, mut quick) = (Page::open(&view), Page::open(&view));
+    slow.draws = false;
+    let first = slow.picture(|_| true);
+    let later = quick.picture(|picture| picture.number > first.number + 2);
+    slow.send(&json!({ "type": "ack" }));
+    let next = slow.picture(|_| true);
+    assert!(next.number >= later.number, "{} after {}", next.number, first.number);
 }
 
 /// It is in the picture, as another page looks at it, and no other picture will come.

@@ -236,6 +236,25 @@ fn rows_are_those_of_the_whole_image_and_come_again() {
     }
 }
 
+/// As where the image of a render that goes on is compared.
+#[test]
+fn an_image_that_is_replaced_by_one_of_another_size_is_not_read_on() {
+    let folder = folder();
+    let path = folder.path().join("a.pfm");
+    write(&path, &byte_film(4, 3), &Encoding::default()).unwrap();
+    let mut reader = ImageReader::open(&path, None).unwrap();
+    write(&path, &slopes(), &Encoding::default()).unwrap();
+    let line = reader.rewind().unwrap_err();
+    assert!(line.contains("a.pfm: was replaced by an image of another size"), "{line}");
+    // One of the same size is read anew.
+    reader.rewind().unwrap();
+    write(&path, &byte_film(20, 24), &Encoding::default()).unwrap();
+    reader.rewind().unwrap();
+    let mut pixels = vec![Rgb::ZERO; 480];
+    reader.read(&mut pixels).unwrap();
+    assert!(pixels == byte_film(20, 24).pixels);
+}
+
 /// The bytes of a PNG file in the passes of Adam7, which the `png` crate does not write: 8-bit RGB, in blocks that are not
 /// compressed.
 fn interlaced(film: &Film) -> Vec<u8> {
@@ -448,6 +467,10 @@ fn tiff_of_other_kinds_is_read_or_refused_with_a_reason() {
     assert_eq!(rgba.pixels, [Rgb::new(v(1), v(2), v(3)), Rgb::new(v(4), v(5), v(6))]);
     let doubles: Vec<u8> = [0.5_f64, -7.0].into_iter().flat_map(f64::to_le_bytes).collect();
     assert_eq!(strip(1, 1, 64, 3, &[], &doubles).unwrap().pixels, [Rgb::splat(0.5), Rgb::splat(-7.0)]);
+    // Grey with alpha, and halves.
+    assert_eq!(strip(1, 2, 8, 1, &[(338, &[2])], &[10, 0, 200, 255]).unwrap().pixels, grey([10, 200]));
+    let halves: Vec<u8> = [0x3800_u16, 0xc700].into_iter().flat_map(u16::to_le_bytes).collect();
+    assert_eq!(strip(1, 1, 16, 3, &[], &halves).unwrap().pixels, [Rgb::splat(0.5), Rgb::splat(-7.0)]);
     // What is turned or mirrored is not shown as if it were upright.
     assert_eq!(strip(1, 1, 8, 1, &[(274, &[1])], &[10, 200]).unwrap().pixels, grey([10, 200]));
     for orientation in 2..=8 {

@@ -71,7 +71,14 @@ fn layers_are_chosen_by_name() {
         "diffuse.fill.G",
         "diffuse.fill.B",
     ];
-    let cases: [(Parts, &[(&str, Rgb)]); 3] = [
+    // Some programs repeat the name of a part in each of its channels.
+    let again_left: &[&str] = &["left.R", "left.G", "left.B"];
+    let again_right: &[&str] = &["right.R", "right.G", "right.B"];
+    let cases: [(Parts, &[(&str, Rgb)]); 4] = [
+        (
+            &[(Some("left"), again_left), (Some("right"), again_right)],
+            &[("left", Rgb::new(1.0, 2.0, 3.0)), ("right", Rgb::new(4.0, 5.0, 6.0))],
+        ),
         (
             &[(None, nested)],
             &[("diffuse.key", Rgb::new(1.0, 2.0, 3.0)), ("diffuse.fill", Rgb::new(4.0, 5.0, 6.0))],
@@ -114,6 +121,42 @@ fn layers_are_chosen_by_name() {
             let line = problem(ImageReader::open(&path, layer));
             assert!(line.contains(says) && names.iter().all(|name| line.contains(name)), "{line}");
         }
+    }
+}
+
+/// Images are read several times when they are compared.
+#[test]
+fn a_layer_that_was_chosen_comes_again() {
+    let folder = folder();
+    let path = folder.path().join("a.exr");
+    fs::write(&path, file(&[(None, &["R", "G", "B", "id.R", "id.G", "id.B"])])).unwrap();
+    for (layer, expected) in [(None, Rgb::new(1.0, 2.0, 3.0)), (Some("id"), Rgb::new(4.0, 5.0, 6.0))] {
+        let mut reader = ImageReader::open(&path, layer).unwrap();
+        for _ in 0..2 {
+            let mut pixels = [Rgb::ZERO; 2];
+            reader.read(&mut pixels).unwrap();
+            assert_eq!(pixels, [expected; 2], "{layer:?}");
+            reader.rewind().unwrap();
+        }
+    }
+}
+
+#[test]
+fn of_many_names_the_first_are_listed() {
+    let folder = folder();
+    let path = folder.path().join("a.exr");
+    // Channels that are no picture; and a layer of each, of which one is asked for that is not there.
+    for (end, layer) in [("", None), (".Z", Some("none"))] {
+        let told = |count: usize| {
+            let names: Vec<String> = (1..=count).map(|number| format!("c{number:02}{end}")).collect();
+            let channels: Vec<&str> = names.iter().map(String::as_str).collect();
+            fs::write(&path, file(&[(None, channels.as_slice())])).unwrap();
+            problem(ImageReader::open(&path, layer))
+        };
+        let twelve = "c01, c02, c03, c04, c05, c06, c07, c08, c09, c10, c11, c12";
+        let (all, more) = (told(12), told(13));
+        assert!(all.contains(twelve) && !all.contains("and more"), "{all}");
+        assert!(more.contains(&format!("{twelve}, and more")), "{more}");
     }
 }
 
