@@ -272,6 +272,24 @@ mod tests {
         assert!(!is_image("-".as_ref()) && !is_image("cornell".as_ref()));
     }
 
+    /// It is written when the view ends, long after both have been read.
+    #[test]
+    fn the_image_replaces_neither_the_scene_nor_what_it_is_compared_with() {
+        use crate::commands::{Args, Command};
+        use clap::Parser as _;
+        let words = ["sppm", "view", "a.toml", "--reference", "a.exr", "-o"];
+        let of = |output: &str| {
+            let args = Args::try_parse_from(words.iter().chain(&[output])).unwrap();
+            let Command::View(args) = args.command else { panic!("another command") };
+            check(&args, Some(Path::new("a.toml"))).map_err(|error| error.to_string())
+        };
+        let is_also =
+            |output: &str, what: &str| Err(format!("--output: {output} is also {what}; name another file"));
+        assert_eq!(of("a.exr"), is_also("a.exr", "--reference"));
+        assert_eq!(of("a.toml"), is_also("a.toml", "the scene"));
+        assert_eq!(of("b.exr"), Ok(()));
+    }
+
     #[test]
     fn scene_files_and_built_in_scenes_have_a_text_to_change() {
         let folder = tempfile::tempdir().unwrap();

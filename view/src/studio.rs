@@ -213,6 +213,8 @@ impl Studio {
                 return asked.answer(Answer::Described { id, sphere: self.describe(index) });
             }
             Request::Keep { .. } => {
+                // A render that goes on from before a change has nothing to answer.
+                self.mind_render();
                 self.desk.change(|wishes| wishes.wants_kept = true);
                 return self.keepers.push(asked);
             }
@@ -577,6 +579,23 @@ mod tests {
         let file = studio.hub.kept(number).unwrap().file("image.exr", Look::default());
         let image = image_file::decode_bytes(Format::Exr, &file.unwrap().unwrap().bytes).unwrap();
         assert_eq!([image.width, image.height], [256, 192]);
+    }
+
+    /// What is asked for just after a change is not answered by the render of the scene before.
+    #[test]
+    fn what_is_kept_is_rendered_after_the_last_change() {
+        let mut studio = studio(None);
+        let _page = studio.hub.enter(1).unwrap();
+        let until = Instant::now() + Duration::from_mins(1);
+        while studio.stage != Stage::Whole {
+            assert!(Instant::now() < until, "no whole image is rendered");
+            studio.mind_render();
+            studio.hub.requests.take(TICK);
+        }
+        let asked = [sized(12.5, false), Request::Keep { id: 5 }];
+        studio.obey(asked.map(|request| Asked::new(request, mpsc::channel(1).0)).into());
+        assert_eq!((studio.version, studio.rendered, studio.stage), (2, 2, Stage::Small));
+        studio.stop();
     }
 
     /// Asks for something whose answer nobody reads.

@@ -301,7 +301,7 @@ fn radii_that_are_chosen_are_within_their_bounds() {
 fn photons_are_chosen_by_the_method_that_takes_them() {
     let mut scene = cornell();
     let diffuse = scene.materials.len() as u32;
-    scene.materials.push(Material::Diffuse { albedo: scene::Rgb::splat(0.5) });
+    scene.materials.push(Material::Diffuse { albedo: Rgb::splat(0.5) });
     scene.spheres.iter_mut().for_each(|sphere| sphere.material = diffuse);
     (scene.settings.width, scene.settings.height) = (256, 192);
     let automatic =
