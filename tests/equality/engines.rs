@@ -246,7 +246,7 @@ fn before_the_first_iteration_images_are_black() {
 fn an_abandoned_iteration_changes_nothing() {
     let (scene, settings) = (files::builtin::scene("cornell").unwrap(), Settings::default());
     let settings =
-        Settings { width: 64, height: 48, photons_per_iteration: 10_000, iterations: 2, ..settings };
+        Settings { width: 96, height: 64, photons_per_iteration: 20_000, iterations: 2, ..settings };
     let global = Settings { radius_schedule: Global, ..settings };
     let own = Settings { radius_pilots: 1, radius_clearance: 0.7, glint_samples: 2, ..settings };
     let photons = photon_ways().into_iter().flat_map(|way| [(way, settings), (way, global), (way, own)]);
