@@ -309,11 +309,11 @@ mod tests {
             error: FileError::new(Path::new(path), "no room"),
             refuge: refuge.map(Into::into),
         };
-        outcome.failed = vec![unwritten("a.exr", Some("/tmp/a.exr")), unwritten("s.json", None)];
+        outcome.failed = vec![unwritten("a.exr", Some("elsewhere/a.exr")), unwritten("s.json", None)];
         outcome.written = vec!["r.exr".into()];
         outcome.saved = Some(Saved { path: "a.sppm".into(), iterations: 1 });
         let error = conclude(&outcome, &Requests::deaf()).unwrap_err();
-        let told = "a.exr: no room; it is in /tmp/a.exr instead; s.json: no room; wrote r.exr; `sppm resume a.sppm` goes on \
+        let told = "a.exr: no room; it is in elsewhere/a.exr instead; s.json: no room; wrote r.exr; `sppm resume a.sppm` goes on \
                     after 1 iteration, by -o to another image";
         assert_eq!((error.to_string(), error.code()), (told.into(), 1));
         // A shell can read what is told to do.
