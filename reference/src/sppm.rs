@@ -121,6 +121,11 @@ impl<'a> Sppm<'a> {
         Self { targets: Some(targets), ..self }
     }
 
+    /// What its photons are aimed at; `None` before the first iteration has found that by a survey.
+    pub fn targets(&self) -> Option<&Targets> {
+        self.targets.as_ref()
+    }
+
     /// The image of caustics alone, and of what they light: of lamps' light whose first surface is a mirror or glass, as
     /// photons bring it to diffuse surfaces. A part of [`scene::Hybrid`].
     #[must_use]

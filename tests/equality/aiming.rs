@@ -2,13 +2,11 @@
 
 use crate::cases;
 use crate::open::{Open, case};
-use crate::pair::{MOST_THREADS, Way, all_lanes, compare, effort, lanes_in_turn, scaled, tell};
+use crate::pair::{MOST_THREADS, all_lanes, compared, effort, lanes_in_turn, scaled, tell};
 use fast::LaneKind;
-use fast::kernels;
 use files::scene_file;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
-use reference::survey::survey;
 use scene::{Rgb, Settings, Sphere, Vec3};
 use std::cell::Cell;
 
@@ -16,15 +14,12 @@ use std::cell::Cell;
 fn check(cases: u32, balls: std::ops::RangeInclusive<usize>) {
     let (renders, aimed) = (Cell::new(0), Cell::new(0));
     let result = TestRunner::new(effort(cases)).run(&case(balls), |(text, scene, settings)| {
-        let expected = survey(&scene, &settings);
         let ways = lanes_in_turn(1 + settings.seed as usize % MOST_THREADS, settings.seed);
-        for Way { lanes, .. } in &ways {
-            let actual = kernels::survey(&scene, &settings, *lanes);
-            prop_assert_eq!(&actual, &expected, "{:?} in\n{}", lanes, text);
-        }
-        compare(&scene, &settings, &ways).map_err(|why| TestCaseError::fail(format!("{why}\n{text}")))?;
+        let reference = compared(&scene, &settings, &ways)
+            .map_err(|why| TestCaseError::fail(format!("{why}\n{text}")))?;
         renders.set(renders.get() + ways.len());
-        aimed.set(aimed.get() + u32::from(!expected.shares.is_empty()));
+        let is_aimed = reference.targets().is_some_and(|targets| !targets.shares.is_empty());
+        aimed.set(aimed.get() + u32::from(is_aimed));
         Ok(())
     });
     result.unwrap();
@@ -68,8 +63,8 @@ fn thousands_of_lamps() {
     }
     let settings =
         Settings { width: 20, height: 16, iterations: 2, photons_per_iteration: 5000, ..scene.settings };
-    let targets = survey(&scene, &settings);
+    let reference = compared(&scene, &settings, &all_lanes(2)).unwrap();
+    let targets = reference.targets().unwrap();
     assert!(!targets.shares.is_empty(), "nothing is aimed: {}", targets.expected);
-    compare(&scene, &settings, &all_lanes(2)).unwrap();
     tell(LaneKind::ALL.len(), "a scene of 3000 lamps");
 }

@@ -91,16 +91,31 @@ pub(crate) fn assert_equal_paths(scene: &Scene, settings: &Settings, ways: &[Way
 /// Runs the reference and all `ways`, and compares them after each iteration. Returns the reference's statistics, or
 /// describes the first difference.
 pub(crate) fn compare(scene: &Scene, settings: &Settings, ways: &[Way]) -> Result<Stats, String> {
-    let others = ways.iter().map(|way| (*way, start(scene, settings, *way))).collect();
-    let reference = run_side_by_side(reference::Sppm::new(scene, settings), others)?;
-    Ok(*reference.stats())
+    Ok(*compared(scene, settings, ways)?.stats())
+}
+
+/// The same, and compares what photons are aimed at. Returns the reference.
+pub(crate) fn compared<'a>(
+    scene: &'a Scene,
+    settings: &Settings,
+    ways: &[Way],
+) -> Result<reference::Sppm<'a>, String> {
+    let mut others: Vec<_> = ways.iter().map(|way| (*way, start(scene, settings, *way))).collect();
+    let reference = run_side_by_side(reference::Sppm::new(scene, settings), &mut others)?;
+    for (way, engine) in others {
+        let (found, expected) = (engine.targets(), reference.targets());
+        if found != expected {
+            return Err(format!("{way:?} aims at {found:?}, not at {expected:?}"));
+        }
+    }
+    Ok(reference)
 }
 
 /// The same for the path tracers. Returns the reference's image.
 pub(crate) fn compare_paths(scene: &Scene, settings: &Settings, ways: &[Way]) -> Result<Film, String> {
     let start = |way: &Way| fast::PathTracer::with_parameters(scene, settings, way.lanes, &way.parameters);
-    let others = ways.iter().map(|way| (*way, start(way))).collect();
-    let reference = run_side_by_side(reference::PathTracer::new(scene, settings), others)?;
+    let mut others: Vec<_> = ways.iter().map(|way| (*way, start(way))).collect();
+    let reference = run_side_by_side(reference::PathTracer::new(scene, settings), &mut others)?;
     Ok(reference.develop())
 }
 
@@ -111,10 +126,10 @@ pub(crate) fn compare_hybrids(scene: &Scene, settings: &Settings, ways: &[Way]) 
         let paths = fast::PathTracer::with_parameters(scene, settings, way.lanes, &way.parameters);
         fast::hybrid(paths, start(scene, settings, *way))
     };
-    let others = ways.iter().map(|way| (*way, hybrid(way))).collect();
+    let mut others: Vec<_> = ways.iter().map(|way| (*way, hybrid(way))).collect();
     let (paths, photons) =
         (reference::PathTracer::new(scene, settings), reference::Sppm::new(scene, settings));
-    Ok(*run_side_by_side(reference::hybrid(paths, photons), others)?.stats())
+    Ok(*run_side_by_side(reference::hybrid(paths, photons), &mut others)?.stats())
 }
 
 /// Expects equality by path tracing with photons for caustics, and returns the number of renders that were compared with the
@@ -130,14 +145,14 @@ pub(crate) fn assert_equal_hybrids(scene: &Scene, settings: &Settings, ways: &[W
 /// describes the first difference.
 fn run_side_by_side<R: Engine, F: Engine + Send>(
     mut reference: R,
-    mut others: Vec<(Way, F)>,
+    others: &mut [(Way, F)],
 ) -> Result<R, String> {
     let settings = *reference.settings();
     settings.validate().unwrap();
     for iteration in 0..settings.iterations {
         reference.iterate();
         let expected = Outcome::of(&reference);
-        for (way, engine) in &mut others {
+        for (way, engine) in &mut *others {
             let actual = pool(way.threads).install(|| {
                 engine.iterate();
                 Outcome::of(engine)

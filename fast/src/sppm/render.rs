@@ -199,6 +199,11 @@ impl<'a> Sppm<'a> {
         self
     }
 
+    /// What its photons are aimed at; `None` before the first iteration has found that by a survey.
+    pub fn targets(&self) -> Option<&Targets> {
+        self.targets.as_ref()
+    }
+
     /// The most bytes that a render of a scene of so many `spheres` takes, with so many `deposits_at_once`
     /// ([`Sppm::deposits_at_once`]): if every photon is deposited at every bounce where something can be seen.
     pub fn bytes_at_most(
