@@ -2,7 +2,7 @@
 //! resolve what crates of the workspace need of each other.
 
 use crate::crates::metadata;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
@@ -79,6 +79,32 @@ fn crates_of_the_workspace_name_each_others_versions() {
         assert_eq!(package["version"], env!("CARGO_PKG_VERSION"), "{name}");
         // What is named must exist; there is no public repository yet.
         assert!(package["repository"].is_null() && package["homepage"].is_null(), "{name}");
+    }
+}
+
+/// Whether the documentation of a crate has code of Rust: what stands between fences that name no other language.
+fn has_examples(folder: &Path) -> bool {
+    sources(&folder.join("src")).iter().any(|path| {
+        let text = fs::read_to_string(path).unwrap();
+        let docs = text.lines().map(str::trim_start);
+        let docs = docs.filter_map(|line| line.strip_prefix("//!").or_else(|| line.strip_prefix("///")));
+        // Every second fence ends what the one before has begun.
+        let mut fences = docs.filter_map(|line| line.trim_start().strip_prefix("```")).step_by(2);
+        fences.any(|language| !["text", "toml"].contains(&language))
+    })
+}
+
+/// Where there is none, building the crate once more to look for it takes a second of each run of the tests.
+#[test]
+fn documentation_is_tested_where_it_has_examples() {
+    let metadata = metadata();
+    for package in packages(&metadata) {
+        let folder = Path::new(package["manifest_path"].as_str().unwrap()).parent().unwrap();
+        let target =
+            package["targets"].as_array().unwrap().iter().find(|target| target["kind"] == json!(["lib"]));
+        if let Some(target) = target {
+            assert_eq!(target["doctest"], has_examples(folder), "{}", package["name"]);
+        }
     }
 }
 
