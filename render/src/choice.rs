@@ -258,6 +258,27 @@ mod tests {
         assert!(EngineChoice::with_profile(reference, None, &path).is_err());
     }
 
+    /// By each method that has photons: they take several rounds where there is no room for all of their deposits.
+    #[test]
+    fn a_render_holds_as_many_deposits_as_there_is_room_for() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        (scene.settings.width, scene.settings.height) = (40, 30);
+        scene.settings.photons_per_iteration = 60_000;
+        let pool = crate::pool::pool(Some(1)).unwrap();
+        for method in [MethodName::Sppm, MethodName::Hybrid] {
+            let choice = EngineChoice::new(method, None).unwrap();
+            let held = |deposits| {
+                let mut started = choice.start(&scene, deposits, Parts::default(), None);
+                let engine = started.engine();
+                pool.install(|| engine.iterate());
+                engine.stats().bytes
+            };
+            let (few, all) = (held(2000), held(1 << 20));
+            // Thousands of deposits of some hundred bytes each.
+            assert!(few + 500_000 < all, "{method:?}: {few} and {all} bytes");
+        }
+    }
+
     #[test]
     fn lanes_that_the_processor_lacks_are_rejected() {
         for lanes in [LanesName::Emulated, LanesName::Avx2, LanesName::Avx512] {

@@ -4,6 +4,7 @@ use crate::outcome::Saved;
 use crate::save::{Every, Note, Save};
 use files::atomic_file::{self, FileError, rescue};
 use files::checkpoint::{self, Contents, Loaded, Past, Store};
+use files::paths;
 use scene::{Iterations, Resumable, Scene, Sums};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -19,20 +20,25 @@ pub(crate) struct Keeper {
     digest: String,
     note: String,
     last: Instant,
-    /// Iterations in the newest checkpoint.
+    /// Iterations in the newest checkpoint of the store, or of its refuge.
     saved: Option<u32>,
+    /// Whether that asks for as many iterations as this render, so that it goes on to these.
+    is_current: bool,
     /// The path of the newest checkpoint, if it had to be written elsewhere.
     refuge: Option<PathBuf>,
     next: u32,
 }
 
 impl Keeper {
-    /// The keeper of a render of a scene with this digest, which resumes the checkpoint `from`, if there is one. The files
-    /// of the checkpoint are locked.
-    pub(crate) fn new(save: Save, digest: &str, note: &Note, from: Option<&Loaded>) -> Self {
+    /// The keeper of a render of a scene with this digest, of which so many iterations are `asked` for, and which resumes the
+    /// checkpoint `from`, if there is one. The files of the checkpoint are locked.
+    pub(crate) fn new(save: Save, digest: &str, asked: u32, note: &Note, from: Option<&Loaded>) -> Self {
         let saved = from.map(|from| from.checkpoint.account.iterations);
         let store = Store::new(save.path);
-        let falls_back = from.is_some_and(|from| from.fallback.is_some() && from.path == store.previous());
+        let from = from.filter(|from| is_in(&store, from));
+        let falls_back = from.is_some_and(|from| !is_same(&from.path, store.path()));
+        let is_here = from.is_some();
+        let is_current = from.is_some_and(|from| from.checkpoint.scene.settings.iterations == asked);
         let note = serde_json::to_string(note).unwrap_or_default(); // cannot fail: noted paths are Unicode
         let mut keeper = Self {
             store,
@@ -42,7 +48,9 @@ impl Keeper {
             digest: digest.into(),
             note,
             last: Instant::now(),
-            saved,
+            // What was resumed from elsewhere is not saved here yet.
+            saved: saved.filter(|_| is_here),
+            is_current,
             refuge: None,
             next: 0,
         };
@@ -70,7 +78,8 @@ impl Keeper {
         }
     }
 
-    /// Writes a checkpoint, unless there is one of this iteration already. `done` are the iterations in the engine's sums.
+    /// Writes a checkpoint, unless there is one of this iteration already that asks for as many. `done` are the iterations in
+    /// the engine's sums.
     pub(crate) fn save(
         &mut self,
         scene: &Scene,
@@ -83,12 +92,12 @@ impl Keeper {
             self.store.fall_back()?;
             self.falls_back = false;
         }
-        if self.saved == Some(iterations) {
+        if self.is_current && self.saved == Some(iterations) {
             return Ok(());
         }
         let contents = self.contents(scene, done, past);
         self.store.save(|out| checkpoint::write(out, engine, &contents))?;
-        self.saved = Some(iterations);
+        (self.saved, self.is_current) = (Some(iterations), true);
         Ok(())
     }
 
@@ -107,6 +116,7 @@ impl Keeper {
                 |path: &Path| atomic_file::replace(path, |out| checkpoint::write(out, engine, &contents));
             self.refuge = rescue(self.store.path(), write);
             self.saved = self.refuge.as_ref().map(|_| engine.iterations()).or(self.saved);
+            self.is_current |= self.refuge.is_some();
         }
         saved
     }
@@ -128,7 +138,7 @@ impl Keeper {
         self.saved.map(|iterations| Saved { path, iterations })
     }
 
-    /// After the end of the render: writes the last checkpoint if checkpoints are kept, else removes them.
+    /// After the end of the render: writes the last checkpoint if checkpoints are kept, elsewhere if it must, else removes them.
     pub(crate) fn finish(
         &mut self,
         scene: &Scene,
@@ -136,10 +146,21 @@ impl Keeper {
         past: Option<&Past>,
     ) -> Result<(), FileError> {
         if self.keep {
-            return self.save(scene, (engine, done), past);
+            return self.save_somewhere(scene, (engine, done), past);
         }
         self.store.remove()
     }
+}
+
+/// Whether `loaded` is what `store` holds: its newest generation, or the older one in place of a newest that cannot be used.
+pub(crate) fn is_in(store: &Store, loaded: &Loaded) -> bool {
+    is_same(&loaded.path, store.path())
+        || loaded.fallback.is_some() && is_same(&loaded.path, &store.previous())
+}
+
+/// Whether both paths lead to the same file.
+fn is_same(a: &Path, b: &Path) -> bool {
+    paths::identity(a) == paths::identity(b)
 }
 
 #[cfg(test)]
@@ -149,7 +170,7 @@ mod tests {
     use std::time::Duration;
 
     fn keeper(path: &Path, every: Every, keep: bool) -> Keeper {
-        Keeper::new(Save { path: path.into(), every, keep }, "a digest", &Note::default(), None)
+        Keeper::new(Save { path: path.into(), every, keep }, "a digest", 6, &Note::default(), None)
     }
 
     /// Of each generation no more than a third, and nearly that.
@@ -165,6 +186,21 @@ mod tests {
         let done = Iterations::from(0..1);
         keeper.save(&scene, (&engine, &done), None).unwrap();
         let (room, length) = (keeper.room(&scene, engine.sums(), false), path.metadata().unwrap().len());
+        assert!((3 * length..4 * length).contains(&room), "{room} for {length}");
+    }
+
+    /// With an error goal, the earlier image that it is compared with is in each of them.
+    #[test]
+    fn there_is_room_for_the_earlier_image() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        (scene.settings.width, scene.settings.height) = (64, 48);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.sppm");
+        let mut keeper = keeper(&path, Every::Iterations(1), true);
+        let engine = fast::Sppm::new(&scene, &scene.settings);
+        let past = Past { iterations: 1, film: engine.develop() };
+        keeper.save(&scene, (&engine, &Iterations::default()), Some(&past)).unwrap();
+        let (room, length) = (keeper.room(&scene, engine.sums(), true), path.metadata().unwrap().len());
         assert!((3 * length..4 * length).contains(&room), "{room} for {length}");
     }
 
@@ -187,6 +223,34 @@ mod tests {
         keeper.save(&scene, (&engine, &(0..2).into()), None).unwrap();
         assert_eq!(keeper.saved(), Some(Saved { path: path.clone(), iterations: 2 }));
         assert!(path.is_file());
+    }
+
+    /// The last one as well, of a render that is done: of a part it is all that there is.
+    #[test]
+    fn a_kept_checkpoint_is_written_elsewhere_if_it_must() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        scene.settings = scene::Settings { width: 4, height: 3, photons_per_iteration: 10, ..scene.settings };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("none/a.sppm");
+        let mut engine = fast::Sppm::new(&scene, &scene.settings);
+        engine.iterate();
+        let mut keeper = keeper(&path, Every::Iterations(2), true);
+        assert!(keeper.finish(&scene, (&engine, &(0..1).into()), None).is_err());
+        let saved = keeper.saved().unwrap();
+        assert!(saved.iterations == 1 && saved.path.metadata().unwrap().len() > 0, "{saved:?}");
+        std::fs::remove_file(saved.path).unwrap();
+    }
+
+    /// From the last one on, not from the start.
+    #[test]
+    fn the_time_to_the_next_checkpoint_is_counted_from_the_last_one() {
+        const INTERVAL: Duration = Duration::from_secs(10);
+        let mut keeper = keeper(Path::new("a.sppm"), Every::Time(INTERVAL), true);
+        assert!(!keeper.is_due(1));
+        keeper.last = keeper.last.checked_sub(INTERVAL).unwrap();
+        assert!(keeper.is_due(1));
+        keeper.schedule(1);
+        assert!(!keeper.is_due(2));
     }
 
     #[test]

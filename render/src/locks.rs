@@ -23,3 +23,24 @@ pub(crate) fn lock(job: &mut Job) -> Result<Vec<Lock>, Error> {
     }
     Ok(locks)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::save::{Every, Save};
+
+    /// Whatever each of them is for.
+    #[test]
+    fn files_are_locked_in_the_order_of_their_names() {
+        let folder = tempfile::tempdir().unwrap();
+        let [a, b, c] = ["a.pfm", "b.pfm", "c.pfm"].map(|name| folder.path().join(name));
+        for [image, radius, checkpoint] in [[&a, &b, &c], [&c, &b, &a], [&b, &c, &a]] {
+            let mut job = Job::new(files::builtin::scene("cornell").unwrap());
+            (job.outputs.image, job.outputs.radius_image) = (Some(image.clone()), Some(radius.clone()));
+            job.save = Some(Save { path: checkpoint.clone(), every: Every::default(), keep: true });
+            let locks = lock(&mut job).unwrap();
+            assert_eq!(locks.len(), 3);
+            assert!(locks.iter().zip([&a, &b, &c]).all(|(lock, path)| lock.is_of(path)), "{locks:?}");
+        }
+    }
+}

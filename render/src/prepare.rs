@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Field, Problem};
 use crate::job::Job;
-use crate::keeper::Keeper;
+use crate::keeper::{Keeper, is_in};
 use crate::locks::lock;
 use crate::memory::Need;
 use crate::names::{EngineName, MethodName};
@@ -13,7 +13,7 @@ use files::lock::Lock;
 use files::{atomic_file, scene_file};
 use rayon::ThreadPool;
 use scene::settings::Piece;
-use scene::text::list;
+use scene::text::{counted, list};
 use scene::{Flaw, RadiusSchedule, Settings};
 use std::path::Path;
 
@@ -35,10 +35,14 @@ pub(crate) struct Ready {
 /// memory and disk space. Changes no file.
 pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     check_settings(&job)?;
-    check_range(&job)?;
+    // If the iterations are yet to be chosen, nobody knows which there are.
+    if !job.automatic.iterations {
+        check_range(&job)?;
+    }
     check_scene(&job)?;
     job.choose_settings()?;
     check_settings(&job)?;
+    check_range(&job)?;
     // Files of particles are read again to resume the render.
     let imported = job.scene.imports.iter().map(|import| (Field::Scene, import.file.clone()));
     job.inputs.extend(imported.collect::<Vec<_>>());
@@ -48,16 +52,13 @@ pub(crate) fn prepare(mut job: Job) -> Result<Ready, Error> {
     }
     job.outputs.check(job.engine, &job.inputs)?;
     job.outputs.check_alpha(&job.scene)?;
-    if job.from.is_none() {
-        check_checkpoint(&job)?;
-    }
+    check_checkpoint(&job)?;
     check_snapshots(&job)?;
     // Before anything is read that another render may be about to replace.
     let locks = lock(&mut job)?;
-    if job.from.is_none() {
-        job.from = found(&job, &digest)?;
-    }
-    let from = job.from.take();
+    let there = found(&job, &digest)?;
+    // Whatever is there, the one that was named is resumed.
+    let from = job.from.take().or(there);
     let pool = job.warm.take_pool(job.threads)?;
     let need = job.need(pool.current_num_threads())?;
     job.outputs.check_room(&job.scene)?;
@@ -150,11 +151,12 @@ fn difference(job: &Job, digest: &str, loaded: &Loaded) -> Option<String> {
     (settings != job.scene.settings).then(|| "other settings".into())
 }
 
-/// Checks that the checkpoint is not also another output; and if it is to be kept, that it is no input, and that it can
-/// be written.
+/// Checks that the checkpoint is not also another output; and if it is to be kept, that it is no input but the one that is
+/// resumed, and that it can be written.
 fn check_checkpoint(job: &Job) -> Result<(), Error> {
     let Some(save) = &job.save else { return Ok(()) };
     let inputs = job.inputs.iter().map(|(field, path)| (*field, path.as_path())).filter(|_| save.keep);
+    let inputs = inputs.filter(|(field, _)| *field != Field::Resumed);
     let outputs = job.outputs.files().map(|(content, path)| (content.field(), path));
     let taken: Vec<(Field, &Path)> = inputs.chain(outputs).collect();
     check_distinct(&taken, &[(Field::Checkpoint, &save.path)])?;
@@ -173,11 +175,14 @@ fn check_snapshots(job: &Job) -> Result<(), Error> {
     check_distinct(&taken, &snapshots)
 }
 
-/// The existing checkpoint at the job's path, if it is of the same render. One of another render is an error, as it must
-/// not be overwritten.
+/// The existing checkpoint at the job's path, if it is of the same render, and not the one that is resumed. One of another
+/// render is an error, as it must not be overwritten.
 fn found(job: &Job, digest: &str) -> Result<Option<Loaded>, Error> {
     let Some(save) = &job.save else { return Ok(None) };
     let store = Store::new(&save.path);
+    if job.from.as_ref().is_some_and(|from| is_in(&store, from)) {
+        return Ok(None);
+    }
     let refuse = |problem: Problem| {
         let problem = problem.text("remove it, or name another by ").field(Field::Checkpoint);
         Error::input(Field::Checkpoint, problem)
@@ -189,8 +194,8 @@ fn found(job: &Job, digest: &str) -> Result<Option<Loaded>, Error> {
         Error::named(Field::Checkpoint, format_args!("{} {damage}", loaded.path.display()))
     })?;
     let other = |what: String| {
-        let (path, done) = (store.path().display(), there.account.iterations);
-        let problem = Problem::from(format!("{path} holds {done} iterations of {what}; continue it by "));
+        let (path, done) = (store.path().display(), counted(there.account.iterations, "iteration"));
+        let problem = Problem::from(format!("{path} holds {done} of {what}; continue it by "));
         Err(refuse(problem.field(Field::Resume).text(", ")))
     };
     if let Some(what) = difference(job, digest, &loaded) {
@@ -220,7 +225,8 @@ fn keeper(job: &Job, digest: &str, from: Option<&Loaded>) -> Result<Option<Keepe
         ..Note::default()
     };
     job.outputs.note(&save.path, &mut note);
-    let keeper = Keeper::new(save.clone(), digest, &note, from);
+    let asked = job.scene.settings.iterations;
+    let keeper = Keeper::new(save.clone(), digest, asked, &note, from);
     if save.keep {
         let sums = job.engine.method().sums(&job.scene.settings);
         let bytes = keeper.room(&job.scene, sums, job.goals.error.is_some());
@@ -234,6 +240,7 @@ fn keeper(job: &Job, digest: &str, from: Option<&Loaded>) -> Result<Option<Keepe
 mod tests {
     use super::*;
     use crate::automatic;
+    use crate::choice::EngineChoice;
     use scene::{Automatic, Quality};
 
     /// A small render, whose error is estimated or not.
@@ -261,6 +268,55 @@ mod tests {
             |memory_limit| Job { memory_limit: Some(memory_limit), ..job(Some(0.1)) }.bytes_at_most();
         assert_eq!(limited(need).unwrap(), need);
         assert!(matches!(limited(need - 1), Err(Error::Input { field: Field::MemoryLimit, .. })));
+    }
+
+    /// Of path tracing nothing is chosen that photons alone have, nor told as chosen; and then nothing is left to be chosen.
+    #[test]
+    fn a_method_without_photons_has_its_own_settings_chosen() {
+        let all = Automatic::all(Quality::Draft);
+        let mut job = job(None).choosing(all);
+        job.engine = EngineChoice::new(MethodName::Path, None).unwrap();
+        let own = job.scene.settings;
+        job.choose_settings().unwrap();
+        assert!(job.chosen == all.without_photons() && !job.automatic.any(), "{:?}", job.chosen);
+        let Settings { iterations, max_depth, .. } = job.scene.settings;
+        assert_eq!(job.scene.settings, Settings { iterations, max_depth, ..own });
+        job.choose_settings().unwrap();
+        assert_eq!(job.scene.settings.iterations, iterations);
+        // Where only photons have what is to be chosen, that is nothing at all.
+        let only = Automatic { initial_radius: true, photons_per_iteration: true, ..Automatic::default() };
+        let mut job = Job { automatic: only, ..job };
+        job.chosen = Automatic::default();
+        job.choose_settings().unwrap();
+        assert!(!job.chosen.any());
+    }
+
+    /// Of a part, the iterations are some of those that are chosen, however many the scene has.
+    #[test]
+    fn a_range_is_of_the_iterations_that_are_chosen() {
+        let automatic = Automatic { quality: Quality::Draft, iterations: true, ..Automatic::default() };
+        let of = |iterations, range| {
+            let mut job = job(None).choosing(automatic);
+            let radius_schedule = RadiusSchedule::Global;
+            job.scene.settings = Settings { iterations, radius_schedule, ..job.scene.settings };
+            job.range = Some(range);
+            prepare(job).map(|ready| ready.job.scene.settings.iterations)
+        };
+        let many = 1 << 20;
+        let chosen = of(many, 0..1).unwrap();
+        assert!(chosen > 1 && chosen < many, "{chosen}");
+        assert_eq!(of(1, chosen - 1..chosen), Ok(chosen));
+        let refused = of(many, chosen..chosen + 1).unwrap_err();
+        assert!(refused.to_string().contains(&format!("counted from 0 to before {chosen}, ")), "{refused}");
+    }
+
+    /// So may reading the scene, which is over when the render begins.
+    #[test]
+    fn memory_that_was_taken_before_the_render_is_told() {
+        let own = job(None).bytes_at_most().unwrap();
+        let of = |bytes_before| Job { bytes_before, ..job(None) }.bytes_at_most().unwrap();
+        assert_eq!(of(1), own);
+        assert!(of(2 * own) > 2 * own);
     }
 
     /// Settings are chosen by larger renders than a small picture itself: their memory is told too, and a limit holds for them.

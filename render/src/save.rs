@@ -14,7 +14,7 @@ use std::time::Duration;
 /// Where and how often to write checkpoints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Save {
-    /// The checkpoint file.
+    /// The checkpoint file. If there is one of another render, it is not overwritten: the job is refused.
     pub path: PathBuf,
     /// How often it is written.
     pub every: Every,
@@ -179,6 +179,23 @@ mod tests {
             assert_eq!(resolved(&note, Path::new("/c/x.sppm")), Path::new(elsewhere));
         }
         assert_eq!(resolved(Path::new("x.png"), Path::new("x.sppm")), Path::new("x.png"));
+    }
+
+    /// A note is text. A file whose name is none is left out, and all else is kept.
+    #[cfg(unix)]
+    #[test]
+    fn names_that_are_no_text_are_not_noted() {
+        use std::os::unix::ffi::OsStrExt as _;
+        let name = std::ffi::OsStr::from_bytes(b"x\xff.png");
+        let outputs = Outputs {
+            image: Some(Path::new("/a/b").join(name)),
+            stats: Some("/a/b/stats.json".into()),
+            ..Outputs::default()
+        };
+        let mut note = Note::default();
+        outputs.note(Path::new("/a/b/x.sppm"), &mut note);
+        assert_eq!((note.image.as_deref(), note.stats.as_deref()), (None, Some(Path::new("stats.json"))));
+        assert!(serde_json::to_string(&note).is_ok());
     }
 
     /// All that a render writes, and how, is what a resumed render writes unless it is told otherwise.

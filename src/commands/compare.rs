@@ -140,7 +140,8 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
         write_difference(args, path, &mut a, &mut b)?;
     }
     if args.view {
-        return view::compare(&args.a, &args.b, args.layer.as_deref(), &args.page);
+        let [of_a, of_b] = layers(args)?;
+        return view::compare((&args.a, of_a), (&args.b, of_b), &args.page);
     }
     if args.thresholds.max_hdr_flip.is_some() && metrics.hdr_flip.is_none() {
         let b = args.b.display();
@@ -178,8 +179,8 @@ fn sentence(exceeded: &Exceeded) -> String {
     format!("{metric} is {value}, {side} --{option} {threshold}")
 }
 
-/// Opens both images. A file without layers is read whole, unless neither has some.
-fn open(args: &CompareArgs) -> Result<[ImageReader; 2], Error> {
+/// The layer to read of each image. A file without layers is read whole, unless neither has some.
+fn layers(args: &CompareArgs) -> Result<[Option<&str>; 2], Error> {
     let bad = |error: image_file::ImageError| Error::BadInput(error.to_string());
     let paths = [&args.a, &args.b];
     let has_layers = match args.layer {
@@ -189,7 +190,15 @@ fn open(args: &CompareArgs) -> Result<[ImageReader; 2], Error> {
     let [of_a, of_b] = has_layers;
     let (of_a, of_b) = (of_a.map_err(bad)?, of_b.map_err(bad)?);
     let layer = |has: bool| args.layer.as_deref().filter(|_| has || !(of_a || of_b));
-    let open = |path, has| ImageReader::open(path, layer(has)).map_err(bad);
+    Ok([layer(of_a), layer(of_b)])
+}
+
+/// Opens both images.
+fn open(args: &CompareArgs) -> Result<[ImageReader; 2], Error> {
+    let [of_a, of_b] = layers(args)?;
+    let open = |path: &Path, layer| {
+        ImageReader::open(path, layer).map_err(|error| Error::BadInput(error.to_string()))
+    };
     Ok([open(&args.a, of_a)?, open(&args.b, of_b)?])
 }
 

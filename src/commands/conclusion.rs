@@ -4,7 +4,7 @@ use super::instants;
 use crate::terminal::error::Error;
 use crate::terminal::signals::Requests;
 use crate::terminal::text::quoted;
-use render::{End, MethodName, Outcome, Report};
+use render::{End, Job, MethodName, Outcome, Report};
 use scene::Stats;
 use scene::settings::MAX_ITERATIONS;
 use scene::text::{counted, duration, list, mebibytes};
@@ -39,7 +39,16 @@ pub(crate) fn conclude(outcome: &Outcome, requests: &Requests) -> Result<(), Err
         return Err(Error::Interrupted(signal, text));
     }
     if let Some(error) = unsaved {
-        return Err(Error::Failed(format!("the image is written, but not its checkpoint: {error}")));
+        let what = if has_image(&outcome.job) {
+            "the image is written, but not its checkpoint"
+        } else {
+            "the part is not written"
+        };
+        let kept = match saved {
+            Some(saved) if saved.iterations == done => format!("; it is in {} instead", saved.path.display()),
+            _ => how_to_go_on(outcome).unwrap_or_default(),
+        };
+        return Err(Error::Failed(format!("{what}: {error}{kept}")));
     }
     let lacking = report.lacks_photons().then_some(outcome.job.engine.method());
     let why = why(*end, report.estimated_error, lacking);
@@ -55,6 +64,11 @@ pub(crate) fn conclude(outcome: &Outcome, requests: &Requests) -> Result<(), Err
         warn!("{}", few_photons(outcome.job.engine.method(), &report.stats));
     }
     Ok(())
+}
+
+/// Whether a render has an image, or else is a part, which is its checkpoint alone.
+fn has_image(job: &Job) -> bool {
+    job.range.is_none() || job.outputs.image.is_some() || job.outputs.stream.is_some()
 }
 
 /// Why a render ended, unless all its iterations are done.
@@ -221,7 +235,7 @@ mod tests {
             ..scene.settings
         };
         scene.settings = quick;
-        render::Job::new(scene).start(()).unwrap().wait().unwrap()
+        Job::new(scene).start(()).unwrap().wait().unwrap()
     }
 
     #[test]
@@ -250,6 +264,9 @@ mod tests {
         assert_eq!(noisy(0.2, 10.0, 8, 0), told); // 320 seconds
         assert_eq!(noisy(0.2, 5.0, 8, 4), told);
         assert!(noisy(0.2, 10.0, 8, 4).contains("`--time 20m`")); // 640 seconds
+        // 32 times as long as all has taken, not so much longer: a render begins anew.
+        assert!(noisy(0.2, 9.37, 8, 0).contains("`--time 5m`")); // 299.84 seconds
+        assert!(noisy(0.2, 9.38, 8, 0).contains("`--time 10m`")); // 300.16 seconds
     }
 
     #[test]
@@ -270,6 +287,53 @@ mod tests {
         let error = conclude(&outcome, &Requests::deaf()).unwrap_err();
         let told = "the image is written, but not its checkpoint: a.png.sppm: the disk is full";
         assert_eq!((error.to_string(), error.code()), (told.into(), 1));
+    }
+
+    /// A part has no image that is written in any case, unless one is asked for.
+    #[test]
+    fn a_part_that_was_not_written_is_told_as_such() {
+        let mut outcome = outcome();
+        outcome.job.range = Some(0..1);
+        outcome.unsaved = Some(FileError::new(Path::new("p.sppm"), "the disk is full"));
+        let told = |outcome: &Outcome| conclude(outcome, &Requests::deaf()).unwrap_err().to_string();
+        assert_eq!(told(&outcome), "the part is not written: p.sppm: the disk is full");
+        outcome.saved = Some(Saved { path: "p.sppm".into(), iterations: 0 });
+        let text = told(&outcome);
+        assert!(
+            text.ends_with("the disk is full; `sppm resume p.sppm` goes on after 0 iterations"),
+            "{text}"
+        );
+        // All of it may be elsewhere.
+        let done = outcome.report.iterations;
+        outcome.saved = Some(Saved { path: "/tmp/p.sppm".into(), iterations: done });
+        let text = told(&outcome);
+        assert!(text.ends_with("the disk is full; it is in /tmp/p.sppm instead"), "{text}");
+        outcome.job.outputs.image = Some("p.png".into());
+        let text = told(&outcome);
+        let first = "the image is written, but not its checkpoint: p.sppm: the disk is full; it is in ";
+        assert!(text.starts_with(first), "{text}");
+    }
+
+    /// Whoever waits for the files learns that one of them is missing.
+    #[test]
+    fn an_interruption_hides_no_file_that_was_not_written() {
+        let mut outcome = outcome();
+        let error = FileError::new(Path::new("a.png"), "no room");
+        (outcome.end, outcome.failed) = (End::Stopped, vec![Unwritten { error, refuge: None }]);
+        let error = conclude(&outcome, &Requests::after(SIGINT)).unwrap_err();
+        assert_eq!((error.code(), error.to_string()), (1, "a.png: no room".into()));
+    }
+
+    /// The file of a part is its checkpoint.
+    #[test]
+    fn a_part_is_among_the_files_that_were_written() {
+        let mut outcome = outcome();
+        outcome.job.range = Some(0..1);
+        outcome.saved = Some(Saved { path: "p.sppm".into(), iterations: 1 });
+        let error = FileError::new(Path::new("s.json"), "no room");
+        outcome.failed = vec![Unwritten { error, refuge: None }];
+        let text = conclude(&outcome, &Requests::deaf()).unwrap_err().to_string();
+        assert!(text.starts_with("s.json: no room; wrote p.sppm; "), "{text}");
     }
 
     /// One that comes when the render has ended by itself is too late: all is done that was asked for.
@@ -372,6 +436,15 @@ mod tests {
         ] {
             assert_eq!(at_least(seconds), text);
             assert!(crate::args::values::time(text).unwrap().as_secs_f64() >= seconds);
+        }
+    }
+
+    #[test]
+    fn a_round_time_is_told_as_itself() {
+        for seconds in [1_u32, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 18_000, 36_000] {
+            let told = at_least(f64::from(seconds));
+            let time = crate::args::values::time(&told).unwrap();
+            assert_eq!(time, Duration::from_secs(seconds.into()), "{told}");
         }
     }
 

@@ -19,7 +19,6 @@ use std::path::Path;
 /// Renders the frames of `range` one after another. One that fails is told, and does not keep the others from being rendered;
 /// a signal ends all.
 pub(super) fn run(args: &RenderArgs, range: Frames) -> Result<(), Error> {
-    logs::init(args.messages.log_format, args.messages.level());
     let bad = |problem: &str| Err(Error::BadInput(problem.into()));
     let Some(path) = particles(&args.source).filter(|_| args.source.like.is_none()) else {
         return bad("--frame: ranges of frames are for files of particles, such as .xyz or .dump");
@@ -47,7 +46,8 @@ pub(super) fn run(args: &RenderArgs, range: Frames) -> Result<(), Error> {
         match reel.render(number, (place, numbers.len()), &requests) {
             Ok(()) => {}
             Err(Error::Interrupted(signal, text)) => {
-                let text = format!("frame {number}: {text}; `--frame {number}..` goes on with it");
+                let rest = range.beginning_at(number);
+                let text = format!("frame {number}: {text}; `--frame {rest}` goes on with it");
                 return Err(Error::Interrupted(signal, text));
             }
             // What the options ask for cannot be done for any frame.
@@ -62,7 +62,8 @@ pub(super) fn run(args: &RenderArgs, range: Frames) -> Result<(), Error> {
         return Ok(());
     }
     let all = counted(numbers.len() as u64, "frame");
-    Err(Error::Failed(format!("of {all} these failed: {}; the others are rendered", list(&failed))))
+    let others = if failed.len() == numbers.len() { "" } else { "; the others are rendered" };
+    Err(Error::Failed(format!("of {all} these failed: {}{others}", list(&failed))))
 }
 
 /// Frames that are rendered with the same options.
@@ -111,5 +112,59 @@ impl<'a> Reel<'a> {
         let job = configure(self.args, job, image, (&outputs, &checkpoints))?;
         let title = format!("frame {number}, {} of {all}", place + 1);
         watch::run(job, Some(title), &self.args.messages, (&self.args.viewers, false), requests)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use signal_hook::consts::SIGINT;
+    use std::fs;
+    use std::path::PathBuf;
+    use tempfile::TempDir;
+
+    /// The options of `sppm render` with these words, and a limit of memory that no render keeps to.
+    fn args(words: &[&str]) -> RenderArgs {
+        use crate::commands::{Args, Command};
+        use clap::Parser as _;
+        let usual = ["sppm", "render", "run.xyz", "--memory-limit", "1K"];
+        let args = Args::try_parse_from(usual.iter().chain(words)).unwrap();
+        let Command::Render(args) = args.command else { panic!("another command") };
+        args
+    }
+
+    /// A file of two frames: of 2 atoms, and of 100.
+    fn trajectory() -> (TempDir, PathBuf) {
+        let frame = |atoms: usize| {
+            let row = |i: usize| format!("O {} 0 0\n", 3 * i);
+            let rows: String = (0..atoms).map(row).collect();
+            format!("{atoms}\n\n{rows}")
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.xyz");
+        fs::write(&path, frame(2) + &frame(100)).unwrap();
+        (folder, path)
+    }
+
+    /// Of the frame that the camera is fitted to, and of each that is shown.
+    #[test]
+    fn a_memory_limit_holds_for_every_frame_that_is_read() {
+        let (_folder, path) = trajectory();
+        let args = args(&[]);
+        let reel = |first| Reel::new(&args, &path, Clip::open(&path).unwrap(), first);
+        let fitted = reel(1).err().unwrap().to_string();
+        assert!(fitted.contains("100 particles need "), "{fitted}");
+        let shown = reel(0).unwrap().render(1, (1, 2), &Requests::deaf()).unwrap_err().to_string();
+        assert!(shown.contains("100 particles need "), "{shown}");
+    }
+
+    /// One that comes between two frames ends the range before the next.
+    #[test]
+    fn a_frame_is_not_begun_after_a_signal() {
+        let (_folder, path) = trajectory();
+        let args = args(&["--camera-frame", "each"]);
+        let reel = Reel::new(&args, &path, Clip::open(&path).unwrap(), 0).unwrap();
+        let ended = reel.render(0, (0, 2), &Requests::after(SIGINT)).unwrap_err();
+        assert_eq!((ended.code(), ended.to_string()), (130, "it was not begun".into()));
     }
 }

@@ -321,6 +321,7 @@ mod tests {
         let swept = names(&["--sweep", "depth"]);
         assert!(swept.len() < ROWS.len() && swept.contains(&"fast") && swept.contains(&"0"), "{swept:?}");
         assert!(row("none").unwrap_err().starts_with("is no row; there are "));
+        assert_eq!(swept, ["0", "1", "2", "3", "4", "5", "6", "fast"]);
         let runs = |words: &[&str]| {
             plan(&of(&[words, &["--scene", "cornell"]].concat())).map(|plan| plan.repeat).unwrap()
         };
@@ -330,6 +331,42 @@ mod tests {
             [scenes(&[]), scenes(&["--quick"]), scenes(&["--scene", "mirror", "--scene", "cornell"])],
             [5, 1, 2]
         );
+    }
+
+    /// Rows have their own generators unless the reference's are asked for; all else is as in the paper.
+    #[test]
+    fn random_numbers_are_the_papers_unless_others_are_asked_for() {
+        use crate::commands::{Args as All, Command};
+        use clap::Parser as _;
+        let options = |words: &[&str]| {
+            let words = ["sppm", "ladder", "--scene", "cornell"].iter().chain(words);
+            let Command::Ladder(args) = All::try_parse_from(words).unwrap().command else {
+                panic!("another command")
+            };
+            plan(&args).map(|plan| plan.options).unwrap()
+        };
+        assert_eq!(options(&[]), Options::paper());
+        assert_eq!(options(&["--rng", "paper"]), Options::paper());
+        assert_eq!(options(&["--rng", "keyed"]), Options { random: Random::Keyed, ..Options::paper() });
+    }
+
+    /// What is asked for wrongly is bad input, and what goes wrong later is a failure.
+    #[test]
+    fn errors_are_told_by_their_options() {
+        let input = |field| told(ladder::Error::Input { field, problem: "is wrong".into() });
+        for (field, text) in [
+            (Field::Csv, "--csv: is wrong"),
+            (Field::Plots, "--plots: is wrong"),
+            (Field::Images, "--images: is wrong"),
+            (Field::Sweep, "--sweep: is wrong"),
+            (Field::SweepSpheres, "--sweep spheres: is wrong"),
+            (Field::Similarity, "--similarity: goes with --sweep iterations only"),
+        ] {
+            let error = input(field);
+            assert_eq!((error.to_string(), error.code()), (text.into(), 2));
+        }
+        let failed = told(ladder::Error::Failed("a.csv: no room".into()));
+        assert_eq!((failed.to_string(), failed.code()), ("a.csv: no room".into(), 1));
     }
 
     /// As far as the help says; a quick one less far.

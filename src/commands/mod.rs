@@ -21,6 +21,7 @@ mod view;
 mod watch;
 
 use crate::terminal::error::Error;
+use crate::terminal::logs;
 use clap::{CommandFactory, Parser, Subcommand};
 use compare::CompareArgs;
 use completions::CompletionsArgs;
@@ -90,10 +91,14 @@ impl Args {
     /// Runs the command.
     pub(crate) fn run(&self) -> Result<(), Error> {
         match &self.command {
-            Command::Render(args) => match args.source.particles.frames()? {
-                Some(range) => frames::run(args, range),
-                None => render::run(args),
-            },
+            Command::Render(args) => {
+                // Before the range is read, so that what is wrong with it is told in the format that is asked for.
+                logs::init(args.messages.log_format, args.messages.level());
+                match args.source.particles.frames()? {
+                    Some(range) => frames::run(args, range),
+                    None => render::run(args),
+                }
+            }
             Command::Resume(args) => resume::run(args),
             Command::Merge(args) => merge::run(args),
             Command::Farm(args) => farm::run(args),

@@ -11,7 +11,6 @@ use crate::args::scene::{self, SourceArgs};
 use crate::args::settings::{QualityArgs, SettingsArgs};
 use crate::args::view::WatchArgs;
 use crate::terminal::error::Error;
-use crate::terminal::logs;
 use crate::terminal::signals::Requests;
 use ::render::merge::is_checkpoint;
 use ::render::{EngineChoice, Field, Goals, Job, Outputs, Save};
@@ -80,7 +79,6 @@ What settings do:
 
 /// Runs the command for one image.
 pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
-    logs::init(args.messages.log_format, args.messages.level());
     let size = [args.settings.width, args.settings.height];
     let (job, image) = open(&args.source, size, args.engine.memory_limit)?;
     let job = configure(args, job, image, (&args.outputs, &args.checkpoints))?;
@@ -123,9 +121,13 @@ pub(super) fn configure(
 
 /// The checkpoint that a part is written to; `image` is the default name of the whole image.
 fn part_file(args: &RenderArgs, image: &Path) -> Result<PathBuf, Error> {
-    let OutputArgs { output, snapshots, radius_image, count_image, .. } = &args.outputs;
+    let OutputArgs { output, exposure, tone, white, snapshots, radius_image, count_image, .. } =
+        &args.outputs;
     let CheckpointArgs { checkpoint, no_checkpoint, .. } = &args.checkpoints;
     let others = [
+        ("--exposure", exposure.is_some()),
+        ("--tone", tone.is_some()),
+        ("--white", white.is_some()),
         ("--snapshots", *snapshots),
         ("--radius-image", radius_image.is_some()),
         ("--count-image", count_image.is_some()),
@@ -202,6 +204,7 @@ fn open(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ::scene::{Automatic, Quality};
 
     fn job(words: &[&str]) -> Result<Job, String> {
         use crate::commands::{Args, Command};
@@ -244,6 +247,41 @@ mod tests {
         }
     }
 
+    /// A scene file, and the image of a render of it by [`Quality::Paper`], in this folder.
+    fn rendered(folder: &Path) -> [String; 2] {
+        let [scene, image] =
+            ["mine.toml", "a.exr"].map(|name| folder.join(name).to_str().unwrap().to_owned());
+        std::fs::write(&scene, files::builtin::find("cornell").unwrap().text).unwrap();
+        let size = ["--width", "8", "--height", "6", "-n", "1", "--photons", "100", "--quality", "paper"];
+        let words = [&[&scene[..], "-o", &image, "--no-checkpoint"], &size[..]].concat();
+        let outcome = job(&words).unwrap().start(()).unwrap().wait().unwrap();
+        assert_eq!(outcome.written, [Path::new(&image)]);
+        [scene, image]
+    }
+
+    /// What is recorded leaves nothing to be chosen; whoever asks for a quality gets that one all the same.
+    #[test]
+    fn a_render_is_repeated_at_the_quality_that_is_asked_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let [_, image] = rendered(folder.path());
+        let chosen = |words: &[&str]| job(&[&["--like", &image], words].concat()).unwrap().automatic;
+        assert!(!chosen(&[]).any());
+        assert_eq!(chosen(&["--quality", "draft"]), Automatic::all(Quality::Draft));
+        let by_radius = chosen(&["--radius", "auto"]);
+        assert!(by_radius.initial_radius && !by_radius.iterations, "{by_radius:?}");
+    }
+
+    /// Of a scene that is rendered, and of one that is named beside what is repeated.
+    #[test]
+    fn the_memory_that_a_scene_took_to_read_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let [scene, image] = rendered(folder.path());
+        let bytes = |words: &[&str]| job(words).unwrap().bytes_before;
+        let own = bytes(&[&scene]);
+        assert!(own > 0);
+        assert_eq!([bytes(&[&scene, "--like", &image]), bytes(&["--like", &image])], [own, 0]);
+    }
+
     const PART: [&str; 8] =
         ["cornell", "--quality", "paper", "-n", "8", "--radius-schedule", "global", "--part"];
 
@@ -262,7 +300,10 @@ mod tests {
     #[test]
     fn what_does_not_go_with_a_part_is_refused() {
         for option in [
-            &["--snapshots"][..],
+            &["--exposure", "1"][..],
+            &["--tone", "aces"],
+            &["--white", "2"],
+            &["--snapshots"],
             &["--radius-image", "a.exr"],
             &["--count-image", "a.exr"],
             &["--checkpoint", "a.sppm"],

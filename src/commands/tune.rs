@@ -231,5 +231,12 @@ mod tests {
     fn errors_of_the_optimiser_say_what_helps() {
         let failed = told(tuner::Error::Failed("no".into()));
         assert_eq!((failed.to_string(), failed.code()), ("no".into(), 1));
+        let (python, problem) = (PathBuf::from("py"), String::from("No module named skopt"));
+        let lacks = told(tuner::Error::NoLibrary { python: python.clone(), problem: problem.clone() });
+        let told_of = "py has no scikit-optimize (No module named skopt): install it (pip install scikit-optimize), name a Python \
+                       that has it by --python, or run the sppm of a checkout, which installs it";
+        assert_eq!((lacks.to_string(), lacks.code()), (told_of.into(), 1));
+        let broken = told(tuner::Error::Optimiser { python, problem });
+        assert_eq!((broken.to_string(), broken.code()), ("--python: py: No module named skopt".into(), 1));
     }
 }

@@ -271,6 +271,23 @@ mod tests {
         assert!(said.starts_with("box: identical in every bit of count, radius and image, 3 x 2"), "{said}");
     }
 
+    /// The image does not show them, but what is looked at on the way does.
+    #[test]
+    fn the_fast_engine_goes_by_the_parameters_of_a_profile() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let settings = Settings { width: 16, height: 12, photons_per_iteration: 500, ..scene.settings };
+        let pools = [pool(Some(1)).unwrap()];
+        let candidates = |method, cell_size| {
+            let parameters = Parameters::default().with("cell_size", cell_size).unwrap();
+            let mut all = variants(method, &scene, &settings, &pools, &parameters);
+            all[0].engine.iterate();
+            all[0].engine.stats().candidates
+        };
+        for method in [MethodName::Sppm, MethodName::Hybrid] {
+            assert_ne!(candidates(method, 2.0), candidates(method, 12.0), "{method:?}");
+        }
+    }
+
     /// On every kind of lanes and every number of threads, and the reference with another grid, which path tracing has none of.
     #[test]
     fn every_engine_is_compared() {

@@ -91,10 +91,14 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Error> {
     if is_image(&args.target) { show(args) } else { edit(args) }
 }
 
-/// Serves two images to be compared.
-pub(crate) fn compare(a: &Path, b: &Path, layer: Option<&str>, page: &PageArgs) -> Result<(), Error> {
+/// Serves two images to be compared, each with the layer to show of it.
+pub(crate) fn compare(
+    a: (&Path, Option<&str>),
+    b: (&Path, Option<&str>),
+    page: &PageArgs,
+) -> Result<(), Error> {
     let requests = Requests::listen()?;
-    let view = View::files(a, layer, Some(b), &page.place()).map_err(Error::BadInput)?;
+    let view = View::compared(a, b, &page.place()).map_err(Error::BadInput)?;
     page.announce(&view, false)?;
     wait(&requests);
     Err(interrupted(&requests, "the view is closed".into()))

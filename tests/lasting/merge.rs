@@ -107,6 +107,9 @@ fn what_is_missing_is_named_with_commands_that_render_it() {
     let ended = sandbox.run(["merge", "3.sppm", "1.sppm", "--missing"]);
     assert_eq!(ended.code, Some(1), "{ended:?}");
     assert!(ended.stderr.contains("3..6, 9..12 are missing"), "{ended:?}");
+    // So it ends with what there is in a file, too: a script must not take that for all.
+    let written = sandbox.run(["merge", "3.sppm", "1.sppm", "--missing", "-o", "some.exr"]);
+    assert_eq!((written.code, &written.stdout), (Some(1), &ended.stdout), "{written:?}");
     let commands: Vec<&str> = ended.stdout.lines().collect();
     assert_eq!(commands.len(), 2, "{ended:?}");
     for command in commands {
@@ -196,6 +199,27 @@ fn parts_of_other_renders_are_refused_by_name() {
         ended.refused(&[name, why]);
         assert!(!sandbox.path("x.sppm").exists(), "{name}");
     }
+}
+
+/// Files of particles are not in them. Those that have moved with the parts are read where these are.
+#[test]
+fn parts_of_particles_are_merged_where_they_are() {
+    let sandbox = Sandbox::new();
+    sandbox.write("atoms.xyz", "2\nProperties=species:S:1:pos:R:3\nO 0 0 0\nH 1 1 1\n");
+    let size = ["--width=8", "--height=6", "--photons=100", "-n=2", "--quality=paper", "--method=sppm"];
+    let render = |args: &[&str]| {
+        let schedule = ["--radius-schedule=global"];
+        run(&sandbox, &[&["render", "atoms.xyz"], &size[..], &schedule, args].concat());
+    };
+    render(&["-o", "whole.pfm"]);
+    render(&["--part=1/2", "-o", "1.sppm"]);
+    render(&["--part=2/2", "-o", "2.sppm"]);
+    fs::create_dir(sandbox.path("moved")).unwrap();
+    for name in ["atoms.xyz", "1.sppm", "2.sppm"] {
+        fs::rename(sandbox.path(name), sandbox.path(&format!("moved/{name}"))).unwrap();
+    }
+    run(&sandbox, &["merge", "moved/1.sppm", "moved/2.sppm", "-o", "merged.pfm"]);
+    assert!(sandbox.bytes("merged.pfm") == sandbox.bytes("whole.pfm"));
 }
 
 #[test]

@@ -66,7 +66,26 @@ fn a_small_image_needs_room_too() {
     run_limited(&sandbox, 1024, &args).refused(&["--output: a.pfm: there is no room for its 2.2 KiB: "]);
     let args = ["render", "cornell", "--quality=paper", "-o", "a.png", "--width=16", "--height=12"];
     run_limited(&sandbox, 512, &args).refused(&["--output: a.png: there is no room for its 576 bytes: "]);
+    // Each file by itself.
+    let args = [&args[..], &["--radius-image", "r.pfm"]].concat();
+    let words = ["--radius-image: r.pfm: there is no room for its 2.2 KiB: "];
+    run_limited(&sandbox, 1024, &args).refused(&words);
     assert_eq!(sandbox.names(), [""; 0]);
+}
+
+/// Images as well as checkpoints.
+#[test]
+fn what_is_merged_needs_room() {
+    let sandbox = Sandbox::new();
+    let size = ["--width=64", "--height=48", "--photons=100", "--iterations=1"];
+    let part =
+        ["render", "cornell", "--quality=paper", "--radius-schedule=global", "--part=1/1", "-o=a.sppm"];
+    assert_eq!(sandbox.run(part.iter().chain(&size)).code, Some(0));
+    for name in ["b.sppm", "b.pfm"] {
+        let ended = run_limited(&sandbox, 16 << 10, &["merge", "a.sppm", "-o", name]);
+        ended.refused(&[&format!("--output: {name}: there is no room for its ")]);
+    }
+    assert_eq!(sandbox.names(), ["a.sppm"]);
 }
 
 /// Snapshots fail one after the other, each under another name and all for the same reason.

@@ -67,10 +67,12 @@ fn a_resumed_file_is_the_uninterrupted_file() {
 #[test]
 fn the_statistics_of_a_resumed_render_are_those_of_an_uninterrupted_one() {
     let sandbox = kept();
-    resume(&sandbox, &["--iterations=9", "--stats=resumed.json"]);
+    resume(&sandbox, &["--iterations=9", "--stats=resumed.json", "--threads=3"]);
     render(&sandbox, &["-o", "b.exr", "--iterations=9", "--stats=whole.json"]);
     let [resumed, whole] = ["resumed.json", "whole.json"].map(|name| sandbox.json(name));
     assert_eq!((&resumed["resumed_after"], &whole["resumed_after"]), (&4.into(), &0.into()));
+    // The threads are those that are asked for now.
+    assert_eq!(resumed["threads"], 3);
     for key in ["iterations", "settings", "photons", "camera_segments", "visible_points", "shadow_rays"] {
         assert!(!whole[key].is_null(), "no {key}: {whole}");
         assert_eq!(resumed[key], whole[key], "{key}");

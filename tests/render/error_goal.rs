@@ -1,7 +1,7 @@
 //! The error that a render estimates for a goal: noise, and the bias of photon mapping.
 
 use crate::small;
-use fast::Sppm;
+use fast::{PathTracer, Sppm};
 use files::image_file::read_note;
 use render::{
     EngineChoice, EngineName, Estimate, Job, Metadata, MethodName, Notice, Observer, Renderer, Step,
@@ -44,6 +44,24 @@ fn the_error_is_of_noise_and_of_a_bias_that_falls_with_the_radius() {
     for bias in &biases {
         assert!((bias / biases[0] - 1.0).abs() < ROUNDING, "{biases:?}");
     }
+}
+
+/// Paths gather no photons, so nothing is blurred: the error of path tracing is its noise alone.
+#[test]
+fn the_error_of_paths_is_of_noise_alone() {
+    let scene = small(4);
+    let mut job = Job::new(scene.clone());
+    job.engine = EngineChoice::new(MethodName::Path, None).unwrap();
+    job.goals.error = Some(1e-9);
+    let found = job.start(()).unwrap().wait().unwrap().report.estimated_error;
+    let (mut engine, mut noise) = (PathTracer::new(&scene, &scene.settings), Estimate::default());
+    for n in 1..=4 {
+        engine.iterate();
+        noise.update(n, || engine.develop());
+    }
+    let (found, noise) = (found.unwrap(), noise.error.unwrap());
+    // The root of its square.
+    assert!((found / noise - 1.0).abs() < 1e-12, "{found}, not {noise}");
 }
 
 /// A goal ends a render, and is of no account for its image. The estimate finds the first radii of the pixels before.

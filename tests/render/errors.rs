@@ -3,7 +3,7 @@
 use crate::{path_tracer, small};
 use files::image_file::Tone;
 use render::{EngineChoice, EngineName, Error, Field, Job, LanesName};
-use scene::{Rgb, Scene};
+use scene::{RadiusSchedule, Rgb, Scene};
 use std::path::PathBuf;
 
 /// The field at fault and the message for a job that `change` makes invalid.
@@ -61,6 +61,21 @@ fn the_field_at_fault_is_named() {
 
     let (field, _) = refused(|job| job.outputs.image = Some("no/such/folder/a.png".into()));
     assert_eq!(field, Field::Image);
+}
+
+/// From code as from options: of a part there are some iterations, and none beyond those of the render.
+#[test]
+fn a_range_is_of_iterations_that_there_are() {
+    for (start, end) in [(2, 2), (3, 2), (0, 5), (4, 5)] {
+        let told = refused(|job| {
+            let settings = &mut job.scene.settings;
+            (settings.iterations, settings.radius_schedule) = (4, RadiusSchedule::Global);
+            job.range = Some(start..end);
+        });
+        let why = "they are counted from 0 to before 4, and the second is left out";
+        let said = format!("range {start}..{end}: there are no such iterations; {why}");
+        assert_eq!(told, (Field::Range, said));
+    }
 }
 
 /// A scene built in code has passed no check yet.

@@ -2,7 +2,7 @@
 
 use crate::cases::tell;
 use crate::{endless, image, path_tracer, small};
-use render::{End, EngineChoice, EngineName, Error, Field, Job, Notice, Observer, Step};
+use render::{End, EngineChoice, EngineName, Error, Field, Image, Job, Notice, Observer, Step};
 use scene::{Automatic, Quality, RadiusSchedule, Resumable, Settings, Stats, Stop};
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex};
@@ -59,6 +59,29 @@ fn a_render_stops_from_any_thread_and_is_no_error() {
     assert_eq!(outcome.end, End::Stopped);
     assert!(outcome.report.interrupted && outcome.report.ended_by == "stop");
     assert!(outcome.written.is_empty() && outcome.failed.is_empty() && outcome.saved.is_none());
+}
+
+/// Who or what stopped it the front end knows; why else it has ended, the render.
+#[test]
+fn what_ended_a_render_is_told() {
+    struct Curtain(Stop);
+
+    impl Observer for Curtain {
+        fn after(&mut self, _: &Step, _: &dyn Resumable) {
+            self.0.request();
+        }
+
+        fn stopped_by(&self) -> &'static str {
+            "the curtain"
+        }
+    }
+
+    let job = endless();
+    let stop = job.stop.clone();
+    let report = job.start(Curtain(stop)).unwrap().wait().unwrap().report;
+    assert_eq!((report.ended_by, report.interrupted, report.iterations), ("the curtain", true, 1));
+    let report = Job::new(small(1)).start(Curtain(Stop::new())).unwrap().wait().unwrap().report;
+    assert_eq!((report.ended_by, report.interrupted, report.iterations), ("iterations", false, 1));
 }
 
 #[test]
@@ -172,6 +195,30 @@ fn progress_is_available_without_an_observer() {
     let step = running.progress().unwrap();
     assert_eq!((step.iteration, step.iterations, step.photons), (4, 4, 20_000));
     assert!(step.elapsed_seconds >= step.seconds && step.seconds > 0.0);
+    // It takes a pass over all pixels, so only who follows gets it.
+    assert_eq!(step.mean_radius, None);
+}
+
+#[test]
+fn an_observer_that_does_not_follow_is_left_alone() {
+    struct Aloof;
+
+    impl Observer for Aloof {
+        fn follows(&self) -> bool {
+            false
+        }
+
+        fn after(&mut self, step: &Step, _: &dyn Resumable) {
+            panic!("called after iteration {}", step.iteration);
+        }
+
+        fn image(&mut self, _: Image) {
+            panic!("an image that nobody asked for");
+        }
+    }
+
+    let outcome = Job::new(small(2)).start(Aloof).unwrap().wait().unwrap();
+    assert_eq!(outcome.report.iterations, 2);
 }
 
 #[test]
@@ -207,6 +254,25 @@ fn engines_tell_their_seconds_and_bytes() {
         assert!(many - few >= 360 * 30 * 32, "{engine:?}: {few} and {many} bytes");
         assert!((few as f64) < FIXED && few <= report.bytes_at_most, "{engine:?}: {few} bytes");
     }
+}
+
+/// Photons are traced in as many rounds as it takes, which is of no account for the image.
+#[test]
+fn a_memory_limit_is_kept_and_changes_no_image() {
+    let job = |memory_limit| {
+        let mut job = Job::new(small(1));
+        job.scene.settings.photons_per_iteration = 200_000;
+        (job.threads, job.memory_limit) = (Some(1), memory_limit);
+        job
+    };
+    let all = job(None).bytes_at_most().unwrap();
+    let mut limits = (1..10).map(|tenths| all / 10 * tenths);
+    let limit = limits.find(|limit| job(Some(*limit)).bytes_at_most().is_ok()).unwrap();
+    let [limited, free] = [Some(limit), None].map(|limit| job(limit).start(()).unwrap().wait().unwrap());
+    assert!(limited.report.bytes_at_most <= limit && limit < all / 2, "{limit} of {all} bytes");
+    let [few, many] = [&limited, &free].map(|outcome| outcome.report.stats.bytes);
+    assert!(3 * few < 2 * many, "{few} and {many} bytes");
+    assert_eq!(limited.last.unwrap().film, free.last.unwrap().film);
 }
 
 /// Several threads read snapshots during a render. Each must be the complete image of an iteration.

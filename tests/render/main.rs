@@ -10,6 +10,7 @@ mod images;
 mod lives;
 mod merge;
 mod progress;
+mod resumes;
 mod saves;
 mod trace;
 

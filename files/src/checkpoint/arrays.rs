@@ -214,6 +214,19 @@ mod tests {
         }
     }
 
+    /// Of one colour, and backwards along an axis.
+    #[test]
+    fn lamps_and_motion_are_kept_in_every_direction() {
+        let sphere = scene(1).spheres[0];
+        let of = |v: Vec3| Sphere { velocity: v, emission: v.abs(), ..sphere };
+        let spheres = [Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z, Vec3::X, Vec3::Y, Vec3::Z].map(of);
+        let arrays = Arrays { materials: &[], spheres: &spheres };
+        let mut bytes = Vec::new();
+        arrays.write(&mut bytes).unwrap();
+        let (_, read) = read(&mut &bytes[..], &mut 0, bytes.len() as u64).unwrap();
+        assert!(read[..] == spheres[..], "{read:?}");
+    }
+
     #[test]
     fn rows_that_are_not_valid_are_told() {
         assert_eq!(material([3, 0, 0, 0, 0]), None);

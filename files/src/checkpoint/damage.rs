@@ -74,3 +74,31 @@ pub enum Damage {
     #[error("cannot be read: {}", reason(.0))]
     Io(#[from] io::Error),
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of two numbers the file's own is told first, and of versions the file's before the program's.
+    #[test]
+    fn messages_tell_each_number_in_its_place() {
+        let told = |damage: Damage| damage.to_string();
+        assert_eq!(told(Damage::Truncated { has: 3, length: 9 }), "is cut short: it has 3 of its 9 bytes");
+        assert_eq!(
+            told(Damage::Appended { has: 9, length: 3 }),
+            "has 9 bytes where its own count is 3; something was appended to it"
+        );
+        assert_eq!(
+            told(Damage::Version { found: 99 }),
+            format!("has format 99; this version of sppm reads formats up to {FORMAT}")
+        );
+        let line = told(Damage::Transport { found: 2, program: "0.2.0".into() });
+        let words = format!(
+            "version 2 of the light transport (sppm 0.2.0), and this program computes version {TRANSPORT},"
+        );
+        assert!(line.contains(&words), "{line}");
+        assert_eq!(told(Damage::Unopened("is a pipe".into())), "is a pipe");
+        let read = told(Damage::Io(io::Error::from_raw_os_error(5)));
+        assert!(read.starts_with("cannot be read: ") && !read.contains("os error"), "{read}");
+    }
+}

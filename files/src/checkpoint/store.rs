@@ -1,7 +1,8 @@
 //! The files of a checkpoint: the newest generation and the previous one.
 //!
 //! `FILE` is replaced atomically, and its previous content becomes `FILE.1`. A process takes the [`crate::lock::Lock`] of
-//! `FILE` before it writes them.
+//! `FILE` before it writes them. If `FILE` is a symbolic link, the link stays, and both are where it leads: they may be
+//! on another file system than the link, and files are renamed within one only.
 
 use super::damage::Damage;
 use super::read::Checkpoint;
@@ -43,7 +44,7 @@ impl Store {
 
     /// The older generation.
     pub fn previous(&self) -> PathBuf {
-        paths::around(&self.path, "", ".1")
+        paths::around(&followed(&self.path), "", ".1")
     }
 
     /// Whether a generation exists, valid or not.
@@ -65,7 +66,7 @@ impl Store {
     /// If one exists and cannot be removed.
     pub fn remove(&self) -> Result<(), FileError> {
         for path in [&self.path, &self.previous()] {
-            match fs::remove_file(path) {
+            match fs::remove_file(followed(path)) {
                 Err(e) if e.kind() != ErrorKind::NotFound => {
                     return Err(FileError::new(path, format!("cannot be removed: {}", reason(&e))));
                 }
@@ -110,10 +111,15 @@ impl Store {
     /// # Errors
     /// If it cannot be renamed.
     pub fn fall_back(&self) -> Result<(), FileError> {
-        fs::rename(self.previous(), &self.path).map_err(|e| {
+        fs::rename(self.previous(), followed(&self.path)).map_err(|e| {
             FileError::new(&self.path, format!("cannot be replaced by the older: {}", reason(&e)))
         })
     }
+}
+
+/// The file that `path` leads to if it is a symbolic link, else `path` itself.
+fn followed(path: &Path) -> PathBuf {
+    paths::follow(path).unwrap_or_else(|_| path.to_owned())
 }
 
 fn load(path: &Path) -> Result<Option<Loaded>, Damage> {

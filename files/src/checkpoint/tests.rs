@@ -6,6 +6,7 @@ use super::sections::{
 use super::*;
 use crate::atomic_file::Output;
 use crate::scene_file;
+use scene::settings::MAX_DEPOSITS;
 use scene::{
     Engine, Film, Iterations, Probe, Progress, Resumable, Rgb, Scene, Settings, Stats, Stop, Sums, TRANSPORT,
 };
@@ -70,6 +71,9 @@ impl Resumable for Memory {
     fn go_on_after(&mut self, iterations: u32, stats: Stats) {
         self.progress.go_on_after(iterations, stats);
     }
+    fn skip_to(&mut self, next: u32) {
+        self.progress.next = next;
+    }
 }
 
 fn scene() -> Scene {
@@ -129,6 +133,23 @@ fn what_is_written_is_read() {
     }
 }
 
+/// Whatever is long in a checkpoint: the name of its scene, its spheres, its note.
+#[test]
+fn lengths_are_of_all_that_is_written() {
+    let scene = scene();
+    let named = Scene { name: "a".repeat(20_000), ..scene.clone() };
+    let many = Scene { spheres: (0..1000).map(|_| scene.spheres[0]).collect(), ..scene.clone() };
+    let long = "n".repeat(20_000);
+    for (scene, note) in [(&named, "{}"), (&many, "{}"), (&scene, long.as_str())] {
+        let engine = Memory::new(scene.settings, Sums::Photons);
+        let contents = Contents { scene, digest: "a", version: "1", note, which: None, past: None };
+        let mut bytes = Vec::new();
+        write(&mut bytes, &engine, &contents).unwrap();
+        let told = length(scene, note, Sums::Photons, false);
+        assert!((told - 4096..=told).contains(&(bytes.len() as u64)), "{told} for {}", bytes.len());
+    }
+}
+
 /// What is told of a file's length differs between kinds of sums, and with an earlier image, by as much as the file does.
 #[test]
 fn lengths_differ_as_files_do() {
@@ -165,6 +186,32 @@ fn the_format_is_as_documented() {
         let end = at + 12 + length;
         assert_eq!(bytes[end..end + 4], crc32fast::hash(&bytes[at..end]).to_le_bytes());
         at += FRAME as usize + length;
+    }
+    assert_eq!(at, bytes.len());
+}
+
+/// Each by what it is for a user.
+#[test]
+fn damaged_sections_are_named() {
+    let bytes = whole(Sums::Photons, Some(&past()));
+    let mut at = HEADER as usize;
+    for words in [
+        "its scene",
+        "its materials",
+        "its spheres",
+        "its lamps",
+        "its velocities",
+        "its account",
+        "its note",
+        "its sums",
+        "its earlier image",
+    ] {
+        let length = u64::from_le_bytes(bytes[at + 4..at + 12].try_into().unwrap()) as usize;
+        at += FRAME as usize + length;
+        let mut broken = bytes.clone();
+        broken[at - 1] ^= 1; // of the checksum
+        let line = read(&broken).unwrap_err().to_string();
+        assert_eq!(line, format!("is damaged: the checksum of {words} does not match"));
     }
     assert_eq!(at, bytes.len());
 }
@@ -254,6 +301,18 @@ fn sums_of_another_light_transport_are_not_restored() {
     assert_eq!(engine.progress.iterations, 0);
 }
 
+/// A later version is another as well.
+#[test]
+fn sums_are_of_this_light_transport_alone() {
+    let mut checkpoint = read(&whole(Sums::Paths, None)).unwrap();
+    checkpoint.check_transport().unwrap();
+    for other in [TRANSPORT - 1, TRANSPORT + 1] {
+        checkpoint.account.transport = other;
+        let damage = checkpoint.check_transport().unwrap_err();
+        assert!(matches!(damage, Damage::Transport { found, .. } if found == other), "{damage}");
+    }
+}
+
 /// Only sums that can be merged may be of other iterations than the first, and of as many as they say, within the render.
 #[test]
 fn sums_are_of_the_iterations_that_are_named() {
@@ -274,17 +333,48 @@ fn sums_are_of_the_iterations_that_are_named() {
         read(&bytes).map(|checkpoint| checkpoint.account.done())
     };
     let some = |start: u32, end: u32| Iterations::from(start..end);
+    let ranges = |text: &str| serde_json::from_str::<Iterations>(text).unwrap();
     assert_eq!(with(Sums::Exact, some(4, 7)).unwrap(), some(4, 7));
+    assert_eq!(with(Sums::Exact, ranges("[[0, 1], [5, 7]]")).unwrap(), ranges("[[0, 1], [5, 7]]"));
     let wrong = [
         (Sums::Photons, some(4, 7)),
         (Sums::Exact, some(5, 8)),
         (Sums::Exact, some(4, 6)),
         (Sums::Exact, some(0, 4)),
+        // Ranges that touch, that are out of order, and one that is empty.
+        (Sums::Exact, ranges("[[4, 5], [5, 7]]")),
+        (Sums::Exact, ranges("[[5, 7], [0, 1]]")),
+        (Sums::Exact, ranges("[[2, 2], [4, 7]]")),
     ];
     for (sums, which) in wrong {
         let line = with(sums, which.clone()).unwrap_err().to_string();
         assert!(line.contains("iterations that cannot be those of its sums"), "{sums:?} of {which}: {line}");
     }
+}
+
+/// A part of a render goes on after its last iteration, however many were left out before.
+#[test]
+fn a_part_goes_on_after_its_last_iteration() {
+    let next = |which: Option<Iterations>| {
+        let blank = Memory::blank(scene().settings, Sums::Exact);
+        let engine = Memory { progress: Progress { iterations: 3, ..blank.progress }, ..blank };
+        let digest = scene_file::digest(&scene());
+        let contents = Contents {
+            scene: &scene(),
+            digest: &digest,
+            version: "1",
+            note: "",
+            which: which.as_ref(),
+            past: None,
+        };
+        let mut bytes = Vec::new();
+        write(&mut bytes, &engine, &contents).unwrap();
+        let mut again = Memory::blank(scene().settings, Sums::Exact);
+        read(&bytes).unwrap().restore(&mut Cursor::new(&bytes), &mut again).unwrap();
+        (again.progress.iterations, again.progress.next)
+    };
+    assert_eq!(next(None), (3, 3));
+    assert_eq!(next(Some((2..5).into())), (3, 5));
 }
 
 /// Rows of materials and spheres that no scene has are rejected even if all checksums match.
@@ -330,7 +420,57 @@ fn another_version_is_reported() {
 fn sums_of_another_scene_are_rejected() {
     let bytes = bytes(&Memory::new(scene().settings, Sums::Photons), "0123abcd", None);
     let line = read(&bytes).unwrap_err().to_string();
-    assert!(line.contains("another scene") && line.contains("0123abcd"), "{line}");
+    let ours = scene_file::digest(&scene());
+    assert_eq!(
+        line,
+        format!("has the sums of another scene: they belong to 0123abcd, and its scene is {ours}")
+    );
+}
+
+/// An image of another size has another number of pixels.
+#[test]
+fn sums_of_another_size_are_rejected() {
+    let narrow = Settings { width: 4, ..scene().settings };
+    let bytes = bytes(&Memory::new(narrow, Sums::Photons), &scene_file::digest(&scene()), None);
+    let line = read(&bytes).unwrap_err().to_string();
+    assert_eq!(line, "is wrong: its sums has 384 bytes where the image takes 480");
+}
+
+/// The iterations that are done set the bound, not those that were asked for.
+#[test]
+fn exact_sums_are_no_larger_than_their_iterations_allow() {
+    let with = |photons: u64| {
+        let blank = Memory::blank(scene().settings, Sums::Exact);
+        let mut engine = Memory { progress: Progress { iterations: 3, ..blank.progress }, ..blank };
+        let last = engine.words.len() - 2;
+        engine.words[last..].copy_from_slice(&[photons as u32, (photons >> 32) as u32]);
+        read(&bytes(&engine, &scene_file::digest(&scene()), None)).map_err(|damage| damage.to_string())
+    };
+    assert_eq!(with(3 * MAX_DEPOSITS).unwrap().account.iterations, 3);
+    let line = with(3 * MAX_DEPOSITS + 1).unwrap_err();
+    assert!(line.contains("whose count of photons is too large for its iterations"), "{line}");
+}
+
+#[test]
+fn a_note_that_is_no_text_is_rejected() {
+    let mut bytes = whole(Sums::Paths, None);
+    let start = bytes.windows(4).position(|window| window == NOTE.0).unwrap();
+    // Its two bytes; the others are the checksum, which is computed anew.
+    forge(&mut bytes, [start, start + 12, start + FRAME as usize + 2], u32::MAX);
+    assert_eq!(read(&bytes).unwrap_err().to_string(), "is wrong: its note is not UTF-8");
+}
+
+/// Another program may write to the file between the two.
+#[test]
+fn sums_that_change_after_they_were_read_are_not_restored() {
+    let mut bytes = whole(Sums::Paths, None);
+    let checkpoint = read(&bytes).unwrap();
+    let last = bytes.len() - 5;
+    bytes[last] ^= 1;
+    let mut engine = Memory::blank(scene().settings, Sums::Paths);
+    let damage = checkpoint.restore(&mut Cursor::new(&bytes), &mut engine).unwrap_err();
+    assert!(matches!(damage, Damage::Flipped { section: "its sums" }), "{damage}");
+    assert_eq!(engine.progress.iterations, 0);
 }
 
 /// Values that no engine writes are rejected even if all checksums match.
@@ -477,4 +617,59 @@ fn a_save_separates_generations_that_are_the_same_file() {
     assert_eq!(iterations(&store), Some((2, false)));
     assert_eq!(iterations(&Store::new(store.previous())), Some((1, false)));
     assert_eq!(names(&folder), ["a.sppm", "a.sppm.1"]);
+}
+
+/// They may be on another file system than the link.
+#[cfg(unix)]
+#[test]
+fn both_generations_are_where_a_link_leads() {
+    let (folder, store) = store();
+    fs::create_dir(folder.path().join("there")).unwrap();
+    std::os::unix::fs::symlink("there/b.sppm", store.path()).unwrap();
+    let there = || {
+        let entries = fs::read_dir(folder.path().join("there")).unwrap();
+        let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    };
+    for done in 1..4 {
+        save(&store, done);
+        assert_eq!(iterations(&store), Some((done, false)));
+    }
+    assert_eq!(names(&folder), ["a.sppm", "there"]);
+    assert_eq!(there(), ["b.sppm", "b.sppm.1"]);
+    fs::write(store.path(), "nothing").unwrap();
+    assert_eq!(iterations(&store), Some((2, true)));
+    store.fall_back().unwrap();
+    assert_eq!(iterations(&store), Some((2, false)));
+    assert!(store.path().is_symlink());
+    save(&store, 3);
+    store.remove().unwrap();
+    assert!(store.path().is_symlink() && !store.exists());
+    assert_eq!(there(), [""; 0]);
+}
+
+/// A checkpoint names files of particles by where they were; all may be moved together.
+#[test]
+fn particles_are_found_beside_a_checkpoint_that_was_moved() {
+    let folder = TempDir::new().unwrap();
+    let [from, to] = ["from", "to"].map(|name| folder.path().join(name));
+    fs::create_dir(&from).unwrap();
+    fs::write(from.join("a.xyz"), "3\n\nO 0 0 0\nH 1 0 0\nH 0 1 0\n").unwrap();
+    let settings = "[settings]\nwidth = 5\nheight = 3\niterations = 7\n";
+    let text = format!("[stage]\n[[particles]]\nfile = \"a.xyz\"\n{settings}");
+    fs::write(from.join("a.toml"), text).unwrap();
+    let scene = scene_file::load(&from.join("a.toml")).unwrap();
+    let (engine, digest) = (Memory::new(scene.settings, Sums::Paths), scene_file::digest(&scene));
+    let contents =
+        Contents { scene: &scene, digest: &digest, version: "1", note: "", which: None, past: None };
+    Store::new(from.join("a.sppm")).save(|out| write(out, &engine, &contents)).unwrap();
+    fs::rename(&from, &to).unwrap();
+    let load = || Store::new(to.join("a.sppm")).load();
+    let imports = load().unwrap().unwrap().checkpoint.scene.imports;
+    assert_eq!((imports.len(), &imports[0].file), (1, &to.join("a.xyz")));
+    // Another file of that name is not taken for it.
+    fs::write(to.join("a.xyz"), "1\n\nO 0 0 0\n").unwrap();
+    let line = load().unwrap_err().to_string();
+    assert!(line.contains("a.xyz has changed"), "{line}");
 }

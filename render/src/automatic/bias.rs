@@ -109,6 +109,20 @@ mod tests {
         assert_eq!(bias(&wide, &pilot(&[1.0; 8])), 0.0);
     }
 
+    /// Blocks have two pixels along a side: what makes up for each other within them is no bias, and what does not, is.
+    #[test]
+    fn the_bias_is_that_of_small_blocks() {
+        let of = |is_bright: fn(usize, usize) -> bool| {
+            let at = |i: usize| Rgb::splat(if is_bright(i % 4, i / 4) { 1.5 } else { 0.5 });
+            let film = Film { width: 4, height: 4, pixels: (0..16).map(at).collect() };
+            let wide = Pilot { films: vec![film; 8], stats: Stats::default() };
+            bias(&wide, &pilot(&[1.0; 8]))
+        };
+        let stripes = [of(|x, _| x.is_multiple_of(2)), of(|_, y| y.is_multiple_of(2))];
+        assert_eq!(stripes, [0.0; 2]);
+        assert!(of(|x, _| x < 2) > 0.1 && of(|_, y| y < 2) > 0.1);
+    }
+
     /// To leading order it grows as the square of the radius, 16 times from 4 to 16. Far less is asked for, as blocks of few
     /// pixels are noisy, and a radius of 16 is wider than the caustic.
     #[test]

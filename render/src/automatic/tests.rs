@@ -314,6 +314,41 @@ fn photons_are_chosen_by_the_method_that_takes_them() {
     assert!(hybrid == 4096 && photons > hybrid, "{photons} and {hybrid} photons");
 }
 
+/// As docs/quality.md has it.
+#[test]
+fn a_quality_is_a_noise_a_loss_of_light_and_a_radius() {
+    let goals = [Quality::Draft, Quality::Good, Quality::Paper, Quality::Final].map(Goal::of);
+    assert_eq!(goals.each_ref().map(|goal| goal.noise), [0.08, 0.02, 0.02, 0.007]);
+    assert_eq!(goals.each_ref().map(|goal| goal.loss), [0.02, 0.005, 0.005, 0.002]);
+    assert_eq!(goals.each_ref().map(|goal| goal.radius), [6.5, 4.8, 4.8, 3.6]);
+    // About 0.3, 4 and 100 s of CPU time.
+    assert_eq!(goals.each_ref().map(|goal| goal.work), [2e7, 2e8, 2e8, 5e9]);
+}
+
+/// In footprints of a pixel: what the iterations of each quality take, if one radius is for all; another if they end by
+/// time or by their error; and the largest of radii of their own.
+#[test]
+fn a_first_radius_is_so_many_footprints() {
+    let mut scene = cornell();
+    (scene.settings.width, scene.settings.height) = (16, 12);
+    let side = footprint(LaneKind::best(), &scene, &scene.settings).unwrap();
+    let of = |quality, iterations, radius_pilots| {
+        let radius = Automatic { quality, initial_radius: true, ..Automatic::default() };
+        let automatic = Automatic { iterations, radius_pilots, ..radius };
+        chosen(&scene, automatic, LaneKind::best(), 1).initial_radius
+    };
+    for (found, footprints) in [
+        (of(Quality::Draft, true, false), 6.5),
+        (of(Quality::Good, true, false), 4.8),
+        (of(Quality::Draft, false, false), 4.0),
+        (of(Quality::Good, false, false), 4.0),
+        (of(Quality::Draft, false, true), 12.0),
+        (of(Quality::Good, false, true), 12.0),
+    ] {
+        assert_eq!(found, rounded(footprints * side), "{footprints}");
+    }
+}
+
 #[test]
 fn better_pictures_take_more_iterations() {
     let scene = cornell();
