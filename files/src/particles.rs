@@ -299,6 +299,7 @@ fn finished(Staged { scene, notes }: Staged) -> Result<Staged, String> {
 pub fn stem(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let name = name.strip_suffix(".gz").unwrap_or(&name);
+    let name = name.strip_suffix(".GZ").unwrap_or(name);
     let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy();
     stem.chars().filter(|c| !c.is_control()).collect()
 }
@@ -374,6 +375,59 @@ mod tests {
         let expected = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
         assert_eq!(digest(&path).as_deref(), Ok(expected));
         assert!(digest(folder.path()).unwrap_err().contains("this is a directory"));
+        // All of a file counts, though it is read in pieces.
+        let long: Vec<u8> = (0..=READ_AT_ONCE).map(|i| (i % 251) as u8).collect();
+        std::fs::write(&path, &long).unwrap();
+        assert_eq!(digest(&path), Ok(hexadecimal(&Sha256::digest(&long))));
+    }
+
+    /// Whichever are more.
+    #[test]
+    fn balls_are_joined_behind_the_spheres_that_are_there() {
+        let cornell = crate::builtin::scene("cornell").unwrap();
+        let of = |count: usize, first: usize, material: u32| -> Vec<Sphere> {
+            let spheres = cornell.spheres[first..first + count].iter();
+            spheres.map(|sphere| Sphere { material, ..*sphere }).collect()
+        };
+        for count in 0..5 {
+            let (spheres, materials) = (of(count, 0, 1), cornell.materials[..2].to_vec());
+            let mut scene = Scene { spheres: spheres.clone().into(), materials, ..cornell.clone() };
+            let balls =
+                Balls { spheres: of(2, 6, 0), materials: vec![cornell.materials[2]], notes: Vec::new() };
+            assert_eq!(join(&mut scene, balls), (count..count + 2, 2..3), "{count}");
+            assert_eq!(*scene.spheres, [spheres, of(2, 6, 2)].concat(), "{count}");
+            assert_eq!(scene.materials, cornell.materials[..3], "{count}");
+        }
+    }
+
+    /// Wherever they are, and whatever origin is asked for.
+    #[test]
+    fn particles_in_memory_are_shown_as_those_of_a_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.xyz");
+        std::fs::write(&path, "2\n\nC 100 0 0\nO 103 0 0\n").unwrap();
+        let (usual, stage) = (Recipe::default(), Stage::default());
+        let recipe = Recipe { origin: [9.0, 8.0, 7.0], ..usual.clone() };
+        let of_file = |recipe: &Recipe| staged(&path, recipe, &stage, u64::MAX).unwrap().scene;
+        let particles = importers::read(&path, &usual.request(u64::MAX)).unwrap();
+        let in_memory = staged_in_memory(particles, "a", &recipe, &stage).unwrap().scene;
+        let scene = of_file(&usual);
+        assert_eq!(of_file(&recipe), scene);
+        assert_eq!(in_memory, Scene { imports: Vec::new(), ..scene });
+    }
+
+    /// By the name of the file, if there is one.
+    #[test]
+    fn an_image_that_is_too_large_for_a_stage_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.xyz");
+        std::fs::write(&path, "1\n\nC 0 0 0\n").unwrap();
+        let (recipe, stage) = (Recipe::default(), Stage { size: [1 << 20; 2], ..Stage::default() });
+        let particles = importers::read(&path, &recipe.request(u64::MAX)).unwrap();
+        let in_memory = staged_in_memory(particles, "a", &recipe, &stage).unwrap_err().to_string();
+        assert!(in_memory.starts_with("width 1048576 x height 1048576 is "), "{in_memory}");
+        let of_file = staged(&path, &recipe, &stage, u64::MAX).unwrap_err().to_string();
+        assert_eq!(of_file, format!("{}: {in_memory}", path.display()));
     }
 
     fn shown(name: &str, text: &str, cell: bool) -> Scene {
@@ -398,6 +452,13 @@ mod tests {
         assert_eq!(shown("a.pdb", &crystal, false).camera.direction, alone);
         let corner = shown("a.pdb", &crystal, true).camera.direction;
         assert_ne!(corner, alone);
+        let columns =
+            ["type_symbol", "Cartn_x", "Cartn_y", "Cartn_z"].map(|name| format!("_atom_site.{name}\n"));
+        let lengths = ["a", "b", "c"].map(|side| format!("_cell.length_{side} 20\n"));
+        let rows = atoms.map(|[x, y, z]| format!("C {x} {y} {z}\n"));
+        let cif = format!("data_a\n{}loop_\n{}{}", lengths.concat(), columns.concat(), rows.concat());
+        assert_eq!(shown("a.cif", &cif, false).camera.direction, alone);
+        assert_eq!(shown("a.cif", &cif, true).camera.direction, corner);
         let xyz = atoms.map(|[x, y, z]| format!("C {x} {y} {z}\n")).concat();
         let filled = format!("3\nLattice=\"20 0 0 0 20 0 0 0 20\"\n{xyz}");
         assert_eq!(shown("a.xyz", &filled, false).camera.direction, corner);
@@ -501,6 +562,7 @@ mod tests {
     fn stems_are_names_without_extensions() {
         for (path, name) in [
             ("a/water.xyz.gz", "water"),
+            ("WATER.XYZ.GZ", "WATER"),
             ("water.xyz", "water"),
             ("a.b.pdb", "a.b"),
             ("a\u{7}b.xyz", "ab"),

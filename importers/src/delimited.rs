@@ -3,11 +3,11 @@
 use crate::columns::{no_axes, role};
 use crate::error::{Fault, Place, quote};
 use crate::format::Format;
-use crate::layout::{Layout, MOST_COLUMNS, Role};
+use crate::layout::{Layout, MOST_COLUMNS, Role, is_wanted};
 use crate::particles::Particles;
-use crate::request::Request;
+use crate::request::{Properties, Request};
 use crate::rows::{self, RowReader};
-use crate::table::Table;
+use crate::table::{Table, property};
 use crate::text::{Fields, Position, Source, Text, number};
 use csv_core::{ReadRecordResult, ReaderBuilder};
 
@@ -46,7 +46,9 @@ pub(crate) fn read(source: &mut dyn Source, request: &Request) -> Result<Particl
                 layout.push(Role::Skip);
             }
             Some(role) => layout.push(role),
-            None if is_number => layout.push_property(shown, &request.properties),
+            None if is_number || may_be_number(value, shown, request) => {
+                layout.push_property(shown, &request.properties);
+            }
             None => layout.push(Role::Skip),
         }
     }
@@ -58,6 +60,18 @@ pub(crate) fn read(source: &mut dyn Source, request: &Request) -> Result<Particl
     let mut particles = Particles::new(Format::Csv);
     table.finish(layout, None, &mut particles);
     Ok(particles)
+}
+
+/// Whether a column that begins with this value, which is no number, may be one of numbers: if it is a truth value, or is
+/// missing in the first row and asked for by its name. (A column of texts may begin with a missing one too.)
+fn may_be_number(value: &[u8], name: &str, request: &Request) -> bool {
+    let is_word = value.len() > 1 && property(value).is_ok();
+    let is_asked_for =
+        matches!(request.properties, Properties::Named(_)) && is_wanted(name, &request.properties);
+    match value {
+        b"NA" | b"." | b"?" => is_asked_for,
+        _ => is_word,
+    }
 }
 
 /// Whether a line below the names is blank or a comment.

@@ -279,7 +279,7 @@ fn filled<T>(column: Vec<T>) -> Option<Vec<T>> {
 
 /// A number that may be missing or a truth value.
 #[inline]
-fn property(field: &[u8]) -> Result<f32, String> {
+pub(crate) fn property(field: &[u8]) -> Result<f32, String> {
     match number(field) {
         Some(value) => Ok(value as f32),
         None => match field {

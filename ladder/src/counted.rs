@@ -332,3 +332,82 @@ impl<L: Lanes> Lanes for Counted<L> {
         L::compress_u(m.0, v.0, to);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::one::One;
+    use lanes::{Emulated, MOST_LANES};
+
+    /// Expects what `run` counts to be `expected`.
+    fn assert_counts(what: &str, expected: Operations, mut run: impl FnMut()) {
+        take();
+        run();
+        assert_eq!(take(), expected, "{what}");
+        assert_eq!(take(), Operations::default(), "{what} is told once");
+    }
+
+    /// Operations on whole vectors, of the lanes `L`.
+    fn check<L: Lanes>() {
+        let (n, none) = (L::N as u64, Operations::default());
+        let (a, b) = (Counted::<L>::f(2.0), Counted::<L>::f(3.0));
+        let (word, other, mask) = (Counted::<L>::u(1), Counted::<L>::u(2), Counted::<L>::first(1));
+        let (sum, product) = (Operations { additions: n, ..none }, Operations { multiplications: n, ..none });
+        assert_counts("a sum", sum, || _ = a + b);
+        assert_counts("a difference", sum, || _ = a - b);
+        assert_counts("a product", product, || _ = a * b);
+        assert_counts("a quotient", Operations { divisions: n, ..none }, || _ = a / b);
+        assert_counts("a root", Operations { square_roots: n, ..none }, || _ = Counted::<L>::sqrt(a));
+        let both = Operations { multiplications: n, ..sum };
+        assert_counts("a sum and a product", both, || _ = Counted::<L>::fused(a, b, a));
+        let comparison = Operations { comparisons: n, ..none };
+        assert_counts("less", comparison, || _ = Counted::<L>::lt(a, b));
+        assert_counts("less or equal", comparison, || _ = Counted::<L>::le(a, b));
+        assert_counts("a minimum", comparison, || _ = Counted::<L>::min(a, b));
+        assert_counts("a maximum", comparison, || _ = Counted::<L>::max(a, b));
+        assert_counts("the least lane", comparison, || _ = Counted::<L>::min_lane(a));
+        // What moves and changes bits is no arithmetic of floats.
+        assert_counts("bits", none, || {
+            _ = (-a, Counted::<L>::abs(a), Counted::<L>::select(mask, a, b), word + other, word ^ other);
+        });
+
+        let (mut floats, mut words) = ([0.0; MOST_LANES], [0; MOST_LANES]);
+        let mut rows = [Row::default(); MOST_LANES];
+        let loaded = |words: u64| Operations { bytes_loaded: 4 * n * words, ..none };
+        assert_counts("floats read", loaded(1), || _ = Counted::<L>::load(&floats));
+        assert_counts("words read", loaded(1), || _ = Counted::<L>::load_u(&words));
+        assert_counts("words gathered", loaded(1), || _ = Counted::<L>::gather_u(&words, word));
+        assert_counts("rows gathered", loaded(8), || _ = Counted::<L>::gather_rows(&rows, &words));
+        assert_counts("rows read", loaded(8), || _ = Counted::<L>::load_rows(&rows));
+        let stored = |words: u64| Operations { bytes_stored: 4 * n * words, ..none };
+        assert_counts("floats written", stored(1), || Counted::<L>::store(a, &mut floats));
+        assert_counts("words written", stored(1), || Counted::<L>::store_u(word, &mut words));
+        assert_counts("rows written", stored(8), || Counted::<L>::transpose([a; 8], &mut rows));
+        assert_counts("lanes of floats", stored(1), || Counted::<L>::compress(mask, a, &mut floats));
+        assert_counts("lanes of words", stored(1), || Counted::<L>::compress_u(mask, word, &mut words));
+    }
+
+    #[test]
+    fn every_operation_counts_once_in_each_lane_as_what_it_is() {
+        check::<One>();
+        check::<Emulated>();
+    }
+
+    #[test]
+    fn operations_add_up_kind_by_kind() {
+        let of = |unit: u64| Operations {
+            additions: unit,
+            multiplications: 2 * unit,
+            divisions: 4 * unit,
+            square_roots: 8 * unit,
+            comparisons: 16 * unit,
+            bytes_loaded: 32 * unit,
+            bytes_stored: 64 * unit,
+        };
+        let mut sum = of(1);
+        sum += of(2);
+        assert_eq!(sum, of(3));
+        // A comparison is no floating-point operation.
+        assert_eq!((sum.flops(), sum.bytes()), (3 * 15, 3 * 96));
+    }
+}

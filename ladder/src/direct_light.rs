@@ -108,3 +108,19 @@ fn distance_within<V: Vector>(shape: &Shape, rays: &Rays<V>) -> (F<V>, M<V>) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::one::One;
+
+    /// As in the reference: of three lights, of which the last has no cumulative probability.
+    #[test]
+    fn a_number_equal_to_a_cumulative_probability_chooses_the_light_after_it() {
+        let cumulative = [0.25, 0.5_f32];
+        for (u, light) in [(0.0, 0), (0.25_f32.next_down(), 0), (0.25, 1), (0.5, 2), (0.99, 2)] {
+            assert_eq!(choose_light::<One>(&cumulative, u)[0], light, "{u}");
+        }
+        assert_eq!(choose_light::<One>(&[], 0.99)[0], 0);
+    }
+}

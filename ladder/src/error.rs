@@ -85,3 +85,25 @@ impl From<CompareError> for Error {
         Self::Failed(error.to_string())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_names_the_input_at_fault() {
+        let names = [
+            (Field::Csv, "csv"),
+            (Field::Plots, "plots"),
+            (Field::Images, "images"),
+            (Field::Similarity, "similarity"),
+            (Field::Sweep, "sweep"),
+            (Field::SweepSpheres, "sweep spheres"),
+        ];
+        for (field, name) in names {
+            assert_eq!(field.name(), name);
+            assert_eq!(Error::input(field, "is wrong").to_string(), format!("{name}: is wrong"));
+        }
+        assert_eq!(Error::Failed("the disk is full".into()).to_string(), "the disk is full");
+    }
+}

@@ -146,7 +146,9 @@ impl<P: Parts> Engine for Pipeline<'_, P> {
     }
 
     fn probe(&self, x: u32, y: u32) -> Probe {
-        let pixel = self.pixels.state(y as usize * self.progress.settings.width as usize + x as usize);
+        let Settings { width, height, .. } = self.progress.settings;
+        assert!(x < width && y < height, "no such pixel");
+        let pixel = self.pixels.state(y as usize * width as usize + x as usize);
         let radiance = if self.progress.iterations > 0 { self.developed(&pixel) } else { Rgb::ZERO };
         let PixelState { direct, n, radius_squared, .. } = pixel;
         Probe { radiance, direct, radius: radius_squared.sqrt(), count: n }

@@ -69,3 +69,19 @@ callable! {
         v.scale(V::L::f(1.0) / V::L::sqrt(v.dot(v)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::one::One;
+    use crate::vector::Inlined;
+
+    /// Where the point of the sphere and the normal cancel out, nothing is left to be scaled to unit length.
+    #[test]
+    fn a_point_opposite_to_the_normal_gives_the_normal() {
+        type V = Inlined<One>;
+        let normal = V::new(0.0, 0.0, 1.0);
+        assert_eq!(uniform_sphere::<V>(1.0, 0.0).xyz(), [0.0, 0.0, -1.0]);
+        assert_eq!(cosine_hemisphere::<V>(normal, 1.0, 0.0).xyz(), [0.0, 0.0, 1.0]);
+    }
+}

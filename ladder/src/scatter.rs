@@ -30,3 +30,29 @@ fn fresnel<L: Lanes>(eta: L::F, cos_i: L::F, cos_t: L::F) -> L::F {
     let p = (eta * cos_t - cos_i) / (eta * cos_t + cos_i);
     L::f(0.5) * (s * s + p * p)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::one::One;
+    use crate::vector::Inlined;
+
+    /// The reflectance itself is the first number that refracts, as in the reference.
+    #[test]
+    fn a_number_equal_to_the_reflectance_refracts() {
+        type V = Inlined<One>;
+        let (down, up) = (V::new(0.0, 0.0, -1.0), V::new(0.0, 0.0, 1.0));
+        for ior in [1.0_f32, 1.5, 2.0] {
+            let eta = 1.0 / ior;
+            let reflectance = fresnel::<One>(eta, 1.0, 1.0);
+            let meet = |u: f32| {
+                let (direction, scale) = dielectric::<V>(down, up, false, ior, u);
+                (direction.xyz()[2] < 0.0, scale)
+            };
+            assert_eq!(meet(reflectance), (true, eta * eta), "index {ior}");
+            if reflectance > 0.0 {
+                assert_eq!(meet(reflectance.next_down()), (false, 1.0), "index {ior}");
+            }
+        }
+    }
+}

@@ -248,3 +248,37 @@ impl Rung for Fast<'_> {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_found_by_their_whole_names() {
+        for row in ROWS {
+            assert_eq!(find(row.name).map(|found| found.about), Some(row.about));
+        }
+        for name in ["", "7", "k", "kdtree-", "3-unroll", "FAST"] {
+            assert!(find(name).is_none(), "{name:?}");
+        }
+    }
+
+    /// The paper has seven, and what it varies besides has rows of its own.
+    #[test]
+    fn stages_are_numbered_in_order() {
+        let stages: Vec<&str> = ROWS.iter().filter(|row| row.is_stage).map(|row| row.name).collect();
+        assert_eq!(stages, ["0", "1", "2", "3", "4", "5", "6"]);
+        let exact: Vec<&str> = ROWS.iter().filter(|row| row.is_always_exact()).map(|row| row.name).collect();
+        assert_eq!(exact, ["fast"]);
+    }
+
+    #[test]
+    fn a_generator_has_the_unroll_factor_that_its_row_names() {
+        for row in ROWS.iter().filter(|row| row.name.contains("unroll")) {
+            let Generator::Xorshift { unroll } = row.generator else { panic!("{row:?}") };
+            assert_eq!(row.name, format!("3-unroll-{unroll}"));
+            let told = if unroll == 1 { "one vector".into() } else { format!("{unroll} vectors") };
+            assert!(row.parts.random.contains(&told), "{row:?}");
+        }
+    }
+}

@@ -35,15 +35,17 @@ pub fn counted(number: impl Into<u64>, noun: &str) -> String {
 /// A quantity to three digits with an SI prefix: `1.23M`.
 pub fn scaled(value: f64) -> String {
     const PREFIXES: [(f64, &str); 4] = [(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, "")];
-    let (unit, prefix) = PREFIXES.into_iter().find(|&(unit, _)| value >= unit).unwrap_or((1.0, ""));
+    // What would be rounded to a thousand has the next prefix.
+    let is_of = |&(unit, _): &(f64, &str)| value / unit >= 0.9995;
+    let (unit, prefix) = PREFIXES.into_iter().find(is_of).unwrap_or((1.0, ""));
     format!("{:.*}{prefix}", decimals(value / unit), value / unit)
 }
 
-/// The number of decimals that gives `value` three digits.
+/// The number of decimals that gives `value` three digits once it is rounded to them.
 fn decimals(value: f64) -> usize {
     match value {
-        v if v >= 100.0 => 0,
-        v if v >= 10.0 => 1,
+        v if v >= 99.95 => 0,
+        v if v >= 9.995 => 1,
         _ => 2,
     }
 }
@@ -90,6 +92,17 @@ mod tests {
         assert_eq!(scaled(999.0), "999");
         assert_eq!(scaled(1234.0), "1.23k");
         assert_eq!(scaled(45_678_901.0), "45.7M");
+        let whole = [1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6, 2e9, 5e12].map(scaled);
+        assert_eq!(whole, ["1.00", "10.0", "100", "1.00k", "10.0k", "100k", "1.00M", "2.00G", "5000G"]);
+        // Rounded up to one more digit before the point, or to the next prefix.
+        let rounded = [9.994, 9.996, 99.94, 99.96, 999.4, 999.6, 999_400.0, 999_600.0].map(scaled);
+        assert_eq!(rounded, ["9.99", "10.0", "99.9", "100", "999", "1.00k", "999k", "1.00M"]);
+    }
+
+    #[test]
+    fn one_is_no_plural() {
+        let all = [0_u32, 1, 2, 21].map(|number| counted(number, "frame"));
+        assert_eq!(all, ["0 frames", "1 frame", "2 frames", "21 frames"]);
     }
 
     #[test]
@@ -105,5 +118,8 @@ mod tests {
         assert_eq!(duration(59.7), "1 min 0 s");
         assert_eq!(duration(200.0), "3 min 20 s");
         assert_eq!(duration(7500.0), "2 h 5 min");
+        let ends = [9.996, 59.4, 60.0, 3599.4, 3599.6, 7199.0, 90_061.0].map(duration);
+        let told = ["10.0 s", "59.4 s", "1 min 0 s", "59 min 59 s", "1 h 0 min", "1 h 59 min", "25 h 1 min"];
+        assert_eq!(ends, told);
     }
 }

@@ -9,12 +9,12 @@ use serde_json::json;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The image file `path`, in the form in which the page loads it to compare with.
+/// The image file `path`, or the layer of that name, in the form in which the page loads it to compare with.
 ///
 /// # Errors
 /// If it cannot be read.
-pub(crate) fn other(path: &Path) -> Result<(String, Bytes), String> {
-    Ok((name_of(path), of_film(&read(path, None)?, 0, caption(path)?)))
+pub(crate) fn other(path: &Path, layer: Option<&str>) -> Result<(String, Bytes), String> {
+    Ok((name_of(path), of_film(&read(path, layer)?, 0, caption(path)?)))
 }
 
 /// A hub that shows the image file `path`, and `others` to compare it with.

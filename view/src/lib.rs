@@ -65,7 +65,7 @@ impl View {
         display: Option<Arc<Display>>,
         place: &Place,
     ) -> Result<Self, String> {
-        let others = reference.map(gallery::other).transpose()?;
+        let others = reference.map(|path| gallery::other(path, None)).transpose()?;
         let hub = Arc::new(Hub::new(true, others.into_iter().collect()));
         let mut view = Self::serve(hub, place)?;
         let (hub, quit) = (Arc::clone(&view.hub), view.quit.clone());
@@ -85,8 +85,21 @@ impl View {
         other: Option<&Path>,
         place: &Place,
     ) -> Result<Self, String> {
-        let others = other.map(gallery::other).transpose()?;
+        let others = other.map(|path| gallery::other(path, None)).transpose()?;
         Self::serve(Arc::new(gallery::open(path, layer, others.into_iter().collect())?), place)
+    }
+
+    /// Serves two image files to be compared, each in the layer of that name where one is named.
+    ///
+    /// # Errors
+    /// As [`Self::files`].
+    pub fn compared(
+        (a, layer): (&Path, Option<&str>),
+        (b, layer_of_b): (&Path, Option<&str>),
+        place: &Place,
+    ) -> Result<Self, String> {
+        let other = gallery::other(b, layer_of_b)?;
+        Self::serve(Arc::new(gallery::open(a, layer, vec![other])?), place)
     }
 
     /// Serves a render of the scene `name`, which the relay is told of after every iteration. Without a place there is no

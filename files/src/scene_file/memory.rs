@@ -60,6 +60,7 @@ pub(super) fn too_much(bytes: u64, most: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene_file::load_within;
 
     const HEAD: &str = "[camera]\neye = [0, 0, 9]\n";
     const PLAIN: &str = "[[sphere]]\nradius = 1\nmaterial = \"a\"\n";
@@ -96,6 +97,34 @@ mod tests {
     #[test]
     fn what_is_too_much_is_told_with_the_limit() {
         assert_eq!(too_much(3 << 20, 1 << 20), "takes up to 3.0 MiB to read, more than the limit of 1.0 MiB");
+    }
+
+    /// They may take what the text leaves of what is allowed, and count with it.
+    #[test]
+    fn files_of_particles_share_the_memory_with_the_text() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, atoms] = ["a.toml", "a.xyz"].map(|name| folder.path().join(name));
+        let text = format!(
+            "{}\nbackground = [1, 1, 1]\n[camera]\neye = [0, 9, 0]\ntarget = [1, 0, 0]\nvertical_fov_degrees = 40\n\
+             [[particles]]\nfile = \"a.xyz\"\n",
+            "#".repeat(1 << 13)
+        );
+        std::fs::write(&path, &text).unwrap();
+        let (_, of_text) = measure(&text);
+        let bytes = |count: usize, most: u64| {
+            let row = |i| format!("C {} 0 0\n", 4 * i);
+            let rows: String = (0..count).map(row).collect();
+            std::fs::write(&atoms, format!("{count}\n\n{rows}")).unwrap();
+            load_within(&path, [None; 2], most).map(|loaded| loaded.bytes).map_err(|error| error.to_string())
+        };
+        let [few, many] = [1000, 2000].map(|count| bytes(count, u64::MAX).unwrap());
+        assert!(few >= of_text + 1000 * BYTES_PER_PARTICLE, "{few}");
+        assert_eq!(many, few + 1000 * BYTES_PER_PARTICLE);
+        let problem = bytes(1000, of_text + 1000).unwrap_err();
+        assert!(
+            problem.contains("1000 particles need") && problem.contains("allow more memory"),
+            "{problem}"
+        );
     }
 
     #[test]

@@ -127,7 +127,11 @@ fn rule(value: &Spanned<DeValue<'_>>) -> Result<Rule, Fault> {
 fn text(field: Field<'_>) -> Result<String, Fault> {
     match field.value {
         DeValue::String(text) => Ok(text.to_string()),
-        DeValue::Integer(number) if number.radix() == 10 => Ok(number.as_str().into()),
+        // Those who read the text know decimal digits alone.
+        DeValue::Integer(number) => {
+            let whole = i128::from_str_radix(number.as_str(), number.radix());
+            Ok(whole.map_or_else(|_| number.to_string(), |whole| whole.to_string()))
+        }
         DeValue::Float(number) => Ok(number.as_str().into()),
         DeValue::Boolean(truth) => Ok(truth.to_string()),
         other => {

@@ -239,10 +239,9 @@ mod tests {
         }
         // Each by itself, whatever else is stated.
         let numbers = "iterations = 3\nphotons_per_iteration = 500\nmax_depth = 4\ninitial_radius = 2\n";
+        let (head, rest) = crate::builtin::find("cornell").unwrap().text.split_once("[settings]").unwrap();
+        let (_, rest) = rest.split_once("[materials.white]").unwrap();
         for key in ["radius_pilots", "radius_clearance", "glint_samples"] {
-            let (head, _) = crate::builtin::find("cornell").unwrap().text.split_once("[settings]").unwrap();
-            let rest =
-                crate::builtin::find("cornell").unwrap().text.split_once("[materials.white]").unwrap().1;
             let text = format!("{head}[settings]\n{numbers}{key} = \"auto\"\n[materials.white]{rest}");
             let (scene, open) = parse_with_automatic("open.toml", &text).unwrap();
             assert!(open.any(), "{key}");
@@ -308,6 +307,22 @@ mod tests {
             let scene = scene.with_sky();
             let revised = revise(builtin.text, &scene).unwrap_or_else(|| panic!("{}", builtin.name));
             assert!(is_same(&parse("again.toml", &revised).unwrap(), &scene), "{}", builtin.name);
+        }
+    }
+
+    /// Readers round twice, to `f64` and to `f32`: what is short could become a neighbour.
+    #[test]
+    fn numbers_are_read_back_as_they_were() {
+        for (value, text) in [
+            (0.1, Some("0.1")),
+            (-2.0, Some("-2")),
+            (1e6, Some("1000000")),
+            (f32::from_bits(0x15ae_43fd), None),
+            (f32::MAX, None),
+        ] {
+            let written = number(value).to_string();
+            assert_eq!((written.parse::<f64>().unwrap() as f32).to_bits(), value.to_bits(), "{written}");
+            assert!(text.is_none_or(|text| text == written), "{written}");
         }
     }
 
@@ -433,6 +448,28 @@ mod tests {
         assert_eq!(sphere_names(&longest), sphere_names(short.text));
         assert!(sphere_names(&longer).is_empty());
         assert!(revise(&longer, &short.scene()).is_none());
+    }
+
+    /// Whatever else of the camera changes. Where it looks elsewhere, what was in focus by the target is stated.
+    #[test]
+    fn a_target_stays_while_the_camera_looks_at_it() {
+        let text = "[camera]\neye = [0, 0, 10]\ntarget = [0, 0, 0] # the lamp\nvertical_fov_degrees = 40\n\
+            [settings]\niterations = 3\nphotons_per_iteration = 500\nmax_depth = 4\ninitial_radius = 1\n\
+            [[sphere]]\ncenter = [0, 0, 0]\nradius = 1\nemission = [1, 1, 1]\n\
+            material = { type = \"diffuse\", albedo = [1, 1, 1] }\n";
+        let scene = parse("a.toml", text).unwrap();
+        let revised = |change: fn(&mut Camera)| {
+            let mut scene = scene.clone();
+            change(&mut scene.camera);
+            revise(text, &scene).unwrap()
+        };
+        let narrow = revised(|camera| camera.vertical_fov_degrees = 35.0);
+        assert_eq!(narrow, text.replace("degrees = 40", "degrees = 35"));
+        let near = revised(|camera| camera.focus_distance = 9.0);
+        assert_eq!(near, text.replace("degrees = 40\n", "degrees = 40\nfocus_distance = 9\n"));
+        let aside = revised(|camera| camera.direction.x = 1.0);
+        assert!(!aside.contains("target") && aside.contains("\ndirection = [1, 0, -10]\n"), "{aside}");
+        assert!(aside.contains("\nfocus_distance = 10\n"), "{aside}");
     }
 
     /// A lens needs a distance of focus, though it is that which a pinhole would have.

@@ -1,8 +1,9 @@
 //! Tables of columns: PLY, CSV.
 
-use super::{fault, parse};
+use super::{all, fault, parse};
 use crate::specimens::{self, COUNT};
-use importers::Format;
+use importers::{Format, Frame, Properties, Request, read_from};
+use std::io::Cursor;
 
 #[test]
 fn ply_lists_and_elements_before_the_points_are_skipped() {
@@ -65,6 +66,21 @@ fn fields_of_tables_may_be_missing_or_truths() {
     assert_eq!(particles.property("fixed"), Some(&[1.0, 0.0, 1.0, 0.0, 1.0][..]));
     let q = particles.property("q").unwrap();
     assert!(q[0] == 0.5 && q[1..].iter().all(|value| value.is_nan()), "{q:?}");
+}
+
+/// The first row tells which columns are numbers. One that is asked for by its name is, though its first number is missing.
+#[test]
+fn the_first_field_of_a_column_may_be_a_truth_or_missing() {
+    let text = "x,y,z,fixed,q,note,kind\n1,2,3,True,NA,?,F\n4,5,6,False,0.5,words,C\n";
+    let read = |properties: Properties| {
+        let request = Request { properties, ..all(Frame::Number(0)) };
+        read_from("a", Cursor::new(text), Format::Csv, &request).unwrap()
+    };
+    let particles = read(Properties::All);
+    assert_eq!(particles.available, ["fixed"]);
+    assert_eq!(particles.property("fixed"), Some(&[1.0, 0.0][..]));
+    let q = read(Properties::Named(vec!["q".into()])).property("q").unwrap().to_vec();
+    assert!(q[0].is_nan() && q[1] == 0.5, "{q:?}");
 }
 
 #[test]

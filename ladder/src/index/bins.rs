@@ -254,3 +254,55 @@ impl Bins for TypedBins {
         size_of_val(&self.0[..]) + points
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::one::One;
+
+    /// What is found in a bin.
+    fn points<B: Bins>(bins: &B, bin: usize) -> Vec<u32> {
+        let (mut cursor, mut points) = (bins.open(bin), Vec::new());
+        while let Some((point, is_one)) = B::next::<One>(&mut cursor) {
+            assert!(is_one);
+            points.push(point.0);
+        }
+        points
+    }
+
+    fn check<B: Bins>() {
+        let mut bins = B::new(3, 9, &Tuning::PAPER);
+        for point in [4, 4, 7, 8, 8, 4] {
+            bins.insert(1, point, 0);
+        }
+        bins.insert(2, 5, 0);
+        assert_eq!([0, 1, 2].map(|bin| points(&bins, bin)), [vec![], vec![4, 7, 8, 4], vec![5]]);
+        bins.clear();
+        assert!([0, 1, 2].iter().all(|bin| points(&bins, *bin).is_empty()));
+    }
+
+    /// A point that comes twice in a row has cells that share the bin.
+    #[test]
+    fn bins_hold_points_in_order_and_none_twice_in_a_row() {
+        check::<LinkedBins>();
+        check::<ByteBins>();
+        check::<TypedBins>();
+    }
+
+    /// Arrays have room for as many entries as they are asked for before there are any; lists have none.
+    #[test]
+    fn bins_tell_all_that_they_hold() {
+        let tuning = Tuning { first_capacity: 5, ..Tuning::PAPER };
+        assert_eq!(TypedBins::new(4, 9, &tuning).bytes(), 4 * (size_of::<Vec<u32>>() + 5 * 4));
+        assert_eq!(ByteBins::new(4, 9, &tuning).bytes(), 4 * (size_of::<ByteArray>() + 5 * 8));
+        let mut linked = LinkedBins::new(4, 9, &tuning);
+        let empty = 4 * size_of::<Link>();
+        assert_eq!(linked.bytes(), empty);
+        for (bin, point) in [(0, 1), (0, 2), (0, 2), (3, 1)] {
+            linked.insert(bin, point, 0);
+        }
+        assert_eq!(linked.bytes(), empty + 3 * size_of::<Node>());
+        linked.clear();
+        assert_eq!(linked.bytes(), empty);
+    }
+}

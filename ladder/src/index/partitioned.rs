@@ -116,3 +116,39 @@ impl<K: Partition> Bins for Partitioned<K> {
         self.tables.iter().map(|(_, table)| table.bytes()).sum::<usize>() + self.table_of.len() * 4
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::one::One;
+
+    /// Points of two spheres, by fours in blocks of neighbouring pixels.
+    const POINTS: [(u32, u32); 6] = [(0, 9), (3, 2), (4, 2), (7, 9), (8, 9), (11, 2)];
+
+    /// The tables of one bin: their keys and points, in the order in which they are looked into.
+    fn tables<K: Partition>() -> Vec<(u32, Vec<u32>)> {
+        let mut all = Partitioned::<K>::new(2, 0, &Tuning { block: 4, ..Tuning::PAPER });
+        for (point, sphere) in POINTS {
+            all.insert(1, point, sphere);
+        }
+        let mut found: Vec<(u32, Vec<u32>)> = Vec::new();
+        let mut cursor = all.open(1);
+        while let Some((point, _)) = Partitioned::<K>::next::<One>(&mut cursor) {
+            let shared = Partitioned::<K>::shared_sphere(&cursor);
+            assert_eq!(shared, K::BY_SPHERE.then_some(cursor.key));
+            match found.last_mut() {
+                Some((key, points)) if *key == cursor.key => points.push(point.0),
+                _ => found.push((cursor.key, vec![point.0])),
+            }
+        }
+        let mut other = all.open(0);
+        assert!(Partitioned::<K>::next::<One>(&mut other).is_none());
+        found
+    }
+
+    #[test]
+    fn a_table_has_the_points_of_a_block_or_of_a_sphere() {
+        assert_eq!(tables::<ByBlock>(), [(0, vec![0, 3]), (1, vec![4, 7]), (2, vec![8, 11])]);
+        assert_eq!(tables::<BySphere>(), [(9, vec![0, 7, 8]), (2, vec![3, 4, 11])]);
+    }
+}

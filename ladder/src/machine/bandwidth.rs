@@ -53,11 +53,8 @@ const TRIAL: usize = 32 << 20;
 
 /// Measures with data of half the size of each cache, and with data much larger than all of them.
 pub(super) fn measure() -> Vec<Bandwidth> {
-    let caches = caches();
-    let most = (BEYOND_CACHES * caches[2]).min(MOST);
-    let data = vec![Row([1.5; 8]); most / size_of::<Row>()];
-    let sizes = [caches[0] / 2, caches[1] / 2, caches[2] / 2, most];
-    let levels = [Level::L1, Level::L2, Level::L3, Level::Dram];
+    let sizes = sizes(caches());
+    let data = vec![Row([1.5; 8]); sizes[3].1 / size_of::<Row>()];
     let level = |(level, bytes): (Level, usize)| {
         let passes = TRIAL.div_ceil(bytes);
         let read = || {
@@ -66,7 +63,14 @@ pub(super) fn measure() -> Vec<Bandwidth> {
         };
         Bandwidth { level, bytes, bytes_per_second: best_rate((passes * bytes) as f64, read) }
     };
-    levels.into_iter().zip(sizes).map(level).collect()
+    sizes.map(level).into()
+}
+
+/// What is measured with data of how many bytes, none of which is more than the last: half of each cache, and much more than all.
+fn sizes(caches: [usize; 3]) -> [(Level, usize); 4] {
+    let most = (BEYOND_CACHES * caches[2]).min(MOST);
+    let [first, second, third] = caches.map(|bytes| (bytes / 2).min(most));
+    [(Level::L1, first), (Level::L2, second), (Level::L3, third), (Level::Dram, most)]
 }
 
 /// The sizes of the data caches of three levels, in bytes.
@@ -142,6 +146,16 @@ mod tests {
         for (size, bytes) in sizes {
             assert_eq!(bytes_of(size), bytes, "{size}");
         }
+    }
+
+    #[test]
+    fn data_fits_into_its_cache_and_is_more_than_all_caches() {
+        let [l1, l2, l3, dram] = sizes([32 << 10, 1 << 20, 32 << 20]);
+        assert_eq!([l1, l2, l3], [(Level::L1, 16 << 10), (Level::L2, 1 << 19), (Level::L3, 16 << 20)]);
+        assert_eq!(dram, (Level::Dram, 128 << 20));
+        // Of a huge cache, as much as there is data.
+        let [.., l3, dram] = sizes([32 << 10, 1 << 20, 2 << 30]);
+        assert_eq!([l3, dram], [(Level::L3, MOST), (Level::Dram, MOST)]);
     }
 
     #[test]

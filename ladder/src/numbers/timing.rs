@@ -156,3 +156,33 @@ fn keyed_in_lanes() -> NumberTimes {
         taken: None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    /// Nobody wakes up too early, and of many trials one is hardly late.
+    #[test]
+    fn times_are_nanoseconds_of_one_item() {
+        let sleep = each(1000, || std::thread::sleep(Duration::from_millis(1)));
+        assert!((1000.0..100_000.0).contains(&sleep), "{sleep} ns");
+    }
+
+    /// A refill makes as many numbers as its vectors have lanes, and takes as long as all of them.
+    #[test]
+    fn the_latency_of_vectors_is_that_of_all_their_numbers() {
+        let times = vectors(4);
+        assert_eq!(times.name, "xorshift32, 8 lanes, 4 at a time");
+        let of_all = times.latency.unwrap() / times.throughput;
+        approx::assert_relative_eq!(of_all, 32.0, max_relative = 1e-9);
+        assert!(times.taken.is_some(), "{times:?}");
+    }
+
+    /// A scalar generator waits for itself, so each of its numbers takes as long as a step.
+    #[test]
+    fn a_scalar_generator_takes_its_latency_for_each_number() {
+        let times = scalar();
+        assert_eq!((times.latency, times.taken), (Some(times.throughput), None));
+    }
+}

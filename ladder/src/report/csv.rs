@@ -17,3 +17,13 @@ pub(crate) fn write(path: &Path, records: &[impl Serialize]) -> Result<(), Error
     };
     Ok(atomic_file::replace(path, fill)?)
 }
+
+/// The same as text.
+#[cfg(test)]
+pub(crate) fn text(records: &[impl Serialize]) -> String {
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    for record in records {
+        csv.serialize(record).unwrap();
+    }
+    String::from_utf8(csv.into_inner().unwrap()).unwrap()
+}

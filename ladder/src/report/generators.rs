@@ -79,3 +79,34 @@ impl Record {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// At 4 GHz a nanosecond is four cycles.
+    #[test]
+    fn numbers_are_told_in_nanoseconds_and_in_cycles() {
+        let clock = Clock { hertz: 4e9, source: CycleSource::Counter };
+        let times = |name: &str, latency, throughput, taken| NumberTimes {
+            name: name.into(),
+            latency,
+            throughput,
+            taken,
+        };
+        let records = [times("one", Some(2.5), 0.25, Some(1.5)), times("all other", None, 2.0, None)];
+        let records = records.map(|times| Record::new(times, &clock)).into();
+        let told = "\
+4.00 GHz; cycles from the hardware counter
+                latency          throughput      taken one by
+generator        ns   cycles        ns   cycles  one, ns each
+one            2.50    10.00     0.250     1.00          1.50
+all other         -        -     2.000     8.00             -
+";
+        let generators = Generators { clock, records };
+        assert_eq!(generators.text(), told);
+        let table = "generator,latency_ns,latency_cycles,throughput_ns,throughput_cycles,taken_ns,cycles_from\n\
+                     one,2.5,10.0,0.25,1.0,1.5,counter\nall other,,,2.0,8.0,,counter\n";
+        assert_eq!(csv::text(&generators.records), table);
+    }
+}

@@ -14,6 +14,8 @@
 
 mod case;
 mod csv;
+#[cfg(test)]
+mod example;
 pub mod films;
 pub mod generators;
 mod measured;

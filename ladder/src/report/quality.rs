@@ -180,12 +180,47 @@ impl Quality {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::example::Example;
 
     #[test]
     fn blocks_at_the_edges_are_means_of_what_there_is() {
         let pixels = (0..10 * 9).map(|at| Vec3::new((at % 10) as f32, (at / 10) as f32, 1.0)).collect();
         let means = block_means(&Film { width: 10, height: 9, pixels });
         assert_eq!(means, [[3.5, 3.5, 1.0], [8.5, 3.5, 1.0], [3.5, 8.0, 1.0], [8.5, 8.0, 1.0]]);
+    }
+
+    /// The cost is the error times the seconds, and what is told of it is over the least of the same scene.
+    #[test]
+    fn errors_are_told_with_what_equal_quality_costs() {
+        let errors = vec![vec![1e-4, 1e-4, 4e-4], vec![2e-4, 2e-4, 2e-4]];
+        let told = "
+Error: mean square of the means of 8x8 pixels against a converged image, relative, in millionths; mean of 7 seeds.
+Cost of equal quality: error times seconds.
+a
+  row      seconds     error      cost  over the least
+  0          8.000     100.0     800.0            4.00
+  6          2.000     100.0     200.0            1.00
+  fast       1.000     400.0     400.0            2.00
+b
+  row      seconds     error      cost  over the least
+  0         12.000     200.0    2400.0            6.00
+  6          4.000     200.0     800.0            2.00
+  fast       2.000     200.0     400.0            1.00
+";
+        assert_eq!(Quality { errors, seeds: 7 }.text(&Example::of_scenes().measured()), told);
+    }
+
+    /// Errors are means over several seeds; with one seed they would be of one image, however many are asked for.
+    #[test]
+    fn every_seed_gives_another_image_of_all_iterations() {
+        let example = Example::of_scenes();
+        let (case, row) = (&example.measured().cases[0], example.measured().rows[1]);
+        let [one, two] = [1, 2].map(|seed| film(case, row, &Options::paper(), seed));
+        assert_ne!(one, two);
+        let settings = Settings { seed: 2, ..case.settings };
+        let mut rung = row.start(&case.scene, &settings, &Options::paper());
+        (0..3).for_each(|_| rung.iterate());
+        assert_eq!(rung.develop(), two);
     }
 
     #[test]

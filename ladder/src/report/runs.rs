@@ -97,8 +97,77 @@ fn run(case: &Case, row: &Row, options: &Options) -> Run {
 }
 
 #[cfg(test)]
+impl Runs {
+    /// Three runs, of which the one in the middle takes so long, half of it in the camera pass. Nothing was counted in the others.
+    pub(crate) fn example(seconds: f64, cycles: Option<u64>) -> Self {
+        let stats = Stats {
+            camera_seconds: seconds / 2.0,
+            build_grid_seconds: seconds / 8.0,
+            photon_seconds: seconds / 4.0,
+            consolidate_seconds: 0.0625,
+            camera_segments: 1,
+            shadow_rays: 2,
+            visible_points: 11,
+            photons: 3,
+            photon_segments: 12,
+            deposits: 13,
+            candidates: 14,
+            contributions: 15,
+            bytes: 16,
+        };
+        let other = |share: f64| Run { seconds: share * seconds, cycles: None, stats: Stats::default() };
+        Self::new(vec![other(3.0), Run { seconds, cycles, stats }, other(0.75)])
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::example::Example;
+    use crate::report::measured::Measured;
+
+    /// Keeps all that it is told.
+    struct Told(Vec<String>);
+
+    impl Progress for Told {
+        fn begin(&mut self, count: u32, noun: &'static str) {
+            self.0.push(format!("{count} {noun}"));
+        }
+        fn step(&mut self, done: u32, what: &str) {
+            self.0.push(format!("{done} {what}"));
+        }
+        fn end(&mut self) {
+            self.0.push("end".into());
+        }
+    }
+
+    /// What slows the machine down for a while then hits all rows alike.
+    #[test]
+    fn rows_take_turns_and_run_all_iterations() {
+        let (example, mut told) = (Example::of_scenes(), Told(Vec::new()));
+        let Measured { rows, cases, .. } = example.measured();
+        let runs = measure(cases, rows, &Options::paper(), 2, &mut told).unwrap();
+        let round = ["a row 0", "a row 6", "a row fast", "b row 0", "b row 6", "b row fast"];
+        let steps = round.iter().cycle().take(12).enumerate().map(|(done, what)| format!("{done} {what}"));
+        let expected: Vec<String> =
+            ["12 runs".to_owned()].into_iter().chain(steps).chain(["end".to_owned()]).collect();
+        assert_eq!(told.0, expected);
+        assert_eq!(runs.iter().map(Vec::len).collect::<Vec<_>>(), [3, 3]);
+        for runs in runs.iter().flatten() {
+            let Run { seconds, stats, .. } = *runs.median();
+            assert_eq!((runs.count(), stats.photons), (2, 3 * 50));
+            let passes = [
+                stats.camera_seconds,
+                stats.build_grid_seconds,
+                stats.photon_seconds,
+                stats.consolidate_seconds,
+            ];
+            assert!(
+                passes.iter().sum::<f64>() <= seconds && runs.least() <= seconds,
+                "{seconds} and {stats:?}"
+            );
+        }
+    }
 
     #[test]
     fn medians_are_of_the_run_in_the_middle() {

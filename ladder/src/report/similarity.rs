@@ -121,3 +121,45 @@ impl Similarity {
         records
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::example::Example;
+
+    fn example() -> Similarity {
+        Similarity {
+            ssim: vec![vec![1.0, 0.5, 0.75], vec![1.0, 0.25, 0.125], vec![1.0; 3], vec![1.0, 0.0, 0.5]],
+        }
+    }
+
+    #[test]
+    fn similarities_are_told_by_row_and_iterations() {
+        let told = "
+a: structural similarity (SSIM) to row 0, by iterations
+  row           10        40
+  0         1.0000    1.0000
+  6         0.5000    0.2500
+  fast      0.7500    0.1250
+
+b: structural similarity (SSIM) to row 0, by iterations
+";
+        let text = example().text(&Example::of_sweep().measured());
+        assert!(text.starts_with(told), "{text}");
+    }
+
+    /// The first row is what the others are compared with.
+    #[test]
+    fn all_rows_are_in_the_table_and_all_but_the_first_in_the_plot() {
+        let sweep = Example::of_sweep();
+        let table = csv::text(&example().records(&sweep.measured()));
+        let expected =
+            "scene,iterations,row,ssim\na,10,0,1.0\na,10,6,0.5\na,10,fast,0.75\na,40,0,1.0\na,40,6,0.25\n";
+        assert!(table.starts_with(expected) && table.ends_with("b,40,fast,0.5\n"), "{table}");
+        let series = example().series(&sweep.measured(), &[2, 3]);
+        let lines: Vec<_> = series.iter().map(|series| (&series.label[..], &series.points[..])).collect();
+        let expected: [(&str, &[(f64, f64)]); 2] =
+            [("6", &[(10.0, 1.0), (40.0, 0.0)]), ("fast", &[(10.0, 1.0), (40.0, 0.5)])];
+        assert_eq!(lines, expected);
+    }
+}

@@ -136,6 +136,51 @@ mod tests {
         assert!(thinned.iter().all(|thin| emitters(thin) == emitters(&scene)));
     }
 
+    /// An eighth, a quarter, half and all of them, rounded down.
+    #[test]
+    fn shares_of_the_balls_are_kept() {
+        let scene = files::builtin::scene("random").unwrap();
+        let counts: Vec<usize> = thinned(&scene).unwrap().iter().map(|thin| thin.spheres.len()).collect();
+        let balls = 172; // as the list of scenes says
+        let left_out = [8, 4, 2, 1].map(|share| balls - balls / share);
+        assert_eq!(counts, left_out.map(|balls| scene.spheres.len() - balls));
+    }
+
+    /// And is called after it in tables and names of files.
+    #[test]
+    fn a_sweep_varies_its_setting_and_no_other() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let own = scene.settings;
+        let of = |sweep: Sweep| sweep.cases("cornell", &scene, own, true).unwrap();
+        let settings = |sweep| of(sweep).into_iter().map(|case| case.settings).collect::<Vec<_>>();
+        let all =
+            |with: fn(Settings, u32) -> Settings, values: [u32; 3]| values.map(|value| with(own, value));
+        assert_eq!(
+            settings(Sweep::Iterations),
+            all(|own, iterations| Settings { iterations, ..own }, [1, 2, 4])
+        );
+        let photons = all(
+            |own, photons_per_iteration| Settings { photons_per_iteration, ..own },
+            [5_000, 10_000, 20_000],
+        );
+        assert_eq!(settings(Sweep::Photons), photons);
+        assert_eq!(settings(Sweep::Depth), all(|own, max_depth| Settings { max_depth, ..own }, [1, 3, 5]));
+        let sizes = all(|own, width| Settings { width, height: width * 3 / 4, ..own }, [32, 64, 128]);
+        assert_eq!(settings(Sweep::Size), sizes);
+        let named = [Sweep::Iterations, Sweep::Photons, Sweep::Size, Sweep::Depth, Sweep::Spheres];
+        assert_eq!(named.map(Sweep::noun), ["iterations", "photons", "pixels", "depth", "spheres"]);
+        assert!(of(Sweep::Depth).iter().all(|case| case.name == "cornell" && case.scene == scene));
+    }
+
+    /// A sweep does not begin if one of its renders cannot be.
+    #[test]
+    fn settings_that_cannot_be_are_refused_as_values_of_the_sweep() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let settings = Settings { initial_radius: 0.0, ..scene.settings };
+        let error = Sweep::Depth.cases("cornell", &scene, settings, true).unwrap_err();
+        assert!(matches!(error, Error::Input { field: Field::Sweep, .. }), "{error}");
+    }
+
     #[test]
     fn sizes_keep_the_shape_of_the_picture() {
         let scene = files::builtin::scene("cornell").unwrap();

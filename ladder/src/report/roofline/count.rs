@@ -108,3 +108,62 @@ impl Roofline {
         run.cycles.map_or(self.peaks.clock.hertz, |cycles| cycles as f64 / run.seconds)
     }
 }
+
+#[cfg(test)]
+impl Roofline {
+    /// Every row but fast counts in each case 5, 6, 7 and 8 billions of FLOPs in its passes, and 4, 5, 6 and 7 billions of bytes.
+    pub(crate) fn example(cases: usize) -> Self {
+        use crate::machine::{Bandwidth, Clock, CycleSource, Level};
+        const BILLION: u64 = 1_000_000_000;
+        let pass = |number: usize| Operations {
+            additions: (1 + number as u64) * BILLION,
+            multiplications: 2 * BILLION,
+            divisions: BILLION / 2,
+            square_roots: 3 * BILLION / 2,
+            comparisons: 7 * BILLION,
+            bytes_loaded: 3 * BILLION,
+            bytes_stored: (1 + number as u64) * BILLION,
+        };
+        let counted = Some(std::array::from_fn(pass));
+        let bandwidth = |level, bytes, bytes_per_second| Bandwidth { level, bytes, bytes_per_second };
+        let peaks = Peaks {
+            clock: Clock { hertz: 4e9, source: CycleSource::Chain },
+            scalar_flops: 16e9,
+            vector_flops: 128e9,
+            bandwidths: vec![bandwidth(Level::L1, 16 << 10, 400e9), bandwidth(Level::Dram, 64 << 20, 20e9)],
+        };
+        Self { peaks, counted: vec![vec![counted, counted, None]; cases] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::example::Example;
+
+    /// Of row 0 cycles are counted, at 2 GHz. Else they are time at the measured clock.
+    #[test]
+    fn cycles_are_those_of_the_run_where_they_are_counted() {
+        let (example, roofline) = (Example::of_scenes(), Roofline::example(2));
+        let measured = example.measured();
+        for (row, seconds, hertz) in [(0, 8.0, 2e9), (1, 2.0, 4e9)] {
+            let (all, passes) = roofline.points(&measured, 0, row).unwrap();
+            let expected = [seconds / 2.0, seconds / 8.0, seconds / 4.0, 0.0625];
+            assert_eq!(passes.map(|pass| pass.seconds), expected);
+            assert_eq!(passes.map(|pass| pass.cycles), expected.map(|seconds| seconds * hertz));
+            assert_eq!(passes.map(|pass| pass.operations.flops()), [5, 6, 7, 8].map(|n| n * 1_000_000_000));
+            let sum: f64 = expected.iter().sum();
+            assert_eq!((all.seconds, all.cycles), (sum, sum * hertz));
+            assert_eq!((all.operations.flops(), all.operations.bytes()), (26_000_000_000, 22_000_000_000));
+        }
+        assert_eq!(roofline.points(&measured, 0, 2), None);
+    }
+
+    #[test]
+    fn performance_is_per_second_per_cycle_and_per_byte() {
+        let operations =
+            Operations { additions: 12, bytes_loaded: 2, bytes_stored: 4, ..Operations::default() };
+        let point = Point { seconds: 0.5, cycles: 3.0, operations };
+        assert_eq!([point.performance(), point.flops_per_cycle(), point.intensity()], [24.0, 4.0, 2.0]);
+    }
+}

@@ -54,3 +54,27 @@ fn peaks(roofline: &Roofline, measured: &Measured, cases: &[usize]) -> Vec<Serie
     };
     [("peak, one float", peaks.scalar_flops), ("peak, 8 floats", peaks.vector_flops)].map(level).into()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::example::Example;
+
+    /// Rows that count nothing have no line; those that do are below the peaks, which are the same at all values.
+    #[test]
+    fn lines_are_of_counted_rows_and_of_the_peaks() {
+        let (example, roofline) = (Example::of_sweep(), Roofline::example(4));
+        let measured = example.measured();
+        let lines = rows(&roofline, &measured, &[0, 1]);
+        assert_eq!(lines.iter().map(|line| &line.label[..]).collect::<Vec<_>>(), ["0", "6"]);
+        let flops = |case| roofline.points(&measured, case, 1).unwrap().0.flops_per_cycle();
+        assert_eq!(lines[1].points, [(10.0, flops(0)), (40.0, flops(1))]);
+        let peaks = peaks(&roofline, &measured, &[2, 3]);
+        let lines: Vec<_> = peaks.iter().map(|line| (&line.label[..], &line.points[..])).collect();
+        let expected: [(&str, &[(f64, f64)]); 2] = [
+            ("peak, one float", &[(10.0, 4.0), (40.0, 4.0)]),
+            ("peak, 8 floats", &[(10.0, 32.0), (40.0, 32.0)]),
+        ];
+        assert_eq!(lines, expected);
+    }
+}

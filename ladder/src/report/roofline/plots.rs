@@ -147,3 +147,47 @@ fn draw_dots(chart: &mut Chart, dots: &[&Dot]) -> Drawn {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::counted::Operations;
+    use crate::report::example::Example;
+
+    #[test]
+    fn the_longest_pass_is_red() {
+        let (example, roofline) = (Example::of_scenes(), Roofline::example(2));
+        let (all, mut passes) = roofline.points(&example.measured(), 0, 0).unwrap();
+        let told = |passes: &[Point; 4]| {
+            let red = |dot: &Dot<'static>| (dot.name, dot.colour == RED);
+            dots(all, passes).iter().map(red).collect::<Vec<_>>()
+        };
+        let names = ["all", "camera pass", "index", "photon pass", "consolidate"];
+        assert_eq!(told(&passes), names.map(|name| (name, name == "camera pass")));
+        passes[2].seconds = 5.0;
+        assert_eq!(told(&passes), names.map(|name| (name, name == "photon pass")));
+        assert_eq!(dots(all, &passes)[0].point, all);
+    }
+
+    /// No point is drawn beyond the axes, and the roofs have room.
+    #[test]
+    fn the_view_is_as_wide_as_points_and_roofs_need() {
+        let peaks = Roofline::example(1).peaks;
+        let point = |flops: u64, bytes: u64, seconds: f64| {
+            let operations = Operations { additions: flops, bytes_loaded: bytes, ..Operations::default() };
+            Dot { name: "a", point: Point { seconds, cycles: 1.0, operations }, colour: RED, size: 5 }
+        };
+        let view = |dots: &[&Dot]| {
+            let View { left, right, low, high } = View::of(&peaks, dots);
+            [left, right, low, high]
+        };
+        let usual = view(&[]);
+        for (found, expected) in usual.into_iter().zip([0.04, 24.0, 0.4, 256.0]) {
+            approx::assert_relative_eq!(found, expected, max_relative = 1e-12);
+        }
+        assert_eq!(view(&[&point(4_000_000_000, 4_000_000_000, 1.0)]), usual);
+        // Little work for its bytes and slow, and much of it.
+        let wide = view(&[&point(100, 10_000, 1e-6), &point(100, 1, 1.0)]);
+        assert!(wide[0] < 0.01 && wide[1] > 100.0 && wide[2] < 1e-7 && wide[3] == usual[3], "{wide:?}");
+    }
+}

@@ -110,3 +110,50 @@ fn record<'a>(
         flops_per_byte: point.intensity(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::example::Example;
+
+    #[test]
+    fn peaks_are_told_per_second_and_per_cycle() {
+        let table = "what,bytes,per_second,per_cycle,unit\n\
+                     clock,,4000000000.0,1.0,cycles\n\
+                     fma of one float,,16000000000.0,4.0,FLOPs\n\
+                     fma of 8 floats,,128000000000.0,32.0,FLOPs\n\
+                     L1,16384,400000000000.0,100.0,bytes\n\
+                     DRAM,67108864,20000000000.0,5.0,bytes\n";
+        assert_eq!(csv::text(&peak_records(&Roofline::example(2).peaks)), table);
+    }
+
+    /// A line for the row and one for each of its passes; rows that count nothing have none.
+    #[test]
+    fn every_column_of_the_points_holds_what_it_is_called() {
+        let (roofline, scenes, sweep) = (Roofline::example(4), Example::of_scenes(), Example::of_sweep());
+        let table = csv::text(&records(&roofline, &scenes.measured()));
+        let lines: Vec<&str> = table.lines().collect();
+        assert_eq!(lines.len(), 1 + 2 * 2 * 5, "{table}");
+        assert_eq!(
+            lines[0],
+            "scene,row,sweep,value,pass,seconds,cycles,cycles_from,flops,divisions,square_roots,bytes_loaded,bytes_stored,\
+             flops_per_second,flops_per_cycle,flops_per_byte"
+        );
+        assert_eq!(
+            lines[2],
+            "a,0,,,camera pass,4.0,8000000000.0,counter,5000000000,500000000,1500000000,3000000000,1000000000,\
+             1250000000.0,0.625,1.25"
+        );
+        assert_eq!(
+            lines[8],
+            "a,6,,,index,0.25,1000000000.0,chain,6000000000,500000000,1500000000,3000000000,2000000000,\
+             24000000000.0,6.0,1.2"
+        );
+        let passes = ["all", "camera pass", "index", "photon pass", "consolidate"];
+        for (line, pass) in lines[1..].iter().zip(passes.iter().cycle()) {
+            assert!(line.contains(&format!(",,{pass},")), "no {pass} in {line}");
+        }
+        let table = csv::text(&records(&roofline, &sweep.measured()));
+        assert!(table.lines().nth(11).unwrap().starts_with("a,0,photons,40,all,"), "{table}");
+    }
+}

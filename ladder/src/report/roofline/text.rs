@@ -51,3 +51,37 @@ fn write_case(text: &mut String, roofline: &Roofline, measured: &Measured, numbe
         };
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::example::Example;
+
+    #[test]
+    fn peaks_and_counts_are_told_per_second_and_per_cycle() {
+        let told = "
+4.00 GHz; no hardware counter here: cycles are time at the clock measured by a chain of dependent operations
+peak by FMA of one float: 16.0 GFLOP/s, 4.00 FLOPs/cycle
+peak by FMA of 8 floats: 128.0 GFLOP/s, 32.00 FLOPs/cycle
+peak reading L1: 400.0 GB/s, 100.00 bytes/cycle
+peak reading DRAM: 20.0 GB/s, 5.00 bytes/cycle
+
+a: FLOPs, FLOPs/byte, and FLOPs/cycle of all and of each pass
+  row       GFLOPs  FLOPs/byte         all camera pass       index photon pass consolidate
+  0         26.000       1.182       1.841       0.625       3.000       1.750      64.000
+  6         26.000       1.182       3.586       1.250       6.000       3.500      32.000
+  fast  not counted
+
+b: FLOPs,";
+        let text = text(&Roofline::example(2), &Example::of_scenes().measured());
+        assert!(text.starts_with(told), "{text}");
+    }
+
+    #[test]
+    fn cases_of_a_sweep_are_told_with_their_values() {
+        let text = text(&Roofline::example(4), &Example::of_sweep().measured());
+        for head in ["\na, 10 photons: FLOPs,", "\na, 40 photons: FLOPs,", "\nb, 10 photons: FLOPs,"] {
+            assert!(text.contains(head), "no {head:?} in {text}");
+        }
+    }
+}

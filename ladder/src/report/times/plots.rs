@@ -5,7 +5,7 @@ use crate::report::measured::Measured;
 use crate::report::passes::PASSES;
 use crate::report::sweep::Sweep;
 use crate::table::Row;
-use plots::{Canvas, Drawn, LinePlot, Scale, Series, save};
+use plots::{Canvas, Drawn, LinePlot, Scale, Series, label, save};
 use plotters::prelude::*;
 use std::path::Path;
 
@@ -94,6 +94,7 @@ fn bars(canvas: &Canvas, measured: &Measured) -> Drawn {
         .label_style(("sans-serif", 11))
         .x_labels(2 * rows + 1)
         .x_label_formatter(&name)
+        .y_label_formatter(&label)
         .y_desc("speedup")
         .draw()?;
     let width = 0.8 / scenes as f64;
@@ -154,4 +155,59 @@ fn over_work(measured: &Measured, cases: &[usize], row: usize, sweep: Sweep) -> 
         }
     };
     (0..PASSES.len()).map(series).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::example::Example;
+
+    /// The label and the points of a line.
+    fn line(series: &Series) -> (&str, &[(f64, f64)]) {
+        (&series.label, &series.points)
+    }
+
+    #[test]
+    fn lines_of_a_sweep_are_speedups_over_its_values() {
+        let example = Example::of_sweep();
+        let series = speedups(&example.measured(), &[0, 1]);
+        let expected: [(&str, &[(f64, f64)]); 3] = [
+            ("0", &[(10.0, 1.0), (40.0, 1.0)]),
+            ("6", &[(10.0, 2.0), (40.0, 4.0)]),
+            ("fast", &[(10.0, 4.0), (40.0, 16.0)]),
+        ];
+        assert_eq!(series.iter().map(line).collect::<Vec<_>>(), expected);
+        // The other scene has cases of its own.
+        assert_eq!(speedups(&example.measured(), &[2, 3])[1].points, [(10.0, 2.0), (40.0, 4.0)]);
+    }
+
+    #[test]
+    fn the_growth_of_each_pass_ends_at_its_longest_time() {
+        let example = Example::of_sweep();
+        let series = normalised(&example.measured(), &[0, 1], 0, Sweep::Photons);
+        let expected: [(&str, &[(f64, f64)]); 5] = [
+            ("camera pass", &[(0.25, 0.125), (1.0, 1.0)]),
+            ("index", &[(0.25, 0.125), (1.0, 1.0)]),
+            ("photon pass", &[(0.25, 0.125), (1.0, 1.0)]),
+            ("consolidate", &[(0.25, 1.0), (1.0, 1.0)]),
+            ("linear in photons", &[(0.0, 0.0), (1.0, 1.0)]),
+        ];
+        assert_eq!(series.iter().map(line).collect::<Vec<_>>(), expected);
+    }
+
+    /// Photons are work for the photon pass alone. It takes 0.025 and then 0.05 seconds for each.
+    #[test]
+    fn time_over_work_is_told_relative_to_its_mean() {
+        let example = Example::of_sweep();
+        let series = over_work(&example.measured(), &[0, 1], 0, Sweep::Photons);
+        for (pass, [first, last]) in
+            [(0, [2.0 / 9.0, 16.0 / 9.0]), (2, [2.0 / 3.0, 4.0 / 3.0]), (3, [1.0, 1.0])]
+        {
+            let [a, b] = series[pass].points[..] else { panic!("{series:?}") };
+            assert_eq!(([a.0, b.0], &series[pass].label[..]), ([10.0, 40.0], PASSES[pass].name));
+            approx::assert_relative_eq!(a.1, first, max_relative = 1e-12);
+            approx::assert_relative_eq!(b.1, last, max_relative = 1e-12);
+        }
+        assert_eq!(series.len(), PASSES.len());
+    }
 }

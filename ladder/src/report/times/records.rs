@@ -77,3 +77,28 @@ fn record<'a>(measured: &'a Measured, case: usize, row: usize, random: Random) -
         bytes: run.stats.bytes,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::example::Example;
+
+    #[test]
+    fn every_column_holds_what_it_is_called() {
+        let (scenes, sweep) = (Example::of_scenes(), Example::of_sweep());
+        let spheres = scenes.measured().cases[0].scene.spheres.len();
+        let of_scene = csv::text(&[record(&scenes.measured(), 1, 2, Random::Paper)]);
+        let expected = format!(
+            "scene,row,random,sweep,value,width,height,iterations,photons_per_iteration,max_depth,spheres,runs,seconds,\
+             least_seconds,camera_seconds,index_seconds,photon_seconds,consolidate_seconds,speedup,visible_points,\
+             photon_segments,deposits,candidates,contributions,bytes\n\
+             b,fast,paper,,,8,6,3,50,5,{spheres},3,2.0,1.5,1.0,0.25,0.5,0.0625,6.0,11,12,13,14,15,16\n"
+        );
+        assert_eq!(of_scene, expected);
+        let of_sweep = csv::text(&[record(&sweep.measured(), 1, 1, Random::Keyed)]);
+        let line = format!(
+            "a,6,keyed,photons,40,8,6,3,40,5,{spheres},3,2.0,1.5,1.0,0.25,0.5,0.0625,4.0,11,12,13,14,15,16"
+        );
+        assert_eq!(of_sweep.lines().nth(1), Some(&line[..]));
+    }
+}

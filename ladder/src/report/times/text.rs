@@ -55,3 +55,47 @@ fn write_spreads(text: &mut String, measured: &Measured, cases: &[usize], sweep:
         let _ = writeln!(text, "  {:widest$}  {}", row.name, [0, 1, 2, 3].map(spread).concat());
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::example::Example;
+
+    /// Speedups are over the first row of the same scene.
+    #[test]
+    fn every_scene_has_a_table_of_medians_and_speedups() {
+        let told = "\
+a
+  row      seconds   speedup
+  0          8.000      1.00
+  6          2.000      4.00
+  fast       1.000      8.00
+b
+  row      seconds   speedup
+  0         12.000      1.00
+  6          4.000      3.00
+  fast       2.000      6.00
+";
+        assert_eq!(text(&Example::of_scenes().measured()), told);
+    }
+
+    /// More photons are work for the photon pass alone.
+    #[test]
+    fn a_sweep_is_told_with_how_rows_and_passes_grow() {
+        let told = "\
+a
+  row           10        40  grows as photons to the
+  0          1.000     8.000  1.50
+  6          0.500     2.000  1.00
+  fast       0.250     0.500  0.50
+  seconds over the work that the paper's analysis predicts, most over least
+  row     camera pass        index  photon pass  consolidate
+  0              8.00         8.00         2.00         1.00
+  6              4.00         4.00         1.00         1.00
+  fast           2.00         2.00         2.00         1.00
+b
+";
+        let text = text(&Example::of_sweep().measured());
+        assert!(text.starts_with(told), "{text}");
+    }
+}
