@@ -48,3 +48,52 @@ impl<'a> Prepared<'a> {
         (!scene.moves()).then(|| Self::new(scene.at_for(0.0, carried), parameters, old))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::search::Search;
+    use scene::{Rgb, Sphere, Vec3};
+
+    #[test]
+    fn balls_are_searched_as_the_parameters_say() {
+        let scene = files::builtin::scene("random").unwrap();
+        let search = |in_turn, in_clusters| {
+            let parameters = Parameters::default().with("most_balls_in_turn", in_turn).unwrap();
+            let parameters = parameters.with("most_balls_in_clusters", in_clusters).unwrap();
+            match Prepared::new(scene.at(0.0), &parameters, None).tables.hierarchy {
+                Hierarchy::InTurn => Search::InTurn,
+                Hierarchy::Clusters(_) => Search::Clusters,
+                Hierarchy::Tree(_) => Search::Tree,
+            }
+        };
+        let searches = [search(4096.0, 0.0), search(0.0, 4096.0), search(0.0, 0.0)];
+        assert_eq!(searches, [Search::InTurn, Search::Clusters, Search::Tree]);
+    }
+
+    /// What the tables of a room take that holds so many balls, and what is told of so many spheres.
+    fn taken_and_told(balls: u32) -> [f64; 2] {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        scene.spheres.extend((0..balls).map(|i| Sphere {
+            center: Vec3::from([i % 40, i / 40 % 40, i / 1600].map(|c| 2.0 * c as f32)),
+            velocity: Vec3::ZERO,
+            radius: 0.5,
+            material: 0,
+            emission: Rgb::ZERO,
+        }));
+        let taken = Tables::new(&scene.at(0.0)).bytes();
+        [taken as f64, bytes_of_spheres(scene.spheres.len()) as f64]
+    }
+
+    /// In turn, in clusters and in a tree.
+    #[test]
+    fn tables_take_no_more_than_is_told() {
+        let many = [0, 1, 100, 1000, 4000, 10_000, 30_000].map(taken_and_told);
+        for [taken, told] in many {
+            assert!(taken <= told, "{taken} bytes, {told} are told");
+        }
+        // Of many spheres each takes little, and hardly less than is told.
+        let [taken, told] = [0, 1].map(|k| (many[6][k] - many[5][k]) / 20_000.0);
+        assert!(taken <= told && told < 1.1 * taken, "{taken} bytes each, {told} are told");
+    }
+}

@@ -2,7 +2,7 @@
 //! kernels of all lanes would be built once more for these.
 
 use fast::{LaneKind, Parameters, Parts, PathTracer, Sppm};
-use scene::{Engine, Scene, Settings, Stats};
+use scene::{Engine, Filter, RadiusSchedule, Scene, Settings, Stats, Stop};
 use std::time::Instant;
 
 /// What the sums of a join take for 16 pixels: four bytes of each for a count and 24 for the flux, and a pointer.
@@ -58,6 +58,102 @@ fn a_first_join_is_long_where_there_are_many_deposits() {
     assert_eq!(bytes(1 << 20, None), bytes(1 << 20, Some(0)));
 }
 
+/// However many photons there are and however deep they go: 98 bytes for each deposit, a thread's empty bins, starts of 2^16
+/// buckets and a bit for each, and pixels with their sums.
+#[test]
+fn rounds_hold_no_more_deposits_than_are_wanted_at_once() {
+    let scene = files::builtin::scene("cornell").unwrap();
+    let settings = Settings {
+        width: 16,
+        height: 16,
+        photons_per_iteration: 40_000,
+        max_depth: 9,
+        initial_radius: 30.0,
+        ..scene.settings
+    };
+    let others = 64 * 256 * 48 + 33 * (1 << 16) / 8 + 16 * 16 * 96 + 16 * BYTES_OF_SUMS;
+    for most in [10_000, 20_000] {
+        for (_, bytes) in iterations(Sppm::new(&scene, &settings).deposits_at_once(most), 2) {
+            assert!(bytes < 98 * u64::from(most) + others, "{bytes} bytes of {most} deposits");
+        }
+    }
+}
+
+/// The pairs tested and the bytes held in a first iteration, in rounds of so many deposits.
+fn first_iteration(lanes: LaneKind, parameters: &Parameters, at_once: u32) -> (u64, u64) {
+    let scene = files::builtin::scene("cornell").unwrap();
+    let settings = Settings {
+        width: 32,
+        height: 24,
+        photons_per_iteration: 8000,
+        initial_radius: 2.0,
+        max_depth: 6,
+        ..Settings::default()
+    };
+    let engine = Sppm::with_parameters(&scene, &settings, lanes, parameters);
+    iterations(engine.deposits_at_once(at_once), 1)[0]
+}
+
+/// In the pairs tested or the bytes held; the others show in time alone.
+#[test]
+fn free_parameters_show() {
+    let at = |name, value, at_once| {
+        let parameters = Parameters::default().with(name, value).unwrap();
+        first_iteration(LaneKind::Avx2, &parameters, at_once)
+    };
+    let pairs = |name, value| at(name, value, u32::MAX).0;
+    let bytes = |name, value| at(name, value, u32::MAX).1;
+    assert!(pairs("cell_size", 2.0) < pairs("cell_size", 12.0));
+    assert!(pairs("neighbours_at_first", 64.0) < pairs("neighbours_at_first", 0.25));
+    // Four bytes and a bit for each bucket.
+    let [some, more] = [1.0, 4.0].map(|buckets| bytes("buckets_per_photon", buckets));
+    assert_eq!(more - some, 33 * (32_768 - 8192) / 8);
+    // Coarse cells, and those that share a bit with others, keep photons that nothing can reach.
+    assert!(bytes("occupancy_cell_size", 0.5) < bytes("occupancy_cell_size", 8.0));
+    assert!(bytes("occupancy_bits", 2_097_152.0) < bytes("occupancy_bits", 32_768.0));
+    // A round has the photons of a work item at least.
+    assert!(at("photons_per_job", 256.0, 1).1 < at("photons_per_job", 32_768.0, 1).1);
+}
+
+/// Nothing of an iteration's work is left out or counted twice, in whatever parts it is done.
+#[test]
+fn an_iteration_counts_all_of_its_work_once() {
+    let scene = files::builtin::scene("cornell").unwrap();
+    for (width, height, photons_per_iteration) in [(40, 30, 5000), (1, 1, 1), (65, 9, 1025)] {
+        let settings = Settings { width, height, photons_per_iteration, ..scene.settings };
+        let photons = || Sppm::new(&scene, &settings);
+        let engines: [Box<dyn Engine>; 5] = [
+            Box::new(photons()),
+            Box::new(photons().deposits_at_once(500)),
+            Box::new(photons().long_join(0)),
+            Box::new(photons().of_caustics()),
+            Box::new(PathTracer::new(&scene, &settings)),
+        ];
+        for (number, mut engine) in engines.into_iter().enumerate() {
+            let stop = Stop::new();
+            for iteration in 0..2 {
+                assert!(engine.iterate_unless(&stop));
+                let all = stop.meter().share();
+                // One unit less: the count wraps around.
+                stop.meter().advance(u64::MAX);
+                let less = stop.meter().share();
+                assert!(
+                    less < 1.0 && all == 1.0,
+                    "engine {number}, {iteration}: {all}, and {less} without one"
+                );
+            }
+        }
+    }
+}
+
+/// Sixteen points gather together on sixteen lanes, eight on eight.
+#[test]
+fn lanes_are_those_that_are_asked_for() {
+    let pairs = |lanes| first_iteration(lanes, &Parameters::default(), u32::MAX).0;
+    let [emulated, eight, sixteen] = LaneKind::ALL.map(pairs);
+    assert!(emulated == eight && eight < sixteen, "{emulated}, {eight} and {sixteen} pairs");
+}
+
 #[test]
 fn seconds_of_passes_add_up_to_no_more_than_all() {
     let scene = files::builtin::scene("cornell").unwrap();
@@ -108,6 +204,102 @@ fn an_image_does_not_depend_on_the_parts_of_renders_before() {
         let (warm, used) = image(parts);
         assert_eq!(warm, fresh, "after change {number}");
         parts = used;
+    }
+}
+
+/// Where photons go and what counts, without seconds and bytes.
+fn work(stats: &Stats) -> [u64; 8] {
+    let Stats { camera_segments, shadow_rays, visible_points, photons, .. } = *stats;
+    let Stats { photon_segments, deposits, candidates, contributions, .. } = *stats;
+    [
+        camera_segments,
+        shadow_rays,
+        visible_points,
+        photons,
+        photon_segments,
+        deposits,
+        candidates,
+        contributions,
+    ]
+}
+
+/// Settings of which buffers keep something change from render to render, and are again what they were; so do lanes and the
+/// light that photons carry.
+#[test]
+fn an_image_does_not_depend_on_the_settings_of_renders_before() {
+    // One batch, so that what is left of a render is of the same pixels.
+    let usual = Settings {
+        width: 16,
+        height: 16,
+        photons_per_iteration: 600,
+        initial_radius: 9.0,
+        ..Settings::default()
+    };
+    // Scene, settings, and whether photons carry caustics alone.
+    let renders = [
+        ("cornell", usual, false),
+        (
+            "cornell",
+            Settings { light_samples: 4, glint_samples: 5, filter: Filter::Mitchell, ..usual },
+            false,
+        ),
+        ("cornell", usual, false),
+        // As many tiles, the last of which are of fewer pixels.
+        ("cornell", Settings { width: 12, height: 10, ..usual }, false),
+        ("cornell", usual, true),
+        ("random", Settings { radius_schedule: RadiusSchedule::Global, ..usual }, false),
+        ("motion", Settings { glint_samples: 3, ..usual }, false),
+        ("random", usual, false),
+        ("cornell", Settings { radius_pilots: 1, radius_clearance: 0.7, ..usual }, false),
+        ("cornell", Settings { max_depth: 9, ..usual }, true),
+        ("cornell", Settings { max_depth: 2, ..usual }, false),
+    ];
+    let mut parts = Parts::default();
+    for (number, (name, settings, carries_caustics)) in renders.into_iter().enumerate() {
+        let scene = files::builtin::scene(name).unwrap();
+        let lanes = [LaneKind::best(), LaneKind::Avx2][number % 2];
+        let render = |parts| {
+            let engine = Sppm::with_parts(&scene, &settings, lanes, &Parameters::default(), parts);
+            let mut engine = if carries_caustics { engine.of_caustics() } else { engine };
+            engine.iterate();
+            engine.iterate();
+            let told = (engine.develop(), engine.radius(), engine.count(), work(engine.stats()));
+            (told, engine.into_parts())
+        };
+        let (fresh, _) = render(Parts::default());
+        let (warm, used) = render(parts);
+        assert!(warm == fresh, "render {number}, {name} with {settings:?}, caustics: {carries_caustics}");
+        parts = used;
+    }
+}
+
+/// Of each pixel 80 bytes more, in whole tiles.
+#[test]
+fn global_radii_hold_exact_sums_as_well() {
+    let scene = files::builtin::scene("cornell").unwrap();
+    let bytes = |radius_schedule| {
+        let settings =
+            Settings { width: 20, height: 9, photons_per_iteration: 2000, radius_schedule, ..scene.settings };
+        iterations(Sppm::new(&scene, &settings), 1)[0].1
+    };
+    assert_eq!(bytes(RadiusSchedule::Global) - bytes(RadiusSchedule::PerPixel), 24 * 16 * 80);
+}
+
+/// Paths from the eye are the camera pass, and there is no other.
+#[test]
+fn seconds_of_paths_are_those_of_the_camera_pass() {
+    let scene = files::builtin::scene("cornell").unwrap();
+    let settings = Settings { width: 40, height: 30, ..scene.settings };
+    let mut engine = PathTracer::new(&scene, &settings);
+    let (began, mut before) = (Instant::now(), 0.0);
+    for _ in 0..3 {
+        engine.iterate();
+        let all = began.elapsed().as_secs_f64();
+        let Stats { camera_seconds, build_grid_seconds, photon_seconds, consolidate_seconds, .. } =
+            *engine.stats();
+        assert!(before < camera_seconds && camera_seconds <= all, "{camera_seconds} after {before} in {all}");
+        assert_eq!([build_grid_seconds, photon_seconds, consolidate_seconds], [0.0; 3]);
+        before = camera_seconds;
     }
 }
 

@@ -173,8 +173,8 @@ mod tests {
         let mut recipe = Recipe::default();
         assert_eq!(recipe.request(9).properties, Properties::None);
         recipe.style.push(Rule::parse("a > 1 and not b in (2, 3): color=c, radius=a").unwrap());
-        recipe.cut.push(Selection::parse("d < 1 or (e == 'x')").unwrap());
-        let names = ["a", "b", "c", "d", "e"].map(Into::into).to_vec();
+        recipe.cut.push(Selection::parse("1 > d or (e == 'x') or 2 <= f").unwrap());
+        let names = ["a", "b", "c", "d", "e", "f"].map(Into::into).to_vec();
         let request = recipe.request(9);
         assert_eq!((request.properties, request.memory), (Properties::Named(names), 9));
     }

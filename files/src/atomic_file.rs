@@ -256,4 +256,43 @@ mod tests {
         let full = |path: &Path| Err(FileError::new(path, "is full"));
         assert_eq!(rescue(&folder.path().join("b.png"), full), None);
     }
+
+    /// Statistics alone may have a name without an extension.
+    #[test]
+    fn what_is_rescued_keeps_its_extension() {
+        let write = |_: &Path| Ok(());
+        for (name, extension) in [("a.tar.exr", "exr"), ("a", "json")] {
+            let refuge = rescue(&Path::new("none").join(name), write).unwrap();
+            assert_eq!(refuge.extension(), Some(OsStr::new(extension)), "{}", refuge.display());
+        }
+    }
+
+    /// Names are shown as they are, unless that would break the line.
+    #[test]
+    fn errors_are_one_line_that_names_the_file() {
+        let line = |path: &str, problem: &str| FileError::new(Path::new(path), problem).to_string();
+        assert_eq!(line("it's \u{e4}.png", "isn't \"good\""), "it's \u{e4}.png: isn't \"good\"");
+        assert_eq!(line("a\nb", "c\td"), "a\\nb: c\\td");
+    }
+
+    /// Those of the system are for programmers.
+    #[test]
+    fn reasons_have_no_error_numbers() {
+        let text = "a: is gone (os error 2); and b: is full (os error 28)";
+        assert_eq!(reason(&text), "a: is gone; and b: is full");
+        assert_eq!(reason(&"cut (os error 2"), "cut (os error 2");
+    }
+
+    /// Not the file that a link leads to, of which the user may not know.
+    #[cfg(unix)]
+    #[test]
+    fn a_write_that_fails_is_told_by_the_name_that_was_given() {
+        let folder = tempfile::tempdir().unwrap();
+        let link = folder.path().join("link");
+        std::os::unix::fs::symlink("real", &link).unwrap();
+        let full = |_: &mut Output| Err(io::Error::from(io::ErrorKind::StorageFull));
+        let error = replace(&link, full).unwrap_err();
+        assert_eq!(error.path, link);
+        assert!(error.problem.starts_with("cannot be written: "), "{error}");
+    }
 }

@@ -60,6 +60,21 @@ mod tests {
         assert_eq!(problem(folder.path()), "this is a directory; name a file");
         fs::write(&path, "text").unwrap();
         assert_eq!(open(&path, "").unwrap().1, 4);
+        // A file is no folder in which another could be missing.
+        #[cfg(unix)]
+        assert!(problem(&path.join("b")).starts_with("cannot be read: "), "{}", problem(&path.join("b")));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_is_the_file_that_it_leads_to() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, link, lost] = ["a", "link", "lost"].map(|name| folder.path().join(name));
+        fs::write(&path, "text").unwrap();
+        std::os::unix::fs::symlink("a", &link).unwrap();
+        std::os::unix::fs::symlink("none", &lost).unwrap();
+        assert_eq!(open(&link, "").unwrap().1, 4);
+        assert_eq!(problem(&lost), "there is no such file");
     }
 
     /// Opening a pipe by itself would wait for a writer for ever.

@@ -222,6 +222,34 @@ mod tests {
         assert_eq!(fs::read_to_string(folder.path().join("precious")).unwrap(), "text");
     }
 
+    /// Locking one would wait for nobody, and would not keep anybody else away.
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_is_no_lock() {
+        use rustix::fs::{CWD, FileType, Mode, mknodat};
+        let folder = TempDir::new().unwrap();
+        let at = folder.path().join(".sppm-a.png.lock");
+        mknodat(CWD, &at, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
+        let error = Lock::take(&folder.path().join("a.png")).unwrap_err();
+        assert_eq!(error.problem, "cannot be locked: the lock is no regular file");
+        assert_eq!(names(&folder), [".sppm-a.png.lock"]);
+    }
+
+    /// It writes its id just after it has taken the lock, and may be killed or suspended in between.
+    #[test]
+    fn a_process_that_has_not_written_its_id_is_not_named() {
+        let folder = TempDir::new().unwrap();
+        let at = folder.path().join(".sppm-a.png.lock");
+        for (text, who) in [("", ""), ("none\n", ""), ("47\n", ", process 47")] {
+            fs::write(&at, text).unwrap();
+            let holder = File::open(&at).unwrap();
+            holder.lock().unwrap();
+            let error = Lock::take(&folder.path().join("a.png")).unwrap_err();
+            let told = format!("is in use by another render{who}; wait for it, or name another file");
+            assert_eq!(error.problem, told, "{text:?}");
+        }
+    }
+
     /// Whose lock file was removed, by whoever tidied up, does not remove that of the next.
     #[cfg(unix)]
     #[test]

@@ -109,6 +109,13 @@ mod tests {
     use super::*;
     use scene::Settings;
 
+    #[test]
+    fn the_nearest_of_all_names_is_guessed() {
+        // From mirror, which comes before it, there are three letters to change.
+        assert!(unknown("motior").starts_with("there is no scene \"motior\" (did you mean motion?); "));
+        assert!(unknown("nothing").starts_with("there is no scene \"nothing\"; a scene is one of cornell, "));
+    }
+
     /// As other programs write them; the name of the image keeps its letters.
     #[test]
     fn extensions_are_known_in_upper_case() {
@@ -127,5 +134,6 @@ mod tests {
         assert_eq!((opened.stem.to_str(), opened.file, opened.is_staged), (Some("Water"), Some(path), true));
         let Settings { width, height, .. } = opened.scene.settings;
         assert_eq!([width, height], [30, Stage::default().size[1]]);
+        assert_eq!(opened.bytes, opened.scene.spheres.len() as u64 * BYTES_PER_PARTICLE);
     }
 }

@@ -135,5 +135,10 @@ mod tests {
         assert_ne!(cut, around(&long("1234567891.png"), "", ".sppm"));
         assert!(around(&cut, ".sppm-", ".lock").file_name().unwrap().len() <= LONGEST_NAME);
         assert_eq!(around(Path::new("a/b.png"), "", ".sppm"), Path::new("a/b.png.sppm"));
+        assert_eq!(around(Path::new("a/b.png"), ".sppm-", ".lock"), Path::new("a/.sppm-b.png.lock"));
+        // What just has room is whole.
+        let (full, more) = ("n".repeat(LONGEST_NAME - 5), "n".repeat(LONGEST_NAME - 4));
+        assert_eq!(around(Path::new(&full), "", ".sppm"), Path::new(&format!("{full}.sppm")));
+        assert_eq!(around(Path::new(&more), "", ".sppm").as_os_str().len(), LONGEST_NAME);
     }
 }

@@ -58,6 +58,46 @@ fn the_base_is_valid() {
 }
 
 #[test]
+fn what_is_at_a_bound_is_within_it() {
+    let settings = [
+        "width = 1048576\nheight = 256",
+        "iterations = 1073741824",
+        "photons_per_iteration = 268435456",
+        "max_depth = 4096",
+        "initial_radius = 1e-15",
+        "initial_radius = 1e15",
+        "radius_pilots = 4096",
+        "radius_clearance = 0.001",
+        "radius_clearance = 1000",
+        "light_samples = 16",
+        "glint_samples = 64",
+        "seed = 0",
+    ];
+    let ball = "center = [0, 0, 0]\nradius = 1";
+    let others = [
+        ("ior = 1.5", "ior = 1"),
+        ("ior = 1.5", "ior = 100"),
+        ("emission = [1, 1, 1]", "emission = [1e15, 0, 0]"),
+        (ball, "center = [1e15, 0, -1e15]\nradius = 1"),
+        (ball, "center = [0, 0, 0]\nradius = 1e-15"),
+        (ball, "center = [0, 0, 0]\nradius = 1e15"),
+        // An instant on purpose.
+        ("target = [0, 0, 0]", "target = [0, 0, 0]\nshutter = [0.5, 0.5]"),
+    ];
+    for (old, new) in settings.map(|new| ("width = 64", new)).into_iter().chain(others) {
+        if let Err(error) = scene_file::parse("bound.toml", &edit(&[(old, new)])) {
+            panic!("{new}: {error}");
+        }
+    }
+    // What moves may be shown at that instant.
+    let frozen = [
+        ("target = [0, 0, 0]", "target = [0, 0, 0]\nshutter = [0.5, 0.5]"),
+        ("emission = [1, 1, 1]", "emission = [1, 1, 1]\nvelocity = [1, 0, 0]"),
+    ];
+    assert!(scene_file::parse("frozen.toml", &edit(&frozen)).is_ok());
+}
+
+#[test]
 fn invalid_toml() {
     check(SYNTAX);
 }
@@ -169,6 +209,15 @@ const KEYS: &[Case<'static>] = &[
     (
         &[("width = 64", "spp = 64")],
         "8:1: unknown key \"spp\" in [settings]; the keys are width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter, radius_schedule, radius_pilots, radius_clearance, light_samples, glint_samples, quality",
+    ),
+    // The nearest of several that are near, and the first in the file.
+    (
+        &[("width = 64", "radius_pilot = 1")],
+        "8:1: unknown key \"radius_pilot\" in [settings] (did you mean \"radius_pilots\"?); the keys are width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter, radius_schedule, radius_pilots, radius_clearance, light_samples, glint_samples, quality",
+    ),
+    (
+        &[("width = 64", "zzz = 1\nalpha = 2")],
+        "8:1: unknown key \"zzz\" in [settings]; the keys are width, height, iterations, photons_per_iteration, max_depth, initial_radius, seed, filter, radius_schedule, radius_pilots, radius_clearance, light_samples, glint_samples, quality",
     ),
     (
         &[("type = \"diffuse\"\n", "type = \"diffuse\"\ncolour = 1\n")],
@@ -363,6 +412,10 @@ const NUMBERS: &[Case<'static>] = &[
         "21:48: albedo 2 of the material of sphere 2 is outside [0, 1]",
     ),
     (
+        &[("material = \"white\"", "material = { type = \"diffuse\", albedo = [2, 0, 0] }")],
+        "16:42: albedo 2 of the material of sphere \"lamp\" is outside [0, 1]",
+    ),
+    (
         &[("emission = [1, 1, 1]", "emission = [1, -1, 1]")],
         "17:16: emission -1 of sphere \"lamp\" is outside [0, 1e15]",
     ),
@@ -433,6 +486,18 @@ const NUMBERS: &[Case<'static>] = &[
         "8:14: iterations 0 of [settings] must be a whole number from 1 to 1073741824",
     ),
     (
+        &[("width = 64", "light_samples = 0")],
+        "8:17: light_samples 0 of [settings] must be a whole number from 1 to 16",
+    ),
+    (
+        &[("width = 64", "light_samples = 17")],
+        "8:17: light_samples 17 of [settings] must be a whole number from 1 to 16",
+    ),
+    (
+        &[("width = 64", "radius_pilots = 4097")],
+        "8:17: radius_pilots 4097 of [settings] must be a whole number from 0 to 4096",
+    ),
+    (
         &[("width = 64", "height = 600000\n\nwidth = 600000")],
         "10:9: width 600000 x height 600000 is 360000000000 pixels and would need 85830.7 GiB; at most 268435456 pixels are rendered",
     ),
@@ -444,6 +509,10 @@ const NUMBERS: &[Case<'static>] = &[
     (
         &[("target = [0, 0, 0]", "target = [0, 0, 0]\ndirection = [0, 0, -1]")],
         "6:13: [camera] has both target and direction; it must have one of them",
+    ),
+    (
+        &[("target = [0, 0, 0]", "direction = [0, 0, -1]\ntarget = [0, 0, 0]")],
+        "6:10: [camera] has both target and direction; it must have one of them",
     ),
     (
         &[("target = [0, 0, 0]", "target = [0, 9, 10]")],
@@ -493,6 +562,10 @@ const NUMBERS: &[Case<'static>] = &[
         &[("vertical_fov_degrees = 40", "vertical_fov_degrees = 40\nshutter = [0, nan]")],
         "7:15: shutter nan of [camera] must be a finite number from -1e15 to 1e15",
     ),
+    (
+        &[("vertical_fov_degrees = 40", "vertical_fov_degrees = 40\nshutter = [nan, 1]")],
+        "7:12: shutter nan of [camera] must be a finite number from -1e15 to 1e15",
+    ),
 ];
 
 #[test]
@@ -526,6 +599,27 @@ const WHOLE: &[Case<'static>] = &[
             ("material = \"white\"", "material = \"whit\""),
         ],
         "25:12: unknown material \"whit\" of sphere \"lamp\" (did you mean \"white\"?); there is \"m1\", \"m2\", \"m3\", \"m4\", \"m5\", \"m6\", \"m7\", \"m8\", ...",
+    ),
+    (
+        &[
+            (
+                "[materials.white]",
+                "[materials]\nm1 = ?\nm2 = ?\nm3 = ?\nm4 = ?\nm5 = ?\nm6 = ?\nm7 = ?\n[materials.white]",
+            ),
+            GREY,
+            GREY,
+            GREY,
+            GREY,
+            GREY,
+            GREY,
+            GREY,
+            ("material = \"white\"", "material = \"gold\""),
+        ],
+        "24:12: unknown material \"gold\" of sphere \"lamp\"; there is \"m1\", \"m2\", \"m3\", \"m4\", \"m5\", \"m6\", \"m7\", \"white\"",
+    ),
+    (
+        &[("[materials.white]\ntype = \"diffuse\"\nalbedo = [0.5, 0.5, 0.5]\n", "")],
+        "13:12: unknown material \"white\" of sphere \"lamp\"; write [materials.NAME] and use that name, or write the material here, for example { type = \"diffuse\", albedo = [0.5, 0.5, 0.5] }",
     ),
     (
         &[("material = \"white\"", "material = \"gold\"")],
@@ -632,6 +726,10 @@ const WHOLE: &[Case<'static>] = &[
         "8:10: filter \"gauss\" of [settings] is unknown (did you mean \"gaussian\"?); the filters are box, gaussian, mitchell",
     ),
     (
+        &[("width = 64", "radius_schedule = \"globe\"")],
+        "8:19: radius_schedule \"globe\" of [settings] is unknown (did you mean \"global\"?); the schedules are per-pixel, global",
+    ),
+    (
         &[("material = \"white\"", "material = \"\\u001b[31mred\\n\"")],
         "16:12: unknown material \"\\u{1b}[31mred\\n\" of sphere \"lamp\"; there is \"white\"",
     ),
@@ -696,6 +794,127 @@ fn files_that_are_far_from_a_scene() {
     }
 }
 
+/// The head is read as one text, but its tables may stand between and behind the spheres.
+#[test]
+fn tables_behind_the_spheres_have_their_places() {
+    let settings = "[settings]\nwidth = 64\n";
+    let camera = &BASE[BASE.find("[camera]").unwrap()..BASE.find(settings).unwrap()];
+    let behind = |table: &str, new: &str| edit(&[(table, "")]) + new;
+    for (text, expected) in [
+        (
+            behind(settings, "[settings]\nwidth = 0\n"),
+            "21:9: width 0 of [settings] must be a whole number from 1 to 1048576",
+        ),
+        (behind("", "[settings]\n"), "22:2: key \"settings\" is given twice; keep one"),
+        (
+            behind(camera, &camera.replace("eye = [0, 0, 10]", "eye = [0.6, 3.8, 0]")),
+            "19:7: eye of [camera] lies on the surface of sphere \"lamp\" (line 8); it must lie clearly inside or \
+             outside of an opaque sphere",
+        ),
+        (
+            behind("", "[materials]\nred = 3\n"),
+            "23:7: material \"red\" must be a table, for example { type = \"diffuse\", albedo = [0.5, 0.5, 0.5] }, \
+             not a number",
+        ),
+        // It is none of a sphere's own any more.
+        (
+            behind("", "[materials.red]\ntype = \"diffuse\"\nalbedo = [1, 0, 0]\n[sphere.material]\n"),
+            "25:2: head every sphere with [[sphere]]",
+        ),
+    ] {
+        expect(&text, expected);
+    }
+}
+
+/// Those of an array as well.
+#[test]
+fn spheres_are_told_by_their_number_and_place() {
+    let ball = "material = { type = \"diffuse\", albedo = [1, 1, 1] }";
+    let array = format!(
+        "sphere = [{{ center = [0, 3, 0], radius = 1, {ball}, emission = [1, 1, 1] }},\n\
+         {{ velocity = [1, 0, 0], center = [0, 0, 0], radius = 1, {ball} }}]\n\
+         [camera]\neye = [0, 0, 10]\ntarget = [0, 0, 0]\nvertical_fov_degrees = 40\n"
+    );
+    expect(&array, "2:14: sphere 2 moves, but [camera] has no shutter; add shutter = [0, 1] there");
+    expect(&edit(&[("name = \"test\"", "sphere = []")]), "1:1: head every sphere with [[sphere]]");
+}
+
+/// Each by the headers that it needs.
+#[test]
+fn tables_of_particles_are_told_at_their_places() {
+    let file = "[[particles]]\nfile = \"none.xyz\"\n";
+    let end = "column 4: this ends where a column, a number or a text is needed";
+    for (tail, expected) in [
+        (
+            "[particles]\nfile = \"none.xyz\"\n".to_owned(),
+            "22:1: \"particles\" must be an array of tables; head each with [[particles]]".to_owned(),
+        ),
+        (
+            "[[particles]]\n".into(),
+            "22:1: [[particles]] has no file; add file = \"water.pdb\", say".into(),
+        ),
+        // It is searched where the scene file is.
+        (file.to_owned(), "23:8: dir/none.xyz: there is no such file".into()),
+        (
+            format!("{file}radius = 1\n"),
+            "24:1: unknown key \"radius\" in [[particles]]; the keys are file, digest, frame, unit, origin, wrap, cut, \
+             bonds, cell, style"
+                .into(),
+        ),
+        (
+            format!("{file}frame = -1\n"),
+            "24:9: frame of [[particles]]: `-1` must be the number of a frame, from 0, or last".into(),
+        ),
+        (format!("{file}digest = 3\n"), "24:10: digest of [[particles]] must be a string, not a number".into()),
+        (format!("{file}cut = [\"x < 3\", \"y <\"]\n"), format!("24:17: cut of [[particles]]: {end}")),
+        (
+            format!("{file}[particles.style]\ncolor = \"red\"\n"),
+            "24:1: \"style\" must be an array of tables; head each with [[particles.style]]".into(),
+        ),
+        (
+            format!("{file}[[particles.style]]\ncolour = \"red\"\n"),
+            "25:1: unknown key \"colour\" in [[particles.style]] (did you mean \"color\"?); the keys are where, radius, \
+             scale, color, map, range, material, hide"
+                .into(),
+        ),
+        (
+            format!("{file}[[particles.style]]\ncolor = \"red\"\n[[particles.style]]\nwhere = \"z >\"\n"),
+            format!("27:9: where of [[particles.style]]: {end}"),
+        ),
+    ] {
+        expect(&format!("{BASE}{tail}"), &expected);
+    }
+    expect(&format!("particles = [3]\n{BASE}"), "1:14: [[particles]] must be a table, not a number");
+}
+
+/// What a stage decides is not said again beside it.
+#[test]
+fn stages_are_told_at_their_places() {
+    let ball =
+        "[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = { type = \"diffuse\", albedo = [1, 1, 1] }\n";
+    let twice =
+        |key: &str| format!("a scene with a [stage] has its {key} from that; leave out one of the two");
+    for (head, expected) in [
+        ("stage = 3", "1:9: stage of the scene must be a table, not a number".to_owned()),
+        ("[stage]\nzoom = 0", "2:8: zoom 0 of [stage] is outside [0.1, 1000]".into()),
+        (
+            "[stage]\nlight = \"dim\"",
+            "2:9: light \"dim\" of [stage] is unknown; the lights are studio, overcast, dark".into(),
+        ),
+        (
+            "[stage]\nvieww = 3",
+            "2:1: unknown key \"vieww\" in [stage] (did you mean \"view\"?); the keys are view, zoom, light, ground, \
+             background"
+                .into(),
+        ),
+        ("[stage]\n[camera]\neye = [0, 0, 9]", format!("2:1: {}", twice("camera"))),
+        ("background = [1, 1, 1]\n[stage]", format!("1:14: {}", twice("background"))),
+        ("transparent_background = true\n[stage]", format!("1:26: {}", twice("transparent_background"))),
+    ] {
+        expect(&format!("{head}\n{ball}"), &expected);
+    }
+}
+
 /// A stage has no shutter: what is said to move would stand still there.
 #[test]
 fn what_moves_needs_a_camera_of_its_own() {
@@ -712,6 +931,12 @@ fn tables_other_than_spheres_and_materials_are_short_together() {
     expect(
         &format!("[camera]\n{half}\n[settings]\n{half}\n"),
         "3:1: this takes more than 4194304 bytes; head every sphere with [[sphere]] and every material with \
+         [materials.NAME], and shorten comments",
+    );
+    // And so does each sphere by itself.
+    expect(
+        &format!("{BASE}{half}{half}"),
+        "18:1: this takes more than 4194304 bytes; head every sphere with [[sphere]] and every material with \
          [materials.NAME], and shorten comments",
     );
 }

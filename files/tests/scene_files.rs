@@ -108,6 +108,21 @@ fn a_lens_focuses_on_its_target_unless_told_otherwise() {
     assert_eq!(parse(&told).camera.focus_distance, 7.0);
 }
 
+/// In what identifies a scene, the sign of a zero would count; a number may also be too small for any other.
+#[test]
+fn no_zero_has_a_sign() {
+    let signed = parse(&PLAIN.replace("center = [0, 3, 0]", "center = [-0.0, 3, -1e-60]"));
+    assert_eq!(scene_file::digest(&signed), scene_file::digest(&plain()));
+}
+
+/// So there may be a picture of nothing but the sky.
+#[test]
+fn a_background_alone_is_a_scene() {
+    let (head, _) = PLAIN.split_once("[materials.white]").unwrap();
+    let scene = parse(&format!("background = [1, 2, 3]\n{head}"));
+    assert_eq!((scene.spheres.len(), scene.background), (1, Rgb::new(1.0, 2.0, 3.0)));
+}
+
 #[test]
 fn names_may_be_in_any_script() {
     let text = PLAIN.replace("Plain", "Ka\u{308}se \u{1f9c0}").replace("white", "\"\u{767d}\"");
@@ -148,6 +163,48 @@ fn a_stage_is_fitted_to_the_size_of_its_image() {
     // A quality is a request to choose, as in every scene; what is stated beside it is not chosen.
     let chosen = read("quality = \"draft\"\nmax_depth = 7").1;
     assert_eq!(chosen, Automatic { max_depth: false, ..Automatic::all(Quality::Draft) });
+}
+
+/// Whoever states one of four numbers has the paper's others; what else is stated leaves the rest to be chosen.
+#[test]
+fn one_of_four_numbers_leaves_nothing_to_be_chosen() {
+    let read = |settings: &str| {
+        let text = PLAIN.replace("seed = 18446744073709551615", settings);
+        let (scene, automatic) = scene_file::parse_with_automatic("open.toml", &text).unwrap();
+        (scene.settings, automatic)
+    };
+    let (usual, all) = (Settings::default(), Automatic::all(Quality::default()));
+    let numbers = [
+        ("iterations", Settings { iterations: 3, ..usual }),
+        ("photons_per_iteration", Settings { photons_per_iteration: 3, ..usual }),
+        ("max_depth", Settings { max_depth: 3, ..usual }),
+        ("initial_radius", Settings { initial_radius: 3.0, ..usual }),
+    ];
+    for (key, stated) in numbers {
+        assert_eq!(read(&format!("{key} = 3")), (stated, Automatic::default()));
+        assert_eq!(read(&format!("{key} = \"auto\"")), (usual, all));
+    }
+    for (settings, stated, automatic) in [
+        ("width = 9\nheight = 8", Settings { width: 9, height: 8, ..usual }, all),
+        ("light_samples = 2", Settings { light_samples: 2, ..usual }, all),
+        (
+            "radius_pilots = 2",
+            Settings { radius_pilots: 2, ..usual },
+            Automatic { radius_pilots: false, ..all },
+        ),
+        (
+            "radius_clearance = 0.5",
+            Settings { radius_clearance: 0.5, ..usual },
+            Automatic { radius_clearance: false, ..all },
+        ),
+        (
+            "glint_samples = 4",
+            Settings { glint_samples: 4, ..usual },
+            Automatic { glint_samples: false, ..all },
+        ),
+    ] {
+        assert_eq!(read(settings), (stated, automatic), "{settings}");
+    }
 }
 
 #[test]
@@ -406,6 +463,76 @@ fn a_name_from_a_file_is_one_line_of_text() {
     let scene = scene_file::parse("dir/a\u{7}b.c.toml", &nameless).unwrap();
     assert_eq!(scene.name, "a\\u{7}b.c");
     assert_eq!(parse(&scene_file::to_text(&scene, &scene.settings)), scene);
+}
+
+/// Of a file that is too long by itself nothing is read; what is read takes more than its text.
+#[test]
+fn what_takes_more_memory_than_is_allowed_is_not_read() {
+    const MEBIBYTE: u64 = 1 << 20;
+    let read = |text: &str, length: u64, most: u64| {
+        let loaded = scene_file::load_from("large.toml", (text.as_bytes(), length), [None; 2], most);
+        loaded.map(|loaded| loaded.bytes).map_err(|error| error.to_string())
+    };
+    let told = |bytes: &str| {
+        Err(format!("large.toml: takes up to {bytes} MiB to read, more than the limit of 1.0 MiB"))
+    };
+    assert_eq!(read("", 3 * MEBIBYTE, MEBIBYTE), told("3.0"));
+    let comment = "#".repeat(1 << 16);
+    assert_eq!(read(&format!("{comment}\n{PLAIN}"), 0, MEBIBYTE), told("3.1"));
+    // To the byte.
+    let bytes = read(PLAIN, 0, u64::MAX).unwrap();
+    assert_eq!(read(PLAIN, 0, bytes), Ok(bytes));
+    assert!(read(PLAIN, 0, bytes - 1).unwrap_err().starts_with("large.toml: takes up to "));
+}
+
+/// Those of the rules of its style too. Written out again, it makes the same spheres.
+#[test]
+fn each_key_of_a_file_of_particles_counts_and_is_read_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let frame = |x: f64| {
+        format!(
+            "3\nLattice=\"8 0 0 0 8 0 0 0 8\" Properties=species:S:1:pos:R:3:q:R:1\n\
+             C 1 1 1 0.1\nO {x} 1 1 0.2\nH 9.5 1 1 0.4\n"
+        )
+    };
+    std::fs::write(folder.path().join("a.xyz"), frame(2.25) + &frame(2.0)).unwrap();
+    let name = folder.path().join("scene.toml");
+    let read = |keys: &str| {
+        let text = format!(
+            "background = [1, 1, 1]\n[camera]\neye = [0, 0, 90]\ntarget = [0, 0, 0]\nvertical_fov_degrees = 40\n\
+             [[particles]]\nfile = \"a.xyz\"\n{keys}\n"
+        );
+        scene_file::parse(name.to_str().unwrap(), &text).unwrap_or_else(|error| panic!("{keys}: {error}"))
+    };
+    let shown = |scene: &Scene| (scene.spheres.clone(), scene.materials.clone());
+    let by_charge = read("style = [{ color = \"q\" }]");
+    let scenes = [
+        "frame = 1",
+        "unit = \"nanometre\"",
+        "origin = [0.5, 0, 0]",
+        "wrap = true",
+        "cut = \"x < 3\"",
+        "bonds = \"distance\"",
+        "cell = true",
+        "style = [{ radius = 0.5 }]",
+        "style = [{ scale = 2 }]",
+        "style = [{ color = \"q\", range = \"0..1\" }]",
+        "style = [{ color = \"q\", map = \"grey\" }]",
+        "style = [{ material = \"mirror\" }]",
+        "style = [{ hide = true, where = \"q < 0.3\" }]",
+        "style = [{ hide = true, where = \"q < 0.15\" }]",
+    ]
+    .map(|keys| (keys, read(keys)));
+    let before = [("", read("")), ("by charge", by_charge)];
+    let all: Vec<_> = before.iter().chain(&scenes).collect();
+    for (i, (keys, scene)) in all.iter().enumerate() {
+        assert!(all[..i].iter().all(|(_, other)| shown(other) != shown(scene)), "{keys}");
+        let text = scene_file::to_text(scene, &scene.settings);
+        assert_eq!(scene_file::parse("again.toml", &text).unwrap(), *scene, "{keys}");
+    }
+    // A number is the same in any notation.
+    assert_eq!(read("frame = 0x1").spheres, scenes[0].1.spheres);
+    assert_eq!(read("frame = \"last\"").spheres, scenes[0].1.spheres);
 }
 
 /// On a stage all files share an origin, which the first of them states or is the centre of; a later one may state its own.

@@ -132,6 +132,25 @@ mod tests {
         }
     }
 
+    /// The lanes of a kernel and of a part of it that is called; and the same of its back end of eight.
+    struct Called;
+    impl Kernel for Called {
+        type Output = [[&'static str; 2]; 2];
+        #[inline(always)]
+        fn run<L: Lanes>(self) -> Self::Output {
+            [[type_name::<L>(), L::call(Name)], [type_name::<L::Eight>(), L::Eight::call(Name)]]
+        }
+    }
+
+    #[test]
+    fn parts_that_are_called_run_on_the_lanes_of_their_kernel() {
+        for kind in LaneKind::ALL {
+            for [whole, part] in dispatch(kind, Called) {
+                assert_eq!(part, whole, "{kind:?}");
+            }
+        }
+    }
+
     /// What the back end of eight makes of two packets and a mask.
     struct OfEight {
         a: [f32; 8],

@@ -113,6 +113,56 @@ mod tests {
         LinePlot { title: "", x_axis: "", y_axis: "", scale, series }
     }
 
+    /// The places of all points.
+    fn places(drawn: &str) -> Vec<(i32, i32)> {
+        let place = |circle: &str| {
+            let mut numbers = circle.split('"').filter_map(|part| part.parse().ok());
+            (numbers.next().unwrap(), numbers.next().unwrap())
+        };
+        drawn.split("<circle cx=\"").skip(1).map(place).collect()
+    }
+
+    #[test]
+    fn titles_and_labels_stand_where_they_belong() {
+        let named = |label: &str, points: &[(f64, f64)]| Series { label: label.into(), ..series(points) };
+        let lines = [named("one", &[(1.0, 2.0), (3.0, 4.0)]), named("two", &[(1.0, 4.0), (3.0, 2.0)])];
+        let plot = LinePlot { title: "all", x_axis: "across", y_axis: "up", ..plot(&lines, Scale::Linear) };
+        let drawn = render(|canvas| plot.draw(canvas)).unwrap();
+        // What begins a text, and where it is.
+        let tag = |text: &str| {
+            let end = drawn.find(&format!(">\n{text}\n")).unwrap_or_else(|| panic!("no {text} in {drawn}"));
+            &drawn[drawn[..end].rfind('<').unwrap()..end]
+        };
+        assert!(tag("up").contains("rotate(270") && !tag("across").contains("rotate"), "{drawn}");
+        let heights = ["all", "one", "two", "across"].map(|text| {
+            let mut parts = tag(text).split(" y=\"").nth(1).unwrap().split('"');
+            parts.next().unwrap().parse::<i32>().unwrap()
+        });
+        assert!(heights.is_sorted_by(|above, below| above < below), "{heights:?}");
+        // Every line has a colour of its own, which its name in the legend has too.
+        let lines = drawn.split("<polyline").skip(1).filter(|line| line.contains("stroke-width=\"2\""));
+        let colour =
+            |line: &str| line.split("stroke=\"").nth(1).unwrap().split('"').next().unwrap().to_owned();
+        let colours: Vec<String> = lines.map(colour).filter(|colour| colour != "#000000").collect();
+        let of = |colour: &String| colours.iter().filter(|other| *other == colour).count();
+        assert!(colours.len() == 4 && colours.iter().all(|colour| of(colour) == 2), "{colours:?}");
+    }
+
+    #[test]
+    fn equal_ratios_are_equally_far_apart_on_logarithmic_axes_alone() {
+        let lines = [series(&[(1.0, 1.0), (10.0, 10.0), (100.0, 100.0)])];
+        let steps = |scale| {
+            let [a, b, c] = places(&render(|canvas| plot(&lines, scale).draw(canvas)).unwrap())[..] else {
+                panic!("three points")
+            };
+            [b.0 - a.0, c.0 - b.0, a.1 - b.1, b.1 - c.1]
+        };
+        let [x, next_x, y, next_y] = steps(Scale::Logarithmic);
+        assert!((x - next_x).abs() <= 1 && (y - next_y).abs() <= 1 && x.min(y) > 100);
+        let [x, next_x, y, next_y] = steps(Scale::Linear);
+        assert!(next_x > 9 * x && next_y > 9 * y);
+    }
+
     #[test]
     fn axes_hold_all_points_of_all_lines() {
         let lines =
@@ -127,14 +177,7 @@ mod tests {
         for scale in [Scale::Linear, Scale::Logarithmic] {
             let lines = [series(&[(2.0, 5.0), (3.0, 4.0)]), series(&[(1.0, 50.0), (40.0, 0.5)])];
             let drawn = render(|canvas| plot(&lines, scale).draw(canvas)).unwrap();
-            let places: Vec<(i32, i32)> = drawn
-                .split("<circle cx=\"")
-                .skip(1)
-                .map(|circle| {
-                    let mut numbers = circle.split('"').filter_map(|part| part.parse().ok());
-                    (numbers.next().unwrap(), numbers.next().unwrap())
-                })
-                .collect();
+            let places = places(&drawn);
             assert_eq!(places.len(), 4, "{drawn}");
             assert!(
                 places.iter().all(|&(x, y)| (50..880).contains(&x) && (20..540).contains(&y)),

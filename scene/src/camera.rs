@@ -167,4 +167,22 @@ mod tests {
         let still = Camera { shutter: [3.0, 3.0], ..camera };
         assert!((0..8).all(|n| still.shutter_time(1, n) == 3.0));
     }
+
+    /// It looks along -z, and up is y.
+    #[test]
+    fn a_camera_that_states_nothing_is_a_pinhole_at_the_origin() {
+        let expected = Camera {
+            eye: Vec3::ZERO,
+            direction: Vec3::NEG_Z,
+            up: Vec3::Y,
+            vertical_fov_degrees: 40.0,
+            aperture_radius: 0.0,
+            focus_distance: 1.0,
+            shutter: [0.0, 0.0],
+        };
+        assert_eq!(Camera::default(), expected);
+        // Lengths of the vectors do not matter, and what is ahead is in the middle of the image.
+        let longer = Camera { direction: Vec3::NEG_Z * 9.0, up: Vec3::new(0.0, 0.5, -3.0), ..expected };
+        assert_eq!(longer.frame(8, 6), expected.frame(8, 6));
+    }
 }

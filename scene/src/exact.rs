@@ -235,4 +235,16 @@ mod tests {
             assert_eq!(exponent_above(brightest), exponent, "{brightest}");
         }
     }
+
+    /// Of any channel of any sphere; of a scene without light it is as if that were below 1.
+    #[test]
+    fn the_unit_is_that_of_the_brightest_channel_of_all_spheres() {
+        let mut scene = crate::test_scenes::balls(&[(glam::Vec3::X, 0.5, 3.0), (glam::Vec3::Y, 0.5, 1.0)]);
+        assert_eq!(Scale::of(&scene), Scale { exponent: 2 - 80 });
+        scene.spheres[1].emission.z = 100.0;
+        assert_eq!(Scale::of(&scene), Scale { exponent: 7 - 80 });
+        scene.spheres[1].emission = glam::Vec3::new(0.0, 0.25, 0.0);
+        assert_eq!(Scale::of(&scene), Scale { exponent: 2 - 80 });
+        assert_eq!(Scale::of(&crate::test_scenes::balls(&[])), Scale { exponent: -80 });
+    }
 }

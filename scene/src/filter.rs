@@ -151,6 +151,8 @@ fn exp_of_minus(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde::de::IntoDeserializer;
+    use serde::de::value::Error;
 
     #[test]
     fn the_series_is_the_exponential_function() {
@@ -209,5 +211,14 @@ mod tests {
             approx::assert_relative_eq!(sum(f64::from(i) * 0.01), 6.0, max_relative = 1e-12);
         }
         approx::assert_abs_diff_eq!(Filter::Mitchell.value(8.0 / 7.0), 0.0, epsilon = 1e-12);
+    }
+
+    #[test]
+    fn filters_have_the_names_that_files_have_for_them() {
+        for filter in Filter::ALL {
+            let name = IntoDeserializer::<Error>::into_deserializer(filter.name());
+            assert_eq!((Filter::deserialize(name), filter.to_string()), (Ok(filter), filter.name().into()));
+        }
+        assert_eq!(Filter::default(), Filter::ALL[0]);
     }
 }

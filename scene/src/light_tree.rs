@@ -534,4 +534,45 @@ mod tests {
         // Of equals the first.
         assert_eq!(divided([(1.0, 2.0), (4.0, 1.0)]), first);
     }
+
+    /// Sums with the importance of lamps stay finite, and a sky that is hardly anything beside them is still something.
+    #[test]
+    fn the_irradiance_of_ambient_lights_is_a_normal_number() {
+        let of = |power: f64, radiance: f64| {
+            let lamps = [([0.0; 3], 1.0, power), ([9.0, 0.0, 0.0], 1.0, power)];
+            let lamps = (0..).zip(lamps).map(lamp).collect();
+            LightTree::new(lamps, &[(2, radiance)]).ambient_irradiance
+        };
+        assert_eq!(of(1e-30, 1e15), MOST_AMBIENT as f32);
+        assert_eq!(of(1e30, 1e-30), f32::MIN_POSITIVE);
+    }
+
+    /// Else what is at the centre of a tiny lamp would be infinitely close to it.
+    #[test]
+    fn nodes_are_no_smaller_than_a_part_of_the_ball_around_all_lamps() {
+        let lamps = [([0.0; 3], 1e-30, 1.0), ([1000.0, 0.0, 0.0], 1e-30, 1.0)];
+        let tree = LightTree::new((0..).zip(lamps).map(lamp).collect(), &[]);
+        for node in tree.pairs[0] {
+            assert!((f64::from(node.radius) / 5e-10 - 1.0).abs() < 1e-5, "{node:?}");
+        }
+    }
+
+    /// Its other node repeats it and sends nothing: it has all of the power of lamps, and is one run.
+    #[test]
+    fn a_single_lamp_is_a_pair_by_itself() {
+        let tree = LightTree::new(vec![lamp((0, ([3.0; 3], 0.5, 2.0)))], &[(1, 1.0)]);
+        let [[first, second]] = tree.pairs[..] else { panic!("{} pairs", tree.pairs.len()) };
+        assert_eq!((first.link, second), (IS_LIGHT, LightNode { intensity: 0.0, ..first }));
+        assert!(first.intensity > 0.0 && tree.ambient_irradiance > 0.0);
+        assert_eq!(tree.runs(5), [[0]]);
+    }
+
+    #[test]
+    fn a_tree_by_power_lists_all_lights_with_their_probabilities() {
+        let tree = LightTree::by_power([0.25, 0.5, 0.25], &[0.25, 0.75]);
+        let expected = [(0, 0.25, 0.25), (1, 0.5, 0.75), (2, 0.25, 1.0)];
+        let expected = expected.map(|(light, share, cumulative)| AmbientLight { light, share, cumulative });
+        assert_eq!((&tree.ambient[..], tree.ambient_irradiance), (&expected[..], 1.0));
+        assert!(tree.pairs.is_empty());
+    }
 }

@@ -108,6 +108,8 @@ impl Automatic {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde::de::IntoDeserializer;
+    use serde::de::value::Error;
 
     #[test]
     fn something_is_chosen_if_any_of_it_is() {
@@ -139,5 +141,12 @@ mod tests {
     #[test]
     fn qualities_have_names() {
         assert_eq!(Quality::ALL.map(|quality| quality.to_string()), ["paper", "draft", "good", "final"]);
+        assert_eq!(Quality::default(), Quality::Good);
+        for quality in Quality::ALL {
+            let name = IntoDeserializer::<Error>::into_deserializer(quality.name());
+            assert_eq!(Quality::deserialize(name), Ok(quality), "files have the same names");
+            let all = Automatic::all(quality);
+            assert_eq!([all.quality, all.without_photons().quality], [quality; 2]);
+        }
     }
 }

@@ -78,6 +78,8 @@ impl Shrinking {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde::de::IntoDeserializer;
+    use serde::de::value::Error;
 
     #[test]
     fn the_first_radius_is_the_initial_one_and_others_follow_the_recurrence() {
@@ -109,5 +111,17 @@ mod tests {
         let mut shrinking = Shrinking::default();
         let [near, far] = [10_000, 80_000].map(|i| shrinking.radius_squared(1.0, i));
         assert!((near / far - 2.0).abs() < 1e-3, "{near} and {far}");
+    }
+
+    #[test]
+    fn schedules_have_the_names_that_files_have_for_them() {
+        for schedule in RadiusSchedule::ALL {
+            let name = IntoDeserializer::<Error>::into_deserializer(schedule.name());
+            assert_eq!(
+                (RadiusSchedule::deserialize(name), schedule.to_string()),
+                (Ok(schedule), schedule.name().into())
+            );
+        }
+        assert_eq!(RadiusSchedule::default(), RadiusSchedule::ALL[0]);
     }
 }

@@ -204,4 +204,14 @@ mod tests {
         let odd = [(Vec3::new(1e30, 0.0, 1.0), 1e-3), (Vec3::Z * 1e30, 1e-30), (Vec3::Z * 1e15, 9e14)];
         marked(&odd, |_| {});
     }
+
+    /// From wherever that is. Lamps behind it have none, whichever come after.
+    #[test]
+    fn rims_are_seen_from_the_eye() {
+        let (eye, away) = (Vec3::new(3.0, -2.0, 5.0), Vec3::new(-0.045, -0.055, 10.0));
+        let found = marked(&[(eye - Vec3::Z * 10.0, 1.0), (eye + away, 1e-4)], |scene| {
+            scene.camera.eye = eye;
+        });
+        assert_eq!(found, [(30, 20)]);
+    }
 }

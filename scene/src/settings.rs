@@ -392,4 +392,117 @@ mod tests {
         assert_eq!((own.with_papers(), usual.with_papers()), (expected, usual));
         assert_eq!((own.pixels(), own.max_deposits()), (35, 78 * 79));
     }
+
+    /// With the value and its bound, and settings by the names that the caller has for them.
+    #[test]
+    fn what_is_out_of_bounds_is_told_with_the_bound() {
+        type Change = fn(&mut Settings);
+        let told = |change: Change| {
+            let mut settings = Settings::default();
+            change(&mut settings);
+            settings.validate().unwrap_err()
+        };
+        let changes: [(Change, &str); 11] = [
+            (|s| s.width = 0, "width is 0; it must be at least 1"),
+            (|s| s.height = MAX_SIDE + 1, "height is 1048577; it must be at most 1048576"),
+            (
+                |s| (s.width, s.height) = (1 << 15, 1 << 14),
+                "width 32768 x height 16384 is 536870912 pixels and would need 128.0 GiB; at most 268435456 pixels \
+                are rendered",
+            ),
+            (
+                |s| s.iterations = MAX_ITERATIONS + 1,
+                "iterations is 1073741825; it must be at most 1073741824",
+            ),
+            (|s| s.glint_samples = 65, "glint_samples is 65; it must be at most 64"),
+            (
+                |s| (s.photons_per_iteration, s.max_depth) = (1 << 28, 8),
+                "photons_per_iteration 268435456 x max_depth 8 must stay below 2147483648 photon segments; ask for \
+                more iterations instead",
+            ),
+            (|s| s.initial_radius = -1.0, "initial_radius is -1; it must be from 1e-15 to 1e15"),
+            (|s| s.radius_pilots = 4097, "radius_pilots is 4097; it must be at most 4096"),
+            (
+                |s| s.radius_clearance = 2000.0,
+                "radius_clearance is 2000; it must be 0, or from 0.001 to 1000",
+            ),
+            (
+                |s| (s.radius_pilots, s.radius_schedule) = (3, RadiusSchedule::Global),
+                "radius_pilots is 3, but with radius_schedule global all pixels have the same radius; it must be 0, \
+                or radius_schedule per-pixel",
+            ),
+            (
+                |s| (s.radius_clearance, s.initial_radius) = (0.5, 5e-15),
+                "radius_clearance needs initial_radius to be at least 8e-15, not 0.000000000000005; or it must be 0",
+            ),
+        ];
+        for (change, sentence) in changes {
+            assert_eq!(told(change).to_string(), sentence);
+        }
+        let by_options = |change| told(change).say(|name| format!("--{}", name.replace('_', "-")));
+        assert_eq!(
+            by_options(|s| (s.radius_clearance, s.radius_schedule) = (0.5, RadiusSchedule::Global)),
+            "--radius-clearance is 0.5, but with --radius-schedule global all pixels have the same radius; it must \
+            be 0, or --radius-schedule per-pixel"
+        );
+        assert!(
+            by_options(|s| (s.photons_per_iteration, s.max_depth) = (1 << 28, 8))
+                .starts_with("--photons-per-iteration 268435456 x --max-depth 8 must stay below")
+        );
+    }
+
+    /// Section 4 of the paper; and no choice of what came after it.
+    #[test]
+    fn the_settings_are_those_of_the_paper_if_nothing_is_said() {
+        let expected = Settings {
+            width: 512,
+            height: 384,
+            iterations: 6,
+            photons_per_iteration: 200_000,
+            max_depth: 5,
+            initial_radius: 2.0,
+            seed: 1,
+            filter: Filter::Box,
+            radius_schedule: RadiusSchedule::PerPixel,
+            radius_pilots: 0,
+            radius_clearance: 0.0,
+            light_samples: 1,
+            glint_samples: 1,
+        };
+        assert_eq!(Settings::default(), expected);
+    }
+
+    /// Files of older versions lack what was added since: it is as it was before there was a choice.
+    #[test]
+    fn what_a_file_leaves_out_is_that_of_the_paper() {
+        use serde::de::value::{Error, MapDeserializer};
+        let of_paper = [
+            ("width", 512_u32),
+            ("height", 384),
+            ("iterations", 6),
+            ("photons_per_iteration", 200_000),
+            ("max_depth", 5),
+            ("initial_radius", 2),
+            ("seed", 1),
+        ];
+        let read = Settings::deserialize(MapDeserializer::<_, Error>::new(of_paper.into_iter()));
+        assert_eq!(read, Ok(Settings::default()));
+    }
+
+    /// No side vanishes, and none grows.
+    #[test]
+    fn sizes_within_are_of_the_same_shape() {
+        let of = |(width, height): (u32, u32), pixels: u64| {
+            Settings { width, height, ..Settings::default() }.size_within(pixels)
+        };
+        let size = (64, 48);
+        assert_eq!([of(size, 1 << 20), of(size, 64 * 48), of(size, 32 * 24)], [size, size, (32, 24)]);
+        assert_eq!((of(size, 767), of((100, 1), 1), of((1, 100), 1)), ((31, 23), (10, 1), (1, 10)));
+        for size in [(640, 480), (1920, 1080), (333, 777)] {
+            for pixels in [1, 10, 1000, 49_152] {
+                let (width, height) = of(size, pixels);
+                assert!(u64::from(width * height) <= pixels, "{width} x {height} for {pixels}");
+            }
+        }
+    }
 }

@@ -245,6 +245,9 @@ fn size(engine: &dyn Resumable) -> (u32, u32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::{Probe, Progress};
+    use crate::settings::Settings;
+    use crate::stop::Stop;
 
     #[test]
     fn words_are_the_numbers_of_a_pixel_in_their_order() {
@@ -323,5 +326,94 @@ mod tests {
         assert!(
             both(PhotonSums { radius_squared: 5.0, ..sums }).is_some_and(|fault| fault.contains("radius"))
         );
+    }
+
+    #[test]
+    fn sums_are_told_by_their_method() {
+        let all = [Sums::Photons, Sums::Exact, Sums::Paths, Sums::Hybrid].map(|sums| sums.to_string());
+        let told = [
+            "photon mapping",
+            "photon mapping with global radii",
+            "path tracing",
+            "path tracing with photons for caustics",
+        ];
+        assert_eq!(all, told);
+    }
+
+    /// An engine of which nothing but its state matters.
+    struct Fake {
+        progress: Progress,
+        sums: Sums,
+        words: Vec<u32>,
+    }
+
+    impl Fake {
+        fn new(sums: Sums, first: u32) -> Self {
+            let settings = Settings { width: 3, height: 2, ..Settings::default() };
+            let words = (first..).take(3 * 2 * sums.words()).collect();
+            Self { progress: Progress::new(&settings), sums, words }
+        }
+
+        fn row(&mut self, y: u32) -> &mut [u32] {
+            let length = 3 * self.sums.words();
+            &mut self.words[y as usize * length..][..length]
+        }
+    }
+
+    impl Engine for Fake {
+        fn progress(&self) -> &Progress {
+            &self.progress
+        }
+
+        fn iterate_unless(&mut self, _: &Stop) -> bool {
+            true
+        }
+
+        fn probe(&self, _: u32, _: u32) -> Probe {
+            Probe::default()
+        }
+    }
+
+    impl Resumable for Fake {
+        fn sums(&self) -> Sums {
+            self.sums
+        }
+
+        fn save_row(&self, y: u32, words: &mut [u32]) {
+            words.copy_from_slice(&self.words[y as usize * words.len()..][..words.len()]);
+        }
+
+        fn load_row(&mut self, y: u32, words: &[u32]) {
+            self.row(y).copy_from_slice(words);
+        }
+
+        fn go_on_after(&mut self, iterations: u32, stats: Stats) {
+            self.progress.go_on_after(iterations, stats);
+        }
+
+        fn skip_to(&mut self, next: u32) {
+            assert_eq!(self.sums, Sums::Exact, "an iteration depends on those before it");
+            self.progress.next = next;
+        }
+    }
+
+    /// Sums, iterations and work; and of global radii the number of the next iteration, which may be beyond others that are
+    /// rendered elsewhere.
+    #[test]
+    fn a_render_goes_on_in_another_engine_as_it_was() {
+        let stats = Stats { photons: 9, camera_seconds: 0.5, bytes: 7, ..Stats::default() };
+        for (sums, next) in [(Sums::Exact, 20), (Sums::Photons, 4), (Sums::Paths, 4), (Sums::Hybrid, 4)] {
+            let (mut from, mut to) = (Fake::new(sums, 100), Fake::new(sums, 5000));
+            from.progress = Progress { iterations: 4, next, stats, ..from.progress };
+            transfer(&from, &mut to);
+            assert_eq!(to.words, from.words, "{sums}");
+            assert_eq!((to.progress.iterations, to.progress.next, to.progress.stats), (4, next, stats));
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "engines of different renders")]
+    fn a_render_does_not_go_on_in_an_engine_of_another_kind() {
+        transfer(&Fake::new(Sums::Photons, 0), &mut Fake::new(Sums::Paths, 0));
     }
 }

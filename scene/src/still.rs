@@ -515,4 +515,48 @@ mod tests {
         let sky = sky.with_sky();
         assert!(!sky.at(0.0).has_lamps() && sky.at(0.0).has_ambient_lights());
     }
+
+    /// What glows is no ground, however close the eye is; glass is neither ground nor room.
+    #[test]
+    fn roles_follow_from_material_light_and_the_place_of_the_eye() {
+        let role = |y: f32, radius: f32, radiance: f32, material: Material| {
+            let mut scene = of(&[(Vec3::Y * y, radius, radiance)]);
+            scene.materials = vec![material];
+            scene.at(0.0).roles[0]
+        };
+        let albedo = Rgb::splat(0.5);
+        let (diffuse, mirror) = (Material::Diffuse { albedo }, Material::Specular { albedo });
+        let glass = Material::Dielectric { albedo, ior: 1.5 };
+        // The eye is at (0, -3, 0), so 1 over a ball of radius 16 around (0, -20, 0).
+        for (material, glows, expected) in [
+            (diffuse, 0.0, [Role::Ground(0), Role::Solid, Role::Enclosure(0)]),
+            (mirror, 0.0, [Role::Ground(0), Role::Solid, Role::Enclosure(0)]),
+            (diffuse, 1.0, [Role::Solid, Role::Solid, Role::Enclosure(0)]),
+            (glass, 0.0, [Role::Glass; 3]),
+            (glass, 1.0, [Role::Glass; 3]),
+        ] {
+            let found =
+                [(-20.0, 16.0), (-20.01, 16.0), (-4.0, 2.0)].map(|(y, r)| role(y, r, glows, material));
+            assert_eq!(found, expected, "{material:?}, which glows by {glows}");
+        }
+    }
+
+    /// For caustics there must be a lamp that is no sky, and something that makes them.
+    #[test]
+    fn photons_have_something_to_carry_or_there_are_none() {
+        let has_photons = |radiance: f32, material: Material, background: Rgb| {
+            let mut scene = of(&[(Vec3::X * 10.0, 1.0, radiance)]);
+            scene.materials.push(material);
+            let scene = Scene { background, ..scene }.with_sky();
+            [Carried::All, Carried::Caustics].map(|carried| scene.at_for(0.0, carried).has_photons())
+        };
+        let albedo = Rgb::splat(0.5);
+        let (diffuse, mirror) = (Material::Diffuse { albedo }, Material::Specular { albedo });
+        let glass = Material::Dielectric { albedo, ior: 1.5 };
+        assert_eq!(has_photons(1.0, mirror, Rgb::ZERO), [true, true]);
+        assert_eq!(has_photons(1.0, glass, Rgb::ONE), [true, true]);
+        assert_eq!(has_photons(1.0, diffuse, Rgb::ONE), [true, false]);
+        assert_eq!(has_photons(0.0, mirror, Rgb::ONE), [true, false]);
+        assert_eq!(has_photons(0.0, glass, Rgb::ZERO), [false, false]);
+    }
 }

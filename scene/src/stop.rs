@@ -110,4 +110,27 @@ mod tests {
             assert_eq!(waits.join().ok(), Some(!lets_go));
         }
     }
+
+    /// Work aside has a meter of its own; a hold of any is one of all, and a request of the whole is one of its parts.
+    #[test]
+    fn children_share_the_hold_and_all_but_those_aside_the_meter() {
+        let stop = Stop::new();
+        let (child, aside) = (stop.child(), stop.child_aside());
+        stop.meter().begin(4);
+        child.meter().advance(1);
+        aside.meter().begin(2);
+        aside.meter().advance(2);
+        assert_eq!([&stop, &child, &aside].map(|stop| stop.meter().share()), [0.25, 0.25, 1.0]);
+        let all = [&stop, &child, &aside];
+        for one in all {
+            one.hold(true);
+            assert!(all.iter().all(|other| other.is_held.load(Ordering::Relaxed)));
+            one.hold(false);
+        }
+        // As a handler of signals makes the request.
+        aside.shared().store(true, Ordering::Relaxed);
+        assert!(aside.is_requested() && !child.is_requested() && !stop.is_requested());
+        stop.shared().store(true, Ordering::Relaxed);
+        assert!(stop.is_requested() && child.is_requested());
+    }
 }

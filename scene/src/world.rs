@@ -201,4 +201,55 @@ mod tests {
             assert!((0.98..0.995).contains(&share), "the farthest is at {share} of the sky's radius");
         }
     }
+
+    fn ball(x: f32, material: u32) -> Sphere {
+        Sphere { center: Vec3::X * x, velocity: Vec3::ZERO, radius: 0.25, material, emission: Rgb::ZERO }
+    }
+
+    /// What is of files of particles comes after what is the scene's own, and before the sky.
+    #[test]
+    fn own_spheres_and_materials_are_those_before_the_first_import() {
+        let import = |spheres, materials| Import {
+            file: "a.xyz".into(),
+            digest: String::new(),
+            table: String::new(),
+            spheres,
+            materials,
+        };
+        let mut scene = crate::test_scenes::balls(&[(Vec3::Y, 0.5, 1.0), (Vec3::Z, 0.5, 0.0)]);
+        scene.spheres.extend([ball(2.0, 1), ball(3.0, 2), ball(4.0, 3)]);
+        let own = scene.materials[0];
+        scene.materials.extend([Material::Diffuse { albedo: Rgb::ONE }; 3]);
+        let all = (scene.spheres.to_vec(), scene.materials.clone());
+        let sky = Scene { background: Rgb::X, ..scene.clone() }.with_sky();
+        assert_eq!((sky.spheres.len(), sky.materials.len()), (6, 5));
+        // Without imports all is the scene's own but the sky and its material.
+        for scene in [&scene, &sky] {
+            assert_eq!((scene.own_spheres(), scene.own_materials()), (&all.0[..], &all.1[..]));
+        }
+        for mut scene in [scene, sky] {
+            scene.imports = vec![import(2..4, 1..3), import(4..5, 3..4)];
+            assert_eq!((scene.own_spheres(), scene.own_materials()), (&all.0[..2], &[own][..]));
+            let alone = scene.background_alone();
+            assert_eq!((alone.imports.len(), alone.spheres.len(), alone.own_spheres().len()), (0, 6, 5));
+        }
+    }
+
+    /// A black background is none; around an eye that is alone there is a sky all the same.
+    #[test]
+    fn a_sky_has_some_size_whatever_is_in_it() {
+        let eye = Vec3::new(5.0, 6.0, 7.0);
+        let empty = crate::test_scenes::balls(&[]);
+        let of = |background: Rgb, aperture_radius: f32| {
+            let camera = Camera { eye, aperture_radius, ..empty.camera };
+            Scene { camera, background, ..empty.clone() }.with_sky()
+        };
+        assert_eq!((of(Rgb::ZERO, 0.0).spheres.len(), of(Rgb::ZERO, 0.0).materials.len()), (0, 1));
+        for (lens, radius) in [(0.0, 1.0), (2.0, 2.02)] {
+            let sky = of(Rgb::Y, lens);
+            let expected =
+                Sphere { center: eye, velocity: Vec3::ZERO, radius, material: 1, emission: Rgb::Y };
+            assert_eq!(sky.spheres[..], [expected]);
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! Ranges of the frames of a trajectory, and the names of the files that each gets.
 
 use files::paths::around;
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// The frames `start, start + step, ...` before `end`, or to the last one.
@@ -36,6 +37,11 @@ impl Frames {
         })
     }
 
+    /// Those from the frame `start` on.
+    pub(crate) fn beginning_at(self, start: usize) -> Self {
+        Self { start, ..self }
+    }
+
     /// The numbers of those that are in a file of `count` frames. If their number is not known, it is said why.
     ///
     /// # Errors
@@ -55,6 +61,17 @@ impl Frames {
             }
         };
         Ok((self.start..end).step_by(self.step).collect())
+    }
+}
+
+/// As [`Frames::parse`] reads it.
+impl fmt::Display for Frames {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}..", self.start)?;
+        if let Some(end) = self.end {
+            write!(f, "{end}")?;
+        }
+        if self.step == 1 { Ok(()) } else { write!(f, ":{}", self.step) }
     }
 }
 
@@ -91,6 +108,18 @@ mod tests {
         assert!(numbers("7..", 7).unwrap_err().contains("no frame 7; the file has 7"));
         for wrong in ["3..3", "4..3", "a..b", "1..2:0", "-1..2", "1..2..3", "..:"] {
             assert!(Frames::parse(wrong).unwrap_err().contains("range of frames"), "{wrong}");
+        }
+    }
+
+    /// What goes on with a range ends where the range ends, and leaves out what the range leaves out.
+    #[test]
+    fn the_rest_of_a_range_has_its_end_and_its_step() {
+        for (text, start, rest) in
+            [("..", 3, "3.."), ("0..9", 3, "3..9"), ("1..:2", 5, "5..:2"), ("0..100:10", 30, "30..100:10")]
+        {
+            let range = Frames::parse(text).unwrap().beginning_at(start);
+            assert_eq!(range.to_string(), rest);
+            assert_eq!(Frames::parse(rest), Ok(range));
         }
     }
 

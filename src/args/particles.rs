@@ -429,6 +429,42 @@ mod tests {
         }
     }
 
+    /// With several of them, it would not be known which.
+    #[test]
+    fn the_selection_at_fault_is_told() {
+        let cuts = ["--cut", "x < 3", "--cut", "y <", "--cut", "z < 1"];
+        let problem = of(&cuts).recipe(FIRST).unwrap_err().to_string();
+        assert!(problem.starts_with("--cut: ") && problem.ends_with(" of 'y <'"), "{problem}");
+    }
+
+    /// Of the frame that is shown, and of that to which the camera is fitted. The second frame takes more than the limit.
+    #[test]
+    fn a_memory_limit_holds_for_every_frame_that_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.xyz");
+        let frame = |atoms: usize| {
+            let row = |i: usize| format!("O {} 0 0\n", 3 * i);
+            let rows: String = (0..atoms).map(row).collect();
+            format!("{atoms}\n\n{rows}")
+        };
+        std::fs::write(&path, frame(2) + &frame(100)).unwrap();
+        let open = |words: &[&str]| of(words).open(&path, [None; 2], 1024).map_err(|error| error.to_string());
+        for words in [
+            &["--frame", "1"][..],
+            &["--frame", "1", "--camera-frame", "0"],
+            &["--frame", "0", "--camera-frame", "1"],
+        ] {
+            let problem = open(words).err().unwrap();
+            assert!(problem.contains("100 particles need "), "{words:?}: {problem}");
+        }
+        // Nothing has been tried yet.
+        let gone = of(&["--camera-frame", "0"]).open(&folder.path().join("b.xyz"), [None; 2], 1024);
+        assert_eq!(gone.unwrap_err().code(), 2);
+        for words in [&["--frame", "0"][..], &["--frame", "0", "--camera-frame", "0"]] {
+            assert!(open(words).is_ok(), "{words:?}");
+        }
+    }
+
     #[test]
     fn a_stage_is_as_asked_for() {
         let stage = |words: &[&str], size| of(words).stage(size).unwrap();

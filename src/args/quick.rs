@@ -53,6 +53,22 @@ mod tests {
         // What takes time for a better image is left out.
         assert_eq!((found.radius_clearance, found.glint_samples), (0.0, 1));
     }
+
+    #[test]
+    fn a_quick_measurement_is_of_a_small_image_and_few_photons() {
+        let own = Settings {
+            width: 800,
+            height: 600,
+            photons_per_iteration: 1_000_000,
+            max_depth: 64,
+            initial_radius: 9.0,
+            ..Settings::default()
+        };
+        let found = quick(&own);
+        assert_eq!((found.width, found.height, found.photons_per_iteration), (128, 96, 20_000));
+        assert_eq!((found.max_depth, found.initial_radius), (5, 2.0));
+    }
+
     #[test]
     fn what_options_state_is_as_stated_in_quick_measurements_too() {
         use clap::Parser as _;

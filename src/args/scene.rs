@@ -129,6 +129,18 @@ pub(crate) fn instant(opened: &Opened, asked: Option<f32>) -> Result<f32, Error>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::args::of_render;
+
+    /// Nobody has typed it as a file, so it is not called by what was typed.
+    #[test]
+    fn standard_input_is_told_as_such() {
+        let particles = of_render(&["-", "--zoom", "2"]).source.particles;
+        let problem = open("-".as_ref(), &particles, [None; 2], u64::MAX).unwrap_err().to_string();
+        assert!(
+            problem.starts_with("--zoom: ") && problem.contains(", and standard input is none"),
+            "{problem}"
+        );
+    }
 
     #[test]
     fn an_instant_is_while_the_shutter_is_open() {

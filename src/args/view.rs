@@ -149,6 +149,16 @@ mod tests {
     }
 
     #[test]
+    fn a_page_is_served_where_it_is_asked_for() {
+        let place = |words: &[&str]| {
+            let place = of_render(&[&["cornell"], words].concat()).viewers.page.place();
+            (place.ip.to_string(), place.port)
+        };
+        assert_eq!(place(&[]), ("127.0.0.1".into(), 0));
+        assert_eq!(place(&["--listen", "0.0.0.0", "--port", "8000"]), ("0.0.0.0".into(), 8000));
+    }
+
+    #[test]
     fn nothing_is_watched_unless_it_is_asked_for() {
         let watch = |words: &[&str]| of_render(&[&["cornell"], words].concat()).viewers;
         assert!(watch(&[]).start(false, "a", false).unwrap().is_none());

@@ -275,6 +275,9 @@ mod tests {
         );
         let done = Work { done: 9, all: Some(3), ..work() };
         assert_eq!((done.share(), done.left()), (Some(1.0), Some(Duration::ZERO)));
+        // The meter may still be at the last step when that is counted.
+        let last = Work { done: 6, within: 0.5, ..work() };
+        assert_eq!((last.share(), last.left()), (Some(1.0), Some(Duration::ZERO)));
     }
 
     /// A guess of more than a year is none; a limit is not guessed.

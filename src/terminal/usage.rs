@@ -181,6 +181,7 @@ mod tests {
             (&["info", "a", "b"], "\"b\" is one argument too many; see `sppm info --help`"),
             (&["info", "-", "-"], "\"-\" is one argument too many; see `sppm info --help`"),
             (&["rendr"], "there is no command \"rendr\"; did you mean render?"),
+            (&["re"], "there is no command \"re\"; did you mean render or resume?"),
             (&["zzzzzz"], "there is no command \"zzzzzz\"; see `sppm --help`"),
             (&[], "a command is missing; try `sppm render cornell`, or `sppm --help`"),
             (&["render"], "<SCENE> is missing; see `sppm render --help`"),

@@ -46,6 +46,14 @@ fn images_by_different_tone_curves_are_told_apart() {
         let line = "warning: a.png shows radiance by the tone curve agx, and the other image does not";
         assert!(ended.code == Some(0) && ended.stderr.starts_with(line), "{ended:?}");
     }
+    // Of two curves, that of the judged image is named.
+    sandbox.render(&["cornell", "-o", "aces.png", "--tone=aces"]);
+    for [a, b, tone] in [["aces.png", "a.png", "aces"], ["a.png", "aces.png", "agx"]] {
+        let ended = sandbox.run(["compare", a, b]);
+        let line =
+            format!("warning: {a} shows radiance by the tone curve {tone}, and the other image does not");
+        assert!(ended.code == Some(0) && ended.stderr.starts_with(&line), "{ended:?}");
+    }
     // Of a JPEG it is not known.
     sandbox.render(&["cornell", "-o", "a.jpg"]);
     for [a, b] in [["a.png", "a.png"], ["clamped.png", "a.exr"], ["a.png", "a.jpg"], ["a.jpg", "a.exr"]] {

@@ -137,4 +137,6 @@ fn manual_pages_of_all_commands_go_into_a_folder() {
         assert!(page.contains(&format!(".TH sppm-{command} 1")), "{page}");
     }
     assert!(sandbox.path("man1/sppm.1").exists());
+    // And no others: `sppm help` has nothing to tell of itself. The folder is one more name.
+    assert_eq!(sandbox.names().len(), COMMANDS.len() + 2, "{:?}", sandbox.names());
 }

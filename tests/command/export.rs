@@ -126,6 +126,8 @@ fn sizes_samples_and_files_are_as_asked() {
     }
     assert_eq!(export(&sandbox, &[&args[..], &["-o", "box.xml"]].concat()), "");
     assert_eq!(String::from_utf8(sandbox.bytes("box.xml")).unwrap(), text);
+    assert_eq!(export(&sandbox, &[&args[..], &["-o", "-"]].concat()), text);
+    assert_eq!(sandbox.names(), ["box.xml"]);
 }
 
 /// The camera of particles is fitted to the image that is asked for, as where a file states its size.

@@ -70,6 +70,17 @@ fn a_frame_that_fails_does_not_lose_the_others() {
     assert!(ended.stderr.contains("of 3 frames these failed: 0 and 1;"), "{ended:?}");
 }
 
+/// Of none it is said that it is rendered.
+#[test]
+fn all_frames_may_fail() {
+    let sandbox = with_trajectory(2);
+    let cut = ["--frame", "..", "--camera-frame", "each", "--cut", "x > 9"];
+    let ended = sandbox.run(["render", "run.xyz", "--quality=paper"].iter().chain(&cut).chain(&TINY));
+    assert_eq!(ended.code, Some(1), "{ended:?}");
+    assert!(ended.stderr.ends_with("\nerror: of 2 frames these failed: 0 and 1\n"), "{ended:?}");
+    assert_eq!(sandbox.names(), ["run.xyz"]);
+}
+
 /// What the picture of a frame lacks is told with the number of the frame.
 #[test]
 fn notes_are_of_their_frames() {
@@ -132,6 +143,8 @@ fn ranges_that_cannot_be_rendered_are_refused() {
         &["--frame: ranges of frames are for files of particles"],
     );
     refused(&["verify", "run.xyz", "--frame", ".."], &["--frame: only `render` takes a range"]);
+    refused(&["render", "none.xyz", "--frame", ".."], &["none.xyz: there is no such file"]);
+    refused(&["render", "run.xyz", "--frame", "..", "--camera-frame", "9"], &["run.xyz: has no frame 9"]);
     refused(&["render", "run.xyz", "--camera-frame", "x"], &["--camera-frame: `x` must be the number"]);
     // What is wrong with all frames is told once, whichever is the first; nor is a frame announced that is not rendered.
     for frames in ["..", "1.."] {

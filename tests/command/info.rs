@@ -8,7 +8,7 @@ use exr::prelude::{
 use std::path::Path;
 
 /// An EXR file of 2 x 1 pixels with a layer of each name.
-fn write_layers(path: &Path, names: &[&str]) {
+pub(crate) fn write_layers(path: &Path, names: &[&str]) {
     let mut layers = Layers::new();
     for &name in names {
         let channels =

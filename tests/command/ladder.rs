@@ -70,6 +70,13 @@ fn sweeps_have_a_line_per_value_and_plots() {
         let svg = String::from_utf8(sandbox.bytes(&format!("plots/{name}.svg"))).unwrap();
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{name}");
     }
+    let svg = String::from_utf8(sandbox.bytes("plots/speedup.svg")).unwrap();
+    for words in ["\ntimes as fast as row 0\n", "\nspeedup\n", "\n0\n", "\nfast\n", "\ncornell\n"] {
+        assert!(svg.contains(words), "no {words:?} in {svg}");
+    }
+    // Numbers along the axis are rounded, such as 0.3.
+    let lengths = svg.lines().filter(|line| line.parse::<f64>().is_ok()).map(str::len);
+    assert!(lengths.max() < Some(8), "{svg}");
     // Speedups are over the first row, and how time grows is that of the last stage.
     for (name, title) in [
         ("speedup-depth-random", "random: times as fast as stage 3"),
@@ -109,10 +116,31 @@ fn counted_rows_stand_under_their_roofs() {
         let of_passes: f64 = row[1..].iter().map(|record| number(record, "flops")).sum();
         assert_eq!(number(&row[0], "flops"), of_passes);
     }
-    assert_eq!(records(&sandbox, "plots/peaks.csv").len() - 1, 7);
+    let peaks = records(&sandbox, "plots/peaks.csv");
+    let names: Vec<&str> = peaks[1..].iter().map(|record| &record[0][..]).collect();
+    assert_eq!(names, ["clock", "fma of one float", "fma of 8 floats", "L1", "L2", "L3", "DRAM"]);
+    // Each level is read in more bytes than the one before.
+    let bytes: Vec<usize> = peaks[4..].iter().map(|record| record[1].parse().unwrap()).collect();
+    assert!(bytes.is_sorted_by(|near, far| near < far), "{peaks:?}");
     let sweep = ["--sweep", "iterations", "--quick", "--similarity"];
     let ended = ladder(&sandbox, &[&rows[..], &sweep[..]].concat());
     assert!(ended.stdout.contains("structural similarity"), "{ended:?}");
+    // Of fewer iterations those operations are counted that these take, though all are counted in one render.
+    let points = records(&sandbox, "plots/roofline.csv");
+    let column = |name: &str| points[0].iter().position(|field| field == name).unwrap();
+    let of_rows: Vec<_> = points[1..].iter().filter(|record| record[column("pass")] == "all").collect();
+    assert_eq!(of_rows.len(), 3 * 2);
+    for row in ["0", "6"] {
+        let of_row = of_rows.iter().filter(|record| record[column("row")] == row);
+        let flops = of_row.map(|record| {
+            [column("value"), column("flops")].map(|column| record[column].parse::<f64>().unwrap())
+        });
+        let [one, two, four] = flops.collect::<Vec<_>>()[..] else { panic!("{points:?}") };
+        assert_eq!([one[0], two[0], four[0]], [1.0, 2.0, 4.0]);
+        for [less, more] in [[one, two], [two, four]] {
+            assert!((1.5..2.5).contains(&(more[1] / less[1])), "{points:?}");
+        }
+    }
     // The first row is compared with itself, so its similarity is 1.
     let compared = records(&sandbox, "plots/similarity.csv");
     assert_eq!(compared.len() - 1, 3 * 3);
@@ -136,8 +164,16 @@ fn quality_depends_only_on_the_image() {
         let ended = sandbox.run(common.iter().chain(options));
         assert!(ended.stdout.contains("over the least"), "{ended:?}");
         let records = records(&sandbox, "plots/quality.csv");
-        let column = records[0].iter().position(|field| field == "relative_square_error").unwrap();
-        [1, 2].map(|row| records[row][column].parse::<f64>().unwrap())
+        let number = |row: usize, name: &str| {
+            let column = records[0].iter().position(|field| field == name).unwrap();
+            records[row][column].parse::<f64>().unwrap()
+        };
+        for (row, name) in [(1, "6"), (2, "fast")] {
+            assert_eq!(records[row][..2], ["mirror", name]);
+            let cost = number(row, "relative_square_error") * number(row, "seconds");
+            assert!((number(row, "cost") / cost - 1.0).abs() < 1e-9, "{records:?}");
+        }
+        [1, 2].map(|row| number(row, "relative_square_error"))
     };
     // In a scene with one light, with the same random numbers, both give the same image, up to the order of sums.
     let [six, fast] = quality(&["--rng", "keyed"]);

@@ -8,6 +8,8 @@ mod documents;
 mod export;
 mod exports_read;
 mod failures;
+#[cfg(unix)]
+mod farm;
 mod frames;
 mod info;
 #[cfg(unix)]

@@ -22,6 +22,10 @@ fn every_error_is_json_where_that_is_asked_for() {
         (&["resume", "--log-format=json"], "<FILE> is missing"),
         (&["render", "cornel", "--log-format", "json"], "there is no scene \"cornel\""),
         (
+            &["render", "a.xyz", "--frame", "2..2", "--log-format", "json"],
+            "--frame: `2..2` is not a range of frames",
+        ),
+        (
             &["render", "cornell", "--quality=paper", "-o", "no/a.png", "--log-format", "json"],
             "--output: no/a.png",
         ),

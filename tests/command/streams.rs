@@ -161,6 +161,22 @@ fn a_scene_is_read_from_standard_input() {
     assert_eq!(export.stdout, sandbox.run(["export", "mine.toml", "--format=pbrt"]).stdout);
 }
 
+/// The size of the image, to which a stage is fitted, and the limit of memory.
+#[test]
+fn what_options_say_holds_while_standard_input_is_read() {
+    let sandbox = Sandbox::new();
+    let ball = "[[sphere]]\ncenter = [1, 2, 3]\nradius = 1\nmaterial = { type = \"specular\", albedo = [1, 1, 1] }\n";
+    sandbox.write("staged.toml", &format!("[stage]\nview = \"front\"\n{ball}"));
+    let size = ["--width=9", "--height=24", "--iterations=1"];
+    let file = sandbox.run(["render", "staged.toml", "-o", "file.pfm"].iter().chain(&size));
+    assert_eq!(file.code, Some(0), "{file:?}");
+    let args: Vec<&str> = ["render", "-", "-o", "input.pfm"].into_iter().chain(size).collect();
+    assert_eq!(run_on(&sandbox, "staged.toml", &args).code, Some(0));
+    assert!(sandbox.bytes("file.pfm") == sandbox.bytes("input.pfm"));
+    let limited = run_on(&sandbox, "staged.toml", &["render", "-", "--memory-limit=1K"]);
+    limited.refused(&["stdin: takes up to ", " to read, more than the limit of 1.0 KiB"]);
+}
+
 #[test]
 fn a_broken_scene_on_standard_input_is_told_with_its_place() {
     let sandbox = Sandbox::new();

@@ -301,6 +301,7 @@ fn a_terminal_takes_no_image_and_gives_no_scene() {
     let line = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{line}");
     assert!(line.starts_with("error: --output: standard output is a terminal"), "{line}");
+    assert!(line.ends_with("redirect it, as by `> image.exr`\n"), "{line}");
     terminal.watch(|_| false);
     assert_eq!(terminal.log, "");
 

@@ -1,6 +1,7 @@
 //! The command `tune`, and profiles. Here a shell script replaces the optimiser; `tuner/tests` uses the real one.
 
 use crate::sandbox::{Ended, Sandbox, TINY};
+use serde_json::{Value, json};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 
@@ -11,12 +12,18 @@ const SMALL: [&str; 8] =
 /// Writes a script to replace Python. It proposes three points, runs `on_ask` at each request for one, and ranks the
 /// last one best.
 fn stub(sandbox: &Sandbox, on_ask: &str) {
+    stub_that(sandbox, "", on_ask);
+}
+
+/// The same, which also runs `on_line` at each line that it gets after the first, `$setup`.
+fn stub_that(sandbox: &Sandbox, on_line: &str, on_ask: &str) {
     let script = format!(
         r#"#!/bin/sh
 read setup
 echo '{{"optimiser": "stub 1.0"}}'
 asked=0
 while read line; do
+    {on_line}
     case $line in
     *ask*)
         asked=$((asked + 1))
@@ -27,7 +34,13 @@ while read line; do
         *) echo '{{"point": [7.333333, 9.0, 2, 8.0, 21, 7, 8, "clusters"]}}' ;;
         esac ;;
     *tell*) echo '{{"told": 1}}' ;;
-    *) echo '{{"order": [2, 1, 0], "noise": 0.01, "length_scales": {{"cell_size": 0.5}}}}' ;;
+    *)
+        order=
+        while [ $asked -gt 0 ]; do
+            asked=$((asked - 1))
+            order="$order$asked, "
+        done
+        echo '{{"order": ['"${{order%, }}"'], "noise": 0.01, "length_scales": {{"cell_size": 0.5}}}}' ;;
     esac
 done
 "#
@@ -59,7 +72,15 @@ fn a_search_leaves_a_profile_that_renders_load() {
 
     let profile: toml::Table =
         String::from_utf8(sandbox.bytes("cornell.profile.toml")).unwrap().parse().unwrap();
+    let text = String::from_utf8(sandbox.bytes("cornell.profile.toml")).unwrap();
+    let head = "# Free parameters of the fast engine for cornell, by `sppm tune`. The image does not depend on them.\n\
+                # sppm render SCENE --profile cornell.profile.toml\n\n[parameters]\n";
+    assert!(text.starts_with(head), "{text}");
     let (tuned, search) = (&profile["tuned"], &profile["search"]);
+    assert_eq!(
+        [&tuned["threads"], &search["seed"], &search["pairs"]].map(toml::Value::as_integer),
+        [1, 1, 3].map(Some)
+    );
     assert_eq!(tuned["scene"].as_str(), Some("cornell"));
     // The settings that were timed, not those of the scene.
     let settings =
@@ -81,11 +102,61 @@ fn a_search_leaves_a_profile_that_renders_load() {
     assert!(lines[3].ends_with(",3,emulated,7.33,9,4,8,2097152,128,256,1024,1024,3,1024"), "{tried}");
     let svg = String::from_utf8(sandbox.bytes("search.svg")).unwrap();
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+    // Every point and one in the legend, and the best.
+    assert_eq!([3, 5].map(|size| svg.matches(&format!(" r=\"{size}\"")).count()), [3 + 1, 1], "{svg}");
+    for words in [
+        "cornell: time over the defaults",
+        "\na point\n",
+        "\nthe least so far\n",
+        "\nthe best, 95 % interval\n",
+    ] {
+        assert!(svg.contains(words), "no {words:?} in {svg}");
+    }
 
     for args in [&["-o", "usual.pfm"][..], &["-o", "tuned.pfm", "--profile", "cornell.profile.toml"]] {
         sandbox.render(&[&["cornell"], args].concat());
     }
     assert_eq!(sandbox.bytes("usual.pfm"), sandbox.bytes("tuned.pfm"));
+}
+
+/// The space with the defaults to start from, and each point with the logarithm of its ratio.
+#[test]
+fn the_optimiser_learns_what_is_searched_and_what_was_measured() {
+    let sandbox = Sandbox::new();
+    stub_that(&sandbox, "echo \"$line\" >> lines", "echo \"$setup\" > setup");
+    let ended = tune(&sandbox, &["--search-seed", "7", "--csv", "tried.csv"]);
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""), "{ended:?}");
+    let setup = sandbox.json("setup");
+    assert_eq!((&setup["seed"], &setup["initial"]), (&json!(7), &json!(2)), "{setup}");
+    assert_eq!(setup["start"], json!([5.0, 8.0, 0, 2.0, 19, 8, 8, "in_turn"]));
+    let dimensions = setup["dimensions"].as_array().unwrap();
+    assert_eq!(dimensions[0], json!({ "name": "cell_size", "kind": "real", "least": 2.0, "most": 12.0 }));
+    assert_eq!(dimensions[4], json!({ "name": "occupancy_bits", "kind": "whole", "least": 15, "most": 21 }));
+    let choices = ["in_turn", "clusters", "tree"];
+    assert_eq!(dimensions[7..], [json!({ "name": "search", "kind": "choice", "choices": choices })]);
+    let text = |name| String::from_utf8(sandbox.bytes(name)).unwrap();
+    let (lines, tried) = (text("lines"), text("tried.csv"));
+    let lines: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let told: Vec<&Value> = lines.iter().filter(|line| !line["tell"].is_null()).collect();
+    assert_eq!((lines.len(), told.len()), (3 + 3 + 1, 3), "{lines:?}");
+    assert_eq!(told[0]["tell"], setup["start"]);
+    assert_eq!(told[1]["tell"], json!([2.75, 1.0, -3, 0.5, 15, 6, 6, "tree"]));
+    for (told, line) in told.into_iter().zip(tried.lines().skip(1)) {
+        let ratio: f64 = line.split(',').nth(1).unwrap().parse().unwrap();
+        assert!((told["value"].as_f64().unwrap() - ratio.ln()).abs() < 1e-3, "{told} and {line}");
+    }
+}
+
+/// The point that is being tried then is the last one, and the best is measured anew all the same.
+#[test]
+fn a_search_ends_when_its_time_is_up() {
+    let sandbox = Sandbox::new();
+    stub(&sandbox, "sleep 0.3");
+    let ended = tune(&sandbox, &["--time", "100ms"]);
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""), "{ended:?}");
+    for words in ["1 point tried", "6 pairs"] {
+        assert!(ended.stdout.contains(words), "no {words:?} in {ended:?}");
+    }
 }
 
 #[test]
@@ -191,6 +262,21 @@ fn a_failing_optimiser_is_reported() {
     assert_eq!(sandbox.names(), ["optimiser"]);
 }
 
+/// Too few, and one that there is not.
+#[test]
+fn an_order_of_other_points_is_refused() {
+    let sandbox = Sandbox::new();
+    for order in ["[0, 1]", "[0, 1, 3]"] {
+        let answer = format!("{{\"order\": {order}, \"noise\": null, \"length_scales\": {{}}}}");
+        stub_that(&sandbox, &format!("case $line in *conclude*) echo '{answer}' ;; esac"), "");
+        let ended = tune(&sandbox, &[]);
+        assert_eq!(ended.code, Some(1), "{ended:?}");
+        let words = "did not answer as the optimiser does: an order of points that were never tried";
+        ended.said_one_line("error: --python: ./optimiser: ", &[words]);
+    }
+    assert_eq!(sandbox.names(), ["optimiser"]);
+}
+
 #[test]
 fn an_interruption_keeps_the_best_so_far() {
     let sandbox = Sandbox::new();
@@ -202,6 +288,9 @@ fn an_interruption_keeps_the_best_so_far() {
     let profile: toml::Table =
         String::from_utf8(sandbox.bytes("cornell.profile.toml")).unwrap().parse().unwrap();
     assert_eq!(profile["tuned"]["is_confirmed"].as_bool(), Some(false));
+    let ratios =
+        profile["search"]["ratios"].as_array().unwrap().iter().map(|ratio| ratio.as_float().unwrap());
+    assert_eq!(profile["tuned"]["best_ratio"].as_float(), ratios.min_by(f64::total_cmp));
     // The signal may arrive late during the third point, but not after it.
     let tried = String::from_utf8(sandbox.bytes("tried.csv")).unwrap();
     assert!((3..=4).contains(&tried.lines().count()), "{tried}");

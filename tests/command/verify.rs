@@ -37,6 +37,18 @@ fn the_path_tracers_are_compared_too() {
     assert!(!ended.stdout.contains("grid cells"), "{ended:?}");
 }
 
+/// On one core too, several threads are compared.
+#[test]
+fn by_itself_all_cores_are_used_and_at_least_two_threads() {
+    let ended = Sandbox::new().run(["verify", "cornell", "--method", "path"].iter().chain(&TINY));
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    let most = std::thread::available_parallelism().map_or(1, usize::from).max(2);
+    let kinds = fast::LaneKind::ALL.into_iter().filter(|kind| kind.is_available()).count();
+    for threads in ["1 thread\n".to_owned(), format!("{most} threads\n")] {
+        assert_eq!(ended.stdout.matches(&format!(" lanes and {threads}")).count(), kinds, "{ended:?}");
+    }
+}
+
 #[test]
 fn one_thread_is_run_once() {
     let ended = Sandbox::new().run(["verify", "cornell", "--threads", "1"].iter().chain(&TINY));

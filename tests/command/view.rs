@@ -1,12 +1,17 @@
 //! The live view as a command: what it prints, refuses and leaves behind. Its server has tests of its own, in `view/tests`.
 
+use crate::info::write_layers;
 use crate::sandbox::{Ended, Sandbox};
+use files::image_file::{self, Encoding};
 use rustix::process::{Pid, Signal, kill_process};
+use scene::Film;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tungstenite::{Message, WebSocket};
 
 /// What takes longer is taken to be lost.
@@ -175,6 +180,31 @@ fn a_watched_render_gives_the_same_image() {
     assert!(bytes.len() > 16 * 12 * 3 * 4);
 }
 
+/// It shows what there is so far, not the end alone.
+#[test]
+fn a_page_follows_a_render_on_its_way() {
+    let sandbox = Sandbox::new();
+    let endless = ["render", "cornell", "--quality=paper", "-n", "100000000", "--no-checkpoint", "--view"];
+    let viewing = Viewing::start(&mut sandbox.command(endless.iter().chain(&QUICK)));
+    viewing.wait_for_picture();
+    let ended = viewing.end();
+    assert_eq!(ended.code, Some(130), "{ended:?}");
+    ended.said_one_line("interrupted: wrote cornell.png after ", &[" of 100000000 iterations in "]);
+}
+
+/// A viewer that is not there is told, and keeps nobody waiting.
+#[test]
+fn a_resumed_render_is_watched_too() {
+    let sandbox = Sandbox::new();
+    sandbox.render(&["cornell", "-o", "a.exr", "--checkpoint", "a.sppm"]);
+    let nobody = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
+    let ended = sandbox.run(["resume", "a.sppm", "-n", "3", "--view", "--no-open", "--display", &nobody]);
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    assert!(ended.stdout.starts_with("http://127.0.0.1:") && ended.stdout.lines().count() == 1, "{ended:?}");
+    let told = format!("--display: no viewer is reached at {nobody} ");
+    assert!(ended.stderr.lines().any(|line| line.starts_with(&told)), "{ended:?}");
+}
+
 /// Who reads standard output gets what was asked for, and nothing else; the page's address goes beside it.
 #[test]
 fn the_address_is_told_where_nobody_reads() {
@@ -189,7 +219,7 @@ fn the_address_is_told_where_nobody_reads() {
     let lines = String::from_utf8(read(&["-o", "a.exr", "--progress", "json"])).unwrap();
     assert_eq!(lines.lines().count(), 2, "{lines}");
     for line in lines.lines() {
-        serde_json::from_str::<serde_json::Value>(line).unwrap_or_else(|error| panic!("{line}: {error}"));
+        serde_json::from_str::<Value>(line).unwrap_or_else(|error| panic!("{line}: {error}"));
     }
     assert!(read(&["-o", "-"]).starts_with(b"\x89PNG"));
 }
@@ -243,4 +273,147 @@ fn bad_requests_are_refused_in_one_line() {
         sandbox.command(["view", "cornell", "--no-open"]).env("SPPM_VIEW_TOKEN", "short").output().unwrap();
     assert_eq!(ended.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&ended.stderr).contains("at least 16 letters and digits"));
+}
+
+/// What the page is told first of each of these types.
+fn told(page: &mut WebSocket<TcpStream>, types: &[&str]) -> BTreeMap<String, Value> {
+    let mut found = BTreeMap::new();
+    while found.len() < types.len() {
+        match page.read().expect("it is told") {
+            Message::Text(text) => {
+                let message: Value = serde_json::from_str(&text).unwrap();
+                let name = message["type"].as_str().unwrap().to_owned();
+                if types.contains(&&name[..]) {
+                    found.entry(name).or_insert(message);
+                }
+            }
+            Message::Binary(_) => page.send(Message::text(r#"{ "type": "ack" }"#)).unwrap(),
+            _ => {}
+        }
+    }
+    found
+}
+
+#[test]
+fn a_view_begins_with_what_was_asked_for() {
+    let sandbox = Sandbox::new();
+    image_file::write(&sandbox.path("truth.exr"), &Film::new(16, 12), &Encoding::default()).unwrap();
+    let words =
+        ["--reference=truth.exr", "-n=3", "--seed=9", "--depth=4", "--method=path", "--engine=reference"];
+    let viewing =
+        Viewing::start(&mut sandbox.command(["view", "cornell"].iter().chain(&QUICK).chain(&words)));
+    let mut page = viewing.socket();
+    let told = told(&mut page, &["scene", "setup", "status"]);
+    assert_eq!(told["scene"]["others"], json!(["truth.exr"]));
+    // It goes on until then, and no further.
+    assert_eq!(told["status"]["limit"], 3);
+    let setup = &told["setup"];
+    assert_eq!([&setup["method"], &setup["engine"]], ["path", "reference"], "{setup}");
+    for (name, value) in [
+        ("width", json!(16)),
+        ("height", json!(12)),
+        ("photons_per_iteration", json!(1000)),
+        ("max_depth", json!(4)),
+        ("seed", json!("9")),
+    ] {
+        assert_eq!(setup["settings"][name], value, "{name}");
+    }
+}
+
+/// With its comments, and beside the image.
+#[test]
+fn a_scene_that_was_changed_and_not_saved_is_written_when_the_view_ends() {
+    let sandbox = Sandbox::new();
+    let text = files::builtin::find("cornell").unwrap().text;
+    sandbox.write("mine.toml", text);
+    let out = ["-o", "a.exr"];
+    let viewing =
+        Viewing::start(&mut sandbox.command(["view", "mine.toml"].iter().chain(&QUICK).chain(&out)));
+    let mut page = viewing.socket();
+    // It has no end of its own, however many iterations the scene file asks for.
+    assert_eq!(told(&mut page, &["status"])["status"]["limit"], Value::Null);
+    page.send(Message::text(r#"{ "type": "sphere", "index": 6, "radius": 12.5 }"#)).unwrap();
+    loop {
+        if let Message::Binary(picture) = page.read().expect("a picture comes") {
+            // The second word is the version of what is shown.
+            if picture[4..8] == 2_u32.to_le_bytes() && picture[12..20] == picture[20..28] {
+                break;
+            }
+            page.send(Message::text(r#"{ "type": "ack" }"#)).unwrap();
+        }
+    }
+    let ended = viewing.end();
+    assert_eq!(ended.code, Some(130), "{ended:?}");
+    ended.said_one_line("interrupted: wrote a.exr after ", &["; the changed scene is in a-edited.toml\n"]);
+    assert_eq!(sandbox.names(), ["a-edited.toml", "a.exr", "mine.toml"]);
+    let changed = String::from_utf8(sandbox.bytes("a-edited.toml")).unwrap();
+    assert_eq!(changed.lines().next(), text.lines().next());
+    assert!(changed.contains("12.5") && !text.contains("12.5"), "{changed}");
+}
+
+/// Of each image the layer that was compared, or the image as a whole where it has no layers.
+#[test]
+fn the_page_shows_the_layers_that_were_asked_for() {
+    let sandbox = Sandbox::new();
+    write_layers(&sandbox.path("a.exr"), &["diffuse", "glossy"]);
+    write_layers(&sandbox.path("b.exr"), &["glossy", "rough"]);
+    image_file::write(&sandbox.path("plain.exr"), &Film::new(2, 1), &Encoding::default()).unwrap();
+    let cases: [(&[&str], &str, [&str; 2]); 3] = [
+        (&["compare", "a.exr", "b.exr", "--view", "--difference=d.png"], "glossy", ["a.exr", "b.exr"]),
+        (&["compare", "plain.exr", "b.exr", "--view", "--difference=d.png"], "image", ["plain.exr", "b.exr"]),
+        (&["view", "a.exr", "--reference=plain.exr"], "glossy", ["a.exr", "plain.exr"]),
+    ];
+    for (words, layer, [name, other]) in cases {
+        let ask = ["--layer", "glossy", "--no-open"];
+        let viewing = Viewing::start(&mut sandbox.command(words.iter().chain(&ask)));
+        let told = told(&mut viewing.socket(), &["scene"]);
+        let shown =
+            json!({ "type": "scene", "mode": "files", "name": name, "layers": [layer], "others": [other] });
+        assert_eq!(told["scene"], shown, "{words:?}");
+        assert_eq!(viewing.end().code, Some(130));
+        // It is written before the page opens.
+        assert_eq!(std::fs::remove_file(sandbox.path("d.png")).is_ok(), words[0] == "compare");
+    }
+}
+
+/// Under the name that it was opened by.
+#[test]
+fn what_is_looked_at_goes_to_the_viewer_too() {
+    let sandbox = Sandbox::new();
+    image_file::write(&sandbox.path("a.exr"), &Film::new(2, 1), &Encoding::default()).unwrap();
+    for (target, size) in [("a.exr", &[] as &[&str]), ("cornell", &["--width=16", "--height=12"])] {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        listener.set_nonblocking(true).unwrap();
+        let place = listener.local_addr().unwrap().to_string();
+        let words = ["view", target, "--no-open", "--display", &place];
+        let _viewing = Viewing::start(&mut sandbox.command(words.iter().chain(size)));
+        let until = Instant::now() + PATIENCE;
+        let mut stream = loop {
+            match listener.accept() {
+                Ok((stream, _)) => break stream,
+                Err(error) => assert!(Instant::now() < until, "{target}: {error}"),
+            }
+            thread::sleep(Duration::from_millis(5));
+        };
+        stream.set_nonblocking(false).unwrap();
+        let mut bytes = [0; 13];
+        stream.read_exact(&mut bytes).unwrap();
+        // A packet that creates an image of this name.
+        assert_eq!(bytes[4], 4, "{bytes:?}");
+        assert!(bytes[6..].starts_with(target.as_bytes()), "{bytes:?}");
+    }
+}
+
+/// Every address that begins with 127 is this machine.
+#[cfg(target_os = "linux")]
+#[test]
+fn every_page_is_served_where_it_is_asked_for() {
+    let sandbox = Sandbox::new();
+    image_file::write(&sandbox.path("a.exr"), &Film::new(2, 1), &Encoding::default()).unwrap();
+    let scene: &[&str] = &["view", "cornell", "--width=16", "--height=12"];
+    for words in [scene, &["view", "a.exr"], &["compare", "a.exr", "a.exr", "--view"]] {
+        let place = ["--no-open", "--listen", "127.0.0.2"];
+        let viewing = Viewing::start(&mut sandbox.command(words.iter().chain(&place)));
+        assert!(viewing.page.0.starts_with("127.0.0.2:"), "{words:?}: {}", viewing.page.0);
+    }
 }

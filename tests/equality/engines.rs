@@ -6,6 +6,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use scene::RadiusSchedule::{Global, PerPixel};
 use scene::state::transfer;
 use scene::{Film, Probe, Resumable, Rgb, Scene, Settings, Stop};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::thread;
 use std::time::Duration;
 
@@ -238,6 +239,20 @@ fn before_the_first_iteration_images_are_black() {
         let film = engine.develop();
         assert!(film.pixels.iter().all(|pixel| *pixel == Rgb::ZERO), "{way:?}, {radius_schedule:?}");
         check_probes(&*engine, &film);
+    }
+}
+
+/// Not those of another pixel, whose values stand next to theirs.
+#[test]
+fn pixels_outside_of_the_image_have_no_values() {
+    let (scene, settings) = scenes().swap_remove(0);
+    let photons = photon_ways().into_iter().flat_map(|way| [(way, PerPixel), (way, Global)]);
+    for (way, radius_schedule) in photons.chain(path_ways().into_iter().map(|way| (way, PerPixel))) {
+        let engine = way.start(&scene, &Settings { radius_schedule, ..settings });
+        for (x, y) in [(settings.width, 0), (0, settings.height)] {
+            let probe = AssertUnwindSafe(|| engine.probe(x, y));
+            assert!(catch_unwind(probe).is_err(), "{way:?}, {radius_schedule:?}: pixel ({x}, {y})");
+        }
     }
 }
 

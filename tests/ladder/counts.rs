@@ -6,7 +6,9 @@ use ladder::{Operations, Options, ROWS, Rung, find};
 use scene::Settings;
 
 const CAMERA: usize = 0;
+const INDEX: usize = 1;
 const PHOTON: usize = 2;
+const CONSOLIDATION: usize = 3;
 
 fn counted(name: &str, settings: &Settings) -> (Box<dyn Rung>, [Operations; 4]) {
     let (scene, _) = builtin("cornell");
@@ -77,4 +79,44 @@ fn counts_follow_the_work() {
     assert_eq!(few[CAMERA], many[CAMERA]);
     let ratio = many[PHOTON].flops() as f64 / few[PHOTON].flops() as f64;
     assert!((3.0..5.0).contains(&ratio), "{ratio}");
+}
+
+/// The index takes a root for the radius of each visible point; every pixel is consolidated, by 14 operations of which one is a
+/// division, whatever it sees. Later iterations add to what is told.
+#[test]
+fn passes_are_told_their_own_operations_of_all_iterations() {
+    let settings = small();
+    let pixels = settings.pixels() as u64;
+    for (name, consolidated) in [("0", pixels), ("3", pixels), ("6", pixels.next_multiple_of(8))] {
+        let (mut rung, operations) = counted(name, &settings);
+        assert_eq!(operations[CONSOLIDATION].divisions, consolidated, "row {name}");
+        assert_eq!(operations[CONSOLIDATION].flops(), 14 * consolidated, "row {name}");
+        let points = rung.stats().visible_points;
+        if name != "6" {
+            assert_eq!(operations[INDEX].square_roots, points, "row {name}");
+        }
+        assert_eq!(operations[CONSOLIDATION].square_roots, 0, "row {name}");
+        rung.iterate();
+        let again = rung.operations().unwrap();
+        assert_eq!(again[CONSOLIDATION].flops(), 2 * 14 * consolidated, "row {name}");
+        for pass in [CAMERA, INDEX, PHOTON] {
+            assert!(again[pass].flops() > operations[pass].flops(), "row {name}, pass {pass}");
+        }
+    }
+}
+
+/// Counting takes its time, so rows do it only if they are asked to; the fast engine never does.
+#[test]
+fn operations_are_counted_on_request() {
+    let (scene, _) = builtin("cornell");
+    for row in ROWS {
+        let wanted = Options { counts_operations: true, ..Options::exact() };
+        let counts = |options| row.start(&scene, &small(), options).operations().is_some();
+        assert_eq!(
+            [&Options::exact(), &wanted].map(counts),
+            [false, !row.is_always_exact()],
+            "row {}",
+            row.name
+        );
+    }
 }

@@ -1,9 +1,10 @@
 //! With keyed random numbers and integer flux, every row must give the same bits as the reference.
 
 use crate::cases::tell;
-use crate::pair::{assert_exact, builtin};
-use ladder::{Options, ROWS, Row};
-use scene::Settings;
+use crate::difference::Outcome;
+use crate::pair::{References, assert_exact, builtin, first_difference};
+use ladder::{Options, ROWS, Row, Tuning, find};
+use scene::{Material, Rgb, Scene, Settings, Sphere};
 
 fn all_rows() -> Vec<&'static Row> {
     ROWS.iter().collect()
@@ -49,5 +50,57 @@ fn depths_and_photons() {
         if expects_photons || max_depth == 1 {
             assert_exact(&scene, &settings, &all_rows(), &Options::exact());
         }
+    }
+}
+
+/// A point that is seen in one channel alone has a throughput that is zero in the others.
+#[test]
+fn mirrors_of_pure_colours() {
+    let (scene, settings) = builtin("cornell");
+    let settings = Settings { width: 24, height: 18, photons_per_iteration: 600, ..settings };
+    for colour in [Rgb::X, Rgb::Y, Rgb::Z] {
+        let mut scene = scene.clone();
+        for material in &mut scene.materials {
+            if let Material::Specular { albedo } = material {
+                *albedo = colour;
+            }
+        }
+        assert_exact(&scene, &settings, &all_rows(), &Options::exact());
+    }
+}
+
+/// With cells smaller than the radius and larger ones, bins that begin without room, and an image of many blocks.
+#[test]
+fn parameters_of_indices() {
+    let (scene, settings) = builtin("cornell");
+    let rows = ["0", "1", "2", "6", "sorted", "blocked"].map(|name| find(name).unwrap());
+    for (cell_size, first_capacity, block) in [(0.7, 0, 16), (5.0, 3, 64), (1.0, 1, 100)] {
+        let tuning = Tuning { cell_size, first_capacity, block };
+        let settings = Settings { photons_per_iteration: 600, ..settings };
+        assert_exact(&scene, &settings, &rows, &Options { tuning, ..Options::exact() });
+    }
+}
+
+#[test]
+fn rows_that_have_not_begun_are_black() {
+    let (scene, settings) = builtin("cornell");
+    let references = References::new(&scene, &settings);
+    for row in ROWS {
+        let rung = row.start(&scene, &settings, &Options::exact());
+        let difference = references.of(row).difference(&Outcome::of(&*rung));
+        assert_eq!(difference, None, "row {}", row.name);
+    }
+}
+
+/// Scenes without spheres or light, which only a program can build.
+#[test]
+fn nothing_to_see_and_nothing_that_glows() {
+    let (whole, settings) = builtin("surgery");
+    let settings = Settings { width: 11, height: 5, photons_per_iteration: 50, ..settings };
+    let dark: Vec<Sphere> =
+        whole.spheres.iter().map(|sphere| Sphere { emission: Rgb::ZERO, ..*sphere }).collect();
+    for spheres in [vec![], dark] {
+        let scene = Scene { spheres: spheres.into(), ..whole.clone() };
+        assert_eq!(first_difference(&scene, &settings, &all_rows(), &Options::exact()), Ok(0));
     }
 }

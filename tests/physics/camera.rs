@@ -172,6 +172,40 @@ fn rays_of_one_pixel_are_spread_evenly_over_the_iterations() {
     tell("physics", 3 * 64, "cells of a pixel");
 }
 
+/// Of the four pixels of a block, one has its place in each quarter of the pixel along either axis, and of sixteen one in each
+/// sixteenth. So an image that is made smaller is smoother.
+#[test]
+fn places_of_a_block_of_pixels_are_spread_evenly() {
+    /// Rows and columns of blocks with a place that is rounded over a border.
+    const ROUNDED: usize = 20;
+    let camera = tilted();
+    let eye = camera.eye.as_dvec3();
+    let mut places = vec![[0.0; 2]; (SIDE * SIDE) as usize];
+    for (pixel, ray) in rays(&camera, 1) {
+        let place = project(&camera, eye + ray.direction.as_dvec3(), [SIDE; 2]);
+        places[(pixel[1] * SIDE + pixel[0]) as usize] = [0, 1].map(|i| place[i] - f64::from(pixel[i]));
+    }
+    for side in [2, 4] {
+        let count = side * side;
+        let corners = (0..SIDE * SIDE).map(|index| (index % SIDE, index / SIDE));
+        let corners = corners.filter(|(x, y)| x % side == 0 && y % side == 0);
+        let is_uneven = |(x, y): (u32, u32), axis: usize| {
+            let mut seen = vec![false; count as usize];
+            for pixel in 0..count {
+                let at = (y + pixel / side) * SIDE + x + pixel % side;
+                let class = (places[at as usize][axis] * f64::from(count)).max(0.0) as usize;
+                let last = seen.len() - 1;
+                seen[class.min(last)] = true;
+            }
+            seen.contains(&false)
+        };
+        let uneven = corners.flat_map(|corner| [0, 1].map(|axis| is_uneven(corner, axis)));
+        let uneven = uneven.filter(|is_uneven| *is_uneven).count();
+        assert!(uneven <= ROUNDED, "{uneven} rows and columns of blocks of side {side}");
+    }
+    tell("physics", 5 * 512, "rows and columns of blocks of pixels");
+}
+
 #[test]
 fn each_tile_and_iteration_has_places_of_its_own() {
     // Image sides that are not multiples of a tile's side; a wide and a tall image.
@@ -222,6 +256,29 @@ fn rays_are_spread_evenly_over_the_lens_and_meet_in_focus() {
         [(x * x + y * y).clamp(0.0, 1.0 - f64::EPSILON), (angle + 1.0).fract()]
     });
     assert_uniform_square(lens, [16, 16], "points of the lens");
+}
+
+/// As the places in the pixel are.
+#[test]
+fn places_of_one_pixel_on_the_lens_are_spread_evenly_over_the_iterations() {
+    const ITERATIONS: u32 = 1024;
+    // With random points, the count of a cell would have a standard deviation of 4, so the furthest of 64 would be off by 10.
+    const FROM_SIXTEEN: i32 = 6;
+    let camera = Camera { aperture_radius: 1.0, focus_distance: 5.0, ..tilted() };
+    let [_, right, up] = axes(&camera);
+    for pixel in [[0, 0], [13, 50], [63, 31]] {
+        let mut cells = [0; 64];
+        for (_, ray) in rays_of(&camera, ITERATIONS, vec![pixel]) {
+            let from_eye = (ray.origin - camera.eye).as_dvec3();
+            let [x, y] = [right, up].map(|axis| from_eye.dot(axis));
+            let turn = (y.atan2(x) / std::f64::consts::TAU + 1.0).fract();
+            let [ring, sector] = [x * x + y * y, turn].map(|v| (v * 8.0).clamp(0.0, 7.0) as usize);
+            cells[8 * ring + sector] += 1;
+        }
+        let furthest = cells.iter().map(|count| (count - 16_i32).abs()).max().unwrap();
+        assert!(furthest <= FROM_SIXTEEN, "pixel {pixel:?}: {cells:?}");
+    }
+    tell("physics", 3 * 64, "cells of a lens");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Where photons leave from: each the lamp that its colour tells, or for far lamps the ball around all that is near.
 
 use crate::cases::tell;
-use crate::harness::{BLACK, Build, diffuse, empty_scene, pinhole};
+use crate::harness::{BLACK, Build, diffuse, empty_scene, glass, pinhole};
 use reference::emission::{Emitted, emit};
 use reference::intersect::intersect;
 use reference::photon_numbers::PhotonNumbers;
@@ -104,6 +104,32 @@ fn photons_leave_their_own_lamp_or_enter_where_all_that_is_near_begins() {
         }
     }
     tell("physics", 3 * PHOTONS as usize, "departures of photons");
+}
+
+/// However far a glowing ball of glass is, what its inner side sends meets the glass before anything else: so its photons begin on
+/// it, and not where all that is near begins.
+#[test]
+fn light_of_the_inner_side_of_far_glass_meets_that_glass_first() {
+    let (center, radius) = (Vec3::new(30.0, 60.0, 20.0), 6.0);
+    let scene = empty_scene(pinhole(Vec3::Z * 9.0, Vec3::ZERO, 30.0))
+        .ball(Vec3::ZERO, 1.0, diffuse(0.5))
+        .lamp(center, radius, glass(1.0, 1.5), Rgb::ONE);
+    let still = scene.at(0.0);
+    let aim = Aim::new(&still, &aimed(), PHOTONS);
+    let numbers = PhotonNumbers::new(5, 0);
+    let (mut inwards, mut of_aimed) = (0, 0);
+    for photon in 0..PHOTONS {
+        let Some(Emitted { ray, .. }) = emit(&still, &aim, &numbers, photon) else { continue };
+        let outward = (ray.origin - center) / radius;
+        assert!((outward.length() - 1.0).abs() < ROUNDING, "{ray:?} begins off its lamp");
+        if outward.dot(ray.direction) < -ROUNDING {
+            assert_eq!(intersect(&still, &ray).map(|hit| hit.sphere), Some(1), "{ray:?}");
+            inwards += 1;
+            of_aimed += u32::from(aim.component(photon) > 0);
+        }
+    }
+    assert!(inwards > 10_000 && of_aimed > 5000, "{inwards} photons inwards, {of_aimed} of them aimed");
+    tell("physics", inwards as usize, "photons of the inner side of far glass");
 }
 
 /// A ball anywhere around the origin, as far and as large as between these, all magnitudes alike.

@@ -222,6 +222,85 @@ fn the_variance_is_that_of_so_many_paths() {
     tell("physics", 4, "variances of several rays");
 }
 
+/// So it is of the mean over some iterations: their rays are all different, and unrelated.
+#[test]
+fn the_variance_falls_with_the_iterations_as_with_the_rays() {
+    const SEEDS: u32 = 2048;
+    /// A variance of 2048 values that are nearly normal deviates by `sqrt(2 / 2048) = 0.031`, of rare ones by a little more. If
+    /// iterations shared rays with the next, it would be twice as large and more.
+    const VARIANCE: f64 = 0.2;
+    let tangent: f64 = 0.2;
+    let p = PI * tangent * tangent;
+    let scene = lamp_of(looking_down_z(UNIT_PIXEL), tangent, Rgb::ONE);
+    for (samples, iterations) in [(4, 4), (16, 2)] {
+        let of = |seed: u32| {
+            let settings = Settings { seed: seed.into(), iterations, ..many(1, 1, 3, samples) };
+            mean(&render_path(&scene, &settings))[0]
+        };
+        let values: Vec<f64> = (0..SEEDS).map(of).collect();
+        let mean = values.iter().sum::<f64>() / f64::from(SEEDS);
+        let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / f64::from(SEEDS - 1);
+        let expected = p * (1.0 - p) / f64::from(samples * iterations);
+        assert!((variance / expected - 1.0).abs() < VARIANCE, "{samples}: {variance}, not {expected}");
+    }
+    tell("physics", 2, "variances of several rays of some iterations");
+}
+
+/// What glass reflects weakly is followed as often as by the root of its share: of a pixel that shows nothing but a reflected lamp,
+/// the variance is `(R^2 / p - R^2) L^2 / N`, with the probability `p` of a reflection.
+#[test]
+fn the_variance_of_weak_reflections_is_that_by_roots() {
+    const SEEDS: u32 = 2048;
+    /// As above; were reflections followed by their share, the variance would be five times as large.
+    const VARIANCE: f64 = 0.2;
+    const SAMPLES: u32 = 8;
+    // A plane of glass before the eye, head on, and a lamp behind that is as good as a half space.
+    let scene = looking_down_z(10.0).ball(Vec3::NEG_Z * 100_001.0, 1e5, glass(1.0, 1.5)).lamp(
+        Vec3::Z * 50.0,
+        49.0,
+        BLACK,
+        Rgb::ONE,
+    );
+    let of = |seed: u32| {
+        let settings = Settings { seed: seed.into(), iterations: 1, ..many(1, 1, 2, SAMPLES) };
+        mean(&render_path(&scene, &settings))[0]
+    };
+    let values: Vec<f64> = (0..SEEDS).map(of).collect();
+    let mean = values.iter().sum::<f64>() / f64::from(SEEDS);
+    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / f64::from(SEEDS - 1);
+    let reflected: f64 = 0.04;
+    let probability = reflected.sqrt() / (reflected.sqrt() + (1.0 - reflected).sqrt());
+    let expected = reflected * reflected * (1.0 / probability - 1.0) / f64::from(SAMPLES);
+    assert!((variance / expected - 1.0).abs() < VARIANCE, "{variance}, not {expected}");
+    assert!((mean - reflected).abs() < 5.0 * (expected / f64::from(SEEDS)).sqrt(), "{mean}");
+    tell("physics", SEEDS as usize, "pixels that show a weak reflection");
+}
+
+/// What glows as much as it does not reflect or let through is invisible where there is as much light from everywhere: to every ray,
+/// wherever it meets that first or later, and whether it is a rim.
+#[test]
+fn mirrors_and_glass_that_glow_by_what_they_take_are_invisible() {
+    /// Roundings, whose root is what glass of index 1 reflects at grazing angles.
+    const ROUNDING: f32 = 1e-3;
+    let taken = |albedo: f32| Rgb::splat(1.0 - albedo);
+    // A lamp on all sides, which is no enclosure.
+    let scene = looking_down_z(40.0)
+        .lamp(Vec3::ZERO, 90.0, glass(1.0, 1.0), Rgb::ONE)
+        .lamp(Vec3::new(-1.2, 0.0, -6.0), 1.0, mirror(0.5), taken(0.5))
+        .lamp(Vec3::new(1.2, 0.3, -6.0), 1.0, glass(0.75, 1.0), taken(0.75));
+    for (name, render) in ENGINES {
+        for (scene, is_veiled) in [(scene.clone(), false), (veil(scene.clone(), glass(1.0, 1.0)), true)] {
+            for samples in [1, 2, 5] {
+                let film = render(&scene, &Settings { iterations: 4, ..many(12, 9, 16, samples) });
+                let shows = |pixel: &&Rgb| (**pixel - Rgb::ONE).abs().max_element() > ROUNDING;
+                let found = film.pixels.iter().find(shows);
+                assert_eq!(found, None, "{name}, {samples} rays, behind a veil: {is_veiled}");
+            }
+        }
+    }
+    tell("physics", 18, "images of what is invisible");
+}
+
 /// Light that is no lamp's, and what paths meet beyond a diffuse surface, is the own path's alone: bit by bit as with one ray.
 #[test]
 fn the_sky_and_diffuse_surfaces_are_seen_by_the_own_path_alone() {
@@ -332,6 +411,32 @@ fn pixels_that_show_parts_of_lamps_are_rims() {
         }
         assert!(parts > least, "{what}: {parts} pixels");
     }
+}
+
+/// Of a lamp that moves, the rim is where it is when the shutter opens.
+#[test]
+fn rims_of_moving_lamps_are_where_they_are_when_the_shutter_opens() {
+    const RAYS: u32 = 64;
+    let opening = 2.0;
+    let camera = Camera { shutter: [opening; 2], ..pinhole(Vec3::ZERO, Vec3::NEG_Z, 12.0) };
+    let mut scene = empty_scene(camera).lamp(Vec3::new(0.5, -0.6, -10.0), 0.3, BLACK, Rgb::ONE);
+    scene.spheres[0].velocity = Vec3::new(-0.4, 0.5, 0.0);
+    let settings = many(48, 36, 4, 8);
+    let (still, frame) = (scene.at(opening), scene.camera.frame(48, 36));
+    let rims = Rims::new(&scene, &settings).unwrap();
+    let mut parts = 0;
+    for (x, y) in (0..36).flat_map(|y| (0..48).map(move |x| (x, y))) {
+        let meets_lamp = |iteration: &u32| {
+            let numbers = CameraNumbers::new(&settings, *iteration, x, y);
+            intersect(&still, &camera_ray(&frame, None, x, y, &numbers).0).is_some()
+        };
+        let met = (0..RAYS).filter(meets_lamp).count() as u32;
+        if met > 0 && met < RAYS {
+            parts += 1;
+            assert!(rims.has(x, y), "{met} of {RAYS} rays through ({x}, {y}) meet the lamp");
+        }
+    }
+    assert!(parts > 20, "{parts} pixels");
 }
 
 /// Rays go as far as paths do: through so many shells of glass.

@@ -3,7 +3,7 @@
 use crate::cases::tell;
 use crate::clearance;
 use crate::grid::room;
-use crate::harness::{Build, diffuse, glass};
+use crate::harness::{BLACK, Build, diffuse, glass};
 use glam::DVec3;
 use reference::Sppm;
 use reference::camera_pass::{CameraNumbers, camera_ray, trace};
@@ -178,13 +178,23 @@ fn moving_room() -> Scene {
     scene
 }
 
+/// A second lamp, which a ball hides while the shutter opens: so the power of all lamps is another from instant to instant.
+fn room_with_a_lamp_that_comes_out() -> Scene {
+    let at = Vec3::new(-4.0, 4.0, 0.0);
+    let mut scene = room().ball(at, 2.0, diffuse(0.5)).lamp(at, 1.0, BLACK, Rgb::new(10.0, 30.0, 60.0));
+    scene.camera.shutter = [0.0, 2.0];
+    scene.spheres.last_mut().unwrap().velocity = Vec3::new(1.0, -1.0, 0.5);
+    assert_eq!([0.0, 2.0].map(|time| scene.at(time).lights.entries.len()), [1, 2]);
+    scene
+}
+
 #[test]
 fn iterations_are_what_the_definition_makes_of_their_paths_and_photons() {
     const ITERATIONS: u32 = 4;
     let size = crate::harness::settings(17, 13, 3000, 6, 1.5);
     let global = Settings { radius_schedule: RadiusSchedule::Global, ..size };
     let filtered = Settings { filter: Filter::Mitchell, light_samples: 3, ..size };
-    let (still, moving) = (room(), moving_room());
+    let (still, moving, coming) = (room(), moving_room(), room_with_a_lamp_that_comes_out());
     // On a ball no wider than the search radius, photons arrive within it from behind.
     let with_ball = room().ball(Vec3::new(0.0, -2.0, 3.0), 1.0, diffuse(0.7));
     let even = FirstRadii::even(1.5);
@@ -202,6 +212,8 @@ fn iterations_are_what_the_definition_makes_of_their_paths_and_photons() {
         ("limited by half of what is near", &still, Settings { radius_clearance: 0.5, ..size }, &even),
         ("limited by more, in motion", &moving, Settings { radius_clearance: 3.0, ..size }, &even),
         ("uneven first radii", &still, size, &uneven),
+        ("with a lamp that comes out", &coming, size, &even),
+        ("global, with a lamp that comes out", &coming, global, &even),
     ] {
         let targets = survey(scene, &settings);
         let mut definition = Definition::new(scene, &settings, &targets, radii);
@@ -217,7 +229,7 @@ fn iterations_are_what_the_definition_makes_of_their_paths_and_photons() {
         let counted: f64 = definition.pixels.iter().map(|pixel| pixel.n).sum();
         assert!(counted > 100.0, "{what}: too few photons for a test, {counted}");
     }
-    tell("physics", 10 * 17 * 13 * ITERATIONS as usize, "pixels that are those of the definition");
+    tell("physics", 12 * 17 * 13 * ITERATIONS as usize, "pixels that are those of the definition");
 }
 
 /// Pilots are renders of the same method and of the same light, of as many iterations as are asked for.
@@ -256,13 +268,17 @@ fn parts_of_a_render_have_the_radii_of_their_iterations_and_add_up_to_it() {
         sphere.velocity = 0.1 * Vec3::new(1.0, -1.0, k as f32);
     }
     moving.camera.shutter = [0.0, 1.0];
-    [room(), moving].iter().for_each(parts_add_up);
+    // In the third, pixels see the lamp in a mirror and in glass by several rays, which each iteration has of its own.
+    for (scene, glint_samples) in [(room(), 1), (moving, 1), (room(), 32)] {
+        parts_add_up(&scene, glint_samples);
+    }
 }
 
-fn parts_add_up(scene: &Scene) {
+fn parts_add_up(scene: &Scene, glint_samples: u32) {
     const ITERATIONS: u32 = 7;
     let settings = Settings {
         radius_schedule: RadiusSchedule::Global,
+        glint_samples,
         ..crate::harness::settings(17, 13, 3000, 6, 1.5)
     };
     let part = |iterations: Range<u32>| {

@@ -47,6 +47,28 @@ fn their_mean_is_direct_light() {
     tell("physics", 10, "means of several light samples");
 }
 
+/// Each counts whatever the others find: in a penumbra, where some reach the lamp and some do not, as anywhere.
+#[test]
+fn their_mean_is_direct_light_in_a_penumbra() {
+    /// Half of at least 2^14 shadow rays bring light, in proportion to a cosine: unrelated ones would deviate by 1 %, and these are
+    /// spread evenly.
+    const PENUMBRA: f64 = 1e-2;
+    // The horizon cuts the lamp in half.
+    let scene = empty_scene(pinhole(Vec3::Z * 3.0, Vec3::Z, 0.01))
+        .ball(Vec3::ZERO, 1.0, diffuse(ALBEDO))
+        .lamp(Vec3::new(10.0, 0.0, 1.0), 5.0, BLACK, Rgb::ONE);
+    let sine = 0.5_f64;
+    let share = (sine.asin() - sine * (1.0 - sine * sine).sqrt()) / std::f64::consts::PI;
+    let radiance = f64::from(ALBEDO) * share;
+    for (name, render) in ENGINES {
+        for samples in [1, 2, 3, 5, MAX_LIGHT_SAMPLES] {
+            let film = render(&scene, &many(samples, 64));
+            assert_mean(&film, [radiance; 3], PENUMBRA, &format!("{name}, {samples} light samples"));
+        }
+    }
+    tell("physics", 10, "means of several light samples in a penumbra");
+}
+
 /// Shadow rays that share a number would all go to the same lamp.
 #[test]
 fn each_chooses_its_lamp() {

@@ -2,7 +2,7 @@
 
 use crate::cases::tell;
 use crate::harness::{
-    BLACK, Build, assert_mean, coloured, diffuse, empty_scene, glass, mean, pinhole, relative_error,
+    BLACK, Build, assert_mean, coloured, diffuse, empty_scene, glass, mean, mirror, pinhole, relative_error,
     render_path, render_sppm, settings,
 };
 use reference::direct_light::{estimate_irradiance, sample_light};
@@ -152,6 +152,56 @@ fn a_ball_under_a_far_lamp_is_lambertian() {
         }
     }
     tell("physics", 12, "images of a ball under a far lamp");
+}
+
+/// Whatever its surface does with the light of others, a lamp sends its own: the irradiance of a lamp, by shadow rays and in images.
+/// Glass of index 1 lets that of its inner side pass as well, to where photons and paths bring it; at depth 1 they do not.
+#[test]
+fn lamps_of_all_materials_light_alike() {
+    let (distance, radius, albedo) = (4.0_f32, 1.0_f32, 0.5_f64);
+    let share = f64::from(radius / distance).powi(2);
+    for (material, sides) in [(BLACK, 1.0), (diffuse(0.7), 1.0), (mirror(0.6), 1.0), (glass(0.9, 1.0), 2.0)] {
+        // The eye looks past the lamp, which is overhead.
+        let scene = empty_scene(pinhole(Vec3::new(0.0, 3.0, 3.0), Vec3::Z, 0.01))
+            .ball(Vec3::ZERO, 1.0, diffuse(albedo as f32))
+            .lamp(Vec3::Z * (1.0 + distance), radius, material, Rgb::new(1.0, 2.0, 0.5));
+        let still = scene.at(0.0);
+        let receiver = Receiver { point: Vec3::Z, normal: Vec3::Z, sphere: 0 };
+        let found = irradiance(&still, &receiver, 32);
+        assert!((found / (PI * share) - 1.0).abs() < EXACT, "{material:?}: {found}");
+        let power = sides * 2.0 * 4.0 * PI * PI * f64::from(radius * radius);
+        assert!((f64::from(still.lights.power) / power - 1.0).abs() < EXACT, "{material:?}: {power}");
+        let expected = [1.0, 2.0, 0.5].map(|emission| albedo * share * emission);
+        let settings = Settings { iterations: 4, ..settings(16, 16, 100, 1, 0.1) };
+        assert_mean(&render_sppm(&scene, &settings), expected, PATCH, &format!("SPPM, {material:?}"));
+        assert_mean(&render_path(&scene, &settings), expected, PATCH, &format!("path tracer, {material:?}"));
+    }
+    tell("physics", 12, "irradiances of lamps of all materials");
+}
+
+/// A room of mirror that glows, around a ball in its middle: what leaves the ball comes back to it. So its radiance is
+/// `rho e (1 + rho m + ...)`, with as many terms as there are whole turns of two segments within the depth.
+#[test]
+fn a_mirror_room_that_glows_lights_what_is_within() {
+    /// Nothing is left to chance but which way a path takes, and all bring the same.
+    const ALL_ALIKE: f64 = 1e-5;
+    /// Of 2^18 photons some 1,500 come back to the part of the ball that is seen, or next to it: that is 2.6 % of less than half of
+    /// the light, and this five times as much.
+    const RETURNED: f64 = 0.06;
+    let (albedo, reflectance) = (0.8, 0.9);
+    let room = empty_scene(pinhole(Vec3::Z * 1.5, Vec3::ZERO, 40.0));
+    let scene =
+        room.lamp(Vec3::ZERO, 2.0, mirror(reflectance), Rgb::ONE).ball(Vec3::ZERO, 1.0, diffuse(albedo));
+    let [rho, m] = [albedo, reflectance].map(f64::from);
+    for (depth, terms) in [(1, 1), (2, 1), (3, 2)] {
+        let expected = [(0..terms).map(|k| rho * (rho * m).powi(k)).sum::<f64>(); 3];
+        let path = render_path(&scene, &Settings { iterations: 4, ..settings(16, 16, 1, depth, 0.2) });
+        assert_mean(&path, expected, ALL_ALIKE, &format!("path tracer, depth {depth}"));
+        let (photons, tolerance) = if terms > 1 { (1 << 18, RETURNED) } else { (1000, ALL_ALIKE) };
+        let sppm = render_sppm(&scene, &settings(16, 16, photons, depth, 0.2));
+        assert_mean(&sppm, expected, tolerance, &format!("SPPM, depth {depth}"));
+    }
+    tell("physics", 6, "mirror rooms that glow");
 }
 
 /// Two large lamps of different colours. The choice of a lamp must be independent of the choice of a point on it.
@@ -420,6 +470,25 @@ fn both_sides_of_a_glowing_glass_ball_light_the_shell_around_it() {
     tell("physics", 1, "furnaces with glowing glass");
 }
 
+/// The same, by paths of two segments: the outer side is asked by shadow rays, from where a path arrives and once more from the shell;
+/// the inner side is met by chance, where the path goes on through the near side that was asked before.
+#[test]
+fn paths_find_both_sides_of_a_glowing_glass_ball() {
+    /// Half of 2^16 paths go on, and a ninth of these meet the ball, at twice the weight: unrelated ones would deviate by 0.7 % of
+    /// all light, and this is five times as much.
+    const MET: f64 = 3.5e-2;
+    let (albedo, share) = (0.5_f64, 1.0 / 9.0);
+    let scene = empty_scene(pinhole(Vec3::Z * 2.0, Vec3::Z * 3.0, 120.0))
+        .ball(Vec3::ZERO, 3.0, diffuse(0.5))
+        .lamp(Vec3::ZERO, 1.0, glass(1.0, 1.0), Rgb::ONE);
+    let (outer, inner, again) = (albedo * share, albedo * share, albedo * albedo * (1.0 - share) * share);
+    for (depth, expected) in [(1, outer), (2, outer + inner + again)] {
+        let settings = Settings { iterations: 16, ..settings(64, 64, 1, depth, 0.2) };
+        assert_mean(&render_path(&scene, &settings), [expected; 3], MET, &format!("depth {depth}"));
+    }
+    tell("physics", 2, "images by paths of glowing glass");
+}
+
 /// Relative tolerance of image means: noise of 0.1 % in each engine, and the bias of SPPM where lamp and wall meet at a
 /// sharp angle.
 const SAME_MEAN: f64 = 5e-3;
@@ -495,6 +564,71 @@ fn direct_light_comes_from_what_all_rooms_leave_of_a_lamp() {
     }
     assert!(seen > 1000 && hidden > 1000, "{seen}, {hidden}");
     tell("physics", seen, "points of a lamp in two rooms");
+}
+
+/// Two rooms that glow and are cut by each other: what is in the middle of both sees the red one on one side and the green one on the
+/// other. A quarter of each is within the other, and photons leave from there.
+#[test]
+fn rooms_that_glow_hide_each_other() {
+    /// A quarter of 2^14 samples bring twice or four times the mean: unrelated ones would deviate by 1.4 %.
+    const SIDES: f64 = 5e-2;
+    /// Five deviations of a quarter of 2^16 photons, were they unrelated.
+    const QUARTER: f64 = 9e-3;
+    /// Roundings of places.
+    const EDGE: f32 = 1e-5;
+    let albedo = 0.5_f64;
+    let scene = empty_scene(pinhole(Vec3::new(1.5, 1.0, 0.0), Vec3::NEG_Y * 1.5, 0.01))
+        .lamp(Vec3::NEG_X * 3.0, 6.0, BLACK, Rgb::X)
+        .lamp(Vec3::X * 3.0, 6.0, BLACK, Rgb::Y)
+        .ball(Vec3::NEG_Y * 2.0, 0.5, diffuse(albedo as f32));
+    let still = scene.at(0.0);
+    let receiver = Receiver { point: Vec3::NEG_Y * 1.5, normal: Vec3::Y, sphere: 2 };
+    let place = |i: u32| (i as f32 + 0.5) / 128.0;
+    let mut sum = Rgb::ZERO.as_dvec3();
+    for (i, j) in (0..128).flat_map(|i| (0..128).map(move |j| (i, j))) {
+        for choice in [0.25, 0.75] {
+            sum += estimate_irradiance(&still, &receiver, choice, place(i), place(j)).as_dvec3();
+        }
+    }
+    let found = (sum / (2.0 * 128.0 * 128.0)).to_array();
+    let error = relative_error(found, [PI / 2.0, PI / 2.0, 0.0]);
+    assert!(error < QUADRATURE, "{found:?}");
+    let settings = Settings { iterations: 4, ..settings(64, 64, 1, 1, 0.1) };
+    let expected = [0.5 * albedo, 0.5 * albedo, 0.0];
+    assert_mean(&render_sppm(&scene, &settings), expected, SIDES, "SPPM");
+    assert_mean(&render_path(&scene, &settings), expected, SIDES, "path tracer");
+    let (numbers, photons) = (PhotonNumbers::new(1, 0), 1 << 16);
+    let left: Vec<Emitted> =
+        (0..photons).filter_map(|photon| emit(&still, &Aim::default(), &numbers, photon)).collect();
+    for Emitted { ray, power } in &left {
+        // Of the red room the part at the side of the green one, and the other way round.
+        assert!(power.x > 0.0 && ray.origin.x > -EDGE || power.y > 0.0 && ray.origin.x < EDGE, "{ray:?}");
+    }
+    let share = left.len() as f64 / f64::from(photons);
+    assert!((share - 0.25).abs() < QUARTER, "{share}");
+    tell("physics", left.len(), "photons of rooms that hide each other");
+}
+
+/// A ball whose middle is on the wall of a room that glows hides a cap of the wall, of `r^2 / (4 R^2)` of its area.
+#[test]
+fn a_room_that_glows_sends_nothing_from_within_a_ball_at_its_wall() {
+    /// Five deviations of a share of 0.06 of 2^16 photons, were they unrelated.
+    const SHARE: f64 = 5e-3;
+    let (wall, radius) = (AXIS * 6.0, 3.0);
+    let scene = empty_scene(pinhole(Vec3::ZERO, Vec3::X, 60.0))
+        .lamp(Vec3::ZERO, 6.0, diffuse(0.5), Rgb::ONE)
+        .ball(wall, radius, diffuse(0.5));
+    let still = scene.at(0.0);
+    let (numbers, photons) = (PhotonNumbers::new(1, 0), 1 << 16);
+    let mut left = 0;
+    for photon in 0..photons {
+        let Some(Emitted { ray, .. }) = emit(&still, &Aim::default(), &numbers, photon) else { continue };
+        assert!(ray.origin.distance(wall) > radius - 1e-5, "{ray:?} begins within the ball");
+        left += 1;
+    }
+    let (share, expected) = (f64::from(left) / f64::from(photons), 1.0 - 9.0 / 144.0);
+    assert!((share - expected).abs() < SHARE, "{share}, not {expected}");
+    tell("physics", photons as usize, "photons of a room with a ball at its wall");
 }
 
 #[test]

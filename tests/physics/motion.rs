@@ -1,9 +1,12 @@
 //! Spheres that move: where they are at an instant, and that the sky is around them as long as the shutter is open.
 
 use crate::harness::{
-    Build, assert_mean, diffuse, empty_scene, glass, mirror, pinhole, render_path, render_sppm, settings,
+    BLACK, Build, assert_mean, diffuse, empty_scene, glass, mirror, pinhole, render_path, render_sppm,
+    settings,
 };
-use scene::{Camera, Rgb, Scene, Settings, Spheres, Vec3};
+use reference::{PathTracer, Sppm};
+use scene::aim::Targets;
+use scene::{Camera, Film, Resumable, Rgb, Scene, Settings, Spheres, Stats, Vec3};
 
 fn moved(spheres: &Spheres, velocities: &[Vec3]) -> Spheres {
     let with = |(sphere, velocity): (&scene::Sphere, &Vec3)| scene::Sphere { velocity: *velocity, ..*sphere };
@@ -53,5 +56,58 @@ fn the_sky_lights_a_ball_that_flies_from_afar() {
         let what = format!("from {begin} to {end}");
         assert_mean(&render_sppm(&scene, &settings), [0.5, 1.0, 0.25], ROUNDING, &what);
         assert_mean(&render_path(&scene, &settings), [0.5, 1.0, 0.25], ROUNDING, &what);
+    }
+}
+
+/// How a render by some method begins.
+type Begin = for<'a> fn(&'a Scene, &Settings) -> Box<dyn Resumable + 'a>;
+
+fn photons<'a>(scene: &'a Scene, settings: &Settings) -> Box<dyn Resumable + 'a> {
+    Box::new(Sppm::new(scene, settings).aimed_at(Targets::default()))
+}
+
+fn photons_of_caustics<'a>(scene: &'a Scene, settings: &Settings) -> Box<dyn Resumable + 'a> {
+    Box::new(Sppm::new(scene, settings).of_caustics().aimed_at(Targets::default()))
+}
+
+fn paths<'a>(scene: &'a Scene, settings: &Settings) -> Box<dyn Resumable + 'a> {
+    Box::new(PathTracer::new(scene, settings))
+}
+
+/// The image of two iterations, of which so many are done and were dark.
+fn of_two(mut engine: Box<dyn Resumable + '_>, dark: u32) -> Film {
+    if dark > 0 {
+        engine.go_on_after(dark, Stats::default());
+    }
+    (dark..2).for_each(|_| engine.iterate());
+    assert_eq!(engine.iterations(), 2);
+    engine.develop()
+}
+
+/// An instant at which the only lamp is hidden is a dark one, and counts as the others do: by photons, by those of caustics, and by
+/// paths. Bit by bit as if it had been rendered before, and black.
+#[test]
+fn instants_at_which_the_lamp_is_hidden_are_dark() {
+    let (at, shutter) = (Vec3::new(0.8, 3.0, 0.5), [0.0, 1.0]);
+    let camera = Camera { shutter, ..pinhole(Vec3::new(0.0, 3.0, 6.0), Vec3::ZERO, 40.0) };
+    let open = empty_scene(camera)
+        .ball(Vec3::new(0.0, -100.0, 0.0), 100.0, diffuse(0.6))
+        .ball(Vec3::new(-0.8, 0.6, 0.0), 0.6, mirror(0.9))
+        .ball(Vec3::new(0.9, 0.4, -0.6), 0.4, diffuse(0.8))
+        .lamp(at, 0.05, BLACK, Rgb::splat(1000.0));
+    // A black ball around the lamp, which flies off to where nothing comes from.
+    let mut covered = open.clone().ball(at, 1.0, BLACK);
+    covered.spheres[4].velocity = Vec3::Y * 2.2;
+    // The second iteration is half of the exposure later: then the ball is above the lamp.
+    let seed = (1..1000).find(|seed| camera.shutter_time(*seed, 0) < 0.4).unwrap();
+    let lamps = [0, 1].map(|i| covered.at(camera.shutter_time(seed, i)).lights.entries.len());
+    assert_eq!(lamps, [0, 1]);
+    let settings = Settings { seed, ..settings(16, 12, 20_000, 6, 1.0) };
+    let methods: [(&str, Begin); 3] =
+        [("photons", photons), ("photons of caustics", photons_of_caustics), ("paths", paths)];
+    for (method, begin) in methods {
+        let (found, expected) = (of_two(begin(&covered, &settings), 0), of_two(begin(&open, &settings), 1));
+        assert!(expected.pixels.iter().any(|pixel| *pixel != Rgb::ZERO), "{method}: all is black");
+        assert!(found == expected, "{method}");
     }
 }

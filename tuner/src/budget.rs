@@ -21,3 +21,15 @@ impl Budget {
         (self.evaluations / 4).clamp(2, 12)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A quarter of the points, but at least two, and no more than a dozen.
+    #[test]
+    fn few_points_are_tried_before_the_model_proposes_any() {
+        let initial = |evaluations| Budget { evaluations, pairs: 1, final_pairs: 6, time: None }.initial();
+        assert_eq!([2, 8, 12, 40, 48, 1000].map(initial), [2, 2, 3, 10, 12, 12]);
+    }
+}

@@ -70,6 +70,7 @@ mod tests {
         assert_eq!(ratios([4, 1]).median(), 2.0);
         assert_eq!(ratios([5]).and(ratios([7, 6])), ratios([5, 6, 7]));
         assert_eq!(ratios([1, 2, 3, 4]).count(), 4);
+        assert_eq!(ratios([5, 9, 2, 7, 4, 3, 8, 6, 1]).ends(), [1.0, 9.0]);
     }
 
     /// The expected values are from published tables of the sign test.

@@ -320,4 +320,30 @@ mod tests {
         assert!(roundings(40.0).contains(&bound(&[sphere(-30.0, 10.0), sphere(5.0, 20.0)]).points));
         assert!(roundings(302.0).contains(&bound(&[sphere(-300.0, 2.0), sphere(5.0, 20.0)]).points));
     }
+
+    /// A large ground is tilted no more than a small one that is as many radii away.
+    #[test]
+    fn normals_of_grounds_are_trusted_to_roundings_of_their_coordinates_over_their_radius() {
+        let mut scene = files::builtin::scene("cornell").unwrap();
+        for radius in [1.0_f32, 100.0, 1e4] {
+            let center = Vec3::new(-3.0 * radius, radius, 0.0);
+            scene.spheres.retain(|_| false);
+            scene.spheres.extend_from_slice(&[Sphere {
+                center,
+                velocity: Vec3::ZERO,
+                radius,
+                material: 0,
+                emission: Rgb::ZERO,
+            }]);
+            scene.camera.eye = center + Vec3::Y * (1.03 * radius);
+            let still = scene.at(0.0);
+            assert_eq!(still.grounds.len(), 1);
+            let Rounding { points, tilt } = Rounding::of(&still);
+            let roundings = 4.0 * f32::EPSILON * 4.0..16.0 * f32::EPSILON * 4.0;
+            assert!(
+                points == 0.0 && roundings.contains(&tilt),
+                "{points} and {tilt} for a radius of {radius}"
+            );
+        }
+    }
 }

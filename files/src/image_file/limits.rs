@@ -85,6 +85,22 @@ mod tests {
         }
     }
 
+    /// As the documentation of images says.
+    #[test]
+    fn bounds_are_as_documented() {
+        assert_eq!(
+            check_size(1, 1 << 21).unwrap_err(),
+            "is 1 x 2097152 pixels; at most 268435456 are supported, and 1048576 in a side"
+        );
+        // 2^22 pixels are read from any file, and else 512 for each byte.
+        assert!(check_likely(1 << 22, 0).is_ok() && check_likely((1 << 22) + 1, 0).is_err());
+        assert!(check_likely(1 << 23, 1 << 14).is_ok());
+        assert_eq!(
+            check_likely(1 << 23, (1 << 14) - 1).unwrap_err(),
+            "has 16383 bytes, which hardly hold the 8388608 pixels that it announces"
+        );
+    }
+
     #[test]
     fn bytes_expand_by_no_more_than_the_format_can() {
         assert!(check_expansion(1000, 10, 100).is_ok() && check_expansion(1099, 10, 100).is_ok());

@@ -331,6 +331,29 @@ mod tests {
         }
     }
 
+    /// One of the two windows may be corrupt; but of small ones each may have any size.
+    #[test]
+    fn images_may_be_larger_than_what_is_shown_of_them() {
+        let told = |side: usize, shown: usize| {
+            let mut header = header(side, side, Compression::ZIP16);
+            header.shared_attributes.display_window.size = Vec2(shown, shown);
+            check_header(&header, 1 << 30).err()
+        };
+        assert_eq!([told(45, 4), told(45, 32), told(56, 40)], [None, None, None]);
+        for (side, shown) in [(46, 4), (46, 32), (57, 40)] {
+            let frame = shown * shown;
+            let expected =
+                format!("has {side} x {side} pixels for a display window of {frame}; one of them is wrong");
+            assert_eq!(told(side, shown), Some(expected));
+        }
+    }
+
+    #[test]
+    fn deep_images_are_refused() {
+        let header = Header { deep: true, ..header(4, 4, Compression::ZIP16) };
+        assert_eq!(check_header(&header, 1 << 30).unwrap_err(), "is a deep image; it must be a flat one");
+    }
+
     /// By the method that most programs write.
     #[test]
     fn what_is_written_is_compressed() {

@@ -176,6 +176,15 @@ mod tests {
         assert_eq!(film.pixels, [Rgb::splat(10.0), Rgb::splat(-20.0)]);
     }
 
+    /// Told are the file's own length and the one that it should have.
+    #[test]
+    fn maps_are_as_long_as_their_pixels() {
+        for (bytes, expected) in [(b"PF\n2 3\n-1.0\n0123", 84), (b"Pf\n2 3\n-1.0\n0123", 36)] {
+            let told = format!("has 16 bytes; a map of 2 x 3 pixels has {expected}");
+            assert_eq!(parse(bytes).unwrap_err(), told);
+        }
+    }
+
     #[test]
     fn broken_headers_are_refused() {
         for (bytes, says) in [

@@ -168,6 +168,23 @@ fn codes(path: &Path) -> Vec<u8> {
     codes
 }
 
+/// So that no viewer has to guess what the codes mean.
+#[test]
+fn png_files_say_that_they_are_srgb() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    let clear = |_, _| Rgba { color: Rgb::ZERO, alpha: 0.5 };
+    let picture = Picture { width: 2, height: 1, pixel: &clear };
+    let plane = Plane { width: 2, height: 1, values: vec![0.0, 1.0] };
+    write(&path("a.png"), &byte_film(2, 1), &Encoding::default()).unwrap();
+    write_transparent(&path("b.png"), &picture, &Encoding::default()).unwrap();
+    write_plane(&path("c.png"), &plane, "radius", &Encoding::default()).unwrap();
+    for name in ["a.png", "b.png", "c.png"] {
+        let file = io::BufReader::new(File::open(path(name)).unwrap());
+        assert!(::png::Decoder::new(file).read_info().unwrap().info().srgb.is_some(), "{name}");
+    }
+}
+
 /// Each code is `255 sRGB(v 2^e)`, rounded: darker, unchanged and brighter, and by parts of a stop.
 #[test]
 fn png_codes_are_those_of_the_formula_at_every_exposure() {
@@ -254,6 +271,20 @@ fn png_of_every_kind_is_read() {
     }
 }
 
+/// One colour takes less than a three hundredth of its pixels, and is no less a picture.
+#[test]
+fn png_of_one_colour_is_read() {
+    let mut bytes = Vec::new();
+    let mut encoder = ::png::Encoder::new(&mut bytes, 1024, 1024);
+    encoder.set_color(::png::ColorType::Grayscale);
+    encoder.set_depth(::png::BitDepth::Eight);
+    encoder.set_compression(::png::Compression::High);
+    encoder.write_header().unwrap().write_image_data(&vec![0; 1 << 20]).unwrap();
+    assert!(bytes.len() < (1 << 20) / 300, "{} bytes are no strong compression", bytes.len());
+    let film = decode_bytes(Format::Png, &bytes).unwrap();
+    assert!((film.width, film.height) == (1024, 1024) && film.pixels.iter().all(|p| *p == Rgb::ZERO));
+}
+
 /// An EXR file of 5 x 4 pixels with the given channels, its data window off the origin.
 fn exr_bytes(channels: Vec<AnyChannel<FlatSamples>>, compression: Compression, blocks: Blocks) -> Vec<u8> {
     exr_bytes_in(LineOrder::Increasing, channels, compression, blocks)
@@ -313,11 +344,11 @@ fn exr_tiles_are_no_larger_than_images_can_be() {
     let whole = exr_bytes(channels, Compression::Uncompressed, Blocks::Tiles(Vec2(3, 2)));
     let name = b"tiles\0tiledesc\0";
     let at = whole.windows(name.len()).position(|window| window == name).unwrap() + name.len() + 4;
-    for side in [0, 4] {
+    for (side, expected) in [(0, "1048577 x 2"), (4, "3 x 1048577")] {
         let mut bytes = whole.clone();
         bytes[at + side..][..4].copy_from_slice(&(scene::settings::MAX_SIDE + 1).to_le_bytes());
         let problem = decode_bytes(Format::Exr, &bytes).unwrap_err();
-        assert!(problem.contains("has tiles of") && problem.contains("1048577"), "{problem}");
+        assert_eq!(problem, format!("has tiles of {expected} pixels; each side must be from 1 to 1048576"));
     }
 }
 
@@ -489,6 +520,18 @@ fn an_inconsistent_film_is_not_written() {
             ));
             assert!(line.contains("pixels"), "{line}");
         }
+    }
+    assert!(names_in(folder.path()).is_empty());
+}
+
+#[test]
+fn an_inconsistent_plane_is_not_written() {
+    let folder = folder();
+    let plane = Plane { width: 2, height: 3, values: vec![0.0; 5] };
+    for (_, extension) in EVERY_FORMAT {
+        let path = folder.path().join("a").with_extension(extension);
+        let line = problem(write_plane(&path, &plane, "radius", &Encoding::default()));
+        assert!(line.ends_with(": cannot hold 5 pixels as an image of 2 x 3"), "{line}");
     }
     assert!(names_in(folder.path()).is_empty());
 }

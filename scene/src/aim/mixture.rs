@@ -246,4 +246,20 @@ mod tests {
         }
         assert_eq!(within.len(), 3);
     }
+
+    /// At an instant at which no lamp is left, or at which lamps have moved to where no light of theirs crosses a target.
+    #[test]
+    fn lamps_that_are_gone_send_nothing_to_targets() {
+        let up = Target { axis: Vec3::Z, height: 0.1, ..Target::ball(Vec3::ZERO, 1.0) };
+        let targets = Targets { balls: vec![up], shares: vec![0.5, 0.5], ..Targets::default() };
+        let dark = crate::test_scenes::balls(&[(Vec3::ZERO, 1.0, 0.0)]);
+        assert_eq!(Aim::new(&dark.at(0.0), &targets, 1000), Aim::default());
+        let below = crate::test_scenes::balls(&[(Vec3::ZERO, 1.0, 0.0), (Vec3::NEG_Z * 50.0, 2.0, 1.0)]);
+        let aim = Aim::new(&below.at(0.0), &targets, 1000);
+        assert!(aim.densities[1] > aim.densities[0] && aim.densities[1].is_finite(), "{:?}", aim.densities);
+        let above = crate::test_scenes::balls(&[(Vec3::ZERO, 1.0, 0.0), (Vec3::Z * 50.0, 2.0, 1.0)]);
+        let aim = Aim::new(&above.at(0.0), &targets, 1000);
+        // Half of the photons, in whole runs, leave all lamps alike.
+        assert_eq!((aim.ends, aim.densities, aim.scale_bits), (vec![496, 1000], vec![0.496, 0.0], 0));
+    }
 }

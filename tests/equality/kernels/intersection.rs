@@ -161,6 +161,38 @@ fn hierarchies_of_every_shape() {
     tell(cases, "rays against 1 to 20 000 spheres");
 }
 
+/// Beyond 131 072 balls a tree has three levels of nodes. Balls stand at whole places, and rays leave the middle between two of
+/// them towards either.
+#[test]
+fn a_tree_of_three_levels() {
+    const SIDE: u32 = 52;
+    let ball = |k: u32| Sphere {
+        center: Vec3::from([k % SIDE, k / SIDE % SIDE, k / SIDE / SIDE].map(|c| c as f32)),
+        velocity: Vec3::ZERO,
+        radius: 0.25,
+        material: 0,
+        emission: Rgb::ZERO,
+    };
+    let scene = scene_of((0..SIDE * SIDE * SIDE).map(ball).collect(), Vec3::splat(1e3));
+    let (mut rays, mut expected) = (Vec::new(), Vec::new());
+    for k in 0..SIDE - 1 {
+        for (axis, step) in Vec3::AXES.into_iter().enumerate() {
+            let mut before = [k * 7 % SIDE, k * 11 % SIDE, k * 13 % SIDE];
+            before[axis] = k;
+            let mut after = before;
+            after[axis] += 1;
+            let origin = Vec3::from(before.map(|c| c as f32)) + 0.5 * step;
+            for (direction, [x, y, z]) in [(step, after), (-step, before)] {
+                rays.push(Ray { origin, direction, leaves: NO_SPHERE });
+                expected.push((0.25, x + SIDE * (y + SIDE * z)));
+            }
+        }
+    }
+    let tree = Intersector::with_search(&scene.at(0.0), LaneKind::best(), Search::Tree);
+    assert_eq!(tree.nearest(&rays), expected);
+    tell(rays.len(), "rays between 140 608 spheres");
+}
+
 /// Balls in a row, and rays along it, which enter many boxes and hit none of the first balls; some begin within a box. So
 /// stacks are high, and rays come to what is at their bottom.
 #[test]
@@ -304,6 +336,9 @@ fn memory_per_sphere() {
             assert!(bytes >= 52 * count, "{bytes} bytes for {count} spheres");
         }
         assert!(clusters <= 64 * count, "{clusters} bytes for {count} spheres");
+        // Two of a bounding sphere with a leaf's; tested in turn, shapes in the lists of rays and of shadow rays.
+        assert!((54 * count..55 * count).contains(&clusters), "{clusters} bytes for {count} spheres");
+        assert!((32 + 2 * 48) * count < in_turn, "{in_turn} bytes for {count} spheres");
     }
 }
 

@@ -10,6 +10,7 @@
 //! is tested here. [`pictures`] shows some pairs as they appear in images, against closed forms.
 
 mod camera;
+mod evenness;
 mod glints;
 mod paths;
 mod photons;

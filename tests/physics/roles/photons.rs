@@ -57,7 +57,7 @@ pub(super) fn roles(iteration: u32, index: u32) -> Vec<Role> {
     roles
 }
 
-fn shell(albedo: f32) -> Scene {
+pub(super) fn shell(albedo: f32) -> Scene {
     empty_scene(pinhole(Vec3::Z * 90.0, Vec3::ZERO, 60.0)).ball(Vec3::ZERO, SHELL, diffuse(albedo))
 }
 
@@ -99,7 +99,7 @@ fn emission(photon: Photon) -> [Role; 4] {
 }
 
 /// A tiny lamp in `covers` balls of glass of index 1, one within the other: as many bounces that change nothing.
-fn covered(scene: Scene, covers: u32) -> Scene {
+pub(super) fn covered(scene: Scene, covers: u32) -> Scene {
     let scene = scene.lamp(Vec3::ZERO, 1e-3, BLACK, Rgb::ONE);
     (0..covers).fold(scene, |scene, i| scene.ball(Vec3::ZERO, 0.01 * (1.0 + i as f32), glass(1.0, 1.0)))
 }

@@ -97,3 +97,41 @@ fn search(outcome: &Outcome) -> Search<'_> {
 fn digits(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// For people, who may want to know how much there was to gain, and how it was found.
+    #[test]
+    fn a_profile_tells_what_was_tuned_and_how() {
+        let outcome = Outcome::example(vec![0.95, 0.9, 0.91, 0.94, 0.92, 0.933_333, 0.5, 0.96, 1.2], true);
+        let record = Record { tuned: tuned(&outcome), search: search(&outcome) };
+        let table: toml::Table = toml::to_string(&record).unwrap().parse().unwrap();
+        let tuned: toml::Table =
+            "scene = \"box\"\niterations = 9\nthreads = 2\nis_confirmed = true\nis_gain = true\n\
+                                  best_ratio = 0.9333\nbest_interval = [0.9, 0.96]\nbest_pairs = 9"
+                .parse()
+                .unwrap();
+        for (name, value) in &tuned {
+            assert_eq!(&table["tuned"][name], value, "{name}");
+        }
+        let search: toml::Table = "optimiser = \"stub 1.0\"\nseed = 7\npairs = 3\nratios = [1.01, 0.9, 1.2]\n\
+                                   best = [1.01, 0.9, 0.9]\nnoise = 0.0123\nlength_scales = { cell_size = 0.5679 }"
+            .parse()
+            .unwrap();
+        assert_eq!(table["search"].as_table(), Some(&search));
+    }
+
+    /// An interrupted search has no model to tell of.
+    #[test]
+    fn what_is_not_known_is_left_out() {
+        let outcome = Outcome::example(vec![0.9], false);
+        let record = Record { tuned: tuned(&outcome), search: search(&outcome) };
+        let table: toml::Table = toml::to_string(&record).unwrap().parse().unwrap();
+        let search = table["search"].as_table().unwrap();
+        assert!(!search.contains_key("noise") && !search.contains_key("length_scales"), "{search}");
+        let [is_confirmed, is_gain] = ["is_confirmed", "is_gain"].map(|name| table["tuned"][name].as_bool());
+        assert_eq!([is_confirmed, is_gain], [Some(false); 2]);
+    }
+}

@@ -48,3 +48,22 @@ fn today() -> String {
     let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
     now.split('T').next().unwrap_or_default().to_owned()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The settings are those of the renders, and the digest that of the scene, as in images of it.
+    #[test]
+    fn what_was_tuned_is_told_as_it_was() {
+        let scene = files::builtin::scene("cornell").unwrap();
+        let settings = Settings { width: 9, ..scene.settings };
+        let subject = Subject::new("my box", &scene, settings, 3);
+        assert_eq!((&subject.scene[..], subject.threads, subject.settings), ("my box", 3, settings));
+        assert_eq!(subject.scene_digest, scene_file::digest(&scene));
+        assert!(!subject.machine.is_empty() && !subject.machine.contains(['\n', ':']), "{}", subject.machine);
+        let parts: Vec<&str> = subject.date.split('-').collect();
+        assert_eq!(parts.iter().map(|part| part.len()).collect::<Vec<_>>(), [4, 2, 2], "{}", subject.date);
+        assert!(parts.iter().all(|part| part.parse::<u32>().is_ok()), "{}", subject.date);
+    }
+}

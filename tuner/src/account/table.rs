@@ -34,3 +34,20 @@ fn record(number: usize, Tried { candidate, ratios }: &Tried) -> Vec<String> {
     fields.extend(candidate.parameters.values().into_iter().map(|value| (value as f32).to_string()));
     fields
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Its number, its ratios from the least to the most and how many they are, and its values in the order of the header.
+    #[test]
+    fn a_point_is_a_line_of_its_ratios_and_values() {
+        let outcome = Outcome::example(vec![0.95, 0.9, 0.91, 0.94, 0.92, 0.93, 0.125], true);
+        let fields = record(4, &outcome.found.best);
+        assert_eq!(fields[..7], ["4", "0.92000", "0.12500", "0.95000", "7", "emulated", "4"]);
+        let values = Parameters::default().values();
+        assert_eq!(fields.len(), 6 + values.len());
+        let numbers: Vec<f64> = fields[7..].iter().map(|field| field.parse().unwrap()).collect();
+        assert_eq!(numbers, values[1..]);
+    }
+}

@@ -60,6 +60,35 @@ mod tests {
     use super::*;
     use fast::LaneKind;
 
+    /// What was tried, and what came of it: with its median, its interval, and how many pairs both are of.
+    #[test]
+    fn a_search_is_told_in_two_lines() {
+        let gain = vec![0.95, 0.9, 0.91, 0.94, 0.92, 0.93, 0.5, 0.96, 1.2];
+        let tried = "box, 2 threads: 3 points tried, each in 3 pairs with the defaults";
+        assert_eq!(
+            text(&Outcome::example(gain.clone(), true)),
+            format!(
+                "{tried}; noise 1.2 %\na gain: 0.930 of the defaults' time (95 % interval 0.900 to 0.960, 9 pairs) by \
+                 cell_size 4 (5)\n"
+            )
+        );
+        assert_eq!(
+            text(&Outcome::example(vec![0.98, 0.99, 1.0, 1.0, 1.01, 1.05], true)),
+            format!(
+                "{tried}; noise 1.2 %\nno gain: the best takes 1.000 of the defaults' time (95 % interval 0.980 to 1.050, \
+                 6 pairs), so the defaults are at the optimum within 2.0 %; it was cell_size 4 (5)\n"
+            )
+        );
+        // One that was interrupted has neither a model nor a final measurement.
+        assert_eq!(
+            text(&Outcome::example(gain, false)),
+            format!("{tried}\nthe best so far takes 0.930 of the defaults' time: cell_size 4 (5)\n")
+        );
+        // What is slower throughout leaves no doubt.
+        let loss = text(&Outcome::example(vec![1.1; 6], true));
+        assert!(loss.contains("at the optimum within 0.0 %"), "{loss}");
+    }
+
     #[test]
     fn values_that_differ_are_told_beside_the_defaults() {
         let defaults = Candidate { lanes: LaneKind::Emulated, parameters: Parameters::default() };

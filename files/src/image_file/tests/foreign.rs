@@ -1,6 +1,6 @@
 //! Tests of the formats that other programs write: HDR, TIFF, JPEG, WebP and QOI.
 
-use super::{bits, byte_film, crc32, extreme_film, folder, problem};
+use super::{bits, byte_film, crc32, extreme_film, folder, png_bytes, problem};
 use crate::image_file::{Encoding, Format, ImageReader, decode_bytes, layer_names, read, write, write_plane};
 use image::ImageEncoder;
 use image::codecs::{qoi::QoiEncoder, webp::WebPEncoder};
@@ -236,6 +236,42 @@ fn rows_are_those_of_the_whole_image_and_come_again() {
     }
 }
 
+/// Radiance is compared otherwise than codes of sRGB, and of 16 bits otherwise than of 8.
+#[test]
+fn what_a_file_stores_is_told() {
+    let seeds = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/seeds");
+    let folder = folder();
+    let wide = folder.path().join("wide.png");
+    let (grey, sixteen) = (png::ColorType::Grayscale, png::BitDepth::Sixteen);
+    fs::write(&wide, png_bytes(grey, sixteen, 1, &[0x12, 0x34], &[])).unwrap();
+    for (path, samples) in [
+        (wide, "16 bits of sRGB"),
+        (seeds.join("tiff/lzw8.tif"), "8 bits of sRGB"),
+        (seeds.join("tiff/lzw16.tif"), "16 bits of sRGB"),
+        (seeds.join("tiff/float.tif"), "linear floats"),
+        (seeds.join("hdr/slopes.hdr"), "linear floats"),
+        (seeds.join("qoi/slopes.qoi"), "8 bits of sRGB"),
+    ] {
+        let reader = ImageReader::open(&path, None).unwrap();
+        assert_eq!(reader.samples().to_string(), samples, "{}", path.display());
+        assert_eq!(reader.is_linear(), samples == "linear floats", "{}", path.display());
+    }
+}
+
+/// Some faults show only when rows are read: of two images that are compared, it is told whose they are.
+#[test]
+fn faults_among_the_rows_are_told_of_their_file() {
+    let folder = folder();
+    for name in ["a.png", "a.exr"] {
+        let path = folder.path().join(name);
+        let whole = written(&byte_film(37, 201), name);
+        fs::write(&path, &whole[..whole.len() - 100]).unwrap();
+        let mut reader = ImageReader::open(&path, None).unwrap();
+        let line = reader.read(&mut vec![Rgb::ZERO; 37 * 201]).unwrap_err();
+        assert!(line.starts_with(&format!("{}: is no ", path.display())), "{line}");
+    }
+}
+
 /// As where the image of a render that goes on is compared.
 #[test]
 fn an_image_that_is_replaced_by_one_of_another_size_is_not_read_on() {
@@ -404,36 +440,83 @@ pub(super) fn tiff(entries: &[(u16, &[u32])], pixels: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// 20 x 2 grey pixels of 16 bits in two tiles of 16 x 16; the value of each is `100 (x + 10 y)`.
+/// 20 x 2 grey pixels in two tiles; see [`tiles`].
 pub(super) fn tiled() -> Vec<u8> {
+    tiles(2)
+}
+
+/// Rows of 20 grey pixels of 16 bits in tiles of 16 x 16, two beside each other; the value of each is `100 (x + 10 y)`.
+fn tiles(height: u16) -> Vec<u8> {
     let tile = |left: u16, top: u16| {
         let value = move |i: u16| 100 * (left + i % 16 + 10 * (top + i / 16));
-        (0..256).flat_map(move |i| value(i % 256).to_le_bytes())
+        (0..256).flat_map(move |i| value(i).to_le_bytes())
     };
-    let pixels: Vec<u8> = tile(0, 0).chain(tile(16, 0)).collect();
+    let tops = (0..height).step_by(16);
+    let pixels: Vec<u8> = tops.flat_map(|top| tile(0, top).chain(tile(16, top))).collect();
+    let places: Vec<u32> = (8..8 + pixels.len() as u32).step_by(512).collect();
+    let lengths: Vec<u32> = vec![512; places.len()];
     tiff(
         &[
             (256, &[20]),
-            (257, &[2]),
+            (257, &[height.into()]),
             (258, &[16]),
             (259, &[1]),
             (262, &[1]),
             (277, &[1]),
             (322, &[16]),
             (323, &[16]),
-            (324, &[8, 8 + 512]),
-            (325, &[512, 512]),
+            (324, &places),
+            (325, &lengths),
         ],
         &pixels,
     )
 }
 
+/// In one row of tiles, and in several, of which the last is short.
 #[test]
 fn tiff_in_tiles_is_read() {
-    let film = decode_bytes(Format::Tiff, &tiled()).unwrap();
-    let expected =
-        Film::from_fn(20, 2, |x, y| Rgb::splat(srgb::decode_code((100 * (x + 10 * y)) as u16, u16::MAX)));
-    assert_eq!(bits(&film), bits(&expected));
+    for height in [2, 20, 40] {
+        let film = decode_bytes(Format::Tiff, &tiles(height)).unwrap();
+        let expected = Film::from_fn(20, height.into(), |x, y| {
+            Rgb::splat(srgb::decode_code((100 * (x + 10 * y)) as u16, u16::MAX))
+        });
+        assert_eq!(bits(&film), bits(&expected), "{height}");
+    }
+}
+
+/// A tile may be larger than its image, but not than any image, whichever side it is.
+#[test]
+fn tiff_tiles_are_no_larger_than_images_can_be() {
+    let most = scene::settings::MAX_SIDE;
+    let whole = tiled();
+    // The height of tiles: tag 323, as 16 bits, and as 32 bits that are more.
+    let entry = [&323_u16.to_le_bytes()[..], &[3, 0, 1, 0, 0, 0, 16, 0, 0, 0]].concat();
+    let at = whole.windows(entry.len()).position(|window| window == entry).unwrap();
+    for (side, is_refused) in [(most, false), (most + 1, true)] {
+        let mut bytes = whole.clone();
+        bytes[at + 2] = 4;
+        bytes[at + 8..at + 12].copy_from_slice(&side.to_le_bytes());
+        let told = format!("has tiles of {side} pixels in a side; it must be from 1 to {most}");
+        assert_eq!(decode_bytes(Format::Tiff, &bytes) == Err(told), is_refused, "{side}");
+    }
+}
+
+#[test]
+fn tiff_of_a_plane_for_each_channel_is_refused() {
+    let entries: &[(u16, &[u32])] = &[
+        (256, &[2]),
+        (257, &[1]),
+        (258, &[8, 8, 8]),
+        (259, &[1]),
+        (262, &[2]),
+        (273, &[8, 10, 12]),
+        (277, &[3]),
+        (278, &[1]),
+        (279, &[2, 2, 2]),
+        (284, &[2]),
+    ];
+    let line = decode_bytes(Format::Tiff, &tiff(entries, &[1, 2, 3, 4, 5, 6])).unwrap_err();
+    assert_eq!(line, "stores each channel apart; the samples of a pixel must be together");
 }
 
 #[test]
@@ -500,4 +583,17 @@ fn sizes_that_a_file_cannot_hold_are_refused() {
         let line = decode_bytes(format, &bytes).unwrap_err();
         assert!(line.contains("hardly hold the 268435456 pixels"), "{format:?}: {line}");
     }
+    let entries: &[(u16, &[u32])] = &[
+        (256, &[4096]),
+        (257, &[2048]),
+        (258, &[8]),
+        (259, &[1]),
+        (262, &[1]),
+        (273, &[8]),
+        (277, &[1]),
+        (278, &[2048]),
+        (279, &[4]),
+    ];
+    let line = decode_bytes(Format::Tiff, &tiff(entries, &[1, 2, 3, 4])).unwrap_err();
+    assert!(line.contains("hardly hold the 8388608 pixels"), "{line}");
 }

@@ -1,13 +1,16 @@
 //! Tests of EXR files with several layers, and of the names that channels have.
 
 use super::{folder, problem};
-use crate::image_file::{Format, ImageReader, decode_bytes, layer_names};
+use crate::image_file::layers::choose;
+use crate::image_file::{self, Format, ImageReader, decode_bytes, layer_names, usual_layer};
 use exr::math::RoundingMode;
+use exr::meta::attribute::{ChannelDescription, SampleType, Text};
+use exr::meta::header::Header;
 use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer, LayerAttributes, Layers, Levels,
     LineOrder, Vec2, WritableImage,
 };
-use scene::{Rgb, RowReader};
+use scene::{Film, Rgb, RowReader};
 use std::fs;
 use std::io::Cursor;
 use std::path::Path;
@@ -174,6 +177,30 @@ fn without_a_name_the_picture_is_chosen() {
     }
 }
 
+/// What is read if none is chosen; nothing, if one must be.
+#[test]
+fn the_usual_layer_is_told() {
+    let folder = folder();
+    let path = folder.path().join("a.exr");
+    let colour: &[&str] = &["R", "G", "B"];
+    let mixed: &[&str] = &["R", "G", "B", "id.R", "id.G", "id.B"];
+    let cases: [(Parts, Option<&str>); 5] = [
+        (&[(None, colour)], Some("")),
+        (&[(Some("radius"), &["Y"])], Some("radius")),
+        (&[(Some("depth"), &["Z"]), (Some("rgb"), colour)], Some("rgb")),
+        (&[(None, mixed)], Some("")),
+        (&[(Some("left"), colour), (Some("right"), colour)], None),
+    ];
+    for (parts, expected) in cases {
+        fs::write(&path, file(parts)).unwrap();
+        assert_eq!(usual_layer(&path).unwrap().as_deref(), expected, "{parts:?}");
+    }
+    // Of a format without layers it is the image, which has no name.
+    let path = folder.path().join("a.pfm");
+    image_file::write(&path, &Film::new(2, 1), &image_file::Encoding::default()).unwrap();
+    assert_eq!(usual_layer(&path).unwrap().as_deref(), Some(""));
+}
+
 /// A tiled image of 8 x 8 pixels and its smaller versions, each pixel of which holds the size of its level.
 #[test]
 fn of_an_image_at_several_resolutions_the_largest_is_read() {
@@ -214,6 +241,61 @@ fn tall_images_are_read_in_parts() {
         let film = decode_bytes(Format::Exr, &bytes.into_inner()).unwrap();
         assert!(film.pixels.iter().zip(&values).all(|(p, v)| p.x == *v), "{blocks:?} {line_order:?}");
     }
+}
+
+/// Each part of a file has a data window of its own.
+#[test]
+fn a_layer_has_the_size_of_its_part() {
+    let folder = folder();
+    let path = folder.path().join("a.exr");
+    let part = |name: &str, size: (usize, usize)| {
+        let values = vec![(size.0 * size.1) as f32; size.0 * size.1];
+        let channels =
+            AnyChannels::sort([AnyChannel::new("Y", FlatSamples::F32(values))].into_iter().collect());
+        Layer::new(size, LayerAttributes::named(name), Encoding::UNCOMPRESSED, channels)
+    };
+    let layers: Layers<_> = [part("small", (2, 1)), part("large", (4, 3))].into_iter().collect();
+    let attributes = exr::prelude::ImageAttributes::new(exr::prelude::IntegerBounds::from_dimensions((4, 3)));
+    let mut bytes = Cursor::new(Vec::new());
+    Image::from_layers(attributes, layers).write().non_parallel().to_buffered(&mut bytes).unwrap();
+    fs::write(&path, bytes.into_inner()).unwrap();
+    for (name, [width, height]) in [("small", [2, 1]), ("large", [4, 3])] {
+        let mut reader = ImageReader::open(&path, Some(name)).unwrap();
+        assert_eq!(reader.size(), [width, height], "{name}");
+        let count = width * height;
+        let mut pixels = vec![Rgb::ZERO; count as usize];
+        reader.read(&mut pixels).unwrap();
+        assert!(pixels.iter().all(|pixel| *pixel == Rgb::splat(count as f32)), "{name}: {pixels:?}");
+    }
+}
+
+/// The decoder takes one sample for each pixel, whichever way there are fewer. Parts that are not read may be as they like.
+#[test]
+fn every_channel_of_a_layer_has_a_sample_for_every_pixel() {
+    let part = |name: &str, sampling: Vec2<usize>| {
+        let mut weight = ChannelDescription::named("weight", SampleType::F16);
+        weight.sampling = sampling;
+        let channels = [ChannelDescription::named("Y", SampleType::F16), weight];
+        Header::new(Text::from(name), (4, 2), channels.into_iter().collect())
+    };
+    let refusal = |headers: &[Header], layer| choose(headers, layer).err();
+    for sampling in [Vec2(2, 1), Vec2(1, 2), Vec2(2, 2)] {
+        let told = "has a subsampled channel weight; each must have a sample for every pixel";
+        assert_eq!(refusal(&[part("a", sampling)], None).as_deref(), Some(told), "{sampling:?}");
+        let both = [part("less", sampling), part("whole", Vec2(1, 1))];
+        assert_eq!(refusal(&both, Some("less")).as_deref(), Some(told), "{sampling:?}");
+        assert_eq!(refusal(&both, Some("whole")), None, "{sampling:?}");
+    }
+}
+
+/// The names in a file may be of any length, and of any characters.
+#[test]
+fn names_in_messages_are_short_and_on_their_line() {
+    let folder = folder();
+    let path = folder.path().join("a.exr");
+    fs::write(&path, file(&[(None, &["abcdefghijklmnopqrstuvwxyz", "b\nc"])])).unwrap();
+    let line = problem(ImageReader::open(&path, None));
+    assert!(line.contains("has channels abcdefghijklmnopqrst, b\\nc; it must have"), "{line}");
 }
 
 #[test]
