@@ -97,6 +97,10 @@ fn a_sign_of_zero_is_a_difference_of_bits_alone() {
     assert!(
         !m.identical && m.differing_pixels == 2 && m.rmse.all == 0.0 && m.largest_difference.value == 0.0
     );
+    // The table says so too, though it has no largest difference to tell.
+    let table = m.table();
+    assert!(table.starts_with("2 x 1 pixels, of which 2 differ (100.00 %)\n"), "{table}");
+    assert!(!table.contains("largest difference"), "{table}");
 }
 
 #[test]

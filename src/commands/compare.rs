@@ -139,10 +139,19 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
     if let Some(path) = &args.difference {
         write_difference(args, path, &mut a, &mut b)?;
     }
-    if args.view {
-        let [of_a, of_b] = layers(args)?;
-        return view::compare((&args.a, of_a), (&args.b, of_b), &args.page);
+    let judged = judge(args, &metrics);
+    if !args.view {
+        return judged;
     }
+    if let Err(error) = judged {
+        complain(&format!("warning: {error}"));
+    }
+    let [of_a, of_b] = layers(args)?;
+    view::compare((&args.a, of_a), (&args.b, of_b), &args.page)
+}
+
+/// Whether the bounds that were asked for are kept to.
+fn judge(args: &CompareArgs, metrics: &Metrics) -> Result<(), Error> {
     if args.thresholds.max_hdr_flip.is_some() && metrics.hdr_flip.is_none() {
         let b = args.b.display();
         return Err(Error::Failed(format!(
@@ -150,7 +159,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
         )));
     }
     let exceeded: Vec<String> =
-        Thresholds::from(&args.thresholds).exceeded(&metrics).iter().map(sentence).collect();
+        Thresholds::from(&args.thresholds).exceeded(metrics).iter().map(sentence).collect();
     if exceeded.is_empty() { Ok(()) } else { Err(Error::Failed(exceeded.join("; "))) }
 }
 

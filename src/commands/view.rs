@@ -209,23 +209,31 @@ fn write(args: &ViewArgs, legacy: &Legacy, name: &str) -> Result<String, Error> 
     let Some(kept) = &legacy.kept else {
         return Ok("not one iteration was over, so nothing is written".into());
     };
-    let mut written = Vec::new();
-    if let Some(output) = &args.output {
-        kept.write_image(output, Look::default()).map_err(Error::Failed)?;
+    let image = args.output.as_ref().map(|output| {
+        kept.write_image(output, Look::default())?;
         let done = counted(kept.iterations, "iteration");
-        written.push(format!("wrote {} after {done}", output.display()));
-    }
-    if legacy.is_unsaved {
+        Ok(format!("wrote {} after {done}", output.display()))
+    });
+    let scene = legacy.is_unsaved.then(|| {
         let path = unused(args.output.as_deref(), name)?;
         let wrote = atomic_file::replace(&path, |out| out.write_all(kept.text.as_bytes()));
-        wrote.map_err(|error| Error::Failed(error.to_string()))?;
-        written.push(format!("the changed scene is in {}", path.display()));
+        wrote.map_err(|error| error.to_string())?;
+        Ok(format!("the changed scene is in {}", path.display()))
+    });
+    // Where one cannot be written, the other is not lost.
+    let all: Vec<Result<String, String>> = [image, scene].into_iter().flatten().collect();
+    let is_all_written = all.iter().all(Result::is_ok);
+    let told =
+        all.into_iter().map(|one| one.unwrap_or_else(|problem| problem)).collect::<Vec<_>>().join("; ");
+    match (told.is_empty(), is_all_written) {
+        (true, _) => Ok("the view is closed".into()),
+        (false, true) => Ok(told),
+        (false, false) => Err(Error::Failed(told)),
     }
-    Ok(if written.is_empty() { "the view is closed".into() } else { written.join("; ") })
 }
 
 /// A name for the changed scene that no file has, beside the image if there is one.
-fn unused(output: Option<&Path>, name: &str) -> Result<PathBuf, Error> {
+fn unused(output: Option<&Path>, name: &str) -> Result<PathBuf, String> {
     /// More changed scenes are not written side by side.
     const MOST: u32 = 1000;
     let beside = output.map_or(PathBuf::from(name), |output| output.with_extension(""));
@@ -233,7 +241,7 @@ fn unused(output: Option<&Path>, name: &str) -> Result<PathBuf, Error> {
         1 => paths::around(&beside, "", "-edited.toml"),
         n => paths::around(&beside, "", &format!("-edited-{n}.toml")),
     };
-    let problem = || Error::Failed(format!("{}: there are {MOST} of them; remove some", named(1).display()));
+    let problem = || format!("{}: there are {MOST} of them; remove some", named(1).display());
     (1..=MOST).map(named).find(|path| !path.exists()).ok_or_else(problem)
 }
 

@@ -235,6 +235,13 @@ mod tests {
         assert!(limited.starts_with("[####") && limited.ends_with("] preparing, 38 %  6s"), "{limited}");
     }
 
+    /// First radii are chosen in the first iteration, when the render's own clock is running.
+    #[test]
+    fn a_time_limit_counts_what_is_prepared() {
+        let limited = Work { prepared: seconds(4), all: None, limit: Some(seconds(10)), ..work() };
+        assert_eq!((limited.left(), limited.share()), (Some(seconds(4)), Some(0.6)));
+    }
+
     /// The iterations of an earlier session took none of this one's time.
     #[test]
     fn a_resumed_render_is_not_taken_for_a_fast_one() {

@@ -320,6 +320,20 @@ fn a_view_begins_with_what_was_asked_for() {
     }
 }
 
+/// Makes the radius of a ball 12.5, and waits until that is seen.
+fn change(page: &mut WebSocket<TcpStream>) {
+    page.send(Message::text(r#"{ "type": "sphere", "index": 6, "radius": 12.5 }"#)).unwrap();
+    loop {
+        if let Message::Binary(picture) = page.read().expect("a picture comes") {
+            // The second word is the version of what is shown.
+            if picture[4..8] == 2_u32.to_le_bytes() && picture[12..20] == picture[20..28] {
+                return;
+            }
+            page.send(Message::text(r#"{ "type": "ack" }"#)).unwrap();
+        }
+    }
+}
+
 /// With its comments, and beside the image.
 #[test]
 fn a_scene_that_was_changed_and_not_saved_is_written_when_the_view_ends() {
@@ -332,16 +346,7 @@ fn a_scene_that_was_changed_and_not_saved_is_written_when_the_view_ends() {
     let mut page = viewing.socket();
     // It has no end of its own, however many iterations the scene file asks for.
     assert_eq!(told(&mut page, &["status"])["status"]["limit"], Value::Null);
-    page.send(Message::text(r#"{ "type": "sphere", "index": 6, "radius": 12.5 }"#)).unwrap();
-    loop {
-        if let Message::Binary(picture) = page.read().expect("a picture comes") {
-            // The second word is the version of what is shown.
-            if picture[4..8] == 2_u32.to_le_bytes() && picture[12..20] == picture[20..28] {
-                break;
-            }
-            page.send(Message::text(r#"{ "type": "ack" }"#)).unwrap();
-        }
-    }
+    change(&mut page);
     let ended = viewing.end();
     assert_eq!(ended.code, Some(130), "{ended:?}");
     ended.said_one_line("interrupted: wrote a.exr after ", &["; the changed scene is in a-edited.toml\n"]);
@@ -349,6 +354,20 @@ fn a_scene_that_was_changed_and_not_saved_is_written_when_the_view_ends() {
     let changed = String::from_utf8(sandbox.bytes("a-edited.toml")).unwrap();
     assert_eq!(changed.lines().next(), text.lines().next());
     assert!(changed.contains("12.5") && !text.contains("12.5"), "{changed}");
+}
+
+#[test]
+fn a_changed_scene_is_not_lost_with_its_image() {
+    let sandbox = Sandbox::new();
+    let out = ["-o", "a.exr"];
+    let viewing = Viewing::start(&mut sandbox.command(["view", "cornell"].iter().chain(&QUICK).chain(&out)));
+    let mut page = viewing.socket();
+    change(&mut page);
+    std::fs::create_dir(sandbox.path("a.exr")).unwrap();
+    let ended = viewing.end();
+    assert_eq!(ended.code, Some(1), "{ended:?}");
+    ended.said_one_line("error: a.exr", &["; the changed scene is in a-edited.toml\n"]);
+    assert!(String::from_utf8(sandbox.bytes("a-edited.toml")).unwrap().contains("12.5"));
 }
 
 /// Of each image the layer that was compared, or the image as a whole where it has no layers.
@@ -360,7 +379,11 @@ fn the_page_shows_the_layers_that_were_asked_for() {
     image_file::write(&sandbox.path("plain.exr"), &Film::new(2, 1), &Encoding::default()).unwrap();
     let cases: [(&[&str], &str, [&str; 2]); 3] = [
         (&["compare", "a.exr", "b.exr", "--view", "--difference=d.png"], "glossy", ["a.exr", "b.exr"]),
-        (&["compare", "plain.exr", "b.exr", "--view", "--difference=d.png"], "image", ["plain.exr", "b.exr"]),
+        (
+            &["compare", "plain.exr", "b.exr", "--view", "--difference=d.png", "--max-abs=0.25"],
+            "image",
+            ["plain.exr", "b.exr"],
+        ),
         (&["view", "a.exr", "--reference=plain.exr"], "glossy", ["a.exr", "plain.exr"]),
     ];
     for (words, layer, [name, other]) in cases {
@@ -370,7 +393,11 @@ fn the_page_shows_the_layers_that_were_asked_for() {
         let shown =
             json!({ "type": "scene", "mode": "files", "name": name, "layers": [layer], "others": [other] });
         assert_eq!(told["scene"], shown, "{words:?}");
-        assert_eq!(viewing.end().code, Some(130));
+        let ended = viewing.end();
+        assert_eq!(ended.code, Some(130));
+        // Bounds are told of, though the page decides how the command ends.
+        let is_told = ended.stderr.contains("warning: the largest difference is 0.5, above --max-abs 0.25\n");
+        assert_eq!(is_told, words.contains(&"--max-abs=0.25"), "{ended:?}");
         // It is written before the page opens.
         assert_eq!(std::fs::remove_file(sandbox.path("d.png")).is_ok(), words[0] == "compare");
     }

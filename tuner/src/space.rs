@@ -192,6 +192,27 @@ mod tests {
         assert_eq!(searches(10_000).collect::<Vec<_>>(), [Search::Tree]);
     }
 
+    /// A profile is used for other scenes too, in which nothing is known to be faster than the defaults.
+    #[test]
+    fn other_numbers_of_balls_are_searched_as_by_default_where_possible() {
+        let searches_of = |parameters: Parameters, balls: &[usize]| -> Vec<Search> {
+            balls.iter().map(|balls| parameters.search(*balls)).collect()
+        };
+        for (balls, search, others) in [
+            (6, Search::InTurn, [12, 13, 1024, 1025].as_slice()),
+            (172, Search::InTurn, &[1, 12, 173, 1024, 1025]),
+            (172, Search::Clusters, &[1, 12, 13, 171, 173, 1024, 1025]),
+            (1100, Search::Clusters, &[1, 12, 13, 1024, 1101]),
+            (172, Search::Tree, &[1, 12, 13, 171, 1025]),
+            (1100, Search::Tree, &[1, 12, 13, 1024, 1025]),
+        ] {
+            let space = Space::new(balls, 1, Some(LaneKind::Emulated));
+            let tuned = space.searched(Parameters::default(), search_name(search)).unwrap();
+            let usual = searches_of(Parameters::default(), others);
+            assert_eq!(searches_of(tuned, others), usual, "{balls} balls by {search:?}");
+        }
+    }
+
     #[test]
     fn jobs_and_lanes_are_searched_where_they_matter() {
         let names = |space: &Space| -> Vec<_> { space.dimensions.iter().map(|d| d.name).collect() };
