@@ -305,9 +305,9 @@ mod tests {
         );
         // All of it may be elsewhere.
         let done = outcome.report.iterations;
-        outcome.saved = Some(Saved { path: "/tmp/p.sppm".into(), iterations: done });
+        outcome.saved = Some(Saved { path: "elsewhere/p.sppm".into(), iterations: done });
         let text = told(&outcome);
-        assert!(text.ends_with("the disk is full; it is in /tmp/p.sppm instead"), "{text}");
+        assert!(text.ends_with("the disk is full; it is in elsewhere/p.sppm instead"), "{text}");
         outcome.job.outputs.image = Some("p.png".into());
         let text = told(&outcome);
         let first = "the image is written, but not its checkpoint: p.sppm: the disk is full; it is in ";
