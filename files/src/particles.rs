@@ -297,10 +297,10 @@ fn finished(Staged { scene, notes }: Staged) -> Result<Staged, String> {
 
 /// The name of the file without folders and extensions: of `a/water.xyz.gz` it is `water`.
 pub fn stem(path: &Path) -> String {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let name = name.strip_suffix(".gz").unwrap_or(&name);
-    let name = name.strip_suffix(".GZ").unwrap_or(name);
-    let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy();
+    let name = Path::new(path.file_name().unwrap_or_default());
+    let is_packed = name.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
+    let name = if is_packed { Path::new(name.file_stem().unwrap_or_default()) } else { name };
+    let stem = name.file_stem().unwrap_or_default().to_string_lossy();
     stem.chars().filter(|c| !c.is_control()).collect()
 }
 
@@ -563,6 +563,7 @@ mod tests {
         for (path, name) in [
             ("a/water.xyz.gz", "water"),
             ("WATER.XYZ.GZ", "WATER"),
+            ("water.xyz.Gz", "water"),
             ("water.xyz", "water"),
             ("a.b.pdb", "a.b"),
             ("a\u{7}b.xyz", "ab"),
