@@ -32,6 +32,9 @@ impl Signal {
     }
 }
 
+/// A signal, and whether it was received.
+type Received = (i32, Arc<AtomicBool>);
+
 /// Signal handlers could not be installed.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot listen for signals: {}", reason(.0))]
@@ -49,11 +52,12 @@ impl Requests {
     /// Installs the handlers: from now on the first signal makes a request instead of ending the process.
     pub(crate) fn listen() -> Result<Self, SignalError> {
         let requests = Self::deaf();
-        let asked = Arc::new(AtomicBool::new(false));
         // What the process was started to ignore stays ignored: SIGHUP under `nohup`, so that a render survives the end of
         // its terminal, and SIGINT where a shell starts it in the background.
-        for signal in [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| !is_ignored(*signal)) {
-            requests.register(signal, &asked)?;
+        let heard = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| !is_ignored(*signal));
+        let received: Vec<Received> = heard.map(|signal| (signal, Arc::default())).collect();
+        for (signal, _) in &received {
+            requests.register(*signal, &received)?;
         }
         Ok(requests)
     }
@@ -63,11 +67,18 @@ impl Requests {
         Self { signal: Arc::new(AtomicUsize::new(0)), stop: Stop::default() }
     }
 
-    fn register(&self, signal: i32, asked: &Arc<AtomicBool>) -> io::Result<()> {
-        // Actions run in the order of registration: on the first signal the shutdown finds `asked` unset and does
-        // nothing; the next action sets it.
-        flag::register_conditional_shutdown(signal, Signal(signal).exit_code().into(), Arc::clone(asked))?;
-        flag::register(signal, Arc::clone(asked))?;
+    /// Actions run in the order of registration. Two signals of different kinds may be handled at the same time, by two
+    /// threads: each is marked as received before the other's mark is looked for, so at least one finds the other.
+    fn register(&self, signal: i32, received: &[Received]) -> io::Result<()> {
+        let code = Signal(signal).exit_code().into();
+        let (own, others): (Vec<_>, Vec<_>) = received.iter().partition(|(of, _)| *of == signal);
+        for (_, mark) in own {
+            flag::register_conditional_shutdown(signal, code, Arc::clone(mark))?;
+            flag::register(signal, Arc::clone(mark))?;
+        }
+        for (_, mark) in others {
+            flag::register_conditional_shutdown(signal, code, Arc::clone(mark))?;
+        }
         flag::register_usize(signal, Arc::clone(&self.signal), signal as usize)?;
         flag::register(signal, self.stop.shared())?;
         Ok(())
