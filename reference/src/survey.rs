@@ -14,6 +14,7 @@ use crate::sampling::cosine_hemisphere;
 use crate::scatter::{dielectric, reflect};
 use scene::aim::survey::{MOST_OF_WALK, targets};
 use scene::aim::{Arrival, Targets};
+use scene::camera::Frame;
 use scene::guide::{Edge, Found, Lit};
 use scene::rng::{Family, Stream, StreamKey, unit_float};
 use scene::sobol::sobol;
@@ -35,22 +36,22 @@ pub fn survey_for(scene: &Scene, settings: &Settings, carried: Carried) -> Targe
 /// What some walks find in the scene at one instant, each of at most `max_depth` segments after its first diffuse surface.
 pub fn found(scene: &Scene, still: &Still, settings: &Settings, walks: Range<u32>, max_depth: u32) -> Found {
     let key = StreamKey::new(settings.seed, Family::Survey, 0);
+    let frame = scene.camera.frame(settings.width, settings.height);
     let mut found = Found::default();
     for walk in walks {
         let mut stream = key.stream(walk);
-        let ray = eye_ray(scene, settings, walk, &mut stream);
+        let ray = eye_ray(&frame, settings, walk, &mut stream);
         follow(still, (walk, ray), max_depth, &mut stream, &mut found);
     }
     found
 }
 
 /// The ray of a walk: places in the image are Sobol points.
-fn eye_ray(scene: &Scene, settings: &Settings, walk: u32, stream: &mut Stream) -> Ray {
-    let frame = scene.camera.frame(settings.width, settings.height);
+fn eye_ray(frame: &Frame, settings: &Settings, walk: u32, stream: &mut Stream) -> Ray {
     let [x, y] = [0, 1].map(|d| unit_float(sobol(walk, d)));
     let lens = (stream.next_f32(), stream.next_f32());
     let place = (x * settings.width as f32, y * settings.height as f32);
-    ray_through(&frame, place, (frame.aperture_radius > 0.0).then_some(lens))
+    ray_through(frame, place, (frame.aperture_radius > 0.0).then_some(lens))
 }
 
 /// Walks as paths of the path tracer do, with roulette at every surface.
@@ -113,7 +114,7 @@ mod tests {
         let key = StreamKey::new(settings.seed, Family::Survey, 0);
         let mut places: Vec<(i32, i32)> = (0..64)
             .map(|walk| {
-                let ray = eye_ray(&scene, &settings, walk, &mut key.stream(walk));
+                let ray = eye_ray(&frame, &settings, walk, &mut key.stream(walk));
                 assert_eq!(ray.origin, frame.eye);
                 let [x, y, z] = [frame.right, frame.up, frame.forward].map(|axis| ray.direction.dot(axis));
                 let (x, y) = (x / z / frame.pixel + frame.half[0], frame.half[1] - y / z / frame.pixel);

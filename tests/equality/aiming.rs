@@ -2,11 +2,13 @@
 
 use crate::cases;
 use crate::open::{Open, case};
-use crate::pair::{MOST_THREADS, all_lanes, compared, effort, lanes_in_turn, scaled, tell};
+use crate::pair::{MOST_THREADS, all_lanes, compare_aimed_at, compared, effort, lanes_in_turn, scaled, tell};
 use fast::LaneKind;
 use files::scene_file;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
+use reference::survey::survey;
+use scene::aim::Targets;
 use scene::{Rgb, Settings, Sphere, Vec3};
 use std::cell::Cell;
 
@@ -67,4 +69,28 @@ fn thousands_of_lamps() {
     let targets = reference.targets().unwrap();
     assert!(!targets.shares.is_empty(), "nothing is aimed: {}", targets.expected);
     tell(LaneKind::ALL.len(), "a scene of 3000 lamps");
+}
+
+/// Photons are aimed at what is given, instead of at what a survey finds: at what is seen in other scenes, or at nothing.
+#[test]
+fn targets_that_are_given() {
+    let small =
+        |settings| Settings { width: 20, height: 16, iterations: 2, photons_per_iteration: 3000, ..settings };
+    let [open, guided] = ["terrace", "surgery"].map(|name| files::builtin::scene(name).unwrap());
+    let targets = [
+        Targets::default(),
+        survey(&open, &small(open.settings)),
+        survey(&guided, &Settings { photons_per_iteration: 200_000, ..small(guided.settings) }),
+    ];
+    assert!(!targets[1].shares.is_empty() && targets[2].guide.is_some(), "nothing is aimed or guided");
+    let mut renders = 0;
+    for name in ["cornell", "terrace"] {
+        let scene = files::builtin::scene(name).unwrap();
+        for targets in &targets {
+            let stats = compare_aimed_at(&scene, &small(scene.settings), &all_lanes(2), targets).expect(name);
+            assert!(stats.photons > 0);
+            renders += LaneKind::ALL.len();
+        }
+    }
+    tell(renders, "targets that are given");
 }

@@ -5,6 +5,7 @@ use crate::difference::Outcome;
 use fast::{LaneKind, Parameters};
 use proptest::test_runner::{Config, RngAlgorithm};
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use scene::aim::Targets;
 use scene::{Engine, Film, RadiusSchedule, Scene, Settings, Stats};
 use std::sync::OnceLock;
 
@@ -109,6 +110,19 @@ pub(crate) fn compared<'a>(
         }
     }
     Ok(reference)
+}
+
+/// The same with photons that are aimed at `targets`, whatever a survey would find. Returns the reference's statistics.
+pub(crate) fn compare_aimed_at(
+    scene: &Scene,
+    settings: &Settings,
+    ways: &[Way],
+    targets: &Targets,
+) -> Result<Stats, String> {
+    let aimed = |way: &Way| start(scene, settings, *way).aimed_at(targets.clone());
+    let mut others: Vec<_> = ways.iter().map(|way| (*way, aimed(way))).collect();
+    let reference = reference::Sppm::new(scene, settings).aimed_at(targets.clone());
+    Ok(*run_side_by_side(reference, &mut others)?.stats())
 }
 
 /// The same for the path tracers. Returns the reference's image.

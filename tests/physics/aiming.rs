@@ -3,10 +3,9 @@
 use crate::cases::tell;
 use crate::harness::{
     BLACK, Build, assert_same_blocks, assert_uniform_square, diffuse, empty_scene, glass, mean, pinhole,
-    relative_error, render_path_fast, settings,
+    relative_error, render_aimed, render_path_fast, settings,
 };
 use glam::DVec3;
-use reference::Sppm;
 use reference::emission::{Emitted, emit};
 use reference::intersect::intersect;
 use reference::photon_numbers::PhotonNumbers;
@@ -16,7 +15,7 @@ use scene::aim::{Aim, Arrival, EXPONENT_STEP, Group, MOST_SCALE_BITS, Target, Ta
 use scene::film::FLUX_ONE;
 use scene::ray::SphereId;
 use scene::rng::{Family, StreamKey};
-use scene::{Engine, Ray, Rgb, Scene, Settings, Vec3, max_component};
+use scene::{Ray, Rgb, Scene, Settings, Vec3, max_component};
 use std::f64::consts::TAU;
 
 /// Targets with equal shares, a half of all photons, the other half uniform.
@@ -563,15 +562,6 @@ fn cones_hold_all_lines_that_cross_both_balls() {
         assert!(1.0 - axis.dot(direction) <= height * 1.0001 + 1e-6, "a line leaves the cone");
     }
     tell("physics", 20_000, "lines within cones");
-}
-
-fn render_aimed(scene: &Scene, settings: &Settings, targets: Targets) -> scene::Film {
-    settings.validate().unwrap();
-    let mut engine = Sppm::new(scene, settings).aimed_at(targets);
-    for _ in 0..settings.iterations {
-        engine.iterate();
-    }
-    engine.develop()
 }
 
 /// A plain, a ball of chalk and one of glass under a sky and a wide far sun.

@@ -4,14 +4,16 @@
 //! images right on average, so no test of means notices. What changes is their noise, or how many photons count. So small renders of many
 //! seeds are held to the figures that they had when the choices were last found good (docs/quality.md, docs/aiming.md, docs/guiding.md).
 //!
+//! The fast engine renders them, whose bits are those of the reference.
+//!
 //! If a change is meant to change figures, its gain is measured as docs/quality.md does, and then they are recorded anew: a failure
 //! prints the row.
 
 use crate::cases::tell;
 use crate::harness::{BLACK, Build, diffuse, empty_scene, glass, mirror, pinhole, settings};
+use fast::{PathTracer, Sppm, hybrid};
 use files::builtin;
 use rayon::prelude::*;
-use reference::{PathTracer, Sppm, hybrid};
 use scene::{Engine, Film, RadiusSchedule, Rgb, Scene, Settings, Stats, Vec3};
 use std::fmt::Write as _;
 

@@ -3,10 +3,9 @@
 use crate::cases::tell;
 use crate::harness::{
     BLACK, Build, assert_same_blocks, diffuse, empty_scene, glass, mean, mirror, pinhole, relative_error,
-    render_path_fast, settings,
+    render_aimed, render_path_fast, settings,
 };
 use glam::DVec3;
-use reference::Sppm;
 use reference::emission::emit;
 use reference::photon_numbers::PhotonNumbers;
 use reference::photon_pass::quantise;
@@ -15,7 +14,7 @@ use reference::survey::survey;
 use scene::aim::{Aim, Arrival, Targets};
 use scene::film::FLUX_ONE;
 use scene::guide::{Edge, Found, Guide, Guided, Lit, SIDE, SURFACES, Shares};
-use scene::{Engine, Film, Rgb, Scene, Settings, Vec3};
+use scene::{Rgb, Scene, Settings, Vec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -227,15 +226,6 @@ fn fluxes_of_guided_photons_are_counted_in_the_unit_they_are_rounded_to() {
     tell("physics", count, "fluxes of guided photons");
 }
 
-fn render(scene: &Scene, settings: &Settings, targets: Targets) -> Film {
-    settings.validate().unwrap();
-    let mut engine = Sppm::new(scene, settings).aimed_at(targets);
-    for _ in 0..settings.iterations {
-        engine.iterate();
-    }
-    engine.develop()
-}
-
 /// Noise of two renders with the same camera paths.
 const SAME_MEAN: f64 = 1e-2;
 
@@ -248,9 +238,9 @@ fn whatever_guides_photons_a_closed_room_looks_the_same() {
         .lamp(Vec3::new(0.5, 1.0, 0.0), 0.3, BLACK, Rgb::splat(10.0))
         .lamp(Vec3::new(-1.0, 0.0, -1.0), 0.05, BLACK, Rgb::splat(100.0));
     let settings = Settings { iterations: 8, ..settings(32, 32, 100_000, 5, 0.2) };
-    let expected = mean(&render(&scene, &settings, Targets::default()));
+    let expected = mean(&render_aimed(&scene, &settings, Targets::default()));
     for seed in 0..3 {
-        let actual = mean(&render(&scene, &settings, guided_by(senseless(seed))));
+        let actual = mean(&render_aimed(&scene, &settings, guided_by(senseless(seed))));
         let error = relative_error(actual, expected);
         assert!(error < SAME_MEAN, "{seed}: {actual:?} and {expected:?}");
     }
@@ -277,7 +267,7 @@ fn a_guided_room_is_the_path_tracers_block_by_block() {
     let settings = Settings { iterations: 64, ..settings(64, 48, 50_000, 8, 0.15) };
     let targets = survey(&scene, &settings);
     assert!(targets.shares.is_empty() && targets.guide.is_some(), "nothing is guided");
-    let guided = render(&scene, &settings, targets);
+    let guided = render_aimed(&scene, &settings, targets);
     let path = render_path_fast(&scene, &Settings { iterations: 2048, ..settings });
     let error = relative_error(mean(&guided), mean(&path));
     assert!(error < SAME_MEAN, "{:?} and {:?}", mean(&guided), mean(&path));

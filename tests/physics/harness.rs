@@ -2,7 +2,7 @@
 
 use reference::photon_pass::{Deposit, photon_pass};
 use reference::{PathTracer, Sppm};
-use scene::aim::Aim;
+use scene::aim::{Aim, Targets};
 use scene::{
     Camera, Engine, Film, Filter, Material, RadiusSchedule, Rgb, Scene, Settings, Sphere, Stats, Vec3,
 };
@@ -141,6 +141,12 @@ pub(crate) fn render_sppm_fast(scene: &Scene, settings: &Settings) -> Film {
 pub(crate) fn render_path_fast(scene: &Scene, settings: &Settings) -> Film {
     settings.validate().unwrap();
     run(fast::PathTracer::new(scene, settings), settings)
+}
+
+/// [`render_sppm_fast`] with photons aimed at `targets`.
+pub(crate) fn render_aimed(scene: &Scene, settings: &Settings, targets: Targets) -> Film {
+    settings.validate().unwrap();
+    run(fast::Sppm::new(scene, settings).aimed_at(targets), settings)
 }
 
 /// The photons that several iterations deposit at shutter time 0, and the work that was counted.

@@ -6,17 +6,17 @@ use crate::harness::{
     BLACK, Build, diffuse, empty_scene, glass, lamp_within_glass, mean, mirror, pinhole, relative_error,
     render_path, render_path_fast, run, settings,
 };
+use fast::{PathTracer, Sppm};
 use reference::emission::emit;
 use reference::intersect::intersect;
 use reference::photon_numbers::PhotonNumbers;
 use reference::photon_pass::{Deposit, photon_pass};
-use reference::{PathTracer, Sppm};
 use scene::aim::{Aim, Targets};
 use scene::still::Carried;
 use scene::{Film, Hybrid, Rgb, Scene, Settings, Stats, Vec3};
 
 fn hybrid<'a>(scene: &'a Scene, settings: &Settings) -> Hybrid<PathTracer<'a>, Sppm<'a>> {
-    reference::hybrid(PathTracer::new(scene, settings), Sppm::new(scene, settings))
+    fast::hybrid(PathTracer::new(scene, settings), Sppm::new(scene, settings))
 }
 
 /// A floor with balls of glass, mirror and chalk under a sky and two lamps, one of them within glass: so large that paths meet

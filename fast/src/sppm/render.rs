@@ -182,6 +182,13 @@ impl<'a> Sppm<'a> {
         Self { first_radii: Some(radii), ..self }
     }
 
+    /// The same render with photons aimed at `targets`; by default they are found by a survey. The image changes, but not
+    /// what it converges to.
+    #[must_use]
+    pub fn aimed_at(self, targets: Targets) -> Self {
+        Self { targets: Some(targets), ..self }
+    }
+
     /// The image of caustics alone, and of what they light: of lamps' light whose first surface is a mirror or glass, as
     /// photons bring it to diffuse surfaces. A part of [`scene::Hybrid`].
     #[must_use]
