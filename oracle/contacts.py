@@ -26,6 +26,8 @@ OFFSET = 1500 * 2.0**-24
 MARGIN = 2.0
 # Paths per pixel. Leaks that so few do not find are seen by a neighbour: see `mask`.
 SAMPLES = 32
+# Some ten roundings of float64.
+ROUNDING = 1e-14
 # Instants of a scene in motion, which share the paths.
 INSTANTS = 16
 
@@ -74,14 +76,32 @@ def near_contact(world: tracer.World, hits: tracer.Hits, moved: np.ndarray) -> n
     """
     reach = MARGIN * OFFSET * (1 + np.abs(hits.points + moved).max(axis=1))
     found = np.zeros(len(reach), dtype=bool)
-    for index, (center, radius) in enumerate(zip(world.centers, world.radii, strict=True)):
-        outwards = hits.points - center
-        distance = np.linalg.norm(outwards, axis=1)
-        # The distance along the normal is longer than the least one, by the cosine between both: walls that meet at a
-        # right angle do not leak.
-        cosine = np.abs(np.einsum("ij,ij->i", outwards, hits.normals)) / np.maximum(distance, 1e-300)
-        found |= (np.abs(distance - radius) < reach * cosine) & (hits.spheres != index)
+    near, others = _within(world, hits.points, reach)
+    outwards = hits.points[near] - world.centers[others]
+    distance = np.linalg.norm(outwards, axis=1)
+    # The distance along the normal is longer than the least one, by the cosine between both: walls that meet at a right
+    # angle do not leak.
+    cosine = np.abs(np.einsum("ij,ij->i", outwards, hits.normals[near])) / np.maximum(distance, 1e-300)
+    leaks = (np.abs(distance - world.radii[others]) < reach[near] * cosine) & (hits.spheres[near] != others)
+    found[near[leaks]] = True
     return found
+
+
+def _within(world: tracer.World, points: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of a point and a sphere, without those whose surface is farther from it than any rounding of `reach`.
+
+    A distance d that differs from the radius r by less than a reach e has |d^2 - r^2| < e (2 r + e).
+    """
+    points_squared, centers_squared = (np.einsum("ij,ij->i", of, of) for of in (points, world.centers))
+    radii_squared, ones, each = world.radii**2, np.ones(len(points)), np.ones(len(world.radii))
+    # The matrices of |d^2 - r^2| and of what it may be, each as one product.
+    terms = np.column_stack([points, points_squared, ones])
+    apart = terms @ np.vstack([-2 * world.centers.T, each, centers_squared - radii_squared])
+    np.abs(apart, out=apart)
+    # What is within is decided by the exact formula.
+    terms = np.column_stack([reach, reach**2 + ROUNDING * points_squared, ones])
+    slack = terms @ np.vstack([2 * world.radii, each, ROUNDING * (centers_squared + radii_squared)])
+    return np.nonzero(apart < slack)
 
 
 def _shift(name: str, width: int, height: int, time: float | None) -> np.ndarray:

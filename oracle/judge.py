@@ -17,6 +17,8 @@ Pixels in which Mitsuba leaks light where spheres touch are left out (see `conta
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -59,11 +61,14 @@ class Effort:
 
 def renders(wanted: Render, effort: Effort) -> Renders:
     """Renders an image several times with different seeds."""
-    some = replace(wanted, iterations=effort.iterations, photons=effort.photons)
+    # Small renders use many threads badly: as many renders at once as there are cores, of one thread each.
+    some = replace(wanted, iterations=effort.iterations, photons=effort.photons, threads=1)
     seeds = range(effort.first_seed, effort.first_seed + effort.seeds)
 
     def stack(radius: float) -> tuple[np.ndarray, np.ndarray]:
-        pairs = [replace(some, seed=seed, radius=radius).image_and_count() for seed in seeds]
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            each = [replace(some, seed=seed, radius=radius) for seed in seeds]
+            pairs = list(pool.map(Render.image_and_count, each))
         pictures, counts = (np.stack(list(of)).astype(np.float64) for of in zip(*pairs, strict=True))
         return pictures, counts.sum(axis=0)
 

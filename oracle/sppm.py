@@ -59,6 +59,8 @@ class Render:
     depth: int = DEEP
     seed: int = 1
     engine: str = "fast"
+    # None: as many as there are cores. The image is the same by any number.
+    threads: int | None = None
 
     def settings(self) -> list[str]:
         """The options for the settings."""
@@ -75,7 +77,8 @@ class Render:
 
     def options(self) -> list[str]:
         """All options of the command line."""
-        return [*self.settings(), "--method=path" if self.engine == "path" else f"--engine={self.engine}"]
+        engine = "--method=path" if self.engine == "path" else f"--engine={self.engine}"
+        return [*self.settings(), engine, *([f"--threads={self.threads}"] if self.threads else [])]
 
     def image(self) -> np.ndarray:
         """Linear radiance, (height, width, 3) of float32."""

@@ -301,7 +301,9 @@ def intersect(world: World, origins: np.ndarray, directions: np.ndarray, leaves:
     t = np.where(leaves[rays] == tried, 2 * along, t)
     t = np.where((squared > 0) & (t > 0), t, np.inf)
     nearest, spheres = np.full(len(origins), np.inf), np.full(len(origins), NONE)
-    np.minimum.at(nearest, rays, t)
+    # The pairs are in the order of the rays.
+    firsts = np.flatnonzero(np.diff(rays, prepend=-1))
+    nearest[rays[firsts]] = np.minimum.reduceat(t, firsts) if len(t) else t
     is_nearest = np.isfinite(t) & (t == nearest[rays])
     spheres[rays[is_nearest]] = tried[is_nearest]
     points = origins + np.where(np.isfinite(nearest), nearest, 0)[:, None] * directions
@@ -313,12 +315,15 @@ def intersect(world: World, origins: np.ndarray, directions: np.ndarray, leaves:
 
 def _candidates(world: World, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of a ray and a sphere, without those whose lines pass the sphere by more than any rounding."""
-    origin_squared, center_squared = _dot(origins, origins)[:, None], _dot(world.centers, world.centers)
-    along = directions @ world.centers.T - _dot(origins, directions)[:, None]
-    apart = origin_squared + center_squared - 2 * (origins @ world.centers.T)
-    # Some ten roundings of the terms; what is within is decided by the exact formula.
-    margin = 1e-14 * (origin_squared + center_squared)
-    return np.nonzero(apart - along**2 <= world.radii**2 + margin)
+    squared, center_squared = _dot(origins, origins), _dot(world.centers, world.centers)
+    ones, each = np.ones(len(origins)), np.ones(len(world.radii))
+    along = np.column_stack([directions, -_dot(origins, directions)]) @ np.vstack([world.centers.T, each])
+    np.square(along, out=along)
+    # The squared distance of a centre from the line is |origin - centre|^2 - along^2: at most the radius squared, and some
+    # ten roundings of the terms. What is within is decided by the exact formula. The matrix of all else is one product.
+    others = np.vstack([2 * world.centers.T, -each, world.radii**2 - (1 - 1e-14) * center_squared])
+    along += np.column_stack([origins, (1 - 1e-14) * squared, ones]) @ others
+    return np.nonzero(along >= 0)
 
 
 def after(world: World, paths: Paths, hits: Hits, random: np.random.Generator) -> Paths:
