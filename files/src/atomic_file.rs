@@ -283,6 +283,28 @@ mod tests {
         assert_eq!(reason(&"cut (os error 2"), "cut (os error 2");
     }
 
+    /// Links are always writable: the file that one leads to is what may not be replaced.
+    #[cfg(unix)]
+    #[test]
+    fn read_only_files_are_not_replaced_by_their_name_or_by_a_link() {
+        use std::os::unix::fs::PermissionsExt as _;
+        let folder = tempfile::tempdir().unwrap();
+        let [file, link] = ["kept", "link"].map(|name| folder.path().join(name));
+        fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink("kept", &link).unwrap();
+        let set_mode = |mode| fs::set_permissions(&file, fs::Permissions::from_mode(mode)).unwrap();
+        set_mode(0o444);
+        for path in [&file, &link] {
+            let error = replace(path, |output| output.write_all(b"new")).unwrap_err();
+            assert_eq!(error.path, *path);
+            assert_eq!(error.problem, "is read-only; make it writable, or name another file");
+        }
+        assert_eq!(fs::read(&file).unwrap(), b"old");
+        set_mode(0o644);
+        replace(&link, |output| output.write_all(b"new")).unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+    }
+
     /// Not the file that a link leads to, of which the user may not know.
     #[cfg(unix)]
     #[test]

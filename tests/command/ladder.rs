@@ -160,7 +160,8 @@ fn quality_depends_only_on_the_image() {
     std::fs::create_dir(sandbox.path("plots")).unwrap();
     let quality = |options: &[&str]| {
         let common = ["ladder", "--quick", "--scene", "mirror", "--rows", "6,fast", "--quality"];
-        let common = [&common[..], &["--plots", "plots"]].concat();
+        let size = ["--width=80", "--height=60", "--photons=25000"];
+        let common = [&common[..], &["--plots", "plots"], &size].concat();
         let ended = sandbox.run(common.iter().chain(options));
         assert!(ended.stdout.contains("over the least"), "{ended:?}");
         let records = records(&sandbox, "plots/quality.csv");

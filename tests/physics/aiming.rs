@@ -587,13 +587,13 @@ fn an_open_scene_is_the_path_tracers_block_by_block() {
     let settings = Settings { iterations: 96, ..settings(64, 48, 50_000, 8, 0.3) };
     let targets = survey(&scene, &settings);
     assert!(!targets.shares.is_empty(), "nothing is aimed: {}", targets.expected);
-    let aimed = render_aimed(&scene, &settings, targets);
+    let aimed = render_aimed(&scene, &settings, &targets);
     let path = render_path_fast(&scene, &Settings { iterations: 2048, ..settings });
     let error = relative_error(mean(&aimed), mean(&path));
     assert!(error < SAME_MEAN, "{:?} and {:?}", mean(&aimed), mean(&path));
     assert_same_blocks(&aimed, &path, SAME_BLOCK);
     // Without aiming the plain below the balls gets no light from them.
-    let uniform = render_aimed(&scene, &settings, Targets::default());
+    let uniform = render_aimed(&scene, &settings, &Targets::default());
     assert!(relative_error(mean(&uniform), mean(&path)) > SAME_MEAN, "nothing was to be gained");
     tell("physics", 48, "blocks of an open scene");
 }
@@ -606,7 +606,7 @@ fn whatever_photons_are_aimed_at_a_closed_room_looks_the_same() {
         .lamp(Vec3::new(-1.0, 0.0, -1.0), 0.05, BLACK, Rgb::splat(100.0));
     let settings = Settings { iterations: 8, ..settings(32, 32, 100_000, 5, 0.2) };
     // The same camera paths, so that all that differs is what photons bring.
-    let expected = mean(&render_aimed(&scene, &settings, Targets::default()));
+    let expected = mean(&render_aimed(&scene, &settings, &Targets::default()));
     for balls in [
         vec![Target::ball(Vec3::NEG_Z * 2.0, 1.0)],
         vec![
@@ -617,7 +617,7 @@ fn whatever_photons_are_aimed_at_a_closed_room_looks_the_same() {
         vec![Target::ball(Vec3::X * 3.0, 2.0), Target::ball(Vec3::new(2.0, 2.0, -2.0), 3.0)],
     ] {
         let targets = aimed_at(balls);
-        let actual = mean(&render_aimed(&scene, &settings, targets.clone()));
+        let actual = mean(&render_aimed(&scene, &settings, &targets));
         let error = relative_error(actual, expected);
         assert!(error < SAME_MEAN, "{:?}: {actual:?} and {expected:?}", targets.balls);
     }
@@ -639,7 +639,7 @@ fn photons_are_aimed_from_lamps_where_they_are() {
     let settings = Settings { seed, iterations: 64, ..settings(64, 48, 40_000, 5, 0.2) };
     let expected = render_path_fast(&scene, &Settings { iterations: 1024, ..settings });
     let targets = aimed_at(vec![Target::ball(Vec3::new(0.3, -1.2, 0.0), 0.8), Target::ball(Vec3::ZERO, 1.5)]);
-    let aimed = render_aimed(&scene, &settings, targets);
+    let aimed = render_aimed(&scene, &settings, &targets);
     let error = relative_error(mean(&aimed), mean(&expected));
     assert!(error < SAME_MEAN, "{:?} and {:?}", mean(&aimed), mean(&expected));
     assert_same_blocks(&aimed, &expected, SAME_BLOCK);

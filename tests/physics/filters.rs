@@ -2,7 +2,7 @@
 //! field stays uniform, and all of the light is kept.
 
 use crate::cases::tell;
-use crate::harness::{BLACK, Build, empty_scene, pinhole, render_path, render_sppm, settings};
+use crate::harness::{BLACK, Build, empty_scene, pinhole, render_paths, render_photons, settings};
 use reference::camera_pass::{CameraNumbers, camera_ray};
 use scene::{Film, Filter, RadiusSchedule, Rgb, Scene, Settings, Vec3};
 
@@ -106,7 +106,7 @@ fn a_speck_is_spread_by_the_shape_of_the_filter() {
         for place in [[0.0, 0.0], [0.3, -0.4]] {
             let scene = speck(place);
             let settings = filtered(filter, ITERATIONS);
-            for film in [render_sppm(&scene, &settings), render_path(&scene, &settings)] {
+            for film in [render_photons(&scene, &settings), render_paths(&scene, &settings)] {
                 let total = total(&film);
                 let value = |i: u32, at: f64| {
                     let distance = f64::from(i) - f64::from(SIDE / 2) - at;
@@ -139,9 +139,9 @@ fn every_filter_keeps_a_uniform_field() {
         let settings = filtered(filter, 4096);
         let global = Settings { radius_schedule: RadiusSchedule::Global, ..settings };
         for (film, tolerance) in [
-            (render_sppm(&shell, &settings), TOLERANCE),
-            (render_sppm(&shell, &global), TOLERANCE),
-            (render_path(&shell, &settings), 10.0 * TOLERANCE),
+            (render_photons(&shell, &settings), TOLERANCE),
+            (render_photons(&shell, &global), TOLERANCE),
+            (render_paths(&shell, &settings), 10.0 * TOLERANCE),
         ] {
             for pixel in &film.pixels {
                 assert!((pixel.x - 0.5).abs() < tolerance, "{filter}: {pixel}");
@@ -159,7 +159,7 @@ fn indirect_light_is_filtered_like_direct_light() {
     let scene = files::builtin::scene("cornell").unwrap();
     let with = |filter| {
         let settings = Settings { filter, ..settings(24, 18, 20_000, 5, 6.0) };
-        let film = render_sppm(&scene, &Settings { iterations: 24, ..settings });
+        let film = render_photons(&scene, &Settings { iterations: 24, ..settings });
         total(&film)
     };
     let plain = with(Filter::Box);

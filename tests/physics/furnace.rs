@@ -9,7 +9,7 @@
 use crate::cases::tell;
 use crate::harness::{
     BLACK, Build, assert_mean, coloured, diffuse, empty_scene, glass, mean, mirror, pinhole, relative_error,
-    render_path, render_path_fast, render_sppm, render_sppm_fast, settings,
+    render_path, render_path_fast, render_photons, render_sppm, render_sppm_fast, settings,
 };
 use scene::{Film, Material, RadiusSchedule, Rgb, Scene, Settings, Vec3};
 
@@ -302,7 +302,7 @@ fn white_balls_within_glass_are_invisible_in_a_furnace() {
     let expected = emission.to_array().map(f64::from);
     // The balls are lossless and visible in almost every pixel. Photons bounce until the shell absorbs them.
     let sppm = Settings { iterations: 8, ..settings(64, 64, 250_000, 256, 0.1) };
-    assert_mean(&render_sppm_fast(&scene, &sppm), expected, SUNKEN, "SPPM");
+    assert_mean(&render_photons(&scene, &sppm), expected, SUNKEN, "SPPM");
     // A few paths circulate in the glass for so long that they are cut off.
     assert_mean(&render_path(&scene, &samples(40_000, 256)), expected, FURNACE, "path tracer");
 }

@@ -3,8 +3,8 @@
 
 use crate::cases::tell;
 use crate::harness::{
-    BLACK, Build, coloured, diffuse, empty_scene, glass, pinhole, relative_error, render_path, render_sppm,
-    render_sppm_fast, settings,
+    BLACK, Build, coloured, diffuse, empty_scene, glass, pinhole, relative_error, render_paths,
+    render_photons, render_sppm_fast, settings,
 };
 use glam::DVec3;
 use reference::emission::{Emitted, emit};
@@ -273,7 +273,7 @@ const NOISE: f64 = 0.05;
 #[test]
 fn tiny_things_look_the_same_on_a_huge_ground() {
     let settings = scene::Settings { iterations: 400, ..settings(48, 48, 1, 8, 0.1 * TINY) };
-    let [large, huge] = [10.0, 1e4].map(|radius| blocks(&render_path(&tiny(radius), &settings)));
+    let [large, huge] = [10.0, 1e4].map(|radius| blocks(&render_paths(&tiny(radius), &settings)));
     for (index, (a, b)) in large.iter().zip(&huge).enumerate().skip(12) {
         let error = relative_error(*b, *a);
         assert!(error < NOISE, "block {index}: {b:?} on a huge ground, {a:?} on a large one");
@@ -295,7 +295,8 @@ fn photons_light_tiny_things_on_a_huge_ground() {
         let lower = &blocks[12..];
         [0, 1, 2].map(|channel| lower.iter().map(|b| b[channel]).sum::<f64>() / lower.len() as f64)
     };
-    let (by_paths, by_photons) = (mean(&render_path(&scene, &paths)), mean(&render_sppm(&scene, &photons)));
+    let (by_paths, by_photons) =
+        (mean(&render_paths(&scene, &paths)), mean(&render_photons(&scene, &photons)));
     let error = relative_error(by_photons, by_paths);
     assert!(error < MEAN, "{by_photons:?} by photons, {by_paths:?} by paths");
     tell("physics", 2, "images of tiny things lit by photons");

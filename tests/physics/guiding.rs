@@ -238,9 +238,9 @@ fn whatever_guides_photons_a_closed_room_looks_the_same() {
         .lamp(Vec3::new(0.5, 1.0, 0.0), 0.3, BLACK, Rgb::splat(10.0))
         .lamp(Vec3::new(-1.0, 0.0, -1.0), 0.05, BLACK, Rgb::splat(100.0));
     let settings = Settings { iterations: 8, ..settings(32, 32, 100_000, 5, 0.2) };
-    let expected = mean(&render_aimed(&scene, &settings, Targets::default()));
+    let expected = mean(&render_aimed(&scene, &settings, &Targets::default()));
     for seed in 0..3 {
-        let actual = mean(&render_aimed(&scene, &settings, guided_by(senseless(seed))));
+        let actual = mean(&render_aimed(&scene, &settings, &guided_by(senseless(seed))));
         let error = relative_error(actual, expected);
         assert!(error < SAME_MEAN, "{seed}: {actual:?} and {expected:?}");
     }
@@ -267,7 +267,7 @@ fn a_guided_room_is_the_path_tracers_block_by_block() {
     let settings = Settings { iterations: 64, ..settings(64, 48, 50_000, 8, 0.15) };
     let targets = survey(&scene, &settings);
     assert!(targets.shares.is_empty() && targets.guide.is_some(), "nothing is guided");
-    let guided = render_aimed(&scene, &settings, targets);
+    let guided = render_aimed(&scene, &settings, &targets);
     let path = render_path_fast(&scene, &Settings { iterations: 2048, ..settings });
     let error = relative_error(mean(&guided), mean(&path));
     assert!(error < SAME_MEAN, "{:?} and {:?}", mean(&guided), mean(&path));

@@ -143,10 +143,44 @@ pub(crate) fn render_path_fast(scene: &Scene, settings: &Settings) -> Film {
     run(fast::PathTracer::new(scene, settings), settings)
 }
 
-/// [`render_sppm_fast`] with photons aimed at `targets`.
-pub(crate) fn render_aimed(scene: &Scene, settings: &Settings, targets: Targets) -> Film {
+/// Whether what takes long is rendered by the reference as well: `SPPM_PHYSICS_ENGINE=reference`. Else the fast engine renders
+/// it, whose bits are the same. Faults that are put into the reference alone are judged so (`scripts/faults`).
+pub(crate) fn is_by_reference() -> bool {
+    match std::env::var("SPPM_PHYSICS_ENGINE") {
+        Ok(engine) if engine == "reference" => true,
+        Ok(engine) if engine != "fast" => panic!("SPPM_PHYSICS_ENGINE: {engine:?} is not fast or reference"),
+        _ => false,
+    }
+}
+
+/// The image by one of two engines: see [`is_by_reference`].
+pub(crate) fn render_by<F: Engine, R: Engine>(
+    fast: impl FnOnce() -> F,
+    reference: impl FnOnce() -> R,
+    settings: &Settings,
+) -> Film {
     settings.validate().unwrap();
-    run(fast::Sppm::new(scene, settings).aimed_at(targets), settings)
+    if is_by_reference() { run(reference(), settings) } else { run(fast(), settings) }
+}
+
+/// [`render_sppm`], by [`render_by`].
+pub(crate) fn render_photons(scene: &Scene, settings: &Settings) -> Film {
+    render_by(|| fast::Sppm::new(scene, settings), || Sppm::new(scene, settings), settings)
+}
+
+/// [`render_path`], by [`render_by`].
+pub(crate) fn render_paths(scene: &Scene, settings: &Settings) -> Film {
+    let by_fast = || fast::PathTracer::new(scene, settings);
+    render_by(by_fast, || PathTracer::new(scene, settings), settings)
+}
+
+/// [`render_photons`] with photons aimed at `targets`.
+pub(crate) fn render_aimed(scene: &Scene, settings: &Settings, targets: &Targets) -> Film {
+    render_by(
+        || fast::Sppm::new(scene, settings).aimed_at(targets.clone()),
+        || Sppm::new(scene, settings).aimed_at(targets.clone()),
+        settings,
+    )
 }
 
 /// The photons that several iterations deposit at shutter time 0, and the work that was counted.

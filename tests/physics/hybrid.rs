@@ -4,19 +4,31 @@
 use crate::cases::tell;
 use crate::harness::{
     BLACK, Build, diffuse, empty_scene, glass, lamp_within_glass, mean, mirror, pinhole, relative_error,
-    render_path, render_path_fast, run, settings,
+    render_by, render_path, render_path_fast, run, settings,
 };
-use fast::{PathTracer, Sppm};
 use reference::emission::emit;
 use reference::intersect::intersect;
 use reference::photon_numbers::PhotonNumbers;
 use reference::photon_pass::{Deposit, photon_pass};
+use reference::{PathTracer, Sppm};
 use scene::aim::{Aim, Targets};
 use scene::still::Carried;
 use scene::{Film, Hybrid, Rgb, Scene, Settings, Stats, Vec3};
 
 fn hybrid<'a>(scene: &'a Scene, settings: &Settings) -> Hybrid<PathTracer<'a>, Sppm<'a>> {
-    fast::hybrid(PathTracer::new(scene, settings), Sppm::new(scene, settings))
+    reference::hybrid(PathTracer::new(scene, settings), Sppm::new(scene, settings))
+}
+
+/// [`hybrid`], by `render_by`.
+fn render_hybrid(scene: &Scene, settings: &Settings) -> Film {
+    let by_fast = || fast::hybrid(fast::PathTracer::new(scene, settings), fast::Sppm::new(scene, settings));
+    render_by(by_fast, || hybrid(scene, settings), settings)
+}
+
+/// Its part that photons bring.
+fn render_caustics(scene: &Scene, settings: &Settings) -> Film {
+    let by_fast = || fast::Sppm::new(scene, settings).of_caustics();
+    render_by(by_fast, || Sppm::new(scene, settings).of_caustics(), settings)
 }
 
 /// A floor with balls of glass, mirror and chalk under a sky and two lamps, one of them within glass: so large that paths meet
@@ -69,14 +81,18 @@ fn both_parts_together_are_the_image_of_the_path_tracer() {
             ..settings(32, 24, 2000, max_depth, 0.25)
         };
         let truth = render_path_fast(&scene, &settings);
-        let both = run(hybrid(&scene, &Settings { seed: 7, ..settings }), &settings);
+        let both = render_hybrid(&scene, &Settings { seed: 7, ..settings });
         let found = difference(&both, &truth, 4);
         assert!(found < TOLERANCE, "{found} at depth {max_depth}");
         let means = relative_error(mean(&both), mean(&truth));
         // Of the whole image these two differ by 0.0007.
         assert!(means < TOLERANCE / 4.0, "{means} at depth {max_depth}");
-        let paths = run(PathTracer::new(&scene, &settings).without_caustics(), &settings);
-        let caustics = run(Sppm::new(&scene, &settings).of_caustics(), &settings);
+        let paths = render_by(
+            || fast::PathTracer::new(&scene, &settings).without_caustics(),
+            || PathTracer::new(&scene, &settings).without_caustics(),
+            &settings,
+        );
+        let caustics = render_caustics(&scene, &settings);
         assert!(difference(&paths, &truth, 4) > LACKING && difference(&caustics, &truth, 4) > LACKING);
     }
     tell("physics", 2, "images by paths and photons for caustics");
@@ -109,10 +125,10 @@ fn mirrors_alone_and_glass_that_glows_make_caustics() {
         let settings =
             Settings { iterations: 150, photons_per_iteration: 2000, ..settings(32, 24, 2000, 8, 0.25) };
         let truth = render_path_fast(&scene, &Settings { seed: 9, ..settings });
-        let both = run(hybrid(&scene, &settings), &settings);
+        let both = render_hybrid(&scene, &settings);
         let error = relative_error(mean(&both), mean(&truth));
         assert!(error < TOLERANCE, "{error}: {:?}, not {:?}", mean(&both), mean(&truth));
-        let caustics = run(Sppm::new(&scene, &settings).of_caustics(), &settings);
+        let caustics = render_caustics(&scene, &settings);
         let share = mean(&caustics)[0] / mean(&truth)[0];
         assert!(share > LEAST, "{share} of the image is of caustics");
     }

@@ -3,7 +3,7 @@
 use crate::cases::tell;
 use crate::harness::{
     BLACK, Build, assert_mean, coloured, diffuse, empty_scene, glass, mean, mirror, pinhole, relative_error,
-    render_path, render_sppm, settings,
+    render_paths, render_photons, settings,
 };
 use reference::direct_light::{estimate_irradiance, sample_light};
 use reference::emission::{Emitted, emit};
@@ -147,8 +147,8 @@ fn a_ball_under_a_far_lamp_is_lambertian() {
         let expected = [0, 1, 2].map(|c| f64::from(albedo[c]) * f64::from(emission[c]) * sine2 * cosine);
         for depth in [1, 5] {
             let settings = Settings { iterations: 4, ..settings(64, 64, 1000, depth, 0.1) };
-            assert_mean(&render_sppm(&scene, &settings), expected, PATCH, "SPPM");
-            assert_mean(&render_path(&scene, &settings), expected, PATCH, "path tracer");
+            assert_mean(&render_photons(&scene, &settings), expected, PATCH, "SPPM");
+            assert_mean(&render_paths(&scene, &settings), expected, PATCH, "path tracer");
         }
     }
     tell("physics", 12, "images of a ball under a far lamp");
@@ -173,8 +173,8 @@ fn lamps_of_all_materials_light_alike() {
         assert!((f64::from(still.lights.power) / power - 1.0).abs() < EXACT, "{material:?}: {power}");
         let expected = [1.0, 2.0, 0.5].map(|emission| albedo * share * emission);
         let settings = Settings { iterations: 4, ..settings(16, 16, 100, 1, 0.1) };
-        assert_mean(&render_sppm(&scene, &settings), expected, PATCH, &format!("SPPM, {material:?}"));
-        assert_mean(&render_path(&scene, &settings), expected, PATCH, &format!("path tracer, {material:?}"));
+        assert_mean(&render_photons(&scene, &settings), expected, PATCH, &format!("SPPM, {material:?}"));
+        assert_mean(&render_paths(&scene, &settings), expected, PATCH, &format!("path tracer, {material:?}"));
     }
     tell("physics", 12, "irradiances of lamps of all materials");
 }
@@ -195,10 +195,10 @@ fn a_mirror_room_that_glows_lights_what_is_within() {
     let [rho, m] = [albedo, reflectance].map(f64::from);
     for (depth, terms) in [(1, 1), (2, 1), (3, 2)] {
         let expected = [(0..terms).map(|k| rho * (rho * m).powi(k)).sum::<f64>(); 3];
-        let path = render_path(&scene, &Settings { iterations: 4, ..settings(16, 16, 1, depth, 0.2) });
+        let path = render_paths(&scene, &Settings { iterations: 4, ..settings(16, 16, 1, depth, 0.2) });
         assert_mean(&path, expected, ALL_ALIKE, &format!("path tracer, depth {depth}"));
         let (photons, tolerance) = if terms > 1 { (1 << 18, RETURNED) } else { (1000, ALL_ALIKE) };
-        let sppm = render_sppm(&scene, &settings(16, 16, photons, depth, 0.2));
+        let sppm = render_photons(&scene, &settings(16, 16, photons, depth, 0.2));
         assert_mean(&sppm, expected, tolerance, &format!("SPPM, depth {depth}"));
     }
     tell("physics", 6, "mirror rooms that glow");
@@ -218,8 +218,8 @@ fn a_ball_under_two_near_lamps_gets_the_light_of_each() {
     };
     let expected = [0.5 * share(lamps[0]), 0.5 * 3.0 * share(lamps[1]), 0.0];
     let settings = Settings { iterations: 128, ..settings(64, 64, 100, 1, 0.1) };
-    assert_mean(&render_sppm(&scene, &settings), expected, CHOSEN, "SPPM");
-    assert_mean(&render_path(&scene, &settings), expected, CHOSEN, "path tracer");
+    assert_mean(&render_photons(&scene, &settings), expected, CHOSEN, "SPPM");
+    assert_mean(&render_paths(&scene, &settings), expected, CHOSEN, "path tracer");
     tell("physics", 2, "images of a ball under two lamps");
 }
 
@@ -336,7 +336,7 @@ fn each_channel_reflects_by_itself() {
             .ball(Vec3::ZERO, 1.0, material)
             .lamp(Vec3::new(2.0, 0.0, 6.0), 0.5, BLACK, Rgb::ONE);
         let settings = settings(8, 8, 1, 2, 1.0);
-        [render_sppm(&scene, &settings), render_path(&scene, &settings)].map(|film| film.pixels[27])
+        [render_photons(&scene, &settings), render_paths(&scene, &settings)].map(|film| film.pixels[27])
     };
     for (grey, colour) in pixel(diffuse(0.5)).into_iter().zip(pixel(coloured([0.5, 0.0, 0.25]))) {
         assert!(grey.x > 0.0);
@@ -397,8 +397,8 @@ fn both_engines_agree_about_sunk_lamps() {
     for offset in [2.0, 2.5, 3.0] {
         let mut scene = lamp_in_shell(offset);
         scene.camera = pinhole(AXIS * -2.8, AXIS, 70.0);
-        let sppm = render_sppm(&scene, &Settings { iterations: 8, ..settings(64, 64, 100_000, 8, 0.15) });
-        let path = render_path(&scene, &Settings { iterations: 64, ..settings(64, 64, 1, 8, 0.15) });
+        let sppm = render_photons(&scene, &Settings { iterations: 8, ..settings(64, 64, 100_000, 8, 0.15) });
+        let path = render_paths(&scene, &Settings { iterations: 64, ..settings(64, 64, 1, 8, 0.15) });
         let error = relative_error(mean(&sppm), mean(&path));
         assert!(error < SAME_MEAN, "offset {offset}: {:?} and {:?}", mean(&sppm), mean(&path));
     }
@@ -428,8 +428,8 @@ fn a_glowing_glass_ball_lights_what_is_within_from_its_inner_side() {
         let scene = scene(Vec3::Z * eye);
         let settings = Settings { iterations: 64, ..settings(64, 64, 100, 5, 0.1) };
         let expected = albedo.map(|albedo| seen + f64::from(albedo));
-        assert_mean(&render_sppm(&scene, &settings), expected, CHOSEN, "SPPM");
-        assert_mean(&render_path(&scene, &settings), expected, CHOSEN, "path tracer");
+        assert_mean(&render_photons(&scene, &settings), expected, CHOSEN, "SPPM");
+        assert_mean(&render_paths(&scene, &settings), expected, CHOSEN, "path tracer");
     }
     tell("physics", 6, "irradiances and images of a ball in glowing glass");
 }
@@ -447,8 +447,8 @@ fn glowing_glass_shines_inwards_and_reflects_its_own_light() {
         let n = f64::from(ior);
         let expected = [1.0 / (1.0 - ((n - 1.0) / (n + 1.0)).powi(2)); 3];
         let settings = Settings { iterations: 32, ..settings(64, 64, 1, 64, 1.0) };
-        assert_mean(&render_sppm(&scene, &settings), expected, QUADRATURE, "SPPM");
-        assert_mean(&render_path(&scene, &settings), expected, QUADRATURE, "path tracer");
+        assert_mean(&render_photons(&scene, &settings), expected, QUADRATURE, "SPPM");
+        assert_mean(&render_paths(&scene, &settings), expected, QUADRATURE, "path tracer");
     }
     tell("physics", 6, "images from within glowing glass");
 }
@@ -466,7 +466,7 @@ fn both_sides_of_a_glowing_glass_ball_light_the_shell_around_it() {
     assert!((power / (8.0 * PI * PI) - 1.0).abs() < EXACT, "power {power} is not that of two sides");
     let expected = [albedo * 2.0 / 9.0 / (1.0 - albedo); 3];
     let sppm = Settings { iterations: 2, ..settings(32, 32, 750_000, depth, 0.2) };
-    assert_mean(&render_sppm(&scene, &sppm), expected, SAME_MEAN, "SPPM");
+    assert_mean(&render_photons(&scene, &sppm), expected, SAME_MEAN, "SPPM");
     tell("physics", 1, "furnaces with glowing glass");
 }
 
@@ -484,7 +484,7 @@ fn paths_find_both_sides_of_a_glowing_glass_ball() {
     let (outer, inner, again) = (albedo * share, albedo * share, albedo * albedo * (1.0 - share) * share);
     for (depth, expected) in [(1, outer), (2, outer + inner + again)] {
         let settings = Settings { iterations: 16, ..settings(64, 64, 1, depth, 0.2) };
-        assert_mean(&render_path(&scene, &settings), [expected; 3], MET, &format!("depth {depth}"));
+        assert_mean(&render_paths(&scene, &settings), [expected; 3], MET, &format!("depth {depth}"));
     }
     tell("physics", 2, "images by paths of glowing glass");
 }
@@ -595,8 +595,8 @@ fn rooms_that_glow_hide_each_other() {
     assert!(error < QUADRATURE, "{found:?}");
     let settings = Settings { iterations: 4, ..settings(64, 64, 1, 1, 0.1) };
     let expected = [0.5 * albedo, 0.5 * albedo, 0.0];
-    assert_mean(&render_sppm(&scene, &settings), expected, SIDES, "SPPM");
-    assert_mean(&render_path(&scene, &settings), expected, SIDES, "path tracer");
+    assert_mean(&render_photons(&scene, &settings), expected, SIDES, "SPPM");
+    assert_mean(&render_paths(&scene, &settings), expected, SIDES, "path tracer");
     let (numbers, photons) = (PhotonNumbers::new(1, 0), 1 << 16);
     let left: Vec<Emitted> =
         (0..photons).filter_map(|photon| emit(&still, &Aim::default(), &numbers, photon)).collect();
@@ -636,7 +636,7 @@ fn an_enclosed_lamp_changes_no_pixel() {
     let scene = lamp_in_shell(1.0).ball(Vec3::Y * -1.5, 0.7, diffuse(0.4));
     let settings = Settings { iterations: 2, ..settings(16, 12, 2000, 5, 1.0) };
     let images =
-        |scene: &Scene| -> [Film; 2] { [render_sppm(scene, &settings), render_path(scene, &settings)] };
+        |scene: &Scene| -> [Film; 2] { [render_photons(scene, &settings), render_paths(scene, &settings)] };
     let expected = images(&scene);
     // Inside a ball, and outside the shell.
     for (center, radius) in [(Vec3::Y * -1.5, 0.5), (AXIS * 10.0, 2.0), (Vec3::ZERO, 4.0)] {

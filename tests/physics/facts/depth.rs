@@ -3,7 +3,7 @@
 use super::closed_form::{SMOOTH, assert_close, direct_light, lit, straight_ahead};
 use crate::cases::tell;
 use crate::harness::{
-    BLACK, Build, assert_mean, coloured, diffuse, empty_scene, glass, pinhole, render_path, render_sppm,
+    BLACK, Build, assert_mean, coloured, diffuse, empty_scene, glass, pinhole, render_paths, render_photons,
     settings,
 };
 use scene::{Material, Rgb, Settings, Vec3};
@@ -31,7 +31,7 @@ fn eye_sees_as_many_reflections_as_there_are_segments() {
     for depth in [1, 2, 3, 5, 64] {
         let settings = settings(16, 16, 1, depth, 1.0);
         let expected = [0, 1, 2].map(|c| f64::from(emission[c]) * geometric(f64::from(albedo[c]), depth));
-        for film in [render_sppm(&scene, &settings), render_path(&scene, &settings)] {
+        for film in [render_photons(&scene, &settings), render_paths(&scene, &settings)] {
             assert_mean(&film, expected, ROUNDING, &format!("depth {depth}"));
         }
     }
@@ -53,7 +53,7 @@ fn photons_bring_as_many_reflections_as_there_are_segments() {
     for depth in [1, 2, 3, 5] {
         let expected = [0, 1, 2].map(|c| f64::from(emission[c]) * geometric(f64::from(albedo[c]), depth + 1));
         let settings = Settings { iterations: 1, ..settings(4, 4, 400_000, depth, 6.0) };
-        assert_mean(&render_sppm(&scene, &settings), expected, FURNACE, &format!("depth {depth}"));
+        assert_mean(&render_photons(&scene, &settings), expected, FURNACE, &format!("depth {depth}"));
     }
     tell("physics", 4, "furnaces within one radius");
 }

@@ -3,7 +3,7 @@
 use super::closed_form::{assert_close, direct_light, lit};
 use crate::cases::tell;
 use crate::distributed::{assert_converges, two_balls};
-use crate::harness::{BLACK, Build, diffuse, empty_scene, pinhole, render_path, render_sppm, settings};
+use crate::harness::{BLACK, Build, diffuse, empty_scene, pinhole, render_paths, render_photons, settings};
 use scene::{Film, Rgb, Settings, Vec3};
 
 /// Relative tolerance: the noise of about a thousand samples that hit the lamp, and second-order terms in the sizes of
@@ -39,7 +39,7 @@ fn eye_sees_a_point_out_of_focus_as_a_disc_of_the_lens() {
         scene = scene.lamp(Vec3::NEG_Z * distance, lamp_radius, BLACK, Rgb::ONE);
         (scene.camera.aperture_radius, scene.camera.focus_distance) = (aperture, focus);
         let settings = Settings { iterations: 400, ..settings(SIDE, SIDE, 1, 1, 1.0) };
-        for film in [render_path(&scene, &settings), render_sppm(&scene, &settings)] {
+        for film in [render_paths(&scene, &settings), render_photons(&scene, &settings)] {
             let pixel = 2.0 * 15.0_f64.to_radians().tan() / f64::from(SIDE);
             let (light, mean_square) = light_and_mean_square(&film, pixel);
             // Blurring preserves the total light. The image is the convolution of the discs of lens and lamp, so their

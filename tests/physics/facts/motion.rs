@@ -3,7 +3,9 @@
 use super::closed_form::{SMOOTH, assert_close, average, lit, straight_ahead};
 use crate::cases::tell;
 use crate::distributed::{assert_converges, two_balls};
-use crate::harness::{BLACK, Build, diffuse, empty_scene, mean, pinhole, render_path, render_sppm, settings};
+use crate::harness::{
+    BLACK, Build, diffuse, empty_scene, mean, pinhole, render_paths, render_photons, settings,
+};
 use scene::{Rgb, Settings, Vec3};
 
 /// Tolerance: within half a pixel of the middle, the round edge of the lamp shortens the time.
@@ -17,7 +19,7 @@ fn eye_sees_the_trail_of_a_lamp_as_bright_as_the_time_it_stays() {
     scene.spheres[0].velocity = Vec3::X * 2.0;
     scene.camera.shutter = [0.0, 1.0];
     let settings = Settings { iterations: 1024, ..settings(65, 65, 1, 1, 1.0) };
-    for film in [render_path(&scene, &settings), render_sppm(&scene, &settings)] {
+    for film in [render_paths(&scene, &settings), render_photons(&scene, &settings)] {
         // It covers a point in the middle of its path while it moves by 0.4 of the 2 units.
         let middle = f64::from(film.pixels[32 * 65 + 32].x);
         assert!((middle - 0.2).abs() < TRAIL, "{middle}");
@@ -64,7 +66,7 @@ fn direct_light_of_a_moving_lamp_is_its_mean_over_the_exposure() {
     let [open, close] = shutter.map(f64::from);
     let expected = 0.5 * average(close - open, |time| at(open + time));
     let settings = Settings { iterations: 1024, ..settings(4, 4, 1, 1, 1.0) };
-    for film in [render_sppm(&scene, &settings), render_path(&scene, &settings)] {
+    for film in [render_photons(&scene, &settings), render_paths(&scene, &settings)] {
         assert_close(mean(&film), [expected; 3], SMOOTH, "a ball under a moving lamp");
     }
     tell("physics", 2, "balls under a moving lamp");

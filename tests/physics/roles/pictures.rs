@@ -5,7 +5,7 @@ use super::camera::half_mirror;
 use crate::cases::tell;
 use crate::facts::{assert_close, direct_light, lit};
 use crate::harness::{
-    BLACK, Build, diffuse, empty_scene, glass, mean, pinhole, render_path, render_sppm, settings,
+    BLACK, Build, diffuse, empty_scene, glass, mean, pinhole, render_paths, render_photons, settings,
 };
 use scene::{Rgb, Scene, Settings, Vec3};
 
@@ -58,7 +58,7 @@ fn half_a_pixel_shows_half_a_lamp() {
             }
             let many = Settings { iterations: 1 << 10, ..settings(width, height, 1, 1, 1.0) };
             for (engine, film) in
-                [("SPPM", render_sppm(&scene, &many)), ("paths", render_path(&scene, &many))]
+                [("SPPM", render_photons(&scene, &many)), ("paths", render_paths(&scene, &many))]
             {
                 let what = format!("{engine}, {what}, covered towards {side}");
                 assert_close(mean(&film), [0.5 * expected; 3], QUARTERS, &what);
