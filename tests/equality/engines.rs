@@ -277,8 +277,8 @@ fn an_abandoned_iteration_changes_nothing() {
         let pool = way.pool();
         let (mut abandoned, mut wait) = (0, Duration::from_micros(30));
         for iteration in 1..=settings.iterations {
+            let before = (state(&*engine), *engine.stats());
             loop {
-                let before = (state(&*engine), *engine.stats());
                 let stop = Stop::new();
                 if abandoned == 0 {
                     stop.request();

@@ -24,7 +24,7 @@ use proptest::test_runner::{TestCaseResult, TestError, TestRunner};
 use scene::Vec3;
 use scene::rng::UNIT;
 use std::cell::Cell;
-use std::fmt::Debug;
+use std::fmt::{self, Debug, Formatter};
 
 /// Input lengths with every possible tail of a packet of 8 or 16.
 const TAILS: std::ops::RangeInclusive<usize> = 0..=31;
@@ -56,6 +56,15 @@ fn same(a: f32, b: f32) -> bool {
 /// A float as a number and as bits.
 fn shown(x: f32) -> String {
     format!("{x:?} ({:#010x})", x.to_bits())
+}
+
+/// Floats that are shown so, but only if they must be: millions are compared.
+struct Shown<const N: usize>([f32; N]);
+
+impl<const N: usize> Debug for Shown<N> {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        f.debug_list().entries(self.0.map(shown)).finish()
+    }
 }
 
 /// Expects floats with equal bits.
@@ -91,7 +100,7 @@ fn check_map<const A: usize, const B: usize>(
             kernel(lanes, inputs, outputs.each_mut().map(|column| &mut column[..count]));
             for index in 0..count {
                 let actual: [f32; B] = std::array::from_fn(|k| outputs[k][index]);
-                assert_same(&actual, &expected[index], &(name, lanes, count, rows[index].map(shown)));
+                assert_same(&actual, &expected[index], &(name, lanes, count, Shown(rows[index])));
             }
             for column in &outputs {
                 assert_same(&column[count..], &[GUARD; GUARDS], &(name, lanes, count, "guards"));
