@@ -100,25 +100,17 @@ fn noise(values: &[Vec<f64>], brightness: &[Vec<f64>], mean: f64) -> f64 {
     relative.iter().sum::<f64>() / relative.len() as f64
 }
 
-fn figures_by_reference(method: &Method, scene: &Scene, settings: &Settings) -> Figures {
-    use reference::{PathTracer, Sppm, hybrid};
-    let (sppm, path) = (|s: &Settings| Sppm::new(scene, s), |s: &Settings| PathTracer::new(scene, s));
-    match method {
-        Method::Sppm => figures(settings, sppm),
-        Method::Path => figures(settings, path),
-        Method::Hybrid => figures(settings, |s| hybrid(path(s), sppm(s))),
-    }
-}
-
-/// The same figures, as the same bits have them.
-fn figures_by_fast(method: &Method, scene: &Scene, settings: &Settings) -> Figures {
-    use fast::{PathTracer, Sppm, hybrid};
-    let (sppm, path) = (|s: &Settings| Sppm::new(scene, s), |s: &Settings| PathTracer::new(scene, s));
-    match method {
-        Method::Sppm => figures(settings, sppm),
-        Method::Path => figures(settings, path),
-        Method::Hybrid => figures(settings, |s| hybrid(path(s), sppm(s))),
-    }
+/// The figures of a row by an engine, of the crate `$engine`. Those of the fast engine are the same, as its bits are.
+macro_rules! figures_by {
+    ($engine:ident, $method:expr, $scene:expr, $settings:expr) => {{
+        let sppm = |s: &Settings| $engine::Sppm::new($scene, s);
+        let path = |s: &Settings| $engine::PathTracer::new($scene, s);
+        match $method {
+            Method::Sppm => figures($settings, sppm),
+            Method::Path => figures($settings, path),
+            Method::Hybrid => figures($settings, |s| $engine::hybrid(path(s), sppm(s))),
+        }
+    }};
 }
 
 enum Method {
@@ -151,9 +143,9 @@ fn check(rows: &[Row]) {
     for Row { name, method, scene, settings, recorded, tolerances } in rows {
         let scene = scene();
         let found = if is_by_reference() {
-            figures_by_reference(method, &scene, settings)
+            figures_by!(reference, method, &scene, settings)
         } else {
-            figures_by_fast(method, &scene, settings)
+            figures_by!(fast, method, &scene, settings)
         };
         let is_wrong = |&i: &usize| (found[i] - recorded[i]).abs() > tolerances[i] * recorded[i];
         for i in (0..found.len()).filter(is_wrong) {
