@@ -26,8 +26,6 @@ OFFSET = 1500 * 2.0**-24
 MARGIN = 2.0
 # Paths per pixel. Leaks that so few do not find are seen by a neighbour: see `mask`.
 SAMPLES = 32
-# Some ten roundings of float64.
-ROUNDING = 1e-14
 # Instants of a scene in motion, which share the paths.
 INSTANTS = 16
 
@@ -88,20 +86,20 @@ def near_contact(world: tracer.World, hits: tracer.Hits, moved: np.ndarray) -> n
 
 
 def _within(world: tracer.World, points: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of a point and a sphere, without those whose surface is farther from it than any rounding of `reach`.
+    """Pairs of a point and a sphere whose surface may be within `reach` of it: all that are, and few that are not.
 
     A distance d that differs from the radius r by less than a reach e has |d^2 - r^2| < e (2 r + e).
     """
+    rounding = tracer.ROUNDING
     points_squared, centers_squared = (np.einsum("ij,ij->i", of, of) for of in (points, world.centers))
     radii_squared, ones, each = world.radii**2, np.ones(len(points)), np.ones(len(world.radii))
-    # The matrices of |d^2 - r^2| and of what it may be, each as one product.
+    # The matrix of |d^2 - r^2| and that of e (2 r + e), widened by rounding, are each one product of matrices.
     terms = np.column_stack([points, points_squared, ones])
     apart = terms @ np.vstack([-2 * world.centers.T, each, centers_squared - radii_squared])
     np.abs(apart, out=apart)
-    # What is within is decided by the exact formula.
-    terms = np.column_stack([reach, reach**2 + ROUNDING * points_squared, ones])
-    slack = terms @ np.vstack([2 * world.radii, each, ROUNDING * (centers_squared + radii_squared)])
-    return np.nonzero(apart < slack)
+    terms = np.column_stack([reach, reach**2 + rounding * points_squared, ones])
+    most = terms @ np.vstack([2 * world.radii, each, rounding * (centers_squared + radii_squared)])
+    return np.nonzero(apart < most)
 
 
 def _shift(name: str, width: int, height: int, time: float | None) -> np.ndarray:

@@ -37,6 +37,8 @@ SEGMENTS_AT_MOST = 10_000
 # A lamp is asked straight if its radius is so small a part of its distance from the eye, and that is so many times the distance
 # of the nearest thing.
 SMALL, FAR = 0.1, 100.0
+# Some ten roundings of float64, relative to the terms of a sum.
+ROUNDING = 1e-14
 # Rays that are traced together, which bounds the memory.
 TOGETHER = 1 << 14
 
@@ -303,7 +305,7 @@ def intersect(world: World, origins: np.ndarray, directions: np.ndarray, leaves:
     nearest, spheres = np.full(len(origins), np.inf), np.full(len(origins), NONE)
     # The pairs are in the order of the rays.
     firsts = np.flatnonzero(np.diff(rays, prepend=-1))
-    nearest[rays[firsts]] = np.minimum.reduceat(t, firsts) if len(t) else t
+    nearest[rays[firsts]] = np.minimum.reduceat(t, firsts)
     is_nearest = np.isfinite(t) & (t == nearest[rays])
     spheres[rays[is_nearest]] = tried[is_nearest]
     points = origins + np.where(np.isfinite(nearest), nearest, 0)[:, None] * directions
@@ -319,10 +321,10 @@ def _candidates(world: World, origins: np.ndarray, directions: np.ndarray) -> tu
     ones, each = np.ones(len(origins)), np.ones(len(world.radii))
     along = np.column_stack([directions, -_dot(origins, directions)]) @ np.vstack([world.centers.T, each])
     np.square(along, out=along)
-    # The squared distance of a centre from the line is |origin - centre|^2 - along^2: at most the radius squared, and some
-    # ten roundings of the terms. What is within is decided by the exact formula. The matrix of all else is one product.
-    others = np.vstack([2 * world.centers.T, -each, world.radii**2 - (1 - 1e-14) * center_squared])
-    along += np.column_stack([origins, (1 - 1e-14) * squared, ones]) @ others
+    # The squared distance of a centre from the line is |origin - centre|^2 - along^2: at most the radius squared, but for
+    # rounding. The exact formula decides later. All terms but along^2 are one product of matrices.
+    others = np.vstack([2 * world.centers.T, -each, world.radii**2 - (1 - ROUNDING) * center_squared])
+    along += np.column_stack([origins, (1 - ROUNDING) * squared, ones]) @ others
     return np.nonzero(along >= 0)
 
 
