@@ -67,8 +67,11 @@ impl Requests {
         Self { signal: Arc::new(AtomicUsize::new(0)), stop: Stop::default() }
     }
 
-    /// Actions run in the order of registration. Two signals of different kinds may be handled at the same time, by two
-    /// threads: each is marked as received before the other's mark is looked for, so at least one finds the other.
+    /// Installs the handler of one signal, whose actions run in the order in which they are registered here.
+    ///
+    /// Two signals of different kinds may be handled at the same time, by two threads. Each handler marks its own signal as
+    /// received before it looks for the marks of the others: so at least one of the two finds the other's mark, and ends the
+    /// process.
     fn register(&self, signal: i32, received: &[Received]) -> io::Result<()> {
         let code = Signal(signal).exit_code().into();
         let (own, others): (Vec<_>, Vec<_>) = received.iter().partition(|(of, _)| *of == signal);

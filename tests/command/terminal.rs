@@ -217,7 +217,7 @@ fn messages_appear_above_the_bar() {
 
 #[test]
 fn a_long_first_iteration_shows_how_far_it_is() {
-    // An iteration takes seconds on any machine.
+    // Sizes for which an iteration of one thread takes long enough to be watched.
     for (engine, size) in [
         ("fast", ["--width=3000", "--height=2000", "--photons=30000000"]),
         ("reference", ["--width=1500", "--height=1000", "--photons=2000000"]),

@@ -3,23 +3,18 @@
 use crate::cases::tell;
 use crate::harness::{
     BLACK, Build, assert_mean, block_mean, diffuse, empty_scene, glass, mean, mirror, pinhole,
-    relative_error, render_paths, render_sppm, run, settings,
+    relative_error, render_hybrid, render_paths, render_photons, settings,
 };
 use reference::camera_pass::{CameraNumbers, camera_ray};
 use reference::intersect::intersect;
-use reference::{PathTracer, Sppm, hybrid};
 use scene::settings::MAX_GLINT_SAMPLES;
 use scene::{Camera, Film, Filter, Material, Rgb, Rims, Scene, Settings, Vec3};
 use std::f64::consts::PI;
 
 type Render = fn(&Scene, &Settings) -> Film;
 
-fn render_hybrid(scene: &Scene, settings: &Settings) -> Film {
-    run(hybrid(PathTracer::new(scene, settings), Sppm::new(scene, settings)), settings)
-}
-
 const ENGINES: [(&str, Render); 3] =
-    [("SPPM", render_sppm), ("path tracer", render_paths), ("paths with photons", render_hybrid)];
+    [("SPPM", render_photons), ("path tracer", render_paths), ("paths with photons", render_hybrid)];
 
 /// The numbers of rays that are tried.
 const SAMPLES: [u32; 4] = [2, 3, 8, MAX_GLINT_SAMPLES];

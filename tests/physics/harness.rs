@@ -143,8 +143,8 @@ pub(crate) fn render_path_fast(scene: &Scene, settings: &Settings) -> Film {
     run(fast::PathTracer::new(scene, settings), settings)
 }
 
-/// Whether what takes long is rendered by the reference as well: `SPPM_PHYSICS_ENGINE=reference`. Else the fast engine renders
-/// it, whose bits are the same. Faults that are put into the reference alone are judged so (`scripts/faults`).
+/// Whether the reference renders larger images too (`SPPM_PHYSICS_ENGINE=reference`). By default the fast engine does, whose
+/// bits are the same. `scripts/faults` asks for the reference, as it puts some faults into the reference alone.
 pub(crate) fn is_by_reference() -> bool {
     match std::env::var("SPPM_PHYSICS_ENGINE") {
         Ok(engine) if engine == "reference" => true,
@@ -172,6 +172,15 @@ pub(crate) fn render_photons(scene: &Scene, settings: &Settings) -> Film {
 pub(crate) fn render_paths(scene: &Scene, settings: &Settings) -> Film {
     let by_fast = || fast::PathTracer::new(scene, settings);
     render_by(by_fast, || PathTracer::new(scene, settings), settings)
+}
+
+/// Path tracing with photons for caustics, by [`render_by`].
+pub(crate) fn render_hybrid(scene: &Scene, settings: &Settings) -> Film {
+    render_by(
+        || fast::hybrid(fast::PathTracer::new(scene, settings), fast::Sppm::new(scene, settings)),
+        || reference::hybrid(PathTracer::new(scene, settings), Sppm::new(scene, settings)),
+        settings,
+    )
 }
 
 /// [`render_photons`] with photons aimed at `targets`.
