@@ -3,18 +3,23 @@
 use crate::cases::tell;
 use crate::harness::{
     BLACK, Build, assert_mean, block_mean, diffuse, empty_scene, glass, mean, mirror, pinhole,
-    relative_error, render_hybrid, render_paths, render_photons, settings,
+    relative_error, render_path, render_sppm, run, settings,
 };
 use reference::camera_pass::{CameraNumbers, camera_ray};
 use reference::intersect::intersect;
+use reference::{PathTracer, Sppm, hybrid};
 use scene::settings::MAX_GLINT_SAMPLES;
 use scene::{Camera, Film, Filter, Material, Rgb, Rims, Scene, Settings, Vec3};
 use std::f64::consts::PI;
 
 type Render = fn(&Scene, &Settings) -> Film;
 
+fn render_hybrid(scene: &Scene, settings: &Settings) -> Film {
+    run(hybrid(PathTracer::new(scene, settings), Sppm::new(scene, settings)), settings)
+}
+
 const ENGINES: [(&str, Render); 3] =
-    [("SPPM", render_photons), ("path tracer", render_paths), ("paths with photons", render_hybrid)];
+    [("SPPM", render_sppm), ("path tracer", render_path), ("paths with photons", render_hybrid)];
 
 /// The numbers of rays that are tried.
 const SAMPLES: [u32; 4] = [2, 3, 8, MAX_GLINT_SAMPLES];
@@ -205,7 +210,7 @@ fn the_variance_is_that_of_so_many_paths() {
             let values: Vec<f64> = (0..4096)
                 .map(|seed| {
                     let settings = Settings { seed, iterations: 1, ..many(1, 1, 3, samples) };
-                    mean(&render_paths(&scene, &settings))[0]
+                    mean(&render_path(&scene, &settings))[0]
                 })
                 .collect();
             let mean = values.iter().sum::<f64>() / 4096.0;
@@ -230,7 +235,7 @@ fn the_variance_falls_with_the_iterations_as_with_the_rays() {
     for (samples, iterations) in [(4, 4), (16, 2)] {
         let of = |seed: u32| {
             let settings = Settings { seed: seed.into(), iterations, ..many(1, 1, 3, samples) };
-            mean(&render_paths(&scene, &settings))[0]
+            mean(&render_path(&scene, &settings))[0]
         };
         let values: Vec<f64> = (0..SEEDS).map(of).collect();
         let mean = values.iter().sum::<f64>() / f64::from(SEEDS);
@@ -258,7 +263,7 @@ fn the_variance_of_weak_reflections_is_that_by_roots() {
     );
     let of = |seed: u32| {
         let settings = Settings { seed: seed.into(), iterations: 1, ..many(1, 1, 2, SAMPLES) };
-        mean(&render_paths(&scene, &settings))[0]
+        mean(&render_path(&scene, &settings))[0]
     };
     let values: Vec<f64> = (0..SEEDS).map(of).collect();
     let mean = values.iter().sum::<f64>() / f64::from(SEEDS);
@@ -356,7 +361,7 @@ fn lamps_out_of_focus_are_as_with_one_ray() {
         let scene = if is_veiled { veil(scene.clone(), glass(1.0, 1.0)) } else { scene.clone() };
         let of = |glint_samples| {
             let settings = many(8, 8, 3, glint_samples);
-            render_paths(&scene, &settings)
+            render_path(&scene, &settings)
         };
         let (one, several) = (of(1), of(8));
         for (x, y) in [(0, 0), (4, 0), (0, 4), (4, 4)] {
@@ -489,7 +494,7 @@ fn lamps_behind_glass_that_light_a_surface_are_not_lamps_that_are_seen() {
         .ball(Vec3::NEG_Z, 1.0, diffuse(albedo))
         .ball(Vec3::ZERO, 3.0, glass(1.0, 1.0));
     for samples in [1, 8] {
-        let film = render_paths(&scene, &many(1, 1, 8, samples));
+        let film = render_path(&scene, &many(1, 1, 8, samples));
         assert_mean(&film, [f64::from(albedo); 3], MEAN, &format!("{samples} rays"));
     }
     tell("physics", 2, "surfaces behind glass lit by way of it");

@@ -174,15 +174,6 @@ pub(crate) fn render_paths(scene: &Scene, settings: &Settings) -> Film {
     render_by(by_fast, || PathTracer::new(scene, settings), settings)
 }
 
-/// Path tracing with photons for caustics, by [`render_by`].
-pub(crate) fn render_hybrid(scene: &Scene, settings: &Settings) -> Film {
-    render_by(
-        || fast::hybrid(fast::PathTracer::new(scene, settings), fast::Sppm::new(scene, settings)),
-        || reference::hybrid(PathTracer::new(scene, settings), Sppm::new(scene, settings)),
-        settings,
-    )
-}
-
 /// [`render_photons`] with photons aimed at `targets`.
 pub(crate) fn render_aimed(scene: &Scene, settings: &Settings, targets: &Targets) -> Film {
     render_by(

@@ -4,7 +4,7 @@
 use crate::cases::tell;
 use crate::harness::{
     BLACK, Build, diffuse, empty_scene, glass, lamp_within_glass, mean, mirror, pinhole, relative_error,
-    render_by, render_hybrid, render_path, render_path_fast, run, settings,
+    render_by, render_path, render_path_fast, run, settings,
 };
 use reference::emission::emit;
 use reference::intersect::intersect;
@@ -17,6 +17,12 @@ use scene::{Film, Hybrid, Rgb, Scene, Settings, Stats, Vec3};
 
 fn hybrid<'a>(scene: &'a Scene, settings: &Settings) -> Hybrid<PathTracer<'a>, Sppm<'a>> {
     reference::hybrid(PathTracer::new(scene, settings), Sppm::new(scene, settings))
+}
+
+/// The image of [`hybrid`], by [`render_by`].
+fn render_hybrid(scene: &Scene, settings: &Settings) -> Film {
+    let by_fast = || fast::hybrid(fast::PathTracer::new(scene, settings), fast::Sppm::new(scene, settings));
+    render_by(by_fast, || hybrid(scene, settings), settings)
 }
 
 /// The part of the image that photons bring.
