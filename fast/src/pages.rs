@@ -1,9 +1,10 @@
 //! Arrays on large pages.
 //!
 //! The first write to a new array costs a page fault per 4 KiB, which takes a tenth of a short render. These arrays ask for
-//! pages of 2 MiB (on Linux), and all threads share the first write (everywhere).
+//! pages of 2 MiB (on Linux), and all threads share the first write (everywhere). Arrays that would not fill one of these pages
+//! come from the heap, whose memory is used again: to map and unmap it takes longer than many a small render.
 
-use bytemuck::Pod;
+use bytemuck::{Pod, Zeroable};
 use memmap2::MmapMut;
 use rayon::prelude::*;
 use std::alloc::{Layout, handle_alloc_error};
@@ -14,11 +15,55 @@ use std::ops::{Deref, DerefMut};
 /// Elements of a work item.
 const PER_JOB: usize = 1 << 14;
 
+/// Bytes of a large page.
+const LARGE: usize = 2 << 20;
+
 /// An array of a fixed length.
 pub(crate) struct Pages<T> {
-    /// Aligned to a page, so for any element; `None` if there are no elements.
-    map: Option<MmapMut>,
+    memory: Memory,
+    /// Bytes of the elements.
+    bytes: usize,
     elements: PhantomData<T>,
+}
+
+/// Bytes that are zero at first, aligned to a cache line at least.
+enum Memory {
+    Heap(Vec<CacheLine>),
+    Mapped(MmapMut),
+}
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C, align(64))]
+struct CacheLine([u64; 8]);
+
+impl Memory {
+    /// If memory runs out this ends the process, as it does for a vector.
+    fn new(bytes: usize) -> Self {
+        if bytes < LARGE {
+            return Self::Heap(vec![CacheLine::zeroed(); bytes.div_ceil(size_of::<CacheLine>())]);
+        }
+        let no_memory =
+            || -> ! { handle_alloc_error(Layout::array::<u8>(bytes).unwrap_or(Layout::new::<u8>())) };
+        let map = MmapMut::map_anon(bytes).unwrap_or_else(|_| no_memory());
+        // If the system refuses, it is only slower.
+        #[cfg(target_os = "linux")]
+        let _ = map.advise(memmap2::Advice::HugePage);
+        Self::Mapped(map)
+    }
+
+    fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Heap(lines) => bytemuck::cast_slice(lines),
+            Self::Mapped(map) => map,
+        }
+    }
+
+    fn bytes_mut(&mut self) -> &mut [u8] {
+        match self {
+            Self::Heap(lines) => bytemuck::cast_slice_mut(lines),
+            Self::Mapped(map) => map,
+        }
+    }
 }
 
 impl<T: Pod + Send + Sync> Pages<T> {
@@ -46,18 +91,7 @@ impl<T: Pod + Send + Sync> Pages<T> {
     /// `count` elements, each made from its index. If memory runs out this ends the process, as it does for a vector.
     pub(crate) fn made(count: usize, make: impl Fn(usize) -> T + Sync) -> Self {
         let bytes = count * size_of::<T>();
-        let map = (bytes > 0).then(|| {
-            let map = MmapMut::map_anon(bytes);
-            map.unwrap_or_else(|_| {
-                handle_alloc_error(Layout::array::<T>(count).unwrap_or(Layout::new::<T>()))
-            })
-        });
-        #[cfg(target_os = "linux")]
-        if let Some(map) = &map {
-            // If the system refuses, it is only slower.
-            let _ = map.advise(memmap2::Advice::HugePage);
-        }
-        let mut pages = Self { map, elements: PhantomData };
+        let mut pages = Self { memory: Memory::new(bytes), bytes, elements: PhantomData };
         pages.par_chunks_mut(PER_JOB).enumerate().for_each(|(job, elements)| {
             for (element, index) in elements.iter_mut().zip(job * PER_JOB..) {
                 *element = make(index);
@@ -77,13 +111,13 @@ impl<T: Pod> Deref for Pages<T> {
     type Target = [T];
 
     fn deref(&self) -> &[T] {
-        self.map.as_ref().map_or(&[], |map| bytemuck::cast_slice(map))
+        bytemuck::cast_slice(&self.memory.bytes()[..self.bytes])
     }
 }
 
 impl<T: Pod> DerefMut for Pages<T> {
     fn deref_mut(&mut self) -> &mut [T] {
-        self.map.as_mut().map_or(&mut [], |map| bytemuck::cast_slice_mut(map))
+        bytemuck::cast_slice_mut(&mut self.memory.bytes_mut()[..self.bytes])
     }
 }
 
@@ -93,7 +127,7 @@ mod tests {
 
     #[test]
     fn all_elements_are_there_and_are_the_value() {
-        for count in [0, 1, 2, 1023, PER_JOB, 3 * PER_JOB + 5] {
+        for count in [0, 1, 2, 1023, PER_JOB, 3 * PER_JOB + 5, LARGE / size_of::<[u32; 3]>() + 1] {
             let mut pages = Pages::filled([7_u32, 8, 9], count);
             assert_eq!(pages.len(), count);
             assert!(pages.iter().all(|element| *element == [7, 8, 9]));

@@ -51,9 +51,16 @@ pub fn targets(
     if !targets.shares.is_empty() {
         return targets;
     }
-    let mut guide = None;
+    let mut guide: Option<Guide> = None;
     for (part, limit) in STAGES {
         let end = walks_of_guide(settings.photons_per_iteration / part).max(walks);
+        if end == walks
+            && let Some(learnt) = guide.take()
+        {
+            // Few photons are worth no further walks: what has been learnt is all there is.
+            guide = Some(learnt).filter(|guide| guide.expected < limit);
+            break;
+        }
         found.extend(walk(walks..end, settings.max_depth.min(MOST_OF_WALK)));
         walks = end;
         guide = Guide::learn(walks, &found, limit);
@@ -127,10 +134,10 @@ mod tests {
         assert_eq!(asked, [(0..512, 20), (512..1024, 20), (1024..3584, 8), (3584..12_800, 8)]);
         // No further than the render's own depth, and no more than the most.
         let (asked, _) = walks(u32::MAX, 5, 4, true);
-        assert_eq!(asked, [(0..512, 5), (512..16_384, 5), (16_384..16_384, 5)]);
+        assert_eq!(asked, [(0..512, 5), (512..16_384, 5)]);
         // Few photons are worth none beyond those that are there.
         let (asked, _) = walks(1000, 5, 4, true);
-        assert_eq!(asked, [(0..512, 5), (512..512, 5), (512..512, 5)]);
+        assert_eq!(asked, [(0..512, 5), (512..512, 5)]);
     }
 
     #[test]

@@ -7,6 +7,7 @@ use crate::guide::{Arrival, Guide};
 use crate::sphere::Sphere;
 use crate::still::{Role, Still};
 use glam::{DVec3, Vec3};
+use std::num::NonZero;
 use std::slice;
 use std::sync::Arc;
 
@@ -108,7 +109,7 @@ impl Targets {
         let fluxes = fluxes(&balls, &groups);
         let densities: Vec<f64> =
             std::iter::once(1.0).chain(fluxes.into_iter().map(|flux| 1.0 / flux)).collect();
-        let lines: Vec<(f64, Vec<usize>)> = arrivals.iter().map(|a| line(a, &balls)).collect();
+        let lines: Vec<Line> = arrivals.iter().map(|a| Line::new(a, &balls)).collect();
         let shares = search(&lines, &densities);
         let expected = variance(&lines, &densities, &shares);
         let shares = if expected < WORTH_IT { shares } else { Vec::new() };
@@ -143,41 +144,64 @@ fn middle(arrivals: &[Arrival], (axis, height): (Vec3, f32), least: f64) -> Targ
     Target { axis, height, ..Target::ball(center, (radius * MIDDLE_WIDENED).max(least) as f32) }
 }
 
-/// The flux of an arrival, and the components that its line belongs to.
-fn line(arrival: &Arrival, balls: &[Target]) -> (f64, Vec<usize>) {
-    let way = arrival.point - arrival.source;
-    let length = way.dot(way).sqrt();
-    let direction = way * (1.0 / length);
-    // From far lamps the line is told apart from its neighbours only near the targets. All lie within three times the widest, as the
-    // centre of each lies in the ball around all arrivals.
-    let widest = balls.iter().map(|ball| ball.radius).fold(0.0, f32::max);
-    let back = if balls.is_empty() { length } else { (3.0 * widest).min(length) };
-    let origin = arrival.point - direction * back;
-    let crossed = (1..).zip(balls).filter(|(_, ball)| ball.is_crossed(origin, direction));
-    (f64::from(arrival.flux), std::iter::once(0).chain(crossed.map(|(k, _)| k)).collect())
+/// The line of an arrival.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Line {
+    flux: f64,
+    /// A bit for each component that it belongs to.
+    components: u64,
+}
+
+// Uniform emission, the balls around the middle, the tree and the middle.
+const _: () = assert!(1 + MOST_AROUND + (2 * LEAVES - 1) < u64::BITS as usize);
+
+impl Line {
+    fn new(arrival: &Arrival, balls: &[Target]) -> Self {
+        let way = arrival.point - arrival.source;
+        let length = way.dot(way).sqrt();
+        let direction = way * (1.0 / length);
+        // From far lamps the line is told apart from its neighbours only near the targets. All lie within three times the widest, as
+        // the centre of each lies in the ball around all arrivals.
+        let widest = balls.iter().map(|ball| ball.radius).fold(0.0, f32::max);
+        let back = if balls.is_empty() { length } else { (3.0 * widest).min(length) };
+        let origin = arrival.point - direction * back;
+        let crossed = (1..).zip(balls).filter(|(_, ball)| ball.is_crossed(origin, direction));
+        let components = crossed.fold(1, |bits, (k, _): (u32, _)| bits | 1 << k);
+        Self { flux: f64::from(arrival.flux), components }
+    }
+
+    /// The numbers of its components, in order.
+    fn components(&self) -> impl Iterator<Item = usize> + use<> {
+        let without_least = |bits: &NonZero<u64>| NonZero::new(bits.get() & (bits.get() - 1));
+        std::iter::successors(NonZero::new(self.components), without_least)
+            .map(|bits| bits.trailing_zeros() as usize)
+    }
+
+    /// The density of lines here, of photons by these shares.
+    fn density(&self, densities: &[f64], shares: &[f64]) -> f64 {
+        self.components().map(|k| densities[k] * shares[k]).sum()
+    }
 }
 
 /// The variance that photons leave, over that which uniform emission leaves: the mean weight of what arrives.
-fn variance(lines: &[(f64, Vec<usize>)], densities: &[f64], shares: &[f64]) -> f64 {
-    let weight =
-        |components: &[usize]| 1.0 / components.iter().map(|&k| densities[k] * shares[k]).sum::<f64>();
-    let (with, without) = lines
-        .iter()
-        .fold((0.0, 0.0), |(with, without), (flux, of)| (with + flux * weight(of), without + flux));
+fn variance(lines: &[Line], densities: &[f64], shares: &[f64]) -> f64 {
+    let (with, without) = lines.iter().fold((0.0, 0.0), |(with, without), line| {
+        (with + line.flux * (1.0 / line.density(densities, shares)), without + line.flux)
+    });
     with / without
 }
 
 /// The shares that leave the least variance, by the multiplicative steps of optimal design (Silvey, Titterington and
 /// Torsney 1978), each of which lessens it; then mixed with those that are always granted.
-fn search(lines: &[(f64, Vec<usize>)], densities: &[f64]) -> Vec<f64> {
+fn search(lines: &[Line], densities: &[f64]) -> Vec<f64> {
     let count = densities.len() as f64;
     let mut shares = vec![1.0 / count; densities.len()];
     for _ in 0..STEPS {
         let mut gains = vec![0.0; shares.len()];
-        for (flux, of) in lines {
-            let density: f64 = of.iter().map(|&k| densities[k] * shares[k]).sum();
-            let gain = flux / (density * density);
-            for &k in of {
+        for line in lines {
+            let density = line.density(densities, &shares);
+            let gain = line.flux / (density * density);
+            for k in line.components() {
                 gains[k] += gain * densities[k];
             }
         }
@@ -265,8 +289,8 @@ mod tests {
     use crate::test_scenes::balls;
 
     /// Lines that each cross one of two targets, whose components are 1 and 2.
-    fn lines() -> Vec<(f64, Vec<usize>)> {
-        vec![(9.0, vec![0, 1]), (1.0, vec![0, 2]), (3.0, vec![0, 2])]
+    fn lines() -> Vec<Line> {
+        [(9.0, 0b11), (1.0, 0b101), (3.0, 0b101)].map(|(flux, components)| Line { flux, components }).into()
     }
 
     /// Of targets that share no lines, each is due a share that goes as the root of its flux over its density: then no other
@@ -294,7 +318,7 @@ mod tests {
         let found = variance(&lines(), &densities, &shares);
         let exact = (9.0 / (0.5 + 0.6) + 4.0 / (0.5 + 1.6)) / 13.0;
         assert!((found - exact).abs() < 1e-12, "{found}, not {exact}");
-        let brighter: Vec<_> = lines().into_iter().map(|(flux, of)| (1e6 * flux, of)).collect();
+        let brighter: Vec<_> = lines().into_iter().map(|l| Line { flux: 1e6 * l.flux, ..l }).collect();
         assert!((variance(&brighter, &densities, &shares) - found).abs() < 1e-12);
     }
 
@@ -393,6 +417,10 @@ mod tests {
             Target::ball(Vec3::X * 3.0, 2.0),
         ];
         // Three radii of the first ball are 12.
+        let line = |arrival, balls: &[Target]| {
+            let line = Line::new(arrival, balls);
+            (line.flux, line.components().collect::<Vec<_>>())
+        };
         assert_eq!(line(&found, &balls), (2.0, vec![0, 1, 2, 4]));
         assert_eq!(line(&found, &[]), (2.0, vec![0]));
         let near = arrival(Vec3::ZERO, Vec3::Y * 10.0);

@@ -6,7 +6,7 @@
 //! that hold many lines should get many photons. Where a lamp shines on what a walk meets, it should send photons there.
 
 use super::found::{Edge, Found, Lit};
-use super::table::{CELL, SIDE, Shares, weights_of};
+use super::table::{CELL, ROWS, SIDE, Shares, rows, weights_of};
 use super::tables::{FACES, Guide, PARTS, SURFACES};
 use crate::sobol::sobol;
 use glam::Vec3;
@@ -57,10 +57,15 @@ impl Values {
         self.squares += other.squares;
     }
 
+    /// Whether a line has been found, of a weight that counts.
+    fn is_known(&self) -> bool {
+        self.squares > 0.0
+    }
+
     /// The shares of the cells, by these values and by what is thought likely without them.
     fn shares(&self, likely: &Shares) -> Shares {
         // Lines of equal weight that would tell as much.
-        let lines = if self.squares > 0.0 { self.sum * self.sum / self.squares } else { 0.0 };
+        let lines = if self.is_known() { self.sum * self.sum / self.squares } else { 0.0 };
         let (known, scale) = (lines + DOUBT, if self.sum > 0.0 { lines / self.sum } else { 0.0 });
         std::array::from_fn(|u| {
             std::array::from_fn(|v| (self.cells[u][v] * scale + likely[u][v] * DOUBT) / known)
@@ -71,8 +76,8 @@ impl Values {
 /// All cells alike.
 const EVEN: Shares = [[CELL; SIDE]; SIDE];
 
-/// The shares of the cells of all tables of surfaces. Those that face the same way are likely to be alike.
-fn shares_of_surfaces(tables: &[Values]) -> Vec<Shares> {
+/// The rows of all tables of surfaces. Those that face the same way are likely to be alike.
+fn rows_of_surfaces(tables: &[Values]) -> impl Iterator<Item = [[f32; SIDE]; ROWS]> {
     let faces = FACES as usize;
     let of_face = |face: usize| {
         let mut all = Values::default();
@@ -80,7 +85,12 @@ fn shares_of_surfaces(tables: &[Values]) -> Vec<Shares> {
         all.shares(&EVEN)
     };
     let likely: Vec<Shares> = (0..faces).map(of_face).collect();
-    tables.iter().enumerate().map(|(table, values)| values.shares(&likely[table % faces])).collect()
+    // Of most tables nothing is known: their shares are those that are likely, bit for bit, as `DOUBT` is a power of two.
+    let rows_of_likely: Vec<_> = likely.iter().map(rows).collect();
+    tables.iter().enumerate().map(move |(table, values)| {
+        let face = table % faces;
+        if values.is_known() { rows(&values.shares(&likely[face])) } else { rows_of_likely[face] }
+    })
 }
 
 /// The values of all tables.
@@ -118,15 +128,15 @@ impl Learnt {
 
     /// The guide of these values, with parts as in `guide`.
     fn guide(&self, &Guide { low, scale, .. }: &Guide) -> Guide {
-        let surfaces = shares_of_surfaces(&self.surfaces);
-        Guide::of_shares(low, scale, surfaces.into_iter(), &self.lamps.shares(&EVEN))
+        Guide::of_rows(low, scale, rows_of_surfaces(&self.surfaces), &self.lamps.shares(&EVEN))
     }
 
     /// The mean weight, by the tables of `guide`, of photons that arrive as these did: in proportion to it is the variance.
     fn mean_weight(&self, guide: &Guide) -> f64 {
         let of_table = |(table, values)| (values, weights_of(guide.table(table)));
         let of_lamps = (&self.lamps, guide.departures.map(|row| row.map(|p| CELL / p)));
-        mean_weight((0..).zip(&self.surfaces).map(of_table)) * mean_weight(std::iter::once(of_lamps))
+        let known = (0..).zip(&self.surfaces).filter(|(_, values)| values.is_known());
+        mean_weight(known.map(of_table)) * mean_weight(std::iter::once(of_lamps))
     }
 }
 

@@ -34,7 +34,17 @@ impl Guide {
     /// The guide whose tables of surfaces, from number 0 on, and of directions from lamps have these shares, each together 1, of
     /// what is not spread evenly. Parts begin at `low`, and there are `scale` of them per unit of length.
     pub fn of_shares(low: Vec3, scale: f32, surfaces: impl Iterator<Item = Shares>, lamps: &Shares) -> Self {
-        let rows = surfaces.take(SURFACES as usize).flat_map(|shares| rows(&shares)).collect();
+        Self::of_rows(low, scale, surfaces.map(|shares| rows(&shares)), lamps)
+    }
+
+    /// As [`Self::of_shares`], by the rows of the tables of surfaces.
+    pub(super) fn of_rows(
+        low: Vec3,
+        scale: f32,
+        surfaces: impl Iterator<Item = [[f32; SIDE]; ROWS]>,
+        lamps: &Shares,
+    ) -> Self {
+        let rows = surfaces.take(SURFACES as usize).flatten().collect();
         Self { low, scale, rows, departures: probabilities(lamps), expected: 1.0 }
     }
 
