@@ -32,13 +32,14 @@ use tree::{Tree, Wave};
 /// Buffers of a search, kept from batch to batch.
 pub(crate) struct SearchBuffers {
     queues: Queues,
-    wave: Box<Wave>,
+    /// Made when a tree is searched first: it is large.
+    wave: Option<Box<Wave>>,
     candidates: Candidates,
 }
 
 impl SearchBuffers {
     pub(crate) fn new() -> Self {
-        Self { queues: Queues::default(), wave: Wave::new(), candidates: Candidates::new() }
+        Self { queues: Queues::default(), wave: None, candidates: Candidates::new() }
     }
 
     /// Counted work of all searches with these buffers.
@@ -133,7 +134,9 @@ impl Hierarchy {
             Self::Clusters(clusters) => {
                 clusters.search::<L>(&SurfaceRows(surfaces), rays, t, queues, candidates, &mut keys);
             }
-            Self::Tree(tree) => tree.search::<L, false>(rays, t, wave, candidates, &mut keys),
+            Self::Tree(tree) => {
+                tree.search::<L, false>(rays, t, wave.get_or_insert_with(Wave::new), candidates, &mut keys);
+            }
         }
         for k in 0..rays.count {
             // Where no ball is nearer, the distance stays, even if it is minus zero.
@@ -165,7 +168,9 @@ impl Hierarchy {
             Self::Clusters(clusters) => {
                 clusters.search::<L>(&SurfaceRows(surfaces), rays, t, queues, candidates, &mut keys);
             }
-            Self::Tree(tree) => tree.search::<L, true>(rays, t, wave, candidates, &mut keys),
+            Self::Tree(tree) => {
+                tree.search::<L, true>(rays, t, wave.get_or_insert_with(Wave::new), candidates, &mut keys);
+            }
         }
         for k in 0..rays.count {
             t[k] = if keys[k] == limit_key(t[k]) { t[k] } else { BLOCKED };

@@ -153,6 +153,8 @@ pub(crate) struct Wave {
 
 impl Wave {
     #[allow(clippy::large_stack_arrays)] // On their way into the box, once per thread.
+    #[cold]
+    #[inline(never)]
     pub(crate) fn new() -> Box<Self> {
         Box::new(Self {
             entries: Entries::EMPTY,
