@@ -98,7 +98,8 @@ fn ctrl_c_ends_the_view_and_writes_what_it_has() {
     viewing.wait_for_picture();
     let ended = viewing.end();
     assert_eq!(ended.code, Some(130), "{ended:?}");
-    ended.said_one_line("interrupted: wrote a.exr after ", &[" iterations"]);
+    // In a slow second it may be one.
+    ended.said_one_line("interrupted: wrote a.exr after ", &[" iteration"]);
     assert_eq!(sandbox.names(), ["a.exr"]);
     // It is the image of a render of as many iterations.
     let done = ended.stderr.split(' ').nth(4).unwrap().to_owned();
