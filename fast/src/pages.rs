@@ -2,7 +2,7 @@
 //!
 //! The first write to a new array costs a page fault per 4 KiB, which takes a tenth of a short render. These arrays ask for
 //! pages of 2 MiB (on Linux), and all threads share the first write (everywhere). Arrays that would not fill one of these pages
-//! come from the heap, whose memory is used again: to map and unmap it takes longer than many a small render.
+//! come from the heap, which gives the same memory out again without asking the system each time.
 
 use bytemuck::{Pod, Zeroable};
 use memmap2::MmapMut;
@@ -42,9 +42,9 @@ impl Memory {
         if bytes < LARGE {
             return Self::Heap(vec![CacheLine::zeroed(); bytes.div_ceil(size_of::<CacheLine>())]);
         }
-        let no_memory =
-            || -> ! { handle_alloc_error(Layout::array::<u8>(bytes).unwrap_or(Layout::new::<u8>())) };
-        let map = MmapMut::map_anon(bytes).unwrap_or_else(|_| no_memory());
+        let map = MmapMut::map_anon(bytes).unwrap_or_else(|_| {
+            handle_alloc_error(Layout::array::<u8>(bytes).unwrap_or(Layout::new::<u8>()))
+        });
         // If the system refuses, it is only slower.
         #[cfg(target_os = "linux")]
         let _ = map.advise(memmap2::Advice::HugePage);

@@ -172,11 +172,13 @@ fn indirect_light_is_filtered_like_direct_light() {
     tell("physics", 2, "filtered images of as much light");
 }
 
-/// Photons light what the samples of a pixel meet, and count with these samples' weights: the image of a disc by a lamp in glass
-/// that bends nothing, through which shadow rays do not go, is the one by direct light, also where the filter is negative.
+/// The light of photons counts by the filter's weight of the sample that they light, which may be negative. A disc is rendered under a
+/// bare lamp, by direct light, and under the same lamp within glass of index 1, which stops shadow rays and bends nothing, so by
+/// photons: both images are the same.
 #[test]
 fn light_by_photons_has_the_shape_of_the_filter() {
-    /// Of the brightest pixel: noise of photons. Where the sign of Mitchell's filter is forgotten, it is 0.06 within the rim.
+    /// Of the brightest pixel, for the noise of photons. If negative weights of Mitchell's filter counted as positive, pixels
+    /// within the rim would differ by 0.06.
     const TOLERANCE: f64 = 0.03;
     // At distance 100 and 90 degrees of view the image is 200 wide. The disc is what a ball shows of itself in a black wall.
     let pixel = 200.0 / SIDE as f32;

@@ -153,7 +153,7 @@ struct Line {
 }
 
 // Uniform emission, the balls around the middle, the tree and the middle.
-const _: () = assert!(1 + MOST_AROUND + (2 * LEAVES - 1) < u64::BITS as usize);
+const _: () = assert!(1 + MOST_AROUND + (2 * LEAVES - 1) + 1 <= u64::BITS as usize);
 
 impl Line {
     fn new(arrival: &Arrival, balls: &[Target]) -> Self {
