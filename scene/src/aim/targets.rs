@@ -152,8 +152,9 @@ struct Line {
     components: u64,
 }
 
-// Uniform emission, the balls around the middle, the tree and the middle.
-const _: () = assert!(1 + MOST_AROUND + (2 * LEAVES - 1) + 1 <= u64::BITS as usize);
+/// The most components of an aim: uniform emission, the balls around the middle, the tree and the middle.
+const MOST_COMPONENTS: usize = 1 + MOST_AROUND + (2 * LEAVES - 1) + 1;
+const _: () = assert!(MOST_COMPONENTS <= u64::BITS as usize, "a line has a bit for each component");
 
 impl Line {
     fn new(arrival: &Arrival, balls: &[Target]) -> Self {
