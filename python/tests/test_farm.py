@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -350,20 +351,25 @@ def test_workers_may_be_killed(tmp_path: Path) -> None:
 
 
 def test_the_driver_may_be_killed(tmp_path: Path) -> None:
-    small(iterations=150, seed=4, photons_per_iteration=20_000).save(tmp_path / "a.toml")
+    """With its workers, each time that it has stored something; what is stored is not rendered again."""
+    small(iterations=400, seed=4, photons_per_iteration=20_000).save(tmp_path / "a.toml")
     words = [sys.executable, "-m", "sppm.farm", "a.toml", "-o", "a.exr", "--workers=2", "--every=0.2", "--block=5"]
-    ended = None
-    for attempt in range(6):
+    state = tmp_path / "a.exr.sppm"
+    begins = []
+    for _ in range(2):
+        before = state.stat().st_mtime_ns if state.exists() else None
         process = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True)
-        try:
-            _, said = process.communicate(timeout=6.0 if attempt < 2 else 240.0)
-            ended = process.returncode
-            assert ended == 0, said
-            break
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.communicate()
-    assert ended == 0
+        while not state.exists() or state.stat().st_mtime_ns == before:
+            assert process.poll() is None, f"ended before it was killed: {process.communicate()[1]}"
+            time.sleep(0.01)
+        os.killpg(process.pid, signal.SIGKILL)
+        begins.append(process.communicate()[1])
+    ended = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert ended.returncode == 0, ended.stderr
+    assert "going on from" not in begins[0]
+    going_on = re.compile(r"going on from a\.exr\.sppm after (\d+) of 400 iterations")
+    [first], [second] = (going_on.findall(said) for said in (begins[1], ended.stderr))
+    assert 0 < int(first) < int(second) < 400
     scene = sppm.Scene.load(tmp_path / "a.toml")
     assert np.array_equal(sppm.Film.load(tmp_path / "a.exr").radiance, whole(scene))
 
