@@ -122,7 +122,7 @@ impl WatchArgs {
         }
         let display = self.display.start(name)?;
         let place = has_page.then(|| self.page.place());
-        let (view, relay) = View::relay(name, display, place.as_ref()).map_err(Error::Failed)?;
+        let (view, relay) = View::relay(name, display, place.as_ref()).map_err(Error::BadInput)?;
         if let Some(view) = &view {
             self.page.announce(view, is_taken)?;
         }

@@ -25,6 +25,8 @@ pub(crate) struct MergeArgs {
     pub parts: Vec<PathBuf>,
 
     /// What to write: a checkpoint (.sppm), for further merges and `sppm resume`, or an image
+    ///
+    /// A checkpoint that is there already is replaced only if the parts hold all its iterations.
     #[arg(short, long, value_name = "OUT", required_unless_present = "missing", value_hint = ValueHint::FilePath)]
     pub output: Option<PathBuf>,
 

@@ -269,7 +269,13 @@ fn bad_requests_are_refused_in_one_line() {
     }
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port().to_string();
-    sandbox.run(["view", "cornell", "--no-open", "--port", &port]).refused(&["cannot listen at 127.0.0.1:"]);
+    for words in
+        [&["view", "cornell"][..], &["render", "cornell", "-o", "a.exr", "--quality=draft", "--view"]]
+    {
+        let words = [words, &["--no-open", "--port", &port]].concat();
+        sandbox.run(words).refused(&["cannot listen at 127.0.0.1:"]);
+    }
+    assert!(!sandbox.path("a.exr").exists());
     let ended =
         sandbox.command(["view", "cornell", "--no-open"]).env("SPPM_VIEW_TOKEN", "short").output().unwrap();
     assert_eq!(ended.status.code(), Some(2));

@@ -114,6 +114,48 @@ fn a_merge_writes_no_file_of_another_render() {
     }
 }
 
+/// A merge replaces a checkpoint only if it holds all that is in it.
+#[test]
+fn a_merge_loses_no_checkpoint() {
+    let folder = tempfile::tempdir().unwrap();
+    let parts = [0..1, 1..2, 2..3].map(|range| part(folder.path(), range, 3, EngineName::Fast));
+    let out = folder.path().join("merged.sppm");
+    let merge = |parts: &[PathBuf]| Merge::open(parts).unwrap().write(&out);
+    merge(&parts[..2]).unwrap();
+    merge(&parts[..2]).unwrap();
+    merge(&parts).unwrap();
+    let all = std::fs::read(&out).unwrap();
+    let refused = merge(&parts[..2]).unwrap_err().to_string();
+    assert!(refused.contains("merged.sppm holds the iterations 2..3, which are in no part"), "{refused}");
+    assert_eq!(std::fs::read(&out).unwrap(), all);
+
+    let mut job = Job::new(small(1));
+    job.save = Some(Save { path: folder.path().join("shrinking.sppm"), every: Every::default(), keep: true });
+    job.start(()).unwrap().wait().unwrap();
+    let other_scene = {
+        let folder = folder.path().join("other");
+        std::fs::create_dir(&folder).unwrap();
+        let mut job = Job::new(global(3));
+        job.scene.spheres.iter_mut().for_each(|sphere| sphere.radius *= 0.5);
+        job.save = Some(Save { path: folder.join("other.sppm"), every: Every::default(), keep: true });
+        job.start(()).unwrap().wait().unwrap();
+        folder.join("other.sppm")
+    };
+    let nothing = folder.path().join("nothing.sppm");
+    std::fs::write(&nothing, "a letter").unwrap();
+    for (there, told) in [
+        (folder.path().join("shrinking.sppm"), "whose sums cannot be merged"),
+        (other_scene, "other.sppm is of another scene than "),
+        (nothing, "nothing.sppm: "),
+    ] {
+        let before = std::fs::read(&there).unwrap();
+        let refused = Merge::open(&parts).unwrap().write(&there).unwrap_err().to_string();
+        assert!(refused.contains(told), "{refused}");
+        assert!(refused.ends_with("; remove it, or name another file to write"), "{refused}");
+        assert_eq!(std::fs::read(&there).unwrap(), before);
+    }
+}
+
 /// Another render may replace a part between the look at it and its sums.
 #[test]
 fn a_part_that_has_changed_meanwhile_is_refused() {

@@ -100,7 +100,15 @@ impl Merge {
 
     /// Adds a part to the list, if it is of the same render. `scene` is its own.
     fn take(&mut self, part: Part, scene: &Scene) -> Result<(), String> {
-        let (ours, theirs) = (&mut self.scene.settings, &scene.settings);
+        self.check_alike(&part, scene)?;
+        let ours = &mut self.scene.settings;
+        ours.iterations = ours.iterations.max(scene.settings.iterations);
+        self.parts.push(part);
+        Ok(())
+    }
+
+    /// Checks that a part, whose scene is `scene`, is of the same render.
+    fn check_alike(&self, part: &Part, scene: &Scene) -> Result<(), String> {
         let (path, first) = (part.path.display(), self.parts[0].path.display());
         if part.checkpoint.account.scene != self.digest {
             return Err(format!(
@@ -108,12 +116,10 @@ impl Merge {
                 part.checkpoint.account.scene, self.digest
             ));
         }
-        if let Some(difference) = difference(ours, theirs) {
-            return Err(format!("{path} is of other settings than {first}: {difference}"));
+        match difference(&self.scene.settings, &scene.settings) {
+            Some(difference) => Err(format!("{path} is of other settings than {first}: {difference}")),
+            None => Ok(()),
         }
-        ours.iterations = ours.iterations.max(theirs.iterations);
-        self.parts.push(part);
-        Ok(())
     }
 
     fn choose(&mut self) -> Result<(), String> {
@@ -154,10 +160,14 @@ impl Merge {
     /// Adds the parts up and writes the result: a checkpoint if `out` ends in `.sppm`, else an image.
     ///
     /// # Errors
-    /// If `out` cannot be written, or a part turns out to be damaged; then nothing is written.
+    /// If `out` cannot be written, is a checkpoint of which something would be lost, or a part turns out to be damaged; then
+    /// nothing is written.
     pub fn write(&self, out: &Path) -> Result<(), Error> {
         let outputs = self.check(out)?;
         let _lock = Lock::take(out).map_err(|error| Error::named(Field::Image, error))?;
+        if outputs.is_none() {
+            self.check_replaced(out)?;
+        }
         let sum = self.add_up()?;
         let written = match outputs {
             Some(outputs) => self.write_image(outputs, &sum, out),
@@ -198,6 +208,27 @@ impl Merge {
         outputs.check_alpha(&self.scene)?;
         outputs.check_room(&self.scene)?;
         Ok(Some(outputs))
+    }
+
+    /// Checks that nothing is lost when `out` is replaced, if it is there: that all its iterations are in the parts.
+    fn check_replaced(&self, out: &Path) -> Result<(), Error> {
+        if !out.exists() {
+            return Ok(());
+        }
+        let refused = |problem: String| Error::input(Field::Image, problem);
+        let other = |problem| refused(format!("{problem}; remove it, or name another file to write"));
+        let mut there = Part::open(out).map_err(other)?;
+        let scene = there.take_scene();
+        self.check_alike(&there, &scene).map_err(other)?;
+        let lost = there.checkpoint.account.done().without(&self.done);
+        if lost.is_empty() {
+            return Ok(());
+        }
+        Err(refused(format!(
+            "{} holds the iterations {lost}, which are in no part and would be lost; name it as a part too, and another \
+             file to write",
+            out.display()
+        )))
     }
 
     fn write_image(&self, outputs: Outputs, sum: &Sum, out: &Path) -> Result<(), FileError> {
