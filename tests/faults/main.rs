@@ -43,10 +43,9 @@ fn every_fault_has_a_name_and_a_place_of_its_own() {
         for ([_, end], [start, _]) in places.keys().zip(places.keys().skip(1)) {
             assert!(end <= start, "two faults overlap in {file} at bytes {start} to {end}");
         }
-        if file.ends_with(".rs") {
-            if let Err(error) = syn::parse_file(&with_faults(&source, &places)) {
-                panic!("{file} is no Rust with its faults: {error}");
-            }
+        let is_rust = Path::new(file).extension().is_some_and(|extension| extension == "rs");
+        if is_rust && let Err(error) = syn::parse_file(&with_faults(&source, &places)) {
+            panic!("{file} is no Rust with its faults: {error}");
         }
     }
 }
