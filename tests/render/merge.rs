@@ -23,6 +23,11 @@ fn part(folder: &Path, range: Range<u32>, iterations: u32, engine: EngineName) -
     let mut job = Job::new(global(iterations));
     job.engine = EngineChoice::new(engine, None).unwrap();
     job.range = Some(range);
+    kept(job, path)
+}
+
+/// The checkpoint `path` of a render.
+fn kept(mut job: Job, path: PathBuf) -> PathBuf {
     job.save = Some(Save { path: path.clone(), every: Every::default(), keep: true });
     job.start(()).unwrap().wait().unwrap();
     path
@@ -129,22 +134,14 @@ fn a_merge_loses_no_checkpoint() {
     assert!(refused.contains("merged.sppm holds the iterations 2..3, which are in no part"), "{refused}");
     assert_eq!(std::fs::read(&out).unwrap(), all);
 
-    let mut job = Job::new(small(1));
-    job.save = Some(Save { path: folder.path().join("shrinking.sppm"), every: Every::default(), keep: true });
-    job.start(()).unwrap().wait().unwrap();
-    let other_scene = {
-        let folder = folder.path().join("other");
-        std::fs::create_dir(&folder).unwrap();
-        let mut job = Job::new(global(3));
-        job.scene.spheres.iter_mut().for_each(|sphere| sphere.radius *= 0.5);
-        job.save = Some(Save { path: folder.join("other.sppm"), every: Every::default(), keep: true });
-        job.start(()).unwrap().wait().unwrap();
-        folder.join("other.sppm")
-    };
+    let shrinking = kept(Job::new(small(1)), folder.path().join("shrinking.sppm"));
+    let mut job = Job::new(global(3));
+    job.scene.spheres.iter_mut().for_each(|sphere| sphere.radius *= 0.5);
+    let other_scene = kept(job, folder.path().join("other.sppm"));
     let nothing = folder.path().join("nothing.sppm");
     std::fs::write(&nothing, "a letter").unwrap();
     for (there, told) in [
-        (folder.path().join("shrinking.sppm"), "whose sums cannot be merged"),
+        (shrinking, "whose sums cannot be merged"),
         (other_scene, "other.sppm is of another scene than "),
         (nothing, "nothing.sppm: "),
     ] {
