@@ -190,12 +190,12 @@ fn one_of_four_numbers_leaves_nothing_to_be_chosen() {
         (
             "radius_pilots = 2",
             Settings { radius_pilots: 2, ..usual },
-            Automatic { radius_pilots: false, ..all },
+            Automatic { method: false, radius_pilots: false, ..all },
         ),
         (
             "radius_clearance = 0.5",
             Settings { radius_clearance: 0.5, ..usual },
-            Automatic { radius_clearance: false, ..all },
+            Automatic { method: false, radius_clearance: false, ..all },
         ),
         (
             "glint_samples = 4",

@@ -63,11 +63,12 @@ def render(
     scene and settings alone, and not on ``engine``, ``lanes``, ``profile`` and ``threads``. Other Python threads go on
     while it renders.
 
-    - ``quality``: chooses iterations, photons, depth and radius from the scene, as far as they are not given, for a
-      picture that shows what is where (``"draft"``), looks finished (``"good"``) or has hardly any noise that can be
+    - ``quality``: chooses method, iterations, photons, depth and radius from the scene, as far as they are not given, for
+      a picture that shows what is where (``"draft"``), looks finished (``"good"``) or has hardly any noise that can be
       seen (``"final"``); ``"paper"`` takes the settings of the paper. Without it they are as in ``scene.settings``.
     - ``method``: ``"sppm"``, photon mapping, ``"path"``, path tracing, or ``"hybrid"``, path tracing with photons for
-      caustics; if not given, ``scene.method``.
+      caustics. If not given, it is chosen with the quality where neither photons nor a radius are given, and else is
+      ``scene.method``.
     - ``threads``: number of threads; one per core if not given.
     - ``memory_limit``: in bytes; a render that needs more is refused.
     - ``time``: a limit in seconds, or a ``timedelta``. ``until_error``: the estimated relative error to reach. With one
@@ -181,13 +182,15 @@ class Render:
         )
         if every is not None and checkpoint is None:
             raise InputError("every says how often a checkpoint is written; name its file by checkpoint")
+        # Photon mapping is usual, so a scene that has it states nothing.
+        stated = method if method is not None or scene.method == "sppm" else scene.method
         radii = (initial_radius, radius_pilots, radius_clearance)
         given = (iterations, photons_per_iteration, max_depth, *radii, glint_samples)
         checked = options(
             settings=settings,
             quality=quality,
             given=[value is not None for value in given],
-            method=scene.method if method is None else method,
+            method=stated,
             engine=engine,
             lanes=lanes,
             profile=profile,

@@ -46,6 +46,7 @@ impl Options {
         if let (Some(quality), Some(given)) = (&self.quality, self.given) {
             set_quality(job, quality, given)?;
         }
+        job.automatic.method &= self.method.is_none();
         let (method, engine) = (self.method.as_deref(), self.engine.as_deref());
         job.engine =
             choose(method, engine, self.lanes.as_deref(), self.profile.as_ref(), job.engine.renderer())?;

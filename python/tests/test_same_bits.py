@@ -84,6 +84,21 @@ def test_a_scene_from_arrays_is_the_scene_that_it_saves(tmp_path: Path, command)
         assert (tmp_path / f"ours.{extension}").read_bytes() == image.read_bytes(), (extension, shown)
 
 
+def test_the_method_is_chosen_alike(tmp_path: Path, command) -> None:
+    """Under an open sky by paths, unless something else is said: a method, or what only photons have."""
+    scene = sppm.Scene(sppm.Camera(eye=(0, 3, 9), target=(0, 1, 0)), background=(0.5, 0.6, 0.8))
+    scene.add_spheres([[0, -1e4, 0], [0, 1, 0]], [1e4, 1], sppm.Diffuse(0.7))
+    scene.save(tmp_path / "scene.toml")
+    command("render", tmp_path / "scene.toml", "--quality=draft", "--quiet", "-o", tmp_path / "image.exr")
+    film = sppm.render(scene, quality="draft")
+    assert film.metadata["method"] == "path"
+    assert sppm.compare(film, tmp_path / "image.exr").identical
+    few = {"quality": "draft", "width": 16, "height": 12, "iterations": 1}
+    for given, method in [({"method": "sppm"}, "sppm"), ({"method": "hybrid"}, "hybrid"), ({"initial_radius": 0.1}, "sppm")]:
+        assert sppm.render(scene, **few, **given).metadata["method"] == method, given
+    assert sppm.render(scene, width=16, height=12, iterations=1, photons_per_iteration=10).metadata["method"] == "sppm"
+
+
 @pytest.mark.parametrize("quality", ["paper", "draft", "good"])
 def test_settings_are_chosen_alike(quality, tmp_path: Path, command) -> None:
     options = ["--width=40", "--height=30", "--quiet"]

@@ -80,6 +80,11 @@ impl EngineChoice {
         Self { method_field: Field::Engine, ..self }
     }
 
+    /// The same by another method.
+    pub(crate) fn by(self, method: MethodName) -> Self {
+        Self { renderer: Renderer { method, ..self.renderer }, ..self }
+    }
+
     /// The field that chose the method.
     pub(crate) fn method_field(self) -> Field {
         self.method_field

@@ -6,6 +6,7 @@ use crate::error::{Error, Field, Problem};
 use crate::goals::Goals;
 use crate::made::Repeated;
 use crate::memory::{Need, check_limit};
+use crate::names::MethodName;
 use crate::outputs::Outputs;
 use crate::save::{Note, Save};
 use crate::warm::Warm;
@@ -106,8 +107,15 @@ impl Job {
     /// # Errors
     /// If the scene cannot be rendered, if the threads cannot be started, or if it takes more than the memory limit.
     pub fn choose_settings(&mut self) -> Result<(), Error> {
-        let (automatic, method) = (take(&mut self.automatic), self.engine.method());
-        let automatic = if method.has_photons() { automatic } else { automatic.without_photons() };
+        let (mut automatic, method) = (take(&mut self.automatic), self.engine.method());
+        // Who states another method than the usual one, repeats a render or asks for images of photons has chosen.
+        automatic.method = automatic.leaves_method_open(self.scene.settings.radius_schedule)
+            && method == MethodName::default()
+            && self.repeats.is_none()
+            && !self.outputs.show_photons();
+        if !method.has_photons() {
+            automatic = automatic.without_photons();
+        }
         if !automatic.any() || self.from.is_some() {
             return Ok(());
         }
@@ -120,8 +128,10 @@ impl Job {
         let chosen = pool.install(|| automatic::choose(scene, automatic, (method, lanes), &stop));
         stop.meter().begin(0);
         self.warm.keep_pool(self.threads, pool);
-        if let Some(settings) = chosen {
-            (self.scene.settings, self.chosen) = (settings, automatic);
+        if let Some((method, settings)) = chosen {
+            self.engine = self.engine.by(method);
+            self.scene.settings = settings;
+            self.chosen = if method.has_photons() { automatic } else { automatic.without_photons() };
         }
         Ok(())
     }

@@ -139,6 +139,11 @@ impl Outputs {
         Ok(())
     }
 
+    /// Whether there are images that tell of photons.
+    pub(crate) fn show_photons(&self) -> bool {
+        self.radius_image.is_some() || self.count_image.is_some()
+    }
+
     fn check_engine(&self, engine: EngineChoice) -> Result<(), Error> {
         let of_photons = |content| matches!(content, Content::Radius | Content::Count);
         match self.files().find(|(content, _)| of_photons(*content)) {

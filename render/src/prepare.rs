@@ -241,7 +241,7 @@ mod tests {
     use super::*;
     use crate::automatic;
     use crate::choice::EngineChoice;
-    use scene::{Automatic, Quality};
+    use scene::{Automatic, Quality, Scene};
 
     /// A small render, whose error is estimated or not.
     fn job(error: Option<f64>) -> Job {
@@ -270,6 +270,49 @@ mod tests {
         assert!(matches!(limited(need - 1), Err(Error::Input { field: Field::MemoryLimit, .. })));
     }
 
+    /// A scene without mirrors and glass, half of it under an open sky.
+    fn open() -> Scene {
+        let text = "background = [0.5, 0.6, 0.8]\ncamera = { eye = [0, 3, 9], target = [0, 1, 0], vertical_fov_degrees = 40 }\n\
+                    [settings]\nwidth = 32\nheight = 24\n\
+                    [materials.m]\ntype = 'diffuse'\nalbedo = [0.7, 0.7, 0.7]\n\
+                    [[sphere]]\ncenter = [0, -10000, 0]\nradius = 10000\nmaterial = 'm'\n\
+                    [[sphere]]\ncenter = [0, 1, 0]\nradius = 1\nmaterial = 'm'\n";
+        scene_file::parse("open", text).unwrap()
+    }
+
+    /// Where nothing else is stated: no other method, nothing that photons alone have, no image of these, no render to repeat.
+    #[test]
+    fn the_method_is_chosen_where_it_is_left_open() {
+        let all = Automatic::all(Quality::Draft);
+        let of = |automatic, change: fn(&mut Job)| {
+            let mut job = Job { threads: Some(1), ..Job::new(open()) }.choosing(automatic);
+            change(&mut job);
+            job.choose_settings().unwrap();
+            (job.engine.method(), job.chosen.method)
+        };
+        assert_eq!(of(all, |_| {}), (MethodName::Path, true));
+        assert_eq!(of(all, |job| job.automatic.method = false), (MethodName::Sppm, false));
+        assert_eq!(of(Automatic { initial_radius: false, ..all }, |_| {}), (MethodName::Sppm, false));
+        assert_eq!(of(all, |job| job.outputs.radius_image = Some("r.pfm".into())), (MethodName::Sppm, false));
+        assert_eq!(of(all, |job| job.outputs.count_image = Some("n.pfm".into())), (MethodName::Sppm, false));
+        let by_hybrid = |job: &mut Job| job.engine = EngineChoice::new(MethodName::Hybrid, None).unwrap();
+        assert_eq!(of(all, by_hybrid), (MethodName::Hybrid, false));
+        let repeated =
+            |job: &mut Job| job.repeats = Some(crate::job::Repeats { path: "a.exr".into(), transport: 1 });
+        assert_eq!(of(all, repeated), (MethodName::Sppm, false));
+        // The engine stays what it is.
+        let mut job = Job { threads: Some(1), ..Job::new(open()) }.choosing(all);
+        job.engine = EngineChoice::new(
+            crate::Renderer { engine: EngineName::Reference, ..crate::Renderer::default() },
+            None,
+        )
+        .unwrap();
+        job.choose_settings().unwrap();
+        let renderer = job.engine.renderer();
+        assert_eq!((renderer.method, renderer.engine), (MethodName::Path, EngineName::Reference));
+        assert_eq!(job.scene.settings.initial_radius, open().settings.initial_radius);
+    }
+
     /// Of path tracing nothing is chosen that photons alone have, nor told as chosen; and then nothing is left to be chosen.
     #[test]
     fn a_method_without_photons_has_its_own_settings_chosen() {
@@ -278,7 +321,8 @@ mod tests {
         job.engine = EngineChoice::new(MethodName::Path, None).unwrap();
         let own = job.scene.settings;
         job.choose_settings().unwrap();
-        assert!(job.chosen == all.without_photons() && !job.automatic.any(), "{:?}", job.chosen);
+        let expected = Automatic { method: false, ..all.without_photons() };
+        assert!(job.chosen == expected && !job.automatic.any(), "{:?}", job.chosen);
         let Settings { iterations, max_depth, .. } = job.scene.settings;
         assert_eq!(job.scene.settings, Settings { iterations, max_depth, ..own });
         job.choose_settings().unwrap();

@@ -1,5 +1,6 @@
 //! Settings that are left to be chosen from the scene, and how good the picture is to be.
 
+use crate::radius_schedule::RadiusSchedule;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -47,6 +48,8 @@ impl fmt::Display for Quality {
 pub struct Automatic {
     /// How good the picture is to be.
     pub quality: Quality,
+    /// Whether the method is chosen, if the settings leave it open ([`Self::leaves_method_open`]).
+    pub method: bool,
     /// Whether the number of iterations is chosen.
     pub iterations: bool,
     /// Whether the number of photons per iteration is chosen.
@@ -69,6 +72,7 @@ impl Automatic {
         let is_chosen = quality != Quality::Paper;
         Self {
             quality,
+            method: is_chosen,
             iterations: is_chosen,
             photons_per_iteration: is_chosen,
             max_depth: is_chosen,
@@ -93,9 +97,21 @@ impl Automatic {
         }
     }
 
+    /// Whether a render with this `schedule` may be by any method: whoever states photons or a radius means photon mapping, which
+    /// alone has global radii.
+    pub fn leaves_method_open(&self, schedule: RadiusSchedule) -> bool {
+        self.method
+            && self.photons_per_iteration
+            && self.initial_radius
+            && self.radius_pilots
+            && self.radius_clearance
+            && schedule == RadiusSchedule::PerPixel
+    }
+
     /// Whether anything is to be chosen.
     pub fn any(&self) -> bool {
-        self.iterations
+        self.method
+            || self.iterations
             || self.photons_per_iteration
             || self.max_depth
             || self.initial_radius
@@ -117,7 +133,8 @@ mod tests {
         assert!(!none.any() && !Automatic::all(Quality::Paper).any() && Automatic::all(Quality::Draft).any());
         let all = Automatic::all(Quality::Good);
         assert!(
-            all.iterations
+            all.method
+                && all.iterations
                 && all.photons_per_iteration
                 && all.max_depth
                 && all.initial_radius
@@ -126,6 +143,7 @@ mod tests {
                 && all.glint_samples
         );
         for (one, needs_photons) in [
+            (Automatic { method: true, ..none }, false),
             (Automatic { iterations: true, ..none }, false),
             (Automatic { photons_per_iteration: true, ..none }, true),
             (Automatic { max_depth: true, ..none }, false),
@@ -135,6 +153,28 @@ mod tests {
             (Automatic { glint_samples: true, ..none }, true),
         ] {
             assert!(one.any() && one.without_photons().any() != needs_photons, "{one:?}");
+        }
+    }
+
+    /// By a statement of what only photons have, and by a quality that chooses nothing.
+    #[test]
+    fn the_method_is_left_open_where_nothing_is_stated_of_photons() {
+        let all = Automatic::all(Quality::Good);
+        let [own, global] = RadiusSchedule::ALL;
+        assert!(all.leaves_method_open(own) && !all.leaves_method_open(global));
+        assert!(
+            Automatic { iterations: false, max_depth: false, glint_samples: false, ..all }
+                .leaves_method_open(own)
+        );
+        for stated in [
+            Automatic { method: false, ..all },
+            Automatic { photons_per_iteration: false, ..all },
+            Automatic { initial_radius: false, ..all },
+            Automatic { radius_pilots: false, ..all },
+            Automatic { radius_clearance: false, ..all },
+            Automatic::all(Quality::Paper),
+        ] {
+            assert!(!stated.leaves_method_open(own), "{stated:?}");
         }
     }
 

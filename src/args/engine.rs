@@ -33,7 +33,8 @@ pub(crate) enum Engine {
 #[derive(Debug, Default, ClapArgs)]
 #[command(next_help_heading = "Machine")]
 pub(crate) struct EngineArgs {
-    /// How to render [default: sppm, or the method recorded in the resumed or repeated file]
+    /// How to render [default: sppm, or the method recorded in the resumed or repeated file; but `sppm render` chooses it with
+    /// the quality, unless photons or a radius are given]
     #[arg(long, value_enum, help_heading = "Method")]
     pub method: Option<MethodName>,
 
@@ -81,6 +82,11 @@ impl EngineArgs {
         } else {
             chosen
         })
+    }
+
+    /// Whether a method is given, by the old name of the path tracer too.
+    pub(crate) fn states_method(&self) -> bool {
+        self.method.is_some() || self.engine == Some(Engine::Path)
     }
 
     /// What `--engine path` means.

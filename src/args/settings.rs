@@ -156,6 +156,7 @@ impl SettingsArgs {
     pub(crate) fn automatic(&self, own: Automatic) -> Automatic {
         Automatic {
             quality: own.quality,
+            method: own.method,
             iterations: Given::is_chosen(self.iterations.as_ref(), own.iterations),
             photons_per_iteration: Given::is_chosen(self.photons.as_ref(), own.photons_per_iteration),
             max_depth: Given::is_chosen(self.depth.as_ref(), own.max_depth),
@@ -208,11 +209,11 @@ impl SettingsArgs {
 /// How good the picture is to be.
 #[derive(Debug, Default, ClapArgs)]
 pub(crate) struct QualityArgs {
-    /// Choose iterations, photons, radius and depth from the scene, for a picture that shows what is where (`draft`), looks
-    /// finished (`good`), or has hardly any noise that can be seen (`final`) [default: good, if the scene's file states none
-    /// of them]
+    /// Choose method, iterations, photons, radius and depth from the scene, for a picture that shows what is where (`draft`),
+    /// looks finished (`good`), or has hardly any noise that can be seen (`final`) [default: good, if the scene's file states
+    /// no numbers]
     ///
-    /// What is given by -n, --photons, --radius or --depth is not chosen. `paper` chooses nothing: it takes the settings of
+    /// What is given by --method, -n, --photons, --radius or --depth is not chosen; photons and radius mean `--method sppm`. `paper` chooses nothing: it takes the settings of
     /// the paper, 6 iterations of 200000 photons, radius 2 and depth 5. What was chosen is told, and recorded in the image, so
     /// that `--like` repeats it.
     #[arg(long, value_name = "QUALITY", value_parser = qualities(), help_heading = "Quality")]

@@ -101,6 +101,7 @@ pub(super) fn configure(
     job.scene.settings = Settings { iterations, ..settings };
     job.automatic = args.settings.automatic(automatic);
     job.automatic.iterations &= !job.goals.are_open();
+    job.automatic.method &= !args.engine.states_method();
     job.engine = args.engine.choose(job.engine.renderer())?;
     job.inputs.extend(args.engine.profile.clone().map(|path| (Field::Profile, path)));
     (job.threads, job.memory_limit) = (args.engine.threads, args.engine.memory_limit);

@@ -12,7 +12,7 @@ use crate::terminal::radii::own_radii;
 use crate::terminal::signals::Requests;
 use crate::terminal::told::Told;
 use files::atomic_file::reason;
-use render::{Image, Job, LanesName, Notice, Observer, Renderer, Step};
+use render::{Image, Job, LanesName, MethodName, Notice, Observer, Renderer, Step};
 use scene::settings::MAX_ITERATIONS;
 use scene::text::{counted, mebibytes, one_line};
 use scene::{Automatic, Filter, RadiusSchedule, Resumable, Settings, TRANSPORT};
@@ -122,12 +122,12 @@ impl Observer for Watch {
 
     fn notice(&mut self, notice: &Notice) {
         match notice {
-            Notice::Begun { settings, chosen, wanted, .. } => {
+            Notice::Begun { settings, renderer, chosen, wanted, .. } => {
                 self.busy = None;
                 if let Some(title) = self.title.take() {
                     info!("{title}");
                 }
-                if let Some(choice) = choice(settings, *chosen) {
+                if let Some(choice) = choice(settings, renderer.method, *chosen) {
                     info!("{choice}");
                 }
                 tell_beginning(notice);
@@ -200,9 +200,10 @@ impl Drop for Watch {
 }
 
 /// Which settings were chosen, if any were: by the options that would repeat the choice.
-fn choice(settings: &Settings, chosen: Automatic) -> Option<String> {
+fn choice(settings: &Settings, by: MethodName, chosen: Automatic) -> Option<String> {
     let Automatic {
         quality,
+        method,
         iterations,
         photons_per_iteration,
         max_depth,
@@ -212,6 +213,7 @@ fn choice(settings: &Settings, chosen: Automatic) -> Option<String> {
         glint_samples,
     } = chosen;
     let options = [
+        method.then(|| format!("--method {}", by.name())),
         iterations.then(|| format!("-n {}", settings.iterations)),
         photons_per_iteration.then(|| format!("--photons {}", settings.photons_per_iteration)),
         initial_radius.then(|| format!("--radius {}", settings.initial_radius)),
@@ -314,13 +316,15 @@ mod tests {
             glint_samples: 8,
             ..Settings::default()
         };
-        let all = "chosen for quality final: -n 7 --photons 1000 --radius 0.5 --radius-pilots 3 --radius-clearance 0.5 \
+        let all = "chosen for quality final: --method hybrid -n 7 --photons 1000 --radius 0.5 --radius-pilots 3 --radius-clearance 0.5 \
                    --depth 16 --glint-samples 8";
-        assert_eq!(choice(&settings, Automatic::all(Quality::Final)).as_deref(), Some(all));
+        let by = MethodName::Hybrid;
+        assert_eq!(choice(&settings, by, Automatic::all(Quality::Final)).as_deref(), Some(all));
         let none = Automatic { quality: Quality::Draft, ..Automatic::default() };
-        let only = |chosen: Automatic| choice(&settings, chosen);
+        let only = |chosen: Automatic| choice(&settings, by, chosen);
         assert_eq!(only(none), None);
         for (chosen, option) in [
+            (Automatic { method: true, ..none }, "--method hybrid"),
             (Automatic { iterations: true, ..none }, "-n 7"),
             (Automatic { photons_per_iteration: true, ..none }, "--photons 1000"),
             (Automatic { initial_radius: true, ..none }, "--radius 0.5"),

@@ -16,7 +16,7 @@ fn a_built_in_scene_gets_a_picture_that_looks_finished() {
     let sandbox = Sandbox::new();
     let ended = sandbox.run(["render", "cornell", "-o", "a.exr"].iter().chain(&SMALL));
     assert_eq!(ended.code, Some(0), "{ended:?}");
-    assert!(ended.stderr.starts_with("chosen for quality good: -n "), "{ended:?}");
+    assert!(ended.stderr.starts_with("chosen for quality good: --method sppm -n "), "{ended:?}");
     assert!(!ended.stderr.contains("noisy"), "{ended:?}");
     // What was told gives the same pixels and chooses nothing, and so does the image itself.
     let options = told(&ended.stderr);
@@ -31,8 +31,18 @@ fn a_built_in_scene_gets_a_picture_that_looks_finished() {
 }
 
 /// The options of all settings that are chosen, as they are told.
-const ALL: [&str; 7] =
-    ["-n", "--photons", "--radius", "--radius-pilots", "--radius-clearance", "--depth", "--glint-samples"];
+const ALL: [&str; 8] = [
+    "--method",
+    "-n",
+    "--photons",
+    "--radius",
+    "--radius-pilots",
+    "--radius-clearance",
+    "--depth",
+    "--glint-samples",
+];
+/// Of these, what paths have.
+const OF_PATHS: [&str; 3] = ["--method", "-n", "--depth"];
 /// The first radius, and what is chosen with it.
 const RADII: [&str; 4] = ["--radius", "--radius-pilots", "--radius-clearance", "--glint-samples"];
 
@@ -50,12 +60,16 @@ fn what_is_given_is_not_chosen() {
         names(&of(&["--quality=draft", "--photons=500"])),
         ["-n", "--radius", "--radius-pilots", "--radius-clearance", "--depth", "--glint-samples"]
     );
-    assert_eq!(names(&of(&["-n=2", "--depth=5"])), [&ALL[1..5], &ALL[6..]].concat());
+    assert_eq!(names(&of(&["-n=2", "--depth=5"])), [&ALL[..1], &ALL[2..6], &ALL[7..]].concat());
     let paper = ["--quality=paper", "-n=1"];
     assert!(!of(&paper).contains("chosen"));
     assert_eq!(names(&of(&["--quality=paper", "-n=1", "--radius=auto"])), RADII);
     // A goal ends the render, so its iterations are without end.
-    assert_eq!(names(&of(&["--time=100ms"])), ALL[1..]);
+    assert_eq!(names(&of(&["--time=100ms"])), [&ALL[..1], &ALL[2..]].concat());
+    assert_eq!(names(&of(&["--quality=draft", "--method=sppm"])), ALL[1..]);
+    assert_eq!(names(&of(&["--quality=draft", "--engine=path"])), OF_PATHS[1..]);
+    // Images of photons need some.
+    assert_eq!(names(&of(&["--quality=draft", "--count-image=n.pfm"])), ALL[1..]);
     // Whoever gives the radius gets that one everywhere, unless pilots or clearance are asked for.
     for option in &RADII[1..] {
         let given = ["-n=2", "--depth=5", "--photons=500", "--radius=3", &format!("{option}=auto")];
@@ -91,16 +105,18 @@ material = { type = \"diffuse\", albedo = [0.5, 0.5, 0.5] }
         }
         told(&ended.stderr).into_iter().step_by(2).collect()
     };
-    assert_eq!(names(""), ALL);
-    assert_eq!(names("settings = { seed = 3 }"), ALL);
-    assert_eq!(names("settings = { quality = \"draft\", max_depth = 4 }"), [&ALL[..5], &ALL[6..]].concat());
+    // A ball under the sky: by paths.
+    assert_eq!(names(""), OF_PATHS);
+    assert_eq!(names("settings = { seed = 3 }"), OF_PATHS);
+    assert_eq!(names("settings = { quality = \"draft\", max_depth = 4 }"), OF_PATHS[..2]);
+    assert_eq!(names("settings = { radius_schedule = \"global\" }"), ALL[1..]);
     // Whoever states one setting keeps what the others have been so far.
     assert_eq!(names("settings = { iterations = 1 }"), [""; 0]);
     assert_eq!(names("settings = { iterations = 1, initial_radius = \"auto\" }"), RADII);
-    assert_eq!(names("settings = { iterations = 1, radius_clearance = \"auto\" }"), ALL[4..5]);
+    assert_eq!(names("settings = { iterations = 1, radius_clearance = \"auto\" }"), ALL[5..6]);
     assert_eq!(
         names("settings = { quality = \"draft\", radius_clearance = 0 }"),
-        [&ALL[..4], &ALL[5..]].concat()
+        [&ALL[1..5], &ALL[6..]].concat()
     );
     assert_eq!(names("settings = { quality = \"paper\", iterations = 1 }"), [""; 0]);
 }

@@ -115,8 +115,8 @@ rows! {
     focus: builtin("focus"), |s| s;
     motion: builtin("motion"), |s| Settings { iterations: 5, ..s };
     open_sky: open_sky(), |s| s;
-    terrace: builtin("terrace"), |s| s;
-    heap: builtin("heap"), |s| s;
+    terrace: builtin("terrace"), |s| Settings { initial_radius: 0.3, ..s };
+    heap: builtin("heap"), |s| Settings { initial_radius: 0.2, ..s };
     dusk: builtin("dusk"), |s| s;
     cornell_deep: builtin("cornell"), |s| Settings { width: 48, height: 27, max_depth: 64, seed: u64::MAX, ..s };
     cornell_one_pixel: builtin("cornell"), |s| Settings { width: 1, height: 1, iterations: 20, ..s };

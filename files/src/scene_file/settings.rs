@@ -134,7 +134,7 @@ fn automatic(section: &Section<'_>, usual: Usual) -> Result<Automatic, Fault> {
     // Pilots and clearance choose from the first radius down, so by themselves they go with it. Whoever states a radius chooses
     // by hand, so rays that see lamps go with it too.
     let of_radius = |key| section.get(key).map_or(is_chosen(initial_radius), |field| is_auto(&field));
-    Ok(Automatic {
+    let chosen = Automatic {
         iterations: is_chosen(iterations),
         photons_per_iteration: is_chosen(photons_per_iteration),
         max_depth: is_chosen(max_depth),
@@ -143,7 +143,10 @@ fn automatic(section: &Section<'_>, usual: Usual) -> Result<Automatic, Fault> {
         radius_clearance: of_radius("radius_clearance"),
         glint_samples: of_radius("glint_samples"),
         ..unstated
-    })
+    };
+    // Whoever states what only photons have means photon mapping.
+    let is_open = chosen.photons_per_iteration && chosen.radius_pilots && chosen.radius_clearance;
+    Ok(Automatic { method: others && chosen.initial_radius && is_open, ..chosen })
 }
 
 fn quality(field: Field<'_>) -> Result<Quality, Fault> {

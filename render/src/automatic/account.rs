@@ -106,19 +106,27 @@ impl Account {
         (self.camera_work + self.photon_work * photons) * segment_work(self.spheres)
     }
 
-    /// The number of photons by which the noise is least after so much `work`. Noise of pixels and of blocks counts both, that
-    /// of blocks twice: noise of neighbours that is alike is easier to see. Powers of two and the numbers half-way between
+    /// The number of photons by which the noise is least after so much `work`. Powers of two and the numbers half-way between
     /// are tried, up to `most`.
     pub(super) fn photons(&self, most: u32, work: f64) -> u32 {
-        let cost = |photons: f64| {
-            let iterations = (work / self.work(photons)).max(FEWEST_ITERATIONS.into());
-            let noise = self.noise(photons, iterations);
-            // The fewest iterations may be more work than there is, which counts as so much more noise.
-            let spent = iterations * self.work(photons);
-            noise.pixel * noise.block * noise.block * spent * spent * spent
-        };
-        let best = numbers(most).min_by(|&a, &b| cost(a.into()).total_cmp(&cost(b.into())));
+        let best = numbers(most)
+            .min_by(|&a, &b| self.noise_after(work, a.into()).total_cmp(&self.noise_after(work, b.into())));
         best.unwrap_or(most)
+    }
+
+    /// The noise with the number of photons by which it is least.
+    pub(super) fn least_noise(&self, most: u32, work: f64) -> f64 {
+        self.noise_after(work, self.photons(most, work).into())
+    }
+
+    /// The noise after so much `work` with so many photons in an iteration. Noise of pixels and of blocks counts both, that of
+    /// blocks twice: noise of neighbours that is alike is easier to see.
+    fn noise_after(&self, work: f64, photons: f64) -> f64 {
+        let iterations = (work / self.work(photons)).max(FEWEST_ITERATIONS.into());
+        let noise = self.noise(photons, iterations);
+        // The fewest iterations may be more work than there is, which counts as so much more noise.
+        let spent = iterations * self.work(photons);
+        noise.pixel * noise.block * noise.block * spent * spent * spent
     }
 
     /// The iterations after which the root of the squared noise of pixels is `noise`, or so much `work` is done.

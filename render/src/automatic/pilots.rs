@@ -31,7 +31,7 @@ fn with_photons(pilot: Settings) -> Settings {
 /// Pilots of a scene.
 pub(super) struct Pilots<'a> {
     /// The method of those that trace photons.
-    method: MethodName,
+    pub(super) method: MethodName,
     lanes: LaneKind,
     pub(super) scene: &'a Scene,
     stop: &'a Stop,
@@ -50,8 +50,8 @@ impl<'a> Pilots<'a> {
     }
 
     /// The same by another method that traces photons.
-    pub(super) fn by(self, method: MethodName) -> Self {
-        Self { method, ..self }
+    pub(super) fn by(&self, method: MethodName) -> Self {
+        Self { method, ..*self }
     }
 
     /// So many pilots, which differ in their seeds, with changed settings; `None` if stopped.
