@@ -73,19 +73,19 @@ pub(crate) fn density(photons: u32, radius_squared: f32) -> f32 {
 /// The power that the pixels from `at` on have gathered, in W.
 #[inline(always)]
 fn phi_of<L: Lanes>(sums: &GroupSums, at: usize, unit: FluxUnit) -> V3<L> {
-    let (part, nominal) = (L::f(unit.part), L::f(unit.nominal));
-    let power = |channel| flux_of::<L>(sums, channel, at) * part * nominal;
-    V3::new(power(0), power(1), power(2))
+    V3::new(
+        power_of::<L>(sums, 0, at, unit),
+        power_of::<L>(sums, 1, at, unit),
+        power_of::<L>(sums, 2, at, unit),
+    )
 }
 
-/// The fluxes of the pixels from `at` on in one channel.
+/// The same in one channel. A function, as a closure would be called, with its vectors in memory.
 #[inline(always)]
-fn flux_of<L: Lanes>(sums: &GroupSums, channel: usize, at: usize) -> L::F {
-    let mut floats = [0.0; MOST_LANES];
-    for k in 0..L::N {
-        floats[k] = sums.rounded(channel, at + k);
-    }
-    L::load(&floats)
+fn power_of<L: Lanes>(sums: &GroupSums, channel: usize, at: usize, unit: FluxUnit) -> L::F {
+    let mut fluxes = [0.0; MOST_LANES];
+    sums.rounded(channel, at, &mut fluxes[..L::N]);
+    L::load(&fluxes) * L::f(unit.part) * L::f(unit.nominal)
 }
 
 /// Radiance of a pixel, as `reference::consolidate::Pixel::develop`.

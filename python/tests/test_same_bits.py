@@ -86,7 +86,7 @@ def test_a_scene_from_arrays_is_the_scene_that_it_saves(tmp_path: Path, command)
 
 def test_the_method_is_chosen_alike(tmp_path: Path, command) -> None:
     """Under an open sky by paths, unless something else is said: a method, or what only photons have."""
-    scene = sppm.Scene(sppm.Camera(eye=(0, 3, 9), target=(0, 1, 0)), background=(0.5, 0.6, 0.8))
+    scene = sppm.Scene(sppm.Camera(eye=(0, 3, 9), direction=(0, -2, -9)), background=(0.5, 0.6, 0.8))
     scene.add_spheres([[0, -1e4, 0], [0, 1, 0]], [1e4, 1], sppm.Diffuse(0.7))
     scene.save(tmp_path / "scene.toml")
     command("render", tmp_path / "scene.toml", "--quality=draft", "--quiet", "-o", tmp_path / "image.exr")

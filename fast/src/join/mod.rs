@@ -38,6 +38,7 @@ pub(crate) mod sums;
 
 use crate::consolidate::{consolidate_group, estimate_group};
 use crate::pixels::{GROUP, Pixel, PixelRows};
+use crate::pool::Pool;
 use crate::work_items::singly;
 pub(crate) use bins::{BYTES_OF_BINS, Binned, Chunks, bin_shift, bytes_at_rest, reserve, with_margin};
 pub(crate) use cells::{Cells, Run, table_size};
@@ -70,6 +71,7 @@ pub(crate) struct Join {
     long_from: u64,
     /// Whether the last join was long.
     was_long: Option<bool>,
+    buffers: Pool<JoinBuffers>,
 }
 
 /// The photons and cells of a round.
@@ -88,7 +90,7 @@ pub(crate) struct Round<'a> {
 
 impl Join {
     pub(crate) fn new() -> Self {
-        Self { sums: Vec::new(), long_from: LONG_JOIN, was_long: None }
+        Self { sums: Vec::new(), long_from: LONG_JOIN, was_long: None, buffers: Pool::new() }
     }
 
     /// Sets the number of pairs from which on a join is long.
@@ -147,7 +149,10 @@ impl Join {
                 if stop.is_requested() {
                     return JoinCounts::default();
                 }
-                dispatch(lanes, JoinJob { round, pixels, rows, sums })
+                let mut buffers = self.buffers.take(JoinBuffers::new);
+                let counts = dispatch(lanes, JoinJob { round, pixels, rows, sums, buffers: &mut buffers });
+                self.buffers.put(buffers);
+                counts
             })
             .collect();
         for counts in counts {
@@ -174,6 +179,7 @@ struct JoinJob<'a> {
     rows: &'a [PixelRows],
     /// The sums of earlier rounds; empty if none are kept.
     sums: &'a mut [GroupSums],
+    buffers: &'a mut JoinBuffers,
 }
 
 impl Kernel for JoinJob<'_> {
@@ -182,12 +188,12 @@ impl Kernel for JoinJob<'_> {
     fn run<L: Lanes>(self) -> JoinCounts {
         let Round { sorted, cells, is_last, unit, density } = self.round;
         let deposits = sorted.map(Sorted::deposits);
-        let (mut counts, mut buffers) = (JoinCounts::default(), JoinBuffers::new());
+        let mut counts = JoinCounts::default();
         let groups = self.pixels.chunks_mut(GROUP).zip(self.rows.chunks(GROUP));
         for (number, (pixels, rows)) in groups.enumerate() {
             let mut sums = self.sums.get_mut(number).map(take).unwrap_or_default();
             if let Some(deposits) = &deposits {
-                gather_group::<L>(deposits, cells, rows, &mut buffers, &mut sums, &mut counts);
+                gather_group::<L>(deposits, cells, rows, self.buffers, &mut sums, &mut counts);
             }
             if is_last && let Some(density) = density {
                 estimate_group::<L>(pixels, rows, &sums, unit, density);
@@ -211,7 +217,7 @@ pub(crate) fn gather_group<L: Lanes>(
     sums: &mut GroupSums,
     counts: &mut JoinCounts,
 ) {
-    let halves = [0, GROUP / 2].map(|at| Region::of_all(&rows[at..][..GROUP / 2]));
+    let halves = [Region::of_all(&rows[..GROUP / 2]), Region::of_all(&rows[GROUP / 2..][..GROUP / 2])];
     let all = halves[0].and(&halves[1]);
     if all.is_empty() {
         return;

@@ -6,6 +6,8 @@ use rayon::prelude::*;
 
 /// Pixels of a work item.
 const PIXELS_AT_ONCE: usize = 4096;
+/// Pixels that are summed apart.
+const APART: usize = 4;
 
 /// The search radii of an iteration.
 #[derive(Clone, Copy, Debug)]
@@ -35,15 +37,17 @@ impl Radii {
 
     /// The largest squared radius; and the sum and number of those of pixels that have counted photons.
     fn of_some(pixels: &[Pixel]) -> (f32, f64, f64) {
-        let (mut largest, mut sum, mut count) = (0.0_f32, 0.0_f64, 0.0);
-        for Pixel { n, radius_squared, .. } in pixels {
-            largest = largest.max(*radius_squared);
-            if *n > 0.0 {
-                sum += f64::from(*radius_squared);
-                count += 1.0;
+        // Apart for each of four pixels, as each addition waits for the one before.
+        let (mut largest, mut sums, mut counts) = ([0.0_f32; APART], [0.0; APART], [0.0; APART]);
+        for pixels in pixels.chunks(APART) {
+            for (k, Pixel { n, radius_squared, .. }) in pixels.iter().enumerate() {
+                largest[k] = if largest[k] < *radius_squared { *radius_squared } else { largest[k] };
+                let count = if *n > 0.0 { 1.0 } else { 0.0 };
+                sums[k] += count * f64::from(*radius_squared);
+                counts[k] += count;
             }
         }
-        (largest, sum, count)
+        (largest.into_iter().fold(0.0, f32::max), sums.iter().sum(), counts.iter().sum())
     }
 
     /// The size of the join's cells where `neighbours` photons count at a visible point; `for_one` is their size over the

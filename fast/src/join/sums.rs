@@ -19,6 +19,9 @@ pub(crate) struct GroupSums {
 /// Bytes of [`GroupSums`] with heavy photons.
 pub(crate) const MOST_BYTES_OF_SUMS: usize = size_of::<GroupSums>() + size_of::<[[u64; GROUP]; 3]>();
 
+/// 2^52, whose `f64` has digits down to 1.
+const TWO_52: f64 = 4_503_599_627_370_496.0;
+
 /// Counted work.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct JoinCounts {
@@ -61,14 +64,19 @@ impl GroupSums {
         u128::from(upper) << u64::BITS | u128::from(self.flux[channel][pixel])
     }
 
-    /// The same, rounded to `f64` and then to `f32`.
+    /// The fluxes of the pixels from `first` on, rounded to `f64` and then to `f32`.
     #[inline(always)]
-    pub(crate) fn rounded(&self, channel: usize, pixel: usize) -> f32 {
+    pub(crate) fn rounded(&self, channel: usize, first: usize, fluxes: &mut [f32]) {
         if self.upper.is_some() {
-            self.total(channel, pixel) as f64 as f32
-        } else {
-            // Below 2^53 an `f64` holds it exactly.
-            self.flux[channel][pixel] as i64 as f64 as f32
+            for (pixel, flux) in (first..).zip(fluxes) {
+                *flux = self.total(channel, pixel) as f64 as f32;
+            }
+            return;
+        }
+        for (flux, sum) in fluxes.iter_mut().zip(&self.flux[channel][first..]) {
+            // Below 2^52 these are the digits of a number from 2^52 on, and the difference is exact: no processor but those with
+            // AVX-512 converts such integers in vectors.
+            *flux = (f64::from_bits(TWO_52.to_bits() | sum) - TWO_52) as f32;
         }
     }
 
