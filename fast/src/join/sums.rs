@@ -19,8 +19,16 @@ pub(crate) struct GroupSums {
 /// Bytes of [`GroupSums`] with heavy photons.
 pub(crate) const MOST_BYTES_OF_SUMS: usize = size_of::<GroupSums>() + size_of::<[[u64; GROUP]; 3]>();
 
-/// 2^52, whose `f64` has digits down to 1.
-const TWO_52: f64 = 4_503_599_627_370_496.0;
+/// `x as f64`, by operations that all vectors have: no processor but those with AVX-512 converts 64-bit integers. Each half of
+/// the digits is put below the leading one of a power of two, which is taken away again; so only the last sum is rounded.
+#[inline(always)]
+fn to_float(x: u64) -> f64 {
+    const TWO_52: f64 = 4_503_599_627_370_496.0;
+    const TWO_84: f64 = TWO_52 * 4_294_967_296.0;
+    let upper = f64::from_bits(TWO_84.to_bits() | x >> 32);
+    let lower = f64::from_bits(TWO_52.to_bits() | x & 0xffff_ffff);
+    (upper - (TWO_84 + TWO_52)) + lower
+}
 
 /// Counted work.
 #[derive(Clone, Copy, Debug, Default)]
@@ -74,9 +82,7 @@ impl GroupSums {
             return;
         }
         for (flux, sum) in fluxes.iter_mut().zip(&self.flux[channel][first..]) {
-            // Below 2^52 these are the digits of a number from 2^52 on, and the difference is exact: no processor but those with
-            // AVX-512 converts such integers in vectors.
-            *flux = (f64::from_bits(TWO_52.to_bits() | sum) - TWO_52) as f32;
+            *flux = to_float(*sum) as f32;
         }
     }
 
@@ -96,5 +102,21 @@ impl GroupSums {
             }
         }
         count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::to_float;
+
+    /// At all powers of two and beside them, where rounding ties, and at what comes of multiplying.
+    #[test]
+    fn integers_are_rounded_as_a_cast_rounds_them() {
+        let beside = |power: u64| [power - 1, power, power + 1, power + power / 2, power | power >> 53];
+        let powers = (0..64).map(|bit| 1_u64 << bit).flat_map(beside);
+        let others = (1..2000_u64).map(|k| k.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (k % 64));
+        for x in powers.chain(others).chain([0, u64::MAX]) {
+            assert_eq!(to_float(x), x as f64, "{x}");
+        }
     }
 }
