@@ -213,9 +213,9 @@ pub(crate) struct QualityArgs {
     /// looks finished (`good`), or has hardly any noise that can be seen (`final`) [default: good, if the scene's file states
     /// no numbers]
     ///
-    /// What is given by --method, -n, --photons, --radius or --depth is not chosen; photons and radius mean `--method sppm`. `paper` chooses nothing: it takes the settings of
-    /// the paper, 6 iterations of 200000 photons, radius 2 and depth 5. What was chosen is told, and recorded in the image, so
-    /// that `--like` repeats it.
+    /// What is given by --method, -n, --photons, --radius or --depth is not chosen; photons and radius mean `--method sppm`.
+    /// `paper` chooses nothing: it takes the settings of the paper, 6 iterations of 200000 photons, radius 2 and depth 5. What
+    /// was chosen is told, and recorded in the image, so that `--like` repeats it.
     #[arg(long, value_name = "QUALITY", value_parser = qualities(), help_heading = "Quality")]
     pub quality: Option<Quality>,
 }
