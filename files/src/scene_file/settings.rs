@@ -142,11 +142,10 @@ fn automatic(section: &Section<'_>, usual: Usual) -> Result<Automatic, Fault> {
         radius_pilots: of_radius("radius_pilots"),
         radius_clearance: of_radius("radius_clearance"),
         glint_samples: of_radius("glint_samples"),
+        method: others,
         ..unstated
     };
-    // Whoever states what only photons have means photon mapping.
-    let is_open = chosen.photons_per_iteration && chosen.radius_pilots && chosen.radius_clearance;
-    Ok(Automatic { method: others && chosen.initial_radius && is_open, ..chosen })
+    Ok(Automatic { method: chosen.leaves_method_open(RadiusSchedule::PerPixel), ..chosen })
 }
 
 fn quality(field: Field<'_>) -> Result<Quality, Fault> {
