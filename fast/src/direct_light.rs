@@ -3,12 +3,11 @@
 //! ```text
 //! for each packet of visible points:
 //!     choose a lamp (light_tree.rs) and a point on it; compute the irradiance if nothing blocks it
-//!     test the shadow rays against the walls
-//! for the batch: test the shadow rays against the balls
+//! for the batch: test the shadow rays against what casts a shadow
 //! ```
 
 use crate::hierarchy::{BLOCKED, Rays, SearchBuffers};
-use crate::intersect::{RayLanes, from_inside, meet, occluded};
+use crate::intersect::{RayLanes, from_inside, meet};
 use crate::light_choice::LightChoice;
 use crate::light_tree::{Choice, LightTree};
 use crate::paths::{Floats, ROOM, Vectors, Words};
@@ -150,12 +149,11 @@ impl ShadowRays {
         Self { direction: Vectors::ZERO, t: [0.0; ROOM], lamp: [0; ROOM], irradiance: Vectors::ZERO }
     }
 
-    /// Aims one shadow ray per lane, the rays from `at` on, and tests them against the shapes outside of the hierarchy.
+    /// Aims one shadow ray per lane, the rays from `at` on.
     #[inline(always)]
     pub(crate) fn aim<L: Lanes>(
         &mut self,
         at: usize,
-        tables: &Tables,
         lights: &LightTable,
         to: &Receivers<L>,
         numbers: &ShadowNumbers<L>,
@@ -183,8 +181,7 @@ impl ShadowRays {
             weight = L::select(from_within, L::f(PI), weight);
             valid = (from_within & valid_within) | (!from_within & valid);
         }
-        let ray = RayLanes { origin: point, direction, leaves: sphere };
-        let lit = chosen.found & valid & !occluded(&tables.shadow_casters, &ray, t, chosen.sphere);
+        let lit = chosen.found & valid;
         let irradiance =
             chosen.emission.scale(if lights.tree.is_some() { weight / chosen.probability } else { weight });
         self.direction.store(at, direction);
@@ -193,7 +190,7 @@ impl ShadowRays {
         self.irradiance.store(at, V3::select(lit, irradiance, V3::new(zero, zero, zero)));
     }
 
-    /// Tests the first `count` rays, from `points` on `spheres`, against the hierarchy.
+    /// Tests the first `count` rays, from `points` on `spheres`, against all that casts a shadow.
     #[inline(always)]
     pub(crate) fn follow<L: Lanes>(
         &mut self,
@@ -223,7 +220,7 @@ impl ShadowRays {
     }
 }
 
-/// The test of shadow rays against the balls, as a function that all passes share: it is large, and takes long to build.
+/// The test of shadow rays, as a function that all passes share: it is large, and takes long to build.
 struct Occlusion<'a> {
     tables: &'a Tables,
     rays: Rays<'a>,
@@ -236,7 +233,7 @@ impl Kernel for Occlusion<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        self.tables.hierarchy.occlude::<L>(self.tables.rows(), &self.rays, self.buffers, self.t);
+        self.tables.occlude::<L>(&self.rays, self.buffers, self.t);
     }
 }
 

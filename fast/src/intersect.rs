@@ -1,8 +1,12 @@
 //! Intersection of rays in lanes with one sphere at a time: `reference::intersect`, operation by operation.
+//!
+//! A batch of rays meets one shape after the other, so that what is known of a shape stays in registers.
 
+use crate::hierarchy::{BLOCKED, Rays};
+use crate::paths::{Floats, Words};
 use crate::shapes::{BallShape, Shape};
 use lanes::{Lanes, V3};
-use scene::ray::NO_SPHERE;
+use scene::ray::{NO_SPHERE, SphereId};
 use scene::still::{Enclosure, Ground};
 
 /// Rays in lanes.
@@ -13,50 +17,138 @@ pub(crate) struct RayLanes<L: Lanes> {
     pub(crate) leaves: L::U,
 }
 
-/// The nearest hits among some shapes: distance (infinite if none) and sphere ([`NO_SPHERE`] if none).
-#[inline(always)]
-pub(crate) fn nearest<L: Lanes>(shapes: &[Shape], ray: &RayLanes<L>) -> (L::F, L::U) {
-    let (mut t, mut hit) = (L::f(f32::INFINITY), L::u(NO_SPHERE));
-    for shape in shapes {
-        let (candidate, valid, sphere) = distance(shape, ray);
-        let nearer = valid & L::lt(candidate, t);
-        t = L::select(nearer, candidate, t);
-        hit = L::select_u(nearer, L::u(sphere), hit);
+impl<L: Lanes> RayLanes<L> {
+    /// The rays of a batch from `at` on.
+    #[inline(always)]
+    fn load(rays: &Rays, at: usize) -> Self {
+        let leaves = L::load_u(&rays.leaves[at..]);
+        Self { origin: rays.origin.load(at), direction: rays.direction.load(at), leaves }
     }
-    (t, hit)
 }
 
-/// The lanes whose ray hits a shape nearer than `t`, other than the sphere `light`.
+/// The nearest hits of the rays of a batch among some shapes: distance (infinite if none) and sphere ([`NO_SPHERE`] if none).
 #[inline(always)]
-pub(crate) fn occluded<L: Lanes>(shapes: &[Shape], ray: &RayLanes<L>, t: L::F, light: L::U) -> L::M {
-    let mut blocked = L::first(0);
-    for shape in shapes {
-        let (candidate, valid, sphere) = distance(shape, ray);
-        blocked = blocked | (valid & L::lt(candidate, t) & !L::eq(L::u(sphere), light));
+pub(crate) fn nearest<L: Lanes>(shapes: &[Shape], rays: &Rays, t: &mut Floats, hit: &mut Words) {
+    for at in (0..rays.count).step_by(L::N) {
+        L::store(L::f(f32::INFINITY), &mut t[at..]);
+        L::store_u(L::u(NO_SPHERE), &mut hit[at..]);
     }
-    blocked
+    for shape in shapes {
+        match shape {
+            Shape::Solid(ball) => lower::<L>(&Solid(*ball), rays, t, hit),
+            Shape::Glass(ball) => lower::<L>(&Glass(*ball), rays, t, hit),
+            Shape::Ground(ground) => lower::<L>(ground, rays, t, hit),
+            Shape::Enclosure(enclosure) => lower::<L>(enclosure, rays, t, hit),
+        }
+    }
 }
 
-/// The distance to a shape, whether it is valid (NaN never counts as nearer, valid or not), and the sphere.
+/// Sets `t` to [`BLOCKED`] where a shadow ray hits a shape nearer than `t`, other than the sphere that it ignores.
 #[inline(always)]
-fn distance<L: Lanes>(shape: &Shape, ray: &RayLanes<L>) -> (L::F, L::M, u32) {
-    match shape {
-        Shape::Solid(ball) => {
-            let (t, valid) = from_outside(ball, ray);
-            (t, valid, ball.sphere)
+pub(crate) fn occlude<L: Lanes>(shapes: &[Shape], rays: &Rays, t: &mut Floats) {
+    for shape in shapes {
+        match shape {
+            Shape::Solid(ball) => block::<L>(&Solid(*ball), rays, t),
+            Shape::Glass(ball) => block::<L>(&Glass(*ball), rays, t),
+            Shape::Ground(ground) => block::<L>(ground, rays, t),
+            Shape::Enclosure(enclosure) => block::<L>(enclosure, rays, t),
         }
-        Shape::Glass(ball) => {
-            let (t, valid) = from_either_side(ball, ray);
-            (t, valid, ball.sphere)
-        }
-        Shape::Ground(ground) => {
-            let (t, valid) = from_above(ground, ray);
-            (t, valid, ground.sphere)
-        }
-        Shape::Enclosure(e) => {
-            let t = from_inside(e, ray);
-            (t, L::le(t, t), e.sphere)
-        }
+    }
+}
+
+/// Lowers the nearest hits to those on one surface.
+#[inline(always)]
+fn lower<L: Lanes>(surface: &impl Surface, rays: &Rays, t: &mut Floats, hit: &mut Words) {
+    let surface = *surface; // for all that the compiler knows, `t` might be part of the original
+    for at in (0..rays.count).step_by(L::N) {
+        let (least, of) = (L::load(&t[at..]), L::load_u(&hit[at..]));
+        let (distance, is_nearer) = surface.meet_before(&RayLanes::<L>::load(rays, at), least);
+        // By a minimum: a choice and a store would become a store by a mask, which some processors do slowly.
+        let nearer = L::select(is_nearer, distance, L::f(f32::INFINITY));
+        L::store(L::min(nearer, least), &mut t[at..]);
+        L::store_u(L::select_u(is_nearer, L::u(surface.sphere()), of), &mut hit[at..]);
+    }
+}
+
+/// The same for shadow rays.
+#[inline(always)]
+fn block<L: Lanes>(surface: &impl Surface, rays: &Rays, t: &mut Floats) {
+    let surface = *surface; // as above
+    for at in (0..rays.count).step_by(L::N) {
+        let (limit, ignores) = (L::load(&t[at..]), L::load_u(&rays.ignores[at..]));
+        let (_, is_nearer) = surface.meet_before(&RayLanes::<L>::load(rays, at), limit);
+        let blocked = is_nearer & !L::eq(L::u(surface.sphere()), ignores);
+        L::store(L::select(blocked, L::f(BLOCKED), limit), &mut t[at..]);
+    }
+}
+
+/// What rays meet.
+trait Surface: Copy {
+    /// Its sphere.
+    fn sphere(&self) -> SphereId;
+
+    /// The distances, and the lanes in which they are those of hits nearer than `limit`.
+    fn meet_before<L: Lanes>(&self, ray: &RayLanes<L>, limit: L::F) -> (L::F, L::M);
+}
+
+/// A ball that rays meet from outside.
+#[derive(Clone, Copy)]
+struct Solid(BallShape);
+
+/// A ball that rays meet from both sides.
+#[derive(Clone, Copy)]
+struct Glass(BallShape);
+
+impl Surface for Solid {
+    #[inline(always)]
+    fn sphere(&self) -> SphereId {
+        self.0.sphere
+    }
+
+    #[inline(always)]
+    fn meet_before<L: Lanes>(&self, ray: &RayLanes<L>, limit: L::F) -> (L::F, L::M) {
+        let (t, valid) = from_outside(&self.0, ray);
+        (t, valid & L::lt(t, limit))
+    }
+}
+
+impl Surface for Glass {
+    #[inline(always)]
+    fn sphere(&self) -> SphereId {
+        self.0.sphere
+    }
+
+    #[inline(always)]
+    fn meet_before<L: Lanes>(&self, ray: &RayLanes<L>, limit: L::F) -> (L::F, L::M) {
+        let (t, valid) = from_either_side(&self.0, ray);
+        (t, valid & L::lt(t, limit))
+    }
+}
+
+impl Surface for Ground {
+    #[inline(always)]
+    fn sphere(&self) -> SphereId {
+        self.sphere
+    }
+
+    #[inline(always)]
+    fn meet_before<L: Lanes>(&self, ray: &RayLanes<L>, limit: L::F) -> (L::F, L::M) {
+        let (t, valid) = from_above(self, ray);
+        (t, valid & L::lt(t, limit))
+    }
+}
+
+impl Surface for Enclosure {
+    #[inline(always)]
+    fn sphere(&self) -> SphereId {
+        self.sphere
+    }
+
+    #[inline(always)]
+    fn meet_before<L: Lanes>(&self, ray: &RayLanes<L>, limit: L::F) -> (L::F, L::M) {
+        let t = from_inside(self, ray);
+        // False where the distance is NaN.
+        (t, L::lt(t, limit))
     }
 }
 

@@ -1,7 +1,6 @@
 //! Ray queries without a render: for `sppm trace`, tests and benches.
 
 use crate::hierarchy::{BLOCKED, Rays, SearchBuffers};
-use crate::intersect::{RayLanes, occluded};
 use crate::material::Materials;
 use crate::paths::{BATCH, Paths, ROOM, Words};
 use crate::search::{Search, Work};
@@ -200,15 +199,8 @@ fn occlude_batch<L: Lanes>(
     count: usize,
 ) {
     let Paths { origin, direction, leaves, t, .. } = paths;
-    for at in (0..count).step_by(L::N) {
-        let leaves = L::load_u(&leaves[at..]);
-        let ray = RayLanes::<L> { origin: origin.load(at), direction: direction.load(at), leaves };
-        let (limit, light) = (L::load(&t[at..]), L::load_u(&lights[at..]));
-        let blocked = occluded(&tables.shadow_casters, &ray, limit, light);
-        L::store(L::select(blocked, L::f(BLOCKED), limit), &mut t[at..]);
-    }
     let rays = Rays { origin, direction, leaves, ignores: lights, count };
-    tables.hierarchy.occlude::<L>(tables.rows(), &rays, buffers, t);
+    tables.occlude::<L>(&rays, buffers, t);
 }
 
 fn fill(paths: &mut Paths, rays: &[Ray]) {

@@ -56,7 +56,7 @@ impl LitPoints {
                 normal: self.normal.load::<L>(at),
                 sphere: L::load_u(&self.sphere[at..]),
             };
-            self.shadows.aim(at, tables, lights, &receivers, &ShadowNumbers { choice, u, v });
+            self.shadows.aim(at, lights, &receivers, &ShadowNumbers { choice, u, v });
         }
         self.shadows.follow::<L>(tables, &self.point, &self.sphere, search, self.count);
     }

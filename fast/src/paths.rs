@@ -36,6 +36,12 @@ impl<const SIZE: usize> Vectors<SIZE> {
         V3::new(L::load(&self.x[at..]), L::load(&self.y[at..]), L::load(&self.z[at..]))
     }
 
+    /// One of the vectors, in every lane.
+    #[inline(always)]
+    pub(crate) fn broadcast<L: Lanes>(&self, at: usize) -> V3<L> {
+        V3::new(L::f(self.x[at]), L::f(self.y[at]), L::f(self.z[at]))
+    }
+
     #[inline(always)]
     pub(crate) fn store<L: Lanes>(&mut self, at: usize, v: V3<L>) {
         L::store(v.x, &mut self.x[at..]);

@@ -126,6 +126,48 @@ impl PixelRows {
     }
 }
 
+/// The first halves of [`PixelRows`] among rows of lanes' memory.
+const FIRST: [u32; MOST_LANES] = evens(0);
+/// The second halves.
+const SECOND: [u32; MOST_LANES] = evens(1);
+
+/// Every second number.
+const fn evens(first: u32) -> [u32; MOST_LANES] {
+    let mut numbers = [first; MOST_LANES];
+    let mut k = 0;
+    while k < MOST_LANES {
+        numbers[k] += 2 * k as u32;
+        k += 1;
+    }
+    numbers
+}
+
+/// The first halves of [`PixelRows`] in lanes: what photons are sought by.
+pub(crate) struct FoundLanes<L: Lanes> {
+    pub(crate) point: V3<L>,
+    pub(crate) sphere: L::U,
+    pub(crate) beta: V3<L>,
+    pub(crate) radius_squared: L::F,
+}
+
+impl<L: Lanes> FoundLanes<L> {
+    /// Those of the first `L::N` pixels.
+    #[inline(always)]
+    pub(crate) fn load(rows: &[PixelRows]) -> Self {
+        let [px, py, pz, sphere, br, bg, bb, radius_squared] =
+            L::gather_rows(bytemuck::cast_slice(rows), &FIRST);
+        let (point, beta) = (V3::new(px, py, pz), V3::new(br, bg, bb));
+        Self { point, sphere: L::bits(sphere), beta, radius_squared }
+    }
+}
+
+/// The normals of the first `L::N` pixels.
+#[inline(always)]
+pub(crate) fn normals<L: Lanes>(rows: &[PixelRows]) -> V3<L> {
+    let [nx, ny, nz, ..] = L::gather_rows(bytemuck::cast_slice(rows), &SECOND);
+    V3::new(nx, ny, nz)
+}
+
 /// [`PixelRows`] in lanes.
 pub(crate) struct PixelRowsLanes<L: Lanes> {
     pub(crate) point: V3<L>,
@@ -140,20 +182,10 @@ impl<L: Lanes> PixelRowsLanes<L> {
     /// The first `L::N` pixels.
     #[inline(always)]
     pub(crate) fn load(rows: &[PixelRows]) -> Self {
-        let (mut first, mut second) = ([Row::default(); MOST_LANES], [Row::default(); MOST_LANES]);
-        for k in 0..L::N {
-            [first[k], second[k]] = bytemuck::cast(rows[k]);
-        }
-        let [px, py, pz, sphere, br, bg, bb, radius_squared] = L::load_rows(&first);
-        let [nx, ny, nz, dr, dg, db, ..] = L::load_rows(&second);
-        Self {
-            point: V3::new(px, py, pz),
-            sphere: L::bits(sphere),
-            beta: V3::new(br, bg, bb),
-            radius_squared,
-            normal: V3::new(nx, ny, nz),
-            direct: V3::new(dr, dg, db),
-        }
+        let FoundLanes { point, sphere, beta, radius_squared } = FoundLanes::load(rows);
+        let [nx, ny, nz, dr, dg, db, ..] = L::gather_rows(bytemuck::cast_slice(rows), &SECOND);
+        let (normal, direct) = (V3::new(nx, ny, nz), V3::new(dr, dg, db));
+        Self { point, sphere, beta, radius_squared, normal, direct }
     }
 
     /// Writes lane k to the slot `slots[k]`, for the first `count` lanes.

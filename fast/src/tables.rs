@@ -1,12 +1,14 @@
 //! A still scene as the kernels read it.
 
-use crate::hierarchy::Hierarchy;
+use crate::hierarchy::{Hierarchy, Rays, SearchBuffers};
+use crate::intersect::occlude;
 use crate::material::material_row;
 use crate::pages::Pages;
+use crate::paths::Floats;
 use crate::search::Search;
 use crate::shapes::Shape;
 use crate::surface::{prefetch_rows, surface_row};
-use lanes::Row;
+use lanes::{Lanes, Row};
 use scene::Still;
 use scene::ray::SphereId;
 use scene::still::Role;
@@ -62,6 +64,13 @@ impl Tables {
     #[inline(always)]
     pub(crate) fn rows(&self) -> &[Row] {
         &self.surfaces
+    }
+
+    /// Sets `t` to [`BLOCKED`](crate::hierarchy::BLOCKED) where a shadow ray hits anything nearer than `t`.
+    #[inline(always)]
+    pub(crate) fn occlude<L: Lanes>(&self, rays: &Rays, buffers: &mut SearchBuffers, t: &mut Floats) {
+        occlude::<L>(&self.shadow_casters, rays, t);
+        self.hierarchy.occlude::<L>(self.rows(), rays, buffers, t);
     }
 
     /// Bytes of memory held.

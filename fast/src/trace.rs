@@ -1,7 +1,7 @@
 //! What paths share: the nearest hits of a batch of rays, and the light of lamps that they hit.
 
 use crate::hierarchy::{IGNORES_NONE, Rays, SearchBuffers};
-use crate::intersect::{RayLanes, nearest};
+use crate::intersect::nearest;
 use crate::paths::Paths;
 use crate::tables::Tables;
 use lanes::{Kernel, Lanes, MOST_LANES, V3};
@@ -37,18 +37,9 @@ impl Kernel for Intersection<'_> {
 
 #[inline(always)]
 fn nearest_hits<L: Lanes>(tables: &Tables, paths: &mut Paths, buffers: &mut SearchBuffers, count: usize) {
-    for at in (0..count).step_by(L::N) {
-        let ray = RayLanes::<L> {
-            origin: paths.origin.load(at),
-            direction: paths.direction.load(at),
-            leaves: L::load_u(&paths.leaves[at..]),
-        };
-        let (t, hit) = nearest(&tables.shapes, &ray);
-        L::store(t, &mut paths.t[at..]);
-        L::store_u(hit, &mut paths.hit[at..]);
-    }
     let Paths { origin, direction, leaves, t, hit, .. } = paths;
     let rays = Rays { origin, direction, leaves, ignores: &IGNORES_NONE, count };
+    nearest::<L>(&tables.shapes, &rays, t, hit);
     tables.hierarchy.nearest::<L>(tables.rows(), &rays, buffers, t, hit);
 }
 

@@ -297,6 +297,14 @@ impl Lanes for Avx2 {
         })
     }
     #[inline(always)]
+    fn first(n: usize) -> M {
+        // Four operations less than by bits.
+        M(unsafe {
+            let end = _mm256_set1_epi32(n.min(N) as i32);
+            _mm256_castsi256_ps(_mm256_cmpgt_epi32(end, _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7)))
+        })
+    }
+    #[inline(always)]
     fn gather_u(table: &[u32], index: U) -> U {
         assert!(table.len().is_power_of_two() && table.len() <= 1 << 30);
         let index = index & Self::u(table.len() as u32 - 1);

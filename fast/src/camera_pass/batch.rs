@@ -258,7 +258,7 @@ impl CameraPass<'_> {
                     sphere,
                 };
                 let numbers = numbers.light(&digits, sample);
-                shadows.aim(at, self.tables, self.lights, &receivers, &numbers);
+                shadows.aim(at, self.lights, &receivers, &numbers);
             }
             shadows.follow::<L>(self.tables, &ended.point, &ended.sphere, search, ended.count);
             for at in (0..ended.count).step_by(L::N) {

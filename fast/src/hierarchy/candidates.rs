@@ -3,8 +3,9 @@
 //! A pair names its ball by its sphere, whose surface row is in the cache where balls are few ([`SurfaceRows`]). Where they are
 //! many, the ball is copied from its leaf, which is in the cache ([`Copies`]): a row would have to come from memory.
 
+use super::cull::may_meet;
 use super::keys::key;
-use super::leaves::{GLASS, HALF, WIDTH};
+use super::leaves::{GLASS, LeafPart, WIDTH};
 use super::rays::Rays;
 use crate::intersect::meet;
 use crate::paths::{ROOM, Vectors};
@@ -13,28 +14,27 @@ use crate::surface::ball_lanes;
 use lanes::{Lanes, MOST_LANES, Row, V3};
 
 /// Room for the pairs of either kind, for those that are added at once, and for what vectors write past the end.
-const CANDIDATE_ROOM: usize = SurfaceRows::ENOUGH + (HALF + 1) * MOST_LANES;
+const CANDIDATE_ROOM: usize = SurfaceRows::ENOUGH + RAYS_AT_ONCE * WIDTH + MOST_LANES;
 
-// A packet of rays adds a pair per lane and ball of a cluster at most, a ray in a tree a pair per ball of a leaf; and the
-// pairs in use take no more than a third of a first-level cache of 32 KiB: a ray and a sphere, or a ray and the five words
+/// So many rays may be added before one asks whether the candidates are enough.
+pub(crate) const RAYS_AT_ONCE: usize = 8;
+
+// The pairs in use take no more than a third of a first-level cache of 32 KiB: a ray and a sphere, or a ray and the five words
 // of a ball.
-const _: () = assert!(
-    HALF * MOST_LANES < CANDIDATE_ROOM - SurfaceRows::ENOUGH
-        && WIDTH + MOST_LANES < CANDIDATE_ROOM - Copies::ENOUGH
-);
+const _: () = assert!(Copies::ENOUGH <= SurfaceRows::ENOUGH);
 const _: () =
     assert!(SurfaceRows::ENOUGH * 2 * 4 <= (32 << 10) / 3 && Copies::ENOUGH * 6 * 4 <= (32 << 10) / 3);
 
 /// Pairs of a ray and a ball, as a structure of arrays.
 pub(crate) struct Pairs {
     /// The number of the ray in the batch.
-    pub(crate) rays: [u32; CANDIDATE_ROOM],
+    rays: [u32; CANDIDATE_ROOM],
     /// The sphere; with [`Copies`] perhaps with [`GLASS`].
-    pub(crate) balls: [u32; CANDIDATE_ROOM],
+    balls: [u32; CANDIDATE_ROOM],
     /// With [`Copies`] only.
-    pub(crate) centers: Vectors<CANDIDATE_ROOM>,
+    centers: Vectors<CANDIDATE_ROOM>,
     /// With [`Copies`] only.
-    pub(crate) radii_squared: [f32; CANDIDATE_ROOM],
+    radii_squared: [f32; CANDIDATE_ROOM],
 }
 
 /// Balls in lanes.
@@ -50,6 +50,9 @@ pub(crate) trait Balls {
     /// The list is evaluated once it has this many candidates.
     const ENOUGH: usize;
 
+    /// Writes the balls of the lanes `may` to the pairs from `at` on.
+    fn append<L: Lanes>(pairs: &mut Pairs, at: usize, may: L::M, balls: &LeafPart<L>);
+
     /// The balls of the pairs from `at` on.
     fn load<L: Lanes>(&self, pairs: &Pairs, at: usize) -> BallLanes<L>;
 }
@@ -59,6 +62,11 @@ pub(crate) struct SurfaceRows<'a>(pub(crate) &'a [Row]);
 
 impl Balls for SurfaceRows<'_> {
     const ENOUGH: usize = 1024;
+
+    #[inline(always)]
+    fn append<L: Lanes>(pairs: &mut Pairs, at: usize, may: L::M, balls: &LeafPart<L>) {
+        L::compress_u(may, balls.spheres & L::u(!GLASS), &mut pairs.balls[at..]);
+    }
 
     #[inline(always)]
     fn load<L: Lanes>(&self, pairs: &Pairs, at: usize) -> BallLanes<L> {
@@ -75,6 +83,13 @@ impl Balls for Copies {
     const ENOUGH: usize = 256;
 
     #[inline(always)]
+    fn append<L: Lanes>(pairs: &mut Pairs, at: usize, may: L::M, balls: &LeafPart<L>) {
+        pairs.centers.compress(may, balls.center, at);
+        L::compress(may, balls.radius_squared, &mut pairs.radii_squared[at..]);
+        L::compress_u(may, balls.spheres, &mut pairs.balls[at..]);
+    }
+
+    #[inline(always)]
     fn load<L: Lanes>(&self, pairs: &Pairs, at: usize) -> BallLanes<L> {
         let (center, radius_squared) = (pairs.centers.load::<L>(at), L::load(&pairs.radii_squared[at..]));
         let (id, glass) = (L::load_u(&pairs.balls[at..]), L::u(GLASS));
@@ -86,7 +101,7 @@ impl Balls for Copies {
 pub(crate) struct Candidates {
     /// A row per ray of the batch, see [`RayLanes`].
     rows: Box<[Row; ROOM]>,
-    pub(crate) pairs: Box<Pairs>,
+    pairs: Box<Pairs>,
     /// The number of pairs.
     pub(crate) count: usize,
     /// Counted work so far.
@@ -136,18 +151,19 @@ impl Candidates {
         RayLanes { origin, direction, leaves, ignores }.store(&mut self.rows[at..]);
     }
 
-    /// Origins and directions of the rays with these indices.
+    /// Adds the balls of a leaf that a ray may hit. [`trust`](super::cull::trust) is that of the ray.
     #[inline(always)]
-    pub(crate) fn gather_rays<L: Lanes>(&self, index: &[u32]) -> (V3<L>, V3<L>) {
-        let RayLanes { origin, direction, .. } = RayLanes::<L>::gather(&self.rows[..], index);
-        (origin, direction)
-    }
-
-    /// Origin and direction of one ray, in every lane.
-    #[inline(always)]
-    pub(crate) fn broadcast_ray<L: Lanes>(&self, ray: usize) -> (V3<L>, V3<L>) {
-        let Row([ox, oy, oz, dx, dy, dz, ..]) = self.rows[ray];
-        (V3::new(L::f(ox), L::f(oy), L::f(oz)), V3::new(L::f(dx), L::f(dy), L::f(dz)))
+    pub(crate) fn add<L: Lanes, B: Balls>(&mut self, parts: &[LeafPart<L>; 2], ray: u32, trust: f32) {
+        let Self { rows, pairs, count, .. } = self;
+        let Row([ox, oy, oz, dx, dy, dz, ..]) = rows[ray as usize];
+        let origin = V3::new(L::f(ox), L::f(oy), L::f(oz));
+        let direction = V3::new(L::f(dx), L::f(dy), L::f(dz));
+        for part in parts.iter().take(LeafPart::<L>::COUNT) {
+            let may = may_meet(origin, direction, L::f(trust), part.center, part.radius_squared);
+            B::append(pairs, *count, may, part);
+            L::store_u(L::u(ray), &mut pairs.rays[*count..]);
+            *count += L::mask_bits(may).count_ones() as usize;
+        }
     }
 
     /// True if the candidates must be evaluated before more are added.

@@ -1,10 +1,10 @@
 //! Clusters: the search for up to about a thousand balls.
 //!
 //! ```text
-//! for each packet of rays, for each cluster of eight balls (half a leaf):
+//! for each packet of rays, for each cluster of sixteen balls (a leaf):
 //!     append the rays that may hit the cluster's bounding sphere to its queue
-//! for each cluster, for each packet of its queue, for each of its balls:
-//!     append the rays that may hit the ball, with the ball, to the candidates
+//! for each cluster, for each ray of its queue, for each packet of its balls:
+//!     append those that the ray may hit, with the ray, to the candidates
 //! for each packet of candidates: the exact formula; keep the nearest hit of each ray
 //! ```
 //!
@@ -14,33 +14,41 @@
 //!    much as all the rest, and few rays need them.
 //! 2. Appending is a compression, not a branch: nothing is mispredicted, and lanes are full again in the next stage.
 //!    A tree walked ray by ray is slower up to about a thousand balls, for its branches and its chain of latencies.
-//! 3. Candidates come in any order, and the minimum of their keys ([`super::keys`]) is the nearest hit.
+//! 3. Clusters are tested with rays in lanes, balls with balls in lanes: a queue then reads a ray's words where they are, and
+//!    no packet of rays is gathered. With two queues of eight balls in place of one of sixteen as much work was left for
+//!    eight lanes, and more for sixteen.
+//! 4. Candidates come in any order, and the minimum of their keys ([`super::keys`]) is the nearest hit.
 
-use super::candidates::{Candidates, SurfaceRows};
+use super::candidates::{Candidates, RAYS_AT_ONCE, SurfaceRows};
 use super::cull::{may_meet, trust};
-use super::leaves::{Ball, GLASS, HALF, Leaf};
+use super::leaves::{Ball, Leaf, WIDTH};
 use super::rays::Rays;
 use crate::pages::Pages;
 use crate::paths::{Floats, ROOM, Words};
 use lanes::{Lanes, V3};
 use scene::Vec3;
 
-/// Balls in clusters, which are the halves of leaves.
+/// Balls in clusters, which are leaves.
 #[derive(Debug)]
 pub(crate) struct Clusters {
     leaves: Pages<Leaf>,
-    /// The bounding sphere of each half that has balls: centre and squared radius.
+    /// The bounding sphere of each: centre and squared radius.
     bounding_spheres: Vec<[f32; 4]>,
 }
 
 /// Per cluster, the rays that may hit it.
-#[derive(Default)]
 pub(crate) struct Queues {
     waiting: Vec<Words>,
     counts: Vec<usize>,
+    /// Per ray, its [`trust`].
+    trusts: Box<Floats>,
 }
 
 impl Queues {
+    pub(crate) fn new() -> Self {
+        Self { waiting: Vec::new(), counts: Vec::new(), trusts: Box::new([0.0; ROOM]) }
+    }
+
     fn clear(&mut self, clusters: usize) {
         self.waiting.resize(clusters, [0; ROOM]);
         self.counts.clear();
@@ -53,7 +61,7 @@ impl Clusters {
     pub(crate) fn new(leaves: Pages<Leaf>) -> Self {
         // All leaves but the last are full, and the last is filled from the front.
         let balls: Vec<Ball> = leaves.iter().flat_map(Leaf::balls).collect();
-        Self { bounding_spheres: balls.chunks(HALF).map(bounding_sphere).collect(), leaves }
+        Self { bounding_spheres: balls.chunks(WIDTH).map(bounding_sphere).collect(), leaves }
     }
 
     pub(crate) fn leaves(&self) -> &[Leaf] {
@@ -85,9 +93,11 @@ impl Clusters {
         let leaves = &self.leaves[..];
         candidates.work.boxes += queues.counts.iter().sum::<usize>() as u64;
         for (cluster, (waiting, count)) in queues.waiting.iter().zip(&queues.counts).enumerate() {
-            let (leaf, half) = (&leaves[cluster / 2], cluster % 2);
-            for at in (0..*count).step_by(L::N) {
-                cull::<L>(leaf, half, &waiting[at..], L::first(*count - at), candidates);
+            let parts = leaves[cluster].parts::<L>();
+            for rays in waiting[..*count].chunks(RAYS_AT_ONCE) {
+                for ray in rays {
+                    candidates.add::<L, SurfaceRows>(&parts, *ray, queues.trusts[*ray as usize]);
+                }
                 if candidates.are_enough(surfaces) {
                     candidates.evaluate::<L>(surfaces, keys);
                 }
@@ -100,6 +110,7 @@ impl Clusters {
     #[inline(always)]
     fn enqueue<L: Lanes>(&self, origin: V3<L>, direction: V3<L>, live: L::M, at: usize, queues: &mut Queues) {
         let (ids, trust) = (L::u(at as u32) + L::iota(), trust(direction));
+        L::store(trust, &mut queues.trusts[at..]);
         let queues = queues.waiting.iter_mut().zip(&mut queues.counts);
         for ([x, y, z, r2], (waiting, count)) in self.bounding_spheres.iter().zip(queues) {
             let center = V3::new(L::f(*x), L::f(*y), L::f(*z));
@@ -108,22 +119,6 @@ impl Clusters {
             *count += L::mask_bits(may).count_ones() as usize;
         }
     }
-}
-
-/// Adds to the candidates each ball of half a leaf with each waiting ray that may hit it.
-#[inline(always)]
-fn cull<L: Lanes>(leaf: &Leaf, half: usize, waiting: &[u32], live: L::M, candidates: &mut Candidates) {
-    let (origin, direction) = candidates.gather_rays::<L>(waiting);
-    let (ids, trust) = (L::load_u(waiting), trust(direction));
-    let mut count = candidates.count;
-    for k in (0..HALF).map(|k| half * HALF + k) {
-        let center = V3::new(L::f(leaf.x[k]), L::f(leaf.y[k]), L::f(leaf.z[k]));
-        let may = live & may_meet(origin, direction, trust, center, L::f(leaf.radius_squared[k]));
-        L::compress_u(may, ids, &mut candidates.pairs.rays[count..]);
-        L::store_u(L::u(leaf.spheres[k] & !GLASS), &mut candidates.pairs.balls[count..]);
-        count += L::mask_bits(may).count_ones() as usize;
-    }
-    candidates.count = count;
 }
 
 /// A small bounding sphere of some balls: centre and squared radius.

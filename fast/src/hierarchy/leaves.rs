@@ -8,6 +8,7 @@
 
 use crate::pages::Pages;
 use bytemuck::{Pod, Zeroable};
+use lanes::{Lanes, V3};
 use rayon::prelude::*;
 use scene::ray::SphereId;
 use scene::still::Role;
@@ -15,8 +16,6 @@ use scene::{Still, Vec3};
 
 /// Balls of a leaf, and children of a node.
 pub(crate) const WIDTH: usize = 16;
-/// Balls of half a leaf, which are nearer to each other.
-pub(crate) const HALF: usize = WIDTH / 2;
 /// With so many balls in the left side of a split, its sides go to different threads.
 const WORTH_A_THREAD: usize = 1 << 12;
 
@@ -48,7 +47,34 @@ pub(crate) struct Leaf {
 // A leaf has the place of its balls.
 const _: () = assert!(size_of::<Leaf>() == WIDTH * size_of::<Ball>());
 
+/// As many balls of a leaf as there are lanes.
+#[derive(Clone, Copy)]
+pub(crate) struct LeafPart<L: Lanes> {
+    pub(crate) center: V3<L>,
+    pub(crate) radius_squared: L::F,
+    /// As [`Leaf::spheres`].
+    pub(crate) spheres: L::U,
+}
+
+impl<L: Lanes> LeafPart<L> {
+    /// The parts of a leaf.
+    pub(crate) const COUNT: usize = WIDTH / L::N;
+
+    #[inline(always)]
+    fn from(leaf: &Leaf, at: usize) -> Self {
+        let center = V3::new(L::load(&leaf.x[at..]), L::load(&leaf.y[at..]), L::load(&leaf.z[at..]));
+        let radius_squared = L::load(&leaf.radius_squared[at..]);
+        Self { center, radius_squared, spheres: L::load_u(&leaf.spheres[at..]) }
+    }
+}
+
 impl Leaf {
+    /// Its parts. If there is but one, the second repeats it.
+    #[inline(always)]
+    pub(crate) fn parts<L: Lanes>(&self) -> [LeafPart<L>; 2] {
+        [LeafPart::from(self, 0), LeafPart::from(self, WIDTH - L::N)]
+    }
+
     pub(crate) fn new(balls: &[Ball]) -> Self {
         let (zero, nothing) = ([0.0; WIDTH], [f32::NEG_INFINITY; WIDTH]);
         let mut leaf = Self { x: zero, y: zero, z: zero, radius_squared: nothing, spheres: [0; WIDTH] };
@@ -92,7 +118,7 @@ impl Leaf {
     }
 }
 
-/// The leaves of the balls of a still, of which there are `count`: each run of 8, 16, 256, 4096, ... balls is compact.
+/// The leaves of the balls of a still, of which there are `count`: each run of 16, 256, 4096, ... balls is compact.
 pub(crate) fn arranged(still: &Still, count: usize) -> Pages<Leaf> {
     let mut leaves = Pages::<Leaf>::zeros(count.div_ceil(WIDTH));
     let balls = &mut bytemuck::cast_slice_mut(&mut leaves)[..count];
@@ -119,7 +145,7 @@ fn balls(still: &Still) -> impl Iterator<Item = Ball> {
     })
 }
 
-/// Orders balls so that each aligned run of 8, 16, 256, 4096, ... is compact.
+/// Orders balls so that each aligned run of 16, 256, 4096, ... is compact.
 fn arrange(balls: &mut [Ball]) {
     let mut unit = WIDTH;
     while unit < balls.len() {
@@ -130,12 +156,12 @@ fn arrange(balls: &mut [Ball]) {
 
 /// As [`arrange`], where runs of `unit` balls become the children of one node.
 fn arrange_in_units(balls: &mut [Ball], unit: usize) {
-    if balls.len() <= HALF {
+    if balls.len() <= WIDTH {
         return;
     }
     let units = balls.len().div_ceil(unit);
     if units == 1 {
-        return arrange_in_units(balls, HALF.max(unit / WIDTH));
+        return arrange_in_units(balls, unit / WIDTH);
     }
     let axis = longest_axis(balls);
     let left = units / 2 * unit;
@@ -163,7 +189,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn arranged_runs_of_eight_are_compact() {
+    fn arranged_runs_of_sixteen_are_compact() {
         // A cube of 8^3 places in a scattered order.
         let place = |k: u32| [k & 7, k >> 3 & 7, k >> 6].map(|c| c as f32);
         let ball = |k: u32| Ball { center: place(k * 197 % 512), radius: 0.5, sphere: k };
@@ -174,11 +200,11 @@ mod tests {
             };
             (0..3).map(|axis| bound(f32::max, axis) - bound(f32::min, axis)).sum::<f32>()
         };
-        let before = balls.chunks(8).map(extent).sum::<f32>();
+        let before = balls.chunks(WIDTH).map(extent).sum::<f32>();
         arrange(&mut balls);
-        let after = balls.chunks(8).map(extent).sum::<f32>();
-        // Cubes of 2^3 have an extent of 3.
-        assert!(after < 0.5 * before && after < 64.0 * 4.5, "{before} before, {after} after");
+        let after = balls.chunks(WIDTH).map(extent).sum::<f32>();
+        // Boxes of 2 x 2 x 4 have an extent of 5.
+        assert!(after < 0.5 * before && after < 32.0 * 6.5, "{before} before, {after} after");
         let mut spheres: Vec<SphereId> = balls.iter().map(|ball| ball.sphere).collect();
         spheres.sort_unstable();
         assert!(spheres.into_iter().eq(0..512), "a ball is lost");

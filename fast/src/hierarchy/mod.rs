@@ -39,7 +39,7 @@ pub(crate) struct SearchBuffers {
 
 impl SearchBuffers {
     pub(crate) fn new() -> Self {
-        Self { queues: Queues::default(), wave: None, candidates: Candidates::new() }
+        Self { queues: Queues::new(), wave: None, candidates: Candidates::new() }
     }
 
     /// Counted work of all searches with these buffers.

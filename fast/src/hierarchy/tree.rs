@@ -32,7 +32,6 @@
 
 use super::boxes::{BoundingBox, Children, LOOSE, Node, SlabLanes, Slabs};
 use super::candidates::{Candidates, Copies};
-use super::cull::may_meet;
 use super::keys::key_distance;
 use super::leaves::{Leaf, WIDTH};
 use super::rays::Rays;
@@ -40,7 +39,7 @@ use super::top::{Entries, MOST_TOP};
 use crate::pages::Pages;
 use crate::paths::{BATCH, Floats, ROOM};
 use bytemuck::Pod;
-use lanes::{Lanes, V3, prefetch};
+use lanes::{Lanes, prefetch};
 use rayon::prelude::*;
 
 /// Levels of nodes in a tree of 2^31 balls, the leaves not counted.
@@ -282,7 +281,8 @@ impl Levels<'_> {
         for k in 0..std::mem::take(&mut wave.counts.leaves) {
             let walker = wave.at_leaves[k % BATCH];
             let trust = wave.slabs.trust(walker.ray() as usize % BATCH);
-            visit_leaf::<L>(&self.leaves[walker.place() as usize], walker.ray(), trust, candidates);
+            let parts = self.leaves[walker.place() as usize].parts::<L>();
+            candidates.add::<L, Copies>(&parts, walker.ray(), trust);
             if candidates.are_enough(&Copies) {
                 candidates.evaluate::<L>(&Copies, keys);
             }
@@ -359,23 +359,6 @@ fn prefetch_all<T: Pod>(from: &[T], at: usize) {
     let size = size_of::<T>() / (LINE / 2);
     for half in (0..size).step_by(2) {
         prefetch(halves, at * size + half);
-    }
-}
-
-/// Adds the balls of a leaf that a ray may hit to the candidates.
-#[inline(always)]
-fn visit_leaf<L: Lanes>(leaf: &Leaf, ray: u32, trust: f32, candidates: &mut Candidates) {
-    let (origin, direction) = candidates.broadcast_ray::<L>(ray as usize);
-    for at in (0..WIDTH).step_by(L::N) {
-        let center = V3::new(L::load(&leaf.x[at..]), L::load(&leaf.y[at..]), L::load(&leaf.z[at..]));
-        let radius_squared = L::load(&leaf.radius_squared[at..]);
-        let may = may_meet(origin, direction, L::f(trust), center, radius_squared);
-        let (count, pairs) = (candidates.count, &mut candidates.pairs);
-        pairs.centers.compress(may, center, count);
-        L::compress(may, radius_squared, &mut pairs.radii_squared[count..]);
-        L::compress_u(may, L::load_u(&leaf.spheres[at..]), &mut pairs.balls[count..]);
-        L::store_u(L::u(ray), &mut pairs.rays[count..]);
-        candidates.count = count + L::mask_bits(may).count_ones() as usize;
     }
 }
 

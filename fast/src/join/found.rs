@@ -2,10 +2,13 @@
 
 use super::runs::Runs;
 use crate::paths::Vectors;
-use lanes::{Lanes, V3};
+use lanes::{Lanes, MOST_LANES, V3};
 
 /// The most photons that are found before they are tested: their flux fits into a 32-bit sum ([`FLUSH`]).
 pub(crate) const MOST_FOUND: usize = 1024;
+
+/// The length of the lists: vectors write past the last photon.
+const FOUND_ROOM: usize = MOST_FOUND + MOST_LANES;
 
 /// Photons of at most 2^21 that a 32-bit sum of fluxes holds: 2047 * 2^21 < 2^32.
 const FLUSH: usize = 2047;
@@ -15,15 +18,18 @@ const _: () = assert!(MOST_FOUND <= FLUSH);
 /// Photons that have been found.
 pub(crate) struct Found {
     /// Their points, if these were stored.
-    pub(crate) points: Box<Vectors<MOST_FOUND>>,
+    pub(crate) points: Box<Vectors<FOUND_ROOM>>,
     /// Their indices among the sorted deposits.
-    pub(crate) indices: Box<[u32; MOST_FOUND]>,
+    pub(crate) indices: Box<[u32; FOUND_ROOM]>,
+    /// Which of them may arrive on the side that is not seen.
+    pub(crate) doubtful: Box<[u32; FOUND_ROOM]>,
     pub(crate) count: usize,
 }
 
 impl Found {
     fn new() -> Self {
-        Self { points: Box::new(Vectors::ZERO), indices: Box::new([0; MOST_FOUND]), count: 0 }
+        let words = || Box::new([0; FOUND_ROOM]);
+        Self { points: Box::new(Vectors::ZERO), indices: words(), doubtful: words(), count: 0 }
     }
 
     /// True if another vector may not fit.
@@ -32,17 +38,24 @@ impl Found {
         self.count > MOST_FOUND - L::N
     }
 
+    /// Where the next photon goes. The count is less than the most; this spares the check of the place.
+    #[inline(always)]
+    fn end(&self) -> usize {
+        self.count % MOST_FOUND
+    }
+
     /// Appends the lanes `near` of the photons from index `from` on, which lie at `p`.
     #[inline(always)]
     pub(crate) fn append<L: Lanes>(&mut self, near: L::M, p: V3<L>, from: usize) {
-        self.points.compress(near, p, self.count);
+        self.points.compress(near, p, self.end());
         self.append_indices::<L>(near, from);
     }
 
     /// The same without points.
     #[inline(always)]
     pub(crate) fn append_indices<L: Lanes>(&mut self, near: L::M, from: usize) {
-        L::compress_u(near, L::u(from as u32) + L::iota(), &mut self.indices[self.count..]);
+        let end = self.end();
+        L::compress_u(near, L::u(from as u32) + L::iota(), &mut self.indices[end..]);
         self.count += L::mask_bits(near).count_ones() as usize;
     }
 }

@@ -14,7 +14,8 @@
 //! 1. The parts share the loop over photons, so that each photon is loaded once.
 //! 2. A list is also tested when it is full, so that it stays in the cache and sums fit into 32 bits.
 //! 3. What photons bring is prefetched while their points are tested against the box.
-//! 4. The side is tested only for photons that are not safe for all points of the part ([`SAFE`]).
+//! 4. The side is tested only for photons that are not safe for all points of the part ([`SAFE`]). They are put off until the
+//!    others are done: a loop that also tests sides needs more registers than there are.
 //! 5. Heavy photons ([`HEAVY`]) are added up apart, in 128 bits: they are few, and exist only where photons are aimed.
 
 use super::deposit::{Arrival, Flux, HEAVY, SAFE, safe_surface};
@@ -22,8 +23,8 @@ use super::found::{Found, JoinBuffers};
 use super::region::Region;
 use super::sorted::Deposits;
 use super::sums::{GroupSums, JoinCounts};
-use crate::pixels::{GROUP, PixelRows, PixelRowsLanes};
-use lanes::{Lanes, V3};
+use crate::pixels::{FoundLanes, GROUP, PixelRows, normals};
+use lanes::{Kernel, Lanes, V3};
 use scene::Vec3;
 use scene::ray::NO_SPHERE;
 use std::mem::take;
@@ -70,34 +71,211 @@ impl<L: Lanes> BoxInReach<L> {
     }
 }
 
-/// As many visible points of a group as there are lanes.
-#[derive(Clone, Copy)]
-struct Part<L: Lanes> {
-    point: V3<L>,
-    normal: V3<L>,
-    /// Squared radius; negative where there is no point, so that no photon is within it.
-    radius_squared: L::F,
-    /// Per point, the surface of photons that are safe for it.
-    safe: L::U,
-    /// The same if all points share it; else [`NO_SPHERE`].
-    shared: u32,
-    in_reach: BoxInReach<L>,
+/// A group that gathers photons.
+pub(crate) struct Gathering<'a, L: Lanes> {
+    rows: &'a [PixelRows],
+    /// What counts at each part. The parts are one vector of 16 points, or two of 8; if it is one, the second repeats the
+    /// first and is not used.
+    boxes: [BoxInReach<L>; 2],
+    deposits: &'a Deposits<'a>,
+    found: &'a mut [Found; 2],
+    sums: &'a mut GroupSums,
+    counts: &'a mut JoinCounts,
 }
 
-impl<L: Lanes> Part<L> {
-    /// The first `L::N` pixels, whose points are in this region.
+impl<'a, L: Lanes> Gathering<'a, L> {
+    /// The number of parts.
+    const PARTS: usize = GROUP / L::N;
+
+    /// Adds to `sums` what a group gathers from the runs that have been looked up.
     #[inline(always)]
-    fn new(rows: &[PixelRows], region: &Region) -> Self {
-        let PixelRowsLanes { point, sphere, normal, radius_squared, .. } = PixelRowsLanes::<L>::load(rows);
-        let is_nothing = L::eq(sphere, L::u(NO_SPHERE));
-        Self {
-            point,
-            normal,
-            radius_squared: L::select(is_nothing, L::f(-1.0), radius_squared),
-            safe: sphere | L::u(SAFE),
-            shared: shared_safe_surface(&rows[..L::N]),
-            in_reach: BoxInReach::new(region),
+    pub(crate) fn run(
+        group: &Group<'a>,
+        deposits: &'a Deposits<'a>,
+        buffers: &'a mut JoinBuffers,
+        sums: &'a mut GroupSums,
+        counts: &'a mut JoinCounts,
+    ) {
+        let Group { rows, halves, all } = group;
+        let first = BoxInReach::new(if Self::PARTS == 1 { all } else { &halves[0] });
+        let second = if Self::PARTS == 1 { first } else { BoxInReach::new(&halves[1]) };
+        let JoinBuffers { runs, found } = buffers;
+        (found[0].count, found[1].count) = (0, 0);
+        let mut this = Self { rows, boxes: [first, second], deposits, found, sums, counts };
+        for k in 0..runs.count() {
+            this.find(runs.range(k));
         }
+        for part in 0..Self::PARTS {
+            if this.found[part].count > 0 {
+                this.test(part);
+            }
+        }
+    }
+
+    /// Finds the photons of a run that are within reach of the parts' boxes.
+    #[inline(always)]
+    fn find(&mut self, run: Range<usize>) {
+        for (at, p) in self.deposits.packets::<L>(run.clone()) {
+            self.deposits.prefetch_arrivals::<L>(at);
+            let in_run = L::first(run.end - at);
+            for part in 0..Self::PARTS {
+                let near = self.boxes[part].contains(p) & in_run;
+                self.found[part].append(near, p, at);
+                if self.found[part].is_full::<L>() {
+                    self.test(part);
+                }
+            }
+        }
+    }
+
+    /// Tests the photons found against the points of a part, adds up those that count, and empties the list.
+    #[inline(always)]
+    fn test(&mut self, part: usize) {
+        let first = part * L::N;
+        L::call(Test {
+            rows: &self.rows[first..][..L::N],
+            first,
+            arrivals: self.deposits.arrivals,
+            found: &mut self.found[part],
+            sums: self.sums,
+            counts: self.counts,
+        });
+    }
+}
+
+/// The test of the photons found against the visible points of a part. It is called, so that both it and the search have all
+/// registers.
+struct Test<'a> {
+    /// The part's pixels.
+    rows: &'a [PixelRows],
+    /// The place of the first in the group.
+    first: usize,
+    arrivals: &'a [Arrival],
+    found: &'a mut Found,
+    sums: &'a mut GroupSums,
+    counts: &'a mut JoinCounts,
+}
+
+impl Kernel for Test<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self {
+            rows,
+            first,
+            arrivals,
+            found: Found { points: places, indices, doubtful, count },
+            sums,
+            counts,
+        } = self;
+        let points = PointLanes::<L>::load(rows);
+        let shared = shared_safe_surface(rows);
+        let mut gathered = Gathered::<L>::nothing();
+        let (count, mut doubts) = (take(count), 0);
+        for k in 0..count {
+            let arrival = &arrivals[indices[k] as usize];
+            if arrival.surface != shared {
+                doubtful[doubts] = k as u32;
+                doubts += 1;
+                continue;
+            }
+            gathered.add(points.reach(places.broadcast(k)), arrival);
+        }
+        if doubts > 0 {
+            let sides = SideLanes::<L>::load(rows);
+            for k in doubtful[..doubts].iter().map(|k| *k as usize) {
+                let arrival = &arrivals[indices[k] as usize];
+                let counts = points.reach(places.broadcast(k)) & sides.see(arrival);
+                if arrival.surface & HEAVY == 0 {
+                    gathered.add(counts, arrival);
+                } else {
+                    gathered.count(counts);
+                    sums.add_heavy(L::mask_bits(counts) << first, Flux::unpack(arrival.flux));
+                }
+            }
+        }
+        counts.candidates += (count * L::N) as u64;
+        counts.contributions += sums.add::<L>(first, gathered.m(), gathered.flux);
+    }
+}
+
+/// As many visible points as there are lanes.
+struct PointLanes<L: Lanes> {
+    point: V3<L>,
+    /// Squared radius; negative where there is no point, so that no photon is within it.
+    radius_squared: L::F,
+}
+
+impl<L: Lanes> PointLanes<L> {
+    #[inline(always)]
+    fn load(rows: &[PixelRows]) -> Self {
+        let FoundLanes { point, sphere, radius_squared, .. } = FoundLanes::<L>::load(rows);
+        let is_nothing = L::eq(sphere, L::u(NO_SPHERE));
+        Self { point, radius_squared: L::select(is_nothing, L::f(-1.0), radius_squared) }
+    }
+
+    /// The points within whose radius a photon is.
+    #[inline(always)]
+    fn reach(&self, photon: V3<L>) -> L::M {
+        let d = photon - self.point;
+        L::lt(d.dot(d), self.radius_squared)
+    }
+}
+
+/// Which sides of surfaces points see.
+struct SideLanes<L: Lanes> {
+    /// The surface of photons that are safe for each point.
+    safe: L::U,
+    normal: V3<L>,
+}
+
+impl<L: Lanes> SideLanes<L> {
+    #[inline(always)]
+    fn load(rows: &[PixelRows]) -> Self {
+        let FoundLanes { sphere, .. } = FoundLanes::<L>::load(rows);
+        Self { safe: sphere | L::u(SAFE), normal: normals::<L>(rows) }
+    }
+
+    /// The points on whose visible side a photon arrives.
+    #[inline(always)]
+    fn see(&self, arrival: &Arrival) -> L::M {
+        let wi = V3::splat(Vec3::from_array(arrival.wi));
+        let is_safe = L::eq(self.safe, L::u(arrival.surface & !HEAVY));
+        is_safe | L::lt(L::f(0.0), wi.dot(self.normal))
+    }
+}
+
+/// What as many points as there are lanes gather.
+struct Gathered<L: Lanes> {
+    /// Less the number of photons: what is added where a photon counts then has all bits set, and needs no constant.
+    minus_m: L::U,
+    flux: [L::U; 3],
+}
+
+impl<L: Lanes> Gathered<L> {
+    #[inline(always)]
+    fn nothing() -> Self {
+        Self { minus_m: L::u(0), flux: [L::u(0); 3] }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, counts: L::M, arrival: &Arrival) {
+        self.count(counts);
+        for (sum, flux) in self.flux.iter_mut().zip(arrival.flux) {
+            // Broadcast as a float, see `Record::flux`.
+            *sum = L::add_where(counts, *sum, L::bits(L::f(flux)));
+        }
+    }
+
+    #[inline(always)]
+    fn count(&mut self, counts: L::M) {
+        self.minus_m = L::add_where(counts, self.minus_m, L::u(u32::MAX));
+    }
+
+    #[inline(always)]
+    fn m(&self) -> L::U {
+        (self.minus_m ^ L::u(u32::MAX)) + L::u(1)
     }
 }
 
@@ -110,95 +288,6 @@ fn shared_safe_surface(rows: &[PixelRows]) -> u32 {
         shared = if *sphere == NO_SPHERE { shared } else { *sphere };
     }
     if is_shared { safe_surface(shared) } else { NO_SPHERE }
-}
-
-/// A group that gathers photons.
-pub(crate) struct Gathering<'a, L: Lanes> {
-    parts: [Part<L>; 2],
-    deposits: &'a Deposits<'a>,
-    found: &'a mut [Found; 2],
-    sums: &'a mut GroupSums,
-    counts: &'a mut JoinCounts,
-}
-
-impl<'a, L: Lanes> Gathering<'a, L> {
-    /// The number of parts: one vector of 16, or two of 8. If it is one, the second repeats the first and is not used.
-    const PARTS: usize = GROUP / L::N;
-
-    /// Adds to `sums` what a group gathers from the runs that have been looked up.
-    #[inline(always)]
-    pub(crate) fn run(
-        group: &Group,
-        deposits: &'a Deposits<'a>,
-        buffers: &'a mut JoinBuffers,
-        sums: &'a mut GroupSums,
-        counts: &'a mut JoinCounts,
-    ) {
-        let Group { rows, halves, all } = group;
-        let first = Part::new(rows, if Self::PARTS == 1 { all } else { &halves[0] });
-        let second = if Self::PARTS == 1 { first } else { Part::new(&rows[L::N..], &halves[1]) };
-        let JoinBuffers { runs, found } = buffers;
-        (found[0].count, found[1].count) = (0, 0);
-        let mut this = Self { parts: [first, second], deposits, found, sums, counts };
-        for k in 0..runs.count() {
-            this.find(runs.range(k));
-        }
-        for part in 0..Self::PARTS {
-            this.test(part);
-        }
-    }
-
-    /// Finds the photons of a run that are within reach of the parts' boxes.
-    #[inline(always)]
-    fn find(&mut self, run: Range<usize>) {
-        for at in run.clone().step_by(L::N) {
-            let p = self.deposits.load_points::<L>(at);
-            self.deposits.prefetch_arrivals::<L>(at);
-            let in_run = L::first(run.end - at);
-            for k in 0..Self::PARTS {
-                let near = self.parts[k].in_reach.contains(p) & in_run;
-                self.found[k].append(near, p, at);
-                if self.found[k].is_full::<L>() {
-                    self.test(k);
-                }
-            }
-        }
-    }
-
-    /// Tests the photons found against the points of a part, adds up those that count, and empties the list.
-    #[inline(always)]
-    fn test(&mut self, part: usize) {
-        let Found { points, indices, count } = &mut self.found[part];
-        let (Part { point, normal, radius_squared, safe, shared, .. }, count) =
-            (self.parts[part], take(count));
-        let (xs, ys, zs) = (&points.x[..count], &points.y[..count], &points.z[..count]);
-        let (indices, arrivals) = (&indices[..count], self.deposits.arrivals);
-        let (mut m, mut sums) = (L::u(0), [L::u(0); 3]);
-        for k in 0..count {
-            let Arrival { surface, flux, wi, .. } = arrivals[indices[k] as usize];
-            let d = V3::splat(Vec3::new(xs[k], ys[k], zs[k])) - point;
-            let mut counts = L::lt(d.dot(d), radius_squared);
-            if surface != shared {
-                let wi = V3::splat(Vec3::from_array(wi));
-                let is_safe = L::eq(safe, L::u(surface & !HEAVY));
-                counts = counts & (is_safe | L::lt(L::f(0.0), wi.dot(normal)));
-                if surface & HEAVY != 0 {
-                    m = L::add_where(counts, m, L::u(1));
-                    self.sums.add_heavy(L::mask_bits(counts) << (part * L::N), Flux::unpack(flux));
-                    continue;
-                }
-            }
-            m = L::add_where(counts, m, L::u(1));
-            for channel in 0..3 {
-                // Broadcast as a float, see `Record::flux`.
-                sums[channel] = L::add_where(counts, sums[channel], L::bits(L::f(flux[channel])));
-            }
-        }
-        self.counts.candidates += (count * L::N) as u64;
-        if count > 0 {
-            self.counts.contributions += self.sums.add::<L>(part * L::N, m, sums);
-        }
-    }
 }
 
 #[cfg(test)]

@@ -28,10 +28,11 @@ impl Occupancy {
         for z in query.slabs() {
             let mut rows = query.rows(z);
             while let Some(run) = rows.next() {
-                for i in 0..run.length {
-                    let bucket = run.bucket.wrapping_add(i) & self.cells.mask;
-                    self.words[(bucket / 32) as usize] |= 1 << (bucket % 32);
-                }
+                // A run has as many bits as a window cells, so it ends in the same word or in the next.
+                let bits = ((1_u64 << run.length) - 1) << (run.bucket % u32::BITS);
+                let (word, last) = ((run.bucket / u32::BITS) as usize, self.words.len() - 1);
+                self.words[word & last] |= bits as u32;
+                self.words[(word + 1) & last] |= (bits >> u32::BITS) as u32;
             }
         }
         true

@@ -72,8 +72,8 @@ impl SinglePoint<'_> {
     ) {
         let point = V3::<L>::splat(Vec3::from_array(self.row.point));
         counts.candidates += run.len() as u64;
-        for at in run.clone().step_by(L::N) {
-            let d = deposits.load_points::<L>(at) - point;
+        for (at, photons) in deposits.packets::<L>(run.clone()) {
+            let d = photons - point;
             let near = L::lt(d.dot(d), L::f(self.row.radius_squared)) & L::first(run.end - at);
             deposits.prefetch_arrivals::<L>(at);
             found.append_indices::<L>(near, at);

@@ -132,11 +132,15 @@ impl Deposits<'_> {
         self.points.iter().for_each(|column| prefetch(column, at));
     }
 
-    /// The points of `L::N` deposits from `at` on.
+    /// The points of a run of deposits, `L::N` at a time, each with the index of the first; the last ones may be of others.
     #[inline(always)]
-    pub(crate) fn load_points<L: Lanes>(&self, at: usize) -> V3<L> {
-        let [xs, ys, zs] = self.points;
-        V3::new(L::load(&xs[at..]), L::load(&ys[at..]), L::load(&zs[at..]))
+    pub(crate) fn packets<L: Lanes>(&self, run: Range<usize>) -> impl Iterator<Item = (usize, V3<L>)> {
+        let whole = run.len().next_multiple_of(L::N);
+        let [xs, ys, zs] = self.points.map(|column| column[run.start..][..whole].chunks_exact(L::N));
+        let packets = xs.zip(ys).zip(zs);
+        run.step_by(L::N)
+            .zip(packets)
+            .map(|(at, ((x, y), z))| (at, V3::new(L::load(x), L::load(y), L::load(z))))
     }
 
     /// Prefetches what `L::N` deposits from `at` on bring.

@@ -97,8 +97,14 @@ impl GroupSums {
         }
         for channel in 0..3 {
             L::store_u(flux[channel], &mut values);
-            for k in 0..L::N {
-                self.add_flux(channel, first + k, values[k].into());
+            if self.upper.is_some() {
+                for k in 0..L::N {
+                    self.add_flux(channel, first + k, values[k].into());
+                }
+            } else {
+                for (sum, value) in self.flux[channel][first..][..L::N].iter_mut().zip(values) {
+                    *sum += u64::from(value);
+                }
             }
         }
         count

@@ -219,7 +219,7 @@ impl Kernel for Light<'_> {
                     u: L::load(&numbers[1][at..]),
                     v: L::load(&numbers[2][at..]),
                 };
-                shadows.aim(at, self.tables, self.lights, &receivers, &numbers);
+                shadows.aim(at, self.lights, &receivers, &numbers);
             }
             shadows.follow::<L>(self.tables, &points, &spheres, &mut search, count);
             let mut found: Vectors = Vectors::ZERO;
