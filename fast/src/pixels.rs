@@ -199,8 +199,11 @@ impl<L: Lanes> PixelRowsLanes<L> {
             &mut transposed[0],
         );
         L::transpose([n.x, n.y, n.z, d.x, d.y, d.z, zero, zero], &mut transposed[1]);
+        // By halves: a copy of both at once would wait until the halves are in memory.
+        let rows: &mut [Row] = bytemuck::cast_slice_mut(rows);
         for (lane, slot) in slots.iter().enumerate().take(count) {
-            rows[*slot as usize] = bytemuck::cast([transposed[0][lane], transposed[1][lane]]);
+            rows[2 * *slot as usize] = transposed[0][lane];
+            rows[2 * *slot as usize + 1] = transposed[1][lane];
         }
     }
 }

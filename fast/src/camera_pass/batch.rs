@@ -334,6 +334,11 @@ impl Vectors {
     /// The vectors at these indices.
     #[inline(always)]
     fn gather<L: Lanes>(&self, index: &[u32]) -> V3<L> {
+        // As most are where nothing is a mirror or glass.
+        let is_next = L::eq(L::load_u(index), L::u(index[0]) + L::iota());
+        if !L::any(!is_next) {
+            return self.load(index[0] as usize);
+        }
         V3::new(gather::<L>(&self.x, index), gather::<L>(&self.y, index), gather::<L>(&self.z, index))
     }
 }

@@ -93,8 +93,9 @@ impl Numbers {
         numbers
     }
 
-    /// The digits of some dimensions, before they are moved on. They are fetched lane by lane: few lanes need them at a time,
-    /// and a gather takes as long for one lane as for all.
+    /// The digits of some dimensions, before they are moved on. Of consecutive pixels, as most are where nothing is a mirror or glass,
+    /// they are loaded. Others are fetched lane by lane: few lanes need them at a time, and a gather takes as long for one lane as
+    /// for all.
     #[inline(always)]
     fn digits<L: Lanes, const N: usize>(
         &self,
@@ -103,8 +104,18 @@ impl Numbers {
         (m, slots): (L::M, L::U),
     ) -> [L::U; N] {
         let (mut at, mut digits) = ([0; MOST_LANES], [[0; MOST_LANES]; N]);
+        let mut words = [L::u(0); N];
         L::store_u(slots, &mut at);
         let mut rest = L::mask_bits(m);
+        let is_next = L::eq(slots, L::u(at[0]) + L::iota());
+        let (tile, place) = (at[0] as usize / TILE, at[0] as usize % TILE);
+        if rest & 1 == 1 && !L::any(m & !is_next) && place + L::N <= TILE {
+            for k in 0..N {
+                let d = dimensions[k];
+                words[k] = L::load_u(&tiles.digits[d][place..]) ^ L::u(self.shifts[tile][d]);
+            }
+            return words;
+        }
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize;
             rest &= rest - 1;
@@ -114,7 +125,6 @@ impl Numbers {
             }
         }
         // Not `map`, whose call would pass vectors through memory.
-        let mut words = [L::u(0); N];
         for k in 0..N {
             words[k] = L::load_u(&digits[k]);
         }
