@@ -35,8 +35,8 @@ pub(crate) fn nearest<L: Lanes>(shapes: &[Shape], rays: &Rays, t: &mut Floats, h
     }
     for shape in shapes {
         match shape {
-            Shape::Solid(ball) => lower::<L>(&Solid(*ball), rays, t, hit),
-            Shape::Glass(ball) => lower::<L>(&Glass(*ball), rays, t, hit),
+            Shape::Solid(ball) => lower::<L>(&Ball::<false>(*ball), rays, t, hit),
+            Shape::Glass(ball) => lower::<L>(&Ball::<true>(*ball), rays, t, hit),
             Shape::Ground(ground) => lower::<L>(ground, rays, t, hit),
             Shape::Enclosure(enclosure) => lower::<L>(enclosure, rays, t, hit),
         }
@@ -48,8 +48,8 @@ pub(crate) fn nearest<L: Lanes>(shapes: &[Shape], rays: &Rays, t: &mut Floats, h
 pub(crate) fn occlude<L: Lanes>(shapes: &[Shape], rays: &Rays, t: &mut Floats) {
     for shape in shapes {
         match shape {
-            Shape::Solid(ball) => block::<L>(&Solid(*ball), rays, t),
-            Shape::Glass(ball) => block::<L>(&Glass(*ball), rays, t),
+            Shape::Solid(ball) => block::<L>(&Ball::<false>(*ball), rays, t),
+            Shape::Glass(ball) => block::<L>(&Ball::<true>(*ball), rays, t),
             Shape::Ground(ground) => block::<L>(ground, rays, t),
             Shape::Enclosure(enclosure) => block::<L>(enclosure, rays, t),
         }
@@ -78,7 +78,8 @@ fn block<L: Lanes>(surface: &impl Surface, rays: &Rays, t: &mut Floats) {
         let (limit, ignores) = (L::load(&t[at..]), L::load_u(&rays.ignores[at..]));
         let (_, is_nearer) = surface.meet_before(&RayLanes::<L>::load(rays, at), limit);
         let blocked = is_nearer & !L::eq(L::u(surface.sphere()), ignores);
-        L::store(L::select(blocked, L::f(BLOCKED), limit), &mut t[at..]);
+        let end = L::select(blocked, L::f(BLOCKED), L::f(f32::INFINITY));
+        L::store(L::min(end, limit), &mut t[at..]);
     }
 }
 
@@ -91,15 +92,11 @@ trait Surface: Copy {
     fn meet_before<L: Lanes>(&self, ray: &RayLanes<L>, limit: L::F) -> (L::F, L::M);
 }
 
-/// A ball that rays meet from outside.
+/// A ball that rays meet from outside, or of glass, which they meet from both sides.
 #[derive(Clone, Copy)]
-struct Solid(BallShape);
+struct Ball<const IS_GLASS: bool>(BallShape);
 
-/// A ball that rays meet from both sides.
-#[derive(Clone, Copy)]
-struct Glass(BallShape);
-
-impl Surface for Solid {
+impl<const IS_GLASS: bool> Surface for Ball<IS_GLASS> {
     #[inline(always)]
     fn sphere(&self) -> SphereId {
         self.0.sphere
@@ -107,20 +104,7 @@ impl Surface for Solid {
 
     #[inline(always)]
     fn meet_before<L: Lanes>(&self, ray: &RayLanes<L>, limit: L::F) -> (L::F, L::M) {
-        let (t, valid) = from_outside(&self.0, ray);
-        (t, valid & L::lt(t, limit))
-    }
-}
-
-impl Surface for Glass {
-    #[inline(always)]
-    fn sphere(&self) -> SphereId {
-        self.0.sphere
-    }
-
-    #[inline(always)]
-    fn meet_before<L: Lanes>(&self, ray: &RayLanes<L>, limit: L::F) -> (L::F, L::M) {
-        let (t, valid) = from_either_side(&self.0, ray);
+        let (t, valid) = if IS_GLASS { from_either_side(&self.0, ray) } else { from_outside(&self.0, ray) };
         (t, valid & L::lt(t, limit))
     }
 }
