@@ -6,11 +6,12 @@
 //! for the batch: test the shadow rays against what casts a shadow
 //! ```
 
-use crate::hierarchy::{BLOCKED, Rays, SearchBuffers};
+use crate::hierarchy::SearchBuffers;
 use crate::intersect::{RayLanes, from_inside, meet};
 use crate::light_choice::LightChoice;
 use crate::light_tree::{Choice, LightTree};
 use crate::paths::{Floats, ROOM, Vectors, Words};
+use crate::rays::{BLOCKED, Rays};
 use crate::sampling::{cosine_hemisphere, uniform_cone};
 use crate::tables::Tables;
 use bytemuck::{Pod, Zeroable};

@@ -2,8 +2,8 @@
 //!
 //! A batch of rays meets one shape after the other, so that what is known of a shape stays in registers.
 
-use crate::hierarchy::{BLOCKED, Rays};
 use crate::paths::{Floats, Words};
+use crate::rays::{BLOCKED, Rays};
 use crate::shapes::{BallShape, Shape};
 use lanes::{Lanes, V3};
 use scene::ray::{NO_SPHERE, SphereId};

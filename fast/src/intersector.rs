@@ -1,8 +1,9 @@
 //! Ray queries without a render: for `sppm trace`, tests and benches.
 
-use crate::hierarchy::{BLOCKED, Rays, SearchBuffers};
+use crate::hierarchy::SearchBuffers;
 use crate::material::Materials;
 use crate::paths::{BATCH, Paths, ROOM, Words};
+use crate::rays::{BLOCKED, Rays};
 use crate::search::{Search, Work};
 use crate::surface::Hit;
 use crate::tables::Tables;

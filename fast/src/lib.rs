@@ -61,6 +61,7 @@ mod photon_pass;
 mod pixels;
 mod pool;
 mod prepared;
+mod rays;
 mod sampling;
 mod scatter;
 mod search;

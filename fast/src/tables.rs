@@ -1,10 +1,11 @@
 //! A still scene as the kernels read it.
 
-use crate::hierarchy::{Hierarchy, Rays, SearchBuffers};
+use crate::hierarchy::{Hierarchy, SearchBuffers};
 use crate::intersect::occlude;
 use crate::material::material_row;
 use crate::pages::Pages;
 use crate::paths::Floats;
+use crate::rays::Rays;
 use crate::search::Search;
 use crate::shapes::Shape;
 use crate::surface::{prefetch_rows, surface_row};
@@ -66,7 +67,7 @@ impl Tables {
         &self.surfaces
     }
 
-    /// Sets `t` to [`BLOCKED`](crate::hierarchy::BLOCKED) where a shadow ray hits anything nearer than `t`.
+    /// Sets `t` to [`BLOCKED`](crate::rays::BLOCKED) where a shadow ray hits anything nearer than `t`.
     #[inline(always)]
     pub(crate) fn occlude<L: Lanes>(&self, rays: &Rays, buffers: &mut SearchBuffers, t: &mut Floats) {
         occlude::<L>(&self.shadow_casters, rays, t);

@@ -1,8 +1,9 @@
 //! What paths share: the nearest hits of a batch of rays, and the light of lamps that they hit.
 
-use crate::hierarchy::{IGNORES_NONE, Rays, SearchBuffers};
+use crate::hierarchy::SearchBuffers;
 use crate::intersect::nearest;
 use crate::paths::Paths;
+use crate::rays::{IGNORES_NONE, Rays};
 use crate::tables::Tables;
 use lanes::{Kernel, Lanes, MOST_LANES, V3};
 use scene::{Still, Vec3};

@@ -6,9 +6,9 @@
 use super::cull::may_meet;
 use super::keys::key;
 use super::leaves::{GLASS, LeafPart, WIDTH};
-use super::rays::Rays;
 use crate::intersect::meet;
 use crate::paths::{ROOM, Vectors};
+use crate::rays::Rays;
 use crate::search::Work;
 use crate::surface::ball_lanes;
 use lanes::{Lanes, MOST_LANES, Row, V3};
@@ -19,9 +19,10 @@ const CANDIDATE_ROOM: usize = SurfaceRows::ENOUGH + RAYS_AT_ONCE * WIDTH + MOST_
 /// So many rays may be added before one asks whether the candidates are enough.
 pub(crate) const RAYS_AT_ONCE: usize = 8;
 
+// There is room for either kind.
+const _: () = assert!(Copies::ENOUGH <= SurfaceRows::ENOUGH);
 // The pairs in use take no more than a third of a first-level cache of 32 KiB: a ray and a sphere, or a ray and the five words
 // of a ball.
-const _: () = assert!(Copies::ENOUGH <= SurfaceRows::ENOUGH);
 const _: () =
     assert!(SurfaceRows::ENOUGH * 2 * 4 <= (32 << 10) / 3 && Copies::ENOUGH * 6 * 4 <= (32 << 10) / 3);
 

@@ -14,17 +14,17 @@
 //!    much as all the rest, and few rays need them.
 //! 2. Appending is a compression, not a branch: nothing is mispredicted, and lanes are full again in the next stage.
 //!    A tree walked ray by ray is slower up to about a thousand balls, for its branches and its chain of latencies.
-//! 3. Clusters are tested with rays in lanes, balls with balls in lanes: a queue then reads a ray's words where they are, and
-//!    no packet of rays is gathered. With two queues of eight balls in place of one of sixteen as much work was left for
-//!    eight lanes, and more for sixteen.
+//! 3. Clusters are tested with rays in lanes, balls with balls in lanes: each ray of a queue is then broadcast from where it
+//!    is, and no packet of rays is gathered. Clusters of eight balls took as many instructions with eight lanes, and would
+//!    leave half of sixteen empty.
 //! 4. Candidates come in any order, and the minimum of their keys ([`super::keys`]) is the nearest hit.
 
 use super::candidates::{Candidates, RAYS_AT_ONCE, SurfaceRows};
 use super::cull::{may_meet, trust};
 use super::leaves::{Ball, Leaf, WIDTH};
-use super::rays::Rays;
 use crate::pages::Pages;
 use crate::paths::{Floats, ROOM, Words};
+use crate::rays::Rays;
 use lanes::{Lanes, V3};
 use scene::Vec3;
 

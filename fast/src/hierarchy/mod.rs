@@ -12,12 +12,12 @@ mod clusters;
 mod cull;
 mod keys;
 mod leaves;
-mod rays;
 mod top;
 mod tree;
 
 use crate::parameters::Parameters;
 use crate::paths::{Floats, ROOM, Words};
+use crate::rays::{BLOCKED, Rays};
 use crate::search::{Search, Work, ball_count};
 use candidates::{Candidates, SurfaceRows};
 use clusters::{Clusters, Queues};
@@ -25,7 +25,6 @@ use keys::{hit_key, key_distance, limit_key};
 use lanes::{Lanes, Row};
 use leaves::arranged;
 use rayon::prelude::*;
-pub(crate) use rays::{BLOCKED, IGNORES_NONE, Rays};
 use scene::Still;
 use tree::{Tree, Wave};
 
