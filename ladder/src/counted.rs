@@ -277,6 +277,10 @@ impl<L: Lanes> Lanes for Counted<L> {
         Words(L::shr::<K>(v.0))
     }
     #[inline(never)]
+    fn shr_by(v: Words<L>, by: Words<L>) -> Words<L> {
+        Words(L::shr_by(v.0, by.0))
+    }
+    #[inline(never)]
     fn eq(a: Words<L>, b: Words<L>) -> Masks<L> {
         Masks(L::eq(a.0, b.0))
     }

@@ -106,6 +106,10 @@ impl Lanes for One {
         Wrapping(v.0 >> K)
     }
     #[inline(always)]
+    fn shr_by(v: Self::U, by: Self::U) -> Self::U {
+        Wrapping(v.0 >> by.0)
+    }
+    #[inline(always)]
     fn eq(a: Self::U, b: Self::U) -> bool {
         a == b
     }

@@ -269,6 +269,10 @@ impl Lanes for Avx2 {
         U(unsafe { _mm256_srli_epi32::<K>(v.0) })
     }
     #[inline(always)]
+    fn shr_by(v: U, by: U) -> U {
+        U(unsafe { _mm256_srlv_epi32(v.0, by.0) })
+    }
+    #[inline(always)]
     fn eq(a: U, b: U) -> M {
         M(unsafe { _mm256_castsi256_ps(_mm256_cmpeq_epi32(a.0, b.0)) })
     }

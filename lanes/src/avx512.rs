@@ -202,6 +202,10 @@ impl Lanes for Avx512 {
         U(unsafe { _mm512_srlv_epi32(v.0, _mm512_set1_epi32(K)) })
     }
     #[inline(always)]
+    fn shr_by(v: U, by: U) -> U {
+        U(unsafe { _mm512_srlv_epi32(v.0, by.0) })
+    }
+    #[inline(always)]
     fn eq(a: U, b: U) -> M {
         mask::M(unsafe { _mm512_cmpeq_epi32_mask(a.0, b.0) })
     }

@@ -161,6 +161,10 @@ impl<const N: usize> Lanes for Emulated<N> {
         U(v.0.map(|a| a >> K))
     }
     #[inline(always)]
+    fn shr_by(v: U<N>, by: U<N>) -> U<N> {
+        U(from_fn(|k| v.0[k] >> by.0[k]))
+    }
+    #[inline(always)]
     fn eq(a: U<N>, b: U<N>) -> M<N> {
         M(from_fn(|k| a.0[k] == b.0[k]))
     }

@@ -81,6 +81,10 @@ impl Lanes for Masked {
         Avx2::shr::<K>(v)
     }
     #[inline(always)]
+    fn shr_by(v: U, by: U) -> U {
+        Avx2::shr_by(v, by)
+    }
+    #[inline(always)]
     fn lt(a: F, b: F) -> M {
         // SAFETY: the processor has AVX-512 VL, by the contract of the back end (also for all methods below).
         mask::M(unsafe { _mm256_cmp_ps_mask::<_CMP_LT_OQ>(a.0, b.0) })

@@ -97,6 +97,8 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     fn shl<const K: i32>(v: Self::U) -> Self::U;
     /// `v >> K`.
     fn shr<const K: i32>(v: Self::U) -> Self::U;
+    /// `v >> by`, lane by lane, for shifts below 32.
+    fn shr_by(v: Self::U, by: Self::U) -> Self::U;
     /// `a == b`.
     fn eq(a: Self::U, b: Self::U) -> Self::M;
     /// `if m { a + b } else { a }`.

@@ -61,9 +61,7 @@ impl Cells {
     #[inline(always)]
     fn coordinates<L: Lanes>(self, x: L::F) -> L::U {
         let (scaled, far) = (x * L::f(self.inverse_size), L::f(FARTHEST));
-        let below = L::select(L::lt(scaled, far), scaled, far);
-        let within = L::select(L::lt(-far, below), below, -far);
-        L::truncate(L::floor(within))
+        L::truncate(L::floor(L::max(L::min(scaled, far), -far)))
     }
 
     /// The buckets of points in lanes.

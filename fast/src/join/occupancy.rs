@@ -3,7 +3,7 @@
 use super::cells::Cells;
 use super::region::Region;
 use crate::pixels::PixelRows;
-use lanes::{Lanes, MOST_LANES, V3};
+use lanes::{Lanes, V3};
 
 /// A bit per bucket of coarse cells, set if some visible point reaches the cell.
 pub(crate) struct Occupancy {
@@ -71,15 +71,8 @@ impl Occupancy {
     pub(crate) fn touches<L: Lanes>(&self, p: V3<L>) -> L::M {
         let bucket = self.cells.buckets::<L>(p);
         let words = L::gather_u(&self.words, L::shr::<5>(bucket));
-        let mut bits = [0; MOST_LANES];
-        let mut chosen = [0; MOST_LANES];
-        L::store_u(bucket, &mut bits);
-        L::store_u(words, &mut chosen);
-        let mut mask = 0;
-        for lane in 0..L::N {
-            mask |= ((chosen[lane] >> (bits[lane] & 31)) & 1) << lane;
-        }
-        L::mask_from_bits(mask)
+        let one = L::u(1);
+        L::eq(L::shr_by(words, bucket & L::u(u32::BITS - 1)) & one, one)
     }
 }
 

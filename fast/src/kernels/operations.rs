@@ -43,6 +43,11 @@ maps! {
         floats::<L, 8>([left[0], left[1], left[2], left[3], right[0], right[1], right[2], right[3]])
     }
 
+    /// Of words: a shifted to the right by the lowest five bits of b.
+    shifts_by_lanes() [a, b] -> 1 {
+        floats::<L, 1>([L::shr_by(L::bits(a), L::bits(b) & L::u(u32::BITS - 1))])
+    }
+
     /// Words `w` with masks p and q (true if not 0): where p and q, p or q, and not p, w is added to itself.
     masks() [p, q, w] -> 3 {
         let (p, q) = (!L::eq(L::bits(p), L::u(0)), !L::eq(L::bits(q), L::u(0)));

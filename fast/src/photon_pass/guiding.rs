@@ -39,10 +39,7 @@ impl GuideTables {
     fn surface<L: Lanes>(&self, point: V3<L>, normal: V3<L>) -> L::U {
         let place = (point - V3::splat(self.guide.low)).scale(L::f(self.guide.scale));
         let (zero, last) = (L::f(0.0), L::f((PARTS - 1) as f32));
-        let part = |x: L::F| {
-            let inner = L::select(L::lt(zero, x), x, zero);
-            L::truncate(L::select(L::lt(inner, last), inner, last))
-        };
+        let part = |x: L::F| L::truncate(L::min(L::max(x, zero), last));
         let (parts, faces) = (L::u(PARTS), L::u(FACES));
         ((part(place.x) * parts + part(place.y)) * parts + part(place.z)) * faces + face(normal)
     }
@@ -62,17 +59,35 @@ impl GuideTables {
         let mut ids = [0; MOST_LANES];
         L::store_u(rows, &mut ids);
         let ends = L::gather_rows(&self.rows, &ids);
-        let (mut cell, mut before, mut after) = (L::f(0.0), L::f(0.0), ends[0]);
-        for (end, next) in ends.iter().zip(&ends[1..]) {
-            let is_before = L::le(*end, u);
-            cell = L::select(is_before, cell + L::f(1.0), cell);
-            before = L::select(is_before, *end, before);
-            after = L::select(is_before, *next, after);
-        }
+        let Found { cell, before, after } = find::<L>(&ends, u);
         let probability = after - before;
         let bent = (cell + (u - before) / probability) * L::f(1.0 / SIDE as f32);
         (L::truncate(cell), bent, probability)
     }
+}
+
+/// The cell of a row in which a number lies, and its ends.
+struct Found<L: Lanes> {
+    cell: L::F,
+    before: L::F,
+    after: L::F,
+}
+
+/// Finds the cells by halving: ends ascend, so one comparison tells in which half of the cells the number lies. Of the ends
+/// that are left, the last closes the half.
+#[inline(always)]
+fn find<L: Lanes>(ends: &[L::F; SIDE], u: L::F) -> Found<L> {
+    const { assert!(SIDE == 8) };
+    let pick = |is_upper: L::M, lower: L::F, upper: L::F| L::select(is_upper, upper, lower);
+    let [a, b, c, d, e, f, g, h] = *ends;
+    let half = L::le(d, u);
+    let (cell, before) = (pick(half, L::f(0.0), L::f(4.0)), pick(half, L::f(0.0), d));
+    let [a, b, c, d] = [pick(half, a, e), pick(half, b, f), pick(half, c, g), pick(half, d, h)];
+    let half = L::le(b, u);
+    let (cell, before) = (pick(half, cell, cell + L::f(2.0)), pick(half, before, b));
+    let [a, b] = [pick(half, a, c), pick(half, b, d)];
+    let half = L::le(a, u);
+    Found { cell: pick(half, cell, cell + L::f(1.0)), before: pick(half, before, a), after: pick(half, a, b) }
 }
 
 /// The axis nearest to a normal, and whether it points backwards.

@@ -3,7 +3,7 @@
 use super::inputs::numbers;
 use super::{GUARD, check_map, lane_kinds, tell};
 use fast::kernels::operations::{
-    Memory, arithmetic, comparison, count, fused, integers, mask, masks, rounding, shifts,
+    Memory, arithmetic, comparison, count, fused, integers, mask, masks, rounding, shifts, shifts_by_lanes,
 };
 
 /// Special values: zeros, subnormals, ties of rounding, infinities, NaN.
@@ -97,6 +97,17 @@ fn shifts_drop_bits_that_overflow() {
     };
     let rows: Vec<[f32; 1]> = word_pairs().into_iter().map(|[a, _]| [a]).collect();
     tell(check_map("shifts", &rows, shifts, definition), "shifts");
+}
+
+#[test]
+fn lanes_are_shifted_each_by_its_own_bits() {
+    let definition = |row: [f32; 2]| {
+        let [a, b] = row.map(f32::to_bits);
+        [f32::from_bits(a >> (b % 32))]
+    };
+    let rows: Vec<[f32; 2]> =
+        word_pairs().into_iter().flatten().enumerate().map(|(k, a)| [a, f32::from_bits(k as u32)]).collect();
+    tell(check_map("shifts_by_lanes", &rows, shifts_by_lanes, definition), "shifts by lanes");
 }
 
 #[test]
