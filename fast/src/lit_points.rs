@@ -1,6 +1,6 @@
 //! Points of a stage that ask for a lamp, and the shadow rays from them.
 
-use crate::direct_light::{Receivers, ShadowNumbers, ShadowRays};
+use crate::direct_light::{LightTable, Receivers, ShadowNumbers, ShadowRays};
 use crate::hierarchy::SearchBuffers;
 use crate::paths::{ROOM, Vectors, Words};
 use crate::prepared::Prepared;
@@ -48,6 +48,13 @@ impl LitPoints {
     #[inline(always)]
     pub(crate) fn ask<L: Lanes>(&mut self, prepared: &Prepared, search: &mut SearchBuffers) {
         let Prepared { tables, lights, .. } = prepared;
+        self.aim::<L::Pair>(lights);
+        self.shadows.follow::<L>(tables, &self.point, &self.sphere, search, self.count);
+    }
+
+    /// Aims the rays.
+    #[inline(always)]
+    fn aim<L: Lanes>(&mut self, lights: &LightTable) {
         for at in (0..self.count).step_by(L::N) {
             let V3 { x: choice, y: u, z: v } = self.numbers.load::<L>(at);
             let receivers = Receivers {
@@ -58,6 +65,5 @@ impl LitPoints {
             };
             self.shadows.aim(at, lights, &receivers, &ShadowNumbers { choice, u, v });
         }
-        self.shadows.follow::<L>(tables, &self.point, &self.sphere, search, self.count);
     }
 }

@@ -70,7 +70,7 @@ impl Tables {
     /// Sets `t` to [`BLOCKED`](crate::rays::BLOCKED) where a shadow ray hits anything nearer than `t`.
     #[inline(always)]
     pub(crate) fn occlude<L: Lanes>(&self, rays: &Rays, buffers: &mut SearchBuffers, t: &mut Floats) {
-        occlude::<L>(&self.shadow_casters, rays, t);
+        occlude::<L::Pair>(&self.shadow_casters, rays, t);
         self.hierarchy.occlude::<L>(self.rows(), rays, buffers, t);
     }
 

@@ -2,7 +2,7 @@
 
 use crate::hierarchy::SearchBuffers;
 use crate::intersect::nearest;
-use crate::paths::Paths;
+use crate::paths::{Floats, Paths, Words};
 use crate::rays::{IGNORES_NONE, Rays};
 use crate::tables::Tables;
 use lanes::{Kernel, Lanes, MOST_LANES, V3};
@@ -40,8 +40,27 @@ impl Kernel for Intersection<'_> {
 fn nearest_hits<L: Lanes>(tables: &Tables, paths: &mut Paths, buffers: &mut SearchBuffers, count: usize) {
     let Paths { origin, direction, leaves, t, hit, .. } = paths;
     let rays = Rays { origin, direction, leaves, ignores: &IGNORES_NONE, count };
-    nearest::<L>(&tables.shapes, &rays, t, hit);
-    tables.hierarchy.nearest::<L>(tables.rows(), &rays, buffers, t, hit);
+    nearest::<L::Pair>(&tables.shapes, &rays, t, hit);
+    L::call(BallSearch { tables, rays: &rays, buffers, t, hit });
+}
+
+/// The search among many balls. It is called, so that it has all registers.
+struct BallSearch<'a> {
+    tables: &'a Tables,
+    rays: &'a Rays<'a>,
+    buffers: &'a mut SearchBuffers,
+    t: &'a mut Floats,
+    hit: &'a mut Words,
+}
+
+impl Kernel for BallSearch<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { tables, rays, buffers, t, hit } = self;
+        tables.hierarchy.nearest::<L>(tables.rows(), rays, buffers, t, hit);
+    }
 }
 
 /// The hits of `L::N` paths from `at` on: distances, spheres, and which lanes of `live` hit anything. Lanes that hit

@@ -172,6 +172,7 @@ fn wrap<L: Lanes>(columns: [L::F; 8]) -> [Floats<L>; 8] {
 impl<L: Lanes> Lanes for Counted<L> {
     const N: usize = L::N;
     type Eight = L::Eight;
+    type Pair = Self;
     type F = Floats<L>;
     type U = Words<L>;
     type M = Masks<L>;

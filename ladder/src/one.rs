@@ -11,6 +11,7 @@ pub(crate) struct One;
 impl Lanes for One {
     const N: usize = 1;
     type Eight = Emulated;
+    type Pair = Self;
     type F = f32;
     type U = Wrapping<u32>;
     type M = bool;

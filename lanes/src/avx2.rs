@@ -1,6 +1,7 @@
 //! Eight lanes in 256-bit registers.
 
 use crate::operations::{Kernel, Lanes};
+use crate::paired::Paired;
 use crate::row::Row;
 #[allow(clippy::wildcard_imports)] // some forty intrinsics
 use std::arch::x86_64::*;
@@ -150,6 +151,7 @@ pub(crate) fn load_row(row: &Row) -> __m256 {
 impl Lanes for Avx2 {
     const N: usize = N;
     type Eight = Self;
+    type Pair = Paired<Self>;
     type F = F;
     type U = U;
     type M = M;

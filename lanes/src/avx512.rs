@@ -86,6 +86,7 @@ fn columns(rows: [&Row; 16]) -> [F; 8] {
 impl Lanes for Avx512 {
     const N: usize = N;
     type Eight = Masked;
+    type Pair = Self;
     type F = F;
     type U = U;
     type M = M;

@@ -64,6 +64,7 @@ impl<const N: usize> Not for M<N> {
 impl<const N: usize> Lanes for Emulated<N> {
     const N: usize = N;
     type Eight = Emulated<8>;
+    type Pair = Self;
     type F = F<N>;
     type U = U<N>;
     type M = M<N>;

@@ -57,6 +57,7 @@ mod mask;
 #[cfg(target_arch = "x86_64")]
 mod masked;
 mod operations;
+mod paired;
 mod prefetch;
 mod row;
 mod vec3;

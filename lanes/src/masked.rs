@@ -32,6 +32,7 @@ macro_rules! as_avx2 {
 impl Lanes for Masked {
     const N: usize = Avx2::N;
     type Eight = Self;
+    type Pair = Self;
     type F = F;
     type U = U;
     type M = M;

@@ -28,6 +28,8 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     const N: usize;
     /// A back end of eight lanes, for things that come in eights.
     type Eight: Lanes;
+    /// For kernels whose operations wait for each other: two vectors as one, if that takes less time on this back end.
+    type Pair: Lanes;
     /// `f32` lanes.
     type F: Copy
         + Add<Output = Self::F>

@@ -109,7 +109,7 @@ impl CameraPass<'_> {
             }
             counts.segments += live as u64;
             intersect_batch::<L>(self.tables, &mut batch.paths, &mut batch.search, live);
-            live = self.shade::<L>(batch, live, segment);
+            live = self.shade::<L::Pair>(batch, live, segment);
         }
         end_the_rest::<L>(batch, live);
         if self.asks_lights() {
@@ -247,24 +247,25 @@ impl CameraPass<'_> {
         let CameraBatch { ended, shadows, search, numbers, irradiance, .. } = batch;
         let samples = self.settings.light_samples;
         for sample in 0..samples {
-            for at in (0..ended.count).step_by(L::N) {
-                let sphere = L::load_u(&ended.sphere[at..]);
-                let live = L::first(ended.count - at) & !L::eq(sphere, L::u(NO_SPHERE));
-                let digits = numbers.light_digits(&self.eye.tiles, live, L::load_u(&ended.slot[at..]));
-                let receivers = Receivers {
-                    live,
-                    point: ended.point.load::<L>(at),
-                    normal: ended.normal.load::<L>(at),
-                    sphere,
-                };
-                let numbers = numbers.light(&digits, sample);
-                shadows.aim(at, self.lights, &receivers, &numbers);
-            }
+            self.aim_shadows::<L::Pair>(ended, numbers, sample, shadows);
             shadows.follow::<L>(self.tables, &ended.point, &ended.sphere, search, ended.count);
             for at in (0..ended.count).step_by(L::N) {
                 let so_far = if sample == 0 { V3::splat(Vec3::ZERO) } else { irradiance.load::<L>(at) };
                 irradiance.store(at, so_far + shadows.irradiance(at));
             }
+        }
+    }
+
+    /// Aims a shadow ray from each visible point.
+    #[inline(always)]
+    fn aim_shadows<L: Lanes>(&self, ended: &Ended, numbers: &Numbers, sample: u32, shadows: &mut ShadowRays) {
+        for at in (0..ended.count).step_by(L::N) {
+            let sphere = L::load_u(&ended.sphere[at..]);
+            let live = L::first(ended.count - at) & !L::eq(sphere, L::u(NO_SPHERE));
+            let digits = numbers.light_digits(&self.eye.tiles, live, L::load_u(&ended.slot[at..]));
+            let (point, normal) = (ended.point.load::<L>(at), ended.normal.load::<L>(at));
+            let receivers = Receivers { live, point, normal, sphere };
+            shadows.aim(at, self.lights, &receivers, &numbers.light(&digits, sample));
         }
     }
 

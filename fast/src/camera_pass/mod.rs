@@ -27,7 +27,7 @@ use crate::pixels::{GROUP, Pixel, PixelRows};
 use crate::pool::Pool;
 use crate::work_items::singly;
 pub(crate) use batch::{CameraBatch, CameraCounts, CameraPass};
-use lanes::{Kernel, LaneKind, Lanes, dispatch};
+use lanes::{Kernel, LaneKind, Lanes, dispatch, prefetch};
 use rayon::current_num_threads;
 use rayon::prelude::*;
 use scene::{Stats, Stop};
@@ -136,7 +136,8 @@ impl Kernel for CameraJob<'_> {
             counts.add(self.pass.run::<L>(self.batch, self.first + number * self.at_once, rows));
         }
         for (rows, pixels) in self.rows.chunks_mut(GROUP).zip(self.pixels.chunks(GROUP)) {
-            for (row, pixel) in rows.iter_mut().zip(pixels) {
+            for (k, (row, pixel)) in rows.iter_mut().zip(pixels).enumerate() {
+                prefetch(pixels, k + 2 * GROUP);
                 row.radius_squared = self.pass.radius_squared(row, pixel);
             }
             self.occupancy.mark_group::<L>(rows);

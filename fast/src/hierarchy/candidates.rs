@@ -13,8 +13,11 @@ use crate::search::Work;
 use crate::surface::ball_lanes;
 use lanes::{Lanes, MOST_LANES, Row, V3};
 
-/// Room for the pairs of either kind, for those that are added at once, and for what vectors write past the end.
-const CANDIDATE_ROOM: usize = SurfaceRows::ENOUGH + RAYS_AT_ONCE * WIDTH + MOST_LANES;
+/// More than there are pairs of either kind, with those that are added at once.
+const MOST_CANDIDATES: usize = (SurfaceRows::ENOUGH + RAYS_AT_ONCE * WIDTH).next_power_of_two();
+
+/// Room for the pairs, and for what vectors write past the end.
+const CANDIDATE_ROOM: usize = MOST_CANDIDATES + MOST_LANES;
 
 /// So many rays may be added before one asks whether the candidates are enough.
 pub(crate) const RAYS_AT_ONCE: usize = 8;
@@ -152,19 +155,32 @@ impl Candidates {
         RayLanes { origin, direction, leaves, ignores }.store(&mut self.rows[at..]);
     }
 
-    /// Adds the balls of a leaf that a ray may hit. [`trust`](super::cull::trust) is that of the ray.
+    /// Adds the balls of a leaf that some rays may hit, at most [`RAYS_AT_ONCE`]. `trust` tells the
+    /// [`trust`](super::cull::trust) of a ray.
     #[inline(always)]
-    pub(crate) fn add<L: Lanes, B: Balls>(&mut self, parts: &[LeafPart<L>; 2], ray: u32, trust: f32) {
-        let Self { rows, pairs, count, .. } = self;
-        let Row([ox, oy, oz, dx, dy, dz, ..]) = rows[ray as usize];
-        let origin = V3::new(L::f(ox), L::f(oy), L::f(oz));
-        let direction = V3::new(L::f(dx), L::f(dy), L::f(dz));
-        for part in parts.iter().take(LeafPart::<L>::COUNT) {
-            let may = may_meet(origin, direction, L::f(trust), part.center, part.radius_squared);
-            B::append(pairs, *count, may, part);
-            L::store_u(L::u(ray), &mut pairs.rays[*count..]);
-            *count += L::mask_bits(may).count_ones() as usize;
+    pub(crate) fn add<L: Lanes, B: Balls>(
+        &mut self,
+        parts: &[LeafPart<L>; 2],
+        rays: &[u32],
+        trust: impl Fn(u32) -> f32,
+    ) {
+        // By themselves, as they would be read again for every ray: what is written might be part of them.
+        let (rows, pairs, mut end) = (&*self.rows, &mut *self.pairs, self.count);
+        for ray in rays {
+            let Row([ox, oy, oz, dx, dy, dz, ..]) = rows[*ray as usize];
+            let origin = V3::new(L::f(ox), L::f(oy), L::f(oz));
+            let direction = V3::new(L::f(dx), L::f(dy), L::f(dz));
+            let trust = L::f(trust(*ray));
+            for part in parts.iter().take(LeafPart::<L>::COUNT) {
+                let may = may_meet(origin, direction, trust, part.center, part.radius_squared);
+                // It is less already; this spares the checks of the place.
+                let at = end % MOST_CANDIDATES;
+                B::append(pairs, at, may, part);
+                L::store_u(L::u(*ray), &mut pairs.rays[at..]);
+                end += L::mask_bits(may).count_ones() as usize;
+            }
         }
+        self.count = end;
     }
 
     /// True if the candidates must be evaluated before more are added.

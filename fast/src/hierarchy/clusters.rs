@@ -95,9 +95,7 @@ impl Clusters {
         for (cluster, (waiting, count)) in queues.waiting.iter().zip(&queues.counts).enumerate() {
             let parts = leaves[cluster].parts::<L>();
             for rays in waiting[..*count].chunks(RAYS_AT_ONCE) {
-                for ray in rays {
-                    candidates.add::<L, SurfaceRows>(&parts, *ray, queues.trusts[*ray as usize]);
-                }
+                candidates.add::<L, SurfaceRows>(&parts, rays, |ray| queues.trusts[ray as usize]);
                 if candidates.are_enough(surfaces) {
                     candidates.evaluate::<L>(surfaces, keys);
                 }

@@ -9,6 +9,7 @@
 use super::cells::Cells;
 use super::deposit::{Direction, Record};
 use crate::pool::Pool;
+use lanes::prefetch;
 use std::array;
 use std::iter::once;
 use std::mem::{replace, size_of};
@@ -22,7 +23,10 @@ const MARGIN: u64 = 16;
 
 /// Deposits of a chunk, which takes 12 KiB. The pool is locked once per chunk, and every thread holds at least [`BINS`] of
 /// them.
-const CHUNK: usize = 256;
+pub(super) const CHUNK: usize = 256;
+
+/// So many deposits before its turn, the room for one is asked for from memory.
+const AHEAD: usize = 12;
 
 /// Room for [`CHUNK`] deposits.
 pub(crate) struct Chunk {
@@ -104,6 +108,9 @@ impl Binned {
             bin.go_on(&self.chunks);
         }
         let place = bin.used % CHUNK; // it is less already; this spares the check of the index
+        // Chunks have left the cache since they were last in use, and few stores wait for memory at a time.
+        prefetch(&bin.open.records, place + AHEAD);
+        prefetch(&bin.open.directions, place + AHEAD);
         bin.open.records[place] = record;
         bin.open.directions[place] = direction;
         bin.used += 1;

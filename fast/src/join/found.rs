@@ -2,7 +2,9 @@
 
 use super::runs::Runs;
 use crate::paths::Vectors;
+use crate::pixels::GROUP;
 use lanes::{Lanes, MOST_LANES, V3};
+use std::array::from_fn;
 
 /// The most photons that are found before they are tested: their flux fits into a 32-bit sum ([`FLUSH`]).
 pub(crate) const MOST_FOUND: usize = 1024;
@@ -62,13 +64,14 @@ impl Found {
 
 /// Buffers of the join, kept from group to group.
 pub(crate) struct JoinBuffers {
-    pub(crate) runs: Runs,
+    /// What each point of a group has looked up; of a group that looks up once, the first.
+    pub(crate) runs: Box<[Runs; GROUP]>,
     /// A list for each half of a group.
     pub(crate) found: [Found; 2],
 }
 
 impl JoinBuffers {
     pub(crate) fn new() -> Self {
-        Self { runs: Runs::new(), found: [Found::new(), Found::new()] }
+        Self { runs: Box::new(from_fn(|_| Runs::new())), found: [Found::new(), Found::new()] }
     }
 }

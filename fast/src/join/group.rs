@@ -21,7 +21,7 @@
 use super::deposit::{Arrival, Flux, HEAVY, SAFE, safe_surface};
 use super::found::{Found, JoinBuffers};
 use super::region::Region;
-use super::sorted::Deposits;
+use super::sorted::{Deposits, points};
 use super::sums::{GroupSums, JoinCounts};
 use crate::pixels::{FoundLanes, GROUP, PixelRows, normals};
 use lanes::{Kernel, Lanes, V3};
@@ -102,8 +102,8 @@ impl<'a, L: Lanes> Gathering<'a, L> {
         let JoinBuffers { runs, found } = buffers;
         (found[0].count, found[1].count) = (0, 0);
         let mut this = Self { rows, boxes: [first, second], deposits, found, sums, counts };
-        for k in 0..runs.count() {
-            this.find(runs.range(k));
+        for k in 0..runs[0].count() {
+            this.find(runs[0].range(k));
         }
         for part in 0..Self::PARTS {
             if this.found[part].count > 0 {
@@ -115,7 +115,8 @@ impl<'a, L: Lanes> Gathering<'a, L> {
     /// Finds the photons of a run that are within reach of the parts' boxes.
     #[inline(always)]
     fn find(&mut self, run: Range<usize>) {
-        for (at, p) in self.deposits.packets::<L>(run.clone()) {
+        for (at, coordinates) in self.deposits.packets::<L>(run.clone()) {
+            let p = points::<L>(coordinates);
             self.deposits.prefetch_arrivals::<L>(at);
             let in_run = L::first(run.end - at);
             for part in 0..Self::PARTS {

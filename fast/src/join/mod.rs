@@ -45,7 +45,7 @@ pub(crate) use cells::{Cells, Run, table_size};
 pub(crate) use deposit::{Arrival, Direction, EXPONENT_SHIFT, Flux, HEAVY, Record, SAFE, SPHERE};
 pub(crate) use found::JoinBuffers;
 use group::{Gathering, Group};
-use lanes::{Kernel, LaneKind, Lanes, dispatch};
+use lanes::{Kernel, LaneKind, Lanes, dispatch, prefetch};
 pub(crate) use occupancy::Occupancy;
 use point::SinglePoint;
 pub(crate) use radii::Radii;
@@ -192,6 +192,11 @@ impl Kernel for JoinJob<'_> {
         let groups = self.pixels.chunks_mut(GROUP).zip(self.rows.chunks(GROUP));
         for (number, (pixels, rows)) in groups.enumerate() {
             let mut sums = self.sums.get_mut(number).map(take).unwrap_or_default();
+            // What is read when this group is consolidated, and when the next begins.
+            for k in 0..GROUP {
+                prefetch(pixels, k);
+                prefetch(self.rows, (number + 1) * GROUP + k);
+            }
             if let Some(deposits) = &deposits {
                 gather_group::<L>(deposits, cells, rows, self.buffers, &mut sums, &mut counts);
             }
@@ -224,22 +229,29 @@ pub(crate) fn gather_group<L: Lanes>(
     }
     let span = cells.span(&all);
     if span.fits() {
-        buffers.runs.look_up(deposits, &cells.query::<L>(span, &all));
+        buffers.runs[0].look_up(deposits, &cells.query::<L>(span, &all));
         let group = Group { rows, halves, all };
-        Gathering::<L>::run(&group, deposits, buffers, sums, counts);
+        Gathering::<L::Pair>::run(&group, deposits, buffers, sums, counts);
         return;
     }
-    for (lane, row) in rows.iter().enumerate() {
+    // All points look up before the first gathers, so that memory answers in the meantime.
+    let mut fits = [false; GROUP];
+    for ((row, runs), fits) in rows.iter().zip(buffers.runs.iter_mut()).zip(&mut fits) {
         if let Some(region) = Region::of_one(row) {
-            let mut point = SinglePoint { row, sums, lane };
             let span = cells.span(&region);
-            if span.fits() {
-                buffers.runs.look_up(deposits, &cells.query::<L>(span, &region));
-                point.run::<L>(deposits, buffers, counts);
-            } else {
-                // Coordinates are so large that they round to many cells.
-                point.run_on_all::<L>(deposits, buffers, counts);
+            *fits = span.fits();
+            if *fits {
+                runs.look_up(deposits, &cells.query::<L>(span, &region));
             }
+        }
+    }
+    for ((lane, row), fits) in rows.iter().enumerate().zip(fits) {
+        let mut point = SinglePoint { row, sums, lane };
+        if fits {
+            point.run::<L>(deposits, buffers, counts);
+        } else if row.visible().is_some() {
+            // Coordinates are so large that they round to many cells.
+            point.run_on_all::<L>(deposits, buffers, counts);
         }
     }
 }

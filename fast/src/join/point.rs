@@ -15,7 +15,7 @@
 
 use super::deposit::{Arrival, Flux, HEAVY, safe_surface};
 use super::found::{Found, JoinBuffers};
-use super::sorted::Deposits;
+use super::sorted::{Deposits, points};
 use super::sums::{GroupSums, JoinCounts};
 use crate::pixels::PixelRows;
 use lanes::{Lanes, V3};
@@ -40,6 +40,7 @@ impl SinglePoint<'_> {
         counts: &mut JoinCounts,
     ) {
         let JoinBuffers { runs, found: [found, _] } = buffers;
+        let runs = &runs[self.lane];
         found.count = 0;
         for k in 0..runs.count() {
             self.find::<L>(deposits, runs.range(k), found, counts);
@@ -72,8 +73,8 @@ impl SinglePoint<'_> {
     ) {
         let point = V3::<L>::splat(Vec3::from_array(self.row.point));
         counts.candidates += run.len() as u64;
-        for (at, photons) in deposits.packets::<L>(run.clone()) {
-            let d = photons - point;
+        for (at, coordinates) in deposits.packets::<L>(run.clone()) {
+            let d = points::<L>(coordinates) - point;
             let near = L::lt(d.dot(d), L::f(self.row.radius_squared)) & L::first(run.end - at);
             deposits.prefetch_arrivals::<L>(at);
             found.append_indices::<L>(near, at);

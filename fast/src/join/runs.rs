@@ -1,12 +1,14 @@
 //! Looking up the photons of a query.
 
-use super::cells::{Query, WINDOW};
+use super::cells::{Query, Run, WINDOW};
 use super::sorted::Deposits;
 use lanes::Lanes;
 use std::ops::Range;
 
 /// The photons of a query, as ranges of the sorted deposits.
 pub(crate) struct Runs {
+    /// Rows that have photons, while they are looked up.
+    filled: [Run; Self::MOST],
     ranges: [(u32, u32); Self::MOST],
     count: usize,
 }
@@ -17,25 +19,31 @@ impl Runs {
     const MOST: usize = (WINDOW * WINDOW) as usize + 1;
 
     pub(crate) fn new() -> Self {
-        Self { ranges: [(0, 0); Self::MOST], count: 0 }
+        Self { filled: [Run::default(); Self::MOST], ranges: [(0, 0); Self::MOST], count: 0 }
     }
 
-    /// Looks up a query. Prefetches each run found, so that memory answers while the other rows are looked up.
+    /// Looks up a query: first which rows have photons, then where these are. Each is asked for from memory as soon as it is
+    /// known, so that it arrives while the other rows are looked up.
     #[inline(always)]
     pub(crate) fn look_up<L: Lanes>(&mut self, deposits: &Deposits, query: &Query<L>) {
-        self.count = 0;
+        let mut filled = 0;
         for z in query.slabs() {
             let mut rows = query.rows(z);
             while let Some(row) = rows.next() {
-                if deposits.is_empty(row) {
-                    continue;
+                if !deposits.is_empty(row) {
+                    deposits.prefetch_start(row);
+                    self.filled[filled] = row;
+                    filled += 1;
                 }
-                for Range { start, end } in deposits.photons(row) {
-                    if start < end {
-                        deposits.prefetch_points(start);
-                        self.ranges[self.count] = (start as u32, end as u32);
-                        self.count += 1;
-                    }
+            }
+        }
+        self.count = 0;
+        for row in &self.filled[..filled] {
+            for Range { start, end } in deposits.photons(*row) {
+                if start < end {
+                    deposits.prefetch_points(start);
+                    self.ranges[self.count] = (start as u32, end as u32);
+                    self.count += 1;
                 }
             }
         }

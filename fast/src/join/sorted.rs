@@ -1,8 +1,8 @@
 //! The deposits of all photons, sorted by bucket: sorting, and looking up a run of buckets.
 
-use super::bins::{BINS, Binned, with_margin};
+use super::bins::{BINS, Binned, CHUNK, with_margin};
 use super::cells::{Cells, Run, WINDOW};
-use super::deposit::{Arrival, Record};
+use super::deposit::{Arrival, Direction, Record};
 use crate::pages::Pages;
 use crate::work_items::singly;
 use bytemuck::Pod;
@@ -11,6 +11,12 @@ use rayon::prelude::*;
 use scene::Vec3;
 use std::array;
 use std::ops::Range;
+
+/// So many deposits before its turn, one that lies anywhere is asked for from memory.
+const AHEAD: usize = 16;
+
+/// The same of deposits that follow each other: processors fetch these ahead by themselves, but not across pages.
+const FAR_AHEAD: usize = 64;
 
 // A run and the bits before it in its byte fit into the two bytes that `Deposits::is_empty` reads.
 const _: () = assert!(WINDOW <= 9);
@@ -89,6 +95,15 @@ impl Sorted {
     }
 }
 
+/// The coordinates of points, in columns.
+pub(crate) type Coordinates<'a> = ((&'a [f32], &'a [f32]), &'a [f32]);
+
+/// The first `L::N` points.
+#[inline(always)]
+pub(crate) fn points<L: Lanes>(((xs, ys), zs): Coordinates) -> V3<L> {
+    V3::new(L::load(xs), L::load(ys), L::load(zs))
+}
+
 /// Sorted deposits as slices: [`Pages`] and vectors would be dereferenced for every packet of photons.
 #[derive(Clone, Copy)]
 pub(crate) struct Deposits<'a> {
@@ -126,6 +141,12 @@ impl Deposits<'_> {
         }
     }
 
+    /// Prefetches where the deposits of a run are.
+    #[inline(always)]
+    pub(crate) fn prefetch_start(&self, run: Run) {
+        prefetch(self.starts, run.bucket as usize);
+    }
+
     /// Prefetches the points of deposits from `at` on.
     #[inline(always)]
     pub(crate) fn prefetch_points(&self, at: usize) {
@@ -133,14 +154,15 @@ impl Deposits<'_> {
     }
 
     /// The points of a run of deposits, `L::N` at a time, each with the index of the first; the last ones may be of others.
+    /// A closure that loads them would not be inlined (rule 1 of [`lanes`]), so they are [`Coordinates`].
     #[inline(always)]
-    pub(crate) fn packets<L: Lanes>(&self, run: Range<usize>) -> impl Iterator<Item = (usize, V3<L>)> {
+    pub(crate) fn packets<L: Lanes>(
+        &self,
+        run: Range<usize>,
+    ) -> impl Iterator<Item = (usize, Coordinates<'_>)> {
         let whole = run.len().next_multiple_of(L::N);
         let [xs, ys, zs] = self.points.map(|column| column[run.start..][..whole].chunks_exact(L::N));
-        let packets = xs.zip(ys).zip(zs);
-        run.step_by(L::N)
-            .zip(packets)
-            .map(|(at, ((x, y), z))| (at, V3::new(L::load(x), L::load(y), L::load(z))))
+        run.step_by(L::N).zip(xs.zip(ys).zip(zs))
     }
 
     /// Prefetches what `L::N` deposits from `at` on bring.
@@ -173,19 +195,37 @@ struct BinWork<'a> {
     filled: &'a mut [u8],
 }
 
+/// The deposits of a bin, chunk by chunk. A deposit's number is [`CHUNK`] times that of its chunk, and its place there.
+type ChunksOfBin<'a> = Vec<(&'a [Record], &'a [Direction])>;
+
 impl BinWork<'_> {
-    fn sort(self, parts: &[&Binned]) {
-        let chunks = || parts.iter().flat_map(|part| part.bin(self.bin));
-        let local = self.starts.len() as u32 - 1;
-        let bucket = |record: &Record| (record.bucket & local) as usize;
+    /// Sorts numbers of deposits, which stay in the first-level cache, and then fetches the deposits in their order. So what is
+    /// far apart is read, which can be asked for long before, and what is written is consecutive: few stores wait for
+    /// memory at a time.
+    fn sort(mut self, parts: &[&Binned]) {
+        let chunks = parts.iter().flat_map(|part| part.bin(self.bin)).collect();
+        self.count(&chunks);
+        let order = self.order(&chunks);
+        self.starts.iter_mut().for_each(|start| *start += self.first);
+        self.fetch(&chunks, &order);
+    }
+
+    /// The place of a deposit's bucket among those of the bin.
+    fn bucket(&self, record: &Record) -> usize {
+        (record.bucket & (self.starts.len() as u32 - 1)) as usize
+    }
+
+    /// Counts the deposits of each bucket, and sets its start to where the next begins.
+    fn count(&mut self, chunks: &ChunksOfBin) {
         self.starts.fill(0);
-        for (records, _) in chunks() {
-            for record in records {
-                self.starts[bucket(record)] += 1;
+        for (records, _) in chunks {
+            for (k, record) in records.iter().enumerate() {
+                prefetch(records, k + FAR_AHEAD);
+                self.starts[self.bucket(record)] += 1;
             }
         }
         let mut end = 0;
-        for (starts, filled) in self.starts.chunks_mut(8).zip(self.filled) {
+        for (starts, filled) in self.starts.chunks_mut(8).zip(&mut *self.filled) {
             *filled = 0;
             for (k, start) in starts.iter_mut().enumerate() {
                 *filled |= u8::from(*start > 0) << k;
@@ -193,18 +233,37 @@ impl BinWork<'_> {
                 *start = end;
             }
         }
-        let [xs, ys, zs] = self.points;
-        // Buckets are filled from the back: so the end of each becomes its start.
-        for (records, directions) in chunks() {
-            for (record, direction) in records.iter().zip(directions) {
-                let start = &mut self.starts[bucket(record)];
+    }
+
+    /// The numbers of the deposits in order of their buckets. These are filled from the back: so the end of each becomes
+    /// its start.
+    fn order(&mut self, chunks: &ChunksOfBin) -> Vec<u32> {
+        let mut order = vec![0; self.arrivals.len()];
+        for (first, (records, _)) in (0..).step_by(CHUNK).zip(chunks) {
+            for (number, record) in (first..).zip(*records) {
+                let start = &mut self.starts[self.bucket(record)];
                 *start -= 1;
-                let place = *start as usize;
-                [xs[place], ys[place], zs[place]] = record.point;
-                self.arrivals[place] = record.arrival(*direction);
+                order[*start as usize] = number;
             }
         }
-        self.starts.iter_mut().for_each(|start| *start += self.first);
+        order
+    }
+
+    /// Writes the deposits in this order.
+    fn fetch(self, chunks: &ChunksOfBin, order: &[u32]) {
+        let [xs, ys, zs] = self.points;
+        let places = xs.iter_mut().zip(ys).zip(zs).zip(self.arrivals);
+        for (k, (((x, y), z), arrival)) in places.enumerate() {
+            let ahead = order[(k + AHEAD).min(order.len() - 1)] as usize;
+            let (records, directions) = chunks[ahead / CHUNK];
+            prefetch(records, ahead % CHUNK);
+            prefetch(directions, ahead % CHUNK);
+            let (chunk, place) = (order[k] as usize / CHUNK, order[k] as usize % CHUNK);
+            let (records, directions) = chunks[chunk];
+            let record = records[place];
+            [*x, *y, *z] = record.point;
+            *arrival = record.arrival(directions[place]);
+        }
     }
 }
 

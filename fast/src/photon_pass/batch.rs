@@ -15,7 +15,7 @@ use scene::aim::{AIMED_BOUNCES, EXPONENT_STEP};
 use scene::film::FLUX_ONE;
 use scene::guide::GUIDED_BOUNCES;
 use scene::still::{Carried, Role};
-use scene::{Sphere, Still};
+use scene::{Sphere, Still, Vec3};
 use std::ops::Range;
 
 /// What the photon pass of one iteration reads.
@@ -71,14 +71,14 @@ impl PhotonPass<'_> {
         for first in photons.clone().step_by(self.at_once) {
             let count = (photons.end - first).min(self.at_once as u32);
             let PhotonBatch { paths, first_bounce, .. } = &mut *batch;
-            let mut live = self.emission.emit::<L>(paths, first_bounce, first, count as usize);
+            let mut live = self.emission.emit::<L::Pair>(paths, first_bounce, first, count as usize);
             for bounce in 0..self.max_depth {
                 if live == 0 {
                     break;
                 }
                 counts.segments += live as u64;
                 intersect_batch::<L>(self.tables, &mut batch.paths, &mut batch.search, live);
-                live = self.bounce::<L>(batch, live, bounce, out, &mut counts);
+                live = self.bounce::<L::Pair>(batch, live, bounce, out, &mut counts);
             }
         }
         counts
@@ -171,7 +171,7 @@ impl PhotonPass<'_> {
         let bucket = L::from_bits(self.cells.buckets::<L>(surface.point));
         let (point, power) = (surface.point, p.weight);
         let ([r, g, b], heavy) = match self.emission.scale() {
-            None => ([power.x, power.y, power.z].map(quantise::<L>), L::u(0)),
+            None => ([quantise::<L>(power.x), quantise::<L>(power.y), quantise::<L>(power.z)], L::u(0)),
             Some(scale) => quantise_aimed::<L>(scale, power),
         };
         let columns = [point.x, point.y, point.z, L::from_bits(hit | safe | heavy), r, g, b, bucket];
@@ -238,10 +238,11 @@ pub(crate) fn quantise_aimed<L: Lanes>(scale: f32, power: V3<L>) -> ([L::F; 3], 
     let shift = exponent_of::<L>(scaled.max_component());
     // 2^-shift times `FLUX_ONE`, by its bits.
     let unit = L::from_bits(L::u((FLUX_ONE as f32).to_bits()) + L::shl::<23>(shift) * L::u(u32::MAX));
-    let half = L::f(0.5);
-    let [r, g, b] = [scaled.x, scaled.y, scaled.z].map(|p| L::truncate(p * unit + half));
+    let units = scaled.scale(unit) + V3::<L>::splat(Vec3::splat(0.5));
     let heavy = L::select_u(L::eq(shift, L::u(0)), L::u(0), L::u(HEAVY));
-    ([r | L::shl::<EXPONENT_SHIFT>(shift), g, b].map(L::from_bits), heavy)
+    let first = L::truncate(units.x) | L::shl::<EXPONENT_SHIFT>(shift);
+    let [second, third] = [L::truncate(units.y), L::truncate(units.z)];
+    ([L::from_bits(first), L::from_bits(second), L::from_bits(third)], heavy)
 }
 
 /// As `reference::photon_pass::exponent_of`.
@@ -280,7 +281,7 @@ impl Rounding {
 mod tests {
     use super::*;
     use lanes::Emulated;
-    use scene::{Rgb, Vec3};
+    use scene::Rgb;
 
     /// A dot product of unit vectors that are themselves rounded is off by some 10 roundings of 1.
     const LEAST: f64 = 10.0 * f32::EPSILON as f64;

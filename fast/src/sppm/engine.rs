@@ -4,6 +4,7 @@ use super::render::Sppm;
 use crate::consolidate::develop;
 use crate::pixels::{Pixel, slot_of};
 use crate::prepared::Prepared;
+use lanes::prefetch;
 use rayon::prelude::*;
 use scene::{Engine, Film, Plane, Probe, Progress, Resumable, Rgb, Settings, Stats, Stop, Sums};
 use std::mem::take;
@@ -34,6 +35,7 @@ impl Sppm<'_> {
         let mut values = vec![T::default(); width as usize * height as usize];
         values.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
             for (x, place) in row.iter_mut().enumerate() {
+                prefetch(&self.pixels, slot_of(width, x as u32 + 16, y as u32));
                 *place = value(slot_of(width, x as u32, y as u32));
             }
         });
