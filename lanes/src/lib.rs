@@ -26,6 +26,8 @@
 //! }
 //! ```
 //!
+//! Kernels whose operations wait for each other have [`Lanes::Pair`], two vectors as one, if that takes less time.
+//!
 //! Two rules hold for every kernel:
 //!
 //! 1. It is `#[inline(always)]`, as is everything that it calls on lanes, and it has no closures or iterator adaptors

@@ -1,7 +1,7 @@
 //! Gathering for a group: 16 visible points that are near each other, with one look-up for all.
 //!
 //! ```text
-//! for each part of the group (its halves with 8 lanes, all of it with 16):
+//! for each part of the group (its halves with 8 lanes; all of it with 16, or with a pair of vectors of 8):
 //!     for each photon of the runs looked up, in lanes:
 //!         if it is within reach of the part's bounding box: append it to the part's list
 //!     for each photon of the list, one by one, broadcast to all lanes:
@@ -71,7 +71,7 @@ impl<L: Lanes> BoxInReach<L> {
     }
 }
 
-/// A group that gathers photons.
+/// A group that gathers photons. It runs on a pair of vectors, so that a photon is tested against one box, not against two.
 pub(crate) struct Gathering<'a, L: Lanes> {
     rows: &'a [PixelRows],
     /// What counts at each part. The parts are one vector of 16 points, or two of 8; if it is one, the second repeats the
