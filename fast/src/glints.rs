@@ -272,14 +272,14 @@ impl Kernel for FurtherRays<'_> {
                 rays.counts[ray] = slots[listed[pixel] as usize].is_rim.into();
             }
             rays.light = Vectors::ZERO;
-            let mut live = pass.make_rays::<L>(rays, paths, count);
+            let mut live = pass.make_rays::<L::Pair>(rays, paths, count);
             for segment in 0..pass.settings.max_depth {
                 if live == 0 {
                     break;
                 }
                 segments += live as u64;
                 intersect_batch::<L>(pass.tables, paths, search, live);
-                live = pass.shade::<L>(rays, paths, live);
+                live = pass.shade::<L::Pair>(rays, paths, live);
                 if segment == 0 {
                     paths.slot[..live].iter().for_each(|ray| rays.counts[*ray as usize] = 1);
                 }
