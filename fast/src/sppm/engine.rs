@@ -9,6 +9,9 @@ use rayon::prelude::*;
 use scene::{Engine, Film, Plane, Probe, Progress, Resumable, Rgb, Settings, Stats, Stop, Sums};
 use std::mem::take;
 
+/// So many pixels of a row before its turn, one is asked for from memory.
+const AHEAD: u32 = 16;
+
 impl Sppm<'_> {
     /// Clears what a stopped iteration has left.
     fn abandon(&mut self, before: Stats) {
@@ -29,13 +32,13 @@ impl Sppm<'_> {
         }
     }
 
-    /// A value of every pixel by its slot, row by row. By all threads.
+    /// A value of every pixel by its slot, row by row. By all threads. Slots of a row lie apart, so they are prefetched.
     fn every<T: Send + Sync + Copy + Default>(&self, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
         let Settings { width, height, .. } = self.progress.settings;
         let mut values = vec![T::default(); width as usize * height as usize];
         values.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
             for (x, place) in row.iter_mut().enumerate() {
-                prefetch(&self.pixels, slot_of(width, x as u32 + 16, y as u32));
+                prefetch(&self.pixels, slot_of(width, x as u32 + AHEAD, y as u32));
                 *place = value(slot_of(width, x as u32, y as u32));
             }
         });
