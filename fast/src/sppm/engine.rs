@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use scene::{Engine, Film, Plane, Probe, Progress, Resumable, Rgb, Settings, Stats, Stop, Sums};
 use std::mem::take;
 
-/// So many pixels of a row before its turn, one is asked for from memory.
+/// A pixel is prefetched when the one this many places before it in its row is read.
 const AHEAD: u32 = 16;
 
 impl Sppm<'_> {

@@ -32,8 +32,8 @@ pub(super) fn bytes_at_most(
     let all = u64::from(settings.photons_per_iteration) * bounces;
     let round = u64::from(deposits_at_once) + u64::from(parameters.photons_per_job) * bounces;
     let each = (size_of::<Record>() + size_of::<Direction>()) as u64;
-    // Once in the bins' chunks, and once sorted. The direction's last word is not sorted, and makes room for the number by
-    // which the deposit is.
+    // Once in the bins' chunks, and once sorted. The direction's last word is not sorted: its bytes count for the
+    // deposit's number, by which deposits are sorted.
     let deposits = 2 * with_margin(all.min(round)) * each;
     let buckets = table_size(parameters.buckets(settings.photons_per_iteration)) as u64;
     // The survey comes before the first deposit.
