@@ -201,8 +201,14 @@ impl ShadowRays {
         buffers: &mut SearchBuffers,
         count: usize,
     ) {
-        let rays =
-            Rays { origin: points, direction: &self.direction, leaves: spheres, ignores: &self.lamp, count };
+        let rays = Rays {
+            origin: points,
+            direction: &self.direction,
+            leaves: spheres,
+            ignores: &self.lamp,
+            count,
+            are_close: true,
+        };
         L::call(Occlusion { tables, rays, buffers, t: &mut self.t });
     }
 

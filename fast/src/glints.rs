@@ -278,7 +278,7 @@ impl Kernel for FurtherRays<'_> {
                     break;
                 }
                 segments += live as u64;
-                intersect_batch::<L>(pass.tables, paths, search, live);
+                intersect_batch::<L>(pass.tables, paths, search, live, segment == 0);
                 live = pass.shade::<L::Pair>(rays, paths, live);
                 if segment == 0 {
                     paths.slot[..live].iter().for_each(|ray| rays.counts[*ray as usize] = 1);

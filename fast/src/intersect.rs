@@ -4,6 +4,7 @@
 
 use crate::paths::{Floats, Words};
 use crate::rays::{BLOCKED, Rays};
+use crate::shape_list::Chosen;
 use crate::shapes::{BallShape, Shape};
 use lanes::{Lanes, V3};
 use scene::ray::{NO_SPHERE, SphereId};
@@ -28,13 +29,13 @@ impl<L: Lanes> RayLanes<L> {
 
 /// The nearest hits of the rays of a batch among some shapes: distance (infinite if none) and sphere ([`NO_SPHERE`] if none).
 #[inline(always)]
-pub(crate) fn nearest<L: Lanes>(shapes: &[Shape], rays: &Rays, t: &mut Floats, hit: &mut Words) {
+pub(crate) fn nearest<L: Lanes>(chosen: Chosen, rays: &Rays, t: &mut Floats, hit: &mut Words) {
     for at in (0..rays.count).step_by(L::N) {
         L::store(L::f(f32::INFINITY), &mut t[at..]);
         L::store_u(L::u(NO_SPHERE), &mut hit[at..]);
     }
-    for shape in shapes {
-        match shape {
+    for place in chosen.places {
+        match &chosen.shapes[*place as usize] {
             Shape::Solid(ball) => lower::<L>(&Ball::<false>(*ball), rays, t, hit),
             Shape::Glass(ball) => lower::<L>(&Ball::<true>(*ball), rays, t, hit),
             Shape::Ground(ground) => lower::<L>(ground, rays, t, hit),
@@ -45,9 +46,9 @@ pub(crate) fn nearest<L: Lanes>(shapes: &[Shape], rays: &Rays, t: &mut Floats, h
 
 /// Sets `t` to [`BLOCKED`] where a shadow ray hits a shape nearer than `t`, other than the sphere that it ignores.
 #[inline(always)]
-pub(crate) fn occlude<L: Lanes>(shapes: &[Shape], rays: &Rays, t: &mut Floats) {
-    for shape in shapes {
-        match shape {
+pub(crate) fn occlude<L: Lanes>(chosen: Chosen, rays: &Rays, t: &mut Floats) {
+    for place in chosen.places {
+        match &chosen.shapes[*place as usize] {
             Shape::Solid(ball) => block::<L>(&Ball::<false>(*ball), rays, t),
             Shape::Glass(ball) => block::<L>(&Ball::<true>(*ball), rays, t),
             Shape::Ground(ground) => block::<L>(ground, rays, t),

@@ -16,17 +16,25 @@ use scene::{Ray, Rgb, Still, Vec3};
 pub struct Intersector {
     tables: Tables,
     lanes: LaneKind,
+    are_close: bool,
 }
 
 impl Intersector {
     /// With the search that the renderer would use.
     pub fn new(still: &Still, lanes: LaneKind) -> Self {
-        Self { tables: Tables::new(still), lanes }
+        Self { tables: Tables::new(still), lanes, are_close: false }
     }
 
     /// With the given search, however many balls there are.
     pub fn with_search(still: &Still, lanes: LaneKind, search: Search) -> Self {
-        Self { tables: Tables::with_search(still, search), lanes }
+        Self { tables: Tables::with_search(still, search), lanes, are_close: false }
+    }
+
+    /// For rays of which those that follow each other are likely to run close together, as camera rays do. What they hit is
+    /// the same.
+    #[must_use]
+    pub fn of_close_rays(self) -> Self {
+        Self { are_close: true, ..self }
     }
 
     /// Bytes of memory held.
@@ -36,24 +44,23 @@ impl Intersector {
 
     /// Distance and sphere of each ray's nearest hit; an infinite distance where there is none.
     pub fn nearest(&self, rays: &[Ray]) -> Vec<(f32, SphereId)> {
-        dispatch(self.lanes, Nearest { tables: &self.tables, rays }).0
+        dispatch(self.lanes, Nearest { of: self, rays }).0
     }
 
     /// What each ray hits, with the surface there; `None` where it hits nothing.
     pub fn surfaces(&self, rays: &[Ray]) -> Vec<Option<Met>> {
-        dispatch(self.lanes, AllMet { tables: &self.tables, rays })
+        dispatch(self.lanes, AllMet { of: self, rays })
     }
 
     /// Which rays hit a surface other than `light` nearer than `t`; there is one `t` and one `light` per ray.
     pub fn occluded(&self, rays: &[Ray], t: &[f32], lights: &[SphereId]) -> Vec<bool> {
-        dispatch(self.lanes, Occluded { tables: &self.tables, rays, t, lights }).0
+        dispatch(self.lanes, Occluded { of: self, rays, t, lights }).0
     }
 
     /// The work of [`Intersector::nearest`] and of [`Intersector::occluded`] on these rays.
     pub fn work(&self, rays: &[Ray], t: &[f32], lights: &[SphereId]) -> [Work; 2] {
-        let tables = &self.tables;
-        let nearest = dispatch(self.lanes, Nearest { tables, rays }).1;
-        [nearest, dispatch(self.lanes, Occluded { tables, rays, t, lights }).1]
+        let nearest = dispatch(self.lanes, Nearest { of: self, rays }).1;
+        [nearest, dispatch(self.lanes, Occluded { of: self, rays, t, lights }).1]
     }
 }
 
@@ -79,7 +86,7 @@ pub struct Met {
 }
 
 struct AllMet<'a> {
-    tables: &'a Tables,
+    of: &'a Intersector,
     rays: &'a [Ray],
 }
 
@@ -91,8 +98,8 @@ impl Kernel for AllMet<'_> {
         let mut found = Vec::with_capacity(self.rays.len());
         for rays in self.rays.chunks(BATCH) {
             fill(&mut paths, rays);
-            intersect_batch::<L>(self.tables, &mut paths, &mut buffers, rays.len());
-            let surfaces = self.tables.surfaces(&paths.hit[..rays.len()]);
+            intersect_batch::<L>(&self.of.tables, &mut paths, &mut buffers, rays.len(), self.of.are_close);
+            let surfaces = self.of.tables.surfaces(&paths.hit[..rays.len()]);
             for at in (0..rays.len()).step_by(L::N) {
                 let rest = rays.len() - at;
                 let (t, hit, arrived) = hits::<L>(&paths, at, L::first(rest));
@@ -100,7 +107,7 @@ impl Kernel for AllMet<'_> {
                 L::store_u(hit, &mut ids);
                 let (origin, direction) = (paths.origin.load::<L>(at), paths.direction.load::<L>(at));
                 let surface = Hit::<L>::at(surfaces, origin, direction, t, &ids);
-                let material = Materials::<L>::gather(&self.tables.materials, surface.tag);
+                let material = Materials::<L>::gather(&self.of.tables.materials, surface.tag);
                 let met = met::<L>(t, &surface, &material, L::mask_bits(arrived), &ids);
                 found.extend_from_slice(&met[..L::N.min(rest)]);
             }
@@ -146,7 +153,7 @@ fn met<L: Lanes>(
 }
 
 struct Nearest<'a> {
-    tables: &'a Tables,
+    of: &'a Intersector,
     rays: &'a [Ray],
 }
 
@@ -158,7 +165,7 @@ impl Kernel for Nearest<'_> {
         let mut found = Vec::with_capacity(self.rays.len());
         for rays in self.rays.chunks(BATCH) {
             fill(&mut paths, rays);
-            intersect_batch::<L>(self.tables, &mut paths, &mut buffers, rays.len());
+            intersect_batch::<L>(&self.of.tables, &mut paths, &mut buffers, rays.len(), self.of.are_close);
             found.extend(paths.t.iter().copied().zip(paths.hit).take(rays.len()));
         }
         (found, buffers.work())
@@ -166,7 +173,7 @@ impl Kernel for Nearest<'_> {
 }
 
 struct Occluded<'a> {
-    tables: &'a Tables,
+    of: &'a Intersector,
     rays: &'a [Ray],
     t: &'a [f32],
     lights: &'a [SphereId],
@@ -184,7 +191,7 @@ impl Kernel for Occluded<'_> {
             fill(&mut paths, rays);
             paths.t[..t.len()].copy_from_slice(t);
             lights[..t.len()].copy_from_slice(some_lights);
-            occlude_batch::<L>(self.tables, &mut paths, &lights, &mut buffers, t.len());
+            occlude_batch::<L>(self.of, &mut paths, &lights, &mut buffers, t.len());
             found.extend(paths.t[..t.len()].iter().map(|t| *t == BLOCKED));
         }
         (found, buffers.work())
@@ -193,15 +200,15 @@ impl Kernel for Occluded<'_> {
 
 #[inline(always)]
 fn occlude_batch<L: Lanes>(
-    tables: &Tables,
+    of: &Intersector,
     paths: &mut Paths,
     lights: &Words,
     buffers: &mut SearchBuffers,
     count: usize,
 ) {
     let Paths { origin, direction, leaves, t, .. } = paths;
-    let rays = Rays { origin, direction, leaves, ignores: lights, count };
-    tables.occlude::<L>(&rays, buffers, t);
+    let rays = Rays { origin, direction, leaves, ignores: lights, count, are_close: of.are_close };
+    of.tables.occlude::<L>(&rays, buffers, t);
 }
 
 fn fill(paths: &mut Paths, rays: &[Ray]) {

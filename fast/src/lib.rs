@@ -65,6 +65,8 @@ mod rays;
 mod sampling;
 mod scatter;
 mod search;
+mod shaft;
+mod shape_list;
 mod shapes;
 mod sppm;
 mod surface;

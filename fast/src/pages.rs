@@ -1,8 +1,9 @@
 //! Arrays on large pages.
 //!
 //! The first write to a new array costs a page fault per 4 KiB, which takes a tenth of a short render. These arrays ask for
-//! pages of 2 MiB (on Linux), and all threads share the first write (everywhere). Arrays that would not fill one of these pages
-//! come from the heap, which gives the same memory out again without asking the system each time.
+//! pages of 2 MiB (on Linux), and all threads share the first write (everywhere). A large page is written for the first time
+//! in the time of some 40 small ones, so arrays of [`WORTH_A_PAGE`] on fill theirs up. Smaller ones come from the heap,
+//! which gives the same memory out again without asking the system each time.
 
 use bytemuck::{Pod, Zeroable};
 use memmap2::MmapMut;
@@ -16,7 +17,10 @@ use std::ops::{Deref, DerefMut};
 const PER_JOB: usize = 1 << 14;
 
 /// Bytes of a large page.
-const LARGE: usize = 2 << 20;
+pub(crate) const LARGE: usize = 2 << 20;
+
+/// Arrays of so many bytes are worth a large page of their own.
+const WORTH_A_PAGE: usize = 256 << 10;
 
 /// An array of a fixed length.
 pub(crate) struct Pages<T> {
@@ -29,7 +33,8 @@ pub(crate) struct Pages<T> {
 /// Bytes that are zero at first, aligned to a cache line at least.
 enum Memory {
     Heap(Vec<CacheLine>),
-    Mapped(MmapMut),
+    /// Whole large pages, and where they begin: the system may have mapped others than were asked for.
+    Mapped(MmapMut, usize),
 }
 
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -39,29 +44,30 @@ struct CacheLine([u64; 8]);
 impl Memory {
     /// If memory runs out this ends the process, as it does for a vector.
     fn new(bytes: usize) -> Self {
-        if bytes < LARGE {
+        if bytes < WORTH_A_PAGE {
             return Self::Heap(vec![CacheLine::zeroed(); bytes.div_ceil(size_of::<CacheLine>())]);
         }
-        let map = MmapMut::map_anon(bytes).unwrap_or_else(|_| {
+        let map = MmapMut::map_anon(bytes.next_multiple_of(LARGE) + LARGE).unwrap_or_else(|_| {
             handle_alloc_error(Layout::array::<u8>(bytes).unwrap_or(Layout::new::<u8>()))
         });
         // If the system refuses, it is only slower.
         #[cfg(target_os = "linux")]
         let _ = map.advise(memmap2::Advice::HugePage);
-        Self::Mapped(map)
+        let start = map.as_ptr().align_offset(LARGE);
+        Self::Mapped(map, start)
     }
 
     fn bytes(&self) -> &[u8] {
         match self {
             Self::Heap(lines) => bytemuck::cast_slice(lines),
-            Self::Mapped(map) => map,
+            Self::Mapped(map, start) => &map[*start..],
         }
     }
 
     fn bytes_mut(&mut self) -> &mut [u8] {
         match self {
             Self::Heap(lines) => bytemuck::cast_slice_mut(lines),
-            Self::Mapped(map) => map,
+            Self::Mapped(map, start) => &mut map[*start..],
         }
     }
 }
@@ -88,10 +94,15 @@ impl<T: Pod + Send + Sync> Pages<T> {
         Self::made(count, |_| value)
     }
 
+    /// `count` elements whose bytes are zero, for one thread: the first write to each page is left to it.
+    pub(crate) fn unwritten(count: usize) -> Self {
+        let bytes = count * size_of::<T>();
+        Self { memory: Memory::new(bytes), bytes, elements: PhantomData }
+    }
+
     /// `count` elements, each made from its index. If memory runs out this ends the process, as it does for a vector.
     pub(crate) fn made(count: usize, make: impl Fn(usize) -> T + Sync) -> Self {
-        let bytes = count * size_of::<T>();
-        let mut pages = Self { memory: Memory::new(bytes), bytes, elements: PhantomData };
+        let mut pages = Self::unwritten(count);
         pages.par_chunks_mut(PER_JOB).enumerate().for_each(|(job, elements)| {
             for (element, index) in elements.iter_mut().zip(job * PER_JOB..) {
                 *element = make(index);
@@ -127,16 +138,27 @@ mod tests {
 
     #[test]
     fn all_elements_are_there_and_are_the_value() {
-        for count in [0, 1, 2, 1023, PER_JOB, 3 * PER_JOB + 5, LARGE / size_of::<[u32; 3]>() + 1] {
+        let large = [WORTH_A_PAGE, LARGE].map(|bytes| bytes / size_of::<[u32; 3]>() + 1);
+        for count in [0, 1, 2, 1023, PER_JOB, 3 * PER_JOB + 5, large[0], large[1]] {
             let mut pages = Pages::filled([7_u32, 8, 9], count);
             assert_eq!(pages.len(), count);
             assert!(pages.iter().all(|element| *element == [7, 8, 9]));
             let made = Pages::made(count, |index| index as u64);
             assert!(made.iter().copied().eq(0..count as u64));
+            assert!(Pages::<[u32; 3]>::unwritten(count).iter().eq(&vec![[0; 3]; count]));
             if let Some(last) = pages.last_mut() {
                 *last = [1, 2, 3];
                 assert_eq!(pages[count - 1], [1, 2, 3]);
             }
+        }
+    }
+
+    /// Else the system could not fill them with large pages.
+    #[test]
+    fn large_arrays_begin_on_a_page() {
+        for bytes in [WORTH_A_PAGE, LARGE, LARGE + 1] {
+            let pages = Pages::<u8>::unwritten(bytes);
+            assert_eq!((pages.len(), pages.as_ptr().align_offset(LARGE)), (bytes, 0));
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The spheres that every ray is tested against, one by one.
+//! Spheres as rays are tested against them one by one.
 
 use scene::ray::SphereId;
 use scene::still::{Enclosure, Ground, Role};
@@ -35,6 +35,29 @@ impl Shape {
             Role::Glass => Self::Glass(ball),
             Role::Ground(g) => Self::Ground(still.grounds[g as usize]),
             Role::Enclosure(e) => Self::Enclosure(still.enclosures[e as usize]),
+        }
+    }
+
+    /// Its id.
+    #[inline(always)]
+    pub(crate) fn sphere(&self) -> SphereId {
+        match self {
+            Self::Solid(ball) | Self::Glass(ball) => ball.sphere,
+            Self::Ground(ground) => ground.sphere,
+            Self::Enclosure(enclosure) => enclosure.sphere,
+        }
+    }
+
+    /// True if it may block light.
+    pub(crate) fn casts_shadow(&self) -> bool {
+        !matches!(self, Self::Enclosure(enclosure) if !enclosure.casts_shadow)
+    }
+
+    /// The ball, if it is one.
+    pub(crate) fn ball(&self) -> Option<&BallShape> {
+        match self {
+            Self::Solid(ball) | Self::Glass(ball) => Some(ball),
+            Self::Ground(_) | Self::Enclosure(_) => None,
         }
     }
 }

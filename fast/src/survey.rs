@@ -83,7 +83,7 @@ impl Kernel for Batch<'_> {
         let Batch { pass, walks, first, max_depth } = self;
         let mut live = pass.begin::<L>(walks, first);
         while live > 0 {
-            intersect_batch::<L>(&pass.prepared.tables, &mut walks.paths, &mut walks.search, live);
+            intersect_batch::<L>(&pass.prepared.tables, &mut walks.paths, &mut walks.search, live, false);
             live = pass.scatter::<L>(walks, live, max_depth);
             pass.ask::<L>(walks);
         }

@@ -7,6 +7,7 @@ use crate::pages::Pages;
 use crate::paths::Floats;
 use crate::rays::Rays;
 use crate::search::Search;
+use crate::shape_list::ShapeList;
 use crate::shapes::Shape;
 use crate::surface::{prefetch_rows, surface_row};
 use lanes::{Lanes, Row};
@@ -20,10 +21,8 @@ pub(crate) struct Tables {
     surfaces: Pages<Row>,
     /// A row per material ([`material_row`]).
     pub(crate) materials: Vec<Row>,
-    /// The spheres that are not in the hierarchy, in order of their ids.
-    pub(crate) shapes: Vec<Shape>,
-    /// Those of them that may block light, in order of their ids.
-    pub(crate) shadow_casters: Vec<Shape>,
+    /// The spheres that can be tested one by one.
+    pub(crate) shapes: ShapeList,
     /// The balls, if they are many.
     pub(crate) hierarchy: Hierarchy,
 }
@@ -41,17 +40,16 @@ impl Tables {
 
     /// With the given hierarchy, which must be of this still.
     pub(crate) fn with_hierarchy(still: &Still, hierarchy: Hierarchy) -> Self {
-        let is_shape = |role: &Role| role.is_anchored() || !hierarchy.holds_balls();
+        let is_shape = |role: &Role| role.is_anchored() || !matches!(hierarchy, Hierarchy::Tree(_));
         let ids = (0..still.spheres.len() as SphereId).filter(|id| is_shape(&still.roles[*id as usize]));
         let shapes: Vec<Shape> = ids.map(|id| Shape::of(still, id)).collect();
-        let casts_shadow = |s: &&Shape| !matches!(s, Shape::Enclosure(e) if !e.casts_shadow);
-        let shadow_casters = shapes.iter().filter(casts_shadow).copied().collect();
+        let shapes = ShapeList::new(shapes, !hierarchy.holds_balls());
         // Lanes that have hit nothing fetch row 0.
         let count = still.spheres.len();
         let row = |id| if id < count { surface_row(still, id as SphereId) } else { Row::default() };
         let surfaces = Pages::made(count.max(1), row);
         let materials = never_empty(still.materials.iter().map(material_row).collect());
-        Self { surfaces, materials, shapes, shadow_casters, hierarchy }
+        Self { surfaces, materials, shapes, hierarchy }
     }
 
     /// The rows of the surfaces, of which those of `hits` are asked for, if they have to come from memory.
@@ -70,15 +68,18 @@ impl Tables {
     /// Sets `t` to [`BLOCKED`](crate::rays::BLOCKED) where a shadow ray hits anything nearer than `t`.
     #[inline(always)]
     pub(crate) fn occlude<L: Lanes>(&self, rays: &Rays, buffers: &mut SearchBuffers, t: &mut Floats) {
-        occlude::<L::Pair>(&self.shadow_casters, rays, t);
-        self.hierarchy.occlude::<L>(self.rows(), rays, buffers, t);
+        let chosen = self.shapes.choose::<L>(rays, Some(t), &mut buffers.places);
+        let are_all = chosen.are_all;
+        occlude::<L::Pair>(chosen, rays, t);
+        if !are_all {
+            self.hierarchy.occlude::<L>(self.rows(), rays, buffers, t);
+        }
     }
 
     /// Bytes of memory held.
     pub(crate) fn bytes(&self) -> usize {
         let rows = size_of_val(&self.surfaces[..]) + size_of_val(&self.materials[..]);
-        let shapes = size_of_val(&self.shapes[..]) + size_of_val(&self.shadow_casters[..]);
-        rows + shapes + self.hierarchy.bytes()
+        rows + self.shapes.bytes() + self.hierarchy.bytes()
     }
 }
 

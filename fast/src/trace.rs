@@ -15,8 +15,9 @@ pub(crate) fn intersect_batch<L: Lanes>(
     paths: &mut Paths,
     buffers: &mut SearchBuffers,
     count: usize,
+    are_close: bool,
 ) {
-    L::call(Intersection { tables, paths, buffers, count });
+    L::call(Intersection { tables, paths, buffers, count, are_close });
 }
 
 /// [`intersect_batch`] as a function that all passes share: it is large, and takes long to build.
@@ -25,6 +26,7 @@ struct Intersection<'a> {
     paths: &'a mut Paths,
     buffers: &'a mut SearchBuffers,
     count: usize,
+    are_close: bool,
 }
 
 impl Kernel for Intersection<'_> {
@@ -32,16 +34,16 @@ impl Kernel for Intersection<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        nearest_hits::<L>(self.tables, self.paths, self.buffers, self.count);
+        let Self { tables, paths, buffers, count, are_close } = self;
+        let Paths { origin, direction, leaves, t, hit, .. } = paths;
+        let rays = Rays { origin, direction, leaves, ignores: &IGNORES_NONE, count, are_close };
+        let chosen = tables.shapes.choose::<L>(&rays, None, &mut buffers.places);
+        let are_all = chosen.are_all;
+        nearest::<L::Pair>(chosen, &rays, t, hit);
+        if !are_all {
+            L::call(BallSearch { tables, rays: &rays, buffers, t, hit });
+        }
     }
-}
-
-#[inline(always)]
-fn nearest_hits<L: Lanes>(tables: &Tables, paths: &mut Paths, buffers: &mut SearchBuffers, count: usize) {
-    let Paths { origin, direction, leaves, t, hit, .. } = paths;
-    let rays = Rays { origin, direction, leaves, ignores: &IGNORES_NONE, count };
-    nearest::<L::Pair>(&tables.shapes, &rays, t, hit);
-    L::call(BallSearch { tables, rays: &rays, buffers, t, hit });
 }
 
 /// The search among many balls. It is called, so that it has all registers.

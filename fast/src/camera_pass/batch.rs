@@ -108,7 +108,7 @@ impl CameraPass<'_> {
                 break;
             }
             counts.segments += live as u64;
-            intersect_batch::<L>(self.tables, &mut batch.paths, &mut batch.search, live);
+            intersect_batch::<L>(self.tables, &mut batch.paths, &mut batch.search, live, segment == 0);
             live = self.shade::<L::Pair>(batch, live, segment);
         }
         end_the_rest::<L>(batch, live);

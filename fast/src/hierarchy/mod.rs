@@ -34,11 +34,14 @@ pub(crate) struct SearchBuffers {
     /// Made when a tree is searched first: it is large.
     wave: Option<Box<Wave>>,
     candidates: Candidates,
+    /// Room for the places of shapes, see [`ShapeList`](crate::shape_list::ShapeList).
+    pub(crate) places: Box<Words>,
 }
 
 impl SearchBuffers {
     pub(crate) fn new() -> Self {
-        Self { queues: Queues::new(), wave: None, candidates: Candidates::new() }
+        let (candidates, places) = (Candidates::new(), Box::new([0; ROOM]));
+        Self { queues: Queues::new(), wave: None, candidates, places }
     }
 
     /// Counted work of all searches with these buffers.
@@ -123,7 +126,7 @@ impl Hierarchy {
         if !self.holds_balls() {
             return;
         }
-        let SearchBuffers { queues, wave, candidates } = buffers;
+        let SearchBuffers { queues, wave, candidates, .. } = buffers;
         let mut keys = [0; ROOM];
         for k in 0..rays.count {
             keys[k] = hit_key(t[k], hit[k]);
@@ -157,7 +160,7 @@ impl Hierarchy {
         if !self.holds_balls() {
             return;
         }
-        let SearchBuffers { queues, wave, candidates } = buffers;
+        let SearchBuffers { queues, wave, candidates, .. } = buffers;
         let mut keys = [0; ROOM];
         for k in 0..rays.count {
             keys[k] = limit_key(t[k]);

@@ -3,12 +3,14 @@
 //! Sorting takes two steps, each of which writes to few places at a time: deposits go into [`BINS`] bins as they come, and
 //! then each bin is sorted by itself ([`super::sorted`]). One sort of all would scatter over megabytes.
 //!
-//! Bins are lists of chunks from one pool. Which thread deposits how much differs from iteration to iteration: bins that
-//! grew to the largest share of each thread would grow as long as the render lasts.
+//! Bins are lists of chunks, and chunks are parts of slabs from one pool. Which thread deposits how much differs from iteration
+//! to iteration: bins that grew to the largest share of each thread would grow as long as the render lasts.
 
 use super::cells::Cells;
 use super::deposit::{Direction, Record};
+use crate::pages::{LARGE, Pages};
 use crate::pool::Pool;
+use bytemuck::{Pod, Zeroable};
 use lanes::prefetch;
 use std::array;
 use std::iter::once;
@@ -21,105 +23,135 @@ pub(crate) const BINS: usize = 64;
 /// Room is kept for one in so many deposits more than there were, as iterations differ by some percent.
 const MARGIN: u64 = 16;
 
-/// Deposits of a chunk, which takes 12 KiB. The pool is locked once per chunk, and every thread holds at least [`BINS`] of
-/// them.
+/// Deposits of a chunk, which takes 12 KiB. Every thread holds at least [`BINS`] of them.
 pub(super) const CHUNK: usize = 256;
 
 /// So many deposits before its turn, the room for one is asked for from memory.
 const AHEAD: usize = 12;
 
 /// Room for [`CHUNK`] deposits.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
 pub(crate) struct Chunk {
     records: [Record; CHUNK],
     directions: [Direction; CHUNK],
 }
 
-/// Bytes of empty bins.
-pub(crate) const BYTES_OF_BINS: usize = BINS * size_of::<Chunk>();
+/// Chunks of a slab, which fills a large page.
+const SLAB: usize = LARGE / size_of::<Chunk>();
 
-/// Chunks that are not in use, shared by all threads of a render.
-pub(crate) type Chunks = Pool<Box<Chunk>>;
+/// Room for many chunks.
+type Slab = Pages<Chunk>;
+
+/// Bytes of empty bins, and of what a thread has room for in advance.
+pub(crate) const BYTES_OF_BINS: usize = 2 * SLAB * size_of::<Chunk>();
+
+// A slab has a chunk for each bin.
+const _: () = assert!(BINS <= SLAB);
+
+/// Slabs that are not in use, shared by all threads of a render.
+pub(crate) type Slabs = Pool<Slab>;
 
 /// The deposits of some photons, in bins.
 pub(crate) struct Binned {
     bins: Box<[Bin; BINS]>,
-    chunks: Arc<Chunks>,
-    /// How many there are.
+    /// Room for the chunks, which are numbered through.
+    slabs: Vec<Slab>,
+    /// Where further slabs come from.
+    pool: Arc<Slabs>,
+    /// The number of the first chunk that is not in use.
+    next: usize,
+    /// How many deposits there are.
     pub(crate) count: usize,
 }
 
 /// Deposits in no particular order, and the directions that belong to them.
+#[derive(Default)]
 struct Bin {
-    /// The chunk that is being filled, and how many deposits it holds. It stays when the bin is cleared.
-    open: Box<Chunk>,
+    /// The chunk that is being filled, and how many deposits it holds.
+    open: Place,
     used: usize,
-    full: Vec<Box<Chunk>>,
+    full: Vec<Place>,
+}
+
+/// Where a chunk is: the slab, and its place there.
+#[derive(Clone, Copy, Default)]
+struct Place {
+    slab: u32,
+    chunk: u32,
+}
+
+/// Bins with room for some more deposits.
+pub(crate) struct Writer<'a> {
+    bins: &'a mut [Bin; BINS],
+    slabs: Vec<&'a mut [Chunk]>,
+    next: &'a mut usize,
+    count: &'a mut usize,
 }
 
 impl Chunk {
-    fn new() -> Box<Self> {
-        Box::new(Self { records: [Record::default(); CHUNK], directions: [[0.0; 4]; CHUNK] })
-    }
-
     /// The first `count` deposits.
     fn first(&self, count: usize) -> (&[Record], &[Direction]) {
         (&self.records[..count], &self.directions[..count])
     }
 }
 
+impl Place {
+    fn of(number: usize) -> Self {
+        Self { slab: (number / SLAB) as u32, chunk: (number % SLAB) as u32 }
+    }
+}
+
 impl Bin {
-    /// Replaces a full chunk by an empty one.
+    /// Goes on in chunk `next`, the first that is not in use.
     #[cold]
     #[inline(never)]
-    fn go_on(&mut self, chunks: &Chunks) {
-        self.full.push(replace(&mut self.open, chunks.take(Chunk::new)));
+    fn go_on(&mut self, next: &mut usize) {
+        self.full.push(replace(&mut self.open, Place::of(*next)));
         self.used = 0;
+        *next += 1;
     }
 
     fn count(&self) -> usize {
         self.full.len() * CHUNK + self.used
     }
-
-    /// The deposits, chunk by chunk.
-    fn chunks(&self) -> impl Iterator<Item = (&[Record], &[Direction])> {
-        self.full.iter().map(|chunk| chunk.first(CHUNK)).chain(once(self.open.first(self.used)))
-    }
 }
 
 impl Binned {
-    /// Empty bins that take their chunks from `chunks`.
-    pub(crate) fn new(chunks: &Arc<Chunks>) -> Self {
-        let bin = |_| Bin { open: chunks.take(Chunk::new), used: 0, full: Vec::new() };
-        Self { bins: Box::new(array::from_fn(bin)), chunks: Arc::clone(chunks), count: 0 }
+    /// Empty bins that take their slabs from `pool`.
+    pub(crate) fn new(pool: &Arc<Slabs>) -> Self {
+        let (bins, slabs) = (Box::new(array::from_fn(|_| Bin::default())), vec![pool.take(new_slab)]);
+        let mut binned = Self { bins, slabs, pool: Arc::clone(pool), next: 0, count: 0 };
+        binned.clear();
+        binned
     }
 
-    /// Drops all deposits, and returns all chunks but one per bin to the pool.
+    /// Drops all deposits, and returns all slabs but one to the pool.
     pub(crate) fn clear(&mut self) {
-        self.chunks.put_all(self.bins.iter_mut().flat_map(|bin| bin.full.drain(..)));
-        self.bins.iter_mut().for_each(|bin| bin.used = 0);
-        self.count = 0;
+        self.pool.put_all(self.slabs.drain(1..));
+        for (number, bin) in self.bins.iter_mut().enumerate() {
+            bin.full.clear();
+            (bin.open, bin.used) = (Place::of(number), 0);
+        }
+        (self.next, self.count) = (BINS, 0);
     }
 
-    /// Adds a deposit; `shift` is [`bin_shift`].
-    #[inline(always)]
-    pub(crate) fn push(&mut self, record: Record, direction: Direction, shift: u32) {
-        let bin = &mut self.bins[(record.bucket >> shift) as usize & (BINS - 1)];
-        if bin.used == CHUNK {
-            bin.go_on(&self.chunks);
+    /// For as many as `most` deposits more.
+    pub(crate) fn writer(&mut self, most: usize) -> Writer<'_> {
+        let Self { bins, slabs, pool, next, count } = self;
+        // If each bin needs another chunk for a few of them.
+        let chunks = *next + BINS + most / CHUNK;
+        while slabs.len() * SLAB < chunks {
+            slabs.push(pool.take(new_slab));
         }
-        let place = bin.used % CHUNK; // it is less already; this spares the check of the index
-        // Chunks have left the cache since they were last in use, and few stores wait for memory at a time.
-        prefetch(&bin.open.records, place + AHEAD);
-        prefetch(&bin.open.directions, place + AHEAD);
-        bin.open.records[place] = record;
-        bin.open.directions[place] = direction;
-        bin.used += 1;
-        self.count += 1;
+        Writer { bins, slabs: slabs.iter_mut().map(|slab| &mut slab[..]).collect(), next, count }
     }
 
     /// The deposits of one bin, chunk by chunk.
     pub(crate) fn bin(&self, bin: usize) -> impl Iterator<Item = (&[Record], &[Direction])> {
-        self.bins[bin].chunks()
+        let Bin { open, used, full } = &self.bins[bin];
+        let chunks = full.iter().map(|place| (place, CHUNK)).chain(once((open, *used)));
+        chunks.map(|(place, count)| self.slabs[place.slab as usize][place.chunk as usize].first(count))
     }
 
     /// The number of deposits of one bin.
@@ -129,18 +161,42 @@ impl Binned {
 
     /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        BYTES_OF_BINS + self.bins.iter().map(|bin| bin.full.len() * size_of::<Chunk>()).sum::<usize>()
+        self.slabs.iter().map(|slab| size_of_val(&slab[..])).sum()
     }
 }
 
-/// Fills the pool with chunks for so many deposits and some more, so that later rounds need no new memory.
-pub(crate) fn reserve(chunks: &Chunks, deposits: usize) {
-    chunks.fill((with_margin(deposits as u64) as usize).div_ceil(CHUNK), Chunk::new);
+impl Writer<'_> {
+    /// Adds a deposit; `shift` is [`bin_shift`].
+    #[inline(always)]
+    pub(crate) fn push(&mut self, record: Record, direction: Direction, shift: u32) {
+        let bin = &mut self.bins[(record.bucket >> shift) as usize & (BINS - 1)];
+        if bin.used == CHUNK {
+            bin.go_on(self.next);
+        }
+        let place = bin.used % CHUNK; // it is less already; this spares the check of the index
+        let chunk = &mut self.slabs[bin.open.slab as usize][bin.open.chunk as usize];
+        // Chunks have left the cache since they were last in use, and few stores wait for memory at a time.
+        prefetch(&chunk.records, place + AHEAD);
+        prefetch(&chunk.directions, place + AHEAD);
+        chunk.records[place] = record;
+        chunk.directions[place] = direction;
+        bin.used += 1;
+        *self.count += 1;
+    }
 }
 
-/// Bytes of all chunks that are not in use.
-pub(crate) fn bytes_at_rest(chunks: &Chunks) -> usize {
-    chunks.count() * size_of::<Chunk>()
+fn new_slab() -> Slab {
+    Pages::unwritten(SLAB)
+}
+
+/// Fills the pool with slabs for so many deposits and some more, so that later rounds need no new memory.
+pub(crate) fn reserve(slabs: &Slabs, deposits: usize) {
+    slabs.fill((with_margin(deposits as u64) as usize).div_ceil(CHUNK * SLAB), new_slab);
+}
+
+/// Bytes of all slabs that are not in use.
+pub(crate) fn bytes_at_rest(slabs: &Slabs) -> usize {
+    slabs.count() * SLAB * size_of::<Chunk>()
 }
 
 /// The number of bits by which a bucket of `cells` is shifted to give its bin.

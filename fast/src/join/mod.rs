@@ -40,7 +40,7 @@ use crate::consolidate::{consolidate_group, estimate_group};
 use crate::pixels::{GROUP, Pixel, PixelRows};
 use crate::pool::Pool;
 use crate::work_items::singly;
-pub(crate) use bins::{BYTES_OF_BINS, Binned, Chunks, bin_shift, bytes_at_rest, reserve, with_margin};
+pub(crate) use bins::{BYTES_OF_BINS, Binned, Slabs, Writer, bin_shift, bytes_at_rest, reserve, with_margin};
 pub(crate) use cells::{Cells, Run, table_size};
 pub(crate) use deposit::{Arrival, Direction, EXPONENT_SHIFT, Flux, HEAVY, Record, SAFE, SPHERE};
 pub(crate) use found::JoinBuffers;

@@ -65,7 +65,7 @@ impl Runs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::join::bins::{Binned, Chunks, bin_shift};
+    use crate::join::bins::{Binned, Slabs, bin_shift};
     use crate::join::cells::Cells;
     use crate::join::deposit::Record;
     use crate::join::region::Region;
@@ -78,10 +78,10 @@ mod tests {
     #[test]
     fn the_runs_of_a_full_window_have_room() {
         let (cells, wide) = (Cells::new(1.0, 1 << 12), WINDOW as f32);
-        let mut binned = Binned::new(&Arc::new(Chunks::new()));
+        let mut binned = Binned::new(&Arc::new(Slabs::new()));
         for bucket in 0..=cells.mask {
             let record = Record { bucket, ..Record::default() };
-            binned.push(record, [0.0; 4], bin_shift(cells));
+            binned.writer(1).push(record, [0.0; 4], bin_shift(cells));
         }
         let mut sorted = Sorted::new();
         sorted.fill(&[&binned], cells);

@@ -5,7 +5,6 @@ use super::cells::{Cells, Run, WINDOW};
 use super::deposit::{Arrival, Direction, Record};
 use crate::pages::Pages;
 use crate::work_items::singly;
-use bytemuck::Pod;
 use lanes::{Lanes, MOST_LANES, V3, prefetch};
 use rayon::prelude::*;
 use scene::Vec3;
@@ -23,12 +22,14 @@ const _: () = assert!(WINDOW <= 9);
 
 /// The deposits of all photons, in order of their buckets.
 pub(crate) struct Sorted {
-    /// Their points, which the search reads: a column per axis, with room for more and for vectors that read past the end.
-    points: [Pages<f32>; 3],
+    /// Their points, which the search reads: a column per axis, each with room for more and for vectors that read past the end.
+    points: Pages<f32>,
+    /// The numbers of a column.
+    column: usize,
     /// What they bring, which is read once they are found.
     arrivals: Pages<Arrival>,
     /// The deposits of bucket b are those from `starts[b]` to `starts[b + 1]`.
-    starts: Vec<u32>,
+    starts: Pages<u32>,
     /// A bit per bucket, set if it has deposits; the lowest bit of the first byte is bucket 0, and the first byte is
     /// repeated at the end. Most buckets that are looked up are empty, and this stays in the cache where `starts` does not.
     filled: Vec<u8>,
@@ -36,8 +37,8 @@ pub(crate) struct Sorted {
 
 impl Sorted {
     pub(crate) fn new() -> Self {
-        let points = array::from_fn(|_| Pages::zeros(0));
-        Self { points, arrivals: Pages::zeros(0), starts: Vec::new(), filled: Vec::new() }
+        let (points, arrivals, starts) = (Pages::zeros(0), Pages::zeros(0), Pages::zeros(0));
+        Self { points, column: 0, arrivals, starts, filled: Vec::new() }
     }
 
     /// How many deposits there are.
@@ -47,14 +48,14 @@ impl Sorted {
 
     /// What is read of these to gather.
     pub(crate) fn deposits(&self) -> Deposits<'_> {
-        let points = self.points.each_ref().map(|column| &column[..]);
+        let points = array::from_fn(|axis| &self.points[axis * self.column..][..self.column]);
         Deposits { points, arrivals: &self.arrivals, starts: &self.starts, filled: &self.filled }
     }
 
     /// The point of a deposit.
     pub(crate) fn point(&self, index: usize) -> Vec3 {
-        let [xs, ys, zs] = &self.points;
-        Vec3::new(xs[index], ys[index], zs[index])
+        let [x, y, z] = [0, 1, 2].map(|axis| self.points[axis * self.column + index]);
+        Vec3::new(x, y, z)
     }
 
     /// Per bucket, the index of its first deposit; and at the end the number of deposits.
@@ -65,12 +66,16 @@ impl Sorted {
     /// Replaces the deposits by those of `parts`, sorted.
     pub(crate) fn fill(&mut self, parts: &[&Binned], cells: Cells) {
         let total: usize = parts.iter().map(|part| part.count).sum();
-        self.points.iter_mut().for_each(|column| make_room(column, total + MOST_LANES));
-        make_room(&mut self.arrivals, total);
+        self.make_room(total);
         let buckets = cells.mask as usize + 1;
-        self.starts.resize(buckets + 1, 0);
+        if self.starts.len() != buckets + 1 {
+            self.starts = Pages::zeros(0);
+            self.starts = Pages::zeros(buckets + 1);
+        }
         self.filled.resize(buckets / 8 + 1, 0);
-        let mut columns = self.points.each_mut().map(|column| &mut column[..]);
+        let (xs, others) = self.points.split_at_mut(self.column);
+        let (ys, zs) = others.split_at_mut(self.column);
+        let mut columns = [xs, ys, zs];
         let mut arrivals = &mut self.arrivals[..];
         let per_bin = buckets / BINS;
         let places = self.starts[..buckets].chunks_mut(per_bin).zip(self.filled.chunks_mut(per_bin / 8));
@@ -90,8 +95,19 @@ impl Sorted {
 
     /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        let points: usize = self.points.iter().map(|column| size_of_val(&column[..])).sum();
-        points + size_of_val(&self.arrivals[..]) + size_of_val(&self.starts[..]) + self.filled.len()
+        let deposits = size_of_val(&self.points[..]) + size_of_val(&self.arrivals[..]);
+        deposits + size_of_val(&self.starts[..]) + self.filled.len()
+    }
+
+    /// Makes room for so many deposits and some more, if there is none. Frees the old first, so that both are never held.
+    fn make_room(&mut self, count: usize) {
+        if count > self.arrivals.len() || self.column == 0 {
+            let room = with_margin(count as u64) as usize;
+            (self.points, self.arrivals) = (Pages::zeros(0), Pages::zeros(0));
+            self.column = room + MOST_LANES;
+            self.points = Pages::zeros(3 * self.column);
+            self.arrivals = Pages::zeros(room);
+        }
     }
 }
 
@@ -173,15 +189,6 @@ impl Deposits<'_> {
         for k in (0..L::N).step_by(STEP) {
             prefetch(self.arrivals, at + k);
         }
-    }
-}
-
-/// Replaces `values` by longer ones if they are fewer than `count`.
-fn make_room<T: Pod + Send + Sync>(values: &mut Pages<T>, count: usize) {
-    if count > values.len() {
-        // Frees the old ones first, so that both are never held.
-        *values = Pages::zeros(0);
-        *values = Pages::zeros(with_margin(count as u64) as usize);
     }
 }
 
@@ -270,7 +277,7 @@ impl BinWork<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::join::bins::{Chunks, bin_shift};
+    use crate::join::bins::{Slabs, bin_shift};
     use std::sync::Arc;
 
     #[test]
@@ -279,7 +286,7 @@ mod tests {
         assert_eq!(sorted.bytes(), 0);
         let cells = Cells::new(1.0, 1 << 12);
         sorted.fill(&[], cells);
-        let coordinates = 3 * size_of::<f32>() * with_margin(MOST_LANES as u64) as usize;
+        let coordinates = 3 * size_of::<f32>() * MOST_LANES;
         let of_buckets = size_of::<u32>() * ((1 << 12) + 1) + (1 << 12) / 8 + 1;
         assert_eq!((sorted.count(), sorted.bytes()), (0, coordinates + of_buckets));
     }
@@ -289,10 +296,10 @@ mod tests {
     fn runs_are_empty_where_no_bucket_has_a_deposit() {
         let cells = Cells::new(1.0, 1 << 12);
         let is_filled = |bucket: u32| bucket.is_multiple_of(61) || bucket % 64 == 17 || bucket == cells.mask;
-        let mut binned = Binned::new(&Arc::new(Chunks::new()));
+        let mut binned = Binned::new(&Arc::new(Slabs::new()));
         for bucket in (0..=cells.mask).filter(|bucket| is_filled(*bucket)) {
             let record = Record { bucket, ..Record::default() };
-            binned.push(record, [0.0; 4], bin_shift(cells));
+            binned.writer(1).push(record, [0.0; 4], bin_shift(cells));
         }
         let mut sorted = Sorted::new();
         sorted.fill(&[&binned], cells);

@@ -3,8 +3,8 @@
 use super::consolidation::Gathered;
 use super::maps::{Map, OverColumns};
 use crate::join::{
-    self, Arrival, Binned, Chunks, Flux, GroupSums, HEAVY, JoinBuffers, JoinCounts, Record, Region, SAFE,
-    SPHERE, Sorted, bin_shift, gather_group,
+    self, Arrival, Binned, Flux, GroupSums, HEAVY, JoinBuffers, JoinCounts, Record, Region, SAFE, SPHERE,
+    Slabs, Sorted, bin_shift, gather_group,
 };
 use crate::parameters::Parameters;
 use crate::pixels::{GROUP, PixelRows};
@@ -256,13 +256,13 @@ fn bin(lanes: LaneKind, photons: &[Photon], cells: join::Cells) -> Binned {
     let [x, y, z] = [column(0), column(1), column(2)];
     let mut buckets = vec![0.0; photons.len()];
     Cells(cells).buckets(lanes, [&x, &y, &z], &mut buckets);
-    let mut binned = Binned::new(&Arc::new(Chunks::new()));
+    let mut binned = Binned::new(&Arc::new(Slabs::new()));
     for (photon, bucket) in photons.iter().zip(buckets) {
         let Photon { point, wi, sphere, is_safe, flux, shift } = *photon;
         let surface = sphere | if is_safe { SAFE } else { 0 } | if shift > 0 { HEAVY } else { 0 };
         let (flux, bucket) = (Flux { units: flux, shift }.pack(), bucket.to_bits());
         let record = Record { point: point.into(), surface, flux, bucket };
-        binned.push(record, [wi.x, wi.y, wi.z, 0.0], bin_shift(cells));
+        binned.writer(1).push(record, [wi.x, wi.y, wi.z, 0.0], bin_shift(cells));
     }
     binned
 }

@@ -5,7 +5,7 @@ use crate::camera_pass::{CameraBatch, CameraJob, CameraPass};
 use crate::direct_light::{LightTable, Receivers, ShadowNumbers, ShadowRays};
 use crate::eye::Eye;
 use crate::hierarchy::SearchBuffers;
-use crate::join::{Binned, Chunks, Sorted};
+use crate::join::{Binned, Slabs, Sorted};
 use crate::light_choice::LightChoice;
 use crate::parameters::Parameters;
 use crate::paths::{BATCH, ROOM, Vectors, Words};
@@ -114,7 +114,7 @@ pub fn photon_pass(
         rounding: Rounding::of(still),
         at_once: BATCH,
     };
-    let mut out = Binned::new(&Arc::new(Chunks::new()));
+    let mut out = Binned::new(&Arc::new(Slabs::new()));
     let job = PhotonJob { pass: &pass, batch: &mut PhotonBatch::new(), photons, out: &mut out };
     let PhotonCounts { segments, deposits } = dispatch(lanes, job);
     let mut sorted = Sorted::new();

@@ -156,7 +156,7 @@ impl<'a> PathPass<'a> {
                 break;
             }
             segments += live as u64;
-            intersect_batch::<L>(&self.prepared.tables, &mut batch.paths, &mut batch.search, live);
+            intersect_batch::<L>(&self.prepared.tables, &mut batch.paths, &mut batch.search, live, false);
             live = self.shade::<L>(batch, live, samples);
         }
         if self.eye.weighs() {

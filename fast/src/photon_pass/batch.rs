@@ -2,7 +2,7 @@
 
 use super::emission::Emission;
 use crate::hierarchy::SearchBuffers;
-use crate::join::{Binned, Cells, EXPONENT_SHIFT, HEAVY, Occupancy, Record, SAFE, bin_shift};
+use crate::join::{Binned, Cells, EXPONENT_SHIFT, HEAVY, Occupancy, Record, SAFE, Writer, bin_shift};
 use crate::material::{Materials, kind};
 use crate::paths::{Packet, Paths, Vectors};
 use crate::sampling::{cosine_hemisphere, next_uniform};
@@ -73,11 +73,12 @@ impl PhotonPass<'_> {
             let PhotonBatch { paths, first_bounce, .. } = &mut *batch;
             let mut live = self.emission.emit::<L::Pair>(paths, first_bounce, first, count as usize);
             for bounce in 0..self.max_depth {
+                let are_close = bounce == 0 && self.emission.are_close();
                 if live == 0 {
                     break;
                 }
                 counts.segments += live as u64;
-                intersect_batch::<L>(self.tables, &mut batch.paths, &mut batch.search, live);
+                intersect_batch::<L>(self.tables, &mut batch.paths, &mut batch.search, live, are_close);
                 live = self.bounce::<L::Pair>(batch, live, bounce, out, &mut counts);
             }
         }
@@ -95,6 +96,7 @@ impl PhotonPass<'_> {
         counts: &mut PhotonCounts,
     ) -> usize {
         let surfaces = self.tables.surfaces(&batch.paths.hit[..live]);
+        let mut out = out.writer(live);
         let mut go_on = 0;
         for at in (0..live).step_by(L::N) {
             let here = L::first(live - at);
@@ -108,7 +110,7 @@ impl PhotonPass<'_> {
             if bounce > 0 {
                 let lands = arrived & is_diffuse;
                 counts.deposits += u64::from(L::mask_bits(lands).count_ones());
-                self.deposit::<L>(lands, &surface, hit, &p, out);
+                self.deposit::<L>(lands, &surface, hit, &p, &mut out);
             }
             let V3 { x: u, y: v, z: roulette } = if bounce == 0 {
                 batch.first_bounce.load::<L>(at)
@@ -161,7 +163,7 @@ impl PhotonPass<'_> {
 
     /// Bins the deposits of the lanes `lands`; drops those that no visible point can reach.
     #[inline(always)]
-    fn deposit<L: Lanes>(&self, lands: L::M, surface: &Hit<L>, hit: L::U, p: &Packet<L>, out: &mut Binned) {
+    fn deposit<L: Lanes>(&self, lands: L::M, surface: &Hit<L>, hit: L::U, p: &Packet<L>, out: &mut Writer) {
         let in_reach = lands & self.occupancy.touches::<L>(surface.point);
         let mut rest = L::mask_bits(in_reach);
         if rest == 0 {

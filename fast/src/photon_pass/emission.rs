@@ -142,6 +142,11 @@ impl<'a> Emission<'a> {
         Self { still, emitters, lights, shifts, key: StreamKey::new(seed, Family::Photon, iteration) }
     }
 
+    /// True if photons of neighbouring indices leave the same lamp in similar directions.
+    pub(super) fn are_close(&self) -> bool {
+        self.emitters.departures.is_some() && self.emitters.rows.len() == 1
+    }
+
     /// How photons are aimed, if they are.
     pub(super) fn aim(&self) -> Option<&AimTables> {
         self.emitters.aim.as_ref()

@@ -22,7 +22,7 @@ mod batch;
 mod emission;
 mod guiding;
 
-use crate::join::{Binned, Cells, Chunks, Sorted, bytes_at_rest, reserve};
+use crate::join::{Binned, Cells, Slabs, Sorted, bytes_at_rest, reserve};
 use crate::pool::Pool;
 use crate::work_items::singly;
 pub(crate) use batch::{PhotonBatch, PhotonCounts, PhotonPass, Rounding, quantise, quantise_aimed, survive};
@@ -42,7 +42,7 @@ pub(crate) const PHOTON_WORK: u64 = 2;
 pub(crate) struct PhotonWorkers {
     workers: Pool<PhotonWorker>,
     /// Room for deposits in bins.
-    chunks: Arc<Chunks>,
+    slabs: Arc<Slabs>,
 }
 
 /// Buffers of a thread, its deposits, and what it has counted.
@@ -53,8 +53,8 @@ struct PhotonWorker {
 }
 
 impl PhotonWorker {
-    fn new(chunks: &Arc<Chunks>) -> Self {
-        Self { batch: PhotonBatch::new(), out: Binned::new(chunks), counts: PhotonCounts::default() }
+    fn new(slabs: &Arc<Slabs>) -> Self {
+        Self { batch: PhotonBatch::new(), out: Binned::new(slabs), counts: PhotonCounts::default() }
     }
 }
 
@@ -72,7 +72,7 @@ pub(crate) struct PhotonPlan {
 
 impl PhotonWorkers {
     pub(crate) fn new() -> Self {
-        Self { workers: Pool::new(), chunks: Arc::new(Pool::new()) }
+        Self { workers: Pool::new(), slabs: Arc::new(Pool::new()) }
     }
 
     /// Traces the photons of a round on all threads, into the workers' bins, and adds to `stats`. Returns where the next
@@ -110,13 +110,13 @@ impl PhotonWorkers {
     /// Traces a range of photons.
     fn trace(&self, pass: &PhotonPass, (lanes, per_job): (LaneKind, u32), photons: Range<u32>, stop: &Stop) {
         let jobs: Vec<u32> = photons.clone().step_by(per_job as usize).collect();
-        let Self { workers, chunks } = self;
-        workers.fill(jobs.len().min(current_num_threads()), || PhotonWorker::new(chunks));
+        let Self { workers, slabs } = self;
+        workers.fill(jobs.len().min(current_num_threads()), || PhotonWorker::new(slabs));
         singly(jobs.into_par_iter()).for_each(|start| {
             if stop.is_requested() {
                 return;
             }
-            let mut worker = workers.take(|| PhotonWorker::new(chunks));
+            let mut worker = workers.take(|| PhotonWorker::new(slabs));
             let photons = start..photons.end.min(start.saturating_add(per_job));
             let count = photons.len() as u64;
             let (batch, out) = (&mut worker.batch, &mut worker.out);
@@ -137,7 +137,7 @@ impl PhotonWorkers {
         for worker in workers {
             worker.out.clear();
         }
-        reserve(&self.chunks, deposits);
+        reserve(&self.slabs, deposits);
     }
 
     /// Clears what a stopped pass has left.
@@ -148,10 +148,10 @@ impl PhotonWorkers {
         }
     }
 
-    /// Bytes of bins and chunks.
+    /// Bytes of bins and slabs.
     pub(crate) fn bytes(&mut self) -> usize {
         let bins: usize = self.workers.all().iter().map(|worker| worker.out.bytes()).sum();
-        bins + bytes_at_rest(&self.chunks)
+        bins + bytes_at_rest(&self.slabs)
     }
 }
 

@@ -83,6 +83,8 @@ impl Engine for Sppm<'_> {
     fn probe(&self, x: u32, y: u32) -> Probe {
         assert!(x < self.progress.settings.width && y < self.progress.settings.height, "no such pixel");
         let slot = slot_of(self.progress.settings.width, x, y);
+        // Whoever writes an image asks for pixels in the order of their slots.
+        prefetch(&self.pixels, slot + AHEAD as usize);
         let (pixel, radiance) = (&self.pixels[slot], self.radiance(slot));
         if let Some(global) = &self.global {
             let (radius, count) = (global.radius_squared.sqrt(), global.sums(slot).photons as f32);

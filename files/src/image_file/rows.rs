@@ -1,13 +1,14 @@
 //! Computes and encodes the rows of an image on all threads, a few bands of rows at a time, so that the whole image is
 //! never in memory.
 
+use rayon::current_num_threads;
 use rayon::prelude::*;
 use scene::Picture;
 use std::mem::swap;
 use std::ops::Range;
 
-/// Target size of the rows that are encoded at once, in bytes; at least one band is.
-const ENCODED_AT_ONCE: usize = 1 << 20;
+/// Target size of the rows that are encoded at once, in bytes; at least one band per thread is.
+const ENCODED_AT_ONCE: usize = 1 << 17;
 
 /// Rows of a band. A band is encoded in tiles of as many columns, which are the tiles in which `fast` stores its
 /// pixels.
@@ -39,7 +40,8 @@ impl<T> Rows<'_, '_, T> {
         mut write: impl FnMut(&[u8]) -> Result<(), E>,
     ) -> Result<(), E> {
         let height = self.0.height as usize;
-        let at_once = (ENCODED_AT_ONCE / (N * self.0.width as usize)).max(1).next_multiple_of(BAND);
+        let fitting = ENCODED_AT_ONCE / (N * self.0.width as usize);
+        let at_once = fitting.next_multiple_of(BAND).max(BAND * current_num_threads());
         let parts = height.div_ceil(at_once);
         let rows = |number| {
             let begin = at_once * if first == First::Top { number } else { parts - 1 - number };

@@ -43,11 +43,11 @@ fn searches_try_few_balls() {
 #[test]
 fn joins_test_few_pairs() {
     let cases = [
-        ("cornell", [1_267_767, 4_516_577]),
-        ("large", [148_559, 2_359_165]),
-        ("mirror", [83_819, 2_418_117]),
-        ("random", [414_883, 3_008_369]),
-        ("surgery", [214_121, 2_521_345]),
+        ("cornell", [1_267_745, 6_642_389]),
+        ("large", [148_559, 5_615_473]),
+        ("mirror", [83_801, 5_637_473]),
+        ("random", [414_883, 5_920_613]),
+        ("surgery", [214_121, 5_691_637]),
     ];
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     for (name, expected) in cases {
