@@ -233,7 +233,7 @@ fn quiet_says_nothing_and_verbose_says_more() {
     ] {
         assert!(lines[0].contains(words), "no {words:?} in {lines:?}");
     }
-    assert!(lines[1].contains("photon pass") && lines[1].ends_with(" KiB"), "{lines:?}");
+    assert!(lines[1].contains("photon pass") && lines[1].ends_with(" MiB"), "{lines:?}");
     assert!(lines[2].starts_with("wrote cornell.png"), "{lines:?}");
 }
 
