@@ -43,8 +43,9 @@ const SLAB: usize = LARGE / size_of::<Chunk>();
 /// Room for many chunks.
 type Slab = Pages<Chunk>;
 
-/// Bytes of empty bins, and of what a thread has room for in advance.
-pub(crate) const BYTES_OF_BINS: usize = 2 * SLAB * size_of::<Chunk>();
+/// What a thread's bins take beside what full chunks take: a chunk for each, and the rest of the last slab, a page of which
+/// the system gives all or nothing.
+pub(crate) const BYTES_OF_BINS: usize = (BINS + SLAB) * size_of::<Chunk>();
 
 // A slab has a chunk for each bin.
 const _: () = assert!(BINS <= SLAB);
