@@ -7,7 +7,7 @@ use scene::Still;
 pub enum Search {
     /// One by one: for few balls.
     InTurn,
-    /// In clusters of eight, each with a queue of rays: up to about a thousand balls.
+    /// In clusters of sixteen, each with a queue of rays: up to about a thousand balls.
     Clusters,
     /// In a tree of bounding boxes: for many balls.
     Tree,
