@@ -191,7 +191,8 @@ impl ShadowRays {
         self.irradiance.store(at, V3::select(lit, irradiance, V3::new(zero, zero, zero)));
     }
 
-    /// Tests the first `count` rays, from `points` on `spheres`, against all that casts a shadow.
+    /// Tests the first `count` rays, from `points` on `spheres`, against all that casts a shadow. Those of
+    /// neighbouring pixels' first visible points `are_close`.
     #[inline(always)]
     pub(crate) fn follow<L: Lanes>(
         &mut self,
@@ -200,6 +201,7 @@ impl ShadowRays {
         spheres: &Words,
         buffers: &mut SearchBuffers,
         count: usize,
+        are_close: bool,
     ) {
         let rays = Rays {
             origin: points,
@@ -207,7 +209,7 @@ impl ShadowRays {
             leaves: spheres,
             ignores: &self.lamp,
             count,
-            are_close: true,
+            are_close,
         };
         L::call(Occlusion { tables, rays, buffers, t: &mut self.t });
     }

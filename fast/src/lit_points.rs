@@ -49,7 +49,7 @@ impl LitPoints {
     pub(crate) fn ask<L: Lanes>(&mut self, prepared: &Prepared, search: &mut SearchBuffers) {
         let Prepared { tables, lights, .. } = prepared;
         self.aim::<L::Pair>(lights);
-        self.shadows.follow::<L>(tables, &self.point, &self.sphere, search, self.count);
+        self.shadows.follow::<L>(tables, &self.point, &self.sphere, search, self.count, false);
     }
 
     /// Aims the rays.

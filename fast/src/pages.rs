@@ -2,7 +2,7 @@
 //!
 //! The first write to a new array costs a page fault per 4 KiB, which takes a tenth of a short render. These arrays ask for
 //! pages of 2 MiB (on Linux), and all threads share the first write (everywhere). A large page is written for the first time
-//! in the time of some 40 small ones, so arrays of [`WORTH_A_PAGE`] on fill theirs up. Smaller ones come from the heap,
+//! in the time of some 60 small ones, so arrays of [`WORTH_A_PAGE`] on fill theirs up. Smaller ones come from the heap,
 //! which gives the same memory out again without asking the system each time.
 
 use bytemuck::{Pod, Zeroable};

@@ -36,7 +36,7 @@ const SCALES: std::ops::RangeInclusive<f32> = 1.0 / (1u64 << 40) as f32..=(1u64 
 const BEYOND: f32 = 1.0 + 1.0 / 1024.0;
 /// The radius of what is in every shaft. Its square is finite.
 const EVERYWHERE: f32 = 1e18;
-/// So many balls are few. The search in clusters takes as long as some thirty balls that are tested in turn.
+/// So many balls are few: by its instructions, the search in clusters takes as long as some thirty that are tested one by one.
 const MOST_BALLS: usize = 24;
 /// The most spheres of a list.
 const MOST_LISTED: usize = ROOM - MOST_LANES;
@@ -69,6 +69,7 @@ struct Shaft {
 }
 
 impl Culling {
+    /// Among these spheres. Without balls, or with too many walls for a list, nothing is culled.
     pub(crate) fn new(shapes: &[Shape]) -> Self {
         let balls = || shapes.iter().filter_map(Shape::ball);
         let most = shapes.len() - balls().count() + MOST_BALLS;

@@ -248,7 +248,7 @@ impl CameraPass<'_> {
         let samples = self.settings.light_samples;
         for sample in 0..samples {
             self.aim_shadows::<L::Pair>(ended, numbers, sample, shadows);
-            shadows.follow::<L>(self.tables, &ended.point, &ended.sphere, search, ended.count);
+            shadows.follow::<L>(self.tables, &ended.point, &ended.sphere, search, ended.count, true);
             for at in (0..ended.count).step_by(L::N) {
                 let so_far = if sample == 0 { V3::splat(Vec3::ZERO) } else { irradiance.load::<L>(at) };
                 irradiance.store(at, so_far + shadows.irradiance(at));

@@ -221,7 +221,7 @@ impl Kernel for Light<'_> {
                 };
                 shadows.aim(at, self.lights, &receivers, &numbers);
             }
-            shadows.follow::<L>(self.tables, &points, &spheres, &mut search, count);
+            shadows.follow::<L>(self.tables, &points, &spheres, &mut search, count, true);
             let mut found: Vectors = Vectors::ZERO;
             for at in (0..count).step_by(L::N) {
                 found.store::<L>(at, shadows.irradiance(at));
