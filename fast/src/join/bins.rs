@@ -3,18 +3,16 @@
 //! Sorting takes two steps, each of which writes to few places at a time: deposits go into [`BINS`] bins as they come, and
 //! then each bin is sorted by itself ([`super::sorted`]). One sort of all would scatter over megabytes.
 //!
-//! Bins are lists of chunks, and chunks are parts of slabs from one pool. Which thread deposits how much differs from iteration
-//! to iteration: bins that grew to the largest share of each thread would grow as long as the render lasts.
+//! Bins are lists of chunks ([`super::chunk`]) from one pool. Which thread deposits how much differs from iteration to
+//! iteration: bins that grew to the largest share of each thread would grow as long as the render lasts.
 
 use super::cells::Cells;
+use super::chunk::{CHUNK, Chunk, Place, SLAB, Slab, Slabs, bytes_of_slabs, new_slab};
 use super::deposit::{Direction, Record};
-use crate::pages::{LARGE, Pages};
-use crate::pool::Pool;
-use bytemuck::{Pod, Zeroable};
 use lanes::prefetch;
 use std::array;
 use std::iter::once;
-use std::mem::{replace, size_of};
+use std::mem::{replace, size_of, take};
 use std::sync::Arc;
 
 /// Number of bins.
@@ -23,25 +21,8 @@ pub(crate) const BINS: usize = 64;
 /// Room is kept for one in so many deposits more than there were, as iterations differ by some percent.
 const MARGIN: u64 = 16;
 
-/// Deposits of a chunk, which takes 12 KiB. Every thread holds at least [`BINS`] of them.
-pub(super) const CHUNK: usize = 256;
-
 /// So many deposits before its turn, the room for one is asked for from memory.
 const AHEAD: usize = 12;
-
-/// Room for [`CHUNK`] deposits.
-#[derive(Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-pub(crate) struct Chunk {
-    records: [Record; CHUNK],
-    directions: [Direction; CHUNK],
-}
-
-/// Chunks of a slab, which fills a large page.
-const SLAB: usize = LARGE / size_of::<Chunk>();
-
-/// Room for many chunks.
-type Slab = Pages<Chunk>;
 
 /// What a thread's bins take beside what full chunks take: a chunk for each, and the rest of the last slab, a page of which
 /// the system gives all or nothing.
@@ -50,15 +31,12 @@ pub(crate) const BYTES_OF_BINS: usize = (BINS + SLAB) * size_of::<Chunk>();
 // A slab has a chunk for each bin.
 const _: () = assert!(BINS <= SLAB);
 
-/// Slabs that are not in use, shared by all threads of a render.
-pub(crate) type Slabs = Pool<Slab>;
-
 /// The deposits of some photons, in bins.
 pub(crate) struct Binned {
     bins: Box<[Bin; BINS]>,
-    /// Room for the chunks, which are numbered through.
+    /// Room for the chunks, which are numbered through. Empty until there are deposits.
     slabs: Vec<Slab>,
-    /// Where further slabs come from.
+    /// Where slabs come from.
     pool: Arc<Slabs>,
     /// The number of the first chunk that is not in use.
     next: usize,
@@ -75,12 +53,8 @@ struct Bin {
     full: Vec<Place>,
 }
 
-/// Where a chunk is: the slab, and its place there.
-#[derive(Clone, Copy, Default)]
-struct Place {
-    slab: u32,
-    chunk: u32,
-}
+/// A chunk of a bin, and how many deposits it holds.
+pub(super) type Part = (Place, usize);
 
 /// Bins with room for some more deposits.
 pub(crate) struct Writer<'a> {
@@ -88,19 +62,6 @@ pub(crate) struct Writer<'a> {
     slabs: Vec<&'a mut [Chunk]>,
     next: &'a mut usize,
     count: &'a mut usize,
-}
-
-impl Chunk {
-    /// The first `count` deposits.
-    fn first(&self, count: usize) -> (&[Record], &[Direction]) {
-        (&self.records[..count], &self.directions[..count])
-    }
-}
-
-impl Place {
-    fn of(number: usize) -> Self {
-        Self { slab: (number / SLAB) as u32, chunk: (number % SLAB) as u32 }
-    }
 }
 
 impl Bin {
@@ -113,33 +74,49 @@ impl Bin {
         *next += 1;
     }
 
-    fn count(&self) -> usize {
-        self.full.len() * CHUNK + self.used
+    /// Empties the bin. Returns its chunks, the slabs of which come after `slabs` others.
+    fn take(&mut self, slabs: u32) -> impl Iterator<Item = Part> {
+        let last = (self.open, take(&mut self.used));
+        let parts = self.full.drain(..).map(|place| (place, CHUNK)).chain(once(last));
+        parts.filter(|(_, count)| *count > 0).map(move |(place, count)| (place.after(slabs), count))
     }
 }
 
 impl Binned {
     /// Empty bins that take their slabs from `pool`.
     pub(crate) fn new(pool: &Arc<Slabs>) -> Self {
-        let (bins, slabs) = (Box::new(array::from_fn(|_| Bin::default())), vec![pool.take(new_slab)]);
-        let mut binned = Self { bins, slabs, pool: Arc::clone(pool), next: 0, count: 0 };
-        binned.clear();
-        binned
+        let bins = Box::new(array::from_fn(|_| Bin::default()));
+        Self { bins, slabs: Vec::new(), pool: Arc::clone(pool), next: 0, count: 0 }
     }
 
-    /// Drops all deposits, and returns all slabs but one to the pool.
+    /// Drops all deposits, and returns all slabs to the pool.
     pub(crate) fn clear(&mut self) {
-        self.pool.put_all(self.slabs.drain(1..));
-        for (number, bin) in self.bins.iter_mut().enumerate() {
-            bin.full.clear();
-            (bin.open, bin.used) = (Place::of(number), 0);
+        let mut slabs = Vec::new();
+        self.hand_over(&mut slabs, &mut []);
+        self.pool.put_all(slabs.into_iter());
+    }
+
+    /// Empties the bins. Adds the slabs to others, and the chunks of each bin to those of the same bin.
+    pub(super) fn hand_over(&mut self, slabs: &mut Vec<Slab>, of_bins: &mut [Vec<Part>]) {
+        let before = slabs.len() as u32;
+        slabs.append(&mut self.slabs);
+        let mut of_bins = of_bins.iter_mut();
+        for bin in self.bins.iter_mut() {
+            let parts = bin.take(before);
+            if let Some(others) = of_bins.next() {
+                others.extend(parts);
+            }
         }
-        (self.next, self.count) = (BINS, 0);
+        (self.next, self.count) = (0, 0);
     }
 
     /// For as many as `most` deposits more.
     pub(crate) fn writer(&mut self, most: usize) -> Writer<'_> {
         let Self { bins, slabs, pool, next, count } = self;
+        if slabs.is_empty() {
+            bins.iter_mut().enumerate().for_each(|(number, bin)| bin.open = Place::of(number));
+            *next = BINS;
+        }
         // If each bin needs another chunk for a few of them.
         let chunks = *next + BINS + most / CHUNK;
         while slabs.len() * SLAB < chunks {
@@ -148,21 +125,9 @@ impl Binned {
         Writer { bins, slabs: slabs.iter_mut().map(|slab| &mut slab[..]).collect(), next, count }
     }
 
-    /// The deposits of one bin, chunk by chunk.
-    pub(crate) fn bin(&self, bin: usize) -> impl Iterator<Item = (&[Record], &[Direction])> {
-        let Bin { open, used, full } = &self.bins[bin];
-        let chunks = full.iter().map(|place| (place, CHUNK)).chain(once((open, *used)));
-        chunks.map(|(place, count)| self.slabs[place.slab as usize][place.chunk as usize].first(count))
-    }
-
-    /// The number of deposits of one bin.
-    pub(crate) fn count_of(&self, bin: usize) -> usize {
-        self.bins[bin].count()
-    }
-
     /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        self.slabs.iter().map(|slab| size_of_val(&slab[..])).sum()
+        bytes_of_slabs(self.slabs.len())
     }
 }
 
@@ -175,7 +140,7 @@ impl Writer<'_> {
             bin.go_on(self.next);
         }
         let place = bin.used % CHUNK; // it is less already; this spares the check of the index
-        let chunk = &mut self.slabs[bin.open.slab as usize][bin.open.chunk as usize];
+        let chunk = self.slabs[bin.open.slab as usize][bin.open.chunk as usize].loose_mut();
         // Chunks have left the cache since they were last in use, and few stores wait for memory at a time.
         prefetch(&chunk.records, place + AHEAD);
         prefetch(&chunk.directions, place + AHEAD);
@@ -186,18 +151,16 @@ impl Writer<'_> {
     }
 }
 
-fn new_slab() -> Slab {
-    Pages::unwritten(SLAB)
-}
-
-/// Fills the pool with slabs for so many deposits and some more, so that later rounds need no new memory.
-pub(crate) fn reserve(slabs: &Slabs, deposits: usize) {
-    slabs.fill((with_margin(deposits as u64) as usize).div_ceil(CHUNK * SLAB), new_slab);
+/// Fills the pool, beside `used` slabs, up to as many as so many deposits and some more take, so that later rounds need no new
+/// memory.
+pub(super) fn reserve(slabs: &Slabs, used: usize, deposits: usize) {
+    let wanted = (with_margin(deposits as u64) as usize).div_ceil(CHUNK * SLAB);
+    slabs.fill(wanted.saturating_sub(used), new_slab);
 }
 
 /// Bytes of all slabs that are not in use.
 pub(crate) fn bytes_at_rest(slabs: &Slabs) -> usize {
-    slabs.count() * SLAB * size_of::<Chunk>()
+    bytes_of_slabs(slabs.count())
 }
 
 /// The number of bits by which a bucket of `cells` is shifted to give its bin.

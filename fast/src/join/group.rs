@@ -115,15 +115,17 @@ impl<'a, L: Lanes> Gathering<'a, L> {
     /// Finds the photons of a run that are within reach of the parts' boxes.
     #[inline(always)]
     fn find(&mut self, run: Range<usize>) {
-        for (at, coordinates) in self.deposits.packets::<L>(run.clone()) {
-            let p = points::<L>(coordinates);
-            self.deposits.prefetch_arrivals::<L>(at);
-            let in_run = L::first(run.end - at);
-            for part in 0..Self::PARTS {
-                let near = self.boxes[part].contains(p) & in_run;
-                self.found[part].append(near, p, at);
-                if self.found[part].is_full::<L>() {
-                    self.test(part);
+        for piece in self.deposits.pieces(run) {
+            for at in piece.indices.clone().step_by(L::N) {
+                let p = points::<L>(piece.coordinates(at));
+                piece.prefetch_arrivals::<L>(at);
+                let in_run = L::first(piece.indices.end - at);
+                for part in 0..Self::PARTS {
+                    let near = self.boxes[part].contains(p) & in_run;
+                    self.found[part].append(near, p, at);
+                    if self.found[part].is_full::<L>() {
+                        self.test(part);
+                    }
                 }
             }
         }
@@ -136,7 +138,7 @@ impl<'a, L: Lanes> Gathering<'a, L> {
         L::call(Test {
             rows: &self.rows[first..][..L::N],
             first,
-            arrivals: self.deposits.arrivals,
+            deposits: self.deposits,
             found: &mut self.found[part],
             sums: self.sums,
             counts: self.counts,
@@ -151,7 +153,7 @@ struct Test<'a> {
     rows: &'a [PixelRows],
     /// The place of the first in the group.
     first: usize,
-    arrivals: &'a [Arrival],
+    deposits: &'a Deposits<'a>,
     found: &'a mut Found,
     sums: &'a mut GroupSums,
     counts: &'a mut JoinCounts,
@@ -165,7 +167,7 @@ impl Kernel for Test<'_> {
         let Self {
             rows,
             first,
-            arrivals,
+            deposits,
             found: Found { points: places, indices, doubtful, count },
             sums,
             counts,
@@ -175,7 +177,7 @@ impl Kernel for Test<'_> {
         let mut gathered = Gathered::<L>::nothing();
         let (count, mut doubts) = (take(count), 0);
         for k in 0..count {
-            let arrival = &arrivals[indices[k] as usize];
+            let arrival = deposits.arrival(indices[k]);
             if arrival.surface != shared {
                 doubtful[doubts] = k as u32;
                 doubts += 1;
@@ -186,7 +188,7 @@ impl Kernel for Test<'_> {
         if doubts > 0 {
             let sides = SideLanes::<L>::load(rows);
             for k in doubtful[..doubts].iter().map(|k| *k as usize) {
-                let arrival = &arrivals[indices[k] as usize];
+                let arrival = deposits.arrival(indices[k]);
                 let counts = points.reach(places.broadcast(k)) & sides.see(arrival);
                 if arrival.surface & HEAVY == 0 {
                     gathered.add(counts, arrival);

@@ -25,6 +25,7 @@
 
 mod bins;
 mod cells;
+mod chunk;
 mod deposit;
 mod found;
 mod group;
@@ -40,8 +41,9 @@ use crate::consolidate::{consolidate_group, estimate_group};
 use crate::pixels::{GROUP, Pixel, PixelRows};
 use crate::pool::Pool;
 use crate::work_items::singly;
-pub(crate) use bins::{BYTES_OF_BINS, Binned, Slabs, Writer, bin_shift, bytes_at_rest, reserve, with_margin};
+pub(crate) use bins::{BYTES_OF_BINS, Binned, Writer, bin_shift, bytes_at_rest, with_margin};
 pub(crate) use cells::{Cells, Run, table_size};
+pub(crate) use chunk::Slabs;
 pub(crate) use deposit::{Arrival, Direction, EXPONENT_SHIFT, Flux, HEAVY, Record, SAFE, SPHERE};
 pub(crate) use found::JoinBuffers;
 use group::{Gathering, Group};
@@ -140,6 +142,8 @@ impl Join {
         stats: &mut Stats,
         stop: &Stop,
     ) {
+        let chunks = round.sorted.map(Sorted::chunks).unwrap_or_default();
+        let deposits = round.sorted.map(|sorted| sorted.deposits(&chunks));
         // Empty slices, if no sums are kept.
         let mut sums: Vec<&mut [GroupSums]> = self.sums.chunks_mut(per_job / GROUP).collect();
         sums.resize_with(pixels.len().div_ceil(per_job), Default::default);
@@ -150,7 +154,8 @@ impl Join {
                     return JoinCounts::default();
                 }
                 let mut buffers = self.buffers.take(JoinBuffers::new);
-                let counts = dispatch(lanes, JoinJob { round, pixels, rows, sums, buffers: &mut buffers });
+                let counts =
+                    dispatch(lanes, JoinJob { round, deposits, pixels, rows, sums, buffers: &mut buffers });
                 self.buffers.put(buffers);
                 counts
             })
@@ -175,6 +180,7 @@ impl Join {
 /// A work item: some pixels.
 struct JoinJob<'a> {
     round: Round<'a>,
+    deposits: Option<Deposits<'a>>,
     pixels: &'a mut [Pixel],
     rows: &'a [PixelRows],
     /// The sums of earlier rounds; empty if none are kept.
@@ -186,8 +192,7 @@ impl Kernel for JoinJob<'_> {
     type Output = JoinCounts;
     #[inline(always)]
     fn run<L: Lanes>(self) -> JoinCounts {
-        let Round { sorted, cells, is_last, unit, density } = self.round;
-        let deposits = sorted.map(Sorted::deposits);
+        let Round { cells, is_last, unit, density, .. } = self.round;
         let mut counts = JoinCounts::default();
         let groups = self.pixels.chunks_mut(GROUP).zip(self.rows.chunks(GROUP));
         for (number, (pixels, rows)) in groups.enumerate() {
@@ -197,7 +202,7 @@ impl Kernel for JoinJob<'_> {
                 prefetch(pixels, k);
                 prefetch(self.rows, (number + 1) * GROUP + k);
             }
-            if let Some(deposits) = &deposits {
+            if let Some(deposits) = &self.deposits {
                 gather_group::<L>(deposits, cells, rows, self.buffers, &mut sums, &mut counts);
             }
             if is_last && let Some(density) = density {

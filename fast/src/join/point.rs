@@ -58,7 +58,7 @@ impl SinglePoint<'_> {
     ) {
         let [found, _] = &mut buffers.found;
         found.count = 0;
-        self.find::<L>(deposits, 0..deposits.count(), found, counts);
+        self.find::<L>(deposits, deposits.all(), found, counts);
         self.add(deposits, found, counts);
     }
 
@@ -72,14 +72,16 @@ impl SinglePoint<'_> {
         counts: &mut JoinCounts,
     ) {
         let point = V3::<L>::splat(Vec3::from_array(self.row.point));
-        counts.candidates += run.len() as u64;
-        for (at, coordinates) in deposits.packets::<L>(run.clone()) {
-            let d = points::<L>(coordinates) - point;
-            let near = L::lt(d.dot(d), L::f(self.row.radius_squared)) & L::first(run.end - at);
-            deposits.prefetch_arrivals::<L>(at);
-            found.append_indices::<L>(near, at);
-            if found.is_full::<L>() {
-                self.add(deposits, found, counts);
+        for piece in deposits.pieces(run) {
+            counts.candidates += piece.indices.len() as u64;
+            for at in piece.indices.clone().step_by(L::N) {
+                let d = points::<L>(piece.coordinates(at)) - point;
+                let near = L::lt(d.dot(d), L::f(self.row.radius_squared)) & L::first(piece.indices.end - at);
+                piece.prefetch_arrivals::<L>(at);
+                found.append_indices::<L>(near, at);
+                if found.is_full::<L>() {
+                    self.add(deposits, found, counts);
+                }
             }
         }
     }
@@ -90,7 +92,7 @@ impl SinglePoint<'_> {
         let (safe, normal) = (safe_surface(self.row.sphere), Vec3::from_array(self.row.normal));
         let (mut m, mut sums) = (0, [0_u64; 3]);
         for index in &found.indices[..found.count] {
-            let Arrival { surface, flux, wi, .. } = deposits.arrivals[*index as usize];
+            let Arrival { surface, flux, wi, .. } = *deposits.arrival(*index);
             if surface & !HEAVY == safe || Vec3::from_array(wi).dot(normal) > 0.0 {
                 m += 1;
                 if surface & HEAVY != 0 {

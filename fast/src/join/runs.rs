@@ -65,8 +65,9 @@ impl Runs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::join::bins::{Binned, Slabs, bin_shift};
+    use crate::join::bins::{Binned, bin_shift};
     use crate::join::cells::Cells;
+    use crate::join::chunk::Slabs;
     use crate::join::deposit::Record;
     use crate::join::region::Region;
     use crate::join::sorted::Sorted;
@@ -78,13 +79,16 @@ mod tests {
     #[test]
     fn the_runs_of_a_full_window_have_room() {
         let (cells, wide) = (Cells::new(1.0, 1 << 12), WINDOW as f32);
-        let mut binned = Binned::new(&Arc::new(Slabs::new()));
+        let pool = Arc::new(Slabs::new());
+        let mut binned = Binned::new(&pool);
         for bucket in 0..=cells.mask {
             let record = Record { bucket, ..Record::default() };
             binned.writer(1).push(record, [0.0; 4], bin_shift(cells));
         }
         let mut sorted = Sorted::new();
-        sorted.fill(&[&binned], cells);
+        sorted.fill(&mut [&mut binned], &pool, cells);
+        let chunks = sorted.chunks();
+        let deposits = sorted.deposits(&chunks);
         let (mut runs, mut most) = (Runs::new(), 0);
         for x in (0..=cells.mask).step_by(WINDOW as usize - 1) {
             // All but the outermost thousandth of a window of cells.
@@ -92,8 +96,10 @@ mod tests {
             let region = Region { low, high: low + wide - 2e-3, reach: 1e-4 };
             let span = cells.span(&region);
             assert!(span.fits());
-            runs.look_up(&sorted.deposits(), &cells.query::<Emulated>(span, &region));
-            let found: usize = (0..runs.count).map(|k| runs.range(k).len()).sum();
+            runs.look_up(&deposits, &cells.query::<Emulated>(span, &region));
+            let ranges = (0..runs.count).map(|k| runs.range(k));
+            let pieces = ranges.flat_map(|range| deposits.pieces(range));
+            let found: usize = pieces.map(|piece| piece.indices.len()).sum();
             assert_eq!(found, (WINDOW * WINDOW * WINDOW) as usize);
             most = most.max(runs.count);
         }

@@ -191,9 +191,10 @@ impl Join {
         buckets: usize,
     ) -> Self {
         let cells = join::Cells::new(cell_size, buckets);
-        let parts: Vec<Binned> = parts.iter().map(|part| bin(lanes, part, cells)).collect();
+        let pool = Arc::new(Slabs::new());
+        let mut parts: Vec<Binned> = parts.iter().map(|part| bin(lanes, part, cells, &pool)).collect();
         let mut sorted = Sorted::new();
-        sorted.fill(&parts.iter().collect::<Vec<_>>(), cells);
+        sorted.fill(&mut parts.iter_mut().collect::<Vec<_>>(), &pool, cells);
         let slots = points.len().next_multiple_of(GROUP);
         let mut rows = vec![PixelRows::NOTHING; slots];
         for (row, point) in rows.iter_mut().zip(points) {
@@ -213,8 +214,17 @@ impl Join {
     }
 
     /// Per bucket, the index of its first photon; and at the end the number of photons.
-    pub fn starts(&self) -> &[u32] {
-        self.sorted.starts()
+    pub fn starts(&self) -> Vec<u32> {
+        let chunks = self.sorted.chunks();
+        let deposits = self.sorted.deposits(&chunks);
+        let mut count = 0;
+        let mut starts = vec![0];
+        for bucket in 0..=self.cells.mask {
+            let all = deposits.photons(join::Run { bucket, length: 1 }).into_iter().flatten();
+            count += all.filter(|index| deposits.deposit(*index).is_some()).count() as u32;
+            starts.push(count);
+        }
+        starts
     }
 
     /// What each visible point gathers, and the number of pairs that were tested.
@@ -238,7 +248,8 @@ impl Kernel for Gather<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
         let Join { cells, sorted, rows, .. } = self.0;
-        let deposits = sorted.deposits();
+        let chunks = sorted.chunks();
+        let deposits = sorted.deposits(&chunks);
         let mut all = Vec::with_capacity(rows.len() / GROUP);
         let (mut counts, mut buffers) = (JoinCounts::default(), JoinBuffers::new());
         for rows in rows.chunks(GROUP) {
@@ -251,12 +262,12 @@ impl Kernel for Gather<'_> {
 }
 
 /// Photons in bins, by the buckets that the kernel computes.
-fn bin(lanes: LaneKind, photons: &[Photon], cells: join::Cells) -> Binned {
+fn bin(lanes: LaneKind, photons: &[Photon], cells: join::Cells, pool: &Arc<Slabs>) -> Binned {
     let column = |axis: usize| photons.iter().map(|photon| photon.point[axis]).collect::<Vec<f32>>();
     let [x, y, z] = [column(0), column(1), column(2)];
     let mut buckets = vec![0.0; photons.len()];
     Cells(cells).buckets(lanes, [&x, &y, &z], &mut buckets);
-    let mut binned = Binned::new(&Arc::new(Slabs::new()));
+    let mut binned = Binned::new(pool);
     for (photon, bucket) in photons.iter().zip(buckets) {
         let Photon { point, wi, sphere, is_safe, flux, shift } = *photon;
         let surface = sphere | if is_safe { SAFE } else { 0 } | if shift > 0 { HEAVY } else { 0 };
@@ -269,11 +280,11 @@ fn bin(lanes: LaneKind, photons: &[Photon], cells: join::Cells) -> Binned {
 
 /// The photons in sorted order, each with its bucket.
 pub(super) fn sorted_photons(sorted: &Sorted) -> Vec<(Photon, u32)> {
-    let photon = |(index, arrival): (usize, &Arrival)| {
+    let photon = |(point, arrival): (Vec3, &Arrival)| {
         let Arrival { surface, flux, wi, bucket } = *arrival;
         let Flux { units, shift } = Flux::unpack(flux);
         let photon = Photon {
-            point: sorted.point(index),
+            point,
             wi: wi.into(),
             sphere: surface & SPHERE,
             is_safe: surface & SAFE != 0,
@@ -282,5 +293,7 @@ pub(super) fn sorted_photons(sorted: &Sorted) -> Vec<(Photon, u32)> {
         };
         (photon, bucket)
     };
-    sorted.deposits().arrivals.iter().enumerate().take(sorted.count()).map(photon).collect()
+    let chunks = sorted.chunks();
+    let deposits = sorted.deposits(&chunks);
+    deposits.all().filter_map(|index| deposits.deposit(index)).map(photon).collect()
 }

@@ -114,11 +114,12 @@ pub fn photon_pass(
         rounding: Rounding::of(still),
         at_once: BATCH,
     };
-    let mut out = Binned::new(&Arc::new(Slabs::new()));
+    let pool = Arc::new(Slabs::new());
+    let mut out = Binned::new(&pool);
     let job = PhotonJob { pass: &pass, batch: &mut PhotonBatch::new(), photons, out: &mut out };
     let PhotonCounts { segments, deposits } = dispatch(lanes, job);
     let mut sorted = Sorted::new();
-    sorted.fill(&[&out], cells.0);
+    sorted.fill(&mut [&mut out], &pool, cells.0);
     PhotonRun { photons: sorted_photons(&sorted), segments, deposits }
 }
 

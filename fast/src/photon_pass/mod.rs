@@ -22,7 +22,7 @@ mod batch;
 mod emission;
 mod guiding;
 
-use crate::join::{Binned, Cells, Slabs, Sorted, bytes_at_rest, reserve};
+use crate::join::{Binned, Cells, Slabs, Sorted, bytes_at_rest};
 use crate::pool::Pool;
 use crate::work_items::singly;
 pub(crate) use batch::{PhotonBatch, PhotonCounts, PhotonPass, Rounding, quantise, quantise_aimed, survive};
@@ -130,14 +130,14 @@ impl PhotonWorkers {
 
     /// Sorts the deposits in the workers' bins by the buckets of `cells`, and empties the bins.
     pub(crate) fn sort_into(&mut self, sorted: &mut Sorted, cells: Cells) {
-        let workers = self.workers.all();
-        let parts: Vec<&Binned> = workers.iter().map(|worker| &worker.out).collect();
-        sorted.fill(&parts, cells);
-        let deposits = parts.iter().map(|part| part.count).sum();
-        for worker in workers {
-            worker.out.clear();
-        }
-        reserve(&self.slabs, deposits);
+        let mut parts: Vec<&mut Binned> =
+            self.workers.all().iter_mut().map(|worker| &mut worker.out).collect();
+        sorted.fill(&mut parts, &self.slabs, cells);
+    }
+
+    /// Drops what is sorted, and takes its room back.
+    pub(crate) fn take_back(&self, sorted: &mut Sorted) {
+        sorted.clear(&self.slabs);
     }
 
     /// Clears what a stopped pass has left.

@@ -32,9 +32,9 @@ pub(super) fn bytes_at_most(
     let all = u64::from(settings.photons_per_iteration) * bounces;
     let round = u64::from(deposits_at_once) + u64::from(parameters.photons_per_job) * bounces;
     let each = (size_of::<Record>() + size_of::<Direction>()) as u64;
-    // Once in the bins' chunks, and once sorted. The direction's last word is not sorted: its bytes count for the
-    // deposit's number, by which deposits are sorted.
-    let deposits = 2 * with_margin(all.min(round)) * each;
+    // Once in the bins' chunks, and once sorted, if all are in the bins that are sorted at a time; and a number by which a
+    // deposit is sorted.
+    let deposits = with_margin(all.min(round)) * (2 * each + size_of::<u32>() as u64);
     let buckets = table_size(parameters.buckets(settings.photons_per_iteration)) as u64;
     // The survey comes before the first deposit.
     let survey = survey::bytes_at_most(settings.photons_per_iteration, settings.max_depth);
@@ -90,9 +90,9 @@ mod tests {
         let several = Settings { glint_samples: 2, ..few };
         assert_eq!(bytes(&several, 10, 2, 1 << 22) - base, 64 * 64 / 4);
         assert_eq!(bytes(&few, 10, 3, 1 << 22) - base, BYTES_PER_THREAD + BYTES_OF_BINS as u64);
-        // One bounce more: a deposit per photon and a sixteenth, of 48 bytes, twice.
+        // One bounce more: a deposit per photon and a sixteenth, of 48 bytes, twice, and of a number.
         let deep = Settings { max_depth: few.max_depth + 1, ..few };
-        assert_eq!(bytes(&deep, 10, 2, 1 << 22) - base, (1 << 16) * 17 / 16 * 48 * 2);
+        assert_eq!(bytes(&deep, 10, 2, 1 << 22) - base, (1 << 16) * 17 / 16 * 100);
         // No more deposits than a round and what is in work, however many photons there are: then buckets alone.
         let many = Settings { photons_per_iteration: 1 << 20, ..few };
         let more = Settings { photons_per_iteration: 1 << 21, ..few };
@@ -103,7 +103,7 @@ mod tests {
         // Of deposits those of a round: what is held at once, and a job's.
         let bounces = u64::from(few.max_depth - 1);
         let in_work = u64::from(parameters.photons_per_job) * bounces;
-        let round = with_margin((1 << 18) + in_work) * 48 * 2;
+        let round = with_margin((1 << 18) + in_work) * 100;
         let shallow = Settings { max_depth: 1, ..many };
         let none = bytes(&shallow, 10, 2, 1 << 18);
         let survey =

@@ -206,6 +206,11 @@ impl<'a> Sppm<'a> {
         self
     }
 
+    /// How many deposits were kept for the last join: those that are near some visible point.
+    pub fn kept(&self) -> usize {
+        self.sorted.count()
+    }
+
     /// What its photons are aimed at; `None` before the first iteration has found that by a survey.
     pub fn targets(&self) -> Option<&Targets> {
         self.targets.as_ref()
@@ -339,6 +344,7 @@ impl<'a> Sppm<'a> {
         let total = self.progress.settings.photons_per_iteration;
         let Parameters { photons_per_job, pixels_per_job, .. } = self.parameters;
         let plan = PhotonPlan { from, total, deposits_at_once: self.deposits_at_once, photons_per_job };
+        self.photon_workers.take_back(&mut self.sorted);
         let next = self.photon_workers.run(pass, (self.lanes, plan), &mut self.progress.stats, stop)?;
         let traced = Instant::now();
         self.photon_workers.sort_into(&mut self.sorted, pass.cells);
