@@ -89,6 +89,7 @@ fn power_of<L: Lanes>(sums: &GroupSums, channel: usize, at: usize, unit: FluxUni
 }
 
 /// Radiance of a pixel, as `reference::consolidate::Pixel::develop`.
+#[inline(always)]
 pub(crate) fn develop(pixel: &Pixel, settings: &Settings, iterations: u32) -> Rgb {
     let n = iterations as f32;
     let photons = n * settings.photons_per_iteration as f32;

@@ -119,7 +119,7 @@ impl Writer {
         };
         let written = match content {
             Content::Image => {
-                let pixel = |x, y| shown.engine.probe(x, y).radiance;
+                let pixel = |x, y| shown.engine.radiance(x, y);
                 match shown.backdrop {
                     None => image_file::write_picture(path, &shown.picture(&pixel), &encoding),
                     Some(backdrop) => {

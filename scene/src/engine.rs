@@ -28,6 +28,11 @@ pub trait Engine {
     /// If there is no such pixel.
     fn probe(&self, x: u32, y: u32) -> Probe;
 
+    /// The radiance of the pixel in column `x` of row `y`, as [`Engine::probe`] has it.
+    fn radiance(&self, x: u32, y: u32) -> Rgb {
+        self.probe(x, y).radiance
+    }
+
     /// The settings of the render.
     fn settings(&self) -> &Settings {
         &self.progress().settings
@@ -57,7 +62,7 @@ pub trait Engine {
     /// The current image; black before the first iteration.
     fn develop(&self) -> Film {
         let Settings { width, height, .. } = *self.settings();
-        Film::from_fn(width, height, |x, y| self.probe(x, y).radiance)
+        Film::from_fn(width, height, |x, y| self.radiance(x, y))
     }
 
     /// The direct light, including that of visible lamps, summed over all iterations: radiance times iterations. `None`

@@ -7,6 +7,7 @@
 //! and nothing else. So every path of light between a lamp and the eye is counted by exactly one of both, and the image is
 //! the sum of two images. Caustics are the use that photon maps were first proposed for (Jensen 1996).
 
+use crate::color::Rgb;
 use crate::engine::{Engine, Probe, Progress, Stats};
 use crate::film::Film;
 use crate::state::{PATH_WORDS, PhotonSums, Resumable, Sums};
@@ -82,8 +83,11 @@ impl<P: Sampler, C: Resumable> Engine for Hybrid<P, C> {
     }
 
     fn probe(&self, x: u32, y: u32) -> Probe {
-        let (paths, caustics) = (self.paths.probe(x, y), self.caustics.probe(x, y));
-        Probe { radiance: paths.radiance + caustics.radiance, ..caustics }
+        Probe { radiance: self.radiance(x, y), ..self.caustics.probe(x, y) }
+    }
+
+    fn radiance(&self, x: u32, y: u32) -> Rgb {
+        self.paths.radiance(x, y) + self.caustics.radiance(x, y)
     }
 }
 

@@ -35,6 +35,7 @@ pub mod meter;
 mod neighbours;
 pub mod quality;
 pub mod radius_schedule;
+mod ranks;
 pub mod ray;
 pub mod rims;
 pub mod rng;

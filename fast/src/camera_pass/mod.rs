@@ -23,7 +23,7 @@
 mod batch;
 
 use crate::join::Occupancy;
-use crate::pixels::{GROUP, Pixel, PixelRows};
+use crate::pixels::{GROUP, Pixel, PixelRows, TILE};
 use crate::pool::Pool;
 use crate::work_items::singly;
 pub(crate) use batch::{CameraBatch, CameraCounts, CameraPass};
@@ -135,12 +135,12 @@ impl Kernel for CameraJob<'_> {
         for (number, rows) in self.rows.chunks_mut(self.at_once).enumerate() {
             counts.add(self.pass.run::<L>(self.batch, self.first + number * self.at_once, rows));
         }
-        for (rows, pixels) in self.rows.chunks_mut(GROUP).zip(self.pixels.chunks(GROUP)) {
+        for (rows, pixels) in self.rows.chunks_mut(TILE).zip(self.pixels.chunks(TILE)) {
             for (k, (row, pixel)) in rows.iter_mut().zip(pixels).enumerate() {
-                prefetch(pixels, k + 2 * GROUP); // of the group after the next, past the end of this slice
+                prefetch(pixels, k + 2 * GROUP); // past the end of this slice
                 row.radius_squared = self.pass.radius_squared(row, pixel);
             }
-            self.occupancy.mark_group::<L>(rows);
+            self.occupancy.mark_tile::<L>(rows);
         }
         counts
     }

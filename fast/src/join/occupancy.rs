@@ -2,7 +2,7 @@
 
 use super::cells::Cells;
 use super::region::Region;
-use crate::pixels::PixelRows;
+use crate::pixels::{GROUP, PixelRows, TILE};
 use lanes::{Lanes, V3};
 
 /// A bit per bucket of coarse cells, set if some visible point reaches the cell.
@@ -38,13 +38,27 @@ impl Occupancy {
         true
     }
 
-    /// Marks the cells that the visible points of a group reach.
+    /// Marks the cells that the visible points of a tile reach: at once, if they fit into a window, or else by groups. What
+    /// lies between groups of a tile is mostly within reach of some.
     #[inline(always)]
-    pub(crate) fn mark_group<L: Lanes>(&mut self, rows: &[PixelRows]) {
-        let all = Region::of_all(rows);
+    pub(crate) fn mark_tile<L: Lanes>(&mut self, rows: &[PixelRows]) {
+        let (mut groups, mut all) = ([Region::EMPTY; TILE / GROUP], Region::EMPTY);
+        for (region, rows) in groups.iter_mut().zip(rows.chunks(GROUP)) {
+            *region = Region::of_all(rows);
+            all = all.and(region);
+        }
         if all.is_empty() || self.mark::<L>(&all) {
             return;
         }
+        for (region, rows) in groups.iter().zip(rows.chunks(GROUP)) {
+            if !region.is_empty() && !self.mark::<L>(region) {
+                self.mark_apart::<L>(rows);
+            }
+        }
+    }
+
+    /// Marks the cells that each visible point reaches.
+    fn mark_apart<L: Lanes>(&mut self, rows: &[PixelRows]) {
         for row in rows {
             if let Some(one) = Region::of_one(row)
                 && !self.mark::<L>(&one)
@@ -81,15 +95,37 @@ mod tests {
     use super::*;
     use lanes::Emulated;
 
+    type L8 = Emulated<8>;
+
     /// Marks what one visible point reaches among cells of size 1. Returns whether a place near its reach, and one far away, are
     /// marked.
     fn marked<L: Lanes>(radius: f32) -> [bool; 2] {
         let mut occupancy = Occupancy::new(1.0, 1 << 19);
         let mut row = PixelRows::NOTHING;
         (row.sphere, row.point, row.radius_squared) = (0, [0.5; 3], radius * radius);
-        occupancy.mark_group::<L>(&[row, PixelRows::NOTHING]);
+        occupancy.mark_tile::<L>(&[row, PixelRows::NOTHING]);
         let is_marked = |x: f32| L::any(occupancy.touches::<L>(V3::new(L::f(x), L::f(0.5), L::f(0.5))));
         [is_marked(0.5 + 0.99 * radius), is_marked(5000.5)]
+    }
+
+    /// What lies between groups that are far apart is not marked.
+    #[test]
+    fn tiles_are_marked_at_once_or_by_groups() {
+        let is_marked = |apart: f32, x: f32| {
+            let mut occupancy = Occupancy::new(1.0, 1 << 19);
+            let mut rows = [PixelRows::NOTHING; TILE];
+            for (number, group) in rows.chunks_mut(GROUP).enumerate() {
+                (group[3].sphere, group[3].radius_squared) = (0, 0.25);
+                group[3].point = [0.5 + number as f32 * apart, 0.5, 0.5];
+            }
+            occupancy.mark_tile::<Emulated<8>>(&rows);
+            L8::any(occupancy.touches::<Emulated<8>>(V3::new(L8::f(x), L8::f(0.5), L8::f(0.5))))
+        };
+        for apart in [0.0_f32, 1.0, 2.0, 300.0] {
+            let marked = [0.0, 1.0, 2.0, 3.0].map(|number| is_marked(apart, 0.5 + number * apart));
+            assert_eq!(marked, [true; 4], "{apart} apart");
+        }
+        assert_eq!([2.0, 300.0].map(|apart| is_marked(apart, 0.5 + 1.5 * apart)), [true, false]);
     }
 
     #[test]

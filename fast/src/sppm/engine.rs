@@ -23,13 +23,22 @@ impl Sppm<'_> {
     }
 
     /// The radiance of the pixel in a slot; black before the first iteration.
-    fn radiance(&self, slot: usize) -> Rgb {
+    #[inline(always)]
+    fn radiance_of(&self, slot: usize) -> Rgb {
         let Progress { settings, iterations, .. } = &self.progress;
         match &self.global {
             Some(global) => global.develop(slot, *iterations),
             None if *iterations > 0 => develop(&self.pixels[slot], settings, *iterations),
             None => Rgb::ZERO,
         }
+    }
+
+    /// The slot of a pixel of the image.
+    #[inline(always)]
+    fn slot(&self, x: u32, y: u32) -> usize {
+        let Settings { width, height, .. } = self.progress.settings;
+        assert!(x < width && y < height, "no such pixel");
+        slot_of(width, x, y)
     }
 
     /// A value of every pixel by its slot, row by row. By all threads. Slots of a row lie apart, so they are prefetched.
@@ -81,11 +90,8 @@ impl Engine for Sppm<'_> {
     }
 
     fn probe(&self, x: u32, y: u32) -> Probe {
-        assert!(x < self.progress.settings.width && y < self.progress.settings.height, "no such pixel");
-        let slot = slot_of(self.progress.settings.width, x, y);
-        // Whoever writes an image asks for pixels in the order of their slots.
-        prefetch(&self.pixels, slot + AHEAD as usize);
-        let (pixel, radiance) = (&self.pixels[slot], self.radiance(slot));
+        let slot = self.slot(x, y);
+        let (pixel, radiance) = (&self.pixels[slot], self.radiance_of(slot));
         if let Some(global) = &self.global {
             let (radius, count) = (global.radius_squared.sqrt(), global.sums(slot).photons as f32);
             return Probe { radiance, direct: Rgb::ZERO, radius, count };
@@ -93,9 +99,16 @@ impl Engine for Sppm<'_> {
         Probe { radiance, direct: Rgb::from_array(pixel.direct), radius: pixel.radius(), count: pixel.n }
     }
 
+    fn radiance(&self, x: u32, y: u32) -> Rgb {
+        let slot = self.slot(x, y);
+        // Whoever writes an image asks for pixels in the order of their slots.
+        prefetch(&self.pixels, slot + AHEAD as usize);
+        self.radiance_of(slot)
+    }
+
     fn develop(&self) -> Film {
         let Settings { width, height, .. } = self.progress.settings;
-        Film { width, height, pixels: self.every(|slot| self.radiance(slot)) }
+        Film { width, height, pixels: self.every(|slot| self.radiance_of(slot)) }
     }
 
     fn radius(&self) -> Option<Plane> {

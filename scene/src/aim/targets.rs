@@ -4,6 +4,7 @@ use super::groups::{Group, fluxes, groups};
 use super::target::{ALL_DIRECTIONS, Target};
 use super::units::LEAST_FLUX;
 use crate::guide::{Arrival, Guide};
+use crate::ranks::range_within;
 use crate::sphere::Sphere;
 use crate::still::{Role, Still};
 use glam::{DVec3, Vec3};
@@ -132,11 +133,8 @@ fn widen(ball: &mut Target, groups: &[Group]) {
 /// narrower ball weighs in proportion to the square of that radius: where it is seen, it is a spark.
 fn middle(arrivals: &[Arrival], (axis, height): (Vec3, f32), least: f64) -> Target {
     let outlying = (OUTLYING * arrivals.len() as f64) as usize;
-    let edges = [0, 1, 2].map(|axis| {
-        let mut places: Vec<f32> = arrivals.iter().map(|a| a.point[axis]).collect();
-        places.sort_unstable_by(f32::total_cmp);
-        [places[outlying], places[places.len() - 1 - outlying]]
-    });
+    let edges =
+        [0, 1, 2].map(|axis| range_within(arrivals.iter().map(|a| a.point[axis]).collect(), outlying));
     let [low, high] = [0, 1].map(|end| Vec3::from_array(edges.map(|edge| edge[end])));
     let is_within = |a: &&Arrival| a.point.cmpge(low).all() && a.point.cmple(high).all();
     let within: Vec<Arrival> = arrivals.iter().filter(is_within).copied().collect();

@@ -8,6 +8,7 @@
 use super::found::{Edge, Found, Lit};
 use super::table::{CELL, ROWS, SIDE, Shares, rows, weights_of};
 use super::tables::{FACES, Guide, PARTS, SURFACES};
+use crate::ranks::range_within;
 use crate::sobol::sobol;
 use glam::Vec3;
 
@@ -220,15 +221,11 @@ fn tile_of(walk: u32) -> u8 {
 fn box_of_parts<'a>(edges: impl Iterator<Item = &'a Edge>) -> (Vec3, f32) {
     let points: Vec<Vec3> = edges.take(MOST_PLACES).map(|edge| edge.point).collect();
     let outside = points.len() / OUTSIDE;
-    let range = |axis: usize| {
-        let mut places: Vec<f32> = points.iter().map(|point| point[axis]).collect();
-        places.sort_unstable_by(f32::total_cmp);
-        (places[outside], places[places.len() - 1 - outside])
-    };
+    let range = |axis: usize| range_within(points.iter().map(|point| point[axis]).collect(), outside);
     let ranges = [0, 1, 2].map(range);
-    let longest = ranges.iter().map(|(low, high)| high - low).fold(0.0, f32::max);
+    let longest = ranges.iter().map(|[low, high]| high - low).fold(0.0, f32::max);
     let scale = if longest > 0.0 { PARTS as f32 / longest } else { 0.0 };
-    (Vec3::from(ranges.map(|(low, _)| low)), scale)
+    (Vec3::from(ranges.map(|[low, _]| low)), scale)
 }
 
 /// The point of the unit sphere that [the cosine's map](super) takes to the direction of an edge: the direction is that of
