@@ -2,8 +2,9 @@
 //!
 //! The first write to a new array costs a page fault per 4 KiB, which takes a tenth of a short render. These arrays ask for
 //! pages of 2 MiB (on Linux), and all threads share the first write (everywhere). A large page is written for the first time
-//! in the time of some 60 small ones, so arrays of [`WORTH_A_PAGE`] on fill theirs up. Smaller ones come from the heap,
-//! which gives the same memory out again without asking the system each time.
+//! in the time of some 60 small ones, but in that of 500 where the system has to get its memory first (docs/benchmarks.md). So
+//! arrays of [`WORTH_A_PAGE`] on have such pages. Smaller ones come from the heap, which gives the same memory out again
+//! without asking the system each time.
 
 use bytemuck::{Pod, Zeroable};
 use memmap2::MmapMut;
@@ -19,8 +20,8 @@ const PER_JOB: usize = 1 << 14;
 /// Bytes of a large page.
 pub(crate) const LARGE: usize = 2 << 20;
 
-/// Arrays of so many bytes are worth a large page of their own.
-const WORTH_A_PAGE: usize = 256 << 10;
+/// Arrays of so many bytes are worth a large page of their own, as they fill most of it.
+const WORTH_A_PAGE: usize = LARGE / 4 * 3;
 
 /// An array of a fixed length.
 pub(crate) struct Pages<T> {
