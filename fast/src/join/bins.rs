@@ -91,21 +91,20 @@ impl Binned {
 
     /// Drops all deposits, and returns all slabs to the pool.
     pub(crate) fn clear(&mut self) {
-        let mut slabs = Vec::new();
-        self.hand_over(&mut slabs, &mut []);
-        self.pool.put_all(slabs.into_iter());
+        self.pool.put_all(self.slabs.drain(..));
+        for bin in self.bins.iter_mut() {
+            bin.full.clear();
+            bin.used = 0;
+        }
+        (self.next, self.count) = (0, 0);
     }
 
     /// Empties the bins. Adds the slabs to others, and the chunks of each bin to those of the same bin.
-    pub(super) fn hand_over(&mut self, slabs: &mut Vec<Slab>, of_bins: &mut [Vec<Part>]) {
+    pub(super) fn hand_over(&mut self, slabs: &mut Vec<Slab>, of_bins: &mut [Vec<Part>; BINS]) {
         let before = slabs.len() as u32;
         slabs.append(&mut self.slabs);
-        let mut of_bins = of_bins.iter_mut();
-        for bin in self.bins.iter_mut() {
-            let parts = bin.take(before);
-            if let Some(others) = of_bins.next() {
-                others.extend(parts);
-            }
+        for (bin, others) in self.bins.iter_mut().zip(of_bins) {
+            others.extend(bin.take(before));
         }
         (self.next, self.count) = (0, 0);
     }

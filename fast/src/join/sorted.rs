@@ -18,6 +18,7 @@ use lanes::{Lanes, V3, prefetch};
 use rayon::current_num_threads;
 use rayon::prelude::*;
 use scene::Vec3;
+use std::array;
 use std::mem::take;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -79,7 +80,7 @@ impl Sorted {
     pub(crate) fn fill(&mut self, parts: &mut [&mut Binned], pool: &Slabs, cells: Cells) {
         self.clear(pool);
         self.count = parts.iter().map(|part| part.count).sum();
-        let mut bins: Vec<Vec<Part>> = vec![Vec::new(); BINS];
+        let mut bins: [Vec<Part>; BINS] = array::from_fn(|_| Vec::new());
         for part in parts {
             part.hand_over(&mut self.slabs, &mut bins);
         }
@@ -334,6 +335,7 @@ impl Buckets<'_> {
         for (at, (records, _)) in chunks.iter().enumerate() {
             let (next, from) = chunks[(at + 1).min(chunks.len() - 1)];
             for (k, record) in records.iter().enumerate() {
+                // Directions are read when deposits are fetched in order.
                 prefetch(next, k);
                 prefetch(from, k);
                 self.starts[self.of(record)] += 1;
@@ -392,7 +394,7 @@ mod tests {
     use std::sync::Arc;
 
     #[test]
-    fn sorted_deposits_have_room_for_vectors_that_read_past_the_end() {
+    fn without_deposits_buckets_alone_take_room() {
         let mut sorted = Sorted::new();
         assert_eq!(sorted.bytes(), 0);
         let cells = Cells::new(1.0, 1 << 12);
