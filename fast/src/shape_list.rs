@@ -2,7 +2,7 @@
 
 use crate::paths::{Floats, Words};
 use crate::rays::Rays;
-use crate::shaft::Culling;
+use crate::shaft::{Culled, Culling};
 use crate::shapes::Shape;
 use lanes::Lanes;
 
@@ -46,11 +46,18 @@ impl ShapeList {
         limit: Option<&Floats>,
         list: &'a mut Words,
     ) -> Chosen<'a> {
-        let listed = if rays.are_close { self.culling.list::<L>(rays, limit, list) } else { None };
+        let culled = if rays.are_close { self.culling.list::<L>(rays, limit, list) } else { Culled::NOTHING };
+        let Culled { listed, behind } = culled;
         let Some(mut count) = listed else {
-            let places = &self.apart[usize::from(limit.is_some())];
-            return Chosen { shapes: &self.shapes, places, are_all: false };
+            let places = &self.apart[usize::from(limit.is_some())][..];
+            if behind == 0 || places.len() > list.len() {
+                return Chosen { shapes: &self.shapes, places, are_all: false };
+            }
+            list[..places.len()].copy_from_slice(places);
+            let count = self.culling.take_out(behind, list, places.len());
+            return Chosen { shapes: &self.shapes, places: &list[..count], are_all: false };
         };
+        count = self.culling.take_out(behind, list, count);
         if let Some(lamp) = rays.ignored_by_all() {
             let found = list[..count].iter().position(|place| self.shapes[*place as usize].sphere() == lamp);
             if let Some(found) = found {

@@ -180,6 +180,62 @@ fn rays_that_run_close_together() {
     check_cases(2000, "rays close together", &bundles());
 }
 
+/// A batch of rays from about the same place to about the same place, within walls of every size, among some balls. Some leave a
+/// wall, or the place that they go to is on one or on an edge of the room.
+fn bundles_within_walls() -> impl Strategy<Value = RayCase> {
+    // Where a wall is nearest to the eye, how far off, and how large it is, over that.
+    let wall = (
+        point(1.0),
+        log_uniform(0.05, 2.0),
+        prop_oneof![3 => log_uniform(1.1, 1e5), 1 => log_uniform(1e5, 1e8)],
+    );
+    let balls = prop::collection::vec((point(0.6), log_uniform(0.01, 0.25), 0..3_u32), 1..6);
+    let rays = prop_oneof![1 => prop::collection::vec((point(1.0), point(1.0)), 1..4),
+        1 => prop::collection::vec((point(1.0), point(1.0)), 256)];
+    let spreads = (log_uniform(1e-6, 0.5), log_uniform(1e-6, 0.5));
+    let bundle = (point(0.5), point(3.0), spreads, rays, 0..6_u32);
+    (prop::collection::vec(wall, 1..20), balls, bundle, log_uniform(1e-3, 1e3)).prop_map(
+        |(walls, balls, (from, to, (spread, apart), rays, kind), scale)| {
+            let sphere = |center: Vec3, radius: f32, material| Sphere {
+                center: center * scale,
+                velocity: Vec3::ZERO,
+                radius: radius * scale,
+                material,
+                emission: Rgb::ZERO,
+            };
+            let outwards: Vec<Vec3> = walls.iter().map(|(way, ..)| way.normalize_or(Vec3::X)).collect();
+            let wall = |(out, (_, off, size)): (&Vec3, &(Vec3, f32, f32))| {
+                sphere(*out * (off - off * size), off * size, 0)
+            };
+            let mut spheres: Vec<Sphere> = outwards.iter().zip(&walls).map(wall).collect();
+            spheres.extend(balls.into_iter().map(|(center, radius, kind)| sphere(center, radius, kind)));
+            let first = spheres[0];
+            let on_wall = outwards[0] * walls[0].1;
+            let last = walls.len() - 1;
+            let (from, to, leaves) = match kind {
+                0 => (on_wall, to, 0),
+                1 => (from, on_wall, NO_SPHERE),
+                // About where two walls meet, if both are flat.
+                2 => (from, on_wall + outwards[last] * walls[last].1, NO_SPHERE),
+                _ => (from, to, NO_SPHERE),
+            };
+            let aim = |(a, b): (Vec3, Vec3)| {
+                let near = (from + a * spread) * scale;
+                let outward = (near - first.center).normalize_or(Vec3::X);
+                let origin = if leaves == 0 { first.center + outward * first.radius } else { near };
+                let direction = ((to + b * apart) * scale - origin).normalize_or(Vec3::X);
+                Ray { origin, direction, leaves }
+            };
+            RayCase { rays: rays.into_iter().map(aim).collect(), scene: scene_of(spheres, Vec3::ZERO) }
+        },
+    )
+}
+
+#[test]
+fn rays_that_run_close_together_within_walls() {
+    check_cases(2000, "rays close together within walls", &bundles_within_walls());
+}
+
 const RAYS: usize = 400;
 
 /// Numbers of spheres around those at which a leaf, a node, a level or the top of the tree is full, and at which several
