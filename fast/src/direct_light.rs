@@ -12,6 +12,7 @@ use crate::light_choice::LightChoice;
 use crate::light_tree::{Choice, LightTree};
 use crate::paths::{Floats, ROOM, Vectors, Words};
 use crate::rays::{BLOCKED, Rays};
+use crate::rows;
 use crate::sampling::{cosine_hemisphere, uniform_cone};
 use crate::tables::Tables;
 use bytemuck::{Pod, Zeroable};
@@ -87,7 +88,7 @@ impl LightTable {
         };
         let mut indices = [0; MOST_LANES];
         L::store_u(light, &mut indices);
-        let [cx, cy, cz, radius_squared, r, g, b, sphere] = L::gather_rows(&self.rows, &indices);
+        let [cx, cy, cz, radius_squared, r, g, b, sphere] = rows::gather::<L>(&self.rows, &indices);
         let (center, sphere) = (V3::new(cx, cy, cz), L::bits(sphere));
         let to_center = center - to.point;
         let is_glass = L::eq(sphere & L::u(IS_GLASS), L::u(IS_GLASS));

@@ -62,6 +62,7 @@ mod pixels;
 mod pool;
 mod prepared;
 mod rays;
+mod rows;
 mod sampling;
 mod scatter;
 mod search;

@@ -1,5 +1,6 @@
 //! Materials: a table with a row per material.
 
+use crate::rows;
 use crate::surface::tag;
 use bytemuck::{Pod, Zeroable};
 use lanes::{Lanes, MOST_LANES, Row, V3};
@@ -49,7 +50,7 @@ impl<L: Lanes> Materials<L> {
     pub(crate) fn gather(materials: &[Row], tag: L::U) -> Self {
         let mut index = [0; MOST_LANES];
         L::store_u(L::shr::<{ tag::MATERIAL_SHIFT }>(tag), &mut index);
-        let [r, g, b, ior, kind, ..] = L::gather_rows(materials, &index);
+        let [r, g, b, ior, kind, ..] = rows::gather::<L>(materials, &index);
         Self { albedo: V3::new(r, g, b), ior, kind: L::bits(kind) }
     }
 }

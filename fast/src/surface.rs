@@ -4,6 +4,7 @@
 //! take no memory; but among ten million spheres three lines would come from memory for one, and a segment take a third more
 //! time.
 
+use crate::rows;
 use bytemuck::{Pod, Zeroable};
 use lanes::{Lanes, Row, V3, prefetch};
 use scene::ray::SphereId;
@@ -99,7 +100,7 @@ impl<L: Lanes> SurfaceLanes<L> {
     /// The rows of the spheres with these ids.
     #[inline(always)]
     fn gather(surfaces: &[Row], ids: &[u32]) -> Self {
-        let [ax, ay, az, scale, bx, by, bz, tag] = L::gather_rows(surfaces, ids);
+        let [ax, ay, az, scale, bx, by, bz, tag] = rows::gather::<L>(surfaces, ids);
         Self { anchor: V3::new(ax, ay, az), scale, offset: V3::new(bx, by, bz), tag: L::bits(tag) }
     }
 }

@@ -4,6 +4,7 @@ use super::aiming::{AimTables, Departures, LampLanes};
 use super::guiding::GuideTables;
 use crate::light_choice::LightChoice;
 use crate::paths::{BATCH, Packet, Paths, Vectors};
+use crate::rows;
 use crate::sampling::{cosine_hemisphere, stream_state, uniform_sphere, unit_float};
 use bytemuck::{Pod, Zeroable};
 use lanes::{Lanes, MOST_LANES, Row, V3};
@@ -90,7 +91,7 @@ impl Emitters {
     /// The lights with these numbers, and what each photon of theirs carries.
     #[inline(always)]
     fn gather<L: Lanes>(&self, numbers: &[u32]) -> (LampLanes<L>, V3<L>) {
-        let [cx, cy, cz, radius, r, g, b, sphere] = L::gather_rows(&self.rows, numbers);
+        let [cx, cy, cz, radius, r, g, b, sphere] = rows::gather::<L>(&self.rows, numbers);
         let sphere = L::bits(sphere);
         let lamp = LampLanes {
             center: V3::new(cx, cy, cz),

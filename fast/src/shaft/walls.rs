@@ -223,6 +223,9 @@ mod tests {
         // So wide that some rays meet the top.
         assert_eq!(ahead(&walls, (Vec3::Y * 5.0, 4.0), (Vec3::new(16.0, 9.0, 0.0), 4.0)), [RIGHT, TOP]);
         assert_eq!(ahead(&walls, (Vec3::Y * 5.0, 0.5), (Vec3::new(16.0, 5.0, 0.0), 6.0)), [RIGHT, TOP]);
+        // Rays that come together at the second ball part again.
+        let (high, parting) = (Vec3::Y * 8.45, Vec3::new(6.0, 8.65, 0.0));
+        assert_eq!(ahead(&walls, (high, 1.3), (parting, 0.1)), [RIGHT, TOP]);
         // From the top, rays may leave it as they go.
         assert_eq!(ahead(&walls, (Vec3::Y * 10.0, 0.0), (Vec3::new(16.0, 5.0, 0.0), 0.5)), [RIGHT, TOP]);
         // From beyond the room nothing is known.
