@@ -44,6 +44,7 @@ pub(crate) fn survey(scene: &Scene, settings: &Settings, first: &Prepared, lanes
         frame: scene.camera.frame(settings.width, settings.height),
         settings,
         key: StreamKey::new(settings.seed, Family::Survey, 0),
+        low_digits: [0, 1].map(|d| std::array::from_fn(|index| sobol(index as u32, d))),
     };
     let pool = Pool::new();
     survey::targets(&first.still, settings, |walks, max_depth| {
@@ -65,6 +66,8 @@ struct Survey<'a> {
     settings: &'a Settings,
     /// The key of the walks' random streams.
     key: StreamKey,
+    /// The Sobol digits of indices 0..256 along either axis of the image: what the low bits of any index contribute.
+    low_digits: [[u32; BATCH]; 2],
 }
 
 /// [`BATCH`] walks from `first` on.
@@ -162,14 +165,13 @@ impl Survey<'_> {
     fn begin<L: Lanes>(&self, walks: &mut Walks, first: u32) -> usize {
         walks.first = first;
         let (width, height) = (L::f(self.settings.width as f32), L::f(self.settings.height as f32));
+        let high_digits = [0, 1].map(|d| sobol(first, d));
         for at in (0..BATCH).step_by(L::N) {
             let start = first + at as u32;
             let mut stream = stream_state::<L>(self.key, L::u(start) + L::iota());
             let [u, v] = std::array::from_fn(|_| next_uniform::<L>(&mut stream));
-            let [x, y] = [0, 1].map(|d| {
-                let digits: [u32; MOST_LANES] = std::array::from_fn(|lane| sobol(start + lane as u32, d));
-                unit_float::<L>(L::load_u(&digits))
-            });
+            let [x, y] =
+                [0, 1].map(|d| unit_float::<L>(L::load_u(&self.low_digits[d][at..]) ^ L::u(high_digits[d])));
             let (origin, direction) = ray_through::<L>(&self.frame, x * width, y * height, [u, v]);
             let packet = Packet {
                 origin,

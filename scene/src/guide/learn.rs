@@ -189,7 +189,7 @@ const _: () = assert!(2 * TILE_BITS <= u8::BITS);
 
 impl Weights {
     fn new(walks: u32, found: &[Found]) -> Self {
-        let tiles: Vec<u8> = (0..walks).map(tile_of).collect();
+        let tiles = tiles_of(walks);
         let mut sums = vec![(0.0, 0.0); 1 << (2 * TILE_BITS)];
         for tile in &tiles {
             sums[usize::from(*tile)].1 += 1.0;
@@ -209,6 +209,18 @@ impl Weights {
     fn of(&self, walk: u32) -> f64 {
         self.weights[usize::from(self.tiles[walk as usize])]
     }
+}
+
+/// The tiles of so many walks.
+fn tiles_of(walks: u32) -> Vec<u8> {
+    /// A Sobol point is the exclusive or of what the low bits of its index and the other bits contribute, and so is its tile.
+    const LOW: u32 = 256;
+    let low: Vec<u8> = (0..LOW).map(tile_of).collect();
+    let run = |first: u32| {
+        let high = tile_of(first);
+        low.iter().take((walks - first).min(LOW) as usize).map(move |low| low ^ high)
+    };
+    (0..walks).step_by(LOW as usize).flat_map(run).collect()
 }
 
 /// The tile of the image in which a walk begins: as engines begin them, by its Sobol point.
@@ -249,3 +261,15 @@ fn cell_of(point: Vec3) -> [usize; 2] {
 
 // Octants are the cells of a turn.
 const _: () = assert!(SIDE == 8);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_of_walks_are_those_of_their_points() {
+        for walks in [0, 1, 255, 256, 257, 1000] {
+            assert_eq!(tiles_of(walks), (0..walks).map(tile_of).collect::<Vec<u8>>());
+        }
+    }
+}

@@ -69,14 +69,12 @@ pub(super) fn guided(rows: &[[f32; SIDE]], u: f32, v: f32) -> Guided {
     Guided { u, v, weight: AREA / (of_u * of_v) }
 }
 
-/// The weight of each cell of a table.
+/// The weight of each cell of a table: that of [`guided`] numbers in it.
 pub(super) fn weights_of(table: &[[f32; SIDE]]) -> Shares {
-    let middle =
-        |row: &[f32; SIDE], cell: usize| 0.5 * (row[cell] + if cell > 0 { row[cell - 1] } else { 0.0 });
+    let width = |row: &[f32; SIDE], cell: usize| row[cell] - if cell > 0 { row[cell - 1] } else { 0.0 };
     std::array::from_fn(|u| {
-        std::array::from_fn(|v| {
-            f64::from(guided(table, middle(&table[0], u), middle(&table[1 + u], v)).weight)
-        })
+        let of_u = width(&table[0], u);
+        std::array::from_fn(|v| f64::from(AREA / (of_u * width(&table[1 + u], v))))
     })
 }
 
