@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import base64
 import hashlib
+import json
 import os
 import random
 import re
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
 import time
 import urllib.error
+import urllib.parse
 import urllib.request
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -224,6 +229,36 @@ def test_the_page_of_a_farm(tmp_path: Path) -> None:
             process.send_signal(signal.SIGINT)
             process.communicate(timeout=60)
     assert process.returncode == 130
+
+
+def texts(address: str) -> Iterator[dict[str, Any]]:
+    """What a page at `address` is told over its websocket (RFC 6455)."""
+    place = urllib.parse.urlsplit(address)
+    assert place.hostname and place.port
+    with socket.create_connection((place.hostname, place.port), timeout=30) as peer, peer.makefile("rb") as stream:
+        headers = {"Host": place.netloc, "Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13"}
+        headers["Sec-WebSocket-Key"] = base64.b64encode(bytes(16)).decode()
+        lines = [f"GET {place.path}socket HTTP/1.1", *(f"{name}: {value}" for name, value in headers.items()), "", ""]
+        peer.sendall("\r\n".join(lines).encode())
+        assert b" 101 " in stream.readline()
+        while stream.readline().strip():
+            pass
+        while True:
+            kind, length = stream.read(2)
+            if length >= 126:
+                length = int.from_bytes(stream.read(2 if length == 126 else 8))
+            body = stream.read(length)
+            if kind & 15 == 1:
+                yield json.loads(body)
+
+
+def test_a_page_is_told_how_far_a_farm_is() -> None:
+    """Between two pictures too."""
+    viewer = _sppm.Viewer("a.exr", (None, None), None)
+    viewer.tell((3, 8), 12_345, 2.5, 4)
+    told = next(text for text in texts(viewer.address) if text["type"] == "status")
+    figures = {"iterations": 3, "limit": 8, "photons": 12_345, "seconds": 2.5, "workers": 4}
+    assert {name: told[name] for name in figures} == figures
 
 
 def test_sweeps_and_folders(client, tmp_path: Path) -> None:
