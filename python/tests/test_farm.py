@@ -94,6 +94,20 @@ def test_it_goes_on_from_its_state(client, tmp_path: Path) -> None:
     assert np.array_equal(sppm.Film.load(tmp_path / "a.exr").radiance, whole(more))
 
 
+def test_files_are_free_once_a_farm_has_ended(client, tmp_path: Path) -> None:
+    """Whoever still holds frames of it, as tracebacks do."""
+    frames: list[Any] = []
+    job = Job(small(seed=33, iterations=2), tmp_path / "a.exr")
+    Driver(client, tell=lambda _: frames.append(sys._getframe())).run([job])
+    assert frames and _sppm.Lock(os.fspath(job.state))
+    bad = Job(small(seed=9), tmp_path / "b.exr")
+    sppm.render_part(small(seed=8), 0, 2, bad.state)
+    with pytest.raises(sppm.InputError, match="of another render") as refused:
+        Driver(client, tell=frames.append).run([Job(small(seed=10, iterations=2), tmp_path / "c.exr"), bad])
+    assert refused.traceback
+    assert all(_sppm.Lock(os.fspath(tmp_path / name)) for name in ("b.exr.sppm", "c.exr.sppm"))
+
+
 def test_a_checkpoint_may_be_all_that_is_asked_for(client, tmp_path: Path) -> None:
     scene = small(seed=32, iterations=3)
     farm(client, [Job(scene, tmp_path / "a.sppm")])

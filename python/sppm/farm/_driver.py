@@ -122,13 +122,14 @@ class Driver:
         another driver works on it.
         """
         works: list[Work] = []
-        for job in jobs:
-            lock = _sppm.Lock(os.fspath(job.state))
-            job.load()
-            works.append(Work(job, without((0, job.iterations), job.done), lock=lock))
-            if job.done:
-                self._tell(f"going on from {job.state} after {works[-1].done} of {job.iterations} iterations")
         try:
+            for job in jobs:
+                # No variable has the lock: a traceback that Dask keeps may hold them until garbage is collected.
+                works.append(Work(job, [], lock=_sppm.Lock(os.fspath(job.state))))
+                job.load()
+                works[-1].missing = without((0, job.iterations), job.done)
+                if job.done:
+                    self._tell(f"going on from {job.state} after {works[-1].done} of {job.iterations} iterations")
             waiting = list(works)
             while waiting:
                 self._look_at_workers()
