@@ -37,8 +37,9 @@ impl ShapeList {
         Self { culling: Culling::new(&shapes), shapes, apart }
     }
 
-    /// Those that are not in the hierarchy; or, if rays run close together and can meet few, these. Shadow rays have a
-    /// `limit`: where they end, negative if they need not be traced.
+    /// Those that are not in the hierarchy; or, if rays run close together and can meet few, these. Either without walls that
+    /// rays that run close together do not meet first. Shadow rays have a `limit`: where they end, negative if they need not be
+    /// traced.
     #[inline(always)]
     pub(crate) fn choose<'a, L: Lanes>(
         &'a self,
@@ -50,6 +51,7 @@ impl ShapeList {
         let Culled { listed, behind } = culled;
         let Some(mut count) = listed else {
             let places = &self.apart[usize::from(limit.is_some())][..];
+            // Without a hierarchy they may be more than a list holds.
             if behind == 0 || places.len() > list.len() {
                 return Chosen { shapes: &self.shapes, places, are_all: false };
             }

@@ -29,7 +29,7 @@ use scene::camera::Frame;
 use scene::guide::{Edge, Found, Lit};
 use scene::ray::NO_SPHERE;
 use scene::rng::{Family, StreamKey};
-use scene::sobol::sobol;
+use scene::sobol::{low_digits, sobol};
 use scene::still::Carried;
 use scene::{Scene, Settings, Vec3};
 use std::mem::take;
@@ -44,7 +44,7 @@ pub(crate) fn survey(scene: &Scene, settings: &Settings, first: &Prepared, lanes
         frame: scene.camera.frame(settings.width, settings.height),
         settings,
         key: StreamKey::new(settings.seed, Family::Survey, 0),
-        low_digits: [0, 1].map(|d| std::array::from_fn(|index| sobol(index as u32, d))),
+        low_digits: [0, 1].map(low_digits),
     };
     let pool = Pool::new();
     survey::targets(&first.still, settings, |walks, max_depth| {
@@ -66,7 +66,7 @@ struct Survey<'a> {
     settings: &'a Settings,
     /// The key of the walks' random streams.
     key: StreamKey,
-    /// The Sobol digits of indices 0..256 along either axis of the image: what the low bits of any index contribute.
+    /// Along either axis of the image, what the low bits of a walk's number contribute to its Sobol point.
     low_digits: [[u32; BATCH]; 2],
 }
 

@@ -260,7 +260,7 @@ def texts(address: str) -> Iterator[dict[str, Any]]:
         while True:
             kind, length = stream.read(2)
             if length >= 126:
-                length = int.from_bytes(stream.read(2 if length == 126 else 8))
+                length = int.from_bytes(stream.read(2 if length == 126 else 8), "big")
             body = stream.read(length)
             if kind & 15 == 1:
                 yield json.loads(body)

@@ -79,6 +79,13 @@ pub fn sobol(index: u32, dimension: usize) -> u32 {
     digits
 }
 
+/// The first `N` points of a dimension, a power of two. Of any other index this is what the low bits contribute: its point is the
+/// exclusive or of that and of the point of the index without them.
+pub fn low_digits<const N: usize>(dimension: usize) -> [u32; N] {
+    const { assert!(N.is_power_of_two()) };
+    std::array::from_fn(|index| sobol(index as u32, dimension))
+}
+
 /// A prime per dimension; its square root is the step of that dimension from one iteration to the next.
 ///
 /// Multiples of square roots of primes are evenly spread modulo 1, in each dimension and in all together (Richtmyer

@@ -6,7 +6,7 @@ use crate::sampling::unit_float;
 use lanes::{Lanes, MOST_LANES};
 use scene::Settings;
 use scene::rng::{Family, StreamKey};
-use scene::sobol::{DIMENSIONS, morton, moved_on, sobol};
+use scene::sobol::{DIMENSIONS, low_digits, morton, moved_on};
 
 /// What the dimensions of a pixel's stratified point are used for; as in `reference::camera_pass`.
 pub(crate) mod dimension {
@@ -32,7 +32,7 @@ impl TileTable {
             (table.x[place], table.y[place]) = (x, y);
         }
         for (d, digits) in table.digits.iter_mut().enumerate() {
-            *digits = std::array::from_fn(|index| sobol(index as u32, d));
+            *digits = low_digits(d);
         }
         table
     }

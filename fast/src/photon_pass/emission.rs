@@ -12,7 +12,7 @@ use scene::aim::Aim;
 use scene::guide::{Cell, Departures as Cells, SIDE};
 use scene::ray::SphereId;
 use scene::rng::{Family, StreamKey};
-use scene::sobol::{DIMENSIONS, sobol};
+use scene::sobol::{DIMENSIONS, low_digits, sobol};
 use scene::still::Light;
 use scene::{Still, Vec3};
 
@@ -79,7 +79,7 @@ impl Emitters {
             guide: aim.guide.clone().map(GuideTables::new),
             departures: aim.departures.clone(),
             aim: AimTables::new(aim),
-            low_digits: Box::new(std::array::from_fn(|d| std::array::from_fn(|i| sobol(i as u32, d)))),
+            low_digits: Box::new(std::array::from_fn(low_digits)),
         }
     }
 

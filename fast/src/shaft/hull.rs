@@ -11,6 +11,7 @@ const SLACK: f32 = 256.0 / (1 << 24) as f32;
 const SCALES: std::ops::RangeInclusive<f32> = 1.0 / (1u64 << 40) as f32..=(1u64 << 40) as f32;
 /// What ends a ray beyond all balls, over the distance at which it is beyond them.
 const BEYOND: f32 = 1.0 + 1.0 / 1024.0;
+
 /// All balls: what rays are followed past.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Extent {

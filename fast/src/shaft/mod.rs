@@ -12,7 +12,8 @@
 //!     append those where it is not above 0 to a list
 //! ```
 //!
-//! If few are listed, the rays are tested against these one by one, as if there were no others; else by the search.
+//! If few are listed, the rays are tested against these one by one, as if there were no others; else by the search. All walls are
+//! listed, but for those that no ray meets first ([`walls`]).
 //!
 //! Why nothing is missed. Let u = 2^-24, and `scale` be a length that no coordinate of the rays' ends or of the spheres exceeds,
 //! radii included. By [`may_meet`](crate::hierarchy), the reference lets a ray hit a ball only if it comes as near to it as

@@ -213,7 +213,7 @@ impl Weights {
 
 /// The tiles of so many walks.
 fn tiles_of(walks: u32) -> Vec<u8> {
-    /// A Sobol point is the exclusive or of what the low bits of its index and the other bits contribute, and so is its tile.
+    /// As Sobol points, tiles are the exclusive or of what the low bits of the number and the other bits contribute.
     const LOW: u32 = 256;
     let low: Vec<u8> = (0..LOW).map(tile_of).collect();
     let run = |first: u32| {
