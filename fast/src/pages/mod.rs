@@ -1,12 +1,14 @@
 //! Arrays on large pages.
 //!
-//! The first write to a new array costs a page fault per 4 KiB, which takes a tenth of a short render. These arrays ask for
-//! pages of 2 MiB (on Linux), and all threads share the first write (everywhere). A large page is written for the first time
-//! in the time of some 60 small ones, but in that of 500 where the system has to get its memory first (docs/benchmarks.md). So
+//! The first write to a new array costs a page fault per 4 KiB, which takes a tenth of a short render. These arrays are written
+//! to when they are made, on pages of 2 MiB where these are not dear ([`large`]; on Linux), by all threads (everywhere). So
 //! arrays of [`WORTH_A_PAGE`] on have such pages. Smaller ones come from the heap, which gives the same memory out again
 //! without asking the system each time.
 
+mod large;
+
 use bytemuck::{Pod, Zeroable};
+pub(crate) use large::LARGE;
 use memmap2::MmapMut;
 use rayon::prelude::*;
 use std::alloc::{Layout, handle_alloc_error};
@@ -16,9 +18,6 @@ use std::ops::{Deref, DerefMut};
 
 /// Elements of a work item.
 const PER_JOB: usize = 1 << 14;
-
-/// Bytes of a large page.
-pub(crate) const LARGE: usize = 2 << 20;
 
 /// Arrays of so many bytes are worth a large page of their own, as they fill most of it.
 const WORTH_A_PAGE: usize = LARGE / 4 * 3;
@@ -51,10 +50,8 @@ impl Memory {
         let map = MmapMut::map_anon(bytes.next_multiple_of(LARGE) + LARGE).unwrap_or_else(|_| {
             handle_alloc_error(Layout::array::<u8>(bytes).unwrap_or(Layout::new::<u8>()))
         });
-        // If the system refuses, it is only slower.
-        #[cfg(target_os = "linux")]
-        let _ = map.advise(memmap2::Advice::HugePage);
         let start = map.as_ptr().align_offset(LARGE);
+        large::write_first(&map, start, bytes);
         Self::Mapped(map, start)
     }
 
@@ -95,7 +92,7 @@ impl<T: Pod + Send + Sync> Pages<T> {
         Self::made(count, |_| value)
     }
 
-    /// `count` elements whose bytes are zero, for one thread: the first write to each page is left to it.
+    /// `count` elements whose bytes are zero, without a second write to them.
     pub(crate) fn unwritten(count: usize) -> Self {
         let bytes = count * size_of::<T>();
         Self { memory: Memory::new(bytes), bytes, elements: PhantomData }
