@@ -72,6 +72,13 @@ struct Nodes<L: Lanes> {
     link: L::U,
 }
 
+/// What the choice between nodes needs of them.
+#[derive(Clone, Copy)]
+struct Weighed<L: Lanes> {
+    importance: L::F,
+    link: L::U,
+}
+
 /// Uniform numbers that decide one thing after another, and the probability of all that they have decided.
 struct Decisions<L: Lanes> {
     u: L::F,
@@ -103,14 +110,14 @@ impl LightTree {
         let (zero, none) = (L::f(0.0), L::first(0));
         let mut decisions = Decisions::<L> { u, probability: L::f(1.0) };
         let mut chosen = Choice { found: none, light: L::u(0), probability: L::f(1.0) };
-        let mut pair = [Nodes::<L>::broadcast(&self.root[0]), Nodes::<L>::broadcast(&self.root[1])];
-        let (mut a, mut b) = (zero, zero);
+        let mut pair = self.root.map(|node| Weighed { importance: zero, link: L::u(node.link) });
         if !self.nodes.is_empty() {
-            (a, b) = (pair[0].importance(point, normal), pair[1].importance(point, normal));
+            pair = self.first(point, normal);
         }
         let mut descends = live;
         if self.ambient_irradiance > 0.0 {
-            let (matters, p) = share::<L>(L::f(self.ambient_irradiance), a + b, LEAST_AMBIENT);
+            let lamps = pair[0].importance + pair[1].importance;
+            let (matters, p) = share::<L>(L::f(self.ambient_irradiance), lamps, LEAST_AMBIENT);
             let outcome = decisions.decide(p);
             let takes_ambient = live & matters & outcome;
             if L::any(takes_ambient) {
@@ -119,7 +126,7 @@ impl LightTree {
             descends = live & matters & !outcome;
         }
         while L::any(descends) {
-            let (matters, p) = share::<L>(a, b, LEAST);
+            let (matters, p) = share::<L>(pair[0].importance, pair[1].importance, LEAST);
             descends = descends & matters;
             let takes_first = decisions.decide(p);
             let link = L::select_u(takes_first, pair[0].link, pair[1].link);
@@ -131,20 +138,27 @@ impl LightTree {
             if !L::any(descends) {
                 break;
             }
-            pair = self.fetch::<L>(L::select_u(descends, link, L::u(0)));
-            (a, b) = (pair[0].importance(point, normal), pair[1].importance(point, normal));
+            pair = self.fetch::<L>(L::select_u(descends, link, L::u(0)), point, normal);
         }
         chosen
     }
 
-    /// The pairs with these numbers.
+    /// The first pair.
     #[inline(always)]
-    fn fetch<L: Lanes>(&self, pair: L::U) -> [Nodes<L>; 2] {
-        let (mut first, mut second) = ([0; MOST_LANES], [0; MOST_LANES]);
-        let row = pair + pair;
-        L::store_u(row, &mut first);
-        L::store_u(row + L::u(1), &mut second);
-        [Nodes::gather(&self.nodes, &first), Nodes::gather(&self.nodes, &second)]
+    fn first<L: Lanes>(&self, point: V3<L>, normal: V3<L>) -> [Weighed<L>; 2] {
+        let first = Nodes::broadcast(&self.root[0]).weigh(point, normal);
+        [first, Nodes::broadcast(&self.root[1]).weigh(point, normal)]
+    }
+
+    /// The pairs with these numbers. The first node is weighed before the second is fetched, as there are too few registers for
+    /// both.
+    #[inline(always)]
+    fn fetch<L: Lanes>(&self, pair: L::U, point: V3<L>, normal: V3<L>) -> [Weighed<L>; 2] {
+        let mut numbers = [0; MOST_LANES];
+        L::store_u(pair + pair, &mut numbers);
+        let first = Nodes::gather(&self.nodes, &numbers).weigh(point, normal);
+        // The second of each pair has the same number among all nodes but the first.
+        [first, Nodes::gather(&self.nodes[1..], &numbers).weigh(point, normal)]
     }
 
     /// One of the ambient lights where `takes_ambient`, of which there is one at least; elsewhere none.
@@ -182,6 +196,11 @@ impl<L: Lanes> Nodes<L> {
     fn gather(nodes: &[Row], rows: &[u32]) -> Self {
         let [cx, cy, cz, radius, intensity, link, _, _] = L::gather_rows(nodes, rows);
         Self { center: V3::new(cx, cy, cz), radius, intensity, link: L::bits(link) }
+    }
+
+    #[inline(always)]
+    fn weigh(self, point: V3<L>, normal: V3<L>) -> Weighed<L> {
+        Weighed { importance: self.importance(point, normal), link: self.link }
     }
 
     /// As `reference::light_choice::importance`.

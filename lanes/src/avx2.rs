@@ -1,6 +1,6 @@
 //! Eight lanes in 256-bit registers.
 
-use crate::operations::{Kernel, Lanes};
+use crate::operations::{Kernel, Lanes, assert_within};
 use crate::paired::Paired;
 use crate::row::Row;
 #[allow(clippy::wildcard_imports)] // some forty intrinsics
@@ -320,9 +320,11 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn gather_rows(table: &[Row], index: &[u32]) -> [F; 8] {
         let index = &index[..N];
+        assert_within::<Self>(index, table.len());
         let mut rows = [Self::f(0.0).0; 8];
         for k in 0..8 {
-            rows[k] = load_row(&table[index[k] as usize]);
+            // SAFETY: the index is one of the table, as was asserted.
+            rows[k] = load_row(unsafe { table.get_unchecked(index[k] as usize) });
         }
         columns(transpose8(rows))
     }

@@ -3,7 +3,7 @@
 use crate::avx2;
 use crate::mask;
 use crate::masked::Masked;
-use crate::operations::{Kernel, Lanes};
+use crate::operations::{Kernel, Lanes, assert_within};
 use crate::row::Row;
 #[allow(clippy::wildcard_imports)] // some forty intrinsics
 use std::arch::x86_64::*;
@@ -240,9 +240,11 @@ impl Lanes for Avx512 {
     #[inline(always)]
     fn gather_rows(table: &[Row], index: &[u32]) -> [F; 8] {
         let index = &index[..N];
-        let mut rows = [&table[index[0] as usize]; 16];
-        for k in 1..16 {
-            rows[k] = &table[index[k] as usize];
+        assert_within::<Self>(index, table.len());
+        let mut rows = [&table[0]; 16];
+        for k in 0..16 {
+            // SAFETY: the index is one of the table, as was asserted.
+            rows[k] = unsafe { table.get_unchecked(index[k] as usize) };
         }
         columns(rows)
     }

@@ -148,3 +148,13 @@ pub trait Lanes: Copy + Send + Sync + 'static {
         Self::mask_from_bits(if n >= Self::N { u32::MAX } else { (1 << n) - 1 })
     }
 }
+
+/// Panics unless each of the first `L::N` numbers is one of a table of so many rows. All at once: by itself, each row that is
+/// fetched would be asked for.
+#[inline(always)]
+pub(crate) fn assert_within<L: Lanes>(index: &[u32], rows: usize) {
+    assert!(rows > 0, "a row of an empty table");
+    let last = L::u(u32::try_from(rows - 1).unwrap_or(u32::MAX));
+    let index = L::load_u(index);
+    assert!(!L::any(!L::eq(L::min_u(index, last), index)), "a row beyond the end of a table");
+}

@@ -5,6 +5,7 @@ use super::{GUARD, check_map, lane_kinds, tell};
 use fast::kernels::operations::{
     Memory, arithmetic, comparison, count, fused, integers, mask, masks, rounding, shifts, shifts_by_lanes,
 };
+use std::panic::catch_unwind;
 
 /// Special values: zeros, subnormals, ties of rounding, infinities, NaN.
 const FLOATS: [f32; 22] = [
@@ -277,6 +278,23 @@ fn rows_become_columns_and_rows_again() {
         }
     }
     tell(cases, "transpositions");
+}
+
+/// The last row of a table can be fetched into any lane, and the one after it into none.
+#[test]
+fn rows_beyond_the_end_of_a_table_are_refused() {
+    let table = [[1.0; 8]; 100];
+    let mut cases = 0;
+    for lanes in lane_kinds() {
+        for (lane, beyond) in (0..count(lanes)).flat_map(|lane| [0, 1, u32::MAX - 99].map(|b| (lane, b))) {
+            let mut index = [99; 16];
+            index[lane] += beyond;
+            let fetch = || Memory(lanes).gather_rows(&table, &index, &mut [[0.0; 8]; 20]);
+            assert_eq!(catch_unwind(fetch).is_err(), beyond > 0, "{lanes:?}, lane {lane}, {beyond} beyond");
+            cases += 1;
+        }
+    }
+    tell(cases, "rows at and beyond the end of a table");
 }
 
 #[test]
