@@ -134,3 +134,15 @@ impl Paths {
         at + L::mask_bits(m).count_ones() as usize
     }
 }
+
+/// The least of all lanes.
+#[inline(always)]
+pub(crate) fn least<L: Lanes>(v: L::F) -> f32 {
+    let mut lanes = [f32::INFINITY; MOST_LANES];
+    L::store(v, &mut lanes);
+    let mut least = lanes[0];
+    for lane in &lanes[1..L::N] {
+        least = least.min(*lane);
+    }
+    least
+}

@@ -88,6 +88,13 @@ pub(crate) fn ball_lanes<L: Lanes>(rows: &[Row], ids: &[u32]) -> (V3<L>, L::F, L
     (V3::new(x, y, z), radius, tag::has::<L>(L::bits(tag), tag::GLASS))
 }
 
+/// Which of the spheres with these ids, rows of the table, are no balls.
+#[inline(always)]
+pub(crate) fn are_anchored<L: Lanes>(rows: &[Row], ids: &[u32]) -> L::M {
+    let [.., tag] = L::gather_rows(rows, ids);
+    !L::eq(L::bits(tag) & L::u(tag::ENCLOSURE | tag::GROUND), L::u(0))
+}
+
 /// [`SurfaceRow`]s in lanes.
 struct SurfaceLanes<L: Lanes> {
     anchor: V3<L>,

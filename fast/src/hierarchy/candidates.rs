@@ -12,6 +12,7 @@ use crate::rays::Rays;
 use crate::search::Work;
 use crate::surface::ball_lanes;
 use lanes::{Lanes, MOST_LANES, Row, V3};
+use scene::ray::SphereId;
 
 /// More than there are pairs of either kind, with those that are added at once.
 const MOST_CANDIDATES: usize = (SurfaceRows::ENOUGH + RAYS_AT_ONCE * WIDTH).next_power_of_two();
@@ -155,22 +156,17 @@ impl Candidates {
         RayLanes { origin, direction, leaves, ignores }.store(&mut self.rows[at..]);
     }
 
-    /// Adds the balls of a leaf that some rays may hit, at most [`RAYS_AT_ONCE`]. `trust` tells the
-    /// [`trust`](super::cull::trust) of a ray.
+    /// Adds the balls of a leaf that some rays may hit, at most [`RAYS_AT_ONCE`]. The [`trust`](super::cull::trust) of none is less
+    /// than `trust`.
     #[inline(always)]
-    pub(crate) fn add<L: Lanes, B: Balls>(
-        &mut self,
-        parts: &[LeafPart<L>; 2],
-        rays: &[u32],
-        trust: impl Fn(u32) -> f32,
-    ) {
+    pub(crate) fn add<L: Lanes, B: Balls>(&mut self, parts: &[LeafPart<L>; 2], rays: &[u32], trust: f32) {
         // By themselves, as they would be read again for every ray: what is written might be part of them.
         let (rows, pairs, mut end) = (&*self.rows, &mut *self.pairs, self.count);
+        let trust = L::f(trust);
         for ray in rays {
             let Row([ox, oy, oz, dx, dy, dz, ..]) = rows[*ray as usize];
             let origin = V3::new(L::f(ox), L::f(oy), L::f(oz));
             let direction = V3::new(L::f(dx), L::f(dy), L::f(dz));
-            let trust = L::f(trust(*ray));
             for part in parts.iter().take(LeafPart::<L>::COUNT) {
                 let may = may_meet(origin, direction, trust, part.center, part.radius_squared);
                 // It is less already; this spares the checks of the place.
@@ -181,6 +177,15 @@ impl Candidates {
             }
         }
         self.count = end;
+    }
+
+    /// Adds a ball for the rays `may` of those from `at` on.
+    #[inline(always)]
+    pub(crate) fn add_ball<L: Lanes>(&mut self, may: L::M, at: usize, sphere: SphereId) {
+        let end = self.count % MOST_CANDIDATES;
+        L::compress_u(may, L::u(at as u32) + L::iota(), &mut self.pairs.rays[end..]);
+        L::store_u(L::u(sphere), &mut self.pairs.balls[end..]);
+        self.count += L::mask_bits(may).count_ones() as usize;
     }
 
     /// True if the candidates must be evaluated before more are added.

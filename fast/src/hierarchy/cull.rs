@@ -33,9 +33,45 @@ pub(crate) fn may_meet<L: Lanes>(
     center: V3<L>,
     r2: L::F,
 ) -> L::M {
-    let f = center - origin;
-    let ahead = L::fused(f.x, direction.x, L::fused(f.y, direction.y, f.z * direction.z));
-    let square = L::fused(f.x, f.x, L::fused(f.y, f.y, f.z * f.z));
+    let (square, ahead) = way_to(origin, direction, center);
     let ahead = L::max(ahead, L::f(0.0));
     L::le(L::fused(square, trust, -r2), ahead * ahead)
+}
+
+/// The factor of [`may_meet_before`], from that of [`may_meet`].
+#[inline(always)]
+pub(crate) fn trust_before<L: Lanes>(trust: L::F) -> L::F {
+    trust - L::f(1.0 / (1 << 17) as f32)
+}
+
+/// As [`may_meet`], for rays that end at `limit`: false only where the reference hits no ball within the sphere nearer than that.
+///
+/// Of the ray up to s = min(max(F . d, 0), limit), the squared distance of C from the point at s is |F|^2 - s (2 F . d - s) if d
+/// is of length 1. With the names above, how near does the ray come to a ball before a hit at a distance t' that the reference
+/// accepts? If it has passed the point nearest to the ball by then, as near as there: r + 13u |f|. Else t' is that of the first
+/// crossing, b' less the root of the discriminant, up to the errors of both and of the quotient that gives it. Where
+/// the exact crossing is not beyond t', the ray has come as near as r; and where it is, by less than 16u |f| + 8u (f^2 + r^2) / (root + |b|),
+/// of which only the share root / r leads towards the ball, and the root is at most |b| as the origin is outside. That is at most
+/// r + 40u |f|. As before |f| <= 2 |F|, so the square of R + 80u |F| is at most R^2 + 161u |F|^2, and with the
+/// roundings of these lines, 20u |F|^2, less than the 256u of this factor.
+#[inline(always)]
+pub(crate) fn may_meet_before<L: Lanes>(
+    origin: V3<L>,
+    direction: V3<L>,
+    trust: L::F,
+    center: V3<L>,
+    r2: L::F,
+    limit: L::F,
+) -> L::M {
+    let (square, ahead) = way_to(origin, direction, center);
+    let s = L::min(L::max(ahead, L::f(0.0)), limit);
+    L::le(L::fused(square, trust, -r2), s * (ahead + (ahead - s)))
+}
+
+/// The squared distance from the origins of rays to a centre, and how far ahead along the ray it lies.
+#[inline(always)]
+fn way_to<L: Lanes>(origin: V3<L>, direction: V3<L>, center: V3<L>) -> (L::F, L::F) {
+    let f = center - origin;
+    let ahead = L::fused(f.x, direction.x, L::fused(f.y, direction.y, f.z * direction.z));
+    (L::fused(f.x, f.x, L::fused(f.y, f.y, f.z * f.z)), ahead)
 }

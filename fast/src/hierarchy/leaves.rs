@@ -4,7 +4,7 @@
 //! the longest axis, so that the left side is a whole number of subtrees. That gives a complete tree: all leaves but the
 //! last are full, and nodes need no pointers to their children.
 //!
-//! Balls are ordered where their leaves will be, so no second copy of them is ever in memory.
+//! The many balls of a tree are ordered where their leaves will be, so no second copy of them is ever in memory.
 
 use crate::pages::Pages;
 use bytemuck::{Pod, Zeroable};
@@ -118,7 +118,7 @@ impl Leaf {
     }
 }
 
-/// The leaves of the balls of a still, of which there are `count`: each run of 16, 256, 4096, ... balls is compact.
+/// The leaves of a tree over the balls of a still, of which there are `count`: each run of 16, 256, 4096, ... balls is compact.
 pub(crate) fn arranged(still: &Still, count: usize) -> Pages<Leaf> {
     let mut leaves = Pages::<Leaf>::zeros(count.div_ceil(WIDTH));
     let balls = &mut bytemuck::cast_slice_mut(&mut leaves)[..count];
@@ -134,7 +134,7 @@ pub(crate) fn arranged(still: &Still, count: usize) -> Pages<Leaf> {
 }
 
 /// The balls of a still, in order of their ids.
-fn balls(still: &Still) -> impl Iterator<Item = Ball> {
+pub(crate) fn balls(still: &Still) -> impl Iterator<Item = Ball> {
     still.spheres.iter().zip(still.roles.iter()).zip(0..).filter_map(|((s, role), id): (_, SphereId)| {
         let glass = match role {
             Role::Solid => 0,
@@ -146,7 +146,7 @@ fn balls(still: &Still) -> impl Iterator<Item = Ball> {
 }
 
 /// Orders balls so that each aligned run of 16, 256, 4096, ... is compact.
-fn arrange(balls: &mut [Ball]) {
+pub(crate) fn arrange(balls: &mut [Ball]) {
     let mut unit = WIDTH;
     while unit < balls.len() {
         unit *= WIDTH;

@@ -23,7 +23,7 @@ use candidates::{Candidates, SurfaceRows};
 use clusters::{Clusters, Queues};
 use keys::{hit_key, key_distance, limit_key};
 use lanes::{Lanes, Row};
-use leaves::arranged;
+use leaves::{arranged, balls};
 use rayon::prelude::*;
 use scene::Still;
 use tree::{Tree, Wave};
@@ -73,11 +73,10 @@ impl Hierarchy {
         if count == 0 {
             return Self::InTurn;
         }
-        let leaves = arranged(still, count);
         if search == Search::Clusters {
-            Self::Clusters(Clusters::new(leaves))
+            Self::Clusters(Clusters::new(balls(still).collect()))
         } else {
-            Self::Tree(Tree::new(leaves))
+            Self::Tree(Tree::new(arranged(still, count)))
         }
     }
 
@@ -134,7 +133,7 @@ impl Hierarchy {
         match self {
             Self::InTurn => {}
             Self::Clusters(clusters) => {
-                clusters.search::<L>(&SurfaceRows(surfaces), rays, t, queues, candidates, &mut keys);
+                clusters.search::<L, false>(&SurfaceRows(surfaces), rays, t, queues, candidates, &mut keys);
             }
             Self::Tree(tree) => {
                 tree.search::<L, false>(rays, t, wave.get_or_insert_with(Wave::new), candidates, &mut keys);
@@ -168,7 +167,7 @@ impl Hierarchy {
         match self {
             Self::InTurn => {}
             Self::Clusters(clusters) => {
-                clusters.search::<L>(&SurfaceRows(surfaces), rays, t, queues, candidates, &mut keys);
+                clusters.search::<L, true>(&SurfaceRows(surfaces), rays, t, queues, candidates, &mut keys);
             }
             Self::Tree(tree) => {
                 tree.search::<L, true>(rays, t, wave.get_or_insert_with(Wave::new), candidates, &mut keys);

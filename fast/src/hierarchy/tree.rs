@@ -282,7 +282,7 @@ impl Levels<'_> {
             let walker = wave.at_leaves[k % BATCH];
             let trust = wave.slabs.trust(walker.ray() as usize % BATCH);
             let parts = self.leaves[walker.place() as usize].parts::<L>();
-            candidates.add::<L, Copies>(&parts, &[walker.ray()], |_| trust);
+            candidates.add::<L, Copies>(&parts, &[walker.ray()], trust);
             if candidates.are_enough(&Copies) {
                 candidates.evaluate::<L>(&Copies, keys);
             }

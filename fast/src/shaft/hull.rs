@@ -1,8 +1,8 @@
 //! The shaft itself: the convex hull of two balls, around the rays of a batch.
 
-use crate::paths::Floats;
+use crate::paths::{Floats, least};
 use crate::rays::Rays;
-use lanes::{Lanes, MOST_LANES, V3};
+use lanes::{Lanes, V3};
 use scene::Vec3;
 
 /// See [the module](super).
@@ -126,16 +126,4 @@ impl<L: Lanes> Bounds<L> {
         let high = Vec3::new(least::<L>(-self.high.x), least::<L>(-self.high.y), least::<L>(-self.high.z));
         (0.5 * (low - high), 0.5 * low.distance(-high))
     }
-}
-
-/// The least of all lanes.
-#[inline(always)]
-pub(super) fn least<L: Lanes>(v: L::F) -> f32 {
-    let mut lanes = [f32::INFINITY; MOST_LANES];
-    L::store(v, &mut lanes);
-    let mut least = lanes[0];
-    for lane in &lanes[1..L::N] {
-        least = least.min(*lane);
-    }
-    least
 }

@@ -15,7 +15,8 @@
 //! the root of 2 R m, or less. With t below 7 `scale` and R at most 1024 `scale` ([`LARGEST`]) this is a third of m. So
 //! distances to walls that are dropped, and to the one beyond which the rays are, keep their order.
 
-use super::hull::{Shaft, least};
+use super::hull::Shaft;
+use crate::paths::least;
 use crate::shapes::Shape;
 use lanes::{Lanes, MOST_LANES, V3};
 use scene::still::Enclosure;
