@@ -20,7 +20,7 @@
 //!    leave half of sixteen empty.
 //! 4. Candidates come in any order, and the minimum of their keys ([`super::keys`]) is the nearest hit.
 //! 5. A few balls that are much larger than most stand by themselves. In a cluster they would stretch its bounding sphere: of the
-//!    71 balls and walls of `surgery` three do, and without them rays meet two thirds as many clusters.
+//!    66 balls of `surgery` three do, and without them rays meet two thirds as many clusters.
 //! 6. Shadow rays end at a lamp, often before a cluster, and the test of the cluster knows where. Those that leave a ball are
 //!    followed beyond: whatever their origin, the reference takes it to be on that ball.
 

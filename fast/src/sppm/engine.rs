@@ -22,13 +22,13 @@ impl Sppm<'_> {
         self.photon_workers.clear();
     }
 
-    /// The radiance of the pixel in a slot; black before the first iteration.
+    /// The radiance of the pixel in a slot, one of these; black before the first iteration.
     #[inline(always)]
-    fn radiance_of(&self, slot: usize) -> Rgb {
+    fn radiance_of(&self, pixels: &[Pixel], slot: usize) -> Rgb {
         let Progress { settings, iterations, .. } = &self.progress;
         match &self.global {
             Some(global) => global.develop(slot, *iterations),
-            None if *iterations > 0 => develop(&self.pixels[slot], settings, *iterations),
+            None if *iterations > 0 => develop(&pixels[slot], settings, *iterations),
             None => Rgb::ZERO,
         }
     }
@@ -45,9 +45,10 @@ impl Sppm<'_> {
     fn every<T: Send + Sync + Copy + Default>(&self, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
         let Settings { width, height, .. } = self.progress.settings;
         let mut values = vec![T::default(); width as usize * height as usize];
+        let pixels = &self.pixels[..];
         values.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
             for (x, place) in row.iter_mut().enumerate() {
-                prefetch(&self.pixels, slot_of(width, x as u32 + AHEAD, y as u32));
+                prefetch(pixels, slot_of(width, x as u32 + AHEAD, y as u32));
                 *place = value(slot_of(width, x as u32, y as u32));
             }
         });
@@ -91,7 +92,8 @@ impl Engine for Sppm<'_> {
 
     fn probe(&self, x: u32, y: u32) -> Probe {
         let slot = self.slot(x, y);
-        let (pixel, radiance) = (&self.pixels[slot], self.radiance_of(slot));
+        let pixels = &self.pixels[..];
+        let (pixel, radiance) = (&pixels[slot], self.radiance_of(pixels, slot));
         if let Some(global) = &self.global {
             let (radius, count) = (global.radius_squared.sqrt(), global.sums(slot).photons as f32);
             return Probe { radiance, direct: Rgb::ZERO, radius, count };
@@ -100,15 +102,16 @@ impl Engine for Sppm<'_> {
     }
 
     fn radiance(&self, x: u32, y: u32) -> Rgb {
-        let slot = self.slot(x, y);
+        let (slot, pixels) = (self.slot(x, y), &self.pixels[..]);
         // Whoever writes an image asks for pixels in the order of their slots.
-        prefetch(&self.pixels, slot + AHEAD as usize);
-        self.radiance_of(slot)
+        prefetch(pixels, slot + AHEAD as usize);
+        self.radiance_of(pixels, slot)
     }
 
     fn develop(&self) -> Film {
         let Settings { width, height, .. } = self.progress.settings;
-        Film { width, height, pixels: self.every(|slot| self.radiance_of(slot)) }
+        let pixels = &self.pixels[..];
+        Film { width, height, pixels: self.every(|slot| self.radiance_of(pixels, slot)) }
     }
 
     fn radius(&self) -> Option<Plane> {

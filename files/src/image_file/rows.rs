@@ -93,8 +93,8 @@ impl<T> Rows<'_, '_, T> {
         let width = self.0.width as usize;
         let rows = bytes.len() / (N * width);
         for left in (0..width).step_by(BAND) {
-            let places = tile_places().map(|(x, y)| (left + x, y)).filter(|&(x, y)| x < width && y < rows);
-            for (x, y) in places {
+            let places = TILE_PLACES.iter().map(|[x, y]| (left + usize::from(*x), usize::from(*y)));
+            for (x, y) in places.filter(|(x, y)| *x < width && *y < rows) {
                 let row = if first == First::Top { y } else { rows - 1 - y };
                 let code = encode((self.0.pixel)(x as u32, (top + y) as u32));
                 bytes[N * (row * width + x)..][..N].copy_from_slice(&code);
@@ -111,10 +111,19 @@ pub(super) fn collected<T, U: Send>(picture: &Picture<T>, code: impl Fn(u32, u32
 }
 
 /// Column and row of each pixel of a tile, in the Morton order of [`scene::sobol::morton`].
-fn tile_places() -> impl Iterator<Item = (usize, usize)> {
-    let gather = |bits: usize| (bits & 1) | ((bits >> 1) & 2) | ((bits >> 2) & 4);
-    (0..BAND * BAND).map(move |number| (gather(number), gather(number >> 1)))
-}
+const TILE_PLACES: [[u8; 2]; BAND * BAND] = {
+    let mut places = [[0; 2]; BAND * BAND];
+    let mut number = 0;
+    while number < places.len() {
+        let mut bit = 0;
+        while bit < 6 {
+            places[number][bit % 2] |= ((number >> bit & 1) as u8) << (bit / 2);
+            bit += 1;
+        }
+        number += 1;
+    }
+    places
+};
 
 #[cfg(test)]
 mod tests {
@@ -123,7 +132,7 @@ mod tests {
 
     #[test]
     fn tiles_are_visited_in_morton_order() {
-        let numbers = tile_places().map(|(x, y)| morton(x as u32, y as u32));
+        let numbers = TILE_PLACES.iter().map(|[x, y]| morton(u32::from(*x), u32::from(*y)));
         assert!(numbers.eq(0..64));
     }
 
