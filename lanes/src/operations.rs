@@ -149,8 +149,8 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     }
 }
 
-/// Panics unless each of the first `L::N` numbers is one of a table of so many rows. All at once: by itself, each row that is
-/// fetched would be asked for.
+/// Panics unless each of the first `L::N` numbers is one of a table of so many rows. One check of all numbers takes fewer
+/// instructions than one per row.
 #[inline(always)]
 pub(crate) fn assert_within<L: Lanes>(index: &[u32], rows: usize) {
     assert!(rows > 0, "a row of an empty table");

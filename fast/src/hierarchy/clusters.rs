@@ -29,10 +29,11 @@ use super::cull::{may_meet, may_meet_before, trust, trust_before};
 use super::leaves::{Ball, GLASS, Leaf, WIDTH, arrange};
 use crate::paths::{BATCH, Floats, ROOM, Words, least};
 use crate::rays::Rays;
+use crate::shapes::BallShape;
 use crate::surface::are_anchored;
 use lanes::{Lanes, MOST_LANES, V3};
 use scene::Vec3;
-use scene::ray::{NO_SPHERE, SphereId};
+use scene::ray::NO_SPHERE;
 
 /// Balls of more than so many times the median radius stand by themselves.
 const LARGE: f32 = 1.5;
@@ -49,15 +50,8 @@ pub(crate) struct Clusters {
     leaves: Vec<Leaf>,
     /// The bounding sphere of each cluster: centre and squared radius.
     bounding_spheres: Vec<[f32; 4]>,
-    large: Vec<LargeBall>,
-}
-
-/// A ball that stands by itself.
-#[derive(Clone, Copy, Debug)]
-struct LargeBall {
-    center: Vec3,
-    radius_squared: f32,
-    sphere: SphereId,
+    /// The balls that stand by themselves.
+    large: Vec<BallShape>,
 }
 
 /// Per cluster, the rays that may hit it.
@@ -86,7 +80,7 @@ impl Clusters {
         Self {
             leaves: leaves.chain(large.iter().map(|ball| Leaf::new(&[*ball]))).collect(),
             bounding_spheres: others.chunks(WIDTH).map(bounding_sphere).collect(),
-            large: large.iter().map(LargeBall::of).collect(),
+            large: large.iter().map(shape).collect(),
         }
     }
 
@@ -194,11 +188,10 @@ impl<L: Lanes> RayLanes<L> {
     }
 }
 
-impl LargeBall {
-    fn of(ball: &Ball) -> Self {
-        let Ball { center, radius, sphere } = *ball;
-        Self { center: center.into(), radius_squared: radius * radius, sphere: sphere & !GLASS }
-    }
+/// As it is tested by itself.
+fn shape(ball: &Ball) -> BallShape {
+    let Ball { center, radius, sphere } = *ball;
+    BallShape { sphere: sphere & !GLASS, center: center.into(), radius_squared: radius * radius }
 }
 
 /// The balls that go into clusters, and the largest ones, which stand by themselves.
@@ -235,6 +228,7 @@ fn bounding_sphere(balls: &[Ball]) -> [f32; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use scene::ray::SphereId;
 
     #[test]
     fn bounding_spheres_hold_their_balls_and_hardly_more() {

@@ -45,10 +45,11 @@ pub(crate) fn trust_before<L: Lanes>(trust: L::F) -> L::F {
 }
 
 /// As [`may_meet`], for rays that end at `limit`: false only where the reference hits no ball within the sphere nearer than that.
+/// Not for rays that leave one of these balls.
 ///
 /// Of the ray up to s = min(max(F . d, 0), limit), the squared distance of C from the point at s is |F|^2 - s (2 F . d - s) if d
 /// is of length 1. With the names above, how near does the ray come to a ball before a hit at a distance t' that the reference
-/// accepts? If it has passed the point nearest to the ball by then, as near as there: r + 13u |f|. Else t' is that of the first
+/// accepts? From within the ball, it is near at once. If it has passed the point nearest to the ball by then, as near as there: r + 13u |f|. Else t' is that of the first
 /// crossing, b' less the root of the discriminant, up to the errors of both and of the quotient that gives it. Where
 /// the exact crossing is not beyond t', the ray has come as near as r; and where it is, by less than 16u |f| + 8u (f^2 + r^2) / (root + |b|),
 /// of which only the share root / r leads towards the ball, and the root is at most |b| as the origin is outside. That is at most

@@ -39,13 +39,34 @@ mod system {
     /// then, and a page that took long by accident has little effect.
     const SMALL_AFTER_DEAR: u32 = 16;
 
-    /// How many pages are to be small from now on.
-    static SMALL: AtomicU32 = AtomicU32::new(0);
+    /// Which pages are to be small.
+    struct Choice {
+        /// So many pages, from now on.
+        small: AtomicU32,
+    }
+
+    /// That of all threads.
+    static CHOICE: Choice = Choice { small: AtomicU32::new(0) };
+
+    impl Choice {
+        /// Whether the next page is to be small.
+        fn takes_small(&self) -> bool {
+            self.small
+                .fetch_update(Ordering::Relaxed, Ordering::Relaxed, |count| count.checked_sub(1))
+                .is_ok()
+        }
+
+        /// Takes note of the time of the first write to a large page.
+        fn note(&self, time: Duration) {
+            if time > DEAR {
+                self.small.store(SMALL_AFTER_DEAR, Ordering::Relaxed);
+            }
+        }
+    }
 
     /// Writes to `bytes` bytes of the large page at `at`. If the system refuses any of it, the pages are written to later.
     pub(super) fn write_page(map: &MmapMut, at: usize, bytes: usize) {
-        let one_less = |count: u32| count.checked_sub(1);
-        if SMALL.fetch_update(Ordering::Relaxed, Ordering::Relaxed, one_less).is_ok() {
+        if CHOICE.takes_small() {
             let _ = map.advise_range(Advice::PopulateWrite, at, bytes);
             // In a long render the system may join them later.
             let _ = map.advise_range(Advice::HugePage, at, LARGE);
@@ -54,8 +75,23 @@ mod system {
         let _ = map.advise_range(Advice::HugePage, at, LARGE);
         let begin = Instant::now();
         let _ = map.advise_range(Advice::PopulateWrite, at, LARGE);
-        if begin.elapsed() > DEAR {
-            SMALL.store(SMALL_AFTER_DEAR, Ordering::Relaxed);
+        CHOICE.note(begin.elapsed());
+    }
+
+    #[cfg(test)]
+    mod tests {
+        use super::*;
+
+        #[test]
+        fn pages_are_small_for_a_while_after_a_dear_one() {
+            let choice = Choice { small: AtomicU32::new(0) };
+            assert!(!choice.takes_small());
+            choice.note(DEAR);
+            assert!(!choice.takes_small());
+            choice.note(2 * DEAR);
+            let run = (0..100).take_while(|_| choice.takes_small()).count();
+            assert_eq!(run, SMALL_AFTER_DEAR as usize);
+            assert!(!choice.takes_small());
         }
     }
 }
